@@ -1,4 +1,4 @@
-//! Files beside a mesh file: those that it names, found and read by rules that lead nowhere else.
+//! Files that a mesh file names: found, read and listed for the output.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -10,39 +10,39 @@ use super::extra::Extra;
 use super::folder::{Folder, Trouble, inner_path};
 use super::{ImageMaker, ImageUse, OutputFile};
 
-/// A file that an asset names, as it will lie beside the output.
+/// A file that an asset names, with its place in the output.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Found {
-    /// Where, from the folder of the output.
+    /// Path in the output folder.
     pub place: PathBuf,
-    /// Where it was read.
+    /// Path that it was read from.
     pub source: PathBuf,
-    /// Whether the name in the asset has to change to `place`.
+    /// Whether the asset must name it by the new path.
     pub moved: bool,
     pub bytes: Arc<[u8]>,
 }
 
 impl Found {
-    /// The folder from which names within the file count.
+    /// Returns the folder that names within the file are relative to.
     pub fn folder(&self) -> &Path {
         let file = if self.moved { &self.source } else { &self.place };
         file.parent().unwrap_or(Path::new(""))
     }
 }
 
-/// Finds the files that an asset names; each is looked up once by each name, and read once.
+/// Finds the files that an asset names; each name is looked up once, each file read once.
 pub(super) struct Finder<'a> {
     folder: Option<&'a Folder>,
     allow_outside: bool,
     pub files: Vec<OutputFile>,
-    /// What those of the files are used for that are images.
+    /// Uses of the files that are images.
     images: FxHashMap<PathBuf, ImageUse>,
-    /// Who makes other images of them, where someone does.
+    /// Converter of the images, if any.
     pub maker: Option<&'a dyn ImageMaker>,
     pub notes: Vec<String>,
-    /// What was found so far, by the folder and the name.
+    /// Results so far, by folder and name.
     known: FxHashMap<(PathBuf, String), Option<Found>>,
-    /// What was read so far, by where.
+    /// Content of files read so far, by path.
     read: FxHashMap<PathBuf, Arc<[u8]>>,
     said: FxHashSet<String>,
 }
@@ -62,13 +62,14 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// Whether `name` is a file in the folder of the asset.
+    /// Returns whether `name` is a file in the asset's folder.
     pub fn has(&self, name: &str) -> bool {
         inner_path(Path::new(""), name).zip(self.folder).is_some_and(|(path, folder)| folder.has(&path))
     }
 
-    /// Reads the file `name` that a file in `base` names, a folder within that of the asset or an outside one; a note
-    /// says why there is none.
+    /// Reads the file `name` that a file in `base` refers to; on failure, adds a note and returns `None`.
+    ///
+    /// `base` is a folder within that of the asset, or an absolute one.
     pub fn find(&mut self, base: &Path, name: &str) -> Option<Found> {
         let asked = (base.to_path_buf(), name.to_string());
         if let Some(found) = self.known.get(&asked) {
@@ -80,20 +81,20 @@ impl<'a> Finder<'a> {
         found
     }
 
-    /// Lists a file for the output, once.
+    /// Adds a file to the output, once.
     pub fn list(&mut self, place: &Path, bytes: &[u8]) {
         if self.files.iter().all(|file| file.path != place) {
             self.files.push(OutputFile { path: place.to_path_buf(), bytes: bytes.to_vec() });
         }
     }
 
-    /// Lists an image for the output, once.
+    /// Adds an image to the output, once.
     pub fn list_image(&mut self, place: &Path, bytes: &[u8], used: ImageUse) {
         self.list(place, bytes);
         self.images.entry(place.to_path_buf()).or_insert(used);
     }
 
-    /// The files for the output, with other images where someone makes such.
+    /// Returns the files for the output, with converted images.
     pub fn made(self) -> Vec<OutputFile> {
         let Self { mut files, images, maker, .. } = self;
         files.par_iter_mut().for_each(|file| {
@@ -114,7 +115,7 @@ impl<'a> Finder<'a> {
         let inner = if base.is_absolute() { None } else { inner_path(base, name) };
         let wanted = inner.clone().unwrap_or_else(|| base.join(name.replace('\\', "/")));
         let found = match (self.read(folder, &wanted), inner_path(Path::new(""), name)) {
-            // Many programs look for textures beside the mesh, wherever the library that names them lies.
+            // // Many programs look for textures next to the mesh, wherever the library that names them is.
             (Err(Trouble::Missing), Some(from_mesh)) if !base.is_absolute() && from_mesh != wanted => {
                 let found = self.read(folder, &from_mesh);
                 found.map(|found| (found, Some(from_mesh)))
@@ -124,14 +125,14 @@ impl<'a> Finder<'a> {
         };
         let ((source, bytes), inner) = found.map_err(|trouble| format!("{trouble}: the name stays"))?;
         let moved = inner.is_none();
-        // What comes from outside lies beside the output itself.
+        // // A file from outside is placed next to the output.
         let place = inner
             .or_else(|| folder.path_within(&source))
             .or_else(|| Some(self.free_place(source.file_name()?.as_ref(), &bytes)));
         Ok(Found { place: place.ok_or("is no file: the name stays")?, source, moved, bytes })
     }
 
-    /// The file at `path` from `folder` on.
+    /// Reads the file at `path`, relative to `folder`.
     fn read(&mut self, folder: &Folder, path: &Path) -> Result<(PathBuf, Arc<[u8]>), Trouble> {
         let source = folder.source(path, self.allow_outside)?;
         if let Some(bytes) = self.read.get(&source) {
@@ -142,7 +143,7 @@ impl<'a> Finder<'a> {
         Ok((source, bytes))
     }
 
-    /// The name, with a number before it where another file has it already.
+    /// Returns the name, with a number in front if another file has it.
     fn free_place(&self, name: &Path, bytes: &[u8]) -> PathBuf {
         let is_taken = |path: &Path| self.files.iter().any(|file| file.path == path && *file.bytes != *bytes);
         let numbered = (1..).map(|n| PathBuf::from(format!("{n}_{}", name.display())));
@@ -150,7 +151,7 @@ impl<'a> Finder<'a> {
     }
 }
 
-/// A relative path as files name it.
+/// Returns a relative path with forward slashes, as files write it.
 pub(super) fn reference(path: &Path) -> String {
     let names: Vec<_> = path.components().map(|part| part.as_os_str().to_string_lossy()).collect();
     names.join("/")

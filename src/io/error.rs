@@ -1,13 +1,13 @@
-//! What goes wrong with files, in one line each: what, where, what to do.
+//! Errors of readers and writers, each a line with the problem, its place and a remedy.
 
 use std::fmt;
 
 use super::Format;
 
-/// What is wrong with bytes of no known format.
+/// The problem of content in no known format.
 pub(super) const UNKNOWN: &str = "the content is of no known format";
 
-/// A place in a file.
+/// A location in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// The file as a whole.
@@ -18,30 +18,30 @@ pub enum Place {
     Byte(usize),
 }
 
-/// Why bytes are no mesh.
+/// An error of a reader: the bytes are not a mesh.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ReadError {
-    /// The format they were read as, if one was found.
+    /// Format of the reader, if known.
     pub format: Option<Format>,
-    /// Where in the file.
+    /// Location in the file.
     pub place: Place,
-    /// What is wrong, in lower case.
+    /// Problem, in lower case.
     pub what: String,
-    /// What to do about it.
+    /// Remedy.
     pub remedy: String,
 }
 
-/// Why a mesh could not be written.
+/// An error of a writer: the mesh could not be written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct WriteError {
-    /// What is wrong and what to do about it, in lower case.
+    /// Problem and remedy, in lower case.
     pub what: String,
 }
 
 impl ReadError {
-    /// Whether nothing says which format it is: then the caller may name it.
+    /// Returns whether no format was recognised; then the caller may name one.
     ///
     /// ```
     /// use neural_mesh::io::{Format, read};
@@ -52,19 +52,19 @@ impl ReadError {
         self.format.is_none() && self.what == UNKNOWN
     }
 
-    /// An error about the file as a whole: what is wrong, in lower case, and what to do about it.
+    /// Makes an error about the file as a whole from a problem, in lower case, and its remedy.
     pub fn file(what: impl Into<String>, remedy: &str) -> Self {
         Self { format: None, place: Place::File, what: what.into(), remedy: remedy.into() }
     }
 
-    /// An error at the line of `text` that holds the byte `at`.
+    /// Makes an error at the line of `text` that holds byte `at`.
     pub(super) fn line(text: &[u8], at: usize, what: impl Into<String>, remedy: &str) -> Self {
         let before = &text[..at.min(text.len())];
         let line = 1 + memchr::memchr_iter(b'\n', before).count();
         Self { place: Place::Line(line), ..Self::file(what, remedy) }
     }
 
-    /// An error at the byte `at`.
+    /// Makes an error at byte `at`.
     pub(super) fn byte(at: usize, what: impl Into<String>, remedy: &str) -> Self {
         Self { place: Place::Byte(at), ..Self::file(what, remedy) }
     }

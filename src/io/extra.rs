@@ -1,52 +1,51 @@
-//! What a file says beside positions, faces and attributes: names, libraries, comments, kinds of numbers. Kept so that a
-//! writer can say it again.
+//! Content of a file besides positions, faces and attributes, kept for the writers.
 
 use rustc_hash::FxHashSet;
 
 use super::{Folder, Format, Scalar};
 use crate::mesh::{Look, RawMesh};
 
-/// A mesh as read, with all that its file holds.
+/// A mesh as read, with the whole content of its file.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ReadMesh {
     /// Positions, faces and attributes.
     pub mesh: RawMesh,
-    /// What else the file says.
+    /// Further content of the file.
     pub extra: Extra,
-    /// What could not be kept, in one line each.
+    /// Losses, a line each.
     pub notes: Vec<String>,
-    /// The format that it was read as.
+    /// Format of the reader.
     pub format: Option<Format>,
 }
 
-/// What a file says beside a mesh and its attributes.
+/// Content of a file besides its mesh and attributes.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Extra {
-    /// What the group numbers of the faces stand for, by number; empty where the file has no groups.
+    /// Groups by number, as faces name them; empty if the file has none.
     pub groups: Vec<Group>,
-    /// What the numbers of [`Group::values`] are called and of which kind they are.
+    /// Columns of [`Group::values`].
     pub face_columns: Vec<Column>,
-    /// How channels stood in columns of the file; a channel that is not named here gets columns by its role.
+    /// Columns of channels in the file; a channel without a layout is written by its role.
     pub layouts: Vec<Layout>,
-    /// Material libraries as the file names them, a line each.
+    /// Material libraries, one line of the file each.
     pub material_libraries: Vec<String>,
-    /// What materials look like, by their names, where the file says that itself (glTF).
+    /// Looks of materials by name, from files that hold them (glTF).
     pub looks: Vec<(String, Look)>,
-    /// Comments of a PLY header, with the word that opens them.
+    /// Comment lines of a PLY header, with their first word.
     pub comments: Vec<String>,
-    /// The folder of the file, in which lies what it names.
+    /// Folder that names in the file are relative to.
     pub folder: Option<Folder>,
-    /// Whether the file's names are in Latin-1 instead of UTF-8.
+    /// Whether names in the file are Latin-1 instead of UTF-8.
     pub latin1: bool,
-    /// What a length of 1 means, as 3MF calls it, where the file says so: `millimeter`, `inch`.
+    /// Unit of length by its 3MF name, if known: `millimeter`, `inch`.
     pub unit: Option<String>,
-    /// Whether a skin or morph targets, left behind in its scene, give the mesh more shapes than one.
+    /// Whether a skin or morph targets, which stay in the scene, bend the mesh.
     pub is_bent: bool,
 }
 
-/// What a group number stands for.
+/// A group of faces.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Group {
@@ -58,12 +57,12 @@ pub struct Group {
     pub material: Option<String>,
     /// Smoothing group (`s`).
     pub smoothing: Option<String>,
-    /// Numbers that its faces share, one for each of [`Extra::face_columns`].
+    /// Values of the faces, one per column of [`Extra::face_columns`].
     pub values: Vec<f64>,
 }
 
 impl Group {
-    /// What to call it where there is one name only: its material, else its group or object.
+    /// Returns a single name: the material, else the group or object.
     pub(super) fn title(&self) -> String {
         [&self.material, &self.name, &self.object].into_iter().flatten().next().cloned().unwrap_or_default()
     }
@@ -78,29 +77,29 @@ pub struct Column {
     pub scalar: Scalar,
 }
 
-/// How a channel stands in a file.
+/// The columns of a channel in a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layout {
     /// Name of the channel.
     pub channel: String,
-    /// Its columns, one for each number.
+    /// One column per component.
     pub columns: Vec<Column>,
-    /// Whether the values stand with the corners of the faces (the list `texcoord` of a PLY), not with the vertices.
+    /// Whether values are given per face corner (the list `texcoord` of a PLY) instead of per vertex.
     pub per_corner: bool,
 }
 
 impl Extra {
-    /// How the channel `name` stood in the file.
+    /// Returns the layout of the channel `name`.
     pub fn layout(&self, name: &str) -> Option<&Layout> {
         self.layouts.iter().find(|layout| layout.channel == name)
     }
 
-    /// What a group number stands for.
+    /// Returns the group of a number.
     pub fn group(&self, number: u32) -> Option<&Group> {
         self.groups.get(number as usize)
     }
 
-    /// The materials of the groups, each once, in the order of the groups.
+    /// Lists the materials of the groups, each once, in order of the groups.
     pub fn materials(&self) -> Vec<&str> {
         let mut known = FxHashSet::default();
         let materials = self.groups.iter().filter_map(|group| group.material.as_deref());
@@ -108,28 +107,28 @@ impl Extra {
     }
 }
 
-/// Whether so many groups are none: nearly every face would be its own.
+/// Returns whether groups are too many to be meant: nearly every face would be one.
 pub(super) fn sets_faces_apart(n_groups: usize, n_faces: usize) -> bool {
     n_groups > 256 && n_groups > n_faces / 4
 }
 
-/// Bytes as text: UTF-8, or else Latin-1, in which all bytes mean something.
+/// Decodes UTF-8, or else Latin-1, in which all bytes are valid.
 pub(super) fn decoded(bytes: &[u8]) -> String {
     std::str::from_utf8(bytes).map_or_else(|_| latin1(bytes), String::from)
 }
 
-/// Bytes of Latin-1 as text.
+/// Decodes Latin-1.
 pub(super) fn latin1(bytes: &[u8]) -> String {
     bytes.iter().map(|&byte| char::from(byte)).collect()
 }
 
-/// A text in the encoding of its file.
+/// Encodes a text as its file does; UTF-8 where Latin-1 lacks a letter.
 pub(super) fn encoded(text: &str, in_latin1: bool) -> Vec<u8> {
     let bytes = in_latin1.then(|| text.chars().map(|letter| u8::try_from(u32::from(letter))).collect::<Result<_, _>>());
     bytes.and_then(Result::ok).unwrap_or_else(|| text.as_bytes().to_vec())
 }
 
-/// Replaces what is not finite by zero; gives how often.
+/// Replaces non-finite values by zero; returns their number.
 pub(super) fn without_nan(values: &mut [f32]) -> usize {
     let mut n_replaced = 0;
     for value in values.iter_mut().filter(|value| !value.is_finite()) {

@@ -1,8 +1,8 @@
-//! Whether transforms of a scene put its meshes where single precision would blur them.
+//! Tests for meshes far from the origin.
 
 use glam::DVec3;
 
-/// Whether the mesh lies so far from the origin that single precision would blur it.
+/// Returns whether single precision would blur the mesh, so far is it from the origin.
 pub(super) fn is_far_out(positions: &[[f64; 3]]) -> bool {
     let points = || positions.iter().map(|&p| DVec3::from(p)).filter(|p| p.is_finite());
     let low = points().fold(DVec3::INFINITY, DVec3::min);

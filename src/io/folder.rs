@@ -1,4 +1,4 @@
-//! The folder of a mesh, in which lies what it names: one of the disk, or files in memory.
+//! Folders that hold the files a mesh names: on disk or in memory.
 
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
@@ -6,23 +6,24 @@ use std::sync::Arc;
 
 use crate::mesh::room::asking;
 
-/// A folder, from which the names in a mesh file count.
+/// A folder, which names in a mesh file are relative to.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Folder {
-    /// A folder of the disk.
+    /// A folder on disk.
     Disk(PathBuf),
-    /// Files by their paths from the mesh on, slashes between names, no upward steps.
+    /// Files in memory, by normalised relative path.
     Memory(Arc<BTreeMap<PathBuf, Arc<[u8]>>>),
 }
 
 impl Folder {
-    /// Returns the folder of a file of the disk.
+    /// Returns the folder of a file on disk.
     pub fn of(file: &Path) -> Self {
         Self::Disk(file.parent().unwrap_or(Path::new("")).to_path_buf())
     }
 
-    /// Returns a folder of files in memory. Names may have slashes of both kinds; one that leads out of the folder is never found.
+    /// Makes a folder of files in memory. Names may have slashes of both kinds; files whose names lead out of the
+    /// folder are dropped.
     ///
     /// ```
     /// use neural_mesh::io::{Folder, looks, read_attributed_in};
@@ -38,7 +39,7 @@ impl Folder {
         Self::Memory(Arc::new(files.into_iter().filter_map(placed).collect()))
     }
 
-    /// Whether there is a file at `path`.
+    /// Returns whether there is a file at `path`.
     pub(super) fn has(&self, path: &Path) -> bool {
         match self {
             Self::Disk(folder) => asked(folder).join(path).is_file(),
@@ -46,7 +47,7 @@ impl Folder {
         }
     }
 
-    /// Returns where the file at `path` lies: in the folder or below it, links followed, or anywhere where that is allowed.
+    /// Resolves `path` and its links to a file in or below the folder, or anywhere with `allow_outside`.
     pub(super) fn source(&self, path: &Path, allow_outside: bool) -> Result<PathBuf, Trouble> {
         let folder = match self {
             Self::Memory(files) => {
@@ -54,6 +55,7 @@ impl Folder {
             }
             Self::Disk(folder) => asked(folder),
         };
+        // Links are followed before the comparison: one may lead out of the folder.
         let inside = folder.canonicalize().map_err(|_| Trouble::Missing)?;
         let source = folder.join(path).canonicalize().map_err(|_| Trouble::Missing)?;
         if !source.starts_with(inside) && !allow_outside {
@@ -65,7 +67,7 @@ impl Folder {
         Ok(source)
     }
 
-    /// Returns the bytes of the file that lies at `source`, as [`source`](Self::source) says.
+    /// Reads the file at a path from [`source`](Self::source).
     pub(super) fn read(&self, source: &Path) -> Result<Arc<[u8]>, Trouble> {
         match self {
             Self::Disk(_) => asking(|| std::fs::read(source)).map(Arc::from).map_err(Trouble::Unreadable),
@@ -73,7 +75,7 @@ impl Folder {
         }
     }
 
-    /// Returns the path from the folder on of what lies at `source`; none where that is outside.
+    /// Returns the path relative to the folder, or `None` for a file outside.
     pub(super) fn path_within(&self, source: &Path) -> Option<PathBuf> {
         match self {
             Self::Disk(folder) => {
@@ -85,10 +87,12 @@ impl Folder {
     }
 }
 
-/// Returns the path that `name` gives in the folder `base`, without upward steps; `None` where it leads out of where `base` starts.
-/// Both kinds of slashes part names.
+/// Joins `name` to `base` and removes upward steps; returns `None` where the path leads out of the root of `base`.
+///
+/// Both kinds of slashes separate names.
 pub(super) fn inner_path(base: &Path, name: &str) -> Option<PathBuf> {
     let name = name.replace('\\', "/");
+    // A colon means a drive or a URL.
     if name.contains([':', '\0']) {
         return None;
     }
@@ -104,16 +108,16 @@ pub(super) fn inner_path(base: &Path, name: &str) -> Option<PathBuf> {
     (!path.as_os_str().is_empty()).then_some(path)
 }
 
-/// Why there is no file beside a mesh.
+/// A reason why a companion file is unavailable.
 #[derive(Debug)]
 pub(super) enum Trouble {
-    /// It lies outside of the folder.
+    /// Outside the folder.
     Outside,
-    /// It is not there, or its name leads nowhere.
+    /// Absent, or the name is invalid.
     Missing,
-    /// It is a folder or a device.
+    /// A folder or a device.
     NoFile,
-    /// It is there and cannot be read.
+    /// Present but unreadable.
     Unreadable(std::io::Error),
 }
 
@@ -128,7 +132,7 @@ impl std::fmt::Display for Trouble {
     }
 }
 
-/// A folder as it can be joined and asked for.
+/// Returns the folder as a path that can be joined: `.` if empty.
 fn asked(folder: &Path) -> &Path {
     if folder.as_os_str().is_empty() { Path::new(".") } else { folder }
 }

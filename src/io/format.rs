@@ -1,22 +1,22 @@
-//! The file formats: by name, by the extension of a file name, by content.
+//! File formats: recognised by name, by file extension, by content.
 
 use std::borrow::Cow;
 use std::path::Path;
 
 use crate::mesh::Role;
 
-/// A mesh file format. For reading, `PlyAscii` is `Ply`, `StlAscii` is `Stl` and `Glb` is `Gltf`: the content
-/// says which it is.
+/// A mesh file format. Readers tell text from binary by content: `PlyAscii` reads as `Ply`, `StlAscii` as `Stl`, `Glb`
+/// as `Gltf`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Format {
     /// Wavefront OBJ.
     Obj,
-    /// Stanford PLY; written in binary.
+    /// Stanford PLY; written as binary.
     Ply,
     /// Stanford PLY as text.
     PlyAscii,
-    /// STL; written in binary.
+    /// STL; written as binary.
     Stl,
     /// STL as text.
     StlAscii,
@@ -28,15 +28,15 @@ pub enum Format {
     Glb,
     /// 3MF, the 3D Manufacturing Format.
     ThreeMf,
-    /// FBX, in binary or as text; it is read and not written.
+    /// FBX, binary or text; only read.
     Fbx,
 }
 
 impl Format {
-    /// The names that [`from_name`](Self::from_name) knows.
+    /// The names that [`from_name`](Self::from_name) accepts, besides `vrm`.
     pub const NAMES: [&str; 10] = ["obj", "ply", "ply-ascii", "stl", "stl-ascii", "off", "gltf", "glb", "3mf", "fbx"];
 
-    /// Whether it holds coordinates in single precision, around no origin of their own.
+    /// Returns whether coordinates are single precision without a local origin.
     ///
     /// ```
     /// use neural_mesh::io::Format;
@@ -46,7 +46,7 @@ impl Format {
         matches!(self, Self::Stl | Self::StlAscii)
     }
 
-    /// Whether it holds positions and faces alone.
+    /// Returns whether the format holds positions and faces only.
     ///
     /// ```
     /// use neural_mesh::io::Format;
@@ -56,7 +56,7 @@ impl Format {
         matches!(self, Self::Stl | Self::StlAscii | Self::Off)
     }
 
-    /// Whether it holds what corners carry of this kind.
+    /// Returns whether the format holds attributes of this role.
     ///
     /// ```
     /// use neural_mesh::{io::Format, mesh::Role};
@@ -66,7 +66,7 @@ impl Format {
         !self.is_bare() && (self != Self::ThreeMf || role == Role::Colour)
     }
 
-    /// The format called `name`, in any case; `None` for an unknown name.
+    /// Returns the format called `name`, in any case, or `None`.
     ///
     /// ```
     /// use neural_mesh::io::Format;
@@ -91,7 +91,7 @@ impl Format {
         }
     }
 
-    /// The format that the extension of `path` names, if any; behind it may stand `.gz`.
+    /// Returns the format of a path's extension, ignoring a final `.gz`, or `None`.
     ///
     /// ```
     /// use neural_mesh::io::Format;
@@ -102,7 +102,7 @@ impl Format {
         Self::from_name(Self::without_gz(path).extension()?.to_str()?)
     }
 
-    /// The path without a `.gz` at its end.
+    /// Returns the path without a final `.gz`.
     ///
     /// ```
     /// use std::path::Path;
@@ -117,7 +117,7 @@ impl Format {
         }
     }
 
-    /// The format that `bytes` look like, if any: by magic words, else by the first lines.
+    /// Returns the format that the content shows, by signature or else by its first lines, or `None`.
     ///
     /// ```
     /// use neural_mesh::io::Format;
@@ -125,6 +125,7 @@ impl Format {
     /// assert_eq!(Format::from_content(b"hello"), None);
     /// ```
     pub fn from_content(bytes: &[u8]) -> Option<Self> {
+        // Before a signature may stand a byte order mark and blanks.
         let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
         let word = text.split(u8::is_ascii_whitespace).next().unwrap_or_default();
         match word {
@@ -132,13 +133,16 @@ impl Format {
             _ if is_package(bytes) => Some(Self::ThreeMf),
             _ if bytes.starts_with(b"Kaydara FBX Binary") || text.starts_with(b"; FBX ") => Some(Self::Fbx),
             b"ply" => Some(Self::Ply),
+            // Before the test for a brace: the count of a binary STL may begin with one. After PLY, whose signature is
+            // certain.
             _ if is_binary_stl(bytes) || word.eq_ignore_ascii_case(b"solid") => Some(Self::Stl),
             _ if text.starts_with(b"{") => Some(Self::Gltf),
+            // Comments may come first; ten thousand lines bound the search in large files.
             _ => text.split(|&byte| byte == b'\n' || byte == b'\r').take(10_000).find_map(from_line),
         }
     }
 
-    /// The name, as [`from_name`](Self::from_name) takes it.
+    /// Returns the name that [`from_name`](Self::from_name) accepts.
     pub fn name(self) -> &'static str {
         match self {
             Self::Obj => "obj",
@@ -155,18 +159,18 @@ impl Format {
     }
 }
 
-/// Whether the length is what the count of a binary STL asks for.
+/// Returns whether the length agrees with the face count of a binary STL.
 pub(super) fn is_binary_stl(bytes: &[u8]) -> bool {
     let count = bytes.get(80..84).and_then(|count| count.try_into().ok()).map(u32::from_le_bytes);
     count.is_some_and(|count| bytes.len() as u64 == 84 + 50 * u64::from(count))
 }
 
-/// Whether it is a zip archive that holds a 3D model; the names in it stand at its end, too, uncompressed.
+/// Returns whether the bytes are a zip archive with a `.model` file; its directory at the end has names uncompressed.
 fn is_package(bytes: &[u8]) -> bool {
     bytes.starts_with(b"PK\x03\x04") && memchr::memmem::rfind(bytes, b".model").is_some()
 }
 
-/// OFF, OBJ or FBX, where a line opens with one of their words; comments say nothing.
+/// Recognises OFF, OBJ or FBX by the first word of a line.
 fn from_line(line: &[u8]) -> Option<Format> {
     let line = line.trim_ascii_start();
     let word = line.split(u8::is_ascii_whitespace).next().unwrap_or_default();
@@ -215,7 +219,7 @@ mod tests {
         }
     }
 
-    /// Its count begins with the byte of an opening brace; found by fuzzing.
+    /// The count begins with the byte of an opening brace; found by fuzzing.
     #[test]
     fn a_binary_stl_of_123_faces_under_a_blank_header_is_no_gltf() {
         let mut bytes = vec![b' '; 80];

@@ -1,4 +1,4 @@
-//! Compressed mesh files (`.gz`): unpacked within bounds, packed by name.
+//! Gzip-compressed mesh files, decompressed within bounds.
 
 use std::borrow::Cow;
 use std::io::{Read, Write};
@@ -11,14 +11,14 @@ use super::ReadError;
 use super::room::unreadable;
 use crate::mesh::room::asking;
 
-/// How the bytes of a compressed file start.
+/// Signature of a compressed file.
 const MAGIC: &[u8] = b"\x1f\x8b";
 
-/// How many bytes each byte of a file may become, and how many are always granted. Meshes become 2 to 20 times as long;
-/// the format reaches 1030.
+/// Largest expansion per compressed byte, and bytes always allowed. Meshes expand 2 to 20 times; the format reaches
+/// 1030.
 const LIMIT: (usize, usize) = (200, 16 << 20);
 
-/// The bytes of a mesh file, unpacked where they are packed.
+/// Decompresses the bytes of a mesh file if they are compressed.
 pub(super) fn unpacked(bytes: &[u8]) -> Result<Cow<'_, [u8]>, ReadError> {
     if !bytes.starts_with(MAGIC) {
         return Ok(Cow::Borrowed(bytes));
@@ -26,11 +26,12 @@ pub(super) fn unpacked(bytes: &[u8]) -> Result<Cow<'_, [u8]>, ReadError> {
     unpacked_within(bytes, LIMIT.1.max(bytes.len().saturating_mul(LIMIT.0))).map(Cow::Owned)
 }
 
-/// All members of a packed file, one after the other; what follows them is padding.
+/// Decompresses all members of a file; other bytes after them are padding.
 fn unpacked_within(bytes: &[u8], most: usize) -> Result<Vec<u8>, ReadError> {
     let (mut out, mut rest) = (Vec::new(), bytes);
     while rest.starts_with(MAGIC) {
         let mut decoder = GzDecoder::new(rest);
+        // One byte more than allowed shows that the limit is passed.
         let room = (most - out.len()) as u64 + 1;
         let damaged = |error: std::io::Error| match error.kind() {
             std::io::ErrorKind::OutOfMemory => unreadable(error),
@@ -46,7 +47,7 @@ fn unpacked_within(bytes: &[u8], most: usize) -> Result<Vec<u8>, ReadError> {
     Ok(out)
 }
 
-/// Bytes as a packed file, the same for the same bytes.
+/// Compresses bytes; equal input gives equal output.
 pub(super) fn packed(bytes: &[u8]) -> std::io::Result<Vec<u8>> {
     let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
     encoder.write_all(bytes)?;

@@ -1,7 +1,7 @@
-//! Whether the numbers of a format hold a mesh: what is promised of a result has to hold of the file.
+//! Checks that the numbers of a format keep a mesh as it is.
 //!
-//! Vertices that lie apart stay apart, faces keep an area, and edges are longer than the steps of the numbers. What a format
-//! cannot hold is refused and not written.
+//! Distinct vertices must stay distinct, faces must keep an area, and edges must be longer than the steps of the
+//! numbers.
 
 use rustc_hash::FxHashMap;
 
@@ -9,12 +9,12 @@ use super::write::Content;
 use super::{Format, WriteError};
 use crate::mesh::has_area;
 
-/// How many steps of a format's numbers an edge has in the mean; with fewer, surfaces are stairs.
+/// Fewest steps of single precision in a mean edge; with fewer, surfaces turn into stairs.
 const STEPS: f64 = 4.0;
-/// Share of the diagonal from which on it is said how far vertices are rounded.
+/// Rounding above this share of the diagonal is reported.
 const SAID: f64 = 1e-6;
 
-/// Refuses a mesh that would be another one in the numbers of the format.
+/// Refuses a mesh that the numbers of the format would change.
 pub(super) fn check(content: &Content, format: Format) -> Result<(), WriteError> {
     if !content.is_rounded() {
         return Ok(());
@@ -47,7 +47,7 @@ pub(super) fn check(content: &Content, format: Format) -> Result<(), WriteError>
     Err(WriteError { what })
 }
 
-/// The positions as a reader of the file has them, n_vertices x 3.
+/// Returns the positions as a reader of the file sees them, n_vertices x 3.
 fn stored(content: &Content, format: Format) -> Vec<[f64; 3]> {
     let positions = (0..content.n_vertices()).map(|vertex| content.position(vertex));
     match format {
@@ -61,7 +61,7 @@ fn stored(content: &Content, format: Format) -> Vec<[f64; 3]> {
     }
 }
 
-/// How far vertices are moved where the format rounds them far from the origin, in one line.
+/// Describes by how much the format rounds vertices, if that is worth a note.
 pub(super) fn note(content: &Content, format: Format) -> Option<String> {
     if !format.is_single() || !content.is_rounded() {
         return None;
@@ -74,7 +74,7 @@ pub(super) fn note(content: &Content, format: Format) -> Option<String> {
         .then(|| format!("{name} holds single precision: vertices are rounded by up to {most:.1e}"))
 }
 
-/// Whether edges have too few steps of single precision in the mean.
+/// Returns whether the mean edge has fewer than [`STEPS`] steps of single precision.
 fn is_coarse(content: &Content, stored: &[[f64; 3]]) -> bool {
     let reach = stored.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
     let ends = |face: &[u32; 3]| [[face[0], face[1]], [face[1], face[2]], [face[2], face[0]]];
@@ -87,17 +87,18 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt()
 }
 
-/// How many vertices are written where another is, though they lie apart.
+/// Counts vertices that the file puts at the position of another, though they are distinct.
 fn n_together(content: &Content, stored: &[[f64; 3]]) -> usize {
     let mut first: FxHashMap<[u64; 3], [u64; 3]> = FxHashMap::default();
     let mut is_together = |(vertex, position): (usize, &[f64; 3])| {
         let identity = content.identity(vertex);
+        // Adding zero makes -0 equal to 0.
         *first.entry(position.map(|x| (x + 0.0).to_bits())).or_insert(identity) != identity
     };
     stored.iter().enumerate().filter(|&it| is_together(it)).count()
 }
 
-/// How many faces have an area that they do not have in the file.
+/// Counts faces that have an area only before they are written.
 fn n_flat(content: &Content, stored: &[[f64; 3]]) -> usize {
     let is_flat = |face: &&[u32; 3]| !has_area(face.map(|vertex| stored[vertex as usize])) && content.has_area(**face);
     content.faces.iter().filter(is_flat).count()

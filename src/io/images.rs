@@ -1,21 +1,20 @@
-//! What becomes of the images that an asset refers to, on their way into files.
+//! Conversion of the images that an asset refers to.
 
 use std::fmt::Debug;
 
-/// What the numbers of an image mean.
+/// The meaning of an image's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ImageUse {
-    /// Colours as sRGB has them, perhaps with opacity.
+    /// sRGB colours, perhaps with opacity.
     Colours,
-    /// Numbers: roughness, metal, occlusion, height, opacity alone.
+    /// Linear values: roughness, metal, occlusion, height, opacity alone.
     Numbers,
-    /// Directions, with 0 in the middle of the range.
+    /// Directions of a normal map.
     Normals,
 }
 
-/// Makes other images of those that an asset refers to, such as smaller ones.
+/// A converter of images, for example to smaller ones.
 pub trait ImageMaker: Debug + Sync {
-    /// The bytes of the file that takes the place of this one, in the same format, since names and media types stay; none
-    /// where the image stays as it is.
+    /// Returns the converted file in the same format, as names and media types stay, or `None` to keep the image.
     fn made(&self, image: &[u8], used: ImageUse) -> Option<Vec<u8>>;
 }

@@ -1,5 +1,4 @@
-//! Colours, light of their own, roughness, metal and their textures (`Kd`, `Ke`, `Pr`, `Pm`, `map_Kd` ..., `norm`) of the materials
-//! that an OBJ names, from its libraries, and textures that comments of a PLY name.
+//! Looks of a mesh's groups: colours and textures from the material libraries of an OBJ, or from comments of a PLY.
 
 use std::path::Path;
 
@@ -11,9 +10,11 @@ use super::material::{file_name, first_word, library_names};
 use super::texture_comments::{texture_number, textures};
 use crate::mesh::{BaseTexture, Look, Looks, Wrap, linear_light};
 
-/// What the groups of a mesh look like, by what its file says, or by the libraries of materials or the textures that it names; of a
-/// mesh without such, white. The files are read by the rules of [`write_attributed`](super::write_attributed): from the folder of the mesh, from outside
-/// only where `allow_outside` says so. Beside it what could not be had, in one line each.
+/// Reads what the groups of a mesh look like: from the file itself, its material libraries or its textures; white by
+/// default.
+///
+/// Files come from the folder of the mesh, from outside only with `allow_outside`. The second result lists missing
+/// files, a line each.
 ///
 /// ```
 /// use neural_mesh::io::{looks, read_attributed_path};
@@ -27,7 +28,7 @@ pub fn looks(extra: &Extra, allow_outside: bool) -> (Looks, Vec<String>) {
     (Looks { of_groups, v_is_up: true, linear_colours: false }, finder.notes)
 }
 
-/// The looks of the groups by the textures that comments name.
+/// Reads the looks of the groups from textures that comments name.
 fn by_number(extra: &Extra, finder: &mut Finder) -> Vec<Look> {
     let channel = extra.layouts.iter().find(|layout| layout.per_corner).map(|layout| layout.channel.clone());
     let channel = channel.unwrap_or_default();
@@ -38,12 +39,12 @@ fn by_number(extra: &Extra, finder: &mut Finder) -> Vec<Look> {
     };
     let looks: Vec<Look> = textures(extra).map(look).collect();
     let of_group = |group: &Group| looks.get(texture_number(extra, group)?).cloned();
-    // Faces without numbers are all of the first texture.
+    // // Faces without numbers all have the first texture.
     let groups = if extra.groups.is_empty() { &[Group::default()][..] } else { &extra.groups };
     groups.iter().map(|group| of_group(group).unwrap_or_default()).collect()
 }
 
-/// The looks of the groups by the materials of libraries.
+/// Reads the looks of the groups from material libraries.
 fn by_material(extra: &Extra, finder: &mut Finder) -> Vec<Look> {
     let mut materials: Vec<(String, Look)> = extra.looks.clone();
     for name in library_names(extra, finder) {
@@ -51,13 +52,13 @@ fn by_material(extra: &Extra, finder: &mut Finder) -> Vec<Look> {
             materials.append(&mut materials_of(&library, finder));
         }
     }
-    // Of materials of one name the first.
+    // // The first of several materials with one name counts, hence the reversal.
     let by_name: FxHashMap<&str, &Look> = materials.iter().rev().map(|(name, look)| (name.as_str(), look)).collect();
     let look = |name: &Option<String>| by_name.get(name.as_deref()?).map(|&look| look.clone());
     extra.groups.iter().map(|group| look(&group.material).unwrap_or_default()).collect()
 }
 
-/// The materials of a library.
+/// Reads the materials of a library.
 fn materials_of(library: &Found, finder: &mut Finder) -> Vec<(String, Look)> {
     let base = library.folder();
     let mut materials: Vec<(String, Look)> = Vec::new();
@@ -79,7 +80,7 @@ fn materials_of(library: &Found, finder: &mut Finder) -> Vec<(String, Look)> {
     materials
 }
 
-/// Takes a colour or a number, in lower case, into a look; whether the word is that of one.
+/// Takes a colour or number of a statement, in lower case, into a look; returns whether the statement has one.
 fn take_numbers(look: &mut Look, word: &[u8], rest: &[u8]) -> bool {
     let share = |known: f32| numbers(rest).next().filter(|x| x.is_finite()).map_or(known, |x| x.clamp(0.0, 1.0));
     match word {
@@ -93,7 +94,7 @@ fn take_numbers(look: &mut Look, word: &[u8], rest: &[u8]) -> bool {
     true
 }
 
-/// Where the texture of a statement, in lower case, belongs.
+/// Returns where the texture of a statement, in lower case, belongs.
 fn slot<'a>(look: &'a mut Look, word: &[u8]) -> Option<&'a mut Option<BaseTexture>> {
     let Look { texture, finish, .. } = look;
     match word {
@@ -106,7 +107,8 @@ fn slot<'a>(look: &'a mut Look, word: &[u8]) -> Option<&'a mut Option<BaseTextur
     }
 }
 
-/// What programs mean that write a texture and no number beside it, or one by which nothing would be seen of it.
+/// Replaces a black colour or zero metal beneath a texture by one: it would hide the texture, which programs do not
+/// mean.
 fn mend(look: &mut Look) {
     if look.texture.is_some() && look.colour == [0.0; 3] {
         look.colour = [1.0; 3];
@@ -119,7 +121,7 @@ fn mend(look: &mut Look) {
     }
 }
 
-/// Three numbers, sRGB as programs that write MTL mean it, as linear light.
+/// Parses one or three numbers, sRGB by custom of MTL, into linear light.
 fn colour(text: &[u8]) -> Option<[f32; 3]> {
     let mut numbers = numbers(text);
     let first = numbers.next()?;
@@ -127,13 +129,13 @@ fn colour(text: &[u8]) -> Option<[f32; 3]> {
     colour.iter().all(|x| x.is_finite()).then(|| colour.map(|x| linear_light(x.clamp(0.0, 1.0))))
 }
 
-/// The numbers that a statement begins with.
+/// Parses the leading numbers of a statement.
 fn numbers(text: &[u8]) -> impl Iterator<Item = f32> {
     let text = std::str::from_utf8(text).unwrap_or_default();
     text.split_whitespace().map_while(|word| word.parse::<f32>().ok())
 }
 
-/// What the options of a texture say of its edges.
+/// Returns the wrap mode in the options of a texture.
 fn wrap(options: &[u8]) -> [Wrap; 2] {
     let mut words = options.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
     let is_clamped = words.any(|word| word == b"-clamp") && words.next() == Some(b"on");
@@ -147,7 +149,7 @@ mod tests {
     use crate::io::{Column, Scalar};
     use crate::mesh::Finish;
 
-    /// The looks of three groups by a library with this text, beside which a texture lies.
+    /// Reads the looks of three groups from a library with this text, next to a texture.
     fn of_library(text: &str) -> (Vec<Look>, Vec<String>) {
         let folder = tempfile::tempdir().unwrap();
         std::fs::create_dir(folder.path().join("maps")).unwrap();

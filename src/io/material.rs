@@ -1,4 +1,4 @@
-//! Material libraries (MTL) of an OBJ and the textures that they name: copied as they are, but for names that have to change.
+//! Material libraries (MTL) of an OBJ and their textures, copied with adapted names.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,7 @@ use super::ImageUse;
 use super::beside::{Finder, reference};
 use super::extra::{Extra, decoded};
 
-/// Options of texture statements and how many words follow each at most; the numbers of `-o`, `-s` and `-t` may be fewer.
+/// Options of texture statements and the most words after each; `-o`, `-s` and `-t` may have fewer.
 const OPTIONS: [(&[u8], usize); 14] = [
     (b"-blendu", 1),
     (b"-blendv", 1),
@@ -24,17 +24,17 @@ const OPTIONS: [(&[u8], usize); 14] = [
     (b"-t", 3),
 ];
 
-/// What the libraries of a mesh say.
+/// Material libraries of a mesh, as the output names them.
 #[derive(Debug, Default)]
 pub(super) struct Libraries {
-    /// Their names in the output, a line each.
+    /// Names in the output, one per line.
     pub names: Vec<String>,
-    /// Material and the place of its texture (`map_Kd`), from the folder of the output.
+    /// Materials and the output paths of their textures (`map_Kd`).
     pub textures: Vec<(String, String)>,
 }
 
 impl Libraries {
-    /// Finds the libraries that the mesh names, and their textures, and lists both for the output.
+    /// Finds the mesh's libraries and their textures, and adds both to the output.
     pub fn find(extra: &Extra, finder: &mut Finder) -> Self {
         let mut libraries = Self::default();
         for name in library_names(extra, finder) {
@@ -44,7 +44,7 @@ impl Libraries {
         libraries
     }
 
-    /// Lists a library and its textures; gives its new name where it has to change.
+    /// Adds a library and its textures to the output; returns its name if that changes.
     fn add(&mut self, name: &str, finder: &mut Finder) -> Option<String> {
         let found = finder.find(Path::new(""), name)?;
         let text = self.with_textures(&found.bytes, found.folder(), &found.place, finder);
@@ -52,7 +52,7 @@ impl Libraries {
         found.moved.then(|| reference(&found.place))
     }
 
-    /// The text of a library with names of textures that lead to their places beside the output.
+    /// Returns the text of a library with texture names that fit the output.
     fn with_textures(&mut self, text: &[u8], base: &Path, place: &Path, finder: &mut Finder) -> Vec<u8> {
         let mut out = Vec::with_capacity(text.len());
         let mut material = String::new();
@@ -73,6 +73,7 @@ impl Libraries {
                 self.textures.push((material.clone(), reference(&found.place)));
             }
             if found.moved {
+                // The name is the end of the line; only it changes, so that options and comments survive.
                 let start = line.trim_ascii_end().len() - name.len();
                 out.extend(&line[..start]);
                 out.extend(from_folder_of(place, &found.place).as_bytes());
@@ -86,14 +87,14 @@ impl Libraries {
     }
 }
 
-/// The libraries that the lines of a mesh name: several in a line, or one with blanks in its name.
+/// Lists the libraries of a mesh: a line may name several, or one with blanks in its name.
 pub(super) fn library_names<'a>(extra: &'a Extra, finder: &Finder) -> Vec<&'a str> {
     let of_line =
         |line: &'a String| if finder.has(line) { vec![line.as_str()] } else { line.split_whitespace().collect() };
     extra.material_libraries.iter().flat_map(of_line).collect()
 }
 
-/// How a file at `place` names another one.
+/// Returns the relative path from the file `place` to the file `other`.
 fn from_folder_of(place: &Path, other: &Path) -> String {
     let up: PathBuf = place
         .parent()
@@ -103,20 +104,20 @@ fn from_folder_of(place: &Path, other: &Path) -> String {
     reference(&up.join(other))
 }
 
-/// The first word of a line and what follows it.
+/// Splits a line after its first word.
 pub(super) fn first_word(line: &[u8]) -> (&[u8], &[u8]) {
     let line = line.trim_ascii_start();
     line.split_at(line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len()))
 }
 
-/// Whether a statement of an MTL names a texture.
+/// Returns whether a statement of an MTL names a texture.
 fn is_texture(word: &[u8]) -> bool {
     let others = [&b"bump"[..], b"disp", b"decal", b"refl", b"norm"];
     word.get(..4).is_some_and(|start| start.eq_ignore_ascii_case(b"map_")) && !word.eq_ignore_ascii_case(b"map_aat")
         || others.iter().any(|other| word.eq_ignore_ascii_case(other))
 }
 
-/// What a texture is used for that this statement names.
+/// Returns the use of a texture that this statement names.
 pub(super) fn used_as(word: &[u8]) -> ImageUse {
     match word.to_ascii_lowercase().as_slice() {
         b"norm" => ImageUse::Normals,
@@ -125,7 +126,7 @@ pub(super) fn used_as(word: &[u8]) -> ImageUse {
     }
 }
 
-/// The file that a texture statement names behind its options.
+/// Returns the file name after the options of a texture statement.
 pub(super) fn file_name(mut rest: &[u8]) -> &[u8] {
     loop {
         rest = rest.trim_ascii();
@@ -134,6 +135,7 @@ pub(super) fn file_name(mut rest: &[u8]) -> &[u8] {
             return rest;
         };
         for i in 0..*most {
+            // The first value of an option may be any word (`on`), further ones only numbers.
             let (value, next) = first_word(behind);
             let is_number = std::str::from_utf8(value).is_ok_and(|value| value.parse::<f32>().is_ok());
             if i > 0 && !is_number || value.is_empty() {

@@ -1,7 +1,6 @@
-//! Mesh files: bytes to [`RawMesh`] and back, one file per format.
+//! Mesh files: readers from bytes to [`RawMesh`], and writers back.
 //!
-//! Readers take what can be understood and refuse the rest in one line; what is wrong with the mesh itself is for
-//! [`cleanup`](crate::mesh::cleanup) to judge.
+//! Readers check the syntax of a file; [`cleanup`](crate::mesh::cleanup) judges the mesh.
 
 mod bare_gltf;
 mod beside;
@@ -89,10 +88,10 @@ pub use write_path::{packed_by_name, write_path};
 use crate::mesh::{Frame, RawMesh, TriMesh};
 use write::Content;
 
-/// Reads a mesh from the bytes of a file, compressed by gzip or not, in `format` or in the one that the content shows.
+/// Reads a mesh from the bytes of a file, gzip-compressed or not; without a `format`, the content decides.
 ///
 /// # Errors
-/// [`ReadError`] says in one line what is wrong, where, and what to do.
+/// [`ReadError`] names the problem, its place and a remedy in one line.
 ///
 /// ```
 /// use neural_mesh::io::{Format, read};
@@ -105,14 +104,13 @@ pub fn read(bytes: &[u8], format: Option<Format>) -> Result<RawMesh, ReadError> 
     read_with(bytes, format, &of_its_own)
 }
 
-/// Reads a mesh with all that its file holds, from the bytes of a file, in `format` or in the one that the content shows:
-/// texture coordinates, normals and colours, groups and materials, properties of any name; of a glTF the
-/// meshes that the default scene places, as one.
+/// Reads a mesh with texture coordinates, normals, colours, groups, materials and further properties; without a
+/// `format`, the content decides.
 ///
-/// What cannot be kept is said in [`ReadMesh::notes`].
+/// From a glTF come the meshes of the default scene, as one mesh. [`ReadMesh::notes`] lists losses.
 ///
 /// # Errors
-/// As of [`read`].
+/// As [`read`].
 ///
 /// ```
 /// use neural_mesh::io::read_attributed;
@@ -126,7 +124,7 @@ pub fn read_attributed(bytes: &[u8], format: Option<Format>) -> Result<ReadMesh,
     read_attributed_with(bytes, format, &of_its_own)
 }
 
-/// [`read_attributed`], where `fetch` gives the bytes of a file that the asset names.
+/// Reads as [`read_attributed`]; `fetch` returns the bytes of a file that a glTF names.
 fn read_attributed_with(
     bytes: &[u8],
     format: Option<Format>,
@@ -148,22 +146,23 @@ fn read_attributed_with(
     Ok(ReadMesh { format: Some(format), ..read })
 }
 
-/// Refuses the file `uri` of an asset whose place is not known.
+/// Refuses the external file `uri`: bytes alone have no folder to read it from.
 fn of_its_own(uri: &str) -> Result<Vec<u8>, ReadError> {
     let what = format!("the buffer {uri:?} is a file of its own");
     Err(ReadError::file(what, "read the asset by its path or export it as GLB"))
 }
 
-/// The format of the bytes: as said, or as the content shows.
+/// Returns the given format, else the one that the content shows.
 fn known(bytes: &[u8], format: Option<Format>) -> Result<Format, ReadError> {
     let format = format.or_else(|| Format::from_content(bytes)).ok_or_else(|| unknown(bytes))?;
+    // The signature of UTF-16 text; without this, a reader would complain about the first word.
     if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
         return Err(ReadError::file("the text is in UTF-16", "save it as UTF-8 or ASCII"));
     }
     Ok(format)
 }
 
-/// [`read`], where `fetch` gives the bytes of a file that the asset names.
+/// Reads as [`read`]; `fetch` returns the bytes of a file that a glTF names.
 fn read_with(
     bytes: &[u8],
     format: Option<Format>,
@@ -183,7 +182,7 @@ fn read_with(
     mesh.map_err(|error| ReadError { format: Some(format), ..error })
 }
 
-/// Why bytes of no known format are refused.
+/// Explains to the user that the bytes are of no known format.
 fn unknown(bytes: &[u8]) -> ReadError {
     if bytes.is_empty() {
         return ReadError::file("the file is empty", "give a mesh file");
@@ -197,7 +196,7 @@ fn unknown(bytes: &[u8]) -> ReadError {
     )
 }
 
-/// Whether this build reads files of a format.
+/// Returns whether this build reads files of `format`.
 ///
 /// ```
 /// use neural_mesh::io::{Format, is_read};
@@ -210,10 +209,10 @@ pub fn is_read(format: Format) -> bool {
     }
 }
 
-/// Why no FBX is written.
+/// Explains that FBX is read only.
 const FBX_IS_READ: &str = "fbx is read, not written: choose glb, which holds as much";
 
-/// Why this build writes no files of a format, and what to do; none where it does.
+/// Returns why this build cannot write `format`, with a remedy, or `None` if it can.
 ///
 /// ```
 /// use neural_mesh::io::{Format, unwritten};
@@ -243,11 +242,10 @@ pub fn write(mesh: &TriMesh, frame: &Frame, format: Format) -> Result<Vec<u8>, W
     write_content(Content::of(mesh, frame), format)
 }
 
-/// Writes the faces of a mesh over positions (n_vertices x 3, in the file's coordinates) that are not rounded: those
-/// of the original, where every vertex still has one.
+/// Writes a mesh with exact positions, n_vertices x 3 in the file's coordinates, instead of its rounded ones.
 ///
 /// # Errors
-/// [`WriteError`] where the format cannot hold the mesh, or where there is not one finite position for each vertex.
+/// [`WriteError`] where the format cannot hold the mesh, or a vertex has no finite position.
 ///
 /// ```
 /// use neural_mesh::{io, mesh::TriMesh};
@@ -278,11 +276,9 @@ fn write_fitted(content: &Content, format: Format) -> Result<Vec<u8>, WriteError
     }
 }
 
-/// The content with the digits that the format needs.
-///
-/// # Errors
-/// [`WriteError`] where the numbers of the format do not hold it.
+/// Gives the content the digits that the format needs, and checks that its numbers keep the mesh.
 fn fitted(content: Content, format: Format) -> Result<Content, WriteError> {
+    // Readers of these texts may take short singles as doubles, which moves vertices.
     let is_for_doubles = matches!(format, Format::Obj | Format::Off | Format::ThreeMf);
     let content = if is_for_doubles { content.in_decimals() } else { content };
     held::check(&content, format)?;

@@ -1,4 +1,4 @@
-//! Writes a mesh with all that it carries, and what has to lie beside it; says what a format cannot hold.
+//! Writes a mesh with its attributes and companion files, and notes what a format cannot hold.
 
 use rustc_hash::FxHashMap;
 
@@ -17,28 +17,27 @@ use super::{
 };
 use crate::mesh::{Attributes, Channel, Frame, Role, TriMesh};
 
-/// What becomes of libraries of materials in a glTF.
+/// Note that a glTF takes only part of a material library.
 const BASE_ONLY: &str = "gltf takes names, colours (Kd, Ke), roughness, metal and textures (map_Kd, map_Ke, norm) from a library: the rest is left out";
 
-/// A mesh and all that is to be written of it.
+/// A mesh to be written, with everything that it carries.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Model<'a> {
-    /// Its vertices and faces.
+    /// Vertices and faces.
     pub mesh: &'a TriMesh,
-    /// How its coordinates lie in the file.
+    /// Origin and precision of the file's coordinates.
     pub frame: Frame,
-    /// Positions in the file's coordinates that are not rounded, for the vertices that have such, n_vertices; none where no
-    /// vertex has.
+    /// Exact positions in the file's coordinates, for the vertices that have one, n_vertices; `None` if none has.
     pub exact: Option<Vec<Option<[f64; 3]>>>,
-    /// What its corners and faces carry.
+    /// Attributes of corners and faces.
     pub attributes: &'a Attributes,
-    /// What the file that it comes from says beside.
+    /// Further content of the original file.
     pub extra: &'a Extra,
 }
 
 impl<'a> Model<'a> {
-    /// A mesh as it lies in its frame, rounded as the frame says.
+    /// Makes a model whose positions are all rounded as the frame says.
     pub fn new(mesh: &'a TriMesh, frame: Frame, attributes: &'a Attributes, extra: &'a Extra) -> Self {
         Self { mesh, frame, exact: None, attributes, extra }
     }
@@ -48,22 +47,24 @@ impl<'a> Model<'a> {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Written {
-    /// The mesh file.
+    /// Content of the mesh file.
     pub bytes: Vec<u8>,
-    /// Files that belong beside it: libraries of materials, textures.
+    /// Further files: material libraries, textures.
     pub beside: Vec<OutputFile>,
-    /// What the format does not hold, and files that were not found, in one line each.
+    /// Losses and missing files, a line each.
     pub notes: Vec<String>,
-    /// Vertices of the mesh file: those at seams as often as the format repeats them. None of STL, whose faces share none.
+    /// Vertices in the file, where seams may repeat some; `None` for STL, whose faces share none.
     pub n_vertices: Option<usize>,
 }
 
-/// Writes a mesh with its attributes, groups and materials as far as the format holds them; what it does not hold is said
-/// in [`Written::notes`]. Files that the asset names are read from its folder ([`Extra::folder`]) and listed in
-/// [`Written::beside`]; [`write_files`](super::write_files) puts them in place.
+/// Writes a mesh with its attributes, groups and materials as far as the format holds them; [`Written::notes`] lists
+/// losses.
+///
+/// Files that the asset names are read from [`Extra::folder`] and returned in [`Written::beside`], for
+/// [`write_files`](super::write_files).
 ///
 /// # Errors
-/// [`WriteError`] where the format cannot hold the mesh, or the attributes or positions are not those of the mesh.
+/// [`WriteError`] where the format cannot hold the mesh, or attributes or positions do not match it.
 ///
 /// ```
 /// use neural_mesh::io::{Format, Model, WriteOptions, read_attributed, write_attributed};
@@ -115,7 +116,8 @@ pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written
     Ok(Written { bytes, beside: images, notes, n_vertices: shares_vertices.then_some(n_vertices) })
 }
 
-/// How the numbers of models, all of them levels of one, are packed in a glTF; the note says where their positions cannot be.
+/// Chooses the packing of numbers in a glTF, common to all levels of a model; a note explains where positions stay
+/// unpacked.
 ///
 /// # Errors
 /// [`WriteError`] where a glTF cannot hold a model.
@@ -136,13 +138,13 @@ pub fn packing(models: &[Model], options: &PackOptions) -> Result<(Packing, Opti
     Ok(Packing::of_levels(&levels, options))
 }
 
-/// A model in the numbers of a format.
+/// Prepares a model for the numbers of a format.
 fn content<'a>(model: &Model<'a>, format: Format) -> Result<Content<'a>, WriteError> {
     let kept = model.exact.clone().map(|positions| Content::keeping(model.mesh, &model.frame, positions));
     fitted(kept.unwrap_or_else(|| Ok(Content::of(model.mesh, &model.frame)))?, format)
 }
 
-/// A model as a glTF.
+/// Writes a model as a glTF.
 fn as_gltf(model: &Model, content: &Content, options: &WriteOptions) -> Result<BareFile, WriteError> {
     let Model { attributes, extra, .. } = *model;
     let names = material_names(attributes, extra);
@@ -154,7 +156,7 @@ fn as_gltf(model: &Model, content: &Content, options: &WriteOptions) -> Result<B
     Ok(written)
 }
 
-/// A model as a 3MF.
+/// Writes a model as a 3MF.
 fn as_threemf(
     model: &Model,
     content: &Content,
@@ -169,14 +171,14 @@ fn as_threemf(
     Ok(bytes)
 }
 
-/// What the materials of a glTF are called, by the groups; one group for all is a material only where the file says so.
+/// Lists the names of glTF materials by group; a single unnamed group is no material.
 fn material_names(attributes: &Attributes, extra: &Extra) -> Vec<String> {
     let is_material = |group: &&Group| !attributes.groups.is_empty() || group.material.is_some();
     extra.groups.iter().filter(is_material).map(Group::title).collect()
 }
 
-/// What OBJ says of a mesh: libraries by the names that they have beside the output; numbers of faces as names of groups,
-/// textures of a PLY as a library of its own.
+/// Prepares the extra content for OBJ: libraries by their output names, face numbers as group names, textures of a PLY
+/// as a new library.
 fn for_obj(extra: &Extra, attributes: &Attributes, name: &str, finder: &mut Finder) -> Extra {
     let mut extra = Extra { material_libraries: Libraries::find(extra, finder).names, ..extra.clone() };
     for group in extra.groups.iter_mut().filter(|group| group.name.is_none() && !group.values.is_empty()) {
@@ -190,6 +192,7 @@ fn for_obj(extra: &Extra, attributes: &Attributes, name: &str, finder: &mut Find
         finder.list(library.as_ref(), &own.text);
         extra.material_libraries.push(library);
     }
+    // Textures of a PLY become a library, unless the mesh names one already.
     let textures = textures_of_comments(&extra, finder);
     if !textures.is_empty() && extra.material_libraries.is_empty() {
         let library = format!("{name}.mtl");
@@ -210,7 +213,7 @@ fn for_obj(extra: &Extra, attributes: &Attributes, name: &str, finder: &mut Find
     extra
 }
 
-/// The textures that comments of a PLY name, in their order, as they will lie beside the output.
+/// Lists the output paths of the textures that comments of a PLY name, in order.
 fn textures_of_comments(extra: &Extra, finder: &mut Finder) -> Vec<String> {
     let place = |name: &str| match finder.find("".as_ref(), name) {
         Some(found) => {
@@ -223,7 +226,7 @@ fn textures_of_comments(extra: &Extra, finder: &mut Finder) -> Vec<String> {
     textures(extra).map(place).collect()
 }
 
-/// What PLY says of a mesh: materials as a number of each face, their textures as comments.
+/// Prepares the extra content for PLY: materials as numbers of faces, their textures as comments.
 fn for_ply(extra: &Extra, attributes: &Attributes, name: &str, finder: &mut Finder, notes: &mut Vec<String>) -> Extra {
     let mut textures = textures_of_comments(extra, finder).into_iter();
     let mut extra = extra.clone();
@@ -241,14 +244,14 @@ fn for_ply(extra: &Extra, attributes: &Attributes, name: &str, finder: &mut Find
     }
     let mut libraries = Libraries::find(&extra, finder);
     libraries.textures.extend(OwnMaterials::list(&extra, name, finder).textures);
-    // Libraries mean nothing to a PLY; the textures stay.
+    // // A PLY cannot name libraries; only their textures stay.
     finder.files.retain(|file| libraries.textures.iter().any(|(_, place)| file.path == std::path::Path::new(place)));
     notes.push("ply holds no materials: faces carry their number, comments name their textures".into());
     let extra = with_material_numbers(extra, &libraries);
     if self::textures(&extra).nth(1).is_some() { with_texture_coordinates_of_faces(extra, attributes) } else { extra }
 }
 
-/// The first texture coordinates as lists of the faces: where there are several textures, MeshLab knows no others.
+/// Lays out the first texture coordinates per face: MeshLab reads only those where there are several textures.
 fn with_texture_coordinates_of_faces(mut extra: Extra, attributes: &Attributes) -> Extra {
     let is_uv = |channel: &&Channel| channel.role == Role::Uv && channel.width == 2;
     if let Some(channel) = attributes.channels.iter().find(is_uv) {
@@ -259,7 +262,7 @@ fn with_texture_coordinates_of_faces(mut extra: Extra, attributes: &Attributes) 
     extra
 }
 
-/// The materials as numbers in a column of the faces, called `texnumber` where each has a texture.
+/// Adds material numbers as a column of the faces, called `texnumber` if every material has a texture.
 fn with_material_numbers(mut extra: Extra, libraries: &Libraries) -> Extra {
     let materials: Vec<String> = extra.materials().into_iter().map(String::from).collect();
     let of_materials: FxHashMap<&String, &String> =
@@ -279,7 +282,7 @@ fn with_material_numbers(mut extra: Extra, libraries: &Libraries) -> Extra {
     extra
 }
 
-/// The line that says what a format of bare geometry, or of colours beside, does not hold of a mesh; none where it holds all.
+/// Returns a note on what the format cannot hold of a mesh, or `None` if it holds all.
 pub fn geometry_only(format: Format, attributes: &Attributes, extra: &Extra) -> Option<String> {
     let is_held = |channel: &&Channel| format.holds(channel.role);
     let mut dropped: Vec<&str> =

@@ -1,9 +1,9 @@
-//! What stands for FBX in a build without the feature `fbx`: refusals.
+//! Stub of `fbx` for builds without it: refuses files.
 
 use super::{ReadError, ReadMesh};
 use crate::mesh::RawMesh;
 
-/// Whether this build reads the format.
+/// Whether this build reads FBX.
 pub(super) const IS_READ: bool = false;
 
 /// Refuses every file.

@@ -1,4 +1,4 @@
-//! What stands for glTF in a build without the feature `gltf`: refusals.
+//! Stub of `gltf` for builds without it: refuses files and meshes.
 
 use super::bare_gltf::BareFile;
 use super::write::Content;
@@ -6,7 +6,7 @@ use super::write_options::WriteOptions;
 use super::{Format, ReadError, ReadMesh, WriteError};
 use crate::mesh::{Attributes, Look, RawMesh};
 
-/// Why this build writes no such file.
+/// Reason why this build cannot write glTF.
 pub(super) const MISSING: Option<&str> =
     Some("this build writes no glTF: build with the feature gltf or choose another format");
 

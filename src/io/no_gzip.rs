@@ -1,10 +1,10 @@
-//! What stands for compressed files in a build without the feature `gzip`: a refusal.
+//! Stub of `gzip` for builds without it: refuses compressed files.
 
 use std::borrow::Cow;
 
 use super::ReadError;
 
-/// The bytes as they are; packed ones are refused.
+/// Returns the bytes as they are; refuses compressed ones.
 pub(super) fn unpacked(bytes: &[u8]) -> Result<Cow<'_, [u8]>, ReadError> {
     match bytes {
         [0x1f, 0x8b, ..] => {
@@ -14,7 +14,7 @@ pub(super) fn unpacked(bytes: &[u8]) -> Result<Cow<'_, [u8]>, ReadError> {
     }
 }
 
-/// Refuses to pack.
+/// Refuses to compress.
 pub(super) fn packed(_: &[u8]) -> std::io::Result<Vec<u8>> {
     Err(std::io::Error::other("this build writes no gzip"))
 }

@@ -1,10 +1,10 @@
-//! What stands for 3MF in a build without the feature `3mf`: refusals.
+//! Stub of `threemf` for builds without it: refuses files and meshes.
 
 use super::write::Content;
 use super::{Extra, ReadError, ReadMesh, WriteError};
 use crate::mesh::{Attributes, Look, RawMesh};
 
-/// Why this build writes no such file.
+/// Reason why this build cannot write 3MF.
 pub(super) const MISSING: Option<&str> =
     Some("this build writes no 3MF: build with the feature 3mf or choose another format");
 

@@ -1,23 +1,23 @@
-//! Decimal numbers in bytes: a short path for what mesh files hold, the crate `fast-float2` for the rest.
+//! Decimal numbers in bytes: a fast path for typical mesh files, the crate `fast-float2` for the rest.
 
-/// Powers of ten that `f64` holds exactly.
+/// Powers of ten that `f64` represents exactly.
 const POWERS: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,
     1e21, 1e22,
 ];
 
-/// A number and what its text tells about it.
+/// A parsed number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Number {
     /// The value, correctly rounded.
     pub value: f64,
-    /// Bytes that the text takes.
+    /// Length of the text in bytes.
     pub length: usize,
-    /// Whether the digits say more than `f32` holds: its nearest value, written with as many decimals, would differ.
+    /// Whether the digits need a double: the nearest single, written with as many decimals, would differ.
     pub double: bool,
 }
 
-/// The number at the start of `text`; `None` where none starts. `nan`, `inf` and `infinity` are numbers.
+/// Parses the number at the start of `text`, including `nan`, `inf` and `infinity`; `None` if there is none.
 pub(super) fn parse(text: &[u8]) -> Option<Number> {
     let signed = usize::from(matches!(text.first(), Some(b'-' | b'+')));
     let (whole, n_whole) = digits(text.get(signed..)?, 0);
@@ -30,10 +30,11 @@ pub(super) fn parse(text: &[u8]) -> Option<Number> {
     let n_digits = n_whole + n_decimals;
     let (exponent, n_exponent) = exponent(&text[length..]);
     let power = exponent - n_decimals as i32;
-    // Writers pad whole numbers with zeros that say nothing.
+    // // Trailing zeros of a whole number are no statement about its precision.
     let n_zeros =
         if n_decimals > 0 { 0 } else { text[..length].iter().rev().take_while(|&&byte| byte == b'0').count() };
     let last_digit = power.saturating_add(n_zeros as i32);
+    // The fast path needs a mantissa and a power that doubles represent exactly.
     if n_digits == 0 || n_digits > 19 || mantissa > 1 << 53 || power.abs() > 22 {
         return parse_any(text, last_digit);
     }
@@ -48,7 +49,7 @@ pub(super) fn parse(text: &[u8]) -> Option<Number> {
     })
 }
 
-/// The unsigned decimal integer that continues `start`, modulo 2^64, and its number of digits.
+/// Parses the decimal digits that continue `start`, modulo 2^64; returns the value and the number of digits.
 fn digits(text: &[u8], start: u64) -> (u64, usize) {
     let mut value = start;
     for (i, &byte) in text.iter().enumerate() {
@@ -61,7 +62,7 @@ fn digits(text: &[u8], start: u64) -> (u64, usize) {
     (value, text.len())
 }
 
-/// The exponent after a mantissa and the bytes it takes; (0, 0) where there is none.
+/// Parses an exponent; returns it and its length, (0, 0) if there is none.
 fn exponent(text: &[u8]) -> (i32, usize) {
     let [b'e' | b'E', rest @ ..] = text else { return (0, 0) };
     let signed = usize::from(matches!(rest.first(), Some(b'-' | b'+')));
@@ -69,18 +70,19 @@ fn exponent(text: &[u8]) -> (i32, usize) {
     if n == 0 {
         return (0, 0);
     }
+    // Six digits exceed any exponent of a double; more would overflow.
     let size = if n > 6 { 1_000_000 } else { value as i32 };
     (if rest[0] == b'-' { -size } else { size }, 1 + signed + n)
 }
 
-/// The slow path: any length, any exponent, names of infinities.
+/// Parses any length, any exponent, and names of infinities.
 fn parse_any(text: &[u8], last_digit: i32) -> Option<Number> {
     let plus = usize::from(text.first() == Some(&b'+') && text.get(1) != Some(&b'-') && text.get(1) != Some(&b'+'));
     let (value, length) = fast_float2::parse_partial::<f64, _>(&text[plus..]).ok()?;
     Some(Number { value, length: plus + length, double: says_more_than_single(value, last_digit) })
 }
 
-/// Whether a text whose last digit counts 10^last_digit cannot stand for an `f32`.
+/// Returns whether a number whose last digit counts 10^last_digit cannot be the text of an `f32`.
 fn says_more_than_single(value: f64, last_digit: i32) -> bool {
     let error = (f64::from(value as f32) - value).abs();
     // Half of the last digit, and the rounding of the value itself.

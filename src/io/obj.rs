@@ -1,5 +1,6 @@
-//! Wavefront OBJ: positions and faces, and where they are asked for texture coordinates, normals, colours of vertices, groups
-//! and materials. Curves, lines and points are passed over.
+//! Wavefront OBJ: positions and faces, on request texture coordinates, normals, vertex colours, groups and materials.
+//!
+//! Curves, lines and points are ignored.
 
 mod groups;
 mod wedges;
@@ -14,12 +15,12 @@ use groups::Groups;
 use wedges::Wedges;
 pub(super) use write::{write, write_attributed};
 
-/// An index that no vertex has: faces with it are for cleanup to drop.
+/// Index of no vertex; cleanup drops faces with it.
 const NOWHERE: u32 = u32::MAX;
 
 const REMEDY: &str = "fix the line or export the mesh again";
 
-/// Reads the geometry of an OBJ text: BOM, CRLF, continued lines, relative indices and comments in any encoding are fine.
+/// Reads the geometry of an OBJ text, with BOM, CRLF, continued lines, relative indices and comments in any encoding.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     let mut reader = Reader::default();
     reader.read(bytes)?;
@@ -27,27 +28,28 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     Ok(reader.mesh)
 }
 
-/// Reads an OBJ text with all that it holds. A corner without a texture coordinate or normal, or with a number that leads
-/// nowhere, gets zeros; a vertex without a colour where others have one gets white.
+/// Reads an OBJ text with all its attributes.
+///
+/// Corners without a valid texture coordinate or normal get zeros. If some vertices have colours, the others get white.
 pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     let mut reader = Reader { keeps: true, ..Reader::default() };
     reader.read(bytes)?;
     Ok(reader.finish())
 }
 
-/// What was read so far.
+/// State of the reader.
 #[derive(Default)]
 struct Reader<'a> {
-    /// Whether more than geometry is asked for.
+    /// Whether attributes are read, not only geometry.
     keeps: bool,
-    /// Its faces name wedges once there are some.
+    /// Mesh so far; its faces index wedges once `wedges` exists.
     mesh: RawMesh,
     fans: Fans,
     /// `v/vt/vn` of the current face, from zero.
     corners: Vec<[u32; 3]>,
-    /// What the fan of the current face is made of.
+    /// Corners of the current face, as wedges or vertices.
     numbers: Vec<u32>,
-    /// From the first corner on that has more than a vertex.
+    /// Wedges, from the first corner on that has more than a vertex.
     wedges: Option<Wedges>,
     /// Values of the `vt` lines, n x 2, and of the `vn` lines, n x 3.
     uvs: Vec<f32>,
@@ -59,7 +61,7 @@ struct Reader<'a> {
     dropped: Dropped,
 }
 
-/// Numbers of lines that say what is not kept.
+/// Counts of ignored statements.
 #[derive(Default)]
 struct Dropped {
     third_coordinates: usize,
@@ -70,6 +72,7 @@ struct Dropped {
 
 impl<'a> Reader<'a> {
     fn read(&mut self, bytes: &'a [u8]) -> Result<(), ReadError> {
+        // Unknown statements are skipped, not refused: exporters add their own.
         let mut text = Text::new(bytes).with_continuation();
         while !text.is_at_end() {
             text.skip_blanks();
@@ -91,7 +94,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Three numbers; a weight or a colour may follow.
+    /// Reads three coordinates, and a colour or weight after them.
     fn read_vertex(&mut self, text: &mut Text) -> Result<(), ReadError> {
         let mut position = [0.0; 3];
         for x in &mut position {
@@ -100,6 +103,7 @@ impl<'a> Reader<'a> {
         }
         room(&mut self.mesh.positions, 1)?;
         self.mesh.positions.push(position);
+        // One number more is a weight; only three are a colour.
         if self.keeps && (!self.colours.is_empty() || !text.is_line_done()) {
             let colour = values::<3>(text);
             if let Some(colour) = colour.filter(|&(_, n)| n == 3).map(|(colour, _)| colour) {
@@ -110,7 +114,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// A face, as a fan of triangles.
+    /// Reads a face and cuts it into a fan of triangles.
     fn read_face(&mut self, text: &mut Text) -> Result<(), ReadError> {
         self.read_corners(text)?;
         self.numbers.clear();
@@ -132,12 +136,13 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Each `v`, `v/vt`, `v//vn` or `v/vt/vn` up to the end of the line.
+    /// Reads corners `v`, `v/vt`, `v//vn` or `v/vt/vn` up to the end of the line.
     fn read_corners(&mut self, text: &mut Text) -> Result<(), ReadError> {
         let counts = [self.mesh.positions.len(), self.uvs.len() / 2, self.normals.len() / 3];
         self.corners.clear();
         while !text.is_line_done() {
             let problem = "a corner of a face needs a vertex number";
+            // A bad vertex number is an error, a bad texture coordinate or normal only missing.
             let vertex = text.integer().ok_or_else(|| text.error(problem, REMEDY))?;
             let mut corner = [from_zero(vertex, counts[0]), NOWHERE, NOWHERE];
             for (part, &count) in corner.iter_mut().zip(&counts).skip(1) {
@@ -156,7 +161,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// A line that is neither a vertex nor a face.
+    /// Reads a line that is neither a vertex nor a face.
     fn read_statement(&mut self, text: &mut Text<'a>) {
         match text.word() {
             b"vt" => {
@@ -176,7 +181,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Puts together what was read.
+    /// Assembles the result.
     fn finish(mut self) -> ReadMesh {
         let mut notes = self.dropped.notes();
         let not_finite: usize =
@@ -201,7 +206,7 @@ impl<'a> Reader<'a> {
         ReadMesh { mesh, extra, notes, format: None }
     }
 
-    /// Settles the polygons, lets the faces name vertices, and gives the wedges of the faces and the channels.
+    /// Triangulates polygons and returns to vertex indices; returns wedges and channels.
     fn settle(&mut self) -> (Vec<[u32; 3]>, Vec<Channel>) {
         let RawMesh { positions, faces, .. } = &mut self.mesh;
         let fans = std::mem::take(&mut self.fans);
@@ -212,6 +217,7 @@ impl<'a> Reader<'a> {
             let channels = if coloured { vec![channel("colour", Role::Colour, 3, colours)] } else { Vec::new() };
             return (if coloured { faces.clone() } else { Vec::new() }, channels);
         };
+        // Polygons first: their diagonals are chosen while faces still index wedges, so that both change together.
         fans.settle_with(|wedge| wedges.position(wedge, positions), faces);
         let uvs = wedges.values(1, &self.uvs, 2).map(|values| channel("uv", Role::Uv, 2, values));
         let normals = wedges.values(2, &self.normals, 3).map(|values| channel("normal", Role::Normal, 3, values));
@@ -241,18 +247,18 @@ fn channel(name: &str, role: Role, width: usize, values: Vec<f32>) -> Channel {
     Channel { name: name.into(), role, width, values }
 }
 
-/// The first channel of a kind: the format holds one of each.
+/// Returns the first channel of a role; the format holds one of each.
 fn channel_of(attributes: &Attributes, role: Role) -> Option<&Channel> {
     attributes.channels.iter().find(|channel| channel.role == role)
 }
 
-/// An index of the file, which counts from one or back from the last, as one from zero.
+/// Converts an index of the file, which counts from one, or back from the last, to one from zero.
 fn from_zero(index: i64, count: usize) -> u32 {
     u32::try_from(if index < 0 { count as i64 + index } else { index - 1 }).unwrap_or(NOWHERE)
 }
 
-/// Up to `N` numbers on the rest of the line and how many there are; `None` where there is none. They say nothing about
-/// the precision of the positions.
+/// Parses up to `N` numbers of the line and returns them with their count, or `None` without any; ignores their
+/// precision.
 fn values<const N: usize>(text: &mut Text) -> Option<([f32; N], usize)> {
     let double = text.double;
     let (mut values, mut n) = ([0.0; N], 0);
@@ -293,10 +299,10 @@ mod tests {
         }
     }
 
-    /// Position number, `vt` and `vn`.
+    /// Vertex, `vt` and `vn`.
     type NaiveCorner = (u32, [f32; 2], [f32; 3]);
 
-    /// The corners of each triangle, by splitting lines and words.
+    /// Returns the corners of each triangle by splitting lines and words.
     fn naive(text: &str) -> Vec<[NaiveCorner; 3]> {
         let rows = |word: &str| {
             let numbers = |line: &str| line.split(' ').skip(1).map(|x| x.parse::<f32>().unwrap()).collect::<Vec<_>>();
@@ -329,7 +335,7 @@ mod tests {
         (vertex, [uv[0], uv[1]], [normal[0], normal[1], normal[2]])
     }
 
-    /// A triangle whose corners may lack values or name ones that come later or never.
+    /// Generates triangles whose corners may lack values or name later or absent ones.
     fn any_face() -> impl Strategy<Value = String> {
         let corner = (1i64..5, -6i64..7, -6i64..7, 0..5).prop_map(|(vertex, uv, normal, form)| match form {
             0 => format!(" {vertex}"),

@@ -1,4 +1,4 @@
-//! Geomview OFF as text, with or without colours, normals and texture coordinates, which are passed over.
+//! Geomview OFF as text; colours, normals and texture coordinates are ignored.
 
 use super::ReadError;
 use super::room::room;
@@ -8,18 +8,18 @@ use crate::mesh::{Fans, RawMesh};
 
 const REMEDY: &str = "export the mesh again";
 
-/// Reads an OFF text: comments, counts on the first line and irregular blanks are fine.
+/// Reads an OFF text, with comments, counts on the first line and irregular blanks.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     read_with_notes(bytes).map(|(mesh, _)| mesh)
 }
 
-/// [`read`], and what is passed over, in one line each.
+/// Reads as [`read`]; also returns notes on what was ignored.
 pub(super) fn read_with_notes(bytes: &[u8]) -> Result<(RawMesh, Vec<String>), ReadError> {
     let mut text = Text::new(bytes);
     let mut notes = Vec::new();
     read_keyword(&mut text)?;
     let [n_vertices, n_faces, _] = read_counts(&mut text)?;
-    // Counts are claims: room is made only for what the bytes can hold.
+    // // Counts are claims: memory is reserved only for what the bytes can hold.
     let possible = text.rest().len() / 6 + 1;
     let mut mesh = RawMesh::default();
     mesh.positions.reserve(n_vertices.min(possible));
@@ -40,7 +40,7 @@ pub(super) fn read_with_notes(bytes: &[u8]) -> Result<(RawMesh, Vec<String>), Re
     Ok((mesh, notes))
 }
 
-/// The optional first word: OFF behind letters that say what a vertex line holds besides its position.
+/// Reads the optional first word: OFF, preceded by letters for the contents of a vertex line.
 fn read_keyword(text: &mut Text) -> Result<(), ReadError> {
     text.skip_space();
     let word: Vec<u8> = text.rest().iter().copied().take_while(u8::is_ascii_alphanumeric).take(8).collect();
@@ -61,7 +61,7 @@ fn read_keyword(text: &mut Text) -> Result<(), ReadError> {
     Ok(())
 }
 
-/// Numbers of vertices, faces and edges; the last one is often left out.
+/// Reads the numbers of vertices, faces and edges; the last is optional.
 fn read_counts(text: &mut Text) -> Result<[usize; 3], ReadError> {
     let mut counts = [0; 3];
     for (i, count) in counts.iter_mut().enumerate() {
@@ -76,7 +76,7 @@ fn read_counts(text: &mut Text) -> Result<[usize; 3], ReadError> {
     Ok(counts)
 }
 
-/// Three numbers, over line ends where need be.
+/// Reads three coordinates, even across lines.
 fn read_position(text: &mut Text, vertex: usize, n_vertices: usize) -> Result<[f64; 3], ReadError> {
     let mut position = [0.0; 3];
     for x in &mut position {
@@ -88,7 +88,7 @@ fn read_position(text: &mut Text, vertex: usize, n_vertices: usize) -> Result<[f
     Ok(position)
 }
 
-/// Adds the faces; whether more is said of them.
+/// Reads the faces; returns whether their lines held more.
 fn read_faces(text: &mut Text, n_faces: usize, mesh: &mut RawMesh) -> Result<bool, ReadError> {
     let mut is_more_said = false;
     let (mut fans, mut corners) = (Fans::default(), Vec::new());
@@ -98,7 +98,9 @@ fn read_faces(text: &mut Text, n_faces: usize, mesh: &mut RawMesh) -> Result<boo
         corners.clear();
         for _ in 0..n_corners {
             text.skip_space();
+            // An index out of range is for cleanup to drop.
             let vertex = text.integer().ok_or_else(|| missing(text, face, n_faces))?;
+            // A count is a claim as well: memory grows with the corners that are there.
             room(&mut corners, 1)?;
             corners.push(u32::try_from(vertex).unwrap_or(u32::MAX));
         }
@@ -115,7 +117,7 @@ fn missing(text: &Text, face: usize, n_faces: usize) -> ReadError {
     text.error(format!("face {face} of {n_faces} needs a count and vertex numbers"), REMEDY)
 }
 
-/// Writes an OFF text with the shortest digits that read back as the same numbers.
+/// Writes an OFF text.
 pub(super) fn write(content: &Content) -> Vec<u8> {
     let (n_vertices, n_faces) = (content.n_vertices(), content.faces.len());
     let mut out = Vec::with_capacity(40 * n_vertices + 24 * n_faces + 64);

@@ -1,6 +1,6 @@
-//! What others say, on one line.
+//! Texts on one line.
 
-/// The words of a text with a blank between.
+/// Joins the words of a text with single blanks.
 pub(crate) fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }

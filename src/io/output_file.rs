@@ -1,4 +1,4 @@
-//! The files that a result consists of, where it is more than one.
+//! Several output files of one result.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -7,19 +7,20 @@ use super::{WriteError, write_path};
 /// A file to be written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OutputFile {
-    /// Where it belongs, from the folder of the output on; never leads out of it.
+    /// Relative path in the output folder; must not lead out of it.
     pub path: PathBuf,
-    /// What it holds.
+    /// Content.
     pub bytes: Vec<u8>,
 }
 
-/// Writes files into `folder`, each whole or not at all, the first one last: it names the others. Folders below are made.
+/// Writes files into `folder`, each whole or not at all, and creates subfolders.
 ///
-/// What is there already is replaced only with `force`, but for a file that holds the same bytes: that stays.
+/// The first file, which names the others, is written last. An existing file is replaced only with `force`, unless it
+/// holds the same bytes.
 ///
 /// # Errors
-/// [`WriteError`] where a path would lead out of the folder, also through links, two files have one name, or a file cannot be
-/// written.
+/// [`WriteError`] if a path leads out of the folder, also through a link, if two files have one path, or if writing
+/// fails.
 ///
 /// ```
 /// use neural_mesh::io::{OutputFile, write_files};
@@ -50,13 +51,14 @@ fn write_inside(folder: &Path, file: &OutputFile, force: bool) -> Result<(), Wri
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let path = folder.join(&file.path);
     let parent = path.parent().unwrap_or(folder);
-    // Before anything is made: the part of the path that exists may be a link.
+    // // Before folders are created: the existing part of the path may be a link that leads outside.
     let existing = parent.ancestors().find(|place| place.exists()).unwrap_or(folder);
     let (inside, existing) = (folder.canonicalize().map_err(problem)?, existing.canonicalize().map_err(problem)?);
     if !existing.starts_with(inside) {
         return Err(outside(&file.path));
     }
     std::fs::create_dir_all(parent).map_err(problem)?;
+    // A texture shared by several outputs is written once and needs no `force`.
     if std::fs::read(&path).is_ok_and(|there| there == file.bytes) {
         return Ok(());
     }

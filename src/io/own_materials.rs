@@ -1,4 +1,4 @@
-//! Materials of a file that holds what they look like itself (glTF), as a library and textures beside an OBJ or a PLY.
+//! Writes materials that came with a mesh (from glTF, say) as a material library with textures, for an OBJ or PLY.
 
 use std::path::PathBuf;
 
@@ -9,17 +9,17 @@ use super::material::used_as;
 use super::write::push_singles;
 use crate::mesh::{BaseTexture, Finish, Look, Wrap, srgb};
 
-/// A library of materials, and where their textures lie beside the output.
+/// A material library made from looks, with the output paths of its textures.
 #[derive(Debug, Default)]
 pub(super) struct OwnMaterials {
-    /// The text of the library; empty where there are no materials.
+    /// Text of the library; empty without materials.
     pub text: Vec<u8>,
-    /// Material and the place of its texture.
+    /// Materials and the output paths of their textures.
     pub textures: Vec<(String, String)>,
 }
 
 impl OwnMaterials {
-    /// The materials that groups use, as a library; lists their textures for the output, called after `name`.
+    /// Writes the materials that groups use; adds their textures, named after `name`, to the output.
     pub fn list(extra: &Extra, name: &str, finder: &mut Finder) -> Self {
         let mut own = Self::default();
         let used = extra.materials();
@@ -40,7 +40,7 @@ impl OwnMaterials {
         self.numbers("Kd", &look.colour.map(srgb));
     }
 
-    /// What the material does with light, as far as it is no default; numbers as Wavefront's readers with roughness take them.
+    /// Appends the statements of a finish that differ from its defaults, in the usual extensions for roughness.
     fn add_finish<'a>(&mut self, finish: &'a Finish, places: &mut Places<'a, '_, '_>) {
         let plain = Finish::default();
         if finish.emission != plain.emission {
@@ -51,7 +51,7 @@ impl OwnMaterials {
             self.numbers("Pr", &[finish.roughness]);
             self.numbers("Pm", &[finish.metal]);
         }
-        // One image for both is glTF's: there they are the green and the blue of it.
+        // // A single image for both is glTF's, with values in green and blue; MTL cannot say that.
         if finish.roughness_texture != finish.metal_texture {
             finish.roughness_texture.iter().for_each(|texture| drop(self.map("map_Pr", texture, places)));
             finish.metal_texture.iter().for_each(|texture| drop(self.map("map_Pm", texture, places)));
@@ -59,14 +59,14 @@ impl OwnMaterials {
         finish.normal_texture.iter().for_each(|texture| drop(self.map("norm", texture, places)));
     }
 
-    /// A statement with numbers.
+    /// Appends a statement with numbers.
     fn numbers(&mut self, word: &str, numbers: &[f32]) {
         self.text.extend(format!("{word} ").into_bytes());
         push_singles(&mut self.text, numbers);
         self.text.push(b'\n');
     }
 
-    /// A statement with a texture, and the place where that will lie.
+    /// Appends a statement with a texture and returns the texture's output path.
     fn map<'a>(&mut self, word: &str, texture: &'a BaseTexture, places: &mut Places<'a, '_, '_>) -> String {
         let place = places.of(texture, used_as(word.as_bytes()));
         let clamp = if texture.wrap == [Wrap::Clamp; 2] { "-clamp on " } else { "" };
@@ -75,7 +75,7 @@ impl OwnMaterials {
     }
 }
 
-/// Where textures will lie beside the output, each image once.
+/// Output paths of textures, each image once.
 struct Places<'a, 'b, 'c> {
     name: &'b str,
     finder: &'b mut Finder<'c>,
@@ -87,7 +87,7 @@ impl<'a> Places<'a, '_, '_> {
         let known = self.known.iter().find(|(other, _)| other.image == texture.image).map(|(_, place)| place.clone());
         known.unwrap_or_else(|| {
             let ending = match (extension(&texture.image), self.finder.maker) {
-                // What is made of it is of another kind.
+                // // A converter turns KTX2 into another type, which decides the extension.
                 ("ktx2", Some(maker)) => maker.made(&texture.image, used).map_or("ktx2", |made| extension(&made)),
                 (ending, _) => ending,
             };
@@ -99,7 +99,7 @@ impl<'a> Places<'a, '_, '_> {
     }
 }
 
-/// The extension of a picture by how it begins.
+/// Returns the file extension of an image by its signature.
 pub(super) fn extension(image: &[u8]) -> &'static str {
     match image {
         [0x89, b'P', b'N', b'G', ..] => "png",

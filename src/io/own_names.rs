@@ -1,26 +1,26 @@
-//! Names of materials of a file that tells them apart by numbers: each becomes one that no other material has.
+//! Unique names for materials that a file identifies by number.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::one_line::one_line;
 use crate::mesh::Look;
 
-/// Materials by names of their own.
+/// Materials by unique name.
 #[derive(Default)]
 pub(super) struct OwnNames {
-    /// What the materials look like, by their names.
+    /// Looks of the materials.
     pub looks: Vec<(String, Look)>,
     taken: FxHashSet<String>,
-    /// The name of each material, by what the file calls it and by its colour.
+    /// Unique names, by name in the file, colour and opacity.
     known: FxHashMap<(String, [u32; 3], bool), String>,
-    /// How many materials a name of the file stands for.
+    /// Number of materials per name in the file.
     counts: FxHashMap<String, usize>,
 }
 
 impl OwnNames {
-    /// The name of a material that the file calls `name`: its own where another has the same and looks otherwise.
+    /// Returns the unique name of a material; equal names with equal colour and opacity are one material.
     pub fn of(&mut self, name: &str, look: Look) -> String {
-        // Names are words of lines in other formats.
+        // // Other formats put a name on one line, so it must have no line breaks.
         let words = one_line(name);
         let plain = if words.is_empty() { "material".to_string() } else { words };
         let key = (plain, look.colour.map(f32::to_bits), look.finish.is_opaque);

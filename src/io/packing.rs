@@ -1,53 +1,53 @@
-//! How the numbers of a glTF are packed: each grid of positions is as fine as its meshes need to be the same on it.
+//! Packing of glTF numbers: positions on a grid that is fine enough to keep each mesh as it is.
 
 use crate::mesh::Grid;
 
-/// Positions in single precision and faces over them.
+/// Positions and faces of a mesh.
 pub(super) type Faces<'a> = (&'a [[f32; 3]], &'a [[u32; 3]]);
 
-/// What is asked of a packing.
+/// Options for packing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PackOptions {
-    /// Bits of each coordinate of a position, up to [`MOST_BITS`](Self::MOST_BITS); more where the mesh would be another one.
+    /// Bits per coordinate, at most [`MOST_BITS`](Self::MOST_BITS); more are used where the mesh would change.
     pub bits: u32,
-    /// Whether buffers are compressed, too (`EXT_meshopt_compression`, feature `meshopt`).
+    /// Whether to compress buffers (`EXT_meshopt_compression`, feature `meshopt`).
     pub compress: bool,
 }
 
 impl PackOptions {
-    /// Bits of a coordinate at most.
+    /// Largest number of bits per coordinate.
     pub const MOST_BITS: u32 = 16;
 }
 
-/// How the numbers of a glTF are packed.
+/// A packing of the numbers of a glTF.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Packing {
-    /// The grid of each part; none where its positions stay in single precision.
+    /// Grid of each mesh; `None` where positions stay single precision.
     pub(super) grids: Vec<Option<Grid>>,
     /// Whether buffers are compressed.
     pub(super) compress: bool,
 }
 
 impl Packing {
-    /// Meshes over positions in single precision, all of them levels of one, on one grid. The note says where there is none.
+    /// Chooses one grid for all levels of a mesh; a note reports when there is none.
     pub(super) fn of_levels(levels: &[Faces], options: &PackOptions) -> (Self, Option<String>) {
         let grid = grid_for(levels, options.bits);
         let note = grid.is_none().then(|| format!("positions {}", stays()));
         (Self { grids: vec![grid], compress: options.compress }, note)
     }
 
-    /// The grid on which the positions of a part lie.
+    /// Returns the grid of a mesh.
     pub fn grid(&self, part: usize) -> Option<&Grid> {
         self.grids.get(part)?.as_ref()
     }
 
-    /// Whether buffers are compressed.
+    /// Returns whether buffers are compressed.
     pub fn is_compressed(&self) -> bool {
         self.compress
     }
 }
 
-/// The coarsest grid, of so many bits or more, on which all these meshes are the same.
+/// Returns the coarsest grid of at least `bits` bits that keeps all meshes as they are.
 pub(super) fn grid_for(meshes: &[Faces], bits: u32) -> Option<Grid> {
     let corners =
         || meshes.iter().flat_map(|(positions, faces)| faces.as_flattened().iter().map(|&v| positions[v as usize]));
@@ -56,7 +56,7 @@ pub(super) fn grid_for(meshes: &[Faces], bits: u32) -> Option<Grid> {
     grids.next()
 }
 
-/// What becomes of positions without a grid.
+/// Returns the words of a note about positions without a grid.
 pub(super) fn stays() -> String {
     let most = PackOptions::MOST_BITS;
     format!(

@@ -1,6 +1,6 @@
-//! Mesh files piece by piece: the triangles of binary PLY and STL and of OBJ, geometry alone, for what does not fit into memory.
+//! Reads triangles of mesh files too large for memory: binary PLY and STL, and OBJ, geometry only.
 //!
-//! Of PLY and OBJ the positions of the vertices are held while triangles are read, 12 bytes each; of STL nothing.
+//! PLY and OBJ keep the positions in memory, 12 bytes per vertex; STL keeps nothing.
 
 mod obj;
 mod ply;
@@ -15,16 +15,16 @@ use crate::mesh::Frame;
 use crate::mesh::room::{asking, make_room};
 
 const REMEDY: &str = "the file is cut or damaged, export the mesh again";
-/// Bytes that are read at once.
+/// Size of the read buffer in bytes.
 const BUFFER: usize = 1 << 20;
 
-/// A triangle as its file has it: where its corners lie.
+/// The corners of a triangle.
 pub type Triangle = [[f32; 3]; 3];
 
-/// What takes positions as they are read.
+/// A receiver of positions.
 type Take<'a> = dyn FnMut([f64; 3]) + 'a;
 
-/// A mesh file that is read piece by piece, as often as needed.
+/// A mesh file that is read in a stream, as often as needed.
 #[derive(Debug)]
 pub struct Pieces {
     path: PathBuf,
@@ -39,10 +39,10 @@ enum Kind {
 }
 
 impl Pieces {
-    /// Opens a file whose format its name or its content says.
+    /// Opens a PLY, STL or OBJ file; the extension of its name decides.
     ///
     /// # Errors
-    /// [`ReadError`] where the file cannot be read in pieces.
+    /// [`ReadError`] if the file cannot be streamed.
     ///
     /// ```
     /// use neural_mesh::io::Pieces;
@@ -53,6 +53,7 @@ impl Pieces {
     /// ```
     pub fn open(path: &Path) -> Result<Self, ReadError> {
         let kind = match Format::from_path(path) {
+            // A compressed file cannot be read from the middle.
             _ if Format::without_gz(path) != path => None,
             Some(Format::Ply) => ply::layout(path)?.map(Kind::Ply),
             Some(Format::Stl) => stl::n_faces(path)?.map(|n_faces| Kind::Stl { n_faces }),
@@ -64,7 +65,7 @@ impl Pieces {
         Ok(Self { path: path.into(), kind })
     }
 
-    /// The faces that the file announces; of an OBJ about as many as its vertices have.
+    /// Returns the number of faces that the file announces; for OBJ, an estimate of two per vertex.
     pub fn n_faces(&self) -> u64 {
         match &self.kind {
             Kind::Ply(layout) => layout.n_faces(),
@@ -73,7 +74,7 @@ impl Pieces {
         }
     }
 
-    /// What the file holds beside its shape, in words.
+    /// Describes what the file holds besides geometry, or returns `None`.
     pub fn carries(&self) -> Option<String> {
         match &self.kind {
             Kind::Ply(layout) => layout.others(),
@@ -82,7 +83,7 @@ impl Pieces {
         }
     }
 
-    /// Bytes that are held while triangles are read.
+    /// Returns the bytes kept in memory while triangles are read.
     pub fn n_held_bytes(&self) -> u64 {
         match &self.kind {
             Kind::Ply(layout) => 12u64.saturating_mul(layout.n_vertices()),
@@ -91,7 +92,7 @@ impl Pieces {
         }
     }
 
-    /// Whether positions are doubles.
+    /// Returns whether positions are doubles.
     pub fn is_double(&self) -> bool {
         match &self.kind {
             Kind::Ply(layout) => layout.is_double(),
@@ -100,10 +101,10 @@ impl Pieces {
         }
     }
 
-    /// Shows every position, those of an STL as often as corners have them.
+    /// Passes every position to `take`; those of an STL once per corner.
     ///
     /// # Errors
-    /// [`ReadError`] where the file ends too soon, or holds what is no number.
+    /// [`ReadError`] if the file is cut or holds an invalid number.
     pub fn each_position(&self, take: &mut dyn FnMut([f64; 3])) -> Result<(), ReadError> {
         match &self.kind {
             Kind::Ply(layout) => layout.each_position(self.open_file()?, take),
@@ -114,11 +115,12 @@ impl Pieces {
         }
     }
 
-    /// Shows every triangle in the coordinates of a frame; polygons are cut into fans. Gives how many faces have a corner that does not
-    /// exist or is no number, or fewer than three.
+    /// Passes every triangle to `take`, in local coordinates, polygons as fans.
+    ///
+    /// Returns the number of broken faces: with fewer than three corners, or with one that is absent or not finite.
     ///
     /// # Errors
-    /// As of [`each_position`](Self::each_position); and where there is no memory for the positions.
+    /// As [`each_position`](Self::each_position), and if memory for the positions is lacking.
     pub fn each_triangle(&self, frame: &Frame, take: &mut dyn FnMut(Triangle)) -> Result<u64, ReadError> {
         let mut n_broken = 0;
         if let Kind::Stl { n_faces } = &self.kind {
@@ -143,7 +145,7 @@ impl Pieces {
         Ok(n_broken)
     }
 
-    /// All positions, n_vertices x 3.
+    /// Reads all positions, n_vertices x 3.
     fn positions(&self, frame: &Frame) -> Result<Vec<[f32; 3]>, ReadError> {
         let mut positions = Vec::new();
         let n = usize::try_from(self.n_held_bytes() / 12).unwrap_or(usize::MAX);
@@ -158,7 +160,7 @@ impl Pieces {
     }
 }
 
-/// Shows a triangle whose corners are all there, and are numbers.
+/// Passes on a triangle with three finite corners; counts any other.
 fn show(corners: [Option<[f32; 3]>; 3], take: &mut dyn FnMut(Triangle), n_broken: &mut u64) {
     match corners {
         [Some(a), Some(b), Some(c)] if [a, b, c].as_flattened().iter().all(|x| x.is_finite()) => take([a, b, c]),
@@ -166,13 +168,13 @@ fn show(corners: [Option<[f32; 3]>; 3], take: &mut dyn FnMut(Triangle), n_broken
     }
 }
 
-/// Opens a file to be read from its start.
+/// Opens a file for reading from its start.
 fn open(path: &Path) -> Result<BufReader<File>, ReadError> {
     let file = asking(|| File::open(path)).map_err(|error| unreadable(&error))?;
     Ok(BufReader::with_capacity(BUFFER, file))
 }
 
-/// The first bytes of a file, at most so many.
+/// Reads at most the first `most` bytes of a file.
 fn beginning(path: &Path, most: u64) -> Result<Vec<u8>, ReadError> {
     let mut bytes = Vec::new();
     open(path)?.take(most).read_to_end(&mut bytes).map_err(|error| unreadable(&error))?;
@@ -186,7 +188,7 @@ fn unreadable(error: &std::io::Error) -> ReadError {
     }
 }
 
-/// A number of this kind at the start of some bytes.
+/// Decodes the number at the start of `bytes`.
 fn number(scalar: Scalar, bytes: &[u8], big: bool) -> Result<f64, ReadError> {
     scalar.decode(bytes, big).ok_or_else(|| ReadError::file("the file ends too soon", REMEDY))
 }
@@ -196,7 +198,7 @@ mod tests {
     use super::*;
     use crate::io::read_path;
 
-    /// The triangles of a file, whole and in pieces.
+    /// Reads the triangles of a file as a whole and in pieces.
     fn both(path: &Path) -> [Vec<Triangle>; 2] {
         let raw = read_path(path, None).unwrap();
         let at = |v: u32| raw.positions[v as usize].map(|x| x as f32);

@@ -1,7 +1,6 @@
-//! Stanford PLY, text and binary in both byte orders: positions, faces and triangle strips of any layout, and where they
-//! are asked for the other properties of vertices and faces.
+//! Stanford PLY, text and binary of both byte orders: positions, faces and triangle strips, on request all properties.
 //!
-//! Other elements are passed over. Nothing is allocated because a header claims it.
+//! Other elements are ignored. Memory grows with the bytes of the file, not with counts that a header claims.
 
 mod attributed;
 mod columns;
@@ -21,7 +20,7 @@ use super::text::Text;
 use super::{ReadError, Scalar};
 use crate::mesh::{Fans, RawMesh};
 
-/// Records that one task works on.
+/// Records per parallel task.
 const BLOCK: usize = 1 << 14;
 
 /// Reads the geometry of a PLY file.
@@ -29,10 +28,11 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     read_geometry(bytes, &Header::parse(bytes)?)
 }
 
-/// Reads a PLY file with all that it holds.
+/// Reads a PLY file with all attributes.
 pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     let header = Header::parse(bytes)?;
     let is_repeated = |name: &str| header.elements.iter().filter(|element| element.name == name).count() > 1;
+    // Two tables of vertices would need their columns merged; such files are rare.
     if is_repeated("vertex") || is_repeated("face") {
         let mesh = read_geometry(bytes, &header)?;
         let notes = vec!["vertices or faces come in two tables: all but their geometry is dropped".into()];
@@ -42,11 +42,12 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     attributed::read(bytes, header)
 }
 
-/// The values behind the header.
+/// Opens the values after the header.
 fn open<'a>(bytes: &'a [u8], header: &Header) -> Source<'a> {
     match header.encoding {
         Encoding::Text => {
             let text = Text::new(bytes).starting_at(header.body);
+            // Rows without properties are no lines of the text.
             let elements = header.elements.iter().filter(|element| !element.properties.is_empty());
             let rows_left = elements.fold(0, |sum: usize, element| sum.saturating_add(element.count));
             Source::Text { text, rows_left, has_lines: None }
@@ -71,15 +72,14 @@ fn read_geometry(bytes: &[u8], header: &Header) -> Result<RawMesh, ReadError> {
     Ok(mesh)
 }
 
-/// Rows of an element, from `start` on, and the index of the list property that is asked for.
+/// Rows of an element from `start` on, and the list property to read.
 struct Rows<'a> {
     element: &'a Element,
     start: usize,
     list: Option<usize>,
 }
 
-/// Reads every value of the rows in file order: hands over each list asked for, and each value that is no list's with
-/// the index of its property.
+/// Reads all values of the rows in order; passes on the requested lists, and each scalar with its property index.
 fn walk(
     source: &mut Source,
     rows: &Rows,
@@ -87,7 +87,7 @@ fn walk(
     mut take: impl FnMut(usize, f64),
 ) -> Result<(), ReadError> {
     let Rows { element, start, list: wanted } = *rows;
-    // An element without properties takes no bytes, however many of it there are.
+    // // An element without properties takes no bytes, whatever its count: looping over it could take forever.
     let n_rows = if element.properties.is_empty() { 0 } else { element.count };
     let mut list = Vec::new();
     for row in start..n_rows {
@@ -114,7 +114,7 @@ fn walk(
     Ok(())
 }
 
-/// A value as a vertex index; one that no vertex has where it is negative.
+/// Converts a value to a vertex index; negative ones become that of no vertex.
 fn index(value: f64) -> u32 {
     if value >= 0.0 { value as u32 } else { u32::MAX }
 }
@@ -122,6 +122,7 @@ fn index(value: f64) -> u32 {
 fn read_vertices(source: &mut Source, element: &Element, mesh: &mut RawMesh) -> Result<(), ReadError> {
     let axes = [element.scalar("x")?, element.scalar("y")?, element.scalar("z")?];
     mesh.double |= axes.iter().any(|&axis| element.properties[axis].scalar.is_wide());
+    // Rows of equal length are decoded in parallel; after the check that they are all there.
     if let (Source::Binary { bytes, at, big }, Some((offsets, stride))) = (&mut *source, element.layout()) {
         let Some(records) = records(&bytes[*at..], element.count, stride) else {
             return Err(source.cut(element, source.left() / stride));
@@ -146,12 +147,12 @@ fn read_vertices(source: &mut Source, element: &Element, mesh: &mut RawMesh) -> 
     walk(source, &rows, |_| (), take)
 }
 
-/// The bytes of `count` records at the start of `bytes`, `None` where there are fewer.
+/// Returns the bytes of `count` records, or `None` if there are fewer.
 fn records(bytes: &[u8], count: usize, stride: usize) -> Option<&[u8]> {
     bytes.get(..count.checked_mul(stride)?)
 }
 
-/// Appends the three scalars (offset in the record, kind) of every record.
+/// Decodes three scalars (offset in the record, type) of every record.
 fn decode_positions(
     records: &[u8],
     stride: usize,
@@ -184,7 +185,8 @@ fn read_faces(source: &mut Source, element: &Element, mesh: &mut RawMesh, fans: 
     walk(source, &Rows { element, start, list }, take_list, |_, _| ())
 }
 
-/// The usual layout, `uchar` and `int` and nothing else, up to the first face that is no triangle; gives their number.
+/// Reads faces of the usual layout (`uchar` count, 32-bit indices, nothing else) up to the first non-triangle; returns
+/// their number.
 fn read_leading_triangles(
     source: &mut Source,
     element: &Element,
@@ -208,13 +210,13 @@ fn read_leading_triangles(
     Ok(n_triangles)
 }
 
-/// The corners of a triangle in the usual layout.
+/// Decodes a triangle of the usual layout.
 fn triangle(record: &[u8], decode: impl Fn([u8; 4]) -> u32) -> [u32; 3] {
     let (corners, _) = record[1..].as_chunks::<4>();
     std::array::from_fn(|corner| decode(corners[corner]))
 }
 
-/// Triangle strips: each index after the first two makes a face with the two before it; -1 starts a new strip.
+/// Reads triangle strips: each index after the first two makes a face with these; -1 starts a new strip.
 fn read_strips(source: &mut Source, element: &Element, mesh: &mut RawMesh) -> Result<(), ReadError> {
     let list = element.list(&["vertex_indices", "vertex_index"]);
     let list = Some(list.ok_or_else(|| element.lacks("list of vertex_indices"))?);
@@ -222,7 +224,7 @@ fn read_strips(source: &mut Source, element: &Element, mesh: &mut RawMesh) -> Re
         for strip in indices.split(|&index| index == u32::MAX) {
             for (i, corners) in strip.windows(3).enumerate() {
                 let [a, b, c] = [corners[0], corners[1], corners[2]];
-                // A repeated vertex is how strips turn; it stands for no face.
+                // // Strips repeat a vertex to turn; that makes no face.
                 if a != b && b != c && c != a {
                     mesh.faces.push(if i % 2 == 0 { [a, b, c] } else { [b, a, c] });
                 }

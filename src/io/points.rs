@@ -1,6 +1,4 @@
-//! Clouds of points: the vertices of a mesh file, or text with the coordinates of a point on each line (XYZ).
-//!
-//! What else a line or a file holds, colours, normals or faces, is passed over.
+//! Point clouds: the vertices of a mesh file, or text with three coordinates per line (XYZ).
 
 use super::text::Text;
 use super::{Format, ReadError, gzip, read};
@@ -8,14 +6,14 @@ use crate::mesh::RawMesh;
 
 const REMEDY: &str = "give a mesh file, or text with x y z on each line";
 
-/// Reads points from the bytes of a file, whose content shows what it is.
+/// Reads points from the bytes of a file; its content shows the format.
 ///
-/// Mesh formats give their vertices, whether faces use them or not. Anything else has to be text: three numbers per
-/// line, between them blanks, commas or semicolons, and whatever may follow on the line; `#` and `//` open comments,
-/// and a first line with one number only is a count.
+/// Mesh formats give all their vertices. Other content must be text: three numbers per line, separated by blanks,
+/// commas or semicolons; further columns are ignored. `#` and `//` open comments, and a first line with a single number
+/// is a count.
 ///
 /// # Errors
-/// [`ReadError`] says in one line what is wrong, where, and what to do; a file without points is wrong, too.
+/// [`ReadError`] names the problem, its place and a remedy; a file without points is an error.
 ///
 /// ```
 /// use neural_mesh::io::read_points;
@@ -41,6 +39,7 @@ fn read_lines(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
         return Err(ReadError::file("the text is in UTF-16", "save it as UTF-8 or ASCII"));
     }
+    // A zero byte means binary data: no line of it would be worth an error.
     if bytes.contains(&0) {
         return Err(ReadError::file("the content is of no known format", REMEDY));
     }
@@ -65,7 +64,7 @@ fn read_lines(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     Ok(cloud)
 }
 
-/// The three numbers of a line; none of a line that is a count, where one may be.
+/// Reads the three numbers of a line, or none where the line is a count.
 fn read_point(text: &mut Text, may_be_count: bool) -> Result<Option<[f64; 3]>, ReadError> {
     let x = read_number(text)?;
     if may_be_count && text.is_line_done() {

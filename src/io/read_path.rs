@@ -1,4 +1,4 @@
-//! Mesh files by path, read whole.
+//! Reads mesh files by path.
 
 use std::borrow::Cow;
 use std::io::Read;
@@ -9,13 +9,13 @@ use super::uri::fetch;
 use super::{Folder, Format, ReadError, ReadMesh, gzip, read_attributed_with, read_with};
 use crate::mesh::RawMesh;
 
-/// Bytes of a file by which a glTF is known: a mark of encoding, blanks and a brace, or four letters.
+/// Bytes read to recognise a glTF: its signature, or a byte order mark, blanks and a brace.
 const FIRST: u64 = 4096;
 
-/// Reads the mesh file at `path`, in `format`, or in the one that its name or else its content shows.
+/// Reads the mesh file at `path`; without a `format`, its name or else its content decides.
 ///
 /// # Errors
-/// [`ReadError`], without the path: the caller knows it.
+/// [`ReadError`], without the path.
 ///
 /// ```
 /// let error = neural_mesh::io::read_path("no/such/mesh.obj".as_ref(), None).unwrap_err();
@@ -29,10 +29,11 @@ pub fn read_path(path: &Path, format: Option<Format>) -> Result<RawMesh, ReadErr
     as_what_it_is(&bytes, path, format, read, |mesh| !mesh.faces.is_empty())
 }
 
-/// [`read_attributed`](super::read_attributed) of the file at `path`, in `format`, or in the one that its name or else its content shows.
+/// Reads the file at `path` as [`read_attributed`](super::read_attributed); without a `format`, its name or else its
+/// content decides.
 ///
 /// # Errors
-/// [`ReadError`], without the path: the caller knows it.
+/// [`ReadError`], without the path.
 ///
 /// ```
 /// let folder = tempfile::tempdir().unwrap();
@@ -45,11 +46,10 @@ pub fn read_attributed_path(path: &Path, format: Option<Format>) -> Result<ReadM
     attributed(&bytes_of(path)?, path, format, Folder::of(path))
 }
 
-/// [`read_attributed`](super::read_attributed) of the bytes of a file called `name`, in the format that its name or else its content shows; what it
-/// names lies in `folder`.
+/// Reads bytes as the file `name` in `folder`, as [`read_attributed_path`] does.
 ///
 /// # Errors
-/// As of [`read_attributed_path`].
+/// As [`read_attributed_path`].
 pub fn read_attributed_in(bytes: &[u8], name: &str, folder: &Folder) -> Result<ReadMesh, ReadError> {
     attributed(&gzip::unpacked(bytes)?, name.as_ref(), None, folder.clone())
 }
@@ -62,7 +62,7 @@ fn attributed(bytes: &[u8], path: &Path, format: Option<Format>, folder: Folder)
     Ok(read)
 }
 
-/// Whether bytes are a glTF, as JSON or GLB, compressed by gzip or not: whatever their file is called.
+/// Returns whether bytes are a glTF, JSON or GLB, gzip-compressed or not.
 ///
 /// ```
 /// use neural_mesh::io::is_gltf;
@@ -73,7 +73,7 @@ pub fn is_gltf(bytes: &[u8]) -> bool {
     matches!(format, Some(Format::Gltf | Format::Glb))
 }
 
-/// Whether the file at `path` is a glTF, as [`is_gltf`] says of its bytes, of which few are read. False where it cannot be read.
+/// Returns whether the file at `path` is a glTF, by its first bytes where they suffice; false if it cannot be read.
 ///
 /// ```
 /// use neural_mesh::io::is_gltf_path;
@@ -82,9 +82,10 @@ pub fn is_gltf(bytes: &[u8]) -> bool {
 /// ```
 pub fn is_gltf_path(path: &Path) -> bool {
     let mut first = Vec::new();
+    // Only regular files: opening a pipe would consume it.
     let opened = std::fs::File::open(path).ok().filter(|file| file.metadata().is_ok_and(|found| found.is_file()));
     let Some(mut file) = opened.filter(|file| file.take(FIRST).read_to_end(&mut first).is_ok()) else { return false };
-    // All bytes of a packed file tell, and the length of one that a binary STL might have.
+    // // A compressed file must be unpacked, and JSON told from a binary STL by the length of the file.
     let is_undecided = first.starts_with(b"\x1f\x8b") || !first.starts_with(b"glTF") && is_gltf(&first);
     match is_undecided {
         true => file.read_to_end(&mut first).is_ok() && is_gltf(&first),
@@ -92,7 +93,7 @@ pub fn is_gltf_path(path: &Path) -> bool {
     }
 }
 
-/// The bytes of a file, unpacked.
+/// Reads a file and decompresses it.
 fn bytes_of(path: &Path) -> Result<Vec<u8>, ReadError> {
     let bytes = read_file(path)?;
     match gzip::unpacked(&bytes)? {
@@ -101,8 +102,8 @@ fn bytes_of(path: &Path) -> Result<Vec<u8>, ReadError> {
     }
 }
 
-/// Reads bytes in the format that was asked for or that the name says; a file with the wrong extension is read as what it
-/// is, where reading it as what it says is of no use.
+/// Reads in the given format or that of the name; if that fails or gives nothing useful, in the format that the content
+/// shows.
 fn as_what_it_is<T>(
     bytes: &[u8],
     path: &Path,
@@ -113,6 +114,7 @@ fn as_what_it_is<T>(
     let named = format.or_else(|| Format::from_path(path));
     let first = read(named);
     match Format::from_content(bytes) {
+        // The first error stands if the second try fails as well: it fits the name that the user sees.
         Some(shown) if format.is_none() && named != Some(shown) && !first.as_ref().is_ok_and(is_useful) => {
             read(Some(shown)).or(first)
         }

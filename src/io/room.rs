@@ -1,4 +1,4 @@
-//! Memory for what a file makes large, asked for and refused in one line; files and streams, read within bounds.
+//! Bounded reading of files and streams, and memory for large arrays: refusals instead of aborts.
 
 use std::io::{self, Read};
 use std::path::Path;
@@ -6,26 +6,26 @@ use std::path::Path;
 use super::ReadError;
 use crate::mesh::room::{asking, make_room};
 
-/// Bytes of a stream at most: what has no end would fill the memory first.
+/// Longest stream in bytes; an endless one would fill the memory.
 const LONGEST_STREAM: u64 = 1 << 32;
 
-/// How often the vertices and faces made of a file may repeat what it holds, and how many of them are always granted.
+/// Allowed repetition of vertices and faces by instances, and their number always allowed.
 #[cfg(any(feature = "gltf", feature = "3mf", feature = "fbx"))]
 const REPEATS: (usize, usize) = (16, 1 << 22);
 
-/// How many vertices and faces may be made of a file that holds so much, where it places its meshes again and again.
+/// Returns how many vertices and faces instances may make of a file that holds `n_held`.
 #[cfg(any(feature = "gltf", feature = "3mf", feature = "fbx"))]
 pub(super) fn most_made(n_held: usize) -> usize {
     REPEATS.0 * n_held + REPEATS.1
 }
 
-/// Makes room for so many more elements.
+/// Reserves space for `n` more elements.
 #[inline]
 pub(super) fn room<T>(list: &mut Vec<T>, n: usize) -> Result<(), ReadError> {
     make_room(list, n).map_err(|_| too_little(n.saturating_mul(size_of::<T>())))
 }
 
-/// So many zeros, which accessors of glTF begin with.
+/// Allocates `n` zeros.
 #[cfg(any(test, feature = "gltf"))]
 pub(super) fn zeros<T: Clone + Default>(n: usize) -> Result<Vec<T>, ReadError> {
     let mut list = Vec::new();
@@ -34,13 +34,13 @@ pub(super) fn zeros<T: Clone + Default>(n: usize) -> Result<Vec<T>, ReadError> {
     Ok(list)
 }
 
-/// Why an array is refused.
+/// Makes the error of a refused allocation.
 fn too_little(n_bytes: usize) -> ReadError {
     let what = format!("it takes more memory than there is ({n_bytes} bytes more)");
     ReadError::file(what, "give a smaller file or more memory")
 }
 
-/// Why bytes could not be had.
+/// Makes the error of a failed read.
 pub(super) fn unreadable(error: io::Error) -> ReadError {
     match error.kind() {
         io::ErrorKind::OutOfMemory => {
@@ -51,10 +51,10 @@ pub(super) fn unreadable(error: io::Error) -> ReadError {
     }
 }
 
-/// All bytes of the file at `path`. A device, which has no end, is refused; of a pipe no more is read than of a stream.
+/// Reads the file at `path`. Devices are refused, as they have no end; pipes are limited as [`read_stream`] is.
 ///
 /// # Errors
-/// [`ReadError`], without the path: the caller knows it.
+/// [`ReadError`], without the path.
 ///
 /// ```
 /// let error = neural_mesh::io::read_file("no/such/file".as_ref()).unwrap_err();
@@ -62,6 +62,7 @@ pub(super) fn unreadable(error: io::Error) -> ReadError {
 /// ```
 pub fn read_file(path: &Path) -> Result<Vec<u8>, ReadError> {
     let kind = std::fs::metadata(path).map_err(unreadable)?.file_type();
+    // Reading a folder fails with an error of its own, which `unreadable` explains.
     if kind.is_file() || kind.is_dir() {
         return asking(|| std::fs::read(path)).map_err(unreadable);
     }
@@ -71,10 +72,10 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>, ReadError> {
     read_stream(std::fs::File::open(path).map_err(unreadable)?)
 }
 
-/// All bytes of a stream, such as standard input, up to four gibibytes.
+/// Reads a stream, such as standard input, of up to 4 GiB.
 ///
 /// # Errors
-/// [`ReadError`] where it cannot be read, is longer, or takes more memory than there is.
+/// [`ReadError`] if it fails, is longer, or does not fit into memory.
 ///
 /// ```
 /// assert_eq!(neural_mesh::io::read_stream(&b"v 0 0 0"[..]).unwrap(), b"v 0 0 0");

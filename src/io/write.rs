@@ -1,52 +1,52 @@
-//! What the writers share: a mesh in the coordinates of the file, and numbers with the fewest digits that read back
-//! as the same.
+//! Parts common to the writers: a mesh in file coordinates, and numbers in their shortest text.
 //!
-//! Coordinates of a mesh in single precision have in text the fewest digits that read back as the same single, as such
-//! files come with. A reader in doubles then sees another number, by half of the last bit at most. Where that matters,
-//! [`Content::in_decimals`] has all digits written: far from the origin, and where a face would lose its area.
+//! Single-precision coordinates get the fewest digits that read back as the same single. A reader in doubles then sees
+//! a number up to half a unit in the last place away. Where that matters, far from the origin or for thin faces,
+//! [`Content::in_decimals`] makes the writer put all digits.
 
 use rayon::prelude::*;
 
 use super::{WriteError, number};
 use crate::mesh::{Frame, TriMesh, has_area};
 
-/// Whole numbers from here on have digits of their own: the fewest that read back would be other ones and no fewer.
+/// Whole numbers from 2^24 on are written in full: their shortest text is other digits, and no fewer.
 const WHOLE: f32 = 16_777_216.0;
-/// How many diagonals from the origin on the rounding to the fewest digits is more than a millionth of the diagonal.
+/// Distance from the origin, in diagonals, from which rounding to the fewest digits exceeds a millionth of the
+/// diagonal.
 const FAR: f64 = 32.0;
-/// Rounding of a coordinate to the fewest digits, as its share, generously.
+/// Upper bound of that rounding, relative to the coordinate.
 const ROUNDING: f64 = 1.2e-7;
 
-/// What a writer puts down.
+/// A mesh as a writer receives it.
 pub(super) struct Content<'a> {
     positions: Positions<'a>,
     /// Vertex indices, n_faces x 3.
     pub faces: &'a [[u32; 3]],
-    /// Whether some coordinate needs a double: not all programs read doubles, three.js draws none.
+    /// Whether a coordinate needs a double; some programs read none (three.js).
     pub double: bool,
-    /// Per axis whether all coordinates are single ones: their shorter text then says all there is.
+    /// Per axis, whether all coordinates are singles, so that their shorter text loses nothing.
     pub single: [bool; 3],
 }
 
-/// Where the coordinates come from.
+/// Sources of the coordinates.
 enum Positions<'a> {
-    /// From the mesh, in the coordinates of the frame.
+    /// The mesh's positions, moved by the frame.
     Local(&'a [[f32; 3]], Frame),
-    /// As given where they are, else from the mesh; n_vertices.
+    /// Exact positions where given, else the mesh's, moved by the frame; n_vertices.
     Kept(&'a [[f32; 3]], Frame, Vec<Option<[f64; 3]>>),
-    /// As given, n_vertices x 3.
+    /// Exact positions, n_vertices x 3.
     Exact(Vec<[f64; 3]>),
 }
 
 impl<'a> Content<'a> {
-    /// A mesh in the coordinates of `frame`.
+    /// Wraps a mesh in the coordinates of `frame`.
     pub fn of(mesh: &'a TriMesh, frame: &Frame) -> Self {
         let positions = Positions::Local(mesh.positions(), *frame);
         let single = frame.origin.map(|origin| !frame.double || origin == 0.0);
         Self { positions, faces: mesh.faces(), double: single != [true; 3], single }
     }
 
-    /// A mesh with the positions it came with, n_vertices x 3, finite.
+    /// Wraps a mesh with exact positions, n_vertices x 3; all must be finite.
     pub fn checked(mesh: &'a TriMesh, positions: Vec<[f64; 3]>) -> Result<Self, WriteError> {
         let finite = positions.iter().flatten().all(|x| x.is_finite());
         if positions.len() != mesh.positions().len() || !finite {
@@ -57,7 +57,7 @@ impl<'a> Content<'a> {
         Ok(Self { positions: Positions::Exact(positions), faces: mesh.faces(), double, single: [false; 3] })
     }
 
-    /// A mesh in the coordinates of `frame`, some of whose vertices have the positions that they came with; n_vertices.
+    /// Wraps a mesh in the coordinates of `frame`, with exact positions for some of its n_vertices.
     pub fn keeping(mesh: &'a TriMesh, frame: &Frame, kept: Vec<Option<[f64; 3]>>) -> Result<Self, WriteError> {
         if kept.len() != mesh.positions().len() || !kept.iter().flatten().flatten().all(|x| x.is_finite()) {
             let what = "the positions that stay are not one or none for each vertex, finite: give the mesh's own";
@@ -76,7 +76,7 @@ impl<'a> Content<'a> {
         }
     }
 
-    /// The position that a vertex was given, where it was.
+    /// Returns the exact position of a vertex, if given.
     fn given(&self, vertex: usize) -> Option<[f64; 3]> {
         match &self.positions {
             Positions::Local(..) => None,
@@ -85,7 +85,7 @@ impl<'a> Content<'a> {
         }
     }
 
-    /// What of a vertex tells it from others, whatever becomes of it in the file.
+    /// Returns the bits of the position in memory: equal for vertices at one point, however the file rounds.
     pub fn identity(&self, vertex: usize) -> [u64; 3] {
         match &self.positions {
             Positions::Local(positions, _) | Positions::Kept(positions, ..) => {
@@ -95,7 +95,7 @@ impl<'a> Content<'a> {
         }
     }
 
-    /// Whether a face has an area, whatever becomes of it in the file: that of the mesh, and of what was given.
+    /// Returns whether a face has an area in memory, by the mesh's positions and by the exact ones.
     pub fn has_area(&self, face: [u32; 3]) -> bool {
         let has_given_area = || has_area(face.map(|vertex| self.position(vertex as usize)));
         let is_given = || face.iter().all(|&vertex| self.given(vertex as usize).is_some());
@@ -108,7 +108,7 @@ impl<'a> Content<'a> {
         }
     }
 
-    /// Whether the file can hold the positions otherwise than they are: sums with an origin, or those that were given.
+    /// Returns whether the file may hold other positions than the mesh: sums with an origin, or exact ones.
     pub fn is_rounded(&self) -> bool {
         match &self.positions {
             Positions::Local(_, frame) => frame.origin != [0.0; 3],
@@ -116,8 +116,7 @@ impl<'a> Content<'a> {
         }
     }
 
-    /// The same for a text whose readers may take it as doubles: with all digits along the axes on which the mesh lies far
-    /// out, and along all of them where fewer would take the area of a face.
+    /// Requests all digits on axes where the mesh lies far out, and on all axes if fewer would flatten a face.
     pub fn in_decimals(self) -> Self {
         let (low, high) = self.bounds();
         let diagonal = diagonal(low, high);
@@ -129,13 +128,13 @@ impl<'a> Content<'a> {
         Self { single: [false; 3], ..near }
     }
 
-    /// The diagonal of the box around all vertices.
+    /// Returns the diagonal of the bounding box.
     pub fn diagonal(&self) -> f64 {
         let (low, high) = self.bounds();
         diagonal(low, high)
     }
 
-    /// The corners of the box around all vertices.
+    /// Returns the corners of the bounding box.
     fn bounds(&self) -> ([f64; 3], [f64; 3]) {
         let all = (0..self.n_vertices()).map(|vertex| self.position(vertex));
         all.fold(([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), |(low, high), p| {
@@ -143,13 +142,13 @@ impl<'a> Content<'a> {
         })
     }
 
-    /// Whether a face with an area has none where its corners are read as doubles.
+    /// Returns whether a face with an area loses it when a reader takes its text as doubles.
     fn loses_area(&self, face: &[u32; 3]) -> bool {
         let corners = face.map(|vertex| self.position(vertex as usize));
         is_nearly_flat(corners) && has_area(corners) && !has_area(face.map(|vertex| self.read_back(vertex as usize)))
     }
 
-    /// A position as a reader in doubles has it from the text.
+    /// Returns a position as a reader in doubles sees it.
     fn read_back(&self, vertex: usize) -> [f64; 3] {
         let mut digits = zmij::Buffer::new();
         let position = self.position(vertex);
@@ -160,7 +159,7 @@ impl<'a> Content<'a> {
         })
     }
 
-    /// Where a vertex lies, in the file's coordinates.
+    /// Returns the position of a vertex in the file's coordinates.
     pub fn position(&self, vertex: usize) -> [f64; 3] {
         match &self.positions {
             Positions::Local(positions, frame) => frame.to_file(positions[vertex]),
@@ -169,9 +168,11 @@ impl<'a> Content<'a> {
         }
     }
 
-    /// Positions in single precision, n_vertices x 3, and the point in the file's coordinates around which they lie.
+    /// Returns a local origin in the file's coordinates, and single-precision positions around it, n_vertices x 3.
     pub fn around_origin(&self) -> ([f64; 3], Vec<[f32; 3]>) {
         let origin = match &self.positions {
+            // A frame of doubles has its origin; positions that are all singles need none; others get their first
+            // vertex.
             Positions::Local(_, frame) | Positions::Kept(_, frame, _) if frame.double => frame.origin,
             Positions::Local(..) | Positions::Kept(..) => [0.0; 3],
             Positions::Exact(positions) if !positions.iter().flatten().any(|&x| is_double(x)) => [0.0; 3],
@@ -199,18 +200,17 @@ impl<'a> Content<'a> {
     }
 }
 
-/// That of a box.
 fn diagonal(low: [f64; 3], high: [f64; 3]) -> f64 {
     let side = |axis: usize| high[axis] - low[axis];
     side(0).hypot(side(1)).hypot(side(2))
 }
 
-/// Whether a single holds the number only in part.
+/// Returns whether single precision rounds the number.
 fn is_double(x: f64) -> bool {
     f64::from(x as f32) != x
 }
 
-/// Whether the rounding to fewer digits may take the area of a triangle.
+/// Returns whether rounding to fewer digits may flatten a triangle; a cheap filter before the exact test.
 fn is_nearly_flat([a, b, c]: [[f64; 3]; 3]) -> bool {
     let (a, b, c) = (glam::DVec3::from(a), glam::DVec3::from(b), glam::DVec3::from(c));
     let (u, v) = (b - a, c - a);
@@ -219,7 +219,7 @@ fn is_nearly_flat([a, b, c]: [[f64; 3]; 3]) -> bool {
     u.cross(v).abs().max_element() <= most
 }
 
-/// The fewest digits that read back as the same single; whole numbers have their own.
+/// Formats a single with the fewest digits that read back as the same; whole numbers from 2^24 on in full.
 fn text_of_single(digits: &mut zmij::Buffer, x: f32) -> &str {
     if x.abs() < WHOLE { digits.format_finite(x) } else { digits.format_finite(f64::from(x)) }
 }
@@ -234,17 +234,16 @@ pub(super) fn push_singles(out: &mut Vec<u8>, numbers: &[f32]) {
     }
 }
 
-/// Appends a number.
 pub(super) fn push_single(out: &mut Vec<u8>, x: f32) {
     out.extend(without_point(zmij::Buffer::new().format(x)).as_bytes());
 }
 
-/// Whole numbers need no decimal point.
+/// Drops a final `.0`.
 fn without_point(text: &str) -> &str {
     text.strip_suffix(".0").unwrap_or(text)
 }
 
-/// Appends one line per vertex, then one per face, as OFF and the text of PLY have them.
+/// Appends a line per vertex, then one per face, as in OFF and text PLY.
 pub(super) fn push_rows(out: &mut Vec<u8>, content: &Content) {
     for vertex in 0..content.n_vertices() {
         content.push_position(out, vertex);
@@ -253,7 +252,7 @@ pub(super) fn push_rows(out: &mut Vec<u8>, content: &Content) {
     push_faces(out, content.faces);
 }
 
-/// Appends one line per face: 3 and the three vertex indices.
+/// Appends a line per face: 3 and the three vertex indices.
 fn push_faces(out: &mut Vec<u8>, faces: &[[u32; 3]]) {
     let mut digits = itoa::Buffer::new();
     for face in faces {

@@ -2,26 +2,26 @@
 
 use super::{Format, ImageMaker, Packing};
 
-/// Options for writing a model.
+/// Options for [`write_attributed`](super::write_attributed).
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct WriteOptions<'a> {
-    /// The format.
+    /// Format of the file.
     pub format: Format,
-    /// The name of the file without its extension; a new library of materials takes it, too.
+    /// Name of the file without extension, also for a new material library.
     pub name: String,
-    /// Whether files outside the folder of the asset may be read; they are copied beside the output.
+    /// Whether files outside the asset's folder may be read; they are copied next to the output.
     pub allow_outside: bool,
-    /// The packing of the numbers in a glTF, as [`packing`](super::packing) returns it for the model.
+    /// Packing of the numbers of a glTF, from [`packing`](super::packing).
     pub packing: Option<Packing>,
-    /// Who makes other images of those that the mesh wears, where someone does.
+    /// Converter of the mesh's images, if any.
     pub images: Option<&'a dyn ImageMaker>,
-    /// Whether images in a `.gltf` become files beside it, `NAME_0.png`, so that several meshes share them.
+    /// Whether a `.gltf` gets its images as files (`NAME_0.png`), so that several meshes share them.
     pub shares_images: bool,
 }
 
 impl WriteOptions<'_> {
-    /// A format, and the file's name without its extension; what the asset names is read from its own folder alone.
+    /// Makes options from a format and a file name without extension; files outside the asset's folder are not read.
     pub fn new(format: Format, name: impl Into<String>) -> Self {
         Self { format, name: name.into(), allow_outside: false, packing: None, images: None, shares_images: false }
     }

@@ -1,4 +1,4 @@
-//! Files by path, written whole or not at all.
+//! Writes files whole or not at all.
 
 use std::borrow::Cow;
 use std::io::Write;
@@ -6,10 +6,10 @@ use std::path::Path;
 
 use super::{Format, WriteError, gzip};
 
-/// The bytes as a file of this name holds them: compressed where it ends in `.gz`, if they are not already.
+/// Compresses bytes if the file name ends in `.gz` and they are not yet compressed.
 ///
 /// # Errors
-/// [`WriteError`] where this build compresses nothing.
+/// [`WriteError`] if this build cannot compress.
 ///
 /// ```
 /// use neural_mesh::io::packed_by_name;
@@ -26,12 +26,12 @@ pub fn packed_by_name<'a>(path: &Path, bytes: &'a [u8]) -> Result<Cow<'a, [u8]>,
     gzip::packed(bytes).map(Cow::Owned).map_err(problem)
 }
 
-/// Writes `bytes` to `path`, compressed where its name ends in `.gz`, through a temporary file beside it, so that the file appears whole or not at all.
+/// Writes a file whole or not at all, through a temporary file in its folder; compresses it if its name ends in `.gz`.
 ///
-/// An existing file is replaced only with `force`. A device or a pipe is written to directly.
+/// An existing file is replaced only with `force`. Devices and pipes are written directly.
 ///
 /// # Errors
-/// [`WriteError`], without the path: the caller knows it.
+/// [`WriteError`], without the path.
 ///
 /// ```
 /// let folder = tempfile::tempdir().unwrap();
@@ -43,12 +43,14 @@ pub fn write_path(path: &Path, bytes: &[u8], force: bool) -> Result<(), WriteErr
     let bytes = &packed_by_name(path, bytes)?;
     let problem =
         |error: std::io::Error| WriteError { what: format!("cannot be written: {error}: check folder and disk") };
+    // A rename would replace the device or pipe itself.
     if path.metadata().is_ok_and(|found| !found.is_file() && !found.is_dir()) {
         return std::fs::write(path, bytes).map_err(problem);
     }
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut file = new_file_in(folder).map_err(problem)?;
     file.write_all(bytes).map_err(problem)?;
+    // Creating without replacing is one step of the system: no file that appears meanwhile is lost.
     let placed = if force { file.persist(path) } else { file.persist_noclobber(path) };
     match placed {
         Err(error) if error.error.kind() == std::io::ErrorKind::AlreadyExists => {
@@ -58,7 +60,7 @@ pub fn write_path(path: &Path, bytes: &[u8], force: bool) -> Result<(), WriteErr
     }
 }
 
-/// A temporary file with the permissions of any new file (the crate's own default is the owner's alone).
+/// Creates a temporary file with the permissions of any new file; the default of `tempfile` is private.
 fn new_file_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".neural-mesh-");

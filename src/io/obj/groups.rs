@@ -1,19 +1,19 @@
-//! The groups of an OBJ: faces under the same object, group, material and smoothing are of one.
+//! Groups of an OBJ: faces under the same object, group, material and smoothing group.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::io::extra::{Group, decoded, latin1, sets_faces_apart};
 
-/// The words that name what following faces belong to, in the order of [`State`].
+/// Statements that set the group of the faces after them, in the order of [`State`].
 const WORDS: [&[u8]; 4] = [b"o", b"g", b"usemtl", b"s"];
 
-/// What the words stand for, in the same order.
+/// Names of what they set, for notes.
 const KINDS: [&str; 4] = ["objects", "groups", "materials", "smoothing groups"];
 
-/// What faces belong to: object, group, material, smoothing, where they were named.
+/// Object, group, material and smoothing group, as far as set.
 type State<'a> = [Option<&'a [u8]>; 4];
 
-/// The groups met so far.
+/// Groups so far.
 #[derive(Debug, Default)]
 pub(super) struct Groups<'a> {
     state: State<'a>,
@@ -21,12 +21,12 @@ pub(super) struct Groups<'a> {
     current: u32,
     numbers: FxHashMap<State<'a>, u32>,
     states: Vec<State<'a>>,
-    /// The group of each triangle; empty while all are of the first.
+    /// Group of each triangle; empty while all are in the first.
     pub of_faces: Vec<u32>,
 }
 
 impl<'a> Groups<'a> {
-    /// Takes a statement; false where it is none about groups.
+    /// Takes a statement; returns false for one that is not about groups.
     pub fn take(&mut self, word: &[u8], rest: &'a [u8]) -> bool {
         let Some(kind) = WORDS.iter().position(|known| *known == word) else { return false };
         self.changed |= self.state[kind] != Some(rest);
@@ -34,7 +34,7 @@ impl<'a> Groups<'a> {
         true
     }
 
-    /// Counts the triangles up to `n_faces` to the current group; `n_before` of them are counted already.
+    /// Assigns the triangles from `n_before` to `n_faces` to the current group.
     pub fn cover(&mut self, n_before: usize, n_faces: usize) {
         if std::mem::take(&mut self.changed) || self.states.is_empty() {
             self.current = *self.numbers.entry(self.state).or_insert_with(|| {
@@ -42,14 +42,17 @@ impl<'a> Groups<'a> {
                 self.states.len() as u32 - 1
             });
         }
+        // With one group there are no numbers to store.
         if self.states.len() > 1 {
             self.of_faces.resize(n_before, 0);
             self.of_faces.resize(n_faces, self.current);
         }
     }
 
-    /// Forgets names that set nearly every face apart, those of most different ones first: they would leave no face that could
-    /// go. Gives what was forgotten, in one line each.
+    /// Drops the kind of names that puts nearly every face into its own group, most varied first; returns a note for
+    /// each.
+    ///
+    /// Such groups would forbid every collapse.
     pub fn judge(&mut self) -> Vec<String> {
         let mut notes = Vec::new();
         while sets_faces_apart(self.states.len(), self.of_faces.len()) {
@@ -61,7 +64,7 @@ impl<'a> Groups<'a> {
         notes
     }
 
-    /// Makes groups that differ in the names of a kind alone one.
+    /// Merges groups that differ only in the names of one kind.
     fn forget(&mut self, kind: usize) {
         let mut numbers: FxHashMap<State, u32> = FxHashMap::default();
         let mut states = Vec::new();
@@ -81,12 +84,12 @@ impl<'a> Groups<'a> {
         }
     }
 
-    /// All names, as bytes.
+    /// Returns all names as bytes.
     pub fn names(&self) -> impl Iterator<Item = &'a [u8]> {
         self.states.iter().flatten().copied().flatten()
     }
 
-    /// The groups by name, none where the one group has none.
+    /// Returns the groups by name; none if the only group is unnamed.
     pub fn named(&self, in_latin1: bool) -> Vec<Group> {
         if self.states.len() == 1 && self.states[0] == State::default() {
             return Vec::new();
@@ -107,7 +110,7 @@ impl<'a> Groups<'a> {
 mod tests {
     use super::*;
 
-    /// Faces whose group, and every hundred faces whose material, has a name of its own.
+    /// Makes groups where every face has its own group name and every hundred faces their own material.
     fn met(names: &[String]) -> Groups<'_> {
         let mut groups = Groups::default();
         for (face, name) in names.iter().enumerate() {

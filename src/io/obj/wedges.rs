@@ -1,19 +1,19 @@
-//! Corners of an OBJ as wedges: each distinct `v/vt/vn`, in the order of first use.
+//! Wedges of an OBJ: each distinct `v/vt/vn`, numbered by first use.
 
 use rustc_hash::FxHashMap;
 
 use super::NOWHERE;
 
-/// The wedges met so far.
+/// Wedges so far.
 #[derive(Debug, Default)]
 pub(super) struct Wedges {
     numbers: FxHashMap<[u32; 3], u32>,
-    /// Vertex, texture coordinate and normal of each wedge, from zero; [`NOWHERE`] for those that it has not.
+    /// Vertex, texture coordinate and normal of each wedge, from zero, or [`NOWHERE`].
     pub triplets: Vec<[u32; 3]>,
 }
 
 impl Wedges {
-    /// The wedges of faces (vertex indices) that have neither texture coordinates nor normals; they then name the wedges.
+    /// Makes wedges of faces that have only vertices; the faces then index wedges.
     pub fn of_plain(faces: &mut [[u32; 3]]) -> Self {
         let mut wedges = Self::default();
         for vertex in faces.iter_mut().flatten() {
@@ -22,7 +22,7 @@ impl Wedges {
         wedges
     }
 
-    /// The number of a wedge.
+    /// Returns the number of a wedge, new or known.
     pub fn number(&mut self, triplet: [u32; 3]) -> u32 {
         *self.numbers.entry(triplet).or_insert_with(|| {
             self.triplets.push(triplet);
@@ -30,19 +30,22 @@ impl Wedges {
         })
     }
 
-    /// Where a wedge lies.
+    /// Returns the position of a wedge.
     pub fn position(&self, wedge: u32, positions: &[[f64; 3]]) -> Option<[f64; 3]> {
         positions.get(self.vertex(wedge) as usize).copied()
     }
 
-    /// The vertex of a wedge.
+    /// Returns the vertex of a wedge.
     pub fn vertex(&self, wedge: u32) -> u32 {
         self.triplets.get(wedge as usize).map_or(NOWHERE, |triplet| triplet[0])
     }
 
-    /// The values at the wedges, n_wedges x `width`, out of a table of values; `part`: 0 for a table of vertices, 1 of
-    /// texture coordinates, 2 of normals. Zeros where a wedge has none; `None` where none has one.
+    /// Gathers the values of the wedges, n_wedges x `width`, from a table of vertices (`part` 0), texture coordinates
+    /// (1) or normals (2).
+    ///
+    /// Missing values are zeros; `None` if all are missing.
     pub fn values(&self, part: usize, table: &[f32], width: usize) -> Option<Vec<f32>> {
+        // Checked arithmetic: indices come from the file.
         let row = |index: u32| (index as usize).checked_mul(width).and_then(|at| table.get(at..at.checked_add(width)?));
         if !self.triplets.iter().any(|triplet| row(triplet[part]).is_some()) {
             return None;

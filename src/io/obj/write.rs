@@ -1,4 +1,4 @@
-//! Writes OBJ: the bare mesh, or with texture coordinates, normals, colours, groups and materials.
+//! Writes OBJ, bare or with texture coordinates, normals, colours, groups and materials.
 
 use rustc_hash::FxHashMap;
 
@@ -7,7 +7,7 @@ use crate::io::extra::{Extra, Group, encoded};
 use crate::io::write::{Content, push_singles};
 use crate::mesh::{Attributes, Channel, Role};
 
-/// Writes an OBJ text with the shortest digits that read back as the same numbers.
+/// Writes an OBJ text of the geometry.
 pub(in crate::io) fn write(content: &Content) -> Vec<u8> {
     let mut out = Vec::with_capacity(40 * content.n_vertices() + 24 * content.faces.len());
     for vertex in 0..content.n_vertices() {
@@ -27,7 +27,7 @@ pub(in crate::io) fn write(content: &Content) -> Vec<u8> {
     out
 }
 
-/// Writes an OBJ text with attributes, the faces in the order of their groups; adds to `notes` what it cannot hold.
+/// Writes an OBJ text with attributes, faces in order of their groups; adds a note for each loss.
 pub(in crate::io) fn write_attributed(
     content: &Content,
     attributes: &Attributes,
@@ -46,7 +46,6 @@ pub(in crate::io) fn write_attributed(
     out
 }
 
-/// A word and what follows it on its line.
 fn push_line(out: &mut Vec<u8>, word: &[u8], rest: &[u8]) {
     out.extend(word);
     if !rest.is_empty() {
@@ -56,7 +55,7 @@ fn push_line(out: &mut Vec<u8>, word: &[u8], rest: &[u8]) {
     out.push(b'\n');
 }
 
-/// The `v` lines, with colours where there are some: the format holds one for each vertex.
+/// Appends the `v` lines, with colours if there are some; the format holds one per vertex.
 fn push_vertices(out: &mut Vec<u8>, content: &Content, attributes: &Attributes, notes: &mut Vec<String>) {
     let colours = channel_of(attributes, Role::Colour).filter(|channel| channel.width >= 3);
     let mut wedge_of: Vec<Option<u32>> = vec![None; content.n_vertices()];
@@ -86,12 +85,12 @@ fn push_vertices(out: &mut Vec<u8>, content: &Content, attributes: &Attributes, 
 
 /// The `vt` or `vn` lines of a channel.
 struct Lines {
-    /// The line of each wedge, from 1; 0 where it has none.
+    /// Line of each wedge, from 1; 0 for none.
     of_wedges: Vec<u32>,
 }
 
 impl Lines {
-    /// Appends a line for each distinct value, in the order of the faces. A normal without length is none.
+    /// Appends a line per distinct value, in order of the faces; normals of length zero get none.
     fn push(out: &mut Vec<u8>, word: &[u8], channel: Option<&Channel>, attributes: &Attributes) -> Option<Self> {
         let channel = channel?;
         let mut of_wedges = vec![0; attributes.n_wedges()];
@@ -115,7 +114,7 @@ impl Lines {
     }
 }
 
-/// The `f` lines by group, each group behind its names.
+/// Appends the `f` lines by group, each group after its names.
 fn push_faces(
     out: &mut Vec<u8>,
     content: &Content,
@@ -132,7 +131,7 @@ fn push_faces(
             push_names(out, &mut state, extra.group(attributes.group(face)), extra.latin1);
         }
         let wedges = attributes.wedges.get(face as usize);
-        // Corners of a face are all of one form.
+        // // A face has values at all corners or none: mixed forms are invalid.
         let held = lines.each_ref().map(|lines| {
             let corners = lines.as_ref().zip(wedges).map(|(lines, wedges)| wedges.map(|w| lines.of_wedges[w as usize]));
             corners.filter(|corners| corners.iter().all(|&line| line > 0))
@@ -155,7 +154,7 @@ fn push_faces(
     }
 }
 
-/// The lines that name what changes with a group.
+/// Appends the statements of a new group that differ from the last one.
 fn push_names(out: &mut Vec<u8>, state: &mut Group, group: Option<&Group>, latin1: bool) {
     let Some(group) = group else { return };
     let names = [
@@ -172,7 +171,7 @@ fn push_names(out: &mut Vec<u8>, state: &mut Group, group: Option<&Group>, latin
     }
 }
 
-/// What the format has no words for.
+/// Notes the channels that the format cannot hold.
 fn dropped(attributes: &Attributes) -> Option<String> {
     let written = [Role::Uv, Role::Normal, Role::Colour].map(|role| channel_of(attributes, role).map(|c| &c.name));
     let names: Vec<&str> = attributes

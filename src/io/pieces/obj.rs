@@ -1,4 +1,4 @@
-//! OBJ in pieces: runs of whole lines, each a text of its own.
+//! Streams OBJ in runs of whole lines.
 
 use std::io::Read;
 use std::path::Path;
@@ -7,12 +7,12 @@ use super::{Kind, REMEDY, Take, open, unreadable};
 use crate::io::ReadError;
 use crate::io::text::Text;
 
-/// Bytes of a run of lines; a longer line is a run of its own.
+/// Bytes of a run; a longer line is a run by itself.
 const RUN: usize = 1 << 20;
-/// Bytes of a line at most.
+/// Longest line in bytes.
 const LONGEST_LINE: usize = 64 << 20;
 
-/// What is known of a file once it was read.
+/// Counts the vertices of a file and checks what else it holds.
 pub fn counted(path: &Path) -> Result<Kind, ReadError> {
     let (mut n_vertices, mut double, mut has_more) = (0, false, false);
     each_line(open(path)?, &mut |text, line| {
@@ -30,7 +30,7 @@ pub fn counted(path: &Path) -> Result<Kind, ReadError> {
     Ok(Kind::Obj { n_vertices, double, has_more })
 }
 
-/// Shows every position.
+/// Passes on every position.
 pub fn each_position(file: impl Read, take: &mut Take) -> Result<(), ReadError> {
     each_line(file, &mut |text, line| {
         if line == Line::Vertex {
@@ -40,7 +40,7 @@ pub fn each_position(file: impl Read, take: &mut Take) -> Result<(), ReadError> 
     })
 }
 
-/// Shows the corners of every face, counted from 0.
+/// Passes on the corners of every face, from 0.
 pub fn each_face(file: impl Read, take: &mut dyn FnMut(&[i64])) -> Result<(), ReadError> {
     let (mut n_before, mut corners) = (0i64, Vec::new());
     each_line(file, &mut |text, line| {
@@ -71,16 +71,16 @@ fn position(text: &mut Text) -> Result<[f64; 3], ReadError> {
     Ok(position)
 }
 
-/// What a line says.
+/// A relevant line.
 #[derive(Clone, Copy, PartialEq)]
 enum Line {
     Vertex,
     Face,
-    /// What corners carry, or a material.
+    /// Texture coordinate, normal or material.
     More,
 }
 
-/// Shows the rest of every line that says something of a mesh.
+/// Passes on the rest of each relevant line.
 fn each_line(
     mut file: impl Read,
     show: &mut dyn FnMut(&mut Text, Line) -> Result<(), ReadError>,
@@ -91,6 +91,7 @@ fn each_line(
         let n_read = file.by_ref().take(RUN as u64).read_to_end(&mut bytes).map_err(|error| unreadable(&error))?;
         let is_last = n_read == 0;
         let end = if is_last { Some(bytes.len()) } else { end_of_lines(&bytes, n_before) };
+        // No line ends yet: read on, but not without bound.
         let Some(end) = end else {
             if bytes.len() > LONGEST_LINE {
                 return Err(ReadError::file("a line has no end", REMEDY));
@@ -119,7 +120,7 @@ fn each_line(
     }
 }
 
-/// Behind the last line that ends here and is not continued; lines before `from` are known to be none.
+/// Returns the end of the last complete line; lines before `from` are known to be incomplete.
 fn end_of_lines(bytes: &[u8], from: usize) -> Option<usize> {
     let ends = memchr::memrchr_iter(b'\n', &bytes[from..]).map(|at| from + at);
     let is_continued = |at: usize| bytes[..at].strip_suffix(b"\r").unwrap_or(&bytes[..at]).ends_with(b"\\");

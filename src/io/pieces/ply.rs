@@ -1,4 +1,4 @@
-//! Binary PLY in pieces: one table of vertices, then one of faces.
+//! Streams binary PLY: a table of vertices, then one of faces.
 
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -7,32 +7,32 @@ use super::{Take, beginning, number, unreadable};
 use crate::io::ply::header::{Element, Encoding, Header, Property};
 use crate::io::{ReadError, Scalar};
 
-/// Bytes in which a header ends.
+/// Longest header in bytes.
 const LONGEST_HEADER: u64 = 1 << 20;
-/// Bytes of vertices that are read at once, about.
+/// Approximate size of a run of vertices in bytes.
 const RUN: usize = 1 << 16;
-/// Corners of a polygon at most: longer ones are damage.
+/// Most corners of a polygon; more are damage.
 const MOST_CORNERS: usize = 1 << 20;
 
-/// Where what stands in a file.
+/// Places of the values in a file.
 #[derive(Debug)]
 pub struct Layout {
     big: bool,
-    /// Where the vertices begin.
+    /// Offset of the vertices in bytes.
     body: u64,
     n_vertices: u64,
-    /// Bytes of a vertex.
+    /// Size of a vertex in bytes.
     stride: usize,
-    /// Where in those each coordinate stands, and as what.
+    /// Offset in the vertex, and type, of each coordinate.
     axes: [(usize, Scalar); 3],
     faces: Element,
-    /// Which property of a face has the corners.
+    /// Index of the face property with the corners.
     corners: usize,
     /// Names of all other properties.
     others: Vec<String>,
 }
 
-/// The layout of a file that is read in pieces; `None` of any other.
+/// Parses the layout of a file, or returns `None` if it cannot be streamed.
 pub fn layout(path: &Path) -> Result<Option<Layout>, ReadError> {
     let header = Header::parse(&beginning(path, LONGEST_HEADER)?)?;
     let big = match header.encoding {
@@ -66,7 +66,7 @@ impl Layout {
         self.faces.count as u64
     }
 
-    /// What vertices and faces carry beside their shape.
+    /// Lists the properties that are not geometry.
     pub fn others(&self) -> Option<String> {
         (!self.others.is_empty()).then(|| self.others.join(", "))
     }
@@ -77,6 +77,7 @@ impl Layout {
 
     pub fn each_position<R: Read + Seek>(&self, mut file: BufReader<R>, take: &mut Take) -> Result<(), ReadError> {
         file.seek(SeekFrom::Start(self.body)).map_err(|error| unreadable(&error))?;
+        // Fewer, larger reads; a single vertex may still exceed the run.
         let n_at_once = (RUN / self.stride).max(1);
         let mut rows = vec![0; self.stride * n_at_once];
         let mut left = usize::try_from(self.n_vertices).unwrap_or(usize::MAX);
@@ -103,7 +104,7 @@ impl Layout {
         Ok(position)
     }
 
-    /// Shows the corners of every face, as they are numbered.
+    /// Passes on the vertex numbers of every face.
     pub fn each_face<R: Read + Seek>(
         &self,
         mut file: BufReader<R>,
@@ -112,6 +113,7 @@ impl Layout {
         let start = self.n_vertices.saturating_mul(self.stride as u64).saturating_add(self.body);
         file.seek(SeekFrom::Start(start)).map_err(|error| unreadable(&error))?;
         let mut corners = Vec::new();
+        // Nearly all files hold plain triangles, which need no property loop.
         let n_usual = if self.is_usual() { self.usual_faces(&mut file, take)? } else { 0 };
         for _ in n_usual..self.faces.count {
             for (at, property) in self.faces.properties.iter().enumerate() {
@@ -124,6 +126,7 @@ impl Layout {
                     continue;
                 }
                 corners.clear();
+                // A damaged count may be huge: its corners are skipped, not stored.
                 for _ in 0..n.min(MOST_CORNERS) {
                     corners.push(self.one(&mut file, property.scalar)? as i64);
                 }
@@ -134,13 +137,13 @@ impl Layout {
         Ok(())
     }
 
-    /// Whether faces are lists of little-endian 32-bit numbers behind a byte, and nothing else.
+    /// Returns whether faces are single lists of little-endian 32-bit numbers with a count of one byte.
     fn is_usual(&self) -> bool {
         let is_list = |it: &Property| it.length == Some(Scalar::U8) && matches!(it.scalar, Scalar::I32 | Scalar::U32);
         !self.big && matches!(&self.faces.properties[..], [only] if is_list(only))
     }
 
-    /// Shows the faces up to the first that is no triangle, and gives their number.
+    /// Passes on the faces up to the first non-triangle, and returns their number.
     fn usual_faces(&self, file: &mut impl BufRead, take: &mut dyn FnMut(&[i64])) -> Result<usize, ReadError> {
         let (mut n_faces, mut face) = (0, [0; 13]);
         while n_faces < self.faces.count && file.fill_buf().map_err(|error| unreadable(&error))?.first() == Some(&3) {
@@ -159,7 +162,7 @@ impl Layout {
     }
 }
 
-/// The corners of a triangle behind their number.
+/// Decodes the corners of a triangle record.
 fn triangle(face: &[u8; 13]) -> [i64; 3] {
     [1, 5, 9].map(|at| i64::from(u32::from_le_bytes([0, 1, 2, 3].map(|i| face[at + i]))))
 }

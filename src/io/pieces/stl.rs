@@ -1,4 +1,4 @@
-//! Binary STL in pieces.
+//! Streams binary STL.
 
 use std::io::Read;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 use super::{Triangle, beginning, unreadable};
 use crate::io::ReadError;
 
-/// The number of faces of a binary file; `None` of a text.
+/// Returns the number of faces of a binary file, or `None` for text.
 pub fn n_faces(path: &Path) -> Result<Option<u64>, ReadError> {
     let start = beginning(path, 84)?;
     let n_bytes = std::fs::metadata(path).map_err(|error| unreadable(&error))?.len();
@@ -14,6 +14,7 @@ pub fn n_faces(path: &Path) -> Result<Option<u64>, ReadError> {
     else {
         return Ok(None);
     };
+    // Size first: binary headers may begin with `solid` as well.
     let fits = 84 + 50 * u64::from(count) <= n_bytes;
     let is_text = start.trim_ascii_start().starts_with(b"solid") && !start.contains(&0);
     match (is_text, fits) {
@@ -23,7 +24,7 @@ pub fn n_faces(path: &Path) -> Result<Option<u64>, ReadError> {
     }
 }
 
-/// Shows every face.
+/// Passes on every face.
 pub fn each_triangle(mut file: impl Read, n_faces: u64, mut take: impl FnMut(Triangle)) -> Result<(), ReadError> {
     let mut record = [0; 84];
     file.read_exact(&mut record).map_err(|error| unreadable(&error))?;

@@ -1,5 +1,4 @@
-//! Reads a PLY with all that it holds: columns of vertices as channels, texture coordinates of corners, numbers of faces as
-//! groups.
+//! Reads a PLY with attributes: vertex columns as channels, texture coordinates of corners, face numbers as groups.
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -12,13 +11,14 @@ use crate::io::extra::{Column, Extra, Group, Layout, ReadMesh, sets_faces_apart,
 use crate::io::{ReadError, Scalar};
 use crate::mesh::{Attributes, Channel, Fans, RawMesh, Role};
 
-/// More distinct combinations of numbers of faces than this are no groups.
+/// Most combinations of face numbers that count as groups.
 const MOST_GROUPS: usize = 1 << 16;
 
-/// Reads a PLY file with its attributes. Texture coordinates that a face lacks are zeros.
+/// Reads a PLY file with attributes; texture coordinates that a face lacks are zeros.
 pub(super) fn read(bytes: &[u8], header: Header) -> Result<ReadMesh, ReadError> {
     let mut reader = Reader::default();
     let mut source = open(bytes, &header);
+    // Corners of strips carry no texture coordinates, so those of faces would not cover the mesh.
     let with_strips = header.elements.iter().any(|element| element.name == "tristrips");
     for element in &header.elements {
         match element.name.as_str() {
@@ -36,13 +36,13 @@ pub(super) fn read(bytes: &[u8], header: Header) -> Result<ReadMesh, ReadError> 
     Ok(reader.finish(header.comments))
 }
 
-/// The values of a row: one or, of a list, any number for each property.
+/// Values of a row: one per scalar property, any number per list.
 type Row = [Vec<f64>];
 
-/// Hands over each row of an element.
+/// Passes on each row of an element.
 fn for_each_row(source: &mut Source, element: &Element, mut take: impl FnMut(&Row)) -> Result<(), ReadError> {
     let mut row = vec![Vec::new(); element.properties.len()];
-    // An element without properties takes no bytes, however many of it there are.
+    // // An element without properties takes no bytes, whatever its count: looping over it could take forever.
     let n_rows = if row.is_empty() { 0 } else { element.count };
     for number in 0..n_rows {
         for (property, values) in element.properties.iter().zip(&mut row) {
@@ -59,7 +59,7 @@ fn for_each_row(source: &mut Source, element: &Element, mut take: impl FnMut(&Ro
     Ok(())
 }
 
-/// What was read so far.
+/// State of the reader.
 #[derive(Default)]
 struct Reader {
     mesh: RawMesh,
@@ -118,6 +118,7 @@ impl Reader {
 
     fn read_faces(&mut self, source: &mut Source, element: &Element, with_strips: bool) -> Result<(), ReadError> {
         let list = element.list(&["vertex_indices", "vertex_index"]);
+        // Without other properties the fast path applies.
         let (Some(list), true) = (list, element.properties.len() > 1) else {
             return read_faces(source, element, &mut self.mesh, &mut self.fans);
         };
@@ -146,12 +147,13 @@ impl Reader {
         })
     }
 
-    /// Puts together what was read.
+    /// Assembles the result.
     fn finish(mut self, comments: Vec<String>) -> ReadMesh {
         self.groups.judge(&mut self.notes);
         let RawMesh { positions, faces, attributes, .. } = &mut self.mesh;
         let mut channels = self.channels;
         if let Some(corners) = self.corners {
+            // As in OBJ: polygons are cut while faces index wedges, then faces return to vertices.
             self.fans.settle_with(|wedge| positions.get(corners.vertex(wedge) as usize).copied(), faces);
             channels.iter_mut().for_each(|channel| corners.spread(channel));
             let name = if channels.iter().any(|channel| channel.name == "uv") { "texcoord" } else { "uv" };
@@ -168,7 +170,7 @@ impl Reader {
             attributes.wedges = if channels.is_empty() { Vec::new() } else { faces.clone() };
         }
         let Groups { columns: face_columns, groups, mut of_faces, .. } = self.groups;
-        // Strips are faces without numbers.
+        // // Faces from strips have no numbers: they join the first group.
         of_faces.resize(if groups.len() > 1 { faces.len() } else { 0 }, 0);
         let wedges = std::mem::take(&mut attributes.wedges);
         *attributes = Attributes { wedges, channels, groups: of_faces };
@@ -177,10 +179,10 @@ impl Reader {
     }
 }
 
-/// A number of a channel: where it stands in a row, and how.
+/// A value of a channel: its place in a row, its type and its unit.
 struct Number {
     property: usize,
-    /// In bytes from the start of the row, where rows are of one length.
+    /// Offset in the row in bytes, for rows of equal length.
     offset: usize,
     scalar: Scalar,
     unit: f64,
@@ -195,7 +197,7 @@ fn scalars(plan: &Plan, element: &Element, offsets: Option<&[usize]>) -> Vec<Num
     plan.properties.iter().map(number).collect()
 }
 
-/// The values of a channel in binary rows.
+/// Decodes a channel from binary rows.
 fn decode_channel(records: &[u8], stride: usize, columns: &[Number], big: bool) -> Vec<f32> {
     let width = columns.len();
     let mut values = vec![0.0; records.len() / stride * width];
@@ -209,16 +211,16 @@ fn decode_channel(records: &[u8], stride: usize, columns: &[Number], big: bool) 
     values
 }
 
-/// Corners that differ in their vertex or their texture coordinates, in the order of first use.
+/// Corners that differ in vertex or texture coordinates, numbered by first use.
 #[derive(Default)]
 struct Corners {
     numbers: FxHashMap<[u32; 3], u32>,
-    /// Vertex and the bits of the two coordinates.
+    /// Vertex, and the bits of both coordinates.
     rows: Vec<[u32; 3]>,
 }
 
 impl Corners {
-    /// Replaces the vertices of a polygon by the numbers of its corners.
+    /// Replaces the vertices of a polygon by corner numbers.
     fn number(&mut self, polygon: &mut [u32], uvs: &[f64]) {
         let fits = uvs.len() == 2 * polygon.len();
         for (i, corner) in polygon.iter_mut().enumerate() {
@@ -241,7 +243,7 @@ impl Corners {
         self.rows.iter().flat_map(|&[_, u, v]| [f32::from_bits(u), f32::from_bits(v)]).collect()
     }
 
-    /// Makes values of vertices values of corners; zeros where there is no such vertex.
+    /// Expands vertex values to corner values; zeros for absent vertices.
     fn spread(&self, channel: &mut Channel) {
         let mut values = vec![0.0; self.rows.len() * channel.width];
         for (value, row) in values.chunks_exact_mut(channel.width).zip(&self.rows) {
@@ -254,7 +256,7 @@ impl Corners {
     }
 }
 
-/// Faces by the whole numbers that they carry.
+/// Groups of faces by the whole numbers they carry.
 #[derive(Default)]
 struct Groups {
     columns: Vec<Column>,
@@ -265,7 +267,7 @@ struct Groups {
 }
 
 impl Groups {
-    /// Counts the triangles up to `n_faces` to the group with these numbers.
+    /// Assigns the triangles up to `n_faces` to the group with these numbers.
     fn cover(&mut self, values: impl Iterator<Item = i64>, n_faces: usize) {
         if self.columns.is_empty() || self.too_many {
             return;
@@ -275,11 +277,12 @@ impl Groups {
             self.groups.push(Group { values: key.iter().map(|&value| value as f64).collect(), ..Group::default() });
             self.groups.len() as u32 - 1
         });
+        // Such numbers identify faces instead of groups; counting on would only cost memory.
         self.too_many = self.groups.len() > MOST_GROUPS;
         self.of_faces.resize(n_faces, number);
     }
 
-    /// Drops groups that are none: nearly every face would be its own.
+    /// Drops the groups, with a note, if nearly every face is one.
     fn judge(&mut self, notes: &mut Vec<String>) {
         let n_groups = self.groups.len();
         if self.too_many || sets_faces_apart(n_groups, self.of_faces.len()) {

@@ -1,11 +1,11 @@
-//! Columns of vertices as channels: which of them belong together, and what they mean.
+//! Vertex columns that form channels, by the names that programs give them.
 
 use super::header::{Element, Property};
 use crate::io::extra::{Column, Layout};
 use crate::io::{Extra, Scalar};
 use crate::mesh::{Channel, Role};
 
-/// Columns that make one channel, by their names in the files of different programs.
+/// Columns of one channel, by their names in files of various programs.
 const FAMILIES: [(&str, Role, &[&str]); 11] = [
     ("colour", Role::Colour, &["red", "green", "blue", "alpha"]),
     ("colour", Role::Colour, &["red", "green", "blue"]),
@@ -20,7 +20,7 @@ const FAMILIES: [(&str, Role, &[&str]); 11] = [
     ("uv", Role::Uv, &["texture_s", "texture_t"]),
 ];
 
-/// A channel and the properties that it is made of.
+/// A channel and its properties.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Plan {
     pub name: String,
@@ -30,7 +30,7 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    /// The plans for all scalar properties but the `taken` ones, in the order of the file.
+    /// Groups all scalar properties except the `taken` ones into channels, in file order.
     pub fn of(element: &Element, taken: &[usize]) -> Vec<Self> {
         let is_free = |i: usize| element.properties[i].length.is_none() && !taken.contains(&i);
         let find =
@@ -52,7 +52,7 @@ impl Plan {
         plans
     }
 
-    /// The columns of the channel.
+    /// Returns the columns of the channel.
     pub fn layout(&self, properties: &[Property]) -> Layout {
         let column = |&i: &usize| Column { name: properties[i].name.clone(), scalar: properties[i].scalar };
         let columns = self.properties.iter().map(column).collect();
@@ -60,7 +60,7 @@ impl Plan {
     }
 }
 
-/// What one unit of a channel is in a column: colours are 1 where a whole number has its greatest usual value.
+/// Returns the value of 1.0 in a column: the largest value of a whole-number colour.
 pub(super) fn unit(role: Role, scalar: Scalar) -> f64 {
     match (role, scalar) {
         (Role::Colour, Scalar::U16) => 65_535.0,
@@ -69,8 +69,7 @@ pub(super) fn unit(role: Role, scalar: Scalar) -> f64 {
     }
 }
 
-/// The layout of a channel: that of the input where it fits, else one by its role; `n_before` channels of the same role
-/// come before it.
+/// Returns the input's layout of a channel if it fits, else the usual one; `n_before` channels have the same role.
 pub(super) fn layout_of(channel: &Channel, extra: &Extra, n_before: usize) -> Layout {
     let known = extra.layout(&channel.name).filter(|layout| layout.columns.len() == channel.width);
     known.cloned().unwrap_or_else(|| Layout {

@@ -1,11 +1,11 @@
-//! The header of a PLY file: the encoding, and elements with their properties.
+//! PLY headers: encoding, elements, properties.
 
 use crate::io::extra::decoded;
 use crate::io::{ReadError, Scalar};
 
 const REMEDY: &str = "export the mesh again";
 
-/// How the values behind the header are written.
+/// The encoding of the values after the header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::io) enum Encoding {
     Text,
@@ -13,54 +13,54 @@ pub(in crate::io) enum Encoding {
     BigEndian,
 }
 
-/// A property of an element: one value, or a list whose length comes first.
+/// A property: a scalar, or a list with its length in front.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::io) struct Property {
     pub name: String,
     pub scalar: Scalar,
-    /// The kind of the length where this is a list.
+    /// Type of the length, for a list.
     pub length: Option<Scalar>,
 }
 
-/// A table of the file, `count` rows with these properties.
+/// A table of `count` rows.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::io) struct Element {
     pub name: String,
-    /// As claimed; the bytes may hold fewer.
+    /// Claimed number of rows; the file may hold fewer.
     pub count: usize,
     pub properties: Vec<Property>,
 }
 
-/// All that the header says.
+/// A parsed header.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::io) struct Header {
     pub encoding: Encoding,
     pub elements: Vec<Element>,
-    /// The lines that open with `comment` or `obj_info`, in order.
+    /// Lines that begin with `comment` or `obj_info`.
     pub comments: Vec<String>,
-    /// Where the values start, in bytes from the start of the file.
+    /// Offset of the values in bytes.
     pub body: usize,
 }
 
 impl Element {
-    /// The index of the scalar property `name`.
+    /// Returns the index of the scalar property `name`.
     pub fn scalar(&self, name: &str) -> Result<usize, ReadError> {
         let found = self.properties.iter().position(|property| property.length.is_none() && property.name == name);
         found.ok_or_else(|| self.lacks(&format!("property {name}")))
     }
 
-    /// The index of the list property with one of these names.
+    /// Returns the index of the list property with one of these names.
     pub fn list(&self, names: &[&str]) -> Option<usize> {
         let named = |property: &Property| property.length.is_some() && names.contains(&property.name.as_str());
         self.properties.iter().position(named)
     }
 
-    /// The error for something that this element should have.
+    /// Makes the error for something that the element lacks.
     pub fn lacks(&self, what: &str) -> ReadError {
         ReadError::file(format!("the element {} has no {what}", self.name), REMEDY)
     }
 
-    /// Offset of each property in a binary row and the length of the row in bytes; `None` where there are lists.
+    /// Returns the property offsets and the length of a binary row in bytes, or `None` if there are lists.
     pub fn layout(&self) -> Option<(Vec<usize>, usize)> {
         let mut stride = 0;
         let mut offsets = Vec::with_capacity(self.properties.len());
@@ -83,7 +83,7 @@ impl Header {
         if bytes[at..first.0].trim_ascii() != b"ply" {
             return Err(ReadError::line(bytes, at, "the file does not start with ply", "name the right format"));
         }
-        // With bare carriage returns a line feed behind the header already belongs to the values.
+        // // In a header with bare carriage returns, a line feed after it already belongs to the values.
         let pairs = bytes.get(first.0..first.1) != Some(b"\r");
         let mut said = Said::default();
         at = first.1;
@@ -100,7 +100,7 @@ impl Header {
     }
 }
 
-/// What the lines of a header said so far.
+/// Lines of a header so far.
 #[derive(Default)]
 struct Said {
     encoding: Option<Encoding>,
@@ -109,7 +109,7 @@ struct Said {
 }
 
 impl Said {
-    /// Takes in a line; whether the header ends with it, or what is wrong with it.
+    /// Takes a line; returns whether it ends the header, or its problem.
     fn ends_with(&mut self, line: &[u8]) -> Result<bool, &'static str> {
         let text = String::from_utf8_lossy(line);
         let mut words = text.split_ascii_whitespace();
@@ -130,7 +130,7 @@ impl Said {
     }
 }
 
-/// Where the line from `at` ends and where the next one starts; `pairs`: a carriage return takes a line feed with it.
+/// Returns the end of the line at `at` and the start of the next; with `pairs`, CR LF is one line end.
 fn line_end(bytes: &[u8], at: usize, pairs: bool) -> (usize, usize) {
     let end = memchr::memchr2(b'\n', b'\r', &bytes[at..]).map_or(bytes.len(), |n| at + n);
     let pair = pairs && bytes[end..].starts_with(b"\r\n");

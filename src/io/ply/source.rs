@@ -1,4 +1,4 @@
-//! The values of a PLY body one by one, from text or from bytes.
+//! The values of a PLY body one by one, from text or bytes.
 
 use super::header::Element;
 use crate::io::text::Text;
@@ -6,22 +6,22 @@ use crate::io::{ReadError, Scalar};
 
 const REMEDY: &str = "the file is cut or its header wrong, export the mesh again";
 
-/// Where values come from.
+/// A source of values.
 pub(super) enum Source<'a> {
     /// Words of a text.
     Text {
         text: Text<'a>,
-        /// Rows that are not read yet.
+        /// Unread rows.
         rows_left: usize,
-        /// Whether each row has a line of its own; known from the first row on that does not end its line.
+        /// Whether each row is a line; decided at the first row that does not end its line.
         has_lines: Option<bool>,
     },
-    /// Bytes from `at` on, most significant first where `big`.
+    /// Bytes from `at` on.
     Binary { bytes: &'a [u8], at: usize, big: bool },
 }
 
 impl Source<'_> {
-    /// The next value; `None` at the end or where the text is no number.
+    /// Returns the next value, or `None` at the end or at something that is no number.
     pub fn scalar(&mut self, scalar: Scalar) -> Option<f64> {
         match self {
             Self::Text { text, .. } => {
@@ -36,7 +36,7 @@ impl Source<'_> {
         }
     }
 
-    /// Ends a row of an element. Where each row has a line of its own, what the header does not name is passed over.
+    /// Ends a row; if rows are lines, skips words that the header does not declare.
     pub fn end_row(&mut self) {
         let Self::Text { text, rows_left, has_lines } = self else { return };
         *rows_left = rows_left.saturating_sub(1);
@@ -45,12 +45,13 @@ impl Source<'_> {
         }
         let has_words = |line: &&[u8]| !line.trim_ascii().is_empty();
         let n_lines = || text.rest().split(|byte| matches!(byte, b'\n' | b'\r')).skip(1).filter(has_words).count();
+        // Enough lines for all rows mean one row per line, else values run on across lines.
         if *has_lines.get_or_insert_with(|| n_lines() >= *rows_left) {
             text.skip_line();
         }
     }
 
-    /// Bytes that are left.
+    /// Returns the number of unread bytes.
     pub fn left(&self) -> usize {
         match self {
             Self::Text { text, .. } => text.rest().len(),
@@ -58,7 +59,7 @@ impl Source<'_> {
         }
     }
 
-    /// The error for a value that is missing in item `item` of `element`.
+    /// Makes the error for a missing value in row `item` of `element`.
     pub fn cut(&self, element: &Element, item: usize) -> ReadError {
         let what = format!("no value for {} {item} of {}", element.name, element.count);
         match self {

@@ -1,4 +1,4 @@
-//! Writes PLY, text or little-endian: the bare mesh, or with columns for all that it carries.
+//! Writes PLY, text or little-endian, bare or with columns for all attributes.
 
 use rayon::prelude::*;
 
@@ -18,7 +18,7 @@ fn write_header(content: &Content, encoding: &str) -> String {
     )
 }
 
-/// Writes a little-endian PLY, in doubles where the content is in doubles.
+/// Writes a little-endian PLY, with doubles if the content needs them.
 pub(in crate::io) fn write_binary(content: &Content) -> Vec<u8> {
     let header = write_header(content, "binary_little_endian").into_bytes();
     let stride = if content.double { 24 } else { 12 };
@@ -41,17 +41,16 @@ pub(in crate::io) fn write_binary(content: &Content) -> Vec<u8> {
     out
 }
 
-/// Writes a PLY text with the shortest digits that read back as the same numbers.
+/// Writes a text PLY.
 pub(in crate::io) fn write_text(content: &Content) -> Vec<u8> {
     let mut out = write_header(content, "ascii").into_bytes();
     push_rows(&mut out, content);
     out
 }
 
-/// Writes a PLY with attributes, as text or in little-endian bytes; adds to `notes` what it cannot hold. Gives the number of its
-/// rows of vertices, too.
+/// Writes a PLY with attributes as text or little-endian; returns its bytes and its number of vertex rows.
 ///
-/// A vertex has one row, and one more for each other set of values that its corners have: at a seam.
+/// A vertex at a seam has a row for each set of values of its corners. Losses are added to `notes`.
 pub(in crate::io) fn write_attributed(
     content: &Content,
     attributes: &Attributes,
@@ -72,7 +71,7 @@ pub(in crate::io) fn write_attributed(
     (out, rows.sources.len())
 }
 
-/// The rows of the vertices: where each stands and what it carries.
+/// Writes the rows of the vertices.
 fn put_vertices(put: &mut Put, content: &Content, rows: &Rows, columns: &Columns) {
     for &(vertex, wedge) in &rows.sources {
         put.position(content, vertex as usize);
@@ -87,7 +86,7 @@ fn put_vertices(put: &mut Put, content: &Content, rows: &Rows, columns: &Columns
     }
 }
 
-/// The rows of the faces: their corners, what these carry, and what the group of the face does.
+/// Writes the rows of the faces: corners, their texture coordinates, values of the group.
 fn put_faces(put: &mut Put, rows: &Rows, columns: &Columns, attributes: &Attributes, extra: &Extra) {
     for (face, corners) in rows.faces.iter().enumerate() {
         put.value(Scalar::U8, 3.0);
@@ -105,10 +104,10 @@ fn put_faces(put: &mut Put, rows: &Rows, columns: &Columns, attributes: &Attribu
     }
 }
 
-/// The channels and how they stand in the file.
+/// Channels and their columns.
 struct Columns<'a> {
     of_vertices: Vec<(&'a Channel, Layout)>,
-    /// What stands in the lists `texcoord`.
+    /// Channel of the lists `texcoord`.
     of_corners: Option<(&'a Channel, &'a Layout)>,
 }
 
@@ -129,9 +128,9 @@ impl<'a> Columns<'a> {
     }
 }
 
-/// The rows of the vertices.
+/// Rows of the vertices.
 struct Rows {
-    /// Vertex of each row and a wedge with its values; first a row for each vertex.
+    /// Vertex of each row, and a wedge with its values; the first n_vertices rows are the vertices in order.
     sources: Vec<(u32, Option<u32>)>,
     /// Rows of the corners, n_faces x 3.
     faces: Vec<[u32; 3]>,
@@ -144,7 +143,7 @@ impl Rows {
         if channels.is_empty() {
             return Self { sources, faces };
         }
-        // The next row of the same vertex.
+        // // Chains the rows of one vertex, so that a corner finds an equal one by a short walk.
         let mut next: Vec<Option<u32>> = vec![None; sources.len()];
         let same = |a: u32, b: u32| a == b || channels.iter().all(|(channel, _)| channel.of(a) == channel.of(b));
         for (corner, &wedge) in faces.iter_mut().flatten().zip(attributes.wedges.iter().flatten()) {
@@ -186,7 +185,7 @@ fn header(content: &Content, extra: &Extra, columns: &Columns, n_rows: usize, as
     header + "end_header\n"
 }
 
-/// Where values go.
+/// A writer of values.
 struct Put<'a> {
     out: &'a mut Vec<u8>,
     as_text: bool,
@@ -212,7 +211,7 @@ impl Put<'_> {
         }
     }
 
-    /// Ends the line of a text, whose last blank becomes its end.
+    /// Ends a line of text: its last blank becomes the line end.
     fn end_of_row(&mut self) {
         if let Some(last) = self.out.last_mut().filter(|_| self.as_text) {
             *last = b'\n';
