@@ -1,15 +1,15 @@
-//! The glTF file of a mesh of another format: plain data, also for builds without glTF.
+//! A mesh of another format as a glTF file; plain data, also for builds without glTF.
 
 use super::OutputFile;
 
-/// A mesh as a file of glTF.
+/// A mesh as a glTF file.
 pub(super) struct BareFile {
-    /// The file.
+    /// Content of the file.
     pub bytes: Vec<u8>,
-    /// Images beside it.
+    /// Image files.
     pub beside: Vec<OutputFile>,
-    /// Vertices that it has.
+    /// Vertices in the file.
     pub n_vertices: usize,
-    /// What glTF cannot hold of the mesh, in one line each.
+    /// Losses, a line each.
     pub notes: Vec<String>,
 }

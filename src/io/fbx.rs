@@ -1,7 +1,6 @@
-//! FBX, in binary or as text, by the library ufbx: the triangles of all meshes where their nodes place them, as one mesh.
+//! FBX, binary or text, by the library ufbx: all meshes, placed by their nodes, as one mesh.
 //!
-//! The scene is turned to right-handed axes with y upwards; lengths keep their numbers. Skins, morph targets and animations
-//! stay behind, and meshes stand as their nodes place them.
+//! Axes become right-handed with y up; lengths keep their numbers. Skins, morph targets and animations are dropped.
 
 mod corners;
 
@@ -22,21 +21,22 @@ use super::{Extra, Group, ReadError, ReadMesh};
 use crate::mesh::{Attributes, Look, PlacedMesh, RawMesh, side_by_side};
 use corners::{Part, part};
 
-/// Whether this build reads the format.
+/// Whether this build reads FBX.
 pub(super) const IS_READ: bool = true;
 
-/// How many bytes of memory each byte of a file may take, and how many are always granted.
+/// Largest memory per byte of a file, and bytes always allowed.
 const MEMORY: (usize, usize) = (200, 64 << 20);
 
-/// Reads the meshes of a scene, their geometry alone.
+/// Reads the geometry of a scene.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     Ok(RawMesh { attributes: Attributes::default(), ..read_attributed(bytes)?.mesh })
 }
 
-/// Reads the meshes of a scene, with normals, texture coordinates and colours, and with nodes and materials as groups.
+/// Reads the meshes of a scene with normals, texture coordinates and colours; nodes and materials become groups.
 pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     let scene = load(bytes)?;
     let nodes: Vec<&Node> = scene.nodes.iter().map(|node| &**node).filter(|node| node.mesh.is_some()).collect();
+    // A mesh of several nodes is converted once.
     let (mut parts, mut numbers) = (Vec::new(), BTreeMap::new());
     for node in &nodes {
         let Some(mesh) = &node.mesh else { continue };
@@ -47,6 +47,7 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     }
     let of_node = |node: &&Node| numbers.get(&node.mesh.as_ref()?.element.element_id).copied();
     let of_nodes: Vec<usize> = nodes.iter().filter_map(of_node).collect();
+    // Before joining: instances are cheap in the file and expensive as one mesh.
     check_repeats(&parts, &of_nodes)?;
     let mut names = OwnNames::default();
     let (mut extra, mut placed) =
@@ -69,7 +70,7 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     Ok(ReadMesh { mesh, notes: notes(&scene, n_not_finite), extra, format: None })
 }
 
-/// The scene of a file, within bounds of memory and without the files that it names.
+/// Loads a scene within memory bounds, without external files.
 fn load(bytes: &[u8]) -> Result<SceneRoot, ReadError> {
     let most = MEMORY.1.max(bytes.len().saturating_mul(MEMORY.0));
     let within = || AllocatorOpts { allocator: Allocator::Libc, memory_limit: most, ..AllocatorOpts::default() };
@@ -94,7 +95,7 @@ fn load(bytes: &[u8]) -> Result<SceneRoot, ReadError> {
     })
 }
 
-/// Refuses a scene whose nodes make more of its meshes than its bytes justify.
+/// Refuses a scene that repeats its meshes more than [`most_made`] allows.
 fn check_repeats(parts: &[Part], of_nodes: &[usize]) -> Result<(), ReadError> {
     let size = |part: &Part| {
         let attributes = &part.mesh.attributes;
@@ -109,7 +110,7 @@ fn check_repeats(parts: &[Part], of_nodes: &[usize]) -> Result<(), ReadError> {
     }
 }
 
-/// The group of the faces of a node that have a material.
+/// Makes the group of a node's faces with one material.
 fn group(node: &Node, slot: u32, names: &mut OwnNames) -> Group {
     let object = Some(node.element.name.to_string()).filter(|name| !name.trim().is_empty());
     let of_mesh = || node.mesh.as_ref().and_then(|mesh| mesh.materials.get(slot as usize));
@@ -118,7 +119,7 @@ fn group(node: &Node, slot: u32, names: &mut OwnNames) -> Group {
     Group { object, material, ..Group::default() }
 }
 
-/// The base colour of a material.
+/// Returns the look of a material: its base colour.
 fn look(material: &Material) -> Look {
     let colour = &material.pbr.base_color;
     let factor = if material.pbr.base_factor.has_value { material.pbr.base_factor.value_vec4.x } else { 1.0 };
@@ -138,7 +139,7 @@ fn matrix(of: &Matrix) -> DMat4 {
     DMat4::from_cols(x.extend(0.0), y.extend(0.0), z.extend(0.0), origin.extend(1.0))
 }
 
-/// What is passed over, in one line each.
+/// Lists losses, a line each.
 fn notes(scene: &Scene, n_not_finite: usize) -> Vec<String> {
     let dropped = [
         (scene.skin_deformers.len(), "skins"),
@@ -159,7 +160,7 @@ mod tests {
     use super::*;
     use crate::mesh::Role;
 
-    /// A square of one polygon and a triangle beside it, with normals, texture coordinates, colours and two materials, at a node.
+    /// Writes a square polygon and a triangle at a node, with normals, texture coordinates, colours and two materials.
     fn text(of_node: &str, axes: &str) -> String {
         format!(
             r#"; FBX 7.4.0 project file

@@ -1,8 +1,8 @@
-//! The kinds of numbers that columns of a file hold.
+//! Number types of file columns.
 
 use super::write::push_single;
 
-/// The kind of a number in a file.
+/// The type of a number in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scalar {
     /// Signed, one byte.
@@ -24,7 +24,7 @@ pub enum Scalar {
 }
 
 impl Scalar {
-    /// The kind that a PLY header calls so.
+    /// Returns the type with this name in a PLY header.
     pub(super) fn from_name(name: &str) -> Option<Self> {
         match name {
             "char" | "int8" => Some(Self::I8),
@@ -39,7 +39,7 @@ impl Scalar {
         }
     }
 
-    /// Bytes of a value.
+    /// Returns the size of a value in bytes.
     pub(super) fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
@@ -49,7 +49,7 @@ impl Scalar {
         }
     }
 
-    /// The value at the start of `bytes`, `None` where they are too few.
+    /// Decodes the value at the start of `bytes`, or returns `None` if they are too few.
     pub(super) fn decode(self, bytes: &[u8], big: bool) -> Option<f64> {
         let mut raw = [0; 8];
         let size = self.size();
@@ -71,7 +71,7 @@ impl Scalar {
         })
     }
 
-    /// The name of the kind in a PLY header.
+    /// Returns the name in a PLY header.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::I8 => "char",
@@ -85,17 +85,17 @@ impl Scalar {
         }
     }
 
-    /// Whether it holds whole numbers only.
+    /// Returns whether values are whole numbers.
     pub(super) fn is_whole(self) -> bool {
         !matches!(self, Self::F32 | Self::F64)
     }
 
-    /// Whether it holds numbers that single precision does not.
+    /// Returns whether single precision cannot hold every value.
     pub(super) fn is_wide(self) -> bool {
         matches!(self, Self::F64 | Self::I32 | Self::U32)
     }
 
-    /// Appends a value in little-endian bytes: whole numbers rounded and held within the range of the kind.
+    /// Appends a value as little-endian bytes; whole numbers are rounded and clamped to the range.
     pub(super) fn push_bytes(self, out: &mut Vec<u8>, value: f64) {
         let whole = value.round();
         match self {
@@ -110,7 +110,7 @@ impl Scalar {
         }
     }
 
-    /// Appends a value as text, rounded as [`push_bytes`](Self::push_bytes) rounds it.
+    /// Appends a value as text, rounded as in [`push_bytes`](Self::push_bytes).
     pub(super) fn push_text(self, out: &mut Vec<u8>, value: f64) {
         let mut bytes = Vec::with_capacity(8);
         self.push_bytes(&mut bytes, value);

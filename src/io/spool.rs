@@ -1,28 +1,27 @@
-//! Bytes that do not fit into memory, in streams side by side within one file without a name, which goes with the program however that
-//! ends.
+//! Temporary byte streams on disk, in one unnamed file that vanishes with the program.
 
 use std::fs::File;
 use std::io::{Read, Result, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::sync::Mutex;
 
-/// Streams of bytes in one file.
+/// Byte streams in one file.
 #[derive(Debug)]
 pub(crate) struct Spool {
     file: Mutex<File>,
-    /// Where the pieces of each stream lie, and how long they are.
+    /// Offset and length of the pieces of each stream.
     streams: Vec<Vec<(u64, usize)>>,
     n_bytes: u64,
 }
 
 impl Spool {
-    /// So many empty streams, on the disk of a folder.
+    /// Makes `n_streams` empty streams, on the disk of `folder`.
     pub fn new(folder: &Path, n_streams: usize) -> Result<Self> {
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         Ok(Self { file: Mutex::new(tempfile::tempfile_in(folder)?), streams: vec![Vec::new(); n_streams], n_bytes: 0 })
     }
 
-    /// Puts a piece behind a stream.
+    /// Appends a piece to a stream.
     pub fn append(&mut self, stream: usize, bytes: &[u8]) -> Result<()> {
         let file = self.file.get_mut().unwrap_or_else(|poisoned| poisoned.into_inner());
         file.write_all(bytes)?;
@@ -31,7 +30,7 @@ impl Spool {
         Ok(())
     }
 
-    /// The pieces of a stream, in their order.
+    /// Reads the pieces of a stream in order.
     pub fn pieces(&self, stream: usize) -> impl Iterator<Item = Result<Vec<u8>>> {
         self.streams[stream].iter().map(|&(at, length)| {
             let mut bytes = vec![0; length];

@@ -1,4 +1,4 @@
-//! STL, binary and text: three positions per face, no vertices; normals, colours and names are passed over.
+//! STL, binary and text: three positions per face and no shared vertices; normals, colours and names are ignored.
 
 use rayon::prelude::*;
 
@@ -10,19 +10,19 @@ use super::{ReadError, WriteError};
 use crate::mesh::{Fans, RawMesh};
 
 const REMEDY: &str = "export the mesh again";
-/// Records or corners that one task works on.
+/// Records or corners per parallel task.
 const BLOCK: usize = 1 << 14;
 
-/// Reads an STL of either kind; a binary one may start with "solid" too, and have bytes behind its faces.
+/// Reads an STL; a binary one may begin with `solid`, and have bytes after its faces.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     let text = Text::new(bytes);
     let opening = text.rest().trim_ascii_start().get(..5).unwrap_or_default();
-    // No text holds a zero byte, and hardly a binary file has none in its header and its count.
+    // // Text has no zero byte; the header and count of a binary file almost always have one.
     let is_text = opening.eq_ignore_ascii_case(b"solid") && !bytes.iter().take(84).any(|&byte| byte == 0);
     if is_text && !is_binary_stl(bytes) { read_text(text) } else { read_binary(bytes) }
 }
 
-/// What a mesh read from these bytes lacks, in one line each.
+/// Lists what is lost in reading these bytes, a line each.
 pub(super) fn notes(bytes: &[u8]) -> Vec<String> {
     let records = bytes.get(84..).unwrap_or_default().chunks_exact(50);
     let n_marked = records.filter(|record| record[48..] != [0, 0]).count();
@@ -39,13 +39,14 @@ pub(super) fn notes(bytes: &[u8]) -> Vec<String> {
     }
 }
 
-/// The faces of a binary file.
+/// Reads the faces of a binary file.
 fn read_binary(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     let Some(count) = bytes.get(80..84).and_then(|count| count.try_into().ok()).map(u32::from_le_bytes) else {
         return Err(ReadError::file(format!("{} bytes are too few for a binary file", bytes.len()), REMEDY));
     };
     let records = bytes[84..].chunks_exact(50).take(count as usize);
     if records.len() < count as usize {
+        // Before anything is allocated: the count may be damaged.
         let room = records.len();
         let what = format!("the header announces {count} faces, the file has room for {room}");
         return Err(ReadError::byte(80, what, "the file is cut or damaged, export the mesh again"));
@@ -63,7 +64,7 @@ fn read_binary(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     Ok(RawMesh { positions, faces, ..RawMesh::default() })
 }
 
-/// The facets of all solids of a text file.
+/// Reads the facets of all solids of a text.
 fn read_text(mut text: Text) -> Result<RawMesh, ReadError> {
     let (mut mesh, mut fans, mut corners) = (RawMesh::default(), Fans::default(), Vec::new());
     let mut open = false;
@@ -71,6 +72,7 @@ fn read_text(mut text: Text) -> Result<RawMesh, ReadError> {
         text.skip_space();
         let word = text.word();
         match word.len() {
+            // A cut text would lose its last facet unnoticed.
             0 if open => return Err(text.error("the text ends inside a facet", REMEDY)),
             0 => break,
             _ if word.eq_ignore_ascii_case(b"vertex") => {
@@ -101,7 +103,7 @@ fn read_position(text: &mut Text) -> Result<[f64; 3], ReadError> {
     Ok(position)
 }
 
-/// Writes a binary STL. The format holds single precision: coordinates far from the origin are rounded to it.
+/// Writes a binary STL, in single precision.
 ///
 /// # Errors
 /// Coordinates beyond the range of `f32`.
@@ -121,7 +123,7 @@ pub(super) fn write_binary(content: &Content) -> Result<Vec<u8>, WriteError> {
     Ok(out)
 }
 
-/// Writes an STL text, in single precision as [`write_binary`] does.
+/// Writes a text STL, in single precision as [`write_binary`] does.
 ///
 /// # Errors
 /// Coordinates beyond the range of `f32`.
@@ -145,7 +147,7 @@ pub(super) fn write_text(content: &Content) -> Result<Vec<u8>, WriteError> {
     Ok(out)
 }
 
-/// File coordinates as the format holds them, n_vertices x 3.
+/// Returns the positions in single precision, n_vertices x 3.
 fn single_positions(content: &Content) -> Result<Vec<[f32; 3]>, WriteError> {
     let positions: Vec<_> = (0..content.n_vertices()).map(|v| content.position(v).map(|x| x as f32)).collect();
     if positions.iter().flatten().all(|x| x.is_finite()) {
@@ -156,8 +158,9 @@ fn single_positions(content: &Content) -> Result<Vec<[f32; 3]>, WriteError> {
     })
 }
 
-/// Unit normal of a face, zero where it has none. Of a needle it is what rounding makes of it: products are rounded as admesh rounds
-/// them, which reports normals that are others than its own.
+/// Returns the unit normal of a face, or zero.
+///
+/// Products are rounded as in admesh, which reports differing normals; this matters for needles.
 fn normal(corners: [[f32; 3]; 3]) -> [f32; 3] {
     let [a, b, c] = corners.map(glam::Vec3::from);
     let [p, q] = [b - a, c - a].map(|side| side.to_array());
@@ -168,7 +171,7 @@ fn normal(corners: [[f32; 3]; 3]) -> [f32; 3] {
     if length >= f64::from(f32::MIN_POSITIVE) && length.is_finite() {
         return (normal / length).as_vec3().to_array();
     }
-    // Too small or too large for single precision.
+    // // The product is too small or too large for single precision.
     let [a, b, c] = corners.map(|p| glam::DVec3::from(p.map(f64::from)));
     (b - a).cross(c - a).normalize_or_zero().as_vec3().to_array()
 }

@@ -1,59 +1,59 @@
-//! A cursor over the bytes of a text file: blanks, lines, words and numbers, with no assumption about the encoding.
+//! A cursor over the bytes of a text: blanks, lines, words and numbers, in any encoding.
 
 use super::ReadError;
 use super::number;
 
-/// Where reading has come to in a text.
+/// A cursor in a text.
 #[derive(Clone)]
 pub(super) struct Text<'a> {
-    /// The whole file, so that errors can count lines.
+    /// Whole file, so that errors can count lines.
     bytes: &'a [u8],
-    /// Bytes read so far.
+    /// Number of bytes read.
     at: usize,
-    /// Whether a number said more than `f32` holds.
+    /// Whether a number so far needs a double.
     pub double: bool,
-    /// Whether a backslash before a line's end joins it to the next.
+    /// Whether a backslash before a line end continues the line.
     continued: bool,
 }
 
 impl<'a> Text<'a> {
-    /// A cursor at the start of `bytes`, behind a byte order mark.
+    /// Makes a cursor at the start of `bytes`, after a byte order mark.
     pub fn new(bytes: &'a [u8]) -> Self {
         let at = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
         Self { bytes, at, double: false, continued: false }
     }
 
-    /// The same cursor, for a format in which a backslash continues a line.
+    /// Makes a backslash continue lines.
     pub fn with_continuation(self) -> Self {
         Self { continued: true, ..self }
     }
 
-    /// The same cursor, moved to the byte `at`.
+    /// Moves the cursor to byte `at`.
     pub fn starting_at(self, at: usize) -> Self {
         Self { at: at.min(self.bytes.len()), ..self }
     }
 
-    /// An error at the line of the cursor.
+    /// Makes an error at the line of the cursor.
     pub fn error(&self, what: impl Into<String>, remedy: &str) -> ReadError {
         ReadError::line(self.bytes, self.at, what, remedy)
     }
 
-    /// What is left.
+    /// Returns the unread bytes.
     pub fn rest(&self) -> &'a [u8] {
         &self.bytes[self.at..]
     }
 
-    /// Whether nothing is left.
+    /// Returns whether everything is read.
     pub fn is_at_end(&self) -> bool {
         self.at >= self.bytes.len()
     }
 
-    /// Moves by `n` bytes.
+    /// Skips `n` bytes.
     pub fn advance(&mut self, n: usize) {
         self.at = (self.at + n).min(self.bytes.len());
     }
 
-    /// Moves over spaces and tabs (and continued line ends).
+    /// Skips blanks, and line ends after a continuing backslash.
     pub fn skip_blanks(&mut self) {
         loop {
             match self.rest() {
@@ -65,7 +65,7 @@ impl<'a> Text<'a> {
         }
     }
 
-    /// Moves over blanks, line ends and comments that start with `#`.
+    /// Skips blanks, line ends and comments that start with `#`.
     pub fn skip_space(&mut self) {
         loop {
             self.skip_blanks();
@@ -77,12 +77,12 @@ impl<'a> Text<'a> {
         }
     }
 
-    /// Moves behind the next line end.
+    /// Skips to the start of the next line.
     pub fn skip_line(&mut self) {
         self.at = memchr::memchr2(b'\n', b'\r', self.rest()).map_or(self.bytes.len(), |n| self.at + n + 1);
     }
 
-    /// Whether the cursor stands at a blank, a line end, a comment or the end.
+    /// Returns whether the cursor is at a blank, a line end, a comment or the end.
     pub fn is_between_words(&self) -> bool {
         match self.rest() {
             [] | [b' ' | b'\t' | b'\n' | b'\r' | b'\x0b' | b'\x0c' | b'#' | b'\0', ..] => true,
@@ -91,13 +91,13 @@ impl<'a> Text<'a> {
         }
     }
 
-    /// Whether nothing but blanks is left on this line.
+    /// Skips blanks; returns whether the line has nothing more.
     pub fn is_line_done(&mut self) -> bool {
         self.skip_blanks();
         matches!(self.rest(), [] | [b'\n' | b'\r' | b'#', ..])
     }
 
-    /// The bytes up to the next blank or line end.
+    /// Reads up to the next blank or line end.
     pub fn word(&mut self) -> &'a [u8] {
         let length = self.rest().iter().position(|byte| byte.is_ascii_whitespace()).unwrap_or(self.rest().len());
         let word = &self.rest()[..length];
@@ -105,13 +105,13 @@ impl<'a> Text<'a> {
         word
     }
 
-    /// The bytes up to the end of the line, without blanks around them.
+    /// Returns the line's unread bytes, trimmed.
     pub fn rest_of_line(&self) -> &'a [u8] {
         let rest = self.rest();
         rest[..memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len())].trim_ascii()
     }
 
-    /// The number at the cursor, `None` (and no move) where there is none or more than blanks follow it.
+    /// Reads a number; returns `None`, without moving, at anything else or if more follows than a blank.
     pub fn number(&mut self) -> Option<f64> {
         let number = number::parse(self.rest())?;
         let start = self.at;
@@ -124,7 +124,7 @@ impl<'a> Text<'a> {
         Some(number.value)
     }
 
-    /// The integer at the cursor, saturated; `None` (and no move) where there is none.
+    /// Reads a saturated integer; returns `None`, without moving, at anything else.
     pub fn integer(&mut self) -> Option<i64> {
         let rest = self.rest();
         let negative = rest.first() == Some(&b'-');

@@ -1,7 +1,6 @@
-//! 3MF (core specification, with the parts of the production extension and the colours of the materials extension): what is
-//! built, as one mesh; a mesh as a package of one model.
+//! 3MF: core specification, parts of the production extension, colours of the materials extension.
 //!
-//! Textures, beams, slices and metadata are passed over.
+//! Reads the build as one mesh; writes a package of one model. Textures, beams, slices and metadata are ignored.
 
 mod document;
 mod faces;
@@ -28,18 +27,18 @@ use document::{Document, Reference, parse};
 use faces::{Notes, Parts};
 use package::Package;
 
-/// Why this build writes no such file: it does.
+/// Reason why this build cannot write 3MF: none.
 pub(super) const MISSING: Option<&str> = None;
 
-/// How deep components may nest; what nests deeper goes in circles.
+/// Deepest nesting of components; deeper ones are cyclic.
 const DEPTH: usize = 64;
 
-/// Reads what a package builds, its geometry alone.
+/// Reads the geometry of a package's build.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     Ok(RawMesh { attributes: Attributes::default(), ..read_attributed(bytes)?.mesh })
 }
 
-/// Reads what a package builds: every item where it stands, with colours and with objects and materials as groups.
+/// Reads the build of a package: every item at its place, with colours, and with objects and materials as groups.
 pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     let mut models = Models::open(bytes)?;
     let root = models.root.clone();
@@ -47,6 +46,7 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     for item in &items {
         models.place(&root, item, DMat4::IDENTITY, 0)?;
     }
+    // An object that is placed several times is converted once.
     let mut parts = Parts::default();
     let n_meshes = models.placed.iter().map(|(place, _)| place).collect::<BTreeSet<_>>().len();
     let mut known: BTreeMap<&Place, usize> = BTreeMap::new();
@@ -60,16 +60,16 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     models.scene(parts, &transforms)
 }
 
-/// A part and the number of an object in it.
+/// A part of the package and the number of an object in it.
 type Place = (String, u32);
 
-/// The model parts of a package and what is placed of their objects.
+/// Model parts of a package and the placed objects.
 struct Models<'a> {
     package: Package<'a>,
     root: String,
     documents: BTreeMap<String, Document>,
     placed: Vec<(Place, DMat4)>,
-    /// Vertices and faces that are made.
+    /// Vertices and faces so far, counted with repetitions.
     n_made: usize,
     notes: Vec<String>,
 }
@@ -82,7 +82,7 @@ impl<'a> Models<'a> {
         Ok(Self { package, root, documents, placed, n_made: 0, notes })
     }
 
-    /// The model in a part, read once.
+    /// Returns the model of a part, parsed once.
     fn document(&mut self, part: &str) -> Result<&mut Document, ReadError> {
         if !self.documents.contains_key(part) {
             let document = parse(&self.package.text(part)?, part)?;
@@ -92,13 +92,14 @@ impl<'a> Models<'a> {
         self.documents.get_mut(part).ok_or_else(gone)
     }
 
-    /// What the first part builds; of one that builds nothing, all its objects.
+    /// Returns the items of the build; for an empty build, all objects with faces.
     fn built(&mut self, root: &str) -> Result<Vec<Reference>, ReadError> {
         let document = self.document(root)?;
         let items = std::mem::take(&mut document.items);
         if !items.is_empty() {
             return Ok(items);
         }
+        // Sorted, as a hash map has no fixed order.
         let mut ids: Vec<u32> = document.objects.values().filter(|it| !it.faces.is_empty()).map(|it| it.id).collect();
         ids.sort_unstable();
         if !ids.is_empty() {
@@ -107,7 +108,7 @@ impl<'a> Models<'a> {
         Ok(ids.into_iter().map(|object| Reference { path: None, object, transform: DMat4::IDENTITY }).collect())
     }
 
-    /// Places the meshes of an object that `part` names, in the coordinates of `above`.
+    /// Places the meshes of the object that `named` refers to; `above` is the transform of the parent.
     fn place(&mut self, part: &str, named: &Reference, above: DMat4, depth: usize) -> Result<(), ReadError> {
         let path = named.path.as_deref().map_or(part, |path| path.trim_start_matches('/')).to_string();
         let transform = above * named.transform;
@@ -120,8 +121,10 @@ impl<'a> Models<'a> {
         let object = self.document(&path)?.objects.get_mut(&named.object).ok_or_else(missing)?;
         let n_made = 1 + object.positions.len() + object.faces.len();
         let has_faces = !object.faces.is_empty();
-        // They are put back below: an object in itself is found without them and ends there.
+        // // Taken out during the recursion: an object that contains itself then has no components and the recursion
+        // ends.
         let components = std::mem::take(&mut object.components);
+        // Before anything is placed: nested components can double the number of objects at each level.
         self.spend(n_made)?;
         if has_faces {
             self.placed.push(((path.clone(), named.object), transform));
@@ -141,7 +144,7 @@ impl<'a> Models<'a> {
         if self.n_made > most_made(self.package.n_unpacked()) { Err(too_many()) } else { Ok(()) }
     }
 
-    /// All that is placed as one mesh, with what it carries.
+    /// Joins the placed objects into one mesh with attributes.
     fn scene(mut self, parts: Parts, transforms: &[(usize, DMat4)]) -> Result<ReadMesh, ReadError> {
         let width = parts.colour_width();
         for &(part, _) in transforms {
@@ -161,6 +164,7 @@ impl<'a> Models<'a> {
         let is_bare = parts.groups.len() <= 1 && parts.groups.iter().all(|group| group.title().is_empty());
         if is_bare || parts.groups.len() == 1 {
             mesh.attributes.groups.clear();
+        // Only after joining: the limit compares groups with all faces.
         } else if sets_faces_apart(parts.groups.len(), mesh.faces.len()) {
             mesh.attributes.groups.clear();
             self.notes.push(format!(
@@ -177,7 +181,7 @@ impl<'a> Models<'a> {
         Ok(ReadMesh { mesh, extra, notes: self.notes, format: None })
     }
 
-    /// What lengths mean, where that is known.
+    /// Returns the unit of length, if it is known.
     fn unit(&mut self) -> Option<String> {
         let unit = self.documents.get(&self.root)?.unit.clone()?;
         let is_known = units::is_known(&unit);
@@ -188,7 +192,7 @@ impl<'a> Models<'a> {
     }
 }
 
-/// The value of the first attribute of that name, with its prefix or without.
+/// Returns the first attribute of that name, with or without a prefix.
 fn field<'a>(element: &'a BytesStart, name: &str) -> Option<Cow<'a, str>> {
     let mut attributes = element.attributes();
     let named = attributes
@@ -213,7 +217,7 @@ mod tests {
     const RELATIONS: &str = r#"<Relationships><Relationship Target="/3D/m.model" Id="a"
         Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>"#;
 
-    /// A package of parts; the relations lead to `3D/m.model`.
+    /// Makes a package of parts, whose relations name `3D/m.model`.
     fn package(parts: &[(&str, &str)]) -> Vec<u8> {
         let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
         for (name, text) in [&[("_rels/.rels", RELATIONS)], parts].concat() {
@@ -223,7 +227,7 @@ mod tests {
         archive.finish().unwrap().into_inner()
     }
 
-    /// A tetrahedron as the mesh of an object; `of_first` is said of its first triangle.
+    /// Writes a tetrahedron as the mesh of an object, with `of_first` as attributes of its first triangle.
     fn tetrahedron(of_first: &str) -> String {
         let corners = ["0 0 0", "1 0 0", "0 1 0", "0 0 1"].map(|corner| {
             let [x, y, z] = corner.split(' ').collect::<Vec<_>>().try_into().unwrap();
@@ -292,7 +296,7 @@ mod tests {
         assert_eq!(attributes.channels[0].of(attributes.wedges[1][0]), [1.0; 3]);
     }
 
-    /// Writes what was read, without simplifying it.
+    /// Writes a mesh as it was read.
     fn written(read: ReadMesh) -> Vec<u8> {
         let cleaned = clean(read.mesh, &CleanOptions::default()).unwrap();
         let (mesh, attributes) = (&cleaned.mesh, &cleaned.attributes);

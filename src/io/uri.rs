@@ -1,11 +1,11 @@
-//! Files that a glTF names by their URIs: in the folder of the asset or below it, nowhere else.
+//! Files that a glTF names by URI: in the folder of the asset or below.
 
 use std::path::{Path, PathBuf};
 
 use super::ReadError;
 use super::folder::{Folder, Trouble, inner_path};
 
-/// The bytes of the file `uri` in `folder` or below it.
+/// Reads the file `uri` in `folder` or below.
 pub(super) fn fetch(folder: &Folder, uri: &str) -> Result<Vec<u8>, ReadError> {
     let found = path_inside(uri).ok_or(Trouble::Outside);
     let found = found.and_then(|path| folder.read(&folder.source(&path, false)?));
@@ -15,18 +15,19 @@ pub(super) fn fetch(folder: &Folder, uri: &str) -> Result<Vec<u8>, ReadError> {
     found.map(|bytes| bytes.to_vec()).map_err(refusal)
 }
 
-/// The path from the folder of the asset that a URI means, if it is one of a file there or below.
+/// Returns the path of a URI relative to the asset's folder, or `None` if it leads elsewhere.
 pub(super) fn path_inside(uri: &str) -> Option<PathBuf> {
     inner_path(Path::new(""), &percent_decoded(uri)?)
 }
 
-/// `%20` and the like resolved; `None` where that gives no text.
+/// Decodes `%20` and the like; `None` if the result is not UTF-8.
 fn percent_decoded(uri: &str) -> Option<String> {
     let mut bytes = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();
     while let [first, tail @ ..] = rest {
         rest = tail;
         let digits = tail.first_chunk::<2>().filter(|_| *first == b'%');
+        // A percent sign without two digits stands for itself.
         match digits.and_then(|&[high, low]| Some(16 * digit(high)? + digit(low)?)) {
             Some(byte) => {
                 bytes.push(byte);
@@ -38,7 +39,7 @@ fn percent_decoded(uri: &str) -> Option<String> {
     String::from_utf8(bytes).ok()
 }
 
-/// The value of a hexadecimal digit.
+/// Returns the value of a hexadecimal digit.
 fn digit(letter: u8) -> Option<u8> {
     char::from(letter).to_digit(16).map(|digit| digit as u8)
 }

@@ -1,23 +1,23 @@
-//! A mesh of an FBX with what its corners carry: corners of a vertex with equal values share a wedge.
+//! Converts a mesh of an FBX: corners of a vertex with equal values share a wedge.
 
 use rustc_hash::FxHashMap;
 use ufbx::Mesh;
 
 use crate::mesh::{Attributes, Channel, Fans, RawMesh, Role};
 
-/// An index that no vertex has: faces with it are for cleanup to drop.
+/// Index of no vertex; cleanup drops faces with it.
 const NOWHERE: u32 = u32::MAX;
 
-/// A mesh in its own coordinates; its groups are `slots`, the materials that its faces name, by their numbers.
+/// A mesh in its own coordinates, grouped by material.
 pub(super) struct Part {
     pub mesh: RawMesh,
-    /// The materials of the groups, by their numbers among those of the mesh.
+    /// Material of each group, as an index into the mesh's materials.
     pub slots: Vec<u32>,
-    /// Numbers that are not finite.
+    /// Number of non-finite values, replaced by zero.
     pub n_not_finite: usize,
 }
 
-/// The triangles of a mesh.
+/// Converts a mesh to triangles.
 pub(super) fn part(mesh: &Mesh) -> Part {
     let (mut faces, mut groups, mut fans) = (Vec::new(), Vec::new(), Fans::default());
     let (mut slots, mut corners, mut dropped_faces) = (Vec::new(), Vec::new(), 0);
@@ -38,6 +38,7 @@ pub(super) fn part(mesh: &Mesh) -> Part {
     }
     let vertex_of = |corner: u32| mesh.vertex_indices.get(corner as usize).copied().unwrap_or(NOWHERE);
     let position = |vertex: u32| mesh.vertices.get(vertex as usize).map(|p| [p.x, p.y, p.z]);
+    // Polygons are cut while faces still index corners; the last step turns these into vertices.
     fans.settle_with(|corner| position(vertex_of(corner)), &mut faces);
     let mut channels = channels(mesh);
     let wedges = if channels.is_empty() { Vec::new() } else { wedges(mesh, &faces, &mut channels) };
@@ -49,7 +50,7 @@ pub(super) fn part(mesh: &Mesh) -> Part {
     Part { mesh: RawMesh { positions, faces, dropped_faces, attributes, double: false }, slots, n_not_finite }
 }
 
-/// The channels of a mesh, without values yet: normals, sets of texture coordinates, colours.
+/// Makes the channels of a mesh, still empty: normals, texture coordinates, colours.
 fn channels(mesh: &Mesh) -> Vec<Channel> {
     let channel = |name: String, role, width| Channel { name, role, width, values: Vec::new() };
     let normal = mesh.vertex_normal.exists.then(|| channel("normal".into(), Role::Normal, 3));
@@ -62,7 +63,7 @@ fn channels(mesh: &Mesh) -> Vec<Channel> {
     normal.into_iter().chain(uvs).chain(colour).collect()
 }
 
-/// The values at a corner, those of all channels one after the other.
+/// Appends the values of all channels at a corner.
 fn push_values(mesh: &Mesh, corner: usize, width_of_colour: usize, values: &mut Vec<f32>) {
     let at = |indices: &[u32]| indices.get(corner).map_or(usize::MAX, |&index| index as usize);
     if mesh.vertex_normal.exists {
@@ -80,10 +81,10 @@ fn push_values(mesh: &Mesh, corner: usize, width_of_colour: usize, values: &mut 
     }
 }
 
-/// The wedges of faces over corners; fills the channels.
+/// Numbers the wedges of faces over corners, and fills the channels.
 fn wedges(mesh: &Mesh, faces: &[[u32; 3]], channels: &mut [Channel]) -> Vec<[u32; 3]> {
     let width_of_colour = channels.iter().find(|it| it.role == Role::Colour).map_or(0, |it| it.width);
-    // The vertex, then the values as bits.
+    // // Keys: the vertex, then the values as bits.
     let mut numbers: FxHashMap<Vec<u32>, u32> = FxHashMap::default();
     let (mut key, mut values) = (Vec::new(), Vec::new());
     let mut wedge = |corner: u32| {

@@ -1,4 +1,4 @@
-//! A model part of a 3MF: its objects, their properties, and which of them are built, as the text states them.
+//! A model part of a 3MF, as its text states it: objects, properties, build.
 
 use std::borrow::Cow;
 
@@ -15,49 +15,49 @@ use crate::io::{ReadError, number};
 
 const REMEDY: &str = "export the file again";
 
-/// An index that no vertex has: faces with it are for cleanup to drop.
+/// Index of no vertex; cleanup drops faces with it.
 const NOWHERE: u32 = u32::MAX;
 
-/// What a part states.
+/// The content of a model part.
 #[derive(Default)]
 pub(super) struct Document {
-    /// What a length of 1 means, where that is said.
+    /// Unit of length, if given.
     pub unit: Option<String>,
     pub objects: FxHashMap<u32, Object>,
     pub properties: FxHashMap<u32, Property>,
-    /// What is built.
+    /// Items of the build.
     pub items: Vec<Reference>,
-    /// Whether some coordinate says more than a single holds.
+    /// Whether a coordinate needs a double.
     pub double: bool,
-    /// Whether beams stand beside triangles.
+    /// Whether there are beams.
     pub has_beams: bool,
-    /// Whether it was closed.
+    /// Whether the model element is closed.
     is_whole: bool,
 }
 
-/// A mesh, or other objects where they are placed.
+/// A mesh, or components that place other objects.
 #[derive(Default)]
 pub(super) struct Object {
     pub id: u32,
     pub name: Option<String>,
-    /// What its faces are that say nothing themselves: the property and the entry.
+    /// Property and entry of faces without their own.
     pub property: Option<(u32, u32)>,
     pub positions: Vec<[f64; 3]>,
     pub faces: Vec<[u32; 3]>,
-    /// Of each face its property and the entries at its corners; shorter where the last ones say nothing.
+    /// Property of each face, with the entries at its corners; shorter if the last faces have none.
     pub of_faces: Vec<Option<(u32, [u32; 3])>>,
     pub components: Vec<Reference>,
 }
 
-/// An object at a place.
+/// A placed object.
 pub(super) struct Reference {
-    /// The part it is in, where that is another one.
+    /// Part that holds the object, if another one.
     pub path: Option<String>,
     pub object: u32,
     pub transform: DMat4,
 }
 
-/// What the faces that name it are.
+/// Properties that faces refer to.
 pub(super) enum Property {
     /// Names, and colours in sRGB with alpha.
     Materials(Vec<(String, [f32; 4])>),
@@ -67,7 +67,7 @@ pub(super) enum Property {
     Other,
 }
 
-/// Reads the text of a part.
+/// Parses the text of a part.
 pub(super) fn parse(text: &str, part: &str) -> Result<Document, ReadError> {
     let mut reader = Reader::from_str(text);
     let mut parser = Parser::default();
@@ -77,6 +77,7 @@ pub(super) fn parse(text: &str, part: &str) -> Result<Document, ReadError> {
             |error: String| ReadError::line(text.as_bytes(), at, format!("{part}: {}", one_line(&error)), REMEDY);
         match reader.read_event().map_err(|error| fail(format!("no valid XML ({error})")))? {
             Event::Start(element) | Event::Empty(element) => {
+                // Errors of elements get a line here; those with another remedy already say what to do.
                 parser.open(&element).map_err(|error| match error.what.as_str() {
                     _ if error.remedy != REMEDY => error,
                     what => fail(what.into()),
@@ -90,11 +91,11 @@ pub(super) fn parse(text: &str, part: &str) -> Result<Document, ReadError> {
     }
 }
 
-/// What was read, and what the next elements belong to.
+/// A parser with its current object and property.
 #[derive(Default)]
 struct Parser {
     document: Document,
-    /// The prefix of the elements of the core specification: that of the root.
+    /// Prefix of core elements: that of the root.
     prefix: Option<String>,
     object: u32,
     property: u32,
@@ -109,6 +110,7 @@ impl Parser {
             self.document.unit = field(element, "unit").map(Cow::into_owned);
             return refuse_unknown(element);
         }
+        // Elements of unknown extensions share names with core elements, so the prefix decides.
         match (self.prefix.as_deref() == Some(prefix), name) {
             (true, "vertex") => self.vertex(element),
             (true, "triangle") => self.triangle(element),
@@ -185,6 +187,7 @@ impl Parser {
         let object = self.document.objects.entry(self.object).or_default();
         room(&mut object.faces, 1)?;
         let n_before = object.faces.len();
+        // An index beyond the vertices so far is for cleanup to drop.
         object.faces.push([a, b, c].map(|v| if (v as usize) < object.positions.len() { v } else { NOWHERE }));
         let property = property.or(object.property.map(|(property, _)| property));
         if let (Some(property), Some(first)) = (property, entries[0]) {
@@ -220,19 +223,19 @@ impl Parser {
     }
 }
 
-/// What is wrong with an element; the line is for the caller to add.
+/// Makes an error about an element; the caller adds the line.
 fn problem(what: &str) -> ReadError {
     ReadError::file(what, REMEDY)
 }
 
-/// What an item of the build or a component names.
+/// Parses an item of the build or a component.
 fn reference(element: &BytesStart) -> Result<Reference, ReadError> {
     let object = index(element, "objectid")?.ok_or_else(|| problem("an item or component without objectid"))?;
     let transform = field(element, "transform").map_or(Ok(DMat4::IDENTITY), |text| matrix(&text))?;
     Ok(Reference { path: field(element, "path").map(Cow::into_owned), object, transform })
 }
 
-/// Twelve numbers: the images of the axes, then of the origin.
+/// Parses twelve numbers: the images of the axes, then of the origin.
 fn matrix(text: &str) -> Result<DMat4, ReadError> {
     let numbers: Option<Vec<f64>> =
         text.split_whitespace().map(|word| whole_number(word).map(|number| number.value)).collect();
@@ -242,19 +245,19 @@ fn matrix(text: &str) -> Result<DMat4, ReadError> {
     Ok(DMat4::from_cols(x.extend(0.0), y.extend(0.0), z.extend(0.0), origin.extend(1.0)))
 }
 
-/// The index in a field, where there is such a field.
+/// Parses the index in a field, if it is there.
 fn index(element: &BytesStart, name: &str) -> Result<Option<u32>, ReadError> {
     let parsed = |text: Cow<str>| text.trim().parse().map_err(|_| problem(&format!("{name} {text:?} is no index")));
     field(element, name).map(parsed).transpose()
 }
 
-/// The number that a text is.
+/// Parses a text that is a number as a whole.
 fn whole_number(text: &str) -> Option<number::Number> {
     let text = text.trim();
     number::parse(text.as_bytes()).filter(|number| number.length == text.len())
 }
 
-/// `#RRGGBB` or `#RRGGBBAA`, 0 to 1.
+/// Parses `#RRGGBB` or `#RRGGBBAA` to values from 0 to 1.
 fn colour(text: &str) -> Option<[f32; 4]> {
     let digits = text.trim().strip_prefix('#').filter(|digits| digits.is_ascii())?;
     let channel = |at: usize| u8::from_str_radix(digits.get(at..at + 2)?, 16).ok().map(|byte| f32::from(byte) / 255.0);

@@ -1,4 +1,4 @@
-//! What the faces of a 3MF's objects are: materials become groups, colours a channel of the corners.
+//! Attributes of a 3MF: materials become groups, colours a channel of the corners.
 
 use rustc_hash::FxHashMap;
 
@@ -7,18 +7,18 @@ use crate::io::Group;
 use crate::io::own_names::OwnNames;
 use crate::mesh::{Attributes, Channel, Look, RawMesh, Role, linear_light};
 
-/// Objects as meshes, and what their groups stand for.
+/// Objects as meshes, with their groups.
 #[derive(Default)]
 pub(super) struct Parts {
     pub meshes: Vec<RawMesh>,
-    /// Of each mesh the number of its first group.
+    /// First group of each mesh.
     pub first_groups: Vec<u32>,
     pub groups: Vec<Group>,
     pub materials: OwnNames,
     pub notes: Notes,
 }
 
-/// What is passed over.
+/// Notes on ignored content.
 #[derive(Default)]
 pub(super) struct Notes {
     pub has_beams: bool,
@@ -27,7 +27,7 @@ pub(super) struct Notes {
 }
 
 impl Notes {
-    /// One line each.
+    /// Lists the notes, a line each.
     pub fn lines(&self) -> Vec<String> {
         let mixed = (self.n_mixed > 0).then(|| {
             format!("materials that change within a face are taken from its first corner (faces: {})", self.n_mixed)
@@ -42,7 +42,7 @@ impl Notes {
 type Said = (u32, [u32; 3]);
 
 impl Parts {
-    /// Takes the mesh of an object, which is called by its number where it has no name and `is_named` asks for one; gives its place.
+    /// Adds the mesh of an object and returns its index; with `is_named`, an unnamed object is called by its number.
     pub fn add(&mut self, object: &mut Object, properties: &FxHashMap<u32, Property>, is_named: bool) -> usize {
         let positions = std::mem::take(&mut object.positions);
         let faces = std::mem::take(&mut object.faces);
@@ -59,13 +59,13 @@ impl Parts {
         self.meshes.len() - 1
     }
 
-    /// How many numbers a colour has; none where nothing is coloured.
+    /// Returns the width of the colour channel, 0 without colours.
     pub fn colour_width(&self) -> usize {
         let channels = self.meshes.iter().flat_map(|mesh| &mesh.attributes.channels);
         channels.map(|channel| channel.width).max().unwrap_or(0)
     }
 
-    /// The groups of an object's faces, by their materials; numbers from its first group on.
+    /// Groups the faces of an object by material; group numbers start at the object's first group.
     fn groups_of(
         &mut self,
         object: Option<String>,
@@ -103,7 +103,7 @@ impl Parts {
         groups
     }
 
-    /// The name of a material.
+    /// Adds a material and returns its name.
     fn material(&mut self, name: &str, [red, green, blue, alpha]: [f32; 4]) -> String {
         let mut look = Look { colour: [red, green, blue].map(linear_light), ..Look::default() };
         look.finish.is_opaque = alpha == 1.0;
@@ -111,7 +111,7 @@ impl Parts {
     }
 }
 
-/// The colours at the corners of faces, white where one has none; nothing where none has.
+/// Makes the colour channel and wedges of faces, white where a face has none; empty if no face has one.
 fn painted(
     faces: &[[u32; 3]],
     said: impl Fn(usize) -> Option<Said>,

@@ -1,4 +1,4 @@
-//! The package of a 3MF: a zip archive whose parts have names like paths, unpacked within bounds.
+//! The package of a 3MF: a zip archive, unpacked within bounds.
 
 use std::borrow::Cow;
 use std::io::{Cursor, Read};
@@ -13,15 +13,15 @@ use crate::io::ReadError;
 use crate::io::one_line::one_line;
 use crate::mesh::room::asking;
 
-/// How many bytes each byte of a package may become over all parts, and how many are always granted; as for `.gz`.
+/// Largest expansion per byte of the package, over all parts, and bytes always allowed; as for `.gz`.
 const LIMIT: (usize, usize) = (200, 16 << 20);
 
-/// What the relation to the part with the model is called at its end; the rest names a year.
+/// End of the type of the relation to the model; the start names a year.
 const MODEL: &str = "/3dmodel";
 
 const REMEDY: &str = "fetch or export the file again";
 
-/// A package and how many bytes may still be unpacked.
+/// A package, with the number of bytes that may still be unpacked.
 pub(super) struct Package<'a> {
     archive: ZipArchive<Cursor<&'a [u8]>>,
     most: usize,
@@ -39,12 +39,12 @@ impl<'a> Package<'a> {
         Ok(Self { archive, most, left: most })
     }
 
-    /// How many bytes were unpacked so far.
+    /// Returns the number of bytes unpacked so far.
     pub fn n_unpacked(&self) -> usize {
         self.most - self.left
     }
 
-    /// The name of the part with the model: as the package says, else the first one that ends like such.
+    /// Returns the name of the model part: by the relations, else the first with that extension.
     pub fn model_part(&mut self) -> Result<String, ReadError> {
         let related = self.part("_rels/.rels").ok().and_then(|bytes| related(&String::from_utf8_lossy(&bytes)));
         let named = related.filter(|name| self.index(name).is_some());
@@ -53,13 +53,13 @@ impl<'a> Package<'a> {
         found.ok_or_else(|| ReadError::file("the archive holds no 3D model", "give a 3MF file, or unpack the archive"))
     }
 
-    /// The text of a part.
+    /// Returns the text of a part.
     pub fn text(&mut self, name: &str) -> Result<String, ReadError> {
         let encoded = |_| ReadError::file(format!("{name} is not in UTF-8"), "export the file again");
         String::from_utf8(self.part(name)?).map_err(encoded)
     }
 
-    /// The bytes of a part.
+    /// Unpacks a part.
     fn part(&mut self, name: &str) -> Result<Vec<u8>, ReadError> {
         let missing = || ReadError::file(format!("there is no part {name:?}"), REMEDY);
         let index = self.index(name).ok_or_else(missing)?;
@@ -67,6 +67,7 @@ impl<'a> Package<'a> {
         let entry = self.archive.by_index(index).map_err(|error| damaged(one_line(&error.to_string())))?;
         let mut bytes = Vec::new();
         let read = asking(|| entry.take(self.left as u64 + 1).read_to_end(&mut bytes));
+        // Before the error of reading: a bomb may be damaged as well.
         if bytes.len() > self.left {
             let what = format!("the zip data unpacks to more than {} bytes", self.most);
             return Err(ReadError::file(what, "unpack the file and pack it again if it is genuine"));
@@ -76,7 +77,7 @@ impl<'a> Package<'a> {
         Ok(bytes)
     }
 
-    /// The place of a part in the archive; names of parts are the same in any case.
+    /// Returns the index of a part in the archive; names ignore case.
     fn index(&self, name: &str) -> Option<usize> {
         let name = name.trim_start_matches('/');
         let alike = || self.archive.file_names().find(|other| other.eq_ignore_ascii_case(name));
@@ -84,7 +85,7 @@ impl<'a> Package<'a> {
     }
 }
 
-/// The target of the relation to the model.
+/// Returns the target of the relation to the model.
 fn related(text: &str) -> Option<String> {
     let mut reader = Reader::from_str(text);
     loop {

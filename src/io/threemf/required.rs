@@ -1,16 +1,16 @@
-//! The extensions without which a 3MF is not what it shows: those that change no triangle are passed, others are refused by name.
+//! Required extensions of a 3MF: those that leave triangles alone are accepted, others refused by name.
 
 use quick_xml::events::BytesStart;
 
 use super::field;
 use crate::io::ReadError;
 
-/// What the names of known extensions hold; the rest of a name is a year. Production has parts beside the first; materials and
-/// sets of triangles change no shape.
+/// Parts of the namespaces of accepted extensions, without the year. Production adds parts; materials and triangle sets
+/// add attributes.
 const KNOWN: [&str; 3] =
     ["/3dmanufacturing/production/", "/3dmanufacturing/material/", "/3dmanufacturing/trianglesets/"];
 
-/// Refuses a model that needs an extension of which no triangle may be read without it.
+/// Refuses a model that requires an unknown extension.
 pub(super) fn refuse_unknown(model: &BytesStart) -> Result<(), ReadError> {
     for prefix in field(model, "requiredextensions").unwrap_or_default().split_whitespace() {
         let namespace = field(model, &format!("xmlns:{prefix}")).unwrap_or_else(|| prefix.to_string().into());

@@ -21,17 +21,17 @@ const RELATIONS: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
     <Relationship Id=\"rel0\" Target=\"/3D/3dmodel.model\" \
     Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/>\n</Relationships>\n";
 
-/// The resources of materials and of colours; objects come after them.
+/// Number of the resource of materials.
 const MATERIALS: u32 = 1;
+/// Number of the resource of colours; objects come after it.
 const COLOURS: u32 = 2;
 
-/// Writes positions and faces alone.
+/// Writes positions and faces.
 pub(in crate::io) fn write(content: &Content) -> Result<Vec<u8>, WriteError> {
     write_attributed(content, Attributes::NONE, &Extra::default(), &[]).map(|(bytes, _)| bytes)
 }
 
-/// Writes a mesh with its objects, with materials by the `looks` of its groups, and with colours; gives in one line each what
-/// the format cannot hold.
+/// Writes a mesh with objects, materials by the `looks` of its groups, and colours; also returns notes on losses.
 pub(in crate::io) fn write_attributed(
     content: &Content,
     attributes: &Attributes,
@@ -42,7 +42,7 @@ pub(in crate::io) fn write_attributed(
     let objects = objects(content, attributes, extra, &mut notes);
     let palette = Palette::of(attributes);
     let mut materials = Materials::of(attributes, extra, looks);
-    // With colours, faces without a material are white.
+    // // With colours, a face without a material is white by itself.
     if palette.colours.is_empty() {
         materials.or_plain();
     }
@@ -64,7 +64,7 @@ pub(in crate::io) fn write_attributed(
     Ok((packed, notes))
 }
 
-/// The package of a model, the same bytes for the same model.
+/// Makes the package of a model; equal models give equal bytes.
 fn package(model: &[u8]) -> zip::result::ZipResult<Vec<u8>> {
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
@@ -80,7 +80,7 @@ fn package(model: &[u8]) -> zip::result::ZipResult<Vec<u8>> {
     Ok(archive.finish()?.into_inner())
 }
 
-/// The start of the model, up to its first resource.
+/// Writes the start of the model, up to its first resource.
 fn head(extra: &Extra) -> Vec<u8> {
     let unit = extra.unit.as_deref().filter(|unit| units::is_known(unit)).unwrap_or("millimeter");
     let version = env!("CARGO_PKG_VERSION");
@@ -93,10 +93,10 @@ fn head(extra: &Extra) -> Vec<u8> {
     .into_bytes()
 }
 
-/// An object: its name and its faces.
+/// Names and faces of objects.
 type Objects<'a> = Vec<(&'a str, Vec<u32>)>;
 
-/// The faces of each object; of objects that share vertices, which would be torn, one.
+/// Groups the faces by object; objects that share vertices become one, as they would be torn.
 fn objects<'a>(content: &Content, attributes: &Attributes, extra: &'a Extra, notes: &mut Vec<String>) -> Objects<'a> {
     let n_faces = content.faces.len() as u32;
     let mut objects: Objects = Vec::new();
@@ -121,7 +121,7 @@ fn objects<'a>(content: &Content, attributes: &Attributes, extra: &'a Extra, not
     objects
 }
 
-/// The materials of the groups: each once, and which one a group has.
+/// Distinct materials, and the material of each group.
 #[derive(Default)]
 struct Materials<'a> {
     names: Vec<(&'a str, [f32; 4])>,
@@ -149,7 +149,7 @@ impl<'a> Materials<'a> {
         materials
     }
 
-    /// Gives groups without a material a plain one where others have theirs: else they would have that of the object.
+    /// Gives groups without a material a plain one if others have theirs; else they would inherit that of the object.
     fn or_plain(&mut self) {
         let plain = self.names.len();
         if plain > 0 && self.of_groups.contains(&None) {
@@ -171,18 +171,18 @@ impl<'a> Materials<'a> {
     }
 }
 
-/// The colour of a look, in sRGB; how much is seen through it is not known.
+/// Returns the opaque sRGB colour of a look; looks hold no opacity value.
 fn shown(look: &Look) -> [f32; 4] {
     let [red, green, blue] = look.colour.map(srgb);
     [red, green, blue, 1.0]
 }
 
-/// The colours of the corners: each once, and which one a wedge has.
+/// Distinct colours of the corners, and the colour of each wedge.
 #[derive(Default)]
 struct Palette {
     colours: Vec<String>,
     of_wedges: Vec<u32>,
-    /// Which of them is white, if one is.
+    /// Index of white, if present.
     white: Option<u32>,
 }
 
@@ -217,7 +217,7 @@ impl Palette {
     }
 }
 
-/// What faces can have of their looks: one thing each.
+/// Properties of faces: a material or colours.
 struct Paint<'a> {
     attributes: &'a Attributes,
     materials: &'a Materials<'a>,
@@ -225,7 +225,7 @@ struct Paint<'a> {
 }
 
 impl Paint<'_> {
-    /// The colours of a face, where they are not all white or it has nothing else.
+    /// Returns the colours of a face, unless they are all white and it has a material.
     fn colours(&self, face: u32) -> Option<[u32; 3]> {
         let wedges = self.attributes.wedges.get(face as usize).filter(|_| !self.palette.colours.is_empty())?;
         let colours = wedges.map(|wedge| self.palette.of_wedges[wedge as usize]);
@@ -245,7 +245,7 @@ impl Paint<'_> {
         })
     }
 
-    /// What a triangle says of them.
+    /// Appends the attributes of a triangle.
     fn push(&self, out: &mut Vec<u8>, face: u32) {
         if let Some([a, b, c]) = self.colours(face) {
             let more = if a == b && b == c { String::new() } else { format!(" p2=\"{b}\" p3=\"{c}\"") };
@@ -256,7 +256,7 @@ impl Paint<'_> {
     }
 }
 
-/// Appends an object: its number, its name and its faces.
+/// Appends an object: number, name and faces.
 fn push_object(out: &mut Vec<u8>, content: &Content, paint: &Paint, (id, name, faces): (u32, &str, &[u32])) {
     let name = if name.is_empty() { String::new() } else { format!(" name=\"{}\"", text(name)) };
     out.extend(
@@ -284,7 +284,7 @@ fn push_object(out: &mut Vec<u8>, content: &Content, paint: &Paint, (id, name, f
     out.extend(b"</triangles>\n</mesh>\n</object>\n");
 }
 
-/// What an object says of its look: some programs ask for it where its faces say theirs.
+/// Returns the attributes of an object; some programs require them even if all faces have their own.
 fn whole(paint: &Paint, faces: &[u32]) -> String {
     let first = faces.first().copied().unwrap_or_default();
     match (paint.colours(first), paint.material(first)) {
@@ -306,13 +306,13 @@ fn push_vertex(out: &mut Vec<u8>, content: &Content, vertex: usize) {
     out.extend(b"/>\n");
 }
 
-/// `#RRGGBBAA` of numbers from 0 to 1.
+/// Formats values from 0 to 1 as `#RRGGBBAA`.
 fn hex(colour: [f32; 4]) -> String {
     let [red, green, blue, alpha] = colour.map(|x| (x.clamp(0.0, 1.0) * 255.0).round() as u8);
     format!("#{red:02X}{green:02X}{blue:02X}{alpha:02X}")
 }
 
-/// A name as the value of an attribute: without the letters that XML has none for.
+/// Escapes a name for an XML attribute, without characters that XML lacks.
 fn text(name: &str) -> String {
     let plain: String =
         name.chars().filter(|letter| !letter.is_control() && !matches!(letter, '\u{fffe}' | '\u{ffff}')).collect();
