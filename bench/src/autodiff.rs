@@ -1,4 +1,4 @@
-//! Derivatives of the library, with what its tests of them share.
+//! Derivatives of the library, with shared test helpers.
 
 pub use neural_mesh::autodiff::*;
 

@@ -1,4 +1,4 @@
-//! Measures neural-mesh and methods of others: evaluations of any method on any meshes, and the pages of `docs/measured`. Never
+//! Measures neural-mesh and other methods: evaluations on any meshes, and the pages of `docs/measured`. Never
 //! published.
 
 pub mod along_surface;

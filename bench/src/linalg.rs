@@ -1,4 +1,4 @@
-//! The matrices of the library, with what its tests of them share.
+//! Matrices of the library, with shared test helpers.
 
 pub use neural_mesh::linalg::*;
 

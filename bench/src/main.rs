@@ -1,4 +1,4 @@
-//! The program `neural-mesh-bench`; everything is in the library beside it.
+//! The program `neural-mesh-bench`.
 
 use std::process::ExitCode;
 

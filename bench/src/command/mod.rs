@@ -10,7 +10,7 @@ use anyhow::Result;
 use clap::{Parser, Subcommand};
 use neural_mesh_cli::shared::{Failure, answered, ended};
 
-use crate::measure::{self, MeasureArgs, WholeOther};
+use crate::measure::{self, MeasureArgs, MeshoptimizerArgs};
 use evaluate::EvaluateArgs;
 use train_baseline::TrainBaselineArgs;
 
@@ -38,7 +38,7 @@ enum Command {
     Work,
     /// Simplify a file by meshoptimizer: the program that the whole of ours is timed against
     #[command(hide = true)]
-    WholeOther(WholeOther),
+    WholeOther(MeshoptimizerArgs),
 }
 
 /// Does what the words of the command line ask.
@@ -53,7 +53,7 @@ pub fn run() -> ExitCode {
         Command::Measure(args) => told(measure::run(args)),
         Command::Stale => told(measure::print_stale()),
         Command::Work => told(work::work()),
-        Command::WholeOther(args) => told(measure::whole_other(&args)),
+        Command::WholeOther(args) => told(measure::run_meshoptimizer(&args)),
     };
     ended(done)
 }

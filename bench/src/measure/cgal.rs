@@ -1,4 +1,4 @@
-//! The simplifiers of CGAL as tools of an evaluation: a small program in C++, built when it is asked for.
+//! The simplifiers of CGAL as tools of an evaluation: a small C++ program, built at first use.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -8,18 +8,18 @@ use anyhow::{Context, Result, ensure};
 
 const SOURCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/cgal/collapse.cpp");
 
-/// Where Debian has Eigen, which CGAL takes its matrices from.
+/// Debian's folder of Eigen, which CGAL needs.
 const EIGEN: &str = "/usr/include/eigen3";
 
-/// QEM with optimal placement, and Lindstrom and Turk's, by the names of the tables.
+/// Tool names: QEM with optimal placement, and Lindstrom-Turk.
 pub const NAMES: [&str; 2] = ["cgal-qem", "cgal-lt"];
 
-/// Builds the program in a folder; says which tools it makes.
+/// Builds the program in `folder` and returns its tools.
 ///
 /// # Errors
-/// Where it cannot be built: it needs a C++ compiler and CGAL (Debian's libcgal-dev and libeigen3-dev).
-pub fn tools(folder: &Path) -> Result<Vec<Tool>> {
-    let program = built(folder)?;
+/// Where the build fails: it needs a C++ compiler and CGAL (Debian: libcgal-dev, libeigen3-dev).
+pub fn build_tools(folder: &Path) -> Result<Vec<Tool>> {
+    let program = build_program(folder)?;
     let tool = |name: &str| {
         let command = format!("'{}' {} {{in}} {{out}} {{faces}}", program.display(), name.trim_start_matches("cgal-"));
         Tool { name: name.into(), command }
@@ -27,7 +27,7 @@ pub fn tools(folder: &Path) -> Result<Vec<Tool>> {
     Ok(NAMES.map(tool).into())
 }
 
-fn built(folder: &Path) -> Result<PathBuf> {
+fn build_program(folder: &Path) -> Result<PathBuf> {
     let program = folder.join("cgal-collapse");
     if program.exists() {
         return Ok(program);

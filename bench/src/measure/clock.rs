@@ -1,4 +1,4 @@
-//! Time and memory: of a thread, on the wall, of children, and the most that this process had.
+//! Clocks and memory counters of a thread, a child process and this process.
 
 use std::time::Duration;
 
@@ -8,23 +8,24 @@ use nix::sys::resource::{UsageWho, getrusage};
 use nix::sys::time::TimeValLike;
 use nix::time::ClockId;
 
-/// Seconds that some work took.
+/// Duration of some work in seconds.
 #[derive(Clone, Copy, Debug)]
 pub struct Seconds {
+    /// Elapsed time.
     pub wall: f64,
-    /// Of the processor, by the one thread that does or begins the work; others that are busy on the machine hardly change it.
+    /// Processor time of the calling thread; other load on the machine hardly changes it.
     pub thread: f64,
 }
 
-/// What some work makes, and how long it takes.
-pub fn timed<T>(work: impl FnOnce() -> Result<T>) -> Result<(T, Seconds)> {
+/// Runs `work` and returns its result and duration.
+pub fn measure_time<T>(work: impl FnOnce() -> Result<T>) -> Result<(T, Seconds)> {
     let (wall, thread) = (now(ClockId::CLOCK_MONOTONIC), thread_time());
     let made = work()?;
     let wall = (now(ClockId::CLOCK_MONOTONIC) - wall).as_secs_f64();
     Ok((made, Seconds { wall, thread: (thread_time() - thread).as_secs_f64() }))
 }
 
-/// The processor's time of this thread.
+/// Returns the processor time of this thread.
 pub fn thread_time() -> Duration {
     now(ClockId::CLOCK_THREAD_CPUTIME_ID)
 }
@@ -33,10 +34,10 @@ fn now(clock: ClockId) -> Duration {
     clock.now().map_or(Duration::ZERO, Duration::from)
 }
 
-/// Seconds of a program on the wall and of processors, files and all.
-pub fn timed_program(command: &mut std::process::Command) -> Result<[f64; 2]> {
+/// Runs a program and returns its elapsed and its processor time in seconds.
+pub fn measure_program_time(command: &mut std::process::Command) -> Result<[f64; 2]> {
     let before = children_time()?;
-    let (status, seconds) = timed(|| Ok(command.stdout(std::process::Stdio::null()).status()?))?;
+    let (status, seconds) = measure_time(|| Ok(command.stdout(std::process::Stdio::null()).status()?))?;
     ensure!(status.success(), "{command:?}: {status}");
     Ok([seconds.wall, children_time()? - before])
 }
@@ -46,12 +47,12 @@ fn children_time() -> Result<f64> {
     Ok(1e-6 * (usage.user_time().num_microseconds() + usage.system_time().num_microseconds()) as f64)
 }
 
-/// Forgets the most memory so far (Linux).
-pub fn forget_peak() -> Result<()> {
+/// Resets the peak that [`peak_bytes`] returns (Linux).
+pub fn reset_peak() -> Result<()> {
     std::fs::write("/proc/self/clear_refs", "5").context("the peak of memory cannot be reset")
 }
 
-/// Most bytes resident since [`forget_peak`].
+/// Returns the most bytes resident since [`reset_peak`].
 pub fn peak_bytes() -> Result<u64> {
     let status = std::fs::read_to_string("/proc/self/status")?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).context("no VmHWM in /proc/self/status")?;
@@ -59,8 +60,8 @@ pub fn peak_bytes() -> Result<u64> {
     Ok(1024 * kib.parse::<u64>().with_context(|| format!("VmHWM: {kib}"))?)
 }
 
-/// `0.98 (0.70 to 1.20)`: median, least and largest; a dash for none.
-pub fn spread(values: &[f64]) -> String {
+/// Formats median, least and largest as `0.98 (0.70 to 1.20)`; a dash for no values.
+pub fn format_spread(values: &[f64]) -> String {
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
     let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     median(values.to_vec()).map_or("-".into(), |middle| format!("{middle:.2} ({least:.2} to {most:.2})"))
@@ -72,13 +73,13 @@ mod tests {
 
     #[test]
     fn the_median_stands_before_the_ends() {
-        assert_eq!(spread(&[3.0, 1.0, 10.0, 2.0]), "2.50 (1.00 to 10.00)");
-        assert_eq!(spread(&[]), "-");
+        assert_eq!(format_spread(&[3.0, 1.0, 10.0, 2.0]), "2.50 (1.00 to 10.00)");
+        assert_eq!(format_spread(&[]), "-");
     }
 
     #[test]
     fn work_has_its_time() {
-        let (sum, seconds) = timed(|| Ok((0..10_000_000u64).map(std::hint::black_box).sum::<u64>())).unwrap();
+        let (sum, seconds) = measure_time(|| Ok((0..10_000_000u64).map(std::hint::black_box).sum::<u64>())).unwrap();
         assert!(sum > 0 && seconds.thread > 0.0 && seconds.wall >= 0.9 * seconds.thread);
     }
 }

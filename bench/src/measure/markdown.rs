@@ -1,6 +1,6 @@
-//! Markdown: tables and numbers.
+//! Markdown tables and numbers.
 
-/// A table with a head and rows of cells.
+/// Formats a table.
 pub fn table<H: AsRef<str>>(head: &[H], rows: &[Vec<String>]) -> String {
     let head: Vec<&str> = head.iter().map(AsRef::as_ref).collect();
     let line = |cells: &str| format!("| {cells} |\n");
@@ -8,12 +8,12 @@ pub fn table<H: AsRef<str>>(head: &[H], rows: &[Vec<String>]) -> String {
     [line(&head.join(" | ")), rule].into_iter().chain(rows.iter().map(|row| line(&row.join(" | ")))).collect()
 }
 
-/// A number with two digits after the point, or a dash.
+/// Formats a number with two decimals, from 100 on with none; a dash for `None`.
 pub fn number(value: Option<f64>) -> String {
     value.map_or("-".into(), |value| if value.abs() >= 100.0 { format!("{value:.0}") } else { format!("{value:.2}") })
 }
 
-/// A count with commas between thousands.
+/// Formats a count with commas between thousands.
 pub fn count(n: usize) -> String {
     let digits = n.to_string();
     let commas = |(at, digit): (usize, char)| {

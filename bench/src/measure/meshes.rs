@@ -1,4 +1,4 @@
-//! Mesh files, read and cleaned, and a mesh of any size.
+//! Mesh files, read and cleaned, and a test mesh of any size.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use neural_mesh::io::{Format, read_path};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{TriMesh, compact, shapes};
 
-/// The mesh of a file, cleaned, without vertices that no face uses.
+/// Reads and cleans a mesh, without unused vertices.
 pub fn load(path: &Path) -> Result<TriMesh> {
     let raw = read_path(path, None).with_context(|| path.display().to_string())?;
     let mesh = clean(raw, &CleanOptions::default()).with_context(|| path.display().to_string())?.mesh;
@@ -15,12 +15,12 @@ pub fn load(path: &Path) -> Result<TriMesh> {
     Ok(compact(&positions, faces)?.0)
 }
 
-/// The name of a mesh in the tables.
+/// Returns the mesh's name in the tables.
 pub fn name(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// The mesh files of a folder by name.
+/// Lists the mesh files of a folder by name.
 pub fn mesh_files(folder: &Path) -> Result<Vec<PathBuf>> {
     let entries =
         std::fs::read_dir(folder).with_context(|| format!("{}: unpack the meshes there", folder.display()))?;
@@ -31,17 +31,17 @@ pub fn mesh_files(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// A torus with bumps all over, of about so many faces of about equal edges.
+/// Makes a bumpy torus of about `n_faces` faces with about equal edges.
 pub fn bumpy_torus(n_faces: usize) -> TriMesh {
     // Three times as far around as through the tube.
     let n_tube = (n_faces as f64 / 6.0).sqrt().round().max(3.0);
     let torus = shapes::torus((3.0 * n_tube) as u32, n_tube as u32, 1.0, 1.0 / 3.0);
     let (positions, faces) = torus.into_parts();
-    TriMesh::new(positions.into_iter().map(bumped).collect(), faces).unwrap_or_default()
+    TriMesh::new(positions.into_iter().map(displace_point).collect(), faces).unwrap_or_default()
 }
 
-/// Moves a point of the torus away from its middle circle or toward it, by bumps of several sizes.
-fn bumped([x, y, z]: [f32; 3]) -> [f32; 3] {
+/// Moves a point of the torus along the tube's normal by waves of three sizes.
+fn displace_point([x, y, z]: [f32; 3]) -> [f32; 3] {
     let [x, y, z] = [x, y, z].map(f64::from);
     let around = y.atan2(x);
     let outward = x.hypot(y) - 1.0;

@@ -1,12 +1,11 @@
-//! Makes every page of `docs/measured` and the table of the README in one command that can be killed and goes on, and says which
-//! pages are of another version.
+//! Makes the pages of `docs/measured` and the README's table in one resumable command, and lists pages of another
+//! version.
 //!
-//! Rows of methods and meshes come from `evaluate`. Here is what has no home there: the pages, stages, growth, memory, parts left
-//! out, textured models, levels of detail.
+//! Comparisons of methods come from `evaluate`; everything else that the pages need is measured here.
 
 mod cgal;
 mod clock;
-mod largest;
+mod hausdorff;
 mod markdown;
 mod meshes;
 mod pages;
@@ -19,30 +18,30 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 
-pub use pages::{WholeOther, whole_other};
+pub use pages::{MeshoptimizerArgs, run_meshoptimizer};
 
 /// Arguments of `measure`.
 #[derive(Debug, clap::Args)]
 pub struct MeasureArgs {
-    /// Folder that holds the folders of meshes: `train`, `test` and `tosca`.
+    /// Folder with the mesh folders `train`, `test` and `tosca`
     #[arg(long)]
     data: PathBuf,
-    /// Folder for what is measured, kept by the versions that a page depends on; what is there is not measured again.
+    /// Folder for measurements, by version; those already there are not repeated
     #[arg(long, default_value = concat!(env!("CARGO_MANIFEST_DIR"), "/../target/measured"))]
     work: PathBuf,
-    /// Pages to make; all of them without it.
+    /// Pages to make [default: all]
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
 }
 
-/// Makes the pages that the arguments name.
+/// Makes the pages named in the arguments.
 pub fn run(MeasureArgs { data, work, only }: MeasureArgs) -> Result<()> {
-    pages::make(data, &work, &only)
+    pages::make_pages(data, &work, &only)
 }
 
-/// Prints the pages that are of another version, which is an error.
+/// Prints the pages of another version; an error if there are any.
 pub fn print_stale() -> Result<()> {
-    let pages = versions::stale(root())?;
+    let pages = versions::stale_pages(root())?;
     pages.iter().for_each(|page| println!("{page}"));
     if pages.is_empty() {
         Ok(())
@@ -51,7 +50,7 @@ pub fn print_stale() -> Result<()> {
     }
 }
 
-/// The repository.
+/// Returns the repository's folder.
 fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }

@@ -1,8 +1,8 @@
-//! Rows of an evaluation as quotients to one of the methods: per mesh and size the median over the seeds.
+//! Quotients of an evaluation's figures to those of a reference method; medians over seeds, sizes and meshes.
 
 use crate::evaluate::{Row, Table, median};
 
-/// A figure of which less is better.
+/// A figure where less is better.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Figure {
     Distance,
@@ -23,9 +23,8 @@ impl Figure {
         }
     }
 
-    /// The value of a row; `None` where there is none. What is below the noise of rounding, of coordinates in single precision
-    /// or of a clock, counts as this noise.
-    fn of(self, table: &Table, row: &Row) -> Option<f64> {
+    /// Returns the figure of a row, at least the noise of single precision or of the clock.
+    fn value(self, table: &Table, row: &Row) -> Option<f64> {
         let (value, noise) = match self {
             Self::Distance => (table.figure(row, "distance_mean"), 1e-5),
             Self::Largest => (table.figure(row, "distance_max"), 1e-5),
@@ -36,14 +35,14 @@ impl Figure {
     }
 }
 
-/// A quotient of a mesh.
+/// The quotient of one mesh.
 #[derive(Clone, Debug, PartialEq)]
-pub struct OfMesh {
+pub struct MeshQuotient {
     pub mesh: String,
     pub quotient: f64,
 }
 
-/// Rows, and the method that the others are divided by.
+/// The rows of an evaluation and the reference method.
 #[derive(Clone, Copy)]
 pub struct Quotients<'a> {
     pub table: &'a Table,
@@ -51,42 +50,43 @@ pub struct Quotients<'a> {
 }
 
 impl Quotients<'_> {
-    /// Of every mesh at a size, the median over the seeds.
-    pub fn of_meshes(&self, method: &str, figure: Figure, ratio: f64) -> Vec<OfMesh> {
-        let of_mesh = |mesh: String| Some(OfMesh { quotient: self.of_mesh(&mesh, method, figure, ratio)?, mesh });
+    /// Returns the quotient of every mesh at one ratio.
+    pub fn mesh_quotients(&self, method: &str, figure: Figure, ratio: f64) -> Vec<MeshQuotient> {
+        let of_mesh =
+            |mesh: String| Some(MeshQuotient { quotient: self.mesh_quotient(&mesh, method, figure, ratio)?, mesh });
         self.meshes().into_iter().filter_map(of_mesh).collect()
     }
 
-    /// Of one mesh at a size.
-    fn of_mesh(&self, mesh: &str, method: &str, figure: Figure, ratio: f64) -> Option<f64> {
+    /// Returns the median over the seeds of one mesh's quotients.
+    fn mesh_quotient(&self, mesh: &str, method: &str, figure: Figure, ratio: f64) -> Option<f64> {
         let is_case = |row: &&Row| row.mesh == mesh && row.ratio == ratio && row.error.is_empty();
         let rows = self.table.rows.iter().filter(|row| is_case(row) && row.method == method);
         let quotient = |row: &Row| {
             let mut others = self.table.rows.iter().filter(|other| is_case(other) && other.method == self.over);
             let other = others.find(|other| other.seed == row.seed)?;
-            Some(figure.of(self.table, row)? / figure.of(self.table, other)?)
+            Some(figure.value(self.table, row)? / figure.value(self.table, other)?)
         };
         median(rows.filter_map(quotient).collect())
     }
 
-    /// The median over meshes and sizes.
+    /// Returns the median over meshes and ratios.
     pub fn median(&self, method: &str, figure: Figure, ratios: &[f64]) -> Option<f64> {
-        let all = ratios.iter().flat_map(|&ratio| self.of_meshes(method, figure, ratio));
+        let all = ratios.iter().flat_map(|&ratio| self.mesh_quotients(method, figure, ratio));
         median(all.map(|of_mesh| of_mesh.quotient).collect())
     }
 
-    /// The median over the sizes, of one mesh.
+    /// Returns the median over the ratios of one mesh.
     pub fn median_of_mesh(&self, mesh: &str, method: &str, figure: Figure, ratios: &[f64]) -> Option<f64> {
-        median(ratios.iter().filter_map(|&ratio| self.of_mesh(mesh, method, figure, ratio)).collect())
+        median(ratios.iter().filter_map(|&ratio| self.mesh_quotient(mesh, method, figure, ratio)).collect())
     }
 
-    /// The mesh with the largest quotient.
-    pub fn worst(&self, method: &str, figure: Figure, ratios: &[f64]) -> Option<OfMesh> {
-        let all = ratios.iter().flat_map(|&ratio| self.of_meshes(method, figure, ratio));
+    /// Returns the mesh with the largest quotient.
+    pub fn worst(&self, method: &str, figure: Figure, ratios: &[f64]) -> Option<MeshQuotient> {
+        let all = ratios.iter().flat_map(|&ratio| self.mesh_quotients(method, figure, ratio));
         all.max_by(|a, b| a.quotient.total_cmp(&b.quotient))
     }
 
-    /// Names of the meshes, in the order of their first rows.
+    /// Lists the meshes in the order of their first rows.
     pub fn meshes(&self) -> Vec<String> {
         let mut meshes: Vec<String> = Vec::new();
         for row in &self.table.rows {

@@ -1,4 +1,4 @@
-//! Which versions a page was made with: a comment that this program reads, and a line for people.
+//! Versions of the library in the stamps of pages: a comment for this program and a line for readers.
 
 use std::path::Path;
 
@@ -6,12 +6,12 @@ use anyhow::{Context, Result};
 use neural_mesh::simplify::{CARRIED_VERSION, CLOSED_VERSION, PAPER_VERSION};
 use neural_mesh::train;
 
-/// What the figures of a page depend on.
+/// A part of the library with a version of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
+pub enum Subsystem {
     /// The closed assembly.
     Closed,
-    /// What holds it, and what its results carry.
+    /// Attributes, files and all else around the closed assembly.
     Carried,
     /// The paper's assembly.
     Paper,
@@ -19,10 +19,9 @@ pub enum Part {
     Training,
 }
 
-impl Part {
+impl Subsystem {
     pub const ALL: [Self; 4] = [Self::Closed, Self::Carried, Self::Paper, Self::Training];
 
-    /// Its name in stamps.
     fn name(self) -> &'static str {
         match self {
             Self::Closed => "closed",
@@ -32,7 +31,7 @@ impl Part {
         }
     }
 
-    fn about(self) -> &'static str {
+    fn label(self) -> &'static str {
         match self {
             Self::Closed => "the closed assembly",
             Self::Carried => "what it carries",
@@ -41,7 +40,6 @@ impl Part {
         }
     }
 
-    /// The version of the library at hand.
     fn version(self) -> u32 {
         match self {
             Self::Closed => CLOSED_VERSION,
@@ -52,28 +50,32 @@ impl Part {
     }
 }
 
-/// `closed 1, paper 1`.
-pub fn stamp(parts: &[Part]) -> String {
-    let words: Vec<String> = parts.iter().map(|part| format!("{} {}", part.name(), part.version())).collect();
+/// Formats the stamp of a page: `closed 1, paper 1`.
+pub fn stamp(subsystems: &[Subsystem]) -> String {
+    let words: Vec<String> =
+        subsystems.iter().map(|subsystem| format!("{} {}", subsystem.name(), subsystem.version())).collect();
     words.join(", ")
 }
 
-/// `version 1 of the closed assembly and version 1 of the training`.
-pub fn in_words(parts: &[Part]) -> String {
-    let words: Vec<String> =
-        parts.iter().map(|part| format!("version {} of {}", part.version(), part.about())).collect();
+/// Describes versions in words: `version 1 of the closed assembly and version 1 of the training`.
+pub fn describe_versions(subsystems: &[Subsystem]) -> String {
+    let words: Vec<String> = subsystems
+        .iter()
+        .map(|subsystem| format!("version {} of {}", subsystem.version(), subsystem.label()))
+        .collect();
     words.join(" and ")
 }
 
-/// The stamp of a page whose figures depend on no version.
+/// Stamp of a page that depends on no version.
 const NONE: &str = "none";
 
-/// What the README's table begins and ends with; the first holds its stamp.
+/// Start of the README's table; its stamp follows.
 pub const TABLE_BEGINS: &str = "<!-- neural-mesh-bench measure: ";
+/// End of the README's table.
 pub const TABLE_ENDS: &str = "<!-- /neural-mesh-bench measure -->";
 
-/// The pages, the README among them, whose stamp is missing or not of the present versions, each with the reason.
-pub fn stale(root: &Path) -> Result<Vec<String>> {
+/// Lists the pages whose stamp is missing or outdated, README included, each with the reason.
+pub fn stale_pages(root: &Path) -> Result<Vec<String>> {
     let folder = root.join("docs/measured");
     let entries = std::fs::read_dir(&folder).with_context(|| folder.display().to_string())?;
     let mut pages: Vec<_> = entries.map(|entry| entry.map(|entry| entry.path())).collect::<Result<_, _>>()?;
@@ -84,20 +86,20 @@ pub fn stale(root: &Path) -> Result<Vec<String>> {
     for page in pages {
         let text = std::fs::read_to_string(&page)?;
         let begins = if page.ends_with("README.md") && page.parent() == Some(root) { TABLE_BEGINS } else { "<!-- " };
-        if let Some(why) = difference(&text, begins) {
+        if let Some(why) = stamp_fault(&text, begins) {
             stale.push(format!("{}: {why}", page.strip_prefix(root)?.display()));
         }
     }
     Ok(stale)
 }
 
-/// What is wrong with the stamp of a text, the first comment that begins so; `None` where nothing is.
-fn difference(text: &str, begins: &str) -> Option<String> {
+/// Returns the fault of the first stamp in `text`; `None` if it is current.
+fn stamp_fault(text: &str, begins: &str) -> Option<String> {
     let at = text.find(begins).map(|at| at + begins.len());
     let Some(found) = at.and_then(|at| text[at..].split_once(" -->")).map(|(stamp, _)| stamp) else {
         return Some("has no stamp".into());
     };
-    let is_known = |word: &&str| *word == NONE || Part::ALL.iter().any(|&part| *word == stamp(&[part]));
+    let is_known = |word: &&str| *word == NONE || Subsystem::ALL.iter().any(|&subsystem| *word == stamp(&[subsystem]));
     found.split(", ").find(|word| !is_known(word)).map(|word| format!("is of {word}"))
 }
 
@@ -107,18 +109,18 @@ mod tests {
 
     #[test]
     fn a_stamp_of_another_version_is_named() {
-        let good = format!("# A\n\n<!-- {} -->\n", stamp(&Part::ALL));
-        assert_eq!(difference(&good, "<!-- "), None);
-        let other = good.replace(&stamp(&[Part::Paper]), "paper 4000000");
-        assert_eq!(difference(&other, "<!-- ").unwrap(), "is of paper 4000000");
-        assert_eq!(difference("<!-- none -->", "<!-- "), None);
-        assert_eq!(difference("# A\n", "<!-- ").unwrap(), "has no stamp");
-        assert_eq!(difference("<!-- words -->", "<!-- ").unwrap(), "is of words");
+        let good = format!("# A\n\n<!-- {} -->\n", stamp(&Subsystem::ALL));
+        assert_eq!(stamp_fault(&good, "<!-- "), None);
+        let other = good.replace(&stamp(&[Subsystem::Paper]), "paper 4000000");
+        assert_eq!(stamp_fault(&other, "<!-- ").unwrap(), "is of paper 4000000");
+        assert_eq!(stamp_fault("<!-- none -->", "<!-- "), None);
+        assert_eq!(stamp_fault("# A\n", "<!-- ").unwrap(), "has no stamp");
+        assert_eq!(stamp_fault("<!-- words -->", "<!-- ").unwrap(), "is of words");
     }
 
     #[test]
     fn no_page_is_of_another_version() {
-        let stale = stale(crate::measure::root()).unwrap();
+        let stale = stale_pages(crate::measure::root()).unwrap();
         assert!(stale.is_empty(), "make these pages again with `neural-mesh-bench measure`:\n{}", stale.join("\n"));
     }
 }

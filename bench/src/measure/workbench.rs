@@ -1,4 +1,4 @@
-//! The workbench: the meshes, and a folder where everything that was measured is kept, so that nothing is measured twice.
+//! Mesh folders, and a folder of finished measurements, so that none is made twice.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -11,48 +11,53 @@ use serde::de::DeserializeOwned;
 
 use crate::command::worker;
 use crate::measure::meshes::mesh_files;
-use crate::measure::versions::{Part, stamp};
+use crate::measure::versions::{Subsystem, stamp};
 
-/// Folders of meshes, and the folder of what was measured with the present versions.
+/// Mesh folders, and the measurements made with the present versions.
 pub struct Bench {
     data: PathBuf,
-    /// What is kept of all versions, a folder for those of a page.
-    all: PathBuf,
+    /// Folder of the measurements of all versions.
+    all_versions: PathBuf,
+    /// Folder of those with the present versions.
     work: PathBuf,
 }
 
 impl Bench {
-    /// For what depends on these parts: what was measured stays while their versions do.
-    pub fn new(data: PathBuf, all: &Path, parts: &[Part]) -> Result<Self> {
-        let work = all.join(stamp(parts).replace(", ", "-").replace(' ', ""));
+    /// Opens the measurements for the present versions of `subsystems`.
+    pub fn new(data: PathBuf, all: &Path, subsystems: &[Subsystem]) -> Result<Self> {
+        let work = all.join(stamp(subsystems).replace(", ", "-").replace(' ', ""));
         std::fs::create_dir_all(&work).with_context(|| work.display().to_string())?;
-        Ok(Self { data, all: all.into(), work })
+        Ok(Self { data, all_versions: all.into(), work })
     }
 
-    /// The same for what depends on other parts.
-    pub fn of(&self, parts: &[Part]) -> Result<Self> {
-        Self::new(self.data.clone(), &self.all, parts)
+    /// Opens the measurements for other subsystems.
+    pub fn for_subsystems(&self, subsystems: &[Subsystem]) -> Result<Self> {
+        Self::new(self.data.clone(), &self.all_versions, subsystems)
     }
 
-    /// The folder of a set of meshes.
-    pub fn set(&self, name: &str) -> PathBuf {
+    /// Returns the folder of a set of meshes.
+    pub fn set_folder(&self, name: &str) -> PathBuf {
         self.data.join(name)
     }
 
-    /// The mesh files of a set.
+    /// Lists the mesh files of a set.
     pub fn meshes(&self, set: &str) -> Result<Vec<PathBuf>> {
-        mesh_files(&self.set(set))
+        mesh_files(&self.set_folder(set))
     }
 
-    /// A folder for files that are needed for a while.
+    /// Makes and returns a folder for temporary files.
     pub fn scratch(&self, name: &str) -> Result<PathBuf> {
         let folder = self.work.join("scratch").join(name);
         std::fs::create_dir_all(&folder)?;
         Ok(folder)
     }
 
-    /// What was measured under this name; it is measured where there is nothing yet, and kept.
-    pub fn kept<T: Serialize + DeserializeOwned>(&self, name: &str, measure: impl FnOnce() -> Result<T>) -> Result<T> {
+    /// Returns the stored measurement `name`, or makes and stores it.
+    pub fn measure_once<T: Serialize + DeserializeOwned>(
+        &self,
+        name: &str,
+        measure: impl FnOnce() -> Result<T>,
+    ) -> Result<T> {
         let path = self.work.join(name).with_extension("json");
         if path.exists() {
             let text = std::fs::read_to_string(&path)?;
@@ -65,21 +70,21 @@ impl Bench {
         Ok(measured)
     }
 
-    /// The folder of an evaluation.
-    pub fn run_of(&self, name: &str) -> PathBuf {
+    /// Returns the folder of an evaluation.
+    pub fn evaluation_folder(&self, name: &str) -> PathBuf {
         self.work.join(name)
     }
 
-    /// The rows of an evaluation of a set, kept case by case.
-    pub fn evaluated(
+    /// Evaluates methods on a set, or resumes that, and returns the rows.
+    pub fn evaluate_set(
         &self,
         name: &str,
         set: &str,
         settings: Settings,
         paper_weights: Option<PathBuf>,
     ) -> Result<Table> {
-        let folder = self.run_of(name);
-        let mut request = Request::new(self.set(set), &folder);
+        let folder = self.evaluation_folder(name);
+        let mut request = Request::new(self.set_folder(set), &folder);
         request.settings = settings;
         request.paper_weights = paper_weights;
         request.resume = folder.join("settings.json").exists();
@@ -102,13 +107,13 @@ mod tests {
     #[test]
     fn what_was_measured_is_not_measured_again() {
         let folder = tempfile::tempdir().unwrap();
-        let bench = Bench::new(folder.path().into(), folder.path(), &[Part::Closed]).unwrap();
-        assert_eq!(bench.kept("a/b", || Ok(1)).unwrap(), 1);
-        assert_eq!(bench.kept("a/b", || Ok(2)).unwrap(), 1);
-        assert_eq!(bench.kept("a/c", || Ok(3)).unwrap(), 3);
-        assert!(bench.kept::<u32>("d", || anyhow::bail!("why")).is_err());
-        assert_eq!(bench.kept("d", || Ok(4)).unwrap(), 4);
-        assert_eq!(bench.of(&[Part::Paper]).unwrap().kept("d", || Ok(5)).unwrap(), 5);
-        assert_eq!(bench.of(&[Part::Closed]).unwrap().kept("d", || Ok(6)).unwrap(), 4);
+        let bench = Bench::new(folder.path().into(), folder.path(), &[Subsystem::Closed]).unwrap();
+        assert_eq!(bench.measure_once("a/b", || Ok(1)).unwrap(), 1);
+        assert_eq!(bench.measure_once("a/b", || Ok(2)).unwrap(), 1);
+        assert_eq!(bench.measure_once("a/c", || Ok(3)).unwrap(), 3);
+        assert!(bench.measure_once::<u32>("d", || anyhow::bail!("why")).is_err());
+        assert_eq!(bench.measure_once("d", || Ok(4)).unwrap(), 4);
+        assert_eq!(bench.for_subsystems(&[Subsystem::Paper]).unwrap().measure_once("d", || Ok(5)).unwrap(), 5);
+        assert_eq!(bench.for_subsystems(&[Subsystem::Closed]).unwrap().measure_once("d", || Ok(6)).unwrap(), 4);
     }
 }

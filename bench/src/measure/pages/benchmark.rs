@@ -1,4 +1,4 @@
-//! The benchmark: ours and others' against meshoptimizer's `simplify` at the same number of faces, and the table of the README.
+//! The benchmark against meshoptimizer's `simplify` at the same number of faces, and the README's table.
 
 use std::collections::BTreeMap;
 
@@ -14,23 +14,23 @@ use crate::measure::markdown::{count, number, table};
 use crate::measure::meshes::{load, name};
 use crate::measure::quotients::{Figure, Quotients};
 use crate::measure::root;
-use crate::measure::versions::{Part, TABLE_BEGINS, TABLE_ENDS, stamp};
+use crate::measure::versions::{Subsystem, TABLE_BEGINS, TABLE_ENDS, stamp};
 use crate::measure::workbench::Bench;
 
-/// The method that all others are divided by.
+/// Method that all others are divided by.
 pub const REFERENCE: &str = "meshopt";
 
-/// The reference in tables.
+/// Name and label of the reference.
 const THEIRS: (&str, &str) = (REFERENCE, "meshoptimizer, `simplify`");
-/// Our methods that the curve has.
+/// Our methods in the picture of time and distance.
 const EFFORTS: [&str; 3] = ["fast", METHODS[0].0, "best"];
-/// The picture of time against distance.
+/// Picture of time against distance.
 const CURVE: &str = "docs/pictures/time-and-distance.svg";
 
-/// Seconds that a run may take, on a machine that has other work, too.
+/// Limit of a run in seconds.
 const TIME_LIMIT: f64 = 3600.0;
 
-/// Methods of the tables and what they are.
+/// Names and labels of the methods in the tables.
 const METHODS: [(&str, &str); 11] = [
     ("closed", "neural-mesh"),
     ("fast", "neural-mesh, `--effort fast`"),
@@ -45,44 +45,44 @@ const METHODS: [(&str, &str); 11] = [
     ("cgal-lt", "Lindstrom-Turk (CGAL)"),
 ];
 
-/// Methods in the table of the README, beside the reference.
-const OF_README: [&str; 6] = ["closed", "fast", "best", "meshopt-update", "cgal-qem", "cgal-lt"];
+/// Methods in the table of the README, besides the reference.
+const README_METHODS: [&str; 6] = ["closed", "fast", "best", "meshopt-update", "cgal-qem", "cgal-lt"];
 
-/// The page; brings the README's table up to date, too.
+/// Writes the page and updates the README's table and the picture.
 pub fn page(bench: &Bench) -> Result<String> {
-    let rows = measured(bench)?;
-    let inputs = bench.kept("benchmark-inputs", || inputs(bench))?;
-    readme(&rows, &inputs)?;
+    let rows = evaluate_all(bench)?;
+    let inputs = bench.measure_once("benchmark-inputs", || inspect_inputs(bench))?;
+    update_readme(&rows, &inputs)?;
     let quotients = Quotients { table: &rows, over: REFERENCE };
-    write_path(&root().join(CURVE), curve::draw(&points(&quotients))?.as_bytes(), true)?;
-    let large = Table { rows: rows_of_large(&rows, &inputs), figures: rows.figures.clone() };
+    write_path(&root().join(CURVE), curve::draw_curve(&curve_points(&quotients))?.as_bytes(), true)?;
+    let large = Table { rows: large_mesh_rows(&rows, &inputs), figures: rows.figures.clone() };
     let sections = [
-        medians(&quotients),
-        of_large(&Quotients { table: &large, over: REFERENCE }),
-        "## Topology\n\n".to_owned() + &whole(&rows, &inputs),
-        each_mesh(&quotients, &inputs),
+        median_tables(&quotients),
+        large_meshes(&Quotients { table: &large, over: REFERENCE }),
+        "## Topology\n\n".to_owned() + &topology_table(&rows, &inputs),
+        tables_by_mesh(&quotients, &inputs),
         failures(&rows),
     ];
     Ok(intro(&rows, &inputs) + &sections.join("\n"))
 }
 
-/// The rows.
-pub fn measured(bench: &Bench) -> Result<Table> {
-    let bench = bench.of(&[Part::Closed])?;
+/// Evaluates all methods on the benchmark meshes, or returns the stored rows.
+pub fn evaluate_all(bench: &Bench) -> Result<Table> {
+    let bench = bench.for_subsystems(&[Subsystem::Closed])?;
     let mut settings = Settings::default();
     (settings.ratios, settings.repeats, settings.time_limit) = (RATIOS.into(), 1, TIME_LIMIT);
-    settings.tools = cgal::tools(&bench.scratch("cgal")?)?;
+    settings.tools = cgal::build_tools(&bench.scratch("cgal")?)?;
     let with_program = METHODS.iter().map(|method| method.0).filter(|name| !cgal::NAMES.contains(name));
     settings.methods = with_program.chain(["geometry", REFERENCE]).map(String::from).collect();
-    let mut table = bench.evaluated("benchmark", "test", settings, None)?;
+    let mut table = bench.evaluate_set("benchmark", "test", settings, None)?;
     table.rows.iter_mut().for_each(|row| row.mesh.truncate(row.mesh.rfind('.').unwrap_or(row.mesh.len())));
     Ok(table)
 }
 
-/// Faces of each mesh, and whether it is closed and manifold.
+/// Number of faces of each mesh, and whether it is closed and manifold.
 type Inputs = BTreeMap<String, (usize, bool)>;
 
-fn inputs(bench: &Bench) -> Result<Inputs> {
+fn inspect_inputs(bench: &Bench) -> Result<Inputs> {
     let input = |path: &std::path::PathBuf| {
         let found = topology(&load(path)?);
         let is_manifold = found.is_closed_manifold() && found.non_manifold_vertices == 0;
@@ -96,13 +96,13 @@ fn intro(rows: &Table, inputs: &Inputs) -> String {
     let (least, most) = (faces.clone().min().unwrap_or_default(), faces.max().unwrap_or_default());
     let machine = rows.rows.first().map(|row| row.how.cpu.clone()).unwrap_or_default();
     format!(
-        "{} benchmark meshes of {} to {} faces; the weights have seen none of them. Every method gets the number of faces that \
-         neural-mesh came to at the ratios 0.05, 0.1, 0.2 and 0.5. Cells are quotients to meshoptimizer's `simplify`, run without \
-         options or error limit: below 1 is better, and medians over the meshes.\n\n\
-         - *mean distance*: from 50,000 samples on each surface to the other, both ways, averaged.\n\
-         - *largest distance*: certified (Hausdorff): no point of either surface is farther, and some within 1 %.\n\
-         - *normal error*: mean of 1 - n.n' at the same samples, n' the normal at the nearest point.\n\
-         - *time*: of the processor, one thread, the mesh in memory; a process for each run, methods taking turns ({machine}).\n\n\
+        "{} meshes of {} to {} faces, none of them used in training. Every method simplifies to the face count of neural-mesh at the \
+         ratios 0.05, 0.1, 0.2 and 0.5. Cells are medians of quotients over meshoptimizer's `simplify` without options or error \
+         limit; below 1 is better.\n\n\
+         - *mean distance*: from 50,000 samples on each surface to the other surface, mean of both directions.\n\
+         - *largest distance*: the certified Hausdorff distance, an upper bound that is at most 1 % too large.\n\
+         - *normal error*: mean of 1 - n.n' at the same samples; n' is the normal at the closest point.\n\
+         - *time*: processor time on one thread with the mesh in memory; one process per run, methods in turns ({machine}).\n\n\
          QEM (Garland and Heckbert, optimal placement) and Lindstrom-Turk are CGAL's `edge_collapse`, compiled with \
          `-O3 -DNDEBUG`.\n\n",
         inputs.len(),
@@ -111,43 +111,45 @@ fn intro(rows: &Table, inputs: &Inputs) -> String {
     )
 }
 
-/// The points of the curve: the three efforts, and others' methods.
-fn points(quotients: &Quotients) -> Vec<curve::Point> {
+/// Returns the points of the picture: our three efforts and the methods of others.
+fn curve_points(quotients: &Quotients) -> Vec<curve::CurvePoint> {
     let point = |&(method, about): &(&str, &str)| {
         let is_ours = about.starts_with(METHODS[0].1);
         let median = |figure| quotients.median(method, figure, &RATIOS);
         let place = median(Figure::Time).zip(median(Figure::Distance))?;
         let is_shown = !is_ours || EFFORTS.contains(&method);
-        is_shown.then(|| curve::Point { name: about.replace('`', ""), is_ours, place })
+        is_shown.then(|| curve::CurvePoint { name: about.replace('`', ""), is_ours, place })
     };
     METHODS.iter().chain([&THEIRS]).filter_map(point).collect()
 }
 
-/// A table for all sizes, and one for each.
-fn medians(quotients: &Quotients) -> String {
-    let mut text = format!("## All ratios\n\n{}", by_figure(quotients, &RATIOS));
+fn median_tables(quotients: &Quotients) -> String {
+    let mut text = format!("## All ratios\n\n{}", table_by_figure(quotients, &RATIOS));
     for ratio in RATIOS {
-        text += &format!("\n## Ratio {ratio}\n\n{}", by_figure(quotients, &[ratio]));
+        text += &format!("\n## Ratio {ratio}\n\n{}", table_by_figure(quotients, &[ratio]));
     }
     text
 }
 
-/// Faces of a mesh above which it counts as large.
+/// A mesh with more faces is large.
 const LARGE: usize = 50_000;
 
-fn rows_of_large(rows: &Table, inputs: &Inputs) -> Vec<Row> {
+fn large_mesh_rows(rows: &Table, inputs: &Inputs) -> Vec<Row> {
     let is_large = |row: &&Row| inputs.get(&row.mesh).is_some_and(|input| input.0 > LARGE);
     rows.rows.iter().filter(is_large).cloned().collect()
 }
 
-/// The same over all ratios, of large meshes alone.
-fn of_large(quotients: &Quotients) -> String {
+fn large_meshes(quotients: &Quotients) -> String {
     let n = quotients.meshes().len();
-    format!("## Meshes above {} faces\n\n{n} of them, all ratios.\n\n{}", count(LARGE), by_figure(quotients, &RATIOS))
+    format!(
+        "## Meshes above {} faces\n\n{n} of them, all ratios.\n\n{}",
+        count(LARGE),
+        table_by_figure(quotients, &RATIOS)
+    )
 }
 
-/// A row per method: each figure, with the worst mesh.
-fn by_figure(quotients: &Quotients, ratios: &[f64]) -> String {
+/// Formats a row per method with each figure and its worst mesh.
+fn table_by_figure(quotients: &Quotients, ratios: &[f64]) -> String {
     let mut head = vec![format!("over `{REFERENCE}`: median")];
     Figure::ALL.iter().for_each(|figure| head.extend([figure.title().to_owned(), "worst mesh".into()]));
     let cells = |method: &str, figure: Figure| {
@@ -161,19 +163,19 @@ fn by_figure(quotients: &Quotients, ratios: &[f64]) -> String {
     table(&head, &METHODS.iter().map(row).collect::<Vec<_>>())
 }
 
-/// What became of the closed inputs.
-fn whole(rows: &Table, inputs: &Inputs) -> String {
+/// Formats the topology of the results of closed inputs.
+fn topology_table(rows: &Table, inputs: &Inputs) -> String {
     let head = [
         "results of closed manifold inputs",
         "closed",
         "manifold",
-        "pieces kept",
+        "components kept",
         "handles kept",
         "turned faces",
         "crossing faces",
     ];
     let line = |&(method, about): &(&str, &str)| {
-        let rows_of: Vec<&Row> = of_closed(rows, inputs, method).collect();
+        let rows_of: Vec<&Row> = closed_results(rows, inputs, method).collect();
         let of = |n: usize| format!("{n} of {}", rows_of.len());
         let zero = |names: &[&str]| of(rows_of.iter().filter(|row| are_zero(rows, row, names)).count());
         let sum = |name: &str| {
@@ -193,20 +195,20 @@ fn whole(rows: &Table, inputs: &Inputs) -> String {
     table(&head, &METHODS.iter().chain([&THEIRS]).map(line).collect::<Vec<_>>())
 }
 
-/// Whether all of these figures are measured and 0.
+/// Returns whether all of these figures are measured and 0.
 fn are_zero(rows: &Table, row: &Row, figures: &[&str]) -> bool {
     figures.iter().all(|figure| rows.figure(row, figure) == Some(0.0))
 }
 
-/// The results that a method has of inputs that are closed and manifold.
-fn of_closed<'a>(rows: &'a Table, inputs: &'a Inputs, method: &'a str) -> impl Iterator<Item = &'a Row> {
+/// Returns a method's results of inputs that are closed and manifold.
+fn closed_results<'a>(rows: &'a Table, inputs: &'a Inputs, method: &'a str) -> impl Iterator<Item = &'a Row> {
     let is_closed = |row: &&Row| inputs.get(&row.mesh).is_some_and(|input| input.1);
     rows.rows.iter().filter(move |row| row.method == method && row.error.is_empty()).filter(is_closed)
 }
 
-/// A table per figure: rows are meshes, columns methods.
-fn each_mesh(quotients: &Quotients, inputs: &Inputs) -> String {
-    let mut text = String::from("## Every mesh\n\nMedians over the four ratios; of neural-mesh also each ratio.\n");
+/// Formats a table per figure with a row per mesh and a column per method.
+fn tables_by_mesh(quotients: &Quotients, inputs: &Inputs) -> String {
+    let mut text = String::from("## Every mesh\n\nMedians over the four ratios; for neural-mesh each ratio as well.\n");
     let mut head: Vec<String> = ["mesh", "faces"].map(String::from).into();
     head.extend(RATIOS.map(|ratio| format!("neural-mesh at {ratio}")));
     head.extend(METHODS.iter().map(|method| method.1.to_owned()));
@@ -219,17 +221,17 @@ fn each_mesh(quotients: &Quotients, inputs: &Inputs) -> String {
             cells
         };
         let lines: Vec<_> = quotients.meshes().into_iter().map(line).collect();
-        text += &format!("\n### {}\n\n{}", capital(figure.title()), table(&head, &lines));
+        text += &format!("\n### {}\n\n{}", capitalize(figure.title()), table(&head, &lines));
     }
     text
 }
 
-fn capital(text: &str) -> String {
+fn capitalize(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// What has no result.
+/// Lists the runs without a result.
 fn failures(rows: &Table) -> String {
     let failed = rows.rows.iter().filter(|row| !row.error.is_empty());
     let lines: Vec<String> =
@@ -237,13 +239,14 @@ fn failures(rows: &Table) -> String {
     if lines.is_empty() { String::new() } else { format!("## Without a result\n\n{}", lines.concat()) }
 }
 
-/// Puts the table into the README, between its marks.
-fn readme(rows: &Table, inputs: &Inputs) -> Result<()> {
+/// Replaces the table in the README.
+fn update_readme(rows: &Table, inputs: &Inputs) -> Result<()> {
     let path = root().join("README.md");
     let text = std::fs::read_to_string(&path)?;
     let (before, rest) = text.split_once(TABLE_BEGINS).context("README.md has no mark where its table begins")?;
     let (_, after) = rest.split_once(TABLE_ENDS).context("README.md has no mark where its table ends")?;
-    let table = format!("{TABLE_BEGINS}{} -->\n{}{TABLE_ENDS}", stamp(&[Part::Closed]), readme_table(rows, inputs));
+    let table =
+        format!("{TABLE_BEGINS}{} -->\n{}{TABLE_ENDS}", stamp(&[Subsystem::Closed]), readme_table(rows, inputs));
     Ok(write_path(&path, format!("{before}{table}{after}").as_bytes(), true)?)
 }
 
@@ -258,7 +261,7 @@ fn readme_table(rows: &Table, inputs: &Inputs) -> String {
         "closed inputs that stay closed and manifold",
     ];
     let line = |&(method, about): &(&str, &str)| {
-        let rows_of: Vec<&Row> = of_closed(rows, inputs, method).collect();
+        let rows_of: Vec<&Row> = closed_results(rows, inputs, method).collect();
         let is_whole = |row: &&&Row| are_zero(rows, row, &["edges_without_two_faces", "non_manifold_vertices"]);
         let n_whole = rows_of.iter().filter(is_whole).count();
         let figures = Figure::ALL.iter().map(|&figure| match method {
@@ -268,7 +271,7 @@ fn readme_table(rows: &Table, inputs: &Inputs) -> String {
         let share = format!("{n_whole} of {}", rows_of.len());
         [about.to_owned()].into_iter().chain(figures).chain([share]).collect()
     };
-    let of_readme = METHODS.iter().filter(|method| OF_README.contains(&method.0));
+    let of_readme = METHODS.iter().filter(|method| README_METHODS.contains(&method.0));
     table(&head, &of_readme.chain([&THEIRS]).map(line).collect::<Vec<_>>())
 }
 

@@ -1,4 +1,4 @@
-//! Time against distance as a picture: a point for every method, its name beside it.
+//! Time against distance as a picture: a labelled point for every method.
 
 use std::fmt::Display;
 
@@ -8,56 +8,56 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// Width and height in pixels.
 const SIZE: (u32, u32) = (860, 460);
-/// Ours and others', told apart also by those who see few colours (after Okabe and Ito).
+/// Colours of ours and others', distinct also for the colour-blind (after Okabe and Ito).
 const COLOURS: [RGBColor; 2] = [RGBColor(0, 114, 178), RGBColor(120, 120, 120)];
 
-/// Share of the width from which on names stand on the left of their points.
+/// From this fraction of the width on, names are left of their points.
 const LEFT_FROM: f64 = 0.7;
 
 /// A method in the picture.
-pub struct Point {
-    /// What stands beside it.
+pub struct CurvePoint {
+    /// Label beside the point.
     pub name: String,
-    /// Whether it is one of ours.
+    /// Whether the method is ours.
     pub is_ours: bool,
-    /// Time and distance, quotients.
+    /// Quotients of time and distance.
     pub place: (f64, f64),
 }
 
-/// Draws points as SVG, time on a logarithmic axis.
-pub fn draw(points: &[Point]) -> Result<String> {
+/// Draws points as SVG with a logarithmic time axis.
+pub fn draw_curve(points: &[CurvePoint]) -> Result<String> {
     let mut picture = String::new();
     {
         let root = SVGBackend::with_string(&mut picture, SIZE).into_drawing_area();
-        root.fill(&WHITE).map_err(problem)?;
+        root.fill(&WHITE).map_err(drawing_error)?;
         let [x, y] = [bounds(points, |place| place.0), bounds(points, |place| place.1)];
         let mut builder = ChartBuilder::on(&root);
         builder.margin(16).x_label_area_size(44).y_label_area_size(60);
-        let mut axes = builder.build_cartesian_2d((x.0..x.1).log_scale(), y.0..y.1).map_err(problem)?;
+        let mut axes = builder.build_cartesian_2d((x.0..x.1).log_scale(), y.0..y.1).map_err(drawing_error)?;
         let mut mesh = axes.configure_mesh();
         mesh.x_desc("time, of the processor").y_desc("mean distance").light_line_style(TRANSPARENT);
         mesh.x_label_formatter(&|x| format!("{x:.3}").trim_end_matches('0').trim_end_matches('.').to_owned());
-        mesh.y_label_formatter(&|y| format!("{y:.1}")).bold_line_style(BLACK.mix(0.1)).draw().map_err(problem)?;
+        mesh.y_label_formatter(&|y| format!("{y:.1}")).bold_line_style(BLACK.mix(0.1)).draw().map_err(drawing_error)?;
         let far_right = x.0 * (x.1 / x.0).powf(LEFT_FROM);
-        let element = |Point { name, is_ours, place }: &Point| {
+        let element = |CurvePoint { name, is_ours, place }: &CurvePoint| {
             let colour = COLOURS[usize::from(!is_ours)];
             let (side, shift) = if place.0 > far_right { (HPos::Right, -9) } else { (HPos::Left, 9) };
             let style = ("sans-serif", 13).into_font().color(&colour).pos(Pos::new(side, VPos::Center));
             let circle = Circle::new((0, 0), 5, colour.filled());
             EmptyElement::at(*place) + circle + Text::new(name.clone(), (shift, 0), style)
         };
-        axes.draw_series(points.iter().map(element)).map_err(problem)?;
-        root.present().map_err(problem)?;
+        axes.draw_series(points.iter().map(element)).map_err(drawing_error)?;
+        root.present().map_err(drawing_error)?;
     }
     Ok(picture)
 }
 
-fn problem(error: impl Display) -> anyhow::Error {
+fn drawing_error(error: impl Display) -> anyhow::Error {
     anyhow!("the curve cannot be drawn: {error}")
 }
 
-/// The least and the largest coordinate, with some room around them.
-fn bounds(points: &[Point], coordinate: impl Fn((f64, f64)) -> f64) -> (f64, f64) {
+/// Returns the range of a coordinate with some margin.
+fn bounds(points: &[CurvePoint], coordinate: impl Fn((f64, f64)) -> f64) -> (f64, f64) {
     let values = points.iter().map(|point| coordinate(point.place));
     let (low, high) = values.fold((f64::INFINITY, 0.0), |(low, high), value| (value.min(low), value.max(high)));
     (low / 1.3, high * 1.1)
@@ -69,8 +69,8 @@ mod tests {
 
     #[test]
     fn every_method_has_its_point_and_its_name() {
-        let point = |name: &str, place| Point { name: name.into(), is_ours: true, place };
-        let picture = draw(&[point("one", (1.0, 1.0)), point("other", (20.0, 0.4))]).unwrap();
+        let point = |name: &str, place| CurvePoint { name: name.into(), is_ours: true, place };
+        let picture = draw_curve(&[point("one", (1.0, 1.0)), point("other", (20.0, 0.4))]).unwrap();
         assert_eq!(picture.matches("<circle").count(), 2);
         assert!(picture.contains("one") && picture.contains("other") && picture.contains("mean distance"));
     }

@@ -1,4 +1,4 @@
-//! Meshes before and after, by neural-mesh and by meshoptimizer at the same number of faces; the paper's Figure 6.
+//! Pictures of meshes before and after, by neural-mesh and meshoptimizer; the paper's Figure 6.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -12,13 +12,13 @@ use neural_mesh::metrics::{Surface, surface_distance};
 use neural_mesh::picture::{PictureOptions, encode_png, render};
 use neural_mesh::simplify::{Options, Target, simplify};
 
-use super::{paper, program};
+use super::{build_program, paper};
 use crate::measure::markdown::count;
 use crate::measure::meshes::{load, name};
 use crate::measure::root;
 use crate::measure::workbench::Bench;
 
-/// Sets, meshes that may be shown, and the shares of their vertices that stay.
+/// Mesh sets, meshes and ratios; all licences allow their pictures.
 const MESHES: [(&str, &str, f64); 6] = [
     ("test", "spot", 0.2),
     ("test", "nefertiti", 0.05),
@@ -27,56 +27,56 @@ const MESHES: [(&str, &str, f64); 6] = [
     ("train", "csg_engine_block", 0.1),
     ("train", "proc_gyroid_ball", 0.05),
 ];
-/// The picture of the README is that of its first command.
+/// Picture of the README, made by its first command.
 const README: &str = "docs/pictures/spot.png";
 const HEIGHT: usize = 440;
 const SAMPLES: usize = 100_000;
 
 pub fn page(bench: &Bench) -> Result<String> {
     let mut page = String::from(
-        "Left the input, in the middle neural-mesh, right meshoptimizer's `simplify` at the same number of faces. Distances are two-sided \
-         means, in shares of the diagonal of the bounding box; the normal error is the mean of 1 - n.n'.\n",
+        "From left to right: the input, neural-mesh, and meshoptimizer's `simplify` at the same number of faces. Distances are two-sided \
+         means as fractions of the bounding box's diagonal; the normal error is the mean of 1 - n.n'.\n",
     );
     for (set, mesh, ratio) in MESHES {
-        let path = bench.set(set).join(mesh).with_extension("ply");
-        page += &bench.kept(&format!("pictures/{mesh}"), || drawn(&path, ratio))?;
+        let path = bench.set_folder(set).join(mesh).with_extension("ply");
+        page += &bench.measure_once(&format!("pictures/{mesh}"), || draw_mesh(&path, ratio))?;
     }
-    bench.kept("pictures/readme", || of_readme(&bench.scratch("readme")?))?;
+    bench.measure_once("pictures/readme", || draw_readme_picture(&bench.scratch("readme")?))?;
     page += &figure_6(bench)?;
     Ok(page
-        + "\n## Whose meshes these are\n\nSpot by Keenan Crane (CC0), the bust of Nefertiti by Nora Al-Badri and Jan Nikolai Nelles \
-           (public domain), Suzanne of Blender (MIT, from the trimesh repository), the deer by Sizzler (CC0); the engine block and the \
-           gyroid are made by formulas (CC0).\n")
+        + "\n## Sources of the meshes\n\nSpot by Keenan Crane (CC0), the bust of Nefertiti by Nora Al-Badri and Jan Nikolai Nelles \
+             (public domain), Suzanne of Blender (MIT, from the trimesh repository), the deer by Sizzler (CC0); the engine block and the \
+             gyroid are procedural (CC0).\n")
 }
 
-/// The paper's Figure 6 by the example of that name: the picture, and the errors that it prints.
+/// Runs the example `figure6` and formats its picture and errors.
 fn figure_6(bench: &Bench) -> Result<String> {
     let picture = "docs/measured/figure6.png";
-    let printed: String = bench.kept("figure6", || {
+    let printed: String = bench.measure_once("figure6", || {
         let mut cargo = Command::new("cargo");
         cargo.args(["run", "--quiet", "--release", "-p", "neural-mesh-bench", "--example", "figure6", "--"]);
-        let mesh = std::path::absolute(bench.set("tosca").join("cat0.ply"))?;
+        let mesh = std::path::absolute(bench.set_folder("tosca").join("cat0.ply"))?;
         let done = cargo.arg(mesh).arg(paper::weights()).arg(picture).current_dir(root()).output().context("cargo")?;
         ensure!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
         Ok(String::from_utf8(done.stdout)?)
     })?;
     Ok(format!(
-        "\n## The paper's Figure 6: distances along the surface\n\nA cat at a tenth of its vertices: errors of geodesic and biharmonic \
-         distances from one point; lines of equal distance.\n\n{printed}\n![Distances on a cat, and on what three methods make of it](figure6.png)\n"
+        "\n## The paper's Figure 6: distances along the surface\n\nA cat at ratio 0.1: errors of geodesic and biharmonic \
+         distances from one point, and lines of equal distance.\n\n{printed}\n![Distances on a cat and on three simplified versions](figure6.png)\n"
     ))
 }
 
-/// Has the program draw the picture of the README.
-fn of_readme(folder: &Path) -> Result<()> {
-    let mut program = Command::new(program()?);
+/// Draws the picture of the README.
+fn draw_readme_picture(folder: &Path) -> Result<()> {
+    let mut program = Command::new(build_program()?);
     program.args(["simplify", "tests/meshes/spot.ply", "--ratio", "0.1", "--picture", README, "--force", "--quiet"]);
     let status = program.arg("-o").arg(std::path::absolute(folder)?.join("spot.ply")).current_dir(root()).status()?;
     ensure!(status.success(), "{README} cannot be made");
     Ok(())
 }
 
-/// Draws one mesh; its part of the page.
-fn drawn(path: &Path, ratio: f64) -> Result<String> {
+/// Draws one mesh and returns its section of the page.
+fn draw_mesh(path: &Path, ratio: f64) -> Result<String> {
     let mesh = load(path)?;
     let ours = simplify(&mesh, None, &Options::new(Target::Ratio(ratio)), &mut |_| ControlFlow::Continue(()))?.mesh;
     let size = Size { vertices: ours.positions().len(), faces: ours.faces().len() };

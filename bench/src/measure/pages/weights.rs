@@ -1,4 +1,4 @@
-//! The weights that ship: what they are, what made them, and what they reach.
+//! The shipped weights: contents, training and results.
 
 use crate::evaluate::{Row, Table};
 use anyhow::Result;
@@ -9,8 +9,8 @@ use crate::measure::quotients::{Figure, Quotients};
 use crate::measure::workbench::Bench;
 
 const DEFAULT: &str = "\
-`neural-mesh train` makes all of them again ([training.md](../training.md)); licences: that of the repository, but for `paper-tosca` \
-([its own](../../weights/LICENSE-paper-tosca.md)).
+All can be made again with `neural-mesh train` ([training.md](../training.md)). They have the repository's licence, except \
+`paper-tosca` ([its own](../../weights/LICENSE-paper-tosca.md)).
 
 ## `default`: scores for the closed assembly
 
@@ -19,15 +19,21 @@ const DEFAULT: &str = "\
 | network | Point Sampler: one DevConv over positions and normals, 16 wide, a hidden layer of 16, one score |
 | file | `weights/default.safetensors`, 4 KB, embedded in the library |
 | data | 139 open meshes (humans, animals, statues, household things, robot and CAD parts, procedural shapes): 116 to train, 23 of ten families to validate |
-| made by | `neural-mesh train --data TRAIN --out A --config weights/default-1.toml`, then `neural-mesh train --data TRAIN --out B --config weights/default-2.toml --init A/last.safetensors`; the last of the second |
-| loss | first a formula for how much the surface bends, then the measured errors of results |
+| loss | first a formula for the surface's bending, then the measured errors of results |
 
-Against no scores, the closed assembly with both, on [the benchmark](benchmark.md): medians of quotients.
+The last weights of the second run are shipped:
+
+```
+neural-mesh train --data TRAIN --out A --config weights/default-1.toml
+neural-mesh train --data TRAIN --out B --config weights/default-2.toml --init A/last.safetensors
+```
+
+The closed assembly with these scores over the same without scores, on [the benchmark](benchmark.md): medians of quotients.
 
 ";
 
 const PAPER: &str = "
-What the formula, shuffled weights and each part of the assembly are worth: [parts.md](parts.md).
+Effects of the formula, of shuffled weights and of each stage: [parts.md](parts.md).
 
 ## `paper-open` and `paper-tosca`: the network of the paper
 
@@ -36,27 +42,35 @@ What the formula, shuffled weights and each part of the assembly are worth: [par
 | network | the paper's sizes, 119,618 parameters | the same |
 | file | `weights/paper-open.safetensors`, 480 KB, embedded; used by `--assembly paper` and `mesh-points` where no weights are given | `weights/paper-tosca.safetensors`, for research use, not in the published crate |
 | data | as above | TOSCA without cat, gorilla, victoria, wolf: 50 meshes |
-| made by | `neural-mesh train --data TRAIN --out A --config weights/paper-open.toml`, then, every second step on a cloud, `neural-mesh train --data TRAIN --out B --config weights/paper-open-2.toml --init A/last.safetensors` | `neural-mesh train --data TOSCA --out RUN --config weights/paper-tosca.toml` |
 
-The last weights of each; nothing is selected by the meshes below. Vertices that stay where they were cannot reach the normals of QEM, \
-which moves them.
+The first two commands make `paper-open`; in the second run every second step is on a cloud. The third makes `paper-tosca`.
 
-The paper's assembly with both, and the closed assembly, which asks no network, means over the meshes of [paper.md](paper.md): CD in 1e-6 of the squared diagonal, NE the mean of \
-1 - |n.n'|, WA edges without two faces in percent, open those of them off the original's boundary.
+```
+neural-mesh train --data TRAIN --out A --config weights/paper-open.toml
+neural-mesh train --data TRAIN --out B --config weights/paper-open-2.toml --init A/last.safetensors
+neural-mesh train --data TOSCA --out RUN --config weights/paper-tosca.toml
+```
+
+Each file holds the last weights of its run; nothing is selected by the meshes below. The paper's assembly keeps vertices where \
+they were, so it cannot reach the normals of QEM, which moves them.
+
+Means over the meshes of [paper.md](paper.md) for the paper's assembly with both, and for the closed assembly, which uses no \
+network. CD is in 1e-6 of the squared diagonal, NE the mean of 1 - |n.n'|, WA the edges without two faces in percent, and *open* \
+those of them off the original's boundary.
 
 ";
 
 pub fn page(bench: &Bench) -> Result<String> {
-    let rows = benchmark::measured(bench)?;
+    let rows = benchmark::evaluate_all(bench)?;
     let both = paper::settings(&["closed", "paper"]);
-    let open = bench.evaluated("weights-open", "tosca", both, None)?;
-    let tosca = bench.evaluated("weights-tosca", "tosca", paper::settings(&["paper"]), Some(paper::weights()))?;
+    let open = bench.evaluate_set("weights-open", "tosca", both, None)?;
+    let tosca = bench.evaluate_set("weights-tosca", "tosca", paper::settings(&["paper"]), Some(paper::weights()))?;
     let lines =
         [("paper-open", "paper", &open), ("paper-tosca", "paper", &tosca), ("closed assembly", "closed", &open)];
-    Ok(format!("{DEFAULT}{}{PAPER}{}", over_even(&rows), of_tosca(&lines)))
+    Ok(format!("{DEFAULT}{}{PAPER}{}", network_table(&rows), tosca_table(&lines)))
 }
 
-fn over_even(rows: &Table) -> String {
+fn network_table(rows: &Table) -> String {
     let quotients = Quotients { table: rows, over: "geometry" };
     let mut head = vec!["network / no scores".to_owned()];
     head.extend(RATIOS.map(|ratio| ratio.to_string()));
@@ -69,8 +83,8 @@ fn over_even(rows: &Table) -> String {
     table(&head, &Figure::ALL.map(line))
 }
 
-/// A line for each of these, its method among the rows of a table, at each ratio.
-fn of_tosca(lines: &[(&str, &str, &Table)]) -> String {
+/// Formats a line for each label, method and table at each ratio.
+fn tosca_table(lines: &[(&str, &str, &Table)]) -> String {
     const FIGURES: [(&str, &str, f64); 4] = [
         ("CD", "chamfer", 1e6),
         ("NE", "normal_error", 1.0),

@@ -1,5 +1,5 @@
-//! meshoptimizer's `simplifyWithAttributes`, called as its own gltfpack calls it: vertices split where their attributes
-//! differ, seams kept, no limit but the number of faces.
+//! meshoptimizer's `simplifyWithAttributes`, called as in gltfpack: vertices split where attributes differ, seams kept,
+//! no error limit.
 
 use std::collections::HashMap;
 
@@ -7,21 +7,21 @@ use anyhow::Result;
 use meshopt::{SimplifyOptions, VertexDataAdapter, simplify_with_attributes_and_locks, typed_to_bytes};
 use neural_mesh::mesh::{Attributes, Channel, Role, compact};
 
-use super::Carrier;
+use super::AttributedMesh;
 
-/// What the attributes count beside the position, whose unit is the extent of the mesh.
+/// Weights of attributes relative to the position, whose unit is the mesh's extent.
 #[derive(Clone, Copy)]
 pub enum Weighting {
-    /// As gltfpack: each number of a normal 0.5, of a colour 1, texture coordinates nothing.
+    /// As gltfpack: normals 0.5 per component, colours 1, texture coordinates 0.
     Gltfpack,
-    /// Each number of texture coordinates 1 beside that.
+    /// As gltfpack, and texture coordinates 1 per component.
     WithUvs,
 }
 
 impl Weighting {
     pub const ALL: [Self; 2] = [Self::Gltfpack, Self::WithUvs];
 
-    fn of(self, role: Role) -> f32 {
+    fn weight(self, role: Role) -> f32 {
         match (role, self) {
             (Role::Normal, _) => 0.5,
             (Role::Colour, _) | (Role::Uv, Self::WithUvs) => 1.0,
@@ -30,11 +30,11 @@ impl Weighting {
     }
 }
 
-/// What it makes of a mesh down to a number of faces; it stops above where seams hold it.
-pub fn simplified(original: &Carrier, n_faces: usize, weighting: Weighting) -> Result<Carrier> {
-    let split = Split::of(original);
+/// Simplifies to `n_faces` faces; seams may stop it earlier.
+pub fn simplify_weighted(original: &AttributedMesh, n_faces: usize, weighting: Weighting) -> Result<AttributedMesh> {
+    let split = SplitMesh::new(original);
     let positions: Vec<[f32; 3]> = split.corners.iter().map(|c| original.mesh.positions()[c.vertex as usize]).collect();
-    let (weights, values) = weighed(&original.attributes, &split.corners, weighting);
+    let (weights, values) = weighted_values(&original.attributes, &split.corners, weighting);
     let vertices = VertexDataAdapter::new(typed_to_bytes(&positions), size_of::<[f32; 3]>(), 0)?;
     let unlocked = vec![false; positions.len()];
     let stride = weights.len() * size_of::<f32>();
@@ -50,32 +50,32 @@ pub fn simplified(original: &Carrier, n_faces: usize, weighting: Weighting) -> R
         SimplifyOptions::None,
         None,
     );
-    split.united(original, indices.as_chunks().0)
+    split.unite(original, indices.as_chunks().0)
 }
 
-/// A corner as a vertex of its own: where it is, what it carries, of which material it is.
+/// A vertex of the split mesh: the vertex of the original, its wedge and its group.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
-struct Corner {
+struct SplitCorner {
     vertex: u32,
     wedge: u32,
     group: u32,
 }
 
-/// The mesh with a vertex for each kind of corner.
-struct Split {
-    corners: Vec<Corner>,
+/// The mesh with one vertex for each distinct corner.
+struct SplitMesh {
+    corners: Vec<SplitCorner>,
     faces: Vec<[u32; 3]>,
 }
 
-impl Split {
-    fn of(Carrier { mesh, attributes }: &Carrier) -> Self {
+impl SplitMesh {
+    fn new(AttributedMesh { mesh, attributes }: &AttributedMesh) -> Self {
         let mut split = Self { corners: Vec::new(), faces: Vec::new() };
-        let mut known: HashMap<Corner, u32> = HashMap::new();
+        let mut known: HashMap<SplitCorner, u32> = HashMap::new();
         for (f, face) in mesh.faces().iter().enumerate() {
             let wedges = attributes.wedges.get(f).copied().unwrap_or_default();
             let group = attributes.group(f as u32);
             split.faces.push(std::array::from_fn(|i| {
-                let corner = Corner { vertex: face[i], wedge: wedges[i], group };
+                let corner = SplitCorner { vertex: face[i], wedge: wedges[i], group };
                 *known.entry(corner).or_insert_with(|| {
                     split.corners.push(corner);
                     split.corners.len() as u32 - 1
@@ -85,11 +85,12 @@ impl Split {
         split
     }
 
-    /// Faces over the split vertices as a mesh that shares vertices, with what its corners carry.
-    fn united(&self, original: &Carrier, faces: &[[u32; 3]]) -> Result<Carrier> {
-        let corners: Vec<[Corner; 3]> = faces.iter().map(|face| face.map(|v| self.corners[v as usize])).collect();
-        let is_face = |[a, b, c]: &&[Corner; 3]| a.vertex != b.vertex && b.vertex != c.vertex && c.vertex != a.vertex;
-        let corners: Vec<[Corner; 3]> = corners.iter().filter(is_face).copied().collect();
+    /// Returns faces of the split mesh as a mesh with shared vertices and attributes.
+    fn unite(&self, original: &AttributedMesh, faces: &[[u32; 3]]) -> Result<AttributedMesh> {
+        let corners: Vec<[SplitCorner; 3]> = faces.iter().map(|face| face.map(|v| self.corners[v as usize])).collect();
+        let is_face =
+            |[a, b, c]: &&[SplitCorner; 3]| a.vertex != b.vertex && b.vertex != c.vertex && c.vertex != a.vertex;
+        let corners: Vec<[SplitCorner; 3]> = corners.iter().filter(is_face).copied().collect();
         let faces = corners.iter().map(|face| face.map(|corner| corner.vertex)).collect();
         let attributes = Attributes {
             wedges: match original.attributes.wedges[..] {
@@ -99,17 +100,17 @@ impl Split {
             channels: original.attributes.channels.clone(),
             groups: corners.iter().map(|face| face[0].group).collect(),
         };
-        Ok(Carrier { mesh: compact(original.mesh.positions(), faces)?.0, attributes })
+        Ok(AttributedMesh { mesh: compact(original.mesh.positions(), faces)?.0, attributes })
     }
 }
 
-/// Weights of the numbers that count, and these numbers for each corner, n_corners x n_weights.
-fn weighed(attributes: &Attributes, corners: &[Corner], weighting: Weighting) -> (Vec<f32>, Vec<f32>) {
-    let channels = attributes.channels.iter().filter(|channel| weighting.of(channel.role) > 0.0);
+/// Returns the weights of the attributes' components, and these components for each corner, n_corners x n_weights.
+fn weighted_values(attributes: &Attributes, corners: &[SplitCorner], weighting: Weighting) -> (Vec<f32>, Vec<f32>) {
+    let channels = attributes.channels.iter().filter(|channel| weighting.weight(channel.role) > 0.0);
     let channels: Vec<&Channel> = channels.collect();
     let width = |channel: &Channel| channel.width.min(3);
-    let weights = channels.iter().flat_map(|channel| vec![weighting.of(channel.role); width(channel)]).collect();
-    let of_corner = |corner: &Corner| {
+    let weights = channels.iter().flat_map(|channel| vec![weighting.weight(channel.role); width(channel)]).collect();
+    let of_corner = |corner: &SplitCorner| {
         let numbers = channels.iter().flat_map(|channel| channel.of(corner.wedge)[..width(channel)].to_vec());
         numbers.collect::<Vec<f32>>()
     };

@@ -1,5 +1,5 @@
-//! Textured models: distance and likeness of textured pictures, ours and meshoptimizer's with attributes at the same number
-//! of faces. Of meshoptimizer there are two weightings.
+//! Textured models against meshoptimizer with attributes, at the same number of faces: distance and likeness of
+//! pictures.
 
 mod attributed;
 mod model;
@@ -15,84 +15,85 @@ use neural_mesh::picture::{Coat, CornerNormals, ShadedMesh, view_shaded};
 use neural_mesh::simplify::{Input, Options, Target, simplify_input};
 use serde::{Deserialize, Serialize};
 
-use attributed::{Weighting, simplified};
+use attributed::{Weighting, simplify_weighted};
 use model::Model;
 
-/// Surface samples per side for the distance.
+/// Surface samples per side.
 pub const SAMPLES: usize = 50_000;
-/// Height of the pictures that are compared, in pixels.
+/// Height of the compared pictures in pixels.
 pub const HEIGHT: usize = 384;
 
-/// A mesh with what it carries.
-struct Carrier {
+/// A mesh with its attributes.
+struct AttributedMesh {
     mesh: TriMesh,
     attributes: Attributes,
 }
 
-/// One model at one ratio; ours first, then meshoptimizer by each weighting.
+/// One model at one ratio; in arrays ours first, then meshoptimizer by each weighting.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Measured {
+pub struct ModelComparison {
     pub ratio: f64,
     pub faces: [usize; 3],
-    /// Two-sided mean distances, in shares of the diagonal.
+    /// Two-sided mean distances as fractions of the diagonal.
     pub distances: [f64; 3],
     /// PSNR against the original's pictures, in decibels.
     pub likeness: [f64; 3],
 }
 
-impl Measured {
-    /// Our distance over the better one of theirs.
+impl ModelComparison {
+    /// Returns our distance over the better one of meshoptimizer's.
     pub fn quotient(&self) -> f64 {
         self.distances[0] / self.distances[1].min(self.distances[2])
     }
 
-    /// Our PSNR less the better one of theirs.
+    /// Returns our PSNR minus the better one of meshoptimizer's.
     pub fn gain(&self) -> f64 {
         self.likeness[0] - self.likeness[1].max(self.likeness[2])
     }
 }
 
-/// The model of a file at these shares of its vertices.
-pub fn measured(path: &Path, ratios: &[f64]) -> Result<Vec<Measured>> {
+/// Measures the model of a file at these ratios.
+pub fn compare_model(path: &Path, ratios: &[f64]) -> Result<Vec<ModelComparison>> {
     let model = Model::read(path).with_context(|| path.display().to_string())?;
     model.notes.iter().for_each(|note| eprintln!("{}: {note}", path.display()));
-    ratios.iter().map(|&ratio| at_ratio(&model, ratio)).collect()
+    ratios.iter().map(|&ratio| compare_at_ratio(&model, ratio)).collect()
 }
 
-fn at_ratio(model: &Model, ratio: f64) -> Result<Measured> {
-    let ours = ours(&model.carrier, ratio)?;
+fn compare_at_ratio(model: &Model, ratio: f64) -> Result<ModelComparison> {
+    let ours = simplify_ours(&model.attributed, ratio)?;
     let [first, second] =
-        Weighting::ALL.map(|weighting| simplified(&model.carrier, ours.mesh.faces().len(), weighting));
+        Weighting::ALL.map(|weighting| simplify_weighted(&model.attributed, ours.mesh.faces().len(), weighting));
     let contestants = [ours, first?, second?];
-    let original = Surface::new(&model.carrier.mesh, SAMPLES, 0);
+    let original = Surface::new(&model.attributed.mesh, SAMPLES, 0);
     let mut distances = [0.0; 3];
-    for (distance, carrier) in distances.iter_mut().zip(&contestants) {
-        let found = surface_distance(&original, &Surface::new(&carrier.mesh, SAMPLES, 1)).context("no faces")?;
+    for (distance, attributed) in distances.iter_mut().zip(&contestants) {
+        let found = surface_distance(&original, &Surface::new(&attributed.mesh, SAMPLES, 1)).context("no faces")?;
         *distance = found.both.mean / found.diagonal;
     }
-    let faces = contestants.each_ref().map(|carrier| carrier.mesh.faces().len());
-    Ok(Measured { ratio, faces, distances, likeness: likeness(model, &contestants)? })
+    let faces = contestants.each_ref().map(|attributed| attributed.mesh.faces().len());
+    Ok(ModelComparison { ratio, faces, distances, likeness: picture_likeness(model, &contestants)? })
 }
 
-/// The default of the library, with all attributes.
-fn ours(original: &Carrier, ratio: f64) -> Result<Carrier> {
+/// Simplifies with the library's defaults and all attributes.
+fn simplify_ours(original: &AttributedMesh, ratio: f64) -> Result<AttributedMesh> {
     let mut input = Input::bare(&original.mesh);
     input.attributes = &original.attributes;
     let options = Options::new(Target::Ratio(ratio));
     let result = simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(()))?;
-    Ok(Carrier { mesh: result.mesh, attributes: result.attributes })
+    Ok(AttributedMesh { mesh: result.mesh, attributes: result.attributes })
 }
 
-/// Peak signal-to-noise ratio of each contestant's pictures against the original's, all views together, in decibels.
-fn likeness(model: &Model, contestants: &[Carrier; 3]) -> Result<[f64; 3]> {
-    let carriers = || std::iter::once(&model.carrier).chain(contestants);
-    let coats: Vec<Option<Coat>> = carriers().map(|carrier| Coat::new(&carrier.attributes, &model.looks).0).collect();
+/// Returns the PSNR of each contestant's pictures against the original's over all views, in decibels.
+fn picture_likeness(model: &Model, contestants: &[AttributedMesh; 3]) -> Result<[f64; 3]> {
+    let meshes_in_order = || std::iter::once(&model.attributed).chain(contestants);
+    let coats: Vec<Option<Coat>> =
+        meshes_in_order().map(|attributed| Coat::new(&attributed.attributes, &model.looks).0).collect();
     let normals: Vec<Option<CornerNormals>> =
-        carriers().map(|carrier| CornerNormals::new(&carrier.attributes)).collect();
-    let meshes: Vec<ShadedMesh> = carriers()
+        meshes_in_order().map(|attributed| CornerNormals::new(&attributed.attributes)).collect();
+    let meshes: Vec<ShadedMesh> = meshes_in_order()
         .zip(coats.iter().zip(&normals))
-        .map(|(carrier, (coat, normals))| {
-            let mut shaded = ShadedMesh::bare(&carrier.mesh);
+        .map(|(attributed, (coat, normals))| {
+            let mut shaded = ShadedMesh::bare(&attributed.mesh);
             (shaded.coat, shaded.normals) = (coat.as_ref(), normals.as_ref());
             shaded
         })

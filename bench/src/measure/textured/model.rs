@@ -1,4 +1,4 @@
-//! A textured model from a file: its mesh, what it carries, what it looks like.
+//! A textured model from a file: mesh, attributes and materials.
 
 use std::path::Path;
 
@@ -7,11 +7,11 @@ use neural_mesh::io::{Asset, Format, looks, read_attributed_path};
 use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
 use neural_mesh::mesh::{Look, Looks, Piece, United};
 
-use super::Carrier;
+use super::AttributedMesh;
 
-/// A model, the meshes of a scene as one.
+/// A model; the meshes of a scene are united.
 pub struct Model {
-    pub carrier: Carrier,
+    pub attributed: AttributedMesh,
     pub looks: Looks,
     pub notes: Vec<String>,
 }
@@ -19,19 +19,19 @@ pub struct Model {
 impl Model {
     pub fn read(path: &Path) -> Result<Self> {
         match Format::from_path(path) {
-            Some(Format::Gltf | Format::Glb) => Self::of_asset(&Asset::read_path(path)?),
-            _ => Self::of_mesh(path),
+            Some(Format::Gltf | Format::Glb) => Self::from_asset(&Asset::read_path(path)?),
+            _ => Self::from_mesh_file(path),
         }
     }
 
-    fn of_mesh(path: &Path) -> Result<Self> {
+    fn from_mesh_file(path: &Path) -> Result<Self> {
         let read = read_attributed_path(path, None)?;
         let (looks, notes) = looks(&read.extra, false);
         let cleaned = clean(read.mesh, &CleanOptions::default())?;
-        Ok(Self { carrier: Carrier { mesh: cleaned.mesh, attributes: cleaned.attributes }, looks, notes })
+        Ok(Self { attributed: AttributedMesh { mesh: cleaned.mesh, attributes: cleaned.attributes }, looks, notes })
     }
 
-    fn of_asset(asset: &Asset) -> Result<Self> {
+    fn from_asset(asset: &Asset) -> Result<Self> {
         let cleaned = |part: &neural_mesh::io::Part| clean(part.mesh.clone(), &CleanOptions::default());
         let parts: Vec<Cleaned> = asset.parts().iter().map(cleaned).collect::<Result<_, _>>()?;
         let piece = |(part, of): (_, &neural_mesh::io::Part)| {
@@ -47,6 +47,6 @@ impl Model {
             looks.of_groups.resize(united.first_group(piece) as usize, Look::default());
             looks.of_groups.extend(of_part);
         }
-        Ok(Self { carrier: Carrier { mesh: united.mesh, attributes: united.attributes }, looks, notes })
+        Ok(Self { attributed: AttributedMesh { mesh: united.mesh, attributes: united.attributes }, looks, notes })
     }
 }

@@ -1,4 +1,4 @@
-//! The smallest meshes that certainly lie within a distance, ours and meshoptimizer's.
+//! The smallest meshes proved to be within a distance, by neural-mesh and by meshoptimizer.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -12,7 +12,7 @@ use neural_mesh::search::simplify_to_error;
 use neural_mesh::simplify::{Input, Options, Target};
 use serde::{Deserialize, Serialize};
 
-use crate::measure::clock::timed;
+use crate::measure::clock::measure_time;
 use crate::measure::markdown::{count, number, table};
 use crate::measure::meshes::load;
 use crate::measure::workbench::Bench;
@@ -29,14 +29,14 @@ const MESHES: [(&str, &str); 10] = [
     ("test", "nefertiti"),
     ("test", "spot"),
 ];
-/// Largest distances asked for, in percent of the diagonal.
+/// Limits of the largest distance in percent of the diagonal.
 const ERRORS: [f64; 2] = [1.0, 0.25];
-/// Samples on each surface that look for a distance above the proof.
+/// Samples per surface that search for a distance above the proof.
 const SAMPLES: usize = 200_000;
 
-/// Distances in percent of the diagonal.
+/// The results on one mesh at one limit, distances in percent of the diagonal.
 #[derive(Serialize, Deserialize)]
-struct Row {
+struct CertainCase {
     mesh: String,
     asked: f64,
     proved: f64,
@@ -46,7 +46,7 @@ struct Row {
     seconds: f64,
 }
 
-impl Row {
+impl CertainCase {
     fn quotient(&self) -> f64 {
         self.ours as f64 / self.theirs as f64
     }
@@ -54,7 +54,7 @@ impl Row {
 
 const HEAD: [&str; 8] = [
     "mesh",
-    "asked, %",
+    "limit, %",
     "proved, %",
     "sampled, %",
     "faces, ours",
@@ -64,15 +64,15 @@ const HEAD: [&str; 8] = [
 ];
 
 pub fn section(bench: &Bench) -> Result<String> {
-    let mut rows: Vec<Row> = Vec::new();
+    let mut rows: Vec<CertainCase> = Vec::new();
     for (set, mesh) in MESHES {
-        let path = bench.set(set).join(mesh).with_extension("ply");
+        let path = bench.set_folder(set).join(mesh).with_extension("ply");
         for asked in ERRORS {
-            rows.push(bench.kept(&format!("certain/{mesh}-{asked}%"), || measured(mesh, &path, asked))?);
+            rows.push(bench.measure_once(&format!("certain/{mesh}-{asked}%"), || measure(mesh, &path, asked))?);
         }
     }
     let n_over = rows.iter().filter(|row| row.sampled > row.asked).count();
-    let line = |row: &Row| {
+    let line = |row: &CertainCase| {
         vec![
             row.mesh.clone(),
             row.asked.to_string(),
@@ -85,26 +85,26 @@ pub fn section(bench: &Bench) -> Result<String> {
         ]
     };
     Ok(format!(
-        "## Certain distances\n\n`--error` finds the smallest mesh whose largest distance from the original is proved to be small \
-         enough; distances in percent of the diagonal. *Sampled* is the largest of {} samples on each surface; {n_over} of {} results \
-         exceed what was asked. meshoptimizer's `simplify` is searched by halves for its own smallest certain mesh. Median quotient of \
+        "## Certain distances\n\n`--error` finds the smallest mesh whose largest distance from the original is proved to be within a \
+         limit. Distances are in percent of the diagonal. *Sampled* is the largest of {} samples on each surface; {n_over} of {} results \
+         exceed the limit. meshoptimizer's smallest mesh with such a proof is found by bisection over its `simplify`. Median quotient of \
          the faces: {}.\n\n{}",
         count(SAMPLES),
         rows.len(),
-        number(median(rows.iter().map(Row::quotient).collect())),
+        number(median(rows.iter().map(CertainCase::quotient).collect())),
         table(&HEAD, &rows.iter().map(line).collect::<Vec<_>>())
     ))
 }
 
-fn measured(name: &str, path: &Path, asked: f64) -> Result<Row> {
+fn measure(name: &str, path: &Path, asked: f64) -> Result<CertainCase> {
     let mesh = load(path)?;
     let (input, options, diagonal) = (Input::bare(&mesh), Options::new(Target::Ratio(1.0)), mesh.diagonal());
     let error = 0.01 * asked * diagonal;
     let (ours, time) =
-        timed(|| Ok(simplify_to_error(&input, None, &options, error, &mut |_| ControlFlow::Continue(()))?))?;
+        measure_time(|| Ok(simplify_to_error(&input, None, &options, error, &mut |_| ControlFlow::Continue(()))?))?;
     let lighter = &ours.simplified.mesh;
     let found = surface_distance(&Surface::new(&mesh, SAMPLES, 5), &Surface::new(lighter, SAMPLES, 6));
-    Ok(Row {
+    Ok(CertainCase {
         mesh: name.into(),
         asked,
         proved: 100.0 * ours.distance.upper / diagonal,
@@ -115,7 +115,7 @@ fn measured(name: &str, path: &Path, asked: f64) -> Result<Row> {
     })
 }
 
-/// The fewest faces at which a search by halves finds meshoptimizer's result certainly within the distance.
+/// Bisects for meshoptimizer's result with the fewest faces that is proved to be within `error`.
 fn fewest_faces(mesh: &TriMesh, error: f64) -> Result<usize> {
     let asked = Sharpness { enough: error, too_much: error, gap: 0.0 };
     let (mut too_few, mut enough) = (0usize, mesh.faces().len());

@@ -1,4 +1,4 @@
-//! Levels of detail at once against a run for each.
+//! Levels of detail from one collapse against a run for each.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -10,53 +10,53 @@ use neural_mesh::metrics::{Surface, surface_distance};
 use neural_mesh::simplify::{Input, Options, Target, simplify, simplify_levels_of_detail};
 use serde::{Deserialize, Serialize};
 
-use crate::measure::clock::timed;
+use crate::measure::clock::measure_time;
 use crate::measure::markdown::{count, number, table};
 use crate::measure::meshes::{load, name};
 use crate::measure::workbench::Bench;
 
 const LEVELS: [f64; 4] = [0.5, 0.25, 0.1, 0.05];
-/// Faces that a mesh must have more than.
+/// Meshes with more faces are measured.
 const ABOVE: usize = 50_000;
 const SAMPLES: usize = 50_000;
 const ROUNDS: usize = 3;
 
-/// Quotients of all at once to one by one.
+/// Quotients of one collapse over single runs.
 #[derive(Serialize, Deserialize)]
-struct Row {
+struct LevelsCase {
     mesh: String,
     faces: usize,
-    /// Seconds one by one.
+    /// Seconds of the single runs.
     seconds: f64,
     time: f64,
     distances: [f64; 4],
 }
 
 pub fn section(bench: &Bench) -> Result<String> {
-    let mut rows: Vec<Row> = Vec::new();
+    let mut rows: Vec<LevelsCase> = Vec::new();
     for path in bench.meshes("test")? {
-        rows.extend(bench.kept::<Option<Row>>(&format!("levels/{}", name(&path)), || measured(&path))?);
+        rows.extend(bench.measure_once::<Option<LevelsCase>>(&format!("levels/{}", name(&path)), || measure(&path))?);
     }
-    let line = |row: &Row| {
+    let line = |row: &LevelsCase| {
         let mut cells = vec![row.mesh.clone(), count(row.faces), format!("{:.3}", row.seconds), number(Some(row.time))];
         cells.extend(row.distances.map(|distance| number(Some(distance))));
         cells
     };
     let mut lines: Vec<Vec<String>> = rows.iter().map(line).collect();
-    let middle = |value: &dyn Fn(&Row) -> f64| number(median(rows.iter().map(value).collect()));
+    let middle = |value: &dyn Fn(&LevelsCase) -> f64| number(median(rows.iter().map(value).collect()));
     let mut last = vec!["median".to_owned(), String::new(), String::new(), middle(&|row| row.time)];
     last.extend((0..LEVELS.len()).map(|at| middle(&|row| row.distances[at])));
     lines.push(last);
     let mut head: Vec<String> = ["mesh", "faces", "four runs, s", "time"].map(String::from).into();
     head.extend(LEVELS.map(|ratio| format!("mean distance at {ratio}")));
     Ok(format!(
-        "## Levels of detail\n\n`--lods 0.5,0.25,0.1,0.05` over four runs with `--ratio`, on one thread of the processor, taking turns, \
-         medians of {ROUNDS} rounds: quotients, below 1 is better. Levels come from one collapse.\n\n{}",
+        "## Levels of detail\n\nQuotients of `--lods 0.5,0.25,0.1,0.05`, which makes all levels in one collapse, over four runs with \
+         `--ratio`; below 1 is better. One thread, in turns, medians of {ROUNDS} rounds.\n\n{}",
         table(&head, &lines)
     ))
 }
 
-fn measured(path: &Path) -> Result<Option<Row>> {
+fn measure(path: &Path) -> Result<Option<LevelsCase>> {
     let mesh = load(path)?;
     if mesh.faces().len() <= ABOVE {
         return Ok(None);
@@ -65,8 +65,8 @@ fn measured(path: &Path) -> Result<Option<Row>> {
     let (mut alone, mut quotients) = (Vec::new(), Vec::new());
     let (mut chain, mut single) = (Vec::new(), Vec::new());
     for _ in 0..ROUNDS {
-        let (levels, together) = one.install(|| timed(|| at_once(&mesh)))?;
-        let (results, apart) = one.install(|| timed(|| one_by_one(&mesh)))?;
+        let (levels, together) = one.install(|| measure_time(|| simplify_levels(&mesh)))?;
+        let (results, apart) = one.install(|| measure_time(|| simplify_each(&mesh)))?;
         quotients.push(together.thread / apart.thread);
         alone.push(apart.thread);
         (chain, single) = (levels, results);
@@ -80,17 +80,17 @@ fn measured(path: &Path) -> Result<Option<Row>> {
         *quotient = distance(&chain[at])? / distance(&single[at])?;
     }
     let [seconds, time] = [alone, quotients].map(|values| median(values).unwrap_or_default());
-    Ok(Some(Row { mesh: name(path), faces: mesh.faces().len(), seconds, time, distances }))
+    Ok(Some(LevelsCase { mesh: name(path), faces: mesh.faces().len(), seconds, time, distances }))
 }
 
-fn at_once(mesh: &TriMesh) -> Result<Vec<TriMesh>> {
+fn simplify_levels(mesh: &TriMesh) -> Result<Vec<TriMesh>> {
     let further = [LEVELS[1], LEVELS[2], LEVELS[3]].map(Target::Ratio);
     let (input, options) = (Input::bare(mesh), Options::new(Target::Ratio(LEVELS[0])));
     let levels = simplify_levels_of_detail(&input, None, &options, &further, &mut |_| ControlFlow::Continue(()))?;
     Ok(levels.into_iter().map(|level| level.mesh).collect())
 }
 
-fn one_by_one(mesh: &TriMesh) -> Result<Vec<TriMesh>> {
+fn simplify_each(mesh: &TriMesh) -> Result<Vec<TriMesh>> {
     let run = |ratio| simplify(mesh, None, &Options::new(Target::Ratio(ratio)), &mut |_| ControlFlow::Continue(()));
     LEVELS.map(run).into_iter().map(|result| Ok(result?.mesh)).collect()
 }

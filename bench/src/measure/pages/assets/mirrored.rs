@@ -10,7 +10,7 @@ use neural_mesh::metrics::{Surface, surface_distance};
 use neural_mesh::simplify::{Options, Symmetry, Target, simplify};
 use serde::{Deserialize, Serialize};
 
-use crate::measure::largest::largest;
+use crate::measure::hausdorff::hausdorff_distance;
 use crate::measure::markdown::{count, number, table};
 use crate::measure::meshes::{load, name};
 use crate::measure::workbench::Bench;
@@ -19,23 +19,25 @@ const RATIOS: [f64; 3] = [0.3, 0.1, 0.05];
 const SAMPLES: usize = 50_000;
 
 #[derive(Serialize, Deserialize)]
-struct Row {
+struct MirroredCase {
     mesh: String,
     vertices: usize,
     plane: String,
-    /// Mean and largest distance over those of the plain result, at each ratio.
+    /// Quotients of mean and largest distance over the plain result, at each ratio.
     quotients: [[f64; 2]; 3],
 }
 
 pub fn section(bench: &Bench) -> Result<String> {
     let mut meshes = bench.meshes("train")?;
-    // Poses of a class share their connectivity; the first stands straight.
+    // poses of a class share their connectivity; the first one is symmetric
     meshes.extend(bench.meshes("tosca")?.into_iter().filter(|path| name(path).ends_with('0')));
-    let mut rows: Vec<Row> = Vec::new();
+    let mut rows: Vec<MirroredCase> = Vec::new();
     for path in meshes {
-        rows.extend(bench.kept::<Option<Row>>(&format!("mirrored/{}", name(&path)), || measured(&path))?);
+        rows.extend(
+            bench.measure_once::<Option<MirroredCase>>(&format!("mirrored/{}", name(&path)), || measure(&path))?,
+        );
     }
-    let line = |row: &Row| {
+    let line = |row: &MirroredCase| {
         let mut cells = vec![row.mesh.clone(), count(row.vertices), row.plane.clone()];
         cells.extend((0..2).flat_map(|figure| row.quotients.map(|of| number(Some(of[figure])))));
         cells
@@ -51,32 +53,36 @@ pub fn section(bench: &Bench) -> Result<String> {
     let mut head: Vec<String> = ["mesh", "vertices", "plane"].map(String::from).into();
     head.extend(["mean", "largest"].iter().flat_map(|figure| RATIOS.map(|ratio| format!("{figure} at {ratio}"))));
     Ok(format!(
-        "## Mirrored\n\n`--symmetric` over plain results of the same number of vertices: quotients of the two-sided distance, {} samples \
-         on each surface. The {} meshes among the training set and the first poses of TOSCA that are symmetric about a plane across an \
-         axis.\n\n{}",
+        "## Mirrored\n\nQuotients of `--symmetric` over plain results with the same number of vertices: mean distances from {} samples on \
+         each surface, and largest distances. The {} meshes are those of the training set and of TOSCA's first poses that have a mirror \
+         plane across an axis.\n\n{}",
         count(SAMPLES),
         rows.len(),
         table(&head, &lines)
     ))
 }
 
-fn measured(path: &Path) -> Result<Option<Row>> {
+fn measure(path: &Path) -> Result<Option<MirroredCase>> {
     let mesh = load(path)?;
     let original = Surface::new(&mesh, SAMPLES, 0);
-    let mut row =
-        Row { mesh: name(path), vertices: mesh.positions().len(), plane: String::new(), quotients: [[0.0; 2]; 3] };
+    let mut row = MirroredCase {
+        mesh: name(path),
+        vertices: mesh.positions().len(),
+        plane: String::new(),
+        quotients: [[0.0; 2]; 3],
+    };
     for (ratio, quotients) in RATIOS.into_iter().zip(&mut row.quotients) {
         let plain = Options::new(Target::Ratio(ratio));
         let mut mirrored = plain.clone();
         mirrored.symmetric = Some(Symmetry::Found);
-        // Most meshes have no such plane.
+        // most meshes have no mirror plane
         let Ok(ours) = simplify(&mesh, None, &mirrored, &mut |_| ControlFlow::Continue(())) else { return Ok(None) };
         let Some(plane) = ours.report.mirror else { return Ok(None) };
         row.plane = format!("{} = {:.4}", plane.axis, plane.at).trim_end_matches('0').trim_end_matches('.').to_owned();
         let other = simplify(&mesh, None, &plain, &mut |_| ControlFlow::Continue(()))?;
         let distances = |result: &TriMesh| -> Result<[f64; 2]> {
             let found = surface_distance(&original, &Surface::new(result, SAMPLES, 1)).context("no faces")?;
-            Ok([found.both.mean, largest(&mesh, result)?])
+            Ok([found.both.mean, hausdorff_distance(&mesh, result)?])
         };
         let (ours, other) = (distances(&ours.mesh)?, distances(&other.mesh)?);
         *quotients = [ours[0] / other[0], ours[1] / other[1]];

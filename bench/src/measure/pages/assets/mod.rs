@@ -1,4 +1,4 @@
-//! What people do with assets: textures, levels of detail, distances that are certain, mirrored results, parts of machines.
+//! Measurements of asset features: textures, machine parts, certain distances, levels of detail, mirroring.
 
 mod certain;
 mod levels;
@@ -13,7 +13,7 @@ use crate::measure::markdown::{number, table};
 use crate::measure::quotients::{Figure, Quotients};
 use crate::measure::workbench::Bench;
 
-/// Families of the training meshes that are parts of machines.
+/// Name prefixes of the training meshes that are machine parts.
 const PARTS: [&str; 6] = ["csg_", "jaco_", "so101_", "soarm_", "wingnut", "hammer"];
 
 pub fn page(bench: &Bench) -> Result<String> {
@@ -24,10 +24,10 @@ pub fn page(bench: &Bench) -> Result<String> {
         levels::section(bench)?,
         mirrored::section(bench)?,
     ];
-    Ok(format!("What the options do: [assets.md](../assets.md).\n\n{}", sections.join("\n")))
+    Ok(format!("The options are described in [assets.md](../assets.md).\n\n{}", sections.join("\n")))
 }
 
-/// Parts of machines against meshoptimizer.
+/// Compares machine parts with meshoptimizer.
 fn parts_of_machines(bench: &Bench) -> Result<String> {
     let settings = Settings {
         methods: ["closed", "meshopt"].map(String::from).into(),
@@ -36,7 +36,7 @@ fn parts_of_machines(bench: &Bench) -> Result<String> {
         only: PARTS.map(String::from).into(),
         ..Settings::default()
     };
-    let rows = bench.evaluated("parts-of-machines", "train", settings, None)?;
+    let rows = bench.evaluate_set("parts-of-machines", "train", settings, None)?;
     let quotients = Quotients { table: &rows, over: "meshopt" };
     let figures = [Figure::Distance, Figure::Largest, Figure::Normals];
     let mut head = vec!["part".to_owned()];
@@ -55,8 +55,8 @@ fn parts_of_machines(bench: &Bench) -> Result<String> {
     figures.iter().for_each(|&figure| all.extend([number(quotients.median("closed", figure, &RATIOS)), String::new()]));
     lines.push(all);
     Ok(format!(
-        "## Parts of machines\n\nThe {} training meshes that are parts of machines, against meshoptimizer's `simplify` at the same number \
-         of faces: medians of quotients over the ratios 0.05, 0.1, 0.2 and 0.5, and the worst of the four.\n\n{}",
+        "## Machine parts\n\nQuotients over meshoptimizer's `simplify` at the same number of faces, for the {} training meshes that are \
+         machine parts: the median over the ratios 0.05, 0.1, 0.2 and 0.5, and the worst of the four.\n\n{}",
         lines.len() - 1,
         table(&head, &lines)
     ))

@@ -10,33 +10,35 @@ use super::super::RATIOS;
 use crate::measure::markdown::{number, table};
 use crate::measure::meshes::name;
 use crate::measure::root;
-use crate::measure::textured::{HEIGHT, Measured, SAMPLES, measured};
+use crate::measure::textured::{HEIGHT, ModelComparison, SAMPLES, compare_model};
 use crate::measure::workbench::Bench;
 
-/// Models that the script makes, of formulas and of a training mesh.
+/// Models made by `scripts/textured_models.py`.
 const MADE: [&str; 4] = ["planet", "vase", "terrain", "statue"];
 
 pub fn section(bench: &Bench) -> Result<String> {
-    let mut rows: Vec<(String, Measured)> = Vec::new();
-    let given = ["spot_textured/spot.obj", "duck.glb"].map(|file| bench.set("test").join(file));
+    let mut rows: Vec<(String, ModelComparison)> = Vec::new();
+    let given = ["spot_textured/spot.obj", "duck.glb"].map(|file| bench.set_folder("test").join(file));
     for path in given.into_iter().chain(MADE.map(|name| PathBuf::from(name).with_extension("obj"))) {
-        let of = bench.kept(&format!("textured/{}", name(&path)), || measured(&made(bench, &path)?, &RATIOS))?;
+        let of = bench.measure_once(&format!("textured/{}", name(&path)), || {
+            compare_model(&make_model(bench, &path)?, &RATIOS)
+        })?;
         rows.extend(of.into_iter().map(|row| (name(&path), row)));
     }
     Ok(format!(
-        "## Textured models\n\nAgainst meshoptimizer's `simplifyWithAttributes` at the same number of faces, by two weightings: *normals* \
-         as in its own gltfpack (each number of a normal 0.5, of a colour 1, texture coordinates nothing), *uv* each texture coordinate 1 \
-         beside that. Where one number stands for both, the better one counts. Vertices are split where attributes differ, seams are kept. \
-         Distance is the two-sided mean from {SAMPLES} samples on each surface; PSNR that of textured pictures, {HEIGHT} pixels high, from \
-         six sides.\n\nSpot is Keenan Crane's (CC0), the duck a glTF sample of Khronos; the others are made by \
-         `scripts/textured_models.py`.\n\n{}\n{}",
+        "## Textured models\n\nneural-mesh against meshoptimizer's `simplifyWithAttributes` at the same number of faces. Two weightings are \
+         compared: *normals* is that of gltfpack (0.5 per component of a normal, 1 of a colour, 0 of texture coordinates); *uv* adds 1 per \
+         texture coordinate. Where one number stands for both, the better one counts. Vertices are split where attributes differ; seams are \
+         kept. Distance is the two-sided mean from {SAMPLES} samples on each surface; PSNR is that of textured pictures, {HEIGHT} pixels \
+         high, from six sides.\n\nSpot is by Keenan Crane (CC0), the duck is a glTF sample of Khronos, and `scripts/textured_models.py` \
+         makes the others.\n\n{}\n{}",
         summary(&rows),
         every_case(&rows)
     ))
 }
 
-/// A model that the script makes is made if it is not there.
-fn made(bench: &Bench, path: &std::path::Path) -> Result<PathBuf> {
+/// Returns the path of a model, made first if it is missing.
+fn make_model(bench: &Bench, path: &std::path::Path) -> Result<PathBuf> {
     if path.is_absolute() || path.exists() {
         return Ok(path.into());
     }
@@ -45,15 +47,15 @@ fn made(bench: &Bench, path: &std::path::Path) -> Result<PathBuf> {
         let mut python = Command::new("python3");
         python
             .arg(root().join("scripts/textured_models.py"))
-            .arg(bench.set("train").join("obj_caballito.ply"))
+            .arg(bench.set_folder("train").join("obj_caballito.ply"))
             .arg(&folder);
         ensure!(python.status().context("python3")?.success(), "scripts/textured_models.py failed: it needs numpy");
     }
     Ok(folder.join(path))
 }
 
-fn summary(rows: &[(String, Measured)]) -> String {
-    let line = |name: String, rows: Vec<&Measured>| {
+fn summary(rows: &[(String, ModelComparison)]) -> String {
+    let line = |name: String, rows: Vec<&ModelComparison>| {
         let better = rows.iter().filter(|row| row.gain() > 0.0).count();
         let gain = median(rows.iter().map(|row| row.gain()).collect()).unwrap_or_default();
         let quotient = number(median(rows.iter().map(|row| row.quotient()).collect()));
@@ -66,8 +68,8 @@ fn summary(rows: &[(String, Measured)]) -> String {
     table(&head, &lines)
 }
 
-fn every_case(rows: &[(String, Measured)]) -> String {
-    let line = |(name, row): &(String, Measured)| {
+fn every_case(rows: &[(String, ModelComparison)]) -> String {
+    let line = |(name, row): &(String, ModelComparison)| {
         vec![
             name.clone(),
             row.ratio.to_string(),

@@ -9,7 +9,7 @@ use neural_mesh::metrics::{open_edges, quick_distance};
 use serde::{Deserialize, Serialize};
 
 use super::{CLASSES, RATIOS};
-use crate::measure::clock::timed;
+use crate::measure::clock::measure_time;
 use crate::measure::markdown::{number, table};
 use crate::measure::meshes::{load, name};
 use crate::measure::workbench::Bench;
@@ -35,7 +35,7 @@ pub fn section(bench: &Bench) -> Result<String> {
     let chosen: Vec<_> = meshes.iter().filter(of_class).step_by(EVERY).collect();
     let at = |ratio: f64| {
         let key = |path: &Path| format!("dse/{}-{:.0}", name(path), 100.0 * ratio);
-        chosen.iter().map(|path| bench.kept(&key(path), || measured(path, ratio))).collect::<Result<Vec<_>>>()
+        chosen.iter().map(|path| bench.measure_once(&key(path), || measured(path, ratio))).collect::<Result<Vec<_>>>()
     };
     let rows = RATIOS.into_iter().map(|ratio| Ok(row(ratio, &at(ratio)?))).collect::<Result<Vec<_>>>()?;
     let head = ["ratio", "distance, %", "WA, %", "s"].map(String::from);
@@ -52,7 +52,7 @@ fn measured(path: &Path, ratio: f64) -> Result<Measured> {
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let weights = LearnedWeights::shipped(LearnedBaseline::Dse);
     let of = |maps| -> Result<(f64, f64, f64)> {
-        let (lighter, time) = one.install(|| timed(|| Ok(remeshed(&mesh, n, 0, maps)?)))?;
+        let (lighter, time) = one.install(|| measure_time(|| Ok(remeshed(&mesh, n, 0, maps)?)))?;
         let distance = quick_distance(&mesh, &lighter, SAMPLES, 0).context("no faces")?;
         Ok((100.0 * distance.mean / mesh.diagonal(), open_edges(&mesh, &lighter).wa_percent(), time.thread))
     };

@@ -91,21 +91,21 @@ pub fn weights() -> PathBuf {
 }
 
 fn of_tosca(bench: &Bench) -> Result<String> {
-    let rows = bench.evaluated("paper", "tosca", with_spectrum(), Some(weights()))?;
+    let rows = bench.evaluate_set("paper", "tosca", with_spectrum(), Some(weights()))?;
     Ok(format!("{}\n### Beside the print\n\n{}{ORDER}", table_1(bench, "paper")?, print::beside(&rows)))
 }
 
 fn of_test(bench: &Bench) -> Result<String> {
     let mut settings = with_spectrum();
     settings.only = OF_TEST.map(String::from).into();
-    bench.evaluated("paper-test", "test", settings, None)?;
+    bench.evaluate_set("paper-test", "test", settings, None)?;
     let tables = table_1(bench, "paper-test")?;
     Ok(tables[tables.find(OF_RATIOS).context("the tables have no ratios")?..].to_owned())
 }
 
 /// The tables that `evaluate` makes of a run, their titles one level down.
 fn table_1(bench: &Bench, run: &str) -> Result<String> {
-    let folder = bench.run_of(run);
+    let folder = bench.evaluation_folder(run);
     report(&folder, Some("qem"))?;
     let text = std::fs::read_to_string(folder.join("tables.md"))?;
     let (_, body) = text.split_once("# Evaluation\n\n").context("the tables have no title")?;

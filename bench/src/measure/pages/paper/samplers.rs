@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use super::print::TABLE_2;
 use super::{CLASSES, weights};
-use crate::measure::clock::timed;
+use crate::measure::clock::measure_time;
 use crate::measure::markdown::{number, table};
 use crate::measure::meshes::{load, name};
 use crate::measure::workbench::Bench;
@@ -113,7 +113,7 @@ pub fn table_2(bench: &Bench) -> Result<String> {
     let mut drawn: Vec<Drawn> = Vec::new();
     let mut n_meshes = 0;
     for path in meshes.iter().filter(is_class).step_by(EVERY) {
-        drawn.extend(bench.kept::<Vec<Drawn>>(&format!("table-2/{}", name(path)), || of_mesh(path))?);
+        drawn.extend(bench.measure_once::<Vec<Drawn>>(&format!("table-2/{}", name(path)), || of_mesh(path))?);
         n_meshes += 1;
     }
     let sections: String = NOISE.iter().map(|&noise| section(&drawn, noise)).collect();
@@ -139,7 +139,7 @@ fn of_mesh(path: &Path) -> Result<Vec<Drawn>> {
         for ratio in RATIOS {
             let n = (mesh.positions().len() as f64 * ratio) as usize;
             for sampler in Sampler::ALL {
-                let (points, time) = one.install(|| timed(|| Ok(sampler.draw(&noisy, n, &weights))))?;
+                let (points, time) = one.install(|| measure_time(|| Ok(sampler.draw(&noisy, n, &weights))))?;
                 let distance = chamfer(&double(mesh.positions()), &double(&points)).unwrap_or_default();
                 all.push(Drawn {
                     sampler,

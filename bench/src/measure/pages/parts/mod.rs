@@ -1,4 +1,4 @@
-//! What the scores and the parts of the closed assembly are worth: others in their place, one left out at a time.
+//! Effects of scores and stages of the closed assembly: other scores, and one stage left out at a time.
 
 mod shuffled;
 
@@ -12,27 +12,27 @@ use neural_mesh::simplify::{Importance, Parts, simplify_weighed};
 use serde::{Deserialize, Serialize};
 
 use super::RATIOS;
-use crate::measure::clock::timed;
-use crate::measure::largest::largest;
+use crate::measure::clock::measure_time;
+use crate::measure::hausdorff::hausdorff_distance;
 use crate::measure::markdown::{number, table};
 use crate::measure::meshes::{load, name};
 use crate::measure::quotients::{Figure, Quotients};
 use crate::measure::workbench::Bench;
 
-/// The row that the others stand over.
+/// Name of the full assembly, which the others are divided by.
 const WHOLE: &str = "whole";
-/// Samples on each surface.
+/// Samples per surface.
 const SAMPLES: usize = 50_000;
-/// The figures, as `evaluate` names them.
+/// Names of the figures in `evaluate`.
 const FIGURES: [&str; 3] = ["distance_mean", "distance_max", "normal_error_signed"];
 
 const SCORES: [(&str, &str); 3] =
-    [("even", "no scores"), ("network", "scores of the network"), ("shuffled", "shuffled weights")];
+    [("even", "no scores"), ("network", "network scores"), ("shuffled", "shuffled weights")];
 const LEFT_OUT: [(&str, &str); 2] = [("flips", "without flips"), ("fit", "without fit")];
 
-/// One result.
+/// One result of one method.
 #[derive(Serialize, Deserialize)]
-struct Measured {
+struct AblationResult {
     method: String,
     ratio: f64,
     seconds: f64,
@@ -42,33 +42,33 @@ struct Measured {
 pub fn page(bench: &Bench) -> Result<String> {
     let mut rows = Vec::new();
     for path in bench.meshes("test")? {
-        let measured = bench.kept(&format!("parts/{}", name(&path)), || of_mesh(&path))?;
+        let measured = bench.measure_once(&format!("parts/{}", name(&path)), || measure(&path))?;
         rows.extend(measured.into_iter().map(|measured| row(&name(&path), measured)));
     }
     let n_meshes = rows.iter().filter(|row| row.method == WHOLE).count() / RATIOS.len();
     let rows = Table { figures: FIGURES.map(String::from).into(), rows };
     let quotients = Quotients { table: &rows, over: WHOLE };
     Ok(format!(
-        "{n_meshes} benchmark meshes, each ratio, one seed. Cells are medians over the meshes of quotients to the whole assembly: \
-         above 1 is worse. Figures as on [the benchmark's page](benchmark.md), from 50,000 samples; time is the \
-         processor's on one thread.\n\n## Scores\n\n\
-         A formula says how much each vertex counts. In its place: nothing (`--scores geometry`), the network that ships \
-         (`--scores network`), and its own weights in random order, which look alike and know nothing.\n\n{}\n\
-         ## Parts\n\n*Flips* turn edges whose other diagonal lies nearer. *Fit* moves vertices toward the surface.\n\n{}",
-        tables(&quotients, &SCORES),
-        tables(&quotients, &LEFT_OUT)
+        "{n_meshes} benchmark meshes at every ratio, one seed. Cells are medians of quotients over the full assembly; above 1 is \
+         worse. Figures are those of [the benchmark](benchmark.md); time is processor time on one thread.\n\n## Scores\n\n\
+         By default a formula gives each vertex its importance. It is replaced by uniform importance (`--scores geometry`), by \
+         the shipped network (`--scores network`), and by that network with shuffled weights.\n\n{}\n\
+         ## Stages left out\n\n*Flips* replace edges by the other diagonal where that is nearer to the original. *Fit* moves \
+         vertices toward the surface.\n\n{}",
+        format_table(&quotients, &SCORES),
+        format_table(&quotients, &LEFT_OUT)
     ))
 }
 
-fn row(mesh: &str, Measured { method, ratio, seconds, figures }: Measured) -> Row {
+fn row(mesh: &str, AblationResult { method, ratio, seconds, figures }: AblationResult) -> Row {
     let figures = figures.map(Some).into();
     Row { mesh: mesh.into(), ratio, method, seconds: Some(seconds), figures, ..Row::default() }
 }
 
-fn of_mesh(path: &Path) -> Result<Vec<Measured>> {
+fn measure(path: &Path) -> Result<Vec<AblationResult>> {
     let mesh = load(path)?;
     let weights = Weights::shipped_default();
-    let shuffled = shuffled::shuffled(weights, 0)?;
+    let shuffled = shuffled::shuffle_weights(weights, 0)?;
     let all = Parts::default();
     let [mut unflipped, mut unfitted] = [all; 2];
     (unflipped.flips, unfitted.fit) = (false, false);
@@ -87,19 +87,20 @@ fn of_mesh(path: &Path) -> Result<Vec<Measured>> {
         let n = ((mesh.positions().len() as f64 * ratio) as usize).max(1);
         for (method, importance, parts) in cases {
             let simplify = || Ok(simplify_weighed(&mesh, n, importance, &parts)?.mesh);
-            let (lighter, time) = one.install(|| timed(simplify)).with_context(|| format!("{method} at {ratio}"))?;
+            let (lighter, time) =
+                one.install(|| measure_time(simplify)).with_context(|| format!("{method} at {ratio}"))?;
             let distance = surface_distance(&original, &Surface::new(&lighter, SAMPLES, 1)).context("no faces")?;
             let (both, share) = (distance.both, 100.0 / distance.diagonal);
-            let figures = [both.mean * share, largest(&mesh, &lighter)? * share, both.normal_error];
-            measured.push(Measured { method: method.into(), ratio, seconds: time.thread, figures });
+            let figures = [both.mean * share, hausdorff_distance(&mesh, &lighter)? * share, both.normal_error];
+            measured.push(AblationResult { method: method.into(), ratio, seconds: time.thread, figures });
         }
     }
     Ok(measured)
 }
 
-/// A row per case and figure, a column per ratio.
-fn tables(quotients: &Quotients, cases: &[(&str, &str)]) -> String {
-    let mut head: Vec<String> = ["over the whole", "figure"].map(String::from).into();
+/// Formats a row per case and figure with a column per ratio.
+fn format_table(quotients: &Quotients, cases: &[(&str, &str)]) -> String {
+    let mut head: Vec<String> = ["over the full assembly", "figure"].map(String::from).into();
     head.extend(RATIOS.map(|ratio| ratio.to_string()));
     head.extend(["all", "worst mesh"].map(String::from));
     let line = |&(method, about): &(&str, &str), figure: Figure| {

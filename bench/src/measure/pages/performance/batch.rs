@@ -1,11 +1,11 @@
-//! A folder at once against the same meshes one by one, as processes of one thread each.
+//! A folder in one batch against one single-threaded process per mesh.
 
 use std::process::Command;
 
 use anyhow::Result;
 
-use super::super::program;
-use crate::measure::clock::{spread, timed_program};
+use super::super::build_program;
+use crate::measure::clock::{format_spread, measure_program_time};
 use crate::measure::meshes::name;
 use crate::measure::workbench::Bench;
 
@@ -13,14 +13,14 @@ const ROUNDS: usize = 3;
 
 pub fn section(bench: &Bench) -> Result<String> {
     let meshes = bench.meshes("train")?;
-    // Meshes per second: at once, one by one.
-    let rounds: Vec<[f64; 2]> = bench.kept("batch", || {
-        let (program, folder) = (program()?, bench.scratch("batch")?);
+    // meshes per second: in one batch, one by one
+    let rounds: Vec<[f64; 2]> = bench.measure_once("batch", || {
+        let (program, folder) = (build_program()?, bench.scratch("batch")?);
         let simplify = |arguments: &mut dyn FnMut(&mut Command)| {
             let mut command = Command::new(&program);
             command.args(["simplify", "--ratio", "0.1", "--quiet", "--force"]);
             arguments(&mut command);
-            Ok::<f64, anyhow::Error>(timed_program(&mut command)?[0])
+            Ok::<f64, anyhow::Error>(measure_program_time(&mut command)?[0])
         };
         let round = |_| {
             let mut one_by_one = 0.0;
@@ -38,10 +38,10 @@ pub fn section(bench: &Bench) -> Result<String> {
         };
         (0..ROUNDS).map(round).collect()
     })?;
-    let of = |value: fn(&[f64; 2]) -> f64| spread(&rounds.iter().map(value).collect::<Vec<_>>());
+    let of = |value: fn(&[f64; 2]) -> f64| format_spread(&rounds.iter().map(value).collect::<Vec<_>>());
     Ok(format!(
-        "## Batches\n\nThe {} training meshes to a tenth, in one batch on all threads: {} meshes a second, {} times as many as one by \
-         one as processes of one thread each. Median (least to largest) of {ROUNDS} rounds.\n",
+        "## Batches\n\nThe {} training meshes at ratio 0.1 in one batch on all threads: {} meshes per second, {} times the rate of one \
+         single-threaded process per mesh. Median (least to largest) of {ROUNDS} rounds.\n",
         meshes.len(),
         of(|[at_once, _]| *at_once),
         of(|[at_once, one_by_one]| at_once / one_by_one)

@@ -1,4 +1,4 @@
-//! How time and memory grow with the mesh: a bumpy torus from ten thousand to ten million faces.
+//! Growth of time and memory with the mesh: a bumpy torus from ten thousand to ten million faces.
 
 use std::ops::ControlFlow;
 
@@ -10,56 +10,56 @@ use neural_mesh::simplify::{Options, Target, simplify};
 use serde::{Deserialize, Serialize};
 
 use super::threads;
-use crate::measure::clock::{forget_peak, peak_bytes, timed};
+use crate::measure::clock::{measure_time, peak_bytes, reset_peak};
 use crate::measure::markdown::{count, table};
 use crate::measure::meshes::bumpy_torus;
 use crate::measure::workbench::Bench;
 
 const FACES: [usize; 7] = [10_000, 30_000, 100_000, 300_000, 1_000_000, 3_000_000, 10_000_000];
 const RATIO: f64 = 0.1;
-/// Faces to simplify in all rounds on a mesh; there are one to nine.
+/// Faces to simplify in all rounds on one mesh; there are one to nine rounds.
 const WORK: usize = 10_000_000;
 
 #[derive(Serialize, Deserialize)]
-struct Grown {
+struct GrowthPoint {
     faces: usize,
     /// Nanoseconds per face: meshoptimizer, one thread, two threads.
     times: [f64; 3],
-    /// Bytes per face, the mesh included.
+    /// Peak of memory in bytes per face, including the mesh.
     memory: f64,
 }
 
 pub fn section(bench: &Bench) -> Result<String> {
-    let grown = |&faces: &usize| bench.kept(&format!("growth/{faces}"), || measured(faces));
-    let grown: Vec<Grown> = FACES.iter().map(grown).collect::<Result<_>>()?;
-    let line = |grown: &Grown| {
+    let grown = |&faces: &usize| bench.measure_once(&format!("growth/{faces}"), || measure(faces));
+    let grown: Vec<GrowthPoint> = FACES.iter().map(grown).collect::<Result<_>>()?;
+    let line = |grown: &GrowthPoint| {
         let times = grown.times.map(|time| format!("{time:.0}"));
         [count(grown.faces)].into_iter().chain(times).chain([format!("{:.0}", grown.memory)]).collect()
     };
     let head = ["faces", "meshoptimizer", "one thread", "two threads", "memory, bytes per face"];
     Ok(format!(
-        "## Growth\n\nA torus with bumps of several sizes, simplified to {RATIO}: nanoseconds, and the most memory at a time on two \
-         threads, the mesh included.\n\n{}",
+        "## Growth\n\nA bumpy torus simplified to {RATIO}: nanoseconds, and the peak of memory on two threads including the \
+         mesh.\n\n{}",
         table(&head, &grown.iter().map(line).collect::<Vec<_>>())
     ))
 }
 
-fn measured(n_faces: usize) -> Result<Grown> {
+fn measure(n_faces: usize) -> Result<GrowthPoint> {
     let mesh = bumpy_torus(n_faces);
     let n_faces = mesh.faces().len();
     let options = Options::new(Target::Faces((RATIO * n_faces as f64).round() as usize));
     let [one, two] = [threads(1)?, threads(2)?];
     let ours = |mesh: &TriMesh| Ok(simplify(mesh, None, &options, &mut |_| ControlFlow::Continue(()))?);
-    forget_peak()?;
+    reset_peak()?;
     two.install(|| ours(&mesh))?;
     let memory = peak_bytes()? as f64 / n_faces as f64;
     let mut times = [const { Vec::new() }; 3];
     for _ in 0..(WORK / n_faces).clamp(1, 9) {
         let Target::Faces(n_left) = options.target else { continue };
-        times[0].push(timed(|| Ok(meshoptimizer_faces(&mesh, n_left)))?.1.thread);
-        times[1].push(one.install(|| timed(|| ours(&mesh)))?.1.thread);
-        times[2].push(two.install(|| timed(|| ours(&mesh)))?.1.wall);
+        times[0].push(measure_time(|| Ok(meshoptimizer_faces(&mesh, n_left)))?.1.thread);
+        times[1].push(one.install(|| measure_time(|| ours(&mesh)))?.1.thread);
+        times[2].push(two.install(|| measure_time(|| ours(&mesh)))?.1.wall);
     }
     let per_face = |seconds: Vec<f64>| 1e9 * median(seconds).unwrap_or_default() / n_faces as f64;
-    Ok(Grown { faces: n_faces, times: times.map(per_face), memory })
+    Ok(GrowthPoint { faces: n_faces, times: times.map(per_face), memory })
 }

@@ -1,4 +1,4 @@
-//! What simplification costs: time against meshoptimizer, by stage, as the mesh grows, of files, batches and the program.
+//! Costs of simplification: against meshoptimizer, by stage, by mesh size, for files, batches and the whole program.
 
 mod batch;
 mod check;
@@ -13,10 +13,10 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::measure::workbench::Bench;
 
-pub use whole::{Other as WholeOther, other as whole_other};
+pub use whole::{MeshoptimizerArgs, run_meshoptimizer};
 
-const INTRO: &str = "Times on one thread are the processor's, on two threads the wall's, which other work on the machine disturbs. \
-What is compared takes turns. Nanoseconds are per face of the input.\n\n";
+const INTRO: &str = "Times on one thread are processor time. Times on two threads are wall-clock time, which other work on the \
+machine disturbs. Compared methods run in turns. Nanoseconds are per face of the input.\n\n";
 
 pub fn page(bench: &Bench) -> Result<String> {
     let sections = [

@@ -1,4 +1,4 @@
-//! Simplification against meshoptimizer's `simplify` on large benchmark meshes, and where its time goes.
+//! Time against meshoptimizer's `simplify` on large benchmark meshes, and by stage.
 
 use std::ops::ControlFlow;
 
@@ -11,25 +11,25 @@ use serde::{Deserialize, Serialize};
 
 use super::super::RATIOS;
 use super::threads;
-use crate::measure::clock::{spread, thread_time, timed};
+use crate::measure::clock::{format_spread, measure_time, thread_time};
 use crate::measure::markdown::{count, number, table};
 use crate::measure::meshes::{load, name};
 use crate::measure::workbench::Bench;
 
-/// Faces that a mesh must have more than.
+/// Meshes with more faces are measured.
 const ABOVE: usize = 50_000;
-/// Rounds; in each, everyone has a turn.
+/// Rounds; each method runs once per round.
 const ROUNDS: usize = 3;
 
-/// One mesh at one size: medians over the rounds.
+/// One mesh at one ratio: medians over the rounds.
 #[derive(Serialize, Deserialize)]
-struct Case {
+struct SpeedCase {
     mesh: String,
     faces: usize,
     ratio: f64,
     /// Seconds of meshoptimizer.
     theirs: f64,
-    /// Quotients to meshoptimizer in the same round: the default on one thread, without a network, the default on two threads.
+    /// Quotients over meshoptimizer: the default on one thread, without scores, the default on two threads.
     quotients: [f64; 3],
     /// Seconds of each stage on one thread, in their order.
     stages: Vec<(String, f64)>,
@@ -38,20 +38,20 @@ struct Case {
 pub fn section(bench: &Bench) -> Result<String> {
     let mut cases = Vec::new();
     for path in bench.meshes("test")? {
-        cases.extend(bench.kept(&format!("speed/{}", name(&path)), || measured(&path))?);
+        cases.extend(bench.measure_once(&format!("speed/{}", name(&path)), || measure(&path))?);
     }
-    Ok(format!("{}\n{}", against(&cases), by_stage(&cases)))
+    Ok(format!("{}\n{}", table_by_ratio(&cases), table_by_stage(&cases)))
 }
 
-fn measured(path: &std::path::Path) -> Result<Vec<Case>> {
+fn measure(path: &std::path::Path) -> Result<Vec<SpeedCase>> {
     let mesh = load(path)?;
     if mesh.faces().len() <= ABOVE {
         return Ok(Vec::new());
     }
-    RATIOS.iter().map(|&ratio| case(&name(path), &mesh, ratio)).collect()
+    RATIOS.iter().map(|&ratio| measure_case(&name(path), &mesh, ratio)).collect()
 }
 
-fn case(name: &str, mesh: &TriMesh, ratio: f64) -> Result<Case> {
+fn measure_case(name: &str, mesh: &TriMesh, ratio: f64) -> Result<SpeedCase> {
     let n_left = (ratio * mesh.faces().len() as f64).round() as usize;
     let options = Options::new(Target::Faces(n_left));
     let mut geometry = options.clone();
@@ -60,10 +60,10 @@ fn case(name: &str, mesh: &TriMesh, ratio: f64) -> Result<Case> {
     let (mut theirs, mut quotients) = (Vec::new(), [const { Vec::new() }; 3]);
     let mut stages: Vec<Vec<(String, f64)>> = Vec::new();
     for _ in 0..ROUNDS {
-        let their = timed(|| Ok(meshoptimizer_faces(mesh, n_left)))?.1;
-        let (found, ours) = one.install(|| timed(|| ours(mesh, &options)))?;
-        let even = one.install(|| timed(|| self::ours(mesh, &geometry)))?.1;
-        let shared = two.install(|| timed(|| self::ours(mesh, &options)))?.1;
+        let their = measure_time(|| Ok(meshoptimizer_faces(mesh, n_left)))?.1;
+        let (found, ours) = one.install(|| measure_time(|| stage_times(mesh, &options)))?;
+        let even = one.install(|| measure_time(|| stage_times(mesh, &geometry)))?.1;
+        let shared = two.install(|| measure_time(|| stage_times(mesh, &options)))?.1;
         theirs.push(their.thread);
         quotients[0].push(ours.thread / their.thread);
         quotients[1].push(even.thread / their.thread);
@@ -75,7 +75,7 @@ fn case(name: &str, mesh: &TriMesh, ratio: f64) -> Result<Case> {
         let seconds = stages.iter().filter_map(|run| run.get(at)).map(|stage| stage.1);
         (stages[0][at].0.clone(), middle(seconds.collect()))
     };
-    Ok(Case {
+    Ok(SpeedCase {
         mesh: name.into(),
         faces: mesh.faces().len(),
         ratio,
@@ -85,8 +85,8 @@ fn case(name: &str, mesh: &TriMesh, ratio: f64) -> Result<Case> {
     })
 }
 
-/// Simplifies; seconds of the processor by stage, by the thread that is asked.
-fn ours(mesh: &TriMesh, options: &Options) -> Result<Vec<(String, f64)>> {
+/// Simplifies and returns processor seconds by stage of the calling thread.
+fn stage_times(mesh: &TriMesh, options: &Options) -> Result<Vec<(String, f64)>> {
     let mut entered = vec![("beginning", thread_time())];
     simplify(mesh, None, options, &mut |event| {
         entered.push((event.stage, thread_time()));
@@ -95,9 +95,9 @@ fn ours(mesh: &TriMesh, options: &Options) -> Result<Vec<(String, f64)>> {
     entered.push(("end", thread_time()));
     let mut stages: Vec<(String, f64)> = Vec::new();
     for pair in entered.windows(2) {
-        // On several threads either may tell, each by a clock of its own.
+        // on several threads any of them may report, each with its own clock
         let seconds = pair[1].1.saturating_sub(pair[0].1).as_secs_f64();
-        // A stage is heard of again and again while it goes on.
+        // a stage reports repeatedly while it runs
         match stages.iter_mut().find(|stage| stage.0 == pair[0].0) {
             Some(stage) => stage.1 += seconds,
             None => stages.push((pair[0].0.into(), seconds)),
@@ -106,12 +106,12 @@ fn ours(mesh: &TriMesh, options: &Options) -> Result<Vec<(String, f64)>> {
     Ok(stages)
 }
 
-fn against(cases: &[Case]) -> String {
+fn table_by_ratio(cases: &[SpeedCase]) -> String {
     let mut meshes: Vec<&str> = cases.iter().map(|case| case.mesh.as_str()).collect();
     meshes.dedup();
     let of = |ratios: &[f64], at: usize| {
         let of_ratios = cases.iter().filter(|case| ratios.contains(&case.ratio));
-        spread(&of_ratios.map(|case| case.quotients[at]).collect::<Vec<_>>())
+        format_spread(&of_ratios.map(|case| case.quotients[at]).collect::<Vec<_>>())
     };
     let line = |name: String, ratios: &[f64]| {
         [name].into_iter().chain([0, 1, 2].map(|at| of(ratios, at))).collect::<Vec<String>>()
@@ -120,30 +120,30 @@ fn against(cases: &[Case]) -> String {
     lines.push(line("all".into(), &RATIOS));
     let head = ["ratio", "one thread", "one thread, `--scores geometry`", "two threads"];
     format!(
-        "## Against meshoptimizer\n\nThe {} benchmark meshes above {} faces: time over that of meshoptimizer's `simplify`, which uses \
-         one thread, at the same number of faces; median (least to largest) of medians of {ROUNDS} rounds.\n\n{}",
+        "## Against meshoptimizer\n\nTime over that of meshoptimizer's single-threaded `simplify` at the same number of faces, on the {} \
+         benchmark meshes above {} faces. Median (least to largest) over the meshes; each is the median of {ROUNDS} rounds.\n\n{}",
         meshes.len(),
         count(ABOVE),
         table(&head, &lines)
     )
 }
 
-/// Medians over the meshes.
-fn by_stage(cases: &[Case]) -> String {
+/// Formats the time of each stage as medians over the meshes.
+fn table_by_stage(cases: &[SpeedCase]) -> String {
     let mut stages: Vec<&str> = Vec::new();
     for (stage, _) in cases.iter().flat_map(|case| &case.stages) {
         if !stages.contains(&stage.as_str()) {
             stages.push(stage);
         }
     }
-    let middle = |ratio: f64, of: &dyn Fn(&Case) -> f64| {
+    let middle = |ratio: f64, of: &dyn Fn(&SpeedCase) -> f64| {
         let of_ratio = cases.iter().filter(|case| case.ratio == ratio);
         number(median(of_ratio.map(|case| 1e9 * of(case) / case.faces as f64).collect()))
     };
-    let seconds = |case: &Case, stage: &str| {
+    let seconds = |case: &SpeedCase, stage: &str| {
         case.stages.iter().filter(|found| found.0 == stage).map(|found| found.1).sum::<f64>()
     };
-    let line = |name: &str, of: &dyn Fn(&Case) -> f64| {
+    let line = |name: &str, of: &dyn Fn(&SpeedCase) -> f64| {
         [name.to_owned()].into_iter().chain(RATIOS.map(|ratio| middle(ratio, of))).collect::<Vec<String>>()
     };
     let mut lines: Vec<Vec<String>> = stages.iter().map(|stage| line(stage, &|case| seconds(case, stage))).collect();
@@ -151,5 +151,5 @@ fn by_stage(cases: &[Case]) -> String {
     lines.push(line("meshoptimizer's `simplify`", &|case| case.theirs));
     let mut head = vec!["stage".to_owned()];
     head.extend(RATIOS.map(|ratio| ratio.to_string()));
-    format!("## By stage\n\nNanoseconds on one thread, the same meshes, medians.\n\n{}", table(&head, &lines))
+    format!("## By stage\n\nNanoseconds on one thread for the same meshes; medians.\n\n{}", table(&head, &lines))
 }

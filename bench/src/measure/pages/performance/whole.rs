@@ -1,5 +1,4 @@
-//! The whole program with its defaults, from file to file, against a program of a few lines around meshoptimizer, which
-//! reads and writes with the same code; it has no weld, no cleanup and no check.
+//! The whole program from file to file against a small program around meshoptimizer, without weld, cleanup and check.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -10,8 +9,8 @@ use anyhow::Result;
 use neural_mesh::io::{Format, read_path, write, write_path};
 use neural_mesh::mesh::{Frame, RawMesh, TriMesh, compact};
 
-use super::super::{RATIOS, program};
-use crate::measure::clock::{spread, timed_program};
+use super::super::{RATIOS, build_program};
+use crate::measure::clock::{format_spread, measure_program_time};
 use crate::measure::markdown::{count, table};
 use crate::measure::meshes::{load, name};
 use crate::measure::workbench::Bench;
@@ -19,16 +18,16 @@ use crate::measure::workbench::Bench;
 const ABOVE: usize = 50_000;
 const ROUNDS: usize = 3;
 
-/// What the other program is asked for.
+/// Arguments of the program around meshoptimizer.
 #[derive(clap::Args)]
-pub struct Other {
+pub struct MeshoptimizerArgs {
     input: PathBuf,
     output: PathBuf,
     faces: usize,
 }
 
-/// The other program: read, simplified, written.
-pub fn other(args: &Other) -> Result<()> {
+/// Reads a mesh, simplifies it with meshoptimizer and writes it.
+pub fn run_meshoptimizer(args: &MeshoptimizerArgs) -> Result<()> {
     let RawMesh { positions, faces, .. } = read_path(&args.input, None)?;
     let positions = positions.into_iter().map(|p| p.map(|x| x as f32)).collect();
     let mesh = TriMesh::new(positions, faces)?;
@@ -37,39 +36,40 @@ pub fn other(args: &Other) -> Result<()> {
     Ok(write_path(&args.output, &write(&lighter, &Frame::default(), Format::Ply)?, true)?)
 }
 
-/// Quotients at a ratio, on the wall and of processors.
-type Quotients = Vec<(f64, [f64; 2])>;
+/// TimeQuotients of elapsed and processor time, each with its ratio.
+type TimeQuotients = Vec<(f64, [f64; 2])>;
 
 pub fn section(bench: &Bench) -> Result<String> {
-    let mut quotients = Quotients::new();
+    let mut quotients = TimeQuotients::new();
     for path in bench.meshes("test")?.iter().filter(|path| path.extension().is_some_and(|ending| ending == "ply")) {
-        quotients.extend(bench.kept::<Quotients>(&format!("whole/{}", name(path)), || measured(bench, path))?);
+        quotients
+            .extend(bench.measure_once::<TimeQuotients>(&format!("whole/{}", name(path)), || measure(bench, path))?);
     }
     let line = |name: String, ratios: &[f64]| {
         let of = |at: usize| {
             let some = quotients.iter().filter(|(ratio, _)| ratios.contains(ratio));
-            spread(&some.map(|(_, both)| both[at]).collect::<Vec<_>>())
+            format_spread(&some.map(|(_, both)| both[at]).collect::<Vec<_>>())
         };
         vec![name, of(0), of(1)]
     };
     let mut lines: Vec<Vec<String>> = RATIOS.iter().map(|&ratio| line(ratio.to_string(), &[ratio])).collect();
     lines.push(line("all".into(), &RATIOS));
     Ok(format!(
-        "## The whole program\n\n`neural-mesh simplify` with its defaults, from file to file, on all threads, over a program of a few \
-         lines around meshoptimizer that reads and writes with the same code, and neither cleans nor checks. The {} PLY files of the \
+        "## The whole program\n\n`neural-mesh simplify` with its defaults on all threads, from file to file, over a small program around \
+         meshoptimizer. That program reads and writes with the same code, but neither cleans nor checks. The {} PLY files of the \
          benchmark above {} faces; median (least to largest) of medians of {ROUNDS} rounds.\n\n{}",
         quotients.len() / RATIOS.len(),
         count(ABOVE),
-        table(&["ratio", "on the wall", "of processors"], &lines)
+        table(&["ratio", "wall-clock time", "processor time"], &lines)
     ))
 }
 
-fn measured(bench: &Bench, path: &Path) -> Result<Quotients> {
+fn measure(bench: &Bench, path: &Path) -> Result<TimeQuotients> {
     let n_faces = load(path)?.faces().len();
     if n_faces <= ABOVE {
         return Ok(Vec::new());
     }
-    let (program, output) = (program()?, bench.scratch("whole")?.join("out.ply"));
+    let (program, output) = (build_program()?, bench.scratch("whole")?.join("out.ply"));
     let of = |ratio: f64| {
         let mut ours = Command::new(&program);
         ours.arg("simplify").arg(path).arg("-o").arg(&output).args([
@@ -83,7 +83,7 @@ fn measured(bench: &Bench, path: &Path) -> Result<Quotients> {
         other.arg("whole-other").arg(path).arg(&output).arg(n_left.to_string());
         let mut rounds = [const { Vec::new() }; 2];
         for _ in 0..ROUNDS {
-            let (own, other) = (timed_program(&mut ours)?, timed_program(&mut other)?);
+            let (own, other) = (measure_program_time(&mut ours)?, measure_program_time(&mut other)?);
             (0..2).for_each(|at| rounds[at].push(own[at] / other[at]));
         }
         Ok((ratio, rounds.map(|values| median(values).unwrap_or_default())))
