@@ -1,45 +1,43 @@
-//! What each [`Optimize`] and [`Effort`] asks of the stages: the one place where they are told apart.
+//! Settings of the stages for each [`Optimize`] and [`Effort`].
 
 use crate::simplify::options::{Effort, Optimize};
 
-/// What a result is to be near in, as the stages take it.
+/// Trade-offs of the stages between error measures and time.
 ///
-/// Twelve training meshes, four ratios, against the balanced one: `Mean` is 6 % nearer in the mean, the largest distance 11 % farther, in 1.3
-/// of the time. What `Max` and `Normals` trade: `docs/measured/benchmark.md`. Prices times a power of the area serve none of them
-/// (`docs/tried.md`).
+/// Twelve training meshes, four ratios, against balanced: with `Mean` the mean distance is 6 % smaller, the largest 11
+/// % larger, in 1.3 of the time. For `Max` and `Normals` see `docs/measured/benchmark.md`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aim {
-    /// How much of a score counts. From 0.6 to 1 results get 4 % farther in the mean, 2 % nearer at most, normal errors 9 % smaller; at 1.5
-    /// `Max` is 10 % farther at most than the balanced one, and `Normals` has errors 5 % larger.
+    /// Factor on the scores. From 0.6 to 1 the mean distance grows by 4 %, the largest falls by 2 %, normal errors fall
+    /// by 9 %.
     pub strength: f32,
-    /// Points of the fit per output vertex, at most. At 14, one point a face, the mean distance of eight meshes of 16,900
-    /// to 50,000 vertices is 1.4 % farther.
+    /// Largest number of sample points of the fit per output vertex. At 14 the mean distance of eight meshes is 1.4 %
+    /// larger.
     pub points_per_vertex: usize,
-    /// Input faces per output vertex below which a point on each and one step of the fit are enough: the result is near
-    /// the input then. There are four at a ratio of 0.5, where `Mean` is 8 % nearer for fitting there, too.
+    /// Input faces per output vertex below which one point a face and one step suffice. The ratio 0.5 has four; `Mean`
+    /// gains 8 % by a full fit there.
     pub few_faces: usize,
-    /// Steps of the fit elsewhere. With one the mean distance of eight meshes of 16,900 to 50,000 vertices is 3 %
-    /// farther; `Mean` gains 1.5 % by four and another 1 % by six. With none there are no flips either.
+    /// Steps of the fit. One step gives a 3 % larger mean distance; `Mean` gains 1.5 % by four. At 0 there are no flips
+    /// either.
     pub steps: usize,
-    /// Squared heights over a face, over their mean, up to about which all points count alike in the fit. `Max` is 3 %
-    /// nearer at 3 than at 0.3.
+    /// Squared height over its face's mean up to which points have full weight. `Max` is 3 % better at 3 than at 0.3.
     pub usual: f32,
-    /// How often after the fit points that lie far from the faces draw them. `Max` gains 8 % by three times.
+    /// Rounds after the fit in which far points attract their faces. `Max` gains 8 % by three.
     pub draws: usize,
 }
 
 impl Default for Aim {
-    /// Good in every figure.
+    /// Returns the balanced settings.
     fn default() -> Self {
         Self { strength: 0.7, points_per_vertex: 28, few_faces: 8, steps: 2, usual: 0.3, draws: 0 }
     }
 }
 
 impl Aim {
-    /// What serves this figure best, at this effort.
+    /// Returns the settings for an error measure and an effort.
     ///
-    /// Twelve training meshes of twelve families at ratios of 0.1 and 0.5: `Best` is 9 % nearer in the mean than `Standard`, in twice the
-    /// time; where no scores are asked for, twice its steps and points bring another 1 %, in 1.6 times its time.
+    /// Over twelve training meshes at ratios of 0.1 and 0.5, `Best` has a 9 % smaller mean distance than `Standard` in
+    /// twice the time.
     pub fn of(optimize: Optimize, effort: Effort) -> Self {
         let standard = Self::standard(optimize);
         match effort {
@@ -53,7 +51,7 @@ impl Aim {
         let balanced = Self::default();
         match optimize {
             Optimize::Balanced => balanced,
-            // Where every vertex counts by its area, no place is nearer at another's cost.
+            // Without scores no place gains at another's cost.
             Optimize::Mean => Self { strength: 0.0, points_per_vertex: 50, few_faces: 2, steps: 4, ..balanced },
             Optimize::Max => Self { strength: 1.0, usual: 3.0, draws: 3, ..balanced },
             Optimize::Normals => Self { strength: 1.0, few_faces: 2, ..balanced },

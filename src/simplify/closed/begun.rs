@@ -1,4 +1,4 @@
-//! A collapse that goes on without the components that were dropped: nothing up to it is done again for the others.
+//! Saved state of a collapse, to continue it without dropped components.
 
 use crate::mesh::TriMesh;
 use crate::simplify::limits::Limit;
@@ -13,17 +13,17 @@ use super::prepare::prepare_at_scale;
 use super::prepare::surface::Normalisation;
 use super::request::Request;
 
-/// A collapse of all components from which the dropped ones were removed.
+/// Collapse from which the dropped components were removed.
 pub struct Begun<'a> {
     collapse: Collapse<'a>,
-    /// The normalisation of the surface of all components.
+    /// Normalisation of the surface with all components.
     scale: Normalisation,
-    /// The collapse's vertices at the corners of each face that stays, as the mesh has them.
+    /// Vertices of the collapse at the corners of each remaining face.
     corners: Vec<[u32; 3]>,
 }
 
 impl<'a> Begun<'a> {
-    /// Takes the copy of a collapse on from where more is left than this limit asks for; `None` where less is.
+    /// Removes the dropped components from a copy of a collapse; `None` where the copy already is below the limit.
     pub(super) fn without(dropped: &Dropped, base: &Base, copy: Collapse<'a>, limit: Limit) -> Option<Self> {
         let surface = &base.original.surface;
         let corners_of = |face: u32| {
@@ -42,10 +42,11 @@ impl<'a> Begun<'a> {
         is_far.then(|| Self { collapse, scale: surface.scale, corners: of_state(false).collect() })
     }
 
-    /// Lays the collapse over the mesh without the dropped components; `None` where its sheets part otherwise than they did beside these.
+    /// Attaches the collapse to the mesh without the dropped components; `None` where non-manifold vertices split
+    /// differently now.
     ///
     /// # Errors
-    /// [`SimplifyError::Interrupted`] where the listener says so.
+    /// [`SimplifyError::Interrupted`] where the listener asked to stop.
     pub(super) fn over<'b>(
         self,
         mesh: &'b TriMesh,
@@ -55,14 +56,14 @@ impl<'a> Begun<'a> {
     ) -> Result<Option<(Base<'b>, Collapse<'a>)>, SimplifyError> {
         progress.enter("surface", mesh.faces().len())?;
         let mut original = prepare_at_scale(mesh, self.scale, &request.keep, progress.pulse);
-        // Nothing that follows asks for these.
+        // Only a new collapse reads the quadrics.
         original.surface.quadrics = Vec::new();
         let Some(begun) = self.vertices(&original) else { return Ok(None) };
         progress.enter("collapse", self.collapse.merges_to(limit))?;
         Ok(Some((Base { original, begun }, self.collapse)))
     }
 
-    /// The collapse's vertex for each vertex of the surface; `None` where one would have two.
+    /// Maps each vertex of the surface to one of the collapse; `None` where this is ambiguous.
     fn vertices(&self, Original { mesh, surface, .. }: &Original) -> Option<Vec<u32>> {
         const NONE: u32 = u32::MAX;
         let mut vertices = vec![NONE; surface.n_vertices()];

@@ -1,7 +1,7 @@
-//! Bounds of merges within components: beyond them a component would lose its shape, a pane half of itself, a box a corner.
+//! Bounds on the deformation of components: beyond them a pane would lose half of itself or a box a corner.
 //!
-//! A surface alone is taken down to whatever size is asked. Of several components of an asset each is a thing that a viewer knows: a size that
-//! cannot be had without ruining one of them is not for the collapse to reach.
+//! A bare surface is simplified to any size. Each component of an asset is a recognisable thing, so the collapse stops
+//! before it ruins one.
 
 use glam::{DVec3, Vec3};
 
@@ -9,14 +9,14 @@ use super::dropping::components;
 use super::original::Original;
 use super::request::Keep;
 
-/// Distance that all merges of a vertex leave it from the surface over the component's diagonal, at most, and over the diagonal of all.
-/// A corner of a cube goes 0.2, a vertex of a sphere of twelve 0.06, one of a sphere of forty 0.02.
+/// Largest deformation by all merges, over the component's diagonal and over that of the whole. A corner of a cube
+/// moves 0.2 of the diagonal, a vertex of a sphere of twelve 0.06, of forty 0.02.
 const MOST_DISTANCE: [f64; 2] = [0.03, 0.01];
-/// Diagonal of a component over that of all, as a viewer sees them, below which it may lose its shape: a thousandth of the pixels.
+/// Size of a component over the whole below which it may lose its shape: a thousandth of the pixels.
 const LEAST_SIZE: f64 = 0.03;
 
-/// Returns how far merges, one after the other, may leave each vertex of the surface from what is there then, n_vertices: as far as was asked for, or farther.
-/// Empty where there is one component, and for a bare mesh.
+/// Returns the allowed deformation at each vertex of the surface, n_vertices; empty for a single component and for a
+/// bare mesh.
 pub fn ceilings(original: &Original, keep: &Keep) -> Vec<f32> {
     let surface = &original.surface;
     if keep.half.is_some() || !keep.is_asset() {
@@ -31,6 +31,7 @@ pub fn ceilings(original: &Original, keep: &Keep) -> Vec<f32> {
         let corners = face.map(|v| surface.positions[v as usize]);
         sums[of_vertex[face[0] as usize] as usize].add(corners, f);
     }
+    // Sizes are those a viewer sees: components may occur several times in a scene, at several scales.
     let stretch = |extent: &Extent| keep.scene.map_or(1.0, |scene| scene.stretch(keep.piece_of(extent.face)));
     let whole = match keep.scene {
         Some(scene) => scene.diagonal() * f64::from(surface.length(1.0)),
@@ -50,12 +51,12 @@ pub fn ceilings(original: &Original, keep: &Keep) -> Vec<f32> {
     of_vertex.into_iter().map(|component| ceilings[component as usize]).collect()
 }
 
-/// How large a component is.
+/// Bounding box of a component.
 #[derive(Clone, Copy)]
 struct Extent {
     low: Vec3,
     high: Vec3,
-    /// One of its faces.
+    /// Any face of the component.
     face: u32,
 }
 
@@ -72,7 +73,6 @@ impl Extent {
         self.face = face;
     }
 
-    /// The diagonal of its box.
     fn size(&self) -> f64 {
         DVec3::from(self.high - self.low).length()
     }

@@ -1,31 +1,30 @@
-//! Two faces over an edge, and the two that the other diagonal of their corners makes.
+//! Two faces over an edge, and their flip.
 
 use super::faces_around::FacesAround;
 
-/// An edge over which two faces meet, wound the same way: their corners `a b c` and `b a d`.
+/// Edge with its two consistently wound faces: corners `a b c` and `b a d`.
 #[derive(Clone, Copy)]
 pub struct Diamond {
-    /// The faces.
     pub faces: [u32; 2],
-    /// Their corners `a b c d`.
+    /// Corners `a b c d`.
     pub corners: [u32; 4],
 }
 
 impl Diamond {
-    /// The faces as they are; each begins with the edge.
+    /// Returns the faces; each begins with the edge.
     pub fn pair(&self) -> [[u32; 3]; 2] {
         let [a, b, c, d] = self.corners;
         [[a, b, c], [b, a, d]]
     }
 
-    /// The faces with the other diagonal; each begins with it.
+    /// Returns the faces after the flip; each begins with the other diagonal.
     pub fn flipped(&self) -> [[u32; 3]; 2] {
         let [a, b, c, d] = self.corners;
         [[c, d, b], [d, c, a]]
     }
 }
 
-/// The edges of a face beyond which another one lies, in the order of its corners; `a b c` is that face.
+/// Finds the diamonds over the edges of a face; `a b c` is that face.
 pub fn diamonds(faces: &[[u32; 3]], around: &FacesAround, f: u32) -> impl Iterator<Item = Diamond> {
     let [a, b, c] = faces[f as usize];
     [(a, b, c), (b, c, a), (c, a, b)].into_iter().filter_map(move |(a, b, c)| {

@@ -1,4 +1,4 @@
-//! Which faces use a vertex, and what lies beyond an edge.
+//! Faces around each vertex and across each edge.
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -6,10 +6,10 @@ use rustc_hash::FxHashMap;
 use crate::mesh::pulse::Pulse;
 use crate::mesh::shares::{add_faces, cut, shares};
 
-/// Faces of a vertex beyond which its edges are looked up: a fan of 150 thousand faces asks for each edge of its hub.
+/// Valence above which edges are looked up in a hash map: a fan of 150 thousand faces asks for each edge of its hub.
 const MOST_SEARCHED: usize = 64;
 
-/// Turns a face so that it begins with its smallest vertex: then equal faces have equal corners.
+/// Rotates a face to begin with its smallest vertex, so that equal faces have equal corners.
 pub fn smallest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
     match a.min(b).min(c) {
         first if first == a => [a, b, c],
@@ -18,27 +18,26 @@ pub fn smallest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
     }
 }
 
-/// The faces around each vertex as compressed rows.
+/// Faces around each vertex as compressed rows, with changes.
 pub struct FacesAround {
     starts: Vec<u32>,
     rows: Vec<Corner>,
-    /// Rows that are no longer what they were.
+    /// Rows replaced since construction.
     changed: FxHashMap<u32, Vec<Corner>>,
-    /// The face of each edge from a vertex that began with many; of several the first in its row.
+    /// Face along each directed edge from a high-valence vertex, the first in its row.
     from_hubs: FxHashMap<[u32; 2], u32>,
 }
 
-/// A face at one of its corners.
+/// Face at one of its corners.
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
 pub struct Corner {
-    /// The face.
     pub face: u32,
-    /// The corner that follows in the face.
+    /// Following corner of the face.
     pub next: u32,
 }
 
 impl FacesAround {
-    /// Sorts `faces` under their `n_vertices` corners.
+    /// Collects the faces around each of `n_vertices` vertices.
     pub fn new(pulse: Pulse, n_vertices: usize, faces: &[[u32; 3]]) -> Self {
         let mut starts = vec![0u32; n_vertices + 1];
         add_faces(pulse, &mut starts[1..], faces, |_| (), |n_corners, (), _| *n_corners += 1);
@@ -56,12 +55,12 @@ impl FacesAround {
         around
     }
 
-    /// Whether a vertex had many faces when these were sorted.
+    /// Returns whether a vertex had high valence at construction.
     fn is_hub(&self, vertex: u32) -> bool {
         (self.starts[vertex as usize + 1] - self.starts[vertex as usize]) as usize > MOST_SEARCHED
     }
 
-    /// Notes the face of each edge from a vertex.
+    /// Adds the edges from a vertex to the hash map.
     fn index(&mut self, vertex: u32) {
         for i in self.starts[vertex as usize]..self.starts[vertex as usize + 1] {
             let Corner { face, next } = self.rows[i as usize];
@@ -69,7 +68,7 @@ impl FacesAround {
         }
     }
 
-    /// The faces at `vertex`.
+    /// Returns the faces at `vertex` with their next corners.
     #[inline]
     pub fn corners(&self, vertex: u32) -> &[Corner] {
         if !self.changed.is_empty()
@@ -80,12 +79,12 @@ impl FacesAround {
         &self.rows[self.starts[vertex as usize] as usize..self.starts[vertex as usize + 1] as usize]
     }
 
-    /// The faces that use `vertex`.
+    /// Returns the faces at `vertex`.
     pub fn faces(&self, vertex: u32) -> impl Iterator<Item = u32> {
         self.corners(vertex).iter().map(|corner| corner.face)
     }
 
-    /// The faces that use any of these vertices, each once, in order.
+    /// Returns the faces at any of these vertices, sorted, without duplicates.
     pub fn faces_of_all(&self, vertices: impl IntoIterator<Item = u32>) -> Vec<u32> {
         let mut faces: Vec<u32> = vertices.into_iter().flat_map(|v| self.faces(v)).collect();
         faces.sort_unstable();
@@ -93,7 +92,7 @@ impl FacesAround {
         faces
     }
 
-    /// The face that runs along its edge from `u` to `v`; beyond a face's edge it is the one that runs the other way.
+    /// Finds the face with the directed edge from `u` to `v`; swapped, the face across.
     #[inline]
     pub fn along(&self, u: u32, v: u32) -> Option<u32> {
         let row = self.corners(u);
@@ -103,12 +102,12 @@ impl FacesAround {
         face_along(row, v)
     }
 
-    /// Whether an edge joins two vertices.
+    /// Returns whether an edge joins two vertices.
     pub fn joins(&self, u: u32, v: u32) -> bool {
         self.along(u, v).or_else(|| self.along(v, u)).is_some()
     }
 
-    /// Takes note that face `f` has other corners now.
+    /// Updates the rows after face `f` changed its corners.
     pub fn replace(&mut self, f: u32, before: [u32; 3], now: [u32; 3]) {
         let [a, b, c] = before;
         for (v, next) in [(a, b), (b, c), (c, a)] {
@@ -132,13 +131,13 @@ impl FacesAround {
     }
 }
 
-/// The first face of a row whose next corner is this one.
+/// Finds the first face of a row with this next corner.
 #[inline]
 fn face_along(row: &[Corner], next: u32) -> Option<u32> {
     row.iter().find(|corner| corner.next == next).map(|corner| corner.face)
 }
 
-/// Fills the rows of some vertices, from `first` on, whose rows begin at `starts`.
+/// Fills the rows of the vertices from `first` on; `starts` are their offsets.
 fn fill(pulse: Pulse, rows: &mut [Corner], starts: &[u32], first: usize, faces: &[[u32; 3]]) {
     let before = starts.first().copied().unwrap_or(0);
     let mut slots: Vec<u32> = starts.iter().map(|start| start - before).collect();
@@ -177,7 +176,7 @@ mod tests {
         }
     }
 
-    /// Also with faces stated several times, and while edges are flipped.
+    /// Includes duplicate faces and flips.
     #[test]
     fn edges_of_a_hub_are_those_of_its_row() {
         let n = 3 * MOST_SEARCHED as u32;

@@ -1,7 +1,7 @@
-//! Where what has to stay takes the vertices that the surface needs: the collapse ends before it ruins the rest.
+//! Early end of a collapse whose held vertices leave too few for the rest of the surface.
 //!
-//! What is held does not go, so all merges are the others'. Where that takes the surface more than about three times as far from the original
-//! as with nothing held, the collapse is made anew, down to about the smallest size at which it does not.
+//! Held vertices never merge, so all merges fall on the others. Where these move more than about four times as far from
+//! the original as with nothing held, the collapse is repeated to the smallest size at which they do not.
 
 use glam::Vec3;
 
@@ -12,32 +12,32 @@ use super::collapse::{Collapse, End};
 use super::original::Original;
 use super::output::Output;
 
-/// Held vertices of all, one of so many, from which on the surface is looked at. Distance falls with the number of vertices: where
-/// half are left to the surface, it is about twice as far as with all.
+/// The check runs when at least one vertex in `MANY` is held. Distance falls with the number of vertices: with half of
+/// them it about doubles.
 const MANY: usize = 2;
-/// How many times as far as with nothing held the surface may be before it is refined, which brings it nearer than the other one:
-/// charts of thirty faces over a sphere come to 2.7 to 3.8 times in the end where they are 3.9 times before, patches over a bumpy one to 2.6
-/// to 3.0.
+/// Largest distance before refinement, over that with nothing held. Refinement lowers 3.9 to between 2.7 and 3.8 for
+/// charts of thirty faces over a sphere, and to between 2.6 and 3.0 for patches over a bumpy one.
 const MOST: f64 = 4.2;
-/// A mean distance that ruins no surface of unit size.
+/// Mean distance that is always acceptable on a surface of unit size.
 const NEAR: f64 = 1e-4;
-/// From each size that is tried to the next, of the vertices that are not held.
+/// Ratio of successive trial sizes, without held vertices.
 const STEP: f64 = 1.25;
-/// Points of the original that tell how far a surface is, about.
+/// Sample points for the distance.
 const POINTS: usize = 4096;
 
-/// How a collapse began in which so much is held that it may have to be made anew.
+/// Initial state of a collapse that may have to be repeated.
 pub struct Beginning<'a>(Collapse<'a>);
 
 impl<'a> Beginning<'a> {
-    /// `None` where too little is held to ruin the surface at any of these sizes.
+    /// Copies the collapse; `None` where too little is held to ruin the surface at any of these sizes.
     pub fn of(collapse: &Collapse<'a>, limits: &[Limit]) -> Option<Self> {
         let least = limits.iter().map(|limit| limit.size()).min()?;
         (MANY * collapse.n_held() >= least).then(|| Self(collapse.clone().uncounted()))
     }
 
-    /// Where a collapse that came to a limit has ruined the surface: one that ends before, and how. `distance` says how far from the
-    /// original a collapse is.
+    /// Repeats a collapse that ruined the surface and ends it earlier; `None` where it did not.
+    ///
+    /// `distance` measures a collapse's distance from the original.
     pub fn anew(
         &self,
         ended: &Collapse,
@@ -47,6 +47,7 @@ impl<'a> Beginning<'a> {
         if MANY * ended.n_held() < ended.size().0 {
             return None;
         }
+        // The reference is a collapse to the same size with nothing held.
         let mut bare = self.0.clone().bare();
         bare.run(limit);
         let most = (MOST * distance(&bare)).max(NEAR);
@@ -60,7 +61,7 @@ impl<'a> Beginning<'a> {
         Some((collapse, end))
     }
 
-    /// The last of ever smaller sizes above `least` at which all is well.
+    /// Finds the last acceptable size above `least` by collapsing step by step.
     fn last(&self, least: usize, is_well: impl Fn(&Collapse) -> bool) -> Limit {
         let mut collapse = self.0.clone();
         let mut last = collapse.size().0;
@@ -77,7 +78,7 @@ impl<'a> Beginning<'a> {
     }
 }
 
-/// The mean distance of the original from an output, on the surface of unit size, by some points.
+/// Estimates the mean distance from the original to an output, on the surface of unit size.
 pub fn distance(original: &Original, output: &Output) -> f64 {
     let tree = output.tree();
     let surface = &original.surface;

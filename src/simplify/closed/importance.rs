@@ -1,8 +1,7 @@
-//! How much more than its area each vertex counts, from scores: where the collapse is to leave more vertices.
+//! Vertex importance from scores: factors on the quadrics that direct where vertices remain.
 //!
-//! The quadrics alone ask for the least sum of squared distances. What looks right asks for more where the surface
-//! bends and less where it is smooth: a formula says by how much, or the Point Sampler, which learns it (Sec. 3.1). Importance
-//! multiplies the quadrics, so that the collapse follows it.
+//! Plain quadrics minimise squared distance. A result that looks right needs more vertices where the surface bends; a
+//! formula or the Point Sampler (Sec. 3.1) says how many.
 
 use std::sync::Arc;
 
@@ -12,21 +11,21 @@ use crate::linalg::{Csr, Stars};
 use crate::mesh::pulse::Pulse;
 use crate::model::{Weights, star_scores, surface_scores};
 
-/// Scores farther than this from their mean count as if they were not. It bounds the importance at 33 times the mean
-/// for any network; the shipped weights stay within 2 on sixteen training meshes.
+/// Largest difference of a score from the mean. It bounds importance at 33 times the mean; the shipped weights stay
+/// within 2 on sixteen training meshes.
 const MOST_SCORE: f32 = 3.5;
-/// Vertices whose edges stand for all in the mean length: 12,000 edges tell it within 1 %. Sixteen training meshes: the
-/// mean distance moves by 0.2 % with 256 vertices or with all, as with another order of the vertices.
+/// Vertices sampled for the mean edge length: 12,000 edges estimate it within 1 %. On sixteen training meshes 256 or
+/// all vertices change the mean distance by 0.2 %.
 const MEASURED: usize = 2048;
-/// Share of a vertex' planes beside its normal that counts where nothing bends: normals within two degrees.
+/// Bending where nothing bends: normals within two degrees.
 const LEAST_BENDING: f32 = 1e-3;
-/// Vertices that are scored between two beats: at less than a microsecond each, about ten milliseconds on one thread.
+/// Vertices scored between two beats, about ten milliseconds on one thread.
 const TOGETHER: usize = 1 << 14;
 
-/// How much a hidden vertex counts beside one that shows: as n regions of a surface are wrong by n^-2, it keeps a tenth of its vertices.
+/// Importance of hidden vertices: errors fall as n^-2, so they keep a tenth of their vertices.
 pub const HIDDEN: f32 = 1e-3;
 
-/// Weighs the vertices of a surface; of a network's scores so much counts, of what is hidden little.
+/// Multiplies a surface's quadrics by importance; `strength` scales the scores, and hidden vertices count little.
 pub fn weigh(surface: &mut Surface, importance: Importance, strength: f32, hidden: &[bool]) {
     let mut factors = match importance {
         Importance::Even if hidden.is_empty() => return,
@@ -48,12 +47,11 @@ pub fn weigh(surface: &mut Surface, importance: Importance, strength: f32, hidde
     surface.weigh(factors);
 }
 
-/// The scores of all vertices by how much the surface bends there, n_vertices: the logarithm of the root of the share of a vertex' planes
-/// that is not along its normal.
+/// Scores all vertices by bending, n_vertices: half the logarithm of the share of a vertex' planes that is not along
+/// its normal.
 ///
-/// Sixteen training meshes, four ratios, over equal weights: with an importance of the bending to the power of 0.3 the mean distance is 1 %
-/// farther, the largest 9 % nearer, normal errors are 8 % smaller; to 0.15 it is 0, 4 and -2 %, to 0.5 it is 5, 11 and 16 %; with the scores of
-/// the network 4, 10 and 7 %.
+/// Against equal weights on sixteen training meshes at four ratios, powers of 0.15, 0.3 and 0.5 of the bending raise
+/// the mean distance by 0, 1 and 5 %, lower the largest by 4, 9 and 11 %, and change normal errors by +2, -8 and -16 %.
 fn bending_scores(surface: &Surface) -> Vec<f32> {
     let score = |v: usize| {
         let ([xx, xy, xz, yy, yz, zz], n) = (surface.quadrics[v], surface.normals[v]);
@@ -64,13 +62,12 @@ fn bending_scores(surface: &Surface) -> Vec<f32> {
     surface.pulse.counting_if(false).map_numbers(surface.n_vertices(), score)
 }
 
-/// What of the scores counts.
 fn weakened(mut scores: Vec<f32>, strength: f32) -> Vec<f32> {
     scores.iter_mut().for_each(|score| *score *= strength);
     scores
 }
 
-/// The scores of all vertices, n_vertices; `None` for a network that sees more than neighbours.
+/// Scores all vertices one-ring by one-ring, n_vertices; `None` for a network that sees farther.
 fn star_scores_of(surface: &Surface, weights: &Weights) -> Option<Vec<f32>> {
     let edge_length = mean_edge_length(surface);
     let n_vertices = surface.n_vertices();
@@ -83,7 +80,7 @@ fn star_scores_of(surface: &Surface, weights: &Weights) -> Option<Vec<f32>> {
     Some(scores)
 }
 
-/// The mean length of the edges, of a part of them on a large surface; 1 where they have none.
+/// Estimates the mean edge length; 1 without edges.
 fn mean_edge_length(surface: &Surface) -> f32 {
     let (mut sum, mut n_edges) = (0.0, 0u32);
     for v in (0..surface.n_vertices()).step_by(surface.n_vertices() / MEASURED + 1) {
@@ -95,20 +92,19 @@ fn mean_edge_length(surface: &Surface) -> f32 {
     if sum > 0.0 { (sum / f64::from(n_edges)) as f32 } else { 1.0 }
 }
 
-/// The scores of all vertices, n_vertices.
 fn scores(surface: &Surface, weights: &Weights) -> Vec<f32> {
     let rings = Arc::new(edges(surface));
     surface_scores(weights, &surface.positions, &surface.normals, &rings)
 }
 
-/// The rings as sparse rows, ghost vertices left out.
+/// Returns the one-rings as sparse rows, without ghost vertices.
 fn edges(surface: &Surface) -> Csr {
     Csr::from_neighbours(surface.n_vertices(), |v| surface.neighbors(v as u32))
 }
 
-/// By how much more than its area each vertex counts, from its score: the exponential of the score about the mean by area.
+/// Converts scores to importance: the exponential of the difference to the mean score by area.
 ///
-/// Only differences of scores matter. Weights of a network may be so large that a score is not finite: it then counts as 0.
+/// Scores that are not finite count as 0.
 ///
 /// # Shapes
 /// - `scores` and `areas` (0 or more): n
@@ -123,7 +119,7 @@ pub fn importance_of_scores(scores: &[f32], areas: &[f64]) -> Vec<f32> {
     importance_with(Pulse::NONE, scores, areas)
 }
 
-/// As [`importance_of_scores`], where someone may listen.
+/// Computes [`importance_of_scores`] with a pulse.
 fn importance_with(pulse: Pulse, scores: &[f32], areas: &[f64]) -> Vec<f32> {
     let total: f64 = areas.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let finite = |s: f32| if s.is_finite() { s } else { 0.0 };
@@ -131,7 +127,7 @@ fn importance_with(pulse: Pulse, scores: &[f32], areas: &[f64]) -> Vec<f32> {
     pulse.counting_if(false).map(scores, |&s| (finite(s) - mean as f32).clamp(-MOST_SCORE, MOST_SCORE).exp())
 }
 
-/// The weights of the vertices as long as all count alike, n_vertices.
+/// Returns the plane weights of the vertices, n_vertices.
 fn areas(surface: &Surface) -> Vec<f64> {
     (0..surface.n_vertices()).map(|v| surface.weight(v)).collect()
 }

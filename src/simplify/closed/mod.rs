@@ -1,7 +1,7 @@
-//! The closed assembly, ours: prepare, collapse, refine. Closed in, closed out.
+//! The closed assembly: prepare, collapse, refine; closed inputs give closed results.
 //!
-//! Two nouns carry it: [`Original`](original::Original) answers every question about a place on the input;
-//! [`Output`](output::Output) is made once by the collapse and kept in step by all that follows.
+//! [`Original`](original::Original) answers all queries about the input; [`Output`](output::Output) is created by the
+//! collapse and updated by every later step.
 
 mod aim;
 mod attributes;
@@ -50,23 +50,22 @@ pub use request::Importance;
 pub(super) use request::{DropRules, Half, Keep, Request};
 pub(super) use result::Closed;
 
-/// Input vertices per output vertex from which on flips pay: nearer to the original's own size, the collapse has seen
-/// to the diagonals. Nineteen training meshes at ratios 0.01 to 0.05: the mean distance is 0.7 % farther at 30 and
-/// 1.7 % at 60; without flips 2.6 %.
+/// Input vertices per output vertex above which flips run; on finer results the collapse has chosen good diagonals.
+/// Nineteen training meshes at ratios 0.01 to 0.05: the mean distance is 0.7 % larger at 30, 1.7 % at 60, 2.6 % without
+/// flips.
 const COARSE: usize = 15;
 
-/// Levels of detail as far as all components of the mesh stay.
+/// Levels of detail up to the first one that drops a component.
 pub(super) struct Levels<'a> {
-    /// The levels that were made: all that were asked for, or those before components are dropped.
+    /// Finished levels.
     pub made: Vec<Closed>,
-    /// What is dropped at the next one.
+    /// Components to drop at the next level.
     pub dropped: Option<Dropped>,
-    /// From where that one can go on without it.
+    /// State from which that level can continue without them.
     pub begun: Option<Begun<'a>>,
 }
 
-/// Simplifies `mesh` to the first of the limits, then on to each further one, from where the collapse stood before. The first
-/// level alone is known as a function of the positions.
+/// Simplifies `mesh` to each limit in turn with one collapse; only the first level has a derivative.
 pub(super) fn simplify_levels<'a>(
     mesh: &TriMesh,
     request: &Request,
@@ -81,7 +80,7 @@ pub(super) fn simplify_levels<'a>(
     let beginning = may_ruin.then(|| Beginning::of(&collapse, limits)).flatten();
     let mut collapse = Some(keeping_copy(collapse, request, limits.len()));
     for &limit in limits {
-        // The last level needs the memory of the collapse for itself.
+        // The last level takes the collapse itself, not a copy, to save memory.
         let Some(running) = collapse.take() else { break };
         if !levels.made.is_empty() {
             progress.enter("collapse", running.merges_to(limit))?;
@@ -89,6 +88,8 @@ pub(super) fn simplify_levels<'a>(
         let (mut running, end) = run(&base, running, beginning.as_ref(), request, limit);
         let trace = traced(running.history.take());
         let output = base.output(&running);
+        // A level is checked for components to drop before it is refined; if some go, the caller repeats it without
+        // them.
         if let Some(rules) = request.keep.drop.filter(|rules| levels.made.len() >= rules.from_level) {
             let cost = Cost::of(&running, limit, end);
             levels.dropped = dropping::dropped(&base.original, &output, &cost, &rules, &request.shown());
@@ -107,7 +108,7 @@ pub(super) fn simplify_levels<'a>(
     Ok(levels)
 }
 
-/// Begins a collapse, or goes on with one that was begun for more of the mesh.
+/// Starts a collapse, or continues one that was begun with more components.
 fn begin<'a, 'p: 'a>(
     mesh: &'a TriMesh,
     request: &Request,
@@ -129,7 +130,7 @@ fn keeping_copy<'a>(collapse: Collapse<'a>, request: &Request, n_levels: usize) 
     if may_drop && !request.differentiable { collapse.keeping_a_copy() } else { collapse }
 }
 
-/// Runs a collapse to a limit, or to where what has to stay would ruin the rest.
+/// Runs a collapse to a limit; repeats it to an earlier end where held vertices would ruin the rest.
 fn run<'a>(
     base: &Base,
     mut collapse: Collapse<'a>,
@@ -143,15 +144,15 @@ fn run<'a>(
     anew.unwrap_or((collapse, end))
 }
 
-/// What a collapse begins with.
+/// Original with the link between its vertices and those of the collapse.
 struct Base<'a> {
     original: Original<'a>,
-    /// The collapse's vertex for each vertex of the surface; empty where they are the same.
+    /// Collapse vertex of each surface vertex; empty where they are equal.
     begun: Vec<u32>,
 }
 
 impl Base<'_> {
-    /// What a collapse left, over the vertices of this surface.
+    /// Returns the state of the collapse as an output over this surface.
     fn output(&self, collapse: &Collapse) -> Output {
         let mut output = collapse.output();
         if !self.begun.is_empty() {
@@ -163,7 +164,7 @@ impl Base<'_> {
         output
     }
 
-    /// What was done up to the end of the collapse.
+    /// Fills in a report up to the end of the collapse.
     fn report(&self, Keep { edges, locked, .. }: &Keep, end: End, plain: Report) -> Report {
         Report {
             outcome: end.outcome(),
@@ -175,30 +176,30 @@ impl Base<'_> {
         }
     }
 
-    /// A price of 1 in the unit of the mesh, on the surface of unit size.
+    /// Returns a price of 1 in mesh units as a price on the surface of unit size.
     fn unit_of_prices(&self) -> f64 {
         f64::from(self.original.surface.length(1.0)).powi(4)
     }
 
-    /// What merges cost so far, in the unit of the mesh.
+    /// Returns the vertex counts and prices of all passes, in mesh units.
     fn paid(&self, collapse: &Collapse) -> Vec<(usize, f64)> {
         let unit = self.unit_of_prices();
         collapse.paid().iter().map(|&(n, price)| (n, f64::from(price) / unit)).collect()
     }
 
-    /// Where the collapse ends: at the limit, or at a price alone.
+    /// Returns the limit, or one that only a price sets.
     fn limit(&self, price: Option<f64>, limit: Limit) -> Limit {
         let up_to = |price| Limit { price: (price * self.unit_of_prices()) as f32, ..Limit::of_vertices(0) };
         price.map_or(limit, up_to)
     }
 }
 
-/// What a run has chosen so far, where its merges were written down.
+/// Starts a trace with the history of the collapse, if one was recorded.
 fn traced(history: Option<Vec<collapse::Event>>) -> Option<Trace> {
     Some(Trace { history: history?, ..Trace::default() })
 }
 
-/// Everything up to the collapse.
+/// Prepares the input and sets up a collapse.
 fn start<'a, 'p: 'a>(
     mesh: &'a TriMesh,
     request: &Request,
@@ -209,6 +210,7 @@ fn start<'a, 'p: 'a>(
     progress.enter("surface", n_faces)?;
     let mut original = prepare(mesh, keep, progress.pulse);
     progress.enter("scores", n_faces)?;
+    // Importance must precede the collapse, which copies the quadrics.
     importance::weigh(&mut original.surface, request.importance, request.aim.strength, request.hidden);
     progress.enter("collapse", merges_to(limit, original.surface.n_vertices(), n_faces))?;
     let constrains = !original.features.is_empty() || !original.pins.is_empty();
@@ -217,12 +219,12 @@ fn start<'a, 'p: 'a>(
     let poses = Poses::new(&original, keep);
     let collapse = Collapse::new(progress.pulse, &original.surface).below(ceilings::ceilings(&original, keep));
     let collapse = collapse.under(constraints, attributes, poses, request.differentiable.then(Vec::new));
-    // Nothing that follows asks for these.
+    // Only the collapse reads the quadrics.
     original.surface.quadrics = Vec::new();
     Ok((Base { original, begun: Vec::new() }, collapse))
 }
 
-/// What follows the collapse: flips, fit, foldover repair, and what the corners carry.
+/// Turns the output of a collapse into a result: flips, fit, foldover repair, attributes.
 fn refine(
     base: &Base,
     request: &Request,
@@ -234,6 +236,7 @@ fn refine(
     let original = &base.original;
     let Keep { attributes, map, .. } = request.keep;
     let attributes = attributes.or(map.then_some(Attributes::NONE));
+    // Points are matched once; flips and fit both update them.
     let mut points = Points::new(&original.surface, output.positions.len(), request.aim);
     progress.enter("flips", points.len())?;
     let is_coarse = COARSE * output.positions.len() <= original.surface.n_vertices();
@@ -242,11 +245,13 @@ fn refine(
     let mut n_flipped = if is_coarse && request.flips() { flips::flip(&mut points, &mut output) } else { 0 };
     progress.enter("fit", points.len())?;
     trace.iter_mut().for_each(|trace| trace.faces = output.faces().to_vec());
+    // A mesh at its own size is not fitted: its vertices already lie on the original.
     if request.fits() && !is_whole {
         fit::fit(original, &mut points, &mut output, &mut trace);
         nested::move_back(original, &mut output, |face| request.keep.piece_of(face));
     }
     progress.enter("finish", output.faces().len())?;
+    // Foldovers come after all moves of vertices, duplicates last: they depend on the rounded positions.
     n_flipped += if is_whole { 0 } else { foldovers::repair(original, &mut output, is_coarse) };
     let (positions, [n_flat, n_separated]) = in_numbers_of_file(original, &mut output, request, progress.pulse);
     n_flipped += n_flat;
@@ -264,8 +269,10 @@ fn refine(
     Ok(closed)
 }
 
-/// The local positions, n_vertices x 3, where no two are written as one and no face loses its area to rounding; how many edges were
-/// flipped, and how many vertices moved, for that. A mesh at its own size keeps the faces without area that it has.
+/// Rounds positions to local coordinates; separates duplicates and widens faces that lose their area.
+///
+/// Returns positions, n_vertices x 3, flipped edges and moved vertices. A mesh at its own size keeps its degenerate
+/// faces.
 fn in_numbers_of_file(
     original: &Original,
     output: &mut Output,
@@ -283,7 +290,7 @@ fn in_numbers_of_file(
     (positions, [n_flipped, n_separated])
 }
 
-/// Whether a mesh is already what the assembly promises: a manifold, wound one way, no two vertices in one place.
+/// Returns whether a mesh already is an oriented manifold without duplicate positions.
 pub(super) fn is_sound(mesh: &TriMesh, frame: &Frame) -> bool {
     let topology = topology(mesh);
     topology.non_manifold_edges + topology.non_manifold_vertices + topology.inconsistent_edges == 0

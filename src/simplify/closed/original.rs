@@ -1,8 +1,8 @@
-//! The original: the mesh as the closed assembly works on it, and every question about a place on it.
+//! The input as the closed assembly sees it, with closest-point queries.
 //!
-//! Three searches answer "what is closest": a walk over the edges from a vertex nearby, where many points are asked about and a
-//! guess will do; all faces in the regions of a few output vertices, where the distance decides; and a search over faces that
-//! crosses no seam, where the side of the seam matters. The regions know where to start, so no search structure is needed.
+//! Three searches find the closest point: a walk over edges from a vertex nearby, fast but approximate; all faces in
+//! the regions of some output vertices, exact; and a search that crosses no seam. Regions give the starting points, so
+//! no search tree is needed.
 
 use glam::Vec3;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -16,37 +16,37 @@ use super::pins::Pins;
 use super::prepare::feature_edges::FeatureEdges;
 use super::prepare::surface::Surface;
 
-/// Points of the original that stand for the region of a vertex, at most, where foldovers are repaired. Nineteen
-/// training meshes at ratios 0.01 to 0.05: with 4 or 16 the mean distance moves by 0.1 %, the largest by 0.7 %.
+/// Sample points per vertex region in foldover repair. Nineteen training meshes at ratios 0.01 to 0.05: 4 or 16 change
+/// the mean distance by 0.1 %, the largest by 0.7 %.
 const POINTS: usize = 8;
-/// Squared distance over that of the closest face so far, up to which a search goes on from a face. Twelve textured
-/// training meshes: texture coordinates are 1.3 % farther off at 1, 0.2 % nearer at 3.
+/// Squared distance over the smallest so far up to which the seam-bound search continues. On twelve textured training
+/// meshes, texture errors are 1.3 % larger at 1 and 0.2 % smaller at 3.
 const SLACK: f32 = 1.5;
-/// Faces from which a search goes on, at most. More lie equally near where they all meet in one corner, or where coordinates differ
-/// so much in size that single precision knows no distance; a step costs a look at all faces met.
+/// Largest number of faces the seam-bound search continues from. More are equally near where many faces share a corner
+/// or single precision cannot resolve distances; each step scans all visited faces.
 const MOST_STEPS: usize = 256;
 
-/// The mesh as the closed assembly works on it.
+/// Input as the closed assembly sees it.
 pub struct Original<'a> {
-    /// The caller's mesh.
+    /// Mesh of the caller.
     pub mesh: &'a TriMesh,
-    /// The mesh as a manifold of unit size.
+    /// Mesh as a manifold of unit size.
     pub surface: Surface<'a>,
-    /// Edges that stay edges, over the vertices of the surface.
+    /// Feature edges over surface vertices.
     pub features: FeatureEdges,
-    /// Vertices that may not move, over those of the surface.
+    /// Pinned surface vertices.
     pub pins: Pins,
 }
 
 impl<'a> Original<'a> {
-    /// A mesh of which nothing but the shape has to stay.
+    /// Wraps a mesh without constraints.
     #[cfg(test)]
     pub fn bare(mesh: &'a TriMesh) -> Self {
         let (features, pins) = (FeatureEdges::default(), Pins::default());
         Self { mesh, surface: Surface::new(mesh, crate::mesh::pulse::Pulse::NONE), features, pins }
     }
 
-    /// For each output vertex that is wanted the vertex of its region that lies closest to it; any for others.
+    /// Finds the region vertex closest to each wanted output vertex; arbitrary for the others.
     pub fn anchors(&self, positions: &[Vec3], vertex_of: &[u32], wanted: &[bool]) -> Vec<u32> {
         let mut best = vec![(f32::INFINITY, 0); positions.len()];
         for numbers in self.surface.pulse.through(0..vertex_of.len()) {
@@ -61,7 +61,7 @@ impl<'a> Original<'a> {
         best.into_iter().map(|(_, v)| v).collect()
     }
 
-    /// The point closest to `point` on the faces around the vertex where a walk from vertex `start` ends.
+    /// Finds the closest point on the faces around the vertex where a walk from `start` ends.
     pub fn closest_near(&self, point: Vec3, start: u32) -> ClosestPoint {
         let v = self.vertex_near(point, start);
         let mut closest = ClosestPoint { point, normal: Vec3::ZERO, distance: f32::INFINITY };
@@ -76,7 +76,7 @@ impl<'a> Original<'a> {
         closest
     }
 
-    /// The vertex at which a walk toward `point` ends that begins at `start`.
+    /// Walks over edges from `start` to a vertex with no neighbour nearer to `point`.
     fn vertex_near(&self, point: Vec3, start: u32) -> u32 {
         let distance = |v: u32| self.surface.positions[v as usize].distance_squared(point);
         let (mut v, mut least) = (start, distance(start));
@@ -94,21 +94,22 @@ impl<'a> Original<'a> {
         }
     }
 
-    /// The other two corners of each face at a vertex.
+    /// Returns the other two corners of each face at a vertex.
     fn sides(&self, v: u32) -> impl Iterator<Item = [u32; 2]> {
         let ring = self.surface.neighbors(v);
         let n_faces = if self.surface.rings.ghost(v).is_none() { ring.len() } else { ring.len() - 1 };
         (0..n_faces).map(|i| [ring[i], ring[if i + 1 == ring.len() { 0 } else { i + 1 }]])
     }
 
-    /// Normal of a face at vertex `v`, not of unit length; where not all are wound the same way around, as the vertex looks.
+    /// Returns the area normal of a face at vertex `v`; on surfaces that are not oriented it is turned to the vertex
+    /// normal's side.
     fn normal_at(&self, v: u32, corners: [Vec3; 3]) -> Vec3 {
         let normal = area_normal(corners);
         let is_opposed = !self.surface.rings.is_oriented() && normal.dot(self.surface.normals[v as usize]) < 0.0;
         if is_opposed { -normal } else { normal }
     }
 
-    /// The regions of the wanted output vertices; `vertex_of` names the output vertex of each vertex.
+    /// Collects the regions of the wanted output vertices; `vertex_of` names the output vertex of each vertex.
     pub fn regions(&self, vertex_of: &[u32], wanted: &[bool]) -> Regions {
         let mut regions: FxHashMap<u32, Region> = FxHashMap::default();
         let wanted = |v: &u32| wanted[vertex_of[*v as usize] as usize];
@@ -117,13 +118,13 @@ impl<'a> Original<'a> {
             let output = vertex_of[v as usize];
             let region = regions.entry(output).or_default();
             region.points.push(self.surface.positions[v as usize]);
-            // A face is noted once for each region, at the first of its corners there.
+            // A face is recorded once per region, at its first corner there.
             let is_first = |w: &u32| *w > v || vertex_of[*w as usize] != output;
             for [p, q] in self.sides(v).filter(|side| side.iter().all(is_first)) {
                 let corners = [v, p, q].map(|w| self.surface.positions[w as usize]);
                 let face = Face::new(corners, self.normal_at(v, corners));
                 region.points.push(face.centroid());
-                // One without an area looks nowhere, and its edges are those of others.
+                // Degenerate faces have no normal, and their edges belong to other faces.
                 region.faces.extend(Some(face).filter(|face| face.normal != Vec3::ZERO));
             }
         }
@@ -131,7 +132,7 @@ impl<'a> Original<'a> {
         Regions(regions)
     }
 
-    /// The faces as a search finds them that stays on one side of every seam.
+    /// Builds the search that stays on one side of every seam.
     pub fn sides_of_seams(&self) -> SidesOfSeams<'_> {
         SidesOfSeams {
             surface: &self.surface,
@@ -141,7 +142,7 @@ impl<'a> Original<'a> {
         }
     }
 
-    /// For each corner of the surface's faces which corner of the mesh's it is: some faces are wound the other way.
+    /// Returns the mesh corner of each surface corner; the surface may wind faces the other way.
     pub fn corner_orders(&self) -> Vec<[u8; 3]> {
         let order = |(corners, before): (&[u32; 3], &[u32; 3])| {
             corners.map(|v| before.iter().position(|&w| w == self.surface.source(v)).unwrap_or(0) as u8)
@@ -150,24 +151,23 @@ impl<'a> Original<'a> {
     }
 }
 
-/// Regions of the original by the output vertices that they became.
+/// Regions of the original, by output vertex.
 ///
-/// Distances are to faces: on parts with long faces the next vertex of the original is often far away, and its normal that of
-/// another side.
+/// Distances are to faces: with long faces the nearest vertex of the original can be far away and on another side.
 pub struct Regions(FxHashMap<u32, Region>);
 
 impl Regions {
-    /// Whether the region of a vertex is known.
+    /// Returns whether the region of a vertex was collected.
     pub fn has(&self, vertex: u32) -> bool {
         self.0.contains_key(&vertex)
     }
 
-    /// Points of the original in the regions of these vertices.
+    /// Returns sample points in the regions of these vertices.
     pub fn points(&self, vertices: &[u32]) -> impl Iterator<Item = Vec3> {
         self.of(vertices).flat_map(|region| &region.points).copied()
     }
 
-    /// The point of the original in the regions of these vertices that lies closest to `point`.
+    /// Finds the closest point in the regions of these vertices.
     pub fn closest_point(&self, point: Vec3, vertices: &[u32]) -> ClosestPoint {
         let mut closest = ClosestPoint { point, normal: Vec3::ZERO, distance: f32::INFINITY };
         for face in self.of(vertices).flat_map(|region| &region.faces) {
@@ -187,37 +187,34 @@ impl Regions {
     }
 }
 
-/// The closest point of the original.
+/// Closest point of the original.
 #[derive(Clone, Copy)]
 pub struct ClosestPoint {
-    /// Where it lies.
     pub point: Vec3,
-    /// The normal of its face, not of unit length.
+    /// Normal of its face, not normalised.
     pub normal: Vec3,
-    /// How far away it is.
     pub distance: f32,
 }
 
-/// The original in one region.
+/// Original within one region.
 #[derive(Default)]
 struct Region {
-    /// Some of its vertices and of the centroids of its faces.
+    /// Some vertices and face centroids.
     points: Vec<Vec3>,
-    /// The faces with a corner in it that have an area.
+    /// Non-degenerate faces with a corner in the region.
     faces: Vec<Face>,
 }
 
-/// A face of the original.
+/// Face of the original with its bounding box.
 struct Face {
     corners: [Vec3; 3],
-    /// Not of unit length.
+    /// Area normal.
     normal: Vec3,
-    /// The least and the largest coordinates.
     bounds: [Vec3; 2],
 }
 
 impl Region {
-    /// Leaves no more than [`POINTS`] points, evenly.
+    /// Keeps at most [`POINTS`] points, evenly spaced.
     fn thin_out(&mut self) {
         let step = self.points.len().div_ceil(POINTS).max(1);
         self.points = self.points.iter().copied().step_by(step).collect();
@@ -234,43 +231,43 @@ impl Face {
         (self.corners[0] + self.corners[1] + self.corners[2]) / 3.0
     }
 
-    /// Whether box and plane let the face be nearer to a point than that.
+    /// Returns whether bounding box and plane admit a point of the face within the distance.
     fn may_be_within(&self, distance: f32, point: Vec3) -> bool {
         let [low, high] = self.bounds;
         let outside = (low - point).max(point - high).max(Vec3::ZERO).length_squared();
         let height = self.normal.dot(point - self.corners[0]);
         let squared = distance * distance;
-        // Rounding may add a little to the height.
+        // The factor absorbs rounding of the height.
         outside < squared && height * height <= squared * 1.001 * self.normal.length_squared()
     }
 }
 
-/// A point of the original: a face and weights of the corners that it has in the mesh.
+/// Point of the original: a face and weights of its mesh corners.
 #[derive(Clone, Copy)]
 pub struct SurfacePoint {
-    /// The face.
     pub face: u32,
-    /// The weights of its corners.
     pub weights: [f32; 3],
 }
 
-/// The original, searched without crossing a seam.
+/// Search on the original that crosses no seam.
 pub struct SidesOfSeams<'a> {
     surface: &'a Surface<'a>,
-    /// Which corner of the mesh each corner of the surface is, n_faces x 3.
+    /// Mesh corner of each surface corner, n_faces x 3.
     orders: Vec<[u8; 3]>,
     seams: FxHashSet<[u32; 2]>,
     around: FacesAround,
 }
 
 impl SidesOfSeams<'_> {
-    /// Lets searches stop at these edges alone, the smaller vertex of each first.
+    /// Replaces the edges that searches do not cross; each has its smaller vertex first.
     pub fn between(self, seams: impl Iterator<Item = [u32; 2]>) -> Self {
         Self { seams: seams.collect(), ..self }
     }
 
-    /// The point closest to `p` among the faces that a search from `starts` meets, which goes on from the closest faces as long
-    /// as they lie hardly farther than the best: a corner or an edge may be nearest on several faces before the next is nearer.
+    /// Finds the point closest to `p` by a best-first search from the faces `starts`.
+    ///
+    /// It continues from faces slightly farther than the best, since a corner or edge may be nearest on several faces
+    /// in a row.
     pub fn closest_point(&self, p: Vec3, starts: &[u32]) -> SurfacePoint {
         let mut met: Vec<u32> = Vec::new();
         let mut open: Vec<(f32, SurfacePoint)> = Vec::new();
@@ -291,7 +288,7 @@ impl SidesOfSeams<'_> {
             let nearest = (0..open.len()).min_by(|&i, &j| open[i].0.total_cmp(&open[j].0));
             let Some(next) = nearest else { break };
             let (distance, place) = open.swap_remove(next);
-            // Nothing is nearer than at no distance; nor does a search go on from what is no number.
+            // Zero distance cannot improve, and distances that are not numbers cannot be compared.
             if best.0 == 0.0 || distance.is_nan() || distance > SLACK * best.0 {
                 break;
             }
@@ -300,7 +297,7 @@ impl SidesOfSeams<'_> {
         best.1
     }
 
-    /// The squared distance of a point from a face, and the nearest point of it.
+    /// Returns the squared distance of a point to a face, and the closest point.
     fn nearest(&self, p: Vec3, face: u32) -> (f32, SurfacePoint) {
         let corners = self.surface.faces[face as usize].map(|v| self.surface.positions[v as usize]);
         let weights = nearest_weights_f64(p.as_dvec3(), corners.map(Vec3::as_dvec3)).map(|w| w as f32);
@@ -310,7 +307,7 @@ impl SidesOfSeams<'_> {
         (point.distance_squared(p), SurfacePoint { face, weights: of_mesh })
     }
 
-    /// The faces beyond the edges of a face that are no seams.
+    /// Returns the adjacent faces that are not across a seam.
     fn beside(&self, face: u32) -> impl Iterator<Item = u32> {
         let [a, b, c] = self.surface.faces[face as usize];
         let open = |(a, b): &(u32, u32)| !self.seams.contains(&[*a.min(b), *a.max(b)]);

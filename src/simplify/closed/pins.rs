@@ -1,29 +1,28 @@
-//! What may not move: vertices that are locked, all vertices where the result is a subset of the mesh's, and the vertices on
-//! the plane of a half, which stay on it.
+//! Pinned vertices: locked ones, those of a subset, and those on the mirror plane, which stay on it.
 //!
-//! Pins begin over the vertices of the surface and are carried over to those of the collapse and of the output.
+//! Pins are carried from the surface over the collapse to the output.
 
 use glam::DVec3;
 
 use super::prepare::surface::Surface;
 use super::request::{Half, Keep};
 
-/// Which vertices may not move, over those of the surface, of a collapse or of an output.
+/// Pins over the vertices of a surface, a collapse or an output.
 #[derive(Clone, Debug, Default)]
 pub struct Pins {
-    /// Whether each vertex stays where it is; empty where all may go.
+    /// Vertices that stay in place; empty for none.
     locked: Vec<bool>,
-    /// Whether edges between two such vertices stay edges.
+    /// Set where edges between locked vertices must stay.
     holds_edges: bool,
-    /// Whether the vertices have to lie on vertices of the mesh.
+    /// Set where every vertex must be at a mesh vertex.
     subset: bool,
-    /// The vertex of the surface that each vertex lies on, while it lies on one; empty over the surface itself.
+    /// Surface vertex beneath each vertex; empty over the surface itself.
     origin: Vec<u32>,
     plane: Option<PlaneVertices>,
 }
 
 impl Pins {
-    /// Takes what has to stay over to the vertices of the surface, where some are copies.
+    /// Transfers the pins of a mesh to its surface, where some vertices are copies.
     pub fn on(surface: &Surface, keep: &Keep) -> Self {
         let is_locked = |v: u32| keep.locked[v as usize];
         let locked = if keep.locked.is_empty() { Vec::new() } else { surface.sources().map(is_locked).collect() };
@@ -31,35 +30,34 @@ impl Pins {
         Self { locked, holds_edges: !keep.kept.is_empty(), subset: keep.subset, origin: Vec::new(), plane }
     }
 
-    /// Those of a subset in which nothing is locked.
     #[cfg(test)]
     pub fn of_a_subset() -> Self {
         Self { subset: true, ..Self::default() }
     }
 
-    /// Whether nothing is pinned.
+    /// Returns whether nothing is pinned.
     pub fn is_empty(&self) -> bool {
         self.locked.is_empty() && !self.subset && self.plane.is_none()
     }
 
-    /// Whether anything is pinned beside the plane of a half.
+    /// Returns whether anything but the mirror plane pins vertices.
     pub fn hold_more_than_plane(&self) -> bool {
         self.subset || self.plane.is_none() || self.locked.contains(&true)
     }
 
-    /// For so many vertices of a collapse, which are those of the surface, each on itself.
+    /// Transfers surface pins to a collapse, whose vertices are the surface's.
     pub fn on_own_vertices(&self, n_vertices: usize) -> Self {
         let vertices = 0..n_vertices as u32;
         let locked = vertices.clone().map(|v| self.is_locked(v)).collect();
         Self { locked, origin: vertices.collect(), ..self.clone() }
     }
 
-    /// The same with nothing locked.
+    /// Removes all locks.
     pub fn unlocked(self) -> Self {
         Self { locked: vec![false; self.locked.len()], ..self }
     }
 
-    /// For some of the vertices, in this order.
+    /// Selects the pins of these vertices.
     pub fn of_living(&self, living: &[u32]) -> Self {
         Self {
             locked: living.iter().map(|&v| self.is_locked(v)).collect(),
@@ -70,68 +68,68 @@ impl Pins {
         }
     }
 
-    /// The vertices that stay where they are.
+    /// Returns the locked vertices.
     pub fn locked_vertices(&self) -> impl Iterator<Item = u32> {
         (0..self.locked.len() as u32).filter(|&v| self.locked[v as usize])
     }
 
-    /// Whether a vertex stays where it is.
+    /// Returns whether a vertex must stay in place.
     pub fn is_locked(&self, v: u32) -> bool {
         self.locked.get(v as usize).is_some_and(|&locked| locked)
     }
 
-    /// Whether the edge between two vertices stays one.
+    /// Returns whether an edge must stay.
     pub fn hold_edge(&self, u: u32, v: u32) -> bool {
         self.holds_edges && self.is_locked(u) && self.is_locked(v)
     }
 
-    /// Whether a vertex stays where it is, or on the plane.
+    /// Returns whether a vertex is locked or on the mirror plane.
     pub fn has(&self, v: u32) -> bool {
         self.is_locked(v) || self.is_on_cut(v)
     }
 
-    /// Whether the vertices have to lie on vertices of the mesh.
+    /// Returns whether every vertex must be at a mesh vertex.
     pub fn is_subset(&self) -> bool {
         self.subset
     }
 
-    /// Whether the vertices may move apart where their positions coincide: of the halves of a mirrored mesh they do so together,
-    /// and those of a subset stay.
+    /// Returns whether duplicate positions may be separated here: not in a subset, and in mirrored halves only
+    /// together.
     pub fn let_duplicates_move(&self) -> bool {
         !self.subset && self.plane.is_none()
     }
 
-    /// The vertices on the plane, where this is one half of a mirrored mesh.
+    /// Returns the vertices on the mirror plane, if there is one.
     pub fn plane(&self) -> Option<&PlaneVertices> {
         self.plane.as_ref()
     }
 
-    /// Whether a vertex stays on the plane.
+    /// Returns whether a vertex must stay on the mirror plane.
     pub fn is_on_cut(&self, v: u32) -> bool {
         self.plane.as_ref().is_some_and(|plane| plane.has(v))
     }
 
-    /// Whether two vertices stay on the plane: their edge is one of the cut, and no other may join them.
+    /// Returns whether both vertices are on the mirror plane; only cut edges may join them.
     pub fn are_on_cut(&self, u: u32, v: u32) -> bool {
         self.is_on_cut(u) && self.is_on_cut(v)
     }
 
-    /// The vertex of the surface that each vertex lies on, while it lies on one; empty where nothing is pinned.
+    /// Returns the surface vertex beneath each vertex; empty where nothing is pinned.
     pub fn origins(&self) -> &[u32] {
         &self.origin
     }
 
-    /// Gives the vertices of the surface that vertices lie on other numbers.
+    /// Renumbers the surface vertices.
     pub fn renumber_origins(&mut self, number: impl Fn(u32) -> u32) {
         self.origin.iter_mut().for_each(|v| *v = number(*v));
     }
 
-    /// Takes note that a vertex lies on this one of the surface now.
+    /// Records the surface vertex beneath a vertex.
     pub fn set_origin(&mut self, v: u32, origin: u32) {
         self.origin[v as usize] = origin;
     }
 
-    /// Takes note that `v` was merged into `u`, and whether `u` then went to where `v` was.
+    /// Records that `v` merged into `u`, and whether `u` then moved to `v`.
     pub fn merge(&mut self, u: u32, v: u32, goes_to_v: bool) {
         self.locked[u as usize] |= self.locked[v as usize];
         if goes_to_v {
@@ -140,17 +138,16 @@ impl Pins {
         self.plane.iter_mut().for_each(|plane| plane.merge(u, v));
     }
 
-    /// Whether each vertex stays on the plane, where this is one half of a mirrored mesh; else empty.
+    /// Returns which vertices are on the mirror plane; empty without one.
     pub fn into_plane_flags(self) -> Vec<bool> {
         self.plane.map(|plane| plane.is_on).unwrap_or_default()
     }
 }
 
-/// The vertices that stay on the plane of a half.
+/// Vertices that must stay on the mirror plane.
 ///
-/// The half and its image make a manifold where no edge but those of the cut joins two vertices of the plane, and no face three:
-/// it would coincide with its own image; and where each of them has an edge of the cut. The half begins so, and no merge and no
-/// flip makes it otherwise.
+/// A half and its image form a manifold if only cut edges join two of these vertices, no face joins three, and each is
+/// on a cut edge. The half starts so; merges and flips preserve it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PlaneVertices {
     axis: usize,
@@ -159,7 +156,7 @@ pub struct PlaneVertices {
 }
 
 impl PlaneVertices {
-    /// Takes the vertices over to those of the surface. Of one that was split those are on the plane that have an edge of the cut.
+    /// Finds the surface vertices on the mirror plane; of split copies only those on cut edges.
     pub fn of(surface: &Surface, half: &Half) -> Self {
         let flag = |v: u32| half.on_plane[surface.source(v) as usize];
         let meets_cut = |v: u32| match surface.rings.ring(v) {
@@ -179,17 +176,17 @@ impl PlaneVertices {
         Self { axis, is_on, n_on }
     }
 
-    /// The axis across which the plane lies.
+    /// Returns the axis perpendicular to the plane.
     pub fn axis(&self) -> usize {
         self.axis
     }
 
-    /// Whether a vertex stays on the plane; no ghost vertex does.
+    /// Returns whether a vertex is on the plane; ghost vertices never are.
     pub fn has(&self, v: u32) -> bool {
         self.is_on.get(v as usize).copied().unwrap_or(false)
     }
 
-    /// Number of vertices on the plane.
+    /// Returns the number of vertices on the plane.
     pub fn len(&self) -> usize {
         self.n_on
     }
@@ -200,7 +197,7 @@ impl PlaneVertices {
         self.is_on[u as usize] |= self.is_on[v as usize];
     }
 
-    /// Whether a merge of `u` and `v` with these neighbours would join two vertices of the plane that are not neighbours yet.
+    /// Returns whether merging `u` and `v` would join two plane vertices that are not yet neighbours.
     pub fn would_bridge(&self, [u, v]: [u32; 2], [of_u, of_v]: [&[u32]; 2]) -> bool {
         let new_neighbour = |w: &u32, p: u32, of_p: &[u32]| self.has(*w) && *w != p && !of_p.contains(w);
         match (self.has(u), self.has(v)) {
@@ -210,7 +207,7 @@ impl PlaneVertices {
         }
     }
 
-    /// Whether a merge of `u` and `v` with these neighbours, in order around them, would leave a face with all corners on the plane.
+    /// Returns whether merging `u` and `v` would leave a face entirely on the plane; neighbours are in order.
     pub fn would_lay_flat(&self, [u, v]: [u32; 2], [of_u, of_v]: [&[u32]; 2]) -> bool {
         let (on_plane, ring) = match (self.has(u), self.has(v)) {
             (true, false) => (u, of_v),
@@ -221,15 +218,15 @@ impl PlaneVertices {
         ring.iter().zip(ring.iter().cycle().skip(1)).any(|(w, next)| lies_there(w) && lies_there(next))
     }
 
-    /// Whether a merge of `u` and `v` with these neighbours would take the last edge of a cut between two boundaries: what it joins
-    /// would touch its image in a vertex.
+    /// Returns whether merging `u` and `v` would remove the last cut edge between two boundaries, so that halves touch
+    /// in a vertex.
     pub fn would_end_cut(&self, [u, v]: [u32; 2], [of_u, of_v]: [&[u32]; 2]) -> bool {
         let goes_on = |ring: &[u32], other: u32| ring.iter().any(|&w| w != other && self.has(w));
         self.has(u) && self.has(v) && !goes_on(of_u, v) && !goes_on(of_v, u)
     }
 
-    /// Where along the axis the merged vertex of `u` and `v` has to lie, seen from `u` when `v` lies at `other`; `None` where
-    /// it may lie anywhere.
+    /// Returns the fixed coordinate of the merged vertex along the axis, relative to `u`; `v` is at `other`. `None` if
+    /// it is free.
     pub fn height(&self, u: u32, v: u32, other: DVec3) -> Option<f64> {
         match (self.has(u), self.has(v)) {
             (false, false) => None,
@@ -238,7 +235,7 @@ impl PlaneVertices {
         }
     }
 
-    /// Lets the solutions of the systems of the vertices, an upper triangle and a right side each, stay on the plane.
+    /// Constrains the solutions of per-vertex systems (upper triangle and right side) to the plane.
     pub fn confine(&self, systems: &mut [[f32; 9]]) {
         for system in systems.iter_mut().zip(&self.is_on).filter_map(|(system, on)| on.then_some(system)) {
             let [xx, xy, xz, yy, yz, zz, ..] = *system;
@@ -247,12 +244,12 @@ impl PlaneVertices {
         }
     }
 
-    /// The sum of a quadric and its image, upper triangles.
+    /// Adds the mirror image of a quadric to it.
     pub fn with_image(&self, quadric: [f32; 6]) -> [f32; 6] {
         self.without_slant(quadric.map(|x| 2.0 * x))
     }
 
-    /// An upper triangle whose axis has nothing to do with the two others.
+    /// Decouples the axis from the other two coordinates.
     fn without_slant(&self, mut a: [f32; 6]) -> [f32; 6] {
         let slanted = [[1, 2], [1, 4], [2, 4]][self.axis];
         slanted.into_iter().for_each(|entry| a[entry] = 0.0);

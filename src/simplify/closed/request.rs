@@ -1,4 +1,4 @@
-//! What the closed assembly is asked: plain data, resolved by the driver before anything runs.
+//! Requests to the closed assembly: plain data, resolved by the driver in advance.
 
 use crate::mesh::{Attributes, Frame, KeptEdge, Role, United};
 use crate::model::Weights;
@@ -6,137 +6,136 @@ use crate::simplify::options::{Options, Parts, Purpose};
 
 use super::aim::Aim;
 
-/// What the closed assembly is asked.
+/// Request to the closed assembly.
 pub struct Request<'a> {
-    /// How much more than its area each vertex of the mesh counts.
+    /// Source of the vertex importance.
     pub importance: Importance<'a>,
-    /// Whether each vertex of the mesh is one that does not show, and counts little; empty where all show.
+    /// Marks hidden mesh vertices, which count little; empty for none.
     pub hidden: &'a [bool],
-    /// What the result is to be near in.
+    /// Settings of the stages.
     pub aim: Aim,
-    /// What is done beside the collapse.
+    /// Steps to run after the collapse.
     pub parts: Parts,
-    /// How the result will be written.
+    /// Rounding of the written coordinates.
     pub frame: Frame,
-    /// Whether the result is to be known as a function of the positions.
+    /// Requests the derivative of the result.
     pub differentiable: bool,
-    /// What has to stay.
+    /// Constraints.
     pub keep: Keep<'a>,
-    /// Whether the collapse goes on to the size although held vertices leave few to the rest.
+    /// Continues to the target size even where held vertices leave few to the rest.
     pub insists_on_size: bool,
-    /// Where no merge may cost more, squared distance times area in the unit of the mesh: then that alone ends the collapse.
+    /// Largest price of a merge, squared distance times area in mesh units; replaces the size limit.
     pub price: Option<f64>,
 }
 
-/// What counts of a component beside its shape.
+/// Visual properties by which components are judged.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Shown<'a> {
-    /// What corners and faces carry.
     pub attributes: Option<&'a Attributes>,
-    /// Where a viewer sees the mesh, if it unites those of a scene.
+    /// Placement of the mesh in a scene.
     pub scene: Option<&'a United>,
-    /// Whether areas count by the importance of the vertices: where it was asked for, and not told by the network.
+    /// Set where areas count by importance: given by the caller, or hidden vertices.
     pub is_weighed: bool,
 }
 
 impl<'a> Request<'a> {
-    /// Whether edges are flipped after the collapse.
+    /// Returns whether edges are flipped after the collapse.
     pub fn flips(&self) -> bool {
         self.parts.flips && self.aim.steps > 0
     }
 
-    /// Whether vertices move toward the original after that.
+    /// Returns whether vertices are fitted to the original.
     pub fn fits(&self) -> bool {
         self.parts.fit && self.aim.steps > 0 && !self.keep.subset
     }
 
-    /// By what components count.
+    /// Returns the visual properties by which components are judged.
     pub fn shown(&self) -> Shown<'a> {
         let is_weighed = matches!(self.importance, Importance::Given(_)) || !self.hidden.is_empty();
         Shown { attributes: self.keep.attributes, scene: self.keep.scene, is_weighed }
     }
 }
 
-/// What has to stay of a mesh beside its shape.
+/// Constraints of a mesh besides its shape.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Keep<'a> {
-    /// Edges that stay edges, over vertices of the mesh: seams and creases, ascending.
+    /// Feature edges over mesh vertices: seams and creases, ascending.
     pub edges: &'a [KeptEdge],
-    /// Whether each vertex stays where it is; empty where all may go.
+    /// Marks vertices that stay in place; empty for none.
     pub locked: &'a [bool],
-    /// Whether each face comes back as it is; empty where none has to. Their vertices are locked.
+    /// Marks faces that come back unchanged; empty for none. Their vertices are locked.
     pub kept: &'a [bool],
-    /// Whether the vertices of the result have to be vertices of the mesh.
+    /// Requires that result vertices are mesh vertices.
     pub subset: bool,
-    /// What the result is for.
+    /// Use of the result.
     pub purpose: Purpose,
-    /// What corners and faces carry.
+    /// Attributes of corners and faces.
     pub attributes: Option<&'a Attributes>,
-    /// Whether it is to be known where on the mesh the result's corners stand.
+    /// Requests the map from result corners to the mesh.
     pub map: bool,
-    /// Where a viewer sees the mesh, if it unites those of a scene.
+    /// Placement of the mesh in a scene.
     pub scene: Option<&'a United>,
-    /// Distance from the mesh that was asked for, in the unit of the scene; 0 where none was.
+    /// Allowed distance from the mesh, in scene units; 0 for none.
     pub allowed_distance: f64,
-    /// Where components may be dropped that cost more than a viewer would miss.
+    /// Rules for dropping components, if any may go.
     pub drop: Option<DropRules>,
-    /// Where the mesh is one half of a mirrored one; then sizes are those of the whole.
+    /// Mirror data of a half; sizes are then those of the whole.
     pub half: Option<Half<'a>>,
 }
 
 impl<'a> Keep<'a> {
-    /// What options and kept faces say by themselves.
+    /// Derives the constraints that follow from options and kept faces alone.
     pub fn of(options: &Options, kept: &'a [bool]) -> Self {
         let allowed_distance = if options.prune_within.is_finite() { options.prune_within } else { 0.0 };
         let Options { subset, purpose, map, .. } = *options;
         Self { kept, subset, purpose, map, allowed_distance, ..Self::default() }
     }
 
-    /// Whether the mesh is one that people look at, part of a scene or with something at its corners and faces, and no bare shape.
+    /// Returns whether the mesh is an asset: part of a scene, or with attributes.
     pub fn is_asset(&self) -> bool {
         self.scene.is_some() || self.attributes.is_some()
     }
 
-    /// The piece of the scene that a face of the mesh belongs to; 0 of a mesh that is none.
+    /// Returns the scene piece of a face; 0 without a scene.
     pub fn piece_of(&self, face: u32) -> usize {
         let of = |scene: &United| scene.piece_of(self.attributes.unwrap_or(Attributes::NONE).group(face));
         self.scene.map_or(0, of)
     }
 
-    /// The attributes whose morph targets are poses that count.
+    /// Returns the attributes, if their morph targets are poses to preserve.
     pub fn posed(&self) -> Option<&'a Attributes> {
         let has_targets = |of: &&Attributes| of.channels.iter().any(|channel| channel.role == Role::MorphPosition);
         self.attributes.filter(|_| self.purpose == Purpose::Poses).filter(has_targets)
     }
 }
 
-/// Which components of a mesh may be dropped.
+/// Rules for dropping components.
 #[derive(Clone, Copy, Debug)]
 pub struct DropRules {
-    /// Largest distance from what stays, in the unit of the scene.
+    /// Largest distance from the remaining components, in scene units.
     pub within: f64,
-    /// First level of detail at which it is decided; at those before it was decided already.
+    /// First level of detail at which components may go.
     pub from_level: usize,
 }
 
-/// Which vertices of a mesh lie on the plane across an axis along which the mesh is one half.
+/// Cut of a mesh that is one half of a symmetric one.
 #[derive(Clone, Copy, Debug)]
 pub struct Half<'a> {
-    /// The axis: 0, 1 or 2.
+    /// Axis perpendicular to the mirror plane: 0, 1 or 2.
     pub axis: usize,
-    /// Whether each vertex lies on the cut, n_vertices; such a vertex has an edge of the cut.
+    /// Marks vertices on the cut, n_vertices; each is on a cut edge.
     pub on_plane: &'a [bool],
 }
 
-/// How much more than its area each vertex counts.
+/// Source of vertex importance, a factor on each vertex's area.
 #[derive(Clone, Copy, Debug)]
 pub enum Importance<'a> {
-    /// All count alike.
+    /// 1 for every vertex.
     Even,
     /// More where the surface bends.
     Bending,
-    /// From the Point Sampler of this network.
+    /// Scores of this network's Point Sampler.
     Network(&'a Weights),
-    /// One positive factor per vertex of the mesh.
+    /// One positive factor per mesh vertex.
     Given(&'a [f32]),
 }

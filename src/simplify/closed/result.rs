@@ -1,4 +1,4 @@
-//! What the closed assembly hands out, on its way to the caller.
+//! Results of the closed assembly, from outputs to what the caller gets.
 
 use glam::Vec3;
 
@@ -13,36 +13,34 @@ use super::derivative::Derivative;
 use super::original::Original;
 use super::output::Output;
 
-/// A result of the closed assembly.
+/// Result of the closed assembly.
 pub struct Closed {
-    /// The lighter mesh.
     pub mesh: TriMesh,
-    /// What its corners and faces carry.
     pub attributes: Attributes,
-    /// What was done.
     pub report: Report,
-    /// Where it comes from, if that was to be known.
+    /// Map to the input, if requested.
     pub map: Option<Map>,
-    /// For each vertex of the mesh that was simplified the output vertex that its region became.
+    /// Output vertex of each vertex of the simplified mesh.
     pub vertex_of: Vec<u32>,
-    /// The vertex of that mesh that each output vertex is, where they were to be such.
+    /// Mesh vertex of each output vertex, in a subset.
     pub source_vertices: Option<Vec<u32>>,
-    /// The result as a function of the positions, where that was asked for.
+    /// Derivative, if requested.
     pub derivative: Option<Derivative>,
-    /// How many vertices rounds of merges left, falling, and up to which price each went: squared distances times area, in the unit
-    /// of the mesh.
+    /// Vertices left after each pass, falling, with the price it reached: squared distance times area, in mesh units.
     pub paid: Vec<(usize, f64)>,
-    /// Whether each output vertex lies on the plane, where the mesh is one half of a mirrored one; else empty.
+    /// Marks output vertices on the mirror plane; empty without one.
     pub on_plane: Vec<bool>,
-    /// The faces that came back as they were.
+    /// Faces that came back unchanged.
     pub kept: Vec<KeptFace>,
 }
 
 impl Closed {
-    /// Hands an output out whose vertices go to `positions`, local coordinates, n_vertices x 3; `is_kept` says of each face of the mesh
-    /// whether it came back as it was, or is empty.
+    /// Builds the result from an output with its final local positions, n_vertices x 3.
+    ///
+    /// `is_kept` marks mesh faces that came back unchanged, or is empty.
     ///
     /// # Errors
+    /// [`SimplifyError::Overflow`] where a position is not finite.
     /// [`SimplifyError::Overflow`] where a position is not finite.
     pub fn new(
         original: &Original,
@@ -72,24 +70,24 @@ impl Closed {
         })
     }
 
-    /// The same, of which it is known what its merges cost.
+    /// Adds the prices of the passes.
     pub fn having_paid(self, paid: Vec<(usize, f64)>) -> Self {
         Self { paid, ..self }
     }
 
-    /// Gives the corners of kept faces the very values that they carried in the mesh.
+    /// Gives the corners of kept faces exactly their input values.
     pub fn restore_kept(&mut self, own: &Attributes) {
         restore(&mut self.attributes, own, &self.kept);
     }
 
-    /// Where the result comes from, by where its corners stand.
+    /// Builds the map to the input from the points at the corners.
     pub fn map_by(&self, mesh: &TriMesh, corners: CornerMap) -> Map {
         let input_vertices = map::nearest_inputs(mesh, &self.mesh, &self.vertex_of);
         let output_vertices = self.vertex_of.clone();
         Map { output_vertices, input_vertices, corner_faces: corners.faces, corner_weights: corners.weights }
     }
 
-    /// Takes the result over to the vertices and faces of `mesh`, of which some components had been dropped.
+    /// Maps the result back to `mesh`, from which components had been dropped.
     pub fn widen(&mut self, mesh: &TriMesh, pruned: &Pruned) {
         pruned.note(&mut self.report);
         self.map.iter_mut().for_each(|map| map::widen_pruned(map, mesh, pruned));
@@ -97,14 +95,14 @@ impl Closed {
         self.derivative = self.derivative.take().map(|derivative| derivative.within(&pruned.sources));
     }
 
-    /// The result as the caller gets it, and how it depends on the positions, if that was asked for.
+    /// Returns the caller's result, and the derivative if requested.
     pub fn into_result(self) -> (Simplified, Option<Derivative>) {
         let Self { mesh, attributes, report, map, source_vertices, derivative, .. } = self;
         (Simplified { mesh, attributes, source_vertices, map, report }, derivative)
     }
 }
 
-/// Where the vertices of an output go in local coordinates, n_vertices x 3; what may not move keeps every bit.
+/// Converts output positions to local coordinates, n_vertices x 3; pinned vertices keep every bit.
 pub fn local_positions(original: &Original, output: &Output) -> Vec<[f32; 3]> {
     let Original { mesh, surface, .. } = original;
     let local = |p: &Vec3| surface.scale.restore(p.as_dvec3());

@@ -1,29 +1,28 @@
-//! What a run wrote down, so that its result is known as a function of the positions.
+//! Record of a run's choices, from which its derivative is computed.
 
 use super::collapse::Event;
 use super::refine::points::{Density, Match};
 
-/// What a run chose on its way, as far as its result depends on positions.
+/// Choices of a run that its result depends on.
 #[derive(Default)]
 pub struct Trace {
-    /// What happened in the collapse, in order.
+    /// Events of the collapse, in order.
     pub history: Vec<Event>,
-    /// The faces that were fitted.
+    /// Faces during the fit.
     pub faces: Vec<[u32; 3]>,
-    /// The steps of the fit.
+    /// Steps of the fit.
     pub steps: Vec<Step>,
 }
 
-/// A step of the fit as it was taken.
+/// One step of the fit.
 pub struct Step {
-    /// How many points there were on a face.
+    /// Points per face.
     pub density: Density,
-    /// The points and where they belonged.
+    /// Points with their output faces.
     pub matches: Vec<Match>,
-    /// For each output face how much its points count.
+    /// Weight of each output face's points.
     pub counts: Vec<f32>,
-    /// For each output vertex whether it moved.
+    /// Output vertices that moved.
     pub moved: Vec<bool>,
-    /// Weight of staying in place against the points.
     pub stay: f32,
 }

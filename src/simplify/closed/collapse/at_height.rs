@@ -1,16 +1,15 @@
-//! Where the merged vertex of an edge goes that ends on the plane of a half: the best place at a height along an axis.
+//! Placement of merged vertices on the mirror plane.
 
 use glam::{DMat2, DVec2, DVec3};
 
 use super::pair::{MergedVertex, Pair, Place};
 
-/// Determinant of a quadric across the plane over its squared trace up to which there is no single minimum: the
-/// rounding of single precision, which the quadrics are kept in. Every quadric has its pull, so that only empty ones
-/// come below: at 1e-10 and 1e-6 no result of mirrored training meshes differs.
+/// Least determinant over the squared trace across the plane: the rounding of single precision. Only empty quadrics
+/// fall below, since all have a pull; 1e-10 and 1e-6 change no mirrored result.
 const LEAST_DETERMINANT: f64 = 1e-8;
 
 impl Pair {
-    /// As [`Pair::placement`], with the merged vertex at this height along an axis, where one of the ends lies at least.
+    /// Returns the merged vertex at this height along an axis, where at least one end is.
     pub fn placement_at(&self, axis: usize, height: f64) -> MergedVertex {
         match self.minimum_at(axis, height).filter(|(x, _)| self.is_within_reach(*x)) {
             Some((offset, price)) => MergedVertex { place: Place::Minimum, offset, price },
@@ -18,7 +17,7 @@ impl Pair {
         }
     }
 
-    /// The minimum at this height, and its value; `None` where there is no single one.
+    /// Returns the minimum at this height and its value; `None` if it is not unique.
     fn minimum_at(&self, axis: usize, height: f64) -> Option<(DVec3, f64)> {
         let [xx, xy, xz, yy, yz, zz] = self.sum.a;
         let rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
@@ -35,7 +34,7 @@ impl Pair {
         Some((x, self.sum.value(x)))
     }
 
-    /// The best of the ends that lie at this height and, where both do, their middle.
+    /// Returns the cheapest of the ends at this height and, if both are, their middle.
     fn best_at(&self, axis: usize, height: f64) -> MergedVertex {
         let places = [Place::Kept, Place::Gone, Place::Middle].map(|place| self.at(place));
         let fit = places.into_iter().filter(|merged| merged.offset[axis] == height);

@@ -1,10 +1,9 @@
-//! Attribute quadrics (Hoppe 1999, "New quadric metric for simplifying meshes with appearance attributes"): what it costs the
-//! colours and normals at the corners that one vertex stands for a region.
+//! Attribute quadrics (Hoppe 1999, "New quadric metric for simplifying meshes with appearance attributes") for colours
+//! and normals.
 //!
-//! On a face a number is a linear function `g.x + d` of the place. A vertex at `x` with the number `s` costs the face
-//! `w (g.x + d - s)^2`. The best `s` for a region is the mean of its functions at `x`; what is left then is a quadric of `x`
-//! alone, made of sums that add up when regions merge. Colours of a region at a seam have no quadric, nor have normals of one at a
-//! hard edge: each of its sides would need numbers of its own.
+//! On a face a value is a linear function `g.x + d`. A vertex at `x` with value `s` costs `w (g.x + d - s)^2`. The best
+//! `s` is the mean of a region's functions at `x`; the remaining cost is a quadric of `x` made of sums. Colours at
+//! seams and normals at hard edges have none: each side would need its own values.
 
 use std::ops::Range;
 
@@ -15,37 +14,36 @@ use crate::mesh::{Attributes, Channel, Role};
 
 use crate::simplify::closed::original::Original;
 
-/// Numbers that count, at most: red, green, blue, opacity, and the three of a normal.
+/// Number of values: red, green, blue, opacity, and three of a normal.
 const MOST: usize = 7;
-/// Which of these numbers are a colour's and which are a normal's.
+/// Ranges of the colour and of the normal among the values.
 const KINDS: [Range<usize>; 2] = [0..4, 4..MOST];
-/// The length, of a surface of unit size, that counts as much as a colour from dark to bright. It trades shape for
-/// colour. Twelve painted training meshes: 0.005 is 16 % nearer and 4 % farther off in colour, 0.02 is 22 % farther and
-/// 2 % nearer in colour.
+/// Length on a surface of unit size that costs as much as a colour change from dark to bright. Twelve painted training
+/// meshes: at 0.005 the surface is 16 % nearer and colours 4 % farther, at 0.02 22 % farther and 2 % nearer.
 const LENGTH: f64 = 0.01;
-/// The length, of a surface of unit size, that counts as much as a number of a normal that changes by 1. Fourteen training meshes with
-/// normals smooth up to 40 degrees, at a tenth of their faces, beside 0: at 0.003 normals are 18 % nearer and the surface 10 % farther
-/// off, at 0.006 20 and 18 %, at 0.01 20 and 32 %.
+/// Length on a surface of unit size that costs as much as a change of a normal's component by 1. Fourteen training
+/// meshes at a tenth of their faces, beside 0: at 0.003 normals are 18 % nearer and the surface 10 % farther, at 0.006
+/// 20 and 18 %.
 const NORMAL_LENGTH: f64 = 0.005;
-/// Squared sine of the angle at a corner below which a face is too thin to tell how a colour changes across it. Twelve
-/// painted training meshes: at 1e-8 or 1e-4 no figure moves by more than 0.1 %.
+/// Squared sine of a corner angle below which a face is too thin to define gradients. Twelve painted training meshes:
+/// 1e-8 or 1e-4 change nothing by more than 0.1 %.
 const THIN: f64 = 1e-6;
 
-/// The sums of a region about its vertex.
+/// Sums of a region about its vertex.
 #[derive(Clone, Copy, Default)]
 pub(super) struct AttributeQuadric {
-    /// Sums of the faces' weights, for each of the kinds.
+    /// Summed face weights, by kind.
     weights: [f64; 2],
     /// Weighted sums of the gradients.
     gradients: [DVec3; MOST],
-    /// Weighted sums of the numbers at the vertex.
+    /// Weighted sums of the values at the vertex.
     values: [f64; MOST],
-    /// The sum of `w (g.x + d)^2` over faces and numbers.
+    /// Sum of `w (g.x + d)^2` over faces and values.
     squares: Quadric,
 }
 
 impl AttributeQuadric {
-    /// Adds a face of this weight on which each number of this kind has this gradient and this value at the vertex.
+    /// Adds a face by its weight and, for each value of this kind, the gradient and the value at the vertex.
     fn add(&mut self, kind: usize, weight: f64, functions: impl Iterator<Item = (DVec3, f64)>) {
         self.weights[kind] += weight;
         for (k, (gradient, value)) in KINDS[kind].clone().zip(functions) {
@@ -55,7 +53,7 @@ impl AttributeQuadric {
         }
     }
 
-    /// The sums of both regions about the first one's vertex; `other` is where the second's is from there.
+    /// Adds two regions about the first vertex; the second vertex is at `other`.
     pub fn united(&self, second: &Self, other: DVec3) -> Self {
         let second = second.about(-other);
         Self {
@@ -66,13 +64,13 @@ impl AttributeQuadric {
         }
     }
 
-    /// The same about another place.
+    /// Moves the reference point.
     pub fn about(&self, origin: DVec3) -> Self {
         let values = std::array::from_fn(|k| self.values[k] + self.gradients[k].dot(origin));
         Self { values, squares: self.squares.about(origin), ..*self }
     }
 
-    /// What the best numbers cost, as a quadric of the place.
+    /// Returns the cost of the best values as a quadric of the position.
     pub fn cost(&self) -> Quadric {
         let mut cost = self.squares;
         for (kind, weight) in KINDS.into_iter().zip(self.weights).filter(|(_, weight)| *weight > 0.0) {
@@ -83,14 +81,14 @@ impl AttributeQuadric {
     }
 }
 
-/// `weight (gradient.x + value)^2`.
+/// Returns the quadric `weight (gradient.x + value)^2`.
 fn square(gradient: DVec3, value: f64, weight: f64) -> Quadric {
     let DVec3 { x, y, z } = gradient;
     let a = [x * x, x * y, x * z, y * y, y * z, z * z].map(|entry| weight * entry);
     Quadric { a, b: gradient * (-weight * value), c: weight * value * value }
 }
 
-/// Returns the quadrics of the vertices' colours and normals; none where the corners carry neither.
+/// Sums the quadrics of colours and normals at the vertices; empty if there are neither.
 pub fn of_attributes(original: &Original, attributes: &Attributes) -> AttributeQuadrics {
     let counted = CountedChannels::new(original, attributes);
     if counted.channels.iter().all(Option::is_none) {
@@ -115,11 +113,10 @@ pub fn of_attributes(original: &Original, attributes: &Attributes) -> AttributeQ
     AttributeQuadrics(quadrics)
 }
 
-/// The channels that count in the price of a merge, and where.
+/// Colour and normal channels, and the vertices at which each counts.
 struct CountedChannels<'a> {
-    /// One of each kind.
     channels: [Option<&'a Channel>; 2],
-    /// Whether each vertex has an edge that parts values of this kind.
+    /// Marks vertices on edges that separate values, by kind.
     at_seam: [Vec<bool>; 2],
 }
 
@@ -145,7 +142,7 @@ impl<'a> CountedChannels<'a> {
     }
 }
 
-/// Returns the length that a number of a kind counts as; what is no number counts nothing.
+/// Converts a value to its equivalent length; 0 if not a number.
 fn length(kind: usize, number: f32) -> f64 {
     match (number.is_nan(), kind) {
         (true, _) => 0.0,
@@ -154,27 +151,27 @@ fn length(kind: usize, number: f32) -> f64 {
     }
 }
 
-/// The quadric of each vertex of a collapse; none where the corners carry nothing that counts.
+/// Attribute quadric of each vertex; empty without colours and normals.
 #[derive(Clone, Default)]
 pub struct AttributeQuadrics(Vec<AttributeQuadric>);
 
 impl AttributeQuadrics {
-    /// Whether nothing counts.
+    /// Returns whether there are none.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Whether something counts at a vertex.
+    /// Returns whether attributes count at a vertex.
     pub(super) fn count_at(&self, v: u32) -> bool {
         self.0.get(v as usize).is_some_and(|quadric| quadric.weights != [0.0; 2])
     }
 
-    /// What a merge of two vertices costs, about the first one; `other` is where the second is from there.
+    /// Returns the attribute cost of merging two vertices, about the first; the second is at `other`.
     pub(super) fn price(&self, [u, v]: [u32; 2], other: DVec3) -> Quadric {
         self.0[u as usize].united(&self.0[v as usize], other).cost()
     }
 
-    /// Takes note that `v`, which was at `other` from `u`, was merged into `u`, which moved by `step`.
+    /// Records that `v`, at `other` from `u`, merged into `u`, which moved by `step`.
     pub(super) fn merge(&mut self, [u, v]: [u32; 2], other: DVec3, step: DVec3) {
         if !self.is_empty() {
             self.0[u as usize] = self.0[u as usize].united(&self.0[v as usize], other).about(step);
@@ -182,7 +179,7 @@ impl AttributeQuadrics {
     }
 }
 
-/// The barycentric weights of a face as linear functions.
+/// Barycentric weights of a face as linear functions.
 struct Weights {
     area: f64,
     /// Gradients of the first two weights; both are 0 at the third corner.
@@ -191,7 +188,7 @@ struct Weights {
 }
 
 impl Weights {
-    /// Those of a triangle; `None` where it is too thin.
+    /// Computes the weights of a triangle; `None` if it is too thin.
     fn new([a, b, origin]: [DVec3; 3]) -> Option<Self> {
         let (u, v) = (a - origin, b - origin);
         let normal = u.cross(v);
@@ -201,7 +198,7 @@ impl Weights {
         is_firm.then_some(Self { area: 0.5 * squared.sqrt(), gradients, origin })
     }
 
-    /// Returns the gradient of a number with these values at the corners, and its value at `x`.
+    /// Returns the gradient of a value given at the corners, and the value at `x`.
     fn function(&self, [a, b, c]: [f64; 3], x: DVec3) -> (DVec3, f64) {
         let gradient = self.gradients[0] * (a - c) + self.gradients[1] * (b - c);
         (gradient, c + gradient.dot(x - self.origin))
@@ -212,7 +209,7 @@ impl Weights {
 mod tests {
     use super::*;
 
-    /// Linear functions of the place: gradient, value at the origin, weight.
+    /// Linear functions: gradient, value at the origin, weight.
     const FUNCTIONS: [([f64; 3], f64, f64); 4] = [
         ([1.0, 0.0, 2.0], 0.5, 1.0),
         ([0.0, -1.0, 1.0], 0.25, 2.0),

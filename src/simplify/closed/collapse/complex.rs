@@ -1,4 +1,4 @@
-//! A closed complex being collapsed: its vertices, the corners of its faces, and what is left of them.
+//! A closed complex during its collapse: vertices, corners and statistics.
 
 use glam::Vec3;
 
@@ -21,93 +21,92 @@ use super::pair::{Node, pulled};
 use super::poses::Poses;
 use super::star::Star;
 
-/// The corner of a vertex that is gone.
+/// Corner of a removed vertex.
 pub(super) const GONE: u32 = u32::MAX - 1;
 
-/// Vertices, of which one is gone at least, from which on those that are left are moved together.
+/// The vertices are compacted when at least one in this many is gone.
 const LEAST_GONE: usize = 8;
 
-/// A closed complex being collapsed.
+/// Closed complex during its collapse.
 ///
-/// Vertices and faces lie along a space-filling curve and are moved together from pass to pass; what constrains the collapse knows
-/// vertices by their numbers on the surface.
+/// Vertices and faces lie along a space-filling curve and are compacted between passes; constraints refer to vertices
+/// by surface numbers.
 #[derive(Clone)]
 pub struct Collapse<'a> {
-    /// Vertices, the ghost vertices of the boundaries last.
+    /// Vertices; ghost vertices come last.
     pub(super) nodes: Vec<Node>,
-    /// The corners of the faces, those at ghost vertices included.
+    /// Corners of the faces, including those at ghost vertices.
     pub(super) corners: Corners,
-    /// The vertex each vertex of the surface was merged into, itself while it lives.
+    /// Surface vertex that each surface vertex was merged into, itself while it lives.
     pub(super) merged: Vec<u32>,
-    /// Number of nodes that are no ghost vertices.
+    /// Number of nodes without ghost vertices.
     pub(super) n_inner: usize,
     pub(super) n_vertices: usize,
     pub(super) n_faces: usize,
-    /// The pass that runs or ran last.
+    /// Current or last pass.
     pub(super) pass: u32,
-    /// The cheapest edge of every vertex as it was before the last pass; empty before the first.
+    /// Cheapest edge of every vertex before the last pass; empty before the first.
     pub(super) cheapest: Vec<Cheapest>,
-    /// Number of links that were tested.
+    /// Number of link tests.
     pub(super) n_tested: u32,
-    /// What merges look at, kept for its memory.
+    /// Buffers of merges, kept for their memory.
     pub(super) stars: [Star; 2],
-    /// How far merges may still leave each vertex of the surface from it after them; empty where that is no matter.
+    /// Remaining deformation allowed at each surface vertex; empty for any.
     pub(super) ceilings: Vec<f32>,
-    /// Whether a ceiling kept an edge that could go.
+    /// Set if a ceiling prevented a merge.
     pub(super) ceiling_met: bool,
-    /// Whether an edge could not go because a face would turn over.
+    /// Set if a turned face prevented a merge.
     pub(super) turn_forbidden: bool,
-    /// How many vertices each pass left that merged some, and up to which price.
+    /// Vertices left after each pass that merged some, with its price.
     pub(super) paid: Vec<(usize, f32)>,
-    /// What merges cost the colours and normals at the corners, if there are any.
+    /// Quadrics of colours and normals.
     pub(super) attributes: AttributeQuadrics,
-    /// What merges cost other poses, if there are any.
+    /// Quadrics of other poses.
     pub(super) poses: Poses,
-    /// What constrains it beside the topology.
     pub(super) constraints: Option<Constraints>,
-    /// Whether the price of an edge at each vertex of the surface is set by more than its planes; empty where none is.
+    /// Marks surface vertices at which prices depend on more than planes; empty for none.
     pub(super) is_special: Vec<bool>,
-    /// The copy of itself from an earlier pass, if one is wanted.
+    /// Copy from an earlier pass, on request.
     pub(super) copy: OwnCopy<'a>,
-    /// What happened, in order, where that is to be remembered.
+    /// Events in order, on request.
     pub history: Option<Vec<Event>>,
-    /// Who listens: the items done are merges.
+    /// Progress, counted in merges.
     pub(super) pulse: Pulse<'a>,
 }
 
-/// The copy that a collapse makes of itself in an early pass.
+/// Copy that a collapse makes of itself in an early pass.
 #[derive(Clone, Default)]
 pub(super) enum OwnCopy<'a> {
-    /// It does not.
+    /// No copy is made.
     #[default]
     Unwanted,
-    /// It will.
+    /// A copy will be made.
     Wanted,
-    /// It did.
+    /// A copy was made.
     Kept(Box<Collapse<'a>>),
 }
 
-/// How a run ended.
+/// Reason for the end of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// At the limit.
+    /// The limit is reached.
     Reached,
-    /// Every edge that is left holds the topology: components are at their smallest.
+    /// No edge passes the link condition: components are at their smallest.
     Smallest,
-    /// The same in one half of a mirrored mesh.
+    /// No edge passes the link condition in a half of a mirrored mesh.
     SmallestMirrored,
-    /// The edges that could go would turn a face over.
+    /// All possible merges would turn a face.
     WouldTurn,
-    /// The edges that could go would take the shape of their component.
+    /// All possible merges would deform their component too far.
     LosesShape,
-    /// What has to stay leaves no edge that could go.
+    /// Constraints leave no possible merge.
     Held,
-    /// Before what has to stay would take the vertices that the surface needs: so many of so many vertices.
+    /// Held vertices would ruin the rest: number of held and of all vertices.
     WouldRuin(usize, usize),
 }
 
 impl End {
-    /// What the caller is told.
+    /// Describes the reason for the caller.
     pub fn outcome(self) -> Outcome {
         match self {
             Self::Reached => Outcome::Reached,
@@ -125,12 +124,12 @@ impl End {
     }
 }
 
-/// The merges without which so many vertices and faces do not come to the limit: each takes away two faces at most.
+/// Returns the least number of merges to the limit; each removes at most two faces.
 pub fn merges_to(limit: Limit, n_vertices: usize, n_faces: usize) -> usize {
     n_vertices.saturating_sub(limit.vertices).max(n_faces.saturating_sub(limit.faces).div_ceil(2))
 }
 
-/// The corners of a surface and of what joins its boundaries to their ghost vertices, where its vertices stand in this order.
+/// Builds the corner table of a surface closed by ghost vertices, with its vertices in this order.
 fn corners_in_order(surface: &Surface, order: &[u32]) -> Corners {
     let mut rank = vec![0; order.len()];
     (0u32..).zip(order).for_each(|(i, &v)| rank[v as usize] = i);
@@ -183,12 +182,12 @@ impl<'a> Collapse<'a> {
         }
     }
 
-    /// The same, where merges together may not leave a vertex farther from the surface than its ceiling, n_vertices; any may where they are empty.
+    /// Sets ceilings on the deformation at each vertex, n_vertices; empty for none.
     pub fn below(self, ceilings: Vec<f32>) -> Self {
         Self { ceilings, ..self }
     }
 
-    /// The same under constraints, with a price on colours, normals and other poses, and with a history if there is one to be written.
+    /// Sets constraints, quadrics of attributes and poses, and a history to fill.
     pub fn under(
         self,
         constraints: Option<Constraints>,
@@ -197,6 +196,7 @@ impl<'a> Collapse<'a> {
         history: Option<Vec<Event>>,
     ) -> Self {
         let mut under = Self { constraints, attributes, poses, history, ..self };
+        // Vertices with special prices are marked once, so that pricing skips all lookups elsewhere.
         if under.constraints.is_some() || !under.attributes.is_empty() || !under.poses.is_empty() {
             let has_more = |v| !under.poses.is_empty() || under.attributes.count_at(v);
             let is_special = |v| has_more(v) || under.constraints.as_ref().is_some_and(|it| it.touch(v));
@@ -208,7 +208,7 @@ impl<'a> Collapse<'a> {
         under
     }
 
-    /// Gives the memory back, in parts: that of millions of vertices takes a while.
+    /// Frees the memory in steps: for millions of vertices this takes a while.
     pub fn end(self) {
         let Self { nodes, corners, pulse, .. } = self;
         pulse.beat(0);
@@ -218,8 +218,7 @@ impl<'a> Collapse<'a> {
         pulse.beat(0);
     }
 
-    /// What is left, in the order of the surface's vertices; each of these has the output vertex that stands for it. Faces begin with
-    /// their smallest vertices.
+    /// Returns the remaining mesh in the order of surface vertices; faces begin with their smallest vertices.
     pub fn output(&self) -> Output {
         let pulse = self.pulse.counting_if(false);
         let living = indices_where(pulse, &self.merged, |v, &merged| v == merged);
@@ -239,7 +238,7 @@ impl<'a> Collapse<'a> {
         Output::new(pulse, positions, faces, pins.unwrap_or_default(), vertex_of)
     }
 
-    /// The vertex of the surface that stands for this one now.
+    /// Returns the surface vertex into which this one was finally merged.
     pub(super) fn last(&self, mut v: u32) -> u32 {
         while self.merged[v as usize] != v {
             v = self.merged[v as usize];
@@ -247,7 +246,7 @@ impl<'a> Collapse<'a> {
         v
     }
 
-    /// Moves what is left together.
+    /// Compacts vertices and faces if enough are gone.
     pub(super) fn compact(&mut self) {
         if (self.n_inner - self.n_vertices) * LEAST_GONE <= self.nodes.len() {
             return;
@@ -266,7 +265,7 @@ impl<'a> Collapse<'a> {
         self.n_inner = self.n_vertices;
     }
 
-    /// The nodes that are there, ghost vertices left out.
+    /// Returns the living nodes without ghost vertices.
     pub(super) fn living(&self) -> impl Iterator<Item = u32> {
         (0..self.n_inner as u32).filter(|&v| self.nodes[v as usize].corner != GONE)
     }
@@ -280,35 +279,35 @@ impl<'a> Collapse<'a> {
         n_vertices <= limit.vertices && n_faces <= limit.faces
     }
 
-    /// How many vertices passes left, falling, and up to which price each went: squared distances times area, on the surface of unit
-    /// size.
+    /// Returns the vertices left after each pass, falling, with its price: squared distance times area, on the surface
+    /// of unit size.
     pub fn paid(&self) -> &[(usize, f32)] {
         &self.paid
     }
 
-    /// Whether merges may not leave vertices far from the surface: what is held ruins nothing then.
+    /// Returns whether ceilings limit the deformation; held vertices then cannot ruin the rest.
     pub fn has_ceilings(&self) -> bool {
         !self.ceilings.is_empty()
     }
 
-    /// How many vertices are on held curves or locked; where this is one half of a mirrored mesh, at most so many of the whole.
+    /// Counts the held vertices; for a mirrored half, those of both halves.
     pub fn n_held(&self) -> usize {
         let Some(constraints) = &self.constraints else { return 0 };
         let n = self.living().filter(|&v| constraints.is_held(self.nodes[v as usize].id)).count();
         if self.plane().is_some() { 2 * n } else { n }
     }
 
-    /// The same complex with nothing held but by the plane of a half.
+    /// Removes all constraints but the mirror plane.
     pub fn bare(self) -> Self {
         Self { constraints: self.constraints.and_then(Constraints::bare), history: None, ..self }
     }
 
-    /// The same complex, whose merges do not count as done.
+    /// Stops counting merges as progress.
     pub fn uncounted(self) -> Self {
         Self { pulse: self.pulse.counting_if(false), ..self }
     }
 
-    /// Vertices and faces; where this is one half of a mirrored mesh, those of the whole.
+    /// Returns the numbers of vertices and faces; for a mirrored half, those of the whole.
     pub fn size(&self) -> (usize, usize) {
         match self.plane() {
             None => (self.n_vertices, self.n_faces),
@@ -316,8 +315,9 @@ impl<'a> Collapse<'a> {
         }
     }
 
-    /// The merges without which this limit is not reached. One along a boundary takes one face away, not two: as many are of that
-    /// kind as the boundary has of the vertices.
+    /// Estimates the merges needed to reach a limit.
+    ///
+    /// Boundary merges remove one face, others two; their share is that of boundary vertices.
     pub fn merges_to(&self, limit: Limit) -> usize {
         let (n_vertices, n_faces) = self.size();
         let least = merges_to(limit, n_vertices, n_faces);

@@ -1,11 +1,10 @@
-//! What constrains a collapse beside the topology: curves that stay, vertices that are pinned.
+//! Constraints of a collapse besides topology: feature curves and pinned vertices.
 //!
-//! A curve that is held loses a vertex only to its neighbour along the curve. Endpoints and branch points are fixed; two adjacent
-//! branch points may merge. A vertex of a curve never meets another one across the surface, and no face between two curves goes with
-//! its last two edges: nothing that lies between curves is lost.
+//! A vertex of a held curve merges only along it. Endpoints and branch points are fixed; two adjacent branch points may
+//! merge. Curve vertices never merge across the surface, and no face between two curves vanishes.
 //!
-//! Curves with slack, seams of textures, only have a price: the squared distances from where they ran, which cost little within the
-//! slack. Branch points move, curves meet across the surface, and what lies between them may go.
+//! Curves with slack, texture seams, only have a price: the squared distance from their original place, cheap within
+//! the slack. Their branch points move, and regions between them may vanish.
 
 use glam::DVec3;
 use rustc_hash::FxHashMap;
@@ -16,35 +15,33 @@ use crate::simplify::closed::pins::Pins;
 
 use super::pair::{MergedVertex, Pair, Place};
 
-/// What it costs that a curve leaves its place within its slack, over what a held one costs. Five textured models in 6 to 803
-/// charts, four ratios: at 0.03 the mean distance is 8 % nearer and pictures 0.3 dB less alike, at 0.3 it is 12 % farther and they are
-/// as alike; where the first two texels cost nothing, seams wander over planes.
+/// Price of moving a seam within its slack, over that of a held curve. Five textured models at four ratios: at 0.03 the
+/// mean distance is 8 % smaller and pictures lose 0.3 dB, at 0.3 it is 12 % larger and pictures are equal.
 const SEAM_PRICE: f64 = 0.1;
 
-/// The constraints of a collapse, over its vertices.
+/// Constraints of a collapse, by surface vertex.
 #[derive(Clone)]
 pub struct Constraints {
-    /// What runs through each vertex on a feature curve.
+    /// Feature curves through each vertex.
     curves: FxHashMap<u32, Curve>,
-    /// What may not move.
     pub(super) pins: Pins,
 }
 
-/// A vertex of a curve.
+/// Feature curves through one vertex.
 #[derive(Clone, Default)]
 struct Curve {
-    /// Its neighbours along curves.
+    /// Neighbours along curves.
     along: Vec<u32>,
-    /// The planes on the original's edges that became it.
+    /// Planes on the original's edges merged into this vertex.
     planes: Quadric,
-    /// The squared slack of these edges, as the planes are weighed.
+    /// Squared slack of these edges, weighted like the planes.
     slack: f64,
-    /// Whether one of the curves is held.
+    /// Set if one of the curves is held.
     is_held: bool,
 }
 
 impl Constraints {
-    /// The constraints over the vertices of a surface.
+    /// Collects the constraints of a surface.
     pub fn new(original: &Original) -> Self {
         let mut curves: FxHashMap<u32, Curve> = FxHashMap::default();
         let mut curve = |v: u32, change: &dyn Fn(&mut Curve)| change(curves.entry(v).or_default());
@@ -63,7 +60,7 @@ impl Constraints {
                 });
             }
         }
-        // An end has a place along its curve, too.
+        // Planes leave an end free along its curve, so it is also pulled to its position.
         for v in original.features.ends() {
             let place = original.surface.positions[v as usize].as_dvec3();
             curve(v, &|curve| {
@@ -74,40 +71,41 @@ impl Constraints {
         Self { curves, pins: original.pins.on_own_vertices(original.surface.n_vertices()) }
     }
 
-    /// Whether a vertex is on a curve, or pinned.
+    /// Returns whether a vertex is on a curve or pinned.
     pub(super) fn touch(&self, v: u32) -> bool {
         self.pins.is_subset() || self.pins.has(v) || self.curves.contains_key(&v)
     }
 
-    /// Whether anything holds vertices beside the plane of a half.
+    /// Returns whether anything but the mirror plane holds vertices.
     pub fn hold_more_than_plane(&self) -> bool {
         !self.curves.is_empty() || self.pins.hold_more_than_plane()
     }
 
-    /// The same without curves, and nothing locked; `None` where that constrains nothing.
+    /// Removes curves and locks; `None` if nothing constrains then.
     pub fn bare(self) -> Option<Self> {
         let pins = self.pins.unlocked();
         (pins.is_subset() || pins.plane().is_some()).then(|| Self { curves: FxHashMap::default(), pins })
     }
 
-    /// Whether a held curve runs through a vertex, or it may not move.
+    /// Returns whether a vertex is locked or on a held curve.
     pub fn is_held(&self, v: u32) -> bool {
         self.pins.is_locked(v) || self.curves.get(&v).is_some_and(|curve| curve.is_held)
     }
 
-    /// The neighbours of a vertex along curves, where one of these is held.
+    /// Returns the neighbours along curves, if one of the curves is held.
     pub fn along_held(&self, v: u32) -> &[u32] {
         along(self.curves.get(&v).filter(|curve| curve.is_held))
     }
 
-    /// The planes on the curves of two vertices about `origin`; nothing where no held curve runs through them.
+    /// Sums the planes on the curves of two vertices about `origin`; zero if no curve is held.
     pub fn planes_on_held_curves(&self, vertices: [u32; 2], origin: DVec3) -> Quadric {
         let curves = self.curves_at(vertices);
         if are_held(curves) { planes(curves, origin) } else { Quadric::default() }
     }
 
-    /// The merged vertex of `u`, at `origin`, and `v`, seen from `u`; `None` where they stay two.
+    /// Finds the merged vertex of `u`, at `origin`, and `v`, relative to `u`; `None` if they must not merge.
     pub fn placement(&self, vertices: [u32; 2], origin: DVec3, pair: &Pair) -> Option<MergedVertex> {
+        // Curves with slack never forbid a merge: they only raise its price.
         let curves = self.curves_at(vertices);
         if are_held(curves) {
             return self.held_placement(vertices, curves, pair);
@@ -116,12 +114,14 @@ impl Constraints {
         Some(MergedVertex { price: merged.price + price_of_curves(curves, origin, merged.offset), ..merged })
     }
 
-    /// The same where a held curve runs through one of the two.
+    /// Finds the merged vertex where one of the two is on a held curve.
     fn held_placement(&self, [u, v]: [u32; 2], curves: [Option<&Curve>; 2], pair: &Pair) -> Option<MergedVertex> {
         let [of_u, of_v] = curves.map(along);
+        // Vertices of two curves, or not adjacent along one, must not merge.
         if !of_u.is_empty() && !of_v.is_empty() && !of_u.contains(&v) {
             return None;
         }
+        // Endpoints and branch points have other than two neighbours along curves: they stay in place.
         let stays = |w: u32, along: &[u32]| self.pins.is_locked(w) || !matches!(along.len(), 0 | 2);
         let stay = [stays(u, of_u), stays(v, of_v)];
         if stay == [true; 2] && self.are_branch_points([u, v]) && of_u.contains(&v) {
@@ -130,11 +130,12 @@ impl Constraints {
         self.placed([u, v], stay, pair)
     }
 
-    /// The merged vertex where some of the two stay.
+    /// Finds the merged vertex where some ends must stay in place.
     fn placed(&self, [u, v]: [u32; 2], stay: [bool; 2], pair: &Pair) -> Option<MergedVertex> {
         let height = self.pins.plane().and_then(|plane| plane.height(u, v, pair.other()));
         match stay {
             [true, true] => None,
+            // A fixed end off the mirror plane cannot take in an end that must stay on it.
             [true, false] if height.is_some_and(|_| !self.pins.is_on_cut(u)) => None,
             [false, true] if height.is_some_and(|_| !self.pins.is_on_cut(v)) => None,
             [true, false] => Some(pair.at(Place::Kept)),
@@ -147,12 +148,12 @@ impl Constraints {
         }
     }
 
-    /// Whether curves branch at all of these, which nothing else pins.
+    /// Returns whether curves branch at all of these vertices and nothing else pins them.
     fn are_branch_points(&self, vertices: [u32; 2]) -> bool {
         vertices.into_iter().all(|v| along(self.curves.get(&v)).len() > 2 && !self.pins.has(v))
     }
 
-    /// Whether held curves outlive the faces at `opposite` that a merge of `u` and `v` takes away.
+    /// Returns whether held curves survive the removal of the faces at `opposite` in a merge of `u` and `v`.
     pub fn outlive(&self, u: u32, v: u32, opposite: [u32; 2]) -> bool {
         let curves = self.curves_at([u, v]);
         let [of_u, of_v] = curves.map(along);
@@ -161,7 +162,7 @@ impl Constraints {
         !opposite.iter().any(is_lost)
     }
 
-    /// Takes note that `v` was merged into `u`.
+    /// Records that `v` merged into `u`.
     pub fn merge(&mut self, u: u32, v: u32, place: Place) {
         self.pins.merge(u, v, place == Place::Gone);
         let Some(of_v) = self.curves.remove(&v) else { return };
@@ -189,22 +190,22 @@ impl Constraints {
     }
 }
 
-/// The neighbours of a vertex along curves.
+/// Returns the neighbours along the curves.
 fn along(curve: Option<&Curve>) -> &[u32] {
     curve.map_or(&[], |curve| &curve.along)
 }
 
-/// Whether a held curve runs through one of two vertices.
+/// Returns whether one of the curves is held.
 fn are_held(curves: [Option<&Curve>; 2]) -> bool {
     curves.into_iter().flatten().any(|curve| curve.is_held)
 }
 
-/// The planes on the curves of two vertices about `origin`.
+/// Sums the planes on the curves about `origin`.
 fn planes(curves: [Option<&Curve>; 2], origin: DVec3) -> Quadric {
     curves.into_iter().flatten().fold(Quadric::default(), |sum, curve| sum + curve.planes.about(origin))
 }
 
-/// What curves cost that leave their places when a merge puts two of their vertices at `offset` from `origin`.
+/// Returns the price of moving two curve vertices to `offset` from `origin`; slack makes a part of it cheap.
 fn price_of_curves(curves: [Option<&Curve>; 2], origin: DVec3, offset: DVec3) -> f64 {
     let slack: f64 = curves.into_iter().flatten().map(|curve| curve.slack).sum();
     if slack == 0.0 {
@@ -214,7 +215,7 @@ fn price_of_curves(curves: [Option<&Curve>; 2], origin: DVec3, offset: DVec3) ->
     SEAM_PRICE * squares + (1.0 - SEAM_PRICE) * (squares - slack).max(0.0)
 }
 
-/// The cheaper one of the two ends, as a place for the merged vertex.
+/// Returns the cheaper one of the two ends.
 fn best_end(pair: &Pair) -> MergedVertex {
     let [kept, gone] = [Place::Kept, Place::Gone].map(|place| pair.at(place));
     if gone.price < kept.price { gone } else { kept }

@@ -1,20 +1,20 @@
-//! A collapse as it was on its way, to go on from without components that are not worth their vertices.
+//! Copy of a collapse in progress, to continue without components that are dropped later.
 
 use crate::simplify::limits::Limit;
 
 use super::complex::{Collapse, GONE, OwnCopy};
 use super::corners::NONE;
 
-/// Vertices over those asked for with which a copy is kept: of the rest enough are left where up to three quarters of them go.
+/// Vertices over the target at which the copy is made: it suffices where up to three quarters are dropped.
 const KEPT_AT: f64 = 4.0;
 
 impl<'a> Collapse<'a> {
-    /// Returns the collapse, set to keep a copy of itself before it reaches the next limit.
+    /// Sets the collapse to copy itself before it reaches the next limit.
     pub fn keeping_a_copy(self) -> Self {
         Self { copy: OwnCopy::Wanted, ..self }
     }
 
-    /// Keeps the copy if it is wanted, the limit is near, and there is more than one component.
+    /// Makes the requested copy if the limit is near and there are several components.
     pub(super) fn keep_copy(&mut self, limit: Limit) {
         if matches!(self.copy, OwnCopy::Wanted) && self.reached(limit.times(KEPT_AT)) {
             self.copy = OwnCopy::Unwanted;
@@ -24,7 +24,7 @@ impl<'a> Collapse<'a> {
         }
     }
 
-    /// Whether all vertices are connected.
+    /// Returns whether all vertices are connected.
     fn is_one_component(&self) -> bool {
         let mut pending: Vec<u32> = self.living().take(1).collect();
         let mut is_met = vec![false; self.nodes.len()];
@@ -41,7 +41,7 @@ impl<'a> Collapse<'a> {
         n_met == self.n_vertices
     }
 
-    /// Takes the copy out, if one was kept.
+    /// Takes the copy, if one was made.
     pub fn take_copy(&mut self) -> Option<Self> {
         match std::mem::take(&mut self.copy) {
             OwnCopy::Kept(copy) => Some(*copy),
@@ -49,7 +49,7 @@ impl<'a> Collapse<'a> {
         }
     }
 
-    /// Removes the components that these vertices of the surface belong to, which are all vertices of each.
+    /// Removes components, given by all their surface vertices.
     pub fn without(mut self, vertices: impl Iterator<Item = u32>) -> Self {
         let mut is_gone = vec![false; self.merged.len()];
         vertices.for_each(|v| is_gone[self.last(v) as usize] = true);
@@ -69,7 +69,7 @@ impl<'a> Collapse<'a> {
         let living: Vec<u32> = self.living().collect();
         let is_removed = |&v: &u32| is_gone[self.nodes[v as usize].id as usize];
         let (gone, left): (Vec<u32>, Vec<u32>) = living.into_iter().partition(is_removed);
-        // Nobody asks any more what they became.
+        // Removed vertices are never looked up again; any living one will do.
         let left = left.first().map(|&v| self.nodes[v as usize].id);
         for &v in &gone {
             let id = self.nodes[v as usize].id;
@@ -94,7 +94,7 @@ mod tests {
         Collapse::new(Pulse::NONE, surface)
     }
 
-    /// A sphere, and an open cylinder with fewer vertices beside it.
+    /// A sphere, and an open cylinder with fewer vertices.
     fn beside() -> (TriMesh, usize) {
         let (sphere, cylinder) = (shapes::wavy_sphere(4, 5.0), shapes::open_cylinder(30, 12));
         let n = sphere.positions().len() as u32;

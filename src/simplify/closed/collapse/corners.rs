@@ -1,67 +1,67 @@
-//! The faces of a closed complex as a corner table: which vertex stands at each corner, and which corner lies across the edge opposite to it.
+//! Corner table of a closed complex: the vertex at each corner, and the corner across the opposite edge.
 //!
-//! A face takes four slots, the last one empty, so that the other corners of a face follow from a corner's number without a division. Faces
-//! need not be wound the same way around: a surface may have one side only.
+//! A face takes four slots, the last one empty, so that the next corner needs no division. Faces may be wound
+//! inconsistently: a surface may be one-sided.
 
 use std::ops::Range;
 
 use super::left::Left;
 
-/// No vertex, no corner.
+/// Missing vertex or corner.
 pub(super) const NONE: u32 = u32::MAX;
-/// Edges at a vertex from which on they are sorted to be matched.
+/// Valence from which edges are matched by sorting.
 const MANY: usize = 32;
 
-/// The corners of all faces.
+/// Corners of all faces.
 #[derive(Clone, Default)]
 pub(super) struct Corners {
-    /// The vertex at each corner, n_faces x 4; [`NONE`] at the corners of a face that is gone, and in every last slot.
+    /// Vertex at each corner, n_faces x 4; [`NONE`] for removed faces and in every last slot.
     vertices: Vec<u32>,
-    /// The corner across the edge opposite to each, n_faces x 4.
+    /// Corner across the edge opposite each corner, n_faces x 4.
     across: Vec<u32>,
 }
 
-/// The corner after this one in its face.
+/// Returns the next corner of the face.
 #[inline(always)]
 pub(super) fn next(corner: u32) -> u32 {
     corner + 1 - 3 * ((corner & 2) >> 1)
 }
 
-/// The corner before this one in its face.
+/// Returns the previous corner of the face.
 #[inline(always)]
 pub(super) fn previous(corner: u32) -> u32 {
     corner + 3 * u32::from(corner & 3 == 0) - 1
 }
 
-/// The third corner of a face beside these two.
+/// Returns the third corner of a face.
 #[inline(always)]
 pub(super) fn third(one: u32, other: u32) -> u32 {
     // The three numbers within a face add up to 3.
     3 * (one & !3) + 3 - one - other
 }
 
-/// A step of a walk around a vertex: a face, entered across the edge to one neighbour.
+/// Step of a walk around a vertex: a face, entered across the edge to a neighbour.
 #[derive(Clone, Copy)]
 pub(super) struct Step {
-    /// The corner of the face at the vertex.
+    /// Corner at the vertex.
     pub at: u32,
-    /// Its corner at the neighbour.
+    /// Corner at the neighbour.
     pub from: u32,
 }
 
 impl Step {
-    /// The corner of the face opposite to the edge that was crossed.
+    /// Returns the corner opposite the crossed edge.
     #[inline(always)]
     pub fn opposite(self) -> u32 {
         third(self.at, self.from)
     }
 }
 
-/// A walk around a vertex.
+/// Walk around a vertex.
 pub(super) struct Around<'a> {
     corners: &'a Corners,
     vertex: u32,
-    /// The corner at which it ends.
+    /// Corner at which the walk ends.
     end: u32,
     next: Option<Step>,
 }
@@ -80,7 +80,7 @@ impl Iterator for Around<'_> {
 }
 
 impl Corners {
-    /// The table of faces over so many vertices, where every edge has two faces; faces are put in the order of their smallest vertices.
+    /// Builds the table of faces in which every edge has two faces; sorts the faces by their smallest vertices.
     pub fn new(n_vertices: usize, faces: impl Iterator<Item = [u32; 3]> + Clone) -> Self {
         let smallest = |[a, b, c]: [u32; 3]| a.min(b).min(c) as usize;
         let mut places = vec![0u32; n_vertices + 1];
@@ -93,7 +93,7 @@ impl Corners {
             *place += 4;
         }
         let mut table = Self { across: vec![NONE; vertices.len()], vertices };
-        // First the corners opposite to the edges whose smaller ends are one vertex are a list: where it begins, and what follows each.
+        // The table first links the corners opposite the edges of each smaller end into a list.
         let mut firsts = vec![NONE; n_vertices];
         for c in 0..table.vertices.len() as u32 {
             if c & 3 != 3 {
@@ -113,41 +113,41 @@ impl Corners {
         table
     }
 
-    /// All corners of faces that are there.
+    /// Returns all corners of existing faces.
     pub fn all(&self) -> impl Iterator<Item = u32> {
         (0..self.vertices.len() as u32).filter(|&c| self.vertices[c as usize] != NONE)
     }
 
-    /// Number of faces, gone ones that still take their place counted.
+    /// Returns the number of face slots, removed faces included.
     pub fn n_faces(&self) -> usize {
         self.vertices.len() / 4
     }
 
-    /// The vertex at a corner.
+    /// Returns the vertex at a corner.
     #[inline(always)]
     pub fn vertex(&self, corner: u32) -> u32 {
         self.vertices[corner as usize]
     }
 
-    /// The ends of the edge opposite to a corner.
+    /// Returns the ends of the edge opposite a corner.
     #[inline(always)]
     pub fn edge(&self, corner: u32) -> [u32; 2] {
         [self.vertex(next(corner)), self.vertex(previous(corner))]
     }
 
-    /// The same, the smaller one first.
+    /// Returns the ends of the edge opposite a corner, the smaller one first.
     fn ends(&self, corner: u32) -> [u32; 2] {
         let [a, b] = self.edge(corner);
         [a.min(b), a.max(b)]
     }
 
-    /// The corner across the edge opposite to a corner.
+    /// Returns the corner across the edge opposite a corner.
     #[inline(always)]
     pub fn across(&self, corner: u32) -> u32 {
         self.across[corner as usize]
     }
 
-    /// The faces with these numbers that are there: the first corner of each, its vertices, and the corners across its edges.
+    /// Returns the existing faces in a range: first corner, vertices, and corners across the edges.
     #[inline(always)]
     pub fn faces_in(&self, numbers: Range<usize>) -> impl Iterator<Item = (u32, [u32; 3], [u32; 3])> {
         let firsts = (4 * numbers.start as u32..).step_by(4);
@@ -157,33 +157,34 @@ impl Corners {
         faces.map(|(first, (&[a, b, c, _], &[d, e, f, _]))| (first, [a, b, c], [d, e, f]))
     }
 
-    /// The smaller one of the two corners opposite to the edge that lies opposite to one of them: one number for the edge.
+    /// Returns the number of the edge opposite a corner: the smaller one of its two opposite corners.
     #[inline(always)]
     pub fn number_of_edge(&self, corner: u32) -> u32 {
         corner.min(self.across(corner))
     }
 
-    /// The corner of a face at a vertex, beside one that is not there.
+    /// Returns the corner at `vertex` in the face of another corner.
     #[inline(always)]
     pub fn beside(&self, corner: u32, vertex: u32) -> u32 {
         let next = next(corner);
         if self.vertex(next) == vertex { next } else { previous(corner) }
     }
 
-    /// The steps of a walk around the vertex of the first one, once around.
+    /// Walks around the vertex of the first step, once.
     #[inline(always)]
     pub fn around(&self, first: Step) -> Around<'_> {
         Around { corners: self, vertex: self.vertex(first.at), end: first.at, next: Some(first) }
     }
 
-    /// Puts another vertex at a corner.
+    /// Replaces the vertex at a corner.
     #[inline(always)]
     pub fn set_vertex(&mut self, corner: u32, vertex: u32) {
         self.vertices[corner as usize] = vertex;
     }
 
-    /// Takes the face of a corner out and joins the faces across its two other edges. Returns the corners of one of these at the vertex
-    /// of the corner and at the vertex that both of its other corners became.
+    /// Removes the face of a corner, whose other two corners became one vertex, and joins the faces across its edges.
+    ///
+    /// Returns the corners of one of these faces at the corner's vertex and at the merged one.
     #[inline(always)]
     pub fn close(&mut self, corner: u32) -> [u32; 2] {
         let apex = self.vertex(corner);
@@ -195,7 +196,7 @@ impl Corners {
         [at_apex, third(one, at_apex)]
     }
 
-    /// Takes out the faces that do not stay, with all faces around them.
+    /// Removes faces; whole components at a time, since neighbours are not updated.
     pub fn retain(&mut self, mut stays: impl FnMut([u32; 3]) -> bool) {
         let faces = self.vertices.chunks_exact_mut(4).filter(|slots| slots[0] != NONE);
         faces.for_each(|slots| {
@@ -205,7 +206,7 @@ impl Corners {
         });
     }
 
-    /// Moves the faces that are left together, over vertices with new numbers. Returns where they went.
+    /// Compacts the remaining faces and renumbers their vertices; returns the new face numbers.
     pub fn compact(&mut self, numbers: &[u32]) -> Left {
         let vertices = self.vertices.as_chunks_mut::<4>().0;
         let faces = Left::new(vertices.len(), |face| vertices[face][0] != NONE);
@@ -224,19 +225,19 @@ impl Corners {
         faces
     }
 
-    /// The faces by their vertices.
+    /// Returns the faces by their vertices.
     pub fn faces(&self) -> impl Iterator<Item = [u32; 3]> {
         self.vertices.chunks_exact(4).filter(|slots| slots[0] != NONE).map(|slots| [slots[0], slots[1], slots[2]])
     }
 }
 
-/// Where a corner went whose face has this new number.
+/// Returns the new number of a corner.
 #[inline(always)]
 pub(super) fn moved(faces: &[u32], corner: u32) -> u32 {
     4 * faces[corner as usize / 4] + (corner & 3)
 }
 
-/// Joins the corners across the edges of one vertex: pairs of the other end and the corner opposite, two of each end.
+/// Matches edges of one vertex, given as pairs of other end and opposite corner; each end occurs twice.
 fn match_edges(edges: &mut [(u32, u32)], across: &mut [u32]) {
     if edges.len() > MANY {
         edges.sort_unstable();
@@ -299,7 +300,7 @@ mod tests {
 
     #[test]
     fn what_is_left_moves_together() {
-        // A bipyramid over a square; its edge from 1 to 2 goes.
+        // A bipyramid over a square, whose edge from 1 to 2 collapses.
         let faces = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1], [5, 2, 1], [5, 3, 2], [5, 4, 3], [5, 1, 4]];
         let mut corners = Corners::new(6, faces.into_iter());
         for c in corners.all().filter(|&c| corners.vertex(c) == 2).collect::<Vec<u32>>() {

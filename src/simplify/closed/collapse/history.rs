@@ -1,4 +1,4 @@
-//! What a collapse writes down, so that its result is known as a function of where it began.
+//! History of a collapse, from which its derivative is computed.
 
 use glam::Vec3;
 
@@ -6,47 +6,44 @@ use crate::simplify::closed::prepare::surface::folds_around;
 
 use super::pair::Place;
 
-/// A ghost vertex in the ring of a [`Renewal`].
+/// Ghost vertex in the ring of a [`Renewal`].
 pub const GHOST: u32 = u32::MAX;
 
-/// What changed, in order.
+/// Event of a collapse.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
-    /// Two vertices became one.
+    /// Merge of two vertices.
     Merge(Merge),
-    /// The quadric of a vertex was summed anew.
+    /// Recomputed quadric.
     Renewal(Renewal),
 }
 
-/// A merge of two vertices.
+/// Merge of two vertices.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Merge {
-    /// The vertex that stays.
+    /// Vertex that stays.
     pub kept: u32,
-    /// The one merged into it.
+    /// Vertex merged into it.
     pub gone: u32,
-    /// Where the merged vertex went.
+    /// Choice of the merged position.
     pub place: Place,
 }
 
-/// A quadric summed anew over the faces around a vertex.
+/// Quadric recomputed over the faces around a vertex.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Renewal {
-    /// The vertex.
     pub vertex: u32,
-    /// Its neighbours in order; [`GHOST`] for a ghost vertex.
+    /// Neighbours in order; [`GHOST`] for a ghost vertex.
     pub ring: Vec<u32>,
-    /// Those of them to which a fold runs.
+    /// Neighbours along folds.
     pub folds: Vec<u32>,
-    /// How much more than its area it counts.
     pub importance: f32,
-    /// How much more it is drawn to where it is for its weight.
+    /// Additional pull to the present position, relative to the squared weight.
     pub bend: f32,
 }
 
 impl Renewal {
-    /// Of a vertex at `position` with these neighbours in order, [`GHOST`] for a ghost vertex, and where each of them lies; how much it
-    /// counts, and bends.
+    /// Records a vertex with its ring; `place` returns the position of each neighbour, `None` for a ghost vertex.
     pub fn new(
         vertex: u32,
         ring: Vec<u32>,

@@ -1,18 +1,18 @@
-//! Rows of which some went: where the others go when they move together, and the move, on all threads.
+//! Parallel compaction of rows.
 
 use rayon::prelude::*;
 
-/// Rows that one task moves.
+/// Rows per task.
 const TOGETHER: usize = 1 << 14;
 
-/// The rows that are left of some, and where they go.
+/// Remaining rows and their new numbers.
 pub(super) struct Left {
-    /// How many rows are left before each, n_rows + 1.
+    /// Number of remaining rows before each, n_rows + 1.
     n_before: Vec<u32>,
 }
 
 impl Left {
-    /// Counts the rows that are left, of `n`.
+    /// Counts the remaining ones of `n` rows.
     pub fn new(n: usize, is_left: impl Fn(usize) -> bool + Sync) -> Self {
         let mut n_before = vec![0; n + 1];
         let count = |(task, counts): (usize, &mut [u32])| {
@@ -30,17 +30,17 @@ impl Left {
         Self { n_before }
     }
 
-    /// Number of rows that are left.
+    /// Returns the number of remaining rows.
     pub fn len(&self) -> usize {
         self.n_before[self.n_before.len() - 1] as usize
     }
 
-    /// The new number of each row; of one that went, that of the next one.
+    /// Returns the new number of each row; for a removed one, that of the next.
     pub fn numbers(&self) -> &[u32] {
         &self.n_before
     }
 
-    /// Moves the rows that are left to the front, in their order, each as `change` makes it.
+    /// Moves the remaining rows to the front in order, each mapped by `change`.
     pub fn move_together<T: Copy + Send>(&self, rows: &mut [T], change: impl Fn(T) -> T + Sync) {
         let within = |(task, rows): (usize, &mut [T])| {
             let n_before = &self.n_before[task * TOGETHER..][..rows.len() + 1];

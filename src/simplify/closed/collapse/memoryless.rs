@@ -1,9 +1,8 @@
-//! Memoryless quadrics (Lindstrom and Turk 1999, "Evaluation of memoryless simplification"): a merged vertex forgets what it
-//! was merged from.
+//! Memoryless quadrics (Lindstrom and Turk 1999, "Evaluation of memoryless simplification"), summed over present faces.
 //!
-//! Before each pass the quadrics of the vertices whose faces have changed are summed anew over these. Quadrics that remember the original
-//! keep the planes of faces long gone: they choose worse which edge goes next. Kept curves alone remember (`constraints`): where they
-//! drift, it shows.
+//! They are recomputed before each pass for vertices with changed faces. Quadrics that remember the original keep
+//! planes of faces long gone and choose worse edges. Only held curves remember (`constraints`), since their drift
+//! shows.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -16,10 +15,10 @@ use super::corners::{Step, next};
 use super::history::{Event, GHOST, Renewal};
 use super::pair::{Node, drawn, pulled};
 
-/// Vertices whose quadrics are summed by one thread, one after the other.
+/// Vertices per task.
 const TOGETHER: usize = 1024;
 
-/// Summing the planes around some vertices, as work that is compiled for the instructions at hand.
+/// Summation of planes around some vertices, compiled for the instruction set at hand.
 struct Summing<'a, 'b> {
     collapse: &'a Collapse<'b>,
     planes: &'a mut [[f32; 6]],
@@ -38,7 +37,7 @@ impl Work for Summing<'_, '_> {
 }
 
 impl Collapse<'_> {
-    /// Sums the quadrics anew of the vertices that the last pass changed or whose neighbours it changed; returns which these are.
+    /// Recomputes the quadrics of vertices that the last pass changed; returns these.
     pub(super) fn renew(&mut self) -> Vec<u32> {
         let pass = self.pass;
         let is_stale = |&v: &u32| self.nodes[v as usize].changed.is_in(pass);
@@ -61,18 +60,18 @@ impl Collapse<'_> {
         stale
     }
 
-    /// The neighbours of a vertex in order.
+    /// Returns the neighbours of a vertex in order.
     pub(super) fn ring(&self, v: u32) -> Vec<u32> {
         self.neighbors(v).collect()
     }
 
-    /// The same, one after the other.
+    /// Iterates over the neighbours of a vertex in order.
     #[inline(always)]
     pub(super) fn neighbors(&self, v: u32) -> impl Iterator<Item = u32> {
         self.faces_around(v).map(|step| self.corners.vertex(step.from))
     }
 
-    /// The faces around a vertex in order.
+    /// Iterates over the faces around a vertex in order.
     #[inline(always)]
     pub(super) fn faces_around(&self, v: u32) -> impl Iterator<Item = Step> {
         let Node { corner, degree, .. } = self.nodes[v as usize];
@@ -80,7 +79,7 @@ impl Collapse<'_> {
         first.into_iter().flat_map(|first| self.corners.around(first))
     }
 
-    /// Sums the quadrics of a vertex anew in all other poses.
+    /// Recomputes the quadrics of a vertex in all other poses.
     #[inline(never)]
     pub(super) fn renew_poses(&mut self, v: u32) {
         let ring = self.ring(v);
@@ -95,7 +94,7 @@ impl Collapse<'_> {
         }
     }
 
-    /// Writes down that the quadric of a vertex was summed anew.
+    /// Records a recomputed quadric in the history.
     fn write_down(&mut self, v: u32) {
         let Node { id, importance, position, .. } = self.nodes[v as usize];
         let ring = self.ring(v);
@@ -105,10 +104,11 @@ impl Collapse<'_> {
         self.history.get_or_insert_default().push(Event::Renewal(renewal));
     }
 
-    /// The planes around a vertex.
+    /// Sums the planes around a vertex.
     #[inline(always)]
     fn planes_of(&self, v: u32) -> [f32; 6] {
         let Node { position, corner, degree, .. } = self.nodes[v as usize];
+        // The common case is one walk without allocations; folds and constraints take the slow way.
         if self.constraints.is_none() && degree > 0 {
             let place = |corner: u32| {
                 let w = self.corners.vertex(corner);
@@ -127,7 +127,7 @@ impl Collapse<'_> {
         self.planes_of_fold(v)
     }
 
-    /// The planes around a vertex that may have folds, or that is constrained.
+    /// Sums the planes around a vertex that may be on a fold or is constrained.
     #[inline(never)]
     fn planes_of_fold(&self, v: u32) -> [f32; 6] {
         let node = &self.nodes[v as usize];
@@ -149,19 +149,19 @@ impl Collapse<'_> {
     }
 }
 
-/// The faces around a vertex, one after the other.
+/// Faces around a vertex, added one by one.
 #[derive(Default)]
 struct Fan {
-    /// The planes of the faces and the lines along boundary edges.
+    /// Planes of the faces and lines along boundary edges.
     planes: [f32; 6],
-    /// The normals of the first face and of the last one so far; zero beyond a boundary.
+    /// Normals of the first and the latest face; zero beyond a boundary.
     first: Option<Vec3>,
     last: Vec3,
     turns_back: bool,
 }
 
 impl Fan {
-    /// Adds a face by its two other corners, from the vertex; `None` is a ghost vertex.
+    /// Adds a face by its other two corners, relative to the vertex; `None` is a ghost vertex.
     #[inline(always)]
     fn add(&mut self, corners: [Option<Vec3>; 2]) {
         let mut normal = Vec3::ZERO;
@@ -180,7 +180,7 @@ impl Fan {
         self.last = normal;
     }
 
-    /// Whether two faces beside each other look more than a right angle apart.
+    /// Returns whether two adjacent faces are more than a right angle apart.
     #[inline(always)]
     fn may_fold(&self) -> bool {
         self.turns_back || self.first.is_some_and(|first| self.last.dot(first) < 0.0)

@@ -1,4 +1,4 @@
-//! Merging the ends of an edge: its price, whether it may be done, and the complex after it.
+//! Merging the ends of an edge: price, validity, and the update of the complex.
 
 use glam::{DVec3, Vec3};
 
@@ -9,14 +9,14 @@ use super::history::{Event, Merge};
 use super::pair::{Changed, MergedVertex, Node, Pair};
 use super::star::Star;
 
-/// Least cosine between a face's normals before and after a collapse. Nineteen training meshes at ratios 0.01 to 0.05:
-/// the largest distance is 2 to 3 % farther at 0 and at 0.4, the mean the same within 0.3 %.
+/// Least cosine between a face's normals before and after a merge. Nineteen training meshes at ratios 0.01 to 0.05: at
+/// 0 and at 0.4 the largest distance is 2 to 3 % larger, the mean equal within 0.3 %.
 const LEAST_COSINE: f32 = 0.2;
-/// Neighbours of two ends together from which on they stay two: each test of an edge walks around both. Merges around such a vertex take
-/// a few microseconds each, about what others take; no mesh of the benchmark has one with more than a hundredth of it.
+/// Largest number of neighbours of both ends; beyond, they never merge. Each test walks around both ends; no benchmark
+/// mesh has a vertex with a hundredth of it.
 const MOST_NEIGHBORS: u32 = 4096;
 
-/// The importance of two vertices together: the mean by area.
+/// Averages the importance of two vertices by area.
 #[inline(always)]
 fn mean_importance([u, v]: [&Node; 2]) -> f32 {
     let areas = [u.area(), v.area()];
@@ -25,7 +25,7 @@ fn mean_importance([u, v]: [&Node; 2]) -> f32 {
 }
 
 impl Collapse<'_> {
-    /// The numbers of vertices on the surface.
+    /// Returns the surface numbers of two vertices.
     #[inline(always)]
     pub(super) fn ids(&self, ends: [u32; 2]) -> [u32; 2] {
         ends.map(|v| self.nodes[v as usize].id)
@@ -33,6 +33,7 @@ impl Collapse<'_> {
 
     pub(super) fn pair(&self, u: u32, v: u32) -> Pair {
         let mut pair = Pair::new(&self.nodes[u as usize], &self.nodes[v as usize]);
+        // Each contribution is a quadric of the merged position, so one minimum serves all.
         let ids = self.ids([u, v]);
         if !self.poses.is_empty() {
             pair.sum = self.poses.mean_price(ids, pair.other(), pair.sum);
@@ -46,13 +47,13 @@ impl Collapse<'_> {
         pair
     }
 
-    /// The price of merging `u` and `v` under constraints; infinite where they have to stay two.
+    /// Returns the price of merging `u` and `v` under constraints; infinite if they must not merge.
     pub(super) fn constrained_price(&self, u: u32, v: u32) -> f32 {
         let merged = self.placement(u, v, &self.pair(u, v));
         merged.map_or(f32::INFINITY, |merged| merged.price as f32)
     }
 
-    /// The merged vertex, from `u`; `None` where they have to stay two.
+    /// Finds the merged vertex relative to `u`; `None` if they must not merge.
     #[inline(always)]
     fn placement(&self, u: u32, v: u32, pair: &Pair) -> Option<MergedVertex> {
         match &self.constraints {
@@ -63,7 +64,7 @@ impl Collapse<'_> {
         }
     }
 
-    /// Merges the other end of the edge opposite to a corner into `u` if topology and the faces around allow it.
+    /// Merges the other end of the edge opposite `corner` into `u`, if topology, constraints and faces allow it.
     #[inline(always)]
     pub(super) fn try_merge(&mut self, u: u32, corner: u32) -> bool {
         let mut stars = std::mem::take(&mut self.stars);
@@ -76,6 +77,7 @@ impl Collapse<'_> {
     fn try_merge_with(&mut self, u: u32, corner: u32, stars: &mut [Star; 2]) -> bool {
         let ends = self.corners.edge(corner);
         let v = if ends[0] == u { ends[1] } else { ends[0] };
+        // From cheap to expensive: link condition, placement, constraints, turned faces, shape of the component.
         let Some(opposite) = self.link_allows([u, v], corner, stars) else { return false };
         let pair = self.pair(u, v);
         let Some(merged) = self.placement(u, v, &pair) else { return false };
@@ -97,7 +99,7 @@ impl Collapse<'_> {
         true
     }
 
-    /// Whether a merge takes a curve that has to stay, or breaks a mirrored mesh.
+    /// Returns whether a merge removes a curve that must stay, or breaks a mirrored mesh.
     #[inline(always)]
     fn breaks_constraints(&self, ends: [u32; 2], opposite: [u32; 2], stars: &[Star; 2]) -> bool {
         let Some(constraints) = &self.constraints else { return false };
@@ -105,7 +107,7 @@ impl Collapse<'_> {
         !constraints.outlive(u, v, self.ids(opposite)) || self.would_break_whole([u, v], stars)
     }
 
-    /// Lets the merged vertex of `u` and `v` have what both had, at `x`.
+    /// Gives the merged vertex at `x` the data of both.
     #[inline(always)]
     fn carry_over(&mut self, [u, v]: [u32; 2], pair: &Pair, merged: &MergedVertex, x: Vec3, ceiling: f32) {
         let [kept, gone] = [u, v].map(|w| self.nodes[w as usize]);
@@ -126,7 +128,7 @@ impl Collapse<'_> {
         self.ceilings.get_mut(kept.id as usize).into_iter().for_each(|of_u| *of_u = ceiling);
     }
 
-    /// The two vertices opposite to an edge, if merging its ends keeps the surface what it is; gathers what surrounds them.
+    /// Tests the link condition; returns the two opposite vertices and fills `stars`.
     #[inline(always)]
     fn link_allows(&mut self, [u, v]: [u32; 2], corner: u32, stars: &mut [Star; 2]) -> Option<[u32; 2]> {
         let opposite = [corner, self.corners.across(corner)].map(|c| self.corners.vertex(c));
@@ -135,6 +137,7 @@ impl Collapse<'_> {
         if degrees == [3, 3] || degrees[0] + degrees[1] > MOST_NEIGHBORS || !opposite.iter().all(is_larger) {
             return None;
         }
+        // The neighbours of one end are stamped, those of the other counted if stamped.
         self.n_tested += 1;
         for (end, star) in stars.iter_mut().enumerate() {
             star.gather(&self.corners, [u, v][end], corner);
@@ -144,11 +147,12 @@ impl Collapse<'_> {
         }
         let n_shared = stars[1].ring.iter().filter(|&&w| self.nodes[w as usize].seen == self.n_tested).count();
         let has_ghost = |ring: &[u32]| ring.iter().any(|&w| self.is_ghost(w));
+        // An inner edge between two boundary vertices would pinch the surface.
         let bridges = || stars.iter().all(|star| has_ghost(&star.ring)) && !has_ghost(&opposite);
         (n_shared == 2 && !bridges()).then_some(opposite)
     }
 
-    /// Whether a face around an edge would turn, or lose its area, when its ends move to `x`.
+    /// Returns whether a face around the edge would turn or lose its area if the ends moved to `x`.
     #[inline(always)]
     fn turns_over(&self, ends: [u32; 2], stars: &[Star; 2], x: Vec3) -> bool {
         let place = |w: u32| (!self.is_ghost(w)).then(|| self.nodes[w as usize].position);
@@ -156,7 +160,7 @@ impl Collapse<'_> {
             || turns_over_where(ends[1], &stars[1].ring[1..], x, place)
     }
 
-    /// Whether one would in another pose when the ends merge into the first, which moves by `offset` here.
+    /// Returns whether a face would turn in another pose; the first end moves by `offset` here.
     #[inline(never)]
     fn turns_over_in_poses(&self, ends: [u32; 2], stars: &[Star; 2], pair: &Pair, offset: DVec3) -> bool {
         (0..self.poses.n_poses()).any(|k| {
@@ -166,7 +170,7 @@ impl Collapse<'_> {
         })
     }
 
-    /// Joins the faces around `v` to `u`.
+    /// Joins the faces around `v` to `u` and removes the two faces of the edge.
     #[inline(always)]
     fn merge(&mut self, [u, v]: [u32; 2], corner: u32, stars: &[Star; 2]) {
         stars[1].corners.iter().for_each(|&c| self.corners.set_vertex(c, u));
@@ -192,8 +196,9 @@ impl Collapse<'_> {
     }
 }
 
-/// Whether a face at `v` with two of these neighbours, one after the other, would turn or lose its area when `v` moves to `x`; `place`
-/// says where vertices are.
+/// Returns whether a face at `v`, spanned by consecutive neighbours, would turn or lose its area if `v` moved to `x`.
+///
+/// `place` maps vertices to positions, ghost vertices to `None`.
 #[inline(always)]
 fn turns_over_where(v: u32, neighbors: &[u32], x: Vec3, place: impl Fn(u32) -> Option<Vec3>) -> bool {
     let Some(p) = place(v) else { return false };

@@ -1,11 +1,10 @@
-//! Edge collapse by quadrics (Garland and Heckbert 1997), memoryless ones, down to a target, on a closed complex.
+//! Edge collapse by memoryless quadrics (Garland and Heckbert 1997; Lindstrom and Turk 1999) on a closed complex.
 //!
-//! Boundaries are closed by ghost vertices that never move, so the link condition of closed surfaces (Dey et al. 1999)
-//! is all that keeps the topology: the ends of an edge share exactly the two vertices opposite to it. In which order edges go
-//! is said in `passes`.
+//! Ghost vertices, which never move, close the boundaries, so the link condition of closed surfaces (Dey et al. 1999)
+//! preserves the topology: the ends of an edge share exactly the two opposite vertices. `passes` has the order of the
+//! merges.
 //!
-//! What is read most lies closest together: a vertex with its quadric fills one cache line, and both vertices and faces, a corner table
-//! (`corners`), lie along a space-filling curve.
+//! For locality a vertex with its quadric fills one cache line, and vertices and faces lie along a space-filling curve.
 
 mod at_height;
 mod attribute_quadrics;
@@ -106,14 +105,14 @@ mod tests {
         assert_eq!(output.faces().len(), 100);
     }
 
-    /// Sum of the squared distances of the surface's vertices from what is left.
+    /// Sums the squared distances of the surface's vertices to the remaining faces.
     fn error(surface: &Surface, collapse: &Collapse) -> f64 {
         let output = collapse.output();
         let tree = output.tree();
         surface.positions.iter().map(|p| tree.nearest(p.as_dvec3()).map_or(f64::INFINITY, |hit| hit.distance2)).sum()
     }
 
-    /// Always the cheapest edge that may go, all quadrics summed and all edges priced anew each time.
+    /// Merges the cheapest possible edge each time, with all quadrics and prices recomputed.
     fn naive_run(collapse: &mut Collapse, vertices: usize) {
         while collapse.n_vertices > vertices {
             collapse.begin_pass();
@@ -188,7 +187,7 @@ mod tests {
         }
     }
 
-    /// Faces around a vertex; closed by a second one below where they go all the way around.
+    /// A fan of faces, closed by a second one where it goes all the way around.
     fn fan(n: u32, is_closed: bool) -> TriMesh {
         let turn = std::f32::consts::TAU * if is_closed { 1.0 } else { 0.9 };
         let rim = |i: u32| {

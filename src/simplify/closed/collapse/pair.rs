@@ -1,7 +1,6 @@
-//! A vertex of a collapse, and two of them about to be merged: where the merged one goes, and the price.
+//! Vertices of a collapse, and the placement and price of a merged pair.
 //!
-//! Prices are computed for several edges side by side, the same operations in the same order for each, so that
-//! an edge has the same price to the bit however many stand beside it.
+//! Several edges are priced side by side with one order of operations, so a price does not depend on its neighbours.
 
 use std::ops::{Add, Div, Mul, Sub};
 
@@ -11,60 +10,58 @@ use crate::geometry::Quadric;
 
 use super::corners::NONE;
 
-/// Edges that are priced side by side: one register of 256 bits.
+/// Edges priced side by side: one register of 256 bits.
 pub(super) const WIDTH: usize = 8;
 
-/// A merged vertex lies at most this many edge lengths from the middle of its edge. Sixteen training meshes at ratios
-/// 0.05 to 0.5: 1 or 4 move the mean distance by 0.1 % at most, the largest by 1 %.
+/// Largest distance of a merged vertex from the middle of its edge, in edge lengths. Sixteen training meshes at ratios
+/// 0.05 to 0.5: 1 or 4 change the mean distance by 0.1 % at most, the largest by 1 %.
 const REACH: f64 = 2.0;
-/// Pivot of a summed quadric over its trace below which single precision knows of no minimum in its direction: eight of
-/// its roundings. Sixteen training meshes: the largest distance is 1.4 % farther at 1e-7, the root mean square 1.2 %.
+/// Least pivot over the trace: eight roundings of single precision, below which a direction has no minimum. Sixteen
+/// training meshes: at 1e-7 the largest distance is 1.4 % larger.
 const LEAST_PIVOT: f32 = 1e-6;
 
-/// Weight of the distance to the vertex against that to its planes, which say nothing along a flat part. Sixteen training meshes at
-/// ratios 0.05 to 0.5: at 1e-5 the mean distance is 1.6 % farther, the largest 3 %; at 1e-7 0.2 % nearer.
+/// Weight of the distance to the vertex against that to its planes, which do not determine it on flat parts. Sixteen
+/// training meshes at ratios 0.05 to 0.5: at 1e-5 the mean distance is 1.6 % larger, at 1e-7 0.2 % smaller.
 pub const PULL: f32 = 1e-6;
 
-/// A vertex: where it is, the planes around it, and a corner of its faces. One cache line.
+/// Vertex with its quadric; one cache line.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 pub(super) struct Node {
-    /// Where it is.
     pub position: Vec3,
-    /// Quadric of the planes through it, an upper triangle: `d -> d'Ad` for the offset `d` from there.
+    /// Upper triangle of the plane quadric: `d -> d'Ad` for the offset `d` from the vertex.
     pub planes: [f32; 6],
-    /// How much more than its area it counts.
     pub importance: f32,
-    /// A corner of its faces; none ([`NONE`]) where it has no face.
+    /// One of its corners; [`NONE`] without faces.
     pub corner: u32,
-    /// Number of its neighbours.
+    /// Number of neighbours.
     pub degree: u32,
-    /// Its number on the surface; none ([`NONE`]) for a ghost vertex.
+    /// Number on the surface; [`NONE`] for a ghost vertex.
     pub id: u32,
-    /// When it was changed last.
+    /// Time of the last change.
     pub changed: Changed,
-    /// The last test of a link that met it.
+    /// Last link test that marked it.
     pub seen: u32,
-    /// The price of the next edge that is to be tried, where cheaper ones could not go; 0 where none was tried.
+    /// Price of the next edge to try after cheaper ones failed; 0 if none failed.
     pub wait: f32,
 }
 
-/// When a vertex was changed last: the pass, and whether it was merged in it or a neighbour was.
+/// Time of a vertex's last change: the pass, and whether it was merged or only next to a change.
 #[derive(Clone, Copy, Default, PartialEq)]
 pub(super) struct Changed(u32);
 
 impl Changed {
-    /// Returns that it was merged with another in a pass.
+    /// Returns the time of a merge in a pass.
     pub fn merged_in(pass: u32) -> Self {
         Self(2 * pass + 1)
     }
 
-    /// Returns that a neighbour was changed in a pass, whatever was before.
+    /// Returns the time after a neighbour changed in a pass.
     pub fn beside_in(self, pass: u32) -> Self {
         Self(self.0.max(2 * pass))
     }
 
-    /// Whether it was in a pass.
+    /// Returns whether the change was in this pass.
     #[inline(always)]
     pub fn is_in(self, pass: u32) -> bool {
         self.0 / 2 == pass
@@ -72,44 +69,44 @@ impl Changed {
 }
 
 impl Node {
-    /// A vertex that was not merged yet.
+    /// Creates a vertex without faces.
     pub fn new(position: Vec3, planes: [f32; 6], importance: f32, id: u32) -> Self {
         let (changed, seen, wait) = (Changed::default(), 0, 0.0);
         Self { position, planes, importance, corner: NONE, degree: 0, id, changed, seen, wait }
     }
 
-    /// The ghost vertex of a boundary.
+    /// Creates the ghost vertex of a boundary.
     pub fn ghost() -> Self {
         Self::new(Vec3::ZERO, [0.0; 6], 1.0, NONE)
     }
 
-    /// The first eight of the numbers that a price asks for, which lie side by side.
+    /// Returns the first eight numbers that a price needs; they are contiguous.
     #[inline(always)]
     fn head(&self) -> [f32; WIDTH] {
         let (Vec3 { x, y, z }, [xx, xy, xz, yy, yz, _]) = (self.position, self.planes);
         [x, y, z, xx, xy, xz, yy, yz]
     }
 
-    /// The area that it stands for.
+    /// Returns the area around the vertex.
     #[inline(always)]
     pub fn area(&self) -> f32 {
         (self.planes[0] + self.planes[3] + self.planes[5]) / self.importance
     }
 
-    /// The planes about itself.
+    /// Returns the plane quadric about the vertex.
     #[inline(always)]
     fn quadric(&self) -> Quadric {
         Quadric { a: self.planes.map(f64::from), ..Quadric::default() }
     }
 }
 
-/// Planes with a small pull to their vertex, which they say nothing about along a flat part: upper triangles.
+/// Adds a small pull to the vertex, which its planes do not determine on flat parts.
 #[inline(always)]
 pub(super) fn pulled(planes: [f32; 6]) -> [f32; 6] {
     drawn(planes, 0.0)
 }
 
-/// The same, drawn to their vertex the more the more they weigh.
+/// Adds a pull to the vertex that also grows with the weight of its planes.
 #[inline(always)]
 pub(super) fn drawn(mut planes: [f32; 6], bend: f32) -> [f32; 6] {
     let weight = planes[0] + planes[3] + planes[5];
@@ -118,69 +115,65 @@ pub(super) fn drawn(mut planes: [f32; 6], bend: f32) -> [f32; 6] {
     planes
 }
 
-/// Where a merged vertex goes.
+/// Choice of a merged vertex's position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Place {
-    /// To the minimum of the summed quadrics.
+    /// Minimum of the summed quadrics.
     Minimum,
-    /// Where the vertex that stays was.
+    /// Position of the vertex that stays.
     Kept,
-    /// Where the other one was.
+    /// Position of the vertex that goes.
     Gone,
-    /// Between them.
+    /// Middle of the edge.
     Middle,
 }
 
-/// A vertex that two may become.
+/// Candidate for a merged vertex.
 #[derive(Clone, Copy)]
 pub struct MergedVertex {
-    /// How its place was found.
     pub place: Place,
-    /// Where it is, from the first end of the edge.
+    /// Position relative to the first end of the edge.
     pub offset: DVec3,
-    /// The price of the merge.
     pub price: f64,
 }
 
-/// An edge about to be merged, seen from its first end: the summed quadric about there, and where the other end is.
+/// Edge with the summed quadric about its first end.
 pub struct Pair {
-    /// The summed quadric about the first end.
     pub sum: Quadric,
     other: DVec3,
 }
 
 impl Pair {
-    /// The edge between two vertices.
+    /// Sums the quadrics of two vertices.
     #[inline(always)]
     pub(super) fn new(u: &Node, v: &Node) -> Self {
         let other = (v.position - u.position).as_dvec3();
         Self { sum: u.quadric() + v.quadric().about(-other), other }
     }
 
-    /// An edge to `other` by the summed quadric about its first end.
     #[cfg(test)]
     pub(super) fn about(sum: Quadric, other: DVec3) -> Self {
         Self { sum, other }
     }
 
-    /// Where the other end is, from the first.
+    /// Returns the position of the other end relative to the first.
     pub fn other(&self) -> DVec3 {
         self.other
     }
 
-    /// The minimum, if it lies near enough to the edge, and its value.
+    /// Returns the minimum and its value, if it is near enough to the edge.
     #[inline(always)]
     fn minimum_within_reach(&self) -> Option<(DVec3, f64)> {
         self.sum.minimum().filter(|(x, _)| self.is_within_reach(*x))
     }
 
-    /// Whether a merged vertex may lie at `x`, from the first end.
+    /// Returns whether a merged vertex may be at `x`.
     #[inline(always)]
     pub(super) fn is_within_reach(&self, x: DVec3) -> bool {
         x.distance_squared(self.other * 0.5) <= REACH * REACH * self.other.length_squared()
     }
 
-    /// The best of what else comes into question: the two ends and the middle.
+    /// Returns the cheapest of both ends and the middle.
     #[inline(always)]
     fn best_other(&self) -> MergedVertex {
         let [kept, gone, middle] = [Place::Kept, Place::Gone, Place::Middle].map(|place| self.at(place));
@@ -188,7 +181,7 @@ impl Pair {
         if middle.price < best.price { middle } else { best }
     }
 
-    /// The merged vertex at one of the two ends or, for any other place, in the middle.
+    /// Returns the merged vertex at one of the ends, or in the middle for other choices.
     #[inline(always)]
     pub fn at(&self, place: Place) -> MergedVertex {
         let t = match place {
@@ -201,7 +194,7 @@ impl Pair {
         MergedVertex { place, offset: *other * t, price }
     }
 
-    /// The merged vertex.
+    /// Returns the merged vertex.
     #[inline(always)]
     pub fn placement(&self) -> MergedVertex {
         match self.minimum_within_reach() {
@@ -211,7 +204,7 @@ impl Pair {
     }
 }
 
-/// Numbers side by side.
+/// Numbers of several edges, one per lane.
 #[derive(Clone, Copy)]
 struct Lanes([f32; WIDTH]);
 
@@ -230,7 +223,7 @@ impl Lanes {
         Self(out)
     }
 
-    /// The lesser of each two; the first where one is not a number.
+    /// Returns the smaller of each two; the first if one is not a number.
     #[inline(always)]
     fn min(self, other: Self) -> Self {
         self.zip(other, |x, y| if y < x { y } else { x })
@@ -250,7 +243,7 @@ macro_rules! by_lane {
 }
 by_lane!(Add add +, Sub sub -, Mul mul *, Div div /);
 
-/// Product of the symmetric matrix with upper triangle `a` and `x`.
+/// Multiplies the symmetric matrix with upper triangle `a` by `x`.
 #[inline(always)]
 fn times(a: &[Lanes; 6], x: [Lanes; 3]) -> [Lanes; 3] {
     [
@@ -265,14 +258,14 @@ fn dot(x: [Lanes; 3], y: [Lanes; 3]) -> Lanes {
     x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
 }
 
-/// The numbers that a price asks of eight vertices, side by side: the three coordinates and the six entries of the planes.
+/// Coordinates and plane quadrics of eight vertices, by column.
 struct Ends {
     position: [Lanes; 3],
     planes: [Lanes; 6],
 }
 
 impl Ends {
-    /// Reads each vertex as a whole and turns rows into columns.
+    /// Loads whole vertices and transposes them, which is faster than gathering.
     #[inline(always)]
     fn new(nodes: [&Node; WIDTH]) -> Self {
         let [a, b, c, d, e, f, g, h] = nodes;
@@ -287,7 +280,7 @@ impl Ends {
     }
 }
 
-/// The columns of eight rows, in three steps of the shuffles that registers of 256 bits have.
+/// Transposes eight rows in three steps of 256-bit register shuffles.
 #[inline(always)]
 fn transposed(rows: [[f32; WIDTH]; WIDTH]) -> [[f32; WIDTH]; WIDTH] {
     let [a, b, c, d, e, f, g, h] = rows;
@@ -315,7 +308,7 @@ fn transposed(rows: [[f32; WIDTH]; WIDTH]) -> [[f32; WIDTH]; WIDTH] {
     ]
 }
 
-/// Shuffles of two registers by the numbers of their lanes, the second one's from 8 on.
+/// Shuffles of two registers; lanes of the second count from 8.
 macro_rules! shuffles {
     ($($name:ident $lanes:expr),*) => {$(
         #[inline(always)]
@@ -337,13 +330,13 @@ shuffles!(
     high_half [4, 5, 6, 7, 12, 13, 14, 15]
 );
 
-/// Eight pairs side by side.
+/// Eight pairs, one per lane.
 struct Pairs {
-    /// Upper triangles of the summed quadrics about the first ends.
+    /// Summed quadrics about the first ends.
     a: [Lanes; 6],
     b: [Lanes; 3],
     c: Lanes,
-    /// Where the other ends are, from the first ones.
+    /// Positions of the other ends relative to the first.
     other: [Lanes; 3],
 }
 
@@ -363,11 +356,10 @@ impl Pairs {
         Self { a, b: there, c: dot(there, other), other }
     }
 
-    /// The minima, from `u`, and their values.
+    /// Computes the minima relative to the first ends, and their values.
     ///
-    /// In single precision the minimum comes from a factorisation A = LDL', which loses no more than rounding A does; a
-    /// determinant would lose everything where faces lie nearly in one plane: Ly = b, Dz = y, L'x = z. A direction without a pivot
-    /// stays where it is.
+    /// The factorisation A = LDL' loses no more than the rounding of A; a determinant would lose everything on nearly
+    /// flat surfaces. Ly = b, Dz = y, L'x = z. Directions without a pivot are left at 0.
     #[inline(always)]
     fn minima(&self) -> ([Lanes; 3], Lanes) {
         let Self { a: [xx, xy, xz, yy, yz, zz], b, c, .. } = *self;
@@ -393,7 +385,7 @@ impl Pairs {
         (x, (c - dot(y, z)).zip(all(0.0), f32::max))
     }
 
-    /// The least values at the two ends and in the middle.
+    /// Returns the smallest values at the ends and in the middle.
     #[inline(always)]
     fn best_others(&self) -> Lanes {
         let Self { a, b, c, other } = self;
@@ -404,9 +396,9 @@ impl Pairs {
     }
 }
 
-/// The prices of [`Pair::placement`] for eight edges by their first and their second ends, every case of it computed for all.
+/// Computes the prices of [`Pair::placement`] for eight edges, all cases for all lanes.
 ///
-/// Loops over arrays: methods of arrays that take functions are not always inlined, and then not compiled for the instructions at hand.
+/// Uses loops over arrays: closures in array methods are not always inlined, and then not vectorised.
 #[inline(always)]
 pub(super) fn prices(ends: [[&Node; WIDTH]; 2]) -> [f32; WIDTH] {
     let pairs = Pairs::new(ends);

@@ -1,10 +1,8 @@
-//! The order of a collapse: passes, each with prices of its own.
+//! Order of the collapse: passes, each over present prices.
 //!
-//! Before a pass the quadrics are those of the present faces, every edge is priced once, and every vertex knows its cheapest edge. The
-//! pass takes the vertices whose edge is among the cheapest, as many as merges are left to do, in the order of memory. Each is merged with
-//! its neighbour unless one of them was merged in this pass already; no price is computed again within a pass. Whatever is left to do goes
-//! to the next pass, over what is left of the mesh. So every price is one of the present surface, and no queue is kept. The last passes go
-//! in the order of price.
+//! Before a pass every edge is priced once and every vertex knows its cheapest edge. The pass visits, in memory order,
+//! the vertices with the cheapest edges, as many as merges remain, and merges each unless an end was merged in this
+//! pass. So prices are always of the present surface, without a queue. The last passes go in the order of price.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
@@ -20,31 +18,31 @@ use super::cheapest::Cheapest;
 use super::complex::{Collapse, End, GONE};
 use super::pair::{Changed, Node, WIDTH, prices};
 
-/// Vertices that a pass takes, for each merge that is left to do. Thirteen training meshes at ratios of 0.05, 0.2 and 0.5: at 1.5 the mean
-/// distance is 24 % farther, at 0.6 the same, in more passes.
+/// Vertices per pass over the remaining merges. Thirteen training meshes at ratios of 0.05, 0.2 and 0.5: at 1.5 the
+/// mean distance is 24 % larger, at 0.6 equal, in more passes.
 const SHARE: f64 = 1.0;
-/// The same in the last passes, where many of the cheapest edges share their ends. The same meshes: 2 and 6 move the mean distance by
-/// 0.5 %.
+/// `SHARE` of the last passes, where many of the cheapest edges share ends. On the same meshes 2 and 6 change the mean
+/// distance by 0.5 %.
 const SHARE_OF_LAST: f64 = 3.5;
-/// Merges that are left to do, of all of them, from which on passes go in the order of price. The same meshes: at 0.05 the mean distance
-/// is 9 % farther, at 0.002 the same.
+/// Share of the merges that the last passes make in the order of price. On the same meshes the mean distance is 9 %
+/// larger at 0.05 and equal at 0.002.
 const LAST: f64 = 0.01;
-/// Vertices that a pass takes at least, if it has as many merges to do.
+/// Least number of vertices per pass, if as many merges remain.
 const LEAST: usize = 64;
-/// By how much more vertices a pass takes after one in vain.
+/// Growth of a pass after one without a merge.
 const RISE: usize = 8;
-/// Passes in vain, one after the other, after which one tries every edge.
+/// Number of passes without a merge in a row after which all edges are tried.
 const MOST_IN_VAIN: i32 = 3;
-/// How much lower an edge may be priced anew that waits for its turn, and count as not tried.
+/// Relative tolerance of a repeated price: an edge is tried again only if it is cheaper by more.
 const SLACK: f32 = 0.999;
-/// Faces whose edges are priced by one thread, one after the other.
+/// Faces per task of pricing.
 const TOGETHER: usize = 1 << 13;
-/// Edges that are gathered before they are priced.
+/// Edges gathered before they are priced.
 const BATCH: usize = 128;
-/// Vertices that are visited between two beats: a few milliseconds.
+/// Vertices visited between two beats, a few milliseconds.
 const BETWEEN_BEATS: usize = 4096;
 
-/// A vertex whose turn it is.
+/// Vertex to be visited in a pass.
 #[derive(Clone, Copy)]
 struct Candidate {
     price: f32,
@@ -52,20 +50,20 @@ struct Candidate {
     edge: u32,
 }
 
-/// Pricing the edges of some faces, as work that is compiled for the instructions at hand.
+/// Pricing of the edges of some faces, compiled for the instruction set at hand.
 struct Pricing<'a, 'b> {
     collapse: &'a Collapse<'b>,
-    /// The faces; of the two at an edge the first one counts.
+    /// Range of faces; an edge belongs to the face with its smaller corner.
     faces: Range<usize>,
-    /// Whether the cheapest edge of each vertex is not known; empty where none is.
+    /// Marks vertices whose cheapest edge must be found; empty for all.
     is_unknown: &'a [bool],
-    /// The cheapest edge of each vertex so far.
+    /// Cheapest edge of each vertex so far.
     cheapest: &'a [AtomicU64],
-    /// Whether no other thread prices edges.
+    /// Set if no other thread prices edges.
     is_alone: bool,
 }
 
-/// An edge to be priced.
+/// Edge to be priced.
 #[derive(Clone, Copy, Default)]
 struct Edge {
     ends: [u32; 2],
@@ -85,7 +83,7 @@ impl Work for Pricing<'_, '_> {
             for (k, ends) in [[b, c], [c, a], [a, b]].into_iter().enumerate() {
                 let number = first + k as u32;
                 edges[n] = Edge { ends, number };
-                // Without a branch: nobody can guess which way it would go.
+                // Branch-free: whether an edge counts is unpredictable.
                 let is_own = !self.collapse.is_ghost(ends[0].max(ends[1]));
                 n += usize::from((number < across[k]) & is_own & !self.are_known(ends));
             }
@@ -99,18 +97,18 @@ impl Work for Pricing<'_, '_> {
 }
 
 impl Pricing<'_, '_> {
-    /// Whether the cheapest edges of all these vertices are known.
+    /// Returns whether the cheapest edges of all these vertices are known.
     #[inline(always)]
     fn are_known<const N: usize>(&self, vertices: [u32; N]) -> bool {
         let is_known = |v: u32| self.is_unknown.get(v as usize).is_some_and(|unknown| !unknown);
         !self.is_unknown.is_empty() && vertices.into_iter().fold(true, |all, v| all & is_known(v))
     }
 
-    /// Prices edges, eight side by side, and tells their ends.
+    /// Prices edges in groups of `WIDTH` and offers each price to both ends.
     #[inline(always)]
     fn price(&self, edges: &[Edge]) {
         for edges in edges.chunks(WIDTH) {
-            // Where there are fewer, the first edge stands in the other places, too.
+            // Incomplete groups are filled with the first edge.
             let node = |edge: &Edge, end: usize| &self.collapse.nodes[edge.ends[end] as usize];
             let mut ends = [[node(&edges[0], 0); WIDTH], [node(&edges[0], 1); WIDTH]];
             for (i, edge) in edges.iter().enumerate().skip(1) {
@@ -122,7 +120,7 @@ impl Pricing<'_, '_> {
         }
     }
 
-    /// Tells the ends of an edge what it costs.
+    /// Offers the price of an edge to both ends.
     #[inline(always)]
     fn note(&self, edge: &Edge, plain: f32) {
         let is_special = self.collapse.is_special_edge(edge.ends);
@@ -139,7 +137,7 @@ impl Pricing<'_, '_> {
     }
 }
 
-/// The visits of a pass, as work that is compiled for the instructions at hand.
+/// Visits of a pass, compiled for the instruction set at hand.
 struct Visits<'a, 'b> {
     collapse: &'a mut Collapse<'b>,
     candidates: &'a [Candidate],
@@ -166,18 +164,20 @@ impl Work for Visits<'_, '_> {
 }
 
 impl Collapse<'_> {
-    /// Collapses the cheapest edges until the limit or until none may go.
+    /// Collapses the cheapest edges until the limit, or until no edge can go.
     pub fn run(&mut self, limit: Limit) -> End {
         if self.plane().is_some() { self.run_half(limit) } else { self.run_to(limit) }
     }
 
-    /// Collapses down to the limit or until no edge may go.
+    /// Collapses to the limit, regardless of mirrored sizes.
     pub(super) fn run_to(&mut self, limit: Limit) -> End {
         let n_all = self.merges_to(limit);
         let mut n_in_vain = 0;
         while !self.reached(limit) {
             self.keep_copy(limit);
             self.begin_pass();
+            // Passes without a merge take ever more vertices; after some, all edges are tried once more before giving
+            // up.
             if n_in_vain >= MOST_IN_VAIN {
                 self.try_all_again();
             }
@@ -198,9 +198,10 @@ impl Collapse<'_> {
         End::Reached
     }
 
-    /// How a run ended where no edge may go.
+    /// Determines why no edge can go.
     fn end_without_edges(&self, limit: Limit) -> End {
         match (&self.constraints, self.turn_forbidden) {
+            // The order ranks the reasons: the constraint that the caller can change comes first.
             _ if limit.price < f32::INFINITY => End::Reached,
             _ if self.ceiling_met => End::LosesShape,
             (Some(constraints), _) if constraints.hold_more_than_plane() => End::Held,
@@ -210,7 +211,7 @@ impl Collapse<'_> {
         }
     }
 
-    /// Moves what is left together, sums its quadrics and prices its edges anew.
+    /// Compacts the mesh, sums changed quadrics and prices changed edges.
     pub(super) fn begin_pass(&mut self) {
         self.compact();
         let stale = self.renew();
@@ -224,11 +225,12 @@ impl Collapse<'_> {
         (self.turn_forbidden, self.ceiling_met) = (false, false);
     }
 
-    /// The vertices whose turn it is, and up to which price.
+    /// Selects the vertices of a pass and its price threshold.
     fn candidates(&self, limit: Limit, n_in_vain: i32, is_last: bool) -> (Vec<Candidate>, f32) {
         let to_do = self.merges_to(limit);
         let share = if is_last { SHARE_OF_LAST } else { SHARE };
         let n = ((to_do as f64 * share) as usize).max(LEAST.min(to_do)).saturating_mul(RISE.pow(n_in_vain as u32));
+        // An edge that failed waits at the price of its vertex's next one.
         let price = |(cheapest, node): (&Cheapest, &Node)| cheapest.price().max(node.wait);
         let priced = self.cheapest.par_iter().zip(&self.nodes).with_min_len(PARALLEL);
         let prices: Vec<f32> = priced.map(price).collect();
@@ -245,7 +247,7 @@ impl Collapse<'_> {
         (candidates, most)
     }
 
-    /// Prices the edges whose prices may have changed: the cheapest edge of every vertex is known then.
+    /// Prices the edges near changed vertices, so that the cheapest edge of every vertex is known.
     fn price(&mut self, stale: &[u32]) {
         let is_unknown = if self.cheapest.is_empty() { Vec::new() } else { self.beside(stale) };
         let mut known = std::mem::take(&mut self.cheapest);
@@ -263,7 +265,7 @@ impl Collapse<'_> {
         self.cheapest = cheapest.into_iter().map(|cheapest| Cheapest(cheapest.into_inner())).collect();
     }
 
-    /// Whether each vertex is one of these or beside one; empty where most are.
+    /// Marks these vertices and their neighbours; empty if they are most.
     fn beside(&self, vertices: &[u32]) -> Vec<bool> {
         if vertices.len() * 4 > self.n_inner {
             return Vec::new();
@@ -276,13 +278,13 @@ impl Collapse<'_> {
         is_beside
     }
 
-    /// Whether the price of an edge is set by more than the planes of its ends.
+    /// Returns whether an edge's price depends on more than the planes of its ends.
     #[inline(always)]
     fn is_special_edge(&self, ends: [u32; 2]) -> bool {
         !self.is_special.is_empty() && self.ids(ends).into_iter().any(|id| self.is_special[id as usize])
     }
 
-    /// Merges a vertex with the neighbour that costs least, if one at this price at most may be merged with it.
+    /// Merges a vertex with its cheapest neighbour, or with the next one that costs at most `most`.
     #[inline(always)]
     fn visit(&mut self, &Candidate { vertex, edge, .. }: &Candidate, most: f32) {
         if self.was_merged(vertex) {
@@ -290,19 +292,20 @@ impl Collapse<'_> {
         }
         let is_first = self.nodes[vertex as usize].wait == 0.0;
         let is_taken = || self.corners.edge(edge).into_iter().any(|v| self.was_merged(v));
+        // If the neighbour was merged in this pass, its price is stale: the vertex waits for the next pass.
         if is_first && (is_taken() || self.try_merge(vertex, edge)) {
             return;
         }
         self.try_others(vertex, is_first.then_some(edge), most);
     }
 
-    /// Whether a vertex was merged in this pass; so was one at a corner whose face went since.
+    /// Returns whether a vertex was merged in this pass, or its corner is gone.
     #[inline(always)]
     fn was_merged(&self, v: u32) -> bool {
         self.nodes.get(v as usize).is_none_or(|node| node.changed == Changed::merged_in(self.pass))
     }
 
-    /// Tries the other edges of a vertex by their prices, where the cheapest may not go.
+    /// Tries the other edges of a vertex in the order of price, up to `most`.
     #[inline(never)]
     fn try_others(&mut self, v: u32, tried: Option<u32>, most: f32) {
         let least = SLACK * self.nodes[v as usize].wait;
@@ -318,12 +321,12 @@ impl Collapse<'_> {
                 return;
             }
         }
-        // What has changed beside it may let go what was held.
+        // A change nearby may have freed the edges that failed.
         let node = &mut self.nodes[v as usize];
         node.wait = if node.changed.is_in(self.pass) { 0.0 } else { next };
     }
 
-    /// The edges of a vertex that have a price, the cheapest first.
+    /// Returns the finite-priced edges of a vertex, cheapest first.
     pub(super) fn edges_at(&self, v: u32) -> Vec<(f32, u32)> {
         let mut edges = Vec::with_capacity(self.nodes[v as usize].degree as usize);
         for step in self.faces_around(v) {
@@ -339,7 +342,7 @@ impl Collapse<'_> {
     }
 }
 
-/// The n-th least of these prices, of those that are finite; the largest one where there are fewer.
+/// Returns the n-th smallest finite price; the largest if there are fewer.
 fn nth_price(prices: &[f32], n: usize) -> f32 {
     let mut finite: Vec<f32> = prices.iter().copied().filter(|price| *price < f32::INFINITY).collect();
     match finite.len() {

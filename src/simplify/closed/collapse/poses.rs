@@ -1,12 +1,12 @@
-//! Quadrics of other poses: what a merge costs the same mesh where it is bent otherwise.
+//! Quadrics of other poses of the mesh.
 //!
-//! What is flat now costs nothing, however far it will bend: its quadrics are zero here, and no factor helps. So the quadrics of all poses
-//! are added, each over the faces as they stand there (DeCoro and Rusinkiewicz 2005, "Pose-independent simplification of articulated
-//! meshes"; Mohr and Gleicher 2003, "Deformation sensitive decimation"). A vertex has a place in each pose. Near an edge one pose
-//! follows from the other by a rotation about the middle, so that what a merge costs there is a quadric of the place here.
+//! A part that is flat now has zero quadrics however far it bends later, and no factor helps. So the quadrics of all
+//! poses are added (DeCoro and Rusinkiewicz 2005, "Pose-independent simplification of articulated meshes"; Mohr and
+//! Gleicher 2003, "Deformation sensitive decimation"). Near an edge each pose is a rotation about its middle, which
+//! turns its cost into a quadric here.
 //!
-//! Where nobody knows the poses, every place may bend alike. A face whose corners are apart by h turns over a length of h, and misses the
-//! pose by h squared: what a vertex stands for is drawn to where it is by a share of its weight that grows with its area.
+//! If poses are unknown, every place may bend alike. A face of size h misses a bent surface by h squared, so a vertex
+//! is pulled to its position by a weight that grows with its area.
 
 use glam::{DMat3, DQuat, DVec3, Mat3, Quat, Vec3};
 
@@ -16,39 +16,37 @@ use crate::simplify::closed::original::Original;
 use crate::simplify::closed::request::Keep;
 use crate::simplify::options::Purpose;
 
-/// How much a place may bend of which nothing is known: by so many times its share of the surface it is drawn to where it is. Six bodies
-/// with known poses (two animals, humans, heads), three ratios: half or twice as much moves the mean distance of the poses by 1 %.
+/// Pull for unknown poses, per share of the surface. Six bodies with known poses, three ratios: half or twice as much
+/// changes the mean distance of the poses by 1 %.
 const BEND: f64 = 10.0;
-/// The same where eigenfunctions are to stay, which waver wherever the surface is: of linear functions on faces a size of h apart, they
-/// are wrong by h squared. Eight training meshes, four ratios, LE over QEM's: 0.84, 0.80, 0.75, 0.63 at 10, 0.83, 0.79, 0.75, 0.62 here,
-/// 0.85, 0.81, 0.76, 0.60 at 100; distances grow.
+/// Pull for the spectrum; linear functions on faces of size h err by h squared. Eight training meshes, four ratios, LE
+/// over QEM's: 0.84, 0.80, 0.75, 0.63 at 10, 0.83, 0.79, 0.75, 0.62 here, 0.85, 0.81, 0.76, 0.60 at 100; distances
+/// grow.
 const EVEN: f64 = 30.0;
-/// Steps toward the rotation that fits best; each leaves the square of the error.
+/// Steps toward the best rotation; each squares the error.
 const STEPS: usize = 12;
 
-/// A vertex in another pose.
+/// Vertex in another pose.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Posed {
-    /// Where it is.
     pub position: Vec3,
-    /// How the surface around it is turned against how it is here.
+    /// Rotation of the surface around it from here to the pose.
     turn: Quat,
-    /// Quadric of the planes through it, as [`Node::planes`](super::pair::Node).
+    /// Plane quadric, as in [`Node::planes`](super::pair::Node).
     pub planes: [f32; 6],
 }
 
-/// The vertices of a collapse in other poses.
+/// Vertices of a collapse in other poses.
 #[derive(Clone, Default)]
 pub struct Poses {
     n_poses: usize,
     /// n_vertices x n_poses.
     posed: Vec<Posed>,
-    /// By how much of its weight, for its weight, a vertex is drawn to where it is; 0 where no pose is to come that nobody knows.
+    /// Pull to the present position relative to the squared weight; 0 if poses are known or irrelevant.
     bend: f32,
 }
 
-/// The poses that the morph targets of a mesh are, each moved by one of them alone; over the vertices of the surface, their planes not
-/// summed yet. None where there are no targets.
+/// Builds one pose per morph target over the surface vertices, with zero planes.
 fn of_morph_targets(original: &Original, attributes: &Attributes) -> Poses {
     let targets: Vec<&Channel> =
         attributes.channels.iter().filter(|channel| channel.role == Role::MorphPosition).collect();
@@ -77,7 +75,7 @@ fn of_morph_targets(original: &Original, attributes: &Attributes) -> Poses {
 }
 
 impl Poses {
-    /// The poses that count: those of the morph targets, or, without targets, such as nobody knows.
+    /// Builds the poses to preserve: those of the morph targets, else unknown ones.
     pub fn new(original: &Original, keep: &Keep) -> Self {
         match keep.posed() {
             Some(attributes) => of_morph_targets(original, attributes),
@@ -95,33 +93,33 @@ impl Poses {
         }
     }
 
-    /// By how much of its weight, for its weight, a vertex is drawn to where it is.
+    /// Returns the pull to the present position relative to the squared weight.
     pub(super) fn bend(&self) -> f32 {
         self.bend
     }
 
-    /// Whether none is known.
+    /// Returns whether no pose is known.
     pub fn is_empty(&self) -> bool {
         self.n_poses == 0
     }
 
-    /// A vertex in all poses.
+    /// Returns a vertex in all poses.
     pub(super) fn of(&self, v: u32) -> &[Posed] {
         &self.posed[v as usize * self.n_poses..][..self.n_poses]
     }
 
-    /// The same, to be changed.
+    /// Returns a vertex in all poses, mutably.
     pub(super) fn of_mut(&mut self, v: u32) -> &mut [Posed] {
         &mut self.posed[v as usize * self.n_poses..][..self.n_poses]
     }
 
-    /// Number of poses.
+    /// Returns the number of poses.
     pub(super) fn n_poses(&self) -> usize {
         self.n_poses
     }
 
-    /// What a merge of two vertices costs in the mean over all poses, where it costs `here` in this one; about the first vertex here.
-    /// `other` is where the second is from there.
+    /// Averages the cost of merging two vertices over all poses; it is `here` in this one. About the first vertex; the
+    /// second is at `other`.
     #[inline(never)]
     pub(super) fn mean_price(&self, [u, v]: [u32; 2], other: DVec3, here: Quadric) -> Quadric {
         let pairs = self.of(u).iter().zip(self.of(v));
@@ -129,12 +127,12 @@ impl Poses {
         sum * (1.0 / (1 + self.n_poses) as f64)
     }
 
-    /// Takes note that `v`, which was at `other` from `u`, was merged into `u`, which moved by `step`.
+    /// Records that `v`, at `other` from `u`, merged into `u`, which moved by `step`.
     pub(super) fn merge(&mut self, [u, v]: [u32; 2], other: DVec3, step: DVec3) {
         (0..self.n_poses).for_each(|k| self.of_mut(u)[k] = self.merged(k, [u, v], other, step));
     }
 
-    /// What `v`, at `other` from `u`, and `u` become in a pose where `u` moves by `step` here.
+    /// Returns the merged vertex in a pose where `u` moves by `step` here and `v` is at `other`.
     pub(super) fn merged(&self, k: usize, vertices: [u32; 2], other: DVec3, step: DVec3) -> Posed {
         let [u, v] = vertices.map(|w| self.of(w)[k]);
         let turn = mean_turn([&u, &v]);
@@ -143,7 +141,7 @@ impl Poses {
     }
 }
 
-/// What a merge costs in a pose, as a quadric of the place here, about the first vertex; `other` is where the second is from there.
+/// Returns the cost of a merge in a pose as a quadric here, about the first vertex; the second is at `other`.
 fn price_in([u, v]: [&Posed; 2], other: DVec3) -> Quadric {
     let quadric = |posed: &Posed| Quadric { a: posed.planes.map(f64::from), ..Quadric::default() };
     let to_other = (v.position - u.position).as_dvec3();
@@ -152,7 +150,7 @@ fn price_in([u, v]: [&Posed; 2], other: DVec3) -> Quadric {
     turned(&sum.about(0.5 * to_other - turn * (0.5 * other)), &turn)
 }
 
-/// The form `x -> form(turn x)`.
+/// Returns the form `x -> form(turn x)`.
 fn turned(form: &Quadric, turn: &DMat3) -> Quadric {
     let [xx, xy, xz, yy, yz, zz] = form.a;
     let a = DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz]);
@@ -161,15 +159,15 @@ fn turned(form: &Quadric, turn: &DMat3) -> Quadric {
     Quadric { a, b: turn.transpose() * form.b, c: form.c }
 }
 
-/// The mean of how the surface is turned around two vertices.
+/// Averages the rotations around two vertices.
 fn mean_turn([u, v]: [&Posed; 2]) -> DQuat {
     let (u, v) = (u.turn.as_dquat(), v.turn.as_dquat());
     let sum = if u.dot(v) < 0.0 { u - v } else { u + v };
     if sum.length_squared() > 0.0 { sum.normalize() } else { u }
 }
 
-/// How the surface around a vertex is turned: the rotation that takes its edges and normal nearest to where they are in the pose (Müller,
-/// Bender, Chentanez and Macklin 2016, "A robust method to extract the rotational part of deformations").
+/// Finds the rotation that best maps a vertex's edges and normal to the pose (Müller, Bender, Chentanez and Macklin
+/// 2016, "A robust method to extract the rotational part of deformations").
 fn turn_at(v: u32, neighbors: &[u32], here: &[Vec3], there: &[Vec3]) -> Quat {
     let edges =
         |places: &[Vec3]| -> Vec<Vec3> { neighbors.iter().map(|&w| places[w as usize] - places[v as usize]).collect() };
@@ -197,7 +195,7 @@ fn turn_at(v: u32, neighbors: &[u32], here: &[Vec3], there: &[Vec3]) -> Quat {
     turn
 }
 
-/// The rotation that takes a normal, and about it an edge, to where they are in the pose.
+/// Returns the rotation that maps a normal and an edge about it to the pose.
 fn first_turn([here, there]: [Vec3; 2], edges: Option<(&Vec3, &Vec3)>) -> Quat {
     let frame = |normal: Vec3, edge: Vec3| {
         let along = edge.reject_from_normalized(normal).normalize_or_zero();

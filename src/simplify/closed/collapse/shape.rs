@@ -1,4 +1,4 @@
-//! Whether components keep their shape: how far a merge leaves the surface around it from what it was before.
+//! Shape of components: deformation of the surface by one merge.
 
 use glam::Vec3;
 
@@ -7,12 +7,12 @@ use crate::geometry::triangle::nearest_point;
 use super::complex::Collapse;
 use super::star::Star;
 
-/// Share of a ceiling below which a distance is not measured on.
+/// Share of a ceiling below which distances are not measured exactly.
 const NEGLIGIBLE: f32 = 0.02;
 
 impl Collapse<'_> {
-    /// Returns how far later merges may still take a vertex from the surface after the ends of an edge have gone to `x`, in the unit of
-    /// the positions; below 0 where this merge takes the surface too far.
+    /// Returns the deformation still allowed after the ends of an edge moved to `x`; below 0 if this merge goes too
+    /// far.
     #[inline(always)]
     pub(super) fn ceiling_after(&self, ends: [u32; 2], stars: &[Star; 2], x: Vec3) -> f32 {
         if self.ceilings.is_empty() {
@@ -22,7 +22,8 @@ impl Collapse<'_> {
         if ceiling == f32::INFINITY { ceiling } else { ceiling - self.distance_of_merge(ends, stars, x, ceiling) }
     }
 
-    /// The distance between the faces around an edge before and after its ends have gone to `x`, or one above `most`.
+    /// Measures the distance between the faces around an edge before and after its ends moved to `x`; stops above
+    /// `most`.
     #[inline(never)]
     fn distance_of_merge(&self, ends: [u32; 2], stars: &[Star; 2], x: Vec3, most: f32) -> f32 {
         let place = |w: u32| (!self.is_ghost(w)).then(|| self.nodes[w as usize].position);
@@ -42,7 +43,7 @@ impl Collapse<'_> {
         let mut farthest = Farthest { distance2: (NEGLIGIBLE * most).powi(2), most2: most * most };
         self.look_along_curves(&mut farthest, ends, stars, x);
         farthest.look(&after, [u, v].into_iter());
-        // What lies between corners that stay near may be gone, and what was open may be covered.
+        // Corners may stay near while a face between them vanishes or an opening is covered.
         let middle = |[p, q, r]: [Vec3; 3]| (p + q + r) / 3.0;
         farthest.look(&after, before.iter().map(|&face| middle(face)));
         farthest.look(&before, after.iter().map(|&face| middle(face)));
@@ -51,7 +52,7 @@ impl Collapse<'_> {
         farthest.distance2.sqrt()
     }
 
-    /// Looks at the held curves through the ends: what they part shows where the surface stays, panes in a wall, tiles of two materials.
+    /// Measures the held curves through the ends: they separate what a viewer distinguishes, such as panes or tiles.
     fn look_along_curves(&self, farthest: &mut Farthest, ends: [u32; 2], stars: &[Star; 2], x: Vec3) {
         let Some(constraints) = &self.constraints else { return };
         let (mut before, mut after) = (Vec::new(), Vec::new());
@@ -74,15 +75,15 @@ impl Collapse<'_> {
     }
 }
 
-/// The largest squared distance of points from triangles, as far as it matters.
+/// Largest squared distance of points from triangles, up to a bound.
 struct Farthest {
     distance2: f32,
-    /// What lies beyond is not looked for.
+    /// Bound above which the search stops.
     most2: f32,
 }
 
 impl Farthest {
-    /// Looks at more points; triangle `i` is likely to be nearest to point `i`.
+    /// Measures more points; triangle `i` is probably nearest to point `i`.
     fn look(&mut self, triangles: &[[Vec3; 3]], points: impl Iterator<Item = Vec3>) {
         for (i, point) in points.enumerate() {
             if self.distance2 > self.most2 {

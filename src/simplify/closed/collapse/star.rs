@@ -1,18 +1,19 @@
-//! What surrounds an edge that is about to go.
+//! One-rings of the ends of an edge.
 
 use super::corners::{Corners, Step, third};
 
-/// What surrounds an end of an edge.
+/// One-ring of one end of an edge.
 #[derive(Clone, Default)]
 pub(super) struct Star {
-    /// Its neighbours in order, the other end first; then the vertex opposite to a face of the edge, last the one opposite to the other.
+    /// Neighbours in order: the other end, then the vertex opposite one face of the edge; last the one opposite the
+    /// other face.
     pub ring: Vec<u32>,
-    /// Its corners, one for each neighbour.
+    /// Corners of the end, one per neighbour.
     pub corners: Vec<u32>,
 }
 
 impl Star {
-    /// Gathers what surrounds an end of the edge opposite to a corner.
+    /// Collects the one-ring of an end of the edge opposite `corner`.
     #[inline(always)]
     pub fn gather(&mut self, corners: &Corners, end: u32, corner: u32) {
         self.ring.clear();
