@@ -1,7 +1,7 @@
-//! neural-mesh simplifies triangle meshes: sample vertices, connect them, keep what lies on the surface.
+//! Simplifies triangle meshes by edge collapse: if the input is closed and manifold, so is the result.
 //!
-//! The method is that of "Neural Mesh Simplification" (Potamias, Ploumpis, Zafeiriou, CVPR 2022), with a
-//! closed assembly of our own beside the paper's: where the input is closed and manifold, so is the result.
+//! A formula, or the Point Sampler of "Neural Mesh Simplification" (Potamias, Ploumpis, Zafeiriou, CVPR 2022), weights the vertices. The
+//! paper's own pipeline is [`simplify::Assembly::Paper`].
 //!
 //! ```
 //! use std::ops::ControlFlow;
@@ -23,54 +23,53 @@
 //!
 //! # Start here
 //!
-//! | what for | call |
+//! | to get | call |
 //! |---|---|
-//! | a file or scene with all it carries, as the program does it | [`job::Document`], [`job::Job`], [`job::run`] |
+//! | a file or scene simplified with all it carries, as in the program | [`job::Document`], [`job::Job`], [`job::run`] |
 //! | files in and out | [`io::read`], [`io::read_attributed`], [`io::write`], [`io::write_attributed`]; glTF scenes: [`io::Asset`] |
-//! | a valid mesh of what was read | [`mesh::cleanup::clean`], which makes a [`mesh::TriMesh`] and its [`mesh::Frame`] |
-//! | a mesh that is broken | [`repair::fill_holes`], [`repair::printable`] |
+//! | a valid mesh from a file's contents | [`mesh::cleanup::clean`], which returns a [`mesh::TriMesh`] and its [`mesh::Frame`] |
+//! | a broken mesh repaired | [`repair::fill_holes`], [`repair::printable`] |
 //! | a number of vertices or faces | [`simplify::simplify`]; with textures, normals, materials [`simplify::simplify_input`] |
 //! | a distance, a file size, levels | [`search::simplify_to_error`], [`search::simplify_to_size`], [`simplify::simplify_levels_of_detail`] |
 //! | files that do not fit into memory | [`blocks::simplify_pieces`]; among workers [`blocks::cut`], [`blocks::simplify_block`], [`blocks::join`] |
-//! | points without faces | [`simplify::mesh_points`] |
+//! | a mesh of points without faces | [`simplify::mesh_points`] |
 //! | gradients to the input | [`simplify::simplify_recorded`] |
-//! | how good it is | [`metrics::compare`], [`metrics::certified_distance`]; as pictures [`picture::render`], [`appearance::appearance`] |
-//! | textures of the original | `bake::bake` |
-//! | weights of one's own | `train::open`, `train::train`; [`model::Weights`] |
+//! | figures that judge a result | [`metrics::compare`], [`metrics::certified_distance`]; as pictures [`picture::render`], [`appearance::appearance`] |
+//! | textures baked from the original | `bake::bake` |
+//! | your own weights | `train::open`, `train::train`; [`model::Weights`] |
 //!
 //! # How it behaves
 //!
-//! - **Threads**: work runs on the threads of the rayon pool that it is called in: the global one, of a thread per core, or one's own by
-//!   `rayon::ThreadPool::install`, of one thread too.
-//! - **Stopping**: a [`simplify::Listener`] hears how far a run is; where it answers `ControlFlow::Break(())`, the run ends with
+//! - **Threads**: work runs on the current rayon pool: the global one, or your own by `rayon::ThreadPool::install`.
+//! - **Stopping**: a [`simplify::Listener`] receives progress. If it returns `ControlFlow::Break(())`, the run ends with
 //!   [`simplify::SimplifyError::Interrupted`], within about a tenth of a second in the closed assembly.
-//! - **The same bits**: input, options and seed decide the result, on any number of threads (of one instruction set). Seeds are arguments,
-//!   and nothing is read from the environment or the clock. Results change only with a version such as [`simplify::CLOSED_VERSION`].
+//! - **Determinism**: input, options and seed decide the result, on any number of threads of one instruction set. Seeds are arguments, and
+//!   nothing is read from the environment or the clock. Results change only with a version such as [`simplify::CLOSED_VERSION`].
 //! - **Errors** say in one line what is wrong, where and what to do. Any bytes may be read, and any mesh simplified, without a panic.
-//!   A size that cannot be reached is no error: [`simplify::Outcome`] says what stopped it.
+//!   A target that cannot be reached is no error: [`simplify::Outcome`] says what stopped it.
 //! - **Growth**: options, inputs, reports and errors are `#[non_exhaustive]`: make them by `new` or `default`, then set fields.
 //!
 //! # Features
 //!
-//! | feature | on by default | what for |
+//! | feature | on by default | adds |
 //! |---|---|---|
 //! | `io` | yes | mesh files: OBJ, PLY, STL, OFF |
 //! | `gltf` | yes | glTF and GLB, single meshes and scenes |
 //! | `gzip` | yes | files that are compressed (`.gz`) |
 //! | `paper` | yes | weights of the paper's network for its assembly and for clouds of points |
 //! | `picture` | yes | [`picture`] and [`appearance`] |
-//! | `weights` | yes | weights read from files and written; those that ship need no feature |
-//! | `job` | yes | [`job`]: documents with all they carry, what is asked of them, reports |
+//! | `weights` | yes | reading and writing of weights; those that ship need no feature but `paper` |
+//! | `job` | yes | [`job`]: documents with all they carry, requests, reports |
 //! | `bake` | no | textures and a normal map of the original; needs a C++ compiler |
 //! | `meshopt` | no | glTF that meshoptimizer has compressed; needs a C++ compiler |
+//! | `3mf`, `fbx`, `draco`, `ktx2` | no | more formats; `fbx` needs a C compiler |
 //! | `loss`, `train` | no | the terms that training minimises; training |
 //!
 //! # Machinery
 //!
-//! What the modules above stand on is public for research, and for other faces of this library: [`model`] (the paper's network, stage by
-//! stage), [`autodiff`] and [`linalg`] (matrices and their derivatives), `loss` (the terms of training), [`geometry`] and [`spatial`]
-//! (triangles, quadrics, nearest points). Who simplifies meshes needs none of it. Modules stand in strict layers; `ARCHITECTURE.md` has
-//! the table, and a test holds it.
+//! Simplifying needs none of these modules, which are public for research: [`model`] (the paper's network, stage by stage), [`autodiff`] and
+//! [`linalg`] (matrices and their derivatives), `loss` (the terms of training), [`geometry`] and [`spatial`] (triangles, quadrics, closest
+//! points). Modules form strict layers: `ARCHITECTURE.md` has the table, and a test checks it.
 
 #[cfg(feature = "picture")]
 pub mod appearance;
