@@ -11,7 +11,7 @@ use glam::DVec3;
 use neural_mesh::io::read_path;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
-use neural_mesh::metrics::Judging;
+use neural_mesh::metrics::CompareOptions;
 use neural_mesh::model::Weights;
 use neural_mesh::picture::{Image, PictureOptions, Scale, encode_png, render_painted};
 use neural_mesh::simplify::{Assembly, Options, Target, simplify};
@@ -47,7 +47,7 @@ fn main() -> Result<(), Failure> {
     let results = results(&original, &Weights::from_bytes(&std::fs::read(weights)?)?)?;
     let source = end_of(&original);
     let along = AlongJudging { eigenpairs: EIGENPAIRS, source: Some(source), ..AlongJudging::default() };
-    let judge = Judge::new(&original, &Judging::default(), &along);
+    let judge = Judge::new(&original, &CompareOptions::default(), &along);
     let errors: Vec<[f64; 2]> = results.iter().map(|(_, mesh)| errors(&judge, mesh)).collect::<Result<_, _>>()?;
     let place = original.positions()[source as usize];
     let meshes = [("original", original)].into_iter().chain(results);

@@ -8,7 +8,7 @@ use std::path::Path;
 use neural_mesh::io::{Format, read_path, write, write_path};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{Frame, TriMesh};
-use neural_mesh::metrics::{Judging, Surface, self_intersecting_faces, surface_distance};
+use neural_mesh::metrics::{CompareOptions, Surface, self_intersecting_faces, surface_distance};
 use neural_mesh::simplify::{Options, Target, simplify};
 use neural_mesh_bench::along_surface::{AlongJudging, Eigenpairs, HeatMethod, Judge, Laplacian};
 
@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     fields.extend(along_surface(&original)?);
     fields.push(("crossing".into(), format!("{:?}", self_intersecting_faces(&original))));
     fields.push(("crossing_simplified".into(), format!("{:?}", self_intersecting_faces(&simplified))));
-    let mut judging = Judging::default();
+    let mut judging = CompareOptions::default();
     judging.samples = SAMPLES;
     let judge = Judge::new(&original, &judging, &AlongJudging::default());
     let figures = judge.figures(&simplified, simplified.positions().len());

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use crate::common::{shipped, welded};
-use neural_mesh::metrics::Judging;
+use neural_mesh::metrics::CompareOptions;
 use neural_mesh::simplify::{Options, Purpose, Target, simplify};
 use neural_mesh_bench::along_surface::{AlongJudging, Judge};
 
@@ -11,7 +11,7 @@ use neural_mesh_bench::along_surface::{AlongJudging, Judge};
 fn the_spectrum_stays() {
     let mesh = welded(&shipped("spot.ply"));
     let along = AlongJudging { eigenpairs: 60, ..AlongJudging::NONE };
-    let judge = Judge::new(&mesh, &Judging::default(), &along);
+    let judge = Judge::new(&mesh, &CompareOptions::default(), &along);
     let [shape, spectrum] = [Purpose::Shape, Purpose::Spectrum].map(|purpose| {
         let mut options = Options::new(Target::Vertices(290));
         options.purpose = purpose;

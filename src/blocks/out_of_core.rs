@@ -14,7 +14,7 @@ use super::{FACES, TIMES};
 use crate::io::{Pieces, ReadError};
 use crate::mesh::Frame;
 use crate::mesh::cleanup::{CleanCounts, CleanError, origin_within};
-use crate::metrics::{DistanceInPieces, Look, QuickDistance};
+use crate::metrics::{BlockDistances, QuickDistance, StreamedDistance};
 use crate::model::Weights;
 use crate::simplify::{Options, Simplified, SimplifyError, Target, simplify};
 use crate::spatial::Bounds;
@@ -71,7 +71,7 @@ pub struct OutOfCore {
 }
 
 impl OutOfCore {
-    /// How far the result and the file are apart, by [`DistanceInPieces`]; blocks are read from the disk once more.
+    /// How far the result and the file are apart, by [`StreamedDistance`]; blocks are read from the disk once more.
     ///
     /// # Errors
     /// [`OutOfCoreError`] where the disk fails, or by `listener`.
@@ -82,12 +82,13 @@ impl OutOfCore {
         listener: &mut Heard,
     ) -> Result<Option<QuickDistance>, OutOfCoreError> {
         let n = self.spooled.n_blocks();
-        let Some(mut distance) = DistanceInPieces::new(&self.simplified.mesh, [n_samples, n], seed) else {
+        let Some(mut distance) = StreamedDistance::new(&self.simplified.mesh, [n_samples, n], seed) else {
             return Ok(None);
         };
         let mut boxes = vec![Bounds::EMPTY; n];
         for again in [false, true] {
-            let shown: Vec<usize> = (0..n).filter(|&number| !again || distance.is_open(&boxes[number])).collect();
+            let shown: Vec<usize> =
+                (0..n).filter(|&number| !again || distance.may_hold_nearer(&boxes[number])).collect();
             for some in shown.chunks(self.n_at_once) {
                 heard(listener, if again { 1.0 } else { some[0] as f64 / n as f64 })?;
                 let look = |&number: &usize| self.look(&distance, number, again);
@@ -101,10 +102,15 @@ impl OutOfCore {
         Ok(Some(distance.finish()))
     }
 
-    fn look(&self, distance: &DistanceInPieces, number: usize, again: bool) -> Result<Option<Look>, OutOfCoreError> {
+    fn look(
+        &self,
+        distance: &StreamedDistance,
+        number: usize,
+        again: bool,
+    ) -> Result<Option<BlockDistances>, OutOfCoreError> {
         let piece = self.spooled.surface(number)?;
-        let look = if again { DistanceInPieces::look_again } else { DistanceInPieces::look };
-        Ok((!piece.faces().is_empty()).then(|| look(distance, &piece)))
+        let measure = if again { StreamedDistance::measure_again } else { StreamedDistance::measure };
+        Ok((!piece.faces().is_empty()).then(|| measure(distance, &piece)))
     }
 }
 

@@ -1,19 +1,19 @@
-//! How well the samples cover the points: the probabilistic Chamfer distance of Eq. (6), and the form that trains.
+//! Coverage of the points by the samples: the probabilistic Chamfer distance of Eq. (6), and the trained form.
 
 use super::Term;
-use super::first_kept::relative_cost;
+use super::expected_cost::relative_cost;
 use super::triangles::distance2;
 use crate::spatial::nearest_to;
 
-/// Computes Eq. (6) as it is printed: `sum over y of p(y) min_x |x - y|^2 + sum over x of p(y) min_y |x - y|^2`, in the
-/// second sum with the y nearest to x.
+/// Computes Eq. (6) as printed: `sum_y p(y) min_x |x - y|^2 + sum_x p(y) min_y |x - y|^2`, in the second sum with the y
+/// nearest to x.
 ///
-/// Where the samples are points themselves, the first sum is 0. Where p sums to 1 the second falls when mass moves AWAY
-/// from samples with badly covered surroundings; [`coverage_of_samples`] is what trains.
+/// The first sum is 0 for samples that are points themselves. With p summing to 1, the second falls when mass moves
+/// AWAY from badly covered samples; [`coverage_of_samples`] is trained instead.
 ///
 /// # Shapes
 /// - `points`: n x 3, `samples`: n_samples x 3, `probabilities`: n_samples
-/// - returns a squared length, a sum as printed, and its gradient to the n_samples probabilities
+/// - returns a squared length and its gradient to the n_samples probabilities
 ///
 /// ```
 /// use neural_mesh::loss::probabilistic_chamfer;
@@ -37,22 +37,20 @@ pub fn probabilistic_chamfer(points: &[[f32; 3]], samples: &[[f32; 3]], probabil
     Term { value, gradient: weights.into_iter().map(|w| w as f32).collect() }
 }
 
-/// Computes the expected squared distance from a query to its nearest sample, where each point is a sample by itself
-/// with probability pi: the second sum of Eq. (6) under the relaxation of [`inclusion`](super::inclusion).
+/// Computes the expected squared distance from a query to its nearest sample, with independent inclusion probabilities.
 ///
-/// Per query, over its nearest points from near to far, `sum over k of d_k^2 pi_k prod_{j<k} (1 - pi_j)`; where none of
-/// them is a sample, the last distance stands for what lies beyond, so k should be a few times n / n_samples. The mean
-/// over the queries is divided by the mean of the last squared distances: 0 where every query is a sample, 1 where no
-/// point is one, whatever the size of the mesh.
+/// It replaces the second sum of Eq. (6). Per query, over its k nearest points: `sum_k d_k^2 pi_k prod_{j<k} (1 -
+/// pi_j)`; the last distance counts if none is a sample, so k should be a few times n / n_samples. The mean over the
+/// queries is divided by the mean of the last squared distances: 0 if every query is a sample, 1 if no point is.
 ///
 /// # Shapes
-/// - `points`: n x 3, `queries`: n_queries x 3, often a random part of the points
+/// - `points`: n x 3, `queries`: n_queries x 3, often a random subset of the points
 /// - `nearest`: n_queries x k points, nearest first, from [`nearest_to`]
 /// - `inclusion`: n, in 0..=1
 /// - returns a number in 0..=1 and its gradient to the n probabilities
 ///
 /// # Panics
-/// When a point does not exist.
+/// If `nearest` names a point that does not exist.
 ///
 /// ```
 /// use neural_mesh::{loss::coverage_of_samples, spatial::nearest_to};
@@ -96,8 +94,7 @@ mod tests {
         assert_gradient(&p, 1e-5, |p| probabilistic_chamfer(&points, &samples, p));
     }
 
-    /// Sample 0 covers many points badly, sample 1 a few well: the print wants less of 0, coverage wants more of its
-    /// surroundings.
+    /// Sample 0 covers many points badly, sample 1 few well: Eq. (6) lowers p(0), coverage raises its surroundings.
     #[test]
     fn the_print_pushes_mass_away_from_badly_covered_regions_and_coverage_toward_them() {
         let far = (0..20).map(|i| [i as f32, 0.0, 0.0]);

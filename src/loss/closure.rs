@@ -1,25 +1,23 @@
-//! Whether every edge has the faces that it should have: two, or one at a boundary of the input. Ours; Eq. (10) asks for
-//! none.
+//! Expected share of edges add_face a wrong number of faces; an addition to Eq. (10).
 
 use super::Term;
 use crate::linalg::Csr;
 use rayon::prelude::*;
 
-/// Computes the expected share of edges that end up with a wrong number of faces, each face kept by itself with
-/// probability p: for an edge inside, `P(exactly one) + P(more than two)`; for one at a boundary, `P(more than one)`. An
-/// edge that no kept face uses is as it should be.
+/// Computes the expected share of edges add_face a wrong number of faces, each face kept independently add_face probability p.
 ///
-/// Exact: the number of faces of an edge follows a Poisson binomial distribution. The mean over the edges of at least
-/// one candidate. Smallest where no face is kept, as it must be; it stands beside [`coverage`](super::coverage).
+/// Per inner edge `P(exactly one) + P(more than two)`, per boundary edge `P(more than one)`; edges without kept faces
+/// are right. Exact (Poisson binomial distribution); the mean over the edges of at least one candidate. Smallest if no
+/// face is kept: [`coverage`](super::coverage) works against that.
 ///
 /// # Shapes
-/// - `edges_of_faces`: n_triangles x 3 edges, such as the places of the edges in the extended graph
+/// - `edges_of_faces`: n_triangles x 3 edges
 /// - `at_boundary`: n_edges, whether one face is right
 /// - `probabilities`: n_triangles
 /// - returns a share in 0..=1 and its gradient to the probabilities
 ///
 /// # Panics
-/// When an edge does not exist.
+/// If an edge does not exist.
 ///
 /// ```
 /// use neural_mesh::loss::closure;
@@ -31,12 +29,12 @@ use rayon::prelude::*;
 pub fn closure(edges_of_faces: &[[u32; 3]], at_boundary: &[bool], probabilities: &[f32]) -> Term {
     let entries = edges_of_faces.iter().zip(0..).flat_map(|(edges, face)| edges.map(|edge| [edge, face]));
     let faces = Csr::from_entries(at_boundary.len(), edges_of_faces.len(), entries);
-    let of_edge = |edge: usize| {
+    let edge_cost = |edge: usize| {
         let kept: Vec<f64> = faces.row(edge).iter().map(|&t| f64::from(probabilities[t as usize])).collect();
         wrong_number(&kept, at_boundary[edge])
     };
     let used: Vec<usize> = (0..faces.n_rows()).filter(|&edge| !faces.row(edge).is_empty()).collect();
-    let each: Vec<(f64, Vec<f64>)> = used.par_iter().map(|&edge| of_edge(edge)).collect();
+    let each: Vec<(f64, Vec<f64>)> = used.par_iter().map(|&edge| edge_cost(edge)).collect();
     let mut gradient = vec![0.0f64; probabilities.len()];
     for (&edge, (_, slopes)) in used.iter().zip(&each) {
         faces.row(edge).iter().zip(slopes).for_each(|(&t, slope)| gradient[t as usize] += slope);
@@ -44,38 +42,38 @@ pub fn closure(edges_of_faces: &[[u32; 3]], at_boundary: &[bool], probabilities:
     Term::mean(each.iter().map(|(value, _)| value).sum(), &gradient, used.len())
 }
 
-/// How likely none, one, two faces are kept.
-type Counts = [f64; 3];
+/// Probabilities that none, one, two faces are kept.
+type CountProbabilities = [f64; 3];
 
-/// The probability that an edge has a wrong number of faces, and its derivative to each p.
+/// Returns the probability that an edge has a wrong number of faces, and its derivative to each p.
 fn wrong_number(p: &[f64], at_boundary: bool) -> (f64, Vec<f64>) {
     let mut before = vec![[1.0, 0.0, 0.0]];
     before.extend(p.iter().scan([1.0, 0.0, 0.0], |counts, &p| {
-        *counts = with(*counts, p);
+        *counts = add_face(*counts, p);
         Some(*counts)
     }));
     let [none, one, two] = before[p.len()];
     let more_than_two = (1.0 - none - one - two).max(0.0);
     let value = if at_boundary { two + more_than_two } else { one + more_than_two };
     let mut slopes = vec![0.0; p.len()];
-    let mut after: Counts = [1.0, 0.0, 0.0];
+    let mut after: CountProbabilities = [1.0, 0.0, 0.0];
     for (i, &p) in p.iter().enumerate().rev() {
-        let [none, one, two] = sum(before[i], after);
-        // One face more: what was none becomes one, what was two becomes more.
+        let [none, one, two] = combine_counts(before[i], after);
+        // With one face more, none becomes one, and two become too many.
         slopes[i] = if at_boundary { one } else { none - one + two };
-        after = with(after, p);
+        after = add_face(after, p);
     }
     (value, slopes)
 }
 
-/// The counts after one more face of probability p.
-fn with([none, one, two]: Counts, p: f64) -> Counts {
+/// Adds a face of probability p.
+fn add_face([none, one, two]: CountProbabilities, p: f64) -> CountProbabilities {
     let q = 1.0 - p;
     [none * q, one * q + none * p, two * q + one * p]
 }
 
-/// The counts of two sets of faces together.
-fn sum(a: Counts, b: Counts) -> Counts {
+/// Returns the probabilities over two disjoint sets of faces.
+fn combine_counts(a: CountProbabilities, b: CountProbabilities) -> CountProbabilities {
     [a[0] * b[0], a[0] * b[1] + a[1] * b[0], a[0] * b[2] + a[1] * b[1] + a[2] * b[0]]
 }
 
@@ -84,8 +82,8 @@ mod tests {
     use super::super::test_gradients::{assert_gradient, uniform};
     use super::*;
 
-    /// Over all subsets of faces that can be kept.
-    fn by_subsets(edges_of_faces: &[[u32; 3]], at_boundary: &[bool], p: &[f32]) -> f64 {
+    /// Computes the share by trying all subsets of faces.
+    fn cost_by_subsets(edges_of_faces: &[[u32; 3]], at_boundary: &[bool], p: &[f32]) -> f64 {
         let n = p.len();
         let count = |kept: u32, edge: usize| {
             (0..n).filter(|&t| kept >> t & 1 == 1 && edges_of_faces[t].contains(&(edge as u32))).count()
@@ -107,7 +105,7 @@ mod tests {
     fn agrees_with_all_subsets_and_with_differences() {
         let p = uniform(7, 1);
         let found = closure(&FACES, &BOUNDARY, &p).value;
-        assert!((found - by_subsets(&FACES, &BOUNDARY, &p)).abs() < 1e-6, "{found}");
+        assert!((found - cost_by_subsets(&FACES, &BOUNDARY, &p)).abs() < 1e-6, "{found}");
         assert_gradient(&p, 1e-4, |p| closure(&FACES, &BOUNDARY, p));
     }
 

@@ -1,24 +1,24 @@
-//! Triangles that pass through each other, the m_c(t) of Eq. (9).
+//! Triangles that pass through each other: m_c(t) of Eq. (9).
 
-use super::pairs::near_pairs;
+use super::conflicts::near_pairs;
 use super::triangles::corners;
 use crate::geometry::crossing::edge_passes_through;
 use crate::linalg::Csr;
 
-/// Finds the near triangles that collide: pairs (t, u) where an edge of t passes through u.
+/// Finds pairs (t, u) of nearby triangles where an edge of t passes through u.
 ///
-/// Decided exactly (Shewchuk's predicates). Triangles that share an edge do not collide, whatever their angle; where
-/// they share a vertex only the edges opposite of it can. Contact is no collision, nor is overlap in a plane, which
-/// [`overlaps`](super::overlaps) finds. A triangle without area takes no part.
+/// Decided exactly (Shewchuk's predicates). Triangles with a common edge never collide; with a common vertex only the
+/// opposite edges can. Contact is no collision, nor is coplanar overlap, which [`overlaps`](super::overlaps) finds.
+/// Triangles without area are ignored.
 ///
 /// # Shapes
 /// - `points`: n x 3, `triangles`: n_triangles x 3
 /// - `neighbours`: n_triangles x n_triangles, such as the k-nn graph of the barycenters
-/// - returns the m(t) of Eq. (9) as pairs, for [`conflicts_by_count`](super::conflicts_by_count) and
+/// - returns ordered pairs, for [`conflicts_by_count`](super::conflicts_by_count) and
 ///   [`conflicts_by_pair`](super::conflicts_by_pair)
 ///
 /// # Panics
-/// When a corner is no point.
+/// If a corner is not a point.
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, loss::collisions};
@@ -34,7 +34,7 @@ pub fn collisions(points: &[[f32; 3]], triangles: &[[u32; 3]], neighbours: &Csr)
     })
 }
 
-/// Whether the bounding boxes of two triangles meet.
+/// Returns whether the bounding boxes of two triangles meet.
 fn boxes_meet(t: [[f32; 3]; 3], u: [[f32; 3]; 3]) -> bool {
     let low = |t: [[f32; 3]; 3], axis: usize| t[0][axis].min(t[1][axis]).min(t[2][axis]);
     let high = |t: [[f32; 3]; 3], axis: usize| t[0][axis].max(t[1][axis]).max(t[2][axis]);

@@ -1,25 +1,25 @@
-//! How far the original surface lies from the faces that are kept: ours, where Eq. (8) fails to ask for any face.
+//! Distance from the original surface to the kept faces, trained instead of Eq. (8), which keeps no face.
 
 use super::Term;
-use super::first_kept::{Rows, expected_cost};
+use super::expected_cost::{OptionRows, expected_cost};
 use super::triangles::{barycenters, corners_f64, to_f64};
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 use crate::spatial::nearest_to;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// The triangles near each point of the original surface.
+/// The triangles closest to each point of the original surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NearTriangles {
     /// n_points x `width` triangles, nearest first.
     pub triangles: Vec<u32>,
-    /// n_points x `width` squared distances to them, ascending in each row.
+    /// n_points x `width` squared distances, ascending per row.
     pub distances2: Vec<f64>,
     /// Triangles per point.
     pub width: usize,
 }
 
-/// Finds the k triangles nearest to each point, by true distance, among the 2 k whose barycenters are nearest.
+/// Finds the k triangles closest to each point, among the 2 k with the nearest barycenters.
 ///
 /// # Shapes
 /// - `points`: n x 3, `triangles`: n_triangles x 3
@@ -28,7 +28,7 @@ pub struct NearTriangles {
 /// - returns n_surface x min(k, n_triangles)
 ///
 /// # Panics
-/// When a corner is no point.
+/// If a corner is not a point.
 ///
 /// ```
 /// use neural_mesh::loss::near_triangles;
@@ -56,22 +56,21 @@ pub fn near_triangles(points: &[[f32; 3]], triangles: &[[u32; 3]], surface: &[[f
     NearTriangles { triangles, distances2, width }
 }
 
-/// The squared distance from a point to a triangle, which may have no area.
+/// Returns the squared distance from a point to a triangle, which may have no area.
 fn distance2_to(corners: [DVec3; 3], x: DVec3) -> f64 {
     let [u, v, w] = nearest_weights_f64(x, corners);
     x.distance_squared(corners[0] * u + corners[1] * v + corners[2] * w)
 }
 
-/// Computes the expected squared distance from a point of the original surface to the nearest face that is kept, the
-/// mean over the points:
+/// Computes the mean over the surface points of the expected squared distance to the nearest kept face.
 ///
-/// `sum over k of d_k^2 p_k prod_{j<k} (1 - p_j) + max(penalty, d_last^2) prod (1 - p_j)`.
+/// `sum_k d_k^2 p_k prod_{j<k} (1 - p_j) + max(penalty, d_last^2) prod_j (1 - p_j)`
 ///
 /// # Shapes
 /// - `near`: from [`near_triangles`]
-/// - `penalty`: squared length; what a point costs that none of its triangles covers
+/// - `penalty`: squared length, the cost of an uncovered point
 /// - `probabilities`: n_triangles
-/// - returns a squared length and its gradient to the probabilities, none of them above 0
+/// - returns a squared length and its gradient to the probabilities, nowhere positive
 ///
 /// ```
 /// use neural_mesh::loss::{NearTriangles, coverage};
@@ -85,7 +84,7 @@ pub fn coverage(near: &NearTriangles, penalty: f64, probabilities: &[f32]) -> Te
         width => near.distances2.chunks_exact(width).map(|row| row[width - 1].max(penalty)).collect(),
     };
     let NearTriangles { triangles, distances2, width } = near;
-    let rows = Rows { options: triangles, costs: distances2, costs_of_none: &costs_of_none, width: *width };
+    let rows = OptionRows { options: triangles, costs: distances2, costs_of_none: &costs_of_none, width: *width };
     expected_cost(&rows, probabilities)
 }
 

@@ -1,15 +1,13 @@
-//! The curvature that the samples keep: the term of the fine-tuning in Sec. 4.4 (Potamias et al., 2022, point-cloud
-//! simplification).
+//! Curvature kept by the samples: the fine-tuning term of Sec. 4.4 (Potamias et al. 2022, point-cloud simplification).
 
 use super::Term;
-use super::first_kept::{Rows, expected_cost, last_of_each};
+use super::expected_cost::{OptionRows, expected_cost, last_costs};
 
-/// Computes the expected squared difference between the curvature of a query and that of its nearest sample, where each
-/// point is a sample by itself with probability pi: per query x, over its nearest points from near to far,
-/// `sum over k of (kappa_x - kappa_k)^2 pi_k prod_{j<k} (1 - pi_j)`.
+/// Computes the expected squared difference in curvature between a query and its nearest sample.
 ///
-/// Where none of them is a sample, the last stands for it. The mean over the queries is divided by the variance of the
-/// queries' curvature: 0 where nothing is lost, about 2 where the nearest sample is like any other.
+/// Points are samples independently with probability pi. Per query x, over its nearest points: `sum_k (kappa_x -
+/// kappa_k)^2 pi_k prod_{j<k} (1 - pi_j)`; the last counts if none is a sample. The mean over the queries is divided by
+/// the variance of their curvature: 0 if nothing is lost, about 2 if the nearest sample is a random one.
 ///
 /// # Shapes
 /// - `of_queries`: n_queries, kappa of each query
@@ -19,7 +17,7 @@ use super::first_kept::{Rows, expected_cost, last_of_each};
 /// - returns a number and its gradient to the n probabilities
 ///
 /// # Panics
-/// When a point does not exist.
+/// If `nearest` names a point that does not exist.
 ///
 /// ```
 /// use neural_mesh::loss::curvature_of_samples;
@@ -38,8 +36,8 @@ pub fn curvature_of_samples(of_queries: &[f32], of_points: &[f32], nearest: &[u3
     let cost = |kappa: f32, x: u32| (f64::from(kappa) - f64::from(of_points[x as usize])).powi(2) * scale;
     let rows = nearest.chunks_exact(width).zip(of_queries);
     let costs: Vec<f64> = rows.flat_map(|(row, &kappa)| row.iter().map(move |&x| cost(kappa, x))).collect();
-    let costs_of_none = last_of_each(&costs, width);
-    expected_cost(&Rows { options: nearest, costs: &costs, costs_of_none: &costs_of_none, width }, inclusion)
+    let costs_of_none = last_costs(&costs, width);
+    expected_cost(&OptionRows { options: nearest, costs: &costs, costs_of_none: &costs_of_none, width }, inclusion)
 }
 
 fn variance(values: &[f32]) -> f64 {

@@ -1,25 +1,23 @@
-//! Edges of near triangles that cross each other, Sec. 3.4: what collisions miss where triangles lie in nearly one
-//! plane.
+//! Crossing edges of nearby triangles (Sec. 3.4), which collisions miss in nearly flat places.
 
-use super::pairs::near_pairs;
+use super::conflicts::near_pairs;
 use super::triangles::corners_f64;
 use crate::linalg::Csr;
 use glam::DVec3;
 
-/// Finds the near triangles whose edges cross: pairs (t, u), each in both orders.
+/// Finds pairs (t, u) of nearby triangles whose edges cross, in both orders.
 ///
-/// Two edges without a common vertex cross where, seen along the direction at right angles to both, they meet inside of
-/// both, and pass each other at a distance of no more than `flatness` times the shorter edge. Edges that run in the
-/// same direction do not cross; what then lies on top of each other is an overlap. So the two diagonals of a
-/// quadrilateral cross, also where their triangles share a side.
+/// Two edges without a common vertex cross if, seen along their common normal, they meet inside both, at a distance of
+/// at most `flatness` times the shorter edge. Parallel edges do not cross. The diagonals of a quadrilateral do, even if
+/// their triangles share a side.
 ///
 /// # Shapes
 /// - `points`: n x 3, `triangles`: n_triangles x 3
 /// - `neighbours`: n_triangles x n_triangles, such as the k-nn graph of the barycenters
-/// - `flatness`: 0 or more; 0.1 lets a quadrilateral be bent a little
+/// - `flatness`: 0 or more; 0.1 admits slightly bent quadrilaterals
 ///
 /// # Panics
-/// When a corner is no point.
+/// If a corner is not a point.
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, loss::edge_crossings};
@@ -32,22 +30,22 @@ pub fn edge_crossings(points: &[[f32; 3]], triangles: &[[u32; 3]], neighbours: &
     near_pairs(neighbours, |t, u| {
         let [t, u] = [t, u].map(|t| edges(points, triangles[t as usize]));
         t.iter().any(|(e, ends)| {
-            u.iter().any(|(f, others)| !e.iter().any(|v| f.contains(v)) && cross(*ends, *others, flatness))
+            u.iter().any(|(f, others)| !e.iter().any(|v| f.contains(v)) && segments_cross(*ends, *others, flatness))
         })
     })
 }
 
-/// The edges of a triangle: their vertices and where those are.
+/// Returns the edges of a triangle, as vertices and as segments.
 fn edges(points: &[[f32; 3]], triangle: [u32; 3]) -> [([u32; 2], [DVec3; 2]); 3] {
     let corners = corners_f64(points, triangle);
     [[0, 1], [1, 2], [2, 0]].map(|ends| (ends.map(|i| triangle[i]), ends.map(|i| corners[i])))
 }
 
-/// Nearer than this to an end, as a share of its length, an edge only touches.
+/// Share of an edge's length at each end where another edge only touches it.
 const END: f64 = 1e-6;
 
-/// Whether two segments cross as [`edge_crossings`] says.
-fn cross([a, b]: [DVec3; 2], [c, d]: [DVec3; 2], flatness: f64) -> bool {
+/// Returns whether two segments cross, as defined by [`edge_crossings`].
+fn segments_cross([a, b]: [DVec3; 2], [c, d]: [DVec3; 2], flatness: f64) -> bool {
     let (along, across, between) = (b - a, d - c, c - a);
     let normal = along.cross(across);
     let area2 = normal.length_squared();
@@ -73,13 +71,13 @@ mod tests {
     fn segments_cross_inside_of_both_and_near_each_other() {
         let x = segment([-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]);
         let upright = |x: f64, low: f64, z: f64| segment([x, low, z], [x, low + 4.0, z]);
-        assert!(cross(x, upright(0.5, -1.0, 0.0), 0.0));
-        assert!(cross(x, upright(0.5, -1.0, 0.19), 0.1), "0.1 of the shorter, which is 2 long");
-        assert!(!cross(x, upright(0.5, -1.0, 0.21), 0.1));
-        assert!(!cross(x, upright(1.5, -1.0, 0.0), 0.1), "beyond the end");
-        assert!(!cross(x, upright(0.5, 0.0, 0.0), 0.1), "contact");
-        assert!(!cross(x, segment([0.0, 0.0, 0.0], [3.0, 0.0, 0.0]), 0.1), "in line");
-        assert!(!cross(x, segment([0.0; 3], [0.0; 3]), 0.1), "a point");
+        assert!(segments_cross(x, upright(0.5, -1.0, 0.0), 0.0));
+        assert!(segments_cross(x, upright(0.5, -1.0, 0.19), 0.1), "0.1 of the shorter, which is 2 long");
+        assert!(!segments_cross(x, upright(0.5, -1.0, 0.21), 0.1));
+        assert!(!segments_cross(x, upright(1.5, -1.0, 0.0), 0.1), "beyond the end");
+        assert!(!segments_cross(x, upright(0.5, 0.0, 0.0), 0.1), "contact");
+        assert!(!segments_cross(x, segment([0.0, 0.0, 0.0], [3.0, 0.0, 0.0]), 0.1), "in line");
+        assert!(!segments_cross(x, segment([0.0; 3], [0.0; 3]), 0.1), "a point");
     }
 
     #[test]
@@ -91,7 +89,7 @@ mod tests {
         assert!(edge_crossings(&points, &fan, &all(6), 0.1).is_empty());
         let mut more = fan.to_vec();
         more.push([1, 2, 3]);
-        // Its long side crosses the spoke to 2, which two faces of the fan carry.
+        // Its long side crosses the spoke to 2, shared by two faces of the fan.
         assert_eq!(edge_crossings(&points, &more, &all(7), 0.1), [[0, 6], [1, 6], [6, 0], [6, 1]]);
     }
 

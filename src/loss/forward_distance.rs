@@ -1,21 +1,20 @@
-//! The forward surface distance, Eq. (7): candidate faces should lie where the original surface is.
+//! Forward surface distance, Eq. (7): draws candidate faces to the original surface.
 //!
-//! Alone it is smallest where no face is kept; the coverage of the surface holds against that.
+//! Alone it is smallest if no face is kept; coverage works against that.
 
 use super::Term;
 use super::triangles::{barycenters, distance2};
 use crate::spatial::nearest_to;
 
-/// Computes `min over b of |b^ - b|^2` of Eq. (7) for each candidate: from its barycenter b^ to the nearest barycenter
-/// b of the original faces.
+/// Computes `min_b |b^ - b|^2` of Eq. (7) from each candidate's barycenter b^ to the original faces' barycenters.
 ///
 /// # Shapes
 /// - `points`: n x 3, `triangles`: n_triangles x 3
-/// - `original`: n_original x 3, the barycenters of the original faces
-/// - returns n_triangles squared distances; 0 where there is no original
+/// - `original`: n_original x 3, barycenters of the original faces
+/// - returns n_triangles squared distances; 0 without an original
 ///
 /// # Panics
-/// When a corner is no point.
+/// If a corner is not a point.
 ///
 /// ```
 /// use neural_mesh::loss::forward_distances;
@@ -31,11 +30,11 @@ pub fn forward_distances(points: &[[f32; 3]], triangles: &[[u32; 3]], original: 
     centers.iter().zip(nearest).map(|(&center, b)| distance2(center, original[b as usize])).collect()
 }
 
-/// Computes Eq. (7), `sum over b^ of p_b^ min_b |b^ - b|^2`, divided by the number of candidates.
+/// Computes Eq. (7), `sum_b^ p_b^ min_b |b^ - b|^2`, divided by the number of candidates.
 ///
 /// # Shapes
 /// - `distances`: n_triangles, from [`forward_distances`]; `probabilities`: n_triangles
-/// - returns a squared length and its gradient to the probabilities, which does not depend on them
+/// - returns a squared length and its gradient to the probabilities, which is constant
 ///
 /// ```
 /// use neural_mesh::loss::forward_distance;

@@ -1,32 +1,27 @@
-//! Inclusion probabilities of Gumbel-top-k (Sec. 3.1) from its scores: the relaxation through which the sampler trains.
+//! Inclusion probabilities of Gumbel-top-k sampling (Sec. 3.1), the relaxation that trains the sampler.
 //!
-//! Not the softmax over the mesh, which is the chance to be drawn first (`model::inclusion_probabilities`).
+//! They differ from the softmax of `model::inclusion_probabilities`, the probability to be drawn first.
 
 use rayon::prelude::*;
 
-/// How likely each vertex is among the samples, and what the gradient needs.
+/// Inclusion probability of each vertex, with the data for its gradient.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inclusion {
-    /// n probabilities in 0..=1; their sum is the number of samples.
+    /// n probabilities in 0..=1 that sum to the number of samples.
     pub probabilities: Vec<f32>,
-    /// Derivative of each probability to its score at a fixed time, n.
+    /// Derivative of each probability to its score at fixed time, n.
     slopes: Vec<f64>,
 }
 
-/// Computes the probability of each vertex to be among the first `n_samples` of Gumbel-top-k.
+/// Computes each vertex's probability to be among the first `n_samples` of Gumbel-top-k.
 ///
-/// Gumbel-top-k is a race: vertex i arrives after an exponentially distributed time of rate `exp(s_i)`, and the first
-/// arrivals are the samples. By the time t it has arrived with probability
-///
-/// `pi_i = 1 - exp(-t exp(s_i))`.
-///
-/// t is the time by which `n_samples` arrivals are expected, `sum of pi_i = n_samples`; the time of the last sample
-/// in the race itself scatters around it, the less the more samples there are. Adding a number to all scores
-/// changes nothing.
+/// Gumbel-top-k is a race: vertex i arrives after an exponential time of rate `exp(s_i)`. By time t it has arrived with
+/// probability `pi_i = 1 - exp(-t exp(s_i))`; t solves `sum_i pi_i = n_samples`. The real time of the last arrival
+/// scatters around t, less with more samples. A constant added to all scores changes nothing.
 ///
 /// # Shapes
 /// - `scores`: n, finite
-/// - returns n probabilities; all 1 where `n_samples` is n or more
+/// - returns n probabilities; all 1 if `n_samples` >= n
 ///
 /// ```
 /// use neural_mesh::loss::inclusion;
@@ -39,28 +34,27 @@ pub fn inclusion(scores: &[f32], n_samples: usize) -> Inclusion {
         let p = if n_samples == 0 { 0.0 } else { 1.0 };
         return Inclusion { probabilities: vec![p; scores.len()], slopes: vec![0.0; scores.len()] };
     }
-    let log_rates = log_rates_by_the_last_sample(scores, n_samples);
-    let log_time = log_time_of(&log_rates, n_samples as f64);
-    let (probabilities, slopes) = log_rates.par_iter().map(|rate| arrived(rate + log_time)).unzip();
+    let log_rates = relative_log_rates(scores, n_samples);
+    let log_time = solve_log_time(&log_rates, n_samples as f64);
+    let (probabilities, slopes) = log_rates.par_iter().map(|rate| arrival_probability(rate + log_time)).unzip();
     Inclusion { probabilities: to_f32(probabilities), slopes }
 }
 
-/// Scores relative to the `n_samples`-th largest, so that the time is near 1 and no large score costs it its digits.
-fn log_rates_by_the_last_sample(scores: &[f32], n_samples: usize) -> Vec<f64> {
+/// Returns scores relative to the `n_samples`-th largest, so that t is near 1 and large scores keep their precision.
+fn relative_log_rates(scores: &[f32], n_samples: usize) -> Vec<f64> {
     let mut order = scores.to_vec();
     let (_, &mut last, _) = order.select_nth_unstable_by(n_samples - 1, |a, b| b.total_cmp(a));
     scores.iter().map(|&s| f64::from(s) - f64::from(last)).collect()
 }
 
-/// Turns the gradient to the probabilities into the gradient to the scores.
+/// Converts the gradient to the probabilities into the gradient to the scores.
 ///
-/// With `w_i = t exp(s_i) exp(-t exp(s_i))` a change of the scores moves the time by `-sum w_i ds_i / sum w_i`, so
-///
-/// `dL/ds_i = w_i (g_i - sum of w_j g_j / sum of w_j)`.
+/// With `w_i = t exp(s_i) exp(-t exp(s_i))`, which includes the change of t: `dL/ds_i = w_i (g_i - sum_j w_j g_j /
+/// sum_j w_j)`.
 ///
 /// # Shapes
 /// - `gradient`: n, dL/dpi
-/// - returns n; the sum is 0
+/// - returns n, with sum 0
 ///
 /// ```
 /// use neural_mesh::loss::{inclusion, inclusion_gradient};
@@ -75,20 +69,20 @@ pub fn inclusion_gradient(inclusion: &Inclusion, gradient: &[f32]) -> Vec<f32> {
     inclusion.slopes.iter().zip(gradient).map(|(w, &g)| (w * (f64::from(g) - mean)) as f32).collect()
 }
 
-/// `1 - exp(-exp(x))` and its derivative to x.
-fn arrived(x: f64) -> (f64, f64) {
-    // Beyond this the derivative is zero, and the product below would be infinity times zero.
+/// Returns `1 - exp(-exp(x))` and its derivative to x.
+fn arrival_probability(x: f64) -> (f64, f64) {
+    // The derivative is zero from here on; the product below would be infinity times zero.
     let rate = x.min(6.5).exp();
     (-(-rate).exp_m1(), rate * (-rate).exp())
 }
 
-/// Scores summed per task; the sums are added in order, so they do not depend on threads.
+/// Scores per task; sums are added in task order, so thread counts do not change them.
 const BLOCK: usize = 4096;
 
-/// Solves `sum of pi_i = wanted` for the logarithm of the time: Newton's steps, halving where they leave the bracket.
-fn log_time_of(log_rates: &[f64], wanted: f64) -> f64 {
-    // At first the `wanted - 1` fastest give at most 1 each and the n others at most 1 / n. At last the `wanted`
-    // fastest, of rate 1 or more, lack no more than `exp(-33)` each.
+/// Solves `sum_i pi_i = wanted` for the logarithm of t by Newton's method, with bisection outside the bracket.
+fn solve_log_time(log_rates: &[f64], wanted: f64) -> f64 {
+    // Low: the `wanted - 1` fastest give at most 1 each, all n others at most 1 / n. High: the `wanted` fastest, of
+    // rate 1 or more, lack at most `exp(-33)` each.
     let (mut low, mut high) = (-(log_rates.len() as f64).ln(), 3.5);
     let mut log_time = 0.0;
     for _ in 0..STEPS {
@@ -104,16 +98,16 @@ fn log_time_of(log_rates: &[f64], wanted: f64) -> f64 {
     log_time
 }
 
-/// Halving alone would be at the last bit by then.
+/// By then bisection alone reaches the last bit.
 const STEPS: usize = 64;
 
-/// The number of arrivals expected by a time, and its derivative to the time's logarithm.
+/// Returns the expected number of arrivals by a time, and its derivative to the time's logarithm.
 fn expected_arrivals(log_rates: &[f64], log_time: f64) -> (f64, f64) {
-    let of_block = |block: &[f64]| {
-        let each = block.iter().map(|rate| arrived(rate + log_time));
+    let sum_block = |block: &[f64]| {
+        let each = block.iter().map(|rate| arrival_probability(rate + log_time));
         each.fold((0.0, 0.0), |sum, (p, slope)| (sum.0 + p, sum.1 + slope))
     };
-    let blocks: Vec<(f64, f64)> = log_rates.par_chunks(BLOCK).map(of_block).collect();
+    let blocks: Vec<(f64, f64)> = log_rates.par_chunks(BLOCK).map(sum_block).collect();
     blocks.into_iter().fold((0.0, 0.0), |sum, block| (sum.0 + block.0, sum.1 + block.1))
 }
 

@@ -1,22 +1,22 @@
-//! The objective of Sec. 3.4, one file per term: its value and its gradient to the probabilities or scores it judges.
+//! Training objective of Sec. 3.4, one file per term, each returning its value and its gradient.
 //!
-//! Every loss is a function over plain slices, forward and backward side by side; none knows the network. The
-//! printed terms stand beside the forms that train: `docs/paper.md` says where the print fails and why.
+//! Losses are functions over slices and know no network. Some printed terms have a replacement that trains better;
+//! `docs/paper.md` says why.
 //!
-//! Machinery: what the modules that users call stand on; see the front page of the crate.
+//! Support code for the main modules; see the front page of the crate.
 
+mod bending;
 mod chamfer;
 mod closure;
 mod collision;
+mod conflicts;
 mod coverage;
 mod curvature;
 mod edge_crossings;
-mod first_kept;
+mod expected_cost;
 mod forward_distance;
 mod inclusion;
 mod overlap;
-mod pairs;
-mod planes;
 mod quotient_agreement;
 mod reverse_distance;
 mod smoothness;
@@ -26,34 +26,34 @@ mod test_gradients;
 mod total;
 mod triangles;
 
+pub use bending::bending_of_samples;
 pub use chamfer::{coverage_of_samples, probabilistic_chamfer};
 pub use closure::closure;
 pub use collision::collisions;
+pub use conflicts::{conflicts_by_count, conflicts_by_pair};
 pub use coverage::{NearTriangles, coverage, near_triangles};
 pub use curvature::curvature_of_samples;
 pub use edge_crossings::edge_crossings;
 pub use forward_distance::{forward_distance, forward_distances};
 pub use inclusion::{Inclusion, inclusion, inclusion_gradient};
 pub use overlap::{OverlapSettings, overlaps};
-pub use pairs::{conflicts_by_count, conflicts_by_pair};
-pub use planes::bending_of_samples;
 pub use quotient_agreement::quotient_agreement;
 pub use reverse_distance::{ReverseDistances, reverse_distance, reverse_distances};
 pub use smoothness::smoothness;
-pub use surface_error::{ErrorSums, PointErrors, error_sums, log_errors, parts, point_errors};
+pub use surface_error::{ErrorSums, PointErrors, error_shares, error_sums, log_errors, point_errors};
 pub use total::{Candidates, FaceGeometry, FaceObjective, NamedTerm, face_geometry, face_terms, total};
 
-/// A loss and its gradient to the probabilities (or scores) it was given, one entry each.
+/// A loss and its gradient to its probabilities or scores.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Term {
-    /// The loss.
+    /// Value of the loss.
     pub value: f64,
-    /// Its derivative to each probability.
+    /// Derivative to each probability or score.
     pub gradient: Vec<f32>,
 }
 
 impl Term {
-    /// Returns the loss of nothing: zero, with a gradient of `n` zeros.
+    /// Returns a zero loss with a gradient of `n` zeros.
     ///
     /// ```
     /// assert_eq!(neural_mesh::loss::Term::zero(2).gradient, [0.0, 0.0]);
@@ -62,7 +62,7 @@ impl Term {
         Self { value: 0.0, gradient: vec![0.0; n] }
     }
 
-    /// Returns a value and a gradient that were summed in double precision, both divided by `n`; zero where n is 0.
+    /// Returns a value and a gradient, summed in double precision, divided by `n`; zero if `n` is 0.
     ///
     /// ```
     /// let term = neural_mesh::loss::Term::mean(3.0, &[1.0, 4.0], 2);
@@ -76,7 +76,7 @@ impl Term {
         Self { value: sum / n, gradient: gradient.iter().map(|&g| (g / n) as f32).collect() }
     }
 
-    /// The mean of `p_i w_i`, linear in p.
+    /// Returns the mean of `p_i w_i`.
     pub(crate) fn mean_product(weights: &[f64], probabilities: &[f32]) -> Self {
         let products = weights.iter().zip(probabilities).map(|(w, &p)| w * f64::from(p));
         Self::mean(products.sum(), weights, weights.len())

@@ -1,34 +1,32 @@
-//! Triangles that lie over each other in nearly one plane, Sec. 3.4: found by points on them and sums of areas.
+//! Overlapping triangles in nearly one plane (Sec. 3.4), found by points on them and sums of areas.
 
-use super::pairs::near_pairs;
-use super::triangles::{corners_f64, points_on, to_f64};
+use super::conflicts::near_pairs;
+use super::triangles::{corners_f64, spread_points, to_f64};
 use crate::geometry::triangle::area_normal_f64;
 use crate::linalg::Csr;
 use glam::DVec3;
 
-/// How overlaps are looked for.
+/// Settings of the overlap search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OverlapSettings {
-    /// Points on each triangle, the same pattern in each.
+    /// Test points per triangle, in a fixed pattern.
     pub per_triangle: usize,
-    /// How far a point may lie from the plane of a triangle and still be over it, as a share of the square root of its
-    /// area.
+    /// Largest distance of a point from the plane of a triangle below it, as a share of the square root of its area.
     pub flatness: f64,
 }
 
-/// Finds the near triangles that overlap: pairs (t, u) where one of the points on t lies over u.
+/// Finds pairs (t, u) of nearby triangles where a test point on t lies over u.
 ///
-/// A point y lies over the triangle a b c where its foot y' in the plane of a b c is inside, that is where the areas of
-/// y' a b, y' b c and y' c a sum up to the area of a b c, and is not far. Only triangles in nearly parallel planes (25
-/// degrees) overlap, so that two that share an edge do where they are folded onto each other, not where they meet at a
-/// crease. A triangle without area takes no part.
+/// Point y lies over triangle a b c if it is close and its foot y' in their plane is inside: the areas of y' a b, y' b
+/// c and y' c a sum to that of a b c. Only nearly parallel triangles (within 25 degrees) overlap, so a shared edge
+/// counts if folded flat, not if creased. Triangles without area are ignored.
 ///
 /// # Shapes
 /// - `points`: n x 3, `triangles`: n_triangles x 3
 /// - `neighbours`: n_triangles x n_triangles, such as the k-nn graph of the barycenters
 ///
 /// # Panics
-/// When a corner is no point.
+/// If a corner is not a point.
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, loss::{OverlapSettings, overlaps}};
@@ -46,14 +44,14 @@ pub fn overlaps(
 ) -> Vec<[u32; 2]> {
     near_pairs(neighbours, |t, u| {
         let [t, u] = [t, u].map(|t| corners_f64(points, triangles[t as usize]));
-        are_parallel(t, u) && points_on(t, settings.per_triangle).any(|y| lies_over(to_f64(y), u, settings.flatness))
+        are_parallel(t, u) && spread_points(t, settings.per_triangle).any(|y| is_over(to_f64(y), u, settings.flatness))
     })
 }
 
-/// Share of the area that rounding of the points may add to the sum.
+/// Excess of the summed areas allowed for rounding, as a share.
 const ROUNDING: f64 = 1e-6;
 
-/// Smallest cosine between the normals of triangles in nearly parallel planes, whichever way they are turned.
+/// Smallest absolute cosine between the normals of nearly parallel triangles.
 const PARALLEL: f64 = 0.9;
 
 fn are_parallel(t: [DVec3; 3], u: [DVec3; 3]) -> bool {
@@ -61,8 +59,8 @@ fn are_parallel(t: [DVec3; 3], u: [DVec3; 3]) -> bool {
     t.dot(u).abs() >= PARALLEL
 }
 
-/// Whether a point lies over a triangle as [`overlaps`] says.
-fn lies_over(y: DVec3, [a, b, c]: [DVec3; 3], flatness: f64) -> bool {
+/// Returns whether a point lies over a triangle, as defined by [`overlaps`].
+fn is_over(y: DVec3, [a, b, c]: [DVec3; 3], flatness: f64) -> bool {
     let normal = area_normal_f64([a, b, c]);
     let area = normal.length();
     let Some(direction) = normal.try_normalize() else { return false };
@@ -88,7 +86,7 @@ mod tests {
     #[test]
     fn over_is_inside_and_near() {
         let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
-        let over = |x: f64, y: f64, z: f64| lies_over(DVec3::new(x, y, z), corners, 0.1);
+        let over = |x: f64, y: f64, z: f64| is_over(DVec3::new(x, y, z), corners, 0.1);
         assert!(over(0.25, 0.25, 0.0) && over(0.25, 0.25, 0.07) && over(0.5, 0.5, 0.0));
         assert!(!over(0.25, 0.25, 0.08), "0.1 of the square root of a half is 0.0707");
         assert!(!over(0.51, 0.51, 0.0) && !over(-0.01, 0.2, 0.0));
@@ -112,7 +110,7 @@ mod tests {
     fn triangles_without_area_take_no_part() {
         let line = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.5, 0.0, 0.0]];
         assert!(pairs(&line, [0, 1, 3]).is_empty());
-        assert!(!lies_over(DVec3::ZERO, [DVec3::ZERO; 3], 0.1));
+        assert!(!is_over(DVec3::ZERO, [DVec3::ZERO; 3], 0.1));
         assert!(overlaps(&[], &[], &Csr::from_edges(0, []), SETTINGS).is_empty());
     }
 }

@@ -1,19 +1,17 @@
-//! Agreement with the triangles that the mesh itself spans between the regions of the samples: ours, a label that costs
-//! nothing.
+//! Agreement with the triangles that the mesh spans between sample regions, an addition: labels without cost.
 
 use super::Term;
 
-/// The logarithm is taken of no less than this, and its slope is no steeper.
+/// Lower limit of the logarithm's argument, which also limits its slope.
 const LEAST: f64 = 1e-4;
 
-/// Computes the cross-entropy of the probabilities and the labels, `- sum of w log p` over the true ones
-/// `- sum of w log (1 - p)` over the others.
+/// Computes the weighted cross-entropy of probabilities and labels.
 ///
-/// The weights sum to 1. At `balance` 0 all are equal; at 1 true and false candidates weigh one half each, however few
-/// the true ones are; between, in proportion.
+/// Minus the sum of `w log p` over true and `w log (1 - p)` over false labels; the weights sum to 1. `balance` 0 weighs
+/// candidates equally, 1 gives one half to each class, values between interpolate.
 ///
 /// # Shapes
-/// - `labels`: n_triangles, whether a candidate is a triangle that the mesh spans between three regions
+/// - `labels`: n_triangles, whether the mesh spans the candidate between three regions
 /// - `balance`: 0..=1
 /// - `probabilities`: n_triangles
 /// - returns a number in nats and its gradient to the probabilities

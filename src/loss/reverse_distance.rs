@@ -1,32 +1,34 @@
-//! The reverse surface distance as printed, Eq. (8). It is 0 where no face is kept; what trains is `coverage`.
+//! Reverse surface distance as printed, Eq. (8). It is 0 if no face is kept; `coverage` is trained instead.
 
 use super::Term;
-use super::triangles::{barycenters, corners_f64, distance2, points_on};
+use super::triangles::{barycenters, corners_f64, distance2, spread_points};
 use crate::spatial::nearest_to;
 use rayon::prelude::*;
 
-/// What Eq. (8) needs to know of the triangles, whatever their probabilities.
+/// The parts of Eq. (8) that do not depend on probabilities.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReverseDistances {
-    /// Per triangle the mean over its points y of `min over x of |x - y|^2`, n_triangles.
+    /// Mean over each triangle's points y of `min_x |x - y|^2`, n_triangles.
     pub to_original: Vec<f64>,
-    /// Per triangle the other triangles that are near its points, each once and ascending.
+    /// Other triangles near each triangle's points, ascending and unique.
     pub near: Vec<Vec<u32>>,
-    /// Beside each of them the mean over the points of `|x_t - y|^2 / k`, where t is among the k nearest of y, else 0.
+    /// For each of them the mean over the points of `|x_t - y|^2 / k`, 0 if t is not among the k nearest of y.
     pub to_near: Vec<Vec<f64>>,
 }
 
-/// Measures what Eq. (8) needs: points y on each triangle, the original point x nearest to each, and the k triangles
-/// t nearest to it by their barycenters x_t, its own triangle not among them.
+/// Measures the distances of Eq. (8) at points y on each triangle.
+///
+/// For each y these are the distance to the nearest original point x and to the barycenters x_t of the k nearest other
+/// triangles.
 ///
 /// # Shapes
 /// - `points`: n x 3, `triangles`: n_triangles x 3
-/// - `original`: n_original x 3 points of the original surface, its vertices as in the paper or denser
-/// - `per_triangle`: points on each triangle, 1 or more; the same pattern in each
+/// - `original`: n_original x 3, the original vertices as in the paper, or denser points
+/// - `per_triangle`: points per triangle, at least 1, in a fixed pattern
 /// - `k`: nearest triangles per point
 ///
 /// # Panics
-/// When a corner is no point.
+/// If a corner is not a point.
 ///
 /// ```
 /// use neural_mesh::loss::reverse_distances;
@@ -44,7 +46,7 @@ pub fn reverse_distances(
 ) -> ReverseDistances {
     let per_triangle = per_triangle.max(1);
     let centers = barycenters(points, triangles);
-    let on = |&triangle: &[u32; 3]| points_on(corners_f64(points, triangle), per_triangle);
+    let on = |&triangle: &[u32; 3]| spread_points(corners_f64(points, triangle), per_triangle);
     let ys: Vec<[f32; 3]> = triangles.par_iter().flat_map_iter(on).collect();
     let nearest_original = nearest_to(original, &ys, 1);
     let nearest_triangles = nearest_to(&centers, &ys, k + 1);
@@ -57,7 +59,7 @@ pub fn reverse_distances(
             let share = n_others * per_triangle as f64;
             found.extend(others.map(|&u| (u, distance2(centers[u as usize], ys[y]) / share)));
         }
-        sums(found)
+        merge_equal(found)
     };
     let (near, to_near) = (0..triangles.len()).into_par_iter().map(of_triangle).unzip();
     let to_original = |t: usize| {
@@ -67,15 +69,16 @@ pub fn reverse_distances(
     ReverseDistances { to_original: (0..triangles.len()).map(to_original).collect(), near, to_near }
 }
 
-/// Adds what belongs to the same triangle.
-fn sums(mut found: Vec<(u32, f64)>) -> (Vec<u32>, Vec<f64>) {
+/// Adds up the entries of each triangle.
+fn merge_equal(mut found: Vec<(u32, f64)>) -> (Vec<u32>, Vec<f64>) {
     found.sort_by_key(|&(t, _)| t);
     let groups = found.chunk_by(|a, b| a.0 == b.0);
     groups.map(|group| (group[0].0, group.iter().map(|(_, d2)| d2).sum::<f64>())).unzip()
 }
 
-/// Computes Eq. (8), `sum over y of p_y min_x |x - y|^2 + (1 - p_y) 1/k sum_k p_{t_k} |x_{t_k} - y|^2`, divided by the
-/// number of points y. p_y is the probability of the triangle that y lies on.
+/// Computes Eq. (8), divided by the number of points.
+///
+/// `sum_y p_y min_x |x - y|^2 + (1 - p_y) 1/k sum_k p_{t_k} |x_{t_k} - y|^2`, with p_y the probability of y's triangle
 ///
 /// # Shapes
 /// - `probabilities`: n_triangles
@@ -110,12 +113,12 @@ mod tests {
     use super::super::test_gradients::{assert_gradient, points, triangles, uniform};
     use super::*;
 
-    /// Point by point, as printed.
+    /// Computes Eq. (8) point by point.
     fn naive(points: &[[f32; 3]], triangles: &[[u32; 3]], original: &[[f32; 3]], n: usize, k: usize, p: &[f32]) -> f64 {
         let centers = barycenters(points, triangles);
         let mut sum = 0.0;
         for (t, &triangle) in triangles.iter().enumerate() {
-            for y in points_on(corners_f64(points, triangle), n) {
+            for y in spread_points(corners_f64(points, triangle), n) {
                 let nearest = original.iter().map(|&x| distance2(x, y)).fold(f64::INFINITY, f64::min);
                 let mut others: Vec<(f64, f64)> = (0..triangles.len())
                     .filter(|&u| u != t)

@@ -1,19 +1,18 @@
-//! How evenly the scores vary over the surface, ours: what keeps them a density.
+//! Smoothness of the scores over the surface, an addition that keeps them a density.
 //!
-//! Without it the relaxation of Eq. (6) rewards scores that jump from vertex to vertex by so much that they pick single
-//! vertices. That is no density, and means nothing at another ratio.
+//! Without it the relaxation of Eq. (6) rewards scores that single out vertices, which mean nothing at another ratio.
 
 use super::Term;
 use crate::linalg::Csr;
 
-/// Computes the mean over the entries (i, j) of a graph of `(s_i - s_j)^2`.
+/// Computes the mean of `(s_i - s_j)^2` over the entries (i, j) of a graph.
 ///
 /// # Shapes
 /// - `scores`: n, `rings`: n x n, symmetric
 /// - returns a number and its gradient to the n scores
 ///
 /// # Panics
-/// When there is not one score per row.
+/// Unless there is one score per row.
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, loss::smoothness};

@@ -1,24 +1,23 @@
-//! What the closed assembly is judged by, ours: how far its result is from the original in distance, direction and at
-//! the worst place, and how much of that each place is to blame for.
+//! Training loss of the closed assembly, ours: mean distance, normal error and near-largest distance to the original.
 //!
-//! The three are wanted small together, so their logarithms are added: a change by one percent counts the same in each.
+//! Their logarithms are added, so that a change by one percent counts equally in each.
 
 use crate::geometry::triangle::area_normal;
 use crate::spatial::NearestOnTriangles;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-/// The exponent with which large distances count toward the worst.
+/// Exponent of the norm that approximates the largest distance.
 const PEAK: i32 = 8;
 
 /// Errors of a result at points of the original surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointErrors {
-    /// The area that each point stands for, n_points.
+    /// Area represented by each point, n_points.
     pub areas: Vec<f32>,
     /// Distance to the result, n_points.
     pub distances: Vec<f32>,
-    /// `1 - n.n'` of the unit normals of the original and of the nearest face, n_points; 0 to 2.
+    /// `1 - n.n'` of the unit normals of the original and of the closest face, n_points; 0 to 2.
     pub turns: Vec<f32>,
 }
 
@@ -54,20 +53,20 @@ pub fn point_errors(original: &[[[f32; 3]; 3]], result: &[[[f32; 3]; 3]]) -> Poi
     }
 }
 
-/// What is summed over the points: area, distance and turn times area, and high powers of the distance.
+/// Sums over the points: area, area-weighted distance and normal error, and powers of the distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorSums {
     area: f64,
     distance: f64,
     turn: f64,
     peak: f64,
-    /// The distance whose powers are taken.
+    /// Distance by which distances are divided before the power.
     unit: f64,
 }
 
-/// Sums the errors of two results together; the second may be the first once more.
+/// Averages the sums of two results, which may be the same one.
 ///
-/// Where there is no error at all, a tiny one stands in, so that logarithms stay finite.
+/// Zero errors are replaced by tiny ones, so that logarithms stay finite.
 pub fn error_sums(errors: [&PointErrors; 2]) -> ErrorSums {
     let unit = errors.iter().flat_map(|e| &e.distances).fold(f32::MIN_POSITIVE, |a, &b| a.max(b));
     let mut sums = ErrorSums { area: 0.0, distance: 0.0, turn: 0.0, peak: 0.0, unit: f64::from(unit) };
@@ -87,8 +86,7 @@ pub fn error_sums(errors: [&PointErrors; 2]) -> ErrorSums {
     sums
 }
 
-/// Computes `ln` of the mean distance, of the mean turn, and of the 8-norm of the distances, which stands for the
-/// largest.
+/// Returns the logarithms of the mean distance, the mean normal error and the 8-norm of the distances.
 ///
 /// ```
 /// use neural_mesh::loss::{PointErrors, error_sums, log_errors};
@@ -101,20 +99,20 @@ pub fn log_errors(sums: &ErrorSums) -> [f64; 3] {
     [(sums.distance / sums.area).ln(), (sums.turn / sums.area).ln(), peak]
 }
 
-/// Computes the part of each point in the sum of the three logarithms, to first order about `sums`: n_points.
+/// Computes each point's share in the sum of the three logarithms, linearised at `sums`: n_points.
 ///
-/// Differences of the parts of two results that lie near `sums` add up to the difference of their losses.
+/// For two results near `sums`, differences of the shares add up to the difference of their losses.
 ///
 /// ```
-/// use neural_mesh::loss::{PointErrors, error_sums, log_errors, parts};
+/// use neural_mesh::loss::{PointErrors, error_sums, log_errors, error_shares};
 /// let errors = |d: f32| PointErrors { areas: vec![1.0, 1.0], distances: vec![0.5, d], turns: vec![0.1, d] };
 /// let [a, b] = [errors(0.4), errors(0.41)];
 /// let sums = error_sums([&a, &b]);
 /// let loss = |e: &PointErrors| log_errors(&error_sums([e, e])).iter().sum::<f64>();
-/// let difference = parts(&b, &sums)[1] - parts(&a, &sums)[1];
+/// let difference = error_shares(&b, &sums)[1] - error_shares(&a, &sums)[1];
 /// assert!((difference - (loss(&b) - loss(&a))).abs() < 1e-3 * difference);
 /// ```
-pub fn parts(errors: &PointErrors, sums: &ErrorSums) -> Vec<f64> {
+pub fn error_shares(errors: &PointErrors, sums: &ErrorSums) -> Vec<f64> {
     let part = |((&area, &distance), &turn): ((&f32, &f32), &f32)| {
         let (area, distance, turn) = (f64::from(area), f64::from(distance), f64::from(turn));
         let peak = (distance / sums.unit).powi(PEAK) / (f64::from(PEAK) * sums.peak);
@@ -133,13 +131,13 @@ mod tests {
         let errors = point_errors(&[triangle], &[triangle]);
         let sums = error_sums([&errors, &errors]);
         assert!(log_errors(&sums).iter().all(|x| x.is_finite()));
-        assert!(parts(&errors, &sums).iter().all(|x| x.is_finite()));
+        assert!(error_shares(&errors, &sums).iter().all(|x| x.is_finite()));
         let none = point_errors(&[triangle], &[]);
         assert!(log_errors(&error_sums([&none, &none])).iter().all(|x| x.is_finite()));
     }
 
     #[test]
-    fn parts_are_the_slopes_of_the_logarithms() {
+    fn shares_are_the_slopes_of_the_logarithms() {
         let at = |k: usize, d: f32, turn: f32| {
             let mut errors =
                 PointErrors { areas: vec![0.5, 1.0, 2.0], distances: vec![0.3, 0.5, 0.4], turns: vec![0.2, 0.1, 0.4] };
@@ -152,7 +150,7 @@ mod tests {
             for (d, turn) in [(1e-3, 0.0), (0.0, 1e-3)] {
                 let [up, down] = [at(k, d, turn), at(k, -d, -turn)];
                 let sums = error_sums([&up, &down]);
-                let found = parts(&up, &sums)[k] - parts(&down, &sums)[k];
+                let found = error_shares(&up, &sums)[k] - error_shares(&down, &sums)[k];
                 let difference = loss(&up) - loss(&down);
                 assert!((found - difference).abs() < 1e-3 * difference, "{k}: {found} {difference}");
             }

@@ -1,4 +1,4 @@
-//! The overall objective, Eq. (10): a weighted sum of terms, and the terms over candidate faces together.
+//! Overall objective, Eq. (10): the weighted sum of terms, and all terms over candidate faces.
 
 use super::{
     NearTriangles, OverlapSettings, ReverseDistances, Term, closure, collisions, conflicts_by_count, conflicts_by_pair,
@@ -7,18 +7,18 @@ use super::{
 };
 use crate::linalg::Csr;
 
-/// A term of the objective, so that it can be told from others where it explodes.
+/// A term of the objective, named so that one that explodes can be identified.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedTerm {
-    /// What it is called in logs.
+    /// Name in logs.
     pub name: &'static str,
-    /// The lambda in front of it.
+    /// Factor lambda of the term.
     pub weight: f64,
-    /// Its value and gradient without the weight.
+    /// Value and gradient without the weight.
     pub term: Term,
 }
 
-/// Computes Eq. (10): the sum of the terms times their weights.
+/// Computes Eq. (10): the weighted sum of the terms.
 ///
 /// # Shapes
 /// - `terms`: all over the same `n` probabilities or scores
@@ -39,14 +39,14 @@ pub fn total(terms: &[NamedTerm], n: usize) -> Term {
     Term { value, gradient: gradient.into_iter().map(|g| g as f32).collect() }
 }
 
-/// Which terms over candidate faces count how much, and how they are taken. A term of weight 0 is not computed.
+/// Weights and settings of the terms over candidate faces; terms of weight 0 are not computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaceObjective {
     /// Weight of Eq. (7).
     pub forward: f64,
     /// Weight of Eq. (8) as printed.
     pub reverse: f64,
-    /// Weight of [`coverage`], which trains in its place.
+    /// Weight of [`coverage`], which replaces Eq. (8) in training.
     pub coverage: f64,
     /// Weight of [`closure`].
     pub closure: f64,
@@ -58,22 +58,22 @@ pub struct FaceObjective {
     pub overlap: f64,
     /// Weight of [`quotient_agreement`].
     pub agreement: f64,
-    /// Whether conflicts are counted as Eq. (9) prints it; else pair by pair.
+    /// Whether conflicts are counted as printed in Eq. (9); otherwise pair by pair.
     pub by_count: bool,
-    /// Points on each candidate, for Eq. (8) and the overlaps.
+    /// Points per candidate, for Eq. (8) and the overlaps.
     pub per_triangle: usize,
-    /// Nearest candidates of a point, for Eq. (8) and the coverage.
+    /// Nearest candidates per point, for Eq. (8) and the coverage.
     pub n_near: usize,
-    /// How far apart things in one plane may lie, a share of their size.
+    /// Largest distance from a plane that still counts as in it, as a share of the size.
     pub flatness: f64,
-    /// What a point of the surface costs that nothing covers, in units of the squared length.
+    /// Cost of an uncovered surface point, in units of the mean squared edge.
     pub penalty: f64,
-    /// How evenly true and false candidates weigh in the agreement, 0..=1.
+    /// Balance of true and false candidates in the agreement, 0..=1.
     pub balance: f64,
 }
 
 impl FaceObjective {
-    /// Eq. (10) as printed, its lambdas 1. It is smallest where no face is kept.
+    /// Eq. (10) as printed, with all lambdas 1; smallest if no face is kept.
     pub const PRINTED: Self = Self {
         forward: 1.0,
         reverse: 1.0,
@@ -91,19 +91,19 @@ impl FaceObjective {
         balance: 0.5,
     };
 
-    /// The forms that train.
+    /// The trained replacement.
     pub const TRAINED: Self =
         Self { reverse: 0.0, coverage: 1.0, closure: 1.0, agreement: 1.0, by_count: false, ..Self::PRINTED };
 }
 
-/// The candidate faces and what they are judged by.
+/// The candidate faces and the data of their terms.
 #[derive(Clone, Copy, Debug)]
 pub struct Candidates<'a> {
     /// n x 3, the samples.
     pub points: &'a [[f32; 3]],
     /// n_triangles x 3.
     pub triangles: &'a [[u32; 3]],
-    /// n_triangles x n_triangles, which are near.
+    /// n_triangles x n_triangles, near triangles.
     pub neighbours: &'a Csr,
     /// n_triangles x 3 edges.
     pub edges: &'a [[u32; 3]],
@@ -111,13 +111,13 @@ pub struct Candidates<'a> {
     pub at_boundary: &'a [bool],
     /// n_triangles, whether the mesh spans the triangle between three regions.
     pub labels: &'a [bool],
-    /// n_original x 3, the barycenters of the original faces.
+    /// n_original x 3, barycenters of the original faces.
     pub original_barycenters: &'a [[f32; 3]],
     /// n_surface x 3, points of the original surface.
     pub surface: &'a [[f32; 3]],
 }
 
-/// What the terms over candidate faces need to know, whatever the probabilities are.
+/// Measurements of the candidates that do not depend on probabilities.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FaceGeometry {
     /// For Eq. (7), n_triangles.
@@ -132,25 +132,25 @@ pub struct FaceGeometry {
     pub crossings: Vec<[u32; 2]>,
     /// Ordered pairs.
     pub overlaps: Vec<[u32; 2]>,
-    /// The mean squared edge of the candidates, which squared distances are divided by.
+    /// Mean squared edge of the candidates, the unit of squared distances.
     pub length2: f64,
 }
 
-/// Measures what the terms with a weight need; [`face_terms`] has an example.
+/// Measures the candidates for all terms with a weight; see the example of [`face_terms`].
 ///
 /// # Panics
-/// When a corner is no point.
+/// If a corner is not a point.
 pub fn face_geometry(candidates: &Candidates, objective: &FaceObjective) -> FaceGeometry {
     let Candidates { points, triangles, neighbours, surface, original_barycenters, .. } = *candidates;
     let FaceObjective { per_triangle, n_near, flatness, .. } = *objective;
-    // A term without weight is measured over no triangles.
-    let if_asked = |weight: f64| if weight == 0.0 { &[] } else { triangles };
+    // Terms without weight get no triangles.
+    let triangles_if = |weight: f64| if weight == 0.0 { &[] } else { triangles };
     let pairs_if = |weight: f64, find: &dyn Fn() -> Vec<[u32; 2]>| if weight == 0.0 { Vec::new() } else { find() };
     let settings = OverlapSettings { per_triangle, flatness };
     FaceGeometry {
-        forward: forward_distances(points, if_asked(objective.forward), original_barycenters),
-        reverse: reverse_distances(points, if_asked(objective.reverse), surface, per_triangle, n_near),
-        near: near_triangles(points, if_asked(objective.coverage), surface, n_near),
+        forward: forward_distances(points, triangles_if(objective.forward), original_barycenters),
+        reverse: reverse_distances(points, triangles_if(objective.reverse), surface, per_triangle, n_near),
+        near: near_triangles(points, triangles_if(objective.coverage), surface, n_near),
         collisions: pairs_if(objective.collision, &|| collisions(points, triangles, neighbours)),
         crossings: pairs_if(objective.crossing, &|| edge_crossings(points, triangles, neighbours, flatness)),
         overlaps: pairs_if(objective.overlap, &|| overlaps(points, triangles, neighbours, settings)),
@@ -165,15 +165,16 @@ fn mean_squared_edge(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> f64 {
     if mean > 0.0 { mean } else { 1.0 }
 }
 
-/// Computes the terms with a weight, squared lengths in units of the candidates' mean squared edge, so that weights
-/// hold for meshes and ratios of every size.
+/// Computes the terms with a weight, squared lengths in units of the candidates' mean squared edge.
+///
+/// So weights suit meshes and ratios of every size.
 ///
 /// # Shapes
 /// - `geometry`: from [`face_geometry`] with the same candidates and objective
 /// - `probabilities`: n_triangles
 ///
 /// # Panics
-/// When an edge does not exist.
+/// If an edge does not exist.
 ///
 /// ```
 /// use neural_mesh::linalg::Csr;
@@ -208,9 +209,9 @@ pub fn face_terms(
             terms.push(NamedTerm { name, weight, term: term() });
         }
     };
-    add("forward", objective.forward, &|| scaled(forward_distance(&geometry.forward, p), area));
-    add("reverse", objective.reverse, &|| scaled(reverse_distance(&geometry.reverse, p), area));
-    add("coverage", objective.coverage, &|| scaled(coverage(&geometry.near, penalty, p), area));
+    add("forward", objective.forward, &|| scale_term(forward_distance(&geometry.forward, p), area));
+    add("reverse", objective.reverse, &|| scale_term(reverse_distance(&geometry.reverse, p), area));
+    add("coverage", objective.coverage, &|| scale_term(coverage(&geometry.near, penalty, p), area));
     add("closure", objective.closure, &|| closure(candidates.edges, candidates.at_boundary, p));
     add("collision", objective.collision, &|| conflicts(&geometry.collisions, p));
     add("crossing", objective.crossing, &|| conflicts(&geometry.crossings, p));
@@ -219,7 +220,7 @@ pub fn face_terms(
     terms
 }
 
-fn scaled(term: Term, by: f64) -> Term {
+fn scale_term(term: Term, by: f64) -> Term {
     let gradient = term.gradient.iter().map(|&g| (f64::from(g) * by) as f32).collect();
     Term { value: term.value * by, gradient }
 }
@@ -230,7 +231,7 @@ mod tests {
     use super::*;
     use std::collections::BTreeMap;
 
-    /// A cube of 2 x 2 x 2 points: all triangles over them, of which a closed surface can be kept.
+    /// A cube of 2 x 2 x 2 points with all triangles between them, which contain a closed surface.
     struct Cube {
         points: Vec<[f32; 3]>,
         triangles: Vec<[u32; 3]>,
@@ -307,7 +308,7 @@ mod tests {
         assert!(trained(&empty).value > 0.5 && trained(&[1.0; 56]).value > 0.5);
     }
 
-    /// Descent of the probabilities themselves, clamped, from one half.
+    /// Gradient descent on the clamped probabilities, from one half.
     #[test]
     fn descent_finds_nothing_with_the_print_and_the_surface_with_what_trains() {
         let cube = cube();

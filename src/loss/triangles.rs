@@ -1,18 +1,16 @@
-//! Triangles as coordinates, as the terms over candidate faces need them.
+//! Corner coordinates and points of triangles, for the terms over candidate faces.
 
 use glam::DVec3;
 
-/// The corners of a triangle.
 pub(super) fn corners(points: &[[f32; 3]], triangle: [u32; 3]) -> [[f32; 3]; 3] {
     triangle.map(|v| points[v as usize])
 }
 
-/// The corners of a triangle in double precision.
 pub(super) fn corners_f64(points: &[[f32; 3]], triangle: [u32; 3]) -> [DVec3; 3] {
     corners(points, triangle).map(to_f64)
 }
 
-/// The barycenter of each triangle, n_triangles x 3.
+/// Returns the barycenter of each triangle, n_triangles x 3.
 pub(super) fn barycenters(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]> {
     let barycenter = |&triangle: &[u32; 3]| {
         let [a, b, c] = corners_f64(points, triangle);
@@ -21,20 +19,18 @@ pub(super) fn barycenters(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[f
     triangles.iter().map(barycenter).collect()
 }
 
-/// A point in double precision.
 pub(super) fn to_f64(point: [f32; 3]) -> DVec3 {
     DVec3::from_array(point.map(f64::from))
 }
 
-/// The squared distance between two points.
 pub(super) fn distance2(a: [f32; 3], b: [f32; 3]) -> f64 {
     to_f64(a).distance_squared(to_f64(b))
 }
 
-/// `n` points spread evenly over a triangle, the same pattern in every one; the first is the barycenter.
+/// Spreads `n` points evenly over a triangle, in a fixed pattern that starts at the barycenter.
 ///
-/// Multiples of the plastic number's powers, mirrored into the triangle (Roberts 2018).
-pub(super) fn points_on([a, b, c]: [DVec3; 3], n: usize) -> impl Iterator<Item = [f32; 3]> {
+/// Multiples of powers of the plastic number, mirrored into the triangle (Roberts 2018).
+pub(super) fn spread_points([a, b, c]: [DVec3; 3], n: usize) -> impl Iterator<Item = [f32; 3]> {
     (0..n).map(move |i| {
         let [mut u, mut v] = STEP.map(|step| (1.0 / 3.0 + step * i as f64).fract());
         if u + v > 1.0 {
@@ -44,7 +40,7 @@ pub(super) fn points_on([a, b, c]: [DVec3; 3], n: usize) -> impl Iterator<Item =
     })
 }
 
-/// One over the plastic number, and over its square.
+/// The plastic number's inverse and squared inverse.
 const STEP: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_3];
 
 #[cfg(test)]
@@ -54,7 +50,7 @@ mod tests {
     #[test]
     fn points_lie_on_the_triangle_and_everywhere_on_it() {
         let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
-        let found: Vec<[f32; 3]> = points_on(corners, 400).collect();
+        let found: Vec<[f32; 3]> = spread_points(corners, 400).collect();
         assert!(found.iter().all(|&[x, y, z]| x >= 0.0 && y >= 0.0 && x + y <= 1.0 && z == 0.0));
         let mean = found.iter().map(|&p| to_f64(p)).sum::<DVec3>() / 400.0;
         assert!(mean.distance(DVec3::new(1.0, 1.0, 0.0) / 3.0) < 0.01, "{mean}");

@@ -1,35 +1,35 @@
-//! The paper's CD (Sec. 4.1): the Chamfer distance between two sets of points, squared.
+//! Chamfer distance between two point sets, squared: the paper's CD (Sec. 4.1).
 //!
-//! Between samples of surfaces it measures their spacing too: see [`surface_distance`](super::surface_distance) for a
-//! distance that is zero between a surface and itself.
+//! Between samples of surfaces it also measures their spacing; [`surface_distance`](super::surface_distance) is zero
+//! between a surface and itself.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::spatial::nearest_to;
 
-/// Points per rayon task; sums are taken task by task in order, so they do not depend on threads.
+/// Points per rayon task; sums are added in task order, so thread counts do not change them.
 const CHUNK: usize = 512;
 
-/// Mean squared distances between two sets of points, in squares of their unit.
+/// Mean squared distances between two point sets, in squared units of the points.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Chamfer {
-    /// From the points of the first set to their nearest of the second.
+    /// Mean from the first set to its nearest points in the second.
     pub forward: f64,
-    /// From the points of the second set to their nearest of the first.
+    /// Mean from the second set to its nearest points in the first.
     pub backward: f64,
 }
 
 impl Chamfer {
-    /// `CD = forward + backward`.
+    /// Returns `CD = forward + backward`.
     pub fn sum(&self) -> f64 {
         self.forward + self.backward
     }
 }
 
-/// Measures `CD = mean_a min_b |a - b|^2 + mean_b min_a |a - b|^2`; `None` where one of the sets is empty.
+/// Measures `CD = mean_a min_b |a - b|^2 + mean_b min_a |a - b|^2`; `None` if a set is empty.
 ///
-/// The nearest point is found in single precision, its distance taken in double.
+/// Nearest points are found in single precision, distances computed in double.
 ///
 /// ```
 /// use neural_mesh::metrics::chamfer;
@@ -42,22 +42,21 @@ pub fn chamfer(a: &[DVec3], b: &[DVec3]) -> Option<Chamfer> {
     if a.is_empty() || b.is_empty() {
         return None;
     }
-    let [a_single, b_single] = [a, b].map(single);
-    let forward = mean_squared(a, b, &nearest_to(&b_single, &a_single, 1));
-    let backward = mean_squared(b, a, &nearest_to(&a_single, &b_single, 1));
+    let [a_single, b_single] = [a, b].map(to_single);
+    let forward = mean_squared_distance(a, b, &nearest_to(&b_single, &a_single, 1));
+    let backward = mean_squared_distance(b, a, &nearest_to(&a_single, &b_single, 1));
     Some(Chamfer { forward, backward })
 }
 
-fn single(points: &[DVec3]) -> Vec<[f32; 3]> {
+fn to_single(points: &[DVec3]) -> Vec<[f32; 3]> {
     points.iter().map(|p| p.as_vec3().to_array()).collect()
 }
 
-/// The mean of the squared distances from the points to their partners.
-fn mean_squared(from: &[DVec3], to: &[DVec3], nearest: &[u32]) -> f64 {
-    let sum_of = |(points, nearest): (&[DVec3], &[u32])| {
+fn mean_squared_distance(from: &[DVec3], to: &[DVec3], nearest: &[u32]) -> f64 {
+    let chunk_sum = |(points, nearest): (&[DVec3], &[u32])| {
         points.iter().zip(nearest).map(|(p, &at)| p.distance_squared(to[at as usize])).sum::<f64>()
     };
-    let sums: Vec<f64> = from.par_chunks(CHUNK).zip(nearest.par_chunks(CHUNK)).map(sum_of).collect();
+    let sums: Vec<f64> = from.par_chunks(CHUNK).zip(nearest.par_chunks(CHUNK)).map(chunk_sum).collect();
     sums.iter().sum::<f64>() / from.len() as f64
 }
 

@@ -1,14 +1,15 @@
-//! The two-sided curvature error between point sets (Potamias et al., point-cloud simplification), as in Table 2.
+//! Two-sided curvature error between point sets (Potamias et al., point-cloud simplification), as in Table 2.
 
 use rayon::prelude::*;
 
 use crate::spatial::{nearest_to, point_curvature};
 
-/// Points per rayon task; sums are taken task by task in order, so they do not depend on threads.
+/// Points per rayon task; sums are added in task order, so thread counts do not change them.
 const CHUNK: usize = 512;
 
-/// Measures `mean_a (k(a) - k(a'))^2 + mean_b (k(b) - k(b'))^2`, a' the point of the other set nearest to a and k the
-/// smoothed curvature of a point in its own set, [`point_curvature`]; `None` where one of the sets is empty.
+/// Measures `mean_a (k(a) - k(a'))^2 + mean_b (k(b) - k(b'))^2`; `None` if a set is empty.
+///
+/// `a'` is the nearest point of the other set, `k` the [`point_curvature`] of a point within its own set.
 ///
 /// # Shapes
 /// - `a`: n_a x 3, `b`: n_b x 3, finite
@@ -23,17 +24,16 @@ pub fn curvature_error(a: &[[f32; 3]], b: &[[f32; 3]]) -> Option<f64> {
     if a.is_empty() || b.is_empty() {
         return None;
     }
-    let [of_a, of_b] = [a, b].map(point_curvature);
-    let forward = mean_squared(&of_a, &of_b, &nearest_to(b, a, 1));
-    Some(forward + mean_squared(&of_b, &of_a, &nearest_to(a, b, 1)))
+    let [curvature_a, curvature_b] = [a, b].map(point_curvature);
+    let forward = mean_squared_difference(&curvature_a, &curvature_b, &nearest_to(b, a, 1));
+    Some(forward + mean_squared_difference(&curvature_b, &curvature_a, &nearest_to(a, b, 1)))
 }
 
-/// The mean squared difference between values and those of the points' partners.
-fn mean_squared(from: &[f32], to: &[f32], nearest: &[u32]) -> f64 {
-    let sum_of = |(values, nearest): (&[f32], &[u32])| {
+fn mean_squared_difference(from: &[f32], to: &[f32], nearest: &[u32]) -> f64 {
+    let chunk_sum = |(values, nearest): (&[f32], &[u32])| {
         values.iter().zip(nearest).map(|(value, &at)| f64::from(value - to[at as usize]).powi(2)).sum::<f64>()
     };
-    let sums: Vec<f64> = from.par_chunks(CHUNK).zip(nearest.par_chunks(CHUNK)).map(sum_of).collect();
+    let sums: Vec<f64> = from.par_chunks(CHUNK).zip(nearest.par_chunks(CHUNK)).map(chunk_sum).collect();
     sums.iter().sum::<f64>() / from.len() as f64
 }
 
@@ -41,7 +41,7 @@ fn mean_squared(from: &[f32], to: &[f32], nearest: &[u32]) -> f64 {
 mod tests {
     use super::*;
 
-    /// A flat grid with a round ridge of this height along its middle.
+    /// Returns a flat grid with a round ridge of this height along its middle.
     fn ridge(height: f32) -> Vec<[f32; 3]> {
         let at = |i: i32, j: i32| [i as f32, j as f32, height * (-(i * i) as f32 / 30.0).exp()];
         (-12..=12).flat_map(|i| (-12..=12).map(move |j| at(i, j))).collect()
@@ -63,8 +63,8 @@ mod tests {
     /// Two values against one: (1 - 3)^2 and (4 - 3)^2 one way, (3 - 4)^2 the other.
     #[test]
     fn partners_by_hand() {
-        assert_eq!(mean_squared(&[1.0, 4.0], &[3.0], &[0, 0]), 2.5);
-        assert_eq!(mean_squared(&[3.0], &[1.0, 4.0], &[1]), 1.0);
+        assert_eq!(mean_squared_difference(&[1.0, 4.0], &[3.0], &[0, 0]), 2.5);
+        assert_eq!(mean_squared_difference(&[3.0], &[1.0, 4.0], &[1]), 1.0);
     }
 
     #[test]

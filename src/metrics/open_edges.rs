@@ -1,5 +1,4 @@
-//! Edges of a result without two faces: the paper's WA (Sec. 4.1), and the share of them that is the result's own
-//! doing.
+//! Edges without exactly two faces: the paper's WA (Sec. 4.1), and those not explained by the original's boundary.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -7,33 +6,32 @@ use rayon::prelude::*;
 use crate::mesh::{Edge, TriMesh, edges};
 use crate::spatial::NearestOnTriangles;
 
-/// How far from the input's boundary an edge may run and still lie on it, in lengths of the edge, or in mean lengths of
-/// the result's edges, whichever is less.
+/// Largest distance between an edge and the boundary it counts to, in lengths of the edge or mean edge lengths,
+/// whichever is less.
 ///
-/// A result has fewer vertices than the input, and those at a boundary need not lie on it: sampled vertices stand up to
-/// about one edge inside. Boundaries are thin, so that few holes hide there; a hole of one face beside a boundary does. A
-/// long edge must come nearer than its length, or it would hide holes far from any boundary.
+/// Samples lie up to about one edge inside the boundary. The edge's own length limits the search, or a long edge would
+/// hide holes far from any boundary. One-face holes next to a boundary go unseen.
 const REACH: f64 = 1.0;
 
-/// Counts of edges of a simplified mesh.
+/// Counts of the edges of a simplified mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct OpenEdges {
-    /// All edges.
+    /// Total number of edges.
     pub edges: usize,
     /// Edges with one, three or more faces.
     pub without_two_faces: usize,
-    /// Those of them that do not lie on a boundary of the input.
+    /// Edges without two faces that do not lie on a boundary of the original.
     pub open: usize,
 }
 
 impl OpenEdges {
-    /// The paper's WA: the share of edges without two faces, in percent; 0 without edges.
+    /// Returns the paper's WA: the percentage of edges without two faces, 0 without edges.
     pub fn wa_percent(&self) -> f64 {
         self.percent(self.without_two_faces)
     }
 
-    /// The share of edges without two faces that do not lie on a boundary of the input, in percent; 0 without edges.
+    /// Returns the percentage of edges that are open and not on a boundary of the original, 0 without edges.
     pub fn open_percent(&self) -> f64 {
         self.percent(self.open)
     }
@@ -43,12 +41,10 @@ impl OpenEdges {
     }
 }
 
-/// Counts the edges of `simplified` that lack two faces, and those of them away from the boundaries of `original`.
+/// Counts the edges of `simplified` without two faces, and those away from the boundary of `original`.
 ///
-/// An edge lies on a boundary of the original when both its ends and its middle are no farther from the original's boundary
-/// edges, those with a single face, than the edge is long, and than the mean of the result's edges is long. So the same
-/// rule serves results that keep vertices where they were and results that move them. Edges with three or more faces
-/// never lie on a boundary.
+/// An edge with one face lies on the boundary if its ends and midpoint are within its own length, and within the mean
+/// edge length, of the original's boundary edges. Edges with three or more faces never do.
 ///
 /// ```
 /// use neural_mesh::{mesh::TriMesh, metrics::open_edges};
@@ -61,19 +57,19 @@ impl OpenEdges {
 /// ```
 pub fn open_edges(original: &TriMesh, simplified: &TriMesh) -> OpenEdges {
     let edges = edges(simplified);
-    let boundary = boundary_of(original);
+    let boundary = boundary_tree(original);
     let mean = edges.iter().map(|edge| length(simplified, edge)).sum::<f64>() / edges.len().max(1) as f64;
-    let lacking: Vec<&Edge> = edges.iter().filter(|edge| edge.n_faces() != 2).collect();
+    let irregular: Vec<&Edge> = edges.iter().filter(|edge| edge.n_faces() != 2).collect();
     let lies_on_boundary = |edge: &Edge| {
         let reach = REACH * length(simplified, edge).min(mean);
-        edge.n_faces() == 1 && lies_on(&boundary, ends(simplified, edge), reach)
+        edge.n_faces() == 1 && is_on_boundary(&boundary, ends(simplified, edge), reach)
     };
-    let open = lacking.par_iter().filter(|edge| !lies_on_boundary(edge)).count();
-    OpenEdges { edges: edges.len(), without_two_faces: lacking.len(), open }
+    let open = irregular.par_iter().filter(|edge| !lies_on_boundary(edge)).count();
+    OpenEdges { edges: edges.len(), without_two_faces: irregular.len(), open }
 }
 
-/// The boundary edges, as triangles without area.
-fn boundary_of(mesh: &TriMesh) -> NearestOnTriangles {
+/// Builds a search tree over the boundary edges, as triangles without area.
+fn boundary_tree(mesh: &TriMesh) -> NearestOnTriangles {
     let boundary = edges(mesh).into_iter().filter(|edge| edge.n_faces() == 1);
     let corners: Vec<[[f32; 3]; 3]> =
         boundary.map(|Edge { ends: [a, b], .. }| [a, b, b].map(|v| mesh.positions()[v as usize])).collect();
@@ -89,7 +85,7 @@ fn length(mesh: &TriMesh, edge: &Edge) -> f64 {
     a.distance(b)
 }
 
-fn lies_on(boundary: &NearestOnTriangles, [a, b]: [DVec3; 2], reach: f64) -> bool {
+fn is_on_boundary(boundary: &NearestOnTriangles, [a, b]: [DVec3; 2], reach: f64) -> bool {
     let is_near = |p: DVec3| boundary.is_any_within(p, reach, |_| true);
     is_near(a) && is_near(b) && is_near(a.midpoint(b))
 }
@@ -99,9 +95,9 @@ mod tests {
     use super::*;
     use crate::mesh::{shapes, topology};
 
-    /// The mesh without some of its faces.
-    fn without(mesh: &TriMesh, gone: &[usize]) -> TriMesh {
-        let kept = (0..mesh.faces().len()).filter(|face| !gone.contains(face)).map(|face| mesh.faces()[face]);
+    /// Removes some faces of a mesh.
+    fn remove_faces(mesh: &TriMesh, removed: &[usize]) -> TriMesh {
+        let kept = (0..mesh.faces().len()).filter(|face| !removed.contains(face)).map(|face| mesh.faces()[face]);
         TriMesh::new(mesh.positions().to_vec(), kept.collect()).unwrap()
     }
 
@@ -115,7 +111,7 @@ mod tests {
     fn every_missing_face_of_a_closed_mesh_opens_three_edges() {
         let sphere = shapes::icosphere(2);
         let apart: Vec<usize> = (0..sphere.faces().len()).step_by(40).collect();
-        let edges = open_edges(&sphere, &without(&sphere, &apart));
+        let edges = open_edges(&sphere, &remove_faces(&sphere, &apart));
         assert_eq!((edges.without_two_faces, edges.open), (3 * apart.len(), 3 * apart.len()));
         assert!((edges.open_percent() - 100.0 * 3.0 * 8.0 / 480.0).abs() < 1e-12);
     }
@@ -125,15 +121,15 @@ mod tests {
         let sphere = shapes::icosphere(4);
         let cap = |mesh: &TriMesh| {
             let above = |face: &[u32; 3]| face.iter().all(|&v| mesh.positions()[v as usize][2] > 0.8);
-            let gone: Vec<usize> = (0..mesh.faces().len()).filter(|&face| above(&mesh.faces()[face])).collect();
-            without(mesh, &gone)
+            let removed: Vec<usize> = (0..mesh.faces().len()).filter(|&face| above(&mesh.faces()[face])).collect();
+            remove_faces(mesh, &removed)
         };
         let original = cap(&sphere);
         let coarse = cap(&shapes::icosphere(2));
         let edges = open_edges(&original, &coarse);
         assert_eq!((edges.without_two_faces, edges.open), (topology(&coarse).boundary_edges, 0));
         let low = coarse.faces().iter().position(|face| coarse.positions()[face[0] as usize][2] < -0.5).unwrap();
-        let holed = open_edges(&original, &without(&coarse, &[low]));
+        let holed = open_edges(&original, &remove_faces(&coarse, &[low]));
         assert_eq!(holed.open, 3);
     }
 
@@ -144,17 +140,17 @@ mod tests {
         assert_eq!(open_edges(&fan, &fan), OpenEdges { edges: 7, without_two_faces: 7, open: 1 });
     }
 
-    /// A cube open on top: a side of it that is missing in the result, too, has edges as long as the way to the boundary.
+    /// A cube open on top. A side missing in the result has edges as long as its distance to the boundary.
     #[test]
     fn long_edges_hide_no_holes_far_from_the_boundary() {
         let fine = shapes::cuboid([1.0; 3], 16);
         let top = |mesh: &TriMesh| {
             let is_up = |face: &[u32; 3]| face.iter().all(|&v| mesh.positions()[v as usize][2] > 0.999 * highest(mesh));
-            let gone: Vec<usize> = (0..mesh.faces().len()).filter(|&face| is_up(&mesh.faces()[face])).collect();
-            without(mesh, &gone)
+            let removed: Vec<usize> = (0..mesh.faces().len()).filter(|&face| is_up(&mesh.faces()[face])).collect();
+            remove_faces(mesh, &removed)
         };
         let open_box = top(&fine);
-        // A pillar of one long face per half side, between many small faces that make the mean edge short.
+        // One long face per half side of the pillar, among many small faces that shorten the mean edge.
         let mut positions = open_box.positions().to_vec();
         let mut faces = open_box.faces().to_vec();
         let n = positions.len() as u32;

@@ -1,5 +1,6 @@
-//! How far two meshes are apart, for a program that has just made one of the other: fewer figures than
-//! [`surface_distance`](super::surface_distance) has, at a fraction of its time.
+//! A fast two-sided distance between two meshes, for a program that has just simplified one into the other.
+//!
+//! Fewer figures than [`surface_distance`](super::surface_distance), at a fraction of its time.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -9,49 +10,50 @@ use crate::linalg::{Isa, Work};
 use crate::mesh::TriMesh;
 use crate::spatial::FaceTree;
 
-use super::allowance::affordable;
-use super::certified_distance::largest_from_faces;
+use super::certified_distance::largest_distance_from_faces;
+use super::search_budget::affordable_count;
 
-/// Samples per rayon task; sums are taken task by task in order, so they do not depend on threads.
+/// Samples per rayon task; sums are added in task order, so thread counts do not change them.
 const CHUNK: usize = 256;
-/// A point may lead to the farthest one where it is at least this share as far as the farthest so far.
-const FAR: f64 = 0.7;
-/// Points in whose surroundings the largest distance is looked for: those that are the farthest.
-const FARTHEST: usize = 16;
-/// Faces before and after that of a point, along the curve, that are its surroundings.
-const AROUND: usize = 4;
-/// The search there ends when nothing is farther by more than this share, or after so many triangles were looked at.
+/// Probe points count if at least at this share of the largest sample distance.
+const PROBE_SHARE: f64 = 0.7;
+/// Farthest points around which the largest distance is searched.
+const N_FARTHEST: usize = 16;
+/// Faces before and after such a point along the curve that are searched.
+const NEIGHBOURHOOD: usize = 4;
+/// The search for the largest distance ends at this relative gap, or after `MAX_TESTS` triangles.
 const GAP: f64 = 0.02;
-const AROUND_TESTS: u64 = 40_000;
-/// Triangles and boxes that are looked at for samples in one direction, for spots, and around the farthest, however few the points; and for
-/// each of these. Points are left out where it takes more: large faces that lie across each other are looked at by thousands.
-const MOST_LOOKS: f64 = 1e7;
+const MAX_TESTS: u64 = 40_000;
+/// Budget of triangles and boxes visited per direction, in total and per point; larger of the two.
+///
+/// Only large intersecting faces, which cost thousands per point, exceed it; fewer points are used then.
+const MAX_LOOKS: f64 = 1e7;
 const USUAL_LOOKS: f64 = 100.0;
-/// Faces whose areas one task finds.
+/// Faces per task when areas are computed.
 const AREAS_CHUNK: usize = 4096;
-/// What a sample is farther than the one before in its strip and across its face, as a share of both: multiples of these two,
-/// taken modulo one, fill a square evenly (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences").
-const EVENLY: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
+/// Steps of a low-discrepancy sequence in the unit square (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom
+/// Sequences").
+const R2_STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
 
-/// Two-sided distance between two surfaces, in the mesh's unit.
+/// A two-sided distance between two surfaces, in the mesh's unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct QuickDistance {
     /// Mean of the mean distances in both directions.
     pub mean: f64,
-    /// Largest distance found in either direction, at most the true one: of the samples, all vertices, and all points around the
-    /// farthest of them.
+    /// Largest distance found in either direction, a lower bound of the true one. Samples, vertices and the
+    /// surroundings of the farthest points are searched.
     pub max: f64,
     /// Diagonal of the original's bounding box.
     pub diagonal: f64,
-    /// Samples behind the mean, on the surface that has fewer: as many as were asked for, but where large faces lie across each
-    /// other so that the search for the nearest one takes long.
+    /// Samples behind the mean on the surface with fewer; fewer than requested only where large faces intersect
+    /// heavily.
     pub n_samples: usize,
 }
 
-/// Measures the distance from so many samples on each surface; `None` where one of the two has no faces, or for no samples.
+/// Measures the distance with `n_samples` per surface; `None` if a mesh has no faces or `n_samples` is 0.
 ///
-/// Each surface is cut into as many strips of equal area along a space-filling curve, with a sample in each. Other seeds have other
+/// Each surface is cut into strips of equal area along a space-filling curve, with one sample in each; `seed` moves the
 /// samples.
 ///
 /// ```
@@ -64,10 +66,10 @@ pub fn quick_distance(original: &TriMesh, simplified: &TriMesh, n_samples: usize
     if original.faces().is_empty() || simplified.faces().is_empty() || n_samples == 0 {
         return None;
     }
-    let (original_tree, simplified_tree) = rayon::join(|| tree(original), || tree(simplified));
+    let (original_tree, simplified_tree) = rayon::join(|| face_tree(original), || face_tree(simplified));
     let (forward, backward) = rayon::join(
-        || one_sided([original, simplified], [&original_tree, &simplified_tree], n_samples, seed),
-        || one_sided([simplified, original], [&simplified_tree, &original_tree], n_samples, seed),
+        || one_way_distance([original, simplified], [&original_tree, &simplified_tree], n_samples, seed),
+        || one_way_distance([simplified, original], [&simplified_tree, &original_tree], n_samples, seed),
     );
     Some(QuickDistance {
         mean: 0.5 * (forward.mean + backward.mean),
@@ -77,8 +79,9 @@ pub fn quick_distance(original: &TriMesh, simplified: &TriMesh, n_samples: usize
     })
 }
 
-/// The point of either surface that is farthest from the other, of all vertices and so many samples on each; `None` where one of the
-/// two has no faces.
+/// Returns the point of either surface farthest from the other; `None` if a mesh has no faces.
+///
+/// Vertices and `n_samples` samples of each surface are compared.
 ///
 /// ```
 /// use neural_mesh::{mesh::{TriMesh, shapes}, metrics::farthest_point};
@@ -93,21 +96,21 @@ pub fn farthest_point(original: &TriMesh, simplified: &TriMesh, n_samples: usize
     if original.faces().is_empty() || simplified.faces().is_empty() {
         return None;
     }
-    let (own, other) = rayon::join(|| tree(original), || tree(simplified));
-    let forward = farthest(original, &own, &other, n_samples);
-    let backward = farthest(simplified, &other, &own, n_samples);
+    let (own, other) = rayon::join(|| face_tree(original), || face_tree(simplified));
+    let forward = find_farthest(original, &own, &other, n_samples);
+    let backward = find_farthest(simplified, &other, &own, n_samples);
     let farthest = if backward.1 > forward.1 { backward } else { forward };
     Some(farthest.0.to_array())
 }
 
-/// The point of a mesh that is farthest from another, and the square of how far; of as many as can be looked up in a while.
-fn farthest(mesh: &TriMesh, own: &FaceTree, other: &FaceTree, n_samples: usize) -> (DVec3, f64) {
+/// Returns the point of a mesh farthest from another and its squared distance, within the budget.
+fn find_farthest(mesh: &TriMesh, own: &FaceTree, other: &FaceTree, n_samples: usize) -> (DVec3, f64) {
     let vertices = mesh.positions().iter().map(|p| DVec3::from(p.map(f64::from)));
     let points: Vec<DVec3> =
-        along_curve(mesh, own.order(), n_samples, 0).iter().map(|sample| sample.point).chain(vertices).collect();
+        curve_samples(mesh, own.order(), n_samples, 0).iter().map(|sample| sample.point).chain(vertices).collect();
     let look = |point: DVec3| other.near_counted(point, None, f64::NEG_INFINITY);
-    let most = MOST_LOOKS.max(USUAL_LOOKS * points.len() as f64);
-    let n = affordable(points.len(), most, |i| look(points[i]).map_or(0, |found| found.2.all()));
+    let most = MAX_LOOKS.max(USUAL_LOOKS * points.len() as f64);
+    let n = affordable_count(points.len(), most, |i| look(points[i]).map_or(0, |found| found.2.all()));
     let far = |i: usize| {
         let point = points[i * points.len() / n];
         (point, look(point).map_or(0.0, |found| found.1))
@@ -116,77 +119,89 @@ fn farthest(mesh: &TriMesh, own: &FaceTree, other: &FaceTree, n_samples: usize) 
     (0..n).into_par_iter().map(far).collect::<Vec<_>>().into_iter().fold((DVec3::ZERO, -1.0), farther)
 }
 
-/// The area of all faces.
-pub(super) fn area(mesh: &TriMesh) -> f64 {
+/// Returns the total area of a mesh.
+pub(super) fn surface_area(mesh: &TriMesh) -> f64 {
     let corner = |v: u32| DVec3::from(mesh.positions()[v as usize].map(f64::from));
     mesh.faces().iter().map(|face| 0.5 * area_normal_f64(face.map(corner)).length()).sum()
 }
 
-pub(super) fn tree(mesh: &TriMesh) -> FaceTree<'_> {
+pub(super) fn face_tree(mesh: &TriMesh) -> FaceTree<'_> {
     FaceTree::new(mesh.positions(), mesh.faces())
 }
 
-/// What was found from one mesh to another.
-pub(super) struct OneSided {
+/// Distances from one mesh to another.
+pub(super) struct OneWayDistance {
     pub mean: f64,
     pub max: f64,
     n_samples: usize,
 }
 
-/// From one mesh to another; the trees are those of the mesh and of the other.
-pub(super) fn one_sided(meshes: [&TriMesh; 2], [own, other]: [&FaceTree; 2], n_samples: usize, seed: u64) -> OneSided {
+/// Measures from the first mesh to the second; `own` is the tree of the first, `other` of the second.
+pub(super) fn one_way_distance(
+    meshes: [&TriMesh; 2],
+    [own, other]: [&FaceTree; 2],
+    n_samples: usize,
+    seed: u64,
+) -> OneWayDistance {
     let mesh = meshes[0];
-    let draw = |n| along_curve(mesh, own.order(), n, seed);
+    let draw = |n| curve_samples(mesh, own.order(), n, seed);
     let samples = draw(n_samples);
     let looks = |point: DVec3, enough| other.near_counted(point, None, enough).map_or(0, |found| found.2.all());
-    let most = |n: usize| MOST_LOOKS.max(USUAL_LOOKS * n as f64);
-    let n_affordable = affordable(n_samples, most(n_samples), |i| looks(samples[i].point, f64::NEG_INFINITY));
+    let most = |n: usize| MAX_LOOKS.max(USUAL_LOOKS * n as f64);
+    let n_affordable = affordable_count(n_samples, most(n_samples), |i| looks(samples[i].point, f64::NEG_INFINITY));
     let samples = if n_affordable < n_samples { draw(n_affordable) } else { samples };
-    let in_a_row = |samples: &[Sample]| Isa::best().run(InARow { samples, tree: other });
-    let mut found: Vec<Found> = samples.par_chunks(CHUNK).flat_map_iter(in_a_row).collect();
+    let measure_chunk = |samples: &[CurveSample]| Isa::best().run(SampleDistances { samples, tree: other });
+    let mut found: Vec<FaceDistance> = samples.par_chunks(CHUNK).flat_map_iter(measure_chunk).collect();
     let mean = found.iter().map(|found| found.distance2.sqrt()).sum::<f64>() / samples.len() as f64;
-    let far = FAR * FAR * largest(&found);
-    let mut spots = spots(meshes, own.order());
-    let n_affordable = affordable(spots.len(), most(spots.len()), |i| looks(spots[i].point(mesh, own.order()), far));
-    if n_affordable < spots.len() {
-        spots = (0..n_affordable).map(|i| spots[i * spots.len() / n_affordable]).collect();
+    // Probe points well below the farthest sample cannot raise the maximum much: skip them.
+    let far = PROBE_SHARE * PROBE_SHARE * largest_distance2(&found);
+    let mut probe_points = probe_points(meshes, own.order());
+    let n_affordable = affordable_count(probe_points.len(), most(probe_points.len()), |i| {
+        looks(probe_points[i].point(mesh, own.order()), far)
+    });
+    if n_affordable < probe_points.len() {
+        probe_points = (0..n_affordable).map(|i| probe_points[i * probe_points.len() / n_affordable]).collect();
     }
-    let sweep = |spots: &[Spot]| Isa::best().run(Sweep { mesh, order: own.order(), spots, tree: other, far });
-    found.par_extend(spots.par_chunks(CHUNK).flat_map_iter(sweep));
-    let largest = largest(&found).sqrt();
-    let faces = around_the_farthest(found, own.order());
-    let max = largest_from_faces(meshes, &faces, other, [largest, GAP], AROUND_TESTS);
-    OneSided { mean, max, n_samples: samples.len() }
+    let sweep = |probe_points: &[ProbePoint]| {
+        Isa::best().run(FarProbes { mesh, order: own.order(), probe_points, tree: other, far })
+    };
+    found.par_extend(probe_points.par_chunks(CHUNK).flat_map_iter(sweep));
+    let largest = largest_distance2(&found).sqrt();
+    let faces = faces_near_farthest(found, own.order());
+    // Branch and bound inside the faces around the farthest points: the maximum is rarely at a sample.
+    let max = largest_distance_from_faces(meshes, &faces, other, [largest, GAP], MAX_TESTS);
+    OneWayDistance { mean, max, n_samples: samples.len() }
 }
 
-/// The largest squared distance.
-fn largest(found: &[Found]) -> f64 {
+fn largest_distance2(found: &[FaceDistance]) -> f64 {
     found.iter().map(|found| found.distance2).fold(0.0, f64::max)
 }
 
-/// The faces around the points that are the farthest, each once.
-fn around_the_farthest(mut found: Vec<Found>, order: &[u32]) -> Vec<u32> {
-    let by_distance = |a: &Found, b: &Found| b.distance2.total_cmp(&a.distance2).then(a.place.cmp(&b.place));
-    if found.len() > FARTHEST {
-        found.select_nth_unstable_by(FARTHEST - 1, by_distance);
-        found.truncate(FARTHEST);
+/// Returns the faces around the farthest points, each once.
+fn faces_near_farthest(mut found: Vec<FaceDistance>, order: &[u32]) -> Vec<u32> {
+    let by_distance =
+        |a: &FaceDistance, b: &FaceDistance| b.distance2.total_cmp(&a.distance2).then(a.place.cmp(&b.place));
+    if found.len() > N_FARTHEST {
+        found.select_nth_unstable_by(N_FARTHEST - 1, by_distance);
+        found.truncate(N_FARTHEST);
     }
-    let around = |place: usize| place.saturating_sub(AROUND)..order.len().min(place + AROUND + 1);
+    let around = |place: usize| place.saturating_sub(NEIGHBOURHOOD)..order.len().min(place + NEIGHBOURHOOD + 1);
     let mut places: Vec<usize> = found.iter().flat_map(|found| around(found.place)).collect();
     places.sort_unstable();
     places.dedup();
     places.into_iter().map(|place| order[place]).collect()
 }
 
-/// Where a distance is looked at besides the samples: the place of a face along the curve, and which corner of it, or, from three
-/// on, the middle of which side.
+/// A vertex or edge midpoint to be measured besides the samples.
+///
+/// `place` is its face's place along the curve; `at` is the corner, or 3 plus the side whose midpoint it is.
 #[derive(Clone, Copy)]
-struct Spot {
+struct ProbePoint {
     place: u32,
     at: u32,
 }
 
-impl Spot {
+impl ProbePoint {
     #[inline(always)]
     fn point(self, mesh: &TriMesh, order: &[u32]) -> DVec3 {
         let corners = corners(mesh, order[self.place as usize]);
@@ -195,39 +210,39 @@ impl Spot {
     }
 }
 
-/// All vertices in the order of the faces along the curve, and the middles of the edges of the mesh with fewer faces: those cut
-/// across what bulges and bends.
-fn spots([mesh, other]: [&TriMesh; 2], order: &[u32]) -> Vec<Spot> {
+/// Returns all vertices in curve order, and edge midpoints of the mesh with fewer faces: its edges cut across curved
+/// regions.
+fn probe_points([mesh, other]: [&TriMesh; 2], order: &[u32]) -> Vec<ProbePoint> {
+    // Midpoints of the finer mesh's edges would cost more than they find.
     let with_middles = mesh.faces().len() <= other.faces().len();
     let mut is_seen = vec![false; mesh.positions().len()];
-    let mut spots = Vec::with_capacity(is_seen.len());
+    let mut probe_points = Vec::with_capacity(is_seen.len());
     for (place, &face) in (0..).zip(order) {
         let corners = mesh.faces()[face as usize];
         for at in 0..3 {
             let [v, next] = [corners[at], corners[(at + 1) % 3]];
             if !std::mem::replace(&mut is_seen[v as usize], true) {
-                spots.push(Spot { place, at: at as u32 });
+                probe_points.push(ProbePoint { place, at: at as u32 });
             }
             if with_middles && v < next {
-                spots.push(Spot { place, at: at as u32 + 3 });
+                probe_points.push(ProbePoint { place, at: at as u32 + 3 });
             }
         }
     }
-    spots
+    probe_points
 }
 
-/// A point of a surface and the place of its face along the curve.
-pub(super) struct Sample {
+/// A sample point and its face's place along the curve.
+pub(super) struct CurveSample {
     pub point: DVec3,
     place: usize,
 }
 
-/// Samples by area, in the order of the faces along the curve: what is nearest to one is near the next one. Where no face has an
-/// area, by face.
-pub(super) fn along_curve(mesh: &TriMesh, order: &[u32], n_samples: usize, seed: u64) -> Vec<Sample> {
+/// Draws samples by area in curve order, so that neighbours in the list are close in space; by face if none has area.
+pub(super) fn curve_samples(mesh: &TriMesh, order: &[u32], n_samples: usize, seed: u64) -> Vec<CurveSample> {
     let mut areas: Vec<f64> = vec![0.0; order.len()];
     let tasks = areas.par_chunks_mut(AREAS_CHUNK).zip(order.par_chunks(AREAS_CHUNK));
-    tasks.for_each(|(areas, faces)| Isa::best().run(Areas { mesh, faces, areas }));
+    tasks.for_each(|(areas, faces)| Isa::best().run(FaceAreas { mesh, faces, areas }));
     let mut total: f64 = areas.iter().sum();
     if total <= 0.0 {
         areas.fill(1.0);
@@ -235,20 +250,20 @@ pub(super) fn along_curve(mesh: &TriMesh, order: &[u32], n_samples: usize, seed:
     }
     let (mut place, mut before) = (0, 0.0);
     let draw = |i: usize| {
-        let [along, across] = EVENLY.map(|step| ((seed as f64 + 0.5) * 0.618 + i as f64 * step).fract());
+        let [along, across] = R2_STEPS.map(|step| ((seed as f64 + 0.5) * 0.618 + i as f64 * step).fract());
         let reach = (i as f64 + along) / n_samples as f64 * total;
         while place + 1 < areas.len() && before + areas[place] <= reach {
             before += areas[place];
             place += 1;
         }
         let within = ((reach - before) / areas[place]).clamp(0.0, 1.0);
-        Sample { point: point_within(corners(mesh, order[place]), [within, across]), place }
+        CurveSample { point: point_in_triangle(corners(mesh, order[place]), [within, across]), place }
     };
     (0..n_samples).map(draw).collect()
 }
 
-/// Where two numbers in 0..=1 lie in a triangle; evenly spread ones are evenly spread there.
-fn point_within([a, b, c]: [DVec3; 3], [x, y]: [f64; 2]) -> DVec3 {
+/// Maps a point of the unit square to a triangle, preserving uniformity.
+fn point_in_triangle([a, b, c]: [DVec3; 3], [x, y]: [f64; 2]) -> DVec3 {
     let root = if x > 0.0 { x.sqrt() } else { 0.0 };
     a * (1.0 - root) + b * (root * (1.0 - y)) + c * (root * y)
 }
@@ -256,23 +271,23 @@ fn point_within([a, b, c]: [DVec3; 3], [x, y]: [f64; 2]) -> DVec3 {
 #[inline(always)]
 fn corners(mesh: &TriMesh, face: u32) -> [DVec3; 3] {
     let [a, b, c] = mesh.faces()[face as usize];
-    [point(mesh, a), point(mesh, b), point(mesh, c)]
+    [vertex_point(mesh, a), vertex_point(mesh, b), vertex_point(mesh, c)]
 }
 
 #[inline(always)]
-pub(super) fn point(mesh: &TriMesh, vertex: u32) -> DVec3 {
+pub(super) fn vertex_point(mesh: &TriMesh, vertex: u32) -> DVec3 {
     let [x, y, z] = mesh.positions()[vertex as usize];
     DVec3::new(x.into(), y.into(), z.into())
 }
 
-/// The doubled areas of faces.
-struct Areas<'a> {
+/// The task of computing doubled face areas.
+struct FaceAreas<'a> {
     mesh: &'a TriMesh,
     faces: &'a [u32],
     areas: &'a mut [f64],
 }
 
-impl Work for Areas<'_> {
+impl Work for FaceAreas<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -283,55 +298,55 @@ impl Work for Areas<'_> {
     }
 }
 
-/// How far a point is (squared), and the place of its face along the curve.
-struct Found {
+/// A squared distance and the place of its face along the curve.
+struct FaceDistance {
     place: usize,
     distance2: f64,
 }
 
-/// What lies nearest to samples in a row, as work that is compiled for the instructions at hand.
-struct InARow<'a> {
-    samples: &'a [Sample],
+/// The task of measuring consecutive samples, compiled for each instruction set.
+struct SampleDistances<'a> {
+    samples: &'a [CurveSample],
     tree: &'a FaceTree<'a>,
 }
 
-impl Work for InARow<'_> {
-    type Output = Vec<Found>;
+impl Work for SampleDistances<'_> {
+    type Output = Vec<FaceDistance>;
 
     #[inline(always)]
-    fn run(self) -> Vec<Found> {
+    fn run(self) -> Vec<FaceDistance> {
         let mut row = Vec::with_capacity(self.samples.len());
         let mut last = None;
         for sample in self.samples {
             let (face, distance2) = self.tree.nearest_from(sample.point, last).unwrap_or_default();
             last = Some(face);
-            row.push(Found { place: sample.place, distance2 });
+            row.push(FaceDistance { place: sample.place, distance2 });
         }
         row
     }
 }
 
-/// The spots that are farther than `far` (squared).
-struct Sweep<'a> {
+/// The task of finding probe points farther than `far` (squared).
+struct FarProbes<'a> {
     mesh: &'a TriMesh,
     order: &'a [u32],
-    spots: &'a [Spot],
+    probe_points: &'a [ProbePoint],
     tree: &'a FaceTree<'a>,
     far: f64,
 }
 
-impl Work for Sweep<'_> {
-    type Output = Vec<Found>;
+impl Work for FarProbes<'_> {
+    type Output = Vec<FaceDistance>;
 
     #[inline(always)]
-    fn run(self) -> Vec<Found> {
+    fn run(self) -> Vec<FaceDistance> {
         let (mut farther, mut last) = (Vec::new(), None);
-        for spot in self.spots {
-            let (p, place) = (spot.point(self.mesh, self.order), spot.place as usize);
+        for probe in self.probe_points {
+            let (p, place) = (probe.point(self.mesh, self.order), probe.place as usize);
             let (face, distance2) = self.tree.near_from(p, last, self.far).unwrap_or_default();
             last = Some(face);
             if distance2 > self.far {
-                farther.push(Found { place, distance2 });
+                farther.push(FaceDistance { place, distance2 });
             }
         }
         farther
@@ -358,7 +373,7 @@ mod tests {
         }
     }
 
-    /// Distances by searching all faces, from the same samples.
+    /// Compares with a search of all faces from the same samples.
     #[test]
     fn agrees_with_a_search_of_all_faces() {
         let (a, b) = (shapes::bolt(12), shapes::bolt(5));
@@ -371,7 +386,7 @@ mod tests {
             (0..mesh.faces().len() as u32).map(distance).fold(f64::INFINITY, f64::min)
         };
         let mean = |from: &TriMesh, to: &TriMesh| {
-            let samples = along_curve(from, tree(from).order(), 500, 3);
+            let samples = curve_samples(from, face_tree(from).order(), 500, 3);
             samples.iter().map(|sample| naive(sample.point, to)).sum::<f64>() / 500.0
         };
         let quick = quick_distance(&a, &b, 500, 3).unwrap();
@@ -385,17 +400,17 @@ mod tests {
         let positions = positions.map(|[x, y]| [x, y, 0.0]).to_vec();
         let mesh = TriMesh::new(positions, vec![[0, 1, 2], [0, 1, 6], [3, 4, 5]]).unwrap();
         for seed in 0..4 {
-            let samples = along_curve(&mesh, &[0, 1, 2], 1000, seed);
+            let samples = curve_samples(&mesh, &[0, 1, 2], 1000, seed);
             let on = |place| samples.iter().filter(|sample| sample.place == place).count();
             assert_eq!([on(0), on(1), on(2)], [100, 0, 900]);
             let mean = samples.iter().filter(|sample| sample.place == 2).map(|s| s.point).sum::<DVec3>() / 900.0;
             assert!(mean.distance(DVec3::new(11.0, 1.0, 0.0)) < 0.02, "{mean}");
         }
         let flat = TriMesh::new(vec![[1.0; 3]; 4], vec![[0, 1, 2], [1, 2, 3]]).unwrap();
-        assert_eq!(along_curve(&flat, &[0, 1], 10, 0).iter().filter(|sample| sample.place == 1).count(), 5);
+        assert_eq!(curve_samples(&flat, &[0, 1], 10, 0).iter().filter(|sample| sample.place == 1).count(), 5);
     }
 
-    /// One vertex of many is pulled out: samples lie on its faces, but not at their tip.
+    /// One vertex of many is pulled out: samples lie on its faces, but not at the tip.
     #[test]
     fn the_largest_distance_is_found_between_samples() {
         let (mut positions, faces) = shapes::icosphere(5).into_parts();
@@ -406,7 +421,7 @@ mod tests {
         assert!((quick.max - 0.5).abs() < 2e-3, "{quick:?}");
     }
 
-    /// Each search looks at a good part of all faces: there are fewer, and what they say holds.
+    /// Each search visits much of the mesh: fewer samples are used, and the figures still hold.
     #[test]
     fn large_faces_across_each_other_get_fewer_samples() {
         let (sphere, n) = (shapes::icosphere(5), 10_242);

@@ -1,20 +1,20 @@
-//! Faces of a mesh that pass through other faces of it.
+//! Faces of a mesh that intersect other faces of it.
 
 use rayon::prelude::*;
 
-use super::allowance::{affordable, all_within};
+use super::search_budget::{affordable_count, run_within_budget};
 use super::surface::triangles;
 use crate::geometry::crossing::triangles_cross;
 use crate::mesh::TriMesh;
 use crate::spatial::NearestOnTriangles;
 
-/// Pairs of faces near each other that may be tested however few the faces are, and for each of these: two dozen are usual, and all
-/// pairs where needles share a corner.
-const MOST_PAIRS: [u64; 2] = [20_000_000, 100];
+/// Budget of face pairs tested: a fixed number, plus one per face. Two dozen per face are usual; needles that share
+/// a corner need all pairs.
+const MAX_PAIRS: [u64; 2] = [20_000_000, 100];
 
-/// The faces that cross another face, in order; neighbours count only where they share more than corners and edges.
+/// Returns the faces that intersect another face, in order.
 ///
-/// See [`triangles_cross`] for what crossing is.
+/// Neighbours count only if they share more than corners and edges. See [`triangles_cross`] for the definition.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, metrics::self_intersecting_faces};
@@ -22,17 +22,17 @@ const MOST_PAIRS: [u64; 2] = [20_000_000, 100];
 /// assert!(!self_intersecting_faces(&shapes::klein_bottle(16, 8)).is_empty());
 /// ```
 pub fn self_intersecting_faces(mesh: &TriMesh) -> Vec<u32> {
-    crossing_within(mesh, u64::MAX).unwrap_or_default()
+    find_crossing(mesh, u64::MAX).unwrap_or_default()
 }
 
-/// How many they are; `None` where too many pairs of faces are near each other, as where needles share a corner.
+/// Counts the self-intersecting faces; `None` if the pairs to test exceed the budget.
 pub(super) fn n_self_intersecting_faces(mesh: &TriMesh) -> Option<usize> {
-    let most = MOST_PAIRS[0] + MOST_PAIRS[1] * mesh.faces().len() as u64;
-    crossing_within(mesh, most).map(|faces| faces.len())
+    let most = MAX_PAIRS[0] + MAX_PAIRS[1] * mesh.faces().len() as u64;
+    find_crossing(mesh, most).map(|faces| faces.len())
 }
 
-/// The same, where no more pairs have to be tested.
-fn crossing_within(mesh: &TriMesh, most: u64) -> Option<Vec<u32>> {
+/// Returns the intersecting faces; `None` if more than `most` pairs would be tested.
+fn find_crossing(mesh: &TriMesh, most: u64) -> Option<Vec<u32>> {
     let triangles = triangles(mesh);
     let tree = NearestOnTriangles::new(&triangles);
     let n_near = |face: usize| {
@@ -40,7 +40,7 @@ fn crossing_within(mesh: &TriMesh, most: u64) -> Option<Vec<u32>> {
         tree.visit_met(&triangles[face], |_| n += 1);
         n
     };
-    if affordable(triangles.len(), most as f64, n_near) < triangles.len() {
+    if affordable_count(triangles.len(), most as f64, n_near) < triangles.len() {
         return None;
     }
     let crossed_later = |face: usize| {
@@ -57,7 +57,7 @@ fn crossing_within(mesh: &TriMesh, most: u64) -> Option<Vec<u32>> {
         }
         (others, n_near)
     };
-    let mut faces: Vec<u32> = all_within(triangles.len(), most, crossed_later)?.into_iter().flatten().collect();
+    let mut faces: Vec<u32> = run_within_budget(triangles.len(), most, crossed_later)?.into_iter().flatten().collect();
     faces.par_sort_unstable();
     faces.dedup();
     Some(faces)
@@ -68,7 +68,7 @@ mod tests {
     use super::*;
     use crate::mesh::shapes;
 
-    fn united(a: &TriMesh, b: &TriMesh, shift: f32) -> TriMesh {
+    fn unite(a: &TriMesh, b: &TriMesh, shift: f32) -> TriMesh {
         let n = a.positions().len() as u32;
         let moved = b.positions().iter().map(|&[x, y, z]| [x + shift, y, z]);
         let faces = a.faces().iter().copied().chain(b.faces().iter().map(|face| face.map(|v| v + n)));
@@ -84,13 +84,13 @@ mod tests {
             assert_eq!(self_intersecting_faces(&mesh), [0u32; 0]);
         }
         let cube = shapes::cuboid([1.0; 3], 2);
-        assert_eq!(self_intersecting_faces(&united(&cube, &cube, 3.0)), [0u32; 0]);
+        assert_eq!(self_intersecting_faces(&unite(&cube, &cube, 3.0)), [0u32; 0]);
     }
 
     #[test]
     fn spheres_that_pass_through_each_other_cross_along_a_circle_of_faces() {
         let sphere = shapes::icosphere(3);
-        let both = united(&sphere, &sphere, 1.0);
+        let both = unite(&sphere, &sphere, 1.0);
         let faces = self_intersecting_faces(&both);
         let near_circle = |&face: &u32| {
             both.faces()[face as usize].iter().any(|&v| (both.positions()[v as usize][0] - 0.5).abs() < 0.2)
@@ -101,14 +101,14 @@ mod tests {
     #[test]
     fn the_same_surface_twice_crosses_everywhere() {
         let cube = shapes::cuboid([1.0; 3], 1);
-        assert_eq!(self_intersecting_faces(&united(&cube, &cube, 0.0)).len(), 24);
+        assert_eq!(self_intersecting_faces(&unite(&cube, &cube, 0.0)).len(), 24);
     }
 
     #[test]
     fn too_many_pairs_are_not_tested() {
         let sphere = shapes::icosphere(3);
-        let both = united(&sphere, &sphere, 1.0);
+        let both = unite(&sphere, &sphere, 1.0);
         assert_eq!(n_self_intersecting_faces(&both), Some(self_intersecting_faces(&both).len()));
-        assert_eq!(crossing_within(&both, 10_000), None);
+        assert_eq!(find_crossing(&both, 10_000), None);
     }
 }

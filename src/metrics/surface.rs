@@ -1,4 +1,4 @@
-//! A mesh made ready to be measured: its samples, its normals, and the tree that finds nearest points on it.
+//! A mesh prepared for measuring: samples, normals and a search tree.
 
 use glam::DVec3;
 
@@ -7,21 +7,21 @@ use crate::mesh::TriMesh;
 use crate::mesh::surface_samples::surface_samples;
 use crate::spatial::NearestOnTriangles;
 
-/// A surface with what every measurement needs of it.
+/// A surface with the data that measurements share.
 pub struct Surface {
     /// Points spread over the surface by area, n_samples.
     pub samples: Vec<DVec3>,
-    /// The vertices that faces use: no sample lies at the end of a spike.
+    /// The vertices used by faces; samples miss the tips of spikes.
     pub vertices: Vec<DVec3>,
     /// Face of each sample, n_samples.
     pub sample_faces: Vec<u32>,
-    /// Unit normal of each face, n_faces; zero where the face has no area.
+    /// Unit normal of each face, n_faces; zero without area.
     pub normals: Vec<DVec3>,
-    /// Finds the nearest point; triangle indices are face indices.
+    /// Tree that finds closest points; triangle indices are face indices.
     pub nearest: NearestOnTriangles,
-    /// Area, in squares of the mesh's unit.
+    /// Area, in squared units of the mesh.
     pub area: f64,
-    /// Length of the diagonal of the bounding box, in the mesh's unit.
+    /// Diagonal of the bounding box, in the mesh's unit.
     pub diagonal: f64,
 }
 
@@ -41,7 +41,7 @@ impl Surface {
     }
 }
 
-/// Corners of all faces, n_faces x 3 x 3.
+/// Returns the corners of all faces, n_faces x 3 x 3.
 pub(super) fn triangles(mesh: &TriMesh) -> Vec<[[f32; 3]; 3]> {
     mesh.faces().iter().map(|face| face.map(|v| mesh.positions()[v as usize])).collect()
 }
@@ -61,7 +61,7 @@ fn used_vertices(mesh: &TriMesh) -> Vec<DVec3> {
     used.map(|(p, _)| DVec3::from_array(p.map(f64::from))).collect()
 }
 
-/// Diagonal of the box around the vertices that faces use; 0 where there are none.
+/// Returns the diagonal of the box around the vertices used by faces, 0 without faces.
 fn diagonal(mesh: &TriMesh) -> f64 {
     let corners =
         || mesh.faces().iter().flatten().map(|&v| DVec3::from_array(mesh.positions()[v as usize].map(f64::from)));

@@ -1,56 +1,56 @@
-//! How far two surfaces are apart, in position and in direction, measured from samples of both; the largest distance from the
-//! vertices, too.
+//! Two-sided distance between surfaces in position and normal, from samples of both and from all vertices.
 //!
-//! The two-sided point-to-surface distance stands beside the paper's CD (Sec. 4), which at 50 thousand samples measures
-//! its own noise; the mean of `1 - |n.n'|` is the paper's NE, that of `1 - n.n'` also sees faces that are turned over.
+//! It complements the paper's CD (Sec. 4.1), which at 50 thousand samples measures their spacing. The mean of `1 -
+//! |n.n'|` is the paper's NE; the mean of `1 - n.n'` also detects flipped faces.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Surface;
-use super::allowance::affordable;
+use super::search_budget::affordable_count;
 
-/// Samples per rayon task; sums are taken task by task in order, so they do not depend on threads.
+/// Samples per rayon task; sums are added in task order, so thread counts do not change them.
 const CHUNK: usize = 512;
-/// Triangles and boxes that all samples of one surface, or all of its vertices, may look at, however few they are; and for each of
-/// these. Where large faces lie across each other so that it takes more, fewer of them are looked up, evenly spread.
-const MOST_LOOKS: [f64; 2] = [4e6, 120.0];
+/// Budget of triangles and boxes visited by all samples or all vertices of a surface, in total and per point; the
+/// larger counts. Where heavily intersecting faces exceed it, an evenly spread subset is measured.
+const MAX_LOOKS: [f64; 2] = [4e6, 120.0];
 
 /// Distances from the samples of one surface to another, in the mesh's unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
-pub struct OneSided {
+pub struct OneSidedDistance {
     /// Mean distance.
     pub mean: f64,
-    /// Root of the mean squared distance.
+    /// Root mean square distance.
     pub rms: f64,
-    /// Largest distance, of the samples and of all vertices.
+    /// Largest distance over samples and vertices.
     pub max: f64,
-    /// Mean of `1 - n.n'`, n the normal at the sample and n' that of the nearest face; 0 to 2.
+    /// Mean of `1 - n.n'`, 0 to 2; `n` at the sample, `n'` of the closest face.
     pub normal_error: f64,
-    /// Mean of `1 - |n.n'|`, the paper's NE, which does not see the side that faces look to; 0 to 1.
+    /// Mean of `1 - |n.n'|`, 0 to 1: the paper's NE, which ignores orientation.
     pub unsigned_normal_error: f64,
-    /// Mean angle between the lines of both normals, in radians; 0 to a right angle.
+    /// Mean angle between the unoriented normals, in radians, 0 to a right angle.
     pub normal_angle: f64,
 }
 
-/// Distances in both directions, and both together.
+/// Distances in both directions and combined.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct SurfaceDistance {
     /// From the original to the simplified mesh.
-    pub forward: OneSided,
+    pub forward: OneSidedDistance,
     /// From the simplified mesh to the original.
-    pub backward: OneSided,
-    /// The mean of both for `mean` and the normal errors, the root mean square for `rms`, the larger `max` (Hausdorff).
-    pub both: OneSided,
-    /// Diagonal of the original's bounding box: what the distances are usually divided by.
+    pub backward: OneSidedDistance,
+    /// Combination of both: means, the root mean square for `rms`, the maximum for `max` (Hausdorff).
+    pub both: OneSidedDistance,
+    /// Diagonal of the original's bounding box, the usual divisor.
     pub diagonal: f64,
 }
 
-/// Measures the two-sided distance; `None` where one of the two has no faces or no samples.
+/// Measures the two-sided distance; `None` if a surface has no faces or no samples.
 ///
-/// Where large faces lie across each other so that nearest points take long to find, fewer samples and vertices count. Samples of faces without area, and samples whose nearest face has none, count for the distance only.
+/// Heavily intersecting large faces limit the number of samples and vertices used. Faces without area have no normal
+/// and count for the distance only.
 ///
 /// ```
 /// use neural_mesh::{mesh::TriMesh, metrics::{Surface, surface_distance}};
@@ -60,9 +60,9 @@ pub struct SurfaceDistance {
 /// assert_eq!((distance.both.mean, distance.both.max, distance.both.normal_error), (0.5, 0.5, 0.0));
 /// ```
 pub fn surface_distance(original: &Surface, simplified: &Surface) -> Option<SurfaceDistance> {
-    let forward = one_sided(original, simplified)?;
-    let backward = one_sided(simplified, original)?;
-    let both = OneSided {
+    let forward = measure_one_way(original, simplified)?;
+    let backward = measure_one_way(simplified, original)?;
+    let both = OneSidedDistance {
         mean: 0.5 * (forward.mean + backward.mean),
         rms: (0.5 * (forward.rms.powi(2) + backward.rms.powi(2))).sqrt(),
         max: forward.max.max(backward.max),
@@ -84,12 +84,12 @@ struct Sums {
     with_normal: usize,
 }
 
-fn one_sided(from: &Surface, to: &Surface) -> Option<OneSided> {
+fn measure_one_way(from: &Surface, to: &Surface) -> Option<OneSidedDistance> {
     if from.samples.is_empty() || to.normals.is_empty() {
         return None;
     }
-    let samples = some_of(&from.samples, to);
-    let parts: Vec<Sums> = samples.par_chunks(CHUNK).map(|samples| sums(from, to, samples)).collect();
+    let samples = affordable_subset(&from.samples, to);
+    let parts: Vec<Sums> = samples.par_chunks(CHUNK).map(|samples| sum_samples(from, to, samples)).collect();
     let all = parts.into_iter().fold(Sums::default(), |a, b| Sums {
         distance: a.distance + b.distance,
         distance2: a.distance2 + b.distance2,
@@ -101,7 +101,7 @@ fn one_sided(from: &Surface, to: &Surface) -> Option<OneSided> {
     });
     let n = samples.len() as f64;
     let n_normals = all.with_normal.max(1) as f64;
-    Some(OneSided {
+    Some(OneSidedDistance {
         mean: all.distance / n,
         rms: (all.distance2 / n).sqrt(),
         max: all.max.max(farthest_vertex(from, to)),
@@ -111,23 +111,23 @@ fn one_sided(from: &Surface, to: &Surface) -> Option<OneSided> {
     })
 }
 
-/// The largest distance of a vertex.
+/// Returns the largest distance of a vertex.
 fn farthest_vertex(from: &Surface, to: &Surface) -> f64 {
     let distance2 = |p: &DVec3| to.nearest.nearest(*p).map_or(0.0, |hit| hit.distance2);
-    let vertices = some_of(&from.vertices, to);
+    let vertices = affordable_subset(&from.vertices, to);
     vertices.par_iter().map(|&v| distance2(&from.vertices[v])).reduce(|| 0.0, f64::max).sqrt()
 }
 
-/// All points by their numbers, or evenly spread ones where all look at too much.
-fn some_of(points: &[DVec3], to: &Surface) -> Vec<usize> {
+/// Returns the indices of all points, or of an evenly spread subset within the budget.
+fn affordable_subset(points: &[DVec3], to: &Surface) -> Vec<usize> {
     let n = points.len();
-    let most = MOST_LOOKS[0].max(MOST_LOOKS[1] * n as f64);
-    let n_affordable = affordable(n, most, |i| to.nearest.nearest_counted(points[i]).1);
+    let most = MAX_LOOKS[0].max(MAX_LOOKS[1] * n as f64);
+    let n_affordable = affordable_count(n, most, |i| to.nearest.nearest_counted(points[i]).1);
     (0..n_affordable).map(|i| i * n / n_affordable).collect()
 }
 
-/// Sums over the samples of one task.
-fn sums(from: &Surface, to: &Surface, samples: &[usize]) -> Sums {
+/// Sums up the samples of one task.
+fn sum_samples(from: &Surface, to: &Surface, samples: &[usize]) -> Sums {
     let mut sums = Sums::default();
     for &i in samples {
         let Some(hit) = to.nearest.nearest(from.samples[i]) else { continue };
@@ -156,7 +156,7 @@ mod tests {
         Surface::new(mesh, 4000, 0)
     }
 
-    fn scaled(mesh: &TriMesh, by: f32) -> TriMesh {
+    fn scale_mesh(mesh: &TriMesh, by: f32) -> TriMesh {
         let positions = mesh.positions().iter().map(|p| p.map(|x| by * x)).collect();
         TriMesh::new(positions, mesh.faces().to_vec()).unwrap()
     }
@@ -164,7 +164,7 @@ mod tests {
     #[test]
     fn spheres_in_each_other_are_as_far_apart_as_their_radii() {
         let sphere = shapes::icosphere(4);
-        let distance = surface_distance(&surface(&sphere), &surface(&scaled(&sphere, 1.1))).unwrap();
+        let distance = surface_distance(&surface(&sphere), &surface(&scale_mesh(&sphere, 1.1))).unwrap();
         for side in [distance.forward, distance.backward, distance.both] {
             assert!((side.mean - 0.1).abs() < 2e-3 && (side.rms - 0.1).abs() < 2e-3 && (side.max - 0.1).abs() < 4e-3);
             assert!((0.0..2e-3).contains(&side.normal_error));
@@ -198,7 +198,7 @@ mod tests {
         assert!(distance.both.unsigned_normal_error.abs() < 1e-9);
     }
 
-    /// A square against the same square tilted by 60 degrees about its lower side.
+    /// A square against itself tilted by 60 degrees about its lower side.
     #[test]
     fn a_tilt_shows_in_both_normal_errors() {
         let square = |y: f32, z: f32| {
@@ -211,7 +211,7 @@ mod tests {
         assert!((distance.both.normal_angle.to_degrees() - 60.0).abs() < 1e-4, "{distance:?}");
     }
 
-    /// Each search looks at a good part of all faces: fewer samples count, and what they say holds.
+    /// Each search visits much of the mesh: fewer samples are used, and the figures still hold.
     #[test]
     fn large_faces_across_each_other_get_fewer_samples() {
         let (sphere, n) = (shapes::icosphere(4), 2562);
@@ -221,12 +221,12 @@ mod tests {
         let moved = across.positions().iter().map(|p| [p[0] + 0.01, p[1], p[2]]).collect();
         let moved = TriMesh::new(moved, across.faces().to_vec()).unwrap();
         let [across, moved] = [across, moved].map(|mesh| Surface::new(&mesh, 200_000, 0));
-        let n_samples = some_of(&across.samples, &moved).len();
+        let n_samples = affordable_subset(&across.samples, &moved).len();
         assert!((64..150_000).contains(&n_samples), "{n_samples}");
         let distance = surface_distance(&across, &moved).unwrap();
         assert!(distance.both.mean > 0.0 && distance.both.max <= 0.0101, "{distance:?}");
         let sphere = Surface::new(&sphere, 5000, 0);
-        assert_eq!(some_of(&sphere.samples, &sphere), (0..5000).collect::<Vec<_>>());
+        assert_eq!(affordable_subset(&sphere.samples, &sphere), (0..5000).collect::<Vec<_>>());
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The shapes of a mesh's triangles: smallest angles, aspect, slivers.
+//! Shape quality of triangles: smallest angles, aspect ratios, slivers.
 
 use glam::DVec3;
 
@@ -6,10 +6,10 @@ use super::surface::triangles;
 use crate::geometry::sides::area;
 use crate::mesh::TriMesh;
 
-/// A face whose smallest angle is below this counts as a sliver, in degrees.
+/// Smallest angle below which a face is a sliver, in degrees.
 const SLIVER: f64 = 1.0;
 
-/// Figures over all faces of a mesh.
+/// Shape figures over all faces of a mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct TriangleQuality {
@@ -17,13 +17,13 @@ pub struct TriangleQuality {
     pub smallest_angle: f64,
     /// Mean over the faces of the smallest angle, in degrees.
     pub mean_smallest_angle: f64,
-    /// Median over the faces of the aspect: the longest edge over the height on it, 1 for equilateral ones.
+    /// Median aspect ratio: longest edge over its height, scaled to 1 for equilateral faces.
     pub median_aspect: f64,
     /// Faces with an angle below one degree.
     pub slivers: usize,
 }
 
-/// Measures the triangles; `None` where there are none.
+/// Measures the triangles; `None` without faces.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, metrics::triangle_quality};
@@ -44,7 +44,7 @@ pub fn triangle_quality(mesh: &TriMesh) -> Option<TriangleQuality> {
     })
 }
 
-/// Lengths of the sides, ascending.
+/// Returns the side lengths, ascending.
 fn sides(corners: [[f32; 3]; 3]) -> [f64; 3] {
     let [a, b, c] = corners.map(|corner| DVec3::from_array(corner.map(f64::from)));
     let mut sides = [a.distance(b), b.distance(c), c.distance(a)];
@@ -52,12 +52,12 @@ fn sides(corners: [[f32; 3]; 3]) -> [f64; 3] {
     sides
 }
 
-/// The angle opposite to the shortest side, in degrees; 0 where the face has no area.
+/// Returns the angle opposite the shortest side, in degrees; 0 without area.
 fn smallest_angle([a, b, c]: [f64; 3]) -> f64 {
     (4.0 * area([a, b, c])).atan2(b * b + c * c - a * a).to_degrees()
 }
 
-/// Infinite where the face has no area.
+/// Returns the aspect ratio, infinite without area.
 fn aspect([a, b, c]: [f64; 3]) -> f64 {
     let doubled = 2.0 * area([a, b, c]);
     if doubled > 0.0 { c * c / doubled * 0.75f64.sqrt() } else { f64::INFINITY }

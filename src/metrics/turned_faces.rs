@@ -1,32 +1,32 @@
-//! Faces that look the wrong way: folds, seen against the original surface.
+//! Faces turned against the original surface: foldovers.
 
 use glam::DVec3;
 
 use super::Surface;
-use super::allowance::all_within;
+use super::search_budget::run_within_budget;
 use super::surface::triangles;
 use crate::mesh::TriMesh;
 
-/// Points of a face that are looked at: its centroid and one toward each corner.
-const PLACES: [[f64; 3]; 4] = [
+/// Barycentric weights of a face's test points: the centroid and one towards each corner.
+const TEST_POINTS: [[f64; 3]; 4] = [
     [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0],
     [2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0],
     [1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0],
     [1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0],
 ];
 
-/// How much farther than the nearest face one that looks the same way may be, as a share of the longest edge.
+/// Extra distance within which a face of agreeing orientation is accepted, as a share of the longest edge.
 const SLACK: f64 = 0.25;
 
-/// Triangles and boxes that may be looked at however few the faces are, and for each of these.
-const MOST_LOOKS: [u64; 2] = [5_000_000, 300];
+/// Budget of triangles and boxes visited: a fixed number, plus one per face.
+const MAX_LOOKS: [u64; 2] = [5_000_000, 300];
 
-/// The faces of the simplified mesh that are turned against the original surface, in order.
+/// Returns the faces of the simplified mesh that are turned against the original surface, in order.
 ///
-/// A face is turned where, at its centroid and at three further inner points, no face of the original that looks
-/// its way (normals less than a right angle apart) is about as near as the nearest one: at most a quarter of the
-/// face's longest edge farther. The slack keeps thin parts, whose other side may be nearer, from being reported;
-/// folds on parts thinner than that stay unseen. Faces without area are not judged.
+/// A face is turned if, at its centroid and three more inner points, no original face of agreeing orientation (normals
+/// less than a right angle apart) is almost as near as the nearest one: at most a quarter of the longest edge farther.
+/// This slack accepts thin sheets, whose other side may be nearer; foldovers on thinner sheets go unseen. Faces without
+/// area are not judged.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, metrics::{Surface, turned_faces}};
@@ -34,40 +34,41 @@ const MOST_LOOKS: [u64; 2] = [5_000_000, 300];
 /// assert!(turned_faces(&Surface::new(&sphere, 1, 0), &shapes::icosphere(1)).is_empty());
 /// ```
 pub fn turned_faces(original: &Surface, simplified: &TriMesh) -> Vec<u32> {
-    turned_within(original, simplified, u64::MAX).unwrap_or_default()
+    find_turned(original, simplified, u64::MAX).unwrap_or_default()
 }
 
-/// How many they are; `None` where that takes too long to find, as among large faces that lie across each other.
+/// Counts the turned faces; `None` if the search exceeds the budget.
 pub(super) fn n_turned_faces(original: &Surface, simplified: &TriMesh) -> Option<usize> {
-    let most = MOST_LOOKS[0] + MOST_LOOKS[1] * simplified.faces().len() as u64;
-    turned_within(original, simplified, most).map(|faces| faces.len())
+    let most = MAX_LOOKS[0] + MAX_LOOKS[1] * simplified.faces().len() as u64;
+    find_turned(original, simplified, most).map(|faces| faces.len())
 }
 
-/// The same, where no more triangles and boxes are looked at.
-fn turned_within(original: &Surface, simplified: &TriMesh, most: u64) -> Option<Vec<u32>> {
+/// Returns the turned faces; `None` if more than `most` triangles and boxes would be visited.
+fn find_turned(original: &Surface, simplified: &TriMesh, most: u64) -> Option<Vec<u32>> {
     let triangles = triangles(simplified);
     let turned =
         |face: usize| is_turned(original, triangles[face].map(|corner| DVec3::from_array(corner.map(f64::from))));
-    let is_turned = all_within(triangles.len(), most, turned)?;
+    let is_turned = run_within_budget(triangles.len(), most, turned)?;
     Some((0..).zip(is_turned).filter(|&(_, is_turned)| is_turned).map(|(face, _)| face).collect())
 }
 
-/// Whether a face is turned, and how much was looked at.
+/// Returns whether a face is turned, and the number of visits.
 fn is_turned(original: &Surface, [a, b, c]: [DVec3; 3]) -> (bool, u64) {
     let normal = (b - a).cross(c - a);
     let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
     let mut n_looks = 0;
-    let mut looks_wrong = |&[u, v, w]: &[f64; 3]| {
-        let (is_wrong, n) = looks_wrong(original, a * u + b * v + c * w, normal, SLACK * longest);
+    let mut is_opposed = |&[u, v, w]: &[f64; 3]| {
+        let (is_wrong, n) = is_opposed(original, a * u + b * v + c * w, normal, SLACK * longest);
         n_looks += n;
         is_wrong
     };
-    let is_turned = normal.length_squared() > 0.0 && PLACES.iter().all(&mut looks_wrong);
+    let is_turned = normal.length_squared() > 0.0 && TEST_POINTS.iter().all(&mut is_opposed);
     (is_turned, n_looks)
 }
 
-/// Whether no face that looks like `normal` is nearly as near to `p` as the nearest one, and how much was looked at.
-fn looks_wrong(original: &Surface, p: DVec3, normal: DVec3, slack: f64) -> (bool, u64) {
+/// Returns whether no face oriented like `normal` is almost as near to `p` as the nearest one, and the number of
+/// visits.
+fn is_opposed(original: &Surface, p: DVec3, normal: DVec3, slack: f64) -> (bool, u64) {
     let agrees = |face: u32| original.normals[face as usize].dot(normal) > 0.0;
     let (nearest, n_looks) = original.nearest.nearest_counted(p);
     let Some(nearest) = nearest.filter(|nearest| !agrees(nearest.triangle)) else { return (false, n_looks.into()) };
@@ -81,11 +82,11 @@ mod tests {
     use super::*;
     use crate::mesh::shapes;
 
-    fn turned(original: &TriMesh, simplified: &TriMesh) -> Vec<u32> {
+    fn find_turned_faces(original: &TriMesh, simplified: &TriMesh) -> Vec<u32> {
         turned_faces(&Surface::new(original, 1, 0), simplified)
     }
 
-    fn with_faces_over(mesh: &TriMesh, which: &[usize]) -> TriMesh {
+    fn flip_faces(mesh: &TriMesh, which: &[usize]) -> TriMesh {
         let turn = |(i, &[a, b, c]): (usize, &[u32; 3])| if which.contains(&i) { [a, c, b] } else { [a, b, c] };
         TriMesh::new(mesh.positions().to_vec(), mesh.faces().iter().enumerate().map(turn).collect()).unwrap()
     }
@@ -93,31 +94,31 @@ mod tests {
     #[test]
     fn faces_turned_over_are_found_and_no_others() {
         let sphere = shapes::icosphere(2);
-        assert_eq!(turned(&sphere, &with_faces_over(&sphere, &[3, 17, 200])), [3, 17, 200]);
-        assert_eq!(turned(&shapes::icosphere(4), &shapes::icosphere(1)), [0u32; 0]);
-        assert_eq!(turned(&shapes::bolt(48), &shapes::bolt(48)), [0u32; 0]);
+        assert_eq!(find_turned_faces(&sphere, &flip_faces(&sphere, &[3, 17, 200])), [3, 17, 200]);
+        assert_eq!(find_turned_faces(&shapes::icosphere(4), &shapes::icosphere(1)), [0u32; 0]);
+        assert_eq!(find_turned_faces(&shapes::bolt(48), &shapes::bolt(48)), [0u32; 0]);
     }
 
     #[test]
     fn a_fold_in_a_flat_part_is_found() {
         let grid = shapes::grid(8, 8);
         let mut positions = grid.positions().to_vec();
-        // A vertex drawn over its neighbour turns the faces between them.
+        // A vertex moved past its neighbour turns the faces between them.
         let inner = positions.iter().position(|p| p[0] == 0.5 && p[1] == 0.5).unwrap();
         positions[inner][0] = 0.7;
-        let folded = turned(&grid, &TriMesh::new(positions, grid.faces().to_vec()).unwrap());
+        let folded = find_turned_faces(&grid, &TriMesh::new(positions, grid.faces().to_vec()).unwrap());
         assert!(!folded.is_empty() && folded.len() <= 3, "{folded:?}");
     }
 
-    /// Inside out, each face asks in vain for one that looks its way among all within its length.
+    /// Inside out, each face searches all of its whole length.
     #[test]
     fn what_takes_too_long_to_find_is_not_known() {
         let sphere = shapes::icosphere(3);
         let all: Vec<usize> = (0..sphere.faces().len()).collect();
-        let over = with_faces_over(&sphere, &all);
+        let over = flip_faces(&sphere, &all);
         let original = Surface::new(&sphere, 1, 0);
         assert_eq!(n_turned_faces(&original, &over), Some(over.faces().len()));
-        assert_eq!(turned_within(&original, &over, 10_000), None);
+        assert_eq!(find_turned(&original, &over, 10_000), None);
     }
 
     #[test]
@@ -128,6 +129,6 @@ mod tests {
             p[2] += if i % 2 == 0 { 2e-3 } else { -2e-3 };
         }
         let coarse = TriMesh::new(lifted, shapes::thin_sheet(12, 1e-3).faces().to_vec()).unwrap();
-        assert_eq!(turned(&sheet, &coarse), [0u32; 0]);
+        assert_eq!(find_turned_faces(&sheet, &coarse), [0u32; 0]);
     }
 }

@@ -1,4 +1,4 @@
-//! The volume that a mesh encloses.
+//! Volume enclosed by a mesh.
 
 use glam::DVec3;
 
@@ -6,11 +6,10 @@ use super::surface::triangles;
 use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::{TriMesh, edges};
 
-/// The volume inside, in cubes of the mesh's unit, negative where faces look inward; `None` where the faces enclose none.
+/// Returns the enclosed volume in cubic units, negative if faces look inward; `None` if the faces enclose none.
 ///
-/// They do where each edge has as many faces that run along it one way as the other: then the sum of the cones from any
-/// point to the faces does not depend on that point. So bodies that share an edge have a volume, and a sheet that stands
-/// with one side on a body has none.
+/// Faces enclose a volume if every edge has as many faces in one direction as in the other; the sum of the cones from a
+/// point to the faces then does not depend on that point. Bodies may share an edge.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, metrics::volume};
@@ -21,7 +20,7 @@ pub fn volume(mesh: &TriMesh) -> Option<f64> {
     if mesh.faces().is_empty() || edges(mesh).iter().any(|edge| edge.up != edge.down) {
         return None;
     }
-    // Corners are taken from the first one, so that far-away coordinates lose nothing.
+    // Relative to the first corner, so that far-away coordinates lose no precision.
     let origin = DVec3::from_array(mesh.positions()[mesh.faces()[0][0] as usize].map(f64::from));
     let under = |corners: [[f32; 3]; 3]| {
         let corners = corners.map(|corner| DVec3::from_array(corner.map(f64::from)) - origin);
@@ -47,7 +46,7 @@ mod tests {
         assert!((volume(far, sphere.faces().to_vec()) - inside).abs() < 1e-3);
     }
 
-    /// The fins' third faces along an edge leave the volume undefined: it would depend on where it is measured from.
+    /// A fin's third face at an edge leaves the volume undefined: it would depend on the reference point.
     #[test]
     fn bodies_that_share_an_edge_have_a_volume_and_bodies_with_a_fin_have_none() {
         let pair = shapes::tetrahedra_sharing_edge();
@@ -59,7 +58,7 @@ mod tests {
         faces.push([0, 1, 4]);
         let fin = TriMesh::new(positions.clone(), faces.clone()).unwrap();
         assert_eq!(volume(&fin), None);
-        // Closed on its other sides by a copy turned over, the fin has no inside and changes nothing.
+        // Closed by a flipped copy, the fin has no inside and changes nothing.
         faces.push([1, 0, 4]);
         let folded = TriMesh::new(positions, faces).unwrap();
         assert!((volume(&folded).unwrap() - each).abs() < 1e-6);

@@ -5,7 +5,7 @@ use std::cell::Cell;
 
 use crate::mesh::pulse::Pulse;
 use crate::mesh::{TriMesh, United};
-use crate::metrics::{CertifiedDistance, Sharpness, certified_distance, certified_within};
+use crate::metrics::{CertifiedDistance, DistanceTolerance, certified_distance, certified_distance_with_budget};
 use crate::model::Weights;
 use crate::simplify::{
     Input, Listener, Options, Outcome, Pruned, Simplified, SimplifyError, Target, levels_of_sizes, pruned,
@@ -136,7 +136,7 @@ fn measured(original: &Original, simplified: &Simplified, error: f64) -> Certifi
         return CertifiedDistance { lower: 0.0, upper: 0.0, diagonal: original.diagonal() };
     }
     // How far below the half it lies is of no interest, and takes long to say of flat parts.
-    let asked = Sharpness { enough: 0.5 * error, ..Sharpness::default() };
+    let asked = DistanceTolerance { enough: 0.5 * error, ..DistanceTolerance::default() };
     let unknown = CertifiedDistance { lower: 0.0, upper: f64::INFINITY, diagonal: original.diagonal() };
     certified_distance(original, simplified, &asked).unwrap_or(unknown)
 }
@@ -305,9 +305,13 @@ impl<'a> Prover<'a> {
     /// A distance that some point has at least, if the largest is certainly at most the error. What may not be looked at proves
     /// nothing.
     fn distance(&self, simplified: &Simplified) -> Option<f64> {
-        let asked = Sharpness { enough: self.error, too_much: self.error, gap: 0.0 };
-        let (distance, n_looks) =
-            certified_within(&self.original.view, &self.original.view_of(simplified), &asked, self.left.get());
+        let asked = DistanceTolerance { enough: self.error, too_much: self.error, gap: 0.0 };
+        let (distance, n_looks) = certified_distance_with_budget(
+            &self.original.view,
+            &self.original.view_of(simplified),
+            &asked,
+            self.left.get(),
+        );
         self.left.set(self.left.get().saturating_sub(n_looks));
         let is_open = |distance: &CertifiedDistance| distance.lower <= self.error && distance.upper > self.error;
         self.is_any_open.set(self.is_any_open.get() || distance.as_ref().is_some_and(is_open));

@@ -7,7 +7,7 @@ use super::judge::AlongJudging;
 use super::laplacian::Laplacian;
 use super::spectrum::{Carried, spectrum_error};
 use neural_mesh::mesh::TriMesh;
-use neural_mesh::metrics::{Figure, nearest_on};
+use neural_mesh::metrics::{Figure, closest_point_tree};
 
 /// The original as seen from within.
 pub struct AlongSurface {
@@ -75,7 +75,7 @@ impl AlongSurface {
         let first = self.original.as_ref()?;
         let n_pairs = self.eigenpairs(n_asked);
         let second = Intrinsic::new(simplified, &self.judging, 4 * n_pairs)?;
-        let carried = Carried::new(&first.points, simplified, &second.laplacian, &nearest_on(simplified))?;
+        let carried = Carried::new(&first.points, simplified, &second.laplacian, &closest_point_tree(simplified))?;
         // Both begin at about the same place: the vertex of the simplified mesh decides, as there are fewer.
         let source = second.nearest(self.source);
         let sources = [first.nearest(second.points[source as usize]), source];

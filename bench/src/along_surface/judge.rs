@@ -1,7 +1,7 @@
 //! All figures of a simplified mesh: those of the library, and among them those along the surface.
 
 use neural_mesh::mesh::{TriMesh, topology};
-use neural_mesh::metrics::{Figure, Judging, Original, compare};
+use neural_mesh::metrics::{CompareOptions, Figure, ReferenceMesh, compare};
 
 use super::figures::AlongSurface;
 
@@ -36,17 +36,17 @@ impl Default for AlongJudging {
 
 /// An original, made ready once to judge many simplified meshes.
 pub struct Judge {
-    original: Original,
+    original: ReferenceMesh,
     along: AlongSurface,
 }
 
 impl Judge {
     /// Draws the samples, builds the trees, and solves for what is asked for.
-    pub fn new(mesh: &TriMesh, judging: &Judging, along: &AlongJudging) -> Self {
-        let original = Original::new(mesh, judging);
+    pub fn new(mesh: &TriMesh, judging: &CompareOptions, along: &AlongJudging) -> Self {
+        let original = ReferenceMesh::new(mesh, judging);
         let found = topology(mesh);
         let n_vertices = found.vertices - found.unreferenced_vertices;
-        Self { along: AlongSurface::new(&original.scaled(mesh), along, n_vertices), original }
+        Self { along: AlongSurface::new(&original.to_unit_size(mesh), along, n_vertices), original }
     }
 
     /// Returns how many eigenpairs are compared with a mesh that was asked to have so many vertices: as many as [`AlongJudging`]
@@ -61,9 +61,9 @@ impl Judge {
     /// the same number, also those that lost vertices.
     ///
     /// ```
-    /// use neural_mesh::{mesh::shapes, metrics::Judging};
+    /// use neural_mesh::{mesh::shapes, metrics::CompareOptions};
     /// use neural_mesh_bench::along_surface::{AlongJudging, Judge};
-    /// let judge = Judge::new(&shapes::icosphere(3), &Judging::default(), &AlongJudging::default());
+    /// let judge = Judge::new(&shapes::icosphere(3), &CompareOptions::default(), &AlongJudging::default());
     /// let figures = judge.figures(&shapes::icosphere(2), 162);
     /// let error = figures.iter().find(|figure| figure.name == "geodesic_error").unwrap();
     /// assert!(error.value.unwrap() < 5.0);
@@ -71,7 +71,7 @@ impl Judge {
     pub fn figures(&self, simplified: &TriMesh, n_asked: usize) -> Vec<Figure> {
         let mut figures = compare(&self.original, simplified);
         let at = figures.iter().position(|figure| figure.name == BEFORE).map_or(figures.len(), |at| at + 1);
-        figures.splice(at..at, self.along.figures(&self.original.scaled(simplified), n_asked));
+        figures.splice(at..at, self.along.figures(&self.original.to_unit_size(simplified), n_asked));
         figures
     }
 }
@@ -84,7 +84,7 @@ pub mod tests {
     pub const ALONG: AlongJudging = AlongJudging { eigenpairs: 20, geodesics: true, source: None };
 
     pub fn with(original: &TriMesh, along: &AlongJudging) -> Judge {
-        let mut judging = Judging::default();
+        let mut judging = CompareOptions::default();
         judging.samples = 3000;
         Judge::new(original, &judging, along)
     }

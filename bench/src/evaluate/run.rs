@@ -19,7 +19,7 @@ use super::{EvaluateError, Method, Row, Settings, Table, Tool, hardware};
 use crate::along_surface::{AlongJudging, Judge};
 use neural_mesh::appearance::{self, Appearance, USUAL_HEIGHT, appearance};
 use neural_mesh::mesh::{TriMesh, shapes};
-use neural_mesh::metrics::{Figure, Judging};
+use neural_mesh::metrics::{CompareOptions, Figure};
 use neural_mesh::model::Weights;
 
 /// What a caller asks for.
@@ -190,7 +190,7 @@ fn engine<'a>(request: &'a Request, learned: &'a [LearnedFile], scratch: &'a Pat
 /// The figures that every row has, without values.
 pub(super) fn figures() -> Vec<Figure> {
     let mesh = shapes::icosphere(0);
-    let mut judging = Judging::default();
+    let mut judging = CompareOptions::default();
     judging.samples = 1;
     compared(&Judge::new(&mesh, &judging, &AlongJudging::NONE), &mesh, 0, None)
 }
@@ -296,9 +296,9 @@ impl Run<'_> {
         Ok(Subject { judge: Judge::new(&mesh, &judging, &along), mesh })
     }
 
-    fn judging(&self) -> (Judging, AlongJudging) {
+    fn judging(&self) -> (CompareOptions, AlongJudging) {
         let Settings { samples, spectrum, .. } = self.request.settings;
-        let mut judging = Judging::default();
+        let mut judging = CompareOptions::default();
         judging.samples = samples;
         (judging, if spectrum { AlongJudging::default() } else { AlongJudging::NONE })
     }

@@ -13,7 +13,7 @@ use std::path::Path;
 use neural_mesh::appearance::{self, USUAL_HEIGHT, appearance};
 use neural_mesh::io::ReadMesh;
 use neural_mesh::job::{Part, Watch};
-use neural_mesh::metrics::{Figure, Judging, Original, compare};
+use neural_mesh::metrics::{CompareOptions, Figure, ReferenceMesh, compare};
 
 use crate::args::CompareArgs;
 use crate::failure::Failure;
@@ -30,7 +30,7 @@ use meshes::{Meshes, Named, read_all};
 struct Comparison {
     original: Named,
     results: Vec<Judged>,
-    judging: Judging,
+    judging: CompareOptions,
 }
 
 /// A comparison as another face has it.
@@ -102,9 +102,9 @@ pub fn embedded(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<Comp
 
 fn judged(args: &CompareArgs, original: Named, simplified: Vec<Named>, progress: &mut Progress) -> Comparison {
     progress.begin(Part::Check);
-    let mut judging = Judging::default();
+    let mut judging = CompareOptions::default();
     (judging.samples, judging.seed) = (args.samples, args.seed);
-    let prepared = Original::new(&original.mesh, &judging);
+    let prepared = ReferenceMesh::new(&original.mesh, &judging);
     let n_results = simplified.len() as f64;
     let judge = |(number, mesh): (usize, Named)| {
         progress.move_on(Part::Check, (number as f64 + 0.5) / (n_results + 0.5));

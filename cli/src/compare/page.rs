@@ -2,7 +2,7 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use neural_mesh::metrics::nearest_on;
+use neural_mesh::metrics::closest_point_tree;
 use neural_mesh::picture::toward_eye;
 use serde_json::{Value, json};
 
@@ -92,9 +92,9 @@ fn covered(meshes: &[&Named], surfaces: &[SurfaceData]) -> Covered {
 /// Between the original and each result.
 fn distances(comparison: &Comparison) -> Vec<Distances> {
     let original = &comparison.original.mesh;
-    let near = nearest_on(original);
+    let near = closest_point_tree(original);
     let meshes = comparison.results.iter().map(|result| &result.mesh.mesh);
-    meshes.map(|mesh| Distances::new((original, &near), (mesh, &nearest_on(mesh)))).collect()
+    meshes.map(|mesh| Distances::new((original, &near), (mesh, &closest_point_tree(mesh)))).collect()
 }
 
 #[cfg(test)]
@@ -103,13 +103,17 @@ mod tests {
     use crate::compare::Judged;
     use crate::page::check::check_points_nowhere;
     use neural_mesh::mesh::{TriMesh, shapes};
-    use neural_mesh::metrics::Judging;
+    use neural_mesh::metrics::CompareOptions;
 
     fn html(name: &str) -> String {
         let named = |mesh: TriMesh| Named { name: name.into(), mesh, cover: None, normals: None, notes: Vec::new() };
         let result = Judged { mesh: named(shapes::icosphere(1)), figures: Vec::new() };
-        page(&Comparison { original: named(shapes::icosphere(2)), results: vec![result], judging: Judging::default() })
-            .html
+        page(&Comparison {
+            original: named(shapes::icosphere(2)),
+            results: vec![result],
+            judging: CompareOptions::default(),
+        })
+        .html
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! An original and what was made of it as numbers of a page: surfaces, and at the painted points of each how far the other is.
 
 use neural_mesh::mesh::{TriMesh, irregular_edges};
-use neural_mesh::metrics::{Painted, PaintedScale, painted_scale};
+use neural_mesh::metrics::{ColourScale, PaintedMesh, colour_scale};
 use neural_mesh::spatial::NearestOnTriangles;
 
 use super::packed::Packed;
@@ -19,8 +19,8 @@ impl Distances {
     /// Measures them, beside each mesh its surface.
     pub fn new(original: (&TriMesh, &NearestOnTriangles), result: (&TriMesh, &NearestOnTriangles)) -> Self {
         Self {
-            of_result: Painted::new(result.0).distances_to(original.1),
-            of_original: Painted::new(original.0).distances_to(result.1),
+            of_result: PaintedMesh::new(result.0).distances_to(original.1),
+            of_original: PaintedMesh::new(original.0).distances_to(result.1),
         }
     }
 
@@ -34,17 +34,17 @@ impl Distances {
 }
 
 /// One scale over the surfaces of all pairs of an original, each of the same weight.
-pub fn scale<'a>(original: &TriMesh, pairs: impl IntoIterator<Item = (&'a TriMesh, &'a Distances)>) -> PaintedScale {
-    let shares_of_original = Painted::new(original).shares();
+pub fn scale<'a>(original: &TriMesh, pairs: impl IntoIterator<Item = (&'a TriMesh, &'a Distances)>) -> ColourScale {
+    let shares_of_original = PaintedMesh::new(original).shares();
     let mut weighed = Vec::new();
     for (result, pair) in pairs {
-        weighed.extend(pair.of_result.iter().copied().zip(Painted::new(result).shares()));
+        weighed.extend(pair.of_result.iter().copied().zip(PaintedMesh::new(result).shares()));
         weighed.extend(pair.of_original.iter().copied().zip(shares_of_original.iter().copied()));
     }
-    painted_scale(weighed)
+    colour_scale(weighed)
 }
 
 /// A mesh ready for the page, with its marked edges.
 pub fn surface(mesh: &TriMesh) -> SurfaceData {
-    SurfaceData::new(mesh, &irregular_edges(mesh), Painted::new(mesh).steps)
+    SurfaceData::new(mesh, &irregular_edges(mesh), PaintedMesh::new(mesh).steps)
 }

@@ -1,121 +1,133 @@
-//! Branch and bound: parts of faces wait by how far they may be, and the farthest are cut.
+//! Branch and bound: polygons wait in order of their upper bounds, and the farthest are cut.
 
 use std::collections::BinaryHeap;
 
 use rayon::prelude::*;
 
-use super::bounds::Bounds;
-use super::other::Other;
-use super::piece::{Corner, across_the_middle, farthest, halves, middle};
+use super::distance_bounds::DistanceBounds;
+use super::polygon::{PolygonCorner, bisecting_plane, largest_corner_distance, middle, split_polygon};
+use super::target_surface::TargetSurface;
 
-/// Parts that are cut side by side. More would be cut that a larger lower bound makes needless.
-const AT_ONCE: usize = 256;
-/// Every so many cuts of a part one is across its middle, so that it shrinks whatever the planes are.
-const HALVED: u32 = 5;
-/// Points that are looked up for one cut, about.
-const SEARCHES: u64 = 10;
-/// A part of a face that waits to be cut.
-pub(super) struct Waiting {
+/// Polygons cut in parallel. Larger rounds cut polygons that a raised lower bound makes needless.
+const MAX_BATCH: usize = 256;
+/// Cuts after which one bisects the polygon, so that it shrinks whatever the planes are.
+const BISECT_EVERY: u32 = 5;
+/// Searches per cut, roughly.
+const SEARCHES_PER_CUT: u64 = 10;
+/// A polygon waiting to be cut.
+pub(super) struct SearchItem {
     pub upper: f64,
-    pub part: Part,
-    /// How often the face was cut to get it.
+    pub part: FacePart,
+    /// Cuts since the whole face.
     pub n_cuts: u32,
 }
 
-/// A face as it is, or the corners of a part of it.
-pub(super) enum Part {
+/// A whole face, or the corners of a polygon within it.
+pub(super) enum FacePart {
     Face(u32),
-    Piece(Vec<Corner>),
+    Piece(Vec<PolygonCorner>),
 }
 
-impl Ord for Waiting {
+impl Ord for SearchItem {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
         self.upper.total_cmp(&other.upper)
     }
 }
 
-impl PartialOrd for Waiting {
+impl PartialOrd for SearchItem {
     fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl PartialEq for Waiting {
+impl PartialEq for SearchItem {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other).is_eq()
     }
 }
 
-impl Eq for Waiting {}
+impl Eq for SearchItem {}
 
-/// What one cut finds.
+/// The outcome of one cut.
 #[derive(Default)]
-struct Found {
+struct CutResult {
     lower: f64,
-    /// Of the parts that the bounds allow.
+    /// Upper bound over the polygons that need no further cut.
     upper: f64,
-    waiting: Vec<Waiting>,
+    waiting: Vec<SearchItem>,
 }
 
-/// Tightens the bounds by cutting what waits, the largest upper bounds first.
-pub(super) fn tighten(
-    mut waiting: BinaryHeap<Waiting>,
-    corners_of: &(dyn Fn(u32) -> [Corner; 3] + Sync),
-    other: &Other,
-    bounds: &mut Bounds,
+/// Tightens the bounds by cutting the waiting polygons, largest upper bound first.
+pub(super) fn tighten_bounds(
+    mut waiting: BinaryHeap<SearchItem>,
+    corners_of: &(dyn Fn(u32) -> [PolygonCorner; 3] + Sync),
+    target: &TargetSurface,
+    bounds: &mut DistanceBounds,
 ) {
     while let Some(first) = waiting.peek() {
-        if bounds.allow(first.upper) || other.is_exhausted() || bounds.is_beyond() {
+        if bounds.is_tight_enough(first.upper) || target.is_exhausted() || bounds.is_too_far() {
             bounds.upper = bounds.upper.max(first.upper);
             return;
         }
-        let next: Vec<Waiting> = (0..other.at_once(AT_ONCE, SEARCHES)).map_while(|_| waiting.pop()).collect();
-        let found: Vec<Found> = next.into_par_iter().map(|next| other.cut(next, corners_of, bounds)).collect();
+        let next: Vec<SearchItem> =
+            (0..target.batch_size(MAX_BATCH, SEARCHES_PER_CUT)).map_while(|_| waiting.pop()).collect();
+        let found: Vec<CutResult> = next.into_par_iter().map(|next| target.cut(next, corners_of, bounds)).collect();
         for found in found {
-            bounds.raise_to(found.lower);
+            bounds.raise_lower(found.lower);
             bounds.upper = bounds.upper.max(found.upper);
             waiting.extend(found.waiting);
         }
     }
 }
 
-impl Other<'_> {
-    /// Cuts a part, unless the face nearest to its middle is near enough to all of it.
-    fn cut(&self, waiting: Waiting, corners_of: &(dyn Fn(u32) -> [Corner; 3] + Sync), bounds: &Bounds) -> Found {
+impl TargetSurface<'_> {
+    /// Cuts a polygon, unless the face closest to its centre bounds it tightly enough.
+    fn cut(
+        &self,
+        waiting: SearchItem,
+        corners_of: &(dyn Fn(u32) -> [PolygonCorner; 3] + Sync),
+        bounds: &DistanceBounds,
+    ) -> CutResult {
         let corners = match waiting.part {
-            Part::Face(face) => corners_of(face).to_vec(),
-            Part::Piece(corners) => corners,
+            FacePart::Face(face) => corners_of(face).to_vec(),
+            FacePart::Piece(corners) => corners,
         };
         let middle = self.corner(middle(&corners), Some(corners[0].face));
-        let mut found = Found { lower: middle.distance, ..Found::default() };
-        let upper = self.farthest_from(&corners, middle.face).min(waiting.upper);
-        if bounds.allow(upper) {
+        let mut found = CutResult { lower: middle.distance, ..CutResult::default() };
+        let upper = self.distance_from_face(&corners, middle.face).min(waiting.upper);
+        if bounds.is_tight_enough(upper) {
             found.upper = upper;
             return found;
         }
         let n_cuts = waiting.n_cuts + 1;
-        for corners in self.parts(corners, middle.face, n_cuts.is_multiple_of(HALVED), bounds) {
-            // A distance that is not exact is no larger than the lower bound.
-            found.lower = found.lower.max(farthest(&corners));
-            let upper = self.upper(&corners, |upper| bounds.allow(upper)).min(waiting.upper);
-            if bounds.allow(upper) {
+        for corners in self.parts(corners, middle.face, n_cuts.is_multiple_of(BISECT_EVERY), bounds) {
+            // An inexact distance is no larger than the lower bound.
+            found.lower = found.lower.max(largest_corner_distance(&corners));
+            let upper = self.upper_bound(&corners, |upper| bounds.is_tight_enough(upper)).min(waiting.upper);
+            if bounds.is_tight_enough(upper) {
                 found.upper = found.upper.max(upper);
             } else {
-                found.waiting.push(Waiting { upper, part: Part::Piece(corners), n_cuts });
+                found.waiting.push(SearchItem { upper, part: FacePart::Piece(corners), n_cuts });
             }
         }
         found
     }
 
-    /// The part that lies over `face` and those beyond its sides; where no side passes through, what is on either side of the
-    /// plane halfway to another face, or of the middle.
-    fn parts(&self, corners: Vec<Corner>, face: u32, is_to_halve: bool, bounds: &Bounds) -> Vec<Vec<Corner>> {
+    /// Splits a polygon along the sides of `face`; if none passes through, at the bisector to another face, or in the
+    /// middle.
+    fn parts(
+        &self,
+        corners: Vec<PolygonCorner>,
+        face: u32,
+        is_to_halve: bool,
+        bounds: &DistanceBounds,
+    ) -> Vec<Vec<PolygonCorner>> {
         let mut parts = Vec::new();
         let mut within = corners;
         if !is_to_halve {
-            let corner_at = |p| self.corner_by(face, p, bounds.lower);
-            for wall in self.walls(face) {
-                if let Some([inside, outside]) = halves(&within, &wall, corner_at) {
+            let corner_at = |p| self.corner_from_face(face, p, bounds.lower);
+            for wall in self.side_planes(face) {
+                if let Some([inside, outside]) = split_polygon(&within, &wall, corner_at) {
                     parts.push(outside);
                     within = inside;
                 }
@@ -123,9 +135,9 @@ impl Other<'_> {
         }
         if parts.is_empty() {
             let bisector = || self.bisector(&within, face).filter(|_| !is_to_halve);
-            let halves = |plane| halves(&within, &plane, |p| self.corner(p, Some(face)));
-            let across = || halves(across_the_middle(&within));
-            return match bisector().and_then(halves).or_else(across) {
+            let split_polygon = |plane| split_polygon(&within, &plane, |p| self.corner(p, Some(face)));
+            let across = || split_polygon(bisecting_plane(&within));
+            return match bisector().and_then(split_polygon).or_else(across) {
                 Some(parts) => parts.into(),
                 None => vec![within],
             };

@@ -1,7 +1,7 @@
 //! The objective "shape": mean distance, normals and largest distance, each by its logarithm (`loss::log_errors`).
 
 use super::{Blame, Objective, Verdict};
-use crate::loss::{error_sums, log_errors, parts, point_errors};
+use crate::loss::{error_shares, error_sums, log_errors, point_errors};
 use crate::mesh::TriMesh;
 use crate::simplify::Weighed;
 
@@ -14,7 +14,7 @@ impl Objective for Shape {
         let corners_of_original = corners(original);
         let errors = results.map(|result| point_errors(&corners_of_original, &corners(&result.mesh)));
         let sums = error_sums([&errors[0], &errors[1]]);
-        let [first, second] = errors.map(|errors| parts(&errors, &sums));
+        let [first, second] = errors.map(|errors| error_shares(&errors, &sums));
         Ok(Verdict {
             terms: ["distance", "normals", "peak"].into_iter().zip(log_errors(&sums)).collect(),
             blame: Blame::Faces(first.iter().zip(second).map(|(a, b)| a - b).collect()),

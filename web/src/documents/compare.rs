@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use neural_mesh::io::Folder;
 use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
 use neural_mesh::mesh::{TriMesh, in_one_frame};
-use neural_mesh::metrics::{Figure, Judging, Original, Painted, compare, nearest_on};
+use neural_mesh::metrics::{CompareOptions, Figure, PaintedMesh, ReferenceMesh, closest_point_tree, compare};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 
@@ -35,18 +35,20 @@ pub fn compare_files(message: &Message, json: Value, answer: &mut Answer, mut te
         cleaned.push((mesh, frame));
     }
     let meshes = in_one_frame(cleaned).map_err(Refusal::new)?;
-    let mut judging = Judging::default();
+    let mut judging = CompareOptions::default();
     judging.samples = asked.samples.unwrap_or(judging.samples);
     let Some((original, results)) = meshes.split_first() else { return Err(Refusal::new("there is no original")) };
-    let (prepared, near) = (Original::new(original, &judging), nearest_on(original));
+    let (prepared, near) = (ReferenceMesh::new(original, &judging), closest_point_tree(original));
     let (mut judged, mut distances) = (Vec::new(), Vec::new());
     for (number, result) in results.iter().enumerate() {
         if tell(number as f64 / results.len() as f64, 3).is_break() {
             return Err(Refusal { what: "interrupted".into(), is_interrupted: true });
         }
         judged.push(compare(&prepared, result));
-        let painted =
-            [Painted::new(result).distances_to(&near), Painted::new(original).distances_to(&nearest_on(result))];
+        let painted = [
+            PaintedMesh::new(result).distances_to(&near),
+            PaintedMesh::new(original).distances_to(&closest_point_tree(result)),
+        ];
         let [of_result, of_original] = painted.map(|values| answer.add_numbers(values, f32::to_le_bytes));
         distances.push(json!({ "of_result": of_result, "of_original": of_original }));
     }
@@ -73,7 +75,7 @@ fn read_mesh(file: &File, bytes: &[u8], folder: &Folder) -> Result<Cleaned, Refu
 fn add_surface(mesh: &TriMesh, answer: &mut Answer) -> Value {
     let positions = answer.add_numbers(mesh.positions().iter().copied().flatten(), f32::to_le_bytes);
     let faces = answer.add_numbers(mesh.faces().iter().copied().flatten(), u32::to_le_bytes);
-    json!({ "positions": positions, "faces": faces, "steps": Painted::new(mesh).steps })
+    json!({ "positions": positions, "faces": faces, "steps": PaintedMesh::new(mesh).steps })
 }
 
 fn size_of(name: &str, mesh: &TriMesh) -> Map<String, Value> {

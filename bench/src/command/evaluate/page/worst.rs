@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::evaluate::{Table, Worst, worst};
 use neural_mesh::mesh::TriMesh;
-use neural_mesh::metrics::nearest_on;
+use neural_mesh::metrics::closest_point_tree;
 use neural_mesh::picture::toward_eye;
 use neural_mesh::spatial::NearestOnTriangles;
 use serde_json::{Value, json};
@@ -65,7 +65,7 @@ fn by_rank(worst: Vec<Worst>) -> Vec<Worst> {
 }
 
 fn opened(mesh: TriMesh) -> Original {
-    Original { near: nearest_on(&mesh), data: surface(&mesh), mesh, number: None }
+    Original { near: closest_point_tree(&mesh), data: surface(&mesh), mesh, number: None }
 }
 
 impl WorstCases {
@@ -75,7 +75,7 @@ impl WorstCases {
         let of_meshes = data.text.len() + if original.number.is_none() { original.data.text.len() } else { 0 };
         // What cannot fit is not measured.
         left.checked_sub(of_meshes)?;
-        let distances = Distances::new((&original.mesh, &original.near), (result, &nearest_on(result)));
+        let distances = Distances::new((&original.mesh, &original.near), (result, &closest_point_tree(result)));
         let scale = scale(&original.mesh, [(result, &distances)]);
         let (at, of_original) = (self.cases.len(), original.number.unwrap_or(self.surfaces.len()));
         let of_result = self.surfaces.len() + usize::from(original.number.is_none());

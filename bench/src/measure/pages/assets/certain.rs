@@ -7,7 +7,7 @@ use crate::baselines::{Baseline, Size, simplify_by};
 use crate::evaluate::median;
 use anyhow::{Context, Result};
 use neural_mesh::mesh::TriMesh;
-use neural_mesh::metrics::{Sharpness, Surface, certified_distance, surface_distance};
+use neural_mesh::metrics::{DistanceTolerance, Surface, certified_distance, surface_distance};
 use neural_mesh::search::simplify_to_error;
 use neural_mesh::simplify::{Input, Options, Target};
 use serde::{Deserialize, Serialize};
@@ -117,7 +117,7 @@ fn measure(name: &str, path: &Path, asked: f64) -> Result<CertainCase> {
 
 /// Bisects for meshoptimizer's result with the fewest faces that is proved to be within `error`.
 fn fewest_faces(mesh: &TriMesh, error: f64) -> Result<usize> {
-    let asked = Sharpness { enough: error, too_much: error, gap: 0.0 };
+    let asked = DistanceTolerance { enough: error, too_much: error, gap: 0.0 };
     let (mut too_few, mut enough) = (0usize, mesh.faces().len());
     let mut fewest = enough;
     while enough as f64 > (too_few as f64 * 1.02).max(too_few as f64 + 2.0) {

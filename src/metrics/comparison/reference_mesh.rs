@@ -1,29 +1,29 @@
-//! The original mesh, made ready once to judge many simplified ones.
+//! The original of a comparison, prepared once for many simplified meshes.
 
-use super::judging::Judging;
+use super::compare_options::CompareOptions;
 use crate::mesh::{Topology, TriMesh, topology};
 use crate::metrics::{Surface, volume};
 
-/// The original, made ready once to judge many simplified meshes.
-pub struct Original {
+/// An original mesh, prepared to measure many simplified meshes against it.
+pub struct ReferenceMesh {
     pub(super) mesh: TriMesh,
-    pub(super) judging: Judging,
+    pub(super) options: CompareOptions,
     pub(super) surface: Surface,
     pub(super) topology: Topology,
     pub(super) volume: Option<f64>,
-    /// What coordinates are multiplied with before anything is measured.
+    /// Factor of all coordinates before anything is measured.
     scale: f64,
 }
 
-impl Original {
+impl ReferenceMesh {
     /// Draws the samples and builds the trees.
-    pub fn new(mesh: &TriMesh, judging: &Judging) -> Self {
+    pub fn new(mesh: &TriMesh, options: &CompareOptions) -> Self {
         let scale = scale_to_one(mesh);
-        let mesh = scaled(mesh, scale);
+        let mesh = scale_by(mesh, scale);
         let topology = topology(&mesh);
         Self {
-            judging: *judging,
-            surface: Surface::new(&mesh, judging.samples, judging.seed),
+            options: *options,
+            surface: Surface::new(&mesh, options.samples, options.seed),
             volume: volume(&mesh),
             topology,
             mesh,
@@ -31,30 +31,30 @@ impl Original {
         }
     }
 
-    /// Returns a mesh as it is measured: a power of two brings very small and very large originals to about unit size.
+    /// Returns a mesh scaled as for measuring: very small and very large originals come to about unit size, exactly.
     ///
     /// ```
-    /// use neural_mesh::{mesh::{TriMesh, shapes}, metrics::{Judging, Original}};
+    /// use neural_mesh::{mesh::{TriMesh, shapes}, metrics::{CompareOptions, ReferenceMesh}};
     /// let tiny = shapes::icosphere(2).positions().iter().map(|p| p.map(|x| 2f32.powi(-80) * x)).collect();
     /// let tiny = TriMesh::new(tiny, shapes::icosphere(2).faces().to_vec()).unwrap();
-    /// assert_eq!(Original::new(&tiny, &Judging::default()).scaled(&tiny), shapes::icosphere(2));
+    /// assert_eq!(ReferenceMesh::new(&tiny, &CompareOptions::default()).to_unit_size(&tiny), shapes::icosphere(2));
     /// ```
-    pub fn scaled(&self, mesh: &TriMesh) -> TriMesh {
-        scaled(mesh, self.scale)
+    pub fn to_unit_size(&self, mesh: &TriMesh) -> TriMesh {
+        scale_by(mesh, self.scale)
     }
 }
 
-/// A power of two that brings a very small or very large mesh to about unit size, exactly; 1 for all others.
+/// Returns a power of two that brings a very small or very large mesh to about unit size, else 1.
 ///
-/// Squares and fourth powers of coordinates are taken in single precision in places: they must not run out of range.
+/// Squares and fourth powers are computed in single precision in places; they must not overflow.
 fn scale_to_one(mesh: &TriMesh) -> f64 {
     let size = mesh.positions().as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()));
     let is_usual = size == 0.0 || (1e-6..=1e6).contains(&size);
     if is_usual { 1.0 } else { (-f64::from(size).log2().round()).exp2() }
 }
 
-/// The mesh with its coordinates multiplied; what would leave the range of numbers stays at its end.
-fn scaled(mesh: &TriMesh, by: f64) -> TriMesh {
+/// Multiplies all coordinates, clamped to the range of `f32`.
+fn scale_by(mesh: &TriMesh, by: f64) -> TriMesh {
     if by == 1.0 {
         return mesh.clone();
     }

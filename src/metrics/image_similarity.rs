@@ -1,13 +1,13 @@
-//! How alike two pictures are, pixel by pixel and window by window; plain buffers, whoever drew them.
+//! Similarity of images: SSIM, PSNR and overlap of silhouettes, from plain buffers.
 
-/// Side of the windows that SSIM looks at, in pixels.
+/// Side of an SSIM window in pixels.
 const WINDOW: usize = 8;
 
-/// Structural similarity of two grey pictures of the same size, row by row, 1 where they are equal; `None` where the
-/// sizes differ, do not fit `width`, or there is not one window.
+/// Returns the structural similarity of two grey images, 1 if equal.
 ///
-/// The mean over all windows of 8 x 8 pixels, four pixels apart, of Wang et al., "Image quality assessment: from error
-/// visibility to structural similarity" (2004), Eq. (13), with their constants.
+/// The mean over windows of 8 x 8 pixels, four apart, of Wang et al. 2004, "Image quality assessment: from error
+/// visibility to structural similarity", Eq. (13), with their constants. `None` if the sizes differ, are no multiple of
+/// `width`, or hold no window.
 ///
 /// ```
 /// use neural_mesh::metrics::ssim;
@@ -26,7 +26,7 @@ pub fn ssim(width: usize, a: &[u8], b: &[u8]) -> Option<f64> {
     Some(likeness.iter().sum::<f64>() / likeness.len() as f64)
 }
 
-/// The two pictures' likeness in the window at their beginning.
+/// Returns the similarity in the window at the start of both buffers.
 fn window_ssim(width: usize, a: &[u8], b: &[u8]) -> f64 {
     let [mut x, mut y, mut xx, mut yy, mut xy] = [0u32; 5];
     for row in 0..WINDOW {
@@ -43,8 +43,9 @@ fn window_ssim(width: usize, a: &[u8], b: &[u8]) -> f64 {
     mean * (2.0 * (xy - x * y) + c2) / (xx - x * x + yy - y * y + c2)
 }
 
-/// Peak signal-to-noise ratio of two buffers of bytes, in decibels, infinite where they are equal; `None` where their
-/// lengths differ or are 0.
+/// Returns the peak signal-to-noise ratio of two byte buffers in decibels, infinite if equal.
+///
+/// `None` if the lengths differ or are 0.
 ///
 /// ```
 /// use neural_mesh::metrics::psnr;
@@ -57,8 +58,7 @@ pub fn psnr(a: &[u8], b: &[u8]) -> Option<f64> {
     (a.len() == b.len() && !a.is_empty()).then(|| 10.0 * (255.0f64.powi(2) / mean).log10())
 }
 
-/// Shared area of two silhouettes over the area of both together, 1 where they are equal or both empty; `None` where the
-/// sizes differ.
+/// Returns the intersection over union of two silhouettes, 1 if both are empty; `None` if the sizes differ.
 ///
 /// ```
 /// use neural_mesh::metrics::silhouette_iou;
@@ -90,7 +90,7 @@ mod tests {
         assert!(decibels[0].is_infinite() && decibels[2] < decibels[1], "{decibels:?}");
     }
 
-    /// Two flat greys: only the means differ.
+    /// Between two uniform greys only the means differ.
     #[test]
     fn flat_greys_by_hand() {
         let [dark, light] = [100u8, 120].map(|grey| vec![grey; 64]);

@@ -1,4 +1,4 @@
-//! Distances to paint on a mesh: from its vertices, or from more points of each face, to the surface of another.
+//! Distances to show as colours on a mesh, at its vertices or at several points per face.
 
 use rayon::prelude::*;
 
@@ -7,94 +7,94 @@ use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::TriMesh;
 use crate::spatial::NearestOnTriangles;
 
-/// Most points painted on a mesh whose faces are few and large.
+/// Most painted points on a mesh of few, large faces.
 const MOST_POINTS: usize = 120_000;
 
 /// Most steps along a side of a face.
 const MOST_STEPS: usize = 8;
 
-/// Where colours may end, in the mesh's unit: over surfaces of which each point stands for a share.
+/// Distances at which a colour scale may end, in the mesh's unit, weighted by area.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PaintedScale {
-    /// Exceeded on a twentieth of the surface.
+pub struct ColourScale {
+    /// The 95th percentile.
     pub p95: f32,
-    /// Exceeded on a hundredth of the surface.
+    /// The 99th percentile.
     pub p99: f32,
     /// The largest distance.
     pub max: f32,
 }
 
-/// A mesh with the points of it that are painted.
-pub struct Painted<'a> {
+/// A mesh with the points at which it is painted.
+pub struct PaintedMesh<'a> {
     mesh: &'a TriMesh,
-    /// Steps along the sides of the faces from one painted point to the next: as many as fit, 1 for the vertices alone. A
-    /// large face may have its corners on the original and its middle far away.
+    /// Steps along each side between painted points; 1 paints the vertices only. More steps show faces whose middle is
+    /// far from the original while their corners are close.
     pub steps: usize,
 }
 
-impl<'a> Painted<'a> {
-    /// Chooses the points: each vertex where there are many faces, up to 45 evenly spread points of each face where there
-    /// are few.
+impl<'a> PaintedMesh<'a> {
+    /// Chooses the points: the vertices of meshes with many faces, else up to 45 evenly spread points per face.
     ///
     /// ```
-    /// use neural_mesh::{mesh::shapes, metrics::{Painted, nearest_on}};
+    /// use neural_mesh::{mesh::shapes, metrics::{PaintedMesh, closest_point_tree}};
     /// let (coarse, fine) = (shapes::icosphere(0), shapes::icosphere(3));
-    /// let distances = Painted::new(&coarse).distances_to(&nearest_on(&fine));
+    /// let distances = PaintedMesh::new(&coarse).distances_to(&closest_point_tree(&fine));
     /// assert!(distances.len() == 20 * 45 && distances.iter().all(|&distance| distance < 0.21));
     /// ```
     pub fn new(mesh: &'a TriMesh) -> Self {
-        Self { mesh, steps: steps(mesh) }
+        Self { mesh, steps: choose_steps(mesh) }
     }
 
-    /// Distance of each painted point from another surface, in the mesh's unit: n_vertices, or n_faces x points of a face,
-    /// corners and sides included, row by row from the first corner (the page's `refine.js` has the same order).
+    /// Returns the distance of each painted point to another surface, in the mesh's unit.
+    ///
+    /// # Shapes
+    /// n_vertices, or n_faces x points per face, row by row from the first corner (the order of `refine.js`).
     pub fn distances_to(&self, other: &NearestOnTriangles) -> Vec<f32> {
         let points = match self.steps {
             1 => vertices(self.mesh),
-            steps => points_of_faces(self.mesh, steps),
+            steps => face_points(self.mesh, steps),
         };
         distances(&points, other)
     }
 
-    /// Share of the area that each painted point stands for, like [`Painted::distances_to`]; their sum is 1.
+    /// Returns the share of the area that each painted point represents, in the order of [`Self::distances_to`]; they
+    /// sum to 1.
     pub fn shares(&self) -> Vec<f64> {
         match self.steps {
-            1 => shares_of_vertices(self.mesh),
-            steps => shares_of_points(self.mesh, steps),
+            1 => vertex_shares(self.mesh),
+            steps => point_shares(self.mesh, steps),
         }
     }
 }
 
-/// Distances of points from a surface, n_points.
 fn distances(points: &[[f64; 3]], surface: &NearestOnTriangles) -> Vec<f32> {
     let distance = |&point: &[f64; 3]| surface.nearest(point.into()).map_or(0.0, |hit| hit.distance2.sqrt() as f32);
     points.par_iter().map(distance).collect()
 }
 
-/// The vertices of a mesh, n_vertices x 3.
 fn vertices(mesh: &TriMesh) -> Vec<[f64; 3]> {
     mesh.positions().iter().map(|position| position.map(f64::from)).collect()
 }
 
-/// The surface of a mesh, to find nearest points on.
-pub fn nearest_on(mesh: &TriMesh) -> NearestOnTriangles {
+/// Builds the tree that finds closest points on the surface of a mesh.
+pub fn closest_point_tree(mesh: &TriMesh) -> NearestOnTriangles {
     NearestOnTriangles::new(&triangles(mesh))
 }
 
-/// As many steps as [`MOST_POINTS`] allow, 1 for the vertices alone.
-fn steps(mesh: &TriMesh) -> usize {
-    let fit = |steps: &usize| mesh.faces().len() * points_of_a_face(*steps) <= MOST_POINTS;
+/// Returns the most steps that stay within [`MOST_POINTS`], 1 if none do.
+fn choose_steps(mesh: &TriMesh) -> usize {
+    let fit = |steps: &usize| mesh.faces().len() * points_per_face(*steps) <= MOST_POINTS;
     (2..=MOST_STEPS).rev().find(fit).unwrap_or(1)
 }
 
-/// Number of points of a face whose sides have that many steps.
-fn points_of_a_face(steps: usize) -> usize {
+/// Returns the number of points on a face with `steps` per side.
+fn points_per_face(steps: usize) -> usize {
     (steps + 1) * (steps + 2) / 2
 }
 
-/// Evenly spread points of every face, row by row from the first corner.
-fn points_of_faces(mesh: &TriMesh, steps: usize) -> Vec<[f64; 3]> {
-    let mut points = Vec::with_capacity(mesh.faces().len() * points_of_a_face(steps));
+/// Returns evenly spread points of every face, row by row from the first corner.
+fn face_points(mesh: &TriMesh, steps: usize) -> Vec<[f64; 3]> {
+    let mut points = Vec::with_capacity(mesh.faces().len() * points_per_face(steps));
     for face in mesh.faces() {
         let [a, b, c] = face.map(|v| mesh.positions()[v as usize].map(f64::from));
         for i in 0..=steps {
@@ -107,23 +107,23 @@ fn points_of_faces(mesh: &TriMesh, steps: usize) -> Vec<[f64; 3]> {
     points
 }
 
-/// Share of the mesh's area that each vertex stands for, a third of each face around it, n_vertices.
-fn shares_of_vertices(mesh: &TriMesh) -> Vec<f64> {
+/// Returns the share of the area at each vertex: a third of each face around it, n_vertices.
+fn vertex_shares(mesh: &TriMesh) -> Vec<f64> {
     let mut shares = vec![0.0; mesh.positions().len()];
-    for (face, share) in mesh.faces().iter().zip(shares_of_faces(mesh)) {
+    for (face, share) in mesh.faces().iter().zip(face_shares(mesh)) {
         face.iter().for_each(|&v| shares[v as usize] += share / 3.0);
     }
     shares
 }
 
-/// Share of the mesh's area that each point of its faces stands for.
-fn shares_of_points(mesh: &TriMesh, steps: usize) -> Vec<f64> {
-    let n = points_of_a_face(steps);
-    shares_of_faces(mesh).iter().flat_map(|share| std::iter::repeat_n(share / n as f64, n)).collect()
+/// Returns the share of the area at each painted point of the faces.
+fn point_shares(mesh: &TriMesh, steps: usize) -> Vec<f64> {
+    let n = points_per_face(steps);
+    face_shares(mesh).iter().flat_map(|share| std::iter::repeat_n(share / n as f64, n)).collect()
 }
 
-/// Area of each face as a share of all, n_faces; all alike where there is no area.
-fn shares_of_faces(mesh: &TriMesh) -> Vec<f64> {
+/// Returns each face's share of the total area, n_faces; equal shares if there is no area.
+fn face_shares(mesh: &TriMesh) -> Vec<f64> {
     let corner = |v: u32| mesh.positions()[v as usize].map(f64::from).into();
     let areas: Vec<f64> = mesh.faces().iter().map(|face| area_normal_f64(face.map(corner)).length()).collect();
     let total: f64 = areas.iter().sum();
@@ -131,14 +131,14 @@ fn shares_of_faces(mesh: &TriMesh) -> Vec<f64> {
     areas.iter().map(|area| if total > 0.0 { area / total } else { even }).collect()
 }
 
-/// The scale of distances, each with the share that it stands for.
+/// Returns the colour scale for distances, each with the share of area that it represents.
 ///
 /// ```
-/// use neural_mesh::metrics::painted_scale;
-/// let scale = painted_scale((1..=100).map(|i| (i as f32, 1.0)).collect());
+/// use neural_mesh::metrics::colour_scale;
+/// let scale = colour_scale((1..=100).map(|i| (i as f32, 1.0)).collect());
 /// assert_eq!((scale.p95, scale.p99, scale.max), (95.0, 99.0, 100.0));
 /// ```
-pub fn painted_scale(mut weighed: Vec<(f32, f64)>) -> PaintedScale {
+pub fn colour_scale(mut weighed: Vec<(f32, f64)>) -> ColourScale {
     weighed.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let total: f64 = weighed.iter().map(|(_, share)| share).sum();
     let below = |part: f64| {
@@ -150,7 +150,7 @@ pub fn painted_scale(mut weighed: Vec<(f32, f64)>) -> PaintedScale {
         reached.map_or(0.0, |&(distance, _)| distance)
     };
     let max = weighed.last().map_or(0.0, |&(distance, _)| distance);
-    PaintedScale { p95: below(0.95), p99: below(0.99), max }
+    ColourScale { p95: below(0.95), p99: below(0.99), max }
 }
 
 #[cfg(test)]
@@ -163,7 +163,7 @@ mod tests {
         let sphere = shapes::icosphere(3);
         let double = sphere.positions().iter().map(|p| p.map(|x| 2.0 * x)).collect();
         let double = TriMesh::new(double, sphere.faces().to_vec()).unwrap();
-        let found = Painted { mesh: &double, steps: 1 }.distances_to(&nearest_on(&sphere));
+        let found = PaintedMesh { mesh: &double, steps: 1 }.distances_to(&closest_point_tree(&sphere));
         assert_eq!(found.len(), double.positions().len());
         assert!(found.iter().all(|d| (d - 1.0).abs() < 0.01), "{found:?}");
     }
@@ -171,10 +171,10 @@ mod tests {
     #[test]
     fn the_scale_counts_area_not_vertices() {
         let even = |i: u32| (i as f32, 1.0);
-        assert_eq!(painted_scale((1..=1000).map(even).collect()), PaintedScale { p95: 950.0, p99: 990.0, max: 1000.0 });
+        assert_eq!(colour_scale((1..=1000).map(even).collect()), ColourScale { p95: 950.0, p99: 990.0, max: 1000.0 });
         let heavy = vec![(3.0, 1.0), (1.0, 96.0), (2.0, 3.0)];
-        assert_eq!(painted_scale(heavy), PaintedScale { p95: 1.0, p99: 2.0, max: 3.0 });
-        assert_eq!(painted_scale(Vec::new()), PaintedScale::default());
+        assert_eq!(colour_scale(heavy), ColourScale { p95: 1.0, p99: 2.0, max: 3.0 });
+        assert_eq!(colour_scale(Vec::new()), ColourScale::default());
     }
 
     #[test]
@@ -184,23 +184,24 @@ mod tests {
         let are_close = |found: Vec<f64>, wanted: &[f64]| {
             assert!(found.len() == wanted.len() && found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-12));
         };
-        are_close(shares_of_vertices(&mesh), &[3.0, 12.0, 12.0, 9.0].map(|doubled| doubled / 36.0));
-        are_close(shares_of_points(&mesh, 1), &[3.0, 3.0, 3.0, 9.0, 9.0, 9.0].map(|doubled| doubled / 36.0));
+        are_close(vertex_shares(&mesh), &[3.0, 12.0, 12.0, 9.0].map(|doubled| doubled / 36.0));
+        are_close(point_shares(&mesh, 1), &[3.0, 3.0, 3.0, 9.0, 9.0, 9.0].map(|doubled| doubled / 36.0));
         let point = TriMesh::new(vec![[1.0; 3]; 3], vec![[0, 1, 2]]).unwrap();
-        are_close(shares_of_vertices(&point), &[1.0 / 3.0; 3]);
+        are_close(vertex_shares(&point), &[1.0 / 3.0; 3]);
     }
 
     #[test]
     fn points_of_faces_see_what_the_corners_do_not() {
         let fine = shapes::icosphere(4);
         let coarse = shapes::icosphere(0);
-        assert_eq!(steps(&coarse), MOST_STEPS);
-        assert_eq!(steps(&shapes::icosphere(6)), 1);
-        let points = points_of_faces(&coarse, 8);
+        assert_eq!(choose_steps(&coarse), MOST_STEPS);
+        assert_eq!(choose_steps(&shapes::icosphere(6)), 1);
+        let points = face_points(&coarse, 8);
         assert_eq!(points.len(), 20 * 45);
-        let [corners, inside] = [1, 8].map(|steps| Painted { mesh: &coarse, steps }.distances_to(&nearest_on(&fine)));
+        let [corners, inside] =
+            [1, 8].map(|steps| PaintedMesh { mesh: &coarse, steps }.distances_to(&closest_point_tree(&fine)));
         let largest = |distances: Vec<f32>| distances.into_iter().fold(0.0, f32::max);
-        // The middle of an icosahedron's face lies 1 - 0.795 below its sphere.
+        // The centre of an icosahedron's face lies 1 - 0.795 below the sphere.
         let (corners, inside) = (largest(corners), largest(inside));
         assert!(corners < 1e-3 && inside > 0.18 && inside < 0.206, "{corners} {inside}");
     }
@@ -208,7 +209,7 @@ mod tests {
     #[test]
     fn points_of_a_face_run_row_by_row_from_the_first_corner() {
         let mesh = TriMesh::new(vec![[0.0; 3], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]], vec![[0, 1, 2]]).unwrap();
-        let flat = points_of_faces(&mesh, 2).into_iter().map(|[x, y, _]| [x, y]);
+        let flat = face_points(&mesh, 2).into_iter().map(|[x, y, _]| [x, y]);
         let wanted = [[0.0, 0.0], [0.0, 1.0], [0.0, 2.0], [1.0, 0.0], [1.0, 1.0], [2.0, 0.0]];
         assert_eq!(flat.collect::<Vec<_>>(), wanted);
     }

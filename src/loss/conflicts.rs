@@ -1,15 +1,14 @@
-//! What a triangle costs for the triangles it is in conflict with: Eq. (9), which collisions, edge crossings and
-//! overlaps share, and the form that trains.
+//! Cost of conflicting triangles: Eq. (9), shared by collisions, edge crossings and overlaps, and the trained form.
 //!
-//! Conflicts are ordered pairs (t, u): t passes through u, crosses u, lies over u.
+//! A conflict is an ordered pair (t, u): t passes through, crosses or lies over u.
 
 use super::Term;
 use crate::linalg::Csr;
 use rayon::prelude::*;
 
-/// Finds the ordered pairs (t, u) of near triangles that are in conflict, by t, then by u.
+/// Finds the conflicting pairs (t, u) of nearby triangles, sorted.
 ///
-/// u is near t where one of them is among the neighbours of the other.
+/// Triangles are near if one is a neighbour of the other.
 pub(super) fn near_pairs(neighbours: &Csr, in_conflict: impl Fn(u32, u32) -> bool + Sync) -> Vec<[u32; 2]> {
     let both_ways = Csr::from_edges(neighbours.n_rows(), neighbours.entries());
     let of_triangle = |t: usize| {
@@ -20,17 +19,17 @@ pub(super) fn near_pairs(neighbours: &Csr, in_conflict: impl Fn(u32, u32) -> boo
     (0..both_ways.n_rows()).into_par_iter().flat_map_iter(of_triangle).collect()
 }
 
-/// Computes Eq. (9) as printed, `1/|F_s| sum over t of p_t m(t)`, where m(t) is the number of pairs (t, u).
+/// Computes Eq. (9) as printed, `1/|F_s| sum_t p_t m(t)`; m(t) counts the pairs (t, u).
 ///
-/// It falls with every p, also where all conflicting triangles are gone already: smallest where no face is kept.
+/// It falls with every p, even if the other triangle of each conflict is gone: smallest if no face is kept.
 ///
 /// # Shapes
-/// - `conflicts`: ordered pairs of triangles, from [`collisions`](super::collisions),
-///   [`edge_crossings`](super::edge_crossings) or [`overlaps`](super::overlaps)
+/// - `conflicts`: pairs from [`collisions`](super::collisions), [`edge_crossings`](super::edge_crossings) or
+///   [`overlaps`](super::overlaps)
 /// - `probabilities`: n_triangles
 ///
 /// # Panics
-/// When a triangle does not exist.
+/// If a triangle does not exist.
 ///
 /// ```
 /// use neural_mesh::loss::conflicts_by_count;
@@ -43,16 +42,15 @@ pub fn conflicts_by_count(conflicts: &[[u32; 2]], probabilities: &[f32]) -> Term
     Term::mean_product(&counts, probabilities)
 }
 
-/// Computes `1/|F_s| sum over (t, u) of p_t p_u`: the expected number of conflicts per candidate among the faces that
-/// are kept.
+/// Computes `1/|F_s| sum_(t, u) p_t p_u`: the expected number of conflicts among kept faces, per candidate.
 ///
-/// Only conflicts in which both triangles are likely cost anything, so one of them can stay.
+/// Only conflicts between two likely triangles cost, so one of them can stay.
 ///
 /// # Shapes
 /// As for [`conflicts_by_count`].
 ///
 /// # Panics
-/// When a triangle does not exist.
+/// If a triangle does not exist.
 ///
 /// ```
 /// use neural_mesh::loss::conflicts_by_pair;

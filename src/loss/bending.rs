@@ -1,18 +1,16 @@
-//! The bending that the samples miss, ours: how far a point lies off the tangent plane of its nearest sample.
+//! Bending missed by the samples, an addition: distance of a point from the tangent plane of its nearest sample.
 //!
-//! Eq. (6) asks for samples that are near in space, the same everywhere. A surface between samples is off by what it
-//! bends over the distance, so that flat parts need few of them and bent parts many.
+//! Eq. (6) spreads samples evenly; this term puts them where the surface bends.
 
 use super::Term;
-use super::first_kept::relative_cost;
+use super::expected_cost::relative_cost;
 use glam::DVec3;
 
-/// Computes the expected squared distance between a query and its nearest sample along their normals, where each point
-/// is a sample by itself with probability pi: per query x, over its nearest points y from near to far,
-/// `sum over k of c_k pi_k prod_{j<k} (1 - pi_j)` with `c = ((x - y).n_x)^2 / 2 + ((x - y).n_y)^2 / 2`.
+/// Computes the expected squared distance between a query and its nearest sample along their normals.
 ///
-/// Where none of them is a sample, the last stands for it. The mean over the queries is divided by that of the last
-/// costs: 0 where nothing is missed, about 1 where no point is a sample.
+/// Points are samples independently with probability pi. Per query x, over its nearest points y: `sum_k c_k pi_k
+/// prod_{j<k} (1 - pi_j)` with `c = ((x - y).n_x)^2 / 2 + ((x - y).n_y)^2 / 2`; the last counts if none is a sample.
+/// The mean is divided by that of the last costs: 0 if nothing is missed, about 1 if no point is a sample.
 ///
 /// # Shapes
 /// - `points`: n x 3; `normals`: n x 3, unit vectors
@@ -22,7 +20,7 @@ use glam::DVec3;
 /// - returns a number and its gradient to the n probabilities
 ///
 /// # Panics
-/// When a point does not exist.
+/// If a point does not exist.
 ///
 /// ```
 /// use neural_mesh::loss::bending_of_samples;

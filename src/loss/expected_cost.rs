@@ -1,43 +1,42 @@
-//! The expected cost of the first option that is kept, where each is kept or not by itself: what the covering terms
-//! share.
+//! Expected cost of the first option kept, each kept independently; shared by the coverage terms.
 
 use super::Term;
 use rayon::prelude::*;
 
-/// Rows of options, in each row the preferred one first.
-pub(super) struct Rows<'a> {
-    /// n_rows x `width`: which probability keeps the option.
+/// OptionRows of options, the preferred one first in each.
+pub(super) struct OptionRows<'a> {
+    /// n_rows x `width`: index of the option's probability.
     pub options: &'a [u32],
-    /// n_rows x `width`: the cost where it is the first one kept.
+    /// n_rows x `width`: cost if it is the first one kept.
     pub costs: &'a [f64],
-    /// n_rows: the cost where none is kept.
+    /// n_rows: cost if none is kept.
     pub costs_of_none: &'a [f64],
     /// Options per row.
     pub width: usize,
 }
 
-/// The rows with the last option of each standing for none, `costs` in shares of what that costs on average.
+/// Computes the expected cost relative to the mean cost of the last options, which also count if none is kept.
 pub(super) fn relative_cost(options: &[u32], mut costs: Vec<f64>, width: usize, probabilities: &[f32]) -> Term {
-    let lasts = last_of_each(&costs, width);
+    let lasts = last_costs(&costs, width);
     let mean = lasts.iter().sum::<f64>() / lasts.len() as f64;
     if mean > 0.0 {
         costs.iter_mut().for_each(|cost| *cost /= mean);
     }
-    let costs_of_none = last_of_each(&costs, width);
-    expected_cost(&Rows { options, costs: &costs, costs_of_none: &costs_of_none, width }, probabilities)
+    let costs_of_none = last_costs(&costs, width);
+    expected_cost(&OptionRows { options, costs: &costs, costs_of_none: &costs_of_none, width }, probabilities)
 }
 
-/// The last cost of each row, n_rows; `width` is not 0.
-pub(super) fn last_of_each(costs: &[f64], width: usize) -> Vec<f64> {
+/// Returns the last cost of each row, n_rows; `width` is not 0.
+pub(super) fn last_costs(costs: &[f64], width: usize) -> Vec<f64> {
     costs.chunks_exact(width).map(|row| row[width - 1]).collect()
 }
 
-/// Computes the mean over the rows of `sum over k of c_k p_k prod_{j<k} (1 - p_j) + c_none prod (1 - p_j)`.
+/// Computes the mean over the rows of `sum_k c_k p_k prod_{j<k} (1 - p_j) + c_none prod_j (1 - p_j)`.
 ///
-/// From the end of a row, `E_k = p_k c_k + (1 - p_k) E_{k+1}`; the derivative to p_k is `c_k - E_{k+1}` times the
-/// probability that nothing before k is kept. No division, so that 0 and 1 are as good as others.
-pub(super) fn expected_cost(rows: &Rows, probabilities: &[f32]) -> Term {
-    let Rows { options, costs, costs_of_none, width } = *rows;
+/// Backwards along a row, `E_k = p_k c_k + (1 - p_k) E_{k+1}`; the derivative to p_k is `c_k - E_{k+1}` times the
+/// probability that no earlier option is kept. Free of divisions, so p may be 0 or 1.
+pub(super) fn expected_cost(rows: &OptionRows, probabilities: &[f32]) -> Term {
+    let OptionRows { options, costs, costs_of_none, width } = *rows;
     if width == 0 || costs_of_none.is_empty() {
         let sum = costs_of_none.iter().sum();
         return Term::mean(sum, &vec![0.0; probabilities.len()], costs_of_none.len());
@@ -53,7 +52,7 @@ pub(super) fn expected_cost(rows: &Rows, probabilities: &[f32]) -> Term {
     Term::mean(values.iter().sum(), &gradient, values.len())
 }
 
-/// The expected cost of one row; its derivatives go into `slopes`.
+/// Returns the expected cost of one row and writes its derivatives to `slopes`.
 fn row_cost(slopes: &mut [f64], options: &[u32], costs: &[f64], none: f64, probabilities: &[f32]) -> f64 {
     let mut rest = none;
     for ((slope, &option), cost) in slopes.iter_mut().zip(options).zip(costs).rev() {
@@ -74,8 +73,8 @@ mod tests {
     use super::super::test_gradients::{assert_gradient, uniform};
     use super::*;
 
-    /// The same over all subsets of options that can be kept.
-    fn by_subsets(options: &[u32], costs: &[f64], none: f64, p: &[f32]) -> f64 {
+    /// Computes the cost by trying all subsets of options.
+    fn cost_by_subsets(options: &[u32], costs: &[f64], none: f64, p: &[f32]) -> f64 {
         let of_subset = |kept: u32| {
             let chance = (0..p.len()).map(|i| if kept >> i & 1 == 1 { p[i] } else { 1.0 - p[i] });
             let first = options.iter().position(|&option| kept >> option & 1 == 1);
@@ -89,16 +88,16 @@ mod tests {
         let options = [2, 0, 1, 3, 1, 4, 3, 0];
         let costs: Vec<f64> = uniform(8, 5).into_iter().map(f64::from).collect();
         let none = [1.5, 0.25];
-        let rows = Rows { options: &options, costs: &costs, costs_of_none: &none, width: 4 };
+        let rows = OptionRows { options: &options, costs: &costs, costs_of_none: &none, width: 4 };
         let p = uniform(5, 6);
-        let row = |row: usize| by_subsets(&options[4 * row..][..4], &costs[4 * row..][..4], none[row], &p);
+        let row = |row: usize| cost_by_subsets(&options[4 * row..][..4], &costs[4 * row..][..4], none[row], &p);
         assert!((expected_cost(&rows, &p).value - (row(0) + row(1)) / 2.0).abs() < 1e-6);
         assert_gradient(&p, 1e-5, |p| expected_cost(&rows, p));
     }
 
     #[test]
     fn certain_options_end_their_row() {
-        let rows = Rows { options: &[0, 1, 2], costs: &[1.0, 2.0, 4.0], costs_of_none: &[8.0], width: 3 };
+        let rows = OptionRows { options: &[0, 1, 2], costs: &[1.0, 2.0, 4.0], costs_of_none: &[8.0], width: 3 };
         assert_eq!(expected_cost(&rows, &[0.0, 1.0, 0.5]), Term { value: 2.0, gradient: vec![-1.0, -4.0, 0.0] });
         assert_eq!(expected_cost(&rows, &[0.0; 3]).value, 8.0);
     }

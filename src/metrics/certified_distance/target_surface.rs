@@ -1,0 +1,180 @@
+//! The surface that distances are measured to, and the planes between its faces.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::distance_bounds::DistanceBounds;
+use super::polygon::{CutPlane, PolygonCorner, radius_from};
+use crate::geometry::nearest_on_triangle::nearest_weights_f64;
+use crate::geometry::triangle::area_normal_f64;
+use crate::mesh::TriMesh;
+use crate::spatial::{FaceTree, Looks};
+
+/// Squared length below which the sum or difference of two unit normals has no direction.
+const NO_DIRECTION: f64 = 1e-12;
+/// Vertices measured per round at most, before the budget is checked.
+const MAX_BATCH: usize = 2048;
+/// Visits always granted to a round: enough for a full round on most surfaces.
+const MIN_LOOKS_PER_ROUND: u64 = 1_000_000;
+/// Items started per round at least, whatever they cost.
+const MIN_BATCH: usize = 16;
+/// Consecutive vertices searched one from another's face.
+const CHAIN: usize = 32;
+
+/// The surface that distances are measured to, with the budget of its searches.
+pub(super) struct TargetSurface<'a> {
+    mesh: &'a TriMesh,
+    tree: &'a FaceTree<'a>,
+    /// Triangles and boxes visited, and their limit; checked between rounds, whose searches do not depend on it.
+    n_looks: AtomicU64,
+    most_looks: u64,
+    /// Whether boxes count as visits.
+    with_boxes: bool,
+    /// Number of searches.
+    n_searches: AtomicU64,
+}
+
+impl<'a> TargetSurface<'a> {
+    /// Creates a surface with a budget of `most_looks` visits, which the last round may exceed.
+    pub(super) fn new(mesh: &'a TriMesh, tree: &'a FaceTree<'a>, most_looks: u64) -> Self {
+        Self { mesh, tree, n_looks: AtomicU64::new(0), most_looks, with_boxes: true, n_searches: AtomicU64::new(0) }
+    }
+
+    /// Counts only triangles, not boxes.
+    pub(super) fn counting_triangles_only(self) -> Self {
+        Self { with_boxes: false, ..self }
+    }
+
+    /// Returns the number of visits.
+    pub(super) fn n_looks(&self) -> u64 {
+        self.n_looks.load(Ordering::Relaxed)
+    }
+
+    /// Returns whether the budget is spent.
+    pub(super) fn is_exhausted(&self) -> bool {
+        self.n_looks() >= self.most_looks
+    }
+
+    /// Returns how many items of `n_searches` each fit the remaining budget, `most` at most.
+    pub(super) fn batch_size(&self, most: usize, n_searches: u64) -> usize {
+        let each = self.n_looks() / self.n_searches.load(Ordering::Relaxed).max(1);
+        let left = self.most_looks.saturating_sub(self.n_looks()).max(MIN_LOOKS_PER_ROUND);
+        (left / (n_searches * each).max(1)).clamp(MIN_BATCH as u64, most as u64) as usize
+    }
+
+    /// Measures a point; a good `guess` of its closest face makes that faster.
+    pub(super) fn corner(&self, point: DVec3, guess: Option<u32>) -> PolygonCorner {
+        let found = self.tree.near_counted(point, guess, f64::NEG_INFINITY);
+        let (face, distance2, looks) = found.unwrap_or((0, f64::INFINITY, Looks::default()));
+        let n_looks = if self.with_boxes { looks.all() } else { looks.triangles };
+        self.n_looks.fetch_add(n_looks.into(), Ordering::Relaxed);
+        self.n_searches.fetch_add(1, Ordering::Relaxed);
+        PolygonCorner { point, distance: distance2.sqrt(), face }
+    }
+
+    /// Measures a point by one face; the distance is at most `enough`, or exact.
+    pub(super) fn corner_from_face(&self, face: u32, point: DVec3, enough: f64) -> PolygonCorner {
+        let corner = PolygonCorner { point, distance: self.distance_to(face, point), face };
+        if corner.distance <= enough { corner } else { self.corner(point, Some(face)) }
+    }
+
+    /// Measures the vertices of a mesh; stops early if the budget is spent or a used vertex is too far.
+    pub(super) fn vertex_corners(&self, from: &TriMesh, bounds: &DistanceBounds) -> Vec<PolygonCorner> {
+        let mut corners: Vec<PolygonCorner> = Vec::with_capacity(from.positions().len());
+        let mut is_used = vec![false; from.positions().len()];
+        from.faces().iter().flatten().for_each(|&v| is_used[v as usize] = true);
+        let mut is_too_far = bounds.is_too_far();
+        while corners.len() < is_used.len() && !self.is_exhausted() && !is_too_far {
+            let first = corners.len();
+            let n = if first == 0 { 2 * MIN_BATCH } else { self.batch_size(MAX_BATCH, 1) };
+            let positions = &from.positions()[first..is_used.len().min(first + n)];
+            corners.par_extend(positions.par_chunks(CHAIN).flat_map_iter(|row| self.chained_corners(row)));
+            let is_far =
+                |(corner, &is_used): (&PolygonCorner, &bool)| is_used && corner.distance > bounds.tolerance.too_much;
+            is_too_far = corners[first..].iter().zip(&is_used[first..]).any(is_far);
+        }
+        corners
+    }
+
+    /// Measures points, each starting from the closest face of the previous one.
+    fn chained_corners(&self, points: &[[f32; 3]]) -> impl Iterator<Item = PolygonCorner> {
+        let mut last = None;
+        points.iter().map(move |p| {
+            let corner = self.corner(DVec3::from(p.map(f64::from)), last);
+            last = Some(corner.face);
+            corner
+        })
+    }
+
+    /// Returns an upper bound of the distance over a polygon, no tighter than `is_tight` demands.
+    ///
+    /// Each corner gives two bounds: through its closest face, and through the way to the corner.
+    pub(super) fn upper_bound(&self, corners: &[PolygonCorner], is_tight: impl Fn(f64) -> bool) -> f64 {
+        let mut upper = f64::INFINITY;
+        for (i, corner) in corners.iter().enumerate() {
+            upper = upper.min(corner.distance + radius_from(corners, corner));
+            let is_new = || corners[..i].iter().all(|before| before.face != corner.face);
+            if !is_tight(upper) && is_new() {
+                upper = upper.min(self.distance_from_face(corners, corner.face));
+            }
+            if is_tight(upper) {
+                return upper;
+            }
+        }
+        upper
+    }
+
+    /// Returns the largest distance between the polygon and one face; a corner attains it.
+    pub(super) fn distance_from_face(&self, corners: &[PolygonCorner], face: u32) -> f64 {
+        corners.iter().map(|corner| self.distance(corner, face)).fold(0.0, f64::max)
+    }
+
+    fn distance(&self, corner: &PolygonCorner, face: u32) -> f64 {
+        if corner.face == face { corner.distance } else { self.distance_to(face, corner.point) }
+    }
+
+    fn distance_to(&self, face: u32, point: DVec3) -> f64 {
+        let [a, b, c] = self.triangle(face);
+        let weights = nearest_weights_f64(point, [a, b, c]);
+        (a * weights[0] + b * weights[1] + c * weights[2]).distance(point)
+    }
+
+    /// Returns the planes through the sides of a face, at right angles to it: its points are the closest between them,
+    /// on a flat surface.
+    ///
+    /// (Planes halfway to the neighbours' normals save one cut in twenty and cost the search for the neighbours.)
+    pub(super) fn side_planes(&self, face: u32) -> [CutPlane; 3] {
+        let [a, b, c] = self.triangle(face);
+        let normal = self.normal(face);
+        let wall =
+            |from: DVec3, to: DVec3| CutPlane { point: from, normal: normal.cross(to - from).normalize_or_zero() };
+        [wall(a, b), wall(b, c), wall(c, a)]
+    }
+
+    /// Returns the plane of equal distance to `face` and to the closest face of the corner that leaves it most.
+    pub(super) fn bisector(&self, corners: &[PolygonCorner], face: u32) -> Option<CutPlane> {
+        let gained = |corner: &PolygonCorner| self.distance(corner, face) - corner.distance;
+        let apart = corners.iter().filter(|corner| corner.face != face);
+        let leaving = apart.max_by(|x, y| gained(x).total_cmp(&gained(y)))?;
+        let plane_towards = |face: u32| {
+            let (point, normal) = (self.triangle(face)[0], self.normal(face));
+            CutPlane { point, normal: if normal.dot(leaving.point - point) < 0.0 { -normal } else { normal } }
+        };
+        let (ours, theirs) = (plane_towards(face), plane_towards(leaving.face));
+        let difference = ours.normal - theirs.normal;
+        let length2 = difference.length_squared();
+        let offset = ours.normal.dot(ours.point) - theirs.normal.dot(theirs.point);
+        let plane = || CutPlane { point: difference * (offset / length2), normal: difference / length2.sqrt() };
+        (length2 > NO_DIRECTION).then(plane)
+    }
+
+    fn triangle(&self, face: u32) -> [DVec3; 3] {
+        self.mesh.faces()[face as usize].map(|v| DVec3::from(self.mesh.positions()[v as usize].map(f64::from)))
+    }
+
+    fn normal(&self, face: u32) -> DVec3 {
+        area_normal_f64(self.triangle(face)).normalize_or_zero()
+    }
+}
