@@ -1,344 +1,395 @@
-//! The arguments of commands as typed; `request` makes of them what is done.
+//! The arguments of the commands as typed. `request` turns them into checked options.
 
 use std::path::{Path, PathBuf};
 
-use clap::{ArgGroup, Parser, ValueEnum};
+use clap::{ArgAction, ArgGroup, Parser, ValueEnum};
 use neural_mesh::job::{Count, RatioOf, count, ratio_of, share};
 
 use crate::numbers::{GIB, MOST_SAMPLES, n_threads, number, seed, texels, view, whole};
 
+const SHORT_NOTES: &str = "\
+Formats: OBJ, PLY, STL, OFF, glTF, GLB, VRM, 3MF, each also as .gz; FBX is read only. Texture coordinates, normals, \
+colours and materials are carried over. --help-all explains all options and the exit codes.";
+
 const SIMPLIFY_NOTES: &str = "\
-Reads and writes OBJ, PLY, STL, OFF, glTF, GLB, VRM and 3MF, each also compressed (.gz); reads FBX. 3MF, FBX, geometry compressed by Draco and textures in KTX2 need the features 3mf, fbx, draco and ktx2. Vertices at equal positions are one vertex; \
-sizes count the vertices that a face uses. Texture coordinates, normals, colours, materials and other attributes are \
-carried over: seams stay seams. A glTF written as glTF keeps its scene; its meshes share the size asked for.
+Formats: reads and writes OBJ, PLY, STL, OFF, glTF, GLB, VRM and 3MF, each also compressed (.gz); reads FBX. 3MF, FBX, \
+Draco geometry and KTX2 textures need the features 3mf, fbx, draco and ktx2. Texture coordinates, normals, colours, \
+materials and other attributes are carried over. A glTF written as glTF keeps its scene, and its meshes share the target size.
 
-Scores decide where vertices go: more where the surface bends, by a formula. --scores network asks a small network that \
-ships with the program, --weights FILE yours; with --scores geometry every vertex counts by its area. The report says which \
-(\"scores\": \"bending\").
+Sizes: vertices at equal positions count as one vertex, and vertices without a face do not count.
 
-Batches: meshes are simplified in parallel, each into a file of its name below OUT, with a row in OUT/manifest.csv. A mesh \
-that fails is a row too; the others continue, and the exit code is 1. OUT takes one batch at a time. Folders are searched with all folders below. \
---format writes all results in one format.
+Scores say which regions get more vertices. By default a formula gives more where the surface bends. --scores network uses the \
+small network that ships with the program, --weights FILE your own. With --scores geometry all regions are treated by area alone. \
+The report names the source (\"scores\": \"bending\").
 
-Exit codes: 0 done, 1 the input, the disk or standard output, 2 usage, 3 written, but not as asked, 130 interrupted. If a \
-constraint stops the simplification before the size asked for, the mesh is written, a line and the report say what stopped \
-it (\"outcome\": \"stopped: ...\"), and the exit code is 0, or 3 with --strict. The bound of --error or --size is held or the exit \
-code is 3.";
+Batches: meshes are simplified in parallel. Each result gets the name of its mesh inside OUT, and a row in OUT/manifest.csv. A mesh \
+that fails gets a row with the reason, the others continue, and the exit code is 1. Folders are searched with all their subfolders. \
+--format writes all results in one format. Only one batch may write into OUT at a time.
 
-/// Arguments of `simplify`.
+Exit codes: 0 success, 1 problem with the input, the disk or standard output, 2 wrong usage, 3 the result was written but misses the \
+target, 130 interrupted. If a constraint stops the simplification early, the mesh is written, and the report gives the reason \
+(\"outcome\": \"stopped: ...\"). The exit code is then 0, or 3 with --strict. A missed bound of --error or --size always gives 3.";
+
+/// Headings of the help, in the order of the groups.
+const KEEP: &str = "What to keep";
+const REPAIR: &str = "Repair before simplifying";
+const TEXTURES: &str = "glTF and textures";
+const QUALITY: &str = "Quality";
+const REPORTS: &str = "Reports and pictures";
+const RUNNING: &str = "Batches, threads and memory";
+
+/// Arguments of `simplify`: `--help` shows those that most people need, `--help-all` all of them.
 #[derive(Debug, Parser)]
-#[command(after_help = SIMPLIFY_NOTES, group = ArgGroup::new("target").required(true).multiple(true).args(["ratio", "vertices", "faces", "error", "size", "lods"]))]
+#[command(after_help = SHORT_NOTES, after_long_help = SIMPLIFY_NOTES, disable_help_flag = true,
+    override_usage = "neural-mesh simplify IN... -o OUT TARGET [OPTIONS]
+
+TARGET is one of --ratio, --faces, --vertices, --error, --size and --lods.",
+    group = ArgGroup::new("target").required(true).multiple(true).args(["ratio", "vertices", "faces", "error", "size", "lods"]))]
 pub struct SimplifyArgs {
-    /// The mesh to simplify; - for standard input. A folder, a pattern like 'scans/*.ply' or several meshes: a batch
+    /// Mesh to simplify; - for standard input. Several meshes, a folder or a pattern like 'scans/*.ply' make a batch
     #[arg(value_name = "IN", required_unless_present = "list")]
     pub inputs: Vec<PathBuf>,
-    /// The mesh to write, or a folder to write it into under the name of IN; - for standard output (messages then go to standard
-    /// error), in the format of IN. Of a link, what it leads to is replaced. For a batch, the folder
+    /// File or folder for the result; - for standard output
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
-    /// File that names the meshes of a batch, one per line; - for standard input
-    #[arg(long, value_name = "FILE", conflicts_with = "inputs")]
-    pub list: Option<PathBuf>,
-    /// Continue a batch: meshes that are done are skipped
-    #[arg(long)]
-    pub resume: bool,
-    /// Memory that may be used, by all meshes of a batch together [default: what is free; a batch plans with half of it]. A single PLY
-    /// (binary), STL or OBJ that takes more is simplified in pieces, its shape alone
-    #[arg(long, value_name = "GIB", value_parser = number(GIB, |gib| gib > 0.0), allow_negative_numbers = true)]
-    pub memory: Option<f64>,
-    /// Share of the vertices to keep: 0.1 or 10%. NAME=R is the share of what has this name, as with --keep; as often as wanted, beside a
-    /// size of the whole, which the rest makes up for as far as it can. Without one the rest stays
-    #[arg(long, value_name = "[NAME=]R", value_parser = ratio_of, allow_hyphen_values = true)]
+    /// Share of the vertices to keep: 0.1 or 10%. NAME=R sets the share of one named piece
+    #[arg(long, value_name = "[NAME=]R", value_parser = ratio_of, allow_hyphen_values = true,
+        long_help = "Share of the vertices to keep: 0.1 or 10%. NAME=R sets the share of a node, mesh, object, group or material; it may \
+        be repeated, and combined with a target for the whole mesh. Without a target for the whole, the rest keeps its vertices")]
     pub ratio: Vec<RatioOf>,
-    /// Number of vertices: 5000, 10k, 1.5M, or 10% of the input's
-    #[arg(long, value_name = "N", value_parser = count, allow_hyphen_values = true, conflicts_with_all = ["faces", "error", "size", "lods"])]
-    pub vertices: Option<Count>,
-    /// Number of faces: 5000, 10k, 1.5M, or 10% of the input's
+    /// Number of faces to keep: 5000, 10k, 1.5M or 10%
     #[arg(long, value_name = "N", value_parser = count, allow_hyphen_values = true, conflicts_with_all = ["error", "size", "lods"])]
     pub faces: Option<Count>,
-    /// Largest distance from the original, proved in both directions: finds the smallest mesh within it. In the unit of
-    /// the mesh, or with % in percent of its diagonal
-    #[arg(long, value_name = "E", allow_hyphen_values = true, conflicts_with_all = ["size", "lods"])]
+    /// Number of vertices to keep: 5000, 10k, 1.5M or 10%
+    #[arg(long, value_name = "N", value_parser = count, allow_hyphen_values = true, conflicts_with_all = ["faces", "error", "size", "lods"])]
+    pub vertices: Option<Count>,
+    /// Largest distance to the original, in units of the mesh or with % of its diagonal; finds the smallest mesh
+    #[arg(long, value_name = "E", allow_hyphen_values = true, conflicts_with_all = ["size", "lods"],
+        long_help = "Largest distance to the original, in both directions and proved, in units of the mesh or with % of its \
+        bounding-box diagonal; finds the smallest mesh")]
     pub error: Option<String>,
-    /// Bytes of the mesh file, also as 500kB or 2MB: finds the largest mesh that fits
+    /// Largest file size, such as 500kB or 2MB; finds the largest mesh that fits
     #[arg(long, value_name = "BYTES", conflicts_with = "lods")]
     pub size: Option<String>,
-    /// Levels of detail: falling shares of the vertices, such as 50%,25%,10% or 0.5,0.25,0.1; written as OUT with {level} as 0, 1 and so on, or with -lod0, -lod1
-    /// in the name, of a glTF scene as one file (MSFT_lod)
-    #[arg(long, value_name = "R,R", value_delimiter = ',', allow_hyphen_values = true)]
+    /// Levels of detail as falling shares of the vertices, such as 50%,25%,10%
+    #[arg(
+        long,
+        value_name = "R,R",
+        value_delimiter = ',',
+        allow_hyphen_values = true,
+        long_help = "Levels of detail as falling shares of the vertices, such as 50%,25%,10%. {level} in OUT stands for the number \
+        of the level, else the files end in -lod0, -lod1 and so on. A glTF scene becomes one file (MSFT_lod)"
+    )]
     pub lods: Vec<String>,
-    /// What --lods are: vertices or faces, each in shares or in numbers such as 20k,5k,1k, or largest distances that are proved, as of
-    /// --error, such as 0.1%,0.5%,2% [default: shares of the vertices]
-    #[arg(long, value_enum, value_name = "WHAT", requires = "lods")]
+    /// Unit of --lods: vertices or faces, as shares or as numbers such as 20k,5k, or proved largest distances such as
+    /// 0.1%,0.5% [default: vertices]
+    #[arg(long, value_enum, value_name = "UNIT", requires = "lods", hide_short_help = true)]
     pub lods_by: Option<LodsByArg>,
-    /// Exit with 3 where the size asked for was not reached
-    #[arg(long)]
-    pub strict: bool,
-    /// Keep the vertices and edges of the boundary bit for bit, so that tiles fit together
-    #[arg(long, alias = "lock-borders")]
-    pub lock_boundaries: bool,
-    /// Do not move vertices: those of the result are vertices of the input
-    #[arg(long)]
-    pub subset: bool,
-    /// Close the holes that the network leaves (--assembly paper)
-    #[arg(long)]
-    pub close: bool,
-    /// Keep edges where faces meet at more than 30 degrees
-    #[arg(long)]
-    pub keep_features: bool,
-    /// Keep edges where faces meet at more than DEGREES
-    #[arg(long, value_name = "DEGREES", value_parser = number("degrees from 0 to 180", |x| (0.0..=180.0).contains(&x)),
-        allow_negative_numbers = true, conflicts_with = "keep_features")]
-    pub crease_angle: Option<f64>,
-    /// How far a seam of the texture may leave its place at a low price, in texels of the largest texture of colours (without one,
-    /// of 1024 a side); 0 holds seams like creases [default: a 64th of the side]
-    #[arg(long, value_name = "TEXELS", value_parser = number("texels, 0 or more", |x| x >= 0.0), allow_negative_numbers = true)]
-    pub seam_error: Option<f64>,
-    /// What the result does not need, so that it holds nothing back: uv, normals, colors, materials
-    #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',')]
-    pub ignore: Vec<IgnoreArg>,
-    /// Make the result its own mirror image, exactly; the mesh must be one. About x, y or z (through 0 or the middle), or a
-    /// plane like x=0.5 [default: the plane that fits best]
-    #[arg(long, value_name = "PLANE", num_args = 0..=1, require_equals = true)]
-    pub symmetric: Option<Option<String>>,
-    /// Bring what has this name back as it is, vertices, faces and all that they carry; as often as wanted. A node (with all below it),
-    /// mesh or material of a glTF, an object, group or material of another mesh
-    #[arg(long, value_name = "NAME", conflicts_with_all = ["printable", "fill_holes", "weld", "bake"])]
-    pub keep: Vec<String>,
-    /// Attribute of one number, such as a property of a PLY, that says how much each vertex counts: twice the number, twice
-    /// as much. Or NAME=FACTOR: faces of this node, mesh, material, group or object count FACTOR times as much
-    #[arg(long, value_name = "NAME")]
-    pub importance: Option<String>,
-    /// Write as JSON which vertex went where, and where each corner came from
-    #[arg(long, value_name = "FILE.json")]
-    pub map: Option<PathBuf>,
-    /// Say what holds the result: kept edges, locked vertices, components
-    #[arg(long)]
-    pub explain: bool,
-    /// Also read files that the mesh names (materials, textures) outside its folder
-    #[arg(long)]
-    pub allow_outside: bool,
-    /// How sampled vertices become a surface
-    #[arg(long, value_enum, default_value = "closed")]
-    pub assembly: AssemblyArg,
-    /// Where the scores come from, which decide where vertices go [default: bending, with --weights network]
-    #[arg(long, value_enum)]
-    pub scores: Option<ScoresArg>,
-    /// The figure in which the result is to be near
-    #[arg(long, value_enum, default_value = "balanced")]
-    pub optimize: OptimizeArg,
-    /// How long it may take
-    #[arg(long, value_enum, default_value = "standard")]
-    pub effort: EffortArg,
-    /// Weights of a trained network (safetensors) [default: those that come with the program]
-    #[arg(long, value_name = "FILE")]
-    pub weights: Option<PathBuf>,
-    /// Seed of the sampling of `--assembly paper`; the same seed gives the same mesh
-    #[arg(long, value_name = "N", default_value = "0", value_parser = seed, allow_negative_numbers = true)]
-    pub seed: u64,
-    /// Threads to use [default: one per core]; the result is the same with any number
-    #[arg(long, value_name = "N", value_parser = n_threads, allow_negative_numbers = true)]
-    pub threads: Option<usize>,
-    /// Keep all components, also those that cost more vertices than they show
-    #[arg(long)]
-    pub keep_components: bool,
-    /// Drop components whose bounding box has a smaller diagonal than SIZE, in the unit of the mesh, or with % in percent of its
-    /// diagonal; without SIZE, with --error, than the bound. The bound is then that of what stays
-    #[arg(long, value_name = "SIZE", num_args = 0..=1, require_equals = true)]
-    pub prune: Option<Option<String>>,
-    /// What becomes of what no ray from outside reaches, as inner shells
-    #[arg(long, value_enum, default_value = "keep")]
-    pub hidden: HiddenArg,
-    /// What the result is for
-    #[arg(long = "for", value_enum, value_name = "WHAT", default_value = "shape")]
-    pub purpose: PurposeArg,
-    /// Close holes whose boundary has at most EDGES edges [default: all] before anything is simplified
-    #[arg(long, value_name = "EDGES", value_parser = whole::<usize>(0, u64::MAX), num_args = 0..=1, require_equals = true, conflicts_with = "symmetric")]
-    pub fill_holes: Option<Option<usize>>,
-    /// Make a solid of it before it is simplified: holes closed, faces wound outward, fins, walls and shells within removed, and
-    /// pieces smaller than SIZE, in the unit of the mesh, or with % in percent of its diagonal [default: 1%]
-    #[arg(long, value_name = "SIZE", num_args = 0..=1, require_equals = true, conflicts_with_all = ["fill_holes", "symmetric", "no_weld"])]
-    pub printable: Option<Option<String>>,
-    /// Simplify the shape alone, unwrap the result and bake what the original looks like into textures of SIZE x SIZE texels, with
-    /// a normal map of its surface; writes glb, gltf or obj
-    #[arg(long, value_name = "SIZE", value_parser = texels, allow_negative_numbers = true,
-        conflicts_with_all = ["size", "lods", "ignore"])]
-    pub bake: Option<usize>,
-    /// Write a glTF as engines load it, as gltfpack does: in small numbers (KHR_mesh_quantization) and compressed
-    /// (EXT_meshopt_compression); with =quantize in small numbers alone
-    #[arg(long, value_enum, value_name = "HOW", num_args = 0..=1, require_equals = true, default_missing_value = "meshopt",
-        conflicts_with_all = ["symmetric", "lock_boundaries", "subset"])]
-    pub compress: Option<CompressArg>,
-    /// Make textures smaller that are longer than SIZE texels a side; the others keep every byte
-    #[arg(long, value_name = "SIZE", value_parser = texels, allow_negative_numbers = true, conflicts_with = "bake")]
-    pub textures: Option<usize>,
-    /// Keep vertices at equal positions apart
-    #[arg(long)]
-    pub no_weld: bool,
-    /// Merge vertices nearer than DISTANCE before all else; in the unit of the mesh, or with % in percent of its diagonal
-    #[arg(long, value_name = "DISTANCE", allow_hyphen_values = true, conflicts_with = "no_weld")]
-    pub weld: Option<String>,
-    /// Do not measure the distance from the original
-    #[arg(long)]
-    pub no_check: bool,
-    /// Format to write if the name of OUT does not say (- takes that of IN), else the one to read:
-    /// obj, ply, ply-ascii, stl, stl-ascii, off, gltf, glb
-    #[arg(long, value_name = "FORMAT")]
+    /// Format of the result: obj, ply, ply-ascii, stl, stl-ascii, off, gltf, glb [default: by the name of OUT]
+    #[arg(
+        long,
+        value_name = "FORMAT",
+        long_help = "Format of the result where the name of OUT has no known ending, else of the input: obj, ply, ply-ascii, stl, \
+        stl-ascii, off, gltf, glb. Standard output has the format of the input by default"
+    )]
     pub format: Option<String>,
-    /// Write a report as JSON; - for standard output (messages then go to standard error); of many meshes into a folder
-    #[arg(long, value_name = "FILE.json")]
-    pub report: Option<PathBuf>,
-    /// The same as --report -
-    #[arg(long, conflicts_with = "report")]
-    pub json: bool,
-    /// Draw the mesh before and after, side by side, with a ring where the result is farthest off; of many meshes into a folder
-    #[arg(long, value_name = "FILE.png")]
-    pub picture: Option<PathBuf>,
-    /// Where the picture is taken from: front, back, left, right, top, bottom, or degrees around and above, like 30,20
-    /// [default: where much is seen]
-    #[arg(long, value_name = "VIEW", value_parser = view, allow_hyphen_values = true, requires = "picture")]
-    pub view: Option<[f32; 2]>,
-    /// Draw edges over textures and colours, too
-    #[arg(long, requires = "picture")]
-    pub wires: bool,
-    /// Print errors only
-    #[arg(short, long)]
-    pub quiet: bool,
     /// Replace existing files
     #[arg(short, long)]
     pub force: bool,
+    /// Exit with code 3 if the target was not reached
+    #[arg(long, hide_short_help = true)]
+    pub strict: bool,
+    /// Purpose of the result
+    #[arg(long = "for", value_enum, value_name = "PURPOSE", default_value = "shape", hide_short_help = true)]
+    pub purpose: PurposeArg,
+    /// Print help for the most used options
+    #[arg(short, long, action = ArgAction::HelpShort)]
+    help: Option<bool>,
+    /// Print help for all options
+    #[arg(long, action = ArgAction::HelpLong)]
+    help_all: Option<bool>,
+
+    /// Keep edges where faces meet at more than 30 degrees
+    #[arg(long, help_heading = KEEP)]
+    pub keep_features: bool,
+    /// Keep edges where faces meet at more than DEGREES
+    #[arg(long, value_name = "DEGREES", value_parser = number("degrees from 0 to 180", |x| (0.0..=180.0).contains(&x)),
+        allow_negative_numbers = true, conflicts_with = "keep_features", help_heading = KEEP, hide_short_help = true)]
+    pub crease_angle: Option<f64>,
+    /// Keep the boundary exactly, so that neighbouring tiles still fit
+    #[arg(long, alias = "lock-borders", help_heading = KEEP)]
+    pub lock_boundaries: bool,
+    /// Keep all components, even where their vertices would serve better elsewhere
+    #[arg(long, help_heading = KEEP)]
+    pub keep_components: bool,
+    /// Keep a node, mesh, object, group or material unchanged; may be repeated
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["printable", "fill_holes", "weld", "bake"], help_heading = KEEP)]
+    pub keep: Vec<String>,
+    /// Make the result exactly mirror-symmetric: x, y, z or x=0.5 [default: the best plane]
+    #[arg(long, value_name = "PLANE", num_args = 0..=1, require_equals = true, help_heading = KEEP,
+        long_help = "Make the result exactly mirror-symmetric; the input must be nearly so. The plane is x, y or z (through 0 or the \
+        middle), or a plane like x=0.5 [default: the plane that fits best]")]
+    pub symmetric: Option<Option<String>>,
+    /// Do not move vertices: the result uses vertices of the input
+    #[arg(long, help_heading = KEEP)]
+    pub subset: bool,
+    /// Discard attributes, so that they cannot limit the result: uv, normals, colors, materials
+    #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',', help_heading = KEEP, hide_short_help = true)]
+    pub ignore: Vec<IgnoreArg>,
+    /// Distance that a texture seam may move cheaply, in texels of the largest colour texture (1024 a side without one); 0 treats
+    /// seams like creases [default: 1/64 of the side]
+    #[arg(long, value_name = "TEXELS", value_parser = number("texels, 0 or more", |x| x >= 0.0), allow_negative_numbers = true,
+        help_heading = KEEP, hide_short_help = true)]
+    pub seam_error: Option<f64>,
+    /// Weight of each vertex: the name of a numeric vertex attribute, or NAME=FACTOR for the faces of a node, mesh, material,
+    /// group or object
+    #[arg(long, value_name = "NAME", help_heading = KEEP, hide_short_help = true)]
+    pub importance: Option<String>,
+    /// Drop components smaller than SIZE, in units of the mesh or with % of its diagonal; without SIZE, smaller than the bound of
+    /// --error. Dropped components do not count for the bound
+    #[arg(long, value_name = "SIZE", num_args = 0..=1, require_equals = true, help_heading = KEEP, hide_short_help = true)]
+    pub prune: Option<Option<String>>,
+    /// Treatment of surfaces that are invisible from outside
+    #[arg(long, value_enum, default_value = "keep", help_heading = KEEP, hide_short_help = true)]
+    pub hidden: HiddenArg,
+
+    /// Close holes with at most EDGES boundary edges [default: all holes]
+    #[arg(long, value_name = "EDGES", value_parser = whole::<usize>(0, u64::MAX), num_args = 0..=1, require_equals = true,
+        conflicts_with = "symmetric", help_heading = REPAIR)]
+    pub fill_holes: Option<Option<usize>>,
+    /// Make a printable solid; drops pieces smaller than SIZE [default: 1%]
+    #[arg(long, value_name = "SIZE", num_args = 0..=1, require_equals = true, conflicts_with_all = ["fill_holes", "symmetric", "no_weld"],
+        help_heading = REPAIR,
+        long_help = "Make a printable solid: closes holes, turns faces outward, and removes fins, inner walls, inner shells and pieces \
+        smaller than SIZE, in units of the mesh or with % of its diagonal [default: 1%]")]
+    pub printable: Option<Option<String>>,
+    /// Merge vertices closer than DISTANCE, in units of the mesh or with % of its diagonal
+    #[arg(long, value_name = "DISTANCE", allow_hyphen_values = true, conflicts_with = "no_weld", help_heading = REPAIR)]
+    pub weld: Option<String>,
+    /// Do not merge vertices at equal positions
+    #[arg(long, help_heading = REPAIR, hide_short_help = true)]
+    pub no_weld: bool,
+
+    /// Bake the look of the original into new textures of SIZE x SIZE texels; for glb, gltf, obj
+    #[arg(long, value_name = "SIZE", value_parser = texels, allow_negative_numbers = true, help_heading = TEXTURES,
+        conflicts_with_all = ["size", "lods", "ignore"],
+        long_help = "Simplify the shape alone, unwrap the result, and bake the look of the original into textures of SIZE x SIZE \
+        texels, with a normal map; writes glb, gltf or obj")]
+    pub bake: Option<usize>,
+    /// Write a compressed glTF, as gltfpack does; =quantize only quantises it
+    #[arg(long, value_enum, value_name = "HOW", num_args = 0..=1, require_equals = true, default_missing_value = "meshopt",
+        conflicts_with_all = ["symmetric", "lock_boundaries", "subset"], help_heading = TEXTURES, hide_possible_values = true,
+        long_help = "Write a glTF as gltfpack does: quantised (KHR_mesh_quantization) and compressed (EXT_meshopt_compression); \
+        =quantize only quantises it")]
+    pub compress: Option<CompressArg>,
+    /// Shrink textures whose longer side exceeds SIZE texels; others stay unchanged
+    #[arg(long, value_name = "SIZE", value_parser = texels, allow_negative_numbers = true, conflicts_with = "bake", help_heading = TEXTURES)]
+    pub textures: Option<usize>,
+    /// Also read materials and textures that lie outside the folder of the mesh
+    #[arg(long, help_heading = TEXTURES, hide_short_help = true)]
+    pub allow_outside: bool,
+
+    /// Measure to favour: mean distance, largest distance, or normals (shading)
+    #[arg(long, value_enum, default_value = "balanced", help_heading = QUALITY)]
+    pub optimize: OptimizeArg,
+    /// Time to spend
+    #[arg(long, value_enum, default_value = "standard", help_heading = QUALITY)]
+    pub effort: EffortArg,
+    /// Source of the scores, which say where vertices are needed [default: bending]
+    #[arg(long, value_enum, help_heading = QUALITY,
+        long_help = "Source of the scores, which say where vertices are needed [default: bending, with --weights network]")]
+    pub scores: Option<ScoresArg>,
+    /// Weights of a trained network (safetensors) [default: those of the program]
+    #[arg(long, value_name = "FILE", help_heading = QUALITY, hide_short_help = true)]
+    pub weights: Option<PathBuf>,
+    /// Method that builds the surface
+    #[arg(long, value_enum, default_value = "closed", help_heading = QUALITY, hide_short_help = true)]
+    pub assembly: AssemblyArg,
+    /// Close the holes that --assembly paper leaves
+    #[arg(long, help_heading = QUALITY, hide_short_help = true)]
+    pub close: bool,
+    /// Seed of the sampling of --assembly paper; equal seeds give equal meshes
+    #[arg(long, value_name = "N", default_value = "0", value_parser = seed, allow_negative_numbers = true, help_heading = QUALITY,
+        hide_short_help = true)]
+    pub seed: u64,
+    /// Do not measure the distance to the original
+    #[arg(long, help_heading = QUALITY, hide_short_help = true)]
+    pub no_check: bool,
+
+    /// Write a report as JSON; - for standard output. In a batch, a folder
+    #[arg(long, value_name = "FILE.json", help_heading = REPORTS)]
+    pub report: Option<PathBuf>,
+    /// Print the report as JSON to standard output
+    #[arg(long, conflicts_with = "report", help_heading = REPORTS)]
+    pub json: bool,
+    /// Draw original and result side by side, and mark the largest distance
+    #[arg(long, value_name = "FILE.png", help_heading = REPORTS)]
+    pub picture: Option<PathBuf>,
+    /// Direction of the picture: front, back, left, right, top, bottom, or degrees around and above, like 30,20
+    /// [default: a direction that shows much]
+    #[arg(long, value_name = "VIEW", value_parser = view, allow_hyphen_values = true, requires = "picture", help_heading = REPORTS,
+        hide_short_help = true)]
+    pub view: Option<[f32; 2]>,
+    /// Draw edges over textures and colours
+    #[arg(long, requires = "picture", help_heading = REPORTS, hide_short_help = true)]
+    pub wires: bool,
+    /// Print what limits the result: kept edges, locked vertices, components
+    #[arg(long, help_heading = REPORTS)]
+    pub explain: bool,
+    /// Write as JSON which output vertex each input vertex became, and the source of each corner
+    #[arg(long, value_name = "FILE.json", help_heading = REPORTS, hide_short_help = true)]
+    pub map: Option<PathBuf>,
+    /// Print errors only
+    #[arg(short, long, help_heading = REPORTS)]
+    pub quiet: bool,
+
+    /// Continue a batch: skip meshes that are done
+    #[arg(long, help_heading = RUNNING)]
+    pub resume: bool,
+    /// File with the meshes of a batch, one per line; - for standard input
+    #[arg(long, value_name = "FILE", conflicts_with = "inputs", help_heading = RUNNING, hide_short_help = true)]
+    pub list: Option<PathBuf>,
+    /// Threads to use [default: one per core]; does not change the result
+    #[arg(long, value_name = "N", value_parser = n_threads, allow_negative_numbers = true, help_heading = RUNNING)]
+    pub threads: Option<usize>,
+    /// Memory to use [default: what is free]; larger PLY, STL and OBJ are simplified in blocks
+    #[arg(long, value_name = "GIB", value_parser = number(GIB, |gib| gib > 0.0), allow_negative_numbers = true, help_heading = RUNNING,
+        long_help = "Memory to use, for all meshes of a batch together [default: what is free; half of it for a batch]. A single \
+        binary PLY, STL or OBJ that needs more is simplified in blocks, without its attributes")]
+    pub memory: Option<f64>,
 }
 
-/// What a mesh carries.
+/// Attributes of a mesh that the result can do without.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum IgnoreArg {
-    /// Texture coordinates, and the tangents that follow them
+    /// Texture coordinates and tangents
     Uv,
-    /// Normals: they are drawn as the faces say
+    /// Normals; shading then follows the faces
     Normals,
-    /// Colours of vertices
+    /// Vertex colours
     #[value(alias = "colours")]
     Colors,
     /// Materials and groups of faces
     Materials,
 }
 
-/// How small a glTF is written.
+/// Compression of a glTF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum CompressArg {
-    /// In small numbers, compressed
+    /// Quantised and compressed
     Meshopt,
-    /// In small numbers
+    /// Quantised
     Quantize,
 }
 
-/// What levels of detail are told by.
+/// Unit of the levels of detail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum LodsByArg {
     /// Vertices
     Vertices,
     /// Faces
     Faces,
-    /// Largest distances from the original
+    /// Largest distances to the original
     Error,
 }
 
-/// How sampled vertices become a surface.
+/// Method that builds the surface.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum AssemblyArg {
-    /// Closed where the input is closed
+    /// Collapses edges; a closed mesh stays closed
     Closed,
-    /// As in the paper: the network's most probable faces; leaves holes
+    /// As in the paper: the most probable faces of the network; leaves holes
     Paper,
 }
 
-/// Where the scores come from.
+/// Source of the scores.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ScoresArg {
-    /// From a formula: more vertices where the surface bends
+    /// Formula: more vertices where the surface bends
     Bending,
-    /// From a trained network
+    /// Trained network
     Network,
-    /// From nowhere: every vertex counts by its area
+    /// None: all regions are treated by area alone
     Geometry,
 }
 
-/// The figure in which a result is to be near.
+/// Measure to favour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum OptimizeArg {
-    /// Good in all of them
+    /// All of them
     Balanced,
-    /// The mean distance; no network, takes longer
+    /// Mean distance; uses no network, takes longer
     Mean,
-    /// The largest distance; takes longer, the mean is farther
+    /// Largest distance; takes longer, the mean grows
     Max,
-    /// The normals, and so the shading; the mean is farther
+    /// Normals, which decide the shading; the mean distance grows
     Normals,
 }
 
+/// Time to spend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum EffortArg {
-    /// The collapse alone
+    /// Edge collapse only
     Fast,
-    /// What pays
+    /// The steps that gain most for their time
     Standard,
-    /// All that brings the result nearer
+    /// All steps
     Best,
 }
 
-/// What a result is for.
+/// Purpose of a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum PurposeArg {
-    /// The shape as it stands
+    /// The shape as it is
     Shape,
-    /// Poses as well, those of its morph targets and its skin, without them any
+    /// Animation: also keeps poses close, those of morph targets and skin, or any
     Poses,
-    /// The spectrum of its Laplacian: vibrations, distances along the surface, matching; faces of like areas
+    /// The spectrum of the Laplacian, for vibrations, geodesics or matching; faces of similar areas
     Spectrum,
 }
 
-/// What becomes of what no ray from outside reaches.
+/// Treatment of surfaces that are invisible from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum HiddenArg {
-    /// It counts like the rest
+    /// Treated like the rest
     Keep,
-    /// It counts a thousandth, and keeps a tenth of its vertices
+    /// Weighted a thousandth; keeps a tenth of its vertices
     Cheap,
-    /// Components hidden as a whole are dropped; the bound of --error is then that of what stays
+    /// Components that are fully hidden are dropped, and do not count for the bound of --error
     Drop,
 }
 
 const MESH_POINTS_NOTES: &str = "\
-Reads the vertices of OBJ, PLY, STL, OFF and GLB, faces or not, and text with x y z on each line; writes OBJ, PLY, STL and \
-OFF. Points keep their positions; points at equal positions are merged. The result may have holes: the program says \
-so, and --report writes it down. Exit codes: 0 done, 1 the input, the disk or standard output, 2 usage, 130 interrupted.";
+Reads the vertices of OBJ, PLY, STL, OFF and GLB, with or without faces, and text with x y z on each line. Writes OBJ, PLY, STL and \
+OFF. Points keep their positions; points at equal positions are merged. The result may have holes, which the program and \
+--report count. Exit codes: 0 success, 1 problem with the input, the disk or standard output, 2 wrong usage, 130 interrupted.";
 
 /// Arguments of `mesh-points`.
 #[derive(Debug, Parser)]
 #[command(after_help = MESH_POINTS_NOTES, group = ArgGroup::new("size").args(["ratio", "vertices"]))]
 pub struct MeshPointsArgs {
-    /// The cloud; - for standard input
+    /// Point cloud; - for standard input
     #[arg(value_name = "CLOUD")]
     pub input: PathBuf,
-    /// The mesh to write; - for standard output (messages then go to standard error)
+    /// File for the mesh; - for standard output (messages then go to standard error)
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
     /// Share of the points that become vertices: 0.1 or 10% [default: all]
     #[arg(long, value_name = "R", value_parser = share, allow_hyphen_values = true)]
     pub ratio: Option<f64>,
-    /// Number of points that become vertices: 5000, 10k, 1.5M, or 10% of them [default: all]
+    /// Number of points that become vertices: 5000, 10k, 1.5M or 10% [default: all]
     #[arg(long, value_name = "N", value_parser = count, allow_hyphen_values = true)]
     pub vertices: Option<Count>,
-    /// Weights of a trained network (safetensors) [default: those that come with the program]
+    /// Weights of a trained network (safetensors) [default: those of the program]
     #[arg(long, value_name = "FILE")]
     pub weights: Option<PathBuf>,
-    /// Seed of the sampling of `--assembly paper`; the same seed gives the same mesh
+    /// Seed of the sampling; equal seeds give equal meshes
     #[arg(long, value_name = "N", default_value = "0", value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
-    /// Threads to use [default: one per core]; the result is the same with any number
+    /// Threads to use [default: one per core]; does not change the result
     #[arg(long, value_name = "N", value_parser = n_threads, allow_negative_numbers = true)]
     pub threads: Option<usize>,
-    /// Format to write if the name of OUT does not say: obj, ply, ply-ascii, stl, stl-ascii, off
+    /// Format of the result where the name of OUT has no known ending: obj, ply, ply-ascii, stl, stl-ascii, off
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<String>,
     /// Write a report as JSON; - for standard output (messages then go to standard error)
@@ -353,43 +404,43 @@ pub struct MeshPointsArgs {
 }
 
 const INFO_NOTES: &str = "\
-A file that cannot be read is a line on standard error; the others are described all the same, and the exit code is 1. Exit \
-codes: 0 done, 1 a file, the disk or standard output, 2 usage.";
+A file that cannot be read gets a line on standard error; the others are still described, and the exit code is 1. Exit \
+codes: 0 success, 1 problem with a file, the disk or standard output, 2 wrong usage.";
 
 /// Arguments of `info`.
 #[derive(Debug, Parser)]
 #[command(after_help = INFO_NOTES)]
 pub struct InfoArgs {
-    /// The meshes to look at; - for standard input
+    /// Meshes to describe; - for standard input
     #[arg(value_name = "IN", required = true)]
     pub inputs: Vec<PathBuf>,
-    /// Format of standard input, or of files whose names do not say
+    /// Format of standard input, or of files without a known ending
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<String>,
-    /// Keep vertices at equal positions apart
+    /// Do not merge vertices at equal positions
     #[arg(long)]
     pub no_weld: bool,
-    /// Answer in JSON, a line for each mesh
+    /// Print JSON, one line for each mesh
     #[arg(long)]
     pub json: bool,
-    /// Memory that may be used [default: what is free]. A PLY (binary), STL or OBJ that takes more is looked at in pieces
+    /// Memory to use [default: what is free]; larger PLY (binary), STL and OBJ are read in blocks
     #[arg(long, value_name = "GIB", value_parser = number(GIB, |gib| gib > 0.0), allow_negative_numbers = true, conflicts_with = "no_weld")]
     pub memory: Option<f64>,
 }
 
 const LIMITS_NOTES: &str = "\
-The mesh is simplified as `simplify` does it, level by level, with the options given here, and written nowhere. The line `so` says why it \
-gets no smaller, the lines `free` which options would let it. Exit codes: 0 done, 1 the input, the disk or standard output, 2 usage, \
-130 interrupted.";
+Simplifies the mesh level by level, with the options given here, and writes no mesh. The line `so` gives the reason why it gets no \
+smaller, the lines `free` name options that would help. Exit codes: 0 success, 1 problem with the input, the disk or standard \
+output, 2 wrong usage, 130 interrupted.";
 
 /// Arguments of `limits`.
 #[derive(Debug, Parser)]
 #[command(after_help = LIMITS_NOTES)]
 pub struct LimitsArgs {
-    /// The mesh or scene to look at; - for standard input
+    /// Mesh or scene to examine; - for standard input
     #[arg(value_name = "IN")]
     pub input: PathBuf,
-    /// Keep the vertices and edges of the boundary
+    /// Keep the boundary exactly
     #[arg(long)]
     pub lock_boundaries: bool,
     /// Keep edges where faces meet at more than 30 degrees
@@ -398,67 +449,67 @@ pub struct LimitsArgs {
     /// Keep all components
     #[arg(long)]
     pub keep_components: bool,
-    /// What has this name comes back as it is, as with `simplify`; as often as wanted
+    /// Keep a node, mesh, object, group or material unchanged; may be repeated
     #[arg(long, value_name = "NAME")]
     pub keep: Vec<String>,
-    /// What the result does not need, so that it holds nothing back: uv, normals, colors, materials
+    /// Discard attributes, so that they cannot limit the result: uv, normals, colors, materials
     #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',')]
     pub ignore: Vec<IgnoreArg>,
-    /// Keep vertices at equal positions apart
+    /// Do not merge vertices at equal positions
     #[arg(long)]
     pub no_weld: bool,
-    /// Format of the result, which says what it has to hold: the input's where it is not given
+    /// Format to plan for, which decides what a result must carry [default: that of the input]
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<String>,
-    /// Threads to use [default: one per core]; the answer is the same with any number
+    /// Threads to use [default: one per core]; does not change the result
     #[arg(long, value_name = "N", value_parser = n_threads, allow_negative_numbers = true)]
     pub threads: Option<usize>,
-    /// Answer in JSON
+    /// Print JSON
     #[arg(long)]
     pub json: bool,
-    /// Print errors only, and the answer
+    /// Print errors and the result only
     #[arg(short, long)]
     pub quiet: bool,
 }
 
 const COMPARE_NOTES: &str = "\
-Reads OBJ, PLY, STL, OFF, glTF, GLB, 3MF and FBX. The page of --html is one file that needs no network: the meshes side by side in \
-3-D under one camera, with the distance from the other surface painted on and the figures beside. The JSON and the page \
-explain the figures. Of several results, one that cannot be read is a line on standard error, and the others are compared all \
-the same. Exit codes: 0 done, 1 the input, the disk or standard output, 2 usage, 130 interrupted.";
+Reads OBJ, PLY, STL, OFF, glTF, GLB, 3MF and FBX. --html writes one file that needs no network: the meshes side by side in \
+3-D under one camera, coloured by distance, with all measures. The JSON and the page explain the measures. A result that cannot be \
+read gets a line on standard error, and the others are still compared. Exit codes: 0 success, 1 problem with the input, the disk or \
+standard output, 2 wrong usage, 130 interrupted.";
 
 /// Arguments of `compare`.
 #[derive(Debug, Parser)]
 #[command(after_help = COMPARE_NOTES)]
 pub struct CompareArgs {
-    /// The mesh that the others were made from; - for standard input
+    /// Original mesh; - for standard input
     #[arg(value_name = "ORIGINAL")]
     pub original: PathBuf,
-    /// Meshes to compare with it, in the order of the columns
+    /// Meshes to compare with it, one column each
     #[arg(value_name = "SIMPLIFIED", required = true)]
     pub simplified: Vec<PathBuf>,
     /// Write a page that shows the meshes in any browser
     #[arg(long, value_name = "FILE.html")]
     pub html: Option<PathBuf>,
-    /// Write all figures with their names and units; - for standard output (the table then goes to standard error)
+    /// Write all measures with their names and units; - for standard output (the table then goes to standard error)
     #[arg(long, value_name = "FILE.json")]
     pub json: Option<PathBuf>,
     /// Samples on each surface, for distances and normals
     #[arg(long, value_name = "N", default_value = "50000", value_parser = whole::<usize>(1, MOST_SAMPLES), allow_negative_numbers = true)]
     pub samples: usize,
-    /// Seed of the samples; the same seed gives the same figures
+    /// Seed of the samples; equal seeds give equal results
     #[arg(long, value_name = "N", default_value = "0", value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
-    /// Show all figures, not the ten that are asked for most
+    /// Show all measures instead of the ten most used
     #[arg(long)]
     pub all: bool,
-    /// Draw the meshes from six sides and measure how alike the pictures are
+    /// Render the meshes from six sides and measure how similar the images are
     #[arg(long)]
     pub appearance: bool,
-    /// Threads to use [default: one per core]; the figures are the same with any number
+    /// Threads to use [default: one per core]; does not change the result
     #[arg(long, value_name = "N", value_parser = n_threads, allow_negative_numbers = true)]
     pub threads: Option<usize>,
-    /// Keep vertices at equal positions apart
+    /// Do not merge vertices at equal positions
     #[arg(long)]
     pub no_weld: bool,
     /// Print errors only
@@ -470,7 +521,7 @@ pub struct CompareArgs {
 }
 
 impl CompareArgs {
-    /// All files that are read, the original first.
+    /// Returns all files to read, the original first.
     pub fn inputs(&self) -> impl Iterator<Item = &Path> {
         std::iter::once(&self.original).chain(&self.simplified).map(PathBuf::as_path)
     }

@@ -1,32 +1,32 @@
-//! The command line: which commands there are.
+//! The command line and its commands.
 
 use clap::{Parser, Subcommand};
 
 use crate::args::{CompareArgs, InfoArgs, LimitsArgs, MeshPointsArgs, SimplifyArgs};
 use crate::train::TrainArgs;
 
-/// Simplifies triangle meshes: closed stays closed, and the result lies close to the original.
+/// Simplifies triangle meshes: closed meshes stay closed, and results stay close to the original.
 #[derive(Debug, Parser)]
 #[command(name = "neural-mesh", version, arg_required_else_help = true)]
 pub struct Args {
-    /// What to do.
+    /// Command to run.
     #[command(subcommand)]
     pub command: Command,
 }
 
-/// What to do.
+/// Commands of the program.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Write a lighter mesh
+    /// Simplify a mesh
     Simplify(Box<SimplifyArgs>),
     /// Mesh a point cloud with a trained network
     MeshPoints(MeshPointsArgs),
-    /// Describe a mesh: counts, bounds, closed, manifold, components, genus, what was cleaned
+    /// Describe a mesh: counts, bounds, topology, attributes
     Info(InfoArgs),
-    /// Say how small a mesh gets, how far from the original, and what holds it
+    /// Report how far a mesh can be simplified, and what limits it
     Limits(LimitsArgs),
-    /// Measure and show how simplified meshes differ from their original
+    /// Measure and show how simplified meshes differ from the original
     Compare(CompareArgs),
-    // What it is for stands with its arguments, which a build without it does not have.
+    // Its help comes from its arguments, which differ in builds without the feature.
     Train(TrainArgs),
 }

@@ -104,13 +104,24 @@ fn sizes_of_other_kinds_are_checked_as_well() {
 }
 
 #[test]
-fn help_says_where_the_scores_come_from() {
+fn help_fits_on_two_screens_and_help_all_shows_every_option() {
     let folder = folder();
-    let help = run(folder.path(), &["simplify", "--help"]);
-    assert_eq!(help.code, Some(0));
-    let words = String::from_utf8(help.out).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(words.contains("a small network that ships with the program"), "{words}");
-    assert!(words.contains("more where the surface bends, by a formula"), "{words}");
+    let help = |option| {
+        let help = run(folder.path(), &["simplify", option]);
+        assert_eq!(help.code, Some(0));
+        String::from_utf8(help.out).unwrap()
+    };
+    let (short, all) = (help("--help"), help("--help-all"));
+    assert!(short.lines().count() <= 100 && short.lines().all(|line| line.chars().count() <= 100), "{short}");
+    for option in ["--ratio", "--faces", "--error", "--keep-features", "--bake", "--report", "--help-all"] {
+        assert!(short.contains(option) && all.contains(option), "{option}");
+    }
+    for option in ["--crease-angle", "--assembly", "--no-check", "--map", "--hidden"] {
+        assert!(!short.contains(option) && all.contains(option), "{option}");
+    }
+    let words = all.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(words.contains("the small network that ships with the program"), "{words}");
+    assert!(words.contains("a formula gives more where the surface bends"), "{words}");
     assert_eq!(run(folder.path(), &["--version"]).code, Some(0));
     assert_eq!(run(folder.path(), &[]).code, Some(2));
 }
