@@ -493,7 +493,7 @@ fn attributes_of_another_mesh_are_refused() {
     let Opened { cleaned, extra, .. } = &model;
     let model = Model::new(&cleaned.mesh, cleaned.frame, &cleaned.attributes, extra);
     let options = WriteOptions::new(Format::Ply, "out");
-    assert!(write_attributed(&model, &options).unwrap_err().to_string().contains("not those of the faces"));
+    assert!(write_attributed(&model, &options).unwrap_err().to_string().contains("do not match the faces"));
 }
 
 #[test]

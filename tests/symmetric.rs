@@ -194,7 +194,7 @@ fn the_smallest_has_no_face_twice_and_what_is_not_reached_is_said() {
         else {
             panic!("one vertex")
         };
-        assert!(why.contains("mirror plane") || why.contains("turn a face over"), "{why}");
+        assert!(why.contains("mirror plane") || why.contains("flip a face"), "{why}");
     }
     let least = simplified(&octahedron, &options(Target::Ratio(0.5), Symmetry::Found));
     assert_eq!((least.mesh.positions().len(), least.mesh.faces().len()), (5, 6));

@@ -429,8 +429,8 @@ pub struct InfoArgs {
 }
 
 const LIMITS_NOTES: &str = "\
-Simplifies the mesh level by level, with the options given here, and writes no mesh. The line `so` gives the reason why it gets no \
-smaller, the lines `free` name options that would help. Exit codes: 0 success, 1 problem with the input, the disk or standard \
+Simplifies the mesh level by level, with the options given here, and writes no mesh. The line `limit` gives the reason why it gets no \
+smaller, the lines `try` name options that would help. Exit codes: 0 success, 1 problem with the input, the disk or standard \
 output, 2 wrong usage, 130 interrupted.";
 
 /// Arguments of `limits`.

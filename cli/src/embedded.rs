@@ -178,7 +178,9 @@ pub fn record(
         && job.keep.is_empty()
         && job.shares.is_empty();
     if !is_plain || job.options.symmetric.is_some() || job.prune_below.is_some() {
-        return Err(Failure::Usage("a record needs --ratio, --vertices or --faces, and a mesh as it is".into()));
+        return Err(Failure::Usage(
+            "a record needs --ratio, --vertices or --faces, without options that change the mesh first".into(),
+        ));
     }
     let weights = read_weights(request.weights.as_deref(), job.options.assembly)?;
     let cleaned = read::cleaned(raw, &request.source)?;
@@ -213,7 +215,7 @@ fn request(mut arguments: Arguments, files: &Files, is_given: bool) -> Result<Re
         [&request.report, &request.picture].into_iter().flatten().find(|path| name(path) == name(Path::new("-")))
     {
         return Err(Failure::Usage(format!(
-            "{}: standard output is not written to: give the name of a file",
+            "{}: standard output is not available here: give the name of a file",
             path.display()
         )));
     }

@@ -66,7 +66,7 @@ impl fmt::Display for Failure {
             Self::Failed(text) | Self::Usage(text) | Self::Unmet(text) | Self::Stopped(text) => {
                 f.write_str(&plain(&text.replace(['\n', '\r'], " ")))
             }
-            Self::Told => write!(f, "some files were left out: the lines before say why"),
+            Self::Told => write!(f, "some files failed: the lines above say why"),
             Self::Interrupted => write!(f, "interrupted: nothing was written"),
         }
     }

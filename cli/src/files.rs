@@ -47,7 +47,7 @@ pub fn check_places<'a>(paths: impl IntoIterator<Item = &'a Path>, force: bool) 
     for path in &paths {
         let place = destination(path)?;
         if places.contains(&place) {
-            let what = format!("{}: is the file of another result too: give each a file of its own", path.display());
+            let what = format!("{}: is also the file of another result: give each its own file", path.display());
             return Err(Failure::Usage(what));
         }
         places.push(place);
@@ -77,7 +77,7 @@ pub fn check_place(path: &Path, force: bool) -> Result<(), Failure> {
 /// Refuses a folder that takes no new file, by trying.
 fn check_folder(path: &Path, folder: &Path) -> Result<(), Failure> {
     let unwritable = |error| {
-        let what = format!("the folder {} takes no file: {error}: choose another", folder.display());
+        let what = format!("cannot create a file in {}: {error}: choose another folder", folder.display());
         Failure::of(path, what)
     };
     new_file_in(folder).map(drop).map_err(unwritable)
@@ -91,7 +91,7 @@ fn destination(path: &Path) -> Result<PathBuf, Failure> {
         let Ok(next) = std::fs::read_link(&place) else { return Ok(in_own_folder(&place)) };
         place = folder_of(&place).join(next);
     }
-    Err(Failure::of(path, "is a link that leads nowhere: choose another name"))
+    Err(Failure::of(path, "is a link that never ends: choose another name"))
 }
 
 /// The path with its folder by its one name without links.

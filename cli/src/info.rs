@@ -51,7 +51,7 @@ struct Info {
 }
 
 /// What to do about a file of unknown format.
-const UNKNOWN: &str = "--format may say which it is";
+const UNKNOWN: &str = "--format sets the format";
 
 /// Says what each mesh is, on standard output.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
@@ -184,10 +184,7 @@ fn lines(info: &Info, cleaned: &str) -> Vec<String> {
         format!("manifold    {}", manifold(info)),
         format!("components  {}", grouped(info.components)),
         format!("genus       {genus} (Euler characteristic {})", info.euler),
-        format!(
-            "carries     {}",
-            if info.carries.is_empty() { "nothing else".into() } else { info.carries.join(", ") }
-        ),
+        format!("attributes  {}", if info.carries.is_empty() { "none".into() } else { info.carries.join(", ") }),
         format!("cleaned     {cleaned}"),
     ];
     lines.extend(info.scene.iter().flat_map(SceneInfo::lines));
@@ -221,7 +218,9 @@ fn manifold(info: &Info) -> String {
         true => format!("yes{winding}"),
         false => {
             let [edges, vertices] = [info.non_manifold_edges, info.non_manifold_vertices].map(grouped);
-            format!("no: {edges} edges with more than two faces, {vertices} vertices where parts only touch{winding}")
+            format!(
+                "no: {edges} edges with more than two faces, {vertices} vertices where surfaces only touch{winding}"
+            )
         }
     }
 }

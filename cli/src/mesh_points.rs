@@ -219,10 +219,10 @@ fn say(args: &MeshPointsArgs, report: &Report) {
     let [points, vertices, faces] = [report.points, report.vertices, report.faces].map(grouped);
     if report.repeated_points + report.non_finite_points > 0 {
         let [repeated, non_finite] = [report.repeated_points, report.non_finite_points].map(grouped);
-        voice.say(&format!("left out  {repeated} repeated points, {non_finite} that are not finite"));
+        voice.say(&format!("left out  {repeated} repeated points, {non_finite} non-finite points"));
     }
     if report.unused_points > 0 {
-        voice.say(&format!("unused    {} points are on no face", grouped(report.unused_points)));
+        voice.say(&format!("unused    {} points are not used by any face", grouped(report.unused_points)));
     }
     voice.say(&format!("size      {points} points -> {vertices} vertices, {faces} faces"));
     voice.say(&surface(report));

@@ -96,7 +96,7 @@ pub fn level_paths(path: &Path, n_levels: usize) -> Vec<PathBuf> {
 /// Refuses more than one mesh from standard input.
 pub fn check_stdin<'a>(inputs: impl Iterator<Item = &'a Path>) -> Result<(), Failure> {
     if inputs.filter(|path| is_stream(path)).count() > 1 {
-        return Err(Failure::Usage("standard input holds one mesh: name the others by their files".into()));
+        return Err(Failure::Usage("only one mesh can come from standard input: give files for the others".into()));
     }
     Ok(())
 }

@@ -92,14 +92,18 @@ fn check(request: &Request, pieces: &Pieces) -> Result<(), Failure> {
         ("--for", options.purpose != Purpose::Shape),
         ("--no-weld or --weld", !request.job.weld || request.job.weld_near.is_some()),
     ];
-    let whole = "the mesh takes more memory than is allowed and is simplified in pieces";
+    let whole = "the mesh needs more memory than allowed";
     if let Some((name, _)) = named.into_iter().find(|(_, is_asked)| *is_asked) {
-        return Err(Failure::of(&request.source.path, format!("{whole}, which {name} is not for: {REMEDY}")));
+        return Err(Failure::of(
+            &request.source.path,
+            format!("{whole}, and {name} does not work in blocks: {REMEDY}"),
+        ));
     }
     let more = pieces.carries().filter(|_| request.job.ignore.is_empty() && !request.job.format.is_bare());
     let refused = |more| {
-        let what =
-            format!("{whole}, its shape alone, without {more}: {REMEDY}, or say --ignore uv,normals,colors,materials");
+        let what = format!(
+            "{whole}, and in blocks it would lose its {more}: {REMEDY}, or accept it with --ignore uv,normals,colors,materials"
+        );
         Failure::of(&request.source.path, what)
     };
     more.map_or(Ok(()), |more| Err(refused(more)))
@@ -123,7 +127,7 @@ fn written(
         path.map(|path| files::prepare(path, &written.bytes, request.force)).transpose()?.into_iter().collect();
     let bytes = path.is_none().then_some(written.bytes);
     seconds.write = began.elapsed().as_secs_f64();
-    let in_blocks = format!("in {} blocks, for want of memory", found.n_blocks);
+    let in_blocks = format!("simplified in {} blocks to save memory", found.n_blocks);
     let notes = written.notes.into_iter().chain([in_blocks]).collect();
     let mut report = Report { notes, seconds, ..told(request, &found, target) };
     report.output.vertices_written = written.n_vertices;

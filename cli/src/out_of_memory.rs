@@ -56,7 +56,7 @@ pub fn end(n_bytes: usize) -> ! {
     }
     let _ = writeln!(
         std::io::stderr(),
-        "neural-mesh: out of memory: {n_bytes} bytes more are not to be had: give a smaller mesh, fewer --threads, or more --memory"
+        "neural-mesh: out of memory: {n_bytes} more bytes are not available: use a smaller mesh, fewer --threads, or more --memory"
     );
     interrupt::remove_temporaries();
     write_down();

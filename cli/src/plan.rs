@@ -22,7 +22,7 @@ pub const fn words_of_part(part: Part) -> &'static str {
 /// What a newcomer reads of a stage of the simplification.
 pub fn words_of(stage: &str) -> &'static str {
     match stage {
-        "surface" | "symmetry" => "looking at the surface",
+        "surface" | "symmetry" => "analysing the surface",
         "scores" | "sample" => "choosing vertices",
         "collapse" => "merging vertices",
         "flips" | "fit" => "fitting to the original",

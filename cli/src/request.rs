@@ -55,7 +55,7 @@ pub struct Request {
 }
 
 /// What to do about an input of unknown format where `--format` may say it, and where that says the format of the output.
-const NAMED_OUTPUT: &str = "as the name of OUT says its format, --format may say that of IN";
+const NAMED_OUTPUT: &str = "--format sets the format of IN where the name of OUT has a known ending";
 const UNNAMED_OUTPUT: &str = "--format is for the output";
 
 /// What levels share whose files say nothing but their level.
@@ -313,7 +313,7 @@ fn check_level(request: &Request) -> Result<(), Failure> {
         (_, Goal::Levels(_) | Goal::ErrorLevels(_)) | (None, _) => Ok(()),
         (Some(path), _) if !names_level(path) => Ok(()),
         (Some(path), _) => {
-            let what = format!("{}: {LEVEL} is for levels of detail: ask for them with --lods", path.display());
+            let what = format!("{}: {LEVEL} is for levels of detail: add --lods", path.display());
             Err(Failure::Usage(what))
         }
     }
@@ -322,7 +322,7 @@ fn check_level(request: &Request) -> Result<(), Failure> {
 /// Standard output takes the mesh or the report.
 fn check_streams(request: &Request) -> Result<(), Failure> {
     if [&request.picture, &request.map].into_iter().flatten().any(|path| is_stream(path)) {
-        return Err(Failure::Usage("picture and map are files: give each a name".into()));
+        return Err(Failure::Usage("--picture and --map need the name of a file".into()));
     }
     check_stdout(request.output.is_none(), request.reports_to_stdout())
 }

@@ -147,7 +147,7 @@ impl ImageInfo {
         let Self { name, format, width, height, bytes } = self;
         let Some(bytes) = bytes else { return format!("{name}: missing") };
         let size = width.zip(*height).map(|(width, height)| format!("{width} x {height}, ")).unwrap_or_default();
-        format!("{name}: {size}{} bytes, {}", grouped(*bytes), format.unwrap_or("of no known format"))
+        format!("{name}: {size}{} bytes, {}", grouped(*bytes), format.unwrap_or("unknown format"))
     }
 }
 

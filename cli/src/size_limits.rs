@@ -187,8 +187,8 @@ impl SizeLimits {
             lines.push(format!("dropped   {size}: {}", names_of(&row.dropped, usize::MAX)));
         }
         lines.extend(report.levels.last().into_iter().flat_map(|last| held(&last.output)));
-        lines.extend(why_stopped(&self.outcome).map(|why| format!("so        it gets no smaller: {why}")));
-        lines.extend(self.free.iter().map(|how| format!("free      {how}")));
+        lines.extend(why_stopped(&self.outcome).map(|why| format!("limit     it gets no smaller: {why}")));
+        lines.extend(self.free.iter().map(|how| format!("try       {how}")));
         lines
     }
 }

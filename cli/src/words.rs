@@ -62,7 +62,7 @@ pub fn out(bytes: &[u8]) -> std::io::Result<()> {
 
 /// Standard output is closed or full, or nobody reads it any more.
 pub fn closed(error: &std::io::Error) -> Failure {
-    Failure::Failed(format!("standard output: {error}: check what reads it"))
+    Failure::Failed(format!("standard output: {error}: check the program that reads it"))
 }
 
 /// One line on standard error.
@@ -83,27 +83,30 @@ pub fn notes(report: &Report, cleaned: &str) -> Vec<String> {
     notes.extend(report.notes.iter().map(|note| format!("note      {note}")));
     if output.components_hidden > 0 {
         let n = grouped(output.components_hidden);
-        notes.push(format!("hidden    {n} components that no ray from outside reaches: dropped"));
+        notes.push(format!("hidden    {n} components dropped: they are invisible from outside"));
     }
     if output.components_pruned > output.components_hidden {
         // Those of the input are fewer where its sheets came apart.
         let shape = input.shape.filter(|shape| shape.components > output.components_pruned);
         let all = shape.map(|shape| format!(" of {}", shape.components)).unwrap_or_default();
-        let how = "; --keep-components keeps what --prune does not name";
+        let how = ". --keep-components keeps all but those below --prune";
         let n = output.components_pruned - output.components_hidden;
-        notes.push(format!("pruned    {n}{all} components: {}{how}", names_of(&output.dropped, MOST_NAMES)));
+        notes.push(format!(
+            "dropped   {n}{all} components as too small to matter: {}{how}",
+            names_of(&output.dropped, MOST_NAMES)
+        ));
     }
     if output.components_at_minimum > 0 {
         notes.push(match output.components_at_minimum {
-            1 => "smallest  1 component is as small as its topology allows".into(),
-            n => format!("smallest  {n} components are as small as their topology allows"),
+            1 => "minimum   1 component is as small as its topology allows".into(),
+            n => format!("minimum   {n} components are as small as their topology allows"),
         });
     }
     if let Some(why) = why_stopped(&report.outcome) {
         notes.push(format!("stopped   {why}"));
-        notes.extend(report.free.iter().map(|how| format!("free      {how}")));
+        notes.extend(report.free.iter().map(|how| format!("try       {how}")));
     } else if (output.size.vertices, output.size.faces) == (input.vertices, input.faces) && report.mirror.is_none() {
-        notes.push("reached   the mesh is already no larger than asked: unchanged".into());
+        notes.push("unchanged the mesh already has the requested size".into());
     }
     notes.extend(report.mirror.iter().map(|plane| format!("mirrored  about {plane}, exactly")));
     notes
@@ -138,7 +141,7 @@ fn repaired(done: &Repaired) -> String {
     ];
     let parts: Vec<_> =
         named.iter().filter(|(n, _)| *n > 0).map(|(n, name)| format!("{name}: {}", grouped(*n))).collect();
-    format!("repaired  {}", if parts.is_empty() { "nothing was to be done".into() } else { parts.join(", ") })
+    format!("repaired  {}", if parts.is_empty() { "nothing to repair".into() } else { parts.join(", ") })
 }
 
 /// `share     head: 1,200 faces -> 598 faces (50 % of its vertices)`
@@ -158,13 +161,13 @@ fn baked(done: &Baked) -> String {
 /// `held      12 kept edges: ...`, a line for each thing that holds a result.
 pub fn held(output: &Output) -> Vec<String> {
     let held = [
-        (output.kept_edges, "kept edges: seams, edges between materials, creases"),
-        (output.locked_vertices, "locked vertices: of boundaries, of what is kept"),
+        (output.kept_edges, "kept edges, such as seams, material borders and creases"),
+        (output.locked_vertices, "locked vertices, on boundaries or kept faces"),
         (output.components_at_minimum, "components as small as their topology allows"),
-        (output.split_vertices, "vertices split where parts only touch or more than two sheets meet"),
+        (output.split_vertices, "vertices added by splitting non-manifold vertices and edges"),
         (output.components_pruned, "components dropped"),
     ];
-    held.into_iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("held      {} {what}", grouped(n))).collect()
+    held.into_iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("limit     {} {what}", grouped(n))).collect()
 }
 
 /// What holds the result: what `--explain` says.
@@ -175,25 +178,25 @@ pub fn explained(report: &Report) -> Vec<String> {
         lines.push(format!("dropped   {}", names_of(&output.dropped, usize::MAX)));
     }
     if lines.is_empty() {
-        lines.push("held      by nothing but its shape".into());
+        lines.push("limit     none but the shape".into());
     }
     let asked = match (why_stopped(&report.outcome), &report.target) {
         (None, TargetWords::Error(_) | TargetWords::ErrorPercent(_) | TargetWords::LodsError(_)) => {
-            "the distance asked for is held".to_string()
+            "within the requested distance".to_string()
         }
-        (None, _) => "the size asked for was reached".to_string(),
-        (Some(why), _) => format!("what was asked for was not reached: {why}"),
+        (None, _) => "the requested size was reached".to_string(),
+        (Some(why), _) => format!("the target was not reached: {why}"),
     };
     let [after, before] = [output.size.vertices, input.vertices].map(grouped);
-    let more = if output.size.vertices > input.vertices { ", as many more as were split" } else { "" };
-    lines.push(format!("so        {asked}, {after} of {before} vertices{more}"));
+    let more = if output.size.vertices > input.vertices { ", more than before because of the splits" } else { "" };
+    lines.push(format!("result    {asked}, {after} of {before} vertices{more}"));
     lines
 }
 
-/// `written   349 vertices: those at seams once for each side`, where a file has more than the mesh.
+/// `written   349 vertices, with a copy for each side of a seam`, where a file has more than the mesh.
 pub fn written(output: &Output) -> Option<String> {
     let n = output.vertices_written.filter(|n| *n != output.size.vertices)?;
-    Some(format!("written   {} vertices: those at seams once for each side", grouped(n)))
+    Some(format!("written   {} vertices, with a copy for each side of a seam", grouped(n)))
 }
 
 /// `level 1   640 vertices, 1,276 faces (25.0 % of the vertices), distance 0.1 % mean, 0.4 % max, up to 0.23 of the screen`
@@ -209,7 +212,7 @@ pub fn level(number: usize, input: &Size, level: &Level) -> String {
         line += &format!(", distance {mean:.3} % mean, {max:.3} % max, up to {coverage:.2} of the screen");
     }
     if let Some(certified) = &level.certified {
-        line += &format!(", certainly within {:.4} %", certified.upper_percent);
+        line += &format!(", proved within {:.4} %", certified.upper_percent);
     }
     if why_stopped(&level.outcome).is_some() {
         line += &format!(", {}", level.outcome);
@@ -221,7 +224,7 @@ pub fn level(number: usize, input: &Size, level: &Level) -> String {
 pub fn certified(distance: &Certified) -> String {
     let Certified { lower, upper, lower_percent, upper_percent } = distance;
     format!(
-        "certain   largest distance at most {upper_percent:.4} % of the diagonal, at least {lower_percent:.4} % ({upper:.6} and {lower:.6} in the unit of the mesh)"
+        "proved    largest distance at most {upper_percent:.4} % of the diagonal, at least {lower_percent:.4} % ({upper:.6} and {lower:.6} in units of the mesh)"
     )
 }
 
@@ -245,7 +248,7 @@ pub fn distance(distance: &Distance) -> String {
 
 /// `ring: farthest, 0.85 % of the diagonal`
 pub fn farthest(distance: &Distance) -> String {
-    format!("ring: farthest, {} % of the diagonal", figures(distance.max_percent))
+    format!("ring: largest distance, {} % of the diagonal", figures(distance.max_percent))
 }
 
 /// `time      0.052 s (read 0.001, simplify 0.041, write 0.002, check 0.008)`

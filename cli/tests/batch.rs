@@ -523,11 +523,11 @@ fn a_value_apart_from_its_option_and_a_mesh_for_a_folder_are_refused() {
         let words = [&["simplify", "in/a.ply", "-o", "out.ply"], more].concat();
         let refused = run(folder.path(), &words);
         assert_eq!(refused.code, Some(2), "{}", refused.words);
-        assert!(the_line(&refused).contains("stands behind =, as in --prune=1%"), "{}", refused.words);
+        assert!(the_line(&refused).contains("write optional values after =, as in --prune=1%"), "{}", refused.words);
     }
     let refused = run(folder.path(), &["simplify", "in", "-o", "out.ply", "--ratio", "0.5"]);
     assert!(
-        refused.code == Some(2) && the_line(&refused).contains("several meshes go into a folder"),
+        refused.code == Some(2) && the_line(&refused).contains("several meshes need a folder"),
         "{}",
         refused.words
     );

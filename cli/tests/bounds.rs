@@ -54,8 +54,8 @@ fn a_bound_that_is_not_held_is_written_and_said_by_the_exit_code() {
     let folder = folder();
     put(&folder.path().join("in.ply"), &nearly_mirrored());
     let cases = [
-        (&["--error", "1e-6", "--symmetric=x"][..], "no result certainly lies within 0.00000100 ("),
-        (&["--error", "0", "--symmetric=x"], "no result certainly lies within 0 (0 % of the diagonal)"),
+        (&["--error", "1e-6", "--symmetric=x"][..], "no result is proved to lie within 0.00000100 ("),
+        (&["--error", "0", "--symmetric=x"], "no result is proved to lie within 0 (0 % of the diagonal)"),
         (&["--size", "200"], "the smallest result takes "),
     ];
     for (bound, why) in cases {
@@ -119,7 +119,7 @@ fn in_a_batch_it_is_a_row() {
     // A bound: only the sphere fits.
     let sized = batch("a", &["--size", "0.5kB"]);
     assert_eq!(sized.code, Some(3), "{}", sized.words);
-    assert!(the_line(&sized).contains("1 meshes were stopped before what was asked"), "{}", sized.words);
+    assert!(the_line(&sized).contains("1 meshes missed the target"), "{}", sized.words);
     assert_eq!((count("a", ",reached,"), count("a", ",stopped: the smallest result takes ")), (1, 1), "{}", rows("a"));
     assert_eq!(batch("a", &["--size", "0.5kB", "--resume"]).code, Some(3));
     // A size.

@@ -79,7 +79,10 @@ fn a_place_that_takes_no_file_is_refused_before_the_work() {
         }
         let run = run(folder.path(), &words);
         let line = the_line(&run);
-        assert!(run.code == Some(1) && line.contains("/proc/self/a.ply") && line.contains("takes no file"), "{line}");
+        assert!(
+            run.code == Some(1) && line.contains("/proc/self/a.ply") && line.contains("cannot create a file"),
+            "{line}"
+        );
     }
     assert!(files(folder.path()).is_empty());
 }

@@ -56,7 +56,7 @@ fn hidden_components_go_at_any_target() {
         let done = run(folder.path(), &asked);
         assert_eq!(done.code, Some(0), "{}", done.words);
         let said = String::from_utf8(done.out).unwrap();
-        assert!(said.contains("hidden    2 components that no ray from outside reaches: dropped"), "{said}");
+        assert!(said.contains("hidden    2 components dropped: they are invisible from outside"), "{said}");
         for name in files(folder.path()).iter().filter(|name| name.ends_with(".ply")) {
             let mesh = welded(&folder.path().join(name));
             assert!(topology(&mesh).is_closed_manifold() && topology(&mesh).components == 2, "{name} {options:?}");

@@ -56,7 +56,7 @@ fn what_cannot_be_read_is_a_line_and_the_rest_goes_on() {
 fn standard_input_holds_one_mesh() {
     let folder = prepared();
     let twice = run_with_input(folder.path(), &["info", "-", "-"], OCTAHEDRON.as_bytes());
-    assert!(twice.code == Some(2) && the_line(&twice).contains("standard input holds one mesh"));
+    assert!(twice.code == Some(2) && the_line(&twice).contains("only one mesh can come from standard input"));
     let once = run_with_input(folder.path(), &["info", "b.obj", "-"], OCTAHEDRON.as_bytes());
     assert!(String::from_utf8(once.out).unwrap().contains("\n\nstandard input: 6 vertices"));
 }
@@ -68,7 +68,7 @@ fn what_a_mesh_carries_is_said() {
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl a\nf 1/1 2/2 3/3\nusemtl b\nf 3/3 2/2 1/1\n";
     fs::write(folder.path().join("a.obj"), textured).unwrap();
     let said = String::from_utf8(run(folder.path(), &["info", "a.obj"]).out).unwrap();
-    assert!(said.contains("\ncarries     texture coordinates, 2 materials or groups\n"), "{said}");
+    assert!(said.contains("\nattributes  texture coordinates, 2 materials or groups\n"), "{said}");
     let folder_itself = run(folder.path(), &["info", "."]);
     assert!(the_line(&folder_itself).contains("is a folder: give the mesh files in it"), "{}", folder_itself.words);
 }

@@ -53,7 +53,7 @@ fn levels_by_distance_are_each_proved() {
     }
     assert_eq!(report["target"]["lods_error"], serde_json::json!(["0.5%", "1%", "3%"]));
     let said = String::from_utf8(run.out).unwrap();
-    assert_eq!(said.matches("certainly within").count(), 3, "{said}");
+    assert_eq!(said.matches("proved within").count(), 3, "{said}");
     // One search alone comes to the same mesh.
     let alone = levels(folder.path(), &["--error", "1%", "--no-check", "--force"]);
     assert_eq!(alone.code, Some(0), "{}", alone.words);
@@ -76,7 +76,7 @@ fn levels_of_a_scene_by_distance_are_one_file() {
 fn levels_that_cannot_be_are_one_line() {
     let folder = folder();
     for (words, why) in [
-        (&["--lods", "20k,5k"][..], "--lods 20k: say with --lods-by faces or --lods-by vertices what it is of"),
+        (&["--lods", "20k,5k"][..], "--lods 20k: add --lods-by faces or --lods-by vertices"),
         (&["--lods", "1k,2k", "--lods-by", "faces"], "--lods: give falling sizes"),
         (&["--lods", "2%,1%", "--lods-by", "error"], "--lods: give rising distances"),
         (&["--lods", "1%,2", "--lods-by", "error"], "all in percent or all in the unit of the mesh"),

@@ -44,7 +44,7 @@ fn a_mesh_that_takes_more_memory_than_allowed_ends_in_one_line() {
     let arguments = ["simplify", "in/big.ply", "-o", "out.ply", "--ratio", "0.1", "--memory"];
     let refused = run(folder.path(), &[&arguments[..], &[LITTLE]].concat());
     assert_eq!(refused.code, Some(1), "{}", refused.words);
-    assert!(the_line(&refused).contains("in/big.ply: that size takes about 0.1 GiB of memory"), "{}", refused.words);
+    assert!(the_line(&refused).contains("in/big.ply: this target needs about 0.1 GiB of memory"), "{}", refused.words);
     assert_eq!(files(folder.path()), ["in"], "something was left");
     let done = run(folder.path(), &[&arguments[..], &["1"]].concat());
     assert_eq!(done.code, Some(0), "{}", done.words);
@@ -174,7 +174,7 @@ fn a_disk_that_is_full_of_what_waits_is_said_in_one_line() {
     full.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let ended = finish(full.spawn().unwrap());
     assert_eq!(ended.code, Some(1), "{}", ended.words);
-    assert!(the_line(&ended).contains("the disk for what waits beside the output failed"), "{}", ended.words);
+    assert!(the_line(&ended).contains("temporary files next to the output failed"), "{}", ended.words);
     assert_eq!(files(folder.path()), ["large.ply"]);
 }
 
@@ -183,9 +183,9 @@ fn what_is_not_there_in_pieces_is_refused_in_one_line() {
     let folder = folder();
     let memory = large(folder.path());
     for (more, why) in [
-        (&["--ratio", "0.01", "--map", "m.json"][..], "which --map is not for: allow more with --memory"),
-        (&["--error", "1%"], "which --error is not for"),
-        (&["--ratio", "0.9"], "that size takes about"),
+        (&["--ratio", "0.01", "--map", "m.json"][..], "--map does not work in blocks: allow more with --memory"),
+        (&["--error", "1%"], "--error does not work in blocks"),
+        (&["--ratio", "0.9"], "this target needs about"),
     ] {
         let words = ["simplify", "large.ply", "-o", "out.ply", "--memory", memory];
         let refused = run(folder.path(), &[&words[..], more].concat());
@@ -197,6 +197,10 @@ fn what_is_not_there_in_pieces_is_refused_in_one_line() {
     fs::write(folder.path().join("worn.obj"), format!("vt 0 0\n{text}")).unwrap();
     let words = ["simplify", "worn.obj", "-o", "out.obj", "--ratio", "0.01", "--memory", "0.08"];
     let refused = run(folder.path(), &words);
-    assert!(the_line(&refused).contains("without texture coordinates, normals or materials"), "{}", refused.words);
+    assert!(
+        the_line(&refused).contains("would lose its texture coordinates, normals or materials"),
+        "{}",
+        refused.words
+    );
     assert_eq!(files(folder.path()), ["large.ply", "worn.obj"]);
 }

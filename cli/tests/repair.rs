@@ -117,7 +117,7 @@ fn what_encloses_nothing_is_refused_in_one_line() {
     for sheet in ["v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"] {
         std::fs::write(folder.path().join("sheet.obj"), sheet).unwrap();
         let refused = run(folder.path(), &["simplify", "sheet.obj", "-o", "a.stl", "--ratio", "0.5", "--printable"]);
-        assert!(refused.code == Some(1) && the_line(&refused).contains("no part of it encloses a volume"));
+        assert!(refused.code == Some(1) && the_line(&refused).contains("no component encloses a volume"));
         assert_eq!(files(folder.path()), ["sheet.obj"]);
     }
 }
@@ -190,5 +190,5 @@ fn a_batch_repairs_each_mesh() {
     assert_eq!(run(folder.path(), &asked).code, Some(1));
     assert!(topology(&welded(&folder.path().join("out/messy.stl"))).is_closed_manifold());
     let rows = std::fs::read_to_string(folder.path().join("out/manifest.csv")).unwrap();
-    assert!(rows.contains("--printable") && rows.contains("no part of it encloses a volume"), "{rows}");
+    assert!(rows.contains("--printable") && rows.contains("no component encloses a volume"), "{rows}");
 }

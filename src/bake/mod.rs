@@ -100,10 +100,10 @@ impl std::fmt::Display for BakeError {
         let (least, most) = (SIZES.start(), SIZES.end());
         match self {
             Self::NoRoom(size) => {
-                write!(f, "the charts do not fit on {size} x {size} texels: ask for more of them, or for fewer faces")
+                write!(f, "the charts do not fit on {size} x {size} texels: choose more texels or fewer faces")
             }
             Self::BadSize(size) => write!(f, "{size} texels a side: give a whole number from {least} to {most}"),
-            Self::Empty => write!(f, "there are no faces with an area to bake onto: ask for more of them"),
+            Self::Empty => write!(f, "no face has an area to bake onto: keep more faces"),
         }
     }
 }

@@ -134,12 +134,12 @@ impl std::fmt::Display for OutOfCoreError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Read(error) => error.fmt(f),
-            Self::Disk(error) => write!(f, "the disk for what waits beside the output failed: {error}"),
+            Self::Disk(error) => write!(f, "temporary files next to the output failed: {error}"),
             Self::Clean(error) => error.fmt(f),
             Self::Simplify(error) => error.fmt(f),
             Self::TooLittle(n_bytes) => {
                 let gib = (*n_bytes as f64 / f64::from(1 << 30) * 10.0).ceil() / 10.0;
-                write!(f, "that size takes about {gib} GiB of memory: allow them or ask for less")
+                write!(f, "this target needs about {gib} GiB of memory: allow more or choose a smaller target")
             }
         }
     }

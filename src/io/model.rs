@@ -80,9 +80,7 @@ pub struct Written {
 pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written, WriteError> {
     let Model { mesh, attributes, .. } = *model;
     if !attributes.fit(mesh.faces().len()) {
-        return Err(WriteError {
-            what: "the attributes are not those of the faces: give one row for each face".into(),
-        });
+        return Err(WriteError { what: "the attributes do not match the faces: give one row for each face".into() });
     }
     let content = content(model, options.format)?;
     let mut finder = Finder::new(model.extra, options.allow_outside);

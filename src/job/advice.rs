@@ -16,10 +16,10 @@ pub fn what_frees(job: &Job, document: &Document, output: &Output) -> Vec<String
         lines.extend(of_kept_edges(job, document.input(&[], &[]).attributes, document.is_scene()));
     }
     if output.locked_vertices > 0 && job.options.lock_boundaries {
-        lines.push("without --lock-boundaries the boundary may go".into());
+        lines.push("without --lock-boundaries the boundary is simplified too".into());
     }
     if output.locked_vertices > 0 && !job.keep.is_empty() {
-        lines.push(format!("without --keep {} what is kept may go", job.keep.join(" and --keep ")));
+        lines.push(format!("without --keep {} those faces are simplified too", job.keep.join(" and --keep ")));
     }
     lines
 }
@@ -39,14 +39,16 @@ fn of_kept_edges(job: &Job, carried: &Attributes, is_scene: bool) -> Vec<String>
     if !free.is_empty() {
         // Values of the option replace those given before.
         let all: Vec<&str> = job.ignore.iter().copied().map(Ignored::name).chain(free).collect();
-        let seams = if carries(Role::Uv) { ", a larger --seam-error seams of textures" } else { "" };
+        let seams = if carries(Role::Uv) { "; a larger --seam-error frees texture seams" } else { "" };
         lines.push(format!("--ignore {} frees kept edges{seams}", all.join(",")));
     }
     if is_scene && is_grouped {
-        lines.push("obj or ply in place of a scene, with --ignore materials, frees the edges between materials".into());
+        lines.push(
+            "writing obj or ply instead of a scene, with --ignore materials, frees the edges between materials".into(),
+        );
     }
     if job.options.crease_angle.is_some() {
-        lines.push("without --keep-features and --crease-angle creases may go".into());
+        lines.push("without --keep-features or --crease-angle creases are simplified too".into());
     }
     lines
 }

@@ -189,7 +189,7 @@ fn measured(document: &Document, result: &Simplified, packing: Option<&Packing>,
 /// What is done where nothing says which poses there are.
 fn no_poses(document: &Document, job: &Job) -> Option<String> {
     let has_poses = document.attributes().channels.iter().any(|channel| channel.role == Role::MorphPosition);
-    let what = "--for poses: no skin or morph target is kept: as if every place might bend alike";
+    let what = "--for poses: the mesh has no skin or morph targets, so every region is assumed to bend alike";
     (job.options.purpose == Purpose::Poses && !has_poses).then(|| what.into())
 }
 
@@ -198,7 +198,7 @@ fn of_rest(job: &Job, result: &Simplified) -> Option<String> {
     let is_by_name = job.prune_below.is_some() || job.options.hidden == Hidden::Drop;
     let is_proved = matches!(job.goal, Goal::Error(_) | Goal::ErrorLevels(_));
     let what =
-        "what is certain is the distance of what --prune and --hidden left; the line distance counts what they dropped";
+        "the proved distance leaves out components dropped by --prune and --hidden; the sampled distance includes them";
     (is_proved && is_by_name && result.report.components_pruned > 0).then(|| what.into())
 }
 

@@ -16,7 +16,7 @@ use super::watch::Watch;
 /// Share of a distance that rounding may take, before coordinates get more bits.
 const ROUNDING_OF_ERROR: f64 = 0.125;
 /// Why a search by distance may end where a smaller result holds the bound.
-const ENDED_EARLY: &str = "the search ended early, a smaller mesh may hold the bound: needles, or large faces across each other, take long to measure";
+const ENDED_EARLY: &str = "the search ended early, so a smaller mesh may also meet the bound: needle-like faces and large intersecting faces take long to measure";
 
 /// Finds the smallest result within each of these distances, which rise. Numbers are packed for the least of them.
 pub(super) fn within(

@@ -125,7 +125,7 @@ impl std::fmt::Display for CleanError {
                 write!(f, "no usable face (faces: {n_faces}, vertices: {n_vertices}, {counts}): repair the mesh")
             }
             Self::TooLarge => write!(f, "more than {} vertices or faces: split the mesh", u32::MAX / 4),
-            Self::UnfitAttributes => write!(f, "the attributes are not those of the faces: give one row for each face"),
+            Self::UnfitAttributes => write!(f, "the attributes do not match the faces: give one row for each face"),
             Self::TooCoarse { vertex, size, step } => write!(
                 f,
                 "the part at vertex {vertex} is {size:.2e} across, too small for the steps of single precision where it lies \

@@ -74,7 +74,7 @@ pub struct NothingSolid;
 
 impl std::fmt::Display for NothingSolid {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "no part of it encloses a volume: give its sheets a thickness, or simplify it as it is")
+        write!(f, "no component encloses a volume: give its sheets a thickness, or simplify it without this repair")
     }
 }
 

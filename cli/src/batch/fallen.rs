@@ -10,7 +10,7 @@ use crate::{allocator, files, out_of_memory};
 const NAME: &str = ".neural-mesh-out-of-memory";
 
 /// Why a mesh failed that took a run down.
-const WHY: &str = "took more memory than there was: give more by --memory, or fewer --threads";
+const WHY: &str = "ran out of memory: raise --memory or use fewer --threads";
 
 /// Gives those that are to be done alone; has those of this run written down if it ends the same way.
 pub fn meet(folder: &Path, manifest: &mut Manifest, resume: bool) -> Result<Vec<usize>, Failure> {

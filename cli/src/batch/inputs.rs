@@ -28,12 +28,11 @@ pub fn check(args: &SimplifyArgs) -> Result<(), Failure> {
     let is_value = |text: &str| text.ends_with('%') || text.parse::<f64>().is_ok();
     let stray = args.inputs.iter().find(|path| !path.exists() && path.to_str().is_some_and(is_value));
     if let Some(stray) = stray {
-        let what =
-            "no such mesh: a value that may be left out stands behind =, as in --prune=1%, and % without a space";
+        let what = "no such mesh: write optional values after =, as in --prune=1%, and % without a space";
         return Err(Failure::Usage(format!("{}: {what}", stray.display())));
     }
     if Format::from_path(&args.output).is_some() && !args.output.is_dir() {
-        let what = "is a mesh's name, and several meshes go into a folder: give -o OUTDIR, or one mesh";
+        let what = "is the name of a mesh file, but several meshes need a folder: give a folder to -o, or one mesh";
         return Err(Failure::Usage(format!("{}: {what}", args.output.display())));
     }
     Ok(())

@@ -76,7 +76,7 @@ impl Row {
     fn go_on(&mut self, old: &Self, place: &Place, manifest: &Path) -> Result<bool, Failure> {
         if old.request != self.request {
             let what =
-                format!("belongs to another batch ({}): ask for the same, or choose another folder", old.request);
+                format!("belongs to another batch ({}): use the same options, or choose another folder", old.request);
             return Err(Failure::of(manifest, what));
         }
         if old.is_done() && place.of(old).iter().all(|path| path.is_file()) {

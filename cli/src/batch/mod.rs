@@ -84,7 +84,7 @@ fn checked(args: &SimplifyArgs) -> Result<(Option<Format>, Job), Failure> {
         return usage("--json, --map and --explain are for a single mesh: a batch has its manifest.csv");
     }
     if [&args.report, &args.picture].into_iter().flatten().any(|folder| is_stream(folder)) {
-        return usage("a batch writes a report and a picture of each mesh: give --report and --picture a folder");
+        return usage("a batch writes a report and a picture for each mesh: give a folder to --report and --picture");
     }
     if is_stream(&args.output) || args.inputs.iter().any(|path| is_stream(path)) {
         return usage(
@@ -278,7 +278,7 @@ impl Batch {
         let ends = self.manifest.ends();
         let voice = if self.args.quiet { Voice::Quiet } else { Voice::Out };
         voice.say(&format!(
-            "meshes    {}: {} as asked, {} stopped before that, {} failed",
+            "meshes    {}: {} reached the target, {} stopped before it, {} failed",
             self.inputs.len(),
             ends.reached,
             ends.stopped,
@@ -287,12 +287,12 @@ impl Batch {
         voice.say(&format!("time      {seconds:.3} s"));
         match (ends.failed, ends.stopped) {
             (0, n) if n > 0 && strict(&self.args) => {
-                let what = "meshes were stopped before what was asked: the rows say why";
+                let what = "meshes missed the target: their rows say why";
                 Err(Failure::Unmet(format!("{}: {n} {what}", self.manifest.path().display())))
             }
             (0, _) => Ok(()),
             (1, _) => Err(Failure::of(self.manifest.path(), "1 mesh failed: its row says why")),
-            (n, _) => Err(Failure::of(self.manifest.path(), format!("{n} meshes failed: the rows say why"))),
+            (n, _) => Err(Failure::of(self.manifest.path(), format!("{n} meshes failed: their rows say why"))),
         }
     }
 }

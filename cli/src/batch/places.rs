@@ -47,7 +47,7 @@ impl Places {
         let parent = result.parent().unwrap_or(Path::new(""));
         let below = |file: &OutputFile| parent.join(&file.path);
         if let Some(taken) = beside.iter().map(below).find(|path| self.is_taken(path)) {
-            let what = "the mesh needs a file where a result of the batch stands: rename one of them";
+            let what = "a file of the mesh would replace a result of the batch: rename one of them";
             return Err(Failure::of(&self.folder.join(taken), what));
         }
         // Held while files are written: whoever comes second finds what the first one wrote.
@@ -57,7 +57,7 @@ impl Places {
             let path = ready(&self.folder, &below(file))?;
             let is_new = known.insert(folded(&below(file)));
             if !is_new && std::fs::read(&path).is_ok_and(|there| there != file.bytes) {
-                let what = "another mesh of the batch needs a different file of that name: rename one of them";
+                let what = "two meshes of the batch need different files of this name: rename one of them";
                 return Err(Failure::of(&path, what));
             }
             write_beside(&self.folder.join(parent), std::slice::from_ref(file), self.force && is_new)?;

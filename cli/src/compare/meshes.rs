@@ -75,7 +75,7 @@ pub fn read_all(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<Mesh
         named.push(Named { name, mesh, cover, normals, notes });
     }
     let simplified = named.split_off(1);
-    let original = named.pop().ok_or_else(|| Failure::Usage("there is no original: name its file".into()))?;
+    let original = named.pop().ok_or_else(|| Failure::Usage("the original is missing: name its file".into()))?;
     Ok(Meshes { original, simplified, unread })
 }
 

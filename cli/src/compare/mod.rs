@@ -146,7 +146,7 @@ fn results(args: &CompareArgs) -> impl Iterator<Item = &Path> {
 pub fn check(args: &CompareArgs) -> Result<(), Failure> {
     check_stdin(args.inputs())?;
     if args.html.as_deref().is_some_and(is_stream) {
-        return Err(Failure::Usage("the page is a file: give --html a name".into()));
+        return Err(Failure::Usage("--html needs the name of a file".into()));
     }
     Ok(())
 }

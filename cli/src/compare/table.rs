@@ -31,7 +31,7 @@ pub fn lines(comparison: &Comparison, all: bool) -> Vec<String> {
     let samples = grouped(judging.samples);
     let mut lines = vec![
         format!("original  {}: {}", original.name, counts(original)),
-        format!("judged    from {samples} samples on each surface, seed {}", judging.seed),
+        format!("sampled   {samples} points on each surface, seed {}", judging.seed),
     ];
     lines.extend(unknown(original, results));
     lines.push(String::new());
@@ -47,7 +47,7 @@ fn unknown(original: &Named, results: &[Judged]) -> Option<String> {
         have_faces(&result.mesh) && figures.any(|figure| BOUNDED.contains(&figure.name))
     };
     let name = results.iter().find(lacks).map(|result| shortened(&plain(&result.mesh.name)))?;
-    let why = "needles, or large faces across each other, take too long: samples may be fewer, and `-` is not known";
+    let why = "needle-like faces or large intersecting faces take too long to measure: samples may be fewer, and `-` means unknown";
     Some(format!("bounded   {name}: {why}"))
 }
 

@@ -48,7 +48,7 @@ impl TrainProgress {
     pub fn hear(&mut self, event: Event) -> Wish {
         match event {
             Event::Step { epoch, n_done, n_steps, terms } => self.step(epoch * n_steps + n_done, terms),
-            Event::PassedOver { mesh, why } => self.say(&format!("passed over {mesh}: {why}")),
+            Event::PassedOver { mesh, why } => self.say(&format!("skipped   {mesh}: {why}")),
             Event::Validated { n_done, n_meshes, .. } => {
                 self.bar.set_message(format!("validation: {n_done} of {n_meshes} meshes"));
             }

@@ -43,7 +43,7 @@ impl Document {
         // Half of the bytes are for the shape.
         let fits = |side: &usize| least(Some(&Textures::new(*side))).is_ok_and(|n| 2 * n <= n_bytes);
         let advice = match smaller.find(fits) {
-            Some(side) => format!("make images smaller with --textures {side}, or ask for more bytes"),
+            Some(side) => format!("make images smaller with --textures {side}, or allow more bytes"),
             None => "ask for more bytes".into(),
         };
         let what = format!(

@@ -127,7 +127,7 @@ impl Document {
         };
         let dropped = |component: &simplify::DroppedComponent| {
             let name = Some(name(component.face)).filter(|name| !name.is_empty());
-            let name = name.unwrap_or_else(|| format!("the one of face {}", component.face));
+            let name = name.unwrap_or_else(|| format!("the component of face {}", component.face));
             Dropped { name, faces: component.n_faces }
         };
         report.dropped.iter().map(dropped).collect()

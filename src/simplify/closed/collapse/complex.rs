@@ -116,10 +116,10 @@ impl End {
             }
             Self::Held => Outcome::Stopped("kept edges or locked vertices allow no further merge".into()),
             Self::WouldRuin(held, all) => Outcome::Stopped(format!(
-                "{held} of {all} vertices are on edges that are held or locked, and with fewer the rest would be ruined"
+                "{held} of {all} vertices are on kept or locked edges, and the others are needed for the shape"
             )),
             Self::LosesShape => Outcome::Stopped("with fewer vertices components would lose their shape".into()),
-            Self::WouldTurn => Outcome::Stopped("every remaining merge would turn a face over".into()),
+            Self::WouldTurn => Outcome::Stopped("every remaining merge would flip a face".into()),
         }
     }
 }
