@@ -1,4 +1,4 @@
-//! The command line: which commands there are.
+//! The command line of the program.
 
 mod evaluate;
 mod train_baseline;
@@ -16,7 +16,7 @@ use train_baseline::TrainBaselineArgs;
 
 pub use work::worker;
 
-/// Measure neural-mesh, and methods of others.
+/// Measure neural-mesh and other methods
 #[derive(Parser)]
 #[command(name = "neural-mesh-bench", version, arg_required_else_help = true)]
 struct Args {
@@ -29,19 +29,19 @@ enum Command {
     Evaluate(Box<EvaluateArgs>),
     #[command(override_usage = train_baseline::USAGE, mut_arg("objective", |objective| objective.hide(true)))]
     TrainBaseline(Box<TrainBaselineArgs>),
-    /// Make the pages of docs/measured and the table of the README; the same command goes on where it was stopped
+    /// Make the pages of docs/measured and the table of the README; resumes where it was stopped
     Measure(MeasureArgs),
-    /// List the pages that were made with other versions; exit 1 where there are any
+    /// List the pages that were made with other versions; exit 1 if there are any
     Stale,
-    /// Do one job of an evaluation, which comes as a line on standard input
+    /// Do one job of an evaluation, given as a line on standard input
     #[command(hide = true)]
     Work,
-    /// Simplify a file by meshoptimizer: the program that the whole of ours is timed against
+    /// Simplify a file with meshoptimizer: the reference for the time of the whole program
     #[command(hide = true)]
     WholeOther(MeshoptimizerArgs),
 }
 
-/// Does what the words of the command line ask.
+/// Runs the command line.
 pub fn run() -> ExitCode {
     let args = match Args::try_parse() {
         Ok(args) => args,
@@ -50,15 +50,15 @@ pub fn run() -> ExitCode {
     let done = match args.command {
         Command::Evaluate(args) => evaluate::run(&args),
         Command::TrainBaseline(args) => train_baseline::run(&args),
-        Command::Measure(args) => told(measure::run(args)),
-        Command::Stale => told(measure::print_stale()),
-        Command::Work => told(work::work()),
-        Command::WholeOther(args) => told(measure::run_meshoptimizer(&args)),
+        Command::Measure(args) => with_causes(measure::run(args)),
+        Command::Stale => with_causes(measure::print_stale()),
+        Command::Work => with_causes(work::do_job()),
+        Command::WholeOther(args) => with_causes(measure::run_meshoptimizer(&args)),
     };
     ended(done)
 }
 
-/// A failure that tells the whole story.
-fn told(done: Result<()>) -> Result<(), Failure> {
+/// Converts an error with all its causes.
+fn with_causes(done: Result<()>) -> Result<(), Failure> {
     done.map_err(|error| Failure::Failed(format!("{error:#}")))
 }

@@ -1,4 +1,5 @@
-//! `neural-mesh-bench train-baseline`: learns weights of a method of others, by the loop and the options of `neural-mesh train`.
+//! `neural-mesh-bench train-baseline`: trains weights of a learned method of others, with the options of `neural-mesh
+//! train`.
 
 use clap::Args;
 use neural_mesh::train::Settings;
@@ -8,29 +9,29 @@ use neural_mesh_cli::shared::{Failure, files};
 
 use crate::learned_baselines::{LearnedBaseline, LearnedWeights};
 
-/// How the command is typed, in place of that of `train`, whose options it has.
+/// Usage line, in place of that of `train`.
 pub const USAGE: &str = "neural-mesh-bench train-baseline METHOD --data DIR --out RUN [OPTIONS]
        neural-mesh-bench train-baseline METHOD --plot RUN";
 
-/// Learn weights of a method of others from a folder of meshes
+/// Train weights of a learned method of others on a folder of meshes
 #[derive(Debug, Args)]
 pub struct TrainBaselineArgs {
-    /// The method: dse, potamias or pointtrinet
-    #[arg(value_name = "METHOD", value_parser = method)]
+    /// Method: dse, potamias or pointtrinet
+    #[arg(value_name = "METHOD", value_parser = parse_method)]
     method: LearnedBaseline,
-    /// Widths of its networks as a share of the full ones; weights to start from keep theirs
+    /// Widths of its networks as a fraction of the full ones; initial weights keep theirs
     #[arg(long, value_name = "SHARE", default_value = "1", value_parser = share)]
     width_share: f64,
     #[command(flatten)]
     train: TrainArgs,
 }
 
-fn method(name: &str) -> Result<LearnedBaseline, String> {
+fn parse_method(name: &str) -> Result<LearnedBaseline, String> {
     let names = LearnedBaseline::ALL.map(LearnedBaseline::name).join(", ");
     LearnedBaseline::from_name(name).ok_or_else(|| format!("give one of {names}"))
 }
 
-/// Trains, or draws the curves of a training.
+/// Trains, or plots the curves of a training.
 pub fn run(args: &TrainBaselineArgs) -> Result<(), Failure> {
     if args.train.objective.is_some() {
         return Err(Failure::Usage("--objective: the method says what is learned: leave it out".into()));
@@ -40,7 +41,7 @@ pub fn run(args: &TrainBaselineArgs) -> Result<(), Failure> {
     run_for(&args.train, Some(&other))
 }
 
-/// The weights that the training begins with: those of `--init`, else drawn by the seed of the settings.
+/// Returns the initial weights: those of `--init`, else random ones by the settings' seed.
 fn first_weights(args: &TrainBaselineArgs) -> Result<LearnedWeights, Failure> {
     if let Some(path) = &args.train.init {
         let weights = LearnedWeights::from_bytes(&files::read(path)?).map_err(|error| Failure::of(path, error))?;

@@ -1,20 +1,20 @@
-//! The process that does one job of an evaluation, so that a method that hangs or crashes takes nothing else with it.
+//! The process that does one job of an evaluation, so that a method that hangs or crashes affects nothing else.
 
 use std::io::{BufRead, Read};
 
-use crate::evaluate::{Worker, answer};
+use crate::evaluate::{Worker, answer_job};
 use anyhow::{Context, Result};
 use nix::sys::signal::{Signal, killpg};
 use nix::unistd::{getpgrp, getpid};
 
-/// This program, as a worker.
+/// Returns this program as a worker.
 pub fn worker() -> Result<Worker> {
     let program = std::env::current_exe().context("the path of this program cannot be found")?;
     Ok(Worker { program, arguments: vec!["work".into()] })
 }
 
-/// Does the job on standard input; ends with it, and with all that it has started, because then nobody waits any more.
-pub fn work() -> Result<()> {
+/// Does the job on standard input; ends with it, together with its children, when nobody waits any more.
+pub fn do_job() -> Result<()> {
     let mut line = String::new();
     std::io::stdin().lock().read_line(&mut line)?;
     std::thread::spawn(|| {
@@ -24,6 +24,6 @@ pub fn work() -> Result<()> {
         }
         std::process::exit(1);
     });
-    print!("{}", answer(&line));
+    print!("{}", answer_job(&line));
     Ok(())
 }

@@ -1,38 +1,37 @@
-//! What is plotted of the rows: medians as points, a line for every method. Drawing them is the caller's.
+//! The lines to plot from a table of results: a line of medians per method.
 
 use super::run::median;
-use super::summary::{Value, distinct, methods, ratios, rows_of, values};
-use super::{Row, Table};
+use super::summary::{Value, distinct, methods, ratios, select_rows, values};
+use super::{ResultRow, Table};
 
-/// A picture of lines, both axes logarithmic.
+/// A chart of lines on two logarithmic axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
-    /// A name for its file, without an ending.
+    /// File name without extension.
     pub name: &'static str,
-    /// What it shows.
+    /// Title above the chart.
     pub title: &'static str,
-    /// What the horizontal axis counts in.
+    /// Label of the horizontal axis.
     pub x: &'static str,
-    /// What the vertical axis counts in.
+    /// Label of the vertical axis.
     pub y: &'static str,
-    /// The lines, one per method that has points.
-    pub lines: Vec<Line>,
+    /// Lines of the methods that have points.
+    pub lines: Vec<MethodLine>,
 }
 
-/// The line of a method.
+/// The line of one method.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Line {
+pub struct MethodLine {
     /// Name of the method.
     pub method: String,
-    /// Points from left to right, all coordinates above 0.
+    /// Points from left to right with positive coordinates.
     pub points: Vec<(f64, f64)>,
 }
 
 const DISTANCE: &str = "mean distance, % of the bounding box's diagonal";
 const SECONDS: &str = "seconds";
 
-/// The pictures of a table: error against size, time against the size of the input, error against time. One without
-/// points is left out.
+/// Returns the charts of a table that have points: error by size, time by input size, error by time.
 ///
 /// ```
 /// use neural_mesh_bench::evaluate::{Table, charts};
@@ -47,8 +46,8 @@ pub fn charts(table: &Table) -> Vec<Chart> {
             title: "Error against size: medians over meshes and seeds, a point for each ratio",
             x: "faces of the result / faces of the input",
             y: DISTANCE,
-            lines: by_ratio(table, |rows| {
-                (median(rows.iter().filter_map(share_of_faces).collect()), of(rows, distance))
+            lines: lines_by_ratio(table, |rows| {
+                (median(rows.iter().filter_map(share_of_faces).collect()), median_value(rows, distance))
             }),
         },
         Chart {
@@ -56,40 +55,40 @@ pub fn charts(table: &Table) -> Vec<Chart> {
             title: "Time against size: medians over ratios and seeds, a point for each size of input",
             x: "vertices of the input",
             y: SECONDS,
-            lines: by_input(table),
+            lines: lines_by_input(table),
         },
         Chart {
             name: "error-time",
             title: "Error against time: medians over meshes and seeds, a point for each ratio",
             x: SECONDS,
             y: DISTANCE,
-            lines: by_ratio(table, |rows| (of(rows, Value::Seconds), of(rows, distance))),
+            lines: lines_by_ratio(table, |rows| (median_value(rows, Value::Seconds), median_value(rows, distance))),
         },
     ];
     charts.into_iter().filter(|chart| !chart.lines.is_empty()).collect()
 }
 
-fn of(rows: &[&Row], value: Value) -> Option<f64> {
+fn median_value(rows: &[&ResultRow], value: Value) -> Option<f64> {
     median(values(rows, value))
 }
 
-fn share_of_faces(row: &&Row) -> Option<f64> {
-    Some(Value::Faces.of(row)? / row.faces_in.max(1) as f64)
+fn share_of_faces(row: &&ResultRow) -> Option<f64> {
+    Some(Value::Faces.get(row)? / row.faces_in.max(1) as f64)
 }
 
-/// A point for each size asked for, in their order.
-fn by_ratio(table: &Table, point: impl Fn(&[&Row]) -> (Option<f64>, Option<f64>)) -> Vec<Line> {
+/// Returns a line per method with a point for each ratio.
+fn lines_by_ratio(table: &Table, point: impl Fn(&[&ResultRow]) -> (Option<f64>, Option<f64>)) -> Vec<MethodLine> {
     let points = |method: &str| {
-        let points = ratios(table).into_iter().map(|ratio| point(&rows_of(table, ratio, method)));
+        let points = ratios(table).into_iter().map(|ratio| point(&select_rows(table, ratio, method)));
         points.filter_map(|(x, y)| Some((x?, y?))).collect()
     };
     lines(table, points)
 }
 
-/// A point for each size of input.
-fn by_input(table: &Table) -> Vec<Line> {
+/// Returns a line per method with a point for each input size.
+fn lines_by_input(table: &Table) -> Vec<MethodLine> {
     let points = |method: &str| {
-        let rows: Vec<&Row> = table.rows.iter().filter(|row| row.method == method).collect();
+        let rows: Vec<&ResultRow> = table.rows.iter().filter(|row| row.method == method).collect();
         let mut sizes = distinct(rows.iter().map(|row| row.vertices_in));
         sizes.sort_unstable();
         let seconds = |size: usize| {
@@ -100,11 +99,11 @@ fn by_input(table: &Table) -> Vec<Line> {
     lines(table, points)
 }
 
-fn lines(table: &Table, points: impl Fn(&str) -> Vec<(f64, f64)>) -> Vec<Line> {
+fn lines(table: &Table, points: impl Fn(&str) -> Vec<(f64, f64)>) -> Vec<MethodLine> {
     let line = |method: &str| {
         let mut points = points(method);
         points.retain(|(x, y)| *x > 0.0 && *y > 0.0);
-        (!points.is_empty()).then(|| Line { method: method.into(), points })
+        (!points.is_empty()).then(|| MethodLine { method: method.into(), points })
     };
     methods(table).into_iter().filter_map(line).collect()
 }
@@ -115,7 +114,7 @@ mod tests {
 
     #[test]
     fn points_are_medians_and_zeros_stay_out() {
-        let row = |mesh: &str, ratio: f64, value: f64| Row {
+        let row = |mesh: &str, ratio: f64, value: f64| ResultRow {
             mesh: mesh.into(),
             ratio,
             method: "x".into(),
@@ -124,7 +123,7 @@ mod tests {
             faces_out: 20,
             seconds: Some(10.0 * value),
             figures: vec![Some(value)],
-            ..Row::default()
+            ..ResultRow::default()
         };
         let rows = vec![row("a", 0.1, 1.0), row("b", 0.1, 2.0), row("c", 0.1, 6.0), row("a", 0.5, 0.0)];
         let charts = charts(&Table { figures: vec!["distance_mean".into()], rows });

@@ -1,23 +1,22 @@
-//! The time of a method: of the processor where it has one thread and the system tells, else on the wall.
+//! Time of a method: processor time on one thread where the system counts it, else elapsed time.
 
 use std::time::{Duration, Instant};
 
-/// A moment.
+/// A moment in elapsed and in processor time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moment {
     wall: Instant,
-    /// Time that the processor has given to this thread so far.
+    /// Processor time of this thread so far.
     thread: Option<Duration>,
 }
 
 impl Moment {
-    /// Now.
+    /// Returns the present moment.
     pub fn now() -> Self {
         Self { thread: thread_time(), wall: Instant::now() }
     }
 
-    /// Seconds since then. On one thread, which has to be this one, those of the processor: other programs that are busy
-    /// on the machine hardly change them.
+    /// Returns the seconds since this moment; on one thread, which must be the same, those of processor time.
     pub fn seconds(self, n_threads: usize) -> f64 {
         let (wall, now) = (self.wall.elapsed(), thread_time());
         let thread = self.thread.zip(now).filter(|_| n_threads == 1).map(|(then, now)| now.saturating_sub(then));
@@ -25,9 +24,9 @@ impl Moment {
     }
 }
 
-/// What Linux counts of this thread, in nanoseconds; `None` elsewhere.
+/// Returns this thread's processor time as Linux counts it; `None` elsewhere.
 fn thread_time() -> Option<Duration> {
-    // The system brings the count up to date when it looks for another thread to run.
+    // the system updates the count when it looks for another thread to run
     std::thread::yield_now();
     let counts = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     counts.split_whitespace().next()?.parse().ok().map(Duration::from_nanos)

@@ -1,39 +1,39 @@
-//! One case, a mesh at a size with a seed: the methods take turns, one at a time, so that what slows the machine for a
-//! while slows all of them.
+//! One case (a mesh, a ratio, a seed): the methods run in turns, so that a slow spell of the machine affects all of
+//! them.
 
 use std::ops::ControlFlow;
 
 use super::Method;
-use super::engine::{Asked, Done, Engine, Timed};
-use super::limited::{Unfinished, one_line};
+use super::engine::{Engine, RunResult, RunTarget, TimedScope};
+use super::limited::{RunFailure, join_lines};
 use crate::baselines::Size;
 use neural_mesh::mesh::TriMesh;
 
-/// What came of a method.
-pub(super) struct Outcome {
-    /// What it was asked for.
+/// The runs of one method in one case.
+pub(super) struct MethodOutcome {
+    /// Target size.
     pub size: Size,
-    /// Of each run.
+    /// Seconds of each run.
     pub seconds: Vec<f64>,
-    /// What they cover.
-    pub timed: Option<Timed>,
-    /// The result, or why there is none.
+    /// Scope of the seconds.
+    pub timed: Option<TimedScope>,
+    /// The result, or the reason for the failure.
     pub result: Result<TriMesh, String>,
 }
 
-/// What is asked of all methods.
-pub(super) struct Case<'a> {
+/// The mesh, ratio and seed of one case.
+pub(super) struct ContestCase<'a> {
     pub mesh: &'a TriMesh,
     pub ratio: f64,
     pub seed: u64,
-    /// The first method of ours that takes part, whose number of faces the others are given.
+    /// Our first method; the others get its number of faces as their target.
     pub leader: Option<&'a Method>,
-    /// That number, if it is known already.
+    /// That number, if already known.
     pub n_faces: Option<usize>,
 }
 
-impl Case<'_> {
-    /// The size for all: a share of the vertices, and as many faces as ours came to, else the same share of them.
+impl ContestCase<'_> {
+    /// Returns the target size; without a known number of faces they get the same ratio as the vertices.
     fn size(&self, n_faces: Option<usize>) -> Size {
         let share = |n: usize| ((n as f64 * self.ratio) as usize).max(1);
         let faces = n_faces.unwrap_or_else(|| share(self.mesh.faces().len()));
@@ -41,36 +41,38 @@ impl Case<'_> {
     }
 }
 
-/// Runs each of the methods `repeats` times, by turns; a method that fails once is not run again. The outcomes stand in
-/// the order of the methods; `None` where `wait`, which hears who is at work, did not want to wait any longer.
-pub(super) fn contest(
+/// Runs each method `repeats` times in turns, a failed one only once; returns the outcomes in the order of the methods.
+///
+/// `wait` is called with the running method; `None` when it breaks.
+pub(super) fn run_case(
     engine: &Engine,
-    case: &Case,
+    case: &ContestCase,
     methods: &[Method],
     repeats: usize,
     wait: &mut dyn FnMut(&Method, usize) -> ControlFlow<()>,
-) -> Option<Vec<Outcome>> {
+) -> Option<Vec<MethodOutcome>> {
     let mut n_faces = case.n_faces;
-    let mut outcomes: Vec<Option<Outcome>> = methods.iter().map(|_| None).collect();
+    let mut outcomes: Vec<Option<MethodOutcome>> = methods.iter().map(|_| None).collect();
     for round in 0..repeats.max(1) {
         for at in leader_first(methods, case.leader) {
             let outcome = &mut outcomes[at];
-            if matches!(outcome, Some(Outcome { result: Err(_), .. })) {
+            if matches!(outcome, Some(MethodOutcome { result: Err(_), .. })) {
                 continue;
             }
             let size = outcome.as_ref().map_or_else(|| case.size(n_faces), |outcome| outcome.size);
-            let asked = Asked { ratio: case.ratio, size, seed: case.seed };
+            let target = RunTarget { ratio: case.ratio, size, seed: case.seed };
             let method = &methods[at];
-            match engine.run(method, &asked, &mut || wait(method, round)) {
-                Err(Unfinished::Stopped) => return None,
-                Err(Unfinished::Failed(why)) => {
-                    *outcome = Some(Outcome { size, seconds: Vec::new(), timed: None, result: Err(one_line(&why)) });
+            match engine.run(method, &target, &mut || wait(method, round)) {
+                Err(RunFailure::Stopped) => return None,
+                Err(RunFailure::Failed(why)) => {
+                    *outcome =
+                        Some(MethodOutcome { size, seconds: Vec::new(), timed: None, result: Err(join_lines(&why)) });
                 }
                 Ok(done) => {
                     if case.leader == Some(method) {
                         n_faces = Some(done.mesh.faces().len());
                     }
-                    add(outcome, size, done);
+                    add_run(outcome, size, done);
                 }
             }
         }
@@ -78,17 +80,17 @@ pub(super) fn contest(
     outcomes.into_iter().collect()
 }
 
-fn add(outcome: &mut Option<Outcome>, size: Size, done: Done) {
+fn add_run(outcome: &mut Option<MethodOutcome>, size: Size, done: RunResult) {
     match outcome {
         Some(outcome) => outcome.seconds.push(done.seconds),
         None => {
-            let Done { mesh, seconds, timed } = done;
-            *outcome = Some(Outcome { size, seconds: vec![seconds], timed: Some(timed), result: Ok(mesh) });
+            let RunResult { mesh, seconds, timed } = done;
+            *outcome = Some(MethodOutcome { size, seconds: vec![seconds], timed: Some(timed), result: Ok(mesh) });
         }
     }
 }
 
-/// Indices of the methods, that of the leader first.
+/// Returns the indices of the methods, the leader's first.
 fn leader_first(methods: &[Method], leader: Option<&Method>) -> Vec<usize> {
     let is_leader = |&at: &usize| leader == Some(&methods[at]);
     let (leader, others): (Vec<usize>, Vec<usize>) = (0..methods.len()).partition(is_leader);

@@ -1,4 +1,4 @@
-//! Has a method simplify a mesh, each in the way that it can be stopped, and says how long it took.
+//! Runs of methods in ways that can be stopped, and their times.
 
 use std::ffi::OsString;
 use std::ops::ControlFlow;
@@ -6,66 +6,67 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
-use super::foreign::{self, Foreign};
+use super::foreign::{self, ForeignRun};
 use super::job::{self, Job, Work};
-use super::limited::{Unfinished, run_limited, with_last_words, words_in};
+use super::limited::{RunFailure, append_last_output, run_limited, stderr_path};
 use super::settings::LearnedFile;
 use super::tool::Placeholders;
 use super::{Method, Tool};
 use crate::baselines::Size;
 use neural_mesh::mesh::TriMesh;
 
-/// A program that reads one line from standard input, gives it to [`answer`](super::answer), and prints the answer. It
-/// should end when its standard input does, and with it all that it has started: then nobody waits for it any more.
+/// A program that passes one line of standard input to [`answer_job`](super::answer_job) and prints the answer.
+///
+/// It should end, with all its children, when its standard input ends.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Worker {
-    /// The program.
+    /// Path of the program.
     pub program: PathBuf,
     /// Its arguments.
     pub arguments: Vec<OsString>,
 }
 
-/// How methods are run.
+/// The settings and folder with which methods run.
 pub(super) struct Engine<'a> {
-    /// Runs the methods that are no tools; without one they run in this process, and nothing stops them.
+    /// Worker for our own methods; without one they run in this process and cannot be stopped.
     pub worker: Option<&'a Worker>,
     pub time_limit: Duration,
     pub threads: usize,
-    /// Weights for the closed assembly and for the paper's.
+    /// Weights of the closed and of the paper's assembly.
     pub weights: [Option<&'a Path>; 2],
-    /// Weights of learned baselines that are not those that ship.
+    /// Weights of learned baselines that replace the shipped ones.
     pub learned: &'a [LearnedFile],
-    /// A folder that is nobody else's, which holds the mesh at hand.
+    /// Private folder with the present mesh.
     pub scratch: &'a Path,
 }
 
-/// What a method is asked for.
+/// The target of one run.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Asked {
+pub(super) struct RunTarget {
     pub ratio: f64,
     pub size: Size,
     pub seed: u64,
 }
 
-/// What a method did.
-pub(super) struct Done {
+/// The result of one run.
+pub(super) struct RunResult {
     pub mesh: TriMesh,
     pub seconds: f64,
-    /// What the seconds cover.
-    pub timed: Timed,
+    /// Scope of the seconds.
+    pub timed: TimedScope,
 }
 
-/// What seconds cover.
+/// The scope of measured seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Timed {
+pub(super) enum TimedScope {
     /// The method, with the mesh in memory.
     Method,
     /// The whole process, with its start, reading and writing.
     Process,
 }
 
-impl Timed {
-    /// The word in the table.
+impl TimedScope {
+    /// Returns the name in the table.
     pub fn name(self) -> &'static str {
         match self {
             Self::Method => "method",
@@ -75,7 +76,7 @@ impl Timed {
 }
 
 impl Engine<'_> {
-    /// Puts the mesh where the methods find it.
+    /// Writes the mesh to the files that the methods read.
     pub fn prepare(&self, mesh: &TriMesh, methods: &[Method]) -> Result<(), String> {
         let tools = methods.iter().filter_map(|method| if let Method::Tool(tool) = method { Some(tool) } else { None });
         let mut endings: Vec<&str> = tools.filter_map(|tool| tool.ending("in")).chain(["ply"]).collect();
@@ -84,45 +85,45 @@ impl Engine<'_> {
         endings.into_iter().try_for_each(|ending| job::write_mesh(&self.input().with_extension(ending), mesh))
     }
 
-    /// Has a method simplify the mesh at hand once.
+    /// Simplifies the present mesh once.
     pub fn run(
         &self,
         method: &Method,
-        asked: &Asked,
+        target: &RunTarget,
         wait: &mut dyn FnMut() -> ControlFlow<()>,
-    ) -> Result<Done, Unfinished> {
+    ) -> Result<RunResult, RunFailure> {
         match method {
-            Method::Tool(tool) => self.run_tool(tool, asked, wait),
-            _ => self.run_own(method, asked, wait),
+            Method::Tool(tool) => self.run_tool(tool, target, wait),
+            _ => self.run_own(method, target, wait),
         }
     }
 
     fn run_own(
         &self,
         method: &Method,
-        asked: &Asked,
+        target: &RunTarget,
         wait: &mut dyn FnMut() -> ControlFlow<()>,
-    ) -> Result<Done, Unfinished> {
+    ) -> Result<RunResult, RunFailure> {
         let output = self.scratch.join("result.ply");
         let job = Job {
             input: self.input().with_extension("ply"),
             output: output.clone(),
             method: method.name().into(),
-            vertices: asked.size.vertices,
-            faces: asked.size.faces,
-            seed: asked.seed,
+            vertices: target.size.vertices,
+            faces: target.size.faces,
+            seed: target.seed,
             weights: self.weights_of(method).map(Path::to_path_buf),
             threads: self.threads,
         };
         let seconds = match self.worker {
-            Some(worker) => self.ask(worker, &Work::Method(job), wait)?,
-            None => job::run(&job).map_err(Unfinished::Failed)?,
+            Some(worker) => self.run_worker(worker, &Work::Method(job), wait)?,
+            None => job::run_job(&job).map_err(RunFailure::Failed)?,
         };
-        let mesh = job::read_mesh(&output).and_then(with_faces).map_err(Unfinished::Failed)?;
-        Ok(Done { mesh, seconds, timed: Timed::Method })
+        let mesh = job::read_mesh(&output).and_then(check_has_faces).map_err(RunFailure::Failed)?;
+        Ok(RunResult { mesh, seconds, timed: TimedScope::Method })
     }
 
-    /// The file of the weights that a method uses; none for those that ship.
+    /// Returns the weights file of a method; `None` for shipped weights.
     fn weights_of(&self, method: &Method) -> Option<&Path> {
         let [closed, paper] = self.weights;
         match method {
@@ -134,63 +135,71 @@ impl Engine<'_> {
         }
     }
 
-    /// Has a worker do the work.
-    fn ask(&self, worker: &Worker, work: &Work, wait: &mut dyn FnMut() -> ControlFlow<()>) -> Result<f64, Unfinished> {
-        let failed = |error: serde_json::Error| Unfinished::Failed(format!("the worker and its job: {error}"));
+    /// Passes work to a worker and returns its seconds.
+    fn run_worker(
+        &self,
+        worker: &Worker,
+        work: &Work,
+        wait: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> Result<f64, RunFailure> {
+        let failed = |error: serde_json::Error| RunFailure::Failed(format!("the worker and its job: {error}"));
         let line = serde_json::to_string(work).map_err(failed)?;
         let mut command = Command::new(&worker.program);
         command.args(&worker.arguments);
         let finished = run_limited(command, &line, self.time_limit, self.scratch, wait)?;
         let answer: Result<f64, String> = serde_json::from_str(&finished.out).map_err(failed)?;
-        let words = words_in(self.scratch);
+        let words = stderr_path(self.scratch);
         let out = if let Work::Foreign(foreign) = work { &foreign.out } else { &words };
-        answer.map_err(|why| Unfinished::Failed(with_last_words(&why, &[&words, out])))
+        answer.map_err(|why| RunFailure::Failed(append_last_output(&why, &[&words, out])))
     }
 
     fn run_tool(
         &self,
         tool: &Tool,
-        asked: &Asked,
+        target: &RunTarget,
         wait: &mut dyn FnMut() -> ControlFlow<()>,
-    ) -> Result<Done, Unfinished> {
-        // Files of its own: what it does to them does nothing to the others.
-        let place = self.place_for(tool).map_err(|error| Unfinished::Failed(format!("a place for it: {error}")))?;
-        let [input, output] = ["original", "result"].map(|name| place.path().join(name));
-        let given = Placeholders { input: &input, output: &output, ratio: asked.ratio, size: asked.size };
-        let out = place.path().join("stdout");
-        let foreign = Foreign { words: tool.words(&given), threads: self.threads, out: out.clone() };
+    ) -> Result<RunResult, RunFailure> {
+        // a folder of its own: changes to these files do not affect other methods
+        let folder =
+            self.copy_input_for(tool).map_err(|error| RunFailure::Failed(format!("a place for it: {error}")))?;
+        let [input, output] = ["original", "result"].map(|name| folder.path().join(name));
+        let given = Placeholders { input: &input, output: &output, ratio: target.ratio, size: target.size };
+        let out = folder.path().join("stdout");
+        let foreign = ForeignRun { words: tool.words(&given), threads: self.threads, out: out.clone() };
         let seconds = match self.worker {
-            Some(worker) => self.ask(worker, &Work::Foreign(foreign), wait)?,
+            Some(worker) => self.run_worker(worker, &Work::Foreign(foreign), wait)?,
             None => {
-                let command = foreign.command().map_err(Unfinished::Failed)?;
+                let command = foreign.command().map_err(RunFailure::Failed)?;
                 let finished = run_limited(command, "", self.time_limit, self.scratch, wait)?;
-                std::fs::write(&out, finished.out).map_err(|error| Unfinished::Failed(error.to_string()))?;
+                std::fs::write(&out, finished.out).map_err(|error| RunFailure::Failed(error.to_string()))?;
                 finished.seconds
             }
         };
-        let said = std::fs::read(&out).unwrap_or_default();
-        let told = foreign::told_seconds(&String::from_utf8_lossy(&said)).map(|seconds| (seconds, Timed::Method));
-        let (seconds, timed) = told.unwrap_or((seconds, Timed::Process));
+        let printed = std::fs::read(&out).unwrap_or_default();
+        let reported =
+            foreign::reported_seconds(&String::from_utf8_lossy(&printed)).map(|seconds| (seconds, TimedScope::Method));
+        let (seconds, timed) = reported.unwrap_or((seconds, TimedScope::Process));
         let output = output.with_extension(tool.ending("out").unwrap_or("ply"));
-        let result = foreign::read(&output).and_then(with_faces);
-        let mesh = result.map_err(|why| Unfinished::Failed(with_last_words(&why, &[&words_in(self.scratch), &out])))?;
-        Ok(Done { mesh, seconds, timed })
+        let result = foreign::read_result(&output).and_then(check_has_faces);
+        let mesh =
+            result.map_err(|why| RunFailure::Failed(append_last_output(&why, &[&stderr_path(self.scratch), &out])))?;
+        Ok(RunResult { mesh, seconds, timed })
     }
 
-    /// A folder that goes when dropped, with a copy of the mesh at hand in the format that a tool reads.
-    fn place_for(&self, tool: &Tool) -> std::io::Result<tempfile::TempDir> {
-        let place = tempfile::tempdir_in(self.scratch)?;
+    /// Makes a temporary folder with a copy of the mesh in the tool's format.
+    fn copy_input_for(&self, tool: &Tool) -> std::io::Result<tempfile::TempDir> {
+        let folder = tempfile::tempdir_in(self.scratch)?;
         let input = self.input().with_extension(tool.ending("in").unwrap_or("ply"));
-        std::fs::copy(&input, place.path().join("original").with_extension(input.extension().unwrap_or_default()))?;
-        Ok(place)
+        std::fs::copy(&input, folder.path().join("original").with_extension(input.extension().unwrap_or_default()))?;
+        Ok(folder)
     }
 
-    /// The mesh at hand, without an ending.
+    /// Returns the path of the present mesh without extension.
     fn input(&self) -> PathBuf {
         self.scratch.join("original")
     }
 }
 
-fn with_faces(mesh: TriMesh) -> Result<TriMesh, String> {
+fn check_has_faces(mesh: TriMesh) -> Result<TriMesh, String> {
     if mesh.faces().is_empty() { Err("the result has no face".into()) } else { Ok(mesh) }
 }

@@ -1,28 +1,28 @@
-//! Why an evaluation does not begin or go on, in one line each. A method that fails is no error: it is a row.
+//! Errors of an evaluation, one line each. A failing method is no error but a row.
 
 use std::path::{Path, PathBuf};
 
-/// Why an evaluation does not begin or go on.
+/// An error that prevents or ends an evaluation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum EvaluateError {
-    /// A setting is unknown or out of range; the text names it.
+    /// An unknown setting or one out of range, named in the text.
     Settings(String),
-    /// A file or folder; the text says what is wrong with it and what to do.
+    /// A problem with a file or folder.
     File {
-        /// The file or folder.
+        /// Path of the file or folder.
         path: PathBuf,
-        /// What is wrong and what to do.
+        /// The problem and its remedy.
         what: String,
     },
-    /// A tool that does not do what it is asked for on a small mesh; the text says what came of it.
+    /// A tool that failed on a small mesh, with its failure.
     Tool(String),
-    /// Rows that were measured with something else; the text names the difference.
+    /// Rows with other settings, with the difference.
     Differs(String),
 }
 
 impl EvaluateError {
-    /// An error about a file.
+    /// Makes an error about a file.
     pub(super) fn file(path: &Path, what: impl std::fmt::Display) -> Self {
         Self::File { path: path.into(), what: what.to_string() }
     }

@@ -1,44 +1,45 @@
-//! The folder of an evaluation: its settings beside its rows, so that only what was measured alike stands in one table.
+//! The folder of an evaluation: settings and rows, so that a table only holds rows measured alike.
 
 use std::path::{Path, PathBuf};
 
 use super::rows_file::{RowsFile, read_rows};
 use super::settings::Origin;
-use super::{EvaluateError, Row, Table, Tool};
+use super::{EvaluateError, ResultRow, Table, Tool};
 use neural_mesh::io::write_path;
 
-/// How the names of files begin that belong to a run in progress.
+/// Prefix of the temporary files of a run.
 const TEMPORARY: &str = ".neural-mesh-";
 
-/// The table of rows.
+/// File name of the table.
 pub(super) const ROWS: &str = "rows.csv";
-/// What the rows were measured with.
+/// File name of the settings.
 pub(super) const SETTINGS: &str = "settings.json";
 
-/// What a folder holds, before anything in it changes.
-pub(super) struct Found {
-    /// The rows that stay.
+/// The contents of a folder before a run.
+pub(super) struct FolderState {
+    /// Rows to keep.
     pub table: Table,
-    /// Whether there is an evaluation to take up.
-    is_there: bool,
-    /// Tools, as they were, that have another command now; none of them had a result.
+    /// Whether the folder holds an evaluation.
+    holds_evaluation: bool,
+    /// Tools whose command has changed, with the old one; none of them had a result.
     corrected: Vec<Tool>,
 }
 
-impl Found {
-    /// Whether a row is of a tool that failed and has another command now.
-    fn goes(&self, row: &Row) -> bool {
-        // A mesh that could not be read is not the tool's fault.
+impl FolderState {
+    /// Returns whether a row is of a failed tool whose command has changed.
+    fn is_outdated(&self, row: &ResultRow) -> bool {
+        // an unreadable mesh is not the tool's fault
         row.vertices_in > 0 && self.corrected.iter().any(|tool| tool.name == row.method)
     }
 }
 
-/// Looks whether a folder can take more rows: it is none or empty, or all is as it was and `resume`. A tool may have
-/// another command where it had no result: its rows are measured again.
-pub(super) fn look_into(folder: &Path, origin: &Origin, resume: bool) -> Result<Found, EvaluateError> {
+/// Reads a folder and checks that it can take more rows: it is new or empty, or `resume` is set and all settings agree.
+///
+/// A tool without results may have another command; its rows are dropped.
+pub(super) fn inspect_folder(folder: &Path, origin: &Origin, resume: bool) -> Result<FolderState, EvaluateError> {
     let settings = folder.join(SETTINGS);
-    let mut found = Found { table: Table::default(), is_there: settings.exists(), corrected: Vec::new() };
-    if !found.is_there {
+    let mut found = FolderState { table: Table::default(), holds_evaluation: settings.exists(), corrected: Vec::new() };
+    if !found.holds_evaluation {
         return check_is_empty(folder).map(|()| found);
     }
     if !resume {
@@ -56,11 +57,11 @@ pub(super) fn look_into(folder: &Path, origin: &Origin, resume: bool) -> Result<
     }
     check_failed(&found.corrected, &found.table)?;
     let mut table = std::mem::take(&mut found.table);
-    table.rows.retain(|row| !found.goes(row));
-    Ok(Found { table, ..found })
+    table.rows.retain(|row| !found.is_outdated(row));
+    Ok(FolderState { table, ..found })
 }
 
-/// Refuses tools that have results of another command: rows of one table are of one command.
+/// Rejects tools that have results of another command.
 fn check_failed(corrected: &[Tool], table: &Table) -> Result<(), EvaluateError> {
     let has_result = |tool: &&Tool| table.rows.iter().any(|row| row.method == tool.name && row.error.is_empty());
     corrected.iter().find(has_result).map_or(Ok(()), |Tool { name, command }| {
@@ -68,15 +69,15 @@ fn check_failed(corrected: &[Tool], table: &Table) -> Result<(), EvaluateError> 
     })
 }
 
-/// Opens the folder for more rows, as it was found: makes it, or takes it up again.
+/// Opens an inspected folder for more rows; creates it if needed.
 pub(super) fn open_folder(
     folder: &Path,
     origin: &Origin,
-    found: &Found,
+    found: &FolderState,
     figures: &[String],
 ) -> Result<RowsFile, EvaluateError> {
     let settings = folder.join(SETTINGS);
-    if !found.is_there {
+    if !found.holds_evaluation {
         let problem = |error| EvaluateError::file(folder, format!("cannot be created: {error}: choose another folder"));
         std::fs::create_dir_all(folder).map_err(problem)?;
         write_origin(&settings, origin)?;
@@ -85,7 +86,7 @@ pub(super) fn open_folder(
     remove_leftovers(folder);
     if !found.corrected.is_empty() {
         check_failed(&found.corrected, &rows.table)?;
-        rows.remove(|row| found.goes(row))?;
+        rows.remove(|row| found.is_outdated(row))?;
         write_origin(&settings, origin)?;
     }
     Ok(rows)
@@ -102,18 +103,18 @@ fn read_origin(path: &Path) -> Result<Origin, EvaluateError> {
     serde_json::from_str(&text).map_err(|error| broken(error.to_string()))
 }
 
-/// Writes a file of the folder, whole or not at all.
+/// Writes a file of the folder atomically.
 pub(super) fn write_whole(path: &Path, text: &str) -> Result<(), EvaluateError> {
     write_path(path, text.as_bytes(), true).map_err(|error| EvaluateError::file(path, error))
 }
 
-/// A folder for what is only needed while methods run; it goes when dropped.
+/// Creates a temporary folder for a run.
 pub(super) fn scratch_in(folder: &Path) -> Result<tempfile::TempDir, EvaluateError> {
     let made = tempfile::Builder::new().prefix(TEMPORARY).tempdir_in(folder);
     made.map_err(|error| EvaluateError::file(folder, format!("cannot be written to: {error}: check the disk")))
 }
 
-/// Refuses a folder that holds anything but what a killed run was just writing.
+/// Rejects a folder with anything but leftovers of a killed run.
 fn check_is_empty(folder: &Path) -> Result<(), EvaluateError> {
     let other = entries(folder).into_iter().find(|path| !is_temporary(path));
     other.map_or(Ok(()), |path| {
@@ -123,10 +124,10 @@ fn check_is_empty(folder: &Path) -> Result<(), EvaluateError> {
     })
 }
 
-/// Removes what a killed run has left.
+/// Removes leftovers of a killed run.
 fn remove_leftovers(folder: &Path) {
     for path in entries(folder).into_iter().filter(|path| is_temporary(path)) {
-        // What cannot be removed takes room, nothing else.
+        // a leftover that cannot be removed does no harm
         let _ = if path.is_dir() { std::fs::remove_dir_all(path) } else { std::fs::remove_file(path) };
     }
 }

@@ -1,4 +1,4 @@
-//! One run of a program of others: its command, with as many threads as a method may use, and what it leaves.
+//! One run of an external program: its command, number of threads, and result.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -7,12 +7,12 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
-use super::limited::end;
+use super::limited::describe_status;
 use neural_mesh::io::read_path;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 
-/// Where libraries that have threads look for their number: OpenMP, rayon, OpenBLAS, MKL, Accelerate, numexpr, Julia.
+/// Environment variables for the number of threads: OpenMP, rayon, OpenBLAS, MKL, Accelerate, numexpr, Julia.
 const THREADS: [&str; 7] = [
     "OMP_NUM_THREADS",
     "RAYON_NUM_THREADS",
@@ -23,22 +23,22 @@ const THREADS: [&str; 7] = [
     "JULIA_NUM_THREADS",
 ];
 
-/// How the line begins by which a program tells its own time.
+/// Prefix of the line with which a program reports its own time.
 const SECONDS: &str = "seconds: ";
 
-/// What one run of a program is.
+/// One run of an external program.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Foreign {
+pub(super) struct ForeignRun {
     /// Program and arguments.
     pub words: Vec<String>,
-    /// Threads that it is told to use.
+    /// Number of threads to use.
     pub threads: usize,
-    /// File for what it writes to standard output.
+    /// File for its standard output.
     pub out: PathBuf,
 }
 
-impl Foreign {
-    /// The command, ready to run.
+impl ForeignRun {
+    /// Returns the command, ready to run.
     pub fn command(&self) -> Result<Command, String> {
         let (program, arguments) = self.words.split_first().ok_or("the command is empty")?;
         let mut command = Command::new(program);
@@ -47,25 +47,25 @@ impl Foreign {
     }
 }
 
-/// Runs it to its end: seconds of the whole process. It writes to standard error as the caller does.
-pub(super) fn run(foreign: &Foreign) -> Result<f64, String> {
+/// Runs the program and returns the seconds of the whole process.
+pub(super) fn run_foreign(foreign: &ForeignRun) -> Result<f64, String> {
     let mut command = foreign.command()?;
     let out = File::create(&foreign.out).map_err(|error| format!("{}: {error}", foreign.out.display()))?;
     command.stdin(Stdio::null()).stdout(out);
     let began = Instant::now();
     let status = command.status().map_err(|error| format!("{} cannot be started: {error}", foreign.words[0]))?;
     let seconds = began.elapsed().as_secs_f64();
-    if status.success() { Ok(seconds) } else { Err(end(status)) }
+    if status.success() { Ok(seconds) } else { Err(describe_status(status)) }
 }
 
-/// The seconds that a program tells of its method alone: the last line of its standard output that says `seconds: 0.25`.
-pub(super) fn told_seconds(out: &str) -> Option<f64> {
-    let told = out.lines().rev().find_map(|line| line.trim().strip_prefix(SECONDS));
-    told?.trim().parse().ok().filter(|seconds: &f64| seconds.is_finite() && *seconds >= 0.0)
+/// Returns the seconds that a program reports: its last line of the form `seconds: 0.25`.
+pub(super) fn reported_seconds(out: &str) -> Option<f64> {
+    let reported = out.lines().rev().find_map(|line| line.trim().strip_prefix(SECONDS));
+    reported?.trim().parse().ok().filter(|seconds: &f64| seconds.is_finite() && *seconds >= 0.0)
 }
 
-/// Reads what it has left: welded and cleaned, in the coordinates of the file.
-pub(super) fn read(path: &Path) -> Result<TriMesh, String> {
+/// Reads and cleans the program's result, in file coordinates.
+pub(super) fn read_result(path: &Path) -> Result<TriMesh, String> {
     if !path.exists() {
         return Err("left no result".into());
     }
@@ -80,16 +80,17 @@ pub(super) fn read(path: &Path) -> Result<TriMesh, String> {
 mod tests {
     use super::*;
 
-    fn shell(script: &str, folder: &tempfile::TempDir) -> Foreign {
+    fn shell(script: &str, folder: &tempfile::TempDir) -> ForeignRun {
         let words = ["sh", "-c", script].map(String::from).to_vec();
-        Foreign { words, threads: 3, out: folder.path().join("out") }
+        ForeignRun { words, threads: 3, out: folder.path().join("out") }
     }
 
     #[test]
     fn it_is_told_how_many_threads_it_may_use() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("threads");
-        run(&shell(&format!("echo $OMP_NUM_THREADS $RAYON_NUM_THREADS > {}", path.display()), &folder)).unwrap();
+        run_foreign(&shell(&format!("echo $OMP_NUM_THREADS $RAYON_NUM_THREADS > {}", path.display()), &folder))
+            .unwrap();
         assert_eq!(std::fs::read_to_string(path).unwrap(), "3 3\n");
     }
 
@@ -97,21 +98,21 @@ mod tests {
     fn its_time_is_that_of_the_whole_process() {
         let folder = tempfile::tempdir().unwrap();
         let began = Instant::now();
-        let seconds = run(&shell("sleep 0.2", &folder)).unwrap();
+        let seconds = run_foreign(&shell("sleep 0.2", &folder)).unwrap();
         assert!((0.2..=began.elapsed().as_secs_f64()).contains(&seconds), "{seconds}");
-        assert_eq!(run(&shell("exit 4", &folder)).unwrap_err(), "ended with exit code 4");
-        let unknown = Foreign { words: vec!["no-such-program".into()], ..shell("", &folder) };
-        assert!(run(&unknown).unwrap_err().contains("no-such"));
+        assert_eq!(run_foreign(&shell("exit 4", &folder)).unwrap_err(), "ended with exit code 4");
+        let unknown = ForeignRun { words: vec!["no-such-program".into()], ..shell("", &folder) };
+        assert!(run_foreign(&unknown).unwrap_err().contains("no-such"));
     }
 
     #[test]
     fn a_program_may_tell_its_own_time() {
         let folder = tempfile::tempdir().unwrap();
         let tells = shell("echo reading; echo 'seconds: 0.125'; echo done", &folder);
-        run(&tells).unwrap();
-        assert_eq!(told_seconds(&std::fs::read_to_string(tells.out).unwrap()), Some(0.125));
+        run_foreign(&tells).unwrap();
+        assert_eq!(reported_seconds(&std::fs::read_to_string(tells.out).unwrap()), Some(0.125));
         for out in ["", "0.125", "seconds: soon", "seconds: -1", "seconds: inf"] {
-            assert_eq!(told_seconds(out), None, "{out}");
+            assert_eq!(reported_seconds(out), None, "{out}");
         }
     }
 }

@@ -1,6 +1,6 @@
-//! One run of a method that is no tool: what is asked, and the answer. A job, like the run of a program of others, can go
-//! to another process as a line of JSON, so that a method that hangs or crashes takes nothing else with it, and so that
-//! nothing runs on when the evaluation is killed.
+//! One run of a method of this package. Like an external program, it can run in another process as a line of JSON, so
+//! that
+//! a method that hangs or crashes affects nothing else.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Method;
 use super::clock::Moment;
-use super::foreign::{self, Foreign};
+use super::foreign::{self, ForeignRun};
 use crate::baselines::{Size, simplify_by};
 use crate::learned_baselines::{LearnedBaseline, LearnedWeights, simplify_by_learned};
 use neural_mesh::io::{Format, read_path, write, write_path};
@@ -17,66 +17,66 @@ use neural_mesh::mesh::{Frame, TriMesh};
 use neural_mesh::model::Weights;
 use neural_mesh::simplify::{Assembly, Effort, Optimize, Options, ScoreSource, Target, simplify};
 
-/// What one run is to do.
+/// One run of a method of this package.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Job {
-    /// Mesh file to simplify, written by [`write_mesh`].
+    /// Mesh file written by [`write_mesh`].
     pub input: PathBuf,
     /// File for the result.
     pub output: PathBuf,
-    /// Name of the method, not of a tool.
+    /// Name of the method.
     pub method: String,
     pub vertices: usize,
     pub faces: usize,
     pub seed: u64,
-    /// File of the network's weights; without, those that ship.
+    /// File of the network's weights; shipped weights if absent.
     pub weights: Option<PathBuf>,
     pub threads: usize,
 }
 
-/// What a worker does.
+/// The work of a worker process.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum Work {
-    /// Runs a method that is no tool.
+    /// Run of a method of this package.
     Method(Job),
-    /// Runs a program of others.
-    Foreign(Foreign),
+    /// Run of an external program.
+    Foreign(ForeignRun),
 }
 
-/// Does the work that came as a line of JSON, and answers in one: what the process does that a
-/// [`Worker`](super::Worker) starts.
+/// Does work given as a line of JSON and returns the answer as JSON; for a [`Worker`](super::Worker) process.
 ///
 /// ```
-/// let answer = neural_mesh_bench::evaluate::answer("no work");
+/// let answer = neural_mesh_bench::evaluate::answer_job("no work");
 /// assert!(answer.starts_with("{\"Err\":"));
 /// ```
-pub fn answer(line: &str) -> String {
+pub fn answer_job(line: &str) -> String {
     let done = match serde_json::from_str(line) {
-        Ok(Work::Method(job)) => run(&job),
-        Ok(Work::Foreign(foreign)) => foreign::run(&foreign),
+        Ok(Work::Method(job)) => run_job(&job),
+        Ok(Work::Foreign(foreign)) => foreign::run_foreign(&foreign),
         Err(error) => Err(format!("no work: {error}")),
     };
     serde_json::to_string(&done).unwrap_or_default()
 }
 
-/// Does a job: seconds of the method alone, with the mesh in memory, the weights read and the threads started; on one
-/// thread those of the processor.
-pub(super) fn run(job: &Job) -> Result<f64, String> {
+/// Runs a job and returns the seconds of the method alone, after loading mesh, weights and threads.
+///
+/// On one thread this is processor time.
+pub(super) fn run_job(job: &Job) -> Result<f64, String> {
     let mesh = read_mesh(&job.input)?;
     let method = Method::from_name(&job.method).ok_or_else(|| format!("unknown method {}", job.method))?;
-    let weights = weights(&method, job.weights.as_deref())?;
+    let weights = load_weights(&method, job.weights.as_deref())?;
     let threads =
         rayon::ThreadPoolBuilder::new().num_threads(job.threads).build().map_err(|error| error.to_string())?;
     let (result, seconds) = threads.install(|| {
         let began = Moment::now();
-        let result = simplified(&method, &mesh, job, &weights);
+        let result = run_method(&method, &mesh, job, &weights);
         (result, began.seconds(job.threads))
     });
     write_mesh(&job.output, &result?)?;
     Ok(seconds)
 }
 
-fn simplified(method: &Method, mesh: &TriMesh, job: &Job, weights: &Loaded) -> Result<TriMesh, String> {
+fn run_method(method: &Method, mesh: &TriMesh, job: &Job, weights: &JobWeights) -> Result<TriMesh, String> {
     let mut options = Options::new(Target::Vertices(job.vertices));
     options.seed = job.seed;
     match method {
@@ -106,36 +106,36 @@ fn simplified(method: &Method, mesh: &TriMesh, job: &Job, weights: &Loaded) -> R
     simplified.map(|simplified| simplified.mesh).map_err(|error| error.to_string())
 }
 
-/// Weights from a file, where a job has one.
+/// Weights read from a job's file.
 #[derive(Default)]
-struct Loaded {
+struct JobWeights {
     ours: Option<Weights>,
     learned: Option<LearnedWeights>,
 }
 
-/// The weights of a job. Those that ship are parsed when first asked for, which is done here and not while the clock runs.
-fn weights(method: &Method, path: Option<&Path>) -> Result<Loaded, String> {
+/// Loads the weights of a job, and parses all shipped ones before the clock starts.
+fn load_weights(method: &Method, path: Option<&Path>) -> Result<JobWeights, String> {
     let _ = (Weights::shipped_default(), Weights::shipped_paper_open());
     LearnedBaseline::ALL.into_iter().for_each(|baseline| _ = LearnedWeights::shipped(baseline));
-    let Some(path) = path else { return Ok(Loaded::default()) };
+    let Some(path) = path else { return Ok(JobWeights::default()) };
     let bytes = std::fs::read(path).map_err(|error| format!("{}: cannot be read: {error}", path.display()))?;
     let wrong = |error| format!("{}: {error}", path.display());
     Ok(match method {
         Method::Learned(_) => {
-            Loaded { learned: Some(LearnedWeights::from_bytes(&bytes).map_err(wrong)?), ..Loaded::default() }
+            JobWeights { learned: Some(LearnedWeights::from_bytes(&bytes).map_err(wrong)?), ..JobWeights::default() }
         }
-        _ => Loaded { ours: Some(Weights::from_bytes(&bytes).map_err(wrong)?), ..Loaded::default() },
+        _ => JobWeights { ours: Some(Weights::from_bytes(&bytes).map_err(wrong)?), ..JobWeights::default() },
     })
 }
 
-/// Writes a mesh so that [`read_mesh`] gives back its very bits.
+/// Writes a mesh so that [`read_mesh`] returns the same bits.
 pub(super) fn write_mesh(path: &Path, mesh: &TriMesh) -> Result<(), String> {
     let format = Format::from_path(path).unwrap_or(Format::Ply);
     let bytes = write(mesh, &Frame::default(), format).map_err(|error| error.to_string())?;
     write_path(path, &bytes, true).map_err(|error| format!("{}: {error}", path.display()))
 }
 
-/// Reads a mesh as [`write_mesh`] has written it, without cleaning.
+/// Reads a mesh written by [`write_mesh`], without cleaning.
 pub(super) fn read_mesh(path: &Path) -> Result<TriMesh, String> {
     let raw = read_path(path, None).map_err(|error| error.to_string())?;
     let positions = raw.positions.into_iter().map(|position| position.map(|x| x as f32)).collect();
@@ -165,7 +165,7 @@ mod tests {
                 weights: None,
                 threads: 1,
             };
-            let answer = answer(&serde_json::to_string(&Work::Method(job)).unwrap());
+            let answer = answer_job(&serde_json::to_string(&Work::Method(job)).unwrap());
             let seconds: Result<f64, String> = serde_json::from_str(&answer).unwrap();
             assert!(seconds.unwrap() > 0.0);
             assert!((50..=200).contains(&read_mesh(&output).unwrap().positions().len()), "{method}");

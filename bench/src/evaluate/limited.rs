@@ -1,4 +1,4 @@
-//! A program under a time limit: where it takes longer, it is killed with all that it started.
+//! Processes with a time limit; those that exceed it are killed with their children.
 
 use std::fs::File;
 use std::io::Write;
@@ -9,73 +9,74 @@ use std::time::{Duration, Instant};
 
 use process_wrap::std::{ChildWrapper, CommandWrap};
 
-/// Between two looks at the program; at most, and as a share of the time it has taken.
-const MOST_PATIENCE: Duration = Duration::from_millis(20);
-const SHARE_OF_TIME: f64 = 0.01;
+/// Longest interval between two checks of a process.
+const LONGEST_WAIT: Duration = Duration::from_millis(20);
+/// Interval between checks as a fraction of the elapsed time.
+const WAIT_FRACTION: f64 = 0.01;
 
-/// Files of what a program says.
+/// File names for the output of a process.
 const OUT: &str = "stdout";
 const WORDS: &str = "stderr";
 
-/// Letters of a program's last words that are kept.
-const LAST_WORDS: usize = 300;
+/// Characters of output kept with a failure.
+const MAX_OUTPUT: usize = 300;
 
-/// A program that came to a good end.
+/// A process that succeeded.
 #[derive(Debug)]
-pub(super) struct Finished {
-    /// From its start to its end.
+pub(super) struct FinishedProcess {
+    /// Seconds from start to end.
     pub seconds: f64,
-    /// What it wrote to standard output.
+    /// Its standard output.
     pub out: String,
 }
 
-/// Why a program came to no good end.
+/// The reason why a process did not succeed.
 #[derive(Debug, PartialEq)]
-pub(super) enum Unfinished {
-    /// The caller did not want to wait any longer.
+pub(super) enum RunFailure {
+    /// The caller stopped waiting.
     Stopped,
-    /// It could not be started, failed, or took too long; the text says which.
+    /// It could not be started, failed, or exceeded the limit, as the text says.
     Failed(String),
 }
 
-/// Runs a program, with a line on its standard input, which then stays open until its end: a program that reads it
-/// can tell when nobody waits for it any more. `scratch` holds what it says. `wait` is asked again and again
-/// whether to go on.
+/// Runs a process with a line on its standard input, which stays open until its end as a sign that the caller waits.
+///
+/// `scratch` holds its output. `wait` is called regularly and can stop the run.
 pub(super) fn run_limited(
     mut command: Command,
     line: &str,
     limit: Duration,
     scratch: &Path,
     wait: &mut dyn FnMut() -> ControlFlow<()>,
-) -> Result<Finished, Unfinished> {
+) -> Result<FinishedProcess, RunFailure> {
     let [out, words] = [OUT, WORDS].map(|name| scratch.join(name));
-    let failed = |error: std::io::Error| Unfinished::Failed(format!("cannot be run: {error}"));
+    let failed = |error: std::io::Error| RunFailure::Failed(format!("cannot be run: {error}"));
     command.stdin(Stdio::piped());
     command.stdout(File::create(&out).map_err(failed)?).stderr(File::create(&words).map_err(failed)?);
     let program = command.get_program().to_string_lossy().into_owned();
     let began = Instant::now();
-    let child = grouped(command).spawn();
-    let mut child = child.map_err(|error| Unfinished::Failed(format!("{program} cannot be started: {error}")))?;
+    let child = wrap_in_group(command).spawn();
+    let mut child = child.map_err(|error| RunFailure::Failed(format!("{program} cannot be started: {error}")))?;
     let mut stdin = child.stdin().take();
     if let Some(stdin) = &mut stdin {
-        // A program that does not listen is none the worse for it.
+        // a program that does not read its input is fine
         let _ = writeln!(stdin, "{line}");
     }
-    let ended = ended(child.as_mut(), began, limit, wait);
+    let ended = wait_for_end(child.as_mut(), began, limit, wait);
     let seconds = began.elapsed().as_secs_f64();
-    // Whatever it started goes with it, also after a good end.
+    // its children must not outlive it, even after success
     let _ = child.start_kill();
     let _ = child.wait();
-    let status = ended.map_err(|unfinished| unfinished.unwrap_or_else(|| too_long(limit)))?;
+    let status = ended.map_err(|unfinished| unfinished.unwrap_or_else(|| exceeded(limit)))?;
     if !status.success() {
-        return Err(Unfinished::Failed(with_last_words(&end(status), &[&words, &out])));
+        return Err(RunFailure::Failed(append_last_output(&describe_status(status), &[&words, &out])));
     }
     let out = std::fs::read(&out).map_err(failed)?;
-    Ok(Finished { seconds, out: String::from_utf8_lossy(&out).into_owned() })
+    Ok(FinishedProcess { seconds, out: String::from_utf8_lossy(&out).into_owned() })
 }
 
-/// The program as the head of a group that can be killed together.
-fn grouped(command: Command) -> CommandWrap {
+/// Makes the process the head of a group that can be killed together.
+fn wrap_in_group(command: Command) -> CommandWrap {
     let mut command = CommandWrap::from(command);
     #[cfg(unix)]
     command.wrap(process_wrap::std::ProcessGroup::leader());
@@ -84,16 +85,16 @@ fn grouped(command: Command) -> CommandWrap {
     command
 }
 
-/// How it ended; an error of `None` for one that took too long.
-fn ended(
+/// Waits for the end of a process; an error of `None` when it exceeds the limit.
+fn wait_for_end(
     child: &mut dyn ChildWrapper,
     began: Instant,
     limit: Duration,
     wait: &mut dyn FnMut() -> ControlFlow<()>,
-) -> Result<ExitStatus, Option<Unfinished>> {
+) -> Result<ExitStatus, Option<RunFailure>> {
     loop {
         let status =
-            child.try_wait().map_err(|error| Some(Unfinished::Failed(format!("cannot be waited for: {error}"))))?;
+            child.try_wait().map_err(|error| Some(RunFailure::Failed(format!("cannot be waited for: {error}"))))?;
         if let Some(status) = status {
             return Ok(status);
         }
@@ -102,41 +103,41 @@ fn ended(
             return Err(None);
         }
         if wait().is_break() {
-            return Err(Some(Unfinished::Stopped));
+            return Err(Some(RunFailure::Stopped));
         }
-        let patience = elapsed.mul_f64(SHARE_OF_TIME).clamp(Duration::from_micros(200), MOST_PATIENCE);
+        let patience = elapsed.mul_f64(WAIT_FRACTION).clamp(Duration::from_micros(200), LONGEST_WAIT);
         std::thread::sleep(patience.min(limit.saturating_sub(elapsed)));
     }
 }
 
-/// The words of a text with a blank between.
-pub(super) fn one_line(text: &str) -> String {
+/// Joins all words of a text with single spaces.
+pub(super) fn join_lines(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-fn too_long(limit: Duration) -> Unfinished {
-    Unfinished::Failed(format!("took longer than the time limit of {} s", limit.as_secs_f64()))
+fn exceeded(limit: Duration) -> RunFailure {
+    RunFailure::Failed(format!("took longer than the time limit of {} s", limit.as_secs_f64()))
 }
 
-/// `exit code 3`, or the signal.
-pub(super) fn end(status: ExitStatus) -> String {
+/// Describes how a process ended: `exit code 3`, or the signal.
+pub(super) fn describe_status(status: ExitStatus) -> String {
     match status.code() {
         Some(code) => format!("ended with exit code {code}"),
         None => format!("crashed ({status})"),
     }
 }
 
-/// What the program last run in a scratch folder wrote to standard error.
-pub(super) fn words_in(scratch: &Path) -> PathBuf {
+/// Returns the file with the standard error of the last process in a scratch folder.
+pub(super) fn stderr_path(scratch: &Path) -> PathBuf {
     scratch.join(WORDS)
 }
 
-/// A failure with the end of what a program said, in one line: of the first of these files that holds anything.
-pub(super) fn with_last_words(failure: &str, files: &[&Path]) -> String {
-    let read = |file: &&Path| one_line(&String::from_utf8_lossy(&std::fs::read(file).unwrap_or_default()));
+/// Appends the end of a process's output to a failure, taken from the first of these files that is not empty.
+pub(super) fn append_last_output(failure: &str, files: &[&Path]) -> String {
+    let read = |file: &&Path| join_lines(&String::from_utf8_lossy(&std::fs::read(file).unwrap_or_default()));
     let said = files.iter().map(read);
     let words = said.into_iter().find(|words| !words.is_empty()).unwrap_or_default();
-    let from = words.char_indices().rev().nth(LAST_WORDS).map_or(0, |(at, _)| at);
+    let from = words.char_indices().rev().nth(MAX_OUTPUT).map_or(0, |(at, _)| at);
     if words.is_empty() { failure.into() } else { format!("{failure}: {}", &words[from..]) }
 }
 
@@ -145,7 +146,7 @@ pub(super) fn with_last_words(failure: &str, files: &[&Path]) -> String {
 mod tests {
     use super::*;
 
-    fn shell(script: &str, limit: f64) -> Result<Finished, Unfinished> {
+    fn shell(script: &str, limit: f64) -> Result<FinishedProcess, RunFailure> {
         let folder = tempfile::tempdir().unwrap();
         let mut command = Command::new("sh");
         command.args(["-c", script]).current_dir(folder.path());
@@ -156,9 +157,9 @@ mod tests {
     fn what_it_says_is_heard() {
         let finished = shell("read x; echo got $x", 600.0).unwrap();
         assert_eq!(finished.out, "got a line\n");
-        let Err(Unfinished::Failed(why)) = shell("echo alas >&2; exit 3", 600.0) else { panic!() };
+        let Err(RunFailure::Failed(why)) = shell("echo alas >&2; exit 3", 600.0) else { panic!() };
         assert_eq!(why, "ended with exit code 3: alas");
-        let Err(Unfinished::Failed(why)) = shell("kill -SEGV $$", 600.0) else { panic!() };
+        let Err(RunFailure::Failed(why)) = shell("kill -SEGV $$", 600.0) else { panic!() };
         assert!(why.contains("crashed"), "{why}");
     }
 
@@ -171,7 +172,7 @@ mod tests {
         let script = format!("cd '{}'; ({child}) & sleep 6000", folder.path().display());
         // On a busy machine a short time may not be enough to start the child.
         for limit in [0.25, 1.0, 4.0, 16.0, 64.0] {
-            let Err(Unfinished::Failed(why)) = shell(&script, limit) else { panic!() };
+            let Err(RunFailure::Failed(why)) = shell(&script, limit) else { panic!() };
             assert!(why.contains(&format!("time limit of {limit} s")), "{why}");
             if alive.exists() {
                 break;
@@ -190,9 +191,9 @@ mod tests {
         command.arg("600");
         let limit = Duration::from_secs(600);
         let stopped = run_limited(command, "", limit, folder.path(), &mut || ControlFlow::Break(()));
-        assert_eq!(stopped.unwrap_err(), Unfinished::Stopped);
+        assert_eq!(stopped.unwrap_err(), RunFailure::Stopped);
         let none =
             run_limited(Command::new("no-such-program"), "", limit, folder.path(), &mut || ControlFlow::Break(()));
-        assert!(matches!(none, Err(Unfinished::Failed(why)) if why.contains("no-such-program")));
+        assert!(matches!(none, Err(RunFailure::Failed(why)) if why.contains("no-such-program")));
     }
 }

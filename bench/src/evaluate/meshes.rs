@@ -1,4 +1,4 @@
-//! The mesh files of a folder, with checksums, so that an evaluation can tell whether its data changed.
+//! The mesh files of a folder with checksums, which show whether the data changed.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -10,15 +10,15 @@ use neural_mesh::io::{Format, is_read, read_path};
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 
-/// A mesh file that takes part.
+/// A mesh file of the evaluation.
 #[derive(Clone, Debug)]
 pub(super) struct MeshFile {
-    /// Name of the file.
+    /// File name.
     pub name: String,
     pub path: PathBuf,
 }
 
-/// The mesh files of a folder whose names begin with one of `only`, or all of them, by name.
+/// Lists the mesh files of a folder whose names begin with one of `only`, or all, by name.
 pub(super) fn mesh_files(folder: &Path, only: &[String]) -> Result<Vec<MeshFile>, EvaluateError> {
     let problem = |error| EvaluateError::file(folder, format!("cannot be read: {error}: give a folder of mesh files"));
     let entries = std::fs::read_dir(folder).map_err(problem)?;
@@ -41,19 +41,19 @@ fn mesh_file(path: PathBuf) -> Option<MeshFile> {
     Some(MeshFile { name, path })
 }
 
-/// The mesh, cleaned; the error says in one line why there is none.
+/// Reads and cleans a mesh; the error is one line.
 pub(super) fn read_mesh(path: &Path) -> Result<TriMesh, String> {
     let raw = read_path(path, None).map_err(|error| error.to_string())?;
     clean(raw, &CleanOptions::default()).map(|cleaned| cleaned.mesh).map_err(|error| error.to_string())
 }
 
-/// Checksums by name; one that cannot be read has none.
+/// Returns checksums by name; empty for unreadable files.
 pub(super) fn checksums(files: &[MeshFile]) -> BTreeMap<String, String> {
     let of = |file: &MeshFile| std::fs::read(&file.path).map(|bytes| sha256(&bytes)).unwrap_or_default();
     files.iter().map(|file| (file.name.clone(), of(file))).collect()
 }
 
-/// SHA-256, in hexadecimal digits.
+/// Returns the SHA-256 in hexadecimal digits.
 pub(super) fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }

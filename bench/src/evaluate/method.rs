@@ -1,44 +1,44 @@
-//! The methods that take part: ours, the baselines, and tools, by name.
+//! The compared methods by name: ours, the baselines and tools.
 
 use super::{EvaluateError, Tool};
 use crate::baselines::Baseline;
 use crate::learned_baselines::LearnedBaseline;
 
-/// One of the methods that are compared.
+/// A compared method.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Method {
-    /// Ours as it comes: closed assembly, scores by a formula.
+    /// Our default: closed assembly, scores by a formula.
     Closed,
-    /// The same with the scores of a network.
+    /// Closed assembly with the scores of a network.
     Network,
-    /// The same without scores: every vertex counts by its area.
+    /// Closed assembly without scores: vertices count by their area.
     Geometry,
-    /// Ours for the mean distance.
+    /// Closed assembly, optimised for the mean distance.
     Mean,
-    /// Ours for the largest distance.
+    /// Closed assembly, optimised for the largest distance.
     Max,
-    /// Ours for the normals.
+    /// Closed assembly, optimised for normals.
     Normals,
-    /// Ours, the collapse alone.
+    /// Closed assembly with effort `fast`: the collapse alone.
     Fast,
-    /// Ours as near as it gets.
+    /// Closed assembly with effort `best`.
     Best,
-    /// The same for the mean distance.
+    /// Closed assembly with effort `best`, optimised for the mean distance.
     BestMean,
     /// The paper's assembly with a network of the paper's sizes.
     Paper,
-    /// The same, the holes closed that its network leaves.
+    /// The paper's assembly with its holes closed.
     PaperClosed,
-    /// A method of others that this package has.
+    /// Another method of this package.
     Baseline(Baseline),
-    /// A method of others that learns, with the weights that ship.
+    /// A learned method of this package.
     Learned(LearnedBaseline),
-    /// A program of others.
+    /// An external program.
     Tool(Tool),
 }
 
-/// Neural-mesh's own, by name.
+/// Our methods by name.
 const OURS: [(&str, Method); 11] = [
     ("closed", Method::Closed),
     ("network", Method::Network),
@@ -54,7 +54,7 @@ const OURS: [(&str, Method); 11] = [
 ];
 
 impl Method {
-    /// Names of all methods but tools, ours first.
+    /// Returns the names of all methods except tools, ours first.
     ///
     /// ```
     /// use neural_mesh_bench::evaluate::Method;
@@ -66,7 +66,7 @@ impl Method {
         OURS.iter().map(|&(name, _)| name).chain(baselines).chain(learned).collect()
     }
 
-    /// The method of that name; `None` for tools and unknown names.
+    /// Returns the method of a name; `None` for tools and unknown names.
     ///
     /// ```
     /// use neural_mesh_bench::evaluate::Method;
@@ -79,7 +79,7 @@ impl Method {
         ours.or_else(baseline).or_else(learned)
     }
 
-    /// The name in tables and arguments.
+    /// Returns the name in tables and arguments.
     ///
     /// ```
     /// assert_eq!(neural_mesh_bench::evaluate::Method::Geometry.name(), "geometry");
@@ -93,12 +93,12 @@ impl Method {
         }
     }
 
-    /// Whether it is the paper's assembly, with the network of that.
+    /// Returns whether the method is the paper's assembly.
     pub(super) fn is_paper(&self) -> bool {
         matches!(self, Self::Paper | Self::PaperClosed)
     }
 
-    /// Whether it is one of neural-mesh's own.
+    /// Returns whether the method is one of ours.
     ///
     /// ```
     /// use neural_mesh_bench::evaluate::Method;
@@ -109,9 +109,9 @@ impl Method {
     }
 }
 
-/// The methods of these names, in their order, each once; `all` stands for every method that has a name. Tools that are
-/// not named come last.
-pub(super) fn chosen(names: &[String], tools: &[Tool]) -> Result<Vec<Method>, EvaluateError> {
+/// Returns the methods of these names in order, each once; `all` stands for every named method. Unnamed tools come
+/// last.
+pub(super) fn choose_methods(names: &[String], tools: &[Tool]) -> Result<Vec<Method>, EvaluateError> {
     check_tools(tools)?;
     let tool = |name: &str| tools.iter().find(|tool| tool.name == name).cloned().map(Method::Tool);
     let mut methods: Vec<Method> = Vec::new();
@@ -154,7 +154,7 @@ mod tests {
 
     fn names(asked: &[&str], tools: &[Tool]) -> Vec<String> {
         let asked: Vec<String> = asked.iter().map(|name| name.to_string()).collect();
-        chosen(&asked, tools).unwrap().iter().map(|method| method.name().to_string()).collect()
+        choose_methods(&asked, tools).unwrap().iter().map(|method| method.name().to_string()).collect()
     }
 
     #[test]
@@ -174,10 +174,10 @@ mod tests {
 
     #[test]
     fn unknown_names_and_names_taken_are_refused() {
-        let error = chosen(&["magic".into()], &[]).unwrap_err().to_string();
+        let error = choose_methods(&["magic".into()], &[]).unwrap_err().to_string();
         assert!(error.contains("magic") && error.contains("qem"), "{error}");
         let tool = |name: &str| Tool { name: name.into(), command: "cp {in} {out}".into() };
-        assert!(chosen(&[], &[tool("qem")]).is_err());
-        assert!(chosen(&[], &[tool("a"), tool("a")]).is_err());
+        assert!(choose_methods(&[], &[tool("qem")]).is_err());
+        assert!(choose_methods(&[], &[tool("a"), tool("a")]).is_err());
     }
 }

@@ -1,6 +1,6 @@
-//! Methods x sizes x meshes -> rows, tables and what is plotted of them: the paper's Sec. 4 for any method.
+//! Evaluation of methods on meshes at several ratios: rows, tables and charts, as in Sec. 4 of the paper.
 //!
-//! Methods are timed, and those that hang are killed.
+//! Methods are timed and have a time limit.
 
 mod charts;
 mod clock;
@@ -26,17 +26,17 @@ mod tables;
 mod tool;
 mod worst;
 
-pub use charts::{Chart, Line, charts};
+pub use charts::{Chart, MethodLine, charts};
 pub use engine::Worker;
 pub use error::EvaluateError;
-pub use job::answer;
+pub use job::answer_job;
 pub use method::Method;
-pub use overview::{Cell, Column, Failures, Overview, Points, Standing, overview, points};
-pub use report::report;
-pub use row::{How, Row};
+pub use overview::{Column, Failures, FigureSummary, MethodSummary, Overview, Points, overview, points};
+pub use report::write_report;
+pub use row::{Conditions, ResultRow};
 pub use rows_file::Table;
 pub use run::{Ending, Event, Request, evaluate, median};
 pub use settings::Settings;
 pub use summary::Facts;
 pub use tool::Tool;
-pub use worst::{Worst, worst};
+pub use worst::{WorstCase, worst_cases};

@@ -1,109 +1,110 @@
-//! The rows as numbers to sort and to plot: every figure for each size and method, what failed, a point for each mesh.
+//! A table of results as numbers to sort and plot: a summary per ratio and method, failures, and a point per mesh.
 
 use std::collections::HashMap;
 
 use serde::Serialize;
 
-use super::run::{figures, median};
+use super::run::{empty_figures, median};
 use super::summary::{
-    Facts, Value, distinct, facts, mean, methods, n_both, n_results, pairs, quotients, ratios, rows_of, usual, values,
+    Facts, Value, default_reference, distinct, facts, mean, methods, n_both, n_results, pairs, quotients, ratios,
+    select_rows, values,
 };
-use super::{Row, Table};
+use super::{ResultRow, Table};
 
-/// Values of all points at most; with more, meshes are left out.
+/// Limit of all points' values; beyond it meshes are left out.
 const MOST_VALUES: usize = 3_000_000;
-/// Meshes that have points at most.
+/// Limit of the meshes that have points.
 const MOST_MESHES: usize = 20_000;
 
-/// A table of rows in few numbers.
+/// The summary of a table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Overview {
-    /// What was measured, and where.
+    /// Conditions of the measurements.
     pub facts: Facts,
-    /// The method that the others are divided by.
+    /// Reference method of the quotients.
     pub relative_to: Option<String>,
     /// Names of the methods.
     pub methods: Vec<String>,
-    /// Sizes asked for, from the smallest.
+    /// Ratios in ascending order.
     pub ratios: Vec<f64>,
-    /// The figures that have values, sizes and seconds first.
+    /// Figures that have values, sizes and seconds first.
     pub columns: Vec<Column>,
-    /// How each method stands, n_ratios x n_methods.
-    pub standings: Vec<Vec<Standing>>,
-    /// What has no result.
+    /// Summary of each method, n_ratios x n_methods.
+    pub standings: Vec<Vec<MethodSummary>>,
+    /// Cases without a result.
     pub failures: Vec<Failures>,
 }
 
-/// A figure.
+/// A column of the summary.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Column {
-    /// Its name, as in the table of rows.
+    /// Name of the figure, as in the table.
     pub name: String,
-    /// Its unit.
+    /// Unit of the figure.
     pub unit: String,
-    /// What it is.
+    /// Description of the figure.
     pub about: String,
     #[serde(skip)]
     value: Value,
 }
 
-/// A method at a size.
+/// The summary of a method at a ratio.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Standing {
+pub struct MethodSummary {
     /// Cases with a result.
     pub results: usize,
     /// Cases whose mesh could be read.
     pub cases: usize,
-    /// Cases in which the method that it is divided by has a result as well.
+    /// Cases where the reference method has a result as well.
     pub both: usize,
-    /// One for each column.
-    pub cells: Vec<Cell>,
+    /// Summary of each column.
+    pub cells: Vec<FigureSummary>,
 }
 
-/// A figure of a method at a size, over meshes and seeds; nothing where no case has a value.
+/// A figure of a method at a ratio over meshes and seeds; empty where no case has a value.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Cell {
-    /// Mean over the cases that have a value.
+pub struct FigureSummary {
+    /// Mean over the cases with a value.
     pub mean: Option<f64>,
-    /// Their median.
+    /// Median over the cases with a value.
     pub median: Option<f64>,
-    /// Their number.
+    /// Number of cases with a value.
     pub n: usize,
-    /// Median of the quotients to the other method in the same case.
+    /// Median of the quotients over the reference method in the same case.
     pub quotient: Option<f64>,
-    /// Number of those.
+    /// Number of quotients.
     pub n_quotients: usize,
 }
 
-/// Cases that have no result for the same reason.
+/// Cases that failed for the same reason.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Failures {
-    /// The method; `all` for meshes that could not be read.
+    /// Name of the method; `all` for unreadable meshes.
     pub method: String,
-    /// Number of the cases.
+    /// Number of cases.
     pub cases: usize,
-    /// The first of them.
+    /// First of these cases.
     pub first: String,
-    /// The reason.
+    /// Reason of the failure.
     pub why: String,
 }
 
-/// Puts a table of rows together. Others are divided by `relative_to`, or by the usual method where it takes part.
+/// Summarises a table. The reference method is `relative_to`, by default `qem` if evaluated.
 ///
 /// ```
-/// use neural_mesh_bench::evaluate::{Row, Table, overview};
-/// let row = Row { method: "qem".into(), vertices_in: 9, figures: vec![Some(0.5)], ..Row::default() };
+/// use neural_mesh_bench::evaluate::{ResultRow, Table, overview};
+/// let row = ResultRow { method: "qem".into(), vertices_in: 9, figures: vec![Some(0.5)], ..ResultRow::default() };
 /// let overview = overview(&Table { figures: vec!["chamfer".into()], rows: vec![row] }, None);
 /// assert_eq!(overview.standings[0][0].cells.last().unwrap().median, Some(0.5));
 /// ```
 pub fn overview(table: &Table, relative_to: Option<&str>) -> Overview {
     let methods = methods(table);
-    let other = relative_to.or_else(|| usual(&methods));
+    let other = relative_to.or_else(|| default_reference(&methods));
     let columns = columns(table);
     let standing = |ratio: f64, method: &str| {
-        let rows = rows_of(table, ratio, method);
-        let others = other.map(|other| rows_of(table, ratio, other)).unwrap_or_default();
-        standing(&rows, &others, &columns)
+        let rows = select_rows(table, ratio, method);
+        let others = other.map(|other| select_rows(table, ratio, other)).unwrap_or_default();
+        summarize_method(&rows, &others, &columns)
     };
     let at = |ratio: f64| methods.iter().map(|method| standing(ratio, method)).collect();
     let ratios = ratios(table);
@@ -118,9 +119,9 @@ pub fn overview(table: &Table, relative_to: Option<&str>) -> Overview {
     }
 }
 
-/// Sizes, seconds and the figures of which there is any value.
+/// Returns sizes, seconds and the figures that have values.
 fn columns(table: &Table) -> Vec<Column> {
-    let explained = figures();
+    let explained = empty_figures();
     let size = |name: &str, unit: &str, about: &str, value| Column {
         name: name.into(),
         unit: unit.into(),
@@ -130,26 +131,26 @@ fn columns(table: &Table) -> Vec<Column> {
     let sizes = [
         size("faces", "", "faces of the result", Value::Faces),
         size("vertices", "", "vertices of the result", Value::Vertices),
-        size("share_of_faces", "%", "faces of the result, of those of the input", Value::ShareOfFaces),
-        size("seconds", "s", "time of the method, the median of its runs", Value::Seconds),
+        size("share_of_faces", "%", "faces of the result in percent of the input's", Value::ShareOfFaces),
+        size("seconds", "s", "median time of the method's runs", Value::Seconds),
     ];
     let figure = |(at, name): (usize, &String)| {
         let (unit, about) = explained.iter().find(|figure| figure.name == name).map_or(("", ""), |f| (f.unit, f.about));
         size(name, unit, about, Value::Figure(at, 1.0))
     };
     let mut columns: Vec<Column> = sizes.into_iter().chain(table.figures.iter().enumerate().map(figure)).collect();
-    columns.retain(|column| table.rows.iter().any(|row| column.value.of(row).is_some()));
+    columns.retain(|column| table.rows.iter().any(|row| column.value.get(row).is_some()));
     columns
 }
 
-fn standing(rows: &[&Row], others: &[&Row], columns: &[Column]) -> Standing {
+fn summarize_method(rows: &[&ResultRow], others: &[&ResultRow], columns: &[Column]) -> MethodSummary {
     let pairs = pairs(rows, others);
     let cell = |&Column { value, .. }: &Column| {
         let (quotients, values) = (quotients(&pairs, value), values(rows, value));
         let (n, n_quotients) = (values.len(), quotients.len());
-        Cell { mean: mean(&values), median: median(values), n, quotient: median(quotients), n_quotients }
+        FigureSummary { mean: mean(&values), median: median(values), n, quotient: median(quotients), n_quotients }
     };
-    Standing {
+    MethodSummary {
         results: n_results(rows),
         cases: rows.iter().filter(|row| row.vertices_in > 0).count(),
         both: n_both(&pairs),
@@ -157,10 +158,10 @@ fn standing(rows: &[&Row], others: &[&Row], columns: &[Column]) -> Standing {
     }
 }
 
-/// What has no result, each reason once.
+/// Returns the failures, each reason once.
 pub(super) fn failures(table: &Table) -> Vec<Failures> {
-    let failed: Vec<&Row> = table.rows.iter().filter(|row| !row.error.is_empty()).collect();
-    let who = |row: &Row| if row.vertices_in == 0 { "all" } else { &row.method }.to_string();
+    let failed: Vec<&ResultRow> = table.rows.iter().filter(|row| !row.error.is_empty()).collect();
+    let who = |row: &ResultRow| if row.vertices_in == 0 { "all" } else { &row.method }.to_string();
     let reasons = distinct(failed.iter().map(|row| (who(row), row.error.clone())));
     let failures = |(method, why): (String, String)| {
         let mut rows = failed.iter().filter(|row| row.error == why && who(row) == method);
@@ -170,22 +171,22 @@ pub(super) fn failures(table: &Table) -> Vec<Failures> {
     reasons.into_iter().map(failures).collect()
 }
 
-/// Every figure of every mesh, the median over the seeds.
+/// Every figure of every mesh as the median over the seeds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Points<'a> {
     /// Name, vertices and faces of each mesh.
     pub meshes: Vec<(&'a str, usize, usize)>,
-    /// Meshes that are left out because there are too many.
+    /// Number of meshes left out because there are too many.
     pub n_left_out: usize,
     /// For each column n_ratios x n_methods x n_meshes values, row by row.
     pub values: Vec<Vec<Option<f32>>>,
 }
 
-/// The points of an overview of these rows.
+/// Returns the points of a table with its overview.
 ///
 /// ```
-/// use neural_mesh_bench::evaluate::{Row, Table, overview, points};
-/// let row = Row { mesh: "a.ply".into(), vertices_in: 9, figures: vec![Some(0.5)], ..Row::default() };
+/// use neural_mesh_bench::evaluate::{ResultRow, Table, overview, points};
+/// let row = ResultRow { mesh: "a.ply".into(), vertices_in: 9, figures: vec![Some(0.5)], ..ResultRow::default() };
 /// let table = Table { figures: vec!["chamfer".into()], rows: vec![row] };
 /// let points = points(&table, &overview(&table, None));
 /// assert_eq!((points.meshes[0].0, points.values.last().unwrap()[0]), ("a.ply", Some(0.5)));
@@ -194,21 +195,21 @@ pub fn points<'a>(table: &'a Table, overview: &Overview) -> Points<'a> {
     let Overview { methods, ratios, columns, .. } = overview;
     let mut seen = HashMap::new();
     let read = table.rows.iter().filter(|row| row.vertices_in > 0);
-    let all: Vec<&Row> = read.filter(|row| seen.insert(row.mesh.as_str(), ()).is_none()).collect();
+    let all: Vec<&ResultRow> = read.filter(|row| seen.insert(row.mesh.as_str(), ()).is_none()).collect();
     let n_lines = ratios.len() * methods.len();
     let step = (all.len() * n_lines * columns.len()).div_ceil(MOST_VALUES).max(all.len().div_ceil(MOST_MESHES)).max(1);
-    let meshes: Vec<&Row> = all.iter().copied().step_by(step).collect();
+    let meshes: Vec<&ResultRow> = all.iter().copied().step_by(step).collect();
     let number: HashMap<&str, usize> = meshes.iter().enumerate().map(|(at, row)| (row.mesh.as_str(), at)).collect();
-    let mut rows_of: Vec<Vec<&Row>> = vec![Vec::new(); n_lines * meshes.len()];
+    let mut select_rows: Vec<Vec<&ResultRow>> = vec![Vec::new(); n_lines * meshes.len()];
     for row in &table.rows {
         let line =
             ratios.iter().position(|ratio| *ratio == row.ratio).zip(methods.iter().position(|m| *m == row.method));
         if let (Some((ratio, method)), Some(mesh)) = (line, number.get(row.mesh.as_str())) {
-            rows_of[(ratio * methods.len() + method) * meshes.len() + mesh].push(row);
+            select_rows[(ratio * methods.len() + method) * meshes.len() + mesh].push(row);
         }
     }
     let of =
-        |column: &Column| rows_of.iter().map(|rows| median(values(rows, column.value)).map(|x| x as f32)).collect();
+        |column: &Column| select_rows.iter().map(|rows| median(values(rows, column.value)).map(|x| x as f32)).collect();
     Points {
         n_left_out: all.len() - meshes.len(),
         values: columns.iter().map(of).collect(),
@@ -220,8 +221,8 @@ pub fn points<'a>(table: &'a Table, overview: &Overview) -> Points<'a> {
 mod tests {
     use super::*;
 
-    fn row(mesh: &str, method: &str, seed: u64, value: f64) -> Row {
-        Row {
+    fn row(mesh: &str, method: &str, seed: u64, value: f64) -> ResultRow {
+        ResultRow {
             mesh: mesh.into(),
             ratio: 0.1,
             seed,
@@ -231,12 +232,12 @@ mod tests {
             faces_out: 5,
             seconds: Some(value),
             figures: vec![Some(value), None],
-            ..Row::default()
+            ..ResultRow::default()
         }
     }
 
     fn table() -> Table {
-        let failed = Row { error: "alas".into(), seconds: None, figures: vec![None; 2], ..row("b", "x", 0, 0.0) };
+        let failed = ResultRow { error: "alas".into(), seconds: None, figures: vec![None; 2], ..row("b", "x", 0, 0.0) };
         let rows = vec![
             row("a", "qem", 0, 2.0),
             row("a", "x", 0, 1.0),
@@ -254,7 +255,7 @@ mod tests {
         assert_eq!(names, ["faces", "vertices", "share_of_faces", "seconds", "distance_mean"]);
         let x = &found.standings[0][1];
         assert_eq!((found.relative_to.as_deref(), x.results, x.cases, x.both), (Some("qem"), 2, 3, 1));
-        let distance = Cell { mean: Some(2.0), median: Some(2.0), n: 2, quotient: Some(0.5), n_quotients: 1 };
+        let distance = FigureSummary { mean: Some(2.0), median: Some(2.0), n: 2, quotient: Some(0.5), n_quotients: 1 };
         assert_eq!(x.cells.last(), Some(&distance));
         assert_eq!(x.cells[2].median, Some(25.0));
         let failed =

@@ -1,21 +1,21 @@
-//! Each tool once on a small mesh before anything is measured: a wrong command is said at once and not in a row for every case.
+//! A trial of each tool on a small mesh before the evaluation, so that a wrong command shows at once.
 
 use std::ops::ControlFlow;
 
-use super::engine::{Asked, Engine};
-use super::limited::Unfinished;
+use super::engine::{Engine, RunTarget};
+use super::limited::RunFailure;
 use super::{EvaluateError, Method, Tool};
 use crate::baselines::Size;
 use neural_mesh::mesh::shapes;
 
-/// Share of the vertices that are asked for.
+/// Ratio of the trial.
 const RATIO: f64 = 0.5;
 
-/// Runs each tool once on a ball, to half of its vertices. It breaks where `wait`, which hears who is at work, does.
+/// Runs each tool once on a ball at half of its vertices; breaks when `wait`, called with the running tool, does.
 ///
 /// # Errors
 /// [`EvaluateError::Tool`] for the first one that fails, takes too long, or leaves no mesh.
-pub(super) fn rehearse(
+pub(super) fn try_each(
     engine: &Engine,
     tools: &[&Tool],
     wait: &mut dyn FnMut(&Tool) -> ControlFlow<()>,
@@ -23,14 +23,14 @@ pub(super) fn rehearse(
     let ball = shapes::icosphere(3);
     let share = |n: usize| (RATIO * n as f64) as usize;
     let size = Size { vertices: share(ball.positions().len()), faces: share(ball.faces().len()) };
-    let asked = Asked { ratio: RATIO, size, seed: 0 };
+    let target = RunTarget { ratio: RATIO, size, seed: 0 };
     for &tool in tools {
         let method = Method::Tool(tool.clone());
-        let prepared = engine.prepare(&ball, std::slice::from_ref(&method)).map_err(Unfinished::Failed);
-        match prepared.and_then(|()| engine.run(&method, &asked, &mut || wait(tool))) {
+        let prepared = engine.prepare(&ball, std::slice::from_ref(&method)).map_err(RunFailure::Failed);
+        match prepared.and_then(|()| engine.run(&method, &target, &mut || wait(tool))) {
             Ok(_) => {}
-            Err(Unfinished::Stopped) => return Ok(ControlFlow::Break(())),
-            Err(Unfinished::Failed(why)) => {
+            Err(RunFailure::Stopped) => return Ok(ControlFlow::Break(())),
+            Err(RunFailure::Failed(why)) => {
                 let n = ball.positions().len();
                 let what = format!("tool {}: {why}: tried on a ball of {n} vertices: correct its command", tool.name);
                 return Err(EvaluateError::Tool(what));

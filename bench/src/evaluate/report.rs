@@ -1,4 +1,4 @@
-//! What is made of the rows when they are there, or at any time before: tables and JSON.
+//! The output made from rows at any time: tables and JSON.
 
 use std::path::Path;
 
@@ -7,41 +7,41 @@ use serde_json::{Map, Value, json};
 use super::folder::{ROWS, write_whole};
 use super::row::columns;
 use super::rows_file::read_rows;
-use super::summary::{methods, usual};
-use super::tables::page;
-use super::{EvaluateError, Row, Table};
+use super::summary::{default_reference, methods};
+use super::tables::make_page;
+use super::{EvaluateError, ResultRow, Table};
 
-/// Writes `tables.md` and `rows.json` beside the rows of an evaluation, finished or not, and gives back the rows.
+/// Writes `tables.md` and `rows.json` next to the rows of an evaluation, finished or not, and returns the rows.
 ///
 /// # Errors
 /// [`EvaluateError`] where the folder holds no rows, or `relative_to` names no method that has some.
 ///
 /// ```
 /// let folder = tempfile::tempdir().unwrap();
-/// let error = neural_mesh_bench::evaluate::report(folder.path(), None).unwrap_err();
+/// let error = neural_mesh_bench::evaluate::write_report(folder.path(), None).unwrap_err();
 /// assert!(error.to_string().contains("rows.csv"));
 /// ```
-pub fn report(folder: &Path, relative_to: Option<&str>) -> Result<Table, EvaluateError> {
+pub fn write_report(folder: &Path, relative_to: Option<&str>) -> Result<Table, EvaluateError> {
     let table = read_rows(&folder.join(ROWS))?;
     let methods = methods(&table);
     if let Some(name) = relative_to.filter(|name| !methods.contains(name)) {
         let what = format!("relative to {name}: it has no rows: give one of {}", methods.join(", "));
         return Err(EvaluateError::Settings(what));
     }
-    let relative_to = relative_to.or_else(|| usual(&methods));
-    write_whole(&folder.join("tables.md"), &page(&table, relative_to))?;
-    write_whole(&folder.join("rows.json"), &as_json(&table))?;
+    let relative_to = relative_to.or_else(|| default_reference(&methods));
+    write_whole(&folder.join("tables.md"), &make_page(&table, relative_to))?;
+    write_whole(&folder.join("rows.json"), &to_json(&table))?;
     Ok(table)
 }
 
-/// The rows as a list of objects, one per line.
-fn as_json(table: &Table) -> String {
+/// Formats the rows as a list of objects, one per line.
+fn to_json(table: &Table) -> String {
     let names = columns(&table.figures);
-    let objects: Vec<String> = table.rows.iter().map(|row| object(&names, row).to_string()).collect();
+    let objects: Vec<String> = table.rows.iter().map(|row| to_object(&names, row).to_string()).collect();
     format!("[\n{}\n]\n", objects.join(",\n"))
 }
 
-fn object(names: &[String], row: &Row) -> Value {
+fn to_object(names: &[String], row: &ResultRow) -> Value {
     let texts = ["mesh", "method", "error", "timed", "weights", "version", "cpu"];
     let value = |(name, field): (&String, String)| {
         let value = match field.as_str() {
@@ -60,9 +60,9 @@ mod tests {
 
     #[test]
     fn json_says_what_the_rows_say() {
-        let row = Row { mesh: "1".into(), ratio: 0.1, figures: vec![Some(0.25), None], ..Row::default() };
+        let row = ResultRow { mesh: "1".into(), ratio: 0.1, figures: vec![Some(0.25), None], ..ResultRow::default() };
         let table = Table { figures: vec!["a".into(), "b".into()], rows: vec![row.clone(), row] };
-        let json: Value = serde_json::from_str(&as_json(&table)).unwrap();
+        let json: Value = serde_json::from_str(&to_json(&table)).unwrap();
         let row = &json[1];
         assert_eq!((&row["mesh"], &row["ratio"], &row["a"]), (&json!("1"), &json!(0.1), &json!(0.25)));
         assert!(row["b"].is_null() && row["seconds"].is_null() && row["error"] == "");

@@ -1,61 +1,60 @@
-//! One row: a mesh, a size, a method, a seed, and all that is known of the outcome.
+//! One row of the table: a mesh, a ratio, a method, a seed, and the outcome.
 
-/// What is known of one result, and of how it was measured. Without a result there is an `error`.
+/// The outcome of one case and method with its conditions; without a result there is an `error`.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Row {
+pub struct ResultRow {
     /// Name of the mesh file.
     pub mesh: String,
-    /// Share of the vertices asked for.
+    /// Target as a fraction of the vertices.
     pub ratio: f64,
     /// Seed of the sampling.
     pub seed: u64,
     /// Name of the method.
     pub method: String,
-    /// Why there is no result; empty where there is one.
+    /// Reason for the failure; empty where there is a result.
     pub error: String,
-    /// Vertices of the mesh as cleaned; 0 where it could not be read.
+    /// Vertices of the cleaned mesh; 0 where it could not be read.
     pub vertices_in: usize,
-    /// Its faces.
+    /// Faces of the cleaned mesh.
     pub faces_in: usize,
-    /// Vertices asked for.
+    /// Target number of vertices.
     pub vertices_asked: usize,
-    /// Faces asked for.
+    /// Target number of faces.
     pub faces_asked: usize,
     /// Vertices of the result.
     pub vertices_out: usize,
-    /// Its faces.
+    /// Faces of the result.
     pub faces_out: usize,
     /// Median over the runs.
     pub seconds: Option<f64>,
-    /// How it was measured.
-    pub how: How,
-    /// Figures of `metrics::compare`, in the order of the table's columns.
+    /// Conditions of the measurement.
+    pub conditions: Conditions,
+    /// Figures in the order of the table's columns.
     pub figures: Vec<Option<f64>>,
 }
 
-/// How a row was measured: settings, program and machine.
+/// The conditions of a measurement: settings, program and machine.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct How {
-    /// What the seconds cover: `method`, with the mesh in memory (also where a tool tells them), or `process`, with its
-    /// start, reading and writing.
+pub struct Conditions {
+    /// Scope of the seconds: `method` with the mesh in memory (also where a tool reports them), or the whole `process`.
     pub timed: String,
-    /// Runs that were timed.
+    /// Number of timed runs.
     pub runs: usize,
-    /// Threads that a method may use.
+    /// Threads per method.
     pub threads: usize,
-    /// Seconds that a run may take.
+    /// Time limit of a run in seconds.
     pub time_limit: f64,
     /// Samples on each surface.
     pub samples: usize,
-    /// Eigenpairs of the Laplacian, at most; 0 where they were not asked for.
+    /// Largest number of eigenpairs of the Laplacian; 0 where the spectrum is not measured.
     pub eigenpairs: usize,
-    /// The beginning of the SHA-256 of the weights; empty for methods without.
+    /// First digits of the weights' SHA-256; empty for methods without weights.
     pub weights: String,
     /// Version of this program.
     pub version: String,
     /// Model of the processor.
     pub cpu: String,
-    /// Its cores, as far as the program may use them.
+    /// Number of cores available to the program.
     pub cores: usize,
 }
 
@@ -85,26 +84,26 @@ const COLUMNS: [&str; 22] = [
     "cores",
 ];
 
-/// Names of all columns, with these figures.
+/// Returns the names of all columns with these figures.
 pub(super) fn columns(figures: &[String]) -> Vec<String> {
     COLUMNS.iter().map(|name| name.to_string()).chain(figures.iter().cloned()).collect()
 }
 
-/// The names of the figures among these columns; `None` where they are not those of a table of rows.
-pub(super) fn figures_of(columns: &[String]) -> Option<Vec<String>> {
+/// Returns the figures among the columns; `None` where they are not those of a table of rows.
+pub(super) fn figure_names(columns: &[String]) -> Option<Vec<String>> {
     let is_table = columns.len() >= COLUMNS.len() && columns.iter().zip(COLUMNS).all(|(name, known)| name == known);
     is_table.then(|| columns[COLUMNS.len()..].to_vec())
 }
 
-impl Row {
-    /// Whether it stands for this mesh, size, seed and method.
-    pub(super) fn is_of(&self, mesh: &str, ratio: f64, seed: u64, method: &str) -> bool {
+impl ResultRow {
+    /// Returns whether the row has this mesh, ratio, seed and method.
+    pub(super) fn is_case(&self, mesh: &str, ratio: f64, seed: u64, method: &str) -> bool {
         self.mesh == mesh && self.ratio == ratio && self.seed == seed && self.method == method
     }
 
-    /// The fields as text, in the order of the columns.
+    /// Returns the fields as text in the order of the columns.
     pub(super) fn fields(&self) -> Vec<String> {
-        let how = &self.how;
+        let conditions = &self.conditions;
         let mut fields = vec![
             self.mesh.clone(),
             self.ratio.to_string(),
@@ -118,23 +117,23 @@ impl Row {
             self.vertices_out.to_string(),
             self.faces_out.to_string(),
             number(self.seconds),
-            how.timed.clone(),
-            how.runs.to_string(),
-            how.threads.to_string(),
-            how.time_limit.to_string(),
-            how.samples.to_string(),
-            how.eigenpairs.to_string(),
-            how.weights.clone(),
-            how.version.clone(),
-            how.cpu.clone(),
-            how.cores.to_string(),
+            conditions.timed.clone(),
+            conditions.runs.to_string(),
+            conditions.threads.to_string(),
+            conditions.time_limit.to_string(),
+            conditions.samples.to_string(),
+            conditions.eigenpairs.to_string(),
+            conditions.weights.clone(),
+            conditions.version.clone(),
+            conditions.cpu.clone(),
+            conditions.cores.to_string(),
         ];
         fields.extend(self.figures.iter().map(|value| number(*value)));
         fields
     }
 
-    /// The row with these fields; `None` where they are none.
-    pub(super) fn of_fields(fields: &[String]) -> Option<Self> {
+    /// Parses a row; `None` for invalid fields.
+    pub(super) fn from_fields(fields: &[String]) -> Option<Self> {
         let mut rest = fields.iter();
         let mut next = || rest.next().map(String::as_str);
         let row = Self {
@@ -150,7 +149,7 @@ impl Row {
             vertices_out: next()?.parse().ok()?,
             faces_out: next()?.parse().ok()?,
             seconds: value(next()?)?,
-            how: How {
+            conditions: Conditions {
                 timed: next()?.into(),
                 runs: next()?.parse().ok()?,
                 threads: next()?.parse().ok()?,
@@ -169,12 +168,12 @@ impl Row {
     }
 }
 
-/// A number that may be missing, as text; one that is not finite is none.
+/// Formats an optional number; empty where it is missing or not finite.
 fn number(value: Option<f64>) -> String {
     value.filter(|value| value.is_finite()).map_or(String::new(), |value| value.to_string())
 }
 
-/// The other way round; `None` for text that is no number.
+/// Parses an optional number; `None` for other text.
 fn value(field: &str) -> Option<Option<f64>> {
     if field.is_empty() { Some(None) } else { field.parse().ok().map(Some) }
 }
@@ -185,18 +184,24 @@ mod tests {
 
     #[test]
     fn fields_give_back_the_row() {
-        let how = How { timed: "method".into(), runs: 3, time_limit: 0.5, cpu: "a, \"b\"".into(), ..How::default() };
-        let row = Row {
+        let conditions = Conditions {
+            timed: "method".into(),
+            runs: 3,
+            time_limit: 0.5,
+            cpu: "a, \"b\"".into(),
+            ..Conditions::default()
+        };
+        let row = ResultRow {
             mesh: "a b.ply".into(),
             ratio: 0.1,
             seconds: Some(1e-7),
-            how,
+            conditions,
             figures: vec![Some(0.1), None],
-            ..Row::default()
+            ..ResultRow::default()
         };
         let fields = row.fields();
         assert_eq!(fields.len(), columns(&["x".into(), "y".into()]).len());
-        assert_eq!(Row::of_fields(&fields), Some(row));
-        assert_eq!(Row::of_fields(&fields[..20]), None);
+        assert_eq!(ResultRow::from_fields(&fields), Some(row));
+        assert_eq!(ResultRow::from_fields(&fields[..20]), None);
     }
 }

@@ -1,49 +1,49 @@
-//! The table of rows on the disk, CSV: rows are added whole, and one that a killed program left by half goes.
+//! The table of rows on disk as CSV: rows are added whole, and a row cut by a kill is dropped.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use super::row::{columns, figures_of};
-use super::{EvaluateError, Row};
+use super::row::{columns, figure_names};
+use super::{EvaluateError, ResultRow};
 use neural_mesh::io::write_path;
 
-/// Rows, and what their figures are called.
+/// Rows and the names of their figures.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
     /// Names of the figures.
     pub figures: Vec<String>,
-    /// The rows, in the order they were measured.
-    pub rows: Vec<Row>,
+    /// The rows in the order of measurement.
+    pub rows: Vec<ResultRow>,
 }
 
 impl Table {
-    /// A figure of a row by its name; `None` where the row has no value, or the table no such figure.
+    /// Returns a figure of a row by name; `None` where the row has no value or the table no such figure.
     ///
     /// ```
-    /// use neural_mesh_bench::evaluate::{Row, Table};
-    /// let row = Row { figures: vec![Some(0.5)], ..Row::default() };
+    /// use neural_mesh_bench::evaluate::{ResultRow, Table};
+    /// let row = ResultRow { figures: vec![Some(0.5)], ..ResultRow::default() };
     /// let table = Table { figures: vec!["chamfer".into()], rows: vec![row] };
     /// assert_eq!(table.figure(&table.rows[0], "chamfer"), Some(0.5));
     /// ```
-    pub fn figure(&self, row: &Row, name: &str) -> Option<f64> {
+    pub fn figure(&self, row: &ResultRow, name: &str) -> Option<f64> {
         let at = self.figures.iter().position(|figure| figure == name)?;
         row.figures.get(at).copied().flatten()
     }
 }
 
-/// A table that is added to.
+/// A table on disk, open for more rows.
 pub(super) struct RowsFile {
     file: File,
     path: PathBuf,
-    /// Files that this one has taken the place of: locked as long as it is.
+    /// Earlier files that this one replaced, locked as long as it is.
     replaced: Vec<File>,
-    /// All rows that are in the file.
+    /// All rows of the file.
     pub table: Table,
 }
 
 impl RowsFile {
-    /// Opens the table for more rows; makes it where there is none. Nobody else can have it open at the same time.
+    /// Opens or creates the table and locks it.
     pub fn open(path: &Path, figures: &[String]) -> Result<Self, EvaluateError> {
         let problem = |error: std::io::Error| EvaluateError::file(path, format!("cannot be written: {error}"));
         let mut file =
@@ -51,7 +51,7 @@ impl RowsFile {
         file.try_lock().map_err(|error| EvaluateError::file(path, lock_problem(&error)))?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(problem)?;
-        // A kill may have left the beginning of a row.
+        // a kill may have left the beginning of a row
         let n_whole = bytes.iter().rposition(|&byte| byte == b'\n').map_or(0, |at| at + 1);
         file.set_len(n_whole as u64).map_err(problem)?;
         file.seek(SeekFrom::Start(n_whole as u64)).map_err(problem)?;
@@ -69,19 +69,19 @@ impl RowsFile {
         Ok(rows)
     }
 
-    /// Adds rows, all in one go, and has them reach the disk.
-    pub fn push(&mut self, rows: Vec<Row>) -> Result<(), EvaluateError> {
-        self.write(&rows.iter().map(Row::fields).collect::<Vec<_>>())?;
+    /// Appends rows in one write and syncs the disk.
+    pub fn push(&mut self, rows: Vec<ResultRow>) -> Result<(), EvaluateError> {
+        self.write(&rows.iter().map(ResultRow::fields).collect::<Vec<_>>())?;
         self.table.rows.extend(rows);
         Ok(())
     }
 
-    /// Takes rows out. The table appears anew, whole, and stays ours: nobody can take it between.
-    pub fn remove(&mut self, goes: impl Fn(&Row) -> bool) -> Result<(), EvaluateError> {
+    /// Removes rows by replacing the file; the table stays locked throughout.
+    pub fn remove(&mut self, goes: impl Fn(&ResultRow) -> bool) -> Result<(), EvaluateError> {
         let mut table = std::mem::take(&mut self.table);
         table.rows.retain(|row| !goes(row));
         let records: Vec<_> =
-            std::iter::once(columns(&table.figures)).chain(table.rows.iter().map(Row::fields)).collect();
+            std::iter::once(columns(&table.figures)).chain(table.rows.iter().map(ResultRow::fields)).collect();
         let bytes = self.bytes(&records)?;
         write_path(&self.path, &bytes, true).map_err(|error| EvaluateError::file(&self.path, error))?;
         let Self { file, table, .. } = Self::open(&self.path, &table.figures)?;
@@ -108,7 +108,7 @@ impl RowsFile {
     }
 }
 
-/// Why nobody else can be kept from writing.
+/// Describes why the table cannot be locked.
 fn lock_problem(error: &TryLockError) -> String {
     match error {
         TryLockError::WouldBlock => "is in use by another evaluation: wait for its end".into(),
@@ -118,7 +118,7 @@ fn lock_problem(error: &TryLockError) -> String {
     }
 }
 
-/// Reads the table of a folder, finished or not.
+/// Reads a table, finished or not.
 pub(super) fn read_rows(path: &Path) -> Result<Table, EvaluateError> {
     let bytes = std::fs::read(path).map_err(|error| {
         EvaluateError::file(path, format!("cannot be read: {error}: give the folder of an evaluation"))
@@ -132,12 +132,12 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Table, EvaluateError> {
     let mut records = csv::ReaderBuilder::new().has_headers(false).from_reader(bytes).into_records();
     let header = records.next().transpose().map_err(|error| broken(error.to_string()))?.unwrap_or_default();
     let header: Vec<String> = header.iter().map(String::from).collect();
-    let figures = figures_of(&header).ok_or_else(|| broken("is not a table of this program".into()))?;
+    let figures = figure_names(&header).ok_or_else(|| broken("is not a table of this program".into()))?;
     let mut rows = Vec::new();
     for (index, record) in records.enumerate() {
         let record = record.map_err(|error| broken(error.to_string()))?;
         let fields: Vec<String> = record.iter().map(String::from).collect();
-        rows.push(Row::of_fields(&fields).ok_or_else(|| broken(format!("line {} is not a row", index + 2)))?);
+        rows.push(ResultRow::from_fields(&fields).ok_or_else(|| broken(format!("line {} is not a row", index + 2)))?);
     }
     Ok(Table { figures, rows })
 }
@@ -146,8 +146,8 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Table, EvaluateError> {
 mod tests {
     use super::*;
 
-    fn row(mesh: &str) -> Row {
-        Row { mesh: mesh.into(), error: "a, \"b\"".into(), figures: vec![Some(0.25)], ..Row::default() }
+    fn row(mesh: &str) -> ResultRow {
+        ResultRow { mesh: mesh.into(), error: "a, \"b\"".into(), figures: vec![Some(0.25)], ..ResultRow::default() }
     }
 
     #[test]

@@ -6,47 +6,48 @@ use std::time::Duration;
 
 use rayon::prelude::*;
 
-use super::contest::{Case, Outcome, contest};
+use super::contest::{ContestCase, MethodOutcome, run_case};
 use super::engine::{Engine, Worker};
-use super::folder::{look_into, open_folder, scratch_in};
+use super::folder::{inspect_folder, open_folder, scratch_in};
 use super::meshes::{MeshFile, checksums, mesh_files, read_mesh};
-use super::rehearsal::rehearse;
-use super::row::How;
+use super::rehearsal::try_each;
+use super::row::Conditions;
 use super::rows_file::RowsFile;
 use super::settings::{LearnedFile, Origin, learned_files, learned_names, weights_name};
-use super::worst::Keeper;
-use super::{EvaluateError, Method, Row, Settings, Table, Tool, hardware};
+use super::worst::WorstCaseStore;
+use super::{EvaluateError, Method, ResultRow, Settings, Table, Tool, hardware};
 use crate::along_surface::{AlongJudging, Judge};
 use neural_mesh::appearance::{self, Appearance, USUAL_HEIGHT, appearance};
 use neural_mesh::mesh::{TriMesh, shapes};
 use neural_mesh::metrics::{CompareOptions, Figure};
 use neural_mesh::model::Weights;
 
-/// What a caller asks for.
+/// The input of an evaluation.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Request {
-    /// Folder with the meshes.
+    /// Folder of the meshes.
     pub data: PathBuf,
-    /// Folder for all that comes of it: made if missing.
+    /// Folder of the output, created if missing.
     pub folder: PathBuf,
-    /// What is measured and how.
+    /// Methods, ratios and other settings.
     pub settings: Settings,
-    /// File of the closed assembly's weights; without, those that ship.
+    /// Weights file of the closed assembly; shipped weights if absent.
     pub weights: Option<PathBuf>,
-    /// File of the paper assembly's weights; without, those that ship.
+    /// Weights file of the paper's assembly; shipped weights if absent.
     pub paper_weights: Option<PathBuf>,
-    /// Files of weights of learned baselines, each of which says whose they are; without, those that ship.
+    /// Weights files of learned baselines, each marked with its method; shipped weights if absent.
     pub learned_weights: Vec<PathBuf>,
-    /// Whether to go on with the rows that are there.
+    /// Whether to continue with the present rows.
     pub resume: bool,
-    /// Runs the methods that are no tools in a process of its own, which can be stopped. Without, they run in this one,
-    /// the time limit holds for tools only, and a method that crashes ends the evaluation.
+    /// Worker process for the methods of this package.
+    ///
+    /// Without it they run in this process: the time limit holds for tools only, and a crash ends the evaluation.
     pub worker: Option<Worker>,
 }
 
 impl Request {
-    /// A new evaluation of the meshes in `data`, into `folder`, with the default settings and the weights that ship, in this process.
+    /// Makes a new evaluation of the meshes in `data` into `folder` with default settings, without a worker.
     pub fn new(data: impl Into<PathBuf>, folder: impl Into<PathBuf>) -> Self {
         Self {
             data: data.into(),
@@ -61,56 +62,58 @@ impl Request {
     }
 }
 
-/// What happens during an evaluation.
+/// An event during an evaluation.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub enum Event<'a> {
-    /// A tool is tried on a small mesh; heard again and again while it is.
+    /// A tool is being tried on a small mesh; reported repeatedly.
     Trying(&'a Tool),
-    /// A case begins: a mesh at a size with a seed.
+    /// A case begins.
     Case {
         /// Name of the mesh file.
         mesh: &'a str,
-        /// Share of the vertices.
+        /// Target as a fraction of the vertices.
         ratio: f64,
         /// Seed of the sampling.
         seed: u64,
-        /// Cases before this one, those of earlier runs too.
+        /// Number of cases before this one, earlier runs included.
         n_done: usize,
-        /// Cases in all.
+        /// Number of all cases.
         n_cases: usize,
     },
-    /// A method is at work; heard again and again while it is.
+    /// A method is running; reported repeatedly.
     Running {
         /// The method.
         method: &'a Method,
-        /// Its run, counted from 0.
+        /// Index of its run, from 0.
         round: usize,
     },
-    /// All methods are done, the results are measured.
+    /// All methods have run; their results are being measured.
     Judging,
-    /// A row is in the table.
-    Row(&'a Row),
+    /// A row was added to the table.
+    Row(&'a ResultRow),
 }
 
-/// How an evaluation ended.
+/// The way an evaluation ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
-    /// Every row is there.
+    /// All rows are there.
     Finished,
-    /// The caller asked to stop; the rows so far are kept.
+    /// The caller stopped it; the rows so far are saved.
     Stopped,
-    /// The caller asked to stop while tools were tried; the folder is as it was.
+    /// The caller stopped it while tools were tried; the folder is unchanged.
     NotBegun,
 }
 
-/// Measures every method at every size on every mesh, and adds the rows to `rows.csv` in the folder, case by case.
-/// `hear` can stop it at any time; stopped or killed, it loses the case at hand and no other. Before that each tool that
-/// lacks rows is tried once on a small mesh. Of each method the meshes of its worst cases are kept ([`worst`](super::worst)).
+/// Measures every method at every ratio on every mesh and appends the rows to `rows.csv` case by case.
+///
+/// `report` can stop it at any time; stopped or killed, it loses only the present case. Tools that lack rows are first
+/// tried on
+/// a small mesh. The meshes of each method's worst cases are saved ([`worst_cases`](super::worst_cases)).
 ///
 /// # Errors
-/// [`EvaluateError`] says what is wrong with settings, data, folder or a tool. A method that fails, and a mesh that cannot be
-/// read, is a row with its error.
+/// [`EvaluateError`] about settings, data, folder or a tool. A failing method or an unreadable mesh is a row with its
+/// error.
 ///
 /// ```
 /// use neural_mesh_bench::evaluate::{Request, evaluate};
@@ -120,8 +123,8 @@ pub enum Ending {
 /// let error = evaluate(&request, &mut |_| ControlFlow::Continue(())).unwrap_err();
 /// assert!(error.to_string().contains("holds no mesh"));
 /// ```
-pub fn evaluate(request: &Request, hear: &mut dyn FnMut(Event) -> ControlFlow<()>) -> Result<Ending, EvaluateError> {
-    let methods = request.settings.checked()?;
+pub fn evaluate(request: &Request, report: &mut dyn FnMut(Event) -> ControlFlow<()>) -> Result<Ending, EvaluateError> {
+    let methods = request.settings.resolve_methods()?;
     let files = mesh_files(&request.data, &request.settings.only)?;
     let learned = learned_files(&request.learned_weights)?;
     let origin = Origin {
@@ -134,28 +137,28 @@ pub fn evaluate(request: &Request, hear: &mut dyn FnMut(Event) -> ControlFlow<()
         learned: learned_names(&learned),
         meshes: checksums(&files),
     };
-    let figures: Vec<String> = figures().iter().map(|figure| figure.name.to_string()).collect();
-    let found = look_into(&request.folder, &origin, request.resume)?;
-    if try_tools(request, &with_work(request, &methods, &files, &found.table), hear)?.is_break() {
+    let figures: Vec<String> = empty_figures().iter().map(|figure| figure.name.to_string()).collect();
+    let found = inspect_folder(&request.folder, &origin, request.resume)?;
+    if try_tools(request, &unfinished_tools(request, &methods, &files, &found.table), report)?.is_break() {
         return Ok(Ending::NotBegun);
     }
     let rows = open_folder(&request.folder, &origin, &found, &figures)?;
-    let keeper = Keeper::new(&request.folder, &rows.table);
+    let store = WorstCaseStore::new(&request.folder, &rows.table);
     let scratch = scratch_in(&request.folder)?;
     let (n_figures, scratch) = (figures.len(), scratch.path());
-    let mut run = Run { request, methods, origin, learned, rows, keeper, n_figures, scratch };
+    let mut run = EvaluationRun { request, methods, origin, learned, rows, store, n_figures, scratch };
     for (index, file) in files.iter().enumerate() {
-        if run.mesh(file, index, files.len(), hear)?.is_break() {
+        if run.run_mesh(file, index, files.len(), report)?.is_break() {
             return Ok(Ending::Stopped);
         }
     }
-    // Who was killed after the last row has left what is removed here.
-    run.keeper.tidy();
+    // a kill after the last row may have left meshes to remove
+    run.store.remove_others();
     Ok(Ending::Finished)
 }
 
-/// The tools that lack rows.
-fn with_work<'a>(request: &Request, methods: &'a [Method], files: &[MeshFile], table: &Table) -> Vec<&'a Tool> {
+/// Returns the tools that lack rows.
+fn unfinished_tools<'a>(request: &Request, methods: &'a [Method], files: &[MeshFile], table: &Table) -> Vec<&'a Tool> {
     let Settings { ratios, seeds, .. } = &request.settings;
     let n_cases = files.len() * ratios.len() * seeds.len();
     let n_rows = |tool: &Tool| table.rows.iter().filter(|row| row.method == tool.name).count();
@@ -163,19 +166,19 @@ fn with_work<'a>(request: &Request, methods: &'a [Method], files: &[MeshFile], t
     tools.filter(|tool| n_rows(tool) < n_cases).collect()
 }
 
-/// Tries tools in a folder of the system, as nothing may be in the folder of the evaluation yet.
+/// Tries tools in a system folder, because the folder of the evaluation must stay unchanged.
 fn try_tools(
     request: &Request,
     tools: &[&Tool],
-    hear: &mut dyn FnMut(Event) -> ControlFlow<()>,
+    report: &mut dyn FnMut(Event) -> ControlFlow<()>,
 ) -> Result<ControlFlow<()>, EvaluateError> {
     let problem = |error| EvaluateError::Tool(format!("a place to try tools cannot be had: {error}: check TMPDIR"));
     let place = tempfile::tempdir().map_err(problem)?;
-    rehearse(&engine(request, &[], place.path()), tools, &mut |tool| hear(Event::Trying(tool)))
+    try_each(&make_engine(request, &[], place.path()), tools, &mut |tool| report(Event::Trying(tool)))
 }
 
-/// How methods are run, in a folder of their own.
-fn engine<'a>(request: &'a Request, learned: &'a [LearnedFile], scratch: &'a Path) -> Engine<'a> {
+/// Returns the engine with its own folder.
+fn make_engine<'a>(request: &'a Request, learned: &'a [LearnedFile], scratch: &'a Path) -> Engine<'a> {
     let Request { worker, settings, weights, paper_weights, .. } = request;
     Engine {
         worker: worker.as_ref(),
@@ -187,46 +190,46 @@ fn engine<'a>(request: &'a Request, learned: &'a [LearnedFile], scratch: &'a Pat
     }
 }
 
-/// The figures that every row has, without values.
-pub(super) fn figures() -> Vec<Figure> {
+/// Returns the figures of every row, without values.
+pub(super) fn empty_figures() -> Vec<Figure> {
     let mesh = shapes::icosphere(0);
     let mut judging = CompareOptions::default();
     judging.samples = 1;
-    compared(&Judge::new(&mesh, &judging, &AlongJudging::NONE), &mesh, 0, None)
+    all_figures(&Judge::new(&mesh, &judging, &AlongJudging::NONE), &mesh, 0, None)
 }
 
-/// The figures of a result but its size, which has columns of its own.
-fn compared(judge: &Judge, result: &TriMesh, n_asked: usize, looks: Option<&Appearance>) -> Vec<Figure> {
+/// Returns the figures of a result except its size, which has its own columns.
+fn all_figures(judge: &Judge, result: &TriMesh, n_asked: usize, looks: Option<&Appearance>) -> Vec<Figure> {
     let mut figures = judge.figures(result, n_asked);
     figures.retain(|figure| !["vertices", "faces"].contains(&figure.name));
     figures.extend(appearance::figures(looks));
     figures
 }
 
-/// A mesh, and what its results are measured against.
-struct Subject {
+/// A mesh and its judge.
+struct PreparedMesh {
     mesh: TriMesh,
     judge: Judge,
 }
 
-struct Run<'a> {
+struct EvaluationRun<'a> {
     request: &'a Request,
     methods: Vec<Method>,
     origin: Origin,
     learned: Vec<LearnedFile>,
     rows: RowsFile,
-    keeper: Keeper,
+    store: WorstCaseStore,
     n_figures: usize,
     scratch: &'a Path,
 }
 
-/// A row, and the mesh that it is of.
-struct Judged {
-    row: Row,
+/// A row and the mesh it describes.
+struct JudgedResult {
+    row: ResultRow,
     result: Option<TriMesh>,
 }
 
-/// What all methods are asked for at once: a mesh by name, the share of its vertices to keep, a seed.
+/// One case by name: mesh, ratio and seed.
 struct Trial<'a> {
     mesh: &'a str,
     ratio: f64,
@@ -234,20 +237,20 @@ struct Trial<'a> {
 }
 
 impl Trial<'_> {
-    /// The row of a method, where it is there.
-    fn row<'a>(&self, table: &'a Table, method: &Method) -> Option<&'a Row> {
-        table.rows.iter().find(|row| row.is_of(self.mesh, self.ratio, self.seed, method.name()))
+    /// Returns the row of a method, if there is one.
+    fn row<'a>(&self, table: &'a Table, method: &Method) -> Option<&'a ResultRow> {
+        table.rows.iter().find(|row| row.is_case(self.mesh, self.ratio, self.seed, method.name()))
     }
 }
 
-impl Run<'_> {
-    /// Every case of a mesh that is not in the table yet.
-    fn mesh(
+impl EvaluationRun<'_> {
+    /// Runs every case of a mesh that is not in the table yet.
+    fn run_mesh(
         &mut self,
         file: &MeshFile,
         index: usize,
         n_files: usize,
-        hear: &mut dyn FnMut(Event) -> ControlFlow<()>,
+        report: &mut dyn FnMut(Event) -> ControlFlow<()>,
     ) -> Result<ControlFlow<()>, EvaluateError> {
         let Settings { ratios, seeds, .. } = &self.request.settings;
         let mesh = &file.name;
@@ -256,44 +259,44 @@ impl Run<'_> {
         let (n_cases, n_files) = (cases.len(), n_files * cases.len());
         let mut ready = None;
         for (at, trial) in cases.iter().enumerate() {
-            let missing = self.missing(trial);
+            let missing = self.missing_methods(trial);
             let &Trial { mesh, ratio, seed } = trial;
             let event = Event::Case { mesh, ratio, seed, n_done: index * n_cases + at, n_cases: n_files };
-            if hear(event).is_break() {
+            if report(event).is_break() {
                 return Ok(ControlFlow::Break(()));
             }
             if missing.is_empty() {
                 continue;
             }
-            let subject = ready.get_or_insert_with(|| self.made_ready(file));
-            let Some(judged) = self.case(trial, subject, &missing, hear) else {
+            let prepared = ready.get_or_insert_with(|| self.prepare(file));
+            let Some(judged) = self.run_case(trial, prepared, &missing, report) else {
                 return Ok(ControlFlow::Break(()));
             };
-            // Before the rows: who is killed between the two does the case again.
-            if let Ok(Subject { mesh, .. }) = subject {
-                self.keep(trial, mesh, &judged)?;
+            // before the rows: a kill between the two repeats the case
+            if let Ok(PreparedMesh { mesh, .. }) = prepared {
+                self.save_worst(trial, mesh, &judged)?;
             }
-            let rows: Vec<Row> = judged.into_iter().map(|judged| judged.row).collect();
+            let rows: Vec<ResultRow> = judged.into_iter().map(|judged| judged.row).collect();
             self.rows.push(rows.clone())?;
-            self.keeper.tidy();
-            if rows.iter().any(|row| hear(Event::Row(row)).is_break()) {
+            self.store.remove_others();
+            if rows.iter().any(|row| report(Event::Row(row)).is_break()) {
                 return Ok(ControlFlow::Break(()));
             }
         }
         Ok(ControlFlow::Continue(()))
     }
 
-    /// The methods whose rows are not there yet.
-    fn missing(&self, trial: &Trial) -> Vec<Method> {
+    /// Returns the methods that lack rows.
+    fn missing_methods(&self, trial: &Trial) -> Vec<Method> {
         let is_there = |method: &&Method| trial.row(&self.rows.table, method).is_none();
         self.methods.iter().filter(is_there).cloned().collect()
     }
 
-    fn made_ready(&self, file: &MeshFile) -> Result<Subject, String> {
+    fn prepare(&self, file: &MeshFile) -> Result<PreparedMesh, String> {
         let mesh = read_mesh(&file.path)?;
-        engine(self.request, &self.learned, self.scratch).prepare(&mesh, &self.methods)?;
+        make_engine(self.request, &self.learned, self.scratch).prepare(&mesh, &self.methods)?;
         let (judging, along) = self.judging();
-        Ok(Subject { judge: Judge::new(&mesh, &judging, &along), mesh })
+        Ok(PreparedMesh { judge: Judge::new(&mesh, &judging, &along), mesh })
     }
 
     fn judging(&self) -> (CompareOptions, AlongJudging) {
@@ -303,60 +306,62 @@ impl Run<'_> {
         (judging, if spectrum { AlongJudging::default() } else { AlongJudging::NONE })
     }
 
-    /// Keeps the meshes of a case where they are among the worst of a method.
-    fn keep(&mut self, trial: &Trial, original: &TriMesh, judged: &[Judged]) -> Result<(), EvaluateError> {
+    /// Saves the meshes of a case that is among a method's worst.
+    fn save_worst(&mut self, trial: &Trial, original: &TriMesh, judged: &[JudgedResult]) -> Result<(), EvaluateError> {
         let known = self.methods.iter().filter_map(|method| trial.row(&self.rows.table, method));
-        let rows: Vec<&Row> = known.chain(judged.iter().map(|judged| &judged.row)).collect();
-        let results = judged.iter().filter_map(|Judged { row, result }| Some((row.method.as_str(), result.as_ref()?)));
+        let rows: Vec<&ResultRow> = known.chain(judged.iter().map(|judged| &judged.row)).collect();
+        let results =
+            judged.iter().filter_map(|JudgedResult { row, result }| Some((row.method.as_str(), result.as_ref()?)));
         let results: Vec<(&str, &TriMesh)> = results.collect();
-        self.keeper.keep(&self.rows.table, &rows, original, &results)
+        self.store.save(&self.rows.table, &rows, original, &results)
     }
 
-    /// The rows of a case; `None` where `hear` asked to stop.
-    fn case(
+    /// Returns the rows of a case; `None` where `report` stopped it.
+    fn run_case(
         &self,
         trial: &Trial,
-        subject: &Result<Subject, String>,
+        prepared: &Result<PreparedMesh, String>,
         methods: &[Method],
-        hear: &mut dyn FnMut(Event) -> ControlFlow<()>,
-    ) -> Option<Vec<Judged>> {
+        report: &mut dyn FnMut(Event) -> ControlFlow<()>,
+    ) -> Option<Vec<JudgedResult>> {
         let &Trial { mesh, ratio, seed } = trial;
-        let blank = |method: &Method| Row {
+        let blank = |method: &Method| ResultRow {
             mesh: mesh.into(),
             ratio,
             seed,
             method: method.name().into(),
-            how: self.how(method),
+            conditions: self.conditions(method),
             figures: vec![None; self.n_figures],
-            ..Row::default()
+            ..ResultRow::default()
         };
-        let subject = match subject {
-            Ok(subject) => subject,
+        let prepared = match prepared {
+            Ok(prepared) => prepared,
             Err(why) => {
-                let row = |method| Row { error: format!("the mesh: {why}"), ..blank(method) };
-                let row = |method| Judged { row: row(method), result: None };
+                let row = |method| ResultRow { error: format!("the mesh: {why}"), ..blank(method) };
+                let row = |method| JudgedResult { row: row(method), result: None };
                 return Some(methods.iter().map(row).collect());
             }
         };
         let leader = self.methods.iter().find(|method| method.is_ours());
         let known = leader.and_then(|leader| trial.row(&self.rows.table, leader)).filter(|row| row.error.is_empty());
         let n_faces = known.map(|row| row.faces_out);
-        let case = Case { mesh: &subject.mesh, ratio, seed, leader, n_faces };
+        let case = ContestCase { mesh: &prepared.mesh, ratio, seed, leader, n_faces };
         let repeats = self.request.settings.repeats;
-        let mut wait = |method: &Method, round| hear(Event::Running { method, round });
-        let outcomes = contest(&engine(self.request, &self.learned, self.scratch), &case, methods, repeats, &mut wait)?;
-        if hear(Event::Judging).is_break() {
+        let mut wait = |method: &Method, round| report(Event::Running { method, round });
+        let outcomes =
+            run_case(&make_engine(self.request, &self.learned, self.scratch), &case, methods, repeats, &mut wait)?;
+        if report(Event::Judging).is_break() {
             return None;
         }
         let judged = methods.par_iter().zip(outcomes);
-        Some(judged.map(|(method, outcome)| self.judged(blank(method), subject, outcome)).collect())
+        Some(judged.map(|(method, outcome)| self.judge_outcome(blank(method), prepared, outcome)).collect())
     }
 
-    /// What came of a method, with its row.
-    fn judged(&self, blank: Row, subject: &Subject, outcome: Outcome) -> Judged {
-        let Outcome { size, seconds, timed, result } = outcome;
-        let Subject { mesh, judge } = subject;
-        let row = Row {
+    /// Measures the outcome of a method and completes its row.
+    fn judge_outcome(&self, blank: ResultRow, prepared: &PreparedMesh, outcome: MethodOutcome) -> JudgedResult {
+        let MethodOutcome { size, seconds, timed, result } = outcome;
+        let PreparedMesh { mesh, judge } = prepared;
+        let row = ResultRow {
             vertices_in: mesh.positions().len(),
             faces_in: mesh.faces().len(),
             vertices_asked: size.vertices,
@@ -364,30 +369,31 @@ impl Run<'_> {
             ..blank
         };
         match result {
-            Err(error) => Judged { row: Row { error, ..row }, result: None },
+            Err(error) => JudgedResult { row: ResultRow { error, ..row }, result: None },
             Ok(result) => {
-                let figures = compared(judge, &result, size.vertices, self.looks(mesh, &result).as_ref());
-                let timed = timed.map_or(row.how.timed, |timed| timed.name().into());
-                let row = Row {
+                let figures =
+                    all_figures(judge, &result, size.vertices, self.compare_appearance(mesh, &result).as_ref());
+                let timed = timed.map_or(row.conditions.timed, |timed| timed.name().into());
+                let row = ResultRow {
                     vertices_out: result.positions().len(),
                     faces_out: result.faces().len(),
                     seconds: median(seconds.clone()),
-                    how: How { runs: seconds.len(), timed, ..row.how },
+                    conditions: Conditions { runs: seconds.len(), timed, ..row.conditions },
                     figures: figures.into_iter().map(|figure| figure.value).collect(),
                     ..row
                 };
-                Judged { row, result: Some(result) }
+                JudgedResult { row, result: Some(result) }
             }
         }
     }
 
-    /// How alike original and result look, where that was asked for.
-    fn looks(&self, original: &TriMesh, result: &TriMesh) -> Option<Appearance> {
+    /// Compares pictures of original and result, if the settings say so.
+    fn compare_appearance(&self, original: &TriMesh, result: &TriMesh) -> Option<Appearance> {
         let asked = self.request.settings.appearance;
         asked.then(|| appearance(original, result, USUAL_HEIGHT)).flatten()
     }
 
-    fn how(&self, method: &Method) -> How {
+    fn conditions(&self, method: &Method) -> Conditions {
         let Settings { threads, time_limit, samples, .. } = self.request.settings;
         let [closed, paper] = &self.origin.weights;
         let weights = match method {
@@ -396,7 +402,7 @@ impl Run<'_> {
             Method::Learned(baseline) => self.origin.learned.get(baseline.name()).map_or("", String::as_str),
             _ => "",
         };
-        How {
+        Conditions {
             timed: if matches!(method, Method::Tool(_)) { "process" } else { "method" }.into(),
             runs: 0,
             threads,
@@ -405,13 +411,13 @@ impl Run<'_> {
             eigenpairs: self.judging().1.eigenpairs,
             weights: weights.chars().take(12).collect(),
             version: self.origin.version.clone(),
-            cpu: hardware::cpu(),
-            cores: hardware::cores(),
+            cpu: hardware::cpu_model(),
+            cores: hardware::core_count(),
         }
     }
 }
 
-/// The middle of the values, the mean of the middle two where there are two; `None` of none.
+/// Returns the median, for an even number the mean of the middle two; `None` for no values.
 ///
 /// ```
 /// assert_eq!(neural_mesh_bench::evaluate::median(vec![3.0, 1.0, 2.0, 9.0]), Some(2.5));

@@ -1,4 +1,4 @@
-//! What is measured and how, kept beside the rows: rows of one table were all measured alike.
+//! Settings of an evaluation, saved next to the rows so that one table holds rows measured alike.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -7,41 +7,41 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::meshes::sha256;
-use super::method::chosen;
+use super::method::choose_methods;
 use super::{EvaluateError, Method, Tool};
 use crate::learned_baselines::{LearnedBaseline, LearnedWeights};
 use neural_mesh::model::Weights;
 
-/// What is measured and how.
+/// The settings of an evaluation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Settings {
-    /// Names of methods, `all` for every one.
+    /// Names of methods; `all` stands for every one.
     pub methods: Vec<String>,
-    /// Programs of others; those that are not among the methods take part too.
+    /// External programs; those not among the methods take part too.
     pub tools: Vec<Tool>,
-    /// Shares of the vertices that stay, each above 0 and at most 1.
+    /// Targets as fractions of the vertices, above 0 and at most 1.
     pub ratios: Vec<f64>,
     /// Seeds of the sampling.
     pub seeds: Vec<u64>,
     /// Timed runs of each method per case, at least 1; the median counts.
     pub repeats: usize,
-    /// Seconds that a run may take.
+    /// Time limit of a run in seconds.
     pub time_limit: f64,
-    /// Threads that a method may use.
+    /// Threads per method.
     pub threads: usize,
     /// Samples on each surface.
     pub samples: usize,
-    /// Whether the spectrum is measured (the paper's LE), which costs more than all other figures.
+    /// Whether to measure the spectrum (the paper's LE), which costs more than all other figures.
     pub spectrum: bool,
-    /// Whether pictures are drawn and compared.
+    /// Whether to compare pictures.
     pub appearance: bool,
-    /// Beginnings of the names of the mesh files that take part; all of them where there is none.
+    /// Prefixes of the mesh file names that take part; all if empty.
     pub only: Vec<String>,
 }
 
 impl Default for Settings {
-    /// Every method, the paper's ratios and samples.
+    /// Returns settings with every method and the paper's ratios and samples.
     fn default() -> Self {
         Self {
             methods: vec!["all".into()],
@@ -60,20 +60,20 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// The methods that take part, in the order of the tables.
+    /// Checks the settings and returns the methods in the order of the tables.
     ///
     /// # Errors
-    /// [`EvaluateError::Settings`] names the method that is unknown, or the number that is out of range.
+    /// [`EvaluateError::Settings`] names the unknown method or the number out of range.
     ///
     /// ```
     /// use neural_mesh_bench::evaluate::Settings;
     /// let mut settings = Settings::default();
     /// settings.methods = vec!["qem".into()];
-    /// assert_eq!(settings.checked().unwrap().len(), 1);
+    /// assert_eq!(settings.resolve_methods().unwrap().len(), 1);
     /// settings.ratios = vec![2.0];
-    /// assert!(settings.checked().is_err());
+    /// assert!(settings.resolve_methods().is_err());
     /// ```
-    pub fn checked(&self) -> Result<Vec<Method>, EvaluateError> {
+    pub fn resolve_methods(&self) -> Result<Vec<Method>, EvaluateError> {
         let refusal = |what: String| Err(EvaluateError::Settings(what));
         if let Some(ratio) = self.ratios.iter().find(|ratio| !(**ratio > 0.0 && **ratio <= 1.0)) {
             return refusal(format!("ratio {ratio}: give numbers above 0 and at most 1"));
@@ -87,27 +87,27 @@ impl Settings {
         if !(self.time_limit > 0.0 && self.time_limit <= 1e9) {
             return refusal(format!("time limit {}: give seconds above 0", self.time_limit));
         }
-        chosen(&self.methods, &self.tools)
+        choose_methods(&self.methods, &self.tools)
     }
 }
 
-/// All that decides the rows but the machine.
+/// Everything that determines the rows, except the machine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Origin {
     /// Version of the program.
     pub version: String,
     pub settings: Settings,
-    /// SHA-256 of the weights of the closed assembly and of the paper's.
+    /// SHA-256 of the weights of the closed and the paper's assembly.
     pub weights: [String; 2],
-    /// SHA-256 of the weights of learned baselines, by their names.
+    /// SHA-256 of the weights of learned baselines by name.
     #[serde(default)]
     pub learned: BTreeMap<String, String>,
-    /// SHA-256 of the mesh files, by name.
+    /// SHA-256 of the mesh files by name.
     pub meshes: BTreeMap<String, String>,
 }
 
 impl Origin {
-    /// What of another origin is not as here; `None` where nothing is.
+    /// Describes the first difference to another origin; `None` if there is none.
     pub fn difference(&self, now: &Self) -> Option<String> {
         if self.version != now.version {
             return Some(format!("version {} of the program, this is {}", self.version, now.version));
@@ -123,8 +123,10 @@ impl Origin {
         differing_field(&self.settings, &now.settings).or_else(|| self.changed_file(now))
     }
 
-    /// As it was, but with the commands of the tools as they are now, where their names and order are the same; beside it the
-    /// tools as they were whose command is another.
+    /// Returns this origin with the present commands of its tools, and the tools whose command has changed, with the
+    /// old one.
+    ///
+    /// Commands are only replaced where names and order of the tools agree.
     pub fn with_commands_of(&self, now: &Self) -> (Self, Vec<Tool>) {
         let names = |origin: &Self| origin.settings.tools.iter().map(|tool| tool.name.clone()).collect::<Vec<_>>();
         let mut corrected = self.clone();
@@ -149,7 +151,7 @@ impl Origin {
     }
 }
 
-/// The first setting that differs, with both values.
+/// Describes the first setting that differs, with both values.
 fn differing_field(before: &Settings, now: &Settings) -> Option<String> {
     let [before, now] = [before, now].map(|settings| serde_json::to_value(settings).unwrap_or_default());
     let (Value::Object(before), Value::Object(now)) = (before, now) else { return None };
@@ -157,17 +159,17 @@ fn differing_field(before: &Settings, now: &Settings) -> Option<String> {
     Some(format!("`{}` was {value}, is {}", name.replace('_', "-"), now.get(name).unwrap_or(&Value::Null)))
 }
 
-/// The checksum of weights in a file, or of those that ship.
+/// Returns the checksum of a weights file or of the shipped weights.
 pub(super) fn weights_name(path: Option<&PathBuf>, shipped: &Weights) -> Result<String, EvaluateError> {
     let Some(path) = path else { return Ok(sha256(&shipped.to_bytes())) };
     let bytes = std::fs::read(path)
         .map_err(|error| EvaluateError::file(path, format!("cannot be read: {error}: check the path")))?;
-    // What is no network is found before any work.
+    // rejects an invalid network before any work
     Weights::from_bytes(&bytes).map_err(|error| EvaluateError::file(path, error))?;
     Ok(sha256(&bytes))
 }
 
-/// A file with the weights of a learned baseline.
+/// A weights file of a learned baseline.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct LearnedFile {
     pub baseline: LearnedBaseline,
@@ -175,7 +177,7 @@ pub(super) struct LearnedFile {
     pub sha256: String,
 }
 
-/// Files of weights, each of which says whose they are.
+/// Reads weights files of learned baselines, at most one per method.
 pub(super) fn learned_files(paths: &[PathBuf]) -> Result<Vec<LearnedFile>, EvaluateError> {
     let mut files: Vec<LearnedFile> = Vec::new();
     for path in paths {
@@ -192,7 +194,7 @@ pub(super) fn learned_files(paths: &[PathBuf]) -> Result<Vec<LearnedFile>, Evalu
     Ok(files)
 }
 
-/// The checksums of the weights of all learned baselines, from files or those that ship, by their names.
+/// Returns the checksums of the weights of all learned baselines by name.
 pub(super) fn learned_names(files: &[LearnedFile]) -> BTreeMap<String, String> {
     let name = |baseline: LearnedBaseline| {
         let file = files.iter().find(|file| file.baseline == baseline);
@@ -244,13 +246,13 @@ mod tests {
     #[test]
     fn numbers_out_of_range_are_refused() {
         let good = Settings::default();
-        assert!(good.checked().is_ok());
+        assert!(good.resolve_methods().is_ok());
         let bad = [
             Settings { ratios: vec![f64::NAN], ..good.clone() },
             Settings { seeds: Vec::new(), ..good.clone() },
             Settings { repeats: 0, ..good.clone() },
             Settings { time_limit: f64::INFINITY, ..good.clone() },
         ];
-        assert!(bad.iter().all(|settings| settings.checked().is_err()));
+        assert!(bad.iter().all(|settings| settings.resolve_methods().is_err()));
     }
 }

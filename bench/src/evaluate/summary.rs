@@ -1,55 +1,59 @@
-//! Many rows as few numbers: means and medians over meshes and seeds, and quotients to one of the methods.
+//! Summaries of rows: means and medians over meshes and seeds, and quotients over a reference method.
 
 use std::collections::HashMap;
 
 use serde::Serialize;
 
-use super::{Row, Table};
+use super::{ResultRow, Table};
 
-const USUAL: &str = "qem";
+const DEFAULT_REFERENCE: &str = "qem";
 
-/// What was measured, and where.
+/// The conditions of the rows of a table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Facts {
-    /// Meshes that could be read.
+    /// Number of readable meshes.
     pub meshes: usize,
     /// Seeds of the sampling.
     pub seeds: Vec<u64>,
     /// Samples on each surface.
     pub samples: Vec<usize>,
-    /// Timed runs of each method per case.
+    /// Timed runs per method and case.
     pub runs: usize,
     /// Versions of this program.
     pub versions: Vec<String>,
-    /// Processors, their cores, and threads for a method.
+    /// Processors, their cores, and threads per method.
     pub machines: Vec<String>,
-    /// Methods of which the whole process was timed.
+    /// Methods whose whole process was timed.
     pub processes: Vec<String>,
 }
 
-/// What the rows say of how they were measured.
+/// Collects the conditions of the rows.
 pub(super) fn facts(table: &Table) -> Facts {
     let rows = &table.rows;
-    let machine =
-        |row: &Row| format!("{}, {} cores, {} threads for a method", row.how.cpu, row.how.cores, row.how.threads);
-    let processes = rows.iter().filter(|row| row.how.timed == "process").map(|row| row.method.clone());
+    let machine = |row: &ResultRow| {
+        format!(
+            "{}, {} cores, {} threads for a method",
+            row.conditions.cpu, row.conditions.cores, row.conditions.threads
+        )
+    };
+    let processes = rows.iter().filter(|row| row.conditions.timed == "process").map(|row| row.method.clone());
     Facts {
         meshes: distinct(rows.iter().filter(|row| row.vertices_in > 0).map(|row| row.mesh.as_str())).len(),
         seeds: distinct(rows.iter().map(|row| row.seed)),
-        samples: distinct(rows.iter().map(|row| row.how.samples)),
-        runs: rows.iter().map(|row| row.how.runs).max().unwrap_or_default(),
-        versions: distinct(rows.iter().map(|row| row.how.version.clone())),
+        samples: distinct(rows.iter().map(|row| row.conditions.samples)),
+        runs: rows.iter().map(|row| row.conditions.runs).max().unwrap_or_default(),
+        versions: distinct(rows.iter().map(|row| row.conditions.version.clone())),
         machines: distinct(rows.iter().map(machine)),
         processes: distinct(processes),
     }
 }
 
-/// What a column of the tables is made of.
+/// The value in a column of the tables.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Value {
-    /// A figure, by its place in the rows, times a factor.
+    /// Figure by its index, times a factor.
     Figure(usize, f64),
-    /// Seconds.
+    /// Median seconds.
     Seconds,
     /// Vertices of the result.
     Vertices,
@@ -60,8 +64,8 @@ pub(super) enum Value {
 }
 
 impl Value {
-    /// Of a row; `None` where there is none.
-    pub fn of(self, row: &Row) -> Option<f64> {
+    /// Returns the value of a row, if it has one.
+    pub fn get(self, row: &ResultRow) -> Option<f64> {
         let has_result = row.error.is_empty();
         match self {
             Self::Figure(at, scale) => row.figures.get(at).copied().flatten().map(|value| scale * value),
@@ -73,43 +77,43 @@ impl Value {
     }
 }
 
-/// The values that are there.
-pub(super) fn values(rows: &[&Row], value: Value) -> Vec<f64> {
-    rows.iter().filter_map(|row| value.of(row)).collect()
+/// Returns the values of the rows that have one.
+pub(super) fn values(rows: &[&ResultRow], value: Value) -> Vec<f64> {
+    rows.iter().filter_map(|row| value.get(row)).collect()
 }
 
-/// Their mean; `None` of none.
+/// Returns the mean; `None` for no values.
 pub(super) fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// Rows of a method and another's in the same case, mesh and seed.
-pub(super) fn pairs<'a>(rows: &[&'a Row], others: &[&'a Row]) -> Vec<(&'a Row, &'a Row)> {
-    let case = |row: &'a Row| (row.mesh.as_str(), row.seed);
-    let mut of_case: HashMap<(&str, u64), &Row> = HashMap::new();
+/// Pairs the rows of two methods by mesh and seed.
+pub(super) fn pairs<'a>(rows: &[&'a ResultRow], others: &[&'a ResultRow]) -> Vec<(&'a ResultRow, &'a ResultRow)> {
+    let case = |row: &'a ResultRow| (row.mesh.as_str(), row.seed);
+    let mut of_case: HashMap<(&str, u64), &ResultRow> = HashMap::new();
     for &other in others {
         of_case.entry(case(other)).or_insert(other);
     }
     rows.iter().filter_map(|&row| Some((row, *of_case.get(&case(row))?))).collect()
 }
 
-/// Values of a method divided by the other's; pairs where one has no value, or the other's is 0, have none.
-pub(super) fn quotients(pairs: &[(&Row, &Row)], value: Value) -> Vec<f64> {
-    let quotient = |(row, other): &(&Row, &Row)| Some(value.of(row)? / value.of(other)?);
+/// Returns the finite quotients of the pairs where both have a value.
+pub(super) fn quotients(pairs: &[(&ResultRow, &ResultRow)], value: Value) -> Vec<f64> {
+    let quotient = |(row, other): &(&ResultRow, &ResultRow)| Some(value.get(row)? / value.get(other)?);
     pairs.iter().filter_map(quotient).filter(|quotient| quotient.is_finite()).collect()
 }
 
-/// Cases with a result.
-pub(super) fn n_results(rows: &[&Row]) -> usize {
+/// Counts the cases with a result.
+pub(super) fn n_results(rows: &[&ResultRow]) -> usize {
     rows.iter().filter(|row| row.error.is_empty()).count()
 }
 
-/// Cases in which both have a result.
-pub(super) fn n_both(pairs: &[(&Row, &Row)]) -> usize {
+/// Counts the cases where both have a result.
+pub(super) fn n_both(pairs: &[(&ResultRow, &ResultRow)]) -> usize {
     pairs.iter().filter(|(row, other)| row.error.is_empty() && other.error.is_empty()).count()
 }
 
-/// Sizes asked for, from the smallest.
+/// Returns the ratios in ascending order.
 pub(super) fn ratios(table: &Table) -> Vec<f64> {
     let mut ratios: Vec<f64> = table.rows.iter().map(|row| row.ratio).collect();
     ratios.sort_by(f64::total_cmp);
@@ -117,17 +121,17 @@ pub(super) fn ratios(table: &Table) -> Vec<f64> {
     ratios
 }
 
-/// Names of the methods, in the order of their first rows.
+/// Returns the names of the methods in the order of their first rows.
 pub(super) fn methods(table: &Table) -> Vec<&str> {
     distinct(table.rows.iter().map(|row| row.method.as_str()))
 }
 
-/// The method that others are divided by where the caller names none; `None` where it takes no part.
-pub(super) fn usual(methods: &[&str]) -> Option<&'static str> {
-    methods.contains(&USUAL).then_some(USUAL)
+/// Returns the default reference method, if it takes part.
+pub(super) fn default_reference(methods: &[&str]) -> Option<&'static str> {
+    methods.contains(&DEFAULT_REFERENCE).then_some(DEFAULT_REFERENCE)
 }
 
-/// Each once, in the order they come.
+/// Returns the distinct items in their order.
 pub(super) fn distinct<T: PartialEq>(items: impl Iterator<Item = T>) -> Vec<T> {
     let mut seen = Vec::new();
     for item in items {
@@ -138,8 +142,8 @@ pub(super) fn distinct<T: PartialEq>(items: impl Iterator<Item = T>) -> Vec<T> {
     seen
 }
 
-/// The rows of a method at a size.
-pub(super) fn rows_of<'a>(table: &'a Table, ratio: f64, method: &str) -> Vec<&'a Row> {
+/// Returns the rows of a method at a ratio.
+pub(super) fn select_rows<'a>(table: &'a Table, ratio: f64, method: &str) -> Vec<&'a ResultRow> {
     table.rows.iter().filter(|row| row.ratio == ratio && row.method == method).collect()
 }
 
@@ -147,8 +151,8 @@ pub(super) fn rows_of<'a>(table: &'a Table, ratio: f64, method: &str) -> Vec<&'a
 mod tests {
     use super::*;
 
-    fn row(mesh: &str, method: &str, value: Option<f64>) -> Row {
-        Row { mesh: mesh.into(), method: method.into(), figures: vec![value], ..Row::default() }
+    fn row(mesh: &str, method: &str, value: Option<f64>) -> ResultRow {
+        ResultRow { mesh: mesh.into(), method: method.into(), figures: vec![value], ..ResultRow::default() }
     }
 
     #[test]
@@ -163,7 +167,7 @@ mod tests {
     #[test]
     fn what_is_missing_counts_for_nothing() {
         let rows = [row("a", "x", Some(1.0)), row("b", "x", None)];
-        let rows: Vec<&Row> = rows.iter().collect();
+        let rows: Vec<&ResultRow> = rows.iter().collect();
         assert_eq!(mean(&values(&rows, Value::Figure(0, 2.0))), Some(2.0));
         assert_eq!(mean(&values(&rows, Value::Figure(1, 1.0))), None);
     }

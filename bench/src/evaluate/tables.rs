@@ -1,14 +1,14 @@
-//! The rows as tables in Markdown: the paper's Table 1 first, then what else is worth a look, and what failed.
+//! The rows as Markdown tables: the paper's Table 1, other figures, and failures.
 
 use std::fmt::Write;
 
 use super::overview::{self, Failures};
-use super::run::{figures, median};
-use super::summary::{self, Facts, Value, facts, mean, methods, n_results, ratios, rows_of, values};
-use super::{Row, Table};
+use super::run::{empty_figures, median};
+use super::summary::{self, Facts, Value, facts, mean, methods, n_results, ratios, select_rows, values};
+use super::{ResultRow, Table};
 use neural_mesh::metrics::Figure;
 
-/// A column: its title, the figure it shows, and what that is multiplied with for reading.
+/// A column: title, figure, and the factor for reading.
 type Column = (&'static str, &'static str, f64);
 
 /// The columns of the paper's Table 1.
@@ -19,7 +19,7 @@ const PAPER: [Column; 4] = [
     ("NE", "normal_error", 1.0),
 ];
 
-/// What else is shown of every method.
+/// Further columns of every method.
 const MORE: [Column; 7] = [
     ("distance, %", "distance_mean", 1.0),
     ("Hausdorff, %", "distance_max", 1.0),
@@ -30,55 +30,57 @@ const MORE: [Column; 7] = [
     ("curvature", "curvature_error", 1.0),
 ];
 
-/// A result with more than so many times the vertices asked for, and the faces, is not what was asked.
+/// Results above this multiple of the target, in vertices and faces, count as too large.
 const LARGER: f64 = 1.1;
 
-/// A column as it is in this table.
-struct Shown {
+/// A column of the present table.
+struct ShownColumn {
     title: &'static str,
     value: Value,
 }
 
-/// All tables, as one page. `relative_to` names the method that the others are divided by.
-pub(super) fn page(table: &Table, relative_to: Option<&str>) -> String {
-    let mut page = head(table);
-    section(&mut page, table, "As in the paper's Table 1", &shown(table, &PAPER, true), relative_to);
-    section(&mut page, table, "More of the same results", &shown(table, &MORE, false), relative_to);
-    failures(&mut page, table);
+/// Formats all tables as one page with `relative_to` as the reference method.
+pub(super) fn make_page(table: &Table, relative_to: Option<&str>) -> String {
+    let mut page = format_head(table);
+    write_section(&mut page, table, "As in the paper's Table 1", &shown_columns(table, &PAPER, true), relative_to);
+    write_section(&mut page, table, "More of the same results", &shown_columns(table, &MORE, false), relative_to);
+    write_failures(&mut page, table);
     page
 }
 
-/// The columns of which there is at least one value.
-fn shown(table: &Table, columns: &[Column], with_time: bool) -> Vec<Shown> {
+/// Returns the columns with at least one value.
+fn shown_columns(table: &Table, columns: &[Column], with_time: bool) -> Vec<ShownColumn> {
     let place = |name: &str| table.figures.iter().position(|figure| figure == name);
-    let figure = |&(title, name, scale): &Column| Some(Shown { title, value: Value::Figure(place(name)?, scale) });
-    let time = Shown { title: "time, s", value: Value::Seconds };
-    let sizes = [("vertices", Value::Vertices), ("faces", Value::Faces)].map(|(title, value)| Shown { title, value });
-    let mut shown: Vec<Shown> = columns.iter().filter_map(figure).collect();
+    let figure =
+        |&(title, name, scale): &Column| Some(ShownColumn { title, value: Value::Figure(place(name)?, scale) });
+    let time = ShownColumn { title: "time, s", value: Value::Seconds };
+    let sizes =
+        [("vertices", Value::Vertices), ("faces", Value::Faces)].map(|(title, value)| ShownColumn { title, value });
+    let mut shown: Vec<ShownColumn> = columns.iter().filter_map(figure).collect();
     if with_time {
         shown.push(time);
     } else {
         shown.splice(0..0, sizes);
     }
-    shown.retain(|column| table.rows.iter().any(|row| column.value.of(row).is_some()));
+    shown.retain(|column| table.rows.iter().any(|row| column.value.get(row).is_some()));
     shown
 }
 
-fn head(table: &Table) -> String {
+fn format_head(table: &Table) -> String {
     let Facts { meshes, seeds, samples, runs, versions, machines, processes } = facts(table);
-    let [seeds, samples] = [listed(&seeds), listed(&samples)];
+    let [seeds, samples] = [join(&seeds), join(&samples)];
     let [versions, machines, processes] = [versions.join(", "), machines.join("; "), processes.join(", ")];
     let mut head = format!(
         "# Evaluation\n\n{meshes} meshes, seeds {seeds}, {samples} samples on each surface. neural-mesh {versions}. Times: \
          median of {runs} runs on {machines}.\n\nCells are *mean / median* over meshes and seeds; the best mean is \
-         bold, lower is better. Each is over the results that have a value: a number in brackets says of how many, where \
-         they are fewer than the results. Results that are more than a tenth larger than asked, by vertices and by faces, are counted \
-         beside: a method with mostly such results is in no contest, and not bold. Distances count in percent of the bounding box's diagonal.\n\n"
+         bold, lower is better. A number in brackets is the number of results with a value, where some have none. Results \
+         more than a tenth larger than the target, in vertices and in faces, are counted separately; a method with mostly such \
+         results is not ranked. Distances are in percent of the bounding box's diagonal.\n\n"
     );
-    let explained = figures();
+    let explained = empty_figures();
     for (title, name, scale) in PAPER.iter().chain(&MORE).filter(|column| has_values(table, column.1)) {
         if let Some(figure) = explained.iter().find(|figure| figure.name == *name) {
-            let _ = writeln!(head, "- *{title}* (`{name}`): {}", about(figure, *scale));
+            let _ = writeln!(head, "- *{title}* (`{name}`): {}", describe_figure(figure, *scale));
         }
     }
     let _ = writeln!(head, "- *time* (`seconds`): of the method alone, with the mesh in memory");
@@ -88,17 +90,17 @@ fn head(table: &Table) -> String {
     head
 }
 
-fn listed(items: &[impl ToString]) -> String {
+fn join(items: &[impl ToString]) -> String {
     items.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
 }
 
-/// Whether any row has a value of this figure.
+/// Returns whether any row has a value of this figure.
 fn has_values(table: &Table, name: &str) -> bool {
     let at = table.figures.iter().position(|figure| figure == name);
     at.is_some_and(|at| table.rows.iter().any(|row| row.figures.get(at).copied().flatten().is_some()))
 }
 
-fn about(figure: &Figure, scale: f64) -> String {
+fn describe_figure(figure: &Figure, scale: f64) -> String {
     let unit = match (figure.unit, scale) {
         ("", 1.0) => String::new(),
         (unit, 1.0) => format!("; {unit}"),
@@ -107,100 +109,102 @@ fn about(figure: &Figure, scale: f64) -> String {
     format!("{}{unit}", figure.about)
 }
 
-/// One table per size, and one of quotients where they are asked for.
-fn section(page: &mut String, table: &Table, title: &str, columns: &[Shown], relative_to: Option<&str>) {
+/// Formats a table per ratio, with quotients where there is a reference method.
+fn write_section(page: &mut String, table: &Table, title: &str, columns: &[ShownColumn], relative_to: Option<&str>) {
     let _ = writeln!(page, "\n## {title}");
     for ratio in ratios(table) {
         let _ = writeln!(page, "\n### Ratio {ratio}\n");
         let header: Vec<&str> = columns.iter().map(|column| column.title).collect();
         let _ = writeln!(page, "| method | results | {} |", header.join(" | "));
         let _ = writeln!(page, "|---|---|{}", "---|".repeat(columns.len()));
-        let best_of_all: Vec<Option<f64>> = columns.iter().map(|column| best(table, ratio, column.value)).collect();
+        let best_of_all: Vec<Option<f64>> =
+            columns.iter().map(|column| best_mean(table, ratio, column.value)).collect();
         for method in methods(table) {
-            let rows = rows_of(table, ratio, method);
-            let best = |best: &Option<f64>| best.filter(|_| does_what_was_asked(&rows));
+            let rows = select_rows(table, ratio, method);
+            let best = |best: &Option<f64>| best.filter(|_| is_ranked(&rows));
             let cells =
-                columns.iter().zip(&best_of_all).map(|(column, of_all)| cell(&rows, column.value, best(of_all)));
+                columns.iter().zip(&best_of_all).map(|(column, of_all)| format_cell(&rows, column.value, best(of_all)));
             let cells: Vec<String> = cells.collect();
-            let _ = writeln!(page, "| {method} | {} | {} |", results(&rows), cells.join(" | "));
+            let _ = writeln!(page, "| {method} | {} | {} |", format_results(&rows), cells.join(" | "));
         }
         if let Some(other) = relative_to {
-            quotients(page, table, ratio, columns, other);
+            write_quotients(page, table, ratio, columns, other);
         }
     }
 }
 
-fn quotients(page: &mut String, table: &Table, ratio: f64, columns: &[Shown], other: &str) {
+fn write_quotients(page: &mut String, table: &Table, ratio: f64, columns: &[ShownColumn], other: &str) {
     let header: Vec<&str> = columns.iter().map(|column| column.title.split(',').next().unwrap_or_default()).collect();
     let _ = writeln!(
         page,
-        "\nRelative to {other}: medians over the quotients of each mesh and seed, but those where {other} has 0 \
-         (in brackets: of how many, where some have none).\n"
+        "\nRelative to {other}: medians of the quotients per mesh and seed, without cases where {other} has 0 (in brackets: \
+         the number of quotients, where some cases have none).\n"
     );
     let _ = writeln!(page, "| method / {other} | {} |", header.join(" | "));
     let _ = writeln!(page, "|---|{}", "---|".repeat(columns.len()));
-    let others = rows_of(table, ratio, other);
+    let others = select_rows(table, ratio, other);
     for method in methods(table) {
-        let rows = rows_of(table, ratio, method);
+        let rows = select_rows(table, ratio, method);
         let pairs = summary::pairs(&rows, &others);
         let n_both = summary::n_both(&pairs);
         let cells = columns.iter().map(|column| {
             let quotients = summary::quotients(&pairs, column.value);
-            let fewer = of_fewer(quotients.len(), n_both);
-            format!("{}{fewer}", shown_number(median(quotients)))
+            let fewer = format_count(quotients.len(), n_both);
+            format!("{}{fewer}", format_number(median(quotients)))
         });
         let _ = writeln!(page, "| {method} | {} |", cells.collect::<Vec<_>>().join(" | "));
     }
 }
 
-/// `28 of 30, 3 larger`: cases with a result, and those that are larger than asked; meshes that could not be read are nobody's fault.
-fn results(rows: &[&Row]) -> String {
+/// Formats `28 of 30, 3 larger`: results, readable cases, and results that are too large.
+fn format_results(rows: &[&ResultRow]) -> String {
     let n_cases = rows.iter().filter(|row| row.vertices_in > 0).count();
-    let larger = Some(n_larger(rows)).filter(|n| *n > 0).map(|n| format!(", {n} larger")).unwrap_or_default();
+    let larger = Some(count_too_large(rows)).filter(|n| *n > 0).map(|n| format!(", {n} larger")).unwrap_or_default();
     format!("{} of {n_cases}{larger}", n_results(rows))
 }
 
-/// Results that have more vertices than asked for, and more faces.
-fn n_larger(rows: &[&Row]) -> usize {
+/// Counts the results that exceed the target in vertices and in faces.
+fn count_too_large(rows: &[&ResultRow]) -> usize {
     let is_larger = |n: usize, asked: usize| n as f64 > LARGER * asked as f64;
-    let larger =
-        |row: &&&Row| is_larger(row.vertices_out, row.vertices_asked) && is_larger(row.faces_out, row.faces_asked);
+    let larger = |row: &&&ResultRow| {
+        is_larger(row.vertices_out, row.vertices_asked) && is_larger(row.faces_out, row.faces_asked)
+    };
     rows.iter().filter(larger).count()
 }
 
-/// Whether most of a method's results are no larger than asked.
-fn does_what_was_asked(rows: &[&Row]) -> bool {
-    2 * n_larger(rows) <= n_results(rows)
+/// Returns whether most of a method's results are not too large.
+fn is_ranked(rows: &[&ResultRow]) -> bool {
+    2 * count_too_large(rows) <= n_results(rows)
 }
 
-/// The least mean of all methods that do what was asked in most cases; sizes have none.
-fn best(table: &Table, ratio: f64, value: Value) -> Option<f64> {
+/// Returns the least mean among the ranked methods; `None` for sizes.
+fn best_mean(table: &Table, ratio: f64, value: Value) -> Option<f64> {
     if matches!(value, Value::Vertices | Value::Faces) {
         return None;
     }
-    let of_methods = methods(table).into_iter().map(|method| rows_of(table, ratio, method));
-    let asked = of_methods.filter(|rows| does_what_was_asked(rows));
+    let of_methods = methods(table).into_iter().map(|method| select_rows(table, ratio, method));
+    let asked = of_methods.filter(|rows| is_ranked(rows));
     asked.filter_map(|rows| mean(&values(&rows, value))).min_by(f64::total_cmp)
 }
 
-fn cell(rows: &[&Row], value: Value, best: Option<f64>) -> String {
+fn format_cell(rows: &[&ResultRow], value: Value, best: Option<f64>) -> String {
     let values = values(rows, value);
     let mean = mean(&values);
     if mean.is_none() {
         return "-".into();
     }
-    let fewer = of_fewer(values.len(), n_results(rows));
-    let [shown, middle] = [mean, median(values)].map(shown_number);
+    let fewer = format_count(values.len(), n_results(rows));
+    let [shown, middle] = [mean, median(values)].map(format_number);
     if mean == best { format!("**{shown}** / {middle}{fewer}") } else { format!("{shown} / {middle}{fewer}") }
 }
 
-/// The number of values in brackets, where there are some but fewer than could be.
-fn of_fewer(n_values: usize, n_results: usize) -> String {
+/// Formats the number of values in brackets where some results have none.
+fn format_count(n_values: usize, n_results: usize) -> String {
     if (1..n_results).contains(&n_values) { format!(" ({n_values})") } else { String::new() }
 }
 
-/// Three significant digits.
-fn shown_number(value: Option<f64>) -> String {
+/// Formats a number with three significant digits.
+fn format_number(value: Option<f64>) -> String {
     let Some(value) = value else { return "-".into() };
     let size = value.abs();
     if size == 0.0 {
@@ -213,13 +217,13 @@ fn shown_number(value: Option<f64>) -> String {
     format!("{value:.decimals$}")
 }
 
-/// What has no result, each reason once.
-fn failures(page: &mut String, table: &Table) {
+/// Formats the failures, each reason once.
+fn write_failures(page: &mut String, table: &Table) {
     let failures = overview::failures(table);
     if failures.is_empty() {
         return;
     }
-    let _ = writeln!(page, "\n## Without a result\n\n| method | cases | the first | why |\n|---|---|---|---|");
+    let _ = writeln!(page, "\n## Without a result\n\n| method | cases | first case | reason |\n|---|---|---|---|");
     for Failures { method, cases, first, why } in failures {
         let [first, why] = [first, why].map(|text| text.replace('|', "\\|"));
         let _ = writeln!(page, "| {method} | {cases} | {first} | {why} |");
@@ -231,23 +235,23 @@ mod tests {
     use super::*;
 
     fn table() -> Table {
-        let row = |mesh: &str, method: &str, value: f64| Row {
+        let row = |mesh: &str, method: &str, value: f64| ResultRow {
             mesh: mesh.into(),
             ratio: 0.1,
             method: method.into(),
             vertices_in: 10,
             seconds: Some(value),
             figures: vec![Some(value)],
-            ..Row::default()
+            ..ResultRow::default()
         };
-        let failed = Row { error: "a | b".into(), seconds: None, figures: vec![None], ..row("b", "worse", 0.0) };
+        let failed = ResultRow { error: "a | b".into(), seconds: None, figures: vec![None], ..row("b", "worse", 0.0) };
         let rows = vec![row("a", "better", 1.0), row("a", "worse", 2.0), row("b", "better", 3.0), failed];
         Table { figures: vec!["distance_mean".into()], rows }
     }
 
     #[test]
     fn means_stand_beside_medians_and_quotients_below() {
-        let page = page(&table(), Some("better"));
+        let page = make_page(&table(), Some("better"));
         assert!(page.contains("| better | 2 of 2 | **2.00** / 2.00 |"), "{page}");
         assert!(page.contains("| worse | 1 of 2 | **2.00** / 2.00 |"), "{page}");
         assert!(page.contains("| method / better | time |") && page.contains("| worse | 2.00 |"), "{page}");
@@ -263,7 +267,7 @@ mod tests {
             let n = if row.method == "better" { 1000 } else { 101 };
             (row.vertices_out, row.faces_out) = if row.error.is_empty() { (n, 2 * n) } else { (0, 0) };
         }
-        let page = page(&table, None);
+        let page = make_page(&table, None);
         assert!(page.contains("| better | 2 of 2, 2 larger |") && page.contains("| worse | 1 of 2 |"), "{page}");
         assert!(page.contains("**2.00** / 2.00 |") && page.matches("**").count() == 2 * 2, "{page}");
     }
@@ -273,18 +277,18 @@ mod tests {
         let mut table = table();
         table.rows.pop();
         table.rows[2].figures = vec![None];
-        table.rows.push(Row { mesh: "b".into(), figures: vec![Some(5.0)], ..table.rows[1].clone() });
-        let page = page(&table, Some("better"));
+        table.rows.push(ResultRow { mesh: "b".into(), figures: vec![Some(5.0)], ..table.rows[1].clone() });
+        let page = make_page(&table, Some("better"));
         assert!(page.contains("| better | 2 of 2 | 0 / 0 | 0 / 0 | **1.00** / 1.00 (1) |"), "{page}");
         assert!(page.contains("| worse | - | - | 2.00 (1) |"), "{page}");
         table.rows[0].figures = vec![Some(0.0)];
-        assert!(self::page(&table, Some("better")).contains("| worse | - | - | - |"), "nothing is divided by 0");
+        assert!(self::make_page(&table, Some("better")).contains("| worse | - | - | - |"), "nothing is divided by 0");
     }
 
     #[test]
     fn numbers_have_three_digits() {
-        let numbers = [0.0, 1.0, 0.0123456, 123.456, 123456.0, 1e-7, -2.5].map(|value| shown_number(Some(value)));
+        let numbers = [0.0, 1.0, 0.0123456, 123.456, 123456.0, 1e-7, -2.5].map(|value| format_number(Some(value)));
         assert_eq!(numbers, ["0", "1.00", "0.0123", "123", "123456", "1.00e-7", "-2.50"]);
-        assert_eq!(shown_number(None), "-");
+        assert_eq!(format_number(None), "-");
     }
 }

@@ -1,4 +1,4 @@
-//! A program of others as a method: a name and a command line with placeholders for files and sizes.
+//! An external program as a method: a name and a command line with placeholders for files and sizes.
 
 use std::path::Path;
 
@@ -7,33 +7,33 @@ use serde::{Deserialize, Serialize};
 use super::EvaluateError;
 use crate::baselines::Size;
 
-/// Endings that a place for a file may ask for, `{in.obj}`; without one it is `ply`.
+/// Extensions allowed in a placeholder such as `{in.obj}`; without one it is `ply`.
 const ENDINGS: [&str; 4] = ["ply", "obj", "stl", "off"];
 
-/// A program that reads a mesh file and writes one.
+/// An external program that reads and writes a mesh file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tool {
-    /// The name in tables and arguments: letters, digits, `-`, `_` and `.`.
+    /// Name in tables and arguments: letters, digits, `-`, `_` and `.`.
     pub name: String,
-    /// The command line. It is split as a shell would, but no shell runs it.
+    /// Command line, split as in a shell, which does not run it.
     pub command: String,
 }
 
-/// What the placeholders of a command line stand for.
+/// The values of a command line's placeholders.
 pub(super) struct Placeholders<'a> {
-    /// Path without an ending, of the mesh to simplify.
+    /// Path of the input mesh without extension.
     pub input: &'a Path,
-    /// Path without an ending, where the result goes.
+    /// Path of the result without extension.
     pub output: &'a Path,
     pub ratio: f64,
     pub size: Size,
 }
 
 impl Tool {
-    /// A tool as typed: `NAME=command {in} {out} {ratio}`.
+    /// Parses `NAME=command {in} {out} {ratio}`.
     ///
     /// # Errors
-    /// [`EvaluateError::Settings`] where the name is none, quotes do not close, or a placeholder for a file is missing.
+    /// [`EvaluateError::Settings`] for an invalid name, open quotes, or a missing placeholder of a file.
     ///
     /// ```
     /// use neural_mesh_bench::evaluate::Tool;
@@ -57,21 +57,21 @@ impl Tool {
         Ok(tool)
     }
 
-    /// The ending of the file for `in` or `out`; `None` where the command has no such placeholder.
+    /// Returns the extension of the file for `in` or `out`; `None` where the command lacks the placeholder.
     pub(super) fn ending(&self, name: &str) -> Option<&'static str> {
         let asks = |ending: &&str| self.command.contains(&format!("{{{name}.{ending}}}"));
         let plain = self.command.contains(&format!("{{{name}}}")).then_some("ply");
         plain.or_else(|| ENDINGS.into_iter().find(asks))
     }
 
-    /// Program and arguments.
+    /// Returns program and arguments with filled placeholders.
     pub(super) fn words(&self, given: &Placeholders) -> Vec<String> {
         let words = shlex::split(&self.command).unwrap_or_default();
-        words.into_iter().map(|word| filled(word, given)).collect()
+        words.into_iter().map(|word| fill_placeholders(word, given)).collect()
     }
 }
 
-fn filled(word: String, given: &Placeholders) -> String {
+fn fill_placeholders(word: String, given: &Placeholders) -> String {
     let Placeholders { input, output, ratio, size } = given;
     let mut word = word.replace("{ratio}", &ratio.to_string());
     word = word.replace("{faces}", &size.faces.to_string()).replace("{vertices}", &size.vertices.to_string());

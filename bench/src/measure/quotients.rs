@@ -1,6 +1,6 @@
 //! Quotients of an evaluation's figures to those of a reference method; medians over seeds, sizes and meshes.
 
-use crate::evaluate::{Row, Table, median};
+use crate::evaluate::{ResultRow, Table, median};
 
 /// A figure where less is better.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,7 +24,7 @@ impl Figure {
     }
 
     /// Returns the figure of a row, at least the noise of single precision or of the clock.
-    fn value(self, table: &Table, row: &Row) -> Option<f64> {
+    fn value(self, table: &Table, row: &ResultRow) -> Option<f64> {
         let (value, noise) = match self {
             Self::Distance => (table.figure(row, "distance_mean"), 1e-5),
             Self::Largest => (table.figure(row, "distance_max"), 1e-5),
@@ -59,9 +59,9 @@ impl Quotients<'_> {
 
     /// Returns the median over the seeds of one mesh's quotients.
     fn mesh_quotient(&self, mesh: &str, method: &str, figure: Figure, ratio: f64) -> Option<f64> {
-        let is_case = |row: &&Row| row.mesh == mesh && row.ratio == ratio && row.error.is_empty();
+        let is_case = |row: &&ResultRow| row.mesh == mesh && row.ratio == ratio && row.error.is_empty();
         let rows = self.table.rows.iter().filter(|row| is_case(row) && row.method == method);
-        let quotient = |row: &Row| {
+        let quotient = |row: &ResultRow| {
             let mut others = self.table.rows.iter().filter(|other| is_case(other) && other.method == self.over);
             let other = others.find(|other| other.seed == row.seed)?;
             Some(figure.value(self.table, row)? / figure.value(self.table, other)?)
@@ -102,9 +102,9 @@ impl Quotients<'_> {
 mod tests {
     use super::*;
 
-    fn row(mesh: &str, method: &str, seed: u64, distance: f64) -> Row {
+    fn row(mesh: &str, method: &str, seed: u64, distance: f64) -> ResultRow {
         let [mesh, method] = [mesh, method].map(String::from);
-        Row { mesh, ratio: 0.1, seed, method, figures: vec![Some(distance)], ..Row::default() }
+        ResultRow { mesh, ratio: 0.1, seed, method, figures: vec![Some(distance)], ..ResultRow::default() }
     }
 
     #[test]
@@ -114,7 +114,7 @@ mod tests {
             rows.extend([row("a", "ours", seed, distance), row("a", "theirs", seed, 1.0)]);
         }
         rows.extend([row("b", "ours", 0, 1.0), row("b", "theirs", 0, 2.0), row("c", "ours", 0, 1.0)]);
-        rows.push(Row { error: "failed".into(), ..row("b", "ours", 1, 100.0) });
+        rows.push(ResultRow { error: "failed".into(), ..row("b", "ours", 1, 100.0) });
         let table = Table { figures: vec!["distance_mean".into()], rows };
         let quotients = Quotients { table: &table, over: "theirs" };
         assert_eq!(quotients.median("ours", Figure::Distance, &[0.1]), Some(4.25));

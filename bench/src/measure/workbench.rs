@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use crate::evaluate::{Event, Request, Settings, Table, evaluate, report};
+use crate::evaluate::{Event, Request, Settings, Table, evaluate, write_report};
 use anyhow::{Context, Result};
 use neural_mesh::io::write_path;
 use serde::Serialize;
@@ -96,7 +96,7 @@ impl Bench {
             ControlFlow::Continue(())
         })
         .with_context(|| name.to_owned())?;
-        Ok(report(&request.folder, None)?)
+        Ok(write_report(&request.folder, None)?)
     }
 }
 

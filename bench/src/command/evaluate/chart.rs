@@ -1,8 +1,8 @@
-//! The lines of an evaluation as pictures, both axes logarithmic.
+//! Charts of an evaluation with logarithmic axes.
 
 use std::fmt::Display;
 
-use crate::evaluate::{Chart, Line};
+use crate::evaluate::{Chart, MethodLine};
 use plotters::prelude::*;
 
 use neural_mesh_cli::shared::Failure;
@@ -10,7 +10,7 @@ use neural_mesh_cli::shared::Failure;
 /// Width and height in pixels.
 const SIZE: (u32, u32) = (1000, 620);
 
-/// One for each method, told apart also by those who see few colours (after Okabe and Ito).
+/// Colours of the methods, distinct also for the colour-blind (after Okabe and Ito).
 const COLOURS: [RGBColor; 11] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -25,53 +25,53 @@ const COLOURS: [RGBColor; 11] = [
     RGBColor(170, 0, 50),
 ];
 
-/// The colour of a method by its place, as pages write it.
+/// Returns the colour of the method with this index in HTML notation.
 pub fn colour(at: usize) -> String {
     let RGBColor(red, green, blue) = COLOURS[at % COLOURS.len()];
     format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
-/// Draws a chart as SVG: a line with points and a colour of its own for every method.
-pub fn draw(chart: &Chart) -> Result<String, Failure> {
+/// Draws a chart as SVG with a coloured line per method.
+pub fn draw_chart(chart: &Chart) -> Result<String, Failure> {
     let mut picture = String::new();
     {
         let root = SVGBackend::with_string(&mut picture, SIZE).into_drawing_area();
-        root.fill(&WHITE).map_err(problem)?;
+        root.fill(&WHITE).map_err(drawing_failure)?;
         let mut builder = ChartBuilder::on(&root);
         builder.margin(16).x_label_area_size(44).y_label_area_size(76).caption(chart.title, ("sans-serif", 17));
         let [x, y] = [bounds(chart, |point| point.0), bounds(chart, |point| point.1)];
         let axes = builder.build_cartesian_2d((x.0..x.1).log_scale(), (y.0..y.1).log_scale());
-        let mut axes = axes.map_err(problem)?;
+        let mut axes = axes.map_err(drawing_failure)?;
         let mut mesh = axes.configure_mesh();
         mesh.x_desc(chart.x).y_desc(chart.y).light_line_style(TRANSPARENT).bold_line_style(BLACK.mix(0.1));
-        mesh.x_label_formatter(&|value| short(*value)).y_label_formatter(&|value| short(*value));
-        mesh.draw().map_err(problem)?;
-        for (at, Line { method, points }) in chart.lines.iter().enumerate() {
+        mesh.x_label_formatter(&|value| format_short(*value)).y_label_formatter(&|value| format_short(*value));
+        mesh.draw().map_err(drawing_failure)?;
+        for (at, MethodLine { method, points }) in chart.lines.iter().enumerate() {
             let style = ShapeStyle { color: COLOURS[at % COLOURS.len()].to_rgba(), filled: true, stroke_width: 2 };
             let line = LineSeries::new(points.iter().copied(), style).point_size(3);
-            let series = axes.draw_series(line).map_err(problem)?;
+            let series = axes.draw_series(line).map_err(drawing_failure)?;
             series.label(method.as_str()).legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], style));
         }
         let mut legend = axes.configure_series_labels();
         legend.position(emptiest_corner(chart, x, y));
-        legend.background_style(WHITE.mix(0.8)).border_style(BLACK.mix(0.3)).draw().map_err(problem)?;
-        root.present().map_err(problem)?;
+        legend.background_style(WHITE.mix(0.8)).border_style(BLACK.mix(0.3)).draw().map_err(drawing_failure)?;
+        root.present().map_err(drawing_failure)?;
     }
     Ok(picture)
 }
 
-fn problem(error: impl Display) -> Failure {
+fn drawing_failure(error: impl Display) -> Failure {
     Failure::Failed(format!("cannot be drawn: {error}: check the rows"))
 }
 
-/// The least and the largest coordinate, with some room around them.
+/// Returns the range of a coordinate with some margin.
 fn bounds(chart: &Chart, coordinate: impl Fn(&(f64, f64)) -> f64) -> (f64, f64) {
     let values = chart.lines.iter().flat_map(|line| &line.points).map(coordinate);
     let (low, high) = values.fold((f64::INFINITY, 0.0), |(low, high), value| (value.min(low), value.max(high)));
     (low / 1.3, high * 1.3)
 }
 
-/// Where the legend hides the fewest points.
+/// Returns the corner where the legend hides the fewest points.
 fn emptiest_corner(chart: &Chart, x: (f64, f64), y: (f64, f64)) -> SeriesLabelPosition {
     let middle = |(low, high): (f64, f64)| (low * high).sqrt();
     let points = || chart.lines.iter().flat_map(|line| &line.points);
@@ -88,8 +88,8 @@ fn emptiest_corner(chart: &Chart, x: (f64, f64), y: (f64, f64)) -> SeriesLabelPo
     emptiest.map_or(SeriesLabelPosition::UpperRight, |(_, corner)| corner)
 }
 
-/// As few letters as say the number.
-fn short(value: f64) -> String {
+/// Formats a number with few characters.
+fn format_short(value: f64) -> String {
     if (1e-3..1e4).contains(&value) { format!("{}", (1e6 * value).round() / 1e6) } else { format!("{value:.0e}") }
 }
 
@@ -99,10 +99,10 @@ mod tests {
 
     #[test]
     fn every_method_has_its_line() {
-        let line = |method: &str, points| Line { method: method.into(), points };
+        let line = |method: &str, points| MethodLine { method: method.into(), points };
         let lines = vec![line("one", vec![(0.1, 2.0), (0.2, 1.0)]), line("other", vec![(0.1, 1e-9)])];
         let chart = Chart { name: "a", title: "a title", x: "across", y: "up", lines };
-        let picture = draw(&chart).unwrap();
+        let picture = draw_chart(&chart).unwrap();
         for words in ["<svg", "one", "other", "a title", "across", "up"] {
             assert!(picture.contains(words), "{words}");
         }
@@ -111,6 +111,6 @@ mod tests {
 
     #[test]
     fn labels_are_short() {
-        assert_eq!([0.05, 1000.0, 1e-5, 25000.0].map(short), ["0.05", "1000", "1e-5", "2e4"]);
+        assert_eq!([0.05, 1000.0, 1e-5, 25000.0].map(format_short), ["0.05", "1000", "1e-5", "2e4"]);
     }
 }

@@ -1,4 +1,4 @@
-//! `neural-mesh-bench evaluate`: measure, say how it goes, write tables and draw pictures.
+//! `neural-mesh-bench evaluate`: measurement, progress, tables and charts.
 
 mod args;
 mod chart;
@@ -8,16 +8,16 @@ mod progress;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use crate::evaluate::{Ending, EvaluateError, Request, Settings, Tool, charts, evaluate, report};
+use crate::evaluate::{Ending, EvaluateError, Request, Settings, Tool, charts, evaluate, write_report};
 
 use neural_mesh_cli::shared::{Failure, Voice, complain, files, name, stopping};
 
 use super::work::worker;
 pub use args::EvaluateArgs;
-use chart::draw;
+use chart::draw_chart;
 use progress::EvaluateProgress;
 
-/// Evaluates, or writes the tables of an evaluation again.
+/// Runs an evaluation, or writes the report of an earlier one.
 pub fn run(args: &EvaluateArgs) -> Result<(), Failure> {
     match (&args.report, &args.data, &args.out) {
         (Some(folder), _, _) => publish(folder, args),
@@ -27,8 +27,8 @@ pub fn run(args: &EvaluateArgs) -> Result<(), Failure> {
 }
 
 fn measure(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<(), Failure> {
-    let request = request(args, data, out)?;
-    let methods = request.settings.checked().map_err(refused)?;
+    let request = make_request(args, data, out)?;
+    let methods = request.settings.resolve_methods().map_err(to_failure)?;
     if let Some(other) = args.relative_to.as_ref().filter(|other| !methods.iter().any(|m| m.name() == other.as_str())) {
         return Err(Failure::Usage(format!("--relative-to {other}: is not among the methods: add it to --methods")));
     }
@@ -36,11 +36,11 @@ fn measure(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<(), Failure> 
     let mut progress = EvaluateProgress::new(voice(args));
     let stop_or_go = |stopping| if stopping { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
     let ending = evaluate(&request, &mut |event| {
-        progress.hear(event);
+        progress.show_event(event);
         stop_or_go(stopping::is_stopping())
     });
     drop(progress);
-    let ending = ending.map_err(refused)?;
+    let ending = ending.map_err(to_failure)?;
     if ending == Ending::NotBegun {
         return Err(Failure::Stopped("interrupted while tools were tried: nothing was measured: start again".into()));
     }
@@ -54,9 +54,9 @@ fn measure(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<(), Failure> 
     }
 }
 
-fn request(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<Request, Failure> {
+fn make_request(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<Request, Failure> {
     let mut request = Request::new(data, out);
-    request.settings = settings(args)?;
+    request.settings = make_settings(args)?;
     request.weights = args.weights.clone();
     request.paper_weights = args.paper_weights.clone();
     request.learned_weights = args.learned_weights.clone();
@@ -65,10 +65,10 @@ fn request(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<Request, Fail
     Ok(request)
 }
 
-fn settings(args: &EvaluateArgs) -> Result<Settings, Failure> {
+fn make_settings(args: &EvaluateArgs) -> Result<Settings, Failure> {
     Ok(Settings {
         methods: args.methods.clone(),
-        tools: args.tools.iter().map(|tool| Tool::parse(tool)).collect::<Result<_, _>>().map_err(refused)?,
+        tools: args.tools.iter().map(|tool| Tool::parse(tool)).collect::<Result<_, _>>().map_err(to_failure)?,
         ratios: args.ratios.clone(),
         seeds: args.seeds.clone(),
         repeats: args.repeat,
@@ -81,8 +81,8 @@ fn settings(args: &EvaluateArgs) -> Result<Settings, Failure> {
     })
 }
 
-/// The refusal of an evaluation as the program's.
-fn refused(error: EvaluateError) -> Failure {
+/// Converts an error of an evaluation.
+fn to_failure(error: EvaluateError) -> Failure {
     match error {
         EvaluateError::Settings(what) => Failure::Usage(what),
         other => Failure::Failed(other.to_string()),
@@ -93,19 +93,19 @@ fn voice(args: &EvaluateArgs) -> Voice {
     if args.quiet { Voice::Quiet } else { Voice::Out }
 }
 
-/// Writes tables and pictures of the rows that are there.
+/// Writes tables, charts and page of the present rows.
 fn publish(folder: &Path, args: &EvaluateArgs) -> Result<(), Failure> {
-    let table = report(folder, args.relative_to.as_deref()).map_err(refused)?;
+    let table = write_report(folder, args.relative_to.as_deref()).map_err(to_failure)?;
     for chart in charts(&table) {
         let path = folder.join(chart.name).with_extension("svg");
-        // The rows are there: pictures that cannot be drawn do not make the evaluation fail.
-        match draw(&chart).and_then(|picture| files::prepare(&path, picture.as_bytes(), true)) {
+        // a chart that cannot be drawn does not fail the evaluation
+        match draw_chart(&chart).and_then(|picture| files::prepare(&path, picture.as_bytes(), true)) {
             Ok(pending) => files::place(vec![pending])?,
             Err(failure) => complain(&Failure::Failed(format!("{} was not drawn: {failure}", name(&path)))),
         }
     }
     let path = folder.join("report.html");
-    let page = page::page(folder, &table, args.relative_to.as_deref());
+    let page = page::make_page(folder, &table, args.relative_to.as_deref());
     files::place(vec![files::prepare(&path, page.as_bytes(), true)?])?;
     voice(args).say(&format!("tables    {}", folder.join("tables.md").display()));
     voice(args).say(&format!("page      {}", path.display()));

@@ -1,4 +1,4 @@
-//! An evaluation as one HTML file that asks for nothing else: tables, points to plot, and the worst cases with their meshes.
+//! An evaluation as one self-contained HTML file: tables, points to plot, and the worst cases with their meshes.
 
 mod points;
 mod worst;
@@ -12,17 +12,17 @@ use super::chart::colour;
 use neural_mesh_cli::shared::page::{filled, island, json_island};
 use worst::WorstCases;
 
-/// The page without data; `scripts/viewer` makes it from `cli/viewer`.
+/// Page without data; `scripts/viewer` makes it from `cli/viewer`.
 const REPORT: &str = include_str!("../../../../cli/viewer/dist/report.html");
 
-/// Bytes of a page at most.
+/// Largest size of a page in bytes.
 const MOST_BYTES: usize = 29_000_000;
 
-/// Reasons for failures in a page at most; `tables.md` has all.
+/// Largest number of failures in a page; `tables.md` has all.
 const MOST_FAILURES: usize = 500;
 
-/// The page of an evaluation in a folder, finished or not; meshes of the worst cases as far as there is room for them.
-pub fn page(folder: &Path, table: &Table, relative_to: Option<&str>) -> String {
+/// Makes the page of an evaluation, finished or not, with as many worst cases as fit.
+pub fn make_page(folder: &Path, table: &Table, relative_to: Option<&str>) -> String {
     let mut overview = overview(table, relative_to);
     let n_failures = overview.failures.len();
     overview.failures.truncate(MOST_FAILURES);
@@ -30,7 +30,7 @@ pub fn page(folder: &Path, table: &Table, relative_to: Option<&str>) -> String {
     let meshes: Vec<_> = points.meshes.iter().map(|(name, vertices, faces)| json!([name, vertices, faces])).collect();
     let packed = points.values.iter().enumerate();
     let mut islands: Vec<String> =
-        packed.map(|(at, values)| island(&format!("points-{at}"), &points::packed(values))).collect();
+        packed.map(|(at, values)| island(&format!("points-{at}"), &points::pack_values(values))).collect();
     let mut words = json!({
         "overview": overview,
         "colours": (0..overview.methods.len()).map(colour).collect::<Vec<_>>(),
@@ -40,7 +40,7 @@ pub fn page(folder: &Path, table: &Table, relative_to: Option<&str>) -> String {
     });
     let taken = REPORT.len() + islands.iter().map(String::len).sum::<usize>() + words.to_string().len();
     let WorstCases { cases, surfaces, eyes, islands: of_meshes } =
-        worst::packed(folder, table, MOST_BYTES.saturating_sub(taken));
+        worst::pack_worst_cases(folder, table, MOST_BYTES.saturating_sub(taken));
     words["worst"] = json!(cases);
     words["surfaces"] = json!(surfaces);
     words["eyes"] = json!(eyes);
@@ -57,32 +57,32 @@ fn name_of(folder: &Path) -> String {
 mod tests {
     use super::*;
     use crate::check_page::check_points_nowhere;
-    use crate::evaluate::Row;
+    use crate::evaluate::ResultRow;
     use serde_json::Value;
 
     fn table(name: &str) -> Table {
-        let row = |method: &str| Row {
+        let row = |method: &str| ResultRow {
             mesh: name.into(),
             ratio: 0.5,
             method: method.into(),
             vertices_in: 4,
             faces_in: 4,
             figures: vec![Some(0.25)],
-            ..Row::default()
+            ..ResultRow::default()
         };
-        let failed = Row { error: name.into(), figures: vec![None], ..row("x") };
+        let failed = ResultRow { error: name.into(), figures: vec![None], ..row("x") };
         Table { figures: vec!["distance_mean".into()], rows: vec![row("qem"), failed] }
     }
 
     fn html(name: &str) -> String {
-        page(name.as_ref(), &table(name), None)
+        make_page(name.as_ref(), &table(name), None)
     }
 
     #[test]
     fn names_cannot_leave_their_place() {
         let page = html("<b>x</script><!-- data --><img src=x onerror=alert(1)>&amp;");
         assert!(!page.contains("<img src=x"));
-        // Faces, vertices, the share of faces, the distance.
+        // faces, vertices, the share of faces, the distance
         let n_columns = 4;
         assert_eq!(page.matches("</script>").count(), REPORT.matches("</script>").count() + 1 + n_columns);
         assert!(page.contains("<title>script&gt;&lt;!-- data"));

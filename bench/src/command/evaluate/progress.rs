@@ -1,16 +1,16 @@
-//! How an evaluation goes: a bar on a terminal, and a line for every mesh and everything that failed.
+//! Progress of an evaluation: a bar on a terminal, and a line for every mesh and failure.
 
 use std::time::{Duration, Instant};
 
-use crate::evaluate::{Event, Row};
+use crate::evaluate::{Event, ResultRow};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use neural_mesh_cli::shared::{Voice, plain};
 
-/// Between two updates of the bar while a method runs.
+/// Shortest interval between updates of the bar while a method runs.
 const PATIENCE: Duration = Duration::from_millis(200);
 
-/// What is shown while an evaluation runs.
+/// The progress display of an evaluation.
 pub struct EvaluateProgress {
     bar: ProgressBar,
     voice: Voice,
@@ -20,7 +20,7 @@ pub struct EvaluateProgress {
 }
 
 impl EvaluateProgress {
-    /// Starts; nothing is ever drawn where standard error is no terminal.
+    /// Starts the display; the bar is hidden where standard error is no terminal.
     pub fn new(voice: Voice) -> Self {
         let target = if voice == Voice::Quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
         let bar = ProgressBar::with_draw_target(Some(1), target);
@@ -30,8 +30,8 @@ impl EvaluateProgress {
         Self { bar, voice, case: String::new(), mesh: String::new(), shown: Instant::now() }
     }
 
-    /// Shows what happened.
-    pub fn hear(&mut self, event: Event) {
+    /// Shows an event.
+    pub fn show_event(&mut self, event: Event) {
         match event {
             Event::Trying(tool) => self.show(&format!("{}: tried on a small mesh", tool.name)),
             Event::Case { mesh, ratio, seed, n_done, n_cases } => {
@@ -48,23 +48,23 @@ impl EvaluateProgress {
                 self.show(&format!("{}: {}, run {}", self.case, method.name(), round + 1));
             }
             Event::Judging => self.show(&format!("{}: measuring", self.case)),
-            Event::Row(row) => self.row(row),
+            Event::Row(row) => self.show_failure(row),
             _ => {}
         }
     }
 
-    fn row(&self, Row { mesh, ratio, method, error, .. }: &Row) {
+    fn show_failure(&self, ResultRow { mesh, ratio, method, error, .. }: &ResultRow) {
         if !error.is_empty() {
             self.say(&format!("failed    {mesh} at {ratio}, {method}: {error}"));
         }
     }
 
-    /// Words in the bar.
+    /// Shows a message in the bar.
     fn show(&self, words: &str) {
         self.bar.set_message(plain(words).into_owned());
     }
 
-    /// A line above the bar.
+    /// Prints a line above the bar.
     fn say(&self, line: &str) {
         self.bar.suspend(|| self.voice.say(line));
     }

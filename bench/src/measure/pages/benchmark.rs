@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::evaluate::{Row, Settings, Table};
+use crate::evaluate::{ResultRow, Settings, Table};
 use anyhow::{Context, Result};
 use neural_mesh::io::write_path;
 use neural_mesh::mesh::topology;
@@ -94,7 +94,7 @@ fn inspect_inputs(bench: &Bench) -> Result<Inputs> {
 fn intro(rows: &Table, inputs: &Inputs) -> String {
     let faces = inputs.values().map(|input| input.0);
     let (least, most) = (faces.clone().min().unwrap_or_default(), faces.max().unwrap_or_default());
-    let machine = rows.rows.first().map(|row| row.how.cpu.clone()).unwrap_or_default();
+    let machine = rows.rows.first().map(|row| row.conditions.cpu.clone()).unwrap_or_default();
     format!(
         "{} meshes of {} to {} faces, none of them used in training. Every method simplifies to the face count of neural-mesh at the \
          ratios 0.05, 0.1, 0.2 and 0.5. Cells are medians of quotients over meshoptimizer's `simplify` without options or error \
@@ -134,8 +134,8 @@ fn median_tables(quotients: &Quotients) -> String {
 /// A mesh with more faces is large.
 const LARGE: usize = 50_000;
 
-fn large_mesh_rows(rows: &Table, inputs: &Inputs) -> Vec<Row> {
-    let is_large = |row: &&Row| inputs.get(&row.mesh).is_some_and(|input| input.0 > LARGE);
+fn large_mesh_rows(rows: &Table, inputs: &Inputs) -> Vec<ResultRow> {
+    let is_large = |row: &&ResultRow| inputs.get(&row.mesh).is_some_and(|input| input.0 > LARGE);
     rows.rows.iter().filter(is_large).cloned().collect()
 }
 
@@ -175,7 +175,7 @@ fn topology_table(rows: &Table, inputs: &Inputs) -> String {
         "crossing faces",
     ];
     let line = |&(method, about): &(&str, &str)| {
-        let rows_of: Vec<&Row> = closed_results(rows, inputs, method).collect();
+        let rows_of: Vec<&ResultRow> = closed_results(rows, inputs, method).collect();
         let of = |n: usize| format!("{n} of {}", rows_of.len());
         let zero = |names: &[&str]| of(rows_of.iter().filter(|row| are_zero(rows, row, names)).count());
         let sum = |name: &str| {
@@ -196,13 +196,13 @@ fn topology_table(rows: &Table, inputs: &Inputs) -> String {
 }
 
 /// Returns whether all of these figures are measured and 0.
-fn are_zero(rows: &Table, row: &Row, figures: &[&str]) -> bool {
+fn are_zero(rows: &Table, row: &ResultRow, figures: &[&str]) -> bool {
     figures.iter().all(|figure| rows.figure(row, figure) == Some(0.0))
 }
 
 /// Returns a method's results of inputs that are closed and manifold.
-fn closed_results<'a>(rows: &'a Table, inputs: &'a Inputs, method: &'a str) -> impl Iterator<Item = &'a Row> {
-    let is_closed = |row: &&Row| inputs.get(&row.mesh).is_some_and(|input| input.1);
+fn closed_results<'a>(rows: &'a Table, inputs: &'a Inputs, method: &'a str) -> impl Iterator<Item = &'a ResultRow> {
+    let is_closed = |row: &&ResultRow| inputs.get(&row.mesh).is_some_and(|input| input.1);
     rows.rows.iter().filter(move |row| row.method == method && row.error.is_empty()).filter(is_closed)
 }
 
@@ -261,8 +261,8 @@ fn readme_table(rows: &Table, inputs: &Inputs) -> String {
         "closed inputs that stay closed and manifold",
     ];
     let line = |&(method, about): &(&str, &str)| {
-        let rows_of: Vec<&Row> = closed_results(rows, inputs, method).collect();
-        let is_whole = |row: &&&Row| are_zero(rows, row, &["edges_without_two_faces", "non_manifold_vertices"]);
+        let rows_of: Vec<&ResultRow> = closed_results(rows, inputs, method).collect();
+        let is_whole = |row: &&&ResultRow| are_zero(rows, row, &["edges_without_two_faces", "non_manifold_vertices"]);
         let n_whole = rows_of.iter().filter(is_whole).count();
         let figures = Figure::ALL.iter().map(|&figure| match method {
             REFERENCE => "1".into(),
@@ -279,9 +279,16 @@ fn readme_table(rows: &Table, inputs: &Inputs) -> String {
 mod tests {
     use super::*;
 
-    fn row(method: &str, distance: f64, open: f64) -> Row {
+    fn row(method: &str, distance: f64, open: f64) -> ResultRow {
         let figures = vec![Some(distance), Some(open), Some(0.0)];
-        Row { mesh: "ball".into(), ratio: 0.1, method: method.into(), figures, seconds: Some(2.0), ..Row::default() }
+        ResultRow {
+            mesh: "ball".into(),
+            ratio: 0.1,
+            method: method.into(),
+            figures,
+            seconds: Some(2.0),
+            ..ResultRow::default()
+        }
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The shipped weights: contents, training and results.
 
-use crate::evaluate::{Row, Table};
+use crate::evaluate::{ResultRow, Table};
 use anyhow::Result;
 
 use super::{RATIOS, benchmark, paper};
@@ -94,7 +94,7 @@ fn tosca_table(lines: &[(&str, &str, &Table)]) -> String {
     let mut head: Vec<String> = vec!["weights".into(), "ratio".into(), "results".into()];
     head.extend(FIGURES.map(|figure| figure.0.to_owned()));
     let line = |&(name, method, rows): &(&str, &str, &Table), ratio: f64| {
-        let of: Vec<&Row> = rows.rows.iter().filter(|row| row.method == method && row.ratio == ratio).collect();
+        let of: Vec<&ResultRow> = rows.rows.iter().filter(|row| row.method == method && row.ratio == ratio).collect();
         let n = of.iter().filter(|row| row.error.is_empty()).count();
         let mean = |name: &str| {
             let values: Vec<f64> = of.iter().filter_map(|row| rows.figure(row, name)).collect();

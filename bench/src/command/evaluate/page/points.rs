@@ -1,21 +1,21 @@
-//! Values of figures as whole numbers of a page, the way its `points.js` takes them.
+//! Values of figures packed as integers, as `points.js` of the page reads them.
 
 use neural_mesh_cli::shared::page::Packed;
 
-/// Bits at the end of a number that are dropped: 12 of its 23 stay, more than three digits.
+/// Dropped low bits of a number; 12 bits of its mantissa stay, more than three digits.
 const DROPPED: u32 = 11;
 
-/// Packs values: 0 where there is none, else one more than the first 21 bits of the number.
-pub fn packed(values: &[Option<f32>]) -> String {
+/// Packs values: 0 for none, else one more than the first 21 bits.
+pub fn pack_values(values: &[Option<f32>]) -> String {
     let mut packed = Packed::default();
-    values
-        .iter()
-        .for_each(|value| packed.push(value.filter(|value| value.is_finite()).map_or(0, |value| 1 + rounded(value))));
+    values.iter().for_each(|value| {
+        packed.push(value.filter(|value| value.is_finite()).map_or(0, |value| 1 + round_bits(value)))
+    });
     packed.text()
 }
 
-/// To the nearest; the largest numbers stay finite.
-fn rounded(value: f32) -> u32 {
+/// Rounds to the nearest number that stays finite and drops the low bits.
+fn round_bits(value: f32) -> u32 {
     let up = value.to_bits() + (1 << (DROPPED - 1));
     (if f32::from_bits(up).is_finite() { up } else { value.to_bits() }) >> DROPPED
 }
@@ -28,11 +28,11 @@ mod tests {
     #[test]
     fn values_come_back_with_three_digits() {
         let values = [0.0, 1.0, -2.5, 1234.5, 1e-7, 0.999_99, f32::MAX, -f32::MAX, 1e-42];
-        let packed = packed(&values.map(Some));
+        let packed = pack_values(&values.map(Some));
         let back = unpacked(&packed).into_iter().map(|number| f32::from_bits((number - 1) << DROPPED));
         for (found, wanted) in back.zip(values) {
             assert!((found - wanted).abs() <= wanted.abs() / 4000.0 + 1e-41, "{found} is not {wanted}");
         }
-        assert_eq!(unpacked(&super::packed(&[None, Some(f32::NAN), Some(f32::INFINITY)])), [0, 0, 0]);
+        assert_eq!(unpacked(&super::pack_values(&[None, Some(f32::NAN), Some(f32::INFINITY)])), [0, 0, 0]);
     }
 }

@@ -1,9 +1,9 @@
-//! The worst cases with their meshes, ready for the page: the worst of every method first, as many as there is room for.
+//! The worst cases of an evaluation with their meshes, packed for the page in order of rank.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::evaluate::{Table, Worst, worst};
+use crate::evaluate::{Table, WorstCase, worst_cases};
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::metrics::closest_point_tree;
 use neural_mesh::picture::toward_eye;
@@ -12,36 +12,36 @@ use serde_json::{Value, json};
 
 use neural_mesh_cli::shared::page::{Distances, Layout, SurfaceData, island, scale, surface};
 
-/// What the page shows of the worst cases.
+/// The worst cases as the page shows them.
 #[derive(Default)]
 pub struct WorstCases {
-    /// Each case; with the surfaces of original and result where there was room.
+    /// Each case, with the indices of its surfaces where they fit.
     pub cases: Vec<Value>,
-    /// All surfaces.
+    /// Layouts of all surfaces.
     pub surfaces: Vec<Layout>,
-    /// For each surface from where it is seen first; nothing for results.
+    /// First view direction of each surface; `None` for results.
     pub eyes: Vec<Option<[f32; 3]>>,
-    /// The packed numbers.
+    /// Packed numbers.
     pub islands: Vec<String>,
 }
 
-/// A mesh that results were made from.
+/// An original mesh of worst cases.
 struct Original {
     mesh: TriMesh,
     near: NearestOnTriangles,
     data: SurfaceData,
-    /// Its number among the surfaces, once it is there.
+    /// Index among the surfaces, once added.
     number: Option<usize>,
 }
 
-/// Packs the worst cases of an evaluation into so many bytes at most.
-pub fn packed(folder: &Path, table: &Table, most_bytes: usize) -> WorstCases {
+/// Packs the worst cases of an evaluation into at most `most_bytes` bytes.
+pub fn pack_worst_cases(folder: &Path, table: &Table, most_bytes: usize) -> WorstCases {
     let (mut cases, mut left) = (WorstCases::default(), most_bytes);
     let mut originals: BTreeMap<String, Option<Original>> = BTreeMap::new();
-    for case in by_rank(worst(folder, table)) {
-        let original = originals.entry(case.mesh.clone()).or_insert_with(|| case.original(folder).map(opened));
+    for case in sort_by_rank(worst_cases(folder, table)) {
+        let original = originals.entry(case.mesh.clone()).or_insert_with(|| case.original(folder).map(open_original));
         let shown = original.as_mut().and_then(|original| cases.add(original, &case.result(folder)?, &mut left));
-        let Worst { mesh, ratio, seed, method, distance, quotient } = case;
+        let WorstCase { mesh, ratio, seed, method, distance, quotient } = case;
         let mut words = json!({
             "mesh": mesh, "ratio": ratio, "seed": seed, "method": method, "distance": distance, "quotient": quotient,
         });
@@ -51,29 +51,29 @@ pub fn packed(folder: &Path, table: &Table, most_bytes: usize) -> WorstCases {
     cases
 }
 
-/// The worst of every method, then the next of every method, and so on.
-fn by_rank(worst: Vec<Worst>) -> Vec<Worst> {
+/// Sorts cases by their rank within their method.
+fn sort_by_rank(worst: Vec<WorstCase>) -> Vec<WorstCase> {
     let mut ranks: BTreeMap<String, usize> = BTreeMap::new();
-    let mut rank = |case: &Worst| {
+    let mut rank = |case: &WorstCase| {
         let next = ranks.entry(case.method.clone()).or_default();
         *next += 1;
         *next
     };
-    let mut ranked: Vec<(usize, Worst)> = worst.into_iter().map(|case| (rank(&case), case)).collect();
+    let mut ranked: Vec<(usize, WorstCase)> = worst.into_iter().map(|case| (rank(&case), case)).collect();
     ranked.sort_by_key(|(rank, _)| *rank);
     ranked.into_iter().map(|(_, case)| case).collect()
 }
 
-fn opened(mesh: TriMesh) -> Original {
+fn open_original(mesh: TriMesh) -> Original {
     Original { near: closest_point_tree(&mesh), data: surface(&mesh), mesh, number: None }
 }
 
 impl WorstCases {
-    /// Adds the meshes of a case and how the page finds them; nothing where they take more bytes than are left.
+    /// Adds the meshes of a case and returns their description; `None` where they do not fit.
     fn add(&mut self, original: &mut Original, result: &TriMesh, left: &mut usize) -> Option<Value> {
         let data = surface(result);
         let of_meshes = data.text.len() + if original.number.is_none() { original.data.text.len() } else { 0 };
-        // What cannot fit is not measured.
+        // a case that cannot fit need not be measured
         left.checked_sub(of_meshes)?;
         let distances = Distances::new((&original.mesh, &original.near), (result, &closest_point_tree(result)));
         let scale = scale(&original.mesh, [(result, &distances)]);
@@ -86,7 +86,7 @@ impl WorstCases {
         if original.number.is_none() {
             islands.push(island(&format!("surface-{of_original}"), &original.data.text));
         }
-        // Words of two surfaces and a case take less than this.
+        // the description of two surfaces and a case takes less than this
         *left = left.checked_sub(islands.iter().map(String::len).sum::<usize>() + 2000)?;
         self.islands.extend(islands);
         if original.number.is_none() {
@@ -111,8 +111,8 @@ mod tests {
     #[test]
     fn originals_are_packed_once_and_what_does_not_fit_stays_out() {
         let mut cases = WorstCases::default();
-        let mut sphere = opened(shapes::icosphere(3));
-        let mut torus = opened(shapes::torus(24, 12, 2.0, 0.5));
+        let mut sphere = open_original(shapes::icosphere(3));
+        let mut torus = open_original(shapes::torus(24, 12, 2.0, 0.5));
         let mut left = 1 << 20;
         let result = shapes::icosphere(1);
         let mut add = |original: &mut Original| {
@@ -133,7 +133,7 @@ mod tests {
 
     #[test]
     fn the_worst_of_every_method_comes_first() {
-        let case = |method: &str, mesh: &str| Worst {
+        let case = |method: &str, mesh: &str| WorstCase {
             mesh: mesh.into(),
             ratio: 0.1,
             seed: 0,
@@ -141,7 +141,7 @@ mod tests {
             distance: 1.0,
             quotient: None,
         };
-        let ranked = by_rank(vec![case("a", "1"), case("a", "2"), case("b", "3"), case("b", "4")]);
+        let ranked = sort_by_rank(vec![case("a", "1"), case("a", "2"), case("b", "3"), case("b", "4")]);
         assert_eq!(ranked.iter().map(|case| case.mesh.as_str()).collect::<Vec<_>>(), ["1", "3", "2", "4"]);
     }
 }

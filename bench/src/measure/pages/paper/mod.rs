@@ -6,7 +6,7 @@ mod samplers;
 
 use std::path::PathBuf;
 
-use crate::evaluate::{Settings, report};
+use crate::evaluate::{Settings, write_report};
 use anyhow::{Context, Result};
 
 use super::RATIOS;
@@ -106,7 +106,7 @@ fn of_test(bench: &Bench) -> Result<String> {
 /// The tables that `evaluate` makes of a run, their titles one level down.
 fn table_1(bench: &Bench, run: &str) -> Result<String> {
     let folder = bench.evaluation_folder(run);
-    report(&folder, Some("qem"))?;
+    write_report(&folder, Some("qem"))?;
     let text = std::fs::read_to_string(folder.join("tables.md"))?;
     let (_, body) = text.split_once("# Evaluation\n\n").context("the tables have no title")?;
     let (body, _) = body.split_once("\n## More of the same").context("the tables have no second part")?;

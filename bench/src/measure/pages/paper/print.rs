@@ -1,7 +1,7 @@
 //! The paper's own numbers (Tables 1 and 2 of Potamias et al. 2022) beside ours, where units agree: as they are; elsewhere over
 //! those of one method.
 
-use crate::evaluate::{Row, Table};
+use crate::evaluate::{ResultRow, Table};
 
 use super::super::RATIOS;
 use crate::measure::markdown::{number, table};
@@ -111,7 +111,7 @@ fn order(rows: &Table, (name, column): (&str, usize)) -> Vec<String> {
 
 /// The columns of Table 1 of a method at a ratio: means over its results.
 fn ours(rows: &Table, ratio: f64, method: &str) -> [Option<f64>; 5] {
-    let of: Vec<&Row> = rows.rows.iter().filter(|row| row.method == method && row.ratio == ratio).collect();
+    let of: Vec<&ResultRow> = rows.rows.iter().filter(|row| row.method == method && row.ratio == ratio).collect();
     let mean = |values: Vec<f64>| (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64);
     let figure = |name: &str| mean(of.iter().filter_map(|row| rows.figure(row, name)).collect());
     [
@@ -139,12 +139,12 @@ mod tests {
 
     #[test]
     fn cells_stand_beside_the_print_and_methods_in_order() {
-        let row = |method: &str, chamfer, seconds| Row {
+        let row = |method: &str, chamfer, seconds| ResultRow {
             method: method.into(),
             ratio: 0.1,
             seconds: Some(seconds),
             figures: vec![Some(chamfer)],
-            ..Row::default()
+            ..ResultRow::default()
         };
         let rows = vec![row("qem", 2.0, 0.5), row("paper", 3.0, 0.25), row("dse", 8.0, 1.0)];
         let text = beside(&Table { figures: vec!["chamfer".into()], rows });

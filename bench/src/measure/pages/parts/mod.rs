@@ -4,7 +4,7 @@ mod shuffled;
 
 use std::path::Path;
 
-use crate::evaluate::{Row, Table};
+use crate::evaluate::{ResultRow, Table};
 use anyhow::{Context, Result};
 use neural_mesh::metrics::{Surface, surface_distance};
 use neural_mesh::model::Weights;
@@ -60,9 +60,9 @@ pub fn page(bench: &Bench) -> Result<String> {
     ))
 }
 
-fn row(mesh: &str, AblationResult { method, ratio, seconds, figures }: AblationResult) -> Row {
+fn row(mesh: &str, AblationResult { method, ratio, seconds, figures }: AblationResult) -> ResultRow {
     let figures = figures.map(Some).into();
-    Row { mesh: mesh.into(), ratio, method, seconds: Some(seconds), figures, ..Row::default() }
+    ResultRow { mesh: mesh.into(), ratio, method, seconds: Some(seconds), figures, ..ResultRow::default() }
 }
 
 fn measure(path: &Path) -> Result<Vec<AblationResult>> {
