@@ -9,14 +9,14 @@ fn check_attributed(bytes: &[u8], format: Format) {
     assert!(read.notes.iter().all(|note| !note.contains(['\n', '\r'])));
     let Ok(cleaned) = clean(read.mesh, &CleanOptions::default()) else { return };
     let (mesh, attributes) = (&cleaned.mesh, &cleaned.attributes);
-    assert!(attributes.fit(mesh.faces().len()));
+    assert!(attributes.is_valid_for(mesh.faces().len()));
     for format in [Format::Obj, Format::Ply, Format::PlyAscii] {
         let model = io::Model::new(mesh, cleaned.frame, attributes, &read.extra);
         let options = io::WriteOptions::new(format, "out");
         let written = io::write_attributed(&model, &options).unwrap();
         let back = io::read_attributed(&written.bytes, Some(format)).unwrap();
         assert_eq!(back.mesh.faces.len(), mesh.faces().len());
-        assert!(back.mesh.attributes.fit(mesh.faces().len()));
+        assert!(back.mesh.attributes.is_valid_for(mesh.faces().len()));
     }
 }
 

@@ -49,7 +49,7 @@ fn corners(cleaned: &Cleaned, roles: &[Role]) -> Vec<String> {
     let corner = |face: usize, corner: usize| {
         let position = mesh.positions()[mesh.faces()[face][corner] as usize];
         let channels = attributes.channels.iter().filter(|channel| roles.contains(&channel.role));
-        let values: Vec<_> = channels.map(|channel| channel.of(attributes.wedges[face][corner])).collect();
+        let values: Vec<_> = channels.map(|channel| channel.value(attributes.wedges[face][corner])).collect();
         format!("{position:?} {values:?} {}", attributes.group(face as u32))
     };
     (0..mesh.faces().len()).map(|face| [0, 1, 2].map(|i| corner(face, i)).join(" | ")).collect()
@@ -194,13 +194,13 @@ proptest! {
         prop_assert_eq!(&read.extra.groups[1].values, &[4.0]);
         let channel = |name: &str| read.mesh.attributes.channels.iter().find(|c| c.name == name).unwrap();
         let corner = read.mesh.attributes.wedges[2][0];
-        prop_assert_eq!(channel("colour").of(corner), [1.0, 0.2, 0.0]);
-        prop_assert_eq!(channel("heat").of(corner), [3.5]);
+        prop_assert_eq!(channel("colour").value(corner), [1.0, 0.2, 0.0]);
+        prop_assert_eq!(channel("heat").value(corner), [3.5]);
         if with_uvs {
-            prop_assert_eq!(channel("uv").of(read.mesh.attributes.wedges[1][2]), [3.0, 0.5]);
-            prop_assert_eq!(channel("uv").of(corner), [10.0, 0.5]);
+            prop_assert_eq!(channel("uv").value(read.mesh.attributes.wedges[1][2]), [3.0, 0.5]);
+            prop_assert_eq!(channel("uv").value(corner), [10.0, 0.5]);
         }
-        prop_assert!(read.mesh.attributes.fit(3));
+        prop_assert!(read.mesh.attributes.is_valid_for(3));
     }
 
     #[test]
@@ -358,9 +358,9 @@ fn odd_texts() {
     }
     let lacking = from_text(&format!("{QUAD}f 1 2/99 3/-99 4/2\nvt 7 7\n"));
     let uv = &lacking.cleaned.attributes.channels[0];
-    assert_eq!(uv.of(lacking.cleaned.attributes.wedges[0][1]), [0.0, 0.0]);
+    assert_eq!(uv.value(lacking.cleaned.attributes.wedges[0][1]), [0.0, 0.0]);
     let nan = from_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt nan 1 0.5\nl 1 2\np 1\nf 1/1 2/1 3/1\n");
-    assert_eq!(nan.cleaned.attributes.channels[0].of(0), [0.0, 1.0]);
+    assert_eq!(nan.cleaned.attributes.channels[0].value(0), [0.0, 1.0]);
     assert_eq!(nan.notes.len(), 4, "{:?}", nan.notes);
 }
 

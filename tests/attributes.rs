@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 
 use glam::Vec3;
 use neural_mesh::mesh::{
-    Attributes, Channel, KeptEdge, Role, TriMesh, edges, seams, shaded_flat, shapes, topology, vertex_normals,
+    Attributes, Channel, FeatureEdge, Role, TriMesh, edges, seams, shapes, topology, vertex_normals, with_flat_normals,
 };
 use neural_mesh::metrics::quick_distance;
 use neural_mesh::simplify::{
@@ -69,11 +69,11 @@ fn no_face_mixes_charts_and_values_stay_where_they_were() {
         let carried = &result.attributes;
         let mut worst = 0.0f32;
         for (face, wedges) in result.mesh.faces().iter().zip(&carried.wedges) {
-            let charts = wedges.map(|wedge| (carried.channels[0].of(wedge)[0] / 10.0).round() as u32);
+            let charts = wedges.map(|wedge| (carried.channels[0].value(wedge)[0] / 10.0).round() as u32);
             assert!(charts == [charts[0]; 3], "{charts:?}");
             for (&v, &wedge) in face.iter().zip(wedges) {
                 let (meant, found) =
-                    (uv(result.mesh.positions()[v as usize].into(), charts[0]), carried.channels[0].of(wedge));
+                    (uv(result.mesh.positions()[v as usize].into(), charts[0]), carried.channels[0].value(wedge));
                 worst = worst.max((0..2).map(|i| (meant[i] - found[i]).abs()).fold(0.0, f32::max));
             }
         }
@@ -81,7 +81,7 @@ fn no_face_mixes_charts_and_values_stay_where_they_were() {
         let slack = if with_groups || seam_error == held { 0.0 } else { 1.0 / (n as f32).sqrt() };
         assert!(worst < 0.08 + slack, "{n} {worst}");
         let n_charts: BTreeSet<u32> =
-            (0..carried.n_wedges() as u32).map(|w| (carried.channels[0].of(w)[0] / 10.0).round() as u32).collect();
+            (0..carried.n_wedges() as u32).map(|w| (carried.channels[0].value(w)[0] / 10.0).round() as u32).collect();
         assert_eq!(n_charts.len(), 8);
         assert_eq!(carried.groups.len(), if with_groups { result.mesh.faces().len() } else { 0 });
         for v in vertices(&result.mesh, carried) {
@@ -110,7 +110,7 @@ fn a_seam_within_one_chart_stays_a_seam() {
     let attributes = Attributes { wedges, channels, groups: Vec::new() };
     let result = simplified(&mesh, &attributes, &Options::new(Target::Vertices(300)));
     for wedges in &result.attributes.wedges {
-        let u = wedges.map(|wedge| result.attributes.channels[0].of(wedge)[0]);
+        let u = wedges.map(|wedge| result.attributes.channels[0].value(wedge)[0]);
         let width = u.iter().copied().fold(f32::MIN, f32::max) - u.iter().copied().fold(f32::MAX, f32::min);
         assert!(width < 0.3, "{u:?}");
     }
@@ -166,11 +166,11 @@ fn what_is_held_never_ruins_the_rest() {
 #[test]
 fn flat_shading_holds_nothing_and_stays_flat() {
     let mesh = shapes::wavy_sphere(5, 6.0);
-    let flat = shaded_flat(&mesh, &Attributes::default(), "NORMAL");
+    let flat = with_flat_normals(&mesh, &Attributes::default(), "NORMAL");
     let options = Options::new(Target::Vertices(150));
     let [result, bare] = [&flat, &Attributes::default()].map(|it| simplified(&mesh, it, &options));
     assert_eq!((&result.report.outcome, &result.mesh), (&Outcome::Reached, &bare.mesh));
-    assert_eq!(result.attributes, shaded_flat(&bare.mesh, &Attributes::default(), "NORMAL"));
+    assert_eq!(result.attributes, with_flat_normals(&bare.mesh, &Attributes::default(), "NORMAL"));
 }
 
 #[test]
@@ -191,7 +191,7 @@ fn hard_edges_make_way_and_stay_where_they_are() {
         let result = simplified(&mesh, &attributes, &Options::new(Target::Vertices(n)));
         assert_eq!((&result.report.outcome, result.mesh.positions().len()), (&Outcome::Reached, n));
         assert!(topology(&result.mesh).is_closed_manifold());
-        let off = |seam: &KeptEdge| {
+        let off = |seam: &FeatureEdge| {
             let far = |&v: &u32| Vec3::from(result.mesh.positions()[v as usize]).abs().min_element();
             seam.ends.iter().map(far).fold(0.0, f32::max)
         };
@@ -229,7 +229,7 @@ fn small_charts_make_way_for_the_size_asked_for() {
     assert!(matches!(held.report.outcome, Outcome::Stopped(_)) || far(&held.mesh) > charted);
     for wedges in &result.attributes.wedges {
         let charts =
-            wedges.map(|wedge| result.attributes.channels[0].of(wedge)).map(|uv| [uv[0].round(), uv[1].round()]);
+            wedges.map(|wedge| result.attributes.channels[0].value(wedge)).map(|uv| [uv[0].round(), uv[1].round()]);
         assert_eq!(charts, [charts[0]; 3]);
     }
 }
@@ -358,7 +358,7 @@ fn error(result: &TriMesh, numbers: impl Fn(usize) -> [f32; 3], meant: impl Fn(V
 
 /// The first number at the corners of a face.
 fn at_corners(attributes: &Attributes, f: usize) -> [f32; 3] {
-    attributes.wedges[f].map(|wedge| attributes.channels[0].of(wedge)[0])
+    attributes.wedges[f].map(|wedge| attributes.channels[0].value(wedge)[0])
 }
 
 fn rough(x: f32, y: f32) -> f32 {
@@ -418,7 +418,7 @@ fn values_of_vertices_that_stay_are_those_of_the_input() {
         for (face, wedges) in result.mesh.faces().iter().zip(&result.attributes.wedges) {
             for (&v, &wedge) in face.iter().zip(wedges) {
                 let p = Vec3::from(result.mesh.positions()[v as usize]);
-                assert!(is_inner(p) || result.attributes.channels[0].of(wedge)[0] == meant(p));
+                assert!(is_inner(p) || result.attributes.channels[0].value(wedge)[0] == meant(p));
             }
         }
     }
@@ -468,7 +468,7 @@ fn normal_error(result: &TriMesh, normals: impl Fn(usize) -> [Vec3; 3], meant: i
 }
 
 fn normals_at_corners(attributes: &Attributes, f: usize) -> [Vec3; 3] {
-    attributes.wedges[f].map(|wedge| Vec3::from_slice(attributes.channels[0].of(wedge)))
+    attributes.wedges[f].map(|wedge| Vec3::from_slice(attributes.channels[0].value(wedge)))
 }
 
 #[test]

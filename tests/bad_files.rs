@@ -65,7 +65,7 @@ fn check_attributed(path: &Path, bare: Option<&Cleaned>) {
         let back = io::read_attributed(&written.bytes, Some(format)).unwrap();
         let back = cleanup::clean(back.mesh, &CleanOptions::default()).unwrap();
         assert_eq!(back.mesh.faces().len(), mesh.faces().len(), "{path:?} {format:?}");
-        assert!(back.attributes.fit(mesh.faces().len()), "{path:?} {format:?}");
+        assert!(back.attributes.is_valid_for(mesh.faces().len()), "{path:?} {format:?}");
     }
 }
 

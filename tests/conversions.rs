@@ -47,7 +47,7 @@ fn carried((cleaned, _): &(Cleaned, Extra), role: Role) -> Vec<Vec<f32>> {
     let Cleaned { mesh, attributes, .. } = cleaned;
     let channel = attributes.channels.iter().find(|channel| channel.role == role).unwrap();
     let corners = mesh.faces().as_flattened().iter().zip(attributes.wedges.as_flattened());
-    let row = |(&v, &wedge): (&u32, &u32)| [&mesh.positions()[v as usize][..], channel.of(wedge)].concat();
+    let row = |(&v, &wedge): (&u32, &u32)| [&mesh.positions()[v as usize][..], channel.value(wedge)].concat();
     let mut rows: Vec<Vec<f32>> = corners.map(row).collect();
     rows.sort_by(|x, y| x.partial_cmp(y).unwrap());
     rows
@@ -147,7 +147,7 @@ fn normals_turn_with_their_node_and_a_mirrored_one_turns_its_faces() {
         document["nodes"][0]["rotation"] = vec![0.5, 0.5, -0.5, 0.5].into();
         let (cleaned, _) = cleaned(read_attributed(document.to_string().as_bytes(), Some(Format::Gltf)).unwrap());
         let [a, b, c] = cleaned.mesh.faces()[0].map(|v| Vec3::from(cleaned.mesh.positions()[v as usize]));
-        let found = Vec3::from_slice(cleaned.attributes.channels[0].of(0));
+        let found = Vec3::from_slice(cleaned.attributes.channels[0].value(0));
         assert!(found.dot((b - a).cross(c - a).normalize()) > 0.9999, "{scale:?} {found}");
     }
 }

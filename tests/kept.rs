@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 
-use neural_mesh::mesh::{Attributes, Channel, Role, TriMesh, shaded_flat, shapes, topology};
+use neural_mesh::mesh::{Attributes, Channel, Role, TriMesh, shapes, topology, with_flat_normals};
 use neural_mesh::simplify::{
     Hidden, Input, Options, Outcome, Simplified, SimplifyError, Symmetry, Target, simplify_input,
     simplify_levels_of_detail,
@@ -26,8 +26,10 @@ type Corner = (Vec<u32>, Vec<(String, Vec<u32>)>);
 fn faces(mesh: &TriMesh, attributes: &Attributes, is_one: impl Fn(usize) -> bool) -> Vec<[Corner; 3]> {
     let bits = |values: &[f32]| values.iter().map(|x| x.to_bits()).collect::<Vec<u32>>();
     let corner = |f: usize, c: usize| {
-        let carried =
-            attributes.channels.iter().map(|channel| (channel.name.clone(), bits(channel.of(attributes.wedges[f][c]))));
+        let carried = attributes
+            .channels
+            .iter()
+            .map(|channel| (channel.name.clone(), bits(channel.value(attributes.wedges[f][c]))));
         let mut carried: Vec<_> = carried.collect();
         carried.sort();
         (bits(&mesh.positions()[mesh.faces()[f][c] as usize]), carried)
@@ -69,7 +71,7 @@ fn capped(height: f32) -> (TriMesh, Attributes, Vec<bool>) {
 fn kept_faces_come_back_bit_for_bit_and_the_rest_makes_up_the_size() {
     let (mesh, attributes, kept) = capped(0.8);
     let bare = Attributes::default();
-    let flat = shaded_flat(&mesh, &attributes, "normal");
+    let flat = with_flat_normals(&mesh, &attributes, "normal");
     for carried in [&bare, &attributes, &flat] {
         let before = input(&mesh, carried, &kept);
         for ratio in [0.5, 0.3] {

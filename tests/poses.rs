@@ -35,7 +35,7 @@ fn bent(mesh: &TriMesh, attributes: &Attributes) -> TriMesh {
     let mut positions = mesh.positions().to_vec();
     for (face, wedges) in mesh.faces().iter().zip(&attributes.wedges) {
         for (&v, &wedge) in face.iter().zip(wedges) {
-            let step = attributes.channels[0].of(wedge);
+            let step = attributes.channels[0].value(wedge);
             positions[v as usize] = std::array::from_fn(|i| mesh.positions()[v as usize][i] + step[i]);
         }
     }

@@ -388,7 +388,7 @@ fn each_side_keeps_its_own_texture_and_groups() {
         assert_closed_manifold(&result.mesh);
         assert_mirrored(&result.mesh, &MirrorPlane { axis: Axis::X, at: 0.0 });
         let carried = &result.attributes;
-        assert!(carried.fit(result.mesh.faces().len()) && carried.channels.len() == 1 + usize::from(normals));
+        assert!(carried.is_valid_for(result.mesh.faces().len()) && carried.channels.len() == 1 + usize::from(normals));
         let mut worst = 0.0f32;
         for (f, face) in result.mesh.faces().iter().enumerate() {
             let middle: Vec3 =
@@ -397,10 +397,10 @@ fn each_side_keeps_its_own_texture_and_groups() {
             assert_eq!(carried.group(f as u32), u32::from(meant > 0.0));
             for (&v, &wedge) in face.iter().zip(&carried.wedges[f]) {
                 let p = Vec3::from(result.mesh.positions()[v as usize]);
-                let uv = carried.channels[0].of(wedge);
+                let uv = carried.channels[0].value(wedge);
                 worst = worst.max((uv[0] - (p.z + meant + 0.3 * p.x)).abs()).max((uv[1] - p.y).abs());
                 if normals {
-                    assert!(Vec3::from_slice(carried.channels[1].of(wedge)).dot(outward(p)) > 0.95);
+                    assert!(Vec3::from_slice(carried.channels[1].value(wedge)).dot(outward(p)) > 0.95);
                 }
             }
         }

@@ -9,7 +9,7 @@ use std::ptr::null_mut;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-use neural_mesh::mesh::room::is_asking;
+use neural_mesh::mesh::fallible_allocation::is_allocation_fallible;
 
 /// Smaller blocks are not counted: they are many, and take little beside the arrays of a mesh. In bytes.
 const COUNTED: usize = 1 << 16;
@@ -68,7 +68,7 @@ fn taken(size: usize, from_system: impl FnOnce() -> *mut u8) -> *mut u8 {
         give(size);
     }
     match END.get() {
-        Some(end) if !is_asking() => end(size),
+        Some(end) if !is_allocation_fallible() => end(size),
         _ => null_mut(),
     }
 }

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use neural_mesh::io::Format;
-use neural_mesh::mesh::room::make_room;
+use neural_mesh::mesh::fallible_allocation::make_room;
 
 use crate::allocator;
 

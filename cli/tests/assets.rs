@@ -151,7 +151,7 @@ fn an_obj_keeps_its_materials_and_texture() {
         let is_right = read.mesh.attributes.group(f as u32) == 1;
         for (&v, &wedge) in face.iter().zip(&read.mesh.attributes.wedges[f]) {
             let [x, y, _] = read.mesh.positions[v as usize];
-            let [u, v] = [0, 1].map(|i| 20.0 * f64::from(uv.of(wedge)[i]));
+            let [u, v] = [0, 1].map(|i| 20.0 * f64::from(uv.value(wedge)[i]));
             assert!((x - u).abs() < 0.3 && (y - v).abs() < 0.3, "{x} {y} {u} {v}");
             assert!(if is_right { x > 9.7 } else { x < 10.3 }, "a face left its material: {x}");
         }

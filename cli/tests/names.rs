@@ -50,7 +50,7 @@ fn faces_of(read: &ReadMesh, material: &str) -> Vec<Vec<u64>> {
     let carried = &read.mesh.attributes;
     let corner = |f: usize, c: usize| {
         let place = read.mesh.positions[read.mesh.faces[f][c] as usize].map(f64::to_bits).to_vec();
-        let values = carried.channels.iter().flat_map(|channel| channel.of(carried.wedges[f][c]));
+        let values = carried.channels.iter().flat_map(|channel| channel.value(carried.wedges[f][c]));
         place.into_iter().chain(values.map(|x| u64::from(x.to_bits()))).collect::<Vec<u64>>()
     };
     let face = |f: usize| {
@@ -75,7 +75,7 @@ fn corners(part: &Part) -> Vec<Vec<u32>> {
     let carried = &part.mesh.attributes;
     let corner = |f: usize, c: usize| {
         let place = part.mesh.positions[part.mesh.faces[f][c] as usize].map(|x| (x as f32).to_bits()).to_vec();
-        let values = carried.channels.iter().flat_map(|channel| channel.of(carried.wedges[f][c]));
+        let values = carried.channels.iter().flat_map(|channel| channel.value(carried.wedges[f][c]));
         place.into_iter().chain(values.map(|x| x.to_bits())).collect::<Vec<u32>>()
     };
     let face = |f: usize| {

@@ -47,7 +47,7 @@ fn check_scene(asset: &Asset) {
     let (looks, _) = asset.scene_looks();
     let Ok(Cleaned { mesh, attributes, .. }) = clean(scene, &CleanOptions::default()) else { return };
     assert!(attributes.groups.iter().all(|&group| (group as usize) < looks.of_groups.len()));
-    assert!(attributes.fit(mesh.faces().len()));
+    assert!(attributes.is_valid_for(mesh.faces().len()));
     if let Some(cover) = Cover::new(&attributes, &looks) {
         for face in 0..mesh.faces().len() as u32 {
             let _ = (cover.texture(face), cover.corners(face));

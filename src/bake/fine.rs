@@ -123,7 +123,7 @@ fn corners(mesh: &TriMesh, face: &[u32; 3]) -> [[f32; 3]; 3] {
 fn stated_normals(attributes: &Attributes) -> Option<Vec<[Vec3; 3]>> {
     let is_normal = |channel: &&Channel| channel.role == Role::Normal && channel.width == 3;
     let channel = attributes.channels.iter().find(is_normal)?;
-    let normal = |wedge: u32| channel.of(wedge).first_chunk::<3>().map_or(Vec3::ZERO, |&normal| normal.into());
+    let normal = |wedge: u32| channel.value(wedge).first_chunk::<3>().map_or(Vec3::ZERO, |&normal| normal.into());
     Some(attributes.wedges.iter().map(|wedges| wedges.map(normal)).collect())
 }
 

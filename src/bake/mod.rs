@@ -218,9 +218,9 @@ mod tests {
         let [normals, tangents] = [1, 2].map(|i| &baked.attributes.channels[i]);
         let normal = |(face, weights, at): (u32, [f32; 3], Vec3)| {
             let wedges = baked.attributes.wedges[face as usize];
-            let term = |i: usize| Vec3::from_slice(normals.of(wedges[i])) * weights[i];
+            let term = |i: usize| Vec3::from_slice(normals.value(wedges[i])) * weights[i];
             let normal = term(0) + term(1) + term(2);
-            let term = |i: usize| Vec4::from_slice(tangents.of(wedges[i])) * weights[i];
+            let term = |i: usize| Vec4::from_slice(tangents.value(wedges[i])) * weights[i];
             let tangent = term(0) + term(1) + term(2);
             let across = tangent.w.signum() * normal.cross(tangent.truncate());
             let [x, y, z] = coat.value(face, weights, NO_STEPS).map(|x| 2.0 * x - 1.0);

@@ -4,7 +4,7 @@ use rustc_hash::FxHashSet;
 
 use super::FACES;
 use super::plan::{Census, Plan};
-use crate::mesh::{Place, TriMesh, compact, place};
+use crate::mesh::{PositionKey, TriMesh, compact, position_key};
 use crate::model::Weights;
 use crate::simplify::{Options, SimplifyError, simplify_piece};
 use crate::spatial::Bounds;
@@ -99,8 +99,8 @@ pub fn simplify_block(
     let piece = simplify_piece(&block.mesh, &block.shared, asked, weights, options)?;
     // By where they lie: where faces of a block meet in a vertex alone, that is several vertices of the result.
     let places =
-        block.mesh.positions().iter().zip(&block.shared).filter(|(_, shared)| **shared).map(|(&p, _)| place(p));
-    let places: FxHashSet<Place> = places.collect();
-    let shared = piece.mesh.positions().iter().map(|&p| places.contains(&place(p))).collect();
+        block.mesh.positions().iter().zip(&block.shared).filter(|(_, shared)| **shared).map(|(&p, _)| position_key(p));
+    let places: FxHashSet<PositionKey> = places.collect();
+    let shared = piece.mesh.positions().iter().map(|&p| places.contains(&position_key(p))).collect();
     Ok(Block { mesh: piece.mesh, shared })
 }

@@ -8,7 +8,7 @@ use super::out_of_core::{Heard, OutOfCoreError, Room, at_once, check_room, cut, 
 use super::spooled::{Read, Spooled};
 use crate::io::Pieces;
 use crate::mesh::cleanup::CleanCounts;
-use crate::mesh::{Frame, Patch, Patches, Topology};
+use crate::mesh::{Frame, Topology, TopologyPatch, TopologyPatches};
 use crate::simplify::SimplifyError;
 use crate::spatial::Bounds;
 
@@ -58,7 +58,7 @@ fn in_blocks_of(
     let n_faces = usize::try_from(pieces.n_faces()).unwrap_or(usize::MAX);
     let (frame, spooled, n_broken) = cut(pieces, n_faces.div_ceil(faces_of_block).max(1), room)?;
     let mut counts = CleanCounts { dropped_faces: n_broken as usize, ..CleanCounts::default() };
-    let (mut patches, mut bounds) = (Patches::default(), Bounds::EMPTY);
+    let (mut patches, mut bounds) = (TopologyPatches::default(), Bounds::EMPTY);
     let (n_blocks, n_at_once) = (spooled.n_blocks(), at_once(room));
     for start in (0..n_blocks).step_by(n_at_once) {
         heard(listener, CUT + (1.0 - CUT) * start as f64 / n_blocks as f64)?;
@@ -72,7 +72,7 @@ fn in_blocks_of(
             bounds = bounds.union(&of_block);
         }
     }
-    let topology = patches.joined();
+    let topology = patches.count_topology();
     if topology.faces == 0 {
         return Err(SimplifyError::Empty.into());
     }
@@ -80,10 +80,10 @@ fn in_blocks_of(
 }
 
 /// What was cleaned of a block, and what is left of it, with the box around it.
-fn patch(spooled: &Spooled, number: usize) -> Result<(CleanCounts, Option<(Patch, Bounds)>), OutOfCoreError> {
+fn patch(spooled: &Spooled, number: usize) -> Result<(CleanCounts, Option<(TopologyPatch, Bounds)>), OutOfCoreError> {
     let Read { block, counts, .. } = spooled.read(number)?.map_err(OutOfCoreError::Clean)?;
     let patch = |block: Block| {
-        let patch = Patch::of(&block.mesh, |v| block.shared[v as usize]);
+        let patch = TopologyPatch::new(&block.mesh, |v| block.shared[v as usize]);
         (patch, Bounds::of(block.mesh.positions()))
     };
     Ok((counts, block.map(patch)))

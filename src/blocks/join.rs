@@ -3,7 +3,7 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::block::Block;
-use crate::mesh::{InvalidMesh, Place, TriMesh, place};
+use crate::mesh::{InvalidMesh, PositionKey, TriMesh, position_key};
 
 /// Two vertices, the lesser first.
 type Ends = [u32; 2];
@@ -46,7 +46,7 @@ pub fn join(blocks: impl IntoIterator<Item = Block>) -> Result<TriMesh, InvalidM
 struct Joined {
     positions: Vec<[f32; 3]>,
     /// Shared vertices by where they lie.
-    shared: FxHashMap<Place, u32>,
+    shared: FxHashMap<PositionKey, u32>,
     /// Whether each vertex is shared.
     is_shared: Vec<bool>,
 }
@@ -64,7 +64,7 @@ impl Joined {
         let (positions, mut faces) = mesh.into_parts();
         let number = |(p, &shared): ([f32; 3], &bool)| {
             let fresh = self.positions.len() as u32;
-            let vertex = if shared { *self.shared.entry(place(p)).or_insert(fresh) } else { fresh };
+            let vertex = if shared { *self.shared.entry(position_key(p)).or_insert(fresh) } else { fresh };
             if vertex == fresh {
                 self.positions.push(p);
                 self.is_shared.push(shared);

@@ -9,7 +9,7 @@ use super::block::Block;
 use super::plan::Plan;
 use crate::io::{Spool, Triangle};
 use crate::mesh::cleanup::{CleanCounts, CleanError, CleanOptions, clean};
-use crate::mesh::{Place, RawMesh, TriMesh, place};
+use crate::mesh::{PositionKey, RawMesh, TriMesh, position_key};
 
 /// Positions of a run at most.
 const RUN: usize = 2048;
@@ -26,7 +26,7 @@ pub struct Spooled {
 #[derive(Clone, Debug, Default)]
 struct Run {
     positions: Vec<[f32; 3]>,
-    numbers: FxHashMap<Place, u16>,
+    numbers: FxHashMap<PositionKey, u16>,
     faces: Vec<[u16; 3]>,
     /// Positions of this block that faces of others use.
     told: Vec<[f32; 3]>,
@@ -47,7 +47,7 @@ struct Gathered {
     positions: Vec<[f32; 3]>,
     faces: Vec<[u32; 3]>,
     /// Places in it that faces of others use.
-    told: FxHashSet<Place>,
+    told: FxHashSet<PositionKey>,
 }
 
 impl Spooled {
@@ -85,7 +85,7 @@ impl Spooled {
         if run.positions.len() + 3 < least && run.told.len() < least {
             return Ok(());
         }
-        run.told.sort_unstable_by_key(|&p| place(p));
+        run.told.sort_unstable_by_key(|&p| position_key(p));
         run.told.dedup();
         self.spool.append(block, &run.to_bytes())?;
         run.clear();
@@ -105,7 +105,7 @@ impl Spooled {
             let start = positions.len() as u32;
             positions.extend(run.positions);
             faces.extend(run.faces.iter().map(|face| face.map(|v| start + u32::from(v))));
-            told.extend(run.told.into_iter().map(place));
+            told.extend(run.told.into_iter().map(position_key));
         }
         Ok(Gathered { positions, faces, told })
     }
@@ -130,10 +130,10 @@ impl Spooled {
             Ok(cleaned) => {
                 let is_own = |p: &[f32; 3]| self.plan.home(*p) == number;
                 let places = cleaned.mesh.positions();
-                let shared: Vec<bool> = places.iter().map(|p| !is_own(p) || told.contains(&place(*p))).collect();
+                let shared: Vec<bool> = places.iter().map(|p| !is_own(p) || told.contains(&position_key(*p))).collect();
                 let n_own = places.iter().filter(|p| is_own(p)).count();
                 for p in places {
-                    told.remove(&place(*p));
+                    told.remove(&position_key(*p));
                 }
                 let counts = CleanCounts { welded_vertices: 0, ..cleaned.counts };
                 let block = Some(Block { mesh: cleaned.mesh, shared });
@@ -147,7 +147,7 @@ impl Spooled {
 
 impl Run {
     fn number(&mut self, position: [f32; 3]) -> u16 {
-        *self.numbers.entry(place(position)).or_insert_with(|| {
+        *self.numbers.entry(position_key(position)).or_insert_with(|| {
             self.positions.push(position);
             (self.positions.len() - 1) as u16
         })

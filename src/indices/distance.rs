@@ -26,7 +26,7 @@ pub fn measure_distance(given: &WeldedMesh, made: &Simplified) -> f64 {
 fn raise_surface(mesh: &TriMesh, attributes: &Attributes, channel: &Channel) -> Option<TriMesh> {
     let corners = mesh.faces().as_flattened().iter().zip(attributes.wedges.as_flattened());
     let place = |(&v, &wedge): (&u32, &u32)| {
-        let (position, step) = (mesh.positions()[v as usize], channel.of(wedge));
+        let (position, step) = (mesh.positions()[v as usize], channel.value(wedge));
         [0, 1, 2].map(|k| position[k] + step[k])
     };
     let faces = (0..mesh.faces().len() as u32).map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect();

@@ -121,7 +121,7 @@ impl WeldedMesh {
         let corner = |face: usize, k: usize| {
             let places = &self.at_vertices[sources[made.mesh.faces()[face][k] as usize] as usize];
             let group = made.attributes.group(face as u32);
-            let side = sides.map_or(0, |sides| sides.of(made.attributes.wedges[face][k])[0] as usize);
+            let side = sides.map_or(0, |sides| sides.value(made.attributes.wedges[face][k])[0] as usize);
             let own = places.iter().filter(|place| place.0 == group);
             own.clone().nth(side).or(own.clone().next()).or(places.first()).map_or(0, |place| place.1)
         };
@@ -141,7 +141,7 @@ impl WeldedMesh {
             buffers.positions[place as usize] = made.mesh.positions()[v as usize];
             if let Some(values) = values {
                 let wedge = made.attributes.wedges.as_flattened()[number];
-                buffers.attributes[place as usize * width..][..width].copy_from_slice(values.of(wedge));
+                buffers.attributes[place as usize * width..][..width].copy_from_slice(values.value(wedge));
             }
         }
         places.as_chunks().0.to_vec()

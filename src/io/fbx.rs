@@ -18,7 +18,7 @@ use super::own_names::OwnNames;
 use super::room::most_made;
 use super::units;
 use super::{Extra, Group, ReadError, ReadMesh};
-use crate::mesh::{Attributes, Look, PlacedMesh, RawMesh, side_by_side};
+use crate::mesh::{Attributes, Look, PlacedMesh, RawMesh, merge_placed_meshes};
 use corners::{Part, part};
 
 /// Whether this build reads FBX.
@@ -61,7 +61,7 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
         });
         extra.groups.extend(slots.iter().map(|&slot| group(node, slot, &mut names)));
     }
-    let mut mesh = side_by_side(&placed, |_| true);
+    let mut mesh = merge_placed_meshes(&placed, |_| true);
     let has_doubles = |part: &Part| part.mesh.positions.iter().flatten().any(|&x| f64::from(x as f32) != x);
     mesh.double = parts.iter().any(has_doubles) || is_far_out(&mesh.positions);
     extra.looks = names.looks;
@@ -274,7 +274,7 @@ Connections:  {{
         assert_eq!(mesh.faces[2], [1, 4, 2]);
         let value = |role, face: usize, corner: usize| {
             let channel = mesh.attributes.channels.iter().find(|channel| channel.role == role).unwrap();
-            channel.of(mesh.attributes.wedges[face][corner]).to_vec()
+            channel.value(mesh.attributes.wedges[face][corner]).to_vec()
         };
         assert_eq!((value(Role::Normal, 5, 0), value(Role::Uv, 2, 1)), (vec![0.0, 0.0, 1.0], vec![0.5, 0.0]));
         assert_eq!((value(Role::Uv, 2, 0), value(Role::Colour, 2, 0)), (vec![0.0, 0.0], vec![0.0, 1.0, 0.0]));

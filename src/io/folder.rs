@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-use crate::mesh::room::asking;
+use crate::mesh::fallible_allocation::with_fallible_allocation;
 
 /// A folder, which names in a mesh file are relative to.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,7 +70,9 @@ impl Folder {
     /// Reads the file at a path from [`source`](Self::source).
     pub(super) fn read(&self, source: &Path) -> Result<Arc<[u8]>, Trouble> {
         match self {
-            Self::Disk(_) => asking(|| std::fs::read(source)).map(Arc::from).map_err(Trouble::Unreadable),
+            Self::Disk(_) => {
+                with_fallible_allocation(|| std::fs::read(source)).map(Arc::from).map_err(Trouble::Unreadable)
+            }
             Self::Memory(files) => files.get(source).cloned().ok_or(Trouble::Missing),
         }
     }

@@ -9,7 +9,7 @@ use flate2::write::GzEncoder;
 
 use super::ReadError;
 use super::room::unreadable;
-use crate::mesh::room::asking;
+use crate::mesh::fallible_allocation::with_fallible_allocation;
 
 /// Signature of a compressed file.
 const MAGIC: &[u8] = b"\x1f\x8b";
@@ -37,7 +37,7 @@ fn unpacked_within(bytes: &[u8], most: usize) -> Result<Vec<u8>, ReadError> {
             std::io::ErrorKind::OutOfMemory => unreadable(error),
             _ => ReadError::file(format!("the gzip data is cut or damaged ({error})"), "fetch the file again"),
         };
-        asking(|| decoder.by_ref().take(room).read_to_end(&mut out)).map_err(damaged)?;
+        with_fallible_allocation(|| decoder.by_ref().take(room).read_to_end(&mut out)).map_err(damaged)?;
         if out.len() > most {
             let what = format!("the gzip data unpacks to more than {most} bytes");
             return Err(ReadError::file(what, "unpack the file first if it is genuine"));

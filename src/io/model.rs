@@ -79,7 +79,7 @@ pub struct Written {
 /// ```
 pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written, WriteError> {
     let Model { mesh, attributes, .. } = *model;
-    if !attributes.fit(mesh.faces().len()) {
+    if !attributes.is_valid_for(mesh.faces().len()) {
         return Err(WriteError { what: "the attributes do not match the faces: give one row for each face".into() });
     }
     let content = content(model, options.format)?;

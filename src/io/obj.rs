@@ -24,7 +24,7 @@ const REMEDY: &str = "fix the line or export the mesh again";
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     let mut reader = Reader::default();
     reader.read(bytes)?;
-    reader.fans.settle(&reader.mesh.positions, &mut reader.mesh.faces);
+    reader.fans.triangulate(&reader.mesh.positions, &mut reader.mesh.faces);
     Ok(reader.mesh)
 }
 
@@ -211,14 +211,14 @@ impl<'a> Reader<'a> {
         let RawMesh { positions, faces, .. } = &mut self.mesh;
         let fans = std::mem::take(&mut self.fans);
         let Some(wedges) = self.wedges.take() else {
-            fans.settle(positions, faces);
+            fans.triangulate(positions, faces);
             let colours = std::mem::take(&mut self.colours);
             let coloured = !colours.is_empty();
             let channels = if coloured { vec![channel("colour", Role::Colour, 3, colours)] } else { Vec::new() };
             return (if coloured { faces.clone() } else { Vec::new() }, channels);
         };
         // Polygons first: their diagonals are chosen while faces still index wedges, so that both change together.
-        fans.settle_with(|wedge| wedges.position(wedge, positions), faces);
+        fans.triangulate_with(|wedge| wedges.position(wedge, positions), faces);
         let uvs = wedges.values(1, &self.uvs, 2).map(|values| channel("uv", Role::Uv, 2, values));
         let normals = wedges.values(2, &self.normals, 3).map(|values| channel("normal", Role::Normal, 3, values));
         let colours = wedges.values(0, &self.colours, 3).map(|values| channel("colour", Role::Colour, 3, values));
@@ -356,7 +356,7 @@ mod tests {
             let ReadMesh { mesh, .. } = read_attributed(text.as_bytes()).unwrap();
             let channel = |role| channel_of(&mesh.attributes, role);
             let value = |role, face: usize, corner: usize| match channel(role) {
-                Some(channel) => channel.of(mesh.attributes.wedges[face][corner]).to_vec(),
+                Some(channel) => channel.value(mesh.attributes.wedges[face][corner]).to_vec(),
                 None => vec![0.0; 3],
             };
             for (face, corners) in naive(&text).iter().enumerate() {
@@ -377,7 +377,7 @@ mod tests {
         assert_eq!(mesh.faces, read(text).unwrap().faces);
         for (face, wedges) in mesh.faces.iter().zip(&mesh.attributes.wedges) {
             for (vertex, &wedge) in face.iter().zip(wedges) {
-                assert_eq!(mesh.attributes.channels[0].of(wedge), [*vertex as f32; 2]);
+                assert_eq!(mesh.attributes.channels[0].value(wedge), [*vertex as f32; 2]);
             }
         }
     }

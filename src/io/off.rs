@@ -109,7 +109,7 @@ fn read_faces(text: &mut Text, n_faces: usize, mesh: &mut RawMesh) -> Result<boo
         room(&mut mesh.faces, corners.len())?;
         mesh.dropped_faces += usize::from(!fans.push(&corners, &mut mesh.faces));
     }
-    fans.settle(&mesh.positions, &mut mesh.faces);
+    fans.triangulate(&mesh.positions, &mut mesh.faces);
     Ok(is_more_said)
 }
 

@@ -1,6 +1,6 @@
 //! Packing of glTF numbers: positions on a grid that is fine enough to keep each mesh as it is.
 
-use crate::mesh::Grid;
+use crate::mesh::PositionGrid;
 
 /// Positions and faces of a mesh.
 pub(super) type Faces<'a> = (&'a [[f32; 3]], &'a [[u32; 3]]);
@@ -23,7 +23,7 @@ impl PackOptions {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Packing {
     /// Grid of each mesh; `None` where positions stay single precision.
-    pub(super) grids: Vec<Option<Grid>>,
+    pub(super) grids: Vec<Option<PositionGrid>>,
     /// Whether buffers are compressed.
     pub(super) compress: bool,
 }
@@ -37,7 +37,7 @@ impl Packing {
     }
 
     /// Returns the grid of a mesh.
-    pub fn grid(&self, part: usize) -> Option<&Grid> {
+    pub fn grid(&self, part: usize) -> Option<&PositionGrid> {
         self.grids.get(part)?.as_ref()
     }
 
@@ -48,11 +48,11 @@ impl Packing {
 }
 
 /// Returns the coarsest grid of at least `bits` bits that keeps all meshes as they are.
-pub(super) fn grid_for(meshes: &[Faces], bits: u32) -> Option<Grid> {
+pub(super) fn grid_for(meshes: &[Faces], bits: u32) -> Option<PositionGrid> {
     let corners =
         || meshes.iter().flat_map(|(positions, faces)| faces.as_flattened().iter().map(|&v| positions[v as usize]));
-    let grids = (bits..=PackOptions::MOST_BITS).filter_map(|bits| Grid::around(corners(), bits));
-    let mut grids = grids.filter(|grid| meshes.iter().all(|(positions, faces)| grid.holds(positions, faces)));
+    let grids = (bits..=PackOptions::MOST_BITS).filter_map(|bits| PositionGrid::from_points(corners(), bits));
+    let mut grids = grids.filter(|grid| meshes.iter().all(|(positions, faces)| grid.preserves(positions, faces)));
     grids.next()
 }
 

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use super::{Format, ReadError, Scalar};
 use crate::mesh::Frame;
-use crate::mesh::room::{asking, make_room};
+use crate::mesh::fallible_allocation::{make_room, with_fallible_allocation};
 
 const REMEDY: &str = "the file is cut or damaged, export the mesh again";
 /// Size of the read buffer in bytes.
@@ -170,7 +170,7 @@ fn show(corners: [Option<[f32; 3]>; 3], take: &mut dyn FnMut(Triangle), n_broken
 
 /// Opens a file for reading from its start.
 fn open(path: &Path) -> Result<BufReader<File>, ReadError> {
-    let file = asking(|| File::open(path)).map_err(|error| unreadable(&error))?;
+    let file = with_fallible_allocation(|| File::open(path)).map_err(|error| unreadable(&error))?;
     Ok(BufReader::with_capacity(BUFFER, file))
 }
 

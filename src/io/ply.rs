@@ -68,7 +68,7 @@ fn read_geometry(bytes: &[u8], header: &Header) -> Result<RawMesh, ReadError> {
             _ => walk(&mut source, &Rows { element, start: 0, list: None }, |_| (), |_, _| ())?,
         }
     }
-    fans.settle(&mesh.positions, &mut mesh.faces);
+    fans.triangulate(&mesh.positions, &mut mesh.faces);
     Ok(mesh)
 }
 

@@ -4,7 +4,7 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use super::ReadError;
-use crate::mesh::room::{asking, make_room};
+use crate::mesh::fallible_allocation::{make_room, with_fallible_allocation};
 
 /// Longest stream in bytes; an endless one would fill the memory.
 const LONGEST_STREAM: u64 = 1 << 32;
@@ -64,7 +64,7 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>, ReadError> {
     let kind = std::fs::metadata(path).map_err(unreadable)?.file_type();
     // Reading a folder fails with an error of its own, which `unreadable` explains.
     if kind.is_file() || kind.is_dir() {
-        return asking(|| std::fs::read(path)).map_err(unreadable);
+        return with_fallible_allocation(|| std::fs::read(path)).map_err(unreadable);
     }
     if is_device(kind) {
         return Err(ReadError::file("is a device and has no end", "give a file, or - for standard input"));
@@ -86,7 +86,7 @@ pub fn read_stream(stream: impl Read) -> Result<Vec<u8>, ReadError> {
 
 fn within(stream: impl Read, most: u64) -> Result<Vec<u8>, ReadError> {
     let mut bytes = Vec::new();
-    asking(|| stream.take(most + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
+    with_fallible_allocation(|| stream.take(most + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
     match bytes.len() as u64 > most {
         true => Err(ReadError::file(format!("is longer than {most} bytes"), "give the mesh as a file, by its path")),
         false => Ok(bytes),

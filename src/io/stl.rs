@@ -89,7 +89,7 @@ fn read_text(mut text: Text) -> Result<RawMesh, ReadError> {
             _ => {}
         }
     }
-    fans.settle(&mesh.positions, &mut mesh.faces);
+    fans.triangulate(&mesh.positions, &mut mesh.faces);
     mesh.double = text.double;
     Ok(mesh)
 }

@@ -22,7 +22,7 @@ use super::far_out::is_far_out;
 use super::room::most_made;
 use super::units;
 use super::{Extra, ReadError, ReadMesh};
-use crate::mesh::{Attributes, PlacedMesh, RawMesh, side_by_side};
+use crate::mesh::{Attributes, PlacedMesh, RawMesh, merge_placed_meshes};
 use document::{Document, Reference, parse};
 use faces::{Notes, Parts};
 use package::Package;
@@ -158,7 +158,7 @@ impl<'a> Models<'a> {
                 first_group: parts.first_groups[part],
             })
             .collect();
-        let mut mesh = side_by_side(&placed, |_| true);
+        let mut mesh = merge_placed_meshes(&placed, |_| true);
         mesh.double = self.documents.values().any(|document| document.double) || is_far_out(&mesh.positions);
         let mut extra = Extra { unit: self.unit(), ..Extra::default() };
         let is_bare = parts.groups.len() <= 1 && parts.groups.iter().all(|group| group.title().is_empty());
@@ -291,9 +291,9 @@ mod tests {
         assert!(!read.extra.looks[0].1.finish.is_opaque && read.extra.looks[1].1.colour == [1.0, 0.0, 0.0]);
         let read = read_model(&object(r#"pid="2" p1="0" p2="1" p3="1""#), r#"<item objectid="3"/>"#).unwrap();
         let attributes = &read.mesh.attributes;
-        let colours = attributes.wedges[0].map(|wedge| attributes.channels[0].of(wedge).to_vec());
+        let colours = attributes.wedges[0].map(|wedge| attributes.channels[0].value(wedge).to_vec());
         assert_eq!(colours, [vec![0.0, 1.0, 0.0], vec![0.0; 3], vec![0.0; 3]]);
-        assert_eq!(attributes.channels[0].of(attributes.wedges[1][0]), [1.0; 3]);
+        assert_eq!(attributes.channels[0].value(attributes.wedges[1][0]), [1.0; 3]);
     }
 
     /// Writes a mesh as it was read.
@@ -330,7 +330,7 @@ mod tests {
         assert_eq!(second.mesh.positions[5], [6.0, 0.1, 0.0]);
         let corner = |read: &ReadMesh| {
             let attributes = &read.mesh.attributes;
-            attributes.wedges[0].map(|wedge| attributes.channels[0].of(wedge).to_vec())
+            attributes.wedges[0].map(|wedge| attributes.channels[0].value(wedge).to_vec())
         };
         assert_eq!(corner(&first), corner(&second));
         assert_eq!(bytes, written(second));

@@ -43,7 +43,7 @@ pub struct Channel {
 
 impl Channel {
     /// Returns the values of a wedge.
-    pub fn of(&self, wedge: u32) -> &[f32] {
+    pub fn value(&self, wedge: u32) -> &[f32] {
         &self.values[wedge as usize * self.width..][..self.width]
     }
 }
@@ -74,10 +74,10 @@ impl Attributes {
     /// use neural_mesh::mesh::{Attributes, Channel, Role};
     /// let uv = Channel { name: "uv".into(), role: Role::Uv, width: 2, values: vec![0.0; 6] };
     /// let attributes = Attributes { wedges: vec![[0, 1, 2]], channels: vec![uv], groups: vec![7] };
-    /// assert_eq!(attributes.clone().only(|role| role == Role::Uv, true), attributes);
-    /// assert!(attributes.only(|role| role != Role::Uv, false).is_empty());
+    /// assert_eq!(attributes.clone().keep_roles(|role| role == Role::Uv, true), attributes);
+    /// assert!(attributes.keep_roles(|role| role != Role::Uv, false).is_empty());
     /// ```
-    pub fn only(mut self, keeps: impl Fn(Role) -> bool, with_groups: bool) -> Self {
+    pub fn keep_roles(mut self, keeps: impl Fn(Role) -> bool, with_groups: bool) -> Self {
         self.channels.retain(|channel| keeps(channel.role));
         if self.channels.is_empty() {
             self.wedges.clear();
@@ -99,29 +99,29 @@ impl Attributes {
     }
 
     /// Returns whether the arrays match `n_faces` and every wedge exists.
-    pub fn fit(&self, n_faces: usize) -> bool {
+    pub fn is_valid_for(&self, n_faces: usize) -> bool {
         let n_rows = if self.channels.is_empty() { 0 } else { n_faces };
         self.wedges.len() == n_rows
-            && self.holds(&self.wedges)
+            && self.has_values_for(&self.wedges)
             && (self.groups.is_empty() || self.groups.len() == n_faces)
     }
 
     /// Selects faces in the given order; `None` if a row is missing or a wedge does not exist.
-    pub fn of_faces(self, faces: &[u32]) -> Option<Self> {
+    pub fn select_faces(self, faces: &[u32]) -> Option<Self> {
         let fit = self.channels.is_empty() == self.wedges.is_empty();
-        let wedges = selected(&self.wedges, faces).filter(|wedges| fit && self.holds(wedges))?;
-        let groups = selected(&self.groups, faces)?;
+        let wedges = select_rows(&self.wedges, faces).filter(|wedges| fit && self.has_values_for(wedges))?;
+        let groups = select_rows(&self.groups, faces)?;
         Some(Self { wedges, channels: self.channels, groups })
     }
 
-    fn holds(&self, wedges: &[[u32; 3]]) -> bool {
+    fn has_values_for(&self, wedges: &[[u32; 3]]) -> bool {
         let n_wedges = self.n_wedges();
         let is_whole = |channel: &Channel| channel.width > 0 && channel.values.len() == n_wedges * channel.width;
         self.channels.iter().all(is_whole) && wedges.iter().flatten().all(|&wedge| (wedge as usize) < n_wedges)
     }
 }
 
-fn selected<T: Copy>(rows: &[T], numbers: &[u32]) -> Option<Vec<T>> {
+fn select_rows<T: Copy>(rows: &[T], numbers: &[u32]) -> Option<Vec<T>> {
     if rows.is_empty() {
         return Some(Vec::new());
     }
@@ -136,14 +136,14 @@ mod tests {
     fn faces_are_selected_with_what_they_carry() {
         let uv = Channel { name: "uv".into(), role: Role::Uv, width: 2, values: (0..8).map(|i| i as f32).collect() };
         let attributes = Attributes { wedges: vec![[0, 1, 2], [2, 1, 3]], channels: vec![uv], groups: vec![7, 8] };
-        assert_eq!((attributes.n_wedges(), attributes.channels[0].of(3)), (4, &[6.0, 7.0][..]));
-        assert_eq!(attributes.clone().of_faces(&[2]), None);
-        assert!(attributes.fit(2) && !attributes.fit(1) && Attributes::default().fit(3));
-        let one = attributes.clone().of_faces(&[1]).unwrap();
+        assert_eq!((attributes.n_wedges(), attributes.channels[0].value(3)), (4, &[6.0, 7.0][..]));
+        assert_eq!(attributes.clone().select_faces(&[2]), None);
+        assert!(attributes.is_valid_for(2) && !attributes.is_valid_for(1) && Attributes::default().is_valid_for(3));
+        let one = attributes.clone().select_faces(&[1]).unwrap();
         assert_eq!((one.wedges.as_slice(), one.group(0)), (&[[2, 1, 3]][..], 8));
         assert!(!one.is_empty() && Attributes::default().is_empty());
         let beyond = Attributes { wedges: vec![[0, 1, 4]], ..attributes };
-        assert!(!beyond.fit(1));
-        assert_eq!(beyond.of_faces(&[0]), None);
+        assert!(!beyond.is_valid_for(1));
+        assert_eq!(beyond.select_faces(&[0]), None);
     }
 }

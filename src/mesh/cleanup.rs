@@ -14,8 +14,8 @@
 //! edges are left to the algorithms.
 
 use super::first_equal::first_equal;
+use super::precision::{LostComponent, find_lost_component};
 use super::repeated_faces::{repeated_faces, superfluous_faces};
-use super::resolved::{Unresolved, unresolved};
 use super::tri_mesh::are_sound;
 use super::{Attributes, Frame, InvalidMesh, RawMesh, TriMesh};
 
@@ -201,7 +201,7 @@ pub fn clean(raw: RawMesh, options: &CleanOptions) -> Result<Cleaned, CleanError
         return Err(CleanError::NoFaces { n_vertices: n_raw_vertices, n_faces: n_raw_faces, counts });
     }
     if let Some(numbers) = numbers {
-        attributes = attributes.of_faces(&numbers).ok_or(CleanError::UnfitAttributes)?;
+        attributes = attributes.select_faces(&numbers).ok_or(CleanError::UnfitAttributes)?;
     }
     let mesh = TriMesh::new(local, faces).map_err(|error| match error {
         InvalidMesh::NotFinite { vertex } => CleanError::TooFar { vertex: source[vertex] as usize },
@@ -311,8 +311,8 @@ fn weld(
     counts: &mut CleanCounts,
 ) -> Result<bool, CleanError> {
     let (first, repeated) = first_equal(local.len(), |vertex| local[vertex].map(f32::to_bits));
-    let lost = frame.double.then(|| unresolved(&positions, local, &first, faces)).flatten();
-    if let Some(Unresolved { vertex, size, step }) = lost {
+    let lost = frame.double.then(|| find_lost_component(&positions, local, &first, faces)).flatten();
+    if let Some(LostComponent { vertex, size, step }) = lost {
         return Err(CleanError::TooCoarse { vertex, size, step });
     }
     drop(positions);
@@ -365,7 +365,7 @@ mod tests {
 
     const NAN: f64 = f64::NAN;
 
-    fn cleaned(positions: &[[f64; 3]], faces: &[[u32; 3]]) -> Result<Cleaned, CleanError> {
+    fn clean_soup(positions: &[[f64; 3]], faces: &[[u32; 3]]) -> Result<Cleaned, CleanError> {
         let raw = RawMesh { positions: positions.to_vec(), faces: faces.to_vec(), ..RawMesh::default() };
         clean(raw, &CleanOptions::default())
     }
@@ -439,14 +439,15 @@ mod tests {
     #[test]
     fn negative_zero_is_zero() {
         let cleaned =
-            cleaned(&[[0.0; 3], [1.0, 0.0, -0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], &[[0, 1, 3], [0, 2, 3]]).unwrap();
+            clean_soup(&[[0.0; 3], [1.0, 0.0, -0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], &[[0, 1, 3], [0, 2, 3]])
+                .unwrap();
         assert_eq!((cleaned.mesh.faces(), cleaned.counts.duplicate_faces), (&[[0, 1, 2]][..], 1));
         assert!(cleaned.mesh.positions().iter().flatten().all(|x| x.is_sign_positive()));
     }
 
     #[test]
     fn faces_without_area_stay() {
-        let cleaned = cleaned(&[[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]], &[[0, 1, 2]]).unwrap();
+        let cleaned = clean_soup(&[[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]], &[[0, 1, 2]]).unwrap();
         assert_eq!(cleaned.counts, CleanCounts::default());
     }
 
@@ -488,11 +489,11 @@ mod tests {
 
     #[test]
     fn nothing_left_says_why() {
-        let error = cleaned(&[[0.0; 3], [1.0, 0.0, NAN], [2.0, 0.0, 0.0]], &[[0, 1, 2], [0, 2, 7]]).unwrap_err();
+        let error = clean_soup(&[[0.0; 3], [1.0, 0.0, NAN], [2.0, 0.0, 0.0]], &[[0, 1, 2], [0, 2, 7]]).unwrap_err();
         let text = error.to_string();
         assert!(text.starts_with("no usable face (faces: 2, vertices: 3"), "{text}");
         assert!(text.contains("faces with non-finite corners: 1, faces with corners out of range: 1"), "{text}");
-        assert!(cleaned(&[[0.0; 3]], &[]).unwrap_err().to_string().starts_with("no faces (vertices: 1)"));
+        assert!(clean_soup(&[[0.0; 3]], &[]).unwrap_err().to_string().starts_with("no faces (vertices: 1)"));
     }
 
     #[test]

@@ -37,7 +37,7 @@ pub fn is_shaded_flat(mesh: &TriMesh, attributes: &Attributes) -> bool {
     });
     let (mut n_bent, mut n_flat) = (0usize, 0usize);
     for (corner, &bend) in (0u32..).zip(&bends).filter(|(_, bend)| **bend > BENT) {
-        let Some(&[x, y, z]) = channel.of(attributes.wedges[corner as usize / 3][corner as usize % 3]).first_chunk()
+        let Some(&[x, y, z]) = channel.value(attributes.wedges[corner as usize / 3][corner as usize % 3]).first_chunk()
         else {
             return false;
         };
@@ -51,7 +51,7 @@ pub fn is_shaded_flat(mesh: &TriMesh, attributes: &Attributes) -> bool {
 /// Returns the attributes with face normals in place of the present normals.
 ///
 /// Corners of a vertex share a wedge if their faces are coplanar. `name` is the name of the new channel.
-pub fn shaded_flat(mesh: &TriMesh, attributes: &Attributes, name: &str) -> Attributes {
+pub fn with_flat_normals(mesh: &TriMesh, attributes: &Attributes, name: &str) -> Attributes {
     let others: Vec<&Channel> = attributes.channels.iter().filter(|channel| channel.role != Role::Normal).collect();
     let mut channels: Vec<Channel> =
         others.iter().map(|channel| Channel { name: channel.name.clone(), values: Vec::new(), ..**channel }).collect();
@@ -66,7 +66,7 @@ pub fn shaded_flat(mesh: &TriMesh, attributes: &Attributes, name: &str) -> Attri
             let next = known.len() as u32;
             *known.entry(key).or_insert_with(|| {
                 for (all, one) in channels.iter_mut().zip(&others) {
-                    all.values.extend_from_slice(one.of(before(corner)));
+                    all.values.extend_from_slice(one.value(before(corner)));
                 }
                 flat.values.extend(normal);
                 next
@@ -97,15 +97,15 @@ mod tests {
         for mesh in [shapes::icosphere(1), shapes::icosphere(6), shapes::torus(90, 30, 2.0, 0.5), shapes::bolt(48)] {
             let smooth = smooth(&mesh);
             assert!(!is_shaded_flat(&mesh, &smooth));
-            let mut flat = shaded_flat(&mesh, &smooth, "NORMAL");
-            assert!(is_shaded_flat(&mesh, &flat) && flat.fit(mesh.faces().len()));
+            let mut flat = with_flat_normals(&mesh, &smooth, "NORMAL");
+            assert!(is_shaded_flat(&mesh, &flat) && flat.is_valid_for(mesh.faces().len()));
             // As bytes hold them.
             let normals = flat.channels.iter_mut().flat_map(|channel| &mut channel.values);
             normals.for_each(|x| *x = (*x * 32767.0).round() / 32767.0);
             assert!(is_shaded_flat(&mesh, &flat));
         }
         let plane = shapes::grid(5, 5);
-        assert!(!is_shaded_flat(&plane, &shaded_flat(&plane, &smooth(&plane), "NORMAL")));
+        assert!(!is_shaded_flat(&plane, &with_flat_normals(&plane, &smooth(&plane), "NORMAL")));
     }
 
     #[test]
@@ -114,15 +114,15 @@ mod tests {
         let values = mesh.positions().iter().flat_map(|p| [p[0], p[1]]).collect();
         let mut attributes = smooth(&mesh);
         attributes.channels.push(Channel { name: "uv".into(), role: Role::Uv, width: 2, values });
-        let flat = shaded_flat(&mesh, &attributes, "NORMAL");
+        let flat = with_flat_normals(&mesh, &attributes, "NORMAL");
         assert_eq!(flat.n_wedges(), 3 * mesh.faces().len());
         for (face, wedges) in mesh.faces().iter().zip(&flat.wedges) {
             for (&v, &wedge) in face.iter().zip(wedges) {
-                assert_eq!(flat.channels[0].of(wedge), &mesh.positions()[v as usize][..2]);
+                assert_eq!(flat.channels[0].value(wedge), &mesh.positions()[v as usize][..2]);
             }
         }
         let cube = shapes::cuboid([1.0; 3], 3);
-        let corners = shaded_flat(&cube, &smooth(&cube), "NORMAL");
+        let corners = with_flat_normals(&cube, &smooth(&cube), "NORMAL");
         assert_eq!(corners.n_wedges(), 6 * 16);
     }
 }

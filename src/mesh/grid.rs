@@ -6,24 +6,24 @@ use super::has_area;
 
 /// The points `origin + step * [i, j, k]` for whole numbers i, j, k.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Grid {
+pub struct PositionGrid {
     /// The grid point 0, 0, 0.
     pub origin: [f64; 3],
     /// Distance between neighbouring grid points along each axis, above 0.
     pub step: f64,
 }
 
-impl Grid {
+impl PositionGrid {
     /// Builds a grid over the bounding box of points: its longest side has `2^bits - 1` steps.
     ///
     /// `None` if the box has no extent or `f32` cannot hold the step.
     ///
     /// ```
-    /// use neural_mesh::mesh::Grid;
-    /// let grid = Grid::around([[1.0; 3], [2.0, 1.25, 1.0]].into_iter(), 8).unwrap();
+    /// use neural_mesh::mesh::PositionGrid;
+    /// let grid = PositionGrid::from_points([[1.0; 3], [2.0, 1.25, 1.0]].into_iter(), 8).unwrap();
     /// assert_eq!((grid.origin, grid.round([2.0, 1.25, 1.0])), ([1.0; 3], [255, 64, 0]));
     /// ```
-    pub fn around(points: impl Iterator<Item = [f32; 3]>, bits: u32) -> Option<Self> {
+    pub fn from_points(points: impl Iterator<Item = [f32; 3]>, bits: u32) -> Option<Self> {
         let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
         for point in points {
             low = std::array::from_fn(|axis| low[axis].min(point[axis]));
@@ -55,7 +55,7 @@ impl Grid {
     }
 
     /// Returns whether rounding keeps distinct vertices apart and gives no face zero area.
-    pub fn holds(&self, positions: &[[f32; 3]], faces: &[[u32; 3]]) -> bool {
+    pub fn preserves(&self, positions: &[[f32; 3]], faces: &[[u32; 3]]) -> bool {
         let numbers: Vec<[i64; 3]> = positions.iter().map(|p| self.round(p.map(f64::from))).collect();
         let mut first: FxHashMap<[i64; 3], [f32; 3]> = FxHashMap::default();
         let mut stays_apart = |v: u32| {
@@ -99,7 +99,7 @@ mod tests {
         let points: Vec<[f32; 3]> =
             (0..999).map(|i| [0.37, -1.7, 5e-3].map(|x| (f64::from(i) * x).sin() as f32 * 70.0 + 1e3)).collect();
         for bits in [8, 14, 16] {
-            let grid = Grid::around(points.iter().copied(), bits).unwrap();
+            let grid = PositionGrid::from_points(points.iter().copied(), bits).unwrap();
             for point in &points {
                 let (exact, numbers) = (point.map(f64::from), grid.round(point.map(f64::from)));
                 assert!(numbers.iter().all(|n| (0..1 << bits).contains(n)), "{numbers:?}");
@@ -107,20 +107,20 @@ mod tests {
                 assert!(moved <= grid.rounding() * (1.0 + 1e-9), "{moved}");
             }
         }
-        assert_eq!(Grid::around([[7.0; 3]].into_iter(), 14), None);
-        assert_eq!(Grid::around(std::iter::empty(), 14), None);
+        assert_eq!(PositionGrid::from_points([[7.0; 3]].into_iter(), 14), None);
+        assert_eq!(PositionGrid::from_points(std::iter::empty(), 14), None);
     }
 
     #[test]
     fn meshes_that_would_be_others_are_not_held() {
         let square = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
-        let grid = Grid { origin: [0.0; 3], step: 0.1 };
-        assert!(grid.holds(&square, &[[0, 1, 2], [0, 2, 3]]));
+        let grid = PositionGrid { origin: [0.0; 3], step: 0.1 };
+        assert!(grid.preserves(&square, &[[0, 1, 2], [0, 2, 3]]));
         let near = [square[0], square[1], square[2], [0.04, 0.03, 0.0]];
-        assert!(!grid.holds(&near, &[[0, 1, 2], [0, 2, 3]]));
+        assert!(!grid.preserves(&near, &[[0, 1, 2], [0, 2, 3]]));
         let flat = [square[0], square[1], square[2], [0.5, 0.04, 0.0]];
-        assert!(!grid.holds(&flat, &[[0, 1, 2], [0, 1, 3]]));
+        assert!(!grid.preserves(&flat, &[[0, 1, 2], [0, 1, 3]]));
         // What had no area before, and equal positions, are as they were.
-        assert!(grid.holds(&[square[0], square[1], square[0]], &[[0, 1, 2]]));
+        assert!(grid.preserves(&[square[0], square[1], square[0]], &[[0, 1, 2]]));
     }
 }

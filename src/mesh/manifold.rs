@@ -53,17 +53,17 @@ pub(crate) fn manifold_with<'a>(pulse: Pulse, positions: &[[f32; 3]], faces: &'a
     let mut copies = Vec::new();
     let mut turned_faces = None;
     loop {
-        match OneRings::with(pulse, positions.len() + copies.len(), &faces) {
+        match OneRings::new_with_pulse(pulse, positions.len() + copies.len(), &faces) {
             Ok(rings) if rings.is_oriented() || turned_faces.is_some() => {
                 return Manifold { faces, rings, copies, turned_faces: turned_faces.unwrap_or(0) };
             }
             Ok(rings) => turned_faces = Some(orient(rings.n_vertices(), faces.to_mut())),
-            Err(meeting) => take_apart(positions, faces.to_mut(), &meeting, &mut copies),
+            Err(meeting) => split_sheets(positions, faces.to_mut(), &meeting, &mut copies),
         }
     }
 }
 
-fn take_apart(positions: &[[f32; 3]], faces: &mut [[u32; 3]], meeting: &MeetingSheets, copies: &mut Vec<u32>) {
+fn split_sheets(positions: &[[f32; 3]], faces: &mut [[u32; 3]], meeting: &MeetingSheets, copies: &mut Vec<u32>) {
     let n_vertices = positions.len();
     let first_new = (n_vertices + copies.len()) as u32;
     let mut around = Surroundings::new(first_new as usize, faces, meeting);
@@ -74,7 +74,7 @@ fn take_apart(positions: &[[f32; 3]], faces: &mut [[u32; 3]], meeting: &MeetingS
         let n_before = copies.len();
         if let Some(partners) = joined.as_mut().filter(|_| round < MOST_ROUNDS) {
             if round > 0 {
-                join_otherwise(&around.faces, &vertices, partners);
+                change_partners(&around.faces, &vertices, partners);
             }
             split_fans(n_vertices, &mut around.faces, &vertices, Some(partners), copies);
             if copies.len() == n_before {
@@ -85,7 +85,7 @@ fn take_apart(positions: &[[f32; 3]], faces: &mut [[u32; 3]], meeting: &MeetingS
         if copies.len() == n_before {
             split_fans(n_vertices, &mut around.faces, &vertices, None, copies);
         }
-        vertices = around.where_sheets_meet(first_new..(n_vertices + copies.len()) as u32);
+        vertices = around.find_meeting_sheets(first_new..(n_vertices + copies.len()) as u32);
         if vertices.is_empty() {
             break;
         }
@@ -95,7 +95,7 @@ fn take_apart(positions: &[[f32; 3]], faces: &mut [[u32; 3]], meeting: &MeetingS
 
 /// Separates pairs that meet at both ends of an edge: at one end, faces reached from each other around the vertex become
 /// partners.
-fn join_otherwise(faces: &[[u32; 3]], vertices: &[u32], partners: &mut Partners) {
+fn change_partners(faces: &[[u32; 3]], vertices: &[u32], partners: &mut Partners) {
     let mut is_chosen = FxHashSet::default();
     for corners in corners_at(faces, vertices).chunk_by(|a, b| a.0 == b.0) {
         let spokes = spokes(faces, corners);
@@ -118,7 +118,7 @@ fn join_otherwise(faces: &[[u32; 3]], vertices: &[u32], partners: &mut Partners)
     }
 }
 
-/// Pairs the faces at edges with more than two: first within a body and in opposite directions, then the rest.
+/// Matches the faces at edges with more than two: first within a body and in opposite directions, then the rest.
 fn join_bodies(n_vertices: usize, around: &Surroundings, vertices: &[u32], partners: &mut Partners) {
     let (faces, cluster) = (&around.faces, |face: u32| around.clusters[face as usize]);
     let mut bodies = UnionFind::new(around.n_clusters);
@@ -184,7 +184,7 @@ fn split_fans(
 /// Joins the corners at one vertex over two-face edges, or not at all if that makes one fan of faces back to back.
 fn parted_fans(faces: &[[u32; 3]], corners: &[(u32, u32)]) -> UnionFind {
     let fans = joined_fans(faces, corners, &Partners::default());
-    if fans.sets() > 1 { fans } else { UnionFind::new(corners.len()) }
+    if fans.n_sets() > 1 { fans } else { UnionFind::new(corners.len()) }
 }
 
 /// Joins the corners at one vertex over two-face edges and between partners.

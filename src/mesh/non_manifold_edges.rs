@@ -25,21 +25,21 @@ pub(super) type Partners = FxHashMap<u32, u32>;
 pub(super) fn partners(positions: &[[f32; 3]], around: &Surroundings) -> Partners {
     let (faces, cluster) = (&around.faces, |face: u32| around.clusters[face as usize]);
     let mut sides = Sides::new(around.n_clusters);
-    let mut fans: Vec<Vec<Blade>> = Vec::new();
+    let mut fans: Vec<Vec<EdgeFace>> = Vec::new();
     for_each_edge(positions.len(), faces, |ends, half_edges| {
         if let &[g, h] = half_edges {
             sides.join([cluster(g.face()), cluster(h.face())], g.runs_up(faces) == h.runs_up(faces));
         } else if half_edges.len() > 2 {
-            let fan = |some: &[HalfEdge]| some.iter().map(|&h| Blade::new(positions, faces, ends, h)).collect();
+            let fan = |some: &[HalfEdge]| some.iter().map(|&h| EdgeFace::new(positions, faces, ends, h)).collect();
             fans.extend(half_edges.chunks(MOST_FACES).map(fan));
         }
     });
     let mut partners = Partners::default();
     for fan in fans {
-        let joined = |a: &Blade, b: &Blade| {
+        let joined = |a: &EdgeFace, b: &EdgeFace| {
             a.tip != b.tip && sides.join([cluster(a.half / 3), cluster(b.half / 3)], a.is_along == b.is_along)
         };
-        for [g, h] in matched(&fan, joined) {
+        for [g, h] in match_half_edges(&fan, joined) {
             partners.insert(g, h);
             partners.insert(h, g);
         }
@@ -47,7 +47,7 @@ pub(super) fn partners(positions: &[[f32; 3]], around: &Surroundings) -> Partner
     partners
 }
 
-struct Blade {
+struct EdgeFace {
     half: u32,
     /// Whether the face traverses the edge from its lower end up.
     is_along: bool,
@@ -56,7 +56,7 @@ struct Blade {
     direction: Vec3,
 }
 
-impl Blade {
+impl EdgeFace {
     fn new(positions: &[[f32; 3]], faces: &[[u32; 3]], [low, high]: [u32; 2], half: HalfEdge) -> Self {
         let across = start(faces, next(next(half.half_edge)));
         let [from, to, tip] = [low, high, across].map(|vertex| Vec3::from(positions[vertex as usize]));
@@ -78,7 +78,7 @@ impl Blade {
 ///
 /// If both directions are equally frequent, as on closed bodies, opposite ones match first; then pairs that keep the surface
 /// two-sided; of an even number finally any. Coincident faces (walls between bodies) match first, never each other.
-fn matched(fan: &[Blade], mut joined: impl FnMut(&Blade, &Blade) -> bool) -> Vec<[u32; 2]> {
+fn match_half_edges(fan: &[EdgeFace], mut joined: impl FnMut(&EdgeFace, &EdgeFace) -> bool) -> Vec<[u32; 2]> {
     let pairs = (0..fan.len()).flat_map(|i| (0..i).map(move |j| [j, i]));
     let mut pairs: Vec<(f32, [usize; 2])> = pairs.map(|[j, i]| (fan[j].bend(&fan[i]), [j, i])).collect();
     let is_wall = |i: usize| fan.iter().enumerate().any(|(k, blade)| k != i && blade.tip == fan[i].tip);
@@ -87,7 +87,7 @@ fn matched(fan: &[Blade], mut joined: impl FnMut(&Blade, &Blade) -> bool) -> Vec
     pairs.sort_by(|a, b| rank(&a.1).cmp(&rank(&b.1)).then(a.0.total_cmp(&b.0)).then(a.1.cmp(&b.1)));
     let mut is_taken = vec![false; fan.len()];
     let mut matched = Vec::new();
-    let mut take = |may: &mut dyn FnMut(&Blade, &Blade) -> bool| {
+    let mut take = |may: &mut dyn FnMut(&EdgeFace, &EdgeFace) -> bool| {
         for &(_, [j, i]) in &pairs {
             if !is_taken[j] && !is_taken[i] && may(&fan[j], &fan[i]) {
                 (is_taken[j], is_taken[i]) = (true, true);

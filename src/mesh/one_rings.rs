@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::pulse::Pulse;
-use super::shares::shares;
+use super::thread_ranges::thread_ranges;
 
 /// Rings longer than this are ordered with a hash map instead of by scanning.
 const LONG_RING: usize = 64;
@@ -63,16 +63,17 @@ impl OneRings {
     /// assert_eq!(rings.n_ghosts(), 1);
     /// ```
     pub fn new(n_vertices: usize, faces: &[[u32; 3]]) -> Result<Self, NotManifold> {
-        Self::with(Pulse::NONE, n_vertices, faces).map_err(|meeting| NotManifold { vertices: meeting.vertices })
+        Self::new_with_pulse(Pulse::NONE, n_vertices, faces)
+            .map_err(|meeting| NotManifold { vertices: meeting.vertices })
     }
 
     /// Orders neighbours as [`OneRings::new`], reporting progress to `pulse`.
-    pub(super) fn with(pulse: Pulse, n_vertices: usize, faces: &[[u32; 3]]) -> Result<Self, MeetingSheets> {
-        let rows = |share| Rows::new(pulse, share, faces);
-        let shares: Vec<Rows> = shares(n_vertices).into_par_iter().map(rows).collect();
-        let and = |rows: Rows, after| {
+    pub(super) fn new_with_pulse(pulse: Pulse, n_vertices: usize, faces: &[[u32; 3]]) -> Result<Self, MeetingSheets> {
+        let rows = |share| RingRows::new(pulse, share, faces);
+        let shares: Vec<RingRows> = thread_ranges(n_vertices).into_par_iter().map(rows).collect();
+        let and = |rows: RingRows, after| {
             pulse.beat(0);
-            rows.and(after)
+            rows.append(after)
         };
         let rows = shares.into_iter().reduce(and).unwrap_or_default();
         if !rows.bad.is_empty() {
@@ -157,7 +158,7 @@ fn opposite_edges(pulse: Pulse, share: Range<usize>, faces: &[[u32; 3]]) -> (Vec
     let pulse = pulse.counting_if(share.start == 0);
     let own = |v: u32| (v as usize).wrapping_sub(share.start);
     let mut ends = vec![0u32; share.len()];
-    for faces in pulse.over(faces) {
+    for faces in pulse.chunks(faces) {
         for &v in faces.as_flattened() {
             if let Some(count) = ends.get_mut(own(v)) {
                 *count += 1;
@@ -170,7 +171,7 @@ fn opposite_edges(pulse: Pulse, share: Range<usize>, faces: &[[u32; 3]]) -> (Vec
         n_before += std::mem::replace(end, n_before);
     }
     let mut pairs = vec![[0; 2]; n_before as usize];
-    for faces in pulse.over(faces) {
+    for faces in pulse.chunks(faces) {
         for &[a, b, c] in faces {
             for (v, pair) in [(a, [b, c]), (b, [c, a]), (c, [a, b])] {
                 if let Some(slot) = ends.get_mut(own(v)) {
@@ -184,7 +185,7 @@ fn opposite_edges(pulse: Pulse, share: Range<usize>, faces: &[[u32; 3]]) -> (Vec
 }
 
 #[derive(Default)]
-struct Rows {
+struct RingRows {
     offsets: Vec<u32>,
     neighbors: Vec<u32>,
     /// Boundary vertices; their rings end with `u32::MAX` in place of the ghost vertex.
@@ -195,14 +196,14 @@ struct Rows {
     opposed: Vec<u32>,
 }
 
-impl Rows {
+impl RingRows {
     fn new(pulse: Pulse, share: Range<usize>, faces: &[[u32; 3]]) -> Self {
         let (ends, mut pairs) = opposite_edges(pulse, share.clone(), faces);
         pulse.beat(0);
         let mut rows = Self { offsets: Vec::with_capacity(ends.len() + 1), ..Self::default() };
         rows.neighbors.reserve(pairs.len());
         let mut begin = 0;
-        for own in pulse.through(0..ends.len()) {
+        for own in pulse.ranges(0..ends.len()) {
             for (v, &end) in (share.start + own.start..).zip(&ends[own]) {
                 rows.push(v as u32, &mut pairs[begin..end as usize]);
                 begin = end as usize;
@@ -211,7 +212,7 @@ impl Rows {
         rows
     }
 
-    fn and(mut self, after: Self) -> Self {
+    fn append(mut self, after: Self) -> Self {
         let n_before = self.neighbors.len() as u32;
         self.offsets.extend(after.offsets.iter().map(|begin| n_before + begin));
         self.neighbors.extend(after.neighbors);

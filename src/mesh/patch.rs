@@ -8,20 +8,20 @@ use super::sides::Sides;
 use super::union_find::UnionFind;
 
 /// Key of a position, by which subsets recognise a shared vertex.
-pub(crate) type Place = [u32; 3];
+pub(crate) type PositionKey = [u32; 3];
 
 /// The topology of some faces: counts of closed components, fans and sides; open ones are numbered from 0.
 ///
 /// A fan is a set of corners at one vertex joined over edges.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Patch {
-    pub closed: Counts,
+pub(crate) struct TopologyPatch {
+    pub closed: TopologyCounts,
     /// Whether some faces cannot be oriented consistently.
     pub is_one_sided: bool,
     pub n_open_components: u32,
     pub n_open_sides: u32,
     /// Position of each open fan.
-    pub open_fans: Vec<Place>,
+    pub open_fans: Vec<PositionKey>,
     /// Pairs of open fans on one boundary curve.
     pub curves: Vec<[u32; 2]>,
     /// Half-edges between two shared vertices.
@@ -29,7 +29,7 @@ pub(crate) struct Patch {
 }
 
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Counts {
+pub(crate) struct TopologyCounts {
     /// Vertices that are not shared; of these, unused ones and those with several fans.
     pub vertices: usize,
     pub unreferenced_vertices: usize,
@@ -46,7 +46,7 @@ pub(crate) struct Counts {
     pub loops: usize,
 }
 
-impl std::ops::AddAssign for Counts {
+impl std::ops::AddAssign for TopologyCounts {
     fn add_assign(&mut self, other: Self) {
         self.vertices += other.vertices;
         self.unreferenced_vertices += other.unreferenced_vertices;
@@ -66,7 +66,7 @@ impl std::ops::AddAssign for Counts {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct OpenEdge {
     /// Positions of its start and end.
-    pub ends: [Place; 2],
+    pub ends: [PositionKey; 2],
     /// Fans at its start and end.
     pub fans: [u32; 2],
     pub component: u32,
@@ -76,7 +76,7 @@ pub(crate) struct OpenEdge {
 }
 
 impl OpenEdge {
-    pub fn places(&self) -> [Place; 2] {
+    pub fn places(&self) -> [PositionKey; 2] {
         let [a, b] = self.ends;
         [a.min(b), a.max(b)]
     }
@@ -88,13 +88,13 @@ impl OpenEdge {
     }
 }
 
-pub(crate) fn place(position: [f32; 3]) -> Place {
+pub(crate) fn position_key(position: [f32; 3]) -> PositionKey {
     position.map(|x| (x + 0.0).to_bits())
 }
 
-impl Patch {
+impl TopologyPatch {
     /// Joins the faces of a mesh; `is_shared` tells which vertices have faces elsewhere.
-    pub fn of(mesh: &TriMesh, is_shared: impl Fn(u32) -> bool) -> Self {
+    pub fn new(mesh: &TriMesh, is_shared: impl Fn(u32) -> bool) -> Self {
         let mut links = Links::new(mesh);
         for_each_edge(mesh.positions().len(), mesh.faces(), |[a, b], half_edges| {
             if is_shared(a) && is_shared(b) {
@@ -129,7 +129,7 @@ struct Links<'a> {
     faces: UnionFind,
     /// Corners (`3 * face + corner`) of one vertex joined over edges: the fans.
     corners: UnionFind,
-    counts: Counts,
+    counts: TopologyCounts,
     boundary: Vec<u32>,
     open: Vec<u32>,
 }
@@ -141,7 +141,7 @@ impl<'a> Links<'a> {
             mesh,
             faces: UnionFind::new(n_faces),
             corners: UnionFind::new(3 * n_faces),
-            counts: Counts { faces: n_faces, ..Counts::default() },
+            counts: TopologyCounts { faces: n_faces, ..TopologyCounts::default() },
             boundary: Vec::new(),
             open: Vec::new(),
         }
@@ -169,7 +169,7 @@ impl<'a> Links<'a> {
     }
 
     /// Counts fans and vertices; returns the numbers of open fans by their first corners.
-    fn open_fans(&mut self, patch: &mut Patch, is_shared: &impl Fn(u32) -> bool) -> FxHashMap<u32, u32> {
+    fn open_fans(&mut self, patch: &mut TopologyPatch, is_shared: &impl Fn(u32) -> bool) -> FxHashMap<u32, u32> {
         let (mut fans, mut open) = (vec![0u32; self.mesh.positions().len()], FxHashMap::default());
         for corner in 0..3 * self.mesh.faces().len() as u32 {
             if self.corners.find(corner) != corner {
@@ -178,7 +178,7 @@ impl<'a> Links<'a> {
             let vertex = start(self.mesh.faces(), corner);
             if is_shared(vertex) {
                 open.insert(corner, open.len() as u32);
-                patch.open_fans.push(place(self.mesh.positions()[vertex as usize]));
+                patch.open_fans.push(position_key(self.mesh.positions()[vertex as usize]));
             } else {
                 fans[vertex as usize] += 1;
                 patch.closed.fans += 1;
@@ -193,7 +193,7 @@ impl<'a> Links<'a> {
     }
 
     /// Counts boundary curves, which pass a vertex once per fan, and lists those through open fans.
-    fn trace_boundary(&mut self, patch: &mut Patch, open: &FxHashMap<u32, u32>) {
+    fn trace_boundary(&mut self, patch: &mut TopologyPatch, open: &FxHashMap<u32, u32>) {
         let mut ends: Vec<[u32; 2]> = Vec::with_capacity(self.boundary.len());
         for &half_edge in &self.boundary {
             ends.push([self.corners.find(half_edge), self.corners.find(next(half_edge))]);
@@ -205,11 +205,11 @@ impl<'a> Links<'a> {
             let first = *first_of.entry(curves.find(i)).or_insert(fan);
             patch.curves.push([first, fan]);
         }
-        patch.closed.loops = curves.sets() - first_of.len();
+        patch.closed.loops = curves.n_sets() - first_of.len();
     }
 
     /// Lists the open half-edges and numbers their components and sides.
-    fn list_open(mut self, patch: &mut Patch, fans: &FxHashMap<u32, u32>) {
+    fn list_open(mut self, patch: &mut TopologyPatch, fans: &FxHashMap<u32, u32>) {
         let is_needed = self.counts.inconsistent_edges > 0 || !self.open.is_empty();
         let mut sides = Sides::new(if is_needed { self.mesh.faces().len() } else { 0 });
         patch.is_one_sided = is_needed && !self.turn(&mut sides);
@@ -221,7 +221,7 @@ impl<'a> Links<'a> {
             let (first, is_turned) = sides.first(half_edge / 3);
             let n = numbers.len() as u32;
             patch.open_edges.push(OpenEdge {
-                ends: corners.map(|at| place(self.mesh.positions()[start(self.mesh.faces(), at) as usize])),
+                ends: corners.map(|at| position_key(self.mesh.positions()[start(self.mesh.faces(), at) as usize])),
                 fans: corners.map(|at| fans.get(&self.corners.find(at)).copied().unwrap_or_default()),
                 component,
                 side: *numbers.entry(first).or_insert(n),
@@ -229,7 +229,7 @@ impl<'a> Links<'a> {
             });
         }
         (patch.n_open_components, patch.n_open_sides) = (components.len() as u32, numbers.len() as u32);
-        patch.closed.components = self.faces.sets() - components.len();
+        patch.closed.components = self.faces.n_sets() - components.len();
     }
 
     /// Joins sides over closed two-face edges; returns whether all can be oriented consistently.

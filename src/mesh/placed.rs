@@ -17,7 +17,7 @@ pub(crate) struct PlacedMesh<'a> {
 ///
 /// A missing channel is filled with zeros, a missing colour with white. Directions are transformed; faces of mirrored meshes
 /// are reversed.
-pub(crate) fn side_by_side(meshes: &[PlacedMesh], is_carried: impl Fn(Role) -> bool) -> RawMesh {
+pub(crate) fn merge_placed_meshes(meshes: &[PlacedMesh], is_carried: impl Fn(Role) -> bool) -> RawMesh {
     let mut channels = all_channels(meshes.iter().map(|placed| &placed.mesh.attributes));
     channels.retain(|channel| is_carried(channel.role));
     let mut all = RawMesh { attributes: Attributes { channels, ..Attributes::default() }, ..RawMesh::default() };
@@ -97,7 +97,7 @@ mod tests {
             PlacedMesh { mesh: &shaded, transform: turned, first_group: 2 },
             PlacedMesh { mesh: &shaded, transform: mirrored, first_group: 4 },
         ];
-        let all = side_by_side(&meshes, |_| true);
+        let all = merge_placed_meshes(&meshes, |_| true);
         assert_eq!(all.faces, [[0, 1, 2], [3, 4, 5], [6, 8, 7]]);
         assert_eq!((all.attributes.groups.as_slice(), all.positions[7]), (&[1, 3, 5][..], [-2.0, 0.0, 0.0]));
         assert!((DVec3::from(all.positions[4]) - DVec3::new(1.0, 1.0, 0.0)).length() < 1e-12);
@@ -105,20 +105,20 @@ mod tests {
         for (found, expected) in normals.iter().zip([0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -1.0, 0.0, 0.0]) {
             assert!((found - expected).abs() < 1e-6, "{normals:?}");
         }
-        assert!(all.attributes.fit(3));
-        assert_eq!(side_by_side(&meshes, |role| role != Role::Normal).attributes.channels, []);
+        assert!(all.attributes.is_valid_for(3));
+        assert_eq!(merge_placed_meshes(&meshes, |role| role != Role::Normal).attributes.channels, []);
     }
 
     #[test]
     fn corners_that_do_not_exist_reach_no_other_mesh() {
         let broken = RawMesh { faces: vec![[0, 1, 3]], ..triangle(false) };
         let placed = || PlacedMesh { mesh: &broken, transform: DMat4::IDENTITY, first_group: 0 };
-        assert_eq!(side_by_side(&[placed(), placed()], |_| true).faces[0], [0, 1, u32::MAX]);
+        assert_eq!(merge_placed_meshes(&[placed(), placed()], |_| true).faces[0], [0, 1, u32::MAX]);
         let mut beyond = triangle(true);
         beyond.attributes.wedges[0][2] = u32::MAX;
         let placed = || PlacedMesh { mesh: &beyond, transform: DMat4::IDENTITY, first_group: 0 };
         assert_eq!(
-            side_by_side(&[placed(), placed()], |_| true).attributes.wedges,
+            merge_placed_meshes(&[placed(), placed()], |_| true).attributes.wedges,
             [[0, 0, u32::MAX], [1, 1, u32::MAX]]
         );
     }

@@ -9,7 +9,7 @@ use crate::geometry::polygon::triangulate;
 /// let positions = [[0.0; 3], [2.0, -1.0, 0.0], [0.5, 0.0, 0.0], [2.0, 1.0, 0.0]];
 /// let (mut fans, mut faces) = (Fans::default(), Vec::new());
 /// fans.push(&[1, 2, 3, 0], &mut faces);
-/// fans.settle(&positions, &mut faces);
+/// fans.triangulate(&positions, &mut faces);
 /// assert_eq!(faces, [[2, 3, 0], [2, 0, 1]]);
 /// ```
 #[derive(Debug, Default)]
@@ -32,13 +32,13 @@ impl Fans {
     /// Replaces each fan in `faces` by a triangulation that is correct for concave polygons.
     ///
     /// A polygon with a missing or non-finite corner becomes the fan around that corner, so that cleanup drops all of it.
-    pub fn settle(self, positions: &[[f64; 3]], faces: &mut [[u32; 3]]) {
-        self.settle_with(|vertex| positions.get(vertex as usize).copied(), faces);
+    pub fn triangulate(self, positions: &[[f64; 3]], faces: &mut [[u32; 3]]) {
+        self.triangulate_with(|vertex| positions.get(vertex as usize).copied(), faces);
     }
 
-    /// Triangulates as [`settle`](Self::settle) for corners that are no vertex indices, such as wedges; `position` locates a
+    /// Triangulates as [`triangulate`](Self::triangulate) for corners that are no vertex indices, such as wedges; `position` locates a
     /// corner.
-    pub fn settle_with(self, position: impl Fn(u32) -> Option<[f64; 3]>, faces: &mut [[u32; 3]]) {
+    pub fn triangulate_with(self, position: impl Fn(u32) -> Option<[f64; 3]>, faces: &mut [[u32; 3]]) {
         let (mut corners, mut points) = (Vec::new(), Vec::new());
         for (start, n_triangles) in self.runs {
             let Some(run) = faces.get_mut(start..start + n_triangles) else { continue };
@@ -77,7 +77,7 @@ mod tests {
         {
             let (mut fans, mut faces) = (Fans::default(), Vec::new());
             assert!(fans.push(&polygon, &mut faces));
-            fans.settle(&positions, &mut faces);
+            fans.triangulate(&positions, &mut faces);
             assert!(faces.len() == 3 && faces.iter().all(|face| face.contains(&flawed)), "{polygon:?} {faces:?}");
         }
     }

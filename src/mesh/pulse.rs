@@ -15,18 +15,18 @@ const CHUNK: usize = 1 << 16;
 /// An optional listener that receives the number of items done since the last beat.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Pulse<'a> {
-    heard: Option<&'a (dyn Fn(usize) + Sync)>,
+    listener: Option<&'a (dyn Fn(usize) + Sync)>,
     /// Whether items are not counted.
     is_silent: bool,
 }
 
 impl<'a> Pulse<'a> {
     /// A pulse without a listener.
-    pub const NONE: Self = Self { heard: None, is_silent: false };
+    pub const NONE: Self = Self { listener: None, is_silent: false };
 
     /// Creates a pulse for a listener, which may end the work by unwinding.
-    pub fn new(heard: &'a (dyn Fn(usize) + Sync)) -> Self {
-        Self { heard: Some(heard), is_silent: false }
+    pub fn new(listener: &'a (dyn Fn(usize) + Sync)) -> Self {
+        Self { listener: Some(listener), is_silent: false }
     }
 
     /// Stops counting items unless `counts`: for loops that every thread runs over the same items.
@@ -37,26 +37,26 @@ impl<'a> Pulse<'a> {
     /// Reports `n_items` done since the last beat.
     #[inline]
     pub fn beat(self, n_items: usize) {
-        if let Some(heard) = self.heard {
-            heard(if self.is_silent { 0 } else { n_items });
+        if let Some(listener) = self.listener {
+            listener(if self.is_silent { 0 } else { n_items });
         }
     }
 
     /// Splits items into chunks, with a beat before each and after the last.
     #[inline]
-    pub fn over<T>(self, items: &[T]) -> impl Iterator<Item = &[T]> {
-        self.through(0..items.len()).map(|range| &items[range])
+    pub fn chunks<T>(self, items: &[T]) -> impl Iterator<Item = &[T]> {
+        self.ranges(0..items.len()).map(|range| &items[range])
     }
 
     /// Splits a range into chunks, with a beat before each and after the last.
     #[inline]
-    pub fn through(self, range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
-        self.by(CHUNK, range)
+    pub fn ranges(self, range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
+        self.ranges_of_size(CHUNK, range)
     }
 
     /// Splits a range into chunks of the given size, with a beat before each and after the last.
     #[inline]
-    pub fn by(self, chunk: usize, range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
+    pub fn ranges_of_size(self, chunk: usize, range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
         let (mut begin, mut n_before) = (range.start, 0);
         std::iter::from_fn(move || {
             self.beat(n_before);
@@ -69,7 +69,7 @@ impl<'a> Pulse<'a> {
     /// Maps items in parallel.
     pub fn map<T: Sync, R: Send>(self, items: &[T], of: impl Fn(&T) -> R + Sync) -> Vec<R> {
         let mut all = Vec::with_capacity(items.len());
-        for items in self.over(items) {
+        for items in self.chunks(items) {
             all.par_extend(items.par_iter().with_min_len(PARALLEL).map(&of));
         }
         all
@@ -78,7 +78,7 @@ impl<'a> Pulse<'a> {
     /// Maps the numbers below `n` in parallel.
     pub fn map_numbers<R: Send>(self, n: usize, of: impl Fn(usize) -> R + Sync) -> Vec<R> {
         let mut all = Vec::with_capacity(n);
-        for numbers in self.through(0..n) {
+        for numbers in self.ranges(0..n) {
             all.par_extend(numbers.into_par_iter().with_min_len(PARALLEL).map(&of));
         }
         all
@@ -93,18 +93,18 @@ mod tests {
     #[test]
     fn every_item_comes_once_and_is_counted_once() {
         let (n_items, n_beats) = (AtomicUsize::new(0), AtomicUsize::new(0));
-        let heard = |n| {
+        let listener = |n| {
             n_items.fetch_add(n, Relaxed);
             n_beats.fetch_add(1, Relaxed);
         };
-        let pulse = Pulse::new(&heard);
+        let pulse = Pulse::new(&listener);
         let items: Vec<usize> = (0..3 * CHUNK + 5).collect();
-        assert!(pulse.over(&items).flatten().eq(&items));
+        assert!(pulse.chunks(&items).flatten().eq(&items));
         assert_eq!((n_items.swap(0, Relaxed), n_beats.load(Relaxed)), (items.len(), 5));
         assert_eq!(pulse.map(&items, |&x| 2 * x), items.iter().map(|x| 2 * x).collect::<Vec<_>>());
         assert_eq!(n_items.swap(0, Relaxed), items.len());
         assert_eq!(pulse.counting_if(false).map_numbers(items.len(), |x| x), items);
         assert_eq!(n_items.load(Relaxed), 0);
-        assert!(pulse.over::<usize>(&[]).next().is_none());
+        assert!(pulse.chunks::<usize>(&[]).next().is_none());
     }
 }

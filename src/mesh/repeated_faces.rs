@@ -22,7 +22,7 @@ pub(super) fn repeated_faces(faces: &[[u32; 3]], n_vertices: usize) -> Vec<u32> 
     let mut marks = vec![0u32; n_vertices];
     let mut any = false;
     for &face in faces {
-        let [lowest, middle, highest] = sorted(face);
+        let [lowest, middle, highest] = sort_corners(face);
         let bit = 1 << (middle.wrapping_mul(0x9e37_79b9).wrapping_add(highest.wrapping_mul(0x85eb_ca6b)) >> 27);
         let mark = &mut marks[lowest as usize];
         let repeats = *mark & bit != 0;
@@ -34,7 +34,7 @@ pub(super) fn repeated_faces(faces: &[[u32; 3]], n_vertices: usize) -> Vec<u32> 
     }
     let is_suspect = |&i: &u32| marks[lowest(faces[i as usize]) as usize] == SUSPECT;
     let suspects: Vec<u32> = (0..faces.len() as u32).filter(is_suspect).collect();
-    let (first, _) = first_equal(suspects.len(), |i| sorted(faces[suspects[i] as usize]));
+    let (first, _) = first_equal(suspects.len(), |i| sort_corners(faces[suspects[i] as usize]));
     suspects.iter().zip(0..).filter(|&(_, i)| first[i as usize] != i).map(|(&face, _)| face).collect()
 }
 
@@ -46,11 +46,11 @@ pub(super) fn superfluous_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], repe
     if repeated.is_empty() {
         return repeated;
     }
-    let mut edges: FxHashMap<[u32; 2], Edge> = FxHashMap::default();
+    let mut edges: FxHashMap<[u32; 2], RepeatedEdge> = FxHashMap::default();
     let mut patches = UnionFind::new(repeated.len());
     for (place, &face) in (0..).zip(&repeated) {
         for side in sides(faces[face as usize]) {
-            let edge = edges.entry(side).or_insert(Edge { n_faces: 0, n_repeated: 0, place });
+            let edge = edges.entry(side).or_insert(RepeatedEdge { n_faces: 0, n_repeated: 0, place });
             edge.n_repeated += 1;
             patches.union(place, edge.place);
         }
@@ -59,7 +59,7 @@ pub(super) fn superfluous_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], repe
         edges.entry(side).and_modify(|edge| edge.n_faces += 1);
     }
     let mut is_held = vec![false; repeated.len()];
-    let would_open = |edge: &&Edge| {
+    let would_open = |edge: &&RepeatedEdge| {
         let n_left = edge.n_faces - edge.n_repeated;
         edge.n_faces.is_multiple_of(2) && n_left % 2 == 1 && n_left > 1
     };
@@ -67,7 +67,7 @@ pub(super) fn superfluous_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], repe
         is_held[patches.find(edge.place) as usize] = true;
     }
     let held = (0..).zip(&repeated).filter(|&(place, _)| is_held[patches.find(place) as usize]);
-    let kept = one_of_each(faces, held.map(|(_, &face)| face));
+    let kept = pick_odd_copies(faces, held.map(|(_, &face)| face));
     let mut superfluous: Vec<u32> = repeated.into_iter().filter(|face| !kept.contains(face)).collect();
     for side in superfluous.iter().flat_map(|&face| sides(faces[face as usize])) {
         edges.entry(side).and_modify(|edge| edge.n_faces -= 1);
@@ -78,11 +78,11 @@ pub(super) fn superfluous_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], repe
 }
 
 /// Removes pairs of coincident faces that bound no body from `edges`, flaps from the rim; returns them, the repeat last.
-fn flaps(faces: &[[u32; 3]], kept: &[u32], edges: &mut FxHashMap<[u32; 2], Edge>) -> Vec<[u32; 2]> {
+fn flaps(faces: &[[u32; 3]], kept: &[u32], edges: &mut FxHashMap<[u32; 2], RepeatedEdge>) -> Vec<[u32; 2]> {
     let mut same: FxHashMap<[u32; 3], Vec<u32>> =
-        kept.iter().map(|&face| (sorted(faces[face as usize]), Vec::new())).collect();
+        kept.iter().map(|&face| (sort_corners(faces[face as usize]), Vec::new())).collect();
     for (face, &corners) in (0..).zip(faces) {
-        same.entry(sorted(corners)).and_modify(|same| same.push(face));
+        same.entry(sort_corners(corners)).and_modify(|same| same.push(face));
     }
     let mut at_sides: FxHashMap<[u32; 2], Vec<[u32; 3]>> = FxHashMap::default();
     same.keys().for_each(|&face| sides(face).into_iter().for_each(|side| at_sides.entry(side).or_default().push(face)));
@@ -107,7 +107,7 @@ fn superfluous_of_flaps(
     positions: &[[f32; 3]],
     faces: &[[u32; 3]],
     flaps: Vec<[u32; 2]>,
-    edges: &FxHashMap<[u32; 2], Edge>,
+    edges: &FxHashMap<[u32; 2], RepeatedEdge>,
 ) -> Vec<u32> {
     let area =
         |face: [u32; 3]| area_normal_f64(face.map(|v| DVec3::from(positions[v as usize].map(f64::from)))).length();
@@ -118,7 +118,7 @@ fn superfluous_of_flaps(
             joined.union(number, *first_at.entry(side).or_insert(number));
         }
     }
-    let (flap, n) = joined.numbered(Pulse::NONE);
+    let (flap, n) = joined.number_sets(Pulse::NONE);
     let mut sums = vec![(0.0, false); n];
     for (pair, &flap) in flaps.iter().zip(&flap) {
         let face = faces[pair[0] as usize];
@@ -132,21 +132,21 @@ fn superfluous_of_flaps(
 }
 
 /// Face counts of an edge of repeated faces: all faces, repeated ones, and the index of one of these.
-struct Edge {
+struct RepeatedEdge {
     n_faces: usize,
     n_repeated: usize,
     place: u32,
 }
 
 /// Picks one of each odd group of faces with the same vertices, if possible wound against the first such face.
-fn one_of_each(faces: &[[u32; 3]], some: impl Iterator<Item = u32>) -> Vec<u32> {
+fn pick_odd_copies(faces: &[[u32; 3]], some: impl Iterator<Item = u32>) -> Vec<u32> {
     let mut same: FxHashMap<[u32; 3], Vec<u32>> = FxHashMap::default();
-    some.for_each(|face| same.entry(sorted(faces[face as usize])).or_default().push(face));
+    some.for_each(|face| same.entry(sort_corners(faces[face as usize])).or_default().push(face));
     same.retain(|_, same| same.len() % 2 == 1);
     let mut kept = Vec::new();
     for &face in faces {
         // The first of all, which repeats none.
-        let Some(same) = same.remove(&sorted(face)) else { continue };
+        let Some(same) = same.remove(&sort_corners(face)) else { continue };
         let against = same.iter().find(|&&other| is_even(faces[other as usize]) != is_even(face));
         kept.extend(against.or(same.first()));
     }
@@ -162,7 +162,7 @@ fn sides([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
     [[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)])
 }
 
-fn sorted([a, b, c]: [u32; 3]) -> [u32; 3] {
+fn sort_corners([a, b, c]: [u32; 3]) -> [u32; 3] {
     let (low, high) = (a.min(b), a.max(b));
     [low.min(c), low.max(high.min(c)), high.max(c)]
 }
@@ -183,7 +183,7 @@ mod tests {
             spread in prop::sample::select(vec![1u32, 1000]),
         ) {
             let faces: Vec<_> = faces.into_iter().map(|face| face.map(|vertex| vertex * spread)).collect();
-            let same = |a: &[u32; 3], b: &[u32; 3]| sorted(*a) == sorted(*b);
+            let same = |a: &[u32; 3], b: &[u32; 3]| sort_corners(*a) == sort_corners(*b);
             let repeats = |&i: &u32| faces[..i as usize].iter().any(|face| same(face, &faces[i as usize]));
             let expected: Vec<u32> = (0..faces.len() as u32).filter(repeats).collect();
             prop_assert_eq!(repeated_faces(&faces, 6 * spread as usize), expected);

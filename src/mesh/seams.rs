@@ -16,7 +16,7 @@ const SAME_COLOUR: f32 = 1.0 / 64.0;
 
 /// A seam and its constraints.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct KeptEdge {
+pub struct FeatureEdge {
     /// Vertices, ascending.
     pub ends: [u32; 2],
     /// Distance that its curve may move at a low price, in the unit of the mesh. At 0 the curve only loses vertices.
@@ -42,7 +42,7 @@ pub struct KeptEdge {
 /// let seams = seams(&mesh, &attributes, 0.002);
 /// assert_eq!((seams.len(), seams[0].ends, seams[0].slack), (1, [0, 2], 0.0));
 /// ```
-pub fn seams(mesh: &TriMesh, attributes: &Attributes, seam_error: f32) -> Vec<KeptEdge> {
+pub fn seams(mesh: &TriMesh, attributes: &Attributes, seam_error: f32) -> Vec<FeatureEdge> {
     let mut seams = Vec::new();
     if attributes.is_empty() {
         return seams;
@@ -60,7 +60,7 @@ pub fn seams(mesh: &TriMesh, attributes: &Attributes, seam_error: f32) -> Vec<Ke
         let Some(first) = alone.next() else { return };
         let seam = |other: u32| seam(mesh, attributes, [first, other], seam_error, diagonal);
         let worst = alone.map(seam).reduce(|x, y| (x.0.min(y.0), x.1 || y.1));
-        seams.extend(worst.map(|(slack, is_hard)| KeptEdge { ends, slack, is_hard }));
+        seams.extend(worst.map(|(slack, is_hard)| FeatureEdge { ends, slack, is_hard }));
     });
     seams
 }
@@ -114,7 +114,7 @@ fn slack(mesh: &TriMesh, attributes: &Attributes, half_edges: [u32; 2], seam_err
 /// Returns the largest difference of the normals across an edge.
 fn bend(mesh: &TriMesh, attributes: &Attributes, [first, second]: [u32; 2]) -> f32 {
     let channels = || attributes.channels.iter().filter(|channel| channel.role == Role::Normal);
-    let normals = |corner: u32| channels().map(move |channel| channel.of(wedge(attributes, corner)));
+    let normals = |corner: u32| channels().map(move |channel| channel.value(wedge(attributes, corner)));
     let at_end = |corner: u32| {
         let other = partner(mesh, corner, second);
         let apart =
@@ -129,7 +129,7 @@ fn slack_of_texture(mesh: &TriMesh, attributes: &Attributes, half_edges: [u32; 2
     let ends = half_edges.map(|half_edge| [half_edge, next(half_edge)]);
     let channels = attributes.channels.iter().filter(|channel| channel.role == Role::Uv);
     let on_texture = channels.flat_map(|channel| {
-        let uv = |corner| match channel.of(wedge(attributes, corner)) {
+        let uv = |corner| match channel.value(wedge(attributes, corner)) {
             [u, v, ..] => Vec2::new(*u, *v),
             _ => Vec2::ZERO,
         };
@@ -154,7 +154,7 @@ fn carries_same(
 ) -> bool {
     let same_wedge = |corner: u32| {
         let other = partner(mesh, corner, second);
-        same(attributes, wedge(attributes, corner), wedge(attributes, other), &counts)
+        has_same_values(attributes, wedge(attributes, corner), wedge(attributes, other), &counts)
     };
     [first, next(first)].into_iter().all(same_wedge)
 }
@@ -170,8 +170,9 @@ fn wedge(attributes: &Attributes, corner: u32) -> u32 {
 }
 
 /// Returns whether two wedges have equal values in the roles that count.
-fn same(attributes: &Attributes, x: u32, y: u32, counts: &impl Fn(Role) -> bool) -> bool {
-    let same_in = |channel: &Channel| !counts(channel.role) || same_values(channel.role, channel.of(x), channel.of(y));
+fn has_same_values(attributes: &Attributes, x: u32, y: u32, counts: &impl Fn(Role) -> bool) -> bool {
+    let same_in =
+        |channel: &Channel| !counts(channel.role) || same_values(channel.role, channel.value(x), channel.value(y));
     x == y || attributes.channels.iter().all(same_in)
 }
 
@@ -200,7 +201,7 @@ mod tests {
     use super::*;
     use crate::mesh::shapes;
 
-    fn painted(role: Role, value: impl Fn(Vec3, Vec3) -> Vec<f32>) -> (TriMesh, Attributes) {
+    fn paint_sphere(role: Role, value: impl Fn(Vec3, Vec3) -> Vec<f32>) -> (TriMesh, Attributes) {
         let mesh = shapes::icosphere(3);
         let corners = |face: &[u32; 3]| face.map(|v| Vec3::from(mesh.positions()[v as usize]));
         let values: Vec<Vec<f32>> = mesh
@@ -235,7 +236,7 @@ mod tests {
 
     #[test]
     fn a_seam_runs_where_two_charts_meet() {
-        let (mesh, attributes) = painted(Role::Uv, |p, centre| vec![p.x + f32::from(centre.z > 0.0), p.y]);
+        let (mesh, attributes) = paint_sphere(Role::Uv, |p, centre| vec![p.x + f32::from(centre.z > 0.0), p.y]);
         let seams: Vec<[u32; 2]> = seams(&mesh, &attributes, 0.0).into_iter().map(|seam| seam.ends).collect();
         let is_up = |f: usize| mesh.faces()[f].iter().map(|&v| mesh.positions()[v as usize][2]).sum::<f32>() > 0.0;
         let edges = crate::mesh::edges(&mesh);
@@ -250,19 +251,20 @@ mod tests {
     #[test]
     fn equal_values_in_other_wedges_are_no_seam() {
         for role in [Role::Uv, Role::Colour, Role::Other, Role::Skin, Role::Tangent] {
-            let (mesh, attributes) = painted(role, |p, _| vec![p.x, f32::NAN, p.y, 1.0]);
+            let (mesh, attributes) = paint_sphere(role, |p, _| vec![p.x, f32::NAN, p.y, 1.0]);
             assert!(seams(&mesh, &attributes, 0.0).is_empty(), "{role:?}");
         }
     }
 
     #[test]
     fn facets_are_smooth_and_a_hard_edge_is_none() {
-        let (mesh, facets) = painted(Role::Normal, |_, centre| centre.normalize().to_array().to_vec());
+        let (mesh, facets) = paint_sphere(Role::Normal, |_, centre| centre.normalize().to_array().to_vec());
         assert!(seams(&mesh, &facets, 0.0).is_empty());
-        let (mesh, halves) = painted(Role::Normal, |_, centre| vec![0.0, 0.0, if centre.z > 0.0 { 1.0 } else { -1.0 }]);
+        let (mesh, halves) =
+            paint_sphere(Role::Normal, |_, centre| vec![0.0, 0.0, if centre.z > 0.0 { 1.0 } else { -1.0 }]);
         let between_halves = seams(&mesh, &halves, 0.0);
         assert!(!between_halves.is_empty() && between_halves.iter().all(|seam| seam.is_hard));
-        let (mesh, charts) = painted(Role::Uv, |_, centre| vec![f32::from(centre.z > 0.0), 0.0]);
+        let (mesh, charts) = paint_sphere(Role::Uv, |_, centre| vec![f32::from(centre.z > 0.0), 0.0]);
         assert!(seams(&mesh, &charts, 0.0).iter().all(|seam| !seam.is_hard));
     }
 }

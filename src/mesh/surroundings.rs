@@ -51,7 +51,7 @@ impl Surroundings {
     }
 
     /// Returns the vertices whose faces do not form one fan now, ascending; `new` vertices follow those of the mesh.
-    pub(super) fn where_sheets_meet(&self, new: Range<u32>) -> Vec<u32> {
+    pub(super) fn find_meeting_sheets(&self, new: Range<u32>) -> Vec<u32> {
         let vertices: Vec<u32> = self.vertices.iter().copied().chain(new).collect();
         let opposite = |&(_, corner): &(u32, u32)| {
             let (face, place) = (self.faces[corner as usize / 3], corner as usize % 3);

@@ -1,7 +1,7 @@
 //! Topology of a mesh: closed or not, manifold or not, its components, holes and handles.
 
 use super::TriMesh;
-use super::patch::{Counts, OpenEdge, Patch, Place, curves_through};
+use super::patch::{OpenEdge, PositionKey, TopologyCounts, TopologyPatch, curves_through};
 use super::sides::Sides;
 use super::union_find::UnionFind;
 
@@ -57,18 +57,18 @@ impl Topology {
 /// assert!(topology.is_closed_manifold() && topology.genus == Some(0) && topology.euler == 2);
 /// ```
 pub fn topology(mesh: &TriMesh) -> Topology {
-    let mut patches = Patches::default();
-    patches.add(Patch::of(mesh, |_| false));
-    patches.joined()
+    let mut patches = TopologyPatches::default();
+    patches.add(TopologyPatch::new(mesh, |_| false));
+    patches.count_topology()
 }
 
 /// The topology of patches that make up a mesh.
 #[derive(Debug, Default)]
-pub(crate) struct Patches(Patch);
+pub(crate) struct TopologyPatches(TopologyPatch);
 
-impl Patches {
+impl TopologyPatches {
     /// Adds a patch.
-    pub fn add(&mut self, patch: Patch) {
+    pub fn add(&mut self, patch: TopologyPatch) {
         let all = &mut self.0;
         let (fans, components, sides) = (all.open_fans.len() as u32, all.n_open_components, all.n_open_sides);
         all.closed += patch.closed;
@@ -86,10 +86,10 @@ impl Patches {
     }
 
     /// Joins open elements over shared edges and returns the figures of all faces.
-    pub fn joined(self) -> Topology {
-        let Patch { mut closed, is_one_sided, open_fans, mut open_edges, .. } = self.0;
+    pub fn count_topology(self) -> Topology {
+        let TopologyPatch { mut closed, is_one_sided, open_fans, mut open_edges, .. } = self.0;
         open_edges.sort_unstable_by_key(OpenEdge::places);
-        let mut open = Open {
+        let mut open = OpenElements {
             components: UnionFind::new(self.0.n_open_components as usize),
             fans: UnionFind::new(open_fans.len()),
             sides: Sides::new(self.0.n_open_sides as usize),
@@ -99,17 +99,17 @@ impl Patches {
         for edge in open_edges.chunk_by(|x, y| x.places() == y.places()) {
             open.join(edge, &mut closed);
         }
-        closed.components += open.components.sets();
-        closed.fans += open.fans.sets();
+        closed.components += open.components.n_sets();
+        closed.fans += open.fans.n_sets();
         closed.loops += n_curves(&open.curves, &mut open.fans);
         let (vertices, non_manifold_vertices) = shared_vertices(&open_fans, &mut open.fans);
         closed.vertices += vertices;
         closed.non_manifold_vertices += non_manifold_vertices;
-        figures(&closed, open.all_agree)
+        to_topology(&closed, open.all_agree)
     }
 }
 
-struct Open {
+struct OpenElements {
     components: UnionFind,
     fans: UnionFind,
     sides: Sides,
@@ -117,8 +117,8 @@ struct Open {
     all_agree: bool,
 }
 
-impl Open {
-    fn join(&mut self, edge: &[OpenEdge], counts: &mut Counts) {
+impl OpenElements {
+    fn join(&mut self, edge: &[OpenEdge], counts: &mut TopologyCounts) {
         counts.edges += 1;
         counts.boundary_edges += usize::from(edge.len() == 1);
         counts.non_manifold_edges += usize::from(edge.len() > 2);
@@ -142,19 +142,19 @@ impl Open {
 /// Counts the boundary curves of joined fans.
 fn n_curves(curves: &[[u32; 2]], fans: &mut UnionFind) -> usize {
     let curves: Vec<[u32; 2]> = curves.iter().map(|curve| curve.map(|fan| fans.find(fan))).collect();
-    curves_through(&curves).1.sets()
+    curves_through(&curves).1.n_sets()
 }
 
 /// Counts the distinct positions of fans, and those with several fans.
-fn shared_vertices(open_fans: &[Place], fans: &mut UnionFind) -> (usize, usize) {
-    let mut at: Vec<(Place, u32)> = open_fans.iter().copied().zip((0..).map(|fan| fans.find(fan))).collect();
+fn shared_vertices(open_fans: &[PositionKey], fans: &mut UnionFind) -> (usize, usize) {
+    let mut at: Vec<(PositionKey, u32)> = open_fans.iter().copied().zip((0..).map(|fan| fans.find(fan))).collect();
     at.sort_unstable();
     at.dedup();
     let vertices = at.chunk_by(|(x, _), (y, _)| x == y);
     vertices.fold((0, 0), |(n, several), fans| (n + 1, several + usize::from(fans.len() > 1)))
 }
 
-fn figures(all: &Counts, orientable: bool) -> Topology {
+fn to_topology(all: &TopologyCounts, orientable: bool) -> Topology {
     let holes_filled = all.fans + all.faces + all.loops;
     let handles = (2 * all.components + all.edges).checked_sub(holes_filled).map(|twice| twice / 2);
     let used = all.vertices - all.unreferenced_vertices;
@@ -247,12 +247,12 @@ mod tests {
         let mut blocks = vec![Vec::new(); 3];
         faces.iter().for_each(|&face| blocks[rng.next_u32() as usize % 3].push(face));
         let users = |v: u32| blocks.iter().filter(|block| block.as_flattened().contains(&v)).count();
-        let mut patches = Patches::default();
+        let mut patches = TopologyPatches::default();
         for block in &blocks {
             let (mesh, sources) = compact(&positions, block.clone()).unwrap();
-            patches.add(Patch::of(&mesh, |v| users(sources[v as usize]) > 1));
+            patches.add(TopologyPatch::new(&mesh, |v| users(sources[v as usize]) > 1));
         }
-        patches.joined()
+        patches.count_topology()
     }
 
     #[test]

@@ -38,11 +38,11 @@ impl UnionFind {
     }
 
     /// Returns the set of each member, numbered in order of their first members, and the number of sets.
-    pub(crate) fn numbered(&mut self, pulse: Pulse) -> (Vec<u32>, usize) {
+    pub(crate) fn number_sets(&mut self, pulse: Pulse) -> (Vec<u32>, usize) {
         let n = self.parent.len();
         let mut set_of: Vec<u32> = Vec::with_capacity(n);
         let mut n_sets = 0;
-        for members in pulse.counting_if(false).through(0..n) {
+        for members in pulse.counting_if(false).ranges(0..n) {
             for x in members.start as u32..members.end as u32 {
                 let first = self.find(x);
                 let is_first = first == x;
@@ -53,13 +53,13 @@ impl UnionFind {
         (set_of, n_sets as usize)
     }
 
-    pub(crate) fn sets(&self) -> usize {
+    pub(crate) fn n_sets(&self) -> usize {
         self.sets
     }
 }
 
 /// Joins faces over the edges whose number of faces `is_wanted` accepts.
-pub(crate) fn faces_joined(n_vertices: usize, faces: &[[u32; 3]], is_wanted: impl Fn(usize) -> bool) -> UnionFind {
+pub(crate) fn join_faces(n_vertices: usize, faces: &[[u32; 3]], is_wanted: impl Fn(usize) -> bool) -> UnionFind {
     let mut sets = UnionFind::new(faces.len());
     for_each_edge(n_vertices, faces, |_, around| {
         if is_wanted(around.len()) {
@@ -79,15 +79,15 @@ mod tests {
         sets.union(5, 1);
         sets.union(4, 2);
         sets.union(2, 5);
-        assert_eq!(sets.numbered(Pulse::NONE), (vec![0, 1, 1, 2, 1, 1], 3));
-        assert_eq!(UnionFind::new(0).numbered(Pulse::NONE), (vec![], 0));
+        assert_eq!(sets.number_sets(Pulse::NONE), (vec![0, 1, 1, 2, 1, 1], 3));
+        assert_eq!(UnionFind::new(0).number_sets(Pulse::NONE), (vec![], 0));
     }
 
     #[test]
     fn faces_are_joined_over_the_edges_that_are_wanted() {
         // Three at one edge, and one that touches the first at a vertex.
         let faces = [[0, 1, 2], [1, 0, 3], [0, 1, 4], [2, 5, 6]];
-        let sets = |is_wanted: fn(usize) -> bool| faces_joined(7, &faces, is_wanted).numbered(Pulse::NONE).0;
+        let sets = |is_wanted: fn(usize) -> bool| join_faces(7, &faces, is_wanted).number_sets(Pulse::NONE).0;
         assert_eq!(sets(|_| true), [0, 0, 0, 1]);
         assert_eq!(sets(|n| n == 2), [0, 1, 2, 3]);
     }

@@ -9,7 +9,7 @@ const MOST_VIEWED: usize = 1 << 24;
 
 /// A mesh to be united with others.
 #[derive(Clone, Copy, Debug)]
-pub struct Piece<'a> {
+pub struct ScenePiece<'a> {
     /// The mesh.
     pub mesh: &'a TriMesh,
     /// Its attributes.
@@ -22,7 +22,7 @@ pub struct Piece<'a> {
 
 /// Scaled meshes side by side in one; they share no vertices.
 #[derive(Clone, Debug, PartialEq)]
-pub struct United {
+pub struct UnitedMesh {
     /// All faces and vertices.
     pub mesh: TriMesh,
     /// Attributes: all channels, filled with zeros (colours with white) where a mesh lacks one, and groups that no two
@@ -43,28 +43,28 @@ pub struct United {
 pub struct SceneView {
     /// All instances, with the scene's middle as origin.
     pub mesh: TriMesh,
-    /// United face of each face, n_faces.
+    /// UnitedMesh face of each face, n_faces.
     pub faces: Vec<u32>,
 }
 
-impl United {
+impl UnitedMesh {
     /// Unites meshes with valid attributes; `None` if there are too many vertices or a scale is out of range.
     ///
     /// ```
-    /// use neural_mesh::mesh::{Attributes, Piece, United, shapes};
+    /// use neural_mesh::mesh::{Attributes, ScenePiece, UnitedMesh, shapes};
     /// let (mesh, attributes) = (shapes::icosphere(1), Attributes::default());
-    /// let piece = Piece { mesh: &mesh, attributes: &attributes, scale: 2.0, places: &[] };
-    /// let united = United::new(&[piece, piece]).unwrap();
+    /// let piece = ScenePiece { mesh: &mesh, attributes: &attributes, scale: 2.0, places: &[] };
+    /// let united = UnitedMesh::new(&[piece, piece]).unwrap();
     /// assert_eq!(united.mesh.faces().len(), 160);
     /// let pieces = united.split(&united.mesh, &united.attributes);
     /// assert_eq!(pieces[1].0, mesh);
     /// ```
-    pub fn new(pieces: &[Piece]) -> Option<Self> {
+    pub fn new(pieces: &[ScenePiece]) -> Option<Self> {
         let (mut positions, mut faces) = (Vec::new(), Vec::new());
         let mut attributes =
             Attributes { channels: all_channels(pieces.iter().map(|piece| piece.attributes)), ..Attributes::default() };
         let (mut first_groups, mut scales) = (vec![0], Vec::new());
-        for Piece { mesh, attributes: own, scale, .. } in pieces {
+        for ScenePiece { mesh, attributes: own, scale, .. } in pieces {
             let scale = Some(scale.log2().round().exp2() as f32).filter(|scale| scale.is_normal())?;
             let (first, first_wedge) = (u32::try_from(positions.len()).ok()?, attributes.n_wedges() as u32);
             positions.extend(mesh.positions().iter().map(|p| p.map(|x| x * scale)));
@@ -96,11 +96,11 @@ impl United {
             has_groups: pieces.iter().map(|piece| !piece.attributes.groups.is_empty()).collect(),
             diagonal: 0.0,
         };
-        Some(united.around_its_middle())
+        Some(united.center_scene())
     }
 
     /// Moves the scene's origin to its middle, where single precision is finest.
-    fn around_its_middle(mut self) -> Self {
+    fn center_scene(mut self) -> Self {
         let mut bounds = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let faces = self.faces_of_pieces(&self.mesh, &self.attributes);
         for (places, faces) in self.places.iter().zip(&faces) {
@@ -136,7 +136,7 @@ impl United {
     }
 
     /// Returns the piece that a group of faces belongs to.
-    pub fn piece_of(&self, group: u32) -> usize {
+    pub fn piece_of_group(&self, group: u32) -> usize {
         (self.first_groups.partition_point(|&first| first <= group) - 1).min(self.scales.len() - 1)
     }
 
@@ -144,10 +144,10 @@ impl United {
     ///
     /// ```
     /// use glam::{DMat4, DVec3};
-    /// use neural_mesh::mesh::{Attributes, Piece, United, shapes};
+    /// use neural_mesh::mesh::{Attributes, ScenePiece, UnitedMesh, shapes};
     /// let (mesh, attributes) = (shapes::icosphere(1), Attributes::default());
     /// let places = [-5.0, 5.0].map(|x| DMat4::from_translation(DVec3::new(x, 0.0, 0.0)));
-    /// let united = United::new(&[Piece { mesh: &mesh, attributes: &attributes, scale: 1.0, places: &places }]).unwrap();
+    /// let united = UnitedMesh::new(&[ScenePiece { mesh: &mesh, attributes: &attributes, scale: 1.0, places: &places }]).unwrap();
     /// let view = united.view(&united.mesh, &united.attributes);
     /// assert_eq!((united.mesh.faces().len(), view.mesh.faces().len()), (80, 160));
     /// assert!(view.mesh.diagonal() > 12.0);
@@ -179,7 +179,7 @@ impl United {
     fn faces_of_pieces(&self, mesh: &TriMesh, attributes: &Attributes) -> Vec<Vec<u32>> {
         let mut faces = vec![Vec::new(); self.scales.len()];
         for f in 0..mesh.faces().len() as u32 {
-            faces[self.piece_of(attributes.group(f))].push(f);
+            faces[self.piece_of_group(attributes.group(f))].push(f);
         }
         faces
     }
@@ -219,14 +219,14 @@ impl United {
     }
 }
 
-fn channel_names(piece: &Piece) -> Vec<String> {
+fn channel_names(piece: &ScenePiece) -> Vec<String> {
     piece.attributes.channels.iter().map(|channel| channel.name.clone()).collect()
 }
 
 /// Returns the instance transforms of each piece, only the largest if all would show too many faces.
-fn places(pieces: &[Piece], scales: &[f32]) -> Vec<Vec<DMat4>> {
+fn places(pieces: &[ScenePiece], scales: &[f32]) -> Vec<Vec<DMat4>> {
     let n_viewed: usize = pieces.iter().map(|piece| piece.places.len().saturating_mul(piece.mesh.faces().len())).sum();
-    let of_piece = |(piece, &scale): (&Piece, &f32)| {
+    let of_piece = |(piece, &scale): (&ScenePiece, &f32)| {
         let own = DMat4::from_scale(DVec3::splat(1.0 / f64::from(scale)));
         let mut places: Vec<DMat4> = piece.places.iter().map(|place| *place * own).collect();
         if n_viewed > MOST_VIEWED {
@@ -265,7 +265,7 @@ fn with_own_wedges(
     let number = |wedge: u32| used.binary_search(&wedge).unwrap_or(0) as u32;
     wedges.iter_mut().flatten().for_each(|wedge| *wedge = number(*wedge));
     let own = |channel: &Channel| Channel {
-        values: used.iter().flat_map(|&wedge| channel.of(wedge)).copied().collect(),
+        values: used.iter().flat_map(|&wedge| channel.value(wedge)).copied().collect(),
         name: channel.name.clone(),
         ..*channel
     };
@@ -334,12 +334,12 @@ mod tests {
         };
         let bare = Attributes::default();
         let pieces = [
-            Piece { mesh: &sphere, attributes: &painted, scale: 0.3, places: &[] },
-            Piece { mesh: &box_, attributes: &bare, scale: 1.0, places: &[] },
-            Piece { mesh: &box_, attributes: &other, scale: 100.0, places: &[] },
+            ScenePiece { mesh: &sphere, attributes: &painted, scale: 0.3, places: &[] },
+            ScenePiece { mesh: &box_, attributes: &bare, scale: 1.0, places: &[] },
+            ScenePiece { mesh: &box_, attributes: &other, scale: 100.0, places: &[] },
         ];
-        let united = United::new(&pieces).unwrap();
-        assert!(united.attributes.fit(united.mesh.faces().len()));
+        let united = UnitedMesh::new(&pieces).unwrap();
+        assert!(united.attributes.is_valid_for(united.mesh.faces().len()));
         let split = united.split(&united.mesh, &united.attributes);
         for (piece, (mesh, attributes)) in pieces.iter().zip(&split) {
             assert_eq!((mesh, attributes), (piece.mesh, piece.attributes));
@@ -364,11 +364,11 @@ mod tests {
     #[test]
     fn a_mesh_of_which_nothing_is_left_is_empty() {
         let (sphere, bare) = (shapes::icosphere(0), Attributes::default());
-        let piece = Piece { mesh: &sphere, attributes: &bare, scale: 1.0, places: &[] };
-        let united = United::new(&[piece, piece]).unwrap();
+        let piece = ScenePiece { mesh: &sphere, attributes: &bare, scale: 1.0, places: &[] };
+        let united = UnitedMesh::new(&[piece, piece]).unwrap();
         let attributes = Attributes { groups: vec![1; 20], ..Attributes::default() };
         let split = united.split(&sphere, &attributes);
         assert!(split[0].0.faces().is_empty() && split[1].0 == sphere);
-        assert!(United::new(&[Piece { scale: 0.0, ..piece }]).is_none());
+        assert!(UnitedMesh::new(&[ScenePiece { scale: 0.0, ..piece }]).is_none());
     }
 }

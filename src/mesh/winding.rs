@@ -19,12 +19,12 @@ use super::half_edges::{NO_TWIN, twins};
 /// If an index is out of range.
 ///
 /// ```
-/// use neural_mesh::mesh::consistently_wound;
+/// use neural_mesh::mesh::orient_outward;
 /// let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-/// let faces = consistently_wound(&corners, &[[0, 1, 2], [0, 1, 3], [1, 2, 3], [0, 2, 3]]);
+/// let faces = orient_outward(&corners, &[[0, 1, 2], [0, 1, 3], [1, 2, 3], [0, 2, 3]]);
 /// assert_eq!(faces, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]);
 /// ```
-pub fn consistently_wound(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<[u32; 3]> {
+pub fn orient_outward(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<[u32; 3]> {
     let twins = twins(positions.len(), faces);
     let mut wound = faces.to_vec();
     let mut is_reached = vec![false; faces.len()];
@@ -105,7 +105,7 @@ mod tests {
                     let [a, b, c] = face;
                     if turned { [a, c, b] } else { face }
                 }).collect();
-                let wound = consistently_wound(mesh.positions(), &faces);
+                let wound = orient_outward(mesh.positions(), &faces);
                 prop_assert!(wound.iter().zip(mesh.faces()).all(|(&face, &original)| !is_turned(face, original)));
             }
         }
@@ -114,7 +114,7 @@ mod tests {
     #[test]
     fn one_sided_surfaces_keep_a_seam_and_nothing_worse() {
         let bottle = shapes::klein_bottle(16, 8);
-        let wound = consistently_wound(bottle.positions(), bottle.faces());
+        let wound = orient_outward(bottle.positions(), bottle.faces());
         let seam = topology(&TriMesh::new(bottle.positions().to_vec(), wound).unwrap()).inconsistent_edges;
         assert!((1..200).contains(&seam), "{seam}");
     }
@@ -123,7 +123,7 @@ mod tests {
     fn edges_with_three_faces_bind_nothing() {
         let positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]];
         let fan = [[0, 1, 2], [0, 1, 3], [0, 1, 4]];
-        assert_eq!(consistently_wound(&positions, &fan), fan);
-        assert!(consistently_wound(&[], &[]).is_empty());
+        assert_eq!(orient_outward(&positions, &fan), fan);
+        assert!(orient_outward(&[], &[]).is_empty());
     }
 }

@@ -203,7 +203,7 @@ fn uvs(attributes: &Attributes, looks: &Looks) -> Vec<[Vec2; 3]> {
         Vec2::new(values[0], v)
     };
     let face = |(f, wedges): (usize, &[u32; 3])| match of_groups.get(attributes.group(f as u32) as usize) {
-        Some(Some(channel)) => wedges.map(|wedge| place(channel.of(wedge))),
+        Some(Some(channel)) => wedges.map(|wedge| place(channel.value(wedge))),
         _ => [Vec2::ZERO; 3],
     };
     attributes.wedges.iter().enumerate().map(face).collect()
@@ -215,7 +215,7 @@ fn corner_colours(attributes: &Attributes, linear: bool) -> Vec<[Vec3; 3]> {
     let Some(channel) = attributes.channels.iter().find(is_colour) else { return Vec::new() };
     let light = |x: f32| if linear { x.clamp(0.0, 1.0) } else { linear_light(x.clamp(0.0, 1.0)) };
     let colour = |wedge: u32| {
-        let values = channel.of(wedge);
+        let values = channel.value(wedge);
         Vec3::from([values[0], values[1], values[2]].map(light))
     };
     attributes.wedges.iter().map(|wedges| wedges.map(colour)).collect()

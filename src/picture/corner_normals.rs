@@ -31,7 +31,7 @@ impl CornerNormals {
     pub fn new(attributes: &Attributes) -> Option<Self> {
         let is_normal = |channel: &&crate::mesh::Channel| channel.role == Role::Normal && channel.width == 3;
         let channel = attributes.channels.iter().find(is_normal)?;
-        let unit = |wedge: u32| Vec3::from_slice(channel.of(wedge)).normalize_or_zero();
+        let unit = |wedge: u32| Vec3::from_slice(channel.value(wedge)).normalize_or_zero();
         let corners = |wedges: &[u32; 3]| {
             let normals = wedges.map(unit);
             if normals.contains(&Vec3::ZERO) { [Vec3::ZERO; 3] } else { normals }
@@ -79,7 +79,7 @@ impl BlendedNormals<'_> {
 mod tests {
     use super::super::{ShadedMesh, view, view_shaded};
     use super::*;
-    use crate::mesh::{Channel, TriMesh, shaded_flat, shapes, vertex_normals};
+    use crate::mesh::{Channel, TriMesh, shapes, vertex_normals, with_flat_normals};
 
     fn smooth(mesh: &TriMesh) -> Attributes {
         let values = vertex_normals(mesh).into_iter().flatten().collect();
@@ -90,7 +90,7 @@ mod tests {
     #[test]
     fn normals_of_faces_shade_as_faces_do() {
         let mesh = shapes::icosphere(2);
-        let normals = CornerNormals::new(&shaded_flat(&mesh, Attributes::NONE, "NORMAL"));
+        let normals = CornerNormals::new(&with_flat_normals(&mesh, Attributes::NONE, "NORMAL"));
         let shaded = ShadedMesh { normals: normals.as_ref(), ..ShadedMesh::bare(&mesh) };
         let [bare, shaded] = [view(&[&mesh], [30.0, 15.0], 96), view_shaded(&[shaded], [30.0, 15.0], 96)];
         let bytes = bare[0].shaded.rgba.iter().zip(&shaded[0].shaded.rgba);

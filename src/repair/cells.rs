@@ -51,8 +51,8 @@ pub(super) fn cells(faces: &Faces, parted: &[bool]) -> Cells {
     });
     let some: Vec<u32> = faces.numbers().filter(|&face| parted[face as usize]).collect();
     join_sheets(faces, &some, &mut sides, &mut components);
-    let (of_side, n) = sides.numbered(Pulse::NONE);
-    let (component, n_components) = components.numbered(Pulse::NONE);
+    let (of_side, n) = sides.number_sets(Pulse::NONE);
+    let (component, n_components) = components.number_sets(Pulse::NONE);
     Cells { of_sides: of_side.chunks_exact(2).map(|sides| [sides[0], sides[1]]).collect(), n, component, n_components }
 }
 

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::mesh::pulse::Pulse;
-use crate::mesh::union_find::faces_joined;
+use crate::mesh::union_find::join_faces;
 
 use super::faces::Faces;
 
@@ -14,7 +14,7 @@ pub(super) fn components(faces: &Faces) -> (Vec<u32>, usize) {
 
 /// Sets of faces joined over the edges that are wanted, by the number of their faces.
 pub(super) fn joined(faces: &Faces, is_wanted: impl Fn(usize) -> bool) -> (Vec<u32>, usize) {
-    faces_joined(faces.positions.len(), &faces.corners, is_wanted).numbered(Pulse::NONE)
+    join_faces(faces.positions.len(), &faces.corners, is_wanted).number_sets(Pulse::NONE)
 }
 
 /// Drops the components whose bounding box has a diagonal below `least`; the largest by area stays. Returns how many went.

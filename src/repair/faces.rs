@@ -149,7 +149,7 @@ impl<'a> Faces<'a> {
         for face in self.numbers().filter(|&face| self.made[face as usize] == Made::Turned) {
             let normal = self.normal(face);
             for wedge in wedges.iter_mut().skip(face as usize).take(1).flatten() {
-                let Some(&[x, y, z]) = normals.of(*wedge).first_chunk() else { continue };
+                let Some(&[x, y, z]) = normals.value(*wedge).first_chunk() else { continue };
                 if normal.dot(DVec3::new(x.into(), y.into(), z.into())) < 0.0 {
                     *wedge = *opposite.entry(*wedge).or_insert_with(|| {
                         sources.push(*wedge);
@@ -160,7 +160,7 @@ impl<'a> Faces<'a> {
         }
         for channel in &mut attributes.channels {
             let turns = matches!(channel.role, Role::Normal | Role::MorphDirection);
-            let values: Vec<f32> = sources.iter().flat_map(|&wedge| channel.of(wedge)).copied().collect();
+            let values: Vec<f32> = sources.iter().flat_map(|&wedge| channel.value(wedge)).copied().collect();
             channel.values.extend(values.into_iter().map(|x| if turns { -x } else { x }));
         }
         attributes.wedges = wedges;

@@ -209,7 +209,7 @@ mod tests {
             groups: (0..n as u32).map(|f| f % 3).collect(),
         };
         let filled = fill_holes(&mesh, &attributes, usize::MAX);
-        assert!(filled.attributes.fit(filled.mesh.faces().len()));
+        assert!(filled.attributes.is_valid_for(filled.mesh.faces().len()));
         for (face, wedges) in filled.mesh.faces().iter().zip(&filled.attributes.wedges) {
             assert_eq!(face, wedges);
         }

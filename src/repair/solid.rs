@@ -255,10 +255,10 @@ mod tests {
         let attributes = Attributes { wedges: mesh.faces().to_vec(), channels: vec![normals], groups: Vec::new() };
         let repaired = printable(&mesh, &attributes, 0.0).unwrap();
         assert_eq!((repaired.counts.components_flipped, repaired.counts.faces_turned), (1, mesh.faces().len()));
-        assert!(repaired.attributes.fit(mesh.faces().len()));
+        assert!(repaired.attributes.is_valid_for(mesh.faces().len()));
         for (face, wedges) in repaired.mesh.faces().iter().zip(&repaired.attributes.wedges) {
             for (v, wedge) in face.iter().zip(wedges) {
-                assert_eq!(repaired.attributes.channels[0].of(*wedge), repaired.mesh.positions()[*v as usize]);
+                assert_eq!(repaired.attributes.channels[0].value(*wedge), repaired.mesh.positions()[*v as usize]);
             }
         }
     }

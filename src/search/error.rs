@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::cell::Cell;
 
 use crate::mesh::pulse::Pulse;
-use crate::mesh::{TriMesh, United};
+use crate::mesh::{TriMesh, UnitedMesh};
 use crate::metrics::{CertifiedDistance, DistanceTolerance, certified_distance, certified_distance_with_budget};
 use crate::model::Weights;
 use crate::simplify::{
@@ -242,7 +242,7 @@ fn holding(results: &[Simplified], mut holds: impl FnMut(&Simplified) -> bool) -
 /// What results are compared with: the mesh where a viewer sees it.
 struct Original<'a> {
     view: Cow<'a, TriMesh>,
-    scene: Option<&'a United>,
+    scene: Option<&'a UnitedMesh>,
     /// Vertices of the mesh that is simplified.
     n_vertices: usize,
 }
@@ -256,7 +256,7 @@ impl<'a> Original<'a> {
             (None, _) => Cow::Borrowed(mesh),
             (Some(scene), None) => Cow::Owned(scene.view(mesh, input.attributes).mesh),
             (Some(scene), Some(pruned)) => {
-                let left = input.attributes.clone().of_faces(&pruned.faces).ok_or(SimplifyError::BadInput)?;
+                let left = input.attributes.clone().select_faces(&pruned.faces).ok_or(SimplifyError::BadInput)?;
                 Cow::Owned(scene.view(mesh, &left).mesh)
             }
         };
@@ -410,7 +410,7 @@ mod tests {
 
     #[test]
     fn a_scene_is_proved_where_a_viewer_sees_it() {
-        use crate::mesh::{Attributes, Piece};
+        use crate::mesh::{Attributes, ScenePiece};
         // One sphere, ten times as large at its second place.
         let (mesh, attributes) = (shapes::icosphere(4), Attributes::default());
         let places = [(1.0, 0.0), (10.0, 30.0)].map(|(scale, x)| {
@@ -418,7 +418,8 @@ mod tests {
                 * glam::DMat4::from_scale(glam::DVec3::splat(scale))
         });
         let united =
-            United::new(&[Piece { mesh: &mesh, attributes: &attributes, scale: 10.0, places: &places }]).unwrap();
+            UnitedMesh::new(&[ScenePiece { mesh: &mesh, attributes: &attributes, scale: 10.0, places: &places }])
+                .unwrap();
         let mut input = Input::bare(&united.mesh);
         (input.attributes, input.scene) = (&united.attributes, Some(&united));
         let options = Options::new(Target::Ratio(1.0));

@@ -1,7 +1,7 @@
 //! Both assemblies as the driver runs them: from options to requests, and from outcomes to results.
 
 use crate::mesh::pulse::Pulse;
-use crate::mesh::{Attributes, Role, TriMesh, compact, is_shaded_flat, shaded_flat};
+use crate::mesh::{Attributes, Role, TriMesh, compact, is_shaded_flat, with_flat_normals};
 use crate::model::{Weights, paper_weights};
 
 use super::closed::{Aim, Begun, Closed, DropRules, Half, Importance, Keep, Levels, Request, simplify_levels};
@@ -131,11 +131,11 @@ fn levels_of_whole<'a>(
     let mut levels = match normals.filter(|_| is_shaded_flat(mesh, attributes)) {
         None => levels_as_shaded(input, weights, task, sizes, begun, progress)?,
         Some(normals) => {
-            let others = attributes.clone().only(|role| role != Role::Normal, true);
+            let others = attributes.clone().keep_roles(|role| role != Role::Normal, true);
             let input = Input { attributes: &others, ..*input };
             let mut levels = levels_as_shaded(&input, weights, task, sizes, begun, progress)?;
             for closed in &mut levels.made {
-                closed.attributes = shaded_flat(&closed.mesh, &closed.attributes, &normals.name);
+                closed.attributes = with_flat_normals(&closed.mesh, &closed.attributes, &normals.name);
             }
             levels
         }

@@ -1,7 +1,7 @@
 //! Connected components: dropping small or hidden ones, and counting those in their smallest form.
 
 use crate::mesh::pulse::Pulse;
-use crate::mesh::union_find::{UnionFind, faces_joined};
+use crate::mesh::union_find::{UnionFind, join_faces};
 use crate::mesh::{TriMesh, compact};
 
 use super::hidden::hidden_components;
@@ -14,13 +14,13 @@ const TETRAHEDRON: usize = 4;
 /// Counts the components of a manifold, and those that no collapse can shrink (a tetrahedron or a single triangle).
 pub(super) fn count_components(pulse: Pulse, mesh: &TriMesh) -> (usize, usize) {
     let mut sets = UnionFind::new(mesh.positions().len());
-    for faces in pulse.over(mesh.faces()) {
+    for faces in pulse.chunks(mesh.faces()) {
         for &[a, b, c] in faces {
             sets.union(a, b);
             sets.union(b, c);
         }
     }
-    let (component, n) = sets.numbered(pulse);
+    let (component, n) = sets.number_sets(pulse);
     let mut n_faces = vec![0; n];
     mesh.faces().iter().for_each(|face| n_faces[component[face[0] as usize] as usize] += 1);
     n_faces.retain(|&n| n > 0);
@@ -30,7 +30,7 @@ pub(super) fn count_components(pulse: Pulse, mesh: &TriMesh) -> (usize, usize) {
 /// Numbers the component of every face, joined over edges; components that touch only at a vertex are separate.
 fn components(pulse: Pulse, mesh: &TriMesh) -> (Vec<u32>, usize) {
     pulse.beat(0);
-    faces_joined(mesh.positions().len(), mesh.faces(), |_| true).numbered(pulse)
+    join_faces(mesh.positions().len(), mesh.faces(), |_| true).number_sets(pulse)
 }
 
 /// Mesh left after dropping components.
@@ -127,7 +127,7 @@ pub(super) fn without(mesh: &TriMesh, n_dropped: usize, is_dropped: impl Fn(usiz
 fn dropped_components(mesh: &TriMesh, is_dropped: impl Fn(usize) -> bool) -> Vec<DroppedComponent> {
     let faces: Vec<u32> = (0u32..).take(mesh.faces().len()).filter(|&f| is_dropped(f as usize)).collect();
     let corners: Vec<[u32; 3]> = faces.iter().map(|&f| mesh.faces()[f as usize]).collect();
-    let (component, n) = faces_joined(mesh.positions().len(), &corners, |_| true).numbered(Pulse::NONE);
+    let (component, n) = join_faces(mesh.positions().len(), &corners, |_| true).number_sets(Pulse::NONE);
     let mut dropped: Vec<Option<DroppedComponent>> = vec![None; n];
     for (&face, component) in faces.iter().zip(component) {
         dropped[component as usize].get_or_insert(DroppedComponent { face, n_faces: 0 }).n_faces += 1;

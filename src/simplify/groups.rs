@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 
 use rustc_hash::FxHashSet;
 
-use crate::mesh::{Attributes, TriMesh, United};
+use crate::mesh::{Attributes, TriMesh, UnitedMesh};
 use crate::model::Weights;
 
 use super::assemblies::Task;
@@ -44,7 +44,7 @@ pub struct GroupsSimplified {
 
 impl GroupsSimplified {
     /// Returns this as the input for simplifying the rest.
-    pub fn input<'a>(&'a self, scene: Option<&'a United>) -> Input<'a> {
+    pub fn input<'a>(&'a self, scene: Option<&'a UnitedMesh>) -> Input<'a> {
         let Self { mesh, attributes, importance, kept, .. } = self;
         Input { scene, kept, attributes, importance, ..Input::bare(mesh) }
     }
@@ -117,7 +117,7 @@ pub fn simplify_groups(
 fn without_others(
     before: GroupsSimplified,
     (of, held): (&GroupRatio, &FxHashSet<u32>),
-    (weights, options, scene): (Option<&Weights>, &Options, Option<&United>),
+    (weights, options, scene): (Option<&Weights>, &Options, Option<&UnitedMesh>),
     progress: &mut Listener,
 ) -> Result<GroupsSimplified, SimplifyError> {
     let (kept, n_own) = kept_beside(&before, of, held);

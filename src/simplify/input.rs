@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::mesh::{Attributes, Channel, KeptEdge, SceneView, TriMesh, United, creases, edges, seams};
+use crate::mesh::{Attributes, Channel, FeatureEdge, SceneView, TriMesh, UnitedMesh, creases, edges, seams};
 
 use super::options::{Options, SimplifyError};
 
@@ -17,7 +17,7 @@ pub struct Input<'a> {
     /// Factor on the area of each vertex, n_vertices, positive; empty where the scores decide.
     pub importance: &'a [f32],
     /// Placement of the mesh in a scene, if it unites several; components, visibility and distances are judged there.
-    pub scene: Option<&'a United>,
+    pub scene: Option<&'a UnitedMesh>,
     /// Marks faces that come back unchanged with their vertices and corner values, n_faces; empty for none (closed
     /// assembly, not with symmetry).
     pub kept: &'a [bool],
@@ -44,7 +44,7 @@ impl<'a> Input<'a> {
         let n_faces = self.mesh.faces().len();
         let kept_fit = self.kept.is_empty() || self.kept.len() == n_faces;
         let locked_fit = self.locked.is_empty() || self.locked.len() == self.mesh.positions().len();
-        let all_fit = self.attributes.fit(n_faces) && factors_fit && kept_fit && locked_fit;
+        let all_fit = self.attributes.is_valid_for(n_faces) && factors_fit && kept_fit && locked_fit;
         if all_fit { Ok(()) } else { Err(SimplifyError::BadInput) }
     }
 
@@ -60,7 +60,7 @@ impl<'a> Input<'a> {
 
     /// Extracts the rows of these vertices and faces.
     pub(super) fn part(&self, sources: &[u32], faces: &[u32]) -> Result<InputPart, SimplifyError> {
-        let attributes = self.attributes.clone().of_faces(faces).ok_or(SimplifyError::BadInput)?;
+        let attributes = self.attributes.clone().select_faces(faces).ok_or(SimplifyError::BadInput)?;
         let kept = faces.iter().filter_map(|&face| self.kept.get(face as usize).copied()).collect();
         let importance = self.importance_of(Some(sources)).into_owned();
         Ok(InputPart { attributes, importance, kept, locked: self.locked_of(Some(sources)).into_owned() })
@@ -81,7 +81,7 @@ pub(super) struct InputPart {
 
 impl InputPart {
     /// Combines the rows with `mesh`, which consists of these vertices and faces.
-    pub fn of<'a>(&'a self, mesh: &'a TriMesh, scene: Option<&'a United>) -> Input<'a> {
+    pub fn of<'a>(&'a self, mesh: &'a TriMesh, scene: Option<&'a UnitedMesh>) -> Input<'a> {
         let Self { attributes, importance, kept, locked } = self;
         Input { mesh, attributes, importance, scene, kept, locked }
     }
@@ -96,7 +96,7 @@ fn of_vertices<'a, T: Copy>(rows: &'a [T], vertices: Option<&[u32]>) -> Cow<'a, 
 }
 
 /// Returns the mesh as a viewer of the scene sees it; unchanged without a scene.
-fn view_of(scene: Option<&United>, mesh: &TriMesh, attributes: &Attributes) -> SceneView {
+fn view_of(scene: Option<&UnitedMesh>, mesh: &TriMesh, attributes: &Attributes) -> SceneView {
     match scene {
         Some(united) => united.view(mesh, attributes),
         None => SceneView { mesh: mesh.clone(), faces: (0..mesh.faces().len() as u32).collect() },
@@ -117,7 +117,7 @@ fn view_of(scene: Option<&United>, mesh: &TriMesh, attributes: &Attributes) -> S
 /// ```
 pub fn importance_of_channel(mesh: &TriMesh, attributes: &Attributes, channel: &Channel) -> Option<Vec<f32>> {
     let value = |&wedge: &u32| {
-        let values = channel.of(wedge);
+        let values = channel.value(wedge);
         let values = &values[..values.len().min(3)];
         values.iter().sum::<f32>() / values.len() as f32
     };
@@ -153,10 +153,10 @@ fn means_at_vertices(mesh: &TriMesh, at_corners: impl Iterator<Item = f32>, none
 }
 
 /// Collects the edges that must remain edges: attribute seams and, on request, creases.
-pub(super) fn kept_edges(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Vec<KeptEdge> {
+pub(super) fn kept_edges(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Vec<FeatureEdge> {
     let mut kept = seams(mesh, attributes, options.seam_error as f32);
     if let Some(degrees) = options.crease_angle {
-        kept.extend(creases(mesh, degrees).into_iter().map(|ends| KeptEdge { ends, slack: 0.0, is_hard: false }));
+        kept.extend(creases(mesh, degrees).into_iter().map(|ends| FeatureEdge { ends, slack: 0.0, is_hard: false }));
         // An edge that is a seam and a crease is held as a crease: the entry without slack comes first and stays.
         kept.sort_unstable_by(|x, y| x.ends.cmp(&y.ends).then(x.slack.total_cmp(&y.slack)));
         kept.dedup_by(|later, stays| {

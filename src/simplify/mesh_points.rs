@@ -9,7 +9,7 @@ use super::paper::{NO_SAMPLE, assign_to_samples, choose_faces};
 use super::progress::{POINTS, Progress, listened};
 use super::{Listener, SimplifyError, scattered_samples};
 use crate::linalg::Csr;
-use crate::mesh::{TriMesh, compact, consistently_wound};
+use crate::mesh::{TriMesh, compact, orient_outward};
 use crate::model::{Weights, extended_graph, in_edge_lengths, predict_edges, predict_faces, vertex_scores};
 
 /// Neighbours per point: the mean valence of a triangle mesh. Clouds of twelve training meshes: with 5 the result is 29
@@ -85,7 +85,7 @@ fn meshed(
     progress.enter("assemble", 1)?;
     let chosen = choose_faces(&faces, edges.graph.n_entries());
     let chosen: Vec<[u32; 3]> = chosen.into_iter().map(|at| faces.candidates.triangles[at]).collect();
-    assembled(points, &samples, &consistently_wound(&sampled, &chosen))
+    assembled(points, &samples, &orient_outward(&sampled, &chosen))
 }
 
 /// Joins each point of a cloud (n x 3) to its six nearest ones, in both directions: n x n.

@@ -34,7 +34,7 @@ impl<'a> Used<'a> {
         let n_before = mesh.positions().len();
         let used: Vec<AtomicBool> = (0..n_before).map(|_| AtomicBool::new(false)).collect();
         let mark = |face: &[u32; 3]| face.iter().for_each(|&v| used[v as usize].store(true, Relaxed));
-        for faces in pulse.over(mesh.faces()) {
+        for faces in pulse.chunks(mesh.faces()) {
             faces.par_iter().with_min_len(PARALLEL).for_each(mark);
         }
         if used.into_iter().all(AtomicBool::into_inner) {

@@ -30,7 +30,7 @@ mod tests {
 
     use super::*;
     use crate::linalg::golden::{Hash, Results, Tied, check};
-    use crate::mesh::{Attributes, Channel, Role, TriMesh, shaded_flat, shapes, vertex_normals};
+    use crate::mesh::{Attributes, Channel, Role, TriMesh, shapes, vertex_normals, with_flat_normals};
     use crate::simplify::{
         Assembly, Input, Options, Purpose, ScoreSource, Simplified, Symmetry, Target, simplify_input,
         simplify_levels_of_detail, simplify_recorded,
@@ -195,7 +195,7 @@ mod tests {
     /// A bolt whose corners carry the normals of their faces.
     fn hard_edges() -> u64 {
         let mesh = shapes::bolt(24);
-        let attributes = shaded_flat(&mesh, &Attributes::default(), "normal");
+        let attributes = with_flat_normals(&mesh, &Attributes::default(), "normal");
         let input = Input { attributes: &attributes, ..Input::bare(&mesh) };
         let options = Options::new(Target::Ratio(0.2));
         hash(&simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()

@@ -131,7 +131,7 @@ pub fn seen(part: &Part) -> Vec<(u32, Vec<Vec<f32>>)> {
     let corner = |face: usize, corner: usize| {
         let mut values = mesh.positions[mesh.faces[face][corner] as usize].map(|x| x as f32).to_vec();
         for channel in &mesh.attributes.channels {
-            values.extend(channel.of(mesh.attributes.wedges[face][corner]));
+            values.extend(channel.value(mesh.attributes.wedges[face][corner]));
         }
         values
     };

@@ -56,7 +56,7 @@ fn skins_and_animations() {
     let asset = open(&bytes);
     assert_eq!(asset.parts()[0].scale, 1.0);
     let skin = channel(&asset, 0, "SKIN");
-    assert_eq!((skin.role, skin.width, skin.of(2)), (Role::Skin, 8, &[0.0, 1.0, 0.0, 0.0, 0.6, 0.4, 0.0, 0.0][..]));
+    assert_eq!((skin.role, skin.width, skin.value(2)), (Role::Skin, 8, &[0.0, 1.0, 0.0, 0.0, 0.6, 0.4, 0.0, 0.0][..]));
     let document = round_trip_mended("skinned", &bytes);
     let attributes = &document["meshes"][0]["primitives"][0]["attributes"];
     let component = |name: &str| &document["accessors"][attributes[name].as_u64().unwrap() as usize]["componentType"];
@@ -67,7 +67,7 @@ fn skins_and_animations() {
 fn last_edges(asset: &Asset) -> Vec<[f32; 3]> {
     let poses = asset.poses().unwrap().remove(0);
     assert!(poses.iter().all(|pose| (pose.role, pose.width, pose.values.len()) == (Role::MorphPosition, 3, 18)));
-    let edge = |pose: &Channel| std::array::from_fn(|i| [0.0, 1.0, 0.0][i] + pose.of(5)[i] - pose.of(4)[i]);
+    let edge = |pose: &Channel| std::array::from_fn(|i| [0.0, 1.0, 0.0][i] + pose.value(5)[i] - pose.value(4)[i]);
     poses.iter().map(edge).collect()
 }
 
@@ -119,7 +119,7 @@ fn weights_are_mended() {
     let again = reopen(&asset.write(&unchanged(&asset), Format::Glb, "mended.glb").unwrap());
     let skin = channel(&again, 0, "SKIN");
     for wedge in 0..6 {
-        let weights = &skin.of(wedge)[4..];
+        let weights = &skin.value(wedge)[4..];
         assert!((weights.iter().sum::<f32>() - 1.0).abs() < 1e-6 && weights.iter().all(|&w| w >= 0.0), "{weights:?}");
     }
 }
@@ -157,7 +157,7 @@ fn morphed() -> Builder {
 fn morph_targets() {
     let bytes = morphed().glb();
     let opened = open(&bytes);
-    assert_eq!(channel(&opened, 0, "TARGET_1/POSITION").of(3), [0.25, 0.5, 1.0]);
+    assert_eq!(channel(&opened, 0, "TARGET_1/POSITION").value(3), [0.25, 0.5, 1.0]);
     assert_eq!(channel(&opened, 0, "TARGET_0/NORMAL").role, Role::MorphDirection);
     let document = round_trip("morph_targets", &bytes);
     let targets = document["meshes"][0]["primitives"][0]["targets"].as_array().unwrap();
@@ -194,7 +194,7 @@ fn two_materials_and_instances() {
     assert_eq!((part.mesh.positions.len(), part.mesh.attributes.groups.as_slice()), (4, &[0, 1][..]));
     assert_eq!(part.materials, ["wood", "steel"]);
     let colour = channel(&asset, 0, "COLOR_0");
-    assert_eq!((colour.width, colour.of(0)), (4, &[0.25, 0.5, 1.0, 1.0][..]));
+    assert_eq!((colour.width, colour.value(0)), (4, &[0.25, 0.5, 1.0, 1.0][..]));
     let document = round_trip("two_materials", &bytes);
     let primitives = &document["meshes"][0]["primitives"];
     let colour = |primitive: usize| {
@@ -215,7 +215,7 @@ fn primitives_without_faces_go_and_an_empty_mesh_draws_nothing() {
     let asset = open(&bytes);
     let mut part = LighterPart::of(&asset.parts()[0]);
     part.faces.remove(0);
-    part.attributes = part.attributes.of_faces(&[1]).unwrap();
+    part.attributes = part.attributes.select_faces(&[1]).unwrap();
     let files = asset.write(&[part.clone()], Format::Glb, "one.glb").unwrap();
     keep("two_materials", &files);
     let document = document(&files[0].bytes);
@@ -224,7 +224,7 @@ fn primitives_without_faces_go_and_an_empty_mesh_draws_nothing() {
     let again = reopen(&files);
     assert_eq!((again.parts()[0].mesh.faces.len(), again.parts()[0].mesh.positions.len()), (1, 3));
     part.faces.clear();
-    part.attributes = part.attributes.of_faces(&[]).unwrap();
+    part.attributes = part.attributes.select_faces(&[]).unwrap();
     let files = asset.write(&[part], Format::Glb, "none.glb").unwrap();
     keep("two_materials", &files);
     let again = reopen(&files);
@@ -281,7 +281,7 @@ fn quantized_attributes_become_floats() {
     let bytes = asset.glb();
     let opened = open(&bytes);
     assert_eq!((opened.parts()[0].mesh.positions[1], opened.parts()[0].scale.round()), ([1.0, 0.0, 0.0], 4.0));
-    assert_eq!(channel(&opened, 0, "TEXCOORD_0").of(2), [9.0, 7.0]);
+    assert_eq!(channel(&opened, 0, "TEXCOORD_0").value(2), [9.0, 7.0]);
     let document = round_trip("quantized", &bytes);
     assert_eq!((document.get("extensionsUsed"), document.get("extensionsRequired")), (None, None));
     assert!(
@@ -390,7 +390,7 @@ fn values_that_are_no_numbers() {
     let bytes = asset.glb();
     assert!(open(&bytes).notes()[0].contains("values: 5"), "{:?}", open(&bytes).notes());
     assert_eq!(
-        (channel(&open(&bytes), 0, "_ODD").role, channel(&open(&bytes), 0, "_ODD").of(2)),
+        (channel(&open(&bytes), 0, "_ODD").role, channel(&open(&bytes), 0, "_ODD").value(2)),
         (Role::Label, &[3.0][..])
     );
     let document = round_trip_mended("no_numbers", &bytes);
@@ -547,7 +547,7 @@ fn levels_of_detail_in_one_file() {
         let fine = unchanged(&opened);
         let mut coarse = fine.clone();
         coarse[0].faces.truncate(1);
-        coarse[0].attributes = coarse[0].attributes.clone().of_faces(&[0]).unwrap();
+        coarse[0].attributes = coarse[0].attributes.clone().select_faces(&[0]).unwrap();
         let files = opened.write_levels(&[&fine, &coarse], &[0.5, 0.1], Format::Glb, "levels.glb").unwrap();
         keep(name, &files);
         let again = reopen(&files);

@@ -96,7 +96,7 @@ fn everything_comes_back_within_its_step() {
                     (Role::Colour, _) => 0.5001 / 255.0,
                     _ => 0.0,
                 };
-                let off = farthest(channel.of(*from), other.of(wedge));
+                let off = farthest(channel.value(*from), other.value(wedge));
                 assert!(off <= most, "{}: {off}", channel.name);
             }
         }

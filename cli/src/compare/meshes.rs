@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use neural_mesh::io::{self, ReadMesh};
 use neural_mesh::mesh::cleanup::Cleaned;
-use neural_mesh::mesh::{Looks, RawMesh, TriMesh, in_one_frame};
+use neural_mesh::mesh::{Looks, RawMesh, TriMesh, move_to_common_frame};
 use neural_mesh::picture::{CornerNormals, ShadedMesh};
 
 use super::worn::{Worn, only_texture, worn};
@@ -67,7 +67,7 @@ pub fn read_all(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<Mesh
         framed.push((mesh, frame));
         carried.push((attributes, looks, notes));
     }
-    let framed = in_one_frame(framed).map_err(|error| Failure::Failed(error.to_string()))?;
+    let framed = move_to_common_frame(framed).map_err(|error| Failure::Failed(error.to_string()))?;
     let mut named = Vec::new();
     for ((mesh, (attributes, looks, notes)), name) in framed.into_iter().zip(carried).zip(short_names(&paths)) {
         let normals = if args.appearance { CornerNormals::new(&attributes) } else { None };

@@ -39,7 +39,7 @@ pub(super) fn part(mesh: &Mesh) -> Part {
     let vertex_of = |corner: u32| mesh.vertex_indices.get(corner as usize).copied().unwrap_or(NOWHERE);
     let position = |vertex: u32| mesh.vertices.get(vertex as usize).map(|p| [p.x, p.y, p.z]);
     // Polygons are cut while faces still index corners; the last step turns these into vertices.
-    fans.settle_with(|corner| position(vertex_of(corner)), &mut faces);
+    fans.triangulate_with(|corner| position(vertex_of(corner)), &mut faces);
     let mut channels = channels(mesh);
     let wedges = if channels.is_empty() { Vec::new() } else { wedges(mesh, &faces, &mut channels) };
     let not_finite = |channel: &mut Channel| crate::io::extra::without_nan(&mut channel.values);

@@ -18,7 +18,7 @@ use crate::io::bare_gltf::BareFile;
 use crate::io::write::Content;
 use crate::io::write_options::WriteOptions;
 use crate::io::{Format, OutputFile, Packing, WriteError};
-use crate::mesh::{Attributes, Channel, Grid, Look, Role, linear_light};
+use crate::mesh::{Attributes, Channel, Look, PositionGrid, Role, linear_light};
 
 /// Writes a mesh as one file of glTF, with what its corners carry: `Format::Glb`, or JSON with the buffer inside.
 ///
@@ -117,8 +117,8 @@ fn write_with_looks(
         objects.add(&mut draft, (&part, group, &faces), named, packed);
     }
     let grid = packing.and_then(|packing| packing.grid(0)).copied();
-    let grid = grid.unwrap_or(Grid { origin: [0.0; 3], step: 1.0 });
-    let place = Grid { origin: std::array::from_fn(|axis| origin[axis] + grid.origin[axis]), ..grid };
+    let grid = grid.unwrap_or(PositionGrid { origin: [0.0; 3], step: 1.0 });
+    let place = PositionGrid { origin: std::array::from_fn(|axis| origin[axis] + grid.origin[axis]), ..grid };
     objects.named.into_iter().for_each(|(name, primitives)| push_object(&mut draft, &place, name, primitives));
     if packing.is_some() {
         uvs.undo(&mut draft.document, |material| objects.groups[material]);
@@ -217,7 +217,7 @@ fn skeleton() -> Value {
 }
 
 /// Adds an object to the scene: a mesh and its node.
-fn push_object(draft: &mut Draft, place: &Grid, name: Option<&str>, primitives: Vec<Value>) {
+fn push_object(draft: &mut Draft, place: &PositionGrid, name: Option<&str>, primitives: Vec<Value>) {
     let mut mesh = json!({"primitives": primitives});
     let mut node = json!({});
     if let Some(name) = name {
@@ -310,7 +310,7 @@ mod tests {
             let read = &asset.parts()[0].mesh.attributes;
             let names: Vec<&str> = read.channels.iter().map(|channel| channel.name.as_str()).collect();
             assert_eq!(names, ["COLOR_0", "TEXCOORD_0", "_CONFIDENCE_OF_IT"]);
-            assert_eq!(read.channels[1].of(read.wedges[1][2]), [4.0 / 64.0, 5.0 / 64.0]);
+            assert_eq!(read.channels[1].value(read.wedges[1][2]), [4.0 / 64.0, 5.0 / 64.0]);
             assert_eq!(asset.document["materials"][0]["name"], "paper");
             assert_eq!(asset.document["materials"][1]["name"], "group 2");
         }

@@ -39,7 +39,7 @@ impl LighterPart {
         Self {
             positions: positions.iter().map(|position| position.map(finite)).collect(),
             faces: kept.iter().map(|&face| faces[face as usize]).collect(),
-            attributes: attributes.clone().of_faces(&kept).unwrap_or_default(),
+            attributes: attributes.clone().select_faces(&kept).unwrap_or_default(),
         }
     }
 

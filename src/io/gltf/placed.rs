@@ -7,7 +7,7 @@ use super::placements::placements;
 use super::spend;
 use crate::io::ReadError;
 use crate::io::far_out::is_far_out;
-use crate::mesh::{Looks, PlacedMesh, RawMesh, side_by_side};
+use crate::mesh::{Looks, PlacedMesh, RawMesh, merge_placed_meshes};
 
 /// Vertices and faces of a scene for each byte of its asset, and how many of them are always granted. Instances repeat a mesh in
 /// a few bytes each.
@@ -38,7 +38,7 @@ impl Asset {
             Some(PlacedMesh { mesh: laid.get(part)?, transform, first_group: first_groups[part] })
         });
         let placed: Vec<PlacedMesh> = placed.collect();
-        let mut scene = side_by_side(&placed, |_| true);
+        let mut scene = merge_placed_meshes(&placed, |_| true);
         scene.double = is_far_out(&scene.positions);
         Ok(scene)
     }

@@ -211,7 +211,7 @@ fn skinned(mesh: &RawMesh, places: &[DVec3], bones: &Bones, world: &[DMat4]) -> 
         return places.to_vec();
     };
     let moved = |(wedge, place): (u32, &DVec3)| {
-        let (joints, weights) = skin.of(wedge).split_at(skin.width / 2);
+        let (joints, weights) = skin.value(wedge).split_at(skin.width / 2);
         let (mut sum, mut total) = (DVec3::ZERO, 0.0);
         for (&joint, &weight) in joints.iter().zip(weights).filter(|(_, weight)| **weight > 0.0) {
             if let Some(matrix) = matrices.get(joint as usize) {

@@ -45,7 +45,7 @@ impl Vertices {
         let mut known: FxHashMap<Vec<u32>, u32> = FxHashMap::default();
         let mut place = |vertex: &u32| {
             let ([_, wedge], position) = (self.pairs[*vertex as usize], self.positions[*vertex as usize]);
-            let values = part.attributes.channels.iter().flat_map(|channel| channel.of(wedge));
+            let values = part.attributes.channels.iter().flat_map(|channel| channel.value(wedge));
             let key = position.iter().chain(values).map(|x| (x + 0.0).to_bits()).collect();
             *known.entry(key).or_insert(*vertex)
         };
@@ -78,7 +78,7 @@ impl Vertices {
 
     /// The values of a channel at the vertices, n_vertices x width.
     fn values(&self, channel: &Channel) -> Vec<f32> {
-        let mut values: Vec<f32> = self.pairs.iter().flat_map(|pair| channel.of(pair[1])).copied().collect();
+        let mut values: Vec<f32> = self.pairs.iter().flat_map(|pair| channel.value(pair[1])).copied().collect();
         values::mend_numbers(&mut values);
         values
     }

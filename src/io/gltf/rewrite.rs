@@ -20,7 +20,7 @@ use super::repack::drop_unused;
 use super::schema::{Mesh, Primitive, Root};
 use super::semantics::{role, target_role};
 use crate::io::{Format, ImageMaker, OutputFile, Packing, WriteError};
-use crate::mesh::{Attributes, Channel, Grid, Role};
+use crate::mesh::{Attributes, Channel, PositionGrid, Role};
 
 /// How often the written bytes of views that pass through may repeat those read, and how many are always granted.
 const REPEATS: (usize, usize) = (16, 1 << 26);
@@ -167,7 +167,7 @@ impl Asset {
     }
 
     /// Says in the document what undoes the grids, by the indices of meshes, where numbers are packed.
-    fn undo(&self, draft: &mut Draft, pack_with: &Pack, grids: &BTreeMap<usize, Grid>) {
+    fn undo(&self, draft: &mut Draft, pack_with: &Pack, grids: &BTreeMap<usize, PositionGrid>) {
         if pack_with.packing.is_some() {
             place_back(self, draft, grids);
             pack_with.uvs.undo(&mut draft.document, |material| material);
@@ -290,12 +290,12 @@ struct Pack<'a> {
 
 impl Pack<'_> {
     /// The grid of a part.
-    fn grid(&self, part: usize) -> Option<&Grid> {
+    fn grid(&self, part: usize) -> Option<&PositionGrid> {
         self.packing?.grid(part)
     }
 
     /// How the vertices of a primitive of a part on this grid are packed.
-    fn of_primitive<'a>(&'a self, primitive: &Primitive, grid: Option<&'a Grid>) -> Option<PackedAs<'a>> {
+    fn of_primitive<'a>(&'a self, primitive: &Primitive, grid: Option<&'a PositionGrid>) -> Option<PackedAs<'a>> {
         let compress = self.packing?.is_compressed();
         Some(PackedAs { grid, uvs: &self.uvs, surface: primitive.material, compress })
     }
@@ -331,7 +331,7 @@ fn nothing(part: &Part) -> LighterPart {
     let position = whole.faces.first().map_or([0.0; 3], |face| whole.positions[face[0] as usize]);
     let row = |channel: Channel| {
         let wedge = whole.faces.first().map(|_| whole.wedges(0)[0]);
-        let values = wedge.map_or(vec![0.0; channel.width], |wedge| channel.of(wedge).to_vec());
+        let values = wedge.map_or(vec![0.0; channel.width], |wedge| channel.value(wedge).to_vec());
         Channel { values, ..channel }
     };
     let channels = part.mesh.attributes.channels.iter().cloned().map(row).collect();

@@ -12,7 +12,7 @@ use super::{refuse, spend};
 use crate::io::ReadError;
 use crate::io::extra::{Extra, Group, ReadMesh};
 use crate::io::far_out::is_far_out;
-use crate::mesh::{Channel, PlacedMesh, RawMesh, Role, side_by_side, srgb};
+use crate::mesh::{Channel, PlacedMesh, RawMesh, Role, merge_placed_meshes, srgb};
 
 /// What a mesh without a scene does not hold.
 const LEFT: &str = "tangents, skins and morph targets belong to the scene: left out";
@@ -75,7 +75,7 @@ fn scene(asset: &Asset, first_groups: &[u32], mut budget: usize) -> Result<RawMe
         spend(&mut budget, mesh.positions.len() + mesh.faces.len() + n_wedges * n_numbers)?;
         placed.push(PlacedMesh { mesh, transform, first_group });
     }
-    Ok(side_by_side(&placed, is_carried))
+    Ok(merge_placed_meshes(&placed, is_carried))
 }
 
 /// The numbers that a wedge of the scene carries at most.

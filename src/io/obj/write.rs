@@ -63,7 +63,7 @@ fn push_vertices(out: &mut Vec<u8>, content: &Content, attributes: &Attributes, 
     if let Some(channel) = colours {
         for (&vertex, &wedge) in content.faces.iter().flatten().zip(attributes.wedges.iter().flatten()) {
             let first = *wedge_of[vertex as usize].get_or_insert(wedge);
-            n_lost += usize::from(channel.of(first) != channel.of(wedge));
+            n_lost += usize::from(channel.value(first) != channel.value(wedge));
         }
         if n_lost > 0 {
             notes.push(format!("obj holds one colour for each vertex: those of {n_lost} corners are dropped"));
@@ -77,7 +77,7 @@ fn push_vertices(out: &mut Vec<u8>, content: &Content, attributes: &Attributes, 
         content.push_position(out, vertex);
         if let Some(channel) = colours {
             out.push(b' ');
-            push_singles(out, wedge.map_or(&[1.0; 3], |wedge| &channel.of(wedge)[..3]));
+            push_singles(out, wedge.map_or(&[1.0; 3], |wedge| &channel.value(wedge)[..3]));
         }
         out.push(b'\n');
     }
@@ -96,7 +96,7 @@ impl Lines {
         let mut of_wedges = vec![0; attributes.n_wedges()];
         let mut numbers = FxHashMap::default();
         for &wedge in attributes.wedges.iter().flatten() {
-            let value = channel.of(wedge);
+            let value = channel.value(wedge);
             if of_wedges[wedge as usize] > 0 || channel.role == Role::Normal && value.iter().all(|x| *x == 0.0) {
                 continue;
             }

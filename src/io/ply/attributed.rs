@@ -154,7 +154,7 @@ impl Reader {
         let mut channels = self.channels;
         if let Some(corners) = self.corners {
             // As in OBJ: polygons are cut while faces index wedges, then faces return to vertices.
-            self.fans.settle_with(|wedge| positions.get(corners.vertex(wedge) as usize).copied(), faces);
+            self.fans.triangulate_with(|wedge| positions.get(corners.vertex(wedge) as usize).copied(), faces);
             channels.iter_mut().for_each(|channel| corners.spread(channel));
             let name = if channels.iter().any(|channel| channel.name == "uv") { "texcoord" } else { "uv" };
             let column = Column { name: "texcoord".into(), scalar: Scalar::F32 };
@@ -166,7 +166,7 @@ impl Reader {
                 *corner = corners.vertex(*corner);
             }
         } else {
-            self.fans.settle(positions, faces);
+            self.fans.triangulate(positions, faces);
             attributes.wedges = if channels.is_empty() { Vec::new() } else { faces.clone() };
         }
         let Groups { columns: face_columns, groups, mut of_faces, .. } = self.groups;

@@ -76,7 +76,7 @@ fn put_vertices(put: &mut Put, content: &Content, rows: &Rows, columns: &Columns
     for &(vertex, wedge) in &rows.sources {
         put.position(content, vertex as usize);
         for (channel, layout) in &columns.of_vertices {
-            let value = wedge.map(|wedge| channel.of(wedge));
+            let value = wedge.map(|wedge| channel.value(wedge));
             for (i, column) in layout.columns.iter().enumerate() {
                 let stated = value.map_or(0.0, |value| f64::from(value[i]));
                 put.value(column.scalar, stated * unit(channel.role, column.scalar));
@@ -93,7 +93,7 @@ fn put_faces(put: &mut Put, rows: &Rows, columns: &Columns, attributes: &Attribu
         corners.iter().for_each(|&row| put.value(Scalar::I32, f64::from(row)));
         if let (Some((channel, layout)), Some(wedges)) = (columns.of_corners, attributes.wedges.get(face)) {
             put.value(Scalar::U8, (3 * channel.width) as f64);
-            let values = wedges.iter().flat_map(|&wedge| channel.of(wedge));
+            let values = wedges.iter().flat_map(|&wedge| channel.value(wedge));
             values.for_each(|&value| put.value(layout.columns[0].scalar, f64::from(value)));
         }
         let values = extra.group(attributes.group(face as u32)).map_or(&[][..], |group| &group.values);
@@ -145,7 +145,7 @@ impl Rows {
         }
         // // Chains the rows of one vertex, so that a corner finds an equal one by a short walk.
         let mut next: Vec<Option<u32>> = vec![None; sources.len()];
-        let same = |a: u32, b: u32| a == b || channels.iter().all(|(channel, _)| channel.of(a) == channel.of(b));
+        let same = |a: u32, b: u32| a == b || channels.iter().all(|(channel, _)| channel.value(a) == channel.value(b));
         for (corner, &wedge) in faces.iter_mut().flatten().zip(attributes.wedges.iter().flatten()) {
             loop {
                 let row = *corner as usize;

@@ -11,7 +11,7 @@ use zip::result::ZipError;
 use super::field;
 use crate::io::ReadError;
 use crate::io::one_line::one_line;
-use crate::mesh::room::asking;
+use crate::mesh::fallible_allocation::with_fallible_allocation;
 
 /// Largest expansion per byte of the package, over all parts, and bytes always allowed; as for `.gz`.
 const LIMIT: (usize, usize) = (200, 16 << 20);
@@ -66,7 +66,7 @@ impl<'a> Package<'a> {
         let damaged = |error: String| ReadError::file(format!("{name} is cut or damaged ({error})"), REMEDY);
         let entry = self.archive.by_index(index).map_err(|error| damaged(one_line(&error.to_string())))?;
         let mut bytes = Vec::new();
-        let read = asking(|| entry.take(self.left as u64 + 1).read_to_end(&mut bytes));
+        let read = with_fallible_allocation(|| entry.take(self.left as u64 + 1).read_to_end(&mut bytes));
         // Before the error of reading: a bomb may be damaged as well.
         if bytes.len() > self.left {
             let what = format!("the zip data unpacks to more than {} bytes", self.most);

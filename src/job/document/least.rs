@@ -59,7 +59,7 @@ impl Document {
                 let first = first_faces(&self.wanted_attributes().groups, cleaned.mesh.faces().len());
                 let faces = first.iter().map(|&face| cleaned.mesh.faces()[face as usize]).collect();
                 let mesh = TriMesh::new(cleaned.mesh.positions().to_vec(), faces).unwrap_or_default();
-                let attributes = self.wanted_attributes().clone().of_faces(&first).unwrap_or_default();
+                let attributes = self.wanted_attributes().clone().select_faces(&first).unwrap_or_default();
                 self.least_of_mesh(&mesh, &attributes, extra, (images, job, file_name))
             }
             Kind::Scene { asset, .. } => least_of_scene(asset, images, job, file_name),
@@ -95,7 +95,7 @@ fn least_of_scene(
         let LighterPart { positions, faces, attributes, .. } = LighterPart::of(part);
         let first = first_faces(&attributes.groups, faces.len());
         let faces = first.iter().map(|&face| faces[face as usize]).collect();
-        LighterPart::new(positions, faces, attributes.of_faces(&first).unwrap_or_default())
+        LighterPart::new(positions, faces, attributes.select_faces(&first).unwrap_or_default())
     };
     let parts: Vec<LighterPart> = asset.parts().iter().map(least).collect();
     let packing = job.compress.map(|options| asset.packing(&[&parts], &options).0);

@@ -9,7 +9,7 @@ mod write;
 
 use crate::io::{self, Asset, Extra};
 use crate::mesh::cleanup::{CleanCounts, Cleaned};
-use crate::mesh::{Attributes, Channel, Frame, Looks, Role, TriMesh, United};
+use crate::mesh::{Attributes, Channel, Frame, Looks, Role, TriMesh, UnitedMesh};
 use crate::picture::image_size;
 use crate::repair::RepairCounts;
 use crate::simplify::{self, Input, MirrorPlane, Symmetry, importance_of_channel};
@@ -50,7 +50,7 @@ enum Kind {
     },
     Scene {
         asset: Box<Asset>,
-        united: United,
+        united: UnitedMesh,
         /// For each part of the asset its piece of the united mesh; none where the part has no face that can be drawn.
         pieces: Vec<Option<usize>>,
     },
@@ -116,7 +116,7 @@ impl Document {
                     named(group.object.as_ref().or(group.name.as_ref()), group.material.as_ref())
                 }),
                 Kind::Scene { asset, united, pieces } => {
-                    let piece = united.piece_of(group);
+                    let piece = united.piece_of_group(group);
                     let part = pieces.iter().position(|of_part| *of_part == Some(piece));
                     part.map_or_else(String::new, |part| {
                         let part = &asset.parts()[part];
@@ -166,7 +166,7 @@ impl Document {
     }
 
     /// The meshes of the scene, where it is one.
-    pub fn united(&self) -> Option<&United> {
+    pub fn united(&self) -> Option<&UnitedMesh> {
         match &self.kind {
             Kind::Mesh { .. } => None,
             Kind::Scene { united, .. } => Some(united),

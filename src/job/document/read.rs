@@ -2,7 +2,7 @@
 
 use crate::io::{self, Asset, Folder, Format, ReadError, ReadMesh};
 use crate::mesh::cleanup::{CleanCounts, CleanOptions, clean};
-use crate::mesh::{Attributes, Frame, Piece, RawMesh, Role, United, snap};
+use crate::mesh::{Attributes, Frame, RawMesh, Role, ScenePiece, UnitedMesh, snap};
 use crate::repair::{fill_holes, printable};
 use crate::simplify::Purpose;
 
@@ -91,13 +91,13 @@ impl Document {
         let places = asset.places().map_err(|error| JobError::Document(error.to_string()))?;
         let scaled = parts.iter().zip(asset.parts()).zip(&places).filter_map(|((cleaned, part), places)| {
             let cleaned = cleaned.as_ref().ok()?;
-            Some(Piece { mesh: &cleaned.mesh, attributes: &cleaned.attributes, scale: part.scale, places })
+            Some(ScenePiece { mesh: &cleaned.mesh, attributes: &cleaned.attributes, scale: part.scale, places })
         });
-        let scaled: Vec<Piece> = scaled.collect();
+        let scaled: Vec<ScenePiece> = scaled.collect();
         if scaled.is_empty() {
             return Err(JobError::Document("no triangles: a scene needs a mesh of triangles".into()));
         }
-        let united = United::new(&scaled).ok_or_else(|| {
+        let united = UnitedMesh::new(&scaled).ok_or_else(|| {
             JobError::Document("its meshes are too many or too far apart in size: split the scene".into())
         })?;
         let (notes, kind) = (asset.notes().to_vec(), Kind::Scene { asset: Box::new(asset), united, pieces });
@@ -128,7 +128,7 @@ impl Document {
         let held = |role| is_scene || job.format.holds(role);
         if !job.ignore.is_empty() || self.attributes().channels.iter().any(|channel| !held(channel.role)) {
             let keeps = |role| keeps(role) && held(role);
-            self.wanted = Some(self.attributes().clone().only(keeps, !ignores(Ignored::Materials)));
+            self.wanted = Some(self.attributes().clone().keep_roles(keeps, !ignores(Ignored::Materials)));
         }
         Ok(self)
     }

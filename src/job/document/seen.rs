@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use crate::io::{LighterPart, Packing, ReadError};
 use crate::mesh::cleanup::{CleanOptions, clean};
-use crate::mesh::{Attributes, Grid, RawMesh, TriMesh, United};
+use crate::mesh::{Attributes, PositionGrid, RawMesh, TriMesh, UnitedMesh};
 use crate::metrics::{QuickDistance, quick_distance};
 use crate::simplify::Simplified;
 
@@ -77,7 +77,7 @@ impl Document {
 /// A result with the vertices of each piece on the grid of its part, where it has one.
 fn on_grids<'a>(
     result: &'a Simplified,
-    united: &United,
+    united: &UnitedMesh,
     pieces: &[Option<usize>],
     packing: Option<&Packing>,
 ) -> Cow<'a, TriMesh> {
@@ -88,7 +88,7 @@ fn on_grids<'a>(
         grid_of[piece] = packing.grid(part);
     }
     for (face, f) in result.mesh.faces().iter().zip(0..) {
-        let piece = united.piece_of(result.attributes.group(f));
+        let piece = united.piece_of_group(result.attributes.group(f));
         let (Some(grid), scale) = (grid_of[piece], united.scale(piece)) else { continue };
         for &v in face {
             let own = result.mesh.positions()[v as usize].map(|x| f64::from(x) / scale);
@@ -99,7 +99,7 @@ fn on_grids<'a>(
 }
 
 /// A mesh with its vertices on a grid that counts from `around`, where there is one.
-fn on_grid<'a>(mesh: &'a TriMesh, grid: Option<&Grid>, around: [f64; 3]) -> Cow<'a, TriMesh> {
+fn on_grid<'a>(mesh: &'a TriMesh, grid: Option<&PositionGrid>, around: [f64; 3]) -> Cow<'a, TriMesh> {
     let Some(grid) = grid else { return Cow::Borrowed(mesh) };
     let rounded = |p: &[f32; 3]| {
         let place = grid.point(grid.round(std::array::from_fn(|axis| f64::from(p[axis]) + around[axis])));

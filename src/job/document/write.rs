@@ -7,7 +7,7 @@ use crate::io::{
     self, Asset, Extra, ImageMaker, LighterPart, Model, PackOptions, Packing, SceneOptions, WriteError, WriteOptions,
 };
 use crate::mesh::cleanup::Cleaned;
-use crate::mesh::{Attributes, Frame, Grid, TriMesh, United, longest_side};
+use crate::mesh::{Attributes, Frame, PositionGrid, TriMesh, UnitedMesh, longest_side};
 use crate::simplify::Simplified;
 
 use crate::job::dress::Dress;
@@ -159,7 +159,7 @@ impl Document {
         };
         // Steps are in single precision.
         let step = (longest + 2.0 * error) / f64::from((1u32 << bits) - 1) * (1.0 + 1e-6);
-        Grid { origin: [0.0; 3], step }.rounding()
+        PositionGrid { origin: [0.0; 3], step }.rounding()
     }
 }
 
@@ -189,7 +189,7 @@ pub(super) fn scene_files(
 /// What became of each part of an asset when all of them became one mesh with these attributes.
 pub(super) fn lighter_parts(
     asset: &Asset,
-    united: &United,
+    united: &UnitedMesh,
     pieces: &[Option<usize>],
     mesh: &TriMesh,
     attributes: &Attributes,

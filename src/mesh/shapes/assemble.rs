@@ -83,7 +83,7 @@ pub(super) fn unite(meshes: impl IntoIterator<Item = TriMesh>) -> TriMesh {
 }
 
 /// Maps every point of a mesh by `to`; reverses the faces if `mirrored`.
-pub(super) fn moved(mesh: &TriMesh, mirrored: bool, to: impl Fn([f64; 3]) -> [f64; 3]) -> TriMesh {
+pub(super) fn map_points(mesh: &TriMesh, mirrored: bool, to: impl Fn([f64; 3]) -> [f64; 3]) -> TriMesh {
     let turn = |&[a, b, c]: &[u32; 3]| if mirrored { [a, c, b] } else { [a, b, c] };
     let faces = mesh.faces().iter().map(turn).collect();
     build(mesh.positions().iter().map(|p| to(p.map(f64::from))), faces)

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use super::assemble::{Join, build, moved, sheet};
+use super::assemble::{Join, build, map_points, sheet};
 use crate::mesh::TriMesh;
 
 /// Builds the corner of the unit cube: four vertices, four faces, volume 1/6.
@@ -119,7 +119,7 @@ pub fn torus(n_around: u32, n_tube: u32, radius: f64, tube: f64) -> TriMesh {
 /// assert_eq!(mesh.faces().len(), 1280);
 /// ```
 pub fn wavy_sphere(level: u32, unevenness: f64) -> TriMesh {
-    moved(&icosphere(level), false, |p| {
+    map_points(&icosphere(level), false, |p| {
         let p = toward_pole(DVec3::from_array(p), unevenness);
         let wave = (5.0 * p.x).sin() * (4.0 * p.y + 1.0).cos() * (3.0 * p.z).sin();
         (p * (1.0 + 0.1 * wave)).to_array()

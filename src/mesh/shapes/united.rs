@@ -1,6 +1,6 @@
 //! Several closed components in one mesh.
 
-use super::assemble::{moved, unite};
+use super::assemble::{map_points, unite};
 use super::solid::{cuboid, icosphere, torus};
 use crate::mesh::TriMesh;
 
@@ -12,7 +12,7 @@ use crate::mesh::TriMesh;
 pub fn touching_spheres(level: u32) -> TriMesh {
     let sphere = icosphere(level);
     let at = sphere.positions()[0].map(f64::from);
-    let other = moved(&sphere, true, |p| std::array::from_fn(|k| 2.0 * at[k] - p[k]));
+    let other = map_points(&sphere, true, |p| std::array::from_fn(|k| 2.0 * at[k] - p[k]));
     unite([sphere, other])
 }
 
@@ -26,7 +26,7 @@ pub fn chain_of_tori(n: u32) -> TriMesh {
     let place = |i: u32| {
         let turned = i % 2 == 1;
         let turn = move |[x, y, z]: [f64; 3]| if turned { [x, -z, y] } else { [x, y, z] };
-        moved(&link, false, move |p| {
+        map_points(&link, false, move |p| {
             let [x, y, z] = turn(p);
             [x + 1.3 * f64::from(i), y, z]
         })
@@ -43,7 +43,9 @@ pub fn many_boxes(n: u32) -> TriMesh {
     let place = |i: u32| {
         let length = |k: u32| 0.9 * 0.01f64.powf(f64::from((i * 7 + k * 3) % 10) / 9.0).max(0.01 / 0.9);
         let corner = [f64::from(i % 10), f64::from(i / 10), 0.0];
-        moved(&cuboid([length(0), length(1), length(2)], 1), false, move |p| std::array::from_fn(|k| p[k] + corner[k]))
+        map_points(&cuboid([length(0), length(1), length(2)], 1), false, move |p| {
+            std::array::from_fn(|k| p[k] + corner[k])
+        })
     };
     unite((0..n).map(place))
 }

@@ -16,7 +16,7 @@ use glam::{DMat4, DVec3};
 use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::pulse::Pulse;
 use crate::mesh::union_find::UnionFind;
-use crate::mesh::{Attributes, Role, United};
+use crate::mesh::{Attributes, Role, UnitedMesh};
 use crate::simplify::limits::Limit;
 use crate::spatial::{Exposure, FaceTree, Labels, exposures};
 
@@ -102,10 +102,10 @@ pub fn components(n_vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, usize) {
         sets.union(a, b);
         sets.union(b, c);
     }
-    if sets.sets() == 1 {
+    if sets.n_sets() == 1 {
         return (Vec::new(), 1);
     }
-    sets.numbered(Pulse::NONE)
+    sets.number_sets(Pulse::NONE)
 }
 
 /// Where a viewer sees the components of a surface.
@@ -123,7 +123,7 @@ struct Placing<'a> {
 impl<'a> Placing<'a> {
     fn new(
         original: &'a Original,
-        scene: Option<&United>,
+        scene: Option<&UnitedMesh>,
         attributes: Option<&'a Attributes>,
         of_faces: &'a [u32],
         n: usize,
@@ -133,7 +133,8 @@ impl<'a> Placing<'a> {
         let places = |component: usize| {
             let first = faces[if component == 0 { 0 } else { ends[component - 1] }];
             let (Some(scene), Some(attributes)) = (scene, attributes) else { return vec![to_mesh] };
-            let places = scene.places(scene.piece_of(attributes.group(first))).iter().map(|place| *place * to_mesh);
+            let places =
+                scene.places(scene.piece_of_group(attributes.group(first))).iter().map(|place| *place * to_mesh);
             let mut places: Vec<DMat4> = places.collect();
             places.sort_by(|a, b| b.determinant().abs().total_cmp(&a.determinant().abs()));
             places

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::mesh::pulse::Pulse;
-use crate::mesh::shares::{add_faces, cut, shares};
+use crate::mesh::thread_ranges::{add_faces, split_rows, thread_ranges};
 
 /// Valence above which edges are looked up in a hash map: a fan of 150 thousand faces asks for each edge of its hub.
 const MOST_SEARCHED: usize = 64;
@@ -43,8 +43,8 @@ impl FacesAround {
         add_faces(pulse, &mut starts[1..], faces, |_| (), |n_corners, (), _| *n_corners += 1);
         (1..starts.len()).for_each(|v| starts[v] += starts[v - 1]);
         let mut rows = vec![Corner::default(); 3 * faces.len()];
-        let shares = shares(n_vertices);
-        let parts: Vec<_> = shares.iter().zip(cut(&shares, &mut rows, |v| starts[v + 1] as usize)).collect();
+        let shares = thread_ranges(n_vertices);
+        let parts: Vec<_> = shares.iter().zip(split_rows(&shares, &mut rows, |v| starts[v + 1] as usize)).collect();
         parts.into_par_iter().for_each(|(share, rows)| fill(pulse, rows, &starts[share.clone()], share.start, faces));
         let mut around = Self { starts, rows, changed: FxHashMap::default(), from_hubs: FxHashMap::default() };
         (0..n_vertices as u32)
@@ -141,7 +141,7 @@ fn face_along(row: &[Corner], next: u32) -> Option<u32> {
 fn fill(pulse: Pulse, rows: &mut [Corner], starts: &[u32], first: usize, faces: &[[u32; 3]]) {
     let before = starts.first().copied().unwrap_or(0);
     let mut slots: Vec<u32> = starts.iter().map(|start| start - before).collect();
-    for numbers in pulse.counting_if(first == 0).through(0..faces.len()) {
+    for numbers in pulse.counting_if(first == 0).ranges(0..faces.len()) {
         for (f, &[a, b, c]) in (numbers.start as u32..).zip(&faces[numbers]) {
             for (v, next) in [(a, b), (b, c), (c, a)] {
                 if let Some(slot) = slots.get_mut((v as usize).wrapping_sub(first)) {

@@ -72,7 +72,7 @@ fn star_scores_of(surface: &Surface, weights: &Weights) -> Option<Vec<f32>> {
     let edge_length = mean_edge_length(surface);
     let n_vertices = surface.n_vertices();
     let mut scores = Vec::with_capacity(n_vertices);
-    for numbers in surface.pulse.by(TOGETHER, 0..n_vertices) {
+    for numbers in surface.pulse.ranges_of_size(TOGETHER, 0..n_vertices) {
         let star = |i: usize| (numbers.start + i, surface.neighbors((numbers.start + i) as u32));
         let stars = Stars { x: [&surface.positions, &surface.normals], n: numbers.len(), of: star };
         scores.extend(star_scores(weights, &stars, edge_length)?);

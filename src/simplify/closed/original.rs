@@ -49,7 +49,7 @@ impl<'a> Original<'a> {
     /// Finds the region vertex closest to each wanted output vertex; arbitrary for the others.
     pub fn anchors(&self, positions: &[Vec3], vertex_of: &[u32], wanted: &[bool]) -> Vec<u32> {
         let mut best = vec![(f32::INFINITY, 0); positions.len()];
-        for numbers in self.surface.pulse.through(0..vertex_of.len()) {
+        for numbers in self.surface.pulse.ranges(0..vertex_of.len()) {
             let outputs = numbers.clone().zip(&vertex_of[numbers]);
             for (v, &output) in outputs.filter(|(_, output)| wanted[**output as usize]) {
                 let distance = self.surface.positions[v].distance_squared(positions[output as usize]);
@@ -113,7 +113,7 @@ impl<'a> Original<'a> {
     pub fn regions(&self, vertex_of: &[u32], wanted: &[bool]) -> Regions {
         let mut regions: FxHashMap<u32, Region> = FxHashMap::default();
         let wanted = |v: &u32| wanted[vertex_of[*v as usize] as usize];
-        let numbers = self.surface.pulse.through(0..vertex_of.len());
+        let numbers = self.surface.pulse.ranges(0..vertex_of.len());
         for v in numbers.flat_map(|numbers| numbers.start as u32..numbers.end as u32).filter(wanted) {
             let output = vertex_of[v as usize];
             let region = regions.entry(output).or_default();

@@ -1,6 +1,6 @@
 //! Requests to the closed assembly: plain data, resolved by the driver in advance.
 
-use crate::mesh::{Attributes, Frame, KeptEdge, Role, United};
+use crate::mesh::{Attributes, FeatureEdge, Frame, Role, UnitedMesh};
 use crate::model::Weights;
 use crate::simplify::options::{Options, Parts, Purpose};
 
@@ -33,7 +33,7 @@ pub struct Request<'a> {
 pub struct Shown<'a> {
     pub attributes: Option<&'a Attributes>,
     /// Placement of the mesh in a scene.
-    pub scene: Option<&'a United>,
+    pub scene: Option<&'a UnitedMesh>,
     /// Set where areas count by importance: given by the caller, or hidden vertices.
     pub is_weighed: bool,
 }
@@ -60,7 +60,7 @@ impl<'a> Request<'a> {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Keep<'a> {
     /// Feature edges over mesh vertices: seams and creases, ascending.
-    pub edges: &'a [KeptEdge],
+    pub edges: &'a [FeatureEdge],
     /// Marks vertices that stay in place; empty for none.
     pub locked: &'a [bool],
     /// Marks faces that come back unchanged; empty for none. Their vertices are locked.
@@ -74,7 +74,7 @@ pub struct Keep<'a> {
     /// Requests the map from result corners to the mesh.
     pub map: bool,
     /// Placement of the mesh in a scene.
-    pub scene: Option<&'a United>,
+    pub scene: Option<&'a UnitedMesh>,
     /// Allowed distance from the mesh, in scene units; 0 for none.
     pub allowed_distance: f64,
     /// Rules for dropping components, if any may go.
@@ -98,7 +98,7 @@ impl<'a> Keep<'a> {
 
     /// Returns the scene piece of a face; 0 without a scene.
     pub fn piece_of(&self, face: u32) -> usize {
-        let of = |scene: &United| scene.piece_of(self.attributes.unwrap_or(Attributes::NONE).group(face));
+        let of = |scene: &UnitedMesh| scene.piece_of_group(self.attributes.unwrap_or(Attributes::NONE).group(face));
         self.scene.map_or(0, of)
     }
 

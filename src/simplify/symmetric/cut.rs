@@ -175,6 +175,6 @@ impl Sheet {
 /// Adds the value at a share of the way between two wedges.
 fn add_between(channel: &mut Channel, [a, b]: [u32; 2], t: f32) {
     let mut value = vec![0.0; channel.width];
-    blend(channel.role, [channel.of(a), channel.of(b), channel.of(b)], [1.0 - t, t, 0.0], &mut value);
+    blend(channel.role, [channel.value(a), channel.value(b), channel.value(b)], [1.0 - t, t, 0.0], &mut value);
     channel.values.extend(value);
 }

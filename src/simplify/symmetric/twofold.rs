@@ -30,7 +30,7 @@ pub(super) fn twofold(attributes: &Attributes, pairs: &Pairs) -> (Attributes, Gr
         attributes.channels.iter().map({
             let wedge_pairs = &wedge_pairs.rows;
             move |channel| Channel {
-                values: wedge_pairs.iter().flat_map(|pair| channel.of(pair[side])).copied().collect(),
+                values: wedge_pairs.iter().flat_map(|pair| channel.value(pair[side])).copied().collect(),
                 name: channel.name.clone(),
                 ..*channel
             }
@@ -45,7 +45,7 @@ pub(super) fn add_joints(attributes: &mut Attributes, faces: &[[u32; 3]], on_pla
         return;
     }
     let (own, images) = attributes.channels.split_at(attributes.channels.len() / 2);
-    let is_one = |wedge: u32| own.iter().zip(images).all(|(x, y)| same_values(x.role, x.of(wedge), y.of(wedge)));
+    let is_one = |wedge: u32| own.iter().zip(images).all(|(x, y)| same_values(x.role, x.value(wedge), y.value(wedge)));
     let mut values = vec![1.0; attributes.n_wedges()];
     for (face, wedges) in faces.iter().zip(&attributes.wedges) {
         for (_, &wedge) in face.iter().zip(wedges).filter(|(v, _)| on_plane[**v as usize]) {

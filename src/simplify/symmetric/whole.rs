@@ -62,7 +62,7 @@ fn unfolded(attributes: Attributes, mesh: &TriMesh, on_plane: &[bool], pairs: &G
     let mut is_one = vec![false; n_wedges as usize];
     for (face, wedges) in mesh.faces().iter().zip(&attributes.wedges) {
         for (_, &wedge) in face.iter().zip(wedges).filter(|(v, _)| on_plane[**v as usize]) {
-            is_one[wedge as usize] = joints.of(wedge)[0] > 0.5;
+            is_one[wedge as usize] = joints.value(wedge)[0] > 0.5;
         }
     }
     let mut next = n_wedges;
@@ -78,7 +78,7 @@ fn unfolded(attributes: Attributes, mesh: &TriMesh, on_plane: &[bool], pairs: &G
 fn joined(own: &Channel, image: &Channel, is_one: &[bool]) -> Channel {
     let mut values = Vec::with_capacity(2 * own.values.len());
     for (wedge, &is_one) in (0u32..).zip(is_one) {
-        let [x, y] = [own.of(wedge), image.of(wedge)];
+        let [x, y] = [own.value(wedge), image.value(wedge)];
         let start = values.len();
         values.extend_from_slice(x);
         if is_one {
@@ -86,6 +86,6 @@ fn joined(own: &Channel, image: &Channel, is_one: &[bool]) -> Channel {
         }
     }
     let apart = (0u32..).zip(is_one).filter(|(_, is_one)| !**is_one);
-    values.extend(apart.flat_map(|(wedge, _)| image.of(wedge)));
+    values.extend(apart.flat_map(|(wedge, _)| image.value(wedge)));
     Channel { values, name: own.name.clone(), ..*own }
 }

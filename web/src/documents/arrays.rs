@@ -116,7 +116,7 @@ impl SplitVertices {
 
     /// Returns the values of each vertex, of a channel.
     pub fn of_wedges<'a>(&'a self, channel: &'a Channel) -> impl Iterator<Item = f32> + 'a {
-        self.vertices.iter().flat_map(|[_, wedge]| channel.of(*wedge).iter().copied())
+        self.vertices.iter().flat_map(|[_, wedge]| channel.value(*wedge).iter().copied())
     }
 }
 

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use neural_mesh::io::Folder;
 use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
-use neural_mesh::mesh::{TriMesh, in_one_frame};
+use neural_mesh::mesh::{TriMesh, move_to_common_frame};
 use neural_mesh::metrics::{CompareOptions, Figure, PaintedMesh, ReferenceMesh, closest_point_tree, compare};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
@@ -34,7 +34,7 @@ pub fn compare_files(message: &Message, json: Value, answer: &mut Answer, mut te
         let Cleaned { mesh, frame, .. } = read_mesh(file, bytes, &folder)?;
         cleaned.push((mesh, frame));
     }
-    let meshes = in_one_frame(cleaned).map_err(Refusal::new)?;
+    let meshes = move_to_common_frame(cleaned).map_err(Refusal::new)?;
     let mut judging = CompareOptions::default();
     judging.samples = asked.samples.unwrap_or(judging.samples);
     let Some((original, results)) = meshes.split_first() else { return Err(Refusal::new("there is no original")) };

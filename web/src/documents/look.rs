@@ -48,7 +48,7 @@ fn sort_by_group(mesh: TriMesh, attributes: Attributes) -> (TriMesh, Attributes)
     let mut order: Vec<u32> = (0..mesh.faces().len() as u32).collect();
     order.sort_by_key(|&face| attributes.group(face));
     let faces = order.iter().map(|&face| mesh.faces()[face as usize]).collect();
-    let ordered = TriMesh::new(mesh.positions().to_vec(), faces).ok().zip(attributes.clone().of_faces(&order));
+    let ordered = TriMesh::new(mesh.positions().to_vec(), faces).ok().zip(attributes.clone().select_faces(&order));
     ordered.unwrap_or((mesh, attributes))
 }
 

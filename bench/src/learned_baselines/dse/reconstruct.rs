@@ -1,7 +1,7 @@
 //! A surface through all points of a cloud, from the maps of their patches.
 
 use super::{Patch, aligned, selected, votes};
-use neural_mesh::mesh::consistently_wound;
+use neural_mesh::mesh::orient_outward;
 
 /// Meshes points by their patches: maps are aligned, each gives the triangles around its own point, and those on which
 /// patches agree are taken as far as they fit. Faces are wound alike where they can be, outward on the whole; the method
@@ -18,7 +18,7 @@ use neural_mesh::mesh::consistently_wound;
 /// assert_eq!(reconstruct(sphere.positions(), &patches).len(), 1280);
 /// ```
 pub fn reconstruct(points: &[[f32; 3]], patches: &[Patch]) -> Vec<[u32; 3]> {
-    consistently_wound(points, &selected(points, &votes(&aligned(patches))))
+    orient_outward(points, &selected(points, &votes(&aligned(patches))))
 }
 
 #[cfg(test)]

@@ -111,7 +111,7 @@ fn weighted_values(attributes: &Attributes, corners: &[SplitCorner], weighting: 
     let width = |channel: &Channel| channel.width.min(3);
     let weights = channels.iter().flat_map(|channel| vec![weighting.weight(channel.role); width(channel)]).collect();
     let of_corner = |corner: &SplitCorner| {
-        let numbers = channels.iter().flat_map(|channel| channel.of(corner.wedge)[..width(channel)].to_vec());
+        let numbers = channels.iter().flat_map(|channel| channel.value(corner.wedge)[..width(channel)].to_vec());
         numbers.collect::<Vec<f32>>()
     };
     (weights, corners.iter().flat_map(of_corner).collect())

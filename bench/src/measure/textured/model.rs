@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use neural_mesh::io::{Asset, Format, looks, read_attributed_path};
 use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
-use neural_mesh::mesh::{Look, Looks, Piece, United};
+use neural_mesh::mesh::{Look, Looks, ScenePiece, UnitedMesh};
 
 use super::AttributedMesh;
 
@@ -36,10 +36,10 @@ impl Model {
         let parts: Vec<Cleaned> = asset.parts().iter().map(cleaned).collect::<Result<_, _>>()?;
         let piece = |(part, of): (_, &neural_mesh::io::Part)| {
             let Cleaned { mesh, attributes, .. }: &Cleaned = part;
-            Piece { mesh, attributes, scale: of.scale, places: &[] }
+            ScenePiece { mesh, attributes, scale: of.scale, places: &[] }
         };
-        let pieces: Vec<Piece> = parts.iter().zip(asset.parts()).map(piece).collect();
-        let united = United::new(&pieces).context("its meshes are too far apart in size")?;
+        let pieces: Vec<ScenePiece> = parts.iter().zip(asset.parts()).map(piece).collect();
+        let united = UnitedMesh::new(&pieces).context("its meshes are too far apart in size")?;
         let (of_parts, notes) = asset.looks();
         let mut looks = Looks::default();
         looks.linear_colours = true;

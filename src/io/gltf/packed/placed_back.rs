@@ -10,10 +10,10 @@ use crate::io::gltf::draft::Draft;
 use crate::io::gltf::levels::child_of_mesh;
 use crate::io::gltf::references::index;
 use crate::io::gltf::vrm::is_vrm;
-use crate::mesh::Grid;
+use crate::mesh::PositionGrid;
 
 /// Has nodes and skins undo the grids of these meshes.
-pub(in crate::io::gltf) fn place_back(asset: &Asset, draft: &mut Draft, grids: &BTreeMap<usize, Grid>) {
+pub(in crate::io::gltf) fn place_back(asset: &Asset, draft: &mut Draft, grids: &BTreeMap<usize, PositionGrid>) {
     let n_nodes = draft.document.get("nodes").and_then(Value::as_array).map_or(0, Vec::len);
     let is_held = held_nodes(&draft.document, n_nodes);
     let mut of_skins = BTreeMap::new();
@@ -51,7 +51,7 @@ fn held_nodes(document: &Value, n_nodes: usize) -> Vec<bool> {
 }
 
 /// Puts the grid of a node's mesh within the transform of the node.
-fn place_node(node: &mut Value, grid: &Grid) {
+fn place_node(node: &mut Value, grid: &PositionGrid) {
     let Some(node) = node.as_object_mut() else { return };
     if let Some(matrix) = node.get("matrix").and_then(numbers::<16>) {
         let placed = DMat4::from_cols_array(&matrix) * transform(grid);
@@ -71,7 +71,7 @@ fn place_node(node: &mut Value, grid: &Grid) {
 }
 
 /// Puts the grid within the matrices that take vertices to the joints of a skin.
-fn place_skin(asset: &Asset, draft: &mut Draft, skin: usize, grid: &Grid) {
+fn place_skin(asset: &Asset, draft: &mut Draft, skin: usize, grid: &PositionGrid) {
     let n = draft.document["skins"][skin]["joints"].as_array().map_or(0, Vec::len);
     let held = draft.document["skins"][skin].get("inverseBindMatrices").and_then(index);
     let read = held.and_then(|accessor| asset.container.data().floats(accessor, 16 * n.max(1)).ok());
@@ -89,7 +89,7 @@ fn place_skin(asset: &Asset, draft: &mut Draft, skin: usize, grid: &Grid) {
 }
 
 /// From the numbers of a grid to its points.
-fn transform(grid: &Grid) -> DMat4 {
+fn transform(grid: &PositionGrid) -> DMat4 {
     DMat4::from_translation(grid.origin.into()) * DMat4::from_scale(DVec3::splat(grid.step))
 }
 

@@ -6,13 +6,13 @@ use super::compress::{self, octahedral};
 use super::uv_grids::UvGrids;
 use super::views::{COMPRESSION, OCTAHEDRAL};
 use crate::io::gltf::draft::{BYTE, Draft, SHORT, Stored, UNSIGNED_BYTE, UNSIGNED_SHORT, VERTICES, vector};
-use crate::mesh::{Grid, Role};
+use crate::mesh::{PositionGrid, Role};
 
 /// How the vertices of a primitive are packed.
 #[derive(Clone, Copy)]
 pub(in crate::io::gltf) struct PackedAs<'a> {
     /// The grid of its positions.
-    pub grid: Option<&'a Grid>,
+    pub grid: Option<&'a PositionGrid>,
     /// The grids of texture coordinates.
     pub uvs: &'a UvGrids,
     /// The material, or what stands for it, by which those are known.

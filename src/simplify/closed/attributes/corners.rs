@@ -190,7 +190,7 @@ impl Corners {
             let nearest = carried(original, &attributes.wedges, &places);
             let fitted = fit_normals(&fit, nearest, original, &attributes.wedges);
             for wedge in (0..self.normals.len()).filter(may_change) {
-                channel.values[3 * wedge..][..3].copy_from_slice(fitted.of(self.normals[wedge]));
+                channel.values[3 * wedge..][..3].copy_from_slice(fitted.value(self.normals[wedge]));
             }
         }
         straighten_tangents(channels, may_change);
@@ -244,7 +244,7 @@ fn carried(channel: &Channel, wedges: &[[u32; 3]], places: &[SurfacePoint]) -> C
     let width = channel.width;
     let mut values = vec![0.0; places.len() * width];
     values.par_chunks_mut(width).zip(places).for_each(|(out, place)| {
-        let corners = wedges[place.face as usize].map(|wedge| channel.of(wedge));
+        let corners = wedges[place.face as usize].map(|wedge| channel.value(wedge));
         blend(channel.role, corners, place.weights, out);
     });
     Channel { values, name: channel.name.clone(), ..*channel }

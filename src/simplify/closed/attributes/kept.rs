@@ -84,14 +84,14 @@ pub fn restore(carried: &mut Attributes, own: &Attributes, kept: &[KeptFace]) {
         channel.values.resize(n_wedges * channel.width, 0.0);
         let Some(own) = own.channels.iter().find(|own| own.name == channel.name) else { continue };
         for (&wedge, &own_wedge) in &source_of {
-            channel.values[wedge as usize * channel.width..][..channel.width].copy_from_slice(own.of(own_wedge));
+            channel.values[wedge as usize * channel.width..][..channel.width].copy_from_slice(own.value(own_wedge));
         }
     }
 }
 
 /// Whether all channels have the same values at two wedges.
 fn are_alike(attributes: &Attributes, a: u32, b: u32) -> bool {
-    a == b || attributes.channels.iter().all(|channel| channel.of(a) == channel.of(b))
+    a == b || attributes.channels.iter().all(|channel| channel.value(a) == channel.value(b))
 }
 
 #[cfg(test)]
@@ -112,9 +112,9 @@ mod tests {
         let kept = [(0, 0, [0, 1, 2]), (1, 1, [0, 1, 2])];
         let kept = kept.map(|(face, source, corners)| KeptFace { face, source, corners });
         restore(&mut carried, &own, &kept);
-        let values = |face: usize| carried.wedges[face].map(|wedge| carried.channels[0].of(wedge)[0]);
+        let values = |face: usize| carried.wedges[face].map(|wedge| carried.channels[0].value(wedge)[0]);
         assert_eq!([values(0), values(1), values(2)], [[10.0, 11.0, 12.0], [13.0, 12.0, 11.0], [10.0, 12.0, 5.0]]);
-        assert!(carried.fit(3));
+        assert!(carried.is_valid_for(3));
     }
 
     #[test]

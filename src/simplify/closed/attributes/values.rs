@@ -101,7 +101,7 @@ impl<'a> Fit<'a> {
         let mut meant = vec![0.0; self.points.len() * QUADRATURE.len() * original.width];
         let places = self.points.as_flattened().par_iter();
         meant.par_chunks_exact_mut(original.width).zip(places).for_each(|(out, place)| {
-            let corners = wedges[place.face as usize].map(|wedge| original.of(wedge));
+            let corners = wedges[place.face as usize].map(|wedge| original.value(wedge));
             blend(original.role, corners, place.weights, out);
         });
         meant
@@ -114,7 +114,7 @@ impl<'a> Fit<'a> {
         let mut one = vec![0; order.len()];
         for around in order.chunk_by(|&w, &x| self.wedges.vertices[w as usize] == self.wedges.vertices[x as usize]) {
             for (n_before, &wedge) in around.iter().enumerate() {
-                let is_same = |other: u32| same_values(channel.role, channel.of(wedge), channel.of(other));
+                let is_same = |other: u32| same_values(channel.role, channel.value(wedge), channel.value(other));
                 let mut before = around[..n_before].iter().copied();
                 one[wedge as usize] = before.find(|&w| one[w as usize] == w && is_same(w)).unwrap_or(wedge);
             }

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use crate::mesh::pulse::Pulse;
-use crate::mesh::shares::indices_where;
+use crate::mesh::thread_ranges::indices_where;
 use crate::simplify::closed::faces_around::smallest_first;
 use crate::simplify::closed::output::Output;
 use crate::simplify::closed::prepare::surface::Surface;

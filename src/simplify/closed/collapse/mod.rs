@@ -35,7 +35,7 @@ pub use poses::Poses;
 mod tests {
     use super::*;
     use crate::mesh::pulse::Pulse;
-    use crate::mesh::{Attributes, Channel, KeptEdge, Role, TriMesh, compact, seams, shapes, topology};
+    use crate::mesh::{Attributes, Channel, FeatureEdge, Role, TriMesh, compact, seams, shapes, topology};
     use crate::simplify::closed::Keep;
     use crate::simplify::closed::output::Output;
     use crate::simplify::closed::prepare::prepare;
@@ -151,7 +151,7 @@ mod tests {
     }
 
     /// A torus in small charts, whose seams have a price.
-    fn charted() -> (TriMesh, Vec<KeptEdge>) {
+    fn charted() -> (TriMesh, Vec<FeatureEdge>) {
         let mesh = shapes::torus(60, 30, 2.0, 0.5);
         let chart = |face: &[u32; 3]| {
             let centre = face.iter().map(|&v| Vec3::from(mesh.positions()[v as usize])).sum::<Vec3>();

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use crate::linalg::{Isa, Work};
 use crate::mesh::pulse::PARALLEL;
-use crate::mesh::shares::indices_where;
+use crate::mesh::thread_ranges::indices_where;
 use crate::simplify::limits::Limit;
 
 use super::cheapest::Cheapest;

@@ -57,7 +57,7 @@ fn of_morph_targets(original: &Original, attributes: &Attributes) -> Poses {
     }
     let scale = surface.length(1.0);
     let place = |v: u32, target: &Channel| {
-        let step = match *target.of(wedge_of[surface.source(v) as usize]) {
+        let step = match *target.value(wedge_of[surface.source(v) as usize]) {
             [x, y, z] if Vec3::new(x, y, z).is_finite() => Vec3::new(x, y, z),
             _ => Vec3::ZERO,
         };

@@ -5,7 +5,7 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::mesh::KeptEdge;
+use crate::mesh::FeatureEdge;
 
 use super::surface::Surface;
 
@@ -22,7 +22,7 @@ pub struct FeatureEdges {
 
 impl FeatureEdges {
     /// Takes edges over to the vertices of the surface, where some are copies.
-    pub fn on(surface: &Surface, kept: &[KeptEdge]) -> Self {
+    pub fn on(surface: &Surface, kept: &[FeatureEdge]) -> Self {
         let has_copies = surface.n_split() > 0 && !kept.is_empty();
         let kept = if has_copies { on_copies(surface, kept) } else { kept.to_vec() };
         let edges: Vec<[u32; 2]> = kept.iter().map(|edge| edge.ends).collect();
@@ -82,18 +82,18 @@ fn edges_between(edges: impl Iterator<Item = [u32; 2]>, vertex_of: &[u32]) -> Ve
 }
 
 /// The surface's edges over these edges of the mesh, as far as they have two sides there.
-fn on_copies(surface: &Surface, kept: &[KeptEdge]) -> Vec<KeptEdge> {
-    let wanted: FxHashMap<[u32; 2], &KeptEdge> = kept.iter().map(|edge| (edge.ends, edge)).collect();
+fn on_copies(surface: &Surface, kept: &[FeatureEdge]) -> Vec<FeatureEdge> {
+    let wanted: FxHashMap<[u32; 2], &FeatureEdge> = kept.iter().map(|edge| (edge.ends, edge)).collect();
     let mut touched = vec![false; surface.n_vertices()];
     kept.iter().flat_map(|edge| edge.ends).for_each(|v| touched[v as usize] = true);
     let kept = |[a, b]: [u32; 2]| {
         let [s, t] = [a, b].map(|v| surface.source(v));
         let is_touched = touched[s as usize] && touched[t as usize];
         let edge = is_touched.then(|| wanted.get(&[s.min(t), s.max(t)])).flatten()?;
-        Some(KeptEdge { ends: [a.min(b), a.max(b)], ..**edge })
+        Some(FeatureEdge { ends: [a.min(b), a.max(b)], ..**edge })
     };
     let sides = surface.faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-    let mut found: Vec<KeptEdge> = sides.filter_map(kept).collect();
+    let mut found: Vec<FeatureEdge> = sides.filter_map(kept).collect();
     found.sort_unstable_by_key(|edge| edge.ends);
     let with_two_sides = found.chunk_by(|x, y| x.ends == y.ends).filter(|sides| sides.len() == 2);
     with_two_sides.map(|sides| sides[0]).collect()

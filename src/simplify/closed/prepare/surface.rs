@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::geometry::Quadric;
 use crate::geometry::triangle::area_normal;
 use crate::mesh::pulse::{PARALLEL, Pulse};
-use crate::mesh::shares::{cut, shares};
+use crate::mesh::thread_ranges::{split_rows, thread_ranges};
 use crate::mesh::{Manifold, OneRings, TriMesh, manifold_with};
 
 /// How much a boundary counts against the surface: weight of the squared distance from the line along a boundary edge
@@ -209,12 +209,13 @@ impl<'a> Surface<'a> {
 fn face_sums(pulse: Pulse, positions: &[Vec3], faces: &[[u32; 3]]) -> (Vec<Vec3>, Vec<[f32; 6]>) {
     let mut normals = vec![Vec3::ZERO; positions.len()];
     let mut quadrics = vec![[0.0; 6]; positions.len()];
-    let shares = shares(positions.len());
-    let sums = cut(&shares, &mut normals, |v| v + 1).into_iter().zip(cut(&shares, &mut quadrics, |v| v + 1));
+    let shares = thread_ranges(positions.len());
+    let sums =
+        split_rows(&shares, &mut normals, |v| v + 1).into_iter().zip(split_rows(&shares, &mut quadrics, |v| v + 1));
     let parts: Vec<_> = shares.iter().zip(sums).collect();
     parts.into_par_iter().for_each(|(share, (normals, quadrics))| {
         let pulse = pulse.counting_if(share.start == 0);
-        for faces in pulse.over(faces) {
+        for faces in pulse.chunks(faces) {
             add_faces(positions, faces, share, normals, quadrics);
         }
         for normals in normals.chunks_mut(TOGETHER) {

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use crate::geometry::triangle::area_normal;
 use crate::mesh::pulse::Pulse;
-use crate::mesh::shares::{add_faces, cut, indices_where, shares};
+use crate::mesh::thread_ranges::{add_faces, indices_where, split_rows, thread_ranges};
 use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
 use crate::simplify::closed::prepare::surface::outer;
@@ -67,7 +67,7 @@ fn step(original: &Original, points: &mut Points, output: &mut Output, start: &[
     let facets = Facets::new(pulse, output);
     let mut matches = trace.as_ref().map(|_| Vec::new());
     let mut sums = Vec::with_capacity(output.faces().len());
-    pulse.through(0..output.faces().len()).for_each(|faces| sums.resize(faces.end, FaceSums::default()));
+    pulse.ranges(0..output.faces().len()).for_each(|faces| sums.resize(faces.end, FaceSums::default()));
     points.place(&facets, |found| {
         add_all(&mut sums, found);
         matches.iter_mut().for_each(|matches| matches.extend(found.iter().flatten()));
@@ -120,8 +120,8 @@ struct Weighed<'a> {
 
 /// Adds matches to the sums of their faces, in their order whatever the number of threads.
 fn add_all(sums: &mut [FaceSums], found: &[Option<Match>]) {
-    let shares = shares(sums.len());
-    let parts: Vec<_> = shares.iter().zip(cut(&shares, sums, |f| f + 1)).collect();
+    let shares = thread_ranges(sums.len());
+    let parts: Vec<_> = shares.iter().zip(split_rows(&shares, sums, |f| f + 1)).collect();
     parts.into_par_iter().for_each(|(share, sums)| {
         for found in found.iter().flatten() {
             if let Some(sum) = sums.get_mut((found.projection.face as usize).wrapping_sub(share.start)) {
@@ -276,7 +276,7 @@ fn boundary_vertices(pulse: Pulse, points: &Points, output: &Output) -> Vec<u32>
     }
     let is_open = |&[a, b]: &[u32; 2]| output.around().along(b, a).is_none() && !output.pins.are_on_cut(a, b);
     let mut vertices = Vec::new();
-    for faces in pulse.over(output.faces()) {
+    for faces in pulse.chunks(output.faces()) {
         let sides = faces.par_iter().flat_map_iter(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
         vertices.par_extend(sides.filter(is_open).flatten_iter());
     }

@@ -57,7 +57,7 @@ fn worthwhile(points: &mut Points, output: &Output) -> Vec<Diamond> {
         later.filter_map(|diamond| Some((weighed.gain(&facets, &diamond)?, diamond)))
     };
     let mut rated: Vec<(f32, Diamond)> = Vec::new();
-    for faces in pulse.through(0..output.faces().len()) {
+    for faces in pulse.ranges(0..output.faces().len()) {
         rated.par_extend((faces.start as u32..faces.end as u32).into_par_iter().flat_map_iter(rate));
     }
     rated.sort_unstable_by(|x, y| y.0.total_cmp(&x.0).then(x.1.faces.cmp(&y.1.faces)));
@@ -96,7 +96,7 @@ impl PointsOfFaces {
         });
         (2..starts.len()).for_each(|f| starts[f] += starts[f - 1]);
         let mut weighed = vec![Weighed::default(); found.len()];
-        for found in points.pulse().counting_if(false).over(&found) {
+        for found in points.pulse().counting_if(false).chunks(&found) {
             for &(face, point, area) in found {
                 let slot = &mut starts[face as usize + 1];
                 weighed[*slot as usize] = Weighed { at: points.position(point), area };

@@ -11,7 +11,7 @@ use rustc_hash::FxHashSet;
 
 use crate::geometry::triangle::{area_normal, nearest_point};
 use crate::mesh::pulse::Pulse;
-use crate::mesh::shares::{add_faces, indices_where};
+use crate::mesh::thread_ranges::{add_faces, indices_where};
 use crate::simplify::closed::diamond::{Diamond, diamonds};
 use crate::simplify::closed::original::{Original, Regions};
 use crate::simplify::closed::output::Output;

@@ -8,7 +8,7 @@ use rustc_hash::FxHashSet;
 use super::duplicate_positions::{Steps, grid_place, key};
 use crate::geometry::triangle::{self, area_normal, area_normal_f64};
 use crate::mesh::pulse::Pulse;
-use crate::mesh::shares::indices_where;
+use crate::mesh::thread_ranges::indices_where;
 use crate::mesh::{Frame, has_area};
 use crate::simplify::closed::diamond::{Diamond, diamonds};
 use crate::simplify::closed::original::Original;

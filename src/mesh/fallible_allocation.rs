@@ -4,30 +4,30 @@ use std::cell::Cell;
 use std::collections::TryReserveError;
 
 thread_local! {
-    static ASKING: Cell<bool> = const { Cell::new(false) };
+    static IS_FALLIBLE: Cell<bool> = const { Cell::new(false) };
 }
 
 /// Returns whether this thread is inside [`asking`], where an allocator may refuse instead of aborting.
 ///
 /// ```
-/// use neural_mesh::mesh::room::{asking, is_asking};
-/// assert!(!is_asking() && asking(is_asking));
+/// use neural_mesh::mesh::fallible_allocation::{with_fallible_allocation, is_allocation_fallible};
+/// assert!(!is_allocation_fallible() && with_fallible_allocation(is_allocation_fallible));
 /// ```
-pub fn is_asking() -> bool {
-    ASKING.try_with(Cell::get).unwrap_or(false)
+pub fn is_allocation_fallible() -> bool {
+    IS_FALLIBLE.try_with(Cell::get).unwrap_or(false)
 }
 
 /// Runs `work`, which allocates by `try_reserve` and can handle a refusal.
 ///
 /// ```
-/// use neural_mesh::mesh::room::asking;
+/// use neural_mesh::mesh::fallible_allocation::with_fallible_allocation;
 /// let mut bytes: Vec<u8> = Vec::new();
-/// assert!(asking(|| bytes.try_reserve(usize::MAX)).is_err());
+/// assert!(with_fallible_allocation(|| bytes.try_reserve(usize::MAX)).is_err());
 /// ```
-pub fn asking<T>(work: impl FnOnce() -> T) -> T {
-    let before = ASKING.replace(true);
+pub fn with_fallible_allocation<T>(work: impl FnOnce() -> T) -> T {
+    let before = IS_FALLIBLE.replace(true);
     let done = work();
-    ASKING.set(before);
+    IS_FALLIBLE.set(before);
     done
 }
 
@@ -37,12 +37,12 @@ pub fn asking<T>(work: impl FnOnce() -> T) -> T {
 /// [`TryReserveError`] if there is not enough memory.
 ///
 /// ```
-/// use neural_mesh::mesh::room::make_room;
+/// use neural_mesh::mesh::fallible_allocation::make_room;
 /// let mut list = vec![1, 2];
 /// make_room(&mut list, 100).unwrap();
 /// assert!(list.capacity() >= 102 && make_room(&mut list, usize::MAX).is_err());
 /// ```
 #[inline]
 pub fn make_room<T>(list: &mut Vec<T>, n: usize) -> Result<(), TryReserveError> {
-    if list.capacity() - list.len() >= n { Ok(()) } else { asking(|| list.try_reserve(n)) }
+    if list.capacity() - list.len() >= n { Ok(()) } else { with_fallible_allocation(|| list.try_reserve(n)) }
 }

@@ -12,13 +12,13 @@ const LEAST: usize = 20_000;
 const CHUNK: usize = 8192;
 
 /// Splits `0..n_vertices` into consecutive ranges, one per thread if each has enough to do; at least one.
-pub(crate) fn shares(n_vertices: usize) -> Vec<Range<usize>> {
+pub(crate) fn thread_ranges(n_vertices: usize) -> Vec<Range<usize>> {
     let n = rayon::current_num_threads().min(n_vertices / LEAST).max(1);
     (0..n).map(|i| n_vertices * i / n..n_vertices * (i + 1) / n).collect()
 }
 
 /// Splits `rows` by `shares`; the rows of `vertex` end at `end(vertex)`.
-pub(crate) fn cut<'a, T>(
+pub(crate) fn split_rows<'a, T>(
     shares: &[Range<usize>],
     mut rows: &'a mut [T],
     end: impl Fn(usize) -> usize,
@@ -44,11 +44,11 @@ pub(crate) fn add_faces<T: Send, F>(
     of: impl Fn(usize) -> F + Sync,
     add: impl Fn(&mut T, &F, usize) + Sync,
 ) {
-    let shares = shares(rows.len());
+    let shares = thread_ranges(rows.len());
     let is_whole = shares.len() == 1;
-    let parts: Vec<_> = shares.iter().zip(cut(&shares, rows, |v| v + 1)).collect();
+    let parts: Vec<_> = shares.iter().zip(split_rows(&shares, rows, |v| v + 1)).collect();
     parts.into_par_iter().for_each(|(share, rows)| {
-        for numbers in pulse.counting_if(share.start == 0).through(0..faces.len()) {
+        for numbers in pulse.counting_if(share.start == 0).ranges(0..faces.len()) {
             for (f, face) in numbers.clone().zip(&faces[numbers]) {
                 if is_whole || face.iter().any(|&v| share.contains(&(v as usize))) {
                     let of_face = of(f);
@@ -107,11 +107,11 @@ mod tests {
     fn shares_are_all_vertices_in_order() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
         for n in [0, 1, 5 * LEAST + 1] {
-            let shares = pool.install(|| shares(n));
+            let shares = pool.install(|| thread_ranges(n));
             assert_eq!(shares.len(), if n < LEAST { 1 } else { 3 });
             assert_eq!(shares.iter().cloned().flatten().collect::<Vec<_>>(), (0..n).collect::<Vec<_>>());
             let mut rows: Vec<usize> = (0..2 * n).collect();
-            let parts = cut(&shares, &mut rows, |v| 2 * (v + 1));
+            let parts = split_rows(&shares, &mut rows, |v| 2 * (v + 1));
             assert!(
                 parts.iter().zip(&shares).all(|(part, share)| part.iter().copied().eq(2 * share.start..2 * share.end))
             );

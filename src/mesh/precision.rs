@@ -13,7 +13,7 @@ const STEPS: f64 = 4096.0;
 const FEWEST: f64 = 8.0;
 
 /// A component that single precision cannot hold.
-pub(super) struct Unresolved {
+pub(super) struct LostComponent {
     /// One of its vertices.
     pub vertex: usize,
     /// Diagonal of its bounding box.
@@ -26,24 +26,25 @@ pub(super) struct Unresolved {
 ///
 /// Faces have distinct corners in range and finite positions. `single` holds the first vertex at each local position,
 /// n_vertices.
-pub(super) fn unresolved(
+pub(super) fn find_lost_component(
     positions: &[[f64; 3]],
     local: &[[f32; 3]],
     single: &[u32],
     faces: &[[u32; 3]],
-) -> Option<Unresolved> {
+) -> Option<LostComponent> {
     let is_moved = |&vertex: &u32| positions[vertex as usize] != positions[single[vertex as usize] as usize];
     if !faces.iter().any(|face| face.iter().any(is_moved) || is_short(positions, local, face)) {
         return None;
     }
     let exact = equal_positions(positions);
-    let parts = Parts::new(&exact, faces);
-    let (before, after) = (left(&parts, &exact, faces), left(&parts, single, faces));
-    (0..parts.count).find_map(|part| {
-        let held = parts.measured(part, positions, local, faces);
-        let is_hurt = held.size < STEPS * held.step && parts.falls_together(part, &exact, single, faces);
-        let is_lost = is_hurt || after[part as usize] == 0 || held.size < FEWEST * held.step;
-        (is_lost && before[part as usize] > 0).then_some(held)
+    let components = PositionComponents::new(&exact, faces);
+    let (before, after) = (count_faces(&components, &exact, faces), count_faces(&components, single, faces));
+    (0..components.count).find_map(|component| {
+        let measured = components.measure(component, positions, local, faces);
+        let is_hurt =
+            measured.size < STEPS * measured.step && components.falls_together(component, &exact, single, faces);
+        let is_lost = is_hurt || after[component as usize] == 0 || measured.size < FEWEST * measured.step;
+        (is_lost && before[component as usize] > 0).then_some(measured)
     })
 }
 
@@ -67,15 +68,15 @@ fn equal_positions(positions: &[[f64; 3]]) -> Vec<u32> {
 }
 
 /// Components of faces joined over vertices at equal positions.
-struct Parts {
-    of_faces: Vec<u32>,
+struct PositionComponents {
+    component_of_face: Vec<u32>,
     /// Faces by component, and where each component begins, n_components + 1.
     order: Vec<u32>,
     begins: Vec<usize>,
     count: u32,
 }
 
-impl Parts {
+impl PositionComponents {
     fn new(exact: &[u32], faces: &[[u32; 3]]) -> Self {
         let mut sets = UnionFind::new(exact.len());
         for face in faces {
@@ -84,33 +85,35 @@ impl Parts {
             sets.union(b, c);
         }
         let mut numbers = FxHashMap::default();
-        let mut of_faces = Vec::with_capacity(faces.len());
+        let mut component_of_face = Vec::with_capacity(faces.len());
         for face in faces {
             let next = numbers.len() as u32;
-            of_faces.push(*numbers.entry(sets.find(exact[face[0] as usize])).or_insert(next));
+            component_of_face.push(*numbers.entry(sets.find(exact[face[0] as usize])).or_insert(next));
         }
         let mut order: Vec<u32> = (0..faces.len() as u32).collect();
-        order.sort_by_key(|&face| of_faces[face as usize]);
+        order.sort_by_key(|&face| component_of_face[face as usize]);
         let count = numbers.len() as u32;
-        let begin = |part: u32| order.partition_point(|&face| of_faces[face as usize] < part);
+        let begin = |component: u32| order.partition_point(|&face| component_of_face[face as usize] < component);
         let begins = (0..=count).map(begin).collect();
-        Self { of_faces, order, begins, count }
+        Self { component_of_face, order, begins, count }
     }
 
-    fn faces<'a>(&'a self, part: u32, faces: &'a [[u32; 3]]) -> impl Iterator<Item = &'a [u32; 3]> {
-        self.order[self.begins[part as usize]..self.begins[part as usize + 1]].iter().map(|&f| &faces[f as usize])
+    fn faces<'a>(&'a self, component: u32, faces: &'a [[u32; 3]]) -> impl Iterator<Item = &'a [u32; 3]> {
+        self.order[self.begins[component as usize]..self.begins[component as usize + 1]]
+            .iter()
+            .map(|&f| &faces[f as usize])
     }
 
-    fn falls_together(&self, part: u32, exact: &[u32], single: &[u32], faces: &[[u32; 3]]) -> bool {
+    fn falls_together(&self, component: u32, exact: &[u32], single: &[u32], faces: &[[u32; 3]]) -> bool {
         let mut first = FxHashMap::default();
-        let mut vertices = self.faces(part, faces).flatten().map(|&vertex| vertex as usize);
+        let mut vertices = self.faces(component, faces).flatten().map(|&vertex| vertex as usize);
         vertices.any(|vertex| *first.entry(single[vertex]).or_insert(exact[vertex]) != exact[vertex])
     }
 
     /// Measures a component and the spacing of numbers there.
-    fn measured(&self, part: u32, positions: &[[f64; 3]], local: &[[f32; 3]], faces: &[[u32; 3]]) -> Unresolved {
+    fn measure(&self, component: u32, positions: &[[f64; 3]], local: &[[f32; 3]], faces: &[[u32; 3]]) -> LostComponent {
         let (mut low, mut high, mut reach, mut first) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3], 0.0f64, u32::MAX);
-        for &vertex in self.faces(part, faces).flatten() {
+        for &vertex in self.faces(component, faces).flatten() {
             first = first.min(vertex);
             for axis in 0..3 {
                 let x = positions[vertex as usize][axis];
@@ -120,16 +123,16 @@ impl Parts {
         }
         let side = |axis: usize| high[axis] - low[axis];
         let step = (reach * f64::from(f32::EPSILON)).max(f64::from(f32::from_bits(1)));
-        Unresolved { vertex: first as usize, size: side(0).hypot(side(1)).hypot(side(2)), step }
+        LostComponent { vertex: first as usize, size: side(0).hypot(side(1)).hypot(side(2)), step }
     }
 }
 
 /// Counts the non-degenerate faces of each component after vertices were welded by `first`.
-fn left(parts: &Parts, first: &[u32], faces: &[[u32; 3]]) -> Vec<usize> {
-    let mut left = vec![0; parts.count as usize];
-    for (face, &part) in faces.iter().zip(&parts.of_faces) {
+fn count_faces(components: &PositionComponents, first: &[u32], faces: &[[u32; 3]]) -> Vec<usize> {
+    let mut left = vec![0; components.count as usize];
+    for (face, &component) in faces.iter().zip(&components.component_of_face) {
         let [a, b, c] = face.map(|vertex| first[vertex as usize]);
-        left[part as usize] += usize::from(a != b && b != c && c != a);
+        left[component as usize] += usize::from(a != b && b != c && c != a);
     }
     left
 }
@@ -142,9 +145,9 @@ mod tests {
 
     type Both = (Vec<[f64; 3]>, Vec<[f32; 3]>, Vec<[u32; 3]>);
 
-    fn found(positions: &[[f64; 3]], local: &[[f32; 3]], faces: &[[u32; 3]]) -> Option<Unresolved> {
+    fn find(positions: &[[f64; 3]], local: &[[f32; 3]], faces: &[[u32; 3]]) -> Option<LostComponent> {
         let (single, _) = first_equal(local.len(), |vertex| local[vertex].map(f32::to_bits));
-        unresolved(positions, local, &single, faces)
+        find_lost_component(positions, local, &single, faces)
     }
 
     fn two_spheres(apart: f64) -> Both {
@@ -162,10 +165,10 @@ mod tests {
     fn parts_far_apart_are_not_held_by_single_precision() {
         for (apart, is_held) in [(10.0, true), (1e4, true), (1e9, false), (1e12, false)] {
             let (positions, local, faces) = two_spheres(apart);
-            assert_eq!(found(&positions, &local, &faces).is_none(), is_held, "{apart}");
+            assert_eq!(find(&positions, &local, &faces).is_none(), is_held, "{apart}");
         }
         let (positions, local, faces) = two_spheres(1e9);
-        let lost = found(&positions, &local, &faces).unwrap();
+        let lost = find(&positions, &local, &faces).unwrap();
         assert_eq!((lost.vertex, lost.size.round()), (162, 3.0));
     }
 
@@ -180,6 +183,6 @@ mod tests {
             [1e-16, 1.0, 0.1 + 1e-16],
         ];
         let local: Vec<[f32; 3]> = positions.iter().map(|p| p.map(|x| x as f32)).collect();
-        assert!(found(&positions, &local, &[[0, 1, 2], [3, 4, 5]]).is_none());
+        assert!(find(&positions, &local, &[[0, 1, 2], [3, 4, 5]]).is_none());
     }
 }
