@@ -1,12 +1,13 @@
-//! Whether two triangles pass through each other, decided exactly.
+//! Exact intersection tests of two triangles.
 
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
-/// Whether two triangles share more than their boundaries: one passes through the other, or they overlap in a plane.
+/// Returns whether two triangles intersect beyond their boundaries: one passes through the other, or they overlap in a
+/// plane.
 ///
-/// Touching is not crossing: not at common vertices and edges, not where a corner or an edge of one just reaches
-/// the other. So the answer is right for neighbours in a mesh as they are. A triangle without area crosses
-/// nothing. Decided without rounding, over the signs of determinants (Shewchuk 1997).
+/// Touching is not crossing, be it in common vertices and edges or where a corner or edge just reaches the other. So the
+/// answer is right for neighbours in a mesh. A triangle without area crosses nothing. Decided by exact signs of determinants
+/// (Shewchuk 1997).
 ///
 /// ```
 /// use neural_mesh::geometry::crossing::triangles_cross;
@@ -27,11 +28,10 @@ pub fn triangles_cross(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
     an_edge_passes(a, sides_of_b, b) || an_edge_passes(b, sides_of_a, a)
 }
 
-/// Whether an edge of triangle `a` passes through triangle `b`: from one side of its plane to the other, meeting `b`
-/// elsewhere than at a corner.
+/// Returns whether an edge of `a` passes through the plane of `b` inside `b`, not at a corner.
 ///
-/// Decided exactly, as in [`triangles_cross`]. Triangles that share an edge never do; of those that share a corner only
-/// the edge that lies opposite of it can.
+/// Exact, as [`triangles_cross`]. Triangles that share an edge never cross; if they share a corner only its opposite edge
+/// can.
 ///
 /// ```
 /// use neural_mesh::geometry::crossing::edge_passes_through;
@@ -52,7 +52,8 @@ fn all_on_one_side(sides: [i8; 3]) -> bool {
     sides.iter().all(|&s| s >= 0) || sides.iter().all(|&s| s <= 0)
 }
 
-/// Whether an edge of `a`, its ends on different sides of the plane of `b`, meets `b` elsewhere than at a corner.
+/// Returns whether an edge of `a` whose ends lie on different sides of the plane of `b` meets `b` elsewhere than at a
+/// corner.
 fn an_edge_passes(a: [[f32; 3]; 3], sides: [i8; 3], b: [[f32; 3]; 3]) -> bool {
     [(0, 1), (1, 2), (2, 0)].into_iter().any(|(i, j)| {
         sides[i] * sides[j] < 0 && {
@@ -62,7 +63,7 @@ fn an_edge_passes(a: [[f32; 3]; 3], sides: [i8; 3], b: [[f32; 3]; 3]) -> bool {
     })
 }
 
-/// Whether two triangles in one plane have inner points in common: no edge of either keeps them apart.
+/// Returns whether two coplanar triangles have common inner points: no edge of either separates them.
 fn overlap_in_plane(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
     let Some(dropped) = (0..3).find(|&axis| turn(a, axis) != 0 && turn(b, axis) != 0) else { return false };
     let keeps_apart = |a: [[f32; 3]; 3], b: [[f32; 3]; 3]| {
@@ -74,7 +75,7 @@ fn overlap_in_plane(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
     !keeps_apart(a, b) && !keeps_apart(b, a)
 }
 
-/// On which side of the plane of a triangle a point lies; 0 on it.
+/// Returns the side of the triangle's plane on which a point lies, 0 on it.
 fn side(triangle: [[f32; 3]; 3], p: [f32; 3]) -> i8 {
     // Neighbours share corners, and without rounding a zero takes longest.
     if triangle.contains(&p) {
@@ -85,7 +86,7 @@ fn side(triangle: [[f32; 3]; 3], p: [f32; 3]) -> i8 {
     sign(orient3d(a, b, c, coord(p)))
 }
 
-/// Which way three points turn when seen along an axis; 0 where they are in line.
+/// Returns the orientation of three points seen along an axis, 0 if collinear.
 fn turn(points: [[f32; 3]; 3], axis: usize) -> i8 {
     let [a, b, c] = points.map(|p| Coord { x: p[(axis + 1) % 3], y: p[(axis + 2) % 3] });
     sign(orient2d(a, b, c))
@@ -101,7 +102,6 @@ mod tests {
 
     const FLAT: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]];
 
-    /// Both ways around and in every order of corners, the answer is the same.
     fn cross(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
         let orders = |[x, y, z]: [[f32; 3]; 3]| [[x, y, z], [y, z, x], [z, x, y], [x, z, y], [z, y, x], [y, x, z]];
         let mut answers = Vec::new();

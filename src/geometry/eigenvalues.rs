@@ -1,8 +1,8 @@
 //! Eigenvalues of symmetric 3 x 3 matrices in closed form.
 
-/// The eigenvalues of the symmetric matrix with upper triangle xx, xy, xz, yy, yz, zz, ascending.
+/// Returns the eigenvalues of the symmetric matrix with upper triangle xx, xy, xz, yy, yz, zz, ascending.
 ///
-/// By the cosine form of the cubic's roots (Smith 1961); the error is a few roundings of the largest of them.
+/// By the cosine form of the cubic's roots (Smith 1961); the error is a few roundings of the largest.
 ///
 /// ```
 /// use neural_mesh::geometry::eigenvalues;

@@ -1,11 +1,12 @@
-//! Where a line meets the plane of a triangle.
+//! Intersection of a line with the plane of a triangle.
 
 use glam::DVec3;
 
-/// Where the line through `from` along `direction` meets the plane of a triangle: the weights there of its second and third corner, and
-/// how far along the line that is, in lengths of `direction`, negative behind. Numbers that are not finite where the two are parallel.
-/// Inside the triangle are weights of at least 0 whose sum is at most 1 (Möller and Trumbore 1997, "Fast, minimum storage ray/triangle
-/// intersection").
+/// Intersects the line through `from` along `direction` with the plane of a triangle.
+///
+/// Returns the weights of the second and third corner, and the distance along the line in lengths of `direction`, negative
+/// behind; not finite if line and plane are parallel. Inside the triangle both weights are at least 0 and their sum at most
+/// 1 (Möller and Trumbore 1997, "Fast, minimum storage ray/triangle intersection").
 ///
 /// ```
 /// use glam::DVec3;

@@ -1,6 +1,6 @@
-//! Points, triangles, segments and quadrics as coordinates; knows no indices and no meshes.
+//! Points, triangles and quadrics as coordinates; knows no indices and no meshes.
 //!
-//! Machinery: what the modules that users call stand on; see the front page of the crate.
+//! Machinery behind the modules that users call.
 
 pub mod crossing;
 mod eigenvalues;

@@ -1,11 +1,11 @@
-//! The nearest point on one triangle in double precision, safe for slivers; the judge's, not the kernels'.
+//! The closest point on one triangle in double precision, safe for slivers.
 
 use glam::DVec3;
 
-/// Barycentric weights of the point of triangle `a b c` that is nearest to `p`, each in 0..=1, their sum 1.
+/// Returns barycentric weights of the point of triangle `a b c` closest to `p`, each in 0..=1, with sum 1.
 ///
-/// Any triangle will do: a degenerate one is the union of its edges. After Ericson, "Real-Time Collision
-/// Detection", Sec. 5.1.5, with the edges taken one by one where the triangle is too thin for its region tests.
+/// A degenerate triangle counts as its edges. After Ericson, "Real-Time Collision Detection", Sec. 5.1.5, but edge by edge
+/// where the triangle is too thin for the region tests.
 ///
 /// ```
 /// use neural_mesh::geometry::nearest_on_triangle::nearest_weights_f64;
@@ -51,7 +51,7 @@ pub fn nearest_weights_f64(p: DVec3, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
     [1.0 - v - w, v, w]
 }
 
-/// The nearest point on the three edges, as weights of the corners.
+/// Returns the weights of the closest point on the three edges.
 fn nearest_on_edges(p: DVec3, corners: [DVec3; 3]) -> [f64; 3] {
     let on_edge = |i: usize, j: usize| {
         let edge = corners[j] - corners[i];
@@ -73,7 +73,6 @@ mod tests {
     use rand_xoshiro::Xoshiro256PlusPlus;
     use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-    /// The best of a dense grid of weights: what "nearest" means, written down.
     fn naive(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
         let n = 200;
         let points = (0..=n).flat_map(|i| (0..=n - i).map(move |j| (i, j)));

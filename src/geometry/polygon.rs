@@ -1,19 +1,18 @@
-//! Cuts one polygon in space into triangles by ear clipping on its plane; not a general polygon library (no holes).
+//! Triangulation of one polygon in space without holes, by ear clipping on its plane.
 //!
-//! Every corner stays a corner of some triangle, collinear ones too: dropping them would open cracks along the
-//! neighbouring faces.
+//! Every corner stays in some triangle, collinear ones too: dropping them would open cracks to the neighbouring faces.
 
 use glam::{DVec2, DVec3};
 
 use super::polygon_grid::Grid;
 
-/// Tests granted per corner and in all; a polygon that needs more is finished without looking for crossings.
+/// Tests allowed per corner and in total; after that a polygon is finished without checking for crossings.
 const TESTS: (usize, usize) = (2048, 1 << 29);
 
-/// Triangles (n_corners - 2) that cover the simple polygon `corners` (n_corners x 3), as indices into `corners`.
+/// Triangulates the simple polygon `corners` (n_corners x 3) into n_corners - 2 triangles of indices.
 ///
-/// Concave polygons are covered exactly, their winding is kept. Where the polygon has no area or crosses itself the
-/// result is some set of triangles over the same corners. The time is bounded by a multiple of n_corners.
+/// Exact for concave polygons; keeps the winding. A polygon without area or with self-intersections gives some triangles
+/// over its corners. The time is bounded by a multiple of n_corners.
 ///
 /// ```
 /// use neural_mesh::geometry::polygon::triangulate;
@@ -29,15 +28,14 @@ pub fn triangulate(corners: &[[f64; 3]]) -> Vec<[u32; 3]> {
     }
 }
 
-/// The diagonal from corner 0 unless it turns a triangle over and the other diagonal does not.
+/// Splits along the diagonal from corner 0, unless that reverses a triangle and the other diagonal does not.
 fn split_quad(corners: &[[f64; 3]]) -> [[u32; 3]; 2] {
     let [a, b, c, d] = std::array::from_fn(|i| DVec3::from(corners[i]));
     let agree = |p: DVec3, q: DVec3, r: DVec3, s: DVec3| (q - p).cross(r - p).dot((r - p).cross(s - p)) >= 0.0;
     if !agree(a, b, c, d) && agree(b, c, d, a) { [[1, 2, 3], [1, 3, 0]] } else { [[0, 1, 2], [0, 2, 3]] }
 }
 
-/// The corners on the plane of the largest projected area, seen from the side on which the polygon runs
-/// counter-clockwise, n_corners x 2.
+/// Projects the corners to the plane of their largest projected area, counter-clockwise, n_corners x 2.
 fn project(corners: &[[f64; 3]]) -> Vec<DVec2> {
     let first = DVec3::from(corners[0]);
     let spokes = || corners.iter().map(|&p| DVec3::from(p) - first);
@@ -56,7 +54,7 @@ fn project(corners: &[[f64; 3]]) -> Vec<DVec2> {
         .collect()
 }
 
-/// The state of ear clipping: a ring of corners that shrinks by one with each triangle.
+/// The state of ear clipping: a ring of corners that loses one per triangle.
 struct Ears {
     points: Vec<DVec2>,
     next: Vec<u32>,
@@ -80,7 +78,7 @@ impl Ears {
         ears
     }
 
-    /// Twice the signed area of the ear at `corner`.
+    /// Returns twice the signed area of the ear at `corner`.
     fn turn(&self, corner: u32) -> f64 {
         let [a, b, c] = self.ear(corner).map(|i| self.points[i as usize]);
         (b - a).perp_dot(c - a)
@@ -90,7 +88,7 @@ impl Ears {
         [self.previous[corner as usize], corner, self.next[corner as usize]]
     }
 
-    /// Cuts rounds of ears; where a round finds none, the flattest corner goes.
+    /// Clips rounds of ears; if a round finds none, clips the flattest corner.
     fn clip(mut self) -> Vec<[u32; 3]> {
         let n_triangles = self.points.len() - 2;
         let mut triangles = Vec::with_capacity(n_triangles);
@@ -105,13 +103,12 @@ impl Ears {
         triangles
     }
 
-    /// The corners that are left.
     fn ring(&self) -> impl Iterator<Item = u32> {
         (0..self.points.len() as u32).filter(|&corner| self.alive[corner as usize])
     }
 
-    /// Tests every corner, and those beside a cut once more; the neighbours of a cut wait for their new turn, which
-    /// spreads the cuts and keeps triangles from fanning out of one corner.
+    /// Tests every corner, and the neighbours of each cut again at the end of the queue, so triangles do not fan out of one
+    /// corner.
     fn clip_round(&mut self, n_triangles: usize, triangles: &mut Vec<[u32; 3]>) {
         let mut queue: Vec<u32> = self.ring().collect();
         let mut turn = vec![0; self.points.len()];
@@ -131,7 +128,7 @@ impl Ears {
         }
     }
 
-    /// Whether `corner` turns left and no other corner lies in its triangle; anything goes once no tests are left.
+    /// Returns whether `corner` is convex and no other corner lies in its triangle; always true when no tests are left.
     fn is_ear(&mut self, corner: u32) -> bool {
         if self.tests_left == 0 {
             return true;
@@ -152,7 +149,7 @@ impl Ears {
         !blocked
     }
 
-    /// Takes `corner` out of the ring and gives its ear.
+    /// Removes `corner` from the ring and returns its ear.
     fn cut(&mut self, corner: u32) -> [u32; 3] {
         let ear @ [before, _, after] = self.ear(corner);
         self.next[before as usize] = after;
@@ -168,13 +165,12 @@ mod tests {
     use crate::geometry::triangle::area_normal_f64;
     use proptest::prelude::*;
 
-    /// Normals (twice the area long) of the triangles.
     fn normals(corners: &[[f64; 3]]) -> Vec<DVec3> {
         let normal = |triangle: [u32; 3]| area_normal_f64(triangle.map(|corner| corners[corner as usize].into()));
         triangulate(corners).into_iter().map(normal).collect()
     }
 
-    /// All triangles face the same way and together have the area of the polygon.
+    /// Returns whether all triangles face the same way and have the area of the polygon.
     fn covers(corners: &[[f64; 3]]) -> bool {
         let normals = normals(corners);
         let total: DVec3 = normals.iter().sum();

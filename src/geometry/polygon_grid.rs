@@ -1,26 +1,25 @@
-//! Corners of a polygon in a grid over its plane: which of them lie in a triangle.
+//! A grid over the corners of a polygon, for finding those inside a triangle.
 
 use glam::DVec2;
 
-/// Cells along a side at most.
+/// Largest number of cells per side.
 const MOST: usize = 1024;
-/// How far a cell reaches beyond its sides, in sides: more than rounding moves a corner.
+/// Margin around a cell, relative to its size; more than rounding moves a corner.
 const MARGIN: f64 = 1e-6;
 
-/// Some corners by cells that hold one each on average.
+/// Corners sorted into cells that hold one each on average.
 pub(super) struct Grid {
     low: DVec2,
-    /// Sides of a cell.
+    /// Size of a cell.
     side: DVec2,
     n_side: usize,
-    /// Where the corners of each cell begin, and their number.
+    /// Start of each cell's corners, and their total.
     starts: Vec<u32>,
-    /// The corners, cell by cell.
+    /// Corners by cell.
     corners: Vec<u32>,
 }
 
 impl Grid {
-    /// Puts corners (indices of points) into cells.
     pub fn new(points: &[DVec2], corners: &[u32]) -> Self {
         let places = || corners.iter().map(|&corner| points[corner as usize]);
         let low = places().fold(DVec2::INFINITY, DVec2::min);
@@ -40,7 +39,7 @@ impl Grid {
         grid
     }
 
-    /// Column and row of a point, of the nearest cell for one outside.
+    /// Returns column and row of a point, clamped to the grid.
     fn place(&self, p: DVec2) -> [usize; 2] {
         let place = (p - self.low) / self.side;
         [place.x, place.y].map(|x| (x as usize).min(self.n_side - 1))
@@ -51,7 +50,8 @@ impl Grid {
         row * self.n_side + column
     }
 
-    /// Whether any corner near a triangle, which turns left, is `wanted`; beside it how many cells and corners were looked at.
+    /// Returns whether any corner near a counter-clockwise triangle is `wanted`, and the number of cells and corners
+    /// examined.
     pub fn any_near(&self, [a, b, c]: [DVec2; 3], mut wanted: impl FnMut(u32) -> bool) -> (bool, usize) {
         let margin = self.side * MARGIN;
         let ([first_column, first_row], [last_column, last_row]) =
@@ -76,7 +76,7 @@ impl Grid {
         (false, n_looks)
     }
 
-    /// Whether the cell whose lowest point is `low` lies to the right of an edge.
+    /// Returns whether the cell whose lowest point is `low` lies to the right of an edge.
     fn is_beyond(&self, (p, q): (DVec2, DVec2), low: DVec2) -> bool {
         let (along, margin) = (q - p, self.side * MARGIN);
         let (low, high) = (low - margin, low + self.side + margin);

@@ -1,10 +1,10 @@
-//! The quadric error of Garland and Heckbert (1997): weighted squared distance to a set of planes.
+//! The quadric error of Garland and Heckbert (1997): a weighted sum of squared distances to planes.
 
 use std::ops::{Add, AddAssign, Mul, Sub, SubAssign};
 
 use glam::{DVec3, Vec3};
 
-/// A quadratic form `x -> x'Ax - 2 b'x + c`: the weighted sum of squared distances to planes and points.
+/// A quadratic form `x -> x'Ax - 2 b'x + c`: a weighted sum of squared distances to planes and points.
 ///
 /// ```
 /// use neural_mesh::geometry::Quadric;
@@ -15,17 +15,17 @@ use glam::{DVec3, Vec3};
 pub struct Quadric {
     /// Upper triangle of the symmetric A: xx, xy, xz, yy, yz, zz.
     pub a: [f64; 6],
-    /// The linear part b.
+    /// The vector b.
     pub b: DVec3,
-    /// The constant part c.
+    /// The constant c.
     pub c: f64,
 }
 
 impl Quadric {
-    /// Determinant of A, over the third power of its trace, up to which A counts as singular: rounding in doubles.
+    /// Ratio of determinant to cubed trace below which A counts as singular: rounding in doubles.
     pub const SINGULAR: f64 = 1e-11;
 
-    /// The form `(x - p)' A (x - p)`, zero at `p`, with A's upper triangle `a`.
+    /// Makes the form `(x - p)' A (x - p)`, zero at `p`, with A's upper triangle `a`.
     pub fn around(a: [f32; 6], p: Vec3) -> Self {
         let a = a.map(f64::from);
         let p = p.as_dvec3();
@@ -33,7 +33,7 @@ impl Quadric {
         Self { a, b, c: b.dot(p) }
     }
 
-    /// `weight` times the squared distance to the plane through `p` with this unit normal.
+    /// Makes the squared distance to the plane through `p` with this unit normal, times `weight`.
     ///
     /// ```
     /// use neural_mesh::geometry::Quadric;
@@ -47,12 +47,12 @@ impl Quadric {
         Self { a, b: normal * (weight * height), c: weight * height * height }
     }
 
-    /// The value at `x`, never below zero.
+    /// Returns the value at `x`, never below zero.
     pub fn value(&self, x: DVec3) -> f64 {
         (times(&self.a, x).dot(x) - 2.0 * self.b.dot(x) + self.c).max(0.0)
     }
 
-    /// The same form in coordinates whose origin lies at `origin`.
+    /// Converts to coordinates with their origin at `origin`.
     ///
     /// ```
     /// use neural_mesh::geometry::Quadric;
@@ -64,12 +64,12 @@ impl Quadric {
         Self { a: self.a, b: self.b - there, c: self.c + (there - self.b * 2.0).dot(origin) }
     }
 
-    /// Sum of the eigenvalues of A: the total weight of the planes.
+    /// Returns the sum of A's eigenvalues: the total weight of the planes.
     pub fn trace(&self) -> f64 {
         self.a[0] + self.a[3] + self.a[5]
     }
 
-    /// The form with `weight` times the squared distance to `p` added.
+    /// Adds the squared distance to `p`, times `weight`.
     pub fn pulled_to(mut self, p: DVec3, weight: f64) -> Self {
         [0, 3, 5].into_iter().for_each(|diagonal| self.a[diagonal] += weight);
         self.b += p * weight;
@@ -77,7 +77,7 @@ impl Quadric {
         self
     }
 
-    /// Where the form is smallest and its value there; `None` where A is singular.
+    /// Returns the minimiser and its value; `None` if A is singular.
     #[inline]
     pub fn minimum(&self) -> Option<(DVec3, f64)> {
         let (adjugate, determinant) = self.adjugate()?;
@@ -85,13 +85,13 @@ impl Quadric {
         Some((x, (self.c - self.b.dot(x)).max(0.0)))
     }
 
-    /// `d'Ad`.
+    /// Returns `d'Ad`.
     #[inline]
     pub fn curvature(&self, d: DVec3) -> f64 {
         times(&self.a, d).dot(d)
     }
 
-    /// Upper triangle of the inverse of A; `None` where A is singular.
+    /// Returns the upper triangle of A's inverse; `None` if A is singular.
     ///
     /// ```
     /// use neural_mesh::geometry::Quadric;
@@ -102,7 +102,7 @@ impl Quadric {
         self.adjugate().map(|(adjugate, determinant)| adjugate.map(|x| x / determinant))
     }
 
-    /// A's adjugate (upper triangle) and determinant, where that is above rounding.
+    /// Returns A's adjugate (upper triangle) and determinant, unless A is singular.
     #[inline]
     fn adjugate(&self) -> Option<([f64; 6], f64)> {
         let [xx, xy, xz, yy, yz, zz] = self.a;
@@ -116,7 +116,7 @@ impl Quadric {
     }
 }
 
-/// Product of the symmetric matrix with upper triangle `a` and `x`.
+/// Multiplies the symmetric matrix with upper triangle `a` by `x`.
 fn times(a: &[f64; 6], x: DVec3) -> DVec3 {
     DVec3::new(
         a[0] * x.x + a[1] * x.y + a[2] * x.z,

@@ -1,7 +1,8 @@
-//! Measures of a triangle that is known by the lengths of its sides alone.
+//! Measures of a triangle given by the lengths of its sides.
 
-/// Area of a triangle with sides of these lengths, exact to a few roundings (Kahan's form of Heron's formula); 0 where
-/// there is no such triangle.
+/// Returns the area of a triangle with these sides, or 0 if there is none.
+///
+/// Exact to a few roundings (Kahan's form of Heron's formula).
 ///
 /// ```
 /// assert_eq!(neural_mesh::geometry::sides::area([3.0, 4.0, 5.0]), 6.0);
@@ -13,7 +14,7 @@ pub fn area([a, b, c]: [f64; 3]) -> f64 {
     0.25 * product.max(0.0).sqrt()
 }
 
-/// Cotangent of the angle opposite to side `a` of a triangle with sides `a`, `b`, `c`.
+/// Returns the cotangent of the angle opposite to side `a`.
 ///
 /// ```
 /// assert_eq!(neural_mesh::geometry::sides::opposite_cotangent([5.0, 3.0, 4.0]), 0.0);

@@ -1,8 +1,8 @@
-//! Measures of one triangle and the nearest point on it.
+//! Measures of one triangle and the closest point on it.
 
 use glam::{DVec3, Vec3};
 
-/// Normal of the triangle `a b c`, its length twice the area; zero where the triangle has none.
+/// Returns the normal of triangle `a b c` with twice the area as length; zero without area.
 ///
 /// ```
 /// use neural_mesh::geometry::triangle::area_normal;
@@ -13,32 +13,33 @@ pub fn area_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
     (b - a).cross(c - a)
 }
 
-/// Squared length of a normal over the fourth power of the longer of two edges below which it is rounding: eight
-/// roundings of a coordinate, squared. In the collapse: at 0 four of 64 results of training meshes differ, none farther off.
+/// Squared length of a normal, over the fourth power of the longer of two edges, below which it is rounding.
+///
+/// Eight roundings of a coordinate, squared.
 const LEAST_AREA: f32 = 1e-12;
 
-/// Whether the area normal of a triangle is more than rounding.
+/// Returns whether the area normal of a triangle is more than rounding.
 #[inline]
 pub(crate) fn has_area(area_normal: Vec3, [a, b, c]: [Vec3; 3]) -> bool {
     let scale = a.distance_squared(b).max(a.distance_squared(c));
     area_normal.length_squared() > LEAST_AREA * scale * scale
 }
 
-/// Unit normal of a triangle; zero where it has (nearly) no area.
+/// Returns the unit normal of a triangle, zero if it has (nearly) no area.
 #[inline]
 pub(crate) fn unit_normal(corners: [Vec3; 3]) -> Vec3 {
     let normal = area_normal(corners);
     if has_area(normal, corners) { normal / normal.length() } else { Vec3::ZERO }
 }
 
-/// [`area_normal`] in double precision.
+/// Returns the [`area_normal`] in double precision.
 pub fn area_normal_f64([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
-/// Barycentric weights of the point of triangle `a b c` that is nearest to `p`, each in 0..=1, their sum 1.
+/// Returns barycentric weights of the point of triangle `a b c` closest to `p`, each in 0..=1, with sum 1.
 ///
-/// For a triangle without area the point is one of its own, but not always the nearest. After Ericson, "Real-Time Collision
+/// For a triangle without area it is some point of the triangle, not always the closest. After Ericson, "Real-Time Collision
 /// Detection", Sec. 5.1.5.
 ///
 /// ```
@@ -81,12 +82,12 @@ pub fn nearest_weights(p: Vec3, [a, b, c]: [Vec3; 3]) -> [f32; 3] {
     [1.0 - v - w, v, w]
 }
 
-/// Where on an edge, from 0 to 1; the beginning of an edge without length.
+/// Divides, or returns 0 for an edge without length.
 fn ratio(part: f32, whole: f32) -> f32 {
     if whole > 0.0 { part / whole } else { 0.0 }
 }
 
-/// The point of triangle `a b c` nearest to `p`.
+/// Returns the point of triangle `a b c` closest to `p`.
 pub fn nearest_point(p: Vec3, corners: [Vec3; 3]) -> Vec3 {
     let [u, v, w] = nearest_weights(p, corners);
     corners[0] * u + corners[1] * v + corners[2] * w

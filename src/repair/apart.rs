@@ -1,7 +1,7 @@
-//! Bodies that touch: taken apart by a hair.
+//! Separation of touching bodies by a hair.
 //!
-//! Where edges have four faces, or vertices two fans, each sheet gets vertices of its own, a millionth of the size further inside, or a few.
-//! Otherwise programs that weld what is near, by absolute distances, join them again.
+//! At edges with four faces and vertices with two fans, each sheet gets its own vertices, some millionths of the size
+//! further inside. Otherwise programs that weld by absolute distance would join them again.
 
 use glam::DVec3;
 
@@ -10,10 +10,10 @@ use crate::mesh::{TriMesh, manifold};
 
 use super::Repaired;
 
-/// How far vertices move, over the diagonal, or the largest coordinate where that is more: sixteen steps of single precision.
+/// Step by which vertices move, relative to the diagonal or the largest coordinate: sixteen steps of single precision.
 const STEP: f64 = 1.0 / 1_048_576.0;
 
-/// Gives touching sheets of a solid vertices of their own, each moved inward.
+/// Gives touching sheets of a solid their own vertices, each moved inward.
 pub(super) fn take_apart(repaired: Repaired) -> Repaired {
     let mesh = &repaired.mesh;
     let cut = manifold(mesh.positions(), mesh.faces());
@@ -26,6 +26,7 @@ pub(super) fn take_apart(repaired: Repaired) -> Repaired {
     is_split[mesh.positions().len()..].fill(true);
     cut.copies.iter().for_each(|&vertex| is_split[vertex as usize] = true);
     let faces = cut.faces.into_owned();
+    // Area-weighted normals of the split vertices alone: only these move.
     let mut outward = vec![DVec3::ZERO; positions.len()];
     for face in faces.iter().filter(|face| face.iter().any(|&v| is_split[v as usize])) {
         let normal = area_normal_f64(face.map(|v| DVec3::from(positions[v as usize].map(f64::from))));
@@ -38,6 +39,7 @@ pub(super) fn take_apart(repaired: Repaired) -> Repaired {
         n_steps[vertex as usize] += 1.0;
     }
     cut.copies.iter().for_each(|&vertex| n_steps[vertex as usize] = 1.0);
+    // Far from the origin the spacing of f32 decides, not the size of the mesh.
     let reach = positions.as_flattened().iter().fold(mesh.diagonal(), |reach, x| reach.max(f64::from(x.abs())));
     for (vertex, position) in positions.iter_mut().enumerate().filter(|(vertex, _)| is_split[*vertex]) {
         let inward = -outward[vertex].normalize_or_zero();

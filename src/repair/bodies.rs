@@ -1,47 +1,46 @@
-//! Bodies: of each component, the faces between its solid and the rest.
+//! Bodies: for each component, the faces between its solid cells and the rest.
 //!
-//! Of the cells of a component one is the outside: the faces around it span the most negative volume. All others are solid, but for
-//! those that the winding says are cavities: where all faces at the outside are wound one way, cells whose faces are all wound
-//! the opposite way.
+//! The outside is the cell whose faces span the most negative volume. All other cells are solid, except cavities: if all
+//! faces at the outside are wound one way, cells whose faces are all wound the opposite way.
 
 use glam::DVec3;
 
 use super::cells::cells;
 use super::faces::{Faces, Made};
 
-/// Share of an area that may be wound against the rest, and the rest still counts as wound one way.
+/// Largest share of area with stray winding in a cell that counts as wound one way.
 const STRAY: f64 = 0.01;
-/// Area over holes, of that which was there, above which a body is looked at as a sheet.
+/// Area over holes, relative to the old area, above which a body may be a sheet.
 const MOSTLY_NEW: f64 = 0.5;
-/// Volume of such a body, in the unit of what lies over its holes to the power of 3/2, below which it is a sheet. A half ball
-/// has 0.38, a pipe as long as wide 0.2.
+/// Volume of such a body, relative to the filled area to the power 3/2, below which it is a sheet. A half ball has 0.38, a
+/// pipe as long as wide 0.2.
 const SHEET: f64 = 0.1;
-/// Volume of any body in the unit of its area to the power of 3/2 below which it is rounding; a ball has 0.094.
+/// Volume relative to area to the power 3/2 below which a body is rounding; a ball has 0.094.
 const NOTHING: f64 = 1e-7;
 
-/// What encloses solid.
+/// The hull of a solid.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Body {
-    /// Its faces, and whether they have to be turned to look outward.
+    /// Faces, and whether each must be reversed to look outward.
     pub hull: Vec<(u32, bool)>,
-    /// How its outer faces were wound: 1 outward, -1 inward, 0 both ways.
+    /// Winding of the outer faces: 1 outward, -1 inward, 0 mixed.
     pub winding: i8,
-    /// The volume within its outer faces.
+    /// Volume within the outer faces.
     pub volume: f64,
 }
 
-/// What is known of a cell.
+/// The figures of a cell.
 #[derive(Clone, Copy, Default)]
 struct Cell {
     component: u32,
-    /// The volume that its faces span, negative for an outside.
+    /// Volume spanned by its faces, negative for an outside.
     volume: f64,
-    /// Area of its faces by how they were wound: normals into the cell, and out of it. Not those over holes.
+    /// Area of its old faces by winding: normals into the cell, and out of it.
     wound: [f64; 2],
 }
 
 impl Cell {
-    /// Which way its faces were wound: 1 into it, -1 out of it, 0 both ways.
+    /// Returns 1 if its faces are wound into it, -1 out of it, 0 if mixed.
     fn winding(&self) -> i8 {
         let [into, out] = self.wound;
         let stray = STRAY * (into + out);
@@ -49,11 +48,12 @@ impl Cell {
     }
 }
 
-/// The bodies of all components that enclose something; parted faces are told apart by sheets (`cells`).
+/// Returns the bodies of all components that enclose something; `parted` faces are separated by sheets (`cells`).
 pub(super) fn bodies(faces: &Faces, parted: &[bool]) -> Vec<Body> {
     let cells = cells(faces, parted);
     let (component, n_components, sides) = (cells.component, cells.n_components, cells.of_sides);
     let all = measured(faces, &component, &sides, cells.n);
+    // The outside of a component spans the most negative volume, whatever its winding.
     let mut outside = vec![u32::MAX; n_components];
     for (number, cell) in (0..).zip(&all) {
         let least = &mut outside[cell.component as usize];
@@ -64,6 +64,7 @@ pub(super) fn bodies(faces: &Faces, parted: &[bool]) -> Vec<Body> {
     let is_solid = |number: u32| {
         let cell = &all[number as usize];
         let outside = outside[cell.component as usize];
+        // A cavity only if winding is clear: all faces outside one way, all of this cell the other.
         let opposite = all[outside as usize].winding();
         number != outside && (opposite == 0 || cell.winding() != opposite)
     };
@@ -74,6 +75,7 @@ pub(super) fn bodies(faces: &Faces, parted: &[bool]) -> Vec<Body> {
     let mut bodies: Vec<Body> = outside.iter().map(body).collect();
     for ((face, component), &[front, back]) in faces.numbers().zip(&component).zip(&sides) {
         let [front, back] = [front, back].map(&is_solid);
+        // A face with one cell on both sides bounds nothing.
         if front != back {
             bodies[*component as usize].hull.push((face, front));
         }
@@ -82,12 +84,12 @@ pub(super) fn bodies(faces: &Faces, parted: &[bool]) -> Vec<Body> {
     bodies
 }
 
-/// Figures of all cells.
 fn measured(faces: &Faces, component: &[u32], sides: &[[u32; 2]], n_cells: usize) -> Vec<Cell> {
     let mut all = vec![Cell::default(); n_cells];
     let mut origins: Vec<Option<DVec3>> = vec![None; faces.len()];
     for ((face, &component), &[front, back]) in faces.numbers().zip(component).zip(sides) {
         let points = faces.points(face);
+        // Any point of the component will do; one nearby keeps digits.
         let origin = *origins[component as usize].get_or_insert(points[0]);
         let (normal, is_new) = (faces.normal(face), faces.made[face as usize] == Made::New);
         let volume = (points[0] - origin).dot(normal) / 6.0;
@@ -105,9 +107,10 @@ fn measured(faces: &Faces, component: &[u32], sides: &[[u32; 2]], n_cells: usize
     all
 }
 
-/// Whether a body is more than rounding, and more than a sheet with a cover.
+/// Returns whether a body is more than rounding, and more than a covered sheet.
 fn encloses(faces: &Faces, body: &Body) -> bool {
     let [new, old] = super::fill::areas(faces, body.hull.iter().map(|(face, _)| *face));
+    // A sheet whose filled boundary covers it: mostly new area, hardly any volume.
     let is_sheet = new > MOSTLY_NEW * old && body.volume < SHEET * new.powf(1.5);
     !is_sheet && body.volume > NOTHING * (new + old).powf(1.5)
 }
@@ -135,7 +138,6 @@ mod tests {
         assert_eq!(bodies_of(&shapes::many_boxes(9)).len(), 9);
     }
 
-    /// Two boxes that share an edge, in a third one's place of wall: the wall goes, the rest is one body.
     #[test]
     fn a_wall_is_no_part_of_the_hull() {
         let corners = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]];

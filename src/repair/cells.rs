@@ -1,12 +1,11 @@
-//! Cells: the rooms into which faces part space, by the sides of faces that see each other around edges.
+//! Cells: the regions into which faces divide space, found by which sides of faces see each other around edges.
 //!
-//! Around an edge, the side of a face looks at the next face in the order of their angles. Sides that look at each other bound
-//! one cell (Attene 2018, Sec. 3.3; Zhou, Grinspun, Zorin and Jacobson 2016, "Mesh arrangements for solid geometry", Sec. 3).
-//! Where surfaces cross at such an edge, angles join what is inside with what is outside: everything has one cell on both sides
-//! then. Such components are cut into sheets (`mesh::manifold`), and the cells are those of the sheets.
+//! Around an edge, the side of a face sees the next face by angle; such sides bound one cell (Attene 2018, Sec. 3.3; Zhou,
+//! Grinspun, Zorin and Jacobson 2016, "Mesh arrangements for solid geometry", Sec. 3). Where surfaces intersect away from
+//! edges, angles connect inside and outside; such components are cut into sheets (`mesh::manifold`), whose cells are used.
 //!
-//! However the angles are rounded, faces between some cells and the others meet in even numbers at every edge, as many wound one
-//! way as the other: what is chosen by cells is closed.
+//! However angles are rounded, the faces between some cells and the others are even in number at every edge, half of them
+//! wound each way. So any choice of cells is closed.
 
 use glam::DVec3;
 
@@ -19,20 +18,20 @@ use super::faces::Faces;
 
 /// The cells of some faces.
 pub(super) struct Cells {
-    /// The cell that each side looks into, n_faces x 2: first the side that the normal points to.
+    /// Cell that each side looks into, n_faces x 2, first the side of the normal.
     pub of_sides: Vec<[u32; 2]>,
     /// Number of cells.
     pub n: usize,
-    /// The component of each face: those that share no edge, or whose sides do not look at each other, are apart.
+    /// Component of each face: joined over edges and sides that see each other.
     pub component: Vec<u32>,
     /// Number of components.
     pub n_components: usize,
 }
 
-/// The cells of faces. Both sides of what ends in the open look into one.
+/// Finds the cells of faces. Both sides of a face with an open edge look into one cell.
 ///
-/// At edges of `parted` faces angles say nothing: there sides look at those of the face that the cut into a manifold joins them
-/// with. All faces at an edge are parted, or none.
+/// All faces at an edge are `parted` or none. If they are, sides are joined as the cut into a manifold joins faces, not by
+/// angle.
 pub(super) fn cells(faces: &Faces, parted: &[bool]) -> Cells {
     let mut sides = UnionFind::new(2 * faces.len());
     let mut components = UnionFind::new(faces.len());
@@ -40,15 +39,19 @@ pub(super) fn cells(faces: &Faces, parted: &[bool]) -> Cells {
         if parted[around[0].face() as usize] {
             return;
         }
+        // Order is immaterial for one or two faces.
         let blades = match around.len() {
             1 | 2 => around.iter().map(|&half| Blade::new(faces, half)).collect(),
             _ => by_angle(faces, ends, around),
         };
+        // A single blade follows itself: both sides of an open face join.
         for (blade, after) in blades.iter().zip(blades.iter().cycle().skip(1)) {
             sides.union(blade.ahead, after.behind);
         }
+        // Components follow edges even where sides stay separate.
         around.windows(2).for_each(|pair| _ = components.union(pair[0].face(), pair[1].face()));
     });
+    // Leaking components, whose angles are meaningless.
     let some: Vec<u32> = faces.numbers().filter(|&face| parted[face as usize]).collect();
     join_sheets(faces, &some, &mut sides, &mut components);
     let (of_side, n) = sides.number_sets(Pulse::NONE);
@@ -56,21 +59,24 @@ pub(super) fn cells(faces: &Faces, parted: &[bool]) -> Cells {
     Cells { of_sides: of_side.chunks_exact(2).map(|sides| [sides[0], sides[1]]).collect(), n, component, n_components }
 }
 
-/// Joins the sides of some faces, and the faces, as the cut into a manifold joins them.
+/// Joins sides and faces as the cut into a manifold joins them.
 fn join_sheets(faces: &Faces, some: &[u32], sides: &mut UnionFind, components: &mut UnionFind) {
     let corners: Vec<[u32; 3]> = some.iter().map(|&face| faces.corners[face as usize]).collect();
     let cut = manifold(faces.positions, &corners);
     let n_vertices = faces.positions.len();
+    // Maps copies made by the cut back to original vertices.
     let vertex_of = |v: u32| (v as usize).checked_sub(n_vertices).map_or(v, |copy| cut.copies[copy]);
     let is_turned = |i: usize| vertex_of(cut.faces[i][1]) != corners[i][1];
     for (half, &twin) in twins(n_vertices + cut.copies.len(), &cut.faces).iter().enumerate() {
         let face = some[half / 3];
+        // A boundary of the cut: one goes around it from one side to the other.
         if twin == NO_TWIN {
             sides.union(2 * face, 2 * face + 1);
             continue;
         }
         let other = some[twin as usize / 3];
         let along = start(&cut.faces, half as u32) == start(&cut.faces, twin);
+        // Winding of the pair in the original faces, which the cut may have reversed.
         let turns = u32::from(along ^ is_turned(half / 3) ^ is_turned(twin as usize / 3));
         sides.union(2 * face, 2 * other + turns);
         sides.union(2 * face + 1, 2 * other + (1 - turns));
@@ -78,11 +84,10 @@ fn join_sheets(faces: &Faces, some: &[u32], sides: &mut UnionFind, components: &
     }
 }
 
-/// Share of a component's area between a cell and itself above which it leaks.
+/// Share of a component's area with one cell on both sides above which it leaks.
 const LEAK: f64 = 0.05;
 
-/// The faces of components that leak: where much has one cell on both its sides, surfaces cross so that angles around an edge say
-/// little of what is inside.
+/// Marks the faces of components that leak: much of them has one cell on both sides, so angles say little about the inside.
 pub(super) fn leaking(faces: &Faces) -> Vec<bool> {
     let cells = cells(faces, &vec![false; faces.len()]);
     let mut areas = vec![[0.0; 2]; cells.n_components];
@@ -93,7 +98,7 @@ pub(super) fn leaking(faces: &Faces) -> Vec<bool> {
     cells.component.iter().map(|&component| leaks(areas[component as usize])).collect()
 }
 
-/// A face at an edge: its sides toward larger and smaller angles, looking from the upper end of the edge to the lower.
+/// The sides of a face toward larger and smaller angles, looking down the edge.
 struct Blade {
     ahead: u32,
     behind: u32,
@@ -107,11 +112,12 @@ impl Blade {
     }
 }
 
-/// The faces at an edge by their angles around it; of faces at one angle, in their order.
+/// Sorts the faces at an edge by angle; ties keep their order.
 fn by_angle(faces: &Faces, [low, high]: [u32; 2], around: &[HalfEdge]) -> Vec<Blade> {
     let (from, along) = (faces.at(low), (faces.at(high) - faces.at(low)).normalize_or_zero());
     let tip = |half: &HalfEdge| faces.at(start(&faces.corners, next(next(half.half_edge)))) - from;
     let across = |arm: DVec3| arm - arm.dot(along) * along;
+    // Any face with width gives the zero of the angles.
     let right = around.iter().map(|half| across(tip(half))).find(|arm| *arm != DVec3::ZERO).unwrap_or(DVec3::X);
     let right = right.normalize_or_zero();
     let up = along.cross(right);

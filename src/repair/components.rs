@@ -1,4 +1,4 @@
-//! Components: faces joined over edges, however many meet there.
+//! Components of faces joined over edges, whatever their number of faces.
 
 use glam::DVec3;
 
@@ -7,17 +7,17 @@ use crate::mesh::union_find::join_faces;
 
 use super::faces::Faces;
 
-/// The component of each face, and how many there are; numbered by their first faces.
+/// Returns the component of each face, numbered by first faces, and their number.
 pub(super) fn components(faces: &Faces) -> (Vec<u32>, usize) {
     joined(faces, |_| true)
 }
 
-/// Sets of faces joined over the edges that are wanted, by the number of their faces.
+/// Joins faces over the edges whose number of faces `is_wanted` accepts.
 pub(super) fn joined(faces: &Faces, is_wanted: impl Fn(usize) -> bool) -> (Vec<u32>, usize) {
     join_faces(faces.positions.len(), &faces.corners, is_wanted).number_sets(Pulse::NONE)
 }
 
-/// Drops the components whose bounding box has a diagonal below `least`; the largest by area stays. Returns how many went.
+/// Drops components whose bounding box has a diagonal below `least`, never the largest by area; returns their number.
 pub(super) fn drop_small(faces: &mut Faces, least: f64) -> usize {
     let (component, n) = components(faces);
     let mut areas = vec![0.0; n];
@@ -29,6 +29,7 @@ pub(super) fn drop_small(faces: &mut Faces, least: f64) -> usize {
             (*low, *high) = (low.min(point), high.max(point));
         }
     }
+    // Something is always left: the largest area stays, the first of equals.
     let largest = (0..n).max_by(|&a, &b| areas[a].total_cmp(&areas[b]).then(b.cmp(&a)));
     let is_kept =
         |component: usize| Some(component) == largest || (boxes[component].1 - boxes[component].0).length() >= least;

@@ -1,9 +1,9 @@
-//! Triangles over one loop of edges in space, between its own vertices.
+//! Triangulations of one loop of edges in space, without new vertices.
 //!
-//! A loop of a few hundred edges gets a triangulation that bends little, and among such one of least area, by dynamic programming
-//! in O(n^3), which takes the best of each part for the best of the whole (Barequet and Sharir 1995, "Filling gaps in the boundary of a polyhedron"; Liepa 2003, "Filling holes
-//! in meshes", Sec. 3). A longer one is cut on its plane where it has one; else ears go, the shortest that bend little first,
-//! until so few edges are left: O(n log n).
+//! Up to a few hundred edges, dynamic programming in O(n^3) minimises the largest bend, then the area (Barequet and Sharir
+//! 1995, "Filling gaps in the boundary of a polyhedron"; Liepa 2003, "Filling holes in meshes", Sec. 3). Longer loops are
+//! triangulated in their plane if they are flat. Otherwise ears are clipped, short and flat ones first, in O(n log n) until
+//! few edges are left.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -13,38 +13,38 @@ use glam::DVec3;
 use crate::geometry::polygon::triangulate;
 use crate::geometry::triangle::area_normal_f64;
 
-/// Steps by which bends are told apart, of 1 minus the cosine: below that, area decides.
+/// Step to which bends (1 minus the cosine) are rounded; within a step, area decides.
 const BEND_STEP: f64 = 1.0 / 256.0;
-/// What an edge costs that the mesh has already, beside which no bend counts: four faces would meet there.
+/// Penalty of an edge that the mesh has already, above any bend: it would get four faces.
 const KNOWN_EDGE: f64 = 4.0;
-/// Distance from a plane over the size of the loop up to which it lies in the plane.
+/// Largest distance from the plane of a flat loop, relative to its size.
 const FLAT: f64 = 0.05;
 
-/// A loop, as its surface runs along it.
+/// A loop and its surroundings.
 pub(super) struct Outline<'a> {
-    /// Its vertices, n x 3.
+    /// Vertices, n x 3.
     pub points: Vec<DVec3>,
-    /// Unit normals of the faces at its edges, n x 3: edge `i` runs from vertex `i` to the next one. Zero where there is none.
+    /// Unit normals of the faces at its edges, n x 3, or zero; edge `i` runs from vertex `i` to the next.
     pub normals: Vec<DVec3>,
-    /// Whether the mesh has an edge between two of the vertices.
+    /// Returns whether the mesh has an edge between two vertices of the loop.
     pub is_edge: &'a (dyn Fn(u32, u32) -> bool + Sync),
 }
 
-/// Triangles (n - 2) over a loop, as numbers of its vertices, wound against the loop. Up to `n_best` edges it is programming that
-/// finds them.
+/// Triangulates a loop into n - 2 triangles of its vertices, wound against it; optimally up to `n_best` edges.
 pub(super) fn cover(outline: &Outline, n_best: usize) -> Vec<[u32; 3]> {
     let n = outline.points.len() as u32;
     if n as usize <= n_best.max(3) {
         return best(outline, &(0..n).collect::<Vec<_>>(), &outline.normals);
     }
     if is_flat(&outline.points) {
+        // Triangles are wound against the loop.
         let reversed: Vec<[f64; 3]> = outline.points.iter().rev().map(|p| p.to_array()).collect();
         return triangulate(&reversed).into_iter().map(|triangle| triangle.map(|i| n - 1 - i)).collect();
     }
     Ears::new(outline).clip(n_best.max(3))
 }
 
-/// Whether a loop lies near its plane.
+/// Returns whether a loop lies near a plane.
 fn is_flat(points: &[DVec3]) -> bool {
     let middle = points.iter().sum::<DVec3>() / points.len() as f64;
     let spokes = || points.iter().map(|&p| p - middle);
@@ -54,40 +54,42 @@ fn is_flat(points: &[DVec3]) -> bool {
     normal != DVec3::ZERO && spokes().all(|p| p.dot(normal).abs() <= FLAT * size)
 }
 
-/// The normal of the triangle over three vertices in the order of the loop, which is wound against it; twice its area long.
+/// Returns the normal over three vertices in loop order, which is wound against the loop; length twice the area.
 fn normal_over([a, b, c]: [DVec3; 3]) -> DVec3 {
     area_normal_f64([a, c, b])
 }
 
-/// How much a surface bends between two unit normals, 0 to 2; as over a right angle where one has no direction.
+/// Returns the bend between two unit normals, 0 to 2; 1 if one is zero.
 fn bend(a: DVec3, b: DVec3) -> f64 {
     1.0 - a.dot(b)
 }
 
-/// What a part of the triangulation costs, and how it begins.
+/// The cost of a sub-loop's triangulation and its first triangle.
 #[derive(Clone, Copy)]
 struct Part {
-    /// The largest bend.
+    /// Largest bend.
     bend: f64,
     area: f64,
-    /// The third corner of the triangle at its edge.
+    /// Third corner of the triangle at its edge.
     third: u32,
-    /// The normal beyond that edge: of that triangle, or of the mesh.
+    /// Normal beyond that edge, of that triangle or of the mesh.
     normal: DVec3,
 }
 
-/// The triangulation of a ring of vertices that bends least, then of least area; `normals` are those at its edges.
+/// Triangulates a ring of vertices with the least bend, then least area; `normals` are those at its edges.
 fn best(outline: &Outline, ring: &[u32], normals: &[DVec3]) -> Vec<[u32; 3]> {
     let n = ring.len();
     let points: Vec<DVec3> = ring.iter().map(|&i| outline.points[i as usize]).collect();
     let edge = |i: usize| Part { bend: 0.0, area: 0.0, third: u32::MAX, normal: normals[i] };
     let mut parts = vec![edge(0); n * n];
     (0..n - 1).for_each(|i| parts[i * n + i + 1] = edge(i));
+    // Shorter sub-loops first: each is an edge, a triangle and two shorter ones.
     for span in 2..n {
         for i in 0..n - span {
             let k = i + span;
             let mut least = Part { bend: f64::INFINITY, area: f64::INFINITY, ..edge(0) };
             let is_all = span == n - 1;
+            // The last edge closes the loop and exists in any case.
             let known = if !is_all && (outline.is_edge)(ring[i], ring[k]) { KNOWN_EDGE } else { 0.0 };
             for j in i + 1..k {
                 let (left, right) = (&parts[i * n + j], &parts[j * n + k]);
@@ -96,6 +98,7 @@ fn best(outline: &Outline, ring: &[u32], normals: &[DVec3]) -> Vec<[u32; 3]> {
                 let normal = normal.normalize_or_zero();
                 let here = bend(normal, left.normal).max(bend(normal, right.normal));
                 let here = if is_all { here.max(bend(normal, normals[n - 1])) } else { here };
+                // Rounding lets area decide among bends that look alike.
                 let here = (here / BEND_STEP).round() * BEND_STEP + known;
                 let bend = here.max(left.bend).max(right.bend);
                 if (bend, area) < (least.bend, least.area) {
@@ -108,7 +111,7 @@ fn best(outline: &Outline, ring: &[u32], normals: &[DVec3]) -> Vec<[u32; 3]> {
     unfold(n, ring, &parts)
 }
 
-/// The triangles of the parts that make up the whole.
+/// Collects the triangles of the chosen sub-loops.
 fn unfold(n: usize, ring: &[u32], parts: &[Part]) -> Vec<[u32; 3]> {
     let mut triangles = Vec::with_capacity(n - 2);
     let mut left = vec![(0, n - 1)];
@@ -125,14 +128,14 @@ fn unfold(n: usize, ring: &[u32], parts: &[Part]) -> Vec<[u32; 3]> {
     triangles
 }
 
-/// A ring of vertices from which ears are cut.
+/// A ring of vertices from which ears are clipped.
 struct Ears<'a> {
     outline: &'a Outline<'a>,
     next: Vec<u32>,
     previous: Vec<u32>,
-    /// Unit normal beyond the edge from each vertex to the next one.
+    /// Unit normal beyond the edge from each vertex to the next.
     normals: Vec<DVec3>,
-    /// How often the ear at each vertex has changed; `u32::MAX` where it is cut.
+    /// Version of the ear at each vertex; `u32::MAX` if clipped.
     changes: Vec<u32>,
 }
 
@@ -148,12 +151,11 @@ impl<'a> Ears<'a> {
         [self.previous[vertex as usize], vertex, self.next[vertex as usize]]
     }
 
-    /// The normal over the ear at a vertex, of unit length.
     fn normal(&self, vertex: u32) -> DVec3 {
         normal_over(self.ear(vertex).map(|i| self.outline.points[i as usize])).normalize_or_zero()
     }
 
-    /// The squared length of the edge that cutting leaves, the longer the more it bends; as bits, which ascend as it does.
+    /// Returns the squared length of the edge that clipping leaves, increased by bend; as bits, which sort alike.
     fn cost(&self, vertex: u32) -> u64 {
         let [before, _, after] = self.ear(vertex);
         let normal = self.normal(vertex);
@@ -164,18 +166,20 @@ impl<'a> Ears<'a> {
         (length2 * (1.0 + bent * bent * bent * bent)).to_bits()
     }
 
-    /// Cuts ears until so few vertices are left, and the rest as well as can be.
+    /// Clips ears until `n_best` vertices are left, and triangulates the rest optimally.
     fn clip(mut self, n_best: usize) -> Vec<[u32; 3]> {
         let mut n_left = self.next.len();
         let mut queue: BinaryHeap<Reverse<(u64, u32, u32)>> =
             (0..n_left as u32).map(|vertex| Reverse((self.cost(vertex), vertex, 0))).collect();
         let mut triangles = Vec::with_capacity(n_left - 2);
         while let Some(Reverse((_, vertex, change))) = queue.pop().filter(|_| n_left > n_best) {
+            // Outdated entry: a neighbour was clipped since.
             if self.changes[vertex as usize] != change {
                 continue;
             }
             let [before, _, after] = self.ear(vertex);
             triangles.push([before, after, vertex]);
+            // The clipped triangle is what lies beyond the new edge.
             self.normals[before as usize] = self.normal(vertex);
             self.next[before as usize] = after;
             self.previous[after as usize] = before;
@@ -186,6 +190,7 @@ impl<'a> Ears<'a> {
                 queue.push(Reverse((self.cost(changed), changed, self.changes[changed as usize])));
             }
         }
+        // Short enough for the optimum now.
         let ring: Vec<u32> = (0..self.next.len() as u32).filter(|&v| self.changes[v as usize] != u32::MAX).collect();
         let normals: Vec<DVec3> = ring.iter().map(|&v| self.normals[v as usize]).collect();
         triangles.extend(best(self.outline, &ring, &normals));
@@ -205,7 +210,6 @@ mod tests {
         Outline { points, normals, is_edge: &|_, _| false }
     }
 
-    /// Each edge of the loop has one triangle that runs against it, each other edge two that run both ways.
     fn is_cover(n: u32, triangles: &[[u32; 3]]) -> bool {
         let mut sides: Vec<[u32; 2]> = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
         sides.extend((0..n).map(|i| [i, (i + 1) % n]));
@@ -219,7 +223,6 @@ mod tests {
         triangles.iter().map(|t| 0.5 * area_normal_f64(t.map(|i| points[i as usize])).length()).sum()
     }
 
-    /// The bend and area of what the recurrence finds between two vertices, and the normal at their edge: without tables.
     fn naive(outline: &Outline, i: usize, k: usize) -> (f64, f64, DVec3) {
         let n = outline.points.len();
         if k == i + 1 {
@@ -239,7 +242,6 @@ mod tests {
         (i + 1..k).map(of).min_by(|a, b| (a.0, a.1).partial_cmp(&(b.0, b.1)).unwrap()).unwrap()
     }
 
-    /// The largest bend of a triangulation, in steps, among triangles and to the normals at the loop.
     fn largest_bend(outline: &Outline, triangles: &[[u32; 3]]) -> f64 {
         let n = outline.points.len() as u32;
         let normal = |t: &[u32; 3]| area_normal_f64(t.map(|i| outline.points[i as usize])).normalize_or_zero();

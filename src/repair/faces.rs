@@ -1,4 +1,4 @@
-//! The faces of a mesh while it is repaired, with what they carry and where they come from.
+//! The faces of a mesh during repair, with their attributes and origins.
 
 use glam::DVec3;
 
@@ -7,36 +7,36 @@ use crate::mesh::{Attributes, Role, TriMesh, compact};
 
 use super::{RepairCounts, Repaired};
 
-/// Where a face comes from.
+/// The origin of a face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Made {
-    /// From the input, wound as there.
+    /// Input face with its winding.
     AsRead,
-    /// From the input, wound the other way.
+    /// Input face, reversed.
     Turned,
-    /// Over a hole.
+    /// Face over a hole.
     New,
 }
 
-/// Faces over vertices that stay where they are.
+/// A list of faces over fixed vertices.
 #[derive(Clone, Debug)]
 pub(super) struct Faces<'a> {
     /// Positions, n_vertices x 3.
     pub positions: &'a [[f32; 3]],
     /// Vertices of the faces, n_faces x 3.
     pub corners: Vec<[u32; 3]>,
-    /// Wedges of the faces, n_faces x 3; empty where nothing is carried.
+    /// Wedges of the faces, n_faces x 3; empty without channels.
     wedges: Vec<[u32; 3]>,
-    /// Groups, n_faces; empty where all faces are of one.
+    /// Groups, n_faces; empty if all are equal.
     groups: Vec<u32>,
-    /// Where each comes from, n_faces.
+    /// Origin of each face, n_faces.
     pub made: Vec<Made>,
-    /// The face of the input that each is, n_faces; `u32::MAX` over a hole.
+    /// Input face of each face, n_faces; `u32::MAX` over a hole.
     pub sources: Vec<u32>,
 }
 
 impl<'a> Faces<'a> {
-    /// Those of a mesh.
+    /// Takes the faces of a mesh.
     pub fn new(mesh: &'a TriMesh, attributes: &Attributes) -> Self {
         Self {
             positions: mesh.positions(),
@@ -52,17 +52,16 @@ impl<'a> Faces<'a> {
         self.corners.len()
     }
 
-    /// Where a vertex lies.
     pub fn at(&self, vertex: u32) -> DVec3 {
         DVec3::from(self.positions[vertex as usize].map(f64::from))
     }
 
-    /// The corners of a face as points.
+    /// Returns the corners of a face as points.
     pub fn points(&self, face: u32) -> [DVec3; 3] {
         self.corners[face as usize].map(|vertex| self.at(vertex))
     }
 
-    /// The normal of a face, twice its area long.
+    /// Returns the normal of a face, with twice its area as length.
     pub fn normal(&self, face: u32) -> DVec3 {
         area_normal_f64(self.points(face))
     }
@@ -71,7 +70,7 @@ impl<'a> Faces<'a> {
         0.5 * self.normal(face).length()
     }
 
-    /// What the corner of a face at one of its vertices carries; 0 where nothing is carried.
+    /// Returns the wedge of a face at one of its vertices, 0 without wedges.
     pub fn wedge_at(&self, face: u32, vertex: u32) -> u32 {
         let place = self.corners[face as usize].iter().position(|&v| v == vertex).unwrap_or(0);
         self.wedges.get(face as usize).map_or(0, |wedges| wedges[place])
@@ -81,7 +80,7 @@ impl<'a> Faces<'a> {
         self.groups.get(face as usize).copied().unwrap_or(0)
     }
 
-    /// Winds a face the other way.
+    /// Reverses a face.
     pub fn turn(&mut self, face: u32) {
         let face = face as usize;
         self.corners[face].swap(1, 2);
@@ -108,7 +107,7 @@ impl<'a> Faces<'a> {
         self.sources.push(u32::MAX);
     }
 
-    /// Keeps the faces that are wanted.
+    /// Keeps the faces that `is_wanted` accepts.
     pub fn retain(&mut self, is_wanted: impl Fn(u32) -> bool) {
         fn kept<T: Copy>(rows: &mut Vec<T>, is_wanted: &impl Fn(u32) -> bool) {
             let mut number = 0..;
@@ -121,25 +120,26 @@ impl<'a> Faces<'a> {
         kept(&mut self.sources, &is_wanted);
     }
 
-    /// Numbers of the faces.
+    /// Returns the indices of the faces.
     pub fn numbers(&self) -> std::ops::Range<u32> {
         0..self.corners.len() as u32
     }
 
-    /// The mesh of these faces; what `attributes` has is what the input carries. Faces and vertices are counted.
+    /// Builds the mesh of these faces with the channels of the input's `attributes`; adds face counts to `counts`.
     pub fn into_repaired(self, attributes: &Attributes, counts: RepairCounts) -> Repaired {
         let mut attributes = Attributes { wedges: Vec::new(), groups: Vec::new(), ..attributes.clone() };
         let n_read = self.made.iter().filter(|made| **made != Made::New).count();
         let n_turned = self.made.iter().filter(|made| **made == Made::Turned).count();
         let counts = RepairCounts { faces_added: self.len() - n_read, faces_turned: n_turned, ..counts };
         attributes.wedges = self.wedges.clone();
+        // Needs the reversed faces' new normals, so before positions are compacted.
         self.turn_normals(&mut attributes);
         attributes.groups = self.groups;
         let (mesh, sources) = compact(self.positions, self.corners).unwrap_or_default();
         Repaired { mesh, attributes, sources, counts }
     }
 
-    /// Gives corners of turned faces the opposite of normals that look to the other side than the face does now.
+    /// Gives reversed faces the opposite of corner normals that look to the other side.
     fn turn_normals(&self, attributes: &mut Attributes) {
         let Some(normals) = attributes.channels.iter().find(|channel| channel.role == Role::Normal) else { return };
         let mut wedges = attributes.wedges.clone();
@@ -151,6 +151,7 @@ impl<'a> Faces<'a> {
             for wedge in wedges.iter_mut().skip(face as usize).take(1).flatten() {
                 let Some(&[x, y, z]) = normals.value(*wedge).first_chunk() else { continue };
                 if normal.dot(DVec3::new(x.into(), y.into(), z.into())) < 0.0 {
+                    // One new wedge per old one, since unreversed faces may still use it.
                     *wedge = *opposite.entry(*wedge).or_insert_with(|| {
                         sources.push(*wedge);
                         n_wedges + sources.len() as u32 - 1
@@ -159,6 +160,7 @@ impl<'a> Faces<'a> {
             }
         }
         for channel in &mut attributes.channels {
+            // Every channel gets the new rows; only directions change sign.
             let turns = matches!(channel.role, Role::Normal | Role::MorphDirection);
             let values: Vec<f32> = sources.iter().flat_map(|&wedge| channel.value(wedge)).copied().collect();
             channel.values.extend(values.into_iter().map(|x| if turns { -x } else { x }));

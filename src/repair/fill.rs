@@ -1,4 +1,4 @@
-//! Holes: loops of the boundary, closed by faces that go on where the surface beside them ends.
+//! Hole filling: boundary loops are closed by faces that continue the surface around them.
 
 use std::cmp::Reverse;
 
@@ -14,24 +14,23 @@ use super::faces::{Faces, Made};
 use super::loops::{Rim, loops};
 use super::{RepairCounts, Repaired};
 
-/// Numbers of edges up to which a loop gets the best triangles: the first for which all loops together take few enough steps.
+/// Edges up to which loops are triangulated optimally: the largest value whose total number of steps is affordable.
 const BEST: [usize; 4] = [256, 128, 64, 32];
 /// Steps of the dynamic programming in all: a few seconds on one core.
 const STEPS: usize = 1 << 27;
 
-/// What became of the holes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Holes {
     pub n_filled: usize,
     pub n_left: usize,
 }
 
-/// Closes each loop of the boundary that has at most `most_edges` edges.
+/// Closes each boundary loop that has at most `most_edges` edges.
 ///
-/// The boundary is that of the manifold which the faces are cut into: at an edge with three faces, two go on into each other and
-/// the third ends. New faces lie between the vertices of the loop and are wound as the faces beside them, which are turned where
-/// their neighbours disagree; each corner carries what one beside it carries, and all faces over a hole are of the group that
-/// most faces around it are of. Other holes, and the border of a single face, stay.
+/// The boundary is that of the manifold which the faces are cut into: at an edge with three faces, two continue each other
+/// and the third ends. New faces are wound as their neighbours, which are reversed if they disagree. Each corner gets the
+/// attributes of a neighbour, and all faces over a hole the most frequent group around it. Longer loops, and the boundary of
+/// a single face, stay open.
 ///
 /// ```
 /// use neural_mesh::mesh::{Attributes, shapes, topology};
@@ -44,7 +43,7 @@ pub fn fill_holes(mesh: &TriMesh, attributes: &Attributes, most_edges: usize) ->
     fill_some_holes(mesh, attributes, most_edges, |_| true)
 }
 
-/// The same with those loops alone that are wanted, whose vertices are given in their order.
+/// Closes loops as [`fill_holes`], if `is_wanted` accepts their vertices in order.
 pub fn fill_some_holes(
     mesh: &TriMesh,
     attributes: &Attributes,
@@ -57,18 +56,22 @@ pub fn fill_some_holes(
     faces.into_repaired(attributes, counts)
 }
 
-/// Closes the loops that are wanted and no longer than that.
+/// Closes the wanted loops with at most `most_edges` edges.
 pub(super) fn fill(faces: &mut Faces, most_edges: usize, is_wanted: impl Fn(&[Rim]) -> bool) -> Holes {
     let loops: Vec<Vec<Rim>> = loops(faces).into_iter().filter(|rims| is_wanted(rims)).collect();
+    // The boundary of a lone triangle: filling would only double it.
     let is_single = |rims: &[Rim]| rims.len() == 3 && rims.iter().all(|rim| rim.face() == rims[0].face());
     let n_loops = loops.len();
     let holes: Vec<Vec<Rim>> = loops.into_iter().filter(|rims| rims.len() <= most_edges && !is_single(rims)).collect();
+    // Covers avoid these: an edge made twice would get four faces.
     let known = edges_between(faces, holes.iter().flatten().map(|rim| rim.vertex));
     let lengths: Vec<usize> = holes.iter().map(Vec::len).collect();
     let n_best = n_best(&lengths);
+    // In parallel; holes are independent of each other.
     let covered: Vec<Vec<[u32; 3]>> =
         holes.par_iter().map(|rims| triangles_over(faces, rims, &known, n_best)).collect();
     for (rims, triangles) in holes.iter().zip(covered) {
+        // One group per hole, so that no seam runs across it.
         let group = most_common(rims.iter().map(|rim| faces.group(rim.face())));
         for triangle in triangles {
             let wedges = triangle.map(|i| wedge_beside(faces, rims, triangle, i));
@@ -78,7 +81,7 @@ pub(super) fn fill(faces: &mut Faces, most_edges: usize, is_wanted: impl Fn(&[Ri
     Holes { n_filled: holes.len(), n_left: n_loops - holes.len() }
 }
 
-/// Up to how many edges loops of these lengths get the best triangles.
+/// Returns the number of edges up to which loops of these lengths are triangulated optimally.
 fn n_best(lengths: &[usize]) -> usize {
     let steps = |n_best: usize| -> usize {
         lengths.iter().map(|&n| n.min(n_best)).map(|n| n * n * n / 6).fold(0, usize::saturating_add)
@@ -86,7 +89,6 @@ fn n_best(lengths: &[usize]) -> usize {
     BEST.into_iter().find(|&n| steps(n) <= STEPS).unwrap_or(3)
 }
 
-/// The edges between vertices of holes, lower end first.
 fn edges_between(faces: &Faces, vertices: impl Iterator<Item = u32>) -> FxHashSet<[u32; 2]> {
     let mut is_one = vec![false; faces.positions.len()];
     vertices.for_each(|vertex| is_one[vertex as usize] = true);
@@ -99,13 +101,14 @@ fn edges_between(faces: &Faces, vertices: impl Iterator<Item = u32>) -> FxHashSe
     edges
 }
 
-/// Triangles over a hole, as places in its loop.
+/// Triangulates a hole; triangles are indices of its loop.
 fn triangles_over(faces: &Faces, rims: &[Rim], known: &FxHashSet<[u32; 2]>, n_best: usize) -> Vec<[u32; 3]> {
     let is_edge = |i: u32, k: u32| {
         let [a, b] = [i, k].map(|i| rims[i as usize].vertex);
         known.contains(&[a.min(b), a.max(b)])
     };
     let normal = |rim: &Rim| {
+        // Normals as the cover sees them: on the side of the loop's direction.
         let normal = faces.normal(rim.face()).normalize_or_zero();
         if rim.is_along(faces) { normal } else { -normal }
     };
@@ -114,8 +117,7 @@ fn triangles_over(faces: &Faces, rims: &[Rim], known: &FxHashSet<[u32; 2]>, n_be
     cover(&Outline { points, normals, is_edge: &is_edge }, n_best)
 }
 
-/// What the corner of a new face carries: what the face beyond one of its sides there carries, or else the next one along the
-/// loop.
+/// Returns the wedge for a corner of a new face: that of the face across one of its sides, else of the next along the loop.
 fn wedge_beside(faces: &Faces, rims: &[Rim], triangle: [u32; 3], i: u32) -> u32 {
     let n = rims.len() as u32;
     let before = (i + n - 1) % n;
@@ -124,14 +126,14 @@ fn wedge_beside(faces: &Faces, rims: &[Rim], triangle: [u32; 3], i: u32) -> u32 
     faces.wedge_at(rim.face(), rims[i as usize].vertex)
 }
 
-/// What comes most often; of several the least.
+/// Returns the most frequent number, the least of equals.
 fn most_common(numbers: impl Iterator<Item = u32>) -> u32 {
     let mut counts: FxHashMap<u32, usize> = FxHashMap::default();
     numbers.for_each(|number| *counts.entry(number).or_default() += 1);
     counts.into_iter().max_by_key(|&(number, n)| (n, Reverse(number))).map_or(0, |(number, _)| number)
 }
 
-/// The area of the faces over holes, and of the others, of these faces.
+/// Sums the areas of the faces over holes, and of the others.
 pub(super) fn areas(faces: &Faces, some: impl Iterator<Item = u32>) -> [f64; 2] {
     some.fold([0.0; 2], |mut sums, face| {
         sums[usize::from(faces.made[face as usize] != Made::New)] += faces.area(face);
@@ -145,7 +147,6 @@ mod tests {
     use crate::mesh::{Channel, Role, edges, shapes, topology};
     use proptest::prelude::*;
 
-    /// A mesh without the faces with these numbers, cyclically.
     fn without(mesh: &TriMesh, gone: &[usize]) -> TriMesh {
         let n = mesh.faces().len();
         let gone: FxHashSet<usize> = gone.iter().map(|g| g % n).collect();

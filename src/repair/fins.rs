@@ -1,8 +1,8 @@
-//! Fins: sheets that stand on a surface and end in the open.
+//! Fins: sheets attached to a surface that end in the open.
 //!
-//! Edges with more than two faces cut a surface into patches. A patch is a fin where its border runs from such edges into the
-//! open, or where a face over the part in the open would be no smaller than half of it; and where it is not the larger part of
-//! its component. The smallest go first, and what they stood on is one patch then.
+//! Edges with more than two faces divide a surface into patches. A patch is a fin if its boundary runs from such edges into
+//! the open, or if a disc over the open boundary would be no smaller than half of it, and if it is not the larger half of
+//! its component. The smallest fins are dropped first; the patches they were attached to then merge.
 
 use std::f64::consts::PI;
 
@@ -13,10 +13,10 @@ use crate::mesh::half_edges::for_each_edge;
 use super::components::{components, joined};
 use super::faces::Faces;
 
-/// Rounds, at most: in each, fins go that do not stand beside another one that goes.
+/// Largest number of rounds; each drops fins that are not adjacent to another dropped one.
 const MOST_ROUNDS: usize = 64;
 
-/// Drops all fins; returns how many faces went.
+/// Drops all fins; returns the number of dropped faces.
 pub(super) fn drop_fins(faces: &mut Faces) -> usize {
     let n_before = faces.len();
     for _ in 0..MOST_ROUNDS {
@@ -31,16 +31,16 @@ pub(super) fn drop_fins(faces: &mut Faces) -> usize {
     n_before - faces.len()
 }
 
-/// What is known of the patches.
+/// The patches between edges with more than two faces.
 struct Patches {
-    /// The patch of each face.
+    /// Patch of each face.
     of_face: Vec<u32>,
     areas: Vec<f64>,
-    /// Length of the border in the open.
+    /// Length of the open boundary.
     open: Vec<f64>,
-    /// Whether the border in the open meets the other one.
+    /// Whether the open boundary meets edges with more than two faces.
     is_mixed: Vec<bool>,
-    /// Patches at the same edges; only of those that have such.
+    /// Patches at the same edges.
     beside: FxHashMap<u32, Vec<u32>>,
 }
 
@@ -71,6 +71,7 @@ impl Patches {
             }
         });
         at_edges.sort_unstable();
+        // A vertex of both kinds of boundary: the sheet grows out of a junction.
         in_open.retain(|place| at_edges.binary_search(place).is_ok());
         in_open.iter().for_each(|&(_, one)| patches.is_mixed[one as usize] = true);
         patches.beside.values_mut().for_each(|beside| {
@@ -80,16 +81,17 @@ impl Patches {
         patches
     }
 
-    /// Whether a patch of a component with so much area is a fin.
+    /// Returns whether a patch is a fin of a component with this area.
     fn is_fin(&self, patch: u32, area_of_component: f64) -> bool {
         let at = patch as usize;
+        // Area of a disc with the open boundary as its circumference.
         let covered = self.open[at] * self.open[at] / (4.0 * PI);
         let ends = self.open[at] > 0.0 && (self.is_mixed[at] || covered > 0.5 * self.areas[at]);
         ends && self.beside.contains_key(&patch) && self.areas[at] < 0.5 * area_of_component
     }
 }
 
-/// The patch of each face, and the fins, no two of them side by side.
+/// Returns the patch of each face, and the fins, no two of them adjacent.
 fn fins(faces: &Faces) -> (Vec<u32>, Vec<u32>) {
     let patches = Patches::new(faces);
     let (component, n_components) = components(faces);
@@ -102,9 +104,11 @@ fn fins(faces: &Faces) -> (Vec<u32>, Vec<u32>) {
     let mut found: Vec<u32> = (0..component_of.len() as u32)
         .filter(|&patch| patches.is_fin(patch, areas[component_of[patch as usize]]))
         .collect();
+    // Small fins first: without them a larger neighbour may be a surface.
     found.sort_by(|&a, &b| patches.areas[a as usize].total_cmp(&patches.areas[b as usize]).then(a.cmp(&b)));
     let mut is_blocked = vec![false; component_of.len()];
     found.retain(|&fin| {
+        // Neighbours wait for the next round, when patches have merged.
         let goes = !is_blocked[fin as usize];
         patches.beside.get(&fin).into_iter().flatten().filter(|_| goes).for_each(|&at| is_blocked[at as usize] = true);
         goes

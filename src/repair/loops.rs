@@ -1,4 +1,4 @@
-//! The loops along which a surface ends, each through a vertex once.
+//! Boundary loops that pass through each vertex once.
 
 use std::collections::hash_map::Entry;
 
@@ -9,12 +9,12 @@ use crate::mesh::manifold;
 
 use super::faces::Faces;
 
-/// An edge of a loop.
+/// An edge of a boundary loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Rim {
-    /// The vertex where it begins, on the way along the loop.
+    /// Vertex where it starts in the direction of the loop.
     pub vertex: u32,
-    /// The side of a face that it is, `3 * face + place`.
+    /// Half-edge, `3 * face + corner`.
     pub half_edge: u32,
 }
 
@@ -23,14 +23,16 @@ impl Rim {
         self.half_edge / 3
     }
 
-    /// Whether the loop runs along it as its face does.
+    /// Returns whether the loop and the face traverse it in the same direction.
     pub fn is_along(self, faces: &Faces) -> bool {
         start(&faces.corners, self.half_edge) == self.vertex
     }
 }
 
-/// The loops of the boundary where the faces are cut into a manifold, each at least three edges long and through no vertex twice:
-/// what touches itself is several loops. Faces are turned as the cut turns them, and loops run as their faces do.
+/// Finds the boundary loops of the manifold which the faces are cut into.
+///
+/// Each has at least three edges and passes no vertex twice. Faces are reversed as the cut reverses them, and loops run as
+/// their faces do.
 pub(super) fn loops(faces: &mut Faces) -> Vec<Vec<Rim>> {
     let cut = manifold(faces.positions, &faces.corners);
     if cut.rings.n_ghosts() == 0 {
@@ -42,6 +44,7 @@ pub(super) fn loops(faces: &mut Faces) -> Vec<Vec<Rim>> {
     let n_split = n_vertices + copies.len();
     let turned: Vec<u32> =
         faces.numbers().filter(|&f| vertex_of(corners[f as usize][1]) != faces.corners[f as usize][1]).collect();
+    // Agree with the cut, so that new faces fit both sides.
     turned.into_iter().for_each(|face| faces.turn(face));
     let walks = walks(&corners, &twins(n_split, &corners), n_split);
     let rims = |walk: Vec<(u32, u32)>| -> Vec<Rim> {
@@ -50,7 +53,7 @@ pub(super) fn loops(faces: &mut Faces) -> Vec<Vec<Rim>> {
     walks.into_iter().flat_map(|walk| simple(rims(walk))).filter(|rims| rims.len() > 2).collect()
 }
 
-/// Walks along the half-edges without twin of a manifold, as (vertex, half-edge).
+/// Walks along the half-edges without twin, as (vertex, half-edge).
 fn walks(corners: &[[u32; 3]], twins: &[u32], n_vertices: usize) -> Vec<Vec<(u32, u32)>> {
     // The two sides that end at each vertex of the boundary.
     let mut sides = vec![[NO_TWIN; 2]; n_vertices];
@@ -62,6 +65,7 @@ fn walks(corners: &[[u32; 3]], twins: &[u32], n_vertices: usize) -> Vec<Vec<(u32
             *(if *first == NO_TWIN { first } else { second }) = half_edge;
         }
     }
+    // In the manifold every boundary vertex has two sides, so walks close.
     let mut is_walked = vec![false; twins.len()];
     let mut walks = Vec::new();
     for first in open() {
@@ -79,7 +83,7 @@ fn walks(corners: &[[u32; 3]], twins: &[u32], n_vertices: usize) -> Vec<Vec<(u32
     walks
 }
 
-/// A walk as loops that each go through a vertex once.
+/// Splits a walk into loops that pass each vertex once.
 fn simple(walk: Vec<Rim>) -> Vec<Vec<Rim>> {
     let mut loops = Vec::new();
     let mut path: Vec<Rim> = Vec::new();
@@ -87,6 +91,7 @@ fn simple(walk: Vec<Rim>) -> Vec<Vec<Rim>> {
     for rim in walk {
         match place_of.entry(rim.vertex) {
             Entry::Occupied(place) => {
+                // The walk is back at a vertex: what lies between is a loop of its own.
                 let cut = path.split_off(*place.get());
                 cut.iter().for_each(|rim| _ = place_of.remove(&rim.vertex));
                 loops.push(cut);
@@ -120,7 +125,6 @@ mod tests {
         assert_eq!(lengths(&shapes::moebius_strip(20, 3)).len(), 1);
     }
 
-    /// A sphere without two faces that touch in a vertex.
     #[test]
     fn a_loop_that_touches_itself_is_two() {
         let sphere = shapes::icosphere(2);

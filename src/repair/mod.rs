@@ -1,16 +1,15 @@
-//! From a messy mesh to one that encloses a volume: holes filled, faces wound outward, what is inside or encloses nothing gone.
+//! Repair: fills holes, and makes a messy mesh enclose a volume.
 //!
 //! ```text
-//! fill_holes   loops of the boundary, each covered by triangles between its own vertices
-//! printable    components that are too small, faces along which a surface turns out to have one side, fins
-//!              holes, as above
+//! fill_holes   boundary loops, each covered by triangles between its own vertices
+//! printable    drops small components, faces that make a surface one-sided, and fins
+//!              fills holes, as above
 //!              cells: which sides of faces see each other around edges (Attene 2018, "As-exact-as-possible repair of
-//!              unprintable STL files"); of each body the faces between its solid and the rest stay, wound outward
-//!              nesting: what lies inside solid is a cavity or goes
+//!              unprintable STL files"); keeps the faces between each body's solid and the rest, wound outward
+//!              nesting: a body within solid is a cavity or dropped
 //! ```
 //!
-//! Faces come, go and turn; vertices stay where they are, but for those where bodies touch, which become several, a hair apart.
-//! Surfaces that cross each other still do.
+//! Vertices stay in place, except that touching bodies are separated by a hair. Intersecting surfaces still intersect.
 
 mod apart;
 mod bodies;
@@ -32,43 +31,43 @@ use crate::mesh::{Attributes, TriMesh};
 pub use fill::{fill_holes, fill_some_holes};
 pub use solid::printable;
 
-/// What a repair did.
+/// Numbers of changes made by a repair.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct RepairCounts {
-    /// Loops of the boundary that were closed.
+    /// Boundary loops that were closed.
     pub holes_filled: usize,
-    /// Loops that were left: longer than asked for, or the border of a single face.
+    /// Boundary loops left open: too long, or the boundary of a single face.
     pub holes_left: usize,
-    /// Faces over the holes that are in the result.
+    /// Faces over holes that are in the result.
     pub faces_added: usize,
-    /// Faces of the input that are not in the result.
+    /// Input faces that are not in the result.
     pub faces_removed: usize,
-    /// Faces of the input that are wound the other way in the result.
+    /// Input faces that are reversed in the result.
     pub faces_turned: usize,
-    /// Components, joined over edges, of which nothing is left.
+    /// Components of which nothing is left.
     pub components_dropped: usize,
-    /// Components that came apart from others.
+    /// Components split off others.
     pub components_added: usize,
-    /// Components that were turned over as a whole.
+    /// Components that were reversed as a whole.
     pub components_flipped: usize,
 }
 
-/// A mesh after a repair.
+/// A repaired mesh.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Repaired {
-    /// The mesh; each of its vertices is one of the input.
+    /// The mesh; each vertex is one of the input.
     pub mesh: TriMesh,
-    /// What its corners and faces carry.
+    /// Its attributes.
     pub attributes: Attributes,
-    /// The vertex of the input that each vertex is, n_vertices.
+    /// Input vertex of each vertex, n_vertices.
     pub sources: Vec<u32>,
-    /// What was done.
+    /// Numbers of changes.
     pub counts: RepairCounts,
 }
 
-/// Nothing of a mesh encloses a volume.
+/// The error of a mesh of which nothing encloses a volume.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NothingSolid;
 

@@ -1,29 +1,30 @@
-//! Bodies within others: cavities, or nothing that shows.
+//! Nested bodies: cavities, or hidden and dropped.
 //!
-//! The rule: within solid, a body is a cavity where it was wound inward throughout; else it is solid within solid and goes. What is
-//! inward is the other way in a file that is inside out as a whole, by volume. So an inner shell stays a cavity where its file means
-//! one, and a shell that modelling has left behind does not show up in print. Within a cavity, and outside, a body is solid
-//! whichever way it was wound. Bodies that cross others are solid; but a shell wound as a cavity, and mostly within, stays one.
+//! A body within solid is a cavity if it was wound inward throughout; otherwise it is hidden and dropped. In a file that is
+//! inside out as a whole, by volume, inward is the other way. A body within a cavity, or outside, is solid whatever its
+//! winding. Intersecting bodies are solid, but a shell wound as a cavity and mostly within stays one.
 
 use super::bodies::Body;
 use super::faces::Faces;
 use super::rays::Rays;
 
-/// Points of a body that are looked at, at most.
+/// Largest number of sampled points per body.
 const SAMPLES: usize = 64;
-/// Share of them that lie within for a shell that crosses others to be a cavity.
+/// Least share of samples within solid for an intersecting shell to be a cavity.
 const MOSTLY: f64 = 0.5;
-/// Weights of a point within a face: generic, so that rays from it meet edges of others by chance alone.
+/// Barycentric weights of a sample: generic, so that rays rarely meet edges.
 const WITHIN: [f64; 3] = [0.4637, 0.3391, 0.1972];
 
-/// Turns cavities, and drops what lies in solid.
+/// Reverses cavities and drops bodies hidden in solid.
 pub(super) fn nest(faces: &Faces, bodies: &mut Vec<Body>) {
     if bodies.len() < 2 {
         return;
     }
+    // A body can only lie in larger ones, whose fates are known by then.
     bodies.sort_by(|a, b| b.volume.total_cmp(&a.volume));
     let body_of: Vec<u32> = (0..).zip(&*bodies).flat_map(|(i, body)| body.hull.iter().map(move |_| i)).collect();
     let rays = Rays::new(bodies.iter().flat_map(|body| body.hull.iter()).map(|&hull| triangle(faces, hull)).collect());
+    // A file that is inside out as a whole has its solid wound inward.
     let outward: f64 = bodies.iter().map(|body| body.volume * f64::from(body.winding)).sum();
     let inward = if outward < 0.0 { 1 } else { -1 };
     // 1 for what is wound outward, -1 for a cavity, 0 for what goes.
@@ -45,18 +46,19 @@ pub(super) fn nest(faces: &Faces, bodies: &mut Vec<Body>) {
     bodies.retain(|_| fates.next() != Some(0));
 }
 
-/// The corners of a face of a hull, outward.
+/// Returns the corners of a hull face, outward.
 fn triangle(faces: &Faces, (face, turn): (u32, bool)) -> [[f32; 3]; 3] {
     let [a, b, c] = faces.corners[face as usize].map(|v| faces.positions[v as usize]);
     if turn { [a, c, b] } else { [a, b, c] }
 }
 
-/// The share of a body that lies in the solid of others; `counts` says how often a triangle counts.
+/// Returns the share of a body that lies in the solid of others; `counts` weighs a triangle.
 fn within(faces: &Faces, body: &Body, rays: &Rays, counts: &mut dyn FnMut(u32) -> i32) -> f64 {
     let step = body.hull.len().div_ceil(SAMPLES);
     let (mut n_looks, mut n_within) = (0, 0);
     for (sample, &(face, _)) in body.hull.iter().step_by(step).enumerate() {
         let point: glam::DVec3 = faces.points(face).iter().zip(WITHIN).map(|(corner, weight)| *corner * weight).sum();
+        // A ray through an edge says nothing; another sample will.
         let Some(crossed) = rays.crossed(point.as_vec3().to_array(), sample % 3) else { continue };
         let winding: i32 = crossed.into_iter().map(|(triangle, sign)| sign * counts(triangle)).sum();
         n_looks += 1;
@@ -71,7 +73,6 @@ mod tests {
     use super::*;
     use crate::mesh::{Attributes, TriMesh, shapes};
 
-    /// Spheres of these radii about these places on the x axis, those of negative radius wound inward.
     fn spheres(all: &[(f32, f32)]) -> TriMesh {
         let (mut positions, mut faces) = (Vec::new(), Vec::new());
         let sphere = shapes::icosphere(2);
@@ -86,7 +87,6 @@ mod tests {
         TriMesh::new(positions, faces).unwrap()
     }
 
-    /// The volume of what is left, in that of a unit sphere, and the number of bodies.
     fn nested(all: &[(f32, f32)]) -> (f64, usize) {
         let mesh = spheres(all);
         let faces = Faces::new(&mesh, &Attributes::default());

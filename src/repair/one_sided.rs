@@ -1,11 +1,11 @@
-//! Surfaces with one side, such as a Klein bottle: cut open where their sides meet.
+//! One-sided surfaces, such as a Klein bottle, cut open.
 
 use crate::mesh::half_edges::{NO_TWIN, start, twins};
 
 use super::faces::Faces;
 
-/// Drops a face at each edge where faces joined over edges with two of them cannot agree on a side; returns how many. What is
-/// left has two sides, and a border.
+/// Drops a face at each two-face edge where windings cannot agree; returns their number. The rest is two-sided, with a
+/// boundary.
 pub(super) fn cut_one_sided(faces: &mut Faces) -> usize {
     let twins = twins(faces.positions.len(), &faces.corners);
     let sides = sides(&faces.corners, &twins);
@@ -15,6 +15,7 @@ pub(super) fn cut_one_sided(faces: &mut Faces) -> usize {
     };
     let mut is_cut = vec![false; faces.len()];
     for (half, &twin) in twins.iter().enumerate().filter(|&(half, &twin)| twin != NO_TWIN && half < twin as usize) {
+        // One face per conflict is enough: the edge is open without it.
         if is_opposed(half, twin) && !is_cut[half / 3] {
             is_cut[twin as usize / 3] = true;
         }
@@ -26,7 +27,7 @@ pub(super) fn cut_one_sided(faces: &mut Faces) -> usize {
     n_cut
 }
 
-/// Whether each face is wound against the first one that it hangs together with, as found on the way from there.
+/// Returns whether each face is wound against the first of its component, found breadth first.
 fn sides(corners: &[[u32; 3]], twins: &[u32]) -> Vec<bool> {
     let mut side = vec![None; corners.len()];
     let mut front = std::collections::VecDeque::new();

@@ -1,10 +1,10 @@
-//! Rays along the axes through oriented triangles: how often what a triangle belongs to is wound around a point.
+//! Axis-parallel rays through oriented triangles, for winding numbers of points.
 
 use glam::{DVec2, DVec3};
 
 use crate::spatial::{Bounds, NearestOnTriangles};
 
-/// Triangles ready for rays.
+/// Triangles in a search tree.
 pub(super) struct Rays {
     tree: NearestOnTriangles,
     triangles: Vec<[[f32; 3]; 3]>,
@@ -12,15 +12,18 @@ pub(super) struct Rays {
 }
 
 impl Rays {
-    /// Over triangles, n x 3 x 3.
+    /// Builds the tree over triangles, n x 3 x 3.
     pub fn new(triangles: Vec<[[f32; 3]; 3]>) -> Self {
         let bounds = Bounds::of(triangles.as_flattened());
         Self { tree: NearestOnTriangles::new(&triangles), triangles, bounds }
     }
 
-    /// The triangles that a ray from a point along an axis, toward larger coordinates, crosses: each with 1 where it leaves what
-    /// the triangle bounds, -1 where it enters. `None` where it meets an edge.
+    /// Finds the triangles that a ray from a point toward larger coordinates crosses: 1 if it leaves their body, -1 if it
+    /// enters.
+    ///
+    /// `None` if it meets an edge.
     pub fn crossed(&self, from: [f32; 3], axis: usize) -> Option<Vec<(u32, i32)>> {
+        // A degenerate triangle from the point to the far side of the box is the ray.
         let mut end = from;
         end[axis] = self.bounds.high[axis].max(from[axis]);
         let mut near = Vec::new();
@@ -36,7 +39,7 @@ impl Rays {
     }
 }
 
-/// 1 where a ray leaves through a triangle, -1 where it enters, 0 where it misses; `None` where it meets an edge.
+/// Returns 1 if a ray leaves through a triangle, -1 if it enters, 0 if it misses, `None` if it meets an edge.
 fn crossing(corners: [[f32; 3]; 3], from: [f32; 3], axis: usize) -> Option<i32> {
     let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
     let flat = |p: [f32; 3]| DVec2::new(p[u].into(), p[v].into());
@@ -44,16 +47,17 @@ fn crossing(corners: [[f32; 3]; 3], from: [f32; 3], axis: usize) -> Option<i32> 
     let [a, b, c] = corners.map(flat).map(|corner| corner - p);
     let sides = [a.perp_dot(b), b.perp_dot(c), c.perp_dot(a)];
     let (any_left, any_right) = (sides.iter().any(|x| *x > 0.0), sides.iter().any(|x| *x < 0.0));
+    // Signs of both kinds: the point projects outside the triangle.
     match (any_left && any_right, sides.contains(&0.0)) {
         (true, _) => return Some(0),
         (false, true) if any_left || any_right => return None,
-        // Edge on: it is passed by.
+        // Seen edge on, it cannot be crossed.
         (false, true) => return Some(0),
         _ => {}
     }
     let points = corners.map(|corner| DVec3::from(corner.map(f64::from)));
     let total: f64 = sides.iter().sum();
-    // The weight of a corner is the area of the part opposite to it.
+    // The weight of a corner is the area of the triangle opposite to it.
     let height = points[2][axis] * sides[0] + points[0][axis] * sides[1] + points[1][axis] * sides[2];
     let is_above = height / total > f64::from(from[axis]);
     Some(if is_above { if any_left { 1 } else { -1 } } else { 0 })

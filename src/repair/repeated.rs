@@ -5,21 +5,23 @@ use rustc_hash::FxHashMap;
 use super::components::components;
 use super::faces::Faces;
 
-/// Share of a component's area above which faces that are there both ways are its surface, stated for either side, and not walls.
+/// Share of a component's area above which faces present both ways are its surface, stated for either side, not walls.
 const TWO_SIDED: f64 = 0.5;
 
-/// The faces over three vertices.
+/// Counts of the faces over three vertices.
 #[derive(Clone, Copy, Default)]
 struct Same {
-    /// How many ascend, going around from some vertex.
+    /// Faces with an even permutation of the ascending vertices, and with an odd one.
     n_up: usize,
     n_down: usize,
     /// The first of them.
     first: u32,
 }
 
-/// Drops faces that repeat others. As many wound one way as the other, as a wall between two bodies has, all go: they enclose
-/// nothing; but where this is most of a component, and always else, one stays. Returns how many went.
+/// Drops faces that repeat others; returns their number.
+///
+/// Of faces wound both ways in equal number, such as a wall between two bodies, all are dropped: they enclose nothing. One
+/// stays if such faces make up most of a component, and of all others.
 pub(super) fn drop_repeated(faces: &mut Faces) -> usize {
     let (same, all) = same_faces(faces);
     let is_pair = |face: u32| same[all[face as usize] as usize].is_balanced();
@@ -28,6 +30,7 @@ pub(super) fn drop_repeated(faces: &mut Faces) -> usize {
     for face in faces.numbers() {
         areas[component[face as usize] as usize][usize::from(is_pair(face))] += faces.area(face);
     }
+    // A whole surface stated for both sides is kept once; a wall is not.
     let is_two_sided = |[single, paired]: [f64; 2]| paired > TWO_SIDED * (single + paired);
     drop_where(faces, |face| {
         let same = same[all[face as usize] as usize];
@@ -36,9 +39,10 @@ pub(super) fn drop_repeated(faces: &mut Faces) -> usize {
     })
 }
 
-/// Drops as many faces as are wound one way and the other over the same three vertices: what is left encloses the same.
+/// Drops pairs of opposite faces over the same vertices; the rest encloses the same volume.
 pub(super) fn drop_opposite(faces: &mut Faces) -> usize {
     let (same, all) = same_faces(faces);
+    // As many of each direction as cancel out.
     let mut left: Vec<[usize; 2]> = same.iter().map(|same| [same.n_up.min(same.n_down); 2]).collect();
     let goes = |face: u32| {
         let left = &mut left[all[face as usize] as usize][usize::from(is_up(faces.corners[face as usize]))];
@@ -60,7 +64,7 @@ fn is_up([a, b, c]: [u32; 3]) -> bool {
     [a < b, b < c, c < a].iter().filter(|rises| **rises).count() == 2
 }
 
-/// All sets of faces over the same vertices, and that of each face.
+/// Collects faces over the same vertices; also returns the set of each face.
 fn same_faces(faces: &Faces) -> (Vec<Same>, Vec<u32>) {
     let mut number: FxHashMap<[u32; 3], u32> = FxHashMap::default();
     let mut same: Vec<Same> = Vec::new();
@@ -79,7 +83,6 @@ fn same_faces(faces: &Faces) -> (Vec<Same>, Vec<u32>) {
     (same, of)
 }
 
-/// Drops faces; returns how many.
 fn drop_where(faces: &mut Faces, goes: impl Fn(u32) -> bool) -> usize {
     let gone: Vec<bool> = faces.numbers().map(goes).collect();
     let n_gone = gone.iter().filter(|gone| **gone).count();
@@ -105,7 +108,7 @@ mod tests {
 
     #[test]
     fn pairs_cancel_and_of_others_one_stays() {
-        // Beside a larger face on the same edge, so that they are the smaller part.
+        // A larger face at the same edge, so that the pair is less than half of the area.
         let [up, down, other] = [[0, 1, 2], [2, 1, 0], [1, 2, 3]];
         assert_eq!(left(&[up, other, down], drop_repeated), [other]);
         assert_eq!(left(&[up, other, up], drop_repeated), [up, other]);

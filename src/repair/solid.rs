@@ -1,4 +1,4 @@
-//! A mesh made printable: closed, wound outward, without what is inside or encloses nothing.
+//! Printable meshes: closed, wound outward, without hidden or thin faces.
 
 use rustc_hash::FxHashSet;
 
@@ -17,20 +17,19 @@ use super::one_sided::cut_one_sided;
 use super::repeated::{drop_opposite, drop_repeated};
 use super::{NothingSolid, RepairCounts, Repaired};
 
-/// Rounds of cutting and filling, at most: filling may join what cannot agree on a side. What still has one side then goes.
+/// Largest number of rounds of cutting and filling: filling may make a surface one-sided again.
 const MOST_ROUNDS: usize = 4;
 
-/// Share of the area that has to be left: of sheets that are stated for either side, slivers between both enclose something.
+/// Least share of the area that must remain: of sheets stated for both sides only slivers would.
 const LEAST_LEFT: f64 = 0.01;
 
 /// Makes a mesh the surface of a solid: every edge has two faces, all wound outward.
 ///
-/// Components whose bounding box has a diagonal below `least_size` go; so do fins, sheets, walls within and shells within solid,
-/// unless their winding says that they bound a cavity (`nesting` has the rule). All holes are filled. Surfaces that cross each
-/// other stay as they are.
+/// Drops components whose bounding box has a diagonal below `least_size`, fins, sheets, inner walls, and shells within solid
+/// unless their winding makes them cavities (see `nesting`). Fills all holes. Intersecting surfaces stay as they are.
 ///
 /// # Errors
-/// [`NothingSolid`] where nothing is left, or less than a hundredth of the area.
+/// [`NothingSolid`] if less than a hundredth of the area is left.
 ///
 /// ```
 /// use neural_mesh::mesh::{Attributes, TriMesh, shapes, topology};
@@ -46,9 +45,11 @@ const LEAST_LEFT: f64 = 0.01;
 pub fn printable(mesh: &TriMesh, attributes: &Attributes, least_size: f64) -> Result<Repaired, NothingSolid> {
     let mut faces = Faces::new(mesh, attributes);
     drop_small(&mut faces, least_size);
+    // Holes first: cells mean little where surfaces are open.
     let mut n_filled = close(&mut faces);
     let parted = part(&mut faces, &mut n_filled);
     let mut bodies = bodies(&faces, &parted);
+    // Bodies know their faces; nesting decides which of them are solid.
     nest(&faces, &mut bodies);
     let mut is_hull = vec![false; faces.len()];
     for &(face, turn) in bodies.iter().flat_map(|body| &body.hull) {
@@ -58,8 +59,10 @@ pub fn printable(mesh: &TriMesh, attributes: &Attributes, least_size: f64) -> Re
         }
     }
     faces.retain(|face| is_hull[face as usize]);
+    // Walls shared by two bodies cancel out, which joins the bodies.
     drop_opposite(&mut faces);
     drop_small(&mut faces, least_size);
+    // Sheets leave slivers, which are no solid.
     let [left, all] = [area(&faces), area(&Faces::new(mesh, Attributes::NONE))];
     if faces.len() == 0 || left < LEAST_LEFT * all {
         return Err(NothingSolid);
@@ -72,7 +75,7 @@ fn area(faces: &Faces) -> f64 {
     faces.numbers().map(|face| faces.area(face)).sum()
 }
 
-/// Fills all holes; what stands in the way of that goes before. Says how many were filled.
+/// Fills all holes after dropping faces that prevent it; returns the number filled.
 fn close(faces: &mut Faces) -> usize {
     let mut n_filled = 0;
     for _ in 0..MOST_ROUNDS {
@@ -81,6 +84,7 @@ fn close(faces: &mut Faces) -> usize {
         if open.is_empty() && n_changed == 0 {
             break;
         }
+        // Only loops at truly open edges: the cut also parts closed surfaces.
         let filled = fill(faces, usize::MAX, |rims| {
             let ends = rims.iter().zip(rims.iter().cycle().skip(1)).map(|(a, b)| [a.vertex, b.vertex]);
             ends.into_iter().any(|[a, b]| open.contains(&[a.min(b), a.max(b)]))
@@ -90,8 +94,9 @@ fn close(faces: &mut Faces) -> usize {
     n_filled
 }
 
-/// Which faces are to be told apart by sheets, as angles say too little of them; what their sheets leave open is filled.
+/// Marks the faces whose cells angles cannot tell; fills the holes of their sheets.
 fn part(faces: &mut Faces, n_filled: &mut usize) -> Vec<bool> {
+    // Angles fail where surfaces intersect away from edges.
     let leaks = leaking(faces);
     if leaks.contains(&true) {
         let filled = fill(faces, usize::MAX, |rims| rims.iter().any(|rim| leaks[rim.face() as usize]));
@@ -103,7 +108,6 @@ fn part(faces: &mut Faces, n_filled: &mut usize) -> Vec<bool> {
     component.iter().map(|&component| is_parted[component as usize]).collect()
 }
 
-/// The edges with one face, lower end first.
 fn open_edges(faces: &Faces) -> FxHashSet<[u32; 2]> {
     let mut open = FxHashSet::default();
     for_each_edge(faces.positions.len(), &faces.corners, |ends, around| {
@@ -114,7 +118,7 @@ fn open_edges(faces: &Faces) -> FxHashSet<[u32; 2]> {
     open
 }
 
-/// What became of the components and faces of a mesh; a solid has no holes left, what was open is gone.
+/// Counts the changes to components and faces; a solid has no open holes.
 fn counts(mesh: &TriMesh, faces: &Faces, n_filled: usize) -> RepairCounts {
     let before = Faces::new(mesh, Attributes::NONE);
     let (component, n_before) = components(&before);
@@ -143,7 +147,7 @@ mod tests {
     use crate::mesh::{Channel, Role, edges, manifold, shapes, topology};
     use proptest::prelude::*;
 
-    /// Whether every edge has as many faces that run along it one way as the other, and the cut into a manifold opens nothing.
+    /// Returns whether every edge is traversed equally often both ways and the cut into a manifold opens nothing.
     fn is_solid(mesh: &TriMesh) -> bool {
         let cut = manifold(mesh.positions(), mesh.faces());
         edges(mesh).iter().all(|edge| edge.up == edge.down) && cut.rings.n_ghosts() == 0 && cut.rings.is_oriented()
@@ -156,7 +160,6 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
 
-        /// Whatever faces: what comes out is closed and wound, or nothing.
         #[test]
         fn soups_become_solid_or_nothing(faces in prop::collection::vec(prop::array::uniform3(0u32..14), 1..60)) {
             let mut seen = FxHashSet::default();
@@ -222,7 +225,7 @@ mod tests {
         assert!(crate::metrics::volume(&repaired.mesh).unwrap() > 0.0);
     }
 
-    /// A plate stated for either side, whose quads are cut along one diagonal above and the other below, and a crumb beside it.
+    /// A plate stated for both sides, its quads split along different diagonals above and below, and a separate crumb.
     #[test]
     fn a_crumb_beside_a_sheet_with_two_sides_is_nothing() {
         let n = 6u32;

@@ -1,4 +1,4 @@
-//! Boxes along the axes.
+//! Axis-parallel bounding boxes.
 
 /// An axis-parallel box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -10,17 +10,17 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// The box that holds nothing.
+    /// The empty box.
     pub const EMPTY: Self = Self { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] };
 
-    /// The box of some points.
+    /// Returns the bounding box of points.
     pub fn of(points: &[[f32; 3]]) -> Self {
         points.iter().fold(Self::EMPTY, |bounds, &p| bounds.union(&Self { low: p, high: p }))
     }
 
-    /// The smallest box around two.
+    /// Returns the smallest box around two.
     pub fn union(&self, other: &Self) -> Self {
-        // One instruction each, where `f32::min` also looks out for what is no number.
+        // One instruction each; `f32::min` also handles NaN.
         let smaller = |x: f32, y: f32| if y < x { y } else { x };
         let larger = |x: f32, y: f32| if y > x { y } else { x };
         Self {
@@ -29,19 +29,19 @@ impl Bounds {
         }
     }
 
-    /// Whether two boxes share a point.
+    /// Returns whether two boxes share a point.
     pub fn overlaps(&self, other: &Self) -> bool {
-        // All axes, so that nothing has to be predicted.
+        // Compares all axes: no branch to predict.
         (0..3).fold(true, |all, k| all & (self.low[k] <= other.high[k]) & (other.low[k] <= self.high[k]))
     }
 
-    /// Length of the diagonal; 0 for the empty one.
+    /// Returns the length of the diagonal, 0 for the empty box.
     pub fn diagonal(&self) -> f64 {
         let [x, y, z] = [0, 1, 2].map(|k| (f64::from(self.high[k]) - f64::from(self.low[k])).max(0.0));
         x.hypot(y).hypot(z)
     }
 
-    /// Half the surface of the box; 0 for the empty one.
+    /// Returns half the surface area, 0 for the empty box.
     pub(super) fn half_area(&self) -> f32 {
         let [x, y, z]: [f32; 3] = std::array::from_fn(|k| (self.high[k] - self.low[k]).max(0.0));
         x * y + y * z + z * x

@@ -1,31 +1,30 @@
-//! Points and triangles along a space-filling curve (Morton's), so that what is near in the order is near in space.
+//! Points and triangles sorted along Morton's space-filling curve, so that neighbours in the order are near in space.
 
 use rayon::prelude::*;
 
-/// Bits of a coordinate in a place on the curve.
+/// Bits per coordinate of a cell.
 const BITS: u32 = 10;
-/// Items in one place on the curve above which the place is looked at closer.
+/// Items in one cell above which the cell is subdivided.
 const CROWD: usize = 256;
 /// Cells along the longest side.
 const CELLS: f32 = (1 << BITS) as f32;
-/// Items that one task looks at.
+/// Items per task.
 const CHUNK: usize = 4096;
-/// Items that are put in their places between two beats.
+/// Items sorted between two beats.
 const BETWEEN_BEATS: usize = 1 << 18;
-/// Most times that places are looked at closer.
+/// Largest number of subdivisions.
 const DEPTH: usize = 12;
 
-/// Lowest and highest coordinates of a box.
 type Bounds = ([f32; 3], [f32; 3]);
 
-/// The indices `0..n` of finite points along the curve; calls `beat` every few milliseconds.
+/// Sorts the indices `0..n` of finite points along the curve; calls `beat` every few milliseconds.
 pub(crate) fn curve_order(n: usize, point: impl Fn(u32) -> [f32; 3] + Sync, beat: impl Fn() + Sync) -> Vec<u32> {
     let mut order: Vec<u32> = (0..n as u32).collect();
     arrange(&mut order, &point, &beat, 0);
     order
 }
 
-/// The indices of the triangles (n_faces x 3, indices of finite positions within the bounds) along the curve, n_faces.
+/// Sorts triangles (n_faces x 3, indices of finite positions within the bounds) along the curve; returns n_faces indices.
 pub(super) fn curve_order_of_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], (low, high): Bounds) -> Vec<u32> {
     let extent = extent(low, high);
     if extent.is_nan() || extent <= 0.0 {
@@ -53,7 +52,7 @@ pub(super) fn curve_order_of_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], (
     order
 }
 
-/// Sorts along the curve through the box of the middles, and again within the places that hold a crowd.
+/// Sorts along the curve through the bounding box of the middles, and recursively in crowded cells.
 fn arrange(order: &mut [u32], middle: &(impl Fn(u32) -> [f32; 3] + Sync), beat: &(impl Fn() + Sync), depth: usize) {
     let (low, high) = bounds(order, middle);
     let extent = extent(low, high);
@@ -73,7 +72,7 @@ fn arrange(order: &mut [u32], middle: &(impl Fn(u32) -> [f32; 3] + Sync), beat: 
     put_in_order(order, keys, middle, beat, depth);
 }
 
-/// Puts items in the order of their keys, and those in places that hold a crowd in their order along a curve of their own.
+/// Sorts items by their keys, and crowded cells recursively.
 fn put_in_order(
     order: &mut [u32],
     keys: Vec<u64>,
@@ -93,21 +92,19 @@ fn put_in_order(
     }
 }
 
-/// Beats where that much was done: places are many and small.
 fn beat_if(is_due: bool, beat: &impl Fn()) {
     if is_due {
         beat();
     }
 }
 
-/// The place of a cell on the curve, and behind it the item.
+/// Combines the position of a cell on the curve (high half) with the item (low half).
 #[inline(always)]
 fn key_of([x, y, z]: [u32; 3], item: u32) -> u64 {
     u64::from(spread(x) | spread(y) << 1 | spread(z) << 2) << 32 | u64::from(item)
 }
 
-/// The cell nearest to a number of cells from the start, without a conversion: where the units of a float are ones, its lowest
-/// bits are the number.
+/// Rounds to the nearest cell without a conversion: the lowest bits of a float whose unit is one are the number.
 #[inline(always)]
 fn nearest_cell(x: f32) -> u32 {
     const LAST: f32 = CELLS - 1.0;
@@ -116,12 +113,11 @@ fn nearest_cell(x: f32) -> u32 {
     (x + 8_388_608.0).to_bits() & ((1 << BITS) - 1)
 }
 
-/// The longest side of a box.
 fn extent(low: [f32; 3], high: [f32; 3]) -> f32 {
     (0..3).map(|k| high[k] / 2.0 - low[k] / 2.0).fold(0.0, f32::max) * 2.0
 }
 
-/// The box around points, turned inside out where there are none.
+/// Returns the bounding box of points; low is above high without points.
 pub(super) fn bounds_of_points(points: &[[f32; 3]]) -> Bounds {
     // Several boxes side by side: none has to wait for the one before.
     const LANES: usize = 8;
@@ -149,7 +145,7 @@ fn bounds(order: &[u32], middle: &(impl Fn(u32) -> [f32; 3] + Sync)) -> Bounds {
     order.par_iter().with_min_len(CHUNK).map(point).reduce(none, both)
 }
 
-/// The lowest [`BITS`] bits, two zeros before each.
+/// Spreads the lowest [`BITS`] bits, two zeros before each.
 fn spread(x: u32) -> u32 {
     let x = (x | x << 16) & 0x0300_00ff;
     let x = (x | x << 8) & 0x0300_f00f;
@@ -157,7 +153,7 @@ fn spread(x: u32) -> u32 {
     (x | x << 2) & 0x0924_9249
 }
 
-/// Sorts keys by their upper half, from the lowest digit to the highest; equal ones keep their order.
+/// Sorts keys stably by their high half, a radix digit at a time.
 fn sorted_by_place(mut keys: Vec<u64>, beat: &impl Fn()) -> Vec<u64> {
     let mut sorted = vec![0; keys.len()];
     for shift in [32, 32 + BITS, 32 + 2 * BITS] {

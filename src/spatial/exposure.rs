@@ -1,5 +1,5 @@
-//! What a viewer would miss of each component were it gone: views from all around, each pixel with the component that it shows and the
-//! nearest surface of another one behind it.
+//! Visual importance of components: views from many directions with two layers, the visible component and the next one
+//! behind it.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -8,44 +8,44 @@ use crate::geometry::triangle::unit_normal;
 
 use super::views::{axis, in_pixels, project, rasterize};
 
-/// Axes of the views, each seen from both ends.
+/// Number of view axes, each seen from both ends.
 const AXES: usize = 13;
-/// Pixels of a view for each triangle; and the sides of views, at least and at most. At 256 a thousandth of what a solid covers is
-/// some twenty pixels.
+/// Pixels per triangle, and the limits of a view's side. At 256 a thousandth of a solid's area is about twenty pixels.
 const PIXELS: f64 = 2.0;
 const SIDE: [f64; 2] = [256.0, 768.0];
 /// Least cosine between normals of surfaces that look alike: 30 degrees.
 const ALIKE: f32 = 0.866;
-/// No face.
 const NONE: u32 = u32::MAX;
 
-/// What belongs together, by the numbers of faces.
+/// Component and material of each face.
 #[derive(Clone, Copy, Debug)]
 pub struct Labels<'a> {
-    /// The component of each face, n_faces, below `n_components`.
+    /// Component of each face, n_faces, below `n_components`.
     pub components: &'a [u32],
-    /// The material of each face, n_faces; any numbers.
+    /// Material of each face, n_faces.
     pub materials: &'a [u32],
-    /// How many components there are.
+    /// Number of components.
     pub n_components: usize,
 }
 
-/// What changes in views without a component.
+/// The visible change when a component is removed, as shares of the pixels that the whole mesh covers, largest over the
+/// views.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Exposure {
-    /// Largest share, over the views, of the pixels of the whole that change: the background shows, or another surface that is
-    /// farther away than the tolerance, has another material or is turned otherwise.
+    /// Pixels that show the background, or a surface that is farther away than the tolerance, of another material or
+    /// orientation.
     pub changed: f32,
-    /// Largest share, over the views, of the pixels of the whole where a back side comes to light.
+    /// Pixels that show a back side.
     pub opened: f32,
-    /// Largest share, over the views, of the pixels of the whole where another material comes to light.
+    /// Pixels that show another material.
     pub recoloured: f32,
-    /// The components that stand in for it where nothing changes, ascending.
+    /// Components visible in its place where nothing changes, ascending.
     pub stand_ins: Vec<u32>,
 }
 
-/// Returns for each component what changes in views without it. Surfaces whose distance is at most `tolerance`, in the unit of the
-/// positions (n x 3, finite), are the same to a viewer.
+/// Returns for each component what changes in views without it.
+///
+/// Surfaces at most `tolerance` apart, in the unit of the positions (n x 3, finite), look the same.
 ///
 /// ```
 /// use neural_mesh::spatial::{Labels, exposures};
@@ -82,7 +82,7 @@ fn merge(mut all: Vec<Exposure>, others: Vec<Exposure>) -> Vec<Exposure> {
     all
 }
 
-/// The nearest surface at a pixel, and the nearest one of another component.
+/// The nearest surface at a pixel, and the nearest of another component.
 #[derive(Clone, Copy)]
 struct Layers {
     depths: [f32; 2],
@@ -91,7 +91,7 @@ struct Layers {
 
 const EMPTY: Layers = Layers { depths: [f32::INFINITY; 2], faces: [NONE; 2] };
 
-/// Triangles in the unit of pixels.
+/// Triangles in units of pixels.
 struct Scene<'a> {
     positions: &'a [Vec3],
     faces: &'a [[u32; 3]],
@@ -101,7 +101,6 @@ struct Scene<'a> {
 }
 
 impl Scene<'_> {
-    /// What changes in the two views along an axis.
     fn exposures_along(&self, side: usize, along: Vec3) -> Vec<Exposure> {
         let (right, up) = along.any_orthonormal_pair();
         let projected = project(self.positions, side, [right, up, along]);
@@ -116,7 +115,7 @@ impl Scene<'_> {
         merge(self.exposures_of(&near, along), self.exposures_of(&far, -along))
     }
 
-    /// Puts a surface at its depth into the layers of a pixel.
+    /// Inserts a surface at its depth into the layers of a pixel.
     fn put(&self, pixel: &mut Layers, face: u32, depth: f32) {
         let component = |face: u32| self.labels.components[face as usize];
         let is_of_first = pixel.faces[0] != NONE && component(face) == component(pixel.faces[0]);
@@ -130,7 +129,6 @@ impl Scene<'_> {
         }
     }
 
-    /// What changes in a view in this direction.
     fn exposures_of(&self, pixels: &[Layers], along: Vec3) -> Vec<Exposure> {
         let mut counts = vec![[0u32; 3]; self.labels.n_components];
         let mut all = vec![Exposure::default(); self.labels.n_components];
@@ -159,14 +157,14 @@ impl Scene<'_> {
         all
     }
 
-    /// Whether the second layer of a pixel looks like the first.
+    /// Returns whether the second layer of a pixel looks like the first.
     fn look_alike(&self, Layers { depths, faces: [first, second] }: &Layers, along: Vec3) -> bool {
         if *second == NONE {
             return false;
         }
         let [first, second] = [*first as usize, *second as usize];
         let [normal, other] = [self.normals[first], self.normals[second]];
-        // Along the view a surface that is seen from the side is farther away than it is.
+        // Depth overstates the distance of surfaces seen at an angle.
         let distance = (depths[1] - depths[0]) * normal.dot(along).abs().max(other.dot(along).abs());
         self.labels.materials[first] == self.labels.materials[second]
             && normal.dot(other).abs() >= ALIKE
@@ -179,7 +177,6 @@ mod tests {
     use super::*;
     use crate::mesh::{TriMesh, shapes};
 
-    /// Meshes side by side, and the number of each face's mesh.
     fn together(meshes: &[TriMesh]) -> (Vec<[f32; 3]>, Vec<[u32; 3]>, Vec<u32>) {
         let (mut positions, mut faces, mut components) = (Vec::new(), Vec::new(), Vec::new());
         for (number, mesh) in (0..).zip(meshes) {

@@ -1,9 +1,9 @@
-//! The nearest point on indexed triangles, where the queries are fewer than the triangles: a tree that is made quickly.
+//! A quickly built tree for closest points on indexed triangles, best if queries are fewer than triangles.
 //!
-//! The triangles are put in order along a space-filling curve and packed, the boxes of eight to a node, the boxes of eight nodes to
-//! the next (a packed R-tree, Kamel and Faloutsos 1993). Nothing but their boxes is copied, in steps of a 254th of their node,
-//! so that a node is one line of the cache. Where many triangles are long and thin, their pieces are packed; where nearly all are,
-//! boxes lie along them. [`NearestOnTriangles`](super::NearestOnTriangles) takes several times as long to make.
+//! Triangles are sorted along a space-filling curve and packed eight to a node, level by level (a packed R-tree, Kamel and
+//! Faloutsos 1993). Boxes are stored in steps of a 254th of their node, so a node is one cache line. Of many thin triangles
+//! the pieces are packed; if nearly all are thin, boxes are oriented along them.
+//! [`NearestOnTriangles`](super::NearestOnTriangles) takes several times as long to build.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -16,30 +16,29 @@ use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 
 /// Children of a node.
 const WIDTH: usize = 8;
-/// Share of the triangles that there have to be pieces more than triangles for these to be cut.
+/// Least share of additional pieces for which thin triangles are cut.
 const NEEDLES: f64 = 0.05;
-/// Nodes that one task makes.
+/// Nodes per task.
 const CHUNK: usize = 512;
-/// Nodes that wait to be visited, at most: all children but one of each level, for as many levels as 32-bit indices need, and
-/// room for all children of one more.
+/// Capacity of the queue: all children but one per level, for the levels of 32-bit indices, and one more node's children.
 const WAITING: usize = (WIDTH - 1) * 11 + 1 + WIDTH;
-/// Steps from one side of a node to the other; one less than a byte holds, which leaves room for rounding.
+/// Steps across a node; one less than a byte holds, for rounding.
 const STEPS: f32 = 254.0;
 
 /// The least float whose lowest bit is worth one.
 const UNITS: f32 = 8_388_608.0;
 
-/// What a search has looked at.
+/// The work of a search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Looks {
-    /// Triangles that were tested, or pieces of them.
+    /// Triangles, or pieces, tested.
     pub triangles: u32,
-    /// Boxes around several, one after the other.
+    /// Groups of boxes tested.
     pub boxes: u32,
 }
 
 impl Looks {
-    /// Triangles and boxes.
+    /// Returns the number of triangles and boxes.
     pub fn all(self) -> u32 {
         self.triangles + self.boxes
     }
@@ -47,8 +46,7 @@ impl Looks {
 
 /// A tree over the triangles of a mesh.
 ///
-/// Among triangles at exactly the same distance the first one wins, as in
-/// [`NearestOnTriangles`](super::NearestOnTriangles).
+/// Of triangles at exactly the same distance the first wins, as in [`NearestOnTriangles`](super::NearestOnTriangles).
 ///
 /// ```
 /// use neural_mesh::spatial::FaceTree;
@@ -59,25 +57,25 @@ impl Looks {
 pub struct FaceTree<'a> {
     positions: &'a [[f32; 3]],
     faces: &'a [[u32; 3]],
-    /// The triangles along the curve, n_faces.
+    /// Triangles along the curve, n_faces.
     order: Vec<u32>,
-    /// The triangle of each piece along the curve, n_pieces, where these are cut.
+    /// Triangle of each piece along the curve, n_pieces, if they are cut.
     pieces: Option<Vec<u32>>,
-    /// Where each triangle, or one of its pieces, stands along the curve, n_faces.
+    /// Position of each triangle, or one of its pieces, along the curve, n_faces.
     places: Vec<u32>,
-    /// The boxes along needles, where nearly all triangles are; then there are no nodes.
+    /// Oriented boxes, if nearly all triangles are needles; then there are no nodes.
     needles: Option<NeedleTree>,
-    /// Nodes from those over the triangles to the root, which is alone.
+    /// Nodes by level, from those over triangles up to the single root.
     levels: Vec<Vec<Node>>,
-    /// The box around all triangles, scaled.
+    /// Scaled bounding box.
     whole: Bounds,
-    /// A power of two that makes coordinates fit into -1..1, so that no square under- or overflows.
+    /// Power of two that scales coordinates to -1..1, so that no square under- or overflows.
     scale: f64,
-    /// Two powers of two whose product the scale is: each is one in single precision, too.
+    /// Two single-precision powers of two whose product is the scale.
     factors: [f32; 2],
 }
 
-/// The boxes of at most eight children, coordinate by coordinate, in steps from the lowest corner of all.
+/// The boxes of at most eight children by coordinate, in steps from the lowest corner.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
 struct Node {
@@ -87,7 +85,7 @@ struct Node {
     high: [[u8; WIDTH]; 3],
 }
 
-/// A node that waits: how far its box is (squared), the level below it, and its place there.
+/// A node to be visited: squared distance of its box, the level above it, and its index.
 #[derive(Clone, Copy)]
 struct Waiting {
     distance: f32,
@@ -98,13 +96,13 @@ struct Waiting {
 /// A point, and the squared distance at which any triangle is near enough.
 type Search = (DVec3, f64);
 
-/// Nodes that wait to be visited, the next one last.
+/// Nodes to be visited, the next one last.
 struct Queue {
     waiting: [Waiting; WAITING],
     n_waiting: usize,
 }
 
-/// The best so far, and the squared distance beyond which boxes need no visit.
+/// The best triangle so far, and the squared distance beyond which boxes are skipped.
 #[derive(Clone, Copy)]
 struct Best {
     face: u32,
@@ -114,7 +112,7 @@ struct Best {
 }
 
 impl Best {
-    /// None yet, and none beyond this squared distance.
+    /// Starts without a triangle, limited to this squared distance.
     #[inline(always)]
     fn within(distance2: f64, p: DVec3) -> Self {
         Self { face: u32::MAX, distance2, limit: limit(distance2, p), looks: Looks::default() }
@@ -122,7 +120,7 @@ impl Best {
 }
 
 impl<'a> FaceTree<'a> {
-    /// Makes the tree over triangles (n_faces x 3, indices of positions) with finite corners.
+    /// Builds the tree over triangles (n_faces x 3, indices of positions) with finite corners.
     pub fn new(positions: &'a [[f32; 3]], faces: &'a [[u32; 3]]) -> Self {
         let mut tree = Self::without_nodes(positions, faces);
         let wanted = |&face: &u32| f64::from(triangle_pieces::wanted_cuts(&tree.corners(face)));
@@ -156,20 +154,21 @@ impl<'a> FaceTree<'a> {
         Self { positions, faces, order, pieces, places, needles, levels, whole: EMPTY, scale, factors }
     }
 
-    /// The nearest triangle and the squared distance to it; `None` where there are none.
+    /// Returns the closest triangle and its squared distance; `None` without triangles.
     pub fn nearest(&self, p: DVec3) -> Option<(u32, f64)> {
         self.nearest_from(p, None)
     }
 
-    /// The same, found sooner where the nearest one lies near the triangle `guess`, as it does for the next of points in a row: the search
-    /// begins around it.
+    /// Returns the closest triangle, starting the search at the triangle `guess`.
+    ///
+    /// Fast if the guess is near, as for consecutive points on a curve.
     #[inline(always)]
     pub fn nearest_from(&self, p: DVec3, guess: Option<u32>) -> Option<(u32, f64)> {
         self.near_from(p, guess, f64::NEG_INFINITY)
     }
 
-    /// The nearest triangle, or any that is no farther than `enough` (squared), and the squared distance to it; found soon where
-    /// the triangle `guess` is so near.
+    /// Returns the closest triangle, or any within `enough` (squared), and its squared distance; starts at the triangle
+    /// `guess`.
     ///
     /// ```
     /// use neural_mesh::spatial::FaceTree;
@@ -184,15 +183,16 @@ impl<'a> FaceTree<'a> {
         self.near_counted(p, guess, enough).map(|(face, distance2, _)| (face, distance2))
     }
 
-    /// As [`near_from`](Self::near_from), and how many triangles, or pieces of them, and boxes around eight were looked at: two
-    /// dozen on most surfaces, a good part of all where they lie across each other.
+    /// Searches as [`near_from`](Self::near_from), and returns the work done.
+    ///
+    /// About two dozen tests on most surfaces; a large share of all where large faces intersect.
     #[inline(always)]
     pub fn near_counted(&self, p: DVec3, guess: Option<u32>, enough: f64) -> Option<(u32, f64, Looks)> {
         let scale2 = self.scale * self.scale;
         self.best(p, guess, enough * scale2, &|_| true).map(|best| (best.face, best.distance2 / scale2, best.looks))
     }
 
-    /// Finds the nearest of the triangles that `accept` lets pass, no farther than `reach`, and the squared distance to it.
+    /// Returns the closest triangle that `accept` allows within `reach`, and its squared distance.
     ///
     /// ```
     /// use neural_mesh::spatial::FaceTree;
@@ -208,19 +208,19 @@ impl<'a> FaceTree<'a> {
         (best.face != u32::MAX).then(|| (best.face, best.distance2 / (self.scale * self.scale)))
     }
 
-    /// The triangles in their order along the curve.
+    /// Returns the triangles in their order along the curve.
     pub fn order(&self) -> &[u32] {
         &self.order
     }
 
-    /// Diagonal of the box around all triangles, 0 where there are none.
+    /// Returns the diagonal of the bounding box, 0 without triangles.
     pub fn diagonal(&self) -> f64 {
         let (low, high) = self.whole;
         let side = |k: usize| (f64::from(high[k]) - f64::from(low[k])).max(0.0);
         side(0).hypot(side(1)).hypot(side(2)) / self.scale
     }
 
-    /// The nearest triangle, or any that is no farther than `enough` (squared), in scaled coordinates.
+    /// Returns the closest triangle, or any within `enough` (squared), in scaled coordinates.
     #[inline(always)]
     fn best(&self, p: DVec3, guess: Option<u32>, enough: f64, accept: &impl Fn(u32) -> bool) -> Option<Best> {
         let p = p * self.scale;
@@ -228,7 +228,7 @@ impl<'a> FaceTree<'a> {
         let mut best = none;
         let guess = guess.filter(|&face| (face as usize) < self.faces.len());
         if enough >= 0.0 && self.needles.is_none() {
-            // First with no look at what is farther than that.
+            // First try without anything farther than `enough`.
             best.limit = limit(enough, p);
             self.search((p, enough), guess, accept, &mut best);
             if best.distance2 > enough {
@@ -241,7 +241,7 @@ impl<'a> FaceTree<'a> {
         (best.face != u32::MAX).then_some(best)
     }
 
-    /// Finds a nearer triangle than the best one, if there is one, the nearest of all but where one is near enough.
+    /// Improves `best` by a nearer triangle; stops at one that is near enough.
     #[inline(always)]
     fn search(&self, (p, enough): Search, guess: Option<u32>, accept: &impl Fn(u32) -> bool, best: &mut Best) {
         match (&self.needles, guess) {
@@ -255,8 +255,7 @@ impl<'a> FaceTree<'a> {
         }
     }
 
-    /// The lowest nodes, each with the box around all its children: over the triangles, or over their pieces, of which so many are
-    /// wanted.
+    /// Builds the lowest nodes with their boxes, over the triangles or over this number of additional pieces.
     fn over_triangles(&mut self, cuts: f64) -> Vec<(Node, Bounds)> {
         if cuts <= NEEDLES * self.order.len() as f64 {
             let node = |faces: &[u32]| node_over(faces.iter().map(|&face| self.bounds(face)));
@@ -304,7 +303,6 @@ impl<'a> FaceTree<'a> {
         best.looks.boxes += n_boxes;
     }
 
-    /// Where each triangle, or its last piece, stands along the curve.
     fn places(&self) -> Vec<u32> {
         let mut places = vec![0; self.faces.len()];
         let faces = self.pieces.as_ref().unwrap_or(&self.order);
@@ -312,7 +310,7 @@ impl<'a> FaceTree<'a> {
         places
     }
 
-    /// Visits the nodes that may hold a nearer triangle, from the root.
+    /// Visits nodes that may hold a nearer triangle, from the root.
     #[inline(always)]
     fn descend(&self, search: Search, accept: &impl Fn(u32) -> bool, best: &mut Best) {
         let root = Waiting { distance: 0.0, above: self.levels.len() as u32, node: 0 };
@@ -320,7 +318,7 @@ impl<'a> FaceTree<'a> {
         self.visit(&mut queue, search, accept, best);
     }
 
-    /// Visits the same nodes from the one over this place up to the root: what is near is found without a look at what is above.
+    /// Visits nodes from the one over this position up to the root, so near triangles are found without the upper levels.
     #[inline(always)]
     fn climb(&self, place: u32, (p, enough): Search, accept: &impl Fn(u32) -> bool, best: &mut Best) {
         let point = p.as_vec3().to_array();
@@ -343,7 +341,7 @@ impl<'a> FaceTree<'a> {
         }
     }
 
-    /// Visits the nodes that wait and may hold a nearer triangle, the nearest child of each first.
+    /// Visits the queued nodes that may hold a nearer triangle.
     #[inline(always)]
     fn visit(&self, queue: &mut Queue, (p, enough): Search, accept: &impl Fn(u32) -> bool, best: &mut Best) {
         let point = p.as_vec3().to_array();
@@ -363,7 +361,7 @@ impl<'a> FaceTree<'a> {
         }
     }
 
-    /// Lets those children of a node wait that are no farther from a point than a limit and were not visited, the nearest one last.
+    /// Queues the children of a node within the limit, except `visited`, the nearest last.
     #[inline(always)]
     fn put_children(
         &self,
@@ -389,7 +387,7 @@ impl<'a> FaceTree<'a> {
         }
     }
 
-    /// Tests the triangles under a node that may be nearer, the one of the nearest box first.
+    /// Tests the triangles of a node that may be nearer, that of the nearest box first.
     #[inline(always)]
     fn test_faces(
         &self,
@@ -429,7 +427,6 @@ impl<'a> FaceTree<'a> {
     }
 }
 
-/// Lowest and highest coordinates of a box.
 type Bounds = ([f32; 3], [f32; 3]);
 
 const EMPTY: Bounds = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
@@ -442,7 +439,7 @@ fn union(a: Bounds, b: Bounds) -> Bounds {
     ([low(0), low(1), low(2)], [high(0), high(1), high(2)])
 }
 
-/// The node over at most [`WIDTH`] children, and the box around all.
+/// Builds the node over at most [`WIDTH`] children; also returns its box.
 #[inline(always)]
 fn node_over(children: impl ExactSizeIterator<Item = Bounds>) -> (Node, Bounds) {
     let mut boxes = [EMPTY; WIDTH];
@@ -458,7 +455,7 @@ fn node_over(children: impl ExactSizeIterator<Item = Bounds>) -> (Node, Bounds) 
     let per_unit = if step > 0.0 { 1.0 / step } else { 0.0 };
     for (axis, origin) in origin.into_iter().enumerate() {
         for (child, (low, high)) in boxes.iter().enumerate() {
-            // Half a step makes the nearest number the next one outside; a hundredth is more than rounding takes away here.
+            // Half a step rounds outward; the hundredth exceeds the rounding error.
             node.low[axis][child] = nearest_byte((low[axis] - origin) * per_unit - 0.51);
             node.high[axis][child] = nearest_byte((high[axis] - origin) * per_unit + 0.51);
         }
@@ -466,7 +463,7 @@ fn node_over(children: impl ExactSizeIterator<Item = Bounds>) -> (Node, Bounds) 
     (node, whole)
 }
 
-/// The nearest of 0 to 255, without a conversion: where the units are ones, the lowest bits of a float are the number.
+/// Rounds to 0..=255 without a conversion: the lowest bits of a float whose unit is one are the number.
 #[inline(always)]
 fn nearest_byte(x: f32) -> u8 {
     let x = if x > 0.0 { x } else { 0.0 };
@@ -475,7 +472,7 @@ fn nearest_byte(x: f32) -> u8 {
 }
 
 impl Node {
-    /// How far the boxes of the children are at least, squared.
+    /// Returns lower bounds of the squared distances of the children.
     #[inline(always)]
     fn distances(&self, p: [f32; 3]) -> [f32; WIDTH] {
         let mut distances = [0.0; WIDTH];
@@ -562,7 +559,6 @@ mod tests {
         }
     }
 
-    /// A point far out makes all other faces one cell of the curve's first grid.
     #[test]
     fn a_far_point_does_not_make_it_wrong() {
         let mut positions: Vec<[f32; 3]> = (0..3000).map(|i| [(i % 50) as f32, (i / 50) as f32, 0.0]).collect();

@@ -1,7 +1,6 @@
-//! Near and far points: k-nn over points and what follows from it, farthest points, triangles over points by
-//! balls, nearest point on triangles, also along a line; knows no meshes.
+//! Spatial searches: nearest neighbours, farthest points, closest points on triangles, rays and views. Knows no meshes.
 //!
-//! Machinery: what the modules that users call stand on; see the front page of the crate.
+//! Machinery behind the modules that users call.
 
 mod bounds;
 mod curve_order;

@@ -1,6 +1,6 @@
-//! Where a line through a point first meets triangles, looked for both ways at once.
+//! The first crossing of a line with triangles, in both directions from a point.
 //!
-//! Triangles are met in double precision, a hair wider than they are, so that no line slips through between two of them.
+//! Triangles are slightly enlarged in double precision, so that no line slips between two of them.
 
 use glam::DVec3;
 
@@ -10,27 +10,28 @@ use super::nearest_on_triangles::{Hit, NearestOnTriangles};
 use super::needle_tree::NeedleTree;
 use super::triangle_tree::{NO_CHILD, Node};
 
-/// How far beyond its edges a triangle is met, as a share of its size.
+/// Margin around a triangle, relative to its size.
 const WIDER: f64 = 1e-6;
-/// By how much boxes are widened, where coordinates are at most 1: more than single precision rounds.
+/// Margin around boxes, for coordinates of at most 1; more than single precision rounds.
 const MARGIN: f32 = 1e-6;
 
-/// A line in the unit of the tree, and what it has met.
+/// A line in tree coordinates and its best crossing.
 struct Line {
     from: DVec3,
-    /// Of length 1.
+    /// Unit direction.
     along: DVec3,
-    /// The same in single precision, and its inverse.
+    /// Point and inverse direction in single precision.
     from32: [f32; 3],
     inverse: [f32; 3],
-    /// How far the nearest crossing is; before there is one, how far to look.
+    /// Distance of the nearest crossing, or the limit of the search.
     reach: f64,
     hit: Option<Hit>,
 }
 
 impl NearestOnTriangles {
-    /// The crossing nearest to `p` of the line through it along `direction` with the triangles that `accept` lets pass, at
-    /// most `reach` away, on either side; `None` where there is none or the direction has no length. At equal distances the first
+    /// Returns the crossing nearest to `p` of the line along `direction` with the triangles that `accept` allows.
+    ///
+    /// `None` if there is none within `reach` on either side, or the direction has no length. At equal distances the first
     /// triangle wins.
     ///
     /// ```
@@ -45,7 +46,7 @@ impl NearestOnTriangles {
         self.along_unit(p, direction.try_normalize()?, reach, &accept)
     }
 
-    /// The same along a direction of length 1; behind a pointer, or there would be a type for each unit.
+    /// Searches along a unit direction; `accept` is a pointer, as a generic would recurse per scale.
     fn along_unit(&self, p: DVec3, along: DVec3, reach: f64, accept: &dyn Fn(u32) -> bool) -> Option<Hit> {
         let outer = self.along_outside(p, along, reach, accept);
         let inner = self.inner.as_ref().and_then(|inner| {
@@ -57,7 +58,7 @@ impl NearestOnTriangles {
         [outer, inner].into_iter().flatten().min_by(order)
     }
 
-    /// The same among the triangles that are not the inner ones.
+    /// Searches the triangles that are not inner ones.
     fn along_outside(&self, p: DVec3, along: DVec3, reach: f64, accept: &dyn Fn(u32) -> bool) -> Option<Hit> {
         let from = p * self.scale;
         let inverse = along.as_vec3().recip().to_array();
@@ -104,21 +105,21 @@ impl NearestOnTriangles {
 }
 
 impl Line {
-    /// Whether the part of the line that is still of interest meets a box.
+    /// Returns whether the line within its reach meets a box.
     fn enters(&self, node: &Node, child: usize) -> bool {
         let reach = self.reach as f32 + MARGIN;
         let (mut begin, mut end) = (-reach, reach);
         for axis in 0..3 {
             let low = (node.low[axis][child] - MARGIN - self.from32[axis]) * self.inverse[axis];
             let high = (node.high[axis][child] + MARGIN - self.from32[axis]) * self.inverse[axis];
-            // What is no number, 0 times infinity, bounds nothing.
+            // NaN, from 0 times infinity, bounds nothing.
             begin = begin.max(low.min(high));
             end = end.min(low.max(high));
         }
         begin <= end
     }
 
-    /// Takes the crossing with a triangle where it is nearer than all before.
+    /// Takes the crossing with a triangle if it is the nearest.
     fn meet(&mut self, corners: &[[f32; 3]; 3], triangle: u32) {
         let [a, b, c] = corners.map(|corner| DVec3::from(corner.map(f64::from)));
         let [v, w, far] = line_on_triangle(self.from, self.along, [a, b, c]);
@@ -157,7 +158,6 @@ mod tests {
         (0..n).map(|_| triangle()).collect()
     }
 
-    /// The nearest crossing by all triangles, one after the other.
     fn naive(triangles: &[[[f32; 3]; 3]], from: DVec3, along: DVec3, reach: f64) -> Option<(u32, f64)> {
         let mut line = Line { from, along: along.normalize(), from32: [0.0; 3], inverse: [0.0; 3], reach, hit: None };
         triangles.iter().zip(0..).for_each(|(corners, i)| line.meet(corners, i));

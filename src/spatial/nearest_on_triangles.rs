@@ -1,4 +1,4 @@
-//! The nearest point on a set of triangles, exact up to double rounding, over a tree of bounding boxes.
+//! Closest points on a set of triangles by a tree of boxes, exact up to double rounding.
 
 use glam::DVec3;
 
@@ -8,17 +8,16 @@ use super::triangle_pieces;
 use super::triangle_tree::{NO_CHILD, Node, TriangleTree};
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 
-/// Largest coordinate of a triangle over that of all below which it is too small for their unit: what single precision tells apart.
+/// Ratio of a triangle's largest coordinate to that of all below which single precision cannot resolve it.
 const INNER: f32 = 1.0 / 16_777_216.0;
-/// Largest coordinate of triangles over the distance of a point below which they are all equally far, to double precision.
+/// Ratio of largest coordinate to distance below which triangles are equally far in double precision.
 const FAR: f64 = 1e-18;
-/// So few small triangles are no trouble.
+/// Largest number of small triangles that need no unit of their own.
 const MOST_UNSPLIT: usize = 16;
 
-/// Triangles made ready for nearest-point queries.
+/// Triangles prepared for closest-point queries.
 ///
-/// The answer does not depend on threads or on the order of queries: among triangles at exactly the same
-/// distance the first one wins.
+/// Answers do not depend on threads or on the order of queries: of triangles at exactly the same distance the first wins.
 ///
 /// ```
 /// use neural_mesh::spatial::NearestOnTriangles;
@@ -28,52 +27,51 @@ const MOST_UNSPLIT: usize = 16;
 /// assert_eq!((hit.triangle, hit.distance2), (0, 4.0));
 /// ```
 pub struct NearestOnTriangles {
-    /// Over the triangles in units of the scale.
+    /// Tree over the scaled triangles.
     pub(super) tree: TriangleTree,
-    /// Boxes along needles, where nearly all triangles are: then the tree has no nodes.
+    /// Oriented boxes, if nearly all triangles are needles; then the tree has no nodes.
     pub(super) needles: Option<NeedleTree>,
-    /// A power of two that makes coordinates fit into -1..1, so that no square under- or overflows.
+    /// Power of two that scales coordinates to -1..1, so that no square under- or overflows.
     pub(super) scale: f64,
-    /// Triangles so close to the origin that boxes in that unit could not tell them apart.
+    /// Triangles too close to the origin for boxes in that unit.
     pub(super) inner: Option<Box<Inner>>,
 }
 
-/// Small triangles around the origin, with a unit of their own.
+/// Small triangles around the origin, with their own unit.
 pub(super) struct Inner {
     pub(super) surface: NearestOnTriangles,
-    /// Their corners.
     triangles: Vec<[[f32; 3]; 3]>,
-    /// Which triangle of all each one is.
+    /// Original index of each.
     pub(super) triangle_idx: Vec<u32>,
-    /// Their largest coordinate.
+    /// Largest coordinate.
     most: f64,
 }
 
-/// Where the nearest point lies.
+/// The closest point on the triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// Index of the triangle.
     pub triangle: u32,
-    /// Barycentric weights of the point in it.
+    /// Barycentric weights of the point.
     pub weights: [f64; 3],
     /// The point.
     pub point: DVec3,
-    /// Squared distance to the point.
+    /// Squared distance to the query.
     pub distance2: f64,
 }
 
-/// The best hit so far and the squared distance beyond which boxes need no visit.
+/// The best hit so far, and the squared distance beyond which boxes are skipped.
 struct Best {
     hit: Hit,
     limit: f32,
-    /// Whether any hit does: then no box needs a visit after it.
+    /// Whether any hit ends the search.
     is_any: bool,
-    /// Triangles and nodes that were looked at.
+    /// Triangles and nodes tested.
     n_looks: u32,
 }
 
 impl NearestOnTriangles {
-    /// Builds the tree over triangles given by their corners, n_triangles x 3 x 3, finite.
+    /// Builds the tree over triangles given by finite corners, n_triangles x 3 x 3.
     pub fn new(triangles: &[[[f32; 3]; 3]]) -> Self {
         let most = largest(triangles.as_flattened());
         let is_inner = |&i: &u32| largest(&triangles[i as usize]) <= most * INNER;
@@ -90,7 +88,7 @@ impl NearestOnTriangles {
         nearest
     }
 
-    /// The tree over triangles with this largest coordinate.
+    /// Builds the tree over triangles with this largest coordinate.
     fn in_one_unit(triangles: &[[[f32; 3]; 3]], most: f32) -> Self {
         let scale = if most > 0.0 { 0.5f64.powi(f64::from(most).log2().ceil() as i32) } else { 1.0 };
         let scaled: Vec<_> = triangles.iter().map(|corners| corners.map(|corner| to_scale(corner, scale))).collect();
@@ -102,23 +100,24 @@ impl NearestOnTriangles {
         Self { tree: TriangleTree::new(&scaled), needles: None, scale, inner: None }
     }
 
-    /// The nearest point of all triangles; `None` where there are none.
+    /// Returns the closest point of all triangles; `None` without triangles.
     pub fn nearest(&self, p: DVec3) -> Option<Hit> {
         self.nearest_counted(p).0
     }
 
-    /// As [`nearest`](Self::nearest), and how many triangles and boxes around them were looked at: two dozen on most surfaces, a good
-    /// part of all where they lie across each other.
+    /// Searches as [`nearest`](Self::nearest), and returns the number of triangles and boxes tested.
+    ///
+    /// About two dozen on most surfaces; a large share of all where large triangles intersect.
     pub fn nearest_counted(&self, p: DVec3) -> (Option<Hit>, u32) {
         self.search(p, f64::INFINITY, |_| true, false)
     }
 
-    /// The nearest point of the triangles that `accept` lets pass; `None` where there are none.
+    /// Returns the closest point of the triangles that `accept` allows.
     pub fn nearest_of(&self, p: DVec3, accept: impl Fn(u32) -> bool) -> Option<Hit> {
         self.search(p, f64::INFINITY, accept, false).0
     }
 
-    /// Whether a triangle that `accept` lets pass is no farther than `reach`.
+    /// Returns whether a triangle that `accept` allows lies within `reach`.
     ///
     /// ```
     /// use neural_mesh::spatial::NearestOnTriangles;
@@ -131,13 +130,13 @@ impl NearestOnTriangles {
         self.is_any_within_counted(p, reach, accept).0
     }
 
-    /// As [`is_any_within`](Self::is_any_within), and how many triangles and boxes around them were looked at.
+    /// Tests as [`is_any_within`](Self::is_any_within), and returns the number of triangles and boxes tested.
     pub fn is_any_within_counted(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> (bool, u32) {
         let (hit, n_looks) = self.search(p, reach, accept, true);
         (hit.is_some(), n_looks)
     }
 
-    /// The nearest point of the triangles that `accept` lets pass, at a distance of `reach` or less; `None` where there is none.
+    /// Returns the closest point, within `reach`, of the triangles that `accept` allows.
     ///
     /// ```
     /// use neural_mesh::spatial::NearestOnTriangles;
@@ -149,7 +148,7 @@ impl NearestOnTriangles {
         self.search(p, reach, accept, false).0
     }
 
-    /// The nearest point of the triangles that `accept` lets pass, at a distance of `reach` or less; or of any of them.
+    /// Searches within `reach` for the closest accepted triangle, or for any.
     fn search(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool, is_any: bool) -> (Option<Hit>, u32) {
         let (outer, n_looks) = self.search_outside(p, reach, &accept, is_any);
         let Some(inner) = self.inner.as_ref().filter(|_| !is_any || outer.is_none()) else { return (outer, n_looks) };
@@ -159,7 +158,7 @@ impl NearestOnTriangles {
         ([outer, nearer].into_iter().flatten().min_by(by_distance), n_looks + n_more)
     }
 
-    /// The same among the triangles that are not the inner ones.
+    /// Searches the triangles that are not inner ones.
     fn search_outside(&self, p: DVec3, reach: f64, accept: &impl Fn(u32) -> bool, is_any: bool) -> (Option<Hit>, u32) {
         let (p, reach) = (p * self.scale, reach * self.scale);
         let none = Hit { triangle: u32::MAX, weights: [0.0; 3], point: p, distance2: reach * reach };
@@ -173,8 +172,7 @@ impl NearestOnTriangles {
         ((best.hit.triangle != u32::MAX).then_some(Hit { point, distance2, ..best.hit }), best.n_looks)
     }
 
-    /// Calls `visit` with the index of every triangle that meets one with these corners, and of some others near it, perhaps more
-    /// than once.
+    /// Calls `visit` for every triangle that meets one with these corners, and for some near it; possibly repeatedly.
     pub fn visit_met(&self, corners: &[[f32; 3]; 3], mut visit: impl FnMut(u32)) {
         let scaled = corners.map(|corner| to_scale(corner, self.scale));
         if let Some(needles) = &self.needles {
@@ -184,7 +182,7 @@ impl NearestOnTriangles {
             self.tree.visit_overlaps(&Bounds::of(&scaled), &mut visit);
         }
         if let Some(inner) = &self.inner {
-            // Behind a pointer, or there would be a type for each unit.
+            // A pointer, as a generic would recurse per unit.
             let visit: &mut dyn FnMut(u32) = &mut |i: u32| visit(inner.triangle_idx[i as usize]);
             inner.surface.visit_met(corners, visit);
         }
@@ -231,8 +229,7 @@ impl NearestOnTriangles {
 }
 
 impl Inner {
-    /// The nearest of these triangles, at a distance of `reach` or less. From far away all are equally far: then it is the
-    /// first.
+    /// Searches these triangles within `reach`; from very far away the first one is the answer.
     fn search(&self, p: DVec3, reach: f64, accept: &dyn Fn(u32) -> bool, is_any: bool) -> (Option<Hit>, u32) {
         let outside = (p.abs() - DVec3::splat(self.most)).max(DVec3::ZERO).length();
         if outside > reach {
@@ -250,7 +247,7 @@ impl Inner {
     }
 }
 
-/// The nearest point of one triangle.
+/// Returns the closest point of one triangle.
 #[inline(always)]
 fn hit_on(corners: &[[f32; 3]; 3], triangle: u32, p: DVec3) -> Hit {
     let corners = corners.map(|c| DVec3::from_array(c.map(f64::from)));
@@ -259,7 +256,7 @@ fn hit_on(corners: &[[f32; 3]; 3], triangle: u32, p: DVec3) -> Hit {
     Hit { triangle, weights, point, distance2: p.distance_squared(point) }
 }
 
-/// The largest size of a coordinate.
+/// Returns the largest absolute coordinate.
 fn largest(points: &[[f32; 3]]) -> f32 {
     points.as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()))
 }
@@ -268,14 +265,14 @@ fn to_scale(point: [f32; 3], scale: f64) -> [f32; 3] {
     point.map(|x| (f64::from(x) * scale) as f32)
 }
 
-/// The squared distance that an `f32` box distance has to exceed before the box may be left out; boxes lie in -1..1.
+/// Returns the squared `f32` distance beyond which a box can be skipped; boxes lie in -1..1.
 pub(super) fn limit(distance2: f64, p: DVec3) -> f32 {
     let rounding = p.abs().max_element().max(1.0) * 4e-7;
     let reach = distance2.sqrt() + rounding;
     (reach * reach * (1.0 + 1e-6)) as f32
 }
 
-/// Squared distances from `p` to the four boxes of a node.
+/// Returns squared distances from `p` to the four boxes of a node.
 fn box_distances(node: &Node, p: [f32; 3]) -> [f32; 4] {
     let mut distances = [0.0; 4];
     for (axis, p) in p.into_iter().enumerate() {
@@ -287,7 +284,7 @@ fn box_distances(node: &Node, p: [f32; 3]) -> [f32; 4] {
     distances
 }
 
-/// The children from the nearest to the farthest.
+/// Sorts the children by distance.
 fn by_distance(distances: &[f32; 4]) -> [usize; 4] {
     let mut order = [0, 1, 2, 3];
     let mut sort = |i: usize, j: usize| {
@@ -364,7 +361,7 @@ mod tests {
         }
     }
 
-    /// Sizes of all magnitudes around the origin, as a damaged file has them: those of each unit are told apart by boxes of their own.
+    /// Sizes of all magnitudes around the origin, as in a damaged file: each unit has its own boxes.
     #[test]
     fn sizes_of_every_magnitude_are_told_apart() {
         let mut triangles = random_triangles(400, 1.0, 0.0);

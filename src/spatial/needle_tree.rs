@@ -1,9 +1,7 @@
-//! A tree of boxes that lie along what they hold, for triangles of which many are needles: boxes along the axes do not tell those of
-//! a fan apart.
+//! A tree of oriented boxes for thin triangles, which axis-parallel boxes cannot separate in a fan.
 //!
-//! The axes of a box are the principal ones of the corners in it (Gottschalk, Lin and Manocha 1996, "OBBTree"). A node is halved at
-//! the median of its centroids along the axis where these lie farthest apart, so that the halves of a fan are fans. All in double
-//! precision, over coordinates of at most one.
+//! Boxes follow the principal axes of their corners (Gottschalk, Lin and Manocha 1996, "OBBTree"). A node is halved at the
+//! median centroid along its widest axis, so that halves of a fan are fans. Double precision, coordinates of at most one.
 
 use glam::DVec3;
 
@@ -11,39 +9,37 @@ use crate::geometry::triangle::area_normal_f64;
 
 /// Most triangles in a leaf.
 const LEAF: usize = 4;
-/// What boxes are larger by: more than rounding moves a coordinate of about one.
+/// Margin of boxes; more than rounding of coordinates of about one.
 const MARGIN: f64 = 1e-13;
-/// By what share of a squared distance a box may be farther and still be visited: more than rounding.
+/// Relative slack of squared distances; more than rounding.
 const SLACK: f64 = 1e-9;
-/// Rotations of each pair of axes: they converge quadratically.
+/// Jacobi sweeps; they converge quadratically.
 const SWEEPS: usize = 5;
-/// Nodes longer than this are made on several threads.
+/// Items above which a node is built on several threads.
 const PARALLEL: usize = 4096;
-/// Nodes that wait to be visited, at most: one of each level, of 32-bit indices.
+/// Capacity of the stack: one node per level of 32-bit indices.
 const WAITING: usize = 40;
 
-/// The tree.
 pub(super) struct NeedleTree {
-    /// Each node is followed by all of its first half, then by all of its second.
+    /// Each node is followed by its first half, then its second.
     nodes: Vec<Node>,
-    /// The triangles in the order of the leaves.
+    /// Triangles in the order of the leaves.
     triangles: Vec<u32>,
 }
 
-/// A box, and what is in it.
+/// An oriented box and its contents.
 #[derive(Clone, Copy, Default)]
 struct Node {
     middle: DVec3,
     axes: [DVec3; 3],
     /// Half of each side.
     half: DVec3,
-    /// The first triangle of a leaf, or the node of the second half.
+    /// First triangle of a leaf, or node of the second half.
     first: u32,
-    /// Triangles of a leaf, 0 for others.
+    /// Triangles of a leaf, 0 for inner nodes.
     len: u32,
 }
 
-/// A triangle while the tree is made.
 #[derive(Clone, Copy)]
 struct Item {
     corners: [DVec3; 3],
@@ -52,7 +48,7 @@ struct Item {
 }
 
 impl NeedleTree {
-    /// Makes the tree over triangles whose coordinates are at most about one in size.
+    /// Builds the tree over triangles with coordinates of at most about one.
     pub(super) fn new(triangles: impl Iterator<Item = [[f32; 3]; 3]>) -> Self {
         let item = |(corners, triangle): ([[f32; 3]; 3], u32)| {
             let corners = corners.map(|corner| DVec3::from(corner.map(f64::from)));
@@ -64,8 +60,9 @@ impl NeedleTree {
         Self { nodes, triangles: items.iter().map(|item| item.triangle).collect() }
     }
 
-    /// Hands on the triangles of leaves that may be no farther from a point than a squared bound, the nearer ones sooner; `visit`
-    /// returns the bound from then on. Returns how many boxes were looked at.
+    /// Visits leaves within a squared bound of a point, roughly nearest first; returns the number of boxes tested.
+    ///
+    /// `visit` returns the new bound.
     #[inline(always)]
     pub(super) fn visit_near(&self, p: DVec3, mut bound: f64, mut visit: impl FnMut(&[u32]) -> f64) -> u32 {
         let mut waiting = [(0.0, 0u32); WAITING];
@@ -90,7 +87,7 @@ impl NeedleTree {
         n_looks
     }
 
-    /// Hands on the triangles of leaves whose box a triangle may meet. Returns how many boxes were looked at.
+    /// Visits leaves whose box a triangle may meet; returns the number of boxes tested.
     pub(super) fn visit_met(&self, corners: [DVec3; 3], mut visit: impl FnMut(&[u32])) -> u32 {
         let [a, b, c] = corners;
         let normal = area_normal_f64(corners);
@@ -122,7 +119,7 @@ impl NeedleTree {
 }
 
 impl Node {
-    /// The squared distance of a point.
+    /// Returns the squared distance of a point.
     #[inline(always)]
     fn distance2(&self, p: DVec3) -> f64 {
         let from_middle = p - self.middle;
@@ -130,7 +127,7 @@ impl Node {
         (along.abs() - self.half).max(DVec3::ZERO).length_squared()
     }
 
-    /// Whether a triangle lies beyond a side of the box, or the box beyond the triangle along a direction `across` it.
+    /// Returns whether a side of the box, or a direction `across` the triangle, separates the two.
     fn is_apart(&self, corners: &[DVec3; 3], across: &[DVec3; 4]) -> bool {
         let corners = corners.map(|corner| corner - self.middle);
         let is_between = |axis: DVec3, half: f64| {
@@ -143,12 +140,11 @@ impl Node {
     }
 }
 
-/// Nodes of the tree over so many triangles.
 fn n_nodes(n: usize) -> usize {
     if n <= LEAF { 1 } else { 1 + n_nodes(n / 2) + n_nodes(n - n / 2) }
 }
 
-/// Makes the nodes over some items, which begin at these places among all nodes and items.
+/// Builds the nodes over items that start at these indices of all nodes and items.
 fn grow(nodes: &mut [Node], items: &mut [Item], [at, start]: [usize; 2]) {
     let Some((own, below)) = nodes.split_first_mut() else { return };
     *own = around(items);
@@ -173,14 +169,14 @@ fn grow(nodes: &mut [Node], items: &mut [Item], [at, start]: [usize; 2]) {
     }
 }
 
-/// The axis along which centroids lie farthest apart.
+/// Returns the axis along which centroids spread most.
 fn widest_axis(items: &[Item]) -> usize {
     let low = items.iter().map(|item| item.centroid).fold(DVec3::INFINITY, DVec3::min);
     let high = items.iter().map(|item| item.centroid).fold(DVec3::NEG_INFINITY, DVec3::max);
     (high - low).max_position()
 }
 
-/// The box around some items along their principal axes.
+/// Builds the box of items along their principal axes.
 fn around(items: &[Item]) -> Node {
     let corners = || items.iter().flat_map(|item| item.corners);
     let mean = corners().sum::<DVec3>() / (3 * items.len()) as f64;
@@ -202,7 +198,7 @@ fn around(items: &[Item]) -> Node {
     Node { middle, axes, half: 0.5 * (high - low) + DVec3::splat(MARGIN), ..Node::default() }
 }
 
-/// Unit vectors that stand on each other along which a symmetric matrix only stretches: by Jacobi's rotations.
+/// Returns the eigenvectors of a symmetric matrix by Jacobi rotations.
 fn principal_axes(mut matrix: [[f64; 3]; 3]) -> [DVec3; 3] {
     let mut axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     for (p, q) in [(0, 1), (0, 2), (1, 2)].repeat(SWEEPS) {
@@ -236,7 +232,6 @@ mod tests {
         p.distance_squared(corners[0] * u + corners[1] * v + corners[2] * w)
     }
 
-    /// The nearest triangle, and how many triangles and boxes were looked at.
     fn nearest(tree: &NeedleTree, triangles: &[[[f32; 3]; 3]], p: DVec3) -> ((f64, u32), u32) {
         let (mut best, mut n_tests) = ((f64::INFINITY, u32::MAX), 0);
         let n_boxes = tree.visit_near(p, f64::INFINITY, |leaf| {

@@ -1,6 +1,6 @@
-//! What stands in the way of a ray: any triangle will do.
+//! Occlusion tests: whether a ray meets any triangle.
 //!
-//! Boxes and triangles are a little larger than they are, so that no ray slips through an edge.
+//! Boxes and triangles are slightly enlarged, so that no ray slips through an edge.
 
 use glam::{DVec3, Vec3};
 
@@ -8,14 +8,14 @@ use crate::geometry::line_on_triangle::line_on_triangle;
 
 use super::triangle_tree::{NO_CHILD, Node, TriangleTree};
 
-/// By how much triangles are larger, as a share of their weights.
+/// Margin of triangles, in barycentric weights.
 const MARGIN: f64 = 1e-4;
-/// By how much boxes are, in the unit of the tree.
+/// Margin of boxes, in tree units.
 const BOX_MARGIN: f32 = 1e-6;
-/// Nodes that wait to be visited, at most: three of each level.
+/// Capacity of the stack: three nodes per level.
 const WAITING: usize = 256;
 
-/// Triangles made ready for rays.
+/// Triangles prepared for occlusion tests.
 ///
 /// ```
 /// use neural_mesh::spatial::Occluders;
@@ -27,12 +27,12 @@ const WAITING: usize = 256;
 pub struct Occluders {
     tree: TriangleTree,
     middle: DVec3,
-    /// From the unit of the triangles to that of the tree, whose box fits into -1..1.
+    /// Scale from triangle to tree units, in which all fits into -1..1.
     factor: f64,
 }
 
 impl Occluders {
-    /// Over triangles given by their corners, n_triangles x 3 x 3, finite.
+    /// Builds the tree over triangles given by finite corners, n_triangles x 3 x 3.
     pub fn new(triangles: &[[[f32; 3]; 3]]) -> Self {
         let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let (low, high) = triangles.as_flattened().iter().fold(none, |(low, high), corner| {
@@ -46,7 +46,7 @@ impl Occluders {
         Self { tree: TriangleTree::new(&scaled), middle, factor }
     }
 
-    /// Whether a ray meets a triangle that is no nearer than `start`, a length.
+    /// Returns whether a ray meets a triangle at a distance of at least `start`.
     pub fn is_blocked(&self, from: DVec3, direction: DVec3, start: f64) -> bool {
         let direction = direction.normalize_or_zero();
         if self.tree.nodes.is_empty() || direction == DVec3::ZERO {
@@ -80,14 +80,14 @@ impl Occluders {
     }
 }
 
-/// A ray in the unit of a tree.
+/// A ray in tree units.
 struct Ray {
     from: DVec3,
     direction: DVec3,
     start: f64,
-    /// The same for boxes.
+    /// Origin in single precision.
     near: Vec3,
-    /// One over each part of the direction, large where that is none.
+    /// Inverse of the direction's components, large where they vanish.
     slope: Vec3,
 }
 
@@ -97,7 +97,7 @@ impl Ray {
         Self { from, direction, start, near: from.as_vec3(), slope: slope.into() }
     }
 
-    /// Which boxes of a node it meets.
+    /// Returns which boxes of a node the ray meets.
     #[inline(always)]
     fn meets_boxes(&self, node: &Node) -> [bool; 4] {
         let (mut enter, mut leave) = ([0.0f32; 4], [f32::INFINITY; 4]);
@@ -112,7 +112,7 @@ impl Ray {
         std::array::from_fn(|child| enter[child] <= leave[child] * (1.0 + 1e-5))
     }
 
-    /// Whether it meets a triangle.
+    /// Returns whether the ray meets a triangle.
     fn meets(&self, corners: &[[f32; 3]; 3]) -> bool {
         let corners = corners.map(|corner| DVec3::from(corner.map(f64::from)));
         let [v, w, far] = line_on_triangle(self.from, self.direction, corners);
@@ -125,7 +125,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Whether a segment to far away crosses a triangle well within it; `None` where that is near its edges.
+    /// Returns whether a long segment crosses a triangle well inside it; `None` near its edges.
     fn naive(corners: [[f32; 3]; 3], from: DVec3, direction: DVec3) -> Option<bool> {
         let [a, b, c] = corners.map(|corner| DVec3::from(corner.map(f64::from)));
         let normal = (b - a).cross(c - a);

@@ -1,24 +1,21 @@
-//! Curvature of a set of points, from how flat the neighbourhood of each is (Pauly et al. 2002; Potamias et al. 2022).
+//! Curvature of a set of points, from the flatness of each neighbourhood (Pauly et al. 2002; Potamias et al. 2022).
 
 use super::knn::nearest_neighbours;
 use crate::geometry::eigenvalues;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Neighbours of a point that its curvature is taken from.
+/// Neighbours of a point that determine its curvature.
 const NEIGHBOURS: usize = 10;
 
-/// Computes the curvature of each point: the share of the least eigenvalue in the covariance of the point and its 10
-/// nearest,
+/// Computes the curvature of each point: the least eigenvalue's share in the covariance of the point and its 10 nearest.
 ///
-/// `kappa = l0 / (l0 + l1 + l2)`,
-///
-/// then smoothed over the same points with a Gaussian whose deviation is their mean distance. It has no unit and
-/// does not depend on scale: 0 in a plane, 1/3 where points spread alike in all directions.
+/// `kappa = l0 / (l0 + l1 + l2)`, smoothed over the same points with a Gaussian whose deviation is their mean distance.
+/// Without unit and independent of scale: 0 in a plane, 1/3 for isotropic points.
 ///
 /// # Shapes
 /// - `points`: n x 3, finite
-/// - returns n numbers in 0..=1/3; 0 where a point has no others around it
+/// - returns n numbers in 0..=1/3; 0 for a point without neighbours
 ///
 /// ```
 /// use neural_mesh::spatial::point_curvature;
@@ -36,13 +33,12 @@ pub fn point_curvature(points: &[[f32; 3]]) -> Vec<f32> {
     rows().map(|(i, row)| smoothed(points, &raw, i, row) as f32).collect()
 }
 
-/// Where the neighbours lie, relative to point `i`.
 fn around(points: &[[f32; 3]], i: usize, row: &[u32]) -> Vec<DVec3> {
     let at = |i: usize| DVec3::from_array(points[i].map(f64::from));
     row.iter().map(|&j| at(j as usize) - at(i)).collect()
 }
 
-/// `l0 / (l0 + l1 + l2)` of the covariance of point `i` and its neighbours.
+/// Returns `l0 / (l0 + l1 + l2)` of the covariance of point `i` and its neighbours.
 fn flatness(points: &[[f32; 3]], i: usize, row: &[u32]) -> f64 {
     let others = around(points, i, row);
     let mean = others.iter().sum::<DVec3>() / (others.len() + 1) as f64;
@@ -56,7 +52,7 @@ fn flatness(points: &[[f32; 3]], i: usize, row: &[u32]) -> f64 {
     if trace > 0.0 { (least / trace).clamp(0.0, 1.0 / 3.0) } else { 0.0 }
 }
 
-/// The Gaussian mean of `raw` over point `i` and its neighbours.
+/// Averages `raw` over point `i` and its neighbours with Gaussian weights.
 fn smoothed(points: &[[f32; 3]], raw: &[f64], i: usize, row: &[u32]) -> f64 {
     let distances: Vec<f64> = around(points, i, row).into_iter().map(DVec3::length).collect();
     let deviation = distances.iter().sum::<f64>() / distances.len() as f64;
@@ -70,7 +66,6 @@ fn smoothed(points: &[[f32; 3]], raw: &[f64], i: usize, row: &[u32]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Points on a sphere, evenly.
     fn sphere(n: usize, radius: f32) -> Vec<[f32; 3]> {
         let at = |i: usize| {
             let z = 1.0 - (2 * i + 1) as f32 / n as f32;

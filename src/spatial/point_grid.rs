@@ -1,4 +1,4 @@
-//! Points in a uniform grid: which lie within a distance.
+//! A uniform grid of points for searches within a distance.
 
 use rustc_hash::FxHashMap;
 
@@ -16,7 +16,8 @@ pub struct PointGrid {
 }
 
 impl PointGrid {
-    /// Sorts the points (n x 3, finite) into cells of this side, in their unit: best about the distances asked for.
+    /// Sorts points (n x 3, finite) into cells of this side, best about the later distances.
+    ///
     /// A side that is not positive counts as 1.
     pub fn new(points: &[[f64; 3]], side: f64) -> Self {
         let side = if side > 0.0 && side.is_finite() { side } else { 1.0 };
@@ -27,7 +28,7 @@ impl PointGrid {
         Self { side, points: points.to_vec(), cells }
     }
 
-    /// The points at most `reach` from `p`, by index. Costs as many steps as there are cells about them.
+    /// Returns the points at most `reach` from `p`, ascending; visits all cells in reach.
     pub fn within(&self, p: [f64; 3], reach: f64) -> Vec<u32> {
         let low = cell(p.map(|x| x - reach), self.side);
         let high = cell(p.map(|x| x + reach), self.side);
@@ -46,7 +47,7 @@ impl PointGrid {
     }
 }
 
-/// The cell of a point; far ones beyond the range of cells share the last.
+/// Returns the cell of a point; points beyond the range share the last.
 fn cell(p: [f64; 3], side: f64) -> [i64; 3] {
     p.map(|x| (x / side).floor() as i64)
 }

@@ -1,27 +1,27 @@
-//! Long thin triangles cut into pieces with boxes of their own, so that boxes stay close to what they hold.
+//! Thin triangles cut into pieces with tight boxes.
 //!
-//! After the early split clipping of Ernst and Greiner (2007). Only boxes are cut: every piece still stands for
-//! its whole triangle.
+//! After the early split clipping of Ernst and Greiner (2007). Only boxes are cut: each piece still means its whole
+//! triangle.
 
 use super::Bounds;
 
 /// Most pieces of one triangle.
 const MOST: f32 = 32.0;
-/// Longest side of a box below which a triangle is not cut, where coordinates are about 1: its pieces would lie closer together than
-/// single precision tells apart.
+/// Longest box side below which a triangle is not cut, for coordinates of about 1: single precision could not resolve the
+/// pieces.
 const LEAST: f32 = 1.5e-5;
-/// Pieces that may be added without regard to the number of triangles; beyond, as many as half the triangles.
+/// Pieces that may be added whatever the number of triangles; beyond, half the number of triangles.
 const FREE: usize = 400_000;
 
-/// Pieces wanted below which triangles are no fan of needles, however few they are: boxes of pieces are enough for them.
+/// Additional pieces below which boxes of pieces suffice, so triangles do not count as needles.
 const MANY: f64 = 100_000.0;
 
-/// Whether triangles are needles for the most part, which so many cuts in all are wanted of, and too many for pieces.
+/// Returns whether most triangles are needles and need too many cuts.
 pub(super) fn are_needles(wanted_cuts: f64, n_triangles: usize) -> bool {
     wanted_cuts > MANY.max(n_triangles as f64)
 }
 
-/// The boxes of all triangles, each with the index of its triangle; thin triangles have several.
+/// Returns the boxes of all triangles with their indices, several for thin triangles.
 pub(super) fn boxes(triangles: &[[[f32; 3]; 3]]) -> Vec<(Bounds, u32)> {
     let wanted: Vec<f32> = triangles.iter().map(wanted_cuts).collect();
     let added: f64 = wanted.iter().map(|&n| f64::from(n)).sum();
@@ -35,12 +35,12 @@ pub(super) fn boxes(triangles: &[[[f32; 3]; 3]]) -> Vec<(Bounds, u32)> {
     boxes
 }
 
-/// Pieces that a triangle is better cut into, beyond the one that it is.
+/// Returns the number of cuts that a triangle needs.
 pub(super) fn wanted_cuts(corners: &[[f32; 3]; 3]) -> f32 {
     wanted_pieces(corners) - 1.0
 }
 
-/// A whole number of pieces that grows with the emptiness of the triangle's box.
+/// Returns a whole number of pieces that grows with the emptiness of the triangle's box.
 fn wanted_pieces(corners: &[[f32; 3]; 3]) -> f32 {
     let bounds @ Bounds { low, high } = Bounds::of(corners);
     if (0..3).all(|axis| high[axis] - low[axis] < LEAST) {
@@ -53,7 +53,7 @@ fn wanted_pieces(corners: &[[f32; 3]; 3]) -> f32 {
     if emptiness.is_nan() { 1.0 } else { (0.25 * emptiness.sqrt()).floor().clamp(1.0, MOST) }
 }
 
-/// Boxes of the `n` parts of a triangle between equidistant planes across the longest side of its box.
+/// Returns the boxes of `n` slices of a triangle between equidistant planes across its longest axis.
 fn pieces(corners: &[[f32; 3]; 3], n: usize) -> impl Iterator<Item = Bounds> {
     let whole = Bounds::of(corners);
     let side = move |axis: usize| whole.high[axis] - whole.low[axis];
@@ -63,13 +63,13 @@ fn pieces(corners: &[[f32; 3]; 3], n: usize) -> impl Iterator<Item = Bounds> {
     (0..n).map(move |i| if n == 1 { whole } else { slab(&corners, axis, cut(i), cut(i + 1)) })
 }
 
-/// The box of the part of a triangle between two planes across an axis.
+/// Returns the box of the slice between two planes across an axis.
 fn slab(corners: &[[f32; 3]; 3], axis: usize, low: f32, high: f32) -> Bounds {
     let mut bounds = Bounds::EMPTY;
     for (i, j) in [(0, 1), (1, 2), (2, 0)] {
         let (p, q) = (corners[i], corners[j]);
         let along = q[axis] - p[axis];
-        // The part of the edge within the slab, by its two ends; the whole edge where it runs along the planes.
+        // Parameters of the edge within the slab; all of it if it is parallel to the planes.
         let ends = if along == 0.0 { [0.0, 1.0] } else { [low, high].map(|at| (at - p[axis]) / along) };
         let [from, to] = if ends[0] <= ends[1] { ends } else { [ends[1], ends[0]] };
         if to < 0.0 || from > 1.0 || (along == 0.0 && !(low..=high).contains(&p[axis])) {

@@ -1,4 +1,4 @@
-//! A tree of bounding boxes over triangles, four children wide: the ground of nearest-point and overlap queries.
+//! A tree of boxes over triangles, four children wide, for closest-point and overlap queries.
 //!
 //! Split by the surface area heuristic over 16 bins of the longest axis; the same tree on any number of threads.
 
@@ -10,19 +10,19 @@ use super::triangle_pieces::boxes;
 
 /// Most triangles in a leaf.
 const LEAF: usize = 4;
-/// Bins when a split is chosen; no more than there are boxes.
+/// Bins per split, at most one per box.
 const BINS: usize = 16;
-/// Below this depth ranges are halved, so that no input makes the tree deep.
+/// Depth beyond which ranges are halved, which bounds the depth for any input.
 const DEPTH: usize = 40;
-/// Ranges longer than this grow on several threads.
+/// Items above which ranges are built on several threads.
 const PARALLEL: usize = 8192;
 
-/// Up to four children with their boxes, coordinate by coordinate so that all four are tested at once.
+/// Up to four children with their boxes, by coordinate so that all four are tested at once.
 #[derive(Clone, Copy)]
 pub(super) struct Node {
     pub(super) low: [[f32; 4]; 3],
     pub(super) high: [[f32; 4]; 3],
-    /// Index of the child node, or of the first triangle of a leaf.
+    /// Index of the child node, or of a leaf's first triangle.
     pub(super) first: [u32; 4],
     /// Triangles of a leaf; 0 for an inner node, [`NO_CHILD`] for none.
     pub(super) len: [u8; 4],
@@ -38,7 +38,7 @@ impl Node {
         self.len[child] = len;
     }
 
-    /// Whether the box of each child shares a point with a box.
+    /// Returns whether each child's box meets a box.
     fn overlaps(&self, bounds: &Bounds) -> [bool; 4] {
         let mut overlaps = [true; 4];
         for axis in 0..3 {
@@ -50,7 +50,7 @@ impl Node {
         overlaps
     }
 
-    /// The same node where its child nodes stand `shift` places further on.
+    /// Shifts the indices of child nodes.
     fn shifted(mut self, shift: u32) -> Self {
         for (first, &len) in self.first.iter_mut().zip(&self.len) {
             *first += if len == 0 { shift } else { 0 };
@@ -59,23 +59,22 @@ impl Node {
     }
 }
 
-/// Marks a child that does not exist.
+/// Marks a missing child.
 pub(super) const NO_CHILD: u8 = u8::MAX;
 
 const NO_CHILDREN: Node =
     Node { low: [[f32::INFINITY; 4]; 3], high: [[f32::NEG_INFINITY; 4]; 3], first: [0; 4], len: [NO_CHILD; 4] };
 
-/// The tree, with the corners of the triangles in the order of its leaves; a triangle in several pieces stands there
-/// several times.
+/// The tree, with triangle corners in the order of its leaves; a triangle in several pieces is repeated.
 pub(super) struct TriangleTree {
-    /// The root is node 0; none where there are no triangles.
+    /// Nodes, the root first; empty without triangles.
     pub(super) nodes: Vec<Node>,
     pub(super) corners: Vec<[[f32; 3]; 3]>,
-    /// Which triangle of the caller each one is.
+    /// Original index of each triangle.
     pub(super) triangle_idx: Vec<u32>,
 }
 
-/// A box whose three coordinates are compared at once.
+/// A box compared in all coordinates at once.
 #[derive(Clone, Copy)]
 struct WideBounds {
     low: Vec3A,
@@ -83,14 +82,13 @@ struct WideBounds {
 }
 
 impl WideBounds {
-    /// The box that holds nothing.
     const EMPTY: Self = Self { low: Vec3A::INFINITY, high: Vec3A::NEG_INFINITY };
 
     fn union(&self, other: &Self) -> Self {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
-    /// Half the surface of the box; 0 for the empty one.
+    /// Returns half the surface area, 0 for the empty box.
     fn half_area(&self) -> f32 {
         let [x, y, z] = (self.high - self.low).max(Vec3A::ZERO).to_array();
         x * y + y * z + z * x
@@ -108,7 +106,7 @@ impl Item {
         Self { bounds: WideBounds { low: low.into(), high: high.into() }, triangle }
     }
 
-    /// Twice the middle of the box along an axis.
+    /// Returns twice the middle of the box along an axis.
     fn middle(&self, axis: usize) -> f32 {
         self.bounds.low[axis] + self.bounds.high[axis]
     }
@@ -123,13 +121,12 @@ impl TriangleTree {
         Self { nodes, corners, triangle_idx }
     }
 
-    /// Triangles as they are, for a tree of another kind.
+    /// Holds triangles without nodes, for a tree of another kind.
     pub(super) fn without_nodes(corners: Vec<[[f32; 3]; 3]>) -> Self {
         Self { nodes: Vec::new(), triangle_idx: (0..corners.len() as u32).collect(), corners }
     }
 
-    /// Calls `visit` for every triangle whose box meets `bounds`, by the caller's index, once for each of its pieces
-    /// that is in the way.
+    /// Calls `visit` for every triangle whose box meets `bounds`, once per piece that is met.
     pub(super) fn visit_overlaps(&self, bounds: &Bounds, visit: &mut impl FnMut(u32)) {
         if !self.nodes.is_empty() {
             self.visit_node(0, bounds, visit);
@@ -155,7 +152,7 @@ impl TriangleTree {
     }
 }
 
-/// The nodes over `items`, the first of them the root; `first` is the index of the first item in the whole.
+/// Builds the nodes over `items`, the root first; `first` is the index of the first item in the whole.
 fn grow_in_parallel(items: &mut [Item], first: usize, depth: usize) -> Vec<Node> {
     let mut nodes = Vec::new();
     if items.len() <= PARALLEL {
@@ -190,7 +187,7 @@ fn grow(nodes: &mut Vec<Node>, items: &mut [Item], first: usize, depth: usize) {
     }
 }
 
-/// The parts that are not empty, each with the index of its first item.
+/// Returns the non-empty groups, each with the index of its first item.
 fn with_starts(parts: [&mut [Item]; 4], first: usize) -> Vec<(usize, &mut [Item])> {
     let mut end = first;
     let mut with_start = |part: &'_ mut [Item]| {
@@ -204,7 +201,7 @@ fn bounds_of(items: &[Item]) -> WideBounds {
     items.iter().fold(WideBounds::EMPTY, |bounds, item| bounds.union(&item.bounds))
 }
 
-/// Splits the items in two and both halves again, where they do not fit a leaf.
+/// Splits the items in two and both halves again, unless they fit a leaf.
 fn quarters(items: &mut [Item], depth: usize) -> [&mut [Item]; 4] {
     let middle = |items: &mut [Item], depth| if items.len() <= LEAF { 0 } else { split(items, depth) };
     let half = middle(items, depth);
@@ -224,7 +221,7 @@ impl Bin {
     const EMPTY: Self = Self { bounds: WideBounds::EMPTY, len: 0 };
 }
 
-/// Orders the items so that the two sides of the cheapest plane stand apart; returns the length of the first.
+/// Reorders the items by the cheapest plane; returns the length of the first side.
 fn split(items: &mut [Item], depth: usize) -> usize {
     let (low, high) = middles(items);
     let n_bins = items.len().min(BINS);
@@ -236,7 +233,7 @@ fn split(items: &mut [Item], depth: usize) -> usize {
     if middle == 0 || middle == items.len() { items.len() / 2 } else { middle }
 }
 
-/// Smallest and largest (doubled) box middles.
+/// Returns the smallest and largest doubled middles.
 fn middles(items: &[Item]) -> (Vec3A, Vec3A) {
     let unbounded = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);
     items
@@ -245,13 +242,12 @@ fn middles(items: &[Item]) -> (Vec3A, Vec3A) {
         .fold(unbounded, |(low, high), middle| (low.min(middle), high.max(middle)))
 }
 
-/// Which of `n_bins` along an axis, `scale` to a unit of length, an item belongs to.
+/// Returns the bin of an item along an axis with `scale` bins per unit.
 fn bin_of(item: &Item, axis: usize, low: f32, scale: f32, n_bins: usize) -> usize {
     (((item.middle(axis) - low) * scale) as usize).min(n_bins - 1)
 }
 
-/// The longest axis and its bin where the sum of area times count of both sides is least; none where all
-/// middles coincide.
+/// Returns the longest axis and the bin where the sum of area times count is least; `None` if all middles coincide.
 fn cheapest_cut(items: &[Item], low: Vec3A, high: Vec3A, n_bins: usize) -> Option<(usize, usize)> {
     let axis = (0..3).max_by(|&i, &j| (high[i] - low[i]).total_cmp(&(high[j] - low[j])))?;
     let scale = n_bins as f32 / (high[axis] - low[axis]);
@@ -270,7 +266,7 @@ fn cheapest_cut(items: &[Item], low: Vec3A, high: Vec3A, n_bins: usize) -> Optio
     cuts.min_by(|x, y| x.1.total_cmp(y.1)).map(|(cut, _)| (axis, cut))
 }
 
-/// For each bin the cost of cutting before it.
+/// Returns for each bin the cost of cutting before it.
 fn costs(bins: &[Bin]) -> [f32; BINS] {
     let mut costs = [0.0; BINS];
     let add = |side: &mut Bin, bin: &Bin| {
@@ -288,7 +284,7 @@ fn costs(bins: &[Bin]) -> [f32; BINS] {
     costs
 }
 
-/// Moves the items with the property to the front; returns how many there are.
+/// Moves the items with the property to the front; returns their number.
 fn partition(items: &mut [Item], belongs: impl Fn(&Item) -> bool) -> usize {
     let mut front = 0;
     for i in 0..items.len() {

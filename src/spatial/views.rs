@@ -1,24 +1,23 @@
-//! What shows in parallel projections, seen along axes from both their ends: which triangles, and what a viewer would miss of each
-//! component were it gone.
+//! Visibility of triangles in parallel projections from many directions, seen from both ends of each axis.
 //!
-//! A pixel is a ray from outside, and thirty times cheaper than one through a tree.
+//! A pixel is a ray from outside, thirty times cheaper than one through a tree.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-/// Pixels of a view for each triangle, so that its time is in proportion to theirs; and the sides of views, at least and at most.
+/// Pixels per triangle, which makes time proportional to triangles, and the limits of a view's side.
 const PIXELS: f64 = 2.0;
 const SIDE: [f64; 2] = [48.0, 1536.0];
-/// Width in pixels from which on a triangle's rows are cut at its sides.
+/// Width in pixels from which rows are clipped at the triangle's sides.
 const WIDE: f32 = 8.0;
-/// Pixels by which rounding moves a side that rises as fast along a row as the numbers that were added up are large: forty times the
-/// rounding of places in the largest view.
+/// Rounding of a side, in pixels relative to its slope: forty times the rounding of positions in the largest view.
 const ROUNDING: f32 = 0.02;
-/// Golden ratio, by which axes spread evenly.
+/// Golden ratio, which spreads axes evenly.
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
-/// Whether each triangle is seen in some pixel of views along so many axes, from both their ends, n_faces; small ones may be missed
-/// beside others that are seen. Positions (n x 3) are finite.
+/// Returns whether each triangle is visible in some pixel of views along `n_axes` axes from both ends, n_faces.
+///
+/// Small visible triangles may be missed next to others. Positions (n x 3) are finite.
 ///
 /// ```
 /// use neural_mesh::spatial::seen_from_outside;
@@ -37,8 +36,7 @@ pub fn seen_from_outside(positions: &[[f32; 3]], faces: &[[u32; 3]], n_axes: usi
     })
 }
 
-/// Positions in the unit of pixels around the middle of their box, so that they fit into views of so many pixels a side whatever the
-/// axis; and how many pixels a length of one takes.
+/// Scales positions to pixels about the middle of their box, so that they fit any view; also returns the scale.
 pub(super) fn in_pixels(positions: &[[f32; 3]], side: usize) -> (Vec<Vec3>, f64) {
     let point = |p: &[f32; 3]| DVec3::from(p.map(f64::from));
     let (low, high) = positions
@@ -51,7 +49,7 @@ pub(super) fn in_pixels(positions: &[[f32; 3]], side: usize) -> (Vec<Vec3>, f64)
     (scaled, scale)
 }
 
-/// One of the axes, evenly spread over half a sphere.
+/// Returns one of the axes, evenly spread over half a sphere.
 pub(super) fn axis(number: usize, n_axes: usize) -> Vec3 {
     let height = (number as f64 + 0.5) / n_axes as f64;
     let angle = std::f64::consts::TAU * (number as f64 * GOLDEN + 0.1);
@@ -59,12 +57,12 @@ pub(super) fn axis(number: usize, n_axes: usize) -> Vec3 {
     DVec3::new(radius * angle.cos(), radius * angle.sin(), height).as_vec3()
 }
 
-/// What lies at a pixel.
+/// The nearest and farthest surface at a pixel.
 #[derive(Clone, Copy)]
 struct Pixel {
     near: f32,
     far: f32,
-    /// The triangles there; `u32::MAX` for none.
+    /// Their triangles; `u32::MAX` for none.
     first: u32,
     last: u32,
 }
@@ -74,13 +72,14 @@ const EMPTY: Pixel = Pixel { near: f32::INFINITY, far: f32::NEG_INFINITY, first:
 /// A projection along an axis.
 struct View {
     side: usize,
-    /// Right, up and along.
+    /// Right, up and view direction.
     frame: [Vec3; 3],
     pixels: Vec<Pixel>,
 }
 
-/// Calls `visit` with the number and the depth of each pixel whose middle, at whole numbers, lies in a projected triangle; views have
-/// `side` pixels a side.
+/// Calls `visit` with index and depth of each pixel whose centre, at whole numbers, lies in a projected triangle.
+///
+/// Views have `side` pixels per side.
 pub(super) fn rasterize(side: usize, [a, b, c]: [Vec3; 3], mut visit: impl FnMut(usize, f32)) {
     let area = (b - a).truncate().perp_dot((c - a).truncate());
     let (low, high) = (a.min(b).min(c), a.max(b).max(c));
@@ -107,28 +106,27 @@ pub(super) fn rasterize(side: usize, [a, b, c]: [Vec3; 3], mut visit: impl FnMut
     }
 }
 
-/// The sides of a triangle whose weights of the second and the third corner have these slopes.
+/// Returns the sides of a triangle from the slopes of the second and third corner's weights.
 fn sides([to_b, to_c]: [Vec3; 2]) -> [Side; 3] {
     let size = |to: Vec3| to.x.abs() + to.y.abs();
     let third = Side::new(1.0, -to_b - to_c, size(to_b) + size(to_c));
     [Side::new(0.0, to_b, size(to_b)), Side::new(0.0, to_c, size(to_c)), third]
 }
 
-/// A side of a triangle: where a weight, linear over the picture, is 0. Long triangles lie across many pixels of their box that are not
-/// theirs.
+/// A side of a triangle, where a weight is 0. It bounds rows, since most pixels in a long triangle's box are outside.
 struct Side {
-    /// Where it meets the row of the first corner, from there, and how far to the right it is one row further.
+    /// Crossing with the first corner's row, relative to that corner, and its shift per row.
     start: f32,
     step: f32,
-    /// More than rounding may move it.
+    /// Margin above rounding.
     margin: f32,
-    /// Whether the triangle lies to its right, or to its left; neither where it lies along the rows.
+    /// Whether the triangle lies to its right, or to its left; neither if it is parallel to rows.
     is_left: bool,
     is_right: bool,
 }
 
 impl Side {
-    /// The side where a weight is 0 that is `at_first` at the first corner and rises by this slope, which is a sum of numbers of this size.
+    /// Makes the side of a weight with this value at the first corner and this slope, a sum of terms of this size.
     fn new(at_first: f32, slope: Vec3, size: f32) -> Self {
         let step = -slope.y / slope.x;
         let margin = 1.0 + ROUNDING * size / slope.x.abs();
@@ -137,7 +135,7 @@ impl Side {
         Self { start: -at_first / slope.x, step, margin, is_left, is_right }
     }
 
-    /// The part of a row, from left to right, that may lie in the triangle with this first corner.
+    /// Clips a row to what may lie in the triangle with this first corner.
     #[inline(always)]
     fn cut(&self, [left, right]: [f32; 2], first: Vec3, y: f32) -> [f32; 2] {
         let x = first.x + self.start + self.step * (y - first.y);
@@ -148,7 +146,7 @@ impl Side {
     }
 }
 
-/// Projects positions in the unit of pixels to a view of `side` pixels a side: right, up and along.
+/// Projects scaled positions to a view: right, up and depth.
 pub(super) fn project(positions: &[Vec3], side: usize, [right, up, along]: [Vec3; 3]) -> Vec<Vec3> {
     let half = 0.5 * (side - 1) as f32;
     positions.iter().map(|p| Vec3::new(p.dot(right) + half, p.dot(up) + half, p.dot(along))).collect()
@@ -160,7 +158,6 @@ impl View {
         Self { side, frame: [right, up, along], pixels: vec![EMPTY; side * side] }
     }
 
-    /// Whether each face is the first or the last at some pixel.
     fn seen(mut self, positions: &[Vec3], faces: &[[u32; 3]]) -> Vec<bool> {
         let projected = project(positions, self.side, self.frame);
         for (face, corners) in (0..).zip(faces) {
@@ -174,7 +171,7 @@ impl View {
         seen
     }
 
-    /// Draws a triangle over the pixels whose middles lie in it.
+    /// Draws a triangle over the pixels whose centres it contains.
     fn draw(&mut self, face: u32, corners: [Vec3; 3]) {
         let pixels = &mut self.pixels;
         rasterize(self.side, corners, |at, depth| {
@@ -235,7 +232,6 @@ mod tests {
     }
 
     proptest! {
-        /// A loop over all pixels of the box visits the same, with the same depths.
         #[test]
         fn rows_lose_no_pixel(corners in prop::array::uniform3(prop::array::uniform3(-30.0f32..90.0)), flat in -4i32..2) {
             let side = 64;
