@@ -1,10 +1,10 @@
-"""Makes triangle meshes lighter and keeps them whole: a closed mesh stays closed, and the surface stays close to the original.
+"""Simplifies triangle meshes: if the input is closed and manifold, so is the result.
 
 >>> import neural_mesh as nm
 >>> light = nm.simplify((vertices, faces), ratio=0.1)   # doctest: +SKIP
 >>> v, f = light                                        # doctest: +SKIP
 
-Sizes say what stays. Meshes are files, pairs of arrays, or those of trimesh, Open3D and pyvista. The guide is `docs/python.md`.
+Sizes are what remains. A mesh is a file, a pair of arrays, or an object of trimesh, Open3D or pyvista. The guide is `docs/python.md`.
 """
 
 from ._compare import Comparison, compare, show
