@@ -1,12 +1,9 @@
-//! Components that cost more than a viewer would miss: which are dropped, so that the others have their vertices.
+//! Choice of components to drop because their vertices are better spent elsewhere.
 //!
-//! Dropping a component is priced like a merge: its area times the squared distance from what stays, per vertex freed. It goes where
-//! that is less than what the last merges cost, had the others the vertices of all that went: what merges cost when the collapse had
-//! as many more. Whatever the price, a component of an asset stays that lies farther from the rest than the result lies from the original anyway, that is
-//! the last of its group of faces (in a scene, of a primitive of a mesh), that is large in a view, or that covers an opening.
-//!
-//! At a fifth of that price four assemblies are up to 14 % nearer in the mean at coarse ratios, but what is dropped then shows: the
-//! largest distance of `ogre`, 44 components, is three times as far for a mean distance 2 % nearer.
+//! Dropping a component is priced like a merge: its area times the squared distance to what stays, per vertex freed. It
+//! is dropped if that is below the price of the last merges when the others have all freed vertices. A component of an
+//! asset always stays if it is farther from the rest than a multiple of the result's error, the last of its group,
+//! large in a view, or covers an opening.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
@@ -25,37 +22,39 @@ use super::original::Original;
 use super::output::Output;
 use super::request::{DropRules, Shown};
 
-/// Points of a component at most that tell how far it lies from what stays.
+/// Sample points for the distance of a component to what stays.
 const POINTS: usize = 64;
-/// Points of the original at most that tell how far the output lies from it.
+/// Sample points for the distance of the original to the output.
 const POINTS_OF_ALL: usize = 4096;
-/// Largest distance of a dropped component from what stays, over the mean distance of the original from the output.
+/// Largest distance of a dropped component to what stays, over the mean distance of the original to the output.
 const MOST_DISTANCE: f64 = 8.0;
-/// Share of the pixels of a view from which on a component is missed there, and the same of all that is dropped.
+/// Largest share of a view's pixels that may change, by one component and by all dropped ones.
 const LARGE: [f32; 2] = [1e-3, 1e-2];
-/// The same of all pixels where another material comes to light, as below letters: they are read.
+/// Largest share of pixels in which another material may appear, by all dropped components: letters are read.
 const RECOLOURED: f32 = 1e-3;
-/// The same of pixels where a back side comes to light: a hole is seen sooner than what is gone.
+/// Largest share of pixels in which a back side may appear: holes are more visible than missing parts.
 const OPENING: f32 = 2.5e-4;
 
-/// What vertices cost at the end of a collapse.
+/// Value of a vertex at the end of a collapse.
 pub struct Cost<'a> {
-    /// How many vertices rounds of merges left, falling, and up to which price each went.
+    /// Vertices left after each pass, falling, with its price.
     pub paid: &'a [(usize, f32)],
-    /// The size asked for.
+    /// Target size.
     pub limit: Limit,
-    /// Whether components have to go for it: each is as small as its topology allows.
+    /// Set where components must go to reach the size: all are at their smallest.
     pub must_fit: bool,
 }
 
 impl<'a> Cost<'a> {
-    /// Of a collapse that ended so at a limit.
+    /// Reads the prices of a collapse that ended at a limit.
     pub fn of(collapse: &'a Collapse, limit: Limit, end: End) -> Self {
         Self { paid: collapse.paid(), limit, must_fit: matches!(end, End::Smallest | End::LosesShape) }
     }
 
-    /// What the merges down to so many vertices cost. Beyond what was seen: the squared distances of n vertices fall as n^-2, what one
-    /// more is worth as n^-3.
+    /// Estimates the price of merges down to this many vertices.
+    ///
+    /// Beyond the recorded passes it extrapolates: squared distances fall as n^-2, the value of one more vertex as
+    /// n^-3.
     fn down_to(&self, vertices: usize) -> f64 {
         let seen = self.paid.iter().take_while(|(left, _)| *left >= vertices).map(|(_, price)| f64::from(*price));
         let first = self.paid.first().map(|&(left, price)| f64::from(price) * (left as f64 / vertices as f64).powi(3));
@@ -63,15 +62,14 @@ impl<'a> Cost<'a> {
     }
 }
 
-/// Components that are dropped.
+/// Components to drop.
 pub struct Dropped {
-    /// Whether each face of the mesh goes.
     pub faces: Vec<bool>,
-    /// How many components go.
+    /// Number of dropped components.
     pub n_components: usize,
 }
 
-/// Chooses the components that are dropped for others to have their vertices; `None` where all stay.
+/// Chooses components to drop so that others get their vertices; `None` where all stay.
 pub fn dropped(original: &Original, output: &Output, cost: &Cost, rules: &DropRules, shown: &Shown) -> Option<Dropped> {
     let (component_of_vertex, n) = components_of(output);
     if n < 2 {
@@ -90,12 +88,12 @@ pub fn dropped(original: &Original, output: &Output, cost: &Cost, rules: &DropRu
     (n_components > 0).then(|| Dropped { faces: faces(), n_components })
 }
 
-/// The component of each output vertex, where there are several, and how many there are.
+/// Numbers the component of each output vertex; empty for a single component. Also returns their number.
 pub fn components_of(output: &Output) -> (Vec<u32>, usize) {
     components(output.positions.len(), output.faces())
 }
 
-/// The component of each of so many vertices, where there are several, and how many there are.
+/// Numbers the component of each vertex; empty for a single component. Also returns their number.
 pub fn components(n_vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, usize) {
     let mut sets = UnionFind::new(n_vertices);
     for &[a, b, c] in faces {
@@ -108,14 +106,14 @@ pub fn components(n_vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, usize) {
     sets.number_sets(Pulse::NONE)
 }
 
-/// Where a viewer sees the components of a surface.
+/// Components of a surface as placed in a scene.
 struct Placing<'a> {
     original: &'a Original<'a>,
     attributes: Option<&'a Attributes>,
-    /// The faces of the original, component by component, and where those of each end.
+    /// Faces of the original by component, and the end of each component's range.
     faces: Vec<u32>,
     ends: Vec<usize>,
-    /// For each component the transforms from the unit surface to the scene, the largest first; none where nothing shows it.
+    /// Transforms from the unit surface to the scene for each component, largest first; none if it is not shown.
     places: Vec<Vec<DMat4>>,
     of_faces: &'a [u32],
 }
@@ -143,19 +141,19 @@ impl<'a> Placing<'a> {
         Self { original, attributes, faces, ends, places, of_faces }
     }
 
-    /// The faces of the original that a component has.
+    /// Returns the original faces of a component.
     fn faces(&self, component: usize) -> &[u32] {
         let start = if component == 0 { 0 } else { self.ends[component - 1] };
         &self.faces[start..self.ends[component]]
     }
 
-    /// Whether a component has a vertex that is locked, as those with kept faces have.
+    /// Returns whether a component has a locked vertex, as those with kept faces have.
     fn is_locked(&self, component: usize) -> bool {
         let Original { surface, pins, .. } = self.original;
         self.faces(component).iter().any(|&face| surface.faces[face as usize].iter().any(|&v| pins.is_locked(v)))
     }
 
-    /// The corners of a face of the original at its component's largest place.
+    /// Returns the corners of an original face at its component's largest placement.
     fn corners(&self, face: u32) -> Option<[DVec3; 3]> {
         let place = self.places[self.of_faces[face as usize] as usize].first()?;
         let positions = &self.original.surface.positions;
@@ -165,12 +163,12 @@ impl<'a> Placing<'a> {
         )
     }
 
-    /// The group of a face; 0 where there are none.
+    /// Returns the group of a face; 0 without groups.
     fn group(&self, face: u32) -> u32 {
         self.attributes.map_or(0, |attributes| attributes.group(face))
     }
 
-    /// What a viewer would miss of each component; surfaces within the tolerance look the same.
+    /// Measures in rendered views what a viewer would miss of each component; surfaces within `tolerance` look alike.
     fn exposures(&self, tolerance: f64) -> Vec<Exposure> {
         let surface = &self.original.surface;
         let (mut positions, mut components, mut materials) = (Vec::new(), Vec::new(), Vec::new());
@@ -189,13 +187,12 @@ impl<'a> Placing<'a> {
     }
 }
 
-/// The output's faces where a viewer sees them, each as often as it is placed.
+/// Output faces as a viewer sees them, repeated for each placement.
 struct SeenFaces {
     positions: Vec<[f32; 3]>,
     faces: Vec<[u32; 3]>,
-    /// The component of each face.
     components: Vec<u32>,
-    /// How many faces of the output each component has.
+    /// Number of output faces of each component.
     n_faces: Vec<usize>,
 }
 
@@ -217,44 +214,44 @@ impl SeenFaces {
     }
 }
 
-/// A component of a surface.
+/// Component of a surface.
 #[derive(Clone)]
 struct Component {
     n_vertices: usize,
     n_faces: usize,
-    /// Of the original, and of the components for which this one stands in, as it counts.
+    /// Weighted area of the original, including components that this one replaces.
     area: f64,
-    /// The squared diagonal of the box of the original.
+    /// Squared diagonal of the original's bounding box.
     size2: f64,
-    /// The groups of its faces, ascending.
+    /// Groups of its faces, ascending.
     groups: Vec<u32>,
-    /// Its area times the squared distance from what stays, were it gone.
+    /// Area times the squared distance to what would remain without it.
     loss: f64,
-    /// The component that would stand in for it.
+    /// Nearest component, which would replace it.
     stand_in: usize,
 }
 
-/// The components of a surface, and how to tell what lies near them.
+/// Components with a search structure for their neighbours.
 struct Components<'a> {
     all: Vec<Component>,
-    /// By area, the smallest first: the place of each.
+    /// Rank of each component by area, smallest first.
     rank: Vec<usize>,
     placing: &'a Placing<'a>,
-    /// The output's faces where a viewer sees them, and the component of each.
+    /// Search tree over the placed output faces, and the component of each.
     tree: FaceTree<'a>,
     of_seen: &'a [u32],
-    /// The prices of the collapse, lengths to the fourth power, over those of the scene.
+    /// Ratio of collapse prices, lengths to the fourth power, to those of the scene.
     unit_of_prices: f64,
-    /// Whether corners carry what shows.
+    /// Set if corners have texture coordinates or colours.
     is_painted: bool,
-    /// Whether it is more than a bare shape.
+    /// Set if the mesh is more than a bare shape.
     is_asset: bool,
 }
 
 impl Component {
-    /// Counts with another from now on, for which it stands in.
+    /// Takes over the area of another component that this one replaces.
     fn stand_in_for(&mut self, other: &Self) {
-        // Of two without area none shows.
+        // A component without area has no visible loss.
         if self.area > 0.0 {
             self.loss *= (self.area + other.area) / self.area;
         }
@@ -279,7 +276,7 @@ impl<'a> Components<'a> {
         Self { all, rank, placing, tree, of_seen: &seen.components, unit_of_prices, is_painted, is_asset }
     }
 
-    /// Finds what is lost with each component, and which would stand in for it.
+    /// Finds the loss and the replacement of each component.
     fn find_losses(&mut self, cost: &Cost) {
         let most = self.most_price(cost);
         for component in 0..self.all.len() {
@@ -287,20 +284,21 @@ impl<'a> Components<'a> {
         }
     }
 
-    /// The price per vertex from which on no component goes: vertices are the dearer the fewer the others have, and no component gets
-    /// cheaper. Without end where components may have to go whatever they cost.
+    /// Returns the price per vertex from which no component goes; infinite where components must go at any price.
+    ///
+    /// It is an upper bound: as components go, vertices become cheaper for the others, and no component's loss falls.
     fn most_price(&self, cost: &Cost) -> f64 {
         if cost.must_fit { f64::INFINITY } else { self.unit_of_prices * cost.down_to(self.n_asked(cost.limit)) }
     }
 
-    /// The vertices that are asked for; a number of faces is about as many as the same share of them.
+    /// Converts the target to vertices; a target of faces stands for an equal share of vertices.
     fn n_asked(&self, limit: Limit) -> usize {
         let n_whole: usize = self.all.iter().map(|it| it.n_vertices).sum();
         let of_faces = n_whole as f64 * limit.faces as f64 / self.of_output().max(1) as f64;
         n_whole.min(limit.vertices).min(of_faces as usize)
     }
 
-    /// The squared distance of a point of a component from the larger ones, and which of them is nearest.
+    /// Finds the larger component nearest to a point; returns its squared distance and number.
     fn nearest(&self, component: usize, point: DVec3) -> Option<(f64, usize)> {
         let rank = self.rank[component];
         let is_larger = |face: u32| self.rank[self.of_seen[face as usize] as usize] > rank;
@@ -308,8 +306,10 @@ impl<'a> Components<'a> {
         Some((distance2, self.of_seen[face as usize] as usize))
     }
 
-    /// What is lost with a component, by points on its faces, and the one that is nearest to most of them; without end where nothing
-    /// is near, and of what no viewer sees. Of what costs `most` per vertex or more, some of the loss, and none is near.
+    /// Estimates the loss of a component from sample points, and the larger component nearest to most of them.
+    ///
+    /// Infinite if it is locked, not shown, or has no larger neighbour. At `most` per vertex the sum stops early,
+    /// without a neighbour.
     fn loss(&self, component: usize, most: f64) -> (f64, usize) {
         if self.placing.is_locked(component) {
             return (f64::INFINITY, component);
@@ -326,12 +326,12 @@ impl<'a> Components<'a> {
             let Some((distance2, other)) = self.nearest(component, corners.iter().sum::<DVec3>() / 3.0) else {
                 return (f64::INFINITY, component);
             };
-            // What looks otherwise does not stand in for it: it is as far as it is large.
+            // Something that looks different is no replacement: count it as far away as the component is large.
             let looks_same = !self.is_painted && own.groups.len() == 1 && own.groups == self.all[other].groups;
             let least = if looks_same { 0.0 } else { 0.25 * own.size2 };
             sum += area_normal_f64(corners).length() * distance2.max(least);
             nearest.push(other);
-            // Most components lie so far from others that the first point tells.
+            // Most components are so far from others that the first point settles it.
             let loss = own.area * sum / areas;
             if areas > 0.0 && loss / own.n_vertices.max(1) as f64 >= most {
                 return (loss, component);
@@ -342,7 +342,7 @@ impl<'a> Components<'a> {
         (if areas > 0.0 { own.area * sum / areas } else { 0.0 }, most)
     }
 
-    /// The mean distance of points of the original, by area, from the output.
+    /// Estimates the mean distance of the original to the output, by area.
     fn error(&self) -> f64 {
         let n_faces = self.placing.of_faces.len() as u32;
         let faces = (0..n_faces).step_by((n_faces as usize).div_ceil(POINTS_OF_ALL).max(1));
@@ -356,7 +356,7 @@ impl<'a> Components<'a> {
         if areas > 0.0 { sum / areas } else { 0.0 }
     }
 
-    /// Whether all of a component lies near a larger one.
+    /// Returns whether all corners of a component are within a distance of a larger one.
     fn is_within(&self, component: usize, within: f64) -> bool {
         let is_near = |point: DVec3| self.nearest(component, point).is_some_and(|(d2, _)| d2 <= within * within);
         within.is_infinite()
@@ -369,7 +369,7 @@ impl<'a> Components<'a> {
                 .all(is_near)
     }
 
-    /// Whether each component is dropped.
+    /// Chooses the dropped components in the order of their price.
     fn dropped(mut self, cost: &Cost, within: f64) -> Vec<bool> {
         let unit = self.unit_of_prices;
         let price = |it: &Component| (it.loss / it.n_vertices.max(1) as f64).to_bits();
@@ -383,43 +383,47 @@ impl<'a> Components<'a> {
         while let Some(Reverse((bits, i))) = queue.pop() {
             let it = self.all[i].clone();
             let is_largest = it.stand_in == i;
+            // Entries go out of date when their component takes over the area of another.
             if is_dropped[i] || bits != price(&it) || is_largest {
                 continue;
             }
             let share = |n: usize, limit: usize| n as f64 / limit as f64;
             let size = share(n_vertices, cost.limit.vertices).max(share(n_faces, cost.limit.faces));
+            // With every component dropped, the others gain vertices, so the price to beat falls.
             let n_of_others = asked + (n_whole - n_vertices);
             let is_worth = f64::from_bits(bits) >= unit * cost.down_to(n_of_others);
             if is_worth && (size <= 1.0 || !cost.must_fit) {
                 break;
             }
+            // Views are rendered at most once, and only if some component is cheap enough.
             if !guard.get_or_insert_with(|| Guard::new(&self, within)).lets_go(&self, i) {
                 continue;
             }
             is_dropped[i] = true;
             (n_vertices, n_faces) = (n_vertices - it.n_vertices, n_faces - it.n_faces);
+            // The loss of the replacement grows by the area it stands for, so that chains of similar components end.
             self.all[it.stand_in].stand_in_for(&it);
             queue.push(Reverse((price(&self.all[it.stand_in]), it.stand_in)));
         }
         is_dropped
     }
 
-    /// Faces of the output.
+    /// Returns the number of output faces.
     fn of_output(&self) -> usize {
         self.all.iter().map(|it| it.n_faces).sum()
     }
 }
 
-/// What keeps components whatever they cost.
+/// Conditions that keep components at any price.
 struct Guard {
     within: f64,
-    /// What a viewer would miss of each, where that was asked.
+    /// What a viewer would miss of each component, once rendered.
     exposures: Option<Vec<Exposure>>,
-    /// What changed without those that went, at most, and where another material came to light: sums of their largest shares.
+    /// Bounds on the changed and recoloured pixels of all dropped components: sums of their largest shares.
     changed: [f32; 2],
-    /// Whether each stands in for one that went.
+    /// Marks components that replace a dropped one in some view.
     stands_in: Vec<bool>,
-    /// How many components have faces of a group, by group.
+    /// Number of components with faces of each group.
     in_groups: BTreeMap<u32, usize>,
 }
 
@@ -437,7 +441,7 @@ impl Guard {
         guard
     }
 
-    /// Whether a component may go; notes that it does.
+    /// Returns whether a component may go, and records that it does.
     fn lets_go(&mut self, components: &Components, i: usize) -> bool {
         let is_last = |group: &u32| self.in_groups.get(group).is_some_and(|n| *n < 2);
         if components.all[i].groups.iter().any(is_last) || !components.is_within(i, self.within) {
@@ -446,7 +450,7 @@ impl Guard {
         if !components.is_asset {
             return true;
         }
-        // Views take longest, and often nothing comes so far.
+        // Rendering is slowest and often not reached.
         let exposures = self.exposures.get_or_insert_with(|| components.placing.exposures(self.within));
         let Exposure { changed, opened, recoloured, stand_ins } = &mut exposures[i];
         let all = [self.changed[0] + *changed, self.changed[1] + *recoloured];
@@ -463,7 +467,7 @@ impl Guard {
     }
 }
 
-/// Areas, boxes and groups of the components.
+/// Measures area, bounding box and groups of each component.
 fn sums(placing: &Placing, shown: &Shown) -> Vec<Component> {
     let surface = &placing.original.surface;
     let factor = |v: &u32| surface.importance.get(*v as usize).copied().unwrap_or(1.0);
@@ -488,7 +492,7 @@ fn sums(placing: &Placing, shown: &Shown) -> Vec<Component> {
     (0..placing.places.len()).map(of_component).collect()
 }
 
-/// The faces, component by component, and where those of each end.
+/// Sorts faces by component; returns them with the end of each range.
 fn by_component(of_faces: &[u32], n: usize) -> (Vec<u32>, Vec<usize>) {
     let mut ends = vec![0; n];
     of_faces.iter().for_each(|&component| ends[component as usize] += 1);
@@ -512,10 +516,10 @@ mod tests {
     use crate::mesh::{TriMesh, shapes};
     use crate::simplify::closed::pins::Pins;
 
-    /// Radius of the large sphere in the output, where it is 1 before: six tenths off.
+    /// Radius of the large sphere in the output; it was 1.
     const SHRUNK: f32 = 0.4;
 
-    /// A sphere of radius 1, and smaller ones at some `x` of radius `r` with 12 vertices each.
+    /// A sphere of radius 1, and spheres of radius `r` with 12 vertices at each `x` of `places`.
     fn spheres(places: &[f32], r: f32) -> TriMesh {
         let (large, small) = (shapes::icosphere(3), shapes::icosphere(0));
         let (mut positions, mut faces) = (large.positions().to_vec(), large.faces().to_vec());
@@ -527,7 +531,7 @@ mod tests {
         TriMesh::new(positions, faces).unwrap()
     }
 
-    /// What is dropped of a mesh whose large sphere has shrunk, where merges cost `paid`, and nothing farther away than `within`.
+    /// Drops from a mesh whose large sphere shrank, where merges cost `paid`, nothing farther than `within`.
     fn dropped_of(mesh: &TriMesh, paid: f64, within: f64, attributes: Option<&Attributes>) -> Option<Dropped> {
         let original = Original::bare(mesh);
         let surface = &original.surface;
@@ -546,7 +550,7 @@ mod tests {
         dropped(&original, &output, &cost, &rules, &Shown { attributes, scene: None, is_weighed: false })
     }
 
-    /// The price from which on a small sphere goes, in the unit of the mesh.
+    /// Finds the price from which a small sphere is dropped, in mesh units.
     fn price(mesh: &TriMesh, attributes: Option<&Attributes>) -> f64 {
         let goes = |paid: f64| dropped_of(mesh, paid, f64::INFINITY, attributes).is_some();
         let (mut low, mut high) = (1e-30f64, 1e3f64);
@@ -560,10 +564,10 @@ mod tests {
 
     #[test]
     fn a_component_goes_for_its_area_times_its_squared_distance() {
-        // Twice the size: four times the area, at the same distance of its middle about the same.
+        // Twice the radius means four times the area at about the same distance.
         let [one, two] = [0.01, 0.02].map(|r| price(&spheres(&[3.0], r), None));
         assert!((3.9..4.1).contains(&(two / one)), "{}", two / one);
-        // At distances of 2 and 4 from the sphere that has shrunk.
+        // At distances of 2 and 4 from the shrunken sphere.
         let [near, far] = [2.4, 4.4].map(|x| price(&spheres(&[x], 0.01), None));
         assert!((3.8..4.2).contains(&(far / near)), "{}", far / near);
     }
@@ -589,7 +593,7 @@ mod tests {
         let dropped = dropped_of(&mesh, 1e3, 2.7, None).unwrap();
         let large = shapes::icosphere(3).faces().len();
         assert!(dropped.n_components == 1 && dropped.faces.iter().enumerate().all(|(f, gone)| *gone == (f >= large)));
-        // Eight times as far as the result is from the original.
+        // More than eight times the distance between result and original.
         assert!(dropped_of(&spheres(&[6.0], 0.01), 1e3, f64::INFINITY, None).is_none());
     }
 
@@ -598,7 +602,7 @@ mod tests {
         assert!(dropped_of(&spheres(&[2.0], 0.1), 1e30, f64::INFINITY, None).is_none());
         assert!(dropped_of(&spheres(&[2.0], 0.01), 1e30, f64::INFINITY, None).is_some());
         assert!(dropped_of(&spheres(&[], 0.0), 1e30, f64::INFINITY, None).is_none());
-        // Each changes a few pixels; of all together no more than a hundredth go.
+        // Each changes a few pixels; all together may change at most a hundredth.
         let many: Vec<f32> = (0..120).map(|i| 1.2 + 0.03 * i as f32).collect();
         let n_dropped = dropped_of(&spheres(&many, 0.012), 1e30, f64::INFINITY, None).map_or(0, |it| it.n_components);
         assert!((10..110).contains(&n_dropped), "{n_dropped}");

@@ -1,11 +1,11 @@
-//! Values between three corners, as their role has it.
+//! Blending of corner values according to their role.
 
 use crate::mesh::Role;
 
-/// Length of a mean of unit vectors below which its direction is rounding: eight roundings of a coordinate.
+/// Length of a mean of unit vectors below which its direction is rounding.
 const LEAST_LENGTH: f32 = 1e-6;
 
-/// The mean of three values under these weights, as their role has it.
+/// Blends three values with these weights according to their role.
 pub fn blend(role: Role, corners: [&[f32]; 3], weights: [f32; 3], out: &mut [f32]) {
     match role {
         Role::Skin => blend_joints(corners, weights, out),
@@ -26,13 +26,13 @@ pub fn blend(role: Role, corners: [&[f32]; 3], weights: [f32; 3], out: &mut [f32
 
 fn blend_numbers(corners: [&[f32]; 3], weights: [f32; 3], out: &mut [f32]) {
     for (i, out) in out.iter_mut().enumerate() {
-        // What weighs nothing must not count, not even where it is no number.
+        // Values of weight 0 must not count, even if they are not numbers.
         let terms = (0..3).filter(|&k| weights[k] > 0.0).map(|k| weights[k] * corners[k][i]);
         *out = terms.sum();
     }
 }
 
-/// Unit length again; where the directions cancel out, the one that weighs most.
+/// Normalises a blend; if the directions cancel, takes the heaviest.
 fn normalise(out: &mut [f32], corners: [&[f32]; 3], weights: [f32; 3]) {
     let length = out.iter().map(|x| x * x).sum::<f32>().sqrt();
     if length > LEAST_LENGTH {
@@ -42,12 +42,12 @@ fn normalise(out: &mut [f32], corners: [&[f32]; 3], weights: [f32; 3]) {
     }
 }
 
-/// The corner that weighs most.
+/// Returns the corner of the largest weight.
 fn heaviest(weights: [f32; 3]) -> usize {
     (0..3).max_by(|&i, &j| weights[i].total_cmp(&weights[j])).unwrap_or(0)
 }
 
-/// Adds up the weights of each joint and keeps the heaviest, their sum as it was.
+/// Sums the weights of each joint and keeps the heaviest, with the total unchanged.
 fn blend_joints(corners: [&[f32]; 3], weights: [f32; 3], out: &mut [f32]) {
     let n = out.len() / 2;
     let mut joints: Vec<(f32, f32)> = Vec::new();

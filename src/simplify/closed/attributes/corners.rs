@@ -1,13 +1,12 @@
-//! The corners of the result: which of them share values, and where on the original those values stand.
+//! Corners of the result: which share values, and where on the original these come from.
 //!
-//! Every face of the result comes of one face of the original, whose corners lie in the three regions; so it belongs to that
-//! face's group, and lies on its side of every seam. Around a vertex, faces that meet over edges that are no seams share a
-//! wedge. The values of a wedge are those of the original at the point closest to the vertex, looked for on the wedge's
-//! side: from the faces that the wedge comes of, over edges that are no seams. Texture coordinates and colours are then fitted
-//! over the faces (`values`).
+//! Every output face comes from one input face, whose corners are in its three regions, and takes its group and its
+//! side of every seam. Faces around a vertex that meet over edges other than seams share a wedge. A wedge's values are
+//! those at the closest point on its side, searched from its input faces without crossing seams. Texture coordinates
+//! and colours are then fitted over the faces (`values`).
 //!
-//! Normals have seams of their own, the hard edges: across a seam of a texture or between two materials shading is smooth. So
-//! the wedges around a vertex that meet over such seams share one normal, which is looked up and fitted (`normals`) across them.
+//! Normals are separated only by hard edges: wedges that meet over other seams share one normal, looked up and fitted
+//! across them (`normals`).
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -23,24 +22,24 @@ use super::blend::blend;
 use super::normals::{fit_normals, straighten_tangents};
 use super::values::{Fit, Wedges};
 
-/// No wedge, no vertex.
+/// Missing wedge or vertex.
 const NONE: u32 = u32::MAX;
 
-/// What each corner of the result has to do with the original.
+/// Corners of the result with their origins.
 pub struct Corners {
-    /// The wedge of each corner, n_faces x 3, as the faces are; kept in step by whoever flips an edge.
+    /// Wedge of each corner, n_faces x 3; updated by flips.
     wedges: Vec<[u32; 3]>,
-    /// The face of the original that each wedge first came of, and all others.
+    /// Input faces of each wedge.
     origins: Vec<Vec<u32>>,
-    /// The output vertex of each wedge.
+    /// Output vertex of each wedge.
     vertices: Vec<u32>,
-    /// The number of the normal that each wedge shares with those around its vertex that no hard edge parts from it.
+    /// Number of each wedge's normal, shared by wedges that no hard edge separates.
     normals: Vec<u32>,
 }
 
 impl Corners {
-    /// The corners of `faces`, as the collapse left them: each begins with its smallest vertex. `around` has the faces around each
-    /// vertex, `vertex_of` the output vertex of each vertex of the original.
+    /// Builds the corners of the collapse's output, whose faces begin with their smallest vertices; `vertex_of` names
+    /// the output vertex of each surface vertex.
     pub fn new(
         original: &Original,
         attributes: &Attributes,
@@ -59,12 +58,13 @@ impl Corners {
         };
         for (f, &[a, b, c]) in (0u32..).zip(faces) {
             for (a, b) in [(a, b), (b, c), (c, a)] {
+                // Each edge is visited once, from its face of smaller number.
                 let Some(g) = around.along(b, a).filter(|&g| g > f) else { continue };
                 let (edge, corners) = ([a.min(b), a.max(b)], [a, b].map(|v| [corner(f, v), corner(g, v)]));
                 if !seams.contains(&edge) && group(f) == group(g) {
                     corners.iter().for_each(|[x, y]| _ = sets.union(*x, *y));
                 }
-                // Seams of textures and borders of materials do not part normals.
+                // Texture seams and material borders do not separate normals.
                 if !hard.contains(&edge) {
                     corners.iter().for_each(|[x, y]| _ = smooth.union(*x, *y));
                 }
@@ -73,7 +73,7 @@ impl Corners {
         Self::numbered([&mut sets, &mut smooth], faces, &came_of)
     }
 
-    /// The sets of corners as wedges, in the order of their first corners; `smooth` has those that share a normal.
+    /// Numbers the sets of corners as wedges, by first corner; sets of `smooth` share a normal.
     fn numbered([sets, smooth]: [&mut UnionFind; 2], faces: &[[u32; 3]], came_of: &[u32]) -> Self {
         let mut number = vec![NONE; 3 * faces.len()];
         let (mut origins, mut vertices): (Vec<Vec<u32>>, Vec<u32>) = (Vec::new(), Vec::new());
@@ -94,7 +94,7 @@ impl Corners {
         corners
     }
 
-    /// Numbers the normals of the wedges in the order of their first corners.
+    /// Numbers the normals by first corner.
     fn number_normals(&mut self, smooth: &mut UnionFind) {
         let mut number = vec![NONE; 3 * self.wedges.len()];
         let mut n_normals = 0;
@@ -108,12 +108,12 @@ impl Corners {
         }
     }
 
-    /// Whether the edge `a b` between two faces is a seam.
+    /// Returns whether the edge `a b` between two faces is a seam.
     pub fn is_seam(&self, faces: &[[u32; 3]], [f, g]: [u32; 2], [a, b]: [u32; 2]) -> bool {
         [a, b].into_iter().any(|v| self.at(faces, f, v) != self.at(faces, g, v))
     }
 
-    /// The corners of the two faces `a b c` and `b a d`, which are still these, when they become `c d b` and `d c a`.
+    /// Updates the wedges for a flip of `a b c` and `b a d` to `c d b` and `d c a`; precedes the update of the faces.
     pub fn flip(&mut self, faces: &[[u32; 3]], [f, g]: [u32; 2], [a, b, c, d]: [u32; 4]) {
         let [wa, wb, wc] = [a, b, c].map(|v| self.at(faces, f, v));
         let wd = self.at(faces, g, d);
@@ -125,8 +125,9 @@ impl Corners {
         self.wedges[f as usize][corner]
     }
 
-    /// What the corners carry when the output vertices are at `positions`. At vertices that are pinned, and where all vertices
-    /// are the mesh's, the values are the original's.
+    /// Computes the final attributes for output vertices at `positions`.
+    ///
+    /// Pinned vertices and subsets keep the original's values.
     pub fn attributes(
         self,
         original: &Original,
@@ -138,6 +139,7 @@ impl Corners {
         let sides = original.sides_of_seams();
         let places = places(&sides, &self.vertices, &self.origins, positions);
         let of_output = Wedges { of_faces: &self.wedges, vertices: &self.vertices, places: &places };
+        // Only values that a face interpolates are fitted; normals follow separately.
         let is_fitted = |channel: &Channel| matches!(channel.role, Role::Uv | Role::Colour | Role::MorphPosition);
         let fit = || Fit::new(&sides, of_output, positions, pins);
         let fit = (!pins.is_subset() && attributes.channels.iter().any(is_fitted)).then(fit);
@@ -151,6 +153,7 @@ impl Corners {
         let mut channels: Vec<Channel> = attributes.channels.iter().map(channel).collect();
         drop(fit);
         if !pins.is_subset() && attributes.channels.iter().any(|channel| channel.role == Role::Normal) {
+            // Their search crosses texture seams and stops at hard edges.
             let sides = sides.between(original.features.hard());
             self.fit_normals(&mut channels, attributes, &sides, positions, pins);
         }
@@ -160,8 +163,7 @@ impl Corners {
         (Attributes { wedges, channels, groups }, CornerMap { faces, weights })
     }
 
-    /// Fits the normals among the channels of the wedges, and turns the tangents perpendicular to them. `sides` stop at hard edges
-    /// alone.
+    /// Fits the normals and turns tangents perpendicular to them; `sides` stop only at hard edges.
     fn fit_normals(
         &self,
         channels: &mut [Channel],
@@ -181,7 +183,7 @@ impl Corners {
         let places = places(sides, &vertices, &origins, positions);
         let fit =
             Fit::new(sides, Wedges { of_faces: &of_faces, vertices: &vertices, places: &places }, positions, pins);
-        // What is locked keeps its values on each side of every seam.
+        // Locked vertices keep their values on each side of every seam.
         let may_change = |wedge: &usize| !pins.is_locked(self.vertices[*wedge]);
         let of_original = attributes.channels.iter().zip(channels.iter_mut());
         for (original, channel) in
@@ -196,7 +198,7 @@ impl Corners {
         straighten_tangents(channels, may_change);
     }
 
-    /// The group of each face: that of the original's face that it came of.
+    /// Returns the group of each face: that of its input face.
     fn groups(&self, attributes: &Attributes) -> Vec<u32> {
         let group = |wedges: &[u32; 3]| {
             let first = self.origins[wedges[0] as usize].first();
@@ -206,15 +208,15 @@ impl Corners {
     }
 }
 
-/// Where on the mesh the corners of the result stand.
+/// Points of the mesh at the corners of the result.
 pub struct CornerMap {
-    /// The face of the mesh for each corner, n_faces x 3.
+    /// Mesh face at each corner, n_faces x 3.
     pub faces: Vec<[u32; 3]>,
-    /// The weights of its corners, n_faces x 3 x 3.
+    /// Barycentric weights, n_faces x 3 x 3.
     pub weights: Vec<[[f32; 3]; 3]>,
 }
 
-/// For each output face the input face whose corners became its corners.
+/// Finds the input face of each output face: its corners became the output face's corners.
 fn faces_they_came_of(original: &Original, vertex_of: &[u32], faces: &[[u32; 3]]) -> Vec<u32> {
     let number: FxHashMap<[u32; 3], u32> = faces.iter().copied().zip(0..).collect();
     let mut came_of = vec![NONE; faces.len()];
@@ -224,7 +226,7 @@ fn faces_they_came_of(original: &Original, vertex_of: &[u32], faces: &[[u32; 3]]
             continue;
         }
         let [x, y, z] = smallest_first([a, b, c]);
-        // On a surface that has no two sides the face may have been met from the other one.
+        // On a one-sided surface the face may have been reached from its other side.
         if let Some(&f) = number.get(&[x, y, z]).or_else(|| number.get(&[x, z, y])) {
             came_of[f as usize] = face;
         }
@@ -232,14 +234,13 @@ fn faces_they_came_of(original: &Original, vertex_of: &[u32], faces: &[[u32; 3]]
     came_of
 }
 
-/// Returns for each wedge the point of the original closest to its vertex, as a search finds it from the faces that the wedge
-/// comes of.
+/// Finds the closest original point to each wedge's vertex, on the wedge's side of seams.
 fn places(sides: &SidesOfSeams, vertices: &[u32], origins: &[Vec<u32>], positions: &[Vec3]) -> Vec<SurfacePoint> {
     let closest = |(&v, origins): (&u32, &Vec<u32>)| sides.closest_point(positions[v as usize], origins);
     vertices.par_iter().zip(origins).map(closest).collect()
 }
 
-/// The values of a channel at these places.
+/// Evaluates a channel at these points.
 fn carried(channel: &Channel, wedges: &[[u32; 3]], places: &[SurfacePoint]) -> Channel {
     let width = channel.width;
     let mut values = vec![0.0; places.len() * width];

@@ -1,7 +1,7 @@
-//! Faces that come back as they are: which faces of the result they are, and the values that their corners carried.
+//! Faces that come back unchanged, with their original corner values.
 //!
-//! Their vertices are locked and their edges held, so every one of them is a face of the result. What corners carry is looked up and
-//! fitted like that of all others; here the values of the mesh take its place, bit for bit.
+//! Their vertices are locked and their edges held, so each is a face of the result. Looked-up and fitted values of
+//! their corners are replaced by those of the mesh, bit for bit.
 
 use std::collections::hash_map::Entry;
 
@@ -11,18 +11,18 @@ use crate::mesh::Attributes;
 use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
 
-/// A face that came back as it was.
+/// Face that came back unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct KeptFace {
-    /// The face of the result.
+    /// Face of the result.
     pub face: u32,
-    /// The face of the mesh.
+    /// Face of the mesh.
     pub source: u32,
-    /// The corner of that face that each of its corners is.
+    /// Corner of the mesh face at each corner.
     pub corners: [u8; 3],
 }
 
-/// Finds the kept faces of a mesh among those of the output; `is_kept` has a flag for each face of the mesh, or is empty.
+/// Finds the kept faces of a mesh in the output; `is_kept` marks mesh faces, or is empty.
 pub fn find_kept(original: &Original, output: &Output, is_kept: &[bool]) -> Vec<KeptFace> {
     let surface = &original.surface;
     let became = |face: u32| surface.faces[face as usize].map(|v| output.vertex_of[v as usize]);
@@ -32,7 +32,7 @@ pub fn find_kept(original: &Original, output: &Output, is_kept: &[bool]) -> Vec<
         return Vec::new();
     }
     let found = |(face, &corners): (u32, &[u32; 3])| {
-        // A surface with one side may have been met from the other one.
+        // A face of a one-sided surface may have been reached from its other side.
         let [a, b, c] = corners;
         let source = source_of.get(&turned([a, b, c])).or_else(|| source_of.get(&turned([a, c, b])))?;
         let of_mesh = original.mesh.faces()[*source as usize];
@@ -47,7 +47,7 @@ pub fn find_kept(original: &Original, output: &Output, is_kept: &[bool]) -> Vec<
     (0u32..).zip(output.faces()).filter_map(found).collect()
 }
 
-/// Returns a face that begins with its smallest vertex.
+/// Rotates a face to begin with its smallest vertex.
 fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
     match a.min(b).min(c) {
         first if first == a => [a, b, c],
@@ -56,8 +56,9 @@ fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
     }
 }
 
-/// Gives the corners of kept faces the values that they carried in the mesh, `own`. Corners that share a wedge with them share the
-/// values, where all kept corners of the wedge carried the same.
+/// Gives the corners of kept faces their values in the mesh, `own`.
+///
+/// Other corners of their wedge follow, unless kept corners of the wedge disagree; then it is split.
 pub fn restore(carried: &mut Attributes, own: &Attributes, kept: &[KeptFace]) {
     if own.channels.is_empty() || carried.channels.is_empty() {
         return;
@@ -89,7 +90,7 @@ pub fn restore(carried: &mut Attributes, own: &Attributes, kept: &[KeptFace]) {
     }
 }
 
-/// Whether all channels have the same values at two wedges.
+/// Returns whether all channels agree at two wedges.
 fn are_alike(attributes: &Attributes, a: u32, b: u32) -> bool {
     a == b || attributes.channels.iter().all(|channel| channel.value(a) == channel.value(b))
 }
@@ -107,7 +108,7 @@ mod tests {
     #[test]
     fn kept_corners_take_their_values_and_wedges_of_two_values_are_split() {
         let own = of(vec![[0, 1, 2], [3, 2, 1]], vec![10.0, 11.0, 12.0, 13.0]);
-        // Wedge 0 is shared by corners that carried 10 and 13, wedge 3 by a face that is not kept.
+        // Wedge 0 is shared by corners of values 10 and 13, wedge 3 by a face that is not kept.
         let mut carried = of(vec![[0, 1, 3], [0, 3, 1], [0, 3, 4]], vec![1.0, 2.0, 3.0, 4.0, 5.0]);
         let kept = [(0, 0, [0, 1, 2]), (1, 1, [0, 1, 2])];
         let kept = kept.map(|(face, source, corners)| KeptFace { face, source, corners });

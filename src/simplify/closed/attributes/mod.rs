@@ -1,4 +1,4 @@
-//! What the corners of the result carry.
+//! Attributes of the result's corners and faces.
 
 pub mod blend;
 pub mod corners;

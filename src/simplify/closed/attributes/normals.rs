@@ -1,10 +1,8 @@
-//! Normals at the corners of the result, in least squares: shading between the corners comes as near as can be to that of the
-//! original.
+//! Least-squares fit of corner normals to the shading of the original.
 //!
-//! A renderer blends the unit normals of three corners and normalises the blend. With `b` a blend and `n` the original's normal
-//! at one place of a face, the fit minimises the sum of `|b - |b| n|^2` over places of all faces, under unit length at the
-//! corners: damped steps as for other values (`values`), each toward `|b| n` of the step before, each followed by
-//! normalisation. Tangents are turned perpendicular to the fitted normals.
+//! A renderer normalises the blend of three unit normals. With blend `b` and original normal `n` at one point, the fit
+//! minimises the sum of `|b - |b| n|^2` over points of all faces. Its damped steps (`values`) aim at `|b| n` of the
+//! step before and end with unit length. Tangents are turned perpendicular to the normals.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -13,15 +11,17 @@ use crate::mesh::{Channel, Role};
 
 use super::values::{Fit, QUADRATURE, STEPS, System};
 
-/// Length of a blend below which it has no direction: its corners cancel out.
+/// Length of a blend below which its corners cancel out.
 const LEAST_LENGTH: f32 = 1e-6;
-/// Rounds in which normals are turned back to the faces that they look away from.
+/// Rounds that turn normals back to their faces.
 const TURNS: usize = 8;
-/// Cosine between a normal that was turned back and the face that it looked away from.
+/// Cosine between a normal that was turned back and its face.
 const LEAST_COSINE: f32 = 0.02;
 
-/// Returns the channel of normals with the best directions for the faces; `nearest` has those at the places nearest to the
-/// vertices, `original` the original's, at its `wedges`. A normal that the fit turns away from a face of its wedge is turned back.
+/// Fits the channel of normals over the faces.
+///
+/// `nearest` has the values at the closest points, `original` those of the mesh at its `wedges`. A normal that turns
+/// away from a face of its wedge is turned back.
 pub fn fit_normals(fit: &Fit, nearest: Channel, original: &Channel, wedges: &[[u32; 3]]) -> Channel {
     let meant = fit.meant(original, wedges);
     if nearest.width != 3 || nearest.values.iter().chain(&meant).any(|x| !x.is_finite()) {
@@ -39,7 +39,7 @@ pub fn fit_normals(fit: &Fit, nearest: Channel, original: &Channel, wedges: &[[u
     Channel { values, ..nearest }
 }
 
-/// Scales each unit normal of the original to the length of the blend that it is compared with.
+/// Scales the original's unit normals to the lengths of the blends.
 fn scale_to_blends(scaled: &mut [f32], meant: &[f32], values: &[f32], of_faces: &[[u32; 3]]) {
     let n = 3 * QUADRATURE.len();
     let faces = scaled.par_chunks_exact_mut(n).zip(meant.par_chunks_exact(n)).zip(of_faces);
@@ -52,7 +52,7 @@ fn scale_to_blends(scaled: &mut [f32], meant: &[f32], values: &[f32], of_faces: 
     });
 }
 
-/// Brings each normal back to unit length; one without a direction becomes that at its nearest place.
+/// Normalises all normals; one without direction becomes its nearest value.
 fn normalise_rows(values: &mut [f32], nearest: &[f32]) {
     values.chunks_exact_mut(3).zip(nearest.chunks_exact(3)).for_each(|(normal, nearest)| {
         let length = Vec3::from_slice(normal).length();
@@ -64,8 +64,10 @@ fn normalise_rows(values: &mut [f32], nearest: &[f32]) {
     });
 }
 
-/// Turns normals that look away from a face of their wedge back to it, as little as that takes, where the nearest value looks along
-/// with that face; one that no small turn brings back gets its nearest value.
+/// Turns normals that oppose a face of their wedge back by the smallest angle.
+///
+/// Faces that the nearest value opposes too are ignored; a normal that no small turn brings back becomes its nearest
+/// value.
 fn turn_back(values: &mut [f32], nearest: &[f32], of_faces: &[[u32; 3]], area_normals: &[Vec3]) {
     for _ in 0..TURNS {
         let mut is_turned = false;
@@ -81,8 +83,8 @@ fn turn_back(values: &mut [f32], nearest: &[f32], of_faces: &[[u32; 3]], area_no
     for_each_turned(values, nearest, of_faces, area_normals, |_, wedge, _| row(nearest, wedge));
 }
 
-/// Replaces each normal that looks away from a face of its wedge with which its nearest value looks along; `replace` gets the normal, its
-/// wedge and the face's unit normal.
+/// Replaces each normal that opposes a face of its wedge although its nearest value does not; `replace` gets normal,
+/// wedge and unit face normal.
 fn for_each_turned(
     values: &mut [f32],
     nearest: &[f32],
@@ -105,8 +107,9 @@ fn row(values: &[f32], wedge: u32) -> Vec3 {
     Vec3::from_slice(&values[3 * wedge as usize..][..3])
 }
 
-/// Turns the tangents of the wedges that `may_change` perpendicular to their normals, of unit length and with the sign that they have;
-/// those along their normal stay, and so do all where there are no normals.
+/// Turns tangents perpendicular to their normals, keeping unit length and sign; wedges that may not change stay.
+///
+/// Tangents parallel to their normal stay as well.
 pub fn straighten_tangents(channels: &mut [Channel], may_change: impl Fn(&usize) -> bool) {
     let is_normal = |channel: &&Channel| channel.role == Role::Normal && channel.width == 3;
     let Some(normals) = channels.iter().find(is_normal) else { return };

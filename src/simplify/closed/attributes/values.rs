@@ -1,9 +1,7 @@
-//! Values at the corners of the result, in least squares: what its faces blend between their corners comes as near as can be to
-//! the values of the original there.
+//! Least-squares fit of corner values to the original.
 //!
-//! The value at the place nearest to a vertex is right at the vertex alone. As with positions (`fit`), the best values for the
-//! faces are others: those that minimise the squared difference from the original over the faces, each number for itself.
-//! The original is looked up at a few places of each face, on the face's side of every seam.
+//! The value at the closest point is right at the vertex alone. The best values for the faces minimise the squared
+//! difference over the faces, component by component, at quadrature points on the face's side of every seam.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -15,8 +13,8 @@ use crate::simplify::closed::pins::Pins;
 
 use super::blend::blend;
 
-/// Places in a face, as weights of its corners, and what each of them counts: exact for polynomials of the fourth degree
-/// (Dunavant 1985, "High degree efficient symmetrical Gaussian quadrature rules for the triangle").
+/// Quadrature points as barycentric weights, with their weights: exact for polynomials of degree four (Dunavant 1985,
+/// "High degree efficient symmetrical Gaussian quadrature rules for the triangle").
 pub(super) const QUADRATURE: [([f32; 3], f32); 6] = [
     ([0.108_103, 0.445_948_5, 0.445_948_5], 0.223_382),
     ([0.445_948_5, 0.108_103, 0.445_948_5], 0.223_382),
@@ -25,47 +23,44 @@ pub(super) const QUADRATURE: [([f32; 3], f32); 6] = [
     ([0.091_576, 0.816_848, 0.091_576], 0.109_952),
     ([0.091_576, 0.091_576, 0.816_848], 0.109_952),
 ];
-/// Weight of the value at the closest point of the original against those over the faces; it makes the system regular.
-/// Twelve textured training meshes: texture coordinates are 0.1 % nearer at 0, 0.6 % farther at 0.08.
+/// Weight of the value at the closest point, which makes the system regular. Twelve textured training meshes: texture
+/// coordinates are 0.1 % nearer at 0, 0.6 % farther at 0.08.
 const STAY: f32 = 0.02;
-/// Steps toward the minimum. Each leaves at most 0.65 of what is missing, so that 0.6 % is left. Twelve textured
-/// training meshes: 6 steps are 0.05 % farther off, 24 no nearer.
+/// Steps toward the minimum. Each leaves at most 0.65 of the error, all together 0.6 %. Twelve textured training
+/// meshes: 6 steps are 0.05 % worse, 24 no better.
 pub(super) const STEPS: usize = 12;
-/// Weight of a wedge, on a surface of unit size, below which its values stay: one over it times any value is still a
-/// finite `f32`.
+/// Weight of a wedge below which its values stay: its inverse times any value must be finite.
 const LEAST: f32 = 1e-30;
-/// Length of a step over that of Jacobi's. Eigenvalues of the system over its diagonal lie between 1/2 and 2 (Wathen
-/// 1987), so 0.7 leaves at most `max(1 - 0.35, 1.4 - 1)` = 0.65 of an error. Texture coordinates are 0.4 % farther off
-/// at 0.9, the same at 0.5.
+/// Damping of Jacobi's step. Eigenvalues of the system over its diagonal are between 1/2 and 2 (Wathen 1987), so at
+/// most `max(1 - 0.35, 1.4 - 1)` = 0.65 of an error remains.
 const DAMPED: f32 = 0.7;
 
-/// The wedges of a result.
+/// Wedges of a result.
 #[derive(Clone, Copy)]
 pub struct Wedges<'a> {
-    /// The wedges of the faces' corners, n_faces x 3.
+    /// Wedges of the faces' corners, n_faces x 3.
     pub of_faces: &'a [[u32; 3]],
-    /// The output vertex of each wedge.
+    /// Output vertex of each wedge.
     pub vertices: &'a [u32],
-    /// The point of the original at which each wedge has its values.
+    /// Original point of each wedge.
     pub places: &'a [SurfacePoint],
 }
 
-/// The result's faces over the original.
+/// Output faces with their quadrature points on the original.
 pub struct Fit<'a> {
-    /// The wedges of the result.
     pub(super) wedges: Wedges<'a>,
-    /// Where on the original the quadrature points of the faces lie.
+    /// Original points at the quadrature points of the faces.
     points: Vec<[SurfacePoint; QUADRATURE.len()]>,
-    /// Normals of the faces, their lengths twice the areas.
+    /// Area normals of the faces, twice the area long.
     pub(super) area_normals: Vec<Vec3>,
     /// Twice the areas of the faces.
     areas: Vec<f32>,
-    /// At vertices that are pinned the values stay what they are.
+    /// Pinned vertices keep their values.
     pins: &'a Pins,
 }
 
 impl<'a> Fit<'a> {
-    /// Looks the quadrature points up, from those of the wedges; the output vertices lie at `positions`.
+    /// Finds the original points at all quadrature points; output vertices are at `positions`.
     pub fn new(original: &SidesOfSeams, wedges: Wedges<'a>, positions: &[Vec3], pins: &'a Pins) -> Self {
         let corners = |of: &[u32; 3]| of.map(|wedge| positions[wedges.vertices[wedge as usize] as usize]);
         let look_up = |of: &[u32; 3]| {
@@ -79,8 +74,9 @@ impl<'a> Fit<'a> {
         Self { wedges, points, area_normals, areas, pins }
     }
 
-    /// The channel with the best values for the faces, or as it is where something is no number; `nearest` has those at the
-    /// places nearest to the vertices, `original` the original's, at its `wedges`.
+    /// Fits a channel over the faces; unchanged if some value is not a number.
+    ///
+    /// `nearest` has the values at the closest points, `original` those of the mesh at its `wedges`.
     pub fn values(&self, nearest: Channel, original: &Channel, wedges: &[[u32; 3]]) -> Channel {
         let meant = self.meant(original, wedges);
         if nearest.values.iter().chain(&meant).any(|x| !x.is_finite()) {
@@ -96,7 +92,7 @@ impl<'a> Fit<'a> {
         Channel { values, ..nearest }
     }
 
-    /// What the original's values are at the places, n_faces x 6 x width.
+    /// Evaluates the original at the quadrature points, n_faces x 6 x width.
     pub(super) fn meant(&self, original: &Channel, wedges: &[[u32; 3]]) -> Vec<f32> {
         let mut meant = vec![0.0; self.points.len() * QUADRATURE.len() * original.width];
         let places = self.points.as_flattened().par_iter();
@@ -107,7 +103,7 @@ impl<'a> Fit<'a> {
         meant
     }
 
-    /// For each wedge the first one at its vertex that has the same values: what is one value stays one.
+    /// Maps each wedge to the first one of equal values at its vertex, so that shared values stay shared.
     fn ones(&self, channel: &Channel) -> Vec<u32> {
         let mut order: Vec<u32> = (0..self.wedges.vertices.len() as u32).collect();
         order.sort_by_key(|&wedge| self.wedges.vertices[wedge as usize]);
@@ -122,7 +118,7 @@ impl<'a> Fit<'a> {
         one
     }
 
-    /// The diagonal of the system: what each wedge's own share weighs.
+    /// Returns the diagonal of the system.
     pub(super) fn diagonal(&self, one: &[u32]) -> Vec<f32> {
         let mut diagonal = vec![0.0; one.len()];
         for (wedges, area) in self.wedges.of_faces.iter().zip(&self.areas) {
@@ -133,7 +129,7 @@ impl<'a> Fit<'a> {
         diagonal
     }
 
-    /// One damped step of Jacobi's.
+    /// Makes one damped step of Jacobi's method.
     pub(super) fn step(&self, values: &mut [f32], nearest: &Channel, System { meant, one, diagonal }: &System) {
         let width = nearest.width;
         let mut rest: Vec<f32> = values.iter().zip(&nearest.values).map(|(now, before)| before - now).collect();
@@ -151,6 +147,7 @@ impl<'a> Fit<'a> {
                 }
             }
         }
+        // Shared values are updated at their first wedge and copied to the others.
         for wedge in 0..one.len() {
             let first = one[wedge] as usize;
             if !self.pins.has(self.wedges.vertices[wedge]) && diagonal[first] > LEAST && first == wedge {
@@ -165,17 +162,17 @@ impl<'a> Fit<'a> {
     }
 }
 
-/// The least-squares system of a channel.
+/// Least-squares system of a channel.
 pub(super) struct System {
-    /// What the original's values are at the quadrature points, n_faces x 6 x width.
+    /// Original values at the quadrature points, n_faces x 6 x width.
     pub meant: Vec<f32>,
-    /// For each wedge the first one at its vertex that has the same values.
+    /// First wedge of equal values at each wedge's vertex.
     pub one: Vec<u32>,
-    /// What each wedge's own share weighs.
+    /// Diagonal of the system.
     pub diagonal: Vec<f32>,
 }
 
-/// Keeps each number between the least and the largest of the original.
+/// Clamps each component to the range of the original.
 fn keep_within(values: &mut [f32], original: &Channel) {
     let width = original.width;
     for i in 0..width {

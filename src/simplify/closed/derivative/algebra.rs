@@ -1,20 +1,19 @@
-//! Small dense algebra in double precision and its derivatives: normals, unit vectors, 3 x 3 systems.
+//! Dense 3 x 3 algebra in double precision with derivatives.
 
 use std::ops::{Add, AddAssign};
 
 use glam::{DMat3, DVec3};
 
-/// The parts A and b of a quadratic form `x'Ax - 2 b'x`, smallest where `A x = b`; or a gradient to both.
+/// Quadratic form `x'Ax - 2 b'x`, smallest where `A x = b`; or a gradient with respect to it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Form {
-    /// Symmetric.
+    /// Symmetric matrix A.
     pub a: DMat3,
-    /// The linear part.
+    /// Linear part b.
     pub b: DVec3,
 }
 
 impl Form {
-    /// Nothing at all.
     pub const ZERO: Self = Self { a: DMat3::ZERO, b: DVec3::ZERO };
 }
 
@@ -31,24 +30,24 @@ impl AddAssign for Form {
     }
 }
 
-/// `x y'`.
+/// Returns `x y'`.
 pub(super) fn outer(x: DVec3, y: DVec3) -> DMat3 {
     DMat3::from_cols(x * y.x, x * y.y, x * y.z)
 }
 
-/// Sum of the diagonal.
+/// Returns the sum of the diagonal.
 pub(super) fn trace(a: &DMat3) -> f64 {
     a.x_axis.x + a.y_axis.y + a.z_axis.z
 }
 
-/// `a + weight tr(a) I`.
+/// Returns `a + weight tr(a) I`.
 pub(super) fn stiffened(a: &DMat3, weight: f64) -> DMat3 {
     *a + DMat3::IDENTITY * (weight * trace(a))
 }
 
-/// Solves `a x = b` for a symmetric positive definite `a`; zero where it is not.
+/// Solves `a x = b` for a symmetric positive definite `a`; zero if it is not.
 ///
-/// By `L D L'`: with cofactors, what the tiny eigenvalues of nearly flat regions say would be lost in rounding.
+/// Uses `L D L'`: cofactors would lose the tiny eigenvalues of nearly flat regions.
 pub(super) fn solve(a: &DMat3, b: DVec3) -> DVec3 {
     let d0 = a.x_axis.x;
     let (l10, l20) = (a.x_axis.y / d0, a.x_axis.z / d0);
@@ -64,25 +63,25 @@ pub(super) fn solve(a: &DMat3, b: DVec3) -> DVec3 {
     if is_definite && solution.is_finite() { solution } else { DVec3::ZERO }
 }
 
-/// Derivative of `x = solve(a, b)` to the form `(a, b)`.
+/// Returns the derivative of `x = solve(a, b)` with respect to the form `(a, b)`.
 pub(super) fn solve_backward(a: &DMat3, x: DVec3, gradient: DVec3) -> Form {
     let to_b = solve(a, gradient);
     Form { a: (outer(to_b, x) + outer(x, to_b)) * -0.5, b: to_b }
 }
 
-/// Derivative of [`stiffened`] to its matrix.
+/// Returns the derivative of [`stiffened`] with respect to its matrix.
 pub(super) fn stiffened_backward(gradient: &DMat3, weight: f64) -> DMat3 {
     stiffened(gradient, weight)
 }
 
-/// Derivative of the area normal `(b - a) x (c - a)` to its corners.
+/// Returns the derivative of the area normal `(b - a) x (c - a)` with respect to its corners.
 pub(super) fn area_normal_backward([a, b, c]: [DVec3; 3], gradient: DVec3) -> [DVec3; 3] {
     let to_b = (c - a).cross(gradient);
     let to_c = gradient.cross(b - a);
     [-to_b - to_c, to_b, to_c]
 }
 
-/// Derivative of `v / |v|` to `v`; zero where `v` is.
+/// Returns the derivative of `v / |v|` with respect to `v`; zero at zero.
 pub(super) fn unit_backward(v: DVec3, gradient: DVec3) -> DVec3 {
     let length = v.length();
     if length > 0.0 {
@@ -103,7 +102,7 @@ mod tests {
     const C: DVec3 = DVec3::new(-0.2, 0.9, 1.1);
     const G: DVec3 = DVec3::new(0.7, -0.3, 0.2);
 
-    /// Panics unless `gradient` is the slope of `loss` at `x`.
+    /// Asserts that `gradient` is the slope of `loss` at `x`.
     fn assert_slope(x: DVec3, gradient: DVec3, loss: impl Fn(DVec3) -> f64) {
         let numeric = DVec3::from_array([0, 1, 2].map(|axis| {
             let step = DVec3::AXES[axis] * 1e-6;

@@ -1,8 +1,8 @@
-//! One step of the fit as a function of the input's positions and of the output vertices, with derivative.
+//! One fit step as a function of input positions and output vertices, with derivative.
 //!
-//! Which point of the original belongs to which face, and to which place in it, is constant, and so is how much the points
-//! of a face count and which vertices moved. (That the place in the face does not move with the vertices costs nothing in the heights: they are smallest
-//! there.) Everything else, the common length of the step included, is differentiated.
+//! The face and place of each point, the weights of faces and the set of moved vertices are constant. (A moving place
+//! would not change the heights, which are minimal there.) All else is differentiated, including the common step
+//! length.
 
 use glam::{DMat3, DVec3};
 
@@ -13,41 +13,39 @@ use crate::geometry::triangle::area_normal_f64;
 use crate::simplify::closed::refine::points::Match;
 use crate::simplify::closed::trace::Step;
 
-/// A step and the two surfaces between which it was taken.
+/// Step with the two surfaces between which it was taken.
 pub(super) struct FitStep<'a> {
-    /// Matches and which vertices moved.
+    /// Matches and moved vertices.
     pub step: &'a Step,
-    /// Faces of the input.
     pub input_faces: &'a [[u32; 3]],
-    /// Faces of the output.
     pub output_faces: &'a [[u32; 3]],
-    /// Positions of the input.
+    /// Input positions.
     pub input: &'a [DVec3],
-    /// The output vertices before the step.
+    /// Output vertices before the step.
     pub output: &'a [DVec3],
 }
 
-/// One match as a row of the least squares.
+/// One match as a row of the least-squares system.
 struct Row {
-    /// Corners of the output face, and how much each has of the point.
+    /// Corners of the output face with the point's barycentric weights.
     corners: [(usize, f64); 3],
-    /// Area of the input face, as much of it as counts.
+    /// Weighted area of the input face.
     area: f64,
-    /// From the place in the output face to the point.
+    /// Vector from the place in the output face to the point.
     gap: DVec3,
     /// Unit normal of the output face.
     normal: DVec3,
     height: f64,
 }
 
-/// What the step comes from.
+/// Intermediate results of a step.
 struct Solved {
     systems: Vec<Form>,
     directions: Vec<DVec3>,
     /// Sums over the rows of `area height rise` and `area rise^2`.
     slope: f64,
     curvature: f64,
-    /// Weight of staying in place.
+    /// Weight of the vertices' own positions.
     stay: f64,
 }
 
@@ -58,7 +56,7 @@ impl Solved {
 }
 
 impl FitStep<'_> {
-    /// The output vertices after the step.
+    /// Computes the output vertices after the step.
     pub fn forward(&self) -> Vec<DVec3> {
         let solved = self.solve(&self.normals());
         let length = solved.length();
@@ -66,12 +64,14 @@ impl FitStep<'_> {
         moves.map(|((&x, &d), &moved)| if moved { x + d * length } else { x }).collect()
     }
 
-    /// Adds to `to_input` what gradients to the vertices after the step come to; returns those to the vertices before.
+    /// Adds gradients with respect to the input to `to_input`; returns those with respect to the vertices before the
+    /// step.
     pub fn backward(&self, gradient: &[DVec3], to_input: &mut [DVec3]) -> Vec<DVec3> {
         let normals = self.normals();
         let solved = self.solve(&normals);
         let length = solved.length();
         let moving = |v: usize| if self.step.moved[v] { gradient[v] } else { DVec3::ZERO };
+        // In reverse order of `forward`: step length, directions, systems, rows, positions.
         let to_length: f64 = (0..gradient.len()).map(|v| moving(v).dot(solved.directions[v])).sum();
         let curvature = solved.curvature.max(f64::MIN_POSITIVE);
         let to_slope = to_length / curvature;
@@ -87,13 +87,13 @@ impl FitStep<'_> {
         to_output
     }
 
-    /// Area normals of the output faces.
+    /// Returns the area normals of the output faces.
     fn normals(&self) -> Vec<DVec3> {
         let corners = |face: &[u32; 3]| face.map(|v| self.output[v as usize]);
         self.output_faces.iter().map(|face| area_normal_f64(corners(face))).collect()
     }
 
-    /// How much a point counts, over the length of its face's area normal.
+    /// Returns the weight of a point per length of its face's area normal.
     fn share(&self, m: &Match) -> f64 {
         0.5 * f64::from(self.step.counts[m.projection.face as usize]) / f64::from(self.step.density.per_face())
     }
@@ -133,7 +133,7 @@ impl FitStep<'_> {
         Solved { systems, directions, slope, curvature, stay }
     }
 
-    /// Hands gradients of the rows to the points and vertices that they are made of.
+    /// Passes gradients of the rows on to points and vertices.
     fn rows_backward(&self, rows: &[Row], to_rows: &[ToRow], to_input: &mut [DVec3], to_output: &mut [DVec3]) {
         let mut to_units = vec![DVec3::ZERO; self.output_faces.len()];
         for ((m, row), to) in self.step.matches.iter().zip(rows).zip(to_rows) {
@@ -157,7 +157,7 @@ impl FitStep<'_> {
     }
 }
 
-/// Gradients to the parts of a row; the normal's without what would change its length.
+/// Gradient with respect to a row; the normal's without the part that changes its length.
 #[derive(Default)]
 struct ToRow {
     area: f64,
@@ -166,17 +166,17 @@ struct ToRow {
 }
 
 impl Row {
-    /// How far the point's place rises along the normal when all corners take their directions.
+    /// Returns the height by which the corners' directions lift the point's place.
     fn rise(&self, directions: &[DVec3]) -> f64 {
         self.normal.dot(self.carried(directions))
     }
 
-    /// Where the corners' directions carry the point's place.
+    /// Returns the vector by which the corners' directions move the point's place.
     fn carried(&self, directions: &[DVec3]) -> DVec3 {
         self.corners.iter().map(|&(v, share)| directions[v] * share).sum()
     }
 
-    /// From gradients to slope and curvature: adds to those of the directions, returns those to the row.
+    /// Passes gradients of slope and curvature on to directions and returns those of the row.
     fn length_backward(
         &self,
         solved: &Solved,
@@ -194,7 +194,7 @@ impl Row {
         }
     }
 
-    /// Adds what gradients to the systems of the corners come to.
+    /// Adds the gradients that arrive through the systems of the corners.
     fn systems_backward(&self, to_systems: &[Form], to: &mut ToRow) {
         let whole = self
             .corners
@@ -208,7 +208,7 @@ impl Row {
 }
 
 impl Solved {
-    /// Gradient to the system of vertex `v` from that to its direction.
+    /// Returns the gradient of vertex `v`'s system from that of its direction.
     fn system_backward(&self, v: usize, gradient: DVec3) -> Form {
         let matrix: DMat3 = stiffened(&self.systems[v].a, self.stay);
         let Form { a, b } = solve_backward(&matrix, self.directions[v], gradient);

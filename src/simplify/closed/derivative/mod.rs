@@ -1,8 +1,8 @@
-//! The closed result as a smooth function of the input's positions, for the connectivity that was chosen.
+//! The closed result as a smooth function of the input positions, at fixed connectivity.
 //!
 //! Every output vertex is a minimum of summed plane quadrics ([`tree`]), moved by the steps of the fit ([`fit_step`]).
-//! Both are computed again here, in double precision, from choices that the run wrote down: these are constant.
-//! So is what rounding to `f32`, opening folds, parts going back into others and keeping vertices apart added: it is kept as an offset.
+//! Both are recomputed in double precision from recorded choices. Displacements by rounding, foldover repair, nested
+//! components and separated duplicates are constant offsets.
 
 mod algebra;
 mod fit_step;
@@ -19,27 +19,27 @@ use fit_step::FitStep;
 use planes::{Gathered, Planes};
 use tree::{Grown, Tree};
 
-/// The closed result as a function of the input's positions.
+/// Closed result as a function of the input positions.
 pub(in crate::simplify) struct Derivative {
     scale: Normalisation,
-    /// For each vertex of the surface the vertex of the input that it stands for.
+    /// Input vertex of each surface vertex.
     sources: Vec<u32>,
-    /// For each vertex of the surface its output vertex.
+    /// Output vertex of each surface vertex.
     output_of: Vec<u32>,
     planes: Planes,
     tree: Tree,
     faces: Vec<[u32; 3]>,
     steps: Vec<Step>,
-    /// What the result has beyond the smooth function, n_output x 3.
+    /// Result minus smooth function, n_output x 3.
     offsets: Vec<DVec3>,
 }
 
-/// The function at one place: all that leads to the result.
+/// Function at one place with all intermediate results.
 struct State {
     input: Vec<DVec3>,
     planes: Gathered,
     tree: Grown,
-    /// Output vertices before each step of the fit, and after the last.
+    /// Output vertices before each fit step, and after the last.
     stages: Vec<Vec<DVec3>>,
 }
 
@@ -50,8 +50,8 @@ impl State {
 }
 
 impl Derivative {
-    /// From a run that wrote down its choices and ended with vertices at `output`, in local coordinates; `vertex_of` names the
-    /// output vertex of each vertex of the surface.
+    /// Builds the function from a recorded run that ended at `output`, in local coordinates; `vertex_of` names the
+    /// output vertex of each surface vertex.
     pub(super) fn new(original: &Original, trace: Trace, vertex_of: &[u32], output: &[[f32; 3]]) -> Self {
         let Trace { history, faces, steps } = trace;
         let surface = &original.surface;
@@ -74,24 +74,24 @@ impl Derivative {
         derivative
     }
 
-    /// The same over the vertices of a larger mesh, of which `sources` names those of this one.
+    /// Extends the function to a larger mesh; `sources` are this one's vertices in it.
     pub fn within(mut self, sources: &[u32]) -> Self {
         self.sources.iter_mut().for_each(|v| *v = sources[*v as usize]);
         self
     }
 
-    /// The input vertex and the output vertex it went to, for each vertex of the surface.
+    /// Returns the input vertex and the output vertex of each surface vertex.
     pub fn assignment(&self) -> impl Iterator<Item = (u32, u32)> {
         self.sources.iter().copied().zip(self.output_of.iter().copied())
     }
 
-    /// The output vertices for these input vertices.
+    /// Computes the output vertices for these input vertices.
     pub fn positions(&self, input: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let state = self.evaluate(gather(&self.scale, input, &self.sources));
         state.output().iter().zip(&self.offsets).map(|(&x, &offset)| self.scale.restore_exactly(x + offset)).collect()
     }
 
-    /// Gradients to the input vertices from those to the output vertices.
+    /// Computes gradients with respect to input vertices from those with respect to output vertices.
     pub fn backward(&self, input: &[[f64; 3]], gradient: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let gradient: Vec<DVec3> = gradient.iter().map(|&g| DVec3::from(g)).collect();
         let to_surface = self.back(&self.evaluate(gather(&self.scale, input, &self.sources)), gradient);
@@ -112,7 +112,7 @@ impl Derivative {
         State { input, planes, tree, stages }
     }
 
-    /// Gradients to the vertices of the surface; both sides of the function scale alike.
+    /// Computes gradients with respect to surface vertices; normalisation cancels, since both sides scale alike.
     fn back(&self, at: &State, mut gradient: Vec<DVec3>) -> Vec<DVec3> {
         let mut to_input = vec![DVec3::ZERO; at.input.len()];
         for (step, before) in self.steps.iter().zip(&at.stages).rev() {
@@ -173,8 +173,8 @@ mod tests {
         a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
     }
 
-    /// Meshes with the sizes that lead over every branch: fits with and without flips, all vertices as samples, boundaries,
-    /// flat parts, sheets that were split.
+    /// Meshes and sizes that cover every branch: fits with and without flips, all vertices kept, boundaries, flat
+    /// parts, split sheets.
     fn cases() -> Vec<(TriMesh, usize)> {
         vec![
             (shapes::icosphere(3), 30),
@@ -191,7 +191,7 @@ mod tests {
         ]
     }
 
-    /// The same as they stand, and for poses that nobody knows.
+    /// The cases as shapes and for unknown poses.
     fn cases_and_poses() -> impl Iterator<Item = (TriMesh, usize, Purpose)> {
         cases()
             .into_iter()
@@ -223,7 +223,7 @@ mod tests {
                     let moved = input.iter().zip(&along).map(|(p, d)| *p + *d * step).collect();
                     dot(derivative.evaluate(moved).output(), &g)
                 };
-                // Fourth order, in steps far below the edges' lengths.
+                // Fourth order, in steps far below the edge lengths.
                 let h = 1e-6;
                 let numeric = (8.0 * (loss(h) - loss(-h)) - (loss(2.0 * h) - loss(-2.0 * h))) / (12.0 * h);
                 let analytic = dot(&gradient, &along);
@@ -238,9 +238,8 @@ mod tests {
         for (mesh, n, purpose) in cases_and_poses() {
             let (closed, derivative) = run(&mesh, n, purpose);
             let most = derivative.offsets.iter().map(|offset| offset.length()).fold(0.0, f64::max);
-            // The collapse carries its quadrics in single precision: within flat parts, where nothing says where a vertex
-            // belongs but a pull of a millionth, that moves it.
-            // Spheres that touch would pass through each other there: they go back by no more.
+            // The collapse uses single precision: on flat parts, where only a pull of a millionth places a vertex, that
+            // moves it. Spheres that touch would pass through each other, and are moved back by more.
             let expected = if n == 70 { 2e-2 } else { 2e-3 };
             assert!(most < expected, "{most} of the size of a mesh with {n} vertices left");
             let again = derivative.positions(&in_doubles(&mesh));

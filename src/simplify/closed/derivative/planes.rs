@@ -1,7 +1,7 @@
-//! Plane quadrics of the input's vertices as a function of the positions, in double precision, with derivative.
+//! Plane quadrics of the input as a function of positions, in double precision, with derivative.
 //!
-//! What `surface` gathers in `f32`: a third of every face's plane to each of its corners, lines along boundary
-//! edges, and a small weight for vertices that have none. Which vertices have none, and that weight, are constant.
+//! They equal those of `surface`: a third of each face's plane per corner, lines along boundary edges, and a small
+//! weight for vertices without area; these vertices and that weight are constant.
 
 use glam::{DMat3, DVec3};
 
@@ -9,7 +9,7 @@ use super::algebra::{area_normal_backward, outer, trace};
 use crate::geometry::triangle::area_normal_f64;
 use crate::simplify::closed::prepare::surface::{BOUNDARY_WEIGHT, Surface, least_weight};
 
-/// The faces and boundary edges that count.
+/// Faces and boundary edges with their weights.
 pub(super) struct Planes {
     /// Faces of the input, n_faces x 3.
     pub faces: Vec<[u32; 3]>,
@@ -17,22 +17,22 @@ pub(super) struct Planes {
     boundaries: Vec<[u32; 2]>,
     /// Vertices without area.
     weightless: Vec<u32>,
-    /// What they weigh along each axis.
+    /// Their weight along each axis.
     support: f64,
-    /// What every vertex's planes are multiplied with, n_vertices, constant; empty where all count alike.
+    /// Factors on the planes, n_vertices; empty for 1.
     importance: Vec<f64>,
 }
 
-/// The planes at given positions.
+/// Planes at given positions.
 pub(super) struct Gathered {
     /// Area normals of the faces, n_faces.
     normals: Vec<DVec3>,
-    /// The quadrics' matrices, n_vertices.
+    /// Quadric matrices, n_vertices.
     pub matrices: Vec<DMat3>,
 }
 
 impl Planes {
-    /// The planes of a surface, whose vertices lie at `positions`.
+    /// Collects the planes of a surface with vertices at `positions`.
     pub fn new(surface: &Surface, positions: &[DVec3]) -> Self {
         let boundaries = surface.rings.ghost_faces().into_iter().map(|[w, v, _]| [w, v]).collect();
         let faces = surface.faces.to_vec();
@@ -44,7 +44,7 @@ impl Planes {
         Self { weightless, support, importance, ..bare }
     }
 
-    /// Gathers the planes at `positions`.
+    /// Computes the planes at `positions`.
     pub fn gather(&self, positions: &[DVec3]) -> Gathered {
         let mut matrices = vec![DMat3::ZERO; positions.len()];
         let corners = |face: &[u32; 3]| face.map(|v| positions[v as usize]);
@@ -63,7 +63,7 @@ impl Planes {
         Gathered { normals, matrices }
     }
 
-    /// Adds to `to_positions` what gradients to the matrices (symmetric) come to.
+    /// Adds gradients with respect to positions, from symmetric ones with respect to the matrices.
     pub fn backward(&self, positions: &[DVec3], at: &Gathered, gradient: &[DMat3], to_positions: &mut [DVec3]) {
         let factor = |v: u32| self.importance.get(v as usize).copied().unwrap_or(1.0);
         let gradient = |v: u32| gradient[v as usize] * factor(v);
@@ -82,18 +82,18 @@ impl Planes {
     }
 }
 
-/// The quadric of a face's plane for each of its corners, `N N' / (6 |N|)` of the area normal N: a third of its area.
+/// Returns a face's plane quadric per corner, `N N' / (6 |N|)` for the area normal N: a third of its area.
 pub(super) fn plane(normal: DVec3) -> DMat3 {
     let double_area = normal.length();
     if double_area > 0.0 { outer(normal, normal) * (1.0 / (6.0 * double_area)) } else { DMat3::ZERO }
 }
 
-/// The quadric of the line along a boundary edge, `e'e I - e e'` times its weight.
+/// Returns the quadric of the line along a boundary edge, `e'e I - e e'` times its weight.
 pub(super) fn line(edge: DVec3) -> DMat3 {
     (DMat3::IDENTITY * edge.length_squared() - outer(edge, edge)) * f64::from(BOUNDARY_WEIGHT)
 }
 
-/// Derivative of [`plane`] to the area normal N.
+/// Returns the derivative of [`plane`] with respect to the area normal.
 pub(super) fn plane_backward(normal: DVec3, gradient: &DMat3) -> DVec3 {
     let double_area = normal.length();
     if double_area > 0.0 {
@@ -104,7 +104,7 @@ pub(super) fn plane_backward(normal: DVec3, gradient: &DMat3) -> DVec3 {
     }
 }
 
-/// Derivative of [`line`] to the edge.
+/// Returns the derivative of [`line`] with respect to the edge.
 pub(super) fn line_backward(edge: DVec3, gradient: &DMat3) -> DVec3 {
     (edge * trace(gradient) - *gradient * edge) * (2.0 * f64::from(BOUNDARY_WEIGHT))
 }

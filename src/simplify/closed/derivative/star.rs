@@ -1,4 +1,4 @@
-//! The quadric of the planes around a node as a function of the places of its neighbours, in double precision, with derivative.
+//! Quadric of the planes around a node as a function of its neighbours' places, in double precision, with derivative.
 
 use glam::{DMat3, DVec3};
 
@@ -7,22 +7,20 @@ use super::planes::{line, line_backward, plane, plane_backward};
 use crate::geometry::triangle::area_normal_f64;
 use crate::simplify::closed::collapse::{PULL, Renewal};
 
-/// The faces, boundary edges and folds around a node.
+/// Faces, boundary edges and folds around a node.
 pub(super) struct Star {
-    /// The node.
     centre: usize,
-    /// The other corners of its faces.
+    /// Other corners of its faces.
     faces: Vec<[usize; 2]>,
-    /// The other ends of its boundary edges and of its folds.
+    /// Other ends of its boundary edges and folds.
     lines: Vec<usize>,
-    /// How much more than its area it counts, constant.
     importance: f64,
-    /// How much more it is drawn to where it is for its weight, constant.
+    /// Additional pull to its place, relative to the squared weight.
     bend: f64,
 }
 
 impl Star {
-    /// The star of a vertex that was summed anew when `node_of` named the nodes.
+    /// Builds the star of a recomputed vertex; `node_of` names the nodes of vertices at that time.
     pub fn new(Renewal { vertex, ring, folds, importance, bend }: &Renewal, node_of: &[usize]) -> Self {
         let nodes: Vec<Option<usize>> = ring.iter().map(|&w| node_of.get(w as usize).copied()).collect();
         let mut faces = Vec::with_capacity(nodes.len());
@@ -50,13 +48,13 @@ impl Star {
         stiffened(&planes, f64::from(PULL) + self.bend * trace(&planes))
     }
 
-    /// The quadric where the nodes lie at these places.
+    /// Computes the quadric with the nodes at these places.
     pub fn quadric(&self, places: &[DVec3]) -> Form {
         let a = self.matrix(places);
         Form { a, b: a * places[self.centre] }
     }
 
-    /// Adds to `to_places` what a gradient to the quadric comes to.
+    /// Adds gradients with respect to places, from one with respect to the quadric.
     pub fn backward(&self, places: &[DVec3], &Form { a, b }: &Form, to_places: &mut [DVec3]) {
         let centre = places[self.centre];
         to_places[self.centre] += self.matrix(places) * b;

@@ -1,8 +1,8 @@
-//! The vertices of the collapse: those of the input and their unions, minima of summed quadrics, or what took their place.
+//! Vertices of the collapse as a tree: input vertices and their unions, placed by quadrics.
 //!
-//! Every merge is a node over two older ones. Its vertex is the minimum of their quadrics together, or the vertex of one of the two, or the
-//! middle between them, as it was when the edge went. A quadric is one of planes around a node, at the places that its neighbours had when
-//! it was summed; the first ones are those of the input.
+//! Every merge is a node over two older ones, at the minimum of their summed quadrics, at one of them, or between them.
+//! Quadrics are sums of planes around a node, at its neighbours' places when they were computed; the first are those of
+//! the input.
 
 use glam::{DMat3, DVec3};
 
@@ -10,42 +10,40 @@ use super::algebra::{Form, outer, solve, solve_backward, stiffened, stiffened_ba
 use super::star::Star;
 use crate::simplify::closed::collapse::{Event, PULL, Place};
 
-/// Vertices and their unions, constant.
+/// Input vertices and their unions.
 pub(super) struct Tree {
-    /// What happened to them, older steps first.
+    /// Events in order.
     steps: Vec<Step>,
-    /// For each output vertex its node: an input vertex, or n_input + the number of a union.
+    /// Node of each output vertex: an input vertex, or n_input plus the number of a union.
     roots: Vec<u32>,
 }
 
-/// A step of the collapse.
+/// Step of the collapse.
 enum Step {
-    /// A new node: a union of two, by a quadric of each.
+    /// New node: a union of two.
     Union {
-        /// The older nodes.
         nodes: [usize; 2],
-        /// Their quadrics.
         quadrics: [usize; 2],
-        /// How its vertex was placed.
+        /// Choice of its place.
         place: Place,
     },
-    /// A new quadric.
+    /// New quadric.
     Star(Star),
 }
 
-/// A tree at given positions.
+/// Tree at given positions.
 pub(super) struct Grown {
-    /// The quadrics that the collapse had: those of the input first, then one for each star.
+    /// Quadrics: those of the input, then one per star.
     quadrics: Vec<Form>,
-    /// Vertices of all nodes.
+    /// Places of all nodes.
     places: Vec<DVec3>,
 }
 
 impl Tree {
-    /// The tree of what happened; `output_of` names the output vertex of each input vertex.
+    /// Builds the tree of a history; `output_of` names the output vertex of each input vertex.
     pub fn new(history: &[Event], output_of: &[u32]) -> Self {
         let n_input = output_of.len();
-        // Of every vertex of the collapse its node and its quadric.
+        // Current node and quadric of every collapse vertex.
         let mut node_of: Vec<usize> = (0..n_input).collect();
         let mut quadric_of = node_of.clone();
         let (mut n_nodes, mut n_quadrics) = (n_input, n_input);
@@ -66,7 +64,7 @@ impl Tree {
                 }
             }
         }
-        // The last union of a family stands for it, and later unions have larger numbers.
+        // Later unions have larger numbers, so the largest node of an output vertex is its root.
         let mut roots = vec![0; output_of.iter().max().map_or(0, |&last| last as usize + 1)];
         for (&node, &output) in node_of.iter().zip(output_of) {
             let root = &mut roots[output as usize];
@@ -75,7 +73,7 @@ impl Tree {
         Self { steps, roots }
     }
 
-    /// Computes quadrics and vertices from those of the input.
+    /// Computes quadrics and places from those of the input.
     pub fn grow(&self, positions: &[DVec3], matrices: &[DMat3]) -> Grown {
         let form = |(&p, matrix): (&DVec3, &DMat3)| {
             let a = stiffened(matrix, f64::from(PULL));
@@ -100,12 +98,13 @@ impl Tree {
         Grown { quadrics, places }
     }
 
-    /// The output vertices.
+    /// Returns the output vertices.
     pub fn outputs(&self, at: &Grown) -> Vec<DVec3> {
         self.roots.iter().map(|&node| at.places[node as usize]).collect()
     }
 
-    /// Adds to `to_positions` what gradients to the output vertices come to, and returns those to the matrices.
+    /// Adds gradients with respect to positions, from those with respect to output vertices; returns those with respect
+    /// to the matrices.
     pub fn backward(
         &self,
         at: &Grown,
@@ -125,7 +124,7 @@ impl Tree {
         (0..positions.len()).map(to_matrix).collect()
     }
 
-    /// Hands gradients down from unions and stars to what they are made of, newest first; returns those to the quadrics of the input,
+    /// Passes gradients from unions and stars down, newest first; returns those with respect to the input's quadrics,
     /// n_input.
     fn steps_backward(&self, at: &Grown, to_places: &mut [DVec3], n_input: usize) -> Vec<Form> {
         let mut to_quadrics = vec![Form::ZERO; at.quadrics.len()];

@@ -1,7 +1,6 @@
-//! Edges that stay edges: seams and creases.
+//! Feature edges: seams and creases.
 //!
-//!
-//! They are curves on the surface; the collapse leaves them where they are, or sets a price on moving them.
+//! They form curves, which the collapse holds in place or moves at a price.
 
 use rustc_hash::FxHashMap;
 
@@ -9,20 +8,20 @@ use crate::mesh::FeatureEdge;
 
 use super::surface::Surface;
 
-/// The edges that stay edges, over the vertices of the surface.
+/// Feature edges over surface vertices.
 #[derive(Default)]
 pub struct FeatureEdges {
-    /// The edges, the smaller vertex first, each once.
+    /// Edges, the smaller vertex first, without duplicates.
     pub edges: Vec<[u32; 2]>,
-    /// How far the curve of each may leave its place at a low price, on the surface of unit size; 0 where it is held.
+    /// Distance that each may move at a low price, on the surface of unit size; 0 if held.
     pub slack: Vec<f32>,
-    /// Whether the normals on the two sides of each differ.
+    /// Marks edges whose sides have different normals.
     is_hard: Vec<bool>,
 }
 
 impl FeatureEdges {
-    /// Takes edges over to the vertices of the surface, where some are copies.
-    pub fn on(surface: &Surface, kept: &[FeatureEdge]) -> Self {
+    /// Transfers mesh edges to the surface, where some vertices are copies.
+    pub fn on(surface: &Surface, kept: &[KeptEdge]) -> Self {
         let has_copies = surface.n_split() > 0 && !kept.is_empty();
         let kept = if has_copies { on_copies(surface, kept) } else { kept.to_vec() };
         let edges: Vec<[u32; 2]> = kept.iter().map(|edge| edge.ends).collect();
@@ -31,45 +30,44 @@ impl FeatureEdges {
         Self { edges, slack, is_hard }
     }
 
-    /// Whether some are held.
+    /// Returns whether any edge is held.
     pub fn hold(&self) -> bool {
         self.held().next().is_some()
     }
 
-    /// The edges that are held.
+    /// Returns the held edges.
     pub fn held(&self) -> impl Iterator<Item = [u32; 2]> {
         self.edges.iter().zip(&self.slack).filter(|(_, slack)| **slack == 0.0).map(|(edge, _)| *edge)
     }
 
-    /// The vertices where a curve ends.
+    /// Returns the endpoints of the curves.
     pub fn ends(&self) -> Vec<u32> {
         let mut vertices = self.edges.as_flattened().to_vec();
         vertices.sort_unstable();
         vertices.chunk_by(|a, b| a == b).filter(|same| same.len() == 1).map(|same| same[0]).collect()
     }
 
-    /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.edges.is_empty()
     }
 
-    /// Returns the edges across which normals differ.
+    /// Returns the hard edges.
     pub fn hard(&self) -> impl Iterator<Item = [u32; 2]> {
         self.edges.iter().zip(&self.is_hard).filter(|(_, is_hard)| **is_hard).map(|(edge, _)| *edge)
     }
 
-    /// The edges between the vertices that `vertex_of` says the surface's became, each once.
+    /// Maps the edges through `vertex_of`, without duplicates and loops.
     pub fn edges_between(&self, vertex_of: &[u32]) -> Vec<[u32; 2]> {
         edges_between(self.edges.iter().copied(), vertex_of)
     }
 
-    /// Returns the hard edges among those between the vertices that `vertex_of` says the surface's became, each once.
+    /// Maps the hard edges through `vertex_of`, without duplicates and loops.
     pub fn hard_edges_between(&self, vertex_of: &[u32]) -> Vec<[u32; 2]> {
         edges_between(self.hard(), vertex_of)
     }
 }
 
-/// Returns what these edges became where `vertex_of` says what their vertices became, each once.
+/// Maps edges through `vertex_of`, without duplicates and loops.
 fn edges_between(edges: impl Iterator<Item = [u32; 2]>, vertex_of: &[u32]) -> Vec<[u32; 2]> {
     let ends = |edge: [u32; 2]| {
         let [a, b] = edge.map(|v| vertex_of[v as usize]);
@@ -81,9 +79,9 @@ fn edges_between(edges: impl Iterator<Item = [u32; 2]>, vertex_of: &[u32]) -> Ve
     edges
 }
 
-/// The surface's edges over these edges of the mesh, as far as they have two sides there.
-fn on_copies(surface: &Surface, kept: &[FeatureEdge]) -> Vec<FeatureEdge> {
-    let wanted: FxHashMap<[u32; 2], &FeatureEdge> = kept.iter().map(|edge| (edge.ends, edge)).collect();
+/// Finds the surface edges over these mesh edges; each must have two sides.
+fn on_copies(surface: &Surface, kept: &[KeptEdge]) -> Vec<KeptEdge> {
+    let wanted: FxHashMap<[u32; 2], &KeptEdge> = kept.iter().map(|edge| (edge.ends, edge)).collect();
     let mut touched = vec![false; surface.n_vertices()];
     kept.iter().flat_map(|edge| edge.ends).for_each(|v| touched[v as usize] = true);
     let kept = |[a, b]: [u32; 2]| {

@@ -1,12 +1,12 @@
-//! One half of a mesh that is its own mirror image: its vertices on the plane count as they do in the whole.
+//! Preparation of one half of a symmetric mesh: plane vertices count as in the whole mesh.
 
 use crate::simplify::closed::pins::PlaneVertices;
 
 use super::surface::{Surface, add, plane_of};
 
-/// Lets the vertices of the plane count as they do in the whole mesh: the planes of their faces, the lines of their boundaries
-/// and the images of these, and none that stand on the cut; and their normals lie in the plane.
+/// Gives plane vertices the quadrics that they have in the whole mesh, and normals in the plane.
 pub fn complete(surface: &mut Surface, plane: &PlaneVertices) {
+    // The cut itself gets no boundary lines: in the whole mesh it is no boundary.
     let mut sums = vec![[0.0f32; 6]; if plane.len() > 0 { surface.n_vertices() } else { 0 }];
     for face in surface.faces.iter().filter(|face| face.iter().any(|&v| plane.has(v))) {
         if let Some((_, quadric)) = plane_of(face.map(|v| surface.positions[v as usize])) {
@@ -29,7 +29,7 @@ pub fn complete(surface: &mut Surface, plane: &PlaneVertices) {
     }
 }
 
-/// Adds the lines along boundaries of the whole mesh, where these meet the plane, and their images.
+/// Adds the boundary lines at plane vertices, and their images.
 fn add_boundaries(surface: &Surface, plane: &PlaneVertices, sums: &mut [[f32; 6]]) {
     let boundaries = if sums.is_empty() { Vec::new() } else { surface.rings.ghost_faces() };
     for [a, b, _] in boundaries.into_iter().filter(|&[a, b, _]| plane.has(a) != plane.has(b)) {
@@ -58,7 +58,7 @@ mod tests {
         let (mut surface, of_whole) = (Surface::new(&half, Pulse::NONE), Surface::new(&whole, Pulse::NONE));
         let plane = PlaneVertices::of(&surface, &Half { axis: 0, on_plane: &on_plane });
         complete(&mut surface, &plane);
-        // The halves are normalised by other powers of two.
+        // The halves are normalised by different powers of two.
         let ratio = (surface.scale.to_unit([1.0, 0.0, 0.0]) - surface.scale.to_unit([0.0; 3])).x
             / (of_whole.scale.to_unit([1.0, 0.0, 0.0]) - of_whole.scale.to_unit([0.0; 3])).x;
         for v in (0..on_plane.len()).filter(|&v| on_plane[v]) {

@@ -1,4 +1,4 @@
-//! The input as the assembly works on it: a surface of unit size, the edges that stay, the vertices that may not move.
+//! Preparation of the input: a surface of unit size, feature edges, and pins.
 
 pub mod feature_edges;
 mod half;
@@ -13,12 +13,12 @@ use super::request::Keep;
 use feature_edges::FeatureEdges;
 use surface::{Normalisation, Surface};
 
-/// Makes a mesh and what of it has to stay the original of an assembly, to whose work `pulse` listens.
+/// Prepares a mesh and its constraints.
 pub fn prepare<'a>(mesh: &'a TriMesh, keep: &Keep, pulse: Pulse<'a>) -> Original<'a> {
     prepare_surface(mesh, Surface::new(mesh, pulse), keep)
 }
 
-/// Prepares a part of a mesh with the normalisation of the whole.
+/// Prepares some components of a mesh with the normalisation of the whole.
 pub fn prepare_at_scale<'a>(mesh: &'a TriMesh, scale: Normalisation, keep: &Keep, pulse: Pulse<'a>) -> Original<'a> {
     prepare_surface(mesh, Surface::at_scale(mesh, scale, pulse), keep)
 }

@@ -1,4 +1,4 @@
-//! The input as the closed assembly works on it: a manifold of unit size with normals and quadrics.
+//! The input as a manifold of unit size, with normals and quadrics.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -12,51 +12,47 @@ use crate::mesh::pulse::{PARALLEL, Pulse};
 use crate::mesh::thread_ranges::{split_rows, thread_ranges};
 use crate::mesh::{Manifold, OneRings, TriMesh, manifold_with};
 
-/// How much a boundary counts against the surface: weight of the squared distance from the line along a boundary edge
-/// at either end, over the edge's squared length. Twelve open training meshes at ratios 0.05 and 0.2: the mean distance
-/// is 1.0 % nearer at 0.3, where the largest is 3 % farther, and 1.5 % farther at 10.
+/// Weight of the squared distance to the line along a boundary edge, over its squared length. Twelve open training
+/// meshes at ratios 0.05 and 0.2: the mean distance is 1.0 % smaller at 0.3, with the largest 3 % larger, and 1.5 %
+/// larger at 10.
 pub const BOUNDARY_WEIGHT: f32 = 3.0;
-/// How much an edge that stays counts against the surface: weight of the plane that stands on it. Twelve training
-/// meshes with creases: at 0.1 the mean distance is 1.4 % nearer and the largest 3 % farther, at 1 they are 0.9 % and
-/// 14 % farther. Twelve with textures: at 0.1 the mean distance is 3.2 % nearer and texture coordinates 0.4 % farther,
-/// at 1 both are 4.5 % farther.
+/// Weight of the plane that supports a held edge. Twelve training meshes with creases: at 0.1 the mean distance is 1.4
+/// % smaller and the largest 3 % larger, at 1 they are 0.9 % and 14 % larger.
 const EDGE_WEIGHT: f32 = 0.3;
-/// Weight of a vertex over the mean below which it gets as much along each axis. It makes the empty quadrics of faces
-/// without area regular: at 1e-5 no result of 64 of training meshes differs, at 1e-3 four do.
+/// Weight over the mean below which a vertex gets a floor along each axis, so that no quadric is empty. At 1e-5 no
+/// result of 64 differs, at 1e-3 four do.
 const LIGHT: f64 = 1e-4;
 
-/// Least cosine between a face's normal and the opposite of its neighbour's at a fold. A sheet of a thousandth of its
-/// width, to 0.05: without folds the result lies 0.14 of the diagonal off, with them less than 0.06.
+/// Least cosine between a face's normal and the opposite of its neighbour's at a fold. A thin sheet at 0.05 deviates by
+/// 0.14 of the diagonal without folds, by less than 0.06 with them.
 const FOLD: f32 = 0.5;
 
-/// Normals that are made unit vectors, and quadrics that are weighed, between two beats: at a few nanoseconds each, about five
-/// milliseconds.
+/// Normals or quadrics processed between two beats, about five milliseconds.
 const TOGETHER: usize = 1 << 20;
 
-/// An oriented manifold of unit size with what every later stage asks of its vertices.
+/// Oriented manifold of unit size.
 pub struct Surface<'a> {
-    /// Normalised positions, n_vertices x 3; vertices split off by the manifold stand last.
+    /// Normalised positions, n_vertices x 3; copies of split vertices come last.
     pub positions: Vec<Vec3>,
-    /// Faces, n_faces x 3; the mesh's own where the manifold changed none.
+    /// Faces, n_faces x 3.
     pub faces: Cow<'a, [[u32; 3]]>,
-    /// Neighbours in order.
+    /// One-rings in order.
     pub rings: OneRings,
-    /// Unit normals at the vertices, n_vertices x 3; zero where the faces have none.
+    /// Unit vertex normals, n_vertices x 3; zero without area.
     pub normals: Vec<Vec3>,
-    /// Plane quadrics of each vertex about its own position, upper triangles; the trace is about its area, times its
-    /// importance.
+    /// Upper triangles of the plane quadrics about each vertex; the trace is about area times importance.
     pub quadrics: Vec<[f32; 6]>,
-    /// By how much more than its area each vertex counts, n_vertices; empty where all count alike.
+    /// Factor on each vertex's area, n_vertices; empty for 1.
     pub importance: Vec<f32>,
-    /// From normalised to local coordinates.
+    /// Map between local and normalised coordinates.
     pub scale: Normalisation,
-    /// Who listens to what is done with it.
+    /// Progress of work on the surface.
     pub pulse: Pulse<'a>,
-    /// For the vertices that were split off where sheets met, the vertices they are copies of.
+    /// Vertices of which the split-off ones are copies.
     copies: Vec<u32>,
 }
 
-/// The map between local and normalised coordinates: a shift and a power of two, so that little is rounded.
+/// Map between local and normalised coordinates: a shift and a power of two, which round little.
 #[derive(Clone, Copy)]
 pub struct Normalisation {
     centre: DVec3,
@@ -81,17 +77,17 @@ impl Normalisation {
         self.to_unit(local).as_vec3()
     }
 
-    /// The normalised coordinates of a local point, not rounded.
+    /// Normalises a local point without rounding.
     pub fn to_unit(self, local: [f32; 3]) -> DVec3 {
         self.exact_to_unit(local.map(f64::from))
     }
 
-    /// The normalised coordinates of a local point in double precision.
+    /// Normalises a local point in double precision.
     pub fn exact_to_unit(self, local: [f64; 3]) -> DVec3 {
         (DVec3::from(local) - self.centre) * self.factor
     }
 
-    /// The local coordinates of a normalised point.
+    /// Returns the local coordinates of a normalised point.
     pub fn restore(&self, point: DVec3) -> [f32; 3] {
         self.restore_exactly(point).map(|x| x as f32)
     }
@@ -101,19 +97,19 @@ impl Normalisation {
         DMat4::from_translation(self.centre) * DMat4::from_scale(DVec3::splat(1.0 / self.factor))
     }
 
-    /// The local coordinates of a normalised point in double precision.
+    /// Returns the local coordinates of a normalised point in double precision.
     pub fn restore_exactly(&self, point: DVec3) -> [f64; 3] {
         (point / self.factor + self.centre).to_array()
     }
 }
 
 impl<'a> Surface<'a> {
-    /// Takes the mesh apart into a manifold, normalises it and gathers normals and quadrics.
+    /// Builds the manifold of a mesh and sums its normals and quadrics.
     pub fn new(mesh: &'a TriMesh, pulse: Pulse<'a>) -> Self {
         Self::at_scale(mesh, Normalisation::of(mesh.positions()), pulse)
     }
 
-    /// Makes the surface of a part of a mesh with the normalisation of the whole.
+    /// Builds the surface of some components with the normalisation of the whole mesh.
     pub fn at_scale(mesh: &'a TriMesh, scale: Normalisation, pulse: Pulse<'a>) -> Self {
         let Manifold { faces, rings, copies, .. } = manifold_with(pulse, mesh.positions(), mesh.faces());
         pulse.beat(0);
@@ -125,7 +121,7 @@ impl<'a> Surface<'a> {
         Self { positions, faces, rings, normals, quadrics, importance: Vec::new(), scale, pulse, copies }
     }
 
-    /// Stands a plane on each of these edges, so that their curves keep their places.
+    /// Adds a plane along each of these edges and across the surface, which holds their curves.
     pub fn support_edges(&mut self, edges: impl Iterator<Item = [u32; 2]>) {
         for edge in edges {
             let plane = self.plane_on(edge, EDGE_WEIGHT);
@@ -133,25 +129,25 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// The plane that stands on a kept edge, as it counts for one of its ends.
+    /// Returns the supporting plane of a kept edge, weighted for one of its ends.
     pub fn plane_on_edge(&self, edge: [u32; 2], end: u32) -> Quadric {
         let weight = EDGE_WEIGHT * self.importance.get(end as usize).copied().unwrap_or(1.0);
         Quadric::around(self.plane_on(edge, weight), self.positions[edge[0] as usize])
     }
 
-    /// The plane that stands on an edge, `weight` times its squared length, an upper triangle.
+    /// Returns the supporting plane of an edge, times `weight` and its squared length, as an upper triangle.
     fn plane_on(&self, [a, b]: [u32; 2], weight: f32) -> [f32; 6] {
         let edge = self.positions[b as usize] - self.positions[a as usize];
         let across = edge.cross(self.normals[a as usize] + self.normals[b as usize]).normalize_or_zero();
         outer(across, weight * edge.length_squared())
     }
 
-    /// The quadric of the line along an edge of a boundary, an upper triangle.
+    /// Returns the quadric of the line along a boundary edge, as an upper triangle.
     pub fn line_along_boundary(&self, [a, b]: [u32; 2]) -> [f32; 6] {
         line_along(self.positions[b as usize] - self.positions[a as usize])
     }
 
-    /// Lets every vertex count by as much more, n_vertices positive factors.
+    /// Multiplies the quadrics by importance, n_vertices positive factors.
     pub fn weigh(&mut self, importance: Vec<f32>) {
         let weigh = |(quadric, factor): (&mut [f32; 6], &f32)| quadric.iter_mut().for_each(|entry| *entry *= factor);
         for (quadrics, importance) in self.quadrics.chunks_mut(TOGETHER).zip(importance.chunks(TOGETHER)) {
@@ -161,39 +157,39 @@ impl<'a> Surface<'a> {
         self.importance = importance;
     }
 
-    /// Vertices that were split off where sheets met.
+    /// Returns the number of vertices split off where sheets met.
     pub fn n_split(&self) -> usize {
         self.copies.len()
     }
 
-    /// For each vertex the vertex of the mesh it stands for.
+    /// Returns the mesh vertex of each surface vertex.
     pub fn sources(&self) -> impl Iterator<Item = u32> {
         (0..self.positions.len() as u32).map(|v| self.source(v))
     }
 
-    /// The vertex of the mesh that `vertex` stands for.
+    /// Returns the mesh vertex of a surface vertex.
     pub fn source(&self, vertex: u32) -> u32 {
         let n_own = self.positions.len() - self.copies.len();
         if (vertex as usize) < n_own { vertex } else { self.copies[vertex as usize - n_own] }
     }
 
-    /// A length of the mesh, on this surface.
+    /// Converts a length of the mesh to this surface.
     pub fn length(&self, of_mesh: f32) -> f32 {
         (f64::from(of_mesh) * self.scale.factor) as f32
     }
 
-    /// Number of vertices.
+    /// Returns the number of vertices.
     pub fn n_vertices(&self) -> usize {
         self.positions.len()
     }
 
-    /// The weight of a vertex: its area, and what boundaries add, times its importance.
+    /// Returns the weight of a vertex: area and boundary lines, times importance.
     pub fn weight(&self, vertex: usize) -> f64 {
         let quadric = self.quadrics[vertex];
         f64::from(quadric[0] + quadric[3] + quadric[5])
     }
 
-    /// The neighbours of `vertex` without the ghost vertex of a boundary.
+    /// Returns the neighbours of a vertex without ghost vertices.
     pub fn neighbors(&self, vertex: u32) -> &[u32] {
         let ring = self.rings.ring(vertex);
         match self.rings.ghost(vertex) {
@@ -203,9 +199,9 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// Unit vertex normals and plane quadrics, a third of every face to each corner, in one pass over the faces per thread.
+/// Sums unit vertex normals and plane quadrics, a third of each face per corner.
 ///
-/// Every vertex adds its faces up in their order, whichever thread it belongs to.
+/// Every vertex sums its faces in their order, on any number of threads.
 fn face_sums(pulse: Pulse, positions: &[Vec3], faces: &[[u32; 3]]) -> (Vec<Vec3>, Vec<[f32; 6]>) {
     let mut normals = vec![Vec3::ZERO; positions.len()];
     let mut quadrics = vec![[0.0; 6]; positions.len()];
@@ -226,7 +222,7 @@ fn face_sums(pulse: Pulse, positions: &[Vec3], faces: &[[u32; 3]]) -> (Vec<Vec3>
     (normals, quadrics)
 }
 
-/// Adds the faces to the sums of the vertices in `share`, `share.len()` each.
+/// Adds the faces to the vertices in `share`.
 fn add_faces(
     positions: &[Vec3],
     faces: &[[u32; 3]],
@@ -250,8 +246,7 @@ fn add_faces(
     }
 }
 
-/// The area normal of a face, and the quadric of its plane for each of its corners: a third of its area; `None` where it has
-/// no area.
+/// Returns the area normal of a face and its plane quadric per corner; `None` without area.
 #[inline(always)]
 pub fn plane_of(corners: [Vec3; 3]) -> Option<(Vec3, [f32; 6])> {
     let normal = area_normal(corners);
@@ -259,8 +254,9 @@ pub fn plane_of(corners: [Vec3; 3]) -> Option<(Vec3, [f32; 6])> {
     (double_area > 0.0).then(|| (normal, outer(normal, 1.0 / (6.0 * double_area))))
 }
 
-/// Lines along the boundary edges, so that a boundary keeps its curve; planes that stand on them would do where the surface is
-/// smooth, but lean over where it is rough.
+/// Adds lines along boundary edges, which hold the boundary's curve.
+///
+/// Supporting planes would do on smooth surfaces, but lean on rough ones.
 fn add_boundary_lines(positions: &[Vec3], rings: &OneRings, quadrics: &mut [[f32; 6]]) {
     if rings.n_ghosts() == 0 {
         return;
@@ -271,7 +267,7 @@ fn add_boundary_lines(positions: &[Vec3], rings: &OneRings, quadrics: &mut [[f32
     }
 }
 
-/// The weighted squared distance from the line along a boundary edge or a fold, an upper triangle.
+/// Returns the weighted squared distance to the line along an edge, as an upper triangle.
 #[inline(always)]
 pub fn line_along(edge: Vec3) -> [f32; 6] {
     let mut line = outer(edge, -BOUNDARY_WEIGHT);
@@ -279,14 +275,14 @@ pub fn line_along(edge: Vec3) -> [f32; 6] {
     line
 }
 
-/// A neighbour in the ring of a vertex.
+/// Neighbour in the one-ring of a vertex.
 #[derive(Clone, Copy)]
 pub enum Neighbour {
-    /// The ghost vertex of a boundary.
+    /// Ghost vertex of a boundary.
     Ghost,
-    /// One at this place.
+    /// Vertex at this position.
     At(Vec3),
-    /// One at this place along the cut of a half, which is no boundary.
+    /// Vertex at this position along the cut of a half, which is no boundary.
     AlongCut(Vec3),
 }
 
@@ -299,8 +295,9 @@ impl Neighbour {
     }
 }
 
-/// The planes of the faces around a vertex with these neighbours in order, and the lines along its boundary edges and its folds:
-/// an upper triangle, about the vertex. What [`Surface::new`] gathers, for one vertex of a surface that may have grown thin.
+/// Sums the planes around a vertex and the lines along its boundary edges and folds, as an upper triangle.
+///
+/// It equals the quadric of [`Surface::new`] unless the surface has become thin and folded.
 #[inline(always)]
 pub fn planes_around(centre: Vec3, ring: impl DoubleEndedIterator<Item = Neighbour> + Clone) -> [f32; 6] {
     let mut sum = [0.0; 6];
@@ -323,6 +320,7 @@ pub fn planes_around(centre: Vec3, ring: impl DoubleEndedIterator<Item = Neighbo
         (before, last) = (here, normal);
     }
     has_folds |= first.is_some_and(|first| last.dot(first) < 0.0);
+    // Folds are rare, so their test on normals runs only where two faces oppose each other.
     if has_folds {
         let places: Vec<Option<Vec3>> = ring.map(Neighbour::position).collect();
         for end in folds_around(centre, places.iter().copied()).filter_map(|i| places[i]) {
@@ -332,8 +330,9 @@ pub fn planes_around(centre: Vec3, ring: impl DoubleEndedIterator<Item = Neighbo
     sum
 }
 
-/// Which edges to these neighbours in order are folds, where a part has become so thin that its rim has no faces of its own: the
-/// faces on either side look opposite ways, and say nothing of where the rim is.
+/// Finds the neighbours along folds: rims of thin parts without faces of their own.
+///
+/// The faces on both sides are opposite and do not determine the rim's position.
 pub fn folds_around(centre: Vec3, ring: impl Iterator<Item = Option<Vec3>>) -> impl Iterator<Item = usize> {
     let places: Vec<Option<Vec3>> = ring.collect();
     let n = places.len();
@@ -353,7 +352,7 @@ pub fn folds_around(centre: Vec3, ring: impl Iterator<Item = Option<Vec3>>) -> i
 /// Gives vertices without area a small weight in all directions, so that no quadric is empty.
 fn support_weightless(pulse: Pulse, quadrics: &mut [[f32; 6]]) {
     let weight = |q: &[f32; 6]| q[0] + q[3] + q[5];
-    // In chunks that do not depend on the threads.
+    // Chunks are independent of the number of threads.
     let sum = |chunk: &[[f32; 6]]| chunk.iter().map(|q| f64::from(weight(q))).sum();
     let sums: Vec<f64> = quadrics.par_chunks(PARALLEL).map(sum).collect();
     pulse.beat(0);
@@ -362,19 +361,19 @@ fn support_weightless(pulse: Pulse, quadrics: &mut [[f32; 6]]) {
     too_light.for_each(|q| [0, 3, 5].into_iter().for_each(|diagonal| q[diagonal] += floor));
 }
 
-/// Below this weight a vertex of a surface with so much weight on so many vertices gets as much along each axis.
+/// Returns the least weight of a vertex, from the total weight of a surface.
 pub fn least_weight(total: f64, n_vertices: usize) -> f64 {
     (LIGHT * total / n_vertices as f64).max(1e-20)
 }
 
-/// Upper triangle of `weight n n'`.
+/// Returns the upper triangle of `weight n n'`.
 #[inline(always)]
 pub fn outer(n: Vec3, weight: f32) -> [f32; 6] {
     let m = n * weight;
     [m.x * n.x, m.x * n.y, m.x * n.z, m.y * n.y, m.y * n.z, m.z * n.z]
 }
 
-/// Adds an upper triangle to another.
+/// Adds one upper triangle to another.
 #[inline(always)]
 pub fn add(sum: &mut [f32; 6], other: &[f32; 6]) {
     for (s, o) in sum.iter_mut().zip(other) {

@@ -1,4 +1,4 @@
-//! Keeps the output's vertices apart after rounding: a file that is welded again must stay the same mesh.
+//! Separation of vertices whose rounded positions coincide: welding the file must not change the mesh.
 
 use std::hash::BuildHasher;
 
@@ -11,25 +11,26 @@ use crate::mesh::pulse::Pulse;
 use crate::simplify::closed::pins::Pins;
 use crate::spatial::Bounds;
 
-/// Bits per vertex in the table that finds the vertices whose positions may coincide. The table has 16 to 32 times as
-/// many bits as vertices: one vertex in 16 at most shares a bit by chance and is looked at again.
+/// Bits per vertex in the hash table of possible duplicates; it has 16 to 32 times as many bits as vertices, so at most
+/// one vertex in 16 collides by chance.
 const BITS: usize = 16;
-/// Vertices whose bits are looked up together: their places in the table fill 128 KiB. Results do not depend on it.
+/// Vertices hashed together; their bit numbers fill 128 KiB.
 const BATCH: usize = 16_384;
-/// Steps of single precision at half the box's longest side that a vertex may be moved by where smaller steps would do; and the
-/// factor from the least of its steps on that leaves an axis out.
+/// Largest visible step, in steps of single precision at half the longest side of the box; also the ratio to the
+/// smallest step at which an axis is left out.
 const SMALL: f32 = 64.0;
 
-/// Moves vertices whose written positions coincide apart by the smallest steps that do; returns how many moved.
+/// Separates vertices with equal written positions by the smallest visible steps; returns the number moved.
 ///
-/// `positions` are local, n_vertices x 3; `frame` says how they will be written. Vertices that are locked stay, whatever lies where
-/// they are.
+/// `positions` are local, n_vertices x 3. Locked vertices stay.
 pub fn separate(pulse: Pulse, positions: &mut [[f32; 3]], pins: &Pins, frame: &Frame) -> usize {
+    // The common case, no duplicates, needs one pass over a bit table and no hash map.
     if !pins.let_duplicates_move() || are_apart(pulse, positions, frame) {
         return 0;
     }
     let mut taken: FxHashSet<[u64; 3]> = FxHashSet::default();
     taken.reserve(positions.len());
+    // Locked vertices claim their positions first, since they cannot give way.
     taken.extend(pins.locked_vertices().map(|v| key(frame, positions[v as usize])));
     let mut n_tried: FxHashMap<[u64; 3], u32> = FxHashMap::default();
     let (steps, mut n_moved) = (Steps::of(positions, frame), 0);
@@ -44,9 +45,9 @@ pub fn separate(pulse: Pulse, positions: &mut [[f32; 3]], pins: &Pins, frame: &F
     n_moved
 }
 
-/// As [`separate`] for one half of a mirrored mesh: no vertex and no image of one is written where another is. `image` gives the
-/// image of a position, that of a vertex on the plane being itself; `placed` moves a position of a vertex to the nearest one
-/// that the vertex may have.
+/// Separates the vertices of a mirrored half from each other and from their images.
+///
+/// `image` mirrors a position; `placed` moves a position to the nearest one allowed for a vertex.
 pub fn separate_twins(
     positions: &mut [[f32; 3]],
     image: &dyn Fn([f32; 3]) -> [f32; 3],
@@ -81,7 +82,7 @@ pub fn separate_twins(
     n_moved
 }
 
-/// Whether no two vertices would be written at the same position.
+/// Returns whether no two vertices have equal written positions.
 pub fn are_apart(pulse: Pulse, positions: &[[f32; 3]], frame: &Frame) -> bool {
     let n_bits = (BITS * positions.len()).next_power_of_two().max(64);
     let bit_of = |key: [u64; 3]| (FxBuildHasher.hash_one(key) >> 8) as usize & (n_bits - 1);
@@ -106,12 +107,12 @@ pub fn are_apart(pulse: Pulse, positions: &[[f32; 3]], frame: &Frame) -> bool {
     any == 0 || keys.all(|key| !is_doubtful(key) || taken.insert(key))
 }
 
-/// What is written of a position: equal where readers see one place.
+/// Returns the bits of the written position; -0 equals 0.
 pub(super) fn key(frame: &Frame, local: [f32; 3]) -> [u64; 3] {
     frame.to_file(local).map(|x| (x + 0.0).to_bits())
 }
 
-/// Takes the first free place on a growing grid around `position`, whose first `n_tried` places are known not to be.
+/// Takes the first free position on a growing grid around `position`, skipping the first `n_tried`.
 fn free_place(
     position: [f32; 3],
     steps: [f32; 3],
@@ -129,23 +130,25 @@ fn free_place(
     }
 }
 
-/// The least steps by which vertices of a mesh move.
+/// Smallest steps that separate vertices of a mesh.
 pub(super) struct Steps<'a> {
     frame: &'a Frame,
-    /// What is small beside the mesh: some steps of single precision at half the longest side of its box.
+    /// Step that is small for the mesh: some roundings at half the longest side of its box.
     visible: f32,
 }
 
 impl<'a> Steps<'a> {
-    /// For a mesh with these local positions, n_vertices x 3.
+    /// Measures a mesh with these local positions, n_vertices x 3.
     pub(super) fn of(positions: &[[f32; 3]], frame: &'a Frame) -> Self {
         let Bounds { low, high } = Bounds::of(positions);
         let [low, high] = [low, high].map(Vec3::from);
         Self { frame, visible: SMALL * f32::EPSILON * (high / 2.0 - low / 2.0).max_element() }
     }
 
-    /// Steps that change the written position on each axis: those of its largest coordinate, which all readers tell apart; far from
-    /// the origin, where these are no longer small beside the mesh, those of each axis.
+    /// Returns the steps that change the written position on each axis.
+    ///
+    /// They follow the largest coordinate, which all readers resolve; far from the origin, where this would be large
+    /// for the mesh, each axis's own.
     pub(super) fn at(&self, position: [f32; 3]) -> [f32; 3] {
         let of_file = if self.frame.double { f64::EPSILON } else { f64::from(f32::EPSILON) };
         let written = self.frame.to_file(position);
@@ -158,8 +161,8 @@ impl<'a> Steps<'a> {
     }
 }
 
-/// The places of a grid with such steps, numbered so that the first n fill a cube around place 0 (Morton order, signs folded
-/// in). It extends along the axes with small steps alone.
+/// Returns a position of a grid with these steps, numbered such that the first n fill a cube (Morton order with folded
+/// signs). Axes with large steps are left out.
 pub(super) fn grid_place(number: u32, steps: [f32; 3]) -> [f32; 3] {
     let least = steps.into_iter().fold(f32::INFINITY, f32::min);
     let is_fine = steps.map(|step| step <= SMALL * least);

@@ -1,4 +1,4 @@
-//! The output's faces as points of the original see them: which one a point belongs to, where in it, how far above it.
+//! Output faces as seen from sample points: the face of a point, its weights and height.
 
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
@@ -8,44 +8,40 @@ use glam::Vec3;
 
 use crate::simplify::closed::output::Output;
 
-/// Cosine between the normals of point and face above which a walk is believed not to have strayed over a crease.
-/// Nineteen training meshes at ratios 0.01 to 0.05: the mean distance is 0.3 % farther at 0.6; at 0.95 it is 0.1 %
-/// nearer, and more points are looked for around their vertex.
+/// Least cosine between the normals of point and face; below, a walk is taken to have crossed a crease. Nineteen
+/// training meshes at ratios 0.01 to 0.05: the mean distance is 0.3 % larger at 0.6, 0.1 % smaller but slower at 0.95.
 const AGREES: f32 = 0.8;
-/// Edges that a walk may cross. At 6 and at 24 no figure moves by more than 0.3 % (sixteen training meshes, four
-/// ratios).
+/// Longest walk in edges. 6 and 24 change nothing by more than 0.3 % (sixteen training meshes, four ratios).
 const MOST_STEPS: usize = 12;
-/// No face.
 const NONE: u32 = u32::MAX;
-/// A face that nobody has looked for yet.
+/// Adjacent face not yet looked up.
 const UNKNOWN: u32 = u32::MAX - 1;
 
-/// A face as functions of the point, one cache line.
+/// Face as functions of a point; one cache line.
 #[repr(align(64))]
 pub struct Facet {
-    /// Gradients of the barycentric weights of the first two corners.
+    /// Gradients of the first two barycentric weights.
     gradients: [Vec3; 2],
-    /// Unit normal; zero where there is none, as the gradients are.
+    /// Unit normal; zero, like the gradients, for a degenerate face.
     pub normal: Vec3,
-    /// Position of the third corner, where all of these are 0.
+    /// Third corner, where the first two weights and the height are 0.
     origin: Vec3,
-    /// The faces beyond the edges opposite to the corners, as far as they are known; `NONE` beyond a boundary.
+    /// Faces across the edges opposite the corners, cached; `NONE` at a boundary.
     beyond: [AtomicU32; 3],
 }
 
-/// A point as it lies over a face.
+/// Point relative to a face.
 #[derive(Clone, Copy, Default)]
 pub struct Projection {
-    /// The face.
     pub face: u32,
-    /// Barycentric weights of about the nearest point in it, none negative, their sum 1.
+    /// Barycentric weights of approximately the closest point, nonnegative, with sum 1.
     pub weights: [f32; 3],
-    /// Height over the plane of the face.
+    /// Signed height above the plane of the face.
     pub height: f32,
 }
 
 impl Facet {
-    /// The face with these corners.
+    /// Creates the face with these corners.
     pub fn new([a, b, origin]: [Vec3; 3]) -> Self {
         let (u, v) = (a - origin, b - origin);
         let area_normal = u.cross(v);
@@ -55,12 +51,12 @@ impl Facet {
         Self { gradients, normal: area_normal * inverse.sqrt(), origin, beyond: [const { AtomicU32::new(UNKNOWN) }; 3] }
     }
 
-    /// Height of a point over the plane of the face.
+    /// Returns the signed height of a point above the plane of the face.
     pub fn height(&self, point: Vec3) -> f32 {
         self.normal.dot(point - self.origin)
     }
 
-    /// The barycentric weights of the foot of a point, negative where it lies outside.
+    /// Returns the barycentric weights of a point's projection, negative outside the face.
     pub fn weights(&self, point: Vec3) -> [f32; 3] {
         let offset = point - self.origin;
         let (u, v) = (self.gradients[0].dot(offset), self.gradients[1].dot(offset));
@@ -68,47 +64,43 @@ impl Facet {
     }
 }
 
-/// The faces of the output and their neighbourhoods.
+/// Output faces with their neighbourhoods.
 pub struct Facets<'a> {
     facets: Vec<Facet>,
-    /// What they are facets of.
     pub output: &'a Output,
 }
 
 impl<'a> Facets<'a> {
-    /// Of all faces of an output.
+    /// Prepares all faces of an output.
     pub fn new(pulse: Pulse, output: &'a Output) -> Self {
         let facet = |face: &[u32; 3]| Facet::new(face.map(|v| output.positions[v as usize]));
         Self { facets: pulse.map(output.faces(), facet), output }
     }
 
-    /// Unit normal of a face; zero where there is none.
+    /// Returns the unit normal of a face; zero for a degenerate one.
     pub fn normal(&self, face: u32) -> Vec3 {
         self.facets[face as usize].normal
     }
 
-    /// A face at the edge between the regions of a point's three vertices; none where they are all the same, or far
-    /// apart.
+    /// Returns a face at the edge between the regions of a point's three vertices; `None` if they are one or not
+    /// adjacent.
     pub fn between(&self, [a, b, c]: [u32; 3]) -> Option<u32> {
         let [u, v] = if a != b { [a, b] } else { [b, c] };
         if u == v { None } else { self.output.around().along(u, v).or_else(|| self.output.around().along(v, u)) }
     }
 
-    /// A face at a vertex; the first of all where it has none.
+    /// Returns a face at a vertex; the first of all if it has none.
     pub fn at(&self, vertex: u32) -> u32 {
         self.output.around().corners(vertex).first().map_or(0, |corner| corner.face)
     }
 
-    /// Whether there is no face.
     pub fn is_empty(&self) -> bool {
         self.facets.is_empty()
     }
 
-    /// Walks from the `faces`, one per point, over edges toward the points, each until it lies over a face or beyond the
-    /// edge just crossed.
+    /// Walks from the start `faces` over edges until each point is over its face or beyond the edge just crossed.
     ///
-    /// All points step at once, round by round: which of them go on is sorted out without a branch, so that no point
-    /// waits for another's memory.
+    /// All points advance together, round by round and branch-free, so that none waits for another's memory.
     pub fn walk(&self, points: &[Vec3], faces: &mut [u32]) {
         let mut from = vec![NONE; points.len()];
         let mut toward = vec![0u8; points.len()];
@@ -118,6 +110,7 @@ impl<'a> Facets<'a> {
             for k in 0..walking.len() {
                 let i = walking[k];
                 let [u, v, w] = self.facets[faces[i] as usize].weights(points[i]);
+                // The next edge is opposite the corner of the smallest weight: there the point is farthest outside.
                 let least = u.min(v);
                 toward[i] = if w < least { 2 } else { u8::from(v < u) };
                 walking[n_outside] = i;
@@ -126,6 +119,7 @@ impl<'a> Facets<'a> {
             walking.truncate(n_outside);
             walking.retain(|&i| {
                 let beyond = self.beyond(faces[i], usize::from(toward[i]));
+                // A step back to the last face means that the point is outside of both, over their edge.
                 let goes = beyond != from[i] && beyond != NONE;
                 if goes {
                     (from[i], faces[i]) = (faces[i], beyond);
@@ -135,8 +129,9 @@ impl<'a> Facets<'a> {
         }
     }
 
-    /// A point, at which the original has this normal of any length, as it lies over the face that a walk led to;
-    /// or else over the nearest face around `vertex` that looks the same way.
+    /// Projects a point, whose surface normal has any length, onto the face found by its walk.
+    ///
+    /// If the normals disagree, the nearest face around `vertex` with an agreeing normal is used instead.
     pub fn project(&self, point: Vec3, normal: Vec3, face: u32, vertex: u32) -> Option<Projection> {
         let facet = &self.facets[face as usize];
         let alike = facet.normal.dot(normal);
@@ -149,7 +144,7 @@ impl<'a> Facets<'a> {
         Some(Projection { face, weights: within.map(|w| w * inverse), height: facet.height(point) })
     }
 
-    /// The face beyond the edge opposite to a corner (0, 1, 2), or `NONE`; looked for once and then remembered.
+    /// Finds the face across the edge opposite a corner (0, 1, 2), or `NONE`; caches the answer.
     fn beyond(&self, face: u32, corner: usize) -> u32 {
         let memory = &self.facets[face as usize].beyond[corner];
         let known = memory.load(Relaxed);
@@ -162,7 +157,7 @@ impl<'a> Facets<'a> {
         found
     }
 
-    /// The nearest of the faces around `vertex` that look the same way.
+    /// Finds the nearest face around `vertex` whose normal agrees.
     fn nearest_around(&self, point: Vec3, normal: Vec3, vertex: u32) -> Option<Projection> {
         let mut best: Option<(f32, Projection)> = None;
         for face in self.output.around().faces(vertex) {

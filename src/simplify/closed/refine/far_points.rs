@@ -1,7 +1,7 @@
-//! Points of the original that lie far from the faces even after the fit draw the nearest face towards themselves.
+//! Attraction of faces by points of the original that remain far from them after the fit.
 //!
-//! The fit sees heights over planes. A point beyond the end of a face, where a tip was cut off, has hardly any; what counts for
-//! the largest distance is how far it lies from the face itself.
+//! The fit sees heights above planes. A point beyond the end of a face, at a tip that was cut off, has hardly any, but
+//! its distance counts for the largest one.
 
 use glam::Vec3;
 
@@ -11,23 +11,22 @@ use crate::simplify::closed::output::Output;
 use super::facets::{Facets, Projection};
 use super::points::Points;
 
-/// Distance from the faces, over the root mean square of the points' heights, beyond which a point draws. Eleven training
-/// meshes, four ratios: at 5 the largest distance is 2 % farther.
+/// Distance over the root mean square of all heights from which a point attracts. Eleven training meshes, four ratios:
+/// at 5 the largest distance is 2 % larger.
 const FAR: f32 = 4.0;
-/// Share of that distance at which it is left alone, so that what happens beside it does not bring it back.
+/// Share of that distance at which a point is left, so that small changes nearby do not bring it back.
 const LEFT: f32 = 0.9;
 
-/// A point that lies far from all faces nearby.
+/// Point far from all faces nearby.
 struct FarPoint {
     distance: f32,
-    /// From the nearest point of a face to the point.
+    /// Vector from the closest point on a face to the point.
     way: Vec3,
-    /// Where on that face.
+    /// Closest point on that face.
     foot: Projection,
 }
 
-/// How far the vertices are drawn, the farthest points first; of vertices that share a face with a farther point none is drawn
-/// twice.
+/// Computes the steps of the vertices toward far points, farthest first; each vertex follows at most one point.
 pub fn draw(points: &mut Points, facets: &Facets) -> Vec<Vec3> {
     let output = facets.output;
     let mut matches = Vec::new();
@@ -37,6 +36,7 @@ pub fn draw(points: &mut Points, facets: &Facets) -> Vec<Vec3> {
         [squares + f64::from(m.area) * height * height, area + f64::from(m.area)]
     });
     let far = FAR * (squares / area.max(f64::MIN_POSITIVE)).sqrt() as f32;
+    // Only points high above their face or projected to its border can be far.
     let may_be_far = |foot: &Projection| foot.height.abs() > far || foot.weights.contains(&0.0);
     let suspects = matches.iter().filter(|m| may_be_far(&m.projection));
     let mut found: Vec<FarPoint> =
@@ -49,7 +49,7 @@ pub fn draw(points: &mut Points, facets: &Facets) -> Vec<Vec3> {
         if corners.iter().any(|&v| steps[v as usize] != Vec3::ZERO) {
             continue;
         }
-        // The least moves of the corners that take the foot so far.
+        // The least-squares moves of the corners that take the foot this far.
         let squared: f32 = foot.weights.iter().map(|w| w * w).sum();
         let share = (1.0 - LEFT * far / distance) / squared;
         corners.iter().zip(foot.weights).for_each(|(&v, weight)| steps[v as usize] = way * (share * weight));
@@ -57,7 +57,7 @@ pub fn draw(points: &mut Points, facets: &Facets) -> Vec<Vec3> {
     steps
 }
 
-/// A point as it lies from the nearest of the faces around the corners of one.
+/// Finds the point's closest face among those around the corners of a face.
 fn nearest(output: &Output, point: Vec3, face: u32) -> FarPoint {
     let mut nearest = FarPoint { distance: f32::INFINITY, way: Vec3::ZERO, foot: Projection::default() };
     for face in output.face(face).into_iter().flat_map(|v| output.around().faces(v)) {
@@ -86,7 +86,7 @@ mod tests {
         let positions = fine.positions().iter().enumerate().map(|(v, p)| tipped(v, p)).collect();
         let tipped = TriMesh::new(positions, fine.faces().to_vec()).unwrap();
         let surface = Surface::new(&tipped, Pulse::NONE);
-        // The first vertices of a sphere that is divided further are those of the coarser one.
+        // Subdivision appends vertices, so a finer sphere begins with those of the coarser one.
         let mut positions = surface.positions[..coarse.positions().len()].to_vec();
         positions[0] /= 1.4;
         let tip = surface.positions[0] - positions[0];

@@ -1,11 +1,9 @@
-//! Least squares of the output vertices to the original surface.
+//! Least-squares fit of the output vertices to the original surface.
 //!
-//! A vertex at the minimum of its tangent planes lies too far inside a curved surface for the triangles around it
-//! to cut the surface. So points of input faces are sent to the output face that they lie over, and the output
-//! vertices move toward where the weighted squared heights over the faces are smallest: each in the direction of
-//! its own 3 x 3 system, all by the length that is best for them together. Points of faces that lie far from them count
-//! less, so that a few do not decide for all. A step that turns a face, does not pay or goes far is not taken, and none at
-//! a boundary: heights over the faces say nothing about where the surface ends.
+//! The minimum of tangent planes lies inside a curved surface. So sample points of the original are assigned to output
+//! faces, and vertices move to minimise the weighted squared heights: each along the solution of its own 3 x 3 system,
+//! all by one common step length. Points of distant faces are damped, so a few outliers do not decide. Steps that turn
+//! a face, do not pay or go far are dropped; boundary vertices stay, since heights do not show where the surface ends.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -23,35 +21,35 @@ use super::far_points;
 use super::points::{Match, Points};
 use super::strays;
 
-/// Weight of staying in place against the points, which say little along the surface. Sixteen training meshes, four
-/// ratios: at 0.001 the largest distance is 2.5 % farther; at 0.004 it is 3 % nearer and the mean 0.4 % farther.
+/// Weight of a vertex's own position; points say little along the surface. Sixteen training meshes, four ratios: at
+/// 0.001 the largest distance is 2.5 % larger; at 0.004 it is 3 % smaller and the mean 0.4 % larger.
 const STAY: f32 = 0.002;
-/// The same where there are curves to keep, which vertices would leave along the surface. Twelve training meshes with
-/// creases: at 0.002 the mean distance is 1.5 % nearer and the largest 13 % farther, at 0.02 the mean is 0.7 % farther.
+/// `STAY` with held curves, which vertices would leave along the surface. Twelve training meshes with creases: at 0.002
+/// the mean distance is 1.5 % smaller and the largest 13 % larger, at 0.02 the mean is 0.7 % larger.
 const STAY_BY_CURVES: f32 = 0.01;
-/// How far a vertex goes at most, over the root of a third of the area around it. Nineteen training meshes at ratios
-/// 0.01 to 0.05: the largest distance is 10 % farther at 1.4 and 5 % nearer at 0.5, the mean 0.4 % farther and the
-/// same.
+/// Longest step of a vertex over the root of a third of the area around it. Nineteen training meshes at ratios 0.01 to
+/// 0.05: at 1.4 the largest distance is 10 % larger, at 0.5 5 % smaller.
 const FARTHEST: f32 = 0.7;
-/// Least cosine between a face's normal before and after a step. Nineteen training meshes at ratios 0.01 to 0.05: the
-/// mean distance is 0.2 % nearer at 0.4 and 0.4 % farther at 0.9.
+/// Least cosine between a face's normals before and after a step. Nineteen training meshes at ratios 0.01 to 0.05: the
+/// mean distance is 0.2 % smaller at 0.4, 0.4 % larger at 0.9.
 const LEAST_COSINE: f32 = 0.7;
-/// Least cosine between a face's normal and where it is meant to look: what a collapse may turn a face by. It is a
-/// guard: without it none of 121 results of training meshes differs.
+/// Least cosine between a face's normal and its intended one, the turn allowed to a merge. A guard: no result of 121
+/// differs without it.
 const LEAST_MEANT: f32 = 0.2;
 
-/// Moves the output vertices toward the points of the original, in as many steps as these are worth; writes the steps down
-/// where that is wanted.
+/// Moves the output vertices toward the original in several steps; records the steps in `trace`.
 pub fn fit(original: &Original, points: &mut Points, output: &mut Output, trace: &mut Option<Trace>) {
-    // Each step takes vertices of curves along the surface, off their curves.
+    // With held curves one step only: each moves vertices along the surface, off their curves.
     let n_steps = if !original.features.hold() { points.n_steps() } else { 1 };
     let start = output.positions.clone();
     for n_before in 0..n_steps {
+        // Three points a face are worth their time only after the first, largest step.
         if n_before > 0 {
             points.multiply();
         }
         step(original, points, output, &start, trace.as_mut());
     }
+    // Heights do not see tips that were cut off; far points attract the faces there.
     for _ in 0..points.aim().draws {
         let pulse = points.pulse().counting_if(false);
         let facets = Facets::new(pulse, output);
@@ -61,11 +59,12 @@ pub fn fit(original: &Original, points: &mut Points, output: &mut Output, trace:
     }
 }
 
-/// Moves the output vertices, which were at `start` before the fit, by one step.
+/// Moves the output vertices by one step; `start` are their positions before the fit.
 fn step(original: &Original, points: &mut Points, output: &mut Output, start: &[Vec3], trace: Option<&mut Trace>) {
     let pulse = points.pulse().counting_if(false);
     let facets = Facets::new(pulse, output);
     let mut matches = trace.as_ref().map(|_| Vec::new());
+    // The sums grow in chunks: clearing millions of them at once would miss beats.
     let mut sums = Vec::with_capacity(output.faces().len());
     pulse.ranges(0..output.faces().len()).for_each(|faces| sums.resize(faces.end, FaceSums::default()));
     points.place(&facets, |found| {
@@ -75,15 +74,17 @@ fn step(original: &Original, points: &mut Points, output: &mut Output, start: &[
     pulse.beat(0);
     let square = mean_square(&sums);
     pulse.beat(0);
+    // The weights of the faces follow from the heights of this step, so outliers are found anew each time.
     let counts = counts(pulse, &sums, points.aim().usual, square);
     pulse.beat(0);
     let stay = if !original.features.hold() { STAY } else { STAY_BY_CURVES };
     let weighed = Weighed { sums: &sums, counts: &counts, thinning: points.thinning(), stay };
     let mut steps = solve(pulse, &facets, &weighed);
+    // Above a spike there are no points, so heights cannot stop a vertex: its own distance does.
     strays::take_back(original, &facets, start, &mut steps, square.sqrt());
     let boundary = boundary_vertices(pulse, points, output);
     let after = take_steps(pulse, &facets, &steps, &boundary);
-    // Memory goes back in two parts: that of millions of faces takes a while.
+    // The memory is freed in two steps: for millions of faces this takes a while.
     drop(facets);
     pulse.beat(0);
     drop(sums);
@@ -95,30 +96,30 @@ fn step(original: &Original, points: &mut Points, output: &mut Output, start: &[
     output.positions.copy_from_slice(&after);
 }
 
-/// Sums over the points of a face, weighted with their areas.
+/// Area-weighted sums over the points of a face.
 #[derive(Clone, Copy, Default)]
 struct FaceSums {
-    /// The barycentric weights.
+    /// Sum of the barycentric weights.
     weights: [f32; 3],
-    /// Weights times heights.
+    /// Sum of weights times heights.
     heights: [f32; 3],
-    /// Products of weights: 00, 11, 22, 01, 12, 20.
+    /// Sums of products of weights: 00, 11, 22, 01, 12, 20.
     products: [f32; 6],
-    /// The squared heights.
+    /// Sum of the squared heights.
     squares: f32,
 }
 
-/// The sums over all faces, and how much each face counts.
+/// Sums over all faces with the weight of each face.
 struct Weighed<'a> {
     sums: &'a [FaceSums],
     counts: &'a [f32],
-    /// By how much fewer points there are than on all faces of the original.
+    /// Ratio of all points of the original to those sampled.
     thinning: f32,
-    /// Weight of staying in place against the points.
+    /// Weight of a vertex's own position.
     stay: f32,
 }
 
-/// Adds matches to the sums of their faces, in their order whatever the number of threads.
+/// Adds matches to the sums of their faces, in one order for any number of threads.
 fn add_all(sums: &mut [FaceSums], found: &[Option<Match>]) {
     let shares = thread_ranges(sums.len());
     let parts: Vec<_> = shares.iter().zip(split_rows(&shares, sums, |f| f + 1)).collect();
@@ -143,13 +144,13 @@ impl FaceSums {
         }
     }
 
-    /// Area of the points.
+    /// Returns the area of the points.
     fn area(&self) -> f32 {
         self.weights.iter().sum()
     }
 
-    /// By how much the squared heights change when the corners rise by as much as this times t: the factors of
-    /// `-2 t` and of `t^2`.
+    /// Returns the change of the squared heights when the corners rise by t times `rises`: factors of `-2 t` and of
+    /// `t^2`.
     fn slope_and_curvature(&self, rises: [f32; 3]) -> [f32; 2] {
         let next = |i: usize| rises[(i + 1) % 3];
         let slope = (0..3).map(|i| self.heights[i] * rises[i]).sum();
@@ -158,7 +159,7 @@ impl FaceSums {
     }
 }
 
-/// The mean squared height of the points.
+/// Averages the squared heights of all points.
 fn mean_square(sums: &[FaceSums]) -> f32 {
     let [squares, area] = sums
         .iter()
@@ -166,23 +167,28 @@ fn mean_square(sums: &[FaceSums]) -> f32 {
     (squares / area.max(f64::MIN_POSITIVE)) as f32
 }
 
-/// How much the points of each face count: about as the inverse of their height, so that the heights themselves get small and
-/// not their squares. Squared heights up to about `usual` times their mean count alike.
+/// Computes the weight of each face's points: about the inverse of their height, so that heights, not their squares,
+/// are minimised.
+///
+/// Squared heights up to about `usual` times the mean have equal weight.
 fn counts(pulse: Pulse, sums: &[FaceSums], usual: f32, mean: f32) -> Vec<f32> {
     let count = |sum: &FaceSums| {
         let count = 1.0 / (sum.squares / (sum.area() * mean) + usual).sqrt();
-        // Without points or heights there is nothing to weigh.
+        // Without points or heights any weight will do.
         if count.is_finite() { count } else { 1.0 }
     };
     pulse.map(sums, count)
 }
 
-/// One step toward the solution of `(J'J + S) x = J'h`: J holds weights times normals, h heights, S the weight of
-/// staying; preconditioned with lumped blocks of J'J. A vertex whose own faces would not gain stays, and one that would go far.
+/// Takes one step toward the solution of `(J'J + S) x = J'h`, preconditioned with lumped blocks of J'J.
+///
+/// J holds weights times normals, h heights, S the weights of positions. A vertex stays if its faces would not gain or
+/// it would go too far.
 fn solve(pulse: Pulse, facets: &Facets, weighed: &Weighed) -> Vec<Vec3> {
     let Weighed { sums, counts, thinning, .. } = *weighed;
     let faces = facets.output.faces();
     let directions = directions(pulse, facets, weighed);
+    // One line search for all vertices together: lengths of their own would fight over shared faces.
     let change = |f: usize| {
         let normal = facets.normal(f as u32);
         let rises = faces[f].map(|v| normal.dot(directions[v as usize]));
@@ -192,7 +198,7 @@ fn solve(pulse: Pulse, facets: &Facets, weighed: &Weighed) -> Vec<Vec3> {
     pulse.beat(0);
     let total = |k: usize| changes.iter().map(|change| f64::from(change[k])).sum::<f64>();
     let total = [total(0), total(1)];
-    // Slope, curvature and the area of the points.
+    // Per vertex: slope, curvature and area of its share of the points.
     let mut gains = vec![[0.0f32; 3]; directions.len()];
     let shares = |f: usize| {
         let whole = sums[f].area();
@@ -213,7 +219,7 @@ fn solve(pulse: Pulse, facets: &Facets, weighed: &Weighed) -> Vec<Vec3> {
     directions.par_iter().zip(gains).map(step).collect()
 }
 
-/// Each vertex's solution of its own lumped 3 x 3 system.
+/// Solves the lumped 3 x 3 system of each vertex.
 fn directions(pulse: Pulse, facets: &Facets, Weighed { sums, counts, stay, .. }: &Weighed) -> Vec<Vec3> {
     let output = facets.output;
     let mut systems = vec![[0.0f32; 9]; output.positions.len()];
@@ -225,13 +231,14 @@ fn directions(pulse: Pulse, facets: &Facets, Weighed { sums, counts, stay, .. }:
         system[..6].iter_mut().zip(outer).for_each(|(entry, x)| *entry += sum.weights[corner] * x);
         system[6..].iter_mut().zip(normal.to_array()).for_each(|(entry, x)| *entry += sum.heights[corner] * x);
     });
+    // On the mirror plane of a half, the solution has no component across it.
     output.pins.plane().into_iter().for_each(|plane| plane.confine(&mut systems));
     systems.par_iter().map(|system| solve_block(system, *stay)).collect()
 }
 
-/// Solution of `(A + stay tr(A) I) x = b` for the upper triangle of A and b in one row; zero where there is none.
+/// Solves `(A + stay tr(A) I) x = b` for the upper triangle of A and b in one row; zero if there is no solution.
 ///
-/// By `L D L'`: cofactors in single precision would lose what the small weight of staying says.
+/// Uses `L D L'`: cofactors in single precision would lose the small weight of the position.
 fn solve_block(system: &[f32; 9], stay: f32) -> Vec3 {
     let [xx, xy, xz, yy, yz, zz, bx, by, bz] = *system;
     let stay = stay * (xx + yy + zz);
@@ -248,12 +255,14 @@ fn solve_block(system: &[f32; 9], stay: f32) -> Vec3 {
     if x.is_finite() { x } else { Vec3::ZERO }
 }
 
-/// The positions after the steps, those left out that would turn a face: they and the other two corners' stay.
+/// Applies the steps; where a face would turn, its corners stay.
 fn take_steps(pulse: Pulse, facets: &Facets, steps: &[Vec3], boundary: &[u32]) -> Vec<Vec3> {
     let output = facets.output;
     let mut after: Vec<Vec3> = output.positions.par_iter().zip(steps).map(|(p, step)| *p + *step).collect();
+    // Locked and boundary vertices never move.
     let stay = output.pins.locked_vertices().chain(boundary.iter().copied());
     stay.for_each(|v| after[v as usize] = output.positions[v as usize]);
+    // Taking a corner back can turn other faces, so this repeats until none is turned.
     let mut turned = indices_where(pulse, output.faces(), |f, _| turns(facets, f, &after));
     while !turned.is_empty() {
         let mut back = Vec::new();
@@ -269,7 +278,7 @@ fn take_steps(pulse: Pulse, facets: &Facets, steps: &[Vec3], boundary: &[u32]) -
     after
 }
 
-/// The vertices of the boundaries, but for those of the cut of a half.
+/// Finds the boundary vertices, without those on the cut of a half.
 fn boundary_vertices(pulse: Pulse, points: &Points, output: &Output) -> Vec<u32> {
     if !points.have_boundary() {
         return Vec::new();
@@ -283,7 +292,7 @@ fn boundary_vertices(pulse: Pulse, points: &Points, output: &Output) -> Vec<u32>
     vertices
 }
 
-/// Whether a face turns too far when its corners go to where they are `after`.
+/// Returns whether a face would turn too far, from its present or its intended normal.
 fn turns(facets: &Facets, f: u32, after: &[Vec3]) -> bool {
     let normal = area_normal(facets.output.face(f).map(|v| after[v as usize]));
     let below = |unit: Vec3, least: f32| {
@@ -299,7 +308,7 @@ mod tests {
     use crate::mesh::{TriMesh, shapes};
     use crate::simplify::closed::aim::Aim;
 
-    /// Fits the vertices of `coarse`, which lie on `fine`, and returns where they were and where they are.
+    /// Fits the vertices of `coarse`, which lie on `fine`; returns their positions before and after.
     fn fitted(fine: &TriMesh, coarse: &TriMesh, n_steps: usize) -> (Vec<Vec3>, Vec<Vec3>) {
         let original = Original::bare(fine);
         let surface = &original.surface;

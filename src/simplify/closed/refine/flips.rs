@@ -1,8 +1,7 @@
-//! Flips: where the other diagonal of two faces lies nearer to the original surface, it takes the edge's place.
+//! Edge flips where the other diagonal of two faces is nearer to the original.
 //!
-//! Points of the original that belong to the two faces tell which diagonal is better: the sum of their squared heights
-//! over the faces. Boundaries stay, and so does every edge whose other diagonal exists already or would turn a face over:
-//! the surface stays what it is.
+//! The diagonals are compared by the squared heights of the sample points of both faces. Boundaries stay, and so do
+//! edges whose flip would duplicate an edge or turn a face.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -14,25 +13,25 @@ use crate::simplify::closed::output::Output;
 use super::facets::{Facet, Facets};
 use super::points::{Match, Points};
 
-/// Squared heights over the other two faces, over those over the two faces, below which a flip pays. Nineteen training
-/// meshes at ratios 0.01 to 0.05: the mean distance is 1.0 % farther at 0.4 and 0.3 % nearer at 0.8, the largest 0.4
-/// and 0.8 % farther.
+/// Largest ratio of squared heights after and before a flip. Nineteen training meshes at ratios 0.01 to 0.05: the mean
+/// distance is 1.0 % larger at 0.4 and 0.3 % smaller at 0.8.
 const GAIN: f32 = 0.6;
-/// Squared heights over the two faces, over the mean of a face, below which no flip is looked for. Nineteen training
-/// meshes at ratios 0.01 to 0.05: the mean distance is 0.3 % farther at 0, the same at 0.5, 0.1 % farther at 1.
+/// Least squared heights of two faces, over the mean of a face. Nineteen training meshes at ratios 0.01 to 0.05: the
+/// mean distance is 0.3 % larger at 0, equal at 0.5.
 const LEAST_ERROR: f32 = 0.25;
-/// Least cosine between the faces' normals before and after. Nineteen training meshes at ratios 0.01 to 0.05: the mean
-/// distance is 0.1 % nearer at 0 and 0.2 % farther at 0.8.
+/// Least cosine between the normals before and after. Nineteen training meshes at ratios 0.01 to 0.05: the mean
+/// distance is 0.1 % smaller at 0 and 0.2 % larger at 0.8.
 const LEAST_COSINE: f32 = 0.5;
-/// Cosine between the two faces above which their diagonals hardly differ. Nineteen training meshes at ratios 0.01 to
-/// 0.05: the mean distance is 0.6 % farther at 0.98 and 0.2 % nearer at 0.9998.
+/// Cosine between two faces above which their diagonals hardly differ. Nineteen training meshes at ratios 0.01 to 0.05:
+/// the mean distance is 0.6 % larger at 0.98 and 0.2 % smaller at 0.9998.
 const FLAT: f32 = 0.998;
 
-/// Flips edges of the faces, best gains first, each face once; returns how many were flipped.
+/// Flips edges by descending gain, each face at most once; returns the number of flips.
 pub fn flip(points: &mut Points, output: &mut Output) -> usize {
     let mut touched = vec![false; output.faces().len()];
     let mut made: FxHashSet<[u32; 2]> = FxHashSet::default();
     let mut chosen = worthwhile(points, output);
+    // All gains were rated on the unflipped mesh, so a face that has changed waits for no second flip.
     chosen.retain(|diamond| {
         let [f, g] = diamond.faces.map(|f| f as usize);
         let [_, _, c, d] = diamond.corners;
@@ -47,7 +46,7 @@ pub fn flip(points: &mut Points, output: &mut Output) -> usize {
     chosen.len()
 }
 
-/// The diamonds whose other diagonal pays, best gains first.
+/// Finds the diamonds worth flipping, by descending gain.
 fn worthwhile(points: &mut Points, output: &Output) -> Vec<Diamond> {
     let pulse = points.pulse().counting_if(false);
     let facets = Facets::new(pulse, output);
@@ -64,20 +63,20 @@ fn worthwhile(points: &mut Points, output: &Output) -> Vec<Diamond> {
     rated.into_iter().map(|(_, diamond)| diamond).collect()
 }
 
-/// A point of the original and its area.
+/// Sample point with its area.
 #[derive(Clone, Copy, Default)]
 struct Weighed {
     at: Vec3,
     area: f32,
 }
 
-/// The points of each face as compressed rows.
+/// Sample points of each face as compressed rows.
 struct PointsOfFaces {
     starts: Vec<u32>,
     points: Vec<Weighed>,
-    /// Sums of squared heights, times areas, over the faces.
+    /// Sums of squared heights times areas per face.
     errors: Vec<f32>,
-    /// The errors of two faces below which no flip is looked for.
+    /// Least error of two faces for a flip.
     least_error: f32,
 }
 
@@ -111,12 +110,13 @@ impl PointsOfFaces {
         &self.points[self.starts[face as usize] as usize..self.starts[face as usize + 1] as usize]
     }
 
-    /// How much nearer to the points the other two faces lie (sum of squared heights times areas), if that is enough.
+    /// Returns the decrease of the summed squared heights times areas, if it is large enough.
     fn gain(&self, facets: &Facets, diamond: &Diamond) -> Option<f32> {
         let before: f32 = diamond.faces.iter().map(|&f| self.errors[f as usize]).sum();
         if before < self.least_error {
             return None;
         }
+        // Cheap tests first: small errors and flat pairs are the common case.
         let old = diamond.faces.map(|f| facets.normal(f));
         if old[0].dot(old[1]) > FLAT {
             return None;
@@ -130,6 +130,7 @@ impl PointsOfFaces {
         let points = diamond.faces.iter().flat_map(|&f| self.of(f));
         let heights = points.map(|point| {
             let heights = [new[0].height(point.at), new[1].height(point.at)];
+            // A point is measured above the new face on its side of the diagonal.
             let height = if new[0].weights(point.at)[2] < 0.0 { heights[1] } else { heights[0] };
             point.area * height * height
         });

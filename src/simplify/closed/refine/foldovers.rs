@@ -1,10 +1,8 @@
-//! Foldover repair: a face that looks away from the original gives its longest edge to the other diagonal, or,
-//! where no flip helps, one of its corners another place. Where few faces stand for much, so do those that lean: an edge can
-//! span a hollow, and nothing before looks at how far the middle of an edge lies off.
+//! Foldover repair: flips the longest edge of a face turned against the original, or moves one of its corners.
 //!
-//! Collapse and fit turn no face far, but a face can end up where the original looks another way. Such a face
-//! looks away from the mean of the faces around it, which is what is searched for; thin parts have such faces, too,
-//! so that the original's normal nearby decides.
+//! No merge or fit step turns a face far, but turns add up. A folded face opposes the mean normal around it, which is
+//! cheap to search; thin parts have such faces too, so the original's normal nearby decides. On coarse results leaning
+//! faces are flipped as well: an edge can span a hollow that no earlier step sees.
 
 use glam::Vec3;
 use rustc_hash::FxHashSet;
@@ -16,41 +14,40 @@ use crate::simplify::closed::diamond::{Diamond, diamonds};
 use crate::simplify::closed::original::{Original, Regions};
 use crate::simplify::closed::output::Output;
 
-/// How often what is still folded is looked through. Of 57 results of nineteen training meshes at ratios 0.01 to 0.05
-/// the second and third round change 13, three more one.
+/// Rounds over the remaining foldovers. Of 57 results of nineteen training meshes at ratios 0.01 to 0.05 the second and
+/// third round change 13, three more change one.
 const ROUNDS: usize = 3;
-/// How many times farther from the original than what was there what a repair leaves may lie. Nineteen training meshes
-/// at ratios 0.01 to 0.05: at 1 eight foldovers are left and not four, at 3 four again and the largest distance 0.4 %
-/// farther. Without repair it is 16.
+/// Largest growth of the local distance to the original that a repair may cause. Nineteen training meshes at ratios
+/// 0.01 to 0.05: of 16 foldovers 8 remain at 1, 4 here and at 3.
 const MOST_LOSS: f32 = 1.5;
-/// The same for a face that only leans: the repair has to be worth it. Nineteen training meshes at ratios 0.01 to 0.05:
-/// the largest distance is 0.6 % farther at 0.35; at 1 and 1.4 the mean is 0.1 % farther.
+/// `MOST_LOSS` for a leaning face, whose repair must pay. Nineteen training meshes at ratios 0.01 to 0.05: the largest
+/// distance is 0.6 % larger at 0.35; at 1 and 1.4 the mean is 0.1 % larger.
 const LEANING_LOSS: f32 = 0.7;
 /// Cosine between a face and the original below which it leans. Nineteen training meshes at ratios 0.01 to 0.05: the
-/// largest distance is 0.9 % farther at 0, where no face leans; at 0.6 it is 1.4 % nearer, the mean 0.1 % farther, and
-/// more faces are looked at.
+/// largest distance is 0.9 % larger at 0, 1.4 % smaller but slower at 0.6.
 const LEANING: f32 = 0.3;
-/// Share of its shortest edge that a corner may go: farther on it would stand for another place than the collapse
-/// chose. Of 57 results of training meshes one differs at 0.4; at 1.5 four do, the mean distance 0.1 % farther.
+/// Longest move of a corner over its shortest edge: farther, it would represent another place. Of 57 results one
+/// differs at 0.4; at 1.5 four do, with a 0.1 % larger mean distance.
 const MOST_WAY: f32 = 0.75;
-/// Faces at a vertex up to which it is looked after: a hub of hundreds would take longer than all else. Of 57 results
-/// of training meshes two differ at 12, none at 48.
+/// Largest valence that is repaired: a hub of hundreds would dominate the time. Of 57 results two differ at 12, none at
+/// 48.
 const MOST_FACES: usize = 24;
-/// Distances below which nothing is lost, in boxes of about unit size: eight roundings of a coordinate. At 0 and 1e-5
-/// no figure moves by more than 0.1 % (57 results of training meshes).
+/// Distance that counts as rounding, on a surface of about unit size: eight roundings of a coordinate. 0 and 1e-5
+/// change nothing by more than 0.1 %.
 const ROUNDING: f32 = 1e-6;
 
-/// Repairs foldovers by flips, and by moving a corner where no flip helps; returns how many edges it flipped. Where the result
-/// is coarse (many vertices of the original share one of the result), faces that lean are repaired, too.
+/// Repairs foldovers by flips, then by moving corners; returns the number of flips. On coarse results leaning faces are
+/// flipped too.
 pub fn repair(original: &Original, output: &mut Output, is_coarse: bool) -> usize {
     let least = if is_coarse { LEANING } else { 0.0 };
     let folded = folded_faces(original, output, least);
     if folded.is_empty() {
         return 0;
     }
+    // Regions are collected only around folded faces: most results have few.
     let regions = original.regions(&output.vertex_of, &marked(output, &beside(&folded, output)));
     let (n_flipped, mut folded) = flip_folded(&regions, output, folded, least);
-    // A corner is moved where a face looks away, and not for one that leans.
+    // Corners are moved only for faces that are turned, not for leaning ones.
     let is_stuck =
         |&f: &u32| View { regions: &regions, output, least: 0.0 }.turned(f).is_some() && opposes_all(output, f);
     folded.retain(is_stuck);
@@ -60,12 +57,13 @@ pub fn repair(original: &Original, output: &mut Output, is_coarse: bool) -> usiz
     n_flipped
 }
 
-/// The faces that look elsewhere than the faces around them, and than the original where a walk finds that.
+/// Finds the faces that oppose their surroundings and the original beneath them.
 fn folded_faces(original: &Original, output: &Output, least: f32) -> Vec<u32> {
     let mut folded = against_their_surroundings(original.surface.pulse, output, least);
     if folded.is_empty() {
         return folded;
     }
+    // The walk needs a start near each face: the region vertex closest to its first corner.
     let first: Vec<u32> = folded.iter().map(|&f| output.face(f)[0]).collect();
     let starts = original.anchors(&output.positions, &output.vertex_of, &marked(output, &first));
     folded.retain(|&f| {
@@ -77,11 +75,12 @@ fn folded_faces(original: &Original, output: &Output, least: f32) -> Vec<u32> {
     folded
 }
 
-/// Flips edges of folded faces, in rounds while that changes something; returns how many, and which faces are still folded.
+/// Flips edges of folded faces in rounds; returns the number of flips and the faces still folded.
 fn flip_folded(regions: &Regions, output: &mut Output, mut folded: Vec<u32>, least: f32) -> (usize, Vec<u32>) {
     let mut n_flipped = 0;
     let mut due = folded.clone();
     for _ in 0..ROUNDS {
+        // Diamonds of one round must not touch, since each was judged without the others.
         let mut touched: FxHashSet<u32> = FxHashSet::default();
         for &f in &due {
             if let Some(diamond) = (View { regions, output, least }).find_flip(f, &touched) {
@@ -94,14 +93,14 @@ fn flip_folded(regions: &Regions, output: &mut Output, mut folded: Vec<u32>, lea
             break;
         }
         folded = still_folded(output, folded, &touched, least);
-        // Only near what changed can anything be different.
+        // Only faces near a change can behave differently.
         let is_near = |f: &&u32| beside(&[**f], output).iter().any(|v| touched.contains(v));
         due = folded.iter().filter(is_near).copied().collect();
     }
     (n_flipped, folded)
 }
 
-/// Moves one corner of each of these faces, where that helps.
+/// Moves one corner of each of these faces, if that helps.
 fn move_corners(original: &Original, output: &mut Output, folded: &[u32]) {
     let rings: Vec<u32> = folded.iter().flat_map(|&f| ring(output, &output.face(f))).collect();
     let regions = original.regions(&output.vertex_of, &marked(output, &rings));
@@ -112,20 +111,20 @@ fn move_corners(original: &Original, output: &mut Output, folded: &[u32]) {
     }
 }
 
-/// Whether the cosine between two directions is at most zero, or below this.
+/// Returns whether the cosine between two vectors is not positive, or below `least`.
 fn turns(a: Vec3, b: Vec3, least: f32) -> bool {
     let along = a.dot(b);
     along <= 0.0 || along * along < least * least * a.length_squared() * b.length_squared()
 }
 
-/// Whether each vertex is one of these.
+/// Marks these vertices.
 fn marked(output: &Output, vertices: &[u32]) -> Vec<bool> {
     let mut marked = vec![false; output.positions.len()];
     vertices.iter().for_each(|&v| marked[v as usize] = true);
     marked
 }
 
-/// The corners of some faces and of those beyond their edges.
+/// Returns the corners of some faces and of the faces across their edges.
 fn beside(of: &[u32], output: &Output) -> Vec<u32> {
     let mut vertices = Vec::with_capacity(6 * of.len());
     for &f in of {
@@ -137,7 +136,7 @@ fn beside(of: &[u32], output: &Output) -> Vec<u32> {
     vertices
 }
 
-/// The corners of the faces at these vertices, each once, ascending.
+/// Returns the corners of the faces at these vertices, sorted, without duplicates.
 fn ring(output: &Output, vertices: &[u32]) -> Vec<u32> {
     let faces = vertices.iter().flat_map(|&v| output.around().faces(v));
     let mut ring: Vec<u32> = faces.flat_map(|f| output.face(f)).collect();
@@ -146,8 +145,7 @@ fn ring(output: &Output, vertices: &[u32]) -> Vec<u32> {
     ring
 }
 
-/// Where a corner of a face that looks away would better be: fewer of the faces around it look elsewhere there, and it is nowhere
-/// far.
+/// Finds a better position for a corner of a turned face: with fewer turned faces around it, and near.
 fn better_corner(view: &View, f: u32) -> Option<(u32, Vec3)> {
     let View { output, .. } = view;
     let is_movable = |v: &u32| !output.pins.has(*v) && output.around().corners(*v).len() <= MOST_FACES / 2;
@@ -163,14 +161,13 @@ fn better_corner(view: &View, f: u32) -> Option<(u32, Vec3)> {
     })
 }
 
-/// The faces at a vertex that may move, and the original near them.
+/// Faces at a vertex that may move, with the original near them.
 struct Star<'a> {
     view: &'a View<'a>,
-    /// The faces.
     own: Vec<u32>,
-    /// The vertices of the faces.
+    /// Vertices of the faces.
     ring: Vec<u32>,
-    /// The other two corners of each face.
+    /// Other two corners of each face.
     sides: Vec<[Vec3; 2]>,
 }
 
@@ -186,24 +183,25 @@ impl<'a> Star<'a> {
         Self { view, own, ring: ring(view.output, &[v]), sides }
     }
 
-    /// Where else the vertex could be: on the original near there, amid its neighbours, or on the original there.
+    /// Returns other positions for the vertex: closest on the original, centre of its neighbours, and closest to that
+    /// centre.
     fn other_places(&self, here: Vec3) -> [Vec3; 3] {
         let amid = self.sides.iter().flatten().sum::<Vec3>() / (2 * self.sides.len()) as f32;
         let on_original = |p: Vec3| self.view.regions.closest_point(p, &self.ring).point;
         [on_original(here), on_original(amid), amid]
     }
 
-    /// From the vertex to the nearest of its neighbours.
+    /// Returns the distance to the nearest neighbour.
     fn shortest_edge(&self, here: Vec3) -> f32 {
         self.sides.iter().flatten().map(|p| p.distance(here)).fold(f32::INFINITY, f32::min)
     }
 
-    /// How many of the faces look elsewhere than the original with their vertex there.
+    /// Counts the turned faces with the vertex at this position.
     fn n_turned(&self, vertex: Vec3) -> usize {
         self.with(vertex).filter(|&corners| self.view.is_turned(corners, &self.ring)).count()
     }
 
-    /// Whether the vertex may go from the first place to the second one.
+    /// Returns whether the move keeps the surface near the original.
     fn keeps_near(&self, from_to: [Vec3; 2]) -> bool {
         let inner = |[v, p, q]: [Vec3; 3]| [(v + p + q) / 3.0, (v + p) * 0.5];
         let patches = from_to.map(|vertex| Patch {
@@ -218,7 +216,7 @@ impl<'a> Star<'a> {
     }
 }
 
-/// Whether a face looks against every face that it shares an edge with.
+/// Returns whether a face opposes all faces across its edges.
 fn opposes_all(output: &Output, f: u32) -> bool {
     let face = output.face(f);
     let normal = |f: u32| area_normal(output.triangle(f));
@@ -227,7 +225,7 @@ fn opposes_all(output: &Output, f: u32) -> bool {
     neighbors.all(|g| normal(g).dot(normal(f)) < 0.0)
 }
 
-/// The faces that look elsewhere than the mean normal at one of their corners.
+/// Finds the faces that oppose the mean normal at a corner.
 fn against_their_surroundings(pulse: Pulse, output: &Output, least: f32) -> Vec<u32> {
     let normal = |f: usize| area_normal(output.triangle(f as u32));
     let mut means = vec![Vec3::ZERO; output.positions.len()];
@@ -238,7 +236,7 @@ fn against_their_surroundings(pulse: Pulse, output: &Output, least: f32) -> Vec<
     })
 }
 
-/// Of the faces that were `folded` and those at `touched` vertices, the ones that are.
+/// Returns the faces, of the folded ones and those at touched vertices, that are folded now.
 fn still_folded(output: &Output, mut folded: Vec<u32>, touched: &FxHashSet<u32>, least: f32) -> Vec<u32> {
     let normal = |f: u32| area_normal(output.triangle(f));
     let mean = |v: u32| output.around().faces(v).map(normal).sum::<Vec3>();
@@ -249,19 +247,19 @@ fn still_folded(output: &Output, mut folded: Vec<u32>, touched: &FxHashSet<u32>,
     folded
 }
 
-/// The output over the original.
+/// Output over the regions of the original.
 struct View<'a> {
     regions: &'a Regions,
     output: &'a Output,
-    /// Cosine between a face and the original below which it looks elsewhere.
+    /// Cosine between a face and the original below which it counts as turned.
     least: f32,
 }
 
-/// The surroundings of a face that looks elsewhere than the original.
+/// Surroundings of a turned face.
 struct Turned {
-    /// Its corners and those of the faces beyond its edges.
+    /// Corners of the face and of those across its edges.
     near: Vec<u32>,
-    /// How many times farther from the original than what was there what a repair leaves may lie.
+    /// Largest growth of the local distance that a repair may cause.
     most_loss: f32,
 }
 
@@ -270,19 +268,19 @@ impl View<'_> {
         face.map(|v| self.output.positions[v as usize])
     }
 
-    /// Normals of a face and of the original beneath its centroid, as far as that lies in the regions of these vertices.
+    /// Returns the normals of a face and of the original beneath its centroid, searched in the regions of `near`.
     fn normals(&self, corners: [Vec3; 3], near: &[u32]) -> [Vec3; 2] {
         let centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
         [area_normal(corners), self.regions.closest_point(centroid, near).normal]
     }
 
-    /// Whether a face looks elsewhere than the original beneath it.
+    /// Returns whether a face is turned against the original beneath it.
     fn is_turned(&self, corners: [Vec3; 3], near: &[u32]) -> bool {
         let [own, original] = self.normals(corners, near);
         turns(own, original, self.least)
     }
 
-    /// What lies about face `f`, if it looks elsewhere than the original and all of that is known there.
+    /// Returns the surroundings of face `f`, if it is turned and all its regions are known.
     fn turned(&self, f: u32) -> Option<Turned> {
         let near = beside(&[f], self.output);
         if !near.iter().all(|&v| self.regions.has(v)) {
@@ -293,8 +291,8 @@ impl View<'_> {
         turns(own, original, self.least).then_some(Turned { near, most_loss })
     }
 
-    /// Of the edges of a face that looks elsewhere, the longest whose other diagonal is free and makes two faces that look
-    /// right and lie not much farther from the original; no seam, and none at a vertex that was `touched`.
+    /// Finds the longest edge of a turned face that can be flipped: both new faces are right and near the original, and
+    /// no vertex was touched.
     fn find_flip(&self, f: u32, touched: &FxHashSet<u32>) -> Option<Diamond> {
         let turned = self.turned(f)?;
         let length = |diamond: &Diamond| {
@@ -310,7 +308,7 @@ impl View<'_> {
         })
     }
 
-    /// Whether nothing but the original forbids a diamond its other diagonal.
+    /// Returns whether topology, seams and valence permit a flip.
     fn is_free(&self, diamond: &Diamond) -> bool {
         let around = self.output.around();
         let [_, _, c, d] = diamond.corners;
@@ -318,7 +316,7 @@ impl View<'_> {
         n_faces <= 4 * MOST_FACES && !around.joins(c, d) && !self.output.is_held(diamond)
     }
 
-    /// Whether the other diagonal leaves the result as near to the original as a repair of the turned face has to.
+    /// Returns whether a flip keeps the surface as near to the original as the repair requires.
     fn may_flip(&self, diamond: &Diamond, turned: &Turned) -> bool {
         let patches = [diamond.pair(), diamond.flipped()].map(|pair| {
             let [[u, v, p], [_, _, q]] = pair.map(|face| self.corners(face));
@@ -330,15 +328,18 @@ impl View<'_> {
         self.keeps_near(&patches, [&turned.near, &diamond.corners], &diamond.faces, turned.most_loss)
     }
 
-    /// Whether the second patch in place of the first one, made of these `own` faces, leaves the largest distance between the
-    /// original and the result about it at `most_loss` times what it was or less. Distances of the result are to the regions
-    /// `near`, those of the original from points in the regions `about`.
+    /// Returns whether replacing the first patch, made of faces `own`, by the second keeps the local distance within
+    /// `most_loss`.
+    ///
+    /// Distances from the result are to the regions of `near`, those from the original are of points in the regions of
+    /// `about`.
     fn keeps_near(&self, patches: &[Patch; 2], [near, about]: [&[u32]; 2], own: &[u32], most_loss: f32) -> bool {
         let [mut before, mut after] = [0, 1].map(|i| {
             let distances = patches[i].inner.iter().map(|&p| self.regions.closest_point(p, near).distance);
             distances.fold(0.0, f32::max)
         });
         let others = self.faces_at(about, own);
+        // Points of the original count only if the second patch is farther from them, and no other face is nearer.
         for point in self.regions.points(about) {
             let [was, is] = [0, 1].map(|i| distance(point, &patches[i].faces));
             if is > was + ROUNDING {
@@ -350,21 +351,21 @@ impl View<'_> {
         after <= most_loss * before + ROUNDING
     }
 
-    /// The faces at these vertices, each once, without some.
+    /// Returns the faces at these vertices, each once, except those in `without`.
     fn faces_at(&self, vertices: &[u32], without: &[u32]) -> Vec<[Vec3; 3]> {
         let faces = self.output.around().faces_of_all(vertices.iter().copied());
         faces.into_iter().filter(|f| !without.contains(f)).map(|f| self.output.triangle(f)).collect()
     }
 }
 
-/// A few faces that others may stand in for.
+/// A few faces that can replace others.
 struct Patch {
     faces: Vec<[Vec3; 3]>,
-    /// Places within them whose distance from the original counts.
+    /// Inner points whose distance to the original is measured.
     inner: Vec<Vec3>,
 }
 
-/// Distance from a point to the nearest of these faces.
+/// Returns the distance from a point to the nearest of these faces.
 fn distance(point: Vec3, faces: &[[Vec3; 3]]) -> f32 {
     let to = |&corners: &[Vec3; 3]| nearest_point(point, corners).distance_squared(point);
     faces.iter().map(to).fold(f32::INFINITY, f32::min).sqrt()
@@ -424,12 +425,12 @@ mod tests {
     fn a_foldover_in_a_plane_is_repaired() {
         let mesh = shapes::grid(8, 8);
         let original = Original::bare(&mesh);
-        // Vertex 3 lies within the first face, so that the second one looks down.
+        // Vertex 3 is inside the first face, so the second one is turned down.
         let corners = [[0u32, 4], [8, 4], [4, 8], [4, 6], [4, 0]].map(|[i, j]| 9 * i + j);
         let positions = corners.map(|v| original.surface.positions[v as usize]).to_vec();
         let faces = vec![[0, 1, 2], [1, 0, 3], [3, 0, 4], [1, 3, 4]];
         let mut output = Output::over(&original.surface.positions, positions, faces);
-        // All but the corners belong to the first region.
+        // All other vertices belong to the first region.
         let region = |v: u32| corners.iter().position(|&c| c == v).unwrap_or(0) as u32;
         output.vertex_of = (0..original.surface.n_vertices() as u32).map(region).collect();
         assert_eq!([0; 2].map(|_| repair(&original, &mut output, false)), [1, 0]);

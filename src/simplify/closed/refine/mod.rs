@@ -1,5 +1,5 @@
-//! What follows the collapse: flips, fit, parts that would poke through others, foldover repair, and what rounding to the numbers of the file
-//! does: faces without area, positions that coincide.
+//! Steps after the collapse: flips, fit, nested components, foldover repair, and repair of rounding: degenerate faces
+//! and duplicate positions.
 
 pub mod duplicate_positions;
 mod facets;

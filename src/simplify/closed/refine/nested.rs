@@ -1,9 +1,9 @@
-//! Components that lie close within others: what would poke through stays inside.
+//! Components close within others: faces that would pass through another component are moved back.
 //!
-//! The fit knows of one surface at a time, and where two lie closer together than the error, the faces of one pass through the other.
-//! On which side of the other part a face belongs is known: that on which the original has it. Where it is on the wrong one, it goes
-//! back, half as far from there as it was. Of the two the one that shrinks its part moves: what shows stays where it is. No move turns
-//! a face, and each leaves fewer faces that cross others.
+//! The fit sees one surface at a time. Where two are closer than its error, their faces cross. The correct side is that
+//! on which the original has a face; a face on the wrong side is moved back to half the original gap. Of the two, the
+//! one that shrinks its component moves, so the visible one stays. No move turns a face, and each reduces the
+//! crossings.
 
 use std::sync::OnceLock;
 
@@ -17,25 +17,25 @@ use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
 use crate::spatial::{Hit, NearestOnTriangles};
 
-/// Least cosine between the way to another part and the normal there at which it is clear on which side a point is.
+/// Least cosine between the direction to another component and its normal for a clear side.
 const CLEAR: f32 = 0.5;
-/// Least cosine between two surfaces, whichever way they look, of which one lies within the other; parts that pass through each other
-/// meet at larger angles.
+/// Least cosine between nested surfaces of either orientation; components that pass through each other meet at larger
+/// angles.
 const ALONG: f32 = 0.8;
-/// Distance on the surface of unit size up to which parts touch: neither is within the other.
+/// Distance on the surface of unit size up to which components touch, so that neither is within the other.
 const TOUCHING: f32 = 1e-5;
-/// How far a point goes back at most, over the longest edge of its face.
+/// Longest move of a point over the longest edge of its face.
 const FARTHEST: f32 = 0.1;
-/// How often faces go back: what moves changes what its neighbours cross.
+/// Rounds of moves; each can make neighbours cross.
 const ROUNDS: usize = 20;
-/// Pairs of faces looked at for whether they cross, however few the faces are, and for each of these: a few dozen are usual, and all
-/// pairs where needles share a corner.
+/// Face pairs tested: a base number and one per face. A few dozen per face are usual, all pairs where needles share a
+/// corner.
 const LOOKS: [usize; 2] = [100_000, 200];
-/// The same for finding out where a face that crosses belongs: five searches from each of seven points.
+/// Tests charged for placing a crossing face: five searches from each of seven points.
 const LOOKS_OF_CROSSING: usize = 35;
-/// Faces that are looked at together.
+/// Faces tested together.
 const TOGETHER: usize = 256;
-/// Where a face is asked on which side it is: weights of its corners.
+/// Barycentric weights of the points at which the side of a face is determined.
 const POINTS: [[f32; 3]; 7] = [
     [1.0, 0.0, 0.0],
     [0.0, 1.0, 0.0],
@@ -46,31 +46,34 @@ const POINTS: [[f32; 3]; 7] = [
     [1.0 / 3.0; 3],
 ];
 
-/// A face that crosses one of another part.
+/// Face that crosses another component.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Crossing {
     face: u32,
-    /// The other part, and a face of it.
+    /// Other component, and one of its faces.
     part: u32,
     other: u32,
 }
 
-/// Vertices of a face that move together, and by how much.
+/// Vertices of a face with their moves.
 type Moves = [(u32, Vec3); 3];
 
-/// Moves faces of components that poke through others back; `piece_of` says for the faces of the original which of them share a
-/// space: those of other pieces of a scene stand elsewhere.
+/// Moves crossing faces of nested components back; `piece_of` names the scene piece of an original face.
+///
+/// Components of different pieces do not share a space and are not compared.
 pub fn move_back(original: &Original, output: &mut Output, piece_of: impl Fn(u32) -> usize) {
     let (part_of, n_parts) = components_of(output);
     if n_parts < 2 || output.pins.is_subset() || output.pins.plane().is_some() {
         return;
     }
     let pulse = original.surface.pulse.counting_if(false);
+    // Components share a space only within one piece of the scene.
     let middles = middles(output, &part_of, n_parts);
     let mut piece = vec![0; n_parts];
     for (face, f) in original.surface.faces.iter().zip(0..) {
         piece[part_of[output.vertex_of[face[0] as usize] as usize] as usize] = piece_of(f);
     }
+    // A budget of tests bounds the time where thousands of needles share a corner.
     let mut n_looks = LOOKS[0] + LOOKS[1] * output.faces().len();
     let mut faces: Vec<u32> = (0..output.faces().len() as u32).collect();
     let mut before = None;
@@ -80,21 +83,24 @@ pub fn move_back(original: &Original, output: &mut Output, piece_of: impl Fn(u32
         if crossings.is_empty() {
             break;
         }
+        // The trees over the original are built only once something crosses.
         let before = before.get_or_insert_with(|| Before::new(original, output));
         let of_faces = output.faces().iter().map(|face| part_of[face[0] as usize]);
         let now = ComponentTrees::new(of_faces, n_parts);
         let nested = Nested { before, output, now: &now, part_of: &part_of, middles: &middles };
+        // All moves of a round are found on the same positions; each is made only if it still reduces crossings.
         let moves: Vec<Option<Moves>> = pulse.map(&crossings, |crossing| nested.deepest(crossing));
         let n_moved = moves.iter().flatten().filter(|moves| go(output, &tree, moves, &mut n_looks)).count();
         if n_moved == 0 {
             break;
         }
+        // In the next round only the neighbourhood of moved faces can be different.
         let corners = crossings.iter().flat_map(|crossing| output.face(crossing.face));
         faces = output.around().faces_of_all(corners);
     }
 }
 
-/// Which of these faces cross other parts, one face of each; looks at little more than are left.
+/// Finds which of these faces cross other components, once per component, within the budget.
 fn crossings(
     output: &Output,
     tree: &NearestOnTriangles,
@@ -132,16 +138,16 @@ fn crossings(
     all
 }
 
-/// The original's parts as they lay. On parts with long faces a walk from a vertex nearby ends far from what is nearest, so that all
-/// faces are searched.
+/// Original components before the collapse. All faces are searched: with long faces a walk can end far from the closest
+/// point.
 struct Before<'a> {
     original: &'a Original<'a>,
     trees: ComponentTrees,
-    /// The original's part that each output vertex is of.
+    /// Original component of each output vertex.
     part_before: Vec<u32>,
 }
 
-/// A place on the original.
+/// Closest point on the original with its normal.
 struct Place {
     point: Vec3,
     normal: Vec3,
@@ -162,7 +168,7 @@ impl<'a> Before<'a> {
         }
     }
 
-    /// The place nearest to a point on the part that an output vertex is of.
+    /// Finds the closest point on the original component of an output vertex.
     fn nearest(&self, point: Vec3, vertex: u32) -> Option<Place> {
         let surface = &self.original.surface;
         let corners = |f: u32| surface.faces[f as usize].map(|v| surface.positions[v as usize]);
@@ -173,23 +179,22 @@ impl<'a> Before<'a> {
     }
 }
 
-/// Faces, each component to be searched by itself: where many lie in one place, a search of all would look at each.
+/// Search trees per component: where components overlap, one tree over all would visit them all.
 struct ComponentTrees {
-    /// The faces of each component.
     faces: Vec<Vec<u32>>,
-    /// Made where they are asked for.
+    /// Built on first use.
     trees: Vec<OnceLock<NearestOnTriangles>>,
 }
 
 impl ComponentTrees {
-    /// Of the components of all faces, in their order, `n` of them.
+    /// Groups faces by component; there are `n`.
     fn new(of_faces: impl Iterator<Item = u32>, n: usize) -> Self {
         let mut faces = vec![Vec::new(); n];
         (0..).zip(of_faces).for_each(|(f, component)| faces[component as usize].push(f));
         Self { faces, trees: (0..n).map(|_| OnceLock::new()).collect() }
     }
 
-    /// Finds the nearest point of a component within a distance; `triangle` gives the corners of a face.
+    /// Finds the closest point of a component within a distance; `triangle` gives the corners of a face.
     fn nearest(
         &self,
         component: u32,
@@ -205,25 +210,26 @@ impl ComponentTrees {
     }
 }
 
-/// Parts as they lie now.
+/// Output components with the originals that they came from.
 struct Nested<'a> {
     before: &'a Before<'a>,
     output: &'a Output,
-    /// The output's faces, to be searched.
+    /// Search trees over the output.
     now: &'a ComponentTrees,
     part_of: &'a [u32],
-    /// The middle of each part's box.
+    /// Centre of each component's bounding box.
     middles: &'a [Vec3],
 }
 
 impl Nested<'_> {
-    /// What takes a face that crosses back where it is deepest on the wrong side.
+    /// Finds the move at the point of a crossing face that is deepest on the wrong side.
     fn deepest(&self, crossing: &Crossing) -> Option<Moves> {
         let moves = POINTS.iter().filter_map(|&weights| self.moves(crossing, weights));
         moves.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, moves)| moves)
     }
 
-    /// How deep a point of a face is on the wrong side of the other part, and what takes it back; `None` where it is on its side.
+    /// Returns the depth of a point on the wrong side of the other component, and the move back; `None` on the correct
+    /// side.
     fn moves(&self, crossing: &Crossing, weights: [f32; 3]) -> Option<(f32, Moves)> {
         let output = self.output;
         let here = output.triangle(crossing.face);
@@ -233,16 +239,19 @@ impl Nested<'_> {
         let foot = hit.point.as_vec3();
         let normal = unit_normal(output.triangle(hit.triangle));
         let height = (place - foot).dot(normal);
+        // The correct side comes from the original, the present side from the output.
         let (side, gap) = self.side(crossing, place)?;
         if height * side > 0.0 {
             return None;
         }
+        // Half the original gap is the target: a full one would move faces that are fine.
         let step = normal * (side * 0.5 * gap.min(reach) - height);
-        // By more than both surfaces are off the original there, a step would spoil what is right.
+        // A step longer than the sum of both distances to the original would spoil what is right.
         let both_off = || Some(self.off(place, crossing.face)? + self.off(foot, hit.triangle)?);
         if step.length() > FARTHEST * reach || step.length() > both_off()? {
             return None;
         }
+        // The face that moves toward its own component's centre moves: what shows outside stays.
         let shrinks = |f: u32, step: Vec3| step.dot(self.middles[self.part(f) as usize] - place) > 0.0;
         let moves = if shrinks(crossing.face, step) {
             self.along(crossing.face, weights, step)
@@ -254,7 +263,7 @@ impl Nested<'_> {
         moves.map(|moves| (height.abs(), moves))
     }
 
-    /// How far a point of a face is from the original.
+    /// Returns the distance of a point on a face from the original.
     fn off(&self, point: Vec3, face: u32) -> Option<f32> {
         self.before.nearest(point, self.output.face(face)[0]).map(|nearest| nearest.distance)
     }
@@ -263,7 +272,8 @@ impl Nested<'_> {
         self.part_of[self.output.face(f)[0] as usize]
     }
 
-    /// On which side of the other part the original has a point, 1 or -1, and how far from it; `None` where that is not clear.
+    /// Returns the side, 1 or -1, and the distance at which the original has a point beside the other component; `None`
+    /// if unclear.
     fn side(&self, crossing: &Crossing, place: Vec3) -> Option<(f32, f32)> {
         let here = self.before.nearest(place, self.output.face(crossing.face)[0])?;
         let there = self.before.nearest(here.point, self.output.face(crossing.other)[0])?;
@@ -273,7 +283,8 @@ impl Nested<'_> {
         is_clear.then(|| (height.signum(), height.abs()))
     }
 
-    /// The least moves of a face's corners that take a point of it along; `None` where one of them may not move.
+    /// Computes the least-squares moves of a face's corners that move a point of it by `step`; `None` if a corner is
+    /// pinned.
     fn along(&self, face: u32, weights: [f32; 3], step: Vec3) -> Option<Moves> {
         let corners = self.output.face(face);
         let step = step / Vec3::from(weights).length_squared();
@@ -282,7 +293,7 @@ impl Nested<'_> {
     }
 }
 
-/// Makes moves that turn no face and leave fewer faces that cross others; whether they were made.
+/// Makes moves if they turn no face and reduce the crossings; returns whether they were made.
 fn go(output: &mut Output, tree: &NearestOnTriangles, moves: &Moves, n_looks: &mut usize) -> bool {
     let moved = moves.iter().filter(|(_, step)| *step != Vec3::ZERO).map(|(v, _)| *v);
     let faces = output.around().faces_of_all(moved);
@@ -298,7 +309,7 @@ fn go(output: &mut Output, tree: &NearestOnTriangles, moves: &Moves, n_looks: &m
     is_made
 }
 
-/// How often faces cross others; looks at little more than are left.
+/// Counts crossings of these faces with others, within the budget.
 fn n_crossed(output: &Output, tree: &NearestOnTriangles, faces: &[u32], n_looks: &mut usize) -> usize {
     let mut n = 0;
     for &f in faces {
@@ -314,7 +325,7 @@ fn n_crossed(output: &Output, tree: &NearestOnTriangles, faces: &[u32], n_looks:
     n
 }
 
-/// The middle of each part's box.
+/// Returns the centre of each component's bounding box.
 fn middles(output: &Output, part_of: &[u32], n_parts: usize) -> Vec<Vec3> {
     let mut boxes = vec![(Vec3::INFINITY, Vec3::NEG_INFINITY); n_parts];
     for (&p, &part) in output.positions.iter().zip(part_of) {
@@ -329,7 +340,7 @@ mod tests {
     use super::*;
     use crate::mesh::{TriMesh, shapes};
 
-    /// Spheres about one point, the faces of each after those of the one before; the smaller ones looking inward, if so wanted.
+    /// Concentric spheres, the faces of each after those of the one before; smaller ones turned inward if `inward`.
     fn spheres(radii: &[f32], level: u32, inward: bool) -> (Vec<Vec3>, Vec<[u32; 3]>) {
         let sphere = shapes::icosphere(level);
         let n = sphere.positions().len() as u32;
@@ -349,7 +360,8 @@ mod tests {
             let mesh = TriMesh::new(positions.iter().map(|p| p.to_array()).collect(), faces).unwrap();
             let original = Original::bare(&mesh);
             let scale = original.surface.length(1.0);
-            // Coarse spheres of the same vertices: those of the inner one stand out of the faces of the outer one between its vertices.
+            // Coarse spheres over the same vertices: inner vertices protrude from the outer faces between outer
+            // vertices.
             let (coarse, faces) = spheres(&[1.0, 0.99], 1, inward);
             let turn = glam::Quat::from_rotation_x(0.31) * glam::Quat::from_rotation_y(0.2);
             let n = coarse.len() / 2;

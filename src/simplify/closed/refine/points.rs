@@ -1,4 +1,4 @@
-//! Points of the original, one or three on a face, and where in the output they belong.
+//! Sample points of the original, one or three per face, and their assignment to output faces.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -11,40 +11,38 @@ use crate::simplify::closed::prepare::surface::Surface;
 
 use super::facets::{Facets, Projection};
 
-/// Points that one thread places in a row: they and their places fill 30 KiB, the first cache. Results do not depend on
-/// it but for the faces at which walks begin.
+/// Points assigned by one thread in a row: with their positions they fill 30 KiB, the first cache. It affects only
+/// where walks begin.
 const CHUNK: usize = 512;
-/// Points that are placed before they are handed on: their places fill 1 MiB of the cache, and there is enough for 64
-/// threads.
+/// Points assigned before they are handed on: 1 MiB of positions, enough work for 64 threads.
 const BATCH: usize = 64 * CHUNK;
-/// Vertices of whose faces one is kept in mind, in 1 KiB. It is where a walk begins: at 8 and at 1024 the mean distance
-/// of sixteen training meshes is the same.
+/// Vertices for which the last face is remembered, in 1 KiB; walks begin there. 8 and 1024 give equal mean distances on
+/// sixteen training meshes.
 const REMEMBERED: usize = 128;
-/// The face of a point that belongs to none.
 const NONE: u32 = u32::MAX;
 
-/// A point of the original over the output face that it belongs to.
+/// Sample point with its output face.
 #[derive(Clone, Copy)]
 pub struct Match {
-    /// The point, by its number among all points of the [`Density`].
+    /// Number of the point among all points of the [`Density`].
     pub point: u32,
-    /// Area that it stands for.
+    /// Area that the point represents.
     pub area: f32,
-    /// The output face, and where over it.
+    /// Position relative to the output face.
     pub projection: Projection,
 }
 
-/// How many points there are on a face of the original.
+/// Number of sample points per face of the original.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Density {
-    /// The centroid.
+    /// Centroid.
     One,
-    /// At (2/3, 1/6, 1/6), which integrates squares without error (Strang and Fix 1973).
+    /// Points (2/3, 1/6, 1/6), exact for squares (Strang and Fix 1973).
     Three,
 }
 
 impl Density {
-    /// Points on a face.
+    /// Returns the number of points per face.
     pub fn per_face(self) -> u32 {
         match self {
             Self::One => 1,
@@ -52,12 +50,12 @@ impl Density {
         }
     }
 
-    /// The face that a point lies on.
+    /// Returns the face of a point.
     pub fn face(self, point: u32) -> usize {
         (point / self.per_face()) as usize
     }
 
-    /// Barycentric weights of a point in its face.
+    /// Returns the barycentric weights of a point in its face.
     pub fn weights(self, point: u32) -> [f64; 3] {
         match self {
             Self::One => [1.0 / 3.0; 3],
@@ -66,20 +64,20 @@ impl Density {
     }
 }
 
-/// Points spread evenly over the faces of the original.
+/// Sample points spread evenly over the faces of the original.
 pub struct Points<'a> {
     surface: &'a Surface<'a>,
     density: Density,
-    /// How many there may be.
+    /// Largest number of points.
     most: usize,
     n_steps: usize,
     aim: Aim,
-    /// The face that each point belonged to the last time.
+    /// Output face of each point, from the last assignment.
     faces: Vec<u32>,
 }
 
 impl<'a> Points<'a> {
-    /// As many points as so many output vertices ask for, one on a face at most.
+    /// Chooses the points for this many output vertices, at most one per face.
     pub fn new(surface: &'a Surface<'a>, n_output: usize, aim: Aim) -> Self {
         let n_faces = surface.faces.len();
         let most = aim.points_per_vertex * n_output;
@@ -87,8 +85,8 @@ impl<'a> Points<'a> {
         Self { surface, density: Density::One, most, n_steps, aim, faces: vec![NONE; most.min(n_faces)] }
     }
 
-    /// Puts three points on each face, if there may be so many: where they belong is looked for from where the centroids
-    /// did. Nineteen training meshes, four ratios: three from the first step on are no nearer, in 1.1 of the time.
+    /// Places three points on each face, if that many are allowed, and keeps the assignments of the centroids. Three
+    /// from the first step on are no better.
     pub fn multiply(&mut self) {
         let one = self.faces.len();
         if self.density == Density::Three || one < self.surface.faces.len() {
@@ -102,7 +100,7 @@ impl<'a> Points<'a> {
         self.faces = self.surface.pulse.counting_if(false).map_numbers(n_points, face);
     }
 
-    /// Finds the places of all points and hands them on in batches, in order.
+    /// Assigns all points to output faces and passes them on in batches, in order.
     pub fn place(&mut self, facets: &Facets, mut hand_on: impl FnMut(&[Option<Match>])) {
         if facets.is_empty() {
             return;
@@ -125,8 +123,7 @@ impl<'a> Points<'a> {
         self.faces = faces;
     }
 
-    /// Finds the places of a run of points from the faces where they were the last time, or else from those where they
-    /// may be.
+    /// Assigns a run of points, starting from their last faces or from likely ones.
     fn place_run(&self, facets: &Facets, points: Vec<u32>, faces: &mut [u32], found: &mut [Option<Match>]) {
         self.begin(facets, &points, faces);
         let corners = |point: u32| self.corners(point).map(|v| self.surface.positions[v as usize]);
@@ -142,7 +139,7 @@ impl<'a> Points<'a> {
         }
     }
 
-    /// Faces to begin at for points that have none: where regions meet, and amid a region the last one of these.
+    /// Chooses start faces for unassigned points: where regions meet, or inside a region its last such face.
     fn begin(&self, facets: &Facets, points: &[u32], faces: &mut [u32]) {
         let mut last = [(NONE, NONE); REMEMBERED];
         for (&point, face) in points.iter().zip(faces).filter(|(_, face)| **face == NONE) {
@@ -157,52 +154,51 @@ impl<'a> Points<'a> {
         }
     }
 
-    /// Who listens.
     pub fn pulse(&self) -> Pulse<'a> {
         self.surface.pulse
     }
 
-    /// Number of points.
+    /// Returns the number of points.
     pub fn len(&self) -> usize {
         self.faces.len()
     }
 
-    /// Points on all faces of the original.
+    /// Returns the number of points for all faces of the original.
     fn n_all(&self) -> usize {
         self.surface.faces.len() * self.density.per_face() as usize
     }
 
-    /// From one of so many points to the next among those of all faces, in 2^-32.
+    /// Returns the stride among the points of all faces, as a multiple of 2^-32.
     fn stride(&self, n_points: usize) -> u64 {
         ((self.n_all() as u64) << 32) / n_points.max(1) as u64
     }
 
-    /// How many points there are on a face.
+    /// Returns the number of points per face.
     pub fn density(&self) -> Density {
         self.density
     }
 
-    /// Steps of the fit that they are worth.
+    /// Returns the number of steps of the fit.
     pub fn n_steps(&self) -> usize {
         self.n_steps
     }
 
-    /// What the result is to be near in.
+    /// Returns the settings of the stages.
     pub fn aim(&self) -> Aim {
         self.aim
     }
 
-    /// By how much fewer points there are than on all faces of the original.
+    /// Returns the ratio of all points of the original to those sampled.
     pub fn thinning(&self) -> f32 {
         self.n_all() as f32 / self.faces.len().max(1) as f32
     }
 
-    /// Whether the original has a boundary.
+    /// Returns whether the original has a boundary.
     pub fn have_boundary(&self) -> bool {
         self.surface.rings.n_ghosts() > 0
     }
 
-    /// Where a point lies.
+    /// Returns the position of a point.
     pub fn position(&self, point: u32) -> Vec3 {
         let [a, b, c] = self.corners(point).map(|v| self.surface.positions[v as usize]);
         match self.density {
@@ -211,12 +207,12 @@ impl<'a> Points<'a> {
         }
     }
 
-    /// The vertices of the face that a point lies on.
+    /// Returns the vertices of a point's face.
     fn corners(&self, point: u32) -> [u32; 3] {
         self.surface.faces[self.density.face(point)]
     }
 
-    /// The vertex of the original that a point lies nearest to; the first of three.
+    /// Returns the vertex nearest to a point, for a centroid the first.
     fn nearest_corner(&self, point: u32) -> u32 {
         match self.density {
             Density::One => self.corners(point)[0],
@@ -225,7 +221,7 @@ impl<'a> Points<'a> {
     }
 }
 
-/// The number of a point among those of all faces.
+/// Returns the number of the i-th sampled point among those of all faces.
 fn nth(i: u64, stride: u64) -> u32 {
     ((i * stride) >> 32) as u32
 }
@@ -242,7 +238,7 @@ mod tests {
         let mesh = shapes::wavy_sphere(4, 3.0);
         let surface = Surface::new(&mesh, Pulse::NONE);
         let coarse = shapes::icosphere(2);
-        // The first vertices of a sphere that is divided further are those of the coarser one.
+        // Subdivision appends vertices, so a finer sphere begins with those of the coarser one.
         let positions = surface.positions[..coarse.positions().len()].to_vec();
         let output = Output::over(&surface.positions, positions.clone(), coarse.faces().to_vec());
         let facets = Facets::new(Pulse::NONE, &output);

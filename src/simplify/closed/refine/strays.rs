@@ -1,8 +1,8 @@
-//! Vertices that a step of the fit would take far off the original: they stay where they are.
+//! Rejection of fit steps that lead far off the original.
 //!
-//! Heights over the faces are those of points of the original. Where it ends in a tip, a vertex can go far beyond it while
-//! every height gets less: above its spike there are no points. What decides is the vertex's own distance, which few
-//! vertices have to be asked for: those that rise over the faces around them.
+//! Heights are those of the original's points. At a tip a vertex can go far beyond it while every height falls, since
+//! there are no points above its spike. The vertex's own distance decides; only vertices that rise above their faces
+//! are tested.
 
 use glam::Vec3;
 
@@ -11,15 +11,15 @@ use crate::simplify::closed::original::Original;
 
 use super::facets::Facets;
 
-/// Distance from the original, over the root mean square of the points' heights, that a step may lead to. Nineteen training
-/// meshes, four ratios: at 3 the mean distance is 1 % farther, the largest the same; without, the largest is 25 % farther.
+/// Largest distance after a step over the root mean square of all heights. Nineteen training meshes, four ratios: at 3
+/// the mean distance is 1 % larger; without this the largest is 25 % larger.
 const ASTRAY: f32 = 5.0;
-/// How far above or below a face around it, likewise, a vertex has to come since the collapse to be looked at. Eleven
-/// training meshes, four ratios: at 2 the largest distance is 1 % farther, when all are looked at 1 % nearer.
+/// Rise above an adjacent face since the collapse, in that unit, from which a vertex is tested. Eleven training meshes,
+/// four ratios: at 2 the largest distance is 1 % larger, if all are tested 1 % smaller.
 const SUSPECT: f32 = 1.5;
 
-/// Takes the steps back that lead far off the original, where the vertices were at `start` before the fit and the heights of
-/// points over the faces are usually as large as this.
+/// Cancels steps that lead far off the original; `start` are the positions before the fit, `usual_height` is the root
+/// mean square of all heights.
 pub fn take_back(original: &Original, facets: &Facets, start: &[Vec3], steps: &mut [Vec3], usual_height: f32) {
     let pulse: Pulse = original.surface.pulse.counting_if(false);
     let output = facets.output;
@@ -51,7 +51,7 @@ mod tests {
     fn a_step_into_the_void_is_taken_back_and_one_along_the_surface_is_not() {
         let (fine, coarse) = (shapes::icosphere(4), shapes::icosphere(1));
         let original = Original::bare(&fine);
-        // The first vertices of a sphere that is divided further are those of the coarser one.
+        // Subdivision appends vertices, so a finer sphere begins with those of the coarser one.
         let start = original.surface.positions[..coarse.positions().len()].to_vec();
         let output = Output::over(&original.surface.positions, start.clone(), coarse.faces().to_vec());
         let facets = Facets::new(Pulse::NONE, &output);

@@ -1,6 +1,7 @@
-//! Faces without area in the numbers of the file. Merges make none, but rounding to those numbers does: where they are coarse beside
-//! the mesh, or a face is as thin as they are. Such a face gives its longest edge to the other diagonal, or a corner of it moves by
-//! the least step that helps; of a subset to another vertex of the mesh nearby.
+//! Repair of faces that lose their area to the rounding of the file.
+//!
+//! Rounding does this where the file's steps are coarse for the mesh or a face is very thin. Such a face's longest edge
+//! is flipped, or a corner moves by the smallest step that helps; in a subset, to another mesh vertex nearby.
 
 use glam::{DVec3, Vec3};
 use rustc_hash::FxHashSet;
@@ -14,12 +15,12 @@ use crate::simplify::closed::diamond::{Diamond, diamonds};
 use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
 
-/// Corners of faces at the vertices of a flip, and at a vertex that moves, at most: a hub of hundreds would take longer than all else.
+/// Largest sum of valences at a flip, and twice that at a moved vertex: a hub of hundreds would dominate the time.
 const MOST_CORNERS: usize = 64;
-/// Places that are tried for a vertex: two steps to each side.
+/// Positions tried for a vertex: two steps to each side.
 const MOST_PLACES: u32 = 125;
 
-/// The faces of an output as they will be written.
+/// Output faces with their written coordinates.
 struct Written<'a> {
     positions: &'a [[f32; 3]],
     frame: &'a Frame,
@@ -39,7 +40,8 @@ impl Written<'_> {
     }
 
     fn without_area(&self, pulse: Pulse, faces: &[[u32; 3]]) -> Vec<u32> {
-        // Where the file tells apart what single precision around the origin does, most faces are known to have one by that.
+        // If the file resolves what single precision around the origin does, local coordinates prove the area of most
+        // faces.
         let is_fine = self.frame.double || self.frame.origin == [0.0; 3];
         let is_wide = |face: &[u32; 3]| {
             let corners = face.map(|v| Vec3::from(self.positions[v as usize]));
@@ -49,8 +51,9 @@ impl Written<'_> {
     }
 }
 
-/// Flips edges of faces without area that will be written at these local positions (n_vertices x 3), where both faces have one then
-/// and look as the one beyond the edge did; returns how many, and whether all such faces have one now.
+/// Flips edges of degenerate faces where both new faces have area and face as the neighbour did.
+///
+/// Returns the number of flips, and whether no face is degenerate any more; `positions` are local, n_vertices x 3.
 pub fn flip(pulse: Pulse, output: &mut Output, positions: &[[f32; 3]], frame: &Frame) -> (usize, bool) {
     let written = Written { positions, frame };
     let flat = written.without_area(pulse, output.faces());
@@ -64,7 +67,7 @@ pub fn flip(pulse: Pulse, output: &mut Output, positions: &[[f32; 3]], frame: &F
     (n_flipped, flat.into_iter().all(|f| written.has_area(output.face(f))))
 }
 
-/// The longest edge of face `f` that may become the other diagonal.
+/// Finds the longest edge of face `f` whose flip helps.
 fn find_flip(written: &Written, output: &Output, f: u32) -> Option<Diamond> {
     let around = output.around();
     let length = |diamond: &Diamond| {
@@ -86,8 +89,10 @@ fn find_flip(written: &Written, output: &Output, f: u32) -> Option<Diamond> {
     edges.first().copied()
 }
 
-/// Moves corners of faces without area to the nearest places that give all their faces one, none turned, and where no vertex is;
-/// returns how many. Vertices that are locked or on the plane of a half stay.
+/// Moves corners of degenerate faces to the nearest free position at which all their faces have area and none turns;
+/// returns the number of moves.
+///
+/// Locked vertices and those on a mirror plane stay.
 pub fn widen(original: &Original, output: &mut Output, positions: &mut [[f32; 3]], frame: &Frame) -> usize {
     if output.pins.plane().is_some() {
         return 0;
@@ -108,6 +113,7 @@ pub fn widen(original: &Original, output: &mut Output, positions: &mut [[f32; 3]
             let is_fine = |place: &Place| {
                 !taken.contains(&key(frame, place.0)) && looks_as_before(output, positions, frame, v, place.0)
             };
+            // In a subset a vertex must move to another vertex of the mesh.
             let place = match output.pins.is_subset() {
                 true => own_places(original, output.pins.origins()[v as usize]).find(is_fine),
                 false => steps_from(positions[v as usize], steps.at(positions[v as usize])).find(is_fine),
@@ -124,10 +130,10 @@ pub fn widen(original: &Original, output: &mut Output, positions: &mut [[f32; 3]
     n_moved
 }
 
-/// Where a vertex may go in local coordinates, and the vertex of the surface that lies there, where one has to.
+/// Local position for a vertex, with the surface vertex there in a subset.
 type Place = ([f32; 3], Option<u32>);
 
-/// Places by such steps around `here`, the nearest first.
+/// Returns positions on a grid around `here`, nearest first.
 fn steps_from(here: [f32; 3], steps: [f32; 3]) -> impl Iterator<Item = Place> {
     let place = move |number: u32| {
         let offset = grid_place(number, steps);
@@ -136,7 +142,7 @@ fn steps_from(here: [f32; 3], steps: [f32; 3]) -> impl Iterator<Item = Place> {
     (1..MOST_PLACES).map(place).filter(|(place, _): &Place| place.iter().all(|x| x.is_finite()))
 }
 
-/// The places of the neighbours of a vertex of the surface, and of theirs.
+/// Returns the positions of a surface vertex's neighbours and their neighbours.
 fn own_places(original: &Original, origin: u32) -> impl Iterator<Item = Place> {
     let Original { mesh, surface, .. } = original;
     let neighbours = surface.neighbors(origin).iter();
@@ -144,7 +150,7 @@ fn own_places(original: &Original, origin: u32) -> impl Iterator<Item = Place> {
     all.map(|&v| (mesh.positions()[surface.source(v) as usize], Some(v)))
 }
 
-/// Whether the faces around a vertex have an area and look as they did when it goes to `place`.
+/// Returns whether all faces around a vertex have area and keep their direction when it moves to `place`.
 fn looks_as_before(output: &Output, positions: &[[f32; 3]], frame: &Frame, v: u32, place: [f32; 3]) -> bool {
     let normal = |corners: [[f64; 3]; 3]| area_normal_f64(corners.map(DVec3::from));
     let corners = |f: u32, place: [f32; 3]| {
@@ -198,7 +204,7 @@ mod tests {
     fn a_corner_of_a_subset_moves_to_another_vertex() {
         let mesh = shapes::grid(4, 4);
         let original = Original { pins: Pins::of_a_subset(), ..Original::bare(&mesh) };
-        // Three of the mesh's vertices on a line, and one beside.
+        // Three vertices of the mesh on a line, and one off it.
         let origins = vec![0, 1, 2, 6];
         let places = || origins.iter().map(|&v| original.surface.positions[v as usize]).collect::<Vec<_>>();
         let pins = original.pins.on_own_vertices(original.surface.n_vertices()).of_living(&origins);
