@@ -160,7 +160,7 @@ fn flags_that_do_not_fit_and_mirrored_results_are_refused() {
     let refused = simplify_input(&input(&mesh, &attributes, &short), None, &options, &mut go_on());
     assert_eq!(refused.unwrap_err(), SimplifyError::BadInput);
     let kept = vec![true; mesh.faces().len()];
-    let mirrored = changed(options, |options| options.symmetric = Some(Symmetry::Found));
+    let mirrored = changed(options, |options| options.symmetric = Some(Symmetry::Best));
     let refused = simplify_input(&input(&mesh, &attributes, &kept), None, &mirrored, &mut go_on());
     assert!(matches!(refused, Err(SimplifyError::NotWithSymmetry(_))));
 }

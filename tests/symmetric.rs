@@ -76,7 +76,7 @@ fn closed_stays_closed_and_mirrored_at_the_size_asked_for() {
         for target in
             [Target::Ratio(0.5), Target::Vertices(301), Target::Vertices(300), Target::Faces(200), Target::Vertices(61)]
         {
-            for symmetry in [Symmetry::Found, Symmetry::Across(Axis::X)] {
+            for symmetry in [Symmetry::Best, Symmetry::Across(Axis::X)] {
                 let result = simplified(mesh, &options(target, symmetry));
                 assert_closed_manifold(&result.mesh);
                 assert_same_topology(mesh, &result.mesh);
@@ -119,7 +119,7 @@ fn planes_where_no_edge_runs_and_where_no_zero_is() {
     }
     // Coordinates that are no short fractions, and coordinates far out whose origin the frame has.
     let odd = moved(&bumpy(4), |p| p * 0.37 + Vec3::new(12.345, 0.1, -7.0));
-    let result = simplified(&odd, &options(Target::Ratio(0.1), Symmetry::Found));
+    let result = simplified(&odd, &options(Target::Ratio(0.1), Symmetry::Best));
     assert_mirrored(&result.mesh, &result.report.mirror.unwrap());
     let frame = Frame { origin: [5e6, 0.0, 0.0], double: true };
     let far =
@@ -196,7 +196,7 @@ fn the_smallest_has_no_face_twice_and_what_is_not_reached_is_said() {
         };
         assert!(why.contains("mirror plane") || why.contains("flip a face"), "{why}");
     }
-    let least = simplified(&octahedron, &options(Target::Ratio(0.5), Symmetry::Found));
+    let least = simplified(&octahedron, &options(Target::Ratio(0.5), Symmetry::Best));
     assert_eq!((least.mesh.positions().len(), least.mesh.faces().len()), (5, 6));
 }
 
@@ -233,7 +233,7 @@ fn n_alone(mesh: &TriMesh, symmetry: Symmetry) -> usize {
 #[test]
 fn a_face_whose_image_is_missing_is_refused_though_all_vertices_have_theirs() {
     let without_one = octahedron(|signs| signs != [true, false, true]);
-    for symmetry in Axis::ALL.map(Symmetry::Across).into_iter().chain([Symmetry::Found]) {
+    for symmetry in Axis::ALL.map(Symmetry::Across).into_iter().chain([Symmetry::Best]) {
         assert_eq!(n_alone(&without_one, symmetry), 1);
     }
     // The boundary has its image, edge by edge, and no face has.
@@ -276,7 +276,7 @@ fn a_gap_beside_the_plane_is_refused() {
 fn of_planes_with_all_vertices_that_is_taken_in_which_faces_have_images() {
     // Two faces are missing that are images of each other in z = 0 alone.
     let two_missing = octahedron(|[x, y, _]| !(x && y));
-    let result = simplified(&two_missing, &options(Target::Vertices(6), Symmetry::Found));
+    let result = simplified(&two_missing, &options(Target::Vertices(6), Symmetry::Best));
     assert_eq!(result.report.mirror.unwrap().axis, Axis::Z);
     assert_same_topology(&two_missing, &result.mesh);
 }
@@ -338,7 +338,7 @@ fn solids_that_touch_the_plane_with_an_edge_come_apart() {
     let both = TriMesh::new(positions, solid.faces().iter().copied().chain(turned).collect()).unwrap();
     assert!(topology(&both).non_manifold_edges > 0);
     for n in [200, 60, 16] {
-        let result = simplified(&both, &options(Target::Vertices(n), Symmetry::Found));
+        let result = simplified(&both, &options(Target::Vertices(n), Symmetry::Best));
         assert_closed_manifold(&result.mesh);
         assert_mirrored(&result.mesh, &MirrorPlane { axis: Axis::X, at: 0.0 });
         assert_eq!((topology(&result.mesh).components, result.mesh.positions().len()), (2, n));
@@ -430,7 +430,7 @@ fn a_mesh_that_is_none_is_refused_with_the_number_of_vertices() {
 #[test]
 fn levels_and_proved_distances_are_mirrored_too() {
     let mesh = bumpy(4);
-    let asked = options(Target::Ratio(0.5), Symmetry::Found);
+    let asked = options(Target::Ratio(0.5), Symmetry::Best);
     let further = [Target::Vertices(500), Target::Vertices(99)];
     let levels = simplify_levels_of_detail(&Input::bare(&mesh), None, &asked, &further, &mut go_on).unwrap();
     for (level, n) in levels.iter().zip([1281, 500, 99]) {
@@ -448,7 +448,7 @@ fn the_result_does_not_depend_on_the_number_of_threads() {
     let mesh = bumpy(4);
     let result = |n: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
-        pool.install(|| simplified(&mesh, &options(Target::Ratio(0.1), Symmetry::Found)))
+        pool.install(|| simplified(&mesh, &options(Target::Ratio(0.1), Symmetry::Best)))
     };
     assert_eq!(result(1), result(3));
 }

@@ -7,7 +7,7 @@ use neural_mesh::autodiff::Tensors;
 use neural_mesh::linalg::Matrix;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
-use neural_mesh::simplify::Weighed;
+use neural_mesh::simplify::WeightedResult;
 use neural_mesh::train::{
     Ending, Errors, Event, Given as GivenObjective, Item, OWN_OBJECTIVE, Request, Run, Settings, TrainError, Wish,
     estimated, open, step_by, step_function, train as run_training,
@@ -50,7 +50,7 @@ impl Raised {
 }
 
 impl Judge {
-    fn errors(&self, name: &str, ratio: f64, original: &TriMesh, result: &Weighed) -> Result<Errors, String> {
+    fn errors(&self, name: &str, ratio: f64, original: &TriMesh, result: &WeightedResult) -> Result<Errors, String> {
         if self.ear.go_on().is_break() || self.raised.is_there() {
             return Err("is not wanted any more".into());
         }
@@ -73,7 +73,7 @@ impl Judge {
         }
     }
 
-    fn called(&self, py: Python, name: &str, ratio: f64, original: &TriMesh, result: &Weighed) -> PyResult<Vec<f64>> {
+    fn called(&self, py: Python, name: &str, ratio: f64, original: &TriMesh, result: &WeightedResult) -> PyResult<Vec<f64>> {
         let places = |mesh: &TriMesh| {
             let place = |p: &[f32; 3]| std::array::from_fn(|axis| f64::from(p[axis]) + self.origin[axis]);
             array::<f64, 3>(py, mesh.positions().iter().map(place).collect())
@@ -158,7 +158,7 @@ fn ended(run: &mut Run, judge: Option<Judge>, told: &mut dyn FnMut(Event) -> Wis
         return run_training(run, &step, told);
     };
     let step = |tensors: &Tensors<Arc<Matrix>>, item: &Item, settings: &Settings, random: &mut _| {
-        let own = GivenObjective(|original: &TriMesh, result: &Weighed| {
+        let own = GivenObjective(|original: &TriMesh, result: &WeightedResult| {
             judge.errors(&item.name, item.ratio, original, result)
         });
         step_by(&own)(tensors, item, settings, random)
@@ -231,7 +231,7 @@ pub fn estimate(
         let failed = |what: String| Failure::Failed(what);
         let cleaned = clean(raw, &CleanOptions::default()).map_err(|error| failed(error.to_string()))?;
         let judge = Judge { function: judge, raised: of_work, ear: ear.clone(), origin: cleaned.frame.origin };
-        let own = GivenObjective(|original: &TriMesh, result: &Weighed| judge.errors("mesh", ratio, original, result));
+        let own = GivenObjective(|original: &TriMesh, result: &WeightedResult| judge.errors("mesh", ratio, original, result));
         let scores: Vec<f32> = cleaned.source.iter().map(|&v| scores[v as usize]).collect();
         let n_output = (cleaned.mesh.positions().len() as f64 * ratio).round().max(1.0) as usize;
         let found = estimated(&own, &cleaned.mesh, &scores, n_output, &settings, seed).map_err(failed)?;

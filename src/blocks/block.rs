@@ -6,7 +6,7 @@ use super::FACES;
 use super::plan::{Census, Plan};
 use crate::mesh::{PositionKey, TriMesh, compact, position_key};
 use crate::model::Weights;
-use crate::simplify::{Options, SimplifyError, simplify_piece};
+use crate::simplify::{Options, SimplifyError, simplify_block_mesh};
 use crate::spatial::Bounds;
 
 /// Faces of a mesh.
@@ -96,7 +96,7 @@ pub fn simplify_block(
     options: &Options,
 ) -> Result<Block, SimplifyError> {
     let asked = (block.n_left(share), Some(price));
-    let piece = simplify_piece(&block.mesh, &block.shared, asked, weights, options)?;
+    let piece = simplify_block_mesh(&block.mesh, &block.shared, asked, weights, options)?;
     // By where they lie: where faces of a block meet in a vertex alone, that is several vertices of the result.
     let places =
         block.mesh.positions().iter().zip(&block.shared).filter(|(_, shared)| **shared).map(|(&p, _)| position_key(p));

@@ -2,7 +2,7 @@
 
 use super::block::Block;
 use crate::model::Weights;
-use crate::simplify::{Options, SimplifyError, simplify_piece};
+use crate::simplify::{Options, SimplifyError, simplify_block_mesh};
 
 /// What a block pays on its way to the size asked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,7 +28,7 @@ pub fn sample_block(
 ) -> Result<Sample, SimplifyError> {
     let n_vertices = block.mesh.positions().len();
     let asked = (block.n_left(share), None);
-    let piece = simplify_piece(&block.mesh, &block.shared, asked, weights, options)?;
+    let piece = simplify_block_mesh(&block.mesh, &block.shared, asked, weights, options)?;
     Ok(Sample { n_vertices, n_shared: block.n_shared(), paid: piece.paid })
 }
 

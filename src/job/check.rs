@@ -150,7 +150,7 @@ mod tests {
         });
         assert_eq!(by_error, "--error: not available with --assembly paper: leave one out");
         assert!(refused(|job| job.options.close = true).starts_with("--close is for --assembly paper"));
-        let mirrored = refused(|job| (job.options.symmetric, job.options.subset) = (Some(Symmetry::Found), true));
+        let mirrored = refused(|job| (job.options.symmetric, job.options.subset) = (Some(Symmetry::Best), true));
         assert_eq!(mirrored, "--subset and --symmetric cannot be combined: leave one out");
         let by_name = refused(|job| (job.shares, job.options.map) = (vec![("head".into(), 0.5)], true));
         assert_eq!(by_name, "--ratio NAME=R cannot be used with --map: leave one out");

@@ -76,7 +76,7 @@ pub(super) fn n_bytes(text: &str) -> Result<usize, JobError> {
 
 /// The plane of a symmetry as typed: nothing, `x`, `x=0.5`.
 pub(super) fn symmetry(text: Option<&str>) -> Result<Symmetry, JobError> {
-    let Some(text) = text else { return Ok(Symmetry::Found) };
+    let Some(text) = text else { return Ok(Symmetry::Best) };
     let (name, at) = text.split_once('=').map_or((text, None), |(name, at)| (name, Some(at)));
     let axis = Axis::ALL.into_iter().find(|axis| name.trim().eq_ignore_ascii_case(&axis.to_string()));
     let at = at.map(|at| at.trim().parse().ok().filter(|at: &f64| at.is_finite()));

@@ -1,7 +1,7 @@
 //! `--ratio NAME=50%`: what has a name keeps a share of its own, the rest makes up the size of the whole.
 
 use crate::model::Weights;
-use crate::simplify::{Event, GroupRatio, GroupsSimplified, Options, Simplified, Target, simplify_groups};
+use crate::simplify::{Event, GroupRatio, Options, Simplified, SimplifiedGroups, Target, simplify_groups};
 
 use super::document::Document;
 use super::error::JobError;
@@ -19,7 +19,7 @@ pub fn simplify_named(
     (weights, options): (Option<&Weights>, &Options),
     job: &Job,
     watch: &mut dyn Watch,
-) -> Result<(GroupsSimplified, Vec<NamedShare>), JobError> {
+) -> Result<(SimplifiedGroups, Vec<NamedShare>), JobError> {
     let mut ratios = Vec::new();
     let kept = job.keep.iter().map(|name| ("--keep", name, 1.0));
     for (option, name, ratio) in kept.chain(job.shares.iter().map(|(name, ratio)| ("--ratio", name, *ratio))) {
@@ -52,7 +52,7 @@ pub fn simplify_named(
 }
 
 /// Takes results over to the vertices and faces of the mesh that was read.
-pub fn widen(results: &mut [Simplified], made: &GroupsSimplified) {
+pub fn widen(results: &mut [Simplified], made: &SimplifiedGroups) {
     for result in results {
         result.report.dropped.iter_mut().for_each(|component| component.face = made.faces[component.face as usize]);
         let of_mesh = |own: Vec<u32>, sources: &Vec<u32>| own.into_iter().map(|v| sources[v as usize]).collect();

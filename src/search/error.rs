@@ -8,7 +8,7 @@ use crate::mesh::{TriMesh, UnitedMesh};
 use crate::metrics::{CertifiedDistance, DistanceTolerance, certified_distance, certified_distance_with_budget};
 use crate::model::Weights;
 use crate::simplify::{
-    Input, Listener, Options, Outcome, Pruned, Simplified, SimplifyError, Target, levels_of_sizes, pruned,
+    Input, Listener, Options, Outcome, PrunedMesh, Simplified, SimplifyError, Target, prune, simplify_to_sizes,
 };
 
 use super::part::Search;
@@ -81,7 +81,7 @@ pub fn simplify_to_error(
     if error.is_nan() || error < 0.0 {
         return Err(SimplifyError::BadError(error));
     }
-    let pruned = pruned(Pulse::NONE, input, options);
+    let pruned = prune(Pulse::NONE, input, options);
     let original = Original::of(input, pruned.as_ref())?;
     // What placing in single precision may move points by, on both sides.
     let rounding = 2.0 * original.rounding();
@@ -183,7 +183,7 @@ fn at_sizes(
     progress: &mut Listener,
 ) -> Result<Vec<Simplified>, SimplifyError> {
     let sizes: Vec<Target> = sizes.iter().map(|&size| Target::Vertices(size)).collect();
-    levels_of_sizes(input, weights, options, &sizes, progress)
+    simplify_to_sizes(input, weights, options, &sizes, progress)
 }
 
 /// The smallest result found that holds the error, if one does, and how many were made.
@@ -249,7 +249,7 @@ struct Original<'a> {
 
 impl<'a> Original<'a> {
     /// All of the input, or what was left of it before it is simplified.
-    fn of(input: &Input<'a>, pruned: Option<&'a Pruned>) -> Result<Self, SimplifyError> {
+    fn of(input: &Input<'a>, pruned: Option<&'a PrunedMesh>) -> Result<Self, SimplifyError> {
         let mesh = pruned.map_or(input.mesh, |pruned| &pruned.mesh);
         let (scene, n_vertices) = (input.scene, mesh.positions().len());
         let view = match (scene, pruned) {

@@ -5,12 +5,12 @@ use crate::mesh::{Attributes, Role, TriMesh, compact, is_shaded_flat, with_flat_
 use crate::model::{Weights, paper_weights};
 
 use super::closed::{Aim, Begun, Closed, DropRules, Half, Importance, Keep, Levels, Request, simplify_levels};
-use super::components::{Pruned, pruned, without};
+use super::components::{PrunedMesh, prune, remove_faces};
 use super::hidden::hidden_vertices;
 use super::input::{Input, kept_edges, locked_vertices};
 use super::limits::Limit;
 use super::map;
-use super::options::{Assembly, Hidden, Options, Parts, Purpose, Report, ScoreSource, Simplified, SimplifyError};
+use super::options::{Assembly, Hidden, Options, Purpose, Refinements, Report, ScoreSource, Simplified, SimplifyError};
 use super::paper;
 use super::progress::Progress;
 
@@ -28,13 +28,13 @@ pub(super) struct Task<'a> {
 
 impl<'a> Task<'a> {
     /// Wraps the caller's options with default settings.
-    pub fn of(options: &'a Options) -> Self {
+    pub fn new(options: &'a Options) -> Self {
         Self { options, differentiable: false, insists_on_size: false, half: None }
     }
 }
 
 /// Target sizes, each no larger than the one before.
-pub(super) struct Sizes<'a> {
+pub(super) struct TargetSizes<'a> {
     /// Target sizes.
     pub limits: &'a [Limit],
     /// Number of leading sizes at which no further component is dropped.
@@ -42,27 +42,27 @@ pub(super) struct Sizes<'a> {
 }
 
 /// Simplifies a mesh to several sizes with the closed assembly; each continues the collapse of the one before.
-pub(super) fn closed_levels(
+pub(super) fn simplify_closed(
     input: &Input,
     weights: Option<&Weights>,
     task: &Task,
-    sizes: &Sizes,
+    sizes: &TargetSizes,
     progress: Progress,
 ) -> Result<Vec<Closed>, SimplifyError> {
-    let Some(pruned) = pruned(progress.pulse, input, task.options) else {
-        return levels_of(input, weights, task, sizes, None, progress);
+    let Some(pruned) = prune(progress.pulse, input, task.options) else {
+        return simplify_dropping(input, weights, task, sizes, None, progress);
     };
-    of_part(input, &pruned, |part| levels_of(part, weights, task, sizes, None, progress))
+    simplify_pruned(input, &pruned, |part| simplify_dropping(part, weights, task, sizes, None, progress))
 }
 
 /// Simplifies what pruning left and maps the results back to the whole mesh.
-fn of_part(
+fn simplify_pruned(
     input: &Input,
-    pruned: &Pruned,
+    pruned: &PrunedMesh,
     make: impl FnOnce(&Input) -> Result<Vec<Closed>, SimplifyError>,
 ) -> Result<Vec<Closed>, SimplifyError> {
-    let part = input.part(&pruned.sources, &pruned.faces)?;
-    let mut levels = make(&part.of(&pruned.mesh, input.scene))?;
+    let part = input.select(&pruned.sources, &pruned.faces)?;
+    let mut levels = make(&part.to_input(&pruned.mesh, input.scene))?;
     levels.iter_mut().for_each(|closed| closed.widen(input.mesh, pruned));
     Ok(levels)
 }
@@ -71,21 +71,25 @@ fn of_part(
 ///
 /// Where a component goes, this and all further levels are made from the rest; the collapse continues from its saved
 /// state if there is one.
-fn levels_of(
+fn simplify_dropping(
     input: &Input,
     weights: Option<&Weights>,
     task: &Task,
-    sizes: &Sizes,
+    sizes: &TargetSizes,
     begun: Option<Begun>,
     progress: Progress,
 ) -> Result<Vec<Closed>, SimplifyError> {
-    let Levels { mut made, dropped, begun } = levels_of_whole(input, weights, task, sizes, begun, progress)?;
+    let Levels { mut made, dropped, begun } = simplify_whole(input, weights, task, sizes, begun, progress)?;
     let Some(dropped) = dropped else { return Ok(made) };
-    let Some(pruned) = without(input.mesh, dropped.n_components, |face| dropped.faces[face]) else { return Ok(made) };
+    let Some(pruned) = remove_faces(input.mesh, dropped.n_components, |face| dropped.faces[face]) else {
+        return Ok(made);
+    };
     // The level at which a component went is settled now: it is repeated without that component and drops no further
     // one.
-    let left = Sizes { limits: &sizes.limits[made.len()..], n_settled: 1 };
-    made.extend(of_part(input, &pruned, |part| levels_of(part, weights, task, &left, begun, progress))?);
+    let left = TargetSizes { limits: &sizes.limits[made.len()..], n_settled: 1 };
+    made.extend(simplify_pruned(input, &pruned, |part| {
+        simplify_dropping(part, weights, task, &left, begun, progress)
+    })?);
     Ok(made)
 }
 
@@ -106,7 +110,11 @@ pub(super) fn score_source(options: &Options, aim: &Aim, weights: Option<&Weight
 }
 
 /// Returns vertex importance: the caller's, else by the scores.
-pub(super) fn importance_by<'a>(given: &'a [f32], scores: ScoreSource, weights: Option<&'a Weights>) -> Importance<'a> {
+pub(super) fn choose_importance<'a>(
+    given: &'a [f32],
+    scores: ScoreSource,
+    weights: Option<&'a Weights>,
+) -> Importance<'a> {
     match scores {
         _ if !given.is_empty() => Importance::Given(given),
         ScoreSource::Network => Importance::Network(weights.unwrap_or_else(|| Weights::shipped_default())),
@@ -118,22 +126,22 @@ pub(super) fn importance_by<'a>(given: &'a [f32], scores: ScoreSource, weights: 
 /// Simplifies without dropping components; stops at the level where one should go.
 ///
 /// A mesh shaded flat is simplified without its normals; its results are shaded flat again.
-fn levels_of_whole<'a>(
+fn simplify_whole<'a>(
     input: &Input,
     weights: Option<&Weights>,
     task: &Task,
-    sizes: &Sizes,
+    sizes: &TargetSizes,
     begun: Option<Begun<'a>>,
     progress: Progress<'a>,
 ) -> Result<Levels<'a>, SimplifyError> {
     let Input { mesh, attributes, .. } = *input;
     let normals = attributes.channels.iter().find(|channel| channel.role == Role::Normal);
     let mut levels = match normals.filter(|_| is_shaded_flat(mesh, attributes)) {
-        None => levels_as_shaded(input, weights, task, sizes, begun, progress)?,
+        None => simplify_as_shaded(input, weights, task, sizes, begun, progress)?,
         Some(normals) => {
             let others = attributes.clone().keep_roles(|role| role != Role::Normal, true);
             let input = Input { attributes: &others, ..*input };
-            let mut levels = levels_as_shaded(&input, weights, task, sizes, begun, progress)?;
+            let mut levels = simplify_as_shaded(&input, weights, task, sizes, begun, progress)?;
             for closed in &mut levels.made {
                 closed.attributes = with_flat_normals(&closed.mesh, &closed.attributes, &normals.name);
             }
@@ -145,11 +153,11 @@ fn levels_of_whole<'a>(
 }
 
 /// Simplifies with the given normals.
-fn levels_as_shaded<'a>(
+fn simplify_as_shaded<'a>(
     input: &Input,
     weights: Option<&Weights>,
     task: &Task,
-    sizes: &Sizes,
+    sizes: &TargetSizes,
     begun: Option<Begun<'a>>,
     progress: Progress<'a>,
 ) -> Result<Levels<'a>, SimplifyError> {
@@ -167,10 +175,10 @@ fn levels_as_shaded<'a>(
         ..Keep::of(options, input.kept)
     };
     let request = Request {
-        importance: importance_by(importance, scores, weights),
+        importance: choose_importance(importance, scores, weights),
         hidden: &if options.hidden == Hidden::Cheap { hidden_vertices(input) } else { Vec::new() },
         aim,
-        parts: Parts::default(),
+        refinements: Refinements::default(),
         frame: options.frame,
         differentiable,
         keep,
@@ -183,7 +191,7 @@ fn levels_as_shaded<'a>(
 }
 
 /// Simplifies with the paper's assembly.
-pub(super) fn paper_result(
+pub(super) fn simplify_by_paper(
     mesh: &TriMesh,
     weights: Option<&Weights>,
     options: &Options,
@@ -194,36 +202,32 @@ pub(super) fn paper_result(
     let n_target = limit.vertices.min((limit.faces / 2).max(3));
     let result = paper::simplified(mesh, n_target, weights, options.seed, options.close, progress)?;
     let (mesh, kept) = compact(mesh.positions(), result.faces).map_err(|_| SimplifyError::Overflow)?;
-    let report = Report::of(progress.pulse, &mesh);
+    let report = Report::for_mesh(progress.pulse, &mesh);
     let attributes = Attributes::default();
     Ok(Simplified { mesh, attributes, source_vertices: Some(kept), map: None, report })
 }
 
 /// Returns the input as the result, for targets that it already meets.
-pub(super) fn unchanged(pulse: Pulse, input: &Input, options: &Options) -> Simplified {
+pub(super) fn unchanged_result(pulse: Pulse, input: &Input, options: &Options) -> Simplified {
     let mesh = input.mesh;
     let scores = if options.assembly == Assembly::Closed { options.scores } else { ScoreSource::Network };
     Simplified {
         mesh: mesh.clone(),
         attributes: input.attributes.clone(),
         source_vertices: Some((0..mesh.positions().len() as u32).collect()),
-        map: options.map.then(|| map::of_unchanged(mesh)),
-        report: Report { scores, ..Report::of(pulse, mesh) },
+        map: options.map.then(|| map::identity_map(mesh)),
+        report: Report { scores, ..Report::for_mesh(pulse, mesh) },
     }
 }
 
 /// Returns the input as the result, without the components that the options drop.
-pub(super) fn unchanged_but_pruned(
-    pulse: Pulse,
-    input: &Input,
-    options: &Options,
-) -> Result<Simplified, SimplifyError> {
-    let Some(pruned) = pruned(pulse, input, options) else {
-        return Ok(unchanged(pulse, input, options));
+pub(super) fn pruned_result(pulse: Pulse, input: &Input, options: &Options) -> Result<Simplified, SimplifyError> {
+    let Some(pruned) = prune(pulse, input, options) else {
+        return Ok(unchanged_result(pulse, input, options));
     };
-    let part = input.part(&pruned.sources, &pruned.faces)?;
-    let mut result = unchanged(pulse, &part.of(&pruned.mesh, input.scene), options);
-    pruned.note(&mut result.report);
+    let part = input.select(&pruned.sources, &pruned.faces)?;
+    let mut result = unchanged_result(pulse, &part.to_input(&pruned.mesh, input.scene), options);
+    pruned.add_to_report(&mut result.report);
     result.map.iter_mut().for_each(|map| map::widen_pruned(map, input.mesh, &pruned));
     result.source_vertices = Some(pruned.sources);
     Ok(result)

@@ -28,13 +28,13 @@ pub(super) fn count_components(pulse: Pulse, mesh: &TriMesh) -> (usize, usize) {
 }
 
 /// Numbers the component of every face, joined over edges; components that touch only at a vertex are separate.
-fn components(pulse: Pulse, mesh: &TriMesh) -> (Vec<u32>, usize) {
+fn number_components(pulse: Pulse, mesh: &TriMesh) -> (Vec<u32>, usize) {
     pulse.beat(0);
     join_faces(mesh.positions().len(), mesh.faces(), |_| true).number_sets(pulse)
 }
 
 /// Mesh left after dropping components.
-pub(crate) struct Pruned {
+pub(crate) struct PrunedMesh {
     /// Remaining mesh.
     pub mesh: TriMesh,
     /// Original index of each vertex.
@@ -49,9 +49,9 @@ pub(crate) struct Pruned {
     pub dropped: Vec<DroppedComponent>,
 }
 
-impl Pruned {
+impl PrunedMesh {
     /// Adds the dropped components to a report on the remaining mesh; face indices become those of the original.
-    pub fn note(&self, report: &mut Report) {
+    pub fn add_to_report(&self, report: &mut Report) {
         report.components_pruned += self.n_dropped;
         report.components_hidden += self.n_hidden;
         report.dropped.iter_mut().for_each(|component| component.face = self.faces[component.face as usize]);
@@ -64,12 +64,12 @@ impl Pruned {
 ///
 /// Sizes are those a viewer of the scene sees. The largest visible component by area stays, and so do those with kept
 /// or locked faces. `None` where nothing is dropped.
-pub(crate) fn pruned(pulse: Pulse, input: &Input, options: &Options) -> Option<Pruned> {
+pub(crate) fn prune(pulse: Pulse, input: &Input, options: &Options) -> Option<PrunedMesh> {
     let (mesh, least, drops_hidden) = (input.mesh, options.prune_below, options.hidden == Hidden::Drop);
     if !(least > 0.0 || drops_hidden) {
         return None;
     }
-    let (component, n) = components(pulse, mesh);
+    let (component, n) = number_components(pulse, mesh);
     let view = input.view();
     let seen: Vec<u32> = view.faces.iter().map(|&face| component[face as usize]).collect();
     let mut hidden = if drops_hidden && n > 1 { hidden_components(&view.mesh, &seen, n) } else { vec![false; n] };
@@ -85,7 +85,8 @@ pub(crate) fn pruned(pulse: Pulse, input: &Input, options: &Options) -> Option<P
     let diagonals = diagonals(&view.mesh, &seen, n);
     let dropped: Vec<bool> = (0..n).map(|c| hidden[c] || c != largest && !kept[c] && diagonals[c] < least).collect();
     let [n_dropped, n_hidden] = [&dropped, &hidden].map(|flags| flags.iter().filter(|&&flag| flag).count());
-    without(mesh, n_dropped, |face| dropped[component[face] as usize]).map(|pruned| Pruned { n_hidden, ..pruned })
+    remove_faces(mesh, n_dropped, |face| dropped[component[face] as usize])
+        .map(|pruned| PrunedMesh { n_hidden, ..pruned })
 }
 
 /// Sums twice the area of each component.
@@ -112,14 +113,14 @@ fn diagonals(mesh: &TriMesh, component: &[u32], n: usize) -> Vec<f64> {
 }
 
 /// Removes faces that make up `n_dropped` components; `None` if that is 0.
-pub(super) fn without(mesh: &TriMesh, n_dropped: usize, is_dropped: impl Fn(usize) -> bool) -> Option<Pruned> {
+pub(super) fn remove_faces(mesh: &TriMesh, n_dropped: usize, is_dropped: impl Fn(usize) -> bool) -> Option<PrunedMesh> {
     if n_dropped == 0 {
         return None;
     }
     let faces: Vec<u32> = (0u32..).take(mesh.faces().len()).filter(|&f| !is_dropped(f as usize)).collect();
     let kept = faces.iter().map(|&f| mesh.faces()[f as usize]).collect();
     let dropped = dropped_components(mesh, is_dropped);
-    let pruned = |(mesh, sources)| Pruned { mesh, sources, faces, n_dropped, n_hidden: 0, dropped };
+    let pruned = |(mesh, sources)| PrunedMesh { mesh, sources, faces, n_dropped, n_hidden: 0, dropped };
     compact(mesh.positions(), kept).ok().map(pruned)
 }
 
@@ -155,13 +156,13 @@ mod tests {
         let faces = (0..4).flat_map(|i| sphere.faces().iter().map(move |face| face.map(|v| v + i * n)));
         let mesh = TriMesh::new(places.into_iter().flat_map(at).collect(), faces.collect()).unwrap();
         let options = Options { hidden: Hidden::Drop, ..dropping_below(0.0) };
-        let left = pruned(Pulse::NONE, &Input::bare(&mesh), &options).unwrap();
+        let left = prune(Pulse::NONE, &Input::bare(&mesh), &options).unwrap();
         assert_eq!((left.n_dropped, left.n_hidden, left.faces.len()), (2, 2, 2 * sphere.faces().len()));
         assert_eq!(left.faces.last(), Some(&(mesh.faces().len() as u32 - 1)));
-        let both = pruned(Pulse::NONE, &Input::bare(&mesh), &Options { prune_below: 4.0, ..options }).unwrap();
+        let both = prune(Pulse::NONE, &Input::bare(&mesh), &Options { prune_below: 4.0, ..options }).unwrap();
         assert_eq!((both.n_dropped, both.n_hidden), (3, 2));
         assert!(
-            pruned(Pulse::NONE, &Input::bare(&sphere), &Options { hidden: Hidden::Drop, ..dropping_below(0.0) })
+            prune(Pulse::NONE, &Input::bare(&sphere), &Options { hidden: Hidden::Drop, ..dropping_below(0.0) })
                 .is_none()
         );
     }
@@ -177,7 +178,7 @@ mod tests {
         }
         let cubes = TriMesh::new(positions, faces).unwrap();
         assert_eq!(count_components(Pulse::NONE, &cubes), (3, 0));
-        let below = |side: f64| pruned(Pulse::NONE, &Input::bare(&cubes), &dropping_below(side * 3f64.sqrt()));
+        let below = |side: f64| prune(Pulse::NONE, &Input::bare(&cubes), &dropping_below(side * 3f64.sqrt()));
         assert!(below(0.99).is_none() && below(0.0).is_none() && below(f64::NAN).is_none());
         let two = below(1.01).unwrap();
         assert_eq!((two.n_dropped, two.sources.first(), two.faces.first()), (1, Some(&8), Some(&12)));
@@ -196,7 +197,7 @@ mod tests {
         let faces = faces.chain(large.faces().iter().map(|face| face.map(|v| if v == 0 { 0 } else { v + 3 })));
         assert_eq!(large.positions()[0], [0.0; 3]);
         let touching = TriMesh::new(positions.collect(), faces.collect()).unwrap();
-        let one = pruned(Pulse::NONE, &Input::bare(&touching), &dropping_below(0.5)).unwrap();
+        let one = prune(Pulse::NONE, &Input::bare(&touching), &dropping_below(0.5)).unwrap();
         assert_eq!((one.n_dropped, one.faces, one.sources), (1, vec![0, 1, 2, 3], vec![0, 1, 2, 3]));
     }
 

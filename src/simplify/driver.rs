@@ -2,17 +2,17 @@
 
 use crate::model::Weights;
 
-use super::assemblies::{Sizes, Task, closed_levels, paper_result, unchanged, unchanged_but_pruned};
+use super::assemblies::{TargetSizes, Task, pruned_result, simplify_by_paper, simplify_closed, unchanged_result};
 use super::closed::{Derivative, is_sound};
 use super::input::Input;
 use super::limits::{Limit, resolve_levels, resolve_limit};
 use super::options::{Assembly, Listener, Simplified, SimplifyError, Target};
-use super::progress::{PAPER, Progress, closed_stages, listened};
+use super::progress::{PAPER, Progress, closed_stages, run_with_listener};
 use super::symmetric;
-use super::used::Used;
+use super::used::UsedMesh;
 
 /// A result and, on request, its derivative.
-type Traced = (Simplified, Option<Derivative>);
+type TracedResult = (Simplified, Option<Derivative>);
 
 /// Simplifies to the target of the options.
 pub(super) fn run(
@@ -20,10 +20,10 @@ pub(super) fn run(
     weights: Option<&Weights>,
     task: &Task,
     listener: &mut Listener,
-) -> Result<Traced, SimplifyError> {
+) -> Result<TracedResult, SimplifyError> {
     let options = task.options;
     if options.assembly == Assembly::Paper && options.symmetric.is_none() {
-        return listened(listener, &PAPER, |progress| Ok((by_the_paper(input, weights, task, progress)?, None)));
+        return run_with_listener(listener, &PAPER, |progress| Ok((run_paper(input, weights, task, progress)?, None)));
     }
     let levels = run_levels(input, weights, task, &[options.target], listener)?;
     levels.into_iter().next().ok_or(SimplifyError::Empty)
@@ -36,31 +36,31 @@ pub(super) fn run_levels(
     task: &Task,
     targets: &[Target],
     listener: &mut Listener,
-) -> Result<Vec<Traced>, SimplifyError> {
+) -> Result<Vec<TracedResult>, SimplifyError> {
     let share = targets.first().map_or(1.0, |target| target.share_of(input.mesh));
     let stages = closed_stages(targets.len(), task.options.symmetric.is_some(), share);
-    listened(listener, &stages, |progress| closed(input, weights, task, targets, progress))
+    run_with_listener(listener, &stages, |progress| run_closed(input, weights, task, targets, progress))
 }
 
 /// Runs the closed assembly, or its mirrored variant.
-fn closed(
+fn run_closed(
     input: &Input,
     weights: Option<&Weights>,
     task: &Task,
     targets: &[Target],
     progress: Progress,
-) -> Result<Vec<Traced>, SimplifyError> {
+) -> Result<Vec<TracedResult>, SimplifyError> {
     let options = task.options;
     input.check()?;
     if let Some(symmetry) = options.symmetric {
-        let levels = symmetric::levels(input, weights, task, symmetry, targets, progress)?;
+        let levels = symmetric::simplify_symmetric(input, weights, task, symmetry, targets, progress)?;
         return Ok(levels.into_iter().map(|level| (level, None)).collect());
     }
     progress.enter("surface", input.mesh.faces().len())?;
     // Unused vertices are removed first and restored in the results.
-    let used = Used::of(progress.pulse, input.mesh)?;
-    let importance = input.importance_of(used.sources.as_deref());
-    let locked = input.locked_of(used.sources.as_deref());
+    let used = UsedMesh::new(progress.pulse, input.mesh)?;
+    let importance = input.select_importance(used.sources.as_deref());
+    let locked = input.select_locked(used.sources.as_deref());
     let input = Input { mesh: &used.mesh, importance: &importance, locked: &locked, ..*input };
     let mut limits = resolve_levels(&used.mesh, targets, options)?;
     // A target at or above the input size returns the input.
@@ -68,17 +68,17 @@ fn closed(
     let n_unchanged = if n_met > 0 && is_sound(&used.mesh, &options.frame) { n_met } else { 0 };
     // Repairs of an unsound mesh split vertices; none is then merged away to make up for them.
     limits[n_unchanged..n_met.max(n_unchanged)].fill(Limit::NONE);
-    let same = || Ok((unchanged_but_pruned(progress.pulse, &input, options)?, None));
-    let same: Vec<Traced> = (0..n_unchanged).map(|_| same()).collect::<Result<_, _>>()?;
-    let sizes = Sizes { limits: &limits[n_unchanged..], n_settled: 0 };
-    let lighter = closed_levels(&input, weights, task, &sizes, progress)?;
+    let same = || Ok((pruned_result(progress.pulse, &input, options)?, None));
+    let same: Vec<TracedResult> = (0..n_unchanged).map(|_| same()).collect::<Result<_, _>>()?;
+    let sizes = TargetSizes { limits: &limits[n_unchanged..], n_settled: 0 };
+    let lighter = simplify_closed(&input, weights, task, &sizes, progress)?;
     let levels = same.into_iter().chain(lighter.into_iter().map(|closed| closed.into_result()));
     let widen = |derivative| used.widen_derivative(derivative);
     Ok(levels.map(|(simplified, derivative)| (used.widen(simplified), derivative.map(widen))).collect())
 }
 
 /// Runs the paper's assembly.
-fn by_the_paper(
+fn run_paper(
     input: &Input,
     weights: Option<&Weights>,
     task: &Task,
@@ -86,12 +86,12 @@ fn by_the_paper(
 ) -> Result<Simplified, SimplifyError> {
     let options = task.options;
     input.check()?;
-    let used = Used::of(progress.pulse, input.mesh)?;
+    let used = UsedMesh::new(progress.pulse, input.mesh)?;
     let limit = resolve_limit(&used.mesh, options)?;
     let simplified = if limit.is_met_by(&used.mesh) {
-        unchanged(progress.pulse, &Input { mesh: &used.mesh, ..*input }, options)
+        unchanged_result(progress.pulse, &Input { mesh: &used.mesh, ..*input }, options)
     } else {
-        paper_result(&used.mesh, weights, options, limit, progress)?
+        simplify_by_paper(&used.mesh, weights, options, limit, progress)?
     };
     Ok(used.widen(simplified))
 }

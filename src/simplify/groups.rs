@@ -27,7 +27,7 @@ pub struct GroupRatio {
 /// Mesh whose selected groups are simplified.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct GroupsSimplified {
+pub struct SimplifiedGroups {
     /// Partly simplified mesh.
     pub mesh: TriMesh,
     /// Attributes of corners and faces.
@@ -42,7 +42,7 @@ pub struct GroupsSimplified {
     pub sources: Option<Vec<u32>>,
 }
 
-impl GroupsSimplified {
+impl SimplifiedGroups {
     /// Returns this as the input for simplifying the rest.
     pub fn input<'a>(&'a self, scene: Option<&'a UnitedMesh>) -> Input<'a> {
         let Self { mesh, attributes, importance, kept, .. } = self;
@@ -83,13 +83,13 @@ pub fn simplify_groups(
     options: &Options,
     ratios: &[GroupRatio],
     progress: &mut Listener,
-) -> Result<GroupsSimplified, SimplifyError> {
+) -> Result<SimplifiedGroups, SimplifyError> {
     let refused = ratios.iter().find(|of| !(of.ratio > 0.0 && of.ratio <= 1.0));
     if let Some(refused) = refused {
         return Err(SimplifyError::BadTarget(Target::Ratio(refused.ratio)));
     }
     let n_faces = input.mesh.faces().len() as u32;
-    let mut now = GroupsSimplified {
+    let mut now = SimplifiedGroups {
         mesh: input.mesh.clone(),
         attributes: input.attributes.clone(),
         importance: input.importance.to_vec(),
@@ -106,7 +106,7 @@ pub fn simplify_groups(
             event.total = (number as f32 + event.total) / smaller.len() as f32;
             progress(event)
         };
-        now = without_others(now, (of, &held), (weights, options, input.scene), &mut tell)?;
+        now = simplify_group(now, (of, &held), (weights, options, input.scene), &mut tell)?;
         held.extend(&of.groups);
     }
     now.kept = (0..now.mesh.faces().len() as u32).map(|face| held.contains(&now.attributes.group(face))).collect();
@@ -114,23 +114,23 @@ pub fn simplify_groups(
 }
 
 /// Simplifies one group; those in `held` and all faces that do not touch the group stay.
-fn without_others(
-    before: GroupsSimplified,
+fn simplify_group(
+    before: SimplifiedGroups,
     (of, held): (&GroupRatio, &FxHashSet<u32>),
     (weights, options, scene): (Option<&Weights>, &Options, Option<&UnitedMesh>),
     progress: &mut Listener,
-) -> Result<GroupsSimplified, SimplifyError> {
-    let (kept, n_own) = kept_beside(&before, of, held);
+) -> Result<SimplifiedGroups, SimplifyError> {
+    let (kept, n_own) = mark_kept_faces(&before, of, held);
     // The target is the whole mesh less what the group loses. The factor absorbs rounding of shares such as 0.1.
     let n_gone = n_own - ((n_own as f64 * of.ratio * (1.0 + 1e-12)) as usize).min(n_own);
     let n_used = before.mesh.faces().as_flattened().iter().copied().collect::<FxHashSet<u32>>().len();
-    let options = keeping_components(options, Target::Vertices((n_used - n_gone).max(1)));
+    let options = options_for_group(options, Target::Vertices((n_used - n_gone).max(1)));
     let input = Input { kept: &kept, ..before.input(scene) };
-    let (result, _) = run(&input, weights, &Task { insists_on_size: true, ..Task::of(&options) }, progress)?;
+    let (result, _) = run(&input, weights, &Task { insists_on_size: true, ..Task::new(&options) }, progress)?;
     let map = result.map.unwrap_or_default();
     let importance = map.input_vertices.iter().filter_map(|&v| before.importance.get(v as usize).copied()).collect();
     let sources = result.source_vertices.zip(before.sources.as_ref());
-    Ok(GroupsSimplified {
+    Ok(SimplifiedGroups {
         importance,
         kept: Vec::new(),
         faces: map.corner_faces.iter().map(|corners| before.faces[corners[0] as usize]).collect(),
@@ -141,7 +141,7 @@ fn without_others(
 }
 
 /// Returns which faces stay while a group is simplified, and the number of its vertices, border included.
-fn kept_beside(before: &GroupsSimplified, of: &GroupRatio, held: &FxHashSet<u32>) -> (Vec<bool>, usize) {
+fn mark_kept_faces(before: &SimplifiedGroups, of: &GroupRatio, held: &FxHashSet<u32>) -> (Vec<bool>, usize) {
     let faces = before.mesh.faces();
     let group = |face: usize| before.attributes.group(face as u32);
     let is_own = |face: usize| of.groups.contains(&group(face)) && !held.contains(&group(face));
@@ -155,7 +155,7 @@ fn kept_beside(before: &GroupsSimplified, of: &GroupRatio, held: &FxHashSet<u32>
 }
 
 /// Returns the options for one group: with a map, without dropping components.
-fn keeping_components(options: &Options, target: Target) -> Options {
+fn options_for_group(options: &Options, target: Target) -> Options {
     let hidden = if options.hidden == Hidden::Drop { Hidden::Keep } else { options.hidden };
     Options { target, hidden, map: true, prune: false, prune_below: 0.0, ..options.clone() }
 }
@@ -167,7 +167,7 @@ mod tests {
     use crate::simplify::simplify_input;
 
     /// A bumpy sphere in four bands of groups from south to north.
-    fn banded() -> (TriMesh, Attributes) {
+    fn banded_sphere() -> (TriMesh, Attributes) {
         let mesh = shapes::wavy_sphere(4, 6.0);
         let height = |face: &[u32; 3]| face.iter().map(|&v| mesh.positions()[v as usize][2]).sum::<f32>() / 3.0;
         let band = |face: &[u32; 3]| {
@@ -183,13 +183,13 @@ mod tests {
         (mesh, Attributes { groups, ..Attributes::default() })
     }
 
-    fn n_of(attributes: &Attributes, group: u32) -> usize {
+    fn count_faces(attributes: &Attributes, group: u32) -> usize {
         attributes.groups.iter().filter(|of| **of == group).count()
     }
 
     #[test]
     fn each_group_has_its_share_and_the_surface_stays_whole() {
-        let (mesh, attributes) = banded();
+        let (mesh, attributes) = banded_sphere();
         let mut input = Input::bare(&mesh);
         let importance = vec![1.0; mesh.positions().len()];
         (input.attributes, input.importance) = (&attributes, &importance);
@@ -199,7 +199,8 @@ mod tests {
         let made = simplify_groups(&input, None, &options, &ratios, &mut go_on).unwrap();
         assert!(topology(&made.mesh).is_closed_manifold());
         assert_eq!(made.importance.len(), made.mesh.positions().len());
-        let share = |after: &Attributes, group| n_of(after, group) as f64 / n_of(&attributes, group) as f64;
+        let share =
+            |after: &Attributes, group| count_faces(after, group) as f64 / count_faces(&attributes, group) as f64;
         for (group, ratio) in [(3, 0.5), (1, 1.0), (0, 0.2)] {
             let found = share(&made.attributes, group);
             assert!((found - ratio).abs() < 0.08, "{group}: {found}");
@@ -213,13 +214,13 @@ mod tests {
         let whole = Options::new(Target::Vertices(made.mesh.positions().len() * 24 / 25));
         let result = simplify_input(&made.input(None), None, &whole, &mut go_on).unwrap();
         assert!(topology(&result.mesh).is_closed_manifold());
-        let kept = |group| n_of(&result.attributes, group) == n_of(&made.attributes, group);
+        let kept = |group| count_faces(&result.attributes, group) == count_faces(&made.attributes, group);
         assert!(kept(3) && kept(1) && kept(0) && !kept(2));
     }
 
     #[test]
     fn shares_out_of_range_are_refused() {
-        let (mesh, attributes) = banded();
+        let (mesh, attributes) = banded_sphere();
         let mut input = Input::bare(&mesh);
         input.attributes = &attributes;
         let options = Options::new(Target::Ratio(1.0));

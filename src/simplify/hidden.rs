@@ -40,18 +40,18 @@ const STEPS: [f64; 4] = [0.856_674_883_854_503, 0.733_891_856_627_126, 0.628_706
 /// assert!(hidden[..320].iter().all(|hidden| !hidden) && hidden[320..].iter().all(|hidden| *hidden));
 /// ```
 pub fn hidden_faces(mesh: &TriMesh) -> Vec<bool> {
-    let shows = vertices_that_show(&Input::bare(mesh));
+    let shows = visible_vertices(&Input::bare(mesh));
     mesh.faces().iter().map(|face| face.iter().all(|&v| !shows[v as usize])).collect()
 }
 
 /// Returns whether each vertex is on no visible face, n_vertices; empty where all are visible.
 pub(super) fn hidden_vertices(input: &Input) -> Vec<bool> {
-    let hidden: Vec<bool> = vertices_that_show(input).into_iter().map(|shows| !shows).collect();
+    let hidden: Vec<bool> = visible_vertices(input).into_iter().map(|shows| !shows).collect();
     if hidden.contains(&true) { hidden } else { Vec::new() }
 }
 
 /// Returns whether each vertex is on a face that some view shows.
-fn vertices_that_show(input: &Input) -> Vec<bool> {
+fn visible_vertices(input: &Input) -> Vec<bool> {
     let view = input.view();
     let mut shows = vec![false; input.mesh.positions().len()];
     let seen = seen_from_outside(view.mesh.positions(), view.mesh.faces(), AXES);
@@ -84,13 +84,13 @@ pub(super) fn hidden_components(mesh: &TriMesh, component: &[u32], n: usize) -> 
         let n_rays = ((RAYS * faces.len() as f64) as usize).max(LEAST_RAYS).min(most.max(64));
         let corners = |face: u32| triangles[face as usize].map(|corner| DVec3::from(corner.map(f64::from)));
         !faces.is_empty()
-            && !any_escapes(&occluders, &faces.iter().map(|&face| corners(face)).collect::<Vec<_>>(), n_rays, start)
+            && !any_ray_escapes(&occluders, &faces.iter().map(|&face| corners(face)).collect::<Vec<_>>(), n_rays, start)
     };
     faces.par_iter().map(is_hidden).collect()
 }
 
 /// Returns whether one of `n_rays` rays from the triangles, spread by area, meets nothing beyond `start`.
-fn any_escapes(occluders: &Occluders, triangles: &[[DVec3; 3]], n_rays: usize, start: f64) -> bool {
+fn any_ray_escapes(occluders: &Occluders, triangles: &[[DVec3; 3]], n_rays: usize, start: f64) -> bool {
     let sums: Vec<f64> = triangles
         .iter()
         .scan(0.0, |sum, corners| {
@@ -122,7 +122,7 @@ mod tests {
     use crate::mesh::shapes;
 
     /// Joins meshes into one; also returns the mesh number of each face.
-    fn together(parts: &[&TriMesh]) -> (TriMesh, Vec<u32>) {
+    fn join_meshes(parts: &[&TriMesh]) -> (TriMesh, Vec<u32>) {
         let (mut positions, mut faces, mut component) = (Vec::new(), Vec::new(), Vec::new());
         for (number, part) in (0..).zip(parts) {
             faces.extend(part.faces().iter().map(|face| face.map(|v| v + positions.len() as u32)));
@@ -132,12 +132,12 @@ mod tests {
         (TriMesh::new(positions, faces).unwrap(), component)
     }
 
-    fn scaled(mesh: &TriMesh, by: f32) -> TriMesh {
+    fn scale_mesh(mesh: &TriMesh, by: f32) -> TriMesh {
         TriMesh::new(mesh.positions().iter().map(|p| p.map(|x| by * x)).collect(), mesh.faces().to_vec()).unwrap()
     }
 
-    fn hidden(parts: &[&TriMesh]) -> Vec<bool> {
-        let (mesh, component) = together(parts);
+    fn find_hidden(parts: &[&TriMesh]) -> Vec<bool> {
+        let (mesh, component) = join_meshes(parts);
         hidden_components(&mesh, &component, parts.len())
     }
 
@@ -146,10 +146,10 @@ mod tests {
         // A sphere without one of its 20,480 faces, away from the axes of the views, has a hole 1/70 wide.
         let outer = shapes::icosphere(5);
         let holed = TriMesh::new(outer.positions().to_vec(), outer.faces()[1..].to_vec()).unwrap();
-        let inner = scaled(&shapes::icosphere(4), 0.5);
-        assert_eq!(hidden(&[&outer, &inner]), [false, true]);
-        assert_eq!(hidden(&[&holed, &inner]), [false, false]);
-        assert_eq!(hidden(&[&inner, &outer, &scaled(&inner, 0.5)]), [true, false, true]);
+        let inner = scale_mesh(&shapes::icosphere(4), 0.5);
+        assert_eq!(find_hidden(&[&outer, &inner]), [false, true]);
+        assert_eq!(find_hidden(&[&holed, &inner]), [false, false]);
+        assert_eq!(find_hidden(&[&inner, &outer, &scale_mesh(&inner, 0.5)]), [true, false, true]);
     }
 
     #[test]
@@ -164,7 +164,7 @@ mod tests {
     #[test]
     fn what_lies_just_below_another_surface_shows() {
         let sphere = shapes::icosphere(4);
-        assert_eq!(hidden(&[&sphere, &scaled(&sphere, 0.99999)]), [false, false]);
-        assert_eq!(hidden(&[&sphere, &scaled(&sphere, 0.9)]), [false, true]);
+        assert_eq!(find_hidden(&[&sphere, &scale_mesh(&sphere, 0.99999)]), [false, false]);
+        assert_eq!(find_hidden(&[&sphere, &scale_mesh(&sphere, 0.9)]), [false, true]);
     }
 }

@@ -33,7 +33,7 @@ impl<'a> Input<'a> {
 
     /// Returns the mesh as a viewer of the scene sees it; each face of the view names a face of the mesh.
     pub(crate) fn view(&self) -> SceneView {
-        view_of(self.scene, self.mesh, self.attributes)
+        scene_view(self.scene, self.mesh, self.attributes)
     }
 
     /// Rejects arrays whose lengths or values do not match the mesh.
@@ -49,26 +49,26 @@ impl<'a> Input<'a> {
     }
 
     /// Returns the importance of these vertices, or of all for `None`.
-    pub(super) fn importance_of(&self, sources: Option<&[u32]>) -> Cow<'a, [f32]> {
-        of_vertices(self.importance, sources)
+    pub(super) fn select_importance(&self, sources: Option<&[u32]>) -> Cow<'a, [f32]> {
+        select_rows(self.importance, sources)
     }
 
     /// Returns which of these vertices, or of all, stay in place.
-    pub(super) fn locked_of(&self, sources: Option<&[u32]>) -> Cow<'a, [bool]> {
-        of_vertices(self.locked, sources)
+    pub(super) fn select_locked(&self, sources: Option<&[u32]>) -> Cow<'a, [bool]> {
+        select_rows(self.locked, sources)
     }
 
     /// Extracts the rows of these vertices and faces.
-    pub(super) fn part(&self, sources: &[u32], faces: &[u32]) -> Result<InputPart, SimplifyError> {
-        let attributes = self.attributes.clone().select_faces(faces).ok_or(SimplifyError::BadInput)?;
+    pub(super) fn select(&self, sources: &[u32], faces: &[u32]) -> Result<InputSubset, SimplifyError> {
+        let attributes = self.attributes.clone().of_faces(faces).ok_or(SimplifyError::BadInput)?;
         let kept = faces.iter().filter_map(|&face| self.kept.get(face as usize).copied()).collect();
-        let importance = self.importance_of(Some(sources)).into_owned();
-        Ok(InputPart { attributes, importance, kept, locked: self.locked_of(Some(sources)).into_owned() })
+        let importance = self.select_importance(Some(sources)).into_owned();
+        Ok(InputSubset { attributes, importance, kept, locked: self.select_locked(Some(sources)).into_owned() })
     }
 }
 
 /// Rows of some of the vertices and faces of an input.
-pub(super) struct InputPart {
+pub(super) struct InputSubset {
     /// Attributes of corners and faces.
     attributes: Attributes,
     /// Importance of the vertices.
@@ -79,16 +79,16 @@ pub(super) struct InputPart {
     locked: Vec<bool>,
 }
 
-impl InputPart {
+impl InputSubset {
     /// Combines the rows with `mesh`, which consists of these vertices and faces.
-    pub fn of<'a>(&'a self, mesh: &'a TriMesh, scene: Option<&'a UnitedMesh>) -> Input<'a> {
+    pub fn to_input<'a>(&'a self, mesh: &'a TriMesh, scene: Option<&'a United>) -> Input<'a> {
         let Self { attributes, importance, kept, locked } = self;
         Input { mesh, attributes, importance, scene, kept, locked }
     }
 }
 
 /// Selects the rows of these vertices, or all for `None`; empty where there are no rows.
-fn of_vertices<'a, T: Copy>(rows: &'a [T], vertices: Option<&[u32]>) -> Cow<'a, [T]> {
+fn select_rows<'a, T: Copy>(rows: &'a [T], vertices: Option<&[u32]>) -> Cow<'a, [T]> {
     match vertices {
         Some(vertices) if !rows.is_empty() => vertices.iter().map(|&v| rows[v as usize]).collect(),
         _ => Cow::Borrowed(rows),
@@ -96,7 +96,7 @@ fn of_vertices<'a, T: Copy>(rows: &'a [T], vertices: Option<&[u32]>) -> Cow<'a, 
 }
 
 /// Returns the mesh as a viewer of the scene sees it; unchanged without a scene.
-fn view_of(scene: Option<&UnitedMesh>, mesh: &TriMesh, attributes: &Attributes) -> SceneView {
+fn scene_view(scene: Option<&United>, mesh: &TriMesh, attributes: &Attributes) -> SceneView {
     match scene {
         Some(united) => united.view(mesh, attributes),
         None => SceneView { mesh: mesh.clone(), faces: (0..mesh.faces().len() as u32).collect() },

@@ -35,18 +35,18 @@ pub fn simplify_levels_of_detail(
     progress: &mut Listener,
 ) -> Result<Vec<Simplified>, SimplifyError> {
     let targets: Vec<Target> = [options.target].iter().chain(further).copied().collect();
-    of_task(input, weights, &Task::of(options), &targets, progress)
+    of_task(input, weights, &Task::new(options), &targets, progress)
 }
 
 /// Simplifies to each of these sizes with one collapse; ignores the target of `options`.
-pub(crate) fn levels_of_sizes(
+pub(crate) fn simplify_to_sizes(
     input: &Input,
     weights: Option<&Weights>,
     options: &Options,
     targets: &[Target],
     progress: &mut Listener,
 ) -> Result<Vec<Simplified>, SimplifyError> {
-    of_task(input, weights, &Task::of(options), targets, progress)
+    of_task(input, weights, &Task::new(options), targets, progress)
 }
 
 fn of_task(

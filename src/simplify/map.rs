@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use crate::mesh::TriMesh;
 
-use super::components::Pruned;
+use super::components::PrunedMesh;
 use super::options::Map;
 
 /// Missing vertex.
@@ -24,7 +24,7 @@ pub(super) fn nearest_inputs(mesh: &TriMesh, lighter: &TriMesh, outputs: &[u32])
 }
 
 /// Returns the map of a mesh to itself.
-pub(super) fn of_unchanged(mesh: &TriMesh) -> Map {
+pub(super) fn identity_map(mesh: &TriMesh) -> Map {
     let n = mesh.positions().len() as u32;
     let unit = |corner: usize| std::array::from_fn(|k| f32::from(u8::from(k == corner)));
     Map {
@@ -36,7 +36,7 @@ pub(super) fn of_unchanged(mesh: &TriMesh) -> Map {
 }
 
 /// Extends the map of a pruned mesh to the whole mesh.
-pub(super) fn widen_pruned(map: &mut Map, mesh: &TriMesh, Pruned { sources, faces, .. }: &Pruned) {
+pub(super) fn widen_pruned(map: &mut Map, mesh: &TriMesh, PrunedMesh { sources, faces, .. }: &PrunedMesh) {
     widen_vertices(map, sources, mesh.positions().len());
     map.corner_faces.iter_mut().flatten().for_each(|f| *f = faces[*f as usize]);
 }

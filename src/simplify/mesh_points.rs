@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use super::paper::{NO_SAMPLE, assign_to_samples, choose_faces};
-use super::progress::{POINTS, Progress, listened};
+use super::progress::{POINTS, Progress, run_with_listener};
 use super::{Listener, SimplifyError, scattered_samples};
 use crate::linalg::Csr;
 use crate::mesh::{TriMesh, compact, orient_outward};
@@ -59,10 +59,10 @@ pub fn mesh_points(
     if n_samples < 3 {
         return Err(SimplifyError::TooFewPoints(n_samples));
     }
-    listened(progress, &POINTS, |progress| meshed(points, n_samples, weights, seed, progress))
+    run_with_listener(progress, &POINTS, |progress| mesh_cloud(points, n_samples, weights, seed, progress))
 }
 
-fn meshed(
+fn mesh_cloud(
     points: &[[f32; 3]],
     n_samples: usize,
     weights: &Weights,
@@ -72,7 +72,7 @@ fn meshed(
     progress.enter("scores", 1)?;
     let graph = Arc::new(cloud_graph(points));
     let cloud = in_edge_lengths(points, &graph);
-    let samples = drawn(&cloud, &graph, n_samples, weights, seed);
+    let samples = draw_samples(&cloud, &graph, n_samples, weights, seed);
     progress.enter("assign", 1)?;
     let assignment = assign_to_samples(&cloud, &graph, &samples);
     let original = Arc::new(region_graph(&graph, &assignment, samples.len()));
@@ -85,7 +85,7 @@ fn meshed(
     progress.enter("assemble", 1)?;
     let chosen = choose_faces(&faces, edges.graph.n_entries());
     let chosen: Vec<[u32; 3]> = chosen.into_iter().map(|at| faces.candidates.triangles[at]).collect();
-    assembled(points, &samples, &orient_outward(&sampled, &chosen))
+    assemble_mesh(points, &samples, &consistently_wound(&sampled, &chosen))
 }
 
 /// Joins each point of a cloud (n x 3) to its six nearest ones, in both directions: n x n.
@@ -99,7 +99,7 @@ pub fn cloud_graph(points: &[[f32; 3]]) -> Csr {
 }
 
 /// Samples the points that become vertices, ascending.
-fn drawn(cloud: &[[f32; 3]], graph: &Arc<Csr>, n: usize, weights: &Weights, seed: u64) -> Vec<u32> {
+fn draw_samples(cloud: &[[f32; 3]], graph: &Arc<Csr>, n: usize, weights: &Weights, seed: u64) -> Vec<u32> {
     if n == cloud.len() {
         return (0..n as u32).collect();
     }
@@ -126,7 +126,7 @@ pub fn region_graph(graph: &Csr, assignment: &[u32], n_samples: usize) -> Csr {
 }
 
 /// Builds the mesh of the faces (n_faces x 3 samples) over the points that they use.
-fn assembled(points: &[[f32; 3]], samples: &[u32], faces: &[[u32; 3]]) -> Result<MeshedPoints, SimplifyError> {
+fn assemble_mesh(points: &[[f32; 3]], samples: &[u32], faces: &[[u32; 3]]) -> Result<MeshedPoints, SimplifyError> {
     if faces.is_empty() {
         return Err(SimplifyError::NothingKept);
     }

@@ -34,24 +34,24 @@ use driver::run;
 pub use crate::mesh::vertex_normals;
 pub use bending::bending_scores;
 pub use closed::{Importance, importance_of_scores};
-pub(crate) use components::{Pruned, pruned};
-pub use groups::{GroupRatio, GroupsSimplified, simplify_groups};
+pub(crate) use components::{PrunedMesh, prune};
+pub use groups::{GroupRatio, SimplifiedGroups, simplify_groups};
 pub use hidden::hidden_faces;
 pub use input::{Input, importance_of_channel, importance_of_groups};
-pub(crate) use levels::levels_of_sizes;
 pub use levels::simplify_levels_of_detail;
+pub(crate) use levels::simplify_to_sizes;
 pub use mesh_points::{MeshedPoints, cloud_graph, mesh_points, region_graph};
 pub use network_scores::{edge_graph, network_scores, vertex_areas};
 pub use options::{
     Assembly, Axis, DroppedComponent, Effort, Event, Hidden, Listener, Map, MirrorPlane, Optimize, Options, Outcome,
-    Parts, Purpose, Report, SEAM_ERROR, ScoreSource, Simplified, SimplifyError, Symmetry, Target,
+    Purpose, Refinements, Report, SEAM_ERROR, ScoreSource, Simplified, SimplifyError, Symmetry, Target,
 };
-pub(crate) use piece::simplify_piece;
+pub(crate) use piece::simplify_block_mesh;
 pub use record::Record;
 pub use sample_vertices::gumbel_top_k;
 pub use scattered_samples::scattered_samples;
 pub use versions::{CARRIED_VERSION, CLOSED_VERSION, PAPER_VERSION};
-pub use weighed::{Weighed, simplify_weighed};
+pub use weighed::{WeightedResult, simplify_with_importance};
 
 /// Simplifies `mesh` to the target of `options`; `progress` receives every stage and can stop the run.
 ///
@@ -113,7 +113,7 @@ pub fn simplify_input(
     options: &Options,
     progress: &mut Listener,
 ) -> Result<Simplified, SimplifyError> {
-    let task = Task::of(options);
+    let task = Task::new(options);
     run(input, weights, &task, progress).map(|(simplified, _)| simplified)
 }
 
@@ -145,12 +145,12 @@ pub fn simplify_recorded(
     options: &Options,
     progress: &mut Listener,
 ) -> Result<(Simplified, Record), SimplifyError> {
-    let task = Task { differentiable: true, ..Task::of(options) };
+    let task = Task { differentiable: true, ..Task::new(options) };
     let (simplified, derivative) = run(&Input::bare(mesh), weights, &task, progress)?;
     let (n_input, n_output) = (mesh.positions().len(), simplified.mesh.positions().len());
     let record = match derivative {
-        Some(derivative) => Record::closed(n_input, n_output, derivative),
-        None => Record::selected(n_input, simplified.source_vertices.clone().unwrap_or_default()),
+        Some(derivative) => Record::from_derivative(n_input, n_output, derivative),
+        None => Record::from_selection(n_input, simplified.source_vertices.clone().unwrap_or_default()),
     };
     Ok((simplified, record))
 }

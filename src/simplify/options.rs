@@ -197,7 +197,7 @@ impl std::fmt::Display for MirrorPlane {
 #[non_exhaustive]
 pub enum Symmetry {
     /// Best fit among the planes across the three axes, through 0 and through the centre of the bounding box.
-    Found,
+    Best,
     /// Better one of the two planes across this axis.
     Across(Axis),
     /// Given plane.
@@ -208,14 +208,14 @@ pub enum Symmetry {
 /// them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub struct Parts {
+pub struct Refinements {
     /// Flips edges whose other diagonal is nearer to the original.
     pub flips: bool,
     /// Moves vertices toward the original.
     pub fit: bool,
 }
 
-impl Default for Parts {
+impl Default for Refinements {
     /// Switches on all steps.
     fn default() -> Self {
         Self { flips: true, fit: true }

@@ -3,15 +3,15 @@
 use crate::mesh::{Attributes, TriMesh};
 use crate::model::Weights;
 
-use super::assemblies::{importance_by, score_source};
+use super::assemblies::{choose_importance, score_source};
 use super::closed::{Aim, Closed, Keep, Request, simplify_levels};
 use super::input::kept_edges;
 use super::limits::Limit;
-use super::options::{Options, Parts, SimplifyError};
+use super::options::{Options, Refinements, SimplifyError};
 use super::progress::Progress;
 
 /// Simplified block.
-pub(crate) struct Piece {
+pub(crate) struct SimplifiedBlock {
     /// Simplified mesh.
     pub mesh: TriMesh,
     /// Vertices left after each round of merges, falling, with the price that it reached: squared distance times area,
@@ -20,27 +20,27 @@ pub(crate) struct Piece {
 }
 
 /// Simplifies a block to about `n_vertices`, or up to a price. Locked vertices, n_input, keep every bit.
-pub(crate) fn simplify_piece(
+pub(crate) fn simplify_block_mesh(
     mesh: &TriMesh,
     locked: &[bool],
     (n_vertices, price): (usize, Option<f64>),
     weights: Option<&Weights>,
     options: &Options,
-) -> Result<Piece, SimplifyError> {
+) -> Result<SimplifiedBlock, SimplifyError> {
     let limit = Limit::of_vertices(n_vertices.max(4));
     let aim = Aim::of(options.optimize, options.effort);
     let request = Request {
-        importance: importance_by(&[], score_source(options, &aim, weights), weights),
+        importance: choose_importance(&[], score_source(options, &aim, weights), weights),
         hidden: &[],
         aim,
-        parts: Parts::default(),
+        refinements: Refinements::default(),
         frame: options.frame,
         differentiable: false,
         keep: Keep { edges: &kept_edges(mesh, Attributes::NONE, options), locked, ..Keep::default() },
         insists_on_size: false,
         price,
     };
-    let levels = simplify_levels(mesh, &request, &[limit], None, Progress::UNHEARD)?;
+    let levels = simplify_levels(mesh, &request, &[limit], None, Progress::SILENT)?;
     let Closed { mesh, paid, .. } = levels.made.into_iter().next().ok_or(SimplifyError::Empty)?;
-    Ok(Piece { mesh, paid })
+    Ok(SimplifiedBlock { mesh, paid })
 }

@@ -70,7 +70,7 @@ pub(super) const POINTS: [Stage; 5] = [PAPER[0], PAPER[2], PAPER[3], PAPER[4], P
 
 /// Lists the stages of `n_levels` levels in one run; `ratio` is the share of vertices of the first.
 pub(super) fn closed_stages(n_levels: usize, is_mirrored: bool, ratio: f64) -> Vec<Stage> {
-    let at = |&(stage, shares): &(Stage, [f32; 3])| Stage { share: between(ratio as f32, shares), ..stage };
+    let at = |&(stage, shares): &(Stage, [f32; 3])| Stage { share: interpolate_share(ratio as f32, shares), ..stage };
     let further = |stage: Stage| Stage { share: stage.share * OF_FURTHER, ..stage };
     let first: Vec<Stage> = CLOSED.iter().map(at).collect();
     let further: Vec<Stage> = (1..n_levels).flat_map(|_| first[OF_LEVEL..].iter().copied().map(further)).collect();
@@ -78,7 +78,7 @@ pub(super) fn closed_stages(n_levels: usize, is_mirrored: bool, ratio: f64) -> V
 }
 
 /// Interpolates a stage's share linearly in the logarithm of the ratio.
-fn between(ratio: f32, shares: [f32; 3]) -> f32 {
+fn interpolate_share(ratio: f32, shares: [f32; 3]) -> f32 {
     let i = usize::from(ratio > RATIOS[1]);
     let t = (ratio / RATIOS[i]).max(f32::MIN_POSITIVE).ln() / (RATIOS[i + 1] / RATIOS[i]).ln();
     shares[i] + (shares[i + 1] - shares[i]) * t.clamp(0.0, 1.0)
@@ -94,7 +94,7 @@ pub(super) struct Progress<'a> {
 
 impl Progress<'_> {
     /// Progress without a listener.
-    pub const UNHEARD: Self = Self { enters: &|_, _| Ok(()), pulse: Pulse::NONE };
+    pub const SILENT: Self = Self { enters: &|_, _| Ok(()), pulse: Pulse::NONE };
 
     /// Enters a stage with its number of faces, merges or points; does nothing if the run already is in it.
     ///
@@ -109,13 +109,13 @@ impl Progress<'_> {
 ///
 /// # Errors
 /// Those of `work`; [`SimplifyError::Interrupted`] where the listener asked to stop.
-pub(super) fn listened<T>(
+pub(super) fn run_with_listener<T>(
     listener: &mut Listener,
     stages: &[Stage],
     work: impl FnOnce(Progress) -> Result<T, SimplifyError>,
 ) -> Result<T, SimplifyError> {
-    let ear = Ear::new(listener, stages);
-    let (enters, beats) = (|stage, size| ear.enter(stage, size), |n| ear.beat(n));
+    let reporter = ProgressReporter::new(listener, stages);
+    let (enters, beats) = (|stage, size| reporter.enter(stage, size), |n| reporter.beat(n));
     let progress = Progress { enters: &enters, pulse: Pulse::new(&beats) };
     match catch_unwind(AssertUnwindSafe(|| work(progress))) {
         Ok(result) => result,
@@ -128,15 +128,15 @@ pub(super) fn listened<T>(
 struct Stopped;
 
 /// Listener shared by all threads of a run.
-struct Ear<'a> {
-    heard: Mutex<Heard<'a>>,
+struct ProgressReporter<'a> {
+    state: Mutex<ReporterState<'a>>,
     /// Set once the run must stop.
     stops: AtomicBool,
     /// Completed items of the stage.
     n_done: AtomicUsize,
 }
 
-struct Heard<'a> {
+struct ReporterState<'a> {
     listener: &'a mut Listener<'a>,
     stages: &'a [Stage],
     /// Name of the current stage and its index among the stages.
@@ -147,17 +147,17 @@ struct Heard<'a> {
     total: f32,
 }
 
-impl<'a> Ear<'a> {
+impl<'a> ProgressReporter<'a> {
     fn new(listener: &'a mut Listener<'a>, stages: &'a [Stage]) -> Self {
-        let heard = Heard { listener, stages, stage: None, n_items: 1.0, done: 0.0, total: 0.0 };
-        Self { heard: Mutex::new(heard), stops: AtomicBool::new(false), n_done: AtomicUsize::new(0) }
+        let state = ReporterState { listener, stages, stage: None, n_items: 1.0, done: 0.0, total: 0.0 };
+        Self { state: Mutex::new(state), stops: AtomicBool::new(false), n_done: AtomicUsize::new(0) }
     }
 
     fn enter(&self, stage: &'static str, size: usize) -> Result<(), SimplifyError> {
-        let heard = self.heard.lock().unwrap_or_else(PoisonError::into_inner);
-        if heard.stage.is_none_or(|(name, _)| name != stage) && !self.stops.load(Relaxed) {
+        let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        if state.stage.is_none_or(|(name, _)| name != stage) && !self.stops.load(Relaxed) {
             self.n_done.store(0, Relaxed);
-            self.tell(heard, |heard| heard.begin(stage, size));
+            self.tell(state, |state| state.begin(stage, size));
         }
         if self.stops.load(Relaxed) { Err(SimplifyError::Interrupted) } else { Ok(()) }
     }
@@ -165,23 +165,27 @@ impl<'a> Ear<'a> {
     fn beat(&self, n_items: usize) {
         let n_done = self.n_done.fetch_add(n_items, Relaxed) + n_items;
         if !self.stops.load(Relaxed)
-            && let Ok(heard) = self.heard.try_lock()
+            && let Ok(state) = self.state.try_lock()
         {
-            self.tell(heard, |heard| heard.move_on(n_done));
+            self.tell(state, |state| state.move_on(n_done));
         }
         if cfg!(panic = "unwind") && self.stops.load(Relaxed) {
             resume_unwind(Box::new(Stopped));
         }
     }
 
-    fn tell(&self, mut heard: MutexGuard<Heard<'a>>, how: impl FnOnce(&mut Heard<'a>) -> ControlFlow<()>) {
-        if how(&mut heard).is_break() {
+    fn tell(
+        &self,
+        mut state: MutexGuard<ReporterState<'a>>,
+        how: impl FnOnce(&mut ReporterState<'a>) -> ControlFlow<()>,
+    ) {
+        if how(&mut state).is_break() {
             self.stops.store(true, Relaxed);
         }
     }
 }
 
-impl Heard<'_> {
+impl ReporterState<'_> {
     /// Starts a stage.
     fn begin(&mut self, name: &'static str, size: usize) -> ControlFlow<()> {
         let first = self.stage.map_or(0, |(_, at)| at + 1);
@@ -216,7 +220,7 @@ mod tests {
     }
 
     /// Collects all events of some work; asserts that they never fall.
-    fn heard(work: impl FnOnce(&mut Listener)) -> Vec<Event> {
+    fn collect_events(work: impl FnOnce(&mut Listener)) -> Vec<Event> {
         let mut events: Vec<Event> = Vec::new();
         work(&mut |event| {
             let last = events.last().copied().unwrap_or(Event { stage: "", done: 0.0, total: 0.0 });
@@ -241,7 +245,7 @@ mod tests {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
             let options = Options::new(Target::Ratio(ratio));
             let run = |listener: &mut Listener| _ = pool.install(|| simplify(&mesh, None, &options, listener)).unwrap();
-            let events = heard(run);
+            let events = collect_events(run);
             assert_eq!(stages(&events), CLOSED.map(|(stage, _)| stage.name));
             assert!(events.last().unwrap().total > 0.95, "{:?}", events.last());
             for stage in ["surface", "collapse", "fit"] {
@@ -260,18 +264,18 @@ mod tests {
         let run = |listener: &mut Listener| {
             _ = simplify_levels_of_detail(&Input::bare(&mesh), None, &options, &further, listener).unwrap();
         };
-        let events = heard(run);
+        let events = collect_events(run);
         assert_eq!(stages(&events).iter().filter(|stage| **stage == "collapse").count(), 3);
         let of_first = events.iter().find(|event| event.stage == "finish").unwrap();
         assert!(of_first.total < 0.8 && events.last().unwrap().total > 0.9);
     }
 
     /// Runs until the event of this number and stops there.
-    fn stopped_at(event: usize, mesh: &TriMesh, options: &Options) -> Result<Simplified, SimplifyError> {
-        let mut n_heard = 0;
+    fn stop_at(event: usize, mesh: &TriMesh, options: &Options) -> Result<Simplified, SimplifyError> {
+        let mut n_events = 0;
         simplify(mesh, None, options, &mut |_| {
-            n_heard += 1;
-            if n_heard > event { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            n_events += 1;
+            if n_events > event { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })
     }
 
@@ -293,14 +297,14 @@ mod tests {
             let expected = simplify(&mesh, None, &options, &mut go_on);
             for n_threads in [1, 4] {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
-                let n_events = heard(|listener| {
+                let n_events = collect_events(|listener| {
                     _ = pool.install(|| simplify(&mesh, None, &options, listener));
                 });
                 assert!(n_events.len() > 40, "{}", n_events.len());
                 // With several threads, simultaneous events merge, so that some runs have fewer.
                 let last = if n_threads == 1 { n_events.len() } else { n_events.len() / 2 };
                 for event in (0..last).step_by(step) {
-                    let result = pool.install(|| stopped_at(event, &mesh, &options));
+                    let result = pool.install(|| stop_at(event, &mesh, &options));
                     assert_eq!(result, Err(SimplifyError::Interrupted), "{event} of {}", n_events.len());
                 }
                 assert_eq!(pool.install(|| simplify(&mesh, None, &options, &mut go_on)), expected);

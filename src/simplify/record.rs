@@ -14,22 +14,22 @@ use super::closed::Derivative;
 pub struct Record {
     n_input: usize,
     n_output: usize,
-    way: Way,
+    dependence: Dependence,
 }
 
-enum Way {
+enum Dependence {
     /// Input vertex of each output vertex.
     Selected(Vec<u32>),
     Closed(Box<Derivative>),
 }
 
 impl Record {
-    pub(super) fn selected(n_input: usize, sources: Vec<u32>) -> Self {
-        Self { n_input, n_output: sources.len(), way: Way::Selected(sources) }
+    pub(super) fn from_selection(n_input: usize, sources: Vec<u32>) -> Self {
+        Self { n_input, n_output: sources.len(), dependence: Dependence::Selected(sources) }
     }
 
-    pub(super) fn closed(n_input: usize, n_output: usize, derivative: Derivative) -> Self {
-        Self { n_input, n_output, way: Way::Closed(Box::new(derivative)) }
+    pub(super) fn from_derivative(n_input: usize, n_output: usize, derivative: Derivative) -> Self {
+        Self { n_input, n_output, dependence: Dependence::Closed(Box::new(derivative)) }
     }
 
     /// Returns the number of input vertices.
@@ -45,9 +45,9 @@ impl Record {
     /// Returns the output vertex of each input vertex; `None` where it was dropped.
     pub fn output_vertices(&self) -> Vec<Option<u32>> {
         let mut outputs = vec![None; self.n_input];
-        match &self.way {
-            Way::Selected(sources) => (0..).zip(sources).for_each(|(x, &v)| outputs[v as usize] = Some(x)),
-            Way::Closed(derivative) => derivative.assignment().for_each(|(v, x)| outputs[v as usize] = Some(x)),
+        match &self.dependence {
+            Dependence::Selected(sources) => (0..).zip(sources).for_each(|(x, &v)| outputs[v as usize] = Some(x)),
+            Dependence::Closed(derivative) => derivative.assignment().for_each(|(v, x)| outputs[v as usize] = Some(x)),
         }
         outputs
     }
@@ -91,9 +91,9 @@ impl Record {
     /// ```
     pub fn positions_in_doubles(&self, input: &[[f64; 3]]) -> Vec<[f64; 3]> {
         assert_eq!(input.len(), self.n_input, "one position per input vertex");
-        match &self.way {
-            Way::Selected(sources) => sources.iter().map(|&v| input[v as usize]).collect(),
-            Way::Closed(derivative) => derivative.positions(input),
+        match &self.dependence {
+            Dependence::Selected(sources) => sources.iter().map(|&v| input[v as usize]).collect(),
+            Dependence::Closed(derivative) => derivative.positions(input),
         }
     }
 
@@ -120,14 +120,14 @@ impl Record {
             [self.n_input, self.n_output],
             "one position, one gradient per vertex"
         );
-        match &self.way {
-            Way::Selected(sources) => scattered(self.n_input, sources, gradient),
-            Way::Closed(derivative) => derivative.backward(input, gradient),
+        match &self.dependence {
+            Dependence::Selected(sources) => scatter_gradient(self.n_input, sources, gradient),
+            Dependence::Closed(derivative) => derivative.backward(input, gradient),
         }
     }
 }
 
-fn scattered(n_input: usize, sources: &[u32], gradient: &[[f64; 3]]) -> Vec<[f64; 3]> {
+fn scatter_gradient(n_input: usize, sources: &[u32], gradient: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let mut to_input = vec![[0.0; 3]; n_input];
     for (&v, g) in sources.iter().zip(gradient) {
         to_input[v as usize].iter_mut().zip(g).for_each(|(sum, g)| *sum += g);

@@ -8,7 +8,7 @@ use super::options::{Outcome, Report, ScoreSource};
 
 impl Report {
     /// Returns the report of an unchanged mesh.
-    pub(super) fn of(pulse: Pulse, mesh: &TriMesh) -> Self {
+    pub(super) fn for_mesh(pulse: Pulse, mesh: &TriMesh) -> Self {
         Self {
             outcome: Outcome::Reached,
             scores: ScoreSource::Network,

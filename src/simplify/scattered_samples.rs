@@ -40,11 +40,11 @@ pub fn scattered_samples(points: &[[f32; 3]], rings: &Csr, scores: &[f32], k: us
     assert!(points.len() == rings.n_rows() && points.len() == scores.len(), "one row and one score per point");
     let mut keys = gumbel_keys(scores, seed);
     keys.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let mut field = Field::new(points, rings, &stretches(points, rings, scores));
+    let mut field = SampleField::new(points, rings, &metric_stretch(points, rings, scores));
     let mut samples = Vec::with_capacity(k.min(points.len()));
     let Some((&(_, first), others)) = keys.split_first().filter(|_| k > 0) else { return samples };
     samples.push(first);
-    field.plant(first);
+    field.add_sample(first);
     // Unreached vertices are all infinitely far and sorted by their keys.
     let rank = |(at, &(_, vertex)): (usize, &(f64, u32))| (field.bits(vertex), Reverse(at as u32), vertex);
     let mut waiting: BinaryHeap<(u64, Reverse<u32>, u32)> = others.iter().enumerate().map(rank).collect();
@@ -57,7 +57,7 @@ pub fn scattered_samples(points: &[[f32; 3]], rings: &Csr, scores: &[f32], k: us
         } else {
             let (_, _, vertex) = PeekMut::pop(farthest);
             samples.push(vertex);
-            field.plant(vertex);
+            field.add_sample(vertex);
         }
     }
     samples.sort_unstable();
@@ -65,7 +65,7 @@ pub fn scattered_samples(points: &[[f32; 3]], rings: &Csr, scores: &[f32], k: us
 }
 
 /// Computes `sqrt(exp(score) / area)` with the mean squared edge as area and the score about the mean; 0 without area.
-fn stretches(points: &[[f32; 3]], rings: &Csr, scores: &[f32]) -> Vec<f64> {
+fn metric_stretch(points: &[[f32; 3]], rings: &Csr, scores: &[f32]) -> Vec<f64> {
     let mean = scores.iter().map(|&s| f64::from(s)).sum::<f64>() / scores.len().max(1) as f64;
     let stretch = |(v, &score): (usize, &f32)| {
         let ring = rings.row(v);
@@ -80,7 +80,7 @@ fn distance2(p: [f32; 3], q: [f32; 3]) -> f64 {
     (0..3).map(|axis| f64::from(p[axis] - q[axis]).powi(2)).sum()
 }
 
-struct Field<'a> {
+struct SampleField<'a> {
     rings: &'a Csr,
     /// Length of each entry of `rings` in the metric.
     lengths: Vec<f64>,
@@ -90,7 +90,7 @@ struct Field<'a> {
     front: BinaryHeap<Reverse<(u64, u32)>>,
 }
 
-impl<'a> Field<'a> {
+impl<'a> SampleField<'a> {
     /// Computes edge lengths; `stretch` is the metric over Euclidean length at each vertex.
     fn new(points: &[[f32; 3]], rings: &'a Csr, stretch: &[f64]) -> Self {
         let length = |v: usize, w: usize| 0.5 * (stretch[v] + stretch[w]) * distance2(points[v], points[w]).sqrt();
@@ -105,7 +105,7 @@ impl<'a> Field<'a> {
     }
 
     /// Adds a sample and updates the distances of vertices nearer to it than to others.
-    fn plant(&mut self, sample: u32) {
+    fn add_sample(&mut self, sample: u32) {
         let Self { rings, lengths, distance, front } = self;
         distance[sample as usize] = 0.0;
         front.push(Reverse((0, sample)));

@@ -13,7 +13,7 @@ use super::map;
 use super::options::{Simplified, SimplifyError};
 
 /// Mesh without unused vertices.
-pub(super) struct Used<'a> {
+pub(super) struct UsedMesh<'a> {
     /// Mesh of used vertices.
     pub mesh: Cow<'a, TriMesh>,
     /// Original index of each vertex, if any was removed.
@@ -22,12 +22,12 @@ pub(super) struct Used<'a> {
     n_before: usize,
 }
 
-impl<'a> Used<'a> {
+impl<'a> UsedMesh<'a> {
     /// Removes the unused vertices of a mesh.
     ///
     /// # Errors
     /// [`SimplifyError::Empty`] for a mesh without faces.
-    pub fn of(pulse: Pulse, mesh: &'a TriMesh) -> Result<Self, SimplifyError> {
+    pub fn new(pulse: Pulse, mesh: &'a TriMesh) -> Result<Self, SimplifyError> {
         if mesh.faces().is_empty() {
             return Err(SimplifyError::Empty);
         }

@@ -4,13 +4,13 @@ use crate::mesh::{Frame, TriMesh};
 
 use super::closed::{Aim, Importance, Keep, Request, simplify_levels};
 use super::limits::Limit;
-use super::options::{Parts, SimplifyError};
+use super::options::{Refinements, SimplifyError};
 use super::progress::Progress;
 
 /// Result of simplifying under an importance.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct Weighed {
+pub struct WeightedResult {
     /// Simplified mesh.
     pub mesh: TriMesh,
     /// Output vertex of each input vertex, n_input.
@@ -27,19 +27,19 @@ pub struct Weighed {
 /// in [`simplify`](super::simplify).
 ///
 /// ```
-/// use neural_mesh::{mesh::shapes, simplify::{Importance, Parts, simplify_weighed}};
+/// use neural_mesh::{mesh::shapes, simplify::{Importance, Refinements, simplify_with_importance}};
 /// let sphere = shapes::icosphere(4);
 /// let north: Vec<f32> = sphere.positions().iter().map(|p| if p[2] > 0.0 { 16.0 } else { 1.0 }).collect();
-/// let lighter = simplify_weighed(&sphere, 200, Importance::Given(&north), &Parts::default()).unwrap().mesh;
+/// let lighter = simplify_with_importance(&sphere, 200, Importance::Given(&north), &Refinements::default()).unwrap().mesh;
 /// let n_north = lighter.positions().iter().filter(|p| p[2] > 0.0).count();
 /// assert!(lighter.positions().len() == 200 && n_north > 110);
 /// ```
-pub fn simplify_weighed(
+pub fn simplify_with_importance(
     mesh: &TriMesh,
     n_vertices: usize,
     importance: Importance,
-    parts: &Parts,
-) -> Result<Weighed, SimplifyError> {
+    refinements: &Refinements,
+) -> Result<WeightedResult, SimplifyError> {
     let n = mesh.positions().len();
     let mut used = vec![false; n];
     mesh.faces().as_flattened().iter().for_each(|&v| used[v as usize] = true);
@@ -51,16 +51,16 @@ pub fn simplify_weighed(
         importance,
         hidden: &[],
         aim: Aim::default(),
-        parts: *parts,
+        refinements: *refinements,
         frame: Frame::default(),
         differentiable: false,
         keep: Keep::default(),
         insists_on_size: false,
         price: None,
     };
-    let levels = simplify_levels(mesh, &request, &[limit], None, Progress::UNHEARD)?;
+    let levels = simplify_levels(mesh, &request, &[limit], None, Progress::SILENT)?;
     let closed = levels.made.into_iter().next().ok_or(SimplifyError::Empty)?;
-    Ok(Weighed { mesh: closed.mesh, vertex_of: closed.vertex_of })
+    Ok(WeightedResult { mesh: closed.mesh, vertex_of: closed.vertex_of })
 }
 
 /// Returns whether given factors are one positive number per vertex.
@@ -87,7 +87,7 @@ mod tests {
         let plain = simplify(&mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
         assert_eq!(plain.report.scores, ScoreSource::Geometry);
         let fours = vec![4.0; mesh.positions().len()];
-        let weighed = simplify_weighed(&mesh, 150, Importance::Given(&fours), &Parts::default()).unwrap();
+        let weighed = simplify_with_importance(&mesh, 150, Importance::Given(&fours), &Refinements::default()).unwrap();
         assert_eq!(weighed.mesh, plain.mesh);
         assert!(weighed.vertex_of.iter().all(|&v| (v as usize) < 150));
     }
@@ -97,21 +97,22 @@ mod tests {
         let (mesh, weights) = (shapes::wavy_sphere(4, 8.0), Weights::random(1));
         let options = Options { scores: ScoreSource::Network, ..Options::new(Target::Vertices(150)) };
         let plain = simplify(&mesh, Some(&weights), &options, &mut |_| ControlFlow::Continue(())).unwrap();
-        let weighed = simplify_weighed(&mesh, 150, Importance::Network(&weights), &Parts::default()).unwrap();
+        let weighed =
+            simplify_with_importance(&mesh, 150, Importance::Network(&weights), &Refinements::default()).unwrap();
         assert_eq!(weighed.mesh, plain.mesh);
     }
 
     #[test]
     fn every_part_changes_the_result_and_none_is_needed_for_a_closed_one() {
         let mesh = shapes::wavy_sphere(4, 8.0);
-        let result = |parts| simplify_weighed(&mesh, 100, Importance::Even, &parts).unwrap().mesh;
-        let all = Parts::default();
+        let result = |refinements| simplify_with_importance(&mesh, 100, Importance::Even, &refinements).unwrap().mesh;
+        let all = Refinements::default();
         let whole = result(all);
-        let without = [Parts { flips: false, ..all }, Parts { fit: false, ..all }];
-        for parts in without {
-            let mesh = result(parts);
-            assert_ne!(mesh, whole, "{parts:?}");
-            assert!(topology(&mesh).is_closed_manifold() && mesh.positions().len() == 100, "{parts:?}");
+        let without = [Refinements { flips: false, ..all }, Refinements { fit: false, ..all }];
+        for refinements in without {
+            let mesh = result(refinements);
+            assert_ne!(mesh, whole, "{refinements:?}");
+            assert!(topology(&mesh).is_closed_manifold() && mesh.positions().len() == 100, "{refinements:?}");
         }
     }
 
@@ -120,7 +121,7 @@ mod tests {
         let mesh = shapes::tetrahedron();
         for bad in [vec![], vec![1.0; 3], vec![1.0, 0.0, 1.0, 1.0], vec![1.0, f32::NAN, 1.0, 1.0]] {
             assert_eq!(
-                simplify_weighed(&mesh, 4, Importance::Given(&bad), &Parts::default()),
+                simplify_with_importance(&mesh, 4, Importance::Given(&bad), &Refinements::default()),
                 Err(SimplifyError::BadImportance)
             );
         }

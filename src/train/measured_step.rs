@@ -11,7 +11,9 @@ use super::{Blame, Item, Objective, Settings, Step, Verdict};
 use crate::linalg::Csr;
 use crate::mesh::TriMesh;
 use crate::model::Weights;
-use crate::simplify::{Importance, Parts, Weighed, edge_graph, importance_of_scores, simplify_weighed, vertex_areas};
+use crate::simplify::{
+    Importance, Refinements, WeightedResult, edge_graph, importance_of_scores, simplify_with_importance, vertex_areas,
+};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 use rayon::prelude::*;
@@ -191,14 +193,14 @@ impl Probing<'_> {
     }
 
     /// Simplifies with the scores moved.
-    fn side(&self, moves: &[f32]) -> Result<Weighed, String> {
+    fn side(&self, moves: &[f32]) -> Result<WeightedResult, String> {
         let importance: Vec<f32> = self.importance.iter().zip(moves).map(|(factor, by)| factor * by.exp()).collect();
-        let (importance, parts) = (Importance::Given(&importance), Parts::default());
-        simplify_weighed(self.mesh, self.n_output, importance, &parts).map_err(|error| error.to_string())
+        let (importance, parts) = (Importance::Given(&importance), Refinements::default());
+        simplify_with_importance(self.mesh, self.n_output, importance, &parts).map_err(|error| error.to_string())
     }
 
     /// The share of an output vertex in each input vertex, n_vertices.
-    fn counts(&self, result: &Weighed) -> Vec<f64> {
+    fn counts(&self, result: &WeightedResult) -> Vec<f64> {
         shared_out(&vec![1.0; result.mesh.positions().len()], &result.vertex_of, self.areas)
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::mesh::{Attributes, FeatureEdge, Frame, Role, UnitedMesh};
 use crate::model::Weights;
-use crate::simplify::options::{Options, Parts, Purpose};
+use crate::simplify::options::{Options, Purpose, Refinements};
 
 use super::aim::Aim;
 
@@ -15,7 +15,7 @@ pub struct Request<'a> {
     /// Settings of the stages.
     pub aim: Aim,
     /// Steps to run after the collapse.
-    pub parts: Parts,
+    pub refinements: Refinements,
     /// Rounding of the written coordinates.
     pub frame: Frame,
     /// Requests the derivative of the result.
@@ -41,12 +41,12 @@ pub struct Shown<'a> {
 impl<'a> Request<'a> {
     /// Returns whether edges are flipped after the collapse.
     pub fn flips(&self) -> bool {
-        self.parts.flips && self.aim.steps > 0
+        self.refinements.flips && self.aim.steps > 0
     }
 
     /// Returns whether vertices are fitted to the original.
     pub fn fits(&self) -> bool {
-        self.parts.fit && self.aim.steps > 0 && !self.keep.subset
+        self.refinements.fit && self.aim.steps > 0 && !self.keep.subset
     }
 
     /// Returns the visual properties by which components are judged.

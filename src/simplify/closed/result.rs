@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use crate::mesh::{Attributes, TriMesh};
-use crate::simplify::components::Pruned;
+use crate::simplify::components::PrunedMesh;
 use crate::simplify::map;
 use crate::simplify::options::{Map, Report, Simplified, SimplifyError};
 
@@ -58,7 +58,7 @@ impl Closed {
         let sources = || pins.origins().iter().map(|&v| original.surface.source(v)).collect();
         Ok(Self {
             attributes: Attributes::default(),
-            report: Report::of(pulse, &mesh),
+            report: Report::for_mesh(pulse, &mesh),
             map: None,
             vertex_of,
             source_vertices: pins.is_subset().then(sources),
@@ -88,8 +88,8 @@ impl Closed {
     }
 
     /// Maps the result back to `mesh`, from which components had been dropped.
-    pub fn widen(&mut self, mesh: &TriMesh, pruned: &Pruned) {
-        pruned.note(&mut self.report);
+    pub fn widen(&mut self, mesh: &TriMesh, pruned: &PrunedMesh) {
+        pruned.add_to_report(&mut self.report);
         self.map.iter_mut().for_each(|map| map::widen_pruned(map, mesh, pruned));
         self.source_vertices.iter_mut().flatten().for_each(|v| *v = pruned.sources[*v as usize]);
         self.derivative = self.derivative.take().map(|derivative| derivative.within(&pruned.sources));

@@ -13,7 +13,7 @@ pub use close::closed;
 pub use quotient::{Quotient, quotient};
 
 use super::network_scores::edge_graph;
-use super::progress::{PAPER, Progress, listened};
+use super::progress::{PAPER, Progress, run_with_listener};
 use super::{Listener, SimplifyError, scattered_samples, vertex_normals};
 use crate::mesh::TriMesh;
 use crate::model::{
@@ -70,7 +70,7 @@ pub fn simplify_paper(
     seed: u64,
     progress: &mut Listener,
 ) -> Result<PaperResult, SimplifyError> {
-    listened(progress, &PAPER, |progress| simplified(mesh, n_target_vertices, weights, seed, false, progress))
+    run_with_listener(progress, &PAPER, |progress| simplified(mesh, n_target_vertices, weights, seed, false, progress))
 }
 
 /// As [`simplify_paper`], within a run; then [`closed`], if it is to be.
@@ -111,7 +111,7 @@ pub fn paper_stages(
     seed: u64,
     progress: &mut Listener,
 ) -> Result<PaperStages, SimplifyError> {
-    listened(progress, &PAPER, |progress| stages(mesh, n_target_vertices, weights, seed, progress))
+    run_with_listener(progress, &PAPER, |progress| stages(mesh, n_target_vertices, weights, seed, progress))
 }
 
 fn stages(

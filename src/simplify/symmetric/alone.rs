@@ -10,41 +10,41 @@ use crate::mesh::TriMesh;
 use crate::mesh::first_equal::first_equal;
 use crate::spatial::FaceTree;
 
-use super::plane::Plane;
+use super::plane::ImagePlane;
 
 /// Counts faces or boundary edges without an image within `tolerance`; `vertices` holds the image of each vertex.
-pub(super) fn n_faces_alone(mesh: &TriMesh, plane: &Plane, vertices: &[u32], tolerance: f64) -> usize {
-    let places = Places::of(mesh, vertices);
+pub(super) fn count_unpaired(mesh: &TriMesh, plane: &ImagePlane, vertices: &[u32], tolerance: f64) -> usize {
+    let places = WeldedFaces::new(mesh, vertices);
     let images = ImagePoints { positions: mesh.positions(), plane, tolerance };
-    match images.n_off(mesh.faces(), &places.unlike_faces()) {
-        0 => images.n_off(&places.boundary(), &places.unlike_boundary()),
+    match images.count_off(mesh.faces(), &places.unpaired_faces()) {
+        0 => images.count_off(&places.boundary_triangles(), &places.unpaired_boundary()),
         n_alone => n_alone,
     }
 }
 
 /// Triangles over vertices welded by position.
-struct Places {
+struct WeldedFaces {
     /// Faces, n_faces x 3.
     faces: Vec<[u32; 3]>,
     /// Vertices of their images, n_faces x 3.
     images: Vec<[u32; 3]>,
     /// Boundary edges, low vertex first, in face order.
-    rim: Vec<[u32; 2]>,
+    boundary: Vec<[u32; 2]>,
 }
 
-impl Places {
-    fn of(mesh: &TriMesh, vertices: &[u32]) -> Self {
+impl WeldedFaces {
+    fn new(mesh: &TriMesh, vertices: &[u32]) -> Self {
         let position = |v: usize| mesh.positions()[v].map(|x| (x + 0.0).to_bits());
         let (places, _) = first_equal(mesh.positions().len(), position);
         let faces: Vec<[u32; 3]> = mesh.faces().iter().map(|face| face.map(|v| places[v as usize])).collect();
         let image = |v: u32| places[vertices[v as usize] as usize];
         let images = mesh.faces().iter().map(|face| face.map(image)).collect();
-        let rim = rim(&faces);
-        Self { faces, images, rim }
+        let boundary = boundary_edges(&faces);
+        Self { faces, images, boundary }
     }
 
     /// Finds the faces without an image, neither a single face nor several together.
-    fn unlike_faces(&self) -> Vec<u32> {
+    fn unpaired_faces(&self) -> Vec<u32> {
         let known: FxHashSet<[u32; 3]> = self.faces.iter().copied().map(ascending).collect();
         let is_other = |f: &u32| !known.contains(&ascending(self.images[*f as usize]));
         let mut others: Vec<u32> = (0..self.faces.len() as u32).filter(is_other).collect();
@@ -70,35 +70,35 @@ impl Places {
     }
 
     /// Returns the boundary edges as degenerate triangles.
-    fn boundary(&self) -> Vec<[u32; 3]> {
-        self.rim.iter().map(|&[a, b]| [a, b, b]).collect()
+    fn boundary_triangles(&self) -> Vec<[u32; 3]> {
+        self.boundary.iter().map(|&[a, b]| [a, b, b]).collect()
     }
 
     /// Finds the boundary edges whose image is no boundary edge.
-    fn unlike_boundary(&self) -> Vec<u32> {
-        if self.rim.is_empty() {
+    fn unpaired_boundary(&self) -> Vec<u32> {
+        if self.boundary.is_empty() {
             return Vec::new();
         }
-        let known: FxHashSet<[u32; 2]> = self.rim.iter().copied().collect();
+        let known: FxHashSet<[u32; 2]> = self.boundary.iter().copied().collect();
         let mut image = FxHashMap::default();
         for (face, images) in self.faces.iter().zip(&self.images) {
             image.extend(face.iter().copied().zip(images.iter().copied()));
         }
         let is_unlike = |&(_, [a, b]): &(u32, &[u32; 2])| !known.contains(&edge(image[a], image[b]));
-        (0..).zip(&self.rim).filter(is_unlike).map(|(number, _)| number).collect()
+        (0..).zip(&self.boundary).filter(is_unlike).map(|(number, _)| number).collect()
     }
 }
 
 /// Closest-point search for the images of triangles.
 struct ImagePoints<'a> {
     positions: &'a [[f32; 3]],
-    plane: &'a Plane,
+    plane: &'a ImagePlane,
     tolerance: f64,
 }
 
 impl ImagePoints<'_> {
     /// Counts the selected triangles whose centroid has its image on no triangle.
-    fn n_off(&self, triangles: &[[u32; 3]], some: &[u32]) -> usize {
+    fn count_off(&self, triangles: &[[u32; 3]], some: &[u32]) -> usize {
         if some.is_empty() {
             return 0;
         }
@@ -114,7 +114,7 @@ impl ImagePoints<'_> {
 }
 
 /// Lists the boundary edges in face order.
-fn rim(faces: &[[u32; 3]]) -> Vec<[u32; 2]> {
+fn boundary_edges(faces: &[[u32; 3]]) -> Vec<[u32; 2]> {
     let mut n_faces: FxHashMap<[u32; 2], u32> = FxHashMap::default();
     faces.iter().flat_map(|&face| edges_of(face)).for_each(|edge| *n_faces.entry(edge).or_default() += 1);
     faces.iter().flat_map(|&face| edges_of(face)).filter(|edge| n_faces[edge] == 1).collect()

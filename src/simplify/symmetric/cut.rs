@@ -6,8 +6,8 @@ use crate::mesh::{Attributes, Channel, TriMesh, compact, edges};
 use crate::simplify::SimplifyError;
 use crate::simplify::closed::blend;
 
-use super::pairs::Pairs;
-use super::plane::Plane;
+use super::pairs::MirrorPairs;
+use super::plane::ImagePlane;
 
 /// Half of a mesh above the plane.
 pub(super) struct HalfMesh {
@@ -23,7 +23,7 @@ pub(super) struct HalfMesh {
 
 /// Position of a vertex relative to the plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Side {
+enum PlaneSide {
     Above,
     On,
     Below,
@@ -35,36 +35,37 @@ enum Side {
 /// [`SimplifyError::InMirrorPlane`] where faces lie in the plane; [`SimplifyError::Empty`] where nothing lies above it.
 pub(super) fn cut(
     (mesh, attributes, importance): (&TriMesh, Attributes, &[f32]),
-    plane: &Plane,
-    pairs: &Pairs,
+    plane: &ImagePlane,
+    pairs: &MirrorPairs,
 ) -> Result<HalfMesh, SimplifyError> {
     let sides = sides(mesh, plane, pairs);
-    let lies_in_plane = |face: &&[u32; 3]| face.iter().all(|&v| sides[v as usize] == Side::On);
+    let lies_in_plane = |face: &&[u32; 3]| face.iter().all(|&v| sides[v as usize] == PlaneSide::On);
     match mesh.faces().iter().filter(lies_in_plane).count() {
         0 => {}
         n => return Err(SimplifyError::InMirrorPlane(n)),
     }
     let crossing = |a: u32, b: u32| {
         let [x, y] = [a, b].map(|v| plane.height(mesh.positions()[v as usize]).abs());
-        let crosses =
-            [Side::Above, Side::Below].into_iter().all(|side| [a, b].iter().any(|&v| sides[v as usize] == side));
+        let crosses = [PlaneSide::Above, PlaneSide::Below]
+            .into_iter()
+            .all(|side| [a, b].iter().any(|&v| sides[v as usize] == side));
         crosses.then(|| if x + y > 0.0 { (x / (x + y)) as f32 } else { 0.5 })
     };
     let faces = mesh.faces().to_vec();
     let mut sheet = Sheet { positions: mesh.positions().to_vec(), faces, attributes, importance: importance.to_vec() };
-    sheet.refine(&crossing, &|v| sides[v as usize] != Side::Below);
-    let mut on_plane: Vec<bool> = sides.iter().map(|side| *side == Side::On).collect();
+    sheet.refine(&crossing, &|v| sides[v as usize] != PlaneSide::Below);
+    let mut on_plane: Vec<bool> = sides.iter().map(|side| *side == PlaneSide::On).collect();
     on_plane.resize(sheet.positions.len(), true);
     sheet.split_bridges(&on_plane)?;
     on_plane.resize(sheet.positions.len(), false);
     sheet.into_half(plane, &on_plane)
 }
 
-fn sides(mesh: &TriMesh, plane: &Plane, pairs: &Pairs) -> Vec<Side> {
+fn sides(mesh: &TriMesh, plane: &ImagePlane, pairs: &MirrorPairs) -> Vec<PlaneSide> {
     let side = |(v, &p): (u32, &[f32; 3])| match plane.height(p) {
-        _ if pairs.vertices[v as usize] == v || plane.touches(p) => Side::On,
-        height if height > 0.0 => Side::Above,
-        _ => Side::Below,
+        _ if pairs.vertices[v as usize] == v || plane.touches(p) => PlaneSide::On,
+        height if height > 0.0 => PlaneSide::Above,
+        _ => PlaneSide::Below,
     };
     (0..).zip(mesh.positions()).map(side).collect()
 }
@@ -151,7 +152,7 @@ impl Sheet {
     }
 
     /// Removes the vertices below the plane and moves all others to positions with exact images.
-    fn into_half(self, plane: &Plane, on_plane: &[bool]) -> Result<HalfMesh, SimplifyError> {
+    fn into_half(self, plane: &ImagePlane, on_plane: &[bool]) -> Result<HalfMesh, SimplifyError> {
         if self.faces.is_empty() {
             return Err(SimplifyError::Empty);
         }
@@ -162,7 +163,7 @@ impl Sheet {
         let along_cut = along_cut.filter(|edge| edge.ends.iter().all(|&v| flags[v as usize]));
         along_cut.flat_map(|edge| edge.ends).for_each(|v| on_plane[v as usize] = true);
         let (positions, faces) = mesh.into_parts();
-        let positions = positions.into_iter().zip(&on_plane).map(|(p, &on_plane)| plane.placed(p, on_plane)).collect();
+        let positions = positions.into_iter().zip(&on_plane).map(|(p, &on_plane)| plane.snap(p, on_plane)).collect();
         let importance = match &self.importance[..] {
             [] => Vec::new(),
             importance => sources.iter().map(|&v| importance[v as usize]).collect(),

@@ -14,21 +14,21 @@ use crate::mesh::pulse::Pulse;
 use crate::mesh::{Frame, TriMesh};
 use crate::model::Weights;
 
-use super::assemblies::{Sizes, Task, closed_levels};
+use super::assemblies::{TargetSizes, Task, simplify_closed};
 use super::closed::{Closed, Half};
 use super::components::count_components;
 use super::input::Input;
 use super::limits::resolve_levels;
 use super::options::{Assembly, Hidden, Options, Purpose, Report, Simplified, SimplifyError, Symmetry, Target};
 use super::progress::Progress;
-use super::used::Used;
-use pairs::Pairs;
-use plane::Plane;
+use super::used::UsedMesh;
+use pairs::MirrorPairs;
+use plane::ImagePlane;
 use twofold::GroupPairs;
-use whole::Lighter;
+use whole::SimplifiedHalf;
 
 /// Simplifies a symmetric mesh to several sizes, each no larger than the one before, with one collapse of a half.
-pub(super) fn levels(
+pub(super) fn simplify_symmetric(
     input: &Input,
     weights: Option<&Weights>,
     task: &Task,
@@ -38,26 +38,30 @@ pub(super) fn levels(
 ) -> Result<Vec<Simplified>, SimplifyError> {
     check(input, task)?;
     progress.enter("symmetry", input.mesh.faces().len())?;
-    let Used { mesh, sources, .. } = &Used::of(progress.pulse, input.mesh)?;
-    let importance = input.importance_of(sources.as_deref());
+    let UsedMesh { mesh, sources, .. } = &UsedMesh::new(progress.pulse, input.mesh)?;
+    let importance = input.select_importance(sources.as_deref());
     let limits = resolve_levels(mesh, targets, task.options)?;
     let frame = &task.options.frame;
-    let (plane, pairs) = mirrored_about(mesh, symmetry, frame)?;
-    let (attributes, groups) = twofold::twofold(input.attributes, &pairs);
+    let (plane, pairs) = find_mirror_plane(mesh, symmetry, frame)?;
+    let (attributes, groups) = twofold::double_attributes(input.attributes, &pairs);
     let mut half = cut::cut((mesh, attributes, &importance), &plane, &pairs)?;
     twofold::add_joints(&mut half.attributes, half.mesh.faces(), &half.on_plane);
     let mut of_half = Input::bare(&half.mesh);
     (of_half.attributes, of_half.importance) = (&half.attributes, &half.importance);
     let task = Task { half: Some(Half { axis: plane.axis, on_plane: &half.on_plane }), ..*task };
-    let halves = closed_levels(&of_half, weights, &task, &Sizes { limits: &limits, n_settled: 0 }, progress)?;
-    halves.into_iter().map(|half| mirrored(half, &plane, &groups, task.options)).collect()
+    let halves = simplify_closed(&of_half, weights, &task, &TargetSizes { limits: &limits, n_settled: 0 }, progress)?;
+    halves.into_iter().map(|half| join_halves(half, &plane, &groups, task.options)).collect()
 }
 
 /// Finds the first candidate plane about which the mesh is symmetric, and pairs vertices and corners with their images.
-fn mirrored_about(mesh: &TriMesh, symmetry: Symmetry, frame: &Frame) -> Result<(Plane, Pairs), SimplifyError> {
+fn find_mirror_plane(
+    mesh: &TriMesh,
+    symmetry: Symmetry,
+    frame: &Frame,
+) -> Result<(ImagePlane, MirrorPairs), SimplifyError> {
     let mut refused = None;
-    for plane in plane::find(mesh, symmetry, frame) {
-        match Pairs::new(mesh, &plane, frame) {
+    for plane in plane::find_planes(mesh, symmetry, frame) {
+        match MirrorPairs::new(mesh, &plane, frame) {
             Ok(pairs) => return Ok((plane, pairs)),
             Err(error) => refused = refused.or(Some(error)),
         }
@@ -87,10 +91,15 @@ fn check(input: &Input, task: &Task) -> Result<(), SimplifyError> {
 }
 
 /// Joins a simplified half with its image.
-fn mirrored(half: Closed, plane: &Plane, groups: &GroupPairs, options: &Options) -> Result<Simplified, SimplifyError> {
+fn join_halves(
+    half: Closed,
+    plane: &ImagePlane,
+    groups: &GroupPairs,
+    options: &Options,
+) -> Result<Simplified, SimplifyError> {
     let Closed { mesh, attributes, report, on_plane, .. } = half;
-    let half = Lighter { mesh: &mesh, attributes, on_plane: &on_plane };
-    let (mesh, attributes, separated_vertices) = whole::whole(half, plane, groups, &options.frame)?;
+    let half = SimplifiedHalf { mesh: &mesh, attributes, on_plane: &on_plane };
+    let (mesh, attributes, separated_vertices) = whole::join_half(half, plane, groups, &options.frame)?;
     let report = Report {
         separated_vertices,
         components_at_minimum: count_components(Pulse::NONE, &mesh).1,

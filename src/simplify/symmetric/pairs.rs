@@ -6,23 +6,23 @@ use crate::mesh::{Frame, TriMesh};
 use crate::simplify::SimplifyError;
 use crate::spatial::nearest_to;
 
-use super::alone::{ascending, n_faces_alone};
-use super::plane::{Plane, is_within, tolerance};
+use super::alone::{ascending, count_unpaired};
+use super::plane::{ImagePlane, is_within, tolerance};
 
 /// Mirror images of all vertices and corners.
-pub(super) struct Pairs {
+pub(super) struct MirrorPairs {
     /// Image of each vertex, n_vertices.
     pub vertices: Vec<u32>,
     /// Corner at the image of each corner (`3 * face + corner`).
     pub corners: Vec<u32>,
 }
 
-impl Pairs {
-    /// Pairs the vertices and corners of a symmetric mesh; faces need not match one by one.
+impl MirrorPairs {
+    /// MirrorPairs the vertices and corners of a symmetric mesh; faces need not match one by one.
     ///
     /// # Errors
     /// [`SimplifyError::NotSymmetric`] with the number of vertices or faces without an image.
-    pub fn new(mesh: &TriMesh, plane: &Plane, frame: &Frame) -> Result<Self, SimplifyError> {
+    pub fn new(mesh: &TriMesh, plane: &ImagePlane, frame: &Frame) -> Result<Self, SimplifyError> {
         let images: Vec<[f32; 3]> = mesh.positions().iter().map(|&p| plane.image(p)).collect();
         let vertices = nearest_to(mesh.positions(), &images, 1);
         let tolerance = tolerance(mesh);
@@ -32,7 +32,7 @@ impl Pairs {
         if n_alone > 0 {
             return Err(refused(n_alone, 0));
         }
-        let n_alone = n_faces_alone(mesh, plane, &vertices, tolerance);
+        let n_alone = count_unpaired(mesh, plane, &vertices, tolerance);
         if n_alone > 0 {
             return Err(refused(0, n_alone));
         }
@@ -69,14 +69,14 @@ impl<'a> Images<'a> {
     }
 
     /// Returns the images of a face's vertices.
-    fn of(&self, f: u32) -> [u32; 3] {
+    fn image_of_face(&self, f: u32) -> [u32; 3] {
         self.mesh.faces()[f as usize].map(|v| self.vertices[v as usize])
     }
 
     /// Finds corners at the images of a face's corners: on its image face if that exists, else on a face across an
     /// image of its edges, else on any face.
     fn corners(&self, f: u32) -> [u32; 3] {
-        let image = self.of(f);
+        let image = self.image_of_face(f);
         let whole = self.faces.get(&ascending(image)).copied();
         std::array::from_fn(|k| {
             let beside = [[image[(k + 1) % 3], image[k]], [image[k], image[(k + 2) % 3]]];

@@ -16,7 +16,7 @@ const SAMPLES: usize = 4096;
 
 /// Mirror plane in the coordinates of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Plane {
+pub(super) struct ImagePlane {
     /// Axis perpendicular to the plane.
     pub axis: usize,
     /// Coordinate of the plane.
@@ -25,7 +25,7 @@ pub(super) struct Plane {
     step: f64,
 }
 
-impl Plane {
+impl ImagePlane {
     /// Snaps a plane to the grid; coordinates of the mesh along the axis are at most `reach`.
     fn new(axis: usize, at: f64, reach: f64) -> Self {
         let step = (reach.max(at.abs()).max(f64::from(f32::MIN_POSITIVE)).log2().floor() - 21.0).exp2();
@@ -37,14 +37,14 @@ impl Plane {
         f64::from(p[self.axis]) - f64::from(self.at)
     }
 
-    /// Returns the image of a point; exact for points snapped by [`Self::placed`].
+    /// Returns the image of a point; exact for points snapped by [`Self::snap`].
     pub fn image(&self, mut p: [f32; 3]) -> [f32; 3] {
         p[self.axis] = (2.0 * f64::from(self.at) - f64::from(p[self.axis])) as f32;
         p
     }
 
     /// Moves a point onto the plane, or to the nearest grid point at least one step above it.
-    pub fn placed(&self, mut p: [f32; 3], on_plane: bool) -> [f32; 3] {
+    pub fn snap(&self, mut p: [f32; 3], on_plane: bool) -> [f32; 3] {
         let height = self.height(p).max(self.step);
         p[self.axis] = match on_plane {
             true => self.at,
@@ -66,20 +66,20 @@ impl Plane {
 }
 
 /// Finds the candidate planes in which most vertices have an image, or returns the given one.
-pub(super) fn find(mesh: &TriMesh, symmetry: Symmetry, frame: &Frame) -> Vec<Plane> {
+pub(super) fn find_planes(mesh: &TriMesh, symmetry: Symmetry, frame: &Frame) -> Vec<ImagePlane> {
     let across = |axis: Axis| candidates(mesh, axis.index(), frame);
-    let mut planes: Vec<Plane> = match symmetry {
-        Symmetry::Found => Axis::ALL.into_iter().flat_map(across).collect(),
+    let mut planes: Vec<ImagePlane> = match symmetry {
+        Symmetry::Best => Axis::ALL.into_iter().flat_map(across).collect(),
         Symmetry::Across(axis) => across(axis).to_vec(),
         Symmetry::Plane(MirrorPlane { axis, at }) => {
             let axis = axis.index();
             let (low, high) = extent(mesh, axis);
-            vec![Plane::new(axis, at - frame.origin[axis], low.abs().max(high.abs()))]
+            vec![ImagePlane::new(axis, at - frame.origin[axis], low.abs().max(high.abs()))]
         }
     };
-    let n_imaged = n_imaged(mesh, &planes);
-    let most = n_imaged.iter().max();
-    let mut are_best = n_imaged.iter().map(|n| Some(n) == most);
+    let count_imaged = count_imaged(mesh, &planes);
+    let most = count_imaged.iter().max();
+    let mut are_best = count_imaged.iter().map(|n| Some(n) == most);
     planes.retain(|_| are_best.next().unwrap_or(false));
     planes.dedup();
     planes
@@ -91,9 +91,9 @@ pub(super) fn tolerance(mesh: &TriMesh) -> f64 {
 }
 
 /// Returns the candidates across an axis: through the file's 0 and through the centre.
-fn candidates(mesh: &TriMesh, axis: usize, frame: &Frame) -> [Plane; 2] {
+fn candidates(mesh: &TriMesh, axis: usize, frame: &Frame) -> [ImagePlane; 2] {
     let (low, high) = extent(mesh, axis);
-    [-frame.origin[axis], 0.5 * (low + high)].map(|at| Plane::new(axis, at, low.abs().max(high.abs())))
+    [-frame.origin[axis], 0.5 * (low + high)].map(|at| ImagePlane::new(axis, at, low.abs().max(high.abs())))
 }
 
 fn extent(mesh: &TriMesh, axis: usize) -> (f64, f64) {
@@ -102,7 +102,7 @@ fn extent(mesh: &TriMesh, axis: usize) -> (f64, f64) {
 }
 
 /// Counts the sampled vertices with an image in each plane.
-fn n_imaged(mesh: &TriMesh, planes: &[Plane]) -> Vec<usize> {
+fn count_imaged(mesh: &TriMesh, planes: &[ImagePlane]) -> Vec<usize> {
     if planes.len() < 2 {
         return vec![0; planes.len()];
     }
@@ -135,14 +135,14 @@ mod tests {
             (state >> 8) as f32 / 16777216.0
         };
         for (at, reach) in [(0.0, 1.0), (0.1, 3.0), (-700.3, 900.0), (1e-3, 1e-3), (5e6, 5e6), (1e-30, 2e-30)] {
-            let plane = Plane::new(1, at, reach);
+            let plane = ImagePlane::new(1, at, reach);
             assert!((f64::from(plane.at) - at).abs() <= 1e-6 * reach);
             for _ in 0..1000 {
-                let p = plane.placed([1.0, (at + reach * f64::from(random())) as f32, 2.0], false);
+                let p = plane.snap([1.0, (at + reach * f64::from(random())) as f32, 2.0], false);
                 let image = plane.image(p);
                 assert!(plane.height(p) > 0.0 && plane.height(image) == -plane.height(p), "{at} {p:?} {image:?}");
                 assert_eq!(plane.image(image), p);
-                let on = plane.placed(p, true);
+                let on = plane.snap(p, true);
                 assert_eq!(plane.image(on), on);
             }
         }
@@ -156,13 +156,13 @@ mod tests {
             TriMesh::new(moved, box_.faces().to_vec()).unwrap()
         };
         let frame = Frame::default();
-        let found = |mesh: &TriMesh, symmetry| find(mesh, symmetry, &frame)[0].in_file(&frame);
+        let found = |mesh: &TriMesh, symmetry| find_planes(mesh, symmetry, &frame)[0].in_file(&frame);
         let y = Axis::Y;
-        assert_eq!(found(&box_, Symmetry::Found), MirrorPlane { axis: Axis::X, at: 0.5 });
+        assert_eq!(found(&box_, Symmetry::Best), MirrorPlane { axis: Axis::X, at: 0.5 });
         assert_eq!(found(&shift([-0.5; 3]), Symmetry::Across(Axis::X)), MirrorPlane { axis: Axis::X, at: 0.0 });
         assert_eq!(found(&box_, Symmetry::Across(y)), MirrorPlane { axis: y, at: 1.0 });
         let far = Frame { origin: [100.0, 50.0, 0.0], double: true };
-        let plane = find(&shift([0.0, -1.0, 0.0]), Symmetry::Plane(MirrorPlane { axis: y, at: 50.0 }), &far)[0];
+        let plane = find_planes(&shift([0.0, -1.0, 0.0]), Symmetry::Plane(MirrorPlane { axis: y, at: 50.0 }), &far)[0];
         assert_eq!((plane.at, plane.in_file(&far)), (0.0, MirrorPlane { axis: y, at: 50.0 }));
     }
 }

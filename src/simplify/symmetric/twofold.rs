@@ -6,25 +6,24 @@ use rustc_hash::FxHashMap;
 
 use crate::mesh::{Attributes, Channel, Role, same_values};
 
-use super::pairs::Pairs;
+use super::pairs::MirrorPairs;
 
 /// Groups of each face and of its image.
 pub(super) type GroupPairs = Vec<[u32; 2]>;
 
 /// Doubles all channels: once for the corner, once for its image. Groups become numbers of pairs, which are returned
 /// too.
-pub(super) fn twofold(attributes: &Attributes, pairs: &Pairs) -> (Attributes, GroupPairs) {
+pub(super) fn double_attributes(attributes: &Attributes, pairs: &MirrorPairs) -> (Attributes, GroupPairs) {
     let image_face = |f: usize| pairs.corners[3 * f] / 3;
-    let mut group_pairs = Numbers::default();
+    let mut group_pairs = PairNumbers::default();
     let groups = (0u32..).zip(&attributes.groups);
-    let groups = groups.map(|(f, &own)| group_pairs.of([own, attributes.group(image_face(f as usize))])).collect();
-    let mut wedge_pairs = Numbers::default();
+    let groups = groups.map(|(f, &own)| group_pairs.number([own, attributes.group(image_face(f as usize))])).collect();
+    let mut wedge_pairs = PairNumbers::default();
     let corner = |wedges: &[[u32; 3]], c: u32| wedges[c as usize / 3][c as usize % 3];
     let images = pairs.corners.chunks_exact(3);
-    let wedges =
-        attributes.wedges.iter().zip(images).map(|(own, images)| {
-            std::array::from_fn(|k| wedge_pairs.of([own[k], corner(&attributes.wedges, images[k])]))
-        });
+    let wedges = attributes.wedges.iter().zip(images).map(|(own, images)| {
+        std::array::from_fn(|k| wedge_pairs.number([own[k], corner(&attributes.wedges, images[k])]))
+    });
     let wedges = wedges.collect();
     let channels = [0, 1].into_iter().flat_map(|side| {
         attributes.channels.iter().map({
@@ -55,15 +54,15 @@ pub(super) fn add_joints(attributes: &mut Attributes, faces: &[[u32; 3]], on_pla
     attributes.channels.push(Channel { name: "joints".into(), role: Role::Other, width: 1, values });
 }
 
-/// Pairs numbered in order of first use.
+/// MirrorPairs numbered in order of first use.
 #[derive(Default)]
-struct Numbers {
+struct PairNumbers {
     rows: Vec<[u32; 2]>,
     numbers: FxHashMap<[u32; 2], u32>,
 }
 
-impl Numbers {
-    fn of(&mut self, pair: [u32; 2]) -> u32 {
+impl PairNumbers {
+    fn number(&mut self, pair: [u32; 2]) -> u32 {
         *self.numbers.entry(pair).or_insert_with(|| {
             self.rows.push(pair);
             self.rows.len() as u32 - 1

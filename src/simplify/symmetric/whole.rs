@@ -4,11 +4,11 @@ use crate::mesh::{Attributes, Channel, Frame, TriMesh};
 use crate::simplify::SimplifyError;
 use crate::simplify::closed::{blend, separate_twins};
 
-use super::plane::Plane;
+use super::plane::ImagePlane;
 use super::twofold::GroupPairs;
 
 /// Half after simplification.
-pub(super) struct Lighter<'a> {
+pub(super) struct SimplifiedHalf<'a> {
     /// Mesh of the half.
     pub mesh: &'a TriMesh,
     /// Doubled attributes of its corners, with the channel of joints.
@@ -18,40 +18,40 @@ pub(super) struct Lighter<'a> {
 }
 
 /// Joins a half and its image; also returns the number of vertices separated from duplicates.
-pub(super) fn whole(
-    half: Lighter,
-    plane: &Plane,
+pub(super) fn join_half(
+    half: SimplifiedHalf,
+    plane: &ImagePlane,
     groups: &GroupPairs,
     frame: &Frame,
 ) -> Result<(TriMesh, Attributes, usize), SimplifyError> {
-    let Lighter { mesh, attributes, on_plane } = half;
-    let placed = |v: usize, p: [f32; 3]| plane.placed(p, on_plane[v]);
+    let SimplifiedHalf { mesh, attributes, on_plane } = half;
+    let placed = |v: usize, p: [f32; 3]| plane.snap(p, on_plane[v]);
     let mut positions: Vec<[f32; 3]> = mesh.positions().iter().enumerate().map(|(v, &p)| placed(v, p)).collect();
     let n_moved = separate_twins(&mut positions, &|p| plane.image(p), &placed, frame);
     let mut next = positions.len() as u32;
-    let images: Vec<u32> = (0..next).map(|v| if on_plane[v as usize] { v } else { number(&mut next) }).collect();
+    let images: Vec<u32> = (0..next).map(|v| if on_plane[v as usize] { v } else { take_number(&mut next) }).collect();
     let twins: Vec<[f32; 3]> =
         positions.iter().zip(on_plane).filter(|(_, on)| !**on).map(|(&p, _)| plane.image(p)).collect();
     positions.extend(twins);
     let mut faces = mesh.faces().to_vec();
-    faces.extend(mesh.faces().iter().map(|face| turned(face.map(|v| images[v as usize]))));
-    let attributes = unfolded(attributes, mesh, on_plane, groups);
+    faces.extend(mesh.faces().iter().map(|face| reverse_winding(face.map(|v| images[v as usize]))));
+    let attributes = split_attributes(attributes, mesh, on_plane, groups);
     let mesh = TriMesh::new(positions, faces).map_err(|_| SimplifyError::Overflow)?;
     Ok((mesh, attributes, n_moved))
 }
 
-fn number(next: &mut u32) -> u32 {
+fn take_number(next: &mut u32) -> u32 {
     *next += 1;
     *next - 1
 }
 
 /// Reverses the winding of a face.
-fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
+fn reverse_winding([a, b, c]: [u32; 3]) -> [u32; 3] {
     [a, c, b]
 }
 
 /// Splits doubled attributes between the halves; wedges that are one on the plane take the mean of both.
-fn unfolded(attributes: Attributes, mesh: &TriMesh, on_plane: &[bool], pairs: &GroupPairs) -> Attributes {
+fn split_attributes(attributes: Attributes, mesh: &TriMesh, on_plane: &[bool], pairs: &GroupPairs) -> Attributes {
     let of_side = |side: usize| attributes.groups.iter().map(move |&pair| pairs[pair as usize][side]);
     let groups = of_side(0).chain(of_side(1)).collect();
     let Some((joints, twofold)) = attributes.channels.split_last() else {
@@ -67,15 +67,16 @@ fn unfolded(attributes: Attributes, mesh: &TriMesh, on_plane: &[bool], pairs: &G
     }
     let mut next = n_wedges;
     let image_of: Vec<u32> =
-        (0..n_wedges).map(|wedge| if is_one[wedge as usize] { wedge } else { number(&mut next) }).collect();
-    let image_rows = attributes.wedges.iter().map(|wedges| turned(wedges.map(|wedge| image_of[wedge as usize])));
+        (0..n_wedges).map(|wedge| if is_one[wedge as usize] { wedge } else { take_number(&mut next) }).collect();
+    let image_rows =
+        attributes.wedges.iter().map(|wedges| reverse_winding(wedges.map(|wedge| image_of[wedge as usize])));
     let wedges = attributes.wedges.iter().copied().chain(image_rows).collect();
-    let channels = own.iter().zip(images).map(|(own, image)| joined(own, image, &is_one)).collect();
+    let channels = own.iter().zip(images).map(|(own, image)| join_channel(own, image, &is_one)).collect();
     Attributes { wedges, channels, groups }
 }
 
 /// Returns the wedge values of one half, then those of the other that are not shared.
-fn joined(own: &Channel, image: &Channel, is_one: &[bool]) -> Channel {
+fn join_channel(own: &Channel, image: &Channel, is_one: &[bool]) -> Channel {
     let mut values = Vec::with_capacity(2 * own.values.len());
     for (wedge, &is_one) in (0u32..).zip(is_one) {
         let [x, y] = [own.value(wedge), image.value(wedge)];

@@ -2,7 +2,7 @@
 
 use super::{Blame, Objective, Verdict};
 use crate::mesh::TriMesh;
-use crate::simplify::Weighed;
+use crate::simplify::WeightedResult;
 
 /// A result's errors by a function of one's own: at least 0, less is better, their unit is free.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,19 +19,19 @@ pub enum Errors {
 ///
 /// ```
 /// use neural_mesh::mesh::{TriMesh, shapes};
-/// use neural_mesh::simplify::{Importance, Parts, Weighed, simplify_weighed, vertex_areas};
+/// use neural_mesh::simplify::{Importance, Refinements, WeightedResult, simplify_with_importance, vertex_areas};
 /// use neural_mesh::train::{Errors, Given, Objective};
 /// let sphere = shapes::icosphere(4);
-/// let of = |n| simplify_weighed(&sphere, n, Importance::Even, &Parts::default()).unwrap();
+/// let of = |n| simplify_with_importance(&sphere, n, Importance::Even, &Refinements::default()).unwrap();
 /// let area = |mesh: &TriMesh| vertex_areas(mesh).iter().sum::<f64>();
-/// let lost = Given(|original: &TriMesh, result: &Weighed| Ok(Errors::Whole((area(original) - area(&result.mesh)).abs())));
+/// let lost = Given(|original: &TriMesh, result: &WeightedResult| Ok(Errors::Whole((area(original) - area(&result.mesh)).abs())));
 /// let verdict = lost.judge(&sphere, [&of(100), &of(90)]).unwrap();
 /// assert!(verdict.terms[0].0 == "objective" && verdict.terms[0].1.is_finite());
 /// ```
 pub struct Given<F>(pub F);
 
-impl<F: Fn(&TriMesh, &Weighed) -> Result<Errors, String> + Sync> Objective for Given<F> {
-    fn judge(&self, original: &TriMesh, results: [&Weighed; 2]) -> Result<Verdict, String> {
+impl<F: Fn(&TriMesh, &WeightedResult) -> Result<Errors, String> + Sync> Objective for Given<F> {
+    fn judge(&self, original: &TriMesh, results: [&WeightedResult; 2]) -> Result<Verdict, String> {
         let [first, second] = results.map(|result| (self.0)(original, result));
         let [first, second] = [first?, second?];
         let [a, b] = [checked(&first, original)?, checked(&second, original)?];
@@ -70,8 +70,8 @@ mod tests {
 
     fn judged(first: Errors, second: Errors) -> Result<Verdict, String> {
         let original = shapes::tetrahedron();
-        let result = |n: u32| Weighed { mesh: original.clone(), vertex_of: vec![n; 4] };
-        let given = Given(|_: &TriMesh, result: &Weighed| {
+        let result = |n: u32| WeightedResult { mesh: original.clone(), vertex_of: vec![n; 4] };
+        let given = Given(|_: &TriMesh, result: &WeightedResult| {
             Ok(if result.vertex_of[0] == 0 { first.clone() } else { second.clone() })
         });
         given.judge(&original, [&result(0), &result(1)])

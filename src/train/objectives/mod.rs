@@ -7,7 +7,7 @@ pub use given::{Errors, Given};
 pub use shape::Shape;
 
 use crate::mesh::TriMesh;
-use crate::simplify::Weighed;
+use crate::simplify::WeightedResult;
 
 /// How far results are from what they should be.
 ///
@@ -17,7 +17,7 @@ pub trait Objective: Sync {
     ///
     /// # Errors
     /// In a few words why these cannot be judged; the mesh is then named and passed over.
-    fn judge(&self, original: &TriMesh, results: [&Weighed; 2]) -> Result<Verdict, String>;
+    fn judge(&self, original: &TriMesh, results: [&WeightedResult; 2]) -> Result<Verdict, String>;
 }
 
 /// What is wrong with two results.

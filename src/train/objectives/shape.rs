@@ -3,14 +3,14 @@
 use super::{Blame, Objective, Verdict};
 use crate::loss::{error_shares, error_sums, log_errors, point_errors};
 use crate::mesh::TriMesh;
-use crate::simplify::Weighed;
+use crate::simplify::WeightedResult;
 
 /// The default objective of the closed assembly.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Shape;
 
 impl Objective for Shape {
-    fn judge(&self, original: &TriMesh, results: [&Weighed; 2]) -> Result<Verdict, String> {
+    fn judge(&self, original: &TriMesh, results: [&WeightedResult; 2]) -> Result<Verdict, String> {
         let corners_of_original = corners(original);
         let errors = results.map(|result| point_errors(&corners_of_original, &corners(&result.mesh)));
         let sums = error_sums([&errors[0], &errors[1]]);
@@ -38,7 +38,7 @@ mod tests {
             let lift = |p: &[f32; 3]| [p[0], p[1], if p[0] > 2.0 { by } else { 0.01 }];
             let mesh =
                 TriMesh::new(original.positions().iter().map(lift).collect(), original.faces().to_vec()).unwrap();
-            Weighed { mesh, vertex_of: (0..25).collect() }
+            WeightedResult { mesh, vertex_of: (0..25).collect() }
         };
         let Verdict { terms, blame } = Shape.judge(&original, [&lifted(0.02), &lifted(0.01)]).unwrap();
         assert_eq!(terms.iter().map(|(name, _)| *name).collect::<Vec<_>>(), ["distance", "normals", "peak"]);

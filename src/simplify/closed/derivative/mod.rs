@@ -141,7 +141,7 @@ mod tests {
     use crate::simplify::closed::aim::Aim;
     use crate::simplify::closed::request::{Importance, Keep, Request};
     use crate::simplify::limits::Limit;
-    use crate::simplify::options::{Parts, Purpose};
+    use crate::simplify::options::{Purpose, Refinements};
     use crate::simplify::progress::Progress;
 
     fn run(mesh: &TriMesh, vertices: usize, purpose: Purpose) -> (Closed, Derivative) {
@@ -151,14 +151,14 @@ mod tests {
             importance: Importance::Given(&factors),
             hidden: &[],
             aim: Aim::default(),
-            parts: Parts::default(),
+            refinements: Refinements::default(),
             frame: Frame::default(),
             differentiable: true,
             keep: Keep { purpose, ..Keep::default() },
             insists_on_size: false,
             price: None,
         };
-        let levels = simplify_levels(mesh, &request, &[limit], None, Progress::UNHEARD).unwrap().made;
+        let levels = simplify_levels(mesh, &request, &[limit], None, Progress::SILENT).unwrap().made;
         let mut closed = levels.into_iter().next().unwrap();
         let derivative = closed.derivative.take().unwrap();
         (closed, derivative)

@@ -74,7 +74,7 @@ fn measure(path: &Path) -> Result<Option<MirroredCase>> {
     for (ratio, quotients) in RATIOS.into_iter().zip(&mut row.quotients) {
         let plain = Options::new(Target::Ratio(ratio));
         let mut mirrored = plain.clone();
-        mirrored.symmetric = Some(Symmetry::Found);
+        mirrored.symmetric = Some(Symmetry::Best);
         // most meshes have no mirror plane
         let Ok(ours) = simplify(&mesh, None, &mirrored, &mut |_| ControlFlow::Continue(())) else { return Ok(None) };
         let Some(plane) = ours.report.mirror else { return Ok(None) };

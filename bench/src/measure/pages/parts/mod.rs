@@ -8,7 +8,7 @@ use crate::evaluate::{ResultRow, Table};
 use anyhow::{Context, Result};
 use neural_mesh::metrics::{Surface, surface_distance};
 use neural_mesh::model::Weights;
-use neural_mesh::simplify::{Importance, Parts, simplify_weighed};
+use neural_mesh::simplify::{Importance, Refinements, simplify_with_importance};
 use serde::{Deserialize, Serialize};
 
 use super::RATIOS;
@@ -69,7 +69,7 @@ fn measure(path: &Path) -> Result<Vec<AblationResult>> {
     let mesh = load(path)?;
     let weights = Weights::shipped_default();
     let shuffled = shuffled::shuffle_weights(weights, 0)?;
-    let all = Parts::default();
+    let all = Refinements::default();
     let [mut unflipped, mut unfitted] = [all; 2];
     (unflipped.flips, unfitted.fit) = (false, false);
     let cases = [
@@ -86,7 +86,7 @@ fn measure(path: &Path) -> Result<Vec<AblationResult>> {
     for ratio in RATIOS {
         let n = ((mesh.positions().len() as f64 * ratio) as usize).max(1);
         for (method, importance, parts) in cases {
-            let simplify = || Ok(simplify_weighed(&mesh, n, importance, &parts)?.mesh);
+            let simplify = || Ok(simplify_with_importance(&mesh, n, importance, &parts)?.mesh);
             let (lighter, time) =
                 one.install(|| measure_time(simplify)).with_context(|| format!("{method} at {ratio}"))?;
             let distance = surface_distance(&original, &Surface::new(&lighter, SAMPLES, 1)).context("no faces")?;
