@@ -4,7 +4,9 @@ use crate::mesh::pulse::Pulse;
 use crate::mesh::{Attributes, Role, TriMesh, compact, is_shaded_flat, with_flat_normals};
 use crate::model::{Weights, paper_weights};
 
-use super::closed::{Aim, Begun, Closed, DropRules, Half, Importance, Keep, Levels, Request, simplify_levels};
+use super::closed::{
+    Aim, Closed, ClosedRequest, DropRules, FinishedLevels, Half, Importance, Keep, SavedCollapse, simplify_levels,
+};
 use super::components::{PrunedMesh, prune, remove_faces};
 use super::hidden::hidden_vertices;
 use super::input::{Input, kept_edges, locked_vertices};
@@ -76,10 +78,10 @@ fn simplify_dropping(
     weights: Option<&Weights>,
     task: &Task,
     sizes: &TargetSizes,
-    begun: Option<Begun>,
+    saved: Option<SavedCollapse>,
     progress: Progress,
 ) -> Result<Vec<Closed>, SimplifyError> {
-    let Levels { mut made, dropped, begun } = simplify_whole(input, weights, task, sizes, begun, progress)?;
+    let FinishedLevels { mut made, dropped, saved } = simplify_whole(input, weights, task, sizes, saved, progress)?;
     let Some(dropped) = dropped else { return Ok(made) };
     let Some(pruned) = remove_faces(input.mesh, dropped.n_components, |face| dropped.faces[face]) else {
         return Ok(made);
@@ -88,7 +90,7 @@ fn simplify_dropping(
     // one.
     let left = TargetSizes { limits: &sizes.limits[made.len()..], n_settled: 1 };
     made.extend(simplify_pruned(input, &pruned, |part| {
-        simplify_dropping(part, weights, task, &left, begun, progress)
+        simplify_dropping(part, weights, task, &left, saved, progress)
     })?);
     Ok(made)
 }
@@ -131,17 +133,17 @@ fn simplify_whole<'a>(
     weights: Option<&Weights>,
     task: &Task,
     sizes: &TargetSizes,
-    begun: Option<Begun<'a>>,
+    saved: Option<SavedCollapse<'a>>,
     progress: Progress<'a>,
-) -> Result<Levels<'a>, SimplifyError> {
+) -> Result<FinishedLevels<'a>, SimplifyError> {
     let Input { mesh, attributes, .. } = *input;
     let normals = attributes.channels.iter().find(|channel| channel.role == Role::Normal);
     let mut levels = match normals.filter(|_| is_shaded_flat(mesh, attributes)) {
-        None => simplify_as_shaded(input, weights, task, sizes, begun, progress)?,
+        None => simplify_as_shaded(input, weights, task, sizes, saved, progress)?,
         Some(normals) => {
             let others = attributes.clone().keep_roles(|role| role != Role::Normal, true);
             let input = Input { attributes: &others, ..*input };
-            let mut levels = simplify_as_shaded(&input, weights, task, sizes, begun, progress)?;
+            let mut levels = simplify_as_shaded(&input, weights, task, sizes, saved, progress)?;
             for closed in &mut levels.made {
                 closed.attributes = with_flat_normals(&closed.mesh, &closed.attributes, &normals.name);
             }
@@ -158,12 +160,12 @@ fn simplify_as_shaded<'a>(
     weights: Option<&Weights>,
     task: &Task,
     sizes: &TargetSizes,
-    begun: Option<Begun<'a>>,
+    saved: Option<SavedCollapse<'a>>,
     progress: Progress<'a>,
-) -> Result<Levels<'a>, SimplifyError> {
+) -> Result<FinishedLevels<'a>, SimplifyError> {
     let Task { options, differentiable, insists_on_size, half, .. } = *task;
     let Input { mesh, attributes, importance, scene, .. } = *input;
-    let aim = Aim::of(options.optimize, options.effort);
+    let aim = Aim::new(options.optimize, options.effort);
     let scores = score_source(options, &aim, weights);
     let keep = Keep {
         edges: &kept_edges(mesh, attributes, options),
@@ -172,9 +174,9 @@ fn simplify_as_shaded<'a>(
         scene,
         drop: drop_rules(input, options, half, sizes.n_settled),
         half,
-        ..Keep::of(options, input.kept)
+        ..Keep::from_options(options, input.kept)
     };
-    let request = Request {
+    let request = ClosedRequest {
         importance: choose_importance(importance, scores, weights),
         hidden: &if options.hidden == Hidden::Cheap { hidden_vertices(input) } else { Vec::new() },
         aim,
@@ -185,7 +187,7 @@ fn simplify_as_shaded<'a>(
         insists_on_size,
         price: None,
     };
-    let mut levels = simplify_levels(mesh, &request, sizes.limits, begun, progress)?;
+    let mut levels = simplify_levels(mesh, &request, sizes.limits, saved, progress)?;
     levels.made.iter_mut().for_each(|closed| closed.report.scores = scores);
     Ok(levels)
 }

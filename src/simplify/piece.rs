@@ -4,7 +4,7 @@ use crate::mesh::{Attributes, TriMesh};
 use crate::model::Weights;
 
 use super::assemblies::{choose_importance, score_source};
-use super::closed::{Aim, Closed, Keep, Request, simplify_levels};
+use super::closed::{Aim, Closed, ClosedRequest, Keep, simplify_levels};
 use super::input::kept_edges;
 use super::limits::Limit;
 use super::options::{Options, Refinements, SimplifyError};
@@ -28,8 +28,8 @@ pub(crate) fn simplify_block_mesh(
     options: &Options,
 ) -> Result<SimplifiedBlock, SimplifyError> {
     let limit = Limit::of_vertices(n_vertices.max(4));
-    let aim = Aim::of(options.optimize, options.effort);
-    let request = Request {
+    let aim = Aim::new(options.optimize, options.effort);
+    let request = ClosedRequest {
         importance: choose_importance(&[], score_source(options, &aim, weights), weights),
         hidden: &[],
         aim,

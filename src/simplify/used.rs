@@ -55,7 +55,7 @@ impl<'a> UsedMesh<'a> {
     /// Maps a derivative back to the vertices of the caller's mesh.
     pub fn widen_derivative(&self, derivative: Derivative) -> Derivative {
         match &self.sources {
-            Some(sources) => derivative.within(sources),
+            Some(sources) => derivative.extend_to(sources),
             None => derivative,
         }
     }

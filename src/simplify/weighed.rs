@@ -2,7 +2,7 @@
 
 use crate::mesh::{Frame, TriMesh};
 
-use super::closed::{Aim, Importance, Keep, Request, simplify_levels};
+use super::closed::{Aim, ClosedRequest, Importance, Keep, simplify_levels};
 use super::limits::Limit;
 use super::options::{Refinements, SimplifyError};
 use super::progress::Progress;
@@ -47,7 +47,7 @@ pub fn simplify_with_importance(
         return Err(SimplifyError::BadImportance);
     }
     let limit = Limit::of_vertices(n_vertices.max(1));
-    let request = Request {
+    let request = ClosedRequest {
         importance,
         hidden: &[],
         aim: Aim::default(),

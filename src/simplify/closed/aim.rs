@@ -38,7 +38,7 @@ impl Aim {
     ///
     /// Over twelve training meshes at ratios of 0.1 and 0.5, `Best` has a 9 % smaller mean distance than `Standard` in
     /// twice the time.
-    pub fn of(optimize: Optimize, effort: Effort) -> Self {
+    pub fn new(optimize: Optimize, effort: Effort) -> Self {
         let standard = Self::standard(optimize);
         match effort {
             Effort::Fast => Self { steps: 0, draws: 0, ..standard },

@@ -5,16 +5,16 @@ use crate::simplify::limits::Limit;
 use crate::simplify::options::SimplifyError;
 use crate::simplify::progress::Progress;
 
-use super::Base;
+use super::CollapseBase;
 use super::collapse::Collapse;
-use super::dropping::Dropped;
+use super::dropping::DroppedFaces;
 use super::original::Original;
 use super::prepare::prepare_at_scale;
 use super::prepare::surface::Normalisation;
-use super::request::Request;
+use super::request::ClosedRequest;
 
 /// Collapse from which the dropped components were removed.
-pub struct Begun<'a> {
+pub struct SavedCollapse<'a> {
     collapse: Collapse<'a>,
     /// Normalisation of the surface with all components.
     scale: Normalisation,
@@ -22,22 +22,27 @@ pub struct Begun<'a> {
     corners: Vec<[u32; 3]>,
 }
 
-impl<'a> Begun<'a> {
+impl<'a> SavedCollapse<'a> {
     /// Removes the dropped components from a copy of a collapse; `None` where the copy already is below the limit.
-    pub(super) fn without(dropped: &Dropped, base: &Base, copy: Collapse<'a>, limit: Limit) -> Option<Self> {
+    pub(super) fn from_copy(
+        dropped: &DroppedFaces,
+        base: &CollapseBase,
+        copy: Collapse<'a>,
+        limit: Limit,
+    ) -> Option<Self> {
         let surface = &base.original.surface;
         let corners_of = |face: u32| {
             let own = surface.faces[face as usize];
             base.original.mesh.faces()[face as usize].map(|corner| {
                 let v = own.into_iter().find(|&v| surface.source(v) == corner).unwrap_or(own[0]);
-                base.begun.get(v as usize).copied().unwrap_or(v)
+                base.collapse_vertices.get(v as usize).copied().unwrap_or(v)
             })
         };
         let of_state = |goes: bool| {
             let faces = (0u32..).zip(&dropped.faces).filter(move |(_, is_dropped)| **is_dropped == goes);
             faces.map(|(face, _)| corners_of(face))
         };
-        let collapse = copy.without(of_state(true).flatten());
+        let collapse = copy.remove_components(of_state(true).flatten());
         let is_far = collapse.merges_to(limit) > 0;
         is_far.then(|| Self { collapse, scale: surface.scale, corners: of_state(false).collect() })
     }
@@ -47,20 +52,20 @@ impl<'a> Begun<'a> {
     ///
     /// # Errors
     /// [`SimplifyError::Interrupted`] where the listener asked to stop.
-    pub(super) fn over<'b>(
+    pub(super) fn attach<'b>(
         self,
         mesh: &'b TriMesh,
-        request: &Request,
+        request: &ClosedRequest,
         limit: Limit,
         progress: Progress<'b>,
-    ) -> Result<Option<(Base<'b>, Collapse<'a>)>, SimplifyError> {
+    ) -> Result<Option<(CollapseBase<'b>, Collapse<'a>)>, SimplifyError> {
         progress.enter("surface", mesh.faces().len())?;
         let mut original = prepare_at_scale(mesh, self.scale, &request.keep, progress.pulse);
         // Only a new collapse reads the quadrics.
         original.surface.quadrics = Vec::new();
-        let Some(begun) = self.vertices(&original) else { return Ok(None) };
+        let Some(collapse_vertices) = self.vertices(&original) else { return Ok(None) };
         progress.enter("collapse", self.collapse.merges_to(limit))?;
-        Ok(Some((Base { original, begun }, self.collapse)))
+        Ok(Some((CollapseBase { original, collapse_vertices }, self.collapse)))
     }
 
     /// Maps each vertex of the surface to one of the collapse; `None` where this is ambiguous.

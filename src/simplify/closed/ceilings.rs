@@ -5,7 +5,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::dropping::components;
+use super::dropping::vertex_components;
 use super::original::Original;
 use super::request::Keep;
 
@@ -22,7 +22,7 @@ pub fn ceilings(original: &Original, keep: &Keep) -> Vec<f32> {
     if keep.half.is_some() || !keep.is_asset() {
         return Vec::new();
     }
-    let (of_vertex, n) = components(surface.n_vertices(), &surface.faces);
+    let (of_vertex, n) = vertex_components(surface.n_vertices(), &surface.faces);
     if n < 2 {
         return Vec::new();
     }

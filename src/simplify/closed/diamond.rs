@@ -18,7 +18,7 @@ impl Diamond {
     }
 
     /// Returns the faces after the flip; each begins with the other diagonal.
-    pub fn flipped(&self) -> [[u32; 3]; 2] {
+    pub fn flipped_faces(&self) -> [[u32; 3]; 2] {
         let [a, b, c, d] = self.corners;
         [[c, d, b], [d, c, a]]
     }
@@ -28,7 +28,7 @@ impl Diamond {
 pub fn diamonds(faces: &[[u32; 3]], around: &FacesAround, f: u32) -> impl Iterator<Item = Diamond> {
     let [a, b, c] = faces[f as usize];
     [(a, b, c), (b, c, a), (c, a, b)].into_iter().filter_map(move |(a, b, c)| {
-        let g = around.along(b, a)?;
+        let g = around.face_along(b, a)?;
         let d = *faces[g as usize].iter().find(|&&v| v != a && v != b)?;
         (c != d).then_some(Diamond { faces: [f, g], corners: [a, b, c, d] })
     })
@@ -45,10 +45,11 @@ mod tests {
         let around = FacesAround::new(Pulse::NONE, 5, &faces);
         let found: Vec<Diamond> = diamonds(&faces, &around, 0).collect();
         assert_eq!(found.iter().map(|diamond| diamond.corners).collect::<Vec<_>>(), [[0, 1, 2, 3], [1, 2, 0, 4]]);
-        assert_eq!((found[0].pair(), found[0].flipped()), ([[0, 1, 2], [1, 0, 3]], [[2, 3, 1], [3, 2, 0]]));
-        let flipped = found[0].flipped();
-        let twice =
-            diamonds(&flipped, &FacesAround::new(Pulse::NONE, 4, &flipped), 0).next().map(|diamond| diamond.flipped());
+        assert_eq!((found[0].pair(), found[0].flipped_faces()), ([[0, 1, 2], [1, 0, 3]], [[2, 3, 1], [3, 2, 0]]));
+        let flipped = found[0].flipped_faces();
+        let twice = diamonds(&flipped, &FacesAround::new(Pulse::NONE, 4, &flipped), 0)
+            .next()
+            .map(|diamond| diamond.flipped_faces());
         assert_eq!(twice, Some([[1, 0, 3], [0, 1, 2]]));
     }
 }

@@ -20,7 +20,7 @@ use crate::spatial::{Exposure, FaceTree, Labels, exposures};
 use super::collapse::{Collapse, End};
 use super::original::Original;
 use super::output::Output;
-use super::request::{DropRules, Shown};
+use super::request::{DropRules, VisualProperties};
 
 /// Sample points for the distance of a component to what stays.
 const POINTS: usize = 64;
@@ -36,7 +36,7 @@ const RECOLOURED: f32 = 1e-3;
 const OPENING: f32 = 2.5e-4;
 
 /// Value of a vertex at the end of a collapse.
-pub struct Cost<'a> {
+pub struct VertexCost<'a> {
     /// Vertices left after each pass, falling, with its price.
     pub paid: &'a [(usize, f32)],
     /// Target size.
@@ -45,17 +45,17 @@ pub struct Cost<'a> {
     pub must_fit: bool,
 }
 
-impl<'a> Cost<'a> {
+impl<'a> VertexCost<'a> {
     /// Reads the prices of a collapse that ended at a limit.
-    pub fn of(collapse: &'a Collapse, limit: Limit, end: End) -> Self {
-        Self { paid: collapse.paid(), limit, must_fit: matches!(end, End::Smallest | End::LosesShape) }
+    pub fn new(collapse: &'a Collapse, limit: Limit, end: End) -> Self {
+        Self { paid: collapse.prices_paid(), limit, must_fit: matches!(end, End::Smallest | End::LosesShape) }
     }
 
     /// Estimates the price of merges down to this many vertices.
     ///
     /// Beyond the recorded passes it extrapolates: squared distances fall as n^-2, the value of one more vertex as
     /// n^-3.
-    fn down_to(&self, vertices: usize) -> f64 {
+    fn price_at(&self, vertices: usize) -> f64 {
         let seen = self.paid.iter().take_while(|(left, _)| *left >= vertices).map(|(_, price)| f64::from(*price));
         let first = self.paid.first().map(|&(left, price)| f64::from(price) * (left as f64 / vertices as f64).powi(3));
         seen.reduce(f64::max).or(first).unwrap_or_default()
@@ -63,38 +63,44 @@ impl<'a> Cost<'a> {
 }
 
 /// Components to drop.
-pub struct Dropped {
+pub struct DroppedFaces {
     pub faces: Vec<bool>,
     /// Number of dropped components.
     pub n_components: usize,
 }
 
 /// Chooses components to drop so that others get their vertices; `None` where all stay.
-pub fn dropped(original: &Original, output: &Output, cost: &Cost, rules: &DropRules, shown: &Shown) -> Option<Dropped> {
+pub fn choose_dropped(
+    original: &Original,
+    output: &Output,
+    cost: &VertexCost,
+    rules: &DropRules,
+    shown: &VisualProperties,
+) -> Option<DroppedFaces> {
     let (component_of_vertex, n) = components_of(output);
     if n < 2 {
         return None;
     }
     let component = |v: u32| component_of_vertex[output.vertex_of[v as usize] as usize];
     let of_faces: Vec<u32> = original.surface.faces.iter().map(|face| component(face[0])).collect();
-    let placing = Placing::new(original, shown.scene, shown.attributes, &of_faces, n);
+    let placing = PlacedComponents::new(original, shown.scene, shown.attributes, &of_faces, n);
     let seen = SeenFaces::new(&placing, output, &component_of_vertex);
     let mut components = Components::new(&placing, &seen, shown);
     component_of_vertex.iter().for_each(|&component| components.all[component as usize].n_vertices += 1);
     components.find_losses(cost);
-    let is_dropped = components.dropped(cost, rules.within);
+    let is_dropped = components.choose(cost, rules.within);
     let n_components = is_dropped.iter().filter(|dropped| **dropped).count();
     let faces = || of_faces.iter().map(|&component| is_dropped[component as usize]).collect();
-    (n_components > 0).then(|| Dropped { faces: faces(), n_components })
+    (n_components > 0).then(|| DroppedFaces { faces: faces(), n_components })
 }
 
 /// Numbers the component of each output vertex; empty for a single component. Also returns their number.
 pub fn components_of(output: &Output) -> (Vec<u32>, usize) {
-    components(output.positions.len(), output.faces())
+    vertex_components(output.positions.len(), output.faces())
 }
 
 /// Numbers the component of each vertex; empty for a single component. Also returns their number.
-pub fn components(n_vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, usize) {
+pub fn vertex_components(n_vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, usize) {
     let mut sets = UnionFind::new(n_vertices);
     for &[a, b, c] in faces {
         sets.union(a, b);
@@ -107,7 +113,7 @@ pub fn components(n_vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, usize) {
 }
 
 /// Components of a surface as placed in a scene.
-struct Placing<'a> {
+struct PlacedComponents<'a> {
     original: &'a Original<'a>,
     attributes: Option<&'a Attributes>,
     /// Faces of the original by component, and the end of each component's range.
@@ -118,7 +124,7 @@ struct Placing<'a> {
     of_faces: &'a [u32],
 }
 
-impl<'a> Placing<'a> {
+impl<'a> PlacedComponents<'a> {
     fn new(
         original: &'a Original,
         scene: Option<&UnitedMesh>,
@@ -197,7 +203,7 @@ struct SeenFaces {
 }
 
 impl SeenFaces {
-    fn new(placing: &Placing, output: &Output, component_of_vertex: &[u32]) -> Self {
+    fn new(placing: &PlacedComponents, output: &Output, component_of_vertex: &[u32]) -> Self {
         let (mut positions, mut components) = (Vec::new(), Vec::new());
         let mut n_faces = vec![0; placing.places.len()];
         for face in output.faces() {
@@ -236,7 +242,7 @@ struct Components<'a> {
     all: Vec<Component>,
     /// Rank of each component by area, smallest first.
     rank: Vec<usize>,
-    placing: &'a Placing<'a>,
+    placing: &'a PlacedComponents<'a>,
     /// Search tree over the placed output faces, and the component of each.
     tree: FaceTree<'a>,
     of_seen: &'a [u32],
@@ -260,7 +266,7 @@ impl Component {
 }
 
 impl<'a> Components<'a> {
-    fn new(placing: &'a Placing<'a>, seen: &'a SeenFaces, shown: &Shown) -> Self {
+    fn new(placing: &'a PlacedComponents<'a>, seen: &'a SeenFaces, shown: &VisualProperties) -> Self {
         let mut all = sums(placing, shown);
         all.iter_mut().zip(&seen.n_faces).for_each(|(component, n_faces)| component.n_faces = *n_faces);
         let mut by_area: Vec<usize> = (0..all.len()).collect();
@@ -277,7 +283,7 @@ impl<'a> Components<'a> {
     }
 
     /// Finds the loss and the replacement of each component.
-    fn find_losses(&mut self, cost: &Cost) {
+    fn find_losses(&mut self, cost: &VertexCost) {
         let most = self.most_price(cost);
         for component in 0..self.all.len() {
             (self.all[component].loss, self.all[component].stand_in) = self.loss(component, most);
@@ -287,14 +293,14 @@ impl<'a> Components<'a> {
     /// Returns the price per vertex from which no component goes; infinite where components must go at any price.
     ///
     /// It is an upper bound: as components go, vertices become cheaper for the others, and no component's loss falls.
-    fn most_price(&self, cost: &Cost) -> f64 {
-        if cost.must_fit { f64::INFINITY } else { self.unit_of_prices * cost.down_to(self.n_asked(cost.limit)) }
+    fn most_price(&self, cost: &VertexCost) -> f64 {
+        if cost.must_fit { f64::INFINITY } else { self.unit_of_prices * cost.price_at(self.n_asked(cost.limit)) }
     }
 
     /// Converts the target to vertices; a target of faces stands for an equal share of vertices.
     fn n_asked(&self, limit: Limit) -> usize {
         let n_whole: usize = self.all.iter().map(|it| it.n_vertices).sum();
-        let of_faces = n_whole as f64 * limit.faces as f64 / self.of_output().max(1) as f64;
+        let of_faces = n_whole as f64 * limit.faces as f64 / self.n_output_faces().max(1) as f64;
         n_whole.min(limit.vertices).min(of_faces as usize)
     }
 
@@ -370,14 +376,14 @@ impl<'a> Components<'a> {
     }
 
     /// Chooses the dropped components in the order of their price.
-    fn dropped(mut self, cost: &Cost, within: f64) -> Vec<bool> {
+    fn choose(mut self, cost: &VertexCost, within: f64) -> Vec<bool> {
         let unit = self.unit_of_prices;
         let price = |it: &Component| (it.loss / it.n_vertices.max(1) as f64).to_bits();
         let mut is_dropped = vec![false; self.all.len()];
         let n_whole: usize = self.all.iter().map(|it| it.n_vertices).sum();
-        let (mut n_vertices, mut n_faces) = (n_whole, self.of_output());
+        let (mut n_vertices, mut n_faces) = (n_whole, self.n_output_faces());
         let asked = self.n_asked(cost.limit);
-        let mut guard: Option<Guard> = None;
+        let mut guard: Option<DropGuard> = None;
         let mut queue: BinaryHeap<Reverse<(u64, usize)>> =
             self.all.iter().enumerate().map(|(i, it)| Reverse((price(it), i))).collect();
         while let Some(Reverse((bits, i))) = queue.pop() {
@@ -391,12 +397,12 @@ impl<'a> Components<'a> {
             let size = share(n_vertices, cost.limit.vertices).max(share(n_faces, cost.limit.faces));
             // With every component dropped, the others gain vertices, so the price to beat falls.
             let n_of_others = asked + (n_whole - n_vertices);
-            let is_worth = f64::from_bits(bits) >= unit * cost.down_to(n_of_others);
+            let is_worth = f64::from_bits(bits) >= unit * cost.price_at(n_of_others);
             if is_worth && (size <= 1.0 || !cost.must_fit) {
                 break;
             }
             // Views are rendered at most once, and only if some component is cheap enough.
-            if !guard.get_or_insert_with(|| Guard::new(&self, within)).lets_go(&self, i) {
+            if !guard.get_or_insert_with(|| DropGuard::new(&self, within)).try_drop(&self, i) {
                 continue;
             }
             is_dropped[i] = true;
@@ -409,13 +415,13 @@ impl<'a> Components<'a> {
     }
 
     /// Returns the number of output faces.
-    fn of_output(&self) -> usize {
+    fn n_output_faces(&self) -> usize {
         self.all.iter().map(|it| it.n_faces).sum()
     }
 }
 
 /// Conditions that keep components at any price.
-struct Guard {
+struct DropGuard {
     within: f64,
     /// What a viewer would miss of each component, once rendered.
     exposures: Option<Vec<Exposure>>,
@@ -427,7 +433,7 @@ struct Guard {
     in_groups: BTreeMap<u32, usize>,
 }
 
-impl Guard {
+impl DropGuard {
     fn new(components: &Components, within: f64) -> Self {
         let mut guard =
             Self { within, exposures: None, changed: [0.0; 2], stands_in: Vec::new(), in_groups: BTreeMap::new() };
@@ -442,7 +448,7 @@ impl Guard {
     }
 
     /// Returns whether a component may go, and records that it does.
-    fn lets_go(&mut self, components: &Components, i: usize) -> bool {
+    fn try_drop(&mut self, components: &Components, i: usize) -> bool {
         let is_last = |group: &u32| self.in_groups.get(group).is_some_and(|n| *n < 2);
         if components.all[i].groups.iter().any(is_last) || !components.is_within(i, self.within) {
             return false;
@@ -468,7 +474,7 @@ impl Guard {
 }
 
 /// Measures area, bounding box and groups of each component.
-fn sums(placing: &Placing, shown: &Shown) -> Vec<Component> {
+fn sums(placing: &PlacedComponents, shown: &VisualProperties) -> Vec<Component> {
     let surface = &placing.original.surface;
     let factor = |v: &u32| surface.importance.get(*v as usize).copied().unwrap_or(1.0);
     let counts = |face: &[u32; 3]| if shown.is_weighed { face.iter().map(factor).sum::<f32>() / 3.0 } else { 1.0 };
@@ -532,7 +538,7 @@ mod tests {
     }
 
     /// Drops from a mesh whose large sphere shrank, where merges cost `paid`, nothing farther than `within`.
-    fn dropped_of(mesh: &TriMesh, paid: f64, within: f64, attributes: Option<&Attributes>) -> Option<Dropped> {
+    fn drop_from(mesh: &TriMesh, paid: f64, within: f64, attributes: Option<&Attributes>) -> Option<DroppedFaces> {
         let original = Original::bare(mesh);
         let surface = &original.surface;
         let n_large = shapes::icosphere(3).positions().len();
@@ -543,16 +549,22 @@ mod tests {
         let output = Output::new(Pulse::NONE, positions, surface.faces.to_vec(), Pins::default(), vertex_of);
         let n = mesh.positions().len();
         let paid = [(n + 50, paid as f32)];
-        let cost = Cost { paid: &paid, limit: Limit::of_vertices(n), must_fit: false };
+        let cost = VertexCost { paid: &paid, limit: Limit::of_vertices(n), must_fit: false };
         let rules = DropRules { within, from_level: 0 };
         let alike = Attributes { groups: vec![0; surface.faces.len()], ..Attributes::default() };
         let attributes = Some(attributes.unwrap_or(&alike));
-        dropped(&original, &output, &cost, &rules, &Shown { attributes, scene: None, is_weighed: false })
+        choose_dropped(
+            &original,
+            &output,
+            &cost,
+            &rules,
+            &VisualProperties { attributes, scene: None, is_weighed: false },
+        )
     }
 
     /// Finds the price from which a small sphere is dropped, in mesh units.
     fn price(mesh: &TriMesh, attributes: Option<&Attributes>) -> f64 {
-        let goes = |paid: f64| dropped_of(mesh, paid, f64::INFINITY, attributes).is_some();
+        let goes = |paid: f64| drop_from(mesh, paid, f64::INFINITY, attributes).is_some();
         let (mut low, mut high) = (1e-30f64, 1e3f64);
         assert!(!goes(low) && goes(high));
         while high / low > 1.001 {
@@ -580,8 +592,8 @@ mod tests {
             Attributes { groups, ..Attributes::default() }
         };
         let [one, two] = [&[0.41][..], &[0.41, -0.41]].map(|places| spheres(places, 0.02));
-        assert!(dropped_of(&one, 1e3, f64::INFINITY, Some(&groups(&one, 1))).is_some());
-        assert!(dropped_of(&one, 1e3, f64::INFINITY, Some(&groups(&one, 2))).is_none());
+        assert!(drop_from(&one, 1e3, f64::INFINITY, Some(&groups(&one, 1))).is_some());
+        assert!(drop_from(&one, 1e3, f64::INFINITY, Some(&groups(&one, 2))).is_none());
         let [same, other] = [1, 2].map(|group| price(&two, Some(&groups(&two, group))));
         assert!(other > 2.0 * same, "{other} {same}");
     }
@@ -589,22 +601,22 @@ mod tests {
     #[test]
     fn nothing_goes_that_lies_too_far() {
         let mesh = spheres(&[3.0], 0.01);
-        assert!(dropped_of(&mesh, 1e3, 2.5, None).is_none());
-        let dropped = dropped_of(&mesh, 1e3, 2.7, None).unwrap();
+        assert!(drop_from(&mesh, 1e3, 2.5, None).is_none());
+        let dropped = drop_from(&mesh, 1e3, 2.7, None).unwrap();
         let large = shapes::icosphere(3).faces().len();
         assert!(dropped.n_components == 1 && dropped.faces.iter().enumerate().all(|(f, gone)| *gone == (f >= large)));
         // More than eight times the distance between result and original.
-        assert!(dropped_of(&spheres(&[6.0], 0.01), 1e3, f64::INFINITY, None).is_none());
+        assert!(drop_from(&spheres(&[6.0], 0.01), 1e3, f64::INFINITY, None).is_none());
     }
 
     #[test]
     fn what_a_viewer_would_miss_stays_whatever_it_costs() {
-        assert!(dropped_of(&spheres(&[2.0], 0.1), 1e30, f64::INFINITY, None).is_none());
-        assert!(dropped_of(&spheres(&[2.0], 0.01), 1e30, f64::INFINITY, None).is_some());
-        assert!(dropped_of(&spheres(&[], 0.0), 1e30, f64::INFINITY, None).is_none());
+        assert!(drop_from(&spheres(&[2.0], 0.1), 1e30, f64::INFINITY, None).is_none());
+        assert!(drop_from(&spheres(&[2.0], 0.01), 1e30, f64::INFINITY, None).is_some());
+        assert!(drop_from(&spheres(&[], 0.0), 1e30, f64::INFINITY, None).is_none());
         // Each changes a few pixels; all together may change at most a hundredth.
         let many: Vec<f32> = (0..120).map(|i| 1.2 + 0.03 * i as f32).collect();
-        let n_dropped = dropped_of(&spheres(&many, 0.012), 1e30, f64::INFINITY, None).map_or(0, |it| it.n_components);
+        let n_dropped = drop_from(&spheres(&many, 0.012), 1e30, f64::INFINITY, None).map_or(0, |it| it.n_components);
         assert!((10..110).contains(&n_dropped), "{n_dropped}");
     }
 }

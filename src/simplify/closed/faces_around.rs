@@ -21,16 +21,16 @@ pub fn smallest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
 /// Faces around each vertex as compressed rows, with changes.
 pub struct FacesAround {
     starts: Vec<u32>,
-    rows: Vec<Corner>,
+    rows: Vec<FaceCorner>,
     /// Rows replaced since construction.
-    changed: FxHashMap<u32, Vec<Corner>>,
+    changed: FxHashMap<u32, Vec<FaceCorner>>,
     /// Face along each directed edge from a high-valence vertex, the first in its row.
     from_hubs: FxHashMap<[u32; 2], u32>,
 }
 
 /// Face at one of its corners.
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
-pub struct Corner {
+pub struct FaceCorner {
     pub face: u32,
     /// Following corner of the face.
     pub next: u32,
@@ -42,9 +42,9 @@ impl FacesAround {
         let mut starts = vec![0u32; n_vertices + 1];
         add_faces(pulse, &mut starts[1..], faces, |_| (), |n_corners, (), _| *n_corners += 1);
         (1..starts.len()).for_each(|v| starts[v] += starts[v - 1]);
-        let mut rows = vec![Corner::default(); 3 * faces.len()];
-        let shares = thread_ranges(n_vertices);
-        let parts: Vec<_> = shares.iter().zip(split_rows(&shares, &mut rows, |v| starts[v + 1] as usize)).collect();
+        let mut rows = vec![FaceCorner::default(); 3 * faces.len()];
+        let shares = shares(n_vertices);
+        let parts: Vec<_> = shares.iter().zip(cut(&shares, &mut rows, |v| starts[v + 1] as usize)).collect();
         parts.into_par_iter().for_each(|(share, rows)| fill(pulse, rows, &starts[share.clone()], share.start, faces));
         let mut around = Self { starts, rows, changed: FxHashMap::default(), from_hubs: FxHashMap::default() };
         (0..n_vertices as u32)
@@ -63,14 +63,14 @@ impl FacesAround {
     /// Adds the edges from a vertex to the hash map.
     fn index(&mut self, vertex: u32) {
         for i in self.starts[vertex as usize]..self.starts[vertex as usize + 1] {
-            let Corner { face, next } = self.rows[i as usize];
+            let FaceCorner { face, next } = self.rows[i as usize];
             self.from_hubs.entry([vertex, next]).or_insert(face);
         }
     }
 
     /// Returns the faces at `vertex` with their next corners.
     #[inline]
-    pub fn corners(&self, vertex: u32) -> &[Corner] {
+    pub fn corners(&self, vertex: u32) -> &[FaceCorner] {
         if !self.changed.is_empty()
             && let Some(row) = self.changed.get(&vertex)
         {
@@ -94,26 +94,26 @@ impl FacesAround {
 
     /// Finds the face with the directed edge from `u` to `v`; swapped, the face across.
     #[inline]
-    pub fn along(&self, u: u32, v: u32) -> Option<u32> {
+    pub fn face_along(&self, u: u32, v: u32) -> Option<u32> {
         let row = self.corners(u);
         if row.len() > MOST_SEARCHED && self.is_hub(u) {
             return self.from_hubs.get(&[u, v]).copied();
         }
-        face_along(row, v)
+        find_next(row, v)
     }
 
     /// Returns whether an edge joins two vertices.
     pub fn joins(&self, u: u32, v: u32) -> bool {
-        self.along(u, v).or_else(|| self.along(v, u)).is_some()
+        self.face_along(u, v).or_else(|| self.face_along(v, u)).is_some()
     }
 
     /// Updates the rows after face `f` changed its corners.
     pub fn replace(&mut self, f: u32, before: [u32; 3], now: [u32; 3]) {
         let [a, b, c] = before;
         for (v, next) in [(a, b), (b, c), (c, a)] {
-            let row: Vec<Corner> = self.corners(v).iter().copied().filter(|corner| corner.face != f).collect();
+            let row: Vec<FaceCorner> = self.corners(v).iter().copied().filter(|corner| corner.face != f).collect();
             if self.is_hub(v) {
-                match face_along(&row, next) {
+                match find_next(&row, next) {
                     Some(other) => self.from_hubs.insert([v, next], other),
                     None => self.from_hubs.remove(&[v, next]),
                 };
@@ -122,7 +122,7 @@ impl FacesAround {
         }
         let [a, b, c] = now;
         for (v, next) in [(a, b), (b, c), (c, a)] {
-            let row = [self.corners(v), &[Corner { face: f, next }]].concat();
+            let row = [self.corners(v), &[FaceCorner { face: f, next }]].concat();
             if self.is_hub(v) {
                 self.from_hubs.entry([v, next]).or_insert(f);
             }
@@ -133,19 +133,19 @@ impl FacesAround {
 
 /// Finds the first face of a row with this next corner.
 #[inline]
-fn face_along(row: &[Corner], next: u32) -> Option<u32> {
+fn find_next(row: &[FaceCorner], next: u32) -> Option<u32> {
     row.iter().find(|corner| corner.next == next).map(|corner| corner.face)
 }
 
 /// Fills the rows of the vertices from `first` on; `starts` are their offsets.
-fn fill(pulse: Pulse, rows: &mut [Corner], starts: &[u32], first: usize, faces: &[[u32; 3]]) {
+fn fill(pulse: Pulse, rows: &mut [FaceCorner], starts: &[u32], first: usize, faces: &[[u32; 3]]) {
     let before = starts.first().copied().unwrap_or(0);
     let mut slots: Vec<u32> = starts.iter().map(|start| start - before).collect();
     for numbers in pulse.counting_if(first == 0).ranges(0..faces.len()) {
         for (f, &[a, b, c]) in (numbers.start as u32..).zip(&faces[numbers]) {
             for (v, next) in [(a, b), (b, c), (c, a)] {
                 if let Some(slot) = slots.get_mut((v as usize).wrapping_sub(first)) {
-                    rows[*slot as usize] = Corner { face: f, next };
+                    rows[*slot as usize] = FaceCorner { face: f, next };
                     *slot += 1;
                 }
             }
@@ -161,7 +161,7 @@ mod tests {
     fn a_flipped_edge_is_found_as_if_sorted_anew() {
         let mut faces = vec![[0, 1, 2], [1, 0, 3], [2, 1, 4]];
         let mut around = FacesAround::new(Pulse::NONE, 5, &faces);
-        assert_eq!((around.along(1, 0), around.joins(2, 3)), (Some(1), false));
+        assert_eq!((around.face_along(1, 0), around.joins(2, 3)), (Some(1), false));
         for (f, now) in [(0u32, [2, 3, 1]), (1, [3, 2, 0])] {
             around.replace(f, std::mem::replace(&mut faces[f as usize], now), now);
         }
@@ -189,7 +189,7 @@ mod tests {
             let now = [a, c, (b + 50) % n + 1];
             around.replace(f as u32, std::mem::replace(&mut faces[f], now), now);
             for v in 0..=n {
-                assert_eq!(around.along(0, v), face_along(around.corners(0), v), "{f} {v}");
+                assert_eq!(around.face_along(0, v), find_next(around.corners(0), v), "{f} {v}");
             }
         }
     }

@@ -26,19 +26,19 @@ const STEP: f64 = 1.25;
 const POINTS: usize = 4096;
 
 /// Initial state of a collapse that may have to be repeated.
-pub struct Beginning<'a>(Collapse<'a>);
+pub struct RuinCheck<'a>(Collapse<'a>);
 
-impl<'a> Beginning<'a> {
+impl<'a> RuinCheck<'a> {
     /// Copies the collapse; `None` where too little is held to ruin the surface at any of these sizes.
-    pub fn of(collapse: &Collapse<'a>, limits: &[Limit]) -> Option<Self> {
+    pub fn new(collapse: &Collapse<'a>, limits: &[Limit]) -> Option<Self> {
         let least = limits.iter().map(|limit| limit.size()).min()?;
-        (MANY * collapse.n_held() >= least).then(|| Self(collapse.clone().uncounted()))
+        (MANY * collapse.n_held() >= least).then(|| Self(collapse.clone().without_progress()))
     }
 
     /// Repeats a collapse that ruined the surface and ends it earlier; `None` where it did not.
     ///
     /// `distance` measures a collapse's distance from the original.
-    pub fn anew(
+    pub fn repeat_if_ruined(
         &self,
         ended: &Collapse,
         limit: Limit,
@@ -48,13 +48,13 @@ impl<'a> Beginning<'a> {
             return None;
         }
         // The reference is a collapse to the same size with nothing held.
-        let mut bare = self.0.clone().bare();
+        let mut bare = self.0.clone().without_constraints();
         bare.run(limit);
         let most = (MOST * distance(&bare)).max(NEAR);
         if distance(ended) <= most {
             return None;
         }
-        let last = self.last(ended.size().0, |collapse| distance(collapse) <= most);
+        let last = self.last_good_size(ended.size().0, |collapse| distance(collapse) <= most);
         let mut collapse = self.0.clone();
         collapse.run(last);
         let end = End::WouldRuin(collapse.n_held(), collapse.size().0);
@@ -62,7 +62,7 @@ impl<'a> Beginning<'a> {
     }
 
     /// Finds the last acceptable size above `least` by collapsing step by step.
-    fn last(&self, least: usize, is_well: impl Fn(&Collapse) -> bool) -> Limit {
+    fn last_good_size(&self, least: usize, is_well: impl Fn(&Collapse) -> bool) -> Limit {
         let mut collapse = self.0.clone();
         let mut last = collapse.size().0;
         loop {

@@ -31,11 +31,11 @@ pub fn weigh(surface: &mut Surface, importance: Importance, strength: f32, hidde
         Importance::Even if hidden.is_empty() => return,
         Importance::Even => vec![1.0; surface.n_vertices()],
         Importance::Bending => {
-            importance_with(surface.pulse, &weakened(bending_scores(surface), strength), &areas(surface))
+            importance_with(surface.pulse, &scale_scores(bending_scores(surface), strength), &areas(surface))
         }
         Importance::Network(weights) => {
             let scores = star_scores_of(surface, weights).unwrap_or_else(|| scores(surface, weights));
-            importance_with(surface.pulse, &weakened(scores, strength), &areas(surface))
+            importance_with(surface.pulse, &scale_scores(scores, strength), &areas(surface))
         }
         Importance::Given(factors) => surface.sources().map(|v| factors[v as usize]).collect(),
     };
@@ -62,7 +62,7 @@ fn bending_scores(surface: &Surface) -> Vec<f32> {
     surface.pulse.counting_if(false).map_numbers(surface.n_vertices(), score)
 }
 
-fn weakened(mut scores: Vec<f32>, strength: f32) -> Vec<f32> {
+fn scale_scores(mut scores: Vec<f32>, strength: f32) -> Vec<f32> {
     scores.iter_mut().for_each(|score| *score *= strength);
     scores
 }

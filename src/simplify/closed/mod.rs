@@ -29,9 +29,9 @@ use crate::mesh::{Attributes, Frame, TriMesh, topology};
 use super::limits::Limit;
 use super::options::{Report, SimplifyError};
 use super::progress::Progress;
-use collapse::{Collapse, Constraints, End, Poses, merges_to, of_attributes};
-use dropping::Cost;
-use held::Beginning;
+use collapse::{Collapse, Constraints, End, Poses, merges_to, sum_attribute_quadrics};
+use dropping::VertexCost;
+use held::RuinCheck;
 use original::Original;
 use output::Output;
 use prepare::prepare;
@@ -41,13 +41,13 @@ use trace::Trace;
 
 pub(super) use aim::Aim;
 pub(super) use attributes::blend::blend;
-pub(super) use begun::Begun;
+pub(super) use begun::SavedCollapse;
 pub(super) use derivative::Derivative;
-pub(super) use dropping::Dropped;
+pub(super) use dropping::DroppedFaces;
 pub use importance::importance_of_scores;
 pub(super) use refine::duplicate_positions::separate_twins;
 pub use request::Importance;
-pub(super) use request::{DropRules, Half, Keep, Request};
+pub(super) use request::{ClosedRequest, DropRules, Half, Keep};
 pub(super) use result::Closed;
 
 /// Input vertices per output vertex above which flips run; on finer results the collapse has chosen good diagonals.
@@ -55,69 +55,71 @@ pub(super) use result::Closed;
 /// flips.
 const COARSE: usize = 15;
 
-/// Levels of detail up to the first one that drops a component.
-pub(super) struct Levels<'a> {
+/// FinishedLevels of detail up to the first one that drops a component.
+pub(super) struct FinishedLevels<'a> {
     /// Finished levels.
     pub made: Vec<Closed>,
     /// Components to drop at the next level.
-    pub dropped: Option<Dropped>,
+    pub dropped: Option<DroppedFaces>,
     /// State from which that level can continue without them.
-    pub begun: Option<Begun<'a>>,
+    pub saved: Option<SavedCollapse<'a>>,
 }
 
 /// Simplifies `mesh` to each limit in turn with one collapse; only the first level has a derivative.
 pub(super) fn simplify_levels<'a>(
     mesh: &TriMesh,
-    request: &Request,
+    request: &ClosedRequest,
     limits: &[Limit],
-    begun: Option<Begun<'a>>,
+    saved: Option<SavedCollapse<'a>>,
     progress: Progress<'a>,
-) -> Result<Levels<'a>, SimplifyError> {
-    let mut levels = Levels { made: Vec::with_capacity(limits.len()), dropped: None, begun: None };
+) -> Result<FinishedLevels<'a>, SimplifyError> {
+    let mut levels = FinishedLevels { made: Vec::with_capacity(limits.len()), dropped: None, saved: None };
     let Some(&first) = limits.first() else { return Ok(levels) };
-    let (base, collapse) = begin(mesh, request, first, begun, progress)?;
+    let (base, collapse) = start_or_continue(mesh, request, first, saved, progress)?;
     let may_ruin = request.price.is_none() && !request.insists_on_size && !collapse.has_ceilings();
-    let beginning = may_ruin.then(|| Beginning::of(&collapse, limits)).flatten();
-    let mut collapse = Some(keeping_copy(collapse, request, limits.len()));
+    let ruin_check = may_ruin.then(|| RuinCheck::new(&collapse, limits)).flatten();
+    let mut collapse = Some(with_copy_if_dropping(collapse, request, limits.len()));
     for &limit in limits {
         // The last level takes the collapse itself, not a copy, to save memory.
         let Some(running) = collapse.take() else { break };
         if !levels.made.is_empty() {
             progress.enter("collapse", running.merges_to(limit))?;
         }
-        let (mut running, end) = run(&base, running, beginning.as_ref(), request, limit);
-        let trace = traced(running.history.take());
+        let (mut running, end) = run(&base, running, ruin_check.as_ref(), request, limit);
+        let trace = start_trace(running.history.take());
         let output = base.output(&running);
         // A level is checked for components to drop before it is refined; if some go, the caller repeats it without
         // them.
         if let Some(rules) = request.keep.drop.filter(|rules| levels.made.len() >= rules.from_level) {
-            let cost = Cost::of(&running, limit, end);
-            levels.dropped = dropping::dropped(&base.original, &output, &cost, &rules, &request.shown());
+            let cost = VertexCost::new(&running, limit, end);
+            levels.dropped =
+                dropping::choose_dropped(&base.original, &output, &cost, &rules, &request.visual_properties());
             if let Some(dropped) = &levels.dropped {
-                levels.begun = running.take_copy().and_then(|copy| Begun::without(dropped, &base, copy, limit));
+                levels.saved =
+                    running.take_copy().and_then(|copy| SavedCollapse::from_copy(dropped, &base, copy, limit));
                 return Ok(levels);
             }
         }
-        let paid = base.paid(&running);
+        let paid = base.prices_paid(&running);
         match levels.made.len() + 1 < limits.len() {
             true => collapse = Some(running),
-            false => running.end(),
+            false => running.free(),
         }
-        levels.made.push(refine(&base, request, output, end, trace, progress)?.having_paid(paid));
+        levels.made.push(refine(&base, request, output, end, trace, progress)?.with_prices(paid));
     }
     Ok(levels)
 }
 
 /// Starts a collapse, or continues one that was begun with more components.
-fn begin<'a, 'p: 'a>(
+fn start_or_continue<'a, 'p: 'a>(
     mesh: &'a TriMesh,
-    request: &Request,
+    request: &ClosedRequest,
     limit: Limit,
-    begun: Option<Begun<'p>>,
+    saved: Option<SavedCollapse<'p>>,
     progress: Progress<'p>,
-) -> Result<(Base<'a>, Collapse<'p>), SimplifyError> {
-    if let Some(begun) = begun
-        && let Some(gone_on) = begun.over(mesh, request, limit, progress)?
+) -> Result<(CollapseBase<'a>, Collapse<'p>), SimplifyError> {
+    if let Some(saved) = saved
+        && let Some(gone_on) = saved.attach(mesh, request, limit, progress)?
     {
         return Ok(gone_on);
     }
@@ -125,41 +127,41 @@ fn begin<'a, 'p: 'a>(
 }
 
 /// Sets the collapse to keep a copy of itself, from which it continues without dropped components.
-fn keeping_copy<'a>(collapse: Collapse<'a>, request: &Request, n_levels: usize) -> Collapse<'a> {
+fn with_copy_if_dropping<'a>(collapse: Collapse<'a>, request: &ClosedRequest, n_levels: usize) -> Collapse<'a> {
     let may_drop = request.keep.drop.is_some_and(|rules| rules.from_level < n_levels);
-    if may_drop && !request.differentiable { collapse.keeping_a_copy() } else { collapse }
+    if may_drop && !request.differentiable { collapse.with_copy() } else { collapse }
 }
 
 /// Runs a collapse to a limit; repeats it to an earlier end where held vertices would ruin the rest.
 fn run<'a>(
-    base: &Base,
+    base: &CollapseBase,
     mut collapse: Collapse<'a>,
-    beginning: Option<&Beginning<'a>>,
-    request: &Request,
+    ruin_check: Option<&RuinCheck<'a>>,
+    request: &ClosedRequest,
     limit: Limit,
 ) -> (Collapse<'a>, End) {
     let end = collapse.run(base.limit(request.price, limit));
     let distance = |of: &Collapse| held::distance(&base.original, &base.output(of));
-    let anew = beginning.and_then(|it| it.anew(&collapse, limit, distance));
-    anew.unwrap_or((collapse, end))
+    let repeated = ruin_check.and_then(|it| it.repeat_if_ruined(&collapse, limit, distance));
+    repeated.unwrap_or((collapse, end))
 }
 
 /// Original with the link between its vertices and those of the collapse.
-struct Base<'a> {
+struct CollapseBase<'a> {
     original: Original<'a>,
     /// Collapse vertex of each surface vertex; empty where they are equal.
-    begun: Vec<u32>,
+    collapse_vertices: Vec<u32>,
 }
 
-impl Base<'_> {
+impl CollapseBase<'_> {
     /// Returns the state of the collapse as an output over this surface.
     fn output(&self, collapse: &Collapse) -> Output {
         let mut output = collapse.output();
-        if !self.begun.is_empty() {
+        if !self.collapse_vertices.is_empty() {
             let mut of_surface = vec![0; output.vertex_of.len()];
-            (0u32..).zip(&self.begun).for_each(|(own, &v)| of_surface[v as usize] = own);
+            (0u32..).zip(&self.collapse_vertices).for_each(|(own, &v)| of_surface[v as usize] = own);
             output.pins.renumber_origins(|v| of_surface[v as usize]);
-            output.vertex_of = self.begun.iter().map(|&v| output.vertex_of[v as usize]).collect();
+            output.vertex_of = self.collapse_vertices.iter().map(|&v| output.vertex_of[v as usize]).collect();
         }
         output
     }
@@ -182,9 +184,9 @@ impl Base<'_> {
     }
 
     /// Returns the vertex counts and prices of all passes, in mesh units.
-    fn paid(&self, collapse: &Collapse) -> Vec<(usize, f64)> {
+    fn prices_paid(&self, collapse: &Collapse) -> Vec<(usize, f64)> {
         let unit = self.unit_of_prices();
-        collapse.paid().iter().map(|&(n, price)| (n, f64::from(price) / unit)).collect()
+        collapse.prices_paid().iter().map(|&(n, price)| (n, f64::from(price) / unit)).collect()
     }
 
     /// Returns the limit, or one that only a price sets.
@@ -195,17 +197,17 @@ impl Base<'_> {
 }
 
 /// Starts a trace with the history of the collapse, if one was recorded.
-fn traced(history: Option<Vec<collapse::Event>>) -> Option<Trace> {
+fn start_trace(history: Option<Vec<collapse::CollapseEvent>>) -> Option<Trace> {
     Some(Trace { history: history?, ..Trace::default() })
 }
 
 /// Prepares the input and sets up a collapse.
 fn start<'a, 'p: 'a>(
     mesh: &'a TriMesh,
-    request: &Request,
+    request: &ClosedRequest,
     limit: Limit,
     progress: Progress<'p>,
-) -> Result<(Base<'a>, Collapse<'p>), SimplifyError> {
+) -> Result<(CollapseBase<'a>, Collapse<'p>), SimplifyError> {
     let (n_faces, keep) = (mesh.faces().len(), &request.keep);
     progress.enter("surface", n_faces)?;
     let mut original = prepare(mesh, keep, progress.pulse);
@@ -215,19 +217,19 @@ fn start<'a, 'p: 'a>(
     progress.enter("collapse", merges_to(limit, original.surface.n_vertices(), n_faces))?;
     let constrains = !original.features.is_empty() || !original.pins.is_empty();
     let constraints = constrains.then(|| Constraints::new(&original));
-    let attributes = keep.attributes.map(|it| of_attributes(&original, it)).unwrap_or_default();
+    let attributes = keep.attributes.map(|it| sum_attribute_quadrics(&original, it)).unwrap_or_default();
     let poses = Poses::new(&original, keep);
-    let collapse = Collapse::new(progress.pulse, &original.surface).below(ceilings::ceilings(&original, keep));
-    let collapse = collapse.under(constraints, attributes, poses, request.differentiable.then(Vec::new));
+    let collapse = Collapse::new(progress.pulse, &original.surface).with_ceilings(ceilings::ceilings(&original, keep));
+    let collapse = collapse.with_constraints(constraints, attributes, poses, request.differentiable.then(Vec::new));
     // Only the collapse reads the quadrics.
     original.surface.quadrics = Vec::new();
-    Ok((Base { original, begun: Vec::new() }, collapse))
+    Ok((CollapseBase { original, collapse_vertices: Vec::new() }, collapse))
 }
 
 /// Turns the output of a collapse into a result: flips, fit, foldover repair, attributes.
 fn refine(
-    base: &Base,
-    request: &Request,
+    base: &CollapseBase,
+    request: &ClosedRequest,
     mut output: Output,
     end: End,
     mut trace: Option<Trace>,
@@ -240,7 +242,7 @@ fn refine(
     let mut points = Points::new(&original.surface, output.positions.len(), request.aim);
     progress.enter("flips", points.len())?;
     let is_coarse = COARSE * output.positions.len() <= original.surface.n_vertices();
-    attributes.into_iter().for_each(|attributes| output.carry(original, attributes));
+    attributes.into_iter().for_each(|attributes| output.record_attributes(original, attributes));
     let is_whole = output.positions.len() == original.surface.n_vertices();
     let mut n_flipped = if is_coarse && request.flips() { flips::flip(&mut points, &mut output) } else { 0 };
     progress.enter("fit", points.len())?;
@@ -253,14 +255,14 @@ fn refine(
     progress.enter("finish", output.faces().len())?;
     // Foldovers come after all moves of vertices, duplicates last: they depend on the rounded positions.
     n_flipped += if is_whole { 0 } else { foldovers::repair(original, &mut output, is_coarse) };
-    let (positions, [n_flat, n_separated]) = in_numbers_of_file(original, &mut output, request, progress.pulse);
+    let (positions, [n_flat, n_separated]) = round_positions(original, &mut output, request, progress.pulse);
     n_flipped += n_flat;
-    let carried = attributes.and_then(|attributes| output.carried(original, attributes));
+    let carried = attributes.and_then(|attributes| output.take_attributes(original, attributes));
     let (attributes, corner_map) = carried.unzip();
     let derivative = trace.map(|trace| Derivative::new(original, trace, &output.vertex_of, &positions));
     let mut closed = Closed::new(original, output, positions, request.keep.kept)?;
     (closed.attributes, closed.derivative) = (attributes.unwrap_or_default(), derivative);
-    closed.map = corner_map.filter(|_| map).map(|corners| closed.map_by(original.mesh, corners));
+    closed.map = corner_map.filter(|_| map).map(|corners| closed.build_map(original.mesh, corners));
     closed.report = Report {
         flipped_edges: n_flipped,
         separated_vertices: n_separated,
@@ -273,10 +275,10 @@ fn refine(
 ///
 /// Returns positions, n_vertices x 3, flipped edges and moved vertices. A mesh at its own size keeps its degenerate
 /// faces.
-fn in_numbers_of_file(
+fn round_positions(
     original: &Original,
     output: &mut Output,
-    request: &Request,
+    request: &ClosedRequest,
     pulse: Pulse,
 ) -> (Vec<[f32; 3]>, [usize; 2]) {
     let is_whole = output.positions.len() == original.surface.n_vertices();

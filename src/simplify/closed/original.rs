@@ -122,7 +122,7 @@ impl<'a> Original<'a> {
             let is_first = |w: &u32| *w > v || vertex_of[*w as usize] != output;
             for [p, q] in self.sides(v).filter(|side| side.iter().all(is_first)) {
                 let corners = [v, p, q].map(|w| self.surface.positions[w as usize]);
-                let face = Face::new(corners, self.normal_at(v, corners));
+                let face = RegionFace::new(corners, self.normal_at(v, corners));
                 region.points.push(face.centroid());
                 // Degenerate faces have no normal, and their edges belong to other faces.
                 region.faces.extend(Some(face).filter(|face| face.normal != Vec3::ZERO));
@@ -164,13 +164,13 @@ impl Regions {
 
     /// Returns sample points in the regions of these vertices.
     pub fn points(&self, vertices: &[u32]) -> impl Iterator<Item = Vec3> {
-        self.of(vertices).flat_map(|region| &region.points).copied()
+        self.select(vertices).flat_map(|region| &region.points).copied()
     }
 
     /// Finds the closest point in the regions of these vertices.
     pub fn closest_point(&self, point: Vec3, vertices: &[u32]) -> ClosestPoint {
         let mut closest = ClosestPoint { point, normal: Vec3::ZERO, distance: f32::INFINITY };
-        for face in self.of(vertices).flat_map(|region| &region.faces) {
+        for face in self.select(vertices).flat_map(|region| &region.faces) {
             if face.may_be_within(closest.distance, point) {
                 let there = nearest_point(point, face.corners);
                 let distance = there.distance(point);
@@ -182,7 +182,7 @@ impl Regions {
         closest
     }
 
-    fn of(&self, vertices: &[u32]) -> impl Iterator<Item = &Region> {
+    fn select(&self, vertices: &[u32]) -> impl Iterator<Item = &Region> {
         vertices.iter().filter_map(|v| self.0.get(v))
     }
 }
@@ -202,11 +202,11 @@ struct Region {
     /// Some vertices and face centroids.
     points: Vec<Vec3>,
     /// Non-degenerate faces with a corner in the region.
-    faces: Vec<Face>,
+    faces: Vec<RegionFace>,
 }
 
-/// Face of the original with its bounding box.
-struct Face {
+/// RegionFace of the original with its bounding box.
+struct RegionFace {
     corners: [Vec3; 3],
     /// Area normal.
     normal: Vec3,
@@ -221,7 +221,7 @@ impl Region {
     }
 }
 
-impl Face {
+impl RegionFace {
     fn new(corners: [Vec3; 3], normal: Vec3) -> Self {
         let [a, b, c] = corners;
         Self { corners, normal, bounds: [a.min(b).min(c), a.max(b).max(c)] }
@@ -260,7 +260,7 @@ pub struct SidesOfSeams<'a> {
 
 impl SidesOfSeams<'_> {
     /// Replaces the edges that searches do not cross; each has its smaller vertex first.
-    pub fn between(self, seams: impl Iterator<Item = [u32; 2]>) -> Self {
+    pub fn with_seams(self, seams: impl Iterator<Item = [u32; 2]>) -> Self {
         Self { seams: seams.collect(), ..self }
     }
 
@@ -292,7 +292,7 @@ impl SidesOfSeams<'_> {
             if best.0 == 0.0 || distance.is_nan() || distance > SLACK * best.0 {
                 break;
             }
-            self.beside(place.face).for_each(|face| meet(face, &mut open, &mut best));
+            self.adjacent_faces(place.face).for_each(|face| meet(face, &mut open, &mut best));
         }
         best.1
     }
@@ -308,10 +308,10 @@ impl SidesOfSeams<'_> {
     }
 
     /// Returns the adjacent faces that are not across a seam.
-    fn beside(&self, face: u32) -> impl Iterator<Item = u32> {
+    fn adjacent_faces(&self, face: u32) -> impl Iterator<Item = u32> {
         let [a, b, c] = self.surface.faces[face as usize];
         let open = |(a, b): &(u32, u32)| !self.seams.contains(&[*a.min(b), *a.max(b)]);
-        [(a, b), (b, c), (c, a)].into_iter().filter(open).filter_map(|(a, b)| self.around.along(b, a))
+        [(a, b), (b, c), (c, a)].into_iter().filter(open).filter_map(|(a, b)| self.around.face_along(b, a))
     }
 }
 

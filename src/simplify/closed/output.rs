@@ -7,7 +7,7 @@ use crate::mesh::Attributes;
 use crate::mesh::pulse::Pulse;
 use crate::spatial::NearestOnTriangles;
 
-use super::attributes::corners::{CornerMap, Corners};
+use super::attributes::corners::{CornerMap, ResultCorners};
 use super::diamond::Diamond;
 use super::faces_around::FacesAround;
 use super::original::Original;
@@ -27,7 +27,7 @@ pub struct Output {
     /// Output vertex of each surface vertex.
     pub vertex_of: Vec<u32>,
     /// Corner values, where there are any.
-    corners: Option<Corners>,
+    corners: Option<ResultCorners>,
 }
 
 impl Output {
@@ -39,12 +39,12 @@ impl Output {
     }
 
     /// Records the attributes of the corners; must precede the first flip.
-    pub fn carry(&mut self, original: &Original, attributes: &Attributes) {
-        self.corners = Some(Corners::new(original, attributes, &self.vertex_of, &self.faces, &self.around));
+    pub fn record_attributes(&mut self, original: &Original, attributes: &Attributes) {
+        self.corners = Some(ResultCorners::new(original, attributes, &self.vertex_of, &self.faces, &self.around));
     }
 
     /// Computes the final attributes and the original point at each corner; `None` if none were recorded.
-    pub fn carried(&mut self, original: &Original, attributes: &Attributes) -> Option<(Attributes, CornerMap)> {
+    pub fn take_attributes(&mut self, original: &Original, attributes: &Attributes) -> Option<(Attributes, CornerMap)> {
         let corners = self.corners.take()?;
         Some(corners.attributes(original, attributes, &self.positions, &self.pins))
     }
@@ -76,19 +76,19 @@ impl Output {
     }
 
     /// Returns the intended normal of a face.
-    pub fn meant(&self, f: u32) -> Vec3 {
+    pub fn intended_normal(&self, f: u32) -> Vec3 {
         self.meant[f as usize]
     }
 
     /// Returns the faces around each vertex.
-    pub fn around(&self) -> &FacesAround {
+    pub fn faces_around(&self) -> &FacesAround {
         &self.around
     }
 
     /// Returns whether the edge of a diamond must not be flipped: it is a seam or kept, or the flip would join two
     /// mirror-plane vertices.
     pub fn is_held(&self, Diamond { faces, corners: [a, b, c, d] }: &Diamond) -> bool {
-        let is_seam = |corners: &Corners| corners.is_seam(&self.faces, *faces, [*a, *b]);
+        let is_seam = |corners: &ResultCorners| corners.is_seam(&self.faces, *faces, [*a, *b]);
         self.pins.are_on_cut(*c, *d) || self.pins.hold_edge(*a, *b) || self.corners.as_ref().is_some_and(is_seam)
     }
 
@@ -112,7 +112,7 @@ impl Output {
     fn swap_diagonal(&mut self, diamond: &Diamond) {
         let [f, g] = diamond.faces.map(|f| f as usize);
         self.corners.iter_mut().for_each(|corners| corners.flip(&self.faces, diamond.faces, diamond.corners));
-        [self.faces[f], self.faces[g]] = diamond.flipped();
+        [self.faces[f], self.faces[g]] = diamond.flipped_faces();
         self.meant[f] = (self.meant[f] + self.meant[g]).normalize_or_zero();
         self.meant[g] = self.meant[f];
     }
@@ -132,7 +132,7 @@ impl Output {
 #[cfg(test)]
 impl Output {
     /// Builds an output whose regions are the original vertices closest to each vertex.
-    pub fn over(original: &[Vec3], positions: Vec<Vec3>, faces: Vec<[u32; 3]>) -> Self {
+    pub fn from_original(original: &[Vec3], positions: Vec<Vec3>, faces: Vec<[u32; 3]>) -> Self {
         let nearest = |p: &Vec3| {
             let distance = |v: &u32| positions[*v as usize].distance_squared(*p);
             (0..positions.len() as u32).min_by(|v, w| distance(v).total_cmp(&distance(w))).unwrap_or(0)

@@ -23,10 +23,10 @@ pub struct Pins {
 
 impl Pins {
     /// Transfers the pins of a mesh to its surface, where some vertices are copies.
-    pub fn on(surface: &Surface, keep: &Keep) -> Self {
+    pub fn new(surface: &Surface, keep: &Keep) -> Self {
         let is_locked = |v: u32| keep.locked[v as usize];
         let locked = if keep.locked.is_empty() { Vec::new() } else { surface.sources().map(is_locked).collect() };
-        let plane = keep.half.map(|half| PlaneVertices::of(surface, &half));
+        let plane = keep.half.map(|half| PlaneVertices::from_half(surface, &half));
         Self { locked, holds_edges: !keep.kept.is_empty(), subset: keep.subset, origin: Vec::new(), plane }
     }
 
@@ -53,7 +53,7 @@ impl Pins {
     }
 
     /// Removes all locks.
-    pub fn unlocked(self) -> Self {
+    pub fn without_locks(self) -> Self {
         Self { locked: vec![false; self.locked.len()], ..self }
     }
 
@@ -157,7 +157,7 @@ pub struct PlaneVertices {
 
 impl PlaneVertices {
     /// Finds the surface vertices on the mirror plane; of split copies only those on cut edges.
-    pub fn of(surface: &Surface, half: &Half) -> Self {
+    pub fn from_half(surface: &Surface, half: &Half) -> Self {
         let flag = |v: u32| half.on_plane[surface.source(v) as usize];
         let meets_cut = |v: u32| match surface.rings.ring(v) {
             [first, .., last, _ghost] => flag(*first) || flag(*last),

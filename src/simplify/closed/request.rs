@@ -7,7 +7,7 @@ use crate::simplify::options::{Options, Purpose, Refinements};
 use super::aim::Aim;
 
 /// Request to the closed assembly.
-pub struct Request<'a> {
+pub struct ClosedRequest<'a> {
     /// Source of the vertex importance.
     pub importance: Importance<'a>,
     /// Marks hidden mesh vertices, which count little; empty for none.
@@ -30,7 +30,7 @@ pub struct Request<'a> {
 
 /// Visual properties by which components are judged.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Shown<'a> {
+pub struct VisualProperties<'a> {
     pub attributes: Option<&'a Attributes>,
     /// Placement of the mesh in a scene.
     pub scene: Option<&'a UnitedMesh>,
@@ -38,7 +38,7 @@ pub struct Shown<'a> {
     pub is_weighed: bool,
 }
 
-impl<'a> Request<'a> {
+impl<'a> ClosedRequest<'a> {
     /// Returns whether edges are flipped after the collapse.
     pub fn flips(&self) -> bool {
         self.refinements.flips && self.aim.steps > 0
@@ -50,9 +50,9 @@ impl<'a> Request<'a> {
     }
 
     /// Returns the visual properties by which components are judged.
-    pub fn shown(&self) -> Shown<'a> {
+    pub fn visual_properties(&self) -> VisualProperties<'a> {
         let is_weighed = matches!(self.importance, Importance::Given(_)) || !self.hidden.is_empty();
-        Shown { attributes: self.keep.attributes, scene: self.keep.scene, is_weighed }
+        VisualProperties { attributes: self.keep.attributes, scene: self.keep.scene, is_weighed }
     }
 }
 
@@ -85,7 +85,7 @@ pub struct Keep<'a> {
 
 impl<'a> Keep<'a> {
     /// Derives the constraints that follow from options and kept faces alone.
-    pub fn of(options: &Options, kept: &'a [bool]) -> Self {
+    pub fn from_options(options: &Options, kept: &'a [bool]) -> Self {
         let allowed_distance = if options.prune_within.is_finite() { options.prune_within } else { 0.0 };
         let Options { subset, purpose, map, .. } = *options;
         Self { kept, subset, purpose, map, allowed_distance, ..Self::default() }
@@ -103,7 +103,7 @@ impl<'a> Keep<'a> {
     }
 
     /// Returns the attributes, if their morph targets are poses to preserve.
-    pub fn posed(&self) -> Option<&'a Attributes> {
+    pub fn pose_attributes(&self) -> Option<&'a Attributes> {
         let has_targets = |of: &&Attributes| of.channels.iter().any(|channel| channel.role == Role::MorphPosition);
         self.attributes.filter(|_| self.purpose == Purpose::Poses).filter(has_targets)
     }

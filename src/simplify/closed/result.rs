@@ -71,7 +71,7 @@ impl Closed {
     }
 
     /// Adds the prices of the passes.
-    pub fn having_paid(self, paid: Vec<(usize, f64)>) -> Self {
+    pub fn with_prices(self, paid: Vec<(usize, f64)>) -> Self {
         Self { paid, ..self }
     }
 
@@ -81,7 +81,7 @@ impl Closed {
     }
 
     /// Builds the map to the input from the points at the corners.
-    pub fn map_by(&self, mesh: &TriMesh, corners: CornerMap) -> Map {
+    pub fn build_map(&self, mesh: &TriMesh, corners: CornerMap) -> Map {
         let input_vertices = map::nearest_inputs(mesh, &self.mesh, &self.vertex_of);
         let output_vertices = self.vertex_of.clone();
         Map { output_vertices, input_vertices, corner_faces: corners.faces, corner_weights: corners.weights }
@@ -92,7 +92,7 @@ impl Closed {
         pruned.add_to_report(&mut self.report);
         self.map.iter_mut().for_each(|map| map::widen_pruned(map, mesh, pruned));
         self.source_vertices.iter_mut().flatten().for_each(|v| *v = pruned.sources[*v as usize]);
-        self.derivative = self.derivative.take().map(|derivative| derivative.within(&pruned.sources));
+        self.derivative = self.derivative.take().map(|derivative| derivative.extend_to(&pruned.sources));
     }
 
     /// Returns the caller's result, and the derivative if requested.

@@ -1,4 +1,4 @@
-//! Corners of the result: which share values, and where on the original these come from.
+//! ResultCorners of the result: which share values, and where on the original these come from.
 //!
 //! Every output face comes from one input face, whose corners are in its three regions, and takes its group and its
 //! side of every seam. Faces around a vertex that meet over edges other than seams share a wedge. A wedge's values are
@@ -20,13 +20,13 @@ use crate::simplify::closed::pins::Pins;
 
 use super::blend::blend;
 use super::normals::{fit_normals, straighten_tangents};
-use super::values::{Fit, Wedges};
+use super::values::{Fit, ResultWedges};
 
 /// Missing wedge or vertex.
 const NONE: u32 = u32::MAX;
 
-/// Corners of the result with their origins.
-pub struct Corners {
+/// ResultCorners of the result with their origins.
+pub struct ResultCorners {
     /// Wedge of each corner, n_faces x 3; updated by flips.
     wedges: Vec<[u32; 3]>,
     /// Input faces of each wedge.
@@ -37,7 +37,7 @@ pub struct Corners {
     normals: Vec<u32>,
 }
 
-impl Corners {
+impl ResultCorners {
     /// Builds the corners of the collapse's output, whose faces begin with their smallest vertices; `vertex_of` names
     /// the output vertex of each surface vertex.
     pub fn new(
@@ -47,19 +47,19 @@ impl Corners {
         faces: &[[u32; 3]],
         around: &FacesAround,
     ) -> Self {
-        let came_of = faces_they_came_of(original, vertex_of, faces);
+        let source_faces = find_source_faces(original, vertex_of, faces);
         let seams: FxHashSet<[u32; 2]> = original.features.edges_between(vertex_of).into_iter().collect();
         let hard: FxHashSet<[u32; 2]> = original.features.hard_edges_between(vertex_of).into_iter().collect();
         let (mut sets, mut smooth) = (UnionFind::new(3 * faces.len()), UnionFind::new(3 * faces.len()));
         let corner = |f: u32, v: u32| 3 * f + faces[f as usize].iter().position(|&w| w == v).unwrap_or(0) as u32;
-        let group = |f: u32| match came_of[f as usize] {
+        let group = |f: u32| match source_faces[f as usize] {
             NONE => NONE,
             face => attributes.group(face),
         };
         for (f, &[a, b, c]) in (0u32..).zip(faces) {
             for (a, b) in [(a, b), (b, c), (c, a)] {
                 // Each edge is visited once, from its face of smaller number.
-                let Some(g) = around.along(b, a).filter(|&g| g > f) else { continue };
+                let Some(g) = around.face_along(b, a).filter(|&g| g > f) else { continue };
                 let (edge, corners) = ([a.min(b), a.max(b)], [a, b].map(|v| [corner(f, v), corner(g, v)]));
                 if !seams.contains(&edge) && group(f) == group(g) {
                     corners.iter().for_each(|[x, y]| _ = sets.union(*x, *y));
@@ -70,11 +70,11 @@ impl Corners {
                 }
             }
         }
-        Self::numbered([&mut sets, &mut smooth], faces, &came_of)
+        Self::from_sets([&mut sets, &mut smooth], faces, &source_faces)
     }
 
     /// Numbers the sets of corners as wedges, by first corner; sets of `smooth` share a normal.
-    fn numbered([sets, smooth]: [&mut UnionFind; 2], faces: &[[u32; 3]], came_of: &[u32]) -> Self {
+    fn from_sets([sets, smooth]: [&mut UnionFind; 2], faces: &[[u32; 3]], source_faces: &[u32]) -> Self {
         let mut number = vec![NONE; 3 * faces.len()];
         let (mut origins, mut vertices): (Vec<Vec<u32>>, Vec<u32>) = (Vec::new(), Vec::new());
         let mut wedge = |corner: usize| {
@@ -84,7 +84,7 @@ impl Corners {
                 origins.push(Vec::new());
                 vertices.push(faces.as_flattened()[corner]);
             }
-            let face = came_of[corner / 3];
+            let face = source_faces[corner / 3];
             origins[number[first] as usize].extend((face != NONE).then_some(face));
             number[first]
         };
@@ -110,17 +110,17 @@ impl Corners {
 
     /// Returns whether the edge `a b` between two faces is a seam.
     pub fn is_seam(&self, faces: &[[u32; 3]], [f, g]: [u32; 2], [a, b]: [u32; 2]) -> bool {
-        [a, b].into_iter().any(|v| self.at(faces, f, v) != self.at(faces, g, v))
+        [a, b].into_iter().any(|v| self.wedge_at(faces, f, v) != self.wedge_at(faces, g, v))
     }
 
     /// Updates the wedges for a flip of `a b c` and `b a d` to `c d b` and `d c a`; precedes the update of the faces.
     pub fn flip(&mut self, faces: &[[u32; 3]], [f, g]: [u32; 2], [a, b, c, d]: [u32; 4]) {
-        let [wa, wb, wc] = [a, b, c].map(|v| self.at(faces, f, v));
-        let wd = self.at(faces, g, d);
+        let [wa, wb, wc] = [a, b, c].map(|v| self.wedge_at(faces, f, v));
+        let wd = self.wedge_at(faces, g, d);
         (self.wedges[f as usize], self.wedges[g as usize]) = ([wc, wd, wb], [wd, wc, wa]);
     }
 
-    fn at(&self, faces: &[[u32; 3]], f: u32, v: u32) -> u32 {
+    fn wedge_at(&self, faces: &[[u32; 3]], f: u32, v: u32) -> u32 {
         let corner = faces[f as usize].iter().position(|&w| w == v).unwrap_or(0);
         self.wedges[f as usize][corner]
     }
@@ -137,14 +137,14 @@ impl Corners {
     ) -> (Attributes, CornerMap) {
         let groups = if attributes.groups.is_empty() { Vec::new() } else { self.groups(attributes) };
         let sides = original.sides_of_seams();
-        let places = places(&sides, &self.vertices, &self.origins, positions);
-        let of_output = Wedges { of_faces: &self.wedges, vertices: &self.vertices, places: &places };
+        let places = closest_points(&sides, &self.vertices, &self.origins, positions);
+        let of_output = ResultWedges { of_faces: &self.wedges, vertices: &self.vertices, places: &places };
         // Only values that a face interpolates are fitted; normals follow separately.
         let is_fitted = |channel: &Channel| matches!(channel.role, Role::Uv | Role::Colour | Role::MorphPosition);
         let fit = || Fit::new(&sides, of_output, positions, pins);
         let fit = (!pins.is_subset() && attributes.channels.iter().any(is_fitted)).then(fit);
         let channel = |channel: &Channel| {
-            let nearest = carried(channel, &attributes.wedges, &places);
+            let nearest = interpolate_channel(channel, &attributes.wedges, &places);
             match &fit {
                 Some(fit) if is_fitted(channel) => fit.values(nearest, channel, &attributes.wedges),
                 _ => nearest,
@@ -154,7 +154,7 @@ impl Corners {
         drop(fit);
         if !pins.is_subset() && attributes.channels.iter().any(|channel| channel.role == Role::Normal) {
             // Their search crosses texture seams and stops at hard edges.
-            let sides = sides.between(original.features.hard());
+            let sides = sides.with_seams(original.features.hard_edges());
             self.fit_normals(&mut channels, attributes, &sides, positions, pins);
         }
         let at_corners = self.wedges.iter().map(|wedges| wedges.map(|wedge| places[wedge as usize]));
@@ -180,16 +180,20 @@ impl Corners {
         }
         let of_faces: Vec<[u32; 3]> =
             self.wedges.iter().map(|wedges| wedges.map(|w| self.normals[w as usize])).collect();
-        let places = places(sides, &vertices, &origins, positions);
-        let fit =
-            Fit::new(sides, Wedges { of_faces: &of_faces, vertices: &vertices, places: &places }, positions, pins);
+        let places = closest_points(sides, &vertices, &origins, positions);
+        let fit = Fit::new(
+            sides,
+            ResultWedges { of_faces: &of_faces, vertices: &vertices, places: &places },
+            positions,
+            pins,
+        );
         // Locked vertices keep their values on each side of every seam.
         let may_change = |wedge: &usize| !pins.is_locked(self.vertices[*wedge]);
         let of_original = attributes.channels.iter().zip(channels.iter_mut());
         for (original, channel) in
             of_original.filter(|(original, _)| original.role == Role::Normal && original.width == 3)
         {
-            let nearest = carried(original, &attributes.wedges, &places);
+            let nearest = interpolate_channel(original, &attributes.wedges, &places);
             let fitted = fit_normals(&fit, nearest, original, &attributes.wedges);
             for wedge in (0..self.normals.len()).filter(may_change) {
                 channel.values[3 * wedge..][..3].copy_from_slice(fitted.value(self.normals[wedge]));
@@ -217,9 +221,9 @@ pub struct CornerMap {
 }
 
 /// Finds the input face of each output face: its corners became the output face's corners.
-fn faces_they_came_of(original: &Original, vertex_of: &[u32], faces: &[[u32; 3]]) -> Vec<u32> {
+fn find_source_faces(original: &Original, vertex_of: &[u32], faces: &[[u32; 3]]) -> Vec<u32> {
     let number: FxHashMap<[u32; 3], u32> = faces.iter().copied().zip(0..).collect();
-    let mut came_of = vec![NONE; faces.len()];
+    let mut source_faces = vec![NONE; faces.len()];
     for (face, corners) in (0u32..).zip(original.surface.faces.iter()) {
         let [a, b, c] = corners.map(|v| vertex_of[v as usize]);
         if a == b || b == c || c == a {
@@ -228,20 +232,25 @@ fn faces_they_came_of(original: &Original, vertex_of: &[u32], faces: &[[u32; 3]]
         let [x, y, z] = smallest_first([a, b, c]);
         // On a one-sided surface the face may have been reached from its other side.
         if let Some(&f) = number.get(&[x, y, z]).or_else(|| number.get(&[x, z, y])) {
-            came_of[f as usize] = face;
+            source_faces[f as usize] = face;
         }
     }
-    came_of
+    source_faces
 }
 
 /// Finds the closest original point to each wedge's vertex, on the wedge's side of seams.
-fn places(sides: &SidesOfSeams, vertices: &[u32], origins: &[Vec<u32>], positions: &[Vec3]) -> Vec<SurfacePoint> {
+fn closest_points(
+    sides: &SidesOfSeams,
+    vertices: &[u32],
+    origins: &[Vec<u32>],
+    positions: &[Vec3],
+) -> Vec<SurfacePoint> {
     let closest = |(&v, origins): (&u32, &Vec<u32>)| sides.closest_point(positions[v as usize], origins);
     vertices.par_iter().zip(origins).map(closest).collect()
 }
 
 /// Evaluates a channel at these points.
-fn carried(channel: &Channel, wedges: &[[u32; 3]], places: &[SurfacePoint]) -> Channel {
+fn interpolate_channel(channel: &Channel, wedges: &[[u32; 3]], places: &[SurfacePoint]) -> Channel {
     let width = channel.width;
     let mut values = vec![0.0; places.len() * width];
     values.par_chunks_mut(width).zip(places).for_each(|(out, place)| {

@@ -8,6 +8,7 @@ use std::collections::hash_map::Entry;
 use rustc_hash::FxHashMap;
 
 use crate::mesh::Attributes;
+use crate::simplify::closed::faces_around::smallest_first;
 use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
 
@@ -27,14 +28,15 @@ pub fn find_kept(original: &Original, output: &Output, is_kept: &[bool]) -> Vec<
     let surface = &original.surface;
     let became = |face: u32| surface.faces[face as usize].map(|v| output.vertex_of[v as usize]);
     let kept = (0u32..).zip(is_kept).filter(|(_, is_kept)| **is_kept);
-    let source_of: FxHashMap<[u32; 3], u32> = kept.map(|(source, _)| (turned(became(source)), source)).collect();
+    let source_of: FxHashMap<[u32; 3], u32> =
+        kept.map(|(source, _)| (smallest_first(became(source)), source)).collect();
     if source_of.is_empty() {
         return Vec::new();
     }
     let found = |(face, &corners): (u32, &[u32; 3])| {
         // A face of a one-sided surface may have been reached from its other side.
         let [a, b, c] = corners;
-        let source = source_of.get(&turned([a, b, c])).or_else(|| source_of.get(&turned([a, c, b])))?;
+        let source = source_of.get(&smallest_first([a, b, c])).or_else(|| source_of.get(&smallest_first([a, c, b])))?;
         let of_mesh = original.mesh.faces()[*source as usize];
         let now = became(*source);
         let corner = |v: u32| {
@@ -45,15 +47,6 @@ pub fn find_kept(original: &Original, output: &Output, is_kept: &[bool]) -> Vec<
         Some(KeptFace { face, source: *source, corners: corners.map(corner) })
     };
     (0u32..).zip(output.faces()).filter_map(found).collect()
-}
-
-/// Rotates a face to begin with its smallest vertex.
-fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
-    match a.min(b).min(c) {
-        first if first == a => [a, b, c],
-        first if first == b => [b, c, a],
-        _ => [c, a, b],
-    }
 }
 
 /// Gives the corners of kept faces their values in the mesh, `own`.
@@ -100,16 +93,16 @@ mod tests {
     use super::*;
     use crate::mesh::{Channel, Role};
 
-    fn of(wedges: Vec<[u32; 3]>, values: Vec<f32>) -> Attributes {
+    fn single_channel(wedges: Vec<[u32; 3]>, values: Vec<f32>) -> Attributes {
         let channel = Channel { name: "a".into(), role: Role::Other, width: 1, values };
         Attributes { wedges, channels: vec![channel], groups: Vec::new() }
     }
 
     #[test]
     fn kept_corners_take_their_values_and_wedges_of_two_values_are_split() {
-        let own = of(vec![[0, 1, 2], [3, 2, 1]], vec![10.0, 11.0, 12.0, 13.0]);
+        let own = single_channel(vec![[0, 1, 2], [3, 2, 1]], vec![10.0, 11.0, 12.0, 13.0]);
         // Wedge 0 is shared by corners of values 10 and 13, wedge 3 by a face that is not kept.
-        let mut carried = of(vec![[0, 1, 3], [0, 3, 1], [0, 3, 4]], vec![1.0, 2.0, 3.0, 4.0, 5.0]);
+        let mut carried = single_channel(vec![[0, 1, 3], [0, 3, 1], [0, 3, 4]], vec![1.0, 2.0, 3.0, 4.0, 5.0]);
         let kept = [(0, 0, [0, 1, 2]), (1, 1, [0, 1, 2])];
         let kept = kept.map(|(face, source, corners)| KeptFace { face, source, corners });
         restore(&mut carried, &own, &kept);

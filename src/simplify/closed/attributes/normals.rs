@@ -23,7 +23,7 @@ const LEAST_COSINE: f32 = 0.02;
 /// `nearest` has the values at the closest points, `original` those of the mesh at its `wedges`. A normal that turns
 /// away from a face of its wedge is turned back.
 pub fn fit_normals(fit: &Fit, nearest: Channel, original: &Channel, wedges: &[[u32; 3]]) -> Channel {
-    let meant = fit.meant(original, wedges);
+    let meant = fit.target_values(original, wedges);
     if nearest.width != 3 || nearest.values.iter().chain(&meant).any(|x| !x.is_finite()) {
         return nearest;
     }

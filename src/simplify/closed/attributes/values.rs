@@ -35,10 +35,10 @@ const LEAST: f32 = 1e-30;
 /// most `max(1 - 0.35, 1.4 - 1)` = 0.65 of an error remains.
 const DAMPED: f32 = 0.7;
 
-/// Wedges of a result.
+/// ResultWedges of a result.
 #[derive(Clone, Copy)]
-pub struct Wedges<'a> {
-    /// Wedges of the faces' corners, n_faces x 3.
+pub struct ResultWedges<'a> {
+    /// ResultWedges of the faces' corners, n_faces x 3.
     pub of_faces: &'a [[u32; 3]],
     /// Output vertex of each wedge.
     pub vertices: &'a [u32],
@@ -48,7 +48,7 @@ pub struct Wedges<'a> {
 
 /// Output faces with their quadrature points on the original.
 pub struct Fit<'a> {
-    pub(super) wedges: Wedges<'a>,
+    pub(super) wedges: ResultWedges<'a>,
     /// Original points at the quadrature points of the faces.
     points: Vec<[SurfacePoint; QUADRATURE.len()]>,
     /// Area normals of the faces, twice the area long.
@@ -61,7 +61,7 @@ pub struct Fit<'a> {
 
 impl<'a> Fit<'a> {
     /// Finds the original points at all quadrature points; output vertices are at `positions`.
-    pub fn new(original: &SidesOfSeams, wedges: Wedges<'a>, positions: &[Vec3], pins: &'a Pins) -> Self {
+    pub fn new(original: &SidesOfSeams, wedges: ResultWedges<'a>, positions: &[Vec3], pins: &'a Pins) -> Self {
         let corners = |of: &[u32; 3]| of.map(|wedge| positions[wedges.vertices[wedge as usize] as usize]);
         let look_up = |of: &[u32; 3]| {
             let starts = of.map(|wedge| wedges.places[wedge as usize].face);
@@ -78,11 +78,11 @@ impl<'a> Fit<'a> {
     ///
     /// `nearest` has the values at the closest points, `original` those of the mesh at its `wedges`.
     pub fn values(&self, nearest: Channel, original: &Channel, wedges: &[[u32; 3]]) -> Channel {
-        let meant = self.meant(original, wedges);
+        let meant = self.target_values(original, wedges);
         if nearest.values.iter().chain(&meant).any(|x| !x.is_finite()) {
             return nearest;
         }
-        let one = self.ones(&nearest);
+        let one = self.shared_wedges(&nearest);
         let mut values = nearest.values.clone();
         let system = System { diagonal: self.diagonal(&one), meant, one };
         for _ in 0..STEPS {
@@ -93,7 +93,7 @@ impl<'a> Fit<'a> {
     }
 
     /// Evaluates the original at the quadrature points, n_faces x 6 x width.
-    pub(super) fn meant(&self, original: &Channel, wedges: &[[u32; 3]]) -> Vec<f32> {
+    pub(super) fn target_values(&self, original: &Channel, wedges: &[[u32; 3]]) -> Vec<f32> {
         let mut meant = vec![0.0; self.points.len() * QUADRATURE.len() * original.width];
         let places = self.points.as_flattened().par_iter();
         meant.par_chunks_exact_mut(original.width).zip(places).for_each(|(out, place)| {
@@ -104,7 +104,7 @@ impl<'a> Fit<'a> {
     }
 
     /// Maps each wedge to the first one of equal values at its vertex, so that shared values stay shared.
-    fn ones(&self, channel: &Channel) -> Vec<u32> {
+    fn shared_wedges(&self, channel: &Channel) -> Vec<u32> {
         let mut order: Vec<u32> = (0..self.wedges.vertices.len() as u32).collect();
         order.sort_by_key(|&wedge| self.wedges.vertices[wedge as usize]);
         let mut one = vec![0; order.len()];

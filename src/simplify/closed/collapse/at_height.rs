@@ -2,7 +2,7 @@
 
 use glam::{DMat2, DVec2, DVec3};
 
-use super::pair::{MergedVertex, Pair, Place};
+use super::pair::{MergedVertex, Pair, Placement};
 
 /// Least determinant over the squared trace across the plane: the rounding of single precision. Only empty quadrics
 /// fall below, since all have a pull; 1e-10 and 1e-6 change no mirrored result.
@@ -12,7 +12,7 @@ impl Pair {
     /// Returns the merged vertex at this height along an axis, where at least one end is.
     pub fn placement_at(&self, axis: usize, height: f64) -> MergedVertex {
         match self.minimum_at(axis, height).filter(|(x, _)| self.is_within_reach(*x)) {
-            Some((offset, price)) => MergedVertex { place: Place::Minimum, offset, price },
+            Some((offset, price)) => MergedVertex { place: Placement::Minimum, offset, price },
             None => self.best_at(axis, height),
         }
     }
@@ -36,7 +36,7 @@ impl Pair {
 
     /// Returns the cheapest of the ends at this height and, if both are, their middle.
     fn best_at(&self, axis: usize, height: f64) -> MergedVertex {
-        let places = [Place::Kept, Place::Gone, Place::Middle].map(|place| self.at(place));
+        let places = [Placement::Kept, Placement::Gone, Placement::Middle].map(|place| self.place_at(place));
         let fit = places.into_iter().filter(|merged| merged.offset[axis] == height);
         fit.min_by(|x, y| x.price.total_cmp(&y.price)).unwrap_or(places[0])
     }
@@ -52,9 +52,9 @@ mod tests {
         let planes = [([1.0, 0.2, 0.3], 1.0), ([0.1, 1.0, -0.4], 2.0), ([0.3, -0.2, 1.0], 0.5)];
         let of = |(n, w): ([f64; 3], f64)| Quadric::of_plane(DVec3::from(n).normalize(), DVec3::new(0.2, 0.1, 0.3), w);
         let sum = planes.into_iter().map(of).fold(Quadric::default(), |x, y| x + y);
-        let pair = Pair::about(sum, DVec3::new(0.0, 1.0, 0.0));
+        let pair = Pair::from_sum(sum, DVec3::new(0.0, 1.0, 0.0));
         let MergedVertex { place, offset: x, price } = pair.placement_at(0, 0.0);
-        assert_eq!((place, x.x), (Place::Minimum, 0.0));
+        assert_eq!((place, x.x), (Placement::Minimum, 0.0));
         for step in [[0.0, 1e-3, 0.0], [0.0, -1e-3, 0.0], [0.0, 0.0, 1e-3], [0.0, 0.0, -1e-3]] {
             assert!(sum.value(x + DVec3::from(step)) > price);
         }
@@ -62,8 +62,8 @@ mod tests {
 
     #[test]
     fn where_there_is_no_minimum_it_is_an_end_on_the_plane() {
-        let pair = Pair::about(Quadric::default(), DVec3::new(0.5, 1.0, 0.0));
-        assert_eq!(pair.placement_at(0, 0.0).place, Place::Kept);
-        assert_eq!(pair.placement_at(0, 0.5).place, Place::Gone);
+        let pair = Pair::from_sum(Quadric::default(), DVec3::new(0.5, 1.0, 0.0));
+        assert_eq!(pair.placement_at(0, 0.0).place, Placement::Kept);
+        assert_eq!(pair.placement_at(0, 0.5).place, Placement::Gone);
     }
 }

@@ -54,8 +54,8 @@ impl AttributeQuadric {
     }
 
     /// Adds two regions about the first vertex; the second vertex is at `other`.
-    pub fn united(&self, second: &Self, other: DVec3) -> Self {
-        let second = second.about(-other);
+    pub fn sum_with(&self, second: &Self, other: DVec3) -> Self {
+        let second = second.shift_origin(-other);
         Self {
             weights: std::array::from_fn(|kind| self.weights[kind] + second.weights[kind]),
             gradients: std::array::from_fn(|k| self.gradients[k] + second.gradients[k]),
@@ -65,7 +65,7 @@ impl AttributeQuadric {
     }
 
     /// Moves the reference point.
-    pub fn about(&self, origin: DVec3) -> Self {
+    pub fn shift_origin(&self, origin: DVec3) -> Self {
         let values = std::array::from_fn(|k| self.values[k] + self.gradients[k].dot(origin));
         Self { values, squares: self.squares.about(origin), ..*self }
     }
@@ -89,7 +89,7 @@ fn square(gradient: DVec3, value: f64, weight: f64) -> Quadric {
 }
 
 /// Sums the quadrics of colours and normals at the vertices; empty if there are neither.
-pub fn of_attributes(original: &Original, attributes: &Attributes) -> AttributeQuadrics {
+pub fn sum_attribute_quadrics(original: &Original, attributes: &Attributes) -> AttributeQuadrics {
     let counted = CountedChannels::new(original, attributes);
     if counted.channels.iter().all(Option::is_none) {
         return AttributeQuadrics::default();
@@ -100,11 +100,11 @@ pub fn of_attributes(original: &Original, attributes: &Attributes) -> AttributeQ
     for (face, (wedges, order)) in surface.faces.iter().zip(wedges) {
         let wedges = order.map(|corner| wedges[corner as usize]);
         let corners = face.map(|v| surface.positions[v as usize].as_dvec3());
-        let Some(weights) = Weights::new(corners) else { continue };
+        let Some(weights) = LinearWeights::new(corners) else { continue };
         for (&v, corner) in face.iter().zip(corners) {
             let importance = surface.importance.get(v as usize).map_or(1.0, |&factor| f64::from(factor));
-            for (kind, channel) in counted.at(v) {
-                let numbers = (0..channel.width).map(|k| wedges.map(|wedge| length(kind, channel.value(wedge)[k])));
+            for (kind, channel) in counted.kinds_at(v) {
+                let numbers = (0..channel.width).map(|k| wedges.map(|wedge| length(kind, channel.of(wedge)[k])));
                 let functions = numbers.map(|numbers| weights.function(numbers, corner));
                 quadrics[v as usize].add(kind, weights.area / 3.0 * importance, functions);
             }
@@ -131,12 +131,12 @@ impl<'a> CountedChannels<'a> {
         let features = &original.features;
         Self {
             channels: [channel(Role::Colour), channel(Role::Normal).filter(|channel| channel.width == 3)],
-            at_seam: [ends_of(&mut features.edges.iter().copied()), ends_of(&mut features.hard())],
+            at_seam: [ends_of(&mut features.edges.iter().copied()), ends_of(&mut features.hard_edges())],
         }
     }
 
     /// Returns the kinds that count at a vertex, with their channels.
-    fn at(&self, v: u32) -> impl Iterator<Item = (usize, &'a Channel)> {
+    fn kinds_at(&self, v: u32) -> impl Iterator<Item = (usize, &'a Channel)> {
         let counts = move |kind: &usize| !self.at_seam[*kind][v as usize];
         (0..KINDS.len()).filter(counts).filter_map(|kind| Some((kind, self.channels[kind]?)))
     }
@@ -168,26 +168,26 @@ impl AttributeQuadrics {
 
     /// Returns the attribute cost of merging two vertices, about the first; the second is at `other`.
     pub(super) fn price(&self, [u, v]: [u32; 2], other: DVec3) -> Quadric {
-        self.0[u as usize].united(&self.0[v as usize], other).cost()
+        self.0[u as usize].sum_with(&self.0[v as usize], other).cost()
     }
 
     /// Records that `v`, at `other` from `u`, merged into `u`, which moved by `step`.
     pub(super) fn merge(&mut self, [u, v]: [u32; 2], other: DVec3, step: DVec3) {
         if !self.is_empty() {
-            self.0[u as usize] = self.0[u as usize].united(&self.0[v as usize], other).about(step);
+            self.0[u as usize] = self.0[u as usize].sum_with(&self.0[v as usize], other).shift_origin(step);
         }
     }
 }
 
 /// Barycentric weights of a face as linear functions.
-struct Weights {
+struct LinearWeights {
     area: f64,
     /// Gradients of the first two weights; both are 0 at the third corner.
     gradients: [DVec3; 2],
     origin: DVec3,
 }
 
-impl Weights {
+impl LinearWeights {
     /// Computes the weights of a triangle; `None` if it is too thin.
     fn new([a, b, origin]: [DVec3; 3]) -> Option<Self> {
         let (u, v) = (a - origin, b - origin);
@@ -237,11 +237,11 @@ mod tests {
     fn a_quadric_is_what_the_best_number_costs() {
         let [first, second] = [DVec3::new(0.5, 1.0, -1.0), DVec3::new(2.0, 0.0, 1.0)];
         let (of_first, of_second) = FUNCTIONS.split_at(2);
-        let both = quadric(of_first, first).united(&quadric(of_second, second), second - first);
+        let both = quadric(of_first, first).sum_with(&quadric(of_second, second), second - first);
         let step = DVec3::new(-0.5, 0.25, 1.0);
         for x in [DVec3::ZERO, DVec3::ONE, DVec3::new(3.0, -2.0, 0.5)] {
             assert!((both.cost().value(x - first) - naive(x)).abs() < 1e-9);
-            assert!((both.about(step).cost().value(x - first - step) - naive(x)).abs() < 1e-9);
+            assert!((both.shift_origin(step).cost().value(x - first - step) - naive(x)).abs() < 1e-9);
         }
         assert_eq!(AttributeQuadric::default().cost(), Quadric::default());
     }
@@ -249,12 +249,12 @@ mod tests {
     #[test]
     fn a_number_is_linear_on_its_face() {
         let corners = [DVec3::new(1.0, 0.0, 3.0), DVec3::new(0.0, 2.0, 1.0), DVec3::new(0.0, 0.0, 1.0)];
-        let weights = Weights::new(corners).unwrap();
+        let weights = LinearWeights::new(corners).unwrap();
         let values = [0.25, 0.75, 1.0];
         for (corner, value) in corners.into_iter().zip(values) {
             assert!((weights.function(values, corner).1 - value).abs() < 1e-12);
         }
-        assert!(Weights::new([DVec3::ZERO, DVec3::X, DVec3::X * 2.0]).is_none());
+        assert!(LinearWeights::new([DVec3::ZERO, DVec3::X, DVec3::X * 2.0]).is_none());
         assert_eq!(weights.function([length(1, f32::NAN); 3], corners[0]), (DVec3::ZERO, 0.0));
     }
 }

@@ -1,6 +1,6 @@
 //! Cheapest edge of a vertex, packed into one number.
 
-use super::corners::moved;
+use super::corners::renumber_corner;
 
 /// Cheapest edge of a vertex: price bits above the edge number, so that the least number is the cheapest edge.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -11,8 +11,12 @@ impl Cheapest {
     pub const NONE: Self = Self(u64::MAX);
 
     /// Renumbers the edge after faces moved.
-    pub fn moved(self, faces: &[u32]) -> Self {
-        if self == Self::NONE { self } else { Self(self.0 >> 32 << 32 | u64::from(moved(faces, self.edge()))) }
+    pub fn renumber(self, faces: &[u32]) -> Self {
+        if self == Self::NONE {
+            self
+        } else {
+            Self(self.0 >> 32 << 32 | u64::from(renumber_corner(faces, self.edge())))
+        }
     }
 
     /// Packs an edge; [`Self::NONE`] if the price is not finite.

@@ -14,12 +14,12 @@ use crate::spatial::curve_order;
 use super::attribute_quadrics::AttributeQuadrics;
 use super::cheapest::Cheapest;
 use super::constraints::Constraints;
-use super::corners::{Corners, NONE, moved};
-use super::history::Event;
-use super::left::Left;
-use super::pair::{Node, pulled};
+use super::corners::{CornerTable, NONE, renumber_corner};
+use super::history::CollapseEvent;
+use super::left::Compaction;
+use super::pair::{CollapseVertex, add_pull};
 use super::poses::Poses;
-use super::star::Star;
+use super::star::EndRing;
 
 /// Corner of a removed vertex.
 pub(super) const GONE: u32 = u32::MAX - 1;
@@ -34,9 +34,9 @@ const LEAST_GONE: usize = 8;
 #[derive(Clone)]
 pub struct Collapse<'a> {
     /// Vertices; ghost vertices come last.
-    pub(super) nodes: Vec<Node>,
-    /// Corners of the faces, including those at ghost vertices.
-    pub(super) corners: Corners,
+    pub(super) nodes: Vec<CollapseVertex>,
+    /// CornerTable of the faces, including those at ghost vertices.
+    pub(super) corners: CornerTable,
     /// Surface vertex that each surface vertex was merged into, itself while it lives.
     pub(super) merged: Vec<u32>,
     /// Number of nodes without ghost vertices.
@@ -50,7 +50,7 @@ pub struct Collapse<'a> {
     /// Number of link tests.
     pub(super) n_tested: u32,
     /// Buffers of merges, kept for their memory.
-    pub(super) stars: [Star; 2],
+    pub(super) stars: [EndRing; 2],
     /// Remaining deformation allowed at each surface vertex; empty for any.
     pub(super) ceilings: Vec<f32>,
     /// Set if a ceiling prevented a merge.
@@ -69,7 +69,7 @@ pub struct Collapse<'a> {
     /// Copy from an earlier pass, on request.
     pub(super) copy: OwnCopy<'a>,
     /// Events in order, on request.
-    pub history: Option<Vec<Event>>,
+    pub history: Option<Vec<CollapseEvent>>,
     /// Progress, counted in merges.
     pub(super) pulse: Pulse<'a>,
 }
@@ -130,13 +130,13 @@ pub fn merges_to(limit: Limit, n_vertices: usize, n_faces: usize) -> usize {
 }
 
 /// Builds the corner table of a surface closed by ghost vertices, with its vertices in this order.
-fn corners_in_order(surface: &Surface, order: &[u32]) -> Corners {
+fn corners_in_order(surface: &Surface, order: &[u32]) -> CornerTable {
     let mut rank = vec![0; order.len()];
     (0u32..).zip(order).for_each(|(i, &v)| rank[v as usize] = i);
     let n_ghosts = surface.rings.n_ghosts();
     let ghost_faces = if n_ghosts > 0 { surface.rings.ghost_faces() } else { Vec::new() };
     let by_rank = |face: &[u32; 3]| face.map(|v| rank.get(v as usize).copied().unwrap_or(v));
-    Corners::new(order.len() + n_ghosts, surface.faces.iter().chain(&ghost_faces).map(by_rank))
+    CornerTable::new(order.len() + n_ghosts, surface.faces.iter().chain(&ghost_faces).map(by_rank))
 }
 
 impl<'a> Collapse<'a> {
@@ -148,10 +148,10 @@ impl<'a> Collapse<'a> {
         pulse.beat(0);
         let node = |&v: &u32| {
             let importance = surface.importance.get(v as usize).copied().unwrap_or(1.0);
-            Node::new(surface.positions[v as usize], pulled(surface.quadrics[v as usize]), importance, v)
+            CollapseVertex::new(surface.positions[v as usize], add_pull(surface.quadrics[v as usize]), importance, v)
         };
-        let mut nodes: Vec<Node> = pulse.counting_if(false).map(&order, node);
-        nodes.extend((0..surface.rings.n_ghosts()).map(|_| Node::ghost()));
+        let mut nodes: Vec<CollapseVertex> = pulse.counting_if(false).map(&order, node);
+        nodes.extend((0..surface.rings.n_ghosts()).map(|_| CollapseVertex::ghost()));
         for c in corners.all() {
             let node = &mut nodes[corners.vertex(c) as usize];
             (node.corner, node.degree) = (c, node.degree + 1);
@@ -183,33 +183,33 @@ impl<'a> Collapse<'a> {
     }
 
     /// Sets ceilings on the deformation at each vertex, n_vertices; empty for none.
-    pub fn below(self, ceilings: Vec<f32>) -> Self {
+    pub fn with_ceilings(self, ceilings: Vec<f32>) -> Self {
         Self { ceilings, ..self }
     }
 
     /// Sets constraints, quadrics of attributes and poses, and a history to fill.
-    pub fn under(
+    pub fn with_constraints(
         self,
         constraints: Option<Constraints>,
         attributes: AttributeQuadrics,
         poses: Poses,
-        history: Option<Vec<Event>>,
+        history: Option<Vec<CollapseEvent>>,
     ) -> Self {
-        let mut under = Self { constraints, attributes, poses, history, ..self };
+        let mut collapse = Self { constraints, attributes, poses, history, ..self };
         // Vertices with special prices are marked once, so that pricing skips all lookups elsewhere.
-        if under.constraints.is_some() || !under.attributes.is_empty() || !under.poses.is_empty() {
-            let has_more = |v| !under.poses.is_empty() || under.attributes.count_at(v);
-            let is_special = |v| has_more(v) || under.constraints.as_ref().is_some_and(|it| it.touch(v));
-            under.is_special = (0..under.merged.len() as u32).map(is_special).collect();
+        if collapse.constraints.is_some() || !collapse.attributes.is_empty() || !collapse.poses.is_empty() {
+            let has_more = |v| !collapse.poses.is_empty() || collapse.attributes.count_at(v);
+            let is_special = |v| has_more(v) || collapse.constraints.as_ref().is_some_and(|it| it.touches(v));
+            collapse.is_special = (0..collapse.merged.len() as u32).map(is_special).collect();
         }
-        if !under.poses.is_empty() {
-            (0..under.n_inner as u32).for_each(|v| under.renew_poses(v));
+        if !collapse.poses.is_empty() {
+            (0..collapse.n_inner as u32).for_each(|v| collapse.renew_poses(v));
         }
-        under
+        collapse
     }
 
     /// Frees the memory in steps: for millions of vertices this takes a while.
-    pub fn end(self) {
+    pub fn free(self) {
         let Self { nodes, corners, pulse, .. } = self;
         pulse.beat(0);
         drop(nodes);
@@ -233,13 +233,13 @@ impl<'a> Collapse<'a> {
         let by_number = |face: [u32; 3]| smallest_first(face.map(|v| number[self.nodes[v as usize].id as usize]));
         let faces: Vec<[u32; 3]> = self.corners.faces().filter(is_own).map(by_number).collect();
         pulse.beat(0);
-        let vertex_of = pulse.map_numbers(self.merged.len(), |v| number[self.last(v as u32) as usize]);
+        let vertex_of = pulse.map_numbers(self.merged.len(), |v| number[self.final_vertex(v as u32) as usize]);
         let pins = self.constraints.as_ref().map(|constraints| constraints.pins.of_living(&living));
         Output::new(pulse, positions, faces, pins.unwrap_or_default(), vertex_of)
     }
 
     /// Returns the surface vertex into which this one was finally merged.
-    pub(super) fn last(&self, mut v: u32) -> u32 {
+    pub(super) fn final_vertex(&self, mut v: u32) -> u32 {
         while self.merged[v as usize] != v {
             v = self.merged[v as usize];
         }
@@ -251,16 +251,16 @@ impl<'a> Collapse<'a> {
         if (self.n_inner - self.n_vertices) * LEAST_GONE <= self.nodes.len() {
             return;
         }
-        let vertices = Left::new(self.nodes.len(), |v| self.nodes[v].corner != GONE);
+        let vertices = Compaction::new(self.nodes.len(), |v| self.nodes[v].corner != GONE);
         let faces = self.corners.compact(vertices.numbers());
         let faces = faces.numbers();
-        let with_corner = |node: Node| match node.corner {
+        let with_corner = |node: CollapseVertex| match node.corner {
             NONE => node,
-            corner => Node { corner: moved(faces, corner), ..node },
+            corner => CollapseVertex { corner: renumber_corner(faces, corner), ..node },
         };
         vertices.move_together(&mut self.nodes, with_corner);
         self.nodes.truncate(vertices.len());
-        vertices.move_together(&mut self.cheapest, |cheapest| cheapest.moved(faces));
+        vertices.move_together(&mut self.cheapest, |cheapest| cheapest.renumber(faces));
         self.cheapest.truncate(self.n_vertices);
         self.n_inner = self.n_vertices;
     }
@@ -274,14 +274,14 @@ impl<'a> Collapse<'a> {
         v as usize >= self.n_inner
     }
 
-    pub(super) fn reached(&self, limit: Limit) -> bool {
+    pub(super) fn has_reached(&self, limit: Limit) -> bool {
         let (n_vertices, n_faces) = self.size();
         n_vertices <= limit.vertices && n_faces <= limit.faces
     }
 
     /// Returns the vertices left after each pass, falling, with its price: squared distance times area, on the surface
     /// of unit size.
-    pub fn paid(&self) -> &[(usize, f32)] {
+    pub fn prices_paid(&self) -> &[(usize, f32)] {
         &self.paid
     }
 
@@ -298,12 +298,12 @@ impl<'a> Collapse<'a> {
     }
 
     /// Removes all constraints but the mirror plane.
-    pub fn bare(self) -> Self {
-        Self { constraints: self.constraints.and_then(Constraints::bare), history: None, ..self }
+    pub fn without_constraints(self) -> Self {
+        Self { constraints: self.constraints.and_then(Constraints::without_curves), history: None, ..self }
     }
 
     /// Stops counting merges as progress.
-    pub fn uncounted(self) -> Self {
+    pub fn without_progress(self) -> Self {
         Self { pulse: self.pulse.counting_if(false), ..self }
     }
 

@@ -13,7 +13,7 @@ use crate::geometry::Quadric;
 use crate::simplify::closed::original::Original;
 use crate::simplify::closed::pins::Pins;
 
-use super::pair::{MergedVertex, Pair, Place};
+use super::pair::{MergedVertex, Pair, Placement};
 
 /// Price of moving a seam within its slack, over that of a held curve. Five textured models at four ratios: at 0.03 the
 /// mean distance is 8 % smaller and pictures lose 0.3 dB, at 0.3 it is 12 % larger and pictures are equal.
@@ -61,7 +61,7 @@ impl Constraints {
             }
         }
         // Planes leave an end free along its curve, so it is also pulled to its position.
-        for v in original.features.ends() {
+        for v in original.features.curve_ends() {
             let place = original.surface.positions[v as usize].as_dvec3();
             curve(v, &|curve| {
                 curve.planes = curve.planes.pulled_to(place, curve.planes.trace());
@@ -72,7 +72,7 @@ impl Constraints {
     }
 
     /// Returns whether a vertex is on a curve or pinned.
-    pub(super) fn touch(&self, v: u32) -> bool {
+    pub(super) fn touches(&self, v: u32) -> bool {
         self.pins.is_subset() || self.pins.has(v) || self.curves.contains_key(&v)
     }
 
@@ -82,8 +82,8 @@ impl Constraints {
     }
 
     /// Removes curves and locks; `None` if nothing constrains then.
-    pub fn bare(self) -> Option<Self> {
-        let pins = self.pins.unlocked();
+    pub fn without_curves(self) -> Option<Self> {
+        let pins = self.pins.without_locks();
         (pins.is_subset() || pins.plane().is_some()).then(|| Self { curves: FxHashMap::default(), pins })
     }
 
@@ -93,8 +93,8 @@ impl Constraints {
     }
 
     /// Returns the neighbours along curves, if one of the curves is held.
-    pub fn along_held(&self, v: u32) -> &[u32] {
-        along(self.curves.get(&v).filter(|curve| curve.is_held))
+    pub fn held_neighbours(&self, v: u32) -> &[u32] {
+        curve_neighbours(self.curves.get(&v).filter(|curve| curve.is_held))
     }
 
     /// Sums the planes on the curves of two vertices about `origin`; zero if no curve is held.
@@ -110,13 +110,13 @@ impl Constraints {
         if are_held(curves) {
             return self.held_placement(vertices, curves, pair);
         }
-        let merged = self.placed(vertices, vertices.map(|v| self.pins.is_locked(v)), pair)?;
+        let merged = self.place_merged(vertices, vertices.map(|v| self.pins.is_locked(v)), pair)?;
         Some(MergedVertex { price: merged.price + price_of_curves(curves, origin, merged.offset), ..merged })
     }
 
     /// Finds the merged vertex where one of the two is on a held curve.
     fn held_placement(&self, [u, v]: [u32; 2], curves: [Option<&Curve>; 2], pair: &Pair) -> Option<MergedVertex> {
-        let [of_u, of_v] = curves.map(along);
+        let [of_u, of_v] = curves.map(curve_neighbours);
         // Vertices of two curves, or not adjacent along one, must not merge.
         if !of_u.is_empty() && !of_v.is_empty() && !of_u.contains(&v) {
             return None;
@@ -127,19 +127,19 @@ impl Constraints {
         if stay == [true; 2] && self.are_branch_points([u, v]) && of_u.contains(&v) {
             return Some(best_end(pair));
         }
-        self.placed([u, v], stay, pair)
+        self.place_merged([u, v], stay, pair)
     }
 
     /// Finds the merged vertex where some ends must stay in place.
-    fn placed(&self, [u, v]: [u32; 2], stay: [bool; 2], pair: &Pair) -> Option<MergedVertex> {
+    fn place_merged(&self, [u, v]: [u32; 2], stay: [bool; 2], pair: &Pair) -> Option<MergedVertex> {
         let height = self.pins.plane().and_then(|plane| plane.height(u, v, pair.other()));
         match stay {
             [true, true] => None,
             // A fixed end off the mirror plane cannot take in an end that must stay on it.
             [true, false] if height.is_some_and(|_| !self.pins.is_on_cut(u)) => None,
             [false, true] if height.is_some_and(|_| !self.pins.is_on_cut(v)) => None,
-            [true, false] => Some(pair.at(Place::Kept)),
-            [false, true] => Some(pair.at(Place::Gone)),
+            [true, false] => Some(pair.place_at(Placement::Kept)),
+            [false, true] => Some(pair.place_at(Placement::Gone)),
             [false, false] if self.pins.is_subset() => Some(best_end(pair)),
             [false, false] => match (height, self.pins.plane()) {
                 (Some(height), Some(plane)) => Some(pair.placement_at(plane.axis(), height)),
@@ -150,21 +150,21 @@ impl Constraints {
 
     /// Returns whether curves branch at all of these vertices and nothing else pins them.
     fn are_branch_points(&self, vertices: [u32; 2]) -> bool {
-        vertices.into_iter().all(|v| along(self.curves.get(&v)).len() > 2 && !self.pins.has(v))
+        vertices.into_iter().all(|v| curve_neighbours(self.curves.get(&v)).len() > 2 && !self.pins.has(v))
     }
 
     /// Returns whether held curves survive the removal of the faces at `opposite` in a merge of `u` and `v`.
-    pub fn outlive(&self, u: u32, v: u32, opposite: [u32; 2]) -> bool {
+    pub fn survive_merge(&self, u: u32, v: u32, opposite: [u32; 2]) -> bool {
         let curves = self.curves_at([u, v]);
-        let [of_u, of_v] = curves.map(along);
+        let [of_u, of_v] = curves.map(curve_neighbours);
         let is_lost =
             |w: &u32| of_u.contains(w) && of_v.contains(w) && (are_held(curves) || are_held(self.curves_at([*w; 2])));
         !opposite.iter().any(is_lost)
     }
 
     /// Records that `v` merged into `u`.
-    pub fn merge(&mut self, u: u32, v: u32, place: Place) {
-        self.pins.merge(u, v, place == Place::Gone);
+    pub fn merge(&mut self, u: u32, v: u32, place: Placement) {
+        self.pins.merge(u, v, place == Placement::Gone);
         let Some(of_v) = self.curves.remove(&v) else { return };
         for &w in &of_v.along {
             if let Some(curve) = self.curves.get_mut(&w) {
@@ -191,7 +191,7 @@ impl Constraints {
 }
 
 /// Returns the neighbours along the curves.
-fn along(curve: Option<&Curve>) -> &[u32] {
+fn curve_neighbours(curve: Option<&Curve>) -> &[u32] {
     curve.map_or(&[], |curve| &curve.along)
 }
 
@@ -217,6 +217,6 @@ fn price_of_curves(curves: [Option<&Curve>; 2], origin: DVec3, offset: DVec3) ->
 
 /// Returns the cheaper one of the two ends.
 fn best_end(pair: &Pair) -> MergedVertex {
-    let [kept, gone] = [Place::Kept, Place::Gone].map(|place| pair.at(place));
+    let [kept, gone] = [Placement::Kept, Placement::Gone].map(|place| pair.place_at(place));
     if gone.price < kept.price { gone } else { kept }
 }

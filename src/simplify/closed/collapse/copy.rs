@@ -10,13 +10,13 @@ const KEPT_AT: f64 = 4.0;
 
 impl<'a> Collapse<'a> {
     /// Sets the collapse to copy itself before it reaches the next limit.
-    pub fn keeping_a_copy(self) -> Self {
+    pub fn with_copy(self) -> Self {
         Self { copy: OwnCopy::Wanted, ..self }
     }
 
     /// Makes the requested copy if the limit is near and there are several components.
     pub(super) fn keep_copy(&mut self, limit: Limit) {
-        if matches!(self.copy, OwnCopy::Wanted) && self.reached(limit.times(KEPT_AT)) {
+        if matches!(self.copy, OwnCopy::Wanted) && self.has_reached(limit.times(KEPT_AT)) {
             self.copy = OwnCopy::Unwanted;
             if !self.is_one_component() {
                 self.copy = OwnCopy::Kept(Box::new(self.clone()));
@@ -50,9 +50,9 @@ impl<'a> Collapse<'a> {
     }
 
     /// Removes components, given by all their surface vertices.
-    pub fn without(mut self, vertices: impl Iterator<Item = u32>) -> Self {
+    pub fn remove_components(mut self, vertices: impl Iterator<Item = u32>) -> Self {
         let mut is_gone = vec![false; self.merged.len()];
-        vertices.for_each(|v| is_gone[self.last(v) as usize] = true);
+        vertices.for_each(|v| is_gone[self.final_vertex(v) as usize] = true);
         let (nodes, n_inner) = (&mut self.nodes, self.n_inner);
         let mut n_faces = 0;
         self.corners.retain(|face| {
@@ -95,7 +95,7 @@ mod tests {
     }
 
     /// A sphere, and an open cylinder with fewer vertices.
-    fn beside() -> (TriMesh, usize) {
+    fn sphere_and_cylinder() -> (TriMesh, usize) {
         let (sphere, cylinder) = (shapes::wavy_sphere(4, 5.0), shapes::open_cylinder(30, 12));
         let n = sphere.positions().len() as u32;
         let far = cylinder.positions().iter().map(|p| [p[0] + 5.0, p[1], p[2]]);
@@ -106,14 +106,14 @@ mod tests {
 
     #[test]
     fn a_copy_goes_on_without_a_component_to_the_size_asked_for() {
-        let (mesh, n) = beside();
+        let (mesh, n) = sphere_and_cylinder();
         let surface = Surface::new(&mesh, Pulse::NONE);
-        let mut whole = collapse(&surface).keeping_a_copy();
+        let mut whole = collapse(&surface).with_copy();
         let limit = Limit::of_vertices(300);
         assert_eq!(whole.run(limit), End::Reached);
         let copy = whole.take_copy().unwrap();
         assert!(whole.take_copy().is_none() && copy.size().0 > 600);
-        let mut rest = copy.without(n as u32..mesh.positions().len() as u32);
+        let mut rest = copy.remove_components(n as u32..mesh.positions().len() as u32);
         assert_eq!(rest.merges_to(limit), rest.size().0 - 300);
         assert_eq!(rest.run(limit), End::Reached);
         let output = rest.output();
@@ -125,9 +125,9 @@ mod tests {
 
     #[test]
     fn without_the_sphere_the_cylinder_keeps_its_boundaries() {
-        let (mesh, n) = beside();
+        let (mesh, n) = sphere_and_cylinder();
         let surface = Surface::new(&mesh, Pulse::NONE);
-        let mut rest = collapse(&surface).without(0..n as u32);
+        let mut rest = collapse(&surface).remove_components(0..n as u32);
         assert_eq!(rest.size(), (mesh.positions().len() - n, mesh.faces().len() - 5120));
         assert_eq!(rest.run(Limit::of_vertices(100)), End::Reached);
         assert_eq!(rest.output().faces().len(), rest.size().1);

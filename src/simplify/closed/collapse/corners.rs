@@ -5,16 +5,16 @@
 
 use std::ops::Range;
 
-use super::left::Left;
+use super::left::Compaction;
 
 /// Missing vertex or corner.
 pub(super) const NONE: u32 = u32::MAX;
 /// Valence from which edges are matched by sorting.
 const MANY: usize = 32;
 
-/// Corners of all faces.
+/// CornerTable of all faces.
 #[derive(Clone, Default)]
-pub(super) struct Corners {
+pub(super) struct CornerTable {
     /// Vertex at each corner, n_faces x 4; [`NONE`] for removed faces and in every last slot.
     vertices: Vec<u32>,
     /// Corner across the edge opposite each corner, n_faces x 4.
@@ -40,16 +40,16 @@ pub(super) fn third(one: u32, other: u32) -> u32 {
     3 * (one & !3) + 3 - one - other
 }
 
-/// Step of a walk around a vertex: a face, entered across the edge to a neighbour.
+/// CornerStep of a walk around a vertex: a face, entered across the edge to a neighbour.
 #[derive(Clone, Copy)]
-pub(super) struct Step {
+pub(super) struct CornerStep {
     /// Corner at the vertex.
     pub at: u32,
     /// Corner at the neighbour.
     pub from: u32,
 }
 
-impl Step {
+impl CornerStep {
     /// Returns the corner opposite the crossed edge.
     #[inline(always)]
     pub fn opposite(self) -> u32 {
@@ -58,28 +58,28 @@ impl Step {
 }
 
 /// Walk around a vertex.
-pub(super) struct Around<'a> {
-    corners: &'a Corners,
+pub(super) struct VertexWalk<'a> {
+    corners: &'a CornerTable,
     vertex: u32,
     /// Corner at which the walk ends.
     end: u32,
-    next: Option<Step>,
+    next: Option<CornerStep>,
 }
 
-impl Iterator for Around<'_> {
-    type Item = Step;
+impl Iterator for VertexWalk<'_> {
+    type Item = CornerStep;
 
     #[inline(always)]
-    fn next(&mut self) -> Option<Step> {
+    fn next(&mut self) -> Option<CornerStep> {
         let step = self.next?;
-        let opposite = self.corners.across(step.from);
-        let at = self.corners.beside(opposite, self.vertex);
-        self.next = (at != self.end).then(|| Step { at, from: third(opposite, at) });
+        let opposite = self.corners.corner_across(step.from);
+        let at = self.corners.corner_at(opposite, self.vertex);
+        self.next = (at != self.end).then(|| CornerStep { at, from: third(opposite, at) });
         Some(step)
     }
 }
 
-impl Corners {
+impl CornerTable {
     /// Builds the table of faces in which every edge has two faces; sorts the faces by their smallest vertices.
     pub fn new(n_vertices: usize, faces: impl Iterator<Item = [u32; 3]> + Clone) -> Self {
         let smallest = |[a, b, c]: [u32; 3]| a.min(b).min(c) as usize;
@@ -106,7 +106,7 @@ impl Corners {
             edges.clear();
             while c != NONE {
                 edges.push((table.ends(c)[1], c));
-                c = table.across(c);
+                c = table.corner_across(c);
             }
             match_edges(&mut edges, &mut table.across);
         }
@@ -143,7 +143,7 @@ impl Corners {
 
     /// Returns the corner across the edge opposite a corner.
     #[inline(always)]
-    pub fn across(&self, corner: u32) -> u32 {
+    pub fn corner_across(&self, corner: u32) -> u32 {
         self.across[corner as usize]
     }
 
@@ -160,20 +160,20 @@ impl Corners {
     /// Returns the number of the edge opposite a corner: the smaller one of its two opposite corners.
     #[inline(always)]
     pub fn number_of_edge(&self, corner: u32) -> u32 {
-        corner.min(self.across(corner))
+        corner.min(self.corner_across(corner))
     }
 
     /// Returns the corner at `vertex` in the face of another corner.
     #[inline(always)]
-    pub fn beside(&self, corner: u32, vertex: u32) -> u32 {
+    pub fn corner_at(&self, corner: u32, vertex: u32) -> u32 {
         let next = next(corner);
         if self.vertex(next) == vertex { next } else { previous(corner) }
     }
 
     /// Walks around the vertex of the first step, once.
     #[inline(always)]
-    pub fn around(&self, first: Step) -> Around<'_> {
-        Around { corners: self, vertex: self.vertex(first.at), end: first.at, next: Some(first) }
+    pub fn walk_around(&self, first: CornerStep) -> VertexWalk<'_> {
+        VertexWalk { corners: self, vertex: self.vertex(first.at), end: first.at, next: Some(first) }
     }
 
     /// Replaces the vertex at a corner.
@@ -188,11 +188,11 @@ impl Corners {
     #[inline(always)]
     pub fn close(&mut self, corner: u32) -> [u32; 2] {
         let apex = self.vertex(corner);
-        let [one, other] = [next(corner), previous(corner)].map(|c| self.across(c));
+        let [one, other] = [next(corner), previous(corner)].map(|c| self.corner_across(c));
         (self.across[one as usize], self.across[other as usize]) = (other, one);
         let face = (corner & !3) as usize;
         self.vertices[face..face + 3].fill(NONE);
-        let at_apex = self.beside(one, apex);
+        let at_apex = self.corner_at(one, apex);
         [at_apex, third(one, at_apex)]
     }
 
@@ -207,16 +207,16 @@ impl Corners {
     }
 
     /// Compacts the remaining faces and renumbers their vertices; returns the new face numbers.
-    pub fn compact(&mut self, numbers: &[u32]) -> Left {
+    pub fn compact(&mut self, numbers: &[u32]) -> Compaction {
         let vertices = self.vertices.as_chunks_mut::<4>().0;
-        let faces = Left::new(vertices.len(), |face| vertices[face][0] != NONE);
+        let faces = Compaction::new(vertices.len(), |face| vertices[face][0] != NONE);
         let renumbered = |[a, b, c, _]: [u32; 4]| {
             let [a, b, c] = [a, b, c].map(|v| numbers[v as usize]);
             [a, b, c, NONE]
         };
         faces.move_together(vertices, renumbered);
         let moved = |[a, b, c, _]: [u32; 4]| {
-            let [a, b, c] = [a, b, c].map(|corner| moved(faces.numbers(), corner));
+            let [a, b, c] = [a, b, c].map(|corner| renumber_corner(faces.numbers(), corner));
             [a, b, c, NONE]
         };
         faces.move_together(self.across.as_chunks_mut::<4>().0, moved);
@@ -233,7 +233,7 @@ impl Corners {
 
 /// Returns the new number of a corner.
 #[inline(always)]
-pub(super) fn moved(faces: &[u32], corner: u32) -> u32 {
+pub(super) fn renumber_corner(faces: &[u32], corner: u32) -> u32 {
     4 * faces[corner as usize / 4] + (corner & 3)
 }
 
@@ -261,10 +261,10 @@ mod tests {
     use super::*;
     use crate::mesh::{OneRings, TriMesh, shapes};
 
-    fn closed(mesh: &TriMesh) -> (OneRings, Corners) {
+    fn close_mesh(mesh: &TriMesh) -> (OneRings, CornerTable) {
         let rings = OneRings::new(mesh.positions().len(), mesh.faces()).unwrap();
         let faces = mesh.faces().iter().copied().chain(rings.ghost_faces());
-        let corners = Corners::new(rings.n_vertices() + rings.n_ghosts(), faces);
+        let corners = CornerTable::new(rings.n_vertices() + rings.n_ghosts(), faces);
         (rings, corners)
     }
 
@@ -273,17 +273,17 @@ mod tests {
         let fan: Vec<[u32; 3]> = (1..100).map(|i| [0, i, i + 1]).collect();
         let fan = TriMesh::new((0..101).map(|i| [i as f32, (i * i) as f32, 0.0]).collect(), fan).unwrap();
         for mesh in [shapes::icosphere(2), shapes::open_cylinder(7, 4), shapes::klein_bottle(8, 6), fan] {
-            let (rings, corners) = closed(&mesh);
+            let (rings, corners) = close_mesh(&mesh);
             for c in corners.all() {
-                let across = corners.across(c);
-                assert_eq!((corners.across(across), corners.ends(across)), (c, corners.ends(c)));
+                let across = corners.corner_across(c);
+                assert_eq!((corners.corner_across(across), corners.ends(across)), (c, corners.ends(c)));
                 assert_eq!(corners.number_of_edge(c), corners.number_of_edge(across));
                 let v = corners.vertex(c);
                 if v as usize >= rings.n_vertices() {
                     continue;
                 }
                 let mut walked = Vec::new();
-                for step in corners.around(Step { at: c, from: next(c) }) {
+                for step in corners.walk_around(CornerStep { at: c, from: next(c) }) {
                     assert_eq!(corners.vertex(step.at), v);
                     walked.push(corners.vertex(step.from));
                 }
@@ -302,7 +302,7 @@ mod tests {
     fn what_is_left_moves_together() {
         // A bipyramid over a square, whose edge from 1 to 2 collapses.
         let faces = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1], [5, 2, 1], [5, 3, 2], [5, 4, 3], [5, 1, 4]];
-        let mut corners = Corners::new(6, faces.into_iter());
+        let mut corners = CornerTable::new(6, faces.into_iter());
         for c in corners.all().filter(|&c| corners.vertex(c) == 2).collect::<Vec<u32>>() {
             corners.set_vertex(c, 1);
         }
@@ -312,7 +312,7 @@ mod tests {
         corners.compact(&[0, 1, 2, 2, 3, 4]);
         let left: Vec<[u32; 3]> = corners.faces().collect();
         assert_eq!(left, [[0, 1, 2], [0, 2, 3], [0, 3, 1], [4, 1, 3], [4, 2, 1], [4, 3, 2]]);
-        let again = Corners::new(5, left.into_iter());
-        assert!(again.all().all(|c| again.across(c) == corners.across(c)));
+        let again = CornerTable::new(5, left.into_iter());
+        assert!(again.all().all(|c| again.corner_across(c) == corners.corner_across(c)));
     }
 }

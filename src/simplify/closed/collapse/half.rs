@@ -7,7 +7,7 @@ use crate::simplify::closed::pins::PlaneVertices;
 use crate::simplify::limits::Limit;
 
 use super::complex::{Collapse, End};
-use super::star::Star;
+use super::star::EndRing;
 
 impl Collapse<'_> {
     /// Returns the vertices on the mirror plane, if this is a half.
@@ -17,9 +17,9 @@ impl Collapse<'_> {
 
     /// Returns whether a merge would make the half and its image non-manifold: a shared edge off the cut, a shared
     /// face, or contact in a vertex alone.
-    pub(super) fn would_break_whole(&self, [u, v]: [u32; 2], stars: &[Star; 2]) -> bool {
+    pub(super) fn would_break_whole(&self, [u, v]: [u32; 2], stars: &[EndRing; 2]) -> bool {
         let Some(plane) = self.plane() else { return false };
-        let ids = |star: &Star| star.ring.iter().map(|&w| self.nodes[w as usize].id).collect::<Vec<u32>>();
+        let ids = |star: &EndRing| star.ring.iter().map(|&w| self.nodes[w as usize].id).collect::<Vec<u32>>();
         let [of_u, of_v] = [ids(&stars[0]), ids(&stars[1])];
         let rings = [&of_u[..], &of_v[..]];
         plane.would_bridge([u, v], rings) || plane.would_lay_flat([u, v], rings) || plane.would_end_cut([u, v], rings)
@@ -30,7 +30,7 @@ impl Collapse<'_> {
         let nearly =
             Limit { vertices: limit.vertices.saturating_add(1), faces: limit.faces.saturating_add(2), ..limit };
         let end = self.run_to(nearly);
-        if end == End::Reached && !self.reached(limit) {
+        if end == End::Reached && !self.has_reached(limit) {
             self.merge_within_cut();
         }
         if end == End::Reached { self.run_to(limit) } else { end }

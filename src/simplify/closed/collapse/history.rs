@@ -4,14 +4,14 @@ use glam::Vec3;
 
 use crate::simplify::closed::prepare::surface::folds_around;
 
-use super::pair::Place;
+use super::pair::Placement;
 
 /// Ghost vertex in the ring of a [`Renewal`].
 pub const GHOST: u32 = u32::MAX;
 
-/// Event of a collapse.
+/// CollapseEvent of a collapse.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Event {
+pub enum CollapseEvent {
     /// Merge of two vertices.
     Merge(Merge),
     /// Recomputed quadric.
@@ -26,7 +26,7 @@ pub struct Merge {
     /// Vertex merged into it.
     pub gone: u32,
     /// Choice of the merged position.
-    pub place: Place,
+    pub place: Placement,
 }
 
 /// Quadric recomputed over the faces around a vertex.

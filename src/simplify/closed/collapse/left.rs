@@ -6,12 +6,12 @@ use rayon::prelude::*;
 const TOGETHER: usize = 1 << 14;
 
 /// Remaining rows and their new numbers.
-pub(super) struct Left {
+pub(super) struct Compaction {
     /// Number of remaining rows before each, n_rows + 1.
     n_before: Vec<u32>,
 }
 
-impl Left {
+impl Compaction {
     /// Counts the remaining ones of `n` rows.
     pub fn new(n: usize, is_left: impl Fn(usize) -> bool + Sync) -> Self {
         let mut n_before = vec![0; n + 1];
@@ -66,7 +66,7 @@ mod tests {
     fn rows_that_are_left_move_together_in_their_order() {
         for n in [0, 1, 7, TOGETHER, TOGETHER + 1, 5 * TOGETHER + 3] {
             for is_left in [|_| true, |_| false, |row: usize| row * row % 7 < 3, |row| row > TOGETHER] {
-                let left = Left::new(n, is_left);
+                let left = Compaction::new(n, is_left);
                 let mut rows: Vec<usize> = (0..n).collect();
                 left.move_together(&mut rows, |row| 2 * row);
                 rows.truncate(left.len());

@@ -11,9 +11,9 @@ use crate::linalg::{Isa, Work};
 use crate::simplify::closed::prepare::surface::{Neighbour, add, line_along, plane_of, planes_around};
 
 use super::complex::Collapse;
-use super::corners::{Step, next};
-use super::history::{Event, GHOST, Renewal};
-use super::pair::{Node, drawn, pulled};
+use super::corners::{CornerStep, next};
+use super::history::{CollapseEvent, GHOST, Renewal};
+use super::pair::{CollapseVertex, add_growing_pull, add_pull};
 
 /// Vertices per task.
 const TOGETHER: usize = 1024;
@@ -49,7 +49,7 @@ impl Collapse<'_> {
         });
         for (&v, planes) in stale.iter().zip(&planes) {
             let node = &mut self.nodes[v as usize];
-            node.planes = drawn(planes.map(|entry| entry * node.importance), self.poses.bend());
+            node.planes = add_growing_pull(planes.map(|entry| entry * node.importance), self.poses.bend());
         }
         if !self.poses.is_empty() {
             stale.iter().for_each(|&v| self.renew_poses(v));
@@ -73,41 +73,41 @@ impl Collapse<'_> {
 
     /// Iterates over the faces around a vertex in order.
     #[inline(always)]
-    pub(super) fn faces_around(&self, v: u32) -> impl Iterator<Item = Step> {
-        let Node { corner, degree, .. } = self.nodes[v as usize];
-        let first = (degree > 0).then(|| Step { at: corner, from: next(corner) });
-        first.into_iter().flat_map(|first| self.corners.around(first))
+    pub(super) fn faces_around(&self, v: u32) -> impl Iterator<Item = CornerStep> {
+        let CollapseVertex { corner, degree, .. } = self.nodes[v as usize];
+        let first = (degree > 0).then(|| CornerStep { at: corner, from: next(corner) });
+        first.into_iter().flat_map(|first| self.corners.walk_around(first))
     }
 
     /// Recomputes the quadrics of a vertex in all other poses.
     #[inline(never)]
     pub(super) fn renew_poses(&mut self, v: u32) {
         let ring = self.ring(v);
-        let Node { id, importance, .. } = self.nodes[v as usize];
+        let CollapseVertex { id, importance, .. } = self.nodes[v as usize];
         for k in 0..self.poses.n_poses() {
             let neighbour = |&w: &u32| match self.is_ghost(w) {
                 true => Neighbour::Ghost,
-                false => Neighbour::At(self.poses.of(self.nodes[w as usize].id)[k].position),
+                false => Neighbour::At(self.poses.vertex_poses(self.nodes[w as usize].id)[k].position),
             };
-            let planes = planes_around(self.poses.of(id)[k].position, ring.iter().map(neighbour));
-            self.poses.of_mut(id)[k].planes = pulled(planes.map(|entry| entry * importance));
+            let planes = planes_around(self.poses.vertex_poses(id)[k].position, ring.iter().map(neighbour));
+            self.poses.vertex_poses_mut(id)[k].planes = add_pull(planes.map(|entry| entry * importance));
         }
     }
 
     /// Records a recomputed quadric in the history.
     fn write_down(&mut self, v: u32) {
-        let Node { id, importance, position, .. } = self.nodes[v as usize];
+        let CollapseVertex { id, importance, position, .. } = self.nodes[v as usize];
         let ring = self.ring(v);
         let place = |i: usize| (!self.is_ghost(ring[i])).then(|| self.nodes[ring[i] as usize].position);
         let ids = ring.iter().map(|&w| if self.is_ghost(w) { GHOST } else { self.nodes[w as usize].id });
         let renewal = Renewal::new(id, ids.collect(), position, place, [importance, self.poses.bend()]);
-        self.history.get_or_insert_default().push(Event::Renewal(renewal));
+        self.history.get_or_insert_default().push(CollapseEvent::Renewal(renewal));
     }
 
     /// Sums the planes around a vertex.
     #[inline(always)]
     fn planes_of(&self, v: u32) -> [f32; 6] {
-        let Node { position, corner, degree, .. } = self.nodes[v as usize];
+        let CollapseVertex { position, corner, degree, .. } = self.nodes[v as usize];
         // The common case is one walk without allocations; folds and constraints take the slow way.
         if self.constraints.is_none() && degree > 0 {
             let place = |corner: u32| {
@@ -115,7 +115,7 @@ impl Collapse<'_> {
                 (!self.is_ghost(w)).then(|| self.nodes[w as usize].position - position)
             };
             let (mut fan, mut before) = (Fan::default(), place(next(corner)));
-            for step in self.corners.around(Step { at: corner, from: next(corner) }) {
+            for step in self.corners.walk_around(CornerStep { at: corner, from: next(corner) }) {
                 let here = place(step.opposite());
                 fan.add([before, here]);
                 before = here;
@@ -134,7 +134,7 @@ impl Collapse<'_> {
         let pins = self.constraints.as_ref().map(|constraints| &constraints.pins);
         let mut ring = Vec::with_capacity(node.degree as usize);
         for w in self.neighbors(v) {
-            let Node { position, id, .. } = self.nodes[w as usize];
+            let CollapseVertex { position, id, .. } = self.nodes[w as usize];
             ring.push(match pins {
                 _ if self.is_ghost(w) => Neighbour::Ghost,
                 Some(pins) if pins.are_on_cut(node.id, id) => Neighbour::AlongCut(position),

@@ -5,9 +5,9 @@ use glam::{DVec3, Vec3};
 use crate::geometry::triangle::{area_normal, has_area};
 
 use super::complex::{Collapse, GONE};
-use super::history::{Event, Merge};
-use super::pair::{Changed, MergedVertex, Node, Pair};
-use super::star::Star;
+use super::history::{CollapseEvent, Merge};
+use super::pair::{Changed, CollapseVertex, MergedVertex, Pair};
+use super::star::EndRing;
 
 /// Least cosine between a face's normals before and after a merge. Nineteen training meshes at ratios 0.01 to 0.05: at
 /// 0 and at 0.4 the largest distance is 2 to 3 % larger, the mean equal within 0.3 %.
@@ -18,7 +18,7 @@ const MOST_NEIGHBORS: u32 = 4096;
 
 /// Averages the importance of two vertices by area.
 #[inline(always)]
-fn mean_importance([u, v]: [&Node; 2]) -> f32 {
+fn mean_importance([u, v]: [&CollapseVertex; 2]) -> f32 {
     let areas = [u.area(), v.area()];
     let mean = (u.importance * areas[0] + v.importance * areas[1]) / (areas[0] + areas[1]);
     if mean > 0.0 { mean } else { u.importance }
@@ -74,7 +74,7 @@ impl Collapse<'_> {
     }
 
     #[inline(always)]
-    fn try_merge_with(&mut self, u: u32, corner: u32, stars: &mut [Star; 2]) -> bool {
+    fn try_merge_with(&mut self, u: u32, corner: u32, stars: &mut [EndRing; 2]) -> bool {
         let ends = self.corners.edge(corner);
         let v = if ends[0] == u { ends[1] } else { ends[0] };
         // From cheap to expensive: link condition, placement, constraints, turned faces, shape of the component.
@@ -101,10 +101,10 @@ impl Collapse<'_> {
 
     /// Returns whether a merge removes a curve that must stay, or breaks a mirrored mesh.
     #[inline(always)]
-    fn breaks_constraints(&self, ends: [u32; 2], opposite: [u32; 2], stars: &[Star; 2]) -> bool {
+    fn breaks_constraints(&self, ends: [u32; 2], opposite: [u32; 2], stars: &[EndRing; 2]) -> bool {
         let Some(constraints) = &self.constraints else { return false };
         let [u, v] = self.ids(ends);
-        !constraints.outlive(u, v, self.ids(opposite)) || self.would_break_whole([u, v], stars)
+        !constraints.survive_merge(u, v, self.ids(opposite)) || self.would_break_whole([u, v], stars)
     }
 
     /// Gives the merged vertex at `x` the data of both.
@@ -112,7 +112,7 @@ impl Collapse<'_> {
     fn carry_over(&mut self, [u, v]: [u32; 2], pair: &Pair, merged: &MergedVertex, x: Vec3, ceiling: f32) {
         let [kept, gone] = [u, v].map(|w| self.nodes[w as usize]);
         let (ids, place) = ([kept.id, gone.id], merged.place);
-        let event = Event::Merge(Merge { kept: kept.id, gone: gone.id, place });
+        let event = CollapseEvent::Merge(Merge { kept: kept.id, gone: gone.id, place });
         self.history.iter_mut().for_each(|history| history.push(event.clone()));
         self.constraints.iter_mut().for_each(|constraints| constraints.merge(kept.id, gone.id, place));
         let step = (x - kept.position).as_dvec3();
@@ -130,8 +130,8 @@ impl Collapse<'_> {
 
     /// Tests the link condition; returns the two opposite vertices and fills `stars`.
     #[inline(always)]
-    fn link_allows(&mut self, [u, v]: [u32; 2], corner: u32, stars: &mut [Star; 2]) -> Option<[u32; 2]> {
-        let opposite = [corner, self.corners.across(corner)].map(|c| self.corners.vertex(c));
+    fn link_allows(&mut self, [u, v]: [u32; 2], corner: u32, stars: &mut [EndRing; 2]) -> Option<[u32; 2]> {
+        let opposite = [corner, self.corners.corner_across(corner)].map(|c| self.corners.vertex(c));
         let degrees = [u, v].map(|w| self.nodes[w as usize].degree);
         let is_larger = |w: &u32| self.nodes[*w as usize].degree > 3;
         if degrees == [3, 3] || degrees[0] + degrees[1] > MOST_NEIGHBORS || !opposite.iter().all(is_larger) {
@@ -154,7 +154,7 @@ impl Collapse<'_> {
 
     /// Returns whether a face around the edge would turn or lose its area if the ends moved to `x`.
     #[inline(always)]
-    fn turns_over(&self, ends: [u32; 2], stars: &[Star; 2], x: Vec3) -> bool {
+    fn turns_over(&self, ends: [u32; 2], stars: &[EndRing; 2], x: Vec3) -> bool {
         let place = |w: u32| (!self.is_ghost(w)).then(|| self.nodes[w as usize].position);
         turns_over_where(ends[0], &stars[0].ring[1..], x, place)
             || turns_over_where(ends[1], &stars[1].ring[1..], x, place)
@@ -162,19 +162,20 @@ impl Collapse<'_> {
 
     /// Returns whether a face would turn in another pose; the first end moves by `offset` here.
     #[inline(never)]
-    fn turns_over_in_poses(&self, ends: [u32; 2], stars: &[Star; 2], pair: &Pair, offset: DVec3) -> bool {
+    fn turns_over_in_poses(&self, ends: [u32; 2], stars: &[EndRing; 2], pair: &Pair, offset: DVec3) -> bool {
         (0..self.poses.n_poses()).any(|k| {
-            let x = self.poses.merged(k, self.ids(ends), pair.other(), offset).position;
-            let place = |w: u32| (!self.is_ghost(w)).then(|| self.poses.of(self.nodes[w as usize].id)[k].position);
+            let x = self.poses.merge_in_pose(k, self.ids(ends), pair.other(), offset).position;
+            let place =
+                |w: u32| (!self.is_ghost(w)).then(|| self.poses.vertex_poses(self.nodes[w as usize].id)[k].position);
             ends.into_iter().zip(stars).any(|(v, star)| turns_over_where(v, &star.ring[1..], x, place))
         })
     }
 
     /// Joins the faces around `v` to `u` and removes the two faces of the edge.
     #[inline(always)]
-    fn merge(&mut self, [u, v]: [u32; 2], corner: u32, stars: &[Star; 2]) {
+    fn merge(&mut self, [u, v]: [u32; 2], corner: u32, stars: &[EndRing; 2]) {
         stars[1].corners.iter().for_each(|&c| self.corners.set_vertex(c, u));
-        for corner in [corner, self.corners.across(corner)] {
+        for corner in [corner, self.corners.corner_across(corner)] {
             let w = self.corners.vertex(corner);
             self.n_faces -= usize::from(!self.is_ghost(w));
             let [at_w, at_u] = self.corners.close(corner);
@@ -189,10 +190,10 @@ impl Collapse<'_> {
         self.nodes[v as usize].corner = GONE;
         for &w in stars.iter().flat_map(|star| &star.ring) {
             let node = &mut self.nodes[w as usize];
-            (node.changed, node.wait) = (node.changed.beside_in(self.pass), 0.0);
+            (node.changed, node.wait) = (node.changed.with_neighbour_change(self.pass), 0.0);
         }
-        self.nodes[u as usize].changed = Changed::merged_in(self.pass);
-        self.nodes[v as usize].changed = Changed::merged_in(self.pass);
+        self.nodes[u as usize].changed = Changed::from_merge(self.pass);
+        self.nodes[v as usize].changed = Changed::from_merge(self.pass);
     }
 }
 

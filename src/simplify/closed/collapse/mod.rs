@@ -24,11 +24,11 @@ mod poses;
 mod shape;
 mod star;
 
-pub use attribute_quadrics::of_attributes;
+pub use attribute_quadrics::sum_attribute_quadrics;
 pub use complex::{Collapse, End, merges_to};
 pub use constraints::Constraints;
-pub use history::{Event, Renewal};
-pub use pair::{PULL, Place};
+pub use history::{CollapseEvent, Renewal};
+pub use pair::{PULL, Placement};
 pub use poses::Poses;
 
 #[cfg(test)]
@@ -50,7 +50,7 @@ mod tests {
         (surface, collapse)
     }
 
-    fn down_to(mesh: &TriMesh, vertices: usize) -> (Surface<'_>, End, Output) {
+    fn collapse_to(mesh: &TriMesh, vertices: usize) -> (Surface<'_>, End, Output) {
         let (surface, mut collapse) = begin(mesh);
         let end = collapse.run(Limit::of_vertices(vertices));
         let output = collapse.output();
@@ -58,7 +58,7 @@ mod tests {
     }
 
     fn assert_corners_stay(mesh: &TriMesh, corners: &[[f32; 3]]) {
-        let (surface, end, output) = down_to(mesh, corners.len());
+        let (surface, end, output) = collapse_to(mesh, corners.len());
         assert_eq!((end, output.positions.len()), (End::Reached, corners.len()));
         let left: Vec<[f32; 3]> = output.positions.iter().map(|p| surface.scale.restore(p.as_dvec3())).collect();
         for &corner in corners {
@@ -85,11 +85,11 @@ mod tests {
         });
         let mesh = TriMesh::new(places.collect(), tetrahedra.collect()).unwrap();
         for shape in [&mesh, &shapes::tetrahedron()] {
-            let (_, end, output) = down_to(shape, 1);
+            let (_, end, output) = collapse_to(shape, 1);
             assert_eq!((end, output.faces().len()), (End::Smallest, shape.faces().len()));
         }
         for shape in [shapes::icosphere(2), shapes::cuboid([1.0; 3], 3)] {
-            let (_, end, output) = down_to(&shape, 1);
+            let (_, end, output) = collapse_to(&shape, 1);
             assert!(end != End::Reached && output.positions.len() <= 8, "{end:?}");
         }
     }
@@ -97,7 +97,7 @@ mod tests {
     #[test]
     fn every_vertex_is_told_what_became_of_it() {
         let mesh = shapes::torus(24, 10, 1.0, 0.3);
-        let (_, _, output) = down_to(&mesh, 50);
+        let (_, _, output) = collapse_to(&mesh, 50);
         assert_eq!(output.vertex_of.len(), mesh.positions().len());
         let mut used = vec![false; 50];
         output.vertex_of.iter().for_each(|&v| used[v as usize] = true);
@@ -151,7 +151,7 @@ mod tests {
     }
 
     /// A torus in small charts, whose seams have a price.
-    fn charted() -> (TriMesh, Vec<FeatureEdge>) {
+    fn charted_torus() -> (TriMesh, Vec<KeptEdge>) {
         let mesh = shapes::torus(60, 30, 2.0, 0.5);
         let chart = |face: &[u32; 3]| {
             let centre = face.iter().map(|&v| Vec3::from(mesh.positions()[v as usize])).sum::<Vec3>();
@@ -171,12 +171,13 @@ mod tests {
 
     #[test]
     fn prices_that_are_known_are_those_that_would_be_paid_where_charts_go() {
-        let (mesh, edges) = charted();
+        let (mesh, edges) = charted_torus();
         let original = prepare(&mesh, &Keep { edges: &edges, ..Keep::default() }, Pulse::NONE);
         for vertices in [400, 150, 60] {
             let collapse = Collapse::new(Pulse::NONE, &original.surface);
             let constraints = Some(Constraints::new(&original));
-            let mut collapse = collapse.under(constraints, AttributeQuadrics::default(), Poses::default(), None);
+            let mut collapse =
+                collapse.with_constraints(constraints, AttributeQuadrics::default(), Poses::default(), None);
             assert_eq!(collapse.run(Limit::of_vertices(vertices)), End::Reached);
             collapse.begin_pass();
             for u in collapse.living() {
@@ -207,7 +208,7 @@ mod tests {
     fn a_vertex_with_very_many_neighbours_stays_and_the_rest_is_collapsed() {
         for (n, is_closed) in [(5000, false), (5000, true), (70_000, false)] {
             let mesh = fan(n, is_closed);
-            let (_, end, output) = down_to(&mesh, mesh.positions().len() / 10);
+            let (_, end, output) = collapse_to(&mesh, mesh.positions().len() / 10);
             assert_eq!((end, output.positions.len()), (End::Reached, mesh.positions().len() / 10));
             let faces = output.faces().to_vec();
             let lighter = TriMesh::new(output.positions.iter().map(|p| p.to_array()).collect(), faces).unwrap();
@@ -221,7 +222,7 @@ mod tests {
     #[test]
     fn what_a_vertex_becomes_is_near_and_topology_stays_whatever_the_surface() {
         for mesh in [shapes::torus(60, 40, 1.0, 0.4), shapes::open_cylinder(60, 40), shapes::klein_bottle(60, 40)] {
-            let (surface, _, output) = down_to(&mesh, mesh.positions().len() / 5);
+            let (surface, _, output) = collapse_to(&mesh, mesh.positions().len() / 5);
             let far = surface.positions.iter().zip(&output.vertex_of);
             let farthest = far.map(|(p, &v)| p.distance(output.positions[v as usize])).fold(0.0, f32::max);
             assert!(farthest < 0.2, "{farthest}");

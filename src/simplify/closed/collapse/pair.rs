@@ -27,7 +27,7 @@ pub const PULL: f32 = 1e-6;
 /// Vertex with its quadric; one cache line.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
-pub(super) struct Node {
+pub(super) struct CollapseVertex {
     pub position: Vec3,
     /// Upper triangle of the plane quadric: `d -> d'Ad` for the offset `d` from the vertex.
     pub planes: [f32; 6],
@@ -52,12 +52,12 @@ pub(super) struct Changed(u32);
 
 impl Changed {
     /// Returns the time of a merge in a pass.
-    pub fn merged_in(pass: u32) -> Self {
+    pub fn from_merge(pass: u32) -> Self {
         Self(2 * pass + 1)
     }
 
     /// Returns the time after a neighbour changed in a pass.
-    pub fn beside_in(self, pass: u32) -> Self {
+    pub fn with_neighbour_change(self, pass: u32) -> Self {
         Self(self.0.max(2 * pass))
     }
 
@@ -68,7 +68,7 @@ impl Changed {
     }
 }
 
-impl Node {
+impl CollapseVertex {
     /// Creates a vertex without faces.
     pub fn new(position: Vec3, planes: [f32; 6], importance: f32, id: u32) -> Self {
         let (changed, seen, wait) = (Changed::default(), 0, 0.0);
@@ -102,13 +102,13 @@ impl Node {
 
 /// Adds a small pull to the vertex, which its planes do not determine on flat parts.
 #[inline(always)]
-pub(super) fn pulled(planes: [f32; 6]) -> [f32; 6] {
-    drawn(planes, 0.0)
+pub(super) fn add_pull(planes: [f32; 6]) -> [f32; 6] {
+    add_growing_pull(planes, 0.0)
 }
 
 /// Adds a pull to the vertex that also grows with the weight of its planes.
 #[inline(always)]
-pub(super) fn drawn(mut planes: [f32; 6], bend: f32) -> [f32; 6] {
+pub(super) fn add_growing_pull(mut planes: [f32; 6], bend: f32) -> [f32; 6] {
     let weight = planes[0] + planes[3] + planes[5];
     let pull = (PULL + bend * weight) * weight;
     [0, 3, 5].into_iter().for_each(|diagonal| planes[diagonal] += pull);
@@ -117,7 +117,7 @@ pub(super) fn drawn(mut planes: [f32; 6], bend: f32) -> [f32; 6] {
 
 /// Choice of a merged vertex's position.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Place {
+pub enum Placement {
     /// Minimum of the summed quadrics.
     Minimum,
     /// Position of the vertex that stays.
@@ -131,7 +131,7 @@ pub enum Place {
 /// Candidate for a merged vertex.
 #[derive(Clone, Copy)]
 pub struct MergedVertex {
-    pub place: Place,
+    pub place: Placement,
     /// Position relative to the first end of the edge.
     pub offset: DVec3,
     pub price: f64,
@@ -146,13 +146,13 @@ pub struct Pair {
 impl Pair {
     /// Sums the quadrics of two vertices.
     #[inline(always)]
-    pub(super) fn new(u: &Node, v: &Node) -> Self {
+    pub(super) fn new(u: &CollapseVertex, v: &CollapseVertex) -> Self {
         let other = (v.position - u.position).as_dvec3();
         Self { sum: u.quadric() + v.quadric().about(-other), other }
     }
 
     #[cfg(test)]
-    pub(super) fn about(sum: Quadric, other: DVec3) -> Self {
+    pub(super) fn from_sum(sum: Quadric, other: DVec3) -> Self {
         Self { sum, other }
     }
 
@@ -176,18 +176,19 @@ impl Pair {
     /// Returns the cheapest of both ends and the middle.
     #[inline(always)]
     fn best_other(&self) -> MergedVertex {
-        let [kept, gone, middle] = [Place::Kept, Place::Gone, Place::Middle].map(|place| self.at(place));
+        let [kept, gone, middle] =
+            [Placement::Kept, Placement::Gone, Placement::Middle].map(|place| self.place_at(place));
         let best = if gone.price < kept.price { gone } else { kept };
         if middle.price < best.price { middle } else { best }
     }
 
     /// Returns the merged vertex at one of the ends, or in the middle for other choices.
     #[inline(always)]
-    pub fn at(&self, place: Place) -> MergedVertex {
+    pub fn place_at(&self, place: Placement) -> MergedVertex {
         let t = match place {
-            Place::Kept => 0.0,
-            Place::Gone => 1.0,
-            Place::Middle | Place::Minimum => 0.5,
+            Placement::Kept => 0.0,
+            Placement::Gone => 1.0,
+            Placement::Middle | Placement::Minimum => 0.5,
         };
         let Pair { sum, other } = self;
         let price = t * t * sum.curvature(*other) - 2.0 * t * sum.b.dot(*other) + sum.c;
@@ -198,7 +199,7 @@ impl Pair {
     #[inline(always)]
     pub fn placement(&self) -> MergedVertex {
         match self.minimum_within_reach() {
-            Some((offset, price)) => MergedVertex { place: Place::Minimum, offset, price },
+            Some((offset, price)) => MergedVertex { place: Placement::Minimum, offset, price },
             None => self.best_other(),
         }
     }
@@ -259,18 +260,18 @@ fn dot(x: [Lanes; 3], y: [Lanes; 3]) -> Lanes {
 }
 
 /// Coordinates and plane quadrics of eight vertices, by column.
-struct Ends {
+struct EndColumns {
     position: [Lanes; 3],
     planes: [Lanes; 6],
 }
 
-impl Ends {
+impl EndColumns {
     /// Loads whole vertices and transposes them, which is faster than gathering.
     #[inline(always)]
-    fn new(nodes: [&Node; WIDTH]) -> Self {
+    fn new(nodes: [&CollapseVertex; WIDTH]) -> Self {
         let [a, b, c, d, e, f, g, h] = nodes;
         let [x, y, z, xx, xy, xz, yy, yz] =
-            transposed([a.head(), b.head(), c.head(), d.head(), e.head(), f.head(), g.head(), h.head()]);
+            transpose([a.head(), b.head(), c.head(), d.head(), e.head(), f.head(), g.head(), h.head()]);
         let mut zz = [0.0; WIDTH];
         for (zz, node) in zz.iter_mut().zip(nodes) {
             *zz = node.planes[5];
@@ -282,7 +283,7 @@ impl Ends {
 
 /// Transposes eight rows in three steps of 256-bit register shuffles.
 #[inline(always)]
-fn transposed(rows: [[f32; WIDTH]; WIDTH]) -> [[f32; WIDTH]; WIDTH] {
+fn transpose(rows: [[f32; WIDTH]; WIDTH]) -> [[f32; WIDTH]; WIDTH] {
     let [a, b, c, d, e, f, g, h] = rows;
     let [a, b, c, d, e, f, g, h] =
         [low(a, b), high(a, b), low(c, d), high(c, d), low(e, f), high(e, f), low(g, h), high(g, h)];
@@ -331,7 +332,7 @@ shuffles!(
 );
 
 /// Eight pairs, one per lane.
-struct Pairs {
+struct PairLanes {
     /// Summed quadrics about the first ends.
     a: [Lanes; 6],
     b: [Lanes; 3],
@@ -340,10 +341,10 @@ struct Pairs {
     other: [Lanes; 3],
 }
 
-impl Pairs {
+impl PairLanes {
     #[inline(always)]
-    fn new([u, v]: [[&Node; WIDTH]; 2]) -> Self {
-        let (u, v) = (Ends::new(u), Ends::new(v));
+    fn new([u, v]: [[&CollapseVertex; WIDTH]; 2]) -> Self {
+        let (u, v) = (EndColumns::new(u), EndColumns::new(v));
         let mut other = v.position;
         for (other, u) in other.iter_mut().zip(u.position) {
             *other = *other - u;
@@ -400,8 +401,8 @@ impl Pairs {
 ///
 /// Uses loops over arrays: closures in array methods are not always inlined, and then not vectorised.
 #[inline(always)]
-pub(super) fn prices(ends: [[&Node; WIDTH]; 2]) -> [f32; WIDTH] {
-    let pairs = Pairs::new(ends);
+pub(super) fn prices(ends: [[&CollapseVertex; WIDTH]; 2]) -> [f32; WIDTH] {
+    let pairs = PairLanes::new(ends);
     let (x, lowest) = pairs.minima();
     let (other, half) = (pairs.other, Lanes::all(0.5));
     let from_middle = [x[0] - other[0] * half, x[1] - other[1] * half, x[2] - other[2] * half];
@@ -421,8 +422,9 @@ mod tests {
     use crate::mesh::shapes;
     use crate::simplify::closed::prepare::surface::Surface;
 
-    fn nodes(surface: &Surface) -> Vec<Node> {
-        let node = |v: u32| Node::new(surface.positions[v as usize], pulled(surface.quadrics[v as usize]), 1.0, v);
+    fn nodes(surface: &Surface) -> Vec<CollapseVertex> {
+        let node =
+            |v: u32| CollapseVertex::new(surface.positions[v as usize], add_pull(surface.quadrics[v as usize]), 1.0, v);
         (0..surface.n_vertices() as u32).map(node).collect()
     }
 
@@ -432,7 +434,7 @@ mod tests {
             let surface = Surface::new(&mesh, Pulse::NONE);
             let nodes = nodes(&surface);
             let edges: Vec<[u32; 2]> = surface.faces.iter().map(|&[a, b, _]| [a, b]).collect();
-            let scale: f32 = nodes.iter().map(Node::area).sum();
+            let scale: f32 = nodes.iter().map(CollapseVertex::area).sum();
             for &[u, v] in &edges {
                 let (u, v) = (&nodes[u as usize], &nodes[v as usize]);
                 let naive = Pair::new(u, v).placement().price as f32;

@@ -16,7 +16,7 @@ use crate::simplify::limits::Limit;
 
 use super::cheapest::Cheapest;
 use super::complex::{Collapse, End, GONE};
-use super::pair::{Changed, Node, WIDTH, prices};
+use super::pair::{Changed, CollapseVertex, WIDTH, prices};
 
 /// Vertices per pass over the remaining merges. Thirteen training meshes at ratios of 0.05, 0.2 and 0.5: at 1.5 the
 /// mean distance is 24 % larger, at 0.6 equal, in more passes.
@@ -63,9 +63,9 @@ struct Pricing<'a, 'b> {
     is_alone: bool,
 }
 
-/// Edge to be priced.
+/// PricedEdge to be priced.
 #[derive(Clone, Copy, Default)]
-struct Edge {
+struct PricedEdge {
     ends: [u32; 2],
     number: u32,
 }
@@ -75,14 +75,14 @@ impl Work for Pricing<'_, '_> {
 
     #[inline(always)]
     fn run(self) {
-        let (mut edges, mut n) = ([Edge::default(); BATCH + 4], 0);
+        let (mut edges, mut n) = ([PricedEdge::default(); BATCH + 4], 0);
         for (first, [a, b, c], across) in self.collapse.corners.faces_in(self.faces.clone()) {
             if self.are_known([a, b, c]) {
                 continue;
             }
             for (k, ends) in [[b, c], [c, a], [a, b]].into_iter().enumerate() {
                 let number = first + k as u32;
-                edges[n] = Edge { ends, number };
+                edges[n] = PricedEdge { ends, number };
                 // Branch-free: whether an edge counts is unpredictable.
                 let is_own = !self.collapse.is_ghost(ends[0].max(ends[1]));
                 n += usize::from((number < across[k]) & is_own & !self.are_known(ends));
@@ -106,23 +106,23 @@ impl Pricing<'_, '_> {
 
     /// Prices edges in groups of `WIDTH` and offers each price to both ends.
     #[inline(always)]
-    fn price(&self, edges: &[Edge]) {
+    fn price(&self, edges: &[PricedEdge]) {
         for edges in edges.chunks(WIDTH) {
             // Incomplete groups are filled with the first edge.
-            let node = |edge: &Edge, end: usize| &self.collapse.nodes[edge.ends[end] as usize];
+            let node = |edge: &PricedEdge, end: usize| &self.collapse.nodes[edge.ends[end] as usize];
             let mut ends = [[node(&edges[0], 0); WIDTH], [node(&edges[0], 1); WIDTH]];
             for (i, edge) in edges.iter().enumerate().skip(1) {
                 (ends[0][i], ends[1][i]) = (node(edge, 0), node(edge, 1));
             }
             for (edge, price) in edges.iter().zip(prices(ends)) {
-                self.note(edge, price);
+                self.offer(edge, price);
             }
         }
     }
 
     /// Offers the price of an edge to both ends.
     #[inline(always)]
-    fn note(&self, edge: &Edge, plain: f32) {
+    fn offer(&self, edge: &PricedEdge, plain: f32) {
         let is_special = self.collapse.is_special_edge(edge.ends);
         let price = if is_special { self.collapse.constrained_price(edge.ends[0], edge.ends[1]) } else { plain };
         let known = Cheapest::new(price, edge.number);
@@ -153,7 +153,7 @@ impl Work for Visits<'_, '_> {
         for candidates in self.candidates.chunks(BETWEEN_BEATS) {
             let n_before = self.collapse.n_vertices;
             for candidate in candidates {
-                if self.collapse.reached(self.limit) {
+                if self.collapse.has_reached(self.limit) {
                     break;
                 }
                 self.collapse.visit(candidate, self.most);
@@ -173,7 +173,7 @@ impl Collapse<'_> {
     pub(super) fn run_to(&mut self, limit: Limit) -> End {
         let n_all = self.merges_to(limit);
         let mut n_in_vain = 0;
-        while !self.reached(limit) {
+        while !self.has_reached(limit) {
             self.keep_copy(limit);
             self.begin_pass();
             // Passes without a merge take ever more vertices; after some, all edges are tried once more before giving
@@ -231,7 +231,7 @@ impl Collapse<'_> {
         let share = if is_last { SHARE_OF_LAST } else { SHARE };
         let n = ((to_do as f64 * share) as usize).max(LEAST.min(to_do)).saturating_mul(RISE.pow(n_in_vain as u32));
         // An edge that failed waits at the price of its vertex's next one.
-        let price = |(cheapest, node): (&Cheapest, &Node)| cheapest.price().max(node.wait);
+        let price = |(cheapest, node): (&Cheapest, &CollapseVertex)| cheapest.price().max(node.wait);
         let priced = self.cheapest.par_iter().zip(&self.nodes).with_min_len(PARALLEL);
         let prices: Vec<f32> = priced.map(price).collect();
         let most = if n_in_vain >= MOST_IN_VAIN { f32::MAX } else { nth_price(&prices, n) };
@@ -249,7 +249,7 @@ impl Collapse<'_> {
 
     /// Prices the edges near changed vertices, so that the cheapest edge of every vertex is known.
     fn price(&mut self, stale: &[u32]) {
-        let is_unknown = if self.cheapest.is_empty() { Vec::new() } else { self.beside(stale) };
+        let is_unknown = if self.cheapest.is_empty() { Vec::new() } else { self.mark_neighbourhood(stale) };
         let mut known = std::mem::take(&mut self.cheapest);
         known.resize(self.n_inner, Cheapest::NONE);
         let is_known = |v: usize| is_unknown.get(v).is_some_and(|unknown| !unknown) && self.nodes[v].corner != GONE;
@@ -266,7 +266,7 @@ impl Collapse<'_> {
     }
 
     /// Marks these vertices and their neighbours; empty if they are most.
-    fn beside(&self, vertices: &[u32]) -> Vec<bool> {
+    fn mark_neighbourhood(&self, vertices: &[u32]) -> Vec<bool> {
         if vertices.len() * 4 > self.n_inner {
             return Vec::new();
         }
@@ -302,7 +302,7 @@ impl Collapse<'_> {
     /// Returns whether a vertex was merged in this pass, or its corner is gone.
     #[inline(always)]
     fn was_merged(&self, v: u32) -> bool {
-        self.nodes.get(v as usize).is_none_or(|node| node.changed == Changed::merged_in(self.pass))
+        self.nodes.get(v as usize).is_none_or(|node| node.changed == Changed::from_merge(self.pass))
     }
 
     /// Tries the other edges of a vertex in the order of price, up to `most`.

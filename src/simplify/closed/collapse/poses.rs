@@ -32,7 +32,7 @@ pub(super) struct Posed {
     pub position: Vec3,
     /// Rotation of the surface around it from here to the pose.
     turn: Quat,
-    /// Plane quadric, as in [`Node::planes`](super::pair::Node).
+    /// Plane quadric, as in [`CollapseVertex::planes`](super::pair::CollapseVertex).
     pub planes: [f32; 6],
 }
 
@@ -47,7 +47,7 @@ pub struct Poses {
 }
 
 /// Builds one pose per morph target over the surface vertices, with zero planes.
-fn of_morph_targets(original: &Original, attributes: &Attributes) -> Poses {
+fn poses_of_targets(original: &Original, attributes: &Attributes) -> Poses {
     let targets: Vec<&Channel> =
         attributes.channels.iter().filter(|channel| channel.role == Role::MorphPosition).collect();
     let surface = &original.surface;
@@ -77,8 +77,8 @@ fn of_morph_targets(original: &Original, attributes: &Attributes) -> Poses {
 impl Poses {
     /// Builds the poses to preserve: those of the morph targets, else unknown ones.
     pub fn new(original: &Original, keep: &Keep) -> Self {
-        match keep.posed() {
-            Some(attributes) => of_morph_targets(original, attributes),
+        match keep.pose_attributes() {
+            Some(attributes) => poses_of_targets(original, attributes),
             None => {
                 let strength = match keep.purpose {
                     Purpose::Poses => BEND,
@@ -104,12 +104,12 @@ impl Poses {
     }
 
     /// Returns a vertex in all poses.
-    pub(super) fn of(&self, v: u32) -> &[Posed] {
+    pub(super) fn vertex_poses(&self, v: u32) -> &[Posed] {
         &self.posed[v as usize * self.n_poses..][..self.n_poses]
     }
 
     /// Returns a vertex in all poses, mutably.
-    pub(super) fn of_mut(&mut self, v: u32) -> &mut [Posed] {
+    pub(super) fn vertex_poses_mut(&mut self, v: u32) -> &mut [Posed] {
         &mut self.posed[v as usize * self.n_poses..][..self.n_poses]
     }
 
@@ -122,19 +122,19 @@ impl Poses {
     /// second is at `other`.
     #[inline(never)]
     pub(super) fn mean_price(&self, [u, v]: [u32; 2], other: DVec3, here: Quadric) -> Quadric {
-        let pairs = self.of(u).iter().zip(self.of(v));
+        let pairs = self.vertex_poses(u).iter().zip(self.vertex_poses(v));
         let sum = pairs.fold(here, |sum, (u, v)| sum + price_in([u, v], other));
         sum * (1.0 / (1 + self.n_poses) as f64)
     }
 
     /// Records that `v`, at `other` from `u`, merged into `u`, which moved by `step`.
     pub(super) fn merge(&mut self, [u, v]: [u32; 2], other: DVec3, step: DVec3) {
-        (0..self.n_poses).for_each(|k| self.of_mut(u)[k] = self.merged(k, [u, v], other, step));
+        (0..self.n_poses).for_each(|k| self.vertex_poses_mut(u)[k] = self.merge_in_pose(k, [u, v], other, step));
     }
 
     /// Returns the merged vertex in a pose where `u` moves by `step` here and `v` is at `other`.
-    pub(super) fn merged(&self, k: usize, vertices: [u32; 2], other: DVec3, step: DVec3) -> Posed {
-        let [u, v] = vertices.map(|w| self.of(w)[k]);
+    pub(super) fn merge_in_pose(&self, k: usize, vertices: [u32; 2], other: DVec3, step: DVec3) -> Posed {
+        let [u, v] = vertices.map(|w| self.vertex_poses(w)[k]);
         let turn = mean_turn([&u, &v]);
         let middle = 0.5 * (u.position + v.position).as_dvec3();
         Posed { position: (middle + turn * (step - 0.5 * other)).as_vec3(), turn: turn.as_quat(), ..u }
@@ -147,11 +147,11 @@ fn price_in([u, v]: [&Posed; 2], other: DVec3) -> Quadric {
     let to_other = (v.position - u.position).as_dvec3();
     let turn = DMat3::from_quat(mean_turn([u, v]));
     let sum = quadric(u) + quadric(v).about(-to_other);
-    turned(&sum.about(0.5 * to_other - turn * (0.5 * other)), &turn)
+    turn_form(&sum.about(0.5 * to_other - turn * (0.5 * other)), &turn)
 }
 
 /// Returns the form `x -> form(turn x)`.
-fn turned(form: &Quadric, turn: &DMat3) -> Quadric {
+fn turn_form(form: &Quadric, turn: &DMat3) -> Quadric {
     let [xx, xy, xz, yy, yz, zz] = form.a;
     let a = DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz]);
     let a = turn.transpose() * a * *turn;
@@ -210,7 +210,7 @@ mod tests {
     use super::*;
     use crate::mesh::shapes;
 
-    fn posed(position: [f32; 3], normals: &[[f32; 3]], turn: Quat) -> Posed {
+    fn posed_vertex(position: [f32; 3], normals: &[[f32; 3]], turn: Quat) -> Posed {
         let mut planes = [0.0; 6];
         for &[x, y, z] in normals {
             planes.iter_mut().zip([x * x, x * y, x * z, y * y, y * z, z * z]).for_each(|(sum, entry)| *sum += entry);
@@ -223,7 +223,7 @@ mod tests {
         let turn = Quat::from_rotation_y(0.7) * Quat::from_rotation_x(-0.4);
         let of_u = [[1.0, 0.0, 0.0], [0.6, 0.8, 0.0]];
         let of_v = [[0.0, 0.6, 0.8]];
-        let (u, v) = (posed([1.0, 2.0, 3.0], &of_u, turn), posed([1.5, 2.5, 2.0], &of_v, turn));
+        let (u, v) = (posed_vertex([1.0, 2.0, 3.0], &of_u, turn), posed_vertex([1.5, 2.5, 2.0], &of_v, turn));
         let other = DVec3::new(0.3, -0.5, 1.0);
         for x in [DVec3::ZERO, other, DVec3::new(0.4, 0.1, -0.7)] {
             let middle = 0.5 * (u.position + v.position).as_dvec3();
@@ -260,13 +260,13 @@ mod tests {
         let target = Channel { name: "TARGET_0/POSITION".into(), role: Role::MorphPosition, width: 3, values };
         let attributes = Attributes { wedges: mesh.faces().to_vec(), channels: vec![target], groups: Vec::new() };
         let original = Original::bare(&mesh);
-        let mut poses = of_morph_targets(&original, &attributes);
-        let turned: Vec<Posed> = (0..mesh.positions().len() as u32).map(|v| poses.of(v)[0]).collect();
+        let mut poses = poses_of_targets(&original, &attributes);
+        let turned: Vec<Posed> = (0..mesh.positions().len() as u32).map(|v| poses.vertex_poses(v)[0]).collect();
         let (u, v) = (7, original.surface.neighbors(7)[0]);
         let other = (original.surface.positions[v as usize] - original.surface.positions[u as usize]).as_dvec3();
         let step = DVec3::new(0.01, 0.02, -0.01);
         poses.merge([u, v], other, step);
         let meant = turned[u as usize].position + rotation * step.as_vec3();
-        assert!(poses.of(u)[0].position.distance(meant) < 1e-5);
+        assert!(poses.vertex_poses(u)[0].position.distance(meant) < 1e-5);
     }
 }

@@ -5,7 +5,7 @@ use glam::Vec3;
 use crate::geometry::triangle::nearest_point;
 
 use super::complex::Collapse;
-use super::star::Star;
+use super::star::EndRing;
 
 /// Share of a ceiling below which distances are not measured exactly.
 const NEGLIGIBLE: f32 = 0.02;
@@ -14,7 +14,7 @@ impl Collapse<'_> {
     /// Returns the deformation still allowed after the ends of an edge moved to `x`; below 0 if this merge goes too
     /// far.
     #[inline(always)]
-    pub(super) fn ceiling_after(&self, ends: [u32; 2], stars: &[Star; 2], x: Vec3) -> f32 {
+    pub(super) fn ceiling_after(&self, ends: [u32; 2], stars: &[EndRing; 2], x: Vec3) -> f32 {
         if self.ceilings.is_empty() {
             return f32::INFINITY;
         }
@@ -25,7 +25,7 @@ impl Collapse<'_> {
     /// Measures the distance between the faces around an edge before and after its ends moved to `x`; stops above
     /// `most`.
     #[inline(never)]
-    fn distance_of_merge(&self, ends: [u32; 2], stars: &[Star; 2], x: Vec3, most: f32) -> f32 {
+    fn distance_of_merge(&self, ends: [u32; 2], stars: &[EndRing; 2], x: Vec3, most: f32) -> f32 {
         let place = |w: u32| (!self.is_ghost(w)).then(|| self.nodes[w as usize].position);
         let [u, v] = ends.map(|w| self.nodes[w as usize].position);
         let (mut before, mut after) = (Vec::with_capacity(16), Vec::with_capacity(16));
@@ -43,7 +43,7 @@ impl Collapse<'_> {
         let mut farthest = Farthest { distance2: (NEGLIGIBLE * most).powi(2), most2: most * most };
         self.look_along_curves(&mut farthest, ends, stars, x);
         farthest.look(&after, [u, v].into_iter());
-        // Corners may stay near while a face between them vanishes or an opening is covered.
+        // CornerTable may stay near while a face between them vanishes or an opening is covered.
         let middle = |[p, q, r]: [Vec3; 3]| (p + q + r) / 3.0;
         farthest.look(&after, before.iter().map(|&face| middle(face)));
         farthest.look(&before, after.iter().map(|&face| middle(face)));
@@ -53,12 +53,12 @@ impl Collapse<'_> {
     }
 
     /// Measures the held curves through the ends: they separate what a viewer distinguishes, such as panes or tiles.
-    fn look_along_curves(&self, farthest: &mut Farthest, ends: [u32; 2], stars: &[Star; 2], x: Vec3) {
+    fn look_along_curves(&self, farthest: &mut Farthest, ends: [u32; 2], stars: &[EndRing; 2], x: Vec3) {
         let Some(constraints) = &self.constraints else { return };
         let (mut before, mut after) = (Vec::new(), Vec::new());
         for (end, star) in ends.into_iter().zip(stars) {
             let here = self.nodes[end as usize].position;
-            let along = constraints.along_held(self.nodes[end as usize].id);
+            let along = constraints.held_neighbours(self.nodes[end as usize].id);
             for &w in star.ring.iter().filter(|&&w| !self.is_ghost(w) && along.contains(&self.nodes[w as usize].id)) {
                 let there = self.nodes[w as usize].position;
                 before.push([here, there, there]);

@@ -41,7 +41,7 @@ pub(super) fn trace(a: &DMat3) -> f64 {
 }
 
 /// Returns `a + weight tr(a) I`.
-pub(super) fn stiffened(a: &DMat3, weight: f64) -> DMat3 {
+pub(super) fn stiffen(a: &DMat3, weight: f64) -> DMat3 {
     *a + DMat3::IDENTITY * (weight * trace(a))
 }
 
@@ -69,9 +69,9 @@ pub(super) fn solve_backward(a: &DMat3, x: DVec3, gradient: DVec3) -> Form {
     Form { a: (outer(to_b, x) + outer(x, to_b)) * -0.5, b: to_b }
 }
 
-/// Returns the derivative of [`stiffened`] with respect to its matrix.
-pub(super) fn stiffened_backward(gradient: &DMat3, weight: f64) -> DMat3 {
-    stiffened(gradient, weight)
+/// Returns the derivative of [`stiffen`] with respect to its matrix.
+pub(super) fn stiffen_backward(gradient: &DMat3, weight: f64) -> DMat3 {
+    stiffen(gradient, weight)
 }
 
 /// Returns the derivative of the area normal `(b - a) x (c - a)` with respect to its corners.
@@ -115,7 +115,7 @@ mod tests {
     fn systems_are_solved_and_what_is_singular_gives_zero() {
         let a = outer(A, A) + outer(B, B) + outer(C, C);
         assert!((a * solve(&a, G)).distance(G) < 1e-12);
-        let nearly_flat = stiffened(&outer(A, A), 1e-6);
+        let nearly_flat = stiffen(&outer(A, A), 1e-6);
         assert!((nearly_flat * solve(&nearly_flat, G)).distance(G) < 1e-9);
         assert_eq!(solve(&outer(A, A), G), DVec3::ZERO);
         assert_eq!(solve(&DMat3::ZERO, G), DVec3::ZERO);

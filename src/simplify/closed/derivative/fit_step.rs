@@ -7,16 +7,16 @@
 use glam::{DMat3, DVec3};
 
 use super::algebra::{
-    Form, area_normal_backward, outer, solve, solve_backward, stiffened, stiffened_backward, unit_backward,
+    Form, area_normal_backward, outer, solve, solve_backward, stiffen, stiffen_backward, unit_backward,
 };
 use crate::geometry::triangle::area_normal_f64;
 use crate::simplify::closed::refine::points::Match;
-use crate::simplify::closed::trace::Step;
+use crate::simplify::closed::trace::TracedStep;
 
-/// Step with the two surfaces between which it was taken.
+/// TracedStep with the two surfaces between which it was taken.
 pub(super) struct FitStep<'a> {
     /// Matches and moved vertices.
-    pub step: &'a Step,
+    pub step: &'a TracedStep,
     pub input_faces: &'a [[u32; 3]],
     pub output_faces: &'a [[u32; 3]],
     /// Input positions.
@@ -26,7 +26,7 @@ pub(super) struct FitStep<'a> {
 }
 
 /// One match as a row of the least-squares system.
-struct Row {
+struct MatchRow {
     /// Corners of the output face with the point's barycentric weights.
     corners: [(usize, f64); 3],
     /// Weighted area of the input face.
@@ -77,7 +77,7 @@ impl FitStep<'_> {
         let to_slope = to_length / curvature;
         let to_curvature = -to_length * length / curvature;
         let mut to_directions: Vec<DVec3> = (0..gradient.len()).map(|v| moving(v) * length).collect();
-        let rows: Vec<Row> = self.step.matches.iter().map(|m| self.row(m, &normals)).collect();
+        let rows: Vec<MatchRow> = self.step.matches.iter().map(|m| self.row(m, &normals)).collect();
         let mut to_rows: Vec<ToRow> =
             rows.iter().map(|row| row.length_backward(&solved, [to_slope, to_curvature], &mut to_directions)).collect();
         let to_systems: Vec<Form> = (0..gradient.len()).map(|v| solved.system_backward(v, to_directions[v])).collect();
@@ -98,7 +98,7 @@ impl FitStep<'_> {
         0.5 * f64::from(self.step.counts[m.projection.face as usize]) / f64::from(self.step.density.per_face())
     }
 
-    fn row(&self, m: &Match, normals: &[DVec3]) -> Row {
+    fn row(&self, m: &Match, normals: &[DVec3]) -> MatchRow {
         let density = self.step.density;
         let corners_of_point = self.input_faces[density.face(m.point)].map(|v| self.input[v as usize]);
         let point: DVec3 = corners_of_point.iter().zip(density.weights(m.point)).map(|(p, weight)| *p * weight).sum();
@@ -108,7 +108,7 @@ impl FitStep<'_> {
         let gap = point - foot;
         let normal = normals[m.projection.face as usize].normalize_or_zero();
         let area = self.share(m) * area_normal_f64(corners_of_point).length();
-        Row { corners, area, gap, normal, height: normal.dot(gap) }
+        MatchRow { corners, area, gap, normal, height: normal.dot(gap) }
     }
 
     fn solve(&self, normals: &[DVec3]) -> Solved {
@@ -122,7 +122,7 @@ impl FitStep<'_> {
             }
         }
         let stay = f64::from(self.step.stay);
-        let direction = |system: &Form| solve(&stiffened(&system.a, stay), system.b);
+        let direction = |system: &Form| solve(&stiffen(&system.a, stay), system.b);
         let directions: Vec<DVec3> = systems.iter().map(direction).collect();
         let (mut slope, mut curvature) = (0.0, 0.0);
         for row in rows() {
@@ -134,7 +134,7 @@ impl FitStep<'_> {
     }
 
     /// Passes gradients of the rows on to points and vertices.
-    fn rows_backward(&self, rows: &[Row], to_rows: &[ToRow], to_input: &mut [DVec3], to_output: &mut [DVec3]) {
+    fn rows_backward(&self, rows: &[MatchRow], to_rows: &[ToRow], to_input: &mut [DVec3], to_output: &mut [DVec3]) {
         let mut to_units = vec![DVec3::ZERO; self.output_faces.len()];
         for ((m, row), to) in self.step.matches.iter().zip(rows).zip(to_rows) {
             to_units[m.projection.face as usize] += to.normal + row.gap * to.height;
@@ -165,14 +165,14 @@ struct ToRow {
     normal: DVec3,
 }
 
-impl Row {
+impl MatchRow {
     /// Returns the height by which the corners' directions lift the point's place.
     fn rise(&self, directions: &[DVec3]) -> f64 {
-        self.normal.dot(self.carried(directions))
+        self.normal.dot(self.move_place(directions))
     }
 
     /// Returns the vector by which the corners' directions move the point's place.
-    fn carried(&self, directions: &[DVec3]) -> DVec3 {
+    fn move_place(&self, directions: &[DVec3]) -> DVec3 {
         self.corners.iter().map(|&(v, share)| directions[v] * share).sum()
     }
 
@@ -183,7 +183,7 @@ impl Row {
         [to_slope, to_curvature]: [f64; 2],
         to_directions: &mut [DVec3],
     ) -> ToRow {
-        let carried = self.carried(&solved.directions);
+        let carried = self.move_place(&solved.directions);
         let rise = self.normal.dot(carried);
         let to_rise = self.area * (to_slope * self.height + 2.0 * to_curvature * rise);
         self.corners.iter().for_each(|&(v, share)| to_directions[v] += self.normal * (to_rise * share));
@@ -210,8 +210,8 @@ impl Row {
 impl Solved {
     /// Returns the gradient of vertex `v`'s system from that of its direction.
     fn system_backward(&self, v: usize, gradient: DVec3) -> Form {
-        let matrix: DMat3 = stiffened(&self.systems[v].a, self.stay);
+        let matrix: DMat3 = stiffen(&self.systems[v].a, self.stay);
         let Form { a, b } = solve_backward(&matrix, self.directions[v], gradient);
-        Form { a: stiffened_backward(&a, self.stay), b }
+        Form { a: stiffen_backward(&a, self.stay), b }
     }
 }

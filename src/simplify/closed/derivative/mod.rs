@@ -14,10 +14,10 @@ use glam::DVec3;
 
 use crate::simplify::closed::original::Original;
 use crate::simplify::closed::prepare::surface::Normalisation;
-use crate::simplify::closed::trace::{Step, Trace};
+use crate::simplify::closed::trace::{Trace, TracedStep};
 use fit_step::FitStep;
-use planes::{Gathered, Planes};
-use tree::{Grown, Tree};
+use planes::{PlaneSums, Planes};
+use tree::{GrownTree, UnionTree};
 
 /// Closed result as a function of the input positions.
 pub(in crate::simplify) struct Derivative {
@@ -27,23 +27,23 @@ pub(in crate::simplify) struct Derivative {
     /// Output vertex of each surface vertex.
     output_of: Vec<u32>,
     planes: Planes,
-    tree: Tree,
+    tree: UnionTree,
     faces: Vec<[u32; 3]>,
-    steps: Vec<Step>,
+    steps: Vec<TracedStep>,
     /// Result minus smooth function, n_output x 3.
     offsets: Vec<DVec3>,
 }
 
 /// Function at one place with all intermediate results.
-struct State {
+struct Evaluation {
     input: Vec<DVec3>,
-    planes: Gathered,
-    tree: Grown,
+    planes: PlaneSums,
+    tree: GrownTree,
     /// Output vertices before each fit step, and after the last.
     stages: Vec<Vec<DVec3>>,
 }
 
-impl State {
+impl Evaluation {
     fn output(&self) -> &[DVec3] {
         self.stages.last().map_or(&[], |last| last)
     }
@@ -63,7 +63,7 @@ impl Derivative {
             sources,
             output_of: vertex_of.to_vec(),
             planes: Planes::new(surface, &positions),
-            tree: Tree::new(&history, vertex_of),
+            tree: UnionTree::new(&history, vertex_of),
             faces,
             steps,
             offsets: Vec::new(),
@@ -75,7 +75,7 @@ impl Derivative {
     }
 
     /// Extends the function to a larger mesh; `sources` are this one's vertices in it.
-    pub fn within(mut self, sources: &[u32]) -> Self {
+    pub fn extend_to(mut self, sources: &[u32]) -> Self {
         self.sources.iter_mut().for_each(|v| *v = sources[*v as usize]);
         self
     }
@@ -100,7 +100,7 @@ impl Derivative {
         to_input.into_iter().map(|g| g.to_array()).collect()
     }
 
-    fn evaluate(&self, input: Vec<DVec3>) -> State {
+    fn evaluate(&self, input: Vec<DVec3>) -> Evaluation {
         let planes = self.planes.gather(&input);
         let tree = self.tree.grow(&input, &planes.matrices);
         let mut stages = vec![self.tree.outputs(&tree)];
@@ -109,11 +109,11 @@ impl Derivative {
             let next = self.fit_step(step, &input, last).forward();
             stages.push(next);
         }
-        State { input, planes, tree, stages }
+        Evaluation { input, planes, tree, stages }
     }
 
     /// Computes gradients with respect to surface vertices; normalisation cancels, since both sides scale alike.
-    fn back(&self, at: &State, mut gradient: Vec<DVec3>) -> Vec<DVec3> {
+    fn back(&self, at: &Evaluation, mut gradient: Vec<DVec3>) -> Vec<DVec3> {
         let mut to_input = vec![DVec3::ZERO; at.input.len()];
         for (step, before) in self.steps.iter().zip(&at.stages).rev() {
             gradient = self.fit_step(step, &at.input, before).backward(&gradient, &mut to_input);
@@ -123,7 +123,7 @@ impl Derivative {
         to_input
     }
 
-    fn fit_step<'a>(&'a self, step: &'a Step, input: &'a [DVec3], output: &'a [DVec3]) -> FitStep<'a> {
+    fn fit_step<'a>(&'a self, step: &'a TracedStep, input: &'a [DVec3], output: &'a [DVec3]) -> FitStep<'a> {
         FitStep { step, input_faces: &self.planes.faces, output_faces: &self.faces, input, output }
     }
 }
@@ -139,7 +139,7 @@ mod tests {
     use crate::linalg::test_values::random;
     use crate::mesh::{Frame, TriMesh, shapes};
     use crate::simplify::closed::aim::Aim;
-    use crate::simplify::closed::request::{Importance, Keep, Request};
+    use crate::simplify::closed::request::{ClosedRequest, Importance, Keep};
     use crate::simplify::limits::Limit;
     use crate::simplify::options::{Purpose, Refinements};
     use crate::simplify::progress::Progress;
@@ -147,7 +147,7 @@ mod tests {
     fn run(mesh: &TriMesh, vertices: usize, purpose: Purpose) -> (Closed, Derivative) {
         let limit = Limit::of_vertices(vertices);
         let factors: Vec<f32> = (0..mesh.positions().len()).map(|v| 1.0 + (v % 3) as f32).collect();
-        let request = Request {
+        let request = ClosedRequest {
             importance: Importance::Given(&factors),
             hidden: &[],
             aim: Aim::default(),
@@ -203,7 +203,7 @@ mod tests {
     }
 
     /// The mesh with every vertex moved a little: where flat parts fit exactly, the fit has a kink.
-    fn shaken(mesh: &TriMesh) -> TriMesh {
+    fn shake(mesh: &TriMesh) -> TriMesh {
         let moves = directions(mesh.positions().len(), 3);
         let moved = |(p, d): (&[f32; 3], DVec3)| (glam::Vec3::from(*p) + d.as_vec3() * 1e-3).to_array();
         TriMesh::new(mesh.positions().iter().zip(moves).map(moved).collect(), mesh.faces().to_vec()).unwrap()
@@ -212,7 +212,7 @@ mod tests {
     #[test]
     fn gradients_are_slopes_of_the_function() {
         for (mesh, n, purpose) in cases_and_poses() {
-            let mesh = shaken(&mesh);
+            let mesh = shake(&mesh);
             let (closed, derivative) = run(&mesh, n, purpose);
             let input = gather(&derivative.scale, &in_doubles(&mesh), &derivative.sources);
             let g = directions(closed.mesh.positions().len(), 7);

@@ -24,7 +24,7 @@ pub(super) struct Planes {
 }
 
 /// Planes at given positions.
-pub(super) struct Gathered {
+pub(super) struct PlaneSums {
     /// Area normals of the faces, n_faces.
     normals: Vec<DVec3>,
     /// Quadric matrices, n_vertices.
@@ -45,7 +45,7 @@ impl Planes {
     }
 
     /// Computes the planes at `positions`.
-    pub fn gather(&self, positions: &[DVec3]) -> Gathered {
+    pub fn gather(&self, positions: &[DVec3]) -> PlaneSums {
         let mut matrices = vec![DMat3::ZERO; positions.len()];
         let corners = |face: &[u32; 3]| face.map(|v| positions[v as usize]);
         let normals: Vec<DVec3> = self.faces.iter().map(|face| area_normal_f64(corners(face))).collect();
@@ -60,11 +60,11 @@ impl Planes {
         }
         self.weightless.iter().for_each(|&v| matrices[v as usize] += DMat3::IDENTITY * self.support);
         matrices.iter_mut().zip(&self.importance).for_each(|(matrix, &factor)| *matrix *= factor);
-        Gathered { normals, matrices }
+        PlaneSums { normals, matrices }
     }
 
     /// Adds gradients with respect to positions, from symmetric ones with respect to the matrices.
-    pub fn backward(&self, positions: &[DVec3], at: &Gathered, gradient: &[DMat3], to_positions: &mut [DVec3]) {
+    pub fn backward(&self, positions: &[DVec3], at: &PlaneSums, gradient: &[DMat3], to_positions: &mut [DVec3]) {
         let factor = |v: u32| self.importance.get(v as usize).copied().unwrap_or(1.0);
         let gradient = |v: u32| gradient[v as usize] * factor(v);
         for &[w, v] in &self.boundaries {

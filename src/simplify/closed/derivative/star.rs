@@ -2,13 +2,13 @@
 
 use glam::{DMat3, DVec3};
 
-use super::algebra::{Form, area_normal_backward, outer, stiffened, stiffened_backward, trace};
+use super::algebra::{Form, area_normal_backward, outer, stiffen, stiffen_backward, trace};
 use super::planes::{line, line_backward, plane, plane_backward};
 use crate::geometry::triangle::area_normal_f64;
 use crate::simplify::closed::collapse::{PULL, Renewal};
 
 /// Faces, boundary edges and folds around a node.
-pub(super) struct Star {
+pub(super) struct NodeStar {
     centre: usize,
     /// Other corners of its faces.
     faces: Vec<[usize; 2]>,
@@ -19,7 +19,7 @@ pub(super) struct Star {
     bend: f64,
 }
 
-impl Star {
+impl NodeStar {
     /// Builds the star of a recomputed vertex; `node_of` names the nodes of vertices at that time.
     pub fn new(Renewal { vertex, ring, folds, importance, bend }: &Renewal, node_of: &[usize]) -> Self {
         let nodes: Vec<Option<usize>> = ring.iter().map(|&w| node_of.get(w as usize).copied()).collect();
@@ -45,7 +45,7 @@ impl Star {
 
     fn matrix(&self, places: &[DVec3]) -> DMat3 {
         let planes = self.planes(places);
-        stiffened(&planes, f64::from(PULL) + self.bend * trace(&planes))
+        stiffen(&planes, f64::from(PULL) + self.bend * trace(&planes))
     }
 
     /// Computes the quadric with the nodes at these places.
@@ -60,7 +60,7 @@ impl Star {
         to_places[self.centre] += self.matrix(places) * b;
         let to_matrix = a + (outer(b, centre) + outer(centre, b)) * 0.5;
         let slope = f64::from(PULL) + 2.0 * self.bend * trace(&self.planes(places));
-        let to_matrix = stiffened_backward(&to_matrix, slope) * self.importance;
+        let to_matrix = stiffen_backward(&to_matrix, slope) * self.importance;
         for &[p, q] in &self.faces {
             let corners = [centre, places[p], places[q]];
             let to_normal = plane_backward(area_normal_f64(corners), &to_matrix);

@@ -6,42 +6,42 @@
 
 use glam::{DMat3, DVec3};
 
-use super::algebra::{Form, outer, solve, solve_backward, stiffened, stiffened_backward};
-use super::star::Star;
-use crate::simplify::closed::collapse::{Event, PULL, Place};
+use super::algebra::{Form, outer, solve, solve_backward, stiffen, stiffen_backward};
+use super::star::NodeStar;
+use crate::simplify::closed::collapse::{CollapseEvent, PULL, Placement};
 
 /// Input vertices and their unions.
-pub(super) struct Tree {
+pub(super) struct UnionTree {
     /// Events in order.
-    steps: Vec<Step>,
+    steps: Vec<TreeStep>,
     /// Node of each output vertex: an input vertex, or n_input plus the number of a union.
     roots: Vec<u32>,
 }
 
-/// Step of the collapse.
-enum Step {
+/// TreeStep of the collapse.
+enum TreeStep {
     /// New node: a union of two.
     Union {
         nodes: [usize; 2],
         quadrics: [usize; 2],
         /// Choice of its place.
-        place: Place,
+        place: Placement,
     },
     /// New quadric.
-    Star(Star),
+    Star(NodeStar),
 }
 
-/// Tree at given positions.
-pub(super) struct Grown {
+/// UnionTree at given positions.
+pub(super) struct GrownTree {
     /// Quadrics: those of the input, then one per star.
     quadrics: Vec<Form>,
     /// Places of all nodes.
     places: Vec<DVec3>,
 }
 
-impl Tree {
+impl UnionTree {
     /// Builds the tree of a history; `output_of` names the output vertex of each input vertex.
-    pub fn new(history: &[Event], output_of: &[u32]) -> Self {
+    pub fn new(history: &[CollapseEvent], output_of: &[u32]) -> Self {
         let n_input = output_of.len();
         // Current node and quadric of every collapse vertex.
         let mut node_of: Vec<usize> = (0..n_input).collect();
@@ -50,15 +50,15 @@ impl Tree {
         let mut steps = Vec::with_capacity(history.len());
         for event in history {
             match event {
-                Event::Merge(merge) => {
+                CollapseEvent::Merge(merge) => {
                     let both = [merge.kept, merge.gone].map(|r| r as usize);
                     let (nodes, quadrics) = (both.map(|r| node_of[r]), both.map(|r| quadric_of[r]));
-                    steps.push(Step::Union { nodes, quadrics, place: merge.place });
+                    steps.push(TreeStep::Union { nodes, quadrics, place: merge.place });
                     node_of[both[0]] = n_nodes;
                     n_nodes += 1;
                 }
-                Event::Renewal(renewal) => {
-                    steps.push(Step::Star(Star::new(renewal, &node_of)));
+                CollapseEvent::Renewal(renewal) => {
+                    steps.push(TreeStep::Star(NodeStar::new(renewal, &node_of)));
                     quadric_of[renewal.vertex as usize] = n_quadrics;
                     n_quadrics += 1;
                 }
@@ -74,32 +74,34 @@ impl Tree {
     }
 
     /// Computes quadrics and places from those of the input.
-    pub fn grow(&self, positions: &[DVec3], matrices: &[DMat3]) -> Grown {
+    pub fn grow(&self, positions: &[DVec3], matrices: &[DMat3]) -> GrownTree {
         let form = |(&p, matrix): (&DVec3, &DMat3)| {
-            let a = stiffened(matrix, f64::from(PULL));
+            let a = stiffen(matrix, f64::from(PULL));
             Form { a, b: a * p }
         };
         let mut quadrics: Vec<Form> = positions.iter().zip(matrices).map(form).collect();
         let mut places = positions.to_vec();
         for step in &self.steps {
             match step {
-                Step::Star(star) => quadrics.push(star.quadric(&places)),
-                Step::Union { nodes: [kept, gone], quadrics: [of_kept, of_gone], place } => places.push(match place {
-                    Place::Minimum => {
-                        let form = quadrics[*of_kept] + quadrics[*of_gone];
-                        solve(&form.a, form.b)
-                    }
-                    Place::Kept => places[*kept],
-                    Place::Gone => places[*gone],
-                    Place::Middle => (places[*kept] + places[*gone]) * 0.5,
-                }),
+                TreeStep::Star(star) => quadrics.push(star.quadric(&places)),
+                TreeStep::Union { nodes: [kept, gone], quadrics: [of_kept, of_gone], place } => {
+                    places.push(match place {
+                        Placement::Minimum => {
+                            let form = quadrics[*of_kept] + quadrics[*of_gone];
+                            solve(&form.a, form.b)
+                        }
+                        Placement::Kept => places[*kept],
+                        Placement::Gone => places[*gone],
+                        Placement::Middle => (places[*kept] + places[*gone]) * 0.5,
+                    })
+                }
             }
         }
-        Grown { quadrics, places }
+        GrownTree { quadrics, places }
     }
 
     /// Returns the output vertices.
-    pub fn outputs(&self, at: &Grown) -> Vec<DVec3> {
+    pub fn outputs(&self, at: &GrownTree) -> Vec<DVec3> {
         self.roots.iter().map(|&node| at.places[node as usize]).collect()
     }
 
@@ -107,7 +109,7 @@ impl Tree {
     /// to the matrices.
     pub fn backward(
         &self,
-        at: &Grown,
+        at: &GrownTree,
         positions: &[DVec3],
         gradient: &[DVec3],
         to_positions: &mut [DVec3],
@@ -119,34 +121,36 @@ impl Tree {
             let Form { a, b } = to_forms[v];
             to_positions[v] += at.quadrics[v].a * b + to_places[v];
             let p = positions[v];
-            stiffened_backward(&(a + (outer(b, p) + outer(p, b)) * 0.5), f64::from(PULL))
+            stiffen_backward(&(a + (outer(b, p) + outer(p, b)) * 0.5), f64::from(PULL))
         };
         (0..positions.len()).map(to_matrix).collect()
     }
 
     /// Passes gradients from unions and stars down, newest first; returns those with respect to the input's quadrics,
     /// n_input.
-    fn steps_backward(&self, at: &Grown, to_places: &mut [DVec3], n_input: usize) -> Vec<Form> {
+    fn steps_backward(&self, at: &GrownTree, to_places: &mut [DVec3], n_input: usize) -> Vec<Form> {
         let mut to_quadrics = vec![Form::ZERO; at.quadrics.len()];
         let (mut node, mut quadric) = (at.places.len(), at.quadrics.len());
         for step in self.steps.iter().rev() {
             match step {
-                Step::Star(star) => {
+                TreeStep::Star(star) => {
                     quadric -= 1;
                     star.backward(&at.places, &to_quadrics[quadric], to_places);
                 }
-                Step::Union { nodes: [kept, gone], quadrics, place } => {
+                TreeStep::Union { nodes: [kept, gone], quadrics, place } => {
                     node -= 1;
                     let to_place = to_places[node];
                     match place {
-                        Place::Minimum => {
+                        Placement::Minimum => {
                             let form = at.quadrics[quadrics[0]] + at.quadrics[quadrics[1]];
                             let to_form = solve_backward(&form.a, at.places[node], to_place);
                             quadrics.iter().for_each(|&quadric| to_quadrics[quadric] += to_form);
                         }
-                        Place::Kept => to_places[*kept] += to_place,
-                        Place::Gone => to_places[*gone] += to_place,
-                        Place::Middle => [kept, gone].into_iter().for_each(|&child| to_places[child] += to_place * 0.5),
+                        Placement::Kept => to_places[*kept] += to_place,
+                        Placement::Gone => to_places[*gone] += to_place,
+                        Placement::Middle => {
+                            [kept, gone].into_iter().for_each(|&child| to_places[child] += to_place * 0.5)
+                        }
                     }
                 }
             }

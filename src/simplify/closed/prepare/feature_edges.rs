@@ -21,7 +21,7 @@ pub struct FeatureEdges {
 
 impl FeatureEdges {
     /// Transfers mesh edges to the surface, where some vertices are copies.
-    pub fn on(surface: &Surface, kept: &[KeptEdge]) -> Self {
+    pub fn new(surface: &Surface, kept: &[KeptEdge]) -> Self {
         let has_copies = surface.n_split() > 0 && !kept.is_empty();
         let kept = if has_copies { on_copies(surface, kept) } else { kept.to_vec() };
         let edges: Vec<[u32; 2]> = kept.iter().map(|edge| edge.ends).collect();
@@ -31,17 +31,17 @@ impl FeatureEdges {
     }
 
     /// Returns whether any edge is held.
-    pub fn hold(&self) -> bool {
-        self.held().next().is_some()
+    pub fn has_held(&self) -> bool {
+        self.held_edges().next().is_some()
     }
 
     /// Returns the held edges.
-    pub fn held(&self) -> impl Iterator<Item = [u32; 2]> {
+    pub fn held_edges(&self) -> impl Iterator<Item = [u32; 2]> {
         self.edges.iter().zip(&self.slack).filter(|(_, slack)| **slack == 0.0).map(|(edge, _)| *edge)
     }
 
     /// Returns the endpoints of the curves.
-    pub fn ends(&self) -> Vec<u32> {
+    pub fn curve_ends(&self) -> Vec<u32> {
         let mut vertices = self.edges.as_flattened().to_vec();
         vertices.sort_unstable();
         vertices.chunk_by(|a, b| a == b).filter(|same| same.len() == 1).map(|same| same[0]).collect()
@@ -52,7 +52,7 @@ impl FeatureEdges {
     }
 
     /// Returns the hard edges.
-    pub fn hard(&self) -> impl Iterator<Item = [u32; 2]> {
+    pub fn hard_edges(&self) -> impl Iterator<Item = [u32; 2]> {
         self.edges.iter().zip(&self.is_hard).filter(|(_, is_hard)| **is_hard).map(|(edge, _)| *edge)
     }
 
@@ -63,7 +63,7 @@ impl FeatureEdges {
 
     /// Maps the hard edges through `vertex_of`, without duplicates and loops.
     pub fn hard_edges_between(&self, vertex_of: &[u32]) -> Vec<[u32; 2]> {
-        edges_between(self.hard(), vertex_of)
+        edges_between(self.hard_edges(), vertex_of)
     }
 }
 

@@ -56,7 +56,7 @@ mod tests {
         let on_plane: Vec<bool> = half.positions().iter().map(|p| p[0].abs() < 1e-6).collect();
         assert_eq!(on_plane.iter().filter(|&&on| on).count(), 24);
         let (mut surface, of_whole) = (Surface::new(&half, Pulse::NONE), Surface::new(&whole, Pulse::NONE));
-        let plane = PlaneVertices::of(&surface, &Half { axis: 0, on_plane: &on_plane });
+        let plane = PlaneVertices::from_half(&surface, &Half { axis: 0, on_plane: &on_plane });
         complete(&mut surface, &plane);
         // The halves are normalised by different powers of two.
         let ratio = (surface.scale.to_unit([1.0, 0.0, 0.0]) - surface.scale.to_unit([0.0; 3])).x

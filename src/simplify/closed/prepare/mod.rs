@@ -24,9 +24,9 @@ pub fn prepare_at_scale<'a>(mesh: &'a TriMesh, scale: Normalisation, keep: &Keep
 }
 
 fn prepare_surface<'a>(mesh: &'a TriMesh, mut surface: Surface<'a>, keep: &Keep) -> Original<'a> {
-    let features = FeatureEdges::on(&surface, keep.edges);
-    let pins = Pins::on(&surface, keep);
-    surface.support_edges(features.held());
+    let features = FeatureEdges::new(&surface, keep.edges);
+    let pins = Pins::new(&surface, keep);
+    surface.support_edges(features.held_edges());
     pins.plane().into_iter().for_each(|plane| half::complete(&mut surface, plane));
     Original { mesh, surface, features, pins }
 }

@@ -60,7 +60,7 @@ pub struct Normalisation {
 }
 
 impl Normalisation {
-    fn of(positions: &[[f32; 3]]) -> Self {
+    fn from_positions(positions: &[[f32; 3]]) -> Self {
         let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let (low, high) = positions
             .par_iter()
@@ -106,7 +106,7 @@ impl Normalisation {
 impl<'a> Surface<'a> {
     /// Builds the manifold of a mesh and sums its normals and quadrics.
     pub fn new(mesh: &'a TriMesh, pulse: Pulse<'a>) -> Self {
-        Self::at_scale(mesh, Normalisation::of(mesh.positions()), pulse)
+        Self::at_scale(mesh, Normalisation::from_positions(mesh.positions()), pulse)
     }
 
     /// Builds the surface of some components with the normalisation of the whole mesh.

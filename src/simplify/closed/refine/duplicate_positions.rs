@@ -33,12 +33,17 @@ pub fn separate(pulse: Pulse, positions: &mut [[f32; 3]], pins: &Pins, frame: &F
     // Locked vertices claim their positions first, since they cannot give way.
     taken.extend(pins.locked_vertices().map(|v| key(frame, positions[v as usize])));
     let mut n_tried: FxHashMap<[u64; 3], u32> = FxHashMap::default();
-    let (steps, mut n_moved) = (Steps::of(positions, frame), 0);
+    let (steps, mut n_moved) = (VisibleSteps::new(positions, frame), 0);
     for (_, position) in (0..).zip(positions).filter(|(v, _)| !pins.is_locked(*v)) {
         let written = key(frame, *position);
         if !taken.insert(written) {
-            *position =
-                free_place(*position, steps.at(*position), frame, &mut taken, n_tried.entry(written).or_default());
+            *position = free_place(
+                *position,
+                steps.steps_at(*position),
+                frame,
+                &mut taken,
+                n_tried.entry(written).or_default(),
+            );
             n_moved += 1;
         }
     }
@@ -60,10 +65,10 @@ pub fn separate_twins(
         return 0;
     }
     let mut taken: FxHashSet<[u64; 3]> = FxHashSet::default();
-    let (steps, mut n_moved) = (Steps::of(positions, frame), 0);
+    let (steps, mut n_moved) = (VisibleSteps::new(positions, frame), 0);
     for (v, slot) in positions.iter_mut().enumerate() {
         let position = *slot;
-        let steps = steps.at(position);
+        let steps = steps.steps_at(position);
         let mut number = 0;
         loop {
             let offset = grid_place(number, steps);
@@ -131,15 +136,15 @@ fn free_place(
 }
 
 /// Smallest steps that separate vertices of a mesh.
-pub(super) struct Steps<'a> {
+pub(super) struct VisibleSteps<'a> {
     frame: &'a Frame,
     /// Step that is small for the mesh: some roundings at half the longest side of its box.
     visible: f32,
 }
 
-impl<'a> Steps<'a> {
+impl<'a> VisibleSteps<'a> {
     /// Measures a mesh with these local positions, n_vertices x 3.
-    pub(super) fn of(positions: &[[f32; 3]], frame: &'a Frame) -> Self {
+    pub(super) fn new(positions: &[[f32; 3]], frame: &'a Frame) -> Self {
         let Bounds { low, high } = Bounds::of(positions);
         let [low, high] = [low, high].map(Vec3::from);
         Self { frame, visible: SMALL * f32::EPSILON * (high / 2.0 - low / 2.0).max_element() }
@@ -149,7 +154,7 @@ impl<'a> Steps<'a> {
     ///
     /// They follow the largest coordinate, which all readers resolve; far from the origin, where this would be large
     /// for the mesh, each axis's own.
-    pub(super) fn at(&self, position: [f32; 3]) -> [f32; 3] {
+    pub(super) fn steps_at(&self, position: [f32; 3]) -> [f32; 3] {
         let of_file = if self.frame.double { f64::EPSILON } else { f64::from(f32::EPSILON) };
         let written = self.frame.to_file(position);
         let own: [f32; 3] = std::array::from_fn(|axis| {

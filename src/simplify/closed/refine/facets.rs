@@ -84,14 +84,18 @@ impl<'a> Facets<'a> {
 
     /// Returns a face at the edge between the regions of a point's three vertices; `None` if they are one or not
     /// adjacent.
-    pub fn between(&self, [a, b, c]: [u32; 3]) -> Option<u32> {
+    pub fn face_between(&self, [a, b, c]: [u32; 3]) -> Option<u32> {
         let [u, v] = if a != b { [a, b] } else { [b, c] };
-        if u == v { None } else { self.output.around().along(u, v).or_else(|| self.output.around().along(v, u)) }
+        if u == v {
+            None
+        } else {
+            self.output.faces_around().face_along(u, v).or_else(|| self.output.faces_around().face_along(v, u))
+        }
     }
 
     /// Returns a face at a vertex; the first of all if it has none.
-    pub fn at(&self, vertex: u32) -> u32 {
-        self.output.around().corners(vertex).first().map_or(0, |corner| corner.face)
+    pub fn face_at(&self, vertex: u32) -> u32 {
+        self.output.faces_around().corners(vertex).first().map_or(0, |corner| corner.face)
     }
 
     pub fn is_empty(&self) -> bool {
@@ -118,7 +122,7 @@ impl<'a> Facets<'a> {
             }
             walking.truncate(n_outside);
             walking.retain(|&i| {
-                let beyond = self.beyond(faces[i], usize::from(toward[i]));
+                let beyond = self.face_across(faces[i], usize::from(toward[i]));
                 // A step back to the last face means that the point is outside of both, over their edge.
                 let goes = beyond != from[i] && beyond != NONE;
                 if goes {
@@ -145,14 +149,15 @@ impl<'a> Facets<'a> {
     }
 
     /// Finds the face across the edge opposite a corner (0, 1, 2), or `NONE`; caches the answer.
-    fn beyond(&self, face: u32, corner: usize) -> u32 {
+    fn face_across(&self, face: u32, corner: usize) -> u32 {
         let memory = &self.facets[face as usize].beyond[corner];
         let known = memory.load(Relaxed);
         if known != UNKNOWN {
             return known;
         }
         let corners = self.output.face(face);
-        let found = self.output.around().along(corners[(corner + 2) % 3], corners[(corner + 1) % 3]).unwrap_or(NONE);
+        let found =
+            self.output.faces_around().face_along(corners[(corner + 2) % 3], corners[(corner + 1) % 3]).unwrap_or(NONE);
         memory.store(found, Relaxed);
         found
     }
@@ -160,7 +165,7 @@ impl<'a> Facets<'a> {
     /// Finds the nearest face around `vertex` whose normal agrees.
     fn nearest_around(&self, point: Vec3, normal: Vec3, vertex: u32) -> Option<Projection> {
         let mut best: Option<(f32, Projection)> = None;
-        for face in self.output.around().faces(vertex) {
+        for face in self.output.faces_around().faces(vertex) {
             let facet = &self.facets[face as usize];
             if facet.normal.dot(normal) <= 0.0 {
                 continue;

@@ -60,7 +60,7 @@ pub fn draw(points: &mut Points, facets: &Facets) -> Vec<Vec3> {
 /// Finds the point's closest face among those around the corners of a face.
 fn nearest(output: &Output, point: Vec3, face: u32) -> FarPoint {
     let mut nearest = FarPoint { distance: f32::INFINITY, way: Vec3::ZERO, foot: Projection::default() };
-    for face in output.face(face).into_iter().flat_map(|v| output.around().faces(v)) {
+    for face in output.face(face).into_iter().flat_map(|v| output.faces_around().faces(v)) {
         let corners = output.triangle(face);
         let weights = nearest_weights(point, corners);
         let way = point - (corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2]);
@@ -90,7 +90,7 @@ mod tests {
         let mut positions = surface.positions[..coarse.positions().len()].to_vec();
         positions[0] /= 1.4;
         let tip = surface.positions[0] - positions[0];
-        let output = Output::over(&surface.positions, positions, coarse.faces().to_vec());
+        let output = Output::from_original(&surface.positions, positions, coarse.faces().to_vec());
         let aim = Aim { points_per_vertex: 200, ..Aim::default() };
         let steps = draw(&mut Points::new(&surface, coarse.positions().len(), aim), &Facets::new(Pulse::NONE, &output));
         let along = steps[0].dot(tip) / tip.length_squared();

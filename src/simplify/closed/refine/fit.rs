@@ -14,7 +14,7 @@ use crate::mesh::thread_ranges::{add_faces, indices_where, split_rows, thread_ra
 use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
 use crate::simplify::closed::prepare::surface::outer;
-use crate::simplify::closed::trace::{Step, Trace};
+use crate::simplify::closed::trace::{Trace, TracedStep};
 
 use super::facets::{Facets, Projection};
 use super::far_points;
@@ -40,7 +40,7 @@ const LEAST_MEANT: f32 = 0.2;
 /// Moves the output vertices toward the original in several steps; records the steps in `trace`.
 pub fn fit(original: &Original, points: &mut Points, output: &mut Output, trace: &mut Option<Trace>) {
     // With held curves one step only: each moves vertices along the surface, off their curves.
-    let n_steps = if !original.features.hold() { points.n_steps() } else { 1 };
+    let n_steps = if !original.features.has_held() { points.n_steps() } else { 1 };
     let start = output.positions.clone();
     for n_before in 0..n_steps {
         // Three points a face are worth their time only after the first, largest step.
@@ -77,8 +77,8 @@ fn step(original: &Original, points: &mut Points, output: &mut Output, start: &[
     // The weights of the faces follow from the heights of this step, so outliers are found anew each time.
     let counts = counts(pulse, &sums, points.aim().usual, square);
     pulse.beat(0);
-    let stay = if !original.features.hold() { STAY } else { STAY_BY_CURVES };
-    let weighed = Weighed { sums: &sums, counts: &counts, thinning: points.thinning(), stay };
+    let stay = if !original.features.has_held() { STAY } else { STAY_BY_CURVES };
+    let weighed = WeightedSums { sums: &sums, counts: &counts, thinning: points.thinning(), stay };
     let mut steps = solve(pulse, &facets, &weighed);
     // Above a spike there are no points, so heights cannot stop a vertex: its own distance does.
     strays::take_back(original, &facets, start, &mut steps, square.sqrt());
@@ -91,7 +91,7 @@ fn step(original: &Original, points: &mut Points, output: &mut Output, start: &[
     pulse.beat(0);
     if let (Some(trace), Some(matches)) = (trace, matches) {
         let moved = after.iter().zip(&output.positions).map(|(p, q)| p != q).collect();
-        trace.steps.push(Step { density: points.density(), matches, counts, moved, stay });
+        trace.steps.push(TracedStep { density: points.density(), matches, counts, moved, stay });
     }
     output.positions.copy_from_slice(&after);
 }
@@ -110,7 +110,7 @@ struct FaceSums {
 }
 
 /// Sums over all faces with the weight of each face.
-struct Weighed<'a> {
+struct WeightedSums<'a> {
     sums: &'a [FaceSums],
     counts: &'a [f32],
     /// Ratio of all points of the original to those sampled.
@@ -184,8 +184,8 @@ fn counts(pulse: Pulse, sums: &[FaceSums], usual: f32, mean: f32) -> Vec<f32> {
 ///
 /// J holds weights times normals, h heights, S the weights of positions. A vertex stays if its faces would not gain or
 /// it would go too far.
-fn solve(pulse: Pulse, facets: &Facets, weighed: &Weighed) -> Vec<Vec3> {
-    let Weighed { sums, counts, thinning, .. } = *weighed;
+fn solve(pulse: Pulse, facets: &Facets, weighed: &WeightedSums) -> Vec<Vec3> {
+    let WeightedSums { sums, counts, thinning, .. } = *weighed;
     let faces = facets.output.faces();
     let directions = directions(pulse, facets, weighed);
     // One line search for all vertices together: lengths of their own would fight over shared faces.
@@ -220,7 +220,7 @@ fn solve(pulse: Pulse, facets: &Facets, weighed: &Weighed) -> Vec<Vec3> {
 }
 
 /// Solves the lumped 3 x 3 system of each vertex.
-fn directions(pulse: Pulse, facets: &Facets, Weighed { sums, counts, stay, .. }: &Weighed) -> Vec<Vec3> {
+fn directions(pulse: Pulse, facets: &Facets, WeightedSums { sums, counts, stay, .. }: &WeightedSums) -> Vec<Vec3> {
     let output = facets.output;
     let mut systems = vec![[0.0f32; 9]; output.positions.len()];
     let planes = |f: usize| {
@@ -273,7 +273,8 @@ fn take_steps(pulse: Pulse, facets: &Facets, steps: &[Vec3], boundary: &[u32]) -
                 back.push(v);
             }
         }
-        turned = back.iter().flat_map(|&v| output.around().faces(v)).filter(|&f| turns(facets, f, &after)).collect();
+        turned =
+            back.iter().flat_map(|&v| output.faces_around().faces(v)).filter(|&f| turns(facets, f, &after)).collect();
     }
     after
 }
@@ -283,7 +284,8 @@ fn boundary_vertices(pulse: Pulse, points: &Points, output: &Output) -> Vec<u32>
     if !points.have_boundary() {
         return Vec::new();
     }
-    let is_open = |&[a, b]: &[u32; 2]| output.around().along(b, a).is_none() && !output.pins.are_on_cut(a, b);
+    let is_open =
+        |&[a, b]: &[u32; 2]| output.faces_around().face_along(b, a).is_none() && !output.pins.are_on_cut(a, b);
     let mut vertices = Vec::new();
     for faces in pulse.chunks(output.faces()) {
         let sides = faces.par_iter().flat_map_iter(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
@@ -299,7 +301,7 @@ fn turns(facets: &Facets, f: u32, after: &[Vec3]) -> bool {
         let along = unit.dot(normal);
         along < 0.0 || along * along < least * least * normal.length_squared()
     };
-    below(facets.normal(f), LEAST_COSINE) || below(facets.output.meant(f), LEAST_MEANT)
+    below(facets.normal(f), LEAST_COSINE) || below(facets.output.intended_normal(f), LEAST_MEANT)
 }
 
 #[cfg(test)]
@@ -309,13 +311,13 @@ mod tests {
     use crate::simplify::closed::aim::Aim;
 
     /// Fits the vertices of `coarse`, which lie on `fine`; returns their positions before and after.
-    fn fitted(fine: &TriMesh, coarse: &TriMesh, n_steps: usize) -> (Vec<Vec3>, Vec<Vec3>) {
+    fn fit_coarse(fine: &TriMesh, coarse: &TriMesh, n_steps: usize) -> (Vec<Vec3>, Vec<Vec3>) {
         let original = Original::bare(fine);
         let surface = &original.surface;
         let of =
             |p: &[f32; 3]| fine.positions().iter().position(|q| Vec3::from(*q).distance((*p).into()) < 1e-5).unwrap();
         let before: Vec<Vec3> = coarse.positions().iter().map(|p| surface.positions[of(p)]).collect();
-        let mut output = Output::over(&surface.positions, before.clone(), coarse.faces().to_vec());
+        let mut output = Output::from_original(&surface.positions, before.clone(), coarse.faces().to_vec());
         let mut points = Points::new(surface, before.len(), Aim::default());
         for _ in 0..n_steps {
             step(&original, &mut points, &mut output, &before, None);
@@ -326,7 +328,7 @@ mod tests {
     #[test]
     fn an_inscribed_sphere_grows_until_its_faces_cut_the_surface() {
         let coarse = shapes::icosphere(1);
-        let (before, after) = fitted(&shapes::icosphere(4), &coarse, 3);
+        let (before, after) = fit_coarse(&shapes::icosphere(4), &coarse, 3);
         let radius = before[0].length();
         assert!(after.iter().all(|p| p.length() > 1.01 * radius && p.length() < 1.2 * radius));
         let inside = |positions: &[Vec3]| -> f32 {
@@ -338,7 +340,7 @@ mod tests {
 
     #[test]
     fn a_plane_that_fits_stays_where_it_is() {
-        let (before, after) = fitted(&shapes::grid(12, 12), &shapes::grid(3, 4), 2);
+        let (before, after) = fit_coarse(&shapes::grid(12, 12), &shapes::grid(3, 4), 2);
         assert!(before.iter().zip(&after).all(|(p, q)| p.distance(*q) < 1e-6));
     }
 

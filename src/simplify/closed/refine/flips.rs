@@ -35,7 +35,7 @@ pub fn flip(points: &mut Points, output: &mut Output) -> usize {
     chosen.retain(|diamond| {
         let [f, g] = diamond.faces.map(|f| f as usize);
         let [_, _, c, d] = diamond.corners;
-        let is_free = !output.is_held(diamond) && !touched[f] && !touched[g] && !output.around().joins(c, d);
+        let is_free = !output.is_held(diamond) && !touched[f] && !touched[g] && !output.faces_around().joins(c, d);
         let is_flipped = is_free && made.insert([c.min(d), c.max(d)]);
         if is_flipped {
             (touched[f], touched[g]) = (true, true);
@@ -52,7 +52,7 @@ fn worthwhile(points: &mut Points, output: &Output) -> Vec<Diamond> {
     let facets = Facets::new(pulse, output);
     let weighed = PointsOfFaces::new(points, &facets);
     let rate = |f: u32| {
-        let later = diamonds(output.faces(), output.around(), f).filter(move |diamond| diamond.faces[1] > f);
+        let later = diamonds(output.faces(), output.faces_around(), f).filter(move |diamond| diamond.faces[1] > f);
         later.filter_map(|diamond| Some((weighed.gain(&facets, &diamond)?, diamond)))
     };
     let mut rated: Vec<(f32, Diamond)> = Vec::new();
@@ -65,7 +65,7 @@ fn worthwhile(points: &mut Points, output: &Output) -> Vec<Diamond> {
 
 /// Sample point with its area.
 #[derive(Clone, Copy, Default)]
-struct Weighed {
+struct WeightedPoint {
     at: Vec3,
     area: f32,
 }
@@ -73,7 +73,7 @@ struct Weighed {
 /// Sample points of each face as compressed rows.
 struct PointsOfFaces {
     starts: Vec<u32>,
-    points: Vec<Weighed>,
+    points: Vec<WeightedPoint>,
     /// Sums of squared heights times areas per face.
     errors: Vec<f32>,
     /// Least error of two faces for a flip.
@@ -94,11 +94,11 @@ impl PointsOfFaces {
             }
         });
         (2..starts.len()).for_each(|f| starts[f] += starts[f - 1]);
-        let mut weighed = vec![Weighed::default(); found.len()];
-        for found in points.pulse().counting_if(false).chunks(&found) {
+        let mut weighed = vec![WeightedPoint::default(); found.len()];
+        for found in points.pulse().counting_if(false).over(&found) {
             for &(face, point, area) in found {
                 let slot = &mut starts[face as usize + 1];
-                weighed[*slot as usize] = Weighed { at: points.position(point), area };
+                weighed[*slot as usize] = WeightedPoint { at: points.position(point), area };
                 *slot += 1;
             }
         }
@@ -106,7 +106,7 @@ impl PointsOfFaces {
         Self { starts, points: weighed, errors, least_error: LEAST_ERROR * mean as f32 }
     }
 
-    fn of(&self, face: u32) -> &[Weighed] {
+    fn face_points(&self, face: u32) -> &[WeightedPoint] {
         &self.points[self.starts[face as usize] as usize..self.starts[face as usize + 1] as usize]
     }
 
@@ -121,13 +121,13 @@ impl PointsOfFaces {
         if old[0].dot(old[1]) > FLAT {
             return None;
         }
-        let meant = diamond.faces.map(|f| facets.output.meant(f));
+        let meant = diamond.faces.map(|f| facets.output.intended_normal(f));
         let like = |n: Vec3, m: Vec3| n.dot(m) > LEAST_COSINE;
-        let new = diamond.flipped().map(|face| Facet::new(face.map(|v| facets.output.positions[v as usize])));
+        let new = diamond.flipped_faces().map(|face| Facet::new(face.map(|v| facets.output.positions[v as usize])));
         if new.iter().any(|n| old.iter().chain(&meant).any(|m| !like(n.normal, *m))) {
             return None;
         }
-        let points = diamond.faces.iter().flat_map(|&f| self.of(f));
+        let points = diamond.faces.iter().flat_map(|&f| self.face_points(f));
         let heights = points.map(|point| {
             let heights = [new[0].height(point.at), new[1].height(point.at)];
             // A point is measured above the new face on its side of the diagonal.
@@ -161,7 +161,7 @@ mod tests {
     /// Faces over vertices of the roof.
     fn faces_over(surface: &Surface, vertices: &[u32], faces: Vec<[u32; 3]>) -> Output {
         let positions = vertices.iter().map(|&v| surface.positions[v as usize]).collect();
-        Output::over(&surface.positions, positions, faces)
+        Output::from_original(&surface.positions, positions, faces)
     }
 
     #[test]

@@ -45,11 +45,13 @@ pub fn repair(original: &Original, output: &mut Output, is_coarse: bool) -> usiz
         return 0;
     }
     // Regions are collected only around folded faces: most results have few.
-    let regions = original.regions(&output.vertex_of, &marked(output, &beside(&folded, output)));
+    let regions = original.regions(&output.vertex_of, &mark(output, &neighbourhood(&folded, output)));
     let (n_flipped, mut folded) = flip_folded(&regions, output, folded, least);
     // Corners are moved only for faces that are turned, not for leaning ones.
-    let is_stuck =
-        |&f: &u32| View { regions: &regions, output, least: 0.0 }.turned(f).is_some() && opposes_all(output, f);
+    let is_stuck = |&f: &u32| {
+        RepairView { regions: &regions, output, least: 0.0 }.surroundings_if_turned(f).is_some()
+            && opposes_all(output, f)
+    };
     folded.retain(is_stuck);
     if !folded.is_empty() {
         move_corners(original, output, &folded);
@@ -65,7 +67,7 @@ fn folded_faces(original: &Original, output: &Output, least: f32) -> Vec<u32> {
     }
     // The walk needs a start near each face: the region vertex closest to its first corner.
     let first: Vec<u32> = folded.iter().map(|&f| output.face(f)[0]).collect();
-    let starts = original.anchors(&output.positions, &output.vertex_of, &marked(output, &first));
+    let starts = original.anchors(&output.positions, &output.vertex_of, &mark(output, &first));
     folded.retain(|&f| {
         let corners = output.triangle(f);
         let centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
@@ -83,7 +85,7 @@ fn flip_folded(regions: &Regions, output: &mut Output, mut folded: Vec<u32>, lea
         // Diamonds of one round must not touch, since each was judged without the others.
         let mut touched: FxHashSet<u32> = FxHashSet::default();
         for &f in &due {
-            if let Some(diamond) = (View { regions, output, least }).find_flip(f, &touched) {
+            if let Some(diamond) = (RepairView { regions, output, least }).find_flip(f, &touched) {
                 output.flip(&diamond);
                 touched.extend(diamond.corners);
                 n_flipped += 1;
@@ -92,9 +94,9 @@ fn flip_folded(regions: &Regions, output: &mut Output, mut folded: Vec<u32>, lea
         if touched.is_empty() {
             break;
         }
-        folded = still_folded(output, folded, &touched, least);
+        folded = find_still_folded(output, folded, &touched, least);
         // Only faces near a change can behave differently.
-        let is_near = |f: &&u32| beside(&[**f], output).iter().any(|v| touched.contains(v));
+        let is_near = |f: &&u32| neighbourhood(&[**f], output).iter().any(|v| touched.contains(v));
         due = folded.iter().filter(is_near).copied().collect();
     }
     (n_flipped, folded)
@@ -103,9 +105,9 @@ fn flip_folded(regions: &Regions, output: &mut Output, mut folded: Vec<u32>, lea
 /// Moves one corner of each of these faces, if that helps.
 fn move_corners(original: &Original, output: &mut Output, folded: &[u32]) {
     let rings: Vec<u32> = folded.iter().flat_map(|&f| ring(output, &output.face(f))).collect();
-    let regions = original.regions(&output.vertex_of, &marked(output, &rings));
+    let regions = original.regions(&output.vertex_of, &mark(output, &rings));
     for &f in folded {
-        if let Some((v, place)) = better_corner(&View { regions: &regions, output, least: 0.0 }, f) {
+        if let Some((v, place)) = better_corner(&RepairView { regions: &regions, output, least: 0.0 }, f) {
             output.positions[v as usize] = place;
         }
     }
@@ -118,18 +120,18 @@ fn turns(a: Vec3, b: Vec3, least: f32) -> bool {
 }
 
 /// Marks these vertices.
-fn marked(output: &Output, vertices: &[u32]) -> Vec<bool> {
+fn mark(output: &Output, vertices: &[u32]) -> Vec<bool> {
     let mut marked = vec![false; output.positions.len()];
     vertices.iter().for_each(|&v| marked[v as usize] = true);
     marked
 }
 
 /// Returns the corners of some faces and of the faces across their edges.
-fn beside(of: &[u32], output: &Output) -> Vec<u32> {
+fn neighbourhood(of: &[u32], output: &Output) -> Vec<u32> {
     let mut vertices = Vec::with_capacity(6 * of.len());
     for &f in of {
         let [a, b, c] = output.face(f);
-        let beyond = [(b, a), (c, b), (a, c)].into_iter().filter_map(|(u, v)| output.around().along(u, v));
+        let beyond = [(b, a), (c, b), (a, c)].into_iter().filter_map(|(u, v)| output.faces_around().face_along(u, v));
         let opposite = beyond.flat_map(|g| output.face(g)).filter(|v| ![a, b, c].contains(v));
         vertices.extend([a, b, c].into_iter().chain(opposite));
     }
@@ -138,7 +140,7 @@ fn beside(of: &[u32], output: &Output) -> Vec<u32> {
 
 /// Returns the corners of the faces at these vertices, sorted, without duplicates.
 fn ring(output: &Output, vertices: &[u32]) -> Vec<u32> {
-    let faces = vertices.iter().flat_map(|&v| output.around().faces(v));
+    let faces = vertices.iter().flat_map(|&v| output.faces_around().faces(v));
     let mut ring: Vec<u32> = faces.flat_map(|f| output.face(f)).collect();
     ring.sort_unstable();
     ring.dedup();
@@ -146,12 +148,12 @@ fn ring(output: &Output, vertices: &[u32]) -> Vec<u32> {
 }
 
 /// Finds a better position for a corner of a turned face: with fewer turned faces around it, and near.
-fn better_corner(view: &View, f: u32) -> Option<(u32, Vec3)> {
-    let View { output, .. } = view;
-    let is_movable = |v: &u32| !output.pins.has(*v) && output.around().corners(*v).len() <= MOST_FACES / 2;
+fn better_corner(view: &RepairView, f: u32) -> Option<(u32, Vec3)> {
+    let RepairView { output, .. } = view;
+    let is_movable = |v: &u32| !output.pins.has(*v) && output.faces_around().corners(*v).len() <= MOST_FACES / 2;
     output.face(f).into_iter().filter(is_movable).find_map(|v| {
         let here = output.positions[v as usize];
-        let star = Star::new(view, v);
+        let star = MovableStar::new(view, v);
         let n_here = star.n_turned(here);
         let mut better: Vec<(usize, Vec3)> = star.other_places(here).map(|place| (star.n_turned(place), place)).into();
         let reach = MOST_WAY * star.shortest_edge(here);
@@ -162,8 +164,8 @@ fn better_corner(view: &View, f: u32) -> Option<(u32, Vec3)> {
 }
 
 /// Faces at a vertex that may move, with the original near them.
-struct Star<'a> {
-    view: &'a View<'a>,
+struct MovableStar<'a> {
+    view: &'a RepairView<'a>,
     own: Vec<u32>,
     /// Vertices of the faces.
     ring: Vec<u32>,
@@ -171,14 +173,14 @@ struct Star<'a> {
     sides: Vec<[Vec3; 2]>,
 }
 
-impl<'a> Star<'a> {
-    fn new(view: &'a View<'a>, v: u32) -> Self {
+impl<'a> MovableStar<'a> {
+    fn new(view: &'a RepairView<'a>, v: u32) -> Self {
         let side = |f: u32| {
             let corners = view.output.triangle(f);
             let at = view.output.face(f).iter().position(|&w| w == v).unwrap_or(0);
             [corners[(at + 1) % 3], corners[(at + 2) % 3]]
         };
-        let own: Vec<u32> = view.output.around().faces(v).collect();
+        let own: Vec<u32> = view.output.faces_around().faces(v).collect();
         let sides = own.iter().copied().map(side).collect();
         Self { view, own, ring: ring(view.output, &[v]), sides }
     }
@@ -198,20 +200,20 @@ impl<'a> Star<'a> {
 
     /// Counts the turned faces with the vertex at this position.
     fn n_turned(&self, vertex: Vec3) -> usize {
-        self.with(vertex).filter(|&corners| self.view.is_turned(corners, &self.ring)).count()
+        self.faces_with(vertex).filter(|&corners| self.view.is_turned(corners, &self.ring)).count()
     }
 
     /// Returns whether the move keeps the surface near the original.
     fn keeps_near(&self, from_to: [Vec3; 2]) -> bool {
         let inner = |[v, p, q]: [Vec3; 3]| [(v + p + q) / 3.0, (v + p) * 0.5];
-        let patches = from_to.map(|vertex| Patch {
-            faces: self.with(vertex).collect(),
-            inner: self.with(vertex).flat_map(inner).collect(),
+        let patches = from_to.map(|vertex| FacePatch {
+            faces: self.faces_with(vertex).collect(),
+            inner: self.faces_with(vertex).flat_map(inner).collect(),
         });
         self.view.keeps_near(&patches, [&self.ring, &self.ring], &self.own, MOST_LOSS)
     }
 
-    fn with(&self, vertex: Vec3) -> impl Iterator<Item = [Vec3; 3]> {
+    fn faces_with(&self, vertex: Vec3) -> impl Iterator<Item = [Vec3; 3]> {
         self.sides.iter().map(move |&[p, q]| [vertex, p, q])
     }
 }
@@ -221,7 +223,7 @@ fn opposes_all(output: &Output, f: u32) -> bool {
     let face = output.face(f);
     let normal = |f: u32| area_normal(output.triangle(f));
     let beside = |g: u32| g != f && output.face(g).iter().filter(|v| face.contains(v)).count() == 2;
-    let mut neighbors = face.iter().flat_map(|&v| output.around().faces(v)).filter(|&g| beside(g));
+    let mut neighbors = face.iter().flat_map(|&v| output.faces_around().faces(v)).filter(|&g| beside(g));
     neighbors.all(|g| normal(g).dot(normal(f)) < 0.0)
 }
 
@@ -237,10 +239,10 @@ fn against_their_surroundings(pulse: Pulse, output: &Output, least: f32) -> Vec<
 }
 
 /// Returns the faces, of the folded ones and those at touched vertices, that are folded now.
-fn still_folded(output: &Output, mut folded: Vec<u32>, touched: &FxHashSet<u32>, least: f32) -> Vec<u32> {
+fn find_still_folded(output: &Output, mut folded: Vec<u32>, touched: &FxHashSet<u32>, least: f32) -> Vec<u32> {
     let normal = |f: u32| area_normal(output.triangle(f));
-    let mean = |v: u32| output.around().faces(v).map(normal).sum::<Vec3>();
-    folded.extend(touched.iter().flat_map(|&v| output.around().faces(v)));
+    let mean = |v: u32| output.faces_around().faces(v).map(normal).sum::<Vec3>();
+    folded.extend(touched.iter().flat_map(|&v| output.faces_around().faces(v)));
     folded.sort_unstable();
     folded.dedup();
     folded.retain(|&f| output.face(f).iter().any(|&v| turns(normal(f), mean(v), least)));
@@ -248,7 +250,7 @@ fn still_folded(output: &Output, mut folded: Vec<u32>, touched: &FxHashSet<u32>,
 }
 
 /// Output over the regions of the original.
-struct View<'a> {
+struct RepairView<'a> {
     regions: &'a Regions,
     output: &'a Output,
     /// Cosine between a face and the original below which it counts as turned.
@@ -256,14 +258,14 @@ struct View<'a> {
 }
 
 /// Surroundings of a turned face.
-struct Turned {
+struct TurnedFace {
     /// Corners of the face and of those across its edges.
     near: Vec<u32>,
     /// Largest growth of the local distance that a repair may cause.
     most_loss: f32,
 }
 
-impl View<'_> {
+impl RepairView<'_> {
     fn corners(&self, face: [u32; 3]) -> [Vec3; 3] {
         face.map(|v| self.output.positions[v as usize])
     }
@@ -281,46 +283,47 @@ impl View<'_> {
     }
 
     /// Returns the surroundings of face `f`, if it is turned and all its regions are known.
-    fn turned(&self, f: u32) -> Option<Turned> {
-        let near = beside(&[f], self.output);
+    fn surroundings_if_turned(&self, f: u32) -> Option<TurnedFace> {
+        let near = neighbourhood(&[f], self.output);
         if !near.iter().all(|&v| self.regions.has(v)) {
             return None;
         }
         let [own, original] = self.normals(self.output.triangle(f), &near);
         let most_loss = if own.dot(original) <= 0.0 { MOST_LOSS } else { LEANING_LOSS };
-        turns(own, original, self.least).then_some(Turned { near, most_loss })
+        turns(own, original, self.least).then_some(TurnedFace { near, most_loss })
     }
 
     /// Finds the longest edge of a turned face that can be flipped: both new faces are right and near the original, and
     /// no vertex was touched.
     fn find_flip(&self, f: u32, touched: &FxHashSet<u32>) -> Option<Diamond> {
-        let turned = self.turned(f)?;
+        let turned = self.surroundings_if_turned(f)?;
         let length = |diamond: &Diamond| {
             let [a, b, ..] = diamond.corners.map(|v| self.output.positions[v as usize]);
             a.distance_squared(b)
         };
-        let mut edges: Vec<Diamond> = diamonds(self.output.faces(), self.output.around(), f).collect();
+        let mut edges: Vec<Diamond> = diamonds(self.output.faces(), self.output.faces_around(), f).collect();
         edges.sort_by(|x, y| length(y).total_cmp(&length(x)));
         edges.into_iter().find(|diamond| {
             let is_free = self.is_free(diamond) && !diamond.corners.iter().any(|v| touched.contains(v));
-            let look_right = || !diamond.flipped().iter().any(|&face| self.is_turned(self.corners(face), &turned.near));
+            let look_right =
+                || !diamond.flipped_faces().iter().any(|&face| self.is_turned(self.corners(face), &turned.near));
             is_free && look_right() && self.may_flip(diamond, &turned)
         })
     }
 
     /// Returns whether topology, seams and valence permit a flip.
     fn is_free(&self, diamond: &Diamond) -> bool {
-        let around = self.output.around();
+        let around = self.output.faces_around();
         let [_, _, c, d] = diamond.corners;
         let n_faces: usize = diamond.corners.iter().map(|&v| around.corners(v).len()).sum();
         n_faces <= 4 * MOST_FACES && !around.joins(c, d) && !self.output.is_held(diamond)
     }
 
     /// Returns whether a flip keeps the surface as near to the original as the repair requires.
-    fn may_flip(&self, diamond: &Diamond, turned: &Turned) -> bool {
-        let patches = [diamond.pair(), diamond.flipped()].map(|pair| {
+    fn may_flip(&self, diamond: &Diamond, turned: &TurnedFace) -> bool {
+        let patches = [diamond.pair(), diamond.flipped_faces()].map(|pair| {
             let [[u, v, p], [_, _, q]] = pair.map(|face| self.corners(face));
-            Patch {
+            FacePatch {
                 faces: vec![[u, v, p], [v, u, q]],
                 inner: vec![(u + v + p) / 3.0, (u + v + q) / 3.0, (u + v) * 0.5],
             }
@@ -333,7 +336,7 @@ impl View<'_> {
     ///
     /// Distances from the result are to the regions of `near`, those from the original are of points in the regions of
     /// `about`.
-    fn keeps_near(&self, patches: &[Patch; 2], [near, about]: [&[u32]; 2], own: &[u32], most_loss: f32) -> bool {
+    fn keeps_near(&self, patches: &[FacePatch; 2], [near, about]: [&[u32]; 2], own: &[u32], most_loss: f32) -> bool {
         let [mut before, mut after] = [0, 1].map(|i| {
             let distances = patches[i].inner.iter().map(|&p| self.regions.closest_point(p, near).distance);
             distances.fold(0.0, f32::max)
@@ -353,13 +356,13 @@ impl View<'_> {
 
     /// Returns the faces at these vertices, each once, except those in `without`.
     fn faces_at(&self, vertices: &[u32], without: &[u32]) -> Vec<[Vec3; 3]> {
-        let faces = self.output.around().faces_of_all(vertices.iter().copied());
+        let faces = self.output.faces_around().faces_of_all(vertices.iter().copied());
         faces.into_iter().filter(|f| !without.contains(f)).map(|f| self.output.triangle(f)).collect()
     }
 }
 
 /// A few faces that can replace others.
-struct Patch {
+struct FacePatch {
     faces: Vec<[Vec3; 3]>,
     /// Inner points whose distance to the original is measured.
     inner: Vec<Vec3>,
@@ -392,7 +395,7 @@ mod tests {
     /// Faces over four vertices of a roof.
     fn coarse(surface: &Surface, corners: [u32; 4]) -> Output {
         let positions = corners.map(|v| surface.positions[v as usize]).to_vec();
-        Output::over(&surface.positions, positions, vec![[0, 1, 2], [1, 0, 3]])
+        Output::from_original(&surface.positions, positions, vec![[0, 1, 2], [1, 0, 3]])
     }
 
     #[test]
@@ -402,8 +405,8 @@ mod tests {
         let may_flip = |corners: [u32; 4]| {
             let output = coarse(&original.surface, corners);
             let regions = original.regions(&output.vertex_of, &[true; 4]);
-            let view = View { regions: &regions, output: &output, least: 0.0 };
-            let turned = Turned { near: vec![0, 1, 2, 3], most_loss: MOST_LOSS };
+            let view = RepairView { regions: &regions, output: &output, least: 0.0 };
+            let turned = TurnedFace { near: vec![0, 1, 2, 3], most_loss: MOST_LOSS };
             view.may_flip(&Diamond { faces: [0, 1], corners: [0, 1, 2, 3] }, &turned)
         };
         assert!(!may_flip([FRONT, BACK, LEFT, RIGHT]));
@@ -429,7 +432,7 @@ mod tests {
         let corners = [[0u32, 4], [8, 4], [4, 8], [4, 6], [4, 0]].map(|[i, j]| 9 * i + j);
         let positions = corners.map(|v| original.surface.positions[v as usize]).to_vec();
         let faces = vec![[0, 1, 2], [1, 0, 3], [3, 0, 4], [1, 3, 4]];
-        let mut output = Output::over(&original.surface.positions, positions, faces);
+        let mut output = Output::from_original(&original.surface.positions, positions, faces);
         // All other vertices belong to the first region.
         let region = |v: u32| corners.iter().position(|&c| c == v).unwrap_or(0) as u32;
         output.vertex_of = (0..original.surface.n_vertices() as u32).map(region).collect();

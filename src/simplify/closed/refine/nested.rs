@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use crate::geometry::crossing::triangles_cross;
 use crate::geometry::triangle::unit_normal;
-use crate::simplify::closed::dropping::{components, components_of};
+use crate::simplify::closed::dropping::{components_of, vertex_components};
 use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
 use crate::spatial::{Hit, NearestOnTriangles};
@@ -51,7 +51,7 @@ const POINTS: [[f32; 3]; 7] = [
 struct Crossing {
     face: u32,
     /// Other component, and one of its faces.
-    part: u32,
+    component: u32,
     other: u32,
 }
 
@@ -62,16 +62,16 @@ type Moves = [(u32, Vec3); 3];
 ///
 /// Components of different pieces do not share a space and are not compared.
 pub fn move_back(original: &Original, output: &mut Output, piece_of: impl Fn(u32) -> usize) {
-    let (part_of, n_parts) = components_of(output);
-    if n_parts < 2 || output.pins.is_subset() || output.pins.plane().is_some() {
+    let (component_of, n_components) = components_of(output);
+    if n_components < 2 || output.pins.is_subset() || output.pins.plane().is_some() {
         return;
     }
     let pulse = original.surface.pulse.counting_if(false);
     // Components share a space only within one piece of the scene.
-    let middles = middles(output, &part_of, n_parts);
-    let mut piece = vec![0; n_parts];
+    let middles = middles(output, &component_of, n_components);
+    let mut piece = vec![0; n_components];
     for (face, f) in original.surface.faces.iter().zip(0..) {
-        piece[part_of[output.vertex_of[face[0] as usize] as usize] as usize] = piece_of(f);
+        piece[component_of[output.vertex_of[face[0] as usize] as usize] as usize] = piece_of(f);
     }
     // A budget of tests bounds the time where thousands of needles share a corner.
     let mut n_looks = LOOKS[0] + LOOKS[1] * output.faces().len();
@@ -79,24 +79,24 @@ pub fn move_back(original: &Original, output: &mut Output, piece_of: impl Fn(u32
     let mut before = None;
     for _ in 0..ROUNDS {
         let tree = output.tree();
-        let crossings = crossings(output, &tree, (&part_of, &piece), &faces, &mut n_looks);
+        let crossings = crossings(output, &tree, (&component_of, &piece), &faces, &mut n_looks);
         if crossings.is_empty() {
             break;
         }
         // The trees over the original are built only once something crosses.
-        let before = before.get_or_insert_with(|| Before::new(original, output));
-        let of_faces = output.faces().iter().map(|face| part_of[face[0] as usize]);
-        let now = ComponentTrees::new(of_faces, n_parts);
-        let nested = Nested { before, output, now: &now, part_of: &part_of, middles: &middles };
+        let before = before.get_or_insert_with(|| OriginalComponents::new(original, output));
+        let of_faces = output.faces().iter().map(|face| component_of[face[0] as usize]);
+        let now = ComponentTrees::new(of_faces, n_components);
+        let nested = NestedComponents { before, output, now: &now, component_of: &component_of, middles: &middles };
         // All moves of a round are found on the same positions; each is made only if it still reduces crossings.
         let moves: Vec<Option<Moves>> = pulse.map(&crossings, |crossing| nested.deepest(crossing));
-        let n_moved = moves.iter().flatten().filter(|moves| go(output, &tree, moves, &mut n_looks)).count();
+        let n_moved = moves.iter().flatten().filter(|moves| try_moves(output, &tree, moves, &mut n_looks)).count();
         if n_moved == 0 {
             break;
         }
         // In the next round only the neighbourhood of moved faces can be different.
         let corners = crossings.iter().flat_map(|crossing| output.face(crossing.face));
-        faces = output.around().faces_of_all(corners);
+        faces = output.faces_around().faces_of_all(corners);
     }
 }
 
@@ -104,25 +104,25 @@ pub fn move_back(original: &Original, output: &mut Output, piece_of: impl Fn(u32
 fn crossings(
     output: &Output,
     tree: &NearestOnTriangles,
-    (part_of, piece): (&[u32], &[usize]),
+    (component_of, piece): (&[u32], &[usize]),
     faces: &[u32],
     n_looks: &mut usize,
 ) -> Vec<Crossing> {
-    let part = |f: u32| part_of[output.face(f)[0] as usize];
+    let component = |f: u32| component_of[output.face(f)[0] as usize];
     let normal = |f: u32| unit_normal(output.triangle(f));
     let crossed = |&face: &u32| {
         let (mut crossed, mut n) = (Vec::new(), 0);
-        let (own, along, here) = (part(face), normal(face), output.coordinates(face));
+        let (own, along, here) = (component(face), normal(face), output.coordinates(face));
         tree.visit_met(&here, |other| {
             n += 1;
-            let is_beside = part(other) != own && piece[part(other) as usize] == piece[own as usize];
+            let is_beside = component(other) != own && piece[component(other) as usize] == piece[own as usize];
             let may = is_beside && along.dot(normal(other)).abs() > ALONG;
             if may && triangles_cross(here, output.coordinates(other)) {
-                crossed.push(Crossing { face, part: part(other), other });
+                crossed.push(Crossing { face, component: component(other), other });
             }
         });
         crossed.sort_unstable();
-        crossed.dedup_by_key(|crossing| crossing.part);
+        crossed.dedup_by_key(|crossing| crossing.component);
         (crossed, n)
     };
     let mut all = Vec::new();
@@ -140,42 +140,42 @@ fn crossings(
 
 /// Original components before the collapse. All faces are searched: with long faces a walk can end far from the closest
 /// point.
-struct Before<'a> {
+struct OriginalComponents<'a> {
     original: &'a Original<'a>,
     trees: ComponentTrees,
     /// Original component of each output vertex.
-    part_before: Vec<u32>,
+    component_before: Vec<u32>,
 }
 
 /// Closest point on the original with its normal.
-struct Place {
+struct OriginalPoint {
     point: Vec3,
     normal: Vec3,
     distance: f32,
 }
 
-impl<'a> Before<'a> {
+impl<'a> OriginalComponents<'a> {
     fn new(original: &'a Original, output: &Output) -> Self {
         let surface = &original.surface;
-        let (of_vertex, n) = components(surface.positions.len(), &surface.faces);
-        let part = |v: u32| of_vertex.get(v as usize).copied().unwrap_or_default();
+        let (of_vertex, n) = vertex_components(surface.positions.len(), &surface.faces);
+        let component = |v: u32| of_vertex.get(v as usize).copied().unwrap_or_default();
         let all = vec![true; output.positions.len()];
         let anchors = original.anchors(&output.positions, &output.vertex_of, &all);
         Self {
             original,
-            trees: ComponentTrees::new(surface.faces.iter().map(|face| part(face[0])), n),
-            part_before: anchors.into_iter().map(part).collect(),
+            trees: ComponentTrees::new(surface.faces.iter().map(|face| component(face[0])), n),
+            component_before: anchors.into_iter().map(component).collect(),
         }
     }
 
     /// Finds the closest point on the original component of an output vertex.
-    fn nearest(&self, point: Vec3, vertex: u32) -> Option<Place> {
+    fn nearest(&self, point: Vec3, vertex: u32) -> Option<OriginalPoint> {
         let surface = &self.original.surface;
         let corners = |f: u32| surface.faces[f as usize].map(|v| surface.positions[v as usize]);
         let triangle = |f: u32| corners(f).map(|corner| corner.to_array());
-        let hit = self.trees.nearest(self.part_before[vertex as usize], point, f64::INFINITY, &triangle)?;
+        let hit = self.trees.nearest(self.component_before[vertex as usize], point, f64::INFINITY, &triangle)?;
         let normal = unit_normal(corners(hit.triangle));
-        Some(Place { point: hit.point.as_vec3(), normal, distance: hit.distance2.sqrt() as f32 })
+        Some(OriginalPoint { point: hit.point.as_vec3(), normal, distance: hit.distance2.sqrt() as f32 })
     }
 }
 
@@ -211,17 +211,17 @@ impl ComponentTrees {
 }
 
 /// Output components with the originals that they came from.
-struct Nested<'a> {
-    before: &'a Before<'a>,
+struct NestedComponents<'a> {
+    before: &'a OriginalComponents<'a>,
     output: &'a Output,
     /// Search trees over the output.
     now: &'a ComponentTrees,
-    part_of: &'a [u32],
+    component_of: &'a [u32],
     /// Centre of each component's bounding box.
     middles: &'a [Vec3],
 }
 
-impl Nested<'_> {
+impl NestedComponents<'_> {
     /// Finds the move at the point of a crossing face that is deepest on the wrong side.
     fn deepest(&self, crossing: &Crossing) -> Option<Moves> {
         let moves = POINTS.iter().filter_map(|&weights| self.moves(crossing, weights));
@@ -235,7 +235,7 @@ impl Nested<'_> {
         let here = output.triangle(crossing.face);
         let place = here[0] * weights[0] + here[1] * weights[1] + here[2] * weights[2];
         let reach = here[0].distance(here[1]).max(here[1].distance(here[2])).max(here[2].distance(here[0]));
-        let hit = self.now.nearest(crossing.part, place, f64::from(reach), &|f| output.coordinates(f))?;
+        let hit = self.now.nearest(crossing.component, place, f64::from(reach), &|f| output.coordinates(f))?;
         let foot = hit.point.as_vec3();
         let normal = unit_normal(output.triangle(hit.triangle));
         let height = (place - foot).dot(normal);
@@ -247,16 +247,17 @@ impl Nested<'_> {
         // Half the original gap is the target: a full one would move faces that are fine.
         let step = normal * (side * 0.5 * gap.min(reach) - height);
         // A step longer than the sum of both distances to the original would spoil what is right.
-        let both_off = || Some(self.off(place, crossing.face)? + self.off(foot, hit.triangle)?);
+        let both_off =
+            || Some(self.distance_to_original(place, crossing.face)? + self.distance_to_original(foot, hit.triangle)?);
         if step.length() > FARTHEST * reach || step.length() > both_off()? {
             return None;
         }
         // The face that moves toward its own component's centre moves: what shows outside stays.
-        let shrinks = |f: u32, step: Vec3| step.dot(self.middles[self.part(f) as usize] - place) > 0.0;
+        let shrinks = |f: u32, step: Vec3| step.dot(self.middles[self.component(f) as usize] - place) > 0.0;
         let moves = if shrinks(crossing.face, step) {
-            self.along(crossing.face, weights, step)
+            self.corner_moves(crossing.face, weights, step)
         } else if shrinks(hit.triangle, -step) {
-            self.along(hit.triangle, hit.weights.map(|w| w as f32), -step)
+            self.corner_moves(hit.triangle, hit.weights.map(|w| w as f32), -step)
         } else {
             None
         };
@@ -264,12 +265,12 @@ impl Nested<'_> {
     }
 
     /// Returns the distance of a point on a face from the original.
-    fn off(&self, point: Vec3, face: u32) -> Option<f32> {
+    fn distance_to_original(&self, point: Vec3, face: u32) -> Option<f32> {
         self.before.nearest(point, self.output.face(face)[0]).map(|nearest| nearest.distance)
     }
 
-    fn part(&self, f: u32) -> u32 {
-        self.part_of[self.output.face(f)[0] as usize]
+    fn component(&self, f: u32) -> u32 {
+        self.component_of[self.output.face(f)[0] as usize]
     }
 
     /// Returns the side, 1 or -1, and the distance at which the original has a point beside the other component; `None`
@@ -285,7 +286,7 @@ impl Nested<'_> {
 
     /// Computes the least-squares moves of a face's corners that move a point of it by `step`; `None` if a corner is
     /// pinned.
-    fn along(&self, face: u32, weights: [f32; 3], step: Vec3) -> Option<Moves> {
+    fn corner_moves(&self, face: u32, weights: [f32; 3], step: Vec3) -> Option<Moves> {
         let corners = self.output.face(face);
         let step = step / Vec3::from(weights).length_squared();
         let is_free = |v: &u32| !self.output.pins.has(*v);
@@ -294,13 +295,13 @@ impl Nested<'_> {
 }
 
 /// Makes moves if they turn no face and reduce the crossings; returns whether they were made.
-fn go(output: &mut Output, tree: &NearestOnTriangles, moves: &Moves, n_looks: &mut usize) -> bool {
+fn try_moves(output: &mut Output, tree: &NearestOnTriangles, moves: &Moves, n_looks: &mut usize) -> bool {
     let moved = moves.iter().filter(|(_, step)| *step != Vec3::ZERO).map(|(v, _)| *v);
-    let faces = output.around().faces_of_all(moved);
+    let faces = output.faces_around().faces_of_all(moved);
     let before = n_crossed(output, tree, &faces, n_looks);
     let places = moves.map(|(v, _)| output.positions[v as usize]);
     moves.iter().for_each(|(v, step)| output.positions[*v as usize] += *step);
-    let turns = |f: &u32| unit_normal(output.triangle(*f)).dot(output.meant(*f)) <= 0.0;
+    let turns = |f: &u32| unit_normal(output.triangle(*f)).dot(output.intended_normal(*f)) <= 0.0;
     let pays = before > 0 && !faces.iter().any(turns) && n_crossed(output, tree, &faces, n_looks) < before;
     let is_made = pays && *n_looks > 0;
     if !is_made {
@@ -326,10 +327,10 @@ fn n_crossed(output: &Output, tree: &NearestOnTriangles, faces: &[u32], n_looks:
 }
 
 /// Returns the centre of each component's bounding box.
-fn middles(output: &Output, part_of: &[u32], n_parts: usize) -> Vec<Vec3> {
-    let mut boxes = vec![(Vec3::INFINITY, Vec3::NEG_INFINITY); n_parts];
-    for (&p, &part) in output.positions.iter().zip(part_of) {
-        let (low, high) = &mut boxes[part as usize];
+fn middles(output: &Output, component_of: &[u32], n_components: usize) -> Vec<Vec3> {
+    let mut boxes = vec![(Vec3::INFINITY, Vec3::NEG_INFINITY); n_components];
+    for (&p, &component) in output.positions.iter().zip(component_of) {
+        let (low, high) = &mut boxes[component as usize];
         (*low, *high) = (low.min(p), high.max(p));
     }
     boxes.into_iter().map(|(low, high)| 0.5 * (low + high)).collect()
@@ -367,7 +368,7 @@ mod tests {
             let n = coarse.len() / 2;
             let place = |(v, p): (usize, &Vec3)| scale * if v < n { *p } else { turn * *p };
             let places: Vec<Vec3> = coarse.iter().enumerate().map(place).collect();
-            let mut output = Output::over(&original.surface.positions, places.clone(), faces);
+            let mut output = Output::from_original(&original.surface.positions, places.clone(), faces);
             let outside = |output: &Output| {
                 let tree = output.tree();
                 let is_out = |v: &usize| {
@@ -395,7 +396,7 @@ mod tests {
             let mesh = TriMesh::new(moved(0.0).chain(moved(x)).collect(), faces.clone()).unwrap();
             let original = Original::bare(&mesh);
             let places = original.surface.positions.clone();
-            let mut output = Output::over(&places, places.clone(), faces.clone());
+            let mut output = Output::from_original(&places, places.clone(), faces.clone());
             move_back(&original, &mut output, |_| 0);
             assert_eq!(output.positions, places);
         }

@@ -145,10 +145,10 @@ impl<'a> Points<'a> {
         for (&point, face) in points.iter().zip(faces).filter(|(_, face)| **face == NONE) {
             let vertices = self.corners(point).map(|v| facets.output.vertex_of[v as usize]);
             let last = &mut last[vertices[0] as usize % REMEMBERED];
-            *face = match facets.between(vertices) {
+            *face = match facets.face_between(vertices) {
                 Some(between) => between,
                 None if last.0 == vertices[0] => last.1,
-                None => facets.at(vertices[0]),
+                None => facets.face_at(vertices[0]),
             };
             *last = (vertices[0], *face);
         }
@@ -240,7 +240,7 @@ mod tests {
         let coarse = shapes::icosphere(2);
         // Subdivision appends vertices, so a finer sphere begins with those of the coarser one.
         let positions = surface.positions[..coarse.positions().len()].to_vec();
-        let output = Output::over(&surface.positions, positions.clone(), coarse.faces().to_vec());
+        let output = Output::from_original(&surface.positions, positions.clone(), coarse.faces().to_vec());
         let facets = Facets::new(Pulse::NONE, &output);
         let (mut points, points_of_all) = (
             Points::new(&surface, surface.faces.len(), Aim::default()),

@@ -27,7 +27,7 @@ pub fn take_back(original: &Original, facets: &Facets, start: &[Vec3], steps: &m
     let is_suspect = |v: usize| {
         let way = places[v] - start[v];
         steps[v] != Vec3::ZERO
-            && output.around().faces(v as u32).any(|f| facets.normal(f).dot(way).abs() > SUSPECT * usual_height)
+            && output.faces_around().faces(v as u32).any(|f| facets.normal(f).dot(way).abs() > SUSPECT * usual_height)
     };
     let suspects: Vec<bool> = pulse.map_numbers(steps.len(), is_suspect);
     if !suspects.contains(&true) {
@@ -53,7 +53,7 @@ mod tests {
         let original = Original::bare(&fine);
         // Subdivision appends vertices, so a finer sphere begins with those of the coarser one.
         let start = original.surface.positions[..coarse.positions().len()].to_vec();
-        let output = Output::over(&original.surface.positions, start.clone(), coarse.faces().to_vec());
+        let output = Output::from_original(&original.surface.positions, start.clone(), coarse.faces().to_vec());
         let facets = Facets::new(Pulse::NONE, &output);
         let mut steps = vec![Vec3::ZERO; start.len()];
         steps[0] = start[0] * 0.5;

@@ -6,7 +6,7 @@
 use glam::{DVec3, Vec3};
 use rustc_hash::FxHashSet;
 
-use super::duplicate_positions::{Steps, grid_place, key};
+use super::duplicate_positions::{VisibleSteps, grid_place, key};
 use crate::geometry::triangle::{self, area_normal, area_normal_f64};
 use crate::mesh::pulse::Pulse;
 use crate::mesh::thread_ranges::indices_where;
@@ -21,12 +21,12 @@ const MOST_CORNERS: usize = 64;
 const MOST_PLACES: u32 = 125;
 
 /// Output faces with their written coordinates.
-struct Written<'a> {
+struct WrittenFaces<'a> {
     positions: &'a [[f32; 3]],
     frame: &'a Frame,
 }
 
-impl Written<'_> {
+impl WrittenFaces<'_> {
     fn corners(&self, face: [u32; 3]) -> [[f64; 3]; 3] {
         face.map(|v| self.frame.to_file(self.positions[v as usize]))
     }
@@ -55,7 +55,7 @@ impl Written<'_> {
 ///
 /// Returns the number of flips, and whether no face is degenerate any more; `positions` are local, n_vertices x 3.
 pub fn flip(pulse: Pulse, output: &mut Output, positions: &[[f32; 3]], frame: &Frame) -> (usize, bool) {
-    let written = Written { positions, frame };
+    let written = WrittenFaces { positions, frame };
     let flat = written.without_area(pulse, output.faces());
     let mut n_flipped = 0;
     for &f in &flat {
@@ -68,8 +68,8 @@ pub fn flip(pulse: Pulse, output: &mut Output, positions: &[[f32; 3]], frame: &F
 }
 
 /// Finds the longest edge of face `f` whose flip helps.
-fn find_flip(written: &Written, output: &Output, f: u32) -> Option<Diamond> {
-    let around = output.around();
+fn find_flip(written: &WrittenFaces, output: &Output, f: u32) -> Option<Diamond> {
+    let around = output.faces_around();
     let length = |diamond: &Diamond| {
         let [a, b, _] = written.corners([diamond.corners[0], diamond.corners[1], diamond.corners[2]]);
         DVec3::from(a).distance_squared(DVec3::from(b))
@@ -82,7 +82,7 @@ fn find_flip(written: &Written, output: &Output, f: u32) -> Option<Diamond> {
         n_corners <= MOST_CORNERS
             && !around.joins(c, d)
             && !output.is_held(diamond)
-            && diamond.flipped().iter().all(is_fine)
+            && diamond.flipped_faces().iter().all(is_fine)
     };
     let mut edges: Vec<Diamond> = diamonds(output.faces(), around, f).filter(helps).collect();
     edges.sort_by(|x, y| length(y).total_cmp(&length(x)));
@@ -97,26 +97,26 @@ pub fn widen(original: &Original, output: &mut Output, positions: &mut [[f32; 3]
     if output.pins.plane().is_some() {
         return 0;
     }
-    let flat = Written { positions, frame }.without_area(original.surface.pulse, output.faces());
+    let flat = WrittenFaces { positions, frame }.without_area(original.surface.pulse, output.faces());
     if flat.is_empty() {
         return 0;
     }
     let mut taken: FxHashSet<[u64; 3]> = positions.iter().map(|p| key(frame, *p)).collect();
-    let (steps, mut n_moved) = (Steps::of(positions, frame), 0);
+    let (steps, mut n_moved) = (VisibleSteps::new(positions, frame), 0);
     for f in flat {
         let face = output.face(f);
-        if (Written { positions, frame }).has_area(face) {
+        if (WrittenFaces { positions, frame }).has_area(face) {
             continue;
         }
-        let is_free = |v: &u32| !output.pins.has(*v) && output.around().corners(*v).len() <= MOST_CORNERS / 2;
+        let is_free = |v: &u32| !output.pins.has(*v) && output.faces_around().corners(*v).len() <= MOST_CORNERS / 2;
         let better = |v: u32| {
-            let is_fine = |place: &Place| {
+            let is_fine = |place: &FreePlace| {
                 !taken.contains(&key(frame, place.0)) && looks_as_before(output, positions, frame, v, place.0)
             };
             // In a subset a vertex must move to another vertex of the mesh.
             let place = match output.pins.is_subset() {
                 true => own_places(original, output.pins.origins()[v as usize]).find(is_fine),
-                false => steps_from(positions[v as usize], steps.at(positions[v as usize])).find(is_fine),
+                false => steps_from(positions[v as usize], steps.steps_at(positions[v as usize])).find(is_fine),
             };
             Some((v, place?))
         };
@@ -131,19 +131,19 @@ pub fn widen(original: &Original, output: &mut Output, positions: &mut [[f32; 3]
 }
 
 /// Local position for a vertex, with the surface vertex there in a subset.
-type Place = ([f32; 3], Option<u32>);
+type FreePlace = ([f32; 3], Option<u32>);
 
 /// Returns positions on a grid around `here`, nearest first.
-fn steps_from(here: [f32; 3], steps: [f32; 3]) -> impl Iterator<Item = Place> {
+fn steps_from(here: [f32; 3], steps: [f32; 3]) -> impl Iterator<Item = FreePlace> {
     let place = move |number: u32| {
         let offset = grid_place(number, steps);
         (std::array::from_fn(|axis| here[axis] + offset[axis]), None)
     };
-    (1..MOST_PLACES).map(place).filter(|(place, _): &Place| place.iter().all(|x| x.is_finite()))
+    (1..MOST_PLACES).map(place).filter(|(place, _): &FreePlace| place.iter().all(|x| x.is_finite()))
 }
 
 /// Returns the positions of a surface vertex's neighbours and their neighbours.
-fn own_places(original: &Original, origin: u32) -> impl Iterator<Item = Place> {
+fn own_places(original: &Original, origin: u32) -> impl Iterator<Item = FreePlace> {
     let Original { mesh, surface, .. } = original;
     let neighbours = surface.neighbors(origin).iter();
     let all = neighbours.clone().chain(neighbours.flat_map(|&v| surface.neighbors(v))).take(MOST_PLACES as usize);
@@ -156,7 +156,7 @@ fn looks_as_before(output: &Output, positions: &[[f32; 3]], frame: &Frame, v: u3
     let corners = |f: u32, place: [f32; 3]| {
         output.face(f).map(|w| frame.to_file(if w == v { place } else { positions[w as usize] }))
     };
-    output.around().faces(v).all(|f| {
+    output.faces_around().faces(v).all(|f| {
         let (before, now) = (corners(f, positions[v as usize]), corners(f, place));
         has_area(now) && (!has_area(before) || normal(now).dot(normal(before)) > 0.0)
     })
@@ -174,7 +174,7 @@ mod tests {
         // 0 2 1 has no area.
         let faces = vec![[0, 2, 1], [0, 3, 2], [2, 3, 1], [0, 1, 4], [1, 3, 4], [3, 0, 4]];
         let places: Vec<Vec3> = positions.iter().map(|p| Vec3::from(*p)).collect();
-        (Output::over(&places, places.clone(), faces), positions.to_vec())
+        (Output::from_original(&places, places.clone(), faces), positions.to_vec())
     }
 
     #[test]
@@ -182,8 +182,8 @@ mod tests {
         let (mut output, positions) = with_a_thin_face();
         let (frame, pulse) = (Frame::default(), Pulse::NONE);
         assert_eq!(flip(pulse, &mut output, &positions, &frame), (1, true));
-        assert!(Written { positions: &positions, frame: &frame }.without_area(pulse, output.faces()).is_empty());
-        assert!(output.around().joins(2, 4) && !output.around().joins(0, 1));
+        assert!(WrittenFaces { positions: &positions, frame: &frame }.without_area(pulse, output.faces()).is_empty());
+        assert!(output.faces_around().joins(2, 4) && !output.faces_around().joins(0, 1));
         assert_eq!(flip(pulse, &mut output, &positions, &frame), (0, true));
     }
 
@@ -194,7 +194,9 @@ mod tests {
         let mesh = TriMesh::new(before.clone(), output.faces().to_vec()).unwrap();
         let original = Original::bare(&mesh);
         assert_eq!(widen(&original, &mut output, &mut positions, &frame), 1);
-        assert!(Written { positions: &positions, frame: &frame }.without_area(Pulse::NONE, output.faces()).is_empty());
+        assert!(
+            WrittenFaces { positions: &positions, frame: &frame }.without_area(Pulse::NONE, output.faces()).is_empty()
+        );
         let moved = before.iter().zip(&positions).map(|(p, q)| Vec3::from(*p).distance(Vec3::from(*q)));
         assert!(moved.fold(0.0, f32::max) < 1e-6);
         assert_eq!(widen(&original, &mut output, &mut positions, &frame), 0);
@@ -211,7 +213,7 @@ mod tests {
         let mut output = Output::new(Pulse::NONE, places(), vec![[0, 1, 2], [0, 2, 3]], pins, Vec::new());
         let mut positions: Vec<[f32; 3]> = origins.iter().map(|&v| mesh.positions()[v as usize]).collect();
         assert_eq!(widen(&original, &mut output, &mut positions, &Frame::default()), 1);
-        let written = Written { positions: &positions, frame: &Frame::default() };
+        let written = WrittenFaces { positions: &positions, frame: &Frame::default() };
         assert!(written.without_area(Pulse::NONE, output.faces()).is_empty());
         for (place, &origin) in positions.iter().zip(output.pins.origins()) {
             assert_eq!(*place, mesh.positions()[origin as usize]);
