@@ -18,7 +18,6 @@ use super::progress::Progress;
 
 /// Settings of a run.
 pub(super) struct Task<'a> {
-    /// Options of the caller.
     pub options: &'a Options,
     /// Requests the derivative of the closed result.
     pub differentiable: bool,
@@ -29,7 +28,6 @@ pub(super) struct Task<'a> {
 }
 
 impl<'a> Task<'a> {
-    /// Wraps the caller's options with default settings.
     pub fn new(options: &'a Options) -> Self {
         Self { options, differentiable: false, insists_on_size: false, half: None }
     }
@@ -37,7 +35,6 @@ impl<'a> Task<'a> {
 
 /// Target sizes, each no larger than the one before.
 pub(super) struct TargetSizes<'a> {
-    /// Target sizes.
     pub limits: &'a [Limit],
     /// Number of leading sizes at which no further component is dropped.
     pub n_settled: usize,
@@ -57,7 +54,6 @@ pub(super) fn simplify_closed(
     simplify_pruned(input, &pruned, |part| simplify_dropping(part, weights, task, sizes, None, progress))
 }
 
-/// Simplifies what pruning left and maps the results back to the whole mesh.
 fn simplify_pruned(
     input: &Input,
     pruned: &PrunedMesh,
@@ -71,8 +67,7 @@ fn simplify_pruned(
 
 /// Simplifies to several sizes and drops components that cost more than a viewer would miss.
 ///
-/// Where a component goes, this and all further levels are made from the rest; the collapse continues from its saved
-/// state if there is one.
+/// Where one goes, this and all further levels are made from the rest, from a saved collapse if there is one.
 fn simplify_dropping(
     input: &Input,
     weights: Option<&Weights>,
@@ -102,7 +97,7 @@ fn drop_rules(input: &Input, options: &Options, half: Option<Half>, from_level: 
     (!keeps).then_some(DropRules { within: options.prune_within, from_level })
 }
 
-/// Chooses the source of the scores: none where scores have no effect, the network where the caller gives weights.
+/// Chooses the source of the scores: none without effect, the network where the caller gives weights.
 pub(super) fn score_source(options: &Options, aim: &Aim, weights: Option<&Weights>) -> ScoreSource {
     match options.scores {
         _ if aim.strength == 0.0 || options.purpose != Purpose::Shape && weights.is_none() => ScoreSource::Geometry,
@@ -111,7 +106,6 @@ pub(super) fn score_source(options: &Options, aim: &Aim, weights: Option<&Weight
     }
 }
 
-/// Returns vertex importance: the caller's, else by the scores.
 pub(super) fn choose_importance<'a>(
     given: &'a [f32],
     scores: ScoreSource,
@@ -126,8 +120,6 @@ pub(super) fn choose_importance<'a>(
 }
 
 /// Simplifies without dropping components; stops at the level where one should go.
-///
-/// A mesh shaded flat is simplified without its normals; its results are shaded flat again.
 fn simplify_whole<'a>(
     input: &Input,
     weights: Option<&Weights>,
@@ -154,7 +146,6 @@ fn simplify_whole<'a>(
     Ok(levels)
 }
 
-/// Simplifies with the given normals.
 fn simplify_as_shaded<'a>(
     input: &Input,
     weights: Option<&Weights>,
@@ -192,7 +183,6 @@ fn simplify_as_shaded<'a>(
     Ok(levels)
 }
 
-/// Simplifies with the paper's assembly.
 pub(super) fn simplify_by_paper(
     mesh: &TriMesh,
     weights: Option<&Weights>,
@@ -209,7 +199,6 @@ pub(super) fn simplify_by_paper(
     Ok(Simplified { mesh, attributes, source_vertices: Some(kept), map: None, report })
 }
 
-/// Returns the input as the result, for targets that it already meets.
 pub(super) fn unchanged_result(pulse: Pulse, input: &Input, options: &Options) -> Simplified {
     let mesh = input.mesh;
     let scores = if options.assembly == Assembly::Closed { options.scores } else { ScoreSource::Network };
@@ -222,7 +211,6 @@ pub(super) fn unchanged_result(pulse: Pulse, input: &Input, options: &Options) -
     }
 }
 
-/// Returns the input as the result, without the components that the options drop.
 pub(super) fn pruned_result(pulse: Pulse, input: &Input, options: &Options) -> Result<Simplified, SimplifyError> {
     let Some(pruned) = prune(pulse, input, options) else {
         return Ok(unchanged_result(pulse, input, options));

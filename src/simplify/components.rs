@@ -8,7 +8,6 @@ use super::hidden::hidden_components;
 use super::input::Input;
 use super::options::{DroppedComponent, Hidden, Options, Report};
 
-/// Faces of the smallest closed surface.
 const TETRAHEDRON: usize = 4;
 
 /// Counts the components of a manifold, and those that no collapse can shrink (a tetrahedron or a single triangle).
@@ -33,19 +32,12 @@ fn number_components(pulse: Pulse, mesh: &TriMesh) -> (Vec<u32>, usize) {
     join_faces(mesh.positions().len(), mesh.faces(), |_| true).number_sets(pulse)
 }
 
-/// Mesh left after dropping components.
 pub(crate) struct PrunedMesh {
-    /// Remaining mesh.
     pub mesh: TriMesh,
-    /// Original index of each vertex.
     pub sources: Vec<u32>,
-    /// Original index of each face.
     pub faces: Vec<u32>,
-    /// Number of dropped components.
     pub n_dropped: usize,
-    /// Number of dropped components that were hidden.
     pub n_hidden: usize,
-    /// Dropped components.
     pub dropped: Vec<DroppedComponent>,
 }
 
@@ -60,10 +52,10 @@ impl PrunedMesh {
     }
 }
 
-/// Drops hidden components and those with a bounding box diagonal below `prune_below`, as the options ask.
+/// Drops hidden components and those with a bounding box diagonal below `prune_below`; `None` if none go.
 ///
-/// Sizes are those a viewer of the scene sees. The largest visible component by area stays, and so do those with kept
-/// or locked faces. `None` where nothing is dropped.
+/// Sizes are those a viewer of the scene sees. The largest visible component stays, and so do those with kept or locked
+/// faces.
 pub(crate) fn prune(pulse: Pulse, input: &Input, options: &Options) -> Option<PrunedMesh> {
     let (mesh, least, drops_hidden) = (input.mesh, options.prune_below, options.hidden == Hidden::Drop);
     if !(least > 0.0 || drops_hidden) {
@@ -99,7 +91,6 @@ fn areas(mesh: &TriMesh, component: &[u32], n: usize) -> Vec<f64> {
     areas
 }
 
-/// Returns the diagonal of each component's bounding box.
 fn diagonals(mesh: &TriMesh, component: &[u32], n: usize) -> Vec<f64> {
     let mut bounds = vec![(glam::DVec3::INFINITY, glam::DVec3::NEG_INFINITY); n];
     for (face, &c) in mesh.faces().iter().zip(component) {

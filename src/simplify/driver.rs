@@ -11,7 +11,6 @@ use super::progress::{PAPER, Progress, closed_stages, run_with_listener};
 use super::symmetric;
 use super::used::UsedMesh;
 
-/// A result and, on request, its derivative.
 type TracedResult = (Simplified, Option<Derivative>);
 
 /// Simplifies to the target of the options.
@@ -42,7 +41,6 @@ pub(super) fn run_levels(
     run_with_listener(listener, &stages, |progress| run_closed(input, weights, task, targets, progress))
 }
 
-/// Runs the closed assembly, or its mirrored variant.
 fn run_closed(
     input: &Input,
     weights: Option<&Weights>,
@@ -77,7 +75,6 @@ fn run_closed(
     Ok(levels.map(|(simplified, derivative)| (used.widen(simplified), derivative.map(widen))).collect())
 }
 
-/// Runs the paper's assembly.
 fn run_paper(
     input: &Input,
     weights: Option<&Weights>,

@@ -1,7 +1,4 @@
-//! Groups of faces with a target of their own: each is simplified while the rest stays, then held.
-//!
-//! A group is simplified with its border, which later groups keep, so the surface stays whole. The rest is simplified
-//! by [`simplify_input`](super::simplify_input) with this result as its input.
+//! Groups of faces with a target of their own: each is simplified with its border while the rest stays, then held.
 
 use std::ops::ControlFlow;
 
@@ -154,7 +151,6 @@ fn mark_kept_faces(before: &SimplifiedGroups, of: &GroupRatio, held: &FxHashSet<
     (kept, is_touched.iter().filter(|is_touched| **is_touched).count())
 }
 
-/// Returns the options for one group: with a map, without dropping components.
 fn options_for_group(options: &Options, target: Target) -> Options {
     let hidden = if options.hidden == Hidden::Drop { Hidden::Keep } else { options.hidden };
     Options { target, hidden, map: true, prune: false, prune_below: 0.0, ..options.clone() }
@@ -166,7 +162,6 @@ mod tests {
     use crate::mesh::{shapes, topology};
     use crate::simplify::simplify_input;
 
-    /// A bumpy sphere in four bands of groups from south to north.
     fn banded_sphere() -> (TriMesh, Attributes) {
         let mesh = shapes::wavy_sphere(4, 6.0);
         let height = |face: &[u32; 3]| face.iter().map(|&v| mesh.positions()[v as usize][2]).sum::<f32>() / 3.0;

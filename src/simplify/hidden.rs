@@ -50,7 +50,6 @@ pub(super) fn hidden_vertices(input: &Input) -> Vec<bool> {
     if hidden.contains(&true) { hidden } else { Vec::new() }
 }
 
-/// Returns whether each vertex is on a face that some view shows.
 fn visible_vertices(input: &Input) -> Vec<bool> {
     let view = input.view();
     let mut shows = vec![false; input.mesh.positions().len()];
@@ -121,7 +120,6 @@ mod tests {
     use super::*;
     use crate::mesh::shapes;
 
-    /// Joins meshes into one; also returns the mesh number of each face.
     fn join_meshes(parts: &[&TriMesh]) -> (TriMesh, Vec<u32>) {
         let (mut positions, mut faces, mut component) = (Vec::new(), Vec::new(), Vec::new());
         for (number, part) in (0..).zip(parts) {

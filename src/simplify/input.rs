@@ -48,12 +48,10 @@ impl<'a> Input<'a> {
         if all_fit { Ok(()) } else { Err(SimplifyError::BadInput) }
     }
 
-    /// Returns the importance of these vertices, or of all for `None`.
     pub(super) fn select_importance(&self, sources: Option<&[u32]>) -> Cow<'a, [f32]> {
         select_rows(self.importance, sources)
     }
 
-    /// Returns which of these vertices, or of all, stay in place.
     pub(super) fn select_locked(&self, sources: Option<&[u32]>) -> Cow<'a, [bool]> {
         select_rows(self.locked, sources)
     }
@@ -67,15 +65,10 @@ impl<'a> Input<'a> {
     }
 }
 
-/// Rows of some of the vertices and faces of an input.
 pub(super) struct InputSubset {
-    /// Attributes of corners and faces.
     attributes: Attributes,
-    /// Importance of the vertices.
     importance: Vec<f32>,
-    /// Faces that come back unchanged.
     kept: Vec<bool>,
-    /// Vertices that stay in place.
     locked: Vec<bool>,
 }
 
@@ -87,7 +80,6 @@ impl InputSubset {
     }
 }
 
-/// Selects the rows of these vertices, or all for `None`; empty where there are no rows.
 fn select_rows<'a, T: Copy>(rows: &'a [T], vertices: Option<&[u32]>) -> Cow<'a, [T]> {
     match vertices {
         Some(vertices) if !rows.is_empty() => vertices.iter().map(|&v| rows[v as usize]).collect(),
@@ -95,7 +87,6 @@ fn select_rows<'a, T: Copy>(rows: &'a [T], vertices: Option<&[u32]>) -> Cow<'a, 
     }
 }
 
-/// Returns the mesh as a viewer of the scene sees it; unchanged without a scene.
 fn scene_view(scene: Option<&United>, mesh: &TriMesh, attributes: &Attributes) -> SceneView {
     match scene {
         Some(united) => united.view(mesh, attributes),
@@ -152,8 +143,7 @@ fn means_at_vertices(mesh: &TriMesh, at_corners: impl Iterator<Item = f32>, none
     sums.into_iter().map(|(sum, n)| if n > 0.0 { sum / n } else { none }).collect()
 }
 
-/// Collects the edges that must remain edges: attribute seams and, on request, creases.
-pub(super) fn kept_edges(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Vec<FeatureEdge> {
+pub(super) fn kept_edges(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Vec<KeptEdge> {
     let mut kept = seams(mesh, attributes, options.seam_error as f32);
     if let Some(degrees) = options.crease_angle {
         kept.extend(creases(mesh, degrees).into_iter().map(|ends| FeatureEdge { ends, slack: 0.0, is_hard: false }));

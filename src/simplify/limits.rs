@@ -7,9 +7,7 @@ use super::options::{Assembly, Options, SimplifyError, Target};
 /// Stopping criterion of the collapse.
 #[derive(Clone, Copy)]
 pub(super) struct Limit {
-    /// Number of vertices to stop at.
     pub vertices: usize,
-    /// Number of faces to stop at.
     pub faces: usize,
     /// Price above which no merge is made: squared distance times area, on the surface of unit size.
     pub price: f32,
@@ -29,19 +27,16 @@ impl Limit {
         self.vertices.min(self.faces / 2 + 2)
     }
 
-    /// Multiplies both sizes by a factor.
     pub fn times(self, factor: f64) -> Self {
         let times = |n: usize| (n as f64 * factor) as usize;
         Self { vertices: times(self.vertices), faces: times(self.faces), ..self }
     }
 
-    /// Returns whether a mesh already is this small.
     pub fn is_met_by(self, mesh: &TriMesh) -> bool {
         self.vertices >= mesh.positions().len() && self.faces >= mesh.faces().len()
     }
 }
 
-/// Resolves the target to numbers of vertices and faces.
 pub(super) fn resolve_limit(mesh: &TriMesh, options: &Options) -> Result<Limit, SimplifyError> {
     match options.target {
         Target::Ratio(ratio) if ratio > 0.0 && ratio <= 1.0 => {

@@ -7,10 +7,9 @@ use crate::mesh::TriMesh;
 use super::components::PrunedMesh;
 use super::options::Map;
 
-/// Missing vertex.
 const NONE: u32 = u32::MAX;
 
-/// Finds the nearest of the input vertices merged into each output vertex, given by `outputs`; `NONE` if there is none.
+/// Finds the nearest of the input vertices merged into each output vertex; `NONE` if there is none.
 pub(super) fn nearest_inputs(mesh: &TriMesh, lighter: &TriMesh, outputs: &[u32]) -> Vec<u32> {
     let mut nearest = vec![(f32::INFINITY, NONE); lighter.positions().len()];
     for (v, &x) in (0u32..).zip(outputs) {
@@ -23,7 +22,6 @@ pub(super) fn nearest_inputs(mesh: &TriMesh, lighter: &TriMesh, outputs: &[u32])
     nearest.into_iter().map(|(_, v)| v).collect()
 }
 
-/// Returns the map of a mesh to itself.
 pub(super) fn identity_map(mesh: &TriMesh) -> Map {
     let n = mesh.positions().len() as u32;
     let unit = |corner: usize| std::array::from_fn(|k| f32::from(u8::from(k == corner)));
@@ -35,7 +33,6 @@ pub(super) fn identity_map(mesh: &TriMesh) -> Map {
     }
 }
 
-/// Extends the map of a pruned mesh to the whole mesh.
 pub(super) fn widen_pruned(map: &mut Map, mesh: &TriMesh, PrunedMesh { sources, faces, .. }: &PrunedMesh) {
     widen_vertices(map, sources, mesh.positions().len());
     map.corner_faces.iter_mut().flatten().for_each(|f| *f = faces[*f as usize]);

@@ -1,7 +1,6 @@
 //! Surfaces from point clouds by the Edge Predictor and the Face Classifier (Secs. 3.2 and 3.3).
 //!
-//! The k-nn graph of the cloud takes the place of the mesh: for the Point Sampler, for the regions, and for A of Eq.
-//! (3). All candidate triangles come from A_s. The result need not be closed.
+//! The k-nn graph of the cloud takes the place of the mesh, also for A of Eq. (3). The result need not be closed.
 
 use std::sync::Arc;
 
@@ -98,7 +97,6 @@ pub fn cloud_graph(points: &[[f32; 3]]) -> Csr {
     extended_graph(points, &Csr::from_edges(points.len(), []), NEIGHBOURS)
 }
 
-/// Samples the points that become vertices, ascending.
 fn draw_samples(cloud: &[[f32; 3]], graph: &Arc<Csr>, n: usize, weights: &Weights, seed: u64) -> Vec<u32> {
     if n == cloud.len() {
         return (0..n as u32).collect();
@@ -125,7 +123,6 @@ pub fn region_graph(graph: &Csr, assignment: &[u32], n_samples: usize) -> Csr {
     Csr::from_edges(n_samples, regions.filter(|regions| !regions.contains(&NO_SAMPLE)))
 }
 
-/// Builds the mesh of the faces (n_faces x 3 samples) over the points that they use.
 fn assemble_mesh(points: &[[f32; 3]], samples: &[u32], faces: &[[u32; 3]]) -> Result<MeshedPoints, SimplifyError> {
     if faces.is_empty() {
         return Err(SimplifyError::NothingKept);
@@ -152,7 +149,6 @@ mod tests {
         Weights::random_of(Architecture::narrow(), seed)
     }
 
-    /// Some random weights leave faces.
     fn results(points: &[[f32; 3]], n: usize) -> Vec<MeshedPoints> {
         let results: Vec<MeshedPoints> =
             (0..6).filter_map(|seed| mesh_points(points, n, &small_weights(seed), seed, &mut go_on).ok()).collect();

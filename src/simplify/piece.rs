@@ -12,7 +12,6 @@ use super::progress::Progress;
 
 /// Simplified block.
 pub(crate) struct SimplifiedBlock {
-    /// Simplified mesh.
     pub mesh: TriMesh,
     /// Vertices left after each round of merges, falling, with the price that it reached: squared distance times area,
     /// in mesh units.

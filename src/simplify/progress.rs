@@ -1,13 +1,12 @@
 //! Progress events of a run and its interruption.
 //!
 //! A run enters its stages one by one; in between, long loops beat ([`Pulse`]) with the number of items done. A beat
-//! calls the listener unless another thread is doing so; no thread waits.
+//! calls the listener unless another thread is doing so.
 //!
-//! Once the listener asks to stop, the next beat on any thread ends the work by unwinding with `resume_unwind` and a
-//! payload of our own: no panic hook runs and nothing is printed. The unwinding is caught where the run began and
-//! becomes [`SimplifyError::Interrupted`]; other panics continue. The alternative, a `Result` in every loop and kernel,
-//! would cost every run. All data of a run are its own, so nothing broken survives. With `panic = "abort"` the run
-//! stops at its next stage.
+//! Once the listener asks to stop, the next beat on any thread ends the work by `resume_unwind` with a payload of our
+//! own, which runs no panic hook. It is caught where the run began and becomes [`SimplifyError::Interrupted`]; other
+//! panics continue. A `Result` in every loop and kernel would cost every run. All data of a run are its own, so nothing
+//! broken survives. With `panic = "abort"` the run stops at its next stage.
 
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -22,9 +21,7 @@ use super::options::{Event, Listener, SimplifyError};
 #[derive(Clone, Copy)]
 pub(super) struct Stage {
     name: &'static str,
-    /// Share of the run's time, relative to the other stages.
     share: f32,
-    /// Items counted by its beats, over the size on entry.
     passes: f32,
 }
 
@@ -77,7 +74,6 @@ pub(super) fn closed_stages(n_levels: usize, is_mirrored: bool, ratio: f64) -> V
     is_mirrored.then_some(SYMMETRY).into_iter().chain(first).chain(further).collect()
 }
 
-/// Interpolates a stage's share linearly in the logarithm of the ratio.
 fn interpolate_share(ratio: f32, shares: [f32; 3]) -> f32 {
     let i = usize::from(ratio > RATIOS[1]);
     let t = (ratio / RATIOS[i]).max(f32::MIN_POSITIVE).ln() / (RATIOS[i + 1] / RATIOS[i]).ln();
@@ -88,18 +84,13 @@ fn interpolate_share(ratio: f32, shares: [f32; 3]) -> f32 {
 #[derive(Clone, Copy)]
 pub(super) struct Progress<'a> {
     enters: &'a dyn Fn(&'static str, usize) -> Result<(), SimplifyError>,
-    /// Pulse for loops.
     pub pulse: Pulse<'a>,
 }
 
 impl Progress<'_> {
-    /// Progress without a listener.
     pub const SILENT: Self = Self { enters: &|_, _| Ok(()), pulse: Pulse::NONE };
 
-    /// Enters a stage with its number of faces, merges or points; does nothing if the run already is in it.
-    ///
-    /// # Errors
-    /// [`SimplifyError::Interrupted`] where the listener asked to stop.
+    /// Enters a stage with its number of faces, merges or points; does nothing if already there.
     pub fn enter(self, stage: &'static str, size: usize) -> Result<(), SimplifyError> {
         (self.enters)(stage, size)
     }
@@ -124,24 +115,19 @@ pub(super) fn run_with_listener<T>(
     }
 }
 
-/// Payload of the unwinding that ends a run.
 struct Stopped;
 
 /// Listener shared by all threads of a run.
 struct ProgressReporter<'a> {
     state: Mutex<ReporterState<'a>>,
-    /// Set once the run must stop.
     stops: AtomicBool,
-    /// Completed items of the stage.
     n_done: AtomicUsize,
 }
 
 struct ReporterState<'a> {
     listener: &'a mut Listener<'a>,
     stages: &'a [Stage],
-    /// Name of the current stage and its index among the stages.
     stage: Option<(&'static str, usize)>,
-    /// Expected items of the stage.
     n_items: f32,
     done: f32,
     total: f32,
@@ -186,7 +172,6 @@ impl<'a> ProgressReporter<'a> {
 }
 
 impl ReporterState<'_> {
-    /// Starts a stage.
     fn begin(&mut self, name: &'static str, size: usize) -> ControlFlow<()> {
         let first = self.stage.map_or(0, |(_, at)| at + 1);
         let ahead = self.stages.iter().skip(first).position(|stage| stage.name == name);
@@ -270,7 +255,6 @@ mod tests {
         assert!(of_first.total < 0.8 && events.last().unwrap().total > 0.9);
     }
 
-    /// Runs until the event of this number and stops there.
     fn stop_at(event: usize, mesh: &TriMesh, options: &Options) -> Result<Simplified, SimplifyError> {
         let mut n_events = 0;
         simplify(mesh, None, options, &mut |_| {

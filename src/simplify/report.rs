@@ -7,7 +7,6 @@ use super::components::count_components;
 use super::options::{Outcome, Report, ScoreSource};
 
 impl Report {
-    /// Returns the report of an unchanged mesh.
     pub(super) fn for_mesh(pulse: Pulse, mesh: &TriMesh) -> Self {
         Self {
             outcome: Outcome::Reached,

@@ -29,7 +29,6 @@ pub fn gumbel_top_k(scores: &[f32], k: usize, seed: u64) -> Vec<u32> {
     samples
 }
 
-/// Adds Gumbel noise to each score.
 pub(super) fn gumbel_keys(scores: &[f32], seed: u64) -> Vec<(f64, u32)> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     scores.iter().zip(0..).map(|(&score, vertex)| (f64::from(score) + gumbel(rng.next_u64()), vertex)).collect()

@@ -1,8 +1,7 @@
 //! Vertex sampling by scores that spreads the samples, Sec. 3.1: the multinomial's density with blue noise.
 //!
-//! Independent draws clump. Here only the first vertex is drawn, as in [`gumbel_top_k`](super::gumbel_top_k). Each
-//! further one is the farthest from all before it, in a metric that makes the wanted density uniform (farthest point
-//! sampling, Eldar et al. 1997).
+//! The first vertex is drawn as in [`gumbel_top_k`](super::gumbel_top_k). Each further one is the farthest from all
+//! before it, in a metric that makes the wanted density uniform (farthest point sampling, Eldar et al. 1997).
 
 use super::sample_vertices::gumbel_keys;
 use crate::linalg::Csr;
@@ -11,8 +10,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::collections::binary_heap::PeekMut;
 
-/// Largest difference of a score from the mean. It bounds the density at 400 times the mean for networks in training;
-/// the shipped weights stay within 3 on twelve training meshes.
+/// Largest difference of a score from the mean; the density stays within 400 times the mean.
 const MOST_SCORE: f64 = 6.0;
 
 /// Draws k different vertices with a density proportional to `exp(score)` per vertex, spread as far apart as possible.
@@ -64,7 +62,7 @@ pub fn scattered_samples(points: &[[f32; 3]], rings: &Csr, scores: &[f32], k: us
     samples
 }
 
-/// Computes `sqrt(exp(score) / area)` with the mean squared edge as area and the score about the mean; 0 without area.
+/// Computes `sqrt(exp(score) / area)` with the mean squared edge as area; 0 without area.
 fn metric_stretch(points: &[[f32; 3]], rings: &Csr, scores: &[f32]) -> Vec<f64> {
     let mean = scores.iter().map(|&s| f64::from(s)).sum::<f64>() / scores.len().max(1) as f64;
     let stretch = |(v, &score): (usize, &f32)| {
@@ -82,9 +80,7 @@ fn distance2(p: [f32; 3], q: [f32; 3]) -> f64 {
 
 struct SampleField<'a> {
     rings: &'a Csr,
-    /// Length of each entry of `rings` in the metric.
     lengths: Vec<f64>,
-    /// Distance from each vertex to the nearest sample so far.
     distance: Vec<f64>,
     /// Queue of Dijkstra's algorithm; kept for its memory.
     front: BinaryHeap<Reverse<(u64, u32)>>,
@@ -99,12 +95,10 @@ impl<'a> SampleField<'a> {
         Self { rings, lengths, distance: vec![f64::INFINITY; points.len()], front: BinaryHeap::new() }
     }
 
-    /// Returns the distance of a vertex as an integer of the same order.
     fn bits(&self, vertex: u32) -> u64 {
         self.distance[vertex as usize].to_bits()
     }
 
-    /// Adds a sample and updates the distances of vertices nearer to it than to others.
     fn add_sample(&mut self, sample: u32) {
         let Self { rings, lengths, distance, front } = self;
         distance[sample as usize] = 0.0;
@@ -131,7 +125,6 @@ mod tests {
     use crate::mesh::shapes;
     use crate::simplify::{edge_graph, gumbel_top_k};
 
-    /// Mean squared distance from the vertices to the nearest sample.
     fn spread(points: &[[f32; 3]], samples: &[u32]) -> f64 {
         let nearest =
             |p: &[f32; 3]| samples.iter().map(|&s| distance2(*p, points[s as usize])).fold(f64::MAX, f64::min);

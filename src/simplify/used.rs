@@ -14,11 +14,8 @@ use super::options::{Simplified, SimplifyError};
 
 /// Mesh without unused vertices.
 pub(super) struct UsedMesh<'a> {
-    /// Mesh of used vertices.
     pub mesh: Cow<'a, TriMesh>,
-    /// Original index of each vertex, if any was removed.
     pub sources: Option<Vec<u32>>,
-    /// Number of vertices of the caller's mesh.
     n_before: usize,
 }
 
@@ -44,7 +41,6 @@ impl<'a> UsedMesh<'a> {
         Ok(Self { mesh: Cow::Owned(mesh), sources: Some(sources), n_before })
     }
 
-    /// Maps a result back to the vertices of the caller's mesh.
     pub fn widen(&self, mut simplified: Simplified) -> Simplified {
         let Some(sources) = &self.sources else { return simplified };
         simplified.map.iter_mut().for_each(|map| map::widen_vertices(map, sources, self.n_before));
@@ -52,7 +48,6 @@ impl<'a> UsedMesh<'a> {
         simplified
     }
 
-    /// Maps a derivative back to the vertices of the caller's mesh.
     pub fn widen_derivative(&self, derivative: Derivative) -> Derivative {
         match &self.sources {
             Some(sources) => derivative.extend_to(sources),

@@ -151,7 +151,6 @@ mod tests {
         attributes.channels.iter().fold(hash, |hash, channel| hash.floats(&channel.values))
     }
 
-    /// A sphere with two groups, a texture seam between them, and colours.
     fn hash_attributes() -> u64 {
         let mesh = shapes::icosphere(4);
         let is_north = |face: &[u32; 3]| face.iter().map(|&v| mesh.positions()[v as usize][2]).sum::<f32>() > 0.0;
@@ -171,7 +170,6 @@ mod tests {
         hash(&simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
-    /// A torus whose texture is cut along and across.
     fn hash_charts() -> u64 {
         let mesh = shapes::torus(60, 30, 2.0, 0.5);
         let quarter = |face: &[u32; 3]| {
@@ -192,7 +190,6 @@ mod tests {
         hash(&simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
-    /// A bolt whose corners carry the normals of their faces.
     fn hash_hard_edges() -> u64 {
         let mesh = shapes::bolt(24);
         let attributes = with_flat_normals(&mesh, &Attributes::default(), "normal");
@@ -201,7 +198,6 @@ mod tests {
         hash(&simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
-    /// A smooth torus in two texture charts, north and south, with the normals and tangents of its vertices.
     fn hash_normals() -> u64 {
         let mesh = shapes::torus(60, 30, 2.0, 0.5);
         let normals = vertex_normals(&mesh);
@@ -225,7 +221,6 @@ mod tests {
         hash(&simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()).value()
     }
 
-    /// A sheet, flat and rolled up.
     fn hash_poses() -> u64 {
         let mesh = shapes::grid(30, 20);
         let step = |&[x, _, _]: &[f32; 3]| [0.3 * (5.0 * x).sin() - x, 0.0, 0.3 - 0.3 * (5.0 * x).cos()];

@@ -63,7 +63,6 @@ pub fn simplify_with_importance(
     Ok(WeightedResult { mesh: closed.mesh, vertex_of: closed.vertex_of })
 }
 
-/// Returns whether given factors are one positive number per vertex.
 fn is_importance(importance: Importance, n_vertices: usize) -> bool {
     match importance {
         Importance::Even | Importance::Bending | Importance::Network(_) => true,

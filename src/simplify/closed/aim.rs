@@ -2,42 +2,34 @@
 
 use crate::simplify::options::{Effort, Optimize};
 
-/// Trade-offs of the stages between error measures and time.
-///
-/// Twelve training meshes, four ratios, against balanced: with `Mean` the mean distance is 6 % smaller, the largest 11
-/// % larger, in 1.3 of the time. For `Max` and `Normals` see `docs/measured/benchmark.md`.
+/// Trade-offs of the stages. Twelve meshes: with `Mean` the mean distance is 6 % smaller, the largest 11 % larger, in
+/// 1.3 of the time. Others: `docs/measured/benchmark.md`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aim {
-    /// Factor on the scores. From 0.6 to 1 the mean distance grows by 4 %, the largest falls by 2 %, normal errors fall
-    /// by 9 %.
+    /// Factor on the scores. From 0.6 to 1 the mean distance grows by 4 %, normal errors fall by 9 %.
     pub strength: f32,
-    /// Largest number of sample points of the fit per output vertex. At 14 the mean distance of eight meshes is 1.4 %
-    /// larger.
+    /// Largest number of sample points per output vertex. At 14 the mean distance is 1.4 % larger.
     pub points_per_vertex: usize,
-    /// Input faces per output vertex below which one point a face and one step suffice. The ratio 0.5 has four; `Mean`
-    /// gains 8 % by a full fit there.
+    /// Input faces per output vertex below which one point a face and one step suffice. `Mean` gains 8 % by more at a
+    /// ratio of 0.5.
     pub few_faces: usize,
-    /// Steps of the fit. One step gives a 3 % larger mean distance; `Mean` gains 1.5 % by four. At 0 there are no flips
-    /// either.
+    /// Steps of the fit. One gives a 3 % larger mean distance; at 0 there are no flips either.
     pub steps: usize,
-    /// Squared height over its face's mean up to which points have full weight. `Max` is 3 % better at 3 than at 0.3.
+    /// Squared height over its face's mean up to which points have full weight. `Max` gains 3 % at 3.
     pub usual: f32,
-    /// Rounds after the fit in which far points attract their faces. `Max` gains 8 % by three.
+    /// Rounds in which far points attract their faces. `Max` gains 8 % by three.
     pub draws: usize,
 }
 
 impl Default for Aim {
-    /// Returns the balanced settings.
     fn default() -> Self {
         Self { strength: 0.7, points_per_vertex: 28, few_faces: 8, steps: 2, usual: 0.3, draws: 0 }
     }
 }
 
 impl Aim {
-    /// Returns the settings for an error measure and an effort.
-    ///
-    /// Over twelve training meshes at ratios of 0.1 and 0.5, `Best` has a 9 % smaller mean distance than `Standard` in
-    /// twice the time.
+    /// Returns the settings for an error measure and an effort. `Best` has a 9 % smaller mean distance than `Standard`
+    /// in twice the time.
     pub fn new(optimize: Optimize, effort: Effort) -> Self {
         let standard = Self::standard(optimize);
         match effort {

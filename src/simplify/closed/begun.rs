@@ -16,14 +16,13 @@ use super::request::ClosedRequest;
 /// Collapse from which the dropped components were removed.
 pub struct SavedCollapse<'a> {
     collapse: Collapse<'a>,
-    /// Normalisation of the surface with all components.
     scale: Normalisation,
     /// Vertices of the collapse at the corners of each remaining face.
     corners: Vec<[u32; 3]>,
 }
 
 impl<'a> SavedCollapse<'a> {
-    /// Removes the dropped components from a copy of a collapse; `None` where the copy already is below the limit.
+    /// Removes dropped components from a copied collapse; `None` where it is below the limit already.
     pub(super) fn from_copy(
         dropped: &DroppedFaces,
         base: &CollapseBase,
@@ -49,9 +48,6 @@ impl<'a> SavedCollapse<'a> {
 
     /// Attaches the collapse to the mesh without the dropped components; `None` where non-manifold vertices split
     /// differently now.
-    ///
-    /// # Errors
-    /// [`SimplifyError::Interrupted`] where the listener asked to stop.
     pub(super) fn attach<'b>(
         self,
         mesh: &'b TriMesh,

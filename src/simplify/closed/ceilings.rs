@@ -1,7 +1,6 @@
-//! Bounds on the deformation of components: beyond them a pane would lose half of itself or a box a corner.
+//! Bounds on the deformation of components, which keep a pane or a box recognisable.
 //!
-//! A bare surface is simplified to any size. Each component of an asset is a recognisable thing, so the collapse stops
-//! before it ruins one.
+//! A bare surface is simplified to any size; the collapse of an asset stops before it ruins a component.
 
 use glam::{DVec3, Vec3};
 
@@ -9,14 +8,13 @@ use super::dropping::vertex_components;
 use super::original::Original;
 use super::request::Keep;
 
-/// Largest deformation by all merges, over the component's diagonal and over that of the whole. A corner of a cube
-/// moves 0.2 of the diagonal, a vertex of a sphere of twelve 0.06, of forty 0.02.
+/// Largest deformation, over the component's diagonal and over that of the whole. A corner of a cube moves 0.2 of the
+/// diagonal, a vertex of a sphere of forty 0.02.
 const MOST_DISTANCE: [f64; 2] = [0.03, 0.01];
-/// Size of a component over the whole below which it may lose its shape: a thousandth of the pixels.
+/// Size over the whole below which a component may lose its shape: a thousandth of the pixels.
 const LEAST_SIZE: f64 = 0.03;
 
-/// Returns the allowed deformation at each vertex of the surface, n_vertices; empty for a single component and for a
-/// bare mesh.
+/// Returns the allowed deformation at each vertex, n_vertices; empty for one component or a bare mesh.
 pub fn ceilings(original: &Original, keep: &Keep) -> Vec<f32> {
     let surface = &original.surface;
     if keep.half.is_some() || !keep.is_asset() {
@@ -51,12 +49,10 @@ pub fn ceilings(original: &Original, keep: &Keep) -> Vec<f32> {
     of_vertex.into_iter().map(|component| ceilings[component as usize]).collect()
 }
 
-/// Bounding box of a component.
 #[derive(Clone, Copy)]
 struct Extent {
     low: Vec3,
     high: Vec3,
-    /// Any face of the component.
     face: u32,
 }
 

@@ -17,7 +17,6 @@ impl Diamond {
         [[a, b, c], [b, a, d]]
     }
 
-    /// Returns the faces after the flip; each begins with the other diagonal.
     pub fn flipped_faces(&self) -> [[u32; 3]; 2] {
         let [a, b, c, d] = self.corners;
         [[c, d, b], [d, c, a]]

@@ -1,9 +1,9 @@
 //! Choice of components to drop because their vertices are better spent elsewhere.
 //!
-//! Dropping a component is priced like a merge: its area times the squared distance to what stays, per vertex freed. It
-//! is dropped if that is below the price of the last merges when the others have all freed vertices. A component of an
-//! asset always stays if it is farther from the rest than a multiple of the result's error, the last of its group,
-//! large in a view, or covers an opening.
+//! Dropping is priced like a merge: area times squared distance to what stays, per vertex freed. A component goes if
+//! that is below the price of the last merges when the others have all freed vertices. A component of an asset stays if
+//! it is farther away than a multiple of the result's error, the last of its group, large in a view, or covers an
+//! opening.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
@@ -22,39 +22,32 @@ use super::original::Original;
 use super::output::Output;
 use super::request::{DropRules, VisualProperties};
 
-/// Sample points for the distance of a component to what stays.
 const POINTS: usize = 64;
-/// Sample points for the distance of the original to the output.
 const POINTS_OF_ALL: usize = 4096;
-/// Largest distance of a dropped component to what stays, over the mean distance of the original to the output.
+/// Largest distance of a dropped component to what stays, over the result's mean distance.
 const MOST_DISTANCE: f64 = 8.0;
-/// Largest share of a view's pixels that may change, by one component and by all dropped ones.
+/// Largest share of a view's pixels that one dropped component may change, and all of them.
 const LARGE: [f32; 2] = [1e-3, 1e-2];
-/// Largest share of pixels in which another material may appear, by all dropped components: letters are read.
+/// Largest share of pixels in which another material may appear: letters are read.
 const RECOLOURED: f32 = 1e-3;
-/// Largest share of pixels in which a back side may appear: holes are more visible than missing parts.
+/// Largest share of pixels in which a back side may appear: holes are conspicuous.
 const OPENING: f32 = 2.5e-4;
 
-/// Value of a vertex at the end of a collapse.
 pub struct VertexCost<'a> {
-    /// Vertices left after each pass, falling, with its price.
     pub paid: &'a [(usize, f32)],
-    /// Target size.
     pub limit: Limit,
     /// Set where components must go to reach the size: all are at their smallest.
     pub must_fit: bool,
 }
 
 impl<'a> VertexCost<'a> {
-    /// Reads the prices of a collapse that ended at a limit.
     pub fn new(collapse: &'a Collapse, limit: Limit, end: End) -> Self {
         Self { paid: collapse.prices_paid(), limit, must_fit: matches!(end, End::Smallest | End::LosesShape) }
     }
 
     /// Estimates the price of merges down to this many vertices.
     ///
-    /// Beyond the recorded passes it extrapolates: squared distances fall as n^-2, the value of one more vertex as
-    /// n^-3.
+    /// Beyond the recorded passes, the value of one more vertex falls as n^-3.
     fn price_at(&self, vertices: usize) -> f64 {
         let seen = self.paid.iter().take_while(|(left, _)| *left >= vertices).map(|(_, price)| f64::from(*price));
         let first = self.paid.first().map(|&(left, price)| f64::from(price) * (left as f64 / vertices as f64).powi(3));
@@ -62,10 +55,8 @@ impl<'a> VertexCost<'a> {
     }
 }
 
-/// Components to drop.
 pub struct DroppedFaces {
     pub faces: Vec<bool>,
-    /// Number of dropped components.
     pub n_components: usize,
 }
 
@@ -147,7 +138,6 @@ impl<'a> PlacedComponents<'a> {
         Self { original, attributes, faces, ends, places, of_faces }
     }
 
-    /// Returns the original faces of a component.
     fn faces(&self, component: usize) -> &[u32] {
         let start = if component == 0 { 0 } else { self.ends[component - 1] };
         &self.faces[start..self.ends[component]]
@@ -159,7 +149,6 @@ impl<'a> PlacedComponents<'a> {
         self.faces(component).iter().any(|&face| surface.faces[face as usize].iter().any(|&v| pins.is_locked(v)))
     }
 
-    /// Returns the corners of an original face at its component's largest placement.
     fn corners(&self, face: u32) -> Option<[DVec3; 3]> {
         let place = self.places[self.of_faces[face as usize] as usize].first()?;
         let positions = &self.original.surface.positions;
@@ -169,7 +158,6 @@ impl<'a> PlacedComponents<'a> {
         )
     }
 
-    /// Returns the group of a face; 0 without groups.
     fn group(&self, face: u32) -> u32 {
         self.attributes.map_or(0, |attributes| attributes.group(face))
     }
@@ -193,12 +181,10 @@ impl<'a> PlacedComponents<'a> {
     }
 }
 
-/// Output faces as a viewer sees them, repeated for each placement.
 struct SeenFaces {
     positions: Vec<[f32; 3]>,
     faces: Vec<[u32; 3]>,
     components: Vec<u32>,
-    /// Number of output faces of each component.
     n_faces: Vec<usize>,
 }
 
@@ -220,7 +206,6 @@ impl SeenFaces {
     }
 }
 
-/// Component of a surface.
 #[derive(Clone)]
 struct Component {
     n_vertices: usize,
@@ -229,7 +214,6 @@ struct Component {
     area: f64,
     /// Squared diagonal of the original's bounding box.
     size2: f64,
-    /// Groups of its faces, ascending.
     groups: Vec<u32>,
     /// Area times the squared distance to what would remain without it.
     loss: f64,
@@ -240,7 +224,6 @@ struct Component {
 /// Components with a search structure for their neighbours.
 struct Components<'a> {
     all: Vec<Component>,
-    /// Rank of each component by area, smallest first.
     rank: Vec<usize>,
     placing: &'a PlacedComponents<'a>,
     /// Search tree over the placed output faces, and the component of each.
@@ -248,9 +231,7 @@ struct Components<'a> {
     of_seen: &'a [u32],
     /// Ratio of collapse prices, lengths to the fourth power, to those of the scene.
     unit_of_prices: f64,
-    /// Set if corners have texture coordinates or colours.
     is_painted: bool,
-    /// Set if the mesh is more than a bare shape.
     is_asset: bool,
 }
 
@@ -282,7 +263,6 @@ impl<'a> Components<'a> {
         Self { all, rank, placing, tree, of_seen: &seen.components, unit_of_prices, is_painted, is_asset }
     }
 
-    /// Finds the loss and the replacement of each component.
     fn find_losses(&mut self, cost: &VertexCost) {
         let most = self.most_price(cost);
         for component in 0..self.all.len() {
@@ -290,9 +270,7 @@ impl<'a> Components<'a> {
         }
     }
 
-    /// Returns the price per vertex from which no component goes; infinite where components must go at any price.
-    ///
-    /// It is an upper bound: as components go, vertices become cheaper for the others, and no component's loss falls.
+    /// Returns an upper bound on the price of a dropped component; infinite where some must go.
     fn most_price(&self, cost: &VertexCost) -> f64 {
         if cost.must_fit { f64::INFINITY } else { self.unit_of_prices * cost.price_at(self.n_asked(cost.limit)) }
     }
@@ -312,10 +290,9 @@ impl<'a> Components<'a> {
         Some((distance2, self.of_seen[face as usize] as usize))
     }
 
-    /// Estimates the loss of a component from sample points, and the larger component nearest to most of them.
+    /// Estimates a component's loss from sample points, and the larger component nearest to most of them.
     ///
-    /// Infinite if it is locked, not shown, or has no larger neighbour. At `most` per vertex the sum stops early,
-    /// without a neighbour.
+    /// Infinite if it is locked, not shown, or has no larger neighbour; stops at `most` per vertex.
     fn loss(&self, component: usize, most: f64) -> (f64, usize) {
         if self.placing.is_locked(component) {
             return (f64::INFINITY, component);
@@ -348,7 +325,6 @@ impl<'a> Components<'a> {
         (if areas > 0.0 { own.area * sum / areas } else { 0.0 }, most)
     }
 
-    /// Estimates the mean distance of the original to the output, by area.
     fn error(&self) -> f64 {
         let n_faces = self.placing.of_faces.len() as u32;
         let faces = (0..n_faces).step_by((n_faces as usize).div_ceil(POINTS_OF_ALL).max(1));
@@ -414,7 +390,6 @@ impl<'a> Components<'a> {
         is_dropped
     }
 
-    /// Returns the number of output faces.
     fn n_output_faces(&self) -> usize {
         self.all.iter().map(|it| it.n_faces).sum()
     }
@@ -423,9 +398,8 @@ impl<'a> Components<'a> {
 /// Conditions that keep components at any price.
 struct DropGuard {
     within: f64,
-    /// What a viewer would miss of each component, once rendered.
     exposures: Option<Vec<Exposure>>,
-    /// Bounds on the changed and recoloured pixels of all dropped components: sums of their largest shares.
+    /// Changed and recoloured pixels of all dropped components: sums of their largest shares.
     changed: [f32; 2],
     /// Marks components that replace a dropped one in some view.
     stands_in: Vec<bool>,
@@ -473,7 +447,6 @@ impl DropGuard {
     }
 }
 
-/// Measures area, bounding box and groups of each component.
 fn sums(placing: &PlacedComponents, shown: &VisualProperties) -> Vec<Component> {
     let surface = &placing.original.surface;
     let factor = |v: &u32| surface.importance.get(*v as usize).copied().unwrap_or(1.0);
@@ -498,7 +471,6 @@ fn sums(placing: &PlacedComponents, shown: &VisualProperties) -> Vec<Component> 
     (0..placing.places.len()).map(of_component).collect()
 }
 
-/// Sorts faces by component; returns them with the end of each range.
 fn by_component(of_faces: &[u32], n: usize) -> (Vec<u32>, Vec<usize>) {
     let mut ends = vec![0; n];
     of_faces.iter().for_each(|&component| ends[component as usize] += 1);

@@ -6,10 +6,9 @@ use rustc_hash::FxHashMap;
 use crate::mesh::pulse::Pulse;
 use crate::mesh::thread_ranges::{add_faces, split_rows, thread_ranges};
 
-/// Valence above which edges are looked up in a hash map: a fan of 150 thousand faces asks for each edge of its hub.
+/// Valence above which edges are in a hash map: a fan asks for each edge of its hub.
 const MOST_SEARCHED: usize = 64;
 
-/// Rotates a face to begin with its smallest vertex, so that equal faces have equal corners.
 pub fn smallest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
     match a.min(b).min(c) {
         first if first == a => [a, b, c],
@@ -22,22 +21,18 @@ pub fn smallest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
 pub struct FacesAround {
     starts: Vec<u32>,
     rows: Vec<FaceCorner>,
-    /// Rows replaced since construction.
     changed: FxHashMap<u32, Vec<FaceCorner>>,
     /// Face along each directed edge from a high-valence vertex, the first in its row.
     from_hubs: FxHashMap<[u32; 2], u32>,
 }
 
-/// Face at one of its corners.
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
 pub struct FaceCorner {
     pub face: u32,
-    /// Following corner of the face.
     pub next: u32,
 }
 
 impl FacesAround {
-    /// Collects the faces around each of `n_vertices` vertices.
     pub fn new(pulse: Pulse, n_vertices: usize, faces: &[[u32; 3]]) -> Self {
         let mut starts = vec![0u32; n_vertices + 1];
         add_faces(pulse, &mut starts[1..], faces, |_| (), |n_corners, (), _| *n_corners += 1);
@@ -60,7 +55,6 @@ impl FacesAround {
         (self.starts[vertex as usize + 1] - self.starts[vertex as usize]) as usize > MOST_SEARCHED
     }
 
-    /// Adds the edges from a vertex to the hash map.
     fn index(&mut self, vertex: u32) {
         for i in self.starts[vertex as usize]..self.starts[vertex as usize + 1] {
             let FaceCorner { face, next } = self.rows[i as usize];
@@ -79,12 +73,10 @@ impl FacesAround {
         &self.rows[self.starts[vertex as usize] as usize..self.starts[vertex as usize + 1] as usize]
     }
 
-    /// Returns the faces at `vertex`.
     pub fn faces(&self, vertex: u32) -> impl Iterator<Item = u32> {
         self.corners(vertex).iter().map(|corner| corner.face)
     }
 
-    /// Returns the faces at any of these vertices, sorted, without duplicates.
     pub fn faces_of_all(&self, vertices: impl IntoIterator<Item = u32>) -> Vec<u32> {
         let mut faces: Vec<u32> = vertices.into_iter().flat_map(|v| self.faces(v)).collect();
         faces.sort_unstable();
@@ -102,7 +94,6 @@ impl FacesAround {
         find_next(row, v)
     }
 
-    /// Returns whether an edge joins two vertices.
     pub fn joins(&self, u: u32, v: u32) -> bool {
         self.face_along(u, v).or_else(|| self.face_along(v, u)).is_some()
     }
@@ -131,13 +122,11 @@ impl FacesAround {
     }
 }
 
-/// Finds the first face of a row with this next corner.
 #[inline]
 fn find_next(row: &[FaceCorner], next: u32) -> Option<u32> {
     row.iter().find(|corner| corner.next == next).map(|corner| corner.face)
 }
 
-/// Fills the rows of the vertices from `first` on; `starts` are their offsets.
 fn fill(pulse: Pulse, rows: &mut [FaceCorner], starts: &[u32], first: usize, faces: &[[u32; 3]]) {
     let before = starts.first().copied().unwrap_or(0);
     let mut slots: Vec<u32> = starts.iter().map(|start| start - before).collect();

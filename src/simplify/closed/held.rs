@@ -1,7 +1,7 @@
 //! Early end of a collapse whose held vertices leave too few for the rest of the surface.
 //!
-//! Held vertices never merge, so all merges fall on the others. Where these move more than about four times as far from
-//! the original as with nothing held, the collapse is repeated to the smallest size at which they do not.
+//! Held vertices never merge. Where the others move over four times as far from the original as with nothing held, the
+//! collapse is repeated to the smallest size at which they do not.
 
 use glam::Vec3;
 
@@ -12,11 +12,10 @@ use super::collapse::{Collapse, End};
 use super::original::Original;
 use super::output::Output;
 
-/// The check runs when at least one vertex in `MANY` is held. Distance falls with the number of vertices: with half of
-/// them it about doubles.
+/// The check runs when at least one vertex in `MANY` is held: half of the vertices double the distance.
 const MANY: usize = 2;
-/// Largest distance before refinement, over that with nothing held. Refinement lowers 3.9 to between 2.7 and 3.8 for
-/// charts of thirty faces over a sphere, and to between 2.6 and 3.0 for patches over a bumpy one.
+/// Largest distance before refinement, over that with nothing held. Refinement lowers 3.9 to 2.7 to 3.8 for charts of
+/// thirty faces.
 const MOST: f64 = 4.2;
 /// Mean distance that is always acceptable on a surface of unit size.
 const NEAR: f64 = 1e-4;
@@ -36,8 +35,6 @@ impl<'a> RuinCheck<'a> {
     }
 
     /// Repeats a collapse that ruined the surface and ends it earlier; `None` where it did not.
-    ///
-    /// `distance` measures a collapse's distance from the original.
     pub fn repeat_if_ruined(
         &self,
         ended: &Collapse,

@@ -1,8 +1,8 @@
 //! The input as the closed assembly sees it, with closest-point queries.
 //!
-//! Three searches find the closest point: a walk over edges from a vertex nearby, fast but approximate; all faces in
-//! the regions of some output vertices, exact; and a search that crosses no seam. Regions give the starting points, so
-//! no search tree is needed.
+//! Three searches: a walk over edges from a vertex nearby, fast but approximate; all faces in the regions of some
+//! output vertices, exact; and a search that crosses no seam. Regions give the starting points, so no search tree is
+//! needed.
 
 use glam::Vec3;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -16,37 +16,28 @@ use super::pins::Pins;
 use super::prepare::feature_edges::FeatureEdges;
 use super::prepare::surface::Surface;
 
-/// Sample points per vertex region in foldover repair. Nineteen training meshes at ratios 0.01 to 0.05: 4 or 16 change
-/// the mean distance by 0.1 %, the largest by 0.7 %.
+/// Sample points per region in foldover repair. Nineteen meshes: 4 or 16 change the largest distance by 0.7 %.
 const POINTS: usize = 8;
-/// Squared distance over the smallest so far up to which the seam-bound search continues. On twelve textured training
-/// meshes, texture errors are 1.3 % larger at 1 and 0.2 % smaller at 3.
+/// Squared distance over the smallest so far up to which the seam-bound search continues. Texture errors are 1.3 %
+/// larger at 1, 0.2 % smaller at 3.
 const SLACK: f32 = 1.5;
-/// Largest number of faces the seam-bound search continues from. More are equally near where many faces share a corner
-/// or single precision cannot resolve distances; each step scans all visited faces.
+/// Largest number of faces the seam-bound search continues from: each step scans all visited faces.
 const MOST_STEPS: usize = 256;
 
-/// Input as the closed assembly sees it.
 pub struct Original<'a> {
-    /// Mesh of the caller.
     pub mesh: &'a TriMesh,
-    /// Mesh as a manifold of unit size.
     pub surface: Surface<'a>,
-    /// Feature edges over surface vertices.
     pub features: FeatureEdges,
-    /// Pinned surface vertices.
     pub pins: Pins,
 }
 
 impl<'a> Original<'a> {
-    /// Wraps a mesh without constraints.
     #[cfg(test)]
     pub fn bare(mesh: &'a TriMesh) -> Self {
         let (features, pins) = (FeatureEdges::default(), Pins::default());
         Self { mesh, surface: Surface::new(mesh, crate::mesh::pulse::Pulse::NONE), features, pins }
     }
 
-    /// Finds the region vertex closest to each wanted output vertex; arbitrary for the others.
     pub fn anchors(&self, positions: &[Vec3], vertex_of: &[u32], wanted: &[bool]) -> Vec<u32> {
         let mut best = vec![(f32::INFINITY, 0); positions.len()];
         for numbers in self.surface.pulse.ranges(0..vertex_of.len()) {
@@ -94,15 +85,13 @@ impl<'a> Original<'a> {
         }
     }
 
-    /// Returns the other two corners of each face at a vertex.
     fn sides(&self, v: u32) -> impl Iterator<Item = [u32; 2]> {
         let ring = self.surface.neighbors(v);
         let n_faces = if self.surface.rings.ghost(v).is_none() { ring.len() } else { ring.len() - 1 };
         (0..n_faces).map(|i| [ring[i], ring[if i + 1 == ring.len() { 0 } else { i + 1 }]])
     }
 
-    /// Returns the area normal of a face at vertex `v`; on surfaces that are not oriented it is turned to the vertex
-    /// normal's side.
+    /// Returns the area normal of a face at `v`; where the surface is not oriented, on the vertex normal's side.
     fn normal_at(&self, v: u32, corners: [Vec3; 3]) -> Vec3 {
         let normal = area_normal(corners);
         let is_opposed = !self.surface.rings.is_oriented() && normal.dot(self.surface.normals[v as usize]) < 0.0;
@@ -132,7 +121,6 @@ impl<'a> Original<'a> {
         Regions(regions)
     }
 
-    /// Builds the search that stays on one side of every seam.
     pub fn sides_of_seams(&self) -> SidesOfSeams<'_> {
         SidesOfSeams {
             surface: &self.surface,
@@ -151,23 +139,19 @@ impl<'a> Original<'a> {
     }
 }
 
-/// Regions of the original, by output vertex.
-///
-/// Distances are to faces: with long faces the nearest vertex of the original can be far away and on another side.
+/// Regions of the original, by output vertex. Distances are to faces: with long faces the nearest vertex can be far
+/// away.
 pub struct Regions(FxHashMap<u32, Region>);
 
 impl Regions {
-    /// Returns whether the region of a vertex was collected.
     pub fn has(&self, vertex: u32) -> bool {
         self.0.contains_key(&vertex)
     }
 
-    /// Returns sample points in the regions of these vertices.
     pub fn points(&self, vertices: &[u32]) -> impl Iterator<Item = Vec3> {
         self.select(vertices).flat_map(|region| &region.points).copied()
     }
 
-    /// Finds the closest point in the regions of these vertices.
     pub fn closest_point(&self, point: Vec3, vertices: &[u32]) -> ClosestPoint {
         let mut closest = ClosestPoint { point, normal: Vec3::ZERO, distance: f32::INFINITY };
         for face in self.select(vertices).flat_map(|region| &region.faces) {
@@ -187,7 +171,6 @@ impl Regions {
     }
 }
 
-/// Closest point of the original.
 #[derive(Clone, Copy)]
 pub struct ClosestPoint {
     pub point: Vec3,
@@ -196,25 +179,19 @@ pub struct ClosestPoint {
     pub distance: f32,
 }
 
-/// Original within one region.
 #[derive(Default)]
 struct Region {
-    /// Some vertices and face centroids.
     points: Vec<Vec3>,
-    /// Non-degenerate faces with a corner in the region.
     faces: Vec<RegionFace>,
 }
 
-/// RegionFace of the original with its bounding box.
 struct RegionFace {
     corners: [Vec3; 3],
-    /// Area normal.
     normal: Vec3,
     bounds: [Vec3; 2],
 }
 
 impl Region {
-    /// Keeps at most [`POINTS`] points, evenly spaced.
     fn thin_out(&mut self) {
         let step = self.points.len().div_ceil(POINTS).max(1);
         self.points = self.points.iter().copied().step_by(step).collect();
@@ -249,10 +226,8 @@ pub struct SurfacePoint {
     pub weights: [f32; 3],
 }
 
-/// Search on the original that crosses no seam.
 pub struct SidesOfSeams<'a> {
     surface: &'a Surface<'a>,
-    /// Mesh corner of each surface corner, n_faces x 3.
     orders: Vec<[u8; 3]>,
     seams: FxHashSet<[u32; 2]>,
     around: FacesAround,
@@ -264,10 +239,9 @@ impl SidesOfSeams<'_> {
         Self { seams: seams.collect(), ..self }
     }
 
-    /// Finds the point closest to `p` by a best-first search from the faces `starts`.
+    /// Finds the closest point by a best-first search from the faces `starts`.
     ///
-    /// It continues from faces slightly farther than the best, since a corner or edge may be nearest on several faces
-    /// in a row.
+    /// It continues from faces slightly farther than the best, since one corner can be nearest on several faces.
     pub fn closest_point(&self, p: Vec3, starts: &[u32]) -> SurfacePoint {
         let mut met: Vec<u32> = Vec::new();
         let mut open: Vec<(f32, SurfacePoint)> = Vec::new();

@@ -14,19 +14,15 @@ use super::original::Original;
 use super::pins::Pins;
 use super::prepare::surface::Surface;
 
-/// Simplified mesh in progress.
 pub struct Output {
-    /// Normalised positions, n_vertices x 3.
     pub positions: Vec<Vec3>,
     faces: Vec<[u32; 3]>,
     /// Intended unit normals of the faces, n_faces x 3; zero if unknown.
     meant: Vec<Vec3>,
     around: FacesAround,
-    /// Pinned vertices.
     pub pins: Pins,
     /// Output vertex of each surface vertex.
     pub vertex_of: Vec<u32>,
-    /// Corner values, where there are any.
     corners: Option<ResultCorners>,
 }
 
@@ -49,50 +45,42 @@ impl Output {
         Some(corners.attributes(original, attributes, &self.positions, &self.pins))
     }
 
-    /// Returns the faces, n_faces x 3.
     pub fn faces(&self) -> &[[u32; 3]] {
         &self.faces
     }
 
-    /// Returns the corner indices of a face.
     pub fn face(&self, f: u32) -> [u32; 3] {
         self.faces[f as usize]
     }
 
-    /// Returns the corner positions of a face.
     pub fn triangle(&self, f: u32) -> [Vec3; 3] {
         self.face(f).map(|v| self.positions[v as usize])
     }
 
-    /// Returns the corner positions of a face as arrays.
     pub fn coordinates(&self, f: u32) -> [[f32; 3]; 3] {
         self.triangle(f).map(|p| p.to_array())
     }
 
-    /// Builds a search tree over the faces.
     pub fn tree(&self) -> NearestOnTriangles {
         let coordinates = (0..self.faces.len() as u32).map(|f| self.coordinates(f));
         NearestOnTriangles::new(&coordinates.collect::<Vec<_>>())
     }
 
-    /// Returns the intended normal of a face.
     pub fn intended_normal(&self, f: u32) -> Vec3 {
         self.meant[f as usize]
     }
 
-    /// Returns the faces around each vertex.
     pub fn faces_around(&self) -> &FacesAround {
         &self.around
     }
 
-    /// Returns whether the edge of a diamond must not be flipped: it is a seam or kept, or the flip would join two
-    /// mirror-plane vertices.
+    /// Returns whether a diamond must not be flipped: its edge is a seam or kept, or both ends of the new one are on
+    /// the mirror plane.
     pub fn is_held(&self, Diamond { faces, corners: [a, b, c, d] }: &Diamond) -> bool {
         let is_seam = |corners: &ResultCorners| corners.is_seam(&self.faces, *faces, [*a, *b]);
         self.pins.are_on_cut(*c, *d) || self.pins.hold_edge(*a, *b) || self.corners.as_ref().is_some_and(is_seam)
     }
 
-    /// Flips the edge of a diamond.
     pub fn flip(&mut self, diamond: &Diamond) {
         let before = diamond.faces.map(|f| self.face(f));
         self.swap_diagonal(diamond);
@@ -101,7 +89,6 @@ impl Output {
         }
     }
 
-    /// Flips diamonds that share no face.
     pub fn flip_all(&mut self, pulse: Pulse, diamonds: &[Diamond]) {
         diamonds.iter().for_each(|diamond| self.swap_diagonal(diamond));
         if !diamonds.is_empty() {
@@ -117,13 +104,11 @@ impl Output {
         self.meant[g] = self.meant[f];
     }
 
-    /// Moves a vertex to a surface vertex and records it as its origin.
     pub fn stand_on(&mut self, v: u32, origin: u32, surface: &Surface) {
         self.positions[v as usize] = surface.positions[origin as usize];
         self.pins.set_origin(v, origin);
     }
 
-    /// Returns faces, pins and the output vertex of each surface vertex.
     pub fn into_parts(self) -> (Vec<[u32; 3]>, Pins, Vec<u32>) {
         (self.faces, self.pins, self.vertex_of)
     }
@@ -131,7 +116,6 @@ impl Output {
 
 #[cfg(test)]
 impl Output {
-    /// Builds an output whose regions are the original vertices closest to each vertex.
     pub fn from_original(original: &[Vec3], positions: Vec<Vec3>, faces: Vec<[u32; 3]>) -> Self {
         let nearest = |p: &Vec3| {
             let distance = |v: &u32| positions[*v as usize].distance_squared(*p);

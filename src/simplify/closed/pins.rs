@@ -7,10 +7,8 @@ use glam::DVec3;
 use super::prepare::surface::Surface;
 use super::request::{Half, Keep};
 
-/// Pins over the vertices of a surface, a collapse or an output.
 #[derive(Clone, Debug, Default)]
 pub struct Pins {
-    /// Vertices that stay in place; empty for none.
     locked: Vec<bool>,
     /// Set where edges between locked vertices must stay.
     holds_edges: bool,
@@ -22,7 +20,6 @@ pub struct Pins {
 }
 
 impl Pins {
-    /// Transfers the pins of a mesh to its surface, where some vertices are copies.
     pub fn new(surface: &Surface, keep: &Keep) -> Self {
         let is_locked = |v: u32| keep.locked[v as usize];
         let locked = if keep.locked.is_empty() { Vec::new() } else { surface.sources().map(is_locked).collect() };
@@ -35,29 +32,24 @@ impl Pins {
         Self { subset: true, ..Self::default() }
     }
 
-    /// Returns whether nothing is pinned.
     pub fn is_empty(&self) -> bool {
         self.locked.is_empty() && !self.subset && self.plane.is_none()
     }
 
-    /// Returns whether anything but the mirror plane pins vertices.
     pub fn hold_more_than_plane(&self) -> bool {
         self.subset || self.plane.is_none() || self.locked.contains(&true)
     }
 
-    /// Transfers surface pins to a collapse, whose vertices are the surface's.
     pub fn on_own_vertices(&self, n_vertices: usize) -> Self {
         let vertices = 0..n_vertices as u32;
         let locked = vertices.clone().map(|v| self.is_locked(v)).collect();
         Self { locked, origin: vertices.collect(), ..self.clone() }
     }
 
-    /// Removes all locks.
     pub fn without_locks(self) -> Self {
         Self { locked: vec![false; self.locked.len()], ..self }
     }
 
-    /// Selects the pins of these vertices.
     pub fn of_living(&self, living: &[u32]) -> Self {
         Self {
             locked: living.iter().map(|&v| self.is_locked(v)).collect(),
@@ -68,17 +60,14 @@ impl Pins {
         }
     }
 
-    /// Returns the locked vertices.
     pub fn locked_vertices(&self) -> impl Iterator<Item = u32> {
         (0..self.locked.len() as u32).filter(|&v| self.locked[v as usize])
     }
 
-    /// Returns whether a vertex must stay in place.
     pub fn is_locked(&self, v: u32) -> bool {
         self.locked.get(v as usize).is_some_and(|&locked| locked)
     }
 
-    /// Returns whether an edge must stay.
     pub fn hold_edge(&self, u: u32, v: u32) -> bool {
         self.holds_edges && self.is_locked(u) && self.is_locked(v)
     }
@@ -88,7 +77,6 @@ impl Pins {
         self.is_locked(v) || self.is_on_cut(v)
     }
 
-    /// Returns whether every vertex must be at a mesh vertex.
     pub fn is_subset(&self) -> bool {
         self.subset
     }
@@ -99,12 +87,10 @@ impl Pins {
         !self.subset && self.plane.is_none()
     }
 
-    /// Returns the vertices on the mirror plane, if there is one.
     pub fn plane(&self) -> Option<&PlaneVertices> {
         self.plane.as_ref()
     }
 
-    /// Returns whether a vertex must stay on the mirror plane.
     pub fn is_on_cut(&self, v: u32) -> bool {
         self.plane.as_ref().is_some_and(|plane| plane.has(v))
     }
@@ -114,17 +100,14 @@ impl Pins {
         self.is_on_cut(u) && self.is_on_cut(v)
     }
 
-    /// Returns the surface vertex beneath each vertex; empty where nothing is pinned.
     pub fn origins(&self) -> &[u32] {
         &self.origin
     }
 
-    /// Renumbers the surface vertices.
     pub fn renumber_origins(&mut self, number: impl Fn(u32) -> u32) {
         self.origin.iter_mut().for_each(|v| *v = number(*v));
     }
 
-    /// Records the surface vertex beneath a vertex.
     pub fn set_origin(&mut self, v: u32, origin: u32) {
         self.origin[v as usize] = origin;
     }
@@ -138,7 +121,6 @@ impl Pins {
         self.plane.iter_mut().for_each(|plane| plane.merge(u, v));
     }
 
-    /// Returns which vertices are on the mirror plane; empty without one.
     pub fn into_plane_flags(self) -> Vec<bool> {
         self.plane.map(|plane| plane.is_on).unwrap_or_default()
     }
@@ -147,7 +129,7 @@ impl Pins {
 /// Vertices that must stay on the mirror plane.
 ///
 /// A half and its image form a manifold if only cut edges join two of these vertices, no face joins three, and each is
-/// on a cut edge. The half starts so; merges and flips preserve it.
+/// on a cut edge. Merges and flips preserve this.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PlaneVertices {
     axis: usize,
@@ -156,7 +138,6 @@ pub struct PlaneVertices {
 }
 
 impl PlaneVertices {
-    /// Finds the surface vertices on the mirror plane; of split copies only those on cut edges.
     pub fn from_half(surface: &Surface, half: &Half) -> Self {
         let flag = |v: u32| half.on_plane[surface.source(v) as usize];
         let meets_cut = |v: u32| match surface.rings.ring(v) {
@@ -176,7 +157,6 @@ impl PlaneVertices {
         Self { axis, is_on, n_on }
     }
 
-    /// Returns the axis perpendicular to the plane.
     pub fn axis(&self) -> usize {
         self.axis
     }
@@ -186,7 +166,6 @@ impl PlaneVertices {
         self.is_on.get(v as usize).copied().unwrap_or(false)
     }
 
-    /// Returns the number of vertices on the plane.
     pub fn len(&self) -> usize {
         self.n_on
     }
@@ -218,15 +197,13 @@ impl PlaneVertices {
         ring.iter().zip(ring.iter().cycle().skip(1)).any(|(w, next)| lies_there(w) && lies_there(next))
     }
 
-    /// Returns whether merging `u` and `v` would remove the last cut edge between two boundaries, so that halves touch
-    /// in a vertex.
+    /// Returns whether a merge would remove the last cut edge between two boundaries.
     pub fn would_end_cut(&self, [u, v]: [u32; 2], [of_u, of_v]: [&[u32]; 2]) -> bool {
         let goes_on = |ring: &[u32], other: u32| ring.iter().any(|&w| w != other && self.has(w));
         self.has(u) && self.has(v) && !goes_on(of_u, v) && !goes_on(of_v, u)
     }
 
-    /// Returns the fixed coordinate of the merged vertex along the axis, relative to `u`; `v` is at `other`. `None` if
-    /// it is free.
+    /// Returns the fixed coordinate of the merged vertex, relative to `u`; `None` if it is free.
     pub fn height(&self, u: u32, v: u32, other: DVec3) -> Option<f64> {
         match (self.has(u), self.has(v)) {
             (false, false) => None,
@@ -244,12 +221,10 @@ impl PlaneVertices {
         }
     }
 
-    /// Adds the mirror image of a quadric to it.
     pub fn with_image(&self, quadric: [f32; 6]) -> [f32; 6] {
         self.without_slant(quadric.map(|x| 2.0 * x))
     }
 
-    /// Decouples the axis from the other two coordinates.
     fn without_slant(&self, mut a: [f32; 6]) -> [f32; 6] {
         let slanted = [[1, 2], [1, 4], [2, 4]][self.axis];
         slanted.into_iter().for_each(|entry| a[entry] = 0.0);

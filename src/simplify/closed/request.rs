@@ -12,15 +12,10 @@ pub struct ClosedRequest<'a> {
     pub importance: Importance<'a>,
     /// Marks hidden mesh vertices, which count little; empty for none.
     pub hidden: &'a [bool],
-    /// Settings of the stages.
     pub aim: Aim,
-    /// Steps to run after the collapse.
     pub refinements: Refinements,
-    /// Rounding of the written coordinates.
     pub frame: Frame,
-    /// Requests the derivative of the result.
     pub differentiable: bool,
-    /// Constraints.
     pub keep: Keep<'a>,
     /// Continues to the target size even where held vertices leave few to the rest.
     pub insists_on_size: bool,
@@ -39,24 +34,20 @@ pub struct VisualProperties<'a> {
 }
 
 impl<'a> ClosedRequest<'a> {
-    /// Returns whether edges are flipped after the collapse.
     pub fn flips(&self) -> bool {
         self.refinements.flips && self.aim.steps > 0
     }
 
-    /// Returns whether vertices are fitted to the original.
     pub fn fits(&self) -> bool {
         self.refinements.fit && self.aim.steps > 0 && !self.keep.subset
     }
 
-    /// Returns the visual properties by which components are judged.
     pub fn visual_properties(&self) -> VisualProperties<'a> {
         let is_weighed = matches!(self.importance, Importance::Given(_)) || !self.hidden.is_empty();
         VisualProperties { attributes: self.keep.attributes, scene: self.keep.scene, is_weighed }
     }
 }
 
-/// Constraints of a mesh besides its shape.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Keep<'a> {
     /// Feature edges over mesh vertices: seams and creases, ascending.
@@ -67,19 +58,13 @@ pub struct Keep<'a> {
     pub kept: &'a [bool],
     /// Requires that result vertices are mesh vertices.
     pub subset: bool,
-    /// Use of the result.
     pub purpose: Purpose,
-    /// Attributes of corners and faces.
     pub attributes: Option<&'a Attributes>,
-    /// Requests the map from result corners to the mesh.
     pub map: bool,
-    /// Placement of the mesh in a scene.
-    pub scene: Option<&'a UnitedMesh>,
+    pub scene: Option<&'a United>,
     /// Allowed distance from the mesh, in scene units; 0 for none.
     pub allowed_distance: f64,
-    /// Rules for dropping components, if any may go.
     pub drop: Option<DropRules>,
-    /// Mirror data of a half; sizes are then those of the whole.
     pub half: Option<Half<'a>>,
 }
 
@@ -96,7 +81,6 @@ impl<'a> Keep<'a> {
         self.scene.is_some() || self.attributes.is_some()
     }
 
-    /// Returns the scene piece of a face; 0 without a scene.
     pub fn piece_of(&self, face: u32) -> usize {
         let of = |scene: &UnitedMesh| scene.piece_of_group(self.attributes.unwrap_or(Attributes::NONE).group(face));
         self.scene.map_or(0, of)
@@ -109,19 +93,15 @@ impl<'a> Keep<'a> {
     }
 }
 
-/// Rules for dropping components.
 #[derive(Clone, Copy, Debug)]
 pub struct DropRules {
     /// Largest distance from the remaining components, in scene units.
     pub within: f64,
-    /// First level of detail at which components may go.
     pub from_level: usize,
 }
 
-/// Cut of a mesh that is one half of a symmetric one.
 #[derive(Clone, Copy, Debug)]
 pub struct Half<'a> {
-    /// Axis perpendicular to the mirror plane: 0, 1 or 2.
     pub axis: usize,
     /// Marks vertices on the cut, n_vertices; each is on a cut edge.
     pub on_plane: &'a [bool],

@@ -13,34 +13,25 @@ use super::derivative::Derivative;
 use super::original::Original;
 use super::output::Output;
 
-/// Result of the closed assembly.
 pub struct Closed {
     pub mesh: TriMesh,
     pub attributes: Attributes,
     pub report: Report,
-    /// Map to the input, if requested.
     pub map: Option<Map>,
-    /// Output vertex of each vertex of the simplified mesh.
     pub vertex_of: Vec<u32>,
-    /// Mesh vertex of each output vertex, in a subset.
     pub source_vertices: Option<Vec<u32>>,
-    /// Derivative, if requested.
     pub derivative: Option<Derivative>,
-    /// Vertices left after each pass, falling, with the price it reached: squared distance times area, in mesh units.
+    /// Vertices left after each pass with its price: squared distance times area, in mesh units.
     pub paid: Vec<(usize, f64)>,
     /// Marks output vertices on the mirror plane; empty without one.
     pub on_plane: Vec<bool>,
-    /// Faces that came back unchanged.
     pub kept: Vec<KeptFace>,
 }
 
 impl Closed {
     /// Builds the result from an output with its final local positions, n_vertices x 3.
     ///
-    /// `is_kept` marks mesh faces that came back unchanged, or is empty.
-    ///
     /// # Errors
-    /// [`SimplifyError::Overflow`] where a position is not finite.
     /// [`SimplifyError::Overflow`] where a position is not finite.
     pub fn new(
         original: &Original,
@@ -70,7 +61,6 @@ impl Closed {
         })
     }
 
-    /// Adds the prices of the passes.
     pub fn with_prices(self, paid: Vec<(usize, f64)>) -> Self {
         Self { paid, ..self }
     }
@@ -80,14 +70,12 @@ impl Closed {
         restore(&mut self.attributes, own, &self.kept);
     }
 
-    /// Builds the map to the input from the points at the corners.
     pub fn build_map(&self, mesh: &TriMesh, corners: CornerMap) -> Map {
         let input_vertices = map::nearest_inputs(mesh, &self.mesh, &self.vertex_of);
         let output_vertices = self.vertex_of.clone();
         Map { output_vertices, input_vertices, corner_faces: corners.faces, corner_weights: corners.weights }
     }
 
-    /// Maps the result back to `mesh`, from which components had been dropped.
     pub fn widen(&mut self, mesh: &TriMesh, pruned: &PrunedMesh) {
         pruned.add_to_report(&mut self.report);
         self.map.iter_mut().for_each(|map| map::widen_pruned(map, mesh, pruned));
@@ -95,7 +83,6 @@ impl Closed {
         self.derivative = self.derivative.take().map(|derivative| derivative.extend_to(&pruned.sources));
     }
 
-    /// Returns the caller's result, and the derivative if requested.
     pub fn into_result(self) -> (Simplified, Option<Derivative>) {
         let Self { mesh, attributes, report, map, source_vertices, derivative, .. } = self;
         (Simplified { mesh, attributes, source_vertices, map, report }, derivative)

@@ -1,7 +1,7 @@
 //! Faces without a mirror image, in a mesh whose vertices all have one.
 //!
-//! Faces need not match one by one: quads may be cut along either diagonal, polygons in any way. Unmatched faces must
-//! together cover the region that their images cover, and a boundary must be the image of a boundary.
+//! Quads and polygons may be cut in different ways. Unmatched faces must together cover the region that their images
+//! cover, and a boundary must be the image of a boundary.
 
 use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -22,11 +22,8 @@ pub(super) fn count_unpaired(mesh: &TriMesh, plane: &ImagePlane, vertices: &[u32
     }
 }
 
-/// Triangles over vertices welded by position.
 struct WeldedFaces {
-    /// Faces, n_faces x 3.
     faces: Vec<[u32; 3]>,
-    /// Vertices of their images, n_faces x 3.
     images: Vec<[u32; 3]>,
     /// Boundary edges, low vertex first, in face order.
     boundary: Vec<[u32; 2]>,
@@ -69,7 +66,6 @@ impl WeldedFaces {
         others
     }
 
-    /// Returns the boundary edges as degenerate triangles.
     fn boundary_triangles(&self) -> Vec<[u32; 3]> {
         self.boundary.iter().map(|&[a, b]| [a, b, b]).collect()
     }
@@ -89,7 +85,6 @@ impl WeldedFaces {
     }
 }
 
-/// Closest-point search for the images of triangles.
 struct ImagePoints<'a> {
     positions: &'a [[f32; 3]],
     plane: &'a ImagePlane,
@@ -113,7 +108,6 @@ impl ImagePoints<'_> {
     }
 }
 
-/// Lists the boundary edges in face order.
 fn boundary_edges(faces: &[[u32; 3]]) -> Vec<[u32; 2]> {
     let mut n_faces: FxHashMap<[u32; 2], u32> = FxHashMap::default();
     faces.iter().flat_map(|&face| edges_of(face)).for_each(|edge| *n_faces.entry(edge).or_default() += 1);
@@ -128,7 +122,6 @@ fn edge(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// Sorts the vertices of a face.
 pub(super) fn ascending(mut face: [u32; 3]) -> [u32; 3] {
     face.sort_unstable();
     face

@@ -9,19 +9,14 @@ use crate::simplify::closed::blend;
 use super::pairs::MirrorPairs;
 use super::plane::ImagePlane;
 
-/// Half of a mesh above the plane.
 pub(super) struct HalfMesh {
-    /// Mesh, open along the plane.
     pub mesh: TriMesh,
-    /// Attributes of corners and faces.
     pub attributes: Attributes,
-    /// Importance of the vertices, or empty.
     pub importance: Vec<f32>,
     /// Marks vertices on the plane at an edge of the cut.
     pub on_plane: Vec<bool>,
 }
 
-/// Position of a vertex relative to the plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum PlaneSide {
     Above,
@@ -70,7 +65,6 @@ fn sides(mesh: &TriMesh, plane: &ImagePlane, pairs: &MirrorPairs) -> Vec<PlaneSi
     (0..).zip(mesh.positions()).map(side).collect()
 }
 
-/// Mesh with its attributes while it is being cut.
 struct Sheet {
     positions: Vec<[f32; 3]>,
     faces: Vec<[u32; 3]>,
@@ -79,9 +73,8 @@ struct Sheet {
 }
 
 impl Sheet {
-    /// Cuts each face where `split` says and drops corners that are not kept.
-    ///
-    /// `split` returns the share of the way from the edge's vertex of smaller number.
+    /// Cuts each face where `split` says, a share of the way from the edge's smaller vertex, and drops corners that are
+    /// not kept.
     fn refine(&mut self, split: &dyn Fn(u32, u32) -> Option<f32>, is_kept: &dyn Fn(u32) -> bool) {
         let before = std::mem::take(&mut self.faces);
         let rows = std::mem::take(&mut self.attributes.wedges);
@@ -173,7 +166,6 @@ impl Sheet {
     }
 }
 
-/// Adds the value at a share of the way between two wedges.
 fn add_between(channel: &mut Channel, [a, b]: [u32; 2], t: f32) {
     let mut value = vec![0.0; channel.width];
     blend(channel.role, [channel.value(a), channel.value(b), channel.value(b)], [1.0 - t, t, 0.0], &mut value);

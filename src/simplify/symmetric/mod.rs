@@ -1,7 +1,7 @@
 //! Mirrored results of symmetric meshes: one half is simplified, open along the plane, and joined with its image.
 //!
-//! The cut never leaves the plane, and no other edge joins two of its vertices, so two manifold halves make a manifold,
-//! closed where the mesh is closed. Positions and faces are exact images; each half keeps its own attributes.
+//! No edge but those of the cut joins two vertices on the plane, so manifold halves make a manifold. Positions and
+//! faces are exact images; each half keeps its own attributes.
 
 mod alone;
 mod cut;
@@ -53,7 +53,7 @@ pub(super) fn simplify_symmetric(
     halves.into_iter().map(|half| join_halves(half, &plane, &groups, task.options)).collect()
 }
 
-/// Finds the first candidate plane about which the mesh is symmetric, and pairs vertices and corners with their images.
+/// Finds the first candidate plane about which the mesh is symmetric, with all mirror images.
 fn find_mirror_plane(
     mesh: &TriMesh,
     symmetry: Symmetry,
@@ -90,7 +90,6 @@ fn check(input: &Input, task: &Task) -> Result<(), SimplifyError> {
     }
 }
 
-/// Joins a simplified half with its image.
 fn join_halves(
     half: Closed,
     plane: &ImagePlane,

@@ -11,14 +11,13 @@ use super::plane::{ImagePlane, is_within, tolerance};
 
 /// Mirror images of all vertices and corners.
 pub(super) struct MirrorPairs {
-    /// Image of each vertex, n_vertices.
     pub vertices: Vec<u32>,
     /// Corner at the image of each corner (`3 * face + corner`).
     pub corners: Vec<u32>,
 }
 
 impl MirrorPairs {
-    /// MirrorPairs the vertices and corners of a symmetric mesh; faces need not match one by one.
+    /// Finds the images of all vertices and corners; faces need not match one by one.
     ///
     /// # Errors
     /// [`SimplifyError::NotSymmetric`] with the number of vertices or faces without an image.
@@ -42,15 +41,12 @@ impl MirrorPairs {
     }
 }
 
-/// Search structure for images of faces.
 struct Images<'a> {
     mesh: &'a TriMesh,
     vertices: &'a [u32],
-    /// Faces by their sorted vertices.
     faces: FxHashMap<[u32; 3], u32>,
     /// Half-edge (`3 * face + corner`) between two vertices, the first of several.
     half_edges: FxHashMap<[u32; 2], u32>,
-    /// One corner at each vertex.
     corner_at: Vec<u32>,
 }
 
@@ -68,13 +64,11 @@ impl<'a> Images<'a> {
         Self { mesh, vertices, faces, half_edges, corner_at }
     }
 
-    /// Returns the images of a face's vertices.
     fn image_of_face(&self, f: u32) -> [u32; 3] {
         self.mesh.faces()[f as usize].map(|v| self.vertices[v as usize])
     }
 
-    /// Finds corners at the images of a face's corners: on its image face if that exists, else on a face across an
-    /// image of its edges, else on any face.
+    /// Finds corners at the images of a face's corners, on its image face if that exists.
     fn corners(&self, f: u32) -> [u32; 3] {
         let image = self.image_of_face(f);
         let whole = self.faces.get(&ascending(image)).copied();

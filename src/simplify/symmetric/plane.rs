@@ -1,7 +1,7 @@
 //! Mirror planes and exact images in them.
 //!
 //! About 0 an image is a change of sign. Elsewhere the plane and the coordinate across it lie on a grid as fine as
-//! single precision at the ends of the mesh: then images are exact, and the image of an image is the point.
+//! single precision at the ends of the mesh, so that images are exact.
 
 use crate::mesh::{Frame, TriMesh};
 use crate::simplify::Axis;
@@ -11,17 +11,13 @@ use crate::spatial::nearest_to;
 /// Largest distance between a vertex and another's image, over the diagonal. Of 25 training meshes five are symmetric
 /// at this and at 1e-3, four at 1e-5, three at 1e-6.
 const SAME: f64 = 1e-4;
-/// Vertices used to find the plane. 256 or all vertices give the same planes on five symmetric training meshes.
 const SAMPLES: usize = 4096;
 
 /// Mirror plane in the coordinates of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ImagePlane {
-    /// Axis perpendicular to the plane.
     pub axis: usize,
-    /// Coordinate of the plane.
     at: f32,
-    /// Grid spacing along the axis.
     step: f64,
 }
 
@@ -32,7 +28,6 @@ impl ImagePlane {
         Self { axis, at: ((at / step).round() * step) as f32, step }
     }
 
-    /// Returns the signed height of a point above the plane.
     pub fn height(&self, p: [f32; 3]) -> f64 {
         f64::from(p[self.axis]) - f64::from(self.at)
     }
@@ -43,7 +38,6 @@ impl ImagePlane {
         p
     }
 
-    /// Moves a point onto the plane, or to the nearest grid point at least one step above it.
     pub fn snap(&self, mut p: [f32; 3], on_plane: bool) -> [f32; 3] {
         let height = self.height(p).max(self.step);
         p[self.axis] = match on_plane {
@@ -59,7 +53,6 @@ impl ImagePlane {
         self.height(p).abs() <= self.step
     }
 
-    /// Returns the plane in file coordinates.
     pub fn in_file(&self, frame: &Frame) -> MirrorPlane {
         MirrorPlane { axis: Axis::ALL[self.axis], at: f64::from(self.at) + frame.origin[self.axis] }
     }
@@ -85,12 +78,10 @@ pub(super) fn find_planes(mesh: &TriMesh, symmetry: Symmetry, frame: &Frame) -> 
     planes
 }
 
-/// Returns the largest distance between a vertex and another's image.
 pub(super) fn tolerance(mesh: &TriMesh) -> f64 {
     SAME * mesh.diagonal()
 }
 
-/// Returns the candidates across an axis: through the file's 0 and through the centre.
 fn candidates(mesh: &TriMesh, axis: usize, frame: &Frame) -> [ImagePlane; 2] {
     let (low, high) = extent(mesh, axis);
     [-frame.origin[axis], 0.5 * (low + high)].map(|at| ImagePlane::new(axis, at, low.abs().max(high.abs())))
@@ -101,7 +92,6 @@ fn extent(mesh: &TriMesh, axis: usize) -> (f64, f64) {
     along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
 }
 
-/// Counts the sampled vertices with an image in each plane.
 fn count_imaged(mesh: &TriMesh, planes: &[ImagePlane]) -> Vec<usize> {
     if planes.len() < 2 {
         return vec![0; planes.len()];
@@ -116,7 +106,6 @@ fn count_imaged(mesh: &TriMesh, planes: &[ImagePlane]) -> Vec<usize> {
     found.chunks(sample.len().max(1)).map(|found| found.iter().filter(|&&found| found).count()).collect()
 }
 
-/// Returns whether two points are at most `distance` apart.
 pub(super) fn is_within(p: [f32; 3], q: [f32; 3], distance: f64) -> bool {
     let [p, q] = [p, q].map(|p| glam::Vec3::from(p).as_dvec3());
     p.distance_squared(q) <= distance * distance

@@ -1,6 +1,4 @@
 //! Attributes of both halves on the corners of one: the values of each corner, followed by those of its image.
-//!
-//! Each half keeps its own values, mirrored or not, and a seam of either half is a seam of both.
 
 use rustc_hash::FxHashMap;
 
@@ -8,11 +6,9 @@ use crate::mesh::{Attributes, Channel, Role, same_values};
 
 use super::pairs::MirrorPairs;
 
-/// Groups of each face and of its image.
 pub(super) type GroupPairs = Vec<[u32; 2]>;
 
-/// Doubles all channels: once for the corner, once for its image. Groups become numbers of pairs, which are returned
-/// too.
+/// Doubles all channels: once for the corner, once for its image. Groups become numbers of pairs.
 pub(super) fn double_attributes(attributes: &Attributes, pairs: &MirrorPairs) -> (Attributes, GroupPairs) {
     let image_face = |f: usize| pairs.corners[3 * f] / 3;
     let mut group_pairs = PairNumbers::default();

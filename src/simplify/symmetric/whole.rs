@@ -7,13 +7,9 @@ use crate::simplify::closed::{blend, separate_twins};
 use super::plane::ImagePlane;
 use super::twofold::GroupPairs;
 
-/// Half after simplification.
 pub(super) struct SimplifiedHalf<'a> {
-    /// Mesh of the half.
     pub mesh: &'a TriMesh,
-    /// Doubled attributes of its corners, with the channel of joints.
     pub attributes: Attributes,
-    /// Marks vertices on the plane.
     pub on_plane: &'a [bool],
 }
 
@@ -45,7 +41,6 @@ fn take_number(next: &mut u32) -> u32 {
     *next - 1
 }
 
-/// Reverses the winding of a face.
 fn reverse_winding([a, b, c]: [u32; 3]) -> [u32; 3] {
     [a, c, b]
 }

@@ -32,7 +32,6 @@ fn blend_numbers(corners: [&[f32]; 3], weights: [f32; 3], out: &mut [f32]) {
     }
 }
 
-/// Normalises a blend; if the directions cancel, takes the heaviest.
 fn normalise(out: &mut [f32], corners: [&[f32]; 3], weights: [f32; 3]) {
     let length = out.iter().map(|x| x * x).sum::<f32>().sqrt();
     if length > LEAST_LENGTH {
@@ -42,7 +41,6 @@ fn normalise(out: &mut [f32], corners: [&[f32]; 3], weights: [f32; 3]) {
     }
 }
 
-/// Returns the corner of the largest weight.
 fn heaviest(weights: [f32; 3]) -> usize {
     (0..3).max_by(|&i, &j| weights[i].total_cmp(&weights[j])).unwrap_or(0)
 }

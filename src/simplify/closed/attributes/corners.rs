@@ -1,12 +1,9 @@
-//! ResultCorners of the result: which share values, and where on the original these come from.
+//! Corners of the result: shared values and their origin on the original.
 //!
-//! Every output face comes from one input face, whose corners are in its three regions, and takes its group and its
-//! side of every seam. Faces around a vertex that meet over edges other than seams share a wedge. A wedge's values are
-//! those at the closest point on its side, searched from its input faces without crossing seams. Texture coordinates
-//! and colours are then fitted over the faces (`values`).
-//!
-//! Normals are separated only by hard edges: wedges that meet over other seams share one normal, looked up and fitted
-//! across them (`normals`).
+//! Every output face comes from one input face, with corners in its three regions, and takes its group and its side of
+//! every seam. Faces around a vertex that meet over edges other than seams share a wedge, with the values at the
+//! closest point on its side. Texture coordinates and colours are then fitted (`values`). Wedges that no hard edge
+//! separates share one normal, looked up and fitted across other seams (`normals`).
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -22,16 +19,12 @@ use super::blend::blend;
 use super::normals::{fit_normals, straighten_tangents};
 use super::values::{Fit, ResultWedges};
 
-/// Missing wedge or vertex.
 const NONE: u32 = u32::MAX;
 
-/// ResultCorners of the result with their origins.
 pub struct ResultCorners {
     /// Wedge of each corner, n_faces x 3; updated by flips.
     wedges: Vec<[u32; 3]>,
-    /// Input faces of each wedge.
     origins: Vec<Vec<u32>>,
-    /// Output vertex of each wedge.
     vertices: Vec<u32>,
     /// Number of each wedge's normal, shared by wedges that no hard edge separates.
     normals: Vec<u32>,
@@ -73,7 +66,6 @@ impl ResultCorners {
         Self::from_sets([&mut sets, &mut smooth], faces, &source_faces)
     }
 
-    /// Numbers the sets of corners as wedges, by first corner; sets of `smooth` share a normal.
     fn from_sets([sets, smooth]: [&mut UnionFind; 2], faces: &[[u32; 3]], source_faces: &[u32]) -> Self {
         let mut number = vec![NONE; 3 * faces.len()];
         let (mut origins, mut vertices): (Vec<Vec<u32>>, Vec<u32>) = (Vec::new(), Vec::new());
@@ -94,7 +86,6 @@ impl ResultCorners {
         corners
     }
 
-    /// Numbers the normals by first corner.
     fn number_normals(&mut self, smooth: &mut UnionFind) {
         let mut number = vec![NONE; 3 * self.wedges.len()];
         let mut n_normals = 0;
@@ -108,7 +99,6 @@ impl ResultCorners {
         }
     }
 
-    /// Returns whether the edge `a b` between two faces is a seam.
     pub fn is_seam(&self, faces: &[[u32; 3]], [f, g]: [u32; 2], [a, b]: [u32; 2]) -> bool {
         [a, b].into_iter().any(|v| self.wedge_at(faces, f, v) != self.wedge_at(faces, g, v))
     }
@@ -163,7 +153,6 @@ impl ResultCorners {
         (Attributes { wedges, channels, groups }, CornerMap { faces, weights })
     }
 
-    /// Fits the normals and turns tangents perpendicular to them; `sides` stop only at hard edges.
     fn fit_normals(
         &self,
         channels: &mut [Channel],
@@ -202,7 +191,6 @@ impl ResultCorners {
         straighten_tangents(channels, may_change);
     }
 
-    /// Returns the group of each face: that of its input face.
     fn groups(&self, attributes: &Attributes) -> Vec<u32> {
         let group = |wedges: &[u32; 3]| {
             let first = self.origins[wedges[0] as usize].first();
@@ -212,9 +200,7 @@ impl ResultCorners {
     }
 }
 
-/// Points of the mesh at the corners of the result.
 pub struct CornerMap {
-    /// Mesh face at each corner, n_faces x 3.
     pub faces: Vec<[u32; 3]>,
     /// Barycentric weights, n_faces x 3 x 3.
     pub weights: Vec<[[f32; 3]; 3]>,
@@ -249,7 +235,6 @@ fn closest_points(
     vertices.par_iter().zip(origins).map(closest).collect()
 }
 
-/// Evaluates a channel at these points.
 fn interpolate_channel(channel: &Channel, wedges: &[[u32; 3]], places: &[SurfacePoint]) -> Channel {
     let width = channel.width;
     let mut values = vec![0.0; places.len() * width];

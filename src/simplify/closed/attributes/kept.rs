@@ -1,7 +1,7 @@
-//! Faces that come back unchanged, with their original corner values.
+//! Faces that come back unchanged.
 //!
-//! Their vertices are locked and their edges held, so each is a face of the result. Looked-up and fitted values of
-//! their corners are replaced by those of the mesh, bit for bit.
+//! Their vertices are locked and their edges held, so each is a face of the result; its corners get the values of the
+//! mesh, bit for bit.
 
 use std::collections::hash_map::Entry;
 
@@ -12,12 +12,9 @@ use crate::simplify::closed::faces_around::smallest_first;
 use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
 
-/// Face that came back unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct KeptFace {
-    /// Face of the result.
     pub face: u32,
-    /// Face of the mesh.
     pub source: u32,
     /// Corner of the mesh face at each corner.
     pub corners: [u8; 3],
@@ -51,7 +48,7 @@ pub fn find_kept(original: &Original, output: &Output, is_kept: &[bool]) -> Vec<
 
 /// Gives the corners of kept faces their values in the mesh, `own`.
 ///
-/// Other corners of their wedge follow, unless kept corners of the wedge disagree; then it is split.
+/// Their wedge follows; it is split where kept corners disagree.
 pub fn restore(carried: &mut Attributes, own: &Attributes, kept: &[KeptFace]) {
     if own.channels.is_empty() || carried.channels.is_empty() {
         return;
@@ -83,7 +80,6 @@ pub fn restore(carried: &mut Attributes, own: &Attributes, kept: &[KeptFace]) {
     }
 }
 
-/// Returns whether all channels agree at two wedges.
 fn are_alike(attributes: &Attributes, a: u32, b: u32) -> bool {
     a == b || attributes.channels.iter().all(|channel| channel.value(a) == channel.value(b))
 }

@@ -1,8 +1,8 @@
 //! Least-squares fit of corner normals to the shading of the original.
 //!
-//! A renderer normalises the blend of three unit normals. With blend `b` and original normal `n` at one point, the fit
-//! minimises the sum of `|b - |b| n|^2` over points of all faces. Its damped steps (`values`) aim at `|b| n` of the
-//! step before and end with unit length. Tangents are turned perpendicular to the normals.
+//! A renderer normalises the blend `b` of three unit normals. With the original's normal `n`, the fit minimises the sum
+//! of `|b - |b| n|^2` over points of all faces. Each damped step (`values`) aims at the last `|b| n` and ends with unit
+//! length.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -20,8 +20,7 @@ const LEAST_COSINE: f32 = 0.02;
 
 /// Fits the channel of normals over the faces.
 ///
-/// `nearest` has the values at the closest points, `original` those of the mesh at its `wedges`. A normal that turns
-/// away from a face of its wedge is turned back.
+/// `nearest` has the values at the closest points, `original` those of the mesh at its `wedges`.
 pub fn fit_normals(fit: &Fit, nearest: Channel, original: &Channel, wedges: &[[u32; 3]]) -> Channel {
     let meant = fit.target_values(original, wedges);
     if nearest.width != 3 || nearest.values.iter().chain(&meant).any(|x| !x.is_finite()) {
@@ -39,7 +38,6 @@ pub fn fit_normals(fit: &Fit, nearest: Channel, original: &Channel, wedges: &[[u
     Channel { values, ..nearest }
 }
 
-/// Scales the original's unit normals to the lengths of the blends.
 fn scale_to_blends(scaled: &mut [f32], meant: &[f32], values: &[f32], of_faces: &[[u32; 3]]) {
     let n = 3 * QUADRATURE.len();
     let faces = scaled.par_chunks_exact_mut(n).zip(meant.par_chunks_exact(n)).zip(of_faces);
@@ -52,7 +50,6 @@ fn scale_to_blends(scaled: &mut [f32], meant: &[f32], values: &[f32], of_faces: 
     });
 }
 
-/// Normalises all normals; one without direction becomes its nearest value.
 fn normalise_rows(values: &mut [f32], nearest: &[f32]) {
     values.chunks_exact_mut(3).zip(nearest.chunks_exact(3)).for_each(|(normal, nearest)| {
         let length = Vec3::from_slice(normal).length();
@@ -66,8 +63,7 @@ fn normalise_rows(values: &mut [f32], nearest: &[f32]) {
 
 /// Turns normals that oppose a face of their wedge back by the smallest angle.
 ///
-/// Faces that the nearest value opposes too are ignored; a normal that no small turn brings back becomes its nearest
-/// value.
+/// A normal that no small turn brings back becomes its nearest value.
 fn turn_back(values: &mut [f32], nearest: &[f32], of_faces: &[[u32; 3]], area_normals: &[Vec3]) {
     for _ in 0..TURNS {
         let mut is_turned = false;
@@ -83,8 +79,7 @@ fn turn_back(values: &mut [f32], nearest: &[f32], of_faces: &[[u32; 3]], area_no
     for_each_turned(values, nearest, of_faces, area_normals, |_, wedge, _| row(nearest, wedge));
 }
 
-/// Replaces each normal that opposes a face of its wedge although its nearest value does not; `replace` gets normal,
-/// wedge and unit face normal.
+/// Replaces normals that oppose a face of their wedge although their nearest value does not.
 fn for_each_turned(
     values: &mut [f32],
     nearest: &[f32],
@@ -107,9 +102,7 @@ fn row(values: &[f32], wedge: u32) -> Vec3 {
     Vec3::from_slice(&values[3 * wedge as usize..][..3])
 }
 
-/// Turns tangents perpendicular to their normals, keeping unit length and sign; wedges that may not change stay.
-///
-/// Tangents parallel to their normal stay as well.
+/// Turns tangents perpendicular to their normals, keeping unit length and sign.
 pub fn straighten_tangents(channels: &mut [Channel], may_change: impl Fn(&usize) -> bool) {
     let is_normal = |channel: &&Channel| channel.role == Role::Normal && channel.width == 3;
     let Some(normals) = channels.iter().find(is_normal) else { return };

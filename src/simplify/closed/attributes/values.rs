@@ -1,7 +1,7 @@
 //! Least-squares fit of corner values to the original.
 //!
-//! The value at the closest point is right at the vertex alone. The best values for the faces minimise the squared
-//! difference over the faces, component by component, at quadrature points on the face's side of every seam.
+//! The value at the closest point is right at the vertex alone; the fit minimises the squared difference over the
+//! faces, at quadrature points on each face's side of the seams.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -23,16 +23,15 @@ pub(super) const QUADRATURE: [([f32; 3], f32); 6] = [
     ([0.091_576, 0.816_848, 0.091_576], 0.109_952),
     ([0.091_576, 0.091_576, 0.816_848], 0.109_952),
 ];
-/// Weight of the value at the closest point, which makes the system regular. Twelve textured training meshes: texture
-/// coordinates are 0.1 % nearer at 0, 0.6 % farther at 0.08.
+/// Weight of the value at the closest point, which makes the system regular. Twelve textured meshes: texture
+/// coordinates are 0.6 % farther at 0.08.
 const STAY: f32 = 0.02;
-/// Steps toward the minimum. Each leaves at most 0.65 of the error, all together 0.6 %. Twelve textured training
-/// meshes: 6 steps are 0.05 % worse, 24 no better.
+/// Steps toward the minimum; all together leave 0.6 % of the error. 6 steps are 0.05 % worse, 24 no better.
 pub(super) const STEPS: usize = 12;
 /// Weight of a wedge below which its values stay: its inverse times any value must be finite.
 const LEAST: f32 = 1e-30;
-/// Damping of Jacobi's step. Eigenvalues of the system over its diagonal are between 1/2 and 2 (Wathen 1987), so at
-/// most `max(1 - 0.35, 1.4 - 1)` = 0.65 of an error remains.
+/// Damping of Jacobi's step. Eigenvalues over the diagonal are between 1/2 and 2 (Wathen 1987): at most 0.65 of an
+/// error remains.
 const DAMPED: f32 = 0.7;
 
 /// ResultWedges of a result.
@@ -40,7 +39,6 @@ const DAMPED: f32 = 0.7;
 pub struct ResultWedges<'a> {
     /// ResultWedges of the faces' corners, n_faces x 3.
     pub of_faces: &'a [[u32; 3]],
-    /// Output vertex of each wedge.
     pub vertices: &'a [u32],
     /// Original point of each wedge.
     pub places: &'a [SurfacePoint],
@@ -55,7 +53,6 @@ pub struct Fit<'a> {
     pub(super) area_normals: Vec<Vec3>,
     /// Twice the areas of the faces.
     areas: Vec<f32>,
-    /// Pinned vertices keep their values.
     pins: &'a Pins,
 }
 
@@ -103,7 +100,7 @@ impl<'a> Fit<'a> {
         meant
     }
 
-    /// Maps each wedge to the first one of equal values at its vertex, so that shared values stay shared.
+    /// Maps each wedge to the first one of equal values at its vertex.
     fn shared_wedges(&self, channel: &Channel) -> Vec<u32> {
         let mut order: Vec<u32> = (0..self.wedges.vertices.len() as u32).collect();
         order.sort_by_key(|&wedge| self.wedges.vertices[wedge as usize]);
@@ -118,7 +115,6 @@ impl<'a> Fit<'a> {
         one
     }
 
-    /// Returns the diagonal of the system.
     pub(super) fn diagonal(&self, one: &[u32]) -> Vec<f32> {
         let mut diagonal = vec![0.0; one.len()];
         for (wedges, area) in self.wedges.of_faces.iter().zip(&self.areas) {
@@ -129,7 +125,6 @@ impl<'a> Fit<'a> {
         diagonal
     }
 
-    /// Makes one damped step of Jacobi's method.
     pub(super) fn step(&self, values: &mut [f32], nearest: &Channel, System { meant, one, diagonal }: &System) {
         let width = nearest.width;
         let mut rest: Vec<f32> = values.iter().zip(&nearest.values).map(|(now, before)| before - now).collect();
@@ -162,17 +157,14 @@ impl<'a> Fit<'a> {
     }
 }
 
-/// Least-squares system of a channel.
 pub(super) struct System {
     /// Original values at the quadrature points, n_faces x 6 x width.
     pub meant: Vec<f32>,
     /// First wedge of equal values at each wedge's vertex.
     pub one: Vec<u32>,
-    /// Diagonal of the system.
     pub diagonal: Vec<f32>,
 }
 
-/// Clamps each component to the range of the original.
 fn keep_within(values: &mut [f32], original: &Channel) {
     let width = original.width;
     for i in 0..width {

@@ -4,8 +4,8 @@ use glam::{DMat2, DVec2, DVec3};
 
 use super::pair::{MergedVertex, Pair, Placement};
 
-/// Least determinant over the squared trace across the plane: the rounding of single precision. Only empty quadrics
-/// fall below, since all have a pull; 1e-10 and 1e-6 change no mirrored result.
+/// Least determinant over the squared trace: the rounding of single precision. 1e-10 and 1e-6 change no mirrored
+/// result.
 const LEAST_DETERMINANT: f64 = 1e-8;
 
 impl Pair {
@@ -17,7 +17,6 @@ impl Pair {
         }
     }
 
-    /// Returns the minimum at this height and its value; `None` if it is not unique.
     fn minimum_at(&self, axis: usize, height: f64) -> Option<(DVec3, f64)> {
         let [xx, xy, xz, yy, yz, zz] = self.sum.a;
         let rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
@@ -34,7 +33,6 @@ impl Pair {
         Some((x, self.sum.value(x)))
     }
 
-    /// Returns the cheapest of the ends at this height and, if both are, their middle.
     fn best_at(&self, axis: usize, height: f64) -> MergedVertex {
         let places = [Placement::Kept, Placement::Gone, Placement::Middle].map(|place| self.place_at(place));
         let fit = places.into_iter().filter(|merged| merged.offset[axis] == height);

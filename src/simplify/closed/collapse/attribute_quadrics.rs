@@ -1,5 +1,4 @@
-//! Attribute quadrics (Hoppe 1999, "New quadric metric for simplifying meshes with appearance attributes") for colours
-//! and normals.
+//! Attribute quadrics (Hoppe 1999, "New quadric metric for simplifying meshes with appearance attributes").
 //!
 //! On a face a value is a linear function `g.x + d`. A vertex at `x` with value `s` costs `w (g.x + d - s)^2`. The best
 //! `s` is the mean of a region's functions at `x`; the remaining cost is a quadric of `x` made of sums. Colours at
@@ -18,23 +17,19 @@ use crate::simplify::closed::original::Original;
 const MOST: usize = 7;
 /// Ranges of the colour and of the normal among the values.
 const KINDS: [Range<usize>; 2] = [0..4, 4..MOST];
-/// Length on a surface of unit size that costs as much as a colour change from dark to bright. Twelve painted training
-/// meshes: at 0.005 the surface is 16 % nearer and colours 4 % farther, at 0.02 22 % farther and 2 % nearer.
+/// Length on a surface of unit size that costs as much as a change from dark to bright. Twelve painted meshes: at 0.005
+/// the surface is 16 % nearer and colours 4 % farther.
 const LENGTH: f64 = 0.01;
-/// Length on a surface of unit size that costs as much as a change of a normal's component by 1. Fourteen training
-/// meshes at a tenth of their faces, beside 0: at 0.003 normals are 18 % nearer and the surface 10 % farther, at 0.006
-/// 20 and 18 %.
+/// Length on a surface of unit size that costs as much as a change of a normal's component by 1. Fourteen meshes: at
+/// 0.003 normals gain 18 % and the surface loses 10 %, at 0.006 20 and 18 %.
 const NORMAL_LENGTH: f64 = 0.005;
-/// Squared sine of a corner angle below which a face is too thin to define gradients. Twelve painted training meshes:
-/// 1e-8 or 1e-4 change nothing by more than 0.1 %.
+/// Squared sine of a corner angle below which a face is too thin for gradients. 1e-8 or 1e-4 change nothing by 0.1 %.
 const THIN: f64 = 1e-6;
 
-/// Sums of a region about its vertex.
 #[derive(Clone, Copy, Default)]
 pub(super) struct AttributeQuadric {
     /// Summed face weights, by kind.
     weights: [f64; 2],
-    /// Weighted sums of the gradients.
     gradients: [DVec3; MOST],
     /// Weighted sums of the values at the vertex.
     values: [f64; MOST],
@@ -43,7 +38,7 @@ pub(super) struct AttributeQuadric {
 }
 
 impl AttributeQuadric {
-    /// Adds a face by its weight and, for each value of this kind, the gradient and the value at the vertex.
+    /// Adds a face by its weight and, for each value of this kind, gradient and value at the vertex.
     fn add(&mut self, kind: usize, weight: f64, functions: impl Iterator<Item = (DVec3, f64)>) {
         self.weights[kind] += weight;
         for (k, (gradient, value)) in KINDS[kind].clone().zip(functions) {
@@ -113,7 +108,6 @@ pub fn sum_attribute_quadrics(original: &Original, attributes: &Attributes) -> A
     AttributeQuadrics(quadrics)
 }
 
-/// Colour and normal channels, and the vertices at which each counts.
 struct CountedChannels<'a> {
     channels: [Option<&'a Channel>; 2],
     /// Marks vertices on edges that separate values, by kind.
@@ -151,17 +145,14 @@ fn length(kind: usize, number: f32) -> f64 {
     }
 }
 
-/// Attribute quadric of each vertex; empty without colours and normals.
 #[derive(Clone, Default)]
 pub struct AttributeQuadrics(Vec<AttributeQuadric>);
 
 impl AttributeQuadrics {
-    /// Returns whether there are none.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Returns whether attributes count at a vertex.
     pub(super) fn count_at(&self, v: u32) -> bool {
         self.0.get(v as usize).is_some_and(|quadric| quadric.weights != [0.0; 2])
     }
@@ -171,7 +162,6 @@ impl AttributeQuadrics {
         self.0[u as usize].sum_with(&self.0[v as usize], other).cost()
     }
 
-    /// Records that `v`, at `other` from `u`, merged into `u`, which moved by `step`.
     pub(super) fn merge(&mut self, [u, v]: [u32; 2], other: DVec3, step: DVec3) {
         if !self.is_empty() {
             self.0[u as usize] = self.0[u as usize].sum_with(&self.0[v as usize], other).shift_origin(step);
@@ -209,7 +199,6 @@ impl LinearWeights {
 mod tests {
     use super::*;
 
-    /// Linear functions: gradient, value at the origin, weight.
     const FUNCTIONS: [([f64; 3], f64, f64); 4] = [
         ([1.0, 0.0, 2.0], 0.5, 1.0),
         ([0.0, -1.0, 1.0], 0.25, 2.0),

@@ -7,10 +7,8 @@ use super::corners::renumber_corner;
 pub(super) struct Cheapest(pub u64);
 
 impl Cheapest {
-    /// No edge.
     pub const NONE: Self = Self(u64::MAX);
 
-    /// Renumbers the edge after faces moved.
     pub fn renumber(self, faces: &[u32]) -> Self {
         if self == Self::NONE {
             self
@@ -29,7 +27,6 @@ impl Cheapest {
         }
     }
 
-    /// Returns the price; infinite for no edge.
     #[inline(always)]
     pub fn price(self) -> f32 {
         if self == Self::NONE { f32::INFINITY } else { f32::from_bits((self.0 >> 32) as u32) }

@@ -27,15 +27,11 @@ pub(super) const GONE: u32 = u32::MAX - 1;
 /// The vertices are compacted when at least one in this many is gone.
 const LEAST_GONE: usize = 8;
 
-/// Closed complex during its collapse.
-///
-/// Vertices and faces lie along a space-filling curve and are compacted between passes; constraints refer to vertices
-/// by surface numbers.
+/// Closed complex during its collapse; constraints refer to vertices by surface numbers.
 #[derive(Clone)]
 pub struct Collapse<'a> {
     /// Vertices; ghost vertices come last.
     pub(super) nodes: Vec<CollapseVertex>,
-    /// CornerTable of the faces, including those at ghost vertices.
     pub(super) corners: CornerTable,
     /// Surface vertex that each surface vertex was merged into, itself while it lives.
     pub(super) merged: Vec<u32>,
@@ -43,53 +39,38 @@ pub struct Collapse<'a> {
     pub(super) n_inner: usize,
     pub(super) n_vertices: usize,
     pub(super) n_faces: usize,
-    /// Current or last pass.
     pub(super) pass: u32,
-    /// Cheapest edge of every vertex before the last pass; empty before the first.
     pub(super) cheapest: Vec<Cheapest>,
-    /// Number of link tests.
     pub(super) n_tested: u32,
-    /// Buffers of merges, kept for their memory.
     pub(super) stars: [EndRing; 2],
     /// Remaining deformation allowed at each surface vertex; empty for any.
     pub(super) ceilings: Vec<f32>,
-    /// Set if a ceiling prevented a merge.
     pub(super) ceiling_met: bool,
-    /// Set if a turned face prevented a merge.
     pub(super) turn_forbidden: bool,
     /// Vertices left after each pass that merged some, with its price.
     pub(super) paid: Vec<(usize, f32)>,
-    /// Quadrics of colours and normals.
     pub(super) attributes: AttributeQuadrics,
-    /// Quadrics of other poses.
     pub(super) poses: Poses,
     pub(super) constraints: Option<Constraints>,
     /// Marks surface vertices at which prices depend on more than planes; empty for none.
     pub(super) is_special: Vec<bool>,
-    /// Copy from an earlier pass, on request.
     pub(super) copy: OwnCopy<'a>,
-    /// Events in order, on request.
     pub history: Option<Vec<CollapseEvent>>,
     /// Progress, counted in merges.
     pub(super) pulse: Pulse<'a>,
 }
 
-/// Copy that a collapse makes of itself in an early pass.
 #[derive(Clone, Default)]
 pub(super) enum OwnCopy<'a> {
-    /// No copy is made.
     #[default]
     Unwanted,
-    /// A copy will be made.
     Wanted,
-    /// A copy was made.
     Kept(Box<Collapse<'a>>),
 }
 
 /// Reason for the end of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// The limit is reached.
     Reached,
     /// No edge passes the link condition: components are at their smallest.
     Smallest,
@@ -106,7 +87,6 @@ pub enum End {
 }
 
 impl End {
-    /// Describes the reason for the caller.
     pub fn outcome(self) -> Outcome {
         match self {
             Self::Reached => Outcome::Reached,
@@ -124,7 +104,6 @@ impl End {
     }
 }
 
-/// Returns the least number of merges to the limit; each removes at most two faces.
 pub fn merges_to(limit: Limit, n_vertices: usize, n_faces: usize) -> usize {
     n_vertices.saturating_sub(limit.vertices).max(n_faces.saturating_sub(limit.faces).div_ceil(2))
 }
@@ -208,7 +187,6 @@ impl<'a> Collapse<'a> {
         collapse
     }
 
-    /// Frees the memory in steps: for millions of vertices this takes a while.
     pub fn free(self) {
         let Self { nodes, corners, pulse, .. } = self;
         pulse.beat(0);
@@ -238,7 +216,6 @@ impl<'a> Collapse<'a> {
         Output::new(pulse, positions, faces, pins.unwrap_or_default(), vertex_of)
     }
 
-    /// Returns the surface vertex into which this one was finally merged.
     pub(super) fn final_vertex(&self, mut v: u32) -> u32 {
         while self.merged[v as usize] != v {
             v = self.merged[v as usize];
@@ -246,7 +223,6 @@ impl<'a> Collapse<'a> {
         v
     }
 
-    /// Compacts vertices and faces if enough are gone.
     pub(super) fn compact(&mut self) {
         if (self.n_inner - self.n_vertices) * LEAST_GONE <= self.nodes.len() {
             return;
@@ -265,7 +241,6 @@ impl<'a> Collapse<'a> {
         self.n_inner = self.n_vertices;
     }
 
-    /// Returns the living nodes without ghost vertices.
     pub(super) fn living(&self) -> impl Iterator<Item = u32> {
         (0..self.n_inner as u32).filter(|&v| self.nodes[v as usize].corner != GONE)
     }
@@ -279,8 +254,7 @@ impl<'a> Collapse<'a> {
         n_vertices <= limit.vertices && n_faces <= limit.faces
     }
 
-    /// Returns the vertices left after each pass, falling, with its price: squared distance times area, on the surface
-    /// of unit size.
+    /// Returns the vertices left after each pass with its price: squared distance times area at unit size.
     pub fn prices_paid(&self) -> &[(usize, f32)] {
         &self.paid
     }
@@ -290,7 +264,6 @@ impl<'a> Collapse<'a> {
         !self.ceilings.is_empty()
     }
 
-    /// Counts the held vertices; for a mirrored half, those of both halves.
     pub fn n_held(&self) -> usize {
         let Some(constraints) = &self.constraints else { return 0 };
         let n = self.living().filter(|&v| constraints.is_held(self.nodes[v as usize].id)).count();
@@ -302,12 +275,10 @@ impl<'a> Collapse<'a> {
         Self { constraints: self.constraints.and_then(Constraints::without_curves), history: None, ..self }
     }
 
-    /// Stops counting merges as progress.
     pub fn without_progress(self) -> Self {
         Self { pulse: self.pulse.counting_if(false), ..self }
     }
 
-    /// Returns the numbers of vertices and faces; for a mirrored half, those of the whole.
     pub fn size(&self) -> (usize, usize) {
         match self.plane() {
             None => (self.n_vertices, self.n_faces),
@@ -315,9 +286,7 @@ impl<'a> Collapse<'a> {
         }
     }
 
-    /// Estimates the merges needed to reach a limit.
-    ///
-    /// Boundary merges remove one face, others two; their share is that of boundary vertices.
+    /// Estimates the merges needed to reach a limit; boundary merges remove one face, others two.
     pub fn merges_to(&self, limit: Limit) -> usize {
         let (n_vertices, n_faces) = self.size();
         let least = merges_to(limit, n_vertices, n_faces);

@@ -1,10 +1,8 @@
 //! Constraints of a collapse besides topology: feature curves and pinned vertices.
 //!
-//! A vertex of a held curve merges only along it. Endpoints and branch points are fixed; two adjacent branch points may
-//! merge. Curve vertices never merge across the surface, and no face between two curves vanishes.
-//!
-//! Curves with slack, texture seams, only have a price: the squared distance from their original place, cheap within
-//! the slack. Their branch points move, and regions between them may vanish.
+//! A vertex of a held curve merges only along it, endpoints and branch points are fixed, and no face between two curves
+//! vanishes. Curves with slack, texture seams, only have a price: the squared distance from their original place, cheap
+//! within the slack.
 
 use glam::DVec3;
 use rustc_hash::FxHashMap;
@@ -15,33 +13,27 @@ use crate::simplify::closed::pins::Pins;
 
 use super::pair::{MergedVertex, Pair, Placement};
 
-/// Price of moving a seam within its slack, over that of a held curve. Five textured models at four ratios: at 0.03 the
-/// mean distance is 8 % smaller and pictures lose 0.3 dB, at 0.3 it is 12 % larger and pictures are equal.
+/// Price of moving a seam within its slack, over that of a held curve. Five textured models: at 0.03 the mean distance
+/// is 8 % smaller and pictures lose 0.3 dB, at 0.3 it is 12 % larger.
 const SEAM_PRICE: f64 = 0.1;
 
-/// Constraints of a collapse, by surface vertex.
 #[derive(Clone)]
 pub struct Constraints {
-    /// Feature curves through each vertex.
     curves: FxHashMap<u32, Curve>,
     pub(super) pins: Pins,
 }
 
-/// Feature curves through one vertex.
 #[derive(Clone, Default)]
 struct Curve {
     /// Neighbours along curves.
     along: Vec<u32>,
-    /// Planes on the original's edges merged into this vertex.
     planes: Quadric,
     /// Squared slack of these edges, weighted like the planes.
     slack: f64,
-    /// Set if one of the curves is held.
     is_held: bool,
 }
 
 impl Constraints {
-    /// Collects the constraints of a surface.
     pub fn new(original: &Original) -> Self {
         let mut curves: FxHashMap<u32, Curve> = FxHashMap::default();
         let mut curve = |v: u32, change: &dyn Fn(&mut Curve)| change(curves.entry(v).or_default());
@@ -71,28 +63,23 @@ impl Constraints {
         Self { curves, pins: original.pins.on_own_vertices(original.surface.n_vertices()) }
     }
 
-    /// Returns whether a vertex is on a curve or pinned.
     pub(super) fn touches(&self, v: u32) -> bool {
         self.pins.is_subset() || self.pins.has(v) || self.curves.contains_key(&v)
     }
 
-    /// Returns whether anything but the mirror plane holds vertices.
     pub fn hold_more_than_plane(&self) -> bool {
         !self.curves.is_empty() || self.pins.hold_more_than_plane()
     }
 
-    /// Removes curves and locks; `None` if nothing constrains then.
     pub fn without_curves(self) -> Option<Self> {
         let pins = self.pins.without_locks();
         (pins.is_subset() || pins.plane().is_some()).then(|| Self { curves: FxHashMap::default(), pins })
     }
 
-    /// Returns whether a vertex is locked or on a held curve.
     pub fn is_held(&self, v: u32) -> bool {
         self.pins.is_locked(v) || self.curves.get(&v).is_some_and(|curve| curve.is_held)
     }
 
-    /// Returns the neighbours along curves, if one of the curves is held.
     pub fn held_neighbours(&self, v: u32) -> &[u32] {
         curve_neighbours(self.curves.get(&v).filter(|curve| curve.is_held))
     }
@@ -103,7 +90,7 @@ impl Constraints {
         if are_held(curves) { planes(curves, origin) } else { Quadric::default() }
     }
 
-    /// Finds the merged vertex of `u`, at `origin`, and `v`, relative to `u`; `None` if they must not merge.
+    /// Finds the merged vertex of `u`, at `origin`, and `v`, relative to `u`; `None` if forbidden.
     pub fn placement(&self, vertices: [u32; 2], origin: DVec3, pair: &Pair) -> Option<MergedVertex> {
         // Curves with slack never forbid a merge: they only raise its price.
         let curves = self.curves_at(vertices);
@@ -114,7 +101,6 @@ impl Constraints {
         Some(MergedVertex { price: merged.price + price_of_curves(curves, origin, merged.offset), ..merged })
     }
 
-    /// Finds the merged vertex where one of the two is on a held curve.
     fn held_placement(&self, [u, v]: [u32; 2], curves: [Option<&Curve>; 2], pair: &Pair) -> Option<MergedVertex> {
         let [of_u, of_v] = curves.map(curve_neighbours);
         // Vertices of two curves, or not adjacent along one, must not merge.
@@ -148,12 +134,11 @@ impl Constraints {
         }
     }
 
-    /// Returns whether curves branch at all of these vertices and nothing else pins them.
     fn are_branch_points(&self, vertices: [u32; 2]) -> bool {
         vertices.into_iter().all(|v| curve_neighbours(self.curves.get(&v)).len() > 2 && !self.pins.has(v))
     }
 
-    /// Returns whether held curves survive the removal of the faces at `opposite` in a merge of `u` and `v`.
+    /// Returns whether held curves survive a merge that removes the faces at `opposite`.
     pub fn survive_merge(&self, u: u32, v: u32, opposite: [u32; 2]) -> bool {
         let curves = self.curves_at([u, v]);
         let [of_u, of_v] = curves.map(curve_neighbours);
@@ -162,7 +147,6 @@ impl Constraints {
         !opposite.iter().any(is_lost)
     }
 
-    /// Records that `v` merged into `u`.
     pub fn merge(&mut self, u: u32, v: u32, place: Placement) {
         self.pins.merge(u, v, place == Placement::Gone);
         let Some(of_v) = self.curves.remove(&v) else { return };
@@ -190,22 +174,19 @@ impl Constraints {
     }
 }
 
-/// Returns the neighbours along the curves.
 fn curve_neighbours(curve: Option<&Curve>) -> &[u32] {
     curve.map_or(&[], |curve| &curve.along)
 }
 
-/// Returns whether one of the curves is held.
 fn are_held(curves: [Option<&Curve>; 2]) -> bool {
     curves.into_iter().flatten().any(|curve| curve.is_held)
 }
 
-/// Sums the planes on the curves about `origin`.
 fn planes(curves: [Option<&Curve>; 2], origin: DVec3) -> Quadric {
     curves.into_iter().flatten().fold(Quadric::default(), |sum, curve| sum + curve.planes.about(origin))
 }
 
-/// Returns the price of moving two curve vertices to `offset` from `origin`; slack makes a part of it cheap.
+/// Returns the price of moving two curve vertices to `offset` from `origin`.
 fn price_of_curves(curves: [Option<&Curve>; 2], origin: DVec3, offset: DVec3) -> f64 {
     let slack: f64 = curves.into_iter().flatten().map(|curve| curve.slack).sum();
     if slack == 0.0 {
@@ -215,7 +196,6 @@ fn price_of_curves(curves: [Option<&Curve>; 2], origin: DVec3, offset: DVec3) ->
     SEAM_PRICE * squares + (1.0 - SEAM_PRICE) * (squares - slack).max(0.0)
 }
 
-/// Returns the cheaper one of the two ends.
 fn best_end(pair: &Pair) -> MergedVertex {
     let [kept, gone] = [Placement::Kept, Placement::Gone].map(|place| pair.place_at(place));
     if gone.price < kept.price { gone } else { kept }

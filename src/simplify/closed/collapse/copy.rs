@@ -5,7 +5,7 @@ use crate::simplify::limits::Limit;
 use super::complex::{Collapse, GONE, OwnCopy};
 use super::corners::NONE;
 
-/// Vertices over the target at which the copy is made: it suffices where up to three quarters are dropped.
+/// Vertices over the target at which the copy is made: enough where three quarters are dropped.
 const KEPT_AT: f64 = 4.0;
 
 impl<'a> Collapse<'a> {
@@ -14,7 +14,6 @@ impl<'a> Collapse<'a> {
         Self { copy: OwnCopy::Wanted, ..self }
     }
 
-    /// Makes the requested copy if the limit is near and there are several components.
     pub(super) fn keep_copy(&mut self, limit: Limit) {
         if matches!(self.copy, OwnCopy::Wanted) && self.has_reached(limit.times(KEPT_AT)) {
             self.copy = OwnCopy::Unwanted;
@@ -24,7 +23,6 @@ impl<'a> Collapse<'a> {
         }
     }
 
-    /// Returns whether all vertices are connected.
     fn is_one_component(&self) -> bool {
         let mut pending: Vec<u32> = self.living().take(1).collect();
         let mut is_met = vec![false; self.nodes.len()];
@@ -41,7 +39,6 @@ impl<'a> Collapse<'a> {
         n_met == self.n_vertices
     }
 
-    /// Takes the copy, if one was made.
     pub fn take_copy(&mut self) -> Option<Self> {
         match std::mem::take(&mut self.copy) {
             OwnCopy::Kept(copy) => Some(*copy),

@@ -1,7 +1,6 @@
 //! Corner table of a closed complex: the vertex at each corner, and the corner across the opposite edge.
 //!
-//! A face takes four slots, the last one empty, so that the next corner needs no division. Faces may be wound
-//! inconsistently: a surface may be one-sided.
+//! A face takes four slots, so that the next corner needs no division. Faces may be wound inconsistently.
 
 use std::ops::Range;
 
@@ -12,7 +11,6 @@ pub(super) const NONE: u32 = u32::MAX;
 /// Valence from which edges are matched by sorting.
 const MANY: usize = 32;
 
-/// CornerTable of all faces.
 #[derive(Clone, Default)]
 pub(super) struct CornerTable {
     /// Vertex at each corner, n_faces x 4; [`NONE`] for removed faces and in every last slot.
@@ -21,19 +19,16 @@ pub(super) struct CornerTable {
     across: Vec<u32>,
 }
 
-/// Returns the next corner of the face.
 #[inline(always)]
 pub(super) fn next(corner: u32) -> u32 {
     corner + 1 - 3 * ((corner & 2) >> 1)
 }
 
-/// Returns the previous corner of the face.
 #[inline(always)]
 pub(super) fn previous(corner: u32) -> u32 {
     corner + 3 * u32::from(corner & 3 == 0) - 1
 }
 
-/// Returns the third corner of a face.
 #[inline(always)]
 pub(super) fn third(one: u32, other: u32) -> u32 {
     // The three numbers within a face add up to 3.
@@ -43,25 +38,20 @@ pub(super) fn third(one: u32, other: u32) -> u32 {
 /// CornerStep of a walk around a vertex: a face, entered across the edge to a neighbour.
 #[derive(Clone, Copy)]
 pub(super) struct CornerStep {
-    /// Corner at the vertex.
     pub at: u32,
-    /// Corner at the neighbour.
     pub from: u32,
 }
 
 impl CornerStep {
-    /// Returns the corner opposite the crossed edge.
     #[inline(always)]
     pub fn opposite(self) -> u32 {
         third(self.at, self.from)
     }
 }
 
-/// Walk around a vertex.
 pub(super) struct VertexWalk<'a> {
     corners: &'a CornerTable,
     vertex: u32,
-    /// Corner at which the walk ends.
     end: u32,
     next: Option<CornerStep>,
 }
@@ -80,7 +70,7 @@ impl Iterator for VertexWalk<'_> {
 }
 
 impl CornerTable {
-    /// Builds the table of faces in which every edge has two faces; sorts the faces by their smallest vertices.
+    /// Builds the table of faces, two at every edge; sorts them by their smallest vertices.
     pub fn new(n_vertices: usize, faces: impl Iterator<Item = [u32; 3]> + Clone) -> Self {
         let smallest = |[a, b, c]: [u32; 3]| a.min(b).min(c) as usize;
         let mut places = vec![0u32; n_vertices + 1];
@@ -113,7 +103,6 @@ impl CornerTable {
         table
     }
 
-    /// Returns all corners of existing faces.
     pub fn all(&self) -> impl Iterator<Item = u32> {
         (0..self.vertices.len() as u32).filter(|&c| self.vertices[c as usize] != NONE)
     }
@@ -123,25 +112,21 @@ impl CornerTable {
         self.vertices.len() / 4
     }
 
-    /// Returns the vertex at a corner.
     #[inline(always)]
     pub fn vertex(&self, corner: u32) -> u32 {
         self.vertices[corner as usize]
     }
 
-    /// Returns the ends of the edge opposite a corner.
     #[inline(always)]
     pub fn edge(&self, corner: u32) -> [u32; 2] {
         [self.vertex(next(corner)), self.vertex(previous(corner))]
     }
 
-    /// Returns the ends of the edge opposite a corner, the smaller one first.
     fn ends(&self, corner: u32) -> [u32; 2] {
         let [a, b] = self.edge(corner);
         [a.min(b), a.max(b)]
     }
 
-    /// Returns the corner across the edge opposite a corner.
     #[inline(always)]
     pub fn corner_across(&self, corner: u32) -> u32 {
         self.across[corner as usize]
@@ -170,13 +155,11 @@ impl CornerTable {
         if self.vertex(next) == vertex { next } else { previous(corner) }
     }
 
-    /// Walks around the vertex of the first step, once.
     #[inline(always)]
     pub fn walk_around(&self, first: CornerStep) -> VertexWalk<'_> {
         VertexWalk { corners: self, vertex: self.vertex(first.at), end: first.at, next: Some(first) }
     }
 
-    /// Replaces the vertex at a corner.
     #[inline(always)]
     pub fn set_vertex(&mut self, corner: u32, vertex: u32) {
         self.vertices[corner as usize] = vertex;
@@ -184,7 +167,7 @@ impl CornerTable {
 
     /// Removes the face of a corner, whose other two corners became one vertex, and joins the faces across its edges.
     ///
-    /// Returns the corners of one of these faces at the corner's vertex and at the merged one.
+    /// Returns corners at the corner's vertex and at the merged one.
     #[inline(always)]
     pub fn close(&mut self, corner: u32) -> [u32; 2] {
         let apex = self.vertex(corner);
@@ -196,7 +179,6 @@ impl CornerTable {
         [at_apex, third(one, at_apex)]
     }
 
-    /// Removes faces; whole components at a time, since neighbours are not updated.
     pub fn retain(&mut self, mut stays: impl FnMut([u32; 3]) -> bool) {
         let faces = self.vertices.chunks_exact_mut(4).filter(|slots| slots[0] != NONE);
         faces.for_each(|slots| {
@@ -225,13 +207,11 @@ impl CornerTable {
         faces
     }
 
-    /// Returns the faces by their vertices.
     pub fn faces(&self) -> impl Iterator<Item = [u32; 3]> {
         self.vertices.chunks_exact(4).filter(|slots| slots[0] != NONE).map(|slots| [slots[0], slots[1], slots[2]])
     }
 }
 
-/// Returns the new number of a corner.
 #[inline(always)]
 pub(super) fn renumber_corner(faces: &[u32], corner: u32) -> u32 {
     4 * faces[corner as usize / 4] + (corner & 3)

@@ -1,7 +1,7 @@
 //! Collapse of one half of a mirrored mesh; sizes are those of the whole.
 //!
-//! A merge within the cut removes one vertex of the whole, any other removes two. So the collapse stops one vertex
-//! early and, if one is still too many, makes the cheapest merge within the cut.
+//! A merge within the cut removes one vertex of the whole, any other two. So the collapse stops one vertex early and
+//! merges within the cut if one is still too many.
 
 use crate::simplify::closed::pins::PlaneVertices;
 use crate::simplify::limits::Limit;
@@ -10,13 +10,11 @@ use super::complex::{Collapse, End};
 use super::star::EndRing;
 
 impl Collapse<'_> {
-    /// Returns the vertices on the mirror plane, if this is a half.
     pub(super) fn plane(&self) -> Option<&PlaneVertices> {
         self.constraints.as_ref().and_then(|constraints| constraints.pins.plane())
     }
 
-    /// Returns whether a merge would make the half and its image non-manifold: a shared edge off the cut, a shared
-    /// face, or contact in a vertex alone.
+    /// Returns whether a merge would make the half and its image non-manifold.
     pub(super) fn would_break_whole(&self, [u, v]: [u32; 2], stars: &[EndRing; 2]) -> bool {
         let Some(plane) = self.plane() else { return false };
         let ids = |star: &EndRing| star.ring.iter().map(|&w| self.nodes[w as usize].id).collect::<Vec<u32>>();
@@ -25,7 +23,6 @@ impl Collapse<'_> {
         plane.would_bridge([u, v], rings) || plane.would_lay_flat([u, v], rings) || plane.would_end_cut([u, v], rings)
     }
 
-    /// Collapses until the whole is at the limit, exactly if possible.
     pub(super) fn run_half(&mut self, limit: Limit) -> End {
         let nearly =
             Limit { vertices: limit.vertices.saturating_add(1), faces: limit.faces.saturating_add(2), ..limit };
@@ -36,7 +33,6 @@ impl Collapse<'_> {
         if end == End::Reached { self.run_to(limit) } else { end }
     }
 
-    /// Makes the cheapest possible merge of two neighbours on the cut.
     fn merge_within_cut(&mut self) {
         self.begin_pass();
         let Some(plane) = self.plane() else { return };

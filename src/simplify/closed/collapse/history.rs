@@ -9,23 +9,16 @@ use super::pair::Placement;
 /// Ghost vertex in the ring of a [`Renewal`].
 pub const GHOST: u32 = u32::MAX;
 
-/// CollapseEvent of a collapse.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CollapseEvent {
-    /// Merge of two vertices.
     Merge(Merge),
-    /// Recomputed quadric.
     Renewal(Renewal),
 }
 
-/// Merge of two vertices.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Merge {
-    /// Vertex that stays.
     pub kept: u32,
-    /// Vertex merged into it.
     pub gone: u32,
-    /// Choice of the merged position.
     pub place: Placement,
 }
 
@@ -33,9 +26,7 @@ pub struct Merge {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Renewal {
     pub vertex: u32,
-    /// Neighbours in order; [`GHOST`] for a ghost vertex.
     pub ring: Vec<u32>,
-    /// Neighbours along folds.
     pub folds: Vec<u32>,
     pub importance: f32,
     /// Additional pull to the present position, relative to the squared weight.

@@ -5,14 +5,12 @@ use rayon::prelude::*;
 /// Rows per task.
 const TOGETHER: usize = 1 << 14;
 
-/// Remaining rows and their new numbers.
 pub(super) struct Compaction {
     /// Number of remaining rows before each, n_rows + 1.
     n_before: Vec<u32>,
 }
 
 impl Compaction {
-    /// Counts the remaining ones of `n` rows.
     pub fn new(n: usize, is_left: impl Fn(usize) -> bool + Sync) -> Self {
         let mut n_before = vec![0; n + 1];
         let count = |(task, counts): (usize, &mut [u32])| {
@@ -30,7 +28,6 @@ impl Compaction {
         Self { n_before }
     }
 
-    /// Returns the number of remaining rows.
     pub fn len(&self) -> usize {
         self.n_before[self.n_before.len() - 1] as usize
     }

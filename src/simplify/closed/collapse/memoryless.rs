@@ -1,8 +1,8 @@
-//! Memoryless quadrics (Lindstrom and Turk 1999, "Evaluation of memoryless simplification"), summed over present faces.
+//! Memoryless quadrics (Lindstrom and Turk 1999, "Evaluation of memoryless simplification"), summed over present faces
+//! before each pass.
 //!
-//! They are recomputed before each pass for vertices with changed faces. Quadrics that remember the original keep
-//! planes of faces long gone and choose worse edges. Only held curves remember (`constraints`), since their drift
-//! shows.
+//! Quadrics that remember the original keep planes of faces long gone and choose worse edges. Only held curves remember
+//! (`constraints`), since their drift shows.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -15,7 +15,6 @@ use super::corners::{CornerStep, next};
 use super::history::{CollapseEvent, GHOST, Renewal};
 use super::pair::{CollapseVertex, add_growing_pull, add_pull};
 
-/// Vertices per task.
 const TOGETHER: usize = 1024;
 
 /// Summation of planes around some vertices, compiled for the instruction set at hand.
@@ -60,18 +59,15 @@ impl Collapse<'_> {
         stale
     }
 
-    /// Returns the neighbours of a vertex in order.
     pub(super) fn ring(&self, v: u32) -> Vec<u32> {
         self.neighbors(v).collect()
     }
 
-    /// Iterates over the neighbours of a vertex in order.
     #[inline(always)]
     pub(super) fn neighbors(&self, v: u32) -> impl Iterator<Item = u32> {
         self.faces_around(v).map(|step| self.corners.vertex(step.from))
     }
 
-    /// Iterates over the faces around a vertex in order.
     #[inline(always)]
     pub(super) fn faces_around(&self, v: u32) -> impl Iterator<Item = CornerStep> {
         let CollapseVertex { corner, degree, .. } = self.nodes[v as usize];
@@ -79,7 +75,6 @@ impl Collapse<'_> {
         first.into_iter().flat_map(|first| self.corners.walk_around(first))
     }
 
-    /// Recomputes the quadrics of a vertex in all other poses.
     #[inline(never)]
     pub(super) fn renew_poses(&mut self, v: u32) {
         let ring = self.ring(v);
@@ -94,7 +89,6 @@ impl Collapse<'_> {
         }
     }
 
-    /// Records a recomputed quadric in the history.
     fn write_down(&mut self, v: u32) {
         let CollapseVertex { id, importance, position, .. } = self.nodes[v as usize];
         let ring = self.ring(v);
@@ -104,7 +98,6 @@ impl Collapse<'_> {
         self.history.get_or_insert_default().push(CollapseEvent::Renewal(renewal));
     }
 
-    /// Sums the planes around a vertex.
     #[inline(always)]
     fn planes_of(&self, v: u32) -> [f32; 6] {
         let CollapseVertex { position, corner, degree, .. } = self.nodes[v as usize];
@@ -149,10 +142,8 @@ impl Collapse<'_> {
     }
 }
 
-/// Faces around a vertex, added one by one.
 #[derive(Default)]
 struct Fan {
-    /// Planes of the faces and lines along boundary edges.
     planes: [f32; 6],
     /// Normals of the first and the latest face; zero beyond a boundary.
     first: Option<Vec3>,
@@ -180,7 +171,6 @@ impl Fan {
         self.last = normal;
     }
 
-    /// Returns whether two adjacent faces are more than a right angle apart.
     #[inline(always)]
     fn may_fold(&self) -> bool {
         self.turns_back || self.first.is_some_and(|first| self.last.dot(first) < 0.0)

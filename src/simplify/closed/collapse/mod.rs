@@ -1,10 +1,8 @@
 //! Edge collapse by memoryless quadrics (Garland and Heckbert 1997; Lindstrom and Turk 1999) on a closed complex.
 //!
 //! Ghost vertices, which never move, close the boundaries, so the link condition of closed surfaces (Dey et al. 1999)
-//! preserves the topology: the ends of an edge share exactly the two opposite vertices. `passes` has the order of the
-//! merges.
-//!
-//! For locality a vertex with its quadric fills one cache line, and vertices and faces lie along a space-filling curve.
+//! preserves the topology: the ends of an edge share exactly the two opposite vertices. For locality a vertex fills one
+//! cache line, and all lie along a space-filling curve.
 
 mod at_height;
 mod attribute_quadrics;
@@ -105,14 +103,12 @@ mod tests {
         assert_eq!(output.faces().len(), 100);
     }
 
-    /// Sums the squared distances of the surface's vertices to the remaining faces.
     fn error(surface: &Surface, collapse: &Collapse) -> f64 {
         let output = collapse.output();
         let tree = output.tree();
         surface.positions.iter().map(|p| tree.nearest(p.as_dvec3()).map_or(f64::INFINITY, |hit| hit.distance2)).sum()
     }
 
-    /// Merges the cheapest possible edge each time, with all quadrics and prices recomputed.
     fn naive_run(collapse: &mut Collapse, vertices: usize) {
         while collapse.n_vertices > vertices {
             collapse.begin_pass();

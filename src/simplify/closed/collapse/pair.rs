@@ -13,15 +13,15 @@ use super::corners::NONE;
 /// Edges priced side by side: one register of 256 bits.
 pub(super) const WIDTH: usize = 8;
 
-/// Largest distance of a merged vertex from the middle of its edge, in edge lengths. Sixteen training meshes at ratios
-/// 0.05 to 0.5: 1 or 4 change the mean distance by 0.1 % at most, the largest by 1 %.
+/// Largest distance of a merged vertex from the middle of its edge, in edge lengths. Sixteen meshes: 1 or 4 change the
+/// largest distance by 1 %.
 const REACH: f64 = 2.0;
-/// Least pivot over the trace: eight roundings of single precision, below which a direction has no minimum. Sixteen
-/// training meshes: at 1e-7 the largest distance is 1.4 % larger.
+/// Least pivot over the trace, eight roundings: below, a direction has no minimum. At 1e-7 the largest distance is 1.4
+/// % larger.
 const LEAST_PIVOT: f32 = 1e-6;
 
-/// Weight of the distance to the vertex against that to its planes, which do not determine it on flat parts. Sixteen
-/// training meshes at ratios 0.05 to 0.5: at 1e-5 the mean distance is 1.6 % larger, at 1e-7 0.2 % smaller.
+/// Weight of the distance to the vertex, which planes do not determine on flat surfaces. Sixteen meshes: at 1e-5 the
+/// mean distance is 1.6 % larger, at 1e-7 0.2 % smaller.
 pub const PULL: f32 = 1e-6;
 
 /// Vertex with its quadric; one cache line.
@@ -34,11 +34,9 @@ pub(super) struct CollapseVertex {
     pub importance: f32,
     /// One of its corners; [`NONE`] without faces.
     pub corner: u32,
-    /// Number of neighbours.
     pub degree: u32,
     /// Number on the surface; [`NONE`] for a ghost vertex.
     pub id: u32,
-    /// Time of the last change.
     pub changed: Changed,
     /// Last link test that marked it.
     pub seen: u32,
@@ -46,22 +44,19 @@ pub(super) struct CollapseVertex {
     pub wait: f32,
 }
 
-/// Time of a vertex's last change: the pass, and whether it was merged or only next to a change.
+/// Time of a vertex's last change: the pass, and whether it merged or only a neighbour did.
 #[derive(Clone, Copy, Default, PartialEq)]
 pub(super) struct Changed(u32);
 
 impl Changed {
-    /// Returns the time of a merge in a pass.
     pub fn from_merge(pass: u32) -> Self {
         Self(2 * pass + 1)
     }
 
-    /// Returns the time after a neighbour changed in a pass.
     pub fn with_neighbour_change(self, pass: u32) -> Self {
         Self(self.0.max(2 * pass))
     }
 
-    /// Returns whether the change was in this pass.
     #[inline(always)]
     pub fn is_in(self, pass: u32) -> bool {
         self.0 / 2 == pass
@@ -69,31 +64,26 @@ impl Changed {
 }
 
 impl CollapseVertex {
-    /// Creates a vertex without faces.
     pub fn new(position: Vec3, planes: [f32; 6], importance: f32, id: u32) -> Self {
         let (changed, seen, wait) = (Changed::default(), 0, 0.0);
         Self { position, planes, importance, corner: NONE, degree: 0, id, changed, seen, wait }
     }
 
-    /// Creates the ghost vertex of a boundary.
     pub fn ghost() -> Self {
         Self::new(Vec3::ZERO, [0.0; 6], 1.0, NONE)
     }
 
-    /// Returns the first eight numbers that a price needs; they are contiguous.
     #[inline(always)]
     fn head(&self) -> [f32; WIDTH] {
         let (Vec3 { x, y, z }, [xx, xy, xz, yy, yz, _]) = (self.position, self.planes);
         [x, y, z, xx, xy, xz, yy, yz]
     }
 
-    /// Returns the area around the vertex.
     #[inline(always)]
     pub fn area(&self) -> f32 {
         (self.planes[0] + self.planes[3] + self.planes[5]) / self.importance
     }
 
-    /// Returns the plane quadric about the vertex.
     #[inline(always)]
     fn quadric(&self) -> Quadric {
         Quadric { a: self.planes.map(f64::from), ..Quadric::default() }
@@ -115,7 +105,6 @@ pub(super) fn add_growing_pull(mut planes: [f32; 6], bend: f32) -> [f32; 6] {
     planes
 }
 
-/// Choice of a merged vertex's position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Placement {
     /// Minimum of the summed quadrics.
@@ -128,7 +117,6 @@ pub enum Placement {
     Middle,
 }
 
-/// Candidate for a merged vertex.
 #[derive(Clone, Copy)]
 pub struct MergedVertex {
     pub place: Placement,
@@ -144,7 +132,6 @@ pub struct Pair {
 }
 
 impl Pair {
-    /// Sums the quadrics of two vertices.
     #[inline(always)]
     pub(super) fn new(u: &CollapseVertex, v: &CollapseVertex) -> Self {
         let other = (v.position - u.position).as_dvec3();
@@ -161,19 +148,16 @@ impl Pair {
         self.other
     }
 
-    /// Returns the minimum and its value, if it is near enough to the edge.
     #[inline(always)]
     fn minimum_within_reach(&self) -> Option<(DVec3, f64)> {
         self.sum.minimum().filter(|(x, _)| self.is_within_reach(*x))
     }
 
-    /// Returns whether a merged vertex may be at `x`.
     #[inline(always)]
     pub(super) fn is_within_reach(&self, x: DVec3) -> bool {
         x.distance_squared(self.other * 0.5) <= REACH * REACH * self.other.length_squared()
     }
 
-    /// Returns the cheapest of both ends and the middle.
     #[inline(always)]
     fn best_other(&self) -> MergedVertex {
         let [kept, gone, middle] =
@@ -182,7 +166,6 @@ impl Pair {
         if middle.price < best.price { middle } else { best }
     }
 
-    /// Returns the merged vertex at one of the ends, or in the middle for other choices.
     #[inline(always)]
     pub fn place_at(&self, place: Placement) -> MergedVertex {
         let t = match place {
@@ -195,7 +178,6 @@ impl Pair {
         MergedVertex { place, offset: *other * t, price }
     }
 
-    /// Returns the merged vertex.
     #[inline(always)]
     pub fn placement(&self) -> MergedVertex {
         match self.minimum_within_reach() {
@@ -224,7 +206,6 @@ impl Lanes {
         Self(out)
     }
 
-    /// Returns the smaller of each two; the first if one is not a number.
     #[inline(always)]
     fn min(self, other: Self) -> Self {
         self.zip(other, |x, y| if y < x { y } else { x })
@@ -331,13 +312,10 @@ shuffles!(
     high_half [4, 5, 6, 7, 12, 13, 14, 15]
 );
 
-/// Eight pairs, one per lane.
 struct PairLanes {
-    /// Summed quadrics about the first ends.
     a: [Lanes; 6],
     b: [Lanes; 3],
     c: Lanes,
-    /// Positions of the other ends relative to the first.
     other: [Lanes; 3],
 }
 
@@ -359,8 +337,8 @@ impl PairLanes {
 
     /// Computes the minima relative to the first ends, and their values.
     ///
-    /// The factorisation A = LDL' loses no more than the rounding of A; a determinant would lose everything on nearly
-    /// flat surfaces. Ly = b, Dz = y, L'x = z. Directions without a pivot are left at 0.
+    /// A = LDL' loses no more than the rounding of A; a determinant would lose everything on nearly flat surfaces. Ly =
+    /// b, Dz = y, L'x = z; directions without a pivot stay 0.
     #[inline(always)]
     fn minima(&self) -> ([Lanes; 3], Lanes) {
         let Self { a: [xx, xy, xz, yy, yz, zz], b, c, .. } = *self;
@@ -386,7 +364,6 @@ impl PairLanes {
         (x, (c - dot(y, z)).zip(all(0.0), f32::max))
     }
 
-    /// Returns the smallest values at the ends and in the middle.
     #[inline(always)]
     fn best_others(&self) -> Lanes {
         let Self { a, b, c, other } = self;
@@ -399,7 +376,7 @@ impl PairLanes {
 
 /// Computes the prices of [`Pair::placement`] for eight edges, all cases for all lanes.
 ///
-/// Uses loops over arrays: closures in array methods are not always inlined, and then not vectorised.
+/// Loops over arrays, since closures in array methods are not always vectorised.
 #[inline(always)]
 pub(super) fn prices(ends: [[&CollapseVertex; WIDTH]; 2]) -> [f32; WIDTH] {
     let pairs = PairLanes::new(ends);

@@ -1,8 +1,8 @@
 //! Order of the collapse: passes, each over present prices.
 //!
-//! Before a pass every edge is priced once and every vertex knows its cheapest edge. The pass visits, in memory order,
-//! the vertices with the cheapest edges, as many as merges remain, and merges each unless an end was merged in this
-//! pass. So prices are always of the present surface, without a queue. The last passes go in the order of price.
+//! Before a pass every edge is priced once. The pass visits, in memory order, the vertices with the cheapest edges, as
+//! many as merges remain, and merges each unless an end was merged in this pass. So prices are of the present surface
+//! without a queue. The last passes go in the order of price.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
@@ -18,14 +18,12 @@ use super::cheapest::Cheapest;
 use super::complex::{Collapse, End, GONE};
 use super::pair::{Changed, CollapseVertex, WIDTH, prices};
 
-/// Vertices per pass over the remaining merges. Thirteen training meshes at ratios of 0.05, 0.2 and 0.5: at 1.5 the
-/// mean distance is 24 % larger, at 0.6 equal, in more passes.
+/// Vertices per pass over the remaining merges. Thirteen meshes: at 1.5 the mean distance is 24 % larger, at 0.6 equal,
+/// in more passes.
 const SHARE: f64 = 1.0;
-/// `SHARE` of the last passes, where many of the cheapest edges share ends. On the same meshes 2 and 6 change the mean
-/// distance by 0.5 %.
+/// `SHARE` of the last passes, where cheap edges share ends. 2 and 6 change the mean distance by 0.5 %.
 const SHARE_OF_LAST: f64 = 3.5;
-/// Share of the merges that the last passes make in the order of price. On the same meshes the mean distance is 9 %
-/// larger at 0.05 and equal at 0.002.
+/// Share of the merges made in the order of price. The mean distance is 9 % larger at 0.05 and equal at 0.002.
 const LAST: f64 = 0.01;
 /// Least number of vertices per pass, if as many merges remain.
 const LEAST: usize = 64;
@@ -33,7 +31,7 @@ const LEAST: usize = 64;
 const RISE: usize = 8;
 /// Number of passes without a merge in a row after which all edges are tried.
 const MOST_IN_VAIN: i32 = 3;
-/// Relative tolerance of a repeated price: an edge is tried again only if it is cheaper by more.
+/// Tolerance of a repeated price: an edge is tried again only if it is cheaper by more.
 const SLACK: f32 = 0.999;
 /// Faces per task of pricing.
 const TOGETHER: usize = 1 << 13;
@@ -42,7 +40,6 @@ const BATCH: usize = 128;
 /// Vertices visited between two beats, a few milliseconds.
 const BETWEEN_BEATS: usize = 4096;
 
-/// Vertex to be visited in a pass.
 #[derive(Clone, Copy)]
 struct Candidate {
     price: f32,
@@ -50,20 +47,16 @@ struct Candidate {
     edge: u32,
 }
 
-/// Pricing of the edges of some faces, compiled for the instruction set at hand.
 struct Pricing<'a, 'b> {
     collapse: &'a Collapse<'b>,
     /// Range of faces; an edge belongs to the face with its smaller corner.
     faces: Range<usize>,
     /// Marks vertices whose cheapest edge must be found; empty for all.
     is_unknown: &'a [bool],
-    /// Cheapest edge of each vertex so far.
     cheapest: &'a [AtomicU64],
-    /// Set if no other thread prices edges.
     is_alone: bool,
 }
 
-/// PricedEdge to be priced.
 #[derive(Clone, Copy, Default)]
 struct PricedEdge {
     ends: [u32; 2],
@@ -97,14 +90,12 @@ impl Work for Pricing<'_, '_> {
 }
 
 impl Pricing<'_, '_> {
-    /// Returns whether the cheapest edges of all these vertices are known.
     #[inline(always)]
     fn are_known<const N: usize>(&self, vertices: [u32; N]) -> bool {
         let is_known = |v: u32| self.is_unknown.get(v as usize).is_some_and(|unknown| !unknown);
         !self.is_unknown.is_empty() && vertices.into_iter().fold(true, |all, v| all & is_known(v))
     }
 
-    /// Prices edges in groups of `WIDTH` and offers each price to both ends.
     #[inline(always)]
     fn price(&self, edges: &[PricedEdge]) {
         for edges in edges.chunks(WIDTH) {
@@ -137,7 +128,6 @@ impl Pricing<'_, '_> {
     }
 }
 
-/// Visits of a pass, compiled for the instruction set at hand.
 struct Visits<'a, 'b> {
     collapse: &'a mut Collapse<'b>,
     candidates: &'a [Candidate],
@@ -198,7 +188,6 @@ impl Collapse<'_> {
         End::Reached
     }
 
-    /// Determines why no edge can go.
     fn end_without_edges(&self, limit: Limit) -> End {
         match (&self.constraints, self.turn_forbidden) {
             // The order ranks the reasons: the constraint that the caller can change comes first.
@@ -219,7 +208,6 @@ impl Collapse<'_> {
         self.price(&stale);
     }
 
-    /// Lets every edge be tried again.
     fn try_all_again(&mut self) {
         self.nodes.iter_mut().for_each(|node| node.wait = 0.0);
         (self.turn_forbidden, self.ceiling_met) = (false, false);
@@ -247,7 +235,6 @@ impl Collapse<'_> {
         (candidates, most)
     }
 
-    /// Prices the edges near changed vertices, so that the cheapest edge of every vertex is known.
     fn price(&mut self, stale: &[u32]) {
         let is_unknown = if self.cheapest.is_empty() { Vec::new() } else { self.mark_neighbourhood(stale) };
         let mut known = std::mem::take(&mut self.cheapest);
@@ -305,7 +292,6 @@ impl Collapse<'_> {
         self.nodes.get(v as usize).is_none_or(|node| node.changed == Changed::from_merge(self.pass))
     }
 
-    /// Tries the other edges of a vertex in the order of price, up to `most`.
     #[inline(never)]
     fn try_others(&mut self, v: u32, tried: Option<u32>, most: f32) {
         let least = SLACK * self.nodes[v as usize].wait;

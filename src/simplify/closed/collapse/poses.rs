@@ -1,9 +1,8 @@
 //! Quadrics of other poses of the mesh.
 //!
-//! A part that is flat now has zero quadrics however far it bends later, and no factor helps. So the quadrics of all
-//! poses are added (DeCoro and Rusinkiewicz 2005, "Pose-independent simplification of articulated meshes"; Mohr and
-//! Gleicher 2003, "Deformation sensitive decimation"). Near an edge each pose is a rotation about its middle, which
-//! turns its cost into a quadric here.
+//! A flat surface has zero quadrics however far it bends later, so the quadrics of all poses are added (DeCoro and
+//! Rusinkiewicz 2005, "Pose-independent simplification of articulated meshes"; Mohr and Gleicher 2003, "Deformation
+//! sensitive decimation"). Near an edge each pose is a rotation about its middle, so its cost is a quadric here.
 //!
 //! If poses are unknown, every place may bend alike. A face of size h misses a bent surface by h squared, so a vertex
 //! is pulled to its position by a weight that grows with its area.
@@ -16,31 +15,26 @@ use crate::simplify::closed::original::Original;
 use crate::simplify::closed::request::Keep;
 use crate::simplify::options::Purpose;
 
-/// Pull for unknown poses, per share of the surface. Six bodies with known poses, three ratios: half or twice as much
-/// changes the mean distance of the poses by 1 %.
+/// Pull for unknown poses, per share of the surface. Six bodies: half or twice as much changes the mean distance by 1
+/// %.
 const BEND: f64 = 10.0;
-/// Pull for the spectrum; linear functions on faces of size h err by h squared. Eight training meshes, four ratios, LE
-/// over QEM's: 0.84, 0.80, 0.75, 0.63 at 10, 0.83, 0.79, 0.75, 0.62 here, 0.85, 0.81, 0.76, 0.60 at 100; distances
-/// grow.
+/// Pull for the spectrum; linear functions on faces of size h err by h squared. LE over QEM's for eight meshes at ratio
+/// 0.05: 0.84 at 10, 0.83 here, 0.85 at 100.
 const EVEN: f64 = 30.0;
 /// Steps toward the best rotation; each squares the error.
 const STEPS: usize = 12;
 
-/// Vertex in another pose.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Posed {
     pub position: Vec3,
     /// Rotation of the surface around it from here to the pose.
     turn: Quat,
-    /// Plane quadric, as in [`CollapseVertex::planes`](super::pair::CollapseVertex).
     pub planes: [f32; 6],
 }
 
-/// Vertices of a collapse in other poses.
 #[derive(Clone, Default)]
 pub struct Poses {
     n_poses: usize,
-    /// n_vertices x n_poses.
     posed: Vec<Posed>,
     /// Pull to the present position relative to the squared weight; 0 if poses are known or irrelevant.
     bend: f32,
@@ -75,7 +69,6 @@ fn poses_of_targets(original: &Original, attributes: &Attributes) -> Poses {
 }
 
 impl Poses {
-    /// Builds the poses to preserve: those of the morph targets, else unknown ones.
     pub fn new(original: &Original, keep: &Keep) -> Self {
         match keep.pose_attributes() {
             Some(attributes) => poses_of_targets(original, attributes),
@@ -93,33 +86,27 @@ impl Poses {
         }
     }
 
-    /// Returns the pull to the present position relative to the squared weight.
     pub(super) fn bend(&self) -> f32 {
         self.bend
     }
 
-    /// Returns whether no pose is known.
     pub fn is_empty(&self) -> bool {
         self.n_poses == 0
     }
 
-    /// Returns a vertex in all poses.
     pub(super) fn vertex_poses(&self, v: u32) -> &[Posed] {
         &self.posed[v as usize * self.n_poses..][..self.n_poses]
     }
 
-    /// Returns a vertex in all poses, mutably.
     pub(super) fn vertex_poses_mut(&mut self, v: u32) -> &mut [Posed] {
         &mut self.posed[v as usize * self.n_poses..][..self.n_poses]
     }
 
-    /// Returns the number of poses.
     pub(super) fn n_poses(&self) -> usize {
         self.n_poses
     }
 
-    /// Averages the cost of merging two vertices over all poses; it is `here` in this one. About the first vertex; the
-    /// second is at `other`.
+    /// Averages the cost of merging two vertices over all poses; it is `here` in this one.
     #[inline(never)]
     pub(super) fn mean_price(&self, [u, v]: [u32; 2], other: DVec3, here: Quadric) -> Quadric {
         let pairs = self.vertex_poses(u).iter().zip(self.vertex_poses(v));
@@ -127,7 +114,6 @@ impl Poses {
         sum * (1.0 / (1 + self.n_poses) as f64)
     }
 
-    /// Records that `v`, at `other` from `u`, merged into `u`, which moved by `step`.
     pub(super) fn merge(&mut self, [u, v]: [u32; 2], other: DVec3, step: DVec3) {
         (0..self.n_poses).for_each(|k| self.vertex_poses_mut(u)[k] = self.merge_in_pose(k, [u, v], other, step));
     }
@@ -141,7 +127,7 @@ impl Poses {
     }
 }
 
-/// Returns the cost of a merge in a pose as a quadric here, about the first vertex; the second is at `other`.
+/// Returns the cost of a merge in a pose as a quadric here, about the first vertex.
 fn price_in([u, v]: [&Posed; 2], other: DVec3) -> Quadric {
     let quadric = |posed: &Posed| Quadric { a: posed.planes.map(f64::from), ..Quadric::default() };
     let to_other = (v.position - u.position).as_dvec3();
@@ -159,15 +145,14 @@ fn turn_form(form: &Quadric, turn: &DMat3) -> Quadric {
     Quadric { a, b: turn.transpose() * form.b, c: form.c }
 }
 
-/// Averages the rotations around two vertices.
 fn mean_turn([u, v]: [&Posed; 2]) -> DQuat {
     let (u, v) = (u.turn.as_dquat(), v.turn.as_dquat());
     let sum = if u.dot(v) < 0.0 { u - v } else { u + v };
     if sum.length_squared() > 0.0 { sum.normalize() } else { u }
 }
 
-/// Finds the rotation that best maps a vertex's edges and normal to the pose (Müller, Bender, Chentanez and Macklin
-/// 2016, "A robust method to extract the rotational part of deformations").
+/// Finds the rotation that best maps edges and normal to the pose (Müller et al. 2016, "A robust method to extract the
+/// rotational part of deformations").
 fn turn_at(v: u32, neighbors: &[u32], here: &[Vec3], there: &[Vec3]) -> Quat {
     let edges =
         |places: &[Vec3]| -> Vec<Vec3> { neighbors.iter().map(|&w| places[w as usize] - places[v as usize]).collect() };
@@ -195,7 +180,6 @@ fn turn_at(v: u32, neighbors: &[u32], here: &[Vec3], there: &[Vec3]) -> Quat {
     turn
 }
 
-/// Returns the rotation that maps a normal and an edge about it to the pose.
 fn first_turn([here, there]: [Vec3; 2], edges: Option<(&Vec3, &Vec3)>) -> Quat {
     let frame = |normal: Vec3, edge: Vec3| {
         let along = edge.reject_from_normalized(normal).normalize_or_zero();

@@ -11,8 +11,7 @@ use super::star::EndRing;
 const NEGLIGIBLE: f32 = 0.02;
 
 impl Collapse<'_> {
-    /// Returns the deformation still allowed after the ends of an edge moved to `x`; below 0 if this merge goes too
-    /// far.
+    /// Returns the deformation still allowed after the ends moved to `x`; below 0 if too far.
     #[inline(always)]
     pub(super) fn ceiling_after(&self, ends: [u32; 2], stars: &[EndRing; 2], x: Vec3) -> f32 {
         if self.ceilings.is_empty() {
@@ -22,8 +21,7 @@ impl Collapse<'_> {
         if ceiling == f32::INFINITY { ceiling } else { ceiling - self.distance_of_merge(ends, stars, x, ceiling) }
     }
 
-    /// Measures the distance between the faces around an edge before and after its ends moved to `x`; stops above
-    /// `most`.
+    /// Measures the distance between the faces around an edge before and after; stops above `most`.
     #[inline(never)]
     fn distance_of_merge(&self, ends: [u32; 2], stars: &[EndRing; 2], x: Vec3, most: f32) -> f32 {
         let place = |w: u32| (!self.is_ghost(w)).then(|| self.nodes[w as usize].position);

@@ -7,9 +7,7 @@ use glam::{DMat3, DVec3};
 /// Quadratic form `x'Ax - 2 b'x`, smallest where `A x = b`; or a gradient with respect to it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Form {
-    /// Symmetric matrix A.
     pub a: DMat3,
-    /// Linear part b.
     pub b: DVec3,
 }
 
@@ -35,7 +33,6 @@ pub(super) fn outer(x: DVec3, y: DVec3) -> DMat3 {
     DMat3::from_cols(x * y.x, x * y.y, x * y.z)
 }
 
-/// Returns the sum of the diagonal.
 pub(super) fn trace(a: &DMat3) -> f64 {
     a.x_axis.x + a.y_axis.y + a.z_axis.z
 }
@@ -102,7 +99,6 @@ mod tests {
     const C: DVec3 = DVec3::new(-0.2, 0.9, 1.1);
     const G: DVec3 = DVec3::new(0.7, -0.3, 0.2);
 
-    /// Asserts that `gradient` is the slope of `loss` at `x`.
     fn assert_slope(x: DVec3, gradient: DVec3, loss: impl Fn(DVec3) -> f64) {
         let numeric = DVec3::from_array([0, 1, 2].map(|axis| {
             let step = DVec3::AXES[axis] * 1e-6;

@@ -1,8 +1,7 @@
 //! One fit step as a function of input positions and output vertices, with derivative.
 //!
-//! The face and place of each point, the weights of faces and the set of moved vertices are constant. (A moving place
-//! would not change the heights, which are minimal there.) All else is differentiated, including the common step
-//! length.
+//! Face and place of each point, weights of faces and the set of moved vertices are constant. (Heights are minimal at
+//! the place.) All else is differentiated, including the common step length.
 
 use glam::{DMat3, DVec3};
 
@@ -13,32 +12,25 @@ use crate::geometry::triangle::area_normal_f64;
 use crate::simplify::closed::refine::points::Match;
 use crate::simplify::closed::trace::TracedStep;
 
-/// TracedStep with the two surfaces between which it was taken.
 pub(super) struct FitStep<'a> {
-    /// Matches and moved vertices.
     pub step: &'a TracedStep,
     pub input_faces: &'a [[u32; 3]],
     pub output_faces: &'a [[u32; 3]],
-    /// Input positions.
     pub input: &'a [DVec3],
     /// Output vertices before the step.
     pub output: &'a [DVec3],
 }
 
-/// One match as a row of the least-squares system.
 struct MatchRow {
-    /// Corners of the output face with the point's barycentric weights.
     corners: [(usize, f64); 3],
     /// Weighted area of the input face.
     area: f64,
     /// Vector from the place in the output face to the point.
     gap: DVec3,
-    /// Unit normal of the output face.
     normal: DVec3,
     height: f64,
 }
 
-/// Intermediate results of a step.
 struct Solved {
     systems: Vec<Form>,
     directions: Vec<DVec3>,
@@ -56,7 +48,6 @@ impl Solved {
 }
 
 impl FitStep<'_> {
-    /// Computes the output vertices after the step.
     pub fn forward(&self) -> Vec<DVec3> {
         let solved = self.solve(&self.normals());
         let length = solved.length();
@@ -64,8 +55,7 @@ impl FitStep<'_> {
         moves.map(|((&x, &d), &moved)| if moved { x + d * length } else { x }).collect()
     }
 
-    /// Adds gradients with respect to the input to `to_input`; returns those with respect to the vertices before the
-    /// step.
+    /// Adds gradients of the input to `to_input`; returns those of the vertices before the step.
     pub fn backward(&self, gradient: &[DVec3], to_input: &mut [DVec3]) -> Vec<DVec3> {
         let normals = self.normals();
         let solved = self.solve(&normals);
@@ -87,7 +77,6 @@ impl FitStep<'_> {
         to_output
     }
 
-    /// Returns the area normals of the output faces.
     fn normals(&self) -> Vec<DVec3> {
         let corners = |face: &[u32; 3]| face.map(|v| self.output[v as usize]);
         self.output_faces.iter().map(|face| area_normal_f64(corners(face))).collect()
@@ -166,7 +155,6 @@ struct ToRow {
 }
 
 impl MatchRow {
-    /// Returns the height by which the corners' directions lift the point's place.
     fn rise(&self, directions: &[DVec3]) -> f64 {
         self.normal.dot(self.move_place(directions))
     }
@@ -176,7 +164,6 @@ impl MatchRow {
         self.corners.iter().map(|&(v, share)| directions[v] * share).sum()
     }
 
-    /// Passes gradients of slope and curvature on to directions and returns those of the row.
     fn length_backward(
         &self,
         solved: &Solved,
@@ -194,7 +181,6 @@ impl MatchRow {
         }
     }
 
-    /// Adds the gradients that arrive through the systems of the corners.
     fn systems_backward(&self, to_systems: &[Form], to: &mut ToRow) {
         let whole = self
             .corners
@@ -208,7 +194,6 @@ impl MatchRow {
 }
 
 impl Solved {
-    /// Returns the gradient of vertex `v`'s system from that of its direction.
     fn system_backward(&self, v: usize, gradient: DVec3) -> Form {
         let matrix: DMat3 = stiffen(&self.systems[v].a, self.stay);
         let Form { a, b } = solve_backward(&matrix, self.directions[v], gradient);

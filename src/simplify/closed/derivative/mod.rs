@@ -1,8 +1,7 @@
 //! The closed result as a smooth function of the input positions, at fixed connectivity.
 //!
-//! Every output vertex is a minimum of summed plane quadrics ([`tree`]), moved by the steps of the fit ([`fit_step`]).
-//! Both are recomputed in double precision from recorded choices. Displacements by rounding, foldover repair, nested
-//! components and separated duplicates are constant offsets.
+//! Every output vertex is a minimum of summed plane quadrics ([`tree`]), moved by the steps of the fit ([`fit_step`]),
+//! recomputed in double precision from recorded choices. All other displacements are constant offsets.
 
 mod algebra;
 mod fit_step;
@@ -22,9 +21,7 @@ use tree::{GrownTree, UnionTree};
 /// Closed result as a function of the input positions.
 pub(in crate::simplify) struct Derivative {
     scale: Normalisation,
-    /// Input vertex of each surface vertex.
     sources: Vec<u32>,
-    /// Output vertex of each surface vertex.
     output_of: Vec<u32>,
     planes: Planes,
     tree: UnionTree,
@@ -39,7 +36,6 @@ struct Evaluation {
     input: Vec<DVec3>,
     planes: PlaneSums,
     tree: GrownTree,
-    /// Output vertices before each fit step, and after the last.
     stages: Vec<Vec<DVec3>>,
 }
 
@@ -50,8 +46,7 @@ impl Evaluation {
 }
 
 impl Derivative {
-    /// Builds the function from a recorded run that ended at `output`, in local coordinates; `vertex_of` names the
-    /// output vertex of each surface vertex.
+    /// Builds the function from a recorded run that ended at `output`, in local coordinates.
     pub(super) fn new(original: &Original, trace: Trace, vertex_of: &[u32], output: &[[f32; 3]]) -> Self {
         let Trace { history, faces, steps } = trace;
         let surface = &original.surface;
@@ -80,12 +75,10 @@ impl Derivative {
         self
     }
 
-    /// Returns the input vertex and the output vertex of each surface vertex.
     pub fn assignment(&self) -> impl Iterator<Item = (u32, u32)> {
         self.sources.iter().copied().zip(self.output_of.iter().copied())
     }
 
-    /// Computes the output vertices for these input vertices.
     pub fn positions(&self, input: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let state = self.evaluate(gather(&self.scale, input, &self.sources));
         state.output().iter().zip(&self.offsets).map(|(&x, &offset)| self.scale.restore_exactly(x + offset)).collect()
@@ -173,8 +166,7 @@ mod tests {
         a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
     }
 
-    /// Meshes and sizes that cover every branch: fits with and without flips, all vertices kept, boundaries, flat
-    /// parts, split sheets.
+    /// Meshes and sizes that cover every branch.
     fn cases() -> Vec<(TriMesh, usize)> {
         vec![
             (shapes::icosphere(3), 30),

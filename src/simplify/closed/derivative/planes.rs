@@ -1,7 +1,4 @@
 //! Plane quadrics of the input as a function of positions, in double precision, with derivative.
-//!
-//! They equal those of `surface`: a third of each face's plane per corner, lines along boundary edges, and a small
-//! weight for vertices without area; these vertices and that weight are constant.
 
 use glam::{DMat3, DVec3};
 
@@ -11,28 +8,21 @@ use crate::simplify::closed::prepare::surface::{BOUNDARY_WEIGHT, Surface, least_
 
 /// Faces and boundary edges with their weights.
 pub(super) struct Planes {
-    /// Faces of the input, n_faces x 3.
     pub faces: Vec<[u32; 3]>,
-    /// Boundary edges, n x 2.
     boundaries: Vec<[u32; 2]>,
     /// Vertices without area.
     weightless: Vec<u32>,
-    /// Their weight along each axis.
     support: f64,
     /// Factors on the planes, n_vertices; empty for 1.
     importance: Vec<f64>,
 }
 
-/// Planes at given positions.
 pub(super) struct PlaneSums {
-    /// Area normals of the faces, n_faces.
     normals: Vec<DVec3>,
-    /// Quadric matrices, n_vertices.
     pub matrices: Vec<DMat3>,
 }
 
 impl Planes {
-    /// Collects the planes of a surface with vertices at `positions`.
     pub fn new(surface: &Surface, positions: &[DVec3]) -> Self {
         let boundaries = surface.rings.ghost_faces().into_iter().map(|[w, v, _]| [w, v]).collect();
         let faces = surface.faces.to_vec();
@@ -44,7 +34,6 @@ impl Planes {
         Self { weightless, support, importance, ..bare }
     }
 
-    /// Computes the planes at `positions`.
     pub fn gather(&self, positions: &[DVec3]) -> PlaneSums {
         let mut matrices = vec![DMat3::ZERO; positions.len()];
         let corners = |face: &[u32; 3]| face.map(|v| positions[v as usize]);
@@ -82,7 +71,7 @@ impl Planes {
     }
 }
 
-/// Returns a face's plane quadric per corner, `N N' / (6 |N|)` for the area normal N: a third of its area.
+/// Returns a face's plane quadric per corner, `N N' / (6 |N|)` for the area normal N.
 pub(super) fn plane(normal: DVec3) -> DMat3 {
     let double_area = normal.length();
     if double_area > 0.0 { outer(normal, normal) * (1.0 / (6.0 * double_area)) } else { DMat3::ZERO }
@@ -93,7 +82,6 @@ pub(super) fn line(edge: DVec3) -> DMat3 {
     (DMat3::IDENTITY * edge.length_squared() - outer(edge, edge)) * f64::from(BOUNDARY_WEIGHT)
 }
 
-/// Returns the derivative of [`plane`] with respect to the area normal.
 pub(super) fn plane_backward(normal: DVec3, gradient: &DMat3) -> DVec3 {
     let double_area = normal.length();
     if double_area > 0.0 {
@@ -104,7 +92,6 @@ pub(super) fn plane_backward(normal: DVec3, gradient: &DMat3) -> DVec3 {
     }
 }
 
-/// Returns the derivative of [`line`] with respect to the edge.
 pub(super) fn line_backward(edge: DVec3, gradient: &DMat3) -> DVec3 {
     (edge * trace(gradient) - *gradient * edge) * (2.0 * f64::from(BOUNDARY_WEIGHT))
 }

@@ -10,9 +10,7 @@ use crate::simplify::closed::collapse::{PULL, Renewal};
 /// Faces, boundary edges and folds around a node.
 pub(super) struct NodeStar {
     centre: usize,
-    /// Other corners of its faces.
     faces: Vec<[usize; 2]>,
-    /// Other ends of its boundary edges and folds.
     lines: Vec<usize>,
     importance: f64,
     /// Additional pull to its place, relative to the squared weight.
@@ -48,13 +46,11 @@ impl NodeStar {
         stiffen(&planes, f64::from(PULL) + self.bend * trace(&planes))
     }
 
-    /// Computes the quadric with the nodes at these places.
     pub fn quadric(&self, places: &[DVec3]) -> Form {
         let a = self.matrix(places);
         Form { a, b: a * places[self.centre] }
     }
 
-    /// Adds gradients with respect to places, from one with respect to the quadric.
     pub fn backward(&self, places: &[DVec3], &Form { a, b }: &Form, to_places: &mut [DVec3]) {
         let centre = places[self.centre];
         to_places[self.centre] += self.matrix(places) * b;

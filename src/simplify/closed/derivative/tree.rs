@@ -1,8 +1,7 @@
 //! Vertices of the collapse as a tree: input vertices and their unions, placed by quadrics.
 //!
-//! Every merge is a node over two older ones, at the minimum of their summed quadrics, at one of them, or between them.
-//! Quadrics are sums of planes around a node, at its neighbours' places when they were computed; the first are those of
-//! the input.
+//! A quadric sums planes around a node, at its neighbours' places when it was computed; the first are those of the
+//! input.
 
 use glam::{DMat3, DVec3};
 
@@ -12,7 +11,6 @@ use crate::simplify::closed::collapse::{CollapseEvent, PULL, Placement};
 
 /// Input vertices and their unions.
 pub(super) struct UnionTree {
-    /// Events in order.
     steps: Vec<TreeStep>,
     /// Node of each output vertex: an input vertex, or n_input plus the number of a union.
     roots: Vec<u32>,
@@ -20,22 +18,13 @@ pub(super) struct UnionTree {
 
 /// TreeStep of the collapse.
 enum TreeStep {
-    /// New node: a union of two.
-    Union {
-        nodes: [usize; 2],
-        quadrics: [usize; 2],
-        /// Choice of its place.
-        place: Placement,
-    },
-    /// New quadric.
+    Union { nodes: [usize; 2], quadrics: [usize; 2], place: Placement },
     Star(NodeStar),
 }
 
-/// UnionTree at given positions.
 pub(super) struct GrownTree {
     /// Quadrics: those of the input, then one per star.
     quadrics: Vec<Form>,
-    /// Places of all nodes.
     places: Vec<DVec3>,
 }
 
@@ -73,7 +62,6 @@ impl UnionTree {
         Self { steps, roots }
     }
 
-    /// Computes quadrics and places from those of the input.
     pub fn grow(&self, positions: &[DVec3], matrices: &[DMat3]) -> GrownTree {
         let form = |(&p, matrix): (&DVec3, &DMat3)| {
             let a = stiffen(matrix, f64::from(PULL));
@@ -100,13 +88,11 @@ impl UnionTree {
         GrownTree { quadrics, places }
     }
 
-    /// Returns the output vertices.
     pub fn outputs(&self, at: &GrownTree) -> Vec<DVec3> {
         self.roots.iter().map(|&node| at.places[node as usize]).collect()
     }
 
-    /// Adds gradients with respect to positions, from those with respect to output vertices; returns those with respect
-    /// to the matrices.
+    /// Adds gradients of the positions; returns those of the matrices.
     pub fn backward(
         &self,
         at: &GrownTree,

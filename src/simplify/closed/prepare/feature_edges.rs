@@ -8,14 +8,12 @@ use crate::mesh::FeatureEdge;
 
 use super::surface::Surface;
 
-/// Feature edges over surface vertices.
 #[derive(Default)]
 pub struct FeatureEdges {
     /// Edges, the smaller vertex first, without duplicates.
     pub edges: Vec<[u32; 2]>,
     /// Distance that each may move at a low price, on the surface of unit size; 0 if held.
     pub slack: Vec<f32>,
-    /// Marks edges whose sides have different normals.
     is_hard: Vec<bool>,
 }
 
@@ -30,17 +28,14 @@ impl FeatureEdges {
         Self { edges, slack, is_hard }
     }
 
-    /// Returns whether any edge is held.
     pub fn has_held(&self) -> bool {
         self.held_edges().next().is_some()
     }
 
-    /// Returns the held edges.
     pub fn held_edges(&self) -> impl Iterator<Item = [u32; 2]> {
         self.edges.iter().zip(&self.slack).filter(|(_, slack)| **slack == 0.0).map(|(edge, _)| *edge)
     }
 
-    /// Returns the endpoints of the curves.
     pub fn curve_ends(&self) -> Vec<u32> {
         let mut vertices = self.edges.as_flattened().to_vec();
         vertices.sort_unstable();
@@ -51,23 +46,19 @@ impl FeatureEdges {
         self.edges.is_empty()
     }
 
-    /// Returns the hard edges.
     pub fn hard_edges(&self) -> impl Iterator<Item = [u32; 2]> {
         self.edges.iter().zip(&self.is_hard).filter(|(_, is_hard)| **is_hard).map(|(edge, _)| *edge)
     }
 
-    /// Maps the edges through `vertex_of`, without duplicates and loops.
     pub fn edges_between(&self, vertex_of: &[u32]) -> Vec<[u32; 2]> {
         edges_between(self.edges.iter().copied(), vertex_of)
     }
 
-    /// Maps the hard edges through `vertex_of`, without duplicates and loops.
     pub fn hard_edges_between(&self, vertex_of: &[u32]) -> Vec<[u32; 2]> {
         edges_between(self.hard_edges(), vertex_of)
     }
 }
 
-/// Maps edges through `vertex_of`, without duplicates and loops.
 fn edges_between(edges: impl Iterator<Item = [u32; 2]>, vertex_of: &[u32]) -> Vec<[u32; 2]> {
     let ends = |edge: [u32; 2]| {
         let [a, b] = edge.map(|v| vertex_of[v as usize]);

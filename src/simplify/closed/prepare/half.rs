@@ -4,7 +4,6 @@ use crate::simplify::closed::pins::PlaneVertices;
 
 use super::surface::{Surface, add, plane_of};
 
-/// Gives plane vertices the quadrics that they have in the whole mesh, and normals in the plane.
 pub fn complete(surface: &mut Surface, plane: &PlaneVertices) {
     // The cut itself gets no boundary lines: in the whole mesh it is no boundary.
     let mut sums = vec![[0.0f32; 6]; if plane.len() > 0 { surface.n_vertices() } else { 0 }];
@@ -29,7 +28,6 @@ pub fn complete(surface: &mut Surface, plane: &PlaneVertices) {
     }
 }
 
-/// Adds the boundary lines at plane vertices, and their images.
 fn add_boundaries(surface: &Surface, plane: &PlaneVertices, sums: &mut [[f32; 6]]) {
     let boundaries = if sums.is_empty() { Vec::new() } else { surface.rings.ghost_faces() };
     for [a, b, _] in boundaries.into_iter().filter(|&[a, b, _]| plane.has(a) != plane.has(b)) {

@@ -13,12 +13,10 @@ use super::request::Keep;
 use feature_edges::FeatureEdges;
 use surface::{Normalisation, Surface};
 
-/// Prepares a mesh and its constraints.
 pub fn prepare<'a>(mesh: &'a TriMesh, keep: &Keep, pulse: Pulse<'a>) -> Original<'a> {
     prepare_surface(mesh, Surface::new(mesh, pulse), keep)
 }
 
-/// Prepares some components of a mesh with the normalisation of the whole.
 pub fn prepare_at_scale<'a>(mesh: &'a TriMesh, scale: Normalisation, keep: &Keep, pulse: Pulse<'a>) -> Original<'a> {
     prepare_surface(mesh, Surface::at_scale(mesh, scale, pulse), keep)
 }

@@ -12,41 +12,33 @@ use crate::mesh::pulse::{PARALLEL, Pulse};
 use crate::mesh::thread_ranges::{split_rows, thread_ranges};
 use crate::mesh::{Manifold, OneRings, TriMesh, manifold_with};
 
-/// Weight of the squared distance to the line along a boundary edge, over its squared length. Twelve open training
-/// meshes at ratios 0.05 and 0.2: the mean distance is 1.0 % smaller at 0.3, with the largest 3 % larger, and 1.5 %
-/// larger at 10.
+/// Weight of the squared distance to the line along a boundary edge. Twelve open meshes: the mean distance is 1.0 %
+/// smaller at 0.3, with the largest 3 % larger, and 1.5 % larger at 10.
 pub const BOUNDARY_WEIGHT: f32 = 3.0;
-/// Weight of the plane that supports a held edge. Twelve training meshes with creases: at 0.1 the mean distance is 1.4
-/// % smaller and the largest 3 % larger, at 1 they are 0.9 % and 14 % larger.
+/// Weight of the plane that supports a held edge. Twelve meshes with creases: at 0.1 the mean distance is 1.4 % smaller
+/// and the largest 3 % larger.
 const EDGE_WEIGHT: f32 = 0.3;
-/// Weight over the mean below which a vertex gets a floor along each axis, so that no quadric is empty. At 1e-5 no
-/// result of 64 differs, at 1e-3 four do.
+/// Weight over the mean below which a vertex gets a floor along each axis. At 1e-5 no result of 64 differs.
 const LIGHT: f64 = 1e-4;
 
-/// Least cosine between a face's normal and the opposite of its neighbour's at a fold. A thin sheet at 0.05 deviates by
-/// 0.14 of the diagonal without folds, by less than 0.06 with them.
+/// Least cosine between a normal and the opposite of its neighbour's at a fold. Without folds a thin sheet at 0.05
+/// deviates by 0.14 of the diagonal, with them by 0.06.
 const FOLD: f32 = 0.5;
 
 /// Normals or quadrics processed between two beats, about five milliseconds.
 const TOGETHER: usize = 1 << 20;
 
-/// Oriented manifold of unit size.
 pub struct Surface<'a> {
     /// Normalised positions, n_vertices x 3; copies of split vertices come last.
     pub positions: Vec<Vec3>,
-    /// Faces, n_faces x 3.
     pub faces: Cow<'a, [[u32; 3]]>,
-    /// One-rings in order.
     pub rings: OneRings,
     /// Unit vertex normals, n_vertices x 3; zero without area.
     pub normals: Vec<Vec3>,
-    /// Upper triangles of the plane quadrics about each vertex; the trace is about area times importance.
+    /// Upper triangles of the plane quadrics; the trace is about area times importance.
     pub quadrics: Vec<[f32; 6]>,
-    /// Factor on each vertex's area, n_vertices; empty for 1.
     pub importance: Vec<f32>,
-    /// Map between local and normalised coordinates.
     pub scale: Normalisation,
-    /// Progress of work on the surface.
     pub pulse: Pulse<'a>,
     /// Vertices of which the split-off ones are copies.
     copies: Vec<u32>,
@@ -87,29 +79,24 @@ impl Normalisation {
         (DVec3::from(local) - self.centre) * self.factor
     }
 
-    /// Returns the local coordinates of a normalised point.
     pub fn restore(&self, point: DVec3) -> [f32; 3] {
         self.restore_exactly(point).map(|x| x as f32)
     }
 
-    /// Returns the transform from normalised to local coordinates.
     pub fn to_local(self) -> DMat4 {
         DMat4::from_translation(self.centre) * DMat4::from_scale(DVec3::splat(1.0 / self.factor))
     }
 
-    /// Returns the local coordinates of a normalised point in double precision.
     pub fn restore_exactly(&self, point: DVec3) -> [f64; 3] {
         (point / self.factor + self.centre).to_array()
     }
 }
 
 impl<'a> Surface<'a> {
-    /// Builds the manifold of a mesh and sums its normals and quadrics.
     pub fn new(mesh: &'a TriMesh, pulse: Pulse<'a>) -> Self {
         Self::at_scale(mesh, Normalisation::from_positions(mesh.positions()), pulse)
     }
 
-    /// Builds the surface of some components with the normalisation of the whole mesh.
     pub fn at_scale(mesh: &'a TriMesh, scale: Normalisation, pulse: Pulse<'a>) -> Self {
         let Manifold { faces, rings, copies, .. } = manifold_with(pulse, mesh.positions(), mesh.faces());
         pulse.beat(0);
@@ -129,7 +116,6 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Returns the supporting plane of a kept edge, weighted for one of its ends.
     pub fn plane_on_edge(&self, edge: [u32; 2], end: u32) -> Quadric {
         let weight = EDGE_WEIGHT * self.importance.get(end as usize).copied().unwrap_or(1.0);
         Quadric::around(self.plane_on(edge, weight), self.positions[edge[0] as usize])
@@ -147,7 +133,6 @@ impl<'a> Surface<'a> {
         line_along(self.positions[b as usize] - self.positions[a as usize])
     }
 
-    /// Multiplies the quadrics by importance, n_vertices positive factors.
     pub fn weigh(&mut self, importance: Vec<f32>) {
         let weigh = |(quadric, factor): (&mut [f32; 6], &f32)| quadric.iter_mut().for_each(|entry| *entry *= factor);
         for (quadrics, importance) in self.quadrics.chunks_mut(TOGETHER).zip(importance.chunks(TOGETHER)) {
@@ -157,12 +142,10 @@ impl<'a> Surface<'a> {
         self.importance = importance;
     }
 
-    /// Returns the number of vertices split off where sheets met.
     pub fn n_split(&self) -> usize {
         self.copies.len()
     }
 
-    /// Returns the mesh vertex of each surface vertex.
     pub fn sources(&self) -> impl Iterator<Item = u32> {
         (0..self.positions.len() as u32).map(|v| self.source(v))
     }
@@ -178,7 +161,6 @@ impl<'a> Surface<'a> {
         (f64::from(of_mesh) * self.scale.factor) as f32
     }
 
-    /// Returns the number of vertices.
     pub fn n_vertices(&self) -> usize {
         self.positions.len()
     }
@@ -199,9 +181,7 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// Sums unit vertex normals and plane quadrics, a third of each face per corner.
-///
-/// Every vertex sums its faces in their order, on any number of threads.
+/// Sums unit vertex normals and plane quadrics, a third of each face per corner, in the order of the faces.
 fn face_sums(pulse: Pulse, positions: &[Vec3], faces: &[[u32; 3]]) -> (Vec<Vec3>, Vec<[f32; 6]>) {
     let mut normals = vec![Vec3::ZERO; positions.len()];
     let mut quadrics = vec![[0.0; 6]; positions.len()];
@@ -222,7 +202,6 @@ fn face_sums(pulse: Pulse, positions: &[Vec3], faces: &[[u32; 3]]) -> (Vec<Vec3>
     (normals, quadrics)
 }
 
-/// Adds the faces to the vertices in `share`.
 fn add_faces(
     positions: &[Vec3],
     faces: &[[u32; 3]],
@@ -246,7 +225,6 @@ fn add_faces(
     }
 }
 
-/// Returns the area normal of a face and its plane quadric per corner; `None` without area.
 #[inline(always)]
 pub fn plane_of(corners: [Vec3; 3]) -> Option<(Vec3, [f32; 6])> {
     let normal = area_normal(corners);
@@ -254,9 +232,7 @@ pub fn plane_of(corners: [Vec3; 3]) -> Option<(Vec3, [f32; 6])> {
     (double_area > 0.0).then(|| (normal, outer(normal, 1.0 / (6.0 * double_area))))
 }
 
-/// Adds lines along boundary edges, which hold the boundary's curve.
-///
-/// Supporting planes would do on smooth surfaces, but lean on rough ones.
+/// Adds lines along boundary edges; supporting planes would lean where the surface is rough.
 fn add_boundary_lines(positions: &[Vec3], rings: &OneRings, quadrics: &mut [[f32; 6]]) {
     if rings.n_ghosts() == 0 {
         return;
@@ -275,12 +251,9 @@ pub fn line_along(edge: Vec3) -> [f32; 6] {
     line
 }
 
-/// Neighbour in the one-ring of a vertex.
 #[derive(Clone, Copy)]
 pub enum Neighbour {
-    /// Ghost vertex of a boundary.
     Ghost,
-    /// Vertex at this position.
     At(Vec3),
     /// Vertex at this position along the cut of a half, which is no boundary.
     AlongCut(Vec3),
@@ -295,9 +268,7 @@ impl Neighbour {
     }
 }
 
-/// Sums the planes around a vertex and the lines along its boundary edges and folds, as an upper triangle.
-///
-/// It equals the quadric of [`Surface::new`] unless the surface has become thin and folded.
+/// Sums the planes around a vertex and the lines along its boundary edges and folds.
 #[inline(always)]
 pub fn planes_around(centre: Vec3, ring: impl DoubleEndedIterator<Item = Neighbour> + Clone) -> [f32; 6] {
     let mut sum = [0.0; 6];
@@ -330,9 +301,7 @@ pub fn planes_around(centre: Vec3, ring: impl DoubleEndedIterator<Item = Neighbo
     sum
 }
 
-/// Finds the neighbours along folds: rims of thin parts without faces of their own.
-///
-/// The faces on both sides are opposite and do not determine the rim's position.
+/// Finds the neighbours along folds: rims of thin sheets, whose opposite faces do not determine the rim.
 pub fn folds_around(centre: Vec3, ring: impl Iterator<Item = Option<Vec3>>) -> impl Iterator<Item = usize> {
     let places: Vec<Option<Vec3>> = ring.collect();
     let n = places.len();
@@ -349,7 +318,6 @@ pub fn folds_around(centre: Vec3, ring: impl Iterator<Item = Option<Vec3>>) -> i
     (0..n).filter(is_fold)
 }
 
-/// Gives vertices without area a small weight in all directions, so that no quadric is empty.
 fn support_weightless(pulse: Pulse, quadrics: &mut [[f32; 6]]) {
     let weight = |q: &[f32; 6]| q[0] + q[3] + q[5];
     // Chunks are independent of the number of threads.
@@ -361,7 +329,6 @@ fn support_weightless(pulse: Pulse, quadrics: &mut [[f32; 6]]) {
     too_light.for_each(|q| [0, 3, 5].into_iter().for_each(|diagonal| q[diagonal] += floor));
 }
 
-/// Returns the least weight of a vertex, from the total weight of a surface.
 pub fn least_weight(total: f64, n_vertices: usize) -> f64 {
     (LIGHT * total / n_vertices as f64).max(1e-20)
 }
@@ -373,7 +340,6 @@ pub fn outer(n: Vec3, weight: f32) -> [f32; 6] {
     [m.x * n.x, m.x * n.y, m.x * n.z, m.y * n.y, m.y * n.z, m.z * n.z]
 }
 
-/// Adds one upper triangle to another.
 #[inline(always)]
 pub fn add(sum: &mut [f32; 6], other: &[f32; 6]) {
     for (s, o) in sum.iter_mut().zip(other) {

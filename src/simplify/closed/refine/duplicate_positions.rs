@@ -11,18 +11,16 @@ use crate::mesh::pulse::Pulse;
 use crate::simplify::closed::pins::Pins;
 use crate::spatial::Bounds;
 
-/// Bits per vertex in the hash table of possible duplicates; it has 16 to 32 times as many bits as vertices, so at most
-/// one vertex in 16 collides by chance.
+/// Bits per vertex in the hash table of possible duplicates; at most one vertex in 16 collides by chance.
 const BITS: usize = 16;
 /// Vertices hashed together; their bit numbers fill 128 KiB.
 const BATCH: usize = 16_384;
-/// Largest visible step, in steps of single precision at half the longest side of the box; also the ratio to the
-/// smallest step at which an axis is left out.
+/// Largest visible step, in roundings at half the longest side of the box; an axis with larger steps than this many
+/// times the smallest is left out.
 const SMALL: f32 = 64.0;
 
-/// Separates vertices with equal written positions by the smallest visible steps; returns the number moved.
-///
-/// `positions` are local, n_vertices x 3. Locked vertices stay.
+/// Separates vertices with equal written positions by the smallest visible steps; returns the number moved. Locked
+/// vertices stay.
 pub fn separate(pulse: Pulse, positions: &mut [[f32; 3]], pins: &Pins, frame: &Frame) -> usize {
     // The common case, no duplicates, needs one pass over a bit table and no hash map.
     if !pins.let_duplicates_move() || are_apart(pulse, positions, frame) {
@@ -52,7 +50,7 @@ pub fn separate(pulse: Pulse, positions: &mut [[f32; 3]], pins: &Pins, frame: &F
 
 /// Separates the vertices of a mirrored half from each other and from their images.
 ///
-/// `image` mirrors a position; `placed` moves a position to the nearest one allowed for a vertex.
+/// `placed` moves a position to the nearest one allowed for a vertex.
 pub fn separate_twins(
     positions: &mut [[f32; 3]],
     image: &dyn Fn([f32; 3]) -> [f32; 3],
@@ -87,7 +85,6 @@ pub fn separate_twins(
     n_moved
 }
 
-/// Returns whether no two vertices have equal written positions.
 pub fn are_apart(pulse: Pulse, positions: &[[f32; 3]], frame: &Frame) -> bool {
     let n_bits = (BITS * positions.len()).next_power_of_two().max(64);
     let bit_of = |key: [u64; 3]| (FxBuildHasher.hash_one(key) >> 8) as usize & (n_bits - 1);
@@ -135,15 +132,13 @@ fn free_place(
     }
 }
 
-/// Smallest steps that separate vertices of a mesh.
 pub(super) struct VisibleSteps<'a> {
     frame: &'a Frame,
-    /// Step that is small for the mesh: some roundings at half the longest side of its box.
+    /// Some roundings at half the longest side of the mesh's box.
     visible: f32,
 }
 
 impl<'a> VisibleSteps<'a> {
-    /// Measures a mesh with these local positions, n_vertices x 3.
     pub(super) fn new(positions: &[[f32; 3]], frame: &'a Frame) -> Self {
         let Bounds { low, high } = Bounds::of(positions);
         let [low, high] = [low, high].map(Vec3::from);
@@ -152,8 +147,7 @@ impl<'a> VisibleSteps<'a> {
 
     /// Returns the steps that change the written position on each axis.
     ///
-    /// They follow the largest coordinate, which all readers resolve; far from the origin, where this would be large
-    /// for the mesh, each axis's own.
+    /// They follow the largest coordinate unless that is large for the mesh.
     pub(super) fn steps_at(&self, position: [f32; 3]) -> [f32; 3] {
         let of_file = if self.frame.double { f64::EPSILON } else { f64::from(f32::EPSILON) };
         let written = self.frame.to_file(position);
@@ -166,8 +160,7 @@ impl<'a> VisibleSteps<'a> {
     }
 }
 
-/// Returns a position of a grid with these steps, numbered such that the first n fill a cube (Morton order with folded
-/// signs). Axes with large steps are left out.
+/// Returns a position of a grid, numbered such that the first n fill a cube (Morton order with folded signs).
 pub(super) fn grid_place(number: u32, steps: [f32; 3]) -> [f32; 3] {
     let least = steps.into_iter().fold(f32::INFINITY, f32::min);
     let is_fine = steps.map(|step| step <= SMALL * least);

@@ -1,7 +1,6 @@
-//! Attraction of faces by points of the original that remain far from them after the fit.
+//! Attraction of faces by points that remain far from them after the fit.
 //!
-//! The fit sees heights above planes. A point beyond the end of a face, at a tip that was cut off, has hardly any, but
-//! its distance counts for the largest one.
+//! The fit sees heights above planes. A point beyond the end of a face, at a tip that was cut off, has hardly any.
 
 use glam::Vec3;
 
@@ -11,18 +10,15 @@ use crate::simplify::closed::output::Output;
 use super::facets::{Facets, Projection};
 use super::points::Points;
 
-/// Distance over the root mean square of all heights from which a point attracts. Eleven training meshes, four ratios:
-/// at 5 the largest distance is 2 % larger.
+/// Distance over the root mean square of all heights from which a point attracts. At 5 the largest distance is 2 %
+/// larger.
 const FAR: f32 = 4.0;
-/// Share of that distance at which a point is left, so that small changes nearby do not bring it back.
+/// Share of that distance at which a point is left, so that small changes do not bring it back.
 const LEFT: f32 = 0.9;
 
-/// Point far from all faces nearby.
 struct FarPoint {
     distance: f32,
-    /// Vector from the closest point on a face to the point.
     way: Vec3,
-    /// Closest point on that face.
     foot: Projection,
 }
 
@@ -57,7 +53,6 @@ pub fn draw(points: &mut Points, facets: &Facets) -> Vec<Vec3> {
     steps
 }
 
-/// Finds the point's closest face among those around the corners of a face.
 fn nearest(output: &Output, point: Vec3, face: u32) -> FarPoint {
     let mut nearest = FarPoint { distance: f32::INFINITY, way: Vec3::ZERO, foot: Projection::default() };
     for face in output.face(face).into_iter().flat_map(|v| output.faces_around().faces(v)) {

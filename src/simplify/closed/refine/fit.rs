@@ -2,8 +2,8 @@
 //!
 //! The minimum of tangent planes lies inside a curved surface. So sample points of the original are assigned to output
 //! faces, and vertices move to minimise the weighted squared heights: each along the solution of its own 3 x 3 system,
-//! all by one common step length. Points of distant faces are damped, so a few outliers do not decide. Steps that turn
-//! a face, do not pay or go far are dropped; boundary vertices stay, since heights do not show where the surface ends.
+//! all by one common step length. Steps that turn a face, do not pay or go far are dropped; boundary vertices stay,
+//! since heights do not show where the surface ends.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -21,20 +21,18 @@ use super::far_points;
 use super::points::{Match, Points};
 use super::strays;
 
-/// Weight of a vertex's own position; points say little along the surface. Sixteen training meshes, four ratios: at
-/// 0.001 the largest distance is 2.5 % larger; at 0.004 it is 3 % smaller and the mean 0.4 % larger.
+/// Weight of a vertex's own position; points say little along the surface. Sixteen meshes: at 0.001 the largest
+/// distance is 2.5 % larger; at 0.004 the mean is 0.4 % larger.
 const STAY: f32 = 0.002;
-/// `STAY` with held curves, which vertices would leave along the surface. Twelve training meshes with creases: at 0.002
-/// the mean distance is 1.5 % smaller and the largest 13 % larger, at 0.02 the mean is 0.7 % larger.
+/// `STAY` with held curves, which vertices would leave along the surface. Twelve meshes with creases: at 0.002 the
+/// largest distance is 13 % larger, at 0.02 the mean 0.7 %.
 const STAY_BY_CURVES: f32 = 0.01;
-/// Longest step of a vertex over the root of a third of the area around it. Nineteen training meshes at ratios 0.01 to
-/// 0.05: at 1.4 the largest distance is 10 % larger, at 0.5 5 % smaller.
+/// Longest step over the root of a third of the area around a vertex. Nineteen meshes: at 1.4 the largest distance is
+/// 10 % larger.
 const FARTHEST: f32 = 0.7;
-/// Least cosine between a face's normals before and after a step. Nineteen training meshes at ratios 0.01 to 0.05: the
-/// mean distance is 0.2 % smaller at 0.4, 0.4 % larger at 0.9.
+/// Least cosine between a face's normals before and after a step. The mean distance is 0.4 % larger at 0.9.
 const LEAST_COSINE: f32 = 0.7;
-/// Least cosine between a face's normal and its intended one, the turn allowed to a merge. A guard: no result of 121
-/// differs without it.
+/// Least cosine between a face's normal and its intended one: a guard, which changes no result of 121.
 const LEAST_MEANT: f32 = 0.2;
 
 /// Moves the output vertices toward the original in several steps; records the steps in `trace`.
@@ -59,7 +57,6 @@ pub fn fit(original: &Original, points: &mut Points, output: &mut Output, trace:
     }
 }
 
-/// Moves the output vertices by one step; `start` are their positions before the fit.
 fn step(original: &Original, points: &mut Points, output: &mut Output, start: &[Vec3], trace: Option<&mut Trace>) {
     let pulse = points.pulse().counting_if(false);
     let facets = Facets::new(pulse, output);
@@ -99,13 +96,10 @@ fn step(original: &Original, points: &mut Points, output: &mut Output, start: &[
 /// Area-weighted sums over the points of a face.
 #[derive(Clone, Copy, Default)]
 struct FaceSums {
-    /// Sum of the barycentric weights.
     weights: [f32; 3],
-    /// Sum of weights times heights.
     heights: [f32; 3],
     /// Sums of products of weights: 00, 11, 22, 01, 12, 20.
     products: [f32; 6],
-    /// Sum of the squared heights.
     squares: f32,
 }
 
@@ -113,13 +107,10 @@ struct FaceSums {
 struct WeightedSums<'a> {
     sums: &'a [FaceSums],
     counts: &'a [f32],
-    /// Ratio of all points of the original to those sampled.
     thinning: f32,
-    /// Weight of a vertex's own position.
     stay: f32,
 }
 
-/// Adds matches to the sums of their faces, in one order for any number of threads.
 fn add_all(sums: &mut [FaceSums], found: &[Option<Match>]) {
     let shares = thread_ranges(sums.len());
     let parts: Vec<_> = shares.iter().zip(split_rows(&shares, sums, |f| f + 1)).collect();
@@ -144,13 +135,11 @@ impl FaceSums {
         }
     }
 
-    /// Returns the area of the points.
     fn area(&self) -> f32 {
         self.weights.iter().sum()
     }
 
-    /// Returns the change of the squared heights when the corners rise by t times `rises`: factors of `-2 t` and of
-    /// `t^2`.
+    /// Returns the change of the squared heights for rises of `t rises`: factors of `-2 t` and `t^2`.
     fn slope_and_curvature(&self, rises: [f32; 3]) -> [f32; 2] {
         let next = |i: usize| rises[(i + 1) % 3];
         let slope = (0..3).map(|i| self.heights[i] * rises[i]).sum();
@@ -159,7 +148,6 @@ impl FaceSums {
     }
 }
 
-/// Averages the squared heights of all points.
 fn mean_square(sums: &[FaceSums]) -> f32 {
     let [squares, area] = sums
         .iter()
@@ -169,8 +157,6 @@ fn mean_square(sums: &[FaceSums]) -> f32 {
 
 /// Computes the weight of each face's points: about the inverse of their height, so that heights, not their squares,
 /// are minimised.
-///
-/// Squared heights up to about `usual` times the mean have equal weight.
 fn counts(pulse: Pulse, sums: &[FaceSums], usual: f32, mean: f32) -> Vec<f32> {
     let count = |sum: &FaceSums| {
         let count = 1.0 / (sum.squares / (sum.area() * mean) + usual).sqrt();
@@ -182,8 +168,7 @@ fn counts(pulse: Pulse, sums: &[FaceSums], usual: f32, mean: f32) -> Vec<f32> {
 
 /// Takes one step toward the solution of `(J'J + S) x = J'h`, preconditioned with lumped blocks of J'J.
 ///
-/// J holds weights times normals, h heights, S the weights of positions. A vertex stays if its faces would not gain or
-/// it would go too far.
+/// J holds weights times normals, h heights, S the weights of positions.
 fn solve(pulse: Pulse, facets: &Facets, weighed: &WeightedSums) -> Vec<Vec3> {
     let WeightedSums { sums, counts, thinning, .. } = *weighed;
     let faces = facets.output.faces();
@@ -219,7 +204,6 @@ fn solve(pulse: Pulse, facets: &Facets, weighed: &WeightedSums) -> Vec<Vec3> {
     directions.par_iter().zip(gains).map(step).collect()
 }
 
-/// Solves the lumped 3 x 3 system of each vertex.
 fn directions(pulse: Pulse, facets: &Facets, WeightedSums { sums, counts, stay, .. }: &WeightedSums) -> Vec<Vec3> {
     let output = facets.output;
     let mut systems = vec![[0.0f32; 9]; output.positions.len()];
@@ -236,9 +220,9 @@ fn directions(pulse: Pulse, facets: &Facets, WeightedSums { sums, counts, stay, 
     systems.par_iter().map(|system| solve_block(system, *stay)).collect()
 }
 
-/// Solves `(A + stay tr(A) I) x = b` for the upper triangle of A and b in one row; zero if there is no solution.
+/// Solves `(A + stay tr(A) I) x = b`, A as an upper triangle; zero if there is no solution.
 ///
-/// Uses `L D L'`: cofactors in single precision would lose the small weight of the position.
+/// Uses `L D L'`: cofactors would lose the small weight of the position.
 fn solve_block(system: &[f32; 9], stay: f32) -> Vec3 {
     let [xx, xy, xz, yy, yz, zz, bx, by, bz] = *system;
     let stay = stay * (xx + yy + zz);
@@ -255,7 +239,6 @@ fn solve_block(system: &[f32; 9], stay: f32) -> Vec3 {
     if x.is_finite() { x } else { Vec3::ZERO }
 }
 
-/// Applies the steps; where a face would turn, its corners stay.
 fn take_steps(pulse: Pulse, facets: &Facets, steps: &[Vec3], boundary: &[u32]) -> Vec<Vec3> {
     let output = facets.output;
     let mut after: Vec<Vec3> = output.positions.par_iter().zip(steps).map(|(p, step)| *p + *step).collect();
@@ -279,7 +262,6 @@ fn take_steps(pulse: Pulse, facets: &Facets, steps: &[Vec3], boundary: &[u32]) -
     after
 }
 
-/// Finds the boundary vertices, without those on the cut of a half.
 fn boundary_vertices(pulse: Pulse, points: &Points, output: &Output) -> Vec<u32> {
     if !points.have_boundary() {
         return Vec::new();
@@ -310,7 +292,6 @@ mod tests {
     use crate::mesh::{TriMesh, shapes};
     use crate::simplify::closed::aim::Aim;
 
-    /// Fits the vertices of `coarse`, which lie on `fine`; returns their positions before and after.
     fn fit_coarse(fine: &TriMesh, coarse: &TriMesh, n_steps: usize) -> (Vec<Vec3>, Vec<Vec3>) {
         let original = Original::bare(fine);
         let surface = &original.surface;

@@ -1,7 +1,7 @@
 //! Foldover repair: flips the longest edge of a face turned against the original, or moves one of its corners.
 //!
 //! No merge or fit step turns a face far, but turns add up. A folded face opposes the mean normal around it, which is
-//! cheap to search; thin parts have such faces too, so the original's normal nearby decides. On coarse results leaning
+//! cheap to search; thin sheets have such faces too, so the original's normal nearby decides. On coarse results leaning
 //! faces are flipped as well: an edge can span a hollow that no earlier step sees.
 
 use glam::Vec3;
@@ -14,30 +14,23 @@ use crate::simplify::closed::diamond::{Diamond, diamonds};
 use crate::simplify::closed::original::{Original, Regions};
 use crate::simplify::closed::output::Output;
 
-/// Rounds over the remaining foldovers. Of 57 results of nineteen training meshes at ratios 0.01 to 0.05 the second and
-/// third round change 13, three more change one.
+/// Rounds over the remaining foldovers. Of 57 results the second and third round change 13, three more one.
 const ROUNDS: usize = 3;
-/// Largest growth of the local distance to the original that a repair may cause. Nineteen training meshes at ratios
-/// 0.01 to 0.05: of 16 foldovers 8 remain at 1, 4 here and at 3.
+/// Largest growth of the local distance to the original that a repair may cause. Of 16 foldovers 8 remain at 1, 4 here
+/// and at 3.
 const MOST_LOSS: f32 = 1.5;
-/// `MOST_LOSS` for a leaning face, whose repair must pay. Nineteen training meshes at ratios 0.01 to 0.05: the largest
-/// distance is 0.6 % larger at 0.35; at 1 and 1.4 the mean is 0.1 % larger.
+/// `MOST_LOSS` for a leaning face, whose repair must pay. The largest distance is 0.6 % larger at 0.35.
 const LEANING_LOSS: f32 = 0.7;
-/// Cosine between a face and the original below which it leans. Nineteen training meshes at ratios 0.01 to 0.05: the
-/// largest distance is 0.9 % larger at 0, 1.4 % smaller but slower at 0.6.
+/// Cosine between a face and the original below which it leans. The largest distance is 0.9 % larger at 0.
 const LEANING: f32 = 0.3;
-/// Longest move of a corner over its shortest edge: farther, it would represent another place. Of 57 results one
-/// differs at 0.4; at 1.5 four do, with a 0.1 % larger mean distance.
+/// Longest move of a corner over its shortest edge. Of 57 results one differs at 0.4, four at 1.5.
 const MOST_WAY: f32 = 0.75;
-/// Largest valence that is repaired: a hub of hundreds would dominate the time. Of 57 results two differ at 12, none at
-/// 48.
+/// Largest valence that is repaired: a hub would dominate the time. Of 57 results two differ at 12.
 const MOST_FACES: usize = 24;
-/// Distance that counts as rounding, on a surface of about unit size: eight roundings of a coordinate. 0 and 1e-5
-/// change nothing by more than 0.1 %.
+/// Distance that counts as rounding, on a surface of about unit size: eight roundings of a coordinate.
 const ROUNDING: f32 = 1e-6;
 
-/// Repairs foldovers by flips, then by moving corners; returns the number of flips. On coarse results leaning faces are
-/// flipped too.
+/// Repairs foldovers by flips, then by moving corners; returns the number of flips.
 pub fn repair(original: &Original, output: &mut Output, is_coarse: bool) -> usize {
     let least = if is_coarse { LEANING } else { 0.0 };
     let folded = folded_faces(original, output, least);
@@ -77,7 +70,6 @@ fn folded_faces(original: &Original, output: &Output, least: f32) -> Vec<u32> {
     folded
 }
 
-/// Flips edges of folded faces in rounds; returns the number of flips and the faces still folded.
 fn flip_folded(regions: &Regions, output: &mut Output, mut folded: Vec<u32>, least: f32) -> (usize, Vec<u32>) {
     let mut n_flipped = 0;
     let mut due = folded.clone();
@@ -102,7 +94,6 @@ fn flip_folded(regions: &Regions, output: &mut Output, mut folded: Vec<u32>, lea
     (n_flipped, folded)
 }
 
-/// Moves one corner of each of these faces, if that helps.
 fn move_corners(original: &Original, output: &mut Output, folded: &[u32]) {
     let rings: Vec<u32> = folded.iter().flat_map(|&f| ring(output, &output.face(f))).collect();
     let regions = original.regions(&output.vertex_of, &mark(output, &rings));
@@ -119,7 +110,6 @@ fn turns(a: Vec3, b: Vec3, least: f32) -> bool {
     along <= 0.0 || along * along < least * least * a.length_squared() * b.length_squared()
 }
 
-/// Marks these vertices.
 fn mark(output: &Output, vertices: &[u32]) -> Vec<bool> {
     let mut marked = vec![false; output.positions.len()];
     vertices.iter().for_each(|&v| marked[v as usize] = true);
@@ -138,7 +128,6 @@ fn neighbourhood(of: &[u32], output: &Output) -> Vec<u32> {
     vertices
 }
 
-/// Returns the corners of the faces at these vertices, sorted, without duplicates.
 fn ring(output: &Output, vertices: &[u32]) -> Vec<u32> {
     let faces = vertices.iter().flat_map(|&v| output.faces_around().faces(v));
     let mut ring: Vec<u32> = faces.flat_map(|f| output.face(f)).collect();
@@ -147,7 +136,7 @@ fn ring(output: &Output, vertices: &[u32]) -> Vec<u32> {
     ring
 }
 
-/// Finds a better position for a corner of a turned face: with fewer turned faces around it, and near.
+/// Finds a position for a corner of a turned face with fewer turned faces around it.
 fn better_corner(view: &RepairView, f: u32) -> Option<(u32, Vec3)> {
     let RepairView { output, .. } = view;
     let is_movable = |v: &u32| !output.pins.has(*v) && output.faces_around().corners(*v).len() <= MOST_FACES / 2;
@@ -163,13 +152,10 @@ fn better_corner(view: &RepairView, f: u32) -> Option<(u32, Vec3)> {
     })
 }
 
-/// Faces at a vertex that may move, with the original near them.
 struct MovableStar<'a> {
     view: &'a RepairView<'a>,
     own: Vec<u32>,
-    /// Vertices of the faces.
     ring: Vec<u32>,
-    /// Other two corners of each face.
     sides: Vec<[Vec3; 2]>,
 }
 
@@ -185,25 +171,21 @@ impl<'a> MovableStar<'a> {
         Self { view, own, ring: ring(view.output, &[v]), sides }
     }
 
-    /// Returns other positions for the vertex: closest on the original, centre of its neighbours, and closest to that
-    /// centre.
+    /// Returns other positions for the vertex: closest on the original, and the centre of its neighbours.
     fn other_places(&self, here: Vec3) -> [Vec3; 3] {
         let amid = self.sides.iter().flatten().sum::<Vec3>() / (2 * self.sides.len()) as f32;
         let on_original = |p: Vec3| self.view.regions.closest_point(p, &self.ring).point;
         [on_original(here), on_original(amid), amid]
     }
 
-    /// Returns the distance to the nearest neighbour.
     fn shortest_edge(&self, here: Vec3) -> f32 {
         self.sides.iter().flatten().map(|p| p.distance(here)).fold(f32::INFINITY, f32::min)
     }
 
-    /// Counts the turned faces with the vertex at this position.
     fn n_turned(&self, vertex: Vec3) -> usize {
         self.faces_with(vertex).filter(|&corners| self.view.is_turned(corners, &self.ring)).count()
     }
 
-    /// Returns whether the move keeps the surface near the original.
     fn keeps_near(&self, from_to: [Vec3; 2]) -> bool {
         let inner = |[v, p, q]: [Vec3; 3]| [(v + p + q) / 3.0, (v + p) * 0.5];
         let patches = from_to.map(|vertex| FacePatch {
@@ -227,7 +209,6 @@ fn opposes_all(output: &Output, f: u32) -> bool {
     neighbors.all(|g| normal(g).dot(normal(f)) < 0.0)
 }
 
-/// Finds the faces that oppose the mean normal at a corner.
 fn against_their_surroundings(pulse: Pulse, output: &Output, least: f32) -> Vec<u32> {
     let normal = |f: usize| area_normal(output.triangle(f as u32));
     let mut means = vec![Vec3::ZERO; output.positions.len()];
@@ -249,7 +230,6 @@ fn find_still_folded(output: &Output, mut folded: Vec<u32>, touched: &FxHashSet<
     folded
 }
 
-/// Output over the regions of the original.
 struct RepairView<'a> {
     regions: &'a Regions,
     output: &'a Output,
@@ -259,7 +239,6 @@ struct RepairView<'a> {
 
 /// Surroundings of a turned face.
 struct TurnedFace {
-    /// Corners of the face and of those across its edges.
     near: Vec<u32>,
     /// Largest growth of the local distance that a repair may cause.
     most_loss: f32,
@@ -270,7 +249,6 @@ impl RepairView<'_> {
         face.map(|v| self.output.positions[v as usize])
     }
 
-    /// Returns the normals of a face and of the original beneath its centroid, searched in the regions of `near`.
     fn normals(&self, corners: [Vec3; 3], near: &[u32]) -> [Vec3; 2] {
         let centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
         [area_normal(corners), self.regions.closest_point(centroid, near).normal]
@@ -293,8 +271,7 @@ impl RepairView<'_> {
         turns(own, original, self.least).then_some(TurnedFace { near, most_loss })
     }
 
-    /// Finds the longest edge of a turned face that can be flipped: both new faces are right and near the original, and
-    /// no vertex was touched.
+    /// Finds the longest edge of a turned face whose flip repairs it; no vertex may be touched.
     fn find_flip(&self, f: u32, touched: &FxHashSet<u32>) -> Option<Diamond> {
         let turned = self.surroundings_if_turned(f)?;
         let length = |diamond: &Diamond| {
@@ -311,7 +288,6 @@ impl RepairView<'_> {
         })
     }
 
-    /// Returns whether topology, seams and valence permit a flip.
     fn is_free(&self, diamond: &Diamond) -> bool {
         let around = self.output.faces_around();
         let [_, _, c, d] = diamond.corners;
@@ -319,7 +295,6 @@ impl RepairView<'_> {
         n_faces <= 4 * MOST_FACES && !around.joins(c, d) && !self.output.is_held(diamond)
     }
 
-    /// Returns whether a flip keeps the surface as near to the original as the repair requires.
     fn may_flip(&self, diamond: &Diamond, turned: &TurnedFace) -> bool {
         let patches = [diamond.pair(), diamond.flipped_faces()].map(|pair| {
             let [[u, v, p], [_, _, q]] = pair.map(|face| self.corners(face));
@@ -334,8 +309,7 @@ impl RepairView<'_> {
     /// Returns whether replacing the first patch, made of faces `own`, by the second keeps the local distance within
     /// `most_loss`.
     ///
-    /// Distances from the result are to the regions of `near`, those from the original are of points in the regions of
-    /// `about`.
+    /// Distances are to the regions of `near`, and from points in the regions of `about`.
     fn keeps_near(&self, patches: &[FacePatch; 2], [near, about]: [&[u32]; 2], own: &[u32], most_loss: f32) -> bool {
         let [mut before, mut after] = [0, 1].map(|i| {
             let distances = patches[i].inner.iter().map(|&p| self.regions.closest_point(p, near).distance);
@@ -354,21 +328,18 @@ impl RepairView<'_> {
         after <= most_loss * before + ROUNDING
     }
 
-    /// Returns the faces at these vertices, each once, except those in `without`.
     fn faces_at(&self, vertices: &[u32], without: &[u32]) -> Vec<[Vec3; 3]> {
         let faces = self.output.faces_around().faces_of_all(vertices.iter().copied());
         faces.into_iter().filter(|f| !without.contains(f)).map(|f| self.output.triangle(f)).collect()
     }
 }
 
-/// A few faces that can replace others.
 struct FacePatch {
     faces: Vec<[Vec3; 3]>,
     /// Inner points whose distance to the original is measured.
     inner: Vec<Vec3>,
 }
 
-/// Returns the distance from a point to the nearest of these faces.
 fn distance(point: Vec3, faces: &[[Vec3; 3]]) -> f32 {
     let to = |&corners: &[Vec3; 3]| nearest_point(point, corners).distance_squared(point);
     faces.iter().map(to).fold(f32::INFINITY, f32::min).sqrt()
@@ -380,7 +351,6 @@ mod tests {
     use crate::mesh::{TriMesh, shapes};
     use crate::simplify::closed::prepare::surface::Surface;
 
-    /// A roof with its ridge along y over 16 x 16 quads: vertex 17 i + j at x = i / 16, y = j / 16.
     fn roof(slope: f32) -> TriMesh {
         let flat = shapes::grid(16, 16);
         let places = flat.positions().iter().map(|&[x, y, _]| [x, y, -slope * (x - 0.5).abs()]).collect();
@@ -392,7 +362,6 @@ mod tests {
     const BACK: u32 = 17 * 8 + 16;
     const FRONT: u32 = 17 * 8;
 
-    /// Faces over four vertices of a roof.
     fn coarse(surface: &Surface, corners: [u32; 4]) -> Output {
         let positions = corners.map(|v| surface.positions[v as usize]).to_vec();
         Output::from_original(&surface.positions, positions, vec![[0, 1, 2], [1, 0, 3]])

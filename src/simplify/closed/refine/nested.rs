@@ -1,9 +1,8 @@
 //! Components close within others: faces that would pass through another component are moved back.
 //!
-//! The fit sees one surface at a time. Where two are closer than its error, their faces cross. The correct side is that
-//! on which the original has a face; a face on the wrong side is moved back to half the original gap. Of the two, the
-//! one that shrinks its component moves, so the visible one stays. No move turns a face, and each reduces the
-//! crossings.
+//! The fit sees one surface at a time; where two are closer than its error, their faces cross. A face on the wrong
+//! side, by the original, is moved back to half the original gap. Of the two, the one that shrinks its component moves,
+//! so the visible one stays. No move turns a face, and each reduces the crossings.
 
 use std::sync::OnceLock;
 
@@ -19,21 +18,17 @@ use crate::spatial::{Hit, NearestOnTriangles};
 
 /// Least cosine between the direction to another component and its normal for a clear side.
 const CLEAR: f32 = 0.5;
-/// Least cosine between nested surfaces of either orientation; components that pass through each other meet at larger
-/// angles.
+/// Least cosine between nested surfaces; components that pass through each other meet at larger angles.
 const ALONG: f32 = 0.8;
-/// Distance on the surface of unit size up to which components touch, so that neither is within the other.
+/// Distance on the surface of unit size up to which components touch.
 const TOUCHING: f32 = 1e-5;
 /// Longest move of a point over the longest edge of its face.
 const FARTHEST: f32 = 0.1;
-/// Rounds of moves; each can make neighbours cross.
 const ROUNDS: usize = 20;
-/// Face pairs tested: a base number and one per face. A few dozen per face are usual, all pairs where needles share a
-/// corner.
+/// Face pairs tested: a base number and one per face. Needles that share a corner ask for all pairs.
 const LOOKS: [usize; 2] = [100_000, 200];
 /// Tests charged for placing a crossing face: five searches from each of seven points.
 const LOOKS_OF_CROSSING: usize = 35;
-/// Faces tested together.
 const TOGETHER: usize = 256;
 /// Barycentric weights of the points at which the side of a face is determined.
 const POINTS: [[f32; 3]; 7] = [
@@ -46,16 +41,13 @@ const POINTS: [[f32; 3]; 7] = [
     [1.0 / 3.0; 3],
 ];
 
-/// Face that crosses another component.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Crossing {
     face: u32,
-    /// Other component, and one of its faces.
     component: u32,
     other: u32,
 }
 
-/// Vertices of a face with their moves.
 type Moves = [(u32, Vec3); 3];
 
 /// Moves crossing faces of nested components back; `piece_of` names the scene piece of an original face.
@@ -138,16 +130,13 @@ fn crossings(
     all
 }
 
-/// Original components before the collapse. All faces are searched: with long faces a walk can end far from the closest
-/// point.
+/// Original components. All faces are searched: with long faces a walk can end far away.
 struct OriginalComponents<'a> {
     original: &'a Original<'a>,
     trees: ComponentTrees,
-    /// Original component of each output vertex.
     component_before: Vec<u32>,
 }
 
-/// Closest point on the original with its normal.
 struct OriginalPoint {
     point: Vec3,
     normal: Vec3,
@@ -168,7 +157,6 @@ impl<'a> OriginalComponents<'a> {
         }
     }
 
-    /// Finds the closest point on the original component of an output vertex.
     fn nearest(&self, point: Vec3, vertex: u32) -> Option<OriginalPoint> {
         let surface = &self.original.surface;
         let corners = |f: u32| surface.faces[f as usize].map(|v| surface.positions[v as usize]);
@@ -182,19 +170,16 @@ impl<'a> OriginalComponents<'a> {
 /// Search trees per component: where components overlap, one tree over all would visit them all.
 struct ComponentTrees {
     faces: Vec<Vec<u32>>,
-    /// Built on first use.
     trees: Vec<OnceLock<NearestOnTriangles>>,
 }
 
 impl ComponentTrees {
-    /// Groups faces by component; there are `n`.
     fn new(of_faces: impl Iterator<Item = u32>, n: usize) -> Self {
         let mut faces = vec![Vec::new(); n];
         (0..).zip(of_faces).for_each(|(f, component)| faces[component as usize].push(f));
         Self { faces, trees: (0..n).map(|_| OnceLock::new()).collect() }
     }
 
-    /// Finds the closest point of a component within a distance; `triangle` gives the corners of a face.
     fn nearest(
         &self,
         component: u32,
@@ -210,14 +195,11 @@ impl ComponentTrees {
     }
 }
 
-/// Output components with the originals that they came from.
 struct NestedComponents<'a> {
     before: &'a OriginalComponents<'a>,
     output: &'a Output,
-    /// Search trees over the output.
     now: &'a ComponentTrees,
     component_of: &'a [u32],
-    /// Centre of each component's bounding box.
     middles: &'a [Vec3],
 }
 
@@ -264,7 +246,6 @@ impl NestedComponents<'_> {
         moves.map(|moves| (height.abs(), moves))
     }
 
-    /// Returns the distance of a point on a face from the original.
     fn distance_to_original(&self, point: Vec3, face: u32) -> Option<f32> {
         self.before.nearest(point, self.output.face(face)[0]).map(|nearest| nearest.distance)
     }
@@ -294,7 +275,6 @@ impl NestedComponents<'_> {
     }
 }
 
-/// Makes moves if they turn no face and reduce the crossings; returns whether they were made.
 fn try_moves(output: &mut Output, tree: &NearestOnTriangles, moves: &Moves, n_looks: &mut usize) -> bool {
     let moved = moves.iter().filter(|(_, step)| *step != Vec3::ZERO).map(|(v, _)| *v);
     let faces = output.faces_around().faces_of_all(moved);
@@ -310,7 +290,6 @@ fn try_moves(output: &mut Output, tree: &NearestOnTriangles, moves: &Moves, n_lo
     is_made
 }
 
-/// Counts crossings of these faces with others, within the budget.
 fn n_crossed(output: &Output, tree: &NearestOnTriangles, faces: &[u32], n_looks: &mut usize) -> usize {
     let mut n = 0;
     for &f in faces {
@@ -326,7 +305,6 @@ fn n_crossed(output: &Output, tree: &NearestOnTriangles, faces: &[u32], n_looks:
     n
 }
 
-/// Returns the centre of each component's bounding box.
 fn middles(output: &Output, component_of: &[u32], n_components: usize) -> Vec<Vec3> {
     let mut boxes = vec![(Vec3::INFINITY, Vec3::NEG_INFINITY); n_components];
     for (&p, &component) in output.positions.iter().zip(component_of) {
@@ -341,7 +319,6 @@ mod tests {
     use super::*;
     use crate::mesh::{TriMesh, shapes};
 
-    /// Concentric spheres, the faces of each after those of the one before; smaller ones turned inward if `inward`.
     fn spheres(radii: &[f32], level: u32, inward: bool) -> (Vec<Vec3>, Vec<[u32; 3]>) {
         let sphere = shapes::icosphere(level);
         let n = sphere.positions().len() as u32;

@@ -11,24 +11,19 @@ use crate::simplify::closed::prepare::surface::Surface;
 
 use super::facets::{Facets, Projection};
 
-/// Points assigned by one thread in a row: with their positions they fill 30 KiB, the first cache. It affects only
-/// where walks begin.
+/// Points assigned by one thread in a row: they fill the first cache. It affects only where walks begin.
 const CHUNK: usize = 512;
 /// Points assigned before they are handed on: 1 MiB of positions, enough work for 64 threads.
 const BATCH: usize = 64 * CHUNK;
-/// Vertices for which the last face is remembered, in 1 KiB; walks begin there. 8 and 1024 give equal mean distances on
-/// sixteen training meshes.
+/// Vertices for which the last face is remembered; walks begin there.
 const REMEMBERED: usize = 128;
 const NONE: u32 = u32::MAX;
 
-/// Sample point with its output face.
 #[derive(Clone, Copy)]
 pub struct Match {
     /// Number of the point among all points of the [`Density`].
     pub point: u32,
-    /// Area that the point represents.
     pub area: f32,
-    /// Position relative to the output face.
     pub projection: Projection,
 }
 
@@ -42,7 +37,6 @@ pub enum Density {
 }
 
 impl Density {
-    /// Returns the number of points per face.
     pub fn per_face(self) -> u32 {
         match self {
             Self::One => 1,
@@ -50,12 +44,10 @@ impl Density {
         }
     }
 
-    /// Returns the face of a point.
     pub fn face(self, point: u32) -> usize {
         (point / self.per_face()) as usize
     }
 
-    /// Returns the barycentric weights of a point in its face.
     pub fn weights(self, point: u32) -> [f64; 3] {
         match self {
             Self::One => [1.0 / 3.0; 3],
@@ -64,15 +56,12 @@ impl Density {
     }
 }
 
-/// Sample points spread evenly over the faces of the original.
 pub struct Points<'a> {
     surface: &'a Surface<'a>,
     density: Density,
-    /// Largest number of points.
     most: usize,
     n_steps: usize,
     aim: Aim,
-    /// Output face of each point, from the last assignment.
     faces: Vec<u32>,
 }
 
@@ -85,8 +74,7 @@ impl<'a> Points<'a> {
         Self { surface, density: Density::One, most, n_steps, aim, faces: vec![NONE; most.min(n_faces)] }
     }
 
-    /// Places three points on each face, if that many are allowed, and keeps the assignments of the centroids. Three
-    /// from the first step on are no better.
+    /// Places three points on each face, if that many are allowed, and keeps the centroids' faces.
     pub fn multiply(&mut self) {
         let one = self.faces.len();
         if self.density == Density::Three || one < self.surface.faces.len() {
@@ -123,7 +111,6 @@ impl<'a> Points<'a> {
         self.faces = faces;
     }
 
-    /// Assigns a run of points, starting from their last faces or from likely ones.
     fn place_run(&self, facets: &Facets, points: Vec<u32>, faces: &mut [u32], found: &mut [Option<Match>]) {
         self.begin(facets, &points, faces);
         let corners = |point: u32| self.corners(point).map(|v| self.surface.positions[v as usize]);
@@ -158,12 +145,10 @@ impl<'a> Points<'a> {
         self.surface.pulse
     }
 
-    /// Returns the number of points.
     pub fn len(&self) -> usize {
         self.faces.len()
     }
 
-    /// Returns the number of points for all faces of the original.
     fn n_all(&self) -> usize {
         self.surface.faces.len() * self.density.per_face() as usize
     }
@@ -173,32 +158,26 @@ impl<'a> Points<'a> {
         ((self.n_all() as u64) << 32) / n_points.max(1) as u64
     }
 
-    /// Returns the number of points per face.
     pub fn density(&self) -> Density {
         self.density
     }
 
-    /// Returns the number of steps of the fit.
     pub fn n_steps(&self) -> usize {
         self.n_steps
     }
 
-    /// Returns the settings of the stages.
     pub fn aim(&self) -> Aim {
         self.aim
     }
 
-    /// Returns the ratio of all points of the original to those sampled.
     pub fn thinning(&self) -> f32 {
         self.n_all() as f32 / self.faces.len().max(1) as f32
     }
 
-    /// Returns whether the original has a boundary.
     pub fn have_boundary(&self) -> bool {
         self.surface.rings.n_ghosts() > 0
     }
 
-    /// Returns the position of a point.
     pub fn position(&self, point: u32) -> Vec3 {
         let [a, b, c] = self.corners(point).map(|v| self.surface.positions[v as usize]);
         match self.density {
@@ -207,12 +186,10 @@ impl<'a> Points<'a> {
         }
     }
 
-    /// Returns the vertices of a point's face.
     fn corners(&self, point: u32) -> [u32; 3] {
         self.surface.faces[self.density.face(point)]
     }
 
-    /// Returns the vertex nearest to a point, for a centroid the first.
     fn nearest_corner(&self, point: u32) -> u32 {
         match self.density {
             Density::One => self.corners(point)[0],

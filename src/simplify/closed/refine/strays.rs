@@ -1,8 +1,7 @@
 //! Rejection of fit steps that lead far off the original.
 //!
-//! Heights are those of the original's points. At a tip a vertex can go far beyond it while every height falls, since
-//! there are no points above its spike. The vertex's own distance decides; only vertices that rise above their faces
-//! are tested.
+//! At a tip a vertex can go far beyond the surface while every height falls, since there are no points above its spike.
+//! So the distance of vertices that rise above their faces is tested.
 
 use glam::Vec3;
 
@@ -11,15 +10,13 @@ use crate::simplify::closed::original::Original;
 
 use super::facets::Facets;
 
-/// Largest distance after a step over the root mean square of all heights. Nineteen training meshes, four ratios: at 3
-/// the mean distance is 1 % larger; without this the largest is 25 % larger.
+/// Largest distance after a step over the root mean square of all heights. Without this the largest distance is 25 %
+/// larger.
 const ASTRAY: f32 = 5.0;
-/// Rise above an adjacent face since the collapse, in that unit, from which a vertex is tested. Eleven training meshes,
-/// four ratios: at 2 the largest distance is 1 % larger, if all are tested 1 % smaller.
+/// Rise above an adjacent face, in that unit, from which a vertex is tested. At 2 the largest distance is 1 % larger.
 const SUSPECT: f32 = 1.5;
 
-/// Cancels steps that lead far off the original; `start` are the positions before the fit, `usual_height` is the root
-/// mean square of all heights.
+/// Cancels steps that lead far off the original; `start` are the positions before the fit.
 pub fn take_back(original: &Original, facets: &Facets, start: &[Vec3], steps: &mut [Vec3], usual_height: f32) {
     let pulse: Pulse = original.surface.pulse.counting_if(false);
     let output = facets.output;

@@ -1,7 +1,7 @@
 //! Repair of faces that lose their area to the rounding of the file.
 //!
-//! Rounding does this where the file's steps are coarse for the mesh or a face is very thin. Such a face's longest edge
-//! is flipped, or a corner moves by the smallest step that helps; in a subset, to another mesh vertex nearby.
+//! Their longest edge is flipped, or a corner moves by the smallest step that helps; in a subset, to another mesh
+//! vertex nearby.
 
 use glam::{DVec3, Vec3};
 use rustc_hash::FxHashSet;
@@ -15,7 +15,7 @@ use crate::simplify::closed::diamond::{Diamond, diamonds};
 use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
 
-/// Largest sum of valences at a flip, and twice that at a moved vertex: a hub of hundreds would dominate the time.
+/// Largest sum of valences at a flip, half of it at a moved vertex: hubs would dominate the time.
 const MOST_CORNERS: usize = 64;
 /// Positions tried for a vertex: two steps to each side.
 const MOST_PLACES: u32 = 125;
@@ -53,7 +53,7 @@ impl WrittenFaces<'_> {
 
 /// Flips edges of degenerate faces where both new faces have area and face as the neighbour did.
 ///
-/// Returns the number of flips, and whether no face is degenerate any more; `positions` are local, n_vertices x 3.
+/// Returns the number of flips, and whether no face is degenerate any more.
 pub fn flip(pulse: Pulse, output: &mut Output, positions: &[[f32; 3]], frame: &Frame) -> (usize, bool) {
     let written = WrittenFaces { positions, frame };
     let flat = written.without_area(pulse, output.faces());
@@ -67,7 +67,6 @@ pub fn flip(pulse: Pulse, output: &mut Output, positions: &[[f32; 3]], frame: &F
     (n_flipped, flat.into_iter().all(|f| written.has_area(output.face(f))))
 }
 
-/// Finds the longest edge of face `f` whose flip helps.
 fn find_flip(written: &WrittenFaces, output: &Output, f: u32) -> Option<Diamond> {
     let around = output.faces_around();
     let length = |diamond: &Diamond| {
@@ -89,10 +88,7 @@ fn find_flip(written: &WrittenFaces, output: &Output, f: u32) -> Option<Diamond>
     edges.first().copied()
 }
 
-/// Moves corners of degenerate faces to the nearest free position at which all their faces have area and none turns;
-/// returns the number of moves.
-///
-/// Locked vertices and those on a mirror plane stay.
+/// Moves corners of degenerate faces to the nearest free position that repairs them; returns the number of moves.
 pub fn widen(original: &Original, output: &mut Output, positions: &mut [[f32; 3]], frame: &Frame) -> usize {
     if output.pins.plane().is_some() {
         return 0;
@@ -133,7 +129,6 @@ pub fn widen(original: &Original, output: &mut Output, positions: &mut [[f32; 3]
 /// Local position for a vertex, with the surface vertex there in a subset.
 type FreePlace = ([f32; 3], Option<u32>);
 
-/// Returns positions on a grid around `here`, nearest first.
 fn steps_from(here: [f32; 3], steps: [f32; 3]) -> impl Iterator<Item = FreePlace> {
     let place = move |number: u32| {
         let offset = grid_place(number, steps);
@@ -150,7 +145,6 @@ fn own_places(original: &Original, origin: u32) -> impl Iterator<Item = FreePlac
     all.map(|&v| (mesh.positions()[surface.source(v) as usize], Some(v)))
 }
 
-/// Returns whether all faces around a vertex have area and keep their direction when it moves to `place`.
 fn looks_as_before(output: &Output, positions: &[[f32; 3]], frame: &Frame, v: u32, place: [f32; 3]) -> bool {
     let normal = |corners: [[f64; 3]; 3]| area_normal_f64(corners.map(DVec3::from));
     let corners = |f: u32, place: [f32; 3]| {
@@ -168,7 +162,6 @@ mod tests {
     use crate::mesh::{TriMesh, shapes};
     use crate::simplify::closed::pins::Pins;
 
-    /// A closed shape whose upper face is cut along a line: three corners of the thin face lie on it.
     fn with_a_thin_face() -> (Output, Vec<[f32; 3]>) {
         let positions = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 0.5, -1.0]];
         // 0 2 1 has no area.
