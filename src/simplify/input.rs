@@ -58,7 +58,7 @@ impl<'a> Input<'a> {
 
     /// Extracts the rows of these vertices and faces.
     pub(super) fn select(&self, sources: &[u32], faces: &[u32]) -> Result<InputSubset, SimplifyError> {
-        let attributes = self.attributes.clone().of_faces(faces).ok_or(SimplifyError::BadInput)?;
+        let attributes = self.attributes.clone().select_faces(faces).ok_or(SimplifyError::BadInput)?;
         let kept = faces.iter().filter_map(|&face| self.kept.get(face as usize).copied()).collect();
         let importance = self.select_importance(Some(sources)).into_owned();
         Ok(InputSubset { attributes, importance, kept, locked: self.select_locked(Some(sources)).into_owned() })
@@ -74,7 +74,7 @@ pub(super) struct InputSubset {
 
 impl InputSubset {
     /// Combines the rows with `mesh`, which consists of these vertices and faces.
-    pub fn to_input<'a>(&'a self, mesh: &'a TriMesh, scene: Option<&'a United>) -> Input<'a> {
+    pub fn to_input<'a>(&'a self, mesh: &'a TriMesh, scene: Option<&'a UnitedMesh>) -> Input<'a> {
         let Self { attributes, importance, kept, locked } = self;
         Input { mesh, attributes, importance, scene, kept, locked }
     }
@@ -87,7 +87,7 @@ fn select_rows<'a, T: Copy>(rows: &'a [T], vertices: Option<&[u32]>) -> Cow<'a, 
     }
 }
 
-fn scene_view(scene: Option<&United>, mesh: &TriMesh, attributes: &Attributes) -> SceneView {
+fn scene_view(scene: Option<&UnitedMesh>, mesh: &TriMesh, attributes: &Attributes) -> SceneView {
     match scene {
         Some(united) => united.view(mesh, attributes),
         None => SceneView { mesh: mesh.clone(), faces: (0..mesh.faces().len() as u32).collect() },
@@ -143,7 +143,7 @@ fn means_at_vertices(mesh: &TriMesh, at_corners: impl Iterator<Item = f32>, none
     sums.into_iter().map(|(sum, n)| if n > 0.0 { sum / n } else { none }).collect()
 }
 
-pub(super) fn kept_edges(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Vec<KeptEdge> {
+pub(super) fn kept_edges(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Vec<FeatureEdge> {
     let mut kept = seams(mesh, attributes, options.seam_error as f32);
     if let Some(degrees) = options.crease_angle {
         kept.extend(creases(mesh, degrees).into_iter().map(|ends| FeatureEdge { ends, slack: 0.0, is_hard: false }));

@@ -84,7 +84,7 @@ fn mesh_cloud(
     progress.enter("assemble", 1)?;
     let chosen = choose_faces(&faces, edges.graph.n_entries());
     let chosen: Vec<[u32; 3]> = chosen.into_iter().map(|at| faces.candidates.triangles[at]).collect();
-    assemble_mesh(points, &samples, &consistently_wound(&sampled, &chosen))
+    assemble_mesh(points, &samples, &orient_outward(&sampled, &chosen))
 }
 
 /// Joins each point of a cloud (n x 3) to its six nearest ones, in both directions: n x n.

@@ -38,8 +38,8 @@ impl FacesAround {
         add_faces(pulse, &mut starts[1..], faces, |_| (), |n_corners, (), _| *n_corners += 1);
         (1..starts.len()).for_each(|v| starts[v] += starts[v - 1]);
         let mut rows = vec![FaceCorner::default(); 3 * faces.len()];
-        let shares = shares(n_vertices);
-        let parts: Vec<_> = shares.iter().zip(cut(&shares, &mut rows, |v| starts[v + 1] as usize)).collect();
+        let shares = thread_ranges(n_vertices);
+        let parts: Vec<_> = shares.iter().zip(split_rows(&shares, &mut rows, |v| starts[v + 1] as usize)).collect();
         parts.into_par_iter().for_each(|(share, rows)| fill(pulse, rows, &starts[share.clone()], share.start, faces));
         let mut around = Self { starts, rows, changed: FxHashMap::default(), from_hubs: FxHashMap::default() };
         (0..n_vertices as u32)

@@ -61,7 +61,7 @@ pub struct Keep<'a> {
     pub purpose: Purpose,
     pub attributes: Option<&'a Attributes>,
     pub map: bool,
-    pub scene: Option<&'a United>,
+    pub scene: Option<&'a UnitedMesh>,
     /// Allowed distance from the mesh, in scene units; 0 for none.
     pub allowed_distance: f64,
     pub drop: Option<DropRules>,

@@ -50,7 +50,7 @@ pub(super) fn add_joints(attributes: &mut Attributes, faces: &[[u32; 3]], on_pla
     attributes.channels.push(Channel { name: "joints".into(), role: Role::Other, width: 1, values });
 }
 
-/// MirrorPairs numbered in order of first use.
+/// Pairs numbered in order of first use.
 #[derive(Default)]
 struct PairNumbers {
     rows: Vec<[u32; 2]>,

@@ -99,7 +99,7 @@ pub fn sum_attribute_quadrics(original: &Original, attributes: &Attributes) -> A
         for (&v, corner) in face.iter().zip(corners) {
             let importance = surface.importance.get(v as usize).map_or(1.0, |&factor| f64::from(factor));
             for (kind, channel) in counted.kinds_at(v) {
-                let numbers = (0..channel.width).map(|k| wedges.map(|wedge| length(kind, channel.of(wedge)[k])));
+                let numbers = (0..channel.width).map(|k| wedges.map(|wedge| length(kind, channel.value(wedge)[k])));
                 let functions = numbers.map(|numbers| weights.function(numbers, corner));
                 quadrics[v as usize].add(kind, weights.area / 3.0 * importance, functions);
             }

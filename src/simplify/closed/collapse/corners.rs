@@ -35,7 +35,7 @@ pub(super) fn third(one: u32, other: u32) -> u32 {
     3 * (one & !3) + 3 - one - other
 }
 
-/// CornerStep of a walk around a vertex: a face, entered across the edge to a neighbour.
+/// Step of a walk around a vertex: a face, entered across the edge to a neighbour.
 #[derive(Clone, Copy)]
 pub(super) struct CornerStep {
     pub at: u32,

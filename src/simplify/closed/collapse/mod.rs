@@ -147,7 +147,7 @@ mod tests {
     }
 
     /// A torus in small charts, whose seams have a price.
-    fn charted_torus() -> (TriMesh, Vec<KeptEdge>) {
+    fn charted_torus() -> (TriMesh, Vec<FeatureEdge>) {
         let mesh = shapes::torus(60, 30, 2.0, 0.5);
         let chart = |face: &[u32; 3]| {
             let centre = face.iter().map(|&v| Vec3::from(mesh.positions()[v as usize])).sum::<Vec3>();

@@ -41,7 +41,7 @@ impl Collapse<'_> {
         let mut farthest = Farthest { distance2: (NEGLIGIBLE * most).powi(2), most2: most * most };
         self.look_along_curves(&mut farthest, ends, stars, x);
         farthest.look(&after, [u, v].into_iter());
-        // CornerTable may stay near while a face between them vanishes or an opening is covered.
+        // Corners may stay near while a face between them vanishes or an opening is covered.
         let middle = |[p, q, r]: [Vec3; 3]| (p + q + r) / 3.0;
         farthest.look(&after, before.iter().map(|&face| middle(face)));
         farthest.look(&before, after.iter().map(|&face| middle(face)));

@@ -16,7 +16,7 @@ pub(super) struct UnionTree {
     roots: Vec<u32>,
 }
 
-/// TreeStep of the collapse.
+/// Step of the collapse.
 enum TreeStep {
     Union { nodes: [usize; 2], quadrics: [usize; 2], place: Placement },
     Star(NodeStar),

@@ -19,7 +19,7 @@ pub struct FeatureEdges {
 
 impl FeatureEdges {
     /// Transfers mesh edges to the surface, where some vertices are copies.
-    pub fn new(surface: &Surface, kept: &[KeptEdge]) -> Self {
+    pub fn new(surface: &Surface, kept: &[FeatureEdge]) -> Self {
         let has_copies = surface.n_split() > 0 && !kept.is_empty();
         let kept = if has_copies { on_copies(surface, kept) } else { kept.to_vec() };
         let edges: Vec<[u32; 2]> = kept.iter().map(|edge| edge.ends).collect();
@@ -71,8 +71,8 @@ fn edges_between(edges: impl Iterator<Item = [u32; 2]>, vertex_of: &[u32]) -> Ve
 }
 
 /// Finds the surface edges over these mesh edges; each must have two sides.
-fn on_copies(surface: &Surface, kept: &[KeptEdge]) -> Vec<KeptEdge> {
-    let wanted: FxHashMap<[u32; 2], &KeptEdge> = kept.iter().map(|edge| (edge.ends, edge)).collect();
+fn on_copies(surface: &Surface, kept: &[FeatureEdge]) -> Vec<FeatureEdge> {
+    let wanted: FxHashMap<[u32; 2], &FeatureEdge> = kept.iter().map(|edge| (edge.ends, edge)).collect();
     let mut touched = vec![false; surface.n_vertices()];
     kept.iter().flat_map(|edge| edge.ends).for_each(|v| touched[v as usize] = true);
     let kept = |[a, b]: [u32; 2]| {

@@ -87,7 +87,7 @@ impl PointsOfFaces {
         });
         (2..starts.len()).for_each(|f| starts[f] += starts[f - 1]);
         let mut weighed = vec![WeightedPoint::default(); found.len()];
-        for found in points.pulse().counting_if(false).over(&found) {
+        for found in points.pulse().counting_if(false).chunks(&found) {
             for &(face, point, area) in found {
                 let slot = &mut starts[face as usize + 1];
                 weighed[*slot as usize] = WeightedPoint { at: points.position(point), area };
