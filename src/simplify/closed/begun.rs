@@ -31,6 +31,7 @@ impl<'a> SavedCollapse<'a> {
     ) -> Option<Self> {
         let surface = &base.original.surface;
         let corners_of = |face: u32| {
+            // Corners are identified by their mesh vertex, since the next surface numbers its vertices differently.
             let own = surface.faces[face as usize];
             base.original.mesh.faces()[face as usize].map(|corner| {
                 let v = own.into_iter().find(|&v| surface.source(v) == corner).unwrap_or(own[0]);
@@ -41,6 +42,7 @@ impl<'a> SavedCollapse<'a> {
             let faces = (0u32..).zip(&dropped.faces).filter(move |(_, is_dropped)| **is_dropped == goes);
             faces.map(|(face, _)| corners_of(face))
         };
+        // The copy loses the components and must still have merges to make.
         let collapse = copy.remove_components(of_state(true).flatten());
         let is_far = collapse.merges_to(limit) > 0;
         is_far.then(|| Self { collapse, scale: surface.scale, corners: of_state(false).collect() })
@@ -68,6 +70,7 @@ impl<'a> SavedCollapse<'a> {
     fn vertices(&self, Original { mesh, surface, .. }: &Original) -> Option<Vec<u32>> {
         const NONE: u32 = u32::MAX;
         let mut vertices = vec![NONE; surface.n_vertices()];
+        // Each corner of the new surface finds its old vertex; a vertex with two old ones was split differently.
         for ((face, corners), begun) in surface.faces.iter().zip(mesh.faces()).zip(&self.corners) {
             for &v in face {
                 let at = corners.iter().position(|&corner| corner == surface.source(v))?;

@@ -25,12 +25,14 @@ pub fn ceilings(original: &Original, keep: &Keep) -> Vec<f32> {
         return Vec::new();
     }
     let mut sums = vec![Extent::default(); n];
+    // One pass over the faces gives the box of every component.
     for (face, f) in surface.faces.iter().zip(0..) {
         let corners = face.map(|v| surface.positions[v as usize]);
         sums[of_vertex[face[0] as usize] as usize].add(corners, f);
     }
     // Sizes are those a viewer sees: components may occur several times in a scene, at several scales.
     let stretch = |extent: &Extent| keep.scene.map_or(1.0, |scene| scene.stretch(keep.piece_of(extent.face)));
+    // The diagonal of all that a viewer sees.
     let whole = match keep.scene {
         Some(scene) => scene.diagonal() * f64::from(surface.length(1.0)),
         None => f64::from(surface.length(original.mesh.diagonal() as f32)),
@@ -38,10 +40,12 @@ pub fn ceilings(original: &Original, keep: &Keep) -> Vec<f32> {
     let allowed = keep.allowed_distance * f64::from(surface.length(1.0));
     let ceiling = |extent: &Extent| {
         let size = extent.size();
+        // Dust may lose its shape: nobody sees it.
         if size * stretch(extent) < LEAST_SIZE * whole {
             return f32::INFINITY;
         }
         let stretch = stretch(extent).max(f64::MIN_POSITIVE);
+        // Limits of the scene are divided by the largest scale at which the component is placed.
         let of_whole = MOST_DISTANCE[1] * whole / stretch;
         (MOST_DISTANCE[0] * size).min(of_whole).max(allowed / stretch) as f32
     };

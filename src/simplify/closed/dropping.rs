@@ -49,6 +49,7 @@ impl<'a> VertexCost<'a> {
     ///
     /// Beyond the recorded passes, the value of one more vertex falls as n^-3.
     fn price_at(&self, vertices: usize) -> f64 {
+        // Prices rise in general, but single passes may be cheaper than the one before.
         let seen = self.paid.iter().take_while(|(left, _)| *left >= vertices).map(|(_, price)| f64::from(*price));
         let first = self.paid.first().map(|&(left, price)| f64::from(price) * (left as f64 / vertices as f64).powi(3));
         seen.reduce(f64::max).or(first).unwrap_or_default()
@@ -72,6 +73,7 @@ pub fn choose_dropped(
     if n < 2 {
         return None;
     }
+    // Components are those of the output: collapse and prepare never join or split any.
     let component = |v: u32| component_of_vertex[output.vertex_of[v as usize] as usize];
     let of_faces: Vec<u32> = original.surface.faces.iter().map(|face| component(face[0])).collect();
     let placing = PlacedComponents::new(original, shown.scene, shown.attributes, &of_faces, n);
@@ -123,6 +125,7 @@ impl<'a> PlacedComponents<'a> {
         of_faces: &'a [u32],
         n: usize,
     ) -> Self {
+        // Faces are grouped once, since every component is sampled several times.
         let (faces, ends) = by_component(of_faces, n);
         let to_mesh = original.surface.scale.to_local();
         let places = |component: usize| {
@@ -131,6 +134,7 @@ impl<'a> PlacedComponents<'a> {
             let places =
                 scene.places(scene.piece_of_group(attributes.group(first))).iter().map(|place| *place * to_mesh);
             let mut places: Vec<DMat4> = places.collect();
+            // Losses are judged at the largest placement, where they show most.
             places.sort_by(|a, b| b.determinant().abs().total_cmp(&a.determinant().abs()));
             places
         };
@@ -169,6 +173,7 @@ impl<'a> PlacedComponents<'a> {
         for (component, places) in self.places.iter().enumerate() {
             for (place, &face) in places.iter().flat_map(|place| self.faces(component).iter().map(move |f| (place, f)))
             {
+                // All placements are rendered: a component may be hidden in one and visible in another.
                 let corner = |v: u32| place.transform_point3(surface.positions[v as usize].as_dvec3()).as_vec3();
                 positions.extend(surface.faces[face as usize].map(|v| corner(v).to_array()));
                 components.push(component as u32);
@@ -250,6 +255,7 @@ impl<'a> Components<'a> {
     fn new(placing: &'a PlacedComponents<'a>, seen: &'a SeenFaces, shown: &VisualProperties) -> Self {
         let mut all = sums(placing, shown);
         all.iter_mut().zip(&seen.n_faces).for_each(|(component, n_faces)| component.n_faces = *n_faces);
+        // Only larger components can replace smaller ones, so replacements never form cycles.
         let mut by_area: Vec<usize> = (0..all.len()).collect();
         by_area.sort_by(|&x, &y| all[x].area.total_cmp(&all[y].area).then(x.cmp(&y)));
         let mut rank = vec![0; all.len()];
@@ -259,11 +265,13 @@ impl<'a> Components<'a> {
             shown.attributes.is_some_and(|attributes| attributes.channels.iter().any(|channel| shows(channel.role)));
         let is_asset = shown.scene.is_some() || shown.attributes.is_some();
         let tree = FaceTree::new(&seen.positions, &seen.faces);
+        // Prices are squared distances times area, hence the fourth power of a length.
         let unit_of_prices = placing.original.surface.scale.to_local().determinant().abs().cbrt().powi(4);
         Self { all, rank, placing, tree, of_seen: &seen.components, unit_of_prices, is_painted, is_asset }
     }
 
     fn find_losses(&mut self, cost: &VertexCost) {
+        // Most components cost more than any could be worth; their sampling stops early.
         let most = self.most_price(cost);
         for component in 0..self.all.len() {
             (self.all[component].loss, self.all[component].stand_in) = self.loss(component, most);
@@ -294,6 +302,7 @@ impl<'a> Components<'a> {
     ///
     /// Infinite if it is locked, not shown, or has no larger neighbour; stops at `most` per vertex.
     fn loss(&self, component: usize, most: f64) -> (f64, usize) {
+        // Locked vertices must stay, so their component does.
         if self.placing.is_locked(component) {
             return (f64::INFINITY, component);
         }
@@ -320,6 +329,7 @@ impl<'a> Components<'a> {
                 return (loss, component);
             }
         }
+        // The most frequent nearest component replaces this one.
         nearest.sort_unstable();
         let most = nearest.chunk_by(|a, b| a == b).max_by_key(|same| same.len()).map_or(component, |same| same[0]);
         (if areas > 0.0 { own.area * sum / areas } else { 0.0 }, most)
@@ -327,6 +337,7 @@ impl<'a> Components<'a> {
 
     fn error(&self) -> f64 {
         let n_faces = self.placing.of_faces.len() as u32;
+        // A sample of the faces suffices for a mean.
         let faces = (0..n_faces).step_by((n_faces as usize).div_ceil(POINTS_OF_ALL).max(1));
         let (mut sum, mut areas) = (0.0, 0.0);
         for corners in faces.filter_map(|face| self.placing.corners(face)) {
@@ -340,6 +351,7 @@ impl<'a> Components<'a> {
 
     /// Returns whether all corners of a component are within a distance of a larger one.
     fn is_within(&self, component: usize, within: f64) -> bool {
+        // Corners bound the distance of flat faces.
         let is_near = |point: DVec3| self.nearest(component, point).is_some_and(|(d2, _)| d2 <= within * within);
         within.is_infinite()
             || self
@@ -358,6 +370,7 @@ impl<'a> Components<'a> {
         let mut is_dropped = vec![false; self.all.len()];
         let n_whole: usize = self.all.iter().map(|it| it.n_vertices).sum();
         let (mut n_vertices, mut n_faces) = (n_whole, self.n_output_faces());
+        // Components are popped in the order of price.
         let asked = self.n_asked(cost.limit);
         let mut guard: Option<DropGuard> = None;
         let mut queue: BinaryHeap<Reverse<(u64, usize)>> =
@@ -369,6 +382,7 @@ impl<'a> Components<'a> {
             if is_dropped[i] || bits != price(&it) || is_largest {
                 continue;
             }
+            // Where components must go to reach the size, price is no obstacle.
             let share = |n: usize, limit: usize| n as f64 / limit as f64;
             let size = share(n_vertices, cost.limit.vertices).max(share(n_faces, cost.limit.faces));
             // With every component dropped, the others gain vertices, so the price to beat falls.
@@ -412,6 +426,7 @@ impl DropGuard {
         let mut guard =
             Self { within, exposures: None, changed: [0.0; 2], stands_in: Vec::new(), in_groups: BTreeMap::new() };
         if components.is_asset {
+            // A component farther away than a multiple of the error would be missed.
             guard.within = within.min(MOST_DISTANCE * components.error());
             guard.stands_in = vec![false; components.all.len()];
             for &group in components.all.iter().flat_map(|it| &it.groups) {
@@ -423,6 +438,7 @@ impl DropGuard {
 
     /// Returns whether a component may go, and records that it does.
     fn try_drop(&mut self, components: &Components, i: usize) -> bool {
+        // The last faces of a material must not vanish from a scene.
         let is_last = |group: &u32| self.in_groups.get(group).is_some_and(|n| *n < 2);
         if components.all[i].groups.iter().any(is_last) || !components.is_within(i, self.within) {
             return false;
@@ -433,12 +449,14 @@ impl DropGuard {
         // Rendering is slowest and often not reached.
         let exposures = self.exposures.get_or_insert_with(|| components.placing.exposures(self.within));
         let Exposure { changed, opened, recoloured, stand_ins } = &mut exposures[i];
+        // Many small losses add up, so their sum is bounded as well.
         let all = [self.changed[0] + *changed, self.changed[1] + *recoloured];
         let is_missed = *changed > LARGE[0] || *opened > OPENING || all[0] > LARGE[1] || all[1] > RECOLOURED;
         if is_missed || self.stands_in[i] {
             return false;
         }
         self.changed = all;
+        // What a viewer sees instead must stay from now on.
         std::mem::take(stand_ins).into_iter().for_each(|stand_in| self.stands_in[stand_in as usize] = true);
         for group in &components.all[i].groups {
             self.in_groups.entry(*group).and_modify(|n| *n -= 1);
@@ -449,6 +467,7 @@ impl DropGuard {
 
 fn sums(placing: &PlacedComponents, shown: &VisualProperties) -> Vec<Component> {
     let surface = &placing.original.surface;
+    // Areas count by importance only where the caller or visibility set it.
     let factor = |v: &u32| surface.importance.get(*v as usize).copied().unwrap_or(1.0);
     let counts = |face: &[u32; 3]| if shown.is_weighed { face.iter().map(factor).sum::<f32>() / 3.0 } else { 1.0 };
     let of_component = |component: usize| {

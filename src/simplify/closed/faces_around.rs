@@ -35,12 +35,14 @@ pub struct FaceCorner {
 impl FacesAround {
     pub fn new(pulse: Pulse, n_vertices: usize, faces: &[[u32; 3]]) -> Self {
         let mut starts = vec![0u32; n_vertices + 1];
+        // Counting sort: numbers of faces, offsets, then rows filled in parallel.
         add_faces(pulse, &mut starts[1..], faces, |_| (), |n_corners, (), _| *n_corners += 1);
         (1..starts.len()).for_each(|v| starts[v] += starts[v - 1]);
         let mut rows = vec![FaceCorner::default(); 3 * faces.len()];
         let shares = thread_ranges(n_vertices);
         let parts: Vec<_> = shares.iter().zip(split_rows(&shares, &mut rows, |v| starts[v + 1] as usize)).collect();
         parts.into_par_iter().for_each(|(share, rows)| fill(pulse, rows, &starts[share.clone()], share.start, faces));
+        // A long row would be scanned for each of its edges; few vertices need the hash map.
         let mut around = Self { starts, rows, changed: FxHashMap::default(), from_hubs: FxHashMap::default() };
         (0..n_vertices as u32)
             .filter(|&v| around.is_hub(v))
@@ -102,6 +104,7 @@ impl FacesAround {
     pub fn replace(&mut self, f: u32, before: [u32; 3], now: [u32; 3]) {
         let [a, b, c] = before;
         for (v, next) in [(a, b), (b, c), (c, a)] {
+            // Rows are replaced as a whole: flips are few, and untouched rows stay in one array.
             let row: Vec<FaceCorner> = self.corners(v).iter().copied().filter(|corner| corner.face != f).collect();
             if self.is_hub(v) {
                 match find_next(&row, next) {

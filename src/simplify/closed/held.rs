@@ -41,17 +41,20 @@ impl<'a> RuinCheck<'a> {
         limit: Limit,
         distance: impl Fn(&Collapse) -> f64,
     ) -> Option<(Collapse<'a>, End)> {
+        // Enough free vertices are left: no distance needs to be measured.
         if MANY * ended.n_held() < ended.size().0 {
             return None;
         }
         // The reference is a collapse to the same size with nothing held.
         let mut bare = self.0.clone().without_constraints();
         bare.run(limit);
+        // Distances that nobody sees are acceptable however large the ratio.
         let most = (MOST * distance(&bare)).max(NEAR);
         if distance(ended) <= most {
             return None;
         }
         let last = self.last_good_size(ended.size().0, |collapse| distance(collapse) <= most);
+        // Each trial continues the one before, so the search costs one collapse and its distances.
         let mut collapse = self.0.clone();
         collapse.run(last);
         let end = End::WouldRuin(collapse.n_held(), collapse.size().0);
@@ -63,6 +66,7 @@ impl<'a> RuinCheck<'a> {
         let mut collapse = self.0.clone();
         let mut last = collapse.size().0;
         loop {
+            // Only free vertices shrink from size to size.
             let n_held = collapse.n_held().min(last);
             let next = n_held + ((last - n_held) as f64 / STEP) as usize;
             collapse.run(Limit::of_vertices(next));

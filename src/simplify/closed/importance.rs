@@ -27,6 +27,7 @@ pub const HIDDEN: f32 = 1e-3;
 /// Multiplies a surface's quadrics by importance; `strength` scales the scores, and hidden vertices count little.
 pub fn weigh(surface: &mut Surface, importance: Importance, strength: f32, hidden: &[bool]) {
     let mut factors = match importance {
+        // Equal factors leave the quadrics as they are.
         Importance::Even if hidden.is_empty() => return,
         Importance::Even => vec![1.0; surface.n_vertices()],
         Importance::Bending => {
@@ -52,6 +53,7 @@ pub fn weigh(surface: &mut Surface, importance: Importance, strength: f32, hidde
 /// errors by 8 %.
 fn bending_scores(surface: &Surface) -> Vec<f32> {
     let score = |v: usize| {
+        // The quadratic form along the normal, over its trace.
         let ([xx, xy, xz, yy, yz, zz], n) = (surface.quadrics[v], surface.normals[v]);
         let along = n.x * (xx * n.x + 2.0 * (xy * n.y + xz * n.z)) + n.y * (yy * n.y + 2.0 * yz * n.z) + zz * n.z * n.z;
         let all = xx + yy + zz;
@@ -70,6 +72,7 @@ fn star_scores_of(surface: &Surface, weights: &Weights) -> Option<Vec<f32>> {
     let edge_length = mean_edge_length(surface);
     let n_vertices = surface.n_vertices();
     let mut scores = Vec::with_capacity(n_vertices);
+    // A network that sees one-rings alone needs no graph in memory.
     for numbers in surface.pulse.ranges_of_size(TOGETHER, 0..n_vertices) {
         let star = |i: usize| (numbers.start + i, surface.neighbors((numbers.start + i) as u32));
         let stars = Stars { x: [&surface.positions, &surface.normals], n: numbers.len(), of: star };
@@ -80,6 +83,7 @@ fn star_scores_of(surface: &Surface, weights: &Weights) -> Option<Vec<f32>> {
 
 fn mean_edge_length(surface: &Surface) -> f32 {
     let (mut sum, mut n_edges) = (0.0, 0u32);
+    // A sample suffices: the mean only scales the network's input.
     for v in (0..surface.n_vertices()).step_by(surface.n_vertices() / MEASURED + 1) {
         for &w in surface.neighbors(v as u32) {
             sum += f64::from(surface.positions[v].distance(surface.positions[w as usize]));
@@ -119,6 +123,7 @@ pub fn importance_of_scores(scores: &[f32], areas: &[f64]) -> Vec<f32> {
 fn importance_with(pulse: Pulse, scores: &[f32], areas: &[f64]) -> Vec<f32> {
     let total: f64 = areas.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let finite = |s: f32| if s.is_finite() { s } else { 0.0 };
+    // The mean by area, so that dense regions do not shift it.
     let mean = scores.iter().zip(areas).map(|(&s, area)| area * f64::from(finite(s))).sum::<f64>() / total;
     pulse.counting_if(false).map(scores, |&s| (finite(s) - mean as f32).clamp(-MOST_SCORE, MOST_SCORE).exp())
 }

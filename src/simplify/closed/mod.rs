@@ -71,16 +71,19 @@ pub(super) fn simplify_levels<'a>(
     let mut levels = FinishedLevels { made: Vec::with_capacity(limits.len()), dropped: None, saved: None };
     let Some(&first) = limits.first() else { return Ok(levels) };
     let (base, collapse) = start_or_continue(mesh, request, first, saved, progress)?;
+    // Ceilings already keep the surface near, and a price or an insisted size overrules the check.
     let may_ruin = request.price.is_none() && !request.insists_on_size && !collapse.has_ceilings();
     let ruin_check = may_ruin.then(|| RuinCheck::new(&collapse, limits)).flatten();
     let mut collapse = Some(with_copy_if_dropping(collapse, request, limits.len()));
     for &limit in limits {
         // The last level takes the collapse itself, not a copy, to save memory.
         let Some(running) = collapse.take() else { break };
+        // The first level has entered this stage in `start`.
         if !levels.made.is_empty() {
             progress.enter("collapse", running.merges_to(limit))?;
         }
         let (mut running, end) = run(&base, running, ruin_check.as_ref(), request, limit);
+        // Only the first level has a history: later ones find it taken.
         let trace = start_trace(running.history.take());
         let output = base.output(&running);
         // A level is checked for components to drop before it is refined; if some go, the caller repeats it without
@@ -135,6 +138,7 @@ fn run<'a>(
     limit: Limit,
 ) -> (Collapse<'a>, End) {
     let end = collapse.run(base.limit(request.price, limit));
+    // Distances are measured on the output over this surface, also where the collapse is an older one.
     let distance = |of: &Collapse| held::distance(&base.original, &base.output(of));
     let repeated = ruin_check.and_then(|it| it.repeat_if_ruined(&collapse, limit, distance));
     repeated.unwrap_or((collapse, end))
@@ -152,6 +156,7 @@ impl CollapseBase<'_> {
     fn output(&self, collapse: &Collapse) -> Output {
         let mut output = collapse.output();
         if !self.collapse_vertices.is_empty() {
+            // The collapse numbers vertices of all components, this surface only those that remain.
             let mut of_surface = vec![0; output.vertex_of.len()];
             (0u32..).zip(&self.collapse_vertices).for_each(|(own, &v)| of_surface[v as usize] = own);
             output.pins.renumber_origins(|v| of_surface[v as usize]);
@@ -204,8 +209,10 @@ fn start<'a, 'p: 'a>(
     // Importance must precede the collapse, which copies the quadrics.
     importance::weigh(&mut original.surface, request.importance, request.aim.strength, request.hidden);
     progress.enter("collapse", merges_to(limit, original.surface.n_vertices(), n_faces))?;
+    // Without constraints the collapse takes its fast paths.
     let constrains = !original.features.is_empty() || !original.pins.is_empty();
     let constraints = constrains.then(|| Constraints::new(&original));
+    // Everything that adds to prices is set before the first pass.
     let attributes = keep.attributes.map(|it| sum_attribute_quadrics(&original, it)).unwrap_or_default();
     let poses = Poses::new(&original, keep);
     let collapse = Collapse::new(progress.pulse, &original.surface).with_ceilings(ceilings::ceilings(&original, keep));
@@ -230,7 +237,9 @@ fn refine(
     // Points are matched once; flips and fit both update them.
     let mut points = Points::new(&original.surface, output.positions.len(), request.aim);
     progress.enter("flips", points.len())?;
+    // The collapse leaves good diagonals unless it went far.
     let is_coarse = COARSE * output.positions.len() <= original.surface.n_vertices();
+    // Wedges follow from the collapse's faces, so they are recorded before any flip.
     attributes.into_iter().for_each(|attributes| output.record_attributes(original, attributes));
     let is_whole = output.positions.len() == original.surface.n_vertices();
     let mut n_flipped = if is_coarse && request.flips() { flips::flip(&mut points, &mut output) } else { 0 };
@@ -246,6 +255,7 @@ fn refine(
     n_flipped += if is_whole { 0 } else { foldovers::repair(original, &mut output, is_coarse) };
     let (positions, [n_flat, n_separated]) = round_positions(original, &mut output, request, progress.pulse);
     n_flipped += n_flat;
+    // Attributes come last: they are looked up and fitted at the final positions.
     let carried = attributes.and_then(|attributes| output.take_attributes(original, attributes));
     let (attributes, corner_map) = carried.unzip();
     let derivative = trace.map(|trace| Derivative::new(original, trace, &output.vertex_of, &positions));
@@ -273,6 +283,7 @@ fn round_positions(
     let mut positions = result::local_positions(original, output);
     let (n_flipped, are_wide) =
         if is_whole { (0, true) } else { without_area::flip(pulse, output, &positions, &request.frame) };
+    // Moving a vertex off a duplicate may flatten a face, so widening follows.
     let n_separated = duplicate_positions::separate(pulse, &mut positions, &output.pins, &request.frame);
     if !are_wide || n_separated > 0 {
         without_area::widen(original, output, &mut positions, &request.frame);

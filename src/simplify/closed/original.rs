@@ -40,6 +40,7 @@ impl<'a> Original<'a> {
 
     pub fn anchors(&self, positions: &[Vec3], vertex_of: &[u32], wanted: &[bool]) -> Vec<u32> {
         let mut best = vec![(f32::INFINITY, 0); positions.len()];
+        // One pass over all vertices: each competes for the output vertex of its region.
         for numbers in self.surface.pulse.ranges(0..vertex_of.len()) {
             let outputs = numbers.clone().zip(&vertex_of[numbers]);
             for (v, &output) in outputs.filter(|(_, output)| wanted[**output as usize]) {
@@ -54,6 +55,7 @@ impl<'a> Original<'a> {
 
     /// Finds the closest point on the faces around the vertex where a walk from `start` ends.
     pub fn closest_near(&self, point: Vec3, start: u32) -> ClosestPoint {
+        // The walk ends at a local minimum, which is good enough near the surface.
         let v = self.vertex_near(point, start);
         let mut closest = ClosestPoint { point, normal: Vec3::ZERO, distance: f32::INFINITY };
         for [p, q] in self.sides(v) {
@@ -86,6 +88,7 @@ impl<'a> Original<'a> {
     }
 
     fn sides(&self, v: u32) -> impl Iterator<Item = [u32; 2]> {
+        // At a boundary the ring is open: its last and first neighbours share no face.
         let ring = self.surface.neighbors(v);
         let n_faces = if self.surface.rings.ghost(v).is_none() { ring.len() } else { ring.len() - 1 };
         (0..n_faces).map(|i| [ring[i], ring[if i + 1 == ring.len() { 0 } else { i + 1 }]])
@@ -94,6 +97,7 @@ impl<'a> Original<'a> {
     /// Returns the area normal of a face at `v`; where the surface is not oriented, on the vertex normal's side.
     fn normal_at(&self, v: u32, corners: [Vec3; 3]) -> Vec3 {
         let normal = area_normal(corners);
+        // Only surfaces without a consistent winding need the vertex normal.
         let is_opposed = !self.surface.rings.is_oriented() && normal.dot(self.surface.normals[v as usize]) < 0.0;
         if is_opposed { -normal } else { normal }
     }
@@ -155,6 +159,7 @@ impl Regions {
     pub fn closest_point(&self, point: Vec3, vertices: &[u32]) -> ClosestPoint {
         let mut closest = ClosestPoint { point, normal: Vec3::ZERO, distance: f32::INFINITY };
         for face in self.select(vertices).flat_map(|region| &region.faces) {
+            // Box and plane reject most faces before the exact distance.
             if face.may_be_within(closest.distance, point) {
                 let there = nearest_point(point, face.corners);
                 let distance = there.distance(point);
@@ -211,6 +216,7 @@ impl RegionFace {
     /// Returns whether bounding box and plane admit a point of the face within the distance.
     fn may_be_within(&self, distance: f32, point: Vec3) -> bool {
         let [low, high] = self.bounds;
+        // Both tests are lower bounds of the squared distance.
         let outside = (low - point).max(point - high).max(Vec3::ZERO).length_squared();
         let height = self.normal.dot(point - self.corners[0]);
         let squared = distance * distance;
@@ -243,6 +249,7 @@ impl SidesOfSeams<'_> {
     ///
     /// It continues from faces slightly farther than the best, since one corner can be nearest on several faces.
     pub fn closest_point(&self, p: Vec3, starts: &[u32]) -> SurfacePoint {
+        // Few faces are visited, so a list is faster than a set.
         let mut met: Vec<u32> = Vec::new();
         let mut open: Vec<(f32, SurfacePoint)> = Vec::new();
         let mut best =
@@ -259,6 +266,7 @@ impl SidesOfSeams<'_> {
         };
         starts.iter().for_each(|&face| meet(face, &mut open, &mut best));
         for _ in 0..MOST_STEPS {
+            // Best-first: always continue from the nearest open face.
             let nearest = (0..open.len()).min_by(|&i, &j| open[i].0.total_cmp(&open[j].0));
             let Some(next) = nearest else { break };
             let (distance, place) = open.swap_remove(next);
@@ -274,6 +282,7 @@ impl SidesOfSeams<'_> {
     /// Returns the squared distance of a point to a face, and the closest point.
     fn nearest(&self, p: Vec3, face: u32) -> (f32, SurfacePoint) {
         let corners = self.surface.faces[face as usize].map(|v| self.surface.positions[v as usize]);
+        // In double precision, or thin faces would give arbitrary weights.
         let weights = nearest_weights_f64(p.as_dvec3(), corners.map(Vec3::as_dvec3)).map(|w| w as f32);
         let point = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
         let mut of_mesh = [0.0; 3];

@@ -98,8 +98,10 @@ impl Output {
 
     fn swap_diagonal(&mut self, diamond: &Diamond) {
         let [f, g] = diamond.faces.map(|f| f as usize);
+        // Wedges are updated first, while the faces still are what they were.
         self.corners.iter_mut().for_each(|corners| corners.flip(&self.faces, diamond.faces, diamond.corners));
         [self.faces[f], self.faces[g]] = diamond.flipped_faces();
+        // Both new faces cover the region of both old ones, so they share its intended direction.
         self.meant[f] = (self.meant[f] + self.meant[g]).normalize_or_zero();
         self.meant[g] = self.meant[f];
     }

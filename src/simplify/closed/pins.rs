@@ -140,6 +140,7 @@ pub struct PlaneVertices {
 impl PlaneVertices {
     pub fn from_half(surface: &Surface, half: &Half) -> Self {
         let flag = |v: u32| half.on_plane[surface.source(v) as usize];
+        // At a boundary vertex the first and last neighbour are along the boundary.
         let meets_cut = |v: u32| match surface.rings.ring(v) {
             [first, .., last, _ghost] => flag(*first) || flag(*last),
             _ => false,
@@ -171,6 +172,7 @@ impl PlaneVertices {
     }
 
     fn merge(&mut self, u: u32, v: u32) {
+        // Two plane vertices become one, otherwise the number stays.
         let both = self.has(u) && self.has(v);
         self.n_on -= usize::from(both);
         self.is_on[u as usize] |= self.is_on[v as usize];
@@ -178,6 +180,7 @@ impl PlaneVertices {
 
     /// Returns whether merging `u` and `v` would join two plane vertices that are not yet neighbours.
     pub fn would_bridge(&self, [u, v]: [u32; 2], [of_u, of_v]: [&[u32]; 2]) -> bool {
+        // A plane vertex off the cut gains the other end's plane neighbours.
         let new_neighbour = |w: &u32, p: u32, of_p: &[u32]| self.has(*w) && *w != p && !of_p.contains(w);
         match (self.has(u), self.has(v)) {
             (true, false) => of_v.iter().any(|w| new_neighbour(w, u, of_u)),
@@ -188,6 +191,7 @@ impl PlaneVertices {
 
     /// Returns whether merging `u` and `v` would leave a face entirely on the plane; neighbours are in order.
     pub fn would_lay_flat(&self, [u, v]: [u32; 2], [of_u, of_v]: [&[u32]; 2]) -> bool {
+        // Consecutive neighbours form a face with the merged vertex.
         let (on_plane, ring) = match (self.has(u), self.has(v)) {
             (true, false) => (u, of_v),
             (false, true) => (v, of_u),
@@ -199,6 +203,7 @@ impl PlaneVertices {
 
     /// Returns whether a merge would remove the last cut edge between two boundaries.
     pub fn would_end_cut(&self, [u, v]: [u32; 2], [of_u, of_v]: [&[u32]; 2]) -> bool {
+        // The cut continues if either end has another plane neighbour.
         let goes_on = |ring: &[u32], other: u32| ring.iter().any(|&w| w != other && self.has(w));
         self.has(u) && self.has(v) && !goes_on(of_u, v) && !goes_on(of_v, u)
     }
@@ -215,6 +220,7 @@ impl PlaneVertices {
     /// Constrains the solutions of per-vertex systems (upper triangle and right side) to the plane.
     pub fn confine(&self, systems: &mut [[f32; 9]]) {
         for system in systems.iter_mut().zip(&self.is_on).filter_map(|(system, on)| on.then_some(system)) {
+            // Decoupled from the axis and with a zero right side, the solution has no component along it.
             let [xx, xy, xz, yy, yz, zz, ..] = *system;
             system[..6].copy_from_slice(&self.without_slant([xx, xy, xz, yy, yz, zz]));
             system[6 + self.axis] = 0.0;

@@ -43,6 +43,7 @@ impl<'a> ClosedRequest<'a> {
     }
 
     pub fn visual_properties(&self) -> VisualProperties<'a> {
+        // Scores of a formula or network are not the caller's judgement of what matters.
         let is_weighed = matches!(self.importance, Importance::Given(_)) || !self.hidden.is_empty();
         VisualProperties { attributes: self.keep.attributes, scene: self.keep.scene, is_weighed }
     }
@@ -71,6 +72,7 @@ pub struct Keep<'a> {
 impl<'a> Keep<'a> {
     /// Derives the constraints that follow from options and kept faces alone.
     pub fn from_options(options: &Options, kept: &'a [bool]) -> Self {
+        // An infinite limit allows dropping, but no deformation.
         let allowed_distance = if options.prune_within.is_finite() { options.prune_within } else { 0.0 };
         let Options { subset, purpose, map, .. } = *options;
         Self { kept, subset, purpose, map, allowed_distance, ..Self::default() }

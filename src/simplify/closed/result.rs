@@ -43,6 +43,7 @@ impl Closed {
         pulse.beat(0);
         let kept = find_kept(original, &output, is_kept);
         let (faces, pins, mut vertex_of) = output.into_parts();
+        // Copies of split vertices come last and are unknown to the caller.
         vertex_of.truncate(original.mesh.positions().len());
         pulse.beat(0);
         let mesh = TriMesh::new(positions, faces).map_err(|_| SimplifyError::Overflow)?;
@@ -95,6 +96,7 @@ pub fn local_positions(original: &Original, output: &Output) -> Vec<[f32; 3]> {
     let local = |p: &Vec3| surface.scale.restore(p.as_dvec3());
     let mut positions: Vec<[f32; 3]> = surface.pulse.map(&output.positions, local);
     let pins = &output.pins;
+    // The way to unit size and back rounds; pinned vertices take the mesh's own numbers.
     for (x, &v) in (0u32..).zip(pins.origins()).filter(|(x, _)| pins.is_subset() || pins.is_locked(*x)) {
         positions[x as usize] = mesh.positions()[surface.source(v) as usize];
     }

@@ -20,6 +20,7 @@ impl Pair {
     fn minimum_at(&self, axis: usize, height: f64) -> Option<(DVec3, f64)> {
         let [xx, xy, xz, yy, yz, zz] = self.sum.a;
         let rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+        // With one coordinate fixed, a 2 x 2 system remains.
         let [i, j] = [(axis + 1) % 3, (axis + 2) % 3];
         let a = DMat2::from_cols_array_2d(&[[rows[i][i], rows[i][j]], [rows[i][j], rows[j][j]]]);
         let scale = rows[i][i] + rows[j][j];

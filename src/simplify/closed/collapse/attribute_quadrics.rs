@@ -50,6 +50,7 @@ impl AttributeQuadric {
 
     /// Adds two regions about the first vertex; the second vertex is at `other`.
     pub fn sum_with(&self, second: &Self, other: DVec3) -> Self {
+        // Both sums must be about the same point before they add up.
         let second = second.shift_origin(-other);
         Self {
             weights: std::array::from_fn(|kind| self.weights[kind] + second.weights[kind]),
@@ -67,10 +68,12 @@ impl AttributeQuadric {
 
     /// Returns the cost of the best values as a quadric of the position.
     pub fn cost(&self) -> Quadric {
+        // Variance: the sum of squares less the square of the mean, per value.
         let mut cost = self.squares;
         for (kind, weight) in KINDS.into_iter().zip(self.weights).filter(|(_, weight)| *weight > 0.0) {
             cost = kind.fold(cost, |rest, k| rest - square(self.gradients[k], self.values[k], 1.0 / weight));
         }
+        // Rounding may leave a tiny negative constant.
         cost.c = cost.c.max(0.0);
         cost
     }
@@ -93,10 +96,12 @@ pub fn sum_attribute_quadrics(original: &Original, attributes: &Attributes) -> A
     let mut quadrics = vec![AttributeQuadric::default(); surface.n_vertices()];
     let wedges = attributes.wedges.iter().zip(original.corner_orders());
     for (face, (wedges, order)) in surface.faces.iter().zip(wedges) {
+        // The surface may wind a face the other way than the mesh.
         let wedges = order.map(|corner| wedges[corner as usize]);
         let corners = face.map(|v| surface.positions[v as usize].as_dvec3());
         let Some(weights) = LinearWeights::new(corners) else { continue };
         for (&v, corner) in face.iter().zip(corners) {
+            // Attributes count by the same importance as planes.
             let importance = surface.importance.get(v as usize).map_or(1.0, |&factor| f64::from(factor));
             for (kind, channel) in counted.kinds_at(v) {
                 let numbers = (0..channel.width).map(|k| wedges.map(|wedge| length(kind, channel.value(wedge)[k])));
@@ -125,6 +130,7 @@ impl<'a> CountedChannels<'a> {
         let features = &original.features;
         Self {
             channels: [channel(Role::Colour), channel(Role::Normal).filter(|channel| channel.width == 3)],
+            // Colours stop at every feature edge, normals at hard edges alone.
             at_seam: [ends_of(&mut features.edges.iter().copied()), ends_of(&mut features.hard_edges())],
         }
     }
@@ -182,6 +188,7 @@ impl LinearWeights {
     fn new([a, b, origin]: [DVec3; 3]) -> Option<Self> {
         let (u, v) = (a - origin, b - origin);
         let normal = u.cross(v);
+        // Gradients of barycentric weights lie in the plane, perpendicular to the opposite edge.
         let squared = normal.length_squared();
         let gradients = [v.cross(normal) / squared, normal.cross(u) / squared];
         let is_firm = squared > THIN * u.length_squared() * v.length_squared();

@@ -110,6 +110,7 @@ pub fn merges_to(limit: Limit, n_vertices: usize, n_faces: usize) -> usize {
 
 /// Builds the corner table of a surface closed by ghost vertices, with its vertices in this order.
 fn corners_in_order(surface: &Surface, order: &[u32]) -> CornerTable {
+    // Faces name vertices by their rank along the curve; ghost vertices keep their numbers behind them.
     let mut rank = vec![0; order.len()];
     (0u32..).zip(order).for_each(|(i, &v)| rank[v as usize] = i);
     let n_ghosts = surface.rings.n_ghosts();
@@ -122,6 +123,7 @@ impl<'a> Collapse<'a> {
     /// Starts from the vertices and faces of a surface.
     pub fn new(pulse: Pulse<'a>, surface: &Surface) -> Self {
         let n_inner = surface.n_vertices();
+        // Neighbours in space become neighbours in memory.
         let order = curve_order(n_inner, |v| surface.positions[v as usize].to_array(), || pulse.beat(0));
         let corners = corners_in_order(surface, &order);
         pulse.beat(0);
@@ -131,6 +133,7 @@ impl<'a> Collapse<'a> {
         };
         let mut nodes: Vec<CollapseVertex> = pulse.counting_if(false).map(&order, node);
         nodes.extend((0..surface.rings.n_ghosts()).map(|_| CollapseVertex::ghost()));
+        // Any corner of a vertex serves as the start of walks around it.
         for c in corners.all() {
             let node = &mut nodes[corners.vertex(c) as usize];
             (node.corner, node.degree) = (c, node.degree + 1);
@@ -199,6 +202,7 @@ impl<'a> Collapse<'a> {
     /// Returns the remaining mesh in the order of surface vertices; faces begin with their smallest vertices.
     pub fn output(&self) -> Output {
         let pulse = self.pulse.counting_if(false);
+        // The output keeps the order of surface vertices, whatever order the collapse has in memory.
         let living = indices_where(pulse, &self.merged, |v, &merged| v == merged);
         let mut number = vec![NONE; self.merged.len()];
         (0u32..).zip(&living).for_each(|(i, &v)| number[v as usize] = i);
@@ -207,6 +211,7 @@ impl<'a> Collapse<'a> {
             positions[number[node.id as usize] as usize] = node.position;
         }
         pulse.beat(0);
+        // Faces at ghost vertices only closed the boundaries.
         let is_own = |face: &[u32; 3]| face.iter().all(|&v| !self.is_ghost(v));
         let by_number = |face: [u32; 3]| smallest_first(face.map(|v| number[self.nodes[v as usize].id as usize]));
         let faces: Vec<[u32; 3]> = self.corners.faces().filter(is_own).map(by_number).collect();
@@ -224,10 +229,12 @@ impl<'a> Collapse<'a> {
     }
 
     pub(super) fn compact(&mut self) {
+        // Moving everything pays only if enough is gone.
         if (self.n_inner - self.n_vertices) * LEAST_GONE <= self.nodes.len() {
             return;
         }
         let vertices = Compaction::new(self.nodes.len(), |v| self.nodes[v].corner != GONE);
+        // Faces move first, since vertices and cheapest edges refer to their corners.
         let faces = self.corners.compact(vertices.numbers());
         let faces = faces.numbers();
         let with_corner = |node: CollapseVertex| match node.corner {
@@ -290,6 +297,7 @@ impl<'a> Collapse<'a> {
     pub fn merges_to(&self, limit: Limit) -> usize {
         let (n_vertices, n_faces) = self.size();
         let least = merges_to(limit, n_vertices, n_faces);
+        // The degree of a ghost vertex is the length of its boundary.
         let n_boundary: usize = self.nodes[self.n_inner..].iter().map(|ghost| ghost.degree as usize).sum();
         if n_boundary == 0 || self.plane().is_some() || n_faces <= limit.faces {
             return least;

@@ -37,12 +37,14 @@ impl Constraints {
     pub fn new(original: &Original) -> Self {
         let mut curves: FxHashMap<u32, Curve> = FxHashMap::default();
         let mut curve = |v: u32, change: &dyn Fn(&mut Curve)| change(curves.entry(v).or_default());
+        // Every curve vertex knows its neighbours along curves; branch points have more than two.
         for &[a, b] in &original.features.edges {
             curve(a, &|curve| curve.along.push(b));
             curve(b, &|curve| curve.along.push(a));
         }
         for (&edge, &slack) in original.features.edges.iter().zip(&original.features.slack) {
             for v in edge {
+                // Each edge gives both ends its plane, and the slack in the same weight.
                 let planes = original.surface.plane_on_edge(edge, v);
                 let weight = planes.trace();
                 curve(v, &|curve| {
@@ -110,6 +112,7 @@ impl Constraints {
         // Endpoints and branch points have other than two neighbours along curves: they stay in place.
         let stays = |w: u32, along: &[u32]| self.pins.is_locked(w) || !matches!(along.len(), 0 | 2);
         let stay = [stays(u, of_u), stays(v, of_v)];
+        // Adjacent branch points are an exception, or junctions of short curves would block everything.
         if stay == [true; 2] && self.are_branch_points([u, v]) && of_u.contains(&v) {
             return Some(best_end(pair));
         }
@@ -118,6 +121,7 @@ impl Constraints {
 
     /// Finds the merged vertex where some ends must stay in place.
     fn place_merged(&self, [u, v]: [u32; 2], stay: [bool; 2], pair: &Pair) -> Option<MergedVertex> {
+        // On the mirror plane one coordinate is fixed.
         let height = self.pins.plane().and_then(|plane| plane.height(u, v, pair.other()));
         match stay {
             [true, true] => None,
@@ -142,6 +146,7 @@ impl Constraints {
     pub fn survive_merge(&self, u: u32, v: u32, opposite: [u32; 2]) -> bool {
         let curves = self.curves_at([u, v]);
         let [of_u, of_v] = curves.map(curve_neighbours);
+        // A face whose other two edges are on held curves would take both curves with it.
         let is_lost =
             |w: &u32| of_u.contains(w) && of_v.contains(w) && (are_held(curves) || are_held(self.curves_at([*w; 2])));
         !opposite.iter().any(is_lost)
@@ -149,6 +154,7 @@ impl Constraints {
 
     pub fn merge(&mut self, u: u32, v: u32, place: Placement) {
         self.pins.merge(u, v, place == Placement::Gone);
+        // The neighbours of `v` along curves become those of `u`.
         let Some(of_v) = self.curves.remove(&v) else { return };
         for &w in &of_v.along {
             if let Some(curve) = self.curves.get_mut(&w) {
@@ -188,10 +194,12 @@ fn planes(curves: [Option<&Curve>; 2], origin: DVec3) -> Quadric {
 
 /// Returns the price of moving two curve vertices to `offset` from `origin`.
 fn price_of_curves(curves: [Option<&Curve>; 2], origin: DVec3, offset: DVec3) -> f64 {
+    // Without slack the curve is free of charge here: held ones are in the quadric.
     let slack: f64 = curves.into_iter().flatten().map(|curve| curve.slack).sum();
     if slack == 0.0 {
         return 0.0;
     }
+    // Cheap up to the slack, full price beyond: one convex function.
     let squares = planes(curves, origin).value(offset);
     SEAM_PRICE * squares + (1.0 - SEAM_PRICE) * (squares - slack).max(0.0)
 }

@@ -15,6 +15,7 @@ impl<'a> Collapse<'a> {
     }
 
     pub(super) fn keep_copy(&mut self, limit: Limit) {
+        // One component cannot lose another, so it needs no copy.
         if matches!(self.copy, OwnCopy::Wanted) && self.has_reached(limit.times(KEPT_AT)) {
             self.copy = OwnCopy::Unwanted;
             if !self.is_one_component() {
@@ -53,6 +54,7 @@ impl<'a> Collapse<'a> {
         let (nodes, n_inner) = (&mut self.nodes, self.n_inner);
         let mut n_faces = 0;
         self.corners.retain(|face| {
+            // Faces at ghost vertices go with their component but are not counted.
             let ghost = face.into_iter().find(|&v| v as usize >= n_inner);
             let stays = face.into_iter().all(|v| !is_gone.get(nodes[v as usize].id as usize).is_some_and(|gone| *gone));
             n_faces += usize::from(stays && ghost.is_none());
@@ -61,6 +63,7 @@ impl<'a> Collapse<'a> {
             }
             stays
         });
+        // A ghost vertex without faces must not be the start of a walk.
         let ghosts = self.nodes[n_inner..].iter_mut();
         ghosts.filter(|ghost| ghost.degree == 0).for_each(|ghost| ghost.corner = NONE);
         let living: Vec<u32> = self.living().collect();
@@ -74,6 +77,7 @@ impl<'a> Collapse<'a> {
             self.nodes[v as usize].corner = GONE;
         }
         (self.n_vertices, self.n_faces) = (self.n_vertices - gone.len(), n_faces);
+        // Prices of the larger mesh say nothing about the rest.
         self.paid.clear();
         self
     }

@@ -62,6 +62,7 @@ impl Iterator for VertexWalk<'_> {
     #[inline(always)]
     fn next(&mut self) -> Option<CornerStep> {
         let step = self.next?;
+        // The next face is across the edge from the vertex to the last neighbour.
         let opposite = self.corners.corner_across(step.from);
         let at = self.corners.corner_at(opposite, self.vertex);
         self.next = (at != self.end).then(|| CornerStep { at, from: third(opposite, at) });
@@ -73,6 +74,7 @@ impl CornerTable {
     /// Builds the table of faces, two at every edge; sorts them by their smallest vertices.
     pub fn new(n_vertices: usize, faces: impl Iterator<Item = [u32; 3]> + Clone) -> Self {
         let smallest = |[a, b, c]: [u32; 3]| a.min(b).min(c) as usize;
+        // Counting sort of the faces by their smallest vertex.
         let mut places = vec![0u32; n_vertices + 1];
         faces.clone().for_each(|face| places[smallest(face) + 1] += 4);
         (0..n_vertices).for_each(|v| places[v + 1] += places[v]);
@@ -91,6 +93,7 @@ impl CornerTable {
                 table.across[c as usize] = std::mem::replace(first, c);
             }
         }
+        // Each list is then matched by the larger ends of its edges.
         let mut edges = Vec::new();
         for mut c in firsts {
             edges.clear();
@@ -170,6 +173,7 @@ impl CornerTable {
     /// Returns corners at the corner's vertex and at the merged one.
     #[inline(always)]
     pub fn close(&mut self, corner: u32) -> [u32; 2] {
+        // The two neighbours of the removed face become neighbours of each other.
         let apex = self.vertex(corner);
         let [one, other] = [next(corner), previous(corner)].map(|c| self.corner_across(c));
         (self.across[one as usize], self.across[other as usize]) = (other, one);
@@ -192,6 +196,7 @@ impl CornerTable {
     pub fn compact(&mut self, numbers: &[u32]) -> Compaction {
         let vertices = self.vertices.as_chunks_mut::<4>().0;
         let faces = Compaction::new(vertices.len(), |face| vertices[face][0] != NONE);
+        // Vertices get their new numbers, corners those of their moved faces.
         let renumbered = |[a, b, c, _]: [u32; 4]| {
             let [a, b, c] = [a, b, c].map(|v| numbers[v as usize]);
             [a, b, c, NONE]
@@ -219,11 +224,13 @@ pub(super) fn renumber_corner(faces: &[u32], corner: u32) -> u32 {
 
 /// Matches edges of one vertex, given as pairs of other end and opposite corner; each end occurs twice.
 fn match_edges(edges: &mut [(u32, u32)], across: &mut [u32]) {
+    // Sorting makes partners adjacent, which keeps the search below linear at hubs.
     if edges.len() > MANY {
         edges.sort_unstable();
     }
     let mut rest = edges;
     while let [(end, corner), others @ ..] = rest {
+        // A lone edge is left open; closed input has none.
         if let Some(at) = others.iter().position(|(other, _)| other == end) {
             let other = others[at].1;
             (across[*corner as usize], across[other as usize]) = (other, *corner);

@@ -39,6 +39,7 @@ impl Collapse<'_> {
     /// Recomputes the quadrics of vertices that the last pass changed; returns these.
     pub(super) fn renew(&mut self) -> Vec<u32> {
         let pass = self.pass;
+        // A vertex is stale if it or a neighbour was merged in the last pass.
         let is_stale = |&v: &u32| self.nodes[v as usize].changed.is_in(pass);
         let stale: Vec<u32> = self.living().filter(is_stale).collect();
         let mut planes = vec![[0.0; 6]; stale.len()];
@@ -48,6 +49,7 @@ impl Collapse<'_> {
         });
         for (&v, planes) in stale.iter().zip(&planes) {
             let node = &mut self.nodes[v as usize];
+            // Importance multiplies the planes, the pull comes on top.
             node.planes = add_growing_pull(planes.map(|entry| entry * node.importance), self.poses.bend());
         }
         if !self.poses.is_empty() {
@@ -80,6 +82,7 @@ impl Collapse<'_> {
         let ring = self.ring(v);
         let CollapseVertex { id, importance, .. } = self.nodes[v as usize];
         for k in 0..self.poses.n_poses() {
+            // Connectivity is shared by all poses, positions are not.
             let neighbour = |&w: &u32| match self.is_ghost(w) {
                 true => Neighbour::Ghost,
                 false => Neighbour::At(self.poses.vertex_poses(self.nodes[w as usize].id)[k].position),
@@ -113,6 +116,7 @@ impl Collapse<'_> {
                 fan.add([before, here]);
                 before = here;
             }
+            // Only where two faces oppose each other a fold can be found.
             if !fan.may_fold() {
                 return fan.planes;
             }
@@ -124,6 +128,7 @@ impl Collapse<'_> {
     #[inline(never)]
     fn planes_of_fold(&self, v: u32) -> [f32; 6] {
         let node = &self.nodes[v as usize];
+        // Edges of the cut are no boundary of the whole mesh, so they get no lines.
         let pins = self.constraints.as_ref().map(|constraints| &constraints.pins);
         let mut ring = Vec::with_capacity(node.degree as usize);
         for w in self.neighbors(v) {
@@ -155,6 +160,7 @@ impl Fan {
     /// Adds a face by its other two corners, relative to the vertex; `None` is a ghost vertex.
     #[inline(always)]
     fn add(&mut self, corners: [Option<Vec3>; 2]) {
+        // A ghost vertex stands for the outside: its edges are boundary edges.
         let mut normal = Vec3::ZERO;
         match corners {
             [Some(p), Some(q)] => {

@@ -18,6 +18,7 @@ const MOST_NEIGHBORS: u32 = 4096;
 
 #[inline(always)]
 fn mean_importance([u, v]: [&CollapseVertex; 2]) -> f32 {
+    // Weighting by area keeps the total weight of both regions.
     let areas = [u.area(), v.area()];
     let mean = (u.importance * areas[0] + v.importance * areas[1]) / (areas[0] + areas[1]);
     if mean > 0.0 { mean } else { u.importance }
@@ -64,6 +65,7 @@ impl Collapse<'_> {
     /// Merges the other end of the edge opposite `corner` into `u`, if topology, constraints and faces allow it.
     #[inline(always)]
     pub(super) fn try_merge(&mut self, u: u32, corner: u32) -> bool {
+        // The buffers are taken out so that the methods may borrow the collapse.
         let mut stars = std::mem::take(&mut self.stars);
         let done = self.try_merge_with(u, corner, &mut stars);
         self.stars = stars;
@@ -81,6 +83,7 @@ impl Collapse<'_> {
         if self.breaks_constraints([u, v], opposite, stars) {
             return false;
         }
+        // The position is rounded here, before it is tested: what is tested is what is stored.
         let x = (self.nodes[u as usize].position.as_dvec3() + merged.offset).as_vec3();
         if self.turns_over([u, v], stars, x) || self.turns_over_in_poses([u, v], stars, &pair, merged.offset) {
             self.turn_forbidden = true;
@@ -106,6 +109,7 @@ impl Collapse<'_> {
     /// Gives the merged vertex at `x` the data of both.
     #[inline(always)]
     fn carry_over(&mut self, [u, v]: [u32; 2], pair: &Pair, merged: &MergedVertex, x: Vec3, ceiling: f32) {
+        // All data keyed by surface number merge here; the topology follows in `merge`.
         let [kept, gone] = [u, v].map(|w| self.nodes[w as usize]);
         let (ids, place) = ([kept.id, gone.id], merged.place);
         let event = CollapseEvent::Merge(Merge { kept: kept.id, gone: gone.id, place });
@@ -126,6 +130,7 @@ impl Collapse<'_> {
 
     #[inline(always)]
     fn link_allows(&mut self, [u, v]: [u32; 2], corner: u32, stars: &mut [EndRing; 2]) -> Option<[u32; 2]> {
+        // A vertex of three faces would be left with two if one of them went.
         let opposite = [corner, self.corners.corner_across(corner)].map(|c| self.corners.vertex(c));
         let degrees = [u, v].map(|w| self.nodes[w as usize].degree);
         let is_larger = |w: &u32| self.nodes[*w as usize].degree > 3;
@@ -168,6 +173,7 @@ impl Collapse<'_> {
 
     #[inline(always)]
     fn merge(&mut self, [u, v]: [u32; 2], corner: u32, stars: &[EndRing; 2]) {
+        // All corners of `v` move to `u`, then the two faces of the edge close.
         stars[1].corners.iter().for_each(|&c| self.corners.set_vertex(c, u));
         for corner in [corner, self.corners.corner_across(corner)] {
             let w = self.corners.vertex(corner);
@@ -180,8 +186,10 @@ impl Collapse<'_> {
         let [kept, gone] = self.ids([u, v]);
         self.merged[gone as usize] = kept;
         self.n_vertices -= 1;
+        // Both ends had each other and share the two opposite vertices.
         self.nodes[u as usize].degree = self.nodes[u as usize].degree + self.nodes[v as usize].degree - 4;
         self.nodes[v as usize].corner = GONE;
+        // Neighbours have changed faces: their quadrics are stale and their failed edges may work now.
         for &w in stars.iter().flat_map(|star| &star.ring) {
             let node = &mut self.nodes[w as usize];
             (node.changed, node.wait) = (node.changed.with_neighbour_change(self.pass), 0.0);
@@ -201,6 +209,7 @@ fn turns_over_where(v: u32, neighbors: &[u32], x: Vec3, place: impl Fn(u32) -> O
     for &w in neighbors {
         let here = place(w);
         if let (Some(q), Some(r)) = (before, here) {
+            // A degenerate face may become anything; others keep their direction and an area.
             let (old, new) = (area_normal([p, q, r]), area_normal([x, q, r]));
             let along = old.dot(new);
             let least = LEAST_COSINE * LEAST_COSINE * old.length_squared() * new.length_squared();

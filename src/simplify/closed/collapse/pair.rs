@@ -99,6 +99,7 @@ pub(super) fn add_pull(planes: [f32; 6]) -> [f32; 6] {
 /// Adds a pull to the vertex that also grows with the weight of its planes.
 #[inline(always)]
 pub(super) fn add_growing_pull(mut planes: [f32; 6], bend: f32) -> [f32; 6] {
+    // A share of the weight, and one that grows with it.
     let weight = planes[0] + planes[3] + planes[5];
     let pull = (PULL + bend * weight) * weight;
     [0, 3, 5].into_iter().for_each(|diagonal| planes[diagonal] += pull);
@@ -134,6 +135,7 @@ pub struct Pair {
 impl Pair {
     #[inline(always)]
     pub(super) fn new(u: &CollapseVertex, v: &CollapseVertex) -> Self {
+        // Everything is relative to `u`: differences of positions are nearly exact in single precision.
         let other = (v.position - u.position).as_dvec3();
         Self { sum: u.quadric() + v.quadric().about(-other), other }
     }
@@ -162,12 +164,14 @@ impl Pair {
     fn best_other(&self) -> MergedVertex {
         let [kept, gone, middle] =
             [Placement::Kept, Placement::Gone, Placement::Middle].map(|place| self.place_at(place));
+        // Ties go to the vertex that stays, then to the other end.
         let best = if gone.price < kept.price { gone } else { kept };
         if middle.price < best.price { middle } else { best }
     }
 
     #[inline(always)]
     pub fn place_at(&self, place: Placement) -> MergedVertex {
+        // Along the edge the quadric is a parabola in `t`.
         let t = match place {
             Placement::Kept => 0.0,
             Placement::Gone => 1.0,
@@ -253,6 +257,7 @@ impl EndColumns {
         let [a, b, c, d, e, f, g, h] = nodes;
         let [x, y, z, xx, xy, xz, yy, yz] =
             transpose([a.head(), b.head(), c.head(), d.head(), e.head(), f.head(), g.head(), h.head()]);
+        // The ninth number does not fit into the transposed block.
         let mut zz = [0.0; WIDTH];
         for (zz, node) in zz.iter_mut().zip(nodes) {
             *zz = node.planes[5];
@@ -327,6 +332,7 @@ impl PairLanes {
         for (other, u) in other.iter_mut().zip(u.position) {
             *other = *other - u;
         }
+        // The quadric of `v` about `u`: same matrix, shifted linear and constant terms.
         let there = times(&v.planes, other);
         let mut a = u.planes;
         for (a, v) in a.iter_mut().zip(v.planes) {
@@ -344,12 +350,14 @@ impl PairLanes {
         let Self { a: [xx, xy, xz, yy, yz, zz], b, c, .. } = *self;
         let all = Lanes::all;
         let least_pivot = all(LEAST_PIVOT) * (xx + yy + zz);
+        // The inverse of a pivot, 0 where rounding leaves no information.
         let over = |pivot: Lanes| {
             let over = all(1.0) / pivot;
             let is_pivot = pivot - least_pivot;
             is_pivot.zip(over, |is_pivot, over| if is_pivot > 0.0 { over } else { 0.0 })
         };
         let over_d0 = over(xx);
+        // Factorisation, column by column.
         let (l10, l20) = (xy * over_d0, xz * over_d0);
         let d1 = yy - l10 * xy;
         let rest = yz - l20 * xy;
@@ -357,6 +365,7 @@ impl PairLanes {
         let l21 = rest * over_d1;
         let d2 = zz - l20 * xz - l21 * rest;
         let over_d2 = over(d2);
+        // Forward substitution, scaling, back substitution.
         let y = [b[0], b[1] - l10 * b[0], b[2] - l20 * b[0] - l21 * (b[1] - l10 * b[0])];
         let z = [y[0] * over_d0, y[1] * over_d1, y[2] * over_d2];
         let x1 = z[1] - l21 * z[2];
@@ -367,6 +376,7 @@ impl PairLanes {
     #[inline(always)]
     fn best_others(&self) -> Lanes {
         let Self { a, b, c, other } = self;
+        // The parabola along the edge at t = 0, 1 and 1/2.
         let (curvature, slope) = (dot(times(a, *other), *other), dot(*b, *other));
         let gone = curvature - Lanes::all(2.0) * slope + *c;
         let middle = Lanes::all(0.25) * curvature - slope + *c;
@@ -383,9 +393,11 @@ pub(super) fn prices(ends: [[&CollapseVertex; WIDTH]; 2]) -> [f32; WIDTH] {
     let (x, lowest) = pairs.minima();
     let (other, half) = (pairs.other, Lanes::all(0.5));
     let from_middle = [x[0] - other[0] * half, x[1] - other[1] * half, x[2] - other[2] * half];
+    // Nonnegative where the minimum is within reach of the edge.
     let within = Lanes::all(REACH as f32 * REACH as f32) * dot(other, other) - dot(from_middle, from_middle);
     let best_others = pairs.best_others();
     let mut prices = best_others.0;
+    // A select instead of a branch, for all lanes.
     for (price, (within, lowest)) in prices.iter_mut().zip(within.0.into_iter().zip(lowest.0)) {
         *price = if within >= 0.0 { lowest } else { *price };
     }

@@ -74,6 +74,7 @@ impl Work for Pricing<'_, '_> {
                 continue;
             }
             for (k, ends) in [[b, c], [c, a], [a, b]].into_iter().enumerate() {
+                // Each edge is priced from the face whose corner gives its number.
                 let number = first + k as u32;
                 edges[n] = PricedEdge { ends, number };
                 // Branch-free: whether an edge counts is unpredictable.
@@ -114,11 +115,13 @@ impl Pricing<'_, '_> {
     /// Offers the price of an edge to both ends.
     #[inline(always)]
     fn offer(&self, edge: &PricedEdge, plain: f32) {
+        // Eight plain prices are computed at once; constraints, attributes and poses replace a few.
         let is_special = self.collapse.is_special_edge(edge.ends);
         let price = if is_special { self.collapse.constrained_price(edge.ends[0], edge.ends[1]) } else { plain };
         let known = Cheapest::new(price, edge.number);
         for v in edge.ends {
             let cheapest = &self.cheapest[v as usize];
+            // A plain store is cheaper than an atomic minimum if nobody competes.
             if self.is_alone {
                 cheapest.store(cheapest.load(Relaxed).min(known.0), Relaxed);
             } else {
@@ -164,6 +167,7 @@ impl Collapse<'_> {
         let n_all = self.merges_to(limit);
         let mut n_in_vain = 0;
         while !self.has_reached(limit) {
+            // The copy must be made before the pass that changes the state.
             self.keep_copy(limit);
             self.begin_pass();
             // Passes without a merge take ever more vertices; after some, all edges are tried once more before giving
@@ -171,10 +175,12 @@ impl Collapse<'_> {
             if n_in_vain >= MOST_IN_VAIN {
                 self.try_all_again();
             }
+            // The last merges go in the order of price, all others in that of memory, which is faster.
             let is_last = self.merges_to(limit) as f64 <= LAST * n_all as f64;
             let (candidates, most) = self.candidates(limit, n_in_vain, is_last);
             let before = self.n_vertices;
             Isa::best().run(Visits { collapse: self, candidates: &candidates, most, limit });
+            // The highest price of a successful pass is what vertices cost at that size.
             if self.n_vertices < before {
                 let highest = candidates.iter().map(|candidate| candidate.price).fold(0.0, f32::max);
                 self.paid.push((self.n_vertices, highest));
@@ -215,6 +221,7 @@ impl Collapse<'_> {
 
     /// Selects the vertices of a pass and its price threshold.
     fn candidates(&self, limit: Limit, n_in_vain: i32, is_last: bool) -> (Vec<Candidate>, f32) {
+        // Every vertex offers its cheapest edge, so there are more candidates than disjoint edges.
         let to_do = self.merges_to(limit);
         let share = if is_last { SHARE_OF_LAST } else { SHARE };
         let n = ((to_do as f64 * share) as usize).max(LEAST.min(to_do)).saturating_mul(RISE.pow(n_in_vain as u32));
@@ -222,6 +229,7 @@ impl Collapse<'_> {
         let price = |(cheapest, node): (&Cheapest, &CollapseVertex)| cheapest.price().max(node.wait);
         let priced = self.cheapest.par_iter().zip(&self.nodes).with_min_len(PARALLEL);
         let prices: Vec<f32> = priced.map(price).collect();
+        // The threshold admits as many vertices as merges remain.
         let most = if n_in_vain >= MOST_IN_VAIN { f32::MAX } else { nth_price(&prices, n) };
         let most = most.min(limit.price);
         let pulse = self.pulse.counting_if(false);
@@ -236,6 +244,7 @@ impl Collapse<'_> {
     }
 
     fn price(&mut self, stale: &[u32]) {
+        // Prices change only at vertices whose quadrics changed, and at their neighbours.
         let is_unknown = if self.cheapest.is_empty() { Vec::new() } else { self.mark_neighbourhood(stale) };
         let mut known = std::mem::take(&mut self.cheapest);
         known.resize(self.n_inner, Cheapest::NONE);
@@ -244,6 +253,7 @@ impl Collapse<'_> {
         let cheapest: Vec<AtomicU64> = known.into_iter().enumerate().map(so_far).collect();
         let n_faces = self.corners.n_faces();
         let chunks = (0..n_faces).step_by(TOGETHER).map(|first| first..(first + TOGETHER).min(n_faces));
+        // Minima commute, so the result does not depend on the threads.
         let is_alone = rayon::current_num_threads() == 1;
         chunks.collect::<Vec<_>>().into_par_iter().for_each(|faces| {
             self.pulse.beat(0);
@@ -294,6 +304,7 @@ impl Collapse<'_> {
 
     #[inline(never)]
     fn try_others(&mut self, v: u32, tried: Option<u32>, most: f32) {
+        // Edges below `least` already failed at this state of the neighbourhood.
         let least = SLACK * self.nodes[v as usize].wait;
         let edges = self.edges_at(v);
         let others = edges.into_iter().filter(|&(price, edge)| price >= least && Some(edge) != tried);

@@ -45,12 +45,14 @@ fn poses_of_targets(original: &Original, attributes: &Attributes) -> Poses {
     let targets: Vec<&Channel> =
         attributes.channels.iter().filter(|channel| channel.role == Role::MorphPosition).collect();
     let surface = &original.surface;
+    // Morph targets are stored per corner; any wedge of a vertex has its step.
     let mut wedge_of = vec![0; original.mesh.positions().len()];
     for (face, wedges) in original.mesh.faces().iter().zip(&attributes.wedges) {
         (0..3).for_each(|k| wedge_of[face[k] as usize] = wedges[k]);
     }
     let scale = surface.length(1.0);
     let place = |v: u32, target: &Channel| {
+        // Targets that are not finite leave a vertex where it is.
         let step = match *target.value(wedge_of[surface.source(v) as usize]) {
             [x, y, z] if Vec3::new(x, y, z).is_finite() => Vec3::new(x, y, z),
             _ => Vec3::ZERO,
@@ -62,6 +64,7 @@ fn poses_of_targets(original: &Original, attributes: &Attributes) -> Poses {
         targets.iter().map(|target| (0..n_vertices).map(|v| place(v, target)).collect()).collect();
     let posed = (0..n_vertices).flat_map(|v| places.iter().map(move |places| (v, places)));
     let posed = posed.map(|(v, places)| {
+        // The rotation of each neighbourhood relates positions here to those in the pose.
         let turn = turn_at(v, surface.neighbors(v), &surface.positions, places);
         Posed { position: places[v as usize], turn, planes: [0.0; 6] }
     });
@@ -79,6 +82,7 @@ impl Poses {
                     _ => return Self::default(),
                 };
                 let surface = &original.surface;
+                // The pull is relative to the total weight, so that it depends on the share of the surface.
                 let weight: f64 = (0..surface.n_vertices()).map(|v| surface.weight(v)).sum();
                 let bend = if weight > 0.0 { (strength / weight) as f32 } else { 0.0 };
                 Self { bend, ..Self::default() }
@@ -121,6 +125,7 @@ impl Poses {
     /// Returns the merged vertex in a pose where `u` moves by `step` here and `v` is at `other`.
     pub(super) fn merge_in_pose(&self, k: usize, vertices: [u32; 2], other: DVec3, step: DVec3) -> Posed {
         let [u, v] = vertices.map(|w| self.vertex_poses(w)[k]);
+        // The merged vertex keeps its offset from the middle, turned as both ends are.
         let turn = mean_turn([&u, &v]);
         let middle = 0.5 * (u.position + v.position).as_dvec3();
         Posed { position: (middle + turn * (step - 0.5 * other)).as_vec3(), turn: turn.as_quat(), ..u }
@@ -131,6 +136,7 @@ impl Poses {
 fn price_in([u, v]: [&Posed; 2], other: DVec3) -> Quadric {
     let quadric = |posed: &Posed| Quadric { a: posed.planes.map(f64::from), ..Quadric::default() };
     let to_other = (v.position - u.position).as_dvec3();
+    // The quadric of the pose is pulled back through the rotation about the middles.
     let turn = DMat3::from_quat(mean_turn([u, v]));
     let sum = quadric(u) + quadric(v).about(-to_other);
     turn_form(&sum.about(0.5 * to_other - turn * (0.5 * other)), &turn)
@@ -147,6 +153,7 @@ fn turn_form(form: &Quadric, turn: &DMat3) -> Quadric {
 
 fn mean_turn([u, v]: [&Posed; 2]) -> DQuat {
     let (u, v) = (u.turn.as_dquat(), v.turn.as_dquat());
+    // A quaternion and its negative are one rotation.
     let sum = if u.dot(v) < 0.0 { u - v } else { u + v };
     if sum.length_squared() > 0.0 { sum.normalize() } else { u }
 }
@@ -164,11 +171,13 @@ fn turn_at(v: u32, neighbors: &[u32], here: &[Vec3], there: &[Vec3]) -> Quat {
     let sum = edges.fold(Mat3::ZERO, |sum, edge| sum + edge);
     let size: f32 = here.iter().map(|edge| edge.length_squared()).sum();
     let sum = sum + size * outer(of_there, of_here);
+    // A good start keeps the iteration away from the opposite rotation.
     let mut turn = first_turn([of_here, of_there], here.first().zip(there.first()));
     for _ in 0..STEPS {
         let now = Mat3::from_quat(turn);
         let axes = [(now.x_axis, sum.x_axis), (now.y_axis, sum.y_axis), (now.z_axis, sum.z_axis)];
         let torque: Vec3 = axes.iter().map(|(now, sum)| now.cross(*sum)).sum();
+        // Torque over stiffness, as for a rigid body with springs at its axes.
         let along: f32 = axes.iter().map(|(now, sum)| now.dot(*sum)).sum();
         let step = torque / (along.abs() + f32::MIN_POSITIVE);
         let angle = step.length();

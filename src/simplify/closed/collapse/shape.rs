@@ -17,6 +17,7 @@ impl Collapse<'_> {
         if self.ceilings.is_empty() {
             return f32::INFINITY;
         }
+        // The stricter end decides; infinite ceilings skip the measurement.
         let ceiling = self.ids(ends).into_iter().map(|v| self.ceilings[v as usize]).fold(f32::INFINITY, f32::min);
         if ceiling == f32::INFINITY { ceiling } else { ceiling - self.distance_of_merge(ends, stars, x, ceiling) }
     }
@@ -26,6 +27,7 @@ impl Collapse<'_> {
     fn distance_of_merge(&self, ends: [u32; 2], stars: &[EndRing; 2], x: Vec3, most: f32) -> f32 {
         let place = |w: u32| (!self.is_ghost(w)).then(|| self.nodes[w as usize].position);
         let [u, v] = ends.map(|w| self.nodes[w as usize].position);
+        // Faces that stay, before and after, and the two that go.
         let (mut before, mut after) = (Vec::with_capacity(16), Vec::with_capacity(16));
         for (here, star) in [u, v].into_iter().zip(stars) {
             for pair in star.ring[1..].windows(2) {
@@ -38,13 +40,16 @@ impl Collapse<'_> {
         let ring = &stars[0].ring;
         let opposite = [ring[1], ring[ring.len() - 1]];
         before.extend(opposite.into_iter().filter_map(|w| Some([u, v, place(w)?])));
+        // Starting above zero saves exact distances that are negligible for the ceiling.
         let mut farthest = Farthest { distance2: (NEGLIGIBLE * most).powi(2), most2: most * most };
         self.look_along_curves(&mut farthest, ends, stars, x);
+        // The removed vertices themselves are usually farthest.
         farthest.look(&after, [u, v].into_iter());
         // Corners may stay near while a face between them vanishes or an opening is covered.
         let middle = |[p, q, r]: [Vec3; 3]| (p + q + r) / 3.0;
         farthest.look(&after, before.iter().map(|&face| middle(face)));
         farthest.look(&before, after.iter().map(|&face| middle(face)));
+        // And from the new surface back: midpoints of the new edges.
         let rings = stars.iter().flat_map(|star| &star.ring[1..]);
         farthest.look(&before, rings.filter_map(|&w| Some(0.5 * (x + place(w)?))));
         farthest.distance2.sqrt()
@@ -84,9 +89,11 @@ impl Farthest {
     /// Measures more points; triangle `i` is probably nearest to point `i`.
     fn look(&mut self, triangles: &[[Vec3; 3]], points: impl Iterator<Item = Vec3>) {
         for (i, point) in points.enumerate() {
+            // The merge is already forbidden.
             if self.distance2 > self.most2 {
                 return;
             }
+            // Starting at the probable triangle lets the bound cut most searches short.
             let (before, from) = triangles.split_at(i.min(triangles.len()));
             let mut nearest2 = f32::INFINITY;
             for &corners in from.iter().chain(before) {

@@ -20,6 +20,7 @@ pub struct FeatureEdges {
 impl FeatureEdges {
     /// Transfers mesh edges to the surface, where some vertices are copies.
     pub fn new(surface: &Surface, kept: &[FeatureEdge]) -> Self {
+        // Without copies surface and mesh have equal vertices.
         let has_copies = surface.n_split() > 0 && !kept.is_empty();
         let kept = if has_copies { on_copies(surface, kept) } else { kept.to_vec() };
         let edges: Vec<[u32; 2]> = kept.iter().map(|edge| edge.ends).collect();
@@ -77,6 +78,7 @@ fn on_copies(surface: &Surface, kept: &[FeatureEdge]) -> Vec<FeatureEdge> {
     kept.iter().flat_map(|edge| edge.ends).for_each(|v| touched[v as usize] = true);
     let kept = |[a, b]: [u32; 2]| {
         let [s, t] = [a, b].map(|v| surface.source(v));
+        // A cheap flag avoids a hash lookup for most edges.
         let is_touched = touched[s as usize] && touched[t as usize];
         let edge = is_touched.then(|| wanted.get(&[s.min(t), s.max(t)])).flatten()?;
         Some(FeatureEdge { ends: [a.min(b), a.max(b)], ..**edge })
@@ -84,6 +86,7 @@ fn on_copies(surface: &Surface, kept: &[FeatureEdge]) -> Vec<FeatureEdge> {
     let sides = surface.faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
     let mut found: Vec<FeatureEdge> = sides.filter_map(kept).collect();
     found.sort_unstable_by_key(|edge| edge.ends);
+    // An edge that was cut open has one side per copy and became a boundary.
     let with_two_sides = found.chunk_by(|x, y| x.ends == y.ends).filter(|sides| sides.len() == 2);
     with_two_sides.map(|sides| sides[0]).collect()
 }

@@ -21,6 +21,7 @@ pub fn complete(surface: &mut Surface, plane: &PlaneVertices) {
     }
     add_boundaries(surface, plane, &mut sums);
     for v in of_cut {
+        // A vertex without area keeps its floor.
         let weight = sums[v][0] + sums[v][3] + sums[v][5];
         if weight > 0.0 {
             surface.quadrics[v] = sums[v];

@@ -53,6 +53,7 @@ pub struct Normalisation {
 
 impl Normalisation {
     fn from_positions(positions: &[[f32; 3]]) -> Self {
+        // Minima and maxima are exact, so a parallel reduction gives the same box.
         let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let (low, high) = positions
             .par_iter()
@@ -61,6 +62,7 @@ impl Normalisation {
             .map(|p| (p, p))
             .reduce(|| none, |(low, high), (l, h)| (low.min(l), high.max(h)));
         let diagonal = (high - low).length();
+        // A power of two scales without rounding.
         let exponent = if diagonal > 0.0 { -diagonal.log2().round() } else { 0.0 };
         Self { centre: ((low + high) * 0.5).as_vec3().as_dvec3(), factor: exponent.exp2() }
     }
@@ -101,6 +103,7 @@ impl<'a> Surface<'a> {
         let Manifold { faces, rings, copies, .. } = manifold_with(pulse, mesh.positions(), mesh.faces());
         pulse.beat(0);
         let mut positions = pulse.map(mesh.positions(), |&p| scale.normalise(p));
+        // Copies start where their vertex is; the collapse moves them independently.
         positions.extend(copies.iter().map(|&v| scale.normalise(mesh.positions()[v as usize])));
         let (normals, mut quadrics) = face_sums(pulse, &positions, &faces);
         add_boundary_lines(&positions, &rings, &mut quadrics);
@@ -124,6 +127,7 @@ impl<'a> Surface<'a> {
     /// Returns the supporting plane of an edge, times `weight` and its squared length, as an upper triangle.
     fn plane_on(&self, [a, b]: [u32; 2], weight: f32) -> [f32; 6] {
         let edge = self.positions[b as usize] - self.positions[a as usize];
+        // The plane contains the edge and the mean normal of its ends.
         let across = edge.cross(self.normals[a as usize] + self.normals[b as usize]).normalize_or_zero();
         outer(across, weight * edge.length_squared())
     }
@@ -185,6 +189,7 @@ impl<'a> Surface<'a> {
 fn face_sums(pulse: Pulse, positions: &[Vec3], faces: &[[u32; 3]]) -> (Vec<Vec3>, Vec<[f32; 6]>) {
     let mut normals = vec![Vec3::ZERO; positions.len()];
     let mut quadrics = vec![[0.0; 6]; positions.len()];
+    // Each thread owns a range of vertices and scans all faces.
     let shares = thread_ranges(positions.len());
     let sums =
         split_rows(&shares, &mut normals, |v| v + 1).into_iter().zip(split_rows(&shares, &mut quadrics, |v| v + 1));
@@ -210,6 +215,7 @@ fn add_faces(
     quadrics: &mut [[f32; 6]],
 ) {
     let n_own = normals.len();
+    // Equal lengths let the compiler drop bounds checks.
     let quadrics = &mut quadrics[..n_own];
     let is_whole = n_own == positions.len();
     for face in faces.iter().filter(|face| is_whole || face.iter().any(|&v| share.contains(&(v as usize)))) {
@@ -237,6 +243,7 @@ fn add_boundary_lines(positions: &[Vec3], rings: &OneRings, quadrics: &mut [[f32
     if rings.n_ghosts() == 0 {
         return;
     }
+    // A ghost face has one real edge: the boundary's.
     for [w, v, _] in rings.ghost_faces() {
         let line = line_along(positions[w as usize] - positions[v as usize]);
         [v, w].into_iter().for_each(|end| add(&mut quadrics[end as usize], &line));
@@ -246,6 +253,7 @@ fn add_boundary_lines(positions: &[Vec3], rings: &OneRings, quadrics: &mut [[f32
 /// Returns the weighted squared distance to the line along an edge, as an upper triangle.
 #[inline(always)]
 pub fn line_along(edge: Vec3) -> [f32; 6] {
+    // Squared distance from the line: `|e|^2 |x|^2 - (e.x)^2`.
     let mut line = outer(edge, -BOUNDARY_WEIGHT);
     [0, 3, 5].into_iter().for_each(|diagonal| line[diagonal] += BOUNDARY_WEIGHT * edge.length_squared());
     line
@@ -273,6 +281,7 @@ impl Neighbour {
 pub fn planes_around(centre: Vec3, ring: impl DoubleEndedIterator<Item = Neighbour> + Clone) -> [f32; 6] {
     let mut sum = [0.0; 6];
     let mut has_folds = false;
+    // The walk starts with the last neighbour, so that every face is visited once.
     let (Some(mut before), mut last) = (ring.clone().next_back(), Vec3::ZERO) else { return sum };
     let mut first = None;
     for here in ring.clone() {
@@ -283,6 +292,7 @@ pub fn planes_around(centre: Vec3, ring: impl DoubleEndedIterator<Item = Neighbo
             add(&mut sum, &plane);
             normal = of_face;
         }
+        // Next to a ghost vertex the edge is a boundary.
         if let (Neighbour::At(end), Neighbour::Ghost) | (Neighbour::Ghost, Neighbour::At(end)) = (before, here) {
             add(&mut sum, &line_along(end - centre));
         }
@@ -311,6 +321,7 @@ pub fn folds_around(centre: Vec3, ring: impl Iterator<Item = Option<Vec3>>) -> i
     };
     let normals: Vec<Vec3> = (0..n).map(normal).collect();
     let is_fold = move |&i: &usize| {
+        // Faces that oppose each other within an angle, compared without square roots.
         let [one, other] = [normals[i], normals[(i + 1) % n]];
         let along = one.dot(other);
         along < 0.0 && along * along > FOLD * FOLD * one.length_squared() * other.length_squared()
@@ -324,6 +335,7 @@ fn support_weightless(pulse: Pulse, quadrics: &mut [[f32; 6]]) {
     let sum = |chunk: &[[f32; 6]]| chunk.iter().map(|q| f64::from(weight(q))).sum();
     let sums: Vec<f64> = quadrics.par_chunks(PARALLEL).map(sum).collect();
     pulse.beat(0);
+    // The floor adds to the diagonal alone: it pulls to the vertex in every direction.
     let floor = least_weight(sums.iter().sum(), quadrics.len()) as f32;
     let too_light = quadrics.par_iter_mut().with_min_len(PARALLEL).filter(|q| weight(q) < floor);
     too_light.for_each(|q| [0, 3, 5].into_iter().for_each(|diagonal| q[diagonal] += floor));
