@@ -19,7 +19,7 @@ const NEIGHBOURS: usize = 6;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct MeshedPoints {
-    /// Mesh with at most two faces per edge, wound consistently as far as possible.
+    /// Mesh with at most two faces per edge, wound consistently where possible.
     pub mesh: TriMesh,
     /// Point of the cloud at each vertex, ascending.
     pub source_points: Vec<u32>,

@@ -57,6 +57,7 @@ fn blend_joints(corners: [&[f32]; 3], weights: [f32; 3], out: &mut [f32]) {
             }
         }
     }
+    // The total weight is preserved when light joints are dropped.
     let whole: f32 = joints.iter().map(|(_, weight)| weight).sum();
     joints.sort_by(|x, y| y.1.total_cmp(&x.1).then(x.0.total_cmp(&y.0)));
     joints.retain(|(_, weight)| *weight > 0.0);

@@ -40,6 +40,7 @@ impl ResultCorners {
         faces: &[[u32; 3]],
         around: &FacesAround,
     ) -> Self {
+        // Groups and wedges follow from the input face of each output face.
         let source_faces = find_source_faces(original, vertex_of, faces);
         let seams: FxHashSet<[u32; 2]> = original.features.edges_between(vertex_of).into_iter().collect();
         let hard: FxHashSet<[u32; 2]> = original.features.hard_edges_between(vertex_of).into_iter().collect();
@@ -125,8 +126,10 @@ impl ResultCorners {
         positions: &[Vec3],
         pins: &Pins,
     ) -> (Attributes, CornerMap) {
+        // Without groups all faces are alike and none are stored.
         let groups = if attributes.groups.is_empty() { Vec::new() } else { self.groups(attributes) };
         let sides = original.sides_of_seams();
+        // The closest point gives values for all channels and the start of the fit.
         let places = closest_points(&sides, &self.vertices, &self.origins, positions);
         let of_output = ResultWedges { of_faces: &self.wedges, vertices: &self.vertices, places: &places };
         // Only values that a face interpolates are fitted; normals follow separately.
@@ -147,6 +150,7 @@ impl ResultCorners {
             let sides = sides.with_seams(original.features.hard_edges());
             self.fit_normals(&mut channels, attributes, &sides, positions, pins);
         }
+        // The map to the input names the same points.
         let at_corners = self.wedges.iter().map(|wedges| wedges.map(|wedge| places[wedge as usize]));
         let (faces, weights) = at_corners.map(|at| (at.map(|p| p.face), at.map(|p| p.weights))).unzip();
         let wedges = if channels.is_empty() { Vec::new() } else { self.wedges };
@@ -162,6 +166,7 @@ impl ResultCorners {
         pins: &Pins,
     ) {
         let n_normals = self.normals.iter().max().map_or(0, |&most| most as usize + 1);
+        // Normals get wedges of their own: the union of those that share one.
         let (mut origins, mut vertices) = (vec![Vec::new(); n_normals], vec![NONE; n_normals]);
         for (wedge, &normal) in self.normals.iter().enumerate() {
             origins[normal as usize].extend(&self.origins[wedge]);
@@ -208,6 +213,7 @@ pub struct CornerMap {
 
 /// Finds the input face of each output face: its corners became the output face's corners.
 fn find_source_faces(original: &Original, vertex_of: &[u32], faces: &[[u32; 3]]) -> Vec<u32> {
+    // Output faces by their corners.
     let number: FxHashMap<[u32; 3], u32> = faces.iter().copied().zip(0..).collect();
     let mut source_faces = vec![NONE; faces.len()];
     for (face, corners) in (0u32..).zip(original.surface.faces.iter()) {

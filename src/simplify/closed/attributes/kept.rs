@@ -59,6 +59,7 @@ pub fn restore(carried: &mut Attributes, own: &Attributes, kept: &[KeptFace]) {
     for &KeptFace { face, source, corners } in kept {
         for (wedge, corner) in carried.wedges[face as usize].iter_mut().zip(corners) {
             let own_wedge = own.wedges[source as usize][usize::from(corner)];
+            // The first value claims the wedge, equal ones share it, others get a new wedge.
             match source_of.entry(*wedge) {
                 Entry::Vacant(free) => _ = free.insert(own_wedge),
                 Entry::Occupied(taken) if are_alike(own, *taken.get(), own_wedge) => {}

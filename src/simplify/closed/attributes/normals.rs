@@ -26,10 +26,12 @@ pub fn fit_normals(fit: &Fit, nearest: Channel, original: &Channel, wedges: &[[u
     if nearest.width != 3 || nearest.values.iter().chain(&meant).any(|x| !x.is_finite()) {
         return nearest;
     }
+    // Here every normal is its own unknown: wedges that share one were joined before.
     let one: Vec<u32> = (0..fit.wedges.vertices.len() as u32).collect();
     let mut system = System { diagonal: fit.diagonal(&one), meant: meant.clone(), one };
     let mut values = nearest.values.clone();
     for _ in 0..STEPS {
+        // The target's length follows the blend, or corners would be pulled to a wrong length.
         scale_to_blends(&mut system.meant, &meant, &values, fit.wedges.of_faces);
         fit.step(&mut values, &nearest, &system);
         normalise_rows(&mut values, &nearest.values);
@@ -68,6 +70,7 @@ fn turn_back(values: &mut [f32], nearest: &[f32], of_faces: &[[u32; 3]], area_no
     for _ in 0..TURNS {
         let mut is_turned = false;
         for_each_turned(values, nearest, of_faces, area_normals, |normal, wedge, face| {
+            // Along the face's normal only, to a small angle above the face.
             let turned = normal + face * (row(nearest, wedge).dot(face).min(LEAST_COSINE) - normal.dot(face));
             is_turned = true;
             turned.try_normalize().unwrap_or(normal)
@@ -91,6 +94,7 @@ fn for_each_turned(
         let face = face.normalize_or_zero();
         for &wedge in wedges {
             let normal = row(values, wedge);
+            // Where the nearest value opposes the face too, the original is like that.
             if normal.dot(face) <= 0.0 && row(nearest, wedge).dot(face) > 0.0 {
                 values[3 * wedge as usize..][..3].copy_from_slice(&replace(normal, wedge, face).to_array());
             }
@@ -111,6 +115,7 @@ pub fn straighten_tangents(channels: &mut [Channel], may_change: impl Fn(&usize)
         let rows = channel.values.chunks_exact_mut(channel.width).zip(&normals).enumerate();
         for (_, (tangent, &normal)) in rows.filter(|(wedge, _)| may_change(wedge)) {
             let along = Vec3::from_slice(tangent);
+            // Gram-Schmidt; the sign in the fourth component stays.
             let across = along - normal * along.dot(normal);
             if across.length() > LEAST_LENGTH && across.is_finite() {
                 tangent[..3].copy_from_slice(&across.normalize().to_array());

@@ -61,6 +61,7 @@ impl<'a> Fit<'a> {
     pub fn new(original: &SidesOfSeams, wedges: ResultWedges<'a>, positions: &[Vec3], pins: &'a Pins) -> Self {
         let corners = |of: &[u32; 3]| of.map(|wedge| positions[wedges.vertices[wedge as usize] as usize]);
         let look_up = |of: &[u32; 3]| {
+            // The search starts at the faces of the corners, so it stays on their side of the seams.
             let starts = of.map(|wedge| wedges.places[wedge as usize].face);
             let [a, b, c] = corners(of);
             QUADRATURE.map(|(at, _)| original.closest_point(a * at[0] + b * at[1] + c * at[2], &starts))
@@ -103,6 +104,7 @@ impl<'a> Fit<'a> {
     /// Maps each wedge to the first one of equal values at its vertex.
     fn shared_wedges(&self, channel: &Channel) -> Vec<u32> {
         let mut order: Vec<u32> = (0..self.wedges.vertices.len() as u32).collect();
+        // Wedges grouped by vertex; within a group the first of equal values represents them.
         order.sort_by_key(|&wedge| self.wedges.vertices[wedge as usize]);
         let mut one = vec![0; order.len()];
         for around in order.chunk_by(|&w, &x| self.wedges.vertices[w as usize] == self.wedges.vertices[x as usize]) {
@@ -127,6 +129,7 @@ impl<'a> Fit<'a> {
 
     pub(super) fn step(&self, values: &mut [f32], nearest: &Channel, System { meant, one, diagonal }: &System) {
         let width = nearest.width;
+        // The residual starts with the pull to the nearest values, then each quadrature point adds its miss.
         let mut rest: Vec<f32> = values.iter().zip(&nearest.values).map(|(now, before)| before - now).collect();
         rest.chunks_exact_mut(width)
             .zip(diagonal)
@@ -168,6 +171,7 @@ pub(super) struct System {
 fn keep_within(values: &mut [f32], original: &Channel) {
     let width = original.width;
     for i in 0..width {
+        // Least squares overshoots; colours must not leave their range.
         let of_original = original.values.iter().skip(i).step_by(width).filter(|x| x.is_finite());
         let (low, high) =
             of_original.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), &x| (low.min(x), high.max(x)));

@@ -90,7 +90,7 @@ impl CollapseVertex {
     }
 }
 
-/// Adds a small pull to the vertex, which its planes do not determine on flat parts.
+/// Adds a small pull to the vertex, which its planes do not determine on flat surfaces.
 #[inline(always)]
 pub(super) fn add_pull(planes: [f32; 6]) -> [f32; 6] {
     add_growing_pull(planes, 0.0)

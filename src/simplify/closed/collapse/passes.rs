@@ -162,7 +162,7 @@ impl Collapse<'_> {
         if self.plane().is_some() { self.run_half(limit) } else { self.run_to(limit) }
     }
 
-    /// Collapses to the limit, regardless of mirrored sizes.
+    /// Runs passes to the limit, regardless of mirrored sizes.
     pub(super) fn run_to(&mut self, limit: Limit) -> End {
         let n_all = self.merges_to(limit);
         let mut n_in_vain = 0;

@@ -55,6 +55,7 @@ pub(super) fn solve(a: &DMat3, b: DVec3) -> DVec3 {
     let z = (b.z - l20 * b.x - l21 * y1) / d2;
     let y = y1 / d1 - l21 * z;
     let x = b.x / d0 - l10 * y - l20 * z;
+    // Singular systems give zero.
     let is_definite = d0 > 0.0 && d1 > 0.0 && d2 > 0.0;
     let solution = DVec3::new(x, y, z);
     if is_definite && solution.is_finite() { solution } else { DVec3::ZERO }

@@ -51,6 +51,7 @@ impl FitStep<'_> {
     pub fn forward(&self) -> Vec<DVec3> {
         let solved = self.solve(&self.normals());
         let length = solved.length();
+        // Vertices that stayed in the recorded step stay here.
         let moves = self.output.iter().zip(&solved.directions).zip(&self.step.moved);
         moves.map(|((&x, &d), &moved)| if moved { x + d * length } else { x }).collect()
     }
@@ -111,6 +112,7 @@ impl FitStep<'_> {
             }
         }
         let stay = f64::from(self.step.stay);
+        // Directions first: slope and curvature of the common step depend on all of them.
         let direction = |system: &Form| solve(&stiffen(&system.a, stay), system.b);
         let directions: Vec<DVec3> = systems.iter().map(direction).collect();
         let (mut slope, mut curvature) = (0.0, 0.0);
@@ -126,6 +128,7 @@ impl FitStep<'_> {
     fn rows_backward(&self, rows: &[MatchRow], to_rows: &[ToRow], to_input: &mut [DVec3], to_output: &mut [DVec3]) {
         let mut to_units = vec![DVec3::ZERO; self.output_faces.len()];
         for ((m, row), to) in self.step.matches.iter().zip(rows).zip(to_rows) {
+            // Heights depend on normals and gaps, areas on the input face.
             to_units[m.projection.face as usize] += to.normal + row.gap * to.height;
             let to_gap = row.normal * to.height;
             row.corners.iter().for_each(|&(v, share)| to_output[v] -= to_gap * share);
@@ -146,7 +149,7 @@ impl FitStep<'_> {
     }
 }
 
-/// Gradient with respect to a row; the normal's without the part that changes its length.
+/// Gradient with respect to a row; the normal's without what changes its length.
 #[derive(Default)]
 struct ToRow {
     area: f64,
@@ -172,6 +175,7 @@ impl MatchRow {
     ) -> ToRow {
         let carried = self.move_place(&solved.directions);
         let rise = self.normal.dot(carried);
+        // Chain rule through slope and curvature, both sums over the rows.
         let to_rise = self.area * (to_slope * self.height + 2.0 * to_curvature * rise);
         self.corners.iter().for_each(|&(v, share)| to_directions[v] += self.normal * (to_rise * share));
         ToRow {

@@ -63,6 +63,7 @@ impl Derivative {
             steps,
             offsets: Vec::new(),
         };
+        // What the function does not explain at the input is kept as a constant offset.
         let smooth = derivative.evaluate(positions);
         let offset = |(&p, x): (&[f32; 3], &DVec3)| scale.to_unit(p) - *x;
         derivative.offsets = output.iter().zip(smooth.output()).map(offset).collect();
@@ -108,6 +109,7 @@ impl Derivative {
     /// Computes gradients with respect to surface vertices; normalisation cancels, since both sides scale alike.
     fn back(&self, at: &Evaluation, mut gradient: Vec<DVec3>) -> Vec<DVec3> {
         let mut to_input = vec![DVec3::ZERO; at.input.len()];
+        // Reverse mode: fit steps from the last to the first, then the tree, then the planes.
         for (step, before) in self.steps.iter().zip(&at.stages).rev() {
             gradient = self.fit_step(step, &at.input, before).backward(&gradient, &mut to_input);
         }
@@ -194,7 +196,7 @@ mod tests {
         mesh.positions().iter().map(|p| p.map(f64::from)).collect()
     }
 
-    /// The mesh with every vertex moved a little: where flat parts fit exactly, the fit has a kink.
+    /// The mesh with every vertex moved a little: where flat regions fit exactly, the fit has a kink.
     fn shake(mesh: &TriMesh) -> TriMesh {
         let moves = directions(mesh.positions().len(), 3);
         let moved = |(p, d): (&[f32; 3], DVec3)| (glam::Vec3::from(*p) + d.as_vec3() * 1e-3).to_array();
@@ -230,7 +232,7 @@ mod tests {
         for (mesh, n, purpose) in cases_and_poses() {
             let (closed, derivative) = run(&mesh, n, purpose);
             let most = derivative.offsets.iter().map(|offset| offset.length()).fold(0.0, f64::max);
-            // The collapse uses single precision: on flat parts, where only a pull of a millionth places a vertex, that
+            // The collapse uses single precision: on flat regions, where only a pull of a millionth places a vertex, that
             // moves it. Spheres that touch would pass through each other, and are moved back by more.
             let expected = if n == 70 { 2e-2 } else { 2e-3 };
             assert!(most < expected, "{most} of the size of a mesh with {n} vertices left");

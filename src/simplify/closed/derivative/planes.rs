@@ -26,6 +26,7 @@ impl Planes {
     pub fn new(surface: &Surface, positions: &[DVec3]) -> Self {
         let boundaries = surface.rings.ghost_faces().into_iter().map(|[w, v, _]| [w, v]).collect();
         let faces = surface.faces.to_vec();
+        // Weights without support decide which vertices need it.
         let bare = Self { faces, boundaries, weightless: Vec::new(), support: 0.0, importance: Vec::new() };
         let weights: Vec<f64> = bare.gather(positions).matrices.iter().map(trace).collect();
         let support = least_weight(weights.iter().sum(), weights.len());

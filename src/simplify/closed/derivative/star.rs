@@ -54,7 +54,9 @@ impl NodeStar {
     pub fn backward(&self, places: &[DVec3], &Form { a, b }: &Form, to_places: &mut [DVec3]) {
         let centre = places[self.centre];
         to_places[self.centre] += self.matrix(places) * b;
+        // `b = A c`, symmetrised, since only the symmetric part of the matrix exists.
         let to_matrix = a + (outer(b, centre) + outer(centre, b)) * 0.5;
+        // The pull depends on the trace, once linearly and once squared.
         let slope = f64::from(PULL) + 2.0 * self.bend * trace(&self.planes(places));
         let to_matrix = stiffen_backward(&to_matrix, slope) * self.importance;
         for &[p, q] in &self.faces {

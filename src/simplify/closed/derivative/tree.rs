@@ -40,6 +40,7 @@ impl UnionTree {
         for event in history {
             match event {
                 CollapseEvent::Merge(merge) => {
+                    // A merge takes the current quadrics of both; a renewal replaces one.
                     let both = [merge.kept, merge.gone].map(|r| r as usize);
                     let (nodes, quadrics) = (both.map(|r| node_of[r]), both.map(|r| quadric_of[r]));
                     steps.push(TreeStep::Union { nodes, quadrics, place: merge.place });
@@ -103,6 +104,7 @@ impl UnionTree {
         let mut to_places = vec![DVec3::ZERO; at.places.len()];
         self.roots.iter().zip(gradient).for_each(|(&node, g)| to_places[node as usize] += *g);
         let to_forms = self.steps_backward(at, &mut to_places, positions.len());
+        // `b = A p` at the input, so gradients of `b` reach both matrix and position.
         let to_matrix = |v: usize| {
             let Form { a, b } = to_forms[v];
             to_positions[v] += at.quadrics[v].a * b + to_places[v];

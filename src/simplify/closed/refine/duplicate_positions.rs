@@ -33,6 +33,7 @@ pub fn separate(pulse: Pulse, positions: &mut [[f32; 3]], pins: &Pins, frame: &F
     let mut n_tried: FxHashMap<[u64; 3], u32> = FxHashMap::default();
     let (steps, mut n_moved) = (VisibleSteps::new(positions, frame), 0);
     for (_, position) in (0..).zip(positions).filter(|(v, _)| !pins.is_locked(*v)) {
+        // The first vertex at a position keeps it.
         let written = key(frame, *position);
         if !taken.insert(written) {
             *position = free_place(
@@ -71,6 +72,7 @@ pub fn separate_twins(
         loop {
             let offset = grid_place(number, steps);
             let place = placed(v, std::array::from_fn(|axis| position[axis] + offset[axis]));
+            // A vertex and its image claim both positions; on the plane they are one.
             let keys = [place, image(place)].map(|p| key(frame, p));
             let is_alone = keys[0] != keys[1] || place == image(place);
             if is_alone && place.iter().all(|x| x.is_finite()) && !keys.iter().any(|key| taken.contains(key)) {
@@ -86,6 +88,7 @@ pub fn separate_twins(
 }
 
 pub fn are_apart(pulse: Pulse, positions: &[[f32; 3]], frame: &Frame) -> bool {
+    // Two bit sets: seen once, seen twice. Only vertices at bits seen twice are compared exactly.
     let n_bits = (BITS * positions.len()).next_power_of_two().max(64);
     let bit_of = |key: [u64; 3]| (FxBuildHasher.hash_one(key) >> 8) as usize & (n_bits - 1);
     let (mut once, mut twice) = (vec![0u64; n_bits / 64], vec![0u64; n_bits / 64]);
@@ -152,6 +155,7 @@ impl<'a> VisibleSteps<'a> {
         let of_file = if self.frame.double { f64::EPSILON } else { f64::from(f32::EPSILON) };
         let written = self.frame.to_file(position);
         let own: [f32; 3] = std::array::from_fn(|axis| {
+            // The coarser of the file's step and that of the local coordinate.
             let rounded_by = (written[axis].abs() * of_file) as f32;
             rounded_by.max(position[axis].abs() * f32::EPSILON).max(f32::from_bits(1))
         });
@@ -171,6 +175,7 @@ pub(super) fn grid_place(number: u32, steps: [f32; 3]) -> [f32; 3] {
             return 0.0;
         }
         let bits = (first_bit..u32::BITS).step_by(n_fine as usize).filter(|bit| number >> bit & 1 == 1);
+        // Every axis takes each n-th bit; even numbers go one way, odd ones the other.
         let folded: u32 = bits.map(|bit| 1 << (bit / n_fine)).sum();
         first_bit += 1;
         let size = folded.div_ceil(2) as f32 * steps[axis];

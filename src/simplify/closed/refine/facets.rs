@@ -41,6 +41,7 @@ impl Facet {
         let (u, v) = (a - origin, b - origin);
         let area_normal = u.cross(v);
         let squared = area_normal.length_squared();
+        // A degenerate face gets zero gradients and normal: it accepts no point.
         let inverse = if squared > f32::MIN_POSITIVE { 1.0 / squared } else { 0.0 };
         let gradients = [v.cross(area_normal) * inverse, area_normal.cross(u) * inverse];
         Self { gradients, normal: area_normal * inverse.sqrt(), origin, beyond: [const { AtomicU32::new(UNKNOWN) }; 3] }
@@ -74,6 +75,7 @@ impl<'a> Facets<'a> {
 
     /// Returns a face at the edge between the regions of a point's vertices; `None` if there is none.
     pub fn face_between(&self, [a, b, c]: [u32; 3]) -> Option<u32> {
+        // Two different vertices of the three name the edge between their regions.
         let [u, v] = if a != b { [a, b] } else { [b, c] };
         if u == v {
             None
@@ -91,15 +93,17 @@ impl<'a> Facets<'a> {
         self.facets.is_empty()
     }
 
-    /// Walks from the start `faces` over edges until each point is over its face or the edge just crossed.
+    /// Moves over edges from the start `faces` until each point is over its face or the edge just crossed.
     ///
     /// All points advance together, so that none waits for another's memory.
     pub fn walk(&self, points: &[Vec3], faces: &mut [u32]) {
+        // `from` prevents walking back and forth over one edge.
         let mut from = vec![NONE; points.len()];
         let mut toward = vec![0u8; points.len()];
         let mut walking: Vec<usize> = (0..points.len()).collect();
         for _ in 0..MOST_STEPS {
             let mut n_outside = 0;
+            // Compaction without a branch: the next slot is written always and kept if the point is outside.
             for k in 0..walking.len() {
                 let i = walking[k];
                 let [u, v, w] = self.facets[faces[i] as usize].weights(points[i]);
@@ -128,10 +132,12 @@ impl<'a> Facets<'a> {
     pub fn project(&self, point: Vec3, normal: Vec3, face: u32, vertex: u32) -> Option<Projection> {
         let facet = &self.facets[face as usize];
         let alike = facet.normal.dot(normal);
+        // Walks cross creases of thin sheets and arrive on the wrong side.
         let agrees = alike > 0.0 && alike * alike >= AGREES * AGREES * normal.length_squared();
         if !agrees {
             return self.nearest_around(point, normal, vertex);
         }
+        // Clamping is not the exact closest point, but close for points that nearly lie over the face.
         let within = facet.weights(point).map(|w| w.max(0.0));
         let inverse = 1.0 / (within[0] + within[1] + within[2]);
         Some(Projection { face, weights: within.map(|w| w * inverse), height: facet.height(point) })
@@ -139,6 +145,7 @@ impl<'a> Facets<'a> {
 
     fn face_across(&self, face: u32, corner: usize) -> u32 {
         let memory = &self.facets[face as usize].beyond[corner];
+        // Racing threads store equal values, so relaxed order suffices.
         let known = memory.load(Relaxed);
         if known != UNKNOWN {
             return known;

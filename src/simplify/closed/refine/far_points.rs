@@ -27,6 +27,7 @@ pub fn draw(points: &mut Points, facets: &Facets) -> Vec<Vec3> {
     let output = facets.output;
     let mut matches = Vec::new();
     points.place(facets, |found| matches.extend(found.iter().flatten().copied()));
+    // Far is relative to the usual height.
     let [squares, area] = matches.iter().fold([0.0f64; 2], |[squares, area], m| {
         let height = f64::from(m.projection.height);
         [squares + f64::from(m.area) * height * height, area + f64::from(m.area)]
@@ -38,6 +39,7 @@ pub fn draw(points: &mut Points, facets: &Facets) -> Vec<Vec3> {
     let mut found: Vec<FarPoint> =
         suspects.map(|m| nearest(output, points.position(m.point), m.projection.face)).collect();
     found.retain(|point| point.distance > far);
+    // Sorted by distance, the farthest points choose first.
     found.sort_by(|a, b| b.distance.total_cmp(&a.distance));
     let mut steps = vec![Vec3::ZERO; output.positions.len()];
     for FarPoint { distance, way, foot } in found {
@@ -55,6 +57,7 @@ pub fn draw(points: &mut Points, facets: &Facets) -> Vec<Vec3> {
 
 fn nearest(output: &Output, point: Vec3, face: u32) -> FarPoint {
     let mut nearest = FarPoint { distance: f32::INFINITY, way: Vec3::ZERO, foot: Projection::default() };
+    // The face of a match is only where a walk ended; a neighbour may be closer.
     for face in output.face(face).into_iter().flat_map(|v| output.faces_around().faces(v)) {
         let corners = output.triangle(face);
         let weights = nearest_weights(point, corners);

@@ -60,6 +60,7 @@ pub fn fit(original: &Original, points: &mut Points, output: &mut Output, trace:
 fn step(original: &Original, points: &mut Points, output: &mut Output, start: &[Vec3], trace: Option<&mut Trace>) {
     let pulse = points.pulse().counting_if(false);
     let facets = Facets::new(pulse, output);
+    // Matches are kept only for the derivative.
     let mut matches = trace.as_ref().map(|_| Vec::new());
     // The sums grow in chunks: clearing millions of them at once would miss beats.
     let mut sums = Vec::with_capacity(output.faces().len());
@@ -71,9 +72,10 @@ fn step(original: &Original, points: &mut Points, output: &mut Output, start: &[
     pulse.beat(0);
     let square = mean_square(&sums);
     pulse.beat(0);
-    // The weights of the faces follow from the heights of this step, so outliers are found anew each time.
+    // The weights of the faces follow from the heights of this step, so outliers are found again each time.
     let counts = counts(pulse, &sums, points.aim().usual, square);
     pulse.beat(0);
+    // Held curves need a stronger weight of position, which points along the surface cannot provide.
     let stay = if !original.features.has_held() { STAY } else { STAY_BY_CURVES };
     let weighed = WeightedSums { sums: &sums, counts: &counts, thinning: points.thinning(), stay };
     let mut steps = solve(pulse, &facets, &weighed);
@@ -87,6 +89,7 @@ fn step(original: &Original, points: &mut Points, output: &mut Output, start: &[
     drop(sums);
     pulse.beat(0);
     if let (Some(trace), Some(matches)) = (trace, matches) {
+        // The derivative needs to know which vertices moved, not why others stayed.
         let moved = after.iter().zip(&output.positions).map(|(p, q)| p != q).collect();
         trace.steps.push(TracedStep { density: points.density(), matches, counts, moved, stay });
     }
@@ -112,6 +115,7 @@ struct WeightedSums<'a> {
 }
 
 fn add_all(sums: &mut [FaceSums], found: &[Option<Match>]) {
+    // Each thread owns a range of faces and scans all matches, so sums have one order.
     let shares = thread_ranges(sums.len());
     let parts: Vec<_> = shares.iter().zip(split_rows(&shares, sums, |f| f + 1)).collect();
     parts.into_par_iter().for_each(|(share, sums)| {
@@ -141,6 +145,7 @@ impl FaceSums {
 
     /// Returns the change of the squared heights for rises of `t rises`: factors of `-2 t` and `t^2`.
     fn slope_and_curvature(&self, rises: [f32; 3]) -> [f32; 2] {
+        // The rise of a point is the weighted mean of its corners' rises.
         let next = |i: usize| rises[(i + 1) % 3];
         let slope = (0..3).map(|i| self.heights[i] * rises[i]).sum();
         let square = |i: usize| rises[i] * (self.products[i] * rises[i] + 2.0 * self.products[3 + i] * next(i));
@@ -149,6 +154,7 @@ impl FaceSums {
 }
 
 fn mean_square(sums: &[FaceSums]) -> f32 {
+    // In double precision, or millions of small terms would be lost.
     let [squares, area] = sums
         .iter()
         .fold([0.0f64; 2], |[squares, area], sum| [squares + f64::from(sum.squares), area + f64::from(sum.area())]);
@@ -159,6 +165,7 @@ fn mean_square(sums: &[FaceSums]) -> f32 {
 /// are minimised.
 fn counts(pulse: Pulse, sums: &[FaceSums], usual: f32, mean: f32) -> Vec<f32> {
     let count = |sum: &FaceSums| {
+        // Iteratively reweighted least squares: weights from the last heights.
         let count = 1.0 / (sum.squares / (sum.area() * mean) + usual).sqrt();
         // Without points or heights any weight will do.
         if count.is_finite() { count } else { 1.0 }
@@ -172,6 +179,7 @@ fn counts(pulse: Pulse, sums: &[FaceSums], usual: f32, mean: f32) -> Vec<f32> {
 fn solve(pulse: Pulse, facets: &Facets, weighed: &WeightedSums) -> Vec<Vec3> {
     let WeightedSums { sums, counts, thinning, .. } = *weighed;
     let faces = facets.output.faces();
+    // Directions come from each vertex alone, the length from all together.
     let directions = directions(pulse, facets, weighed);
     // One line search for all vertices together: lengths of their own would fight over shared faces.
     let change = |f: usize| {
@@ -182,9 +190,11 @@ fn solve(pulse: Pulse, facets: &Facets, weighed: &WeightedSums) -> Vec<Vec3> {
     let changes: Vec<[f32; 2]> = pulse.map_numbers(sums.len(), change);
     pulse.beat(0);
     let total = |k: usize| changes.iter().map(|change| f64::from(change[k])).sum::<f64>();
+    // The best common length is where the summed parabola is lowest.
     let total = [total(0), total(1)];
     // Per vertex: slope, curvature and area of its share of the points.
     let mut gains = vec![[0.0f32; 3]; directions.len()];
+    // A face's gain is divided among its corners by their share of its points.
     let shares = |f: usize| {
         let whole = sums[f].area();
         let share = if whole > 0.0 { 1.0 / whole } else { 0.0 };
@@ -198,6 +208,7 @@ fn solve(pulse: Pulse, facets: &Facets, weighed: &WeightedSums) -> Vec<Vec3> {
     let length = (total[0] / total[1].max(f64::MIN_POSITIVE)) as f32;
     let step = |(d, [slope, curvature, area]): (&Vec3, [f32; 3])| {
         let step = *d * length;
+        // Far steps would leave the region in which heights were measured.
         let is_near = step.length_squared() <= FARTHEST * FARTHEST * thinning * area;
         if is_near && 2.0 * slope > length * curvature { step } else { Vec3::ZERO }
     };
@@ -207,6 +218,7 @@ fn solve(pulse: Pulse, facets: &Facets, weighed: &WeightedSums) -> Vec<Vec3> {
 fn directions(pulse: Pulse, facets: &Facets, WeightedSums { sums, counts, stay, .. }: &WeightedSums) -> Vec<Vec3> {
     let output = facets.output;
     let mut systems = vec![[0.0f32; 9]; output.positions.len()];
+    // The weight of a face multiplies matrix and right side alike.
     let planes = |f: usize| {
         let normal = facets.normal(f as u32);
         (normal * counts[f], outer(normal, counts[f]), &sums[f])
@@ -225,6 +237,7 @@ fn directions(pulse: Pulse, facets: &Facets, WeightedSums { sums, counts, stay, 
 /// Uses `L D L'`: cofactors would lose the small weight of the position.
 fn solve_block(system: &[f32; 9], stay: f32) -> Vec3 {
     let [xx, xy, xz, yy, yz, zz, bx, by, bz] = *system;
+    // Relative to the trace, the weight of position is independent of scale.
     let stay = stay * (xx + yy + zz);
     let (d0, yy, zz) = (xx + stay, yy + stay, zz + stay);
     let (l10, l20) = (xy / d0, xz / d0);
@@ -250,6 +263,7 @@ fn take_steps(pulse: Pulse, facets: &Facets, steps: &[Vec3], boundary: &[u32]) -
     while !turned.is_empty() {
         let mut back = Vec::new();
         for v in turned.iter().flat_map(|&f| output.face(f)) {
+            // All three corners go back: which of them turned the face is not known.
             let (now, before) = (&mut after[v as usize], output.positions[v as usize]);
             if *now != before {
                 *now = before;
@@ -266,6 +280,7 @@ fn boundary_vertices(pulse: Pulse, points: &Points, output: &Output) -> Vec<u32>
     if !points.have_boundary() {
         return Vec::new();
     }
+    // A directed edge without its opposite is a boundary.
     let is_open =
         |&[a, b]: &[u32; 2]| output.faces_around().face_along(b, a).is_none() && !output.pins.are_on_cut(a, b);
     let mut vertices = Vec::new();

@@ -26,6 +26,7 @@ const FLAT: f32 = 0.998;
 /// Flips edges by descending gain, each face at most once; returns the number of flips.
 pub fn flip(points: &mut Points, output: &mut Output) -> usize {
     let mut touched = vec![false; output.faces().len()];
+    // Two flips must not make one edge twice.
     let mut made: FxHashSet<[u32; 2]> = FxHashSet::default();
     let mut chosen = worthwhile(points, output);
     // All gains were rated on the unflipped mesh, so a face that has changed waits for no second flip.
@@ -48,6 +49,7 @@ fn worthwhile(points: &mut Points, output: &Output) -> Vec<Diamond> {
     let facets = Facets::new(pulse, output);
     let weighed = PointsOfFaces::new(points, &facets);
     let rate = |f: u32| {
+        // Each diamond is rated once, from its face of smaller number.
         let later = diamonds(output.faces(), output.faces_around(), f).filter(move |diamond| diamond.faces[1] > f);
         later.filter_map(|diamond| Some((weighed.gain(&facets, &diamond)?, diamond)))
     };
@@ -77,6 +79,7 @@ impl PointsOfFaces {
         let n_faces = facets.output.faces().len();
         let mut starts = vec![0u32; n_faces + 2];
         let mut errors = vec![0.0; n_faces];
+        // Counting sort of the points by face.
         let mut found: Vec<(u32, u32, f32)> = Vec::new();
         points.place(facets, |matches| {
             for Match { point, area, projection } in matches.iter().flatten() {
@@ -94,6 +97,7 @@ impl PointsOfFaces {
                 *slot += 1;
             }
         }
+        // Only errors well above the usual one justify a flip.
         let mean = errors.iter().map(|&error| f64::from(error)).sum::<f64>() / n_faces as f64;
         Self { starts, points: weighed, errors, least_error: LEAST_ERROR * mean as f32 }
     }
@@ -113,6 +117,7 @@ impl PointsOfFaces {
         if old[0].dot(old[1]) > FLAT {
             return None;
         }
+        // New faces must agree with the old ones and with their intended direction.
         let meant = diamond.faces.map(|f| facets.output.intended_normal(f));
         let like = |n: Vec3, m: Vec3| n.dot(m) > LEAST_COSINE;
         let new = diamond.flipped_faces().map(|face| Facet::new(face.map(|v| facets.output.positions[v as usize])));

@@ -63,6 +63,7 @@ fn folded_faces(original: &Original, output: &Output, least: f32) -> Vec<u32> {
     let starts = original.anchors(&output.positions, &output.vertex_of, &mark(output, &first));
     folded.retain(|&f| {
         let corners = output.triangle(f);
+        // The original's normal beneath the centroid decides, found by a short walk.
         let centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
         let start = starts[output.face(f)[0] as usize];
         turns(original.closest_near(centroid, start).normal, area_normal(corners), least)
@@ -139,14 +140,17 @@ fn ring(output: &Output, vertices: &[u32]) -> Vec<u32> {
 /// Finds a position for a corner of a turned face with fewer turned faces around it.
 fn better_corner(view: &RepairView, f: u32) -> Option<(u32, Vec3)> {
     let RepairView { output, .. } = view;
+    // Pinned vertices stay, and hubs would take too long.
     let is_movable = |v: &u32| !output.pins.has(*v) && output.faces_around().corners(*v).len() <= MOST_FACES / 2;
     output.face(f).into_iter().filter(is_movable).find_map(|v| {
         let here = output.positions[v as usize];
         let star = MovableStar::new(view, v);
+        // A place must repair at least one face and must not be far.
         let n_here = star.n_turned(here);
         let mut better: Vec<(usize, Vec3)> = star.other_places(here).map(|place| (star.n_turned(place), place)).into();
         let reach = MOST_WAY * star.shortest_edge(here);
         better.retain(|(n, place)| *n < n_here && here.distance(*place) <= reach);
+        // The distance test is the most expensive, so it comes last and in order of benefit.
         better.sort_by_key(|(n, _)| *n);
         better.into_iter().find(|(_, place)| star.keeps_near([here, *place])).map(|(_, place)| (v, place))
     })
@@ -173,6 +177,7 @@ impl<'a> MovableStar<'a> {
 
     /// Returns other positions for the vertex: closest on the original, and the centre of its neighbours.
     fn other_places(&self, here: Vec3) -> [Vec3; 3] {
+        // Each neighbour occurs twice among the sides, once per adjacent face.
         let amid = self.sides.iter().flatten().sum::<Vec3>() / (2 * self.sides.len()) as f32;
         let on_original = |p: Vec3| self.view.regions.closest_point(p, &self.ring).point;
         [on_original(here), on_original(amid), amid]
@@ -187,6 +192,7 @@ impl<'a> MovableStar<'a> {
     }
 
     fn keeps_near(&self, from_to: [Vec3; 2]) -> bool {
+        // Centroids and edge middles stand for the patch.
         let inner = |[v, p, q]: [Vec3; 3]| [(v + p + q) / 3.0, (v + p) * 0.5];
         let patches = from_to.map(|vertex| FacePatch {
             faces: self.faces_with(vertex).collect(),
@@ -212,6 +218,7 @@ fn opposes_all(output: &Output, f: u32) -> bool {
 fn against_their_surroundings(pulse: Pulse, output: &Output, least: f32) -> Vec<u32> {
     let normal = |f: usize| area_normal(output.triangle(f as u32));
     let mut means = vec![Vec3::ZERO; output.positions.len()];
+    // Area normals weight the mean by area.
     add_faces(pulse, &mut means, output.faces(), normal, |mean, normal, _| *mean += normal);
     indices_where(pulse, output.faces(), |f, face| {
         let normal = normal(f as usize);
@@ -223,6 +230,7 @@ fn against_their_surroundings(pulse: Pulse, output: &Output, least: f32) -> Vec<
 fn find_still_folded(output: &Output, mut folded: Vec<u32>, touched: &FxHashSet<u32>, least: f32) -> Vec<u32> {
     let normal = |f: u32| area_normal(output.triangle(f));
     let mean = |v: u32| output.faces_around().faces(v).map(normal).sum::<Vec3>();
+    // A flip may have folded faces that were fine.
     folded.extend(touched.iter().flat_map(|&v| output.faces_around().faces(v)));
     folded.sort_unstable();
     folded.dedup();
@@ -267,6 +275,7 @@ impl RepairView<'_> {
             return None;
         }
         let [own, original] = self.normals(self.output.triangle(f), &near);
+        // A face that truly opposes the original may cost more than one that leans.
         let most_loss = if own.dot(original) <= 0.0 { MOST_LOSS } else { LEANING_LOSS };
         turns(own, original, self.least).then_some(TurnedFace { near, most_loss })
     }
@@ -279,6 +288,7 @@ impl RepairView<'_> {
             a.distance_squared(b)
         };
         let mut edges: Vec<Diamond> = diamonds(self.output.faces(), self.output.faces_around(), f).collect();
+        // The longest edge most often spans what the face misses.
         edges.sort_by(|x, y| length(y).total_cmp(&length(x)));
         edges.into_iter().find(|diamond| {
             let is_free = self.is_free(diamond) && !diamond.corners.iter().any(|v| touched.contains(v));
@@ -312,9 +322,11 @@ impl RepairView<'_> {
     /// Distances are to the regions of `near`, and from points in the regions of `about`.
     fn keeps_near(&self, patches: &[FacePatch; 2], [near, about]: [&[u32]; 2], own: &[u32], most_loss: f32) -> bool {
         let [mut before, mut after] = [0, 1].map(|i| {
+            // From the patch to the original.
             let distances = patches[i].inner.iter().map(|&p| self.regions.closest_point(p, near).distance);
             distances.fold(0.0, f32::max)
         });
+        // And from the original to the patch, unless another face is closer.
         let others = self.faces_at(about, own);
         // Points of the original count only if the second patch is farther from them, and no other face is nearer.
         for point in self.regions.points(about) {

@@ -107,6 +107,7 @@ fn crossings(
         let (own, along, here) = (component(face), normal(face), output.coordinates(face));
         tree.visit_met(&here, |other| {
             n += 1;
+            // Other components in the same space, nearly parallel: steep crossings are meant to be.
             let is_beside = component(other) != own && piece[component(other) as usize] == piece[own as usize];
             let may = is_beside && along.dot(normal(other)).abs() > ALONG;
             if may && triangles_cross(here, output.coordinates(other)) {
@@ -114,6 +115,7 @@ fn crossings(
             }
         });
         crossed.sort_unstable();
+        // One crossing per component suffices: the search finds the rest of it.
         crossed.dedup_by_key(|crossing| crossing.component);
         (crossed, n)
     };
@@ -123,6 +125,7 @@ fn crossings(
             break;
         }
         for (crossed, n) in faces.par_iter().map(crossed).collect::<Vec<_>>() {
+            // Charged in order, after the parallel tests, so that the budget is deterministic.
             *n_looks = n_looks.saturating_sub(n + LOOKS_OF_CROSSING * crossed.len());
             all.extend(crossed);
         }
@@ -217,12 +220,14 @@ impl NestedComponents<'_> {
         let here = output.triangle(crossing.face);
         let place = here[0] * weights[0] + here[1] * weights[1] + here[2] * weights[2];
         let reach = here[0].distance(here[1]).max(here[1].distance(here[2])).max(here[2].distance(here[0]));
+        // Side and gap are measured along the other component's normal at the closest point.
         let hit = self.now.nearest(crossing.component, place, f64::from(reach), &|f| output.coordinates(f))?;
         let foot = hit.point.as_vec3();
         let normal = unit_normal(output.triangle(hit.triangle));
         let height = (place - foot).dot(normal);
         // The correct side comes from the original, the present side from the output.
         let (side, gap) = self.side(crossing, place)?;
+        // Present and original side agree: this point is right.
         if height * side > 0.0 {
             return None;
         }
@@ -257,9 +262,11 @@ impl NestedComponents<'_> {
     /// Returns the side, 1 or -1, and the distance at which the original has a point beside the other component; `None`
     /// if unclear.
     fn side(&self, crossing: &Crossing, place: Vec3) -> Option<(f32, f32)> {
+        // From the point to its own original, from there to the other's.
         let here = self.before.nearest(place, self.output.face(crossing.face)[0])?;
         let there = self.before.nearest(here.point, self.output.face(crossing.other)[0])?;
         let height = (here.point - there.point).dot(there.normal);
+        // Only surfaces that run along each other are nested; others intersect on purpose.
         let are_along = here.normal.dot(there.normal).abs() > ALONG;
         let is_clear = are_along && there.distance > TOUCHING && height.abs() > CLEAR * there.distance;
         is_clear.then(|| (height.signum(), height.abs()))
@@ -269,6 +276,7 @@ impl NestedComponents<'_> {
     /// pinned.
     fn corner_moves(&self, face: u32, weights: [f32; 3], step: Vec3) -> Option<Moves> {
         let corners = self.output.face(face);
+        // The minimum-norm moves of the corners that give the point this step.
         let step = step / Vec3::from(weights).length_squared();
         let is_free = |v: &u32| !self.output.pins.has(*v);
         corners.iter().all(is_free).then(|| [0, 1, 2].map(|i| (corners[i], step * weights[i])))
@@ -280,6 +288,7 @@ fn try_moves(output: &mut Output, tree: &NearestOnTriangles, moves: &Moves, n_lo
     let faces = output.faces_around().faces_of_all(moved);
     let before = n_crossed(output, tree, &faces, n_looks);
     let places = moves.map(|(v, _)| output.positions[v as usize]);
+    // Made first, then tested in place, and taken back if they do not pay.
     moves.iter().for_each(|(v, step)| output.positions[*v as usize] += *step);
     let turns = |f: &u32| unit_normal(output.triangle(*f)).dot(output.intended_normal(*f)) <= 0.0;
     let pays = before > 0 && !faces.iter().any(turns) && n_crossed(output, tree, &faces, n_looks) < before;

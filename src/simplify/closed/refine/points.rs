@@ -69,6 +69,7 @@ impl<'a> Points<'a> {
     /// Chooses the points for this many output vertices, at most one per face.
     pub fn new(surface: &'a Surface<'a>, n_output: usize, aim: Aim) -> Self {
         let n_faces = surface.faces.len();
+        // Near the input's size one point a face and one step suffice: there is little to gain.
         let most = aim.points_per_vertex * n_output;
         let n_steps = if n_faces < aim.few_faces * n_output { 1 } else { aim.steps };
         Self { surface, density: Density::One, most, n_steps, aim, faces: vec![NONE; most.min(n_faces)] }
@@ -76,6 +77,7 @@ impl<'a> Points<'a> {
 
     /// Places three points on each face, if that many are allowed, and keeps the centroids' faces.
     pub fn multiply(&mut self) {
+        // Where one point a face already exceeds the limit, three would only be thinned again.
         let one = self.faces.len();
         if self.density == Density::Three || one < self.surface.faces.len() {
             return;
@@ -84,6 +86,7 @@ impl<'a> Points<'a> {
         let centroids = std::mem::take(&mut self.faces);
         let n_points = self.most.min(self.n_all());
         let stride = self.stride(n_points);
+        // A point starts where its face's centroid ended.
         let face = |i: usize| centroids[self.density.face(nth(i as u64, stride))];
         self.faces = self.surface.pulse.counting_if(false).map_numbers(n_points, face);
     }
@@ -93,6 +96,7 @@ impl<'a> Points<'a> {
         if facets.is_empty() {
             return;
         }
+        // Batches keep points and positions in the cache between placing and summing.
         let n_points = self.faces.len();
         let stride = self.stride(n_points);
         let mut faces = std::mem::take(&mut self.faces);
@@ -112,6 +116,7 @@ impl<'a> Points<'a> {
     }
 
     fn place_run(&self, facets: &Facets, points: Vec<u32>, faces: &mut [u32], found: &mut [Option<Match>]) {
+        // All points of a run walk together before they are projected.
         self.begin(facets, &points, faces);
         let corners = |point: u32| self.corners(point).map(|v| self.surface.positions[v as usize]);
         let share = 0.5 / self.density.per_face() as f32;
@@ -130,6 +135,7 @@ impl<'a> Points<'a> {
     fn begin(&self, facets: &Facets, points: &[u32], faces: &mut [u32]) {
         let mut last = [(NONE, NONE); REMEMBERED];
         for (&point, face) in points.iter().zip(faces).filter(|(_, face)| **face == NONE) {
+            // The edge between two regions is the best guess; inside a region any face of its vertex will do.
             let vertices = self.corners(point).map(|v| facets.output.vertex_of[v as usize]);
             let last = &mut last[vertices[0] as usize % REMEMBERED];
             *face = match facets.face_between(vertices) {
@@ -155,6 +161,7 @@ impl<'a> Points<'a> {
 
     /// Returns the stride among the points of all faces, as a multiple of 2^-32.
     fn stride(&self, n_points: usize) -> u64 {
+        // Fixed-point arithmetic spreads the points evenly without rounding errors.
         ((self.n_all() as u64) << 32) / n_points.max(1) as u64
     }
 

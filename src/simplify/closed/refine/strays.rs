@@ -22,6 +22,7 @@ pub fn take_back(original: &Original, facets: &Facets, start: &[Vec3], steps: &m
     let output = facets.output;
     let places: Vec<Vec3> = output.positions.iter().zip(&*steps).map(|(p, step)| *p + *step).collect();
     let is_suspect = |v: usize| {
+        // A vertex that stayed within the heights of its faces cannot have left the surface.
         let way = places[v] - start[v];
         steps[v] != Vec3::ZERO
             && output.faces_around().faces(v as u32).any(|f| facets.normal(f).dot(way).abs() > SUSPECT * usual_height)
@@ -30,6 +31,7 @@ pub fn take_back(original: &Original, facets: &Facets, start: &[Vec3], steps: &m
     if !suspects.contains(&true) {
         return;
     }
+    // The search starts at the closest vertex of its own region, not of another sheet.
     let anchors = original.anchors(&places, &output.vertex_of, &suspects);
     for v in (0..steps.len()).filter(|&v| suspects[v]) {
         if original.closest_near(places[v], anchors[v]).distance > ASTRAY * usual_height {

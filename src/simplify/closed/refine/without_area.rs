@@ -73,6 +73,7 @@ fn find_flip(written: &WrittenFaces, output: &Output, f: u32) -> Option<Diamond>
         let [a, b, _] = written.corners([diamond.corners[0], diamond.corners[1], diamond.corners[2]]);
         DVec3::from(a).distance_squared(DVec3::from(b))
     };
+    // Both new faces must have area and look as the neighbour across the edge did.
     let helps = |diamond: &Diamond| {
         let [_, _, c, d] = diamond.corners;
         let n_corners: usize = diamond.corners.iter().map(|&v| around.corners(v).len()).sum();
@@ -97,10 +98,12 @@ pub fn widen(original: &Original, output: &mut Output, positions: &mut [[f32; 3]
     if flat.is_empty() {
         return 0;
     }
+    // A vertex must not move onto another one.
     let mut taken: FxHashSet<[u64; 3]> = positions.iter().map(|p| key(frame, *p)).collect();
     let (steps, mut n_moved) = (VisibleSteps::new(positions, frame), 0);
     for f in flat {
         let face = output.face(f);
+        // An earlier move may have repaired this face.
         if (WrittenFaces { positions, frame }).has_area(face) {
             continue;
         }
@@ -151,6 +154,7 @@ fn looks_as_before(output: &Output, positions: &[[f32; 3]], frame: &Frame, v: u3
         output.face(f).map(|w| frame.to_file(if w == v { place } else { positions[w as usize] }))
     };
     output.faces_around().faces(v).all(|f| {
+        // Faces that were degenerate have no direction to keep.
         let (before, now) = (corners(f, positions[v as usize]), corners(f, place));
         has_area(now) && (!has_area(before) || normal(now).dot(normal(before)) > 0.0)
     })
