@@ -48,6 +48,7 @@ pub(super) fn simplify_closed(
     sizes: &TargetSizes,
     progress: Progress,
 ) -> Result<Vec<Closed>, SimplifyError> {
+    // What the options drop in any case goes before anything is prepared.
     let Some(pruned) = prune(progress.pulse, input, task.options) else {
         return simplify_dropping(input, weights, task, sizes, None, progress);
     };
@@ -92,6 +93,7 @@ fn simplify_dropping(
 
 /// Returns the rules for dropping components, which apply from a level on; `None` where all must stay.
 fn drop_rules(input: &Input, options: &Options, half: Option<Half>, from_level: usize) -> Option<DropRules> {
+    // Constraints of the caller name vertices or faces that must all remain.
     let holds = options.subset || options.lock_boundaries || !input.locked.is_empty();
     let keeps = !options.prune || holds || half.is_some();
     (!keeps).then_some(DropRules { within: options.prune_within, from_level })
@@ -100,6 +102,7 @@ fn drop_rules(input: &Input, options: &Options, half: Option<Half>, from_level: 
 /// Chooses the source of the scores: none without effect, the network where the caller gives weights.
 pub(super) fn score_source(options: &Options, aim: &Aim, weights: Option<&Weights>) -> ScoreSource {
     match options.scores {
+        // Poses and spectrum have their own distribution of vertices.
         _ if aim.strength == 0.0 || options.purpose != Purpose::Shape && weights.is_none() => ScoreSource::Geometry,
         ScoreSource::Bending if weights.is_some() => ScoreSource::Network,
         scores => scores,
@@ -112,6 +115,7 @@ pub(super) fn choose_importance<'a>(
     weights: Option<&'a Weights>,
 ) -> Importance<'a> {
     match scores {
+        // The caller's importance overrules any score.
         _ if !given.is_empty() => Importance::Given(given),
         ScoreSource::Network => Importance::Network(weights.unwrap_or_else(|| Weights::shipped_default())),
         ScoreSource::Bending => Importance::Bending,
@@ -129,6 +133,7 @@ fn simplify_whole<'a>(
     progress: Progress<'a>,
 ) -> Result<FinishedLevels<'a>, SimplifyError> {
     let Input { mesh, attributes, .. } = *input;
+    // Normals that follow from the faces carry no information; as hard edges they would hold everything.
     let normals = attributes.channels.iter().find(|channel| channel.role == Role::Normal);
     let mut levels = match normals.filter(|_| is_shaded_flat(mesh, attributes)) {
         None => simplify_as_shaded(input, weights, task, sizes, saved, progress)?,
@@ -142,6 +147,7 @@ fn simplify_whole<'a>(
             levels
         }
     };
+    // Kept faces get all their values back, normals included.
     levels.made.iter_mut().for_each(|closed| closed.restore_kept(attributes));
     Ok(levels)
 }
@@ -157,6 +163,7 @@ fn simplify_as_shaded<'a>(
     let Task { options, differentiable, insists_on_size, half, .. } = *task;
     let Input { mesh, attributes, importance, scene, .. } = *input;
     let aim = Aim::new(options.optimize, options.effort);
+    // The one place where options become a request.
     let scores = score_source(options, &aim, weights);
     let keep = Keep {
         edges: &kept_edges(mesh, attributes, options),
@@ -191,6 +198,7 @@ pub(super) fn simplify_by_paper(
     progress: Progress,
 ) -> Result<Simplified, SimplifyError> {
     let weights = weights.map_or_else(|| paper_weights().ok_or(SimplifyError::NoWeights), Ok)?;
+    // The network knows vertices alone; a closed surface has half as many as faces.
     let n_target = limit.vertices.min((limit.faces / 2).max(3));
     let result = paper::simplified(mesh, n_target, weights, options.seed, options.close, progress)?;
     let (mesh, kept) = compact(mesh.positions(), result.faces).map_err(|_| SimplifyError::Overflow)?;
@@ -217,6 +225,7 @@ pub(super) fn pruned_result(pulse: Pulse, input: &Input, options: &Options) -> R
     };
     let part = input.select(&pruned.sources, &pruned.faces)?;
     let mut result = unchanged_result(pulse, &part.to_input(&pruned.mesh, input.scene), options);
+    // Report and map name the vertices and faces of the caller's mesh.
     pruned.add_to_report(&mut result.report);
     result.map.iter_mut().for_each(|map| map::widen_pruned(map, input.mesh, &pruned));
     result.source_vertices = Some(pruned.sources);

@@ -34,6 +34,7 @@ pub fn bending_scores(points: &[[f32; 3]], normals: &[[f32; 3]], areas: &[f64], 
         let along = |&w: &u32| apart(normals, v, w) / apart(points, v, w).max(1e-6);
         rings.row(v).iter().map(along).fold(0.0, f32::max)
     };
+    // One round of averaging damps noise of single edges.
     let raw: Vec<f64> = (0..points.len()).map(|v| f64::from(largest(v))).collect();
     let averaged = |v: usize| {
         let around = std::iter::once(v).chain(rings.row(v).iter().map(|&w| w as usize));

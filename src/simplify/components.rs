@@ -13,6 +13,7 @@ const TETRAHEDRON: usize = 4;
 /// Counts the components of a manifold, and those that no collapse can shrink (a tetrahedron or a single triangle).
 pub(super) fn count_components(pulse: Pulse, mesh: &TriMesh) -> (usize, usize) {
     let mut sets = UnionFind::new(mesh.positions().len());
+    // A manifold's components share no vertex, so vertices may be joined.
     for faces in pulse.chunks(mesh.faces()) {
         for &[a, b, c] in faces {
             sets.union(a, b);
@@ -62,6 +63,7 @@ pub(crate) fn prune(pulse: Pulse, input: &Input, options: &Options) -> Option<Pr
         return None;
     }
     let (component, n) = number_components(pulse, mesh);
+    // Sizes and visibility are those in the scene, where a mesh may be scaled or repeated.
     let view = input.view();
     let seen: Vec<u32> = view.faces.iter().map(|&face| component[face as usize]).collect();
     let mut hidden = if drops_hidden && n > 1 { hidden_components(&view.mesh, &seen, n) } else { vec![false; n] };
@@ -73,6 +75,7 @@ pub(crate) fn prune(pulse: Pulse, input: &Input, options: &Options) -> Option<Pr
     hidden.iter_mut().zip(&kept).for_each(|(hidden, kept)| *hidden &= !kept);
     let areas = areas(&view.mesh, &seen, n);
     let shown = (0..n).filter(|&c| !hidden[c]);
+    // Something always stays; ties go to the later component.
     let largest = shown.max_by(|&x, &y| areas[x].total_cmp(&areas[y]).then(x.cmp(&y)))?;
     let diagonals = diagonals(&view.mesh, &seen, n);
     let dropped: Vec<bool> = (0..n).map(|c| hidden[c] || c != largest && !kept[c] && diagonals[c] < least).collect();
@@ -120,6 +123,7 @@ fn dropped_components(mesh: &TriMesh, is_dropped: impl Fn(usize) -> bool) -> Vec
     let faces: Vec<u32> = (0u32..).take(mesh.faces().len()).filter(|&f| is_dropped(f as usize)).collect();
     let corners: Vec<[u32; 3]> = faces.iter().map(|&f| mesh.faces()[f as usize]).collect();
     let (component, n) = join_faces(mesh.positions().len(), &corners, |_| true).number_sets(Pulse::NONE);
+    // Faces come in order, so the first one met is the first of its component.
     let mut dropped: Vec<Option<DroppedComponent>> = vec![None; n];
     for (&face, component) in faces.iter().zip(component) {
         dropped[component as usize].get_or_insert(DroppedComponent { face, n_faces: 0 }).n_faces += 1;

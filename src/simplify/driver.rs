@@ -21,6 +21,7 @@ pub(super) fn run(
     listener: &mut Listener,
 ) -> Result<TracedResult, SimplifyError> {
     let options = task.options;
+    // With symmetry the paper's assembly goes the other way, to be rejected there.
     if options.assembly == Assembly::Paper && options.symmetric.is_none() {
         return run_with_listener(listener, &PAPER, |progress| Ok((run_paper(input, weights, task, progress)?, None)));
     }
@@ -36,6 +37,7 @@ pub(super) fn run_levels(
     targets: &[Target],
     listener: &mut Listener,
 ) -> Result<Vec<TracedResult>, SimplifyError> {
+    // Progress shows shares of time that depend on the size of the first level.
     let share = targets.first().map_or(1.0, |target| target.share_of(input.mesh));
     let stages = closed_stages(targets.len(), task.options.symmetric.is_some(), share);
     run_with_listener(listener, &stages, |progress| run_closed(input, weights, task, targets, progress))

@@ -81,6 +81,7 @@ pub fn simplify_groups(
     ratios: &[GroupRatio],
     progress: &mut Listener,
 ) -> Result<SimplifiedGroups, SimplifyError> {
+    // Shares are checked before any work, written so that NaN fails too.
     let refused = ratios.iter().find(|of| !(of.ratio > 0.0 && of.ratio <= 1.0));
     if let Some(refused) = refused {
         return Err(SimplifyError::BadTarget(Target::Ratio(refused.ratio)));
@@ -100,6 +101,7 @@ pub fn simplify_groups(
     let smaller: Vec<&GroupRatio> = ratios.iter().filter(|of| of.ratio < 1.0).collect();
     for (number, of) in smaller.iter().enumerate() {
         let mut tell = |mut event: Event| -> ControlFlow<()> {
+            // Each group is an equal part of the run's progress.
             event.total = (number as f32 + event.total) / smaller.len() as f32;
             progress(event)
         };
@@ -124,6 +126,7 @@ fn simplify_group(
     let options = options_for_group(options, Target::Vertices((n_used - n_gone).max(1)));
     let input = Input { kept: &kept, ..before.input(scene) };
     let (result, _) = run(&input, weights, &Task { insists_on_size: true, ..Task::new(&options) }, progress)?;
+    // Importance and origins follow the map from group to group.
     let map = result.map.unwrap_or_default();
     let importance = map.input_vertices.iter().filter_map(|&v| before.importance.get(v as usize).copied()).collect();
     let sources = result.source_vertices.zip(before.sources.as_ref());
@@ -145,6 +148,7 @@ fn mark_kept_faces(before: &SimplifiedGroups, of: &GroupRatio, held: &FxHashSet<
     let mut is_touched = vec![false; before.mesh.positions().len()];
     let own = faces.iter().enumerate().filter(|(face, _)| is_own(*face));
     own.flat_map(|(_, corners)| corners).for_each(|&v| is_touched[v as usize] = true);
+    // A face next to the group shares vertices with it, so it cannot be kept.
     let touches = |corners: &[u32; 3]| corners.iter().any(|&v| is_touched[v as usize]);
     let kept =
         faces.iter().enumerate().map(|(face, corners)| held.contains(&group(face)) || !touches(corners)).collect();

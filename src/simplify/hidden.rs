@@ -23,8 +23,9 @@ const ALL_RAYS: [usize; 2] = [1, 65_536];
 /// Distance that a ray skips at its start, as a share of the diagonal: anything this close beneath a surface is
 /// visible.
 const MARGIN: f64 = 1e-4;
-/// Powers of the inverse of the root of x^5 = x + 1: a low-discrepancy sequence in four dimensions (Roberts 2018, "The
-/// unreasonable effectiveness of quasirandom sequences").
+/// Powers of the inverse of the root of x^5 = x + 1: a low-discrepancy sequence in four dimensions.
+///
+/// Roberts 2018, "The unreasonable effectiveness of quasirandom sequences".
 const STEPS: [f64; 4] = [0.856_674_883_854_503, 0.733_891_856_627_126, 0.628_706_721_404_131, 0.538_597_258_071_713];
 
 /// Returns whether each face and all faces at its vertices are invisible from outside, n_faces.
@@ -80,6 +81,7 @@ pub(super) fn hidden_components(mesh: &TriMesh, component: &[u32], n: usize) -> 
     let most = (ALL_RAYS[0] * triangles.len()).max(ALL_RAYS[1]) / n_hidden;
     let start = MARGIN * mesh.diagonal();
     let is_hidden = |faces: &Vec<u32>| {
+        // Rays by size, within the budget.
         let n_rays = ((RAYS * faces.len() as f64) as usize).max(LEAST_RAYS).min(most.max(64));
         let corners = |face: u32| triangles[face as usize].map(|corner| DVec3::from(corner.map(f64::from)));
         !faces.is_empty()
@@ -101,6 +103,7 @@ fn any_ray_escapes(occluders: &Occluders, triangles: &[[DVec3; 3]], n_rays: usiz
     (0..n_rays).into_par_iter().with_min_len(256).any(|ray| {
         let place = (ray as f64 + 0.5) / n_rays as f64 * all;
         let [a, b, c] = triangles[sums.partition_point(|&sum| sum <= place).min(triangles.len() - 1)];
+        // Two numbers choose the point on the face, two the direction.
         let [u, v, height, turn] = STEPS.map(|step| (0.5 + ray as f64 * step).fract());
         let root = u.sqrt();
         let point = a * (1.0 - root) + b * (root * (1.0 - v)) + c * (root * v);

@@ -107,6 +107,7 @@ fn scene_view(scene: Option<&UnitedMesh>, mesh: &TriMesh, attributes: &Attribute
 /// assert_eq!(importance, [1.0, 3.0, 0.001, 0.001]);
 /// ```
 pub fn importance_of_channel(mesh: &TriMesh, attributes: &Attributes, channel: &Channel) -> Option<Vec<f32>> {
+    // Opacity, the fourth number of a colour, does not count.
     let value = |&wedge: &u32| {
         let values = channel.value(wedge);
         let values = &values[..values.len().min(3)];
@@ -114,6 +115,7 @@ pub fn importance_of_channel(mesh: &TriMesh, attributes: &Attributes, channel: &
     };
     let factors = means_at_vertices(mesh, attributes.wedges.as_flattened().iter().map(value), 0.0);
     let mean = factors.iter().sum::<f32>() / factors.len() as f32;
+    // Written so that NaN fails.
     let is_usable = mean > 0.0 && factors.iter().all(|x| *x >= 0.0 && x.is_finite());
     is_usable.then(|| factors.into_iter().map(|x| x.max(1e-3 * mean)).collect())
 }
@@ -163,6 +165,7 @@ pub(super) fn locked_vertices(input: &Input, options: &Options) -> Vec<bool> {
     if !options.lock_boundaries && input.kept.is_empty() {
         return input.locked.to_vec();
     }
+    // Non-manifold edges are locked with the boundary: they have other than two faces.
     let mut locked = input.locked.to_vec();
     locked.resize(input.mesh.positions().len(), false);
     if options.lock_boundaries {

@@ -40,6 +40,7 @@ impl Limit {
 pub(super) fn resolve_limit(mesh: &TriMesh, options: &Options) -> Result<Limit, SimplifyError> {
     match options.target {
         Target::Ratio(ratio) if ratio > 0.0 && ratio <= 1.0 => {
+            // Rounded down: the result is never larger than the share asked for.
             let vertices = ((mesh.positions().len() as f64 * ratio) as usize).max(1);
             Ok(Limit::of_vertices(vertices))
         }
@@ -58,6 +59,7 @@ pub(super) fn resolve_levels(
     let mut limits: Vec<Limit> = Vec::with_capacity(targets.len());
     for &target in targets {
         let limit = resolve_limit(mesh, &Options { target, ..options.clone() })?;
+        // The paper's assembly cannot continue from one size to the next.
         if options.assembly == Assembly::Paper || limits.last().is_some_and(|last| limit.size() > last.size()) {
             return Err(SimplifyError::BadTarget(target));
         }

@@ -15,6 +15,7 @@ pub(super) fn nearest_inputs(mesh: &TriMesh, lighter: &TriMesh, outputs: &[u32])
     for (v, &x) in (0u32..).zip(outputs) {
         let [p, q] = [mesh.positions()[v as usize], lighter.positions()[x as usize]].map(Vec3::from);
         let distance = p.distance_squared(q);
+        // A distance that is not finite still claims an empty place.
         if distance < nearest[x as usize].0 || nearest[x as usize].1 == NONE {
             nearest[x as usize] = (distance, v);
         }

@@ -70,6 +70,7 @@ fn mesh_cloud(
 ) -> Result<MeshedPoints, SimplifyError> {
     progress.enter("scores", 1)?;
     let graph = Arc::new(cloud_graph(points));
+    // Points in units of edge lengths, as the network expects.
     let cloud = in_edge_lengths(points, &graph);
     let samples = draw_samples(&cloud, &graph, n_samples, weights, seed);
     progress.enter("assign", 1)?;
@@ -77,6 +78,7 @@ fn mesh_cloud(
     let original = Arc::new(region_graph(&graph, &assignment, samples.len()));
     progress.enter("edges", 1)?;
     let sampled: Vec<[f32; 3]> = samples.iter().map(|&at| cloud[at as usize]).collect();
+    // Samples have longer edges, so they are scaled again.
     let sampled = in_edge_lengths(&sampled, &original);
     let edges = predict_edges(weights, &sampled, &original);
     progress.enter("faces", 1)?;
@@ -98,6 +100,7 @@ pub fn cloud_graph(points: &[[f32; 3]]) -> Csr {
 }
 
 fn draw_samples(cloud: &[[f32; 3]], graph: &Arc<Csr>, n: usize, weights: &Weights, seed: u64) -> Vec<u32> {
+    // All points are wanted: no scores are needed.
     if n == cloud.len() {
         return (0..n as u32).collect();
     }

@@ -26,6 +26,7 @@ pub(crate) fn simplify_block_mesh(
     weights: Option<&Weights>,
     options: &Options,
 ) -> Result<SimplifiedBlock, SimplifyError> {
+    // A closed surface needs four vertices.
     let limit = Limit::of_vertices(n_vertices.max(4));
     let aim = Aim::new(options.optimize, options.effort);
     let request = ClosedRequest {

@@ -75,6 +75,7 @@ pub(super) fn closed_stages(n_levels: usize, is_mirrored: bool, ratio: f64) -> V
 }
 
 fn interpolate_share(ratio: f32, shares: [f32; 3]) -> f32 {
+    // The measured interval that contains the ratio, or is nearest to it.
     let i = usize::from(ratio > RATIOS[1]);
     let t = (ratio / RATIOS[i]).max(f32::MIN_POSITIVE).ln() / (RATIOS[i + 1] / RATIOS[i]).ln();
     shares[i] + (shares[i + 1] - shares[i]) * t.clamp(0.0, 1.0)
@@ -108,6 +109,7 @@ pub(super) fn run_with_listener<T>(
     let reporter = ProgressReporter::new(listener, stages);
     let (enters, beats) = (|stage, size| reporter.enter(stage, size), |n| reporter.beat(n));
     let progress = Progress { enters: &enters, pulse: Pulse::new(&beats) };
+    // Only our own payload is an interruption.
     match catch_unwind(AssertUnwindSafe(|| work(progress))) {
         Ok(result) => result,
         Err(payload) if payload.is::<Stopped>() => Err(SimplifyError::Interrupted),
@@ -149,12 +151,14 @@ impl<'a> ProgressReporter<'a> {
     }
 
     fn beat(&self, n_items: usize) {
+        // Busy threads only count; whoever gets the lock reports for all.
         let n_done = self.n_done.fetch_add(n_items, Relaxed) + n_items;
         if !self.stops.load(Relaxed)
             && let Ok(state) = self.state.try_lock()
         {
             self.tell(state, |state| state.move_on(n_done));
         }
+        // Also threads that did not report unwind at their next beat.
         if cfg!(panic = "unwind") && self.stops.load(Relaxed) {
             resume_unwind(Box::new(Stopped));
         }
@@ -174,6 +178,7 @@ impl<'a> ProgressReporter<'a> {
 impl ReporterState<'_> {
     fn begin(&mut self, name: &'static str, size: usize) -> ControlFlow<()> {
         let first = self.stage.map_or(0, |(_, at)| at + 1);
+        // Stages may be skipped but not repeated; an unknown one stays where it is.
         let ahead = self.stages.iter().skip(first).position(|stage| stage.name == name);
         let at = ahead.map_or(first.saturating_sub(1), |ahead| first + ahead);
         self.stage = Some((name, at));
@@ -189,6 +194,7 @@ impl ReporterState<'_> {
         let share = |stages: &[Stage]| stages.iter().map(|stage| stage.share).sum::<f32>();
         let within = self.stages.get(at).map_or(0.0, |stage| stage.share * self.done);
         let total = (share(&self.stages[..at]) + within) / share(self.stages).max(f32::MIN_POSITIVE);
+        // Estimates may be wrong, but shares never fall.
         self.total = total.min(1.0).max(self.total);
         (self.listener)(Event { stage, done: self.done, total: self.total })
     }

@@ -47,6 +47,7 @@ impl Record {
         let mut outputs = vec![None; self.n_input];
         match &self.dependence {
             Dependence::Selected(sources) => (0..).zip(sources).for_each(|(x, &v)| outputs[v as usize] = Some(x)),
+            // Copies of split vertices come later and overwrite: any of their output vertices will do.
             Dependence::Closed(derivative) => derivative.assignment().for_each(|(v, x)| outputs[v as usize] = Some(x)),
         }
         outputs
@@ -97,8 +98,10 @@ impl Record {
         }
     }
 
-    /// Multiplies a gradient with respect to the output vertices (n_output x 3) by the Jacobian of
-    /// [`Record::positions`] at `input`; returns the gradient with respect to the input vertices (n_input x 3).
+    /// Returns the gradient with respect to the input vertices (n_input x 3).
+    ///
+    /// Multiplies that with respect to the output vertices (n_output x 3) by the Jacobian of
+    /// [`Record::positions`] at `input`.
     ///
     /// # Panics
     /// If there is not one position per input vertex and one gradient per output vertex.

@@ -21,6 +21,7 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 pub fn gumbel_top_k(scores: &[f32], k: usize, seed: u64) -> Vec<u32> {
     let mut keys = gumbel_keys(scores, seed);
     let k = k.min(keys.len());
+    // Selection instead of sorting keeps this linear; ties go by vertex.
     if k < keys.len() {
         keys.select_nth_unstable_by(k, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     }

@@ -105,6 +105,7 @@ impl<'a> SampleField<'a> {
         front.push(Reverse((0, sample)));
         while let Some(Reverse((bits, v))) = front.pop() {
             let (v, here) = (v as usize, f64::from_bits(bits));
+            // An outdated entry: the vertex was reached on a shorter way.
             if here > distance[v] {
                 continue;
             }

@@ -29,6 +29,7 @@ impl<'a> UsedMesh<'a> {
             return Err(SimplifyError::Empty);
         }
         let n_before = mesh.positions().len();
+        // Marks commute, so threads may set them in any order.
         let used: Vec<AtomicBool> = (0..n_before).map(|_| AtomicBool::new(false)).collect();
         let mark = |face: &[u32; 3]| face.iter().for_each(|&v| used[v as usize].store(true, Relaxed));
         for faces in pulse.chunks(mesh.faces()) {

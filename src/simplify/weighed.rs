@@ -43,6 +43,7 @@ pub fn simplify_with_importance(
     let n = mesh.positions().len();
     let mut used = vec![false; n];
     mesh.faces().as_flattened().iter().for_each(|&v| used[v as usize] = true);
+    // Unused vertices would have an importance without an area.
     if n == 0 || !is_importance(importance, n) || used.contains(&false) {
         return Err(SimplifyError::BadImportance);
     }

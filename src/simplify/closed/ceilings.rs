@@ -40,7 +40,7 @@ pub fn ceilings(original: &Original, keep: &Keep) -> Vec<f32> {
     let allowed = keep.allowed_distance * f64::from(surface.length(1.0));
     let ceiling = |extent: &Extent| {
         let size = extent.size();
-        // Dust may lose its shape: nobody sees it.
+        // Dust may lose its shape: it is too small to see.
         if size * stretch(extent) < LEAST_SIZE * whole {
             return f32::INFINITY;
         }

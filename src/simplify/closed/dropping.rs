@@ -265,7 +265,7 @@ impl<'a> Components<'a> {
             shown.attributes.is_some_and(|attributes| attributes.channels.iter().any(|channel| shows(channel.role)));
         let is_asset = shown.scene.is_some() || shown.attributes.is_some();
         let tree = FaceTree::new(&seen.positions, &seen.faces);
-        // Prices are squared distances times area, hence the fourth power of a length.
+        // Prices are squared distances times area, so the unit is the fourth power of a length.
         let unit_of_prices = placing.original.surface.scale.to_local().determinant().abs().cbrt().powi(4);
         Self { all, rank, placing, tree, of_seen: &seen.components, unit_of_prices, is_painted, is_asset }
     }
@@ -283,7 +283,7 @@ impl<'a> Components<'a> {
         if cost.must_fit { f64::INFINITY } else { self.unit_of_prices * cost.price_at(self.n_asked(cost.limit)) }
     }
 
-    /// Converts the target to vertices; a target of faces stands for an equal share of vertices.
+    /// Converts the target to vertices; a target of faces counts as an equal share of vertices.
     fn n_asked(&self, limit: Limit) -> usize {
         let n_whole: usize = self.all.iter().map(|it| it.n_vertices).sum();
         let of_faces = n_whole as f64 * limit.faces as f64 / self.n_output_faces().max(1) as f64;
@@ -397,7 +397,7 @@ impl<'a> Components<'a> {
             }
             is_dropped[i] = true;
             (n_vertices, n_faces) = (n_vertices - it.n_vertices, n_faces - it.n_faces);
-            // The loss of the replacement grows by the area it stands for, so that chains of similar components end.
+            // The loss of the replacement grows by the area that it takes over, so that chains of similar components end.
             self.all[it.stand_in].stand_in_for(&it);
             queue.push(Reverse((price(&self.all[it.stand_in]), it.stand_in)));
         }

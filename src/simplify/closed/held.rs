@@ -48,7 +48,7 @@ impl<'a> RuinCheck<'a> {
         // The reference is a collapse to the same size with nothing held.
         let mut bare = self.0.clone().without_constraints();
         bare.run(limit);
-        // Distances that nobody sees are acceptable however large the ratio.
+        // Distances too small to see are acceptable however large the ratio.
         let most = (MOST * distance(&bare)).max(NEAR);
         if distance(ended) <= most {
             return None;

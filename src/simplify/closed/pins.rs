@@ -112,7 +112,7 @@ impl Pins {
         self.origin[v as usize] = origin;
     }
 
-    /// Notes that `v` merged into `u`, and whether `u` then moved to `v`.
+    /// Merges the pins of `v` into those of `u`; `goes_to_v` tells whether `u` then moved to `v`.
     pub fn merge(&mut self, u: u32, v: u32, goes_to_v: bool) {
         self.locked[u as usize] |= self.locked[v as usize];
         if goes_to_v {

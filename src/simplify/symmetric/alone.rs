@@ -17,6 +17,7 @@ pub(super) fn count_unpaired(mesh: &TriMesh, plane: &ImagePlane, vertices: &[u32
     let places = WeldedFaces::new(mesh, vertices);
     let images = ImagePoints { positions: mesh.positions(), plane, tolerance };
     match images.count_off(mesh.faces(), &places.unpaired_faces()) {
+        // Boundaries are checked only if all faces have images.
         0 => images.count_off(&places.boundary_triangles(), &places.unpaired_boundary()),
         n_alone => n_alone,
     }
@@ -31,6 +32,7 @@ struct WeldedFaces {
 
 impl WeldedFaces {
     fn new(mesh: &TriMesh, vertices: &[u32]) -> Self {
+        // Adding 0 makes -0 and 0 one position.
         let position = |v: usize| mesh.positions()[v].map(|x| (x + 0.0).to_bits());
         let (places, _) = first_equal(mesh.positions().len(), position);
         let faces: Vec<[u32; 3]> = mesh.faces().iter().map(|face| face.map(|v| places[v as usize])).collect();
@@ -99,6 +101,7 @@ impl ImagePoints<'_> {
         }
         let tree = FaceTree::new(self.positions, triangles);
         let is_off = |number: &&u32| {
+            // One point per triangle suffices: unmatched faces together cover what their images cover.
             let triangle = triangles[**number as usize];
             let corners = triangle.map(|v| DVec3::from(self.plane.image(self.positions[v as usize]).map(f64::from)));
             let middle = corners.iter().sum::<DVec3>() / 3.0;

@@ -34,11 +34,13 @@ pub(super) fn cut(
     pairs: &MirrorPairs,
 ) -> Result<HalfMesh, SimplifyError> {
     let sides = sides(mesh, plane, pairs);
+    // A face in the plane would coincide with its image.
     let lies_in_plane = |face: &&[u32; 3]| face.iter().all(|&v| sides[v as usize] == PlaneSide::On);
     match mesh.faces().iter().filter(lies_in_plane).count() {
         0 => {}
         n => return Err(SimplifyError::InMirrorPlane(n)),
     }
+    // The share of the way at which an edge crosses the plane, from its heights.
     let crossing = |a: u32, b: u32| {
         let [x, y] = [a, b].map(|v| plane.height(mesh.positions()[v as usize]).abs());
         let crosses = [PlaneSide::Above, PlaneSide::Below]
@@ -50,6 +52,7 @@ pub(super) fn cut(
     let mut sheet = Sheet { positions: mesh.positions().to_vec(), faces, attributes, importance: importance.to_vec() };
     sheet.refine(&crossing, &|v| sides[v as usize] != PlaneSide::Below);
     let mut on_plane: Vec<bool> = sides.iter().map(|side| *side == PlaneSide::On).collect();
+    // New vertices of the first cut are on the plane, those of split bridges are not.
     on_plane.resize(sheet.positions.len(), true);
     sheet.split_bridges(&on_plane)?;
     on_plane.resize(sheet.positions.len(), false);
@@ -82,11 +85,13 @@ impl Sheet {
         let (mut vertices, mut wedges) = (FxHashMap::default(), FxHashMap::default());
         for (f, face) in before.iter().enumerate() {
             let row = rows.get(f).copied().unwrap_or_default();
+            // Kept corners and cut points in order form a polygon.
             let mut corners: Vec<(u32, u32)> = Vec::with_capacity(6);
             let mut first = 0;
             for k in 0..3 {
                 let [here, next] = [k, (k + 1) % 3].map(|k| (face[k], row[k]));
                 corners.extend(is_kept(here.0).then_some(here));
+                // Both faces of an edge must split it at one point, so its direction is fixed.
                 let ends = if here.0 < next.0 { [here, next] } else { [next, here] };
                 if let Some(t) = split(ends[0].0, ends[1].0) {
                     first = corners.len();
@@ -125,6 +130,7 @@ impl Sheet {
         if self.attributes.channels.is_empty() {
             return (vertex, 0);
         }
+        // Wedges are split apart from vertices: a seam keeps two values at the new vertex.
         let wedge = *wedges.entry([a.1, b.1]).or_insert_with(|| {
             self.attributes.channels.iter_mut().for_each(|channel| add_between(channel, [a.1, b.1], t));
             self.attributes.n_wedges() as u32 - 1
@@ -151,6 +157,7 @@ impl Sheet {
         }
         let (mesh, sources) = compact(&self.positions, self.faces).map_err(|_| SimplifyError::Overflow)?;
         let flags: Vec<bool> = sources.iter().map(|&v| on_plane[v as usize]).collect();
+        // A vertex belongs to the cut only if it has a boundary edge there.
         let along_cut = edges(&mesh).into_iter().filter(|edge| edge.n_faces() == 1);
         let mut on_plane = vec![false; flags.len()];
         let along_cut = along_cut.filter(|edge| edge.ends.iter().all(|&v| flags[v as usize]));

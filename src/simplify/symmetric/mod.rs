@@ -43,11 +43,13 @@ pub(super) fn simplify_symmetric(
     let limits = resolve_levels(mesh, targets, task.options)?;
     let frame = &task.options.frame;
     let (plane, pairs) = find_mirror_plane(mesh, symmetry, frame)?;
+    // Corners of the half carry both sides' values through the simplification.
     let (attributes, groups) = twofold::double_attributes(input.attributes, &pairs);
     let mut half = cut::cut((mesh, attributes, &importance), &plane, &pairs)?;
     twofold::add_joints(&mut half.attributes, half.mesh.faces(), &half.on_plane);
     let mut of_half = Input::bare(&half.mesh);
     (of_half.attributes, of_half.importance) = (&half.attributes, &half.importance);
+    // Sizes are those of the whole: the collapse counts both halves.
     let task = Task { half: Some(Half { axis: plane.axis, on_plane: &half.on_plane }), ..*task };
     let halves = simplify_closed(&of_half, weights, &task, &TargetSizes { limits: &limits, n_settled: 0 }, progress)?;
     halves.into_iter().map(|half| join_halves(half, &plane, &groups, task.options)).collect()
@@ -60,6 +62,7 @@ fn find_mirror_plane(
     frame: &Frame,
 ) -> Result<(ImagePlane, MirrorPairs), SimplifyError> {
     let mut refused = None;
+    // The first plane that works; its error is reported if none does.
     for plane in plane::find_planes(mesh, symmetry, frame) {
         match MirrorPairs::new(mesh, &plane, frame) {
             Ok(pairs) => return Ok((plane, pairs)),
@@ -99,6 +102,7 @@ fn join_halves(
     let Closed { mesh, attributes, report, on_plane, .. } = half;
     let half = SimplifiedHalf { mesh: &mesh, attributes, on_plane: &on_plane };
     let (mesh, attributes, separated_vertices) = whole::join_half(half, plane, groups, &options.frame)?;
+    // Most counts are of one half; those of the whole mesh are taken again.
     let report = Report {
         separated_vertices,
         components_at_minimum: count_components(Pulse::NONE, &mesh).1,

@@ -31,6 +31,7 @@ impl MirrorPairs {
         if n_alone > 0 {
             return Err(refused(n_alone, 0));
         }
+        // Vertices first: without their images, faces have none either.
         let n_alone = count_unpaired(mesh, plane, &vertices, tolerance);
         if n_alone > 0 {
             return Err(refused(0, n_alone));
@@ -54,6 +55,7 @@ impl<'a> Images<'a> {
     fn new(mesh: &'a TriMesh, vertices: &'a [u32]) -> Self {
         let (mut faces, mut half_edges) = (FxHashMap::default(), FxHashMap::default());
         let mut corner_at = vec![0; mesh.positions().len()];
+        // In reverse, so that the first of several faces wins.
         for (f, face) in (0..mesh.faces().len() as u32).zip(mesh.faces()).rev() {
             faces.insert(ascending(*face), f);
             for k in 0..3 {
@@ -73,6 +75,7 @@ impl<'a> Images<'a> {
         let image = self.image_of_face(f);
         let whole = self.faces.get(&ascending(image)).copied();
         std::array::from_fn(|k| {
+            // The image is wound the other way, so its edges run backwards.
             let beside = [[image[(k + 1) % 3], image[k]], [image[k], image[(k + 2) % 3]]];
             let over_edge = || beside.iter().find_map(|edge| self.half_edges.get(edge)).map(|&half_edge| half_edge / 3);
             let face = whole.or_else(over_edge);

@@ -24,6 +24,7 @@ pub(super) struct ImagePlane {
 impl ImagePlane {
     /// Snaps a plane to the grid; coordinates of the mesh along the axis are at most `reach`.
     fn new(axis: usize, at: f64, reach: f64) -> Self {
+        // A grid of two bits less than single precision at the farthest coordinate.
         let step = (reach.max(at.abs()).max(f64::from(f32::MIN_POSITIVE)).log2().floor() - 21.0).exp2();
         Self { axis, at: ((at / step).round() * step) as f32, step }
     }
@@ -39,6 +40,7 @@ impl ImagePlane {
     }
 
     pub fn snap(&self, mut p: [f32; 3], on_plane: bool) -> [f32; 3] {
+        // Off the plane a vertex stays at least a step above it, or it would meet its image.
         let height = self.height(p).max(self.step);
         p[self.axis] = match on_plane {
             true => self.at,
@@ -70,6 +72,7 @@ pub(super) fn find_planes(mesh: &TriMesh, symmetry: Symmetry, frame: &Frame) -> 
             vec![ImagePlane::new(axis, at - frame.origin[axis], low.abs().max(high.abs()))]
         }
     };
+    // Several planes may fit equally well: all are tried.
     let count_imaged = count_imaged(mesh, &planes);
     let most = count_imaged.iter().max();
     let mut are_best = count_imaged.iter().map(|n| Some(n) == most);

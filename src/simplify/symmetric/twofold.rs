@@ -10,6 +10,7 @@ pub(super) type GroupPairs = Vec<[u32; 2]>;
 
 /// Doubles all channels: once for the corner, once for its image. Groups become numbers of pairs.
 pub(super) fn double_attributes(attributes: &Attributes, pairs: &MirrorPairs) -> (Attributes, GroupPairs) {
+    // The face at the image of a face's first corner.
     let image_face = |f: usize| pairs.corners[3 * f] / 3;
     let mut group_pairs = PairNumbers::default();
     let groups = (0u32..).zip(&attributes.groups);
@@ -17,6 +18,7 @@ pub(super) fn double_attributes(attributes: &Attributes, pairs: &MirrorPairs) ->
     let mut wedge_pairs = PairNumbers::default();
     let corner = |wedges: &[[u32; 3]], c: u32| wedges[c as usize / 3][c as usize % 3];
     let images = pairs.corners.chunks_exact(3);
+    // Wedges become pairs of own and image wedge: a seam of either side splits them.
     let wedges = attributes.wedges.iter().zip(images).map(|(own, images)| {
         std::array::from_fn(|k| wedge_pairs.number([own[k], corner(&attributes.wedges, images[k])]))
     });
@@ -39,6 +41,7 @@ pub(super) fn add_joints(attributes: &mut Attributes, faces: &[[u32; 3]], on_pla
     if attributes.channels.is_empty() {
         return;
     }
+    // Own and image values are the two halves of the channels.
     let (own, images) = attributes.channels.split_at(attributes.channels.len() / 2);
     let is_one = |wedge: u32| own.iter().zip(images).all(|(x, y)| same_values(x.role, x.value(wedge), y.value(wedge)));
     let mut values = vec![1.0; attributes.n_wedges()];

@@ -23,8 +23,10 @@ pub(super) fn join_half(
     let SimplifiedHalf { mesh, attributes, on_plane } = half;
     let placed = |v: usize, p: [f32; 3]| plane.snap(p, on_plane[v]);
     let mut positions: Vec<[f32; 3]> = mesh.positions().iter().enumerate().map(|(v, &p)| placed(v, p)).collect();
+    // Duplicates are separated in half and image together, before the image is made.
     let n_moved = separate_twins(&mut positions, &|p| plane.image(p), &placed, frame);
     let mut next = positions.len() as u32;
+    // Vertices on the plane are their own images.
     let images: Vec<u32> = (0..next).map(|v| if on_plane[v as usize] { v } else { take_number(&mut next) }).collect();
     let twins: Vec<[f32; 3]> =
         positions.iter().zip(on_plane).filter(|(_, on)| !**on).map(|(&p, _)| plane.image(p)).collect();
@@ -52,6 +54,7 @@ fn split_attributes(attributes: Attributes, mesh: &TriMesh, on_plane: &[bool], p
     let Some((joints, twofold)) = attributes.channels.split_last() else {
         return Attributes { groups, ..Attributes::default() };
     };
+    // The last channel tells where own and image wedges are one.
     let (own, images) = twofold.split_at(twofold.len() / 2);
     let n_wedges = attributes.n_wedges() as u32;
     let mut is_one = vec![false; n_wedges as usize];

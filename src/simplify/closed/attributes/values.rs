@@ -13,7 +13,9 @@ use crate::simplify::closed::pins::Pins;
 
 use super::blend::blend;
 
-/// Quadrature points as barycentric weights, with their weights: exact for polynomials of degree four (Dunavant 1985,
+/// Quadrature points as barycentric weights, with their weights.
+///
+/// They are exact for polynomials of degree four (Dunavant 1985,
 /// "High degree efficient symmetrical Gaussian quadrature rules for the triangle").
 pub(super) const QUADRATURE: [([f32; 3], f32); 6] = [
     ([0.108_103, 0.445_948_5, 0.445_948_5], 0.223_382),

@@ -160,7 +160,7 @@ impl Fan {
     /// Adds a face by its other two corners, relative to the vertex; `None` is a ghost vertex.
     #[inline(always)]
     fn add(&mut self, corners: [Option<Vec3>; 2]) {
-        // A ghost vertex stands for the outside: its edges are boundary edges.
+        // A ghost vertex is the outside: edges next to it are boundary edges.
         let mut normal = Vec3::ZERO;
         match corners {
             [Some(p), Some(q)] => {

@@ -121,7 +121,7 @@ impl Pricing<'_, '_> {
         let known = Cheapest::new(price, edge.number);
         for v in edge.ends {
             let cheapest = &self.cheapest[v as usize];
-            // A plain store is cheaper than an atomic minimum if nobody competes.
+            // A plain store is cheaper than an atomic minimum, and one thread needs no more.
             if self.is_alone {
                 cheapest.store(cheapest.load(Relaxed).min(known.0), Relaxed);
             } else {

@@ -158,8 +158,9 @@ fn mean_turn([u, v]: [&Posed; 2]) -> DQuat {
     if sum.length_squared() > 0.0 { sum.normalize() } else { u }
 }
 
-/// Finds the rotation that best maps edges and normal to the pose (Müller et al. 2016, "A robust method to extract the
-/// rotational part of deformations").
+/// Finds the rotation that best maps edges and normal to the pose.
+///
+/// Müller et al. 2016, "A robust method to extract the rotational part of deformations".
 fn turn_at(v: u32, neighbors: &[u32], here: &[Vec3], there: &[Vec3]) -> Quat {
     let edges =
         |places: &[Vec3]| -> Vec<Vec3> { neighbors.iter().map(|&w| places[w as usize] - places[v as usize]).collect() };

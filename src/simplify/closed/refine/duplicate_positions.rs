@@ -15,8 +15,9 @@ use crate::spatial::Bounds;
 const BITS: usize = 16;
 /// Vertices hashed together; their bit numbers fill 128 KiB.
 const BATCH: usize = 16_384;
-/// Largest visible step, in roundings at half the longest side of the box; an axis with larger steps than this many
-/// times the smallest is left out.
+/// Largest visible step, in roundings at half the longest side of the box.
+///
+/// An axis with larger steps than this many times the smallest is left out.
 const SMALL: f32 = 64.0;
 
 /// Separates vertices with equal written positions by the smallest visible steps; returns the number moved. Locked

@@ -192,7 +192,7 @@ impl<'a> MovableStar<'a> {
     }
 
     fn keeps_near(&self, from_to: [Vec3; 2]) -> bool {
-        // Centroids and edge middles stand for the patch.
+        // Centroids and edge middles represent the patch.
         let inner = |[v, p, q]: [Vec3; 3]| [(v + p + q) / 3.0, (v + p) * 0.5];
         let patches = from_to.map(|vertex| FacePatch {
             faces: self.faces_with(vertex).collect(),

@@ -259,8 +259,7 @@ impl NestedComponents<'_> {
         self.component_of[self.output.face(f)[0] as usize]
     }
 
-    /// Returns the side, 1 or -1, and the distance at which the original has a point beside the other component; `None`
-    /// if unclear.
+    /// Returns on which side of the other component the original has a point, 1 or -1, and how far; `None` if unclear.
     fn side(&self, crossing: &Crossing, place: Vec3) -> Option<(f32, f32)> {
         // From the point to its own original, from there to the other's.
         let here = self.before.nearest(place, self.output.face(crossing.face)[0])?;
