@@ -84,7 +84,6 @@ pub(crate) fn prune(pulse: Pulse, input: &Input, options: &Options) -> Option<Pr
         .map(|pruned| PrunedMesh { n_hidden, ..pruned })
 }
 
-/// Sums twice the area of each component.
 fn areas(mesh: &TriMesh, component: &[u32], n: usize) -> Vec<f64> {
     let mut areas = vec![0.0f64; n];
     for (face, &c) in mesh.faces().iter().zip(component) {

@@ -13,7 +13,6 @@ use super::used::UsedMesh;
 
 type TracedResult = (Simplified, Option<Derivative>);
 
-/// Simplifies to the target of the options.
 pub(super) fn run(
     input: &Input,
     weights: Option<&Weights>,

@@ -56,7 +56,6 @@ impl<'a> Input<'a> {
         select_rows(self.locked, sources)
     }
 
-    /// Extracts the rows of these vertices and faces.
     pub(super) fn select(&self, sources: &[u32], faces: &[u32]) -> Result<InputSubset, SimplifyError> {
         let attributes = self.attributes.clone().select_faces(faces).ok_or(SimplifyError::BadInput)?;
         let kept = faces.iter().filter_map(|&face| self.kept.get(face as usize).copied()).collect();

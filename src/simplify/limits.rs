@@ -14,10 +14,8 @@ pub(super) struct Limit {
 }
 
 impl Limit {
-    /// Limit that keeps everything.
     pub const NONE: Self = Self::of_vertices(u32::MAX as usize);
 
-    /// Limits the vertices alone.
     pub const fn of_vertices(vertices: usize) -> Self {
         Self { vertices, faces: usize::MAX, price: f32::INFINITY }
     }

@@ -187,7 +187,6 @@ impl ReporterState<'_> {
         self.move_on(0)
     }
 
-    /// Reports the completed items of the stage.
     fn move_on(&mut self, n_done: usize) -> ControlFlow<()> {
         let Some((stage, at)) = self.stage else { return ControlFlow::Continue(()) };
         self.done = (n_done as f32 / self.n_items).min(1.0).max(self.done);

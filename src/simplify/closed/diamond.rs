@@ -6,7 +6,6 @@ use super::faces_around::FacesAround;
 #[derive(Clone, Copy)]
 pub struct Diamond {
     pub faces: [u32; 2],
-    /// Corners `a b c d`.
     pub corners: [u32; 4],
 }
 

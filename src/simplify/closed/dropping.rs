@@ -217,7 +217,6 @@ struct Component {
     n_faces: usize,
     /// Weighted area of the original, including components that this one replaces.
     area: f64,
-    /// Squared diagonal of the original's bounding box.
     size2: f64,
     groups: Vec<u32>,
     /// Area times the squared distance to what would remain without it.
@@ -241,7 +240,6 @@ struct Components<'a> {
 }
 
 impl Component {
-    /// Takes over the area of another component that this one replaces.
     fn stand_in_for(&mut self, other: &Self) {
         // A component without area has no visible loss.
         if self.area > 0.0 {
@@ -363,7 +361,6 @@ impl<'a> Components<'a> {
                 .all(is_near)
     }
 
-    /// Chooses the dropped components in the order of their price.
     fn choose(mut self, cost: &VertexCost, within: f64) -> Vec<bool> {
         let unit = self.unit_of_prices;
         let price = |it: &Component| (it.loss / it.n_vertices.max(1) as f64).to_bits();
@@ -415,9 +412,7 @@ struct DropGuard {
     exposures: Option<Vec<Exposure>>,
     /// Changed and recoloured pixels of all dropped components: sums of their largest shares.
     changed: [f32; 2],
-    /// Marks components that replace a dropped one in some view.
     stands_in: Vec<bool>,
-    /// Number of components with faces of each group.
     in_groups: BTreeMap<u32, usize>,
 }
 
@@ -436,7 +431,6 @@ impl DropGuard {
         guard
     }
 
-    /// Returns whether a component may go, and records that it does.
     fn try_drop(&mut self, components: &Components, i: usize) -> bool {
         // The last faces of a material must not vanish from a scene.
         let is_last = |group: &u32| self.in_groups.get(group).is_some_and(|n| *n < 2);

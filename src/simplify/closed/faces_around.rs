@@ -64,7 +64,6 @@ impl FacesAround {
         }
     }
 
-    /// Returns the faces at `vertex` with their next corners.
     #[inline]
     pub fn corners(&self, vertex: u32) -> &[FaceCorner] {
         if !self.changed.is_empty()
@@ -100,7 +99,6 @@ impl FacesAround {
         self.face_along(u, v).or_else(|| self.face_along(v, u)).is_some()
     }
 
-    /// Updates the rows after face `f` changed its corners.
     pub fn replace(&mut self, f: u32, before: [u32; 3], now: [u32; 3]) {
         let [a, b, c] = before;
         for (v, next) in [(a, b), (b, c), (c, a)] {

@@ -19,9 +19,7 @@ const MANY: usize = 2;
 const MOST: f64 = 4.2;
 /// Mean distance that is always acceptable on a surface of unit size.
 const NEAR: f64 = 1e-4;
-/// Ratio of successive trial sizes, without held vertices.
 const STEP: f64 = 1.25;
-/// Sample points for the distance.
 const POINTS: usize = 4096;
 
 /// Initial state of a collapse that may have to be repeated.

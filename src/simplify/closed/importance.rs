@@ -119,7 +119,6 @@ pub fn importance_of_scores(scores: &[f32], areas: &[f64]) -> Vec<f32> {
     importance_with(Pulse::NONE, scores, areas)
 }
 
-/// Computes [`importance_of_scores`] with a pulse.
 fn importance_with(pulse: Pulse, scores: &[f32], areas: &[f64]) -> Vec<f32> {
     let total: f64 = areas.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let finite = |s: f32| if s.is_finite() { s } else { 0.0 };

@@ -290,7 +290,6 @@ impl SidesOfSeams<'_> {
         (point.distance_squared(p), SurfacePoint { face, weights: of_mesh })
     }
 
-    /// Returns the adjacent faces that are not across a seam.
     fn adjacent_faces(&self, face: u32) -> impl Iterator<Item = u32> {
         let [a, b, c] = self.surface.faces[face as usize];
         let open = |(a, b): &(u32, u32)| !self.seams.contains(&[*a.min(b), *a.max(b)]);

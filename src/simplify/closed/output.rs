@@ -74,7 +74,9 @@ impl Output {
         &self.around
     }
 
-    /// Returns whether a diamond must not be flipped: its edge is a seam or kept, or both ends of the new one are on
+    /// Returns whether a diamond must not be flipped.
+    ///
+    /// Its edge is a seam or kept, or both ends of the new one are on
     /// the mirror plane.
     pub fn is_held(&self, Diamond { faces, corners: [a, b, c, d] }: &Diamond) -> bool {
         let is_seam = |corners: &ResultCorners| corners.is_seam(&self.faces, *faces, [*a, *b]);

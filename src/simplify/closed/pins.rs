@@ -12,7 +12,6 @@ pub struct Pins {
     locked: Vec<bool>,
     /// Set where edges between locked vertices must stay.
     holds_edges: bool,
-    /// Set where every vertex must be at a mesh vertex.
     subset: bool,
     /// Surface vertex beneath each vertex; empty over the surface itself.
     origin: Vec<u32>,
@@ -72,7 +71,6 @@ impl Pins {
         self.holds_edges && self.is_locked(u) && self.is_locked(v)
     }
 
-    /// Returns whether a vertex is locked or on the mirror plane.
     pub fn has(&self, v: u32) -> bool {
         self.is_locked(v) || self.is_on_cut(v)
     }

@@ -8,7 +8,6 @@ use super::aim::Aim;
 
 /// Request to the closed assembly.
 pub struct ClosedRequest<'a> {
-    /// Source of the vertex importance.
     pub importance: Importance<'a>,
     /// Marks hidden mesh vertices, which count little; empty for none.
     pub hidden: &'a [bool],
@@ -27,7 +26,6 @@ pub struct ClosedRequest<'a> {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct VisualProperties<'a> {
     pub attributes: Option<&'a Attributes>,
-    /// Placement of the mesh in a scene.
     pub scene: Option<&'a UnitedMesh>,
     /// Set where areas count by importance: given by the caller, or hidden vertices.
     pub is_weighed: bool,
@@ -53,17 +51,14 @@ impl<'a> ClosedRequest<'a> {
 pub struct Keep<'a> {
     /// Feature edges over mesh vertices: seams and creases, ascending.
     pub edges: &'a [FeatureEdge],
-    /// Marks vertices that stay in place; empty for none.
     pub locked: &'a [bool],
     /// Marks faces that come back unchanged; empty for none. Their vertices are locked.
     pub kept: &'a [bool],
-    /// Requires that result vertices are mesh vertices.
     pub subset: bool,
     pub purpose: Purpose,
     pub attributes: Option<&'a Attributes>,
     pub map: bool,
     pub scene: Option<&'a UnitedMesh>,
-    /// Allowed distance from the mesh, in scene units; 0 for none.
     pub allowed_distance: f64,
     pub drop: Option<DropRules>,
     pub half: Option<Half<'a>>,
@@ -88,7 +83,6 @@ impl<'a> Keep<'a> {
         self.scene.map_or(0, of)
     }
 
-    /// Returns the attributes, if their morph targets are poses to preserve.
     pub fn pose_attributes(&self) -> Option<&'a Attributes> {
         let has_targets = |of: &&Attributes| of.channels.iter().any(|channel| channel.role == Role::MorphPosition);
         self.attributes.filter(|_| self.purpose == Purpose::Poses).filter(has_targets)

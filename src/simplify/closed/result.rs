@@ -66,7 +66,6 @@ impl Closed {
         Self { paid, ..self }
     }
 
-    /// Gives the corners of kept faces exactly their input values.
     pub fn restore_kept(&mut self, own: &Attributes) {
         restore(&mut self.attributes, own, &self.kept);
     }

@@ -26,7 +26,6 @@ pub(super) fn count_unpaired(mesh: &TriMesh, plane: &ImagePlane, vertices: &[u32
 struct WeldedFaces {
     faces: Vec<[u32; 3]>,
     images: Vec<[u32; 3]>,
-    /// Boundary edges, low vertex first, in face order.
     boundary: Vec<[u32; 2]>,
 }
 
@@ -72,7 +71,6 @@ impl WeldedFaces {
         self.boundary.iter().map(|&[a, b]| [a, b, b]).collect()
     }
 
-    /// Finds the boundary edges whose image is no boundary edge.
     fn unpaired_boundary(&self) -> Vec<u32> {
         if self.boundary.is_empty() {
             return Vec::new();

@@ -13,7 +13,6 @@ pub(super) struct HalfMesh {
     pub mesh: TriMesh,
     pub attributes: Attributes,
     pub importance: Vec<f32>,
-    /// Marks vertices on the plane at an edge of the cut.
     pub on_plane: Vec<bool>,
 }
 

@@ -72,7 +72,6 @@ fn find_mirror_plane(
     Err(refused.unwrap_or(SimplifyError::Empty))
 }
 
-/// Rejects options that cannot be combined with symmetry.
 fn check(input: &Input, task: &Task) -> Result<(), SimplifyError> {
     let options = task.options;
     let refused = [

@@ -50,7 +50,6 @@ impl ImagePlane {
         p
     }
 
-    /// Returns whether a point lies on the plane up to rounding.
     pub fn touches(&self, p: [f32; 3]) -> bool {
         self.height(p).abs() <= self.step
     }

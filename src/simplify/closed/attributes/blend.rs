@@ -5,7 +5,6 @@ use crate::mesh::Role;
 /// Length of a mean of unit vectors below which its direction is rounding.
 const LEAST_LENGTH: f32 = 1e-6;
 
-/// Blends three values with these weights according to their role.
 pub fn blend(role: Role, corners: [&[f32]; 3], weights: [f32; 3], out: &mut [f32]) {
     match role {
         Role::Skin => blend_joints(corners, weights, out),

@@ -39,7 +39,7 @@ const DAMPED: f32 = 0.7;
 /// ResultWedges of a result.
 #[derive(Clone, Copy)]
 pub struct ResultWedges<'a> {
-    /// ResultWedges of the faces' corners, n_faces x 3.
+    /// Wedges of the faces' corners, n_faces x 3.
     pub of_faces: &'a [[u32; 3]],
     pub vertices: &'a [u32],
     /// Original point of each wedge.
@@ -49,7 +49,6 @@ pub struct ResultWedges<'a> {
 /// Output faces with their quadrature points on the original.
 pub struct Fit<'a> {
     pub(super) wedges: ResultWedges<'a>,
-    /// Original points at the quadrature points of the faces.
     points: Vec<[SurfacePoint; QUADRATURE.len()]>,
     /// Area normals of the faces, twice the area long.
     pub(super) area_normals: Vec<Vec3>,

@@ -28,10 +28,8 @@ const THIN: f64 = 1e-6;
 
 #[derive(Clone, Copy, Default)]
 pub(super) struct AttributeQuadric {
-    /// Summed face weights, by kind.
     weights: [f64; 2],
     gradients: [DVec3; MOST],
-    /// Weighted sums of the values at the vertex.
     values: [f64; MOST],
     /// Sum of `w (g.x + d)^2` over faces and values.
     squares: Quadric,
@@ -79,7 +77,6 @@ impl AttributeQuadric {
     }
 }
 
-/// Returns the quadric `weight (gradient.x + value)^2`.
 fn square(gradient: DVec3, value: f64, weight: f64) -> Quadric {
     let DVec3 { x, y, z } = gradient;
     let a = [x * x, x * y, x * z, y * y, y * z, z * z].map(|entry| weight * entry);
@@ -135,7 +132,6 @@ impl<'a> CountedChannels<'a> {
         }
     }
 
-    /// Returns the kinds that count at a vertex, with their channels.
     fn kinds_at(&self, v: u32) -> impl Iterator<Item = (usize, &'a Channel)> {
         let counts = move |kind: &usize| !self.at_seam[*kind][v as usize];
         (0..KINDS.len()).filter(counts).filter_map(|kind| Some((kind, self.channels[kind]?)))

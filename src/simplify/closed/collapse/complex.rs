@@ -30,7 +30,6 @@ const LEAST_GONE: usize = 8;
 /// Closed complex during its collapse; constraints refer to vertices by surface numbers.
 #[derive(Clone)]
 pub struct Collapse<'a> {
-    /// Vertices; ghost vertices come last.
     pub(super) nodes: Vec<CollapseVertex>,
     pub(super) corners: CornerTable,
     /// Surface vertex that each surface vertex was merged into, itself while it lives.
@@ -56,7 +55,6 @@ pub struct Collapse<'a> {
     pub(super) is_special: Vec<bool>,
     pub(super) copy: OwnCopy<'a>,
     pub history: Option<Vec<CollapseEvent>>,
-    /// Progress, counted in merges.
     pub(super) pulse: Pulse<'a>,
 }
 
@@ -120,7 +118,6 @@ fn corners_in_order(surface: &Surface, order: &[u32]) -> CornerTable {
 }
 
 impl<'a> Collapse<'a> {
-    /// Starts from the vertices and faces of a surface.
     pub fn new(pulse: Pulse<'a>, surface: &Surface) -> Self {
         let n_inner = surface.n_vertices();
         // Neighbours in space become neighbours in memory.
@@ -277,7 +274,6 @@ impl<'a> Collapse<'a> {
         if self.plane().is_some() { 2 * n } else { n }
     }
 
-    /// Removes all constraints but the mirror plane.
     pub fn without_constraints(self) -> Self {
         Self { constraints: self.constraints.and_then(Constraints::without_curves), history: None, ..self }
     }

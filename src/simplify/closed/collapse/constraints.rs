@@ -28,7 +28,6 @@ struct Curve {
     /// Neighbours along curves.
     along: Vec<u32>,
     planes: Quadric,
-    /// Squared slack of these edges, weighted like the planes.
     slack: f64,
     is_held: bool,
 }
@@ -119,7 +118,6 @@ impl Constraints {
         self.place_merged([u, v], stay, pair)
     }
 
-    /// Finds the merged vertex where some ends must stay in place.
     fn place_merged(&self, [u, v]: [u32; 2], stay: [bool; 2], pair: &Pair) -> Option<MergedVertex> {
         // On the mirror plane one coordinate is fixed.
         let height = self.pins.plane().and_then(|plane| plane.height(u, v, pair.other()));

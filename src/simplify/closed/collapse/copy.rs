@@ -47,7 +47,6 @@ impl<'a> Collapse<'a> {
         }
     }
 
-    /// Removes components, given by all their surface vertices.
     pub fn remove_components(mut self, vertices: impl Iterator<Item = u32>) -> Self {
         let mut is_gone = vec![false; self.merged.len()];
         vertices.for_each(|v| is_gone[self.final_vertex(v) as usize] = true);
@@ -95,7 +94,6 @@ mod tests {
         Collapse::new(Pulse::NONE, surface)
     }
 
-    /// A sphere, and an open cylinder with fewer vertices.
     fn sphere_and_cylinder() -> (TriMesh, usize) {
         let (sphere, cylinder) = (shapes::wavy_sphere(4, 5.0), shapes::open_cylinder(30, 12));
         let n = sphere.positions().len() as u32;

@@ -15,7 +15,6 @@ const MANY: usize = 32;
 pub(super) struct CornerTable {
     /// Vertex at each corner, n_faces x 4; [`NONE`] for removed faces and in every last slot.
     vertices: Vec<u32>,
-    /// Corner across the edge opposite each corner, n_faces x 4.
     across: Vec<u32>,
 }
 

@@ -106,7 +106,6 @@ impl Collapse<'_> {
         !constraints.survive_merge(u, v, self.ids(opposite)) || self.would_break_whole([u, v], stars)
     }
 
-    /// Gives the merged vertex at `x` the data of both.
     #[inline(always)]
     fn carry_over(&mut self, [u, v]: [u32; 2], pair: &Pair, merged: &MergedVertex, x: Vec3, ceiling: f32) {
         // All data keyed by surface number merge here; the topology follows in `merge`.

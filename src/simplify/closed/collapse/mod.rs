@@ -146,7 +146,6 @@ mod tests {
         }
     }
 
-    /// A torus in small charts, whose seams have a price.
     fn charted_torus() -> (TriMesh, Vec<FeatureEdge>) {
         let mesh = shapes::torus(60, 30, 2.0, 0.5);
         let chart = |face: &[u32; 3]| {

@@ -229,7 +229,6 @@ macro_rules! by_lane {
 }
 by_lane!(Add add +, Sub sub -, Mul mul *, Div div /);
 
-/// Multiplies the symmetric matrix with upper triangle `a` by `x`.
 #[inline(always)]
 fn times(a: &[Lanes; 6], x: [Lanes; 3]) -> [Lanes; 3] {
     [
@@ -251,7 +250,6 @@ struct EndColumns {
 }
 
 impl EndColumns {
-    /// Loads whole vertices and transposes them, which is faster than gathering.
     #[inline(always)]
     fn new(nodes: [&CollapseVertex; WIDTH]) -> Self {
         let [a, b, c, d, e, f, g, h] = nodes;
@@ -267,7 +265,6 @@ impl EndColumns {
     }
 }
 
-/// Transposes eight rows in three steps of 256-bit register shuffles.
 #[inline(always)]
 fn transpose(rows: [[f32; WIDTH]; WIDTH]) -> [[f32; WIDTH]; WIDTH] {
     let [a, b, c, d, e, f, g, h] = rows;

@@ -35,7 +35,6 @@ const MOST_IN_VAIN: i32 = 3;
 const SLACK: f32 = 0.999;
 /// Faces per task of pricing.
 const TOGETHER: usize = 1 << 13;
-/// Edges gathered before they are priced.
 const BATCH: usize = 128;
 /// Vertices visited between two beats, a few milliseconds.
 const BETWEEN_BEATS: usize = 4096;
@@ -112,7 +111,6 @@ impl Pricing<'_, '_> {
         }
     }
 
-    /// Offers the price of an edge to both ends.
     #[inline(always)]
     fn offer(&self, edge: &PricedEdge, plain: f32) {
         // Eight plain prices are computed at once; constraints, attributes and poses replace a few.
@@ -206,7 +204,6 @@ impl Collapse<'_> {
         }
     }
 
-    /// Compacts the mesh, sums changed quadrics and prices changed edges.
     pub(super) fn begin_pass(&mut self) {
         self.compact();
         let stale = self.renew();
@@ -219,7 +216,6 @@ impl Collapse<'_> {
         (self.turn_forbidden, self.ceiling_met) = (false, false);
     }
 
-    /// Selects the vertices of a pass and its price threshold.
     fn candidates(&self, limit: Limit, n_in_vain: i32, is_last: bool) -> (Vec<Candidate>, f32) {
         // Every vertex offers its cheapest edge, so there are more candidates than disjoint edges.
         let to_do = self.merges_to(limit);
@@ -323,7 +319,6 @@ impl Collapse<'_> {
         node.wait = if node.changed.is_in(self.pass) { 0.0 } else { next };
     }
 
-    /// Returns the finite-priced edges of a vertex, cheapest first.
     pub(super) fn edges_at(&self, v: u32) -> Vec<(f32, u32)> {
         let mut edges = Vec::with_capacity(self.nodes[v as usize].degree as usize);
         for step in self.faces_around(v) {

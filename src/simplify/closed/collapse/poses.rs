@@ -142,7 +142,6 @@ fn price_in([u, v]: [&Posed; 2], other: DVec3) -> Quadric {
     turn_form(&sum.about(0.5 * to_other - turn * (0.5 * other)), &turn)
 }
 
-/// Returns the form `x -> form(turn x)`.
 fn turn_form(form: &Quadric, turn: &DMat3) -> Quadric {
     let [xx, xy, xz, yy, yz, zz] = form.a;
     let a = DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz]);

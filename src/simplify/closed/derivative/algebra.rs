@@ -28,7 +28,6 @@ impl AddAssign for Form {
     }
 }
 
-/// Returns `x y'`.
 pub(super) fn outer(x: DVec3, y: DVec3) -> DMat3 {
     DMat3::from_cols(x * y.x, x * y.y, x * y.z)
 }

@@ -17,15 +17,12 @@ pub(super) struct FitStep<'a> {
     pub input_faces: &'a [[u32; 3]],
     pub output_faces: &'a [[u32; 3]],
     pub input: &'a [DVec3],
-    /// Output vertices before the step.
     pub output: &'a [DVec3],
 }
 
 struct MatchRow {
     corners: [(usize, f64); 3],
-    /// Weighted area of the input face.
     area: f64,
-    /// Vector from the place in the output face to the point.
     gap: DVec3,
     normal: DVec3,
     height: f64,
@@ -37,7 +34,6 @@ struct Solved {
     /// Sums over the rows of `area height rise` and `area rise^2`.
     slope: f64,
     curvature: f64,
-    /// Weight of the vertices' own positions.
     stay: f64,
 }
 
@@ -124,7 +120,6 @@ impl FitStep<'_> {
         Solved { systems, directions, slope, curvature, stay }
     }
 
-    /// Passes gradients of the rows on to points and vertices.
     fn rows_backward(&self, rows: &[MatchRow], to_rows: &[ToRow], to_input: &mut [DVec3], to_output: &mut [DVec3]) {
         let mut to_units = vec![DVec3::ZERO; self.output_faces.len()];
         for ((m, row), to) in self.step.matches.iter().zip(rows).zip(to_rows) {

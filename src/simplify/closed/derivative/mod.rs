@@ -168,7 +168,6 @@ mod tests {
         a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
     }
 
-    /// Meshes and sizes that cover every branch.
     fn cases() -> Vec<(TriMesh, usize)> {
         vec![
             (shapes::icosphere(3), 30),
@@ -185,7 +184,6 @@ mod tests {
         ]
     }
 
-    /// The cases as shapes and for unknown poses.
     fn cases_and_poses() -> impl Iterator<Item = (TriMesh, usize, Purpose)> {
         cases()
             .into_iter()

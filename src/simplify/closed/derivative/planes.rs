@@ -10,7 +10,6 @@ use crate::simplify::closed::prepare::surface::{BOUNDARY_WEIGHT, Surface, least_
 pub(super) struct Planes {
     pub faces: Vec<[u32; 3]>,
     boundaries: Vec<[u32; 2]>,
-    /// Vertices without area.
     weightless: Vec<u32>,
     support: f64,
     /// Factors on the planes, n_vertices; empty for 1.

@@ -23,7 +23,6 @@ enum TreeStep {
 }
 
 pub(super) struct GrownTree {
-    /// Quadrics: those of the input, then one per star.
     quadrics: Vec<Form>,
     places: Vec<DVec3>,
 }
@@ -93,7 +92,6 @@ impl UnionTree {
         self.roots.iter().map(|&node| at.places[node as usize]).collect()
     }
 
-    /// Adds gradients of the positions; returns those of the matrices.
     pub fn backward(
         &self,
         at: &GrownTree,

@@ -18,7 +18,6 @@ pub struct FeatureEdges {
 }
 
 impl FeatureEdges {
-    /// Transfers mesh edges to the surface, where some vertices are copies.
     pub fn new(surface: &Surface, kept: &[FeatureEdge]) -> Self {
         // Without copies surface and mesh have equal vertices.
         let has_copies = surface.n_split() > 0 && !kept.is_empty();

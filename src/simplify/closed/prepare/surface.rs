@@ -71,12 +71,10 @@ impl Normalisation {
         self.to_unit(local).as_vec3()
     }
 
-    /// Normalises a local point without rounding.
     pub fn to_unit(self, local: [f32; 3]) -> DVec3 {
         self.exact_to_unit(local.map(f64::from))
     }
 
-    /// Normalises a local point in double precision.
     pub fn exact_to_unit(self, local: [f64; 3]) -> DVec3 {
         (DVec3::from(local) - self.centre) * self.factor
     }
@@ -154,13 +152,11 @@ impl<'a> Surface<'a> {
         (0..self.positions.len() as u32).map(|v| self.source(v))
     }
 
-    /// Returns the mesh vertex of a surface vertex.
     pub fn source(&self, vertex: u32) -> u32 {
         let n_own = self.positions.len() - self.copies.len();
         if (vertex as usize) < n_own { vertex } else { self.copies[vertex as usize - n_own] }
     }
 
-    /// Converts a length of the mesh to this surface.
     pub fn length(&self, of_mesh: f32) -> f32 {
         (f64::from(of_mesh) * self.scale.factor) as f32
     }
@@ -175,7 +171,6 @@ impl<'a> Surface<'a> {
         f64::from(quadric[0] + quadric[3] + quadric[5])
     }
 
-    /// Returns the neighbours of a vertex without ghost vertices.
     pub fn neighbors(&self, vertex: u32) -> &[u32] {
         let ring = self.rings.ring(vertex);
         match self.rings.ghost(vertex) {
@@ -345,7 +340,6 @@ pub fn least_weight(total: f64, n_vertices: usize) -> f64 {
     (LIGHT * total / n_vertices as f64).max(1e-20)
 }
 
-/// Returns the upper triangle of `weight n n'`.
 #[inline(always)]
 pub fn outer(n: Vec3, weight: f32) -> [f32; 6] {
     let m = n * weight;

@@ -138,7 +138,6 @@ fn free_place(
 
 pub(super) struct VisibleSteps<'a> {
     frame: &'a Frame,
-    /// Some roundings at half the longest side of the mesh's box.
     visible: f32,
 }
 

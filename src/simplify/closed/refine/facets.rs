@@ -20,7 +20,6 @@ const UNKNOWN: u32 = u32::MAX - 1;
 #[repr(align(64))]
 pub struct Facet {
     gradients: [Vec3; 2],
-    /// Unit normal; zero, like the gradients, for a degenerate face.
     pub normal: Vec3,
     /// Third corner, where the first two weights and the height are 0.
     origin: Vec3,

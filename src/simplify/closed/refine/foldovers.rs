@@ -206,7 +206,6 @@ impl<'a> MovableStar<'a> {
     }
 }
 
-/// Returns whether a face opposes all faces across its edges.
 fn opposes_all(output: &Output, f: u32) -> bool {
     let face = output.face(f);
     let normal = |f: u32| area_normal(output.triangle(f));
@@ -262,7 +261,6 @@ impl RepairView<'_> {
         [area_normal(corners), self.regions.closest_point(centroid, near).normal]
     }
 
-    /// Returns whether a face is turned against the original beneath it.
     fn is_turned(&self, corners: [Vec3; 3], near: &[u32]) -> bool {
         let [own, original] = self.normals(corners, near);
         turns(own, original, self.least)
@@ -348,7 +346,6 @@ impl RepairView<'_> {
 
 struct FacePatch {
     faces: Vec<[Vec3; 3]>,
-    /// Inner points whose distance to the original is measured.
     inner: Vec<Vec3>,
 }
 

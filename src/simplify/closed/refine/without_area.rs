@@ -140,7 +140,6 @@ fn steps_from(here: [f32; 3], steps: [f32; 3]) -> impl Iterator<Item = FreePlace
     (1..MOST_PLACES).map(place).filter(|(place, _): &FreePlace| place.iter().all(|x| x.is_finite()))
 }
 
-/// Returns the positions of a surface vertex's neighbours and their neighbours.
 fn own_places(original: &Original, origin: u32) -> impl Iterator<Item = FreePlace> {
     let Original { mesh, surface, .. } = original;
     let neighbours = surface.neighbors(origin).iter();
