@@ -1,7 +1,7 @@
-//! glTF 2.0, as JSON or as GLB: the triangles of the default scene as one mesh, and whole assets in and out ([`Asset`]).
+//! glTF 2.0, JSON or GLB: the default scene as one mesh, and whole assets ([`Asset`]).
 //!
-//! The plain reader is here: it places meshes by the transforms of their nodes and passes over materials, cameras, skins,
-//! morph targets and animations. Compressed geometry that is not understood is refused by name.
+//! This file holds the plain reader: geometry placed by its nodes, without materials, cameras, skins, morph targets and
+//! animations.
 
 mod accessor;
 mod asset;
@@ -68,15 +68,15 @@ use super::ReadError;
 use super::far_out::is_far_out;
 use crate::mesh::RawMesh;
 
-/// Why this build writes no such file: it does.
+/// Reason why this build cannot write glTF: none.
 pub(super) const MISSING: Option<&str> = None;
 
 const REMEDY: &str = "export the asset again";
 
-/// The extension without which the one mesh that is read is not what the file shows.
+/// An extension that places meshes in a way the plain reader does not see.
 const REFUSED: &str = "EXT_mesh_gpu_instancing";
 
-/// Reads a glTF asset; `fetch` gives the bytes of a buffer that is a file of its own, by its URI.
+/// Reads the geometry of a glTF; `fetch` returns the bytes of a buffer file by its URI.
 pub(super) fn read(bytes: &[u8], fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<RawMesh, ReadError> {
     let container = Container::open(bytes, fetch)?;
     refuse(&container.root)?;
@@ -89,7 +89,7 @@ pub(super) fn read(bytes: &[u8], fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadErr
     Ok(mesh)
 }
 
-/// Refuses an asset that needs an extension which one mesh does not show.
+/// Refuses an asset that requires the extension [`REFUSED`].
 fn refuse(root: &Root) -> Result<(), ReadError> {
     match root.extensions_required.iter().any(|needed| needed == REFUSED) {
         true => Err(ReadError::file(format!("needs the extension {REFUSED}"), "export the asset without it")),
@@ -97,7 +97,7 @@ fn refuse(root: &Root) -> Result<(), ReadError> {
     }
 }
 
-/// Takes from the vertices and faces that may still be made, so that a small file cannot fill the memory.
+/// Takes `n` from the budget of vertices and faces, so that a small file cannot fill the memory.
 fn spend(budget: &mut usize, n: usize) -> Result<(), ReadError> {
     *budget = budget
         .checked_sub(n)
@@ -105,7 +105,7 @@ fn spend(budget: &mut usize, n: usize) -> Result<(), ReadError> {
     Ok(())
 }
 
-/// The asset and what was collected of it.
+/// An asset with the mesh made of it so far.
 struct Scene<'a> {
     data: Data<'a>,
     mesh: RawMesh,
@@ -117,7 +117,7 @@ impl Scene<'_> {
     /// Adds the triangles of all primitives of a mesh.
     fn add_mesh(&mut self, index: usize, transform: DMat4) -> Result<(), ReadError> {
         let mesh = self.data.root.meshes.get(index).ok_or_else(|| missing("mesh", index))?;
-        // Primitives that differ in material only often share their positions.
+        // // Primitives that differ only in material often share their positions.
         let mut known = BTreeMap::new();
         for primitive in &mesh.primitives {
             let Some(accessor) = primitive.triangle_positions() else { continue };
@@ -130,7 +130,7 @@ impl Scene<'_> {
         Ok(())
     }
 
-    /// Adds the transformed positions of an accessor; gives the index of the first and their number.
+    /// Adds the transformed positions of an accessor; returns the first index and their number.
     fn add_positions(&mut self, accessor: usize, transform: DMat4) -> Result<(usize, usize), ReadError> {
         let first = self.mesh.positions.len();
         let local = self.data.positions(accessor, self.budget)?;
@@ -148,6 +148,7 @@ impl Scene<'_> {
         mirrored: bool,
     ) -> Result<(), ReadError> {
         let place = |vertex: u32| if vertex == u32::MAX { vertex } else { (first + vertex as usize) as u32 };
+        // A mirroring transform turns faces inside out, so they are turned back.
         let turn = |[a, b, c]: [u32; 3]| if mirrored { [a, c, b] } else { [a, b, c] };
         let triangles = triangles::of_primitive(&self.data, primitive, count, &mut self.budget)?;
         self.mesh.faces.extend(triangles.into_iter().map(|triangle| turn(triangle.map(place))));
@@ -155,7 +156,7 @@ impl Scene<'_> {
     }
 }
 
-/// The error for an index that leads nowhere.
+/// Makes the error for an index of nothing.
 fn missing(what: &str, index: usize) -> ReadError {
     ReadError::file(format!("there is no {what} {index}"), REMEDY)
 }
@@ -166,7 +167,7 @@ mod tests {
 
     use super::*;
 
-    /// A triangle at z = 0 as positions (view 0), indices 0 1 2 (view 1), and one more position (view 2).
+    /// Writes an asset with a triangle at z = 0 (view 0), indices 0 1 2 (view 1) and one more position (view 2).
     fn asset(rest: &str) -> String {
         let mut bytes = Vec::new();
         for float in [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0] {

@@ -1,4 +1,4 @@
-//! The arrays of a glTF asset: positions, indices and whatever else vertices carry, dense or sparse, every access checked.
+//! Accessors of a glTF, dense or sparse, with every access checked.
 
 use super::buffers::Buffers;
 use super::schema::{Accessor, BufferView, Root};
@@ -10,28 +10,28 @@ use crate::io::room::{room, zeros};
 pub(super) struct Data<'a> {
     pub root: &'a Root,
     pub buffers: &'a Buffers<'a>,
-    /// Of each buffer view the bytes where they had to be decompressed.
+    /// Bytes of each compressed buffer view.
     pub decompressed: &'a [Option<Vec<u8>>],
 }
 
 impl<'a> Data<'a> {
-    /// The number of elements of an accessor, as claimed.
+    /// Returns the claimed number of elements of an accessor.
     pub fn count(&self, index: usize) -> Result<usize, ReadError> {
         Ok(self.accessor(index)?.count)
     }
 
-    /// The positions of accessor `index`, count x 3; refused where there are more than `limit`.
+    /// Reads positions, count x 3; refuses more than `limit`.
     pub fn positions(&self, index: usize, limit: usize) -> Result<Vec<[f64; 3]>, ReadError> {
         self.elements::<3>(index, "VEC3", limit)
     }
 
-    /// The vertex indices of accessor `index`, count; refused where there are more than `limit`.
+    /// Reads vertex indices; refuses more than `limit`.
     pub fn indices(&self, index: usize, limit: usize) -> Result<Vec<u32>, ReadError> {
         let values = self.elements::<1>(index, "SCALAR", limit)?;
         Ok(values.into_iter().map(|[value]| value as u32).collect())
     }
 
-    /// Numbers per element and all values of accessor `index`, count x width; refused where there are more than `limit`.
+    /// Reads the width and the values of an accessor, count x width; refuses more than `limit` values.
     pub fn floats(&self, index: usize, limit: usize) -> Result<(usize, Vec<f32>), ReadError> {
         let accessor = self.accessor(index)?;
         let shape = Shape::of(&accessor.shape).ok_or_else(|| unusable(index, accessor))?;
@@ -49,18 +49,18 @@ impl<'a> Data<'a> {
         Ok((width, values))
     }
 
-    /// Numbers per element of accessor `index`.
+    /// Returns the number of components per element of an accessor.
     pub fn width(&self, index: usize) -> Result<usize, ReadError> {
         let accessor = self.accessor(index)?;
         Shape::of(&accessor.shape).map(Shape::width).ok_or_else(|| unusable(index, accessor))
     }
 
-    /// The accessor `index`.
+    /// Returns the accessor `index`.
     pub fn accessor(&self, index: usize) -> Result<&'a Accessor, ReadError> {
         self.root.accessors.get(index).ok_or_else(|| missing("accessor", index))
     }
 
-    /// All elements of an accessor of this shape.
+    /// Reads all elements of an accessor that must have this shape.
     fn elements<const N: usize>(&self, index: usize, shape: &str, limit: usize) -> Result<Vec<[f64; N]>, ReadError> {
         let accessor = self.accessor(index)?;
         let kind = Kind { component: accessor.component_type, normalized: accessor.normalized };
@@ -76,8 +76,8 @@ impl<'a> Data<'a> {
         Ok(elements)
     }
 
-    /// Shows the number and the `size` bytes of each element, the dense ones first, then those that replace them;
-    /// elements that are not shown are zeros.
+    /// Passes on the number and the bytes of each element, dense ones first, then sparse replacements; others are
+    /// zeros.
     fn each_element(
         &self,
         index: usize,
@@ -108,7 +108,7 @@ impl<'a> Data<'a> {
         Ok(())
     }
 
-    /// `count` elements of `size` bytes from `offset` on in a buffer view.
+    /// Returns `count` elements of `size` bytes in a buffer view, from `offset` on.
     fn run(
         &self,
         index: usize,
@@ -123,14 +123,14 @@ impl<'a> Data<'a> {
             return Err(too_short());
         }
         let bytes = self.bytes(index).and_then(|bytes| bytes.get(offset..)).ok_or_else(too_short)?;
-        // The last element need not fill its stride.
+        // // The last element may be shorter than the stride.
         if count > 0 && (count - 1).checked_mul(stride).is_none_or(|start| start.saturating_add(size) > bytes.len()) {
             return Err(too_short());
         }
         Ok(bytes.chunks(stride).take(count))
     }
 
-    /// The bytes of a buffer view, decompressed where they had to be.
+    /// Returns the bytes of a buffer view, decompressed.
     pub fn bytes(&self, index: usize) -> Option<&'a [u8]> {
         if let Some(Some(bytes)) = self.decompressed.get(index) {
             return Some(bytes);
@@ -146,7 +146,7 @@ fn unusable(index: usize, accessor: &Accessor) -> ReadError {
     ReadError::file(what, REMEDY)
 }
 
-/// How many components an element has; those of matrices stand column by column.
+/// The size of an element in components; matrices are stored by columns.
 #[derive(Clone, Copy)]
 struct Shape {
     rows: usize,
@@ -168,49 +168,49 @@ impl Shape {
         Some(Self { rows, columns })
     }
 
-    /// Numbers per element.
+    /// Returns the number of components.
     fn width(self) -> usize {
         self.rows * self.columns
     }
 
-    /// Bytes from one column to the next: columns of matrices start at multiples of four.
+    /// Returns the bytes from one column to the next; matrix columns are aligned to four bytes.
     fn column(self, component: usize) -> usize {
         if self.columns == 1 { self.rows * component } else { (self.rows * component).next_multiple_of(4) }
     }
 
-    /// Bytes of an element whose components have `component` bytes.
+    /// Returns the bytes of an element with `component` bytes per component.
     fn size(self, component: usize) -> usize {
         self.columns * self.column(component)
     }
 
-    /// Where the component `at` starts in an element.
+    /// Returns the offset of component `at` in an element.
     fn offset(self, at: usize, component: usize) -> usize {
         (at / self.rows) * self.column(component) + (at % self.rows) * component
     }
 }
 
-/// Numbers per element of an accessor, 0 for what is unknown.
+/// Returns the number of components of a shape, 0 if it is unknown.
 pub(super) fn shape_width(shape: &str) -> usize {
     Shape::of(shape).map_or(0, Shape::width)
 }
 
-/// Bytes of an element of an accessor, 0 for what is unknown.
+/// Returns the size of an element in bytes, 0 if its shape or type is unknown.
 pub(super) fn element_size(shape: &str, component_type: u32) -> usize {
     let component = Kind { component: component_type, normalized: false }.size();
     Shape::of(shape).map_or(0, |shape| shape.size(component))
 }
 
-/// How a component is stored.
+/// The storage of a component.
 #[derive(Clone, Copy)]
 struct Kind {
-    /// 5120 to 5126, the numbers of OpenGL.
+    /// OpenGL number of the type, 5120 to 5126.
     component: u32,
-    /// Whether integers stand for fractions of their range.
+    /// Whether integers mean fractions of their range.
     normalized: bool,
 }
 
 impl Kind {
-    /// Bytes of a component, 0 for an unknown kind.
+    /// Returns the size in bytes, 0 for an unknown type.
     fn size(self) -> usize {
         match self.component {
             5120 | 5121 => 1,
@@ -220,7 +220,7 @@ impl Kind {
         }
     }
 
-    /// The component at the start of `bytes`, which hold it.
+    /// Decodes the component at the start of `bytes`, which must be long enough.
     fn decode(self, bytes: &[u8]) -> f64 {
         let mut raw = [0; 4];
         raw[..self.size()].copy_from_slice(&bytes[..self.size()]);

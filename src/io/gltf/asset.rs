@@ -1,4 +1,4 @@
-//! A glTF asset with everything in it: opened, its meshes taken out to be simplified.
+//! A whole glTF asset, with its meshes as parts for simplification.
 
 use std::fmt;
 use std::path::Path;
@@ -16,29 +16,30 @@ use crate::io::room::read_file;
 use crate::io::uri::{fetch, path_inside};
 use crate::io::{Folder, Format, OutputFile, ReadError, gzip, of_its_own};
 
-/// A glTF or GLB file, opened with all that it refers to.
+/// A glTF or GLB file, with the files it refers to.
 pub struct Asset {
-    /// The document as it was read.
+    /// Document as read.
     pub(super) document: Value,
-    /// Its geometry and all bytes.
+    /// Geometry and buffers.
     pub(super) container: Container<'static>,
-    /// Bytes of the asset: its own file's, and those of its buffers.
+    /// Bytes of the asset's file and buffers.
     pub(super) n_bytes: usize,
-    /// Whether all bytes were within one file of JSON.
+    /// Whether the asset is a single JSON file.
     pub(super) is_embedded: bool,
-    /// Images that are files of their own.
+    /// Images in separate files.
     pub(super) images: Vec<OutputFile>,
-    /// The index of the mesh of each part.
+    /// Mesh index of each part.
     pub(super) meshes: Vec<usize>,
     parts: Vec<Part>,
     notes: Vec<String>,
 }
 
 impl Asset {
-    /// Opens the glTF or GLB file at `path`, compressed by gzip or not. What it names is read from its own folder and below, from nowhere else.
+    /// Opens the glTF or GLB file at `path`, gzip-compressed or not; further files are read only from its folder and
+    /// below.
     ///
     /// # Errors
-    /// [`ReadError`], without the path: the caller knows it.
+    /// [`ReadError`], without the path.
     ///
     /// ```
     /// use neural_mesh::io::Asset;
@@ -50,11 +51,13 @@ impl Asset {
         Self::from_bytes_in(&bytes, &Folder::of(path))
     }
 
-    /// Opens the bytes of a glTF or GLB file, compressed by gzip or not; `fetch` gives those of a file that it names, by a URI that does not lead out
-    /// of its folder. Images that cannot be had are noted, buffers are needed.
+    /// Opens the bytes of a glTF or GLB file, gzip-compressed or not.
+    ///
+    /// `fetch` returns the bytes of a file by its URI, which does not lead out of the folder. A missing image adds a
+    /// note, a missing buffer is an error.
     ///
     /// # Errors
-    /// [`ReadError`] says in one line what is wrong, where, and what to do.
+    /// [`ReadError`] names the problem, its place and a remedy in one line.
     ///
     /// ```
     /// use neural_mesh::io::{Asset, ReadError};
@@ -69,19 +72,18 @@ impl Asset {
         opened.map_err(|error| ReadError { format: Some(Format::Gltf), ..error })
     }
 
-    /// Opens the bytes of a glTF or GLB file, compressed by gzip or not, with the files that it names in `folder`.
+    /// Opens the bytes of a glTF or GLB file, gzip-compressed or not, with further files from `folder`.
     ///
     /// # Errors
-    /// As of [`from_bytes`](Self::from_bytes).
+    /// As [`from_bytes`](Self::from_bytes).
     pub fn from_bytes_in(bytes: &[u8], folder: &Folder) -> Result<Self, ReadError> {
         Self::from_bytes(bytes, &|uri| fetch(folder, uri))
     }
 
-    /// Opens the bytes of a glTF or GLB file whose folder is not known, as [`from_bytes`](Self::from_bytes) does: buffers have to be
-    /// within it.
+    /// Opens the bytes of a glTF or GLB file that must contain its buffers.
     ///
     /// # Errors
-    /// As of [`from_bytes`](Self::from_bytes).
+    /// As [`from_bytes`](Self::from_bytes).
     ///
     /// ```
     /// use neural_mesh::io::Asset;
@@ -111,12 +113,12 @@ impl Asset {
         Ok(Self { document, container, n_bytes, is_embedded, images, meshes, parts, notes })
     }
 
-    /// The meshes that have triangles, in the order of the file, each once.
+    /// Returns the meshes with triangles, each once, in file order.
     pub fn parts(&self) -> &[Part] {
         &self.parts
     }
 
-    /// Whether the asset as a whole has an extension, such as `VRM` or `VRMC_vrm`.
+    /// Returns whether the asset as a whole has an extension, such as `VRM` or `VRMC_vrm`.
     ///
     /// ```
     /// use neural_mesh::io::Asset;
@@ -127,7 +129,7 @@ impl Asset {
         self.document.get("extensions").is_some_and(|extensions| extensions.get(name).is_some())
     }
 
-    /// What had to be mended or could not be had, in one line each.
+    /// Returns notes on repairs and missing files, a line each.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
@@ -144,7 +146,7 @@ fn has_its_bytes(buffer: &super::schema::Buffer) -> bool {
     buffer.uri.as_deref().is_some_and(|uri| uri.starts_with("data:"))
 }
 
-/// The meshes with triangles and their indices.
+/// Reads the meshes that have triangles, with their mesh indices.
 fn parts(container: &Container, n_bytes: usize, notes: &mut Vec<String>) -> Result<(Vec<usize>, Vec<Part>), ReadError> {
     let (root, data) = (&container.root, container.data());
     let (mut budget, mut mended) = (container.budget(n_bytes), part::Notes::default());
@@ -164,7 +166,7 @@ fn parts(container: &Container, n_bytes: usize, notes: &mut Vec<String>) -> Resu
     Ok((meshes, parts))
 }
 
-/// The largest scale at which each mesh is placed, n_meshes.
+/// Returns the largest scale at which each mesh is placed, n_meshes, 1 if none.
 fn scales(data: &Data, limit: usize) -> Result<Vec<f64>, ReadError> {
     let mut scales = vec![0f64; data.root.meshes.len()];
     for placed in placements(data)? {
@@ -179,14 +181,14 @@ fn scales(data: &Data, limit: usize) -> Result<Vec<f64>, ReadError> {
     Ok(scales.into_iter().map(|scale| if scale > 0.0 { scale } else { 1.0 }).collect())
 }
 
-/// The largest scale among those of instances, n x 3 in an accessor.
+/// Returns the largest scale of the instances in an accessor, n x 3.
 fn largest_scale(data: &Data, accessor: usize, limit: usize) -> Result<f64, ReadError> {
     let (width, values) = data.floats(accessor, limit)?;
     let volume = |scale: &[f32]| scale.iter().map(|&x| f64::from(x)).product::<f64>().abs();
     Ok(values.chunks_exact(width).map(volume).fold(0.0, f64::max).cbrt())
 }
 
-/// The images that are files of their own, each once; what cannot be had stays a reference.
+/// Fetches the images in separate files, each once; for a missing one the document keeps its reference.
 fn images(root: &Root, fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>, notes: &mut Vec<String>) -> Vec<OutputFile> {
     let mut images: Vec<OutputFile> = Vec::new();
     for uri in root.images.iter().filter_map(|image| image.uri.as_deref()).filter(|uri| !uri.starts_with("data:")) {

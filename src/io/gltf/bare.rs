@@ -1,4 +1,4 @@
-//! A mesh that came from no glTF file as an asset of a node for each object: a primitive and a material for each group of faces.
+//! Writes a new asset from a mesh: a node per object, a primitive and a material per group.
 
 use std::collections::BTreeSet;
 
@@ -20,15 +20,14 @@ use crate::io::write_options::WriteOptions;
 use crate::io::{Format, OutputFile, Packing, WriteError};
 use crate::mesh::{Attributes, Channel, Look, PositionGrid, Role, linear_light};
 
-/// Writes a mesh as one file of glTF, with what its corners carry: `Format::Glb`, or JSON with the buffer inside.
+/// Writes a mesh as a single glTF file: GLB, or JSON with the buffer inside.
 ///
-/// The mesh stands at `origin`, in doubles, in a node of its own, so that it keeps its precision far out. Each group of
-/// faces becomes a primitive with a material called as `group_names` says; where all are of one group and no name is given, without. Channels go by their roles; texture
-/// coordinates are as glTF has them, with v downwards. The second result says in one line each what glTF cannot hold
-/// of a bare mesh: skins and morph targets.
+/// A node moves the mesh to `origin`, in doubles, so that it keeps its precision. Each group becomes a primitive with a
+/// material named by `group_names`; a single group without a name has no material. Channels are written by role;
+/// texture coordinates have v downwards. The second result lists losses, such as skins and morph targets, a line each.
 ///
 /// # Errors
-/// [`WriteError`] where the part is no valid mesh or the format cannot hold it.
+/// [`WriteError`] if the part is not a valid mesh, or the format cannot hold it.
 ///
 /// ```
 /// use neural_mesh::io::{Format, LighterPart, read, write_gltf};
@@ -50,19 +49,19 @@ pub fn write_gltf(
     Ok((written.bytes, written.notes))
 }
 
-/// What is known of groups by their numbers.
+/// Properties of groups, by group number.
 #[derive(Clone, Copy, Debug, Default)]
 struct Named<'a> {
-    /// Names of their materials.
+    /// Names of the materials.
     groups: &'a [String],
-    /// The objects that they are of.
+    /// Names of the objects.
     objects: &'a [Option<String>],
-    /// What they look like.
+    /// Looks.
     looks: &'a [Look],
 }
 
 impl Named<'_> {
-    /// The material of a group, where it is to have one, with what it needs in the document.
+    /// Writes the material of a group, if it gets one, and returns its index.
     fn material<'a>(
         &'a self,
         part: &LighterPart,
@@ -79,9 +78,10 @@ impl Named<'_> {
         Some(materials.push(draft, &name, look))
     }
 
-    /// The grids of texture coordinates, by group: where materials will have textures.
+    /// Chooses grids for texture coordinates of the groups whose materials have textures.
     fn uv_grids(&self, part: &LighterPart) -> UvGrids {
         let is_textured = |group: u32| {
+            // Written to a draft that is thrown away: only that shows whether a texture will be accepted.
             let (mut draft, mut materials) = (Draft { document: json!({}), views: Vec::new() }, Materials::default());
             self.material(part, group, &mut draft, &mut materials);
             draft.document.get("textures").is_some()
@@ -91,7 +91,7 @@ impl Named<'_> {
     }
 }
 
-/// As [`write_gltf`], with what each group looks like, as far as that is known, and a node and mesh for each object.
+/// Writes as [`write_gltf`], with looks of the groups, and a node and mesh for each object.
 fn write_with_looks(
     mut part: LighterPart,
     origin: [f64; 3],
@@ -131,30 +131,30 @@ fn write_with_looks(
     Ok(BareFile { bytes: one_file(draft.document, &buffer, format)?, beside, n_vertices: objects.n_vertices, notes })
 }
 
-/// Moves the images of a document into files beside it, where they are to be shared; returns these.
+/// Moves images to files of their own, if they are to be shared, and returns these.
 fn moved_images(draft: &mut Draft, options: &WriteOptions) -> Vec<OutputFile> {
     if !options.shares_images || options.format != Format::Gltf {
         return Vec::new();
     }
     let moved = move_beside(draft, &options.name, &[]);
-    // Nothing but the views of these images is unused.
+    // // Only the views of the moved images are unused.
     if !moved.is_empty() {
         drop_unused(draft);
     }
     moved
 }
 
-/// The primitives of objects by their names, with what they need.
+/// The primitives of each object so far.
 struct Objects<'a> {
     materials: Materials<'a>,
-    /// The group of each material.
+    /// Group of each material.
     groups: Vec<usize>,
     named: Vec<(Option<&'a str>, Vec<Value>)>,
     n_vertices: usize,
 }
 
 impl<'a> Objects<'a> {
-    /// Adds the faces of a group of a part.
+    /// Adds the faces of a group.
     fn add(
         &mut self,
         draft: &mut Draft,
@@ -180,8 +180,7 @@ impl<'a> Objects<'a> {
     }
 }
 
-/// A mesh of another format, whose texture coordinates run upwards and whose colours are those of sRGB, with the names of its
-/// groups, the objects that these are of, and their looks.
+/// Writes a mesh of another format as glTF: flips its texture coordinates and turns sRGB colours into linear ones.
 pub(in crate::io) fn write_attributed(
     content: &Content,
     attributes: &Attributes,
@@ -203,14 +202,14 @@ pub(in crate::io) fn write_attributed(
     write_with_looks(part, origin, &Named { groups, objects, looks }, how)
 }
 
-/// Positions and faces alone.
+/// Writes positions and faces.
 pub(in crate::io) fn write(content: &Content, format: Format) -> Result<Vec<u8>, WriteError> {
     let (origin, positions) = content.around_origin();
     let part = LighterPart { positions, faces: content.faces.to_vec(), ..LighterPart::default() };
     write_gltf(part, origin, &[], format).map(|(bytes, _)| bytes)
 }
 
-/// A document of one scene, whose nodes are still to come.
+/// Makes a document with one empty scene.
 fn skeleton() -> Value {
     let generator = concat!("neural-mesh ", env!("CARGO_PKG_VERSION"));
     json!({"asset": {"version": "2.0", "generator": generator}, "scene": 0, "scenes": [{"nodes": []}]})
@@ -236,7 +235,7 @@ fn push_object(draft: &mut Draft, place: &PositionGrid, name: Option<&str>, prim
     }
 }
 
-/// Names channels as glTF does, by their roles; drops those that it cannot hold and says so.
+/// Renames channels by role, as glTF does; drops the ones that it cannot hold, with a note.
 fn rename_channels(part: &mut LighterPart) -> Vec<String> {
     let (mut notes, mut counts) = (Vec::new(), [0; 2]);
     let mut next = |which: usize| {
@@ -266,7 +265,7 @@ fn rename_channels(part: &mut LighterPart) -> Vec<String> {
     notes
 }
 
-/// The name of an attribute that the specification does not know.
+/// Returns the name of an application-specific attribute.
 fn custom_name(name: &str) -> String {
     let letter = |letter: char| if letter.is_ascii_alphanumeric() { letter.to_ascii_uppercase() } else { '_' };
     let name: String = name.chars().map(letter).collect();

@@ -1,4 +1,4 @@
-//! Skins as matrices: where the joints stand, and where a skin puts its mesh in the pose that it was bound in.
+//! Skins as matrices: transforms of joints, and of a mesh in its bind pose.
 
 use glam::DMat4;
 
@@ -6,14 +6,14 @@ use super::accessor::Data;
 use super::schema::{Node, Skin};
 use crate::io::ReadError;
 
-/// The joints of a skin, with the matrices from the mesh's coordinates to theirs.
+/// The joints of a skin, with their inverse bind matrices (from mesh to joint coordinates).
 pub(super) struct Bones {
     pub joints: Vec<usize>,
     pub inverse_bind: Vec<DMat4>,
 }
 
 impl Bones {
-    /// Reads the matrices of a skin; those that are missing are the identity.
+    /// Reads the matrices of a skin; missing ones are the identity.
     pub fn of(data: &Data, skin: &Skin) -> Result<Self, ReadError> {
         let n = skin.joints.len();
         let matrices = skin.inverse_bind_matrices.map(|index| data.floats(index, 16 * n.max(1)));
@@ -26,8 +26,9 @@ impl Bones {
         Ok(Self { joints: skin.joints.clone(), inverse_bind })
     }
 
-    /// Returns the transform from the mesh's coordinates to the scene's in the pose that the skin was bound in: that of the
-    /// first joint whose matrices have an inverse. All joints agree on it where the nodes stand in that pose.
+    /// Returns the transform of the mesh to the scene in its bind pose, by the first joint with an invertible matrix.
+    ///
+    /// All joints agree on it if the nodes are in that pose.
     pub fn bind_transform(&self, world: &[DMat4]) -> Option<DMat4> {
         let joints = self.joints.iter().zip(&self.inverse_bind);
         let mut transforms = joints.filter_map(|(&joint, inverse)| Some(*world.get(joint)? * *inverse));
@@ -35,7 +36,7 @@ impl Bones {
     }
 }
 
-/// Returns the transforms of all nodes to the scene, from those of each to its parent, n_nodes.
+/// Returns the transforms of all nodes to the scene, from those to their parents, n_nodes.
 pub(super) fn world_transforms(nodes: &[Node], local: &[DMat4]) -> Vec<DMat4> {
     let mut parent = vec![None; nodes.len()];
     let of = |(i, node): (usize, &Node)| node.children.iter().map(move |&child| (child, i)).collect::<Vec<_>>();
@@ -44,7 +45,7 @@ pub(super) fn world_transforms(nodes: &[Node], local: &[DMat4]) -> Vec<DMat4> {
     }
     let world = |mut node: usize| {
         let mut world = local[node];
-        // No node is its own ancestor but in a broken file.
+        // // Bounded, as in a broken file a node may be its own ancestor.
         for _ in 0..nodes.len() {
             let Some(above) = parent[node] else { break };
             world = local[above] * world;

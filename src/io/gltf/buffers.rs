@@ -1,4 +1,4 @@
-//! The buffers of a glTF asset: each file that they name is read and held once, however many of them name it.
+//! Buffers of a glTF; each file is read once, even if several buffers name it.
 
 use std::borrow::Cow;
 use std::path::PathBuf;
@@ -12,15 +12,16 @@ use crate::io::uri::path_inside;
 
 /// The bytes of buffers.
 pub(super) struct Buffers<'a> {
-    /// What was read.
+    /// Content of the files.
     files: Vec<Cow<'a, [u8]>>,
-    /// Of each buffer which of these holds its bytes.
+    /// File of each buffer.
     of_buffers: Vec<usize>,
 }
 
 impl<'a> Buffers<'a> {
-    /// Gathers the bytes of buffers, given by their URIs and whether they need none: those of the container (`embedded`), of `data:`
-    /// URIs, and of files by `fetch`.
+    /// Collects the bytes of buffers: from the container (`embedded`), `data:` URIs, and files by `fetch`.
+    ///
+    /// A buffer is given by its URI and whether it is a fallback, which needs no bytes.
     pub fn load<'b>(
         buffers: impl Iterator<Item = (Option<&'b str>, bool)>,
         embedded: Option<&'a [u8]>,
@@ -41,13 +42,14 @@ impl<'a> Buffers<'a> {
         Ok(held)
     }
 
-    /// The number of the file that a URI names, read if it is not among the `known`.
+    /// Returns the index of the file that a URI names, reading it if it is new.
     fn file(
         &mut self,
         uri: &str,
         known: &mut FxHashMap<PathBuf, usize>,
         fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
     ) -> Result<usize, ReadError> {
+        // By path, not by URI: several spellings may name one file.
         let path = path_inside(uri).filter(|_| !uri.starts_with("data:"));
         if let Some(&file) = path.as_ref().and_then(|path| known.get(path)) {
             return Ok(file);
@@ -57,18 +59,18 @@ impl<'a> Buffers<'a> {
         Ok(self.files.len() - 1)
     }
 
-    /// The same with bytes of its own.
+    /// Copies borrowed bytes.
     pub fn into_owned(self) -> Buffers<'static> {
         let files = self.files.into_iter().map(|bytes| Cow::Owned(bytes.into_owned())).collect();
         Buffers { files, of_buffers: self.of_buffers }
     }
 
-    /// The bytes of a buffer.
+    /// Returns the bytes of a buffer.
     pub fn get(&self, index: usize) -> Option<&[u8]> {
         self.of_buffers.get(index).map(|&file| &*self.files[file])
     }
 
-    /// How many bytes were read, those of a file once.
+    /// Returns the number of bytes read.
     pub fn n_bytes(&self) -> usize {
         self.files.iter().map(|bytes| bytes.len()).sum()
     }

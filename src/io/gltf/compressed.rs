@@ -1,4 +1,4 @@
-//! Buffer views compressed by `EXT_meshopt_compression` or `KHR_meshopt_compression`, by the library's own decoders.
+//! Decompression of buffer views (`EXT_meshopt_compression`, `KHR_meshopt_compression`) by meshoptimizer.
 
 use meshopt::{
     decode_filter_color, decode_filter_exp, decode_filter_oct, decode_filter_quat, decode_index_buffer,
@@ -11,10 +11,10 @@ use super::REMEDY;
 use super::buffers::Buffers;
 use crate::io::ReadError;
 
-/// How often decompressed bytes may repeat the compressed ones, and how many are always granted.
+/// Largest expansion per compressed byte, and bytes always allowed.
 const GROWTH: (usize, usize) = (64, 1 << 26);
 
-/// Where the compressed bytes of a view lie, and how they become `count` elements of `byte_stride` bytes.
+/// The compressed form of a view with `count` elements of `byte_stride` bytes.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Compressed {
@@ -28,7 +28,7 @@ pub(super) struct Compressed {
     pub filter: Option<String>,
 }
 
-/// Of each buffer view its bytes, where `views` says that it is compressed. Which extensions the asset needs does not matter.
+/// Decompresses the compressed buffer views; the third argument matters only to builds without this feature.
 pub(super) fn decompress(
     views: &[Option<&Compressed>],
     buffers: &Buffers,
@@ -38,6 +38,7 @@ pub(super) fn decompress(
     let mut decode = |(index, view): (usize, &Option<&Compressed>)| {
         let Some(view) = view else { return Ok(None) };
         let broken = || ReadError::file(format!("buffer view {index} cannot be decompressed"), REMEDY);
+        // Before decoding: the claimed size may be anything.
         let size = view.count.checked_mul(view.byte_stride).filter(|&size| size <= budget).ok_or_else(broken)?;
         budget -= size;
         let bytes = buffers.get(view.buffer).and_then(|bytes| bytes.get(view.byte_offset..)?.get(..view.byte_length));
@@ -46,7 +47,7 @@ pub(super) fn decompress(
     views.iter().enumerate().map(&mut decode).collect()
 }
 
-/// The elements of a view, count x byte_stride; `None` where the description or the bytes are broken.
+/// Decodes a view, count x byte_stride bytes; `None` if its description or bytes are broken.
 fn decoded(view: &Compressed, bytes: &[u8]) -> Option<Vec<u8>> {
     let Compressed { count, byte_stride, .. } = *view;
     match (view.mode.as_str(), byte_stride) {
@@ -66,7 +67,7 @@ fn decoded(view: &Compressed, bytes: &[u8]) -> Option<Vec<u8>> {
     }
 }
 
-/// A vertex of N words, which the binding wants as a type.
+/// A vertex of N words, a type that the binding requires.
 #[derive(Clone)]
 struct Vertex<const N: usize>([u32; N]);
 
@@ -76,7 +77,7 @@ impl<const N: usize> Default for Vertex<N> {
     }
 }
 
-/// The vertices of a stream of `stride` bytes each, which is a multiple of four up to 256.
+/// Decodes vertices of `stride` bytes, a multiple of four up to 256.
 fn by_stride(bytes: &[u8], count: usize, stride: usize) -> Option<Vec<u8>> {
     macro_rules! of_words {
         ($($n:literal)*) => {
@@ -95,7 +96,7 @@ fn vertices<const N: usize>(bytes: &[u8], count: usize) -> Option<Vec<u8>> {
     Some(vertices.into_iter().flat_map(|vertex| vertex.0).flat_map(u32::to_ne_bytes).collect())
 }
 
-/// Undoes what was done to vertices so that they compress well.
+/// Undoes the filter that prepared vertices for compression.
 fn filtered(bytes: Vec<u8>, stride: usize, filter: &str) -> Option<Vec<u8>> {
     match (filter, stride) {
         ("NONE", _) => Some(bytes),

@@ -1,4 +1,4 @@
-//! The document of a glTF asset and the bytes of its buffers, from JSON or from GLB.
+//! The document and buffers of a glTF, from JSON or GLB.
 
 use serde::Deserialize;
 use serde_json::Value;
@@ -10,18 +10,19 @@ use super::{REMEDY, compressed, draco};
 use crate::io::ReadError;
 use crate::io::room::most_made;
 
-/// An asset whose bytes are all at hand.
+/// A glTF with all its bytes.
 pub(super) struct Container<'a> {
     pub root: Root,
     pub buffers: Buffers<'a>,
-    /// Of each buffer view its bytes where they came compressed.
+    /// Bytes of each compressed buffer view.
     pub decompressed: Vec<Option<Vec<u8>>>,
 }
 
 impl<'a> Container<'a> {
-    /// Opens an asset; `fetch` gives the bytes of buffers that are files of their own.
+    /// Opens an asset; `fetch` returns the bytes of buffers in separate files.
     pub fn open(bytes: &'a [u8], fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<Self, ReadError> {
         let (json, embedded) = chunks(bytes)?;
+        // Before parsing: glTF 1.0 has another structure and would fail with a misleading error.
         refuse_version_1(json)?;
         let mut root: Root = serde_json::from_slice(json).map_err(|error| {
             let before: usize =
@@ -34,46 +35,48 @@ impl<'a> Container<'a> {
             named.map(|(at, it)| (it.uri.as_deref(), it.extensions.is_fallback() || it.uri.is_none() && is_spare(at)));
         let buffers = Buffers::load(named, embedded, fetch)?;
         let views: Vec<_> = root.buffer_views.iter().map(|view| view.extensions.compressed()).collect();
+        // Views before Draco: both add to the root, but only Draco changes accessors.
         let decompressed = compressed::decompress(&views, &buffers, &root.extensions_required)?;
         draco::decompress(&mut root, &buffers)?;
         Ok(Self { root, buffers, decompressed })
     }
 
-    /// The same with bytes of its own.
+    /// Copies borrowed bytes.
     pub fn into_owned(self) -> Container<'static> {
         Container { root: self.root, buffers: self.buffers.into_owned(), decompressed: self.decompressed }
     }
 
-    /// What accessors read from.
+    /// Returns what accessors read from.
     pub fn data(&self) -> Data<'_> {
         Data { root: &self.root, buffers: &self.buffers, decompressed: &self.decompressed }
     }
 
-    /// How many vertices and faces may be made of an asset whose own file has `n_bytes`.
+    /// Returns how many vertices and faces an asset whose file has `n_bytes` may make.
     pub fn budget(&self, n_bytes: usize) -> usize {
         most_made(n_bytes + self.buffers.n_bytes() + self.n_decompressed())
     }
 
-    /// How many bytes came compressed.
+    /// Returns the number of decompressed bytes.
     pub fn n_decompressed(&self) -> usize {
         let decoded = self.root.accessors.iter().filter_map(|accessor| accessor.decoded.as_ref());
         self.decompressed.iter().flatten().chain(decoded).map(Vec::len).sum()
     }
 }
 
-/// Whether a buffer has views, and all of them come compressed from other buffers, so that nothing reads its bytes.
+/// Returns whether all views of a buffer, and at least one, are compressed in other buffers, so that its bytes are not
+/// needed.
 fn has_compressed_views_alone(root: &Root, buffer: usize) -> bool {
     let mut views = root.buffer_views.iter().filter(|view| view.buffer == buffer).peekable();
     views.peek().is_some() && views.all(|view| view.extensions.compressed().is_some())
 }
 
-/// What is said of glTF before 2.0, which has objects where 2.0 has arrays.
+/// Makes the error for glTF before 2.0.
 fn old(version: &str) -> ReadError {
     let remedy = "convert it to 2.0 first, as with `npx gltf-pipeline -i OLD -o NEW.glb`";
     ReadError::file(format!("glTF {version} is not read, glTF 2.0 is"), remedy)
 }
 
-/// Refuses a document that says it is of a version before 2.0.
+/// Refuses a document that declares a version before 2.0.
 fn refuse_version_1(json: &[u8]) -> Result<(), ReadError> {
     let stated = serde_json::from_slice::<Stated>(json).ok().and_then(|stated| stated.asset?.version);
     let version = stated.map(|version| version.as_str().map_or_else(|| version.to_string(), String::from));
@@ -83,27 +86,28 @@ fn refuse_version_1(json: &[u8]) -> Result<(), ReadError> {
     }
 }
 
-/// What a document says of its version, a text or a number.
+/// The version statement of a document.
 #[derive(Deserialize)]
 struct Stated {
     asset: Option<StatedAsset>,
 }
 
-/// The part of it that says so.
+/// The `asset` object of a document; the version is text or a number.
 #[derive(Deserialize)]
 struct StatedAsset {
     version: Option<Value>,
 }
 
-/// The JSON and, of a GLB, the binary chunk.
+/// Splits a file into its JSON and, for GLB, the binary chunk.
 pub(super) fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ReadError> {
     let (json, binary) = if bytes.starts_with(b"glTF") { split(bytes)? } else { (bytes, None) };
     let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
+    // Some writers pad the JSON with zero bytes instead of blanks.
     let end = json.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1);
     Ok((&json[..end], binary))
 }
 
-/// The JSON and the binary chunk of a GLB.
+/// Splits a GLB into its JSON and binary chunk.
 fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ReadError> {
     match word(bytes, 4) {
         Some(2) => {}

@@ -1,4 +1,4 @@
-//! What an asset holds beside the shapes of its meshes, by name: for lists.
+//! Lists the contents of an asset by name.
 
 use std::collections::BTreeSet;
 
@@ -7,38 +7,38 @@ use serde_json::Value;
 use super::asset::Asset;
 use super::references::index;
 
-/// What an asset lists; what has no name is called after its kind and number, as `material 2`.
+/// The contents of an asset; unnamed items are called by kind and number, as `material 2`.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct AssetContents {
-    /// The program that wrote it, where it says so.
+    /// Program that wrote the asset, if stated.
     pub generator: Option<String>,
     /// Number of scenes.
     pub n_scenes: usize,
-    /// Number of nodes, and so of places.
+    /// Number of nodes.
     pub n_nodes: usize,
     /// Number of cameras.
     pub n_cameras: usize,
-    /// For each of [`Asset::parts`] the names of the nodes that hold it.
+    /// Names of the nodes that place each of [`Asset::parts`].
     pub nodes_of_parts: Vec<Vec<String>>,
-    /// For each node its name and which of [`Asset::parts`] it and the nodes below it hold, ascending.
+    /// Name of each node, with the indices of [`Asset::parts`] at and below it, ascending.
     pub parts_of_nodes: Vec<(String, Vec<usize>)>,
     /// Names of materials.
     pub materials: Vec<String>,
-    /// Names of images, whose bytes [`Asset::image`] gives.
+    /// Names of images; [`Asset::image`] returns their bytes.
     pub images: Vec<String>,
-    /// Names of skins, and how many joints they have.
+    /// Names of skins, and their numbers of joints.
     pub skins: Vec<(String, usize)>,
-    /// Names of animations, and how many seconds they take.
+    /// Names of animations, and their durations in seconds.
     pub animations: Vec<(String, f64)>,
-    /// Names of extensions that it uses.
+    /// Names of the extensions used.
     pub extensions_used: Vec<String>,
-    /// Those among them without which it is not what it is.
+    /// Names of the extensions required.
     pub extensions_required: Vec<String>,
 }
 
 impl Asset {
-    /// Lists what the asset holds.
+    /// Lists the contents of the asset.
     ///
     /// ```
     /// use neural_mesh::io::Asset;
@@ -74,7 +74,7 @@ impl Asset {
         }
     }
 
-    /// The bytes of an image's file, wherever they are; `None` where they cannot be had.
+    /// Returns the bytes of an image, or `None` if they are missing.
     ///
     /// ```
     /// use neural_mesh::io::Asset;
@@ -85,7 +85,7 @@ impl Asset {
         self.bytes_of_image(at)
     }
 
-    /// Returns which parts each node and the nodes below it hold, ascending, n_nodes.
+    /// Returns the parts at and below each node, ascending, n_nodes.
     fn parts_below(&self, nodes: &[Value]) -> Vec<Vec<usize>> {
         let part = |node: &Value| {
             let mesh = node.get("mesh").and_then(index)?;
@@ -94,7 +94,7 @@ impl Asset {
         let below = |node: usize| {
             let (mut open, mut visited, mut parts) = (vec![node], BTreeSet::new(), BTreeSet::new());
             while let Some(node) = open.pop() {
-                // A file may say that a node is below itself.
+                // // A broken file may contain cycles.
                 let Some(value) = nodes.get(node).filter(|_| visited.insert(node)) else { continue };
                 parts.extend(part(value));
                 open.extend(value["children"].as_array().into_iter().flatten().filter_map(index));
@@ -104,7 +104,7 @@ impl Asset {
         (0..nodes.len()).map(below).collect()
     }
 
-    /// The last moment that an animation names.
+    /// Returns the last time of an animation, in seconds.
     fn seconds(&self, animation: &Value) -> f64 {
         let inputs = animation["samplers"].as_array().into_iter().flatten();
         let ends = inputs.filter_map(|sampler| {
@@ -115,7 +115,7 @@ impl Asset {
     }
 }
 
-/// The name of each, or its kind and number; of an image without a name its file.
+/// Returns the name of each item, else its file, else its kind and number.
 fn names(list: &[Value], kind: &str) -> Vec<String> {
     let of_file = |it: &Value| it["uri"].as_str().filter(|uri| !uri.starts_with("data:")).map(String::from);
     let named = |it: &Value| it["name"].as_str().filter(|name| !name.is_empty()).map(String::from);

@@ -1,4 +1,4 @@
-//! Primitives compressed by `KHR_draco_mesh_compression` that have no plain copy, decoded in Rust alone.
+//! Decodes `KHR_draco_mesh_compression`, for primitives without an uncompressed copy, in pure Rust.
 
 use draco_core::{DataType, DecodeLimits, DecoderBuffer, Mesh, MeshDecoder, PointAttribute, PointIndex};
 
@@ -9,11 +9,11 @@ use crate::io::ReadError;
 use crate::io::one_line::one_line;
 use crate::io::room::room;
 
-/// How often decoded bytes may repeat the compressed ones, and how many are always granted. Values that are all equal take no room
-/// in a stream, so no ratio holds for every file.
+/// Largest expansion per compressed byte, and bytes always allowed. Equal values take no space, so no ratio fits every
+/// file.
 const GROWTH: (usize, usize) = (256, 1 << 26);
 
-/// Gives accessors without bytes those that the primitives which name them have compressed; they keep their types.
+/// Decodes the compressed primitives into their accessors, which keep their types.
 pub(super) fn decompress(root: &mut Root, buffers: &Buffers) -> Result<(), ReadError> {
     let mut budget = GROWTH.0.saturating_mul(buffers.n_bytes()).saturating_add(GROWTH.1);
     let Root { meshes, accessors, buffer_views, .. } = root;
@@ -23,6 +23,7 @@ pub(super) fn decompress(root: &mut Root, buffers: &Buffers) -> Result<(), ReadE
             let what = format!("geometry compressed by Draco cannot be decoded ({why})");
             ReadError::file(what, "export the asset again, or without the compression")
         };
+        // An attribute with neither copy would silently become zeros.
         if let Some(name) = left_out(primitive, draco, accessors) {
             return Err(broken(&format!("it holds no {name}")));
         }
@@ -53,7 +54,7 @@ pub(super) fn decompress(root: &mut Root, buffers: &Buffers) -> Result<(), ReadE
     Ok(())
 }
 
-/// An attribute of which there is neither a plain nor a compressed copy.
+/// Returns an attribute with neither an uncompressed nor a compressed copy.
 fn left_out<'a>(primitive: &'a Primitive, draco: &Draco, accessors: &[Accessor]) -> Option<&'a str> {
     let is_bare = |index: usize| accessors.get(index).is_some_and(Accessor::is_bare);
     let mut attributes = primitive.attributes.iter();
@@ -61,10 +62,10 @@ fn left_out<'a>(primitive: &'a Primitive, draco: &Draco, accessors: &[Accessor])
     found.map(|(name, _)| name.as_str())
 }
 
-/// The mode of lists of triangles, which is what Draco gives.
+/// The mode of triangle lists, which Draco decodes to.
 const TRIANGLES: u32 = 4;
 
-/// The mesh in the bytes, which may take so many bytes; or why there is none.
+/// Decodes a mesh of at most `most` bytes, or returns the reason of failure.
 fn decoded(bytes: &[u8], most: usize) -> Result<Mesh, String> {
     let most = most as u64;
     let limits =
@@ -74,7 +75,7 @@ fn decoded(bytes: &[u8], most: usize) -> Result<Mesh, String> {
     status.map(|_| mesh).map_err(|error| one_line(&error.to_string()))
 }
 
-/// The values of an attribute at all points in the type of an accessor, n_points x width components.
+/// Returns an attribute at all points in the type of an accessor, n_points x width components.
 fn values_of(attribute: &PointAttribute, n_points: usize, accessor: &Accessor) -> Option<Vec<u8>> {
     let width = match accessor.shape.as_str() {
         "SCALAR" => 1,
@@ -103,7 +104,7 @@ fn values_of(attribute: &PointAttribute, n_points: usize, accessor: &Accessor) -
     Some(values)
 }
 
-/// The type of components in glTF.
+/// Returns the glTF number of a component type.
 fn component_of(kind: DataType) -> Option<u32> {
     match kind {
         DataType::Int8 => Some(5120),
@@ -116,7 +117,7 @@ fn component_of(kind: DataType) -> Option<u32> {
     }
 }
 
-/// Appends a number in a type of glTF.
+/// Appends a number in a glTF component type.
 fn push_as(out: &mut Vec<u8>, value: f32, component: u32) -> Option<()> {
     match component {
         5120 => out.extend((value as i8).to_le_bytes()),
@@ -130,7 +131,7 @@ fn push_as(out: &mut Vec<u8>, value: f32, component: u32) -> Option<()> {
     Some(())
 }
 
-/// The corners of all faces in the type of an accessor.
+/// Returns the corners of all faces in the type of an accessor.
 fn indices_of(mesh: &Mesh, accessor: &Accessor) -> Option<Vec<u8>> {
     let mut indices = Vec::new();
     room(&mut indices, 3 * mesh.num_faces() * element_size("SCALAR", accessor.component_type)).ok()?;

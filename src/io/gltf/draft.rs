@@ -1,4 +1,4 @@
-//! A document on its way out: the JSON, and the bytes of each of its buffer views.
+//! A document to be written: its JSON, and the bytes of each buffer view.
 
 use std::borrow::Cow;
 
@@ -6,34 +6,34 @@ use serde_json::{Value, json};
 
 use super::accessor::element_size;
 
-/// A document whose buffer views have their bytes beside them instead of in buffers.
+/// A document whose views hold their bytes themselves; buffers come last.
 pub(super) struct Draft<'a> {
     pub document: Value,
-    /// The bytes of each buffer view; none where the file describes bytes that are not there.
+    /// Bytes of each view; `None` where the file lacks them.
     pub views: Vec<Option<Cow<'a, [u8]>>>,
 }
 
-/// How numbers are stored.
+/// The storage of numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Stored {
-    /// 5120 to 5126, the numbers of OpenGL.
+    /// OpenGL number of the component type, 5120 to 5126.
     pub component: u32,
-    /// Whether integers stand for fractions of their range.
+    /// Whether integers mean fractions of their range.
     pub normalized: bool,
-    /// `SCALAR`, `VEC3`, ...
+    /// Shape: `SCALAR`, `VEC3`, ...
     pub shape: String,
-    /// Whether only rows that are not zero are stored, where that is shorter.
+    /// Whether only nonzero rows are stored, if that is shorter.
     pub sparse: bool,
 }
 
 impl Stored {
-    /// Single precision in rows of this shape.
+    /// Stores single precision in rows of this shape.
     pub fn floats(shape: &str) -> Self {
         Self { component: FLOAT, normalized: false, shape: shape.into(), sparse: false }
     }
 }
 
-/// The name of a row of so many numbers, of four at most.
+/// Returns the shape of a row of 1 to 4 numbers.
 pub(super) fn vector(width: usize) -> &'static str {
     ["SCALAR", "VEC2", "VEC3", "VEC4"][width.clamp(1, 4) - 1]
 }
@@ -49,7 +49,7 @@ pub(super) const VERTICES: u32 = 34962;
 const INDICES: u32 = 34963;
 
 impl Draft<'_> {
-    /// Appends values of vertices, n x width, and gives their accessor. `bounded` ones say their range.
+    /// Appends vertex values, n x width, and returns their accessor; `bounded` adds their range.
     pub fn push_values(&mut self, values: &[f32], width: usize, stored: &Stored, bounded: bool) -> Value {
         let count = values.len() / width;
         let mut accessor = json!({"componentType": stored.component, "count": count, "type": stored.shape});
@@ -60,6 +60,7 @@ impl Draft<'_> {
             let [low, high] = bounds(values, width, stored.component == FLOAT);
             (accessor["min"], accessor["max"]) = (low, high);
         }
+        // A sparse row costs an index besides its values.
         match Some(rows_beside_zero(values, width)).filter(|rows| stored.sparse && 3 * rows.len() < count) {
             Some(rows) if rows.is_empty() => {}
             Some(rows) => accessor["sparse"] = self.push_sparse(values, width, stored, &rows),
@@ -68,7 +69,7 @@ impl Draft<'_> {
         self.push("accessors", accessor)
     }
 
-    /// Appends a view of rows, each from a multiple of four bytes on.
+    /// Appends a view of rows, each aligned to four bytes.
     fn push_rows(&mut self, values: &[f32], width: usize, stored: &Stored) -> Value {
         let size = element_size(&stored.shape, stored.component);
         let stride = size.next_multiple_of(4);
@@ -84,7 +85,7 @@ impl Draft<'_> {
         self.push_view(view, bytes)
     }
 
-    /// Appends these rows and their numbers, and gives what an accessor says of them.
+    /// Appends these rows and their indices; returns the sparse part of an accessor.
     fn push_sparse(&mut self, values: &[f32], width: usize, stored: &Stored, rows: &[u32]) -> Value {
         let held = rows.iter().flat_map(|&row| &values[row as usize * width..][..width]);
         let mut bytes = Vec::new();
@@ -99,8 +100,9 @@ impl Draft<'_> {
         })
     }
 
-    /// Appends vertex indices and gives their accessor. The largest index of 16 bits means something else to drawing
-    /// interfaces and is not used.
+    /// Appends vertex indices and returns their accessor.
+    ///
+    /// The largest 16-bit index is avoided: it restarts primitives in graphics APIs.
     pub fn push_indices(&mut self, faces: &[[u32; 3]], n_vertices: usize) -> Value {
         let short = n_vertices <= usize::from(u16::MAX);
         let indices = faces.as_flattened();
@@ -115,13 +117,13 @@ impl Draft<'_> {
         self.push("accessors", accessor)
     }
 
-    /// Appends a view of these bytes and gives its index.
+    /// Appends a view with its bytes and returns its index.
     pub fn push_view(&mut self, view: Value, bytes: Vec<u8>) -> Value {
         self.views.push(Some(Cow::Owned(bytes)));
         self.push("bufferViews", view)
     }
 
-    /// Appends to an array of the document, which is made where it is missing, and gives the index.
+    /// Appends to an array of the document, which is created if missing; returns the index.
     pub fn push(&mut self, array: &str, value: Value) -> Value {
         let Value::Object(document) = &mut self.document else { return Value::Null };
         let held = document.entry(array).or_insert_with(|| Value::Array(Vec::new()));
@@ -131,13 +133,13 @@ impl Draft<'_> {
     }
 }
 
-/// The numbers of the rows that hold anything but zeros.
+/// Lists the rows that are not all zero.
 fn rows_beside_zero(values: &[f32], width: usize) -> Vec<u32> {
     let rows = values.chunks_exact(width).zip(0..);
     rows.filter(|(row, _)| row.iter().any(|&value| value != 0.0)).map(|(_, number)| number).collect()
 }
 
-/// The smallest and largest value of each column, of fractions or of whole numbers.
+/// Returns the smallest and largest value of each column, as fractions or whole numbers.
 fn bounds(values: &[f32], width: usize, has_fractions: bool) -> [Value; 2] {
     let number = |x: f32| if has_fractions { f64::from(x).into() } else { Value::from(x as i64) };
     let column = |fold: fn(f32, f32) -> f32, from: f32| {
@@ -150,7 +152,7 @@ fn bounds(values: &[f32], width: usize, has_fractions: bool) -> [Value; 2] {
 /// Appends a number as it is stored.
 fn push(bytes: &mut Vec<u8>, value: f32, stored: &Stored) {
     let whole = |range: f64| (f64::from(value) * if stored.normalized { range } else { 1.0 }).round();
-    // Casts of floats stop at the ends of the range.
+    // // Casts from floats saturate.
     match stored.component {
         5120 => bytes.extend((whole(127.0).max(-127.0) as i8).to_le_bytes()),
         5121 => bytes.push(whole(255.0) as u8),

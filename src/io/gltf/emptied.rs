@@ -1,15 +1,15 @@
-//! Nodes whose meshes have no face left: they stay where they are, for what hangs on them, and draw nothing.
+//! Nodes whose meshes lost all faces: they stay, for their children, without a mesh.
 
 use serde_json::Value;
 
 use super::references::index;
 
-/// What a node says of its mesh; without one it says nothing.
+/// Members of a node that belong to its mesh.
 const OF_MESH: [&str; 3] = ["mesh", "skin", "weights"];
-/// Repeats the mesh of a node.
+/// An extension that repeats the mesh of a node.
 const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 
-/// Takes these meshes from the nodes that place them, and from animations what changes their weights.
+/// Removes these meshes from their nodes, with the animations of their weights.
 pub(super) fn take_from_nodes(document: &mut Value, meshes: &[usize]) {
     let nodes = document.get_mut("nodes").and_then(Value::as_array_mut).into_iter().flatten().enumerate();
     let mut emptied = Vec::new();
@@ -28,7 +28,7 @@ pub(super) fn take_from_nodes(document: &mut Value, meshes: &[usize]) {
     forget_weights(document, &emptied);
 }
 
-/// Removes what changes the weights of these nodes from animations, and animations that change nothing else.
+/// Removes animation channels for the weights of these nodes, and animations without other channels.
 fn forget_weights(document: &mut Value, nodes: &[usize]) {
     let is_of_emptied = |channel: &Value| {
         let target = &channel["target"];

@@ -1,11 +1,11 @@
-//! What is known of extensions: which describe geometry that has changed, and which might name indices that must not.
+//! Extensions: those that describe changed geometry, and those that may refer to renumbered items.
 
 use serde_json::{Value, json};
 
 use super::image_kinds::KTX2_TEXTURE;
 use super::references::{index, visit};
 
-/// Extensions of a primitive or mesh that describe the faces it had.
+/// Extensions of a primitive or mesh that describe its original faces.
 const OF_FACES: [&str; 5] = [
     "CESIUM_primitive_outline",
     "EXT_mesh_manifold",
@@ -14,11 +14,10 @@ const OF_FACES: [&str; 5] = [
     "KHR_draco_mesh_compression",
 ];
 
-/// Extensions by which bytes were compressed that are not any more.
+/// Compression extensions of buffers.
 const COMPRESSION: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
-/// Beginnings of the names of extensions that name no accessor, buffer view or buffer, or only those that
-/// [`references`](super::references) knows.
+/// Prefixes of extensions whose references are none, or known to [`references`](super::references).
 const HARMLESS: [&str; 37] = [
     "ADOBE_materials_",
     "AGI_",
@@ -59,7 +58,7 @@ const HARMLESS: [&str; 37] = [
     "EXT_primitive_voxels",
 ];
 
-/// Names an extension in the lists of a document.
+/// Lists an extension as used and required.
 pub(super) fn name_extension(document: &mut Value, name: &str) {
     let Some(document) = document.as_object_mut() else { return };
     for list in ["extensionsUsed", "extensionsRequired"] {
@@ -70,12 +69,12 @@ pub(super) fn name_extension(document: &mut Value, name: &str) {
     }
 }
 
-/// Takes away what an extension says of the faces that a primitive or mesh had.
+/// Removes the extensions of a primitive or mesh that describe its original faces.
 pub(super) fn forget_faces(object: &mut Value) {
     forget(object, &OF_FACES);
 }
 
-/// Takes away what says how the bytes of buffers and buffer views were compressed.
+/// Removes the compression extensions of buffers and buffer views.
 pub(super) fn forget_compression(document: &mut Value) {
     visit(document, &["bufferViews/*", "buffers/*"], &mut |value| forget(value, &COMPRESSION));
 }
@@ -88,7 +87,7 @@ fn forget(object: &mut Value, names: &[&str]) {
     }
 }
 
-/// Whether an extension that is not known holds a number that might be the index of an accessor or buffer view.
+/// Returns whether an unknown extension holds a number that may be an index of an accessor or view.
 pub(super) fn may_name_indices(value: &Value) -> bool {
     let is_strange =
         |(name, held): (&String, &Value)| !HARMLESS.iter().any(|known| name.starts_with(known)) && holds_index(held);
@@ -113,7 +112,7 @@ fn holds_index(value: &Value) -> bool {
     }
 }
 
-/// Takes the names of extensions that are not needed any more from the lists of the document.
+/// Removes extensions that are no longer used from the document's lists.
 pub(super) fn drop_unused_names(document: &mut Value) {
     let quantized = is_quantized(document);
     let unused: Vec<&str> = OF_FACES
@@ -132,7 +131,7 @@ pub(super) fn drop_unused_names(document: &mut Value) {
     }
 }
 
-/// Whether some object has this extension.
+/// Returns whether an object has this extension.
 fn is_used(value: &Value, name: &str) -> bool {
     match value {
         Value::Array(values) => values.iter().any(|value| is_used(value, name)),
@@ -144,7 +143,7 @@ fn is_used(value: &Value, name: &str) -> bool {
     }
 }
 
-/// Whether attributes are left in types that only `KHR_mesh_quantization` allows.
+/// Returns whether attributes have types that only `KHR_mesh_quantization` allows.
 fn is_quantized(document: &mut Value) -> bool {
     let of_accessors = |accessor: &Value| (accessor["componentType"].as_u64(), accessor["normalized"] == true);
     let kinds: Vec<(Option<u64>, bool)> =

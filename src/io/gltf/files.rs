@@ -1,4 +1,4 @@
-//! A document and its buffer as the files of an asset: GLB, or JSON with the buffer beside or inside.
+//! Writes a document and its buffer as files: GLB, or JSON with the buffer inside or in a separate file.
 
 use std::path::Path;
 
@@ -7,18 +7,18 @@ use serde_json::Value;
 
 use crate::io::{Format, OutputFile, WriteError};
 
-/// Where the buffer goes.
+/// Places for the buffer.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Layout {
-    /// Into the one file of a GLB.
+    /// In the GLB file.
     Glb,
-    /// Into the JSON, as a `data:` URI.
+    /// In the JSON, as a `data:` URI.
     Embedded,
-    /// Into a file beside the JSON.
+    /// In a separate file.
     Beside,
 }
 
-/// The files of an asset whose own file is called `name`: that first, then what it refers to.
+/// Makes the files of an asset: first its own, called `name`, then those it refers to.
 pub(super) fn files(
     mut document: Value,
     buffer: Vec<u8>,
@@ -45,12 +45,12 @@ pub(super) fn files(
     Ok(std::iter::once(OutputFile { path: path.into(), bytes }).chain(beside).chain(images.iter().cloned()).collect())
 }
 
-/// One file: GLB, or JSON with the buffer inside.
+/// Makes a single file: GLB, or JSON with the buffer inside.
 pub(super) fn one_file(document: Value, buffer: &[u8], format: Format) -> Result<Vec<u8>, WriteError> {
     if format == Format::Glb { glb(&document, buffer) } else { with_buffer(document, buffer) }
 }
 
-/// A name for the buffer that none of the images has, in whatever case.
+/// Returns a name for the buffer that no image has, ignoring case.
 fn free_name(stem: &str, images: &[OutputFile]) -> String {
     let is_taken =
         |name: &str| images.iter().any(|image| image.path.to_str().is_some_and(|path| path.eq_ignore_ascii_case(name)));
@@ -61,7 +61,7 @@ fn free_name(stem: &str, images: &[OutputFile]) -> String {
     name
 }
 
-/// A file name as a URI.
+/// Encodes a file name as a URI.
 pub(super) fn percent_encoded(name: &str) -> String {
     let mut uri = String::new();
     for byte in name.bytes() {
@@ -85,7 +85,7 @@ fn text(document: &Value) -> Result<Vec<u8>, WriteError> {
     serde_json::to_vec(document).map_err(|error| WriteError { what: format!("the JSON cannot be written: {error}") })
 }
 
-/// A GLB: a header of 12 bytes, then chunks that begin at multiples of four.
+/// Makes a GLB: a header of 12 bytes, then chunks aligned to four bytes.
 fn glb(document: &Value, buffer: &[u8]) -> Result<Vec<u8>, WriteError> {
     let json = text(document)?;
     let too_large = || WriteError { what: "more than 4 GiB do not fit into GLB: write .gltf".into() };

@@ -1,5 +1,5 @@
-//! Kinds of image files in a document: their media types, the extensions that textures need for them, and images that become another
-//! kind on their way out, as KTX2 becomes PNG.
+//! Image types in a document: media types, texture extensions, and images converted to another type, such as KTX2 to
+//! PNG.
 
 use std::path::{Path, PathBuf};
 
@@ -11,10 +11,10 @@ use crate::io::OutputFile;
 use crate::io::own_materials::extension;
 use crate::io::uri::path_inside;
 
-/// The extension by which a texture is a KTX2.
+/// The extension for KTX2 textures.
 pub(super) const KTX2_TEXTURE: &str = "KHR_texture_basisu";
 
-/// Returns the media type of a kind of image that glTF holds, by the ending of its files.
+/// Returns the media type of an image by file extension, for the types that glTF holds.
 pub(super) fn media_type(ending: &str) -> Option<&'static str> {
     match ending {
         "png" => Some("image/png"),
@@ -25,7 +25,7 @@ pub(super) fn media_type(ending: &str) -> Option<&'static str> {
     }
 }
 
-/// Returns the extension by which a texture has an image of this media type; `None` where it needs none.
+/// Returns the extension that a texture of this media type needs, if any.
 pub(super) fn texture_extension(media_type: &str) -> Option<&'static str> {
     match media_type {
         "image/webp" => Some("EXT_texture_webp"),
@@ -34,8 +34,9 @@ pub(super) fn texture_extension(media_type: &str) -> Option<&'static str> {
     }
 }
 
-/// Makes a document say that an image, a KTX2 before, has these bytes of another kind: its media type, its URI, the name of its file,
-/// and the textures that have it by [`KTX2_TEXTURE`].
+/// Records in a document that a KTX2 image now has these bytes of another type.
+///
+/// This changes its media type, its URI, the name of its file, and its textures by [`KTX2_TEXTURE`].
 pub(super) fn change_kind(document: &mut Value, at: usize, bytes: &[u8], files: &mut [OutputFile]) {
     let ending = extension(bytes);
     let Some(kind) = media_type(ending) else { return };
@@ -54,7 +55,7 @@ pub(super) fn change_kind(document: &mut Value, at: usize, bytes: &[u8], files: 
     }
 }
 
-/// Gives the file at this path another ending, and all images that name it the new URI.
+/// Changes the extension of the file at `path`, and the URIs of all images that name it.
 fn rename(document: &mut Value, path: &Path, ending: &str, files: &mut [OutputFile]) {
     let is_named_so = |path: &Path| path.extension().is_some_and(|other| other.eq_ignore_ascii_case(ending));
     let Some(at) = files.iter().position(|file| file.path == path).filter(|_| !is_named_so(path)) else { return };
@@ -71,7 +72,7 @@ fn rename(document: &mut Value, path: &Path, ending: &str, files: &mut [OutputFi
     files[at].path = new;
 }
 
-/// Returns the path with as many `_` before its name as no file's path has, in whatever case.
+/// Returns the path, with `_` before its name until no file has it, ignoring case.
 pub(super) fn free_path(mut path: PathBuf, taken: &[OutputFile]) -> PathBuf {
     while taken.iter().any(|file| file.path.as_os_str().eq_ignore_ascii_case(&path)) {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -80,7 +81,7 @@ pub(super) fn free_path(mut path: PathBuf, taken: &[OutputFile]) -> PathBuf {
     path
 }
 
-/// Makes an image the source of a texture that has it by [`KTX2_TEXTURE`], unless that has another for programs without the extension.
+/// Makes an image the plain source of a texture that had it by [`KTX2_TEXTURE`], unless the texture has a fallback.
 fn take_extension(texture: &mut Value, image: usize) {
     let Some(Value::Object(extensions)) = texture.get_mut("extensions") else { return };
     let source = extensions.get(KTX2_TEXTURE).and_then(|held| index(held.get("source")?));

@@ -1,4 +1,4 @@
-//! The images of an asset on their way out: made anew where that is asked for, bytes that are the same written once.
+//! Images of an asset on output: converted on request, equal ones written once.
 
 use base64::Engine;
 use rayon::prelude::*;
@@ -18,7 +18,7 @@ use crate::io::uri::path_inside;
 use crate::io::{Format, ImageUse, OutputFile, ReadError};
 
 impl Asset {
-    /// Puts what is made of the images into the document, and gives those that are files of their own in the end.
+    /// Converts the images of the document; returns those in separate files.
     pub(super) fn put_images(&self, draft: &mut Draft, options: &SceneOptions) -> Vec<OutputFile> {
         let mut files = self.images.clone();
         if let Some(maker) = options.images {
@@ -36,6 +36,7 @@ impl Asset {
                 }
             }
         }
+        // After conversion, which may make different images equal.
         share_views(draft);
         if let Some(name) = options.shared_images.filter(|_| options.format != Format::Glb) {
             files.extend(move_beside(draft, name, &files));
@@ -43,7 +44,7 @@ impl Asset {
         files
     }
 
-    /// The bytes of an image's file, wherever they are.
+    /// Returns the bytes of an image, wherever they are.
     pub(super) fn bytes_of_image(&self, at: usize) -> Option<Vec<u8>> {
         let image = self.document.get("images")?.get(at)?;
         if let Some(view) = image.get("bufferView").and_then(index) {
@@ -59,7 +60,7 @@ impl Asset {
     }
 }
 
-/// Puts bytes in the place of those of an image: in its view, in its URI, or in its file.
+/// Replaces the bytes of an image: in its view, its URI or its file.
 fn replace(draft: &mut Draft, at: usize, bytes: &[u8], files: &mut [OutputFile]) {
     let image = &mut draft.document["images"][at];
     if let Some(view) = image.get("bufferView").and_then(index) {
@@ -84,8 +85,9 @@ fn replace(draft: &mut Draft, at: usize, bytes: &[u8], files: &mut [OutputFile])
     }
 }
 
-/// Moves the images within a document into files beside it, `NAME_0.png` by their numbers, images of the same bytes into one; returns
-/// these. Names of files that lie there already, `taken`, stay theirs.
+/// Moves embedded images to files `NAME_0.png`, by image number, and returns these; equal images share a file.
+///
+/// Names in `taken` are avoided.
 pub(super) fn move_beside(draft: &mut Draft, name: &str, taken: &[OutputFile]) -> Vec<OutputFile> {
     let mut moved: Vec<OutputFile> = Vec::new();
     let n_images = draft.document.get("images").and_then(Value::as_array).map_or(0, Vec::len);
@@ -105,7 +107,7 @@ pub(super) fn move_beside(draft: &mut Draft, name: &str, taken: &[OutputFile]) -
     moved
 }
 
-/// Returns the bytes of an image that no file of its own holds.
+/// Returns the bytes of an embedded image.
 fn bytes_within(draft: &Draft, at: usize) -> Option<Vec<u8>> {
     let image = draft.document.get("images")?.get(at)?;
     if let Some(view) = image.get("bufferView").and_then(index) {
@@ -115,7 +117,7 @@ fn bytes_within(draft: &Draft, at: usize) -> Option<Vec<u8>> {
     load_uri(uri, &|_: &str| Err(ReadError::file("no image", ""))).ok()
 }
 
-/// Images of the same bytes take one view.
+/// Lets equal images share a view.
 fn share_views(draft: &mut Draft) {
     let mut first: FxHashMap<&[u8], usize> = FxHashMap::default();
     let images = draft.document.get_mut("images").and_then(Value::as_array_mut);
@@ -128,7 +130,7 @@ fn share_views(draft: &mut Draft) {
     }
 }
 
-/// What each image of a document is used for by the first material that names it; for colours where none does.
+/// Returns the use of each image by the first material that names it; colours by default.
 fn uses(document: &Value) -> Vec<ImageUse> {
     let array = |name: &str| document.get(name).and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
     let mut uses = vec![None; array("images").len()];
@@ -145,7 +147,7 @@ fn uses(document: &Value) -> Vec<ImageUse> {
     uses.into_iter().map(|used| used.unwrap_or(ImageUse::Colours)).collect()
 }
 
-/// The textures that a part of a material names, and what for.
+/// Collects the textures that a material names, with their uses.
 fn textures_in(part: &Value, found: &mut Vec<(usize, ImageUse)>) {
     for (key, value) in part.as_object().into_iter().flatten() {
         match value.get("index").and_then(index) {
@@ -155,13 +157,13 @@ fn textures_in(part: &Value, found: &mut Vec<(usize, ImageUse)>) {
     }
 }
 
-/// The images of a texture: its own and those that extensions have in its place.
+/// Returns the images of a texture: its own, and those of extensions.
 fn sources(texture: &Value) -> impl Iterator<Item = usize> {
     let others = texture.get("extensions").and_then(Value::as_object).into_iter().flat_map(|them| them.values());
     std::iter::once(texture).chain(others).filter_map(|holder| index(holder.get("source")?))
 }
 
-/// What a texture is used for that stands in a material under this key.
+/// Returns the use of a texture by its key in a material.
 pub(super) fn used_as(key: &str) -> ImageUse {
     let key = key.to_ascii_lowercase();
     let of_colours = ["color", "emissive", "diffuse", "specularglossiness", "multiply", "matcap"];
@@ -178,7 +180,7 @@ mod tests {
     use super::*;
     use crate::io::{ImageMaker, LighterPart};
 
-    /// Writes over an image what it is used for.
+    /// A converter that replaces an image by a text of its use.
     #[derive(Debug)]
     struct Named;
 

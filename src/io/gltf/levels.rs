@@ -1,7 +1,6 @@
-//! Levels of detail in a document, by the extension `MSFT_lod`: a node names nodes that may be drawn in its place.
+//! Levels of detail by the extension `MSFT_lod`: a node lists nodes that may be drawn instead.
 //!
-//! A node of a coarser level stands where the node itself does and moves as it moves: it has the same transform, skin and
-//! weights, and every channel of an animation that moves the one moves the other.
+//! The node of a coarser level has the transform, skin, weights and animation channels of the original node.
 
 use serde_json::{Map, Value, json};
 
@@ -11,10 +10,11 @@ use super::vrm;
 
 const NAME: &str = "MSFT_lod";
 
-/// What a node says of its mesh, which goes where the mesh goes.
+/// Members of a node that belong to its mesh.
 const OF_MESH: [&str; 3] = ["mesh", "skin", "weights"];
 
-/// Offers coarser meshes (per level: the index of a mesh and of what may be drawn in its place) wherever a node has one.
+/// Adds coarser meshes to every node that has a mesh with all `levels`: per level, pairs of a mesh index and its
+/// replacement.
 pub(super) fn offer(draft: &mut Draft, levels: &[Vec<(usize, Value)>], coverage: &[f64]) {
     if levels.is_empty() {
         return;
@@ -38,12 +38,12 @@ pub(super) fn offer(draft: &mut Draft, levels: &[Vec<(usize, Value)>], coverage:
     }
 }
 
-/// What a level has in the place of a mesh.
+/// Returns the replacement of a mesh in a level.
 fn replacement(level: &[(usize, Value)], mesh: usize) -> Option<Value> {
     level.iter().find(|(replaced, _)| *replaced == mesh).map(|(_, by)| by.clone())
 }
 
-/// The nodes that have levels already or are some.
+/// Lists the nodes that have levels or are levels.
 fn nodes_of_levels(document: &Value) -> Vec<usize> {
     let nodes = document.get("nodes").and_then(Value::as_array).into_iter().flatten().enumerate();
     let ids = |(at, node): (usize, &Value)| {
@@ -53,13 +53,13 @@ fn nodes_of_levels(document: &Value) -> Vec<usize> {
     nodes.filter_map(ids).flatten().collect()
 }
 
-/// A node that holds the mesh of this one and has no children, which would be replaced with it: itself, or a new child.
+/// Returns a node with the mesh of `node` and without children, which a level would hide: itself or a new child.
 fn without_children(draft: &mut Draft, node: usize) -> usize {
     let has_children = draft.document["nodes"][node].get("children").is_some();
     if has_children { child_of_mesh(draft, node) } else { node }
 }
 
-/// Gives a node a new child, which takes its mesh over.
+/// Moves the mesh of a node to a new child, and returns that.
 pub(super) fn child_of_mesh(draft: &mut Draft, node: usize) -> usize {
     let Some(members) = draft.document["nodes"][node].as_object_mut() else { return node };
     let moved: Map<String, Value> =
@@ -80,10 +80,11 @@ pub(super) fn child_of_mesh(draft: &mut Draft, node: usize) -> usize {
     at
 }
 
-/// Appends a node like this one with another mesh, which animations move too.
+/// Appends a copy of a node with another mesh, with the same animations.
 fn push_node(draft: &mut Draft, node: usize, level: usize, mesh: Value) -> Value {
     let mut copy = draft.document["nodes"][node].clone();
     let Some(members) = copy.as_object_mut() else { return Value::Null };
+    // A camera or light would otherwise be doubled.
     ["camera", "extras", "extensions"].iter().for_each(|name| drop(members.shift_remove(*name)));
     if let Some(Value::String(name)) = members.get_mut("name") {
         name.push_str(&format!(" level {level}"));
@@ -101,7 +102,7 @@ fn push_node(draft: &mut Draft, node: usize, level: usize, mesh: Value) -> Value
     added
 }
 
-/// Shows each channel of each animation, and appends those that are given for it.
+/// Passes on each animation channel and appends those returned for it.
 fn each_channel(document: &mut Value, mut show: impl FnMut(&mut Value) -> Option<Value>) {
     let animations = document.get_mut("animations").and_then(Value::as_array_mut).into_iter().flatten();
     for channels in animations.filter_map(|animation| animation.get_mut("channels")?.as_array_mut()) {
@@ -111,7 +112,7 @@ fn each_channel(document: &mut Value, mut show: impl FnMut(&mut Value) -> Option
     }
 }
 
-/// Says of a node which may be drawn in its place, and down to which share of the screen each is meant to be.
+/// Lists the levels of a node, with their screen coverages.
 fn say(node: &mut Value, ids: Vec<Value>, coverage: &[f64]) {
     if !node.get("extensions").is_some_and(Value::is_object) {
         node["extensions"] = json!({});

@@ -1,29 +1,29 @@
-//! What a part has become, and whether it fits the part that it came from.
+//! A simplified part of an asset, and the check that it fits its original.
 
 use super::part::Part;
 use super::semantics::{SKIN, TARGET};
 use crate::io::WriteError;
 use crate::mesh::{Attributes, Channel, RawMesh};
 
-/// A part of an asset with fewer faces.
+/// A part of an asset after simplification.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct LighterPart {
-    /// Positions, n_vertices x 3, in the coordinates of the part.
+    /// Positions in coordinates of the part, n_vertices x 3.
     pub positions: Vec<[f32; 3]>,
     /// Vertex indices, n_faces x 3.
     pub faces: Vec<[u32; 3]>,
-    /// What the corners carry, in the channels of the part, and to which primitive each face belongs.
+    /// Attributes in the channels of the part, with the primitive of each face as its group.
     pub attributes: Attributes,
 }
 
 impl LighterPart {
-    /// Positions, n_vertices x 3, faces, n_faces x 3, and what these carry.
+    /// Makes a part from positions, n_vertices x 3, faces, n_faces x 3, and attributes.
     pub fn new(positions: Vec<[f32; 3]>, faces: Vec<[u32; 3]>, attributes: Attributes) -> Self {
         Self { positions, faces, attributes }
     }
 
-    /// A part as it is, without the faces that cannot be drawn.
+    /// Copies a part, without faces that have non-finite corners.
     ///
     /// ```
     /// use neural_mesh::io::{Asset, LighterPart};
@@ -43,17 +43,17 @@ impl LighterPart {
         }
     }
 
-    /// The wedges of a face; those of a mesh without channels are all the first.
+    /// Returns the wedges of a face, all 0 in a mesh without channels.
     pub(super) fn wedges(&self, face: usize) -> [u32; 3] {
         self.attributes.wedges.get(face).copied().unwrap_or_default()
     }
 
-    /// The channel of this name.
+    /// Returns the channel `name`.
     pub(super) fn channel(&self, name: &str) -> Option<&Channel> {
         self.attributes.channels.iter().find(|channel| channel.name == name)
     }
 
-    /// Refuses what is no mesh, or lacks what others in the asset count on.
+    /// Checks that this is a mesh with the skin and morph targets of the original.
     pub(super) fn check(&self, part: &Part) -> Result<(), WriteError> {
         let problem = |what: &str| Err(WriteError { what: format!("{}: {what}", part.name) });
         if !self.is_mesh() {
@@ -72,7 +72,7 @@ impl LighterPart {
         Ok(())
     }
 
-    /// Whether all indices exist and all positions are finite.
+    /// Returns whether all indices are valid and all positions finite.
     pub(super) fn is_mesh(&self) -> bool {
         let Attributes { wedges, channels, groups } = &self.attributes;
         let (n_vertices, n_wedges, n_faces) = (self.positions.len(), self.attributes.n_wedges(), self.faces.len());

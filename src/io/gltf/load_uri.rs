@@ -1,4 +1,4 @@
-//! The bytes that a URI of a glTF stands for.
+//! Bytes behind a URI.
 
 use base64::Engine;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
@@ -6,7 +6,7 @@ use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use super::REMEDY;
 use crate::io::ReadError;
 
-/// The bytes of a `data:` URI in base64, or of a file.
+/// Returns the bytes of a base64 `data:` URI, or of a file.
 pub(super) fn load_uri(uri: &str, fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<Vec<u8>, ReadError> {
     let Some(data) = uri.strip_prefix("data:") else { return fetch(uri) };
     let lenient = GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent);

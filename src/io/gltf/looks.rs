@@ -1,5 +1,4 @@
-//! What the materials of an asset look like, as [`Look`]s: colours, light of their own, roughness, metal and normal maps. The rest
-//! passes through unread.
+//! Looks of an asset's materials: colours, emission, roughness, metal and normal maps.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,7 +13,7 @@ use super::schema::Primitive;
 use super::texture_transforms::transforms;
 use crate::mesh::{BaseTexture, Finish, Look, Wrap};
 
-/// A material, as far as it is read.
+/// The parts of a material that are read.
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 struct Material {
@@ -35,7 +34,7 @@ struct Surface {
     metallic_roughness_texture: Option<TextureUse>,
 }
 
-/// A texture and the set of coordinates on it.
+/// A texture with its set of coordinates.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct TextureUse {
@@ -48,7 +47,7 @@ struct TextureUse {
 }
 
 impl TextureUse {
-    /// The set of coordinates, which a transform may replace.
+    /// Returns the set of coordinates, which a texture transform may change.
     fn coordinates(&self) -> usize {
         self.extensions.transform.as_ref().and_then(|transform| transform.tex_coord).unwrap_or(self.tex_coord)
     }
@@ -61,7 +60,7 @@ struct UseExtensions {
     transform: Option<Transform>,
 }
 
-/// What a transform says beside where it takes coordinates.
+/// The part of a texture transform that changes the set of coordinates.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct Transform {
@@ -77,7 +76,7 @@ struct Texture {
 }
 
 impl Texture {
-    /// The number of its image: the one that all programs read, else the one of an extension, such as `EXT_texture_webp`.
+    /// Returns the image: the plain source, else that of an extension such as `EXT_texture_webp`.
     fn image(&self) -> Option<usize> {
         let of_extension = |extension: &Value| extension.get("source").and_then(index);
         self.source.or_else(|| self.extensions.values().find_map(of_extension))
@@ -92,9 +91,10 @@ struct Sampler {
 }
 
 impl Asset {
-    /// What the primitives of each part look like, in the order of [`Asset::parts`], by the numbers of their groups.
-    /// Beside it what could not be told, in one line each: transforms of textures that turn are not
-    /// read, textures whose bytes cannot be had are left out.
+    /// Reads the looks of the primitives of each part, in the order of [`Asset::parts`].
+    ///
+    /// The second result notes what is missing, a line each: rotating texture transforms are ignored, textures without
+    /// bytes dropped.
     ///
     /// ```
     /// use neural_mesh::io::Asset;
@@ -122,19 +122,19 @@ impl Asset {
         (self.meshes.iter().map(of_part).collect(), reader.notes)
     }
 
-    /// A list of the document, each entry as far as it is understood.
+    /// Reads a list of the document; an invalid entry becomes the default.
     pub(super) fn listed<T: DeserializeOwned + Default>(&self, name: &str) -> Vec<T> {
         let entries = self.document.get(name).and_then(Value::as_array).into_iter().flatten();
         entries.map(|entry| T::deserialize(entry).unwrap_or_default()).collect()
     }
 }
 
-/// Finds the bytes of textures, those of an image once.
+/// Reads looks; each image is loaded once.
 struct Reader<'a> {
     asset: &'a Asset,
     textures: Vec<Option<Texture>>,
     samplers: Vec<Sampler>,
-    /// The bytes of each image that was asked for.
+    /// Bytes of each image, once requested.
     bytes: Vec<Option<Option<Arc<[u8]>>>>,
     notes: Vec<String>,
 }
@@ -185,7 +185,7 @@ impl<'a> Reader<'a> {
         Some(BaseTexture { image, channel: format!("TEXCOORD_{}", used.coordinates()), wrap })
     }
 
-    /// The bytes of an image; a note where they cannot be had and nothing has said so yet.
+    /// Returns the bytes of an image, or adds a note if they are missing.
     fn image(&mut self, index: usize) -> Option<Arc<[u8]>> {
         if let Some(Some(known)) = self.bytes.get(index) {
             return known.clone();
@@ -207,7 +207,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// How a sampler's number wraps.
+/// Returns the wrap mode of a sampler.
 fn wrap(number: u32) -> Wrap {
     match number {
         33_071 => Wrap::Clamp,
@@ -221,7 +221,7 @@ mod tests {
     use super::*;
     use crate::io::ReadError;
 
-    /// A triangle in two primitives: one with a texture within the file, one without a material.
+    /// Opens a triangle in two primitives: one with an embedded texture, one without a material.
     fn asset(image: &str, use_of_texture: &str) -> Asset {
         let text = format!(
             r#"{{"asset": {{"version": "2.0"}},

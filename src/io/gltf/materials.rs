@@ -1,4 +1,4 @@
-//! Materials of a new asset: colours and what they do with light, and textures within the file.
+//! Materials of a new asset, with embedded textures.
 
 use serde_json::{Value, json};
 
@@ -10,26 +10,26 @@ use crate::io::own_materials::extension;
 use crate::io::{ImageMaker, ImageUse};
 use crate::mesh::{BaseTexture, Finish, Look, Wrap};
 
-/// The materials that were written, and their textures.
+/// The materials written so far.
 #[derive(Default)]
 pub(super) struct Materials<'a> {
-    /// Who makes other images of these, where someone does.
+    /// Converter of images, if any.
     maker: Option<&'a dyn ImageMaker>,
-    /// Textures and what they have become.
+    /// Textures and their indices.
     textures: Vec<(&'a BaseTexture, Value)>,
-    /// Images, their indices and their media types.
+    /// Images, their indices and media types.
     images: Vec<(&'a [u8], Value, &'static str)>,
-    /// What could not be held, in one line each.
+    /// Losses, a line each.
     pub notes: Vec<String>,
 }
 
 impl<'a> Materials<'a> {
-    /// None yet, with images as this maker makes them.
+    /// Makes an empty set with a converter of images.
     pub fn of(maker: Option<&'a dyn ImageMaker>) -> Self {
         Self { maker, ..Self::default() }
     }
 
-    /// Appends a material with this look and gives its index; what is white and without a texture has a name alone.
+    /// Appends a material and returns its index; a plain white one has only a name.
     pub fn push(&mut self, draft: &mut Draft, name: &str, look: Option<&'a Look>) -> Value {
         let mut material = json!({"name": name});
         let is_plain =
@@ -44,7 +44,7 @@ impl<'a> Materials<'a> {
         draft.push("materials", material)
     }
 
-    /// Takes what a material does with light into it and into the part of it that has the base colour.
+    /// Writes a finish into a material and its `pbrMetallicRoughness`.
     fn put_finish(
         &mut self,
         draft: &mut Draft,
@@ -57,6 +57,7 @@ impl<'a> Materials<'a> {
         if *roughness != 1.0 {
             base["roughnessFactor"] = (*roughness).into();
         }
+        // One texture for both is the only form that glTF knows.
         if rough == metal {
             self.put(draft, base, "metallicRoughnessTexture", rough.as_ref(), name);
         } else {
@@ -72,7 +73,7 @@ impl<'a> Materials<'a> {
         }
     }
 
-    /// Names a texture within a part of a material, where there is one.
+    /// Writes a reference to a texture, if there is one.
     fn put(&mut self, draft: &mut Draft, part: &mut Value, key: &str, texture: Option<&'a BaseTexture>, name: &str) {
         if let Some(texture) = texture.and_then(|texture| self.texture(draft, texture, used_as(key), name)) {
             part[key] = json!({"index": texture});
@@ -106,7 +107,7 @@ impl<'a> Materials<'a> {
         Some(index)
     }
 
-    /// The index and the media type of an image, written once; `None` where glTF holds none of its kind.
+    /// Returns the index and media type of an image, written once; `None` for a type that glTF lacks.
     fn image(&mut self, draft: &mut Draft, image: &'a [u8], used: ImageUse) -> Option<(Value, &'static str)> {
         if let Some((_, index, kind)) = self.images.iter().find(|(known, ..)| *known == image) {
             return Some((index.clone(), kind));
@@ -124,7 +125,7 @@ impl<'a> Materials<'a> {
 const LINEAR: u32 = 9729;
 const MIPMAPPED: u32 = 9987;
 
-/// How a sampler says what a texture does beyond its edges.
+/// Returns the number of a wrap mode in a sampler.
 fn number(wrap: Wrap) -> u32 {
     match wrap {
         Wrap::Repeat => 10_497,

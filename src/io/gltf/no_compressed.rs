@@ -1,15 +1,15 @@
-//! What stands for decompression in a build without the feature `meshopt`: a refusal by name.
+//! Stub of `meshopt` for builds without it: refuses required compression by name.
 
 use serde::Deserialize;
 
 use super::buffers::Buffers;
 use crate::io::ReadError;
 
-/// That a view is compressed; how does not matter here.
+/// A compressed view, without details.
 #[derive(Deserialize)]
 pub(super) struct Compressed {}
 
-/// Refuses assets with compressed buffer views that they need, by the extensions needed; gives nothing decompressed of others.
+/// Refuses assets that require the compression; otherwise decompresses nothing, as such views have fallbacks.
 pub(super) fn decompress(
     views: &[Option<&Compressed>],
     _: &Buffers,

@@ -1,4 +1,4 @@
-//! What stands for Draco in a build without the feature `draco`: a refusal by name.
+//! Stub of `draco` for builds without it: refuses compressed meshes by name.
 
 use super::buffers::Buffers;
 use super::schema::Root;
@@ -6,7 +6,7 @@ use crate::io::ReadError;
 
 const NAME: &str = "KHR_draco_mesh_compression";
 
-/// Refuses an asset that needs the extension, or that holds triangles compressed by Draco alone.
+/// Refuses assets that require the extension or have primitives only in compressed form.
 pub(super) fn decompress(root: &mut Root, _: &Buffers) -> Result<(), ReadError> {
     let is_needed = root.extensions_required.iter().any(|needed| needed == NAME);
     let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);

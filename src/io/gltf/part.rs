@@ -1,4 +1,4 @@
-//! One mesh of an asset with all that its vertices carry, in its own coordinates.
+//! A mesh of an asset with all its vertex data, in its own coordinates.
 
 use std::collections::BTreeMap;
 
@@ -10,22 +10,21 @@ use super::{spend, triangles};
 use crate::io::ReadError;
 use crate::mesh::{Attributes, Channel, RawMesh, Role};
 
-/// A mesh of a glTF asset, once, however often nodes place it.
+/// A mesh of a glTF asset, once, however often it is placed.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Part {
-    /// Its name in the file, or `mesh N`.
+    /// Name in the file, or `mesh N`.
     pub name: String,
-    /// Its triangles in its own coordinates. Wedges are the vertices of the file; groups are indices of its primitives.
+    /// Triangles in the mesh's coordinates; wedges are the file's vertices, groups its primitives.
     pub mesh: RawMesh,
-    /// What each primitive is made of: the name of its material, or `primitive N`.
+    /// Material name of each primitive, or `primitive N`.
     pub materials: Vec<String>,
-    /// The largest scale at which a node of the default scene places it: the cube root of the determinant. 1 where a skin
-    /// moves it or no node places it.
+    /// Largest scale at which nodes place it: the cube root of the determinant; 1 for skinned or unplaced meshes.
     pub scale: f64,
 }
 
-/// The triangles of a mesh, or `None` where it has none; `notes` takes what was mended.
+/// Reads the triangles of a mesh, or returns `None` if it has none; repairs are added to `notes`.
 pub(super) fn read(
     data: &Data,
     mesh: &Mesh,
@@ -44,21 +43,21 @@ pub(super) fn read(
     Ok(Some(mesh).filter(|mesh| !mesh.faces.is_empty()))
 }
 
-/// What was mended while reading.
+/// Repairs made while reading.
 #[derive(Default)]
 pub(super) struct Notes {
-    /// Attribute values that were no finite numbers.
+    /// Number of non-finite attribute values.
     pub n_not_finite: usize,
 }
 
-/// The name of the material of each primitive of a mesh, or the number of the primitive.
+/// Returns the material name of each primitive, or its number.
 pub(super) fn materials(root: &Root, mesh: &Mesh) -> Vec<String> {
     let name = |primitive: &Primitive| root.materials.get(primitive.material?)?.name.clone();
     let named = |(index, primitive)| name(primitive).unwrap_or_else(|| format!("primitive {index}"));
     mesh.primitives.iter().enumerate().map(named).collect()
 }
 
-/// The channels of all these primitives, without values.
+/// Makes the channels of these primitives, without values.
 fn channels<'a>(data: &Data, primitives: impl Iterator<Item = &'a Primitive>) -> Result<Vec<Channel>, ReadError> {
     let (mut own, mut n_sets, mut targets) = (BTreeMap::new(), 0, BTreeMap::new());
     for primitive in primitives {
@@ -81,14 +80,14 @@ fn channels<'a>(data: &Data, primitives: impl Iterator<Item = &'a Primitive>) ->
     Ok(own.into_iter().chain(skin).chain(targets).map(channel).collect())
 }
 
-/// Whether values that only the file has a name for are numbers of things: whole ones, or by a name that says so.
+/// Returns whether an application-specific attribute holds labels: by its name or whole-number type.
 fn is_label(data: &Data, name: &str, accessor: usize) -> Result<bool, ReadError> {
     let accessor = data.accessor(accessor)?;
     let named = name.starts_with("_FEATURE_ID_") || name == "_BATCHID";
     Ok(named || accessor.component_type != FLOAT && !accessor.normalized)
 }
 
-/// Makes a channel as wide as this accessor asks for.
+/// Widens a channel to the width of an accessor.
 fn widen((_, held): &mut (Role, usize), width: Option<usize>, data: &Data, accessor: usize) -> Result<(), ReadError> {
     let width = match width {
         Some(width) => width,
@@ -98,7 +97,7 @@ fn widen((_, held): &mut (Role, usize), width: Option<usize>, data: &Data, acces
     Ok(())
 }
 
-/// Vertices with the same positions accessor share positions, those with all accessors the same share wedges.
+/// A builder of a mesh; equal accessors give shared positions and wedges.
 struct Builder<'a> {
     data: &'a Data<'a>,
     mesh: RawMesh,
@@ -107,7 +106,7 @@ struct Builder<'a> {
     wedges: BTreeMap<Vec<usize>, usize>,
 }
 
-/// Where the positions of an accessor begin, and how many they are.
+/// The positions of an accessor in the mesh.
 #[derive(Clone, Copy)]
 struct Run {
     first: usize,
@@ -133,7 +132,7 @@ impl<'a> Builder<'a> {
         let run = self.positions_of(accessor, budget)?;
         let first_wedge = self.wedges_of(primitive, run.count, budget, notes)?;
         let triangles = triangles::of_primitive(self.data, primitive, run.count, budget)?;
-        // Corners out of range stay so.
+        // // Corners out of range stay invalid, for cleanup to drop.
         let at = |first: usize| move |v: u32| if v == u32::MAX { v } else { (first + v as usize) as u32 };
         self.mesh.faces.extend(triangles.iter().map(|triangle| triangle.map(at(run.first))));
         self.mesh.attributes.wedges.extend(triangles.iter().map(|triangle| triangle.map(at(first_wedge))));
@@ -153,7 +152,7 @@ impl<'a> Builder<'a> {
         Ok(run)
     }
 
-    /// The first of `count` wedges that carry what the vertices of the primitive do.
+    /// Returns the first of `count` wedges for the vertices of a primitive.
     fn wedges_of(
         &mut self,
         primitive: &Primitive,
@@ -181,7 +180,7 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// All accessors that the vertices of a primitive are made of, each after the length of its name and the name.
+/// Encodes all accessors of a primitive's vertices with their names, as a key.
 fn accessors(primitive: &Primitive) -> Vec<usize> {
     let maps = std::iter::once(&primitive.attributes).chain(&primitive.targets);
     let row = |(name, &accessor): (&String, &usize)| {
@@ -190,7 +189,7 @@ fn accessors(primitive: &Primitive) -> Vec<usize> {
     maps.flat_map(|map| std::iter::once(map.len()).chain(map.iter().flat_map(row))).collect()
 }
 
-/// Writes what a primitive's vertices carry in a channel, n x width; it stays zero where they carry nothing.
+/// Writes a primitive's values of a channel, n x width; missing ones stay zero.
 fn fill(
     data: &Data,
     primitive: &Primitive,
@@ -210,13 +209,14 @@ fn fill(
         return Ok(());
     }
     let Some(accessor) = primitive.attributes.get(name).copied().or_else(of_target) else { return Ok(()) };
+    // Colours without alpha beside others with it are opaque.
     if role == Role::Colour && width == 4 {
         values.iter_mut().skip(3).step_by(4).for_each(|alpha| *alpha = 1.0);
     }
     put(data, accessor, values, width, 0..width)
 }
 
-/// Writes the values of an accessor into these columns of rows of `width`, as far as it has columns and rows.
+/// Writes an accessor into these columns of rows of `width`, as far as both reach.
 fn put(
     data: &Data,
     accessor: usize,
@@ -224,7 +224,7 @@ fn put(
     width: usize,
     columns: std::ops::Range<usize>,
 ) -> Result<(), ReadError> {
-    // No more elements than there are rows, four by four numbers at most.
+    // // At most one element per row, each of up to 4 x 4 numbers.
     let (found, elements) = data.floats(accessor, 16 * values.len() / width)?;
     let n = found.min(columns.len());
     for (row, element) in values.chunks_exact_mut(width).zip(elements.chunks_exact(found)) {

@@ -1,4 +1,4 @@
-//! The meshes of an asset where the nodes of its default scene place them, as one mesh.
+//! The meshes of an asset, placed by the nodes of its default scene, as one mesh.
 
 use glam::DMat4;
 
@@ -9,19 +9,18 @@ use crate::io::ReadError;
 use crate::io::far_out::is_far_out;
 use crate::mesh::{Looks, PlacedMesh, RawMesh, merge_placed_meshes};
 
-/// Vertices and faces of a scene for each byte of its asset, and how many of them are always granted. Instances repeat a mesh in
-/// a few bytes each.
+/// Allowed vertices and faces per byte of the asset, and their number always allowed; an instance takes few bytes.
 const REPEATS: (usize, usize) = (256, 1 << 22);
-/// Vertices and faces of a scene at most: more would only fill the memory.
+/// Most vertices and faces of a scene.
 const MOST: usize = 1 << 26;
 
 impl Asset {
-    /// The scene as one mesh: `meshes`, those of the [parts](Asset::parts) or what became of them, in their order, at
-    /// all places where nodes put them; what no node places is not seen. Groups are numbered through, as
-    /// [`Asset::scene_looks`] has them. What a skin moves lies in the pose that the skin was bound in.
+    /// Joins meshes at the places that the scene gives to their [parts](Asset::parts); unplaced ones are left out.
+    ///
+    /// Groups are numbered as in [`Asset::scene_looks`]. Skinned meshes are in their bind pose.
     ///
     /// # Errors
-    /// [`ReadError`] where nodes repeat meshes to an extreme size.
+    /// [`ReadError`] if nodes repeat meshes to an extreme size.
     ///
     /// ```
     /// use neural_mesh::io::Asset;
@@ -43,13 +42,13 @@ impl Asset {
         Ok(scene)
     }
 
-    /// What the groups of the scene as one mesh look like: [`Asset::looks`], part after part.
+    /// Reads the looks of the groups of the scene as one mesh: those of [`Asset::looks`], part after part.
     pub fn scene_looks(&self) -> (Looks, Vec<String>) {
         let (of_parts, notes) = self.looks();
         (Looks { of_groups: of_parts.concat(), v_is_up: false, linear_colours: true }, notes)
     }
 
-    /// The number of the first primitive of each part among those of all parts.
+    /// Returns the group number of each part's first primitive in the scene.
     fn first_groups(&self) -> Vec<u32> {
         let mut first = 0;
         let mut next = |part: &super::Part| {
@@ -59,11 +58,12 @@ impl Asset {
         self.parts().iter().map(&mut next).collect()
     }
 
-    /// Returns for each of the [parts](Asset::parts) the transforms from its coordinates to the scene's, one for each node or instance
-    /// that places it. Where no part has a place, all stand as they are.
+    /// Returns the transforms of each of the [parts](Asset::parts) to the scene, one per node or instance.
+    ///
+    /// If no part is placed, each has the identity.
     ///
     /// # Errors
-    /// [`ReadError`] where nodes repeat meshes to an extreme size.
+    /// [`ReadError`] if nodes repeat meshes to an extreme size.
     ///
     /// ```
     /// use neural_mesh::io::Asset;
@@ -80,7 +80,7 @@ impl Asset {
         Ok(places)
     }
 
-    /// The number of a part and its transform, for each of its places; what they cost is spent before they are made: `cost` of a part for each of its places.
+    /// Lists parts and transforms of all places, charging `cost` of a part to a budget for each.
     fn places_at_cost(&self, cost: impl Fn(usize) -> usize) -> Result<Vec<(usize, DMat4)>, ReadError> {
         let data = self.container.data();
         let mut budget = MOST.min(REPEATS.0.saturating_mul(self.n_bytes).saturating_add(REPEATS.1));
@@ -88,6 +88,7 @@ impl Asset {
         for placed in placements(&data)? {
             let Ok(part) = self.meshes.binary_search(&placed.mesh) else { continue };
             let n_places = placed.n_instances(&data)?;
+            // Before the transforms are made: an accessor of zeros may claim any number.
             spend(&mut budget, n_places.saturating_mul(1 + cost(part)))?;
             let transforms = placed.transforms(&data, MOST)?;
             places.extend(transforms.into_iter().filter(DMat4::is_finite).map(|transform| (part, transform)));

@@ -1,4 +1,4 @@
-//! Where the nodes of the default scene place meshes.
+//! Placements of meshes by the nodes of the default scene.
 
 use std::collections::BTreeMap;
 
@@ -14,20 +14,21 @@ use crate::io::ReadError;
 pub(super) struct Placed<'a> {
     /// Index of the mesh, unchecked.
     pub mesh: usize,
-    /// From the mesh's coordinates to the scene's; of a mesh with a skin in the pose that it was bound in.
+    /// Transform from the mesh to the scene; for a skinned mesh, in its bind pose.
     pub transform: DMat4,
     /// Whether a skin moves it.
     pub skinned: bool,
-    /// The accessors of further places at which the node repeats it, by name, if it does so.
+    /// Accessors of instances by name, if the node repeats its mesh.
     pub instances: Option<&'a BTreeMap<String, usize>>,
 }
 
-/// All meshes that nodes below the roots place, parents before children.
+/// Lists the meshes placed by nodes, parents before children.
 pub(super) fn placements<'a>(data: &Data<'a>) -> Result<Vec<Placed<'a>>, ReadError> {
     let root = data.root;
     let bound = bind_transforms(data);
     let mut placed = Vec::new();
     let mut visited = vec![false; root.nodes.len()];
+    // A stack instead of recursion: nesting depth is up to the file.
     let mut open: Vec<(usize, DMat4)> = roots(root)?.into_iter().rev().map(|node| (node, DMat4::IDENTITY)).collect();
     while let Some((index, outer)) = open.pop() {
         let node = root.nodes.get(index).ok_or_else(|| missing("node", index))?;
@@ -48,7 +49,7 @@ pub(super) fn placements<'a>(data: &Data<'a>) -> Result<Vec<Placed<'a>>, ReadErr
     Ok(placed)
 }
 
-/// Where each skin puts its mesh in the pose that it was bound in, n_skins; nothing where its matrices say nothing.
+/// Returns the transform of each skin in its bind pose, n_skins; `None` if its matrices have no inverse.
 fn bind_transforms(data: &Data) -> Vec<Option<DMat4>> {
     let root = data.root;
     if root.skins.is_empty() {
@@ -59,7 +60,7 @@ fn bind_transforms(data: &Data) -> Vec<Option<DMat4>> {
     root.skins.iter().map(|skin| Bones::of(data, skin).ok()?.bind_transform(&world)).collect()
 }
 
-/// The nodes to start from: those of the default or first scene, else all that are nobody's child.
+/// Returns the root nodes: of the default or first scene, else all nodes without parents.
 fn roots(root: &Root) -> Result<Vec<usize>, ReadError> {
     if !root.scenes.is_empty() {
         let index = root.scene.unwrap_or(0);
@@ -74,7 +75,7 @@ fn roots(root: &Root) -> Result<Vec<usize>, ReadError> {
     Ok((0..root.nodes.len()).filter(|&node| !is_child[node]).collect())
 }
 
-/// The matrix of a node, given as such or as translation, rotation and scale.
+/// Returns the matrix of a node, or composes it from translation, rotation and scale.
 pub(super) fn local_transform(node: &Node) -> DMat4 {
     if let Some(columns) = node.matrix {
         return DMat4::from_cols_array(&columns);
@@ -90,14 +91,14 @@ fn transform_of(scale: Option<[f64; 3]>, rotation: Option<[f64; 4]>, translation
 }
 
 impl Placed<'_> {
-    /// How many places there are at most: a table of rotations, for one, may be shorter than that of translations.
+    /// Returns the largest number of instances: tables of rotations and translations may differ in length.
     pub fn n_instances(&self, data: &Data) -> Result<usize, ReadError> {
         let mut counts = self.instances.iter().flat_map(|names| names.values()).map(|&accessor| data.count(accessor));
         let most = counts.try_fold(0, |most: usize, count| Ok(most.max(count?)))?;
         Ok(if self.instances.is_some() { most } else { 1 })
     }
 
-    /// From the mesh's coordinates to the scene's at each place where the node puts it, `limit` of them at most.
+    /// Returns the transform of the mesh to the scene at each instance, at most `limit`.
     pub fn transforms(&self, data: &Data, limit: usize) -> Result<Vec<DMat4>, ReadError> {
         let Some(names) = self.instances else { return Ok(vec![self.transform]) };
         let rows = |name: &str| names.get(name).map(|&accessor| data.floats(accessor, limit)).transpose();
@@ -109,7 +110,7 @@ impl Placed<'_> {
     }
 }
 
-/// A row of so many numbers, of as many rows as wide.
+/// Returns row `i` of a table if it has N columns.
 fn row<const N: usize>(rows: &Option<(usize, Vec<f32>)>, i: usize) -> Option<[f64; N]> {
     let (width, values) = rows.as_ref()?;
     let row = values.get(i * width..)?.first_chunk::<N>().filter(|_| *width == N)?;

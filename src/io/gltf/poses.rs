@@ -1,4 +1,4 @@
-//! The poses that the skins of an asset take its meshes to: those of its animations, or, where it has none, joints bent at random.
+//! Poses of skinned meshes: from animations, or else random bends of joints.
 
 use glam::{DMat4, DQuat, DVec3};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -11,11 +11,11 @@ use super::placements::local_transform;
 use crate::io::ReadError;
 use crate::mesh::{Channel, RawMesh, Role};
 
-/// Poses, at most.
+/// Number of poses at most.
 const POSES: usize = 12;
-/// How far a joint is bent at most where no animation says how far it goes, in radians: 60 degrees.
+/// Largest random bend of a joint in radians: 60 degrees.
 const BENT: f64 = std::f64::consts::FRAC_PI_3;
-/// How the names of the channels of poses begin.
+/// Prefix of the channel names of poses.
 const POSE: &str = "POSE_";
 
 #[derive(Default, Deserialize)]
@@ -46,14 +46,15 @@ struct Sampler {
 }
 
 impl Asset {
-    /// Where the skins of each part take its vertices, in the order of [`Asset::parts`]: for each part as many channels of the role
-    /// [`Role::MorphPosition`], `POSE_0` and on, at the wedges of its mesh; none where nothing in the asset has a skin.
+    /// Returns where skins move the vertices of each part, in the order of [`Asset::parts`]; nothing for an asset
+    /// without skins.
     ///
-    /// Poses are those of the animations, spread evenly over them, twelve at most; where there is none, each joint is bent by up to 60
-    /// degrees about an axis at random, the same ones every time. Each is in the unit of the part. What moves no skin stands still.
+    /// Each pose is a channel `POSE_0`, ... of role [`Role::MorphPosition`], at the wedges and in the unit of the part.
+    /// Twelve poses at most are spread over the animations; without any, joints are bent by up to 60 degrees about
+    /// random axes with fixed seeds. Unskinned parts do not move.
     ///
     /// # Errors
-    /// [`ReadError`] where skins or animations name what is not there.
+    /// [`ReadError`] if skins or animations name what does not exist.
     ///
     /// ```
     /// use neural_mesh::io::Asset;
@@ -88,7 +89,7 @@ impl Asset {
         Ok(self.parts().iter().zip(&bones_of).map(of_part).collect())
     }
 
-    /// The transforms of all nodes, each against its parent, in each pose.
+    /// Returns the transforms of all nodes to their parents in each pose.
     fn local_poses(&self, rest: &[DMat4], skins: &[Bones]) -> Result<Vec<Vec<DMat4>>, ReadError> {
         let animations: Vec<Animation> = self.listed("animations");
         let animations: Vec<Animation> = animations.into_iter().filter(Animation::moves_nodes).take(POSES).collect();
@@ -97,7 +98,7 @@ impl Asset {
         }
         let mut poses = Vec::new();
         for (i, animation) in animations.iter().enumerate() {
-            // The first ones have one more where they do not share evenly.
+            // // The first animations get the remainder.
             let n = POSES / animations.len() + usize::from(i < POSES % animations.len());
             let tracks = self.tracks(animation)?;
             poses.extend((0..n).map(|k| animated(rest, &tracks, (k as f64 + 0.5) / n as f64)));
@@ -105,7 +106,7 @@ impl Asset {
         Ok(poses)
     }
 
-    /// What an animation does with nodes: the node, the name of its value, the values.
+    /// Reads the tracks of an animation: node, name of the value, values.
     fn tracks<'b>(&self, animation: &'b Animation) -> Result<Vec<(usize, &'b str, Track)>, ReadError> {
         let n_nodes = self.container.root.nodes.len();
         let mut tracks = Vec::new();
@@ -119,7 +120,7 @@ impl Asset {
     }
 
     fn track(&self, sampler: &Sampler) -> Result<Track, ReadError> {
-        /// Numbers of a track, at most: hours of motion.
+        /// Most numbers of a track: hours of motion.
         const MOST: usize = 1 << 24;
         let data = self.container.data();
         let (_, times) = data.floats(sampler.input, MOST)?;
@@ -129,14 +130,14 @@ impl Asset {
             let number = |i: usize| f64::from(row.get(i).copied().unwrap_or_default());
             glam::DVec4::new(number(0), number(1), number(2), number(3))
         };
-        // Of a spline's three rows for a key the middle one is the value; between keys it is taken as straight.
+        // // The middle of a spline's three rows per key is its value; between keys it is interpolated linearly.
         let values = values.chunks_exact(width).skip(n_of_key / 2).step_by(n_of_key).map(row).collect();
         let times = times.into_iter().map(f64::from).collect();
         Ok(Track { times, values, is_stepped: sampler.interpolation == "STEP" })
     }
 }
 
-/// The transforms of all nodes at a share of an animation's time.
+/// Returns the transforms of all nodes at a fraction of an animation's duration.
 fn animated(rest: &[DMat4], tracks: &[(usize, &str, Track)], share: f64) -> Vec<DMat4> {
     let end = tracks.iter().filter_map(|(_, _, track)| track.times.last().copied()).fold(0.0, f64::max);
     let mut parts: Vec<Option<[DVec3; 2]>> = vec![None; rest.len()];
@@ -163,13 +164,13 @@ fn animated(rest: &[DMat4], tracks: &[(usize, &str, Track)], share: f64) -> Vec<
 }
 
 impl Animation {
-    /// Whether it moves any node: some change morph targets alone.
+    /// Returns whether it moves any node; some animate only morph targets.
     fn moves_nodes(&self) -> bool {
         self.channels.iter().any(|value| value.target.node.is_some() && value.target.path != "weights")
     }
 }
 
-/// Values at times.
+/// Values over time.
 struct Track {
     times: Vec<f64>,
     values: Vec<glam::DVec4>,
@@ -177,7 +178,7 @@ struct Track {
 }
 
 impl Track {
-    /// The value at a time, straight between two keys; a rotation by the shorter way. `None` where there are no keys.
+    /// Interpolates linearly at a time, rotations by the shorter way; `None` without keys.
     fn at(&self, time: f64) -> Option<glam::DVec4> {
         let last = self.times.len().min(self.values.len()).checked_sub(1)?;
         let after = self.times[..=last].partition_point(|&t| t <= time).min(last);
@@ -189,7 +190,7 @@ impl Track {
     }
 }
 
-/// The transforms of all nodes where each joint but the first of its skin is bent at random.
+/// Bends each joint, except the first of its skin, at random.
 fn bent(rest: &[DMat4], skins: &[Bones], seed: u64) -> Vec<DMat4> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut unit = || (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
@@ -202,7 +203,7 @@ fn bent(rest: &[DMat4], skins: &[Bones], seed: u64) -> Vec<DMat4> {
     local
 }
 
-/// Where a skin takes the wedges of a mesh, which are at `places`, n_wedges.
+/// Moves wedges at `places` (n_wedges) by a skin.
 fn skinned(mesh: &RawMesh, places: &[DVec3], bones: &Bones, world: &[DMat4]) -> Vec<DVec3> {
     let joints = bones.joints.iter().zip(&bones.inverse_bind);
     let matrices: Vec<DMat4> =
@@ -224,7 +225,7 @@ fn skinned(mesh: &RawMesh, places: &[DVec3], bones: &Bones, world: &[DMat4]) -> 
     (0..).zip(places).map(moved).collect()
 }
 
-/// Where the wedges of a mesh are, n_wedges.
+/// Returns the positions of the wedges, n_wedges.
 fn places(mesh: &RawMesh) -> Vec<DVec3> {
     let mut places = vec![DVec3::ZERO; mesh.attributes.n_wedges()];
     for (face, wedges) in mesh.faces.iter().zip(&mesh.attributes.wedges) {
@@ -237,7 +238,7 @@ fn places(mesh: &RawMesh) -> Vec<DVec3> {
     places
 }
 
-/// From where the wedges are to where a pose takes them, in the unit of the mesh and about the same middle, n_wedges x 3.
+/// Returns the displacements of wedges in a pose, in the unit of the mesh and about its centre, n_wedges x 3.
 fn steps(places: &[DVec3], rest: Option<&[DVec3]>, pose: Option<&[DVec3]>) -> Vec<f32> {
     let (Some(rest), Some(pose)) = (rest, pose) else { return vec![0.0; 3 * places.len()] };
     let mean = |of: &[DVec3]| of.iter().sum::<DVec3>() / of.len().max(1) as f64;

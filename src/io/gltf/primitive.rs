@@ -1,4 +1,4 @@
-//! A primitive on its way out: its vertices, their attributes and morph targets, its indices.
+//! Writes a primitive: vertices, attributes, morph targets, indices.
 
 use rustc_hash::FxHashMap;
 use serde_json::{Map, Value};
@@ -11,7 +11,7 @@ use super::semantics::{SKIN, is_own_channel, target_channel};
 use super::values;
 use crate::mesh::{Channel, Role};
 
-/// The vertices of a file that some faces need: one for each pair of a vertex and a wedge.
+/// The vertices that a file needs for some faces: one per pair of vertex and wedge.
 pub(super) struct Vertices {
     /// Vertex and wedge of the part, n_vertices.
     pairs: Vec<[u32; 2]>,
@@ -22,7 +22,7 @@ pub(super) struct Vertices {
 }
 
 impl Vertices {
-    /// The vertices of these faces, in the order in which faces need them.
+    /// Collects the vertices of these faces, in order of use.
     pub fn of(part: &LighterPart, faces: &[u32]) -> Self {
         let (mut known, mut pairs) = (FxHashMap::default(), Vec::new());
         let mut place = |pair: [u32; 2]| {
@@ -40,7 +40,7 @@ impl Vertices {
         Self { pairs, positions, faces }
     }
 
-    /// The same with vertices that are equal in all that a part says of them as one.
+    /// Merges vertices that are equal in position and all channels.
     pub fn merged(mut self, part: &LighterPart) -> Self {
         let mut known: FxHashMap<Vec<u32>, u32> = FxHashMap::default();
         let mut place = |vertex: &u32| {
@@ -54,7 +54,7 @@ impl Vertices {
         self
     }
 
-    /// The same with faces and vertices in the order in which a machine draws them fast, without vertices that no face needs.
+    /// Reorders faces and vertices for fast drawing; drops unused vertices.
     pub fn ordered(mut self) -> Self {
         self.faces = ordered(&self.faces, self.len());
         let (mut places, mut order) = (vec![u32::MAX; self.len()], Vec::new());
@@ -71,12 +71,12 @@ impl Vertices {
         Self { pairs, positions, ..self }
     }
 
-    /// How many they are.
+    /// Returns the number of vertices.
     pub fn len(&self) -> usize {
         self.pairs.len()
     }
 
-    /// The values of a channel at the vertices, n_vertices x width.
+    /// Returns the values of a channel, n_vertices x width.
     fn values(&self, channel: &Channel) -> Vec<f32> {
         let mut values: Vec<f32> = self.pairs.iter().flat_map(|pair| channel.value(pair[1])).copied().collect();
         values::mend_numbers(&mut values);
@@ -84,20 +84,20 @@ impl Vertices {
     }
 }
 
-/// How an attribute or what a morph target adds to it is stored, by its name.
+/// Names and storage of attributes, or of what a morph target adds to them.
 pub(super) type Slots = Vec<(String, Stored)>;
 
-/// The vertices of a primitive on their way into a document.
+/// A writer of a primitive's vertices.
 pub(super) struct PrimitiveWriter<'a, 'b> {
     pub draft: &'a mut Draft<'b>,
     pub part: &'a LighterPart,
     pub vertices: &'a Vertices,
-    /// How the vertices are packed, where they are.
+    /// Packing of the vertices, if any.
     pub packed: Option<PackedAs<'a>>,
 }
 
 impl PrimitiveWriter<'_, '_> {
-    /// Writes the attributes that a primitive has: name -> accessor. What the part lost is left out.
+    /// Writes the attributes: name -> accessor. Those that the part lost are left out.
     pub fn attributes(&mut self, slots: &Slots) -> Value {
         let n_sets = slots.iter().filter(|(name, _)| name.starts_with("JOINTS_")).count();
         let mut skin = self.skin(n_sets);
@@ -113,7 +113,7 @@ impl PrimitiveWriter<'_, '_> {
         Value::Object(accessors)
     }
 
-    /// Writes the morph targets of a primitive: for each name -> accessor.
+    /// Writes the morph targets: for each, name -> accessor.
     pub fn targets(&mut self, targets: &[Slots]) -> Value {
         let mut write = |(target, slots): (usize, &Slots)| {
             let accessor = |(name, stored): &(String, Stored)| {
@@ -127,7 +127,7 @@ impl PrimitiveWriter<'_, '_> {
         Value::Array(targets.iter().enumerate().map(&mut write).collect())
     }
 
-    /// What a morph target adds, as it is stored.
+    /// Packs what a morph target adds.
     fn target(&self, role: Role, values: Vec<f32>, stored: &Stored) -> (Vec<f32>, Stored) {
         match (&self.packed, role) {
             (Some(packed), Role::MorphPosition) => {
@@ -141,7 +141,7 @@ impl PrimitiveWriter<'_, '_> {
         }
     }
 
-    /// Writes the faces: their accessor.
+    /// Writes the indices and returns their accessor.
     pub fn indices(&mut self) -> Value {
         self.draft.push_indices(&self.vertices.faces, self.vertices.positions.len())
     }
@@ -171,7 +171,8 @@ impl PrimitiveWriter<'_, '_> {
         Some(self.push(values, channel.width, &stored, false))
     }
 
-    /// Appends values of which a primitive has as many columns as its own shape says; more are lent by others in the mesh.
+    /// Appends values with the width of the primitive's own shape; the channel may be wider for other primitives of the
+    /// mesh.
     fn push(&mut self, values: Vec<f32>, width: usize, stored: &Stored, bounded: bool) -> Value {
         let own = shape_width(&stored.shape).min(width);
         let values = match own == width {

@@ -1,8 +1,8 @@
-//! Where a document names accessors and buffer views by their indices.
+//! References in a document to accessors and buffer views.
 
 use serde_json::Value;
 
-/// Paths to indices of accessors; `*` stands for every element of an array and every member of an object.
+/// Paths to indices of accessors; `*` means every element of an array or member of an object.
 pub(super) const ACCESSORS: [&str; 7] = [
     "meshes/*/primitives/*/attributes/*",
     "meshes/*/primitives/*/indices",
@@ -13,11 +13,11 @@ pub(super) const ACCESSORS: [&str; 7] = [
     "nodes/*/extensions/EXT_mesh_gpu_instancing/attributes/*",
 ];
 
-/// Paths from an accessor to the buffer views that it reads.
+/// Paths from an accessor to its buffer views.
 pub(super) const VIEWS_OF_ACCESSORS: [&str; 3] =
     ["accessors/*/bufferView", "accessors/*/sparse/indices/bufferView", "accessors/*/sparse/values/bufferView"];
 
-/// Paths to indices of buffer views that no accessor reads.
+/// Paths to indices of buffer views outside accessors.
 pub(super) const OTHER_VIEWS: [&str; 5] = [
     "images/*/bufferView",
     "meshes/*/primitives/*/extensions/KHR_draco_mesh_compression/bufferView",
@@ -26,7 +26,7 @@ pub(super) const OTHER_VIEWS: [&str; 5] = [
     "extensions/EXT_structural_metadata/propertyTables/*/properties/*/stringOffsets",
 ];
 
-/// Shows every value that one of the paths leads to.
+/// Passes on every value at the end of one of the paths.
 pub(super) fn visit(document: &mut Value, paths: &[&str], show: &mut dyn FnMut(&mut Value)) {
     paths.iter().for_each(|path| follow(document, path, show));
 }
@@ -48,7 +48,7 @@ fn follow(value: &mut Value, path: &str, show: &mut dyn FnMut(&mut Value)) {
     }
 }
 
-/// Which of `n` are named at the end of one of the paths.
+/// Marks which of `n` items the paths refer to.
 pub(super) fn named(document: &mut Value, paths: &[&str], n: usize) -> Vec<bool> {
     let mut named = vec![false; n];
     visit(document, paths, &mut |value| {
@@ -59,7 +59,7 @@ pub(super) fn named(document: &mut Value, paths: &[&str], n: usize) -> Vec<bool>
     named
 }
 
-/// An index of the document.
+/// Returns a value as an index.
 pub(super) fn index(value: &Value) -> Option<usize> {
     value.as_u64().and_then(|index| usize::try_from(index).ok())
 }

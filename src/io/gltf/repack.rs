@@ -1,4 +1,4 @@
-//! What nothing refers to any more goes; what is left becomes one buffer.
+//! Drops unreferenced accessors and views, and packs the rest into one buffer.
 
 use std::borrow::Cow;
 
@@ -11,11 +11,11 @@ use super::extensions::may_name_indices;
 use super::references::{ACCESSORS, OTHER_VIEWS, VIEWS_OF_ACCESSORS, index, named, visit};
 use crate::io::WriteError;
 
-/// Bytes at which views of a buffer begin are multiples of this.
+/// Alignment of views in bytes.
 const ALIGNMENT: usize = 4;
 
-/// Drops accessors and buffer views that nothing names, and gives new numbers to the others. Where an extension that is
-/// not known may name some by number, all stay.
+/// Drops accessors and buffer views without references and renumbers the rest; keeps all if an unknown extension may
+/// hold references.
 pub(super) fn drop_unused(draft: &mut Draft) {
     if may_name_indices(&draft.document) {
         return;
@@ -31,13 +31,13 @@ pub(super) fn drop_unused(draft: &mut Draft) {
     draft.views.retain(|_| used.next().unwrap_or(false));
 }
 
-/// The buffer that holds all buffer views, which are moved into it.
+/// Moves all buffer views into one buffer and returns it.
 ///
 /// # Errors
-/// [`WriteError`] where a view has no bytes, or the views repeat the bytes of the file to an extreme size.
+/// [`WriteError`] if a view has no bytes, or the buffer exceeds `limit`.
 pub(super) fn pack(draft: &mut Draft, limit: usize) -> Result<Vec<u8>, WriteError> {
     let mut buffer = Vec::new();
-    // Views of the same bytes stay so.
+    // // Views of the same bytes keep sharing them.
     let mut known = FxHashMap::default();
     let views = draft.document.get_mut("bufferViews").and_then(Value::as_array_mut);
     for (at, (view, bytes)) in views.into_iter().flatten().zip(&draft.views).enumerate() {
@@ -61,7 +61,7 @@ pub(super) fn pack(draft: &mut Draft, limit: usize) -> Result<Vec<u8>, WriteErro
     Ok(buffer)
 }
 
-/// Says where a view lies in the one buffer.
+/// Sets the place of a view in the one buffer.
 fn place(view: &mut Map<String, Value>, offset: usize, length: usize) {
     view.insert("buffer".into(), 0.into());
     view.shift_remove("byteOffset");
@@ -71,7 +71,7 @@ fn place(view: &mut Map<String, Value>, offset: usize, length: usize) {
     view.insert("byteLength".into(), length.into());
 }
 
-/// Leaves one buffer of this length in the document; a buffer that was the only one keeps its name.
+/// Leaves one buffer of this length; a buffer that was the only one keeps its other members.
 fn name_buffer(document: &mut Value, length: usize) {
     let Value::Object(document) = document else { return };
     let mut buffer = match document.get_mut("buffers").and_then(Value::as_array_mut) {
@@ -91,7 +91,7 @@ fn length(document: &Value, array: &str) -> usize {
     document.get(array).and_then(Value::as_array).map_or(0, Vec::len)
 }
 
-/// Keeps the marked elements of an array, and says their new numbers at the ends of the paths.
+/// Keeps the marked elements of an array and updates the references at the paths.
 fn keep(document: &mut Value, array: &str, marks: &[bool], paths: &[&str]) {
     let count = |n: &mut usize, &mark: &bool| {
         *n += usize::from(mark);
@@ -112,10 +112,11 @@ fn keep(document: &mut Value, array: &str, marks: &[bool], paths: &[&str]) {
     });
 }
 
-/// Gives accessors that stay views of their own where others in their view go, so that those bytes can go too.
+/// Gives used accessors their own views where they share one with unused accessors, so that those bytes can go.
 fn cut_shared_views(draft: &mut Draft) {
     let n_accessors = length(&draft.document, "accessors");
     let used = named(&mut draft.document, &ACCESSORS, n_accessors);
+    // Views that are read other than by accessors must keep their place.
     let indivisible = named(&mut draft.document, &[&VIEWS_OF_ACCESSORS[1..], &OTHER_VIEWS].concat(), draft.views.len());
     let mut ranges: Vec<Vec<Range>> = vec![Vec::new(); draft.views.len()];
     let mut has_unused = vec![false; draft.views.len()];
@@ -153,7 +154,7 @@ fn range(document: &Value, accessor: usize, value: &Value, view: usize) -> Optio
     Some(Range { accessor, start, end: start.checked_add(last)?.checked_add(size)? })
 }
 
-/// Makes a view of each run of bytes that these accessors read, which are in order of their starts; interleaved ones stay
+/// Makes a view of each run of bytes that these accessors read, in order of their starts; interleaved ones stay
 /// together.
 fn cut(draft: &mut Draft, view: usize, ranges: &[Range]) {
     let Some(bytes) = draft.views[view].clone() else { return };

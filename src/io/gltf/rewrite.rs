@@ -1,4 +1,4 @@
-//! An asset with lighter parts: their primitives are written anew, all else passes through.
+//! Writes an asset with simplified parts; the rest of the document is kept.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -22,43 +22,43 @@ use super::semantics::{role, target_role};
 use crate::io::{Format, ImageMaker, OutputFile, Packing, WriteError};
 use crate::mesh::{Attributes, Channel, PositionGrid, Role};
 
-/// How often the written bytes of views that pass through may repeat those read, and how many are always granted.
+/// Allowed size of kept views per byte read, and bytes always allowed.
 const REPEATS: (usize, usize) = (16, 1 << 26);
 
-/// How a scene is written.
+/// Options for writing a scene.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct SceneOptions<'a> {
     /// glTF or GLB.
     pub format: Format,
-    /// What the file is called.
+    /// File name.
     pub name: &'a str,
-    /// For each level down to which share of the screen it is meant to be drawn; or nothing.
+    /// Smallest screen coverage of each level, or empty.
     pub coverage: &'a [f64],
-    /// How numbers are packed, as [`Asset::packing`] says for these levels.
+    /// Packing of numbers, from [`Asset::packing`] for these levels.
     pub packing: Option<&'a Packing>,
-    /// Who makes other images of those of the asset, where someone does.
+    /// Converter of images, if any.
     pub images: Option<&'a dyn ImageMaker>,
-    /// The name after which images within the asset become files beside JSON, `NAME_0.png`, for several assets to share them.
+    /// Prefix of files for embedded images (`NAME_0.png`, JSON only), so that several assets share them.
     pub shared_images: Option<&'a str>,
 }
 
 impl<'a> SceneOptions<'a> {
-    /// A format and a name; everything as it was read.
+    /// Makes options that change nothing but format and name.
     pub fn new(format: Format, name: &'a str) -> Self {
         Self { format, name, coverage: &[], packing: None, images: None, shared_images: None }
     }
 }
 
 impl Asset {
-    /// The files of the asset with lighter parts, one for each of [`parts`](Self::parts) in their order: first the file
-    /// `name` in `format`, then what it refers to, by paths beside it.
+    /// Writes the asset with a simplified part for each of [`parts`](Self::parts), in order: first the file `name`,
+    /// then those it refers to.
     ///
-    /// A GLB holds all buffers; of JSON the buffer is a file beside it, unless the asset was one file of JSON. Images
-    /// that were files stay files. Primitives without faces go; nodes whose mesh has none draw nothing.
+    /// GLB holds all buffers; JSON has one in a separate file, unless the asset was a single JSON file. Images in files
+    /// stay there. Primitives without faces are dropped; nodes without any stay.
     ///
     /// # Errors
-    /// [`WriteError`] where parts are missing or do not fit, and where the format cannot hold the result.
+    /// [`WriteError`] if parts are missing or do not fit, or the format cannot hold the result.
     ///
     /// ```
     /// use neural_mesh::io::{Asset, Format, LighterPart};
@@ -71,14 +71,14 @@ impl Asset {
         self.write_levels(&[lighter], &[], format, name)
     }
 
-    /// [`write`](Self::write) with several levels of detail in one file, the finest first, by the extension `MSFT_lod`:
-    /// whoever knows it draws a coarser level where the mesh covers little of the screen, all others draw the finest.
+    /// Writes several levels of detail into one file by the extension `MSFT_lod`, the finest first, otherwise as
+    /// [`write`](Self::write).
     ///
-    /// `coverage` says for each level down to which share of the screen it is meant to be drawn, or is empty. Nodes that
-    /// have levels already keep those.
+    /// `coverage` has the smallest screen coverage of each level, or is empty. Viewers without the extension draw the
+    /// finest level. Nodes that already have levels keep them.
     ///
     /// # Errors
-    /// As of [`write`](Self::write); and where there is no level, or not one share for each.
+    /// As [`write`](Self::write), and without a level, or with another number of coverages.
     ///
     /// ```
     /// use neural_mesh::io::{Asset, Format, LighterPart};
@@ -100,10 +100,10 @@ impl Asset {
         self.write_scene(levels, &SceneOptions { coverage, ..SceneOptions::new(format, name) })
     }
 
-    /// [`write_levels`](Self::write_levels), with numbers packed as asked.
+    /// Writes levels as [`write_levels`](Self::write_levels), with all options.
     ///
     /// # Errors
-    /// As of [`write_levels`](Self::write_levels).
+    /// As [`write_levels`](Self::write_levels).
     ///
     /// ```
     /// use neural_mesh::io::{Asset, Format, LighterPart, PackOptions, SceneOptions};
@@ -146,9 +146,11 @@ impl Asset {
         }
         let finest = levels.first().copied().unwrap_or_default();
         take_from_nodes(&mut draft.document, &self.emptied_meshes(finest));
+        // Levels before grids are undone, so that their nodes get transforms as well.
         levels::offer(&mut draft, &coarser, options.coverage);
         self.undo(&mut draft, &pack_with, &grids);
         let images = self.put_images(&mut draft, options);
+        // Last, when no more accessors are added.
         drop_unused(&mut draft);
         drop_unused_names(&mut draft.document);
         let limit = levels.iter().map(|lighter| self.limit(lighter)).sum();
@@ -156,7 +158,7 @@ impl Asset {
         files(draft.document, buffer, layout, options.name, &images)
     }
 
-    /// The meshes of parts that have no face left, and nothing else to draw.
+    /// Lists the meshes of parts without faces that draw nothing else either.
     fn emptied_meshes(&self, lighter: &[LighterPart]) -> Vec<usize> {
         let is_emptied = |(part, &mesh): (&LighterPart, &usize)| {
             let described = self.container.root.meshes.get(mesh)?;
@@ -166,8 +168,8 @@ impl Asset {
         lighter.iter().zip(&self.meshes).filter_map(is_emptied).collect()
     }
 
-    /// Says in the document what undoes the grids, by the indices of meshes, where numbers are packed.
-    fn undo(&self, draft: &mut Draft, pack_with: &Pack, grids: &BTreeMap<usize, PositionGrid>) {
+    /// Adds the transforms that undo the grids to the document.
+    fn undo(&self, draft: &mut Draft, pack_with: &Pack, grids: &BTreeMap<usize, Grid>) {
         if pack_with.packing.is_some() {
             place_back(self, draft, grids);
             pack_with.uvs.undo(&mut draft.document, |material| material);
@@ -175,7 +177,7 @@ impl Asset {
         }
     }
 
-    /// The meshes of the parts with other triangles, after their indices.
+    /// Rewrites the meshes of the parts; returns them with their indices.
     fn rewritten_meshes(
         &self,
         draft: &mut Draft,
@@ -205,7 +207,7 @@ impl Asset {
         self.parts().iter().zip(lighter).try_for_each(|(part, lighter)| lighter.check(part))
     }
 
-    /// The document as it was read, each view with its bytes.
+    /// Copies the document, with the bytes of each view.
     fn draft(&self) -> Draft<'_> {
         let data = self.container.data();
         let views =
@@ -213,10 +215,10 @@ impl Asset {
         Draft { document: self.document.clone(), views }
     }
 
-    /// The most bytes that the buffer may have.
+    /// Returns the most bytes that the buffer may have.
     fn limit(&self, lighter: &[LighterPart]) -> usize {
         let n_read = self.container.buffers.n_bytes() + self.container.n_decompressed();
-        // A corner becomes a vertex at most, of its numbers each with four bytes, and an index.
+        // // Each corner becomes at most a vertex, with four bytes per number, and an index.
         let of_part = |part: &LighterPart| {
             let width: usize = part.attributes.channels.iter().map(|channel| channel.width).sum();
             3 * part.faces.len() * 4 * (width + 4)
@@ -224,7 +226,7 @@ impl Asset {
         REPEATS.0 * n_read + REPEATS.1 + lighter.iter().map(of_part).sum::<usize>()
     }
 
-    /// A mesh whose triangles are written anew.
+    /// Rewrites the triangles of a mesh.
     fn rewritten_mesh(
         &self,
         draft: &mut Draft,
@@ -245,6 +247,7 @@ impl Asset {
         }
         let Some(Value::Array(old)) = written.get_mut("primitives").map(Value::take) else { return Ok(written) };
         let mut primitives = Vec::new();
+        // A mesh must have a primitive: without faces it gets one degenerate triangle.
         let stub =
             Some(part.mesh.attributes.group(0)).filter(|_| groups.is_empty() && all_are(described, is_rewritten));
         for (index, mut primitive) in old.into_iter().enumerate() {
@@ -265,7 +268,7 @@ impl Asset {
 }
 
 impl LighterPart {
-    /// Vertices that a glTF has for its faces: one for each primitive and each set of values.
+    /// Returns the number of vertices in a glTF: one per primitive and set of values.
     ///
     /// ```
     /// use neural_mesh::io::{Asset, LighterPart};
@@ -276,26 +279,26 @@ impl LighterPart {
         faces_by_group(self).values().map(|faces| Vertices::of(self, faces).len()).sum()
     }
 
-    /// Vertices that a compressed glTF has for its faces, where vertices that are equal in everything are one.
+    /// Returns the number of vertices in a compressed glTF, which merges equal ones.
     pub fn n_merged_vertices(&self) -> usize {
         faces_by_group(self).values().map(|faces| Vertices::of(self, faces).merged(self).ordered().len()).sum()
     }
 }
 
-/// How the numbers of a scene are packed, where they are.
+/// The packing of a scene, if any.
 struct Pack<'a> {
     packing: Option<&'a Packing>,
     uvs: UvGrids,
 }
 
 impl Pack<'_> {
-    /// The grid of a part.
-    fn grid(&self, part: usize) -> Option<&PositionGrid> {
+    /// Returns the grid of a part.
+    fn grid(&self, part: usize) -> Option<&Grid> {
         self.packing?.grid(part)
     }
 
-    /// How the vertices of a primitive of a part on this grid are packed.
-    fn of_primitive<'a>(&'a self, primitive: &Primitive, grid: Option<&'a PositionGrid>) -> Option<PackedAs<'a>> {
+    /// Returns the packing of a primitive on this grid.
+    fn of_primitive<'a>(&'a self, primitive: &Primitive, grid: Option<&'a Grid>) -> Option<PackedAs<'a>> {
         let compress = self.packing?.is_compressed();
         Some(PackedAs { grid, uvs: &self.uvs, surface: primitive.material, compress })
     }
@@ -312,7 +315,7 @@ fn check_levels(levels: &[&[LighterPart]], coverage: &[f64]) -> Result<(), Write
     Ok(())
 }
 
-/// The faces of each group, in their order.
+/// Groups the faces, in order.
 pub(super) fn faces_by_group(part: &LighterPart) -> BTreeMap<u32, Vec<u32>> {
     let mut groups: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
     for face in 0..part.faces.len() as u32 {
@@ -325,7 +328,7 @@ fn all_are(mesh: &Mesh, is_rewritten: impl Fn(usize) -> bool) -> bool {
     (0..mesh.primitives.len()).all(is_rewritten)
 }
 
-/// A face without extent at the first corner of a part, which keeps a mesh valid where all its faces are gone.
+/// Makes a part of one degenerate face at its first corner, as a mesh needs a face to be valid.
 fn nothing(part: &Part) -> LighterPart {
     let whole = LighterPart::of(part);
     let position = whole.faces.first().map_or([0.0; 3], |face| whole.positions[face[0] as usize]);
@@ -340,7 +343,7 @@ fn nothing(part: &Part) -> LighterPart {
     LighterPart { positions: vec![position], faces: vec![[0; 3]], attributes }
 }
 
-/// Writes a primitive anew over these faces of a part.
+/// Rewrites a primitive for these faces.
 fn rewrite(
     draft: &mut Draft,
     root: &Root,
@@ -365,13 +368,13 @@ fn rewrite(
     forget_faces(primitive);
 }
 
-/// How attributes are to be stored, by name: what has a fixed meaning in single precision, colours and what others have
-/// named as they were.
+/// Returns the storage of attributes: single precision for standard ones, the original type for colours in integers and
+/// custom ones.
 fn slots(root: &Root, attributes: &BTreeMap<String, usize>, role: fn(&str) -> (Role, Option<usize>)) -> Slots {
     let stored = |(name, &accessor): (&String, &usize)| {
         let accessor = root.accessors.get(accessor)?;
         let shape = role(name).1.map_or(accessor.shape.as_str(), |width| vector(width));
-        // Morph targets often move few vertices.
+        // // Morph targets often move few vertices, so sparse ones stay sparse.
         let floats = Stored { sparse: accessor.sparse.is_some(), ..Stored::floats(shape) };
         let as_it_was =
             Stored { component: accessor.component_type, normalized: accessor.normalized, ..floats.clone() };

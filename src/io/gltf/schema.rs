@@ -1,4 +1,4 @@
-//! The part of the glTF 2.0 schema that describes geometry; indices are as in the file, unchecked.
+//! The geometry part of the glTF 2.0 schema; indices are unchecked.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 use super::compressed::Compressed;
 
-/// The whole document.
+/// The document.
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct Root {
@@ -38,19 +38,19 @@ pub(super) struct Accessor {
     #[serde(rename = "type")]
     pub shape: String,
     pub sparse: Option<Sparse>,
-    /// Its elements one after the other, where they came compressed.
+    /// Decompressed elements, if they were compressed.
     #[serde(skip)]
     pub decoded: Option<Vec<u8>>,
 }
 
 impl Accessor {
-    /// Whether no bytes stand behind it.
+    /// Returns whether it has no bytes.
     pub fn is_bare(&self) -> bool {
         self.buffer_view.is_none() && self.sparse.is_none() && self.decoded.is_none()
     }
 }
 
-/// Elements of an accessor that are replaced.
+/// Replaced elements of an accessor.
 #[derive(Deserialize)]
 pub(super) struct Sparse {
     pub count: usize,
@@ -58,7 +58,7 @@ pub(super) struct Sparse {
     pub values: SparseValues,
 }
 
-/// Which elements are replaced.
+/// Indices of replaced elements.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct SparseIndices {
@@ -68,7 +68,7 @@ pub(super) struct SparseIndices {
     pub component_type: u32,
 }
 
-/// What they are replaced by.
+/// Replacement values.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct SparseValues {
@@ -77,7 +77,7 @@ pub(super) struct SparseValues {
     pub byte_offset: usize,
 }
 
-/// A run of bytes of a buffer.
+/// A range of a buffer.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct BufferView {
@@ -90,7 +90,7 @@ pub(super) struct BufferView {
     pub extensions: ViewExtensions,
 }
 
-/// What a buffer view may be compressed by; the two names mean the same format.
+/// Compression of a buffer view; both names mean one format.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 pub(super) struct ViewExtensions {
@@ -101,7 +101,7 @@ pub(super) struct ViewExtensions {
 }
 
 impl ViewExtensions {
-    /// How the view is compressed, if it is.
+    /// Returns the compressed form of the view, if any.
     pub fn compressed(&self) -> Option<&Compressed> {
         self.khr.as_ref().or(self.ext.as_ref())
     }
@@ -115,7 +115,7 @@ pub(super) struct Buffer {
     pub extensions: BufferExtensions,
 }
 
-/// Whether a buffer only stands in for readers that cannot decompress.
+/// Marks of a fallback buffer, for readers that cannot decompress.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 pub(super) struct BufferExtensions {
@@ -126,32 +126,32 @@ pub(super) struct BufferExtensions {
 }
 
 impl BufferExtensions {
-    /// Whether the buffer need not have bytes.
+    /// Returns whether the buffer may lack bytes.
     pub fn is_fallback(&self) -> bool {
         self.ext.fallback || self.khr.fallback
     }
 }
 
-/// The mark of such a buffer.
+/// The mark of a fallback buffer.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Fallback {
     fallback: bool,
 }
 
-/// How a surface looks; only its name matters here.
+/// A material; only its name matters here.
 #[derive(Deserialize)]
 pub(super) struct Material {
     pub name: Option<String>,
 }
 
-/// A picture: a file, a `data:` URI, or a buffer view.
+/// An image: a file, a `data:` URI, or a buffer view.
 #[derive(Deserialize)]
 pub(super) struct Image {
     pub uri: Option<String>,
 }
 
-/// Primitives that nodes place.
+/// A mesh: a list of primitives.
 #[derive(Deserialize)]
 pub(super) struct Mesh {
     pub name: Option<String>,
@@ -166,14 +166,14 @@ pub(super) struct Primitive {
     pub material: Option<usize>,
     #[serde(default = "triangle_list")]
     pub mode: u32,
-    /// Per morph target what it adds to which attribute.
+    /// Accessors of each morph target, by attribute.
     #[serde(default)]
     pub targets: Vec<BTreeMap<String, usize>>,
     #[serde(default)]
     extensions: PrimitiveExtensions,
 }
 
-/// Whether a primitive has a compressed copy.
+/// The compressed form of a primitive.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct PrimitiveExtensions {
@@ -182,12 +182,12 @@ struct PrimitiveExtensions {
 }
 
 impl Primitive {
-    /// The accessor of the positions, where these are triangles.
+    /// Returns the accessor of the positions if these are triangles.
     pub fn triangle_positions(&self) -> Option<usize> {
         self.attributes.get("POSITION").copied().filter(|_| (4..=6).contains(&self.mode))
     }
 
-    /// Its compressed copy, where an array that it fills has no plain one.
+    /// Returns the compressed form if an array of the primitive has no other.
     pub fn draco_alone(&self, accessors: &[Accessor]) -> Option<&Draco> {
         let draco = self.extensions.draco.as_ref()?;
         let named = self.attributes.values().chain(&self.indices);
@@ -195,7 +195,7 @@ impl Primitive {
     }
 }
 
-/// Where the compressed copy of a primitive lies, and which of its attributes are which of the primitive.
+/// The Draco data of a primitive, and its attribute identifiers.
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct Draco {
@@ -203,7 +203,7 @@ pub(super) struct Draco {
     pub attributes: BTreeMap<String, u32>,
 }
 
-/// A place in the tree of transforms; matrices are column-major, rotations quaternions x, y, z, w.
+/// A node of the scene tree; matrices are column-major, rotations quaternions x, y, z, w.
 #[derive(Deserialize)]
 pub(super) struct Node {
     #[serde(default)]
@@ -219,13 +219,13 @@ pub(super) struct Node {
 }
 
 impl Node {
-    /// The accessors of the places at which the node repeats its mesh, by name, if it does so.
+    /// Returns the accessors of instances by name, if the node repeats its mesh.
     pub fn instances(&self) -> Option<&BTreeMap<String, usize>> {
         self.extensions.instancing.as_ref().map(|instancing| &instancing.attributes)
     }
 }
 
-/// The joints that move a mesh, and the accessor of the matrices that take the mesh to each joint's coordinates.
+/// A skin: joints, and the accessor of inverse bind matrices.
 #[derive(Clone, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct Skin {
@@ -233,7 +233,7 @@ pub(super) struct Skin {
     pub inverse_bind_matrices: Option<usize>,
 }
 
-/// Whether a node repeats its mesh.
+/// Instancing of a node's mesh.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct NodeExtensions {
@@ -241,21 +241,21 @@ struct NodeExtensions {
     instancing: Option<Instancing>,
 }
 
-/// The places where a node repeats its mesh, name -> accessor.
+/// Accessors of instances, name -> accessor.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Instancing {
     attributes: BTreeMap<String, usize>,
 }
 
-/// The roots of one tree.
+/// The root nodes of a scene.
 #[derive(Deserialize)]
 pub(super) struct Scene {
     #[serde(default)]
     pub nodes: Vec<usize>,
 }
 
-/// The mode of a primitive that names none.
+/// Returns the default mode of a primitive.
 fn triangle_list() -> u32 {
     4
 }

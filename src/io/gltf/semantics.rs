@@ -1,15 +1,15 @@
-//! What the names of vertex attributes mean, and which channels a set of primitives has.
+//! Vertex attributes by name: their roles and channels.
 
 use super::schema::Primitive;
 use crate::mesh::Role;
 
-/// The name of the channel that holds all joints and weights of a vertex.
+/// Name of the channel with all joints and weights.
 pub(super) const SKIN: &str = "SKIN";
 
-/// How the names of the channels of morph targets begin.
+/// Prefix of the channels of morph targets.
 pub(super) const TARGET: &str = "TARGET_";
 
-/// The role of a vertex attribute, and how many numbers it has by the specification, if it fixes that.
+/// Returns the role of a vertex attribute, and its width if the specification fixes that.
 pub(super) fn role(name: &str) -> (Role, Option<usize>) {
     match name {
         "NORMAL" => (Role::Normal, Some(3)),
@@ -20,7 +20,7 @@ pub(super) fn role(name: &str) -> (Role, Option<usize>) {
     }
 }
 
-/// The role of what a morph target adds to an attribute.
+/// Returns the role and width of what a morph target adds to an attribute.
 pub(super) fn target_role(name: &str) -> (Role, Option<usize>) {
     match name {
         "POSITION" => (Role::MorphPosition, Some(3)),
@@ -29,23 +29,23 @@ pub(super) fn target_role(name: &str) -> (Role, Option<usize>) {
     }
 }
 
-/// The channel of what morph target `target` adds to the attribute `name`.
+/// Returns the channel name of morph target `target` for the attribute `name`.
 pub(super) fn target_channel(target: usize, name: &str) -> String {
     format!("{TARGET}{target}/{name}")
 }
 
-/// The number and the attribute of a channel of a morph target.
+/// Parses the target number and attribute from a channel name.
 pub(super) fn target_of(channel: &str) -> Option<(usize, &str)> {
     let (target, name) = channel.strip_prefix(TARGET)?.split_once('/')?;
     Some((target.parse().ok()?, name))
 }
 
-/// Whether an attribute is held by a channel of its own name: not positions, and not what [`SKIN`] holds.
+/// Returns whether an attribute has its own channel; positions do not, nor does what [`SKIN`] holds.
 pub(super) fn is_own_channel(name: &str) -> bool {
     name != "POSITION" && !name.starts_with("JOINTS_") && !name.starts_with("WEIGHTS_")
 }
 
-/// How many sets of four joints and weights the vertices of a primitive have.
+/// Counts the sets of four joints and weights of a primitive.
 pub(super) fn n_skin_sets(primitive: &Primitive) -> usize {
     let has = |name: &str, set: usize| primitive.attributes.contains_key(&format!("{name}_{set}"));
     (0..).take_while(|&set| has("JOINTS", set) && has("WEIGHTS", set)).count()

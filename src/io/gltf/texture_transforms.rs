@@ -1,4 +1,4 @@
-//! Transforms of textures (`KHR_texture_transform`), taken into the coordinates of meshes that leave their asset.
+//! Applies texture transforms (`KHR_texture_transform`) to the coordinates of meshes that leave their asset.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -11,10 +11,10 @@ use super::packed::{TRANSFORM, UvTransform, coordinates, each_use};
 use super::references::index;
 use crate::mesh::{RawMesh, Role};
 
-/// By the names of coordinates: what is added to them, after they were multiplied.
+/// Offset and scale by name of coordinates; the scale is applied first.
 pub(super) type Transforms = BTreeMap<String, [[f64; 2]; 2]>;
 
-/// The transforms of a material's textures; `None` where coordinates have several, or turn.
+/// Returns the transforms of a material's textures, or `None` if a set of coordinates has several or a rotation.
 pub(super) fn transforms(material: &Value) -> Option<Transforms> {
     let (mut found, mut is_plain) = (Transforms::new(), true);
     each_use(&mut material.clone(), &mut |used| {
@@ -26,7 +26,7 @@ pub(super) fn transforms(material: &Value) -> Option<Transforms> {
 }
 
 impl Asset {
-    /// A mesh that was or became of a part, with the coordinates that its textures take.
+    /// Returns the mesh of a part with transformed texture coordinates.
     pub(super) fn with_transforms<'a>(&self, part: usize, mesh: &'a RawMesh) -> Cow<'a, RawMesh> {
         if !self.container.root.extensions_used.iter().any(|name| name == TRANSFORM) {
             return Cow::Borrowed(mesh);
@@ -43,7 +43,7 @@ impl Asset {
     }
 }
 
-/// Transforms the coordinates of each group of faces; a wedge of groups with different transforms becomes several.
+/// Transforms the coordinates of each group; wedges of groups with different transforms are duplicated.
 fn move_coordinates(mesh: &mut RawMesh, of_groups: &[Transforms]) {
     let attributes = &mut mesh.attributes;
     let n_wedges = attributes.n_wedges();

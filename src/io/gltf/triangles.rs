@@ -1,12 +1,13 @@
-//! The triangles of a primitive: lists, strips and fans.
+//! Triangles of a primitive: lists, strips, fans.
 
 use super::accessor::Data;
 use super::schema::Primitive;
 use super::spend;
 use crate::io::ReadError;
 
-/// The triangles of a primitive over its vertices `0..n_vertices`, n_faces x 3; corners beyond them are `u32::MAX`, so
-/// that they cannot reach another primitive's.
+/// Returns the triangles over vertices `0..n_vertices`, n_faces x 3; corners out of range become `u32::MAX`.
+///
+/// They could otherwise reach vertices of another primitive.
 pub(super) fn of_primitive(
     data: &Data,
     primitive: &Primitive,
@@ -25,7 +26,7 @@ pub(super) fn of_primitive(
     Ok(triangles(&indices, primitive.mode))
 }
 
-/// Corner indices as triangles; mode 4 is a list, 5 a strip, 6 a fan.
+/// Splits indices into triangles; mode 4 is a list, 5 a strip, 6 a fan.
 fn triangles(indices: &[u32], mode: u32) -> Vec<[u32; 3]> {
     match mode {
         4 => indices.as_chunks::<3>().0.to_vec(),

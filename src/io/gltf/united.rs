@@ -1,7 +1,7 @@
-//! The meshes of the default scene as one, with what their corners carry and what they look like, for formats without scenes.
+//! Reads the default scene as one mesh with attributes and looks, for formats without scenes.
 //!
-//! Texture coordinates are turned so that v runs upwards and colours are those of sRGB, as OBJ and PLY have them. Tangents, skins
-//! and morph targets stay behind.
+//! Texture coordinates get v upwards and colours sRGB, as in OBJ and PLY. Tangents, skins and morph targets are
+//! dropped.
 
 use std::collections::BTreeMap;
 
@@ -14,11 +14,12 @@ use crate::io::extra::{Extra, Group, ReadMesh};
 use crate::io::far_out::is_far_out;
 use crate::mesh::{Channel, PlacedMesh, RawMesh, Role, merge_placed_meshes, srgb};
 
-/// What a mesh without a scene does not hold.
+/// Note on what a mesh without a scene does not hold.
 const LEFT: &str = "tangents, skins and morph targets belong to the scene: left out";
 
-/// Reads a glTF asset as one mesh with all that goes along; `fetch` gives the bytes of a file that it names, by its URI. What
-/// cannot be read but for its geometry is read as [`read`](super::read) does.
+/// Reads a glTF asset as one mesh; `fetch` returns the bytes of a file by its URI.
+///
+/// If more than its geometry cannot be read, the result is that of [`read`](super::read), with a note.
 pub(in crate::io) fn read_attributed(
     bytes: &[u8],
     fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
@@ -39,7 +40,7 @@ pub(in crate::io) fn read_attributed(
     Ok(ReadMesh { mesh, extra, notes, format: None })
 }
 
-/// What the groups of the scene stand for, the first group of each part, and what could not be had.
+/// Returns the groups of the scene, the first group of each part, and notes.
 fn groups(asset: &Asset) -> (Extra, Vec<u32>, Vec<String>) {
     let (looks, notes) = asset.looks();
     let names = material_names(asset);
@@ -62,7 +63,7 @@ fn groups(asset: &Asset) -> (Extra, Vec<u32>, Vec<String>) {
     (extra, first_groups, [asset.notes(), &notes, left.as_slice()].concat())
 }
 
-/// The parts where nodes place them, side by side.
+/// Joins the parts at their places.
 fn scene(asset: &Asset, first_groups: &[u32], mut budget: usize) -> Result<RawMesh, ReadError> {
     let n_numbers = n_numbers(asset.parts());
     let laid: Vec<_> =
@@ -78,7 +79,7 @@ fn scene(asset: &Asset, first_groups: &[u32], mut budget: usize) -> Result<RawMe
     Ok(merge_placed_meshes(&placed, is_carried))
 }
 
-/// The numbers that a wedge of the scene carries at most.
+/// Returns the most numbers that a wedge of the scene carries.
 fn n_numbers(parts: &[Part]) -> usize {
     let mut widths: BTreeMap<&str, usize> = BTreeMap::new();
     for channel in parts.iter().flat_map(|part| &part.mesh.attributes.channels).filter(|it| is_carried(it.role)) {
@@ -88,7 +89,7 @@ fn n_numbers(parts: &[Part]) -> usize {
     widths.values().sum()
 }
 
-/// The names of the materials, each once and without blanks, which end a name in many readers of MTL.
+/// Returns unique material names without blanks, which end a name in many MTL readers.
 fn material_names(asset: &Asset) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for (index, material) in asset.container.root.materials.iter().enumerate() {
@@ -103,7 +104,7 @@ fn is_carried(role: Role) -> bool {
     matches!(role, Role::Normal | Role::Uv | Role::Colour | Role::Other | Role::Label)
 }
 
-/// Values as a file without a scene has them: v upwards, colours in sRGB.
+/// Converts values to the conventions of formats without scenes: v upwards, colours in sRGB.
 fn as_without_scene(channel: &mut Channel) {
     for row in channel.values.chunks_exact_mut(channel.width) {
         match channel.role {

@@ -1,12 +1,12 @@
-//! Values of vertices as the specification wants them: unit normals, signs of one, colours between 0 and 1, weights that
-//! sum to one.
+//! Repairs vertex values to what glTF requires: unit normals, signs of one, colours from 0 to 1, weights that sum to
+//! one.
 
 use glam::Vec3;
 
-/// How far from one a length may be for a vector to pass as it is; the Khronos validator allows ten times that.
+/// Accepted deviation from unit length; the Khronos validator allows ten times that.
 const UNIT: f32 = 5e-4;
 
-/// Makes normals (n x 3) unit vectors; where there is no direction, that of the faces around.
+/// Makes normals (n x 3) unit vectors; replaces zero ones by the normal of the surrounding faces.
 pub(super) fn mend_normals(normals: &mut [f32], positions: &[[f32; 3]], faces: &[[u32; 3]]) {
     let mut around: Option<Vec<Vec3>> = None;
     for (vertex, row) in normals.as_chunks_mut::<3>().0.iter_mut().enumerate() {
@@ -19,7 +19,7 @@ pub(super) fn mend_normals(normals: &mut [f32], positions: &[[f32; 3]], faces: &
     }
 }
 
-/// The sum of the area normals of the faces around each vertex, n_vertices.
+/// Sums the area-weighted normals of the faces around each vertex, n_vertices.
 fn face_normals(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<Vec3> {
     let mut normals = vec![Vec3::ZERO; positions.len()];
     for face in faces {
@@ -29,7 +29,7 @@ fn face_normals(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<Vec3> {
     normals
 }
 
-/// Makes tangents (n x 4) unit vectors with a sign of 1 or -1; where there is no direction, one across the normal.
+/// Makes tangents (n x 4) unit vectors with a sign of 1 or -1; replaces zero ones by a vector orthogonal to the normal.
 pub(super) fn mend_tangents(tangents: &mut [f32], normals: Option<&[f32]>) {
     for (vertex, row) in tangents.as_chunks_mut::<4>().0.iter_mut().enumerate() {
         let [x, y, z, sign] = *row;
@@ -45,18 +45,19 @@ pub(super) fn mend_tangents(tangents: &mut [f32], normals: Option<&[f32]>) {
     }
 }
 
-/// Puts colours between 0 and 1.
+/// Clamps colours to 0 to 1.
 pub(super) fn mend_colours(colours: &mut [f32]) {
     colours.iter_mut().for_each(|value| *value = value.clamp(0.0, 1.0));
 }
 
-/// Replaces what is no finite number by zero.
+/// Replaces non-finite values by zero.
 pub(super) fn mend_numbers(values: &mut [f32]) {
     values.iter_mut().filter(|value| !value.is_finite()).for_each(|value| *value = 0.0);
 }
 
-/// The joints (n x 4 n_sets) and weights of vertices of which `rows` (n x width) holds first joints, then weights: each
-/// joint once, the largest weights where there are too many, their sum one. Without any weight the first joint has it all.
+/// Returns joints and weights (n x 4 n_sets each) from `rows` (n x width) of joints, then weights.
+///
+/// Joints are distinct, the largest weights stay, and the sum is one. Without any weight, the first joint gets it all.
 pub(super) fn skin(rows: &[f32], width: usize, n_sets: usize) -> (Vec<f32>, Vec<f32>) {
     let n_slots = 4 * n_sets;
     let (mut joints, mut weights) = (Vec::new(), Vec::new());
@@ -74,7 +75,7 @@ pub(super) fn skin(rows: &[f32], width: usize, n_sets: usize) -> (Vec<f32>, Vec<
     (joints, weights)
 }
 
-/// Joints and their weights in a row of a skin, each joint once, in order; never none.
+/// Lists distinct joints and their weights in a row; never empty.
 fn bindings(row: &[f32]) -> Vec<(f32, f32)> {
     let (joints, weights) = row.split_at(row.len() / 2);
     let mut bound: Vec<(f32, f32)> = Vec::new();

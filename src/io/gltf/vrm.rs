@@ -1,27 +1,27 @@
-//! VRM, avatars as glTF: where its extensions (0.x `VRM`; 1.0 `VRMC_vrm` and those beside it) name meshes and nodes for what they draw.
+//! References of VRM avatars (extensions `VRM` 0.x, `VRMC_vrm` 1.0) to meshes and nodes.
 //!
-//! Bones, colliders and materials keep their indices. What an expression moves and what a first person sees is named by mesh (0.x) or by
-//! the node that holds it (1.0), and follows where a mesh moves to another node or coarser ones are offered for it.
+//! Bones, colliders and materials keep their indices. Expressions and first-person annotations refer to a mesh (0.x) or
+//! its node (1.0); they must follow when a mesh moves or gets levels of detail.
 
 use serde_json::Value;
 
 use super::references::visit;
 use crate::io::ImageUse;
 
-/// Arrays whose elements name the node that holds a mesh.
+/// Arrays whose elements refer to the node of a mesh.
 const OF_NODES: [&str; 2] =
     ["extensions/VRMC_vrm/expressions/*/*/morphTargetBinds", "extensions/VRMC_vrm/firstPerson/meshAnnotations"];
 
-/// Arrays whose elements name a mesh.
+/// Arrays whose elements refer to a mesh.
 const OF_MESHES: [&str; 2] =
     ["extensions/VRM/blendShapeMaster/blendShapeGroups/*/binds", "extensions/VRM/firstPerson/meshAnnotations"];
 
-/// Whether a document is a VRM: its materials move textures in ways of their own, its nodes are named as bones.
+/// Returns whether a document is a VRM.
 pub(super) fn is_vrm(document: &Value) -> bool {
     document.get("extensions").is_some_and(|all| all.get("VRM").is_some() || all.get("VRMC_vrm").is_some())
 }
 
-/// Says that the mesh of a node is held by another one now.
+/// Moves references from the node `from` to the node `to`.
 pub(super) fn move_mesh(document: &mut Value, from: usize, to: usize) {
     visit(document, &OF_NODES, &mut |list| {
         let elements = list.as_array_mut().into_iter().flatten();
@@ -29,17 +29,17 @@ pub(super) fn move_mesh(document: &mut Value, from: usize, to: usize) {
     });
 }
 
-/// Says of a new node what is said of the mesh of this one.
+/// Repeats the references to a node for a new one.
 pub(super) fn repeat_node(document: &mut Value, node: usize, added: &Value) {
     visit(document, &OF_NODES, &mut |list| repeat(list, "node", &node.into(), added));
 }
 
-/// Says of a new mesh what is said of this one.
+/// Repeats the references to a mesh for a new one.
 pub(super) fn repeat_mesh(document: &mut Value, mesh: usize, added: &Value) {
     visit(document, &OF_MESHES, &mut |list| repeat(list, "mesh", &mesh.into(), added));
 }
 
-/// Repeats the elements of a list that name something, with the name of another.
+/// Repeats the elements of a list with this reference, for another.
 fn repeat(list: &mut Value, name: &str, of: &Value, added: &Value) {
     let Some(list) = list.as_array_mut() else { return };
     let twin = |element: &Value| {
@@ -51,14 +51,14 @@ fn repeat(list: &mut Value, name: &str, of: &Value, added: &Value) {
     list.extend(twins);
 }
 
-/// The textures that the materials of VRM 0.x name by the properties of their shader, and what for.
+/// Lists the textures in shader properties of VRM 0.x materials, with their uses.
 pub(super) fn textures(document: &Value) -> impl Iterator<Item = (&Value, ImageUse)> {
     let materials = document["extensions"]["VRM"]["materialProperties"].as_array().into_iter().flatten();
     let named = materials.filter_map(|material| material["textureProperties"].as_object()).flatten();
     named.map(|(name, texture)| (texture, used_as(name)))
 }
 
-/// What a property of MToon 0.x uses its texture for.
+/// Returns the use of a texture by its MToon 0.x property.
 fn used_as(name: &str) -> ImageUse {
     match name {
         "_BumpMap" => ImageUse::Normals,

@@ -1,27 +1,27 @@
-//! Compression of vertices and triangles by meshoptimizer, in version 0 of its format, which `EXT_meshopt_compression` names.
+//! Compression by meshoptimizer, format version 0, as `EXT_meshopt_compression` requires.
 
 use meshopt::{encode_filter_oct, encode_index_buffer, encode_vertex_buffer_level, optimize_vertex_cache};
 
-/// Bits of a direction.
+/// Bits per component of a direction.
 const DIRECTION_BITS: i32 = 8;
-/// How hard is compressed; version 0 of the format has one way.
+/// Compression level; version 0 of the format has only one method.
 const LEVEL: i32 = 2;
 
-/// That it can be compressed here.
+/// Whether this build can compress.
 pub(in crate::io::gltf) const IS_HERE: bool = true;
 
-/// Faces in an order in which vertices that were drawn are used again soon.
+/// Reorders faces so that vertices are reused soon after they are drawn.
 pub(in crate::io::gltf) fn ordered(faces: &[[u32; 3]], n_vertices: usize) -> Vec<[u32; 3]> {
     optimize_vertex_cache(faces.as_flattened(), n_vertices).as_chunks::<3>().0.to_vec()
 }
 
-/// Unit directions (n x 4, the fourth number as it is) on an octahedron, four bytes each.
+/// Encodes unit directions (n x 4, the fourth number kept) on an octahedron, four bytes each.
 pub(in crate::io::gltf) fn octahedral(directions: &[[f32; 4]]) -> Vec<u8> {
     let encoded: Vec<[i8; 4]> = encode_filter_oct(directions, DIRECTION_BITS);
     encoded.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect()
 }
 
-/// The bytes of a view, indices of triangles or elements of so many bytes, compressed; `None` where they are of a kind that is not.
+/// Compresses a view of triangle indices or of elements of `stride` bytes; `None` if that kind is not compressed.
 pub(super) fn compressed(bytes: &[u8], is_triangles: bool, stride: usize) -> Option<Vec<u8>> {
     match (is_triangles, stride) {
         (true, 2) => {

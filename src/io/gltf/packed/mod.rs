@@ -1,5 +1,6 @@
-//! glTF with small numbers (`KHR_mesh_quantization`): positions on a grid, directions and colours in bytes, texture coordinates on a
-//! grid that their materials undo (`KHR_texture_transform`); and compressed (`EXT_meshopt_compression`).
+//! Packed glTF: positions, directions, colours and texture coordinates in small integers, and compressed buffers.
+//!
+//! Extensions: `KHR_mesh_quantization`, `KHR_texture_transform`, `EXT_meshopt_compression`.
 
 #[cfg(feature = "meshopt")]
 mod compress;
@@ -21,13 +22,13 @@ use super::draft::Draft;
 use super::repack::pack;
 use crate::io::{Packing, WriteError};
 
-/// The extension by which attributes may have such numbers.
+/// The extension that allows small integers in attributes.
 pub(super) const QUANTIZATION: &str = "KHR_mesh_quantization";
 
-/// The one buffer of a document, compressed where the packing says so.
+/// Packs all views into one buffer, compressed if the packing says so.
 ///
 /// # Errors
-/// [`WriteError`] where a view has no bytes, all of them are too many, or this build does not compress.
+/// [`WriteError`] if a view has no bytes, the buffer exceeds `limit`, or this build cannot compress.
 pub(super) fn pack_as(draft: &mut Draft, limit: usize, packing: Option<&Packing>) -> Result<Vec<u8>, WriteError> {
     match packing {
         Some(packing) if packing.is_compressed() && !compress::IS_HERE => {

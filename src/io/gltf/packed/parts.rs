@@ -1,4 +1,4 @@
-//! Which meshes of an asset share a grid: those that one skin moves, and those that touch.
+//! Grids shared by meshes of an asset: those of one skin, and those that touch.
 
 use glam::DMat4;
 use rustc_hash::FxHashMap;
@@ -12,10 +12,11 @@ use crate::mesh::longest_side;
 use crate::mesh::union_find::UnionFind;
 
 impl Asset {
-    /// How parts (per level one for each of [`parts`](Self::parts)) are packed; beside it what cannot be, in one line each.
+    /// Chooses the packing of parts (per level one for each of [`parts`](Self::parts)), with notes on those that stay
+    /// unpacked.
     ///
-    /// Meshes that one skin moves, or that stand alike and share a position, share a grid. A mesh in which vertices would fall together
-    /// or faces lose their area gets a finer grid, or stays in single precision.
+    /// Meshes of one skin share a grid, as do meshes with one transform that share a position. If vertices would merge
+    /// or faces lose their area, the grid is refined, or positions stay single precision.
     ///
     /// ```
     /// use neural_mesh::io::{Asset, LighterPart, PackOptions};
@@ -40,8 +41,8 @@ impl Asset {
         (Packing { grids, compress: options.compress }, notes)
     }
 
-    /// The longest side of the box around each part, with those that share a grid with it: what [`packing`](Self::packing) divides into
-    /// steps.
+    /// Returns, per part, the longest side of the box around all parts on its grid, which [`packing`](Self::packing)
+    /// divides into steps.
     pub fn packing_sides(&self) -> Vec<f64> {
         let mut sides = vec![0.0; self.parts().len()];
         for members in self.sharing().0 {
@@ -52,7 +53,7 @@ impl Asset {
         sides
     }
 
-    /// The sets of parts that share a grid, and of each part whether it can have none.
+    /// Returns the sets of parts that share a grid, and per part whether it must have none.
     fn sharing(&self) -> (Vec<Vec<usize>>, Vec<bool>) {
         let n = self.parts().len();
         let (mut sets, mut is_bound) = (UnionFind::new(n), self.bound_to_floats());
@@ -64,7 +65,7 @@ impl Asset {
         (members, is_bound)
     }
 
-    /// The parts whose coordinates something else counts on: lines and points beside the triangles, instances, physics.
+    /// Marks parts whose coordinates something else relies on: lines or points in the mesh, instances, physics.
     fn bound_to_floats(&self) -> Vec<bool> {
         let root = &self.container.root;
         let names = self.document.get("extensionsUsed").and_then(Value::as_array).into_iter().flatten();
@@ -77,7 +78,7 @@ impl Asset {
         self.meshes.iter().map(is_bound).collect()
     }
 
-    /// Joins the parts that one skin moves: its matrices undo the grid of all of them.
+    /// Joins the parts of one skin, whose matrices undo the grid of them all.
     fn join_by_skins(&self, sets: &mut UnionFind, is_bound: &mut [bool]) {
         let mut first: FxHashMap<usize, Option<usize>> = FxHashMap::default();
         for node in &self.container.root.nodes {
@@ -93,7 +94,7 @@ impl Asset {
         }
     }
 
-    /// Joins the parts that stand alike and have a position in common, so that they go on to meet there.
+    /// Joins parts with one transform and a common position, so that they still meet there.
     fn join_by_positions(&self, sets: &mut UnionFind) {
         let mut first_at: FxHashMap<([u64; 16], [u64; 3]), u32> = FxHashMap::default();
         for placed in placements(&self.container.data()).unwrap_or_default() {

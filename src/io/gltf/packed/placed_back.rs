@@ -1,4 +1,4 @@
-//! What undoes the grids of positions: nodes put their meshes back in place, and so do the matrices of skins.
+//! Undoes the grids of positions in the transforms of nodes and the matrices of skins.
 
 use std::collections::BTreeMap;
 
@@ -12,8 +12,8 @@ use crate::io::gltf::references::index;
 use crate::io::gltf::vrm::is_vrm;
 use crate::mesh::PositionGrid;
 
-/// Has nodes and skins undo the grids of these meshes.
-pub(in crate::io::gltf) fn place_back(asset: &Asset, draft: &mut Draft, grids: &BTreeMap<usize, PositionGrid>) {
+/// Makes nodes and skins undo the grids of these meshes.
+pub(in crate::io::gltf) fn place_back(asset: &Asset, draft: &mut Draft, grids: &BTreeMap<usize, Grid>) {
     let n_nodes = draft.document.get("nodes").and_then(Value::as_array).map_or(0, Vec::len);
     let is_held = held_nodes(&draft.document, n_nodes);
     let mut of_skins = BTreeMap::new();
@@ -32,9 +32,9 @@ pub(in crate::io::gltf) fn place_back(asset: &Asset, draft: &mut Draft, grids: &
     of_skins.into_iter().for_each(|(skin, grid)| place_skin(asset, draft, skin, &grid));
 }
 
-/// Which nodes have to stand where they stand: those that have a name, children or extensions, and those that something names.
+/// Marks nodes whose transform must not change: those with a name, children or extensions, and those referred to.
 fn held_nodes(document: &Value, n_nodes: usize) -> Vec<bool> {
-    // The nodes of an avatar are its bones, whether or not they have names.
+    // // The nodes of an avatar are bones even if unnamed.
     let mut is_held: Vec<bool> = vec![is_vrm(document); n_nodes];
     let holds = ["name", "children", "camera", "extensions", "extras"];
     for (node, mark) in document["nodes"].as_array().into_iter().flatten().zip(&mut is_held) {
@@ -50,8 +50,8 @@ fn held_nodes(document: &Value, n_nodes: usize) -> Vec<bool> {
     is_held
 }
 
-/// Puts the grid of a node's mesh within the transform of the node.
-fn place_node(node: &mut Value, grid: &PositionGrid) {
+/// Multiplies the transform of a node by the grid of its mesh.
+fn place_node(node: &mut Value, grid: &Grid) {
     let Some(node) = node.as_object_mut() else { return };
     if let Some(matrix) = node.get("matrix").and_then(numbers::<16>) {
         let placed = DMat4::from_cols_array(&matrix) * transform(grid);
@@ -70,8 +70,8 @@ fn place_node(node: &mut Value, grid: &PositionGrid) {
     put(node, "scale", scale.map(|x| x * grid.step));
 }
 
-/// Puts the grid within the matrices that take vertices to the joints of a skin.
-fn place_skin(asset: &Asset, draft: &mut Draft, skin: usize, grid: &PositionGrid) {
+/// Multiplies the inverse bind matrices of a skin by the grid.
+fn place_skin(asset: &Asset, draft: &mut Draft, skin: usize, grid: &Grid) {
     let n = draft.document["skins"][skin]["joints"].as_array().map_or(0, Vec::len);
     let held = draft.document["skins"][skin].get("inverseBindMatrices").and_then(index);
     let read = held.and_then(|accessor| asset.container.data().floats(accessor, 16 * n.max(1)).ok());
@@ -88,8 +88,8 @@ fn place_skin(asset: &Asset, draft: &mut Draft, skin: usize, grid: &PositionGrid
     draft.document["skins"][skin]["inverseBindMatrices"] = draft.push("accessors", accessor);
 }
 
-/// From the numbers of a grid to its points.
-fn transform(grid: &PositionGrid) -> DMat4 {
+/// Returns the transform from grid numbers to positions.
+fn transform(grid: &Grid) -> DMat4 {
     DMat4::from_translation(grid.origin.into()) * DMat4::from_scale(DVec3::splat(grid.step))
 }
 

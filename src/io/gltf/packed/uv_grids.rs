@@ -1,7 +1,6 @@
-//! Texture coordinates on grids, which the transforms of the materials undo.
+//! Texture coordinates on grids, which texture transforms of the materials undo.
 //!
-//! Materials that are put on the same faces share a grid, since the faces have one set of coordinates. Where some use of the
-//! coordinates knows no transform, they have no grid.
+//! Materials on the same faces share a grid. Coordinates have none if one of their uses supports no transform.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,9 +16,9 @@ use crate::mesh::union_find::UnionFind;
 
 /// The extension by which materials undo a grid.
 pub(in crate::io::gltf) const TRANSFORM: &str = "KHR_texture_transform";
-/// Bits of a coordinate on a texture that is laid once.
+/// Bits per coordinate for one repeat of a texture.
 const BITS: u32 = 12;
-/// The largest number that is stored.
+/// Largest stored number.
 const WHOLE: f64 = 65_535.0;
 
 /// A grid of texture coordinates.
@@ -30,7 +29,7 @@ pub(in crate::io::gltf) struct UvGrid {
 }
 
 impl UvGrid {
-    /// The grid over a box: 12 bits along a side that spans a texture, more where it spans more, up to 16.
+    /// Chooses the grid of a box: 12 bits for a side of one texture, up to 16 for longer ones.
     fn around([low, high]: [[f32; 2]; 2]) -> Option<Self> {
         let step = |axis: usize| {
             let side = f64::from(high[axis]) - f64::from(low[axis]);
@@ -42,13 +41,13 @@ impl UvGrid {
         is_finite.then(|| Self { origin: low.map(f64::from), step: [step(0), step(1)] })
     }
 
-    /// Coordinates as the share of the largest number that is stored.
+    /// Returns coordinates as fractions of the largest stored number.
     pub fn share(&self, uv: [f32; 2]) -> [f32; 2] {
         let number = |axis: usize| ((f64::from(uv[axis]) - self.origin[axis]) / self.step[axis]).round();
         std::array::from_fn(|axis| (number(axis).clamp(0.0, WHOLE) / WHOLE) as f32)
     }
 
-    /// What a texture says of its place, so that it takes shares for coordinates.
+    /// Composes the texture transform of a use with the grid.
     fn undo(&self, used: &mut Value) {
         let UvTransform { offset, scale, .. } = UvTransform::of(used);
         let held = used["extensions"][TRANSFORM].take();
@@ -60,26 +59,26 @@ impl UvGrid {
     }
 }
 
-/// The grids of texture coordinates by the material that uses them, or what stands for it, and the name of the attribute.
+/// Grids of texture coordinates by material (or its stand-in) and attribute name.
 #[derive(Debug, Default)]
 pub(in crate::io::gltf) struct UvGrids {
     grids: BTreeMap<(usize, String), UvGrid>,
 }
 
 impl UvGrids {
-    /// The grid of the coordinates `name` under a material.
+    /// Returns the grid of the coordinates `name` with a material.
     pub fn grid(&self, surface: usize, name: &str) -> Option<&UvGrid> {
         self.grids.get(&(surface, name.to_string()))
     }
 
-    /// Those of a mesh whose groups have a material each, of which these have textures.
+    /// Chooses the grids of a mesh with one material per group, some of them textured.
     pub fn of_groups(part: &LighterPart, is_textured: impl Fn(u32) -> bool) -> Self {
         let mut boxes = Boxes::default();
         boxes.add(part, |group| is_textured(group).then_some(group as usize));
         Self { grids: boxes.grids(|_, name| name == "TEXCOORD_0") }
     }
 
-    /// Those of the parts of an asset (per level, with the indices of their meshes) under its materials.
+    /// Chooses the grids of an asset's parts (per level, with their mesh indices) by material.
     pub fn of_asset(document: &Value, root: &Root, meshes: &[usize], levels: &[&[LighterPart]]) -> Self {
         if knows_no_transform(document) {
             return Self::default();
@@ -107,7 +106,7 @@ impl UvGrids {
         Self { grids: (0..uses.len()).flat_map(of_surface).collect() }
     }
 
-    /// Has the materials of a document undo the grids; `surface` gives what a material is known as here.
+    /// Makes the materials of a document undo the grids; `surface` maps a material to its key.
     pub fn undo(&self, document: &mut Value, surface: impl Fn(usize) -> usize) {
         let Some(Value::Array(materials)) = document.get_mut("materials") else { return };
         let mut is_undone = false;
@@ -125,14 +124,14 @@ impl UvGrids {
     }
 }
 
-/// The ranges of texture coordinates by their surface and name.
+/// Ranges of texture coordinates by material and name.
 #[derive(Default)]
 struct Boxes {
     boxes: BTreeMap<(usize, String), [[f32; 2]; 2]>,
 }
 
 impl Boxes {
-    /// Takes in the corners of a part, whose groups are of these surfaces.
+    /// Adds the corners of a part whose groups have these materials.
     fn add(&mut self, part: &LighterPart, mut surface: impl FnMut(u32) -> Option<usize>) {
         const EMPTY: [[f32; 2]; 2] = [[f32::INFINITY; 2], [f32::NEG_INFINITY; 2]];
         for channel in part.attributes.channels.iter().filter(|it| it.role == Role::Uv && it.width == 2) {
@@ -158,14 +157,14 @@ impl Boxes {
     }
 }
 
-/// A box that also holds these coordinates; what is no number is written as 0.
+/// Extends a box to these coordinates; non-finite ones count as 0, as they are written.
 fn widened([low, high]: [[f32; 2]; 2], uv: &[f32]) -> [[f32; 2]; 2] {
     let finite = |axis: usize| if uv[axis].is_finite() { uv[axis] } else { 0.0 };
     [[0, 1].map(|axis| low[axis].min(finite(axis))), [0, 1].map(|axis| high[axis].max(finite(axis)))]
 }
 
-/// Which materials are put on the same faces, and the coordinates of materials that cannot lie on a grid: those of primitives that pass
-/// through, and those that targets move.
+/// Finds materials on the same faces, and coordinates that cannot have a grid: of kept primitives, or moved by morph
+/// targets.
 fn shared_and_closed(
     document: &Value,
     root: &Root,
@@ -192,7 +191,7 @@ fn materials(document: &Value) -> impl Iterator<Item = &Value> {
     document.get("materials").and_then(Value::as_array).into_iter().flatten()
 }
 
-/// Whether something in the document moves textures in ways of its own.
+/// Returns whether the document animates or moves textures in other ways.
 fn knows_no_transform(document: &Value) -> bool {
     let channels = document["animations"].as_array().into_iter().flatten();
     let mut channels = channels.flat_map(|animation| animation["channels"].as_array().into_iter().flatten());
@@ -200,14 +199,14 @@ fn knows_no_transform(document: &Value) -> bool {
     has_pointers || is_vrm(document)
 }
 
-/// The materials of a primitive: its own and those of its variants.
+/// Lists the materials of a primitive, with those of its variants.
 fn surfaces(primitive: &Value, n_materials: usize) -> Vec<usize> {
     let mappings = primitive["extensions"]["KHR_materials_variants"]["mappings"].as_array().into_iter().flatten();
     let all = std::iter::once(&primitive["material"]).chain(mappings.map(|mapping| &mapping["material"]));
     all.filter_map(index).filter(|&material| material < n_materials).collect()
 }
 
-/// The names of the coordinates that the textures of a material use; none where one of them is turned, which is not undone here.
+/// Returns the coordinate names that a material's textures use; none if a rotation is among them.
 fn coordinates_used(material: &Value) -> BTreeSet<String> {
     let (mut names, mut is_turned) = (BTreeSet::new(), false);
     each_use(&mut material.clone(), &mut |used| {
@@ -218,14 +217,14 @@ fn coordinates_used(material: &Value) -> BTreeSet<String> {
     if is_turned { BTreeSet::new() } else { names }
 }
 
-/// Where a use of a texture says that the texture lies.
+/// The texture transform of a use of a texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::io::gltf) struct UvTransform {
-    /// What is added to coordinates, after they were multiplied.
+    /// Offset, applied after the scale.
     pub offset: [f64; 2],
-    /// What they are multiplied by.
+    /// Scale.
     pub scale: [f64; 2],
-    /// Whether they are turned, too.
+    /// Whether there is a rotation.
     pub is_turned: bool,
 }
 
@@ -241,14 +240,14 @@ impl UvTransform {
     }
 }
 
-/// The name of the coordinates that a use of a texture takes.
+/// Returns the name of the coordinates of a texture use.
 pub(in crate::io::gltf) fn coordinates(used: &Value) -> String {
     let of_transform = used.get("extensions").and_then(|all| all.get(TRANSFORM)?.get("texCoord"));
     let set = of_transform.or(used.get("texCoord")).and_then(index).unwrap_or(0);
     format!("TEXCOORD_{set}")
 }
 
-/// Shows every use of a texture within a material: what names one by its index.
+/// Passes on every texture use within a material: every object with an `index`.
 pub(in crate::io::gltf) fn each_use(value: &mut Value, show: &mut dyn FnMut(&mut Value)) {
     match value {
         Value::Array(values) => values.iter_mut().for_each(|value| each_use(value, show)),

@@ -1,4 +1,4 @@
-//! The values of vertices in small numbers.
+//! Vertex values in small integers.
 
 use serde_json::{Value, json};
 
@@ -8,21 +8,21 @@ use super::views::{COMPRESSION, OCTAHEDRAL};
 use crate::io::gltf::draft::{BYTE, Draft, SHORT, Stored, UNSIGNED_BYTE, UNSIGNED_SHORT, VERTICES, vector};
 use crate::mesh::{PositionGrid, Role};
 
-/// How the vertices of a primitive are packed.
+/// The packing of a primitive's vertices.
 #[derive(Clone, Copy)]
 pub(in crate::io::gltf) struct PackedAs<'a> {
-    /// The grid of its positions.
-    pub grid: Option<&'a PositionGrid>,
-    /// The grids of texture coordinates.
+    /// Grid of the positions.
+    pub grid: Option<&'a Grid>,
+    /// Grids of texture coordinates.
     pub uvs: &'a UvGrids,
-    /// The material, or what stands for it, by which those are known.
+    /// Material (or its stand-in), the key of these grids.
     pub surface: Option<usize>,
-    /// Whether the bytes will be compressed.
+    /// Whether buffers will be compressed.
     pub compress: bool,
 }
 
 impl PackedAs<'_> {
-    /// Positions as numbers of the grid, n x 3, and how these are stored.
+    /// Returns positions as grid numbers, n x 3, and their storage.
     pub fn positions(&self, positions: &[[f32; 3]]) -> Option<(Vec<f32>, Stored)> {
         let grid = self.grid?;
         let numbers: Vec<[i64; 3]> = positions.iter().map(|p| grid.round(p.map(f64::from))).collect();
@@ -30,7 +30,7 @@ impl PackedAs<'_> {
         Some((numbers.into_iter().flatten().map(|x| x as f32).collect(), stored))
     }
 
-    /// How far a morph target moves positions (n x 3), in steps of the grid; stored in whole ones where these have room.
+    /// Returns the displacements of a morph target (n x 3) in grid steps, whole ones if 16 bits suffice.
     pub fn moves(&self, values: &[f32], stored: &Stored) -> Option<(Vec<f32>, Stored)> {
         let step = self.grid?.step;
         let sparse = stored.sparse && !self.compress;
@@ -44,19 +44,19 @@ impl PackedAs<'_> {
         }
     }
 
-    /// What a morph target adds to directions, n x 3: in bytes where nothing is larger than one.
+    /// Returns the storage of a morph target's direction changes, n x 3: bytes if none exceeds one.
     pub fn turns(&self, values: &[f32], stored: &Stored) -> Stored {
         let sparse = stored.sparse && !self.compress;
         let is_small = values.iter().all(|x| x.abs() <= 1.0);
         if is_small { Stored { sparse, ..bytes(BYTE, "VEC3") } } else { Stored { sparse, ..stored.clone() } }
     }
 
-    /// Whether values of this role go through the filter of directions.
+    /// Returns whether values of this role use the filter for directions.
     pub fn is_filtered(&self, kind: (Role, usize)) -> bool {
         self.compress && compress::IS_HERE && matches!(kind, (Role::Normal, 3) | (Role::Tangent, 4))
     }
 
-    /// The values of the attribute `name` as they are stored; those of texture coordinates are put on their grid.
+    /// Returns the storage of the attribute `name`; puts texture coordinates on their grid.
     pub fn own(&self, name: &str, (role, width): (Role, usize), values: &mut [f32], stored: &Stored) -> Stored {
         match (role, width) {
             (Role::Normal, 3) => bytes(BYTE, "VEC3"),
@@ -67,7 +67,7 @@ impl PackedAs<'_> {
         }
     }
 
-    /// Texture coordinates on the grid of their material, or as shares of the texture where they lie on it.
+    /// Puts texture coordinates on their grid, or stores them as fractions if they are between 0 and 1.
     fn uvs(&self, name: &str, values: &mut [f32]) -> Option<Stored> {
         match self.surface.and_then(|surface| self.uvs.grid(surface, name)) {
             Some(grid) => values.as_chunks_mut::<2>().0.iter_mut().for_each(|uv| *uv = grid.share(*uv)),
@@ -77,13 +77,13 @@ impl PackedAs<'_> {
         Some(Stored { component: UNSIGNED_SHORT, normalized: true, ..Stored::floats("VEC2") })
     }
 
-    /// Joints and weights of vertices (n x `n_slots` each): the largest weights first, in 255ths that sum to one.
+    /// Sorts joints by weight and rounds weights to 255ths that sum to one (n x `n_slots` each).
     pub fn skin(&self, joints: &mut [f32], weights: &mut [f32], n_slots: usize) -> Stored {
         for (joints, weights) in joints.chunks_exact_mut(n_slots).zip(weights.chunks_exact_mut(n_slots)) {
             let mut bound: Vec<(f32, f32)> = joints.iter().copied().zip(weights.iter().copied()).collect();
             bound.sort_by(|a, b| b.1.total_cmp(&a.1));
             let mut shares: Vec<i32> = bound.iter().map(|(_, weight)| (weight * 255.0).round() as i32).collect();
-            // The largest takes what rounding left over: at most half a share for each slot.
+            // // The largest weight takes the rounding error: at most half a 255th per slot.
             shares[0] += 255 - shares.iter().sum::<i32>();
             for (slot, ((joint, _), share)) in bound.into_iter().zip(shares).enumerate() {
                 (joints[slot], weights[slot]) = (if share > 0 { joint } else { 0.0 }, share as f32 / 255.0);
@@ -93,8 +93,7 @@ impl PackedAs<'_> {
     }
 }
 
-/// Appends directions of vertices, n x width, three numbers or four, through the filter by which they compress well, and gives their
-/// accessor.
+/// Appends directions (n x 3 or 4) through the octahedral filter and returns their accessor.
 pub(in crate::io::gltf) fn push_directions(draft: &mut Draft, values: &[f32], width: usize) -> Value {
     let four = |row: &[f32]| [row[0], row[1], row[2], row.get(3).copied().unwrap_or(0.0)];
     let rows: Vec<[f32; 4]> = values.chunks_exact(width).map(four).collect();
@@ -107,12 +106,12 @@ pub(in crate::io::gltf) fn push_directions(draft: &mut Draft, values: &[f32], wi
     draft.push("accessors", accessor)
 }
 
-/// Fractions in bytes.
+/// Stores fractions in bytes.
 fn bytes(component: u32, shape: &str) -> Stored {
     Stored { component, normalized: true, ..Stored::floats(shape) }
 }
 
-/// How whole numbers are stored in 16 bits; not, where they have no room there.
+/// Returns the 16-bit storage of whole numbers, or `None` if they do not fit.
 fn whole(numbers: impl Iterator<Item = i64>, shape: &str) -> Option<Stored> {
     let (low, high) = numbers.fold((0, 0), |(low, high), x| (x.min(low), x.max(high)));
     let component = match (low, high) {

@@ -1,5 +1,5 @@
-//! The buffer views of a document compressed (`EXT_meshopt_compression`): those of one kind become one, which costs one description
-//! and one header.
+//! Compresses buffer views (`EXT_meshopt_compression`); views of one kind are merged, which saves descriptions and
+//! headers.
 
 use std::collections::BTreeMap;
 
@@ -13,28 +13,28 @@ use crate::io::gltf::extensions::{may_name_indices, name_extension};
 use crate::io::gltf::references::{OTHER_VIEWS, VIEWS_OF_ACCESSORS, index, named};
 use crate::io::gltf::repack::drop_unused;
 
-/// The extension.
+/// The compression extension.
 pub(in crate::io::gltf) const COMPRESSION: &str = "EXT_meshopt_compression";
-/// The filter of directions, and where a view names it before it is compressed.
+/// The filter of directions, named in a view before it is compressed.
 pub(in crate::io::gltf) const OCTAHEDRAL: &str = "OCTAHEDRAL";
 
-/// What the bytes of a view are.
+/// The content of a view.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Stream {
-    /// Whether they are the indices of triangles.
+    /// Whether it holds triangle indices.
     is_triangles: bool,
-    /// Bytes of an element.
+    /// Bytes per element.
     stride: usize,
-    /// The filter that they went through.
+    /// Filter applied to the content.
     filter: Option<String>,
-    /// What the view says that they are for, 0 for nothing, and the stride that it says where they are not for vertices.
+    /// Stated target and, unless that is vertices, stated stride; 0 for none.
     says: [u64; 2],
 }
 
-/// Leaves the buffer views compressed in one buffer, which is given.
+/// Compresses the views and packs them into one buffer, which is returned.
 ///
 /// # Errors
-/// [`WriteError`] where a view has no bytes, or all of them are too many.
+/// [`WriteError`] if a view has no bytes, or the buffer exceeds `limit`.
 pub(in crate::io::gltf) fn pack_compressed(draft: &mut Draft, limit: usize) -> Result<Vec<u8>, WriteError> {
     if !may_name_indices(&draft.document) {
         merge(draft);
@@ -71,7 +71,7 @@ pub(in crate::io::gltf) fn pack_compressed(draft: &mut Draft, limit: usize) -> R
     Ok(buffer)
 }
 
-/// Says where a view lies.
+/// Sets the place of a view.
 fn place(view: &mut Value, buffer: usize, offset: usize, length: usize) {
     (view["buffer"], view["byteLength"]) = (buffer.into(), length.into());
     if let Some(view) = view.as_object_mut() {
@@ -82,7 +82,7 @@ fn place(view: &mut Value, buffer: usize, offset: usize, length: usize) {
     }
 }
 
-/// What a view says of its compressed bytes.
+/// Describes the compressed bytes of a view.
 fn described(stream: &Stream, offset: usize, length: usize, n_unpacked: usize) -> Value {
     let mode = if stream.is_triangles { "TRIANGLES" } else { "ATTRIBUTES" };
     let mut said = json!({"buffer": 0, "byteLength": length, "byteStride": stream.stride, "mode": mode,
@@ -96,7 +96,7 @@ fn described(stream: &Stream, offset: usize, length: usize, n_unpacked: usize) -
     said
 }
 
-/// Leaves the buffer that holds bytes, and one that stands for what becomes of them.
+/// Leaves the buffer of compressed bytes, and a fallback buffer for the decompressed ones.
 fn name_buffers(document: &mut Value, n_bytes: usize, n_unpacked: usize) {
     if let Some(document) = document.as_object_mut() {
         document.shift_remove("buffers");
@@ -111,7 +111,7 @@ fn name_buffers(document: &mut Value, n_bytes: usize, n_unpacked: usize) {
     }
 }
 
-/// Of each view what its bytes are, where they are elements of one kind that accessors alone read.
+/// Returns the content of each view that holds elements of one kind, read by accessors only.
 fn streams(draft: &mut Draft) -> Vec<Option<Stream>> {
     let n = draft.views.len();
     let others = named(&mut draft.document, &[&VIEWS_OF_ACCESSORS[1..], &OTHER_VIEWS].concat(), n);
@@ -132,7 +132,7 @@ fn streams(draft: &mut Draft) -> Vec<Option<Stream>> {
     found.into_iter().map(Option::flatten).collect()
 }
 
-/// What an accessor takes the bytes of its view for; `None` where that is nothing that is compressed.
+/// Returns the content of a view by one of its accessors, or `None` if it cannot be compressed.
 fn stream(view: &Value, accessor: &Value, is_triangles: Option<bool>) -> Option<Stream> {
     let component = u32::try_from(accessor.get("componentType")?.as_u64()?).ok()?;
     let size = element_size(accessor.get("type")?.as_str()?, component);
@@ -149,7 +149,7 @@ fn stream(view: &Value, accessor: &Value, is_triangles: Option<bool>) -> Option<
     Some(Stream { is_triangles: is_triangles == Some(true), stride, filter, says })
 }
 
-/// The accessors of indices, and whether these are lists of triangles.
+/// Finds the accessors of indices, and whether they are triangle lists.
 fn indices_of_triangles(document: &Value) -> BTreeMap<usize, bool> {
     let meshes = document["meshes"].as_array().into_iter().flatten();
     let primitives = meshes.flat_map(|mesh| mesh["primitives"].as_array().into_iter().flatten());
@@ -163,7 +163,7 @@ fn indices_of_triangles(document: &Value) -> BTreeMap<usize, bool> {
     found
 }
 
-/// Makes one view of those of each kind.
+/// Merges the views of each kind.
 fn merge(draft: &mut Draft) {
     let streams = streams(draft);
     let mut places: BTreeMap<&Stream, usize> = BTreeMap::new();
@@ -172,7 +172,7 @@ fn merge(draft: &mut Draft) {
     for (view, stream) in streams.iter().enumerate() {
         let (Some(stream), Some(own)) = (stream, &draft.views[view]) else { continue };
         let place = *places.entry(stream).or_insert(view);
-        // Views of several arrays of vertices have to say it.
+        // // Views with several vertex arrays must state their stride.
         if stream.says[0] == u64::from(VERTICES) {
             draft.document["bufferViews"][place]["byteStride"] = stream.stride.into();
         }
