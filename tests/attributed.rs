@@ -4,8 +4,8 @@ use crate::common::changed;
 use std::path::Path;
 
 use neural_mesh::io::{
-    self, Column, Extra, Format, Group, Layout, Model, ReadMesh, Scalar, WriteOptions, Written, read_attributed,
-    read_attributed_path, write_attributed,
+    self, Column, ColumnLayout, Extra, Format, Group, Model, ReadMesh, Scalar, WriteOptions, WrittenModel,
+    read_attributed, read_attributed_path, write_attributed,
 };
 use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
 use neural_mesh::mesh::{Attributes, Channel, RawMesh, Role};
@@ -28,18 +28,18 @@ fn from_text(text: &str) -> Opened {
     opened(read_attributed(text.as_bytes(), None).unwrap(), true)
 }
 
-fn written(opened: &Opened, format: Format) -> Written {
+fn written(opened: &Opened, format: Format) -> WrittenModel {
     written_as(opened, format, false)
 }
 
-fn written_as(opened: &Opened, format: Format, allow_outside: bool) -> Written {
+fn written_as(opened: &Opened, format: Format, allow_outside: bool) -> WrittenModel {
     let Opened { cleaned, extra, .. } = opened;
     let model = Model::new(&cleaned.mesh, cleaned.frame, &cleaned.attributes, extra);
     let options = changed(WriteOptions::new(format, "out"), |options| options.allow_outside = allow_outside);
     write_attributed(&model, &options).unwrap()
 }
 
-fn text(written: &Written) -> String {
+fn text(written: &WrittenModel) -> String {
     String::from_utf8(written.bytes.clone()).unwrap()
 }
 
@@ -86,7 +86,7 @@ fn any_model(channels: &'static [Columns]) -> impl Strategy<Value = Opened> {
             Channel { name: format!("channel {i}"), role, width: columns.len(), values }
         };
         let found: Vec<Channel> = channels.iter().enumerate().map(channel).collect();
-        let layout = |(channel, columns): (&Channel, &Columns)| Layout {
+        let layout = |(channel, columns): (&Channel, &Columns)| ColumnLayout {
             channel: channel.name.clone(),
             columns: columns.1.iter().map(|&(name, scalar)| Column { name: name.into(), scalar }).collect(),
             per_corner: columns.1[0].0 == "texcoord",
@@ -390,8 +390,8 @@ fn opened_path(path: &Path) -> Opened {
     opened(read_attributed_path(path, None).unwrap(), true)
 }
 
-fn places(written: &Written) -> Vec<&str> {
-    written.beside.iter().filter_map(|file| file.path.to_str()).collect()
+fn places(written: &WrittenModel) -> Vec<&str> {
+    written.companion_files.iter().filter_map(|file| file.path.to_str()).collect()
 }
 
 #[test]
@@ -408,12 +408,12 @@ fn libraries_and_textures_lie_beside_the_output_as_they_lay_beside_the_input() {
     let written = written(&model, Format::Obj);
     assert_eq!(places(&written), ["textures/my skin.png", "textures/bump.png", "sub/a b.mtl"]);
     assert_eq!(written.notes, ["\"none.png\" is missing: the name stays"]);
-    assert_eq!(written.beside[2].bytes, mtl.as_bytes());
+    assert_eq!(written.companion_files[2].bytes, mtl.as_bytes());
     assert!(text(&written).starts_with("mtllib sub/a b.mtl\n"));
     let out = folder.path().join("out");
     std::fs::create_dir(&out).unwrap();
     for force in [false, false, true] {
-        io::write_files(&out, &written.beside, force).unwrap();
+        io::write_files(&out, &written.companion_files, force).unwrap();
     }
     assert_eq!(std::fs::read(out.join("textures/my skin.png")).unwrap(), b"skin");
 }
@@ -429,13 +429,13 @@ fn what_lies_outside_is_read_only_where_that_is_allowed() {
     let model = opened_path(&folder.path().join("in/mesh.obj"));
 
     let closed = written(&model, Format::Obj);
-    assert_eq!((places(&closed), &closed.beside[0].bytes[..]), (vec!["a.mtl"], mtl.as_bytes()));
+    assert_eq!((places(&closed), &closed.companion_files[0].bytes[..]), (vec!["a.mtl"], mtl.as_bytes()));
     assert_eq!(closed.notes.iter().filter(|note| note.contains("lies outside the folder")).count(), 3);
     assert!(text(&closed).starts_with("mtllib a.mtl\nmtllib ../out.mtl\n"));
 
     let open = written_as(&model, Format::Obj, true);
     assert_eq!(places(&open), ["secret.png", "a.mtl", "out.mtl"]);
-    assert_eq!(open.beside[1].bytes, b"newmtl x\nmap_Kd secret.png\nmap_Ks secret.png\n");
+    assert_eq!(open.companion_files[1].bytes, b"newmtl x\nmap_Kd secret.png\nmap_Ks secret.png\n");
     assert!(open.notes.is_empty(), "{:?}", open.notes);
     assert!(text(&open).starts_with("mtllib a.mtl\nmtllib out.mtl\n"));
 }
@@ -455,7 +455,7 @@ fn links_lead_nowhere_else() {
 fn a_mesh_without_its_folder_says_what_is_not_copied() {
     let model = from_text(&format!("mtllib a.mtl\n{QUAD}usemtl x\nf 1/1 2/2 3/3\n"));
     let written = written(&model, Format::Obj);
-    assert!(written.beside.is_empty() && written.notes[0].contains("was read without its folder"));
+    assert!(written.companion_files.is_empty() && written.notes[0].contains("was read without its folder"));
     assert!(text(&written).starts_with("mtllib a.mtl\n"));
 }
 
@@ -479,7 +479,7 @@ fn textures_go_from_obj_to_ply_and_back() {
     std::fs::write(folder.path().join("mesh.ply"), &ply.bytes).unwrap();
     let obj = written(&opened_path(&folder.path().join("mesh.ply")), Format::Obj);
     assert_eq!(places(&obj), ["x.png", "y.png", "out.mtl"]);
-    let library = String::from_utf8(obj.beside[2].bytes.clone()).unwrap();
+    let library = String::from_utf8(obj.companion_files[2].bytes.clone()).unwrap();
     assert_eq!(library, "newmtl texture_0\nKd 1 1 1\nmap_Kd x.png\nnewmtl texture_1\nKd 1 1 1\nmap_Kd y.png\n");
     let back = from_text(&text(&obj));
     assert_eq!(back.extra.materials(), ["texture_0", "texture_1"]);
@@ -577,7 +577,7 @@ fn groups_of_every_face_are_said_and_dropped_and_many_groups_are_kept() {
     assert_eq!(text(&obj).matches("usemtl").count(), 100_000);
     let ply = written(&many, Format::Ply);
     assert!(String::from_utf8_lossy(&ply.bytes[..600]).contains("property int material_index"));
-    assert_eq!(io::looks(&many.extra, false).0.of_groups.len(), 100_000);
+    assert_eq!(io::read_looks(&many.extra, false).0.of_groups.len(), 100_000);
     // Seconds where time grows with the groups, minutes where it grows with their square.
     assert!(began.elapsed().as_secs() < 60, "{:?}", began.elapsed());
 }

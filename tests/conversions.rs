@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::Vec3;
 use neural_mesh::io::{
-    self, Asset, Extra, Format, LighterPart, Model, ReadMesh, WriteOptions, Written, read_attributed,
+    self, Asset, Extra, Format, Model, ReadMesh, SimplifiedPart, WriteOptions, WrittenModel, read_attributed,
     read_attributed_path, write_attributed, write_gltf,
 };
 use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
@@ -36,7 +36,7 @@ fn cleaned(read: ReadMesh) -> (Cleaned, Extra) {
     (clean(read.mesh, &CleanOptions::default()).unwrap(), read.extra)
 }
 
-fn written((cleaned, extra): &(Cleaned, Extra), format: Format) -> Written {
+fn written((cleaned, extra): &(Cleaned, Extra), format: Format) -> WrittenModel {
     let Cleaned { mesh, frame, attributes, .. } = cleaned;
     let model = Model::new(mesh, *frame, attributes, extra);
     write_attributed(&model, &WriteOptions::new(format, "out")).unwrap()
@@ -65,9 +65,9 @@ fn from_obj_to_glb_and_back_with_materials_and_textures() {
     let tiles = tiles();
     let source = folder(&[("a.mtl", LIBRARY.as_bytes()), ("maps/tiles.png", &tiles), ("roof.obj", ROOF.as_bytes())]);
     let obj = cleaned(read_attributed_path(&source.path().join("roof.obj"), None).unwrap());
-    let (before, _) = io::looks(&obj.1, false);
+    let (before, _) = io::read_looks(&obj.1, false);
     let glb = written(&obj, Format::Glb);
-    assert!(glb.beside.is_empty());
+    assert!(glb.companion_files.is_empty());
     let asset = Asset::from_bytes(&glb.bytes, &|_| panic!("all is inside")).unwrap();
     let of_parts = asset.looks().0;
     assert_eq!(&of_parts[0][0].texture.as_ref().unwrap().image[..], &tiles[..]);
@@ -80,13 +80,13 @@ fn from_obj_to_glb_and_back_with_materials_and_textures() {
     }
     let again = written(&read, Format::Obj);
     let target = tempfile::tempdir().unwrap();
-    io::write_files(target.path(), &again.beside, false).unwrap();
+    io::write_files(target.path(), &again.companion_files, false).unwrap();
     std::fs::write(target.path().join("out.obj"), &again.bytes).unwrap();
-    let names: Vec<_> = again.beside.iter().map(|file| file.path.to_str().unwrap()).collect();
+    let names: Vec<_> = again.companion_files.iter().map(|file| file.path.to_str().unwrap()).collect();
     assert_eq!(names, ["out_0.png", "out.mtl"]);
     let back = cleaned(read_attributed_path(&target.path().join("out.obj"), None).unwrap());
     assert_eq!(back.1.materials(), ["tiles", "tin"]);
-    let (after, notes) = io::looks(&back.1, false);
+    let (after, notes) = io::read_looks(&back.1, false);
     assert!(notes.is_empty(), "{notes:?}");
     for (x, y) in before.of_groups.iter().zip(&after.of_groups) {
         assert_eq!(x.texture, y.texture);
@@ -126,7 +126,7 @@ fn from_glb_to_ply_with_columns_and_textures() {
     for line in ["comment TextureFile out_0.png", "property float nx", "property uchar red", "property int texnumber"] {
         assert!(text.lines().any(|found| found == line), "{line} is not in {text}");
     }
-    assert_eq!((ply.beside.len(), &ply.beside[0].bytes), (1, &tiles));
+    assert_eq!((ply.companion_files.len(), &ply.companion_files[0].bytes), (1, &tiles));
     let back = cleaned(read_attributed(&ply.bytes, None).unwrap());
     assert_alike(&carried(&back, Role::Uv), &carried(&obj, Role::Uv));
     assert_alike(&carried(&back, Role::Normal), &carried(&obj, Role::Normal));
@@ -139,7 +139,7 @@ fn normals_turn_with_their_node_and_a_mirrored_one_turns_its_faces() {
     let values = normal.to_array().repeat(3);
     let channels = vec![Channel { name: "n".into(), role: Role::Normal, width: 3, values }];
     let attributes = Attributes { wedges: vec![[0, 1, 2]], channels, groups: Vec::new() };
-    let part = LighterPart::new(corners.map(|p| p.to_array()).to_vec(), vec![[0, 1, 2]], attributes);
+    let part = SimplifiedPart::new(corners.map(|p| p.to_array()).to_vec(), vec![[0, 1, 2]], attributes);
     let (bytes, _) = write_gltf(part, [0.0; 3], &[], Format::Gltf).unwrap();
     for scale in [[1.0, 3.0, 0.5], [-1.0, 2.0, 1.0]] {
         let mut document: Value = serde_json::from_slice(&bytes).unwrap();
@@ -159,7 +159,7 @@ fn what_belongs_to_a_scene_is_said_to_stay_behind() {
     let channels = vec![channel("t", Role::Tangent, 4), channel("uv", Role::Uv, 2)];
     let attributes = Attributes { wedges: vec![[0, 1, 2]], channels, groups: Vec::new() };
     let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-    let part = LighterPart::new(positions, vec![[0, 1, 2]], attributes);
+    let part = SimplifiedPart::new(positions, vec![[0, 1, 2]], attributes);
     let (bytes, _) = write_gltf(part, [0.0; 3], &[], Format::Glb).unwrap();
     let read = read_attributed(&bytes, None).unwrap();
     assert_eq!(read.mesh.attributes.channels.len(), 1);
@@ -184,9 +184,9 @@ fn textures_beside_the_mesh_are_found_from_a_library_in_a_folder() {
         ("roof.obj", ROOF.replace("a.mtl", "materials/a.mtl").as_bytes()),
     ]);
     let obj = cleaned(read_attributed_path(&source.path().join("roof.obj"), None).unwrap());
-    assert!(io::looks(&obj.1, false).0.of_groups[0].texture.is_some());
+    assert!(io::read_looks(&obj.1, false).0.of_groups[0].texture.is_some());
     let out = written(&obj, Format::Obj);
-    let places: Vec<&Path> = out.beside.iter().map(|file| file.path.as_path()).collect();
+    let places: Vec<&Path> = out.companion_files.iter().map(|file| file.path.as_path()).collect();
     assert_eq!(places, [Path::new("maps/tiles.png"), Path::new("materials/a.mtl")]);
     assert!(out.notes.iter().any(|note| note.contains("secret.png") && note.contains("outside")), "{:?}", out.notes);
 }

@@ -110,7 +110,7 @@ pub unsafe extern "C" fn nm_job_read_file(job: *const NmJob, path: *const c_char
     guarded(0, || {
         let (job, path) = (shared("job", job)?, text("path", path)?);
         let file = read_file(Path::new(&path)).map_err(|error| Refused::of(&path, error))?;
-        job.asked().source = Source::File(file, path.clone(), Some(Folder::of(Path::new(&path))));
+        job.asked().source = Source::File(file, path.clone(), Some(Folder::from_file(Path::new(&path))));
         Ok(1)
     })
 }

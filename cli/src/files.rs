@@ -108,7 +108,7 @@ pub fn prepare(name: &Path, bytes: &[u8], force: bool) -> Result<Pending, Failur
     let place = destination(name)?;
     let problem = |error| Failure::of(name, format!("cannot be written: {error}: check the folder and the disk"));
     let mut temporary = new_file_in(folder_of(&place)).map_err(problem)?;
-    let bytes = io::packed_by_name(name, bytes).map_err(|error| Failure::of(name, error))?;
+    let bytes = io::compress_by_name(name, bytes).map_err(|error| Failure::of(name, error))?;
     temporary.write_all(&bytes).map_err(problem)?;
     Ok(Pending { temporary, name: name.into(), place, force })
 }

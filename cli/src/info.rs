@@ -118,7 +118,7 @@ fn in_pieces(source: &Source, pieces: &Pieces, most: u64) -> Result<(Info, Clean
     let room = Room { n_bytes: most, folder: &folder };
     let found = describe_pieces(pieces, &room, &mut |_| ControlFlow::Continue(()));
     let Described { topology, bounds, frame, counts, .. } = found.map_err(|error| Failure::of(&source.path, error))?;
-    let carries = pieces.carries().into_iter().collect();
+    let carries = pieces.other_content().into_iter().collect();
     Ok((Info { carries, ..of(&source.path, &topology, (bounds, &frame), &counts) }, counts))
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use neural_mesh::io::{Format, is_gltf_path, is_read, unwritten};
+use neural_mesh::io::{Format, can_read, is_gltf_path, write_obstacle};
 
 use crate::failure::Failure;
 
@@ -19,7 +19,7 @@ pub fn readable() -> String {
         ("3MF", Format::ThreeMf),
         ("FBX", Format::Fbx),
     ];
-    let read = named.into_iter().filter(|(_, format)| is_read(*format)).map(|(name, _)| name.to_string());
+    let read = named.into_iter().filter(|(_, format)| can_read(*format)).map(|(name, _)| name.to_string());
     format!("give {}", alternatives(read))
 }
 
@@ -190,11 +190,11 @@ pub fn output_format(output: &Path, given: Option<Format>) -> Result<Format, Fai
 
 /// A format, if this build writes it.
 pub fn writable(format: Format) -> Result<Format, Failure> {
-    unwritten(format).map_or(Ok(format), |what| Err(Failure::Usage(format!("{}: {what}", format.name()))))
+    write_obstacle(format).map_or(Ok(format), |what| Err(Failure::Usage(format!("{}: {what}", format.name()))))
 }
 
 fn unknown_format(output: &Path) -> Failure {
-    let is_written = |name: &&str| Format::from_name(name).is_some_and(|format| unwritten(format).is_none());
+    let is_written = |name: &&str| Format::from_name(name).is_some_and(|format| write_obstacle(format).is_none());
     let names = Format::NAMES.into_iter().filter(is_written).collect::<Vec<_>>().join(", ");
     let ends_as_folder = output.as_os_str().as_encoded_bytes().last().is_some_and(|&last| last == b'/');
     Failure::Usage(match output {

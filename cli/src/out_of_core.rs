@@ -99,7 +99,7 @@ fn check(request: &Request, pieces: &Pieces) -> Result<(), Failure> {
             format!("{whole}, and {name} does not work in blocks: {REMEDY}"),
         ));
     }
-    let more = pieces.carries().filter(|_| request.job.ignore.is_empty() && !request.job.format.is_bare());
+    let more = pieces.other_content().filter(|_| request.job.ignore.is_empty() && !request.job.format.is_bare());
     let refused = |more| {
         let what = format!(
             "{whole}, and in blocks it would lose its {more}: {REMEDY}, or accept it with --ignore uv,normals,colors,materials"

@@ -1,6 +1,6 @@
 //! What `info` says of a glTF scene: its meshes, materials, images, skins, animations and extensions.
 
-use neural_mesh::io::{Asset, AssetContents, Part};
+use neural_mesh::io::{Asset, AssetContents, AssetPart};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::topology;
 use neural_mesh::picture::{ImageFormat, image_size};
@@ -151,7 +151,7 @@ impl ImageInfo {
     }
 }
 
-fn mesh(part: &Part, nodes: &[String], weld: bool) -> MeshInfo {
+fn mesh(part: &AssetPart, nodes: &[String], weld: bool) -> MeshInfo {
     let mut options = CleanOptions::default();
     options.weld = weld;
     let figures = clean(part.mesh.clone(), &options).ok().map(|cleaned| topology(&cleaned.mesh));

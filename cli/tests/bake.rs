@@ -66,7 +66,7 @@ struct Dressed {
 
 fn dressed(path: &Path) -> Dressed {
     let read = io::read_attributed_path(path, None).unwrap();
-    let (looks, notes) = io::looks(&read.extra, false);
+    let (looks, notes) = io::read_looks(&read.extra, false);
     assert_eq!(notes, Vec::<String>::new());
     let cleaned = clean(read.mesh, &CleanOptions::default()).unwrap();
     // Where it lies in the file: the middle of two meshes need not be the same.

@@ -47,7 +47,7 @@ fn scene_of(meshes: &[TriMesh], nodes: &Value) -> String {
 fn placed(path: &std::path::Path) -> TriMesh {
     let asset = Asset::read_path(path).unwrap();
     let meshes: Vec<RawMesh> = asset.parts().iter().map(|part| part.mesh.clone()).collect();
-    let scene = asset.placed(&meshes).unwrap();
+    let scene = asset.scene_mesh(&meshes).unwrap();
     let positions = scene.positions.iter().map(|p| p.map(|x| x as f32)).collect();
     TriMesh::new(positions, scene.faces).unwrap()
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use neural_mesh::io::{ReadMesh, looks, read_attributed_path};
+use neural_mesh::io::{ReadMesh, read_attributed_path, read_looks};
 use neural_mesh::mesh::Role;
 use neural_mesh::picture::{Image, encode_png};
 
@@ -38,7 +38,7 @@ fn has(what: &str, read: &ReadMesh) -> bool {
         "texture coordinates" => carries(Role::Uv),
         "normals" => carries(Role::Normal),
         "colours" => carries(Role::Colour),
-        "textures" => looks(&read.extra, false).0.of_groups.iter().any(|look| look.texture.is_some()),
+        "textures" => read_looks(&read.extra, false).0.of_groups.iter().any(|look| look.texture.is_some()),
         "names of materials" => groups.iter().any(|group| group.material.as_deref() == Some("wood")),
         "names of objects" => {
             ["seat", "back"].iter().all(|name| groups.iter().any(|group| group.object.as_deref() == Some(*name)))

@@ -180,7 +180,7 @@ fn content_that_is_not_known_says_what_can_be_read_and_which_format_is_meant() {
     };
     // What this build reads.
     let more = [("3MF", io::Format::ThreeMf), ("FBX", io::Format::Fbx)];
-    let more = more.into_iter().filter(|(_, format)| io::is_read(*format)).map(|(name, _)| name);
+    let more = more.into_iter().filter(|(_, format)| io::can_read(*format)).map(|(name, _)| name);
     let names: Vec<&str> = ["OBJ", "PLY", "STL", "OFF", "glTF", "GLB", "VRM"].into_iter().chain(more).collect();
     let (last, others) = names.split_last().unwrap();
     let all = format!("a.dat: the content is of no known format: give {} or {last}", others.join(", "));

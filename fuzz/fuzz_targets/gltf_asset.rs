@@ -3,7 +3,7 @@
 
 #![no_main]
 
-use neural_mesh::io::{Asset, Format, LighterPart, ReadError};
+use neural_mesh::io::{Asset, Format, SimplifiedPart, ReadError};
 use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
 use neural_mesh::picture::Cover;
 
@@ -16,7 +16,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         Ok(asset) => asset,
         Err(error) => return assert!(!error.to_string().contains(['\n', '\r'])),
     };
-    let parts: Vec<LighterPart> = asset.parts().iter().map(LighterPart::of).collect();
+    let parts: Vec<SimplifiedPart> = asset.parts().iter().map(SimplifiedPart::from_part).collect();
     match asset.write(&parts, Format::Glb, "a.glb") {
         Ok(files) => {
             // A mesh of which nothing is left keeps a face without area, unless something else is in it.
@@ -43,7 +43,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
 /// The scene of an asset as one mesh.
 fn check_scene(asset: &Asset) {
     let meshes: Vec<_> = asset.parts().iter().map(|part| part.mesh.clone()).collect();
-    let Ok(scene) = asset.placed(&meshes) else { return };
+    let Ok(scene) = asset.scene_mesh(&meshes) else { return };
     let (looks, _) = asset.scene_looks();
     let Ok(Cleaned { mesh, attributes, .. }) = clean(scene, &CleanOptions::default()) else { return };
     assert!(attributes.groups.iter().all(|&group| (group as usize) < looks.of_groups.len()));

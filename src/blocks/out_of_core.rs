@@ -324,7 +324,7 @@ fn asked(target: Target, n_faces: usize) -> f64 {
 pub(super) fn check_room(pieces: &Pieces, share: f64, room: &Room) -> Result<(), OutOfCoreError> {
     let n_faces = pieces.n_faces();
     let n_blocks = n_faces.div_ceil(FACES as u64);
-    let cutting = pieces.n_held_bytes().saturating_add(n_blocks.saturating_mul(PER_BLOCK));
+    let cutting = pieces.n_memory_bytes().saturating_add(n_blocks.saturating_mul(PER_BLOCK));
     let rest = (((share + BORDER).min(1.0) * n_faces as f64) as u64).saturating_mul(PER_FACE);
     let block = (FACES as u64).min(n_faces) * PER_FACE;
     let most = cutting.max(rest).max(block.saturating_add(rest / 8)).saturating_add(32 << 20);

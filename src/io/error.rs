@@ -1,4 +1,4 @@
-//! Errors of readers and writers, each a line with the problem, its place and a remedy.
+//! Errors of readers and writers, each a line with the problem, its location and a remedy.
 
 use std::fmt;
 
@@ -9,7 +9,7 @@ pub(super) const UNKNOWN: &str = "the content is of no known format";
 
 /// A location in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum FileLocation {
     /// The file as a whole.
     File,
     /// A line of a text, counted from 1.
@@ -25,7 +25,7 @@ pub struct ReadError {
     /// Format of the reader, if known.
     pub format: Option<Format>,
     /// Location in the file.
-    pub place: Place,
+    pub location: FileLocation,
     /// Problem, in lower case.
     pub what: String,
     /// Remedy.
@@ -54,19 +54,19 @@ impl ReadError {
 
     /// Makes an error about the file as a whole from a problem, in lower case, and its remedy.
     pub fn file(what: impl Into<String>, remedy: &str) -> Self {
-        Self { format: None, place: Place::File, what: what.into(), remedy: remedy.into() }
+        Self { format: None, location: FileLocation::File, what: what.into(), remedy: remedy.into() }
     }
 
     /// Makes an error at the line of `text` that holds byte `at`.
     pub(super) fn line(text: &[u8], at: usize, what: impl Into<String>, remedy: &str) -> Self {
         let before = &text[..at.min(text.len())];
         let line = 1 + memchr::memchr_iter(b'\n', before).count();
-        Self { place: Place::Line(line), ..Self::file(what, remedy) }
+        Self { location: FileLocation::Line(line), ..Self::file(what, remedy) }
     }
 
     /// Makes an error at byte `at`.
     pub(super) fn byte(at: usize, what: impl Into<String>, remedy: &str) -> Self {
-        Self { place: Place::Byte(at), ..Self::file(what, remedy) }
+        Self { location: FileLocation::Byte(at), ..Self::file(what, remedy) }
     }
 }
 
@@ -75,10 +75,10 @@ impl fmt::Display for ReadError {
         if let Some(format) = self.format {
             write!(f, "{}: ", format.name())?;
         }
-        match self.place {
-            Place::File => {}
-            Place::Line(line) => write!(f, "line {line}: ")?,
-            Place::Byte(byte) => write!(f, "byte {byte}: ")?,
+        match self.location {
+            FileLocation::File => {}
+            FileLocation::Line(line) => write!(f, "line {line}: ")?,
+            FileLocation::Byte(byte) => write!(f, "byte {byte}: ")?,
         }
         write!(f, "{}: {}", self.what, self.remedy)
     }

@@ -28,7 +28,7 @@ pub struct Extra {
     /// Columns of [`Group::values`].
     pub face_columns: Vec<Column>,
     /// Columns of channels in the file; a channel without a layout is written by its role.
-    pub layouts: Vec<Layout>,
+    pub layouts: Vec<ColumnLayout>,
     /// Material libraries, one line of the file each.
     pub material_libraries: Vec<String>,
     /// Looks of materials by name, from files that hold them (glTF).
@@ -79,7 +79,7 @@ pub struct Column {
 
 /// The columns of a channel in a file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Layout {
+pub struct ColumnLayout {
     /// Name of the channel.
     pub channel: String,
     /// One column per component.
@@ -90,7 +90,7 @@ pub struct Layout {
 
 impl Extra {
     /// Returns the layout of the channel `name`.
-    pub fn layout(&self, name: &str) -> Option<&Layout> {
+    pub fn layout(&self, name: &str) -> Option<&ColumnLayout> {
         self.layouts.iter().find(|layout| layout.channel == name)
     }
 
@@ -108,28 +108,28 @@ impl Extra {
 }
 
 /// Returns whether groups are too many to be meant: nearly every face would be one.
-pub(super) fn sets_faces_apart(n_groups: usize, n_faces: usize) -> bool {
+pub(super) fn has_too_many_groups(n_groups: usize, n_faces: usize) -> bool {
     n_groups > 256 && n_groups > n_faces / 4
 }
 
 /// Decodes UTF-8, or else Latin-1, in which all bytes are valid.
-pub(super) fn decoded(bytes: &[u8]) -> String {
-    std::str::from_utf8(bytes).map_or_else(|_| latin1(bytes), String::from)
+pub(super) fn decode_text(bytes: &[u8]) -> String {
+    std::str::from_utf8(bytes).map_or_else(|_| decode_latin1(bytes), String::from)
 }
 
 /// Decodes Latin-1.
-pub(super) fn latin1(bytes: &[u8]) -> String {
+pub(super) fn decode_latin1(bytes: &[u8]) -> String {
     bytes.iter().map(|&byte| char::from(byte)).collect()
 }
 
 /// Encodes a text as its file does; UTF-8 where Latin-1 lacks a letter.
-pub(super) fn encoded(text: &str, in_latin1: bool) -> Vec<u8> {
+pub(super) fn encode_text(text: &str, in_latin1: bool) -> Vec<u8> {
     let bytes = in_latin1.then(|| text.chars().map(|letter| u8::try_from(u32::from(letter))).collect::<Result<_, _>>());
     bytes.and_then(Result::ok).unwrap_or_else(|| text.as_bytes().to_vec())
 }
 
 /// Replaces non-finite values by zero; returns their number.
-pub(super) fn without_nan(values: &mut [f32]) -> usize {
+pub(super) fn replace_non_finite(values: &mut [f32]) -> usize {
     let mut n_replaced = 0;
     for value in values.iter_mut().filter(|value| !value.is_finite()) {
         *value = 0.0;
@@ -145,10 +145,10 @@ mod tests {
     #[test]
     fn names_in_any_encoding_lead_back() {
         for bytes in [&b"caf\xe9"[..], b"\xff\x00\x80", "caf\u{e9} \u{6f22}".as_bytes(), b"plain"] {
-            let text = decoded(bytes);
-            assert_eq!(encoded(&text, std::str::from_utf8(bytes).is_err()), bytes);
+            let text = decode_text(bytes);
+            assert_eq!(encode_text(&text, std::str::from_utf8(bytes).is_err()), bytes);
         }
-        assert_eq!(encoded("\u{6f22}", true), "\u{6f22}".as_bytes());
+        assert_eq!(encode_text("\u{6f22}", true), "\u{6f22}".as_bytes());
     }
 
     #[test]

@@ -12,17 +12,17 @@ use ufbx::{
     Scene, SceneRoot,
 };
 
-use super::far_out::is_far_out;
+use super::far_from_origin::is_far_from_origin;
+use super::memory::instance_limit;
 use super::one_line::one_line;
-use super::own_names::OwnNames;
-use super::room::most_made;
+use super::unique_materials::UniqueMaterials;
 use super::units;
 use super::{Extra, Group, ReadError, ReadMesh};
-use crate::mesh::{Attributes, Look, PlacedMesh, RawMesh, merge_placed_meshes};
-use corners::{Part, part};
+use crate::mesh::{Attributes, Look, PlacedMesh, RawMesh, side_by_side};
+use corners::{FbxMesh, convert_mesh};
 
 /// Whether this build reads FBX.
-pub(super) const IS_READ: bool = true;
+pub(super) const CAN_READ: bool = true;
 
 /// Largest memory per byte of a file, and bytes always allowed.
 const MEMORY: (usize, usize) = (200, 64 << 20);
@@ -41,7 +41,7 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     for node in &nodes {
         let Some(mesh) = &node.mesh else { continue };
         numbers.entry(mesh.element.element_id).or_insert_with(|| {
-            parts.push(part(mesh));
+            parts.push(convert_mesh(mesh));
             parts.len() - 1
         });
     }
@@ -49,25 +49,25 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     let of_nodes: Vec<usize> = nodes.iter().filter_map(of_node).collect();
     // Before joining: instances are cheap in the file and expensive as one mesh.
     check_repeats(&parts, &of_nodes)?;
-    let mut names = OwnNames::default();
+    let mut names = UniqueMaterials::default();
     let (mut extra, mut placed) =
-        (Extra { unit: units::of_meters(scene.settings.unit_meters), ..Extra::default() }, Vec::new());
+        (Extra { unit: units::from_meters(scene.settings.unit_meters), ..Extra::default() }, Vec::new());
     for (node, &number) in nodes.iter().zip(&of_nodes) {
-        let Part { mesh, slots, .. } = &parts[number];
+        let FbxMesh { mesh, slots, .. } = &parts[number];
         placed.push(PlacedMesh {
             mesh,
-            transform: matrix(&node.geometry_to_world),
+            transform: to_matrix(&node.geometry_to_world),
             first_group: extra.groups.len() as u32,
         });
-        extra.groups.extend(slots.iter().map(|&slot| group(node, slot, &mut names)));
+        extra.groups.extend(slots.iter().map(|&slot| make_group(node, slot, &mut names)));
     }
-    let mut mesh = merge_placed_meshes(&placed, |_| true);
-    let has_doubles = |part: &Part| part.mesh.positions.iter().flatten().any(|&x| f64::from(x as f32) != x);
-    mesh.double = parts.iter().any(has_doubles) || is_far_out(&mesh.positions);
+    let mut mesh = side_by_side(&placed, |_| true);
+    let has_doubles = |part: &FbxMesh| part.mesh.positions.iter().flatten().any(|&x| f64::from(x as f32) != x);
+    mesh.double = parts.iter().any(has_doubles) || is_far_from_origin(&mesh.positions);
     extra.looks = names.looks;
     extra.is_bent = scene.skin_deformers.len() + scene.blend_deformers.len() > 0;
     let n_not_finite = parts.iter().map(|part| part.n_not_finite).sum();
-    Ok(ReadMesh { mesh, notes: notes(&scene, n_not_finite), extra, format: None })
+    Ok(ReadMesh { mesh, notes: list_losses(&scene, n_not_finite), extra, format: None })
 }
 
 /// Loads a scene within memory bounds, without external files.
@@ -95,15 +95,15 @@ fn load(bytes: &[u8]) -> Result<SceneRoot, ReadError> {
     })
 }
 
-/// Refuses a scene that repeats its meshes more than [`most_made`] allows.
-fn check_repeats(parts: &[Part], of_nodes: &[usize]) -> Result<(), ReadError> {
-    let size = |part: &Part| {
+/// Refuses a scene that repeats its meshes more than [`instance_limit`] allows.
+fn check_repeats(parts: &[FbxMesh], of_nodes: &[usize]) -> Result<(), ReadError> {
+    let size = |part: &FbxMesh| {
         let attributes = &part.mesh.attributes;
         let width: usize = attributes.channels.iter().map(|channel| channel.width).sum();
         1 + part.mesh.positions.len() + part.mesh.faces.len() + attributes.n_wedges() * width + part.slots.len()
     };
     let sizes: Vec<usize> = parts.iter().map(size).collect();
-    let most = most_made(sizes.iter().sum());
+    let most = instance_limit(sizes.iter().sum());
     match of_nodes.iter().map(|&number| sizes[number]).sum::<usize>() > most {
         true => Err(ReadError::file("the scene repeats its meshes too often", "export fewer instances")),
         false => Ok(()),
@@ -111,16 +111,16 @@ fn check_repeats(parts: &[Part], of_nodes: &[usize]) -> Result<(), ReadError> {
 }
 
 /// Makes the group of a node's faces with one material.
-fn group(node: &Node, slot: u32, names: &mut OwnNames) -> Group {
+fn make_group(node: &Node, slot: u32, names: &mut UniqueMaterials) -> Group {
     let object = Some(node.element.name.to_string()).filter(|name| !name.trim().is_empty());
     let of_mesh = || node.mesh.as_ref().and_then(|mesh| mesh.materials.get(slot as usize));
     let material = node.materials.get(slot as usize).or_else(of_mesh);
-    let material = material.map(|material| names.of(&material.element.name, look(material)));
+    let material = material.map(|material| names.add(&material.element.name, material_look(material)));
     Group { object, material, ..Group::default() }
 }
 
 /// Returns the look of a material: its base colour.
-fn look(material: &Material) -> Look {
+fn material_look(material: &Material) -> Look {
     let colour = &material.pbr.base_color;
     let factor = if material.pbr.base_factor.has_value { material.pbr.base_factor.value_vec4.x } else { 1.0 };
     let channels = [colour.value_vec4.x, colour.value_vec4.y, colour.value_vec4.z].map(|x| (x * factor) as f32);
@@ -129,7 +129,7 @@ fn look(material: &Material) -> Look {
     Look { colour, ..Look::default() }
 }
 
-fn matrix(of: &Matrix) -> DMat4 {
+fn to_matrix(of: &Matrix) -> DMat4 {
     let [x, y, z, origin] = [
         DVec3::new(of.m00, of.m10, of.m20),
         DVec3::new(of.m01, of.m11, of.m21),
@@ -140,7 +140,7 @@ fn matrix(of: &Matrix) -> DMat4 {
 }
 
 /// Lists losses, a line each.
-fn notes(scene: &Scene, n_not_finite: usize) -> Vec<String> {
+fn list_losses(scene: &Scene, n_not_finite: usize) -> Vec<String> {
     let dropped = [
         (scene.skin_deformers.len(), "skins"),
         (scene.blend_deformers.len(), "morph targets"),

@@ -18,7 +18,7 @@ pub enum Folder {
 
 impl Folder {
     /// Returns the folder of a file on disk.
-    pub fn of(file: &Path) -> Self {
+    pub fn from_file(file: &Path) -> Self {
         Self::Disk(file.parent().unwrap_or(Path::new("")).to_path_buf())
     }
 
@@ -26,62 +26,60 @@ impl Folder {
     /// folder are dropped.
     ///
     /// ```
-    /// use neural_mesh::io::{Folder, looks, read_attributed_in};
+    /// use neural_mesh::io::{Folder, read_looks, read_attributed_in};
     /// let library = b"newmtl red\nKd 1 0 0\n".to_vec();
     /// let folder = Folder::in_memory([("a.mtl", library)]);
     /// let obj = b"mtllib a.mtl\nusemtl red\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     /// let read = read_attributed_in(obj, "a.obj", &folder)?;
-    /// assert_eq!(looks(&read.extra, false).0.of_groups[0].colour, [1.0, 0.0, 0.0]);
+    /// assert_eq!(read_looks(&read.extra, false).0.of_groups[0].colour, [1.0, 0.0, 0.0]);
     /// # Ok::<(), neural_mesh::io::ReadError>(())
     /// ```
     pub fn in_memory<N: AsRef<str>, B: Into<Arc<[u8]>>>(files: impl IntoIterator<Item = (N, B)>) -> Self {
-        let placed = |(name, bytes): (N, B)| Some((inner_path(Path::new(""), name.as_ref())?, bytes.into()));
-        Self::Memory(Arc::new(files.into_iter().filter_map(placed).collect()))
+        let normalised = |(name, bytes): (N, B)| Some((inner_path(Path::new(""), name.as_ref())?, bytes.into()));
+        Self::Memory(Arc::new(files.into_iter().filter_map(normalised).collect()))
     }
 
     /// Returns whether there is a file at `path`.
-    pub(super) fn has(&self, path: &Path) -> bool {
+    pub(super) fn has_file(&self, path: &Path) -> bool {
         match self {
-            Self::Disk(folder) => asked(folder).join(path).is_file(),
+            Self::Disk(folder) => or_current(folder).join(path).is_file(),
             Self::Memory(files) => files.contains_key(path),
         }
     }
 
     /// Resolves `path` and its links to a file in or below the folder, or anywhere with `allow_outside`.
-    pub(super) fn source(&self, path: &Path, allow_outside: bool) -> Result<PathBuf, Trouble> {
+    pub(super) fn resolve(&self, path: &Path, allow_outside: bool) -> Result<PathBuf, FileProblem> {
         let folder = match self {
             Self::Memory(files) => {
-                return if files.contains_key(path) { Ok(path.into()) } else { Err(Trouble::Missing) };
+                return if files.contains_key(path) { Ok(path.into()) } else { Err(FileProblem::Missing) };
             }
-            Self::Disk(folder) => asked(folder),
+            Self::Disk(folder) => or_current(folder),
         };
         // Links are followed before the comparison: one may lead out of the folder.
-        let inside = folder.canonicalize().map_err(|_| Trouble::Missing)?;
-        let source = folder.join(path).canonicalize().map_err(|_| Trouble::Missing)?;
+        let inside = folder.canonicalize().map_err(|_| FileProblem::Missing)?;
+        let source = folder.join(path).canonicalize().map_err(|_| FileProblem::Missing)?;
         if !source.starts_with(inside) && !allow_outside {
-            return Err(Trouble::Outside);
+            return Err(FileProblem::Outside);
         }
         if !source.is_file() {
-            return Err(Trouble::NoFile);
+            return Err(FileProblem::NotAFile);
         }
         Ok(source)
     }
 
-    /// Reads the file at a path from [`source`](Self::source).
-    pub(super) fn read(&self, source: &Path) -> Result<Arc<[u8]>, Trouble> {
+    /// Reads the file at a path from [`resolve`](Self::resolve).
+    pub(super) fn read(&self, source: &Path) -> Result<Arc<[u8]>, FileProblem> {
         match self {
-            Self::Disk(_) => {
-                with_fallible_allocation(|| std::fs::read(source)).map(Arc::from).map_err(Trouble::Unreadable)
-            }
-            Self::Memory(files) => files.get(source).cloned().ok_or(Trouble::Missing),
+            Self::Disk(_) => asking(|| std::fs::read(source)).map(Arc::from).map_err(FileProblem::Unreadable),
+            Self::Memory(files) => files.get(source).cloned().ok_or(FileProblem::Missing),
         }
     }
 
     /// Returns the path relative to the folder, or `None` for a file outside.
-    pub(super) fn path_within(&self, source: &Path) -> Option<PathBuf> {
+    pub(super) fn relative_path(&self, source: &Path) -> Option<PathBuf> {
         match self {
             Self::Disk(folder) => {
-                let folder = asked(folder).canonicalize().ok()?;
+                let folder = or_current(folder).canonicalize().ok()?;
                 source.strip_prefix(folder).ok().map(Path::to_path_buf)
             }
             Self::Memory(_) => Some(source.into()),
@@ -112,30 +110,30 @@ pub(super) fn inner_path(base: &Path, name: &str) -> Option<PathBuf> {
 
 /// A reason why a companion file is unavailable.
 #[derive(Debug)]
-pub(super) enum Trouble {
+pub(super) enum FileProblem {
     /// Outside the folder.
     Outside,
     /// Absent, or the name is invalid.
     Missing,
     /// A folder or a device.
-    NoFile,
+    NotAFile,
     /// Present but unreadable.
     Unreadable(std::io::Error),
 }
 
-impl std::fmt::Display for Trouble {
+impl std::fmt::Display for FileProblem {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Outside => write!(f, "lies outside the folder of the asset and is not read"),
             Self::Missing => write!(f, "is missing"),
-            Self::NoFile => write!(f, "is no file"),
+            Self::NotAFile => write!(f, "is no file"),
             Self::Unreadable(error) => write!(f, "cannot be read ({error})"),
         }
     }
 }
 
 /// Returns the folder as a path that can be joined: `.` if empty.
-fn asked(folder: &Path) -> &Path {
+fn or_current(folder: &Path) -> &Path {
     if folder.as_os_str().is_empty() { Path::new(".") } else { folder }
 }
 
@@ -166,12 +164,12 @@ mod tests {
     fn what_is_in_memory_is_found_by_its_path_alone() {
         let folder = Folder::in_memory([("maps\\a.png", b"png".to_vec()), ("../b.png", Vec::new())]);
         let path = Path::new("maps/a.png");
-        assert!(folder.has(path) && !folder.has(Path::new("a.png")) && !folder.has(Path::new("b.png")));
-        let source = folder.source(path, false).unwrap();
+        assert!(folder.has_file(path) && !folder.has_file(Path::new("a.png")) && !folder.has_file(Path::new("b.png")));
+        let source = folder.resolve(path, false).unwrap();
         assert_eq!(
-            (&*folder.read(&source).unwrap(), folder.path_within(&source).as_deref()),
+            (&*folder.read(&source).unwrap(), folder.relative_path(&source).as_deref()),
             (&b"png"[..], Some(path))
         );
-        assert!(matches!(folder.source(Path::new("/etc/passwd"), true), Err(Trouble::Missing)));
+        assert!(matches!(folder.resolve(Path::new("/etc/passwd"), true), Err(FileProblem::Missing)));
     }
 }

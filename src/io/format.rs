@@ -40,9 +40,9 @@ impl Format {
     ///
     /// ```
     /// use neural_mesh::io::Format;
-    /// assert!(Format::StlAscii.is_single() && !Format::Ply.is_single() && !Format::Glb.is_single());
+    /// assert!(Format::StlAscii.is_single_precision() && !Format::Ply.is_single_precision() && !Format::Glb.is_single_precision());
     /// ```
-    pub fn is_single(self) -> bool {
+    pub fn is_single_precision(self) -> bool {
         matches!(self, Self::Stl | Self::StlAscii)
     }
 

@@ -5,7 +5,8 @@
 
 mod accessor;
 mod asset;
-mod bare;
+mod asset_looks;
+mod asset_part;
 mod bones;
 mod buffers;
 #[cfg(feature = "meshopt")]
@@ -21,43 +22,42 @@ mod draco;
 #[path = "gltf/no_draco.rs"]
 mod draco;
 mod draft;
-mod emptied;
+mod empty_nodes;
 mod extensions;
 mod files;
 mod image_kinds;
 mod images;
 mod levels;
-mod lighter;
 mod load_uri;
-mod looks;
 mod materials;
+mod new_asset;
 mod packed;
-mod part;
-mod placed;
 mod placements;
 mod poses;
 mod primitive;
 mod references;
 mod repack;
-mod rewrite;
+mod repair_values;
+mod scene_mesh;
+mod scene_writer;
 mod schema;
 mod semantics;
+mod simplified_part;
+mod single_mesh;
 mod texture_transforms;
 mod triangles;
-mod united;
-mod values;
 mod vrm;
 
 use std::collections::BTreeMap;
 
 pub use asset::Asset;
-pub use bare::write_gltf;
-pub(super) use bare::{write, write_attributed};
+pub use asset_part::AssetPart;
 pub use contents::AssetContents;
-pub use lighter::LighterPart;
-pub use part::Part;
-pub use rewrite::SceneOptions;
-pub(super) use united::read_attributed;
+pub use new_asset::write_gltf;
+pub(super) use new_asset::{write, write_attributed};
+pub use scene_writer::SceneOptions;
+pub use simplified_part::SimplifiedPart;
+pub(super) use single_mesh::read_attributed;
 
 use accessor::Data;
 use container::Container;
@@ -65,7 +65,7 @@ use glam::DMat4;
 use schema::{Primitive, Root};
 
 use super::ReadError;
-use super::far_out::is_far_out;
+use super::far_from_origin::is_far_from_origin;
 use crate::mesh::RawMesh;
 
 /// Reason why this build cannot write glTF: none.
@@ -79,18 +79,19 @@ const REFUSED: &str = "EXT_mesh_gpu_instancing";
 /// Reads the geometry of a glTF; `fetch` returns the bytes of a buffer file by its URI.
 pub(super) fn read(bytes: &[u8], fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<RawMesh, ReadError> {
     let container = Container::open(bytes, fetch)?;
-    refuse(&container.root)?;
-    let mut scene = Scene { data: container.data(), mesh: RawMesh::default(), budget: container.budget(bytes.len()) };
+    refuse_instancing(&container.root)?;
+    let mut scene =
+        SceneBuilder { data: container.data(), mesh: RawMesh::default(), budget: container.budget(bytes.len()) };
     for placed in placements::placements(&container.data())? {
         scene.add_mesh(placed.mesh, placed.transform)?;
     }
     let mut mesh = scene.mesh;
-    mesh.double = is_far_out(&mesh.positions);
+    mesh.double = is_far_from_origin(&mesh.positions);
     Ok(mesh)
 }
 
 /// Refuses an asset that requires the extension [`REFUSED`].
-fn refuse(root: &Root) -> Result<(), ReadError> {
+fn refuse_instancing(root: &Root) -> Result<(), ReadError> {
     match root.extensions_required.iter().any(|needed| needed == REFUSED) {
         true => Err(ReadError::file(format!("needs the extension {REFUSED}"), "export the asset without it")),
         false => Ok(()),
@@ -106,17 +107,17 @@ fn spend(budget: &mut usize, n: usize) -> Result<(), ReadError> {
 }
 
 /// An asset with the mesh made of it so far.
-struct Scene<'a> {
+struct SceneBuilder<'a> {
     data: Data<'a>,
     mesh: RawMesh,
-    /// Vertices and faces that may still be added.
+    /// PrimitiveVertices and faces that may still be added.
     budget: usize,
 }
 
-impl Scene<'_> {
+impl SceneBuilder<'_> {
     /// Adds the triangles of all primitives of a mesh.
     fn add_mesh(&mut self, index: usize, transform: DMat4) -> Result<(), ReadError> {
-        let mesh = self.data.root.meshes.get(index).ok_or_else(|| missing("mesh", index))?;
+        let mesh = self.data.root.meshes.get(index).ok_or_else(|| missing_error("mesh", index))?;
         // // Primitives that differ only in material often share their positions.
         let mut known = BTreeMap::new();
         for primitive in &mesh.primitives {
@@ -150,14 +151,14 @@ impl Scene<'_> {
         let place = |vertex: u32| if vertex == u32::MAX { vertex } else { (first + vertex as usize) as u32 };
         // A mirroring transform turns faces inside out, so they are turned back.
         let turn = |[a, b, c]: [u32; 3]| if mirrored { [a, c, b] } else { [a, b, c] };
-        let triangles = triangles::of_primitive(&self.data, primitive, count, &mut self.budget)?;
+        let triangles = triangles::read_triangles(&self.data, primitive, count, &mut self.budget)?;
         self.mesh.faces.extend(triangles.into_iter().map(|triangle| turn(triangle.map(place))));
         Ok(())
     }
 }
 
 /// Makes the error for an index of nothing.
-fn missing(what: &str, index: usize) -> ReadError {
+fn missing_error(what: &str, index: usize) -> ReadError {
     ReadError::file(format!("there is no {what} {index}"), REMEDY)
 }
 

@@ -8,8 +8,8 @@ use flate2::bufread::GzDecoder;
 use flate2::write::GzEncoder;
 
 use super::ReadError;
-use super::room::unreadable;
-use crate::mesh::fallible_allocation::with_fallible_allocation;
+use super::memory::io_error;
+use crate::mesh::room::asking;
 
 /// Signature of a compressed file.
 const MAGIC: &[u8] = b"\x1f\x8b";
@@ -19,22 +19,22 @@ const MAGIC: &[u8] = b"\x1f\x8b";
 const LIMIT: (usize, usize) = (200, 16 << 20);
 
 /// Decompresses the bytes of a mesh file if they are compressed.
-pub(super) fn unpacked(bytes: &[u8]) -> Result<Cow<'_, [u8]>, ReadError> {
+pub(super) fn decompress(bytes: &[u8]) -> Result<Cow<'_, [u8]>, ReadError> {
     if !bytes.starts_with(MAGIC) {
         return Ok(Cow::Borrowed(bytes));
     }
-    unpacked_within(bytes, LIMIT.1.max(bytes.len().saturating_mul(LIMIT.0))).map(Cow::Owned)
+    decompress_within(bytes, LIMIT.1.max(bytes.len().saturating_mul(LIMIT.0))).map(Cow::Owned)
 }
 
 /// Decompresses all members of a file; other bytes after them are padding.
-fn unpacked_within(bytes: &[u8], most: usize) -> Result<Vec<u8>, ReadError> {
+fn decompress_within(bytes: &[u8], most: usize) -> Result<Vec<u8>, ReadError> {
     let (mut out, mut rest) = (Vec::new(), bytes);
     while rest.starts_with(MAGIC) {
         let mut decoder = GzDecoder::new(rest);
         // One byte more than allowed shows that the limit is passed.
         let room = (most - out.len()) as u64 + 1;
         let damaged = |error: std::io::Error| match error.kind() {
-            std::io::ErrorKind::OutOfMemory => unreadable(error),
+            std::io::ErrorKind::OutOfMemory => io_error(error),
             _ => ReadError::file(format!("the gzip data is cut or damaged ({error})"), "fetch the file again"),
         };
         with_fallible_allocation(|| decoder.by_ref().take(room).read_to_end(&mut out)).map_err(damaged)?;
@@ -48,7 +48,7 @@ fn unpacked_within(bytes: &[u8], most: usize) -> Result<Vec<u8>, ReadError> {
 }
 
 /// Compresses bytes; equal input gives equal output.
-pub(super) fn packed(bytes: &[u8]) -> std::io::Result<Vec<u8>> {
+pub(super) fn compress(bytes: &[u8]) -> std::io::Result<Vec<u8>> {
     let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
     encoder.write_all(bytes)?;
     encoder.finish()
@@ -61,25 +61,25 @@ mod tests {
     #[test]
     fn members_and_padding() {
         let text = b"v 0 0 0\n".repeat(1000);
-        let one = packed(&text).unwrap();
+        let one = compress(&text).unwrap();
         assert!(one.len() < text.len() / 10);
-        assert_eq!(*unpacked(&one).unwrap(), text);
+        assert_eq!(*decompress(&one).unwrap(), text);
         let two = [&one[..], &one, &[0; 7]].concat();
-        assert_eq!(*unpacked(&two).unwrap(), [&text[..], &text].concat());
-        assert_eq!(*unpacked(&text).unwrap(), text);
+        assert_eq!(*decompress(&two).unwrap(), [&text[..], &text].concat());
+        assert_eq!(*decompress(&text).unwrap(), text);
     }
 
     #[test]
     fn cut_damaged_and_boundless_data_is_refused_in_one_line() {
-        let bytes = packed(&[0; 100_000]).unwrap();
-        assert_eq!(unpacked_within(&bytes, 100_000).unwrap().len(), 100_000);
+        let bytes = compress(&[0; 100_000]).unwrap();
+        assert_eq!(decompress_within(&bytes, 100_000).unwrap().len(), 100_000);
         let mut damaged = bytes.clone();
         damaged[20] ^= 0xff;
         for error in [
-            unpacked_within(&bytes, 99_999).unwrap_err(),
-            unpacked(&bytes[..bytes.len() - 1]).unwrap_err(),
-            unpacked(&bytes[..7]).unwrap_err(),
-            unpacked(&damaged).unwrap_err(),
+            decompress_within(&bytes, 99_999).unwrap_err(),
+            decompress(&bytes[..bytes.len() - 1]).unwrap_err(),
+            decompress(&bytes[..7]).unwrap_err(),
+            decompress(&damaged).unwrap_err(),
         ] {
             let text = error.to_string();
             assert!(text.starts_with("the gzip data ") && !text.contains('\n'), "{text}");
@@ -88,8 +88,8 @@ mod tests {
 
     #[test]
     fn a_bomb_does_not_fill_the_memory() {
-        let bomb = packed(&vec![0; LIMIT.1 + 1]).unwrap();
+        let bomb = compress(&vec![0; LIMIT.1 + 1]).unwrap();
         assert!(bomb.len() * LIMIT.0 < LIMIT.1);
-        assert!(unpacked(&bomb).unwrap_err().to_string().contains("unpacks to more than"));
+        assert!(decompress(&bomb).unwrap_err().to_string().contains("unpacks to more than"));
     }
 }

@@ -14,7 +14,7 @@ pub enum ImageUse {
 }
 
 /// A converter of images, for example to smaller ones.
-pub trait ImageMaker: Debug + Sync {
+pub trait ImageConverter: Debug + Sync {
     /// Returns the converted file in the same format, as names and media types stay, or `None` to keep the image.
-    fn made(&self, image: &[u8], used: ImageUse) -> Option<Vec<u8>>;
+    fn convert(&self, image: &[u8], used: ImageUse) -> Option<Vec<u8>>;
 }

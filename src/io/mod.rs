@@ -2,12 +2,12 @@
 //!
 //! Readers check the syntax of a file; [`cleanup`](crate::mesh::cleanup) judges the mesh.
 
-mod bare_gltf;
-mod beside;
+mod attributed_writer;
+mod companion_files;
 mod error;
 mod extra;
 #[cfg(any(feature = "gltf", feature = "3mf", feature = "fbx"))]
-mod far_out;
+mod far_from_origin;
 #[cfg(feature = "fbx")]
 mod fbx;
 #[cfg(not(feature = "fbx"))]
@@ -20,34 +20,32 @@ mod gltf;
 #[cfg(not(feature = "gltf"))]
 #[path = "no_gltf.rs"]
 mod gltf;
+mod gltf_file;
+mod group_looks;
 #[cfg(feature = "gzip")]
 mod gzip;
 #[cfg(not(feature = "gzip"))]
 #[path = "no_gzip.rs"]
 mod gzip;
-mod held;
 mod images;
-mod looks;
-mod material;
-mod model;
+mod material_libraries;
+mod material_writer;
+mod memory;
 mod number;
 mod obj;
 mod off;
 #[cfg(any(feature = "3mf", feature = "draco", feature = "fbx", feature = "train"))]
 mod one_line;
 mod output_file;
-mod own_materials;
-#[cfg(any(feature = "3mf", feature = "fbx"))]
-mod own_names;
 mod packing;
 mod pieces;
 mod ply;
-mod points;
+mod point_cloud;
 mod read_path;
-mod room;
 mod scalar;
 mod spool;
 mod stl;
+mod stored_precision;
 mod text;
 mod texture_comments;
 #[cfg(feature = "3mf")]
@@ -56,34 +54,36 @@ mod threemf;
 #[path = "no_threemf.rs"]
 mod threemf;
 #[cfg(any(feature = "3mf", feature = "fbx"))]
+mod unique_materials;
+#[cfg(any(feature = "3mf", feature = "fbx"))]
 mod units;
 mod uri;
 mod write;
 mod write_options;
 mod write_path;
 
+pub use attributed_writer::{Model, WrittenModel, describe_losses, packing, write_attributed};
 use error::UNKNOWN;
-pub use error::{Place, ReadError, WriteError};
-pub use extra::{Column, Extra, Group, Layout, ReadMesh};
+pub use error::{FileLocation, ReadError, WriteError};
+pub use extra::{Column, ColumnLayout, Extra, Group, ReadMesh};
 pub use folder::Folder;
 pub use format::Format;
 #[cfg(feature = "gltf")]
-pub use gltf::{Asset, AssetContents, LighterPart, Part, SceneOptions, write_gltf};
-pub use images::{ImageMaker, ImageUse};
-pub use looks::looks;
-pub use model::{Model, Written, geometry_only, packing, write_attributed};
+pub use gltf::{Asset, AssetContents, AssetPart, SceneOptions, SimplifiedPart, write_gltf};
+pub use group_looks::read_looks;
+pub use images::{ImageConverter, ImageUse};
+pub use memory::{read_file, read_stream};
 #[cfg(feature = "train")]
 pub(crate) use one_line::one_line;
 pub use output_file::{OutputFile, write_files};
 pub use packing::{PackOptions, Packing};
 pub use pieces::{Pieces, Triangle};
-pub use points::read_points;
+pub use point_cloud::read_points;
 pub use read_path::{is_gltf, is_gltf_path, read_attributed_in, read_attributed_path, read_path};
-pub use room::{read_file, read_stream};
 pub use scalar::Scalar;
 pub(crate) use spool::Spool;
 pub use write_options::WriteOptions;
-pub use write_path::{packed_by_name, write_path};
+pub use write_path::{compress_by_name, write_path};
 
 use crate::mesh::{Frame, RawMesh, TriMesh};
 use write::Content;
@@ -101,7 +101,7 @@ use write::Content;
 /// assert!(error.to_string().starts_with("obj: line 1: a vertex needs three numbers"));
 /// ```
 pub fn read(bytes: &[u8], format: Option<Format>) -> Result<RawMesh, ReadError> {
-    read_with(bytes, format, &of_its_own)
+    read_with(bytes, format, &refuse_external_file)
 }
 
 /// Reads a mesh with texture coordinates, normals, colours, groups, materials and further properties; without a
@@ -121,7 +121,7 @@ pub fn read(bytes: &[u8], format: Option<Format>) -> Result<RawMesh, ReadError> 
 /// assert_eq!(read.extra.groups[0].material.as_deref(), Some("skin"));
 /// ```
 pub fn read_attributed(bytes: &[u8], format: Option<Format>) -> Result<ReadMesh, ReadError> {
-    read_attributed_with(bytes, format, &of_its_own)
+    read_attributed_with(bytes, format, &refuse_external_file)
 }
 
 /// Reads as [`read_attributed`]; `fetch` returns the bytes of a file that a glTF names.
@@ -130,8 +130,8 @@ fn read_attributed_with(
     format: Option<Format>,
     fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
 ) -> Result<ReadMesh, ReadError> {
-    let bytes = &gzip::unpacked(bytes)?;
-    let format = known(bytes, format)?;
+    let bytes = &gzip::decompress(bytes)?;
+    let format = detect_format(bytes, format)?;
     let bare = |(mesh, notes)| ReadMesh { mesh, notes, ..ReadMesh::default() };
     let read = match format {
         Format::Obj => obj::read_attributed(bytes),
@@ -147,14 +147,14 @@ fn read_attributed_with(
 }
 
 /// Refuses the external file `uri`: bytes alone have no folder to read it from.
-fn of_its_own(uri: &str) -> Result<Vec<u8>, ReadError> {
+fn refuse_external_file(uri: &str) -> Result<Vec<u8>, ReadError> {
     let what = format!("the buffer {uri:?} is a file of its own");
     Err(ReadError::file(what, "read the asset by its path or export it as GLB"))
 }
 
 /// Returns the given format, else the one that the content shows.
-fn known(bytes: &[u8], format: Option<Format>) -> Result<Format, ReadError> {
-    let format = format.or_else(|| Format::from_content(bytes)).ok_or_else(|| unknown(bytes))?;
+fn detect_format(bytes: &[u8], format: Option<Format>) -> Result<Format, ReadError> {
+    let format = format.or_else(|| Format::from_content(bytes)).ok_or_else(|| unknown_format_error(bytes))?;
     // The signature of UTF-16 text; without this, a reader would complain about the first word.
     if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
         return Err(ReadError::file("the text is in UTF-16", "save it as UTF-8 or ASCII"));
@@ -168,8 +168,8 @@ fn read_with(
     format: Option<Format>,
     fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
 ) -> Result<RawMesh, ReadError> {
-    let bytes = &gzip::unpacked(bytes)?;
-    let format = known(bytes, format)?;
+    let bytes = &gzip::decompress(bytes)?;
+    let format = detect_format(bytes, format)?;
     let mesh = match format {
         Format::Obj => obj::read(bytes),
         Format::Ply | Format::PlyAscii => ply::read(bytes),
@@ -183,7 +183,7 @@ fn read_with(
 }
 
 /// Explains to the user that the bytes are of no known format.
-fn unknown(bytes: &[u8]) -> ReadError {
+fn unknown_format_error(bytes: &[u8]) -> ReadError {
     if bytes.is_empty() {
         return ReadError::file("the file is empty", "give a mesh file");
     }
@@ -199,30 +199,30 @@ fn unknown(bytes: &[u8]) -> ReadError {
 /// Returns whether this build reads files of `format`.
 ///
 /// ```
-/// use neural_mesh::io::{Format, is_read};
-/// assert!(is_read(Format::Ply));
+/// use neural_mesh::io::{Format, can_read};
+/// assert!(can_read(Format::Ply));
 /// ```
-pub fn is_read(format: Format) -> bool {
+pub fn can_read(format: Format) -> bool {
     match format {
-        Format::Fbx => fbx::IS_READ,
-        _ => unwritten(format).is_none(),
+        Format::Fbx => fbx::CAN_READ,
+        _ => write_obstacle(format).is_none(),
     }
 }
 
 /// Explains that FBX is read only.
-const FBX_IS_READ: &str = "fbx is read, not written: choose glb, which holds as much";
+const FBX_READ_ONLY: &str = "fbx is read, not written: choose glb, which holds as much";
 
 /// Returns why this build cannot write `format`, with a remedy, or `None` if it can.
 ///
 /// ```
-/// use neural_mesh::io::{Format, unwritten};
-/// assert_eq!(unwritten(Format::Ply), None);
+/// use neural_mesh::io::{Format, write_obstacle};
+/// assert_eq!(write_obstacle(Format::Ply), None);
 /// ```
-pub fn unwritten(format: Format) -> Option<&'static str> {
+pub fn write_obstacle(format: Format) -> Option<&'static str> {
     match format {
         Format::Gltf | Format::Glb => gltf::MISSING,
         Format::ThreeMf => threemf::MISSING,
-        Format::Fbx => Some(FBX_IS_READ),
+        Format::Fbx => Some(FBX_READ_ONLY),
         _ => None,
     }
 }
@@ -239,7 +239,7 @@ pub fn unwritten(format: Format) -> Option<&'static str> {
 /// assert_eq!(text, b"v 0 0 0\nv 1 0 0\nv 0 0.5 0\nf 1 2 3\n");
 /// ```
 pub fn write(mesh: &TriMesh, frame: &Frame, format: Format) -> Result<Vec<u8>, WriteError> {
-    write_content(Content::of(mesh, frame), format)
+    write_content(Content::from_mesh(mesh, frame), format)
 }
 
 /// Writes a mesh with exact positions, n_vertices x 3 in the file's coordinates, instead of its rounded ones.
@@ -255,14 +255,14 @@ pub fn write(mesh: &TriMesh, frame: &Frame, format: Format) -> Result<Vec<u8>, W
 /// assert_eq!(text, b"v 0 0 0\nv 1 0 0\nv 0 0.1000000000000001 0\nf 1 2 3\n");
 /// ```
 pub fn write_exact(mesh: &TriMesh, positions: Vec<[f64; 3]>, format: Format) -> Result<Vec<u8>, WriteError> {
-    write_content(Content::checked(mesh, positions)?, format)
+    write_content(Content::from_positions(mesh, positions)?, format)
 }
 
 fn write_content(content: Content, format: Format) -> Result<Vec<u8>, WriteError> {
-    write_fitted(&fitted(content, format)?, format)
+    write_prepared(&prepare_content(content, format)?, format)
 }
 
-fn write_fitted(content: &Content, format: Format) -> Result<Vec<u8>, WriteError> {
+fn write_prepared(content: &Content, format: Format) -> Result<Vec<u8>, WriteError> {
     match format {
         Format::Obj => Ok(obj::write(content)),
         Format::Ply => Ok(ply::write_binary(content)),
@@ -272,15 +272,15 @@ fn write_fitted(content: &Content, format: Format) -> Result<Vec<u8>, WriteError
         Format::Off => Ok(off::write(content)),
         Format::Gltf | Format::Glb => gltf::write(content, format),
         Format::ThreeMf => threemf::write(content),
-        Format::Fbx => Err(WriteError { what: FBX_IS_READ.into() }),
+        Format::Fbx => Err(WriteError { what: FBX_READ_ONLY.into() }),
     }
 }
 
 /// Gives the content the digits that the format needs, and checks that its numbers keep the mesh.
-fn fitted(content: Content, format: Format) -> Result<Content, WriteError> {
+fn prepare_content(content: Content, format: Format) -> Result<Content, WriteError> {
     // Readers of these texts may take short singles as doubles, which moves vertices.
     let is_for_doubles = matches!(format, Format::Obj | Format::Off | Format::ThreeMf);
-    let content = if is_for_doubles { content.in_decimals() } else { content };
-    held::check(&content, format)?;
+    let content = if is_for_doubles { content.with_needed_digits() } else { content };
+    stored_precision::check_precision(&content, format)?;
     Ok(content)
 }

@@ -4,7 +4,7 @@ use super::{ReadError, ReadMesh};
 use crate::mesh::RawMesh;
 
 /// Whether this build reads FBX.
-pub(super) const IS_READ: bool = false;
+pub(super) const CAN_READ: bool = false;
 
 /// Refuses every file.
 pub(super) fn read(_: &[u8]) -> Result<RawMesh, ReadError> {

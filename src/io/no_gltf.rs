@@ -1,6 +1,6 @@
 //! Stub of `gltf` for builds without it: refuses files and meshes.
 
-use super::bare_gltf::BareFile;
+use super::gltf_file::GltfFile;
 use super::write::Content;
 use super::write_options::WriteOptions;
 use super::{Format, ReadError, ReadMesh, WriteError};
@@ -36,7 +36,7 @@ pub(super) fn write_attributed(
     _: &[Option<String>],
     _: &[Look],
     options: &WriteOptions,
-) -> Result<BareFile, WriteError> {
-    let of = |bytes| BareFile { bytes, beside: Vec::new(), n_vertices: content.n_vertices(), notes: Vec::new() };
-    write(content, options.format).map(of)
+) -> Result<GltfFile, WriteError> {
+    let file = |bytes| GltfFile { bytes, images: Vec::new(), n_vertices: content.n_vertices(), notes: Vec::new() };
+    write(content, options.format).map(file)
 }

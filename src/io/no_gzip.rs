@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use super::ReadError;
 
 /// Returns the bytes as they are; refuses compressed ones.
-pub(super) fn unpacked(bytes: &[u8]) -> Result<Cow<'_, [u8]>, ReadError> {
+pub(super) fn decompress(bytes: &[u8]) -> Result<Cow<'_, [u8]>, ReadError> {
     match bytes {
         [0x1f, 0x8b, ..] => {
             Err(ReadError::file("this build reads no gzip", "build with the feature gzip or unpack the file"))
@@ -15,6 +15,6 @@ pub(super) fn unpacked(bytes: &[u8]) -> Result<Cow<'_, [u8]>, ReadError> {
 }
 
 /// Refuses to compress.
-pub(super) fn packed(_: &[u8]) -> std::io::Result<Vec<u8>> {
+pub(super) fn compress(_: &[u8]) -> std::io::Result<Vec<u8>> {
     Err(std::io::Error::other("this build writes no gzip"))
 }

@@ -7,12 +7,12 @@ mod wedges;
 mod write;
 
 use super::ReadError;
-use super::extra::{self, Extra, ReadMesh, without_nan};
-use super::room::room;
+use super::extra::{self, Extra, ReadMesh, replace_non_finite};
+use super::memory::reserve;
 use super::text::Text;
 use crate::mesh::{Attributes, Channel, Fans, RawMesh, Role};
-use groups::Groups;
-use wedges::Wedges;
+use groups::ObjGroups;
+use wedges::ObjWedges;
 pub(super) use write::{write, write_attributed};
 
 /// Index of no vertex; cleanup drops faces with it.
@@ -22,7 +22,7 @@ const REMEDY: &str = "fix the line or export the mesh again";
 
 /// Reads the geometry of an OBJ text, with BOM, CRLF, continued lines, relative indices and comments in any encoding.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
-    let mut reader = Reader::default();
+    let mut reader = ObjReader::default();
     reader.read(bytes)?;
     reader.fans.triangulate(&reader.mesh.positions, &mut reader.mesh.faces);
     Ok(reader.mesh)
@@ -32,16 +32,16 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
 ///
 /// Corners without a valid texture coordinate or normal get zeros. If some vertices have colours, the others get white.
 pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
-    let mut reader = Reader { keeps: true, ..Reader::default() };
+    let mut reader = ObjReader { reads_attributes: true, ..ObjReader::default() };
     reader.read(bytes)?;
     Ok(reader.finish())
 }
 
 /// State of the reader.
 #[derive(Default)]
-struct Reader<'a> {
+struct ObjReader<'a> {
     /// Whether attributes are read, not only geometry.
-    keeps: bool,
+    reads_attributes: bool,
     /// Mesh so far; its faces index wedges once `wedges` exists.
     mesh: RawMesh,
     fans: Fans,
@@ -49,28 +49,28 @@ struct Reader<'a> {
     corners: Vec<[u32; 3]>,
     /// Corners of the current face, as wedges or vertices.
     numbers: Vec<u32>,
-    /// Wedges, from the first corner on that has more than a vertex.
-    wedges: Option<Wedges>,
+    /// ObjWedges, from the first corner on that has more than a vertex.
+    wedges: Option<ObjWedges>,
     /// Values of the `vt` lines, n x 2, and of the `vn` lines, n x 3.
     uvs: Vec<f32>,
     normals: Vec<f32>,
     /// Colours of the vertices, n_vertices x 3; empty while none has one.
     colours: Vec<f32>,
-    groups: Groups<'a>,
+    groups: ObjGroups<'a>,
     libraries: Vec<&'a [u8]>,
-    dropped: Dropped,
+    ignored: IgnoredStatements,
 }
 
 /// Counts of ignored statements.
 #[derive(Default)]
-struct Dropped {
+struct IgnoredStatements {
     third_coordinates: usize,
     lines: usize,
     points: usize,
     curves: usize,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> ObjReader<'a> {
     fn read(&mut self, bytes: &'a [u8]) -> Result<(), ReadError> {
         // Unknown statements are skipped, not refused: exporters add their own.
         let mut text = Text::new(bytes).with_continuation();
@@ -85,7 +85,7 @@ impl<'a> Reader<'a> {
                     text.advance(1);
                     self.read_face(&mut text)?;
                 }
-                _ if self.keeps => self.read_statement(&mut text),
+                _ if self.reads_attributes => self.read_statement(&mut text),
                 _ => {}
             }
             text.skip_line();
@@ -101,11 +101,11 @@ impl<'a> Reader<'a> {
             text.skip_blanks();
             *x = text.number().ok_or_else(|| text.error("a vertex needs three numbers", REMEDY))?;
         }
-        room(&mut self.mesh.positions, 1)?;
+        reserve(&mut self.mesh.positions, 1)?;
         self.mesh.positions.push(position);
         // One number more is a weight; only three are a colour.
-        if self.keeps && (!self.colours.is_empty() || !text.is_line_done()) {
-            let colour = values::<3>(text);
+        if self.reads_attributes && (!self.colours.is_empty() || !text.is_line_done()) {
+            let colour = parse_values::<3>(text);
             if let Some(colour) = colour.filter(|&(_, n)| n == 3).map(|(colour, _)| colour) {
                 self.colours.resize(3 * (self.mesh.positions.len() - 1), 1.0);
                 self.colours.extend(colour);
@@ -118,20 +118,20 @@ impl<'a> Reader<'a> {
     fn read_face(&mut self, text: &mut Text) -> Result<(), ReadError> {
         self.read_corners(text)?;
         self.numbers.clear();
-        room(&mut self.numbers, self.corners.len())?;
+        reserve(&mut self.numbers, self.corners.len())?;
         if self.wedges.is_none() && self.corners.iter().any(|corner| corner[1..] != [NOWHERE; 2]) {
-            self.wedges = Some(Wedges::of_plain(&mut self.mesh.faces));
+            self.wedges = Some(ObjWedges::from_vertices(&mut self.mesh.faces));
         }
         match &mut self.wedges {
             Some(wedges) => self.numbers.extend(self.corners.iter().map(|&corner| wedges.number(corner))),
             None => self.numbers.extend(self.corners.iter().map(|corner| corner[0])),
         }
         let n_before = self.mesh.faces.len();
-        room(&mut self.mesh.faces, self.numbers.len())?;
+        reserve(&mut self.mesh.faces, self.numbers.len())?;
         if !self.fans.push(&self.numbers, &mut self.mesh.faces) {
             self.mesh.dropped_faces += 1;
-        } else if self.keeps {
-            self.groups.cover(n_before, self.mesh.faces.len());
+        } else if self.reads_attributes {
+            self.groups.assign(n_before, self.mesh.faces.len());
         }
         Ok(())
     }
@@ -144,15 +144,15 @@ impl<'a> Reader<'a> {
             let problem = "a corner of a face needs a vertex number";
             // A bad vertex number is an error, a bad texture coordinate or normal only missing.
             let vertex = text.integer().ok_or_else(|| text.error(problem, REMEDY))?;
-            let mut corner = [from_zero(vertex, counts[0]), NOWHERE, NOWHERE];
+            let mut corner = [to_zero_based(vertex, counts[0]), NOWHERE, NOWHERE];
             for (part, &count) in corner.iter_mut().zip(&counts).skip(1) {
-                if !self.keeps || text.rest().first() != Some(&b'/') {
+                if !self.reads_attributes || text.rest().first() != Some(&b'/') {
                     break;
                 }
                 text.advance(1);
-                *part = text.integer().map_or(NOWHERE, |index| from_zero(index, count));
+                *part = text.integer().map_or(NOWHERE, |index| to_zero_based(index, count));
             }
-            room(&mut self.corners, 1)?;
+            reserve(&mut self.corners, 1)?;
             self.corners.push(corner);
             while !text.is_between_words() {
                 text.advance(1);
@@ -165,15 +165,15 @@ impl<'a> Reader<'a> {
     fn read_statement(&mut self, text: &mut Text<'a>) {
         match text.word() {
             b"vt" => {
-                let (values, _) = values::<3>(text).unwrap_or_default();
+                let (values, _) = parse_values::<3>(text).unwrap_or_default();
                 self.uvs.extend(&values[..2]);
-                self.dropped.third_coordinates += usize::from(values[2] != 0.0);
+                self.ignored.third_coordinates += usize::from(values[2] != 0.0);
             }
-            b"vn" => self.normals.extend(values::<3>(text).unwrap_or_default().0),
+            b"vn" => self.normals.extend(parse_values::<3>(text).unwrap_or_default().0),
             b"mtllib" => self.libraries.push(text.rest_of_line()),
-            b"l" => self.dropped.lines += 1,
-            b"p" => self.dropped.points += 1,
-            b"vp" | b"curv" | b"curv2" | b"surf" => self.dropped.curves += 1,
+            b"l" => self.ignored.lines += 1,
+            b"p" => self.ignored.points += 1,
+            b"vp" | b"curv" | b"curv2" | b"surf" => self.ignored.curves += 1,
             word if word.len() <= 6 => {
                 self.groups.take(word, text.rest_of_line());
             }
@@ -183,9 +183,11 @@ impl<'a> Reader<'a> {
 
     /// Assembles the result.
     fn finish(mut self) -> ReadMesh {
-        let mut notes = self.dropped.notes();
-        let not_finite: usize =
-            [&mut self.uvs, &mut self.normals, &mut self.colours].into_iter().map(|values| without_nan(values)).sum();
+        let mut notes = self.ignored.notes();
+        let not_finite: usize = [&mut self.uvs, &mut self.normals, &mut self.colours]
+            .into_iter()
+            .map(|values| replace_non_finite(values))
+            .sum();
         if not_finite > 0 {
             notes
                 .push(format!("{not_finite} numbers of texture coordinates, normals or colours are not finite: zeros"));
@@ -193,21 +195,21 @@ impl<'a> Reader<'a> {
         if !self.colours.is_empty() {
             self.colours.resize(3 * self.mesh.positions.len(), 1.0);
         }
-        notes.extend(self.groups.judge());
+        notes.extend(self.groups.drop_varied_names());
         let latin1 =
             self.groups.names().chain(self.libraries.iter().copied()).any(|name| std::str::from_utf8(name).is_err());
-        let text = |name: &&[u8]| if latin1 { extra::latin1(name) } else { extra::decoded(name) };
+        let text = |name: &&[u8]| if latin1 { extra::decode_latin1(name) } else { extra::decode_text(name) };
         let material_libraries = self.libraries.iter().map(text).collect();
-        let extra = Extra { groups: self.groups.named(latin1), material_libraries, latin1, ..Extra::default() };
+        let extra = Extra { groups: self.groups.to_groups(latin1), material_libraries, latin1, ..Extra::default() };
         let groups = std::mem::take(&mut self.groups.of_faces);
-        let (wedges, channels) = self.settle();
+        let (wedges, channels) = self.finish_faces();
         let mut mesh = self.mesh;
         mesh.attributes = Attributes { wedges, channels, groups };
         ReadMesh { mesh, extra, notes, format: None }
     }
 
     /// Triangulates polygons and returns to vertex indices; returns wedges and channels.
-    fn settle(&mut self) -> (Vec<[u32; 3]>, Vec<Channel>) {
+    fn finish_faces(&mut self) -> (Vec<[u32; 3]>, Vec<Channel>) {
         let RawMesh { positions, faces, .. } = &mut self.mesh;
         let fans = std::mem::take(&mut self.fans);
         let Some(wedges) = self.wedges.take() else {
@@ -231,7 +233,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-impl Dropped {
+impl IgnoredStatements {
     fn notes(&self) -> Vec<String> {
         let named = [
             (self.third_coordinates, "third texture coordinates"),
@@ -248,18 +250,18 @@ fn channel(name: &str, role: Role, width: usize, values: Vec<f32>) -> Channel {
 }
 
 /// Returns the first channel of a role; the format holds one of each.
-fn channel_of(attributes: &Attributes, role: Role) -> Option<&Channel> {
+fn find_channel(attributes: &Attributes, role: Role) -> Option<&Channel> {
     attributes.channels.iter().find(|channel| channel.role == role)
 }
 
 /// Converts an index of the file, which counts from one, or back from the last, to one from zero.
-fn from_zero(index: i64, count: usize) -> u32 {
+fn to_zero_based(index: i64, count: usize) -> u32 {
     u32::try_from(if index < 0 { count as i64 + index } else { index - 1 }).unwrap_or(NOWHERE)
 }
 
 /// Parses up to `N` numbers of the line and returns them with their count, or `None` without any; ignores their
 /// precision.
-fn values<const N: usize>(text: &mut Text) -> Option<([f32; N], usize)> {
+fn parse_values<const N: usize>(text: &mut Text) -> Option<([f32; N], usize)> {
     let double = text.double;
     let (mut values, mut n) = ([0.0; N], 0);
     while n < N {
@@ -354,7 +356,7 @@ mod tests {
         ) {
             let text = format!("{SQUARE}{}\n", lines.join("\n")).trim_end().to_string();
             let ReadMesh { mesh, .. } = read_attributed(text.as_bytes()).unwrap();
-            let channel = |role| channel_of(&mesh.attributes, role);
+            let channel = |role| find_channel(&mesh.attributes, role);
             let value = |role, face: usize, corner: usize| match channel(role) {
                 Some(channel) => channel.value(mesh.attributes.wedges[face][corner]).to_vec(),
                 None => vec![0.0; 3],
@@ -418,7 +420,7 @@ mod tests {
         for (text, line) in [("v 0 0\n", 1), ("v 0 0 0\nv 1 x 0", 2), ("\n\nv 1 2 3.1+e2\n", 3), ("# a\r\nf 1 a 2", 2)]
         {
             let error = read(text.as_bytes()).unwrap_err();
-            assert_eq!(error.place, crate::io::Place::Line(line), "{error}");
+            assert_eq!(error.location, crate::io::FileLocation::Line(line), "{error}");
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Geomview OFF as text; colours, normals and texture coordinates are ignored.
 
 use super::ReadError;
-use super::room::room;
+use super::memory::reserve;
 use super::text::Text;
 use super::write::{Content, push_rows};
 use crate::mesh::{Fans, RawMesh};
@@ -101,12 +101,12 @@ fn read_faces(text: &mut Text, n_faces: usize, mesh: &mut RawMesh) -> Result<boo
             // An index out of range is for cleanup to drop.
             let vertex = text.integer().ok_or_else(|| missing(text, face, n_faces))?;
             // A count is a claim as well: memory grows with the corners that are there.
-            room(&mut corners, 1)?;
+            reserve(&mut corners, 1)?;
             corners.push(u32::try_from(vertex).unwrap_or(u32::MAX));
         }
         is_more_said |= !text.is_line_done();
         text.skip_line();
-        room(&mut mesh.faces, corners.len())?;
+        reserve(&mut mesh.faces, corners.len())?;
         mesh.dropped_faces += usize::from(!fans.push(&corners, &mut mesh.faces));
     }
     fans.triangulate(&mesh.positions, &mut mesh.faces);

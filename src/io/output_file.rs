@@ -34,7 +34,7 @@ pub fn write_files(folder: &Path, files: &[OutputFile], force: bool) -> Result<(
     for file in files {
         let is_inside = file.path.components().all(|part| matches!(part, Component::Normal(_)));
         if !is_inside || file.path.as_os_str().is_empty() {
-            return Err(outside(&file.path));
+            return Err(outside_error(&file.path));
         }
     }
     for (number, file) in files.iter().enumerate() {
@@ -55,7 +55,7 @@ fn write_inside(folder: &Path, file: &OutputFile, force: bool) -> Result<(), Wri
     let existing = parent.ancestors().find(|place| place.exists()).unwrap_or(folder);
     let (inside, existing) = (folder.canonicalize().map_err(problem)?, existing.canonicalize().map_err(problem)?);
     if !existing.starts_with(inside) {
-        return Err(outside(&file.path));
+        return Err(outside_error(&file.path));
     }
     std::fs::create_dir_all(parent).map_err(problem)?;
     // A texture shared by several outputs is written once and needs no `force`.
@@ -66,7 +66,7 @@ fn write_inside(folder: &Path, file: &OutputFile, force: bool) -> Result<(), Wri
     write_path(&path, &file.bytes, force).map_err(named)
 }
 
-fn outside(path: &Path) -> WriteError {
+fn outside_error(path: &Path) -> WriteError {
     WriteError { what: format!("{} leads out of the output folder: rename it in the asset", path.display()) }
 }
 

@@ -3,7 +3,7 @@
 use crate::mesh::PositionGrid;
 
 /// Positions and faces of a mesh.
-pub(super) type Faces<'a> = (&'a [[f32; 3]], &'a [[u32; 3]]);
+pub(super) type LevelMesh<'a> = (&'a [[f32; 3]], &'a [[u32; 3]]);
 
 /// Options for packing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,9 +30,9 @@ pub struct Packing {
 
 impl Packing {
     /// Chooses one grid for all levels of a mesh; a note reports when there is none.
-    pub(super) fn of_levels(levels: &[Faces], options: &PackOptions) -> (Self, Option<String>) {
+    pub(super) fn for_levels(levels: &[LevelMesh], options: &PackOptions) -> (Self, Option<String>) {
         let grid = grid_for(levels, options.bits);
-        let note = grid.is_none().then(|| format!("positions {}", stays()));
+        let note = grid.is_none().then(|| format!("positions {}", unpacked_words()));
         (Self { grids: vec![grid], compress: options.compress }, note)
     }
 
@@ -48,7 +48,7 @@ impl Packing {
 }
 
 /// Returns the coarsest grid of at least `bits` bits that keeps all meshes as they are.
-pub(super) fn grid_for(meshes: &[Faces], bits: u32) -> Option<PositionGrid> {
+pub(super) fn grid_for(meshes: &[LevelMesh], bits: u32) -> Option<Grid> {
     let corners =
         || meshes.iter().flat_map(|(positions, faces)| faces.as_flattened().iter().map(|&v| positions[v as usize]));
     let grids = (bits..=PackOptions::MOST_BITS).filter_map(|bits| PositionGrid::from_points(corners(), bits));
@@ -57,7 +57,7 @@ pub(super) fn grid_for(meshes: &[Faces], bits: u32) -> Option<PositionGrid> {
 }
 
 /// Returns the words of a note about positions without a grid.
-pub(super) fn stays() -> String {
+pub(super) fn unpacked_words() -> String {
     let most = PackOptions::MOST_BITS;
     format!(
         "stay in single precision: on a grid of {most} bits it would be another mesh, or something else counts on them"

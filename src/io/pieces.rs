@@ -22,18 +22,18 @@ const BUFFER: usize = 1 << 20;
 pub type Triangle = [[f32; 3]; 3];
 
 /// A receiver of positions.
-type Take<'a> = dyn FnMut([f64; 3]) + 'a;
+type PositionReceiver<'a> = dyn FnMut([f64; 3]) + 'a;
 
 /// A mesh file that is read in a stream, as often as needed.
 #[derive(Debug)]
 pub struct Pieces {
     path: PathBuf,
-    kind: Kind,
+    kind: PiecesKind,
 }
 
 #[derive(Debug)]
-enum Kind {
-    Ply(ply::Layout),
+enum PiecesKind {
+    Ply(ply::PlyLayout),
     Stl { n_faces: u64 },
     Obj { n_vertices: u64, double: bool, has_more: bool },
 }
@@ -55,9 +55,9 @@ impl Pieces {
         let kind = match Format::from_path(path) {
             // A compressed file cannot be read from the middle.
             _ if Format::without_gz(path) != path => None,
-            Some(Format::Ply) => ply::layout(path)?.map(Kind::Ply),
-            Some(Format::Stl) => stl::n_faces(path)?.map(|n_faces| Kind::Stl { n_faces }),
-            Some(Format::Obj) => Some(obj::counted(path)?),
+            Some(Format::Ply) => ply::layout(path)?.map(PiecesKind::Ply),
+            Some(Format::Stl) => stl::n_faces(path)?.map(|n_faces| PiecesKind::Stl { n_faces }),
+            Some(Format::Obj) => Some(obj::scan(path)?),
             _ => None,
         };
         let what = "only binary PLY and STL and OBJ are read in pieces";
@@ -68,36 +68,36 @@ impl Pieces {
     /// Returns the number of faces that the file announces; for OBJ, an estimate of two per vertex.
     pub fn n_faces(&self) -> u64 {
         match &self.kind {
-            Kind::Ply(layout) => layout.n_faces(),
-            Kind::Stl { n_faces } => *n_faces,
-            Kind::Obj { n_vertices, .. } => 2u64.saturating_mul(*n_vertices),
+            PiecesKind::Ply(layout) => layout.n_faces(),
+            PiecesKind::Stl { n_faces } => *n_faces,
+            PiecesKind::Obj { n_vertices, .. } => 2u64.saturating_mul(*n_vertices),
         }
     }
 
     /// Describes what the file holds besides geometry, or returns `None`.
-    pub fn carries(&self) -> Option<String> {
+    pub fn other_content(&self) -> Option<String> {
         match &self.kind {
-            Kind::Ply(layout) => layout.others(),
-            Kind::Stl { .. } => None,
-            Kind::Obj { has_more, .. } => has_more.then(|| "texture coordinates, normals or materials".into()),
+            PiecesKind::Ply(layout) => layout.other_properties(),
+            PiecesKind::Stl { .. } => None,
+            PiecesKind::Obj { has_more, .. } => has_more.then(|| "texture coordinates, normals or materials".into()),
         }
     }
 
     /// Returns the bytes kept in memory while triangles are read.
-    pub fn n_held_bytes(&self) -> u64 {
+    pub fn n_memory_bytes(&self) -> u64 {
         match &self.kind {
-            Kind::Ply(layout) => 12u64.saturating_mul(layout.n_vertices()),
-            Kind::Stl { .. } => 0,
-            Kind::Obj { n_vertices, .. } => 12u64.saturating_mul(*n_vertices),
+            PiecesKind::Ply(layout) => 12u64.saturating_mul(layout.n_vertices()),
+            PiecesKind::Stl { .. } => 0,
+            PiecesKind::Obj { n_vertices, .. } => 12u64.saturating_mul(*n_vertices),
         }
     }
 
     /// Returns whether positions are doubles.
     pub fn is_double(&self) -> bool {
         match &self.kind {
-            Kind::Ply(layout) => layout.is_double(),
-            Kind::Stl { .. } => false,
-            Kind::Obj { double, .. } => *double,
+            PiecesKind::Ply(layout) => layout.is_double(),
+            PiecesKind::Stl { .. } => false,
+            PiecesKind::Obj { double, .. } => *double,
         }
     }
 
@@ -107,11 +107,11 @@ impl Pieces {
     /// [`ReadError`] if the file is cut or holds an invalid number.
     pub fn each_position(&self, take: &mut dyn FnMut([f64; 3])) -> Result<(), ReadError> {
         match &self.kind {
-            Kind::Ply(layout) => layout.each_position(self.open_file()?, take),
-            Kind::Stl { n_faces } => stl::each_triangle(self.open_file()?, *n_faces, |corners| {
+            PiecesKind::Ply(layout) => layout.each_position(self.open_file()?, take),
+            PiecesKind::Stl { n_faces } => stl::each_triangle(self.open_file()?, *n_faces, |corners| {
                 corners.iter().for_each(|p| take(p.map(f64::from)));
             }),
-            Kind::Obj { .. } => obj::each_position(self.open_file()?, take),
+            PiecesKind::Obj { .. } => obj::each_position(self.open_file()?, take),
         }
     }
 
@@ -123,9 +123,9 @@ impl Pieces {
     /// As [`each_position`](Self::each_position), and if memory for the positions is lacking.
     pub fn each_triangle(&self, frame: &Frame, take: &mut dyn FnMut(Triangle)) -> Result<u64, ReadError> {
         let mut n_broken = 0;
-        if let Kind::Stl { n_faces } = &self.kind {
+        if let PiecesKind::Stl { n_faces } = &self.kind {
             stl::each_triangle(self.open_file()?, *n_faces, |corners| {
-                show(corners.map(|p| Some(frame.to_local(p.map(f64::from)))), take, &mut n_broken);
+                pass_on(corners.map(|p| Some(frame.to_local(p.map(f64::from)))), take, &mut n_broken);
             })?;
             return Ok(n_broken);
         }
@@ -134,12 +134,12 @@ impl Pieces {
         let mut face = |corners: &[i64]| match corners {
             [first, rest @ .., _] if !rest.is_empty() => {
                 let fan = corners[1..].windows(2);
-                fan.for_each(|edge| show([*first, edge[0], edge[1]].map(at), take, &mut n_broken));
+                fan.for_each(|edge| pass_on([*first, edge[0], edge[1]].map(at), take, &mut n_broken));
             }
             _ => n_broken += 1,
         };
         match &self.kind {
-            Kind::Ply(layout) => layout.each_face(self.open_file()?, &mut face)?,
+            PiecesKind::Ply(layout) => layout.each_face(self.open_file()?, &mut face)?,
             _ => obj::each_face(self.open_file()?, &mut face)?,
         }
         Ok(n_broken)
@@ -148,7 +148,7 @@ impl Pieces {
     /// Reads all positions, n_vertices x 3.
     fn positions(&self, frame: &Frame) -> Result<Vec<[f32; 3]>, ReadError> {
         let mut positions = Vec::new();
-        let n = usize::try_from(self.n_held_bytes() / 12).unwrap_or(usize::MAX);
+        let n = usize::try_from(self.n_memory_bytes() / 12).unwrap_or(usize::MAX);
         let what = "its vertices take more memory than there is";
         make_room(&mut positions, n).map_err(|_| ReadError::file(what, "allow more memory or convert it to STL"))?;
         self.each_position(&mut |p| positions.push(frame.to_local(p)))?;
@@ -161,7 +161,7 @@ impl Pieces {
 }
 
 /// Passes on a triangle with three finite corners; counts any other.
-fn show(corners: [Option<[f32; 3]>; 3], take: &mut dyn FnMut(Triangle), n_broken: &mut u64) {
+fn pass_on(corners: [Option<[f32; 3]>; 3], take: &mut dyn FnMut(Triangle), n_broken: &mut u64) {
     match corners {
         [Some(a), Some(b), Some(c)] if [a, b, c].as_flattened().iter().all(|x| x.is_finite()) => take([a, b, c]),
         _ => *n_broken += 1,
@@ -175,7 +175,7 @@ fn open(path: &Path) -> Result<BufReader<File>, ReadError> {
 }
 
 /// Reads at most the first `most` bytes of a file.
-fn beginning(path: &Path, most: u64) -> Result<Vec<u8>, ReadError> {
+fn read_beginning(path: &Path, most: u64) -> Result<Vec<u8>, ReadError> {
     let mut bytes = Vec::new();
     open(path)?.take(most).read_to_end(&mut bytes).map_err(|error| unreadable(&error))?;
     Ok(bytes)
@@ -199,7 +199,7 @@ mod tests {
     use crate::io::read_path;
 
     /// Reads the triangles of a file as a whole and in pieces.
-    fn both(path: &Path) -> [Vec<Triangle>; 2] {
+    fn read_both_ways(path: &Path) -> [Vec<Triangle>; 2] {
         let raw = read_path(path, None).unwrap();
         let at = |v: u32| raw.positions[v as usize].map(|x| x as f32);
         let whole = raw.faces.iter().map(|face| face.map(at)).collect();
@@ -209,7 +209,7 @@ mod tests {
         [whole, pieces]
     }
 
-    fn written(name: &str, bytes: &[u8]) -> (tempfile::TempDir, PathBuf) {
+    fn write_file(name: &str, bytes: &[u8]) -> (tempfile::TempDir, PathBuf) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(name);
         std::fs::write(&path, bytes).unwrap();
@@ -221,8 +221,8 @@ mod tests {
         let mesh = crate::mesh::shapes::torus(12, 7, 1.0, 0.3);
         for format in [Format::Ply, Format::Stl, Format::Obj] {
             let bytes = crate::io::write(&mesh, &Frame::default(), format).unwrap();
-            let (_folder, path) = written(&format!("a.{}", format.name()), &bytes);
-            let [whole, pieces] = both(&path);
+            let (_folder, path) = write_file(&format!("a.{}", format.name()), &bytes);
+            let [whole, pieces] = read_both_ways(&path);
             assert_eq!(whole, pieces, "{format:?}");
         }
     }
@@ -235,9 +235,9 @@ mod tests {
             [f64::from(i & 1), f64::from(i >> 1), 0.0].iter().for_each(|x| bytes.extend(x.to_be_bytes()));
         }
         bytes.extend([0, 1, 0, 0, 0, 0, 0, 0, 0, 4, 0, 0, 0, 1, 0, 3, 0, 2, 0, 0, 0, 9]);
-        let (_folder, path) = written("a.ply", &bytes);
+        let (_folder, path) = write_file("a.ply", &bytes);
         let pieces = Pieces::open(&path).unwrap();
-        assert!(pieces.is_double() && pieces.n_held_bytes() == 48);
+        assert!(pieces.is_double() && pieces.n_memory_bytes() == 48);
         let mut triangles = Vec::new();
         pieces.each_triangle(&Frame::default(), &mut |it| triangles.push(it)).unwrap();
         assert_eq!(triangles.len(), 2);
@@ -247,7 +247,7 @@ mod tests {
     #[test]
     fn an_obj_counts_from_either_end_and_skips_what_is_no_geometry() {
         let text = "# a\r\nv 0 0 0\r\nv 1 0 0 0.5 0.5 0.5\nvt 0 0\nv 0 1 0\nusemtl x\nf 1/1 2/1/1 3//1\nf -3 -2 \\\n -1\nf 1 2\nf 1 2 9\nv 1 1 nan\nf 1 2 4\n";
-        let (_folder, path) = written("a.obj", text.as_bytes());
+        let (_folder, path) = write_file("a.obj", text.as_bytes());
         let mut triangles = Vec::new();
         let pieces = Pieces::open(&path).unwrap();
         let n_broken = pieces.each_triangle(&Frame::default(), &mut |it| triangles.push(it)).unwrap();
@@ -260,7 +260,7 @@ mod tests {
         let mesh = crate::mesh::shapes::icosphere(1);
         for format in [Format::Ply, Format::Stl] {
             let bytes = crate::io::write(&mesh, &Frame::default(), format).unwrap();
-            let (_folder, path) = written(&format!("a.{}", format.name()), &bytes[..bytes.len() - 7]);
+            let (_folder, path) = write_file(&format!("a.{}", format.name()), &bytes[..bytes.len() - 7]);
             let error = Pieces::open(&path).and_then(|it| it.each_triangle(&Frame::default(), &mut |_| ()));
             assert!(error.unwrap_err().to_string().contains("too soon"), "{format:?}");
         }
@@ -269,7 +269,7 @@ mod tests {
             ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 0\nend_header\n"),
             ("a.stl", b"solid x\nendsolid x\n"),
         ] {
-            let (_folder, path) = written(name, bytes);
+            let (_folder, path) = write_file(name, bytes);
             let error = Pieces::open(&path).unwrap_err().to_string();
             assert!(error.contains("only binary PLY and STL and OBJ"), "{name}: {error}");
         }
@@ -282,7 +282,7 @@ mod tests {
         let mesh = crate::mesh::shapes::icosphere(1);
         for format in [Format::Ply, Format::Stl, Format::Obj] {
             let whole = crate::io::write(&mesh, &Frame::default(), format).unwrap();
-            let (_folder, path) = written(&format!("a.{}", format.name()), &whole);
+            let (_folder, path) = write_file(&format!("a.{}", format.name()), &whole);
             for _ in 0..400 {
                 let mut bytes = whole.clone();
                 for _ in 0..1 + random.next_u32() % 4 {

@@ -15,7 +15,7 @@ use source::Source;
 pub(super) use write::{write_attributed, write_binary, write_text};
 
 use super::extra::{Extra, ReadMesh};
-use super::room::room;
+use super::memory::reserve;
 use super::text::Text;
 use super::{ReadError, Scalar};
 use crate::mesh::{Fans, RawMesh};
@@ -47,7 +47,7 @@ fn open<'a>(bytes: &'a [u8], header: &Header) -> Source<'a> {
     match header.encoding {
         Encoding::Text => {
             let text = Text::new(bytes).starting_at(header.body);
-            // Rows without properties are no lines of the text.
+            // RowRange without properties are no lines of the text.
             let elements = header.elements.iter().filter(|element| !element.properties.is_empty());
             let rows_left = elements.fold(0, |sum: usize, element| sum.saturating_add(element.count));
             Source::Text { text, rows_left, has_lines: None }
@@ -65,15 +65,15 @@ fn read_geometry(bytes: &[u8], header: &Header) -> Result<RawMesh, ReadError> {
             "vertex" => read_vertices(&mut source, element, &mut mesh)?,
             "face" => read_faces(&mut source, element, &mut mesh, &mut fans)?,
             "tristrips" => read_strips(&mut source, element, &mut mesh)?,
-            _ => walk(&mut source, &Rows { element, start: 0, list: None }, |_| (), |_, _| ())?,
+            _ => walk(&mut source, &RowRange { element, start: 0, list: None }, |_| (), |_, _| ())?,
         }
     }
     fans.triangulate(&mesh.positions, &mut mesh.faces);
     Ok(mesh)
 }
 
-/// Rows of an element from `start` on, and the list property to read.
-struct Rows<'a> {
+/// RowRange of an element from `start` on, and the list property to read.
+struct RowRange<'a> {
     element: &'a Element,
     start: usize,
     list: Option<usize>,
@@ -82,16 +82,16 @@ struct Rows<'a> {
 /// Reads all values of the rows in order; passes on the requested lists, and each scalar with its property index.
 fn walk(
     source: &mut Source,
-    rows: &Rows,
+    rows: &RowRange,
     mut take_list: impl FnMut(&[u32]),
     mut take: impl FnMut(usize, f64),
 ) -> Result<(), ReadError> {
-    let Rows { element, start, list: wanted } = *rows;
+    let RowRange { element, start, list: wanted } = *rows;
     // // An element without properties takes no bytes, whatever its count: looping over it could take forever.
     let n_rows = if element.properties.is_empty() { 0 } else { element.count };
     let mut list = Vec::new();
     for row in start..n_rows {
-        let mut next = |scalar| source.scalar(scalar).ok_or_else(|| source.cut(element, row));
+        let mut next = |scalar| source.scalar(scalar).ok_or_else(|| source.cut_error(element, row));
         for (i, property) in element.properties.iter().enumerate() {
             let Some(length) = property.length else {
                 take(i, next(property.scalar)?);
@@ -122,20 +122,20 @@ fn index(value: f64) -> u32 {
 fn read_vertices(source: &mut Source, element: &Element, mesh: &mut RawMesh) -> Result<(), ReadError> {
     let axes = [element.scalar("x")?, element.scalar("y")?, element.scalar("z")?];
     mesh.double |= axes.iter().any(|&axis| element.properties[axis].scalar.is_wide());
-    // Rows of equal length are decoded in parallel; after the check that they are all there.
+    // RowRange of equal length are decoded in parallel; after the check that they are all there.
     if let (Source::Binary { bytes, at, big }, Some((offsets, stride))) = (&mut *source, element.layout()) {
         let Some(records) = records(&bytes[*at..], element.count, stride) else {
-            return Err(source.cut(element, source.left() / stride));
+            return Err(source.cut_error(element, source.n_bytes_left() / stride));
         };
         let scalars = axes.map(|axis| (offsets[axis], element.properties[axis].scalar));
-        room(&mut mesh.positions, element.count)?;
+        reserve(&mut mesh.positions, element.count)?;
         decode_positions(records, stride, scalars, *big, &mut mesh.positions);
         *at += records.len();
         return Ok(());
     }
     let mut position = [0.0; 3];
     let last = axes.into_iter().max();
-    let rows = Rows { element, start: 0, list: None };
+    let rows = RowRange { element, start: 0, list: None };
     let take = |property, value| {
         if let Some(axis) = axes.iter().position(|&axis| axis == property) {
             position[axis] = value;
@@ -177,12 +177,12 @@ fn decode_positions(
 fn read_faces(source: &mut Source, element: &Element, mesh: &mut RawMesh, fans: &mut Fans) -> Result<(), ReadError> {
     let list = element.list(&["vertex_indices", "vertex_index"]);
     if list.is_none() && element.count > 0 {
-        return Err(element.lacks("list of vertex_indices"));
+        return Err(element.missing_error("list of vertex_indices"));
     }
     let start = read_leading_triangles(source, element, &mut mesh.faces)?;
     let RawMesh { faces, dropped_faces, .. } = mesh;
     let take_list = |corners: &[u32]| *dropped_faces += usize::from(!fans.push(corners, faces));
-    walk(source, &Rows { element, start, list }, take_list, |_, _| ())
+    walk(source, &RowRange { element, start, list }, take_list, |_, _| ())
 }
 
 /// Reads faces of the usual layout (`uchar` count, 32-bit indices, nothing else) up to the first non-triangle; returns
@@ -200,7 +200,7 @@ fn read_leading_triangles(
     let records = bytes[*at..].par_chunks_exact(13).with_min_len(BLOCK).take(element.count);
     let n_triangles = records.clone().position_first(|record| record[0] != 3).unwrap_or(records.len());
     let records = records.take(n_triangles);
-    room(faces, n_triangles)?;
+    reserve(faces, n_triangles)?;
     if *big {
         faces.par_extend(records.map(|record| triangle(record, u32::from_be_bytes)));
     } else {
@@ -219,7 +219,7 @@ fn triangle(record: &[u8], decode: impl Fn([u8; 4]) -> u32) -> [u32; 3] {
 /// Reads triangle strips: each index after the first two makes a face with these; -1 starts a new strip.
 fn read_strips(source: &mut Source, element: &Element, mesh: &mut RawMesh) -> Result<(), ReadError> {
     let list = element.list(&["vertex_indices", "vertex_index"]);
-    let list = Some(list.ok_or_else(|| element.lacks("list of vertex_indices"))?);
+    let list = Some(list.ok_or_else(|| element.missing_error("list of vertex_indices"))?);
     let take = |indices: &[u32]| {
         for strip in indices.split(|&index| index == u32::MAX) {
             for (i, corners) in strip.windows(3).enumerate() {
@@ -231,7 +231,7 @@ fn read_strips(source: &mut Source, element: &Element, mesh: &mut RawMesh) -> Re
             }
         }
     };
-    walk(source, &Rows { element, start: 0, list }, take, |_, _| ())
+    walk(source, &RowRange { element, start: 0, list }, take, |_, _| ())
 }
 
 #[cfg(test)]

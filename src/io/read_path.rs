@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::io::Read;
 use std::path::Path;
 
-use super::room::read_file;
+use super::memory::read_file;
 use super::uri::fetch;
 use super::{Folder, Format, ReadError, ReadMesh, gzip, read_attributed_with, read_with};
 use crate::mesh::RawMesh;
@@ -22,11 +22,11 @@ const FIRST: u64 = 4096;
 /// assert!(error.to_string().starts_with("cannot be read"));
 /// ```
 pub fn read_path(path: &Path, format: Option<Format>) -> Result<RawMesh, ReadError> {
-    let bytes = bytes_of(path)?;
-    let folder = Folder::of(path);
+    let bytes = read_decompressed(path)?;
+    let folder = Folder::from_file(path);
     let fetch = |uri: &str| fetch(&folder, uri);
     let read = |format| read_with(&bytes, format, &fetch);
-    as_what_it_is(&bytes, path, format, read, |mesh| !mesh.faces.is_empty())
+    read_as_named_or_shown(&bytes, path, format, read, |mesh| !mesh.faces.is_empty())
 }
 
 /// Reads the file at `path` as [`read_attributed`](super::read_attributed); without a `format`, its name or else its
@@ -40,10 +40,10 @@ pub fn read_path(path: &Path, format: Option<Format>) -> Result<RawMesh, ReadErr
 /// let path = folder.path().join("mesh.obj");
 /// std::fs::write(&path, "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
 /// let read = neural_mesh::io::read_attributed_path(&path, None).unwrap();
-/// assert_eq!((read.extra.folder, read.extra.material_libraries.len()), (Some(neural_mesh::io::Folder::of(&path)), 1));
+/// assert_eq!((read.extra.folder, read.extra.material_libraries.len()), (Some(neural_mesh::io::Folder::from_file(&path)), 1));
 /// ```
 pub fn read_attributed_path(path: &Path, format: Option<Format>) -> Result<ReadMesh, ReadError> {
-    attributed(&bytes_of(path)?, path, format, Folder::of(path))
+    read_attributed_bytes(&read_decompressed(path)?, path, format, Folder::from_file(path))
 }
 
 /// Reads bytes as the file `name` in `folder`, as [`read_attributed_path`] does.
@@ -51,13 +51,18 @@ pub fn read_attributed_path(path: &Path, format: Option<Format>) -> Result<ReadM
 /// # Errors
 /// As [`read_attributed_path`].
 pub fn read_attributed_in(bytes: &[u8], name: &str, folder: &Folder) -> Result<ReadMesh, ReadError> {
-    attributed(&gzip::unpacked(bytes)?, name.as_ref(), None, folder.clone())
+    read_attributed_bytes(&gzip::decompress(bytes)?, name.as_ref(), None, folder.clone())
 }
 
-fn attributed(bytes: &[u8], path: &Path, format: Option<Format>, folder: Folder) -> Result<ReadMesh, ReadError> {
+fn read_attributed_bytes(
+    bytes: &[u8],
+    path: &Path,
+    format: Option<Format>,
+    folder: Folder,
+) -> Result<ReadMesh, ReadError> {
     let fetch = |uri: &str| fetch(&folder, uri);
     let read = |format| read_attributed_with(bytes, format, &fetch);
-    let mut read = as_what_it_is(bytes, path, format, read, |read| !read.mesh.faces.is_empty())?;
+    let mut read = read_as_named_or_shown(bytes, path, format, read, |read| !read.mesh.faces.is_empty())?;
     read.extra.folder = Some(folder);
     Ok(read)
 }
@@ -69,7 +74,7 @@ fn attributed(bytes: &[u8], path: &Path, format: Option<Format>, folder: Folder)
 /// assert!(is_gltf(b"glTF\x02\0\0\0") && is_gltf(b" {\"asset\": {}}") && !is_gltf(b"ply\n"));
 /// ```
 pub fn is_gltf(bytes: &[u8]) -> bool {
-    let format = gzip::unpacked(bytes).ok().and_then(|bytes| Format::from_content(&bytes));
+    let format = gzip::decompress(bytes).ok().and_then(|bytes| Format::from_content(&bytes));
     matches!(format, Some(Format::Gltf | Format::Glb))
 }
 
@@ -94,17 +99,17 @@ pub fn is_gltf_path(path: &Path) -> bool {
 }
 
 /// Reads a file and decompresses it.
-fn bytes_of(path: &Path) -> Result<Vec<u8>, ReadError> {
+fn read_decompressed(path: &Path) -> Result<Vec<u8>, ReadError> {
     let bytes = read_file(path)?;
-    match gzip::unpacked(&bytes)? {
-        Cow::Owned(unpacked) => Ok(unpacked),
+    match gzip::decompress(&bytes)? {
+        Cow::Owned(decompressed) => Ok(decompressed),
         Cow::Borrowed(_) => Ok(bytes),
     }
 }
 
 /// Reads in the given format or that of the name; if that fails or gives nothing useful, in the format that the content
 /// shows.
-fn as_what_it_is<T>(
+fn read_as_named_or_shown<T>(
     bytes: &[u8],
     path: &Path,
     format: Option<Format>,

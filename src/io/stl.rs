@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::format::is_binary_stl;
-use super::room::room;
+use super::memory::reserve;
 use super::text::Text;
 use super::write::{Content, push_singles};
 use super::{ReadError, WriteError};
@@ -52,7 +52,7 @@ fn read_binary(bytes: &[u8]) -> Result<RawMesh, ReadError> {
         return Err(ReadError::byte(80, what, "the file is cut or damaged, export the mesh again"));
     }
     let mut positions = Vec::new();
-    room(&mut positions, 3 * records.len())?;
+    reserve(&mut positions, 3 * records.len())?;
     let corner = |record: &[u8], corner: usize| {
         let (floats, _) = record[12 + 12 * corner..24 + 12 * corner].as_chunks::<4>();
         std::array::from_fn(|axis| f64::from(f32::from_le_bytes(floats[axis])))
@@ -204,7 +204,7 @@ mod tests {
 
     #[test]
     fn binary_files_may_say_solid_and_have_bytes_behind() {
-        let mut bytes = write_binary(&Content::of(&triangle(), &Frame::default())).unwrap();
+        let mut bytes = write_binary(&Content::from_mesh(&triangle(), &Frame::default())).unwrap();
         bytes[..5].copy_from_slice(b"solid");
         let mesh = read(&bytes).unwrap();
         bytes.extend(b"\0\0words");
@@ -214,11 +214,11 @@ mod tests {
 
     #[test]
     fn cut_files_are_refused() {
-        let mut bytes = write_binary(&Content::of(&triangle(), &Frame::default())).unwrap();
+        let mut bytes = write_binary(&Content::from_mesh(&triangle(), &Frame::default())).unwrap();
         bytes[80..84].copy_from_slice(&u32::MAX.to_le_bytes());
         let error = read(&bytes).unwrap_err().to_string();
         assert!(error.contains("announces 4294967295 faces, the file has room for 1"), "{error}");
-        let text = write_text(&Content::of(&triangle(), &Frame::default())).unwrap();
+        let text = write_text(&Content::from_mesh(&triangle(), &Frame::default())).unwrap();
         assert!(read(&text[..text.len() - 30]).unwrap_err().to_string().contains("ends inside a facet"));
         for length in [0, 3, 83] {
             assert!(read(&vec![0; length]).is_err());
@@ -227,14 +227,14 @@ mod tests {
 
     #[test]
     fn normals_are_those_of_the_faces() {
-        let text = String::from_utf8(write_text(&Content::of(&triangle(), &Frame::default())).unwrap()).unwrap();
+        let text = String::from_utf8(write_text(&Content::from_mesh(&triangle(), &Frame::default())).unwrap()).unwrap();
         assert!(text.contains("facet normal 0 -0.4472136 0.8944272"), "{text}");
     }
 
     #[test]
     fn coordinates_beyond_single_precision_are_refused() {
         let frame = Frame { origin: [1e300, 0.0, 0.0], double: true };
-        assert!(write_binary(&Content::of(&triangle(), &frame)).is_err());
-        assert!(write_text(&Content::of(&triangle(), &frame)).is_err());
+        assert!(write_binary(&Content::from_mesh(&triangle(), &frame)).is_err());
+        assert!(write_text(&Content::from_mesh(&triangle(), &frame)).is_err());
     }
 }

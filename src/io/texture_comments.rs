@@ -3,13 +3,13 @@
 use super::extra::{Extra, Group};
 
 /// Returns the texture that a comment names.
-pub(super) fn texture_of(comment: &str) -> Option<&str> {
+pub(super) fn texture_name(comment: &str) -> Option<&str> {
     comment.strip_prefix("comment TextureFile ").map(str::trim)
 }
 
 /// Returns the textures that comments name, in order.
-pub(super) fn textures(extra: &Extra) -> impl Iterator<Item = &str> {
-    extra.comments.iter().filter_map(|comment| texture_of(comment))
+pub(super) fn comment_textures(extra: &Extra) -> impl Iterator<Item = &str> {
+    extra.comments.iter().filter_map(|comment| texture_name(comment))
 }
 
 /// Returns the texture number of a group: zero if faces have no numbers, `None` if it is negative.

@@ -17,14 +17,14 @@ use quick_xml::events::BytesStart;
 
 pub(super) use write::{write, write_attributed};
 
-use super::extra::sets_faces_apart;
-use super::far_out::is_far_out;
-use super::room::most_made;
+use super::extra::has_too_many_groups;
+use super::far_from_origin::is_far_from_origin;
+use super::memory::instance_limit;
 use super::units;
 use super::{Extra, ReadError, ReadMesh};
-use crate::mesh::{Attributes, PlacedMesh, RawMesh, merge_placed_meshes};
-use document::{Document, Reference, parse};
-use faces::{Notes, Parts};
+use crate::mesh::{Attributes, PlacedMesh, RawMesh, side_by_side};
+use document::{ModelDocument, Reference, parse};
+use faces::{IgnoredContent, ObjectMeshes};
 use package::Package;
 
 /// Reason why this build cannot write 3MF: none.
@@ -42,17 +42,17 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
 pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     let mut models = Models::open(bytes)?;
     let root = models.root.clone();
-    let items = models.built(&root)?;
+    let items = models.build_items(&root)?;
     for item in &items {
         models.place(&root, item, DMat4::IDENTITY, 0)?;
     }
     // An object that is placed several times is converted once.
-    let mut parts = Parts::default();
+    let mut parts = ObjectMeshes::default();
     let n_meshes = models.placed.iter().map(|(place, _)| place).collect::<BTreeSet<_>>().len();
-    let mut known: BTreeMap<&Place, usize> = BTreeMap::new();
+    let mut known: BTreeMap<&ObjectId, usize> = BTreeMap::new();
     let mut transforms = Vec::new();
     for (place, transform) in &models.placed {
-        let Some(Document { objects, properties, .. }) = models.documents.get_mut(&place.0) else { continue };
+        let Some(ModelDocument { objects, properties, .. }) = models.documents.get_mut(&place.0) else { continue };
         let Some(object) = objects.get_mut(&place.1) else { continue };
         let part = *known.entry(place).or_insert_with(|| parts.add(object, properties, n_meshes > 1));
         transforms.push((part, *transform));
@@ -61,14 +61,14 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
 }
 
 /// A part of the package and the number of an object in it.
-type Place = (String, u32);
+type ObjectId = (String, u32);
 
 /// Model parts of a package and the placed objects.
 struct Models<'a> {
     package: Package<'a>,
     root: String,
-    documents: BTreeMap<String, Document>,
-    placed: Vec<(Place, DMat4)>,
+    documents: BTreeMap<String, ModelDocument>,
+    placed: Vec<(ObjectId, DMat4)>,
     /// Vertices and faces so far, counted with repetitions.
     n_made: usize,
     notes: Vec<String>,
@@ -83,7 +83,7 @@ impl<'a> Models<'a> {
     }
 
     /// Returns the model of a part, parsed once.
-    fn document(&mut self, part: &str) -> Result<&mut Document, ReadError> {
+    fn document(&mut self, part: &str) -> Result<&mut ModelDocument, ReadError> {
         if !self.documents.contains_key(part) {
             let document = parse(&self.package.text(part)?, part)?;
             self.documents.insert(part.into(), document);
@@ -93,7 +93,7 @@ impl<'a> Models<'a> {
     }
 
     /// Returns the items of the build; for an empty build, all objects with faces.
-    fn built(&mut self, root: &str) -> Result<Vec<Reference>, ReadError> {
+    fn build_items(&mut self, root: &str) -> Result<Vec<Reference>, ReadError> {
         let document = self.document(root)?;
         let items = std::mem::take(&mut document.items);
         if !items.is_empty() {
@@ -141,11 +141,11 @@ impl<'a> Models<'a> {
     fn spend(&mut self, n: usize) -> Result<(), ReadError> {
         let too_many = || ReadError::file("the build repeats its objects too often", "export fewer copies");
         self.n_made = self.n_made.saturating_add(n);
-        if self.n_made > most_made(self.package.n_unpacked()) { Err(too_many()) } else { Ok(()) }
+        if self.n_made > instance_limit(self.package.n_unpacked()) { Err(too_many()) } else { Ok(()) }
     }
 
     /// Joins the placed objects into one mesh with attributes.
-    fn scene(mut self, parts: Parts, transforms: &[(usize, DMat4)]) -> Result<ReadMesh, ReadError> {
+    fn scene(mut self, parts: ObjectMeshes, transforms: &[(usize, DMat4)]) -> Result<ReadMesh, ReadError> {
         let width = parts.colour_width();
         for &(part, _) in transforms {
             self.spend(parts.meshes[part].attributes.n_wedges() * width)?;
@@ -158,14 +158,14 @@ impl<'a> Models<'a> {
                 first_group: parts.first_groups[part],
             })
             .collect();
-        let mut mesh = merge_placed_meshes(&placed, |_| true);
-        mesh.double = self.documents.values().any(|document| document.double) || is_far_out(&mesh.positions);
+        let mut mesh = side_by_side(&placed, |_| true);
+        mesh.double = self.documents.values().any(|document| document.double) || is_far_from_origin(&mesh.positions);
         let mut extra = Extra { unit: self.unit(), ..Extra::default() };
         let is_bare = parts.groups.len() <= 1 && parts.groups.iter().all(|group| group.title().is_empty());
         if is_bare || parts.groups.len() == 1 {
             mesh.attributes.groups.clear();
         // Only after joining: the limit compares groups with all faces.
-        } else if sets_faces_apart(parts.groups.len(), mesh.faces.len()) {
+        } else if has_too_many_groups(parts.groups.len(), mesh.faces.len()) {
             mesh.attributes.groups.clear();
             self.notes.push(format!(
                 "{} materials for {} faces are no groups: dropped",
@@ -177,7 +177,7 @@ impl<'a> Models<'a> {
             (extra.groups, extra.looks) = (parts.groups, parts.materials.looks);
         }
         let has_beams = self.documents.values().any(|document| document.has_beams);
-        self.notes.extend(Notes { has_beams, ..parts.notes }.lines());
+        self.notes.extend(IgnoredContent { has_beams, ..parts.notes }.lines());
         Ok(ReadMesh { mesh, extra, notes: self.notes, format: None })
     }
 
@@ -193,7 +193,7 @@ impl<'a> Models<'a> {
 }
 
 /// Returns the first attribute of that name, with or without a prefix.
-fn field<'a>(element: &'a BytesStart, name: &str) -> Option<Cow<'a, str>> {
+fn attribute<'a>(element: &'a BytesStart, name: &str) -> Option<Cow<'a, str>> {
     let mut attributes = element.attributes();
     let named = attributes
         .with_checks(false)
@@ -297,7 +297,7 @@ mod tests {
     }
 
     /// Writes a mesh as it was read.
-    fn written(read: ReadMesh) -> Vec<u8> {
+    fn write_again(read: ReadMesh) -> Vec<u8> {
         let cleaned = clean(read.mesh, &CleanOptions::default()).unwrap();
         let (mesh, attributes) = (&cleaned.mesh, &cleaned.attributes);
         let model = Model { mesh, frame: cleaned.frame, exact: None, attributes, extra: &read.extra };
@@ -316,7 +316,7 @@ mod tests {
         );
         let build = r#"<item objectid="3"/><item objectid="4" transform="1 0 0 0 1 0 0 0 1 5 0.1 0"/>"#;
         let first = read_model(&resources, build).unwrap();
-        let bytes = written(first.clone());
+        let bytes = write_again(first.clone());
         let second = crate::io::read_attributed(&bytes, None).unwrap();
         assert_eq!((second.format, second.extra.unit.as_deref()), (Some(Format::ThreeMf), Some("inch")));
         let objects: Vec<_> = second
@@ -333,7 +333,7 @@ mod tests {
             attributes.wedges[0].map(|wedge| attributes.channels[0].value(wedge).to_vec())
         };
         assert_eq!(corner(&first), corner(&second));
-        assert_eq!(bytes, written(second));
+        assert_eq!(bytes, write_again(second));
     }
 
     #[test]

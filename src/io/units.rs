@@ -11,6 +11,6 @@ pub(super) fn is_known(unit: &str) -> bool {
 
 /// Returns the name of a unit of `meters` metres.
 #[cfg(feature = "fbx")]
-pub(super) fn of_meters(meters: f64) -> Option<String> {
+pub(super) fn from_meters(meters: f64) -> Option<String> {
     UNITS.iter().find(|(unit, _)| (meters / unit - 1.0).abs() < 1e-6).map(|(_, name)| name.to_string())
 }

@@ -3,25 +3,25 @@
 use std::path::{Path, PathBuf};
 
 use super::ReadError;
-use super::folder::{Folder, Trouble, inner_path};
+use super::folder::{FileProblem, Folder, inner_path};
 
 /// Reads the file `uri` in `folder` or below.
 pub(super) fn fetch(folder: &Folder, uri: &str) -> Result<Vec<u8>, ReadError> {
-    let found = path_inside(uri).ok_or(Trouble::Outside);
-    let found = found.and_then(|path| folder.read(&folder.source(&path, false)?));
-    let refusal = |trouble| {
-        ReadError::file(format!("the buffer {uri:?} {trouble}"), "put the file beside the asset or export it as GLB")
+    let found = path_inside(uri).ok_or(FileProblem::Outside);
+    let found = found.and_then(|path| folder.read(&folder.resolve(&path, false)?));
+    let refusal = |problem| {
+        ReadError::file(format!("the buffer {uri:?} {problem}"), "put the file beside the asset or export it as GLB")
     };
     found.map(|bytes| bytes.to_vec()).map_err(refusal)
 }
 
 /// Returns the path of a URI relative to the asset's folder, or `None` if it leads elsewhere.
 pub(super) fn path_inside(uri: &str) -> Option<PathBuf> {
-    inner_path(Path::new(""), &percent_decoded(uri)?)
+    inner_path(Path::new(""), &decode_percent(uri)?)
 }
 
 /// Decodes `%20` and the like; `None` if the result is not UTF-8.
-fn percent_decoded(uri: &str) -> Option<String> {
+fn decode_percent(uri: &str) -> Option<String> {
     let mut bytes = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();
     while let [first, tail @ ..] = rest {

@@ -2,7 +2,7 @@
 //!
 //! Single-precision coordinates get the fewest digits that read back as the same single. A reader in doubles then sees
 //! a number up to half a unit in the last place away. Where that matters, far from the origin or for thin faces,
-//! [`Content::in_decimals`] makes the writer put all digits.
+//! [`Content::with_needed_digits`] makes the writer put all digits.
 
 use rayon::prelude::*;
 
@@ -40,14 +40,14 @@ enum Positions<'a> {
 
 impl<'a> Content<'a> {
     /// Wraps a mesh in the coordinates of `frame`.
-    pub fn of(mesh: &'a TriMesh, frame: &Frame) -> Self {
+    pub fn from_mesh(mesh: &'a TriMesh, frame: &Frame) -> Self {
         let positions = Positions::Local(mesh.positions(), *frame);
         let single = frame.origin.map(|origin| !frame.double || origin == 0.0);
         Self { positions, faces: mesh.faces(), double: single != [true; 3], single }
     }
 
     /// Wraps a mesh with exact positions, n_vertices x 3; all must be finite.
-    pub fn checked(mesh: &'a TriMesh, positions: Vec<[f64; 3]>) -> Result<Self, WriteError> {
+    pub fn from_positions(mesh: &'a TriMesh, positions: Vec<[f64; 3]>) -> Result<Self, WriteError> {
         let finite = positions.iter().flatten().all(|x| x.is_finite());
         if positions.len() != mesh.positions().len() || !finite {
             let what = "there is not one finite position for each vertex: give the mesh's own";
@@ -58,12 +58,16 @@ impl<'a> Content<'a> {
     }
 
     /// Wraps a mesh in the coordinates of `frame`, with exact positions for some of its n_vertices.
-    pub fn keeping(mesh: &'a TriMesh, frame: &Frame, kept: Vec<Option<[f64; 3]>>) -> Result<Self, WriteError> {
+    pub fn from_mixed_positions(
+        mesh: &'a TriMesh,
+        frame: &Frame,
+        kept: Vec<Option<[f64; 3]>>,
+    ) -> Result<Self, WriteError> {
         if kept.len() != mesh.positions().len() || !kept.iter().flatten().flatten().all(|x| x.is_finite()) {
             let what = "the positions that stay are not one or none for each vertex, finite: give the mesh's own";
             return Err(WriteError { what: what.into() });
         }
-        let bare = Self::of(mesh, frame);
+        let bare = Self::from_mesh(mesh, frame);
         let double = bare.double || kept.iter().flatten().flatten().any(|&x| is_double(x));
         Ok(Self { positions: Positions::Kept(mesh.positions(), *frame, kept), double, ..bare })
     }
@@ -77,7 +81,7 @@ impl<'a> Content<'a> {
     }
 
     /// Returns the exact position of a vertex, if given.
-    fn given(&self, vertex: usize) -> Option<[f64; 3]> {
+    fn exact_position(&self, vertex: usize) -> Option<[f64; 3]> {
         match &self.positions {
             Positions::Local(..) => None,
             Positions::Kept(_, _, kept) => kept[vertex],
@@ -98,7 +102,7 @@ impl<'a> Content<'a> {
     /// Returns whether a face has an area in memory, by the mesh's positions and by the exact ones.
     pub fn has_area(&self, face: [u32; 3]) -> bool {
         let has_given_area = || has_area(face.map(|vertex| self.position(vertex as usize)));
-        let is_given = || face.iter().all(|&vertex| self.given(vertex as usize).is_some());
+        let is_given = || face.iter().all(|&vertex| self.exact_position(vertex as usize).is_some());
         match &self.positions {
             Positions::Local(local, _) => has_area(face.map(|vertex| local[vertex as usize].map(f64::from))),
             Positions::Kept(local, ..) => {
@@ -117,7 +121,7 @@ impl<'a> Content<'a> {
     }
 
     /// Requests all digits on axes where the mesh lies far out, and on all axes if fewer would flatten a face.
-    pub fn in_decimals(self) -> Self {
+    pub fn with_needed_digits(self) -> Self {
         let (low, high) = self.bounds();
         let diagonal = diagonal(low, high);
         let is_near = |axis: usize| low[axis].abs().max(high[axis].abs()) <= FAR * diagonal;
@@ -153,8 +157,8 @@ impl<'a> Content<'a> {
         let mut digits = zmij::Buffer::new();
         let position = self.position(vertex);
         std::array::from_fn(|axis| {
-            let is_short = self.single[axis] && self.given(vertex).is_none();
-            let short = || number::parse(text_of_single(&mut digits, position[axis] as f32).as_bytes());
+            let is_short = self.single[axis] && self.exact_position(vertex).is_none();
+            let short = || number::parse(format_single(&mut digits, position[axis] as f32).as_bytes());
             is_short.then(short).flatten().map_or(position[axis], |number| number.value)
         })
     }
@@ -169,7 +173,7 @@ impl<'a> Content<'a> {
     }
 
     /// Returns a local origin in the file's coordinates, and single-precision positions around it, n_vertices x 3.
-    pub fn around_origin(&self) -> ([f64; 3], Vec<[f32; 3]>) {
+    pub fn local_positions(&self) -> ([f64; 3], Vec<[f32; 3]>) {
         let origin = match &self.positions {
             // A frame of doubles has its origin; positions that are all singles need none; others get their first
             // vertex.
@@ -188,14 +192,14 @@ impl<'a> Content<'a> {
     /// Appends the coordinates of a vertex, separated by blanks.
     pub fn push_position(&self, out: &mut Vec<u8>, vertex: usize) {
         let mut digits = zmij::Buffer::new();
-        let is_given = self.given(vertex).is_some();
+        let is_given = self.exact_position(vertex).is_some();
         for (axis, x) in self.position(vertex).into_iter().enumerate() {
             if axis > 0 {
                 out.push(b' ');
             }
             let is_short = self.single[axis] && !is_given;
-            let text = if is_short { text_of_single(&mut digits, x as f32) } else { digits.format_finite(x) };
-            out.extend(without_point(text).as_bytes());
+            let text = if is_short { format_single(&mut digits, x as f32) } else { digits.format_finite(x) };
+            out.extend(strip_point(text).as_bytes());
         }
     }
 }
@@ -220,7 +224,7 @@ fn is_nearly_flat([a, b, c]: [[f64; 3]; 3]) -> bool {
 }
 
 /// Formats a single with the fewest digits that read back as the same; whole numbers from 2^24 on in full.
-fn text_of_single(digits: &mut zmij::Buffer, x: f32) -> &str {
+fn format_single(digits: &mut zmij::Buffer, x: f32) -> &str {
     if x.abs() < WHOLE { digits.format_finite(x) } else { digits.format_finite(f64::from(x)) }
 }
 
@@ -235,11 +239,11 @@ pub(super) fn push_singles(out: &mut Vec<u8>, numbers: &[f32]) {
 }
 
 pub(super) fn push_single(out: &mut Vec<u8>, x: f32) {
-    out.extend(without_point(zmij::Buffer::new().format(x)).as_bytes());
+    out.extend(strip_point(zmij::Buffer::new().format(x)).as_bytes());
 }
 
 /// Drops a final `.0`.
-fn without_point(text: &str) -> &str {
+fn strip_point(text: &str) -> &str {
     text.strip_suffix(".0").unwrap_or(text)
 }
 

@@ -1,6 +1,6 @@
 //! Options for writing a mesh with its attributes.
 
-use super::{Format, ImageMaker, Packing};
+use super::{Format, ImageConverter, Packing};
 
 /// Options for [`write_attributed`](super::write_attributed).
 #[derive(Clone, Debug)]
@@ -15,7 +15,7 @@ pub struct WriteOptions<'a> {
     /// Packing of the numbers of a glTF, from [`packing`](super::packing).
     pub packing: Option<Packing>,
     /// Converter of the mesh's images, if any.
-    pub images: Option<&'a dyn ImageMaker>,
+    pub images: Option<&'a dyn ImageConverter>,
     /// Whether a `.gltf` gets its images as files (`NAME_0.png`), so that several meshes share them.
     pub shares_images: bool,
 }

@@ -12,18 +12,18 @@ use super::{Format, WriteError, gzip};
 /// [`WriteError`] if this build cannot compress.
 ///
 /// ```
-/// use neural_mesh::io::packed_by_name;
-/// assert_eq!(packed_by_name("mesh.obj".as_ref(), b"v 0 0 0\n").unwrap().as_ref(), b"v 0 0 0\n");
-/// let packed = packed_by_name("mesh.obj.gz".as_ref(), b"v 0 0 0\n").unwrap();
+/// use neural_mesh::io::compress_by_name;
+/// assert_eq!(compress_by_name("mesh.obj".as_ref(), b"v 0 0 0\n").unwrap().as_ref(), b"v 0 0 0\n");
+/// let packed = compress_by_name("mesh.obj.gz".as_ref(), b"v 0 0 0\n").unwrap();
 /// assert_eq!(neural_mesh::io::read(&packed, None).unwrap().positions, [[0.0; 3]]);
 /// ```
-pub fn packed_by_name<'a>(path: &Path, bytes: &'a [u8]) -> Result<Cow<'a, [u8]>, WriteError> {
+pub fn compress_by_name<'a>(path: &Path, bytes: &'a [u8]) -> Result<Cow<'a, [u8]>, WriteError> {
     let is_packed = matches!(bytes, [0x1f, 0x8b, ..]);
     if is_packed || matches!(Format::without_gz(path), Cow::Borrowed(_)) {
         return Ok(Cow::Borrowed(bytes));
     }
     let problem = |error| WriteError { what: format!("cannot be compressed: {error}: choose a name without .gz") };
-    gzip::packed(bytes).map(Cow::Owned).map_err(problem)
+    gzip::compress(bytes).map(Cow::Owned).map_err(problem)
 }
 
 /// Writes a file whole or not at all, through a temporary file in its folder; compresses it if its name ends in `.gz`.
@@ -40,7 +40,7 @@ pub fn packed_by_name<'a>(path: &Path, bytes: &'a [u8]) -> Result<Cow<'a, [u8]>,
 /// assert!(neural_mesh::io::write_path(&path, b"", false).is_err());
 /// ```
 pub fn write_path(path: &Path, bytes: &[u8], force: bool) -> Result<(), WriteError> {
-    let bytes = &packed_by_name(path, bytes)?;
+    let bytes = &compress_by_name(path, bytes)?;
     let problem =
         |error: std::io::Error| WriteError { what: format!("cannot be written: {error}: check folder and disk") };
     // A rename would replace the device or pipe itself.

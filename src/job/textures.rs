@@ -4,7 +4,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Mutex;
 
-use crate::io::{ImageMaker, ImageUse};
+use crate::io::{ImageConverter, ImageUse};
 use crate::mesh::{linear_light, srgb};
 use crate::picture::{
     Image, ImageFormat, decode_image, encode_png, encode_png_opaque, encode_webp, image_problem, image_size,
@@ -42,8 +42,8 @@ impl Textures {
     }
 }
 
-impl ImageMaker for Textures {
-    fn made(&self, image: &[u8], used: ImageUse) -> Option<Vec<u8>> {
+impl ImageConverter for Textures {
+    fn convert(&self, image: &[u8], used: ImageUse) -> Option<Vec<u8>> {
         let mut hasher = DefaultHasher::new();
         image.hash(&mut hasher);
         let key = (hasher.finish(), used);
@@ -196,7 +196,7 @@ mod tests {
     }
 
     fn made(image: &Image, used: ImageUse, side: usize) -> Option<Image> {
-        Textures::new(side).made(&encode_png(image), used).map(|file| decode_image(&file).unwrap())
+        Textures::new(side).convert(&encode_png(image), used).map(|file| decode_image(&file).unwrap())
     }
 
     #[test]
@@ -241,13 +241,13 @@ mod tests {
         let file = jpeg(&image(64, 32, |_| [40, 80, 120, 255])).unwrap();
         let textures = Textures::new(16);
         let webp = encode_webp(&image(64, 32, |_| [40, 80, 120, 9])).unwrap();
-        let small = textures.made(&webp, ImageUse::Numbers).unwrap();
+        let small = textures.convert(&webp, ImageUse::Numbers).unwrap();
         assert_eq!((ImageFormat::of(&small), image_size(&small)), (Some(ImageFormat::WebP), Some([16, 8])));
-        let small = textures.made(&file, ImageUse::Colours).unwrap();
+        let small = textures.convert(&file, ImageUse::Colours).unwrap();
         assert!(small.starts_with(b"\xff\xd8") && image_size(&small) == Some([16, 8]));
         assert_eq!(textures.note(), None);
         for other in [&b"RIFF0000WEBP"[..], b"", &file[..40]] {
-            assert_eq!(textures.made(other, ImageUse::Colours), None);
+            assert_eq!(textures.convert(other, ImageUse::Colours), None);
         }
         assert!(textures.note().is_some());
     }

@@ -1,7 +1,7 @@
 //! The data set: every mesh file of a folder, cleaned, and which of them are for training and which for validation.
 
 use super::{Settings, TrainError};
-use crate::io::{Format, is_read, read_path};
+use crate::io::{Format, can_read, read_path};
 use crate::mesh::cleanup::{CleanOptions, clean};
 use crate::mesh::{InvalidMesh, TriMesh};
 use crate::model::normalized;
@@ -111,7 +111,7 @@ fn mesh_files(folder: &Path) -> Result<Vec<PathBuf>, TrainError> {
     let entries = std::fs::read_dir(folder).map_err(problem)?;
     let paths = entries.map(|entry| entry.map(|entry| entry.path())).collect::<Result<Vec<_>, _>>().map_err(problem)?;
     let mut paths: Vec<PathBuf> =
-        paths.into_iter().filter(|path| path.is_file() && Format::from_path(path).is_some_and(is_read)).collect();
+        paths.into_iter().filter(|path| path.is_file() && Format::from_path(path).is_some_and(can_read)).collect();
     paths.sort();
     Ok(paths)
 }

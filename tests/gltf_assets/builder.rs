@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use neural_mesh::io::{Asset, Format, LighterPart, OutputFile, Part, ReadError};
+use neural_mesh::io::{Asset, Format, OutputFile, Part, ReadError, SimplifiedPart};
 use serde_json::{Value, json};
 
 pub const BYTE: u32 = 5120;
@@ -121,8 +121,8 @@ pub fn open(bytes: &[u8]) -> Asset {
 }
 
 /// The parts as they are.
-pub fn unchanged(asset: &Asset) -> Vec<LighterPart> {
-    asset.parts().iter().map(LighterPart::of).collect()
+pub fn unchanged(asset: &Asset) -> Vec<SimplifiedPart> {
+    asset.parts().iter().map(SimplifiedPart::from_part).collect()
 }
 
 /// What can be seen of a part: of each face its primitive, and of each corner the position and all that it carries.

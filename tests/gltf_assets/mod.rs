@@ -7,7 +7,7 @@ mod builder;
 mod packed;
 
 use builder::*;
-use neural_mesh::io::{Asset, Format, LighterPart, OutputFile};
+use neural_mesh::io::{Asset, Format, OutputFile, SimplifiedPart};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{Channel, Role};
 use serde_json::{Value, json};
@@ -213,7 +213,7 @@ fn two_materials_and_instances() {
 fn primitives_without_faces_go_and_an_empty_mesh_draws_nothing() {
     let bytes = two_materials().glb();
     let asset = open(&bytes);
-    let mut part = LighterPart::of(&asset.parts()[0]);
+    let mut part = SimplifiedPart::from_part(&asset.parts()[0]);
     part.faces.remove(0);
     part.attributes = part.attributes.select_faces(&[1]).unwrap();
     let files = asset.write(&[part.clone()], Format::Glb, "one.glb").unwrap();
@@ -532,7 +532,7 @@ fn a_seam_is_welded_and_comes_back() {
     let cleaned = clean(opened.parts()[0].mesh.clone(), &CleanOptions::default()).unwrap();
     assert_eq!(cleaned.mesh.positions().len(), 4);
     let (positions, faces) = cleaned.mesh.into_parts();
-    let part = LighterPart::new(positions, faces, cleaned.attributes);
+    let part = SimplifiedPart::new(positions, faces, cleaned.attributes);
     let files = opened.write(&[part], Format::Glb, "welded.glb").unwrap();
     keep("seam", &files);
     let again = reopen(&files);
@@ -570,7 +570,7 @@ fn levels_of_detail_in_one_file() {
 fn parts_that_do_not_fit_are_refused_in_one_line() {
     let skinned = open(&skinned().glb());
     let two = open(&two_materials().glb());
-    let spoilt = |asset: &Asset, spoil: fn(&mut LighterPart)| {
+    let spoilt = |asset: &Asset, spoil: fn(&mut SimplifiedPart)| {
         let mut parts = unchanged(asset);
         spoil(&mut parts[0]);
         asset.write(&parts, Format::Glb, "x.glb").unwrap_err().to_string()

@@ -1,6 +1,6 @@
 //! glTF in small numbers and compressed: everything comes back within its step, and meshes stay the meshes that they are.
 
-use neural_mesh::io::{Asset, Format, LighterPart, PackOptions, SceneOptions};
+use neural_mesh::io::{Asset, Format, PackOptions, SceneOptions, SimplifiedPart};
 use neural_mesh::mesh::{RawMesh, Role};
 use serde_json::json;
 
@@ -57,7 +57,7 @@ fn ways() -> &'static [bool] {
 
 /// The scene as one mesh.
 fn scene(asset: &Asset) -> RawMesh {
-    asset.placed(&asset.parts().iter().map(|part| part.mesh.clone()).collect::<Vec<_>>()).unwrap()
+    asset.scene_mesh(&asset.parts().iter().map(|part| part.mesh.clone()).collect::<Vec<_>>()).unwrap()
 }
 
 /// Position of each corner, and where it is.
@@ -159,7 +159,7 @@ fn grids_are_as_fine_as_meshes_need_and_no_finer() {
         let indices = asset.indices(&[0, 1, 2, 0, 3, 1]);
         asset.mesh(json!([{"attributes": {"POSITION": position}, "indices": indices}]));
         let asset = open(&asset.glb());
-        let parts: Vec<LighterPart> = unchanged(&asset);
+        let parts: Vec<SimplifiedPart> = unchanged(&asset);
         let (packing, notes) = asset.packing(&[&parts], &PackOptions { bits: 14, compress: false });
         (packing.grid(0).map(|grid| (1.0 / grid.step).round() as u32), notes.len())
     };

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 use super::EvaluateError;
-use neural_mesh::io::{Format, is_read, read_path};
+use neural_mesh::io::{Format, can_read, read_path};
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 
@@ -23,7 +23,7 @@ pub(super) fn mesh_files(folder: &Path, only: &[String]) -> Result<Vec<MeshFile>
     let problem = |error| EvaluateError::file(folder, format!("cannot be read: {error}: give a folder of mesh files"));
     let entries = std::fs::read_dir(folder).map_err(problem)?;
     let paths = entries.map(|entry| entry.map(|entry| entry.path())).collect::<Result<Vec<_>, _>>().map_err(problem)?;
-    let paths = paths.into_iter().filter(|path| path.is_file() && Format::from_path(path).is_some_and(is_read));
+    let paths = paths.into_iter().filter(|path| path.is_file() && Format::from_path(path).is_some_and(can_read));
     let mut files: Vec<MeshFile> = paths.filter_map(mesh_file).collect();
     files.sort_by(|a, b| a.name.cmp(&b.name));
     if files.is_empty() {

@@ -2,7 +2,7 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use neural_mesh::io::{Format, is_read};
+use neural_mesh::io::{Format, can_read};
 
 use crate::args::SimplifyArgs;
 use crate::failure::{Failure, name};
@@ -109,7 +109,7 @@ fn matched(pattern: &Path, out: &Path, found: &mut Vec<PathBuf>) -> Result<(), F
 }
 
 fn is_mesh(path: &Path) -> bool {
-    Format::from_path(path).is_some_and(is_read) && path.is_file()
+    Format::from_path(path).is_some_and(can_read) && path.is_file()
 }
 
 fn input(path: PathBuf, root: &Path) -> Input {

@@ -101,7 +101,7 @@ fn dressed(source: &Source) -> Result<(RawMesh, Looks, Vec<String>), Failure> {
     if source.is_gltf() {
         let asset = asset(source)?;
         let meshes: Vec<RawMesh> = asset.parts().iter().map(|part| part.mesh.clone()).collect();
-        let scene = asset.placed(&meshes).map_err(|error| Failure::of(&source.path, error))?;
+        let scene = asset.scene_mesh(&meshes).map_err(|error| Failure::of(&source.path, error))?;
         let (looks, missing) = asset.scene_looks();
         return Ok((scene, looks, missing));
     }
@@ -109,7 +109,7 @@ fn dressed(source: &Source) -> Result<(RawMesh, Looks, Vec<String>), Failure> {
 }
 
 fn with_looks(read: ReadMesh) -> (RawMesh, Looks, Vec<String>) {
-    let (looks, missing) = io::looks(&read.extra, false);
+    let (looks, missing) = io::read_looks(&read.extra, false);
     (read.mesh, looks, missing)
 }
 

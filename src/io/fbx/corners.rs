@@ -9,7 +9,7 @@ use crate::mesh::{Attributes, Channel, Fans, RawMesh, Role};
 const NOWHERE: u32 = u32::MAX;
 
 /// A mesh in its own coordinates, grouped by material.
-pub(super) struct Part {
+pub(super) struct FbxMesh {
     pub mesh: RawMesh,
     /// Material of each group, as an index into the mesh's materials.
     pub slots: Vec<u32>,
@@ -18,7 +18,7 @@ pub(super) struct Part {
 }
 
 /// Converts a mesh to triangles.
-pub(super) fn part(mesh: &Mesh) -> Part {
+pub(super) fn convert_mesh(mesh: &Mesh) -> FbxMesh {
     let (mut faces, mut groups, mut fans) = (Vec::new(), Vec::new(), Fans::default());
     let (mut slots, mut corners, mut dropped_faces) = (Vec::new(), Vec::new(), 0);
     let mut numbers: FxHashMap<u32, u32> = FxHashMap::default();
@@ -42,12 +42,12 @@ pub(super) fn part(mesh: &Mesh) -> Part {
     fans.triangulate_with(|corner| position(vertex_of(corner)), &mut faces);
     let mut channels = channels(mesh);
     let wedges = if channels.is_empty() { Vec::new() } else { wedges(mesh, &faces, &mut channels) };
-    let not_finite = |channel: &mut Channel| crate::io::extra::without_nan(&mut channel.values);
+    let not_finite = |channel: &mut Channel| crate::io::extra::replace_non_finite(&mut channel.values);
     let n_not_finite = channels.iter_mut().map(not_finite).sum();
     faces.iter_mut().flatten().for_each(|corner| *corner = vertex_of(*corner));
     let positions = mesh.vertices.iter().map(|p| [p.x, p.y, p.z]).collect();
     let attributes = Attributes { wedges, channels, groups };
-    Part { mesh: RawMesh { positions, faces, dropped_faces, attributes, double: false }, slots, n_not_finite }
+    FbxMesh { mesh: RawMesh { positions, faces, dropped_faces, attributes, double: false }, slots, n_not_finite }
 }
 
 /// Makes the channels of a mesh, still empty: normals, texture coordinates, colours.

@@ -1,15 +1,15 @@
 //! Accessors of a glTF, dense or sparse, with every access checked.
 
-use super::buffers::Buffers;
+use super::buffers::AssetBuffers;
 use super::schema::{Accessor, BufferView, Root};
-use super::{REMEDY, missing};
+use super::{REMEDY, missing_error};
 use crate::io::ReadError;
-use crate::io::room::{room, zeros};
+use crate::io::memory::{allocate_zeros, reserve};
 
 /// The document with its buffers.
 pub(super) struct Data<'a> {
     pub root: &'a Root,
-    pub buffers: &'a Buffers<'a>,
+    pub buffers: &'a AssetBuffers<'a>,
     /// Bytes of each compressed buffer view.
     pub decompressed: &'a [Option<Vec<u8>>],
 }
@@ -34,14 +34,14 @@ impl<'a> Data<'a> {
     /// Reads the width and the values of an accessor, count x width; refuses more than `limit` values.
     pub fn floats(&self, index: usize, limit: usize) -> Result<(usize, Vec<f32>), ReadError> {
         let accessor = self.accessor(index)?;
-        let shape = Shape::of(&accessor.shape).ok_or_else(|| unusable(index, accessor))?;
+        let shape = ElementShape::from_name(&accessor.shape).ok_or_else(|| unusable(index, accessor))?;
         let width = shape.width();
         if accessor.count.saturating_mul(width) > limit {
             return Err(unusable(index, accessor));
         }
-        let mut values = zeros(accessor.count * width)?;
-        let kind = Kind { component: accessor.component_type, normalized: accessor.normalized };
-        self.each_element(index, accessor, shape.size(kind.size()), &mut |element, bytes| {
+        let mut values = allocate_zeros(accessor.count * width)?;
+        let kind = ComponentKind { component: accessor.component_type, normalized: accessor.normalized };
+        self.for_each_element(index, accessor, shape.size(kind.size()), &mut |element, bytes| {
             for (at, value) in values[element * width..][..width].iter_mut().enumerate() {
                 *value = kind.decode(&bytes[shape.offset(at, kind.size())..]) as f32;
             }
@@ -52,25 +52,25 @@ impl<'a> Data<'a> {
     /// Returns the number of components per element of an accessor.
     pub fn width(&self, index: usize) -> Result<usize, ReadError> {
         let accessor = self.accessor(index)?;
-        Shape::of(&accessor.shape).map(Shape::width).ok_or_else(|| unusable(index, accessor))
+        ElementShape::from_name(&accessor.shape).map(ElementShape::width).ok_or_else(|| unusable(index, accessor))
     }
 
     /// Returns the accessor `index`.
     pub fn accessor(&self, index: usize) -> Result<&'a Accessor, ReadError> {
-        self.root.accessors.get(index).ok_or_else(|| missing("accessor", index))
+        self.root.accessors.get(index).ok_or_else(|| missing_error("accessor", index))
     }
 
     /// Reads all elements of an accessor that must have this shape.
     fn elements<const N: usize>(&self, index: usize, shape: &str, limit: usize) -> Result<Vec<[f64; N]>, ReadError> {
         let accessor = self.accessor(index)?;
-        let kind = Kind { component: accessor.component_type, normalized: accessor.normalized };
+        let kind = ComponentKind { component: accessor.component_type, normalized: accessor.normalized };
         if accessor.shape != shape || accessor.count > limit {
             return Err(unusable(index, accessor));
         }
         let mut elements: Vec<[f64; N]> = Vec::new();
-        room(&mut elements, accessor.count)?;
+        reserve(&mut elements, accessor.count)?;
         elements.resize(accessor.count, [0.0; N]);
-        self.each_element(index, accessor, N * kind.size(), &mut |element, bytes| {
+        self.for_each_element(index, accessor, N * kind.size(), &mut |element, bytes| {
             elements[element] = std::array::from_fn(|i| kind.decode(&bytes[i * kind.size()..]));
         })?;
         Ok(elements)
@@ -78,7 +78,7 @@ impl<'a> Data<'a> {
 
     /// Passes on the number and the bytes of each element, dense ones first, then sparse replacements; others are
     /// zeros.
-    fn each_element(
+    fn for_each_element(
         &self,
         index: usize,
         accessor: &Accessor,
@@ -95,13 +95,13 @@ impl<'a> Data<'a> {
             run.enumerate().for_each(|(element, bytes)| show(element, bytes));
         }
         let Some(sparse) = &accessor.sparse else { return Ok(()) };
-        let kind = Kind { component: sparse.indices.component_type, normalized: false };
+        let kind = ComponentKind { component: sparse.indices.component_type, normalized: false };
         let places = self.run(sparse.indices.buffer_view, sparse.indices.byte_offset, sparse.count, kind.size())?;
         let values = self.run(sparse.values.buffer_view, sparse.values.byte_offset, sparse.count, size)?;
         for (place, value) in places.zip(values) {
             let place = kind.decode(place) as usize;
             if place >= accessor.count {
-                return Err(missing("element", place));
+                return Err(missing_error("element", place));
             }
             show(place, value);
         }
@@ -116,7 +116,7 @@ impl<'a> Data<'a> {
         count: usize,
         size: usize,
     ) -> Result<impl Iterator<Item = &'a [u8]>, ReadError> {
-        let view = self.root.buffer_views.get(index).ok_or_else(|| missing("buffer view", index))?;
+        let view = self.root.buffer_views.get(index).ok_or_else(|| missing_error("buffer view", index))?;
         let stride = view.byte_stride.unwrap_or(size);
         let too_short = || ReadError::file(format!("buffer view {index} has no room for {count} elements"), REMEDY);
         if size == 0 || stride < size {
@@ -148,13 +148,13 @@ fn unusable(index: usize, accessor: &Accessor) -> ReadError {
 
 /// The size of an element in components; matrices are stored by columns.
 #[derive(Clone, Copy)]
-struct Shape {
+struct ElementShape {
     rows: usize,
     columns: usize,
 }
 
-impl Shape {
-    fn of(name: &str) -> Option<Self> {
+impl ElementShape {
+    fn from_name(name: &str) -> Option<Self> {
         let (rows, columns) = match name {
             "SCALAR" => (1, 1),
             "VEC2" => (2, 1),
@@ -191,25 +191,25 @@ impl Shape {
 
 /// Returns the number of components of a shape, 0 if it is unknown.
 pub(super) fn shape_width(shape: &str) -> usize {
-    Shape::of(shape).map_or(0, Shape::width)
+    ElementShape::from_name(shape).map_or(0, ElementShape::width)
 }
 
 /// Returns the size of an element in bytes, 0 if its shape or type is unknown.
 pub(super) fn element_size(shape: &str, component_type: u32) -> usize {
-    let component = Kind { component: component_type, normalized: false }.size();
-    Shape::of(shape).map_or(0, |shape| shape.size(component))
+    let component = ComponentKind { component: component_type, normalized: false }.size();
+    ElementShape::from_name(shape).map_or(0, |shape| shape.size(component))
 }
 
 /// The storage of a component.
 #[derive(Clone, Copy)]
-struct Kind {
+struct ComponentKind {
     /// OpenGL number of the type, 5120 to 5126.
     component: u32,
     /// Whether integers mean fractions of their range.
     normalized: bool,
 }
 
-impl Kind {
+impl ComponentKind {
     /// Returns the size in bytes, 0 for an unknown type.
     fn size(self) -> usize {
         match self.component {
@@ -255,14 +255,14 @@ mod tests {
         ] {
             assert_eq!(element_size(shape, component), size, "{shape} {component}");
         }
-        let shape = Shape::of("MAT3").unwrap();
+        let shape = ElementShape::from_name("MAT3").unwrap();
         assert_eq!([0, 1, 2, 3, 8].map(|at| shape.offset(at, 1)), [0, 1, 2, 4, 10]);
         assert_eq!([0, 3, 4].map(|at| shape.offset(at, 4)), [0, 12, 16]);
     }
 
     #[test]
     fn integers_are_decoded_as_fractions_of_their_range() {
-        let decode = |component, normalized, bytes: &[u8]| Kind { component, normalized }.decode(bytes);
+        let decode = |component, normalized, bytes: &[u8]| ComponentKind { component, normalized }.decode(bytes);
         assert_eq!(decode(5121, true, &[255]), 1.0);
         assert_eq!(decode(5120, true, &[0x80]), -1.0);
         assert_eq!(decode(5122, true, &32767i16.to_le_bytes()), 1.0);

@@ -7,14 +7,14 @@ use serde_json::Value;
 
 use super::REMEDY;
 use super::accessor::Data;
+use super::asset_part::{self, AssetPart};
 use super::container::{self, Container};
 use super::load_uri::load_uri;
-use super::part::{self, Part};
 use super::placements::placements;
 use super::schema::Root;
-use crate::io::room::read_file;
+use crate::io::memory::read_file;
 use crate::io::uri::{fetch, path_inside};
-use crate::io::{Folder, Format, OutputFile, ReadError, gzip, of_its_own};
+use crate::io::{Folder, Format, OutputFile, ReadError, gzip, refuse_external_file};
 
 /// A glTF or GLB file, with the files it refers to.
 pub struct Asset {
@@ -30,7 +30,7 @@ pub struct Asset {
     pub(super) images: Vec<OutputFile>,
     /// Mesh index of each part.
     pub(super) meshes: Vec<usize>,
-    parts: Vec<Part>,
+    parts: Vec<AssetPart>,
     notes: Vec<String>,
 }
 
@@ -48,7 +48,7 @@ impl Asset {
     /// ```
     pub fn read_path(path: &Path) -> Result<Self, ReadError> {
         let bytes = read_file(path)?;
-        Self::from_bytes_in(&bytes, &Folder::of(path))
+        Self::from_bytes_in(&bytes, &Folder::from_file(path))
     }
 
     /// Opens the bytes of a glTF or GLB file, gzip-compressed or not.
@@ -67,8 +67,9 @@ impl Asset {
     /// assert!(asset.parts().is_empty() && asset.notes()[0].contains("no.png"));
     /// ```
     pub fn from_bytes(bytes: &[u8], fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<Self, ReadError> {
-        let bytes = &*gzip::unpacked(bytes)?;
-        let opened = Container::open(bytes, fetch).and_then(|container| Self::of(bytes, container.into_owned(), fetch));
+        let bytes = &*gzip::decompress(bytes)?;
+        let opened = Container::open(bytes, fetch)
+            .and_then(|container| Self::from_container(bytes, container.into_owned(), fetch));
         opened.map_err(|error| ReadError { format: Some(Format::Gltf), ..error })
     }
 
@@ -91,30 +92,30 @@ impl Asset {
     /// assert_eq!(Asset::from_stream(&bytes).unwrap().parts().len(), 1);
     /// ```
     pub fn from_stream(bytes: &[u8]) -> Result<Self, ReadError> {
-        Self::from_bytes(bytes, &of_its_own)
+        Self::from_bytes(bytes, &refuse_external_file)
     }
 
-    fn of(
+    fn from_container(
         bytes: &[u8],
         container: Container<'static>,
         fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
     ) -> Result<Self, ReadError> {
-        let (json, _) = container::chunks(bytes)?;
+        let (json, _) = container::split_chunks(bytes)?;
         let broken = |error| ReadError::file(format!("not valid glTF JSON ({error})"), REMEDY);
         let document = serde_json::from_slice(json).map_err(broken)?;
-        let is_embedded = !bytes.starts_with(b"glTF") && container.root.buffers.iter().all(has_its_bytes);
+        let is_embedded = !bytes.starts_with(b"glTF") && container.root.buffers.iter().all(is_data_uri);
         let mut notes = Vec::new();
-        let (meshes, parts) = parts(&container, bytes.len(), &mut notes)?;
+        let (meshes, parts) = read_parts(&container, bytes.len(), &mut notes)?;
         if container.root.accessors.iter().any(|accessor| accessor.decoded.is_some()) {
             notes.push("geometry that Draco has compressed is written uncompressed".into());
         }
-        let images = images(&container.root, fetch, &mut notes);
+        let images = fetch_images(&container.root, fetch, &mut notes);
         let n_bytes = bytes.len() + container.buffers.n_bytes();
         Ok(Self { document, container, n_bytes, is_embedded, images, meshes, parts, notes })
     }
 
     /// Returns the meshes with triangles, each once, in file order.
-    pub fn parts(&self) -> &[Part] {
+    pub fn parts(&self) -> &[AssetPart] {
         &self.parts
     }
 
@@ -142,32 +143,36 @@ impl fmt::Debug for Asset {
     }
 }
 
-fn has_its_bytes(buffer: &super::schema::Buffer) -> bool {
+fn is_data_uri(buffer: &super::schema::GltfBuffer) -> bool {
     buffer.uri.as_deref().is_some_and(|uri| uri.starts_with("data:"))
 }
 
 /// Reads the meshes that have triangles, with their mesh indices.
-fn parts(container: &Container, n_bytes: usize, notes: &mut Vec<String>) -> Result<(Vec<usize>, Vec<Part>), ReadError> {
+fn read_parts(
+    container: &Container,
+    n_bytes: usize,
+    notes: &mut Vec<String>,
+) -> Result<(Vec<usize>, Vec<AssetPart>), ReadError> {
     let (root, data) = (&container.root, container.data());
-    let (mut budget, mut mended) = (container.budget(n_bytes), part::Notes::default());
-    let scales = scales(&data, budget)?;
+    let (mut budget, mut repairs) = (container.budget(n_bytes), asset_part::ReadRepairs::default());
+    let scales = largest_scales(&data, budget)?;
     let (mut meshes, mut parts) = (Vec::new(), Vec::new());
     for (index, mesh) in root.meshes.iter().enumerate() {
         let name = mesh.name.clone().unwrap_or_else(|| format!("mesh {index}"));
-        let materials = part::materials(root, mesh);
-        if let Some(mesh) = part::read(&data, mesh, &mut budget, &mut mended)? {
+        let materials = asset_part::materials(root, mesh);
+        if let Some(mesh) = asset_part::read(&data, mesh, &mut budget, &mut repairs)? {
             meshes.push(index);
-            parts.push(Part { name, mesh, materials, scale: scales[index] });
+            parts.push(AssetPart { name, mesh, materials, scale: scales[index] });
         }
     }
-    if mended.n_not_finite > 0 {
-        notes.push(format!("vertex attributes that are not numbers become 0 (values: {})", mended.n_not_finite));
+    if repairs.n_not_finite > 0 {
+        notes.push(format!("vertex attributes that are not numbers become 0 (values: {})", repairs.n_not_finite));
     }
     Ok((meshes, parts))
 }
 
 /// Returns the largest scale at which each mesh is placed, n_meshes, 1 if none.
-fn scales(data: &Data, limit: usize) -> Result<Vec<f64>, ReadError> {
+fn largest_scales(data: &Data, limit: usize) -> Result<Vec<f64>, ReadError> {
     let mut scales = vec![0f64; data.root.meshes.len()];
     for placed in placements(data)? {
         let of_instances = placed.instances.and_then(|names| names.get("SCALE"));
@@ -189,7 +194,11 @@ fn largest_scale(data: &Data, accessor: usize, limit: usize) -> Result<f64, Read
 }
 
 /// Fetches the images in separate files, each once; for a missing one the document keeps its reference.
-fn images(root: &Root, fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>, notes: &mut Vec<String>) -> Vec<OutputFile> {
+fn fetch_images(
+    root: &Root,
+    fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
+    notes: &mut Vec<String>,
+) -> Vec<OutputFile> {
     let mut images: Vec<OutputFile> = Vec::new();
     for uri in root.images.iter().filter_map(|image| image.uri.as_deref()).filter(|uri| !uri.starts_with("data:")) {
         let Some(path) = path_inside(uri) else {

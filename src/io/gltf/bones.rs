@@ -3,7 +3,7 @@
 use glam::DMat4;
 
 use super::accessor::Data;
-use super::schema::{Node, Skin};
+use super::schema::{GltfNode, Skin};
 use crate::io::ReadError;
 
 /// The joints of a skin, with their inverse bind matrices (from mesh to joint coordinates).
@@ -14,7 +14,7 @@ pub(super) struct Bones {
 
 impl Bones {
     /// Reads the matrices of a skin; missing ones are the identity.
-    pub fn of(data: &Data, skin: &Skin) -> Result<Self, ReadError> {
+    pub fn read(data: &Data, skin: &Skin) -> Result<Self, ReadError> {
         let n = skin.joints.len();
         let matrices = skin.inverse_bind_matrices.map(|index| data.floats(index, 16 * n.max(1)));
         let inverse_bind = match matrices.transpose()? {
@@ -37,9 +37,9 @@ impl Bones {
 }
 
 /// Returns the transforms of all nodes to the scene, from those to their parents, n_nodes.
-pub(super) fn world_transforms(nodes: &[Node], local: &[DMat4]) -> Vec<DMat4> {
+pub(super) fn world_transforms(nodes: &[GltfNode], local: &[DMat4]) -> Vec<DMat4> {
     let mut parent = vec![None; nodes.len()];
-    let of = |(i, node): (usize, &Node)| node.children.iter().map(move |&child| (child, i)).collect::<Vec<_>>();
+    let of = |(i, node): (usize, &GltfNode)| node.children.iter().map(move |&child| (child, i)).collect::<Vec<_>>();
     for (child, i) in nodes.iter().enumerate().flat_map(of) {
         parent.get_mut(child).into_iter().for_each(|parent| *parent = Some(i));
     }

@@ -1,4 +1,4 @@
-//! Buffers of a glTF; each file is read once, even if several buffers name it.
+//! AssetBuffers of a glTF; each file is read once, even if several buffers name it.
 
 use std::borrow::Cow;
 use std::path::PathBuf;
@@ -11,14 +11,14 @@ use crate::io::ReadError;
 use crate::io::uri::path_inside;
 
 /// The bytes of buffers.
-pub(super) struct Buffers<'a> {
+pub(super) struct AssetBuffers<'a> {
     /// Content of the files.
     files: Vec<Cow<'a, [u8]>>,
     /// File of each buffer.
     of_buffers: Vec<usize>,
 }
 
-impl<'a> Buffers<'a> {
+impl<'a> AssetBuffers<'a> {
     /// Collects the bytes of buffers: from the container (`embedded`), `data:` URIs, and files by `fetch`.
     ///
     /// A buffer is given by its URI and whether it is a fallback, which needs no bytes.
@@ -60,9 +60,9 @@ impl<'a> Buffers<'a> {
     }
 
     /// Copies borrowed bytes.
-    pub fn into_owned(self) -> Buffers<'static> {
+    pub fn into_owned(self) -> AssetBuffers<'static> {
         let files = self.files.into_iter().map(|bytes| Cow::Owned(bytes.into_owned())).collect();
-        Buffers { files, of_buffers: self.of_buffers }
+        AssetBuffers { files, of_buffers: self.of_buffers }
     }
 
     /// Returns the bytes of a buffer.
@@ -90,7 +90,7 @@ mod tests {
             n_read.set(n_read.get() + 1);
             Ok(uri.as_bytes().to_vec())
         };
-        let held = Buffers::load(names.into_iter().map(|uri| (Some(uri), false)), None, &fetch).unwrap();
+        let held = AssetBuffers::load(names.into_iter().map(|uri| (Some(uri), false)), None, &fetch).unwrap();
         assert_eq!((n_read.get(), held.n_bytes()), (2, 10));
         assert_eq!(
             [0, 3, 4, 5].map(|i| held.get(i)),

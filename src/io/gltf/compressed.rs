@@ -8,7 +8,7 @@ use meshopt::{
 use serde::Deserialize;
 
 use super::REMEDY;
-use super::buffers::Buffers;
+use super::buffers::AssetBuffers;
 use crate::io::ReadError;
 
 /// Largest expansion per compressed byte, and bytes always allowed.
@@ -31,7 +31,7 @@ pub(super) struct Compressed {
 /// Decompresses the compressed buffer views; the third argument matters only to builds without this feature.
 pub(super) fn decompress(
     views: &[Option<&Compressed>],
-    buffers: &Buffers,
+    buffers: &AssetBuffers,
     _: &[String],
 ) -> Result<Vec<Option<Vec<u8>>>, ReadError> {
     let mut budget = GROWTH.0.saturating_mul(buffers.n_bytes()) + GROWTH.1;
@@ -42,27 +42,27 @@ pub(super) fn decompress(
         let size = view.count.checked_mul(view.byte_stride).filter(|&size| size <= budget).ok_or_else(broken)?;
         budget -= size;
         let bytes = buffers.get(view.buffer).and_then(|bytes| bytes.get(view.byte_offset..)?.get(..view.byte_length));
-        bytes.and_then(|bytes| decoded(view, bytes)).map(Some).ok_or_else(broken)
+        bytes.and_then(|bytes| decode_view(view, bytes)).map(Some).ok_or_else(broken)
     };
     views.iter().enumerate().map(&mut decode).collect()
 }
 
 /// Decodes a view, count x byte_stride bytes; `None` if its description or bytes are broken.
-fn decoded(view: &Compressed, bytes: &[u8]) -> Option<Vec<u8>> {
+fn decode_view(view: &Compressed, bytes: &[u8]) -> Option<Vec<u8>> {
     let Compressed { count, byte_stride, .. } = *view;
     match (view.mode.as_str(), byte_stride) {
         ("ATTRIBUTES", stride) if stride % 4 == 0 && stride > 0 => {
-            let decoded = by_stride(bytes, count, stride)?;
-            filtered(decoded, stride, view.filter.as_deref().unwrap_or("NONE"))
+            let vertices = decode_vertices(bytes, count, stride)?;
+            undo_filter(vertices, stride, view.filter.as_deref().unwrap_or("NONE"))
         }
         ("TRIANGLES", 2) if count % 3 == 0 => {
-            Some(bytes_of(decode_index_buffer::<u16>(bytes, count).ok()?, u16::to_le_bytes))
+            Some(to_bytes(decode_index_buffer::<u16>(bytes, count).ok()?, u16::to_le_bytes))
         }
         ("TRIANGLES", 4) if count % 3 == 0 => {
-            Some(bytes_of(decode_index_buffer::<u32>(bytes, count).ok()?, u32::to_le_bytes))
+            Some(to_bytes(decode_index_buffer::<u32>(bytes, count).ok()?, u32::to_le_bytes))
         }
-        ("INDICES", 2) => Some(bytes_of(decode_index_sequence::<u16>(bytes, count).ok()?, u16::to_le_bytes)),
-        ("INDICES", 4) => Some(bytes_of(decode_index_sequence::<u32>(bytes, count).ok()?, u32::to_le_bytes)),
+        ("INDICES", 2) => Some(to_bytes(decode_index_sequence::<u16>(bytes, count).ok()?, u16::to_le_bytes)),
+        ("INDICES", 4) => Some(to_bytes(decode_index_sequence::<u32>(bytes, count).ok()?, u32::to_le_bytes)),
         _ => None,
     }
 }
@@ -78,7 +78,7 @@ impl<const N: usize> Default for Vertex<N> {
 }
 
 /// Decodes vertices of `stride` bytes, a multiple of four up to 256.
-fn by_stride(bytes: &[u8], count: usize, stride: usize) -> Option<Vec<u8>> {
+fn decode_vertices(bytes: &[u8], count: usize, stride: usize) -> Option<Vec<u8>> {
     macro_rules! of_words {
         ($($n:literal)*) => {
             match stride / 4 {
@@ -97,21 +97,21 @@ fn vertices<const N: usize>(bytes: &[u8], count: usize) -> Option<Vec<u8>> {
 }
 
 /// Undoes the filter that prepared vertices for compression.
-fn filtered(bytes: Vec<u8>, stride: usize, filter: &str) -> Option<Vec<u8>> {
+fn undo_filter(bytes: Vec<u8>, stride: usize, filter: &str) -> Option<Vec<u8>> {
     match (filter, stride) {
         ("NONE", _) => Some(bytes),
-        ("OCTAHEDRAL", 4) => Some(in_place(bytes, i8::from_le_bytes, i8::to_le_bytes, decode_filter_oct)),
-        ("OCTAHEDRAL", 8) => Some(in_place(bytes, i16::from_le_bytes, i16::to_le_bytes, decode_filter_oct)),
-        ("QUATERNION", 8) => Some(in_place(bytes, i16::from_le_bytes, i16::to_le_bytes, decode_filter_quat)),
-        ("EXPONENTIAL", _) => Some(in_place(bytes, u32::from_le_bytes, u32::to_le_bytes, decode_filter_exp::<1>)),
-        ("COLOR", 4) => Some(in_place(bytes, u8::from_le_bytes, u8::to_le_bytes, decode_filter_color)),
-        ("COLOR", 8) => Some(in_place(bytes, u16::from_le_bytes, u16::to_le_bytes, decode_filter_color)),
+        ("OCTAHEDRAL", 4) => Some(apply_filter(bytes, i8::from_le_bytes, i8::to_le_bytes, decode_filter_oct)),
+        ("OCTAHEDRAL", 8) => Some(apply_filter(bytes, i16::from_le_bytes, i16::to_le_bytes, decode_filter_oct)),
+        ("QUATERNION", 8) => Some(apply_filter(bytes, i16::from_le_bytes, i16::to_le_bytes, decode_filter_quat)),
+        ("EXPONENTIAL", _) => Some(apply_filter(bytes, u32::from_le_bytes, u32::to_le_bytes, decode_filter_exp::<1>)),
+        ("COLOR", 4) => Some(apply_filter(bytes, u8::from_le_bytes, u8::to_le_bytes, decode_filter_color)),
+        ("COLOR", 8) => Some(apply_filter(bytes, u16::from_le_bytes, u16::to_le_bytes, decode_filter_color)),
         _ => None,
     }
 }
 
 /// Applies a filter to elements of N numbers of W bytes.
-fn in_place<C, const W: usize, const N: usize>(
+fn apply_filter<C, const W: usize, const N: usize>(
     bytes: Vec<u8>,
     from: fn([u8; W]) -> C,
     to: fn(C) -> [u8; W],
@@ -119,10 +119,10 @@ fn in_place<C, const W: usize, const N: usize>(
 ) -> Vec<u8> {
     let mut numbers: Vec<C> = bytes.as_chunks::<W>().0.iter().map(|&bytes| from(bytes)).collect();
     filter(numbers.as_chunks_mut::<N>().0);
-    bytes_of(numbers, to)
+    to_bytes(numbers, to)
 }
 
-fn bytes_of<C, const W: usize>(numbers: Vec<C>, to: fn(C) -> [u8; W]) -> Vec<u8> {
+fn to_bytes<C, const W: usize>(numbers: Vec<C>, to: fn(C) -> [u8; W]) -> Vec<u8> {
     numbers.into_iter().flat_map(to).collect()
 }
 
@@ -143,12 +143,12 @@ mod tests {
             (4, encode_vertex_buffer(&[[1u8, 2, 3, 4], [5, 6, 7, 8]]).unwrap()),
             (8, encode_vertex_buffer(&[[1u8, 2, 3, 4, 5, 6, 7, 8]]).unwrap()),
         ] {
-            let decoded = decoded(&view("ATTRIBUTES", 8 / stride, stride, None), &bytes).unwrap();
+            let decoded = decode_view(&view("ATTRIBUTES", 8 / stride, stride, None), &bytes).unwrap();
             assert_eq!(decoded, [1, 2, 3, 4, 5, 6, 7, 8]);
         }
         let wide = [[7u32; 64]];
         let bytes = encode_vertex_buffer(&wide).unwrap();
-        assert_eq!(decoded(&view("ATTRIBUTES", 1, 256, None), &bytes).unwrap(), 7u32.to_le_bytes().repeat(64));
+        assert_eq!(decode_view(&view("ATTRIBUTES", 1, 256, None), &bytes).unwrap(), 7u32.to_le_bytes().repeat(64));
     }
 
     #[test]
@@ -157,9 +157,9 @@ mod tests {
         let triangles = encode_index_buffer(&indices, 4).unwrap();
         let sequence = encode_index_sequence(&indices, 4).unwrap();
         for (mode, bytes) in [("TRIANGLES", &triangles), ("INDICES", &sequence)] {
-            let short = decoded(&view(mode, 6, 2, None), bytes).unwrap();
+            let short = decode_view(&view(mode, 6, 2, None), bytes).unwrap();
             assert_eq!(short, indices.map(|i| (i as u16).to_le_bytes()).concat());
-            let long = decoded(&view(mode, 6, 4, None), bytes).unwrap();
+            let long = decode_view(&view(mode, 6, 4, None), bytes).unwrap();
             assert_eq!(long, indices.map(u32::to_le_bytes).concat());
         }
     }
@@ -168,10 +168,10 @@ mod tests {
     fn filters_are_undone() {
         let encoded: Vec<[i8; 4]> = encode_filter_oct(&[[0.0, 0.0, -1.0, 0.0], [1.0, 0.0, 0.0, 0.0]], 8);
         let bytes = encode_vertex_buffer(&encoded).unwrap();
-        let found = decoded(&view("ATTRIBUTES", 2, 4, Some("OCTAHEDRAL")), &bytes).unwrap();
+        let found = decode_view(&view("ATTRIBUTES", 2, 4, Some("OCTAHEDRAL")), &bytes).unwrap();
         assert_eq!(found, [0, 0, 0x81, 0, 127, 0, 0, 0]);
         let halves = encode_vertex_buffer(&[(0xffu32 << 24) | 3, 5]).unwrap();
-        let found = decoded(&view("ATTRIBUTES", 2, 4, Some("EXPONENTIAL")), &halves).unwrap();
+        let found = decode_view(&view("ATTRIBUTES", 2, 4, Some("EXPONENTIAL")), &halves).unwrap();
         assert_eq!(found, [1.5f32.to_le_bytes(), 5f32.to_le_bytes()].concat());
     }
 
@@ -190,7 +190,11 @@ mod tests {
             ("INDICES", 3, 4, None),
             ("SOMETHING", 3, 4, None),
         ] {
-            assert_eq!(decoded(&view(mode, count, stride, filter), &bytes), None, "{mode} {count} {stride} {filter:?}");
+            assert_eq!(
+                decode_view(&view(mode, count, stride, filter), &bytes),
+                None,
+                "{mode} {count} {stride} {filter:?}"
+            );
         }
     }
 }

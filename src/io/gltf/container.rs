@@ -4,16 +4,16 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::accessor::Data;
-use super::buffers::Buffers;
+use super::buffers::AssetBuffers;
 use super::schema::Root;
 use super::{REMEDY, compressed, draco};
 use crate::io::ReadError;
-use crate::io::room::most_made;
+use crate::io::memory::instance_limit;
 
 /// A glTF with all its bytes.
 pub(super) struct Container<'a> {
     pub root: Root,
-    pub buffers: Buffers<'a>,
+    pub buffers: AssetBuffers<'a>,
     /// Bytes of each compressed buffer view.
     pub decompressed: Vec<Option<Vec<u8>>>,
 }
@@ -21,7 +21,7 @@ pub(super) struct Container<'a> {
 impl<'a> Container<'a> {
     /// Opens an asset; `fetch` returns the bytes of buffers in separate files.
     pub fn open(bytes: &'a [u8], fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<Self, ReadError> {
-        let (json, embedded) = chunks(bytes)?;
+        let (json, embedded) = split_chunks(bytes)?;
         // Before parsing: glTF 1.0 has another structure and would fail with a misleading error.
         refuse_version_1(json)?;
         let mut root: Root = serde_json::from_slice(json).map_err(|error| {
@@ -29,12 +29,12 @@ impl<'a> Container<'a> {
                 json.split_inclusive(|&byte| byte == b'\n').take(error.line().saturating_sub(1)).map(<[u8]>::len).sum();
             ReadError::line(json, before, format!("not valid glTF JSON ({error})"), REMEDY)
         })?;
-        let is_spare = |at: usize| embedded.is_none() && has_compressed_views_alone(&root, at);
+        let is_spare = |at: usize| embedded.is_none() && has_only_compressed_views(&root, at);
         let named = root.buffers.iter().enumerate();
         let named =
             named.map(|(at, it)| (it.uri.as_deref(), it.extensions.is_fallback() || it.uri.is_none() && is_spare(at)));
-        let buffers = Buffers::load(named, embedded, fetch)?;
-        let views: Vec<_> = root.buffer_views.iter().map(|view| view.extensions.compressed()).collect();
+        let buffers = AssetBuffers::load(named, embedded, fetch)?;
+        let views: Vec<_> = root.buffer_views.iter().map(|view| view.extensions.compression()).collect();
         // Views before Draco: both add to the root, but only Draco changes accessors.
         let decompressed = compressed::decompress(&views, &buffers, &root.extensions_required)?;
         draco::decompress(&mut root, &buffers)?;
@@ -53,7 +53,7 @@ impl<'a> Container<'a> {
 
     /// Returns how many vertices and faces an asset whose file has `n_bytes` may make.
     pub fn budget(&self, n_bytes: usize) -> usize {
-        most_made(n_bytes + self.buffers.n_bytes() + self.n_decompressed())
+        instance_limit(n_bytes + self.buffers.n_bytes() + self.n_decompressed())
     }
 
     /// Returns the number of decompressed bytes.
@@ -65,42 +65,42 @@ impl<'a> Container<'a> {
 
 /// Returns whether all views of a buffer, and at least one, are compressed in other buffers, so that its bytes are not
 /// needed.
-fn has_compressed_views_alone(root: &Root, buffer: usize) -> bool {
+fn has_only_compressed_views(root: &Root, buffer: usize) -> bool {
     let mut views = root.buffer_views.iter().filter(|view| view.buffer == buffer).peekable();
-    views.peek().is_some() && views.all(|view| view.extensions.compressed().is_some())
+    views.peek().is_some() && views.all(|view| view.extensions.compression().is_some())
 }
 
 /// Makes the error for glTF before 2.0.
-fn old(version: &str) -> ReadError {
+fn old_version_error(version: &str) -> ReadError {
     let remedy = "convert it to 2.0 first, as with `npx gltf-pipeline -i OLD -o NEW.glb`";
     ReadError::file(format!("glTF {version} is not read, glTF 2.0 is"), remedy)
 }
 
 /// Refuses a document that declares a version before 2.0.
 fn refuse_version_1(json: &[u8]) -> Result<(), ReadError> {
-    let stated = serde_json::from_slice::<Stated>(json).ok().and_then(|stated| stated.asset?.version);
+    let stated = serde_json::from_slice::<VersionStatement>(json).ok().and_then(|stated| stated.asset?.version);
     let version = stated.map(|version| version.as_str().map_or_else(|| version.to_string(), String::from));
     match version.filter(|version| ["0", "1"].contains(&version.split('.').next().unwrap_or_default())) {
-        Some(version) => Err(old(&version)),
+        Some(version) => Err(old_version_error(&version)),
         None => Ok(()),
     }
 }
 
 /// The version statement of a document.
 #[derive(Deserialize)]
-struct Stated {
-    asset: Option<StatedAsset>,
+struct VersionStatement {
+    asset: Option<StatedVersion>,
 }
 
 /// The `asset` object of a document; the version is text or a number.
 #[derive(Deserialize)]
-struct StatedAsset {
+struct StatedVersion {
     version: Option<Value>,
 }
 
 /// Splits a file into its JSON and, for GLB, the binary chunk.
-pub(super) fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ReadError> {
-    let (json, binary) = if bytes.starts_with(b"glTF") { split(bytes)? } else { (bytes, None) };
+pub(super) fn split_chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ReadError> {
+    let (json, binary) = if bytes.starts_with(b"glTF") { split_glb(bytes)? } else { (bytes, None) };
     let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
     // Some writers pad the JSON with zero bytes instead of blanks.
     let end = json.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1);
@@ -108,10 +108,10 @@ pub(super) fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ReadError> 
 }
 
 /// Splits a GLB into its JSON and binary chunk.
-fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ReadError> {
-    match word(bytes, 4) {
+fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ReadError> {
+    match read_u32(bytes, 4) {
         Some(2) => {}
-        Some(1) => return Err(old("1.0")),
+        Some(1) => return Err(old_version_error("1.0")),
         version => {
             let what = format!("version {} of glTF", version.unwrap_or(0));
             return Err(ReadError::byte(4, what, "export the asset as glTF 2.0"));
@@ -119,7 +119,7 @@ fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ReadError> {
     }
     let (mut json, mut binary) = (None, None);
     let mut at = 12;
-    while let (Some(length), Some(kind)) = (word(bytes, at), bytes.get(at + 4..at + 8)) {
+    while let (Some(length), Some(kind)) = (read_u32(bytes, at), bytes.get(at + 4..at + 8)) {
         let chunk = bytes.get(at + 8..).and_then(|rest| rest.get(..length as usize));
         let chunk = chunk.ok_or_else(|| {
             ReadError::byte(at, "a chunk is longer than the file", "the file is cut, export the asset again")
@@ -134,6 +134,6 @@ fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ReadError> {
     Ok((json.ok_or_else(|| ReadError::byte(12, "no JSON in the container", REMEDY))?, binary))
 }
 
-fn word(bytes: &[u8], at: usize) -> Option<u32> {
+fn read_u32(bytes: &[u8], at: usize) -> Option<u32> {
     Some(u32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?))
 }

@@ -50,14 +50,14 @@ impl Asset {
     pub fn contents(&self) -> AssetContents {
         let list = |name: &str| self.document.get(name).and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
         let texts = |name: &str| list(name).iter().filter_map(Value::as_str).map(String::from).collect();
-        let nodes = names(list("nodes"), "node");
+        let nodes = item_names(list("nodes"), "node");
         let holders = |mesh: &usize| {
             let all = list("nodes").iter().zip(&nodes);
             let holds = |node: &Value| node.get("mesh").and_then(index) == Some(*mesh);
             all.filter(|(node, _)| holds(node)).map(|(_, name)| name.clone()).collect()
         };
         let joints = list("skins").iter().map(|skin| skin["joints"].as_array().map_or(0, Vec::len));
-        let seconds = list("animations").iter().map(|animation| self.seconds(animation));
+        let seconds = list("animations").iter().map(|animation| self.duration(animation));
         AssetContents {
             generator: self.document["asset"]["generator"].as_str().map(String::from),
             n_scenes: list("scenes").len(),
@@ -65,10 +65,10 @@ impl Asset {
             n_cameras: list("cameras").len(),
             nodes_of_parts: self.meshes.iter().map(holders).collect(),
             parts_of_nodes: nodes.into_iter().zip(self.parts_below(list("nodes"))).collect(),
-            materials: names(list("materials"), "material"),
-            images: names(list("images"), "image"),
-            skins: names(list("skins"), "skin").into_iter().zip(joints).collect(),
-            animations: names(list("animations"), "animation").into_iter().zip(seconds).collect(),
+            materials: item_names(list("materials"), "material"),
+            images: item_names(list("images"), "image"),
+            skins: item_names(list("skins"), "skin").into_iter().zip(joints).collect(),
+            animations: item_names(list("animations"), "animation").into_iter().zip(seconds).collect(),
             extensions_used: texts("extensionsUsed"),
             extensions_required: texts("extensionsRequired"),
         }
@@ -105,7 +105,7 @@ impl Asset {
     }
 
     /// Returns the last time of an animation, in seconds.
-    fn seconds(&self, animation: &Value) -> f64 {
+    fn duration(&self, animation: &Value) -> f64 {
         let inputs = animation["samplers"].as_array().into_iter().flatten();
         let ends = inputs.filter_map(|sampler| {
             let accessor = self.document.get("accessors")?.get(sampler.get("input").and_then(index)?)?;
@@ -116,7 +116,7 @@ impl Asset {
 }
 
 /// Returns the name of each item, else its file, else its kind and number.
-fn names(list: &[Value], kind: &str) -> Vec<String> {
+fn item_names(list: &[Value], kind: &str) -> Vec<String> {
     let of_file = |it: &Value| it["uri"].as_str().filter(|uri| !uri.starts_with("data:")).map(String::from);
     let named = |it: &Value| it["name"].as_str().filter(|name| !name.is_empty()).map(String::from);
     list.iter()

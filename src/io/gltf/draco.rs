@@ -3,18 +3,18 @@
 use draco_core::{DataType, DecodeLimits, DecoderBuffer, Mesh, MeshDecoder, PointAttribute, PointIndex};
 
 use super::accessor::element_size;
-use super::buffers::Buffers;
+use super::buffers::AssetBuffers;
 use super::schema::{Accessor, Draco, Primitive, Root};
 use crate::io::ReadError;
+use crate::io::memory::reserve;
 use crate::io::one_line::one_line;
-use crate::io::room::room;
 
 /// Largest expansion per compressed byte, and bytes always allowed. Equal values take no space, so no ratio fits every
 /// file.
 const GROWTH: (usize, usize) = (256, 1 << 26);
 
 /// Decodes the compressed primitives into their accessors, which keep their types.
-pub(super) fn decompress(root: &mut Root, buffers: &Buffers) -> Result<(), ReadError> {
+pub(super) fn decompress(root: &mut Root, buffers: &AssetBuffers) -> Result<(), ReadError> {
     let mut budget = GROWTH.0.saturating_mul(buffers.n_bytes()).saturating_add(GROWTH.1);
     let Root { meshes, accessors, buffer_views, .. } = root;
     for primitive in meshes.iter_mut().flat_map(|mesh| &mut mesh.primitives) {
@@ -24,12 +24,12 @@ pub(super) fn decompress(root: &mut Root, buffers: &Buffers) -> Result<(), ReadE
             ReadError::file(what, "export the asset again, or without the compression")
         };
         // An attribute with neither copy would silently become zeros.
-        if let Some(name) = left_out(primitive, draco, accessors) {
+        if let Some(name) = find_missing(primitive, draco, accessors) {
             return Err(broken(&format!("it holds no {name}")));
         }
         let view = draco.buffer_view.and_then(|view| buffer_views.get(view)).ok_or_else(|| broken("no buffer view"))?;
         let bytes = buffers.get(view.buffer).and_then(|bytes| bytes.get(view.byte_offset..)?.get(..view.byte_length));
-        let mesh = decoded(bytes.ok_or_else(|| broken("no bytes"))?, budget).map_err(|why| broken(&why))?;
+        let mesh = decode_mesh(bytes.ok_or_else(|| broken("no bytes"))?, budget).map_err(|why| broken(&why))?;
         let mut take = |accessor: Option<&mut Accessor>, values: Option<Vec<u8>>, count: usize| {
             let (Some(accessor), Some(values)) = (accessor, values) else { return Err(broken("no such values")) };
             budget = budget.checked_sub(values.len()).ok_or_else(|| broken("too many values"))?;
@@ -40,13 +40,15 @@ pub(super) fn decompress(root: &mut Root, buffers: &Buffers) -> Result<(), ReadE
             let index = primitive.attributes.get(name).ok_or_else(|| broken(name))?;
             let accessor = accessors.get_mut(*index);
             let attribute = mesh.attribute_by_unique_id(id);
-            let values =
-                accessor.as_ref().zip(attribute).and_then(|(accessor, it)| values_of(it, mesh.num_points(), accessor));
+            let values = accessor
+                .as_ref()
+                .zip(attribute)
+                .and_then(|(accessor, it)| attribute_values(it, mesh.num_points(), accessor));
             take(accessor, values, mesh.num_points())?;
         }
         if let Some(index) = primitive.indices {
             let accessor = accessors.get_mut(index);
-            let indices = accessor.as_ref().and_then(|accessor| indices_of(&mesh, accessor));
+            let indices = accessor.as_ref().and_then(|accessor| face_indices(&mesh, accessor));
             take(accessor, indices, 3 * mesh.num_faces())?;
         }
         primitive.mode = TRIANGLES;
@@ -55,7 +57,7 @@ pub(super) fn decompress(root: &mut Root, buffers: &Buffers) -> Result<(), ReadE
 }
 
 /// Returns an attribute with neither an uncompressed nor a compressed copy.
-fn left_out<'a>(primitive: &'a Primitive, draco: &Draco, accessors: &[Accessor]) -> Option<&'a str> {
+fn find_missing<'a>(primitive: &'a Primitive, draco: &Draco, accessors: &[Accessor]) -> Option<&'a str> {
     let is_bare = |index: usize| accessors.get(index).is_some_and(Accessor::is_bare);
     let mut attributes = primitive.attributes.iter();
     let found = attributes.find(|(name, index)| is_bare(**index) && !draco.attributes.contains_key(*name));
@@ -66,7 +68,7 @@ fn left_out<'a>(primitive: &'a Primitive, draco: &Draco, accessors: &[Accessor])
 const TRIANGLES: u32 = 4;
 
 /// Decodes a mesh of at most `most` bytes, or returns the reason of failure.
-fn decoded(bytes: &[u8], most: usize) -> Result<Mesh, String> {
+fn decode_mesh(bytes: &[u8], most: usize) -> Result<Mesh, String> {
     let most = most as u64;
     let limits =
         DecodeLimits::default().with_max_points(most / 4).with_max_faces(most / 12).with_max_decoded_bytes(most);
@@ -76,7 +78,7 @@ fn decoded(bytes: &[u8], most: usize) -> Result<Mesh, String> {
 }
 
 /// Returns an attribute at all points in the type of an accessor, n_points x width components.
-fn values_of(attribute: &PointAttribute, n_points: usize, accessor: &Accessor) -> Option<Vec<u8>> {
+fn attribute_values(attribute: &PointAttribute, n_points: usize, accessor: &Accessor) -> Option<Vec<u8>> {
     let width = match accessor.shape.as_str() {
         "SCALAR" => 1,
         "VEC2" => 2,
@@ -86,8 +88,8 @@ fn values_of(attribute: &PointAttribute, n_points: usize, accessor: &Accessor) -
     };
     let size = element_size(&accessor.shape, accessor.component_type);
     let mut values = Vec::new();
-    room(&mut values, n_points.checked_mul(size).filter(|_| size > 0)?).ok()?;
-    if component_of(attribute.data_type()) == Some(accessor.component_type)
+    reserve(&mut values, n_points.checked_mul(size).filter(|_| size > 0)?).ok()?;
+    if component_type_of(attribute.data_type()) == Some(accessor.component_type)
         && usize::from(attribute.num_components()) == width
     {
         let stride = usize::try_from(attribute.byte_stride()).ok()?;
@@ -105,7 +107,7 @@ fn values_of(attribute: &PointAttribute, n_points: usize, accessor: &Accessor) -
 }
 
 /// Returns the glTF number of a component type.
-fn component_of(kind: DataType) -> Option<u32> {
+fn component_type_of(kind: DataType) -> Option<u32> {
     match kind {
         DataType::Int8 => Some(5120),
         DataType::Uint8 => Some(5121),
@@ -132,9 +134,9 @@ fn push_as(out: &mut Vec<u8>, value: f32, component: u32) -> Option<()> {
 }
 
 /// Returns the corners of all faces in the type of an accessor.
-fn indices_of(mesh: &Mesh, accessor: &Accessor) -> Option<Vec<u8>> {
+fn face_indices(mesh: &Mesh, accessor: &Accessor) -> Option<Vec<u8>> {
     let mut indices = Vec::new();
-    room(&mut indices, 3 * mesh.num_faces() * element_size("SCALAR", accessor.component_type)).ok()?;
+    reserve(&mut indices, 3 * mesh.num_faces() * element_size("SCALAR", accessor.component_type)).ok()?;
     for PointIndex(point) in mesh.faces().iter().flatten() {
         match accessor.component_type {
             5121 => indices.push(u8::try_from(*point).ok()?),
@@ -149,7 +151,7 @@ fn indices_of(mesh: &Mesh, accessor: &Accessor) -> Option<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::{Asset, Format, LighterPart, read, read_attributed};
+    use crate::io::{Asset, Format, SimplifiedPart, read, read_attributed};
     use crate::mesh::Role;
     use crate::mesh::cleanup::{CleanOptions, clean};
 
@@ -173,7 +175,7 @@ mod tests {
     fn an_asset_is_written_without_the_compression_and_says_so() {
         let asset = Asset::from_bytes(TORUS, &|_| unreachable!()).unwrap();
         assert_eq!(asset.notes(), ["geometry that Draco has compressed is written uncompressed"]);
-        let parts: Vec<LighterPart> = asset.parts().iter().map(LighterPart::of).collect();
+        let parts: Vec<SimplifiedPart> = asset.parts().iter().map(SimplifiedPart::from_part).collect();
         let written = &asset.write(&parts, Format::Glb, "a.glb").unwrap()[0].bytes;
         assert!(!String::from_utf8_lossy(written).contains("draco"));
         assert_eq!(read(written, None).unwrap().faces.len(), 576);
@@ -186,7 +188,7 @@ mod tests {
         damaged[from + 20..].fill(0xff);
         let error = read(&damaged, None).unwrap_err().to_string();
         assert!(error.contains("compressed by Draco cannot be decoded (") && !error.contains('\n'), "{error}");
-        assert!(decoded(&TORUS[from..], 1000).is_err());
-        assert_eq!(decoded(&TORUS[from..], 100_000).unwrap().num_faces(), 576);
+        assert!(decode_mesh(&TORUS[from..], 1000).is_err());
+        assert_eq!(decode_mesh(&TORUS[from..], 100_000).unwrap().num_faces(), 576);
     }
 }

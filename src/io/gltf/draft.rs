@@ -15,7 +15,7 @@ pub(super) struct Draft<'a> {
 
 /// The storage of numbers.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Stored {
+pub(super) struct NumberStorage {
     /// OpenGL number of the component type, 5120 to 5126.
     pub component: u32,
     /// Whether integers mean fractions of their range.
@@ -26,7 +26,7 @@ pub(super) struct Stored {
     pub sparse: bool,
 }
 
-impl Stored {
+impl NumberStorage {
     /// Stores single precision in rows of this shape.
     pub fn floats(shape: &str) -> Self {
         Self { component: FLOAT, normalized: false, shape: shape.into(), sparse: false }
@@ -34,7 +34,7 @@ impl Stored {
 }
 
 /// Returns the shape of a row of 1 to 4 numbers.
-pub(super) fn vector(width: usize) -> &'static str {
+pub(super) fn vector_shape(width: usize) -> &'static str {
     ["SCALAR", "VEC2", "VEC3", "VEC4"][width.clamp(1, 4) - 1]
 }
 
@@ -50,7 +50,7 @@ const INDICES: u32 = 34963;
 
 impl Draft<'_> {
     /// Appends vertex values, n x width, and returns their accessor; `bounded` adds their range.
-    pub fn push_values(&mut self, values: &[f32], width: usize, stored: &Stored, bounded: bool) -> Value {
+    pub fn push_values(&mut self, values: &[f32], width: usize, stored: &NumberStorage, bounded: bool) -> Value {
         let count = values.len() / width;
         let mut accessor = json!({"componentType": stored.component, "count": count, "type": stored.shape});
         if stored.normalized {
@@ -61,7 +61,7 @@ impl Draft<'_> {
             (accessor["min"], accessor["max"]) = (low, high);
         }
         // A sparse row costs an index besides its values.
-        match Some(rows_beside_zero(values, width)).filter(|rows| stored.sparse && 3 * rows.len() < count) {
+        match Some(nonzero_rows(values, width)).filter(|rows| stored.sparse && 3 * rows.len() < count) {
             Some(rows) if rows.is_empty() => {}
             Some(rows) => accessor["sparse"] = self.push_sparse(values, width, stored, &rows),
             None => accessor["bufferView"] = self.push_rows(values, width, stored),
@@ -70,7 +70,7 @@ impl Draft<'_> {
     }
 
     /// Appends a view of rows, each aligned to four bytes.
-    fn push_rows(&mut self, values: &[f32], width: usize, stored: &Stored) -> Value {
+    fn push_rows(&mut self, values: &[f32], width: usize, stored: &NumberStorage) -> Value {
         let size = element_size(&stored.shape, stored.component);
         let stride = size.next_multiple_of(4);
         let mut bytes = Vec::with_capacity(values.len() / width * stride);
@@ -86,7 +86,7 @@ impl Draft<'_> {
     }
 
     /// Appends these rows and their indices; returns the sparse part of an accessor.
-    fn push_sparse(&mut self, values: &[f32], width: usize, stored: &Stored, rows: &[u32]) -> Value {
+    fn push_sparse(&mut self, values: &[f32], width: usize, stored: &NumberStorage, rows: &[u32]) -> Value {
         let held = rows.iter().flat_map(|&row| &values[row as usize * width..][..width]);
         let mut bytes = Vec::new();
         held.for_each(|&value| push(&mut bytes, value, stored));
@@ -134,7 +134,7 @@ impl Draft<'_> {
 }
 
 /// Lists the rows that are not all zero.
-fn rows_beside_zero(values: &[f32], width: usize) -> Vec<u32> {
+fn nonzero_rows(values: &[f32], width: usize) -> Vec<u32> {
     let rows = values.chunks_exact(width).zip(0..);
     rows.filter(|(row, _)| row.iter().any(|&value| value != 0.0)).map(|(_, number)| number).collect()
 }
@@ -150,7 +150,7 @@ fn bounds(values: &[f32], width: usize, has_fractions: bool) -> [Value; 2] {
 }
 
 /// Appends a number as it is stored.
-fn push(bytes: &mut Vec<u8>, value: f32, stored: &Stored) {
+fn push(bytes: &mut Vec<u8>, value: f32, stored: &NumberStorage) {
     let whole = |range: f64| (f64::from(value) * if stored.normalized { range } else { 1.0 }).round();
     // // Casts from floats saturate.
     match stored.component {
@@ -173,7 +173,7 @@ mod tests {
 
     #[test]
     fn rows_of_small_numbers_are_padded() {
-        let stored = Stored { component: UNSIGNED_BYTE, normalized: true, ..Stored::floats("VEC3") };
+        let stored = NumberStorage { component: UNSIGNED_BYTE, normalized: true, ..NumberStorage::floats("VEC3") };
         let mut draft = empty();
         assert_eq!(draft.push_values(&[0.0, 0.5, 1.0, 2.0, -1.0, 0.2], 3, &stored, false), 0);
         assert_eq!(draft.views[0].as_deref(), Some(&[0, 128, 255, 0, 255, 0, 51, 0][..]));
@@ -183,7 +183,7 @@ mod tests {
 
     #[test]
     fn rows_of_zeros_are_not_stored_where_that_is_shorter() {
-        let stored = Stored { sparse: true, ..Stored::floats("SCALAR") };
+        let stored = NumberStorage { sparse: true, ..NumberStorage::floats("SCALAR") };
         for (values, sparse, n_views) in
             [([0.0, 0.0, 0.0, 7.0], true, 2), ([1.0, 0.0, 0.0, 7.0], false, 1), ([0.0; 4], false, 0)]
         {
@@ -198,7 +198,7 @@ mod tests {
     #[test]
     fn ranges_are_exact() {
         let mut draft = empty();
-        draft.push_values(&[0.1, 5.0, -2.0, 7.5], 2, &Stored::floats("VEC2"), true);
+        draft.push_values(&[0.1, 5.0, -2.0, 7.5], 2, &NumberStorage::floats("VEC2"), true);
         let accessor = &draft.document["accessors"][0];
         assert_eq!((&accessor["min"], &accessor["max"]), (&json!([-2.0, 5.0]), &json!([f64::from(0.1f32), 7.5])));
     }

@@ -70,16 +70,16 @@ pub(super) fn name_extension(document: &mut Value, name: &str) {
 }
 
 /// Removes the extensions of a primitive or mesh that describe its original faces.
-pub(super) fn forget_faces(object: &mut Value) {
-    forget(object, &OF_FACES);
+pub(super) fn drop_face_extensions(object: &mut Value) {
+    drop_extensions(object, &OF_FACES);
 }
 
 /// Removes the compression extensions of buffers and buffer views.
-pub(super) fn forget_compression(document: &mut Value) {
-    visit(document, &["bufferViews/*", "buffers/*"], &mut |value| forget(value, &COMPRESSION));
+pub(super) fn drop_compression_extensions(document: &mut Value) {
+    visit(document, &["bufferViews/*", "buffers/*"], &mut |value| drop_extensions(value, &COMPRESSION));
 }
 
-fn forget(object: &mut Value, names: &[&str]) {
+fn drop_extensions(object: &mut Value, names: &[&str]) {
     let Some(Value::Object(extensions)) = object.get_mut("extensions") else { return };
     names.iter().for_each(|name| drop(extensions.shift_remove(*name)));
     if extensions.is_empty() {
@@ -194,7 +194,7 @@ mod tests {
         });
         let mut quantized = document.clone();
         quantized["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = 1.into();
-        forget_compression(&mut document);
+        drop_compression_extensions(&mut document);
         drop_unused_names(&mut document);
         assert_eq!(document["extensionsUsed"], json!(["KHR_lights_punctual"]));
         assert_eq!(document.get("extensionsRequired"), None);

@@ -9,7 +9,7 @@ use crate::io::{Format, OutputFile, WriteError};
 
 /// Places for the buffer.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Layout {
+pub(super) enum BufferPlace {
     /// In the GLB file.
     Glb,
     /// In the JSON, as a `data:` URI.
@@ -22,7 +22,7 @@ pub(super) enum Layout {
 pub(super) fn files(
     mut document: Value,
     buffer: Vec<u8>,
-    layout: Layout,
+    layout: BufferPlace,
     name: &str,
     images: &[OutputFile],
 ) -> Result<Vec<OutputFile>, WriteError> {
@@ -31,23 +31,23 @@ pub(super) fn files(
         return Err(WriteError { what: format!("{name:?} is not a file name: give one without folders") });
     }
     let mut beside = Vec::new();
-    if layout == Layout::Beside && !buffer.is_empty() {
+    if layout == BufferPlace::Beside && !buffer.is_empty() {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         let name = free_name(&stem, images);
-        document["buffers"][0]["uri"] = percent_encoded(&name).into();
+        document["buffers"][0]["uri"] = encode_percent(&name).into();
         beside.push(OutputFile { path: name.into(), bytes: buffer.clone() });
     }
     let bytes = match layout {
-        Layout::Glb => glb(&document, &buffer)?,
-        Layout::Embedded => with_buffer(document, &buffer)?,
-        Layout::Beside => text(&document)?,
+        BufferPlace::Glb => write_glb(&document, &buffer)?,
+        BufferPlace::Embedded => write_embedded(document, &buffer)?,
+        BufferPlace::Beside => write_json(&document)?,
     };
     Ok(std::iter::once(OutputFile { path: path.into(), bytes }).chain(beside).chain(images.iter().cloned()).collect())
 }
 
 /// Makes a single file: GLB, or JSON with the buffer inside.
 pub(super) fn one_file(document: Value, buffer: &[u8], format: Format) -> Result<Vec<u8>, WriteError> {
-    if format == Format::Glb { glb(&document, buffer) } else { with_buffer(document, buffer) }
+    if format == Format::Glb { write_glb(&document, buffer) } else { write_embedded(document, buffer) }
 }
 
 /// Returns a name for the buffer that no image has, ignoring case.
@@ -62,7 +62,7 @@ fn free_name(stem: &str, images: &[OutputFile]) -> String {
 }
 
 /// Encodes a file name as a URI.
-pub(super) fn percent_encoded(name: &str) -> String {
+pub(super) fn encode_percent(name: &str) -> String {
     let mut uri = String::new();
     for byte in name.bytes() {
         match byte {
@@ -73,21 +73,21 @@ pub(super) fn percent_encoded(name: &str) -> String {
     uri
 }
 
-fn with_buffer(mut document: Value, buffer: &[u8]) -> Result<Vec<u8>, WriteError> {
+fn write_embedded(mut document: Value, buffer: &[u8]) -> Result<Vec<u8>, WriteError> {
     if !buffer.is_empty() {
         let data = base64::engine::general_purpose::STANDARD.encode(buffer);
         document["buffers"][0]["uri"] = format!("data:application/octet-stream;base64,{data}").into();
     }
-    text(&document)
+    write_json(&document)
 }
 
-fn text(document: &Value) -> Result<Vec<u8>, WriteError> {
+fn write_json(document: &Value) -> Result<Vec<u8>, WriteError> {
     serde_json::to_vec(document).map_err(|error| WriteError { what: format!("the JSON cannot be written: {error}") })
 }
 
 /// Makes a GLB: a header of 12 bytes, then chunks aligned to four bytes.
-fn glb(document: &Value, buffer: &[u8]) -> Result<Vec<u8>, WriteError> {
-    let json = text(document)?;
+fn write_glb(document: &Value, buffer: &[u8]) -> Result<Vec<u8>, WriteError> {
+    let json = write_json(document)?;
     let too_large = || WriteError { what: "more than 4 GiB do not fit into GLB: write .gltf".into() };
     let mut bytes = b"glTF\x02\0\0\0\0\0\0\0".to_vec();
     let chunks = [(b"JSON", &json[..], b' '), (b"BIN\0", buffer, 0)];
@@ -111,7 +111,7 @@ mod tests {
 
     #[test]
     fn chunks_begin_at_multiples_of_four() {
-        let bytes = glb(&json!({"a": 1}), &[1, 2, 3, 4, 5]).unwrap();
+        let bytes = write_glb(&json!({"a": 1}), &[1, 2, 3, 4, 5]).unwrap();
         assert_eq!(bytes.len() % 4, 0);
         assert_eq!(&bytes[..12], [&b"glTF\x02\0\0\0"[..], &(bytes.len() as u32).to_le_bytes()].concat());
         assert_eq!(&bytes[20..28], b"{\"a\":1} ");
@@ -122,12 +122,12 @@ mod tests {
     fn names_are_no_paths_and_do_not_clash() {
         let images = [OutputFile { path: "A b.BIN".into(), bytes: vec![] }];
         let document = json!({"buffers": [{"byteLength": 1}]});
-        let written = files(document.clone(), vec![7], Layout::Beside, "a b.gltf", &images).unwrap();
+        let written = files(document.clone(), vec![7], BufferPlace::Beside, "a b.gltf", &images).unwrap();
         let names: Vec<&Path> = written.iter().map(|file| file.path.as_path()).collect();
         assert_eq!(names, [Path::new("a b.gltf"), Path::new("_a b.bin"), Path::new("A b.BIN")]);
         assert!(String::from_utf8_lossy(&written[0].bytes).contains("_a%20b.bin"));
         for name in ["", "..", "a/b.glb", "/b.glb"] {
-            assert!(files(document.clone(), vec![7], Layout::Glb, name, &images).is_err(), "{name}");
+            assert!(files(document.clone(), vec![7], BufferPlace::Glb, name, &images).is_err(), "{name}");
         }
     }
 }

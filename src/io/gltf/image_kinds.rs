@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use super::files::percent_encoded;
+use super::files::encode_percent;
 use super::references::index;
 use crate::io::OutputFile;
-use crate::io::own_materials::extension;
+use crate::io::material_writer::extension;
 use crate::io::uri::path_inside;
 
 /// The extension for KTX2 textures.
@@ -60,7 +60,7 @@ fn rename(document: &mut Value, path: &Path, ending: &str, files: &mut [OutputFi
     let is_named_so = |path: &Path| path.extension().is_some_and(|other| other.eq_ignore_ascii_case(ending));
     let Some(at) = files.iter().position(|file| file.path == path).filter(|_| !is_named_so(path)) else { return };
     let new = free_path(path.with_extension(ending), files);
-    let names = new.components().map(|name| percent_encoded(&name.as_os_str().to_string_lossy()));
+    let names = new.components().map(|name| encode_percent(&name.as_os_str().to_string_lossy()));
     let new_uri = names.collect::<Vec<_>>().join("/");
     let images = document.get_mut("images").and_then(Value::as_array_mut).into_iter().flatten();
     for image in images {

@@ -7,13 +7,13 @@ use serde_json::{Value, json};
 
 use super::asset::Asset;
 use super::draft::Draft;
-use super::files::percent_encoded;
+use super::files::encode_percent;
 use super::image_kinds::{change_kind, free_path};
 use super::load_uri::load_uri;
 use super::references::index;
-use super::rewrite::SceneOptions;
+use super::scene_writer::SceneOptions;
 use super::vrm;
-use crate::io::own_materials::extension;
+use crate::io::material_writer::extension;
 use crate::io::uri::path_inside;
 use crate::io::{Format, ImageUse, OutputFile, ReadError};
 
@@ -21,11 +21,11 @@ impl Asset {
     /// Converts the images of the document; returns those in separate files.
     pub(super) fn put_images(&self, draft: &mut Draft, options: &SceneOptions) -> Vec<OutputFile> {
         let mut files = self.images.clone();
-        if let Some(maker) = options.images {
-            let uses = uses(&self.document);
+        if let Some(converter) = options.images {
+            let uses = image_uses(&self.document);
             let made = |(at, &used): (usize, &ImageUse)| {
                 let bytes = self.bytes_of_image(at)?;
-                let made = maker.made(&bytes, used)?;
+                let made = converter.convert(&bytes, used)?;
                 Some((at, extension(&bytes) != extension(&made), made))
             };
             let made: Vec<_> = uses.par_iter().enumerate().filter_map(made).collect();
@@ -39,7 +39,7 @@ impl Asset {
         // After conversion, which may make different images equal.
         share_views(draft);
         if let Some(name) = options.shared_images.filter(|_| options.format != Format::Glb) {
-            files.extend(move_beside(draft, name, &files));
+            files.extend(move_to_files(draft, name, &files));
         }
         files
     }
@@ -88,11 +88,11 @@ fn replace(draft: &mut Draft, at: usize, bytes: &[u8], files: &mut [OutputFile])
 /// Moves embedded images to files `NAME_0.png`, by image number, and returns these; equal images share a file.
 ///
 /// Names in `taken` are avoided.
-pub(super) fn move_beside(draft: &mut Draft, name: &str, taken: &[OutputFile]) -> Vec<OutputFile> {
+pub(super) fn move_to_files(draft: &mut Draft, name: &str, taken: &[OutputFile]) -> Vec<OutputFile> {
     let mut moved: Vec<OutputFile> = Vec::new();
     let n_images = draft.document.get("images").and_then(Value::as_array).map_or(0, Vec::len);
     for at in 0..n_images {
-        let Some(bytes) = bytes_within(draft, at) else { continue };
+        let Some(bytes) = embedded_bytes(draft, at) else { continue };
         let known = moved.iter().find(|file| file.bytes == bytes).map(|file| file.path.clone());
         let path = known.unwrap_or_else(|| {
             let path = free_path(format!("{name}_{at}.{}", extension(&bytes)).into(), taken);
@@ -101,14 +101,14 @@ pub(super) fn move_beside(draft: &mut Draft, name: &str, taken: &[OutputFile]) -
         });
         if let Value::Object(image) = &mut draft.document["images"][at] {
             image.shift_remove("bufferView");
-            image.insert("uri".into(), percent_encoded(&path.to_string_lossy()).into());
+            image.insert("uri".into(), encode_percent(&path.to_string_lossy()).into());
         }
     }
     moved
 }
 
 /// Returns the bytes of an embedded image.
-fn bytes_within(draft: &Draft, at: usize) -> Option<Vec<u8>> {
+fn embedded_bytes(draft: &Draft, at: usize) -> Option<Vec<u8>> {
     let image = draft.document.get("images")?.get(at)?;
     if let Some(view) = image.get("bufferView").and_then(index) {
         return draft.views.get(view)?.as_deref().map(<[u8]>::to_vec);
@@ -131,11 +131,11 @@ fn share_views(draft: &mut Draft) {
 }
 
 /// Returns the use of each image by the first material that names it; colours by default.
-fn uses(document: &Value) -> Vec<ImageUse> {
+fn image_uses(document: &Value) -> Vec<ImageUse> {
     let array = |name: &str| document.get(name).and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
     let mut uses = vec![None; array("images").len()];
     let mut named = Vec::new();
-    array("materials").iter().for_each(|material| textures_in(material, &mut named));
+    array("materials").iter().for_each(|material| collect_textures(material, &mut named));
     named.extend(vrm::textures(document).filter_map(|(texture, used)| Some((index(texture)?, used))));
     for (texture, used) in named {
         for image in array("textures").get(texture).into_iter().flat_map(sources) {
@@ -148,11 +148,11 @@ fn uses(document: &Value) -> Vec<ImageUse> {
 }
 
 /// Collects the textures that a material names, with their uses.
-fn textures_in(part: &Value, found: &mut Vec<(usize, ImageUse)>) {
+fn collect_textures(part: &Value, found: &mut Vec<(usize, ImageUse)>) {
     for (key, value) in part.as_object().into_iter().flatten() {
         match value.get("index").and_then(index) {
-            Some(texture) => found.push((texture, used_as(key))),
-            None => textures_in(value, found),
+            Some(texture) => found.push((texture, texture_use(key))),
+            None => collect_textures(value, found),
         }
     }
 }
@@ -164,7 +164,7 @@ fn sources(texture: &Value) -> impl Iterator<Item = usize> {
 }
 
 /// Returns the use of a texture by its key in a material.
-pub(super) fn used_as(key: &str) -> ImageUse {
+pub(super) fn texture_use(key: &str) -> ImageUse {
     let key = key.to_ascii_lowercase();
     let of_colours = ["color", "emissive", "diffuse", "specularglossiness", "multiply", "matcap"];
     match key {
@@ -178,14 +178,14 @@ pub(super) fn used_as(key: &str) -> ImageUse {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::{ImageMaker, LighterPart};
+    use crate::io::{ImageConverter, SimplifiedPart};
 
     /// A converter that replaces an image by a text of its use.
     #[derive(Debug)]
-    struct Named;
+    struct UseWriter;
 
-    impl ImageMaker for Named {
-        fn made(&self, image: &[u8], used: ImageUse) -> Option<Vec<u8>> {
+    impl ImageConverter for UseWriter {
+        fn convert(&self, image: &[u8], used: ImageUse) -> Option<Vec<u8>> {
             (image != b"kept").then(|| format!("{used:?} {}", String::from_utf8_lossy(image)).into_bytes())
         }
     }
@@ -199,12 +199,12 @@ mod tests {
             "normalTexture": {"index": 1}, "extensions": {"KHR_materials_clearcoat": {"clearcoatTexture": {"index": 2}}}}]
     }"#;
 
-    fn written(maker: Option<&dyn ImageMaker>) -> (Value, Vec<u8>, Vec<OutputFile>) {
+    fn written(converter: Option<&dyn ImageConverter>) -> (Value, Vec<u8>, Vec<OutputFile>) {
         let fetch = |uri: &str| Ok(if uri.contains("kept") { b"kept".to_vec() } else { b"file".to_vec() });
         let asset = Asset::from_bytes(TEXT.as_bytes(), &fetch).unwrap();
-        let parts: Vec<LighterPart> = asset.parts().iter().map(LighterPart::of).collect();
+        let parts: Vec<SimplifiedPart> = asset.parts().iter().map(SimplifiedPart::from_part).collect();
         let mut options = SceneOptions::new(Format::Glb, "a.glb");
-        options.images = maker;
+        options.images = converter;
         let mut files = asset.write_scene(&[&parts], &options).unwrap();
         let glb = files.remove(0).bytes;
         let length = u32::from_le_bytes(*glb[12..].first_chunk().unwrap()) as usize;
@@ -213,7 +213,7 @@ mod tests {
 
     #[test]
     fn each_image_is_made_for_its_use_wherever_it_lies() {
-        let (document, buffer, files) = written(Some(&Named));
+        let (document, buffer, files) = written(Some(&UseWriter));
         let buffer = String::from_utf8_lossy(&buffer);
         assert!(buffer.contains("Colours one2") && buffer.contains("Normals two2"), "{buffer}");
         let data = base64::engine::general_purpose::STANDARD.encode("Numbers uri");
@@ -264,7 +264,7 @@ mod tests {
             ("outlineWidthMultiplyTexture", ImageUse::Numbers),
             ("thicknessTexture", ImageUse::Numbers),
         ] {
-            assert_eq!(used_as(key), used, "{key}");
+            assert_eq!(texture_use(key), used, "{key}");
         }
     }
 }

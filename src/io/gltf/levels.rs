@@ -15,7 +15,7 @@ const OF_MESH: [&str; 3] = ["mesh", "skin", "weights"];
 
 /// Adds coarser meshes to every node that has a mesh with all `levels`: per level, pairs of a mesh index and its
 /// replacement.
-pub(super) fn offer(draft: &mut Draft, levels: &[Vec<(usize, Value)>], coverage: &[f64]) {
+pub(super) fn add_levels(draft: &mut Draft, levels: &[Vec<(usize, Value)>], coverage: &[f64]) {
     if levels.is_empty() {
         return;
     }
@@ -28,7 +28,7 @@ pub(super) fn offer(draft: &mut Draft, levels: &[Vec<(usize, Value)>], coverage:
         if meshes.len() == levels.len() {
             let node = without_children(draft, node);
             let ids = meshes.into_iter().enumerate().map(|(at, mesh)| push_node(draft, node, at + 1, mesh)).collect();
-            say(&mut draft.document["nodes"][node], ids, coverage);
+            list_levels(&mut draft.document["nodes"][node], ids, coverage);
             offered = true;
         }
     }
@@ -56,11 +56,11 @@ fn nodes_of_levels(document: &Value) -> Vec<usize> {
 /// Returns a node with the mesh of `node` and without children, which a level would hide: itself or a new child.
 fn without_children(draft: &mut Draft, node: usize) -> usize {
     let has_children = draft.document["nodes"][node].get("children").is_some();
-    if has_children { child_of_mesh(draft, node) } else { node }
+    if has_children { move_mesh_to_child(draft, node) } else { node }
 }
 
 /// Moves the mesh of a node to a new child, and returns that.
-pub(super) fn child_of_mesh(draft: &mut Draft, node: usize) -> usize {
+pub(super) fn move_mesh_to_child(draft: &mut Draft, node: usize) -> usize {
     let Some(members) = draft.document["nodes"][node].as_object_mut() else { return node };
     let moved: Map<String, Value> =
         OF_MESH.iter().filter_map(|name| Some((name.to_string(), members.shift_remove(*name)?))).collect();
@@ -71,7 +71,7 @@ pub(super) fn child_of_mesh(draft: &mut Draft, node: usize) -> usize {
     }
     let at = index(&child).unwrap_or(node);
     vrm::move_mesh(&mut draft.document, node, at);
-    each_channel(&mut draft.document, |channel| {
+    update_channels(&mut draft.document, |channel| {
         if channel["target"]["path"] == "weights" && channel["target"]["node"] == node {
             channel["target"]["node"] = at.into();
         }
@@ -92,7 +92,7 @@ fn push_node(draft: &mut Draft, node: usize, level: usize, mesh: Value) -> Value
     members.insert("mesh".into(), mesh);
     let added = draft.push("nodes", copy);
     vrm::repeat_node(&mut draft.document, node, &added);
-    each_channel(&mut draft.document, |channel| {
+    update_channels(&mut draft.document, |channel| {
         (channel["target"]["node"] == node).then(|| {
             let mut twin = channel.clone();
             twin["target"]["node"] = added.clone();
@@ -103,7 +103,7 @@ fn push_node(draft: &mut Draft, node: usize, level: usize, mesh: Value) -> Value
 }
 
 /// Passes on each animation channel and appends those returned for it.
-fn each_channel(document: &mut Value, mut show: impl FnMut(&mut Value) -> Option<Value>) {
+fn update_channels(document: &mut Value, mut show: impl FnMut(&mut Value) -> Option<Value>) {
     let animations = document.get_mut("animations").and_then(Value::as_array_mut).into_iter().flatten();
     for channels in animations.filter_map(|animation| animation.get_mut("channels")?.as_array_mut()) {
         let whole = channels.iter_mut().filter(|channel| channel["target"].is_object());
@@ -113,7 +113,7 @@ fn each_channel(document: &mut Value, mut show: impl FnMut(&mut Value) -> Option
 }
 
 /// Lists the levels of a node, with their screen coverages.
-fn say(node: &mut Value, ids: Vec<Value>, coverage: &[f64]) {
+fn list_levels(node: &mut Value, ids: Vec<Value>, coverage: &[f64]) {
     if !node.get("extensions").is_some_and(Value::is_object) {
         node["extensions"] = json!({});
     }
@@ -152,7 +152,7 @@ mod tests {
     #[test]
     fn coarser_nodes_stand_and_move_as_the_node_does() {
         let mut draft = draft(json!([{"name": "a", "mesh": 3, "scale": [2, 2, 2], "extras": {"x": 1}}, {"mesh": 4}]));
-        offer(&mut draft, &[vec![(3, 7.into())], vec![(3, 8.into())]], &[0.5, 0.2, 0.01]);
+        add_levels(&mut draft, &[vec![(3, 7.into())], vec![(3, 8.into())]], &[0.5, 0.2, 0.01]);
         let nodes = &draft.document["nodes"];
         assert_eq!(nodes[0]["extensions"], json!({"MSFT_lod": {"ids": [2, 3]}}));
         assert_eq!(nodes[0]["extras"], json!({"x": 1, "MSFT_screencoverage": [0.5, 0.2, 0.01]}));
@@ -166,7 +166,7 @@ mod tests {
     #[test]
     fn children_are_not_replaced_with_their_parent() {
         let mut draft = draft(json!([{"mesh": 0, "skin": 1, "children": [1], "rotation": [0, 0, 0, 1]}, {}]));
-        offer(&mut draft, &[vec![(0, 5.into())]], &[]);
+        add_levels(&mut draft, &[vec![(0, 5.into())]], &[]);
         let nodes = &draft.document["nodes"];
         assert_eq!(nodes[0], json!({"children": [1, 2], "rotation": [0, 0, 0, 1]}));
         assert_eq!(nodes[2], json!({"mesh": 0, "skin": 1, "extensions": {"MSFT_lod": {"ids": [3]}}}));
@@ -179,7 +179,7 @@ mod tests {
     fn nodes_with_levels_keep_those() {
         let nodes = json!([{"mesh": 0, "extensions": {"MSFT_lod": {"ids": [1]}}}, {"mesh": 1}]);
         let mut draft = draft(nodes.clone());
-        offer(&mut draft, &[vec![(0, 5.into()), (1, 6.into())]], &[]);
+        add_levels(&mut draft, &[vec![(0, 5.into()), (1, 6.into())]], &[]);
         assert_eq!(draft.document["nodes"], nodes);
     }
 }

@@ -1,20 +1,20 @@
-//! Materials of a new asset, with embedded textures.
+//! MaterialWriter of a new asset, with embedded textures.
 
 use serde_json::{Value, json};
 
 use super::draft::Draft;
 use super::extensions::name_extension;
 use super::image_kinds::{media_type, texture_extension};
-use super::images::used_as;
-use crate::io::own_materials::extension;
-use crate::io::{ImageMaker, ImageUse};
+use super::images::texture_use;
+use crate::io::material_writer::extension;
+use crate::io::{ImageConverter, ImageUse};
 use crate::mesh::{BaseTexture, Finish, Look, Wrap};
 
 /// The materials written so far.
 #[derive(Default)]
-pub(super) struct Materials<'a> {
+pub(super) struct MaterialWriter<'a> {
     /// Converter of images, if any.
-    maker: Option<&'a dyn ImageMaker>,
+    converter: Option<&'a dyn ImageConverter>,
     /// Textures and their indices.
     textures: Vec<(&'a BaseTexture, Value)>,
     /// Images, their indices and media types.
@@ -23,10 +23,10 @@ pub(super) struct Materials<'a> {
     pub notes: Vec<String>,
 }
 
-impl<'a> Materials<'a> {
+impl<'a> MaterialWriter<'a> {
     /// Makes an empty set with a converter of images.
-    pub fn of(maker: Option<&'a dyn ImageMaker>) -> Self {
-        Self { maker, ..Self::default() }
+    pub fn new(converter: Option<&'a dyn ImageConverter>) -> Self {
+        Self { converter, ..Self::default() }
     }
 
     /// Appends a material and returns its index; a plain white one has only a name.
@@ -75,7 +75,7 @@ impl<'a> Materials<'a> {
 
     /// Writes a reference to a texture, if there is one.
     fn put(&mut self, draft: &mut Draft, part: &mut Value, key: &str, texture: Option<&'a BaseTexture>, name: &str) {
-        if let Some(texture) = texture.and_then(|texture| self.texture(draft, texture, used_as(key), name)) {
+        if let Some(texture) = texture.and_then(|texture| self.texture(draft, texture, texture_use(key), name)) {
             part[key] = json!({"index": texture});
         }
     }
@@ -94,7 +94,7 @@ impl<'a> Materials<'a> {
             self.notes.push(format!("gltf holds textures as PNG, JPEG, WebP or KTX2: that of {material} is left out"));
             return None;
         };
-        let [s, t] = texture.wrap.map(number);
+        let [s, t] = texture.wrap.map(wrap_number);
         let sampler = json!({"magFilter": LINEAR, "minFilter": MIPMAPPED, "wrapS": s, "wrapT": t});
         let sampler = draft.push("samplers", sampler);
         let index = if let Some(extension) = texture_extension(kind) {
@@ -112,7 +112,7 @@ impl<'a> Materials<'a> {
         if let Some((_, index, kind)) = self.images.iter().find(|(known, ..)| *known == image) {
             return Some((index.clone(), kind));
         }
-        let made = self.maker.and_then(|maker| maker.made(image, used));
+        let made = self.converter.and_then(|converter| converter.convert(image, used));
         let bytes = made.unwrap_or_else(|| image.to_vec());
         let kind = media_type(extension(&bytes))?;
         let view = draft.push_view(json!({"buffer": 0, "byteLength": bytes.len()}), bytes);
@@ -126,7 +126,7 @@ const LINEAR: u32 = 9729;
 const MIPMAPPED: u32 = 9987;
 
 /// Returns the number of a wrap mode in a sampler.
-fn number(wrap: Wrap) -> u32 {
+fn wrap_number(wrap: Wrap) -> u32 {
     match wrap {
         Wrap::Repeat => 10_497,
         Wrap::Clamp => 33_071,

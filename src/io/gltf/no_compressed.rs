@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::buffers::Buffers;
+use super::buffers::AssetBuffers;
 use crate::io::ReadError;
 
 /// A compressed view, without details.
@@ -12,7 +12,7 @@ pub(super) struct Compressed {}
 /// Refuses assets that require the compression; otherwise decompresses nothing, as such views have fallbacks.
 pub(super) fn decompress(
     views: &[Option<&Compressed>],
-    _: &Buffers,
+    _: &AssetBuffers,
     extensions_required: &[String],
 ) -> Result<Vec<Option<Vec<u8>>>, ReadError> {
     let names = ["EXT_meshopt_compression", "KHR_meshopt_compression"];

@@ -1,13 +1,13 @@
 //! Stub of `draco` for builds without it: refuses compressed meshes by name.
 
-use super::buffers::Buffers;
+use super::buffers::AssetBuffers;
 use super::schema::Root;
 use crate::io::ReadError;
 
 const NAME: &str = "KHR_draco_mesh_compression";
 
 /// Refuses assets that require the extension or have primitives only in compressed form.
-pub(super) fn decompress(root: &mut Root, _: &Buffers) -> Result<(), ReadError> {
+pub(super) fn decompress(root: &mut Root, _: &AssetBuffers) -> Result<(), ReadError> {
     let is_needed = root.extensions_required.iter().any(|needed| needed == NAME);
     let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
     let alone: Vec<_> = primitives.filter_map(|primitive| primitive.draco_alone(&root.accessors)).collect();
@@ -30,7 +30,7 @@ mod tests {
                 r#"{{"accessors": [{{{view} "componentType": 5126, "count": 3, "type": "VEC3"}}], "extensionsRequired": [{required}],
                 "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}, "extensions": {{"{NAME}": {{"bufferView": 1, "attributes": {{"POSITION": 0}}}}}}}}]}}]}}"#
             );
-            let buffers = Buffers::load(std::iter::empty(), None, &|_| unreachable!()).unwrap();
+            let buffers = AssetBuffers::load(std::iter::empty(), None, &|_| unreachable!()).unwrap();
             decompress(&mut serde_json::from_str(&text).unwrap(), &buffers)
         };
         assert!(document(r#""bufferView": 0,"#, "").is_ok());

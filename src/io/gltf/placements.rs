@@ -6,12 +6,12 @@ use glam::{DMat4, DQuat, DVec3};
 
 use super::accessor::Data;
 use super::bones::{Bones, world_transforms};
-use super::schema::{Node, Root};
-use super::{REMEDY, missing};
+use super::schema::{GltfNode, Root};
+use super::{REMEDY, missing_error};
 use crate::io::ReadError;
 
 /// A mesh at one place.
-pub(super) struct Placed<'a> {
+pub(super) struct MeshPlacement<'a> {
     /// Index of the mesh, unchecked.
     pub mesh: usize,
     /// Transform from the mesh to the scene; for a skinned mesh, in its bind pose.
@@ -23,7 +23,7 @@ pub(super) struct Placed<'a> {
 }
 
 /// Lists the meshes placed by nodes, parents before children.
-pub(super) fn placements<'a>(data: &Data<'a>) -> Result<Vec<Placed<'a>>, ReadError> {
+pub(super) fn placements<'a>(data: &Data<'a>) -> Result<Vec<MeshPlacement<'a>>, ReadError> {
     let root = data.root;
     let bound = bind_transforms(data);
     let mut placed = Vec::new();
@@ -31,14 +31,14 @@ pub(super) fn placements<'a>(data: &Data<'a>) -> Result<Vec<Placed<'a>>, ReadErr
     // A stack instead of recursion: nesting depth is up to the file.
     let mut open: Vec<(usize, DMat4)> = roots(root)?.into_iter().rev().map(|node| (node, DMat4::IDENTITY)).collect();
     while let Some((index, outer)) = open.pop() {
-        let node = root.nodes.get(index).ok_or_else(|| missing("node", index))?;
+        let node = root.nodes.get(index).ok_or_else(|| missing_error("node", index))?;
         if std::mem::replace(&mut visited[index], true) {
             return Err(ReadError::file(format!("node {index} has two parents"), REMEDY));
         }
         let transform = outer * local_transform(node);
         let (skinned, instances) = (node.skin.is_some(), node.instances());
         let of_skin = node.skin.and_then(|skin| *bound.get(skin)?);
-        placed.extend(node.mesh.map(|mesh| Placed {
+        placed.extend(node.mesh.map(|mesh| MeshPlacement {
             mesh,
             transform: of_skin.unwrap_or(transform),
             skinned,
@@ -57,14 +57,14 @@ fn bind_transforms(data: &Data) -> Vec<Option<DMat4>> {
     }
     let local: Vec<DMat4> = root.nodes.iter().map(local_transform).collect();
     let world = world_transforms(&root.nodes, &local);
-    root.skins.iter().map(|skin| Bones::of(data, skin).ok()?.bind_transform(&world)).collect()
+    root.skins.iter().map(|skin| Bones::read(data, skin).ok()?.bind_transform(&world)).collect()
 }
 
 /// Returns the root nodes: of the default or first scene, else all nodes without parents.
 fn roots(root: &Root) -> Result<Vec<usize>, ReadError> {
     if !root.scenes.is_empty() {
         let index = root.scene.unwrap_or(0);
-        return Ok(root.scenes.get(index).ok_or_else(|| missing("scene", index))?.nodes.clone());
+        return Ok(root.scenes.get(index).ok_or_else(|| missing_error("scene", index))?.nodes.clone());
     }
     let mut is_child = vec![false; root.nodes.len()];
     for &child in root.nodes.iter().flat_map(|node| &node.children) {
@@ -76,7 +76,7 @@ fn roots(root: &Root) -> Result<Vec<usize>, ReadError> {
 }
 
 /// Returns the matrix of a node, or composes it from translation, rotation and scale.
-pub(super) fn local_transform(node: &Node) -> DMat4 {
+pub(super) fn local_transform(node: &GltfNode) -> DMat4 {
     if let Some(columns) = node.matrix {
         return DMat4::from_cols_array(&columns);
     }
@@ -90,7 +90,7 @@ fn transform_of(scale: Option<[f64; 3]>, rotation: Option<[f64; 4]>, translation
     DMat4::from_scale_rotation_translation(scale, rotation, translation.unwrap_or_default().into())
 }
 
-impl Placed<'_> {
+impl MeshPlacement<'_> {
     /// Returns the largest number of instances: tables of rotations and translations may differ in length.
     pub fn n_instances(&self, data: &Data) -> Result<usize, ReadError> {
         let mut counts = self.instances.iter().flat_map(|names| names.values()).map(|&accessor| data.count(accessor));

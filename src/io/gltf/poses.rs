@@ -22,23 +22,23 @@ const POSE: &str = "POSE_";
 #[serde(default)]
 struct Animation {
     channels: Vec<AnimatedValue>,
-    samplers: Vec<Sampler>,
+    samplers: Vec<AnimationSampler>,
 }
 
 #[derive(Deserialize)]
 struct AnimatedValue {
     sampler: usize,
-    target: Target,
+    target: AnimationTarget,
 }
 
 #[derive(Deserialize)]
-struct Target {
+struct AnimationTarget {
     node: Option<usize>,
     path: String,
 }
 
 #[derive(Deserialize)]
-struct Sampler {
+struct AnimationSampler {
     input: usize,
     output: usize,
     #[serde(default)]
@@ -63,7 +63,7 @@ impl Asset {
     /// ```
     pub fn poses(&self) -> Result<Vec<Vec<Channel>>, ReadError> {
         let (data, nodes) = (self.container.data(), &self.container.root.nodes);
-        let skins = self.container.root.skins.iter().map(|skin| Bones::of(&data, skin));
+        let skins = self.container.root.skins.iter().map(|skin| Bones::read(&data, skin));
         let skins: Vec<Bones> = skins.collect::<Result<_, _>>()?;
         let skin_of = |mesh: usize| nodes.iter().find(|node| node.mesh == Some(mesh))?.skin;
         let bones_of: Vec<Option<&Bones>> = self.meshes.iter().map(|&mesh| skins.get(skin_of(mesh)?)).collect();
@@ -74,15 +74,15 @@ impl Asset {
         let poses = self.local_poses(&rest, &skins)?;
         let worlds: Vec<Vec<DMat4>> =
             std::iter::once(&rest).chain(&poses).map(|local| world_transforms(nodes, local)).collect();
-        let of_part = |(part, bones): (&super::Part, &Option<&Bones>)| {
-            let places = places(&part.mesh);
-            let moved = |world: &Vec<DMat4>| bones.map(|bones| skinned(&part.mesh, &places, bones, world));
+        let of_part = |(part, bones): (&super::AssetPart, &Option<&Bones>)| {
+            let places = wedge_positions(&part.mesh);
+            let moved = |world: &Vec<DMat4>| bones.map(|bones| apply_skin(&part.mesh, &places, bones, world));
             let rest = moved(&worlds[0]);
             let channel = |(k, world): (usize, &Vec<DMat4>)| Channel {
                 name: format!("{POSE}{k}"),
                 role: Role::MorphPosition,
                 width: 3,
-                values: steps(&places, rest.as_deref(), moved(world).as_deref()),
+                values: displacements(&places, rest.as_deref(), moved(world).as_deref()),
             };
             worlds[1..].iter().enumerate().map(channel).collect()
         };
@@ -91,17 +91,17 @@ impl Asset {
 
     /// Returns the transforms of all nodes to their parents in each pose.
     fn local_poses(&self, rest: &[DMat4], skins: &[Bones]) -> Result<Vec<Vec<DMat4>>, ReadError> {
-        let animations: Vec<Animation> = self.listed("animations");
+        let animations: Vec<Animation> = self.read_list("animations");
         let animations: Vec<Animation> = animations.into_iter().filter(Animation::moves_nodes).take(POSES).collect();
         if animations.is_empty() {
-            return Ok((0..POSES as u64).map(|seed| bent(rest, skins, seed)).collect());
+            return Ok((0..POSES as u64).map(|seed| bend_joints(rest, skins, seed)).collect());
         }
         let mut poses = Vec::new();
         for (i, animation) in animations.iter().enumerate() {
             // // The first animations get the remainder.
             let n = POSES / animations.len() + usize::from(i < POSES % animations.len());
             let tracks = self.tracks(animation)?;
-            poses.extend((0..n).map(|k| animated(rest, &tracks, (k as f64 + 0.5) / n as f64)));
+            poses.extend((0..n).map(|k| animate(rest, &tracks, (k as f64 + 0.5) / n as f64)));
         }
         Ok(poses)
     }
@@ -119,7 +119,7 @@ impl Asset {
         Ok(tracks)
     }
 
-    fn track(&self, sampler: &Sampler) -> Result<Track, ReadError> {
+    fn track(&self, sampler: &AnimationSampler) -> Result<Track, ReadError> {
         /// Most numbers of a track: hours of motion.
         const MOST: usize = 1 << 24;
         let data = self.container.data();
@@ -138,7 +138,7 @@ impl Asset {
 }
 
 /// Returns the transforms of all nodes at a fraction of an animation's duration.
-fn animated(rest: &[DMat4], tracks: &[(usize, &str, Track)], share: f64) -> Vec<DMat4> {
+fn animate(rest: &[DMat4], tracks: &[(usize, &str, Track)], share: f64) -> Vec<DMat4> {
     let end = tracks.iter().filter_map(|(_, _, track)| track.times.last().copied()).fold(0.0, f64::max);
     let mut parts: Vec<Option<[DVec3; 2]>> = vec![None; rest.len()];
     let mut turns: Vec<DQuat> = vec![DQuat::IDENTITY; rest.len()];
@@ -147,7 +147,7 @@ fn animated(rest: &[DMat4], tracks: &[(usize, &str, Track)], share: f64) -> Vec<
             let (scale, turn, translation) = rest[*node].to_scale_rotation_translation();
             (parts[*node], turns[*node]) = (Some([scale, translation]), turn);
         }
-        let Some(value) = track.at(share * end) else { continue };
+        let Some(value) = track.interpolate(share * end) else { continue };
         let [scale, translation] = parts[*node].get_or_insert([DVec3::ONE, DVec3::ZERO]);
         match *path {
             "translation" => *translation = value.truncate(),
@@ -179,7 +179,7 @@ struct Track {
 
 impl Track {
     /// Interpolates linearly at a time, rotations by the shorter way; `None` without keys.
-    fn at(&self, time: f64) -> Option<glam::DVec4> {
+    fn interpolate(&self, time: f64) -> Option<glam::DVec4> {
         let last = self.times.len().min(self.values.len()).checked_sub(1)?;
         let after = self.times[..=last].partition_point(|&t| t <= time).min(last);
         let before = after.saturating_sub(1);
@@ -191,7 +191,7 @@ impl Track {
 }
 
 /// Bends each joint, except the first of its skin, at random.
-fn bent(rest: &[DMat4], skins: &[Bones], seed: u64) -> Vec<DMat4> {
+fn bend_joints(rest: &[DMat4], skins: &[Bones], seed: u64) -> Vec<DMat4> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut unit = || (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
     let mut local = rest.to_vec();
@@ -204,7 +204,7 @@ fn bent(rest: &[DMat4], skins: &[Bones], seed: u64) -> Vec<DMat4> {
 }
 
 /// Moves wedges at `places` (n_wedges) by a skin.
-fn skinned(mesh: &RawMesh, places: &[DVec3], bones: &Bones, world: &[DMat4]) -> Vec<DVec3> {
+fn apply_skin(mesh: &RawMesh, places: &[DVec3], bones: &Bones, world: &[DMat4]) -> Vec<DVec3> {
     let joints = bones.joints.iter().zip(&bones.inverse_bind);
     let matrices: Vec<DMat4> =
         joints.map(|(&joint, inverse)| world.get(joint).map_or(DMat4::IDENTITY, |world| *world * *inverse)).collect();
@@ -226,7 +226,7 @@ fn skinned(mesh: &RawMesh, places: &[DVec3], bones: &Bones, world: &[DMat4]) -> 
 }
 
 /// Returns the positions of the wedges, n_wedges.
-fn places(mesh: &RawMesh) -> Vec<DVec3> {
+fn wedge_positions(mesh: &RawMesh) -> Vec<DVec3> {
     let mut places = vec![DVec3::ZERO; mesh.attributes.n_wedges()];
     for (face, wedges) in mesh.faces.iter().zip(&mesh.attributes.wedges) {
         for (&v, &wedge) in face.iter().zip(wedges) {
@@ -239,7 +239,7 @@ fn places(mesh: &RawMesh) -> Vec<DVec3> {
 }
 
 /// Returns the displacements of wedges in a pose, in the unit of the mesh and about its centre, n_wedges x 3.
-fn steps(places: &[DVec3], rest: Option<&[DVec3]>, pose: Option<&[DVec3]>) -> Vec<f32> {
+fn displacements(places: &[DVec3], rest: Option<&[DVec3]>, pose: Option<&[DVec3]>) -> Vec<f32> {
     let (Some(rest), Some(pose)) = (rest, pose) else { return vec![0.0; 3 * places.len()] };
     let mean = |of: &[DVec3]| of.iter().sum::<DVec3>() / of.len().max(1) as f64;
     let spread = |of: &[DVec3], mean: DVec3| of.iter().map(|p| p.distance_squared(mean)).sum::<f64>().sqrt();

@@ -4,15 +4,15 @@ use rustc_hash::FxHashMap;
 use serde_json::{Map, Value};
 
 use super::accessor::shape_width;
-use super::draft::{Draft, Stored, UNSIGNED_BYTE, UNSIGNED_SHORT};
-use super::lighter::LighterPart;
-use super::packed::{PackedAs, ordered, push_directions};
+use super::draft::{Draft, NumberStorage, UNSIGNED_BYTE, UNSIGNED_SHORT};
+use super::packed::{PrimitivePacking, order_faces, push_directions};
+use super::repair_values;
 use super::semantics::{SKIN, is_own_channel, target_channel};
-use super::values;
+use super::simplified_part::SimplifiedPart;
 use crate::mesh::{Channel, Role};
 
 /// The vertices that a file needs for some faces: one per pair of vertex and wedge.
-pub(super) struct Vertices {
+pub(super) struct PrimitiveVertices {
     /// Vertex and wedge of the part, n_vertices.
     pairs: Vec<[u32; 2]>,
     /// Positions, n_vertices x 3.
@@ -21,9 +21,9 @@ pub(super) struct Vertices {
     faces: Vec<[u32; 3]>,
 }
 
-impl Vertices {
+impl PrimitiveVertices {
     /// Collects the vertices of these faces, in order of use.
-    pub fn of(part: &LighterPart, faces: &[u32]) -> Self {
+    pub fn collect(part: &SimplifiedPart, faces: &[u32]) -> Self {
         let (mut known, mut pairs) = (FxHashMap::default(), Vec::new());
         let mut place = |pair: [u32; 2]| {
             *known.entry(pair).or_insert_with(|| {
@@ -41,7 +41,7 @@ impl Vertices {
     }
 
     /// Merges vertices that are equal in position and all channels.
-    pub fn merged(mut self, part: &LighterPart) -> Self {
+    pub fn merge(mut self, part: &SimplifiedPart) -> Self {
         let mut known: FxHashMap<Vec<u32>, u32> = FxHashMap::default();
         let mut place = |vertex: &u32| {
             let ([_, wedge], position) = (self.pairs[*vertex as usize], self.positions[*vertex as usize]);
@@ -55,8 +55,8 @@ impl Vertices {
     }
 
     /// Reorders faces and vertices for fast drawing; drops unused vertices.
-    pub fn ordered(mut self) -> Self {
-        self.faces = ordered(&self.faces, self.len());
+    pub fn reorder(mut self) -> Self {
+        self.faces = order_faces(&self.faces, self.len());
         let (mut places, mut order) = (vec![u32::MAX; self.len()], Vec::new());
         for vertex in self.faces.as_flattened_mut() {
             let place = &mut places[*vertex as usize];
@@ -78,34 +78,34 @@ impl Vertices {
 
     /// Returns the values of a channel, n_vertices x width.
     fn values(&self, channel: &Channel) -> Vec<f32> {
-        let mut values: Vec<f32> = self.pairs.iter().flat_map(|pair| channel.value(pair[1])).copied().collect();
-        values::mend_numbers(&mut values);
+        let mut values: Vec<f32> = self.pairs.iter().flat_map(|pair| channel.of(pair[1])).copied().collect();
+        repair_values::mend_numbers(&mut values);
         values
     }
 }
 
 /// Names and storage of attributes, or of what a morph target adds to them.
-pub(super) type Slots = Vec<(String, Stored)>;
+pub(super) type AttributeStorage = Vec<(String, NumberStorage)>;
 
 /// A writer of a primitive's vertices.
 pub(super) struct PrimitiveWriter<'a, 'b> {
     pub draft: &'a mut Draft<'b>,
-    pub part: &'a LighterPart,
-    pub vertices: &'a Vertices,
+    pub part: &'a SimplifiedPart,
+    pub vertices: &'a PrimitiveVertices,
     /// Packing of the vertices, if any.
-    pub packed: Option<PackedAs<'a>>,
+    pub packed: Option<PrimitivePacking<'a>>,
 }
 
 impl PrimitiveWriter<'_, '_> {
     /// Writes the attributes: name -> accessor. Those that the part lost are left out.
-    pub fn attributes(&mut self, slots: &Slots) -> Value {
+    pub fn attributes(&mut self, slots: &AttributeStorage) -> Value {
         let n_sets = slots.iter().filter(|(name, _)| name.starts_with("JOINTS_")).count();
-        let mut skin = self.skin(n_sets);
+        let mut skin = self.push_skin(n_sets);
         let mut accessors = Map::new();
         for (name, stored) in slots {
             let accessor = match name.as_str() {
-                "POSITION" => Some(self.positions()),
-                _ if is_own_channel(name) => self.own(name, stored),
+                "POSITION" => Some(self.push_positions()),
+                _ if is_own_channel(name) => self.push_channel(name, stored),
                 _ => skin.remove(name),
             };
             accessors.extend(accessor.map(|accessor| (name.clone(), accessor)));
@@ -114,12 +114,12 @@ impl PrimitiveWriter<'_, '_> {
     }
 
     /// Writes the morph targets: for each, name -> accessor.
-    pub fn targets(&mut self, targets: &[Slots]) -> Value {
-        let mut write = |(target, slots): (usize, &Slots)| {
-            let accessor = |(name, stored): &(String, Stored)| {
+    pub fn targets(&mut self, targets: &[AttributeStorage]) -> Value {
+        let mut write = |(target, slots): (usize, &AttributeStorage)| {
+            let accessor = |(name, stored): &(String, NumberStorage)| {
                 let channel = self.part.channel(&target_channel(target, name))?;
                 let values = self.vertices.values(channel);
-                let (values, stored) = self.target(channel.role, values, stored);
+                let (values, stored) = self.pack_target(channel.role, values, stored);
                 Some((name.clone(), self.push(values, channel.width, &stored, name == "POSITION")))
             };
             Value::Object(slots.iter().filter_map(accessor).collect())
@@ -128,13 +128,13 @@ impl PrimitiveWriter<'_, '_> {
     }
 
     /// Packs what a morph target adds.
-    fn target(&self, role: Role, values: Vec<f32>, stored: &Stored) -> (Vec<f32>, Stored) {
+    fn pack_target(&self, role: Role, values: Vec<f32>, stored: &NumberStorage) -> (Vec<f32>, NumberStorage) {
         match (&self.packed, role) {
             (Some(packed), Role::MorphPosition) => {
-                packed.moves(&values, stored).unwrap_or_else(|| (values, stored.clone()))
+                packed.pack_displacements(&values, stored).unwrap_or_else(|| (values, stored.clone()))
             }
             (Some(packed), Role::MorphDirection) => {
-                let stored = packed.turns(&values, stored);
+                let stored = packed.direction_storage(&values, stored);
                 (values, stored)
             }
             _ => (values, stored.clone()),
@@ -146,34 +146,35 @@ impl PrimitiveWriter<'_, '_> {
         self.draft.push_indices(&self.vertices.faces, self.vertices.positions.len())
     }
 
-    fn positions(&mut self) -> Value {
-        let packed = self.packed.and_then(|packed| packed.positions(&self.vertices.positions));
-        let plain = || (self.vertices.positions.as_flattened().to_vec(), Stored::floats("VEC3"));
+    fn push_positions(&mut self) -> Value {
+        let packed = self.packed.and_then(|packed| packed.pack_positions(&self.vertices.positions));
+        let plain = || (self.vertices.positions.as_flattened().to_vec(), NumberStorage::floats("VEC3"));
         let (values, stored) = packed.unwrap_or_else(plain);
         self.draft.push_values(&values, 3, &stored, true)
     }
 
     /// Writes the channel of the attribute `name`.
-    fn own(&mut self, name: &str, stored: &Stored) -> Option<Value> {
+    fn push_channel(&mut self, name: &str, stored: &NumberStorage) -> Option<Value> {
         let channel = self.part.channel(name)?;
         let mut values = self.vertices.values(channel);
         match channel.role {
             Role::Normal if channel.width == 3 => self.mend_normals(&mut values),
-            Role::Tangent if channel.width == 4 => values::mend_tangents(&mut values, self.normals().as_deref()),
-            Role::Colour => values::mend_colours(&mut values),
+            Role::Tangent if channel.width == 4 => repair_values::mend_tangents(&mut values, self.normals().as_deref()),
+            Role::Colour => repair_values::mend_colours(&mut values),
             _ => {}
         }
         let kind = (channel.role, channel.width);
         if self.packed.is_some_and(|packed| packed.is_filtered(kind)) {
             return Some(push_directions(self.draft, &values, channel.width));
         }
-        let stored = self.packed.map_or(stored.clone(), |packed| packed.own(name, kind, &mut values, stored));
+        let stored =
+            self.packed.map_or(stored.clone(), |packed| packed.pack_attribute(name, kind, &mut values, stored));
         Some(self.push(values, channel.width, &stored, false))
     }
 
     /// Appends values with the width of the primitive's own shape; the channel may be wider for other primitives of the
     /// mesh.
-    fn push(&mut self, values: Vec<f32>, width: usize, stored: &Stored, bounded: bool) -> Value {
+    fn push(&mut self, values: Vec<f32>, width: usize, stored: &NumberStorage, bounded: bool) -> Value {
         let own = shape_width(&stored.shape).min(width);
         let values = match own == width {
             true => values,
@@ -183,7 +184,7 @@ impl PrimitiveWriter<'_, '_> {
     }
 
     fn mend_normals(&self, normals: &mut [f32]) {
-        values::mend_normals(normals, &self.vertices.positions, &self.vertices.faces);
+        repair_values::mend_normals(normals, &self.vertices.positions, &self.vertices.faces);
     }
 
     fn normals(&self) -> Option<Vec<f32>> {
@@ -193,15 +194,16 @@ impl PrimitiveWriter<'_, '_> {
     }
 
     /// Writes joints and weights in sets of four: name -> accessor.
-    fn skin(&mut self, n_sets: usize) -> FxHashMap<String, Value> {
+    fn push_skin(&mut self, n_sets: usize) -> FxHashMap<String, Value> {
         let mut accessors = FxHashMap::default();
         let Some(channel) = self.part.channel(SKIN).filter(|_| n_sets > 0) else { return accessors };
-        let (mut joints, mut weights) = values::skin(&self.vertices.values(channel), channel.width, n_sets);
-        let shares = self.packed.map(|packed| packed.skin(&mut joints, &mut weights, 4 * n_sets));
-        let weight_kind = shares.unwrap_or_else(|| Stored::floats("VEC4"));
+        let (mut joints, mut weights) =
+            repair_values::normalize_skin(&self.vertices.values(channel), channel.width, n_sets);
+        let shares = self.packed.map(|packed| packed.pack_skin(&mut joints, &mut weights, 4 * n_sets));
+        let weight_kind = shares.unwrap_or_else(|| NumberStorage::floats("VEC4"));
         let small = joints.iter().all(|&joint| joint <= f32::from(u8::MAX));
         let component = if small { UNSIGNED_BYTE } else { UNSIGNED_SHORT };
-        let joint_kind = Stored { component, ..Stored::floats("VEC4") };
+        let joint_kind = NumberStorage { component, ..NumberStorage::floats("VEC4") };
         for set in 0..n_sets {
             let of_set = |values: &[f32]| {
                 values.chunks_exact(4 * n_sets).flat_map(|row| row[4 * set..4 * set + 4].to_vec()).collect::<Vec<_>>()

@@ -49,7 +49,7 @@ fn follow(value: &mut Value, path: &str, show: &mut dyn FnMut(&mut Value)) {
 }
 
 /// Marks which of `n` items the paths refer to.
-pub(super) fn named(document: &mut Value, paths: &[&str], n: usize) -> Vec<bool> {
+pub(super) fn find_referenced(document: &mut Value, paths: &[&str], n: usize) -> Vec<bool> {
     let mut named = vec![false; n];
     visit(document, paths, &mut |value| {
         if let Some(mark) = index(value).and_then(|index| named.get_mut(index)) {
@@ -82,7 +82,7 @@ mod tests {
             "nodes": [{"extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"SCALE": 8}}}}, {"mesh": 9}],
             "extras": {"meshes": 9},
         });
-        let named = named(&mut document, &ACCESSORS, 10);
+        let named = find_referenced(&mut document, &ACCESSORS, 10);
         assert_eq!(named, [true, true, true, true, true, true, true, true, true, false]);
     }
 }

@@ -8,7 +8,7 @@ use serde_json::{Map, Value};
 use super::accessor::element_size;
 use super::draft::Draft;
 use super::extensions::may_name_indices;
-use super::references::{ACCESSORS, OTHER_VIEWS, VIEWS_OF_ACCESSORS, index, named, visit};
+use super::references::{ACCESSORS, OTHER_VIEWS, VIEWS_OF_ACCESSORS, find_referenced, index, visit};
 use crate::io::WriteError;
 
 /// Alignment of views in bytes.
@@ -22,11 +22,11 @@ pub(super) fn drop_unused(draft: &mut Draft) {
     }
     cut_shared_views(draft);
     let n_accessors = length(&draft.document, "accessors");
-    let used = named(&mut draft.document, &ACCESSORS, n_accessors);
-    keep(&mut draft.document, "accessors", &used, &ACCESSORS);
+    let used = find_referenced(&mut draft.document, &ACCESSORS, n_accessors);
+    keep_marked(&mut draft.document, "accessors", &used, &ACCESSORS);
     let paths = [&VIEWS_OF_ACCESSORS[..], &OTHER_VIEWS].concat();
-    let used = named(&mut draft.document, &paths, draft.views.len());
-    keep(&mut draft.document, "bufferViews", &used, &paths);
+    let used = find_referenced(&mut draft.document, &paths, draft.views.len());
+    keep_marked(&mut draft.document, "bufferViews", &used, &paths);
     let mut used = used.into_iter();
     draft.views.retain(|_| used.next().unwrap_or(false));
 }
@@ -54,7 +54,7 @@ pub(super) fn pack(draft: &mut Draft, limit: usize) -> Result<Vec<u8>, WriteErro
             return Err(WriteError { what: "the result is too large for glTF: simplify further".into() });
         }
         if let Value::Object(view) = view {
-            place(view, offset, bytes.len());
+            place_view(view, offset, bytes.len());
         }
     }
     name_buffer(&mut draft.document, buffer.len());
@@ -62,7 +62,7 @@ pub(super) fn pack(draft: &mut Draft, limit: usize) -> Result<Vec<u8>, WriteErro
 }
 
 /// Sets the place of a view in the one buffer.
-fn place(view: &mut Map<String, Value>, offset: usize, length: usize) {
+fn place_view(view: &mut Map<String, Value>, offset: usize, length: usize) {
     view.insert("buffer".into(), 0.into());
     view.shift_remove("byteOffset");
     if offset > 0 {
@@ -92,7 +92,7 @@ fn length(document: &Value, array: &str) -> usize {
 }
 
 /// Keeps the marked elements of an array and updates the references at the paths.
-fn keep(document: &mut Value, array: &str, marks: &[bool], paths: &[&str]) {
+fn keep_marked(document: &mut Value, array: &str, marks: &[bool], paths: &[&str]) {
     let count = |n: &mut usize, &mark: &bool| {
         *n += usize::from(mark);
         Some(n.saturating_sub(1))
@@ -115,10 +115,11 @@ fn keep(document: &mut Value, array: &str, marks: &[bool], paths: &[&str]) {
 /// Gives used accessors their own views where they share one with unused accessors, so that those bytes can go.
 fn cut_shared_views(draft: &mut Draft) {
     let n_accessors = length(&draft.document, "accessors");
-    let used = named(&mut draft.document, &ACCESSORS, n_accessors);
+    let used = find_referenced(&mut draft.document, &ACCESSORS, n_accessors);
     // Views that are read other than by accessors must keep their place.
-    let indivisible = named(&mut draft.document, &[&VIEWS_OF_ACCESSORS[1..], &OTHER_VIEWS].concat(), draft.views.len());
-    let mut ranges: Vec<Vec<Range>> = vec![Vec::new(); draft.views.len()];
+    let indivisible =
+        find_referenced(&mut draft.document, &[&VIEWS_OF_ACCESSORS[1..], &OTHER_VIEWS].concat(), draft.views.len());
+    let mut ranges: Vec<Vec<ByteRange>> = vec![Vec::new(); draft.views.len()];
     let mut has_unused = vec![false; draft.views.len()];
     let accessors = draft.document.get("accessors").and_then(Value::as_array).into_iter().flatten();
     for (accessor, (value, used)) in accessors.zip(used).enumerate() {
@@ -127,36 +128,36 @@ fn cut_shared_views(draft: &mut Draft) {
         };
         has_unused[view] |= !used;
         if used {
-            ranges[view].extend(range(&draft.document, accessor, value, view));
+            ranges[view].extend(byte_range(&draft.document, accessor, value, view));
         }
     }
     for (view, mut ranges) in ranges.into_iter().enumerate() {
         if has_unused[view] && !indivisible[view] && !ranges.is_empty() {
             ranges.sort_by_key(|range| (range.start, range.accessor));
-            cut(draft, view, &ranges);
+            cut_view(draft, view, &ranges);
         }
     }
 }
 
 /// The bytes of an accessor in its view.
 #[derive(Clone, Copy)]
-struct Range {
+struct ByteRange {
     accessor: usize,
     start: usize,
     end: usize,
 }
 
-fn range(document: &Value, accessor: usize, value: &Value, view: usize) -> Option<Range> {
+fn byte_range(document: &Value, accessor: usize, value: &Value, view: usize) -> Option<ByteRange> {
     let size = element_size(value.get("type")?.as_str()?, u32::try_from(value.get("componentType")?.as_u64()?).ok()?);
     let stride = document["bufferViews"][view].get("byteStride").and_then(index).unwrap_or(size);
     let start = value.get("byteOffset").map_or(Some(0), index)?;
     let last = index(value.get("count")?)?.checked_sub(1)?.checked_mul(stride)?;
-    Some(Range { accessor, start, end: start.checked_add(last)?.checked_add(size)? })
+    Some(ByteRange { accessor, start, end: start.checked_add(last)?.checked_add(size)? })
 }
 
 /// Makes a view of each run of bytes that these accessors read, in order of their starts; interleaved ones stay
 /// together.
-fn cut(draft: &mut Draft, view: usize, ranges: &[Range]) {
+fn cut_view(draft: &mut Draft, view: usize, ranges: &[ByteRange]) {
     let Some(bytes) = draft.views[view].clone() else { return };
     if ranges.iter().any(|range| range.end > bytes.len()) {
         return;

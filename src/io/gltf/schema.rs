@@ -12,14 +12,14 @@ use super::compressed::Compressed;
 pub(super) struct Root {
     pub accessors: Vec<Accessor>,
     pub buffer_views: Vec<BufferView>,
-    pub buffers: Vec<Buffer>,
-    pub meshes: Vec<Mesh>,
-    pub nodes: Vec<Node>,
+    pub buffers: Vec<GltfBuffer>,
+    pub meshes: Vec<GltfMesh>,
+    pub nodes: Vec<GltfNode>,
     pub skins: Vec<Skin>,
-    pub scenes: Vec<Scene>,
+    pub scenes: Vec<GltfScene>,
     pub scene: Option<usize>,
-    pub images: Vec<Image>,
-    pub materials: Vec<Material>,
+    pub images: Vec<GltfImage>,
+    pub materials: Vec<GltfMaterial>,
     pub extensions_used: Vec<String>,
     pub extensions_required: Vec<String>,
 }
@@ -102,14 +102,14 @@ pub(super) struct ViewExtensions {
 
 impl ViewExtensions {
     /// Returns the compressed form of the view, if any.
-    pub fn compressed(&self) -> Option<&Compressed> {
+    pub fn compression(&self) -> Option<&Compressed> {
         self.khr.as_ref().or(self.ext.as_ref())
     }
 }
 
 /// Bytes in a URI; without one, those of the GLB container.
 #[derive(Deserialize)]
-pub(super) struct Buffer {
+pub(super) struct GltfBuffer {
     pub uri: Option<String>,
     #[serde(default)]
     pub extensions: BufferExtensions,
@@ -141,19 +141,19 @@ struct Fallback {
 
 /// A material; only its name matters here.
 #[derive(Deserialize)]
-pub(super) struct Material {
+pub(super) struct GltfMaterial {
     pub name: Option<String>,
 }
 
 /// An image: a file, a `data:` URI, or a buffer view.
 #[derive(Deserialize)]
-pub(super) struct Image {
+pub(super) struct GltfImage {
     pub uri: Option<String>,
 }
 
 /// A mesh: a list of primitives.
 #[derive(Deserialize)]
-pub(super) struct Mesh {
+pub(super) struct GltfMesh {
     pub name: Option<String>,
     pub primitives: Vec<Primitive>,
 }
@@ -205,7 +205,7 @@ pub(super) struct Draco {
 
 /// A node of the scene tree; matrices are column-major, rotations quaternions x, y, z, w.
 #[derive(Deserialize)]
-pub(super) struct Node {
+pub(super) struct GltfNode {
     #[serde(default)]
     pub children: Vec<usize>,
     pub mesh: Option<usize>,
@@ -218,7 +218,7 @@ pub(super) struct Node {
     extensions: NodeExtensions,
 }
 
-impl Node {
+impl GltfNode {
     /// Returns the accessors of instances by name, if the node repeats its mesh.
     pub fn instances(&self) -> Option<&BTreeMap<String, usize>> {
         self.extensions.instancing.as_ref().map(|instancing| &instancing.attributes)
@@ -250,7 +250,7 @@ struct Instancing {
 
 /// The root nodes of a scene.
 #[derive(Deserialize)]
-pub(super) struct Scene {
+pub(super) struct GltfScene {
     #[serde(default)]
     pub nodes: Vec<usize>,
 }

@@ -7,7 +7,7 @@ use rustc_hash::FxHashMap;
 use serde_json::Value;
 
 use super::asset::Asset;
-use super::packed::{TRANSFORM, UvTransform, coordinates, each_use};
+use super::packed::{TRANSFORM, UvTransform, coordinates, for_each_texture_use};
 use super::references::index;
 use crate::mesh::{RawMesh, Role};
 
@@ -15,10 +15,10 @@ use crate::mesh::{RawMesh, Role};
 pub(super) type Transforms = BTreeMap<String, [[f64; 2]; 2]>;
 
 /// Returns the transforms of a material's textures, or `None` if a set of coordinates has several or a rotation.
-pub(super) fn transforms(material: &Value) -> Option<Transforms> {
+pub(super) fn material_transforms(material: &Value) -> Option<Transforms> {
     let (mut found, mut is_plain) = (Transforms::new(), true);
-    each_use(&mut material.clone(), &mut |used| {
-        let UvTransform { offset, scale, is_turned } = UvTransform::of(used);
+    for_each_texture_use(&mut material.clone(), &mut |used| {
+        let UvTransform { offset, scale, is_turned } = UvTransform::from_use(used);
         let own = [offset, scale];
         is_plain &= *found.entry(coordinates(used)).or_insert(own) == own && !is_turned;
     });
@@ -34,7 +34,7 @@ impl Asset {
         let primitives = self.meshes.get(part).and_then(|&mesh| self.document["meshes"][mesh]["primitives"].as_array());
         let of_primitive = |primitive: &Value| {
             let material = primitive.get("material").and_then(index);
-            material.and_then(|at| transforms(self.document["materials"].get(at)?)).unwrap_or_default()
+            material.and_then(|at| material_transforms(self.document["materials"].get(at)?)).unwrap_or_default()
         };
         let of_groups: Vec<Transforms> = primitives.into_iter().flatten().map(of_primitive).collect();
         let mut moved = mesh.clone();
@@ -92,10 +92,10 @@ mod tests {
     fn coordinates_are_those_that_textures_take() {
         let used = |scale: f64| json!({"index": 0, "extensions": {TRANSFORM: {"scale": [scale, 1], "offset": [0, 1]}}});
         let material = json!({"pbrMetallicRoughness": {"baseColorTexture": used(2.0)}});
-        let of_first = transforms(&material).unwrap();
+        let of_first = material_transforms(&material).unwrap();
         assert_eq!(of_first["TEXCOORD_0"], [[0.0, 1.0], [2.0, 1.0]]);
         let several = json!({"normalTexture": used(3.0), "emissiveTexture": used(2.0)});
-        assert_eq!(transforms(&several), None);
+        assert_eq!(material_transforms(&several), None);
         let uv = Channel { name: "TEXCOORD_0".into(), role: Role::Uv, width: 2, values: vec![0.5, 0.25, 1.0, 0.0] };
         let attributes = Attributes { wedges: vec![[0, 0, 1], [0, 0, 0]], channels: vec![uv], groups: vec![0, 1] };
         let mut mesh = RawMesh { faces: vec![[0, 1, 2]; 2], attributes, ..RawMesh::default() };

@@ -8,7 +8,7 @@ use crate::io::ReadError;
 /// Returns the triangles over vertices `0..n_vertices`, n_faces x 3; corners out of range become `u32::MAX`.
 ///
 /// They could otherwise reach vertices of another primitive.
-pub(super) fn of_primitive(
+pub(super) fn read_triangles(
     data: &Data,
     primitive: &Primitive,
     n_vertices: usize,

@@ -55,11 +55,11 @@ fn repeat(list: &mut Value, name: &str, of: &Value, added: &Value) {
 pub(super) fn textures(document: &Value) -> impl Iterator<Item = (&Value, ImageUse)> {
     let materials = document["extensions"]["VRM"]["materialProperties"].as_array().into_iter().flatten();
     let named = materials.filter_map(|material| material["textureProperties"].as_object()).flatten();
-    named.map(|(name, texture)| (texture, used_as(name)))
+    named.map(|(name, texture)| (texture, texture_use(name)))
 }
 
 /// Returns the use of a texture by its MToon 0.x property.
-fn used_as(name: &str) -> ImageUse {
+fn texture_use(name: &str) -> ImageUse {
     match name {
         "_BumpMap" => ImageUse::Normals,
         "_ReceiveShadowTexture" | "_ShadingGradeTexture" | "_OutlineWidthTexture" | "_UvAnimMaskTexture" => {

@@ -1,31 +1,31 @@
-//! Groups of an OBJ: faces under the same object, group, material and smoothing group.
+//! ObjGroups of an OBJ: faces under the same object, group, material and smoothing group.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::io::extra::{Group, decoded, latin1, sets_faces_apart};
+use crate::io::extra::{Group, decode_latin1, decode_text, has_too_many_groups};
 
-/// Statements that set the group of the faces after them, in the order of [`State`].
+/// Statements that set the group of the faces after them, in the order of [`GroupState`].
 const WORDS: [&[u8]; 4] = [b"o", b"g", b"usemtl", b"s"];
 
 /// Names of what they set, for notes.
 const KINDS: [&str; 4] = ["objects", "groups", "materials", "smoothing groups"];
 
 /// Object, group, material and smoothing group, as far as set.
-type State<'a> = [Option<&'a [u8]>; 4];
+type GroupState<'a> = [Option<&'a [u8]>; 4];
 
-/// Groups so far.
+/// ObjGroups so far.
 #[derive(Debug, Default)]
-pub(super) struct Groups<'a> {
-    state: State<'a>,
+pub(super) struct ObjGroups<'a> {
+    state: GroupState<'a>,
     changed: bool,
     current: u32,
-    numbers: FxHashMap<State<'a>, u32>,
-    states: Vec<State<'a>>,
+    numbers: FxHashMap<GroupState<'a>, u32>,
+    states: Vec<GroupState<'a>>,
     /// Group of each triangle; empty while all are in the first.
     pub of_faces: Vec<u32>,
 }
 
-impl<'a> Groups<'a> {
+impl<'a> ObjGroups<'a> {
     /// Takes a statement; returns false for one that is not about groups.
     pub fn take(&mut self, word: &[u8], rest: &'a [u8]) -> bool {
         let Some(kind) = WORDS.iter().position(|known| *known == word) else { return false };
@@ -35,7 +35,7 @@ impl<'a> Groups<'a> {
     }
 
     /// Assigns the triangles from `n_before` to `n_faces` to the current group.
-    pub fn cover(&mut self, n_before: usize, n_faces: usize) {
+    pub fn assign(&mut self, n_before: usize, n_faces: usize) {
         if std::mem::take(&mut self.changed) || self.states.is_empty() {
             self.current = *self.numbers.entry(self.state).or_insert_with(|| {
                 self.states.push(self.state);
@@ -53,32 +53,32 @@ impl<'a> Groups<'a> {
     /// each.
     ///
     /// Such groups would forbid every collapse.
-    pub fn judge(&mut self) -> Vec<String> {
+    pub fn drop_varied_names(&mut self) -> Vec<String> {
         let mut notes = Vec::new();
-        while sets_faces_apart(self.states.len(), self.of_faces.len()) {
+        while has_too_many_groups(self.states.len(), self.of_faces.len()) {
             let n_names = |kind: &usize| self.states.iter().map(|state| state[*kind]).collect::<FxHashSet<_>>().len();
             let Some(kind) = (0..KINDS.len()).max_by_key(n_names) else { break };
-            self.forget(kind);
+            self.drop_names(kind);
             notes.push(format!("the names of {} differ on nearly every face: dropped", KINDS[kind]));
         }
         notes
     }
 
     /// Merges groups that differ only in the names of one kind.
-    fn forget(&mut self, kind: usize) {
-        let mut numbers: FxHashMap<State, u32> = FxHashMap::default();
+    fn drop_names(&mut self, kind: usize) {
+        let mut numbers: FxHashMap<GroupState, u32> = FxHashMap::default();
         let mut states = Vec::new();
-        let mut number = |mut state: State<'a>| {
+        let mut number = |mut state: GroupState<'a>| {
             state[kind] = None;
             *numbers.entry(state).or_insert_with(|| {
                 states.push(state);
                 states.len() as u32 - 1
             })
         };
-        let becomes: Vec<u32> = self.states.iter().map(|&state| number(state)).collect();
+        let new_numbers: Vec<u32> = self.states.iter().map(|&state| number(state)).collect();
         self.states = states;
         if self.states.len() > 1 {
-            self.of_faces.iter_mut().for_each(|group| *group = becomes[*group as usize]);
+            self.of_faces.iter_mut().for_each(|group| *group = new_numbers[*group as usize]);
         } else {
             self.of_faces.clear();
         }
@@ -90,12 +90,13 @@ impl<'a> Groups<'a> {
     }
 
     /// Returns the groups by name; none if the only group is unnamed.
-    pub fn named(&self, in_latin1: bool) -> Vec<Group> {
-        if self.states.len() == 1 && self.states[0] == State::default() {
+    pub fn to_groups(&self, in_latin1: bool) -> Vec<Group> {
+        if self.states.len() == 1 && self.states[0] == GroupState::default() {
             return Vec::new();
         }
-        let text = |name: Option<&[u8]>| name.map(|name| if in_latin1 { latin1(name) } else { decoded(name) });
-        let named = |&[object, name, material, smoothing]: &State| Group {
+        let text =
+            |name: Option<&[u8]>| name.map(|name| if in_latin1 { decode_latin1(name) } else { decode_text(name) });
+        let named = |&[object, name, material, smoothing]: &GroupState| Group {
             object: text(object),
             name: text(name),
             material: text(material),
@@ -111,12 +112,12 @@ mod tests {
     use super::*;
 
     /// Makes groups where every face has its own group name and every hundred faces their own material.
-    fn met(names: &[String]) -> Groups<'_> {
-        let mut groups = Groups::default();
+    fn make_groups(names: &[String]) -> ObjGroups<'_> {
+        let mut groups = ObjGroups::default();
         for (face, name) in names.iter().enumerate() {
             groups.take(b"g", name.as_bytes());
             groups.take(b"usemtl", names[face - face % 100].as_bytes());
-            groups.cover(face, face + 1);
+            groups.assign(face, face + 1);
         }
         groups
     }
@@ -124,23 +125,23 @@ mod tests {
     #[test]
     fn names_of_every_face_are_forgotten_and_others_stay() {
         let names: Vec<String> = (0..1000).map(|i| format!("n{i}")).collect();
-        let mut groups = met(&names);
-        assert_eq!(groups.judge(), ["the names of groups differ on nearly every face: dropped"]);
-        let named = groups.named(false);
+        let mut groups = make_groups(&names);
+        assert_eq!(groups.drop_varied_names(), ["the names of groups differ on nearly every face: dropped"]);
+        let named = groups.to_groups(false);
         assert_eq!((named.len(), named[3].name.as_deref(), named[3].material.as_deref()), (10, None, Some("n300")));
         assert_eq!((groups.of_faces.len(), groups.of_faces[399], groups.of_faces[400]), (1000, 3, 4));
-        assert!(met(&names[..256]).judge().is_empty());
+        assert!(make_groups(&names[..256]).drop_varied_names().is_empty());
     }
 
     #[test]
     fn where_all_names_are_forgotten_there_are_no_groups() {
         let names: Vec<String> = (0..400).map(|i| format!("n{i}")).collect();
-        let mut groups = Groups::default();
+        let mut groups = ObjGroups::default();
         for (face, name) in names.iter().enumerate() {
             groups.take(b"o", name.as_bytes());
-            groups.cover(face, face + 1);
+            groups.assign(face, face + 1);
         }
-        assert_eq!(groups.judge().len(), 1);
-        assert!(groups.named(false).is_empty() && groups.of_faces.is_empty());
+        assert_eq!(groups.drop_varied_names().len(), 1);
+        assert!(groups.to_groups(false).is_empty() && groups.of_faces.is_empty());
     }
 }

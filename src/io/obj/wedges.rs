@@ -1,20 +1,20 @@
-//! Wedges of an OBJ: each distinct `v/vt/vn`, numbered by first use.
+//! ObjWedges of an OBJ: each distinct `v/vt/vn`, numbered by first use.
 
 use rustc_hash::FxHashMap;
 
 use super::NOWHERE;
 
-/// Wedges so far.
+/// ObjWedges so far.
 #[derive(Debug, Default)]
-pub(super) struct Wedges {
+pub(super) struct ObjWedges {
     numbers: FxHashMap<[u32; 3], u32>,
     /// Vertex, texture coordinate and normal of each wedge, from zero, or [`NOWHERE`].
     pub triplets: Vec<[u32; 3]>,
 }
 
-impl Wedges {
+impl ObjWedges {
     /// Makes wedges of faces that have only vertices; the faces then index wedges.
-    pub fn of_plain(faces: &mut [[u32; 3]]) -> Self {
+    pub fn from_vertices(faces: &mut [[u32; 3]]) -> Self {
         let mut wedges = Self::default();
         for vertex in faces.iter_mut().flatten() {
             *vertex = wedges.number([*vertex, NOWHERE, NOWHERE]);

@@ -2,8 +2,8 @@
 
 use rustc_hash::FxHashMap;
 
-use super::channel_of;
-use crate::io::extra::{Extra, Group, encoded};
+use super::find_channel;
+use crate::io::extra::{Extra, Group, encode_text};
 use crate::io::write::{Content, push_singles};
 use crate::mesh::{Attributes, Channel, Role};
 
@@ -36,13 +36,13 @@ pub(in crate::io) fn write_attributed(
 ) -> Vec<u8> {
     let mut out = Vec::new();
     for library in &extra.material_libraries {
-        push_line(&mut out, b"mtllib", &encoded(library, extra.latin1));
+        push_line(&mut out, b"mtllib", &encode_text(library, extra.latin1));
     }
     push_vertices(&mut out, content, attributes, notes);
-    let uvs = Lines::push(&mut out, b"vt ", channel_of(attributes, Role::Uv), attributes);
-    let normals = Lines::push(&mut out, b"vn ", channel_of(attributes, Role::Normal), attributes);
+    let uvs = ValueLines::push(&mut out, b"vt ", find_channel(attributes, Role::Uv), attributes);
+    let normals = ValueLines::push(&mut out, b"vn ", find_channel(attributes, Role::Normal), attributes);
     push_faces(&mut out, content, attributes, extra, &[uvs, normals]);
-    notes.extend(dropped(attributes));
+    notes.extend(describe_lost_channels(attributes));
     out
 }
 
@@ -57,7 +57,7 @@ fn push_line(out: &mut Vec<u8>, word: &[u8], rest: &[u8]) {
 
 /// Appends the `v` lines, with colours if there are some; the format holds one per vertex.
 fn push_vertices(out: &mut Vec<u8>, content: &Content, attributes: &Attributes, notes: &mut Vec<String>) {
-    let colours = channel_of(attributes, Role::Colour).filter(|channel| channel.width >= 3);
+    let colours = find_channel(attributes, Role::Colour).filter(|channel| channel.width >= 3);
     let mut wedge_of: Vec<Option<u32>> = vec![None; content.n_vertices()];
     let mut n_lost = 0;
     if let Some(channel) = colours {
@@ -84,12 +84,12 @@ fn push_vertices(out: &mut Vec<u8>, content: &Content, attributes: &Attributes, 
 }
 
 /// The `vt` or `vn` lines of a channel.
-struct Lines {
+struct ValueLines {
     /// Line of each wedge, from 1; 0 for none.
     of_wedges: Vec<u32>,
 }
 
-impl Lines {
+impl ValueLines {
     /// Appends a line per distinct value, in order of the faces; normals of length zero get none.
     fn push(out: &mut Vec<u8>, word: &[u8], channel: Option<&Channel>, attributes: &Attributes) -> Option<Self> {
         let channel = channel?;
@@ -120,7 +120,7 @@ fn push_faces(
     content: &Content,
     attributes: &Attributes,
     extra: &Extra,
-    lines: &[Option<Lines>; 2],
+    lines: &[Option<ValueLines>; 2],
 ) {
     let mut order: Vec<u32> = (0..content.faces.len() as u32).collect();
     order.sort_by_key(|&face| attributes.group(face));
@@ -132,7 +132,7 @@ fn push_faces(
         }
         let wedges = attributes.wedges.get(face as usize);
         // // A face has values at all corners or none: mixed forms are invalid.
-        let held = lines.each_ref().map(|lines| {
+        let line_numbers = lines.each_ref().map(|lines| {
             let corners = lines.as_ref().zip(wedges).map(|(lines, wedges)| wedges.map(|w| lines.of_wedges[w as usize]));
             corners.filter(|corners| corners.iter().all(|&line| line > 0))
         });
@@ -140,7 +140,7 @@ fn push_faces(
         for (corner, vertex) in content.faces[face as usize].into_iter().enumerate() {
             out.push(b' ');
             out.extend(digits.format(vertex + 1).as_bytes());
-            let [uv, normal] = held.map(|corners| corners.map(|corners| corners[corner]));
+            let [uv, normal] = line_numbers.map(|corners| corners.map(|corners| corners[corner]));
             if uv.is_some() || normal.is_some() {
                 out.push(b'/');
             }
@@ -165,15 +165,15 @@ fn push_names(out: &mut Vec<u8>, state: &mut Group, group: Option<&Group>, latin
     ];
     for (word, old, new) in names {
         if let Some(name) = new.as_ref().filter(|_| old != new) {
-            push_line(out, word, &encoded(name, latin1));
+            push_line(out, word, &encode_text(name, latin1));
             old.clone_from(new);
         }
     }
 }
 
 /// Notes the channels that the format cannot hold.
-fn dropped(attributes: &Attributes) -> Option<String> {
-    let written = [Role::Uv, Role::Normal, Role::Colour].map(|role| channel_of(attributes, role).map(|c| &c.name));
+fn describe_lost_channels(attributes: &Attributes) -> Option<String> {
+    let written = [Role::Uv, Role::Normal, Role::Colour].map(|role| find_channel(attributes, role).map(|c| &c.name));
     let names: Vec<&str> = attributes
         .channels
         .iter()

@@ -3,7 +3,7 @@
 use std::io::Read;
 use std::path::Path;
 
-use super::{Kind, REMEDY, Take, open, unreadable};
+use super::{PiecesKind, PositionReceiver, REMEDY, open, unreadable};
 use crate::io::ReadError;
 use crate::io::text::Text;
 
@@ -13,27 +13,27 @@ const RUN: usize = 1 << 20;
 const LONGEST_LINE: usize = 64 << 20;
 
 /// Counts the vertices of a file and checks what else it holds.
-pub fn counted(path: &Path) -> Result<Kind, ReadError> {
+pub fn scan(path: &Path) -> Result<PiecesKind, ReadError> {
     let (mut n_vertices, mut double, mut has_more) = (0, false, false);
     each_line(open(path)?, &mut |text, line| {
         match line {
-            Line::Vertex => {
+            ObjLine::Vertex => {
                 position(text)?;
                 n_vertices += 1;
                 double |= text.double;
             }
-            Line::Face => {}
-            Line::More => has_more = true,
+            ObjLine::Face => {}
+            ObjLine::More => has_more = true,
         }
         Ok(())
     })?;
-    Ok(Kind::Obj { n_vertices, double, has_more })
+    Ok(PiecesKind::Obj { n_vertices, double, has_more })
 }
 
 /// Passes on every position.
-pub fn each_position(file: impl Read, take: &mut Take) -> Result<(), ReadError> {
+pub fn each_position(file: impl Read, take: &mut PositionReceiver) -> Result<(), ReadError> {
     each_line(file, &mut |text, line| {
-        if line == Line::Vertex {
+        if line == ObjLine::Vertex {
             take(position(text)?);
         }
         Ok(())
@@ -44,8 +44,8 @@ pub fn each_position(file: impl Read, take: &mut Take) -> Result<(), ReadError> 
 pub fn each_face(file: impl Read, take: &mut dyn FnMut(&[i64])) -> Result<(), ReadError> {
     let (mut n_before, mut corners) = (0i64, Vec::new());
     each_line(file, &mut |text, line| {
-        if line != Line::Face {
-            n_before += i64::from(line == Line::Vertex);
+        if line != ObjLine::Face {
+            n_before += i64::from(line == ObjLine::Vertex);
             return Ok(());
         }
         corners.clear();
@@ -73,7 +73,7 @@ fn position(text: &mut Text) -> Result<[f64; 3], ReadError> {
 
 /// A relevant line.
 #[derive(Clone, Copy, PartialEq)]
-enum Line {
+enum ObjLine {
     Vertex,
     Face,
     /// Texture coordinate, normal or material.
@@ -83,7 +83,7 @@ enum Line {
 /// Passes on the rest of each relevant line.
 fn each_line(
     mut file: impl Read,
-    show: &mut dyn FnMut(&mut Text, Line) -> Result<(), ReadError>,
+    show: &mut dyn FnMut(&mut Text, ObjLine) -> Result<(), ReadError>,
 ) -> Result<(), ReadError> {
     let mut bytes: Vec<u8> = Vec::new();
     loop {
@@ -102,9 +102,9 @@ fn each_line(
         while !text.is_at_end() {
             text.skip_blanks();
             let line = match text.rest() {
-                [b'v', b' ' | b'\t' | b'\\', ..] => Some(Line::Vertex),
-                [b'f', b' ' | b'\t' | b'\\', ..] => Some(Line::Face),
-                [b'v', b't' | b'n', b' ' | b'\t', ..] | [b'u', b's', b'e', b'm', b't', b'l', ..] => Some(Line::More),
+                [b'v', b' ' | b'\t' | b'\\', ..] => Some(ObjLine::Vertex),
+                [b'f', b' ' | b'\t' | b'\\', ..] => Some(ObjLine::Face),
+                [b'v', b't' | b'n', b' ' | b'\t', ..] | [b'u', b's', b'e', b'm', b't', b'l', ..] => Some(ObjLine::More),
                 _ => None,
             };
             if let Some(line) = line {

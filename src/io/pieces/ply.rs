@@ -3,8 +3,8 @@
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use super::{Take, beginning, number, unreadable};
-use crate::io::ply::header::{Element, Encoding, Header, Property};
+use super::{PositionReceiver, number, read_beginning, unreadable};
+use crate::io::ply::header::{Element, Encoding, Header, PlyProperty};
 use crate::io::{ReadError, Scalar};
 
 /// Longest header in bytes.
@@ -16,7 +16,7 @@ const MOST_CORNERS: usize = 1 << 20;
 
 /// Places of the values in a file.
 #[derive(Debug)]
-pub struct Layout {
+pub struct PlyLayout {
     big: bool,
     /// Offset of the vertices in bytes.
     body: u64,
@@ -33,8 +33,8 @@ pub struct Layout {
 }
 
 /// Parses the layout of a file, or returns `None` if it cannot be streamed.
-pub fn layout(path: &Path) -> Result<Option<Layout>, ReadError> {
-    let header = Header::parse(&beginning(path, LONGEST_HEADER)?)?;
+pub fn layout(path: &Path) -> Result<Option<PlyLayout>, ReadError> {
+    let header = Header::parse(&read_beginning(path, LONGEST_HEADER)?)?;
     let big = match header.encoding {
         Encoding::Text => return Ok(None),
         encoding => encoding == Encoding::BigEndian,
@@ -54,10 +54,10 @@ pub fn layout(path: &Path) -> Result<Option<Layout>, ReadError> {
     let of_faces = faces.properties.iter().enumerate().filter(|(at, _)| *at != corners).map(|(_, it)| &it.name);
     let others = of_vertices.chain(of_faces).cloned().collect();
     let (n_vertices, faces) = (vertices.count as u64, faces.clone());
-    Ok(Some(Layout { big, body: header.body as u64, n_vertices, stride, axes, faces, corners, others }))
+    Ok(Some(PlyLayout { big, body: header.body as u64, n_vertices, stride, axes, faces, corners, others }))
 }
 
-impl Layout {
+impl PlyLayout {
     pub fn n_vertices(&self) -> u64 {
         self.n_vertices
     }
@@ -67,7 +67,7 @@ impl Layout {
     }
 
     /// Lists the properties that are not geometry.
-    pub fn others(&self) -> Option<String> {
+    pub fn other_properties(&self) -> Option<String> {
         (!self.others.is_empty()).then(|| self.others.join(", "))
     }
 
@@ -75,7 +75,11 @@ impl Layout {
         self.axes.iter().any(|(_, scalar)| scalar.is_wide())
     }
 
-    pub fn each_position<R: Read + Seek>(&self, mut file: BufReader<R>, take: &mut Take) -> Result<(), ReadError> {
+    pub fn each_position<R: Read + Seek>(
+        &self,
+        mut file: BufReader<R>,
+        take: &mut PositionReceiver,
+    ) -> Result<(), ReadError> {
         file.seek(SeekFrom::Start(self.body)).map_err(|error| unreadable(&error))?;
         // Fewer, larger reads; a single vertex may still exceed the run.
         let n_at_once = (RUN / self.stride).max(1);
@@ -114,11 +118,11 @@ impl Layout {
         file.seek(SeekFrom::Start(start)).map_err(|error| unreadable(&error))?;
         let mut corners = Vec::new();
         // Nearly all files hold plain triangles, which need no property loop.
-        let n_usual = if self.is_usual() { self.usual_faces(&mut file, take)? } else { 0 };
+        let n_usual = if self.is_plain_list() { self.each_leading_triangle(&mut file, take)? } else { 0 };
         for _ in n_usual..self.faces.count {
             for (at, property) in self.faces.properties.iter().enumerate() {
                 let n = match property.length {
-                    Some(length) => self.one(&mut file, length)? as usize,
+                    Some(length) => self.read_scalar(&mut file, length)? as usize,
                     None => 1,
                 };
                 if at != self.corners {
@@ -128,7 +132,7 @@ impl Layout {
                 corners.clear();
                 // A damaged count may be huge: its corners are skipped, not stored.
                 for _ in 0..n.min(MOST_CORNERS) {
-                    corners.push(self.one(&mut file, property.scalar)? as i64);
+                    corners.push(self.read_scalar(&mut file, property.scalar)? as i64);
                 }
                 skip(&mut file, n.saturating_sub(MOST_CORNERS).saturating_mul(property.scalar.size()))?;
             }
@@ -138,13 +142,14 @@ impl Layout {
     }
 
     /// Returns whether faces are single lists of little-endian 32-bit numbers with a count of one byte.
-    fn is_usual(&self) -> bool {
-        let is_list = |it: &Property| it.length == Some(Scalar::U8) && matches!(it.scalar, Scalar::I32 | Scalar::U32);
+    fn is_plain_list(&self) -> bool {
+        let is_list =
+            |it: &PlyProperty| it.length == Some(Scalar::U8) && matches!(it.scalar, Scalar::I32 | Scalar::U32);
         !self.big && matches!(&self.faces.properties[..], [only] if is_list(only))
     }
 
     /// Passes on the faces up to the first non-triangle, and returns their number.
-    fn usual_faces(&self, file: &mut impl BufRead, take: &mut dyn FnMut(&[i64])) -> Result<usize, ReadError> {
+    fn each_leading_triangle(&self, file: &mut impl BufRead, take: &mut dyn FnMut(&[i64])) -> Result<usize, ReadError> {
         let (mut n_faces, mut face) = (0, [0; 13]);
         while n_faces < self.faces.count && file.fill_buf().map_err(|error| unreadable(&error))?.first() == Some(&3) {
             file.read_exact(&mut face).map_err(|error| unreadable(&error))?;
@@ -154,7 +159,7 @@ impl Layout {
         Ok(n_faces)
     }
 
-    fn one(&self, file: &mut impl Read, scalar: Scalar) -> Result<f64, ReadError> {
+    fn read_scalar(&self, file: &mut impl Read, scalar: Scalar) -> Result<f64, ReadError> {
         let mut bytes = [0; 8];
         let bytes = &mut bytes[..scalar.size()];
         file.read_exact(bytes).map_err(|error| unreadable(&error))?;

@@ -3,12 +3,12 @@
 use std::io::Read;
 use std::path::Path;
 
-use super::{Triangle, beginning, unreadable};
+use super::{Triangle, read_beginning, unreadable};
 use crate::io::ReadError;
 
 /// Returns the number of faces of a binary file, or `None` for text.
 pub fn n_faces(path: &Path) -> Result<Option<u64>, ReadError> {
-    let start = beginning(path, 84)?;
+    let start = read_beginning(path, 84)?;
     let n_bytes = std::fs::metadata(path).map_err(|error| unreadable(&error))?.len();
     let Some(count) = start.get(80..84).and_then(|count| count.first_chunk()).map(|count| u32::from_le_bytes(*count))
     else {

@@ -3,11 +3,11 @@
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::columns::{Plan, unit};
+use super::columns::{ChannelPlan, unit};
 use super::header::{Element, Header};
 use super::source::Source;
 use super::{BLOCK, index, open, read_faces, read_strips, read_vertices, records};
-use crate::io::extra::{Column, Extra, Group, Layout, ReadMesh, sets_faces_apart, without_nan};
+use crate::io::extra::{Column, ColumnLayout, Extra, Group, ReadMesh, has_too_many_groups, replace_non_finite};
 use crate::io::{ReadError, Scalar};
 use crate::mesh::{Attributes, Channel, Fans, RawMesh, Role};
 
@@ -16,9 +16,9 @@ const MOST_GROUPS: usize = 1 << 16;
 
 /// Reads a PLY file with attributes; texture coordinates that a face lacks are zeros.
 pub(super) fn read(bytes: &[u8], header: Header) -> Result<ReadMesh, ReadError> {
-    let mut reader = Reader::default();
+    let mut reader = PlyReader::default();
     let mut source = open(bytes, &header);
-    // Corners of strips carry no texture coordinates, so those of faces would not cover the mesh.
+    // CornerNumbers of strips carry no texture coordinates, so those of faces would not cover the mesh.
     let with_strips = header.elements.iter().any(|element| element.name == "tristrips");
     for element in &header.elements {
         match element.name.as_str() {
@@ -37,16 +37,16 @@ pub(super) fn read(bytes: &[u8], header: Header) -> Result<ReadMesh, ReadError> 
 }
 
 /// Values of a row: one per scalar property, any number per list.
-type Row = [Vec<f64>];
+type RowValues = [Vec<f64>];
 
 /// Passes on each row of an element.
-fn for_each_row(source: &mut Source, element: &Element, mut take: impl FnMut(&Row)) -> Result<(), ReadError> {
+fn for_each_row(source: &mut Source, element: &Element, mut take: impl FnMut(&RowValues)) -> Result<(), ReadError> {
     let mut row = vec![Vec::new(); element.properties.len()];
     // // An element without properties takes no bytes, whatever its count: looping over it could take forever.
     let n_rows = if row.is_empty() { 0 } else { element.count };
     for number in 0..n_rows {
         for (property, values) in element.properties.iter().zip(&mut row) {
-            let mut next = |scalar| source.scalar(scalar).ok_or_else(|| source.cut(element, number));
+            let mut next = |scalar| source.scalar(scalar).ok_or_else(|| source.cut_error(element, number));
             let n_values = property.length.map_or(Ok(1.0), &mut next)?.max(0.0f64) as u64;
             values.clear();
             for _ in 0..n_values {
@@ -61,21 +61,21 @@ fn for_each_row(source: &mut Source, element: &Element, mut take: impl FnMut(&Ro
 
 /// State of the reader.
 #[derive(Default)]
-struct Reader {
+struct PlyReader {
     mesh: RawMesh,
     fans: Fans,
     /// Channels of the vertices.
     channels: Vec<Channel>,
-    layouts: Vec<Layout>,
-    corners: Option<Corners>,
-    groups: Groups,
+    layouts: Vec<ColumnLayout>,
+    corners: Option<CornerNumbers>,
+    groups: NumberedGroups,
     notes: Vec<String>,
 }
 
-impl Reader {
+impl PlyReader {
     fn read_vertices(&mut self, source: &mut Source, element: &Element) -> Result<(), ReadError> {
         let axes = [element.scalar("x")?, element.scalar("y")?, element.scalar("z")?];
-        let plans = Plan::of(element, &axes);
+        let plans = ChannelPlan::for_element(element, &axes);
         for property in element.properties.iter().filter(|property| property.length.is_some()) {
             self.notes.push(format!("the list {} of the vertices is dropped", property.name));
         }
@@ -84,10 +84,10 @@ impl Reader {
             read_vertices(source, element, &mut self.mesh)?;
             let records = records(&bytes[at..], element.count, stride).unwrap_or_default();
             for (table, plan) in tables.iter_mut().zip(&plans) {
-                *table = decode_channel(records, stride, &scalars(plan, element, Some(&offsets)), big);
+                *table = decode_channel(records, stride, &channel_values(plan, element, Some(&offsets)), big);
             }
         } else {
-            let columns: Vec<_> = plans.iter().map(|plan| scalars(plan, element, None)).collect();
+            let columns: Vec<_> = plans.iter().map(|plan| channel_values(plan, element, None)).collect();
             let positions = &mut self.mesh.positions;
             self.mesh.double |= axes.iter().any(|&axis| element.properties[axis].scalar.is_wide());
             for_each_row(source, element, |row| {
@@ -104,8 +104,8 @@ impl Reader {
         Ok(())
     }
 
-    fn add_channel(&mut self, plan: &Plan, mut values: Vec<f32>) {
-        let n_not_finite = without_nan(&mut values);
+    fn add_channel(&mut self, plan: &ChannelPlan, mut values: Vec<f32>) {
+        let n_not_finite = replace_non_finite(&mut values);
         if n_not_finite > 0 {
             self.notes.push(format!("{n_not_finite} values of {} are not finite: zeros", plan.name));
         }
@@ -133,7 +133,7 @@ impl Reader {
         let column =
             |&i: &usize| Column { name: element.properties[i].name.clone(), scalar: element.properties[i].scalar };
         self.groups.columns = columns.iter().map(column).collect();
-        self.corners = texcoord.map(|_| Corners::default());
+        self.corners = texcoord.map(|_| CornerNumbers::default());
         let mut polygon = Vec::new();
         for_each_row(source, element, |row| {
             polygon.clear();
@@ -143,13 +143,13 @@ impl Reader {
             }
             let is_face = self.fans.push(&polygon, &mut self.mesh.faces);
             self.mesh.dropped_faces += usize::from(!is_face);
-            self.groups.cover(columns.iter().map(|&i| row[i][0] as i64), self.mesh.faces.len());
+            self.groups.assign(columns.iter().map(|&i| row[i][0] as i64), self.mesh.faces.len());
         })
     }
 
     /// Assembles the result.
     fn finish(mut self, comments: Vec<String>) -> ReadMesh {
-        self.groups.judge(&mut self.notes);
+        self.groups.drop_excessive(&mut self.notes);
         let RawMesh { positions, faces, attributes, .. } = &mut self.mesh;
         let mut channels = self.channels;
         if let Some(corners) = self.corners {
@@ -159,7 +159,7 @@ impl Reader {
             let name = if channels.iter().any(|channel| channel.name == "uv") { "texcoord" } else { "uv" };
             let column = Column { name: "texcoord".into(), scalar: Scalar::F32 };
             let columns = vec![column.clone(), column];
-            self.layouts.push(Layout { channel: name.into(), columns, per_corner: true });
+            self.layouts.push(ColumnLayout { channel: name.into(), columns, per_corner: true });
             channels.push(Channel { name: name.into(), role: Role::Uv, width: 2, values: corners.uvs() });
             attributes.wedges = faces.clone();
             for corner in faces.iter_mut().flatten() {
@@ -169,7 +169,7 @@ impl Reader {
             self.fans.triangulate(positions, faces);
             attributes.wedges = if channels.is_empty() { Vec::new() } else { faces.clone() };
         }
-        let Groups { columns: face_columns, groups, mut of_faces, .. } = self.groups;
+        let NumberedGroups { columns: face_columns, groups, mut of_faces, .. } = self.groups;
         // // Faces from strips have no numbers: they join the first group.
         of_faces.resize(if groups.len() > 1 { faces.len() } else { 0 }, 0);
         let wedges = std::mem::take(&mut attributes.wedges);
@@ -180,7 +180,7 @@ impl Reader {
 }
 
 /// A value of a channel: its place in a row, its type and its unit.
-struct Number {
+struct ChannelValue {
     property: usize,
     /// Offset in the row in bytes, for rows of equal length.
     offset: usize,
@@ -188,38 +188,38 @@ struct Number {
     unit: f64,
 }
 
-fn scalars(plan: &Plan, element: &Element, offsets: Option<&[usize]>) -> Vec<Number> {
+fn channel_values(plan: &ChannelPlan, element: &Element, offsets: Option<&[usize]>) -> Vec<ChannelValue> {
     let number = |&property: &usize| {
         let scalar = element.properties[property].scalar;
         let offset = offsets.map_or(0, |offsets| offsets[property]);
-        Number { property, offset, scalar, unit: unit(plan.role, scalar) }
+        ChannelValue { property, offset, scalar, unit: unit(plan.role, scalar) }
     };
     plan.properties.iter().map(number).collect()
 }
 
 /// Decodes a channel from binary rows.
-fn decode_channel(records: &[u8], stride: usize, columns: &[Number], big: bool) -> Vec<f32> {
+fn decode_channel(records: &[u8], stride: usize, columns: &[ChannelValue], big: bool) -> Vec<f32> {
     let width = columns.len();
     let mut values = vec![0.0; records.len() / stride * width];
     let rows = values.par_chunks_exact_mut(width).with_min_len(BLOCK).zip(records.par_chunks_exact(stride));
     rows.for_each(|(row, record)| {
         for (value, column) in row.iter_mut().zip(columns) {
-            let stated = column.scalar.decode(&record[column.offset..], big).unwrap_or(0.0);
-            *value = (stated / column.unit) as f32;
+            let number = column.scalar.decode(&record[column.offset..], big).unwrap_or(0.0);
+            *value = (number / column.unit) as f32;
         }
     });
     values
 }
 
-/// Corners that differ in vertex or texture coordinates, numbered by first use.
+/// CornerNumbers that differ in vertex or texture coordinates, numbered by first use.
 #[derive(Default)]
-struct Corners {
+struct CornerNumbers {
     numbers: FxHashMap<[u32; 3], u32>,
     /// Vertex, and the bits of both coordinates.
     rows: Vec<[u32; 3]>,
 }
 
-impl Corners {
+impl CornerNumbers {
     /// Replaces the vertices of a polygon by corner numbers.
     fn number(&mut self, polygon: &mut [u32], uvs: &[f64]) {
         let fits = uvs.len() == 2 * polygon.len();
@@ -256,9 +256,9 @@ impl Corners {
     }
 }
 
-/// Groups of faces by the whole numbers they carry.
+/// NumberedGroups of faces by the whole numbers they carry.
 #[derive(Default)]
-struct Groups {
+struct NumberedGroups {
     columns: Vec<Column>,
     numbers: FxHashMap<Vec<i64>, u32>,
     groups: Vec<Group>,
@@ -266,9 +266,9 @@ struct Groups {
     too_many: bool,
 }
 
-impl Groups {
+impl NumberedGroups {
     /// Assigns the triangles up to `n_faces` to the group with these numbers.
-    fn cover(&mut self, values: impl Iterator<Item = i64>, n_faces: usize) {
+    fn assign(&mut self, values: impl Iterator<Item = i64>, n_faces: usize) {
         if self.columns.is_empty() || self.too_many {
             return;
         }
@@ -283,9 +283,9 @@ impl Groups {
     }
 
     /// Drops the groups, with a note, if nearly every face is one.
-    fn judge(&mut self, notes: &mut Vec<String>) {
+    fn drop_excessive(&mut self, notes: &mut Vec<String>) {
         let n_groups = self.groups.len();
-        if self.too_many || sets_faces_apart(n_groups, self.of_faces.len()) {
+        if self.too_many || has_too_many_groups(n_groups, self.of_faces.len()) {
             let names: Vec<&str> = self.columns.iter().map(|column| column.name.as_str()).collect();
             notes.push(format!("the numbers {} of the faces differ too often to be groups: dropped", names.join(", ")));
             *self = Self::default();

@@ -1,7 +1,7 @@
 //! Vertex columns that form channels, by the names that programs give them.
 
-use super::header::{Element, Property};
-use crate::io::extra::{Column, Layout};
+use super::header::{Element, PlyProperty};
+use crate::io::extra::{Column, ColumnLayout};
 use crate::io::{Extra, Scalar};
 use crate::mesh::{Channel, Role};
 
@@ -22,16 +22,16 @@ const FAMILIES: [(&str, Role, &[&str]); 11] = [
 
 /// A channel and its properties.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Plan {
+pub(super) struct ChannelPlan {
     pub name: String,
     pub role: Role,
     /// Indices of the properties.
     pub properties: Vec<usize>,
 }
 
-impl Plan {
+impl ChannelPlan {
     /// Groups all scalar properties except the `taken` ones into channels, in file order.
-    pub fn of(element: &Element, taken: &[usize]) -> Vec<Self> {
+    pub fn for_element(element: &Element, taken: &[usize]) -> Vec<Self> {
         let is_free = |i: usize| element.properties[i].length.is_none() && !taken.contains(&i);
         let find =
             |name: &str| (0..element.properties.len()).find(|&i| is_free(i) && element.properties[i].name == name);
@@ -53,10 +53,10 @@ impl Plan {
     }
 
     /// Returns the columns of the channel.
-    pub fn layout(&self, properties: &[Property]) -> Layout {
+    pub fn layout(&self, properties: &[PlyProperty]) -> ColumnLayout {
         let column = |&i: &usize| Column { name: properties[i].name.clone(), scalar: properties[i].scalar };
         let columns = self.properties.iter().map(column).collect();
-        Layout { channel: self.name.clone(), columns, per_corner: false }
+        ColumnLayout { channel: self.name.clone(), columns, per_corner: false }
     }
 }
 
@@ -70,9 +70,9 @@ pub(super) fn unit(role: Role, scalar: Scalar) -> f64 {
 }
 
 /// Returns the input's layout of a channel if it fits, else the usual one; `n_before` channels have the same role.
-pub(super) fn layout_of(channel: &Channel, extra: &Extra, n_before: usize) -> Layout {
+pub(super) fn layout_of(channel: &Channel, extra: &Extra, n_before: usize) -> ColumnLayout {
     let known = extra.layout(&channel.name).filter(|layout| layout.columns.len() == channel.width);
-    known.cloned().unwrap_or_else(|| Layout {
+    known.cloned().unwrap_or_else(|| ColumnLayout {
         channel: channel.name.clone(),
         columns: usual_columns(channel, n_before),
         per_corner: false,

@@ -1,6 +1,6 @@
 //! PLY headers: encoding, elements, properties.
 
-use crate::io::extra::decoded;
+use crate::io::extra::decode_text;
 use crate::io::{ReadError, Scalar};
 
 const REMEDY: &str = "export the mesh again";
@@ -15,7 +15,7 @@ pub(in crate::io) enum Encoding {
 
 /// A property: a scalar, or a list with its length in front.
 #[derive(Clone, Debug, PartialEq)]
-pub(in crate::io) struct Property {
+pub(in crate::io) struct PlyProperty {
     pub name: String,
     pub scalar: Scalar,
     /// Type of the length, for a list.
@@ -28,7 +28,7 @@ pub(in crate::io) struct Element {
     pub name: String,
     /// Claimed number of rows; the file may hold fewer.
     pub count: usize,
-    pub properties: Vec<Property>,
+    pub properties: Vec<PlyProperty>,
 }
 
 /// A parsed header.
@@ -46,17 +46,17 @@ impl Element {
     /// Returns the index of the scalar property `name`.
     pub fn scalar(&self, name: &str) -> Result<usize, ReadError> {
         let found = self.properties.iter().position(|property| property.length.is_none() && property.name == name);
-        found.ok_or_else(|| self.lacks(&format!("property {name}")))
+        found.ok_or_else(|| self.missing_error(&format!("property {name}")))
     }
 
     /// Returns the index of the list property with one of these names.
     pub fn list(&self, names: &[&str]) -> Option<usize> {
-        let named = |property: &Property| property.length.is_some() && names.contains(&property.name.as_str());
+        let named = |property: &PlyProperty| property.length.is_some() && names.contains(&property.name.as_str());
         self.properties.iter().position(named)
     }
 
     /// Makes the error for something that the element lacks.
-    pub fn lacks(&self, what: &str) -> ReadError {
+    pub fn missing_error(&self, what: &str) -> ReadError {
         ReadError::file(format!("the element {} has no {what}", self.name), REMEDY)
     }
 
@@ -85,14 +85,14 @@ impl Header {
         }
         // // In a header with bare carriage returns, a line feed after it already belongs to the values.
         let pairs = bytes.get(first.0..first.1) != Some(b"\r");
-        let mut said = Said::default();
+        let mut lines = HeaderLines::default();
         at = first.1;
         while at < bytes.len() {
             let (end, next) = line_end(bytes, at, pairs);
             let problem = |what: &str| ReadError::line(bytes, at, what, REMEDY);
-            if said.ends_with(&bytes[at..end]).map_err(problem)? {
-                let encoding = said.encoding.ok_or_else(|| problem("the header does not name its encoding"))?;
-                return Ok(Self { encoding, elements: said.elements, comments: said.comments, body: next });
+            if lines.take(&bytes[at..end]).map_err(problem)? {
+                let encoding = lines.encoding.ok_or_else(|| problem("the header does not name its encoding"))?;
+                return Ok(Self { encoding, elements: lines.elements, comments: lines.comments, body: next });
             }
             at = next;
         }
@@ -102,15 +102,15 @@ impl Header {
 
 /// Lines of a header so far.
 #[derive(Default)]
-struct Said {
+struct HeaderLines {
     encoding: Option<Encoding>,
     elements: Vec<Element>,
     comments: Vec<String>,
 }
 
-impl Said {
+impl HeaderLines {
     /// Takes a line; returns whether it ends the header, or its problem.
-    fn ends_with(&mut self, line: &[u8]) -> Result<bool, &'static str> {
+    fn take(&mut self, line: &[u8]) -> Result<bool, &'static str> {
         let text = String::from_utf8_lossy(line);
         let mut words = text.split_ascii_whitespace();
         match words.next() {
@@ -122,7 +122,7 @@ impl Said {
                 element.properties.push(property);
             }
             Some("end_header") => return Ok(true),
-            Some("comment" | "obj_info") => self.comments.push(decoded(line.trim_ascii())),
+            Some("comment" | "obj_info") => self.comments.push(decode_text(line.trim_ascii())),
             None => {}
             Some(_) => return Err("unknown word in the header"),
         }
@@ -151,9 +151,9 @@ fn parse_element<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<Element
     Some(Element { name, count: words.next()?.parse().ok()?, properties: Vec::new() })
 }
 
-fn parse_property<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<Property> {
+fn parse_property<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<PlyProperty> {
     let kind = words.next()?;
     let length = if kind == "list" { Some(Scalar::from_name(words.next()?)?) } else { None };
     let scalar = Scalar::from_name(if length.is_some() { words.next()? } else { kind })?;
-    Some(Property { name: words.next()?.to_owned(), scalar, length })
+    Some(PlyProperty { name: words.next()?.to_owned(), scalar, length })
 }

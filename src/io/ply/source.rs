@@ -52,7 +52,7 @@ impl Source<'_> {
     }
 
     /// Returns the number of unread bytes.
-    pub fn left(&self) -> usize {
+    pub fn n_bytes_left(&self) -> usize {
         match self {
             Self::Text { text, .. } => text.rest().len(),
             Self::Binary { bytes, at, .. } => bytes.len() - at,
@@ -60,7 +60,7 @@ impl Source<'_> {
     }
 
     /// Makes the error for a missing value in row `item` of `element`.
-    pub fn cut(&self, element: &Element, item: usize) -> ReadError {
+    pub fn cut_error(&self, element: &Element, item: usize) -> ReadError {
         let what = format!("no value for {} {item} of {}", element.name, element.count);
         match self {
             Self::Text { text, .. } => text.error(what, REMEDY),

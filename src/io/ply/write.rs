@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::BLOCK;
 use super::columns::{layout_of, unit};
 use crate::io::Scalar;
-use crate::io::extra::{Extra, Layout};
+use crate::io::extra::{ColumnLayout, Extra};
 use crate::io::write::{Content, push_rows};
 use crate::mesh::{Attributes, Channel};
 
@@ -58,61 +58,61 @@ pub(in crate::io) fn write_attributed(
     as_text: bool,
     notes: &mut Vec<String>,
 ) -> (Vec<u8>, usize) {
-    let columns = Columns::of(attributes, extra);
-    let rows = Rows::of(content, attributes, &columns.of_vertices);
+    let columns = Columns::from_channels(attributes, extra);
+    let rows = VertexRows::from_wedges(content, attributes, &columns.of_vertices);
     let n_repeated = rows.sources.len() - content.n_vertices();
     if n_repeated > 0 {
         notes.push(format!("ply holds one row of values for each vertex: {n_repeated} vertices are repeated at seams"));
     }
-    let mut out = header(content, extra, &columns, rows.sources.len(), as_text).into_bytes();
-    let mut put = Put { out: &mut out, as_text };
-    put_vertices(&mut put, content, &rows, &columns);
-    put_faces(&mut put, &rows, &columns, attributes, extra);
+    let mut out = write_full_header(content, extra, &columns, rows.sources.len(), as_text).into_bytes();
+    let mut writer = ValueWriter { out: &mut out, as_text };
+    write_vertices(&mut writer, content, &rows, &columns);
+    write_faces(&mut writer, &rows, &columns, attributes, extra);
     (out, rows.sources.len())
 }
 
 /// Writes the rows of the vertices.
-fn put_vertices(put: &mut Put, content: &Content, rows: &Rows, columns: &Columns) {
+fn write_vertices(writer: &mut ValueWriter, content: &Content, rows: &VertexRows, columns: &Columns) {
     for &(vertex, wedge) in &rows.sources {
-        put.position(content, vertex as usize);
+        writer.position(content, vertex as usize);
         for (channel, layout) in &columns.of_vertices {
             let value = wedge.map(|wedge| channel.value(wedge));
             for (i, column) in layout.columns.iter().enumerate() {
                 let stated = value.map_or(0.0, |value| f64::from(value[i]));
-                put.value(column.scalar, stated * unit(channel.role, column.scalar));
+                writer.value(column.scalar, stated * unit(channel.role, column.scalar));
             }
         }
-        put.end_of_row();
+        writer.end_of_row();
     }
 }
 
 /// Writes the rows of the faces: corners, their texture coordinates, values of the group.
-fn put_faces(put: &mut Put, rows: &Rows, columns: &Columns, attributes: &Attributes, extra: &Extra) {
+fn write_faces(writer: &mut ValueWriter, rows: &VertexRows, columns: &Columns, attributes: &Attributes, extra: &Extra) {
     for (face, corners) in rows.faces.iter().enumerate() {
-        put.value(Scalar::U8, 3.0);
-        corners.iter().for_each(|&row| put.value(Scalar::I32, f64::from(row)));
+        writer.value(Scalar::U8, 3.0);
+        corners.iter().for_each(|&row| writer.value(Scalar::I32, f64::from(row)));
         if let (Some((channel, layout)), Some(wedges)) = (columns.of_corners, attributes.wedges.get(face)) {
-            put.value(Scalar::U8, (3 * channel.width) as f64);
-            let values = wedges.iter().flat_map(|&wedge| channel.value(wedge));
-            values.for_each(|&value| put.value(layout.columns[0].scalar, f64::from(value)));
+            writer.value(Scalar::U8, (3 * channel.width) as f64);
+            let values = wedges.iter().flat_map(|&wedge| channel.of(wedge));
+            values.for_each(|&value| writer.value(layout.columns[0].scalar, f64::from(value)));
         }
         let values = extra.group(attributes.group(face as u32)).map_or(&[][..], |group| &group.values);
         for (i, column) in extra.face_columns.iter().enumerate() {
-            put.value(column.scalar, values.get(i).copied().unwrap_or(0.0));
+            writer.value(column.scalar, values.get(i).copied().unwrap_or(0.0));
         }
-        put.end_of_row();
+        writer.end_of_row();
     }
 }
 
 /// Channels and their columns.
 struct Columns<'a> {
-    of_vertices: Vec<(&'a Channel, Layout)>,
+    of_vertices: Vec<(&'a Channel, ColumnLayout)>,
     /// Channel of the lists `texcoord`.
-    of_corners: Option<(&'a Channel, &'a Layout)>,
+    of_corners: Option<(&'a Channel, &'a ColumnLayout)>,
 }
 
 impl<'a> Columns<'a> {
-    fn of(attributes: &'a Attributes, extra: &'a Extra) -> Self {
+    fn from_channels(attributes: &'a Attributes, extra: &'a Extra) -> Self {
         let mut columns = Self { of_vertices: Vec::new(), of_corners: None };
         for (i, channel) in attributes.channels.iter().enumerate() {
             let per_corner = extra.layout(&channel.name).filter(|layout| layout.per_corner && channel.width == 2);
@@ -128,16 +128,16 @@ impl<'a> Columns<'a> {
     }
 }
 
-/// Rows of the vertices.
-struct Rows {
+/// VertexRows of the vertices.
+struct VertexRows {
     /// Vertex of each row, and a wedge with its values; the first n_vertices rows are the vertices in order.
     sources: Vec<(u32, Option<u32>)>,
-    /// Rows of the corners, n_faces x 3.
+    /// VertexRows of the corners, n_faces x 3.
     faces: Vec<[u32; 3]>,
 }
 
-impl Rows {
-    fn of(content: &Content, attributes: &Attributes, channels: &[(&Channel, Layout)]) -> Self {
+impl VertexRows {
+    fn from_wedges(content: &Content, attributes: &Attributes, channels: &[(&Channel, ColumnLayout)]) -> Self {
         let mut sources: Vec<(u32, Option<u32>)> = (0..content.n_vertices() as u32).map(|v| (v, None)).collect();
         let mut faces = content.faces.to_vec();
         if channels.is_empty() {
@@ -163,7 +163,7 @@ impl Rows {
     }
 }
 
-fn header(content: &Content, extra: &Extra, columns: &Columns, n_rows: usize, as_text: bool) -> String {
+fn write_full_header(content: &Content, extra: &Extra, columns: &Columns, n_rows: usize, as_text: bool) -> String {
     let encoding = if as_text { "ascii" } else { "binary_little_endian" };
     let mut header = format!("ply\nformat {encoding} 1.0\n");
     for comment in &extra.comments {
@@ -186,12 +186,12 @@ fn header(content: &Content, extra: &Extra, columns: &Columns, n_rows: usize, as
 }
 
 /// A writer of values.
-struct Put<'a> {
+struct ValueWriter<'a> {
     out: &'a mut Vec<u8>,
     as_text: bool,
 }
 
-impl Put<'_> {
+impl ValueWriter<'_> {
     fn value(&mut self, scalar: Scalar, value: f64) {
         if self.as_text {
             scalar.push_text(self.out, value);

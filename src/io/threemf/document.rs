@@ -7,10 +7,10 @@ use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 use rustc_hash::FxHashMap;
 
-use super::field;
+use super::attribute;
 use super::required::refuse_unknown;
+use crate::io::memory::reserve;
 use crate::io::one_line::one_line;
-use crate::io::room::room;
 use crate::io::{ReadError, number};
 
 const REMEDY: &str = "export the file again";
@@ -20,11 +20,11 @@ const NOWHERE: u32 = u32::MAX;
 
 /// The content of a model part.
 #[derive(Default)]
-pub(super) struct Document {
+pub(super) struct ModelDocument {
     /// Unit of length, if given.
     pub unit: Option<String>,
     pub objects: FxHashMap<u32, Object>,
-    pub properties: FxHashMap<u32, Property>,
+    pub properties: FxHashMap<u32, FaceProperty>,
     /// Items of the build.
     pub items: Vec<Reference>,
     /// Whether a coordinate needs a double.
@@ -40,11 +40,11 @@ pub(super) struct Document {
 pub(super) struct Object {
     pub id: u32,
     pub name: Option<String>,
-    /// Property and entry of faces without their own.
+    /// FaceProperty and entry of faces without their own.
     pub property: Option<(u32, u32)>,
     pub positions: Vec<[f64; 3]>,
     pub faces: Vec<[u32; 3]>,
-    /// Property of each face, with the entries at its corners; shorter if the last faces have none.
+    /// FaceProperty of each face, with the entries at its corners; shorter if the last faces have none.
     pub of_faces: Vec<Option<(u32, [u32; 3])>>,
     pub components: Vec<Reference>,
 }
@@ -58,7 +58,7 @@ pub(super) struct Reference {
 }
 
 /// Properties that faces refer to.
-pub(super) enum Property {
+pub(super) enum FaceProperty {
     /// Names, and colours in sRGB with alpha.
     Materials(Vec<(String, [f32; 4])>),
     /// Colours in sRGB with alpha.
@@ -68,7 +68,7 @@ pub(super) enum Property {
 }
 
 /// Parses the text of a part.
-pub(super) fn parse(text: &str, part: &str) -> Result<Document, ReadError> {
+pub(super) fn parse(text: &str, part: &str) -> Result<ModelDocument, ReadError> {
     let mut reader = Reader::from_str(text);
     let mut parser = Parser::default();
     loop {
@@ -94,7 +94,7 @@ pub(super) fn parse(text: &str, part: &str) -> Result<Document, ReadError> {
 /// A parser with its current object and property.
 #[derive(Default)]
 struct Parser {
-    document: Document,
+    document: ModelDocument,
     /// Prefix of core elements: that of the root.
     prefix: Option<String>,
     object: u32,
@@ -107,7 +107,7 @@ impl Parser {
         let (name, prefix) = (name.into_inner(), prefix.map(|prefix| prefix.into_inner()).unwrap_or_default());
         if name == "model" && self.prefix.is_none() {
             self.prefix = Some(prefix.into());
-            self.document.unit = field(element, "unit").map(Cow::into_owned);
+            self.document.unit = attribute(element, "unit").map(Cow::into_owned);
             return refuse_unknown(element);
         }
         // Elements of unknown extensions share names with core elements, so the prefix decides.
@@ -116,19 +116,21 @@ impl Parser {
             (true, "triangle") => self.triangle(element),
             (true, "object") => self.object(element),
             (true, "component") => {
-                let component = reference(element)?;
+                let component = parse_reference(element)?;
                 self.document.objects.entry(self.object).or_default().components.push(component);
                 Ok(())
             }
             (true, "item") => {
-                self.document.items.push(reference(element)?);
+                self.document.items.push(parse_reference(element)?);
                 Ok(())
             }
-            (true, "basematerials") => self.property(element, Property::Materials(Vec::new())),
+            (true, "basematerials") => self.property(element, FaceProperty::Materials(Vec::new())),
             (true, "base") => self.material(element),
-            (_, "colorgroup") => self.property(element, Property::Colours(Vec::new())),
+            (_, "colorgroup") => self.property(element, FaceProperty::Colours(Vec::new())),
             (_, "color") => self.colour(element),
-            (_, "texture2dgroup" | "compositematerials" | "multiproperties") => self.property(element, Property::Other),
+            (_, "texture2dgroup" | "compositematerials" | "multiproperties") => {
+                self.property(element, FaceProperty::Other)
+            }
             (_, "beamlattice") => {
                 self.document.has_beams = true;
                 Ok(())
@@ -138,12 +140,12 @@ impl Parser {
     }
 
     fn object(&mut self, element: &BytesStart) -> Result<(), ReadError> {
-        let id = index(element, "id")?.ok_or_else(|| problem("an object without id"))?;
-        let property = index(element, "pid")?.zip(index(element, "pindex")?);
-        let name = field(element, "name").map(Cow::into_owned).filter(|name| !name.trim().is_empty());
+        let id = parse_index(element, "id")?.ok_or_else(|| element_error("an object without id"))?;
+        let property = parse_index(element, "pid")?.zip(parse_index(element, "pindex")?);
+        let name = attribute(element, "name").map(Cow::into_owned).filter(|name| !name.trim().is_empty());
         self.object = id;
         let before = self.document.objects.insert(id, Object { id, name, property, ..Object::default() });
-        if before.is_some() { Err(problem(&format!("object {id} stands there twice"))) } else { Ok(()) }
+        if before.is_some() { Err(element_error(&format!("object {id} stands there twice"))) } else { Ok(()) }
     }
 
     fn vertex(&mut self, element: &BytesStart) -> Result<(), ReadError> {
@@ -155,13 +157,15 @@ impl Parser {
                 "z" => 2,
                 _ => continue,
             };
-            let number = whole_number(&attribute.value).filter(|number| number.value.is_finite());
+            let number = parse_number(&attribute.value).filter(|number| number.value.is_finite());
             self.document.double |= number.is_some_and(|number| number.double);
             position[axis] = number.map(|number| number.value);
         }
-        let [Some(x), Some(y), Some(z)] = position else { return Err(problem("a vertex needs numbers x, y and z")) };
+        let [Some(x), Some(y), Some(z)] = position else {
+            return Err(element_error("a vertex needs numbers x, y and z"));
+        };
         let positions = &mut self.document.objects.entry(self.object).or_default().positions;
-        room(positions, 1)?;
+        reserve(positions, 1)?;
         positions.push([x, y, z]);
         Ok(())
     }
@@ -182,41 +186,41 @@ impl Parser {
             *target = attribute.value.trim().parse::<u32>().ok();
         }
         let [Some(a), Some(b), Some(c)] = corners else {
-            return Err(problem("a triangle needs indices v1, v2 and v3"));
+            return Err(element_error("a triangle needs indices v1, v2 and v3"));
         };
         let object = self.document.objects.entry(self.object).or_default();
-        room(&mut object.faces, 1)?;
+        reserve(&mut object.faces, 1)?;
         let n_before = object.faces.len();
         // An index beyond the vertices so far is for cleanup to drop.
         object.faces.push([a, b, c].map(|v| if (v as usize) < object.positions.len() { v } else { NOWHERE }));
         let property = property.or(object.property.map(|(property, _)| property));
         if let (Some(property), Some(first)) = (property, entries[0]) {
             let n_silent = n_before - object.of_faces.len();
-            room(&mut object.of_faces, n_silent + 1)?;
+            reserve(&mut object.of_faces, n_silent + 1)?;
             object.of_faces.resize(n_before, None);
             object.of_faces.push(Some((property, entries.map(|entry| entry.unwrap_or(first)))));
         }
         Ok(())
     }
 
-    fn property(&mut self, element: &BytesStart, property: Property) -> Result<(), ReadError> {
-        self.property = index(element, "id")?.ok_or_else(|| problem("a resource without id"))?;
+    fn property(&mut self, element: &BytesStart, property: FaceProperty) -> Result<(), ReadError> {
+        self.property = parse_index(element, "id")?.ok_or_else(|| element_error("a resource without id"))?;
         self.document.properties.insert(self.property, property);
         Ok(())
     }
 
     fn material(&mut self, element: &BytesStart) -> Result<(), ReadError> {
-        let name = field(element, "name").unwrap_or_default().into_owned();
-        let colour = field(element, "displaycolor").and_then(|text| colour(&text)).unwrap_or([1.0; 4]);
-        if let Some(Property::Materials(materials)) = self.document.properties.get_mut(&self.property) {
+        let name = attribute(element, "name").unwrap_or_default().into_owned();
+        let colour = attribute(element, "displaycolor").and_then(|text| parse_colour(&text)).unwrap_or([1.0; 4]);
+        if let Some(FaceProperty::Materials(materials)) = self.document.properties.get_mut(&self.property) {
             materials.push((name, colour));
         }
         Ok(())
     }
 
     fn colour(&mut self, element: &BytesStart) -> Result<(), ReadError> {
-        let colour = field(element, "color").and_then(|text| colour(&text)).unwrap_or([1.0; 4]);
-        if let Some(Property::Colours(colours)) = self.document.properties.get_mut(&self.property) {
+        let colour = attribute(element, "color").and_then(|text| parse_colour(&text)).unwrap_or([1.0; 4]);
+        if let Some(FaceProperty::Colours(colours)) = self.document.properties.get_mut(&self.property) {
             colours.push(colour);
         }
         Ok(())
@@ -224,41 +228,43 @@ impl Parser {
 }
 
 /// Makes an error about an element; the caller adds the line.
-fn problem(what: &str) -> ReadError {
+fn element_error(what: &str) -> ReadError {
     ReadError::file(what, REMEDY)
 }
 
 /// Parses an item of the build or a component.
-fn reference(element: &BytesStart) -> Result<Reference, ReadError> {
-    let object = index(element, "objectid")?.ok_or_else(|| problem("an item or component without objectid"))?;
-    let transform = field(element, "transform").map_or(Ok(DMat4::IDENTITY), |text| matrix(&text))?;
-    Ok(Reference { path: field(element, "path").map(Cow::into_owned), object, transform })
+fn parse_reference(element: &BytesStart) -> Result<Reference, ReadError> {
+    let object =
+        parse_index(element, "objectid")?.ok_or_else(|| element_error("an item or component without objectid"))?;
+    let transform = attribute(element, "transform").map_or(Ok(DMat4::IDENTITY), |text| parse_matrix(&text))?;
+    Ok(Reference { path: attribute(element, "path").map(Cow::into_owned), object, transform })
 }
 
 /// Parses twelve numbers: the images of the axes, then of the origin.
-fn matrix(text: &str) -> Result<DMat4, ReadError> {
+fn parse_matrix(text: &str) -> Result<DMat4, ReadError> {
     let numbers: Option<Vec<f64>> =
-        text.split_whitespace().map(|word| whole_number(word).map(|number| number.value)).collect();
+        text.split_whitespace().map(|word| parse_number(word).map(|number| number.value)).collect();
     let numbers = numbers.filter(|numbers| numbers.len() == 12 && numbers.iter().all(|x| x.is_finite()));
-    let numbers = numbers.ok_or_else(|| problem("a transform needs twelve numbers"))?;
+    let numbers = numbers.ok_or_else(|| element_error("a transform needs twelve numbers"))?;
     let [x, y, z, origin] = [0, 3, 6, 9].map(|at| DVec3::from_slice(&numbers[at..]));
     Ok(DMat4::from_cols(x.extend(0.0), y.extend(0.0), z.extend(0.0), origin.extend(1.0)))
 }
 
 /// Parses the index in a field, if it is there.
-fn index(element: &BytesStart, name: &str) -> Result<Option<u32>, ReadError> {
-    let parsed = |text: Cow<str>| text.trim().parse().map_err(|_| problem(&format!("{name} {text:?} is no index")));
-    field(element, name).map(parsed).transpose()
+fn parse_index(element: &BytesStart, name: &str) -> Result<Option<u32>, ReadError> {
+    let parsed =
+        |text: Cow<str>| text.trim().parse().map_err(|_| element_error(&format!("{name} {text:?} is no index")));
+    attribute(element, name).map(parsed).transpose()
 }
 
 /// Parses a text that is a number as a whole.
-fn whole_number(text: &str) -> Option<number::Number> {
+fn parse_number(text: &str) -> Option<number::Number> {
     let text = text.trim();
     number::parse(text.as_bytes()).filter(|number| number.length == text.len())
 }
 
 /// Parses `#RRGGBB` or `#RRGGBBAA` to values from 0 to 1.
-fn colour(text: &str) -> Option<[f32; 4]> {
+fn parse_colour(text: &str) -> Option<[f32; 4]> {
     let digits = text.trim().strip_prefix('#').filter(|digits| digits.is_ascii())?;
     let channel = |at: usize| u8::from_str_radix(digits.get(at..at + 2)?, 16).ok().map(|byte| f32::from(byte) / 255.0);
     let alpha = if digits.len() == 6 { Some(1.0) } else { channel(6) };

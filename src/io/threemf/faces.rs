@@ -2,31 +2,31 @@
 
 use rustc_hash::FxHashMap;
 
-use super::document::{Object, Property};
+use super::document::{FaceProperty, Object};
 use crate::io::Group;
-use crate::io::own_names::OwnNames;
+use crate::io::unique_materials::UniqueMaterials;
 use crate::mesh::{Attributes, Channel, Look, RawMesh, Role, linear_light};
 
 /// Objects as meshes, with their groups.
 #[derive(Default)]
-pub(super) struct Parts {
+pub(super) struct ObjectMeshes {
     pub meshes: Vec<RawMesh>,
     /// First group of each mesh.
     pub first_groups: Vec<u32>,
     pub groups: Vec<Group>,
-    pub materials: OwnNames,
-    pub notes: Notes,
+    pub materials: UniqueMaterials,
+    pub notes: IgnoredContent,
 }
 
-/// Notes on ignored content.
+/// IgnoredContent on ignored content.
 #[derive(Default)]
-pub(super) struct Notes {
+pub(super) struct IgnoredContent {
     pub has_beams: bool,
     pub has_textures: bool,
     pub n_mixed: usize,
 }
 
-impl Notes {
+impl IgnoredContent {
     /// Lists the notes, a line each.
     pub fn lines(&self) -> Vec<String> {
         let mixed = (self.n_mixed > 0).then(|| {
@@ -39,21 +39,21 @@ impl Notes {
 }
 
 /// A property and the entries at the corners of a face.
-type Said = (u32, [u32; 3]);
+type FaceEntries = (u32, [u32; 3]);
 
-impl Parts {
+impl ObjectMeshes {
     /// Adds the mesh of an object and returns its index; with `is_named`, an unnamed object is called by its number.
-    pub fn add(&mut self, object: &mut Object, properties: &FxHashMap<u32, Property>, is_named: bool) -> usize {
+    pub fn add(&mut self, object: &mut Object, properties: &FxHashMap<u32, FaceProperty>, is_named: bool) -> usize {
         let positions = std::mem::take(&mut object.positions);
         let faces = std::mem::take(&mut object.faces);
-        let said = |face: usize| {
+        let entries_of = |face: usize| {
             let own = object.of_faces.get(face).copied().flatten();
             own.or(object.property.map(|(property, entry)| (property, [entry; 3])))
         };
         let name = object.name.clone().or_else(|| is_named.then(|| format!("object {}", object.id)));
         let attributes = Attributes {
-            groups: self.groups_of(name, (0..faces.len()).map(said), properties),
-            ..painted(&faces, said, properties)
+            groups: self.groups_of(name, (0..faces.len()).map(entries_of), properties),
+            ..colour_corners(&faces, entries_of, properties)
         };
         self.meshes.push(RawMesh { positions, faces, attributes, ..RawMesh::default() });
         self.meshes.len() - 1
@@ -69,18 +69,19 @@ impl Parts {
     fn groups_of(
         &mut self,
         object: Option<String>,
-        said: impl Iterator<Item = Option<Said>>,
-        properties: &FxHashMap<u32, Property>,
+        entries_of: impl Iterator<Item = Option<FaceEntries>>,
+        properties: &FxHashMap<u32, FaceProperty>,
     ) -> Vec<u32> {
         let first = self.groups.len();
         self.first_groups.push(first as u32);
         let mut numbers: FxHashMap<Option<(u32, u32)>, u32> = FxHashMap::default();
         let mut groups = Vec::new();
-        for said in said {
-            let named = said.and_then(|(property, entries)| Some((property, entries, properties.get(&property)?)));
-            self.notes.has_textures |= matches!(named, Some((.., Property::Other)));
+        for entries_of in entries_of {
+            let named =
+                entries_of.and_then(|(property, entries)| Some((property, entries, properties.get(&property)?)));
+            self.notes.has_textures |= matches!(named, Some((.., FaceProperty::Other)));
             let material = match named {
-                Some((property, entries, Property::Materials(materials)))
+                Some((property, entries, FaceProperty::Materials(materials)))
                     if (entries[0] as usize) < materials.len() =>
                 {
                     self.notes.n_mixed += usize::from(entries != [entries[0]; 3]);
@@ -92,7 +93,7 @@ impl Parts {
             let number = *numbers.entry(material).or_insert(next);
             if number == next {
                 let material = material.and_then(|(property, entry)| match properties.get(&property) {
-                    Some(Property::Materials(materials)) => materials.get(entry as usize),
+                    Some(FaceProperty::Materials(materials)) => materials.get(entry as usize),
                     _ => None,
                 });
                 let material = material.map(|(name, colour)| self.material(name, *colour));
@@ -107,18 +108,18 @@ impl Parts {
     fn material(&mut self, name: &str, [red, green, blue, alpha]: [f32; 4]) -> String {
         let mut look = Look { colour: [red, green, blue].map(linear_light), ..Look::default() };
         look.finish.is_opaque = alpha == 1.0;
-        self.materials.of(name, look)
+        self.materials.add(name, look)
     }
 }
 
 /// Makes the colour channel and wedges of faces, white where a face has none; empty if no face has one.
-fn painted(
+fn colour_corners(
     faces: &[[u32; 3]],
-    said: impl Fn(usize) -> Option<Said>,
-    properties: &FxHashMap<u32, Property>,
+    entries_of: impl Fn(usize) -> Option<FaceEntries>,
+    properties: &FxHashMap<u32, FaceProperty>,
 ) -> Attributes {
-    let colours = |face: usize| match said(face).map(|(property, entries)| (properties.get(&property), entries)) {
-        Some((Some(Property::Colours(colours)), entries)) => {
+    let colours = |face: usize| match entries_of(face).map(|(property, entries)| (properties.get(&property), entries)) {
+        Some((Some(FaceProperty::Colours(colours)), entries)) => {
             Some(entries.map(|entry| colours.get(entry as usize).copied().unwrap_or([1.0; 4])))
         }
         _ => None,

@@ -8,7 +8,7 @@ use quick_xml::events::Event;
 use zip::ZipArchive;
 use zip::result::ZipError;
 
-use super::field;
+use super::attribute;
 use crate::io::ReadError;
 use crate::io::one_line::one_line;
 use crate::mesh::fallible_allocation::with_fallible_allocation;
@@ -46,7 +46,8 @@ impl<'a> Package<'a> {
 
     /// Returns the name of the model part: by the relations, else the first with that extension.
     pub fn model_part(&mut self) -> Result<String, ReadError> {
-        let related = self.part("_rels/.rels").ok().and_then(|bytes| related(&String::from_utf8_lossy(&bytes)));
+        let related =
+            self.unpack_part("_rels/.rels").ok().and_then(|bytes| model_target(&String::from_utf8_lossy(&bytes)));
         let named = related.filter(|name| self.index(name).is_some());
         let is_model = |name: &&str| name.to_ascii_lowercase().ends_with(".model");
         let found = named.or_else(|| self.archive.file_names().find(is_model).map(String::from));
@@ -56,11 +57,11 @@ impl<'a> Package<'a> {
     /// Returns the text of a part.
     pub fn text(&mut self, name: &str) -> Result<String, ReadError> {
         let encoded = |_| ReadError::file(format!("{name} is not in UTF-8"), "export the file again");
-        String::from_utf8(self.part(name)?).map_err(encoded)
+        String::from_utf8(self.unpack_part(name)?).map_err(encoded)
     }
 
     /// Unpacks a part.
-    fn part(&mut self, name: &str) -> Result<Vec<u8>, ReadError> {
+    fn unpack_part(&mut self, name: &str) -> Result<Vec<u8>, ReadError> {
         let missing = || ReadError::file(format!("there is no part {name:?}"), REMEDY);
         let index = self.index(name).ok_or_else(missing)?;
         let damaged = |error: String| ReadError::file(format!("{name} is cut or damaged ({error})"), REMEDY);
@@ -86,14 +87,14 @@ impl<'a> Package<'a> {
 }
 
 /// Returns the target of the relation to the model.
-fn related(text: &str) -> Option<String> {
+fn model_target(text: &str) -> Option<String> {
     let mut reader = Reader::from_str(text);
     loop {
         match reader.read_event().ok()? {
             Event::Start(element) | Event::Empty(element)
-                if field(&element, "Type").is_some_and(|it| it.ends_with(MODEL)) =>
+                if attribute(&element, "Type").is_some_and(|it| it.ends_with(MODEL)) =>
             {
-                return field(&element, "Target").map(Cow::into_owned);
+                return attribute(&element, "Target").map(Cow::into_owned);
             }
             Event::Eof => return None,
             _ => {}

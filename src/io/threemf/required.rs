@@ -2,7 +2,7 @@
 
 use quick_xml::events::BytesStart;
 
-use super::field;
+use super::attribute;
 use crate::io::ReadError;
 
 /// Parts of the namespaces of accepted extensions, without the year. Production adds parts; materials and triangle sets
@@ -12,8 +12,8 @@ const KNOWN: [&str; 3] =
 
 /// Refuses a model that requires an unknown extension.
 pub(super) fn refuse_unknown(model: &BytesStart) -> Result<(), ReadError> {
-    for prefix in field(model, "requiredextensions").unwrap_or_default().split_whitespace() {
-        let namespace = field(model, &format!("xmlns:{prefix}")).unwrap_or_else(|| prefix.to_string().into());
+    for prefix in attribute(model, "requiredextensions").unwrap_or_default().split_whitespace() {
+        let namespace = attribute(model, &format!("xmlns:{prefix}")).unwrap_or_else(|| prefix.to_string().into());
         if !KNOWN.iter().any(|known| namespace.contains(known)) {
             let what = format!("needs the extension {namespace:?}");
             return Err(ReadError::file(what, "export the file without it"));

@@ -39,17 +39,17 @@ pub(in crate::io) fn write_attributed(
     looks: &[Look],
 ) -> Result<(Vec<u8>, Vec<String>), WriteError> {
     let mut notes = Vec::new();
-    let objects = objects(content, attributes, extra, &mut notes);
-    let palette = Palette::of(attributes);
-    let mut materials = Materials::of(attributes, extra, looks);
+    let objects = group_by_object(content, attributes, extra, &mut notes);
+    let palette = Palette::from_channels(attributes);
+    let mut materials = BaseMaterials::from_groups(attributes, extra, looks);
     // // With colours, a face without a material is white by itself.
     if palette.colours.is_empty() {
-        materials.or_plain();
+        materials.add_plain();
     }
-    let mut out = head(extra);
+    let mut out = model_head(extra);
     materials.push(&mut out);
     palette.push(&mut out);
-    let paint = Paint { attributes, materials: &materials, palette: &palette };
+    let paint = FacePaint { attributes, materials: &materials, palette: &palette };
     for ((name, faces), id) in objects.iter().zip(COLOURS + 1..) {
         push_object(&mut out, content, &paint, (id, name, faces));
     }
@@ -81,7 +81,7 @@ fn package(model: &[u8]) -> zip::result::ZipResult<Vec<u8>> {
 }
 
 /// Writes the start of the model, up to its first resource.
-fn head(extra: &Extra) -> Vec<u8> {
+fn model_head(extra: &Extra) -> Vec<u8> {
     let unit = extra.unit.as_deref().filter(|unit| units::is_known(unit)).unwrap_or("millimeter");
     let version = env!("CARGO_PKG_VERSION");
     format!(
@@ -94,12 +94,17 @@ fn head(extra: &Extra) -> Vec<u8> {
 }
 
 /// Names and faces of objects.
-type Objects<'a> = Vec<(&'a str, Vec<u32>)>;
+type NamedObjects<'a> = Vec<(&'a str, Vec<u32>)>;
 
 /// Groups the faces by object; objects that share vertices become one, as they would be torn.
-fn objects<'a>(content: &Content, attributes: &Attributes, extra: &'a Extra, notes: &mut Vec<String>) -> Objects<'a> {
+fn group_by_object<'a>(
+    content: &Content,
+    attributes: &Attributes,
+    extra: &'a Extra,
+    notes: &mut Vec<String>,
+) -> NamedObjects<'a> {
     let n_faces = content.faces.len() as u32;
-    let mut objects: Objects = Vec::new();
+    let mut objects: NamedObjects = Vec::new();
     let mut numbers: FxHashMap<&str, usize> = FxHashMap::default();
     let mut of_vertices: Vec<Option<usize>> = vec![None; content.n_vertices()];
     let mut is_shared = false;
@@ -123,13 +128,13 @@ fn objects<'a>(content: &Content, attributes: &Attributes, extra: &'a Extra, not
 
 /// Distinct materials, and the material of each group.
 #[derive(Default)]
-struct Materials<'a> {
+struct BaseMaterials<'a> {
     names: Vec<(&'a str, [f32; 4])>,
     of_groups: Vec<Option<usize>>,
 }
 
-impl<'a> Materials<'a> {
-    fn of(attributes: &Attributes, extra: &'a Extra, looks: &[Look]) -> Self {
+impl<'a> BaseMaterials<'a> {
+    fn from_groups(attributes: &Attributes, extra: &'a Extra, looks: &[Look]) -> Self {
         let mut materials = Self::default();
         let mut numbers: FxHashMap<&str, usize> = FxHashMap::default();
         if attributes.groups.is_empty() && extra.groups.len() != 1 {
@@ -140,7 +145,7 @@ impl<'a> Materials<'a> {
                 let next = materials.names.len();
                 let number = *numbers.entry(name).or_insert(next);
                 if number == next {
-                    materials.names.push((name, looks.get(i).map_or([1.0; 4], shown)));
+                    materials.names.push((name, looks.get(i).map_or([1.0; 4], opaque_colour)));
                 }
                 number
             });
@@ -150,7 +155,7 @@ impl<'a> Materials<'a> {
     }
 
     /// Gives groups without a material a plain one if others have theirs; else they would inherit that of the object.
-    fn or_plain(&mut self) {
+    fn add_plain(&mut self) {
         let plain = self.names.len();
         if plain > 0 && self.of_groups.contains(&None) {
             self.names.push(("default", [1.0; 4]));
@@ -164,7 +169,7 @@ impl<'a> Materials<'a> {
         }
         out.extend(format!("<basematerials id=\"{MATERIALS}\">\n").into_bytes());
         for (name, colour) in &self.names {
-            let line = format!("<base name=\"{}\" displaycolor=\"{}\"/>\n", text(name), hex(*colour));
+            let line = format!("<base name=\"{}\" displaycolor=\"{}\"/>\n", escape_name(name), hex(*colour));
             out.extend(line.into_bytes());
         }
         out.extend(b"</basematerials>\n");
@@ -172,7 +177,7 @@ impl<'a> Materials<'a> {
 }
 
 /// Returns the opaque sRGB colour of a look; looks hold no opacity value.
-fn shown(look: &Look) -> [f32; 4] {
+fn opaque_colour(look: &Look) -> [f32; 4] {
     let [red, green, blue] = look.colour.map(srgb);
     [red, green, blue, 1.0]
 }
@@ -187,7 +192,7 @@ struct Palette {
 }
 
 impl Palette {
-    fn of(attributes: &Attributes) -> Self {
+    fn from_channels(attributes: &Attributes) -> Self {
         let is_colour = |channel: &&Channel| channel.role == Role::Colour && channel.width >= 3;
         let Some(channel) = attributes.channels.iter().find(is_colour) else { return Self::default() };
         let mut palette = Self::default();
@@ -218,13 +223,13 @@ impl Palette {
 }
 
 /// Properties of faces: a material or colours.
-struct Paint<'a> {
+struct FacePaint<'a> {
     attributes: &'a Attributes,
-    materials: &'a Materials<'a>,
+    materials: &'a BaseMaterials<'a>,
     palette: &'a Palette,
 }
 
-impl Paint<'_> {
+impl FacePaint<'_> {
     /// Returns the colours of a face, unless they are all white and it has a material.
     fn colours(&self, face: u32) -> Option<[u32; 3]> {
         let wedges = self.attributes.wedges.get(face as usize).filter(|_| !self.palette.colours.is_empty())?;
@@ -257,10 +262,11 @@ impl Paint<'_> {
 }
 
 /// Appends an object: number, name and faces.
-fn push_object(out: &mut Vec<u8>, content: &Content, paint: &Paint, (id, name, faces): (u32, &str, &[u32])) {
-    let name = if name.is_empty() { String::new() } else { format!(" name=\"{}\"", text(name)) };
+fn push_object(out: &mut Vec<u8>, content: &Content, paint: &FacePaint, (id, name, faces): (u32, &str, &[u32])) {
+    let name = if name.is_empty() { String::new() } else { format!(" name=\"{}\"", escape_name(name)) };
     out.extend(
-        format!("<object id=\"{id}\" type=\"model\"{name}{}>\n<mesh>\n<vertices>\n", whole(paint, faces)).into_bytes(),
+        format!("<object id=\"{id}\" type=\"model\"{name}{}>\n<mesh>\n<vertices>\n", object_attributes(paint, faces))
+            .into_bytes(),
     );
     let mut numbers: Vec<u32> = vec![u32::MAX; content.n_vertices()];
     faces.iter().flat_map(|&face| content.faces[face as usize]).for_each(|vertex| numbers[vertex as usize] = 0);
@@ -285,7 +291,7 @@ fn push_object(out: &mut Vec<u8>, content: &Content, paint: &Paint, (id, name, f
 }
 
 /// Returns the attributes of an object; some programs require them even if all faces have their own.
-fn whole(paint: &Paint, faces: &[u32]) -> String {
+fn object_attributes(paint: &FacePaint, faces: &[u32]) -> String {
     let first = faces.first().copied().unwrap_or_default();
     match (paint.colours(first), paint.material(first)) {
         (Some([colour, ..]), _) => format!(" pid=\"{COLOURS}\" pindex=\"{colour}\""),
@@ -313,7 +319,7 @@ fn hex(colour: [f32; 4]) -> String {
 }
 
 /// Escapes a name for an XML attribute, without characters that XML lacks.
-fn text(name: &str) -> String {
+fn escape_name(name: &str) -> String {
     let plain: String =
         name.chars().filter(|letter| !letter.is_control() && !matches!(letter, '\u{fffe}' | '\u{ffff}')).collect();
     escape(&plain).into_owned()

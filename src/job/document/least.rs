@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::io::{
-    self, Asset, Extra, Format, ImageMaker, ImageUse, LighterPart, Model, SceneOptions, WriteError, WriteOptions,
+    self, Asset, Extra, Format, ImageConverter, ImageUse, Model, SceneOptions, SimplifiedPart, WriteError, WriteOptions,
 };
 use crate::mesh::{Attributes, TriMesh};
 
@@ -20,8 +20,8 @@ const SIDES: [usize; 7] = [2048, 1024, 512, 256, 128, 64, 32];
 #[derive(Debug)]
 struct NoImages;
 
-impl ImageMaker for NoImages {
-    fn made(&self, _: &[u8], _: ImageUse) -> Option<Vec<u8>> {
+impl ImageConverter for NoImages {
+    fn convert(&self, _: &[u8], _: ImageUse) -> Option<Vec<u8>> {
         Some(Vec::new())
     }
 }
@@ -33,7 +33,7 @@ impl Document {
             return Ok(());
         }
         let refused = |error: WriteError| JobError::Document(error.to_string());
-        let least = |images: Option<&dyn ImageMaker>| self.least_bytes(images, job, file_name).map_err(refused);
+        let least = |images: Option<&dyn ImageConverter>| self.least_bytes(images, job, file_name).map_err(refused);
         let n_least = least(self.textures())?;
         if n_least <= n_bytes {
             return Ok(());
@@ -53,7 +53,12 @@ impl Document {
     }
 
     /// Bytes of the file with a face for each material, and with other images of those that it has.
-    fn least_bytes(&self, images: Option<&dyn ImageMaker>, job: &Job, file_name: &str) -> Result<usize, WriteError> {
+    fn least_bytes(
+        &self,
+        images: Option<&dyn ImageConverter>,
+        job: &Job,
+        file_name: &str,
+    ) -> Result<usize, WriteError> {
         match &self.kind {
             Kind::Mesh { cleaned, extra, .. } => {
                 let first = first_faces(&self.wanted_attributes().groups, cleaned.mesh.faces().len());
@@ -76,7 +81,7 @@ impl Document {
         mesh: &TriMesh,
         attributes: &Attributes,
         extra: &Extra,
-        (images, job, file_name): (Option<&dyn ImageMaker>, &Job, &str),
+        (images, job, file_name): (Option<&dyn ImageConverter>, &Job, &str),
     ) -> Result<usize, WriteError> {
         let model = Model::new(mesh, self.frame, attributes, extra);
         let mut options = WriteOptions::new(job.format, library_name(job, file_name));
@@ -87,17 +92,17 @@ impl Document {
 
 fn least_of_scene(
     asset: &Asset,
-    images: Option<&dyn ImageMaker>,
+    images: Option<&dyn ImageConverter>,
     job: &Job,
     file_name: &str,
 ) -> Result<usize, WriteError> {
     let least = |part| {
-        let LighterPart { positions, faces, attributes, .. } = LighterPart::of(part);
+        let SimplifiedPart { positions, faces, attributes, .. } = SimplifiedPart::from_part(part);
         let first = first_faces(&attributes.groups, faces.len());
         let faces = first.iter().map(|&face| faces[face as usize]).collect();
-        LighterPart::new(positions, faces, attributes.select_faces(&first).unwrap_or_default())
+        SimplifiedPart::new(positions, faces, attributes.of_faces(&first).unwrap_or_default())
     };
-    let parts: Vec<LighterPart> = asset.parts().iter().map(least).collect();
+    let parts: Vec<SimplifiedPart> = asset.parts().iter().map(least).collect();
     let packing = job.compress.map(|options| asset.packing(&[&parts], &options).0);
     let mut options = SceneOptions::new(job.format, file_name);
     (options.packing, options.images) = (packing.as_ref(), images);

@@ -136,7 +136,7 @@ impl Document {
     /// What the groups of its faces look like; beside it what could not be had of that, in one line each.
     pub fn looks(&self, allow_outside: bool) -> (Looks, Vec<String>) {
         match &self.kind {
-            Kind::Mesh { extra, .. } => io::looks(extra, allow_outside),
+            Kind::Mesh { extra, .. } => io::read_looks(extra, allow_outside),
             Kind::Scene { asset, .. } => asset.scene_looks(),
         }
     }

@@ -74,7 +74,7 @@ impl Document {
         let options = clean_options(job);
         let poses = if job.options.purpose == Purpose::Poses { asset.poses() } else { Ok(Vec::new()) };
         let poses = poses.map_err(|error| JobError::Document(error.to_string()))?;
-        let cleaned = |(i, part): (usize, &io::Part)| {
+        let cleaned = |(i, part): (usize, &io::AssetPart)| {
             let mut raw = part.mesh.clone();
             raw.attributes.channels.extend(poses.get(i).into_iter().flatten().cloned());
             weld_near(&mut raw, job, part.scale);
@@ -88,7 +88,7 @@ impl Document {
             n_pieces += usize::from(part.is_ok());
             part.iter().for_each(|part| counts += part.counts);
         }
-        let places = asset.places().map_err(|error| JobError::Document(error.to_string()))?;
+        let places = asset.part_transforms().map_err(|error| JobError::Document(error.to_string()))?;
         let scaled = parts.iter().zip(asset.parts()).zip(&places).filter_map(|((cleaned, part), places)| {
             let cleaned = cleaned.as_ref().ok()?;
             Some(ScenePiece { mesh: &cleaned.mesh, attributes: &cleaned.attributes, scale: part.scale, places })

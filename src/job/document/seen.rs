@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::io::{LighterPart, Packing, ReadError};
+use crate::io::{Packing, ReadError, SimplifiedPart};
 use crate::mesh::cleanup::{CleanOptions, clean};
 use crate::mesh::{Attributes, PositionGrid, RawMesh, TriMesh, UnitedMesh};
 use crate::metrics::{QuickDistance, quick_distance};
@@ -36,7 +36,7 @@ impl Document {
         let mut seen = |(mesh, attributes): (&TriMesh, &Attributes)| {
             let parts = lighter_parts(asset, united, pieces, mesh, attributes);
             let meshes: Vec<RawMesh> = parts.into_iter().map(as_raw).collect();
-            let mut scene = asset.placed(&meshes)?;
+            let mut scene = asset.scene_mesh(&meshes)?;
             if scene.faces.is_empty() {
                 // No node places a mesh: they are seen as they are.
                 return Ok(Seen { mesh: Cow::Owned(mesh.clone()), attributes: Cow::Owned(Attributes::default()) });
@@ -110,8 +110,8 @@ fn on_grid<'a>(mesh: &'a TriMesh, grid: Option<&PositionGrid>, around: [f64; 3])
 }
 
 /// A part as a mesh in its own coordinates.
-fn as_raw(part: LighterPart) -> RawMesh {
-    let LighterPart { positions, faces, attributes, .. } = part;
+fn as_raw(part: SimplifiedPart) -> RawMesh {
+    let SimplifiedPart { positions, faces, attributes, .. } = part;
     let positions = positions.into_iter().map(|position| position.map(f64::from)).collect();
     let mut raw = RawMesh::new(positions, faces);
     raw.attributes = attributes;

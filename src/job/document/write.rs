@@ -4,7 +4,8 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use crate::io::{
-    self, Asset, Extra, ImageMaker, LighterPart, Model, PackOptions, Packing, SceneOptions, WriteError, WriteOptions,
+    self, Asset, Extra, ImageConverter, Model, PackOptions, Packing, SceneOptions, SimplifiedPart, WriteError,
+    WriteOptions,
 };
 use crate::mesh::cleanup::Cleaned;
 use crate::mesh::{Attributes, Frame, PositionGrid, TriMesh, UnitedMesh, longest_side};
@@ -20,7 +21,7 @@ use super::{Document, Kind};
 impl Document {
     /// How coordinates lie in the file that is written, in its own numbers: an STL holds singles.
     pub fn written_frame(&self, job: &Job) -> Frame {
-        Frame { double: self.frame.double && !job.format.is_single(), ..self.frame }
+        Frame { double: self.frame.double && !job.format.is_single_precision(), ..self.frame }
     }
 
     /// How far the file that is written may round a vertex: an STL far from the origin does.
@@ -78,7 +79,7 @@ impl Document {
             Kind::Scene { asset, united, pieces } => {
                 let lighter =
                     |result: &&Simplified| lighter_parts(asset, united, pieces, &result.mesh, &result.attributes);
-                let levels: Vec<Vec<LighterPart>> = results.iter().map(lighter).collect();
+                let levels: Vec<Vec<SimplifiedPart>> = results.iter().map(lighter).collect();
                 let mut options = SceneOptions::new(job.format, file_name);
                 (options.coverage, options.packing, options.images) = (coverage, *packing, self.textures());
                 options.shared_images = job.names.shared.as_deref().filter(|_| job.names.are_several());
@@ -97,21 +98,21 @@ impl Document {
         job: &Job,
     ) -> Result<Files, WriteError> {
         let (extra, mut model): (&Extra, Model) = (model.extra, model);
-        let dropped = io::geometry_only(options.format, self.attributes(), extra);
+        let dropped = io::describe_losses(options.format, self.attributes(), extra);
         let mut nameless = Extra::default();
         nameless.unit.clone_from(&extra.unit);
         let is_nameless = job.ignore.contains(&Ignored::Materials) || options.format.is_bare();
         model.extra = dress.map_or(if is_nameless { &nameless } else { extra }, |dress| &dress.extra);
-        let said = dropped.as_ref().and_then(|_| io::geometry_only(options.format, model.attributes, model.extra));
+        let said = dropped.as_ref().and_then(|_| io::describe_losses(options.format, model.attributes, model.extra));
         let written = io::write_attributed(&model, options)?;
         let others = written.notes.into_iter().filter(|note| said.as_ref() != Some(note));
         let kept = self.textures.as_ref().and_then(Textures::note);
         let notes = dropped.into_iter().chain(others).chain(kept).collect();
-        Ok(Files { bytes: written.bytes, beside: written.beside, notes, n_vertices: vec![written.n_vertices] })
+        Ok(Files { bytes: written.bytes, beside: written.companion_files, notes, n_vertices: vec![written.n_vertices] })
     }
 
-    pub(super) fn textures(&self) -> Option<&dyn ImageMaker> {
-        self.textures.as_ref().map(|textures| textures as &dyn ImageMaker)
+    pub(super) fn textures(&self) -> Option<&dyn ImageConverter> {
+        self.textures.as_ref().map(|textures| textures as &dyn ImageConverter)
     }
 
     /// How the numbers of results, the levels of one, are packed in a glTF; beside it what cannot be, in one line each.
@@ -137,8 +138,8 @@ impl Document {
             Kind::Scene { asset, united, pieces } => {
                 let lighter =
                     |result: &&Simplified| lighter_parts(asset, united, pieces, &result.mesh, &result.attributes);
-                let levels: Vec<Vec<LighterPart>> = results.iter().map(lighter).collect();
-                let levels: Vec<&[LighterPart]> = levels.iter().map(Vec::as_slice).collect();
+                let levels: Vec<Vec<SimplifiedPart>> = results.iter().map(lighter).collect();
+                let levels: Vec<&[SimplifiedPart]> = levels.iter().map(Vec::as_slice).collect();
                 Ok(asset.packing(&levels, options))
             }
         }
@@ -172,16 +173,16 @@ pub(super) fn library_name(job: &Job, file_name: &str) -> String {
 /// An asset with lighter parts, level by level, as files.
 pub(super) fn scene_files(
     asset: &Asset,
-    levels: &[Vec<LighterPart>],
+    levels: &[Vec<SimplifiedPart>],
     options: &SceneOptions,
 ) -> Result<Files, WriteError> {
-    let parts: Vec<&[LighterPart]> = levels.iter().map(Vec::as_slice).collect();
+    let parts: Vec<&[SimplifiedPart]> = levels.iter().map(Vec::as_slice).collect();
     let mut files = asset.write_scene(&parts, options)?;
     let beside = files.split_off(1.min(files.len()));
     let bytes = files.pop().map(|file| file.bytes).unwrap_or_default();
     let is_merged = options.packing.is_some_and(Packing::is_compressed);
-    let n_of = if is_merged { LighterPart::n_merged_vertices } else { LighterPart::n_written_vertices };
-    let n_written = |parts: &Vec<LighterPart>| parts.iter().map(n_of).sum();
+    let n_of = if is_merged { SimplifiedPart::n_merged_vertices } else { SimplifiedPart::n_written_vertices };
+    let n_written = |parts: &Vec<SimplifiedPart>| parts.iter().map(n_of).sum();
     let n_vertices = levels.iter().map(|parts| Some(n_written(parts))).collect();
     Ok(Files { bytes, beside, notes: Vec::new(), n_vertices })
 }
@@ -193,13 +194,13 @@ pub(super) fn lighter_parts(
     pieces: &[Option<usize>],
     mesh: &TriMesh,
     attributes: &Attributes,
-) -> Vec<LighterPart> {
+) -> Vec<SimplifiedPart> {
     let split = united.split(mesh, attributes);
     let lighter = |(part, piece): (_, &Option<usize>)| match piece.and_then(|piece| split.get(piece)) {
         Some((mesh, attributes)) => {
-            LighterPart::new(mesh.positions().to_vec(), mesh.faces().to_vec(), attributes.clone())
+            SimplifiedPart::new(mesh.positions().to_vec(), mesh.faces().to_vec(), attributes.clone())
         }
-        None => LighterPart::of(part),
+        None => SimplifiedPart::from_part(part),
     };
     asset.parts().iter().zip(pieces).map(lighter).collect()
 }

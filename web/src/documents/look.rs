@@ -34,12 +34,12 @@ pub fn read_scene(bytes: &[u8], name: &str, folder: &Folder) -> Result<(RawMesh,
     if io::is_gltf(bytes) {
         let asset = Asset::from_bytes_in(bytes, folder)?;
         let meshes: Vec<RawMesh> = asset.parts().iter().map(|part| part.mesh.clone()).collect();
-        let scene = asset.placed(&meshes)?;
+        let scene = asset.scene_mesh(&meshes)?;
         let (looks, missing) = asset.scene_looks();
         return Ok((scene, looks, missing));
     }
     let read = io::read_attributed_in(bytes, name, folder)?;
-    let (looks, missing) = io::looks(&read.extra, false);
+    let (looks, missing) = io::read_looks(&read.extra, false);
     Ok((read.mesh, looks, missing))
 }
 

@@ -7,7 +7,7 @@ mod file;
 mod look;
 mod simplify;
 
-use neural_mesh::io::{Format, is_read, unwritten};
+use neural_mesh::io::{Format, can_read, write_obstacle};
 use neural_mesh::job::JobError;
 use serde_json::{Value, json};
 
@@ -40,8 +40,8 @@ fn list_formats() -> Value {
     let of = |is_known: &dyn Fn(Format) -> bool| -> Vec<&str> {
         Format::NAMES.into_iter().filter(|name| Format::from_name(name).is_some_and(is_known)).collect()
     };
-    let written = |format| unwritten(format).is_none();
-    json!({ "read": of(&is_read), "write": of(&written), "version": env!("CARGO_PKG_VERSION") })
+    let written = |format| write_obstacle(format).is_none();
+    json!({ "read": of(&can_read), "write": of(&written), "version": env!("CARGO_PKG_VERSION") })
 }
 
 impl From<JobError> for Refusal {

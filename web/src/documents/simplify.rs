@@ -112,7 +112,7 @@ impl SimplifyRequest {
 /// Adds the file of a result to the answer, with what belongs beside it.
 fn add_file(name: &str, made: Files, answer: &mut Answer) -> Result<Value, Refusal> {
     let bytes =
-        io::packed_by_name(name.as_ref(), &made.bytes).map_err(|error| Refusal::new(format!("{name}: {error}")))?;
+        io::compress_by_name(name.as_ref(), &made.bytes).map_err(|error| Refusal::new(format!("{name}: {error}")))?;
     let bytes = answer.add(bytes.into_owned());
     let beside = made.beside.into_iter().map(|file| {
         let name = file.path.to_string_lossy().into_owned();

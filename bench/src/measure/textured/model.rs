@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use neural_mesh::io::{Asset, Format, looks, read_attributed_path};
+use neural_mesh::io::{Asset, Format, read_attributed_path, read_looks};
 use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
 use neural_mesh::mesh::{Look, Looks, ScenePiece, UnitedMesh};
 
@@ -26,15 +26,15 @@ impl Model {
 
     fn from_mesh_file(path: &Path) -> Result<Self> {
         let read = read_attributed_path(path, None)?;
-        let (looks, notes) = looks(&read.extra, false);
+        let (looks, notes) = read_looks(&read.extra, false);
         let cleaned = clean(read.mesh, &CleanOptions::default())?;
         Ok(Self { attributed: AttributedMesh { mesh: cleaned.mesh, attributes: cleaned.attributes }, looks, notes })
     }
 
     fn from_asset(asset: &Asset) -> Result<Self> {
-        let cleaned = |part: &neural_mesh::io::Part| clean(part.mesh.clone(), &CleanOptions::default());
+        let cleaned = |part: &neural_mesh::io::AssetPart| clean(part.mesh.clone(), &CleanOptions::default());
         let parts: Vec<Cleaned> = asset.parts().iter().map(cleaned).collect::<Result<_, _>>()?;
-        let piece = |(part, of): (_, &neural_mesh::io::Part)| {
+        let piece = |(part, of): (_, &neural_mesh::io::AssetPart)| {
             let Cleaned { mesh, attributes, .. }: &Cleaned = part;
             ScenePiece { mesh, attributes, scale: of.scale, places: &[] }
         };

@@ -8,21 +8,21 @@ const DIRECTION_BITS: i32 = 8;
 const LEVEL: i32 = 2;
 
 /// Whether this build can compress.
-pub(in crate::io::gltf) const IS_HERE: bool = true;
+pub(in crate::io::gltf) const CAN_COMPRESS: bool = true;
 
 /// Reorders faces so that vertices are reused soon after they are drawn.
-pub(in crate::io::gltf) fn ordered(faces: &[[u32; 3]], n_vertices: usize) -> Vec<[u32; 3]> {
+pub(in crate::io::gltf) fn order_faces(faces: &[[u32; 3]], n_vertices: usize) -> Vec<[u32; 3]> {
     optimize_vertex_cache(faces.as_flattened(), n_vertices).as_chunks::<3>().0.to_vec()
 }
 
 /// Encodes unit directions (n x 4, the fourth number kept) on an octahedron, four bytes each.
-pub(in crate::io::gltf) fn octahedral(directions: &[[f32; 4]]) -> Vec<u8> {
+pub(in crate::io::gltf) fn encode_octahedral(directions: &[[f32; 4]]) -> Vec<u8> {
     let encoded: Vec<[i8; 4]> = encode_filter_oct(directions, DIRECTION_BITS);
     encoded.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect()
 }
 
 /// Compresses a view of triangle indices or of elements of `stride` bytes; `None` if that kind is not compressed.
-pub(super) fn compressed(bytes: &[u8], is_triangles: bool, stride: usize) -> Option<Vec<u8>> {
+pub(super) fn compress_view(bytes: &[u8], is_triangles: bool, stride: usize) -> Option<Vec<u8>> {
     match (is_triangles, stride) {
         (true, 2) => {
             triangles(bytes.as_chunks::<2>().0.iter().map(|&index| u16::from_le_bytes(index).into()).collect())

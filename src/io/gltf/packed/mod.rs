@@ -7,16 +7,16 @@ mod compress;
 #[cfg(not(feature = "meshopt"))]
 #[path = "no_compress.rs"]
 mod compress;
-mod parts;
-mod placed_back;
+mod compressed_views;
+mod packed_values;
+mod shared_grids;
+mod undo_position_grids;
 mod uv_grids;
-mod values;
-mod views;
 
-pub(super) use compress::ordered;
-pub(super) use placed_back::place_back;
-pub(super) use uv_grids::{TRANSFORM, UvGrids, UvTransform, coordinates, each_use};
-pub(super) use values::{PackedAs, push_directions};
+pub(super) use compress::order_faces;
+pub(super) use packed_values::{PrimitivePacking, push_directions};
+pub(super) use undo_position_grids::undo_position_grids;
+pub(super) use uv_grids::{TRANSFORM, UvGrids, UvTransform, coordinates, for_each_texture_use};
 
 use super::draft::Draft;
 use super::repack::pack;
@@ -31,10 +31,10 @@ pub(super) const QUANTIZATION: &str = "KHR_mesh_quantization";
 /// [`WriteError`] if a view has no bytes, the buffer exceeds `limit`, or this build cannot compress.
 pub(super) fn pack_as(draft: &mut Draft, limit: usize, packing: Option<&Packing>) -> Result<Vec<u8>, WriteError> {
     match packing {
-        Some(packing) if packing.is_compressed() && !compress::IS_HERE => {
+        Some(packing) if packing.is_compressed() && !compress::CAN_COMPRESS => {
             Err(WriteError { what: "this build does not compress glTF: build with `--features meshopt`".into() })
         }
-        Some(packing) if packing.is_compressed() => views::pack_compressed(draft, limit),
+        Some(packing) if packing.is_compressed() => compressed_views::pack_compressed(draft, limit),
         _ => pack(draft, limit),
     }
 }

@@ -7,9 +7,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde_json::{Value, json};
 
 use crate::io::gltf::extensions::name_extension;
-use crate::io::gltf::lighter::LighterPart;
 use crate::io::gltf::references::index;
 use crate::io::gltf::schema::Root;
+use crate::io::gltf::simplified_part::SimplifiedPart;
 use crate::io::gltf::vrm::is_vrm;
 use crate::mesh::Role;
 use crate::mesh::union_find::UnionFind;
@@ -30,7 +30,7 @@ pub(in crate::io::gltf) struct UvGrid {
 
 impl UvGrid {
     /// Chooses the grid of a box: 12 bits for a side of one texture, up to 16 for longer ones.
-    fn around([low, high]: [[f32; 2]; 2]) -> Option<Self> {
+    fn for_box([low, high]: [[f32; 2]; 2]) -> Option<Self> {
         let step = |axis: usize| {
             let side = f64::from(high[axis]) - f64::from(low[axis]);
             let is_fine = |bits: &u32| side <= 1.01 * f64::from((1u32 << bits) - 1) / f64::from((1u32 << BITS) - 1);
@@ -49,7 +49,7 @@ impl UvGrid {
 
     /// Composes the texture transform of a use with the grid.
     fn undo(&self, used: &mut Value) {
-        let UvTransform { offset, scale, .. } = UvTransform::of(used);
+        let UvTransform { offset, scale, .. } = UvTransform::from_use(used);
         let held = used["extensions"][TRANSFORM].take();
         let mut transform = if held.is_object() { held.clone() } else { json!({}) };
         let number = |x: f64| json!((x as f32).to_string().parse::<f64>().unwrap_or(x));
@@ -72,15 +72,15 @@ impl UvGrids {
     }
 
     /// Chooses the grids of a mesh with one material per group, some of them textured.
-    pub fn of_groups(part: &LighterPart, is_textured: impl Fn(u32) -> bool) -> Self {
+    pub fn of_groups(part: &SimplifiedPart, is_textured: impl Fn(u32) -> bool) -> Self {
         let mut boxes = Boxes::default();
         boxes.add(part, |group| is_textured(group).then_some(group as usize));
         Self { grids: boxes.grids(|_, name| name == "TEXCOORD_0") }
     }
 
     /// Chooses the grids of an asset's parts (per level, with their mesh indices) by material.
-    pub fn of_asset(document: &Value, root: &Root, meshes: &[usize], levels: &[&[LighterPart]]) -> Self {
-        if knows_no_transform(document) {
+    pub fn of_asset(document: &Value, root: &Root, meshes: &[usize], levels: &[&[SimplifiedPart]]) -> Self {
+        if forbids_transforms(document) {
             return Self::default();
         }
         let uses: Vec<BTreeSet<String>> = materials(document).map(coordinates_used).collect();
@@ -111,7 +111,7 @@ impl UvGrids {
         let Some(Value::Array(materials)) = document.get_mut("materials") else { return };
         let mut is_undone = false;
         for (at, material) in materials.iter_mut().enumerate() {
-            each_use(material, &mut |used| {
+            for_each_texture_use(material, &mut |used| {
                 if let Some(grid) = self.grid(surface(at), &coordinates(used)) {
                     grid.undo(used);
                     is_undone = true;
@@ -132,25 +132,25 @@ struct Boxes {
 
 impl Boxes {
     /// Adds the corners of a part whose groups have these materials.
-    fn add(&mut self, part: &LighterPart, mut surface: impl FnMut(u32) -> Option<usize>) {
+    fn add(&mut self, part: &SimplifiedPart, mut surface: impl FnMut(u32) -> Option<usize>) {
         const EMPTY: [[f32; 2]; 2] = [[f32::INFINITY; 2], [f32::NEG_INFINITY; 2]];
         for channel in part.attributes.channels.iter().filter(|it| it.role == Role::Uv && it.width == 2) {
             let mut of_groups: BTreeMap<u32, [[f32; 2]; 2]> = BTreeMap::new();
             for face in 0..part.faces.len() {
                 let held = of_groups.entry(part.attributes.group(face as u32)).or_insert(EMPTY);
-                part.wedges(face).iter().for_each(|&wedge| *held = widened(*held, channel.value(wedge)));
+                part.wedges(face).iter().for_each(|&wedge| *held = widen(*held, channel.of(wedge)));
             }
             for (group, [low, high]) in of_groups {
                 let Some(surface) = surface(group) else { continue };
                 let held = self.boxes.entry((surface, channel.name.clone())).or_insert(EMPTY);
-                *held = widened(widened(*held, &low), &high);
+                *held = widen(widen(*held, &low), &high);
             }
         }
     }
 
     fn grids(self, is_wanted: impl Fn(usize, &str) -> bool) -> BTreeMap<(usize, String), UvGrid> {
         let grid = |((surface, name), range): ((usize, String), _)| {
-            let grid = UvGrid::around(range).filter(|_| is_wanted(surface, &name))?;
+            let grid = UvGrid::for_box(range).filter(|_| is_wanted(surface, &name))?;
             Some(((surface, name), grid))
         };
         self.boxes.into_iter().filter_map(grid).collect()
@@ -158,7 +158,7 @@ impl Boxes {
 }
 
 /// Extends a box to these coordinates; non-finite ones count as 0, as they are written.
-fn widened([low, high]: [[f32; 2]; 2], uv: &[f32]) -> [[f32; 2]; 2] {
+fn widen([low, high]: [[f32; 2]; 2], uv: &[f32]) -> [[f32; 2]; 2] {
     let finite = |axis: usize| if uv[axis].is_finite() { uv[axis] } else { 0.0 };
     [[0, 1].map(|axis| low[axis].min(finite(axis))), [0, 1].map(|axis| high[axis].max(finite(axis)))]
 }
@@ -192,7 +192,7 @@ fn materials(document: &Value) -> impl Iterator<Item = &Value> {
 }
 
 /// Returns whether the document animates or moves textures in other ways.
-fn knows_no_transform(document: &Value) -> bool {
+fn forbids_transforms(document: &Value) -> bool {
     let channels = document["animations"].as_array().into_iter().flatten();
     let mut channels = channels.flat_map(|animation| animation["channels"].as_array().into_iter().flatten());
     let has_pointers = channels.any(|channel| channel["target"]["path"] == "pointer");
@@ -209,8 +209,8 @@ fn surfaces(primitive: &Value, n_materials: usize) -> Vec<usize> {
 /// Returns the coordinate names that a material's textures use; none if a rotation is among them.
 fn coordinates_used(material: &Value) -> BTreeSet<String> {
     let (mut names, mut is_turned) = (BTreeSet::new(), false);
-    each_use(&mut material.clone(), &mut |used| {
-        is_turned |= UvTransform::of(used).is_turned;
+    for_each_texture_use(&mut material.clone(), &mut |used| {
+        is_turned |= UvTransform::from_use(used).is_turned;
         is_turned |= used.get("extensions").is_some_and(|extensions| !extensions.is_object());
         names.insert(coordinates(used));
     });
@@ -229,12 +229,13 @@ pub(in crate::io::gltf) struct UvTransform {
 }
 
 impl UvTransform {
-    pub fn of(used: &Value) -> Self {
-        let said = used.get("extensions").and_then(|all| all.get(TRANSFORM));
+    pub fn from_use(used: &Value) -> Self {
+        let transform = used.get("extensions").and_then(|all| all.get(TRANSFORM));
         let pair = |name: &str, default: f64| {
-            [0, 1].map(|axis| said.and_then(|said| said.get(name)?.get(axis)?.as_f64()).unwrap_or(default))
+            [0, 1]
+                .map(|axis| transform.and_then(|transform| transform.get(name)?.get(axis)?.as_f64()).unwrap_or(default))
         };
-        let turn = said.and_then(|said| said.get("rotation")?.as_f64());
+        let turn = transform.and_then(|transform| transform.get("rotation")?.as_f64());
         let is_turned = turn.is_some_and(|angle| angle != 0.0);
         Self { offset: pair("offset", 0.0), scale: pair("scale", 1.0), is_turned }
     }
@@ -248,11 +249,14 @@ pub(in crate::io::gltf) fn coordinates(used: &Value) -> String {
 }
 
 /// Passes on every texture use within a material: every object with an `index`.
-pub(in crate::io::gltf) fn each_use(value: &mut Value, show: &mut dyn FnMut(&mut Value)) {
+pub(in crate::io::gltf) fn for_each_texture_use(value: &mut Value, show: &mut dyn FnMut(&mut Value)) {
     match value {
-        Value::Array(values) => values.iter_mut().for_each(|value| each_use(value, show)),
+        Value::Array(values) => values.iter_mut().for_each(|value| for_each_texture_use(value, show)),
         Value::Object(members) => {
-            members.iter_mut().filter(|(name, _)| *name != "extras").for_each(|(_, value)| each_use(value, show));
+            members
+                .iter_mut()
+                .filter(|(name, _)| *name != "extras")
+                .for_each(|(_, value)| for_each_texture_use(value, show));
             if members.get("index").and_then(index).is_some() {
                 show(value);
             }

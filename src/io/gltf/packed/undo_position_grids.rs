@@ -7,15 +7,15 @@ use serde_json::{Map, Value, json};
 
 use crate::io::gltf::asset::Asset;
 use crate::io::gltf::draft::Draft;
-use crate::io::gltf::levels::child_of_mesh;
+use crate::io::gltf::levels::move_mesh_to_child;
 use crate::io::gltf::references::index;
 use crate::io::gltf::vrm::is_vrm;
 use crate::mesh::PositionGrid;
 
 /// Makes nodes and skins undo the grids of these meshes.
-pub(in crate::io::gltf) fn place_back(asset: &Asset, draft: &mut Draft, grids: &BTreeMap<usize, Grid>) {
+pub(in crate::io::gltf) fn undo_position_grids(asset: &Asset, draft: &mut Draft, grids: &BTreeMap<usize, Grid>) {
     let n_nodes = draft.document.get("nodes").and_then(Value::as_array).map_or(0, Vec::len);
-    let is_held = held_nodes(&draft.document, n_nodes);
+    let is_held = fixed_nodes(&draft.document, n_nodes);
     let mut of_skins = BTreeMap::new();
     for (node, is_held) in is_held.into_iter().enumerate() {
         let held = &draft.document["nodes"][node];
@@ -23,7 +23,7 @@ pub(in crate::io::gltf) fn place_back(asset: &Asset, draft: &mut Draft, grids: &
         match held.get("skin").and_then(index) {
             Some(skin) => drop(of_skins.insert(skin, *grid)),
             None => {
-                let node = if is_held { child_of_mesh(draft, node) } else { node };
+                let node = if is_held { move_mesh_to_child(draft, node) } else { node };
                 place_node(&mut draft.document["nodes"][node], grid);
             }
         }
@@ -33,7 +33,7 @@ pub(in crate::io::gltf) fn place_back(asset: &Asset, draft: &mut Draft, grids: &
 }
 
 /// Marks nodes whose transform must not change: those with a name, children or extensions, and those referred to.
-fn held_nodes(document: &Value, n_nodes: usize) -> Vec<bool> {
+fn fixed_nodes(document: &Value, n_nodes: usize) -> Vec<bool> {
     // // The nodes of an avatar are bones even if unnamed.
     let mut is_held: Vec<bool> = vec![is_vrm(document); n_nodes];
     let holds = ["name", "children", "camera", "extensions", "extras"];

@@ -6,13 +6,13 @@
 use std::collections::BTreeMap;
 
 use super::asset::Asset;
-use super::part::Part;
-use super::placements::{Placed, placements};
-use super::{refuse, spend};
+use super::asset_part::AssetPart;
+use super::placements::{MeshPlacement, placements};
+use super::{refuse_instancing, spend};
 use crate::io::ReadError;
 use crate::io::extra::{Extra, Group, ReadMesh};
-use crate::io::far_out::is_far_out;
-use crate::mesh::{Channel, PlacedMesh, RawMesh, Role, merge_placed_meshes, srgb};
+use crate::io::far_from_origin::is_far_from_origin;
+use crate::mesh::{Channel, PlacedMesh, RawMesh, Role, side_by_side, srgb};
 
 /// Note on what a mesh without a scene does not hold.
 const LEFT: &str = "tangents, skins and morph targets belong to the scene: left out";
@@ -32,16 +32,16 @@ pub(in crate::io) fn read_attributed(
             return Ok(ReadMesh { mesh, notes, ..ReadMesh::default() });
         }
     };
-    refuse(&asset.container.root)?;
-    let (extra, first_groups, notes) = groups(&asset);
-    let mut mesh = scene(&asset, &first_groups, asset.container.budget(bytes.len()))?;
-    mesh.attributes.channels.iter_mut().for_each(as_without_scene);
-    mesh.double = is_far_out(&mesh.positions);
+    refuse_instancing(&asset.container.root)?;
+    let (extra, first_groups, notes) = describe_groups(&asset);
+    let mut mesh = join_parts(&asset, &first_groups, asset.container.budget(bytes.len()))?;
+    mesh.attributes.channels.iter_mut().for_each(to_sceneless_values);
+    mesh.double = is_far_from_origin(&mesh.positions);
     Ok(ReadMesh { mesh, extra, notes, format: None })
 }
 
 /// Returns the groups of the scene, the first group of each part, and notes.
-fn groups(asset: &Asset) -> (Extra, Vec<u32>, Vec<String>) {
+fn describe_groups(asset: &Asset) -> (Extra, Vec<u32>, Vec<String>) {
     let (looks, notes) = asset.looks();
     let names = material_names(asset);
     let (mut extra, mut first_groups) = (Extra::default(), Vec::new());
@@ -64,14 +64,14 @@ fn groups(asset: &Asset) -> (Extra, Vec<u32>, Vec<String>) {
 }
 
 /// Joins the parts at their places.
-fn scene(asset: &Asset, first_groups: &[u32], mut budget: usize) -> Result<RawMesh, ReadError> {
+fn join_parts(asset: &Asset, first_groups: &[u32], mut budget: usize) -> Result<RawMesh, ReadError> {
     let n_numbers = n_numbers(asset.parts());
-    let laid: Vec<_> =
+    let meshes: Vec<_> =
         asset.parts().iter().enumerate().map(|(at, part)| asset.with_transforms(at, &part.mesh)).collect();
     let mut placed = Vec::new();
-    for Placed { mesh, transform, .. } in placements(&asset.container.data())? {
+    for MeshPlacement { mesh, transform, .. } in placements(&asset.container.data())? {
         let Some(part) = asset.meshes.iter().position(|&of_part| of_part == mesh) else { continue };
-        let (mesh, first_group): (&RawMesh, u32) = (&laid[part], first_groups[part]);
+        let (mesh, first_group): (&RawMesh, u32) = (&meshes[part], first_groups[part]);
         let n_wedges = mesh.attributes.n_wedges().max(1);
         spend(&mut budget, mesh.positions.len() + mesh.faces.len() + n_wedges * n_numbers)?;
         placed.push(PlacedMesh { mesh, transform, first_group });
@@ -80,7 +80,7 @@ fn scene(asset: &Asset, first_groups: &[u32], mut budget: usize) -> Result<RawMe
 }
 
 /// Returns the most numbers that a wedge of the scene carries.
-fn n_numbers(parts: &[Part]) -> usize {
+fn n_numbers(parts: &[AssetPart]) -> usize {
     let mut widths: BTreeMap<&str, usize> = BTreeMap::new();
     for channel in parts.iter().flat_map(|part| &part.mesh.attributes.channels).filter(|it| is_carried(it.role)) {
         let widest = widths.entry(&channel.name).or_default();
@@ -105,7 +105,7 @@ fn is_carried(role: Role) -> bool {
 }
 
 /// Converts values to the conventions of formats without scenes: v upwards, colours in sRGB.
-fn as_without_scene(channel: &mut Channel) {
+fn to_sceneless_values(channel: &mut Channel) {
     for row in channel.values.chunks_exact_mut(channel.width) {
         match channel.role {
             Role::Uv => row.iter_mut().skip(1).step_by(2).for_each(|v| *v = 1.0 - *v),

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::accessor::Data;
 use super::draft::FLOAT;
-use super::schema::{Mesh, Primitive, Root};
+use super::schema::{GltfMesh, Primitive, Root};
 use super::semantics::{SKIN, is_own_channel, n_skin_sets, role, target_channel, target_of, target_role};
 use super::{spend, triangles};
 use crate::io::ReadError;
@@ -13,7 +13,7 @@ use crate::mesh::{Attributes, Channel, RawMesh, Role};
 /// A mesh of a glTF asset, once, however often it is placed.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct Part {
+pub struct AssetPart {
     /// Name in the file, or `mesh N`.
     pub name: String,
     /// Triangles in the mesh's coordinates; wedges are the file's vertices, groups its primitives.
@@ -27,14 +27,14 @@ pub struct Part {
 /// Reads the triangles of a mesh, or returns `None` if it has none; repairs are added to `notes`.
 pub(super) fn read(
     data: &Data,
-    mesh: &Mesh,
+    mesh: &GltfMesh,
     budget: &mut usize,
-    notes: &mut Notes,
+    repairs: &mut ReadRepairs,
 ) -> Result<Option<RawMesh>, ReadError> {
     let primitives = || mesh.primitives.iter().enumerate().filter(|(_, it)| it.triangle_positions().is_some());
-    let mut builder = Builder::new(data, channels(data, primitives().map(|(_, it)| it))?);
+    let mut builder = PartBuilder::new(data, channels(data, primitives().map(|(_, it)| it))?);
     for (index, primitive) in primitives() {
-        builder.add(index as u32, primitive, budget, notes)?;
+        builder.add(index as u32, primitive, budget, repairs)?;
     }
     let mut mesh = builder.mesh;
     if mesh.attributes.channels.is_empty() {
@@ -45,13 +45,13 @@ pub(super) fn read(
 
 /// Repairs made while reading.
 #[derive(Default)]
-pub(super) struct Notes {
+pub(super) struct ReadRepairs {
     /// Number of non-finite attribute values.
     pub n_not_finite: usize,
 }
 
 /// Returns the material name of each primitive, or its number.
-pub(super) fn materials(root: &Root, mesh: &Mesh) -> Vec<String> {
+pub(super) fn materials(root: &Root, mesh: &GltfMesh) -> Vec<String> {
     let name = |primitive: &Primitive| root.materials.get(primitive.material?)?.name.clone();
     let named = |(index, primitive)| name(primitive).unwrap_or_else(|| format!("primitive {index}"));
     mesh.primitives.iter().enumerate().map(named).collect()
@@ -98,22 +98,22 @@ fn widen((_, held): &mut (Role, usize), width: Option<usize>, data: &Data, acces
 }
 
 /// A builder of a mesh; equal accessors give shared positions and wedges.
-struct Builder<'a> {
+struct PartBuilder<'a> {
     data: &'a Data<'a>,
     mesh: RawMesh,
     n_wedges: usize,
-    positions: BTreeMap<usize, Run>,
+    positions: BTreeMap<usize, PositionRun>,
     wedges: BTreeMap<Vec<usize>, usize>,
 }
 
 /// The positions of an accessor in the mesh.
 #[derive(Clone, Copy)]
-struct Run {
+struct PositionRun {
     first: usize,
     count: usize,
 }
 
-impl<'a> Builder<'a> {
+impl<'a> PartBuilder<'a> {
     fn new(data: &'a Data<'a>, channels: Vec<Channel>) -> Self {
         let attributes = Attributes { channels, ..Attributes::default() };
         let mesh = RawMesh { attributes, ..RawMesh::default() };
@@ -126,12 +126,12 @@ impl<'a> Builder<'a> {
         index: u32,
         primitive: &Primitive,
         budget: &mut usize,
-        notes: &mut Notes,
+        repairs: &mut ReadRepairs,
     ) -> Result<(), ReadError> {
         let Some(accessor) = primitive.triangle_positions() else { return Ok(()) };
         let run = self.positions_of(accessor, budget)?;
-        let first_wedge = self.wedges_of(primitive, run.count, budget, notes)?;
-        let triangles = triangles::of_primitive(self.data, primitive, run.count, budget)?;
+        let first_wedge = self.wedges_of(primitive, run.count, budget, repairs)?;
+        let triangles = triangles::read_triangles(self.data, primitive, run.count, budget)?;
         // // Corners out of range stay invalid, for cleanup to drop.
         let at = |first: usize| move |v: u32| if v == u32::MAX { v } else { (first + v as usize) as u32 };
         self.mesh.faces.extend(triangles.iter().map(|triangle| triangle.map(at(run.first))));
@@ -140,13 +140,13 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    fn positions_of(&mut self, accessor: usize, budget: &mut usize) -> Result<Run, ReadError> {
+    fn positions_of(&mut self, accessor: usize, budget: &mut usize) -> Result<PositionRun, ReadError> {
         if let Some(&run) = self.positions.get(&accessor) {
             return Ok(run);
         }
         let positions = self.data.positions(accessor, *budget)?;
         spend(budget, positions.len())?;
-        let run = Run { first: self.mesh.positions.len(), count: positions.len() };
+        let run = PositionRun { first: self.mesh.positions.len(), count: positions.len() };
         self.mesh.positions.extend(positions);
         self.positions.insert(accessor, run);
         Ok(run)
@@ -158,7 +158,7 @@ impl<'a> Builder<'a> {
         primitive: &Primitive,
         count: usize,
         budget: &mut usize,
-        notes: &mut Notes,
+        repairs: &mut ReadRepairs,
     ) -> Result<usize, ReadError> {
         if let Some(&first) = self.wedges.get(&accessors(primitive)) {
             return Ok(first);
@@ -168,10 +168,10 @@ impl<'a> Builder<'a> {
             spend(budget, count * channel.width)?;
             channel.values.resize((first + count) * channel.width, 0.0);
             let values = &mut channel.values[first * channel.width..];
-            fill(self.data, primitive, &channel.name, channel.role, channel.width, values)?;
+            fill_channel(self.data, primitive, &channel.name, channel.role, channel.width, values)?;
             for value in values.iter_mut().filter(|value| !value.is_finite()) {
                 *value = 0.0;
-                notes.n_not_finite += 1;
+                repairs.n_not_finite += 1;
             }
         }
         self.n_wedges += count;
@@ -190,7 +190,7 @@ fn accessors(primitive: &Primitive) -> Vec<usize> {
 }
 
 /// Writes a primitive's values of a channel, n x width; missing ones stay zero.
-fn fill(
+fn fill_channel(
     data: &Data,
     primitive: &Primitive,
     name: &str,
@@ -203,7 +203,7 @@ fn fill(
         for set in 0..n_skin_sets(primitive) {
             for (first, name) in [(4 * set, "JOINTS"), (width / 2 + 4 * set, "WEIGHTS")] {
                 let accessor = primitive.attributes.get(&format!("{name}_{set}"));
-                accessor.map_or(Ok(()), |&accessor| put(data, accessor, values, width, first..first + 4))?;
+                accessor.map_or(Ok(()), |&accessor| write_columns(data, accessor, values, width, first..first + 4))?;
             }
         }
         return Ok(());
@@ -213,11 +213,11 @@ fn fill(
     if role == Role::Colour && width == 4 {
         values.iter_mut().skip(3).step_by(4).for_each(|alpha| *alpha = 1.0);
     }
-    put(data, accessor, values, width, 0..width)
+    write_columns(data, accessor, values, width, 0..width)
 }
 
 /// Writes an accessor into these columns of rows of `width`, as far as both reach.
-fn put(
+fn write_columns(
     data: &Data,
     accessor: usize,
     values: &mut [f32],

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::ImageUse;
-use super::beside::{Finder, reference};
-use super::extra::{Extra, decoded};
+use super::companion_files::{FileFinder, to_reference};
+use super::extra::{Extra, decode_text};
 
 /// Options of texture statements and the most words after each; `-o`, `-s` and `-t` may have fewer.
 const OPTIONS: [(&[u8], usize); 14] = [
@@ -35,7 +35,7 @@ pub(super) struct Libraries {
 
 impl Libraries {
     /// Finds the mesh's libraries and their textures, and adds both to the output.
-    pub fn find(extra: &Extra, finder: &mut Finder) -> Self {
+    pub fn find(extra: &Extra, finder: &mut FileFinder) -> Self {
         let mut libraries = Self::default();
         for name in library_names(extra, finder) {
             let renamed = libraries.add(name, finder);
@@ -45,52 +45,52 @@ impl Libraries {
     }
 
     /// Adds a library and its textures to the output; returns its name if that changes.
-    fn add(&mut self, name: &str, finder: &mut Finder) -> Option<String> {
+    fn add(&mut self, name: &str, finder: &mut FileFinder) -> Option<String> {
         let found = finder.find(Path::new(""), name)?;
-        let text = self.with_textures(&found.bytes, found.folder(), &found.place, finder);
-        finder.list(&found.place, &text);
-        found.moved.then(|| reference(&found.place))
+        let text = self.with_textures(&found.bytes, found.folder(), &found.output_path, finder);
+        finder.add_file(&found.output_path, &text);
+        found.is_renamed.then(|| to_reference(&found.output_path))
     }
 
     /// Returns the text of a library with texture names that fit the output.
-    fn with_textures(&mut self, text: &[u8], base: &Path, place: &Path, finder: &mut Finder) -> Vec<u8> {
+    fn with_textures(&mut self, text: &[u8], base: &Path, place: &Path, finder: &mut FileFinder) -> Vec<u8> {
         let mut out = Vec::with_capacity(text.len());
         let mut material = String::new();
         for line in text.split_inclusive(|&byte| byte == b'\n' || byte == b'\r') {
             let (word, rest) = first_word(line);
             if word == b"newmtl" {
-                material = decoded(rest.trim_ascii());
+                material = decode_text(rest.trim_ascii());
             }
             let Some(name) = is_texture(word).then(|| file_name(rest)).filter(|name| !name.is_empty()) else {
                 out.extend(line);
                 continue;
             };
-            let Some(found) = finder.find(base, &decoded(name)) else {
+            let Some(found) = finder.find(base, &decode_text(name)) else {
                 out.extend(line);
                 continue;
             };
             if word.eq_ignore_ascii_case(b"map_kd") {
-                self.textures.push((material.clone(), reference(&found.place)));
+                self.textures.push((material.clone(), to_reference(&found.output_path)));
             }
-            if found.moved {
+            if found.is_renamed {
                 // The name is the end of the line; only it changes, so that options and comments survive.
                 let start = line.trim_ascii_end().len() - name.len();
                 out.extend(&line[..start]);
-                out.extend(from_folder_of(place, &found.place).as_bytes());
+                out.extend(from_folder_of(place, &found.output_path).as_bytes());
                 out.extend(&line[start + name.len()..]);
             } else {
                 out.extend(line);
             }
-            finder.list_image(&found.place, &found.bytes, used_as(word));
+            finder.add_image(&found.output_path, &found.bytes, texture_use(word));
         }
         out
     }
 }
 
 /// Lists the libraries of a mesh: a line may name several, or one with blanks in its name.
-pub(super) fn library_names<'a>(extra: &'a Extra, finder: &Finder) -> Vec<&'a str> {
+pub(super) fn library_names<'a>(extra: &'a Extra, finder: &FileFinder) -> Vec<&'a str> {
     let of_line =
-        |line: &'a String| if finder.has(line) { vec![line.as_str()] } else { line.split_whitespace().collect() };
+        |line: &'a String| if finder.has_file(line) { vec![line.as_str()] } else { line.split_whitespace().collect() };
     extra.material_libraries.iter().flat_map(of_line).collect()
 }
 
@@ -101,7 +101,7 @@ fn from_folder_of(place: &Path, other: &Path) -> String {
         .map_or(0, |folder| folder.components().count())
         .checked_sub(1)
         .map_or_else(PathBuf::new, |n| std::iter::repeat_n("..", n + 1).collect());
-    reference(&up.join(other))
+    to_reference(&up.join(other))
 }
 
 /// Splits a line after its first word.
@@ -118,7 +118,7 @@ fn is_texture(word: &[u8]) -> bool {
 }
 
 /// Returns the use of a texture that this statement names.
-pub(super) fn used_as(word: &[u8]) -> ImageUse {
+pub(super) fn texture_use(word: &[u8]) -> ImageUse {
     match word.to_ascii_lowercase().as_slice() {
         b"norm" => ImageUse::Normals,
         b"map_ka" | b"map_kd" | b"map_ke" | b"map_ks" | b"decal" | b"refl" => ImageUse::Colours,

@@ -1,6 +1,6 @@
 //! A simplified part of an asset, and the check that it fits its original.
 
-use super::part::Part;
+use super::asset_part::AssetPart;
 use super::semantics::{SKIN, TARGET};
 use crate::io::WriteError;
 use crate::mesh::{Attributes, Channel, RawMesh};
@@ -8,7 +8,7 @@ use crate::mesh::{Attributes, Channel, RawMesh};
 /// A part of an asset after simplification.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
-pub struct LighterPart {
+pub struct SimplifiedPart {
     /// Positions in coordinates of the part, n_vertices x 3.
     pub positions: Vec<[f32; 3]>,
     /// Vertex indices, n_faces x 3.
@@ -17,7 +17,7 @@ pub struct LighterPart {
     pub attributes: Attributes,
 }
 
-impl LighterPart {
+impl SimplifiedPart {
     /// Makes a part from positions, n_vertices x 3, faces, n_faces x 3, and attributes.
     pub fn new(positions: Vec<[f32; 3]>, faces: Vec<[u32; 3]>, attributes: Attributes) -> Self {
         Self { positions, faces, attributes }
@@ -26,11 +26,11 @@ impl LighterPart {
     /// Copies a part, without faces that have non-finite corners.
     ///
     /// ```
-    /// use neural_mesh::io::{Asset, LighterPart};
+    /// use neural_mesh::io::{Asset, SimplifiedPart};
     /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
-    /// assert_eq!(LighterPart::of(&asset.parts()[0]).faces.len(), 4);
+    /// assert_eq!(SimplifiedPart::from_part(&asset.parts()[0]).faces.len(), 4);
     /// ```
-    pub fn of(part: &Part) -> Self {
+    pub fn from_part(part: &AssetPart) -> Self {
         let RawMesh { positions, faces, attributes, .. } = &part.mesh;
         let is_finite = |v: &u32| positions.get(*v as usize).is_some_and(|p| p.iter().all(|x| (*x as f32).is_finite()));
         let kept: Vec<u32> =
@@ -54,7 +54,7 @@ impl LighterPart {
     }
 
     /// Checks that this is a mesh with the skin and morph targets of the original.
-    pub(super) fn check(&self, part: &Part) -> Result<(), WriteError> {
+    pub(super) fn check(&self, part: &AssetPart) -> Result<(), WriteError> {
         let problem = |what: &str| Err(WriteError { what: format!("{}: {what}", part.name) });
         if !self.is_mesh() {
             return problem("faces, positions and attributes do not fit each other: give a valid mesh");

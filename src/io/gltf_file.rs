@@ -3,11 +3,11 @@
 use super::OutputFile;
 
 /// A mesh as a glTF file.
-pub(super) struct BareFile {
+pub(super) struct GltfFile {
     /// Content of the file.
     pub bytes: Vec<u8>,
     /// Image files.
-    pub beside: Vec<OutputFile>,
+    pub images: Vec<OutputFile>,
     /// Vertices in the file.
     pub n_vertices: usize,
     /// Losses, a line each.

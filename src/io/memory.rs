@@ -15,33 +15,33 @@ const REPEATS: (usize, usize) = (16, 1 << 22);
 
 /// Returns how many vertices and faces instances may make of a file that holds `n_held`.
 #[cfg(any(feature = "gltf", feature = "3mf", feature = "fbx"))]
-pub(super) fn most_made(n_held: usize) -> usize {
+pub(super) fn instance_limit(n_held: usize) -> usize {
     REPEATS.0 * n_held + REPEATS.1
 }
 
 /// Reserves space for `n` more elements.
 #[inline]
-pub(super) fn room<T>(list: &mut Vec<T>, n: usize) -> Result<(), ReadError> {
-    make_room(list, n).map_err(|_| too_little(n.saturating_mul(size_of::<T>())))
+pub(super) fn reserve<T>(list: &mut Vec<T>, n: usize) -> Result<(), ReadError> {
+    make_room(list, n).map_err(|_| memory_error(n.saturating_mul(size_of::<T>())))
 }
 
 /// Allocates `n` zeros.
 #[cfg(any(test, feature = "gltf"))]
-pub(super) fn zeros<T: Clone + Default>(n: usize) -> Result<Vec<T>, ReadError> {
+pub(super) fn allocate_zeros<T: Clone + Default>(n: usize) -> Result<Vec<T>, ReadError> {
     let mut list = Vec::new();
-    room(&mut list, n)?;
+    reserve(&mut list, n)?;
     list.resize(n, T::default());
     Ok(list)
 }
 
 /// Makes the error of a refused allocation.
-fn too_little(n_bytes: usize) -> ReadError {
+fn memory_error(n_bytes: usize) -> ReadError {
     let what = format!("it takes more memory than there is ({n_bytes} bytes more)");
     ReadError::file(what, "give a smaller file or more memory")
 }
 
 /// Makes the error of a failed read.
-pub(super) fn unreadable(error: io::Error) -> ReadError {
+pub(super) fn io_error(error: io::Error) -> ReadError {
     match error.kind() {
         io::ErrorKind::OutOfMemory => {
             ReadError::file("it takes more memory than there is", "give a smaller file or more memory")
@@ -61,15 +61,15 @@ pub(super) fn unreadable(error: io::Error) -> ReadError {
 /// assert!(error.to_string().starts_with("cannot be read"));
 /// ```
 pub fn read_file(path: &Path) -> Result<Vec<u8>, ReadError> {
-    let kind = std::fs::metadata(path).map_err(unreadable)?.file_type();
-    // Reading a folder fails with an error of its own, which `unreadable` explains.
+    let kind = std::fs::metadata(path).map_err(io_error)?.file_type();
+    // Reading a folder fails with an error of its own, which `io_error` explains.
     if kind.is_file() || kind.is_dir() {
-        return with_fallible_allocation(|| std::fs::read(path)).map_err(unreadable);
+        return asking(|| std::fs::read(path)).map_err(io_error);
     }
     if is_device(kind) {
         return Err(ReadError::file("is a device and has no end", "give a file, or - for standard input"));
     }
-    read_stream(std::fs::File::open(path).map_err(unreadable)?)
+    read_stream(std::fs::File::open(path).map_err(io_error)?)
 }
 
 /// Reads a stream, such as standard input, of up to 4 GiB.
@@ -81,12 +81,12 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>, ReadError> {
 /// assert_eq!(neural_mesh::io::read_stream(&b"v 0 0 0"[..]).unwrap(), b"v 0 0 0");
 /// ```
 pub fn read_stream(stream: impl Read) -> Result<Vec<u8>, ReadError> {
-    within(stream, LONGEST_STREAM)
+    read_at_most(stream, LONGEST_STREAM)
 }
 
-fn within(stream: impl Read, most: u64) -> Result<Vec<u8>, ReadError> {
+fn read_at_most(stream: impl Read, most: u64) -> Result<Vec<u8>, ReadError> {
     let mut bytes = Vec::new();
-    with_fallible_allocation(|| stream.take(most + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
+    asking(|| stream.take(most + 1).read_to_end(&mut bytes)).map_err(io_error)?;
     match bytes.len() as u64 > most {
         true => Err(ReadError::file(format!("is longer than {most} bytes"), "give the mesh as a file, by its path")),
         false => Ok(bytes),
@@ -110,9 +110,9 @@ mod tests {
 
     #[test]
     fn a_stream_without_end_is_refused() {
-        let error = within(io::repeat(0), 1 << 20).unwrap_err();
+        let error = read_at_most(io::repeat(0), 1 << 20).unwrap_err();
         assert_eq!(error.to_string(), "is longer than 1048576 bytes: give the mesh as a file, by its path");
-        assert_eq!(within(io::repeat(7).take(1 << 20), 1 << 20).unwrap().len(), 1 << 20);
+        assert_eq!(read_at_most(io::repeat(7).take(1 << 20), 1 << 20).unwrap().len(), 1 << 20);
     }
 
     #[cfg(unix)]
@@ -124,7 +124,9 @@ mod tests {
 
     #[test]
     fn what_no_memory_holds_is_an_error() {
-        for error in [room(&mut vec![0u64], usize::MAX).unwrap_err(), zeros::<f32>(usize::MAX / 4).unwrap_err()] {
+        for error in
+            [reserve(&mut vec![0u64], usize::MAX).unwrap_err(), allocate_zeros::<f32>(usize::MAX / 4).unwrap_err()]
+        {
             assert!(error.what.starts_with("it takes more memory than there is"), "{error}");
         }
     }

@@ -58,7 +58,7 @@ pub(super) fn mend_numbers(values: &mut [f32]) {
 /// Returns joints and weights (n x 4 n_sets each) from `rows` (n x width) of joints, then weights.
 ///
 /// Joints are distinct, the largest weights stay, and the sum is one. Without any weight, the first joint gets it all.
-pub(super) fn skin(rows: &[f32], width: usize, n_sets: usize) -> (Vec<f32>, Vec<f32>) {
+pub(super) fn normalize_skin(rows: &[f32], width: usize, n_sets: usize) -> (Vec<f32>, Vec<f32>) {
     let n_slots = 4 * n_sets;
     let (mut joints, mut weights) = (Vec::new(), Vec::new());
     for row in rows.chunks_exact(width) {
@@ -120,13 +120,13 @@ mod tests {
 
     #[test]
     fn weights_sum_to_one_over_distinct_joints() {
-        let (joints, weights) = skin(&[3.0, 7.0, 3.0, 9.0, 0.5, 0.0, 0.5, 1.0], 8, 1);
+        let (joints, weights) = normalize_skin(&[3.0, 7.0, 3.0, 9.0, 0.5, 0.0, 0.5, 1.0], 8, 1);
         assert_eq!((joints, weights), (vec![3.0, 9.0, 0.0, 0.0], vec![0.5, 0.5, 0.0, 0.0]));
     }
 
     #[test]
     fn without_weights_the_first_joint_has_it_all() {
-        let (joints, weights) = skin(&[2.0, 1.0, 1.0, 1.0, 0.0, 0.0, f32::NAN, -1.0], 8, 1);
+        let (joints, weights) = normalize_skin(&[2.0, 1.0, 1.0, 1.0, 0.0, 0.0, f32::NAN, -1.0], 8, 1);
         assert_eq!((joints, weights), (vec![2.0, 0.0, 0.0, 0.0], vec![1.0, 0.0, 0.0, 0.0]));
     }
 
@@ -134,7 +134,7 @@ mod tests {
     fn too_many_joints_give_way_to_the_heaviest() {
         let mut row: Vec<f32> = (0..8).map(|joint| joint as f32).collect();
         row.extend([0.1, 0.2, 0.3, 0.4, 0.0, 0.6, 0.0, 0.0]);
-        let (joints, weights) = skin(&row, 16, 1);
+        let (joints, weights) = normalize_skin(&row, 16, 1);
         assert_eq!(joints, [5.0, 3.0, 2.0, 1.0]);
         assert!((weights.iter().sum::<f32>() - 1.0).abs() < 1e-6 && weights[0] == 0.4, "{weights:?}");
     }

@@ -6,8 +6,8 @@ use super::asset::Asset;
 use super::placements::placements;
 use super::spend;
 use crate::io::ReadError;
-use crate::io::far_out::is_far_out;
-use crate::mesh::{Looks, PlacedMesh, RawMesh, merge_placed_meshes};
+use crate::io::far_from_origin::is_far_from_origin;
+use crate::mesh::{Looks, PlacedMesh, RawMesh, side_by_side};
 
 /// Allowed vertices and faces per byte of the asset, and their number always allowed; an instance takes few bytes.
 const REPEATS: (usize, usize) = (256, 1 << 22);
@@ -26,19 +26,19 @@ impl Asset {
     /// use neural_mesh::io::Asset;
     /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
     /// let meshes: Vec<_> = asset.parts().iter().map(|part| part.mesh.clone()).collect();
-    /// assert_eq!(asset.placed(&meshes).unwrap().faces.len(), 4);
+    /// assert_eq!(asset.scene_mesh(&meshes).unwrap().faces.len(), 4);
     /// ```
-    pub fn placed(&self, meshes: &[RawMesh]) -> Result<RawMesh, ReadError> {
+    pub fn scene_mesh(&self, meshes: &[RawMesh]) -> Result<RawMesh, ReadError> {
         let first_groups = self.first_groups();
         let cost = |mesh: &RawMesh| mesh.positions.len() + mesh.faces.len() + mesh.attributes.n_wedges();
-        let places = self.places_at_cost(|part| meshes.get(part).map_or(0, cost))?;
-        let laid: Vec<_> = meshes.iter().enumerate().map(|(part, mesh)| self.with_transforms(part, mesh)).collect();
+        let places = self.list_placements(|part| meshes.get(part).map_or(0, cost))?;
+        let meshes: Vec<_> = meshes.iter().enumerate().map(|(part, mesh)| self.with_transforms(part, mesh)).collect();
         let placed = places.into_iter().filter_map(|(part, transform)| {
-            Some(PlacedMesh { mesh: laid.get(part)?, transform, first_group: first_groups[part] })
+            Some(PlacedMesh { mesh: meshes.get(part)?, transform, first_group: first_groups[part] })
         });
         let placed: Vec<PlacedMesh> = placed.collect();
-        let mut scene = merge_placed_meshes(&placed, |_| true);
-        scene.double = is_far_out(&scene.positions);
+        let mut scene = side_by_side(&placed, |_| true);
+        scene.double = is_far_from_origin(&scene.positions);
         Ok(scene)
     }
 
@@ -51,7 +51,7 @@ impl Asset {
     /// Returns the group number of each part's first primitive in the scene.
     fn first_groups(&self) -> Vec<u32> {
         let mut first = 0;
-        let mut next = |part: &super::Part| {
+        let mut next = |part: &super::AssetPart| {
             first += part.materials.len() as u32;
             first - part.materials.len() as u32
         };
@@ -68,11 +68,11 @@ impl Asset {
     /// ```
     /// use neural_mesh::io::Asset;
     /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
-    /// assert_eq!(asset.places().unwrap()[0].len(), 1);
+    /// assert_eq!(asset.part_transforms().unwrap()[0].len(), 1);
     /// ```
-    pub fn places(&self) -> Result<Vec<Vec<DMat4>>, ReadError> {
+    pub fn part_transforms(&self) -> Result<Vec<Vec<DMat4>>, ReadError> {
         let mut places = vec![Vec::new(); self.parts().len()];
-        let all = self.places_at_cost(|_| 0)?;
+        let all = self.list_placements(|_| 0)?;
         if all.is_empty() {
             places.fill(vec![DMat4::IDENTITY]);
         }
@@ -81,7 +81,7 @@ impl Asset {
     }
 
     /// Lists parts and transforms of all places, charging `cost` of a part to a budget for each.
-    fn places_at_cost(&self, cost: impl Fn(usize) -> usize) -> Result<Vec<(usize, DMat4)>, ReadError> {
+    fn list_placements(&self, cost: impl Fn(usize) -> usize) -> Result<Vec<(usize, DMat4)>, ReadError> {
         let data = self.container.data();
         let mut budget = MOST.min(REPEATS.0.saturating_mul(self.n_bytes).saturating_add(REPEATS.1));
         let mut places = Vec::new();
@@ -115,7 +115,7 @@ mod tests {
             let bytes = [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].map(f32::to_le_bytes).concat();
             let asset = Asset::from_bytes(text.as_bytes(), &|_| Ok(bytes.clone())).unwrap();
             let meshes: Vec<RawMesh> = asset.parts().iter().map(|part| part.mesh.clone()).collect();
-            asset.placed(&meshes).map(|scene: RawMesh| scene.faces.len())
+            asset.scene_mesh(&meshes).map(|scene: RawMesh| scene.faces.len())
         };
         assert_eq!(scene(7), Ok(7));
         for count in [1 << 20, 22_000_000, usize::MAX] {

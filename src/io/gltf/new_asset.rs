@@ -4,17 +4,17 @@ use std::collections::BTreeSet;
 
 use serde_json::{Value, json};
 
-use super::draft::{Draft, Stored, vector};
+use super::draft::{Draft, NumberStorage, vector_shape};
 use super::extensions::{drop_unused_names, name_extension};
 use super::files::one_file;
-use super::images::move_beside;
-use super::lighter::LighterPart;
-use super::materials::Materials;
-use super::packed::{PackedAs, QUANTIZATION, UvGrids, pack_as};
-use super::primitive::{PrimitiveWriter, Slots, Vertices};
+use super::images::move_to_files;
+use super::materials::MaterialWriter;
+use super::packed::{PrimitivePacking, QUANTIZATION, UvGrids, pack_as};
+use super::primitive::{AttributeStorage, PrimitiveVertices, PrimitiveWriter};
 use super::repack::drop_unused;
-use super::rewrite::faces_by_group;
-use crate::io::bare_gltf::BareFile;
+use super::scene_writer::faces_by_group;
+use super::simplified_part::SimplifiedPart;
+use crate::io::gltf_file::GltfFile;
 use crate::io::write::Content;
 use crate::io::write_options::WriteOptions;
 use crate::io::{Format, OutputFile, Packing, WriteError};
@@ -30,28 +30,28 @@ use crate::mesh::{Attributes, Channel, Look, PositionGrid, Role, linear_light};
 /// [`WriteError`] if the part is not a valid mesh, or the format cannot hold it.
 ///
 /// ```
-/// use neural_mesh::io::{Format, LighterPart, read, write_gltf};
+/// use neural_mesh::io::{Format, SimplifiedPart, read, write_gltf};
 /// use neural_mesh::mesh::Attributes;
 /// let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-/// let part = LighterPart::new(positions, vec![[0, 1, 2]], Attributes::default());
+/// let part = SimplifiedPart::new(positions, vec![[0, 1, 2]], Attributes::default());
 /// let (bytes, notes) = write_gltf(part, [5e6, 0.0, 0.0], &["skin".into()], Format::Glb).unwrap();
 /// assert_eq!(read(&bytes, None).unwrap().positions[1], [5e6 + 1.0, 0.0, 0.0]);
 /// assert!(notes.is_empty());
 /// ```
 pub fn write_gltf(
-    part: LighterPart,
+    part: SimplifiedPart,
     origin: [f64; 3],
     group_names: &[String],
     format: Format,
 ) -> Result<(Vec<u8>, Vec<String>), WriteError> {
-    let named = Named { groups: group_names, ..Named::default() };
+    let named = GroupProperties { groups: group_names, ..GroupProperties::default() };
     let written = write_with_looks(part, origin, &named, &WriteOptions::new(format, ""))?;
     Ok((written.bytes, written.notes))
 }
 
 /// Properties of groups, by group number.
 #[derive(Clone, Copy, Debug, Default)]
-struct Named<'a> {
+struct GroupProperties<'a> {
     /// Names of the materials.
     groups: &'a [String],
     /// Names of the objects.
@@ -60,14 +60,14 @@ struct Named<'a> {
     looks: &'a [Look],
 }
 
-impl Named<'_> {
+impl GroupProperties<'_> {
     /// Writes the material of a group, if it gets one, and returns its index.
     fn material<'a>(
         &'a self,
-        part: &LighterPart,
+        part: &SimplifiedPart,
         group: u32,
         draft: &mut Draft,
-        materials: &mut Materials<'a>,
+        materials: &mut MaterialWriter<'a>,
     ) -> Option<Value> {
         let look = self.looks.get(group as usize);
         let has_look = look.is_some_and(|look| look.texture.is_some());
@@ -79,10 +79,11 @@ impl Named<'_> {
     }
 
     /// Chooses grids for texture coordinates of the groups whose materials have textures.
-    fn uv_grids(&self, part: &LighterPart) -> UvGrids {
+    fn uv_grids(&self, part: &SimplifiedPart) -> UvGrids {
         let is_textured = |group: u32| {
             // Written to a draft that is thrown away: only that shows whether a texture will be accepted.
-            let (mut draft, mut materials) = (Draft { document: json!({}), views: Vec::new() }, Materials::default());
+            let (mut draft, mut materials) =
+                (Draft { document: json!({}), views: Vec::new() }, MaterialWriter::default());
             self.material(part, group, &mut draft, &mut materials);
             draft.document.get("textures").is_some()
         };
@@ -93,12 +94,12 @@ impl Named<'_> {
 
 /// Writes as [`write_gltf`], with looks of the groups, and a node and mesh for each object.
 fn write_with_looks(
-    mut part: LighterPart,
+    mut part: SimplifiedPart,
     origin: [f64; 3],
-    named: &Named,
+    named: &GroupProperties,
     options: &WriteOptions,
-) -> Result<BareFile, WriteError> {
-    let WriteOptions { format, images, .. } = *options;
+) -> Result<GltfFile, WriteError> {
+    let WriteOptions { format, images: converter, .. } = *options;
     let packing = options.packing.as_ref();
     if !matches!(format, Format::Gltf | Format::Glb) {
         return Err(WriteError { what: format!("{} is not glTF: choose gltf or glb", format.name()) });
@@ -107,13 +108,13 @@ fn write_with_looks(
         return Err(WriteError { what: "glTF holds no empty or broken mesh: give faces over finite positions".into() });
     }
     let mut notes = rename_channels(&mut part);
-    let mut draft = Draft { document: skeleton(), views: Vec::new() };
+    let mut draft = Draft { document: empty_document(), views: Vec::new() };
     let uvs = packing.map(|_| named.uv_grids(&part)).unwrap_or_default();
-    let materials = Materials::of(images);
-    let mut objects = Objects { materials, groups: Vec::new(), named: Vec::new(), n_vertices: 0 };
+    let materials = MaterialWriter::new(converter);
+    let mut objects = ObjectPrimitives { materials, groups: Vec::new(), named: Vec::new(), n_vertices: 0 };
     for (group, faces) in faces_by_group(&part) {
         let (surface, compress) = (Some(group as usize), packing.is_some_and(Packing::is_compressed));
-        let packed = packing.map(|packing| PackedAs { grid: packing.grid(0), uvs: &uvs, surface, compress });
+        let packed = packing.map(|packing| PrimitivePacking { grid: packing.grid(0), uvs: &uvs, surface, compress });
         objects.add(&mut draft, (&part, group, &faces), named, packed);
     }
     let grid = packing.and_then(|packing| packing.grid(0)).copied();
@@ -126,17 +127,17 @@ fn write_with_looks(
         drop_unused_names(&mut draft.document);
     }
     notes.append(&mut objects.materials.notes);
-    let beside = moved_images(&mut draft, options);
+    let images = move_images(&mut draft, options);
     let buffer = pack_as(&mut draft, usize::MAX, packing)?;
-    Ok(BareFile { bytes: one_file(draft.document, &buffer, format)?, beside, n_vertices: objects.n_vertices, notes })
+    Ok(GltfFile { bytes: one_file(draft.document, &buffer, format)?, images, n_vertices: objects.n_vertices, notes })
 }
 
 /// Moves images to files of their own, if they are to be shared, and returns these.
-fn moved_images(draft: &mut Draft, options: &WriteOptions) -> Vec<OutputFile> {
+fn move_images(draft: &mut Draft, options: &WriteOptions) -> Vec<OutputFile> {
     if !options.shares_images || options.format != Format::Gltf {
         return Vec::new();
     }
-    let moved = move_beside(draft, &options.name, &[]);
+    let moved = move_to_files(draft, &options.name, &[]);
     // // Only the views of the moved images are unused.
     if !moved.is_empty() {
         drop_unused(draft);
@@ -145,29 +146,30 @@ fn moved_images(draft: &mut Draft, options: &WriteOptions) -> Vec<OutputFile> {
 }
 
 /// The primitives of each object so far.
-struct Objects<'a> {
-    materials: Materials<'a>,
+struct ObjectPrimitives<'a> {
+    materials: MaterialWriter<'a>,
     /// Group of each material.
     groups: Vec<usize>,
     named: Vec<(Option<&'a str>, Vec<Value>)>,
     n_vertices: usize,
 }
 
-impl<'a> Objects<'a> {
+impl<'a> ObjectPrimitives<'a> {
     /// Adds the faces of a group.
     fn add(
         &mut self,
         draft: &mut Draft,
-        (part, group, faces): (&LighterPart, u32, &[u32]),
-        named: &'a Named,
-        packed: Option<PackedAs>,
+        (part, group, faces): (&SimplifiedPart, u32, &[u32]),
+        named: &'a GroupProperties,
+        packed: Option<PrimitivePacking>,
     ) {
-        let vertices = Vertices::of(part, faces);
+        let vertices = PrimitiveVertices::collect(part, faces);
         let vertices =
-            if packed.is_some_and(|packed| packed.compress) { vertices.merged(part).ordered() } else { vertices };
+            if packed.is_some_and(|packed| packed.compress) { vertices.merge(part).reorder() } else { vertices };
         self.n_vertices += vertices.len();
         let mut writer = PrimitiveWriter { draft, part, vertices: &vertices, packed };
-        let mut primitive = json!({"attributes": writer.attributes(&slots(part)), "indices": writer.indices()});
+        let mut primitive =
+            json!({"attributes": writer.attributes(&attribute_storage(part)), "indices": writer.indices()});
         if let Some(material) = named.material(part, group, draft, &mut self.materials) {
             primitive["material"] = material;
             self.groups.push(group as usize);
@@ -187,9 +189,9 @@ pub(in crate::io) fn write_attributed(
     groups: &[String],
     objects: &[Option<String>],
     looks: &[Look],
-    how: &WriteOptions,
-) -> Result<BareFile, WriteError> {
-    let (origin, positions) = content.around_origin();
+    options: &WriteOptions,
+) -> Result<GltfFile, WriteError> {
+    let (origin, positions) = content.local_positions();
     let mut attributes = attributes.clone();
     for channel in attributes.channels.iter_mut().filter(|channel| channel.role == Role::Uv) {
         channel.values.iter_mut().skip(1).step_by(2).for_each(|v| *v = 1.0 - *v);
@@ -198,19 +200,19 @@ pub(in crate::io) fn write_attributed(
         let colours = channel.values.chunks_exact_mut(channel.width.max(1));
         colours.flat_map(|colour| colour.iter_mut().take(3)).for_each(|x| *x = linear_light(*x));
     }
-    let part = LighterPart { positions, faces: content.faces.to_vec(), attributes };
-    write_with_looks(part, origin, &Named { groups, objects, looks }, how)
+    let part = SimplifiedPart { positions, faces: content.faces.to_vec(), attributes };
+    write_with_looks(part, origin, &GroupProperties { groups, objects, looks }, options)
 }
 
 /// Writes positions and faces.
 pub(in crate::io) fn write(content: &Content, format: Format) -> Result<Vec<u8>, WriteError> {
-    let (origin, positions) = content.around_origin();
-    let part = LighterPart { positions, faces: content.faces.to_vec(), ..LighterPart::default() };
+    let (origin, positions) = content.local_positions();
+    let part = SimplifiedPart { positions, faces: content.faces.to_vec(), ..SimplifiedPart::default() };
     write_gltf(part, origin, &[], format).map(|(bytes, _)| bytes)
 }
 
 /// Makes a document with one empty scene.
-fn skeleton() -> Value {
+fn empty_document() -> Value {
     let generator = concat!("neural-mesh ", env!("CARGO_PKG_VERSION"));
     json!({"asset": {"version": "2.0", "generator": generator}, "scene": 0, "scenes": [{"nodes": []}]})
 }
@@ -236,13 +238,13 @@ fn push_object(draft: &mut Draft, place: &PositionGrid, name: Option<&str>, prim
 }
 
 /// Renames channels by role, as glTF does; drops the ones that it cannot hold, with a note.
-fn rename_channels(part: &mut LighterPart) -> Vec<String> {
+fn rename_channels(part: &mut SimplifiedPart) -> Vec<String> {
     let (mut notes, mut counts) = (Vec::new(), [0; 2]);
     let mut next = |which: usize| {
         counts[which] += 1;
         counts[which] - 1
     };
-    let mut held: Vec<Channel> = Vec::new();
+    let mut kept: Vec<Channel> = Vec::new();
     for channel in std::mem::take(&mut part.attributes.channels) {
         let name = match (channel.role, channel.width) {
             (Role::Normal, 3) => "NORMAL".into(),
@@ -255,13 +257,13 @@ fn rename_channels(part: &mut LighterPart) -> Vec<String> {
             }
             _ => custom_name(&channel.name),
         };
-        if held.iter().any(|other| other.name == name) {
+        if kept.iter().any(|other| other.name == name) {
             notes.push(format!("glTF holds {name} only once: a second one is left out"));
         } else {
-            held.push(Channel { name, ..channel });
+            kept.push(Channel { name, ..channel });
         }
     }
-    part.attributes.channels = held;
+    part.attributes.channels = kept;
     notes
 }
 
@@ -272,8 +274,8 @@ fn custom_name(name: &str) -> String {
     format!("_{}", name.trim_start_matches('_'))
 }
 
-fn slots(part: &LighterPart) -> Slots {
-    let shape = |width: usize| Stored::floats(vector(width));
+fn attribute_storage(part: &SimplifiedPart) -> AttributeStorage {
+    let shape = |width: usize| NumberStorage::floats(vector_shape(width));
     let own = part.attributes.channels.iter().map(|channel| (channel.name.clone(), shape(channel.width)));
     std::iter::once(("POSITION".into(), shape(3))).chain(own).collect()
 }
@@ -299,7 +301,7 @@ mod tests {
         ];
         let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]];
         let attributes = Attributes { wedges: vec![[0, 1, 2], [3, 4, 5]], channels, groups: vec![2, 0] };
-        let part = LighterPart { positions, faces: vec![[0, 1, 2], [2, 1, 3]], attributes };
+        let part = SimplifiedPart { positions, faces: vec![[0, 1, 2], [2, 1, 3]], attributes };
         for format in [Format::Glb, Format::Gltf] {
             let (bytes, notes) = write_gltf(part.clone(), [0.0; 3], &["paper".into()], format).unwrap();
             assert_eq!(notes.len(), 1);

@@ -2,15 +2,17 @@
 
 use serde_json::{Value, json};
 
-use super::compress::{self, octahedral};
+use super::compress::{self, encode_octahedral};
+use super::compressed_views::{COMPRESSION, OCTAHEDRAL};
 use super::uv_grids::UvGrids;
-use super::views::{COMPRESSION, OCTAHEDRAL};
-use crate::io::gltf::draft::{BYTE, Draft, SHORT, Stored, UNSIGNED_BYTE, UNSIGNED_SHORT, VERTICES, vector};
-use crate::mesh::{PositionGrid, Role};
+use crate::io::gltf::draft::{
+    BYTE, Draft, NumberStorage, SHORT, UNSIGNED_BYTE, UNSIGNED_SHORT, VERTICES, vector_shape,
+};
+use crate::mesh::{Grid, Role};
 
 /// The packing of a primitive's vertices.
 #[derive(Clone, Copy)]
-pub(in crate::io::gltf) struct PackedAs<'a> {
+pub(in crate::io::gltf) struct PrimitivePacking<'a> {
     /// Grid of the positions.
     pub grid: Option<&'a Grid>,
     /// Grids of texture coordinates.
@@ -21,64 +23,74 @@ pub(in crate::io::gltf) struct PackedAs<'a> {
     pub compress: bool,
 }
 
-impl PackedAs<'_> {
+impl PrimitivePacking<'_> {
     /// Returns positions as grid numbers, n x 3, and their storage.
-    pub fn positions(&self, positions: &[[f32; 3]]) -> Option<(Vec<f32>, Stored)> {
+    pub fn pack_positions(&self, positions: &[[f32; 3]]) -> Option<(Vec<f32>, NumberStorage)> {
         let grid = self.grid?;
         let numbers: Vec<[i64; 3]> = positions.iter().map(|p| grid.round(p.map(f64::from))).collect();
-        let stored = whole(numbers.as_flattened().iter().copied(), "VEC3")?;
+        let stored = whole_number_storage(numbers.as_flattened().iter().copied(), "VEC3")?;
         Some((numbers.into_iter().flatten().map(|x| x as f32).collect(), stored))
     }
 
     /// Returns the displacements of a morph target (n x 3) in grid steps, whole ones if 16 bits suffice.
-    pub fn moves(&self, values: &[f32], stored: &Stored) -> Option<(Vec<f32>, Stored)> {
+    pub fn pack_displacements(&self, values: &[f32], stored: &NumberStorage) -> Option<(Vec<f32>, NumberStorage)> {
         let step = self.grid?.step;
         let sparse = stored.sparse && !self.compress;
         let numbers: Vec<i64> = values.iter().map(|&x| (f64::from(x) / step).round() as i64).collect();
-        match whole(numbers.iter().copied().chain([-1]), "VEC3") {
-            Some(stored) => Some((numbers.into_iter().map(|x| x as f32).collect(), Stored { sparse, ..stored })),
+        match whole_number_storage(numbers.iter().copied().chain([-1]), "VEC3") {
+            Some(stored) => Some((numbers.into_iter().map(|x| x as f32).collect(), NumberStorage { sparse, ..stored })),
             None => {
                 let exact = values.iter().map(|&x| (f64::from(x) / step) as f32).collect();
-                Some((exact, Stored { sparse, ..Stored::floats("VEC3") }))
+                Some((exact, NumberStorage { sparse, ..NumberStorage::floats("VEC3") }))
             }
         }
     }
 
     /// Returns the storage of a morph target's direction changes, n x 3: bytes if none exceeds one.
-    pub fn turns(&self, values: &[f32], stored: &Stored) -> Stored {
+    pub fn direction_storage(&self, values: &[f32], stored: &NumberStorage) -> NumberStorage {
         let sparse = stored.sparse && !self.compress;
         let is_small = values.iter().all(|x| x.abs() <= 1.0);
-        if is_small { Stored { sparse, ..bytes(BYTE, "VEC3") } } else { Stored { sparse, ..stored.clone() } }
+        if is_small {
+            NumberStorage { sparse, ..fraction_storage(BYTE, "VEC3") }
+        } else {
+            NumberStorage { sparse, ..stored.clone() }
+        }
     }
 
     /// Returns whether values of this role use the filter for directions.
     pub fn is_filtered(&self, kind: (Role, usize)) -> bool {
-        self.compress && compress::IS_HERE && matches!(kind, (Role::Normal, 3) | (Role::Tangent, 4))
+        self.compress && compress::CAN_COMPRESS && matches!(kind, (Role::Normal, 3) | (Role::Tangent, 4))
     }
 
     /// Returns the storage of the attribute `name`; puts texture coordinates on their grid.
-    pub fn own(&self, name: &str, (role, width): (Role, usize), values: &mut [f32], stored: &Stored) -> Stored {
+    pub fn pack_attribute(
+        &self,
+        name: &str,
+        (role, width): (Role, usize),
+        values: &mut [f32],
+        stored: &NumberStorage,
+    ) -> NumberStorage {
         match (role, width) {
-            (Role::Normal, 3) => bytes(BYTE, "VEC3"),
-            (Role::Tangent, 4) => bytes(BYTE, "VEC4"),
-            (Role::Colour, 3 | 4) => bytes(UNSIGNED_BYTE, &stored.shape),
-            (Role::Uv, 2) => self.uvs(name, values).unwrap_or_else(|| stored.clone()),
+            (Role::Normal, 3) => fraction_storage(BYTE, "VEC3"),
+            (Role::Tangent, 4) => fraction_storage(BYTE, "VEC4"),
+            (Role::Colour, 3 | 4) => fraction_storage(UNSIGNED_BYTE, &stored.shape),
+            (Role::Uv, 2) => self.pack_uvs(name, values).unwrap_or_else(|| stored.clone()),
             _ => stored.clone(),
         }
     }
 
     /// Puts texture coordinates on their grid, or stores them as fractions if they are between 0 and 1.
-    fn uvs(&self, name: &str, values: &mut [f32]) -> Option<Stored> {
+    fn pack_uvs(&self, name: &str, values: &mut [f32]) -> Option<NumberStorage> {
         match self.surface.and_then(|surface| self.uvs.grid(surface, name)) {
             Some(grid) => values.as_chunks_mut::<2>().0.iter_mut().for_each(|uv| *uv = grid.share(*uv)),
             None if values.iter().all(|x| (0.0..=1.0).contains(x)) => {}
             None => return None,
         }
-        Some(Stored { component: UNSIGNED_SHORT, normalized: true, ..Stored::floats("VEC2") })
+        Some(NumberStorage { component: UNSIGNED_SHORT, normalized: true, ..NumberStorage::floats("VEC2") })
     }
 
     /// Sorts joints by weight and rounds weights to 255ths that sum to one (n x `n_slots` each).
-    pub fn skin(&self, joints: &mut [f32], weights: &mut [f32], n_slots: usize) -> Stored {
+    pub fn pack_skin(&self, joints: &mut [f32], weights: &mut [f32], n_slots: usize) -> NumberStorage {
         for (joints, weights) in joints.chunks_exact_mut(n_slots).zip(weights.chunks_exact_mut(n_slots)) {
             let mut bound: Vec<(f32, f32)> = joints.iter().copied().zip(weights.iter().copied()).collect();
             bound.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -89,7 +101,7 @@ impl PackedAs<'_> {
                 (joints[slot], weights[slot]) = (if share > 0 { joint } else { 0.0 }, share as f32 / 255.0);
             }
         }
-        bytes(UNSIGNED_BYTE, "VEC4")
+        fraction_storage(UNSIGNED_BYTE, "VEC4")
     }
 }
 
@@ -97,27 +109,27 @@ impl PackedAs<'_> {
 pub(in crate::io::gltf) fn push_directions(draft: &mut Draft, values: &[f32], width: usize) -> Value {
     let four = |row: &[f32]| [row[0], row[1], row[2], row.get(3).copied().unwrap_or(0.0)];
     let rows: Vec<[f32; 4]> = values.chunks_exact(width).map(four).collect();
-    let bytes = octahedral(&rows);
+    let bytes = encode_octahedral(&rows);
     let mut view = json!({"buffer": 0, "byteLength": bytes.len(), "byteStride": 4, "target": VERTICES});
     view["extensions"][COMPRESSION]["filter"] = OCTAHEDRAL.into();
     let view = draft.push_view(view, bytes);
     let accessor = json!({"bufferView": view, "componentType": BYTE, "normalized": true, "count": rows.len(),
-        "type": vector(width)});
+        "type": vector_shape(width)});
     draft.push("accessors", accessor)
 }
 
 /// Stores fractions in bytes.
-fn bytes(component: u32, shape: &str) -> Stored {
-    Stored { component, normalized: true, ..Stored::floats(shape) }
+fn fraction_storage(component: u32, shape: &str) -> NumberStorage {
+    NumberStorage { component, normalized: true, ..NumberStorage::floats(shape) }
 }
 
 /// Returns the 16-bit storage of whole numbers, or `None` if they do not fit.
-fn whole(numbers: impl Iterator<Item = i64>, shape: &str) -> Option<Stored> {
+fn whole_number_storage(numbers: impl Iterator<Item = i64>, shape: &str) -> Option<NumberStorage> {
     let (low, high) = numbers.fold((0, 0), |(low, high), x| (x.min(low), x.max(high)));
     let component = match (low, high) {
         (0, ..=65_535) => UNSIGNED_SHORT,
         (-32_767.., ..=32_767) => SHORT,
         _ => return None,
     };
-    Some(Stored { component, ..Stored::floats(shape) })
+    Some(NumberStorage { component, ..NumberStorage::floats(shape) })
 }

@@ -12,21 +12,21 @@ use crate::mesh::has_area;
 /// Fewest steps of single precision in a mean edge; with fewer, surfaces turn into stairs.
 const STEPS: f64 = 4.0;
 /// Rounding above this share of the diagonal is reported.
-const SAID: f64 = 1e-6;
+const WORTH_A_NOTE: f64 = 1e-6;
 
 /// Refuses a mesh that the numbers of the format would change.
-pub(super) fn check(content: &Content, format: Format) -> Result<(), WriteError> {
+pub(super) fn check_precision(content: &Content, format: Format) -> Result<(), WriteError> {
     if !content.is_rounded() {
         return Ok(());
     }
-    let stored = stored(content, format);
+    let stored = stored_positions(content, format);
     // What is beyond the range of a format is for its writer to refuse.
     if !stored.iter().flatten().all(|x| x.is_finite()) {
         return Ok(());
     }
-    let (n_together, n_flat) = (n_together(content, &stored), n_flat(content, &stored));
+    let (n_together, n_flat) = (count_merged_vertices(content, &stored), count_flattened_faces(content, &stored));
     let what = match (n_together, n_flat) {
-        (0, 0) if format.is_single() && is_coarse(content, &stored) => {
+        (0, 0) if format.is_single_precision() && is_coarse(content, &stored) => {
             "edges are shorter than the steps of numbers".into()
         }
         (0, 0) => return Ok(()),
@@ -36,7 +36,7 @@ pub(super) fn check(content: &Content, format: Format) -> Result<(), WriteError>
     };
     let name = format.name();
     let what = match format {
-        _ if format.is_single() => format!(
+        _ if format.is_single_precision() => format!(
             "{what} in single precision, which is all {name} holds: write ply, obj or glb, or move the mesh to the origin"
         ),
         Format::Gltf | Format::Glb => format!(
@@ -48,13 +48,13 @@ pub(super) fn check(content: &Content, format: Format) -> Result<(), WriteError>
 }
 
 /// Returns the positions as a reader of the file sees them, n_vertices x 3.
-fn stored(content: &Content, format: Format) -> Vec<[f64; 3]> {
+fn stored_positions(content: &Content, format: Format) -> Vec<[f64; 3]> {
     let positions = (0..content.n_vertices()).map(|vertex| content.position(vertex));
     match format {
-        _ if format.is_single() => positions.map(|p| p.map(|x| f64::from(x as f32))).collect(),
+        _ if format.is_single_precision() => positions.map(|p| p.map(|x| f64::from(x as f32))).collect(),
         #[cfg(feature = "gltf")]
         Format::Gltf | Format::Glb => {
-            let (origin, local) = content.around_origin();
+            let (origin, local) = content.local_positions();
             local.iter().map(|p| std::array::from_fn(|axis| origin[axis] + f64::from(p[axis]))).collect()
         }
         _ => positions.collect(),
@@ -62,15 +62,15 @@ fn stored(content: &Content, format: Format) -> Vec<[f64; 3]> {
 }
 
 /// Describes by how much the format rounds vertices, if that is worth a note.
-pub(super) fn note(content: &Content, format: Format) -> Option<String> {
-    if !format.is_single() || !content.is_rounded() {
+pub(super) fn describe_rounding(content: &Content, format: Format) -> Option<String> {
+    if !format.is_single_precision() || !content.is_rounded() {
         return None;
     }
-    let stored = stored(content, format);
-    let apart = |(vertex, p): (usize, &[f64; 3])| distance(content.position(vertex), *p);
-    let most = stored.iter().enumerate().map(apart).fold(0.0, f64::max);
+    let stored = stored_positions(content, format);
+    let error = |(vertex, p): (usize, &[f64; 3])| distance(content.position(vertex), *p);
+    let most = stored.iter().enumerate().map(error).fold(0.0, f64::max);
     let name = format.name();
-    (most > SAID * content.diagonal())
+    (most > WORTH_A_NOTE * content.diagonal())
         .then(|| format!("{name} holds single precision: vertices are rounded by up to {most:.1e}"))
 }
 
@@ -88,18 +88,18 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// Counts vertices that the file puts at the position of another, though they are distinct.
-fn n_together(content: &Content, stored: &[[f64; 3]]) -> usize {
+fn count_merged_vertices(content: &Content, stored: &[[f64; 3]]) -> usize {
     let mut first: FxHashMap<[u64; 3], [u64; 3]> = FxHashMap::default();
-    let mut is_together = |(vertex, position): (usize, &[f64; 3])| {
+    let mut is_merged = |(vertex, position): (usize, &[f64; 3])| {
         let identity = content.identity(vertex);
         // Adding zero makes -0 equal to 0.
         *first.entry(position.map(|x| (x + 0.0).to_bits())).or_insert(identity) != identity
     };
-    stored.iter().enumerate().filter(|&it| is_together(it)).count()
+    stored.iter().enumerate().filter(|&it| is_merged(it)).count()
 }
 
 /// Counts faces that have an area only before they are written.
-fn n_flat(content: &Content, stored: &[[f64; 3]]) -> usize {
+fn count_flattened_faces(content: &Content, stored: &[[f64; 3]]) -> usize {
     let is_flat = |face: &&[u32; 3]| !has_area(face.map(|vertex| stored[vertex as usize])) && content.has_area(**face);
     content.faces.iter().filter(is_flat).count()
 }

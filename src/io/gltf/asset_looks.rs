@@ -10,14 +10,14 @@ use serde_json::Value;
 use super::asset::Asset;
 use super::references::index;
 use super::schema::Primitive;
-use super::texture_transforms::transforms;
+use super::texture_transforms::material_transforms;
 use crate::mesh::{BaseTexture, Finish, Look, Wrap};
 
 /// The parts of a material that are read.
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-struct Material {
-    pbr_metallic_roughness: Surface,
+struct MaterialData {
+    pbr_metallic_roughness: MetallicRoughness,
     emissive_factor: Vec<f32>,
     emissive_texture: Option<TextureUse>,
     normal_texture: Option<TextureUse>,
@@ -26,7 +26,7 @@ struct Material {
 
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-struct Surface {
+struct MetallicRoughness {
     base_color_factor: Option<Vec<f32>>,
     base_color_texture: Option<TextureUse>,
     metallic_factor: Option<f32>,
@@ -43,7 +43,7 @@ struct TextureUse {
     tex_coord: usize,
     scale: Option<f32>,
     #[serde(default)]
-    extensions: UseExtensions,
+    extensions: TextureUseExtensions,
 }
 
 impl TextureUse {
@@ -55,27 +55,27 @@ impl TextureUse {
 
 #[derive(Default, Deserialize)]
 #[serde(default)]
-struct UseExtensions {
+struct TextureUseExtensions {
     #[serde(rename = "KHR_texture_transform")]
-    transform: Option<Transform>,
+    transform: Option<TransformSet>,
 }
 
 /// The part of a texture transform that changes the set of coordinates.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
-struct Transform {
+struct TransformSet {
     tex_coord: Option<usize>,
 }
 
 #[derive(Deserialize)]
-struct Texture {
+struct TextureData {
     source: Option<usize>,
     sampler: Option<usize>,
     #[serde(default)]
     extensions: BTreeMap<String, Value>,
 }
 
-impl Texture {
+impl TextureData {
     /// Returns the image: the plain source, else that of an extension such as `EXT_texture_webp`.
     fn image(&self) -> Option<usize> {
         let of_extension = |extension: &Value| extension.get("source").and_then(index);
@@ -85,7 +85,7 @@ impl Texture {
 
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-struct Sampler {
+struct TextureSampler {
     wrap_s: u32,
     wrap_t: u32,
 }
@@ -103,10 +103,10 @@ impl Asset {
     /// assert_eq!((looks[0].len(), notes.len()), (1, 0));
     /// ```
     pub fn looks(&self) -> (Vec<Vec<Look>>, Vec<String>) {
-        let mut reader = Reader::new(self);
-        let materials: Vec<Material> = self.listed("materials");
+        let mut reader = LookReader::new(self);
+        let materials: Vec<MaterialData> = self.read_list("materials");
         let described = self.document.get("materials").and_then(Value::as_array).into_iter().flatten();
-        if described.map(transforms).any(|known| known.is_none()) {
+        if described.map(material_transforms).any(|known| known.is_none()) {
             reader.note("textures that turn, or of which one moves otherwise than another (KHR_texture_transform), are drawn unmoved");
         }
         let looks: Vec<Look> = materials.iter().map(|material| reader.look(material)).collect();
@@ -123,39 +123,39 @@ impl Asset {
     }
 
     /// Reads a list of the document; an invalid entry becomes the default.
-    pub(super) fn listed<T: DeserializeOwned + Default>(&self, name: &str) -> Vec<T> {
+    pub(super) fn read_list<T: DeserializeOwned + Default>(&self, name: &str) -> Vec<T> {
         let entries = self.document.get(name).and_then(Value::as_array).into_iter().flatten();
         entries.map(|entry| T::deserialize(entry).unwrap_or_default()).collect()
     }
 }
 
 /// Reads looks; each image is loaded once.
-struct Reader<'a> {
+struct LookReader<'a> {
     asset: &'a Asset,
-    textures: Vec<Option<Texture>>,
-    samplers: Vec<Sampler>,
+    textures: Vec<Option<TextureData>>,
+    samplers: Vec<TextureSampler>,
     /// Bytes of each image, once requested.
     bytes: Vec<Option<Option<Arc<[u8]>>>>,
     notes: Vec<String>,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> LookReader<'a> {
     fn new(asset: &'a Asset) -> Self {
         let n_images = asset.document.get("images").and_then(Value::as_array).map_or(0, Vec::len);
-        let (textures, samplers) = (asset.listed("textures"), asset.listed("samplers"));
+        let (textures, samplers) = (asset.read_list("textures"), asset.read_list("samplers"));
         Self { asset, textures, samplers, bytes: vec![None; n_images], notes: Vec::new() }
     }
 
-    fn look(&mut self, material: &Material) -> Look {
-        let Surface { base_color_factor, base_color_texture, .. } = &material.pbr_metallic_roughness;
+    fn look(&mut self, material: &MaterialData) -> Look {
+        let MetallicRoughness { base_color_factor, base_color_texture, .. } = &material.pbr_metallic_roughness;
         let factor = base_color_factor.as_deref().and_then(|factor| factor.first_chunk::<3>()).copied();
         let texture = base_color_texture.as_ref().and_then(|used| self.texture(used));
         let finish = self.finish(material);
         Look { colour: factor.unwrap_or([1.0; 3]), texture, finish, ..Look::default() }
     }
 
-    fn finish(&mut self, material: &Material) -> Finish {
-        let Surface { metallic_factor, roughness_factor, metallic_roughness_texture, .. } =
+    fn finish(&mut self, material: &MaterialData) -> Finish {
+        let MetallicRoughness { metallic_factor, roughness_factor, metallic_roughness_texture, .. } =
             &material.pbr_metallic_roughness;
         let share = |factor: Option<f32>| factor.filter(|x| x.is_finite()).map_or(1.0, |x| x.clamp(0.0, 1.0));
         let rough = metallic_roughness_texture.as_ref().and_then(|used| self.texture(used));
@@ -175,7 +175,7 @@ impl<'a> Reader<'a> {
 
     fn texture(&mut self, used: &TextureUse) -> Option<BaseTexture> {
         let texture = self.textures.get(used.index)?.as_ref();
-        let Some(source) = texture.and_then(Texture::image) else {
+        let Some(source) = texture.and_then(TextureData::image) else {
             self.note("a texture names no image: drawn without it");
             return None;
         };

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 /// Returns whether single precision would blur the mesh, so far is it from the origin.
-pub(super) fn is_far_out(positions: &[[f64; 3]]) -> bool {
+pub(super) fn is_far_from_origin(positions: &[[f64; 3]]) -> bool {
     let points = || positions.iter().map(|&p| DVec3::from(p)).filter(|p| p.is_finite());
     let low = points().fold(DVec3::INFINITY, DVec3::min);
     let high = points().fold(DVec3::NEG_INFINITY, DVec3::max);

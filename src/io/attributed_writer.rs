@@ -2,18 +2,18 @@
 
 use rustc_hash::FxHashMap;
 
-use super::bare_gltf::BareFile;
-use super::beside::{Finder, reference};
-use super::extra::{Column, Extra, Group, Layout};
-use super::looks::looks;
-use super::material::Libraries;
-use super::own_materials::OwnMaterials;
-use super::texture_comments::{texture_number, texture_of, textures};
+use super::companion_files::{FileFinder, to_reference};
+use super::extra::{Column, ColumnLayout, Extra, Group};
+use super::gltf_file::GltfFile;
+use super::group_looks::read_looks;
+use super::material_libraries::Libraries;
+use super::material_writer::MaterialLibrary;
+use super::texture_comments::{comment_textures, texture_name, texture_number};
 use super::write::Content;
 use super::write_options::WriteOptions;
 use super::{
-    Format, ImageUse, OutputFile, PackOptions, Packing, Scalar, WriteError, fitted, gltf, held, obj, ply, threemf,
-    write_fitted,
+    Format, ImageUse, OutputFile, PackOptions, Packing, Scalar, WriteError, gltf, obj, ply, prepare_content,
+    stored_precision, threemf, write_prepared,
 };
 use crate::mesh::{Attributes, Channel, Frame, Role, TriMesh};
 
@@ -46,21 +46,21 @@ impl<'a> Model<'a> {
 /// A model as files.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
-pub struct Written {
+pub struct WrittenModel {
     /// Content of the mesh file.
     pub bytes: Vec<u8>,
     /// Further files: material libraries, textures.
-    pub beside: Vec<OutputFile>,
+    pub companion_files: Vec<OutputFile>,
     /// Losses and missing files, a line each.
     pub notes: Vec<String>,
     /// Vertices in the file, where seams may repeat some; `None` for STL, whose faces share none.
     pub n_vertices: Option<usize>,
 }
 
-/// Writes a mesh with its attributes, groups and materials as far as the format holds them; [`Written::notes`] lists
+/// Writes a mesh with its attributes, groups and materials as far as the format holds them; [`WrittenModel::notes`] lists
 /// losses.
 ///
-/// Files that the asset names are read from [`Extra::folder`] and returned in [`Written::beside`], for
+/// Files that the asset names are read from [`Extra::folder`] and returned in [`WrittenModel::companion_files`], for
 /// [`write_files`](super::write_files).
 ///
 /// # Errors
@@ -77,14 +77,14 @@ pub struct Written {
 /// let written = write_attributed(&model, &WriteOptions::new(Format::Obj, "mesh")).unwrap();
 /// assert_eq!(written.bytes, b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.5 0.25\nusemtl skin\nf 1/1 2/1 3/1\n");
 /// ```
-pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written, WriteError> {
+pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<WrittenModel, WriteError> {
     let Model { mesh, attributes, .. } = *model;
     if !attributes.is_valid_for(mesh.faces().len()) {
         return Err(WriteError { what: "the attributes do not match the faces: give one row for each face".into() });
     }
     let content = content(model, options.format)?;
-    let mut finder = Finder::new(model.extra, options.allow_outside);
-    finder.maker = options.images;
+    let mut finder = FileFinder::new(model.extra, options.allow_outside);
+    finder.converter = options.images;
     let (mut notes, mut images) = (Vec::new(), Vec::new());
     let (bytes, n_vertices) = match options.format {
         Format::Obj => {
@@ -98,20 +98,20 @@ pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written
         }
         Format::Gltf | Format::Glb => {
             let written = as_gltf(model, &content, options)?;
-            (images, notes) = (written.beside, written.notes);
+            (images, notes) = (written.images, written.notes);
             (written.bytes, written.n_vertices)
         }
         Format::ThreeMf => (as_threemf(model, &content, options, &mut notes)?, content.n_vertices()),
         Format::Stl | Format::StlAscii | Format::Off | Format::Fbx => {
-            notes.extend(geometry_only(options.format, attributes, model.extra));
-            notes.extend(held::note(&content, options.format));
-            (write_fitted(&content, options.format)?, content.n_vertices())
+            notes.extend(describe_losses(options.format, attributes, model.extra));
+            notes.extend(stored_precision::describe_rounding(&content, options.format));
+            (write_prepared(&content, options.format)?, content.n_vertices())
         }
     };
     notes.append(&mut finder.notes);
     let shares_vertices = !matches!(options.format, Format::Stl | Format::StlAscii);
-    images.extend(finder.made());
-    Ok(Written { bytes, beside: images, notes, n_vertices: shares_vertices.then_some(n_vertices) })
+    images.extend(finder.into_files());
+    Ok(WrittenModel { bytes, companion_files: images, notes, n_vertices: shares_vertices.then_some(n_vertices) })
 }
 
 /// Chooses the packing of numbers in a glTF, common to all levels of a model; a note explains where positions stay
@@ -130,24 +130,24 @@ pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written
 /// ```
 pub fn packing(models: &[Model], options: &PackOptions) -> Result<(Packing, Option<String>), WriteError> {
     let positions: Vec<Vec<[f32; 3]>> =
-        models.iter().map(|model| Ok(content(model, Format::Glb)?.around_origin().1)).collect::<Result<_, _>>()?;
+        models.iter().map(|model| Ok(content(model, Format::Glb)?.local_positions().1)).collect::<Result<_, _>>()?;
     let levels: Vec<_> =
         positions.iter().zip(models).map(|(positions, model)| (&positions[..], model.mesh.faces())).collect();
-    Ok(Packing::of_levels(&levels, options))
+    Ok(Packing::for_levels(&levels, options))
 }
 
 /// Prepares a model for the numbers of a format.
 fn content<'a>(model: &Model<'a>, format: Format) -> Result<Content<'a>, WriteError> {
-    let kept = model.exact.clone().map(|positions| Content::keeping(model.mesh, &model.frame, positions));
-    fitted(kept.unwrap_or_else(|| Ok(Content::of(model.mesh, &model.frame)))?, format)
+    let kept = model.exact.clone().map(|positions| Content::from_mixed_positions(model.mesh, &model.frame, positions));
+    prepare_content(kept.unwrap_or_else(|| Ok(Content::from_mesh(model.mesh, &model.frame)))?, format)
 }
 
 /// Writes a model as a glTF.
-fn as_gltf(model: &Model, content: &Content, options: &WriteOptions) -> Result<BareFile, WriteError> {
+fn as_gltf(model: &Model, content: &Content, options: &WriteOptions) -> Result<GltfFile, WriteError> {
     let Model { attributes, extra, .. } = *model;
     let names = material_names(attributes, extra);
     let of_library = (!extra.material_libraries.is_empty()).then(|| BASE_ONLY.into());
-    let (looks, missing) = looks(extra, options.allow_outside);
+    let (looks, missing) = read_looks(extra, options.allow_outside);
     let objects: Vec<Option<String>> = extra.groups.iter().map(|group| group.object.clone()).collect();
     let mut written = gltf::write_attributed(content, attributes, &names, &objects, &looks.of_groups, options)?;
     written.notes = of_library.into_iter().chain(missing).chain(written.notes).collect();
@@ -162,8 +162,8 @@ fn as_threemf(
     notes: &mut Vec<String>,
 ) -> Result<Vec<u8>, WriteError> {
     let Model { attributes, extra, .. } = *model;
-    let (looks, missing) = looks(extra, options.allow_outside);
-    notes.extend(geometry_only(options.format, attributes, extra).into_iter().chain(missing));
+    let (looks, missing) = read_looks(extra, options.allow_outside);
+    notes.extend(describe_losses(options.format, attributes, extra).into_iter().chain(missing));
     let (bytes, dropped) = threemf::write_attributed(content, attributes, extra, &looks.of_groups)?;
     notes.extend(dropped);
     Ok(bytes)
@@ -177,17 +177,17 @@ fn material_names(attributes: &Attributes, extra: &Extra) -> Vec<String> {
 
 /// Prepares the extra content for OBJ: libraries by their output names, face numbers as group names, textures of a PLY
 /// as a new library.
-fn for_obj(extra: &Extra, attributes: &Attributes, name: &str, finder: &mut Finder) -> Extra {
+fn for_obj(extra: &Extra, attributes: &Attributes, name: &str, finder: &mut FileFinder) -> Extra {
     let mut extra = Extra { material_libraries: Libraries::find(extra, finder).names, ..extra.clone() };
     for group in extra.groups.iter_mut().filter(|group| group.name.is_none() && !group.values.is_empty()) {
         let parts = extra.face_columns.iter().zip(&group.values);
         let parts: Vec<String> = parts.map(|(column, value)| format!("{}_{value}", column.name)).collect();
         group.name = Some(parts.join("_"));
     }
-    let own = OwnMaterials::list(&extra, name, finder);
+    let own = MaterialLibrary::from_looks(&extra, name, finder);
     if !own.text.is_empty() {
         let library = format!("{name}.mtl");
-        finder.list(library.as_ref(), &own.text);
+        finder.add_file(library.as_ref(), &own.text);
         extra.material_libraries.push(library);
     }
     // Textures of a PLY become a library, unless the mesh names one already.
@@ -197,7 +197,7 @@ fn for_obj(extra: &Extra, attributes: &Attributes, name: &str, finder: &mut Find
         let texts = textures.iter().enumerate();
         let text: String =
             texts.map(|(i, texture)| format!("newmtl texture_{i}\nKd 1 1 1\nmap_Kd {texture}\n")).collect();
-        finder.list(library.as_ref(), text.as_bytes());
+        finder.add_file(library.as_ref(), text.as_bytes());
         extra.material_libraries = vec![library];
         if extra.groups.is_empty() && attributes.groups.is_empty() {
             extra.groups = vec![Group::default()];
@@ -212,24 +212,30 @@ fn for_obj(extra: &Extra, attributes: &Attributes, name: &str, finder: &mut Find
 }
 
 /// Lists the output paths of the textures that comments of a PLY name, in order.
-fn textures_of_comments(extra: &Extra, finder: &mut Finder) -> Vec<String> {
+fn textures_of_comments(extra: &Extra, finder: &mut FileFinder) -> Vec<String> {
     let place = |name: &str| match finder.find("".as_ref(), name) {
         Some(found) => {
-            let place = reference(&found.place);
-            finder.list_image(&found.place, &found.bytes, ImageUse::Colours);
+            let place = to_reference(&found.output_path);
+            finder.add_image(&found.output_path, &found.bytes, ImageUse::Colours);
             place
         }
         None => name.to_string(),
     };
-    textures(extra).map(place).collect()
+    comment_textures(extra).map(place).collect()
 }
 
 /// Prepares the extra content for PLY: materials as numbers of faces, their textures as comments.
-fn for_ply(extra: &Extra, attributes: &Attributes, name: &str, finder: &mut Finder, notes: &mut Vec<String>) -> Extra {
+fn for_ply(
+    extra: &Extra,
+    attributes: &Attributes,
+    name: &str,
+    finder: &mut FileFinder,
+    notes: &mut Vec<String>,
+) -> Extra {
     let mut textures = textures_of_comments(extra, finder).into_iter();
     let mut extra = extra.clone();
     for comment in &mut extra.comments {
-        if texture_of(comment).is_some() {
+        if texture_name(comment).is_some() {
             *comment = textures.next().map_or_else(|| comment.clone(), |name| format!("comment TextureFile {name}"));
         }
     }
@@ -241,12 +247,12 @@ fn for_ply(extra: &Extra, attributes: &Attributes, name: &str, finder: &mut Find
         return extra;
     }
     let mut libraries = Libraries::find(&extra, finder);
-    libraries.textures.extend(OwnMaterials::list(&extra, name, finder).textures);
+    libraries.textures.extend(MaterialLibrary::from_looks(&extra, name, finder).textures);
     // // A PLY cannot name libraries; only their textures stay.
     finder.files.retain(|file| libraries.textures.iter().any(|(_, place)| file.path == std::path::Path::new(place)));
     notes.push("ply holds no materials: faces carry their number, comments name their textures".into());
     let extra = with_material_numbers(extra, &libraries);
-    if self::textures(&extra).nth(1).is_some() { with_texture_coordinates_of_faces(extra, attributes) } else { extra }
+    if comment_textures(&extra).nth(1).is_some() { with_texture_coordinates_of_faces(extra, attributes) } else { extra }
 }
 
 /// Lays out the first texture coordinates per face: MeshLab reads only those where there are several textures.
@@ -255,7 +261,7 @@ fn with_texture_coordinates_of_faces(mut extra: Extra, attributes: &Attributes) 
     if let Some(channel) = attributes.channels.iter().find(is_uv) {
         let columns = vec![Column { name: "texcoord".into(), scalar: Scalar::F32 }; 2];
         extra.layouts.retain(|layout| layout.channel != channel.name);
-        extra.layouts.push(Layout { channel: channel.name.clone(), columns, per_corner: true });
+        extra.layouts.push(ColumnLayout { channel: channel.name.clone(), columns, per_corner: true });
     }
     extra
 }
@@ -281,7 +287,7 @@ fn with_material_numbers(mut extra: Extra, libraries: &Libraries) -> Extra {
 }
 
 /// Returns a note on what the format cannot hold of a mesh, or `None` if it holds all.
-pub fn geometry_only(format: Format, attributes: &Attributes, extra: &Extra) -> Option<String> {
+pub fn describe_losses(format: Format, attributes: &Attributes, extra: &Extra) -> Option<String> {
     let is_held = |channel: &&Channel| format.holds(channel.role);
     let mut dropped: Vec<&str> =
         attributes.channels.iter().filter(|it| !is_held(it)).map(|channel| channel.name.as_str()).collect();

@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
-use super::compress::compressed;
+use super::compress::compress_view;
 use crate::io::WriteError;
 use crate::io::gltf::accessor::element_size;
 use crate::io::gltf::draft::{Draft, VERTICES};
 use crate::io::gltf::extensions::{may_name_indices, name_extension};
-use crate::io::gltf::references::{OTHER_VIEWS, VIEWS_OF_ACCESSORS, index, named};
+use crate::io::gltf::references::{OTHER_VIEWS, VIEWS_OF_ACCESSORS, find_referenced, index};
 use crate::io::gltf::repack::drop_unused;
 
 /// The compression extension.
@@ -37,7 +37,7 @@ struct Stream {
 /// [`WriteError`] if a view has no bytes, or the buffer exceeds `limit`.
 pub(in crate::io::gltf) fn pack_compressed(draft: &mut Draft, limit: usize) -> Result<Vec<u8>, WriteError> {
     if !may_name_indices(&draft.document) {
-        merge(draft);
+        merge_views(draft);
         drop_unused(draft);
     }
     let streams = streams(draft);
@@ -47,19 +47,20 @@ pub(in crate::io::gltf) fn pack_compressed(draft: &mut Draft, limit: usize) -> R
         let bytes = bytes.as_deref().ok_or_else(|| WriteError {
             what: format!("buffer view {at} lies outside its buffer: export the asset again"),
         })?;
-        let packed =
-            stream.as_ref().and_then(|stream| Some((compressed(bytes, stream.is_triangles, stream.stride)?, stream)));
+        let packed = stream
+            .as_ref()
+            .and_then(|stream| Some((compress_view(bytes, stream.is_triangles, stream.stride)?, stream)));
         let packed = packed.filter(|(packed, stream)| packed.len() < bytes.len() || stream.filter.is_some());
         buffer.resize(buffer.len().next_multiple_of(4), 0);
         match packed {
             Some((packed, stream)) => {
-                place(view, 1, n_unpacked, bytes.len());
-                view["extensions"][COMPRESSION] = described(stream, buffer.len(), packed.len(), bytes.len());
+                place_view(view, 1, n_unpacked, bytes.len());
+                view["extensions"][COMPRESSION] = describe_stream(stream, buffer.len(), packed.len(), bytes.len());
                 n_unpacked = (n_unpacked + bytes.len()).next_multiple_of(4);
                 buffer.extend(packed);
             }
             None => {
-                place(view, 0, buffer.len(), bytes.len());
+                place_view(view, 0, buffer.len(), bytes.len());
                 buffer.extend(bytes);
             }
         }
@@ -72,7 +73,7 @@ pub(in crate::io::gltf) fn pack_compressed(draft: &mut Draft, limit: usize) -> R
 }
 
 /// Sets the place of a view.
-fn place(view: &mut Value, buffer: usize, offset: usize, length: usize) {
+fn place_view(view: &mut Value, buffer: usize, offset: usize, length: usize) {
     (view["buffer"], view["byteLength"]) = (buffer.into(), length.into());
     if let Some(view) = view.as_object_mut() {
         view.shift_remove("byteOffset");
@@ -83,17 +84,17 @@ fn place(view: &mut Value, buffer: usize, offset: usize, length: usize) {
 }
 
 /// Describes the compressed bytes of a view.
-fn described(stream: &Stream, offset: usize, length: usize, n_unpacked: usize) -> Value {
+fn describe_stream(stream: &Stream, offset: usize, length: usize, n_unpacked: usize) -> Value {
     let mode = if stream.is_triangles { "TRIANGLES" } else { "ATTRIBUTES" };
-    let mut said = json!({"buffer": 0, "byteLength": length, "byteStride": stream.stride, "mode": mode,
+    let mut description = json!({"buffer": 0, "byteLength": length, "byteStride": stream.stride, "mode": mode,
         "count": n_unpacked / stream.stride});
     if offset > 0 {
-        said["byteOffset"] = offset.into();
+        description["byteOffset"] = offset.into();
     }
     if let Some(filter) = &stream.filter {
-        said["filter"] = filter.as_str().into();
+        description["filter"] = filter.as_str().into();
     }
-    said
+    description
 }
 
 /// Leaves the buffer of compressed bytes, and a fallback buffer for the decompressed ones.
@@ -114,7 +115,7 @@ fn name_buffers(document: &mut Value, n_bytes: usize, n_unpacked: usize) {
 /// Returns the content of each view that holds elements of one kind, read by accessors only.
 fn streams(draft: &mut Draft) -> Vec<Option<Stream>> {
     let n = draft.views.len();
-    let others = named(&mut draft.document, &[&VIEWS_OF_ACCESSORS[1..], &OTHER_VIEWS].concat(), n);
+    let others = find_referenced(&mut draft.document, &[&VIEWS_OF_ACCESSORS[1..], &OTHER_VIEWS].concat(), n);
     let triangles = indices_of_triangles(&draft.document);
     let mut found: Vec<Option<Option<Stream>>> = vec![None; n];
     for (at, accessor) in draft.document["accessors"].as_array().into_iter().flatten().enumerate() {
@@ -164,7 +165,7 @@ fn indices_of_triangles(document: &Value) -> BTreeMap<usize, bool> {
 }
 
 /// Merges the views of each kind.
-fn merge(draft: &mut Draft) {
+fn merge_views(draft: &mut Draft) {
     let streams = streams(draft);
     let mut places: BTreeMap<&Stream, usize> = BTreeMap::new();
     let mut moved = vec![None; streams.len()];

@@ -6,21 +6,21 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 
 use super::Asset;
-use super::draft::{Draft, FLOAT, Stored, UNSIGNED_BYTE, UNSIGNED_SHORT, vector};
-use super::emptied::take_from_nodes;
-use super::extensions::{drop_unused_names, forget_compression, forget_faces, name_extension};
-use super::files::{Layout, files};
+use super::asset_part::AssetPart;
+use super::draft::{Draft, FLOAT, NumberStorage, UNSIGNED_BYTE, UNSIGNED_SHORT, vector_shape};
+use super::empty_nodes::remove_meshes;
+use super::extensions::{drop_compression_extensions, drop_face_extensions, drop_unused_names, name_extension};
+use super::files::{BufferPlace, files};
 use super::levels;
-use super::lighter::LighterPart;
-use super::packed::{PackedAs, QUANTIZATION, UvGrids, pack_as, place_back};
-use super::part::Part;
-use super::primitive::{PrimitiveWriter, Slots, Vertices};
+use super::packed::{PrimitivePacking, QUANTIZATION, UvGrids, pack_as, undo_position_grids};
+use super::primitive::{AttributeStorage, PrimitiveVertices, PrimitiveWriter};
 use super::references::index;
 use super::repack::drop_unused;
-use super::schema::{Mesh, Primitive, Root};
+use super::schema::{GltfMesh, Primitive, Root};
 use super::semantics::{role, target_role};
-use crate::io::{Format, ImageMaker, OutputFile, Packing, WriteError};
-use crate::mesh::{Attributes, Channel, PositionGrid, Role};
+use super::simplified_part::SimplifiedPart;
+use crate::io::{Format, ImageConverter, OutputFile, Packing, WriteError};
+use crate::mesh::{Attributes, Channel, Grid, Role};
 
 /// Allowed size of kept views per byte read, and bytes always allowed.
 const REPEATS: (usize, usize) = (16, 1 << 26);
@@ -38,7 +38,7 @@ pub struct SceneOptions<'a> {
     /// Packing of numbers, from [`Asset::packing`] for these levels.
     pub packing: Option<&'a Packing>,
     /// Converter of images, if any.
-    pub images: Option<&'a dyn ImageMaker>,
+    pub images: Option<&'a dyn ImageConverter>,
     /// Prefix of files for embedded images (`NAME_0.png`, JSON only), so that several assets share them.
     pub shared_images: Option<&'a str>,
 }
@@ -61,13 +61,13 @@ impl Asset {
     /// [`WriteError`] if parts are missing or do not fit, or the format cannot hold the result.
     ///
     /// ```
-    /// use neural_mesh::io::{Asset, Format, LighterPart};
+    /// use neural_mesh::io::{Asset, Format, SimplifiedPart};
     /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
-    /// let parts: Vec<LighterPart> = asset.parts().iter().map(LighterPart::of).collect();
+    /// let parts: Vec<SimplifiedPart> = asset.parts().iter().map(SimplifiedPart::from_part).collect();
     /// let files = asset.write(&parts, Format::Glb, "same.glb").unwrap();
     /// assert_eq!((files.len(), files[0].path.to_str()), (1, Some("same.glb")));
     /// ```
-    pub fn write(&self, lighter: &[LighterPart], format: Format, name: &str) -> Result<Vec<OutputFile>, WriteError> {
+    pub fn write(&self, lighter: &[SimplifiedPart], format: Format, name: &str) -> Result<Vec<OutputFile>, WriteError> {
         self.write_levels(&[lighter], &[], format, name)
     }
 
@@ -81,9 +81,9 @@ impl Asset {
     /// As [`write`](Self::write), and without a level, or with another number of coverages.
     ///
     /// ```
-    /// use neural_mesh::io::{Asset, Format, LighterPart};
+    /// use neural_mesh::io::{Asset, Format, SimplifiedPart};
     /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
-    /// let fine: Vec<LighterPart> = asset.parts().iter().map(LighterPart::of).collect();
+    /// let fine: Vec<SimplifiedPart> = asset.parts().iter().map(SimplifiedPart::from_part).collect();
     /// let mut coarse = fine.clone();
     /// coarse[0].faces.truncate(1);
     /// coarse[0].attributes.groups.truncate(1);
@@ -92,7 +92,7 @@ impl Asset {
     /// ```
     pub fn write_levels(
         &self,
-        levels: &[&[LighterPart]],
+        levels: &[&[SimplifiedPart]],
         coverage: &[f64],
         format: Format,
         name: &str,
@@ -106,9 +106,9 @@ impl Asset {
     /// As [`write_levels`](Self::write_levels).
     ///
     /// ```
-    /// use neural_mesh::io::{Asset, Format, LighterPart, PackOptions, SceneOptions};
+    /// use neural_mesh::io::{Asset, Format, SimplifiedPart, PackOptions, SceneOptions};
     /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
-    /// let parts: Vec<LighterPart> = asset.parts().iter().map(LighterPart::of).collect();
+    /// let parts: Vec<SimplifiedPart> = asset.parts().iter().map(SimplifiedPart::from_part).collect();
     /// let (packing, _) = asset.packing(&[&parts], &PackOptions { bits: 14, compress: false });
     /// let mut options = SceneOptions::new(Format::Glb, "small.glb");
     /// options.packing = Some(&packing);
@@ -117,20 +117,20 @@ impl Asset {
     /// ```
     pub fn write_scene(
         &self,
-        levels: &[&[LighterPart]],
+        levels: &[&[SimplifiedPart]],
         options: &SceneOptions,
     ) -> Result<Vec<OutputFile>, WriteError> {
         let layout = self.layout(options.format)?;
         check_levels(levels, options.coverage)?;
         levels.iter().try_for_each(|lighter| self.check(lighter))?;
         let mut draft = self.draft();
-        forget_compression(&mut draft.document);
+        drop_compression_extensions(&mut draft.document);
         let root = &self.container.root;
         let of_uvs = |_: &Packing| UvGrids::of_asset(&self.document, root, &self.meshes, levels);
-        let pack_with = Pack { packing: options.packing, uvs: options.packing.map(of_uvs).unwrap_or_default() };
+        let pack_with = ScenePacking { packing: options.packing, uvs: options.packing.map(of_uvs).unwrap_or_default() };
         let (mut coarser, mut grids) = (Vec::new(), BTreeMap::new());
         for (level, lighter) in levels.iter().enumerate() {
-            let meshes = self.rewritten_meshes(&mut draft, lighter, &pack_with)?;
+            let meshes = self.rewrite_meshes(&mut draft, lighter, &pack_with)?;
             let mut replaced = Vec::new();
             for (part, (mesh, written)) in meshes.into_iter().enumerate() {
                 let place = if level == 0 {
@@ -145,10 +145,10 @@ impl Asset {
             coarser.extend((level > 0).then_some(replaced));
         }
         let finest = levels.first().copied().unwrap_or_default();
-        take_from_nodes(&mut draft.document, &self.emptied_meshes(finest));
+        remove_meshes(&mut draft.document, &self.emptied_meshes(finest));
         // Levels before grids are undone, so that their nodes get transforms as well.
-        levels::offer(&mut draft, &coarser, options.coverage);
-        self.undo(&mut draft, &pack_with, &grids);
+        levels::add_levels(&mut draft, &coarser, options.coverage);
+        self.undo_grids(&mut draft, &pack_with, &grids);
         let images = self.put_images(&mut draft, options);
         // Last, when no more accessors are added.
         drop_unused(&mut draft);
@@ -159,8 +159,8 @@ impl Asset {
     }
 
     /// Lists the meshes of parts without faces that draw nothing else either.
-    fn emptied_meshes(&self, lighter: &[LighterPart]) -> Vec<usize> {
-        let is_emptied = |(part, &mesh): (&LighterPart, &usize)| {
+    fn emptied_meshes(&self, lighter: &[SimplifiedPart]) -> Vec<usize> {
+        let is_emptied = |(part, &mesh): (&SimplifiedPart, &usize)| {
             let described = self.container.root.meshes.get(mesh)?;
             let has_triangles = |it: &Primitive| it.triangle_positions().is_some();
             (part.faces.is_empty() && described.primitives.iter().all(has_triangles)).then_some(mesh)
@@ -169,37 +169,37 @@ impl Asset {
     }
 
     /// Adds the transforms that undo the grids to the document.
-    fn undo(&self, draft: &mut Draft, pack_with: &Pack, grids: &BTreeMap<usize, Grid>) {
+    fn undo_grids(&self, draft: &mut Draft, pack_with: &ScenePacking, grids: &BTreeMap<usize, Grid>) {
         if pack_with.packing.is_some() {
-            place_back(self, draft, grids);
+            undo_position_grids(self, draft, grids);
             pack_with.uvs.undo(&mut draft.document, |material| material);
             name_extension(&mut draft.document, QUANTIZATION);
         }
     }
 
     /// Rewrites the meshes of the parts; returns them with their indices.
-    fn rewritten_meshes(
+    fn rewrite_meshes(
         &self,
         draft: &mut Draft,
-        lighter: &[LighterPart],
-        pack_with: &Pack,
+        lighter: &[SimplifiedPart],
+        pack_with: &ScenePacking,
     ) -> Result<Vec<(usize, Value)>, WriteError> {
         let parts = lighter.iter().enumerate();
         parts
-            .map(|(part, lighter)| Ok((self.meshes[part], self.rewritten_mesh(draft, part, lighter, pack_with)?)))
+            .map(|(part, lighter)| Ok((self.meshes[part], self.rewrite_mesh(draft, part, lighter, pack_with)?)))
             .collect()
     }
 
-    fn layout(&self, format: Format) -> Result<Layout, WriteError> {
+    fn layout(&self, format: Format) -> Result<BufferPlace, WriteError> {
         match format {
-            Format::Glb => Ok(Layout::Glb),
-            Format::Gltf if self.is_embedded => Ok(Layout::Embedded),
-            Format::Gltf => Ok(Layout::Beside),
+            Format::Glb => Ok(BufferPlace::Glb),
+            Format::Gltf if self.is_embedded => Ok(BufferPlace::Embedded),
+            Format::Gltf => Ok(BufferPlace::Beside),
             _ => Err(WriteError { what: format!("{} holds no scene: choose gltf or glb", format.name()) }),
         }
     }
 
-    fn check(&self, lighter: &[LighterPart]) -> Result<(), WriteError> {
+    fn check(&self, lighter: &[SimplifiedPart]) -> Result<(), WriteError> {
         if lighter.len() != self.parts().len() {
             let what = format!("{} parts for {}: give one for each", lighter.len(), self.parts().len());
             return Err(WriteError { what });
@@ -216,10 +216,10 @@ impl Asset {
     }
 
     /// Returns the most bytes that the buffer may have.
-    fn limit(&self, lighter: &[LighterPart]) -> usize {
+    fn limit(&self, lighter: &[SimplifiedPart]) -> usize {
         let n_read = self.container.buffers.n_bytes() + self.container.n_decompressed();
         // // Each corner becomes at most a vertex, with four bytes per number, and an index.
-        let of_part = |part: &LighterPart| {
+        let of_part = |part: &SimplifiedPart| {
             let width: usize = part.attributes.channels.iter().map(|channel| channel.width).sum();
             3 * part.faces.len() * 4 * (width + 4)
         };
@@ -227,12 +227,12 @@ impl Asset {
     }
 
     /// Rewrites the triangles of a mesh.
-    fn rewritten_mesh(
+    fn rewrite_mesh(
         &self,
         draft: &mut Draft,
         part: usize,
-        lighter: &LighterPart,
-        pack_with: &Pack,
+        lighter: &SimplifiedPart,
+        pack_with: &ScenePacking,
     ) -> Result<Value, WriteError> {
         let (root, mesh) = (&self.container.root, self.meshes[part]);
         let (part, grid) = (&self.parts()[part], pack_with.grid(part));
@@ -253,58 +253,75 @@ impl Asset {
         for (index, mut primitive) in old.into_iter().enumerate() {
             let old = &described.primitives[index];
             if let Some(faces) = groups.get(&(index as u32)) {
-                rewrite(draft, root, old, &mut primitive, (lighter, faces), pack_with.of_primitive(old, grid));
+                rewrite_primitive(
+                    draft,
+                    root,
+                    old,
+                    &mut primitive,
+                    (lighter, faces),
+                    pack_with.primitive_packing(old, grid),
+                );
             } else if stub == Some(index as u32) {
-                rewrite(draft, root, old, &mut primitive, (&nothing(part), &[0]), pack_with.of_primitive(old, grid));
+                rewrite_primitive(
+                    draft,
+                    root,
+                    old,
+                    &mut primitive,
+                    (&degenerate_part(part), &[0]),
+                    pack_with.primitive_packing(old, grid),
+                );
             } else if is_rewritten(index) {
                 continue;
             }
             primitives.push(primitive);
         }
         written["primitives"] = Value::Array(primitives);
-        forget_faces(&mut written);
+        drop_face_extensions(&mut written);
         Ok(written)
     }
 }
 
-impl LighterPart {
+impl SimplifiedPart {
     /// Returns the number of vertices in a glTF: one per primitive and set of values.
     ///
     /// ```
-    /// use neural_mesh::io::{Asset, LighterPart};
+    /// use neural_mesh::io::{Asset, SimplifiedPart};
     /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
-    /// assert!(LighterPart::of(&asset.parts()[0]).n_written_vertices() >= 4);
+    /// assert!(SimplifiedPart::from_part(&asset.parts()[0]).n_written_vertices() >= 4);
     /// ```
     pub fn n_written_vertices(&self) -> usize {
-        faces_by_group(self).values().map(|faces| Vertices::of(self, faces).len()).sum()
+        faces_by_group(self).values().map(|faces| PrimitiveVertices::collect(self, faces).len()).sum()
     }
 
     /// Returns the number of vertices in a compressed glTF, which merges equal ones.
     pub fn n_merged_vertices(&self) -> usize {
-        faces_by_group(self).values().map(|faces| Vertices::of(self, faces).merged(self).ordered().len()).sum()
+        faces_by_group(self)
+            .values()
+            .map(|faces| PrimitiveVertices::collect(self, faces).merge(self).reorder().len())
+            .sum()
     }
 }
 
 /// The packing of a scene, if any.
-struct Pack<'a> {
+struct ScenePacking<'a> {
     packing: Option<&'a Packing>,
     uvs: UvGrids,
 }
 
-impl Pack<'_> {
+impl ScenePacking<'_> {
     /// Returns the grid of a part.
     fn grid(&self, part: usize) -> Option<&Grid> {
         self.packing?.grid(part)
     }
 
     /// Returns the packing of a primitive on this grid.
-    fn of_primitive<'a>(&'a self, primitive: &Primitive, grid: Option<&'a Grid>) -> Option<PackedAs<'a>> {
+    fn primitive_packing<'a>(&'a self, primitive: &Primitive, grid: Option<&'a Grid>) -> Option<PrimitivePacking<'a>> {
         let compress = self.packing?.is_compressed();
-        Some(PackedAs { grid, uvs: &self.uvs, surface: primitive.material, compress })
+        Some(PrimitivePacking { grid, uvs: &self.uvs, surface: primitive.material, compress })
     }
 }
 
-fn check_levels(levels: &[&[LighterPart]], coverage: &[f64]) -> Result<(), WriteError> {
+fn check_levels(levels: &[&[SimplifiedPart]], coverage: &[f64]) -> Result<(), WriteError> {
     let is_share = |share: &f64| (0.0..=1.0).contains(share);
     let fits = coverage.is_empty() || coverage.len() == levels.len() && coverage.iter().all(is_share);
     if levels.is_empty() || !fits {
@@ -316,7 +333,7 @@ fn check_levels(levels: &[&[LighterPart]], coverage: &[f64]) -> Result<(), Write
 }
 
 /// Groups the faces, in order.
-pub(super) fn faces_by_group(part: &LighterPart) -> BTreeMap<u32, Vec<u32>> {
+pub(super) fn faces_by_group(part: &SimplifiedPart) -> BTreeMap<u32, Vec<u32>> {
     let mut groups: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
     for face in 0..part.faces.len() as u32 {
         groups.entry(part.attributes.group(face)).or_default().push(face);
@@ -324,13 +341,13 @@ pub(super) fn faces_by_group(part: &LighterPart) -> BTreeMap<u32, Vec<u32>> {
     groups
 }
 
-fn all_are(mesh: &Mesh, is_rewritten: impl Fn(usize) -> bool) -> bool {
+fn all_are(mesh: &GltfMesh, is_rewritten: impl Fn(usize) -> bool) -> bool {
     (0..mesh.primitives.len()).all(is_rewritten)
 }
 
 /// Makes a part of one degenerate face at its first corner, as a mesh needs a face to be valid.
-fn nothing(part: &Part) -> LighterPart {
-    let whole = LighterPart::of(part);
+fn degenerate_part(part: &AssetPart) -> SimplifiedPart {
+    let whole = SimplifiedPart::from_part(part);
     let position = whole.faces.first().map_or([0.0; 3], |face| whole.positions[face[0] as usize]);
     let row = |channel: Channel| {
         let wedge = whole.faces.first().map(|_| whole.wedges(0)[0]);
@@ -340,50 +357,54 @@ fn nothing(part: &Part) -> LighterPart {
     let channels = part.mesh.attributes.channels.iter().cloned().map(row).collect();
     let groups = vec![part.mesh.attributes.group(0)];
     let attributes = Attributes { wedges: vec![[0; 3]], channels, groups };
-    LighterPart { positions: vec![position], faces: vec![[0; 3]], attributes }
+    SimplifiedPart { positions: vec![position], faces: vec![[0; 3]], attributes }
 }
 
 /// Rewrites a primitive for these faces.
-fn rewrite(
+fn rewrite_primitive(
     draft: &mut Draft,
     root: &Root,
     described: &Primitive,
     primitive: &mut Value,
-    (part, faces): (&LighterPart, &[u32]),
-    packed: Option<PackedAs>,
+    (part, faces): (&SimplifiedPart, &[u32]),
+    packed: Option<PrimitivePacking>,
 ) {
-    let vertices = Vertices::of(part, faces);
-    let vertices =
-        if packed.is_some_and(|packed| packed.compress) { vertices.merged(part).ordered() } else { vertices };
+    let vertices = PrimitiveVertices::collect(part, faces);
+    let vertices = if packed.is_some_and(|packed| packed.compress) { vertices.merge(part).reorder() } else { vertices };
     let mut writer = PrimitiveWriter { draft, part, vertices: &vertices, packed };
-    primitive["attributes"] = writer.attributes(&slots(root, &described.attributes, role));
+    primitive["attributes"] = writer.attributes(&attribute_storage(root, &described.attributes, role));
     if !described.targets.is_empty() {
-        let targets: Vec<Slots> = described.targets.iter().map(|target| slots(root, target, target_role)).collect();
+        let targets: Vec<AttributeStorage> =
+            described.targets.iter().map(|target| attribute_storage(root, target, target_role)).collect();
         primitive["targets"] = writer.targets(&targets);
     }
     primitive["indices"] = writer.indices();
     if described.mode != 4 {
         primitive["mode"] = 4.into();
     }
-    forget_faces(primitive);
+    drop_face_extensions(primitive);
 }
 
 /// Returns the storage of attributes: single precision for standard ones, the original type for colours in integers and
 /// custom ones.
-fn slots(root: &Root, attributes: &BTreeMap<String, usize>, role: fn(&str) -> (Role, Option<usize>)) -> Slots {
+fn attribute_storage(
+    root: &Root,
+    attributes: &BTreeMap<String, usize>,
+    role: fn(&str) -> (Role, Option<usize>),
+) -> AttributeStorage {
     let stored = |(name, &accessor): (&String, &usize)| {
         let accessor = root.accessors.get(accessor)?;
-        let shape = role(name).1.map_or(accessor.shape.as_str(), |width| vector(width));
+        let shape = role(name).1.map_or(accessor.shape.as_str(), |width| vector_shape(width));
         // // Morph targets often move few vertices, so sparse ones stay sparse.
-        let floats = Stored { sparse: accessor.sparse.is_some(), ..Stored::floats(shape) };
-        let as_it_was =
-            Stored { component: accessor.component_type, normalized: accessor.normalized, ..floats.clone() };
-        let is_fraction = as_it_was.normalized && [UNSIGNED_BYTE, UNSIGNED_SHORT].contains(&as_it_was.component);
+        let floats = NumberStorage { sparse: accessor.sparse.is_some(), ..NumberStorage::floats(shape) };
+        let original =
+            NumberStorage { component: accessor.component_type, normalized: accessor.normalized, ..floats.clone() };
+        let is_fraction = original.normalized && [UNSIGNED_BYTE, UNSIGNED_SHORT].contains(&original.component);
         let stored = match role(name) {
             (Role::Colour, _) if !is_fraction => floats,
             (_, Some(_)) => floats,
             _ if accessor.shape.starts_with("MAT") || accessor.component_type == FLOAT => floats,
-            _ => as_it_was,
+            _ => original,
         };
         Some((name.clone(), stored))
     };

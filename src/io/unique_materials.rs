@@ -7,7 +7,7 @@ use crate::mesh::Look;
 
 /// Materials by unique name.
 #[derive(Default)]
-pub(super) struct OwnNames {
+pub(super) struct UniqueMaterials {
     /// Looks of the materials.
     pub looks: Vec<(String, Look)>,
     taken: FxHashSet<String>,
@@ -17,9 +17,9 @@ pub(super) struct OwnNames {
     counts: FxHashMap<String, usize>,
 }
 
-impl OwnNames {
+impl UniqueMaterials {
     /// Returns the unique name of a material; equal names with equal colour and opacity are one material.
-    pub fn of(&mut self, name: &str, look: Look) -> String {
+    pub fn add(&mut self, name: &str, look: Look) -> String {
         // // Other formats put a name on one line, so it must have no line breaks.
         let words = one_line(name);
         let plain = if words.is_empty() { "material".to_string() } else { words };
@@ -45,12 +45,12 @@ mod tests {
 
     #[test]
     fn each_name_is_of_one_look() {
-        let mut names = OwnNames::default();
+        let mut names = UniqueMaterials::default();
         let grey = || Look { colour: [0.5; 3], ..Look::default() };
-        assert_eq!(names.of("a\n b", Look::default()), "a b");
-        assert_eq!(names.of("a b", grey()), "a b 2");
-        assert_eq!(names.of("a b 2", Look::default()), "a b 2 2");
-        assert_eq!((names.of(" a b", grey()), names.of("", grey())), ("a b 2".into(), "material".into()));
+        assert_eq!(names.add("a\n b", Look::default()), "a b");
+        assert_eq!(names.add("a b", grey()), "a b 2");
+        assert_eq!(names.add("a b 2", Look::default()), "a b 2 2");
+        assert_eq!((names.add(" a b", grey()), names.add("", grey())), ("a b 2".into(), "material".into()));
         assert_eq!(names.looks.len(), 4);
     }
 }

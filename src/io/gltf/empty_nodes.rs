@@ -10,7 +10,7 @@ const OF_MESH: [&str; 3] = ["mesh", "skin", "weights"];
 const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 
 /// Removes these meshes from their nodes, with the animations of their weights.
-pub(super) fn take_from_nodes(document: &mut Value, meshes: &[usize]) {
+pub(super) fn remove_meshes(document: &mut Value, meshes: &[usize]) {
     let nodes = document.get_mut("nodes").and_then(Value::as_array_mut).into_iter().flatten().enumerate();
     let mut emptied = Vec::new();
     for (at, node) in nodes {
@@ -25,11 +25,11 @@ pub(super) fn take_from_nodes(document: &mut Value, meshes: &[usize]) {
         }
         emptied.push(at);
     }
-    forget_weights(document, &emptied);
+    drop_weight_channels(document, &emptied);
 }
 
 /// Removes animation channels for the weights of these nodes, and animations without other channels.
-fn forget_weights(document: &mut Value, nodes: &[usize]) {
+fn drop_weight_channels(document: &mut Value, nodes: &[usize]) {
     let is_of_emptied = |channel: &Value| {
         let target = &channel["target"];
         target["path"] == "weights" && index(&target["node"]).is_some_and(|node| nodes.contains(&node))
@@ -61,10 +61,10 @@ mod tests {
             ],
             "animations": [{"channels": [channel(0, "weights"), channel(0, "rotation")]}, {"channels": [channel(0, "weights")]}],
         });
-        take_from_nodes(&mut document, &[1]);
+        remove_meshes(&mut document, &[1]);
         assert_eq!(document["nodes"], json!([{"children": [1]}, {"mesh": 0}]));
         assert_eq!(document["animations"], json!([{"channels": [channel(0, "rotation")]}]));
-        take_from_nodes(&mut document, &[]);
+        remove_meshes(&mut document, &[]);
         assert_eq!(document["animations"].as_array().map(Vec::len), Some(1));
     }
 }

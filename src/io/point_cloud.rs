@@ -24,7 +24,7 @@ const REMEDY: &str = "give a mesh file, or text with x y z on each line";
 /// assert!(error.to_string().starts_with("line 2: a point needs three numbers"));
 /// ```
 pub fn read_points(bytes: &[u8]) -> Result<RawMesh, ReadError> {
-    let bytes = &gzip::unpacked(bytes)?;
+    let bytes = &gzip::decompress(bytes)?;
     let cloud = match Format::from_content(bytes) {
         Some(format) => RawMesh { faces: Vec::new(), ..read(bytes, Some(format))? },
         None => read_lines(bytes)?,

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use rustc_hash::FxHashMap;
 
-use super::beside::{Finder, Found};
-use super::extra::{Extra, Group, decoded};
-use super::material::{file_name, first_word, library_names};
-use super::texture_comments::{texture_number, textures};
+use super::companion_files::{CompanionFile, FileFinder};
+use super::extra::{Extra, Group, decode_text};
+use super::material_libraries::{file_name, first_word, library_names};
+use super::texture_comments::{comment_textures, texture_number};
 use crate::mesh::{BaseTexture, Look, Looks, Wrap, linear_light};
 
 /// Reads what the groups of a mesh look like: from the file itself, its material libraries or its textures; white by
@@ -17,19 +17,22 @@ use crate::mesh::{BaseTexture, Look, Looks, Wrap, linear_light};
 /// files, a line each.
 ///
 /// ```
-/// use neural_mesh::io::{looks, read_attributed_path};
+/// use neural_mesh::io::{read_looks, read_attributed_path};
 /// let read = read_attributed_path("tests/meshes/tiny/tetrahedron.obj".as_ref(), None).unwrap();
-/// assert!(looks(&read.extra, false).0.is_plain());
+/// assert!(read_looks(&read.extra, false).0.is_plain());
 /// ```
-pub fn looks(extra: &Extra, allow_outside: bool) -> (Looks, Vec<String>) {
-    let mut finder = Finder::new(extra, allow_outside);
-    let of_groups =
-        if textures(extra).next().is_some() { by_number(extra, &mut finder) } else { by_material(extra, &mut finder) };
+pub fn read_looks(extra: &Extra, allow_outside: bool) -> (Looks, Vec<String>) {
+    let mut finder = FileFinder::new(extra, allow_outside);
+    let of_groups = if comment_textures(extra).next().is_some() {
+        read_numbered_textures(extra, &mut finder)
+    } else {
+        read_libraries(extra, &mut finder)
+    };
     (Looks { of_groups, v_is_up: true, linear_colours: false }, finder.notes)
 }
 
 /// Reads the looks of the groups from textures that comments name.
-fn by_number(extra: &Extra, finder: &mut Finder) -> Vec<Look> {
+fn read_numbered_textures(extra: &Extra, finder: &mut FileFinder) -> Vec<Look> {
     let channel = extra.layouts.iter().find(|layout| layout.per_corner).map(|layout| layout.channel.clone());
     let channel = channel.unwrap_or_default();
     let wrap = [Wrap::Repeat; 2];
@@ -37,7 +40,7 @@ fn by_number(extra: &Extra, finder: &mut Finder) -> Vec<Look> {
         let image = finder.find(Path::new(""), name).map(|found| found.bytes);
         Look { texture: image.map(|image| BaseTexture { image, channel: channel.clone(), wrap }), ..Look::default() }
     };
-    let looks: Vec<Look> = textures(extra).map(look).collect();
+    let looks: Vec<Look> = comment_textures(extra).map(look).collect();
     let of_group = |group: &Group| looks.get(texture_number(extra, group)?).cloned();
     // // Faces without numbers all have the first texture.
     let groups = if extra.groups.is_empty() { &[Group::default()][..] } else { &extra.groups };
@@ -45,11 +48,11 @@ fn by_number(extra: &Extra, finder: &mut Finder) -> Vec<Look> {
 }
 
 /// Reads the looks of the groups from material libraries.
-fn by_material(extra: &Extra, finder: &mut Finder) -> Vec<Look> {
+fn read_libraries(extra: &Extra, finder: &mut FileFinder) -> Vec<Look> {
     let mut materials: Vec<(String, Look)> = extra.looks.clone();
     for name in library_names(extra, finder) {
         if let Some(library) = finder.find(Path::new(""), name) {
-            materials.append(&mut materials_of(&library, finder));
+            materials.append(&mut read_library(&library, finder));
         }
     }
     // // The first of several materials with one name counts, hence the reversal.
@@ -59,33 +62,34 @@ fn by_material(extra: &Extra, finder: &mut Finder) -> Vec<Look> {
 }
 
 /// Reads the materials of a library.
-fn materials_of(library: &Found, finder: &mut Finder) -> Vec<(String, Look)> {
+fn read_library(library: &CompanionFile, finder: &mut FileFinder) -> Vec<(String, Look)> {
     let base = library.folder();
     let mut materials: Vec<(String, Look)> = Vec::new();
     for line in library.bytes.split(|&byte| byte == b'\n' || byte == b'\r') {
         let (word, rest) = first_word(line);
         if word == b"newmtl" {
-            materials.push((decoded(rest.trim_ascii()), Look::default()));
+            materials.push((decode_text(rest.trim_ascii()), Look::default()));
         }
         let Some((_, look)) = materials.last_mut() else { continue };
         let word = word.to_ascii_lowercase();
-        if !take_numbers(look, &word, rest)
-            && let Some(slot) = slot(look, &word)
+        if !parse_numbers(look, &word, rest)
+            && let Some(slot) = texture_slot(look, &word)
         {
-            let bytes = finder.find(base, &decoded(file_name(rest))).map(|found| found.bytes);
-            *slot = bytes.map(|image| BaseTexture { image, channel: String::new(), wrap: wrap(rest) });
+            let bytes = finder.find(base, &decode_text(file_name(rest))).map(|found| found.bytes);
+            *slot = bytes.map(|image| BaseTexture { image, channel: String::new(), wrap: parse_wrap(rest) });
         }
     }
-    materials.iter_mut().for_each(|(_, look)| mend(look));
+    materials.iter_mut().for_each(|(_, look)| show_textures(look));
     materials
 }
 
 /// Takes a colour or number of a statement, in lower case, into a look; returns whether the statement has one.
-fn take_numbers(look: &mut Look, word: &[u8], rest: &[u8]) -> bool {
-    let share = |known: f32| numbers(rest).next().filter(|x| x.is_finite()).map_or(known, |x| x.clamp(0.0, 1.0));
+fn parse_numbers(look: &mut Look, word: &[u8], rest: &[u8]) -> bool {
+    let share =
+        |known: f32| parse_leading_numbers(rest).next().filter(|x| x.is_finite()).map_or(known, |x| x.clamp(0.0, 1.0));
     match word {
-        b"kd" => look.colour = colour(rest).unwrap_or(look.colour),
-        b"ke" => look.finish.emission = colour(rest).unwrap_or(look.finish.emission),
+        b"kd" => look.colour = parse_colour(rest).unwrap_or(look.colour),
+        b"ke" => look.finish.emission = parse_colour(rest).unwrap_or(look.finish.emission),
         b"pr" => look.finish.roughness = share(look.finish.roughness),
         b"pm" => look.finish.metal = share(look.finish.metal),
         b"d" => look.finish.is_opaque = share(1.0) == 1.0,
@@ -95,7 +99,7 @@ fn take_numbers(look: &mut Look, word: &[u8], rest: &[u8]) -> bool {
 }
 
 /// Returns where the texture of a statement, in lower case, belongs.
-fn slot<'a>(look: &'a mut Look, word: &[u8]) -> Option<&'a mut Option<BaseTexture>> {
+fn texture_slot<'a>(look: &'a mut Look, word: &[u8]) -> Option<&'a mut Option<BaseTexture>> {
     let Look { texture, finish, .. } = look;
     match word {
         b"map_kd" => Some(texture),
@@ -109,7 +113,7 @@ fn slot<'a>(look: &'a mut Look, word: &[u8]) -> Option<&'a mut Option<BaseTextur
 
 /// Replaces a black colour or zero metal beneath a texture by one: it would hide the texture, which programs do not
 /// mean.
-fn mend(look: &mut Look) {
+fn show_textures(look: &mut Look) {
     if look.texture.is_some() && look.colour == [0.0; 3] {
         look.colour = [1.0; 3];
     }
@@ -122,21 +126,21 @@ fn mend(look: &mut Look) {
 }
 
 /// Parses one or three numbers, sRGB by custom of MTL, into linear light.
-fn colour(text: &[u8]) -> Option<[f32; 3]> {
-    let mut numbers = numbers(text);
+fn parse_colour(text: &[u8]) -> Option<[f32; 3]> {
+    let mut numbers = parse_leading_numbers(text);
     let first = numbers.next()?;
     let colour = [first, numbers.next().unwrap_or(first), numbers.next().unwrap_or(first)];
     colour.iter().all(|x| x.is_finite()).then(|| colour.map(|x| linear_light(x.clamp(0.0, 1.0))))
 }
 
 /// Parses the leading numbers of a statement.
-fn numbers(text: &[u8]) -> impl Iterator<Item = f32> {
+fn parse_leading_numbers(text: &[u8]) -> impl Iterator<Item = f32> {
     let text = std::str::from_utf8(text).unwrap_or_default();
     text.split_whitespace().map_while(|word| word.parse::<f32>().ok())
 }
 
 /// Returns the wrap mode in the options of a texture.
-fn wrap(options: &[u8]) -> [Wrap; 2] {
+fn parse_wrap(options: &[u8]) -> [Wrap; 2] {
     let mut words = options.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
     let is_clamped = words.any(|word| word == b"-clamp") && words.next() == Some(b"on");
     [if is_clamped { Wrap::Clamp } else { Wrap::Repeat }; 2]
@@ -150,7 +154,7 @@ mod tests {
     use crate::mesh::Finish;
 
     /// Reads the looks of three groups from a library with this text, next to a texture.
-    fn of_library(text: &str) -> (Vec<Look>, Vec<String>) {
+    fn looks_from_library(text: &str) -> (Vec<Look>, Vec<String>) {
         let folder = tempfile::tempdir().unwrap();
         std::fs::create_dir(folder.path().join("maps")).unwrap();
         std::fs::write(folder.path().join("maps/a b.png"), b"png").unwrap();
@@ -162,7 +166,7 @@ mod tests {
             folder: Some(Folder::Disk(folder.path().to_path_buf())),
             ..Extra::default()
         };
-        let (looks, notes) = looks(&extra, false);
+        let (looks, notes) = read_looks(&extra, false);
         assert!(looks.v_is_up);
         (looks.of_groups, notes)
     }
@@ -170,7 +174,7 @@ mod tests {
     #[test]
     fn colours_and_textures_are_read() {
         let (looks, notes) =
-            of_library("newmtl horn\r\nKd 0 1 0.5\r\nnewmtl skin\nKd 1 1 1\nmap_Kd -clamp on maps/a b.png\n");
+            looks_from_library("newmtl horn\r\nKd 0 1 0.5\r\nnewmtl skin\nKd 1 1 1\nmap_Kd -clamp on maps/a b.png\n");
         let texture = looks[0].texture.as_ref().unwrap();
         assert_eq!((&texture.image[..], texture.wrap, looks[0].colour), (&b"png"[..], [Wrap::Clamp; 2], [1.0; 3]));
         assert_eq!(looks[1], Look::default());
@@ -180,7 +184,7 @@ mod tests {
 
     #[test]
     fn what_materials_do_with_light_is_read() {
-        let (looks, notes) = of_library(
+        let (looks, notes) = looks_from_library(
             "newmtl horn\nKe 0 1 0\nPr 0.6\nPm x\nd 0.5\nnorm -bm 1 maps/a b.png\nnewmtl skin\nmap_Ke maps/a b.png\nmap_Pm maps/a b.png\n",
         );
         let Finish { emission, roughness, metal, is_opaque, normal_texture, .. } = &looks[2].finish;
@@ -203,13 +207,13 @@ mod tests {
             folder: Some(Folder::Disk(folder.path().to_path_buf())),
             ..Extra::default()
         };
-        assert_eq!(looks(&extra, false).0.of_groups[0].colour, [0.0, 1.0, 0.0]);
+        assert_eq!(read_looks(&extra, false).0.of_groups[0].colour, [0.0, 1.0, 0.0]);
     }
 
     #[test]
     fn what_is_missing_or_outside_is_said_and_left_out() {
         for name in ["gone.png", "../secret.png", "/etc/passwd"] {
-            let (looks, notes) = of_library(&format!("newmtl skin\nKd x y\nmap_Kd {name}\n"));
+            let (looks, notes) = looks_from_library(&format!("newmtl skin\nKd x y\nmap_Kd {name}\n"));
             assert!(looks[0] == Look::default() && notes.len() == 1, "{name}: {notes:?}");
         }
     }
@@ -230,17 +234,17 @@ mod tests {
             ..Extra::default()
         };
         let image = |look: &Look| look.texture.as_ref().map(|texture| texture.image.to_vec());
-        let (found, notes) = looks(&extra, false);
+        let (found, notes) = read_looks(&extra, false);
         let images: Vec<_> = found.of_groups.iter().map(image).collect();
         assert_eq!(images, [Some(b"b c.png".to_vec()), Some(b"a.png".to_vec()), None, None]);
         assert!(found.v_is_up && notes.is_empty());
         let bare = Extra { groups: Vec::new(), face_columns: Vec::new(), ..extra };
-        assert_eq!(image(&looks(&bare, false).0.of_groups[0]), Some(b"a.png".to_vec()));
+        assert_eq!(image(&read_looks(&bare, false).0.of_groups[0]), Some(b"a.png".to_vec()));
     }
 
     #[test]
     fn black_under_a_texture_means_the_texture() {
-        let (looks, _) = of_library("newmtl skin\nKd 0 0 0\nmap_Kd maps/a b.png\nnewmtl horn\nKd 0 0 0\n");
+        let (looks, _) = looks_from_library("newmtl skin\nKd 0 0 0\nmap_Kd maps/a b.png\nnewmtl horn\nKd 0 0 0\n");
         assert_eq!((looks[0].colour, looks[2].colour), ([1.0; 3], [0.0; 3]));
     }
 }

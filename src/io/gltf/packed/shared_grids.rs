@@ -5,9 +5,9 @@ use rustc_hash::FxHashMap;
 use serde_json::Value;
 
 use crate::io::gltf::asset::Asset;
-use crate::io::gltf::lighter::LighterPart;
 use crate::io::gltf::placements::placements;
-use crate::io::packing::{Faces, PackOptions, Packing, grid_for, stays};
+use crate::io::gltf::simplified_part::SimplifiedPart;
+use crate::io::packing::{LevelMesh, PackOptions, Packing, grid_for, unpacked_words};
 use crate::mesh::longest_side;
 use crate::mesh::union_find::UnionFind;
 
@@ -19,22 +19,24 @@ impl Asset {
     /// or faces lose their area, the grid is refined, or positions stay single precision.
     ///
     /// ```
-    /// use neural_mesh::io::{Asset, LighterPart, PackOptions};
+    /// use neural_mesh::io::{Asset, SimplifiedPart, PackOptions};
     /// let asset = Asset::read_path("tests/meshes/tiny/tetrahedron.glb".as_ref()).unwrap();
-    /// let parts: Vec<LighterPart> = asset.parts().iter().map(LighterPart::of).collect();
+    /// let parts: Vec<SimplifiedPart> = asset.parts().iter().map(SimplifiedPart::from_part).collect();
     /// let (packing, notes) = asset.packing(&[&parts], &PackOptions { bits: 14, compress: false });
     /// assert!(packing.grid(0).is_some() && notes.is_empty());
     /// ```
-    pub fn packing(&self, levels: &[&[LighterPart]], options: &PackOptions) -> (Packing, Vec<String>) {
-        let (sets, is_bound) = self.sharing();
+    pub fn packing(&self, levels: &[&[SimplifiedPart]], options: &PackOptions) -> (Packing, Vec<String>) {
+        let (sets, has_no_grid) = self.grid_sharing();
         let (mut grids, mut notes) = (vec![None; self.parts().len()], Vec::new());
         for members in sets {
             let of_members = levels.iter().flat_map(|level| members.iter().filter_map(|&part| level.get(part)));
-            let meshes: Vec<Faces> = of_members.map(|part| (&part.positions[..], &part.faces[..])).collect();
-            let is_free = members.iter().all(|&part| !is_bound[part]);
+            let meshes: Vec<LevelMesh> = of_members.map(|part| (&part.positions[..], &part.faces[..])).collect();
+            let is_free = members.iter().all(|&part| !has_no_grid[part]);
             let grid = is_free.then(|| grid_for(&meshes, options.bits)).flatten();
             if grid.is_none() && meshes.iter().any(|(_, faces)| !faces.is_empty()) {
-                notes.extend(members.iter().map(|&part| format!("{}: positions {}", self.parts()[part].name, stays())));
+                notes.extend(
+                    members.iter().map(|&part| format!("{}: positions {}", self.parts()[part].name, unpacked_words())),
+                );
             }
             members.iter().for_each(|&part| grids[part] = grid);
         }
@@ -45,7 +47,7 @@ impl Asset {
     /// divides into steps.
     pub fn packing_sides(&self) -> Vec<f64> {
         let mut sides = vec![0.0; self.parts().len()];
-        for members in self.sharing().0 {
+        for members in self.grid_sharing().0 {
             let positions = members.iter().flat_map(|&part| &self.parts()[part].mesh.positions);
             let longest = longest_side(positions.copied());
             members.iter().for_each(|&part| sides[part] = longest);
@@ -54,32 +56,32 @@ impl Asset {
     }
 
     /// Returns the sets of parts that share a grid, and per part whether it must have none.
-    fn sharing(&self) -> (Vec<Vec<usize>>, Vec<bool>) {
+    fn grid_sharing(&self) -> (Vec<Vec<usize>>, Vec<bool>) {
         let n = self.parts().len();
-        let (mut sets, mut is_bound) = (UnionFind::new(n), self.bound_to_floats());
-        self.join_by_skins(&mut sets, &mut is_bound);
+        let (mut sets, mut has_no_grid) = (UnionFind::new(n), self.parts_without_grid());
+        self.join_by_skins(&mut sets, &mut has_no_grid);
         self.join_by_positions(&mut sets);
         let mut members: Vec<Vec<usize>> = vec![Vec::new(); n];
         (0..n).for_each(|part| members[sets.find(part as u32) as usize].push(part));
         members.retain(|members| !members.is_empty());
-        (members, is_bound)
+        (members, has_no_grid)
     }
 
     /// Marks parts whose coordinates something else relies on: lines or points in the mesh, instances, physics.
-    fn bound_to_floats(&self) -> Vec<bool> {
+    fn parts_without_grid(&self) -> Vec<bool> {
         let root = &self.container.root;
         let names = self.document.get("extensionsUsed").and_then(Value::as_array).into_iter().flatten();
         let has_bodies = names.filter_map(Value::as_str).any(|name| name.contains("physics"));
-        let is_bound = |&mesh: &usize| {
+        let has_no_grid = |&mesh: &usize| {
             let is_repeated = root.nodes.iter().any(|node| node.mesh == Some(mesh) && node.instances().is_some());
             let mut primitives = root.meshes.get(mesh).into_iter().flat_map(|mesh| &mesh.primitives);
             has_bodies || is_repeated || primitives.any(|primitive| primitive.triangle_positions().is_none())
         };
-        self.meshes.iter().map(is_bound).collect()
+        self.meshes.iter().map(has_no_grid).collect()
     }
 
     /// Joins the parts of one skin, whose matrices undo the grid of them all.
-    fn join_by_skins(&self, sets: &mut UnionFind, is_bound: &mut [bool]) {
+    fn join_by_skins(&self, sets: &mut UnionFind, has_no_grid: &mut [bool]) {
         let mut first: FxHashMap<usize, Option<usize>> = FxHashMap::default();
         for node in &self.container.root.nodes {
             let (Some(skin), Some(mesh)) = (node.skin, node.mesh) else { continue };
@@ -89,7 +91,7 @@ impl Asset {
                 (Some(known), Some(part)) => {
                     sets.union(known as u32, part as u32);
                 }
-                (bound, other) => bound.into_iter().chain(other).for_each(|part| is_bound[part] = true),
+                (bound, other) => bound.into_iter().chain(other).for_each(|part| has_no_grid[part] = true),
             }
         }
     }

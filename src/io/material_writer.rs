@@ -1,0 +1,118 @@
+//! Writes materials that came with a mesh (from glTF, say) as a material library with textures, for an OBJ or PLY.
+
+use std::path::PathBuf;
+
+use super::ImageUse;
+use super::companion_files::{FileFinder, to_reference};
+use super::extra::Extra;
+use super::material_libraries::texture_use;
+use super::write::push_singles;
+use crate::mesh::{BaseTexture, Finish, Look, Wrap, srgb};
+
+/// A material library made from looks, with the output paths of its textures.
+#[derive(Debug, Default)]
+pub(super) struct MaterialLibrary {
+    /// Text of the library; empty without materials.
+    pub text: Vec<u8>,
+    /// Materials and the output paths of their textures.
+    pub textures: Vec<(String, String)>,
+}
+
+impl MaterialLibrary {
+    /// Writes the materials that groups use; adds their textures, named after `name`, to the output.
+    pub fn from_looks(extra: &Extra, name: &str, finder: &mut FileFinder) -> Self {
+        let mut library = Self::default();
+        let used = extra.materials();
+        let mut paths = TexturePaths { name, finder, known: Vec::new() };
+        for (material, look) in extra.looks.iter().filter(|(material, _)| used.contains(&material.as_str())) {
+            library.push_material(material, look);
+            if let Some(texture) = &look.texture {
+                let path = library.push_texture("map_Kd", texture, &mut paths);
+                library.textures.push((material.clone(), path));
+            }
+            library.push_finish(&look.finish, &mut paths);
+        }
+        library
+    }
+
+    fn push_material(&mut self, material: &str, look: &Look) {
+        self.text.extend(format!("newmtl {material}\n").into_bytes());
+        self.push_numbers("Kd", &look.colour.map(srgb));
+    }
+
+    /// Appends the statements of a finish that differ from its defaults, in the usual extensions for roughness.
+    fn push_finish<'a>(&mut self, finish: &'a Finish, paths: &mut TexturePaths<'a, '_, '_>) {
+        let plain = Finish::default();
+        if finish.emission != plain.emission {
+            self.push_numbers("Ke", &finish.emission.map(srgb));
+            finish.emission_texture.iter().for_each(|texture| drop(self.push_texture("map_Ke", texture, paths)));
+        }
+        if (finish.roughness, finish.metal) != (plain.roughness, plain.metal) {
+            self.push_numbers("Pr", &[finish.roughness]);
+            self.push_numbers("Pm", &[finish.metal]);
+        }
+        // // A single image for both is glTF's, with values in green and blue; MTL cannot say that.
+        if finish.roughness_texture != finish.metal_texture {
+            finish.roughness_texture.iter().for_each(|texture| drop(self.push_texture("map_Pr", texture, paths)));
+            finish.metal_texture.iter().for_each(|texture| drop(self.push_texture("map_Pm", texture, paths)));
+        }
+        finish.normal_texture.iter().for_each(|texture| drop(self.push_texture("norm", texture, paths)));
+    }
+
+    /// Appends a statement with numbers.
+    fn push_numbers(&mut self, word: &str, numbers: &[f32]) {
+        self.text.extend(format!("{word} ").into_bytes());
+        push_singles(&mut self.text, numbers);
+        self.text.push(b'\n');
+    }
+
+    /// Appends a statement with a texture and returns the texture's output path.
+    fn push_texture<'a>(
+        &mut self,
+        word: &str,
+        texture: &'a BaseTexture,
+        paths: &mut TexturePaths<'a, '_, '_>,
+    ) -> String {
+        let path = paths.add(texture, texture_use(word.as_bytes()));
+        let clamp = if texture.wrap == [Wrap::Clamp; 2] { "-clamp on " } else { "" };
+        self.text.extend(format!("{word} {clamp}{path}\n").into_bytes());
+        path
+    }
+}
+
+/// Output paths of textures, each image once.
+struct TexturePaths<'a, 'b, 'c> {
+    name: &'b str,
+    finder: &'b mut FileFinder<'c>,
+    known: Vec<(&'a BaseTexture, String)>,
+}
+
+impl<'a> TexturePaths<'a, '_, '_> {
+    fn add(&mut self, texture: &'a BaseTexture, used: ImageUse) -> String {
+        let known = self.known.iter().find(|(other, _)| other.image == texture.image).map(|(_, path)| path.clone());
+        known.unwrap_or_else(|| {
+            let ending = match (extension(&texture.image), self.finder.converter) {
+                // // A converter turns KTX2 into another type, which decides the extension.
+                ("ktx2", Some(converter)) => {
+                    converter.convert(&texture.image, used).map_or("ktx2", |image| extension(&image))
+                }
+                (ending, _) => ending,
+            };
+            let path = PathBuf::from(format!("{}_{}.{ending}", self.name, self.known.len()));
+            self.finder.add_image(&path, &texture.image, used);
+            self.known.push((texture, to_reference(&path)));
+            to_reference(&path)
+        })
+    }
+}
+
+/// Returns the file extension of an image by its signature.
+pub(super) fn extension(image: &[u8]) -> &'static str {
+    match image {
+        [0x89, b'P', b'N', b'G', ..] => "png",
+        [0xff, 0xd8, ..] => "jpg",
+        [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => "webp",
+        [0xab, b'K', b'T', b'X', b' ', b'2', b'0', 0xbb, ..] => "ktx2",
+        _ => "bin",
+    }
+}
