@@ -17,7 +17,6 @@ use super::{
 };
 use crate::mesh::{Attributes, Channel, Frame, Role, TriMesh};
 
-/// Note that a glTF takes only part of a material library.
 const BASE_ONLY: &str = "gltf takes names, colours (Kd, Ke), roughness, metal and textures (map_Kd, map_Ke, norm) from a library: the rest is left out";
 
 /// A mesh to be written, with everything that it carries.
@@ -57,7 +56,7 @@ pub struct WrittenModel {
     pub n_vertices: Option<usize>,
 }
 
-/// Writes a mesh with its attributes, groups and materials as far as the format holds them; [`WrittenModel::notes`] lists
+/// Writes a mesh with its attributes, groups and materials; [`WrittenModel::notes`] lists
 /// losses.
 ///
 /// Files that the asset names are read from [`Extra::folder`] and returned in [`WrittenModel::companion_files`], for
@@ -136,13 +135,11 @@ pub fn packing(models: &[Model], options: &PackOptions) -> Result<(Packing, Opti
     Ok(Packing::for_levels(&levels, options))
 }
 
-/// Prepares a model for the numbers of a format.
 fn content<'a>(model: &Model<'a>, format: Format) -> Result<Content<'a>, WriteError> {
     let kept = model.exact.clone().map(|positions| Content::from_mixed_positions(model.mesh, &model.frame, positions));
     prepare_content(kept.unwrap_or_else(|| Ok(Content::from_mesh(model.mesh, &model.frame)))?, format)
 }
 
-/// Writes a model as a glTF.
 fn as_gltf(model: &Model, content: &Content, options: &WriteOptions) -> Result<GltfFile, WriteError> {
     let Model { attributes, extra, .. } = *model;
     let names = material_names(attributes, extra);
@@ -154,7 +151,6 @@ fn as_gltf(model: &Model, content: &Content, options: &WriteOptions) -> Result<G
     Ok(written)
 }
 
-/// Writes a model as a 3MF.
 fn as_threemf(
     model: &Model,
     content: &Content,

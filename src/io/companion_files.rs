@@ -15,7 +15,6 @@ use super::{ImageConverter, ImageUse, OutputFile};
 pub(super) struct CompanionFile {
     /// Path in the output folder.
     pub output_path: PathBuf,
-    /// Path that it was read from.
     pub source: PathBuf,
     /// Whether the asset must name it by the new path.
     pub is_renamed: bool,
@@ -35,14 +34,11 @@ pub(super) struct FileFinder<'a> {
     folder: Option<&'a Folder>,
     allow_outside: bool,
     pub files: Vec<OutputFile>,
-    /// Uses of the files that are images.
     images: FxHashMap<PathBuf, ImageUse>,
-    /// Converter of the images, if any.
     pub converter: Option<&'a dyn ImageConverter>,
     pub notes: Vec<String>,
     /// Results so far, by folder and name.
     known: FxHashMap<(PathBuf, String), Option<CompanionFile>>,
-    /// Content of files read so far, by path.
     read: FxHashMap<PathBuf, Arc<[u8]>>,
     known_notes: FxHashSet<String>,
 }
@@ -62,7 +58,6 @@ impl<'a> FileFinder<'a> {
         }
     }
 
-    /// Returns whether `name` is a file in the asset's folder.
     pub fn has_file(&self, name: &str) -> bool {
         inner_path(Path::new(""), name).zip(self.folder).is_some_and(|(path, folder)| folder.has_file(&path))
     }
@@ -81,20 +76,17 @@ impl<'a> FileFinder<'a> {
         found
     }
 
-    /// Adds a file to the output, once.
     pub fn add_file(&mut self, path: &Path, bytes: &[u8]) {
         if self.files.iter().all(|file| file.path != path) {
             self.files.push(OutputFile { path: path.to_path_buf(), bytes: bytes.to_vec() });
         }
     }
 
-    /// Adds an image to the output, once.
     pub fn add_image(&mut self, path: &Path, bytes: &[u8], used: ImageUse) {
         self.add_file(path, bytes);
         self.images.entry(path.to_path_buf()).or_insert(used);
     }
 
-    /// Returns the files for the output, with converted images.
     pub fn into_files(self) -> Vec<OutputFile> {
         let Self { mut files, images, converter, .. } = self;
         files.par_iter_mut().for_each(|file| {
@@ -135,7 +127,6 @@ impl<'a> FileFinder<'a> {
         Ok(CompanionFile { output_path: output_path.ok_or("is no file: the name stays")?, source, is_renamed, bytes })
     }
 
-    /// Reads the file at `path`, relative to `folder`.
     fn read(&mut self, folder: &Folder, path: &Path) -> Result<(PathBuf, Arc<[u8]>), FileProblem> {
         let source = folder.resolve(path, self.allow_outside)?;
         if let Some(bytes) = self.read.get(&source) {

@@ -4,7 +4,6 @@ use std::fmt;
 
 use super::Format;
 
-/// The problem of content in no known format.
 pub(super) const UNKNOWN: &str = "the content is of no known format";
 
 /// A location in a file.
@@ -64,7 +63,6 @@ impl ReadError {
         Self { location: FileLocation::Line(line), ..Self::file(what, remedy) }
     }
 
-    /// Makes an error at byte `at`.
     pub(super) fn byte(at: usize, what: impl Into<String>, remedy: &str) -> Self {
         Self { location: FileLocation::Byte(at), ..Self::file(what, remedy) }
     }

@@ -117,7 +117,6 @@ pub(super) fn decode_text(bytes: &[u8]) -> String {
     std::str::from_utf8(bytes).map_or_else(|_| decode_latin1(bytes), String::from)
 }
 
-/// Decodes Latin-1.
 pub(super) fn decode_latin1(bytes: &[u8]) -> String {
     bytes.iter().map(|&byte| char::from(byte)).collect()
 }

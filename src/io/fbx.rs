@@ -21,13 +21,11 @@ use super::{Extra, Group, ReadError, ReadMesh};
 use crate::mesh::{Attributes, Look, PlacedMesh, RawMesh, side_by_side};
 use corners::{FbxMesh, convert_mesh};
 
-/// Whether this build reads FBX.
 pub(super) const CAN_READ: bool = true;
 
 /// Largest memory per byte of a file, and bytes always allowed.
 const MEMORY: (usize, usize) = (200, 64 << 20);
 
-/// Reads the geometry of a scene.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     Ok(RawMesh { attributes: Attributes::default(), ..read_attributed(bytes)?.mesh })
 }
@@ -110,7 +108,6 @@ fn check_repeats(parts: &[FbxMesh], of_nodes: &[usize]) -> Result<(), ReadError>
     }
 }
 
-/// Makes the group of a node's faces with one material.
 fn make_group(node: &Node, slot: u32, names: &mut UniqueMaterials) -> Group {
     let object = Some(node.element.name.to_string()).filter(|name| !name.trim().is_empty());
     let of_mesh = || node.mesh.as_ref().and_then(|mesh| mesh.materials.get(slot as usize));
@@ -119,7 +116,6 @@ fn make_group(node: &Node, slot: u32, names: &mut UniqueMaterials) -> Group {
     Group { object, material, ..Group::default() }
 }
 
-/// Returns the look of a material: its base colour.
 fn material_look(material: &Material) -> Look {
     let colour = &material.pbr.base_color;
     let factor = if material.pbr.base_factor.has_value { material.pbr.base_factor.value_vec4.x } else { 1.0 };
@@ -139,7 +135,6 @@ fn to_matrix(of: &Matrix) -> DMat4 {
     DMat4::from_cols(x.extend(0.0), y.extend(0.0), z.extend(0.0), origin.extend(1.0))
 }
 
-/// Lists losses, a line each.
 fn list_losses(scene: &Scene, n_not_finite: usize) -> Vec<String> {
     let dropped = [
         (scene.skin_deformers.len(), "skins"),
@@ -160,7 +155,6 @@ mod tests {
     use super::*;
     use crate::mesh::Role;
 
-    /// Writes a square polygon and a triangle at a node, with normals, texture coordinates, colours and two materials.
     fn text(of_node: &str, axes: &str) -> String {
         format!(
             r#"; FBX 7.4.0 project file

@@ -39,7 +39,6 @@ impl Folder {
         Self::Memory(Arc::new(files.into_iter().filter_map(normalised).collect()))
     }
 
-    /// Returns whether there is a file at `path`.
     pub(super) fn has_file(&self, path: &Path) -> bool {
         match self {
             Self::Disk(folder) => or_current(folder).join(path).is_file(),
@@ -67,7 +66,6 @@ impl Folder {
         Ok(source)
     }
 
-    /// Reads the file at a path from [`resolve`](Self::resolve).
     pub(super) fn read(&self, source: &Path) -> Result<Arc<[u8]>, FileProblem> {
         match self {
             Self::Disk(_) => asking(|| std::fs::read(source)).map(Arc::from).map_err(FileProblem::Unreadable),
@@ -108,16 +106,12 @@ pub(super) fn inner_path(base: &Path, name: &str) -> Option<PathBuf> {
     (!path.as_os_str().is_empty()).then_some(path)
 }
 
-/// A reason why a companion file is unavailable.
 #[derive(Debug)]
 pub(super) enum FileProblem {
-    /// Outside the folder.
     Outside,
     /// Absent, or the name is invalid.
     Missing,
-    /// A folder or a device.
     NotAFile,
-    /// Present but unreadable.
     Unreadable(std::io::Error),
 }
 

@@ -125,7 +125,7 @@ impl Format {
     /// assert_eq!(Format::from_content(b"hello"), None);
     /// ```
     pub fn from_content(bytes: &[u8]) -> Option<Self> {
-        // Before a signature may stand a byte order mark and blanks.
+        // A byte order mark and blanks may come before a signature.
         let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
         let word = text.split(u8::is_ascii_whitespace).next().unwrap_or_default();
         match word {
@@ -170,7 +170,6 @@ fn is_package(bytes: &[u8]) -> bool {
     bytes.starts_with(b"PK\x03\x04") && memchr::memmem::rfind(bytes, b".model").is_some()
 }
 
-/// Recognises OFF, OBJ or FBX by the first word of a line.
 fn from_line(line: &[u8]) -> Option<Format> {
     let line = line.trim_ascii_start();
     let word = line.split(u8::is_ascii_whitespace).next().unwrap_or_default();

@@ -68,7 +68,6 @@ use super::ReadError;
 use super::far_from_origin::is_far_from_origin;
 use crate::mesh::RawMesh;
 
-/// Reason why this build cannot write glTF: none.
 pub(super) const MISSING: Option<&str> = None;
 
 const REMEDY: &str = "export the asset again";
@@ -90,7 +89,6 @@ pub(super) fn read(bytes: &[u8], fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadErr
     Ok(mesh)
 }
 
-/// Refuses an asset that requires the extension [`REFUSED`].
 fn refuse_instancing(root: &Root) -> Result<(), ReadError> {
     match root.extensions_required.iter().any(|needed| needed == REFUSED) {
         true => Err(ReadError::file(format!("needs the extension {REFUSED}"), "export the asset without it")),
@@ -106,16 +104,14 @@ fn spend(budget: &mut usize, n: usize) -> Result<(), ReadError> {
     Ok(())
 }
 
-/// An asset with the mesh made of it so far.
 struct SceneBuilder<'a> {
     data: Data<'a>,
     mesh: RawMesh,
-    /// PrimitiveVertices and faces that may still be added.
+    /// Vertices and faces that may still be added.
     budget: usize,
 }
 
 impl SceneBuilder<'_> {
-    /// Adds the triangles of all primitives of a mesh.
     fn add_mesh(&mut self, index: usize, transform: DMat4) -> Result<(), ReadError> {
         let mesh = self.data.root.meshes.get(index).ok_or_else(|| missing_error("mesh", index))?;
         // // Primitives that differ only in material often share their positions.
@@ -157,7 +153,6 @@ impl SceneBuilder<'_> {
     }
 }
 
-/// Makes the error for an index of nothing.
 fn missing_error(what: &str, index: usize) -> ReadError {
     ReadError::file(format!("there is no {what} {index}"), REMEDY)
 }

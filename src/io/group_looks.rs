@@ -31,7 +31,6 @@ pub fn read_looks(extra: &Extra, allow_outside: bool) -> (Looks, Vec<String>) {
     (Looks { of_groups, v_is_up: true, linear_colours: false }, finder.notes)
 }
 
-/// Reads the looks of the groups from textures that comments name.
 fn read_numbered_textures(extra: &Extra, finder: &mut FileFinder) -> Vec<Look> {
     let channel = extra.layouts.iter().find(|layout| layout.per_corner).map(|layout| layout.channel.clone());
     let channel = channel.unwrap_or_default();
@@ -47,7 +46,6 @@ fn read_numbered_textures(extra: &Extra, finder: &mut FileFinder) -> Vec<Look> {
     groups.iter().map(|group| of_group(group).unwrap_or_default()).collect()
 }
 
-/// Reads the looks of the groups from material libraries.
 fn read_libraries(extra: &Extra, finder: &mut FileFinder) -> Vec<Look> {
     let mut materials: Vec<(String, Look)> = extra.looks.clone();
     for name in library_names(extra, finder) {
@@ -55,13 +53,12 @@ fn read_libraries(extra: &Extra, finder: &mut FileFinder) -> Vec<Look> {
             materials.append(&mut read_library(&library, finder));
         }
     }
-    // // The first of several materials with one name counts, hence the reversal.
+    // // The first of several materials with one name counts, so the order is reversed.
     let by_name: FxHashMap<&str, &Look> = materials.iter().rev().map(|(name, look)| (name.as_str(), look)).collect();
     let look = |name: &Option<String>| by_name.get(name.as_deref()?).map(|&look| look.clone());
     extra.groups.iter().map(|group| look(&group.material).unwrap_or_default()).collect()
 }
 
-/// Reads the materials of a library.
 fn read_library(library: &CompanionFile, finder: &mut FileFinder) -> Vec<(String, Look)> {
     let base = library.folder();
     let mut materials: Vec<(String, Look)> = Vec::new();
@@ -98,7 +95,6 @@ fn parse_numbers(look: &mut Look, word: &[u8], rest: &[u8]) -> bool {
     true
 }
 
-/// Returns where the texture of a statement, in lower case, belongs.
 fn texture_slot<'a>(look: &'a mut Look, word: &[u8]) -> Option<&'a mut Option<BaseTexture>> {
     let Look { texture, finish, .. } = look;
     match word {
@@ -133,13 +129,11 @@ fn parse_colour(text: &[u8]) -> Option<[f32; 3]> {
     colour.iter().all(|x| x.is_finite()).then(|| colour.map(|x| linear_light(x.clamp(0.0, 1.0))))
 }
 
-/// Parses the leading numbers of a statement.
 fn parse_leading_numbers(text: &[u8]) -> impl Iterator<Item = f32> {
     let text = std::str::from_utf8(text).unwrap_or_default();
     text.split_whitespace().map_while(|word| word.parse::<f32>().ok())
 }
 
-/// Returns the wrap mode in the options of a texture.
 fn parse_wrap(options: &[u8]) -> [Wrap; 2] {
     let mut words = options.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
     let is_clamped = words.any(|word| word == b"-clamp") && words.next() == Some(b"on");
@@ -153,7 +147,6 @@ mod tests {
     use crate::io::{Column, Scalar};
     use crate::mesh::Finish;
 
-    /// Reads the looks of three groups from a library with this text, next to a texture.
     fn looks_from_library(text: &str) -> (Vec<Look>, Vec<String>) {
         let folder = tempfile::tempdir().unwrap();
         std::fs::create_dir(folder.path().join("maps")).unwrap();

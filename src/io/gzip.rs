@@ -11,7 +11,6 @@ use super::ReadError;
 use super::memory::io_error;
 use crate::mesh::room::asking;
 
-/// Signature of a compressed file.
 const MAGIC: &[u8] = b"\x1f\x8b";
 
 /// Largest expansion per compressed byte, and bytes always allowed. Meshes expand 2 to 20 times; the format reaches

@@ -24,7 +24,6 @@ const OPTIONS: [(&[u8], usize); 14] = [
     (b"-t", 3),
 ];
 
-/// Material libraries of a mesh, as the output names them.
 #[derive(Debug, Default)]
 pub(super) struct Libraries {
     /// Names in the output, one per line.
@@ -52,7 +51,6 @@ impl Libraries {
         found.is_renamed.then(|| to_reference(&found.output_path))
     }
 
-    /// Returns the text of a library with texture names that fit the output.
     fn with_textures(&mut self, text: &[u8], base: &Path, place: &Path, finder: &mut FileFinder) -> Vec<u8> {
         let mut out = Vec::with_capacity(text.len());
         let mut material = String::new();
@@ -104,20 +102,17 @@ fn from_folder_of(place: &Path, other: &Path) -> String {
     to_reference(&up.join(other))
 }
 
-/// Splits a line after its first word.
 pub(super) fn first_word(line: &[u8]) -> (&[u8], &[u8]) {
     let line = line.trim_ascii_start();
     line.split_at(line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len()))
 }
 
-/// Returns whether a statement of an MTL names a texture.
 fn is_texture(word: &[u8]) -> bool {
     let others = [&b"bump"[..], b"disp", b"decal", b"refl", b"norm"];
     word.get(..4).is_some_and(|start| start.eq_ignore_ascii_case(b"map_")) && !word.eq_ignore_ascii_case(b"map_aat")
         || others.iter().any(|other| word.eq_ignore_ascii_case(other))
 }
 
-/// Returns the use of a texture that this statement names.
 pub(super) fn texture_use(word: &[u8]) -> ImageUse {
     match word.to_ascii_lowercase().as_slice() {
         b"norm" => ImageUse::Normals,
@@ -126,7 +121,6 @@ pub(super) fn texture_use(word: &[u8]) -> ImageUse {
     }
 }
 
-/// Returns the file name after the options of a texture statement.
 pub(super) fn file_name(mut rest: &[u8]) -> &[u8] {
     loop {
         rest = rest.trim_ascii();

@@ -9,12 +9,9 @@ use super::material_libraries::texture_use;
 use super::write::push_singles;
 use crate::mesh::{BaseTexture, Finish, Look, Wrap, srgb};
 
-/// A material library made from looks, with the output paths of its textures.
 #[derive(Debug, Default)]
 pub(super) struct MaterialLibrary {
-    /// Text of the library; empty without materials.
     pub text: Vec<u8>,
-    /// Materials and the output paths of their textures.
     pub textures: Vec<(String, String)>,
 }
 
@@ -59,7 +56,6 @@ impl MaterialLibrary {
         finish.normal_texture.iter().for_each(|texture| drop(self.push_texture("norm", texture, paths)));
     }
 
-    /// Appends a statement with numbers.
     fn push_numbers(&mut self, word: &str, numbers: &[f32]) {
         self.text.extend(format!("{word} ").into_bytes());
         push_singles(&mut self.text, numbers);
@@ -80,7 +76,6 @@ impl MaterialLibrary {
     }
 }
 
-/// Output paths of textures, each image once.
 struct TexturePaths<'a, 'b, 'c> {
     name: &'b str,
     finder: &'b mut FileFinder<'c>,
@@ -106,7 +101,6 @@ impl<'a> TexturePaths<'a, '_, '_> {
     }
 }
 
-/// Returns the file extension of an image by its signature.
 pub(super) fn extension(image: &[u8]) -> &'static str {
     match image {
         [0x89, b'P', b'N', b'G', ..] => "png",

@@ -19,13 +19,11 @@ pub(super) fn instance_limit(n_held: usize) -> usize {
     REPEATS.0 * n_held + REPEATS.1
 }
 
-/// Reserves space for `n` more elements.
 #[inline]
 pub(super) fn reserve<T>(list: &mut Vec<T>, n: usize) -> Result<(), ReadError> {
     make_room(list, n).map_err(|_| memory_error(n.saturating_mul(size_of::<T>())))
 }
 
-/// Allocates `n` zeros.
 #[cfg(any(test, feature = "gltf"))]
 pub(super) fn allocate_zeros<T: Clone + Default>(n: usize) -> Result<Vec<T>, ReadError> {
     let mut list = Vec::new();
@@ -34,13 +32,11 @@ pub(super) fn allocate_zeros<T: Clone + Default>(n: usize) -> Result<Vec<T>, Rea
     Ok(list)
 }
 
-/// Makes the error of a refused allocation.
 fn memory_error(n_bytes: usize) -> ReadError {
     let what = format!("it takes more memory than there is ({n_bytes} bytes more)");
     ReadError::file(what, "give a smaller file or more memory")
 }
 
-/// Makes the error of a failed read.
 pub(super) fn io_error(error: io::Error) -> ReadError {
     match error.kind() {
         io::ErrorKind::OutOfMemory => {

@@ -182,7 +182,6 @@ fn read_with(
     mesh.map_err(|error| ReadError { format: Some(format), ..error })
 }
 
-/// Explains to the user that the bytes are of no known format.
 fn unknown_format_error(bytes: &[u8]) -> ReadError {
     if bytes.is_empty() {
         return ReadError::file("the file is empty", "give a mesh file");
@@ -209,7 +208,6 @@ pub fn can_read(format: Format) -> bool {
     }
 }
 
-/// Explains that FBX is read only.
 const FBX_READ_ONLY: &str = "fbx is read, not written: choose glb, which holds as much";
 
 /// Returns why this build cannot write `format`, with a remedy, or `None` if it can.

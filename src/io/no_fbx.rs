@@ -3,15 +3,12 @@
 use super::{ReadError, ReadMesh};
 use crate::mesh::RawMesh;
 
-/// Whether this build reads FBX.
 pub(super) const CAN_READ: bool = false;
 
-/// Refuses every file.
 pub(super) fn read(_: &[u8]) -> Result<RawMesh, ReadError> {
     Err(ReadError::file("this build reads no FBX", "build with the feature fbx or convert the file"))
 }
 
-/// Refuses every file.
 pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     read(bytes).map(|mesh| ReadMesh { mesh, ..ReadMesh::default() })
 }

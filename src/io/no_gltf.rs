@@ -6,16 +6,13 @@ use super::write_options::WriteOptions;
 use super::{Format, ReadError, ReadMesh, WriteError};
 use crate::mesh::{Attributes, Look, RawMesh};
 
-/// Reason why this build cannot write glTF.
 pub(super) const MISSING: Option<&str> =
     Some("this build writes no glTF: build with the feature gltf or choose another format");
 
-/// Refuses every asset.
 pub(super) fn read(_: &[u8], _: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<RawMesh, ReadError> {
     Err(ReadError::file("this build reads no glTF", "build with the feature gltf or convert the file"))
 }
 
-/// Refuses every asset.
 pub(super) fn read_attributed(
     bytes: &[u8],
     fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
@@ -23,12 +20,10 @@ pub(super) fn read_attributed(
     read(bytes, fetch).map(|mesh| ReadMesh { mesh, ..ReadMesh::default() })
 }
 
-/// Refuses every mesh.
 pub(super) fn write(_: &Content, _: Format) -> Result<Vec<u8>, WriteError> {
     Err(WriteError { what: MISSING.unwrap_or_default().into() })
 }
 
-/// Refuses every mesh.
 pub(super) fn write_attributed(
     content: &Content,
     _: &Attributes,

@@ -4,7 +4,6 @@ use std::borrow::Cow;
 
 use super::ReadError;
 
-/// Returns the bytes as they are; refuses compressed ones.
 pub(super) fn decompress(bytes: &[u8]) -> Result<Cow<'_, [u8]>, ReadError> {
     match bytes {
         [0x1f, 0x8b, ..] => {
@@ -14,7 +13,6 @@ pub(super) fn decompress(bytes: &[u8]) -> Result<Cow<'_, [u8]>, ReadError> {
     }
 }
 
-/// Refuses to compress.
 pub(super) fn compress(_: &[u8]) -> std::io::Result<Vec<u8>> {
     Err(std::io::Error::other("this build writes no gzip"))
 }

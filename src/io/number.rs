@@ -6,12 +6,9 @@ const POWERS: [f64; 23] = [
     1e21, 1e22,
 ];
 
-/// A parsed number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Number {
-    /// The value, correctly rounded.
     pub value: f64,
-    /// Length of the text in bytes.
     pub length: usize,
     /// Whether the digits need a double: the nearest single, written with as many decimals, would differ.
     pub double: bool,

@@ -37,19 +37,16 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     Ok(reader.finish())
 }
 
-/// State of the reader.
 #[derive(Default)]
 struct ObjReader<'a> {
-    /// Whether attributes are read, not only geometry.
     reads_attributes: bool,
     /// Mesh so far; its faces index wedges once `wedges` exists.
     mesh: RawMesh,
     fans: Fans,
     /// `v/vt/vn` of the current face, from zero.
     corners: Vec<[u32; 3]>,
-    /// Corners of the current face, as wedges or vertices.
     numbers: Vec<u32>,
-    /// ObjWedges, from the first corner on that has more than a vertex.
+    /// Wedges, from the first corner on that has more than a vertex.
     wedges: Option<ObjWedges>,
     /// Values of the `vt` lines, n x 2, and of the `vn` lines, n x 3.
     uvs: Vec<f32>,
@@ -61,7 +58,6 @@ struct ObjReader<'a> {
     ignored: IgnoredStatements,
 }
 
-/// Counts of ignored statements.
 #[derive(Default)]
 struct IgnoredStatements {
     third_coordinates: usize,
@@ -114,7 +110,6 @@ impl<'a> ObjReader<'a> {
         Ok(())
     }
 
-    /// Reads a face and cuts it into a fan of triangles.
     fn read_face(&mut self, text: &mut Text) -> Result<(), ReadError> {
         self.read_corners(text)?;
         self.numbers.clear();
@@ -161,7 +156,6 @@ impl<'a> ObjReader<'a> {
         Ok(())
     }
 
-    /// Reads a line that is neither a vertex nor a face.
     fn read_statement(&mut self, text: &mut Text<'a>) {
         match text.word() {
             b"vt" => {
@@ -181,7 +175,6 @@ impl<'a> ObjReader<'a> {
         }
     }
 
-    /// Assembles the result.
     fn finish(mut self) -> ReadMesh {
         let mut notes = self.ignored.notes();
         let not_finite: usize = [&mut self.uvs, &mut self.normals, &mut self.colours]
@@ -249,7 +242,6 @@ fn channel(name: &str, role: Role, width: usize, values: Vec<f32>) -> Channel {
     Channel { name: name.into(), role, width, values }
 }
 
-/// Returns the first channel of a role; the format holds one of each.
 fn find_channel(attributes: &Attributes, role: Role) -> Option<&Channel> {
     attributes.channels.iter().find(|channel| channel.role == role)
 }
@@ -301,10 +293,8 @@ mod tests {
         }
     }
 
-    /// Vertex, `vt` and `vn`.
     type NaiveCorner = (u32, [f32; 2], [f32; 3]);
 
-    /// Returns the corners of each triangle by splitting lines and words.
     fn naive(text: &str) -> Vec<[NaiveCorner; 3]> {
         let rows = |word: &str| {
             let numbers = |line: &str| line.split(' ').skip(1).map(|x| x.parse::<f32>().unwrap()).collect::<Vec<_>>();

@@ -13,7 +13,6 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     read_with_notes(bytes).map(|(mesh, _)| mesh)
 }
 
-/// Reads as [`read`]; also returns notes on what was ignored.
 pub(super) fn read_with_notes(bytes: &[u8]) -> Result<(RawMesh, Vec<String>), ReadError> {
     let mut text = Text::new(bytes);
     let mut notes = Vec::new();
@@ -117,7 +116,6 @@ fn missing(text: &Text, face: usize, n_faces: usize) -> ReadError {
     text.error(format!("face {face} of {n_faces} needs a count and vertex numbers"), REMEDY)
 }
 
-/// Writes an OFF text.
 pub(super) fn write(content: &Content) -> Vec<u8> {
     let (n_vertices, n_faces) = (content.n_vertices(), content.faces.len());
     let mut out = Vec::with_capacity(40 * n_vertices + 24 * n_faces + 64);

@@ -2,7 +2,6 @@
 
 use crate::mesh::PositionGrid;
 
-/// Positions and faces of a mesh.
 pub(super) type LevelMesh<'a> = (&'a [[f32; 3]], &'a [[u32; 3]]);
 
 /// Options for packing.
@@ -23,13 +22,11 @@ impl PackOptions {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Packing {
     /// Grid of each mesh; `None` where positions stay single precision.
-    pub(super) grids: Vec<Option<PositionGrid>>,
-    /// Whether buffers are compressed.
+    pub(super) grids: Vec<Option<Grid>>,
     pub(super) compress: bool,
 }
 
 impl Packing {
-    /// Chooses one grid for all levels of a mesh; a note reports when there is none.
     pub(super) fn for_levels(levels: &[LevelMesh], options: &PackOptions) -> (Self, Option<String>) {
         let grid = grid_for(levels, options.bits);
         let note = grid.is_none().then(|| format!("positions {}", unpacked_words()));
@@ -56,7 +53,6 @@ pub(super) fn grid_for(meshes: &[LevelMesh], bits: u32) -> Option<Grid> {
     grids.next()
 }
 
-/// Returns the words of a note about positions without a grid.
 pub(super) fn unpacked_words() -> String {
     let most = PackOptions::MOST_BITS;
     format!(

@@ -15,13 +15,11 @@ use crate::mesh::Frame;
 use crate::mesh::fallible_allocation::{make_room, with_fallible_allocation};
 
 const REMEDY: &str = "the file is cut or damaged, export the mesh again";
-/// Size of the read buffer in bytes.
 const BUFFER: usize = 1 << 20;
 
 /// The corners of a triangle.
 pub type Triangle = [[f32; 3]; 3];
 
-/// A receiver of positions.
 type PositionReceiver<'a> = dyn FnMut([f64; 3]) + 'a;
 
 /// A mesh file that is read in a stream, as often as needed.
@@ -145,7 +143,6 @@ impl Pieces {
         Ok(n_broken)
     }
 
-    /// Reads all positions, n_vertices x 3.
     fn positions(&self, frame: &Frame) -> Result<Vec<[f32; 3]>, ReadError> {
         let mut positions = Vec::new();
         let n = usize::try_from(self.n_memory_bytes() / 12).unwrap_or(usize::MAX);
@@ -168,13 +165,11 @@ fn pass_on(corners: [Option<[f32; 3]>; 3], take: &mut dyn FnMut(Triangle), n_bro
     }
 }
 
-/// Opens a file for reading from its start.
 fn open(path: &Path) -> Result<BufReader<File>, ReadError> {
     let file = with_fallible_allocation(|| File::open(path)).map_err(|error| unreadable(&error))?;
     Ok(BufReader::with_capacity(BUFFER, file))
 }
 
-/// Reads at most the first `most` bytes of a file.
 fn read_beginning(path: &Path, most: u64) -> Result<Vec<u8>, ReadError> {
     let mut bytes = Vec::new();
     open(path)?.take(most).read_to_end(&mut bytes).map_err(|error| unreadable(&error))?;
@@ -188,7 +183,6 @@ fn unreadable(error: &std::io::Error) -> ReadError {
     }
 }
 
-/// Decodes the number at the start of `bytes`.
 fn number(scalar: Scalar, bytes: &[u8], big: bool) -> Result<f64, ReadError> {
     scalar.decode(bytes, big).ok_or_else(|| ReadError::file("the file ends too soon", REMEDY))
 }
@@ -198,7 +192,6 @@ mod tests {
     use super::*;
     use crate::io::read_path;
 
-    /// Reads the triangles of a file as a whole and in pieces.
     fn read_both_ways(path: &Path) -> [Vec<Triangle>; 2] {
         let raw = read_path(path, None).unwrap();
         let at = |v: u32| raw.positions[v as usize].map(|x| x as f32);

@@ -20,15 +20,12 @@ use super::text::Text;
 use super::{ReadError, Scalar};
 use crate::mesh::{Fans, RawMesh};
 
-/// Records per parallel task.
 const BLOCK: usize = 1 << 14;
 
-/// Reads the geometry of a PLY file.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     read_geometry(bytes, &Header::parse(bytes)?)
 }
 
-/// Reads a PLY file with all attributes.
 pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     let header = Header::parse(bytes)?;
     let is_repeated = |name: &str| header.elements.iter().filter(|element| element.name == name).count() > 1;
@@ -42,12 +39,11 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     attributed::read(bytes, header)
 }
 
-/// Opens the values after the header.
 fn open<'a>(bytes: &'a [u8], header: &Header) -> Source<'a> {
     match header.encoding {
         Encoding::Text => {
             let text = Text::new(bytes).starting_at(header.body);
-            // RowRange without properties are no lines of the text.
+            // Rows without properties are no lines of the text.
             let elements = header.elements.iter().filter(|element| !element.properties.is_empty());
             let rows_left = elements.fold(0, |sum: usize, element| sum.saturating_add(element.count));
             Source::Text { text, rows_left, has_lines: None }
@@ -72,7 +68,7 @@ fn read_geometry(bytes: &[u8], header: &Header) -> Result<RawMesh, ReadError> {
     Ok(mesh)
 }
 
-/// RowRange of an element from `start` on, and the list property to read.
+/// Rows of an element from `start` on, and the list property to read.
 struct RowRange<'a> {
     element: &'a Element,
     start: usize,
@@ -122,7 +118,7 @@ fn index(value: f64) -> u32 {
 fn read_vertices(source: &mut Source, element: &Element, mesh: &mut RawMesh) -> Result<(), ReadError> {
     let axes = [element.scalar("x")?, element.scalar("y")?, element.scalar("z")?];
     mesh.double |= axes.iter().any(|&axis| element.properties[axis].scalar.is_wide());
-    // RowRange of equal length are decoded in parallel; after the check that they are all there.
+    // Rows of equal length are decoded in parallel; after the check that they are all there.
     if let (Source::Binary { bytes, at, big }, Some((offsets, stride))) = (&mut *source, element.layout()) {
         let Some(records) = records(&bytes[*at..], element.count, stride) else {
             return Err(source.cut_error(element, source.n_bytes_left() / stride));
@@ -152,7 +148,6 @@ fn records(bytes: &[u8], count: usize, stride: usize) -> Option<&[u8]> {
     bytes.get(..count.checked_mul(stride)?)
 }
 
-/// Decodes three scalars (offset in the record, type) of every record.
 fn decode_positions(
     records: &[u8],
     stride: usize,
@@ -210,7 +205,6 @@ fn read_leading_triangles(
     Ok(n_triangles)
 }
 
-/// Decodes a triangle of the usual layout.
 fn triangle(record: &[u8], decode: impl Fn([u8; 4]) -> u32) -> [u32; 3] {
     let (corners, _) = record[1..].as_chunks::<4>();
     std::array::from_fn(|corner| decode(corners[corner]))

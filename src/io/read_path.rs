@@ -90,7 +90,7 @@ pub fn is_gltf_path(path: &Path) -> bool {
     // Only regular files: opening a pipe would consume it.
     let opened = std::fs::File::open(path).ok().filter(|file| file.metadata().is_ok_and(|found| found.is_file()));
     let Some(mut file) = opened.filter(|file| file.take(FIRST).read_to_end(&mut first).is_ok()) else { return false };
-    // // A compressed file must be unpacked, and JSON told from a binary STL by the length of the file.
+    // // A compressed file must be unpacked, and JSON distinguished from a binary STL by the length of the file.
     let is_undecided = first.starts_with(b"\x1f\x8b") || !first.starts_with(b"glTF") && is_gltf(&first);
     match is_undecided {
         true => file.read_to_end(&mut first).is_ok() && is_gltf(&first),
@@ -98,7 +98,6 @@ pub fn is_gltf_path(path: &Path) -> bool {
     }
 }
 
-/// Reads a file and decompresses it.
 fn read_decompressed(path: &Path) -> Result<Vec<u8>, ReadError> {
     let bytes = read_file(path)?;
     match gzip::decompress(&bytes)? {
@@ -119,7 +118,7 @@ fn read_as_named_or_shown<T>(
     let named = format.or_else(|| Format::from_path(path));
     let first = read(named);
     match Format::from_content(bytes) {
-        // The first error stands if the second try fails as well: it fits the name that the user sees.
+        // The first error is kept if the second try fails as well: it fits the name that the user sees.
         Some(shown) if format.is_none() && named != Some(shown) && !first.as_ref().is_ok_and(is_useful) => {
             read(Some(shown)).or(first)
         }

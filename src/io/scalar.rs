@@ -24,7 +24,6 @@ pub enum Scalar {
 }
 
 impl Scalar {
-    /// Returns the type with this name in a PLY header.
     pub(super) fn from_name(name: &str) -> Option<Self> {
         match name {
             "char" | "int8" => Some(Self::I8),
@@ -39,7 +38,6 @@ impl Scalar {
         }
     }
 
-    /// Returns the size of a value in bytes.
     pub(super) fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
@@ -49,7 +47,6 @@ impl Scalar {
         }
     }
 
-    /// Decodes the value at the start of `bytes`, or returns `None` if they are too few.
     pub(super) fn decode(self, bytes: &[u8], big: bool) -> Option<f64> {
         let mut raw = [0; 8];
         let size = self.size();
@@ -71,7 +68,6 @@ impl Scalar {
         })
     }
 
-    /// Returns the name in a PLY header.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::I8 => "char",
@@ -85,7 +81,6 @@ impl Scalar {
         }
     }
 
-    /// Returns whether values are whole numbers.
     pub(super) fn is_whole(self) -> bool {
         !matches!(self, Self::F32 | Self::F64)
     }
@@ -110,7 +105,6 @@ impl Scalar {
         }
     }
 
-    /// Appends a value as text, rounded as in [`push_bytes`](Self::push_bytes).
     pub(super) fn push_text(self, out: &mut Vec<u8>, value: f64) {
         let mut bytes = Vec::with_capacity(8);
         self.push_bytes(&mut bytes, value);

@@ -5,7 +5,6 @@ use std::io::{Read, Result, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::sync::Mutex;
 
-/// Byte streams in one file.
 #[derive(Debug)]
 pub(crate) struct Spool {
     file: Mutex<File>,
@@ -15,13 +14,11 @@ pub(crate) struct Spool {
 }
 
 impl Spool {
-    /// Makes `n_streams` empty streams, on the disk of `folder`.
     pub fn new(folder: &Path, n_streams: usize) -> Result<Self> {
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         Ok(Self { file: Mutex::new(tempfile::tempfile_in(folder)?), streams: vec![Vec::new(); n_streams], n_bytes: 0 })
     }
 
-    /// Appends a piece to a stream.
     pub fn append(&mut self, stream: usize, bytes: &[u8]) -> Result<()> {
         let file = self.file.get_mut().unwrap_or_else(|poisoned| poisoned.into_inner());
         file.write_all(bytes)?;
@@ -30,7 +27,6 @@ impl Spool {
         Ok(())
     }
 
-    /// Reads the pieces of a stream in order.
     pub fn pieces(&self, stream: usize) -> impl Iterator<Item = Result<Vec<u8>>> {
         self.streams[stream].iter().map(|&(at, length)| {
             let mut bytes = vec![0; length];

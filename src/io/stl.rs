@@ -10,7 +10,6 @@ use super::{ReadError, WriteError};
 use crate::mesh::{Fans, RawMesh};
 
 const REMEDY: &str = "export the mesh again";
-/// Records or corners per parallel task.
 const BLOCK: usize = 1 << 14;
 
 /// Reads an STL; a binary one may begin with `solid`, and have bytes after its faces.
@@ -22,7 +21,6 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     if is_text && !is_binary_stl(bytes) { read_text(text) } else { read_binary(bytes) }
 }
 
-/// Lists what is lost in reading these bytes, a line each.
 pub(super) fn notes(bytes: &[u8]) -> Vec<String> {
     let records = bytes.get(84..).unwrap_or_default().chunks_exact(50);
     let n_marked = records.filter(|record| record[48..] != [0, 0]).count();
@@ -39,7 +37,6 @@ pub(super) fn notes(bytes: &[u8]) -> Vec<String> {
     }
 }
 
-/// Reads the faces of a binary file.
 fn read_binary(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     let Some(count) = bytes.get(80..84).and_then(|count| count.try_into().ok()).map(u32::from_le_bytes) else {
         return Err(ReadError::file(format!("{} bytes are too few for a binary file", bytes.len()), REMEDY));
@@ -64,7 +61,6 @@ fn read_binary(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     Ok(RawMesh { positions, faces, ..RawMesh::default() })
 }
 
-/// Reads the facets of all solids of a text.
 fn read_text(mut text: Text) -> Result<RawMesh, ReadError> {
     let (mut mesh, mut fans, mut corners) = (RawMesh::default(), Fans::default(), Vec::new());
     let mut open = false;
@@ -147,7 +143,6 @@ pub(super) fn write_text(content: &Content) -> Result<Vec<u8>, WriteError> {
     Ok(out)
 }
 
-/// Returns the positions in single precision, n_vertices x 3.
 fn single_positions(content: &Content) -> Result<Vec<[f32; 3]>, WriteError> {
     let positions: Vec<_> = (0..content.n_vertices()).map(|v| content.position(v).map(|x| x as f32)).collect();
     if positions.iter().flatten().all(|x| x.is_finite()) {

@@ -11,10 +11,8 @@ use crate::mesh::has_area;
 
 /// Fewest steps of single precision in a mean edge; with fewer, surfaces turn into stairs.
 const STEPS: f64 = 4.0;
-/// Rounding above this share of the diagonal is reported.
 const WORTH_A_NOTE: f64 = 1e-6;
 
-/// Refuses a mesh that the numbers of the format would change.
 pub(super) fn check_precision(content: &Content, format: Format) -> Result<(), WriteError> {
     if !content.is_rounded() {
         return Ok(());
@@ -61,7 +59,6 @@ fn stored_positions(content: &Content, format: Format) -> Vec<[f64; 3]> {
     }
 }
 
-/// Describes by how much the format rounds vertices, if that is worth a note.
 pub(super) fn describe_rounding(content: &Content, format: Format) -> Option<String> {
     if !format.is_single_precision() || !content.is_rounded() {
         return None;
@@ -74,7 +71,6 @@ pub(super) fn describe_rounding(content: &Content, format: Format) -> Option<Str
         .then(|| format!("{name} holds single precision: vertices are rounded by up to {most:.1e}"))
 }
 
-/// Returns whether the mean edge has fewer than [`STEPS`] steps of single precision.
 fn is_coarse(content: &Content, stored: &[[f64; 3]]) -> bool {
     let reach = stored.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
     let ends = |face: &[u32; 3]| [[face[0], face[1]], [face[1], face[2]], [face[2], face[0]]];
@@ -98,7 +94,6 @@ fn count_merged_vertices(content: &Content, stored: &[[f64; 3]]) -> usize {
     stored.iter().enumerate().filter(|&it| is_merged(it)).count()
 }
 
-/// Counts faces that have an area only before they are written.
 fn count_flattened_faces(content: &Content, stored: &[[f64; 3]]) -> usize {
     let is_flat = |face: &&[u32; 3]| !has_area(face.map(|vertex| stored[vertex as usize])) && content.has_area(**face);
     content.faces.iter().filter(is_flat).count()

@@ -3,12 +3,9 @@
 use super::ReadError;
 use super::number;
 
-/// A cursor in a text.
 #[derive(Clone)]
 pub(super) struct Text<'a> {
-    /// Whole file, so that errors can count lines.
     bytes: &'a [u8],
-    /// Number of bytes read.
     at: usize,
     /// Whether a number so far needs a double.
     pub double: bool,
@@ -23,32 +20,26 @@ impl<'a> Text<'a> {
         Self { bytes, at, double: false, continued: false }
     }
 
-    /// Makes a backslash continue lines.
     pub fn with_continuation(self) -> Self {
         Self { continued: true, ..self }
     }
 
-    /// Moves the cursor to byte `at`.
     pub fn starting_at(self, at: usize) -> Self {
         Self { at: at.min(self.bytes.len()), ..self }
     }
 
-    /// Makes an error at the line of the cursor.
     pub fn error(&self, what: impl Into<String>, remedy: &str) -> ReadError {
         ReadError::line(self.bytes, self.at, what, remedy)
     }
 
-    /// Returns the unread bytes.
     pub fn rest(&self) -> &'a [u8] {
         &self.bytes[self.at..]
     }
 
-    /// Returns whether everything is read.
     pub fn is_at_end(&self) -> bool {
         self.at >= self.bytes.len()
     }
 
-    /// Skips `n` bytes.
     pub fn advance(&mut self, n: usize) {
         self.at = (self.at + n).min(self.bytes.len());
     }
@@ -97,7 +88,6 @@ impl<'a> Text<'a> {
         matches!(self.rest(), [] | [b'\n' | b'\r' | b'#', ..])
     }
 
-    /// Reads up to the next blank or line end.
     pub fn word(&mut self) -> &'a [u8] {
         let length = self.rest().iter().position(|byte| byte.is_ascii_whitespace()).unwrap_or(self.rest().len());
         let word = &self.rest()[..length];
@@ -105,7 +95,6 @@ impl<'a> Text<'a> {
         word
     }
 
-    /// Returns the line's unread bytes, trimmed.
     pub fn rest_of_line(&self) -> &'a [u8] {
         let rest = self.rest();
         rest[..memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len())].trim_ascii()

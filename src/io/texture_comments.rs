@@ -2,12 +2,10 @@
 
 use super::extra::{Extra, Group};
 
-/// Returns the texture that a comment names.
 pub(super) fn texture_name(comment: &str) -> Option<&str> {
     comment.strip_prefix("comment TextureFile ").map(str::trim)
 }
 
-/// Returns the textures that comments name, in order.
 pub(super) fn comment_textures(extra: &Extra) -> impl Iterator<Item = &str> {
     extra.comments.iter().filter_map(|comment| texture_name(comment))
 }

@@ -27,13 +27,11 @@ use document::{ModelDocument, Reference, parse};
 use faces::{IgnoredContent, ObjectMeshes};
 use package::Package;
 
-/// Reason why this build cannot write 3MF: none.
 pub(super) const MISSING: Option<&str> = None;
 
 /// Deepest nesting of components; deeper ones are cyclic.
 const DEPTH: usize = 64;
 
-/// Reads the geometry of a package's build.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     Ok(RawMesh { attributes: Attributes::default(), ..read_attributed(bytes)?.mesh })
 }
@@ -63,7 +61,6 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
 /// A part of the package and the number of an object in it.
 type ObjectId = (String, u32);
 
-/// Model parts of a package and the placed objects.
 struct Models<'a> {
     package: Package<'a>,
     root: String,
@@ -82,7 +79,6 @@ impl<'a> Models<'a> {
         Ok(Self { package, root, documents, placed, n_made: 0, notes })
     }
 
-    /// Returns the model of a part, parsed once.
     fn document(&mut self, part: &str) -> Result<&mut ModelDocument, ReadError> {
         if !self.documents.contains_key(part) {
             let document = parse(&self.package.text(part)?, part)?;
@@ -144,7 +140,6 @@ impl<'a> Models<'a> {
         if self.n_made > instance_limit(self.package.n_unpacked()) { Err(too_many()) } else { Ok(()) }
     }
 
-    /// Joins the placed objects into one mesh with attributes.
     fn scene(mut self, parts: ObjectMeshes, transforms: &[(usize, DMat4)]) -> Result<ReadMesh, ReadError> {
         let width = parts.colour_width();
         for &(part, _) in transforms {
@@ -181,7 +176,6 @@ impl<'a> Models<'a> {
         Ok(ReadMesh { mesh, extra, notes: self.notes, format: None })
     }
 
-    /// Returns the unit of length, if it is known.
     fn unit(&mut self) -> Option<String> {
         let unit = self.documents.get(&self.root)?.unit.clone()?;
         let is_known = units::is_known(&unit);
@@ -217,7 +211,6 @@ mod tests {
     const RELATIONS: &str = r#"<Relationships><Relationship Target="/3D/m.model" Id="a"
         Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>"#;
 
-    /// Makes a package of parts, whose relations name `3D/m.model`.
     fn package(parts: &[(&str, &str)]) -> Vec<u8> {
         let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
         for (name, text) in [&[("_rels/.rels", RELATIONS)], parts].concat() {
@@ -227,7 +220,6 @@ mod tests {
         archive.finish().unwrap().into_inner()
     }
 
-    /// Writes a tetrahedron as the mesh of an object, with `of_first` as attributes of its first triangle.
     fn tetrahedron(of_first: &str) -> String {
         let corners = ["0 0 0", "1 0 0", "0 1 0", "0 0 1"].map(|corner| {
             let [x, y, z] = corner.split(' ').collect::<Vec<_>>().try_into().unwrap();
@@ -296,7 +288,6 @@ mod tests {
         assert_eq!(attributes.channels[0].value(attributes.wedges[1][0]), [1.0; 3]);
     }
 
-    /// Writes a mesh as it was read.
     fn write_again(read: ReadMesh) -> Vec<u8> {
         let cleaned = clean(read.mesh, &CleanOptions::default()).unwrap();
         let (mesh, attributes) = (&cleaned.mesh, &cleaned.attributes);

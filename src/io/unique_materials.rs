@@ -5,15 +5,12 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::one_line::one_line;
 use crate::mesh::Look;
 
-/// Materials by unique name.
 #[derive(Default)]
 pub(super) struct UniqueMaterials {
-    /// Looks of the materials.
     pub looks: Vec<(String, Look)>,
     taken: FxHashSet<String>,
     /// Unique names, by name in the file, colour and opacity.
     known: FxHashMap<(String, [u32; 3], bool), String>,
-    /// Number of materials per name in the file.
     counts: FxHashMap<String, usize>,
 }
 

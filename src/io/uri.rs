@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use super::ReadError;
 use super::folder::{FileProblem, Folder, inner_path};
 
-/// Reads the file `uri` in `folder` or below.
 pub(super) fn fetch(folder: &Folder, uri: &str) -> Result<Vec<u8>, ReadError> {
     let found = path_inside(uri).ok_or(FileProblem::Outside);
     let found = found.and_then(|path| folder.read(&folder.resolve(&path, false)?));
@@ -27,7 +26,7 @@ fn decode_percent(uri: &str) -> Option<String> {
     while let [first, tail @ ..] = rest {
         rest = tail;
         let digits = tail.first_chunk::<2>().filter(|_| *first == b'%');
-        // A percent sign without two digits stands for itself.
+        // A percent sign without two digits is literal.
         match digits.and_then(|&[high, low]| Some(16 * digit(high)? + digit(low)?)) {
             Some(byte) => {
                 bytes.push(byte);
@@ -39,7 +38,6 @@ fn decode_percent(uri: &str) -> Option<String> {
     String::from_utf8(bytes).ok()
 }
 
-/// Returns the value of a hexadecimal digit.
 fn digit(letter: u8) -> Option<u8> {
     char::from(letter).to_digit(16).map(|digit| digit as u8)
 }

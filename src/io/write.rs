@@ -17,10 +17,8 @@ const FAR: f64 = 32.0;
 /// Upper bound of that rounding, relative to the coordinate.
 const ROUNDING: f64 = 1.2e-7;
 
-/// A mesh as a writer receives it.
 pub(super) struct Content<'a> {
     positions: Positions<'a>,
-    /// Vertex indices, n_faces x 3.
     pub faces: &'a [[u32; 3]],
     /// Whether a coordinate needs a double; some programs read none (three.js).
     pub double: bool,
@@ -28,18 +26,15 @@ pub(super) struct Content<'a> {
     pub single: [bool; 3],
 }
 
-/// Sources of the coordinates.
 enum Positions<'a> {
     /// The mesh's positions, moved by the frame.
     Local(&'a [[f32; 3]], Frame),
     /// Exact positions where given, else the mesh's, moved by the frame; n_vertices.
     Kept(&'a [[f32; 3]], Frame, Vec<Option<[f64; 3]>>),
-    /// Exact positions, n_vertices x 3.
     Exact(Vec<[f64; 3]>),
 }
 
 impl<'a> Content<'a> {
-    /// Wraps a mesh in the coordinates of `frame`.
     pub fn from_mesh(mesh: &'a TriMesh, frame: &Frame) -> Self {
         let positions = Positions::Local(mesh.positions(), *frame);
         let single = frame.origin.map(|origin| !frame.double || origin == 0.0);
@@ -72,7 +67,6 @@ impl<'a> Content<'a> {
         Ok(Self { positions: Positions::Kept(mesh.positions(), *frame, kept), double, ..bare })
     }
 
-    /// Number of vertices.
     pub fn n_vertices(&self) -> usize {
         match &self.positions {
             Positions::Local(positions, _) | Positions::Kept(positions, ..) => positions.len(),
@@ -80,7 +74,6 @@ impl<'a> Content<'a> {
         }
     }
 
-    /// Returns the exact position of a vertex, if given.
     fn exact_position(&self, vertex: usize) -> Option<[f64; 3]> {
         match &self.positions {
             Positions::Local(..) => None,
@@ -132,13 +125,11 @@ impl<'a> Content<'a> {
         Self { single: [false; 3], ..near }
     }
 
-    /// Returns the diagonal of the bounding box.
     pub fn diagonal(&self) -> f64 {
         let (low, high) = self.bounds();
         diagonal(low, high)
     }
 
-    /// Returns the corners of the bounding box.
     fn bounds(&self) -> ([f64; 3], [f64; 3]) {
         let all = (0..self.n_vertices()).map(|vertex| self.position(vertex));
         all.fold(([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), |(low, high), p| {
@@ -163,7 +154,6 @@ impl<'a> Content<'a> {
         })
     }
 
-    /// Returns the position of a vertex in the file's coordinates.
     pub fn position(&self, vertex: usize) -> [f64; 3] {
         match &self.positions {
             Positions::Local(positions, frame) => frame.to_file(positions[vertex]),
@@ -189,7 +179,6 @@ impl<'a> Content<'a> {
         (origin, (0..self.n_vertices()).map(local).collect())
     }
 
-    /// Appends the coordinates of a vertex, separated by blanks.
     pub fn push_position(&self, out: &mut Vec<u8>, vertex: usize) {
         let mut digits = zmij::Buffer::new();
         let is_given = self.exact_position(vertex).is_some();
@@ -209,7 +198,6 @@ fn diagonal(low: [f64; 3], high: [f64; 3]) -> f64 {
     side(0).hypot(side(1)).hypot(side(2))
 }
 
-/// Returns whether single precision rounds the number.
 fn is_double(x: f64) -> bool {
     f64::from(x as f32) != x
 }
@@ -228,7 +216,6 @@ fn format_single(digits: &mut zmij::Buffer, x: f32) -> &str {
     if x.abs() < WHOLE { digits.format_finite(x) } else { digits.format_finite(f64::from(x)) }
 }
 
-/// Appends numbers, separated by blanks.
 pub(super) fn push_singles(out: &mut Vec<u8>, numbers: &[f32]) {
     for (axis, &x) in numbers.iter().enumerate() {
         if axis > 0 {
@@ -242,7 +229,6 @@ pub(super) fn push_single(out: &mut Vec<u8>, x: f32) {
     out.extend(strip_point(zmij::Buffer::new().format(x)).as_bytes());
 }
 
-/// Drops a final `.0`.
 fn strip_point(text: &str) -> &str {
     text.strip_suffix(".0").unwrap_or(text)
 }
@@ -256,7 +242,6 @@ pub(super) fn push_rows(out: &mut Vec<u8>, content: &Content) {
     push_faces(out, content.faces);
 }
 
-/// Appends a line per face: 3 and the three vertex indices.
 fn push_faces(out: &mut Vec<u8>, faces: &[[u32; 3]]) {
     let mut digits = itoa::Buffer::new();
     for face in faces {

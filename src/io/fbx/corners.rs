@@ -8,16 +8,13 @@ use crate::mesh::{Attributes, Channel, Fans, RawMesh, Role};
 /// Index of no vertex; cleanup drops faces with it.
 const NOWHERE: u32 = u32::MAX;
 
-/// A mesh in its own coordinates, grouped by material.
 pub(super) struct FbxMesh {
     pub mesh: RawMesh,
     /// Material of each group, as an index into the mesh's materials.
     pub slots: Vec<u32>,
-    /// Number of non-finite values, replaced by zero.
     pub n_not_finite: usize,
 }
 
-/// Converts a mesh to triangles.
 pub(super) fn convert_mesh(mesh: &Mesh) -> FbxMesh {
     let (mut faces, mut groups, mut fans) = (Vec::new(), Vec::new(), Fans::default());
     let (mut slots, mut corners, mut dropped_faces) = (Vec::new(), Vec::new(), 0);
@@ -50,7 +47,6 @@ pub(super) fn convert_mesh(mesh: &Mesh) -> FbxMesh {
     FbxMesh { mesh: RawMesh { positions, faces, dropped_faces, attributes, double: false }, slots, n_not_finite }
 }
 
-/// Makes the channels of a mesh, still empty: normals, texture coordinates, colours.
 fn channels(mesh: &Mesh) -> Vec<Channel> {
     let channel = |name: String, role, width| Channel { name, role, width, values: Vec::new() };
     let normal = mesh.vertex_normal.exists.then(|| channel("normal".into(), Role::Normal, 3));
@@ -63,7 +59,6 @@ fn channels(mesh: &Mesh) -> Vec<Channel> {
     normal.into_iter().chain(uvs).chain(colour).collect()
 }
 
-/// Appends the values of all channels at a corner.
 fn push_values(mesh: &Mesh, corner: usize, width_of_colour: usize, values: &mut Vec<f32>) {
     let at = |indices: &[u32]| indices.get(corner).map_or(usize::MAX, |&index| index as usize);
     if mesh.vertex_normal.exists {

@@ -6,7 +6,6 @@ use super::{REMEDY, missing_error};
 use crate::io::ReadError;
 use crate::io::memory::{allocate_zeros, reserve};
 
-/// The document with its buffers.
 pub(super) struct Data<'a> {
     pub root: &'a Root,
     pub buffers: &'a AssetBuffers<'a>,
@@ -49,13 +48,11 @@ impl<'a> Data<'a> {
         Ok((width, values))
     }
 
-    /// Returns the number of components per element of an accessor.
     pub fn width(&self, index: usize) -> Result<usize, ReadError> {
         let accessor = self.accessor(index)?;
         ElementShape::from_name(&accessor.shape).map(ElementShape::width).ok_or_else(|| unusable(index, accessor))
     }
 
-    /// Returns the accessor `index`.
     pub fn accessor(&self, index: usize) -> Result<&'a Accessor, ReadError> {
         self.root.accessors.get(index).ok_or_else(|| missing_error("accessor", index))
     }
@@ -130,7 +127,6 @@ impl<'a> Data<'a> {
         Ok(bytes.chunks(stride).take(count))
     }
 
-    /// Returns the bytes of a buffer view, decompressed.
     pub fn bytes(&self, index: usize) -> Option<&'a [u8]> {
         if let Some(Some(bytes)) = self.decompressed.get(index) {
             return Some(bytes);
@@ -168,7 +164,6 @@ impl ElementShape {
         Some(Self { rows, columns })
     }
 
-    /// Returns the number of components.
     fn width(self) -> usize {
         self.rows * self.columns
     }
@@ -178,12 +173,10 @@ impl ElementShape {
         if self.columns == 1 { self.rows * component } else { (self.rows * component).next_multiple_of(4) }
     }
 
-    /// Returns the bytes of an element with `component` bytes per component.
     fn size(self, component: usize) -> usize {
         self.columns * self.column(component)
     }
 
-    /// Returns the offset of component `at` in an element.
     fn offset(self, at: usize, component: usize) -> usize {
         (at / self.rows) * self.column(component) + (at % self.rows) * component
     }
@@ -200,7 +193,6 @@ pub(super) fn element_size(shape: &str, component_type: u32) -> usize {
     ElementShape::from_name(shape).map_or(0, |shape| shape.size(component))
 }
 
-/// The storage of a component.
 #[derive(Clone, Copy)]
 struct ComponentKind {
     /// OpenGL number of the type, 5120 to 5126.
@@ -210,7 +202,6 @@ struct ComponentKind {
 }
 
 impl ComponentKind {
-    /// Returns the size in bytes, 0 for an unknown type.
     fn size(self) -> usize {
         match self.component {
             5120 | 5121 => 1,
@@ -220,7 +211,6 @@ impl ComponentKind {
         }
     }
 
-    /// Decodes the component at the start of `bytes`, which must be long enough.
     fn decode(self, bytes: &[u8]) -> f64 {
         let mut raw = [0; 4];
         raw[..self.size()].copy_from_slice(&bytes[..self.size()]);

@@ -18,15 +18,12 @@ use crate::io::{Folder, Format, OutputFile, ReadError, gzip, refuse_external_fil
 
 /// A glTF or GLB file, with the files it refers to.
 pub struct Asset {
-    /// Document as read.
     pub(super) document: Value,
-    /// Geometry and buffers.
     pub(super) container: Container<'static>,
     /// Bytes of the asset's file and buffers.
     pub(super) n_bytes: usize,
     /// Whether the asset is a single JSON file.
     pub(super) is_embedded: bool,
-    /// Images in separate files.
     pub(super) images: Vec<OutputFile>,
     /// Mesh index of each part.
     pub(super) meshes: Vec<usize>,
@@ -147,7 +144,6 @@ fn is_data_uri(buffer: &super::schema::GltfBuffer) -> bool {
     buffer.uri.as_deref().is_some_and(|uri| uri.starts_with("data:"))
 }
 
-/// Reads the meshes that have triangles, with their mesh indices.
 fn read_parts(
     container: &Container,
     n_bytes: usize,
@@ -186,7 +182,6 @@ fn largest_scales(data: &Data, limit: usize) -> Result<Vec<f64>, ReadError> {
     Ok(scales.into_iter().map(|scale| if scale > 0.0 { scale } else { 1.0 }).collect())
 }
 
-/// Returns the largest scale of the instances in an accessor, n x 3.
 fn largest_scale(data: &Data, accessor: usize, limit: usize) -> Result<f64, ReadError> {
     let (width, values) = data.floats(accessor, limit)?;
     let volume = |scale: &[f32]| scale.iter().map(|&x| f64::from(x)).product::<f64>().abs();

@@ -13,7 +13,6 @@ use super::schema::Primitive;
 use super::texture_transforms::material_transforms;
 use crate::mesh::{BaseTexture, Finish, Look, Wrap};
 
-/// The parts of a material that are read.
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 struct MaterialData {
@@ -34,7 +33,6 @@ struct MetallicRoughness {
     metallic_roughness_texture: Option<TextureUse>,
 }
 
-/// A texture with its set of coordinates.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct TextureUse {
@@ -60,7 +58,6 @@ struct TextureUseExtensions {
     transform: Option<TransformSet>,
 }
 
-/// The part of a texture transform that changes the set of coordinates.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct TransformSet {
@@ -129,12 +126,10 @@ impl Asset {
     }
 }
 
-/// Reads looks; each image is loaded once.
 struct LookReader<'a> {
     asset: &'a Asset,
     textures: Vec<Option<TextureData>>,
     samplers: Vec<TextureSampler>,
-    /// Bytes of each image, once requested.
     bytes: Vec<Option<Option<Arc<[u8]>>>>,
     notes: Vec<String>,
 }
@@ -185,7 +180,6 @@ impl<'a> LookReader<'a> {
         Some(BaseTexture { image, channel: format!("TEXCOORD_{}", used.coordinates()), wrap })
     }
 
-    /// Returns the bytes of an image, or adds a note if they are missing.
     fn image(&mut self, index: usize) -> Option<Arc<[u8]>> {
         if let Some(Some(known)) = self.bytes.get(index) {
             return known.clone();
@@ -207,7 +201,6 @@ impl<'a> LookReader<'a> {
     }
 }
 
-/// Returns the wrap mode of a sampler.
 fn wrap(number: u32) -> Wrap {
     match number {
         33_071 => Wrap::Clamp,
@@ -221,7 +214,6 @@ mod tests {
     use super::*;
     use crate::io::ReadError;
 
-    /// Opens a triangle in two primitives: one with an embedded texture, one without a material.
     fn asset(image: &str, use_of_texture: &str) -> Asset {
         let text = format!(
             r#"{{"asset": {{"version": "2.0"}},

@@ -43,21 +43,17 @@ pub(super) fn read(
     Ok(Some(mesh).filter(|mesh| !mesh.faces.is_empty()))
 }
 
-/// Repairs made while reading.
 #[derive(Default)]
 pub(super) struct ReadRepairs {
-    /// Number of non-finite attribute values.
     pub n_not_finite: usize,
 }
 
-/// Returns the material name of each primitive, or its number.
 pub(super) fn materials(root: &Root, mesh: &GltfMesh) -> Vec<String> {
     let name = |primitive: &Primitive| root.materials.get(primitive.material?)?.name.clone();
     let named = |(index, primitive)| name(primitive).unwrap_or_else(|| format!("primitive {index}"));
     mesh.primitives.iter().enumerate().map(named).collect()
 }
 
-/// Makes the channels of these primitives, without values.
 fn channels<'a>(data: &Data, primitives: impl Iterator<Item = &'a Primitive>) -> Result<Vec<Channel>, ReadError> {
     let (mut own, mut n_sets, mut targets) = (BTreeMap::new(), 0, BTreeMap::new());
     for primitive in primitives {
@@ -87,7 +83,6 @@ fn is_label(data: &Data, name: &str, accessor: usize) -> Result<bool, ReadError>
     Ok(named || accessor.component_type != FLOAT && !accessor.normalized)
 }
 
-/// Widens a channel to the width of an accessor.
 fn widen((_, held): &mut (Role, usize), width: Option<usize>, data: &Data, accessor: usize) -> Result<(), ReadError> {
     let width = match width {
         Some(width) => width,
@@ -106,7 +101,6 @@ struct PartBuilder<'a> {
     wedges: BTreeMap<Vec<usize>, usize>,
 }
 
-/// The positions of an accessor in the mesh.
 #[derive(Clone, Copy)]
 struct PositionRun {
     first: usize,
@@ -120,7 +114,6 @@ impl<'a> PartBuilder<'a> {
         Self { data, mesh, n_wedges: 0, positions: BTreeMap::new(), wedges: BTreeMap::new() }
     }
 
-    /// Adds the triangles of a primitive.
     fn add(
         &mut self,
         index: u32,
@@ -209,14 +202,14 @@ fn fill_channel(
         return Ok(());
     }
     let Some(accessor) = primitive.attributes.get(name).copied().or_else(of_target) else { return Ok(()) };
-    // Colours without alpha beside others with it are opaque.
+    // Colours without alpha are opaque where others of the mesh have it.
     if role == Role::Colour && width == 4 {
         values.iter_mut().skip(3).step_by(4).for_each(|alpha| *alpha = 1.0);
     }
     write_columns(data, accessor, values, width, 0..width)
 }
 
-/// Writes an accessor into these columns of rows of `width`, as far as both reach.
+/// Writes an accessor into these columns of rows of `width`, up to the shorter of both.
 fn write_columns(
     data: &Data,
     accessor: usize,

@@ -1,4 +1,4 @@
-//! AssetBuffers of a glTF; each file is read once, even if several buffers name it.
+//! Buffers of a glTF; each file is read once, even if several buffers name it.
 
 use std::borrow::Cow;
 use std::path::PathBuf;
@@ -10,11 +10,8 @@ use super::load_uri::load_uri;
 use crate::io::ReadError;
 use crate::io::uri::path_inside;
 
-/// The bytes of buffers.
 pub(super) struct AssetBuffers<'a> {
-    /// Content of the files.
     files: Vec<Cow<'a, [u8]>>,
-    /// File of each buffer.
     of_buffers: Vec<usize>,
 }
 
@@ -42,7 +39,6 @@ impl<'a> AssetBuffers<'a> {
         Ok(held)
     }
 
-    /// Returns the index of the file that a URI names, reading it if it is new.
     fn file(
         &mut self,
         uri: &str,
@@ -59,18 +55,15 @@ impl<'a> AssetBuffers<'a> {
         Ok(self.files.len() - 1)
     }
 
-    /// Copies borrowed bytes.
     pub fn into_owned(self) -> AssetBuffers<'static> {
         let files = self.files.into_iter().map(|bytes| Cow::Owned(bytes.into_owned())).collect();
         AssetBuffers { files, of_buffers: self.of_buffers }
     }
 
-    /// Returns the bytes of a buffer.
     pub fn get(&self, index: usize) -> Option<&[u8]> {
         self.of_buffers.get(index).map(|&file| &*self.files[file])
     }
 
-    /// Returns the number of bytes read.
     pub fn n_bytes(&self) -> usize {
         self.files.iter().map(|bytes| bytes.len()).sum()
     }

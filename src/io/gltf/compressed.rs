@@ -77,7 +77,6 @@ impl<const N: usize> Default for Vertex<N> {
     }
 }
 
-/// Decodes vertices of `stride` bytes, a multiple of four up to 256.
 fn decode_vertices(bytes: &[u8], count: usize, stride: usize) -> Option<Vec<u8>> {
     macro_rules! of_words {
         ($($n:literal)*) => {
@@ -96,7 +95,6 @@ fn vertices<const N: usize>(bytes: &[u8], count: usize) -> Option<Vec<u8>> {
     Some(vertices.into_iter().flat_map(|vertex| vertex.0).flat_map(u32::to_ne_bytes).collect())
 }
 
-/// Undoes the filter that prepared vertices for compression.
 fn undo_filter(bytes: Vec<u8>, stride: usize, filter: &str) -> Option<Vec<u8>> {
     match (filter, stride) {
         ("NONE", _) => Some(bytes),
@@ -110,7 +108,6 @@ fn undo_filter(bytes: Vec<u8>, stride: usize, filter: &str) -> Option<Vec<u8>> {
     }
 }
 
-/// Applies a filter to elements of N numbers of W bytes.
 fn apply_filter<C, const W: usize, const N: usize>(
     bytes: Vec<u8>,
     from: fn([u8; W]) -> C,

@@ -10,11 +10,9 @@ use super::{REMEDY, compressed, draco};
 use crate::io::ReadError;
 use crate::io::memory::instance_limit;
 
-/// A glTF with all its bytes.
 pub(super) struct Container<'a> {
     pub root: Root,
     pub buffers: AssetBuffers<'a>,
-    /// Bytes of each compressed buffer view.
     pub decompressed: Vec<Option<Vec<u8>>>,
 }
 
@@ -41,12 +39,10 @@ impl<'a> Container<'a> {
         Ok(Self { root, buffers, decompressed })
     }
 
-    /// Copies borrowed bytes.
     pub fn into_owned(self) -> Container<'static> {
         Container { root: self.root, buffers: self.buffers.into_owned(), decompressed: self.decompressed }
     }
 
-    /// Returns what accessors read from.
     pub fn data(&self) -> Data<'_> {
         Data { root: &self.root, buffers: &self.buffers, decompressed: &self.decompressed }
     }
@@ -56,7 +52,6 @@ impl<'a> Container<'a> {
         instance_limit(n_bytes + self.buffers.n_bytes() + self.n_decompressed())
     }
 
-    /// Returns the number of decompressed bytes.
     pub fn n_decompressed(&self) -> usize {
         let decoded = self.root.accessors.iter().filter_map(|accessor| accessor.decoded.as_ref());
         self.decompressed.iter().flatten().chain(decoded).map(Vec::len).sum()
@@ -70,13 +65,11 @@ fn has_only_compressed_views(root: &Root, buffer: usize) -> bool {
     views.peek().is_some() && views.all(|view| view.extensions.compression().is_some())
 }
 
-/// Makes the error for glTF before 2.0.
 fn old_version_error(version: &str) -> ReadError {
     let remedy = "convert it to 2.0 first, as with `npx gltf-pipeline -i OLD -o NEW.glb`";
     ReadError::file(format!("glTF {version} is not read, glTF 2.0 is"), remedy)
 }
 
-/// Refuses a document that declares a version before 2.0.
 fn refuse_version_1(json: &[u8]) -> Result<(), ReadError> {
     let stated = serde_json::from_slice::<VersionStatement>(json).ok().and_then(|stated| stated.asset?.version);
     let version = stated.map(|version| version.as_str().map_or_else(|| version.to_string(), String::from));
@@ -86,7 +79,6 @@ fn refuse_version_1(json: &[u8]) -> Result<(), ReadError> {
     }
 }
 
-/// The version statement of a document.
 #[derive(Deserialize)]
 struct VersionStatement {
     asset: Option<StatedVersion>,
@@ -107,7 +99,6 @@ pub(super) fn split_chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ReadE
     Ok((&json[..end], binary))
 }
 
-/// Splits a GLB into its JSON and binary chunk.
 fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ReadError> {
     match read_u32(bytes, 4) {
         Some(2) => {}

@@ -104,7 +104,6 @@ impl Asset {
         (0..nodes.len()).map(below).collect()
     }
 
-    /// Returns the last time of an animation, in seconds.
     fn duration(&self, animation: &Value) -> f64 {
         let inputs = animation["samplers"].as_array().into_iter().flatten();
         let ends = inputs.filter_map(|sampler| {

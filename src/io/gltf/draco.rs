@@ -64,10 +64,8 @@ fn find_missing<'a>(primitive: &'a Primitive, draco: &Draco, accessors: &[Access
     found.map(|(name, _)| name.as_str())
 }
 
-/// The mode of triangle lists, which Draco decodes to.
 const TRIANGLES: u32 = 4;
 
-/// Decodes a mesh of at most `most` bytes, or returns the reason of failure.
 fn decode_mesh(bytes: &[u8], most: usize) -> Result<Mesh, String> {
     let most = most as u64;
     let limits =
@@ -106,7 +104,6 @@ fn attribute_values(attribute: &PointAttribute, n_points: usize, accessor: &Acce
     Some(values)
 }
 
-/// Returns the glTF number of a component type.
 fn component_type_of(kind: DataType) -> Option<u32> {
     match kind {
         DataType::Int8 => Some(5120),
@@ -119,7 +116,6 @@ fn component_type_of(kind: DataType) -> Option<u32> {
     }
 }
 
-/// Appends a number in a glTF component type.
 fn push_as(out: &mut Vec<u8>, value: f32, component: u32) -> Option<()> {
     match component {
         5120 => out.extend((value as i8).to_le_bytes()),
@@ -133,7 +129,6 @@ fn push_as(out: &mut Vec<u8>, value: f32, component: u32) -> Option<()> {
     Some(())
 }
 
-/// Returns the corners of all faces in the type of an accessor.
 fn face_indices(mesh: &Mesh, accessor: &Accessor) -> Option<Vec<u8>> {
     let mut indices = Vec::new();
     reserve(&mut indices, 3 * mesh.num_faces() * element_size("SCALAR", accessor.component_type)).ok()?;

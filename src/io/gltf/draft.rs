@@ -13,27 +13,23 @@ pub(super) struct Draft<'a> {
     pub views: Vec<Option<Cow<'a, [u8]>>>,
 }
 
-/// The storage of numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct NumberStorage {
     /// OpenGL number of the component type, 5120 to 5126.
     pub component: u32,
     /// Whether integers mean fractions of their range.
     pub normalized: bool,
-    /// Shape: `SCALAR`, `VEC3`, ...
     pub shape: String,
     /// Whether only nonzero rows are stored, if that is shorter.
     pub sparse: bool,
 }
 
 impl NumberStorage {
-    /// Stores single precision in rows of this shape.
     pub fn floats(shape: &str) -> Self {
         Self { component: FLOAT, normalized: false, shape: shape.into(), sparse: false }
     }
 }
 
-/// Returns the shape of a row of 1 to 4 numbers.
 pub(super) fn vector_shape(width: usize) -> &'static str {
     ["SCALAR", "VEC2", "VEC3", "VEC4"][width.clamp(1, 4) - 1]
 }
@@ -117,7 +113,6 @@ impl Draft<'_> {
         self.push("accessors", accessor)
     }
 
-    /// Appends a view with its bytes and returns its index.
     pub fn push_view(&mut self, view: Value, bytes: Vec<u8>) -> Value {
         self.views.push(Some(Cow::Owned(bytes)));
         self.push("bufferViews", view)
@@ -133,13 +128,11 @@ impl Draft<'_> {
     }
 }
 
-/// Lists the rows that are not all zero.
 fn nonzero_rows(values: &[f32], width: usize) -> Vec<u32> {
     let rows = values.chunks_exact(width).zip(0..);
     rows.filter(|(row, _)| row.iter().any(|&value| value != 0.0)).map(|(_, number)| number).collect()
 }
 
-/// Returns the smallest and largest value of each column, as fractions or whole numbers.
 fn bounds(values: &[f32], width: usize, has_fractions: bool) -> [Value; 2] {
     let number = |x: f32| if has_fractions { f64::from(x).into() } else { Value::from(x as i64) };
     let column = |fold: fn(f32, f32) -> f32, from: f32| {
@@ -149,7 +142,6 @@ fn bounds(values: &[f32], width: usize, has_fractions: bool) -> [Value; 2] {
     [column(f32::min, f32::INFINITY), column(f32::max, f32::NEG_INFINITY)]
 }
 
-/// Appends a number as it is stored.
 fn push(bytes: &mut Vec<u8>, value: f32, stored: &NumberStorage) {
     let whole = |range: f64| (f64::from(value) * if stored.normalized { range } else { 1.0 }).round();
     // // Casts from floats saturate.

@@ -6,10 +6,8 @@ use super::references::index;
 
 /// Members of a node that belong to its mesh.
 const OF_MESH: [&str; 3] = ["mesh", "skin", "weights"];
-/// An extension that repeats the mesh of a node.
 const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 
-/// Removes these meshes from their nodes, with the animations of their weights.
 pub(super) fn remove_meshes(document: &mut Value, meshes: &[usize]) {
     let nodes = document.get_mut("nodes").and_then(Value::as_array_mut).into_iter().flatten().enumerate();
     let mut emptied = Vec::new();

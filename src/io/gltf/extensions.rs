@@ -14,7 +14,6 @@ const OF_FACES: [&str; 5] = [
     "KHR_draco_mesh_compression",
 ];
 
-/// Compression extensions of buffers.
 const COMPRESSION: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
 /// Prefixes of extensions whose references are none, or known to [`references`](super::references).
@@ -69,12 +68,10 @@ pub(super) fn name_extension(document: &mut Value, name: &str) {
     }
 }
 
-/// Removes the extensions of a primitive or mesh that describe its original faces.
 pub(super) fn drop_face_extensions(object: &mut Value) {
     drop_extensions(object, &OF_FACES);
 }
 
-/// Removes the compression extensions of buffers and buffer views.
 pub(super) fn drop_compression_extensions(document: &mut Value) {
     visit(document, &["bufferViews/*", "buffers/*"], &mut |value| drop_extensions(value, &COMPRESSION));
 }
@@ -112,7 +109,6 @@ fn holds_index(value: &Value) -> bool {
     }
 }
 
-/// Removes extensions that are no longer used from the document's lists.
 pub(super) fn drop_unused_names(document: &mut Value) {
     let quantized = is_quantized(document);
     let unused: Vec<&str> = OF_FACES
@@ -131,7 +127,6 @@ pub(super) fn drop_unused_names(document: &mut Value) {
     }
 }
 
-/// Returns whether an object has this extension.
 fn is_used(value: &Value, name: &str) -> bool {
     match value {
         Value::Array(values) => values.iter().any(|value| is_used(value, name)),

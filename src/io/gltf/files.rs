@@ -7,14 +7,10 @@ use serde_json::Value;
 
 use crate::io::{Format, OutputFile, WriteError};
 
-/// Places for the buffer.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum BufferPlace {
-    /// In the GLB file.
     Glb,
-    /// In the JSON, as a `data:` URI.
     Embedded,
-    /// In a separate file.
     Beside,
 }
 
@@ -61,7 +57,6 @@ fn free_name(stem: &str, images: &[OutputFile]) -> String {
     name
 }
 
-/// Encodes a file name as a URI.
 pub(super) fn encode_percent(name: &str) -> String {
     let mut uri = String::new();
     for byte in name.bytes() {

@@ -11,10 +11,8 @@ use crate::io::OutputFile;
 use crate::io::material_writer::extension;
 use crate::io::uri::path_inside;
 
-/// The extension for KTX2 textures.
 pub(super) const KTX2_TEXTURE: &str = "KHR_texture_basisu";
 
-/// Returns the media type of an image by file extension, for the types that glTF holds.
 pub(super) fn media_type(ending: &str) -> Option<&'static str> {
     match ending {
         "png" => Some("image/png"),
@@ -34,7 +32,7 @@ pub(super) fn texture_extension(media_type: &str) -> Option<&'static str> {
     }
 }
 
-/// Records in a document that a KTX2 image now has these bytes of another type.
+/// Updates a document for a KTX2 image that now has these bytes of another type.
 ///
 /// This changes its media type, its URI, the name of its file, and its textures by [`KTX2_TEXTURE`].
 pub(super) fn change_kind(document: &mut Value, at: usize, bytes: &[u8], files: &mut [OutputFile]) {
@@ -55,7 +53,6 @@ pub(super) fn change_kind(document: &mut Value, at: usize, bytes: &[u8], files: 
     }
 }
 
-/// Changes the extension of the file at `path`, and the URIs of all images that name it.
 fn rename(document: &mut Value, path: &Path, ending: &str, files: &mut [OutputFile]) {
     let is_named_so = |path: &Path| path.extension().is_some_and(|other| other.eq_ignore_ascii_case(ending));
     let Some(at) = files.iter().position(|file| file.path == path).filter(|_| !is_named_so(path)) else { return };

@@ -44,7 +44,6 @@ impl Asset {
         files
     }
 
-    /// Returns the bytes of an image, wherever they are.
     pub(super) fn bytes_of_image(&self, at: usize) -> Option<Vec<u8>> {
         let image = self.document.get("images")?.get(at)?;
         if let Some(view) = image.get("bufferView").and_then(index) {
@@ -60,7 +59,6 @@ impl Asset {
     }
 }
 
-/// Replaces the bytes of an image: in its view, its URI or its file.
 fn replace(draft: &mut Draft, at: usize, bytes: &[u8], files: &mut [OutputFile]) {
     let image = &mut draft.document["images"][at];
     if let Some(view) = image.get("bufferView").and_then(index) {
@@ -107,7 +105,6 @@ pub(super) fn move_to_files(draft: &mut Draft, name: &str, taken: &[OutputFile])
     moved
 }
 
-/// Returns the bytes of an embedded image.
 fn embedded_bytes(draft: &Draft, at: usize) -> Option<Vec<u8>> {
     let image = draft.document.get("images")?.get(at)?;
     if let Some(view) = image.get("bufferView").and_then(index) {
@@ -117,7 +114,6 @@ fn embedded_bytes(draft: &Draft, at: usize) -> Option<Vec<u8>> {
     load_uri(uri, &|_: &str| Err(ReadError::file("no image", ""))).ok()
 }
 
-/// Lets equal images share a view.
 fn share_views(draft: &mut Draft) {
     let mut first: FxHashMap<&[u8], usize> = FxHashMap::default();
     let images = draft.document.get_mut("images").and_then(Value::as_array_mut);
@@ -147,7 +143,6 @@ fn image_uses(document: &Value) -> Vec<ImageUse> {
     uses.into_iter().map(|used| used.unwrap_or(ImageUse::Colours)).collect()
 }
 
-/// Collects the textures that a material names, with their uses.
 fn collect_textures(part: &Value, found: &mut Vec<(usize, ImageUse)>) {
     for (key, value) in part.as_object().into_iter().flatten() {
         match value.get("index").and_then(index) {
@@ -163,7 +158,6 @@ fn sources(texture: &Value) -> impl Iterator<Item = usize> {
     std::iter::once(texture).chain(others).filter_map(|holder| index(holder.get("source")?))
 }
 
-/// Returns the use of a texture by its key in a material.
 pub(super) fn texture_use(key: &str) -> ImageUse {
     let key = key.to_ascii_lowercase();
     let of_colours = ["color", "emissive", "diffuse", "specularglossiness", "multiply", "matcap"];
@@ -199,7 +193,7 @@ mod tests {
             "normalTexture": {"index": 1}, "extensions": {"KHR_materials_clearcoat": {"clearcoatTexture": {"index": 2}}}}]
     }"#;
 
-    fn written(converter: Option<&dyn ImageConverter>) -> (Value, Vec<u8>, Vec<OutputFile>) {
+    fn write_with(converter: Option<&dyn ImageConverter>) -> (Value, Vec<u8>, Vec<OutputFile>) {
         let fetch = |uri: &str| Ok(if uri.contains("kept") { b"kept".to_vec() } else { b"file".to_vec() });
         let asset = Asset::from_bytes(TEXT.as_bytes(), &fetch).unwrap();
         let parts: Vec<SimplifiedPart> = asset.parts().iter().map(SimplifiedPart::from_part).collect();
@@ -213,7 +207,7 @@ mod tests {
 
     #[test]
     fn each_image_is_made_for_its_use_wherever_it_lies() {
-        let (document, buffer, files) = written(Some(&UseWriter));
+        let (document, buffer, files) = write_with(Some(&UseWriter));
         let buffer = String::from_utf8_lossy(&buffer);
         assert!(buffer.contains("Colours one2") && buffer.contains("Normals two2"), "{buffer}");
         let data = base64::engine::general_purpose::STANDARD.encode("Numbers uri");
@@ -224,7 +218,7 @@ mod tests {
 
     #[test]
     fn images_of_the_same_bytes_are_written_once() {
-        let (document, buffer, _) = written(None);
+        let (document, buffer, _) = write_with(None);
         assert_eq!(buffer, b"one2two2");
         let views = [0, 1, 2].map(|at| document["images"][at]["bufferView"].clone());
         assert_eq!(views, [json!(0), json!(1), json!(0)]);

@@ -38,7 +38,6 @@ pub(super) fn add_levels(draft: &mut Draft, levels: &[Vec<(usize, Value)>], cove
     }
 }
 
-/// Returns the replacement of a mesh in a level.
 fn replacement(level: &[(usize, Value)], mesh: usize) -> Option<Value> {
     level.iter().find(|(replaced, _)| *replaced == mesh).map(|(_, by)| by.clone())
 }
@@ -59,7 +58,6 @@ fn without_children(draft: &mut Draft, node: usize) -> usize {
     if has_children { move_mesh_to_child(draft, node) } else { node }
 }
 
-/// Moves the mesh of a node to a new child, and returns that.
 pub(super) fn move_mesh_to_child(draft: &mut Draft, node: usize) -> usize {
     let Some(members) = draft.document["nodes"][node].as_object_mut() else { return node };
     let moved: Map<String, Value> =
@@ -112,7 +110,6 @@ fn update_channels(document: &mut Value, mut show: impl FnMut(&mut Value) -> Opt
     }
 }
 
-/// Lists the levels of a node, with their screen coverages.
 fn list_levels(node: &mut Value, ids: Vec<Value>, coverage: &[f64]) {
     if !node.get("extensions").is_some_and(Value::is_object) {
         node["extensions"] = json!({});

@@ -1,4 +1,4 @@
-//! MaterialWriter of a new asset, with embedded textures.
+//! Materials of a new asset, with embedded textures.
 
 use serde_json::{Value, json};
 
@@ -10,21 +10,15 @@ use crate::io::material_writer::extension;
 use crate::io::{ImageConverter, ImageUse};
 use crate::mesh::{BaseTexture, Finish, Look, Wrap};
 
-/// The materials written so far.
 #[derive(Default)]
 pub(super) struct MaterialWriter<'a> {
-    /// Converter of images, if any.
     converter: Option<&'a dyn ImageConverter>,
-    /// Textures and their indices.
     textures: Vec<(&'a BaseTexture, Value)>,
-    /// Images, their indices and media types.
     images: Vec<(&'a [u8], Value, &'static str)>,
-    /// Losses, a line each.
     pub notes: Vec<String>,
 }
 
 impl<'a> MaterialWriter<'a> {
-    /// Makes an empty set with a converter of images.
     pub fn new(converter: Option<&'a dyn ImageConverter>) -> Self {
         Self { converter, ..Self::default() }
     }
@@ -44,7 +38,6 @@ impl<'a> MaterialWriter<'a> {
         draft.push("materials", material)
     }
 
-    /// Writes a finish into a material and its `pbrMetallicRoughness`.
     fn put_finish(
         &mut self,
         draft: &mut Draft,
@@ -73,7 +66,6 @@ impl<'a> MaterialWriter<'a> {
         }
     }
 
-    /// Writes a reference to a texture, if there is one.
     fn put(&mut self, draft: &mut Draft, part: &mut Value, key: &str, texture: Option<&'a BaseTexture>, name: &str) {
         if let Some(texture) = texture.and_then(|texture| self.texture(draft, texture, texture_use(key), name)) {
             part[key] = json!({"index": texture});
@@ -125,7 +117,6 @@ impl<'a> MaterialWriter<'a> {
 const LINEAR: u32 = 9729;
 const MIPMAPPED: u32 = 9987;
 
-/// Returns the number of a wrap mode in a sampler.
 fn wrap_number(wrap: Wrap) -> u32 {
     match wrap {
         Wrap::Repeat => 10_497,

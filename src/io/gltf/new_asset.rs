@@ -49,14 +49,11 @@ pub fn write_gltf(
     Ok((written.bytes, written.notes))
 }
 
-/// Properties of groups, by group number.
 #[derive(Clone, Copy, Debug, Default)]
 struct GroupProperties<'a> {
     /// Names of the materials.
     groups: &'a [String],
-    /// Names of the objects.
     objects: &'a [Option<String>],
-    /// Looks.
     looks: &'a [Look],
 }
 
@@ -78,7 +75,6 @@ impl GroupProperties<'_> {
         Some(materials.push(draft, &name, look))
     }
 
-    /// Chooses grids for texture coordinates of the groups whose materials have textures.
     fn uv_grids(&self, part: &SimplifiedPart) -> UvGrids {
         let is_textured = |group: u32| {
             // Written to a draft that is thrown away: only that shows whether a texture will be accepted.
@@ -132,7 +128,6 @@ fn write_with_looks(
     Ok(GltfFile { bytes: one_file(draft.document, &buffer, format)?, images, n_vertices: objects.n_vertices, notes })
 }
 
-/// Moves images to files of their own, if they are to be shared, and returns these.
 fn move_images(draft: &mut Draft, options: &WriteOptions) -> Vec<OutputFile> {
     if !options.shares_images || options.format != Format::Gltf {
         return Vec::new();
@@ -145,17 +140,14 @@ fn move_images(draft: &mut Draft, options: &WriteOptions) -> Vec<OutputFile> {
     moved
 }
 
-/// The primitives of each object so far.
 struct ObjectPrimitives<'a> {
     materials: MaterialWriter<'a>,
-    /// Group of each material.
     groups: Vec<usize>,
     named: Vec<(Option<&'a str>, Vec<Value>)>,
     n_vertices: usize,
 }
 
 impl<'a> ObjectPrimitives<'a> {
-    /// Adds the faces of a group.
     fn add(
         &mut self,
         draft: &mut Draft,
@@ -204,21 +196,18 @@ pub(in crate::io) fn write_attributed(
     write_with_looks(part, origin, &GroupProperties { groups, objects, looks }, options)
 }
 
-/// Writes positions and faces.
 pub(in crate::io) fn write(content: &Content, format: Format) -> Result<Vec<u8>, WriteError> {
     let (origin, positions) = content.local_positions();
     let part = SimplifiedPart { positions, faces: content.faces.to_vec(), ..SimplifiedPart::default() };
     write_gltf(part, origin, &[], format).map(|(bytes, _)| bytes)
 }
 
-/// Makes a document with one empty scene.
 fn empty_document() -> Value {
     let generator = concat!("neural-mesh ", env!("CARGO_PKG_VERSION"));
     json!({"asset": {"version": "2.0", "generator": generator}, "scene": 0, "scenes": [{"nodes": []}]})
 }
 
-/// Adds an object to the scene: a mesh and its node.
-fn push_object(draft: &mut Draft, place: &PositionGrid, name: Option<&str>, primitives: Vec<Value>) {
+fn push_object(draft: &mut Draft, place: &Grid, name: Option<&str>, primitives: Vec<Value>) {
     let mut mesh = json!({"primitives": primitives});
     let mut node = json!({});
     if let Some(name) = name {
@@ -267,7 +256,6 @@ fn rename_channels(part: &mut SimplifiedPart) -> Vec<String> {
     notes
 }
 
-/// Returns the name of an application-specific attribute.
 fn custom_name(name: &str) -> String {
     let letter = |letter: char| if letter.is_ascii_alphanumeric() { letter.to_ascii_uppercase() } else { '_' };
     let name: String = name.chars().map(letter).collect();

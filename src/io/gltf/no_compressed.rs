@@ -5,7 +5,6 @@ use serde::Deserialize;
 use super::buffers::AssetBuffers;
 use crate::io::ReadError;
 
-/// A compressed view, without details.
 #[derive(Deserialize)]
 pub(super) struct Compressed {}
 

@@ -10,13 +10,11 @@ use super::schema::{GltfNode, Root};
 use super::{REMEDY, missing_error};
 use crate::io::ReadError;
 
-/// A mesh at one place.
 pub(super) struct MeshPlacement<'a> {
     /// Index of the mesh, unchecked.
     pub mesh: usize,
     /// Transform from the mesh to the scene; for a skinned mesh, in its bind pose.
     pub transform: DMat4,
-    /// Whether a skin moves it.
     pub skinned: bool,
     /// Accessors of instances by name, if the node repeats its mesh.
     pub instances: Option<&'a BTreeMap<String, usize>>,
@@ -75,7 +73,6 @@ fn roots(root: &Root) -> Result<Vec<usize>, ReadError> {
     Ok((0..root.nodes.len()).filter(|&node| !is_child[node]).collect())
 }
 
-/// Returns the matrix of a node, or composes it from translation, rotation and scale.
 pub(super) fn local_transform(node: &GltfNode) -> DMat4 {
     if let Some(columns) = node.matrix {
         return DMat4::from_cols_array(&columns);
@@ -110,7 +107,6 @@ impl MeshPlacement<'_> {
     }
 }
 
-/// Returns row `i` of a table if it has N columns.
 fn row<const N: usize>(rows: &Option<(usize, Vec<f32>)>, i: usize) -> Option<[f64; N]> {
     let (width, values) = rows.as_ref()?;
     let row = values.get(i * width..)?.first_chunk::<N>().filter(|_| *width == N)?;

@@ -11,11 +11,9 @@ use super::placements::local_transform;
 use crate::io::ReadError;
 use crate::mesh::{Channel, RawMesh, Role};
 
-/// Number of poses at most.
 const POSES: usize = 12;
 /// Largest random bend of a joint in radians: 60 degrees.
 const BENT: f64 = std::f64::consts::FRAC_PI_3;
-/// Prefix of the channel names of poses.
 const POSE: &str = "POSE_";
 
 #[derive(Default, Deserialize)]
@@ -89,7 +87,6 @@ impl Asset {
         Ok(self.parts().iter().zip(&bones_of).map(of_part).collect())
     }
 
-    /// Returns the transforms of all nodes to their parents in each pose.
     fn local_poses(&self, rest: &[DMat4], skins: &[Bones]) -> Result<Vec<Vec<DMat4>>, ReadError> {
         let animations: Vec<Animation> = self.read_list("animations");
         let animations: Vec<Animation> = animations.into_iter().filter(Animation::moves_nodes).take(POSES).collect();
@@ -106,7 +103,6 @@ impl Asset {
         Ok(poses)
     }
 
-    /// Reads the tracks of an animation: node, name of the value, values.
     fn tracks<'b>(&self, animation: &'b Animation) -> Result<Vec<(usize, &'b str, Track)>, ReadError> {
         let n_nodes = self.container.root.nodes.len();
         let mut tracks = Vec::new();
@@ -170,7 +166,6 @@ impl Animation {
     }
 }
 
-/// Values over time.
 struct Track {
     times: Vec<f64>,
     values: Vec<glam::DVec4>,
@@ -203,7 +198,6 @@ fn bend_joints(rest: &[DMat4], skins: &[Bones], seed: u64) -> Vec<DMat4> {
     local
 }
 
-/// Moves wedges at `places` (n_wedges) by a skin.
 fn apply_skin(mesh: &RawMesh, places: &[DVec3], bones: &Bones, world: &[DMat4]) -> Vec<DVec3> {
     let joints = bones.joints.iter().zip(&bones.inverse_bind);
     let matrices: Vec<DMat4> =
@@ -225,7 +219,6 @@ fn apply_skin(mesh: &RawMesh, places: &[DVec3], bones: &Bones, world: &[DMat4]) 
     (0..).zip(places).map(moved).collect()
 }
 
-/// Returns the positions of the wedges, n_wedges.
 fn wedge_positions(mesh: &RawMesh) -> Vec<DVec3> {
     let mut places = vec![DVec3::ZERO; mesh.attributes.n_wedges()];
     for (face, wedges) in mesh.faces.iter().zip(&mesh.attributes.wedges) {

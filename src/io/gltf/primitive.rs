@@ -15,9 +15,7 @@ use crate::mesh::{Channel, Role};
 pub(super) struct PrimitiveVertices {
     /// Vertex and wedge of the part, n_vertices.
     pairs: Vec<[u32; 2]>,
-    /// Positions, n_vertices x 3.
     positions: Vec<[f32; 3]>,
-    /// Indices of these vertices, n_faces x 3.
     faces: Vec<[u32; 3]>,
 }
 
@@ -71,12 +69,10 @@ impl PrimitiveVertices {
         Self { pairs, positions, ..self }
     }
 
-    /// Returns the number of vertices.
     pub fn len(&self) -> usize {
         self.pairs.len()
     }
 
-    /// Returns the values of a channel, n_vertices x width.
     fn values(&self, channel: &Channel) -> Vec<f32> {
         let mut values: Vec<f32> = self.pairs.iter().flat_map(|pair| channel.of(pair[1])).copied().collect();
         repair_values::mend_numbers(&mut values);
@@ -87,12 +83,10 @@ impl PrimitiveVertices {
 /// Names and storage of attributes, or of what a morph target adds to them.
 pub(super) type AttributeStorage = Vec<(String, NumberStorage)>;
 
-/// A writer of a primitive's vertices.
 pub(super) struct PrimitiveWriter<'a, 'b> {
     pub draft: &'a mut Draft<'b>,
     pub part: &'a SimplifiedPart,
     pub vertices: &'a PrimitiveVertices,
-    /// Packing of the vertices, if any.
     pub packed: Option<PrimitivePacking<'a>>,
 }
 
@@ -127,7 +121,6 @@ impl PrimitiveWriter<'_, '_> {
         Value::Array(targets.iter().enumerate().map(&mut write).collect())
     }
 
-    /// Packs what a morph target adds.
     fn pack_target(&self, role: Role, values: Vec<f32>, stored: &NumberStorage) -> (Vec<f32>, NumberStorage) {
         match (&self.packed, role) {
             (Some(packed), Role::MorphPosition) => {
@@ -141,7 +134,6 @@ impl PrimitiveWriter<'_, '_> {
         }
     }
 
-    /// Writes the indices and returns their accessor.
     pub fn indices(&mut self) -> Value {
         self.draft.push_indices(&self.vertices.faces, self.vertices.positions.len())
     }
@@ -153,7 +145,6 @@ impl PrimitiveWriter<'_, '_> {
         self.draft.push_values(&values, 3, &stored, true)
     }
 
-    /// Writes the channel of the attribute `name`.
     fn push_channel(&mut self, name: &str, stored: &NumberStorage) -> Option<Value> {
         let channel = self.part.channel(name)?;
         let mut values = self.vertices.values(channel);

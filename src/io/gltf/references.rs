@@ -13,11 +13,9 @@ pub(super) const ACCESSORS: [&str; 7] = [
     "nodes/*/extensions/EXT_mesh_gpu_instancing/attributes/*",
 ];
 
-/// Paths from an accessor to its buffer views.
 pub(super) const VIEWS_OF_ACCESSORS: [&str; 3] =
     ["accessors/*/bufferView", "accessors/*/sparse/indices/bufferView", "accessors/*/sparse/values/bufferView"];
 
-/// Paths to indices of buffer views outside accessors.
 pub(super) const OTHER_VIEWS: [&str; 5] = [
     "images/*/bufferView",
     "meshes/*/primitives/*/extensions/KHR_draco_mesh_compression/bufferView",
@@ -26,7 +24,6 @@ pub(super) const OTHER_VIEWS: [&str; 5] = [
     "extensions/EXT_structural_metadata/propertyTables/*/properties/*/stringOffsets",
 ];
 
-/// Passes on every value at the end of one of the paths.
 pub(super) fn visit(document: &mut Value, paths: &[&str], show: &mut dyn FnMut(&mut Value)) {
     paths.iter().for_each(|path| follow(document, path, show));
 }
@@ -48,7 +45,7 @@ fn follow(value: &mut Value, path: &str, show: &mut dyn FnMut(&mut Value)) {
     }
 }
 
-/// Marks which of `n` items the paths refer to.
+/// Finds which of `n` items the paths refer to.
 pub(super) fn find_referenced(document: &mut Value, paths: &[&str], n: usize) -> Vec<bool> {
     let mut named = vec![false; n];
     visit(document, paths, &mut |value| {
@@ -59,7 +56,6 @@ pub(super) fn find_referenced(document: &mut Value, paths: &[&str], n: usize) ->
     named
 }
 
-/// Returns a value as an index.
 pub(super) fn index(value: &Value) -> Option<usize> {
     value.as_u64().and_then(|index| usize::try_from(index).ok())
 }

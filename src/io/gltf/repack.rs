@@ -11,7 +11,6 @@ use super::extensions::may_name_indices;
 use super::references::{ACCESSORS, OTHER_VIEWS, VIEWS_OF_ACCESSORS, find_referenced, index, visit};
 use crate::io::WriteError;
 
-/// Alignment of views in bytes.
 const ALIGNMENT: usize = 4;
 
 /// Drops accessors and buffer views without references and renumbers the rest; keeps all if an unknown extension may
@@ -61,7 +60,6 @@ pub(super) fn pack(draft: &mut Draft, limit: usize) -> Result<Vec<u8>, WriteErro
     Ok(buffer)
 }
 
-/// Sets the place of a view in the one buffer.
 fn place_view(view: &mut Map<String, Value>, offset: usize, length: usize) {
     view.insert("buffer".into(), 0.into());
     view.shift_remove("byteOffset");
@@ -139,7 +137,6 @@ fn cut_shared_views(draft: &mut Draft) {
     }
 }
 
-/// The bytes of an accessor in its view.
 #[derive(Clone, Copy)]
 struct ByteRange {
     accessor: usize,

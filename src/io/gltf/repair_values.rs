@@ -45,12 +45,10 @@ pub(super) fn mend_tangents(tangents: &mut [f32], normals: Option<&[f32]>) {
     }
 }
 
-/// Clamps colours to 0 to 1.
 pub(super) fn mend_colours(colours: &mut [f32]) {
     colours.iter_mut().for_each(|value| *value = value.clamp(0.0, 1.0));
 }
 
-/// Replaces non-finite values by zero.
 pub(super) fn mend_numbers(values: &mut [f32]) {
     values.iter_mut().filter(|value| !value.is_finite()).for_each(|value| *value = 0.0);
 }

@@ -11,7 +11,6 @@ use crate::mesh::{Looks, PlacedMesh, RawMesh, side_by_side};
 
 /// Allowed vertices and faces per byte of the asset, and their number always allowed; an instance takes few bytes.
 const REPEATS: (usize, usize) = (256, 1 << 22);
-/// Most vertices and faces of a scene.
 const MOST: usize = 1 << 26;
 
 impl Asset {

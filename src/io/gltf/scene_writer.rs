@@ -168,7 +168,6 @@ impl Asset {
         lighter.iter().zip(&self.meshes).filter_map(is_emptied).collect()
     }
 
-    /// Adds the transforms that undo the grids to the document.
     fn undo_grids(&self, draft: &mut Draft, pack_with: &ScenePacking, grids: &BTreeMap<usize, Grid>) {
         if pack_with.packing.is_some() {
             undo_position_grids(self, draft, grids);
@@ -177,7 +176,6 @@ impl Asset {
         }
     }
 
-    /// Rewrites the meshes of the parts; returns them with their indices.
     fn rewrite_meshes(
         &self,
         draft: &mut Draft,
@@ -207,7 +205,6 @@ impl Asset {
         self.parts().iter().zip(lighter).try_for_each(|(part, lighter)| lighter.check(part))
     }
 
-    /// Copies the document, with the bytes of each view.
     fn draft(&self) -> Draft<'_> {
         let data = self.container.data();
         let views =
@@ -215,7 +212,6 @@ impl Asset {
         Draft { document: self.document.clone(), views }
     }
 
-    /// Returns the most bytes that the buffer may have.
     fn limit(&self, lighter: &[SimplifiedPart]) -> usize {
         let n_read = self.container.buffers.n_bytes() + self.container.n_decompressed();
         // // Each corner becomes at most a vertex, with four bytes per number, and an index.
@@ -226,7 +222,6 @@ impl Asset {
         REPEATS.0 * n_read + REPEATS.1 + lighter.iter().map(of_part).sum::<usize>()
     }
 
-    /// Rewrites the triangles of a mesh.
     fn rewrite_mesh(
         &self,
         draft: &mut Draft,
@@ -302,19 +297,16 @@ impl SimplifiedPart {
     }
 }
 
-/// The packing of a scene, if any.
 struct ScenePacking<'a> {
     packing: Option<&'a Packing>,
     uvs: UvGrids,
 }
 
 impl ScenePacking<'_> {
-    /// Returns the grid of a part.
     fn grid(&self, part: usize) -> Option<&Grid> {
         self.packing?.grid(part)
     }
 
-    /// Returns the packing of a primitive on this grid.
     fn primitive_packing<'a>(&'a self, primitive: &Primitive, grid: Option<&'a Grid>) -> Option<PrimitivePacking<'a>> {
         let compress = self.packing?.is_compressed();
         Some(PrimitivePacking { grid, uvs: &self.uvs, surface: primitive.material, compress })
@@ -332,7 +324,6 @@ fn check_levels(levels: &[&[SimplifiedPart]], coverage: &[f64]) -> Result<(), Wr
     Ok(())
 }
 
-/// Groups the faces, in order.
 pub(super) fn faces_by_group(part: &SimplifiedPart) -> BTreeMap<u32, Vec<u32>> {
     let mut groups: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
     for face in 0..part.faces.len() as u32 {
@@ -360,7 +351,6 @@ fn degenerate_part(part: &AssetPart) -> SimplifiedPart {
     SimplifiedPart { positions: vec![position], faces: vec![[0; 3]], attributes }
 }
 
-/// Rewrites a primitive for these faces.
 fn rewrite_primitive(
     draft: &mut Draft,
     root: &Root,

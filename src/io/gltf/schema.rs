@@ -6,7 +6,6 @@ use serde::Deserialize;
 
 use super::compressed::Compressed;
 
-/// The document.
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct Root {
@@ -50,7 +49,6 @@ impl Accessor {
     }
 }
 
-/// Replaced elements of an accessor.
 #[derive(Deserialize)]
 pub(super) struct Sparse {
     pub count: usize,
@@ -58,7 +56,6 @@ pub(super) struct Sparse {
     pub values: SparseValues,
 }
 
-/// Indices of replaced elements.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct SparseIndices {
@@ -68,7 +65,6 @@ pub(super) struct SparseIndices {
     pub component_type: u32,
 }
 
-/// Replacement values.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct SparseValues {
@@ -77,7 +73,6 @@ pub(super) struct SparseValues {
     pub byte_offset: usize,
 }
 
-/// A range of a buffer.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct BufferView {
@@ -132,26 +127,22 @@ impl BufferExtensions {
     }
 }
 
-/// The mark of a fallback buffer.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Fallback {
     fallback: bool,
 }
 
-/// A material; only its name matters here.
 #[derive(Deserialize)]
 pub(super) struct GltfMaterial {
     pub name: Option<String>,
 }
 
-/// An image: a file, a `data:` URI, or a buffer view.
 #[derive(Deserialize)]
 pub(super) struct GltfImage {
     pub uri: Option<String>,
 }
 
-/// A mesh: a list of primitives.
 #[derive(Deserialize)]
 pub(super) struct GltfMesh {
     pub name: Option<String>,
@@ -173,7 +164,6 @@ pub(super) struct Primitive {
     extensions: PrimitiveExtensions,
 }
 
-/// The compressed form of a primitive.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct PrimitiveExtensions {
@@ -195,7 +185,6 @@ impl Primitive {
     }
 }
 
-/// The Draco data of a primitive, and its attribute identifiers.
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct Draco {
@@ -225,7 +214,6 @@ impl GltfNode {
     }
 }
 
-/// A skin: joints, and the accessor of inverse bind matrices.
 #[derive(Clone, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct Skin {
@@ -233,7 +221,6 @@ pub(super) struct Skin {
     pub inverse_bind_matrices: Option<usize>,
 }
 
-/// Instancing of a node's mesh.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct NodeExtensions {
@@ -248,14 +235,12 @@ struct Instancing {
     attributes: BTreeMap<String, usize>,
 }
 
-/// The root nodes of a scene.
 #[derive(Deserialize)]
 pub(super) struct GltfScene {
     #[serde(default)]
     pub nodes: Vec<usize>,
 }
 
-/// Returns the default mode of a primitive.
 fn triangle_list() -> u32 {
     4
 }

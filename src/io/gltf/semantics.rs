@@ -6,7 +6,6 @@ use crate::mesh::Role;
 /// Name of the channel with all joints and weights.
 pub(super) const SKIN: &str = "SKIN";
 
-/// Prefix of the channels of morph targets.
 pub(super) const TARGET: &str = "TARGET_";
 
 /// Returns the role of a vertex attribute, and its width if the specification fixes that.
@@ -29,12 +28,10 @@ pub(super) fn target_role(name: &str) -> (Role, Option<usize>) {
     }
 }
 
-/// Returns the channel name of morph target `target` for the attribute `name`.
 pub(super) fn target_channel(target: usize, name: &str) -> String {
     format!("{TARGET}{target}/{name}")
 }
 
-/// Parses the target number and attribute from a channel name.
 pub(super) fn target_of(channel: &str) -> Option<(usize, &str)> {
     let (target, name) = channel.strip_prefix(TARGET)?.split_once('/')?;
     Some((target.parse().ok()?, name))
@@ -45,7 +42,6 @@ pub(super) fn is_own_channel(name: &str) -> bool {
     name != "POSITION" && !name.starts_with("JOINTS_") && !name.starts_with("WEIGHTS_")
 }
 
-/// Counts the sets of four joints and weights of a primitive.
 pub(super) fn n_skin_sets(primitive: &Primitive) -> usize {
     let has = |name: &str, set: usize| primitive.attributes.contains_key(&format!("{name}_{set}"));
     (0..).take_while(|&set| has("JOINTS", set) && has("WEIGHTS", set)).count()

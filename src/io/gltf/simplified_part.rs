@@ -48,7 +48,6 @@ impl SimplifiedPart {
         self.attributes.wedges.get(face).copied().unwrap_or_default()
     }
 
-    /// Returns the channel `name`.
     pub(super) fn channel(&self, name: &str) -> Option<&Channel> {
         self.attributes.channels.iter().find(|channel| channel.name == name)
     }
@@ -72,7 +71,6 @@ impl SimplifiedPart {
         Ok(())
     }
 
-    /// Returns whether all indices are valid and all positions finite.
     pub(super) fn is_mesh(&self) -> bool {
         let Attributes { wedges, channels, groups } = &self.attributes;
         let (n_vertices, n_wedges, n_faces) = (self.positions.len(), self.attributes.n_wedges(), self.faces.len());

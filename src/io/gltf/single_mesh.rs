@@ -14,7 +14,6 @@ use crate::io::extra::{Extra, Group, ReadMesh};
 use crate::io::far_from_origin::is_far_from_origin;
 use crate::mesh::{Channel, PlacedMesh, RawMesh, Role, side_by_side, srgb};
 
-/// Note on what a mesh without a scene does not hold.
 const LEFT: &str = "tangents, skins and morph targets belong to the scene: left out";
 
 /// Reads a glTF asset as one mesh; `fetch` returns the bytes of a file by its URI.
@@ -63,7 +62,6 @@ fn describe_groups(asset: &Asset) -> (Extra, Vec<u32>, Vec<String>) {
     (extra, first_groups, [asset.notes(), &notes, left.as_slice()].concat())
 }
 
-/// Joins the parts at their places.
 fn join_parts(asset: &Asset, first_groups: &[u32], mut budget: usize) -> Result<RawMesh, ReadError> {
     let n_numbers = n_numbers(asset.parts());
     let meshes: Vec<_> =

@@ -26,7 +26,6 @@ pub(super) fn material_transforms(material: &Value) -> Option<Transforms> {
 }
 
 impl Asset {
-    /// Returns the mesh of a part with transformed texture coordinates.
     pub(super) fn with_transforms<'a>(&self, part: usize, mesh: &'a RawMesh) -> Cow<'a, RawMesh> {
         if !self.container.root.extensions_used.iter().any(|name| name == TRANSFORM) {
             return Cow::Borrowed(mesh);

@@ -8,20 +8,16 @@ use serde_json::Value;
 use super::references::visit;
 use crate::io::ImageUse;
 
-/// Arrays whose elements refer to the node of a mesh.
 const OF_NODES: [&str; 2] =
     ["extensions/VRMC_vrm/expressions/*/*/morphTargetBinds", "extensions/VRMC_vrm/firstPerson/meshAnnotations"];
 
-/// Arrays whose elements refer to a mesh.
 const OF_MESHES: [&str; 2] =
     ["extensions/VRM/blendShapeMaster/blendShapeGroups/*/binds", "extensions/VRM/firstPerson/meshAnnotations"];
 
-/// Returns whether a document is a VRM.
 pub(super) fn is_vrm(document: &Value) -> bool {
     document.get("extensions").is_some_and(|all| all.get("VRM").is_some() || all.get("VRMC_vrm").is_some())
 }
 
-/// Moves references from the node `from` to the node `to`.
 pub(super) fn move_mesh(document: &mut Value, from: usize, to: usize) {
     visit(document, &OF_NODES, &mut |list| {
         let elements = list.as_array_mut().into_iter().flatten();
@@ -29,12 +25,10 @@ pub(super) fn move_mesh(document: &mut Value, from: usize, to: usize) {
     });
 }
 
-/// Repeats the references to a node for a new one.
 pub(super) fn repeat_node(document: &mut Value, node: usize, added: &Value) {
     visit(document, &OF_NODES, &mut |list| repeat(list, "node", &node.into(), added));
 }
 
-/// Repeats the references to a mesh for a new one.
 pub(super) fn repeat_mesh(document: &mut Value, mesh: usize, added: &Value) {
     visit(document, &OF_MESHES, &mut |list| repeat(list, "mesh", &mesh.into(), added));
 }
@@ -58,7 +52,6 @@ pub(super) fn textures(document: &Value) -> impl Iterator<Item = (&Value, ImageU
     named.map(|(name, texture)| (texture, texture_use(name)))
 }
 
-/// Returns the use of a texture by its MToon 0.x property.
 fn texture_use(name: &str) -> ImageUse {
     match name {
         "_BumpMap" => ImageUse::Normals,

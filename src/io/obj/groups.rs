@@ -1,4 +1,4 @@
-//! ObjGroups of an OBJ: faces under the same object, group, material and smoothing group.
+//! Groups of an OBJ: faces under the same object, group, material and smoothing group.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -7,13 +7,11 @@ use crate::io::extra::{Group, decode_latin1, decode_text, has_too_many_groups};
 /// Statements that set the group of the faces after them, in the order of [`GroupState`].
 const WORDS: [&[u8]; 4] = [b"o", b"g", b"usemtl", b"s"];
 
-/// Names of what they set, for notes.
 const KINDS: [&str; 4] = ["objects", "groups", "materials", "smoothing groups"];
 
-/// Object, group, material and smoothing group, as far as set.
+/// Object, group, material and smoothing group, if set.
 type GroupState<'a> = [Option<&'a [u8]>; 4];
 
-/// ObjGroups so far.
 #[derive(Debug, Default)]
 pub(super) struct ObjGroups<'a> {
     state: GroupState<'a>,
@@ -84,7 +82,6 @@ impl<'a> ObjGroups<'a> {
         }
     }
 
-    /// Returns all names as bytes.
     pub fn names(&self) -> impl Iterator<Item = &'a [u8]> {
         self.states.iter().flatten().copied().flatten()
     }
@@ -111,7 +108,6 @@ impl<'a> ObjGroups<'a> {
 mod tests {
     use super::*;
 
-    /// Makes groups where every face has its own group name and every hundred faces their own material.
     fn make_groups(names: &[String]) -> ObjGroups<'_> {
         let mut groups = ObjGroups::default();
         for (face, name) in names.iter().enumerate() {

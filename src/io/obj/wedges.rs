@@ -1,10 +1,9 @@
-//! ObjWedges of an OBJ: each distinct `v/vt/vn`, numbered by first use.
+//! Wedges of an OBJ: each distinct `v/vt/vn`, numbered by first use.
 
 use rustc_hash::FxHashMap;
 
 use super::NOWHERE;
 
-/// ObjWedges so far.
 #[derive(Debug, Default)]
 pub(super) struct ObjWedges {
     numbers: FxHashMap<[u32; 3], u32>,
@@ -22,7 +21,6 @@ impl ObjWedges {
         wedges
     }
 
-    /// Returns the number of a wedge, new or known.
     pub fn number(&mut self, triplet: [u32; 3]) -> u32 {
         *self.numbers.entry(triplet).or_insert_with(|| {
             self.triplets.push(triplet);
@@ -30,12 +28,10 @@ impl ObjWedges {
         })
     }
 
-    /// Returns the position of a wedge.
     pub fn position(&self, wedge: u32, positions: &[[f64; 3]]) -> Option<[f64; 3]> {
         positions.get(self.vertex(wedge) as usize).copied()
     }
 
-    /// Returns the vertex of a wedge.
     pub fn vertex(&self, wedge: u32) -> u32 {
         self.triplets.get(wedge as usize).map_or(NOWHERE, |triplet| triplet[0])
     }

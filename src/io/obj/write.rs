@@ -7,7 +7,6 @@ use crate::io::extra::{Extra, Group, encode_text};
 use crate::io::write::{Content, push_singles};
 use crate::mesh::{Attributes, Channel, Role};
 
-/// Writes an OBJ text of the geometry.
 pub(in crate::io) fn write(content: &Content) -> Vec<u8> {
     let mut out = Vec::with_capacity(40 * content.n_vertices() + 24 * content.faces.len());
     for vertex in 0..content.n_vertices() {
@@ -27,7 +26,6 @@ pub(in crate::io) fn write(content: &Content) -> Vec<u8> {
     out
 }
 
-/// Writes an OBJ text with attributes, faces in order of their groups; adds a note for each loss.
 pub(in crate::io) fn write_attributed(
     content: &Content,
     attributes: &Attributes,
@@ -55,7 +53,6 @@ fn push_line(out: &mut Vec<u8>, word: &[u8], rest: &[u8]) {
     out.push(b'\n');
 }
 
-/// Appends the `v` lines, with colours if there are some; the format holds one per vertex.
 fn push_vertices(out: &mut Vec<u8>, content: &Content, attributes: &Attributes, notes: &mut Vec<String>) {
     let colours = find_channel(attributes, Role::Colour).filter(|channel| channel.width >= 3);
     let mut wedge_of: Vec<Option<u32>> = vec![None; content.n_vertices()];
@@ -83,7 +80,6 @@ fn push_vertices(out: &mut Vec<u8>, content: &Content, attributes: &Attributes, 
     }
 }
 
-/// The `vt` or `vn` lines of a channel.
 struct ValueLines {
     /// Line of each wedge, from 1; 0 for none.
     of_wedges: Vec<u32>,
@@ -114,7 +110,6 @@ impl ValueLines {
     }
 }
 
-/// Appends the `f` lines by group, each group after its names.
 fn push_faces(
     out: &mut Vec<u8>,
     content: &Content,
@@ -171,7 +166,6 @@ fn push_names(out: &mut Vec<u8>, state: &mut Group, group: Option<&Group>, latin
     }
 }
 
-/// Notes the channels that the format cannot hold.
 fn describe_lost_channels(attributes: &Attributes) -> Option<String> {
     let written = [Role::Uv, Role::Normal, Role::Colour].map(|role| find_channel(attributes, role).map(|c| &c.name));
     let names: Vec<&str> = attributes

@@ -9,10 +9,8 @@ use crate::io::text::Text;
 
 /// Bytes of a run; a longer line is a run by itself.
 const RUN: usize = 1 << 20;
-/// Longest line in bytes.
 const LONGEST_LINE: usize = 64 << 20;
 
-/// Counts the vertices of a file and checks what else it holds.
 pub fn scan(path: &Path) -> Result<PiecesKind, ReadError> {
     let (mut n_vertices, mut double, mut has_more) = (0, false, false);
     each_line(open(path)?, &mut |text, line| {
@@ -30,7 +28,6 @@ pub fn scan(path: &Path) -> Result<PiecesKind, ReadError> {
     Ok(PiecesKind::Obj { n_vertices, double, has_more })
 }
 
-/// Passes on every position.
 pub fn each_position(file: impl Read, take: &mut PositionReceiver) -> Result<(), ReadError> {
     each_line(file, &mut |text, line| {
         if line == ObjLine::Vertex {
@@ -40,7 +37,6 @@ pub fn each_position(file: impl Read, take: &mut PositionReceiver) -> Result<(),
     })
 }
 
-/// Passes on the corners of every face, from 0.
 pub fn each_face(file: impl Read, take: &mut dyn FnMut(&[i64])) -> Result<(), ReadError> {
     let (mut n_before, mut corners) = (0i64, Vec::new());
     each_line(file, &mut |text, line| {
@@ -71,7 +67,6 @@ fn position(text: &mut Text) -> Result<[f64; 3], ReadError> {
     Ok(position)
 }
 
-/// A relevant line.
 #[derive(Clone, Copy, PartialEq)]
 enum ObjLine {
     Vertex,

@@ -7,28 +7,23 @@ use super::{PositionReceiver, number, read_beginning, unreadable};
 use crate::io::ply::header::{Element, Encoding, Header, PlyProperty};
 use crate::io::{ReadError, Scalar};
 
-/// Longest header in bytes.
 const LONGEST_HEADER: u64 = 1 << 20;
-/// Approximate size of a run of vertices in bytes.
 const RUN: usize = 1 << 16;
 /// Most corners of a polygon; more are damage.
 const MOST_CORNERS: usize = 1 << 20;
 
-/// Places of the values in a file.
 #[derive(Debug)]
 pub struct PlyLayout {
     big: bool,
     /// Offset of the vertices in bytes.
     body: u64,
     n_vertices: u64,
-    /// Size of a vertex in bytes.
     stride: usize,
     /// Offset in the vertex, and type, of each coordinate.
     axes: [(usize, Scalar); 3],
     faces: Element,
     /// Index of the face property with the corners.
     corners: usize,
-    /// Names of all other properties.
     others: Vec<String>,
 }
 
@@ -66,7 +61,6 @@ impl PlyLayout {
         self.faces.count as u64
     }
 
-    /// Lists the properties that are not geometry.
     pub fn other_properties(&self) -> Option<String> {
         (!self.others.is_empty()).then(|| self.others.join(", "))
     }
@@ -108,7 +102,6 @@ impl PlyLayout {
         Ok(position)
     }
 
-    /// Passes on the vertex numbers of every face.
     pub fn each_face<R: Read + Seek>(
         &self,
         mut file: BufReader<R>,
@@ -148,7 +141,6 @@ impl PlyLayout {
         !self.big && matches!(&self.faces.properties[..], [only] if is_list(only))
     }
 
-    /// Passes on the faces up to the first non-triangle, and returns their number.
     fn each_leading_triangle(&self, file: &mut impl BufRead, take: &mut dyn FnMut(&[i64])) -> Result<usize, ReadError> {
         let (mut n_faces, mut face) = (0, [0; 13]);
         while n_faces < self.faces.count && file.fill_buf().map_err(|error| unreadable(&error))?.first() == Some(&3) {
@@ -167,7 +159,6 @@ impl PlyLayout {
     }
 }
 
-/// Decodes the corners of a triangle record.
 fn triangle(face: &[u8; 13]) -> [i64; 3] {
     [1, 5, 9].map(|at| i64::from(u32::from_le_bytes([0, 1, 2, 3].map(|i| face[at + i]))))
 }

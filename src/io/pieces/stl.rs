@@ -24,7 +24,6 @@ pub fn n_faces(path: &Path) -> Result<Option<u64>, ReadError> {
     }
 }
 
-/// Passes on every face.
 pub fn each_triangle(mut file: impl Read, n_faces: u64, mut take: impl FnMut(Triangle)) -> Result<(), ReadError> {
     let mut record = [0; 84];
     file.read_exact(&mut record).map_err(|error| unreadable(&error))?;

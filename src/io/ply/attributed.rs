@@ -18,7 +18,7 @@ const MOST_GROUPS: usize = 1 << 16;
 pub(super) fn read(bytes: &[u8], header: Header) -> Result<ReadMesh, ReadError> {
     let mut reader = PlyReader::default();
     let mut source = open(bytes, &header);
-    // CornerNumbers of strips carry no texture coordinates, so those of faces would not cover the mesh.
+    // Corners of strips carry no texture coordinates, so those of faces would not cover the mesh.
     let with_strips = header.elements.iter().any(|element| element.name == "tristrips");
     for element in &header.elements {
         match element.name.as_str() {
@@ -39,7 +39,6 @@ pub(super) fn read(bytes: &[u8], header: Header) -> Result<ReadMesh, ReadError> 
 /// Values of a row: one per scalar property, any number per list.
 type RowValues = [Vec<f64>];
 
-/// Passes on each row of an element.
 fn for_each_row(source: &mut Source, element: &Element, mut take: impl FnMut(&RowValues)) -> Result<(), ReadError> {
     let mut row = vec![Vec::new(); element.properties.len()];
     // // An element without properties takes no bytes, whatever its count: looping over it could take forever.
@@ -59,12 +58,10 @@ fn for_each_row(source: &mut Source, element: &Element, mut take: impl FnMut(&Ro
     Ok(())
 }
 
-/// State of the reader.
 #[derive(Default)]
 struct PlyReader {
     mesh: RawMesh,
     fans: Fans,
-    /// Channels of the vertices.
     channels: Vec<Channel>,
     layouts: Vec<ColumnLayout>,
     corners: Option<CornerNumbers>,
@@ -147,7 +144,6 @@ impl PlyReader {
         })
     }
 
-    /// Assembles the result.
     fn finish(mut self, comments: Vec<String>) -> ReadMesh {
         self.groups.drop_excessive(&mut self.notes);
         let RawMesh { positions, faces, attributes, .. } = &mut self.mesh;
@@ -179,7 +175,6 @@ impl PlyReader {
     }
 }
 
-/// A value of a channel: its place in a row, its type and its unit.
 struct ChannelValue {
     property: usize,
     /// Offset in the row in bytes, for rows of equal length.
@@ -197,7 +192,6 @@ fn channel_values(plan: &ChannelPlan, element: &Element, offsets: Option<&[usize
     plan.properties.iter().map(number).collect()
 }
 
-/// Decodes a channel from binary rows.
 fn decode_channel(records: &[u8], stride: usize, columns: &[ChannelValue], big: bool) -> Vec<f32> {
     let width = columns.len();
     let mut values = vec![0.0; records.len() / stride * width];
@@ -211,7 +205,7 @@ fn decode_channel(records: &[u8], stride: usize, columns: &[ChannelValue], big: 
     values
 }
 
-/// CornerNumbers that differ in vertex or texture coordinates, numbered by first use.
+/// Corners that differ in vertex or texture coordinates, numbered by first use.
 #[derive(Default)]
 struct CornerNumbers {
     numbers: FxHashMap<[u32; 3], u32>,
@@ -220,7 +214,6 @@ struct CornerNumbers {
 }
 
 impl CornerNumbers {
-    /// Replaces the vertices of a polygon by corner numbers.
     fn number(&mut self, polygon: &mut [u32], uvs: &[f64]) {
         let fits = uvs.len() == 2 * polygon.len();
         for (i, corner) in polygon.iter_mut().enumerate() {
@@ -256,7 +249,6 @@ impl CornerNumbers {
     }
 }
 
-/// NumberedGroups of faces by the whole numbers they carry.
 #[derive(Default)]
 struct NumberedGroups {
     columns: Vec<Column>,
@@ -267,7 +259,6 @@ struct NumberedGroups {
 }
 
 impl NumberedGroups {
-    /// Assigns the triangles up to `n_faces` to the group with these numbers.
     fn assign(&mut self, values: impl Iterator<Item = i64>, n_faces: usize) {
         if self.columns.is_empty() || self.too_many {
             return;
@@ -282,7 +273,6 @@ impl NumberedGroups {
         self.of_faces.resize(n_faces, number);
     }
 
-    /// Drops the groups, with a note, if nearly every face is one.
     fn drop_excessive(&mut self, notes: &mut Vec<String>) {
         let n_groups = self.groups.len();
         if self.too_many || has_too_many_groups(n_groups, self.of_faces.len()) {

@@ -20,17 +20,15 @@ const FAMILIES: [(&str, Role, &[&str]); 11] = [
     ("uv", Role::Uv, &["texture_s", "texture_t"]),
 ];
 
-/// A channel and its properties.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ChannelPlan {
     pub name: String,
     pub role: Role,
-    /// Indices of the properties.
     pub properties: Vec<usize>,
 }
 
 impl ChannelPlan {
-    /// Groups all scalar properties except the `taken` ones into channels, in file order.
+    /// Collects all scalar properties except the `taken` ones into channels, in file order.
     pub fn for_element(element: &Element, taken: &[usize]) -> Vec<Self> {
         let is_free = |i: usize| element.properties[i].length.is_none() && !taken.contains(&i);
         let find =
@@ -52,7 +50,6 @@ impl ChannelPlan {
         plans
     }
 
-    /// Returns the columns of the channel.
     pub fn layout(&self, properties: &[PlyProperty]) -> ColumnLayout {
         let column = |&i: &usize| Column { name: properties[i].name.clone(), scalar: properties[i].scalar };
         let columns = self.properties.iter().map(column).collect();

@@ -5,7 +5,6 @@ use crate::io::{ReadError, Scalar};
 
 const REMEDY: &str = "export the mesh again";
 
-/// The encoding of the values after the header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::io) enum Encoding {
     Text,
@@ -22,7 +21,6 @@ pub(in crate::io) struct PlyProperty {
     pub length: Option<Scalar>,
 }
 
-/// A table of `count` rows.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::io) struct Element {
     pub name: String,
@@ -31,7 +29,6 @@ pub(in crate::io) struct Element {
     pub properties: Vec<PlyProperty>,
 }
 
-/// A parsed header.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::io) struct Header {
     pub encoding: Encoding,
@@ -43,19 +40,16 @@ pub(in crate::io) struct Header {
 }
 
 impl Element {
-    /// Returns the index of the scalar property `name`.
     pub fn scalar(&self, name: &str) -> Result<usize, ReadError> {
         let found = self.properties.iter().position(|property| property.length.is_none() && property.name == name);
         found.ok_or_else(|| self.missing_error(&format!("property {name}")))
     }
 
-    /// Returns the index of the list property with one of these names.
     pub fn list(&self, names: &[&str]) -> Option<usize> {
         let named = |property: &PlyProperty| property.length.is_some() && names.contains(&property.name.as_str());
         self.properties.iter().position(named)
     }
 
-    /// Makes the error for something that the element lacks.
     pub fn missing_error(&self, what: &str) -> ReadError {
         ReadError::file(format!("the element {} has no {what}", self.name), REMEDY)
     }
@@ -76,7 +70,6 @@ impl Element {
 }
 
 impl Header {
-    /// Parses the header at the start of `bytes`.
     pub fn parse(bytes: &[u8]) -> Result<Self, ReadError> {
         let mut at = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
         let first = line_end(bytes, at, true);
@@ -100,7 +93,6 @@ impl Header {
     }
 }
 
-/// Lines of a header so far.
 #[derive(Default)]
 struct HeaderLines {
     encoding: Option<Encoding>,

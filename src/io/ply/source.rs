@@ -6,18 +6,18 @@ use crate::io::{ReadError, Scalar};
 
 const REMEDY: &str = "the file is cut or its header wrong, export the mesh again";
 
-/// A source of values.
 pub(super) enum Source<'a> {
-    /// Words of a text.
     Text {
         text: Text<'a>,
-        /// Unread rows.
         rows_left: usize,
         /// Whether each row is a line; decided at the first row that does not end its line.
         has_lines: Option<bool>,
     },
-    /// Bytes from `at` on.
-    Binary { bytes: &'a [u8], at: usize, big: bool },
+    Binary {
+        bytes: &'a [u8],
+        at: usize,
+        big: bool,
+    },
 }
 
 impl Source<'_> {
@@ -51,7 +51,6 @@ impl Source<'_> {
         }
     }
 
-    /// Returns the number of unread bytes.
     pub fn n_bytes_left(&self) -> usize {
         match self {
             Self::Text { text, .. } => text.rest().len(),
@@ -59,7 +58,6 @@ impl Source<'_> {
         }
     }
 
-    /// Makes the error for a missing value in row `item` of `element`.
     pub fn cut_error(&self, element: &Element, item: usize) -> ReadError {
         let what = format!("no value for {} {item} of {}", element.name, element.count);
         match self {

@@ -18,7 +18,6 @@ fn write_header(content: &Content, encoding: &str) -> String {
     )
 }
 
-/// Writes a little-endian PLY, with doubles if the content needs them.
 pub(in crate::io) fn write_binary(content: &Content) -> Vec<u8> {
     let header = write_header(content, "binary_little_endian").into_bytes();
     let stride = if content.double { 24 } else { 12 };
@@ -41,7 +40,6 @@ pub(in crate::io) fn write_binary(content: &Content) -> Vec<u8> {
     out
 }
 
-/// Writes a text PLY.
 pub(in crate::io) fn write_text(content: &Content) -> Vec<u8> {
     let mut out = write_header(content, "ascii").into_bytes();
     push_rows(&mut out, content);
@@ -71,7 +69,6 @@ pub(in crate::io) fn write_attributed(
     (out, rows.sources.len())
 }
 
-/// Writes the rows of the vertices.
 fn write_vertices(writer: &mut ValueWriter, content: &Content, rows: &VertexRows, columns: &Columns) {
     for &(vertex, wedge) in &rows.sources {
         writer.position(content, vertex as usize);
@@ -86,7 +83,6 @@ fn write_vertices(writer: &mut ValueWriter, content: &Content, rows: &VertexRows
     }
 }
 
-/// Writes the rows of the faces: corners, their texture coordinates, values of the group.
 fn write_faces(writer: &mut ValueWriter, rows: &VertexRows, columns: &Columns, attributes: &Attributes, extra: &Extra) {
     for (face, corners) in rows.faces.iter().enumerate() {
         writer.value(Scalar::U8, 3.0);
@@ -104,7 +100,6 @@ fn write_faces(writer: &mut ValueWriter, rows: &VertexRows, columns: &Columns, a
     }
 }
 
-/// Channels and their columns.
 struct Columns<'a> {
     of_vertices: Vec<(&'a Channel, ColumnLayout)>,
     /// Channel of the lists `texcoord`.
@@ -128,11 +123,9 @@ impl<'a> Columns<'a> {
     }
 }
 
-/// VertexRows of the vertices.
 struct VertexRows {
     /// Vertex of each row, and a wedge with its values; the first n_vertices rows are the vertices in order.
     sources: Vec<(u32, Option<u32>)>,
-    /// VertexRows of the corners, n_faces x 3.
     faces: Vec<[u32; 3]>,
 }
 
@@ -185,7 +178,6 @@ fn write_full_header(content: &Content, extra: &Extra, columns: &Columns, n_rows
     header + "end_header\n"
 }
 
-/// A writer of values.
 struct ValueWriter<'a> {
     out: &'a mut Vec<u8>,
     as_text: bool,

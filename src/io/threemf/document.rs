@@ -18,20 +18,15 @@ const REMEDY: &str = "export the file again";
 /// Index of no vertex; cleanup drops faces with it.
 const NOWHERE: u32 = u32::MAX;
 
-/// The content of a model part.
 #[derive(Default)]
 pub(super) struct ModelDocument {
     /// Unit of length, if given.
     pub unit: Option<String>,
     pub objects: FxHashMap<u32, Object>,
     pub properties: FxHashMap<u32, FaceProperty>,
-    /// Items of the build.
     pub items: Vec<Reference>,
-    /// Whether a coordinate needs a double.
     pub double: bool,
-    /// Whether there are beams.
     pub has_beams: bool,
-    /// Whether the model element is closed.
     is_whole: bool,
 }
 
@@ -40,16 +35,15 @@ pub(super) struct ModelDocument {
 pub(super) struct Object {
     pub id: u32,
     pub name: Option<String>,
-    /// FaceProperty and entry of faces without their own.
+    /// Property and entry of faces without their own.
     pub property: Option<(u32, u32)>,
     pub positions: Vec<[f64; 3]>,
     pub faces: Vec<[u32; 3]>,
-    /// FaceProperty of each face, with the entries at its corners; shorter if the last faces have none.
+    /// Property of each face, with the entries at its corners; shorter if the last faces have none.
     pub of_faces: Vec<Option<(u32, [u32; 3])>>,
     pub components: Vec<Reference>,
 }
 
-/// A placed object.
 pub(super) struct Reference {
     /// Part that holds the object, if another one.
     pub path: Option<String>,
@@ -57,7 +51,6 @@ pub(super) struct Reference {
     pub transform: DMat4,
 }
 
-/// Properties that faces refer to.
 pub(super) enum FaceProperty {
     /// Names, and colours in sRGB with alpha.
     Materials(Vec<(String, [f32; 4])>),
@@ -67,7 +60,6 @@ pub(super) enum FaceProperty {
     Other,
 }
 
-/// Parses the text of a part.
 pub(super) fn parse(text: &str, part: &str) -> Result<ModelDocument, ReadError> {
     let mut reader = Reader::from_str(text);
     let mut parser = Parser::default();
@@ -91,7 +83,6 @@ pub(super) fn parse(text: &str, part: &str) -> Result<ModelDocument, ReadError> 
     }
 }
 
-/// A parser with its current object and property.
 #[derive(Default)]
 struct Parser {
     document: ModelDocument,
@@ -227,12 +218,10 @@ impl Parser {
     }
 }
 
-/// Makes an error about an element; the caller adds the line.
 fn element_error(what: &str) -> ReadError {
     ReadError::file(what, REMEDY)
 }
 
-/// Parses an item of the build or a component.
 fn parse_reference(element: &BytesStart) -> Result<Reference, ReadError> {
     let object =
         parse_index(element, "objectid")?.ok_or_else(|| element_error("an item or component without objectid"))?;
@@ -250,14 +239,12 @@ fn parse_matrix(text: &str) -> Result<DMat4, ReadError> {
     Ok(DMat4::from_cols(x.extend(0.0), y.extend(0.0), z.extend(0.0), origin.extend(1.0)))
 }
 
-/// Parses the index in a field, if it is there.
 fn parse_index(element: &BytesStart, name: &str) -> Result<Option<u32>, ReadError> {
     let parsed =
         |text: Cow<str>| text.trim().parse().map_err(|_| element_error(&format!("{name} {text:?} is no index")));
     attribute(element, name).map(parsed).transpose()
 }
 
-/// Parses a text that is a number as a whole.
 fn parse_number(text: &str) -> Option<number::Number> {
     let text = text.trim();
     number::parse(text.as_bytes()).filter(|number| number.length == text.len())

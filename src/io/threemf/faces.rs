@@ -7,18 +7,15 @@ use crate::io::Group;
 use crate::io::unique_materials::UniqueMaterials;
 use crate::mesh::{Attributes, Channel, Look, RawMesh, Role, linear_light};
 
-/// Objects as meshes, with their groups.
 #[derive(Default)]
 pub(super) struct ObjectMeshes {
     pub meshes: Vec<RawMesh>,
-    /// First group of each mesh.
     pub first_groups: Vec<u32>,
     pub groups: Vec<Group>,
     pub materials: UniqueMaterials,
     pub notes: IgnoredContent,
 }
 
-/// IgnoredContent on ignored content.
 #[derive(Default)]
 pub(super) struct IgnoredContent {
     pub has_beams: bool,
@@ -27,7 +24,6 @@ pub(super) struct IgnoredContent {
 }
 
 impl IgnoredContent {
-    /// Lists the notes, a line each.
     pub fn lines(&self) -> Vec<String> {
         let mixed = (self.n_mixed > 0).then(|| {
             format!("materials that change within a face are taken from its first corner (faces: {})", self.n_mixed)
@@ -65,7 +61,7 @@ impl ObjectMeshes {
         channels.map(|channel| channel.width).max().unwrap_or(0)
     }
 
-    /// Groups the faces of an object by material; group numbers start at the object's first group.
+    /// Assigns the faces of an object to groups by material; group numbers start at the object's first group.
     fn groups_of(
         &mut self,
         object: Option<String>,
@@ -104,7 +100,6 @@ impl ObjectMeshes {
         groups
     }
 
-    /// Adds a material and returns its name.
     fn material(&mut self, name: &str, [red, green, blue, alpha]: [f32; 4]) -> String {
         let mut look = Look { colour: [red, green, blue].map(linear_light), ..Look::default() };
         look.finish.is_opaque = alpha == 1.0;

@@ -21,7 +21,6 @@ const MODEL: &str = "/3dmodel";
 
 const REMEDY: &str = "fetch or export the file again";
 
-/// A package, with the number of bytes that may still be unpacked.
 pub(super) struct Package<'a> {
     archive: ZipArchive<Cursor<&'a [u8]>>,
     most: usize,
@@ -29,7 +28,6 @@ pub(super) struct Package<'a> {
 }
 
 impl<'a> Package<'a> {
-    /// Opens the bytes of a file.
     pub fn open(bytes: &'a [u8]) -> Result<Self, ReadError> {
         let damaged = |error: ZipError| {
             ReadError::file(format!("the zip data is cut or damaged ({})", one_line(&error.to_string())), REMEDY)
@@ -39,7 +37,6 @@ impl<'a> Package<'a> {
         Ok(Self { archive, most, left: most })
     }
 
-    /// Returns the number of bytes unpacked so far.
     pub fn n_unpacked(&self) -> usize {
         self.most - self.left
     }
@@ -54,13 +51,11 @@ impl<'a> Package<'a> {
         found.ok_or_else(|| ReadError::file("the archive holds no 3D model", "give a 3MF file, or unpack the archive"))
     }
 
-    /// Returns the text of a part.
     pub fn text(&mut self, name: &str) -> Result<String, ReadError> {
         let encoded = |_| ReadError::file(format!("{name} is not in UTF-8"), "export the file again");
         String::from_utf8(self.unpack_part(name)?).map_err(encoded)
     }
 
-    /// Unpacks a part.
     fn unpack_part(&mut self, name: &str) -> Result<Vec<u8>, ReadError> {
         let missing = || ReadError::file(format!("there is no part {name:?}"), REMEDY);
         let index = self.index(name).ok_or_else(missing)?;
@@ -86,7 +81,6 @@ impl<'a> Package<'a> {
     }
 }
 
-/// Returns the target of the relation to the model.
 fn model_target(text: &str) -> Option<String> {
     let mut reader = Reader::from_str(text);
     loop {

@@ -10,7 +10,6 @@ use crate::io::ReadError;
 const KNOWN: [&str; 3] =
     ["/3dmanufacturing/production/", "/3dmanufacturing/material/", "/3dmanufacturing/trianglesets/"];
 
-/// Refuses a model that requires an unknown extension.
 pub(super) fn refuse_unknown(model: &BytesStart) -> Result<(), ReadError> {
     for prefix in attribute(model, "requiredextensions").unwrap_or_default().split_whitespace() {
         let namespace = attribute(model, &format!("xmlns:{prefix}")).unwrap_or_else(|| prefix.to_string().into());

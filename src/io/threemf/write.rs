@@ -21,12 +21,9 @@ const RELATIONS: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
     <Relationship Id=\"rel0\" Target=\"/3D/3dmodel.model\" \
     Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/>\n</Relationships>\n";
 
-/// Number of the resource of materials.
 const MATERIALS: u32 = 1;
-/// Number of the resource of colours; objects come after it.
 const COLOURS: u32 = 2;
 
-/// Writes positions and faces.
 pub(in crate::io) fn write(content: &Content) -> Result<Vec<u8>, WriteError> {
     write_attributed(content, Attributes::NONE, &Extra::default(), &[]).map(|(bytes, _)| bytes)
 }
@@ -80,7 +77,6 @@ fn package(model: &[u8]) -> zip::result::ZipResult<Vec<u8>> {
     Ok(archive.finish()?.into_inner())
 }
 
-/// Writes the start of the model, up to its first resource.
 fn model_head(extra: &Extra) -> Vec<u8> {
     let unit = extra.unit.as_deref().filter(|unit| units::is_known(unit)).unwrap_or("millimeter");
     let version = env!("CARGO_PKG_VERSION");
@@ -93,10 +89,9 @@ fn model_head(extra: &Extra) -> Vec<u8> {
     .into_bytes()
 }
 
-/// Names and faces of objects.
 type NamedObjects<'a> = Vec<(&'a str, Vec<u32>)>;
 
-/// Groups the faces by object; objects that share vertices become one, as they would be torn.
+/// Collects the faces of each object; objects that share vertices become one, as they would be torn.
 fn group_by_object<'a>(
     content: &Content,
     attributes: &Attributes,
@@ -126,7 +121,6 @@ fn group_by_object<'a>(
     objects
 }
 
-/// Distinct materials, and the material of each group.
 #[derive(Default)]
 struct BaseMaterials<'a> {
     names: Vec<(&'a str, [f32; 4])>,
@@ -154,7 +148,7 @@ impl<'a> BaseMaterials<'a> {
         materials
     }
 
-    /// Gives groups without a material a plain one if others have theirs; else they would inherit that of the object.
+    /// Gives groups without a material a plain one if others have materials; else they would inherit that of the object.
     fn add_plain(&mut self) {
         let plain = self.names.len();
         if plain > 0 && self.of_groups.contains(&None) {
@@ -182,12 +176,10 @@ fn opaque_colour(look: &Look) -> [f32; 4] {
     [red, green, blue, 1.0]
 }
 
-/// Distinct colours of the corners, and the colour of each wedge.
 #[derive(Default)]
 struct Palette {
     colours: Vec<String>,
     of_wedges: Vec<u32>,
-    /// Index of white, if present.
     white: Option<u32>,
 }
 
@@ -222,7 +214,6 @@ impl Palette {
     }
 }
 
-/// Properties of faces: a material or colours.
 struct FacePaint<'a> {
     attributes: &'a Attributes,
     materials: &'a BaseMaterials<'a>,
@@ -250,7 +241,6 @@ impl FacePaint<'_> {
         })
     }
 
-    /// Appends the attributes of a triangle.
     fn push(&self, out: &mut Vec<u8>, face: u32) {
         if let Some([a, b, c]) = self.colours(face) {
             let more = if a == b && b == c { String::new() } else { format!(" p2=\"{b}\" p3=\"{c}\"") };
@@ -261,7 +251,6 @@ impl FacePaint<'_> {
     }
 }
 
-/// Appends an object: number, name and faces.
 fn push_object(out: &mut Vec<u8>, content: &Content, paint: &FacePaint, (id, name, faces): (u32, &str, &[u32])) {
     let name = if name.is_empty() { String::new() } else { format!(" name=\"{}\"", escape_name(name)) };
     out.extend(
@@ -312,7 +301,6 @@ fn push_vertex(out: &mut Vec<u8>, content: &Content, vertex: usize) {
     out.extend(b"/>\n");
 }
 
-/// Formats values from 0 to 1 as `#RRGGBBAA`.
 fn hex(colour: [f32; 4]) -> String {
     let [red, green, blue, alpha] = colour.map(|x| (x.clamp(0.0, 1.0) * 255.0).round() as u8);
     format!("#{red:02X}{green:02X}{blue:02X}{alpha:02X}")

@@ -2,12 +2,10 @@
 
 use meshopt::{encode_filter_oct, encode_index_buffer, encode_vertex_buffer_level, optimize_vertex_cache};
 
-/// Bits per component of a direction.
 const DIRECTION_BITS: i32 = 8;
 /// Compression level; version 0 of the format has only one method.
 const LEVEL: i32 = 2;
 
-/// Whether this build can compress.
 pub(in crate::io::gltf) const CAN_COMPRESS: bool = true;
 
 /// Reorders faces so that vertices are reused soon after they are drawn.

@@ -13,19 +13,14 @@ use crate::io::gltf::extensions::{may_name_indices, name_extension};
 use crate::io::gltf::references::{OTHER_VIEWS, VIEWS_OF_ACCESSORS, find_referenced, index};
 use crate::io::gltf::repack::drop_unused;
 
-/// The compression extension.
 pub(in crate::io::gltf) const COMPRESSION: &str = "EXT_meshopt_compression";
 /// The filter of directions, named in a view before it is compressed.
 pub(in crate::io::gltf) const OCTAHEDRAL: &str = "OCTAHEDRAL";
 
-/// The content of a view.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Stream {
-    /// Whether it holds triangle indices.
     is_triangles: bool,
-    /// Bytes per element.
     stride: usize,
-    /// Filter applied to the content.
     filter: Option<String>,
     /// Stated target and, unless that is vertices, stated stride; 0 for none.
     says: [u64; 2],
@@ -72,7 +67,6 @@ pub(in crate::io::gltf) fn pack_compressed(draft: &mut Draft, limit: usize) -> R
     Ok(buffer)
 }
 
-/// Sets the place of a view.
 fn place_view(view: &mut Value, buffer: usize, offset: usize, length: usize) {
     (view["buffer"], view["byteLength"]) = (buffer.into(), length.into());
     if let Some(view) = view.as_object_mut() {
@@ -83,7 +77,6 @@ fn place_view(view: &mut Value, buffer: usize, offset: usize, length: usize) {
     }
 }
 
-/// Describes the compressed bytes of a view.
 fn describe_stream(stream: &Stream, offset: usize, length: usize, n_unpacked: usize) -> Value {
     let mode = if stream.is_triangles { "TRIANGLES" } else { "ATTRIBUTES" };
     let mut description = json!({"buffer": 0, "byteLength": length, "byteStride": stream.stride, "mode": mode,
@@ -133,7 +126,6 @@ fn streams(draft: &mut Draft) -> Vec<Option<Stream>> {
     found.into_iter().map(Option::flatten).collect()
 }
 
-/// Returns the content of a view by one of its accessors, or `None` if it cannot be compressed.
 fn stream(view: &Value, accessor: &Value, is_triangles: Option<bool>) -> Option<Stream> {
     let component = u32::try_from(accessor.get("componentType")?.as_u64()?).ok()?;
     let size = element_size(accessor.get("type")?.as_str()?, component);
@@ -150,7 +142,6 @@ fn stream(view: &Value, accessor: &Value, is_triangles: Option<bool>) -> Option<
     Some(Stream { is_triangles: is_triangles == Some(true), stride, filter, says })
 }
 
-/// Finds the accessors of indices, and whether they are triangle lists.
 fn indices_of_triangles(document: &Value) -> BTreeMap<usize, bool> {
     let meshes = document["meshes"].as_array().into_iter().flatten();
     let primitives = meshes.flat_map(|mesh| mesh["primitives"].as_array().into_iter().flatten());
@@ -164,7 +155,6 @@ fn indices_of_triangles(document: &Value) -> BTreeMap<usize, bool> {
     found
 }
 
-/// Merges the views of each kind.
 fn merge_views(draft: &mut Draft) {
     let streams = streams(draft);
     let mut places: BTreeMap<&Stream, usize> = BTreeMap::new();

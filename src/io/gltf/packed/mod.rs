@@ -22,7 +22,6 @@ use super::draft::Draft;
 use super::repack::pack;
 use crate::io::{Packing, WriteError};
 
-/// The extension that allows small integers in attributes.
 pub(super) const QUANTIZATION: &str = "KHR_mesh_quantization";
 
 /// Packs all views into one buffer, compressed if the packing says so.

@@ -10,16 +10,12 @@ use crate::io::gltf::draft::{
 };
 use crate::mesh::{Grid, Role};
 
-/// The packing of a primitive's vertices.
 #[derive(Clone, Copy)]
 pub(in crate::io::gltf) struct PrimitivePacking<'a> {
-    /// Grid of the positions.
     pub grid: Option<&'a Grid>,
-    /// Grids of texture coordinates.
     pub uvs: &'a UvGrids,
-    /// Material (or its stand-in), the key of these grids.
+    /// Material, the key of these grids.
     pub surface: Option<usize>,
-    /// Whether buffers will be compressed.
     pub compress: bool,
 }
 
@@ -118,7 +114,6 @@ pub(in crate::io::gltf) fn push_directions(draft: &mut Draft, values: &[f32], wi
     draft.push("accessors", accessor)
 }
 
-/// Stores fractions in bytes.
 fn fraction_storage(component: u32, shape: &str) -> NumberStorage {
     NumberStorage { component, normalized: true, ..NumberStorage::floats(shape) }
 }

@@ -96,7 +96,6 @@ impl Asset {
         }
     }
 
-    /// Joins parts with one transform and a common position, so that they still meet there.
     fn join_by_positions(&self, sets: &mut UnionFind) {
         let mut first_at: FxHashMap<([u64; 16], [u64; 3]), u32> = FxHashMap::default();
         for placed in placements(&self.container.data()).unwrap_or_default() {

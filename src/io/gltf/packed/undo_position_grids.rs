@@ -12,7 +12,6 @@ use crate::io::gltf::references::index;
 use crate::io::gltf::vrm::is_vrm;
 use crate::mesh::PositionGrid;
 
-/// Makes nodes and skins undo the grids of these meshes.
 pub(in crate::io::gltf) fn undo_position_grids(asset: &Asset, draft: &mut Draft, grids: &BTreeMap<usize, Grid>) {
     let n_nodes = draft.document.get("nodes").and_then(Value::as_array).map_or(0, Vec::len);
     let is_held = fixed_nodes(&draft.document, n_nodes);
@@ -50,7 +49,6 @@ fn fixed_nodes(document: &Value, n_nodes: usize) -> Vec<bool> {
     is_held
 }
 
-/// Multiplies the transform of a node by the grid of its mesh.
 fn place_node(node: &mut Value, grid: &Grid) {
     let Some(node) = node.as_object_mut() else { return };
     if let Some(matrix) = node.get("matrix").and_then(numbers::<16>) {
@@ -70,7 +68,6 @@ fn place_node(node: &mut Value, grid: &Grid) {
     put(node, "scale", scale.map(|x| x * grid.step));
 }
 
-/// Multiplies the inverse bind matrices of a skin by the grid.
 fn place_skin(asset: &Asset, draft: &mut Draft, skin: usize, grid: &Grid) {
     let n = draft.document["skins"][skin]["joints"].as_array().map_or(0, Vec::len);
     let held = draft.document["skins"][skin].get("inverseBindMatrices").and_then(index);
@@ -88,7 +85,6 @@ fn place_skin(asset: &Asset, draft: &mut Draft, skin: usize, grid: &Grid) {
     draft.document["skins"][skin]["inverseBindMatrices"] = draft.push("accessors", accessor);
 }
 
-/// Returns the transform from grid numbers to positions.
 fn transform(grid: &Grid) -> DMat4 {
     DMat4::from_translation(grid.origin.into()) * DMat4::from_scale(DVec3::splat(grid.step))
 }

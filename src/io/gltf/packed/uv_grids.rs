@@ -14,14 +14,11 @@ use crate::io::gltf::vrm::is_vrm;
 use crate::mesh::Role;
 use crate::mesh::union_find::UnionFind;
 
-/// The extension by which materials undo a grid.
 pub(in crate::io::gltf) const TRANSFORM: &str = "KHR_texture_transform";
 /// Bits per coordinate for one repeat of a texture.
 const BITS: u32 = 12;
-/// Largest stored number.
 const WHOLE: f64 = 65_535.0;
 
-/// A grid of texture coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::io::gltf) struct UvGrid {
     origin: [f64; 2],
@@ -59,14 +56,13 @@ impl UvGrid {
     }
 }
 
-/// Grids of texture coordinates by material (or its stand-in) and attribute name.
+/// Grids of texture coordinates by material and attribute name.
 #[derive(Debug, Default)]
 pub(in crate::io::gltf) struct UvGrids {
     grids: BTreeMap<(usize, String), UvGrid>,
 }
 
 impl UvGrids {
-    /// Returns the grid of the coordinates `name` with a material.
     pub fn grid(&self, surface: usize, name: &str) -> Option<&UvGrid> {
         self.grids.get(&(surface, name.to_string()))
     }
@@ -124,14 +120,12 @@ impl UvGrids {
     }
 }
 
-/// Ranges of texture coordinates by material and name.
 #[derive(Default)]
 struct Boxes {
     boxes: BTreeMap<(usize, String), [[f32; 2]; 2]>,
 }
 
 impl Boxes {
-    /// Adds the corners of a part whose groups have these materials.
     fn add(&mut self, part: &SimplifiedPart, mut surface: impl FnMut(u32) -> Option<usize>) {
         const EMPTY: [[f32; 2]; 2] = [[f32::INFINITY; 2], [f32::NEG_INFINITY; 2]];
         for channel in part.attributes.channels.iter().filter(|it| it.role == Role::Uv && it.width == 2) {
@@ -191,7 +185,6 @@ fn materials(document: &Value) -> impl Iterator<Item = &Value> {
     document.get("materials").and_then(Value::as_array).into_iter().flatten()
 }
 
-/// Returns whether the document animates or moves textures in other ways.
 fn forbids_transforms(document: &Value) -> bool {
     let channels = document["animations"].as_array().into_iter().flatten();
     let mut channels = channels.flat_map(|animation| animation["channels"].as_array().into_iter().flatten());
@@ -217,14 +210,11 @@ fn coordinates_used(material: &Value) -> BTreeSet<String> {
     if is_turned { BTreeSet::new() } else { names }
 }
 
-/// The texture transform of a use of a texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::io::gltf) struct UvTransform {
     /// Offset, applied after the scale.
     pub offset: [f64; 2],
-    /// Scale.
     pub scale: [f64; 2],
-    /// Whether there is a rotation.
     pub is_turned: bool,
 }
 
@@ -241,7 +231,6 @@ impl UvTransform {
     }
 }
 
-/// Returns the name of the coordinates of a texture use.
 pub(in crate::io::gltf) fn coordinates(used: &Value) -> String {
     let of_transform = used.get("extensions").and_then(|all| all.get(TRANSFORM)?.get("texCoord"));
     let set = of_transform.or(used.get("texCoord")).and_then(index).unwrap_or(0);
