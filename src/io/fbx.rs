@@ -18,7 +18,7 @@ use super::one_line::one_line;
 use super::unique_materials::UniqueMaterials;
 use super::units;
 use super::{Extra, Group, ReadError, ReadMesh};
-use crate::mesh::{Attributes, Look, PlacedMesh, RawMesh, side_by_side};
+use crate::mesh::{Attributes, Look, PlacedMesh, RawMesh, merge_placed_meshes};
 use corners::{FbxMesh, convert_mesh};
 
 pub(super) const CAN_READ: bool = true;
@@ -59,7 +59,7 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
         });
         extra.groups.extend(slots.iter().map(|&slot| make_group(node, slot, &mut names)));
     }
-    let mut mesh = side_by_side(&placed, |_| true);
+    let mut mesh = merge_placed_meshes(&placed, |_| true);
     let has_doubles = |part: &FbxMesh| part.mesh.positions.iter().flatten().any(|&x| f64::from(x as f32) != x);
     mesh.double = parts.iter().any(has_doubles) || is_far_from_origin(&mesh.positions);
     extra.looks = names.looks;

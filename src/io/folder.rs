@@ -68,7 +68,9 @@ impl Folder {
 
     pub(super) fn read(&self, source: &Path) -> Result<Arc<[u8]>, FileProblem> {
         match self {
-            Self::Disk(_) => asking(|| std::fs::read(source)).map(Arc::from).map_err(FileProblem::Unreadable),
+            Self::Disk(_) => {
+                with_fallible_allocation(|| std::fs::read(source)).map(Arc::from).map_err(FileProblem::Unreadable)
+            }
             Self::Memory(files) => files.get(source).cloned().ok_or(FileProblem::Missing),
         }
     }

@@ -9,7 +9,7 @@ use flate2::write::GzEncoder;
 
 use super::ReadError;
 use super::memory::io_error;
-use crate::mesh::room::asking;
+use crate::mesh::fallible_allocation::with_fallible_allocation;
 
 const MAGIC: &[u8] = b"\x1f\x8b";
 

@@ -60,7 +60,7 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>, ReadError> {
     let kind = std::fs::metadata(path).map_err(io_error)?.file_type();
     // Reading a folder fails with an error of its own, which `io_error` explains.
     if kind.is_file() || kind.is_dir() {
-        return asking(|| std::fs::read(path)).map_err(io_error);
+        return with_fallible_allocation(|| std::fs::read(path)).map_err(io_error);
     }
     if is_device(kind) {
         return Err(ReadError::file("is a device and has no end", "give a file, or - for standard input"));
@@ -82,7 +82,7 @@ pub fn read_stream(stream: impl Read) -> Result<Vec<u8>, ReadError> {
 
 fn read_at_most(stream: impl Read, most: u64) -> Result<Vec<u8>, ReadError> {
     let mut bytes = Vec::new();
-    asking(|| stream.take(most + 1).read_to_end(&mut bytes)).map_err(io_error)?;
+    with_fallible_allocation(|| stream.take(most + 1).read_to_end(&mut bytes)).map_err(io_error)?;
     match bytes.len() as u64 > most {
         true => Err(ReadError::file(format!("is longer than {most} bytes"), "give the mesh as a file, by its path")),
         false => Ok(bytes),

@@ -21,8 +21,8 @@ impl PackOptions {
 /// A packing of the numbers of a glTF.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Packing {
-    /// Grid of each mesh; `None` where positions stay single precision.
-    pub(super) grids: Vec<Option<Grid>>,
+    /// PositionGrid of each mesh; `None` where positions stay single precision.
+    pub(super) grids: Vec<Option<PositionGrid>>,
     pub(super) compress: bool,
 }
 
@@ -45,7 +45,7 @@ impl Packing {
 }
 
 /// Returns the coarsest grid of at least `bits` bits that keeps all meshes as they are.
-pub(super) fn grid_for(meshes: &[LevelMesh], bits: u32) -> Option<Grid> {
+pub(super) fn grid_for(meshes: &[LevelMesh], bits: u32) -> Option<PositionGrid> {
     let corners =
         || meshes.iter().flat_map(|(positions, faces)| faces.as_flattened().iter().map(|&v| positions[v as usize]));
     let grids = (bits..=PackOptions::MOST_BITS).filter_map(|bits| PositionGrid::from_points(corners(), bits));

@@ -22,7 +22,7 @@ use super::far_from_origin::is_far_from_origin;
 use super::memory::instance_limit;
 use super::units;
 use super::{Extra, ReadError, ReadMesh};
-use crate::mesh::{Attributes, PlacedMesh, RawMesh, side_by_side};
+use crate::mesh::{Attributes, PlacedMesh, RawMesh, merge_placed_meshes};
 use document::{ModelDocument, Reference, parse};
 use faces::{IgnoredContent, ObjectMeshes};
 use package::Package;
@@ -153,7 +153,7 @@ impl<'a> Models<'a> {
                 first_group: parts.first_groups[part],
             })
             .collect();
-        let mut mesh = side_by_side(&placed, |_| true);
+        let mut mesh = merge_placed_meshes(&placed, |_| true);
         mesh.double = self.documents.values().any(|document| document.double) || is_far_from_origin(&mesh.positions);
         let mut extra = Extra { unit: self.unit(), ..Extra::default() };
         let is_bare = parts.groups.len() <= 1 && parts.groups.iter().all(|group| group.title().is_empty());

@@ -207,7 +207,7 @@ fn empty_document() -> Value {
     json!({"asset": {"version": "2.0", "generator": generator}, "scene": 0, "scenes": [{"nodes": []}]})
 }
 
-fn push_object(draft: &mut Draft, place: &Grid, name: Option<&str>, primitives: Vec<Value>) {
+fn push_object(draft: &mut Draft, place: &PositionGrid, name: Option<&str>, primitives: Vec<Value>) {
     let mut mesh = json!({"primitives": primitives});
     let mut node = json!({});
     if let Some(name) = name {

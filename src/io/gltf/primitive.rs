@@ -74,7 +74,7 @@ impl PrimitiveVertices {
     }
 
     fn values(&self, channel: &Channel) -> Vec<f32> {
-        let mut values: Vec<f32> = self.pairs.iter().flat_map(|pair| channel.of(pair[1])).copied().collect();
+        let mut values: Vec<f32> = self.pairs.iter().flat_map(|pair| channel.value(pair[1])).copied().collect();
         repair_values::mend_numbers(&mut values);
         values
     }

@@ -7,7 +7,7 @@ use super::placements::placements;
 use super::spend;
 use crate::io::ReadError;
 use crate::io::far_from_origin::is_far_from_origin;
-use crate::mesh::{Looks, PlacedMesh, RawMesh, side_by_side};
+use crate::mesh::{Looks, PlacedMesh, RawMesh, merge_placed_meshes};
 
 /// Allowed vertices and faces per byte of the asset, and their number always allowed; an instance takes few bytes.
 const REPEATS: (usize, usize) = (256, 1 << 22);
@@ -36,7 +36,7 @@ impl Asset {
             Some(PlacedMesh { mesh: meshes.get(part)?, transform, first_group: first_groups[part] })
         });
         let placed: Vec<PlacedMesh> = placed.collect();
-        let mut scene = side_by_side(&placed, |_| true);
+        let mut scene = merge_placed_meshes(&placed, |_| true);
         scene.double = is_far_from_origin(&scene.positions);
         Ok(scene)
     }

@@ -20,7 +20,7 @@ use super::schema::{GltfMesh, Primitive, Root};
 use super::semantics::{role, target_role};
 use super::simplified_part::SimplifiedPart;
 use crate::io::{Format, ImageConverter, OutputFile, Packing, WriteError};
-use crate::mesh::{Attributes, Channel, Grid, Role};
+use crate::mesh::{Attributes, Channel, PositionGrid, Role};
 
 /// Allowed size of kept views per byte read, and bytes always allowed.
 const REPEATS: (usize, usize) = (16, 1 << 26);
@@ -168,7 +168,7 @@ impl Asset {
         lighter.iter().zip(&self.meshes).filter_map(is_emptied).collect()
     }
 
-    fn undo_grids(&self, draft: &mut Draft, pack_with: &ScenePacking, grids: &BTreeMap<usize, Grid>) {
+    fn undo_grids(&self, draft: &mut Draft, pack_with: &ScenePacking, grids: &BTreeMap<usize, PositionGrid>) {
         if pack_with.packing.is_some() {
             undo_position_grids(self, draft, grids);
             pack_with.uvs.undo(&mut draft.document, |material| material);
@@ -303,11 +303,15 @@ struct ScenePacking<'a> {
 }
 
 impl ScenePacking<'_> {
-    fn grid(&self, part: usize) -> Option<&Grid> {
+    fn grid(&self, part: usize) -> Option<&PositionGrid> {
         self.packing?.grid(part)
     }
 
-    fn primitive_packing<'a>(&'a self, primitive: &Primitive, grid: Option<&'a Grid>) -> Option<PrimitivePacking<'a>> {
+    fn primitive_packing<'a>(
+        &'a self,
+        primitive: &Primitive,
+        grid: Option<&'a PositionGrid>,
+    ) -> Option<PrimitivePacking<'a>> {
         let compress = self.packing?.is_compressed();
         Some(PrimitivePacking { grid, uvs: &self.uvs, surface: primitive.material, compress })
     }

@@ -12,7 +12,7 @@ use super::{refuse_instancing, spend};
 use crate::io::ReadError;
 use crate::io::extra::{Extra, Group, ReadMesh};
 use crate::io::far_from_origin::is_far_from_origin;
-use crate::mesh::{Channel, PlacedMesh, RawMesh, Role, side_by_side, srgb};
+use crate::mesh::{Channel, PlacedMesh, RawMesh, Role, merge_placed_meshes, srgb};
 
 const LEFT: &str = "tangents, skins and morph targets belong to the scene: left out";
 

@@ -89,7 +89,7 @@ fn write_faces(writer: &mut ValueWriter, rows: &VertexRows, columns: &Columns, a
         corners.iter().for_each(|&row| writer.value(Scalar::I32, f64::from(row)));
         if let (Some((channel, layout)), Some(wedges)) = (columns.of_corners, attributes.wedges.get(face)) {
             writer.value(Scalar::U8, (3 * channel.width) as f64);
-            let values = wedges.iter().flat_map(|&wedge| channel.of(wedge));
+            let values = wedges.iter().flat_map(|&wedge| channel.value(wedge));
             values.for_each(|&value| writer.value(layout.columns[0].scalar, f64::from(value)));
         }
         let values = extra.group(attributes.group(face as u32)).map_or(&[][..], |group| &group.values);

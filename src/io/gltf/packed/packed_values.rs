@@ -8,11 +8,11 @@ use super::uv_grids::UvGrids;
 use crate::io::gltf::draft::{
     BYTE, Draft, NumberStorage, SHORT, UNSIGNED_BYTE, UNSIGNED_SHORT, VERTICES, vector_shape,
 };
-use crate::mesh::{Grid, Role};
+use crate::mesh::{PositionGrid, Role};
 
 #[derive(Clone, Copy)]
 pub(in crate::io::gltf) struct PrimitivePacking<'a> {
-    pub grid: Option<&'a Grid>,
+    pub grid: Option<&'a PositionGrid>,
     pub uvs: &'a UvGrids,
     /// Material, the key of these grids.
     pub surface: Option<usize>,

@@ -12,7 +12,11 @@ use crate::io::gltf::references::index;
 use crate::io::gltf::vrm::is_vrm;
 use crate::mesh::PositionGrid;
 
-pub(in crate::io::gltf) fn undo_position_grids(asset: &Asset, draft: &mut Draft, grids: &BTreeMap<usize, Grid>) {
+pub(in crate::io::gltf) fn undo_position_grids(
+    asset: &Asset,
+    draft: &mut Draft,
+    grids: &BTreeMap<usize, PositionGrid>,
+) {
     let n_nodes = draft.document.get("nodes").and_then(Value::as_array).map_or(0, Vec::len);
     let is_held = fixed_nodes(&draft.document, n_nodes);
     let mut of_skins = BTreeMap::new();
@@ -49,7 +53,7 @@ fn fixed_nodes(document: &Value, n_nodes: usize) -> Vec<bool> {
     is_held
 }
 
-fn place_node(node: &mut Value, grid: &Grid) {
+fn place_node(node: &mut Value, grid: &PositionGrid) {
     let Some(node) = node.as_object_mut() else { return };
     if let Some(matrix) = node.get("matrix").and_then(numbers::<16>) {
         let placed = DMat4::from_cols_array(&matrix) * transform(grid);
@@ -68,7 +72,7 @@ fn place_node(node: &mut Value, grid: &Grid) {
     put(node, "scale", scale.map(|x| x * grid.step));
 }
 
-fn place_skin(asset: &Asset, draft: &mut Draft, skin: usize, grid: &Grid) {
+fn place_skin(asset: &Asset, draft: &mut Draft, skin: usize, grid: &PositionGrid) {
     let n = draft.document["skins"][skin]["joints"].as_array().map_or(0, Vec::len);
     let held = draft.document["skins"][skin].get("inverseBindMatrices").and_then(index);
     let read = held.and_then(|accessor| asset.container.data().floats(accessor, 16 * n.max(1)).ok());
@@ -85,7 +89,7 @@ fn place_skin(asset: &Asset, draft: &mut Draft, skin: usize, grid: &Grid) {
     draft.document["skins"][skin]["inverseBindMatrices"] = draft.push("accessors", accessor);
 }
 
-fn transform(grid: &Grid) -> DMat4 {
+fn transform(grid: &PositionGrid) -> DMat4 {
     DMat4::from_translation(grid.origin.into()) * DMat4::from_scale(DVec3::splat(grid.step))
 }
 

@@ -132,7 +132,7 @@ impl Boxes {
             let mut of_groups: BTreeMap<u32, [[f32; 2]; 2]> = BTreeMap::new();
             for face in 0..part.faces.len() {
                 let held = of_groups.entry(part.attributes.group(face as u32)).or_insert(EMPTY);
-                part.wedges(face).iter().for_each(|&wedge| *held = widen(*held, channel.of(wedge)));
+                part.wedges(face).iter().for_each(|&wedge| *held = widen(*held, channel.value(wedge)));
             }
             for (group, [low, high]) in of_groups {
                 let Some(surface) = surface(group) else { continue };
