@@ -100,7 +100,7 @@ fn least_of_scene(
         let SimplifiedPart { positions, faces, attributes, .. } = SimplifiedPart::from_part(part);
         let first = first_faces(&attributes.groups, faces.len());
         let faces = first.iter().map(|&face| faces[face as usize]).collect();
-        SimplifiedPart::new(positions, faces, attributes.of_faces(&first).unwrap_or_default())
+        SimplifiedPart::new(positions, faces, attributes.select_faces(&first).unwrap_or_default())
     };
     let parts: Vec<SimplifiedPart> = asset.parts().iter().map(least).collect();
     let packing = job.compress.map(|options| asset.packing(&[&parts], &options).0);
