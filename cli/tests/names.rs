@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::common::avatar::Avatar;
 use crate::common::{Run, folder, run, the_line};
-use neural_mesh::io::{self, Asset, Part, ReadMesh};
+use neural_mesh::io::{self, Asset, AssetPart, ReadMesh};
 use serde_json::json;
 
 /// A wavy square of 20 x 20 quads in two materials, with texture coordinates.
@@ -65,13 +65,13 @@ fn faces_of(read: &ReadMesh, material: &str) -> Vec<Vec<u64>> {
     faces
 }
 
-fn part(folder: &Path, file: &str, name: &str) -> Part {
+fn part(folder: &Path, file: &str, name: &str) -> AssetPart {
     let asset = Asset::read_path(&folder.join(file)).unwrap();
     asset.parts().iter().find(|part| part.name == name).unwrap().clone()
 }
 
 /// The corners of a part's faces: positions and values, in any order.
-fn corners(part: &Part) -> Vec<Vec<u32>> {
+fn corners(part: &AssetPart) -> Vec<Vec<u32>> {
     let carried = &part.mesh.attributes;
     let corner = |f: usize, c: usize| {
         let place = part.mesh.positions[part.mesh.faces[f][c] as usize].map(|x| (x as f32).to_bits()).to_vec();
