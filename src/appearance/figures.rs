@@ -1,9 +1,9 @@
-//! The likeness of pictures as figures, beside those of `metrics::compare`.
+//! Picture similarity as figures, like those of `metrics::compare`.
 
 use super::Appearance;
 use crate::metrics::Figure;
 
-/// Always the same figures in the same order; without values where nothing was drawn. `psnr` has none where it is infinite.
+/// Returns the figures in fixed order, without values if nothing was drawn; `psnr` has none where it is infinite.
 ///
 /// ```
 /// use neural_mesh::{appearance::{appearance, figures}, mesh::shapes};

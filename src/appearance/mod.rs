@@ -1,6 +1,4 @@
-//! How much a simplified mesh looks like its original: where pictures and metrics meet, as neither knows the other.
-//!
-//! Both are drawn from six fixed places with the same camera, which the original decides.
+//! Compares pictures of a mesh and its original, drawn from six fixed directions with the original's camera.
 
 mod figures;
 
@@ -9,29 +7,30 @@ use crate::picture::{Image, ShadedMesh, View, view_shaded};
 
 pub use figures::figures;
 
-/// Height of pictures that is enough to tell meshes of some ten thousand faces apart, in pixels.
+/// Height of pictures in pixels that distinguishes meshes of some ten thousand faces.
 pub const USUAL_HEIGHT: usize = 256;
 
-/// Places that the meshes are seen from, azimuth and elevation in degrees: four sides, from above and from below.
+/// Directions of view, azimuth and elevation in degrees: four sides, from above and from below.
 pub const VIEWS: [[f32; 2]; 6] =
     [[30.0, 15.0], [120.0, 15.0], [210.0, 15.0], [300.0, 15.0], [75.0, 70.0], [255.0, -70.0]];
 
-/// Likeness of the pictures, each a mean over [`VIEWS`] but `psnr`.
+/// Similarity of pictures; all but `psnr` are means over [`VIEWS`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Appearance {
-    /// Structural similarity of the shaded pictures in grey, 1 where they are equal.
+    /// Structural similarity of the shaded pictures in grey, 1 for equal ones.
     pub ssim: f64,
-    /// Structural similarity of the pictures of normals, mean over the three coordinates.
+    /// Structural similarity of pictures of normals, mean over three components.
     pub normals_ssim: f64,
-    /// Peak signal-to-noise ratio of all shaded pictures together, in decibels; infinite where they are equal.
+    /// Peak signal-to-noise ratio over all shaded pictures, in decibels; infinite for equal ones.
     pub psnr: f64,
-    /// Shared over united area of the silhouettes, 1 where they are equal.
+    /// Intersection over union of the silhouettes, 1 for equal ones.
     pub silhouette_iou: f64,
 }
 
-/// Draws both meshes in pictures of `height` pixels (64 to 4096) and compares them; `None` where the original has no
-/// faces. A [`ShadedMesh`] is drawn with its colours and by its stored normals, a bare mesh by its faces.
+/// Draws both meshes with a height of 64 to 4096 pixels and compares the pictures; `None` if the original has no faces.
+///
+/// A [`ShadedMesh`] is drawn with its colours and stored normals, a bare mesh with face normals.
 ///
 /// ```
 /// use neural_mesh::{appearance::appearance, mesh::shapes};
@@ -69,7 +68,7 @@ pub fn appearance<'a>(
     })
 }
 
-/// Mean structural similarity over what is looked at in each pixel.
+/// Returns the mean structural similarity over these channels.
 fn channels_ssim(a: &Image, b: &Image, channels: &[fn([u8; 4]) -> u8]) -> Option<f64> {
     let of = |image: &Image, channel: fn([u8; 4]) -> u8| -> Vec<u8> {
         image.rgba.chunks_exact(4).map(|p| channel([p[0], p[1], p[2], p[3]])).collect()
@@ -78,12 +77,11 @@ fn channels_ssim(a: &Image, b: &Image, channels: &[fn([u8; 4]) -> u8]) -> Option
     each.map(|each| each.iter().sum::<f64>() / each.len() as f64)
 }
 
-/// Brightness (Rec. 601).
+/// Returns the luma (Rec. 601).
 fn luma([red, green, blue, _]: [u8; 4]) -> u8 {
     ((299 * u32::from(red) + 587 * u32::from(green) + 114 * u32::from(blue) + 500) / 1000) as u8
 }
 
-/// Red, green and blue of all pixels.
 fn colours(view: &View) -> impl Iterator<Item = u8> {
     view.shaded.rgba.chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]])
 }

@@ -1,14 +1,14 @@
-//! Colours beyond the borders of charts: a viewer blends texels, and coarser levels of a texture many of them.
+//! Extends charts beyond their borders, as viewers blend neighbouring texels, and many of them in coarser levels.
 
 use rayon::prelude::*;
 
 use super::texel::{Place, Texel};
 
-/// How far colours are carried beyond a border, in texels: five levels of a texture stay clean.
+/// Distance in texels to which charts are extended: five mipmap levels stay clean.
 const REACH: usize = 32;
 
-/// Gives each texel outside the charts what the nearest one of a chart has, as far as [`REACH`]; those beyond what the first one
-/// has.
+/// Gives each texel outside the charts the content of the nearest chart texel within [`REACH`]; farther ones get that
+/// of the first.
 pub(super) fn dilate(texels: &mut [Texel], size: usize) {
     let nearest = nearest_rows(texels, size);
     let rows = texels.par_chunks(size).zip(nearest.par_chunks(size)).enumerate();
@@ -21,8 +21,7 @@ pub(super) fn dilate(texels: &mut [Texel], size: usize) {
     beyond.for_each(|texel| *texel = Texel { place: Place::Outside, ..fallback });
 }
 
-/// For each texel the nearest row, of those not farther than [`REACH`], whose texel in the same column lies in a chart;
-/// `u32::MAX` for none.
+/// Returns for each texel the nearest row within [`REACH`] whose texel in the same column is in a chart, or `u32::MAX`.
 fn nearest_rows(texels: &[Texel], size: usize) -> Vec<u32> {
     let mut nearest = vec![u32::MAX; texels.len()];
     sweep(texels, size, 0..size, &mut nearest);
@@ -30,7 +29,7 @@ fn nearest_rows(texels: &[Texel], size: usize) -> Vec<u32> {
     nearest
 }
 
-/// Carries the last row in a chart along the rows, to where none is nearer.
+/// Carries the last row with a chart texel onward, wherever no other is nearer.
 fn sweep(texels: &[Texel], size: usize, rows: impl Iterator<Item = usize>, nearest: &mut [u32]) {
     let mut last = vec![u32::MAX; size];
     for row in rows {
@@ -47,13 +46,13 @@ fn sweep(texels: &[Texel], size: usize, rows: impl Iterator<Item = usize>, neare
     }
 }
 
-/// For the texels of a row outside the charts, the texel of a chart that each is given.
+/// Finds the source texel of each texel of a row outside the charts.
 fn sources(row: usize, texels: &[Texel], nearest: &[u32]) -> Vec<(usize, usize)> {
     let size = texels.len();
     let mut found = Vec::new();
     for column in (0..size).filter(|&column| texels[column].place == Place::Outside) {
         let mut best = (REACH * REACH + 1, 0);
-        // From its own column outwards, as far as something nearer may lie.
+        // // From its own column outwards, while something nearer is possible.
         for step in 0..=REACH {
             if step * step >= best.0 {
                 break;
@@ -73,7 +72,7 @@ fn sources(row: usize, texels: &[Texel], nearest: &[u32]) -> Vec<(usize, usize)>
 mod tests {
     use super::*;
 
-    /// Texels of which those in charts have a colour of their own.
+    /// Returns texels of which some are in charts, each with its own colour.
     fn sparse(size: usize, every: u32) -> Vec<Texel> {
         let texel = |at: u32| {
             let is_inside = at.wrapping_mul(2_654_435_761).is_multiple_of(every);
@@ -83,7 +82,7 @@ mod tests {
         (0..(size * size) as u32).map(texel).collect()
     }
 
-    /// The squared distances of a texel to all that lie in charts, with their colours.
+    /// Returns the squared distances of a texel to all chart texels, with their colours.
     fn naive(texels: &[Texel], size: usize, at: usize) -> Vec<(usize, [u8; 3])> {
         let inside = texels.iter().enumerate().filter(|(_, texel)| texel.place == Place::Inside);
         let distance2 = |other: usize| {

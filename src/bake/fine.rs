@@ -1,4 +1,4 @@
-//! The surface of an original: which of its places belongs to one of the simplified surface, and what it looks like there.
+//! Queries of the original surface: the point that belongs to one of the simplified surface, and its materials.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -10,54 +10,51 @@ use crate::geometry::triangle::area_normal;
 use crate::mesh::{Attributes, Channel, Role, TriMesh};
 use crate::spatial::{Hit, NearestOnTriangles};
 
-/// Degrees between faces up to which they are drawn smooth where a file has no normals: the angle by which programs tell creases.
+/// Largest angle in degrees between faces that are smooth if the file has no normals; programs use it to detect
+/// creases.
 const SMOOTH: f32 = 30.0;
-/// How far is looked along a normal, over the largest distance found: a line that meets the other surface at 70 degrees from its
-/// normal is three times as long as the distance.
+/// Length of search along a normal, relative to the largest distance between the surfaces.
+///
+/// A line that meets the original at 70 degrees from its normal is three times as long as that distance.
 const CAGE: f64 = 3.0;
-/// The same, at least, as a share of the diagonal of the original: where surfaces are the same, rounding remains.
+/// Smallest search length as a share of the original's diagonal, for rounding between equal surfaces.
 const LEAST_CAGE: f64 = 1e-4;
 
-/// Cosine between the normals of two faces above which they are on the same side of an edge.
+/// Cosine between face normals above which faces are on one side of an edge.
 const SAME: f32 = 0.5;
 
-/// An original ready to be asked.
 pub(super) struct Fine<'a> {
     mesh: &'a TriMesh,
     tree: NearestOnTriangles,
     /// Unit normals, n_faces.
     of_faces: Vec<Vec3>,
-    /// Normals at the corners, n_faces x 3.
     normals: Vec<[Vec3; 3]>,
     worn: Worn,
-    /// How far is looked along a normal.
     cage: f64,
 }
 
-/// A place of the simplified surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Question {
-    /// Where it is.
+    /// Point.
     pub point: DVec3,
-    /// Along which the original is looked for, both ways.
+    /// Direction of search, both ways.
     pub ray: Vec3,
-    /// The normal of the face.
+    /// Normal of the face.
     pub normal: Vec3,
-    /// How far the next texel is, across and down.
+    /// Vectors to the next texel, across and down.
     pub steps: [DVec3; 2],
 }
 
-/// What of the original belongs there.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Answer {
-    /// The unit normal of the original.
+    /// Unit normal of the original.
     pub normal: Vec3,
-    /// What it looks like.
+    /// Materials there.
     pub sample: Sample,
 }
 
 impl<'a> Fine<'a> {
-    /// An original, to be asked from places of `coarse`; beside it what of its materials could not be had.
+    /// Prepares an original for queries from `coarse`; also returns notes on missing materials.
     pub fn of(original: &Original<'a>, coarse: &TriMesh) -> (Self, Vec<String>) {
         let mesh = original.mesh;
         let triangles: Vec<[[f32; 3]; 3]> = mesh.faces().par_iter().map(|face| corners(mesh, face)).collect();
@@ -70,7 +67,7 @@ impl<'a> Fine<'a> {
         (Self { mesh, tree, of_faces, normals, worn, cage }, notes)
     }
 
-    /// What belongs to a place of the simplified surface; `None` of an original without faces.
+    /// Returns what belongs to a point of the simplified surface; `None` if the original has no faces.
     pub fn at(&self, question: &Question) -> Option<Answer> {
         let (hit, side) = self.hit(question)?;
         let spot = self.spot(&hit, question.steps);
@@ -80,9 +77,11 @@ impl<'a> Fine<'a> {
         Some(Answer { normal: side * self.worn.turned(&spot, smooth), sample: self.worn.at(&spot) })
     }
 
-    /// The place itself, and -1 where only its back is near: along the ray the nearest face that looks the same way, else the
-    /// nearest such face, else the nearest of all. Within a texel of an edge, where a ray
-    /// meets both sides, it is the own one.
+    /// Finds the point on the original, with -1 if only its back is near.
+    ///
+    /// Order of choice: along the ray the nearest face of the same direction, else the nearest such face, else the
+    /// nearest of all. Near an edge, where a ray may meet the other side, a face of the same side within a texel is
+    /// preferred.
     fn hit(&self, Question { point, ray, normal, steps }: &Question) -> Option<(Hit, f32)> {
         let agrees = |face: u32| self.of_faces[face as usize].dot(*ray) > 0.0;
         let is_own = |face: u32| self.of_faces[face as usize].dot(*normal) > SAME;
@@ -107,7 +106,7 @@ impl<'a> Fine<'a> {
         let normal = ab.cross(ac);
         let step = |step: DVec3| {
             let [v, w] = [step.cross(ac), ab.cross(step)].map(|part| part.dot(normal) / normal.length_squared());
-            // A face without area has no steps.
+            // // A face without area has no steps.
             let steps = [-v - w, v, w].map(|x| x as f32);
             if steps.iter().all(|x| x.is_finite()) { steps } else { [0.0; 3] }
         };
@@ -119,7 +118,7 @@ fn corners(mesh: &TriMesh, face: &[u32; 3]) -> [[f32; 3]; 3] {
     face.map(|v| mesh.positions()[v as usize])
 }
 
-/// The normals that the file states, n_faces x 3; `None` where it states none.
+/// Returns the normals in the file, n_faces x 3, or `None`.
 fn stated_normals(attributes: &Attributes) -> Option<Vec<[Vec3; 3]>> {
     let is_normal = |channel: &&Channel| channel.role == Role::Normal && channel.width == 3;
     let channel = attributes.channels.iter().find(is_normal)?;
@@ -127,7 +126,7 @@ fn stated_normals(attributes: &Attributes) -> Option<Vec<[Vec3; 3]>> {
     Some(attributes.wedges.iter().map(|wedges| wedges.map(normal)).collect())
 }
 
-/// The largest distance found of a corner or the middle of a face of `coarse`.
+/// Returns the largest distance from the vertices and face centres of `coarse` to the original.
 fn largest_distance(tree: &NearestOnTriangles, coarse: &TriMesh) -> f64 {
     let middle = |face: &[u32; 3]| {
         corners(coarse, face).iter().map(|corner| DVec3::from(corner.map(f64::from))).sum::<DVec3>() / 3.0

@@ -1,4 +1,4 @@
-//! The normals and tangents of a surface, corner by corner: what a normal map is meant for.
+//! Normals and tangents at the corners of a mesh, which its normal map refers to.
 
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use glam::{Vec2, Vec3, Vec4};
@@ -9,24 +9,23 @@ use super::unfold::Charts;
 use crate::geometry::triangle::area_normal;
 use crate::mesh::{Attributes, Channel, Role, TriMesh};
 
-/// Degrees between faces up to which they share normals. Beyond, a normal between them leans so far over either that a normal map
-/// has no direction for all that the original shows.
+/// Largest angle in degrees between faces that share normals. Beyond, directions of the original may leave the range of
+/// a normal map.
 const SMOOTH: f32 = 60.0;
-/// Faces around a vertex from which on all of them share its normal, so that a hub takes no time with each pair of its faces.
+/// Faces around a vertex from which on they all share its normal; comparing all pairs would take too long.
 const HUB: usize = 256;
 
-/// Directions at the corners of a mesh.
 pub(super) struct Frames {
-    /// Unit normals that are written, n_faces x 3.
+    /// Unit normals to be written, n_faces x 3.
     pub normals: Vec<[Vec3; 3]>,
-    /// Unit tangents and the sign of the bitangent, n_faces x 3.
+    /// Unit tangents with the sign of the bitangent, n_faces x 3.
     pub tangents: Vec<[Vec4; 3]>,
-    /// Unit normals that meet at each vertex whatever the angle, n_faces x 3: no gap opens between the lines along them.
+    /// Unit normals common to all faces of a vertex, n_faces x 3, so that search lines leave no gap.
     pub rays: Vec<[Vec3; 3]>,
 }
 
 impl Frames {
-    /// Those of a mesh in charts.
+    /// Computes the frames of a mesh in charts.
     pub fn of(mesh: &TriMesh, charts: &Charts) -> Self {
         let normals = corner_normals(mesh, SMOOTH);
         let uvs: Vec<[Vec2; 3]> =
@@ -35,7 +34,7 @@ impl Frames {
         Self { rays: corner_normals(mesh, 180.0), normals, tangents }
     }
 
-    /// What the corners carry: those with the same values share a wedge.
+    /// Makes the attributes; corners with equal values share a wedge.
     pub fn attributes(&self, charts: &Charts, with_tangents: bool) -> Attributes {
         let mut known: FxHashMap<(u32, [u32; 3], [u32; 4]), u32> = FxHashMap::default();
         let (mut uvs, mut normals, mut tangents) = (Vec::new(), Vec::new(), Vec::new());
@@ -59,8 +58,9 @@ impl Frames {
     }
 }
 
-/// Unit normals at the corners, n_faces x 3: of the faces around the vertex that are joined with the corner's own over edges of at
-/// most so many degrees, by their angles there (Thurmer and Wuthrich 1998).
+/// Computes unit normals at corners, n_faces x 3, as angle-weighted means (Thurmer and Wuthrich 1998).
+///
+/// They include the faces around the vertex that are joined to the corner's face over edges of at most `degrees`.
 pub(super) fn corner_normals(mesh: &TriMesh, degrees: f32) -> Vec<[Vec3; 3]> {
     let corners = |face: &[u32; 3]| face.map(|v| Vec3::from(mesh.positions()[v as usize]));
     let of_faces: Vec<Vec3> =
@@ -90,7 +90,7 @@ pub(super) fn corner_normals(mesh: &TriMesh, degrees: f32) -> Vec<[Vec3; 3]> {
     all
 }
 
-/// Which of the faces around a vertex are joined over edges that are no creases: the number of the first of each fan.
+/// Finds the faces around a vertex that are joined without creases; returns the first of each face's fan.
 fn fans(mesh: &TriMesh, faces: &[u32], vertex: u32, of_faces: &[Vec3], least: f32) -> Vec<usize> {
     let mut fans: Vec<usize> = (0..faces.len()).collect();
     for (i, &face) in faces.iter().enumerate() {
@@ -106,14 +106,12 @@ fn fans(mesh: &TriMesh, faces: &[u32], vertex: u32, of_faces: &[Vec3], least: f3
     fans
 }
 
-/// The angle of a triangle at one of its corners.
 fn angle_at(corners: [Vec3; 3], at: usize) -> f32 {
     let [a, b, c] = [corners[at], corners[(at + 1) % 3], corners[(at + 2) % 3]];
     let (ab, ac) = (b - a, c - a);
     ab.cross(ac).length().atan2(ab.dot(ac))
 }
 
-/// The faces around each vertex.
 struct Around {
     starts: Vec<u32>,
     faces: Vec<u32>,
@@ -139,12 +137,12 @@ impl Around {
     }
 }
 
-/// Tangents by MikkTSpace at the corners of a mesh with these normals and texture coordinates (v upwards), n_faces x 3.
+/// Computes MikkTSpace tangents at corners from normals and texture coordinates (v upwards), n_faces x 3.
 pub(super) fn tangents(mesh: &TriMesh, normals: &[[Vec3; 3]], uvs: &[[Vec2; 3]]) -> Vec<[Vec4; 3]> {
     let any = |normal: &Vec3| normal.try_normalize().unwrap_or(Vec3::Z).any_orthonormal_vector().extend(1.0);
     let tangents = normals.iter().map(|normals| normals.each_ref().map(any)).collect();
     let mut corners = Corners { mesh, normals, uvs, tangents };
-    // Its error has no case.
+    // // Its error type has no variants.
     let _ = generate_tangents(&mut corners);
     corners.tangents
 }
@@ -179,7 +177,7 @@ impl Geometry for Corners<'_> {
 
     fn set_tangent(&mut self, space: Option<TangentSpace>, face: usize, corner: usize) {
         let tangent = space.map(|space| Vec4::from(space.tangent_encoded()));
-        // Glued to the normal, or of no length, it spans nothing.
+        // // A tangent along the normal, or of no length, spans no frame.
         let normal = self.normals[face][corner];
         let is_across = |tangent: &Vec4| tangent.is_finite() && normal.cross(tangent.truncate()).length() > 0.1;
         self.tangents[face][corner] = tangent.filter(is_across).unwrap_or(self.tangents[face][corner]);

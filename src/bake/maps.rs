@@ -1,4 +1,4 @@
-//! Texels as the textures of one material; what is the same throughout becomes a factor.
+//! Textures of one material from texels; uniform values become factors.
 
 use std::sync::Arc;
 
@@ -9,15 +9,15 @@ use super::texel::{Texel, byte};
 use crate::mesh::{BaseTexture, Finish, Look, Looks, Wrap, linear_light, srgb};
 use crate::picture::{Image, encode_png_opaque};
 
-/// The direction of a surface that the normal map leaves as it is.
+/// Byte values of an unchanged normal.
 const STRAIGHT: [u8; 3] = [128, 128, 255];
 
-/// The material that the texels make, size x size; `looks` are those of the original, whose factors stay as exact as they are.
+/// Makes the material of size x size texels; uniform values take the exact factors of the original's `looks`.
 pub(super) fn look(texels: &[Texel], looks: &Looks, options: &BakeOptions) -> Look {
     let map = |of: fn(&Texel) -> [u8; 3]| texture(texels, options.size, of);
     let colour = shared(texels, |texel| texel.colour);
     let is_straight = shared(texels, |texel| texel.normal) == Some(STRAIGHT);
-    // The two that take longest at once.
+    // // The two slowest encodings run in parallel.
     let (texture, normal_texture) = rayon::join(
         || colour.is_none().then(|| map(|texel| texel.colour)),
         || (!is_straight).then(|| map(|texel| texel.normal)),
@@ -32,7 +32,6 @@ pub(super) fn look(texels: &[Texel], looks: &Looks, options: &BakeOptions) -> Lo
     Look { colour: light(colour, exact(looks, |look| look.colour)), texture, with_corners: false, finish }
 }
 
-/// Roughness and metal.
 fn surface(texels: &[Texel], looks: &Looks, options: &BakeOptions) -> Finish {
     let map = |of: fn(&Texel) -> [u8; 3]| Some(texture(texels, options.size, of));
     let roughness = shared(texels, |texel| texel.roughness);
@@ -63,26 +62,25 @@ fn surface(texels: &[Texel], looks: &Looks, options: &BakeOptions) -> Finish {
     }
 }
 
-/// What all texels have; `None` where they differ.
+/// Returns the value common to all texels, or `None`.
 fn shared<T: PartialEq + Sync + Send + Copy>(texels: &[Texel], of: fn(&Texel) -> T) -> Option<T> {
     let first = of(texels.first()?);
     texels.par_iter().all(|texel| of(texel) == first).then_some(first)
 }
 
-/// What all groups of the original have.
+/// Returns the value common to all groups of the original, or `None`.
 fn exact<T: PartialEq>(looks: &Looks, of: fn(&Look) -> T) -> Option<T> {
     let Some(first) = looks.of_groups.first() else { return Some(of(&Look::default())) };
     looks.of_groups.iter().all(|look| of(look) == of(first)).then(|| of(first))
 }
 
-/// A colour in linear light from its bytes, or from what these are the bytes of; white under a texture.
+/// Returns a colour in linear light: white under a texture, else exact if it has these bytes, else from the bytes.
 fn light(bytes: Option<[u8; 3]>, exact: Option<[f32; 3]>) -> [f32; 3] {
     let Some(bytes) = bytes else { return [1.0; 3] };
     let exact = exact.filter(|exact| exact.map(|x| byte(srgb(x.clamp(0.0, 1.0)))) == bytes);
     exact.unwrap_or(bytes.map(|byte| linear_light(f32::from(byte) / 255.0)))
 }
 
-/// A texture with these colours.
 fn texture(texels: &[Texel], size: usize, of: fn(&Texel) -> [u8; 3]) -> BaseTexture {
     let pixels = |texel: &Texel| {
         let [r, g, b] = of(texel);

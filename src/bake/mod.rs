@@ -1,16 +1,16 @@
-//! A simplified surface made to look like its original: charts, textures and a normal map.
+//! Bakes the original's appearance for a simplified surface: charts, textures and a normal map.
 //!
 //! ```text
-//! unfold   charts of the simplified surface on a square (xatlas)
-//! frames   its normals and tangents (MikkTSpace), which the normal map is meant for
-//! raster   the texels of each chart, and where they lie on the surface
-//! fine     the place of the original that belongs to each: along the normal, else the nearest
-//! worn     what the original looks like there
-//! dilate   colours beyond the borders of the charts
-//! maps     textures of the texels, or a factor where all are the same
+//! unfold              charts of the simplified surface on a square (xatlas)
+//! frames              its normals and tangents (MikkTSpace)
+//! raster              texels of the charts, and their points on the surface
+//! fine                the point of the original for each: along the normal, else the nearest
+//! original_materials  the original's materials there
+//! dilate              texels beyond the borders of charts
+//! maps                textures from the texels, or factors for uniform values
 //! ```
 //!
-//! No GPU; rows of texels on all threads, the same bytes on any number of them. Nothing is said of opacity.
+//! Runs on all threads, with the same result on any number of them. Opacity is not baked.
 
 mod dilate;
 mod fine;
@@ -26,70 +26,70 @@ use fine::Fine;
 use frames::Frames;
 use unfold::Charts;
 
-/// Texels a side, at least and at most.
+/// Permitted texels per side.
 pub const SIZES: std::ops::RangeInclusive<usize> = 16..=8192;
 
-/// What is baked: a mesh and what it looks like.
+/// A mesh to be baked, with its materials.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct Original<'a> {
-    /// Its surface.
+    /// Surface.
     pub mesh: &'a TriMesh,
-    /// What its corners and faces carry.
+    /// Attributes of corners and faces.
     pub attributes: &'a Attributes,
-    /// What the groups of its faces look like.
+    /// Looks of the groups.
     pub looks: &'a Looks,
 }
 
-/// How it is baked.
+/// Options for baking.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct BakeOptions {
-    /// Texels a side of each texture, one of [`SIZES`].
+    /// Texels per side of each texture, within [`SIZES`].
     pub size: usize,
-    /// Whether roughness and metal become images of their own, as MTL has them, and not one, as glTF has them.
+    /// Whether roughness and metal get separate images, as in MTL, instead of one, as in glTF.
     pub separate_maps: bool,
-    /// Whether corners carry tangents, too.
+    /// Whether corners get tangents.
     pub with_tangents: bool,
 }
 
 impl<'a> Original<'a> {
-    /// A mesh, what its corners and faces carry, and what the groups of its faces look like.
+    /// Makes an original from a mesh, its attributes and the looks of its groups.
     pub fn new(mesh: &'a TriMesh, attributes: &'a Attributes, looks: &'a Looks) -> Self {
         Self { mesh, attributes, looks }
     }
 }
 
 impl BakeOptions {
-    /// So many texels a side, as glTF has them: roughness and metal in one image, tangents at the corners.
+    /// Makes options for glTF: roughness and metal in one image, with tangents.
     pub fn new(size: usize) -> Self {
         Self { size, separate_maps: false, with_tangents: true }
     }
 }
 
-/// What the simplified mesh wears.
+/// The attributes and material for a simplified mesh.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Baked {
-    /// Texture coordinates (v upwards), normals, and tangents where these were asked for.
+    /// Texture coordinates (v upwards), normals, and tangents on request.
     pub attributes: Attributes,
-    /// Its one material.
+    /// Material.
     pub look: Look,
     /// Number of charts.
     pub n_charts: usize,
-    /// Share of the texels that lie in a chart.
+    /// Share of the texels inside charts.
     pub covered: f64,
-    /// What could not be baked, in one line each.
+    /// Losses, a line each.
     pub notes: Vec<String>,
 }
 
-/// Why nothing is baked.
+/// A reason why nothing is baked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BakeError {
-    /// The charts have no room on a texture of this size.
+    /// The charts do not fit on a texture of this size.
     NoRoom(usize),
-    /// The size is none of [`SIZES`].
+    /// The size is outside [`SIZES`].
     BadSize(usize),
     /// There are no faces.
     Empty,
@@ -110,10 +110,10 @@ impl std::fmt::Display for BakeError {
 
 impl std::error::Error for BakeError {}
 
-/// Bakes what an original looks like, and its shape, into textures for a simplified mesh of it.
+/// Bakes the appearance and shape of an original into textures for a simplified mesh.
 ///
 /// # Errors
-/// [`BakeError`] says in one line what is in the way.
+/// [`BakeError`] names the obstacle in one line.
 ///
 /// ```
 /// use neural_mesh::bake::{BakeOptions, Original, bake};
@@ -158,7 +158,6 @@ mod tests {
 
     const OPTIONS: BakeOptions = BakeOptions { size: 128, separate_maps: false, with_tangents: true };
 
-    /// A sheet over the unit square, of n x n squares, as high as `height` says.
     fn sheet(n: usize, height: impl Fn(f32, f32) -> f32) -> TriMesh {
         let place = |i: usize| [i % (n + 1), i / (n + 1)].map(|x| x as f32 / n as f32);
         let point = |i: usize| {
@@ -174,7 +173,6 @@ mod tests {
         TriMesh::new((0..(n + 1) * (n + 1)).map(point).collect(), faces).unwrap()
     }
 
-    /// A channel with a value at each vertex.
     fn of_vertices(mesh: &TriMesh, role: Role, width: usize, value: impl Fn([f32; 3]) -> Vec<f32>) -> Attributes {
         let values = mesh.positions().iter().flat_map(|&p| value(p)).collect();
         let channels = vec![Channel { name: "x".into(), role, width, values }];
@@ -199,7 +197,6 @@ mod tests {
         Some(BaseTexture { image: encode_png(&image).into(), channel: String::new(), wrap: [Wrap::Clamp; 2] })
     }
 
-    /// A few places on each face.
     fn places(mesh: &TriMesh) -> impl Iterator<Item = (u32, [f32; 3], Vec3)> {
         let weights = [[0.4, 0.3, 0.3], [0.1, 0.2, 0.7], [0.8, 0.1, 0.1]];
         let all = (0..mesh.faces().len() as u32).flat_map(move |face| weights.map(|weights| (face, weights)));
@@ -211,7 +208,7 @@ mod tests {
 
     const NO_STEPS: [[f32; 3]; 2] = [[0.0; 3]; 2];
 
-    /// The normals that a viewer finds at places of a baked mesh, with where these are.
+    /// Returns the normals that a viewer sees at places of a baked mesh, with their points.
     fn seen_normals(mesh: &TriMesh, baked: &Baked) -> Vec<(Vec3, Vec3)> {
         let map = baked.look.finish.normal_texture.clone();
         let coat = Coat::of_numbers(&baked.attributes, &looks(Look { texture: map, ..Look::default() })).0.unwrap();

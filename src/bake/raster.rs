@@ -1,4 +1,4 @@
-//! The texels of all charts, row by row: where each lies on the surface, and what the original has there.
+//! Draws the texels of all charts, row by row, with the materials of the original.
 
 use glam::{DVec2, DVec3, Mat3, Vec3};
 use rayon::prelude::*;
@@ -11,25 +11,25 @@ use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 use crate::geometry::triangle::area_normal;
 use crate::mesh::{TriMesh, srgb};
 
-/// How far from a chart a texel still takes part of it: a viewer that blends four texels asks no farther.
+/// Distance in texels to which a border extends a chart; bilinear filtering reaches no farther.
 const BORDER: f64 = 1.0;
-/// Cosine between a ray and its face below which the face's own normal is taken: flatter rays leave the surface nearby.
+/// Smallest cosine between a ray and its face; for flatter rays, which leave the surface nearby, the face normal is
+/// used.
 const STEEP: f32 = 0.2;
-/// The least that a direction in tangent space rises: below, viewers see the surface from behind.
+/// Smallest z of a direction in tangent space; below, viewers would see the back of the surface.
 const RISE: f32 = 0.02;
 
-/// All that a texel is made of.
 struct Canvas<'a> {
     mesh: &'a TriMesh,
     charts: &'a Charts,
     frames: &'a Frames,
     fine: &'a Fine<'a>,
-    /// Faces near each row, by their numbers: those of row i from `starts[i]`.
+    /// Start of each row's faces in `faces`.
     starts: Vec<usize>,
     faces: Vec<u32>,
 }
 
-/// The texels of the charts, row by row from the top; those outside are not yet given anything.
+/// Draws the texels of the charts, row by row from the top; those outside stay empty.
 pub(super) fn drawn(mesh: &TriMesh, charts: &Charts, frames: &Frames, fine: &Fine) -> Vec<Texel> {
     let (starts, faces) = rows(charts);
     let canvas = Canvas { mesh, charts, frames, fine, starts, faces };
@@ -38,7 +38,7 @@ pub(super) fn drawn(mesh: &TriMesh, charts: &Charts, frames: &Frames, fine: &Fin
     texels
 }
 
-/// The faces that lie in each row of texels or beside it.
+/// Lists the faces in or next to each row of texels.
 fn rows(charts: &Charts) -> (Vec<usize>, Vec<u32>) {
     let size = charts.size as f64;
     let range = |face: usize| {
@@ -70,6 +70,7 @@ impl Canvas<'_> {
             let Some((low, high)) = crossing(corners, y) else { continue };
             for column in columns(low, high, line.len()) {
                 let at = DVec2::new(column as f64 + 0.5, y);
+                // Where charts overlap, the first face wins.
                 if line[column].place == Place::Outside
                     && let Some(weights) = weights(corners, at)
                 {
@@ -80,7 +81,7 @@ impl Canvas<'_> {
         self.draw_borders(y, faces, line);
     }
 
-    /// The texels beside charts, each as the nearest face has it.
+    /// Draws the texels next to charts, from the nearest face.
     fn draw_borders(&self, y: f64, faces: &[u32], line: &mut [Texel]) {
         let mut best: Vec<(f64, u32, [f64; 3])> = vec![(f64::INFINITY, u32::MAX, [0.0; 3]); line.len()];
         for &face in faces {
@@ -104,7 +105,6 @@ impl Canvas<'_> {
         }
     }
 
-    /// What the original has at a place of a face.
     fn texel(&self, face: u32, weights: [f64; 3], place: Place) -> Texel {
         let corners = self.mesh.faces()[face as usize].map(|v| self.mesh.positions()[v as usize]);
         let points = corners.map(|corner| DVec3::from(corner.map(f64::from)));
@@ -132,7 +132,7 @@ impl Canvas<'_> {
     }
 }
 
-/// A direction in the tangent space of a place, as MikkTSpace has it: of blended normal and tangent, neither made a unit again.
+/// Transforms a direction to MikkTSpace tangent space, with interpolated normal and tangent that are not renormalised.
 fn in_frame(direction: Vec3, normal: Vec3, tangent: Vec3, sign: f32) -> Vec3 {
     let frame = Mat3::from_cols(tangent, sign * normal.cross(tangent), normal);
     let within = (frame.inverse() * direction).try_normalize().filter(|within| within.is_finite());
@@ -140,7 +140,7 @@ fn in_frame(direction: Vec3, normal: Vec3, tangent: Vec3, sign: f32) -> Vec3 {
     within.with_z(within.z.max(RISE)).normalize()
 }
 
-/// How far the next texel across and the next one down are on a face.
+/// Returns the vectors on a face to the next texel across and the next one down.
 fn steps(points: [DVec3; 3], corners: [DVec2; 3]) -> [DVec3; 2] {
     let (ab, ac) = (corners[1] - corners[0], corners[2] - corners[0]);
     let area = ab.perp_dot(ac);
@@ -151,7 +151,7 @@ fn steps(points: [DVec3; 3], corners: [DVec2; 3]) -> [DVec3; 2] {
     [(pq * ac.y - pr * ab.y) / area, (pq * ac.x - pr * ab.x) / area]
 }
 
-/// Where a line across the texture enters and leaves a triangle.
+/// Returns where a row of the texture enters and leaves a triangle.
 fn crossing(corners: [DVec2; 3], y: f64) -> Option<(f64, f64)> {
     let mut span: Option<(f64, f64)> = None;
     for i in 0..3 {
@@ -165,13 +165,13 @@ fn crossing(corners: [DVec2; 3], y: f64) -> Option<(f64, f64)> {
     span
 }
 
-/// The texels whose middles lie between two places of a row.
+/// Returns the texels whose centres are between two places of a row.
 fn columns(low: f64, high: f64, size: usize) -> std::ops::Range<usize> {
     let first = (low - 0.5).ceil().max(0.0) as usize;
     first..((high - 0.5).floor() + 1.0).clamp(0.0, size as f64) as usize
 }
 
-/// The weights of a triangle's corners at a place in it; `None` where it has no area.
+/// Returns barycentric weights, or `None` for a triangle without area.
 fn weights([a, b, c]: [DVec2; 3], at: DVec2) -> Option<[f64; 3]> {
     let area = (b - a).perp_dot(c - a);
     let v = (at - a).perp_dot(c - a) / area;

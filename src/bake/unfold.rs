@@ -1,4 +1,4 @@
-//! The charts of a mesh on a square of texels.
+//! Unfolds a mesh into charts on a square of texels.
 
 use glam::{DVec2, DVec3};
 use neural_mesh_xatlas::unwrap;
@@ -6,27 +6,27 @@ use neural_mesh_xatlas::unwrap;
 use super::BakeError;
 use crate::mesh::TriMesh;
 
-/// Texels around each chart: two charts keep twice as many between them, so the first two levels of a mipmap mix none.
+/// Texels around each chart; between two charts there are twice as many, so that the first two mipmap levels do not mix
+/// them.
 const PADDING: u32 = 2;
-/// The diagonal that a mesh is given before it is cut: xatlas takes faces below 1e-7 of area for none.
+/// Diagonal to which a mesh is scaled; xatlas ignores faces with less area than 1e-7.
 const DIAGONAL: f64 = 100.0;
 
-/// A mesh cut into charts and laid out.
 pub(super) struct Charts {
-    /// Texels a side.
+    /// Texels per side.
     pub size: usize,
-    /// Places on the square of the corners of each face, in texels from the lower left, n_faces x 3.
+    /// Corners of each face, in texels from the lower left, n_faces x 3.
     pub corners: Vec<[DVec2; 3]>,
-    /// Which of these belong together: corners of one vertex in one chart have one number, n_faces x 3.
+    /// Numbers of the corners: one for each vertex and chart, n_faces x 3.
     pub vertices: Vec<[u32; 3]>,
-    /// Whether a face lies in a chart; those without area do not.
+    /// Whether each face is in a chart; those without area are not.
     pub is_laid: Vec<bool>,
     /// Number of charts.
     pub n_charts: usize,
 }
 
 impl Charts {
-    /// Cuts the mesh and lays it out.
+    /// Unfolds a mesh.
     pub fn of(mesh: &TriMesh, size: usize) -> Result<Self, BakeError> {
         let layout = |positions: &[[f32; 3]]| unwrap(positions, mesh.faces(), size as u32, PADDING);
         let has_area = |face: &[u32; 3]| {
@@ -48,13 +48,13 @@ impl Charts {
         })
     }
 
-    /// A place in texels as texture coordinates, v upwards.
+    /// Converts texels to texture coordinates, v upwards.
     pub fn uv(&self, at: DVec2) -> [f32; 2] {
         (at / self.size as f64).as_vec2().to_array()
     }
 }
 
-/// The positions around the middle of the mesh, of a size that xatlas is made for.
+/// Scales the positions to the size that xatlas expects, around the origin.
 fn scaled(mesh: &TriMesh) -> Vec<[f32; 3]> {
     let all = mesh.positions().iter().map(|p| DVec3::from(p.map(f64::from)));
     let (low, high) =

@@ -1,4 +1,4 @@
-//! What an original looks like at each place: its materials, ready to be sampled.
+//! Materials of an original, ready to be sampled.
 
 use glam::{Vec2, Vec3, Vec4};
 
@@ -7,7 +7,7 @@ use super::frames::tangents;
 use crate::mesh::{Finish, Look, Looks};
 use crate::picture::{Coat, Cover};
 
-/// The materials; none of a kind where it is 1 throughout.
+/// The materials of an original; `None` for values that are 1 everywhere.
 pub(super) struct Worn {
     colour: Option<Coat>,
     emission: Option<Coat>,
@@ -16,27 +16,24 @@ pub(super) struct Worn {
     directions: Option<Directions>,
 }
 
-/// A normal map of the original.
 struct Directions {
     coat: Coat,
-    /// What it is meant for, n_faces x 3.
+    /// Tangents it refers to, n_faces x 3.
     tangents: Vec<[Vec4; 3]>,
-    /// What its first two numbers are multiplied by, for each group.
+    /// Scale of its first two components, per group.
     scales: Vec<f32>,
     groups: Vec<u32>,
 }
 
-/// A place on the original.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Spot {
     pub face: u32,
-    /// Those of its corners.
+    /// Barycentric weights.
     pub weights: [f32; 3],
-    /// By how much these change from one texel to the next, across and down.
+    /// Changes of the weights from one texel to the next, across and down.
     pub steps: [[f32; 3]; 2],
 }
 
-/// What it looks like there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sample {
     /// Linear light.
@@ -48,7 +45,7 @@ pub(super) struct Sample {
 }
 
 impl Worn {
-    /// The materials of an original with these normals at its corners; beside it what could not be had.
+    /// Prepares the materials of an original with these corner normals; also returns notes on what is missing.
     pub fn of(original: &Original, normals: &[[Vec3; 3]]) -> (Self, Vec<String>) {
         let Original { attributes, looks, .. } = original;
         let n_groups = attributes.groups.iter().max().map_or(1, |&group| group as usize + 1);
@@ -58,7 +55,7 @@ impl Worn {
             Looks { of_groups: (0..n_groups).map(look).collect(), ..Looks::clone(looks) }
         };
         let bare = |colour: [f32; 3], texture: &Option<_>| {
-            // What is multiplied by nothing need not be decoded.
+            // // A texture with factor zero need not be decoded.
             let texture = texture.clone().filter(|_| colour != [0.0; 3]);
             Look { colour, texture, with_corners: false, finish: Finish::default() }
         };
@@ -85,17 +82,17 @@ impl Worn {
         (worn, notes)
     }
 
-    /// What it looks like at a place.
+    /// Samples the materials at a place.
     pub fn at(&self, spot: &Spot) -> Sample {
         let value = |coat: &Option<Coat>| {
             Vec3::from(coat.as_ref().map_or([1.0; 3], |coat| coat.value(spot.face, spot.weights, spot.steps)))
         };
-        // Roughness is the green of a texture, metal the blue.
+        // // Roughness is in green, metal in blue.
         let (roughness, metal) = (value(&self.roughness).y, value(&self.metal).z);
         Sample { colour: value(&self.colour), emission: value(&self.emission), roughness, metal }
     }
 
-    /// The normal at a place by a normal map of the original, where it has one there, from that of its corners.
+    /// Applies the normal map of the original, if there is one here, to the interpolated normal.
     pub fn turned(&self, spot: &Spot, normal: Vec3) -> Vec3 {
         self.directions.as_ref().and_then(|directions| directions.turned(spot, normal)).unwrap_or(normal)
     }

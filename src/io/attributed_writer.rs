@@ -78,9 +78,11 @@ pub struct WrittenModel {
 /// ```
 pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<WrittenModel, WriteError> {
     let Model { mesh, attributes, .. } = *model;
+    // Attributes and mesh come separately from the caller.
     if !attributes.is_valid_for(mesh.faces().len()) {
         return Err(WriteError { what: "the attributes do not match the faces: give one row for each face".into() });
     }
+    // Precision is checked before companion files are read.
     let content = content(model, options.format)?;
     let mut finder = FileFinder::new(model.extra, options.allow_outside);
     finder.converter = options.images;
@@ -107,6 +109,7 @@ pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written
             (write_prepared(&content, options.format)?, content.n_vertices())
         }
     };
+    // Notes on missing files come last, as they concern less than the mesh.
     notes.append(&mut finder.notes);
     let shares_vertices = !matches!(options.format, Format::Stl | Format::StlAscii);
     images.extend(finder.into_files());
@@ -175,11 +178,13 @@ fn material_names(attributes: &Attributes, extra: &Extra) -> Vec<String> {
 /// as a new library.
 fn for_obj(extra: &Extra, attributes: &Attributes, name: &str, finder: &mut FileFinder) -> Extra {
     let mut extra = Extra { material_libraries: Libraries::find(extra, finder).names, ..extra.clone() };
+    // Numbers of PLY faces have no place in OBJ but in names.
     for group in extra.groups.iter_mut().filter(|group| group.name.is_none() && !group.values.is_empty()) {
         let parts = extra.face_columns.iter().zip(&group.values);
         let parts: Vec<String> = parts.map(|(column, value)| format!("{}_{value}", column.name)).collect();
         group.name = Some(parts.join("_"));
     }
+    // Looks that came with the mesh (glTF) become a library of their own.
     let own = MaterialLibrary::from_looks(&extra, name, finder);
     if !own.text.is_empty() {
         let library = format!("{name}.mtl");
@@ -235,14 +240,17 @@ fn for_ply(
             *comment = textures.next().map_or_else(|| comment.clone(), |name| format!("comment TextureFile {name}"));
         }
     }
+    // PLY groups faces by numbers only.
     let named = |group: &Group| group.object.is_some() || group.name.is_some() || group.smoothing.is_some();
     if extra.groups.iter().any(named) {
         notes.push("ply holds no objects, groups and smoothing groups: dropped".into());
     }
+    // Without materials there is nothing to number.
     if extra.materials().is_empty() {
         return extra;
     }
     let mut libraries = Libraries::find(&extra, finder);
+    // Textures of the mesh's own looks count like those of its libraries.
     libraries.textures.extend(MaterialLibrary::from_looks(&extra, name, finder).textures);
     // // A PLY cannot name libraries; only their textures stay.
     finder.files.retain(|file| libraries.textures.iter().any(|(_, place)| file.path == std::path::Path::new(place)));
@@ -271,11 +279,13 @@ fn with_material_numbers(mut extra: Extra, libraries: &Libraries) -> Extra {
     let name = if textures.is_some() { "texnumber" } else { "material_index" };
     let names = textures.into_iter().flatten().map(|place| format!("comment TextureFile {place}"));
     extra.comments.extend(names);
+    // A single material needs no column.
     if materials.len() > 1 {
         extra.face_columns.push(Column { name: name.into(), scalar: Scalar::I32 });
         let numbers: FxHashMap<&String, usize> = materials.iter().zip(0..).collect();
         for group in &mut extra.groups {
             let number = group.material.as_ref().and_then(|material| numbers.get(material));
+            // -1 means no material.
             group.values.push(number.map_or(-1.0, |&number| number as f64));
         }
     }
@@ -297,6 +307,7 @@ pub fn describe_losses(format: Format, attributes: &Attributes, extra: &Extra) -
     if !format.is_bare() {
         return None;
     }
+    // Names of what is lost, in the order a user would look for it.
     if !extra.groups.is_empty() {
         dropped.push("groups");
     }

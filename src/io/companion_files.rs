@@ -10,7 +10,6 @@ use super::extra::Extra;
 use super::folder::{FileProblem, Folder, inner_path};
 use super::{ImageConverter, ImageUse, OutputFile};
 
-/// A file that an asset names, with its place in the output.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct CompanionFile {
     /// Path in the output folder.
@@ -37,7 +36,6 @@ pub(super) struct FileFinder<'a> {
     images: FxHashMap<PathBuf, ImageUse>,
     pub converter: Option<&'a dyn ImageConverter>,
     pub notes: Vec<String>,
-    /// Results so far, by folder and name.
     known: FxHashMap<(PathBuf, String), Option<CompanionFile>>,
     read: FxHashMap<PathBuf, Arc<[u8]>>,
     known_notes: FxHashSet<String>,
@@ -66,6 +64,7 @@ impl<'a> FileFinder<'a> {
     ///
     /// `base` is a folder within that of the asset, or an absolute one.
     pub fn find(&mut self, base: &Path, name: &str) -> Option<CompanionFile> {
+        // Failures are remembered as well, so that each is noted once.
         let key = (base.to_path_buf(), name.to_string());
         if let Some(found) = self.known.get(&key) {
             return found.clone();
@@ -89,6 +88,7 @@ impl<'a> FileFinder<'a> {
 
     pub fn into_files(self) -> Vec<OutputFile> {
         let Self { mut files, images, converter, .. } = self;
+        // Conversion is slow, and files are independent.
         files.par_iter_mut().for_each(|file| {
             let converted = images
                 .get(&file.path)
@@ -106,6 +106,7 @@ impl<'a> FileFinder<'a> {
     }
 
     fn look_up(&mut self, base: &Path, name: &str) -> Result<CompanionFile, String> {
+        // A mesh from memory or a stream has no folder to search.
         let folder = self.folder.ok_or("is not copied: the mesh was read without its folder")?;
         let inner = if base.is_absolute() { None } else { inner_path(base, name) };
         let path = inner.clone().unwrap_or_else(|| base.join(name.replace('\\', "/")));
@@ -119,6 +120,7 @@ impl<'a> FileFinder<'a> {
             (found, _) => found.map(|found| (found, inner)),
         };
         let ((source, bytes), inner) = found.map_err(|problem| format!("{problem}: the name stays"))?;
+        // A file from outside cannot keep its path, as that would leave the output folder.
         let is_renamed = inner.is_none();
         // // A file from outside is placed next to the output.
         let output_path = inner
@@ -139,6 +141,7 @@ impl<'a> FileFinder<'a> {
 
     /// Returns the name, with a number in front if another file has it.
     fn free_path(&self, name: &Path, bytes: &[u8]) -> PathBuf {
+        // An equal file under this name may be shared.
         let is_taken = |path: &Path| self.files.iter().any(|file| file.path == path && *file.bytes != *bytes);
         let numbered = (1..).map(|n| PathBuf::from(format!("{n}_{}", name.display())));
         std::iter::once(name.to_path_buf()).chain(numbered).find(|path| !is_taken(path)).unwrap_or_default()

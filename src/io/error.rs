@@ -58,6 +58,7 @@ impl ReadError {
 
     /// Makes an error at the line of `text` that holds byte `at`.
     pub(super) fn line(text: &[u8], at: usize, what: impl Into<String>, remedy: &str) -> Self {
+        // Lines are counted only here: an error is rare, and the cursors need not keep count.
         let before = &text[..at.min(text.len())];
         let line = 1 + memchr::memchr_iter(b'\n', before).count();
         Self { location: FileLocation::Line(line), ..Self::file(what, remedy) }

@@ -62,7 +62,6 @@ pub struct Group {
 }
 
 impl Group {
-    /// Returns a single name: the material, else the group or object.
     pub(super) fn title(&self) -> String {
         [&self.material, &self.name, &self.object].into_iter().flatten().next().cloned().unwrap_or_default()
     }
@@ -127,7 +126,6 @@ pub(super) fn encode_text(text: &str, in_latin1: bool) -> Vec<u8> {
     bytes.and_then(Result::ok).unwrap_or_else(|| text.as_bytes().to_vec())
 }
 
-/// Replaces non-finite values by zero; returns their number.
 pub(super) fn replace_non_finite(values: &mut [f32]) -> usize {
     let mut n_replaced = 0;
     for value in values.iter_mut().filter(|value| !value.is_finite()) {

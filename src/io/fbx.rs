@@ -60,6 +60,7 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
         extra.groups.extend(slots.iter().map(|&slot| make_group(node, slot, &mut names)));
     }
     let mut mesh = merge_placed_meshes(&placed, |_| true);
+    // FBX always stores doubles, so values decide whether they matter.
     let has_doubles = |part: &FbxMesh| part.mesh.positions.iter().flatten().any(|&x| f64::from(x as f32) != x);
     mesh.double = parts.iter().any(has_doubles) || is_far_from_origin(&mesh.positions);
     extra.looks = names.looks;
@@ -68,9 +69,9 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     Ok(ReadMesh { mesh, notes: list_losses(&scene, n_not_finite), extra, format: None })
 }
 
-/// Loads a scene within memory bounds, without external files.
 fn load(bytes: &[u8]) -> Result<SceneRoot, ReadError> {
     let most = MEMORY.1.max(bytes.len().saturating_mul(MEMORY.0));
+    // Limits on both allocators: temporary data may exceed the result.
     let within = || AllocatorOpts { allocator: Allocator::Libc, memory_limit: most, ..AllocatorOpts::default() };
     let options = LoadOpts {
         temp_allocator: within(),
@@ -109,6 +110,7 @@ fn check_repeats(parts: &[FbxMesh], of_nodes: &[usize]) -> Result<(), ReadError>
 }
 
 fn make_group(node: &Node, slot: u32, names: &mut UniqueMaterials) -> Group {
+    // Unnamed nodes give no group name.
     let object = Some(node.element.name.to_string()).filter(|name| !name.trim().is_empty());
     let of_mesh = || node.mesh.as_ref().and_then(|mesh| mesh.materials.get(slot as usize));
     let material = node.materials.get(slot as usize).or_else(of_mesh);
@@ -118,6 +120,7 @@ fn make_group(node: &Node, slot: u32, names: &mut UniqueMaterials) -> Group {
 
 fn material_look(material: &Material) -> Look {
     let colour = &material.pbr.base_color;
+    // The factor is stored apart from the colour.
     let factor = if material.pbr.base_factor.has_value { material.pbr.base_factor.value_vec4.x } else { 1.0 };
     let channels = [colour.value_vec4.x, colour.value_vec4.y, colour.value_vec4.z].map(|x| (x * factor) as f32);
     let is_colour = colour.has_value && channels.iter().all(|x| x.is_finite());

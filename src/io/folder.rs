@@ -91,6 +91,7 @@ impl Folder {
 ///
 /// Both kinds of slashes separate names.
 pub(super) fn inner_path(base: &Path, name: &str) -> Option<PathBuf> {
+    // Windows programs write backslashes, which are valid in names elsewhere but hardly used.
     let name = name.replace('\\', "/");
     // A colon means a drive or a URL.
     if name.contains([':', '\0']) {
@@ -101,6 +102,7 @@ pub(super) fn inner_path(base: &Path, name: &str) -> Option<PathBuf> {
         match part {
             Component::Normal(name) => path.push(name),
             Component::CurDir => {}
+            // Upward steps are resolved in the path itself, before any link could redirect them.
             Component::ParentDir if path.pop() => {}
             _ => return None,
         }

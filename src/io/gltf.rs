@@ -77,6 +77,7 @@ const REFUSED: &str = "EXT_mesh_gpu_instancing";
 
 /// Reads the geometry of a glTF; `fetch` returns the bytes of a buffer file by its URI.
 pub(super) fn read(bytes: &[u8], fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<RawMesh, ReadError> {
+    // All bytes are at hand from here on, and every access to them is checked.
     let container = Container::open(bytes, fetch)?;
     refuse_instancing(&container.root)?;
     let mut scene =
@@ -107,7 +108,6 @@ fn spend(budget: &mut usize, n: usize) -> Result<(), ReadError> {
 struct SceneBuilder<'a> {
     data: Data<'a>,
     mesh: RawMesh,
-    /// Vertices and faces that may still be added.
     budget: usize,
 }
 
@@ -127,16 +127,15 @@ impl SceneBuilder<'_> {
         Ok(())
     }
 
-    /// Adds the transformed positions of an accessor; returns the first index and their number.
     fn add_positions(&mut self, accessor: usize, transform: DMat4) -> Result<(usize, usize), ReadError> {
         let first = self.mesh.positions.len();
+        // The claimed count is limited by the budget before anything is allocated.
         let local = self.data.positions(accessor, self.budget)?;
         spend(&mut self.budget, local.len())?;
         self.mesh.positions.extend(local.iter().map(|&p| transform.transform_point3(p.into()).to_array()));
         Ok((first, local.len()))
     }
 
-    /// Adds the triangles of a primitive over positions `first..first + count`.
     fn add_faces(
         &mut self,
         primitive: &Primitive,

@@ -32,6 +32,7 @@ pub fn read_looks(extra: &Extra, allow_outside: bool) -> (Looks, Vec<String>) {
 }
 
 fn read_numbered_textures(extra: &Extra, finder: &mut FileFinder) -> Vec<Look> {
+    // Textures in comments use per-corner coordinates if the file has such.
     let channel = extra.layouts.iter().find(|layout| layout.per_corner).map(|layout| layout.channel.clone());
     let channel = channel.unwrap_or_default();
     let wrap = [Wrap::Repeat; 2];
@@ -63,10 +64,12 @@ fn read_library(library: &CompanionFile, finder: &mut FileFinder) -> Vec<(String
     let base = library.folder();
     let mut materials: Vec<(String, Look)> = Vec::new();
     for line in library.bytes.split(|&byte| byte == b'\n' || byte == b'\r') {
+        // Statements are read leniently: an unknown or broken one changes nothing.
         let (word, rest) = first_word(line);
         if word == b"newmtl" {
             materials.push((decode_text(rest.trim_ascii()), Look::default()));
         }
+        // Statements before the first material belong to none.
         let Some((_, look)) = materials.last_mut() else { continue };
         let word = word.to_ascii_lowercase();
         if !parse_numbers(look, &word, rest)
@@ -136,6 +139,7 @@ fn parse_leading_numbers(text: &[u8]) -> impl Iterator<Item = f32> {
 
 fn parse_wrap(options: &[u8]) -> [Wrap; 2] {
     let mut words = options.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+    // The value must follow its option directly.
     let is_clamped = words.any(|word| word == b"-clamp") && words.next() == Some(b"on");
     [if is_clamped { Wrap::Clamp } else { Wrap::Repeat }; 2]
 }

@@ -17,7 +17,6 @@ const MAGIC: &[u8] = b"\x1f\x8b";
 /// 1030.
 const LIMIT: (usize, usize) = (200, 16 << 20);
 
-/// Decompresses the bytes of a mesh file if they are compressed.
 pub(super) fn decompress(bytes: &[u8]) -> Result<Cow<'_, [u8]>, ReadError> {
     if !bytes.starts_with(MAGIC) {
         return Ok(Cow::Borrowed(bytes));
@@ -28,6 +27,7 @@ pub(super) fn decompress(bytes: &[u8]) -> Result<Cow<'_, [u8]>, ReadError> {
 /// Decompresses all members of a file; other bytes after them are padding.
 fn decompress_within(bytes: &[u8], most: usize) -> Result<Vec<u8>, ReadError> {
     let (mut out, mut rest) = (Vec::new(), bytes);
+    // A file may have several members; their contents are concatenated.
     while rest.starts_with(MAGIC) {
         let mut decoder = GzDecoder::new(rest);
         // One byte more than allowed shows that the limit is passed.
@@ -37,6 +37,7 @@ fn decompress_within(bytes: &[u8], most: usize) -> Result<Vec<u8>, ReadError> {
             _ => ReadError::file(format!("the gzip data is cut or damaged ({error})"), "fetch the file again"),
         };
         with_fallible_allocation(|| decoder.by_ref().take(room).read_to_end(&mut out)).map_err(damaged)?;
+        // A small bomb could otherwise fill the memory.
         if out.len() > most {
             let what = format!("the gzip data unpacks to more than {most} bytes");
             return Err(ReadError::file(what, "unpack the file first if it is genuine"));

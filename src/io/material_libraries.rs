@@ -43,7 +43,6 @@ impl Libraries {
         libraries
     }
 
-    /// Adds a library and its textures to the output; returns its name if that changes.
     fn add(&mut self, name: &str, finder: &mut FileFinder) -> Option<String> {
         let found = finder.find(Path::new(""), name)?;
         let text = self.with_textures(&found.bytes, found.folder(), &found.output_path, finder);
@@ -55,6 +54,7 @@ impl Libraries {
         let mut out = Vec::with_capacity(text.len());
         let mut material = String::new();
         for line in text.split_inclusive(|&byte| byte == b'\n' || byte == b'\r') {
+            // Lines are copied as they are, with their ends, unless a texture name in them changes.
             let (word, rest) = first_word(line);
             if word == b"newmtl" {
                 material = decode_text(rest.trim_ascii());
@@ -63,10 +63,12 @@ impl Libraries {
                 out.extend(line);
                 continue;
             };
+            // A missing texture keeps its name; the finder has noted it.
             let Some(found) = finder.find(base, &decode_text(name)) else {
                 out.extend(line);
                 continue;
             };
+            // Other formats need to know the base textures.
             if word.eq_ignore_ascii_case(b"map_kd") {
                 self.textures.push((material.clone(), to_reference(&found.output_path)));
             }

@@ -19,6 +19,7 @@ impl MaterialLibrary {
     /// Writes the materials that groups use; adds their textures, named after `name`, to the output.
     pub fn from_looks(extra: &Extra, name: &str, finder: &mut FileFinder) -> Self {
         let mut library = Self::default();
+        // Materials that no group uses are left out.
         let used = extra.materials();
         let mut paths = TexturePaths { name, finder, known: Vec::new() };
         for (material, look) in extra.looks.iter().filter(|(material, _)| used.contains(&material.as_str())) {
@@ -40,6 +41,7 @@ impl MaterialLibrary {
     /// Appends the statements of a finish that differ from its defaults, in the usual extensions for roughness.
     fn push_finish<'a>(&mut self, finish: &'a Finish, paths: &mut TexturePaths<'a, '_, '_>) {
         let plain = Finish::default();
+        // Defaults are not written, so that plain materials stay short.
         if finish.emission != plain.emission {
             self.push_numbers("Ke", &finish.emission.map(srgb));
             finish.emission_texture.iter().for_each(|texture| drop(self.push_texture("map_Ke", texture, paths)));
@@ -62,7 +64,6 @@ impl MaterialLibrary {
         self.text.push(b'\n');
     }
 
-    /// Appends a statement with a texture and returns the texture's output path.
     fn push_texture<'a>(
         &mut self,
         word: &str,
@@ -84,6 +85,7 @@ struct TexturePaths<'a, 'b, 'c> {
 
 impl<'a> TexturePaths<'a, '_, '_> {
     fn add(&mut self, texture: &'a BaseTexture, used: ImageUse) -> String {
+        // Textures with one image share a file, whatever their wrap modes.
         let known = self.known.iter().find(|(other, _)| other.image == texture.image).map(|(_, path)| path.clone());
         known.unwrap_or_else(|| {
             let ending = match (extension(&texture.image), self.finder.converter) {

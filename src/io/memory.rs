@@ -13,7 +13,6 @@ const LONGEST_STREAM: u64 = 1 << 32;
 #[cfg(any(feature = "gltf", feature = "3mf", feature = "fbx"))]
 const REPEATS: (usize, usize) = (16, 1 << 22);
 
-/// Returns how many vertices and faces instances may make of a file that holds `n_held`.
 #[cfg(any(feature = "gltf", feature = "3mf", feature = "fbx"))]
 pub(super) fn instance_limit(n_held: usize) -> usize {
     REPEATS.0 * n_held + REPEATS.1
@@ -57,6 +56,7 @@ pub(super) fn io_error(error: io::Error) -> ReadError {
 /// assert!(error.to_string().starts_with("cannot be read"));
 /// ```
 pub fn read_file(path: &Path) -> Result<Vec<u8>, ReadError> {
+    // The kind is checked before opening, as opening a device may block or have effects.
     let kind = std::fs::metadata(path).map_err(io_error)?.file_type();
     // Reading a folder fails with an error of its own, which `io_error` explains.
     if kind.is_file() || kind.is_dir() {

@@ -124,14 +124,15 @@ pub fn read_attributed(bytes: &[u8], format: Option<Format>) -> Result<ReadMesh,
     read_attributed_with(bytes, format, &refuse_external_file)
 }
 
-/// Reads as [`read_attributed`]; `fetch` returns the bytes of a file that a glTF names.
 fn read_attributed_with(
     bytes: &[u8],
     format: Option<Format>,
     fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
 ) -> Result<ReadMesh, ReadError> {
+    // Before the format is detected: a compressed file shows only its gzip signature.
     let bytes = &gzip::decompress(bytes)?;
     let format = detect_format(bytes, format)?;
+    // Formats without attributes return a mesh and notes only.
     let bare = |(mesh, notes)| ReadMesh { mesh, notes, ..ReadMesh::default() };
     let read = match format {
         Format::Obj => obj::read_attributed(bytes),
@@ -142,6 +143,7 @@ fn read_attributed_with(
         Format::ThreeMf => threemf::read_attributed(bytes),
         Format::Fbx => fbx::read_attributed(bytes),
     };
+    // Readers do not know which of their names was given, so the format is added here.
     let read = read.map_err(|error| ReadError { format: Some(format), ..error })?;
     Ok(ReadMesh { format: Some(format), ..read })
 }
@@ -152,7 +154,6 @@ fn refuse_external_file(uri: &str) -> Result<Vec<u8>, ReadError> {
     Err(ReadError::file(what, "read the asset by its path or export it as GLB"))
 }
 
-/// Returns the given format, else the one that the content shows.
 fn detect_format(bytes: &[u8], format: Option<Format>) -> Result<Format, ReadError> {
     let format = format.or_else(|| Format::from_content(bytes)).ok_or_else(|| unknown_format_error(bytes))?;
     // The signature of UTF-16 text; without this, a reader would complain about the first word.
@@ -162,7 +163,6 @@ fn detect_format(bytes: &[u8], format: Option<Format>) -> Result<Format, ReadErr
     Ok(format)
 }
 
-/// Reads as [`read`]; `fetch` returns the bytes of a file that a glTF names.
 fn read_with(
     bytes: &[u8],
     format: Option<Format>,
@@ -183,6 +183,7 @@ fn read_with(
 }
 
 fn unknown_format_error(bytes: &[u8]) -> ReadError {
+    // An empty file has its own remedy; naming a format would not help.
     if bytes.is_empty() {
         return ReadError::file("the file is empty", "give a mesh file");
     }

@@ -1,6 +1,5 @@
 //! Decimal numbers in bytes: a fast path for typical mesh files, the crate `fast-float2` for the rest.
 
-/// Powers of ten that `f64` represents exactly.
 const POWERS: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,
     1e21, 1e22,
@@ -46,7 +45,6 @@ pub(super) fn parse(text: &[u8]) -> Option<Number> {
     })
 }
 
-/// Parses the decimal digits that continue `start`, modulo 2^64; returns the value and the number of digits.
 fn digits(text: &[u8], start: u64) -> (u64, usize) {
     let mut value = start;
     for (i, &byte) in text.iter().enumerate() {
@@ -59,7 +57,6 @@ fn digits(text: &[u8], start: u64) -> (u64, usize) {
     (value, text.len())
 }
 
-/// Parses an exponent; returns it and its length, (0, 0) if there is none.
 fn exponent(text: &[u8]) -> (i32, usize) {
     let [b'e' | b'E', rest @ ..] = text else { return (0, 0) };
     let signed = usize::from(matches!(rest.first(), Some(b'-' | b'+')));
@@ -72,7 +69,6 @@ fn exponent(text: &[u8]) -> (i32, usize) {
     (if rest[0] == b'-' { -size } else { size }, 1 + signed + n)
 }
 
-/// Parses any length, any exponent, and names of infinities.
 fn parse_any(text: &[u8], last_digit: i32) -> Option<Number> {
     let plus = usize::from(text.first() == Some(&b'+') && text.get(1) != Some(&b'-') && text.get(1) != Some(&b'+'));
     let (value, length) = fast_float2::parse_partial::<f64, _>(&text[plus..]).ok()?;

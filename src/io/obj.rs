@@ -43,7 +43,6 @@ struct ObjReader<'a> {
     /// Mesh so far; its faces index wedges once `wedges` exists.
     mesh: RawMesh,
     fans: Fans,
-    /// `v/vt/vn` of the current face, from zero.
     corners: Vec<[u32; 3]>,
     numbers: Vec<u32>,
     /// Wedges, from the first corner on that has more than a vertex.
@@ -90,8 +89,8 @@ impl<'a> ObjReader<'a> {
         Ok(())
     }
 
-    /// Reads three coordinates, and a colour or weight after them.
     fn read_vertex(&mut self, text: &mut Text) -> Result<(), ReadError> {
+        // Coordinates that are not finite are left to cleanup.
         let mut position = [0.0; 3];
         for x in &mut position {
             text.skip_blanks();
@@ -103,6 +102,7 @@ impl<'a> ObjReader<'a> {
         if self.reads_attributes && (!self.colours.is_empty() || !text.is_line_done()) {
             let colour = parse_values::<3>(text);
             if let Some(colour) = colour.filter(|&(_, n)| n == 3).map(|(colour, _)| colour) {
+                // Vertices before the first colour are white.
                 self.colours.resize(3 * (self.mesh.positions.len() - 1), 1.0);
                 self.colours.extend(colour);
             }
@@ -114,6 +114,7 @@ impl<'a> ObjReader<'a> {
         self.read_corners(text)?;
         self.numbers.clear();
         reserve(&mut self.numbers, self.corners.len())?;
+        // Wedges begin with the first corner that has more than a vertex: most files have none, or have them at once.
         if self.wedges.is_none() && self.corners.iter().any(|corner| corner[1..] != [NOWHERE; 2]) {
             self.wedges = Some(ObjWedges::from_vertices(&mut self.mesh.faces));
         }
@@ -123,6 +124,7 @@ impl<'a> ObjReader<'a> {
         }
         let n_before = self.mesh.faces.len();
         reserve(&mut self.mesh.faces, self.numbers.len())?;
+        // Faces with fewer than three corners are counted, not refused.
         if !self.fans.push(&self.numbers, &mut self.mesh.faces) {
             self.mesh.dropped_faces += 1;
         } else if self.reads_attributes {
@@ -141,6 +143,7 @@ impl<'a> ObjReader<'a> {
             let vertex = text.integer().ok_or_else(|| text.error(problem, REMEDY))?;
             let mut corner = [to_zero_based(vertex, counts[0]), NOWHERE, NOWHERE];
             for (part, &count) in corner.iter_mut().zip(&counts).skip(1) {
+                // For geometry alone, the rest of a corner is skipped below.
                 if !self.reads_attributes || text.rest().first() != Some(&b'/') {
                     break;
                 }
@@ -149,6 +152,7 @@ impl<'a> ObjReader<'a> {
             }
             reserve(&mut self.corners, 1)?;
             self.corners.push(corner);
+            // Skips the rest of the corner, whatever it holds.
             while !text.is_between_words() {
                 text.advance(1);
             }
@@ -158,6 +162,7 @@ impl<'a> ObjReader<'a> {
 
     fn read_statement(&mut self, text: &mut Text<'a>) {
         match text.word() {
+            // A third coordinate is noted if it says anything.
             b"vt" => {
                 let (values, _) = parse_values::<3>(text).unwrap_or_default();
                 self.uvs.extend(&values[..2]);
@@ -168,6 +173,7 @@ impl<'a> ObjReader<'a> {
             b"l" => self.ignored.lines += 1,
             b"p" => self.ignored.points += 1,
             b"vp" | b"curv" | b"curv2" | b"surf" => self.ignored.curves += 1,
+            // The longest group statement, `usemtl`, has six letters; comments and others need no copy.
             word if word.len() <= 6 => {
                 self.groups.take(word, text.rest_of_line());
             }
@@ -177,6 +183,7 @@ impl<'a> ObjReader<'a> {
 
     fn finish(mut self) -> ReadMesh {
         let mut notes = self.ignored.notes();
+        // Attributes must be finite for the later fits; positions are judged by cleanup.
         let not_finite: usize = [&mut self.uvs, &mut self.normals, &mut self.colours]
             .into_iter()
             .map(|values| replace_non_finite(values))
@@ -189,6 +196,7 @@ impl<'a> ObjReader<'a> {
             self.colours.resize(3 * self.mesh.positions.len(), 1.0);
         }
         notes.extend(self.groups.drop_varied_names());
+        // All names have one encoding: a single invalid one makes the file Latin-1, so that it can be written back.
         let latin1 =
             self.groups.names().chain(self.libraries.iter().copied()).any(|name| std::str::from_utf8(name).is_err());
         let text = |name: &&[u8]| if latin1 { extra::decode_latin1(name) } else { extra::decode_text(name) };
@@ -201,10 +209,10 @@ impl<'a> ObjReader<'a> {
         ReadMesh { mesh, extra, notes, format: None }
     }
 
-    /// Triangulates polygons and returns to vertex indices; returns wedges and channels.
     fn finish_faces(&mut self) -> (Vec<[u32; 3]>, Vec<Channel>) {
         let RawMesh { positions, faces, .. } = &mut self.mesh;
         let fans = std::mem::take(&mut self.fans);
+        // Without wedges, corners with colours use their vertices as wedges.
         let Some(wedges) = self.wedges.take() else {
             fans.triangulate(positions, faces);
             let colours = std::mem::take(&mut self.colours);
@@ -254,6 +262,7 @@ fn to_zero_based(index: i64, count: usize) -> u32 {
 /// Parses up to `N` numbers of the line and returns them with their count, or `None` without any; ignores their
 /// precision.
 fn parse_values<const N: usize>(text: &mut Text) -> Option<([f32; N], usize)> {
+    // Attributes are singles: their digits must not make the positions doubles.
     let double = text.double;
     let (mut values, mut n) = ([0.0; N], 0);
     while n < N {

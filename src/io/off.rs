@@ -26,6 +26,7 @@ pub(super) fn read_with_notes(bytes: &[u8]) -> Result<(RawMesh, Vec<String>), Re
     let mut is_more_said = false;
     for vertex in 0..n_vertices {
         mesh.positions.push(read_position(&mut text, vertex, n_vertices)?);
+        // Only the position is read; the rest of the line is noted.
         is_more_said |= !text.is_line_done();
         text.skip_line();
     }
@@ -43,12 +44,14 @@ pub(super) fn read_with_notes(bytes: &[u8]) -> Result<(RawMesh, Vec<String>), Re
 fn read_keyword(text: &mut Text) -> Result<(), ReadError> {
     text.skip_space();
     let word: Vec<u8> = text.rest().iter().copied().take_while(u8::is_ascii_alphanumeric).take(8).collect();
+    // The keyword may be missing: then the counts come first.
     if word.iter().all(u8::is_ascii_digit) && !word.is_empty() {
         return Ok(());
     }
     let Some(start) = word.windows(3).position(|letters| letters == b"OFF") else {
         return Err(text.error("the file does not start with OFF", "name the right format"));
     };
+    // Letters such as `4` or `n` announce more dimensions, whose vertices would be misread.
     if !word[..start].iter().all(|letter| b"STCN".contains(letter)) {
         return Err(text.error("the vertices have four or more dimensions", "export the mesh with three"));
     }
@@ -60,10 +63,10 @@ fn read_keyword(text: &mut Text) -> Result<(), ReadError> {
     Ok(())
 }
 
-/// Reads the numbers of vertices, faces and edges; the last is optional.
 fn read_counts(text: &mut Text) -> Result<[usize; 3], ReadError> {
     let mut counts = [0; 3];
     for (i, count) in counts.iter_mut().enumerate() {
+        // The number of edges means nothing and is often missing.
         if i == 2 && text.is_line_done() {
             break;
         }
@@ -93,6 +96,7 @@ fn read_faces(text: &mut Text, n_faces: usize, mesh: &mut RawMesh) -> Result<boo
     let (mut fans, mut corners) = (Fans::default(), Vec::new());
     for face in 0..n_faces {
         text.skip_space();
+        // A negative count gives a face without corners.
         let n_corners = text.integer().ok_or_else(|| missing(text, face, n_faces))?;
         corners.clear();
         for _ in 0..n_corners {
@@ -103,6 +107,7 @@ fn read_faces(text: &mut Text, n_faces: usize, mesh: &mut RawMesh) -> Result<boo
             reserve(&mut corners, 1)?;
             corners.push(u32::try_from(vertex).unwrap_or(u32::MAX));
         }
+        // The rest of the line is a colour.
         is_more_said |= !text.is_line_done();
         text.skip_line();
         reserve(&mut mesh.faces, corners.len())?;

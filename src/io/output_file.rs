@@ -32,6 +32,7 @@ pub struct OutputFile {
 /// ```
 pub fn write_files(folder: &Path, files: &[OutputFile], force: bool) -> Result<(), WriteError> {
     for file in files {
+        // All paths are checked before the first file is written.
         let is_inside = file.path.components().all(|part| matches!(part, Component::Normal(_)));
         if !is_inside || file.path.as_os_str().is_empty() {
             return Err(outside_error(&file.path));
@@ -53,6 +54,7 @@ fn write_inside(folder: &Path, file: &OutputFile, force: bool) -> Result<(), Wri
     let parent = path.parent().unwrap_or(folder);
     // // Before folders are created: the existing part of the path may be a link that leads outside.
     let existing = parent.ancestors().find(|place| place.exists()).unwrap_or(folder);
+    // Canonical paths resolve links on both sides of the comparison.
     let (inside, existing) = (folder.canonicalize().map_err(problem)?, existing.canonicalize().map_err(problem)?);
     if !existing.starts_with(inside) {
         return Err(outside_error(&file.path));

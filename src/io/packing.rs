@@ -21,7 +21,7 @@ impl PackOptions {
 /// A packing of the numbers of a glTF.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Packing {
-    /// PositionGrid of each mesh; `None` where positions stay single precision.
+    /// Grid of each mesh; `None` where positions stay single precision.
     pub(super) grids: Vec<Option<PositionGrid>>,
     pub(super) compress: bool,
 }
@@ -48,6 +48,7 @@ impl Packing {
 pub(super) fn grid_for(meshes: &[LevelMesh], bits: u32) -> Option<PositionGrid> {
     let corners =
         || meshes.iter().flat_map(|(positions, faces)| faces.as_flattened().iter().map(|&v| positions[v as usize]));
+    // From coarse to fine: the first grid that keeps all meshes is the smallest file.
     let grids = (bits..=PackOptions::MOST_BITS).filter_map(|bits| PositionGrid::from_points(corners(), bits));
     let mut grids = grids.filter(|grid| meshes.iter().all(|(positions, faces)| grid.preserves(positions, faces)));
     grids.next()

@@ -121,15 +121,19 @@ impl Pieces {
     /// As [`each_position`](Self::each_position), and if memory for the positions is lacking.
     pub fn each_triangle(&self, frame: &Frame, take: &mut dyn FnMut(Triangle)) -> Result<u64, ReadError> {
         let mut n_broken = 0;
+        // STL has no vertices to keep in memory.
         if let PiecesKind::Stl { n_faces } = &self.kind {
             stl::each_triangle(self.open_file()?, *n_faces, |corners| {
                 pass_on(corners.map(|p| Some(frame.to_local(p.map(f64::from)))), take, &mut n_broken);
             })?;
             return Ok(n_broken);
         }
+        // Faces refer to vertices in any order, so all positions are read first.
         let positions = self.positions(frame)?;
+        // An index out of range makes the face broken, not the file.
         let at = |index: i64| usize::try_from(index).ok().and_then(|index| positions.get(index).copied());
         let mut face = |corners: &[i64]| match corners {
+            // A fan from the first corner; the reader of whole files chooses diagonals by shape.
             [first, rest @ .., _] if !rest.is_empty() => {
                 let fan = corners[1..].windows(2);
                 fan.for_each(|edge| pass_on([*first, edge[0], edge[1]].map(at), take, &mut n_broken));
@@ -157,9 +161,9 @@ impl Pieces {
     }
 }
 
-/// Passes on a triangle with three finite corners; counts any other.
 fn pass_on(corners: [Option<[f32; 3]>; 3], take: &mut dyn FnMut(Triangle), n_broken: &mut u64) {
     match corners {
+        // Non-finite positions are dropped with their faces.
         [Some(a), Some(b), Some(c)] if [a, b, c].as_flattened().iter().all(|x| x.is_finite()) => take([a, b, c]),
         _ => *n_broken += 1,
     }

@@ -28,6 +28,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
 
 pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     let header = Header::parse(bytes)?;
+    // Elements are found by name; a repeated name would mix up their attributes.
     let is_repeated = |name: &str| header.elements.iter().filter(|element| element.name == name).count() > 1;
     // Two tables of vertices would need their columns merged; such files are rare.
     if is_repeated("vertex") || is_repeated("face") {
@@ -68,7 +69,6 @@ fn read_geometry(bytes: &[u8], header: &Header) -> Result<RawMesh, ReadError> {
     Ok(mesh)
 }
 
-/// Rows of an element from `start` on, and the list property to read.
 struct RowRange<'a> {
     element: &'a Element,
     start: usize,
@@ -93,6 +93,7 @@ fn walk(
                 take(i, next(property.scalar)?);
                 continue;
             };
+            // A count may be negative or not a number; both mean none.
             let n_values = next(length)?.max(0.0) as u64;
             list.clear();
             for _ in 0..n_values {
@@ -120,6 +121,7 @@ fn read_vertices(source: &mut Source, element: &Element, mesh: &mut RawMesh) -> 
     mesh.double |= axes.iter().any(|&axis| element.properties[axis].scalar.is_wide());
     // Rows of equal length are decoded in parallel; after the check that they are all there.
     if let (Source::Binary { bytes, at, big }, Some((offsets, stride))) = (&mut *source, element.layout()) {
+        // The count is compared with the bytes before memory is reserved.
         let Some(records) = records(&bytes[*at..], element.count, stride) else {
             return Err(source.cut_error(element, source.n_bytes_left() / stride));
         };
@@ -143,7 +145,6 @@ fn read_vertices(source: &mut Source, element: &Element, mesh: &mut RawMesh) -> 
     walk(source, &rows, |_| (), take)
 }
 
-/// Returns the bytes of `count` records, or `None` if there are fewer.
 fn records(bytes: &[u8], count: usize, stride: usize) -> Option<&[u8]> {
     bytes.get(..count.checked_mul(stride)?)
 }
@@ -157,6 +158,7 @@ fn decode_positions(
 ) {
     let [x, y, z] = scalars;
     let records = records.par_chunks_exact(stride).with_min_len(BLOCK);
+    // Three consecutive little-endian floats are the usual layout.
     if !big && [x, y, z] == [(x.0, Scalar::F32), (x.0 + 4, Scalar::F32), (x.0 + 8, Scalar::F32)] {
         positions.par_extend(records.map(|record| {
             let (floats, _) = record[x.0..x.0 + 12].as_chunks::<4>();
@@ -171,9 +173,11 @@ fn decode_positions(
 
 fn read_faces(source: &mut Source, element: &Element, mesh: &mut RawMesh, fans: &mut Fans) -> Result<(), ReadError> {
     let list = element.list(&["vertex_indices", "vertex_index"]);
+    // An empty table of faces may lack the list.
     if list.is_none() && element.count > 0 {
         return Err(element.missing_error("list of vertex_indices"));
     }
+    // Nearly all files consist of triangles, which are decoded in parallel; the rest goes through the loop.
     let start = read_leading_triangles(source, element, &mut mesh.faces)?;
     let RawMesh { faces, dropped_faces, .. } = mesh;
     let take_list = |corners: &[u32]| *dropped_faces += usize::from(!fans.push(corners, faces));
@@ -188,11 +192,13 @@ fn read_leading_triangles(
     faces: &mut Vec<[u32; 3]>,
 ) -> Result<usize, ReadError> {
     let (Source::Binary { bytes, at, big }, [property]) = (source, element.properties.as_slice()) else { return Ok(0) };
+    // Other layouts go through the loop over properties.
     let usual = matches!(property.length, Some(Scalar::U8 | Scalar::I8));
     if !usual || !matches!(property.scalar, Scalar::I32 | Scalar::U32) {
         return Ok(0);
     }
     let records = bytes[*at..].par_chunks_exact(13).with_min_len(BLOCK).take(element.count);
+    // A polygon shifts all bytes after it, so the parallel part ends at the first one.
     let n_triangles = records.clone().position_first(|record| record[0] != 3).unwrap_or(records.len());
     let records = records.take(n_triangles);
     reserve(faces, n_triangles)?;

@@ -43,6 +43,7 @@ fn read_lines(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     if bytes.contains(&0) {
         return Err(ReadError::file("the content is of no known format", REMEDY));
     }
+    // Separators become blanks, so that the cursor needs no mode for them.
     let commas_as_blanks: Vec<u8> =
         bytes.iter().map(|&byte| if matches!(byte, b',' | b';') { b' ' } else { byte }).collect();
     let mut text = Text::new(&commas_as_blanks);
@@ -53,6 +54,7 @@ fn read_lines(bytes: &[u8]) -> Result<RawMesh, ReadError> {
         if text.is_at_end() {
             break;
         }
+        // `#` comments are skipped with the blanks; these are not.
         if !text.rest().starts_with(b"//") {
             let point = read_point(&mut text, may_be_count)?;
             may_be_count = false;
@@ -64,9 +66,9 @@ fn read_lines(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     Ok(cloud)
 }
 
-/// Reads the three numbers of a line, or none where the line is a count.
 fn read_point(text: &mut Text, may_be_count: bool) -> Result<Option<[f64; 3]>, ReadError> {
     let x = read_number(text)?;
+    // Only the first line may be a count: a later single number is a damaged point.
     if may_be_count && text.is_line_done() {
         return Ok(None);
     }

@@ -86,6 +86,7 @@ pub fn is_gltf(bytes: &[u8]) -> bool {
 /// assert!(!is_gltf_path("no/such/file.glb".as_ref()));
 /// ```
 pub fn is_gltf_path(path: &Path) -> bool {
+    // Reading stops early for large files of other formats.
     let mut first = Vec::new();
     // Only regular files: opening a pipe would consume it.
     let opened = std::fs::File::open(path).ok().filter(|file| file.metadata().is_ok_and(|found| found.is_file()));
@@ -115,6 +116,7 @@ fn read_as_named_or_shown<T>(
     read: impl Fn(Option<Format>) -> Result<T, ReadError>,
     is_useful: impl Fn(&T) -> bool,
 ) -> Result<T, ReadError> {
+    // A given format is final; one from the name is only a guess.
     let named = format.or_else(|| Format::from_path(path));
     let first = read(named);
     match Format::from_content(bytes) {

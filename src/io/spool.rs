@@ -8,7 +8,6 @@ use std::sync::Mutex;
 #[derive(Debug)]
 pub(crate) struct Spool {
     file: Mutex<File>,
-    /// Offset and length of the pieces of each stream.
     streams: Vec<Vec<(u64, usize)>>,
     n_bytes: u64,
 }

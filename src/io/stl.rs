@@ -23,6 +23,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
 
 pub(super) fn notes(bytes: &[u8]) -> Vec<String> {
     let records = bytes.get(84..).unwrap_or_default().chunks_exact(50);
+    // Two bytes per facet hold colours in several dialects.
     let n_marked = records.filter(|record| record[48..] != [0, 0]).count();
     if is_binary_stl(bytes) && n_marked > 0 {
         return vec![format!("colours or other marks of {n_marked} stl facets are dropped")];
@@ -57,6 +58,7 @@ fn read_binary(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     let n_corners = 3 * records.len();
     let corners = (0..n_corners).into_par_iter().with_min_len(BLOCK);
     positions.par_extend(corners.map(|i| corner(&bytes[84 + 50 * (i / 3)..134 + 50 * (i / 3)], i % 3)));
+    // No two faces share vertices; cleanup welds them.
     let faces = (0..count).map(|face| [0, 1, 2].map(|corner| face.saturating_mul(3).saturating_add(corner))).collect();
     Ok(RawMesh { positions, faces, ..RawMesh::default() })
 }
@@ -76,6 +78,7 @@ fn read_text(mut text: Text) -> Result<RawMesh, ReadError> {
                 mesh.positions.push(read_position(&mut text)?);
             }
             _ if word.eq_ignore_ascii_case(b"facet") => open = true,
+            // Facets may have more than three corners, which the format forbids and programs write.
             _ if word.eq_ignore_ascii_case(b"endfacet") => {
                 mesh.dropped_faces += usize::from(!fans.push(&corners, &mut mesh.faces));
                 corners.clear();
@@ -104,6 +107,7 @@ fn read_position(text: &mut Text) -> Result<[f64; 3], ReadError> {
 /// # Errors
 /// Coordinates beyond the range of `f32`.
 pub(super) fn write_binary(content: &Content) -> Result<Vec<u8>, WriteError> {
+    // Numbers beyond single precision would become infinite.
     let positions = single_positions(content)?;
     let mut out = vec![0; 84 + 50 * content.faces.len()];
     out[..80].fill(b' ');

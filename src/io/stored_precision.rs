@@ -14,6 +14,7 @@ const STEPS: f64 = 4.0;
 const WORTH_A_NOTE: f64 = 1e-6;
 
 pub(super) fn check_precision(content: &Content, format: Format) -> Result<(), WriteError> {
+    // Singles around no origin are written as they are.
     if !content.is_rounded() {
         return Ok(());
     }
@@ -22,6 +23,7 @@ pub(super) fn check_precision(content: &Content, format: Format) -> Result<(), W
     if !stored.iter().flatten().all(|x| x.is_finite()) {
         return Ok(());
     }
+    // Merged vertices and lost areas are counted, so that the message can say how bad it is.
     let (n_together, n_flat) = (count_merged_vertices(content, &stored), count_flattened_faces(content, &stored));
     let what = match (n_together, n_flat) {
         (0, 0) if format.is_single_precision() && is_coarse(content, &stored) => {
@@ -45,7 +47,6 @@ pub(super) fn check_precision(content: &Content, format: Format) -> Result<(), W
     Err(WriteError { what })
 }
 
-/// Returns the positions as a reader of the file sees them, n_vertices x 3.
 fn stored_positions(content: &Content, format: Format) -> Vec<[f64; 3]> {
     let positions = (0..content.n_vertices()).map(|vertex| content.position(vertex));
     match format {
@@ -72,6 +73,7 @@ pub(super) fn describe_rounding(content: &Content, format: Format) -> Option<Str
 }
 
 fn is_coarse(content: &Content, stored: &[[f64; 3]]) -> bool {
+    // Steps of single precision grow with the distance from the origin.
     let reach = stored.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
     let ends = |face: &[u32; 3]| [[face[0], face[1]], [face[1], face[2]], [face[2], face[0]]];
     let length = |[a, b]: [u32; 2]| distance(content.position(a as usize), content.position(b as usize));
@@ -83,7 +85,6 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Counts vertices that the file puts at the position of another, though they are distinct.
 fn count_merged_vertices(content: &Content, stored: &[[f64; 3]]) -> usize {
     let mut first: FxHashMap<[u64; 3], [u64; 3]> = FxHashMap::default();
     let mut is_merged = |(vertex, position): (usize, &[f64; 3])| {

@@ -102,6 +102,7 @@ impl<'a> Text<'a> {
 
     /// Reads a number; returns `None`, without moving, at anything else or if more follows than a blank.
     pub fn number(&mut self) -> Option<f64> {
+        // `1.5x` is damage, not 1.5.
         let number = number::parse(self.rest())?;
         let start = self.at;
         self.at += number.length;
@@ -120,6 +121,7 @@ impl<'a> Text<'a> {
         let signed = usize::from(matches!(rest.first(), Some(b'-' | b'+')));
         let mut value = 0i64;
         let mut length = signed;
+        // Saturation keeps huge indices out of range instead of wrapping them into it.
         while let Some(digit) = rest.get(length).map(|byte| byte.wrapping_sub(b'0')).filter(|&digit| digit <= 9) {
             value = value.saturating_mul(10).saturating_add(i64::from(digit));
             length += 1;

@@ -40,12 +40,14 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
 pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     let mut models = Models::open(bytes)?;
     let root = models.root.clone();
+    // The build decides what is printed; resources alone mean nothing.
     let items = models.build_items(&root)?;
     for item in &items {
         models.place(&root, item, DMat4::IDENTITY, 0)?;
     }
     // An object that is placed several times is converted once.
     let mut parts = ObjectMeshes::default();
+    // Objects get names only where there are several.
     let n_meshes = models.placed.iter().map(|(place, _)| place).collect::<BTreeSet<_>>().len();
     let mut known: BTreeMap<&ObjectId, usize> = BTreeMap::new();
     let mut transforms = Vec::new();
@@ -66,7 +68,6 @@ struct Models<'a> {
     root: String,
     documents: BTreeMap<String, ModelDocument>,
     placed: Vec<(ObjectId, DMat4)>,
-    /// Vertices and faces so far, counted with repetitions.
     n_made: usize,
     notes: Vec<String>,
 }
@@ -80,6 +81,7 @@ impl<'a> Models<'a> {
     }
 
     fn document(&mut self, part: &str) -> Result<&mut ModelDocument, ReadError> {
+        // Parts are parsed when first needed, as components may be spread over many.
         if !self.documents.contains_key(part) {
             let document = parse(&self.package.text(part)?, part)?;
             self.documents.insert(part.into(), document);
@@ -106,8 +108,10 @@ impl<'a> Models<'a> {
 
     /// Places the meshes of the object that `named` refers to; `above` is the transform of the parent.
     fn place(&mut self, part: &str, named: &Reference, above: DMat4, depth: usize) -> Result<(), ReadError> {
+        // A path is only needed for objects of other parts.
         let path = named.path.as_deref().map_or(part, |path| path.trim_start_matches('/')).to_string();
         let transform = above * named.transform;
+        // The budget alone would not stop a deep chain before the stack ends.
         if depth > DEPTH {
             let what = format!("components nest more than {DEPTH} deep");
             return Err(ReadError::file(what, "export the file again"));
@@ -141,6 +145,7 @@ impl<'a> Models<'a> {
     }
 
     fn scene(mut self, parts: ObjectMeshes, transforms: &[(usize, DMat4)]) -> Result<ReadMesh, ReadError> {
+        // Colours are repeated with their meshes, so they count too.
         let width = parts.colour_width();
         for &(part, _) in transforms {
             self.spend(parts.meshes[part].attributes.n_wedges() * width)?;
@@ -156,6 +161,7 @@ impl<'a> Models<'a> {
         let mut mesh = merge_placed_meshes(&placed, |_| true);
         mesh.double = self.documents.values().any(|document| document.double) || is_far_from_origin(&mesh.positions);
         let mut extra = Extra { unit: self.unit(), ..Extra::default() };
+        // A single unnamed group says nothing.
         let is_bare = parts.groups.len() <= 1 && parts.groups.iter().all(|group| group.title().is_empty());
         if is_bare || parts.groups.len() == 1 {
             mesh.attributes.groups.clear();
@@ -178,6 +184,7 @@ impl<'a> Models<'a> {
 
     fn unit(&mut self) -> Option<String> {
         let unit = self.documents.get(&self.root)?.unit.clone()?;
+        // Writers need a unit that 3MF knows.
         let is_known = units::is_known(&unit);
         if !is_known {
             self.notes.push(format!("the unit {unit:?} is none of 3mf: dropped"));

@@ -26,6 +26,7 @@ impl UniqueMaterials {
         }
         let count = self.counts.entry(key.0.clone()).or_default();
         let mut name = key.0.clone();
+        // Names made up here may themselves be taken by the file.
         while !self.taken.insert(name.clone()) {
             *count += 1;
             name = format!("{} {}", key.0, *count + 1);

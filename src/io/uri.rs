@@ -6,6 +6,7 @@ use super::ReadError;
 use super::folder::{FileProblem, Folder, inner_path};
 
 pub(super) fn fetch(folder: &Folder, uri: &str) -> Result<Vec<u8>, ReadError> {
+    // URLs and absolute paths are refused before anything is read.
     let found = path_inside(uri).ok_or(FileProblem::Outside);
     let found = found.and_then(|path| folder.read(&folder.resolve(&path, false)?));
     let refusal = |problem| {

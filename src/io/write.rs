@@ -43,6 +43,7 @@ impl<'a> Content<'a> {
 
     /// Wraps a mesh with exact positions, n_vertices x 3; all must be finite.
     pub fn from_positions(mesh: &'a TriMesh, positions: Vec<[f64; 3]>) -> Result<Self, WriteError> {
+        // Exact positions come from callers, so they are checked; those of a mesh are finite.
         let finite = positions.iter().flatten().all(|x| x.is_finite());
         if positions.len() != mesh.positions().len() || !finite {
             let what = "there is not one finite position for each vertex: give the mesh's own";
@@ -62,6 +63,7 @@ impl<'a> Content<'a> {
             let what = "the positions that stay are not one or none for each vertex, finite: give the mesh's own";
             return Err(WriteError { what: what.into() });
         }
+        // Doubles are needed if either the frame or an exact position needs them.
         let bare = Self::from_mesh(mesh, frame);
         let double = bare.double || kept.iter().flatten().flatten().any(|&x| is_double(x));
         Ok(Self { positions: Positions::Kept(mesh.positions(), *frame, kept), double, ..bare })
@@ -118,6 +120,7 @@ impl<'a> Content<'a> {
         let (low, high) = self.bounds();
         let diagonal = diagonal(low, high);
         let is_near = |axis: usize| low[axis].abs().max(high[axis].abs()) <= FAR * diagonal;
+        // First by distance, which is cheap; then by areas, which need every face.
         let near = Self { single: std::array::from_fn(|axis| self.single[axis] && is_near(axis)), ..self };
         if near.single == [false; 3] || !near.faces.par_iter().any(|face| near.loses_area(face)) {
             return near;
@@ -143,11 +146,11 @@ impl<'a> Content<'a> {
         is_nearly_flat(corners) && has_area(corners) && !has_area(face.map(|vertex| self.read_back(vertex as usize)))
     }
 
-    /// Returns a position as a reader in doubles sees it.
     fn read_back(&self, vertex: usize) -> [f64; 3] {
         let mut digits = zmij::Buffer::new();
         let position = self.position(vertex);
         std::array::from_fn(|axis| {
+            // Only what the writer would shorten can change.
             let is_short = self.single[axis] && self.exact_position(vertex).is_none();
             let short = || number::parse(format_single(&mut digits, position[axis] as f32).as_bytes());
             is_short.then(short).flatten().map_or(position[axis], |number| number.value)
@@ -204,6 +207,7 @@ fn is_double(x: f64) -> bool {
 
 /// Returns whether rounding to fewer digits may flatten a triangle; a cheap filter before the exact test.
 fn is_nearly_flat([a, b, c]: [[f64; 3]; 3]) -> bool {
+    // The bound adds the rounding of both edges, each up to `ROUNDING * reach`, to the cross product.
     let (a, b, c) = (glam::DVec3::from(a), glam::DVec3::from(b), glam::DVec3::from(c));
     let (u, v) = (b - a, c - a);
     let reach = a.abs().max(b.abs()).max(c.abs()).max_element();
@@ -233,7 +237,6 @@ fn strip_point(text: &str) -> &str {
     text.strip_suffix(".0").unwrap_or(text)
 }
 
-/// Appends a line per vertex, then one per face, as in OFF and text PLY.
 pub(super) fn push_rows(out: &mut Vec<u8>, content: &Content) {
     for vertex in 0..content.n_vertices() {
         content.push_position(out, vertex);

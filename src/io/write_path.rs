@@ -18,6 +18,7 @@ use super::{Format, WriteError, gzip};
 /// assert_eq!(neural_mesh::io::read(&packed, None).unwrap().positions, [[0.0; 3]]);
 /// ```
 pub fn compress_by_name<'a>(path: &Path, bytes: &'a [u8]) -> Result<Cow<'a, [u8]>, WriteError> {
+    // Compressing twice would give a file that no reader unpacks.
     let is_packed = matches!(bytes, [0x1f, 0x8b, ..]);
     if is_packed || matches!(Format::without_gz(path), Cow::Borrowed(_)) {
         return Ok(Cow::Borrowed(bytes));
@@ -47,6 +48,7 @@ pub fn write_path(path: &Path, bytes: &[u8], force: bool) -> Result<(), WriteErr
     if path.metadata().is_ok_and(|found| !found.is_file() && !found.is_dir()) {
         return std::fs::write(path, bytes).map_err(problem);
     }
+    // In the same folder, so that the final rename stays within one file system.
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut file = new_file_in(folder).map_err(problem)?;
     file.write_all(bytes).map_err(problem)?;

@@ -1,4 +1,4 @@
-//! Where a picture is taken from: a three-quarter view with mild perspective that fits every mesh.
+//! The camera of a picture: a three-quarter view with mild perspective that fits every mesh.
 
 use glam::Vec3;
 
@@ -9,31 +9,31 @@ use super::shape::Shape;
 const EYE: f32 = 4.5;
 /// Empty margin around the meshes, as a share of the panel's height.
 const MARGIN: f32 = 0.06;
-/// Azimuth and elevation of the views to choose from, in degrees: front and back,
+/// Preferred views, as azimuth and elevation in degrees: front and back.
 const NATURAL: [[f32; 2]; 4] = [[-32.0, 16.0], [32.0, 16.0], [148.0, 16.0], [-148.0, 16.0]];
-/// and those for meshes that are flat.
+/// Views for flat meshes.
 const OTHERS: [[f32; 2]; 4] = [[-62.0, 18.0], [62.0, 18.0], [-32.0, 48.0], [0.0, 80.0]];
-/// A view is good enough when it shows this share of the most area that any view shows,
+/// A view is good enough if it shows this share of the largest area that any view shows.
 const GOOD_ENOUGH: f32 = 0.72;
-/// and better than one before it when it shows this many times its detail.
+/// A later view replaces an earlier one if it shows this many times its detail.
 const CLEARLY: f32 = 1.03;
 
-/// One view of the scene, and the panel it fills.
+/// A view of the scene, and its panel.
 #[derive(Clone, Debug)]
 pub struct Camera {
-    /// Pixels in a row of a panel.
+    /// Width of the panel in pixels.
     pub width: usize,
-    /// Rows of a panel.
+    /// Height of the panel in pixels.
     pub height: usize,
-    /// Pixels per unit of length, at the depth of the centre.
+    /// Pixels per unit of length at the depth of the centre.
     pub scale: f32,
     axes: [Vec3; 3],
-    /// Where the panel's middle lies, in units on the picture plane.
+    /// Middle of the panel, in units on the picture plane.
     middle: [f32; 2],
 }
 
 impl Camera {
-    /// The view that shows the first shape well and fits them all into panels of `height` pixels.
+    /// Chooses a view that shows the first shape well, and fits all shapes into panels of `height` pixels.
     pub fn of(shapes: &[Shape], height: usize) -> Self {
         let axes = shapes.first().map_or(axes(NATURAL[0]), best_view);
         let mut camera = Self { width: height, height, scale: 1.0, axes, middle: [0.0; 2] };
@@ -41,19 +41,19 @@ impl Camera {
         camera
     }
 
-    /// The view from an azimuth and an elevation, in degrees, that fits the first shape into panels of `height` pixels.
+    /// Looks from an azimuth and an elevation in degrees; fits the first shape into panels of `height` pixels.
     pub fn from(direction: [f32; 2], shapes: &[Shape], height: usize) -> Self {
         Self::around(direction, shapes.get(..1).unwrap_or_default(), height)
     }
 
-    /// The view from an azimuth and an elevation, in degrees, that fits all shapes into panels of `height` pixels.
+    /// Looks from an azimuth and an elevation in degrees; fits all shapes into panels of `height` pixels.
     pub fn around(direction: [f32; 2], shapes: &[Shape], height: usize) -> Self {
         let mut camera = Self { width: height, height, scale: 1.0, axes: axes(direction), middle: [0.0; 2] };
         camera.fit(shapes);
         camera
     }
 
-    /// Where a point is seen, in pixels from the top left, with the inverse of the depth as z.
+    /// Projects a point to pixels from the top left, with the inverse depth as z.
     pub fn pixel(&self, point: Vec3) -> Vec3 {
         let samples = SAMPLES as f32;
         self.project(&[point])
@@ -61,7 +61,7 @@ impl Camera {
             .map_or(Vec3::ZERO, |place| Vec3::new(place.x / samples, place.y / samples, place.z))
     }
 
-    /// Sets scale, middle and width so that all shapes lie inside the panel.
+    /// Sets scale, middle and width so that all shapes fit into the panel.
     fn fit(&mut self, shapes: &[Shape]) {
         let flat = || shapes.iter().flat_map(|shape| &shape.points).map(|&p| on_plane(self.view(p)));
         let low = flat().reduce(Vec3::min).unwrap_or_default();
@@ -74,17 +74,17 @@ impl Camera {
         self.middle = [0.5 * (low.x + high.x), 0.5 * (low.y + high.y)];
     }
 
-    /// A point or direction in the view's frame: x right, y up, z toward the eye.
+    /// Turns a point or direction into the view's frame: x right, y up, z toward the eye.
     pub fn view(&self, point: Vec3) -> Vec3 {
         Vec3::from(self.axes.map(|axis| axis.dot(point)))
     }
 
-    /// The eye, in the view's frame.
+    /// Returns the eye in the view's frame.
     pub fn eye(&self) -> Vec3 {
         Vec3::new(0.0, 0.0, EYE)
     }
 
-    /// Points in samples from the top left, with the inverse of the depth as z: n_points.
+    /// Projects points to samples from the top left, with the inverse depth as z, n_points.
     pub fn project(&self, points: &[Vec3]) -> Vec<Vec3> {
         let scale = self.scale * SAMPLES as f32;
         let centre = [0.5 * (self.width * SAMPLES) as f32, 0.5 * (self.height * SAMPLES) as f32];
@@ -96,7 +96,7 @@ impl Camera {
         points.iter().map(place).collect()
     }
 
-    /// The point of the view's frame that is seen at a pixel (`x`, `y` from the top left) with that inverse depth.
+    /// Returns the point in the view's frame at a pixel with this inverse depth.
     pub fn unproject(&self, x: f32, y: f32, inverse_depth: f32) -> Vec3 {
         let depth = 1.0 / inverse_depth;
         let flat_x = self.middle[0] + (x - 0.5 * self.width as f32) / self.scale;
@@ -105,13 +105,13 @@ impl Camera {
     }
 }
 
-/// A point of the view's frame on the picture plane through the centre, with the inverse of its depth as z.
+/// Projects a point of the view's frame to the picture plane through the centre, with the inverse depth as z.
 fn on_plane(view: Vec3) -> Vec3 {
     let depth = EYE - view.z;
     Vec3::new(view.x * EYE / depth, view.y * EYE / depth, 1.0 / depth)
 }
 
-/// Right, up and toward the eye for an azimuth and an elevation in degrees.
+/// Returns the axes right, up and toward the eye for an azimuth and an elevation in degrees.
 fn axes([azimuth, elevation]: [f32; 2]) -> [Vec3; 3] {
     let (sin_a, cos_a) = azimuth.to_radians().sin_cos();
     let (sin_e, cos_e) = elevation.to_radians().sin_cos();
@@ -120,12 +120,12 @@ fn axes([azimuth, elevation]: [f32; 2]) -> [Vec3; 3] {
     [right, back.cross(right), back]
 }
 
-/// The direction from a shape to an eye that sees it well.
+/// Returns the direction from a shape to an eye that sees it well.
 pub fn toward_eye(shape: &Shape) -> Vec3 {
     best_view(shape)[2]
 }
 
-/// Of the views that show enough of the surface the one that shows most detail: faces, not backs.
+/// Chooses, among views that show enough area, the one with most detail: it shows faces rather than backs.
 fn best_view(shape: &Shape) -> [Vec3; 3] {
     let normals = shape.area_normals();
     let bumps = bumps(shape, &normals);
@@ -133,12 +133,13 @@ fn best_view(shape: &Shape) -> [Vec3; 3] {
         [NATURAL, OTHERS].map(|views| views.map(|view| (view, seen_from(axes(view)[2], &normals, &bumps))));
     let most_area = natural.iter().chain(&others).map(|(_, [area, _])| *area).fold(0.0, f32::max);
     let good = |(_, [area, _]): &&([f32; 2], [f32; 2])| *area >= GOOD_ENOUGH * most_area;
+    // Preferred views first; others only if none of these shows enough.
     let best =
         natural.iter().filter(good).reduce(|best, next| if next.1[1] > CLEARLY * best.1[1] { next } else { best });
     axes(best.or(others.iter().find(good)).map_or(NATURAL[0], |&(view, _)| view))
 }
 
-/// Per face: how far the normals at its corners turn away from its own, times its area.
+/// Returns per face how far the vertex normals at its corners turn from its own, times its area.
 fn bumps(shape: &Shape, normals: &[Vec3]) -> Vec<f32> {
     let mut at_vertices = vec![Vec3::ZERO; shape.points.len()];
     for (face, &normal) in shape.faces.iter().zip(normals) {
@@ -151,7 +152,7 @@ fn bumps(shape: &Shape, normals: &[Vec3]) -> Vec<f32> {
     shape.faces.iter().zip(normals).map(bump).collect()
 }
 
-/// Twice the area and the detail that face a direction, hidden parts counted too.
+/// Returns twice the area, and the detail, that face a direction, hidden parts included.
 fn seen_from(direction: Vec3, normals: &[Vec3], bumps: &[f32]) -> [f32; 2] {
     let seen = normals.iter().zip(bumps).map(|(normal, bump)| {
         let toward = normal.normalize_or_zero().dot(direction);

@@ -1,18 +1,17 @@
-//! Lines of text below a panel, from letters that are already drawn.
+//! Captions below panels, in a bitmap font.
 
 use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster};
 
 use super::Image;
 
 const SIZE: RasterHeight = RasterHeight::Size16;
-/// Rows of a line of text.
+/// Height of a line in pixels.
 const LINE: usize = 20;
-/// Rows above the first and below the last line.
+/// Space above the first and below the last line in pixels.
 const SPACE: usize = 8;
-/// Colour of the letters, sRGB.
 const INK: [u8; 3] = [44, 54, 70];
 
-/// Rows that the longest of the captions takes; 0 where all are empty.
+/// Returns the height of the longest caption in pixels; 0 if all are empty.
 pub fn height(captions: &[String]) -> usize {
     match captions.iter().map(|text| text.lines().count()).max() {
         None | Some(0) => 0,
@@ -20,7 +19,7 @@ pub fn height(captions: &[String]) -> usize {
     }
 }
 
-/// Writes lines of text, each centred at a column, below a row. What lies outside the image is cut off.
+/// Writes lines of text, centred at a column, below a row; cuts off what exceeds the image.
 pub fn write(image: &mut Image, text: &str, middle: usize, below: usize) {
     for (number, line) in text.lines().enumerate() {
         let width: usize = line.chars().filter_map(letter).map(|raster| raster.width()).sum();
@@ -32,7 +31,7 @@ pub fn write(image: &mut Image, text: &str, middle: usize, below: usize) {
     }
 }
 
-/// A letter, or a question mark for one that the font lacks.
+/// Returns a letter, or a question mark if the font lacks it.
 fn letter(c: char) -> Option<noto_sans_mono_bitmap::RasterizedChar> {
     get_raster(c, FontWeight::Regular, SIZE).or_else(|| get_raster('?', FontWeight::Regular, SIZE))
 }

@@ -1,4 +1,4 @@
-//! The colours of a surface: base colours of its materials, their textures, and colours at its corners.
+//! Colours of a surface: base colours and textures of its materials, and colours at its corners.
 
 use std::sync::Arc;
 
@@ -10,42 +10,40 @@ use super::raster::weights_at;
 use super::texture::Texture;
 use crate::mesh::{Attributes, Channel, Look, Looks, Role, Wrap, linear_light};
 
-/// What covers a surface: which image and which colours each corner of it has. Its images are not decoded yet.
+/// The images and colours of a surface, corner by corner; images are not decoded.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cover {
-    /// The bytes of the images, each once.
+    /// Encoded images, each once.
     pub images: Vec<Arc<[u8]>>,
-    /// The paint of each group; the last one, white, is that of all others.
+    /// Paint of each group; the last one, white, is for all other groups.
     paints: Vec<Paint>,
-    /// The group of each face; empty where all faces are of one.
+    /// Group of each face; empty if there is only one.
     groups: Vec<u32>,
-    /// Coordinates on the texture of the group, v downwards, n_faces x 3; empty where no group has a texture.
+    /// Texture coordinates, v downwards, n_faces x 3; empty without textures.
     uvs: Vec<[Vec2; 3]>,
-    /// Colours in linear light, n_faces x 3; empty where the corners carry none.
+    /// Colours in linear light, n_faces x 3; empty if corners have none.
     colours: Vec<[Vec3; 3]>,
 }
 
-/// What a group is painted with.
 #[derive(Clone, Debug, PartialEq)]
 struct Paint {
     colour: Vec3,
-    /// The number of the image and what it does beyond its edges.
+    /// Index of the image, and its wrap modes.
     texture: Option<(usize, [Wrap; 2])>,
     with_corners: bool,
 }
 
-/// What a corner of a face is covered with.
+/// The image coordinates and the colour at a corner of a face.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Corner {
-    /// Coordinates on the image, v downwards; 0 where there is none.
+    /// Image coordinates, v downwards; 0 without an image.
     pub uv: [f32; 2],
-    /// What the image is multiplied by, in linear light, each 0 to 1; the colour where there is no image.
+    /// Factor of the image, in linear light from 0 to 1; the colour itself without an image.
     pub colour: [f32; 3],
 }
 
 impl Cover {
-    /// The cover of a mesh whose faces carry `attributes` and whose groups look like `looks`; `None` where all of it is
-    /// white.
+    /// Makes the cover of a mesh from its attributes and the looks of its groups; `None` if it is all white.
     ///
     /// ```
     /// use neural_mesh::mesh::{Attributes, Channel, Looks, Role};
@@ -72,12 +70,12 @@ impl Cover {
         (!is_white).then_some(cover)
     }
 
-    /// The image of a face and what it does beyond its edges, along u and along v.
+    /// Returns the image of a face, with its wrap modes along u and v.
     pub fn texture(&self, face: u32) -> Option<(usize, [Wrap; 2])> {
         self.paint(face).texture.filter(|_| !self.uvs.is_empty())
     }
 
-    /// What the corners of a face are covered with.
+    /// Returns the covers of a face's corners.
     pub fn corners(&self, face: u32) -> [Corner; 3] {
         let paint = self.paint(face);
         let colours = self.colours_of(face).unwrap_or([Vec3::ONE; 3]);
@@ -85,7 +83,6 @@ impl Cover {
         std::array::from_fn(|i| Corner { uv: uvs[i].into(), colour: (paint.colour * colours[i]).into() })
     }
 
-    /// Colours at the corners of a face, where it has such and its paint wants them.
     fn colours_of(&self, face: u32) -> Option<[Vec3; 3]> {
         self.colours.get(face as usize).filter(|_| self.paint(face).with_corners).copied()
     }
@@ -96,7 +93,7 @@ impl Cover {
     }
 }
 
-/// The number of an image in a list, which takes it where it is new.
+/// Returns the index of an image in a list, adding it if it is new.
 fn listed(images: &mut Vec<Arc<[u8]>>, image: &Arc<[u8]>) -> usize {
     images.iter().position(|known| Arc::ptr_eq(known, image)).unwrap_or_else(|| {
         images.push(image.clone());
@@ -104,17 +101,15 @@ fn listed(images: &mut Vec<Arc<[u8]>>, image: &Arc<[u8]>) -> usize {
     })
 }
 
-/// A cover, ready to be drawn.
+/// A cover with decoded textures.
 #[derive(Clone, Debug)]
 pub struct Coat {
     cover: Cover,
-    /// For each image of the cover, where it could be decoded.
     textures: Vec<Option<Texture>>,
 }
 
 impl Coat {
-    /// The coat of a mesh whose faces carry `attributes` and whose groups look like `looks`; `None` where all of it is white.
-    /// Beside it what could not be drawn, in one line each.
+    /// Makes the coat of a mesh from attributes and looks, `None` if it is all white; adds notes on what cannot be drawn.
     ///
     /// ```
     /// use neural_mesh::mesh::{Attributes, Channel, Looks, Role};
@@ -129,7 +124,7 @@ impl Coat {
         Self::decoded(attributes, looks, Texture::new)
     }
 
-    /// The same where the textures are no colours but plain numbers from 0 to 1, as directions and roughness are.
+    /// Makes a coat whose textures hold numbers from 0 to 1, such as directions or roughness, instead of colours.
     ///
     /// ```
     /// use neural_mesh::mesh::{Attributes, Look, Looks};
@@ -157,13 +152,14 @@ impl Coat {
         (Some(Self { cover, textures }), notes)
     }
 
-    /// What covers a face at the place with these weights of its corners: a colour in linear light, or numbers. A sample there is
-    /// as large as the steps of the weights, each of sum 0.
+    /// Returns the colour (linear light) or numbers of a face at barycentric weights.
+    ///
+    /// The sample is as large as the `steps` of the weights, each of sum 0.
     pub fn value(&self, face: u32, weights: [f32; 3], steps: [[f32; 3]; 2]) -> [f32; 3] {
         self.at(face, Vec3::from(weights), || steps.map(Vec3::from)).to_array()
     }
 
-    /// Whether a face has a texture that could be decoded.
+    /// Returns whether a face has a decoded texture.
     pub fn is_textured(&self, face: u32) -> bool {
         self.cover.texture(face).is_some_and(|(image, _)| self.textures[image].is_some())
     }
@@ -178,7 +174,7 @@ impl Coat {
         colour * texture.colour(uv(here), steps().map(uv), wrap)
     }
 
-    /// The coat on a mesh of the picture; `None` where it is not that mesh's own.
+    /// Places the coat on a mesh of the picture, or returns `None` if it belongs to another mesh.
     pub(super) fn on<'a>(&'a self, points: &'a [Vec3], faces: &'a [[u32; 3]]) -> Option<Worn<'a>> {
         let Cover { groups, uvs, colours, .. } = &self.cover;
         let fits = [groups.len(), uvs.len(), colours.len()].iter().all(|&n| n == 0 || n == faces.len());
@@ -186,8 +182,7 @@ impl Coat {
     }
 }
 
-/// The texture coordinates of the corners, v downwards, n_faces x 3; zeros where a group's texture has none, nothing where
-/// no group's has.
+/// Returns texture coordinates, v downwards, n_faces x 3: zeros for groups without them, empty if no group has any.
 fn uvs(attributes: &Attributes, looks: &Looks) -> Vec<[Vec2; 3]> {
     let channel = |name: &str| {
         let mut uvs = attributes.channels.iter().filter(|channel| channel.role == Role::Uv && channel.width == 2);
@@ -209,7 +204,7 @@ fn uvs(attributes: &Attributes, looks: &Looks) -> Vec<[Vec2; 3]> {
     attributes.wedges.iter().enumerate().map(face).collect()
 }
 
-/// The colours of the corners in linear light, n_faces x 3; nothing where they carry none.
+/// Returns the corner colours in linear light, n_faces x 3; empty if there are none.
 fn corner_colours(attributes: &Attributes, linear: bool) -> Vec<[Vec3; 3]> {
     let is_colour = |channel: &&Channel| channel.role == Role::Colour && channel.width >= 3;
     let Some(channel) = attributes.channels.iter().find(is_colour) else { return Vec::new() };
@@ -221,16 +216,15 @@ fn corner_colours(attributes: &Attributes, linear: bool) -> Vec<[Vec3; 3]> {
     attributes.wedges.iter().map(|wedges| wedges.map(colour)).collect()
 }
 
-/// A coat on a mesh of the picture.
 pub(super) struct Worn<'a> {
     coat: &'a Coat,
-    /// Where the vertices lie on the picture, in samples, with the inverse of the depth as z: n_vertices.
+    /// Projected vertices in samples, with the inverse depth as z, n_vertices.
     points: &'a [Vec3],
     faces: &'a [[u32; 3]],
 }
 
 impl Worn<'_> {
-    /// The colour, in linear light, of a face at a place in samples.
+    /// Returns the colour of a face at a place in samples, in linear light.
     pub fn colour(&self, face: u32, at: Vec2) -> Vec3 {
         let here = self.weights(face, at);
         self.coat.at(face, here, || [Vec2::X, Vec2::Y].map(|along| self.weights(face, at + along) - here))
@@ -247,7 +241,6 @@ mod tests {
     use super::*;
     use crate::mesh::BaseTexture;
 
-    /// Two faces of two groups over a texture whose upper half is red and whose lower half is green.
     fn looks(v_is_up: bool) -> (Attributes, Looks) {
         let rgba = [[255, 0, 0, 255], [255, 0, 0, 255], [0, 255, 0, 255], [0, 255, 0, 255]].concat();
         let image = Arc::from(encode_png(&Image { width: 1, height: 4, rgba }));

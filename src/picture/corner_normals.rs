@@ -1,4 +1,4 @@
-//! Stored normals in pictures: unit normals at the corners of a mesh, blended over its faces as a renderer does.
+//! Stored normals in pictures: unit normals at corners, interpolated over faces as renderers do.
 
 use glam::{Vec2, Vec3};
 
@@ -10,15 +10,15 @@ use crate::mesh::{Attributes, Role};
 /// Length of a blend of unit normals below which it has no direction.
 const LEAST_LENGTH: f32 = 1e-6;
 
-/// The unit normals that the corners of a mesh carry.
+/// Unit normals at the corners of a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CornerNormals {
-    /// n_faces x 3; zeros on faces that have none at one of their corners.
+    /// n_faces x 3; zeros on faces where a corner has none.
     normals: Vec<[Vec3; 3]>,
 }
 
 impl CornerNormals {
-    /// Takes the normals of a mesh from what its corners carry; `None` where these carry none.
+    /// Takes the normals from the attributes of a mesh, or returns `None` if there are none.
     ///
     /// ```
     /// use neural_mesh::mesh::{Attributes, Channel, Role};
@@ -39,7 +39,7 @@ impl CornerNormals {
         Some(Self { normals: attributes.wedges.iter().map(corners).collect() })
     }
 
-    /// Puts the normals on a mesh of the picture; `None` where they are not that mesh's own.
+    /// Places the normals on a mesh of the picture, or returns `None` if they belong to another mesh.
     pub(super) fn on<'a>(
         &'a self,
         shape: &'a Shape,
@@ -51,18 +51,16 @@ impl CornerNormals {
     }
 }
 
-/// Corner normals on a mesh of the picture.
 pub(super) struct BlendedNormals<'a> {
     corners: &'a CornerNormals,
-    /// Where the vertices lie on the picture, in samples, with the inverse of the depth as z: n_vertices.
+    /// Projected vertices in samples, with the inverse depth as z, n_vertices.
     points: &'a [Vec3],
-    /// n_faces x 3.
     faces: &'a [[u32; 3]],
     camera: &'a Camera,
 }
 
 impl BlendedNormals<'_> {
-    /// Returns the unit normal, in the view's frame, of a face at a place in samples; zero where it has none.
+    /// Returns the unit normal of a face at a place in samples, in the view's frame; zero if it has none.
     pub fn normal(&self, face: u32, at: Vec2) -> Vec3 {
         let weights = weights_at(self.points, self.faces[face as usize], at);
         let [a, b, c] = self.corners.normals[face as usize];

@@ -1,4 +1,4 @@
-//! Image files: PNG, JPEG, WebP and, with the feature `ktx2`, KTX2 decoded; and what a file is by its first bytes.
+//! Image files: recognises and decodes PNG, JPEG, WebP and, with the feature `ktx2`, KTX2.
 
 use std::io::Cursor;
 
@@ -11,10 +11,10 @@ use zune_jpeg::zune_core::options::DecoderOptions;
 use super::pixels::{checked_size, opaque};
 use super::{Image, ktx2};
 
-/// Bytes that a WebP may take beside its pixels while it is decoded, for each of them.
+/// Bytes per pixel that decoding a WebP may take besides the pixels.
 const WEBP_BYTES: usize = 16;
 
-/// A kind of image file.
+/// A format of image files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ImageFormat {
@@ -24,12 +24,12 @@ pub enum ImageFormat {
     Jpeg,
     /// WebP.
     WebP,
-    /// KTX 2.0, decoded with the feature `ktx2`: glTF has Basis Universal in it.
+    /// KTX 2.0 with Basis Universal, as in glTF; decoded with the feature `ktx2`.
     Ktx2,
 }
 
 impl ImageFormat {
-    /// The kind of a file by how it begins; `None` for others.
+    /// Recognises a format by its signature, or returns `None`.
     ///
     /// ```
     /// use neural_mesh::picture::ImageFormat;
@@ -46,7 +46,7 @@ impl ImageFormat {
         }
     }
 
-    /// What people call it.
+    /// Returns the usual name.
     ///
     /// ```
     /// assert_eq!(neural_mesh::picture::ImageFormat::WebP.name(), "WebP");
@@ -61,8 +61,10 @@ impl ImageFormat {
     }
 }
 
-/// Decodes the bytes of a PNG, JPEG, WebP or (feature `ktx2`) KTX2 file, whatever its name says; `None` where they are none of these,
-/// damaged, or more than 67 million pixels. Of an animated WebP the first frame, of a KTX2 the base level of a flat texture.
+/// Decodes a PNG, JPEG, WebP or (feature `ktx2`) KTX2 file by its content.
+///
+/// Returns `None` for other or damaged files and beyond 67 million pixels. An animated WebP gives its first frame, a
+/// KTX2 the base level of a flat texture.
 ///
 /// ```
 /// use neural_mesh::picture::{Image, decode_image, encode_png};
@@ -79,7 +81,7 @@ pub fn decode_image(bytes: &[u8]) -> Option<Image> {
     }
 }
 
-/// Says why [`decode_image`] has no pixels for these bytes, and what to do.
+/// Explains why [`decode_image`] cannot decode these bytes, with a remedy.
 ///
 /// ```
 /// use neural_mesh::picture::image_problem;
@@ -94,7 +96,7 @@ pub fn image_problem(bytes: &[u8]) -> String {
     }
 }
 
-/// Width and height of an image by what the bytes of its PNG, JPEG, WebP or KTX2 file begin with; `None` where they are none of these.
+/// Reads width and height from the header of a PNG, JPEG, WebP or KTX2 file; `None` for other files.
 ///
 /// ```
 /// use neural_mesh::picture::{Image, encode_png, image_size};
@@ -118,14 +120,14 @@ pub fn image_size(bytes: &[u8]) -> Option<[usize; 2]> {
             Some([width, height].map(|side| side as usize))
         }
         ImageFormat::Ktx2 => {
-            // The third and fourth number behind the twelve letters.
+            // // Width and height are the third and fourth number after the signature of twelve bytes.
             let word = |at: usize| Some(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?) as usize);
             Some([word(20)?, word(24)?.max(1)])
         }
     }
 }
 
-/// The bytes of a WebP file that keeps every pixel; `None` where the image has no pixels or a side of more than 16,384.
+/// Encodes an image as lossless WebP; `None` if it has no pixels or a side above 16,384.
 ///
 /// ```
 /// use neural_mesh::picture::{Image, decode_image, encode_webp};
@@ -143,6 +145,7 @@ fn decode_png(bytes: &[u8]) -> Option<Image> {
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::normalize_to_color8());
     let mut reader = decoder.read_info().ok()?;
+    // Before memory for pixels is allocated: the header may claim any size.
     let [width, height] = [reader.info().width, reader.info().height].map(|side| side as usize);
     checked_size(width, height)?;
     let mut pixels = vec![0; reader.output_buffer_size()?];

@@ -1,7 +1,8 @@
-//! KTX 2.0 files: the base level of a flat texture, in Basis Universal (ETC1S, UASTC) or as plain bytes, also under Zstandard.
+//! Decodes KTX 2.0: the base level of a flat texture, in Basis Universal (ETC1S, UASTC) or plain bytes, also with
+//! Zstandard.
 //!
-//! After the KTX 2.0 specification, with the limits of `KHR_texture_basisu`: no cube maps, no arrays, no volumes. The container is
-//! read here; the transcoder gets one of a single image, in which all numbers fit whatever the file says.
+//! Follows the KTX 2.0 specification with the limits of `KHR_texture_basisu`: no cube maps, arrays or volumes. The
+//! transcoder gets a rewritten file of one image, so that damaged headers cannot reach it.
 
 use std::borrow::Cow;
 use std::io::Read;
@@ -12,12 +13,11 @@ use ruzstd::decoding::StreamingDecoder;
 use super::Image;
 use super::pixels::{checked_size, opaque};
 
-/// Why a KTX2 file has no pixels, and what to do.
+/// Words for an undecodable KTX2 file, with a remedy.
 pub(super) const PROBLEM: &str = "is no whole KTX2 of ETC1S, UASTC or RGBA8: give it as PNG, JPEG or WebP";
 
-/// What each file begins with.
 const MAGIC: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
-/// Bytes of the header and of the first entry of the list of levels.
+/// Bytes of the header and the first entry of the level index.
 const HEADER: usize = 80 + 24;
 
 /// `VK_FORMAT_R8G8B8_UNORM` and `_SRGB`.
@@ -28,23 +28,23 @@ const RGBA8: [u32; 2] = [37, 43];
 /// Colour models of the data format descriptor.
 const ETC1S: u8 = 163;
 const UASTC: u8 = 166;
-/// Channels that a sample of ETC1S holds: the second of two numbers.
+/// Channel of an ETC1S sample: the second of two numbers.
 const ETC1S_GREEN: u8 = 4;
-/// Channels that a sample of UASTC holds: three colours and opacity, or two numbers, the second as opacity.
+/// Channels of a UASTC sample: colour with opacity, or two numbers, the second as opacity.
 const UASTC_RGBA: u8 = 3;
 const UASTC_RED_GREEN: u8 = 5;
 
-/// Schemes of supercompression.
+/// Supercompression schemes.
 const BASIS_LZ: u32 = 1;
 const ZSTANDARD: u32 = 2;
-/// Window of Zstandard, in bytes, that an image of any size may have: what the specification recommends that decoders hold.
+/// Zstandard window in bytes allowed for any image: the size that the specification asks decoders to support.
 const WINDOW: usize = 8 << 20;
 
-/// Bytes of the header of BasisLZ's global data, and of what that says of each image.
+/// Bytes of BasisLZ global data: its header, and its description of each image.
 const GLOBAL: usize = 20;
 const IMAGE: usize = 20;
 
-/// Decodes a KTX2 file; `None` where it is damaged, too large, no flat texture, or in another format.
+/// Decodes a KTX2 file; `None` if it is damaged, too large, not a flat texture, or of another format.
 pub(super) fn decode(bytes: &[u8]) -> Option<Image> {
     let file = Ktx2::read(bytes)?;
     let [width, height] = file.size;
@@ -60,19 +60,15 @@ pub(super) fn decode(bytes: &[u8]) -> Option<Image> {
     (rgba.len() == 4 * n).then_some(Image { width, height, rgba })
 }
 
-/// What a file says of its base level.
 struct Ktx2<'a> {
     vk_format: u32,
     size: [usize; 2],
     scheme: u32,
-    /// Images, each a level.
     n_images: usize,
-    /// The colour model of the data format descriptor, and the channels of its samples, two at most.
+    /// Colour model, and the channels of up to two samples.
     model: u8,
     channels: Vec<u8>,
-    /// The data that all levels share.
     global: &'a [u8],
-    /// The bytes of the base level.
     level: &'a [u8],
 }
 
@@ -84,7 +80,7 @@ impl<'a> Ktx2<'a> {
             return None;
         }
         let descriptor = within(bytes, at(48)?.into(), at(52)?.into())?;
-        // A sample is four words, of which the first ends with its channel.
+        // // A sample is four words; the first ends with its channel.
         let samples = descriptor.get(28..)?.as_chunks::<16>().0.iter().take(2);
         Some(Self {
             vk_format: at(12)?,
@@ -98,7 +94,7 @@ impl<'a> Ktx2<'a> {
         })
     }
 
-    /// Whether the pixels are two numbers, of which the second stands in place of the opacity.
+    /// Returns whether pixels are two numbers, the second in place of opacity.
     fn has_two_numbers(&self) -> bool {
         match self.model {
             _ if self.vk_format != 0 => false,
@@ -107,7 +103,7 @@ impl<'a> Ktx2<'a> {
         }
     }
 
-    /// The bytes of the level, of which there are `n`.
+    /// Decompresses the level, which must have `n` bytes.
     fn inflate(&self, n: usize) -> Option<Cow<'a, [u8]>> {
         match self.scheme {
             0 => (self.level.len() == n).then_some(self.level.into()),
@@ -121,18 +117,19 @@ impl<'a> Ktx2<'a> {
         }
     }
 
-    /// A file of the base level alone, in UASTC: 16 bytes for each block of 4 x 4 pixels.
+    /// Rewrites the base level as a UASTC file: 16 bytes per block of 4 x 4 pixels.
     fn uastc(&self) -> Option<Vec<u8>> {
         let [columns, rows] = self.size.map(|side| side.div_ceil(4));
         let blocks = self.inflate(16 * columns * rows)?;
         Some(self.file(&[UASTC_RGBA], &[], &blocks))
     }
 
-    /// A file of the base level alone, in ETC1S: the codes of all levels, the slices of one image.
+    /// Rewrites the base level as an ETC1S file: the codebooks of all levels, the slices of one image.
     fn etc1s(&self) -> Option<Vec<u8>> {
         let (header, rest) = self.global.split_at_checked(GLOBAL)?;
         let codes = rest.get(IMAGE * self.n_images..)?;
         let n_codes = [4, 8, 12].into_iter().try_fold(0, |sum, at| Some(sum + u64::from(word(header, at)?)))?;
+        // The codebooks must lie within the data that they come from.
         if n_codes > codes.len() as u64 {
             return None;
         }
@@ -144,7 +141,7 @@ impl<'a> Ktx2<'a> {
         Some(self.file(&self.channels, &[header, image.as_flattened(), codes].concat(), &[colours, opacity].concat()))
     }
 
-    /// A file of one level with these channels, global data and bytes.
+    /// Writes a file of one level with these channels, global data and bytes.
     fn file(&self, channels: &[u8], global: &[u8], level: &[u8]) -> Vec<u8> {
         let n_descriptor = 28 + 16 * channels.len();
         let at_global = HEADER + n_descriptor;
@@ -154,7 +151,7 @@ impl<'a> Ktx2<'a> {
         let words = [0, 1, width, height, 0, 0, 1, 1, scheme, HEADER as u32, n_descriptor as u32, 0, 0];
         let unpacked = if global.is_empty() { level.len() } else { 0 };
         let longs = [at_global, global.len(), at_level, level.len(), unpacked].map(|long| (long as u64).to_le_bytes());
-        // Blocks of 4 x 4, in linear light, and samples of which only the channel counts.
+        // // Blocks of 4 x 4, linear light; of samples, only the channel matters.
         let model = u32::from_le_bytes([self.model, 1, 1, 0]);
         let descriptor = [n_descriptor as u32, 0, 2 | (n_descriptor as u32 - 4) << 16, model, 0x303, 0, 0];
         let samples = channels.iter().flat_map(|&channel| [u32::from(channel) << 24, 0, 0, u32::MAX]);
@@ -166,12 +163,11 @@ impl<'a> Ktx2<'a> {
     }
 }
 
-/// The pixels of the image in a file of one level.
 fn transcode(file: &[u8]) -> Option<Vec<u8>> {
     Transcoder::new(file).ok()?.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE).ok()
 }
 
-/// Two numbers as red and green.
+/// Moves two numbers to red and green.
 fn apart(mut rgba: Vec<u8>) -> Vec<u8> {
     rgba.as_chunks_mut::<4>().0.iter_mut().for_each(|pixel| *pixel = [pixel[0], pixel[3], 0, u8::MAX]);
     rgba
@@ -185,7 +181,6 @@ fn long(bytes: &[u8], at: usize) -> Option<u64> {
     Some(u64::from_le_bytes(*bytes.get(at..)?.first_chunk()?))
 }
 
-/// The `n` bytes from `at` on, where there are so many.
 fn within(bytes: &[u8], at: u64, n: u64) -> Option<&[u8]> {
     let [at, end] = [at, at.checked_add(n)?].map(|at| usize::try_from(at).ok());
     bytes.get(at?..end?)
@@ -204,7 +199,6 @@ mod tests {
     const UASTC_ZSTANDARD: &[u8] = include_bytes!("../../tests/images/uastc_zstd.ktx2");
     const FILES: [&[u8]; 4] = [ETC1S_RGB, ETC1S_RGBA, UASTC_RGBA, UASTC_ZSTANDARD];
 
-    /// The pixels that were encoded.
     fn source(width: usize, height: usize, has_alpha: bool) -> Vec<u8> {
         let pixel = |(x, y): (usize, usize)| {
             let slope = |at: usize, n: usize| 255.0 * at as f64 / (n - 1) as f64;
@@ -216,7 +210,6 @@ mod tests {
         (0..width * height).flat_map(|at| pixel((at % width, at / width))).collect()
     }
 
-    /// A file of these levels without supercompression, the first pixels of the base level.
     fn plain(vk_format: u32, size: [u32; 2], level: &[u8]) -> Vec<u8> {
         let file = Ktx2 {
             vk_format,
@@ -233,7 +226,6 @@ mod tests {
         bytes
     }
 
-    /// Root of the mean squared difference of all bytes.
     fn difference(a: &[u8], b: &[u8]) -> f64 {
         let squares = a.iter().zip(b).map(|(a, b)| f64::from(a.abs_diff(*b)).powi(2));
         (squares.sum::<f64>() / a.len() as f64).sqrt()

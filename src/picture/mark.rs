@@ -1,19 +1,19 @@
-//! A ring around a place in a picture.
+//! Rings that mark points in a picture.
 
 use glam::{Vec2, Vec3};
 
 use super::Image;
 
-/// The radius of the ring, as a share of the panel's height.
+/// Radius of the ring as a share of the panel's height.
 const RADIUS: f32 = 0.028;
-/// Half the width of its line, and of the light rim that sets it off, in pixels.
+/// Half width of the line, and of the light rim around it, in pixels.
 const LINE: f32 = 1.2;
 const RIM: f32 = 2.4;
-/// Colours, sRGB: none that meshes have by themselves.
+/// Colours, sRGB, unlikely to occur in meshes.
 const INK: [u8; 3] = [214, 24, 120];
 const LIGHT: [u8; 3] = [255, 255, 255];
 
-/// Draws a ring around a place in pixels; what lies outside the image is cut off.
+/// Draws a ring around a point in pixels; cuts off what exceeds the image.
 pub fn ring(image: &mut Image, place: Vec3) {
     let radius = RADIUS * image.height as f32;
     let reach = radius + RIM + 1.0;
@@ -32,7 +32,7 @@ pub fn ring(image: &mut Image, place: Vec3) {
     }
 }
 
-/// How much of a pixel a line covers whose middle is so far away.
+/// Returns how much of a pixel a line covers at this distance from its middle.
 fn cover(off: f32, half_width: f32) -> f32 {
     (half_width + 0.5 - off).clamp(0.0, 1.0)
 }

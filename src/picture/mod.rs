@@ -1,9 +1,8 @@
-//! A mesh as a shaded image, drawn without a GPU: one view for all meshes, side by side, edges visible.
+//! Pictures of meshes, drawn without a GPU: one view for all meshes, side by side, with visible edges.
 //!
-//! A z-buffer of three by three samples per pixel holds which face is seen where. Light falls by the normals that a mesh
-//! stores; one without any is lit face by face, so that facets show. Corners are darkened by what stands around them, and edges are drawn where they are long
-//! enough to be told apart. Base colours and textures of materials are drawn where they are given, nothing else of them; no
-//! writer of files.
+//! A z-buffer with three by three samples per pixel finds the visible faces. Light follows stored normals, else face
+//! normals, so that facets show. Corners are darkened by ambient occlusion, and edges drawn where they are long enough.
+//! Of materials, base colours and textures are drawn.
 
 mod camera;
 mod caption;
@@ -42,34 +41,34 @@ pub use shaded_mesh::ShadedMesh;
 pub use texture::shrunk;
 pub use views::{View, view, view_shaded};
 
-/// Samples per pixel along each axis; odd, so that one lies in the middle.
+/// Samples per pixel along each axis; odd, so that one is in the middle.
 const SAMPLES: usize = 3;
 
-/// Pixels, row by row from the top left.
+/// An image, row by row from the top left.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
-    /// Pixels in a row.
+    /// Width in pixels.
     pub width: usize,
-    /// Rows.
+    /// Height in pixels.
     pub height: usize,
-    /// Red, green, blue, opacity of each pixel: height x width x 4, sRGB.
+    /// Red, green, blue and opacity, height x width x 4, sRGB.
     pub rgba: Vec<u8>,
 }
 
-/// How a picture is laid out.
+/// Options for the layout of a picture.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PictureOptions {
-    /// Height of a panel in pixels, 64 to 4096; its width follows from the mesh, half to one and a half times that.
+    /// Height of a panel in pixels, 64 to 4096; its width follows from the mesh, half to one and a half times the
+    /// height.
     pub height: usize,
-    /// Lines of text below each mesh, ASCII, separated by newlines; missing ones stay empty.
+    /// Caption of each mesh, ASCII, lines separated by newlines; missing ones are empty.
     pub captions: Vec<String>,
-    /// Whether edges are drawn.
+    /// Whether to draw edges.
     pub edges: bool,
-    /// Where the eye is: degrees to the right of +z, seen from +y, and above the plane of z and x. Where it is not said, a view is chosen
-    /// that shows the first mesh well.
+    /// Azimuth and elevation of the eye in degrees, from +z toward the right and up; by default, one that shows the first mesh well.
     pub view: Option<[f32; 2]>,
-    /// Places, in the meshes' unit, that get a ring in each panel, also where a surface lies before them.
+    /// Points in the meshes' unit that get a ring in each panel, even if hidden.
     pub marks: Vec<[f64; 3]>,
 }
 
@@ -79,10 +78,10 @@ impl Default for PictureOptions {
     }
 }
 
-/// Draws meshes side by side, seen from the same point at the same scale.
+/// Draws meshes side by side from one point at one scale.
 ///
-/// Up is +y unless the mesh is flat there. Faces seen from behind are tinted red, so holes and inverted parts show.
-/// The same meshes give the same pixels on any number of threads.
+/// Up is +y unless the mesh is flat there. Back sides are tinted red, so that holes and inverted faces show. The pixels
+/// do not depend on the number of threads.
 ///
 /// ```
 /// use neural_mesh::{mesh::TriMesh, picture};
@@ -97,8 +96,7 @@ pub fn render(meshes: &[&TriMesh], options: &PictureOptions) -> Image {
     draw(meshes, options, |shape, camera| panel(shape, camera, options.edges, Shading::default()))
 }
 
-/// Draws meshes side by side as [`render`] does, in the colours of their materials, textures and corners and by their stored
-/// normals, where they have such.
+/// Draws meshes as [`render`] does, with their colours, textures and stored normals where they have such.
 ///
 /// ```
 /// use neural_mesh::{mesh::{Attributes, Look, Looks, shapes}, picture};
@@ -121,9 +119,9 @@ pub fn render_shaded(meshes: &[ShadedMesh], options: &PictureOptions) -> Image {
     })
 }
 
-/// Draws meshes side by side as [`render`] does, each painted by values at its vertices, with lines of equal value: the
-/// first colour, red, is 0, the last one, blue, the end of the scale and what lies beyond. Values that are not finite are
-/// grey, and so is a mesh for which they are missing.
+/// Draws meshes as [`render`] does, coloured by values at their vertices, with contour lines.
+///
+/// Red is 0; blue is the end of the scale and beyond. Values that are missing or not finite are grey.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, picture};
@@ -151,7 +149,7 @@ pub fn render_painted(meshes: &[(&TriMesh, &[f64])], scale: &Scale, options: &Pi
     })
 }
 
-/// Panels of all meshes under one camera, with their captions.
+/// Draws the panels of all meshes with one camera, and the captions.
 fn draw(
     meshes: &[&TriMesh],
     options: &PictureOptions,
@@ -177,7 +175,7 @@ fn draw(
     image
 }
 
-/// The direction, of length 1, from a mesh to an eye that sees it well: where [`render`] looks from.
+/// Returns the unit direction from a mesh to the eye of [`render`].
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, picture::toward_eye};
@@ -189,7 +187,6 @@ pub fn toward_eye(mesh: &TriMesh) -> [f32; 3] {
     shapes.first().map_or([0.0, 0.0, 1.0], |shape| camera::toward_eye(shape).to_array())
 }
 
-/// Draws one mesh on the background.
 fn panel(shape: &shape::Shape, camera: &camera::Camera, edges: bool, shading: Shading) -> Image {
     let points = camera.project(&shape.points);
     let buffer = raster::draw(&points, shape.faces, camera.width * SAMPLES, camera.height * SAMPLES);
@@ -198,7 +195,6 @@ fn panel(shape: &shape::Shape, camera: &camera::Camera, edges: bool, shading: Sh
     shade::resolve(&buffer, &faces, &open, camera, shading)
 }
 
-/// Panels in a row, with a strip below for the captions.
 fn side_by_side(panels: &[Image], camera: &camera::Camera, strip: usize) -> Image {
     let (width, height) = (camera.width * panels.len(), camera.height + strip);
     let mut rgba = Vec::with_capacity(width * height * 4);

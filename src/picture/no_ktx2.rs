@@ -1,11 +1,10 @@
-//! Stub of `ktx2` for builds without that feature: decodes nothing, and names the feature.
+//! Stub of `ktx2` for builds without it: decodes nothing.
 
 use super::Image;
 
-/// Why a KTX2 file has no pixels, and what to do.
+/// Words for an undecodable KTX2 file, with a remedy.
 pub(super) const PROBLEM: &str = "is KTX2: build with `--features ktx2`, or give it as PNG, JPEG or WebP";
 
-/// Decodes nothing.
 pub(super) fn decode(_: &[u8]) -> Option<Image> {
     None
 }

@@ -1,6 +1,6 @@
-//! How open each pixel lies: nearby surface in front of it takes ambient light away.
+//! Ambient occlusion per pixel, from the z-buffer alone.
 //!
-//! After McGuire et al., "The Alchemy screen-space ambient obscurance algorithm" (2011), over the z-buffer alone.
+//! After McGuire et al., "The Alchemy screen-space ambient obscurance algorithm" (2011).
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -10,30 +10,28 @@ use super::camera::Camera;
 use super::raster::{Buffer, NOTHING};
 use super::shade::Face;
 
-/// Points looked at around each pixel.
+/// Sampled points around each pixel.
 const TAPS: usize = 40;
-/// How far they lie, as a share of the panel's height.
+/// Largest distance of these points, as a share of the panel's height.
 const REACH: f32 = 0.11;
-/// Turns from one point to the next, the golden angle.
+/// Angle from one point to the next: the golden angle.
 const TURN: f32 = 2.399_963;
 
-/// What is seen in the middle of a pixel.
 #[derive(Clone, Copy)]
 struct Seen {
-    /// Where, in the view's frame.
     at: Vec3,
-    /// The normal, turned to the eye, in the view's frame.
+    /// Normal in the view's frame, turned to the eye.
     normal: Vec3,
 }
 
-/// Share of ambient light that reaches each pixel, 0 to 1: height x width.
+/// Returns the share of ambient light at each pixel, 0 to 1, height x width.
 pub fn openness(buffer: &Buffer, faces: &[Face], camera: &Camera) -> Vec<f32> {
     let seen = middles(buffer, faces, camera);
     let raw = per_pixel(camera, |x, y| open_at(&seen, camera, x, y));
     per_pixel(camera, |x, y| smooth_at(&raw, &seen, camera, x, y))
 }
 
-/// A value for every pixel, rows in parallel.
+/// Computes a value for every pixel, rows in parallel.
 fn per_pixel<T: Send>(camera: &Camera, value: impl Fn(usize, usize) -> T + Sync) -> Vec<T> {
     let n_pixels = camera.width * camera.height;
     (0..n_pixels)
@@ -54,7 +52,7 @@ fn middles(buffer: &Buffer, faces: &[Face], camera: &Camera) -> Vec<Option<Seen>
     })
 }
 
-/// Openness of one pixel from points on a spiral around it, turned differently for each pixel.
+/// Returns the openness of a pixel from points on a spiral, turned differently for each pixel.
 fn open_at(seen: &[Option<Seen>], camera: &Camera, x: usize, y: usize) -> f32 {
     let Some(here) = seen[y * camera.width + x] else { return 1.0 };
     let reach = REACH * camera.height as f32;
@@ -73,7 +71,7 @@ fn open_at(seen: &[Option<Seen>], camera: &Camera, x: usize, y: usize) -> f32 {
     (1.0 - 2.4 * hidden / TAPS as f32).clamp(0.0, 1.0)
 }
 
-/// How much a point takes from another: the cosine above its horizon, fading with distance.
+/// Returns the light taken by a point: the cosine above the horizon, fading with distance.
 fn obscurance(here: Seen, there: Vec3, reach: f32) -> f32 {
     let toward = there - here.at;
     let distance = toward.length().max(1e-3 * reach);
@@ -82,7 +80,7 @@ fn obscurance(here: Seen, there: Vec3, reach: f32) -> f32 {
     above * fade
 }
 
-/// Mean over the pixels around that lie on about the same surface.
+/// Averages over nearby pixels of about the same surface.
 fn smooth_at(raw: &[f32], seen: &[Option<Seen>], camera: &Camera, x: usize, y: usize) -> f32 {
     let Some(here) = seen[y * camera.width + x] else { return 1.0 };
     let (mut sum, mut weight) = (0.0, 0.0);
@@ -98,7 +96,7 @@ fn smooth_at(raw: &[f32], seen: &[Option<Seen>], camera: &Camera, x: usize, y: u
     sum / weight
 }
 
-/// Interleaved gradient noise (Jimenez 2014): 0 to 1, evenly spread over any small block of pixels.
+/// Returns interleaved gradient noise (Jimenez 2014) from 0 to 1, evenly spread over small blocks of pixels.
 fn noise(x: usize, y: usize) -> f32 {
     (52.982_918 * (0.067_110_56 * x as f32 + 0.005_837_15 * y as f32).fract()).fract()
 }

@@ -1,41 +1,41 @@
-//! Values at the vertices as colours of a surface, with lines where they are equal.
+//! Vertex values as colours, with contour lines.
 
 use glam::{Vec2, Vec3};
 
 use super::shade::from_srgb;
 
-/// Six even steps of ColorBrewer's RdYlBu (Apache 2.0), low to high: light enough for dark lines, told apart without red
-/// and green.
+/// Six steps of ColorBrewer's RdYlBu (Apache 2.0), low to high: light enough for dark lines, and safe for red-green
+/// blindness.
 const STEPS: [[u8; 3]; 6] =
     [[215, 48, 39], [252, 141, 89], [254, 224, 144], [224, 243, 248], [145, 191, 219], [69, 117, 180]];
-/// Where there is no value, in linear light.
+/// Colour without a value, in linear light.
 const NO_VALUE: Vec3 = Vec3::splat(0.25);
-/// Lines of equal value, in linear light, and half their width in samples.
+/// Colour of contour lines, in linear light, and half their width in samples.
 const LINE: Vec3 = Vec3::new(0.012, 0.022, 0.045);
 const HALF_LINE: f32 = 1.8;
 
-/// What the colours of values stand for.
+/// The scale of values in a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
-    /// The value of the last colour, above 0; that of the first is 0.
+    /// Value of the last colour, above 0; the first is 0.
     pub end: f64,
-    /// Lines of equal value, evenly up to the end, which has one too; 0 for none.
+    /// Number of contour lines, evenly spaced up to the end, which has one; 0 for none.
     pub lines: usize,
 }
 
-/// A mesh on the picture with a value at each vertex.
+/// A mesh of the picture with a value at each vertex.
 pub struct Paint<'a> {
-    /// Where the vertices lie on the picture, in samples, with the inverse of the depth as z: n_vertices.
+    /// Projected vertices in samples, with the inverse depth as z, n_vertices.
     pub points: &'a [Vec3],
     /// n_faces x 3.
     pub faces: &'a [[u32; 3]],
-    /// Values, n_vertices; not finite where there is none.
+    /// Values, n_vertices; not finite if missing.
     pub values: &'a [f64],
     pub scale: Scale,
 }
 
 impl Paint<'_> {
-    /// The colour, in linear light, of a face at a place in samples.
+    /// Returns the colour of a face at a place in samples, in linear light.
     pub fn colour(&self, face: u32, at: Vec2) -> Vec3 {
         let share = |at: Vec2| self.value(face, at) / self.scale.end as f32;
         let here = share(at);
@@ -46,7 +46,7 @@ impl Paint<'_> {
         step_colour(here).lerp(LINE, 0.85 * self.line(here, slope))
     }
 
-    /// How much of a line of equal value covers a sample, by its share of the scale and how fast that changes.
+    /// Returns how much a contour line covers a sample, by its share of the scale and the slope there.
     fn line(&self, share: f32, slope: f32) -> f32 {
         let along = share * self.scale.lines as f32;
         if along < 0.5 {
@@ -56,7 +56,7 @@ impl Paint<'_> {
         (HALF_LINE + 0.5 - samples).clamp(0.0, 1.0)
     }
 
-    /// The value, linear on the face in space: weights on the picture count by the inverse depth of their corner.
+    /// Interpolates linearly on the face in space: weights on the picture are multiplied by the inverse depth.
     fn value(&self, face: u32, at: Vec2) -> f32 {
         let corners = self.faces[face as usize].map(|v| v as usize);
         let [a, b, c] = corners.map(|v| self.points[v].truncate() - at);
@@ -67,7 +67,7 @@ impl Paint<'_> {
     }
 }
 
-/// The colour of a share of the scale; beyond its ends that of the end.
+/// Returns the colour of a share of the scale, clamped to its ends.
 fn step_colour(share: f32) -> Vec3 {
     let along = share.clamp(0.0, 1.0) * (STEPS.len() - 1) as f32;
     let low = (along as usize).min(STEPS.len() - 2);
@@ -78,7 +78,7 @@ fn step_colour(share: f32) -> Vec3 {
 mod tests {
     use super::*;
 
-    /// A triangle whose corners lie at different depths, with the values 0, 1 and 2.
+    /// Calls `check` with a triangle whose corners have different depths, with values 0, 1 and 2.
     fn tilted(lines: usize, check: impl Fn(&Paint)) {
         let points = [Vec3::new(0.0, 0.0, 1.0), Vec3::new(300.0, 0.0, 0.5), Vec3::new(0.0, 300.0, 0.25)];
         let scale = Scale { end: 2.0, lines };

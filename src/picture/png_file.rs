@@ -1,8 +1,8 @@
-//! An image as the bytes of a PNG file.
+//! Writes PNG files.
 
 use super::Image;
 
-/// Encodes an image as PNG, 8 bits per channel; empty where the image has no pixels or not as many as it says.
+/// Encodes an image as PNG, 8 bits per channel; returns nothing if it has no pixels or a wrong number of them.
 ///
 /// ```
 /// use neural_mesh::picture::{Image, encode_png};
@@ -17,7 +17,7 @@ pub fn encode_png(image: &Image) -> Vec<u8> {
     }
 }
 
-/// Encodes an image as [`encode_png`] does, without its opacity.
+/// Encodes an image as [`encode_png`] does, without opacity.
 ///
 /// ```
 /// use neural_mesh::picture::{Image, decode_image, encode_png_opaque};
@@ -34,7 +34,7 @@ pub fn encode_png_opaque(image: &Image) -> Vec<u8> {
     }
 }
 
-/// Writing to memory cannot fail, so the one error left is an image whose sizes do not agree.
+/// Encodes an image; as memory cannot fail, an error means that its sizes disagree.
 fn encode(image: &Image, bytes: &mut Vec<u8>) -> Result<(), png::EncodingError> {
     encode_as(png::ColorType::Rgba, image.width, image.height, &image.rgba, bytes)
 }

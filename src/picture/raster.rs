@@ -1,34 +1,33 @@
-//! Triangles into a z-buffer: which face is seen at which sample, and how near to one of its edges.
+//! Rasterises triangles into a z-buffer, with the visible face of each sample and its distance to an edge.
 //!
-//! Lines come from the distance to the triangle's own edges (Baerentzen et al., "Single-pass wireframe rendering",
-//! 2006), so hidden ones need no test of their own.
+//! Lines come from distances to the triangle's own edges (Baerentzen et al., "Single-pass wireframe rendering", 2006),
+//! so hidden ones need no test.
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::SAMPLES;
 
-/// No face is seen at this sample.
+/// Marks a sample without a face.
 pub const NOTHING: u32 = u32::MAX;
-/// Half the width of a line, in samples.
 const HALF_LINE: f32 = 0.5 * SAMPLES as f32;
-/// Rows that one task draws.
+/// Rows per parallel task.
 const BAND: usize = 64;
 
-/// What is seen at each sample, row by row from the top left.
+/// The visible surface at each sample, row by row from the top left.
 pub struct Buffer {
-    /// Samples in a row.
+    /// Width in samples.
     pub width: usize,
-    /// Inverse depth of what is seen; 0 where there is nothing.
+    /// Inverse depth; 0 without a face.
     pub near: Vec<f32>,
-    /// The face that is seen, or [`NOTHING`].
+    /// Visible face, or [`NOTHING`].
     pub face: Vec<u32>,
-    /// How much of the sample an edge of that face covers, 0 to 255.
+    /// Coverage of the sample by an edge of that face, 0 to 255.
     pub line: Vec<u8>,
 }
 
-/// Returns the weights of a face's corners at a place in samples. They are linear on the face in space, so weights on the picture
-/// count by the inverse depth of their corner.
+/// Returns the barycentric weights of a face in space at a place in samples: weights on the picture times inverse
+/// depth, normalised.
 pub fn weights_at(points: &[Vec3], corners: [u32; 3], at: Vec2) -> Vec3 {
     let [a, b, c] = corners.map(|v| points[v as usize]);
     let [pa, pb, pc] = [a, b, c].map(|corner| corner.truncate() - at);
@@ -36,7 +35,6 @@ pub fn weights_at(points: &[Vec3], corners: [u32; 3], at: Vec2) -> Vec3 {
     weights / weights.element_sum()
 }
 
-/// One row band of the buffer, while it is drawn.
 struct Band<'a> {
     top: usize,
     width: usize,
@@ -63,7 +61,6 @@ pub fn draw(points: &[Vec3], faces: &[[u32; 3]], width: usize, height: usize) ->
 }
 
 impl Band<'_> {
-    /// Draws one triangle where it is nearer than what is there.
     fn draw(&mut self, corners: [Vec3; 3], index: u32) {
         let (top, bottom) = (self.top as f32, (self.top + self.near.len() / self.width) as f32);
         let (low, high) = span(corners.map(|c| c.y));
@@ -97,16 +94,16 @@ impl Band<'_> {
     }
 }
 
-/// The three edges of a triangle as signed distances, positive inside, and the depth they carry.
+/// The edges of a triangle as signed distances, positive inside, with its depth.
 struct Edges {
-    /// Distance to the edge opposite to each corner, as a x + b y + c.
+    /// Distance to the edge opposite each corner, as a x + b y + c.
     lines: [[f32; 3]; 3],
-    /// Inverse depth per distance: the sum of the products is the inverse depth.
+    /// Inverse depth per distance; the products sum to the inverse depth.
     depth: [f32; 3],
 }
 
 impl Edges {
-    /// `None` where the triangle has no area on the picture.
+    /// Computes the edges; `None` if the triangle has no area on the picture.
     fn of([a, b, c]: [Vec3; 3]) -> Option<Self> {
         let area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
         if area.abs() < 1e-6 {
@@ -129,18 +126,17 @@ impl Edges {
         self.lines.map(|[a, b, c]| a * x + b * y + c)
     }
 
-    /// The inverse of the depth is linear on the picture.
+    /// Returns the inverse depth, which is linear on the picture.
     fn inverse_depth(&self, distances: [f32; 3]) -> f32 {
         self.depth[0] * distances[0] + self.depth[1] * distances[1] + self.depth[2] * distances[2]
     }
 }
 
-/// Smallest and largest of three.
 fn span([a, b, c]: [f32; 3]) -> (f32, f32) {
     (a.min(b).min(c), a.max(b).max(c))
 }
 
-/// The samples whose centres lie between two coordinates, both at least 0.
+/// Returns the samples whose centres are between two coordinates, both at least 0.
 fn samples_between(low: f32, high: f32) -> std::ops::Range<usize> {
     (low - 0.5).ceil().max(0.0) as usize..(high + 0.5).floor().max(0.0) as usize
 }

@@ -1,4 +1,4 @@
-//! Light and colour: one tone per face, or one per sample by stored normals, edges over it, samples averaged to pixels.
+//! Light and colour: a tone per face, or per sample with stored normals, then edges, averaged to pixels.
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -11,41 +11,38 @@ use crate::mesh::linear_light;
 
 /// Colours in linear light.
 const FRONT: Vec3 = Vec3::new(0.50, 0.58, 0.68);
-/// Under colours of its own: what share of them comes back.
+/// Share of a mesh's own colours that is reflected.
 const PAINTED: Vec3 = Vec3::splat(0.78);
 const BACK: Vec3 = Vec3::new(0.72, 0.20, 0.14);
 const LINE: Vec3 = Vec3::new(0.012, 0.022, 0.045);
 const SKY: Vec3 = Vec3::new(0.97, 0.975, 0.985);
 const GROUND: Vec3 = Vec3::new(0.83, 0.85, 0.88);
 
-/// Lights in the view's frame: from the upper left in front, warm; from the right, cool and weak.
+/// Direction (view's frame) and colour of the lights: warm from the upper left in front, cool and weak from the right.
 const KEY: [Vec3; 2] = [Vec3::new(-0.52, 0.62, 0.59), Vec3::new(1.06, 1.0, 0.92)];
 const FILL: [Vec3; 2] = [Vec3::new(0.84, -0.08, 0.54), Vec3::new(0.20, 0.24, 0.30)];
 
-/// Darkness of the line on a large face.
 const LINE_STRENGTH: f32 = 0.62;
-/// Lines fade in between these sizes of a face (square root of twice the area), in pixels: below they would only darken everything,
+/// Sizes of a face (square root of twice its area, in pixels) between which lines fade in; on smaller faces they only
+/// darken.
 const LINE_SIZES: [f32; 2] = [2.0, 11.0];
-/// and between these sizes of the faces that make up half of the surface, or they would come and go in patches.
+/// Median face sizes, by area, between which all lines of a mesh fade in; otherwise they would appear in patches.
 const MESH_LINE_SIZES: [f32; 2] = [3.5, 7.5];
 
-/// How one face looks.
+/// The shading of a face.
 pub struct Face {
-    /// Unit normal in the view's frame, turned to the eye; zero where the face has no area.
+    /// Unit normal in the view's frame, turned to the eye; zero without area.
     pub normal: Vec3,
-    /// Light that reaches it straight from the lights, times its colour.
     direct: Vec3,
-    /// Light from all around, times its colour.
     ambient: Vec3,
-    /// The colour of the side that is seen.
     colour: Vec3,
-    /// 1 where its outer side is seen, else -1.
+    /// 1 if the front is visible, else -1.
     side: f32,
-    /// How dark its edges are, 0 to 1.
+    /// Darkness of its edges, 0 to 1.
     line: f32,
 }
 
-/// How each face looks, in the usual colour or ready to be painted: n_faces.
+/// Shades each face in the usual colour, or ready to be painted, n_faces.
 pub fn faces(shape: &Shape, camera: &Camera, edges: bool, painted: bool) -> Vec<Face> {
     let front = if painted { PAINTED } else { FRONT };
     let normals = shape.area_normals();
@@ -58,7 +55,7 @@ pub fn faces(shape: &Shape, camera: &Camera, edges: bool, painted: bool) -> Vec<
     shape.faces.par_iter().zip(normals.par_iter().zip(&sizes)).map(look).collect()
 }
 
-/// The size of face, in pixels, above and below which half of the surface lies.
+/// Returns the face size in pixels that divides the surface into halves of equal area.
 fn usual_size(sizes: &[f32]) -> f32 {
     let mut sorted = sizes.to_vec();
     sorted.sort_unstable_by(f32::total_cmp);
@@ -72,7 +69,7 @@ fn usual_size(sizes: &[f32]) -> f32 {
     usual.copied().unwrap_or(0.0)
 }
 
-/// A face with that outward unit normal, the eye in the direction `toward`, of the colour `front`, edges as dark as `line`.
+/// Shades a face with this outward unit normal, direction to the eye, colour of its front, and darkness of edges.
 fn lit(outward: Vec3, toward: Vec3, front: Vec3, line: f32) -> Face {
     let seen_from_front = outward.dot(toward) >= 0.0;
     let (side, colour) = if seen_from_front { (1.0, front) } else { (-1.0, BACK) };
@@ -81,8 +78,7 @@ fn lit(outward: Vec3, toward: Vec3, front: Vec3, line: f32) -> Face {
     Face { normal, direct, ambient, colour, side, line }
 }
 
-/// Returns the light from the lights and from all around that a surface of this colour with that unit normal, turned to the eye,
-/// sends back.
+/// Returns the direct and ambient light that a surface of this colour and unit normal reflects.
 fn light(normal: Vec3, colour: Vec3) -> [Vec3; 2] {
     let [key, fill] = [KEY, FILL].map(|[from, light]| light * normal.dot(from.normalize()).max(0.0));
     let sky = 0.5 + 0.5 * normal.y;
@@ -91,30 +87,30 @@ fn light(normal: Vec3, colour: Vec3) -> [Vec3; 2] {
 }
 
 impl Face {
-    /// Returns the unit normal turned to the eye where the stored one is `stored`, in the view's frame; a zero one leaves that of the face.
+    /// Returns the stored normal turned to the eye, or that of the face if the stored one is zero.
     pub fn shading_normal(&self, stored: Vec3) -> Vec3 {
         if stored == Vec3::ZERO { self.normal } else { stored * self.side }
     }
 }
 
-/// From 0 at the smaller of two sizes to 1 at the larger.
+/// Returns a smooth step from 0 at the smaller size to 1 at the larger.
 fn fade(size: f32, [none, full]: [f32; 2]) -> f32 {
     let t = ((size - none) / (full - none)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
 
-/// The colour of a face at a place in samples, in linear light: what its light is multiplied by.
+/// A function from a face and a place in samples to the factor of light there.
 pub type Colours<'a> = dyn Fn(u32, Vec2) -> Vec3 + Sync + 'a;
 
-/// The stored unit normal of a face at a place in samples, in the view's frame; zero where it has none.
+/// A function from a face and a place in samples to the stored unit normal in the view's frame, or zero.
 pub type Normals<'a> = dyn Fn(u32, Vec2) -> Vec3 + Sync + 'a;
 
-/// What the faces of a mesh are shaded with beside their own light.
+/// Colours and normals that shade a mesh besides its faces.
 #[derive(Clone, Copy, Default)]
 pub struct Shading<'a> {
-    /// Colours by which light is multiplied; white where there are none.
+    /// Factors of light; white by default.
     pub colours: Option<&'a Colours<'a>>,
-    /// Stored normals; those of the faces where there are none.
+    /// Stored normals; those of the faces by default.
     pub normals: Option<&'a Normals<'a>>,
 }
 
@@ -132,7 +128,6 @@ pub fn resolve(buffer: &Buffer, faces: &[Face], open: &[f32], camera: &Camera, s
     Image { width: camera.width, height: camera.height, rgba }
 }
 
-/// What is seen and how it looks.
 struct Look<'a> {
     buffer: &'a Buffer,
     faces: &'a [Face],
@@ -140,7 +135,7 @@ struct Look<'a> {
 }
 
 impl Look<'_> {
-    /// Mean colour of a pixel's samples, in linear light.
+    /// Returns the mean colour of a pixel's samples, in linear light.
     fn pixel(&self, open: f32, [column, row]: [usize; 2], behind: Vec3) -> Vec3 {
         let mut sum = Vec3::ZERO;
         for y in row * SAMPLES..(row + 1) * SAMPLES {
@@ -151,7 +146,7 @@ impl Look<'_> {
         sum / (SAMPLES * SAMPLES) as f32
     }
 
-    /// The colour at a sample; `None` where nothing is seen.
+    /// Returns the colour at a sample, or `None` without a face.
     fn sample(&self, [x, y]: [usize; 2], open: f32) -> Option<Vec3> {
         let at = y * self.buffer.width + x;
         let face = self.buffer.face[at];
@@ -166,7 +161,7 @@ impl Look<'_> {
         } else {
             light(look.shading_normal(stored), look.colour)
         };
-        // Corners lose ambient light in full and a part of the direct light.
+        // // Corners lose all ambient light and a part of the direct light.
         let lit = ambient * open + direct * (0.35 + 0.65 * open);
         let colour = lit.lerp(LINE, look.line * f32::from(self.buffer.line[at]) / 255.0);
         Some(colour * self.shading.colours.map_or(Vec3::ONE, |colours| colours(face, middle)))
@@ -177,17 +172,17 @@ fn behind(down: f32) -> Vec3 {
     SKY.lerp(GROUND, down)
 }
 
-/// The background at a height of the panel, from 0 (top) to 1.
+/// Returns the background at a height of the panel, from 0 (top) to 1.
 pub fn background(down: f32) -> [u8; 4] {
     to_srgb(behind(down))
 }
 
-/// sRGB to linear light.
+/// Converts sRGB to linear light.
 pub fn from_srgb(colour: [u8; 3]) -> Vec3 {
     Vec3::from(colour.map(|byte| linear_light(f32::from(byte) / 255.0)))
 }
 
-/// Linear light to sRGB, opaque.
+/// Converts linear light to opaque sRGB.
 pub fn to_srgb(linear: Vec3) -> [u8; 4] {
     let encode = |x: f32| {
         let x = x.clamp(0.0, 1.0);

@@ -1,4 +1,4 @@
-//! A mesh as a picture shows it: its surface with the colours and the stored normals that it has.
+//! A mesh to be drawn, with its colours and stored normals.
 
 use glam::Vec3;
 
@@ -9,19 +9,19 @@ use super::shade::{Colours, Normals, Shading};
 use super::shape::Shape;
 use crate::mesh::TriMesh;
 
-/// A mesh as a picture shows it.
+/// A mesh to be drawn.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadedMesh<'a> {
-    /// The surface.
+    /// Surface.
     pub mesh: &'a TriMesh,
-    /// Its colours; plain without them, or where they are of another mesh.
+    /// Colours; plain if absent or of another mesh.
     pub coat: Option<&'a Coat>,
-    /// Its stored normals; light falls by its faces without them, or where they are of another mesh.
+    /// Stored normals; face normals if absent or of another mesh.
     pub normals: Option<&'a CornerNormals>,
 }
 
 impl<'a> ShadedMesh<'a> {
-    /// Takes a mesh without colours and without stored normals.
+    /// Takes a mesh without colours and stored normals.
     ///
     /// ```
     /// use neural_mesh::{mesh::shapes, picture::ShadedMesh};
@@ -31,7 +31,7 @@ impl<'a> ShadedMesh<'a> {
         Self { mesh, coat: None, normals: None }
     }
 
-    /// Runs `draw` with what shades this mesh, whose vertices the camera sees at `points`.
+    /// Runs `draw` with the shading of this mesh, whose projected vertices are `points`.
     pub(super) fn with_shading<T>(
         &self,
         shape: &Shape,

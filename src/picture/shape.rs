@@ -1,4 +1,4 @@
-//! Meshes moved and scaled to the middle of the picture's world, so that no size of coordinates is too large for it.
+//! Meshes moved and scaled into the unit ball, so that coordinates of any size can be drawn.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -6,9 +6,9 @@ use rayon::prelude::*;
 use crate::geometry::triangle::area_normal;
 use crate::mesh::TriMesh;
 
-/// A mesh in a frame in which all meshes of the picture lie inside the unit ball.
+/// A mesh inside the unit ball of the picture.
 pub struct Shape<'a> {
-    /// Its place among the meshes of the picture.
+    /// Index among the meshes of the picture.
     pub number: usize,
     /// Vertex positions: n_vertices.
     pub points: Vec<Vec3>,
@@ -17,20 +17,20 @@ pub struct Shape<'a> {
 }
 
 impl Shape<'_> {
-    /// Normal of each face, its length twice the area: n_faces.
+    /// Returns the normal of each face, with twice its area as length, n_faces.
     pub fn area_normals(&self) -> Vec<Vec3> {
         self.faces.par_iter().map(|face| area_normal(face.map(|v| self.points[v as usize]))).collect()
     }
 }
 
-/// The frame in which all meshes of a picture lie inside the unit ball.
+/// The transform of all meshes into the unit ball.
 pub struct World {
     middle: DVec3,
     scale: f64,
 }
 
 impl World {
-    /// That of these meshes.
+    /// Computes the transform for these meshes.
     pub fn of(meshes: &[&TriMesh]) -> Self {
         let all = || meshes.iter().flat_map(|mesh| mesh.positions()).map(|&p| DVec3::from(p.map(f64::from)));
         let low = all().reduce(DVec3::min).unwrap_or_default();
@@ -39,12 +39,12 @@ impl World {
         Self { middle: 0.5 * (low + high), scale: if radius > 0.0 { 1.0 / radius } else { 0.0 } }
     }
 
-    /// Where a point of a mesh lies in it.
+    /// Transforms a point.
     pub fn place(&self, point: DVec3) -> Vec3 {
         ((point - self.middle) * self.scale).as_vec3()
     }
 
-    /// The meshes in it.
+    /// Transforms the meshes.
     pub fn shapes<'a>(&self, meshes: &[&'a TriMesh]) -> Vec<Shape<'a>> {
         let shape = |(number, mesh): (usize, &&'a TriMesh)| {
             let place = |p: &[f32; 3]| self.place(DVec3::from(p.map(f64::from)));
@@ -54,7 +54,7 @@ impl World {
     }
 }
 
-/// All meshes in one frame.
+/// Transforms all meshes into one unit ball.
 pub fn shapes<'a>(meshes: &[&'a TriMesh]) -> Vec<Shape<'a>> {
     World::of(meshes).shapes(meshes)
 }

@@ -1,7 +1,7 @@
-//! Textures: images, and their colours between the pixels.
+//! Textures, sampled between pixels and levels.
 //!
-//! Where a texture is finer than the picture, sampling it as it is would flicker, so each level of a pyramid holds the means
-//! of four pixels of the one before (Williams, "Pyramidal parametrics", 1983).
+//! Each level of a pyramid averages four pixels of the one before (Williams, "Pyramidal parametrics", 1983), as
+//! textures finer than the picture would flicker.
 
 use glam::{Vec2, Vec3};
 
@@ -9,7 +9,7 @@ use super::Image;
 use super::shade::{from_srgb, to_srgb};
 use crate::mesh::Wrap;
 
-/// An image halved until no side is longer than `most` pixels, each pixel the mean light of four; without opacity.
+/// Halves an image, averaging light, until no side exceeds `most` pixels; drops opacity.
 ///
 /// ```
 /// use neural_mesh::picture::{Image, shrunk};
@@ -28,7 +28,7 @@ pub fn shrunk(image: &Image, most: usize) -> Image {
 /// A texture ready to be sampled.
 #[derive(Clone, Debug)]
 pub struct Texture {
-    /// From the whole image down to one pixel.
+    /// Levels from the whole image down to one pixel.
     levels: Vec<Level>,
 }
 
@@ -42,12 +42,12 @@ struct Level {
 }
 
 impl Texture {
-    /// The pyramid of an image that has pixels.
+    /// Builds the pyramid of a nonempty image.
     pub fn new(image: &Image) -> Self {
         Self::over(Level::whole(image))
     }
 
-    /// The same of an image whose bytes are plain numbers from 0 to 1 and no colours.
+    /// Builds the pyramid of an image that holds numbers from 0 to 1 instead of colours.
     pub fn of_numbers(image: &Image) -> Self {
         Self::over(Level::decoded(image, |byte| f32::from(byte) / 255.0))
     }
@@ -57,8 +57,8 @@ impl Texture {
         Self { levels: std::iter::successors(Some(whole), coarser).collect() }
     }
 
-    /// The colour at `uv` (v downwards), in linear light, where a sample of the picture is as large as the steps `across`
-    /// and `down` on the texture.
+    /// Returns the colour at `uv` (v downwards) in linear light; `across` and `down` are the size of a sample on the
+    /// texture.
     pub fn colour(&self, uv: Vec2, [across, down]: [Vec2; 2], wrap: [Wrap; 2]) -> Vec3 {
         let size = Vec2::new(self.levels[0].width as f32, self.levels[0].height as f32);
         let pixels = (across * size).length().max((down * size).length());
@@ -83,7 +83,6 @@ impl Level {
         Self { width: image.width, height: image.height, pixels: pixels.collect() }
     }
 
-    /// Half as wide and high, each pixel the mean of four.
     fn halved(&self) -> Self {
         let [width, height] = [self.width, self.height].map(|side| (side / 2).max(1));
         let at = |x: usize, y: usize| self.pixels[y.min(self.height - 1) * self.width + x.min(self.width - 1)];
@@ -94,7 +93,6 @@ impl Level {
         Self { width, height, pixels: (0..width * height).map(mean).collect() }
     }
 
-    /// The colour between the four nearest pixels.
     fn between(&self, uv: Vec2, wrap: [Wrap; 2]) -> Vec3 {
         let x = uv.x * self.width as f32 - 0.5;
         let y = uv.y * self.height as f32 - 0.5;
@@ -106,7 +104,7 @@ impl Level {
     }
 }
 
-/// The pixel that stands at a whole number along a side of `n` pixels.
+/// Returns the pixel at a whole number along a side of `n` pixels.
 fn wrapped(at: f32, n: usize, wrap: Wrap) -> usize {
     // Numbers that no pixel has become the first one.
     let (at, n) = (at as i64, n as i64);
@@ -125,7 +123,6 @@ fn wrapped(at: f32, n: usize, wrap: Wrap) -> usize {
 mod tests {
     use super::*;
 
-    /// Black and white, side by side.
     fn two_pixels() -> Texture {
         Texture::new(&Image { width: 2, height: 1, rgba: vec![0, 0, 0, 255, 255, 255, 255, 255] })
     }

@@ -1,4 +1,4 @@
-//! Several meshes each drawn alone from one fixed place, so that their pictures can be compared pixel by pixel.
+//! Views of several meshes from one fixed camera, for comparison pixel by pixel.
 
 use glam::Vec3;
 
@@ -9,18 +9,18 @@ use super::shaded_mesh::ShadedMesh;
 use super::{Image, SAMPLES, occlusion, shape};
 use crate::mesh::TriMesh;
 
-/// What is seen of one mesh.
+/// A view of one mesh.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct View {
-    /// The mesh shaded, without edges.
+    /// Shaded mesh, without edges.
     pub shaded: Image,
-    /// Normals turned to the eye, as colours: x right, y up, z toward the eye, each from -1..1 to 0..=255.
+    /// Normals turned to the eye, as colours: x right, y up, z toward the eye, -1..1 as 0..=255.
     pub normals: Image,
-    /// Whether the middle of a pixel shows the mesh: height x width.
+    /// Whether the middle of each pixel shows the mesh, height x width.
     pub covered: Vec<bool>,
 }
 
-/// Draws each mesh from the same place, given by azimuth and elevation in degrees; the first one decides what fits in.
+/// Draws each mesh from an azimuth and elevation in degrees; the first mesh fits the panel.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, picture::view};
@@ -33,8 +33,7 @@ pub fn view(meshes: &[&TriMesh], direction: [f32; 2], height: usize) -> Vec<View
     shapes.iter().map(|shape| seen(shape, &camera, &ShadedMesh::bare(meshes[shape.number]))).collect()
 }
 
-/// Draws each mesh as [`view`] does, in the colours of its materials, textures and corners and by its stored normals, where it
-/// has such.
+/// Draws each mesh as [`view`] does, with its colours, textures and stored normals where it has such.
 ///
 /// ```
 /// use neural_mesh::{mesh::{Attributes, Look, Looks, shapes}, picture::{Coat, ShadedMesh, view, view_shaded}};
@@ -69,7 +68,7 @@ fn seen(shape: &shape::Shape, camera: &Camera, mesh: &ShadedMesh) -> View {
     })
 }
 
-/// The face seen in the middle of each pixel.
+/// Returns the visible face at the middle of each pixel.
 fn middles(buffer: &Buffer, camera: &Camera) -> Vec<u32> {
     let sample =
         |row: usize, column: usize| (row * SAMPLES + SAMPLES / 2) * buffer.width + column * SAMPLES + SAMPLES / 2;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use neural_mesh::io::{Asset, Format, OutputFile, Part, ReadError, SimplifiedPart};
+use neural_mesh::io::{Asset, AssetPart, Format, OutputFile, ReadError, SimplifiedPart};
 use serde_json::{Value, json};
 
 pub const BYTE: u32 = 5120;
@@ -126,7 +126,7 @@ pub fn unchanged(asset: &Asset) -> Vec<SimplifiedPart> {
 }
 
 /// What can be seen of a part: of each face its primitive, and of each corner the position and all that it carries.
-pub fn seen(part: &Part) -> Vec<(u32, Vec<Vec<f32>>)> {
+pub fn seen(part: &AssetPart) -> Vec<(u32, Vec<Vec<f32>>)> {
     let mesh = &part.mesh;
     let corner = |face: usize, corner: usize| {
         let mut values = mesh.positions[mesh.faces[face][corner] as usize].map(|x| x as f32).to_vec();

@@ -22,10 +22,12 @@ pub(super) fn convert_mesh(mesh: &Mesh) -> FbxMesh {
     for (i, face) in mesh.faces.iter().enumerate() {
         corners.clear();
         corners.extend((face.index_begin..face.index_begin.saturating_add(face.num_indices)).take(mesh.num_indices));
+        // Faces with fewer than three corners are counted.
         if !fans.push(&corners, &mut faces) {
             dropped_faces += 1;
             continue;
         }
+        // Faces without a material use the first.
         let slot = mesh.face_material.get(i).copied().unwrap_or_default();
         let number = *numbers.entry(slot).or_insert(slots.len() as u32);
         if number as usize == slots.len() {
@@ -60,6 +62,7 @@ fn channels(mesh: &Mesh) -> Vec<Channel> {
 }
 
 fn push_values(mesh: &Mesh, corner: usize, width_of_colour: usize, values: &mut Vec<f32>) {
+    // Broken indices give zeros instead of an error.
     let at = |indices: &[u32]| indices.get(corner).map_or(usize::MAX, |&index| index as usize);
     if mesh.vertex_normal.exists {
         let normal = mesh.vertex_normal.values.get(at(&mesh.vertex_normal.indices)).copied().unwrap_or_default();
@@ -76,7 +79,6 @@ fn push_values(mesh: &Mesh, corner: usize, width_of_colour: usize, values: &mut 
     }
 }
 
-/// Numbers the wedges of faces over corners, and fills the channels.
 fn wedges(mesh: &Mesh, faces: &[[u32; 3]], channels: &mut [Channel]) -> Vec<[u32; 3]> {
     let width_of_colour = channels.iter().find(|it| it.role == Role::Colour).map_or(0, |it| it.width);
     // // Keys: the vertex, then the values as bits.
@@ -88,6 +90,7 @@ fn wedges(mesh: &Mesh, faces: &[[u32; 3]], channels: &mut [Channel]) -> Vec<[u32
         key.clear();
         key.push(mesh.vertex_indices.get(corner as usize).copied().unwrap_or(NOWHERE));
         key.extend(values.iter().map(|x| (x + 0.0).to_bits()));
+        // Looked up by reference first: most corners are known, and the key is only then cloned.
         if let Some(&wedge) = numbers.get(&key) {
             return wedge;
         }

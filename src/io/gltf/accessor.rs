@@ -35,6 +35,7 @@ impl<'a> Data<'a> {
         let accessor = self.accessor(index)?;
         let shape = ElementShape::from_name(&accessor.shape).ok_or_else(|| unusable(index, accessor))?;
         let width = shape.width();
+        // The count is a claim of the file: zeros without bytes may have any.
         if accessor.count.saturating_mul(width) > limit {
             return Err(unusable(index, accessor));
         }
@@ -57,10 +58,10 @@ impl<'a> Data<'a> {
         self.root.accessors.get(index).ok_or_else(|| missing_error("accessor", index))
     }
 
-    /// Reads all elements of an accessor that must have this shape.
     fn elements<const N: usize>(&self, index: usize, shape: &str, limit: usize) -> Result<Vec<[f64; N]>, ReadError> {
         let accessor = self.accessor(index)?;
         let kind = ComponentKind { component: accessor.component_type, normalized: accessor.normalized };
+        // The count is a claim of the file: zeros without bytes may have any.
         if accessor.shape != shape || accessor.count > limit {
             return Err(unusable(index, accessor));
         }
@@ -85,6 +86,7 @@ impl<'a> Data<'a> {
         if size == 0 {
             return Err(unusable(index, accessor));
         }
+        // Draco gives elements directly; others come from a buffer view or are zeros.
         if let Some(bytes) = &accessor.decoded {
             bytes.chunks_exact(size).take(accessor.count).enumerate().for_each(|(element, bytes)| show(element, bytes));
         } else if let Some(view) = accessor.buffer_view {
@@ -97,6 +99,7 @@ impl<'a> Data<'a> {
         let values = self.run(sparse.values.buffer_view, sparse.values.byte_offset, sparse.count, size)?;
         for (place, value) in places.zip(values) {
             let place = kind.decode(place) as usize;
+            // Sparse indices are data of the file and may be out of range.
             if place >= accessor.count {
                 return Err(missing_error("element", place));
             }
@@ -105,7 +108,6 @@ impl<'a> Data<'a> {
         Ok(())
     }
 
-    /// Returns `count` elements of `size` bytes in a buffer view, from `offset` on.
     fn run(
         &self,
         index: usize,
@@ -116,6 +118,7 @@ impl<'a> Data<'a> {
         let view = self.root.buffer_views.get(index).ok_or_else(|| missing_error("buffer view", index))?;
         let stride = view.byte_stride.unwrap_or(size);
         let too_short = || ReadError::file(format!("buffer view {index} has no room for {count} elements"), REMEDY);
+        // A stride shorter than an element would make elements overlap.
         if size == 0 || stride < size {
             return Err(too_short());
         }
@@ -182,7 +185,6 @@ impl ElementShape {
     }
 }
 
-/// Returns the number of components of a shape, 0 if it is unknown.
 pub(super) fn shape_width(shape: &str) -> usize {
     ElementShape::from_name(shape).map_or(0, ElementShape::width)
 }
@@ -215,6 +217,7 @@ impl ComponentKind {
         let mut raw = [0; 4];
         raw[..self.size()].copy_from_slice(&bytes[..self.size()]);
         let bits = u32::from_le_bytes(raw);
+        // Ranges follow the specification; -1 is clamped, as signed types reach one further below.
         let (value, range) = match self.component {
             5120 => (f64::from(bits as i8), f64::from(i8::MAX)),
             5121 => (f64::from(bits as u8), f64::from(u8::MAX)),

@@ -100,9 +100,11 @@ impl Asset {
         let (json, _) = container::split_chunks(bytes)?;
         let broken = |error| ReadError::file(format!("not valid glTF JSON ({error})"), REMEDY);
         let document = serde_json::from_slice(json).map_err(broken)?;
+        // A single JSON file stays one when it is written.
         let is_embedded = !bytes.starts_with(b"glTF") && container.root.buffers.iter().all(is_data_uri);
         let mut notes = Vec::new();
         let (meshes, parts) = read_parts(&container, bytes.len(), &mut notes)?;
+        // Draco data are decoded once and never encoded again.
         if container.root.accessors.iter().any(|accessor| accessor.decoded.is_some()) {
             notes.push("geometry that Draco has compressed is written uncompressed".into());
         }
@@ -156,6 +158,7 @@ fn read_parts(
     for (index, mesh) in root.meshes.iter().enumerate() {
         let name = mesh.name.clone().unwrap_or_else(|| format!("mesh {index}"));
         let materials = asset_part::materials(root, mesh);
+        // Meshes of lines or points alone are no parts.
         if let Some(mesh) = asset_part::read(&data, mesh, &mut budget, &mut repairs)? {
             meshes.push(index);
             parts.push(AssetPart { name, mesh, materials, scale: scales[index] });
@@ -173,6 +176,7 @@ fn largest_scales(data: &Data, limit: usize) -> Result<Vec<f64>, ReadError> {
     for placed in placements(data)? {
         let of_instances = placed.instances.and_then(|names| names.get("SCALE"));
         let of_instances = of_instances.map_or(Ok(1.0), |&accessor| largest_scale(data, accessor, limit))?;
+        // The mean scale of all axes: a single number per part is enough for tolerances.
         let of_node = placed.transform.determinant().abs().cbrt();
         let scale = of_node * of_instances;
         if let Some(largest) = scales.get_mut(placed.mesh).filter(|_| scale.is_finite()) {
@@ -202,6 +206,7 @@ fn fetch_images(
             ));
             continue;
         };
+        // Several images may name one file.
         if images.iter().any(|image| image.path == path) {
             continue;
         }

@@ -45,7 +45,6 @@ struct TextureUse {
 }
 
 impl TextureUse {
-    /// Returns the set of coordinates, which a texture transform may change.
     fn coordinates(&self) -> usize {
         self.extensions.transform.as_ref().and_then(|transform| transform.tex_coord).unwrap_or(self.tex_coord)
     }
@@ -102,6 +101,7 @@ impl Asset {
     pub fn looks(&self) -> (Vec<Vec<Look>>, Vec<String>) {
         let mut reader = LookReader::new(self);
         let materials: Vec<MaterialData> = self.read_list("materials");
+        // Transforms are checked on the raw document, where every use of a texture is found.
         let described = self.document.get("materials").and_then(Value::as_array).into_iter().flatten();
         if described.map(material_transforms).any(|known| known.is_none()) {
             reader.note("textures that turn, or of which one moves otherwise than another (KHR_texture_transform), are drawn unmoved");
@@ -111,6 +111,7 @@ impl Asset {
             let primitives = self.container.root.meshes.get(mesh).map_or(&[][..], |mesh| &mesh.primitives);
             let of_material = |material: Option<usize>| looks.get(material?).cloned();
             let look = |primitive: &Primitive| Look {
+                // Only the first set of colours multiplies the material.
                 with_corners: primitive.attributes.contains_key("COLOR_0"),
                 ..of_material(primitive.material).unwrap_or_default()
             };
@@ -119,7 +120,6 @@ impl Asset {
         (self.meshes.iter().map(of_part).collect(), reader.notes)
     }
 
-    /// Reads a list of the document; an invalid entry becomes the default.
     pub(super) fn read_list<T: DeserializeOwned + Default>(&self, name: &str) -> Vec<T> {
         let entries = self.document.get(name).and_then(Value::as_array).into_iter().flatten();
         entries.map(|entry| T::deserialize(entry).unwrap_or_default()).collect()
@@ -152,6 +152,7 @@ impl<'a> LookReader<'a> {
     fn finish(&mut self, material: &MaterialData) -> Finish {
         let MetallicRoughness { metallic_factor, roughness_factor, metallic_roughness_texture, .. } =
             &material.pbr_metallic_roughness;
+        // Factors out of range are clamped, as renderers do.
         let share = |factor: Option<f32>| factor.filter(|x| x.is_finite()).map_or(1.0, |x| x.clamp(0.0, 1.0));
         let rough = metallic_roughness_texture.as_ref().and_then(|used| self.texture(used));
         let emission = material.emissive_factor.first_chunk::<3>().copied().unwrap_or_default();
@@ -181,6 +182,7 @@ impl<'a> LookReader<'a> {
     }
 
     fn image(&mut self, index: usize) -> Option<Arc<[u8]>> {
+        // A missing image is remembered as well, so that it is noted once.
         if let Some(Some(known)) = self.bytes.get(index) {
             return known.clone();
         }

@@ -24,7 +24,6 @@ pub struct AssetPart {
     pub scale: f64,
 }
 
-/// Reads the triangles of a mesh, or returns `None` if it has none; repairs are added to `notes`.
 pub(super) fn read(
     data: &Data,
     mesh: &GltfMesh,
@@ -32,6 +31,7 @@ pub(super) fn read(
     repairs: &mut ReadRepairs,
 ) -> Result<Option<RawMesh>, ReadError> {
     let primitives = || mesh.primitives.iter().enumerate().filter(|(_, it)| it.triangle_positions().is_some());
+    // All primitives share the channels, so these are collected first.
     let mut builder = PartBuilder::new(data, channels(data, primitives().map(|(_, it)| it))?);
     for (index, primitive) in primitives() {
         builder.add(index as u32, primitive, budget, repairs)?;
@@ -60,6 +60,7 @@ fn channels<'a>(data: &Data, primitives: impl Iterator<Item = &'a Primitive>) ->
         n_sets = n_sets.max(n_skin_sets(primitive));
         for (name, &accessor) in primitive.attributes.iter().filter(|(name, _)| is_own_channel(name)) {
             let (role, width) = role(name);
+            // Labels must not be blended, which decides how they are carried along.
             let role = if role == Role::Other && is_label(data, name, accessor)? { Role::Label } else { role };
             widen(own.entry(name.clone()).or_insert((role, 0)), width, data, accessor)?;
         }
@@ -123,6 +124,7 @@ impl<'a> PartBuilder<'a> {
     ) -> Result<(), ReadError> {
         let Some(accessor) = primitive.triangle_positions() else { return Ok(()) };
         let run = self.positions_of(accessor, budget)?;
+        // Positions and wedges are shared independently: seams split only wedges.
         let first_wedge = self.wedges_of(primitive, run.count, budget, repairs)?;
         let triangles = triangles::read_triangles(self.data, primitive, run.count, budget)?;
         // // Corners out of range stay invalid, for cleanup to drop.
@@ -145,7 +147,6 @@ impl<'a> PartBuilder<'a> {
         Ok(run)
     }
 
-    /// Returns the first of `count` wedges for the vertices of a primitive.
     fn wedges_of(
         &mut self,
         primitive: &Primitive,
@@ -158,6 +159,7 @@ impl<'a> PartBuilder<'a> {
         }
         let first = self.n_wedges;
         for channel in &mut self.mesh.attributes.channels {
+            // Channels of other primitives are filled with zeros here, so their width counts too.
             spend(budget, count * channel.width)?;
             channel.values.resize((first + count) * channel.width, 0.0);
             let values = &mut channel.values[first * channel.width..];
@@ -219,6 +221,7 @@ fn write_columns(
 ) -> Result<(), ReadError> {
     // // At most one element per row, each of up to 4 x 4 numbers.
     let (found, elements) = data.floats(accessor, 16 * values.len() / width)?;
+    // Broken files may have fewer components than the attribute needs.
     let n = found.min(columns.len());
     for (row, element) in values.chunks_exact_mut(width).zip(elements.chunks_exact(found)) {
         row[columns.start..][..n].copy_from_slice(&element[..n]);

@@ -16,6 +16,7 @@ impl Bones {
     /// Reads the matrices of a skin; missing ones are the identity.
     pub fn read(data: &Data, skin: &Skin) -> Result<Self, ReadError> {
         let n = skin.joints.len();
+        // One matrix per joint; more are refused by the limit.
         let matrices = skin.inverse_bind_matrices.map(|index| data.floats(index, 16 * n.max(1)));
         let inverse_bind = match matrices.transpose()? {
             Some((16, values)) => {
@@ -36,7 +37,6 @@ impl Bones {
     }
 }
 
-/// Returns the transforms of all nodes to the scene, from those to their parents, n_nodes.
 pub(super) fn world_transforms(nodes: &[GltfNode], local: &[DMat4]) -> Vec<DMat4> {
     let mut parent = vec![None; nodes.len()];
     let of = |(i, node): (usize, &GltfNode)| node.children.iter().map(move |&child| (child, i)).collect::<Vec<_>>();

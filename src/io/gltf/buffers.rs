@@ -28,6 +28,7 @@ impl<'a> AssetBuffers<'a> {
         let mut held = Self { files, of_buffers: Vec::new() };
         let mut known = FxHashMap::default();
         for (uri, is_fallback) in buffers {
+            // A buffer without a URI is the chunk of the GLB.
             let file = match (uri, embedded) {
                 _ if is_fallback => 0,
                 (None, Some(_)) => 1,

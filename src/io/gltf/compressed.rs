@@ -47,10 +47,10 @@ pub(super) fn decompress(
     views.iter().enumerate().map(&mut decode).collect()
 }
 
-/// Decodes a view, count x byte_stride bytes; `None` if its description or bytes are broken.
 fn decode_view(view: &Compressed, bytes: &[u8]) -> Option<Vec<u8>> {
     let Compressed { count, byte_stride, .. } = *view;
     match (view.mode.as_str(), byte_stride) {
+        // The format stores vertices in multiples of four bytes, up to 256.
         ("ATTRIBUTES", stride) if stride % 4 == 0 && stride > 0 => {
             let vertices = decode_vertices(bytes, count, stride)?;
             undo_filter(vertices, stride, view.filter.as_deref().unwrap_or("NONE"))

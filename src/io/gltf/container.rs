@@ -23,10 +23,12 @@ impl<'a> Container<'a> {
         // Before parsing: glTF 1.0 has another structure and would fail with a misleading error.
         refuse_version_1(json)?;
         let mut root: Root = serde_json::from_slice(json).map_err(|error| {
+            // The parser counts lines; the error wants a byte, from which it counts again.
             let before: usize =
                 json.split_inclusive(|&byte| byte == b'\n').take(error.line().saturating_sub(1)).map(<[u8]>::len).sum();
             ReadError::line(json, before, format!("not valid glTF JSON ({error})"), REMEDY)
         })?;
+        // Some writers leave out the fallback mark on buffers that nothing reads.
         let is_spare = |at: usize| embedded.is_none() && has_only_compressed_views(&root, at);
         let named = root.buffers.iter().enumerate();
         let named =
@@ -71,6 +73,7 @@ fn old_version_error(version: &str) -> ReadError {
 }
 
 fn refuse_version_1(json: &[u8]) -> Result<(), ReadError> {
+    // Only the version is parsed, as the rest may have any structure.
     let stated = serde_json::from_slice::<VersionStatement>(json).ok().and_then(|stated| stated.asset?.version);
     let version = stated.map(|version| version.as_str().map_or_else(|| version.to_string(), String::from));
     match version.filter(|version| ["0", "1"].contains(&version.split('.').next().unwrap_or_default())) {
@@ -90,7 +93,6 @@ struct StatedVersion {
     version: Option<Value>,
 }
 
-/// Splits a file into its JSON and, for GLB, the binary chunk.
 pub(super) fn split_chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ReadError> {
     let (json, binary) = if bytes.starts_with(b"glTF") { split_glb(bytes)? } else { (bytes, None) };
     let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
@@ -110,6 +112,7 @@ fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ReadError> {
     }
     let (mut json, mut binary) = (None, None);
     let mut at = 12;
+    // Unknown chunks are skipped, as the specification demands.
     while let (Some(length), Some(kind)) = (read_u32(bytes, at), bytes.get(at + 4..at + 8)) {
         let chunk = bytes.get(at + 8..).and_then(|rest| rest.get(..length as usize));
         let chunk = chunk.ok_or_else(|| {

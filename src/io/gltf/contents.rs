@@ -50,6 +50,7 @@ impl Asset {
     pub fn contents(&self) -> AssetContents {
         let list = |name: &str| self.document.get(name).and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
         let texts = |name: &str| list(name).iter().filter_map(Value::as_str).map(String::from).collect();
+        // From the raw document: unlike the parsed one, it has all that is listed.
         let nodes = item_names(list("nodes"), "node");
         let holders = |mesh: &usize| {
             let all = list("nodes").iter().zip(&nodes);
@@ -85,7 +86,6 @@ impl Asset {
         self.bytes_of_image(at)
     }
 
-    /// Returns the parts at and below each node, ascending, n_nodes.
     fn parts_below(&self, nodes: &[Value]) -> Vec<Vec<usize>> {
         let part = |node: &Value| {
             let mesh = node.get("mesh").and_then(index)?;

@@ -30,6 +30,7 @@ pub(super) fn decompress(root: &mut Root, buffers: &AssetBuffers) -> Result<(), 
         let view = draco.buffer_view.and_then(|view| buffer_views.get(view)).ok_or_else(|| broken("no buffer view"))?;
         let bytes = buffers.get(view.buffer).and_then(|bytes| bytes.get(view.byte_offset..)?.get(..view.byte_length));
         let mesh = decode_mesh(bytes.ok_or_else(|| broken("no bytes"))?, budget).map_err(|why| broken(&why))?;
+        // Each decoded array counts against the budget, as a small stream may grow large.
         let mut take = |accessor: Option<&mut Accessor>, values: Option<Vec<u8>>, count: usize| {
             let (Some(accessor), Some(values)) = (accessor, values) else { return Err(broken("no such values")) };
             budget = budget.checked_sub(values.len()).ok_or_else(|| broken("too many values"))?;
@@ -56,7 +57,6 @@ pub(super) fn decompress(root: &mut Root, buffers: &AssetBuffers) -> Result<(), 
     Ok(())
 }
 
-/// Returns an attribute with neither an uncompressed nor a compressed copy.
 fn find_missing<'a>(primitive: &'a Primitive, draco: &Draco, accessors: &[Accessor]) -> Option<&'a str> {
     let is_bare = |index: usize| accessors.get(index).is_some_and(Accessor::is_bare);
     let mut attributes = primitive.attributes.iter();
@@ -87,6 +87,7 @@ fn attribute_values(attribute: &PointAttribute, n_points: usize, accessor: &Acce
     let size = element_size(&accessor.shape, accessor.component_type);
     let mut values = Vec::new();
     reserve(&mut values, n_points.checked_mul(size).filter(|_| size > 0)?).ok()?;
+    // Equal types are copied byte by byte, others converted through singles.
     if component_type_of(attribute.data_type()) == Some(accessor.component_type)
         && usize::from(attribute.num_components()) == width
     {

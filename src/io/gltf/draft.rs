@@ -65,9 +65,9 @@ impl Draft<'_> {
         self.push("accessors", accessor)
     }
 
-    /// Appends a view of rows, each aligned to four bytes.
     fn push_rows(&mut self, values: &[f32], width: usize, stored: &NumberStorage) -> Value {
         let size = element_size(&stored.shape, stored.component);
+        // The specification aligns vertex attributes to four bytes.
         let stride = size.next_multiple_of(4);
         let mut bytes = Vec::with_capacity(values.len() / width * stride);
         for row in values.chunks_exact(width) {
@@ -81,7 +81,6 @@ impl Draft<'_> {
         self.push_view(view, bytes)
     }
 
-    /// Appends these rows and their indices; returns the sparse part of an accessor.
     fn push_sparse(&mut self, values: &[f32], width: usize, stored: &NumberStorage, rows: &[u32]) -> Value {
         let held = rows.iter().flat_map(|&row| &values[row as usize * width..][..width]);
         let mut bytes = Vec::new();
@@ -100,6 +99,7 @@ impl Draft<'_> {
     ///
     /// The largest 16-bit index is avoided: it restarts primitives in graphics APIs.
     pub fn push_indices(&mut self, faces: &[[u32; 3]], n_vertices: usize) -> Value {
+        // Indices of 16 bits halve the size.
         let short = n_vertices <= usize::from(u16::MAX);
         let indices = faces.as_flattened();
         let bytes: Vec<u8> = match short {

@@ -12,6 +12,7 @@ pub(super) fn remove_meshes(document: &mut Value, meshes: &[usize]) {
     let nodes = document.get_mut("nodes").and_then(Value::as_array_mut).into_iter().flatten().enumerate();
     let mut emptied = Vec::new();
     for (at, node) in nodes {
+        // Only the mesh goes: children, cameras and names may be needed.
         let is_emptied = node.get("mesh").and_then(index).is_some_and(|mesh| meshes.contains(&mesh));
         let Some(members) = node.as_object_mut().filter(|_| is_emptied) else { continue };
         OF_MESH.iter().for_each(|name| drop(members.shift_remove(*name)));
@@ -35,6 +36,7 @@ fn drop_weight_channels(document: &mut Value, nodes: &[usize]) {
     let Some(animations) = document.get_mut("animations").and_then(Value::as_array_mut) else { return };
     animations.retain_mut(|animation| {
         let Some(channels) = animation.get_mut("channels").and_then(Value::as_array_mut) else { return true };
+        // An animation that had no channels before is not ours to remove.
         let n_before = channels.len();
         channels.retain(|channel| !is_of_emptied(channel));
         !channels.is_empty() || n_before == 0

@@ -91,6 +91,7 @@ pub(super) fn may_name_indices(value: &Value) -> bool {
     match value {
         Value::Array(values) => values.iter().any(may_name_indices),
         Value::Object(members) => members.iter().any(|(name, held)| match (name.as_str(), held) {
+            // Extras are free for applications to define, and not searched.
             ("extras", _) => false,
             ("extensions", Value::Object(extensions)) => {
                 extensions.iter().any(is_strange) || extensions.values().any(may_name_indices)
@@ -110,6 +111,7 @@ fn holds_index(value: &Value) -> bool {
 }
 
 pub(super) fn drop_unused_names(document: &mut Value) {
+    // Quantisation is needed as long as any attribute uses it.
     let quantized = is_quantized(document);
     let unused: Vec<&str> = OF_FACES
         .into_iter()

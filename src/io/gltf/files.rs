@@ -23,10 +23,12 @@ pub(super) fn files(
     images: &[OutputFile],
 ) -> Result<Vec<OutputFile>, WriteError> {
     let path = Path::new(name);
+    // The name comes from the caller and must not place files elsewhere.
     if path.file_name().is_none_or(|only| only != path.as_os_str()) {
         return Err(WriteError { what: format!("{name:?} is not a file name: give one without folders") });
     }
     let mut beside = Vec::new();
+    // An empty buffer needs no file.
     if layout == BufferPlace::Beside && !buffer.is_empty() {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         let name = free_name(&stem, images);
@@ -41,12 +43,10 @@ pub(super) fn files(
     Ok(std::iter::once(OutputFile { path: path.into(), bytes }).chain(beside).chain(images.iter().cloned()).collect())
 }
 
-/// Makes a single file: GLB, or JSON with the buffer inside.
 pub(super) fn one_file(document: Value, buffer: &[u8], format: Format) -> Result<Vec<u8>, WriteError> {
     if format == Format::Glb { write_glb(&document, buffer) } else { write_embedded(document, buffer) }
 }
 
-/// Returns a name for the buffer that no image has, ignoring case.
 fn free_name(stem: &str, images: &[OutputFile]) -> String {
     let is_taken =
         |name: &str| images.iter().any(|image| image.path.to_str().is_some_and(|path| path.eq_ignore_ascii_case(name)));

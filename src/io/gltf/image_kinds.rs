@@ -23,7 +23,6 @@ pub(super) fn media_type(ending: &str) -> Option<&'static str> {
     }
 }
 
-/// Returns the extension that a texture of this media type needs, if any.
 pub(super) fn texture_extension(media_type: &str) -> Option<&'static str> {
     match media_type {
         "image/webp" => Some("EXT_texture_webp"),
@@ -39,6 +38,7 @@ pub(super) fn change_kind(document: &mut Value, at: usize, bytes: &[u8], files: 
     let ending = extension(bytes);
     let Some(kind) = media_type(ending) else { return };
     let image = &mut document["images"][at];
+    // Images in views need a media type; files only keep one.
     if image.get("mimeType").is_some() || image.get("bufferView").is_some() {
         image["mimeType"] = kind.into();
     }
@@ -55,6 +55,7 @@ pub(super) fn change_kind(document: &mut Value, at: usize, bytes: &[u8], files: 
 
 fn rename(document: &mut Value, path: &Path, ending: &str, files: &mut [OutputFile]) {
     let is_named_so = |path: &Path| path.extension().is_some_and(|other| other.eq_ignore_ascii_case(ending));
+    // A second image of this file finds it renamed already.
     let Some(at) = files.iter().position(|file| file.path == path).filter(|_| !is_named_so(path)) else { return };
     let new = free_path(path.with_extension(ending), files);
     let names = new.components().map(|name| encode_percent(&name.as_os_str().to_string_lossy()));
@@ -69,7 +70,6 @@ fn rename(document: &mut Value, path: &Path, ending: &str, files: &mut [OutputFi
     files[at].path = new;
 }
 
-/// Returns the path, with `_` before its name until no file has it, ignoring case.
 pub(super) fn free_path(mut path: PathBuf, taken: &[OutputFile]) -> PathBuf {
     while taken.iter().any(|file| file.path.as_os_str().eq_ignore_ascii_case(&path)) {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -91,6 +91,7 @@ fn take_extension(texture: &mut Value, image: usize) {
         if is_empty {
             texture.shift_remove("extensions");
         }
+        // A fallback for programs without the extension takes precedence.
         texture.entry("source").or_insert(json!(image));
     }
 }

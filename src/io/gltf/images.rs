@@ -18,10 +18,10 @@ use crate::io::uri::path_inside;
 use crate::io::{Format, ImageUse, OutputFile, ReadError};
 
 impl Asset {
-    /// Converts the images of the document; returns those in separate files.
     pub(super) fn put_images(&self, draft: &mut Draft, options: &SceneOptions) -> Vec<OutputFile> {
         let mut files = self.images.clone();
         if let Some(converter) = options.images {
+            // What an image is used for decides how it is converted.
             let uses = image_uses(&self.document);
             let made = |(at, &used): (usize, &ImageUse)| {
                 let bytes = self.bytes_of_image(at)?;
@@ -91,6 +91,7 @@ pub(super) fn move_to_files(draft: &mut Draft, name: &str, taken: &[OutputFile])
     let n_images = draft.document.get("images").and_then(Value::as_array).map_or(0, Vec::len);
     for at in 0..n_images {
         let Some(bytes) = embedded_bytes(draft, at) else { continue };
+        // Equal images share a file.
         let known = moved.iter().find(|file| file.bytes == bytes).map(|file| file.path.clone());
         let path = known.unwrap_or_else(|| {
             let path = free_path(format!("{name}_{at}.{}", extension(&bytes)).into(), taken);
@@ -146,13 +147,13 @@ fn image_uses(document: &Value) -> Vec<ImageUse> {
 fn collect_textures(part: &Value, found: &mut Vec<(usize, ImageUse)>) {
     for (key, value) in part.as_object().into_iter().flatten() {
         match value.get("index").and_then(index) {
+            // An object with an index is a texture reference; others are searched deeper.
             Some(texture) => found.push((texture, texture_use(key))),
             None => collect_textures(value, found),
         }
     }
 }
 
-/// Returns the images of a texture: its own, and those of extensions.
 fn sources(texture: &Value) -> impl Iterator<Item = usize> {
     let others = texture.get("extensions").and_then(Value::as_object).into_iter().flat_map(|them| them.values());
     std::iter::once(texture).chain(others).filter_map(|holder| index(holder.get("source")?))
@@ -174,7 +175,6 @@ mod tests {
     use super::*;
     use crate::io::{ImageConverter, SimplifiedPart};
 
-    /// A converter that replaces an image by a text of its use.
     #[derive(Debug)]
     struct UseWriter;
 

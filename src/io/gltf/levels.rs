@@ -10,7 +10,6 @@ use super::vrm;
 
 const NAME: &str = "MSFT_lod";
 
-/// Members of a node that belong to its mesh.
 const OF_MESH: [&str; 3] = ["mesh", "skin", "weights"];
 
 /// Adds coarser meshes to every node that has a mesh with all `levels`: per level, pairs of a mesh index and its
@@ -20,11 +19,13 @@ pub(super) fn add_levels(draft: &mut Draft, levels: &[Vec<(usize, Value)>], cove
         return;
     }
     let n_nodes = draft.document.get("nodes").and_then(Value::as_array).map_or(0, Vec::len);
+    // Nodes with levels of their own keep them.
     let taken = nodes_of_levels(&draft.document);
     let mut offered = false;
     for node in (0..n_nodes).filter(|node| !taken.contains(node)) {
         let mesh = draft.document["nodes"][node].get("mesh").and_then(index);
         let meshes: Vec<Value> = levels.iter().filter_map(|level| replacement(level, mesh?)).collect();
+        // Each level must have a replacement, or the order of levels would shift.
         if meshes.len() == levels.len() {
             let node = without_children(draft, node);
             let ids = meshes.into_iter().enumerate().map(|(at, mesh)| push_node(draft, node, at + 1, mesh)).collect();
@@ -42,7 +43,6 @@ fn replacement(level: &[(usize, Value)], mesh: usize) -> Option<Value> {
     level.iter().find(|(replaced, _)| *replaced == mesh).map(|(_, by)| by.clone())
 }
 
-/// Lists the nodes that have levels or are levels.
 fn nodes_of_levels(document: &Value) -> Vec<usize> {
     let nodes = document.get("nodes").and_then(Value::as_array).into_iter().flatten().enumerate();
     let ids = |(at, node): (usize, &Value)| {
@@ -68,6 +68,7 @@ pub(super) fn move_mesh_to_child(draft: &mut Draft, node: usize) -> usize {
         children.into_iter().for_each(|children| children.push(child.clone()));
     }
     let at = index(&child).unwrap_or(node);
+    // References and weight animations follow the mesh to its new node.
     vrm::move_mesh(&mut draft.document, node, at);
     update_channels(&mut draft.document, |channel| {
         if channel["target"]["path"] == "weights" && channel["target"]["node"] == node {

@@ -6,7 +6,6 @@ use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use super::REMEDY;
 use crate::io::ReadError;
 
-/// Returns the bytes of a base64 `data:` URI, or of a file.
 pub(super) fn load_uri(uri: &str, fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<Vec<u8>, ReadError> {
     let Some(data) = uri.strip_prefix("data:") else { return fetch(uri) };
     let lenient = GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent);

@@ -79,6 +79,7 @@ impl<'a> MaterialWriter<'a> {
         used: ImageUse,
         material: &str,
     ) -> Option<Value> {
+        // Textures are compared whole: wrap modes belong to the sampler.
         if let Some((_, index)) = self.textures.iter().find(|(known, _)| *known == texture) {
             return Some(index.clone());
         }
@@ -104,6 +105,7 @@ impl<'a> MaterialWriter<'a> {
         if let Some((_, index, kind)) = self.images.iter().find(|(known, ..)| *known == image) {
             return Some((index.clone(), kind));
         }
+        // Converted before its type is determined, as that may change.
         let made = self.converter.and_then(|converter| converter.convert(image, used));
         let bytes = made.unwrap_or_else(|| image.to_vec());
         let kind = media_type(extension(&bytes))?;

@@ -51,7 +51,6 @@ pub fn write_gltf(
 
 #[derive(Clone, Copy, Debug, Default)]
 struct GroupProperties<'a> {
-    /// Names of the materials.
     groups: &'a [String],
     objects: &'a [Option<String>],
     looks: &'a [Look],
@@ -100,9 +99,11 @@ fn write_with_looks(
     if !matches!(format, Format::Gltf | Format::Glb) {
         return Err(WriteError { what: format!("{} is not glTF: choose gltf or glb", format.name()) });
     }
+    // glTF has no empty arrays, so an empty mesh cannot be written.
     if !part.is_mesh() || part.faces.is_empty() || !origin.iter().all(|x| x.is_finite()) {
         return Err(WriteError { what: "glTF holds no empty or broken mesh: give faces over finite positions".into() });
     }
+    // Names first: attributes are found by them below.
     let mut notes = rename_channels(&mut part);
     let mut draft = Draft { document: empty_document(), views: Vec::new() };
     let uvs = packing.map(|_| named.uv_grids(&part)).unwrap_or_default();
@@ -114,9 +115,11 @@ fn write_with_looks(
         objects.add(&mut draft, (&part, group, &faces), named, packed);
     }
     let grid = packing.and_then(|packing| packing.grid(0)).copied();
+    // Without a grid, positions are written as they are.
     let grid = grid.unwrap_or(PositionGrid { origin: [0.0; 3], step: 1.0 });
     let place = PositionGrid { origin: std::array::from_fn(|axis| origin[axis] + grid.origin[axis]), ..grid };
     objects.named.into_iter().for_each(|(name, primitives)| push_object(&mut draft, &place, name, primitives));
+    // Materials undo the grids of texture coordinates, the node that of positions.
     if packing.is_some() {
         uvs.undo(&mut draft.document, |material| objects.groups[material]);
         name_extension(&mut draft.document, QUANTIZATION);
@@ -167,6 +170,7 @@ impl<'a> ObjectPrimitives<'a> {
             self.groups.push(group as usize);
         }
         let object = named.objects.get(group as usize).and_then(Option::as_deref);
+        // Groups of one object go into one mesh, whatever their order.
         match self.named.iter_mut().find(|(known, _)| *known == object) {
             Some((_, primitives)) => primitives.push(primitive),
             None => self.named.push((object, vec![primitive])),
@@ -183,6 +187,7 @@ pub(in crate::io) fn write_attributed(
     looks: &[Look],
     options: &WriteOptions,
 ) -> Result<GltfFile, WriteError> {
+    // Single precision suffices around a local origin, which the node holds in doubles.
     let (origin, positions) = content.local_positions();
     let mut attributes = attributes.clone();
     for channel in attributes.channels.iter_mut().filter(|channel| channel.role == Role::Uv) {

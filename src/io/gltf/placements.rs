@@ -20,7 +20,6 @@ pub(super) struct MeshPlacement<'a> {
     pub instances: Option<&'a BTreeMap<String, usize>>,
 }
 
-/// Lists the meshes placed by nodes, parents before children.
 pub(super) fn placements<'a>(data: &Data<'a>) -> Result<Vec<MeshPlacement<'a>>, ReadError> {
     let root = data.root;
     let bound = bind_transforms(data);
@@ -35,6 +34,7 @@ pub(super) fn placements<'a>(data: &Data<'a>) -> Result<Vec<MeshPlacement<'a>>, 
         }
         let transform = outer * local_transform(node);
         let (skinned, instances) = (node.skin.is_some(), node.instances());
+        // The transform of a skinned mesh's node has no effect, by the specification.
         let of_skin = node.skin.and_then(|skin| *bound.get(skin)?);
         placed.extend(node.mesh.map(|mesh| MeshPlacement {
             mesh,
@@ -60,6 +60,7 @@ fn bind_transforms(data: &Data) -> Vec<Option<DMat4>> {
 
 /// Returns the root nodes: of the default or first scene, else all nodes without parents.
 fn roots(root: &Root) -> Result<Vec<usize>, ReadError> {
+    // A file without scenes still has nodes that viewers show.
     if !root.scenes.is_empty() {
         let index = root.scene.unwrap_or(0);
         return Ok(root.scenes.get(index).ok_or_else(|| missing_error("scene", index))?.nodes.clone());
@@ -82,6 +83,7 @@ pub(super) fn local_transform(node: &GltfNode) -> DMat4 {
 
 fn transform_of(scale: Option<[f64; 3]>, rotation: Option<[f64; 4]>, translation: Option<[f64; 3]>) -> DMat4 {
     let rotation = DQuat::from_array(rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]));
+    // Broken files have zero quaternions.
     let rotation = if rotation.length_squared() > 0.0 { rotation.normalize() } else { DQuat::IDENTITY };
     let scale = scale.map_or(DVec3::ONE, DVec3::from);
     DMat4::from_scale_rotation_translation(scale, rotation, translation.unwrap_or_default().into())
@@ -101,6 +103,7 @@ impl MeshPlacement<'_> {
         let rows = |name: &str| names.get(name).map(|&accessor| data.floats(accessor, limit)).transpose();
         let [scales, rotations, translations] = [rows("SCALE")?, rows("ROTATION")?, rows("TRANSLATION")?];
         let lengths = [&scales, &rotations, &translations].map(|rows| Some(rows.as_ref()?.1.len() / rows.as_ref()?.0));
+        // The shortest table decides: the specification demands equal lengths.
         let n = lengths.into_iter().flatten().min().unwrap_or(0);
         let instance = |i| transform_of(row(&scales, i), row(&rotations, i), row(&translations, i));
         Ok((0..n).map(|i| self.transform * instance(i)).collect())

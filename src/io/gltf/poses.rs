@@ -65,11 +65,13 @@ impl Asset {
         let skins: Vec<Bones> = skins.collect::<Result<_, _>>()?;
         let skin_of = |mesh: usize| nodes.iter().find(|node| node.mesh == Some(mesh))?.skin;
         let bones_of: Vec<Option<&Bones>> = self.meshes.iter().map(|&mesh| skins.get(skin_of(mesh)?)).collect();
+        // Most assets have no skins.
         if bones_of.iter().all(Option::is_none) {
             return Ok(vec![Vec::new(); self.parts().len()]);
         }
         let rest: Vec<DMat4> = nodes.iter().map(local_transform).collect();
         let poses = self.local_poses(&rest, &skins)?;
+        // The rest pose comes first, for the scale of the displacements.
         let worlds: Vec<Vec<DMat4>> =
             std::iter::once(&rest).chain(&poses).map(|local| world_transforms(nodes, local)).collect();
         let of_part = |(part, bones): (&super::AssetPart, &Option<&Bones>)| {
@@ -133,7 +135,6 @@ impl Asset {
     }
 }
 
-/// Returns the transforms of all nodes at a fraction of an animation's duration.
 fn animate(rest: &[DMat4], tracks: &[(usize, &str, Track)], share: f64) -> Vec<DMat4> {
     let end = tracks.iter().filter_map(|(_, _, track)| track.times.last().copied()).fold(0.0, f64::max);
     let mut parts: Vec<Option<[DVec3; 2]>> = vec![None; rest.len()];
@@ -185,7 +186,6 @@ impl Track {
     }
 }
 
-/// Bends each joint, except the first of its skin, at random.
 fn bend_joints(rest: &[DMat4], skins: &[Bones], seed: u64) -> Vec<DMat4> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut unit = || (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
@@ -214,6 +214,7 @@ fn apply_skin(mesh: &RawMesh, places: &[DVec3], bones: &Bones, world: &[DMat4]) 
                 total += f64::from(weight);
             }
         }
+        // Weights that do not sum to one are normalised, absent ones leave the vertex.
         if total > 0.0 { sum / total } else { *place }
     };
     (0..).zip(places).map(moved).collect()
@@ -237,6 +238,7 @@ fn displacements(places: &[DVec3], rest: Option<&[DVec3]>, pose: Option<&[DVec3]
     let mean = |of: &[DVec3]| of.iter().sum::<DVec3>() / of.len().max(1) as f64;
     let spread = |of: &[DVec3], mean: DVec3| of.iter().map(|p| p.distance_squared(mean)).sum::<f64>().sqrt();
     let means = [places, rest, pose].map(mean);
+    // The scene may scale a mesh: displacements are measured in its own unit.
     let scale = spread(places, means[0]) / spread(rest, means[1]);
     let scale = if scale.is_normal() { scale } else { 1.0 };
     let step = |(place, posed): (&DVec3, &DVec3)| (*posed - means[2]) * scale - (*place - means[0]);

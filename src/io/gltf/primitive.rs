@@ -13,7 +13,6 @@ use crate::mesh::{Channel, Role};
 
 /// The vertices that a file needs for some faces: one per pair of vertex and wedge.
 pub(super) struct PrimitiveVertices {
-    /// Vertex and wedge of the part, n_vertices.
     pairs: Vec<[u32; 2]>,
     positions: Vec<[f32; 3]>,
     faces: Vec<[u32; 3]>,
@@ -54,6 +53,7 @@ impl PrimitiveVertices {
 
     /// Reorders faces and vertices for fast drawing; drops unused vertices.
     pub fn reorder(mut self) -> Self {
+        // Faces first: vertices then follow in the order of their first use.
         self.faces = order_faces(&self.faces, self.len());
         let (mut places, mut order) = (vec![u32::MAX; self.len()], Vec::new());
         for vertex in self.faces.as_flattened_mut() {
@@ -94,6 +94,7 @@ impl PrimitiveWriter<'_, '_> {
     /// Writes the attributes: name -> accessor. Those that the part lost are left out.
     pub fn attributes(&mut self, slots: &AttributeStorage) -> Value {
         let n_sets = slots.iter().filter(|(name, _)| name.starts_with("JOINTS_")).count();
+        // Joints and weights are one channel, written for all sets at once.
         let mut skin = self.push_skin(n_sets);
         let mut accessors = Map::new();
         for (name, stored) in slots {
@@ -155,6 +156,7 @@ impl PrimitiveWriter<'_, '_> {
             _ => {}
         }
         let kind = (channel.role, channel.width);
+        // Filtered directions have a storage of their own.
         if self.packed.is_some_and(|packed| packed.is_filtered(kind)) {
             return Some(push_directions(self.draft, &values, channel.width));
         }
@@ -184,7 +186,6 @@ impl PrimitiveWriter<'_, '_> {
         Some(normals)
     }
 
-    /// Writes joints and weights in sets of four: name -> accessor.
     fn push_skin(&mut self, n_sets: usize) -> FxHashMap<String, Value> {
         let mut accessors = FxHashMap::default();
         let Some(channel) = self.part.channel(SKIN).filter(|_| n_sets > 0) else { return accessors };
@@ -192,6 +193,7 @@ impl PrimitiveWriter<'_, '_> {
             repair_values::normalize_skin(&self.vertices.values(channel), channel.width, n_sets);
         let shares = self.packed.map(|packed| packed.pack_skin(&mut joints, &mut weights, 4 * n_sets));
         let weight_kind = shares.unwrap_or_else(|| NumberStorage::floats("VEC4"));
+        // Joints need one byte unless there are more than 256.
         let small = joints.iter().all(|&joint| joint <= f32::from(u8::MAX));
         let component = if small { UNSIGNED_BYTE } else { UNSIGNED_SHORT };
         let joint_kind = NumberStorage { component, ..NumberStorage::floats("VEC4") };

@@ -45,7 +45,6 @@ fn follow(value: &mut Value, path: &str, show: &mut dyn FnMut(&mut Value)) {
     }
 }
 
-/// Finds which of `n` items the paths refer to.
 pub(super) fn find_referenced(document: &mut Value, paths: &[&str], n: usize) -> Vec<bool> {
     let mut named = vec![false; n];
     visit(document, paths, &mut |value| {

@@ -16,9 +16,11 @@ const ALIGNMENT: usize = 4;
 /// Drops accessors and buffer views without references and renumbers the rest; keeps all if an unknown extension may
 /// hold references.
 pub(super) fn drop_unused(draft: &mut Draft) {
+    // An unknown extension might refer to anything by index.
     if may_name_indices(&draft.document) {
         return;
     }
+    // Before dropping: a view goes only if none of its accessors is used.
     cut_shared_views(draft);
     let n_accessors = length(&draft.document, "accessors");
     let used = find_referenced(&mut draft.document, &ACCESSORS, n_accessors);
@@ -49,6 +51,7 @@ pub(super) fn pack(draft: &mut Draft, limit: usize) -> Result<Vec<u8>, WriteErro
             buffer.extend_from_slice(bytes);
             offset
         });
+        // Views may overlap in the file and repeat its bytes many times.
         if buffer.len() > limit {
             return Err(WriteError { what: "the result is too large for glTF: simplify further".into() });
         }
@@ -156,6 +159,7 @@ fn byte_range(document: &Value, accessor: usize, value: &Value, view: usize) -> 
 /// together.
 fn cut_view(draft: &mut Draft, view: usize, ranges: &[ByteRange]) {
     let Some(bytes) = draft.views[view].clone() else { return };
+    // A broken accessor leaves its view as it is.
     if ranges.iter().any(|range| range.end > bytes.len()) {
         return;
     }

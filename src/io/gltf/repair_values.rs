@@ -11,6 +11,7 @@ pub(super) fn mend_normals(normals: &mut [f32], positions: &[[f32; 3]], faces: &
     let mut around: Option<Vec<Vec3>> = None;
     for (vertex, row) in normals.as_chunks_mut::<3>().0.iter_mut().enumerate() {
         let normal = Vec3::from(*row);
+        // Good normals keep their bits.
         if (normal.length() - 1.0).abs() <= UNIT {
             continue;
         }
@@ -61,6 +62,7 @@ pub(super) fn normalize_skin(rows: &[f32], width: usize, n_sets: usize) -> (Vec<
     let (mut joints, mut weights) = (Vec::new(), Vec::new());
     for row in rows.chunks_exact(width) {
         let mut bound = bindings(row);
+        // Sorted only then, so that joints otherwise keep their order.
         if bound.len() > n_slots {
             bound.sort_by(|a, b| b.1.total_cmp(&a.1));
             bound.truncate(n_slots);

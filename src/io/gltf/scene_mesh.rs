@@ -30,6 +30,7 @@ impl Asset {
     pub fn scene_mesh(&self, meshes: &[RawMesh]) -> Result<RawMesh, ReadError> {
         let first_groups = self.first_groups();
         let cost = |mesh: &RawMesh| mesh.positions.len() + mesh.faces.len() + mesh.attributes.n_wedges();
+        // Costs are checked before anything is joined.
         let places = self.list_placements(|part| meshes.get(part).map_or(0, cost))?;
         let meshes: Vec<_> = meshes.iter().enumerate().map(|(part, mesh)| self.with_transforms(part, mesh)).collect();
         let placed = places.into_iter().filter_map(|(part, transform)| {
@@ -47,7 +48,6 @@ impl Asset {
         (Looks { of_groups: of_parts.concat(), v_is_up: false, linear_colours: true }, notes)
     }
 
-    /// Returns the group number of each part's first primitive in the scene.
     fn first_groups(&self) -> Vec<u32> {
         let mut first = 0;
         let mut next = |part: &super::AssetPart| {
@@ -72,6 +72,7 @@ impl Asset {
     pub fn part_transforms(&self) -> Result<Vec<Vec<DMat4>>, ReadError> {
         let mut places = vec![Vec::new(); self.parts().len()];
         let all = self.list_placements(|_| 0)?;
+        // Some files have meshes and do not place them.
         if all.is_empty() {
             places.fill(vec![DMat4::IDENTITY]);
         }
@@ -85,6 +86,7 @@ impl Asset {
         let mut budget = MOST.min(REPEATS.0.saturating_mul(self.n_bytes).saturating_add(REPEATS.1));
         let mut places = Vec::new();
         for placed in placements(&data)? {
+            // Mesh indices of the parts are ascending.
             let Ok(part) = self.meshes.binary_search(&placed.mesh) else { continue };
             let n_places = placed.n_instances(&data)?;
             // Before the transforms are made: an accessor of zeros may claim any number.

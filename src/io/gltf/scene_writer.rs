@@ -120,6 +120,7 @@ impl Asset {
         levels: &[&[SimplifiedPart]],
         options: &SceneOptions,
     ) -> Result<Vec<OutputFile>, WriteError> {
+        // All checks come before the first change of the draft.
         let layout = self.layout(options.format)?;
         check_levels(levels, options.coverage)?;
         levels.iter().try_for_each(|lighter| self.check(lighter))?;
@@ -133,6 +134,7 @@ impl Asset {
             let meshes = self.rewrite_meshes(&mut draft, lighter, &pack_with)?;
             let mut replaced = Vec::new();
             for (part, (mesh, written)) in meshes.into_iter().enumerate() {
+                // The finest level replaces the mesh; others are added.
                 let place = if level == 0 {
                     draft.document["meshes"][mesh] = written;
                     mesh.into()
@@ -158,8 +160,8 @@ impl Asset {
         files(draft.document, buffer, layout, options.name, &images)
     }
 
-    /// Lists the meshes of parts without faces that draw nothing else either.
     fn emptied_meshes(&self, lighter: &[SimplifiedPart]) -> Vec<usize> {
+        // Lines and points of the mesh would still be drawn.
         let is_emptied = |(part, &mesh): (&SimplifiedPart, &usize)| {
             let described = self.container.root.meshes.get(mesh)?;
             let has_triangles = |it: &Primitive| it.triangle_positions().is_some();
@@ -235,7 +237,9 @@ impl Asset {
         let Some(described) = root.meshes.get(mesh) else { return Ok(written) };
         let is_rewritten =
             |index: usize| described.primitives.get(index).is_some_and(|it| it.triangle_positions().is_some());
+        // Groups are the primitives that the faces came from.
         let groups = faces_by_group(lighter);
+        // A face cannot join a primitive of lines or points.
         if let Some(group) = groups.keys().find(|&&group| !is_rewritten(group as usize)) {
             let what = format!("{}: primitive {group} has no triangles: keep the groups of the faces", part.name);
             return Err(WriteError { what });
@@ -373,6 +377,7 @@ fn rewrite_primitive(
         primitive["targets"] = writer.targets(&targets);
     }
     primitive["indices"] = writer.indices();
+    // Strips and fans become lists.
     if described.mode != 4 {
         primitive["mode"] = 4.into();
     }
@@ -393,6 +398,7 @@ fn attribute_storage(
         let floats = NumberStorage { sparse: accessor.sparse.is_some(), ..NumberStorage::floats(shape) };
         let original =
             NumberStorage { component: accessor.component_type, normalized: accessor.normalized, ..floats.clone() };
+        // Byte and short colours are allowed by the specification, other types are not.
         let is_fraction = original.normalized && [UNSIGNED_BYTE, UNSIGNED_SHORT].contains(&original.component);
         let stored = match role(name) {
             (Role::Colour, _) if !is_fraction => floats,

@@ -228,7 +228,6 @@ struct NodeExtensions {
     instancing: Option<Instancing>,
 }
 
-/// Accessors of instances, name -> accessor.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Instancing {

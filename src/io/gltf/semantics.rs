@@ -3,7 +3,6 @@
 use super::schema::Primitive;
 use crate::mesh::Role;
 
-/// Name of the channel with all joints and weights.
 pub(super) const SKIN: &str = "SKIN";
 
 pub(super) const TARGET: &str = "TARGET_";
@@ -19,7 +18,6 @@ pub(super) fn role(name: &str) -> (Role, Option<usize>) {
     }
 }
 
-/// Returns the role and width of what a morph target adds to an attribute.
 pub(super) fn target_role(name: &str) -> (Role, Option<usize>) {
     match name {
         "POSITION" => (Role::MorphPosition, Some(3)),

@@ -35,6 +35,7 @@ impl SimplifiedPart {
         let is_finite = |v: &u32| positions.get(*v as usize).is_some_and(|p| p.iter().all(|x| (*x as f32).is_finite()));
         let kept: Vec<u32> =
             (0..faces.len() as u32).filter(|&face| faces[face as usize].iter().all(is_finite)).collect();
+        // Beyond single precision, positions are replaced: no face uses them.
         let finite = |x: f64| if (x as f32).is_finite() { x as f32 } else { 0.0 };
         Self {
             positions: positions.iter().map(|position| position.map(finite)).collect(),
@@ -59,6 +60,7 @@ impl SimplifiedPart {
             return problem("faces, positions and attributes do not fit each other: give a valid mesh");
         }
         for held in &part.mesh.attributes.channels {
+            // Skins and morph targets are required by nodes and animations; other channels may be dropped.
             let needed = held.name == SKIN || held.name.starts_with(TARGET);
             match self.channel(&held.name) {
                 None if needed => return problem(&format!("lacks the channel {}: hand it back", held.name)),

@@ -23,6 +23,7 @@ pub(in crate::io) fn read_attributed(
     bytes: &[u8],
     fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
 ) -> Result<ReadMesh, ReadError> {
+    // Images and materials may be broken while the geometry is fine.
     let asset = match Asset::from_bytes(bytes, fetch) {
         Ok(asset) => asset,
         Err(error) => {
@@ -39,7 +40,6 @@ pub(in crate::io) fn read_attributed(
     Ok(ReadMesh { mesh, extra, notes, format: None })
 }
 
-/// Returns the groups of the scene, the first group of each part, and notes.
 fn describe_groups(asset: &Asset) -> (Extra, Vec<u32>, Vec<String>) {
     let (looks, notes) = asset.looks();
     let names = material_names(asset);
@@ -55,6 +55,7 @@ fn describe_groups(asset: &Asset) -> (Extra, Vec<u32>, Vec<String>) {
         }
     }
     let bends = |role| matches!(role, Role::Skin | Role::MorphPosition);
+    // glTF prescribes metres.
     extra.unit = Some("meter".into());
     extra.is_bent = asset.parts().iter().flat_map(|part| &part.mesh.attributes.channels).any(|it| bends(it.role));
     let mut channels = asset.parts().iter().flat_map(|part| &part.mesh.attributes.channels);
@@ -71,13 +72,13 @@ fn join_parts(asset: &Asset, first_groups: &[u32], mut budget: usize) -> Result<
         let Some(part) = asset.meshes.iter().position(|&of_part| of_part == mesh) else { continue };
         let (mesh, first_group): (&RawMesh, u32) = (&meshes[part], first_groups[part]);
         let n_wedges = mesh.attributes.n_wedges().max(1);
+        // Instances multiply everything, channels of other parts included.
         spend(&mut budget, mesh.positions.len() + mesh.faces.len() + n_wedges * n_numbers)?;
         placed.push(PlacedMesh { mesh, transform, first_group });
     }
     Ok(merge_placed_meshes(&placed, is_carried))
 }
 
-/// Returns the most numbers that a wedge of the scene carries.
 fn n_numbers(parts: &[AssetPart]) -> usize {
     let mut widths: BTreeMap<&str, usize> = BTreeMap::new();
     for channel in parts.iter().flat_map(|part| &part.mesh.attributes.channels).filter(|it| is_carried(it.role)) {
@@ -92,6 +93,7 @@ fn material_names(asset: &Asset) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for (index, material) in asset.container.root.materials.iter().enumerate() {
         let name = material.name.as_deref().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join("_");
+        // Materials are identified by name in other formats, so names must be unique.
         let is_own = !name.is_empty() && !names.contains(&name);
         names.push(if is_own { name } else { format!("{}_{index}", if name.is_empty() { "material" } else { &name }) });
     }

@@ -46,6 +46,7 @@ impl Asset {
 fn move_coordinates(mesh: &mut RawMesh, of_groups: &[Transforms]) {
     let attributes = &mut mesh.attributes;
     let n_wedges = attributes.n_wedges();
+    // Groups with equal transforms share wedges.
     let first_alike: Vec<usize> =
         of_groups.iter().map(|own| of_groups.iter().position(|other| other == own).unwrap_or(0)).collect();
     let mut taken: Vec<Option<usize>> = vec![None; n_wedges];
@@ -56,6 +57,7 @@ fn move_coordinates(mesh: &mut RawMesh, of_groups: &[Transforms]) {
             let wedge = attributes.wedges[face][corner];
             match taken.get(wedge as usize).copied() {
                 Some(None) => taken[wedge as usize] = Some(kind),
+                // The wedge was taken by another transform: it is copied once for this one.
                 Some(Some(other)) if other != kind => {
                     let copy = *copies.entry((wedge, kind)).or_insert_with(|| {
                         taken.push(Some(kind));

@@ -15,6 +15,7 @@ pub(super) fn read_triangles(
     budget: &mut usize,
 ) -> Result<Vec<[u32; 3]>, ReadError> {
     let n_corners = primitive.indices.map_or(Ok(n_vertices), |accessor| data.count(accessor))?;
+    // The count is a claim of the file.
     spend(budget, n_corners)?;
     let mut indices = match primitive.indices {
         Some(accessor) => data.indices(accessor, n_corners)?,

@@ -33,7 +33,6 @@ pub(super) fn repeat_mesh(document: &mut Value, mesh: usize, added: &Value) {
     visit(document, &OF_MESHES, &mut |list| repeat(list, "mesh", &mesh.into(), added));
 }
 
-/// Repeats the elements of a list with this reference, for another.
 fn repeat(list: &mut Value, name: &str, of: &Value, added: &Value) {
     let Some(list) = list.as_array_mut() else { return };
     let twin = |element: &Value| {
@@ -45,7 +44,6 @@ fn repeat(list: &mut Value, name: &str, of: &Value, added: &Value) {
     list.extend(twins);
 }
 
-/// Lists the textures in shader properties of VRM 0.x materials, with their uses.
 pub(super) fn textures(document: &Value) -> impl Iterator<Item = (&Value, ImageUse)> {
     let materials = document["extensions"]["VRM"]["materialProperties"].as_array().into_iter().flatten();
     let named = materials.filter_map(|material| material["textureProperties"].as_object()).flatten();

@@ -34,6 +34,7 @@ impl<'a> ObjGroups<'a> {
 
     /// Assigns the triangles from `n_before` to `n_faces` to the current group.
     pub fn assign(&mut self, n_before: usize, n_faces: usize) {
+        // Statements between two faces may cancel out, so the state is looked up only when a face follows.
         if std::mem::take(&mut self.changed) || self.states.is_empty() {
             self.current = *self.numbers.entry(self.state).or_insert_with(|| {
                 self.states.push(self.state);
@@ -53,6 +54,7 @@ impl<'a> ObjGroups<'a> {
     /// Such groups would forbid every collapse.
     pub fn drop_varied_names(&mut self) -> Vec<String> {
         let mut notes = Vec::new();
+        // One kind of name at a time: the others may still group faces well.
         while has_too_many_groups(self.states.len(), self.of_faces.len()) {
             let n_names = |kind: &usize| self.states.iter().map(|state| state[*kind]).collect::<FxHashSet<_>>().len();
             let Some(kind) = (0..KINDS.len()).max_by_key(n_names) else { break };
@@ -62,7 +64,6 @@ impl<'a> ObjGroups<'a> {
         notes
     }
 
-    /// Merges groups that differ only in the names of one kind.
     fn drop_names(&mut self, kind: usize) {
         let mut numbers: FxHashMap<GroupState, u32> = FxHashMap::default();
         let mut states = Vec::new();
@@ -88,6 +89,7 @@ impl<'a> ObjGroups<'a> {
 
     /// Returns the groups by name; none if the only group is unnamed.
     pub fn to_groups(&self, in_latin1: bool) -> Vec<Group> {
+        // A file without group statements has one unnamed state.
         if self.states.len() == 1 && self.states[0] == GroupState::default() {
             return Vec::new();
         }

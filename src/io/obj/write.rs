@@ -59,6 +59,7 @@ fn push_vertices(out: &mut Vec<u8>, content: &Content, attributes: &Attributes, 
     let mut n_lost = 0;
     if let Some(channel) = colours {
         for (&vertex, &wedge) in content.faces.iter().flatten().zip(attributes.wedges.iter().flatten()) {
+            // The first colour of a vertex is written; differing corners are counted as losses.
             let first = *wedge_of[vertex as usize].get_or_insert(wedge);
             n_lost += usize::from(channel.value(first) != channel.value(wedge));
         }
@@ -81,7 +82,6 @@ fn push_vertices(out: &mut Vec<u8>, content: &Content, attributes: &Attributes, 
 }
 
 struct ValueLines {
-    /// Line of each wedge, from 1; 0 for none.
     of_wedges: Vec<u32>,
 }
 
@@ -93,9 +93,11 @@ impl ValueLines {
         let mut numbers = FxHashMap::default();
         for &wedge in attributes.wedges.iter().flatten() {
             let value = channel.value(wedge);
+            // A wedge may occur at several corners; zero normals would be invalid.
             if of_wedges[wedge as usize] > 0 || channel.role == Role::Normal && value.iter().all(|x| *x == 0.0) {
                 continue;
             }
+            // By bits, so that equal values share a line and each differing one is kept.
             let mut key = [0; 3];
             key.iter_mut().zip(value).for_each(|(bits, x)| *bits = x.to_bits());
             let next = numbers.len() as u32 + 1;
@@ -118,10 +120,12 @@ fn push_faces(
     lines: &[Option<ValueLines>; 2],
 ) {
     let mut order: Vec<u32> = (0..content.faces.len() as u32).collect();
+    // The sort is stable: faces keep their order within a group.
     order.sort_by_key(|&face| attributes.group(face));
     let mut state = Group::default();
     let mut digits = itoa::Buffer::new();
     for (i, &face) in order.iter().enumerate() {
+        // Statements are written only where the group changes.
         if i == 0 || attributes.group(order[i - 1]) != attributes.group(face) {
             push_names(out, &mut state, extra.group(attributes.group(face)), extra.latin1);
         }
@@ -136,6 +140,7 @@ fn push_faces(
             out.push(b' ');
             out.extend(digits.format(vertex + 1).as_bytes());
             let [uv, normal] = line_numbers.map(|corners| corners.map(|corners| corners[corner]));
+            // A corner is written as `v`, `v/vt`, `v//vn` or `v/vt/vn`.
             if uv.is_some() || normal.is_some() {
                 out.push(b'/');
             }
@@ -149,7 +154,6 @@ fn push_faces(
     }
 }
 
-/// Appends the statements of a new group that differ from the last one.
 fn push_names(out: &mut Vec<u8>, state: &mut Group, group: Option<&Group>, latin1: bool) {
     let Some(group) = group else { return };
     let names = [

@@ -40,6 +40,7 @@ pub fn each_position(file: impl Read, take: &mut PositionReceiver) -> Result<(),
 pub fn each_face(file: impl Read, take: &mut dyn FnMut(&[i64])) -> Result<(), ReadError> {
     let (mut n_before, mut corners) = (0i64, Vec::new());
     each_line(file, &mut |text, line| {
+        // Relative indices count back from the vertices read so far.
         if line != ObjLine::Face {
             n_before += i64::from(line == ObjLine::Vertex);
             return Ok(());
@@ -71,7 +72,6 @@ fn position(text: &mut Text) -> Result<[f64; 3], ReadError> {
 enum ObjLine {
     Vertex,
     Face,
-    /// Texture coordinate, normal or material.
     More,
 }
 
@@ -82,9 +82,11 @@ fn each_line(
 ) -> Result<(), ReadError> {
     let mut bytes: Vec<u8> = Vec::new();
     loop {
+        // What follows the last complete line is kept for the next run.
         let n_before = bytes.len();
         let n_read = file.by_ref().take(RUN as u64).read_to_end(&mut bytes).map_err(|error| unreadable(&error))?;
         let is_last = n_read == 0;
+        // The last line may lack its end.
         let end = if is_last { Some(bytes.len()) } else { end_of_lines(&bytes, n_before) };
         // No line ends yet: read on, but not without bound.
         let Some(end) = end else {
@@ -98,6 +100,7 @@ fn each_line(
             text.skip_blanks();
             let line = match text.rest() {
                 [b'v', b' ' | b'\t' | b'\\', ..] => Some(ObjLine::Vertex),
+                // Geometry is recognised as in the reader of whole files.
                 [b'f', b' ' | b'\t' | b'\\', ..] => Some(ObjLine::Face),
                 [b'v', b't' | b'n', b' ' | b'\t', ..] | [b'u', b's', b'e', b'm', b't', b'l', ..] => Some(ObjLine::More),
                 _ => None,
@@ -118,6 +121,7 @@ fn each_line(
 /// Returns the end of the last complete line; lines before `from` are known to be incomplete.
 fn end_of_lines(bytes: &[u8], from: usize) -> Option<usize> {
     let ends = memchr::memrchr_iter(b'\n', &bytes[from..]).map(|at| from + at);
+    // A line that ends in a backslash goes on in the next one.
     let is_continued = |at: usize| bytes[..at].strip_suffix(b"\r").unwrap_or(&bytes[..at]).ends_with(b"\\");
     ends.into_iter().find(|&at| !is_continued(at)).map(|at| at + 1)
 }

@@ -15,26 +15,26 @@ const MOST_CORNERS: usize = 1 << 20;
 #[derive(Debug)]
 pub struct PlyLayout {
     big: bool,
-    /// Offset of the vertices in bytes.
     body: u64,
     n_vertices: u64,
     stride: usize,
-    /// Offset in the vertex, and type, of each coordinate.
     axes: [(usize, Scalar); 3],
     faces: Element,
-    /// Index of the face property with the corners.
     corners: usize,
     others: Vec<String>,
 }
 
 /// Parses the layout of a file, or returns `None` if it cannot be streamed.
 pub fn layout(path: &Path) -> Result<Option<PlyLayout>, ReadError> {
+    // A header longer than this is not one of a mesh.
     let header = Header::parse(&read_beginning(path, LONGEST_HEADER)?)?;
     let big = match header.encoding {
         Encoding::Text => return Ok(None),
         encoding => encoding == Encoding::BigEndian,
     };
+    // Other tables, or another order, are left to the reader of whole files.
     let [vertices, faces] = &header.elements[..] else { return Ok(None) };
+    // Vertices of fixed length can be skipped without reading them.
     let (Some((offsets, stride)), Some(corners)) = (vertices.layout(), faces.list(&["vertex_indices", "vertex_index"]))
     else {
         return Ok(None);
@@ -94,6 +94,7 @@ impl PlyLayout {
     fn position(&self, row: &[u8]) -> Result<[f64; 3], ReadError> {
         let mut position = [0.0; 3];
         for (x, (at, scalar)) in position.iter_mut().zip(&self.axes) {
+            // The usual type has a path of its own, as this runs for every coordinate.
             *x = match (scalar, self.big, row[*at..].first_chunk()) {
                 (Scalar::F32, false, Some(bytes)) => f64::from(f32::from_le_bytes(*bytes)),
                 _ => number(*scalar, &row[*at..], self.big)?,
@@ -107,6 +108,7 @@ impl PlyLayout {
         mut file: BufReader<R>,
         take: &mut dyn FnMut(&[i64]),
     ) -> Result<(), ReadError> {
+        // Faces begin right after the vertices, so these are not read again.
         let start = self.n_vertices.saturating_mul(self.stride as u64).saturating_add(self.body);
         file.seek(SeekFrom::Start(start)).map_err(|error| unreadable(&error))?;
         let mut corners = Vec::new();
@@ -118,6 +120,7 @@ impl PlyLayout {
                     Some(length) => self.read_scalar(&mut file, length)? as usize,
                     None => 1,
                 };
+                // Other properties are skipped by their size.
                 if at != self.corners {
                     skip(&mut file, n.saturating_mul(property.scalar.size()))?;
                     continue;

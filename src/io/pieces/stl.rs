@@ -8,6 +8,7 @@ use crate::io::ReadError;
 
 /// Returns the number of faces of a binary file, or `None` for text.
 pub fn n_faces(path: &Path) -> Result<Option<u64>, ReadError> {
+    // The header is 80 bytes, the count four.
     let start = read_beginning(path, 84)?;
     let n_bytes = std::fs::metadata(path).map_err(|error| unreadable(&error))?.len();
     let Some(count) = start.get(80..84).and_then(|count| count.first_chunk()).map(|count| u32::from_le_bytes(*count))

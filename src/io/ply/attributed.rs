@@ -36,7 +36,6 @@ pub(super) fn read(bytes: &[u8], header: Header) -> Result<ReadMesh, ReadError> 
     Ok(reader.finish(header.comments))
 }
 
-/// Values of a row: one per scalar property, any number per list.
 type RowValues = [Vec<f64>];
 
 fn for_each_row(source: &mut Source, element: &Element, mut take: impl FnMut(&RowValues)) -> Result<(), ReadError> {
@@ -72,7 +71,9 @@ struct PlyReader {
 impl PlyReader {
     fn read_vertices(&mut self, source: &mut Source, element: &Element) -> Result<(), ReadError> {
         let axes = [element.scalar("x")?, element.scalar("y")?, element.scalar("z")?];
+        // Which columns form a channel is decided by their names alone.
         let plans = ChannelPlan::for_element(element, &axes);
+        // Lists per vertex fit no channel.
         for property in element.properties.iter().filter(|property| property.length.is_some()) {
             self.notes.push(format!("the list {} of the vertices is dropped", property.name));
         }
@@ -86,6 +87,7 @@ impl PlyReader {
         } else {
             let columns: Vec<_> = plans.iter().map(|plan| channel_values(plan, element, None)).collect();
             let positions = &mut self.mesh.positions;
+            // Whole numbers of 32 bits need doubles as well.
             self.mesh.double |= axes.iter().any(|&axis| element.properties[axis].scalar.is_wide());
             for_each_row(source, element, |row| {
                 positions.push(axes.map(|axis| row[axis][0]));
@@ -102,10 +104,12 @@ impl PlyReader {
     }
 
     fn add_channel(&mut self, plan: &ChannelPlan, mut values: Vec<f32>) {
+        // Later fits need finite values.
         let n_not_finite = replace_non_finite(&mut values);
         if n_not_finite > 0 {
             self.notes.push(format!("{n_not_finite} values of {} are not finite: zeros", plan.name));
         }
+        // Labels are stored as singles, which hold whole numbers only up to 2^24.
         if plan.role == Role::Label && values.iter().any(|value| value.abs() >= (1 << 24) as f32) {
             self.notes.push(format!("values of {} from 16777216 on are rounded to single precision", plan.name));
         }
@@ -120,6 +124,7 @@ impl PlyReader {
             return read_faces(source, element, &mut self.mesh, &mut self.fans);
         };
         let texcoord = element.list(&["texcoord"]).filter(|_| !with_strips);
+        // Whole numbers of faces are taken as groups: materials, labels, parts.
         let is_group = |&i: &usize| element.properties[i].length.is_none() && element.properties[i].scalar.is_whole();
         let columns: Vec<usize> = (0..element.properties.len()).filter(is_group).collect();
         for (i, property) in element.properties.iter().enumerate() {
@@ -152,6 +157,7 @@ impl PlyReader {
             // As in OBJ: polygons are cut while faces index wedges, then faces return to vertices.
             self.fans.triangulate_with(|wedge| positions.get(corners.vertex(wedge) as usize).copied(), faces);
             channels.iter_mut().for_each(|channel| corners.spread(channel));
+            // Vertices may have coordinates named `uv` already.
             let name = if channels.iter().any(|channel| channel.name == "uv") { "texcoord" } else { "uv" };
             let column = Column { name: "texcoord".into(), scalar: Scalar::F32 };
             let columns = vec![column.clone(), column];
@@ -177,7 +183,6 @@ impl PlyReader {
 
 struct ChannelValue {
     property: usize,
-    /// Offset in the row in bytes, for rows of equal length.
     offset: usize,
     scalar: Scalar,
     unit: f64,
@@ -209,12 +214,12 @@ fn decode_channel(records: &[u8], stride: usize, columns: &[ChannelValue], big: 
 #[derive(Default)]
 struct CornerNumbers {
     numbers: FxHashMap<[u32; 3], u32>,
-    /// Vertex, and the bits of both coordinates.
     rows: Vec<[u32; 3]>,
 }
 
 impl CornerNumbers {
     fn number(&mut self, polygon: &mut [u32], uvs: &[f64]) {
+        // A list of another length cannot be assigned to corners.
         let fits = uvs.len() == 2 * polygon.len();
         for (i, corner) in polygon.iter_mut().enumerate() {
             let uv = [2 * i, 2 * i + 1].map(|at| if fits { uvs[at] as f32 } else { 0.0 });

@@ -34,6 +34,7 @@ impl ChannelPlan {
         let find =
             |name: &str| (0..element.properties.len()).find(|&i| is_free(i) && element.properties[i].name == name);
         let mut plans: Vec<Self> = Vec::new();
+        // Known families first, longest first: alpha belongs to its colour.
         for (name, role, columns) in FAMILIES {
             let properties: Option<Vec<usize>> = columns.iter().map(|column| find(column)).collect();
             if let Some(properties) = properties.filter(|_| plans.iter().all(|plan| plan.name != name)) {
@@ -46,6 +47,7 @@ impl ChannelPlan {
                 plans.push(Self { name: property.name.clone(), role, properties: vec![i] });
             }
         }
+        // File order, so that writing gives the same columns.
         plans.sort_by_key(|plan| plan.properties[0]);
         plans
     }
@@ -68,6 +70,7 @@ pub(super) fn unit(role: Role, scalar: Scalar) -> f64 {
 
 /// Returns the input's layout of a channel if it fits, else the usual one; `n_before` channels have the same role.
 pub(super) fn layout_of(channel: &Channel, extra: &Extra, n_before: usize) -> ColumnLayout {
+    // The original layout fits only if the channel kept its width.
     let known = extra.layout(&channel.name).filter(|layout| layout.columns.len() == channel.width);
     known.cloned().unwrap_or_else(|| ColumnLayout {
         channel: channel.name.clone(),
@@ -78,6 +81,7 @@ pub(super) fn layout_of(channel: &Channel, extra: &Extra, n_before: usize) -> Co
 
 fn usual_columns(channel: &Channel, n_before: usize) -> Vec<Column> {
     let all_in_unit_range = || channel.values.iter().all(|value| (0.0..=1.0).contains(value));
+    // Colours become bytes only if they are within range.
     let scalar = match channel.role {
         Role::Colour if all_in_unit_range() => Scalar::U8,
         Role::Label => Scalar::I32,

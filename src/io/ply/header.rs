@@ -71,6 +71,7 @@ impl Element {
 
 impl Header {
     pub fn parse(bytes: &[u8]) -> Result<Self, ReadError> {
+        // Some editors put a byte order mark in front.
         let mut at = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
         let first = line_end(bytes, at, true);
         if bytes[at..first.0].trim_ascii() != b"ply" {
@@ -101,7 +102,6 @@ struct HeaderLines {
 }
 
 impl HeaderLines {
-    /// Takes a line; returns whether it ends the header, or its problem.
     fn take(&mut self, line: &[u8]) -> Result<bool, &'static str> {
         let text = String::from_utf8_lossy(line);
         let mut words = text.split_ascii_whitespace();
@@ -116,6 +116,8 @@ impl HeaderLines {
             Some("end_header") => return Ok(true),
             Some("comment" | "obj_info") => self.comments.push(decode_text(line.trim_ascii())),
             None => {}
+            // An unknown statement may change the layout of the values, so it cannot be
+            // skipped.
             Some(_) => return Err("unknown word in the header"),
         }
         Ok(false)
@@ -125,6 +127,7 @@ impl HeaderLines {
 /// Returns the end of the line at `at` and the start of the next; with `pairs`, CR LF is one line end.
 fn line_end(bytes: &[u8], at: usize, pairs: bool) -> (usize, usize) {
     let end = memchr::memchr2(b'\n', b'\r', &bytes[at..]).map_or(bytes.len(), |n| at + n);
+    // The second byte may belong to the values if the header uses bare carriage returns.
     let pair = pairs && bytes[end..].starts_with(b"\r\n");
     (end, (end + if pair { 2 } else { 1 }).min(bytes.len()))
 }

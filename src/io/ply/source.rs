@@ -38,6 +38,7 @@ impl Source<'_> {
 
     /// Ends a row; if rows are lines, skips words that the header does not declare.
     pub fn end_row(&mut self) {
+        // Binary rows have no ends.
         let Self::Text { text, rows_left, has_lines } = self else { return };
         *rows_left = rows_left.saturating_sub(1);
         if text.is_line_done() {

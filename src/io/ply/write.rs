@@ -102,7 +102,6 @@ fn write_faces(writer: &mut ValueWriter, rows: &VertexRows, columns: &Columns, a
 
 struct Columns<'a> {
     of_vertices: Vec<(&'a Channel, ColumnLayout)>,
-    /// Channel of the lists `texcoord`.
     of_corners: Option<(&'a Channel, &'a ColumnLayout)>,
 }
 
@@ -110,6 +109,7 @@ impl<'a> Columns<'a> {
     fn from_channels(attributes: &'a Attributes, extra: &'a Extra) -> Self {
         let mut columns = Self { of_vertices: Vec::new(), of_corners: None };
         for (i, channel) in attributes.channels.iter().enumerate() {
+            // PLY has one list of coordinates per face, so only one channel can go there.
             let per_corner = extra.layout(&channel.name).filter(|layout| layout.per_corner && channel.width == 2);
             match per_corner {
                 Some(layout) if columns.of_corners.is_none() => columns.of_corners = Some((channel, layout)),
@@ -142,6 +142,7 @@ impl VertexRows {
         for (corner, &wedge) in faces.iter_mut().flatten().zip(attributes.wedges.iter().flatten()) {
             loop {
                 let row = *corner as usize;
+                // A row takes the values of its first corner; corners with other values go on along the chain.
                 if same(*sources[row].1.get_or_insert(wedge), wedge) {
                     break;
                 }
@@ -159,6 +160,7 @@ impl VertexRows {
 fn write_full_header(content: &Content, extra: &Extra, columns: &Columns, n_rows: usize, as_text: bool) -> String {
     let encoding = if as_text { "ascii" } else { "binary_little_endian" };
     let mut header = format!("ply\nformat {encoding} 1.0\n");
+    // Comments come before the elements, where readers expect texture names.
     for comment in &extra.comments {
         header += &format!("{comment}\n");
     }

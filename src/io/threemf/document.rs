@@ -30,7 +30,6 @@ pub(super) struct ModelDocument {
     is_whole: bool,
 }
 
-/// A mesh, or components that place other objects.
 #[derive(Default)]
 pub(super) struct Object {
     pub id: u32,
@@ -52,9 +51,7 @@ pub(super) struct Reference {
 }
 
 pub(super) enum FaceProperty {
-    /// Names, and colours in sRGB with alpha.
     Materials(Vec<(String, [f32; 4])>),
-    /// Colours in sRGB with alpha.
     Colours(Vec<[f32; 4]>),
     /// Textures and mixtures, which are not read.
     Other,
@@ -86,7 +83,6 @@ pub(super) fn parse(text: &str, part: &str) -> Result<ModelDocument, ReadError> 
 #[derive(Default)]
 struct Parser {
     document: ModelDocument,
-    /// Prefix of core elements: that of the root.
     prefix: Option<String>,
     object: u32,
     property: u32,
@@ -94,8 +90,10 @@ struct Parser {
 
 impl Parser {
     fn open(&mut self, element: &BytesStart) -> Result<(), ReadError> {
+        // Names are compared without prefixes, which differ between writers.
         let (name, prefix) = element.name().decompose();
         let (name, prefix) = (name.into_inner(), prefix.map(|prefix| prefix.into_inner()).unwrap_or_default());
+        // Extensions are checked at once, before triangles that need one are read.
         if name == "model" && self.prefix.is_none() {
             self.prefix = Some(prefix.into());
             self.document.unit = attribute(element, "unit").map(Cow::into_owned);
@@ -132,6 +130,7 @@ impl Parser {
 
     fn object(&mut self, element: &BytesStart) -> Result<(), ReadError> {
         let id = parse_index(element, "id")?.ok_or_else(|| element_error("an object without id"))?;
+        // Both attributes are needed: a property without an index means nothing.
         let property = parse_index(element, "pid")?.zip(parse_index(element, "pindex")?);
         let name = attribute(element, "name").map(Cow::into_owned).filter(|name| !name.trim().is_empty());
         self.object = id;
@@ -141,6 +140,7 @@ impl Parser {
 
     fn vertex(&mut self, element: &BytesStart) -> Result<(), ReadError> {
         let mut position = [None; 3];
+        // One pass over the attributes: this runs for every vertex.
         for attribute in element.attributes().with_checks(false).flatten() {
             let axis = match attribute.key.into_inner() {
                 "x" => 0,
@@ -152,6 +152,7 @@ impl Parser {
             self.document.double |= number.is_some_and(|number| number.double);
             position[axis] = number.map(|number| number.value);
         }
+        // A missing coordinate is an error: zero would distort the mesh unnoticed.
         let [Some(x), Some(y), Some(z)] = position else {
             return Err(element_error("a vertex needs numbers x, y and z"));
         };
@@ -163,6 +164,7 @@ impl Parser {
 
     fn triangle(&mut self, element: &BytesStart) -> Result<(), ReadError> {
         let (mut corners, mut property, mut entries) = ([None; 3], None, [None; 3]);
+        // One pass over the attributes: this runs for every triangle.
         for attribute in element.attributes().with_checks(false).flatten() {
             let target = match attribute.key.into_inner() {
                 "v1" => &mut corners[0],
@@ -184,8 +186,10 @@ impl Parser {
         let n_before = object.faces.len();
         // An index beyond the vertices so far is for cleanup to drop.
         object.faces.push([a, b, c].map(|v| if (v as usize) < object.positions.len() { v } else { NOWHERE }));
+        // A triangle may name only the entry and inherit the property.
         let property = property.or(object.property.map(|(property, _)| property));
         if let (Some(property), Some(first)) = (property, entries[0]) {
+            // Faces before without their own properties get empty entries.
             let n_silent = n_before - object.of_faces.len();
             reserve(&mut object.of_faces, n_silent + 1)?;
             object.of_faces.resize(n_before, None);

@@ -34,7 +34,6 @@ impl IgnoredContent {
     }
 }
 
-/// A property and the entries at the corners of a face.
 type FaceEntries = (u32, [u32; 3]);
 
 impl ObjectMeshes {
@@ -42,6 +41,7 @@ impl ObjectMeshes {
     pub fn add(&mut self, object: &mut Object, properties: &FxHashMap<u32, FaceProperty>, is_named: bool) -> usize {
         let positions = std::mem::take(&mut object.positions);
         let faces = std::mem::take(&mut object.faces);
+        // The property of a face, else that of its object.
         let entries_of = |face: usize| {
             let own = object.of_faces.get(face).copied().flatten();
             own.or(object.property.map(|(property, entry)| (property, [entry; 3])))
@@ -61,7 +61,6 @@ impl ObjectMeshes {
         channels.map(|channel| channel.width).max().unwrap_or(0)
     }
 
-    /// Assigns the faces of an object to groups by material; group numbers start at the object's first group.
     fn groups_of(
         &mut self,
         object: Option<String>,
@@ -77,6 +76,7 @@ impl ObjectMeshes {
                 entries_of.and_then(|(property, entries)| Some((property, entries, properties.get(&property)?)));
             self.notes.has_textures |= matches!(named, Some((.., FaceProperty::Other)));
             let material = match named {
+                // A group needs one material, so that of the first corner counts.
                 Some((property, entries, FaceProperty::Materials(materials)))
                     if (entries[0] as usize) < materials.len() =>
                 {
@@ -119,6 +119,7 @@ fn colour_corners(
         }
         _ => None,
     };
+    // Without colours no channel is made.
     if !(0..faces.len()).any(|face| colours(face).is_some()) {
         return Attributes::default();
     }
@@ -135,6 +136,7 @@ fn colour_corners(
             wedge
         }));
     }
+    // Alpha is stored only if it says anything.
     let width = if values.iter().all(|colour| colour[3] == 1.0) { 3 } else { 4 };
     let values = values.iter().flat_map(|colour| &colour[..width]).copied().collect();
     let channel = Channel { name: "colour".into(), role: Role::Colour, width, values };

@@ -43,6 +43,7 @@ impl<'a> Package<'a> {
 
     /// Returns the name of the model part: by the relations, else the first with that extension.
     pub fn model_part(&mut self) -> Result<String, ReadError> {
+        // Broken relations are no error: the extension identifies the model as well.
         let related =
             self.unpack_part("_rels/.rels").ok().and_then(|bytes| model_target(&String::from_utf8_lossy(&bytes)));
         let named = related.filter(|name| self.index(name).is_some());
@@ -58,6 +59,7 @@ impl<'a> Package<'a> {
 
     fn unpack_part(&mut self, name: &str) -> Result<Vec<u8>, ReadError> {
         let missing = || ReadError::file(format!("there is no part {name:?}"), REMEDY);
+        // Names ignore case, as the packaging standard demands.
         let index = self.index(name).ok_or_else(missing)?;
         let damaged = |error: String| ReadError::file(format!("{name} is cut or damaged ({error})"), REMEDY);
         let entry = self.archive.by_index(index).map_err(|error| damaged(one_line(&error.to_string())))?;

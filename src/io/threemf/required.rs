@@ -12,6 +12,7 @@ const KNOWN: [&str; 3] =
 
 pub(super) fn refuse_unknown(model: &BytesStart) -> Result<(), ReadError> {
     for prefix in attribute(model, "requiredextensions").unwrap_or_default().split_whitespace() {
+        // The list holds prefixes; what they mean is declared as namespaces.
         let namespace = attribute(model, &format!("xmlns:{prefix}")).unwrap_or_else(|| prefix.to_string().into());
         if !KNOWN.iter().any(|known| namespace.contains(known)) {
             let what = format!("needs the extension {namespace:?}");

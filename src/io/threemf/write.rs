@@ -28,7 +28,6 @@ pub(in crate::io) fn write(content: &Content) -> Result<Vec<u8>, WriteError> {
     write_attributed(content, Attributes::NONE, &Extra::default(), &[]).map(|(bytes, _)| bytes)
 }
 
-/// Writes a mesh with objects, materials by the `looks` of its groups, and colours; also returns notes on losses.
 pub(in crate::io) fn write_attributed(
     content: &Content,
     attributes: &Attributes,
@@ -36,6 +35,7 @@ pub(in crate::io) fn write_attributed(
     looks: &[Look],
 ) -> Result<(Vec<u8>, Vec<String>), WriteError> {
     let mut notes = Vec::new();
+    // Objects first: whether they can be separate decides what follows.
     let objects = group_by_object(content, attributes, extra, &mut notes);
     let palette = Palette::from_channels(attributes);
     let mut materials = BaseMaterials::from_groups(attributes, extra, looks);
@@ -63,6 +63,7 @@ pub(in crate::io) fn write_attributed(
 
 /// Makes the package of a model; equal models give equal bytes.
 fn package(model: &[u8]) -> zip::result::ZipResult<Vec<u8>> {
+    // A fixed time, so that equal models give equal bytes.
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
         .last_modified_time(DateTime::default())
@@ -111,6 +112,7 @@ fn group_by_object<'a>(
         }
         objects[number].1.push(face);
         for &vertex in &content.faces[face as usize] {
+            // Each object of 3MF has its own vertices.
             is_shared |= *of_vertices[vertex as usize].get_or_insert(number) != number;
         }
     }
@@ -131,6 +133,7 @@ impl<'a> BaseMaterials<'a> {
     fn from_groups(attributes: &Attributes, extra: &'a Extra, looks: &[Look]) -> Self {
         let mut materials = Self::default();
         let mut numbers: FxHashMap<&str, usize> = FxHashMap::default();
+        // Without group numbers, only a single group says something of all faces.
         if attributes.groups.is_empty() && extra.groups.len() != 1 {
             return materials;
         }
@@ -221,10 +224,10 @@ struct FacePaint<'a> {
 }
 
 impl FacePaint<'_> {
-    /// Returns the colours of a face, unless they are all white and it has a material.
     fn colours(&self, face: u32) -> Option<[u32; 3]> {
         let wedges = self.attributes.wedges.get(face as usize).filter(|_| !self.palette.colours.is_empty())?;
         let colours = wedges.map(|wedge| self.palette.of_wedges[wedge as usize]);
+        // White is what faces show anyway, so a material is worth more.
         let is_white = colours.iter().all(|&colour| Some(colour) == self.palette.white);
         (!is_white || self.material(face).is_none()).then_some(colours)
     }
@@ -257,6 +260,7 @@ fn push_object(out: &mut Vec<u8>, content: &Content, paint: &FacePaint, (id, nam
         format!("<object id=\"{id}\" type=\"model\"{name}{}>\n<mesh>\n<vertices>\n", object_attributes(paint, faces))
             .into_bytes(),
     );
+    // Vertices are renumbered within the object, in their order.
     let mut numbers: Vec<u32> = vec![u32::MAX; content.n_vertices()];
     faces.iter().flat_map(|&face| content.faces[face as usize]).for_each(|vertex| numbers[vertex as usize] = 0);
     let mut n_vertices = 0;
@@ -308,6 +312,7 @@ fn hex(colour: [f32; 4]) -> String {
 
 /// Escapes a name for an XML attribute, without characters that XML lacks.
 fn escape_name(name: &str) -> String {
+    // Control characters are invalid in XML, even escaped.
     let plain: String =
         name.chars().filter(|letter| !letter.is_control() && !matches!(letter, '\u{fffe}' | '\u{ffff}')).collect();
     escape(&plain).into_owned()

@@ -31,6 +31,7 @@ struct Stream {
 /// # Errors
 /// [`WriteError`] if a view has no bytes, or the buffer exceeds `limit`.
 pub(in crate::io::gltf) fn pack_compressed(draft: &mut Draft, limit: usize) -> Result<Vec<u8>, WriteError> {
+    // Merging renumbers views, which unknown extensions may refer to.
     if !may_name_indices(&draft.document) {
         merge_views(draft);
         drop_unused(draft);
@@ -45,6 +46,7 @@ pub(in crate::io::gltf) fn pack_compressed(draft: &mut Draft, limit: usize) -> R
         let packed = stream
             .as_ref()
             .and_then(|stream| Some((compress_view(bytes, stream.is_triangles, stream.stride)?, stream)));
+        // Compression that gains nothing is left out, unless a filter needs it.
         let packed = packed.filter(|(packed, stream)| packed.len() < bytes.len() || stream.filter.is_some());
         buffer.resize(buffer.len().next_multiple_of(4), 0);
         match packed {
@@ -118,6 +120,7 @@ fn streams(draft: &mut Draft) -> Vec<Option<Stream>> {
         let bytes = draft.views[view].as_deref().map_or(0, <[u8]>::len);
         let stream = stream.filter(|stream| bytes.is_multiple_of(stream.stride) && !others[view]);
         match &mut found[view] {
+            // A view that accessors read in different ways cannot be one stream.
             Some(known) if *known != stream => *known = None,
             Some(_) => {}
             slot => *slot = Some(stream),
@@ -130,6 +133,7 @@ fn stream(view: &Value, accessor: &Value, is_triangles: Option<bool>) -> Option<
     let component = u32::try_from(accessor.get("componentType")?.as_u64()?).ok()?;
     let size = element_size(accessor.get("type")?.as_str()?, component);
     let says = ["target", "byteStride"].map(|name| view.get(name).and_then(Value::as_u64).unwrap_or(0));
+    // The stride of vertices follows from the elements.
     let says = if says[0] == u64::from(VERTICES) { [says[0], 0] } else { says };
     let stride = view.get("byteStride").map_or(Some(size), index).filter(|stride| *stride >= size && size > 0)?;
     let filter = view["extensions"][COMPRESSION]["filter"].as_str().map(String::from);

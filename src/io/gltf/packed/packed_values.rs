@@ -24,6 +24,7 @@ impl PrimitivePacking<'_> {
     pub fn pack_positions(&self, positions: &[[f32; 3]]) -> Option<(Vec<f32>, NumberStorage)> {
         let grid = self.grid?;
         let numbers: Vec<[i64; 3]> = positions.iter().map(|p| grid.round(p.map(f64::from))).collect();
+        // A mesh that leaves the range of its grid stays single precision.
         let stored = whole_number_storage(numbers.as_flattened().iter().copied(), "VEC3")?;
         Some((numbers.into_iter().flatten().map(|x| x as f32).collect(), stored))
     }
@@ -33,6 +34,7 @@ impl PrimitivePacking<'_> {
         let step = self.grid?.step;
         let sparse = stored.sparse && !self.compress;
         let numbers: Vec<i64> = values.iter().map(|&x| (f64::from(x) / step).round() as i64).collect();
+        // The -1 forces a signed type.
         match whole_number_storage(numbers.iter().copied().chain([-1]), "VEC3") {
             Some(stored) => Some((numbers.into_iter().map(|x| x as f32).collect(), NumberStorage { sparse, ..stored })),
             None => {
@@ -79,6 +81,7 @@ impl PrimitivePacking<'_> {
     fn pack_uvs(&self, name: &str, values: &mut [f32]) -> Option<NumberStorage> {
         match self.surface.and_then(|surface| self.uvs.grid(surface, name)) {
             Some(grid) => values.as_chunks_mut::<2>().0.iter_mut().for_each(|uv| *uv = grid.share(*uv)),
+            // Without a grid, coordinates on the texture still fit fractions.
             None if values.iter().all(|x| (0.0..=1.0).contains(x)) => {}
             None => return None,
         }

@@ -31,7 +31,9 @@ impl Asset {
         for members in sets {
             let of_members = levels.iter().flat_map(|level| members.iter().filter_map(|&part| level.get(part)));
             let meshes: Vec<LevelMesh> = of_members.map(|part| (&part.positions[..], &part.faces[..])).collect();
+            // One part that must stay single precision keeps its whole set so.
             let is_free = members.iter().all(|&part| !has_no_grid[part]);
+            // All levels count: each must survive the rounding.
             let grid = is_free.then(|| grid_for(&meshes, options.bits)).flatten();
             if grid.is_none() && meshes.iter().any(|(_, faces)| !faces.is_empty()) {
                 notes.extend(
@@ -100,6 +102,7 @@ impl Asset {
         let mut first_at: FxHashMap<([u64; 16], [u64; 3]), u32> = FxHashMap::default();
         for placed in placements(&self.container.data()).unwrap_or_default() {
             let Ok(part) = self.meshes.binary_search(&placed.mesh) else { continue };
+            // Skinned meshes are positioned by their joints, so they can meet whatever their nodes.
             let transform = if placed.skinned { DMat4::IDENTITY } else { placed.transform };
             let transform = transform.to_cols_array().map(|x| (x + 0.0).to_bits());
             for position in &self.parts()[part].mesh.positions {

@@ -26,11 +26,13 @@ pub(in crate::io::gltf) fn undo_position_grids(
         match held.get("skin").and_then(index) {
             Some(skin) => drop(of_skins.insert(skin, *grid)),
             None => {
+                // A node that must not move passes its mesh to a child, which takes the grid.
                 let node = if is_held { move_mesh_to_child(draft, node) } else { node };
                 place_node(&mut draft.document["nodes"][node], grid);
             }
         }
     }
+    // Broken files name skins that do not exist.
     of_skins.retain(|&skin, _| draft.document["skins"].get(skin).is_some_and(Value::is_object));
     of_skins.into_iter().for_each(|(skin, grid)| place_skin(asset, draft, skin, &grid));
 }
@@ -55,6 +57,7 @@ fn fixed_nodes(document: &Value, n_nodes: usize) -> Vec<bool> {
 
 fn place_node(node: &mut Value, grid: &PositionGrid) {
     let Some(node) = node.as_object_mut() else { return };
+    // A node has a matrix or its components, never both.
     if let Some(matrix) = node.get("matrix").and_then(numbers::<16>) {
         let placed = DMat4::from_cols_array(&matrix) * transform(grid);
         node.insert("matrix".into(), placed.to_cols_array().to_vec().into());
@@ -77,6 +80,7 @@ fn place_skin(asset: &Asset, draft: &mut Draft, skin: usize, grid: &PositionGrid
     let held = draft.document["skins"][skin].get("inverseBindMatrices").and_then(index);
     let read = held.and_then(|accessor| asset.container.data().floats(accessor, 16 * n.max(1)).ok());
     let values = read.filter(|(width, values)| *width == 16 && values.len() >= 16 * n).map(|(_, values)| values);
+    // Skins without matrices have the identity for each joint.
     let identity = DMat4::IDENTITY.to_cols_array().map(|x| x as f32);
     let values = values.unwrap_or_else(|| identity.repeat(n));
     let placed = values.as_chunks::<16>().0.iter().flat_map(|matrix| {

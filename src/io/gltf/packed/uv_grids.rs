@@ -30,6 +30,7 @@ impl UvGrid {
     fn for_box([low, high]: [[f32; 2]; 2]) -> Option<Self> {
         let step = |axis: usize| {
             let side = f64::from(high[axis]) - f64::from(low[axis]);
+            // Long sides get more bits, so that a texel keeps its precision.
             let is_fine = |bits: &u32| side <= 1.01 * f64::from((1u32 << bits) - 1) / f64::from((1u32 << BITS) - 1);
             let bits = (BITS..16).find(is_fine).unwrap_or(16);
             f64::from((side / f64::from((1u32 << bits) - 1)) as f32).max(f64::EPSILON)
@@ -44,11 +45,11 @@ impl UvGrid {
         std::array::from_fn(|axis| (number(axis).clamp(0.0, WHOLE) / WHOLE) as f32)
     }
 
-    /// Composes the texture transform of a use with the grid.
     fn undo(&self, used: &mut Value) {
         let UvTransform { offset, scale, .. } = UvTransform::from_use(used);
         let held = used["extensions"][TRANSFORM].take();
         let mut transform = if held.is_object() { held.clone() } else { json!({}) };
+        // Through the shortest text of a single, as readers store it.
         let number = |x: f64| json!((x as f32).to_string().parse::<f64>().unwrap_or(x));
         transform["offset"] = [0, 1].map(|axis| number(offset[axis] + scale[axis] * self.origin[axis])).to_vec().into();
         transform["scale"] = [0, 1].map(|axis| number(scale[axis] * self.step[axis] * WHOLE)).to_vec().into();
@@ -76,6 +77,7 @@ impl UvGrids {
 
     /// Chooses the grids of an asset's parts (per level, with their mesh indices) by material.
     pub fn of_asset(document: &Value, root: &Root, meshes: &[usize], levels: &[&[SimplifiedPart]]) -> Self {
+        // Transforms of the document's own would overwrite ours.
         if forbids_transforms(document) {
             return Self::default();
         }
@@ -85,6 +87,7 @@ impl UvGrids {
         let mut is_closed: BTreeSet<(usize, String)> = closed.into_iter().map(|(s, name)| (set_of(s), name)).collect();
         let all: BTreeSet<String> = uses.iter().flatten().cloned().collect();
         for (surface, used) in uses.iter().enumerate() {
+            // Faces of several materials need all of them to undo the grid.
             is_closed.extend(all.difference(used).map(|name| (set_of(surface), name.clone())));
         }
         let mut boxes = Boxes::default();
@@ -192,7 +195,6 @@ fn forbids_transforms(document: &Value) -> bool {
     has_pointers || is_vrm(document)
 }
 
-/// Lists the materials of a primitive, with those of its variants.
 fn surfaces(primitive: &Value, n_materials: usize) -> Vec<usize> {
     let mappings = primitive["extensions"]["KHR_materials_variants"]["mappings"].as_array().into_iter().flatten();
     let all = std::iter::once(&primitive["material"]).chain(mappings.map(|mapping| &mapping["material"]));
