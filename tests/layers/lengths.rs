@@ -2,10 +2,10 @@
 
 use super::{Source, sources};
 
-/// Lines of the longest function, from `fn` to its closing brace.
+/// Lines of the longest function, from `fn` to its closing brace, without comments.
 const MOST_LINES: usize = 40;
 
-/// The functions of code that is formatted: where each begins, its name and its number of lines.
+/// Returns the functions of formatted code without comments: first line, name, number of lines that are not empty.
 fn lengths(code: &str) -> Vec<(usize, String, usize)> {
     let lines: Vec<&str> = code.lines().collect();
     let begins = lines.iter().enumerate().filter_map(|(at, line)| Some((at, named(line)?)));
@@ -14,9 +14,10 @@ fn lengths(code: &str) -> Vec<(usize, String, usize)> {
         let closes =
             |line: &&str| line.len() > indent && line[..indent].trim().is_empty() && line[indent..].starts_with('}');
         let is_whole = |line: &str| line.trim_end().ends_with(['}', ';']);
-        if is_whole(lines[at]) { Some(0) } else { lines[at..].iter().position(closes) }
+        let last = if is_whole(lines[at]) { 0 } else { lines[at..].iter().position(closes)? };
+        Some(lines[at..=at + last].iter().filter(|line| !line.trim().is_empty()).count())
     };
-    begins.filter_map(|(at, name)| Some((at + 1, name, length(at)? + 1))).collect()
+    begins.filter_map(|(at, name)| Some((at + 1, name, length(at)?))).collect()
 }
 
 /// The name of the function that a line begins.

@@ -251,24 +251,11 @@ impl Asset {
             Some(part.mesh.attributes.group(0)).filter(|_| groups.is_empty() && all_are(described, is_rewritten));
         for (index, mut primitive) in old.into_iter().enumerate() {
             let old = &described.primitives[index];
+            let packing = pack_with.primitive_packing(old, grid);
             if let Some(faces) = groups.get(&(index as u32)) {
-                rewrite_primitive(
-                    draft,
-                    root,
-                    old,
-                    &mut primitive,
-                    (lighter, faces),
-                    pack_with.primitive_packing(old, grid),
-                );
+                rewrite_primitive(draft, root, old, &mut primitive, (lighter, faces), packing);
             } else if stub == Some(index as u32) {
-                rewrite_primitive(
-                    draft,
-                    root,
-                    old,
-                    &mut primitive,
-                    (&degenerate_part(part), &[0]),
-                    pack_with.primitive_packing(old, grid),
-                );
+                rewrite_primitive(draft, root, old, &mut primitive, (&degenerate_part(part), &[0]), packing);
             } else if is_rewritten(index) {
                 continue;
             }
