@@ -1,14 +1,14 @@
-//! Why a method that learns gave no mesh.
+//! The errors of learned methods.
 
 use neural_mesh::mesh::InvalidMesh;
 
-/// Why a method that learns gave no mesh.
+/// The reason why a learned method made no mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LearnedBaselineError {
-    /// The method left no face.
+    /// The result has no face.
     NothingLeft,
-    /// The method made something that is no mesh: a coordinate too large, for example.
+    /// The result is no valid mesh, for example because a coordinate is too large.
     Invalid(InvalidMesh),
 }
 

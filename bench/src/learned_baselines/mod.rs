@@ -1,7 +1,8 @@
-//! The methods of others that learn, as far as neural-mesh is measured against them: networks, losses, steps of training, inference.
+//! Learned methods of others: networks, losses, training steps and inference, one folder per method.
 //!
-//! One folder per method. Each network is made of named tensors, so that `neural_mesh::train` trains it by the loop that trains
-//! ours; each method makes a mesh of a mesh and a number of vertices, so that `evaluate` measures it like the others.
+//! Networks consist of named tensors, so `neural_mesh::train` trains them with its own loop. Each method turns a mesh
+//! and a number of
+//! vertices into a mesh, so `evaluate` compares it with the others.
 
 pub mod dse;
 mod error;
@@ -12,29 +13,29 @@ mod weights;
 
 use neural_mesh::autodiff::Tensors;
 use neural_mesh::linalg::Matrix;
-use neural_mesh::mesh::TriMesh;
+use neural_mesh::mesh::{TriMesh, compact};
 use std::sync::Arc;
 
 pub use error::LearnedBaselineError;
 pub use weights::LearnedWeights;
 
-/// A method of others that learns.
+/// A learned method of others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum LearnedBaseline {
-    /// Points drawn from the mesh, Delaunay triangulations of learned logarithmic maps at them (Rakotosaona et al. 2021).
+    /// Farthest points and Delaunay triangulations of learned logarithmic maps (Rakotosaona et al. 2021).
     Dse,
     /// Points drawn in a latent space and moved (Potamias, Bouritsas and Zafeiriou 2022), meshed by ball pivoting.
     Potamias,
-    /// Triangles over points, classified and proposed by turns (Sharp and Ovsjanikov 2020).
+    /// Triangles over points, classified and proposed in turns (Sharp and Ovsjanikov 2020).
     PointTriNet,
 }
 
 impl LearnedBaseline {
-    /// All of them.
+    /// All learned methods.
     pub const ALL: [Self; 3] = [Self::Dse, Self::Potamias, Self::PointTriNet];
 
-    /// The name in tables and arguments, and that of the objective which trains it.
+    /// Returns the name in tables and arguments, and of the training objective.
     ///
     /// ```
     /// assert_eq!(neural_mesh_bench::learned_baselines::LearnedBaseline::Potamias.name(), "potamias");
@@ -47,7 +48,7 @@ impl LearnedBaseline {
         }
     }
 
-    /// The method of that name.
+    /// Returns the method of a name.
     ///
     /// ```
     /// use neural_mesh_bench::learned_baselines::LearnedBaseline;
@@ -58,7 +59,7 @@ impl LearnedBaseline {
         Self::ALL.into_iter().find(|baseline| baseline.name() == name)
     }
 
-    /// The shapes of its network's tensors, the widths times a share of the full ones, above 0 and at most 1.
+    /// Returns the shapes of the network's tensors; `width_share` in (0, 1] scales the widths.
     ///
     /// ```
     /// use neural_mesh_bench::learned_baselines::LearnedBaseline;
@@ -73,22 +74,20 @@ impl LearnedBaseline {
         }
     }
 
-    /// The tensors that its training begins with.
-    pub fn drawn(self, width_share: f64, seed: u64) -> Tensors<Arc<Matrix>> {
+    /// Returns random initial tensors for a training.
+    pub fn initial_tensors(self, width_share: f64, seed: u64) -> Tensors<Arc<Matrix>> {
         match self {
-            Self::Dse => dse::drawn(width_share, seed),
-            Self::Potamias => potamias::drawn(width_share, seed),
-            Self::PointTriNet => pointtrinet::drawn(width_share, seed),
+            Self::Dse => dse::initial_tensors(width_share, seed),
+            Self::Potamias => potamias::initial_tensors(width_share, seed),
+            Self::PointTriNet => pointtrinet::initial_tensors(width_share, seed),
         }
     }
 }
 
-/// Simplifies a mesh to at most `n_vertices` by the method of these weights.
-///
-/// The result has no vertices without faces. The seed decides which point is drawn first.
+/// Simplifies a mesh to at most `n_vertices` by the method of these weights; the seed chooses the first point.
 ///
 /// # Errors
-/// [`LearnedBaselineError`] where the method leaves no face, or nothing that is a mesh.
+/// [`LearnedBaselineError`] where the result has no face or is no mesh.
 ///
 /// ```
 /// use neural_mesh_bench::learned_baselines::{LearnedBaseline, LearnedWeights, simplify_by_learned};
@@ -104,14 +103,26 @@ pub fn simplify_by_learned(
     seed: u64,
 ) -> Result<TriMesh, LearnedBaselineError> {
     let lighter = match weights.baseline() {
-        LearnedBaseline::Dse => dse::remeshed(mesh, n_vertices, seed, dse::Maps::Learned(weights.tensors())),
-        LearnedBaseline::Potamias => potamias::simplified(mesh, n_vertices, seed, weights.tensors()),
-        LearnedBaseline::PointTriNet => pointtrinet::simplified(mesh, n_vertices, seed, weights.tensors()),
+        LearnedBaseline::Dse => dse::remesh(mesh, n_vertices, seed, dse::Maps::Learned(weights.tensors())),
+        LearnedBaseline::Potamias => potamias::simplify(mesh, n_vertices, seed, weights.tensors()),
+        LearnedBaseline::PointTriNet => pointtrinet::simplify(mesh, n_vertices, seed, weights.tensors()),
     }?;
     if lighter.faces().is_empty() { Err(LearnedBaselineError::NothingLeft) } else { Ok(lighter) }
 }
 
-/// A share of a width, at least 1.
-fn share_of(width: usize, share: f64) -> usize {
+/// Scales a layer's width, to at least 1.
+fn scale_width(width: usize, share: f64) -> usize {
     ((width as f64 * share).round() as usize).max(1)
+}
+
+/// Removes unused vertices and chooses the point to draw first by the seed.
+///
+/// # Errors
+/// [`LearnedBaselineError::NothingLeft`] for a mesh without faces.
+fn compact_with_first_point(mesh: &TriMesh, seed: u64) -> Result<(TriMesh, u32), LearnedBaselineError> {
+    let (mesh, _) = compact(mesh.positions(), mesh.faces().to_vec())?;
+    match mesh.positions().len() as u64 {
+        0 => Err(LearnedBaselineError::NothingLeft),
+        n => Ok((mesh, (seed % n) as u32)),
+    }
 }

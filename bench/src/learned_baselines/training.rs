@@ -1,4 +1,4 @@
-//! How the networks of methods that learn are trained: by the library's loop, with a step for each method.
+//! Training of learned methods with the library's loop.
 
 use neural_mesh::train::{OwnNetwork, StepFunction};
 
@@ -8,7 +8,7 @@ use super::potamias::potamias_step;
 use super::{LearnedBaseline, LearnedWeights};
 
 impl LearnedBaseline {
-    /// Returns the step of its training.
+    /// Returns the training step of the method.
     pub fn step(self) -> Box<StepFunction<'static>> {
         match self {
             Self::Dse => Box::new(dse_step),
@@ -19,8 +19,35 @@ impl LearnedBaseline {
 }
 
 impl LearnedWeights {
-    /// Returns the network as a training takes it, which begins with these weights.
+    /// Returns the network with these weights as the start of a training.
     pub fn network(&self) -> OwnNetwork {
-        OwnNetwork { tensors: self.tensors().clone(), about: self.about() }
+        OwnNetwork { tensors: self.tensors().clone(), about: self.metadata() }
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use neural_mesh::autodiff::Tensors;
+    use neural_mesh::linalg::Matrix;
+    use neural_mesh::mesh::shapes;
+    use neural_mesh::train::{Item, Moments, Settings, Step, adam_step};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+    use rand_xoshiro::rand_core::SeedableRng;
+    use std::sync::Arc;
+
+    /// Trains twelve steps on one sphere and returns them.
+    pub fn train_twelve_steps(baseline: LearnedBaseline, mut tensors: Tensors<Arc<Matrix>>) -> Vec<Step> {
+        let settings = Settings::from_toml(&format!("objective = \"{}\"", baseline.name())).unwrap();
+        let item = Item { name: "sphere".into(), mesh: shapes::wavy_sphere(4, 5.0), ratio: 0.1 };
+        let mut moments = Moments::zero(&tensors.map(|_, matrix| matrix.shape()));
+        let mut steps = Vec::new();
+        for _ in 0..12 {
+            let random = &mut Xoshiro256PlusPlus::seed_from_u64(0);
+            let step = baseline.step()(&tensors, &item, &settings, random).unwrap();
+            tensors = adam_step(&tensors, &step.gradients, &mut moments, &settings, 0.003);
+            steps.push(step);
+        }
+        steps
     }
 }

@@ -1,4 +1,4 @@
-//! Weights of a method that learns: drawn, read, written, shipped.
+//! Weights of learned methods: random, read, written, shipped.
 
 use super::LearnedBaseline;
 use neural_mesh::autodiff::{Tensors, WeightsError, architecture_text};
@@ -10,12 +10,12 @@ const POTAMIAS_FILE: &[u8] = include_bytes!("../../weights/potamias.safetensors"
 
 const POINTTRINET_FILE: &[u8] = include_bytes!("../../weights/pointtrinet.safetensors");
 
-static DSE: LazyLock<LearnedWeights> = LazyLock::new(|| shipped(DSE_FILE));
-static POTAMIAS: LazyLock<LearnedWeights> = LazyLock::new(|| shipped(POTAMIAS_FILE));
+static DSE: LazyLock<LearnedWeights> = LazyLock::new(|| parse_shipped(DSE_FILE));
+static POTAMIAS: LazyLock<LearnedWeights> = LazyLock::new(|| parse_shipped(POTAMIAS_FILE));
 
-static POINTTRINET: LazyLock<LearnedWeights> = LazyLock::new(|| shipped(POINTTRINET_FILE));
+static POINTTRINET: LazyLock<LearnedWeights> = LazyLock::new(|| parse_shipped(POINTTRINET_FILE));
 
-/// Finite weights whose shapes are those of a method's network.
+/// The weights of a method: finite, with the shapes of its network.
 ///
 /// ```
 /// use neural_mesh_bench::learned_baselines::{LearnedBaseline, LearnedWeights};
@@ -30,15 +30,15 @@ pub struct LearnedWeights {
 }
 
 impl LearnedWeights {
-    /// Those that a training begins with; `width_share` is above 0 and at most 1.
+    /// Returns random initial weights; `width_share` is in (0, 1].
     pub fn random(baseline: LearnedBaseline, width_share: f64, seed: u64) -> Self {
-        Self { baseline, width_share, tensors: baseline.drawn(width_share, seed) }
+        Self { baseline, width_share, tensors: baseline.initial_tensors(width_share, seed) }
     }
 
-    /// Weights made of tensors, checking shapes and numbers.
+    /// Makes weights of tensors after checking shapes and numbers.
     ///
     /// # Errors
-    /// [`WeightsError`] names the first tensor that is wrong.
+    /// [`WeightsError`] names the first wrong tensor.
     pub fn from_tensors(
         baseline: LearnedBaseline,
         width_share: f64,
@@ -47,10 +47,10 @@ impl LearnedWeights {
         Ok(Self { baseline, width_share, tensors: tensors.checked(&baseline.shapes(width_share))? })
     }
 
-    /// Reads a safetensors file, checking method, sizes, shapes and numbers.
+    /// Reads a safetensors file and checks method, sizes, shapes and numbers.
     ///
     /// # Errors
-    /// [`WeightsError`] names the first thing that is wrong.
+    /// [`WeightsError`] names the first fault.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, WeightsError> {
         let text = architecture_text(bytes)?;
         let word = |name: &str| text.split_whitespace().find_map(|word| word.strip_prefix(name)?.strip_prefix('='));
@@ -62,18 +62,17 @@ impl LearnedWeights {
         Self::from_tensors(baseline, width_share, &Tensors::from_bytes(bytes, &baseline.shapes(width_share))?)
     }
 
-    /// Writes a safetensors file, with method and sizes in the metadata as the project's other weights have them. Equal weights
-    /// give equal bytes.
+    /// Writes a safetensors file with method and sizes in its metadata; equal weights give equal bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
-        self.tensors.to_bytes(&self.about())
+        self.tensors.to_bytes(&self.metadata())
     }
 
-    /// What their file says of them.
-    pub(super) fn about(&self) -> String {
+    /// Returns the file's metadata.
+    pub(super) fn metadata(&self) -> String {
         format!("width_share={} objective={}", self.width_share, self.baseline.name())
     }
 
-    /// Those that ship.
+    /// Returns the shipped weights.
     pub fn shipped(baseline: LearnedBaseline) -> &'static Self {
         match baseline {
             LearnedBaseline::Dse => &DSE,
@@ -82,17 +81,17 @@ impl LearnedWeights {
         }
     }
 
-    /// The method.
+    /// Returns the method.
     pub fn baseline(&self) -> LearnedBaseline {
         self.baseline
     }
 
-    /// The share of the full widths that its network has.
+    /// Returns the fraction of the full widths.
     pub fn width_share(&self) -> f64 {
         self.width_share
     }
 
-    /// All tensors.
+    /// Returns all tensors.
     pub fn tensors(&self) -> &Tensors<Arc<Matrix>> {
         &self.tensors
     }
@@ -102,7 +101,7 @@ fn is_share(share: f64) -> bool {
     share > 0.0 && share <= 1.0
 }
 
-fn shipped(file: &[u8]) -> LearnedWeights {
+fn parse_shipped(file: &[u8]) -> LearnedWeights {
     LearnedWeights::from_bytes(file).expect("weights that ship are weights")
 }
 
@@ -119,7 +118,7 @@ mod tests {
 
     #[test]
     fn what_is_wrong_is_named() {
-        let tensors = LearnedBaseline::Potamias.drawn(0.25, 1);
+        let tensors = LearnedBaseline::Potamias.initial_tensors(0.25, 1);
         let refused = |text: &str| LearnedWeights::from_bytes(&tensors.to_bytes(text)).unwrap_err().to_string();
         assert!(refused("width_share=0.25 objective=paper").contains("`objective`"));
         for share in ["", "width_share=2", "width_share=nan", "width_share=0"] {

@@ -1,42 +1,45 @@
-//! Maps of neighbouring points brought to agree: each is laid over the others and replaced by their mean.
+//! Alignment of neighbouring maps: each map becomes the mean of those of its points.
 
 use super::{Patch, Turn};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-/// Patches with fewer points in common say little about each other: a third of ours, as in the paper's program.
+/// Fewest common points of two patches, a third of a patch as in the paper's program.
 const LEAST_COMMON: usize = 8;
-/// A place weighs no less than this, however far out it lies in its map; the paper's program has the same.
+/// Smallest weight of a point, far out in its map; from the paper's program.
 const LEAST_WEIGHT: f64 = 0.2;
-/// Places farther from the median than this share of the patch's radius are left out. The paper's program finds the main
-/// cluster by density instead; with two dozen places the median is as good, and always there.
+/// Points farther from the median than this fraction of the patch's radius are left out. The paper's program clusters
+/// by density;
+/// with two dozen points the median is as good.
 const OUTLIER: f64 = 0.25;
 
-/// Where a map puts a point, and how much that counts.
-type Place = ([f64; 2], f64);
+/// A point in the plane and its weight.
+type WeightedPoint = ([f64; 2], f64);
 
-/// Aligns maps: the map of each patch becomes the mean of itself and those of its points, moved, turned and mirrored onto it
-/// where enough points are in common. Places near the origin of their map count more.
+/// Replaces each map by the mean of itself and the maps of its points, after aligning them by common points.
+///
+/// Points near the origin of their map have more weight.
 ///
 /// # Shapes
-/// - `patches`: one per point of the cloud, in its order
+/// - `patches`: one per point of the cloud, in order
 ///
 /// ```
 /// use neural_mesh::mesh::shapes;
-/// use neural_mesh_bench::learned_baselines::dse::{aligned, exact_patches};
+/// use neural_mesh_bench::learned_baselines::dse::{align_maps, exact_patches};
 /// let grid = shapes::grid(6, 6);
 /// let patches = exact_patches(&grid, &(0..49).collect::<Vec<u32>>(), 24);
-/// let change = |i: usize| (aligned(&patches)[24].map[i][0] - patches[24].map[i][0]).abs();
+/// let change = |i: usize| (align_maps(&patches)[24].map[i][0] - patches[24].map[i][0]).abs();
 /// assert!((0..25).all(|i| change(i) < 1e-6));
 /// ```
-pub fn aligned(patches: &[Patch]) -> Vec<Patch> {
+pub fn align_maps(patches: &[Patch]) -> Vec<Patch> {
     patches.par_iter().map(|patch| Patch { points: patch.points.clone(), map: mean_map(patch, patches) }).collect()
 }
 
 fn mean_map(patch: &Patch, patches: &[Patch]) -> Vec<[f64; 2]> {
     let slots: FxHashMap<u32, usize> = patch.points.iter().zip(0..).map(|(&point, slot)| (point, slot)).collect();
     let own = weights(patch);
-    let mut places: Vec<Vec<Place>> = patch.map.iter().zip(&own).map(|(&at, &weight)| vec![(at, weight)]).collect();
+    let mut places: Vec<Vec<WeightedPoint>> =
+        patch.map.iter().zip(&own).map(|(&at, &weight)| vec![(at, weight)]).collect();
     for &neighbour in patch.points.iter().skip(1) {
         let other = &patches[neighbour as usize];
         let common: Vec<[usize; 2]> =
@@ -45,7 +48,7 @@ fn mean_map(patch: &Patch, patches: &[Patch]) -> Vec<[f64; 2]> {
             continue;
         }
         let theirs = weights(other);
-        for ([slot, there], at) in common.iter().zip(laid_over(patch, other, &common)) {
+        for ([slot, there], at) in common.iter().zip(align_points(patch, other, &common)) {
             places[*slot].push((at, own[*slot] * theirs[*there]));
         }
     }
@@ -53,14 +56,14 @@ fn mean_map(patch: &Patch, patches: &[Patch]) -> Vec<[f64; 2]> {
     places.iter().map(|places| mean_without_outliers(places, OUTLIER * radius)).collect()
 }
 
-/// What each place counts: less the farther out it lies.
+/// Returns the weights of the patch's points, smaller farther out.
 fn weights(patch: &Patch) -> Vec<f64> {
     let unit = (2.0 * patch.radius()).max(1e-30);
     patch.map.iter().map(|at| (1.0 - at[0].hypot(at[1]) / unit).powi(2).max(LEAST_WEIGHT)).collect()
 }
 
-/// The common points of the other map, where the best motion puts them.
-fn laid_over(patch: &Patch, other: &Patch, common: &[[usize; 2]]) -> Vec<[f64; 2]> {
+/// Returns the common points of the other map after the best rigid motion.
+fn align_points(patch: &Patch, other: &Patch, common: &[[usize; 2]]) -> Vec<[f64; 2]> {
     let pairs: Vec<[[f64; 2]; 2]> = common.iter().map(|&[here, there]| [patch.map[here], other.map[there]]).collect();
     let mean = |of: usize| [0, 1].map(|axis| pairs.iter().map(|pair| pair[of][axis]).sum::<f64>() / pairs.len() as f64);
     let (here, there) = (mean(0), mean(1));
@@ -70,17 +73,17 @@ fn laid_over(patch: &Patch, other: &Patch, common: &[[usize; 2]]) -> Vec<[f64; 2
     moved.map(|at| [at[0] + here[0], at[1] + here[1]]).collect()
 }
 
-/// The weighted mean of the places within a distance of their weighted median; of all where there is none.
-fn mean_without_outliers(places: &[Place], most: f64) -> [f64; 2] {
+/// Returns the weighted mean of the points within `most` of their weighted median, or of all if there are none.
+fn mean_without_outliers(places: &[WeightedPoint], most: f64) -> [f64; 2] {
     let median = [0, 1].map(|axis| weighted_median(places, axis));
-    let is_near = |&&(at, _): &&Place| (at[0] - median[0]).hypot(at[1] - median[1]) <= most;
-    let near: Vec<Place> = places.iter().filter(is_near).copied().collect();
+    let is_near = |&&(at, _): &&WeightedPoint| (at[0] - median[0]).hypot(at[1] - median[1]) <= most;
+    let near: Vec<WeightedPoint> = places.iter().filter(is_near).copied().collect();
     let counted = if near.is_empty() { places } else { &near };
     let total: f64 = counted.iter().map(|(_, weight)| weight).sum();
     [0, 1].map(|axis| counted.iter().map(|(at, weight)| at[axis] * weight).sum::<f64>() / total)
 }
 
-fn weighted_median(places: &[Place], axis: usize) -> f64 {
+fn weighted_median(places: &[WeightedPoint], axis: usize) -> f64 {
     let mut sorted: Vec<(f64, f64)> = places.iter().map(|(at, weight)| (at[axis], *weight)).collect();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
     let half = 0.5 * sorted.iter().map(|(_, weight)| weight).sum::<f64>();
@@ -110,11 +113,11 @@ mod tests {
             let pairs = found.iter().zip(&patches).flat_map(|(a, b)| a.map.iter().zip(&b.map));
             pairs.map(|(a, b)| distance(*a, *b)).fold(0.0, f64::max)
         };
-        // Corners are seen from few other patches, but from those alike.
-        assert!(largest(&aligned(&patches)) < 1e-6);
+        // corners occur in few other patches, with similar maps
+        assert!(largest(&align_maps(&patches)) < 1e-6);
         let mut wrong = patches.clone();
         wrong[40].map[5][0] += 0.1;
-        let (before, after) = (distance(wrong[40].map[5], patches[40].map[5]), aligned(&wrong));
+        let (before, after) = (distance(wrong[40].map[5], patches[40].map[5]), align_maps(&wrong));
         assert!(distance(after[40].map[5], patches[40].map[5]) < 0.1 * before);
     }
 

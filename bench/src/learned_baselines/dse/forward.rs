@@ -1,22 +1,24 @@
-//! What a network says of the points of patches.
+//! Forward pass of a network over patches.
 
 use super::{JoinedLayers, PointNetwork};
 use neural_mesh::autodiff::{Tape, Value};
 
-/// Applies a network to patches of equally many points, whose own points come first.
+/// Applies a network to patches of equal size whose own points come first.
 ///
-/// Places beside their distances from the own point go through layers point by point, are pooled over the patch, and
-/// go with what was pooled through two stages, the first of which gives new places. The activation is a ReLU; the paper's
-/// program trains the map with another than it runs it with.
+/// Positions with their distances from the own point go through pointwise layers and a maximum over the patch. Two
+/// stages then
+/// combine position and pooled features; the first one gives new positions. The activation is a ReLU; the paper's
+/// program trains the
+/// map with another one than it runs it with.
 ///
 /// # Shapes
-/// - `places`: (n_patches * group) x 3, the own point of each patch at the origin
+/// - `places`: (n_patches * group) x 3 with each patch's own point at the origin
 /// - returns (n_patches * group) x n_out
 ///
 /// ```
 /// use neural_mesh::{autodiff::{Tape, Value}, linalg::Matrix};
-/// use neural_mesh_bench::learned_baselines::dse::{Dse, drawn, forward};
-/// let net = Dse::of(&drawn(0.125, 1).constants()).unwrap();
+/// use neural_mesh_bench::learned_baselines::dse::{Dse, initial_tensors, forward};
+/// let net = Dse::from_tensors(&initial_tensors(0.125, 1).constants()).unwrap();
 /// let places = Value::constant(Matrix::zeros(2 * 25, 3));
 /// assert_eq!(forward(&mut Tape::default(), &net.map, &places, 25).matrix().shape(), [50, 2]);
 /// ```
@@ -33,13 +35,13 @@ pub fn forward(tape: &mut Tape, net: &PointNetwork<Value>, places: &Value, group
         let mapped = tape.affine(&pooled, weights, bias);
         pooled = tape.relu(&mapped);
     }
-    let coarse = joined(tape, &net.coarse, [places, &distances], &pooled, group);
+    let coarse = apply_joined(tape, &net.coarse, [places, &distances], &pooled, group);
     let distances = tape.group_distances(&coarse, group);
-    joined(tape, &net.fine, [&coarse, &distances], &pooled, group)
+    apply_joined(tape, &net.fine, [&coarse, &distances], &pooled, group)
 }
 
-/// What was pooled is multiplied once per patch, not once per point.
-fn joined(
+/// Applies joined layers; the pooled features are multiplied once per patch instead of once per point.
+fn apply_joined(
     tape: &mut Tape,
     net: &JoinedLayers<Value>,
     [places, distances]: [&Value; 2],

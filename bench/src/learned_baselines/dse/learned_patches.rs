@@ -1,57 +1,56 @@
-//! The patches of a cloud as the networks see them.
+//! Patches of a cloud as predicted by the networks.
 
-use super::{Dse, Frame, KEPT, Neighbourhoods, Patch, forward};
+use super::{Dse, KEPT, Neighbourhoods, Patch, PatchFrame, forward};
 use neural_mesh::autodiff::{Tape, Tensors, Value};
 use neural_mesh::linalg::Matrix;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Points that go through the networks together.
+/// Points per batch.
 const BATCH: usize = 64;
 
-/// The patch of each point of a cloud: the [`KEPT`] candidates that the classifier finds likeliest, fewer where there are not
-/// as many, and their logarithmic map.
+/// Returns the patch of each point: the [`KEPT`] most likely candidates, or fewer, with their predicted map.
 ///
 /// # Shapes
-/// - `points`: n x 3, finite; `tensors`: of [`shapes`](super::shapes) for some share of the widths
+/// - `points`: n x 3, finite; `tensors`: with the [`shapes`](super::shapes) of some width share
 ///
 /// # Panics
-/// When tensors are missing or of other shapes.
+/// When tensors are missing or have other shapes.
 ///
 /// ```
-/// use neural_mesh_bench::learned_baselines::dse::{drawn, learned_patches};
+/// use neural_mesh_bench::learned_baselines::dse::{initial_tensors, learned_patches};
 /// let sphere = neural_mesh::mesh::shapes::icosphere(2);
-/// let patches = learned_patches(sphere.positions(), &drawn(0.05, 1));
+/// let patches = learned_patches(sphere.positions(), &initial_tensors(0.05, 1));
 /// assert_eq!((patches.len(), patches[9].points[0], patches[9].points.len()), (162, 9, 25));
 /// ```
 pub fn learned_patches(points: &[[f32; 3]], tensors: &Tensors<Arc<Matrix>>) -> Vec<Patch> {
-    let net = Dse::of(&tensors.constants()).expect("the tensors of these networks");
+    let net = Dse::from_tensors(&tensors.constants()).expect("the tensors of these networks");
     let around = Neighbourhoods::new(points);
     let centres: Vec<u32> = (0..points.len() as u32).collect();
-    let batches = centres.par_chunks(BATCH).map(|centres| batch(&net, &around, centres));
+    let batches = centres.par_chunks(BATCH).map(|centres| predict_batch(&net, &around, centres));
     batches.collect::<Vec<_>>().concat()
 }
 
-fn batch(net: &Dse<Value>, around: &Neighbourhoods, centres: &[u32]) -> Vec<Patch> {
+fn predict_batch(net: &Dse<Value>, around: &Neighbourhoods, centres: &[u32]) -> Vec<Patch> {
     let tape = &mut Tape::default();
-    let frames: Vec<Frame> = centres.iter().map(|&centre| around.frame(centre)).collect();
+    let frames: Vec<PatchFrame> = centres.iter().map(|&centre| around.frame(centre)).collect();
     let candidates: Vec<Vec<u32>> = centres.iter().map(|&centre| around.candidates(centre)).collect();
     let places = Value::constant(around.places(&candidates, &frames));
     let logits = forward(tape, &net.classifier, &places, around.group());
     let rows = candidates.iter().zip(logits.matrix().data().chunks_exact(around.group()));
-    let kept: Vec<Vec<u32>> = rows.map(|(candidates, logits)| likeliest(candidates, logits)).collect();
+    let kept: Vec<Vec<u32>> = rows.map(|(candidates, logits)| most_likely(candidates, logits)).collect();
     let group = kept.first().map_or(1, Vec::len);
     let map = forward(tape, &net.map, &Value::constant(around.places(&kept, &frames)), group);
     let in_unit = |place: &[f32], unit: f64| [0, 1].map(|axis: usize| f64::from(place[axis]) * unit);
-    let patch = |(points, (rows, frame)): (Vec<u32>, (&[f32], &Frame))| Patch {
+    let patch = |(points, (rows, frame)): (Vec<u32>, (&[f32], &PatchFrame))| Patch {
         points,
         map: rows.chunks_exact(2).map(|place| in_unit(place, frame.unit)).collect(),
     };
     kept.into_iter().zip(map.matrix().data().chunks_exact(2 * group).zip(&frames)).map(patch).collect()
 }
 
-/// The own point and those with the largest numbers; of equal ones the nearest.
-fn likeliest(candidates: &[u32], logits: &[f32]) -> Vec<u32> {
+/// Returns the own point and the candidates with the largest logits, nearest first among equal ones.
+fn most_likely(candidates: &[u32], logits: &[f32]) -> Vec<u32> {
     let mut others: Vec<usize> = (1..candidates.len()).collect();
     others.sort_by(|&a, &b| logits[b].total_cmp(&logits[a]));
     others.truncate(KEPT);

@@ -1,4 +1,4 @@
-//! What the networks are trained for, with gradients.
+//! Losses of both networks with gradients.
 
 use super::Turn;
 use neural_mesh::linalg::Matrix;
@@ -6,17 +6,19 @@ use neural_mesh::linalg::Matrix;
 /// A loss and its gradient.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loss {
-    /// The loss.
+    /// Value of the loss.
     pub value: f64,
-    /// To what was given, of its shape.
+    /// Derivative by the input, of its shape.
     pub gradient: Matrix,
 }
 
-/// The mean cross entropy of which points are geodesic neighbours. The paper's program has the squared error of the
-/// probabilities; this one does not fade where a wrong answer is sure.
+/// Computes the mean cross entropy of the neighbour classification.
+///
+/// The paper's program uses the squared error of probabilities; the gradient of this one does not vanish for confident
+/// errors.
 ///
 /// # Shapes
-/// - `logits`: (n_patches * group) x 1, `are_neighbours` one each; own points, the first of each group, do not count
+/// - `logits`: (n_patches * group) x 1, `are_neighbours` one each; the first of each group is skipped
 ///
 /// ```
 /// use neural_mesh::linalg::Matrix;
@@ -32,7 +34,7 @@ pub fn neighbour_loss(logits: &Matrix, are_neighbours: &[bool], group: usize) ->
     for (_, ((&logit, &is_neighbour), to)) in rows.enumerate().filter(|(row, _)| row % group != 0) {
         let logit = f64::from(logit);
         let against = if is_neighbour { -logit } else { logit };
-        // ln(1 + exp(x)) without overflow.
+        // ln(1 + exp(x)) without overflow
         value += against.max(0.0) + (-against.abs()).exp().ln_1p();
         let probability = 1.0 / (1.0 + (-logit).exp());
         *to = ((probability - f64::from(u8::from(is_neighbour))) / n_counted) as f32;
@@ -40,10 +42,9 @@ pub fn neighbour_loss(logits: &Matrix, are_neighbours: &[bool], group: usize) ->
     Loss { value: value / n_counted, gradient }
 }
 
-/// The mean over points of `|T x - y|^2 + (|x| - |y|)^2`, where T is the best rotation or reflection of each patch: which way
-/// a map is turned, nobody knows.
+/// Computes the mean of `|T x - y|^2 + (|x| - |y|)^2` with the best rotation or reflection T of each patch.
 ///
-/// The gradient holds T: to it the sum is flat.
+/// The gradient treats T as constant, because the sum is stationary in it.
 ///
 /// # Shapes
 /// - `map`: (n_patches * group) x 2, `exact` one each

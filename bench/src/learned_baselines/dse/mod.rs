@@ -1,12 +1,14 @@
-//! Surfaces from points: "Learning Delaunay Surface Elements for Mesh Reconstruction" (Rakotosaona, Guerrero, Aigerman, Mitra,
+//! Surfaces from points: "Learning Delaunay Surface Elements for Mesh Reconstruction" (Rakotosaona, Guerrero, Aigerman,
+//! Mitra,
 //! Ovsjanikov, CVPR 2021).
 //!
-//! For every point of a cloud a network says which of the nearest points are geodesic neighbours, another lays these out in
-//! the plane as the logarithmic map at the point does, maps of neighbours are aligned, and the triangles around a point in
-//! the Delaunay triangulation of its map are candidates of a surface, chosen by how many of their corners have them.
-//!
-//! What the networks learn is an exact map on the mesh from which the points were drawn; with it the rest of the method runs,
-//! too, which says what is lost to learning. What was decided where the text is not precise stands in each file.
+//! For every point one network selects geodesic neighbours among the nearest points, and another predicts their
+//! logarithmic map.
+//! Neighbouring maps are aligned. Triangles around a point in the Delaunay triangulation of its map are candidates,
+//! chosen by how many
+//! of their corners agree on them. The targets are exact maps on the mesh, with which the method also runs. Each file
+//! names its
+//! departures.
 
 mod alignment;
 mod exact_map;
@@ -25,7 +27,7 @@ mod turn;
 mod umbrella;
 mod votes;
 
-use super::LearnedBaselineError;
+use super::{LearnedBaselineError, compact_with_first_point};
 use glam::Vec3;
 use neural_mesh::autodiff::Tensors;
 use neural_mesh::linalg::Matrix;
@@ -33,51 +35,45 @@ use neural_mesh::mesh::{TriMesh, compact, vertex_normals};
 use neural_mesh::spatial::farthest_points;
 use std::sync::Arc;
 
-pub use alignment::aligned;
-pub use exact_map::{Surface, exact_patches, exact_patches_at};
+pub use alignment::align_maps;
+pub use exact_map::{WalkSurface, exact_patches, exact_patches_around};
 pub use forward::forward;
 pub use learned_patches::learned_patches;
 pub use losses::{Loss, map_loss, neighbour_loss};
-pub use neighbourhoods::{Frame, Neighbourhoods};
-pub use network::{Dse, JoinedLayers, PointNetwork, drawn, shapes};
-pub use overlap::lie_over_each_other;
+pub use neighbourhoods::{Neighbourhoods, PatchFrame};
+pub use network::{Dse, JoinedLayers, PointNetwork, initial_tensors, shapes};
+pub use overlap::are_overlapping;
 pub use patch::Patch;
 pub use reconstruct::reconstruct;
-pub use selection::selected;
+pub use selection::select_triangles;
 pub use sizes::{CANDIDATES, KEPT, Widths};
 pub use step::dse_step;
 pub use turn::Turn;
 pub use umbrella::umbrella;
-pub use votes::votes;
+pub use votes::count_votes;
 
-/// Which maps a mesh is made with.
+/// The source of the logarithmic maps.
 #[derive(Clone, Copy, Debug)]
 pub enum Maps<'a> {
-    /// Those of the networks of these tensors, which see points alone.
+    /// Networks with these tensors, which see points alone.
     Learned(&'a Tensors<Arc<Matrix>>),
-    /// Exact ones, which see the mesh.
+    /// Exact maps on the mesh.
     Exact,
 }
 
-/// Draws farthest points of a mesh and meshes them, with learned or with exact maps.
-///
-/// The method says nothing of sides, so faces look to the side that the mesh's normals at their corners do.
+/// Draws farthest points of a mesh and meshes them; faces are oriented by the mesh's normals.
 ///
 /// # Errors
-/// [`LearnedBaselineError`] where nothing is left.
+/// [`LearnedBaselineError`] where no face is left.
 ///
 /// ```
 /// use neural_mesh::mesh::shapes;
-/// use neural_mesh_bench::learned_baselines::dse::{Maps, remeshed};
-/// let lighter = remeshed(&shapes::icosphere(3), 160, 0, Maps::Exact).unwrap();
+/// use neural_mesh_bench::learned_baselines::dse::{Maps, remesh};
+/// let lighter = remesh(&shapes::icosphere(3), 160, 0, Maps::Exact).unwrap();
 /// assert!((310..=316).contains(&lighter.faces().len()));
 /// ```
-pub fn remeshed(mesh: &TriMesh, n_vertices: usize, seed: u64, maps: Maps<'_>) -> Result<TriMesh, LearnedBaselineError> {
-    let (mesh, _) = compact(mesh.positions(), mesh.faces().to_vec())?;
-    if mesh.positions().is_empty() {
-        return Err(LearnedBaselineError::NothingLeft);
-    }
-    let first = (seed % mesh.positions().len() as u64) as u32;
+pub fn remesh(mesh: &TriMesh, n_vertices: usize, seed: u64, maps: Maps<'_>) -> Result<TriMesh, LearnedBaselineError> {
+    let (mesh, first) = compact_with_first_point(mesh, seed)?;
     let mut samples = farthest_points(mesh.positions(), n_vertices, first);
     samples.sort_unstable();
     let points: Vec<[f32; 3]> = samples.iter().map(|&v| mesh.positions()[v as usize]).collect();
@@ -87,18 +83,18 @@ pub fn remeshed(mesh: &TriMesh, n_vertices: usize, seed: u64, maps: Maps<'_>) ->
     };
     let all = vertex_normals(&mesh);
     let normals: Vec<Vec3> = samples.iter().map(|&v| all[v as usize].into()).collect();
-    let faces = reconstruct(&points, &patches).into_iter().map(|face| turned_to(face, &points, &normals));
+    let faces = reconstruct(&points, &patches).into_iter().map(|face| orient_face(face, &points, &normals));
     Ok(compact(&points, faces.collect())?.0)
 }
 
-/// A face wound to the side of the normals at its corners.
-fn turned_to([a, b, c]: [u32; 3], points: &[[f32; 3]], normals: &[Vec3]) -> [u32; 3] {
+/// Orients a face by the normals at its corners.
+fn orient_face([a, b, c]: [u32; 3], points: &[[f32; 3]], normals: &[Vec3]) -> [u32; 3] {
     let [p, q, r] = [a, b, c].map(|v| Vec3::from(points[v as usize]));
     let side: f32 = [a, b, c].iter().map(|&v| normals[v as usize].dot((q - p).cross(r - p))).sum();
     if side < 0.0 { [a, c, b] } else { [a, b, c] }
 }
 
-/// The networks against the same in NumPy (`bench/tests/golden/dse.py`), and gradients against differences.
+/// Compares the networks with NumPy (`bench/tests/golden/dse.py`) and gradients with differences.
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -107,7 +103,7 @@ mod tests {
     use neural_mesh::linalg::Matrix;
     use std::sync::Arc;
 
-    /// 16 wide after the pooling; before it the layers are as narrow as they get.
+    /// Width share: 16 wide after the pooling, before it the minimum.
     const SHARE: f64 = 1.0 / 64.0;
     const GROUP: usize = 5;
 
@@ -158,7 +154,7 @@ mod tests {
         })
     }
 
-    /// Two patches of five points, the own one at the origin.
+    /// Returns two patches of five points with the own one at the origin.
     fn places() -> Matrix {
         let coordinate = |row: usize, axis: usize| (1.3 * row as f64 + 2.1 * axis as f64).sin();
         Matrix::from_fn(2 * GROUP, 3, |row, axis| if row % GROUP == 0 { 0.0 } else { coordinate(row, axis) as f32 })
@@ -177,7 +173,7 @@ mod tests {
 
     #[test]
     fn networks_and_losses_agree_with_numpy() {
-        let net = Dse::of(&tensors().constants()).unwrap();
+        let net = Dse::from_tensors(&tensors().constants()).unwrap();
         let (tape, places) = (&mut Tape::default(), Value::constant(places()));
         let logits = forward(tape, &net.classifier, &places, GROUP);
         assert_near(logits.matrix().data(), &LOGITS);
@@ -196,7 +192,7 @@ mod tests {
         check_gradients(&matrices, |tape, values| {
             let named: Tensors<Value> =
                 shapes.iter().map(|(name, _)| name).zip(values).map(|(name, value)| (name, value.clone())).collect();
-            let net = Dse::of(&named).unwrap();
+            let net = Dse::from_tensors(&named).unwrap();
             let places = Value::constant(places());
             let logits = forward(tape, &net.classifier, &places, GROUP);
             let map = forward(tape, &net.map, &places, GROUP);
@@ -207,7 +203,7 @@ mod tests {
 
     #[test]
     fn patches_of_few_points_have_them_all() {
-        let tensors = drawn(0.05, 1);
+        let tensors = initial_tensors(0.05, 1);
         assert!(learned_patches(&[], &tensors).is_empty());
         let one = learned_patches(&[[1.0; 3]], &tensors);
         assert_eq!(one[0].points, [0]);
@@ -218,7 +214,7 @@ mod tests {
     #[test]
     fn the_same_bits_on_any_number_of_threads() {
         let sphere = neural_mesh::mesh::shapes::wavy_sphere(2, 4.0);
-        let tensors = drawn(0.05, 1);
+        let tensors = initial_tensors(0.05, 1);
         let on_threads = |n| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
             pool.install(|| reconstruct(sphere.positions(), &learned_patches(sphere.positions(), &tensors)))
@@ -229,13 +225,13 @@ mod tests {
     #[test]
     fn a_mesh_is_made_again_on_its_side() {
         let sphere = neural_mesh::mesh::shapes::icosphere(3);
-        let lighter = remeshed(&sphere, 160, 3, Maps::Exact).unwrap();
+        let lighter = remesh(&sphere, 160, 3, Maps::Exact).unwrap();
         let outward = |corners: &[u32; 3]| {
             let [a, b, c] = corners.map(|v| Vec3::from(lighter.positions()[v as usize]));
             (b - a).cross(c - a).dot(a + b + c) > 0.0
         };
         assert!(lighter.faces().iter().all(outward));
         let nothing = TriMesh::new(Vec::new(), Vec::new()).unwrap();
-        assert_eq!(remeshed(&nothing, 9, 0, Maps::Exact), Err(LearnedBaselineError::NothingLeft));
+        assert_eq!(remesh(&nothing, 9, 0, Maps::Exact), Err(LearnedBaselineError::NothingLeft));
     }
 }

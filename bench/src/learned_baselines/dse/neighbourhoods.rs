@@ -1,34 +1,34 @@
-//! Points around points as the networks see them: in a frame of their own.
+//! Neighbourhoods of points in local frames, the input of the networks.
 
 use super::{CANDIDATES, KEPT};
 use glam::{DMat3, DVec3, Vec3};
 use neural_mesh::linalg::Matrix;
 use neural_mesh::spatial::nearest_neighbours;
 
-/// Sweeps of Jacobi rotations: after five, symmetric 3 x 3 matrices are diagonal to rounding.
+/// Sweeps of Jacobi rotations; after five, symmetric 3 x 3 matrices are diagonal up to rounding.
 const SWEEPS: usize = 6;
 
 /// The candidates of all points of a cloud.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Neighbourhoods<'a> {
     points: &'a [[f32; 3]],
-    /// The nearest other points of each, nearest first, n x k.
+    /// Nearest other points of each point, n x k.
     nearest: Vec<u32>,
     k: usize,
 }
 
-/// The frame of a point's neighbourhood.
+/// The local frame of a neighbourhood.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame {
+pub struct PatchFrame {
     origin: DVec3,
-    /// Directions of most, middle and least spread, as rows.
+    /// Directions of largest, middle and smallest spread, as rows.
     axes: [DVec3; 3],
-    /// Length of the diagonal of the candidates' box in these axes; above 0.
+    /// Diagonal of the candidates' box in these axes; above 0.
     pub unit: f64,
 }
 
 impl<'a> Neighbourhoods<'a> {
-    /// The neighbourhoods of a cloud: [`CANDIDATES`] points each, all others where there are fewer.
+    /// Finds the neighbourhoods of a cloud: [`CANDIDATES`] points each, or all others.
     ///
     /// # Shapes
     /// - `points`: n x 3, finite
@@ -43,22 +43,23 @@ impl<'a> Neighbourhoods<'a> {
         Self { points, nearest: nearest_neighbours(points, CANDIDATES), k }
     }
 
-    /// Points of each neighbourhood, with the own one.
+    /// Returns the number of points per neighbourhood, including its own.
     pub fn group(&self) -> usize {
         self.k + 1
     }
 
-    /// A point and its candidates.
+    /// Returns a point and its candidates.
     pub fn candidates(&self, centre: u32) -> Vec<u32> {
         let nearest = &self.nearest[centre as usize * self.k..][..self.k];
         std::iter::once(centre).chain(nearest.iter().copied()).collect()
     }
 
-    /// The frame of a point: its place, the principal axes of the points nearest to it, and the size of its neighbourhood.
+    /// Returns the frame of a point: position, principal axes of its nearest points, and size of its neighbourhood.
     ///
-    /// The paper's program turns patches at random and has the network learn all directions; networks of our size learn
-    /// better in principal axes. Each points to where the points lie farther out (third moment), so that there is one frame.
-    pub fn frame(&self, centre: u32) -> Frame {
+    /// The paper's program instead turns patches at random; networks of this size learn better in principal axes. The
+    /// sign of the
+    /// third moment makes the frame unique.
+    pub fn frame(&self, centre: u32) -> PatchFrame {
         let at = |v: u32| Vec3::from(self.points[v as usize]).as_dvec3();
         let candidates = self.candidates(centre);
         let offsets: Vec<DVec3> = candidates.iter().map(|&v| at(v) - at(centre)).collect();
@@ -72,26 +73,26 @@ impl<'a> Neighbourhoods<'a> {
         let low = offsets.iter().map(turned).fold(DVec3::ZERO, DVec3::min);
         let high = offsets.iter().map(turned).fold(DVec3::ZERO, DVec3::max);
         let diagonal = (high - low).length();
-        Frame { origin: at(centre), axes, unit: if diagonal > 0.0 { diagonal } else { 1.0 } }
+        PatchFrame { origin: at(centre), axes, unit: if diagonal > 0.0 { diagonal } else { 1.0 } }
     }
 
-    /// Places of points in a frame, 3 numbers each, behind each other.
-    pub fn placed<'b>(&'b self, points: &'b [u32], frame: Frame) -> impl Iterator<Item = f32> + 'b {
+    /// Returns the coordinates of points in a frame, 3 numbers each.
+    pub fn coordinates<'b>(&'b self, points: &'b [u32], frame: PatchFrame) -> impl Iterator<Item = f32> + 'b {
         points.iter().flat_map(move |&v| {
             let offset = (Vec3::from(self.points[v as usize]).as_dvec3() - frame.origin) / frame.unit;
             frame.axes.map(|axis| axis.dot(offset) as f32)
         })
     }
 
-    /// Places of the points of several neighbourhoods, of equally many points each: (n * group) x 3.
-    pub fn places(&self, patches: &[Vec<u32>], frames: &[Frame]) -> Matrix {
+    /// Returns the coordinates of the points of neighbourhoods of equal size: (n * group) x 3.
+    pub fn places(&self, patches: &[Vec<u32>], frames: &[PatchFrame]) -> Matrix {
         let entries: Vec<f32> =
-            patches.iter().zip(frames).flat_map(|(patch, &frame)| self.placed(patch, frame)).collect();
+            patches.iter().zip(frames).flat_map(|(patch, &frame)| self.coordinates(patch, frame)).collect();
         Matrix::new(entries.len() / 3, 3, entries)
     }
 }
 
-/// The eigenvectors of the second moments of offsets about their mean, of the largest first (Jacobi 1846).
+/// Returns the eigenvectors of the offsets' covariance, largest eigenvalue first (Jacobi 1846).
 fn principal_axes(offsets: &[DVec3]) -> [DVec3; 3] {
     let mean = offsets.iter().sum::<DVec3>() / offsets.len().max(1) as f64;
     let outer = |d: DVec3| DMat3::from_cols(d * d.x, d * d.y, d * d.z);
@@ -109,7 +110,7 @@ fn principal_axes(offsets: &[DVec3]) -> [DVec3; 3] {
     order.map(|column| axes.col(column))
 }
 
-/// The rotation in the plane of two axes after which the matrix has a zero there.
+/// Returns the rotation that makes one off-diagonal entry zero.
 fn jacobi_rotation(m: &DMat3, p: usize, q: usize) -> DMat3 {
     let beside = m.col(q)[p];
     let mut rotation = DMat3::IDENTITY;

@@ -1,4 +1,4 @@
-//! The tensors of both networks, by name.
+//! Tensors of both networks by name.
 
 use super::Widths;
 use neural_mesh::autodiff::{Tensors, WeightsError};
@@ -8,49 +8,49 @@ use std::sync::Arc;
 /// Both networks: `T` is a shape, a stored matrix, or a value on a tape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dse<T> {
-    /// Says which points are geodesic neighbours: one number per point, likely where positive.
+    /// Classifier of geodesic neighbours: one logit per point.
     pub classifier: PointNetwork<T>,
-    /// Lays points out in the plane: two numbers per point.
+    /// Map to the plane: two numbers per point.
     pub map: PointNetwork<T>,
 }
 
 /// A network over the points of a patch, after PointNet (Qi et al. 2017).
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointNetwork<T> {
-    /// Over each point, before the pooling: `[weights, bias]` of each layer.
+    /// Layers of each point before the pooling, as `[weights, bias]`.
     pub pointwise: Vec<[T; 2]>,
-    /// Over the patch, after it.
+    /// Layers of the pooled features.
     pub pooled: Vec<[T; 2]>,
-    /// Over each point with what was pooled, to three numbers that stand for a place.
+    /// Stage from positions and pooled features to three numbers per point.
     pub coarse: JoinedLayers<T>,
-    /// Over these places with what was pooled, to what comes out.
+    /// Stage from these numbers and the pooled features to the output.
     pub fine: JoinedLayers<T>,
 }
 
-/// Layers over each point together with what was pooled over its patch.
+/// Layers of each point together with its patch's pooled features.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JoinedLayers<T> {
-    /// 4 x width: over a place and its distance from that of the first point.
+    /// Weights of a position and its distance from the first point's, 4 x width.
     pub of_point: T,
-    /// n_pooled x width, 1 x width: over what was pooled.
+    /// Weights and bias of the pooled features, n_pooled x width and 1 x width.
     pub of_patch: [T; 2],
-    /// width x width.
+    /// Hidden layer, width x width.
     pub hidden: [T; 2],
-    /// width x n_out.
+    /// Output layer, width x n_out.
     pub out: [T; 2],
 }
 
 impl<T: Clone> Dse<T> {
-    /// The networks of these tensors.
+    /// Makes the networks of named tensors.
     ///
     /// # Errors
-    /// [`WeightsError::Missing`] names the first that is not there.
+    /// [`WeightsError::Missing`] names the first missing tensor.
     ///
     /// ```
     /// use neural_mesh_bench::learned_baselines::dse::{Dse, shapes};
-    /// assert_eq!(Dse::of(&shapes(1.0)).unwrap().map.fine.out, [[528, 2], [1, 2]]);
+    /// assert_eq!(Dse::from_tensors(&shapes(1.0)).unwrap().map.fine.out, [[528, 2], [1, 2]]);
     /// ```
-    pub fn of(tensors: &Tensors<T>) -> Result<Self, WeightsError> {
+    pub fn from_tensors(tensors: &Tensors<T>) -> Result<Self, WeightsError> {
         Ok(Self { classifier: point_network(tensors, "classifier")?, map: point_network(tensors, "map")? })
     }
 }
@@ -76,9 +76,9 @@ fn point_network<T: Clone>(tensors: &Tensors<T>, network: &str) -> Result<PointN
     })
 }
 
-/// The shapes of all tensors, for a share of the widths.
+/// Returns the shapes of all tensors.
 pub fn shapes(width_share: f64) -> Tensors<[usize; 2]> {
-    let widths = Widths::of_share(width_share);
+    let widths = Widths::from_share(width_share);
     let mut shapes = Tensors::default();
     push_network(&mut shapes, "classifier", &widths, 1);
     push_network(&mut shapes, "map", &widths, 2);
@@ -110,7 +110,7 @@ fn push_network(shapes: &mut Tensors<[usize; 2]>, network: &str, widths: &Widths
     }
 }
 
-/// The tensors that a training begins with.
-pub fn drawn(width_share: f64, seed: u64) -> Tensors<Arc<Matrix>> {
+/// Returns random initial tensors.
+pub fn initial_tensors(width_share: f64, seed: u64) -> Tensors<Arc<Matrix>> {
     shapes(width_share).drawn(seed)
 }

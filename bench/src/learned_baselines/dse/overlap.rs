@@ -1,22 +1,22 @@
-//! Whether two triangles lie over each other, as two attempts at the same piece of a surface do.
+//! Overlap test of two triangles that cover the same part of a surface.
 
 use glam::DVec3;
 
-/// Triangles that share an edge are folded onto each other below this angle between them, 30 degrees, given by its cosine.
+/// Cosine of 30 degrees, the angle at a shared edge below which triangles are folded.
 const FOLDED: f64 = 0.866;
-/// Crossings nearer to the ends of an edge than this share of its length are touches.
+/// Crossings nearer to the ends of an edge than this fraction of its length are touches.
 const TOUCH: f64 = 1e-3;
 
-/// Whether triangles lie over each other: folded at an edge that they share, or with edges that cross, or pass each other
-/// within a distance, away from their ends.
+/// Returns whether triangles overlap: folded at a shared edge, or with edges that pass within a distance away from
+/// their ends.
 ///
 /// ```
-/// use neural_mesh_bench::learned_baselines::dse::lie_over_each_other;
+/// use neural_mesh_bench::learned_baselines::dse::are_overlapping;
 /// let points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
-/// assert!(!lie_over_each_other(&points, [[0, 1, 2], [0, 2, 3]], 0.1));
-/// assert!(lie_over_each_other(&points, [[0, 1, 2], [0, 1, 3]], 0.1));
+/// assert!(!are_overlapping(&points, [[0, 1, 2], [0, 2, 3]], 0.1));
+/// assert!(are_overlapping(&points, [[0, 1, 2], [0, 1, 3]], 0.1));
 /// ```
-pub fn lie_over_each_other(points: &[[f32; 3]], [a, b]: [[u32; 3]; 2], within: f64) -> bool {
+pub fn are_overlapping(points: &[[f32; 3]], [a, b]: [[u32; 3]; 2], within: f64) -> bool {
     let at = |v: u32| glam::Vec3::from(points[v as usize]).as_dvec3();
     let shared: Vec<u32> = a.into_iter().filter(|v| b.contains(v)).collect();
     if let [from, to] = shared[..] {
@@ -29,18 +29,18 @@ pub fn lie_over_each_other(points: &[[f32; 3]], [a, b]: [[u32; 3]; 2], within: f
     let edges = |[a, b, c]: [u32; 3]| [[a, b], [b, c], [c, a]];
     let apart = |e: [u32; 2], f: [u32; 2]| !e.iter().any(|v| f.contains(v));
     let pairs = edges(a).into_iter().flat_map(|e| edges(b).into_iter().map(move |f| (e, f)));
-    pairs.filter(|&(e, f)| apart(e, f)).any(|(e, f)| cross(e.map(at), f.map(at), within))
+    pairs.filter(|&(e, f)| apart(e, f)).any(|(e, f)| segments_cross(e.map(at), f.map(at), within))
 }
 
-/// Whether the tips of two triangles on an edge lie in nearly the same direction from it.
+/// Returns whether the tips of two triangles are in nearly the same direction from their edge.
 fn is_folded([from, to]: [DVec3; 2], tips: [DVec3; 2]) -> bool {
     let along = (to - from).normalize_or_zero();
     let [p, q] = tips.map(|tip| (tip - from) - along * along.dot(tip - from));
     p.dot(q) > FOLDED * p.length() * q.length()
 }
 
-/// Whether two segments come within a distance at places away from their ends.
-fn cross([a, b]: [DVec3; 2], [c, d]: [DVec3; 2], within: f64) -> bool {
+/// Returns whether two segments pass within a distance away from their ends.
+fn segments_cross([a, b]: [DVec3; 2], [c, d]: [DVec3; 2], within: f64) -> bool {
     let (u, v, w) = (b - a, d - c, a - c);
     let (uu, uv, vv) = (u.length_squared(), u.dot(v), v.length_squared());
     let determinant = uu * vv - uv * uv;
@@ -61,8 +61,8 @@ mod tests {
     fn crossings_count_near_the_plane_alone() {
         let corners =
             |z: f32| [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.5, 0.5, z], [3.0, 0.6, z], [3.0, 3.0, z]];
-        assert!(lie_over_each_other(&corners(0.01), [[0, 1, 2], [3, 4, 5]], 0.1));
-        assert!(!lie_over_each_other(&corners(0.5), [[0, 1, 2], [3, 4, 5]], 0.1));
+        assert!(are_overlapping(&corners(0.01), [[0, 1, 2], [3, 4, 5]], 0.1));
+        assert!(!are_overlapping(&corners(0.5), [[0, 1, 2], [3, 4, 5]], 0.1));
     }
 
     #[test]
@@ -70,7 +70,7 @@ mod tests {
         let mesh = neural_mesh::mesh::shapes::icosphere(1);
         for a in mesh.faces() {
             let others = mesh.faces().iter().filter(|b| *b != a);
-            assert!(others.into_iter().all(|b| !lie_over_each_other(mesh.positions(), [*a, *b], 0.1)));
+            assert!(others.into_iter().all(|b| !are_overlapping(mesh.positions(), [*a, *b], 0.1)));
         }
     }
 }

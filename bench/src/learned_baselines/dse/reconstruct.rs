@@ -1,14 +1,15 @@
-//! A surface through all points of a cloud, from the maps of their patches.
+//! Surface through the points of a cloud from the maps of their patches.
 
-use super::{Patch, aligned, selected, votes};
+use super::{Patch, align_maps, count_votes, select_triangles};
 use neural_mesh::mesh::orient_outward;
 
-/// Meshes points by their patches: maps are aligned, each gives the triangles around its own point, and those on which
-/// patches agree are taken as far as they fit. Faces are wound alike where they can be, outward on the whole; the method
-/// itself says nothing of sides.
+/// Meshes points by their patches: aligns maps, collects the triangles around each point, and takes those that fit by
+/// votes.
+///
+/// Faces are wound consistently where possible, and outward.
 ///
 /// # Shapes
-/// - `points`: n x 3, finite; `patches`: one per point, in their order
+/// - `points`: n x 3, finite; `patches`: one per point, in order
 ///
 /// ```
 /// use neural_mesh::mesh::shapes;
@@ -18,7 +19,7 @@ use neural_mesh::mesh::orient_outward;
 /// assert_eq!(reconstruct(sphere.positions(), &patches).len(), 1280);
 /// ```
 pub fn reconstruct(points: &[[f32; 3]], patches: &[Patch]) -> Vec<[u32; 3]> {
-    orient_outward(points, &selected(points, &votes(&aligned(patches))))
+    orient_outward(points, &select_triangles(points, &count_votes(&align_maps(patches))))
 }
 
 #[cfg(test)]
@@ -28,7 +29,7 @@ mod tests {
     use neural_mesh::mesh::{TriMesh, edges, shapes};
     use neural_mesh::spatial::farthest_points;
 
-    /// Points drawn from a mesh, meshed with exact maps: how many edges have one face, and how many all are.
+    /// Meshes drawn points with exact maps and returns the numbers of open edges and of all edges.
     fn open_edges(mesh: &TriMesh, n: usize) -> [usize; 2] {
         let samples = farthest_points(mesh.positions(), n, 0);
         let points: Vec<[f32; 3]> = samples.iter().map(|&v| mesh.positions()[v as usize]).collect();

@@ -1,53 +1,52 @@
-//! The triangles that make the surface: those on which most patches agree, as far as they fit together.
+//! Selection of compatible triangles by votes.
 
-use super::lie_over_each_other;
+use super::are_overlapping;
 use glam::Vec3;
 use neural_mesh::spatial::nearest_neighbours;
 use rustc_hash::FxHashMap;
 
-/// Triangles at so many of the points nearest to a corner are looked at, as in the paper's program.
+/// Nearest points of each corner whose triangles are checked; from the paper's program.
 const NEAR: usize = 5;
-/// Triangles closer than this share of the mean distance of a point to its nearest lie over each other; as there.
+/// Overlap distance as a fraction of the mean nearest-point distance; from the paper's program.
 const CLOSE: f64 = 0.3;
 
-/// Triangles that were taken.
-struct Taken<'a> {
+/// The triangles select_triangles so far.
+struct SelectedTriangles<'a> {
     points: &'a [[f32; 3]],
-    /// The nearest points of each, n x k.
+    /// Nearest points of each point, n x k.
     near: Vec<u32>,
     within: f64,
     faces: Vec<[u32; 3]>,
-    /// Places in `faces` by point.
+    /// Indices of faces by point.
     at: Vec<Vec<u32>>,
-    /// Triangles on each edge.
+    /// Number of triangles on each edge.
     edges: FxHashMap<[u32; 2], u8>,
 }
 
-/// Chooses triangles: those with most votes first, of those the ones whose longest edge is shortest, each where all its
-/// edges have at most one triangle and it lies over none that was taken.
+/// Selects triangles by votes, then by shortest longest edge, skipping those that overlap or give an edge a third face.
 ///
-/// What comes out has edges of one or two triangles. A vertex may still have two fans, as in the paper's program.
+/// Vertices may still have two fans, as in the paper's program.
 ///
 /// # Shapes
-/// - `points`: n x 3; `voted`: triangles with different corners below n, each once, with 1 to 3 votes
+/// - `points`: n x 3; `voted`: distinct triangles with distinct corners and 1 to 3 votes
 ///
 /// ```
-/// use neural_mesh_bench::learned_baselines::dse::selected;
+/// use neural_mesh_bench::learned_baselines::dse::select_triangles;
 /// let points = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
 /// let voted = [([0, 1, 2], 2), ([0, 1, 3], 1), ([0, 2, 3], 3)];
-/// assert_eq!(selected(&points, &voted), [[0, 2, 3], [0, 1, 2]]);
+/// assert_eq!(select_triangles(&points, &voted), [[0, 2, 3], [0, 1, 2]]);
 /// ```
-pub fn selected(points: &[[f32; 3]], voted: &[([u32; 3], u8)]) -> Vec<[u32; 3]> {
+pub fn select_triangles(points: &[[f32; 3]], voted: &[([u32; 3], u8)]) -> Vec<[u32; 3]> {
     let mut queue: Vec<(u8, f32, [u32; 3])> =
         voted.iter().map(|&(corners, votes)| (votes, longest_edge(points, corners), corners)).collect();
     queue.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
-    let mut taken = Taken::new(points);
+    let mut selected = SelectedTriangles::new(points);
     for (_, _, corners) in queue {
-        if taken.fits(corners) {
-            taken.take(corners);
+        if selected.fits(corners) {
+            selected.add(corners);
         }
     }
-    taken.faces
+    selected.faces
 }
 
 fn longest_edge(points: &[[f32; 3]], [a, b, c]: [u32; 3]) -> f32 {
@@ -59,7 +58,7 @@ fn edges([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
     [[a, b], [b, c], [c, a]].map(|[p, q]| [p.min(q), p.max(q)])
 }
 
-impl<'a> Taken<'a> {
+impl<'a> SelectedTriangles<'a> {
     fn new(points: &'a [[f32; 3]]) -> Self {
         let near = nearest_neighbours(points, NEAR);
         let k = near.len() / points.len().max(1);
@@ -89,10 +88,10 @@ impl<'a> Taken<'a> {
         let mut faces: Vec<u32> = others.iter().flat_map(|&v| self.at[v as usize].iter().copied()).collect();
         faces.sort_unstable();
         faces.dedup();
-        !faces.iter().any(|&face| lie_over_each_other(self.points, [corners, self.faces[face as usize]], self.within))
+        !faces.iter().any(|&face| are_overlapping(self.points, [corners, self.faces[face as usize]], self.within))
     }
 
-    fn take(&mut self, corners: [u32; 3]) {
+    fn add(&mut self, corners: [u32; 3]) {
         let face = self.faces.len() as u32;
         corners.iter().for_each(|&v| self.at[v as usize].push(face));
         edges(corners).into_iter().for_each(|edge| *self.edges.entry(edge).or_default() += 1);
@@ -109,11 +108,11 @@ mod tests {
         let points: Vec<[f32; 3]> =
             vec![[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.5], [-1.0, 1.5, 0.5], [-1.0, -2.0, 0.5]];
         let voted = [([0, 1, 2], 1), ([0, 1, 3], 1), ([0, 1, 4], 2)];
-        assert_eq!(selected(&points, &voted), [[0, 1, 4], [0, 1, 2]]);
+        assert_eq!(select_triangles(&points, &voted), [[0, 1, 4], [0, 1, 2]]);
     }
 
     #[test]
     fn nothing_of_nothing() {
-        assert!(selected(&[], &[]).is_empty());
+        assert!(select_triangles(&[], &[]).is_empty());
     }
 }

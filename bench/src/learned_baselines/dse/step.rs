@@ -1,11 +1,10 @@
-//! The step of the objective "dse": patches of a cloud drawn from a mesh, seen by both networks of this module,
-//! judged by the exact logarithmic maps on the mesh.
+//! Training step of the objective "dse": patches of a cloud drawn from a mesh, compared with exact logarithmic maps.
 //!
-//! The map's network is given the exact neighbours, so that both learn independently of each other.
+//! The map network gets the exact neighbours, so that both networks learn independently.
 
 use super::{
-    CANDIDATES, Dse, Frame, KEPT, Loss, Neighbourhoods, Patch, Surface, exact_patches_at, forward, map_loss,
-    neighbour_loss,
+    CANDIDATES, Dse, KEPT, Loss, Neighbourhoods, Patch, PatchFrame, WalkSurface, exact_patches_around, forward,
+    map_loss, neighbour_loss,
 };
 use neural_mesh::autodiff::{Tape, Tensors, Value};
 use neural_mesh::linalg::Matrix;
@@ -15,20 +14,20 @@ use neural_mesh::train::{Item, Settings, Step, piece};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::sync::Arc;
 
-/// Patches in one step, as in the paper's program.
+/// Patches per step, as in the paper's program.
 const PATCHES: usize = 64;
-/// Weight of the map's loss, with which it begins as large as the classifier's. It only shows in the sum: no tensor has both.
+/// Weight of the map's loss, which makes it initially as large as the classifier's; no tensor has both.
 const MAP: f64 = 10.0;
 
-/// Patches with what is to be learned of them.
-struct Batch<'a> {
+/// Patches with their targets.
+struct PatchBatch<'a> {
     around: Neighbourhoods<'a>,
     centres: Vec<u32>,
     exact: Vec<Patch>,
-    frames: Vec<Frame>,
+    frames: Vec<PatchFrame>,
 }
 
-/// One step.
+/// Takes one training step.
 pub fn dse_step(
     tensors: &Tensors<Arc<Matrix>>,
     item: &Item,
@@ -43,21 +42,21 @@ pub fn dse_step(
         return Err(format!("has no more than {CANDIDATES} samples at this ratio"));
     }
     let points: Vec<[f32; 3]> = samples.iter().map(|&v| mesh.positions()[v as usize]).collect();
-    let batch = Batch::new(&Surface::new(&mesh), &samples, &points, random)?;
+    let batch = PatchBatch::new(&WalkSurface::new(&mesh), &samples, &points, random)?;
     let mut tape = Tape::default();
     let parameters = tensors.parameters(&mut tape);
-    let net = Dse::of(&parameters).map_err(|error| error.to_string())?;
-    let (logits, of_logits) = batch.classified(&mut tape, &net);
-    let (map, of_map) = batch.mapped(&mut tape, &net);
+    let net = Dse::from_tensors(&parameters).map_err(|error| error.to_string())?;
+    let (logits, of_logits) = batch.classify(&mut tape, &net);
+    let (map, of_map) = batch.predict_map(&mut tape, &net);
     let gradients = tape.backward(&[(&logits, of_logits.gradient), (&map, of_map.gradient)]);
     let terms = vec![("neighbours", of_logits.value), ("map", of_map.value)];
     Ok(Step { terms, gradients: parameters.gradients(&gradients) })
 }
 
-impl<'a> Batch<'a> {
-    /// Patches of some of the samples, those whose component has enough of them.
+impl<'a> PatchBatch<'a> {
+    /// Draws patches whose component has enough samples.
     fn new(
-        surface: &Surface,
+        surface: &WalkSurface,
         samples: &[u32],
         points: &'a [[f32; 3]],
         random: &mut Xoshiro256PlusPlus,
@@ -65,7 +64,7 @@ impl<'a> Batch<'a> {
         let around = Neighbourhoods::new(points);
         let mut drawn = shuffled(random, points.len());
         drawn.truncate(PATCHES);
-        let mut exact = exact_patches_at(surface, samples, &drawn, KEPT);
+        let mut exact = exact_patches_around(surface, samples, &drawn, KEPT);
         exact.retain(|patch| patch.points.len() == KEPT + 1);
         if exact.is_empty() {
             return Err(format!("has no component with more than {KEPT} of the samples drawn"));
@@ -75,8 +74,8 @@ impl<'a> Batch<'a> {
         Ok(Self { around, centres, exact, frames })
     }
 
-    /// What the classifier says of the candidates, against whether they are in the exact patch.
-    fn classified(&self, tape: &mut Tape, net: &Dse<Value>) -> (Value, Loss) {
+    /// Returns the classifier's logits and their loss against the exact patch.
+    fn classify(&self, tape: &mut Tape, net: &Dse<Value>) -> (Value, Loss) {
         let candidates: Vec<Vec<u32>> = self.centres.iter().map(|&centre| self.around.candidates(centre)).collect();
         let pairs = candidates.iter().zip(&self.exact);
         let labels: Vec<bool> =
@@ -87,20 +86,20 @@ impl<'a> Batch<'a> {
         (logits, loss)
     }
 
-    /// The map of the exact neighbours, against the exact map.
-    fn mapped(&self, tape: &mut Tape, net: &Dse<Value>) -> (Value, Loss) {
+    /// Returns the predicted map of the exact neighbours and its loss against the exact map.
+    fn predict_map(&self, tape: &mut Tape, net: &Dse<Value>) -> (Value, Loss) {
         let points: Vec<Vec<u32>> = self.exact.iter().map(|patch| patch.points.clone()).collect();
         let places = Value::constant(self.around.places(&points, &self.frames));
         let map = forward(tape, &net.map, &places, KEPT + 1);
         let pairs = self.exact.iter().zip(&self.frames);
         let exact: Vec<[f64; 2]> =
             pairs.flat_map(|(patch, frame)| patch.map.iter().map(|at| at.map(|x| x / frame.unit))).collect();
-        let loss = times(map_loss(map.matrix(), &exact, KEPT + 1), MAP);
+        let loss = scale_loss(map_loss(map.matrix(), &exact, KEPT + 1), MAP);
         (map, loss)
     }
 }
 
-fn times(mut loss: Loss, factor: f64) -> Loss {
+fn scale_loss(mut loss: Loss, factor: f64) -> Loss {
     loss.value *= factor;
     loss.gradient.data_mut().iter_mut().for_each(|g| *g *= factor as f32);
     loss
@@ -109,30 +108,23 @@ fn times(mut loss: Loss, factor: f64) -> Loss {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::learned_baselines::LearnedBaseline;
+    use crate::learned_baselines::training::tests::train_twelve_steps;
     use neural_mesh::mesh::shapes;
-    use neural_mesh::train::{Moments, adam_step};
+
     use rand_xoshiro::rand_core::SeedableRng;
 
     #[test]
     fn steps_on_one_mesh_lower_both_losses() {
-        let settings = Settings::from_toml("objective = \"dse\"").unwrap();
-        let item = Item { name: "sphere".into(), mesh: shapes::wavy_sphere(4, 5.0), ratio: 0.1 };
-        let mut tensors = crate::learned_baselines::dse::drawn(0.03, 1);
-        let mut moments = Moments::zero(&tensors.map(|_, matrix| matrix.shape()));
-        let mut terms = Vec::new();
-        for _ in 0..12 {
-            let random = &mut Xoshiro256PlusPlus::seed_from_u64(0);
-            let step = dse_step(&tensors, &item, &settings, random).unwrap();
-            terms.push([step.terms[0].1, step.terms[1].1]);
-            tensors = adam_step(&tensors, &step.gradients, &mut moments, &settings, 0.003);
-        }
+        let steps = train_twelve_steps(LearnedBaseline::Dse, crate::learned_baselines::dse::initial_tensors(0.03, 1));
+        let terms: Vec<_> = steps.iter().map(|step| [step.terms[0].1, step.terms[1].1]).collect();
         assert!((0..2).all(|term| terms[11][term] < 0.8 * terms[0][term]), "{terms:?}");
     }
 
     #[test]
     fn what_is_too_small_is_said() {
         let settings = Settings::from_toml("").unwrap();
-        let tensors = crate::learned_baselines::dse::drawn(0.03, 1);
+        let tensors = crate::learned_baselines::dse::initial_tensors(0.03, 1);
         let refused = |mesh, ratio| {
             let item = Item { name: "boxes".into(), mesh, ratio };
             dse_step(&tensors, &item, &settings, &mut Xoshiro256PlusPlus::seed_from_u64(0)).unwrap_err()

@@ -1,19 +1,18 @@
-//! The rotation or reflection of the plane that brings points nearest to others (orthogonal Procrustes, Schönemann 1966).
+//! The best rotation or reflection between point sets of the plane (orthogonal Procrustes, Schönemann 1966).
 
-/// A rotation or reflection of the plane: `x` to `[a, -b; b, a] x`, where it reflects with `x` mirrored at the first axis before.
+/// A rotation of the plane, optionally after a reflection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turn {
-    /// Cosine and sine.
+    /// Cosine and sine of the angle.
     pub cos_sin: [f64; 2],
-    /// Whether the second coordinate changes its sign first.
+    /// Whether the second coordinate is negated first.
     pub reflects: bool,
 }
 
 impl Turn {
-    /// The turn for which the weighted sum of `|turned x - y|^2` over pairs (x, y, weight) is smallest.
+    /// Returns the turn that minimises the weighted sum of `|turned x - y|^2` over pairs (x, y, weight).
     ///
-    /// A reflection is allowed, because a cloud without normals does not say from which side a map is seen. Of equally good
-    /// ones it is the rotation; where all points are the origin, the identity.
+    /// Reflections are allowed, because a cloud without normals has no sides; among equal results a rotation wins.
     ///
     /// ```
     /// use neural_mesh_bench::learned_baselines::dse::Turn;
@@ -37,14 +36,14 @@ impl Turn {
         Self { cos_sin, reflects }
     }
 
-    /// The turned point.
+    /// Applies the turn to a point.
     pub fn apply(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let y = if self.reflects { -y } else { y };
         let [cos, sin] = self.cos_sin;
         [cos * x - sin * y, sin * x + cos * y]
     }
 
-    /// The point that [`Turn::apply`] brings here.
+    /// Applies the inverse turn to a point.
     pub fn unapply(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let [cos, sin] = self.cos_sin;
         let y_before = cos * y - sin * x;

@@ -1,10 +1,11 @@
-//! The triangles around a patch's own point: those of the Delaunay triangulation of its map.
+//! The Delaunay triangles around a patch's own point.
 
 use super::Patch;
 use spade::{DelaunayTriangulation, Point2, Triangulation};
 
-/// The triangles of the map's Delaunay triangulation that have the patch's own point as a corner, corners by index
-/// ascending. Of points in one place only the first is there. None where all points lie on a line.
+/// Returns the triangles at the patch's own point in the Delaunay triangulation of its map, corners in ascending order.
+///
+/// Of coincident points only the first counts; collinear points have no triangles.
 ///
 /// ```
 /// use neural_mesh_bench::learned_baselines::dse::{Patch, umbrella};
@@ -18,7 +19,7 @@ pub fn umbrella(patch: &Patch) -> Vec<[u32; 3]> {
     let mut triangulation: DelaunayTriangulation<Point2<f64>> = DelaunayTriangulation::new();
     let mut points = Vec::with_capacity(patch.points.len());
     for (&point, at) in patch.points.iter().zip(&patch.map) {
-        // What is not a number, or nearly in the place of another, is no corner.
+        // invalid and nearly coincident points are no corners
         let placed = triangulation.insert(Point2::new(at[0] / unit, at[1] / unit));
         if placed.is_ok_and(|vertex| vertex.index() == points.len()) {
             points.push(point);

@@ -1,19 +1,19 @@
-//! How many patches agree on a triangle.
+//! Votes of patches for triangles.
 
 use super::{Patch, umbrella};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-/// The triangles of all umbrellas with the number of corners whose umbrella has them, 1 to 3, by corners ascending.
+/// Counts for each triangle the corners whose umbrella contains it, 1 to 3; sorted by corners.
 ///
 /// ```
 /// use neural_mesh::mesh::shapes;
-/// use neural_mesh_bench::learned_baselines::dse::{exact_patches, votes};
+/// use neural_mesh_bench::learned_baselines::dse::{count_votes, exact_patches};
 /// let sphere = shapes::icosphere(1);
 /// let patches = exact_patches(&sphere, &(0..42).collect::<Vec<u32>>(), 12);
-/// assert!(votes(&patches).iter().all(|(_, votes)| (1..=3).contains(votes)));
+/// assert!(count_votes(&patches).iter().all(|(_, votes)| (1..=3).contains(votes)));
 /// ```
-pub fn votes(patches: &[Patch]) -> Vec<([u32; 3], u8)> {
+pub fn count_votes(patches: &[Patch]) -> Vec<([u32; 3], u8)> {
     let umbrellas: Vec<Vec<[u32; 3]>> = patches.par_iter().map(umbrella).collect();
     let mut counts: FxHashMap<[u32; 3], u8> = FxHashMap::default();
     umbrellas.into_iter().flatten().for_each(|corners| *counts.entry(corners).or_default() += 1);
@@ -32,7 +32,7 @@ mod tests {
     fn on_a_round_surface_all_agree() {
         let sphere = shapes::icosphere(3);
         let samples: Vec<u32> = (0..sphere.positions().len() as u32).collect();
-        let counted = votes(&exact_patches(&sphere, &samples, 24));
+        let counted = count_votes(&exact_patches(&sphere, &samples, 24));
         let unanimous = counted.iter().filter(|(_, votes)| *votes == 3).count();
         assert_eq!((unanimous, counted.len()), (1280, 1280));
     }

@@ -1,21 +1,21 @@
-//! The triangles that are tried, each with its probability.
+//! Candidate triangles with their probabilities.
 
 use neural_mesh::spatial::nearest_neighbours;
 
-/// Candidates per vertex that a round goes on with.
+/// Candidates per vertex kept after a round.
 const PER_VERTEX: usize = 12;
 
-/// Candidates: corners ascending, each triangle once, in the order of their corners.
+/// Distinct candidates with ascending corners, sorted by corners.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Candidates {
-    /// n x 3.
+    /// Corners, n x 3.
     pub triangles: Vec<[u32; 3]>,
-    /// n.
+    /// Probabilities, n.
     pub probabilities: Vec<f32>,
 }
 
 impl Candidates {
-    /// What the rounds begin with: each vertex with its two nearest, at one half.
+    /// Returns the first candidates: each vertex with its two nearest, probability one half.
     ///
     /// ```
     /// use neural_mesh_bench::learned_baselines::pointtrinet::Candidates;
@@ -32,14 +32,13 @@ impl Candidates {
             corners.sort_unstable();
             (corners, 0.5)
         };
-        Self::of((0..).zip(near.as_chunks().0).map(seed).collect())
+        Self::from_pairs((0..).zip(near.as_chunks().0).map(seed).collect())
     }
 
-    /// These and new ones with their probabilities, each triangle with the largest probability that it has anywhere; of
-    /// them the most likely, 12 per vertex.
-    pub fn with(&self, new: impl IntoIterator<Item = ([u32; 3], f32)>, n_vertices: usize) -> Self {
+    /// Adds candidates, keeping each triangle's largest probability and the 12 most likely per vertex.
+    pub fn add(&self, new: impl IntoIterator<Item = ([u32; 3], f32)>, n_vertices: usize) -> Self {
         let own = self.triangles.iter().copied().zip(self.probabilities.iter().copied());
-        let all = Self::of(own.chain(new).collect());
+        let all = Self::from_pairs(own.chain(new).collect());
         let n_kept = PER_VERTEX * n_vertices;
         if all.triangles.len() <= n_kept {
             return all;
@@ -54,8 +53,8 @@ impl Candidates {
         }
     }
 
-    /// Each triangle once, with its largest probability.
-    fn of(mut all: Vec<([u32; 3], f32)>) -> Self {
+    /// Keeps each triangle once, with its largest probability.
+    fn from_pairs(mut all: Vec<([u32; 3], f32)>) -> Self {
         all.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
         all.dedup_by_key(|(triangle, _)| *triangle);
         let (triangles, probabilities) = all.into_iter().unzip();
@@ -72,10 +71,10 @@ mod tests {
         let triangle = |i: u32| [0, 1, 2 + i];
         let mut candidates = Candidates { triangles: vec![triangle(0), triangle(5)], probabilities: vec![0.5, 0.1] };
         let new = |i: u32, probability: f32| (triangle(i), probability);
-        candidates = candidates.with([new(5, 0.3), new(0, 0.2), new(7, 0.9)], 1);
+        candidates = candidates.add([new(5, 0.3), new(0, 0.2), new(7, 0.9)], 1);
         assert_eq!(candidates.triangles, [triangle(0), triangle(5), triangle(7)]);
         assert_eq!(candidates.probabilities, [0.5, 0.3, 0.9]);
-        let kept = candidates.with((10..30).map(|i| new(i, 0.6)), 1);
+        let kept = candidates.add((10..30).map(|i| new(i, 0.6)), 1);
         assert_eq!(kept.triangles.len(), 12);
         assert_eq!(kept.triangles[..2], [triangle(7), triangle(10)]);
     }

@@ -1,16 +1,16 @@
-//! Where points lie as a triangle sees them.
+//! Coordinates of points in the frame of a triangle.
 
 use glam::Vec3;
 
-/// Added to lengths and areas that are divided by, in units of the triangle.
+/// Added to divisors, in units of the triangle.
 const LEAST: f32 = 1e-6;
-/// Barycentric coordinates are cut off here: those of thin triangles grow without end.
+/// Limit of barycentric coordinates, which grow without bound for thin triangles.
 const FARTHEST: f32 = 5.0;
-/// No point is farther away than this, in units of the triangle.
+/// Limit of coordinates in units of the triangle.
 const LARGEST: f32 = 1e9;
 
-/// A frame about the barycenter of a triangle, x along its first edge, z along its normal, in mean distances of its corners
-/// to the barycenter.
+/// A frame at the barycenter of a triangle: x along the first edge, z along the normal, unit the corners' mean
+/// distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocalFrame {
     barycenter: Vec3,
@@ -21,7 +21,7 @@ pub struct LocalFrame {
 }
 
 impl LocalFrame {
-    /// The frame of a triangle. Where it has no area there are fewer axes: coordinates along the others are zero.
+    /// Makes the frame of a triangle; without area, coordinates along missing axes are zero.
     pub fn new(corners: [[f32; 3]; 3]) -> Self {
         let corners = corners.map(Vec3::from_array);
         let barycenter = (corners[0] + corners[1] + corners[2]) / 3.0;
@@ -36,7 +36,7 @@ impl LocalFrame {
         Self { barycenter, per_unit, corners, axes: [x, unit(z.cross(x)), z], area }
     }
 
-    /// A point as x, y, z of the frame and as barycentric coordinates u, v, w of its foot in the plane, from -5 to 5.
+    /// Returns x, y, z in the frame and the barycentric coordinates u, v, w of the projected point, limited to -5..5.
     ///
     /// ```
     /// use neural_mesh_bench::learned_baselines::pointtrinet::LocalFrame;
@@ -46,11 +46,11 @@ impl LocalFrame {
     /// ```
     pub fn coordinates(&self, point: [f32; 3]) -> [f32; 6] {
         let p = (Vec3::from_array(point) - self.barycenter) * self.per_unit;
-        // So that products stay finite for triangles that are next to nothing.
+        // keeps products finite for nearly vanishing triangles
         let p = p.clamp(Vec3::splat(-LARGEST), Vec3::splat(LARGEST));
         let [x, y, z] = self.axes;
         let corners = self.corners.map(|corner| corner - p);
-        // The part along z drops out of the product with z.
+        // the component along z vanishes in the product with z
         let share = |a: Vec3, b: Vec3| ((0.5 * z.dot(a.cross(b)) + LEAST / 3.0) / self.area).clamp(-FARTHEST, FARTHEST);
         let [a, b, c] = corners;
         [x.dot(p), y.dot(p), z.dot(p), share(b, c), share(c, a), share(a, b)]

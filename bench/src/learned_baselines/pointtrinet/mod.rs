@@ -1,11 +1,9 @@
 //! Triangles over points: "PointTriNet: Learned Triangulation of 3D Point Sets" (Sharp and Ovsjanikov, ECCV 2020).
 //!
-//! One network says how likely a triangle belongs to the surface, another which triangles to try next; both look at the
-//! nearest points and triangles alone. Rounds of the two make a surface of points, judged in training by how far it lies
-//! from the surface, expected over the probabilities, whether it overlaps itself and whether it is closed.
-//!
-//! Sizes, neighbours, rounds and losses are the paper's; encodings are those of the authors' code. What was decided
-//! otherwise stands in each file.
+//! One network classifies triangles, another proposes the next ones; both see the nearest points and triangles. Several
+//! rounds
+//! make a surface. Training minimises its expected distance from the original, its overlaps and its open sides.
+//! Sizes, rounds and losses are the paper's, encodings those of the authors' code; each file names its departures.
 
 mod candidates;
 mod classifier;
@@ -24,7 +22,7 @@ mod triangle_samples;
 mod triangles_to_surface;
 mod watertightness;
 
-use super::LearnedBaselineError;
+use super::{LearnedBaselineError, compact_with_first_point};
 use glam::Vec3;
 use neural_mesh::autodiff::Tensors;
 use neural_mesh::geometry::triangle::area_normal;
@@ -36,7 +34,7 @@ use std::sync::Arc;
 pub use candidates::Candidates;
 pub use classifier::classifier;
 pub use local_frame::LocalFrame;
-pub use network::{Classifier, Layer, PointTriNet, Proposals, drawn, shapes};
+pub use network::{Classifier, Layer, PointTriNet, Proposals, initial_tensors, shapes};
 pub use overlap_kernel::overlap_kernel;
 pub use patches::{NEIGHBOURS, Neighbourhoods, point_features, triangle_features};
 pub use proposal_match::proposal_match;
@@ -48,32 +46,27 @@ pub use triangle_samples::{TriangleSample, triangle_samples};
 pub use triangles_to_surface::{SurfacePoint, triangles_to_surface};
 pub use watertightness::watertightness;
 
-/// Draws vertices of a mesh, each the farthest from those before, and triangulates them. Faces are turned to the side of the
-/// mesh's normals.
-pub(super) fn simplified(
+/// Draws farthest points of a mesh and triangulates them; faces are oriented by the mesh's normals.
+pub(super) fn simplify(
     mesh: &TriMesh,
     n_vertices: usize,
     seed: u64,
     tensors: &Tensors<Arc<Matrix>>,
 ) -> Result<TriMesh, LearnedBaselineError> {
-    let (mesh, _) = compact(mesh.positions(), mesh.faces().to_vec())?;
-    if mesh.positions().is_empty() {
-        return Err(LearnedBaselineError::NothingLeft);
-    }
-    let first = (seed % mesh.positions().len() as u64) as u32;
+    let (mesh, first) = compact_with_first_point(mesh, seed)?;
     let mut samples = farthest_points(mesh.positions(), n_vertices, first);
     samples.sort_unstable();
     let all = vertex_normals(&mesh);
     let pick = |rows: &[[f32; 3]]| -> Vec<[f32; 3]> { samples.iter().map(|&v| rows[v as usize]).collect() };
     let (points, normals) = (pick(mesh.positions()), pick(&all));
-    let net = PointTriNet::of(&tensors.constants()).expect("the tensors of this network");
+    let net = PointTriNet::from_tensors(&tensors.constants()).expect("the tensors of this network");
     let faces = triangulate(&net, &points, seed);
-    let faces = faces.into_iter().map(|face| outward(face, &points, &normals)).collect();
+    let faces = faces.into_iter().map(|face| orient_face(face, &points, &normals)).collect();
     Ok(compact(&points, faces)?.0)
 }
 
-/// The face with its normal on the side of those of its corners.
-fn outward(face: [u32; 3], points: &[[f32; 3]], normals: &[[f32; 3]]) -> [u32; 3] {
+/// Orients a face by the normals at its corners.
+fn orient_face(face: [u32; 3], points: &[[f32; 3]], normals: &[[f32; 3]]) -> [u32; 3] {
     let [a, b, c] = face;
     let normal = area_normal(face.map(|v| Vec3::from_array(points[v as usize])));
     let mean: Vec3 = face.iter().map(|&v| Vec3::from_array(normals[v as usize])).sum();
@@ -87,7 +80,7 @@ mod tests {
     #[test]
     fn faces_look_to_the_side_of_the_normals() {
         let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-        assert_eq!(outward([0, 1, 2], &points, &[[0.0, 0.0, 1.0]; 3]), [0, 1, 2]);
-        assert_eq!(outward([0, 1, 2], &points, &[[0.0, 0.0, -1.0]; 3]), [0, 2, 1]);
+        assert_eq!(orient_face([0, 1, 2], &points, &[[0.0, 0.0, 1.0]; 3]), [0, 1, 2]);
+        assert_eq!(orient_face([0, 1, 2], &points, &[[0.0, 0.0, -1.0]; 3]), [0, 2, 1]);
     }
 }

@@ -1,47 +1,47 @@
-//! The tensors of both networks, by name.
+//! Tensors of both networks by name.
 
-use crate::learned_baselines::share_of;
+use crate::learned_baselines::scale_width;
 use neural_mesh::autodiff::{Tensors, WeightsError};
 use neural_mesh::linalg::Matrix;
 use std::sync::Arc;
 
-/// A layer: weights, n_in x n_out, and bias, 1 x n_out.
+/// The weights, n_in x n_out, and bias, 1 x n_out, of a layer.
 pub type Layer<T> = [T; 2];
 
 /// Both networks: `T` is a shape, a stored matrix, or a value on a tape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointTriNet<T> {
-    /// How likely a triangle belongs to the surface.
+    /// Network that classifies triangles.
     pub classifier: Classifier<T>,
-    /// Which triangles to try next.
+    /// Network that proposes new triangles.
     pub proposals: Proposals<T>,
 }
 
 /// The classification network.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Classifier<T> {
-    /// Over the nearest points, 6-64-128-1024, then the largest of all points.
+    /// Layers of the nearest points, 6-64-128-1024, before a maximum.
     pub points: Vec<Layer<T>>,
-    /// Over the nearest triangles, 13-64-128-1024, then the largest of all triangles.
+    /// Layers of the nearest triangles, 13-64-128-1024, before a maximum.
     pub triangles: Vec<Layer<T>>,
-    /// Over both, 2048-512-256-1.
+    /// Layers of both maxima, 2048-512-256-1.
     pub decision: Vec<Layer<T>>,
 }
 
 /// The proposal network.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Proposals<T> {
-    /// Over the nearest points, 6-64-64-128, then the largest of all points.
+    /// Layers of the nearest points, 6-64-64-128, before a maximum.
     pub points: Vec<Layer<T>>,
-    /// The rows of the first layer of `score` that see this, 128 x 128: once per edge instead of once per point.
+    /// Rows of `score`'s first layer for the maximum, 128 x 128, applied once per edge.
     pub pooled: T,
-    /// Over each point beside that, 134-128-64-64-1; the first layer holds the rows of the point, 6 x 128.
+    /// Layers of each point with the maximum, 134-128-64-64-1; the first one holds the point's rows, 6 x 128.
     pub score: Vec<Layer<T>>,
 }
 
-/// Numbers by which a point is told to a network.
+/// Features of a point.
 pub const POINT_NUMBERS: usize = 6;
-/// Numbers by which a triangle is.
+/// Features of a triangle.
 pub const TRIANGLE_NUMBERS: usize = 13;
 
 const CLASSIFIER_POOLED: [usize; 3] = [64, 128, 1024];
@@ -49,7 +49,7 @@ const DECISION: [usize; 2] = [512, 256];
 const PROPOSALS_POOLED: [usize; 3] = [64, 64, 128];
 const SCORE: [usize; 3] = [128, 64, 64];
 
-/// The names of the layers in a row, and the widths of the paper that they go through; a last width of 1 is left out.
+/// Names of the layer sequences and their lengths.
 const ROWS: [(&str, usize); 5] = [
     ("classifier.points", 3),
     ("classifier.triangles", 3),
@@ -59,18 +59,18 @@ const ROWS: [(&str, usize); 5] = [
 ];
 
 impl<T: Clone> PointTriNet<T> {
-    /// The networks of these tensors.
+    /// Makes the networks of named tensors.
     ///
     /// # Errors
-    /// [`WeightsError::Missing`] names the first that is not there.
+    /// [`WeightsError::Missing`] names the first missing tensor.
     ///
     /// ```
     /// use neural_mesh_bench::learned_baselines::pointtrinet::{PointTriNet, shapes};
-    /// let net = PointTriNet::of(&shapes(1.0)).unwrap();
+    /// let net = PointTriNet::from_tensors(&shapes(1.0)).unwrap();
     /// let decision: Vec<[usize; 2]> = net.classifier.decision.iter().map(|&[weights, _]| weights).collect();
     /// assert_eq!(decision, [[2048, 512], [512, 256], [256, 1]]);
     /// ```
-    pub fn of(tensors: &Tensors<T>) -> Result<Self, WeightsError> {
+    pub fn from_tensors(tensors: &Tensors<T>) -> Result<Self, WeightsError> {
         let layer = |name: &str, i: usize| -> Result<Layer<T>, WeightsError> {
             let named = |of: &str| tensors.named(&format!("{name}_{i}.{of}")).cloned();
             Ok([named("weights")?, named("bias")?])
@@ -88,9 +88,10 @@ impl<T: Clone> PointTriNet<T> {
     }
 }
 
-/// The shapes of all tensors, for a share of the widths.
+/// Returns the shapes of all tensors.
 pub fn shapes(width_share: f64) -> Tensors<[usize; 2]> {
-    let part = |widths: &[usize]| -> Vec<usize> { widths.iter().map(|&width| share_of(width, width_share)).collect() };
+    let part =
+        |widths: &[usize]| -> Vec<usize> { widths.iter().map(|&width| scale_width(width, width_share)).collect() };
     let [classifier, proposals] = [part(&CLASSIFIER_POOLED), part(&PROPOSALS_POOLED)];
     let after = |n_in: usize, widths: &[usize]| [&[n_in], widths].concat();
     let (both, of_edge) = (2 * classifier[2], proposals[2]);
@@ -112,8 +113,8 @@ pub fn shapes(width_share: f64) -> Tensors<[usize; 2]> {
     shapes
 }
 
-/// The tensors that a training begins with. The last layers begin at a tenth, for probabilities near one half.
-pub fn drawn(width_share: f64, seed: u64) -> Tensors<Arc<Matrix>> {
+/// Returns random initial tensors, with last layers at a tenth, for probabilities near one half.
+pub fn initial_tensors(width_share: f64, seed: u64) -> Tensors<Arc<Matrix>> {
     let is_last = |name: &str| matches!(name, "classifier.decision_2.weights" | "proposals.score_3.weights");
     shapes(width_share).drawn_by(seed, |name| if is_last(name) { 0.1 } else { 1.0 })
 }

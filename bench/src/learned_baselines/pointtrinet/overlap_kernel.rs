@@ -1,4 +1,4 @@
-//! Whether the triangles that are kept lie over each other.
+//! The overlap loss of the likely triangles.
 
 use super::TriangleSample;
 use super::patches::corners;
@@ -7,19 +7,20 @@ use neural_mesh::geometry::triangle::area_normal_f64;
 use neural_mesh::loss::Term;
 use rayon::prelude::*;
 
-/// Height of the kernel over a point of the triangle, as a share of its distance to the nearest edge.
+/// Height of the kernel as a fraction of the distance to the nearest edge.
 const HEIGHT: f64 = 0.5;
-/// Added to what is divided by.
+/// Added to divisors.
 const LEAST: f64 = 1e-8;
 
-/// Computes `mean over samples of (s - 1)^2 + (m - 1)^2`, s the sum and m the largest of `p_t k_t` over all triangles.
+/// Computes `mean over samples of (s - 1)^2 + (m - 1)^2` with sum s and maximum m of `p_t k_t` over all triangles.
 ///
-/// The kernel `k_t = max(0, 1 - h / (0.5 e))` is 1 on the triangle and falls to 0 with the height h over it, the sooner the
-/// nearer the edge (e) is; beside the triangle it is 0. Each sample shall lie on one triangle and over no other.
+/// The kernel `k_t = max(0, 1 - h / (0.5 e))` falls from 1 on the triangle with the height h, faster near an edge
+/// (distance e). Each
+/// sample should be on one triangle and over no other.
 ///
 /// # Shapes
-/// - `samples`: n, drawn by area times probability; how they were drawn is held
-/// - returns the mean and its gradient to the probabilities
+/// - `samples`: n, drawn by area times probability; treated as constant
+/// - returns the mean and its gradient by the probabilities
 ///
 /// ```
 /// use neural_mesh_bench::learned_baselines::pointtrinet::{TriangleSample, overlap_kernel};
@@ -34,12 +35,13 @@ pub fn overlap_kernel(
     triangles: &[[u32; 3]],
     probabilities: &[f32],
 ) -> Term {
-    let zones: Vec<Zone> = triangles.iter().map(|&triangle| Zone::new(corners(vertices, triangle))).collect();
+    let zones: Vec<TrianglePrism> =
+        triangles.iter().map(|&triangle| TrianglePrism::new(corners(vertices, triangle))).collect();
     let of_sample = |sample: &TriangleSample| -> (f64, Vec<(u32, f64)>) {
         let p = DVec3::from_array(sample.point.map(f64::from));
         let over: Vec<(u32, f64)> =
             zones.iter().zip(0..).map(|(zone, t)| (t, zone.kernel(p))).filter(|(_, k)| *k > 0.0).collect();
-        score(&over, probabilities)
+        sample_loss(&over, probabilities)
     };
     let each: Vec<(f64, Vec<(u32, f64)>)> = samples.par_iter().map(of_sample).collect();
     let mut gradient = vec![0.0f64; probabilities.len()];
@@ -49,8 +51,8 @@ pub fn overlap_kernel(
     Term::mean(each.iter().map(|(value, _)| value).sum(), &gradient, samples.len())
 }
 
-/// The score of a sample by the triangles over which it lies, and its slopes.
-fn score(over: &[(u32, f64)], probabilities: &[f32]) -> (f64, Vec<(u32, f64)>) {
+/// Returns the loss of a sample from the triangles beneath it, and its slopes.
+fn sample_loss(over: &[(u32, f64)], probabilities: &[f32]) -> (f64, Vec<(u32, f64)>) {
     let weighted = |&(t, k): &(u32, f64)| k * f64::from(probabilities[t as usize]);
     let sum: f64 = over.iter().map(weighted).sum();
     let mut largest = (0.0, None);
@@ -66,13 +68,13 @@ fn score(over: &[(u32, f64)], probabilities: &[f32]) -> (f64, Vec<(u32, f64)>) {
     ((sum - 1.0).powi(2) + (largest.0 - 1.0).powi(2), over.iter().enumerate().map(slope).collect())
 }
 
-/// A triangle with its normal and the normals of its edges, inward; none where it has no area.
-struct Zone {
+/// The prism over a triangle: its normal and the inward normals of its edges, if it has area.
+struct TrianglePrism {
     corners: [DVec3; 3],
     sides: Option<[DVec3; 4]>,
 }
 
-impl Zone {
+impl TrianglePrism {
     fn new(corners: [[f32; 3]; 3]) -> Self {
         let corners = corners.map(|corner| DVec3::from_array(corner.map(f64::from)));
         let normal = area_normal_f64(corners).try_normalize();
@@ -109,11 +111,11 @@ mod tests {
 
     #[test]
     fn the_kernel_falls_with_the_height_the_sooner_the_nearer_the_edge() {
-        let zone = Zone::new([[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]);
+        let zone = TrianglePrism::new([[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]);
         let at = |x: f64, y: f64, z: f64| zone.kernel(DVec3::new(x, y, z));
         assert_eq!([at(1.0, 1.0, 0.0), at(-0.1, 1.0, 0.0)], [1.0, 0.0]);
         assert!((at(1.0, 1.0, 0.25) - 0.5).abs() < 1e-6 && (at(0.5, 1.0, -0.2) - 0.2).abs() < 1e-6);
-        assert_eq!(Zone::new([[1.0; 3]; 3]).kernel(DVec3::ONE), 0.0);
+        assert_eq!(TrianglePrism::new([[1.0; 3]; 3]).kernel(DVec3::ONE), 0.0);
     }
 
     #[test]

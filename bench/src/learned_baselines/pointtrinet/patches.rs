@@ -1,4 +1,4 @@
-//! What the networks see of a triangle: the points and triangles nearest to it.
+//! Features of the points and triangles nearest to a triangle.
 
 use super::network::{POINT_NUMBERS, TRIANGLE_NUMBERS};
 use super::{Candidates, LocalFrame};
@@ -6,28 +6,28 @@ use neural_mesh::linalg::Matrix;
 use neural_mesh::spatial::{nearest_neighbours, nearest_to};
 use rayon::prelude::*;
 
-/// Points, and triangles, that a triangle sees.
+/// Nearest points and nearest triangles per triangle.
 pub const NEIGHBOURS: usize = 64;
 
-/// Candidates with the nearest points and triangles of each, by barycenters.
+/// The nearest points and triangles of all candidates, by barycenter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Neighbourhoods<'a> {
     /// n_vertices x 3.
     pub vertices: &'a [[f32; 3]],
-    /// The candidates, n.
+    /// Candidates, n.
     pub candidates: &'a Candidates,
-    /// n x `n_points`, nearest first, the triangle's own corners among them.
+    /// Nearest points, n x `n_points`, including the triangle's corners.
     pub points: Vec<u32>,
-    /// Points of each: 64, or as many as there are.
+    /// Points per candidate: 64, or all.
     pub n_points: usize,
-    /// n x `n_triangles`, nearest first, not the triangle itself.
+    /// Nearest other triangles, n x `n_triangles`.
     pub triangles: Vec<u32>,
-    /// Triangles of each: 64, or as many as there are others.
+    /// Triangles per candidate: 64, or all others.
     pub n_triangles: usize,
 }
 
 impl<'a> Neighbourhoods<'a> {
-    /// Finds them for all candidates.
+    /// Finds the neighbourhoods of all candidates.
     ///
     /// # Shapes
     /// - `vertices`: n_vertices x 3, finite
@@ -48,22 +48,22 @@ impl<'a> Neighbourhoods<'a> {
         }
     }
 
-    /// The nearest points of a candidate.
-    pub fn points_of(&self, candidate: usize) -> &[u32] {
+    /// Returns the nearest points of a candidate.
+    pub fn nearest_points(&self, candidate: usize) -> &[u32] {
         &self.points[candidate * self.n_points..][..self.n_points]
     }
 
-    /// The nearest triangles of a candidate.
-    pub fn triangles_of(&self, candidate: usize) -> &[u32] {
+    /// Returns the nearest triangles of a candidate.
+    pub fn nearest_triangles(&self, candidate: usize) -> &[u32] {
         &self.triangles[candidate * self.n_triangles..][..self.n_triangles]
     }
 }
 
-/// Points as triangles see them, each triangle with its own points.
+/// Computes the features of points in the frames of their triangles.
 ///
 /// # Shapes
-/// - `queries`: n triangles, in the order of corners that decides the frame, and k points each
-/// - returns (n * k) x 6, [`LocalFrame::coordinates`]
+/// - `queries`: n triangles, whose corner order decides the frame, with k points each
+/// - returns (n * k) x 6, see [`LocalFrame::coordinates`]
 pub fn point_features(vertices: &[[f32; 3]], queries: &[([u32; 3], &[u32])]) -> Matrix {
     let k = queries.first().map_or(0, |(_, points)| points.len());
     let mut features = vec![0.0; queries.len() * k * POINT_NUMBERS];
@@ -76,7 +76,7 @@ pub fn point_features(vertices: &[[f32; 3]], queries: &[([u32; 3], &[u32])]) -> 
     Matrix::new(queries.len() * k, POINT_NUMBERS, features)
 }
 
-/// Triangles as triangles see them: the least and largest coordinate of the corners, and how likely each is.
+/// Computes the features of triangles: least and largest coordinates of their corners, and their probability.
 ///
 /// # Shapes
 /// - `queries`: n candidates
@@ -86,7 +86,7 @@ pub fn triangle_features(neighbourhoods: &Neighbourhoods, queries: &[u32]) -> Ma
     let mut features = vec![0.0; queries.len() * k * TRIANGLE_NUMBERS];
     features.par_chunks_mut((k * TRIANGLE_NUMBERS).max(1)).zip(queries).for_each(|(rows, &query)| {
         let frame = LocalFrame::new(corners(vertices, candidates.triangles[query as usize]));
-        let near = neighbourhoods.triangles_of(query as usize);
+        let near = neighbourhoods.nearest_triangles(query as usize);
         for (row, &other) in rows.chunks_exact_mut(TRIANGLE_NUMBERS).zip(near) {
             let seen = corners(vertices, candidates.triangles[other as usize]).map(|p| frame.coordinates(p));
             for c in 0..POINT_NUMBERS {
@@ -99,7 +99,7 @@ pub fn triangle_features(neighbourhoods: &Neighbourhoods, queries: &[u32]) -> Ma
     Matrix::new(queries.len() * k, TRIANGLE_NUMBERS, features)
 }
 
-/// The corners of a triangle.
+/// Returns the corners of a triangle.
 pub(super) fn corners(vertices: &[[f32; 3]], triangle: [u32; 3]) -> [[f32; 3]; 3] {
     triangle.map(|v| vertices[v as usize])
 }

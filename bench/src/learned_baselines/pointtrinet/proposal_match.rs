@@ -1,13 +1,12 @@
-//! Whether proposals say of a triangle what the classifier says.
+//! The loss between proposed and classified probabilities of a triangle.
 
 use super::{Candidates, Proposal};
 use neural_mesh::loss::Term;
 
-/// Computes `sum of (p - q)^2 / 2` over the triangles that are among both, divided by their number: p is the probability of
-/// a candidate, which is held, q the largest of its proposals.
+/// Computes the mean of `(p - q)^2 / 2` over triangles that are candidates (probability p) and proposals (largest q).
 ///
 /// # Shapes
-/// - returns the loss and its gradient to the probability of each proposal
+/// - returns the loss and its gradient by the probability of each proposal; p is constant
 ///
 /// ```
 /// use neural_mesh_bench::learned_baselines::pointtrinet::{Candidates, Proposal, proposal_match};
@@ -33,7 +32,7 @@ pub fn proposal_match(candidates: &Candidates, proposals: &[Proposal]) -> Term {
     Term { value: shared.iter().map(|(_, difference)| difference * difference / 2.0).sum::<f64>() / scale, gradient }
 }
 
-/// Added to the number of triangles, for where none is shared.
+/// Added to the number of triangles, which may be 0.
 const LEAST: f64 = 1e-3;
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
-//! The proposal network: which triangles to try next, over each edge of a triangle.
+//! The proposal network: new triangles over the edges of a triangle.
 
-use super::classifier::{layers, pooled};
+use super::classifier::{layers, pool};
 use super::network::Proposals;
 use super::patches::{Neighbourhoods, point_features};
 use neural_mesh::autodiff::{Tape, Value};
@@ -8,26 +8,27 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 
-/// New triangles over each edge.
+/// Proposals per edge.
 const PER_EDGE: usize = 4;
-/// Added to the weights that points are drawn by, so that any of them may be.
+/// Added to the weights of the draw, so that any point is possible.
 const LEAST: f32 = 1e-4;
 
-/// A triangle that an edge proposes.
+/// A triangle proposed by an edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Proposal {
-    /// Its corners, ascending.
+    /// Corners in ascending order.
     pub triangle: [u32; 3],
-    /// How likely it is: the probability of the point times that of the triangle whose edge proposes it.
+    /// Probability of the point times that of the proposing triangle.
     pub probability: f32,
-    /// That triangle, as a place among the queries.
+    /// Index of the proposing triangle among the queries.
     pub query: u32,
-    /// The row of the point in [`point_probabilities`].
+    /// Row of the point in [`point_probabilities`].
     pub row: u32,
 }
 
-/// The probability of each near point to be the third corner of a triangle over each edge: an MLP over each of the 64
-/// points, the largest of them, and an MLP over each point beside that.
+/// Returns the probability of each near point as third corner over each edge.
+///
+/// An MLP over each of the 64 points, their maximum, and an MLP over each point with it.
 ///
 /// # Shapes
 /// - `queries`: indices of n candidates
@@ -39,37 +40,37 @@ pub fn point_probabilities(
     queries: &[u32],
 ) -> Value {
     let edges = |&q: &u32| {
-        turned(neighbourhoods.candidates.triangles[q as usize])
-            .map(|triangle| (triangle, neighbourhoods.points_of(q as usize)))
+        rotations(neighbourhoods.candidates.triangles[q as usize])
+            .map(|triangle| (triangle, neighbourhoods.nearest_points(q as usize)))
     };
     let features = point_features(neighbourhoods.vertices, &queries.iter().flat_map(edges).collect::<Vec<_>>());
     let n_edges = 3 * queries.len();
-    let of_edges = pooled(tape, features.clone(), &net.points, n_edges);
+    let of_edges = pool(tape, features.clone(), &net.points, n_edges);
     let of_edges = tape.product(&of_edges, &net.pooled);
     let logits =
         tape.layers_of_groups(&Value::constant(features), &of_edges, &layers(&net.score), neighbourhoods.n_points);
     tape.sigmoid(&logits)
 }
 
-/// A triangle beginning with each of its edges.
-fn turned([a, b, c]: [u32; 3]) -> [[u32; 3]; 3] {
+/// Returns a triangle starting at each of its edges.
+fn rotations([a, b, c]: [u32; 3]) -> [[u32; 3]; 3] {
     [[a, b, c], [b, c, a], [c, a, b]]
 }
 
-/// How proposals are drawn.
+/// The randomness of proposals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Draw {
-    /// Decides the draws.
+    /// Seed of the draws.
     pub seed: u64,
-    /// Share of the draws that takes any point: 0, or 0.25 in training, for variety.
+    /// Fraction of uniform draws: 0, or 0.25 in training.
     pub random_share: f32,
 }
 
-/// Draws four different points for each edge, by their probabilities, the triangle's own corners left out.
+/// Draws four distinct points per edge by probability, without the triangle's own corners.
 ///
 /// # Shapes
-/// - `of_queries`: n, the probability of each query; `of_points`: as [`point_probabilities`] gives them
-/// - returns the proposals, query by query, edge by edge
+/// - `of_queries`: n, probability of each query; `of_points`: from [`point_probabilities`]
+/// - returns the proposals by query and edge
 pub fn proposals(
     neighbourhoods: &Neighbourhoods,
     queries: &[u32],
@@ -80,12 +81,12 @@ pub fn proposals(
     let k = neighbourhoods.n_points;
     let of_edge = |(edge, query): (usize, usize)| {
         let candidate = queries[query] as usize;
-        let near = neighbourhoods.points_of(candidate);
-        let triangle = turned(neighbourhoods.candidates.triangles[candidate])[edge % 3];
+        let near = neighbourhoods.nearest_points(candidate);
+        let triangle = rotations(neighbourhoods.candidates.triangles[candidate])[edge % 3];
         let rows = &of_points[edge * k..][..k];
         let random =
             Xoshiro256PlusPlus::seed_from_u64(draw.seed.wrapping_add(u64::from(queries[query]) * 3 + edge as u64 % 3));
-        drawn(near, triangle, rows, draw.random_share, random).into_iter().map(move |place| {
+        draw_points(near, triangle, rows, draw.random_share, random).into_iter().map(move |place| {
             let mut corners = [triangle[0], triangle[1], near[place]];
             corners.sort_unstable();
             let probability = rows[place] * of_queries[query];
@@ -95,8 +96,14 @@ pub fn proposals(
     (0..3 * queries.len()).into_par_iter().map(|edge| (edge, edge / 3)).flat_map_iter(of_edge).collect()
 }
 
-/// Draws places without putting any back, by weights: those with the largest `ln(u) / w` (Efraimidis and Spirakis 2006).
-fn drawn(near: &[u32], own: [u32; 3], p: &[f32], random_share: f32, mut random: Xoshiro256PlusPlus) -> Vec<usize> {
+/// Draws indices by weight without replacement: the largest `ln(u) / w` (Efraimidis and Spirakis 2006).
+fn draw_points(
+    near: &[u32],
+    own: [u32; 3],
+    p: &[f32],
+    random_share: f32,
+    mut random: Xoshiro256PlusPlus,
+) -> Vec<usize> {
     let mean = p.iter().sum::<f32>() / p.len() as f32 + LEAST;
     let mut keys: Vec<(f64, usize)> = Vec::with_capacity(near.len());
     for (place, (point, p)) in near.iter().zip(p).enumerate() {
@@ -121,7 +128,7 @@ mod tests {
         let p: Vec<f32> = (0..10).map(|i| if i < 5 { 0.8 } else { 0.2 }).collect();
         let mut counts = [0; 10];
         for seed in 0..2000 {
-            let mut found = drawn(&near, [10, 19, 3], &p, 0.0, Xoshiro256PlusPlus::seed_from_u64(seed));
+            let mut found = draw_points(&near, [10, 19, 3], &p, 0.0, Xoshiro256PlusPlus::seed_from_u64(seed));
             counts[found[0]] += 1;
             found.sort_unstable();
             found.dedup();
@@ -130,6 +137,6 @@ mod tests {
         assert_eq!([counts[0], counts[9]], [0, 0]);
         assert!(counts[1..5].iter().all(|n| (340..500).contains(n)), "{counts:?}");
         assert!(counts[5..9].iter().all(|n| (60..160).contains(n)), "{counts:?}");
-        assert_eq!(drawn(&[1, 2, 3, 4], [1, 2, 3], &[0.5; 4], 0.25, Xoshiro256PlusPlus::seed_from_u64(1)), [3]);
+        assert_eq!(draw_points(&[1, 2, 3, 4], [1, 2, 3], &[0.5; 4], 0.25, Xoshiro256PlusPlus::seed_from_u64(1)), [3]);
     }
 }

@@ -1,4 +1,4 @@
-//! The rounds: classify, keep the likely, propose new ones, and again.
+//! The rounds: classify, keep likely candidates, propose new ones.
 
 use super::classifier::classifier;
 use super::patches::Neighbourhoods;
@@ -6,25 +6,25 @@ use super::proposals::{Draw, point_probabilities, proposals};
 use super::{Candidates, PointTriNet};
 use neural_mesh::autodiff::{Tape, Value};
 
-/// Rounds in all; the last only classifies.
+/// Number of rounds; the last one only classifies.
 pub const ROUNDS: usize = 5;
-/// A triangle that is more likely than this is a face.
+/// Probability above which a triangle is a face.
 const THRESHOLD: f32 = 0.9;
-/// Queries at a time, so that memory does not grow with the mesh.
+/// Queries per batch, which bounds the memory.
 const CHUNK: usize = 1024;
 
-/// Makes triangles of points, most of which make a surface: those more likely than 0.9 after five rounds.
+/// Triangulates points: returns the triangles with probability above 0.9 after five rounds.
 ///
 /// # Shapes
 /// - `vertices`: n x 3, finite
 /// - `net`: constants
-/// - returns n_faces x 3, corners ascending: the networks know no sides
+/// - returns n_faces x 3 with ascending corners, because the networks know no orientation
 ///
 /// ```
-/// use neural_mesh_bench::learned_baselines::pointtrinet::{PointTriNet, drawn, triangulate};
+/// use neural_mesh_bench::learned_baselines::pointtrinet::{PointTriNet, initial_tensors, triangulate};
 /// let sphere = neural_mesh::mesh::shapes::icosphere(1);
-/// let net = PointTriNet::of(&drawn(0.1, 1).constants()).unwrap();
-/// // Nothing learned, nothing sure.
+/// let net = PointTriNet::from_tensors(&initial_tensors(0.1, 1).constants()).unwrap();
+/// // Untrained networks are sure of nothing.
 /// assert!(triangulate(&net, sphere.positions(), 0).len() < 42);
 /// ```
 pub fn triangulate(net: &PointTriNet<Value>, vertices: &[[f32; 3]], seed: u64) -> Vec<[u32; 3]> {
@@ -40,18 +40,18 @@ pub fn triangulate(net: &PointTriNet<Value>, vertices: &[[f32; 3]], seed: u64) -
     faces
 }
 
-/// The candidates that come to the last round, with the probabilities that they have before it.
+/// Returns the candidates of the last round with their previous probabilities.
 pub fn last_candidates(net: &PointTriNet<Value>, vertices: &[[f32; 3]], draw: Draw) -> Candidates {
     let mut candidates = Candidates::seeds(vertices);
     for round in 1..ROUNDS as u64 {
-        // Far enough apart for every edge of every round to have a seed of its own.
+        // spaced so that every edge of every round has its own seed
         let seed = draw.seed.wrapping_add(round << 40);
-        candidates = after_a_round(net, vertices, candidates, Draw { seed, ..draw });
+        candidates = run_round(net, vertices, candidates, Draw { seed, ..draw });
     }
     candidates
 }
 
-fn after_a_round(net: &PointTriNet<Value>, vertices: &[[f32; 3]], before: Candidates, draw: Draw) -> Candidates {
+fn run_round(net: &PointTriNet<Value>, vertices: &[[f32; 3]], before: Candidates, draw: Draw) -> Candidates {
     let neighbourhoods = Neighbourhoods::new(vertices, &before);
     let (mut probabilities, mut proposed) = (Vec::new(), Vec::new());
     for queries in chunks(before.triangles.len()) {
@@ -63,7 +63,7 @@ fn after_a_round(net: &PointTriNet<Value>, vertices: &[[f32; 3]], before: Candid
         proposed.extend(new.iter().map(|proposal| (proposal.triangle, proposal.probability)));
         probabilities.extend_from_slice(p);
     }
-    Candidates { probabilities, ..before }.with(proposed, vertices.len())
+    Candidates { probabilities, ..before }.add(proposed, vertices.len())
 }
 
 fn chunks(n: usize) -> impl Iterator<Item = Vec<u32>> {
@@ -72,13 +72,13 @@ fn chunks(n: usize) -> impl Iterator<Item = Vec<u32>> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::drawn;
+    use super::super::initial_tensors;
     use super::*;
 
     #[test]
     fn the_same_bits_on_any_number_of_threads() {
         let sphere = neural_mesh::mesh::shapes::wavy_sphere(1, 4.0);
-        let net = PointTriNet::of(&drawn(1.0 / 16.0, 1).constants()).unwrap();
+        let net = PointTriNet::from_tensors(&initial_tensors(1.0 / 16.0, 1).constants()).unwrap();
         let draw = Draw { seed: 3, random_share: 0.25 };
         let on_threads = |n| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
@@ -93,7 +93,7 @@ mod tests {
 
     #[test]
     fn few_points_are_no_trouble() {
-        let net = PointTriNet::of(&drawn(1.0 / 16.0, 1).constants()).unwrap();
+        let net = PointTriNet::from_tensors(&initial_tensors(1.0 / 16.0, 1).constants()).unwrap();
         let points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 1.0, 1.0]];
         for n in 0..5 {
             let found = last_candidates(&net, &points[..n], Draw { seed: 0, random_share: 0.0 });

@@ -1,8 +1,7 @@
-//! The step of the objective "pointtrinet": a patch of a surface triangulated by the networks of
-//! this module, judged by their losses.
+//! Training step of the objective "pointtrinet": a patch of a surface triangulated by both networks, without a known
+//! triangulation.
 //!
-//! As in the paper, gradients flow through the last round alone; the candidates come from the rounds before it. No known
-//! triangulation teaches it.
+//! As in the paper, gradients pass through the last round only; earlier rounds provide its candidates.
 
 use super::{
     Candidates, Draw, Neighbourhoods, PointTriNet, Proposal, SurfacePoint, classifier, last_candidates, overlap_kernel,
@@ -24,38 +23,37 @@ use std::sync::Arc;
 
 /// Vertices of a patch.
 const PATCH_VERTICES: usize = 256;
-/// Points of the surface beside it.
+/// Surface points of a patch.
 const PATCH_SURFACE: usize = 1024;
-/// The share of a mesh that a patch covers.
+/// Fraction of a mesh that a patch covers.
 const PATCH_SHARE: f64 = 0.25;
-/// One in so many surface points looks for the nearest triangle.
+/// Step through the surface points that are compared with triangles.
 const SURFACE_STRIDE: usize = 10;
-/// Points drawn on the candidates, for the distance to the surface and for overlaps.
+/// Samples on the candidates for each of two losses.
 const SAMPLES: usize = 1000;
-/// Weight of the overlaps; the other terms have 1.
+/// Weight of the overlap loss; the others have 1.
 const OVERLAP: f64 = 0.01;
-/// Share of the proposals that takes any point.
+/// Fraction of uniform draws in proposals.
 const RANDOM_SHARE: f32 = 0.25;
-/// One in so many candidates proposes in the round that learns, which says as much about the proposals at a quarter of
-/// the time.
+/// Step through the candidates that propose in the learning round; enough information at a quarter of the time.
 const PROPOSING_STRIDE: usize = 4;
 
-/// One step on one patch.
+/// Takes one training step on one patch.
 pub fn pointtrinet_step(
     tensors: &Tensors<Arc<Matrix>>,
     item: &Item,
     _: &Settings,
     random: &mut Xoshiro256PlusPlus,
 ) -> Result<Step, String> {
-    let patch = Patch::of(&item.mesh, random).ok_or("has too little surface for a patch")?;
+    let patch = SurfacePatch::draw(&item.mesh, random).ok_or("has too little surface for a patch")?;
     let missing = |error: WeightsError| error.to_string();
-    let net = PointTriNet::of(&tensors.constants()).map_err(missing)?;
+    let net = PointTriNet::from_tensors(&tensors.constants()).map_err(missing)?;
     let draw = Draw { seed: random.next_u64(), random_share: RANDOM_SHARE };
     let candidates = last_candidates(&net, &patch.vertices, draw);
     let mut tape = Tape::default();
     let parameters = tensors.parameters(&mut tape);
-    let net = PointTriNet::of(&parameters).map_err(missing)?;
-    let last = LastRound::of(&mut tape, &net, &patch, candidates, Draw { seed: random.next_u64(), ..draw });
+    let net = PointTriNet::from_tensors(&parameters).map_err(missing)?;
+    let last = LastRound::run(&mut tape, &net, &patch, candidates, Draw { seed: random.next_u64(), ..draw });
     let terms = last.terms(&patch, random);
     let [to_queries, to_points] = last.gradients(&terms);
     let gradients = tape.backward(&[(&last.probabilities, to_queries), (&last.of_points, to_points)]);
@@ -65,18 +63,20 @@ pub fn pointtrinet_step(
     })
 }
 
-/// A piece of a surface: vertices to triangulate, and the surface itself.
-struct Patch {
+/// A part of a surface: vertices to triangulate and surface points.
+struct SurfacePatch {
     vertices: Vec<[f32; 3]>,
     surface: Vec<SurfacePoint>,
-    /// Mean distance of the surface's points to their mean.
+    /// Mean distance of the surface points from their mean.
     length: f64,
 }
 
-impl Patch {
-    /// The points nearest to a place on the surface. Half of the patches have vertices at random, as in the paper; the others
-    /// have them spread as farthest points spread them, which is how meshes are sampled for simplification.
-    fn of(mesh: &TriMesh, random: &mut Xoshiro256PlusPlus) -> Option<Self> {
+impl SurfacePatch {
+    /// Takes the points nearest to a random surface point.
+    ///
+    /// Half of the patches have random vertices, as in the paper, the others farthest points, as meshes are sampled for
+    /// simplification.
+    fn draw(mesh: &TriMesh, random: &mut Xoshiro256PlusPlus) -> Option<Self> {
         let [n_vertices, n_surface] = [PATCH_VERTICES, PATCH_SURFACE].map(|n| (n as f64 / PATCH_SHARE) as usize);
         let surface = surface_points(mesh, n_surface, random.next_u64());
         let positions: Vec<[f32; 3]> = surface.iter().map(|at| at.point).collect();
@@ -119,19 +119,19 @@ fn mean_distance(surface: &[SurfacePoint]) -> f64 {
     points().map(|point| point.distance(mean)).sum::<f64>() / n
 }
 
-/// The round that learns.
+/// The round that is trained.
 struct LastRound {
-    /// With the probabilities of this round.
+    /// Candidates with the probabilities of this round.
     candidates: Candidates,
     probabilities: Value,
     of_points: Value,
-    /// The candidates that propose.
+    /// Candidates that propose.
     queries: Vec<u32>,
     proposals: Vec<Proposal>,
 }
 
 impl LastRound {
-    fn of(tape: &mut Tape, net: &PointTriNet<Value>, patch: &Patch, before: Candidates, draw: Draw) -> Self {
+    fn run(tape: &mut Tape, net: &PointTriNet<Value>, patch: &SurfacePatch, before: Candidates, draw: Draw) -> Self {
         let neighbourhoods = Neighbourhoods::new(&patch.vertices, &before);
         let all: Vec<u32> = (0..before.triangles.len() as u32).collect();
         let probabilities = classifier(tape, &net.classifier, &neighbourhoods, &all);
@@ -145,9 +145,8 @@ impl LastRound {
         Self { candidates, probabilities, of_points, queries, proposals }
     }
 
-    /// The losses by name, with their weights; the last one's gradient is to the proposals, that of the others to the
-    /// candidates.
-    fn terms(&self, patch: &Patch, random: &mut Xoshiro256PlusPlus) -> [(&'static str, Term); 5] {
+    /// Returns the weighted losses by name; the last gradient is by the proposals, the others by the candidates.
+    fn terms(&self, patch: &SurfacePatch, random: &mut Xoshiro256PlusPlus) -> [(&'static str, Term); 5] {
         let Candidates { triangles, probabilities: p } = &self.candidates;
         let (vertices, length) = (&patch.vertices, patch.length);
         let points: Vec<[f32; 3]> = patch.surface.iter().step_by(SURFACE_STRIDE).map(|at| at.point).collect();
@@ -156,13 +155,13 @@ impl LastRound {
         [
             ("surface_to_triangles", surface_to_triangles(&points, vertices, triangles, p, length)),
             ("triangles_to_surface", triangles_to_surface(&patch.surface, &everywhere, p, length)),
-            ("overlap_kernel", times(overlap_kernel(&where_likely, vertices, triangles, p), OVERLAP)),
+            ("overlap_kernel", scale_loss(overlap_kernel(&where_likely, vertices, triangles, p), OVERLAP)),
             ("watertightness", watertightness(triangles, p)),
             ("proposal_match", proposal_match(&self.candidates, &self.proposals)),
         ]
     }
 
-    /// The gradients to the probabilities of the candidates and of the points. A proposal is the product of one of each.
+    /// Returns the gradients by the probabilities of candidates and points, whose product is that of a proposal.
     fn gradients(&self, terms: &[(&'static str, Term); 5]) -> [Matrix; 2] {
         let [.., (_, matched)] = terms;
         let mut to_candidates = vec![0.0; self.candidates.probabilities.len()];
@@ -179,7 +178,7 @@ impl LastRound {
     }
 }
 
-fn times(term: Term, factor: f64) -> Term {
+fn scale_loss(term: Term, factor: f64) -> Term {
     let gradient = term.gradient.iter().map(|&g| (f64::from(g) * factor) as f32).collect();
     Term { value: factor * term.value, gradient }
 }
@@ -187,7 +186,7 @@ fn times(term: Term, factor: f64) -> Term {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::learned_baselines::pointtrinet::drawn;
+    use crate::learned_baselines::pointtrinet::initial_tensors;
     use neural_mesh::mesh::shapes;
     use neural_mesh::train::{Moments, adam_step};
     use rand_xoshiro::rand_core::SeedableRng;
@@ -200,21 +199,22 @@ mod tests {
         Xoshiro256PlusPlus::seed_from_u64(0)
     }
 
-    /// Whole steps change the candidates, too, so that their losses need not fall one by one.
+    /// Trains with constant candidates, because whole steps change them and their losses may rise.
     #[test]
     fn steps_on_held_candidates_lower_the_loss() {
         let settings = Settings::from_toml("").unwrap();
-        let patch = Patch::of(&item().mesh, &mut seeded()).unwrap();
+        let patch = SurfacePatch::draw(&item().mesh, &mut seeded()).unwrap();
         let draw = Draw { seed: 1, random_share: RANDOM_SHARE };
-        let mut tensors = drawn(1.0 / 16.0, 1);
+        let mut tensors = initial_tensors(1.0 / 16.0, 1);
         let mut moments = Moments::zero(&tensors.map(|_, matrix| matrix.shape()));
-        let candidates = last_candidates(&PointTriNet::of(&tensors.constants()).unwrap(), &patch.vertices, draw);
+        let candidates =
+            last_candidates(&PointTriNet::from_tensors(&tensors.constants()).unwrap(), &patch.vertices, draw);
         let mut totals = Vec::new();
         for _ in 0..6 {
             let mut tape = Tape::default();
             let parameters = tensors.parameters(&mut tape);
-            let net = PointTriNet::of(&parameters).unwrap();
-            let last = LastRound::of(&mut tape, &net, &patch, candidates.clone(), draw);
+            let net = PointTriNet::from_tensors(&parameters).unwrap();
+            let last = LastRound::run(&mut tape, &net, &patch, candidates.clone(), draw);
             let terms = last.terms(&patch, &mut seeded());
             totals.push(terms.iter().map(|(_, term)| term.value).sum::<f64>());
             let [to_queries, to_points] = last.gradients(&terms);
@@ -227,7 +227,7 @@ mod tests {
 
     #[test]
     fn a_step_repeats_its_bits_on_any_number_of_threads() {
-        let (settings, tensors) = (Settings::from_toml("").unwrap(), drawn(1.0 / 16.0, 1));
+        let (settings, tensors) = (Settings::from_toml("").unwrap(), initial_tensors(1.0 / 16.0, 1));
         let on_threads = |n| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
             pool.install(|| pointtrinet_step(&tensors, &item(), &settings, &mut seeded()).unwrap())
@@ -242,6 +242,10 @@ mod tests {
         let settings = Settings::from_toml("").unwrap();
         let item = Item { name: "nothing".into(), mesh: TriMesh::default(), ratio: 0.5 };
         let random = &mut Xoshiro256PlusPlus::seed_from_u64(0);
-        assert!(pointtrinet_step(&drawn(0.1, 1), &item, &settings, random).unwrap_err().contains("too little surface"));
+        assert!(
+            pointtrinet_step(&initial_tensors(0.1, 1), &item, &settings, random)
+                .unwrap_err()
+                .contains("too little surface")
+        );
     }
 }

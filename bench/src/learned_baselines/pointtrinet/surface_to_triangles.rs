@@ -1,4 +1,4 @@
-//! How far the surface lies from the triangles that are kept, expected over their probabilities.
+//! Expected distance of the surface from the likely triangles.
 
 use super::patches::corners;
 use glam::Vec3;
@@ -6,17 +6,17 @@ use neural_mesh::geometry::triangle::nearest_point;
 use neural_mesh::loss::Term;
 use rayon::prelude::*;
 
-/// Nearest triangles that a point of the surface looks at.
+/// Nearest triangles considered for a surface point.
 const NEAREST: usize = 32;
 
-/// Computes the expected distance of each surface point to the nearest triangle that is kept, each kept by itself with its
-/// probability: `sum over k of d_k p_k product over j < k of (1 - p_j)` over the 32 nearest in their order. Where none of
-/// them is kept, the distance is `length`.
+/// Computes the expected distance of surface points from the nearest kept triangle, each kept with its probability.
+///
+/// `sum over k of d_k p_k product over j < k of (1 - p_j)` over the 32 nearest; `length` where none is kept.
 ///
 /// # Shapes
 /// - `surface`: n x 3; `probabilities`: n_triangles
-/// - `length`: a length of the size of the patch, above 0
-/// - returns the mean in units of `length`, and its gradient to the probabilities
+/// - `length`: unit of length, about the size of the patch, above 0
+/// - returns the mean in this unit and its gradient by the probabilities
 ///
 /// ```
 /// use neural_mesh_bench::learned_baselines::pointtrinet::surface_to_triangles;
@@ -32,7 +32,8 @@ pub fn surface_to_triangles(
     probabilities: &[f32],
     length: f64,
 ) -> Term {
-    let of_point = |&point: &[f32; 3]| expected(&nearest(point, vertices, triangles), probabilities, length);
+    let of_point =
+        |&point: &[f32; 3]| expected_distance(&nearest_triangles(point, vertices, triangles), probabilities, length);
     let each: Vec<(f64, Vec<(u32, f64)>)> = surface.par_iter().map(of_point).collect();
     let mut gradient = vec![0.0f64; probabilities.len()];
     for (triangle, slope) in each.iter().flat_map(|(_, slopes)| slopes) {
@@ -41,8 +42,8 @@ pub fn surface_to_triangles(
     Term::mean(each.iter().map(|(value, _)| value / length).sum(), &gradient, surface.len())
 }
 
-/// The nearest triangles with their distances, in their order.
-fn nearest(point: [f32; 3], vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<(f32, u32)> {
+/// Returns the nearest triangles with their distances in order.
+fn nearest_triangles(point: [f32; 3], vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<(f32, u32)> {
     let p = Vec3::from_array(point);
     let distance =
         |&triangle: &[u32; 3]| nearest_point(p, corners(vertices, triangle).map(Vec3::from_array)).distance(p);
@@ -56,9 +57,8 @@ fn nearest(point: [f32; 3], vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Ve
     all
 }
 
-/// The expected distance and its slope to each probability. From the farthest to the nearest: what is expected beyond is
-/// `e' = p d + (1 - p) e`, so that p turns `d - e` where none before it is kept.
-fn expected(nearest: &[(f32, u32)], probabilities: &[f32], length: f64) -> (f64, Vec<(u32, f64)>) {
+/// Returns the expected distance and its slopes by `e' = p d + (1 - p) e` from the farthest to the nearest triangle.
+fn expected_distance(nearest: &[(f32, u32)], probabilities: &[f32], length: f64) -> (f64, Vec<(u32, f64)>) {
     let p = |triangle: u32| f64::from(probabilities[triangle as usize]);
     let mut slopes: Vec<(u32, f64)> = Vec::with_capacity(nearest.len());
     let mut beyond = length;

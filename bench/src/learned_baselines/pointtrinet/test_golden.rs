@@ -1,12 +1,12 @@
-//! The networks against the same in NumPy (`bench/tests/golden/pointtrinet.py`), their gradients against differences, and what
-//! the tests of the losses share.
+//! Comparisons of the networks with NumPy (`bench/tests/golden/pointtrinet.py`) and of gradients with differences;
+//! shared test data.
 
 use super::*;
 use crate::linalg::test_values::random;
 use neural_mesh::autodiff::{Tape, Value};
 use neural_mesh::loss::Term;
 
-/// Widths from 4 to 64.
+/// Width share: widths from 4 to 64.
 const SHARE: f64 = 1.0 / 16.0;
 
 const CLASSIFIED: [f64; 3] = [0.7521177934470711, 0.8348495684092294, 0.8431997013347341];
@@ -47,7 +47,7 @@ pub(super) fn surface() -> Vec<SurfacePoint> {
     vertices()[..10].iter().enumerate().map(of).collect()
 }
 
-/// Panics unless the gradient agrees with central differences, probability by probability.
+/// Checks a gradient against central differences.
 pub(super) fn assert_gradient(p: &[f32], loss: impl Fn(&[f32]) -> Term) {
     for (i, &found) in loss(p).gradient.iter().enumerate() {
         let at = |step: f32| {
@@ -77,8 +77,8 @@ fn tensors() -> Tensors<Arc<Matrix>> {
     })
 }
 
-/// Probabilities of some candidates, and of the points over the edges of one.
-fn both(tape: &mut Tape, net: &PointTriNet<Value>) -> [Value; 2] {
+/// Returns the probabilities of some candidates and of the points over the edges of one.
+fn run_both(tape: &mut Tape, net: &PointTriNet<Value>) -> [Value; 2] {
     let (vertices, candidates) = (vertices(), candidates());
     let neighbourhoods = Neighbourhoods::new(&vertices, &candidates);
     let p = classifier(tape, &net.classifier, &neighbourhoods, &[0, 7, 23]);
@@ -86,15 +86,15 @@ fn both(tape: &mut Tape, net: &PointTriNet<Value>) -> [Value; 2] {
     [p, of_points]
 }
 
-/// The networks of these tensors, which are not to change.
-fn constant(tensors: &Tensors<Arc<Matrix>>) -> PointTriNet<Value> {
-    PointTriNet::of(&tensors.constants()).expect("all tensors")
+/// Makes networks with constant tensors.
+fn constant_networks(tensors: &Tensors<Arc<Matrix>>) -> PointTriNet<Value> {
+    PointTriNet::from_tensors(&tensors.constants()).expect("all tensors")
 }
 
 #[test]
 fn both_networks_agree_with_numpy() {
     let tape = &mut Tape::default();
-    let [p, of_points] = both(tape, &constant(&tensors()));
+    let [p, of_points] = run_both(tape, &constant_networks(&tensors()));
     let first_two = |edge: usize| [0, 1].map(|place| of_points.matrix().data()[20 * edge + place]);
     let found: Vec<f32> = p.matrix().data().iter().copied().chain((0..3).flat_map(first_two)).collect();
     let expected = CLASSIFIED.into_iter().chain(PROPOSED.into_iter().flatten());
@@ -105,7 +105,7 @@ fn both_networks_agree_with_numpy() {
     assert!(tape.is_empty());
 }
 
-/// The sum of what both networks say, each entry with a weight of its own.
+/// Returns a weighted sum of both outputs and its weights.
 fn weighted_sum(outputs: &[Value; 2]) -> (f64, [Matrix; 2]) {
     let weights = outputs.each_ref().map(|output| random(output.matrix().n_rows(), 1, 7));
     let products = |(output, weights): (&Value, &Matrix)| {
@@ -115,14 +115,15 @@ fn weighted_sum(outputs: &[Value; 2]) -> (f64, [Matrix; 2]) {
     (outputs.iter().zip(&weights).map(products).sum(), weights)
 }
 
-/// Tensor by tensor along its gradient: steps that are short enough to meet few kinks. No bias is zero, which is one.
+/// Checks each tensor along its gradient with steps short enough to cross few kinks; zero biases would be kinks.
 #[test]
 fn gradients_of_both_networks() {
     let tensors = tensors();
-    let loss = |tensors: &Tensors<Arc<Matrix>>| weighted_sum(&both(&mut Tape::default(), &constant(tensors))).0;
+    let loss =
+        |tensors: &Tensors<Arc<Matrix>>| weighted_sum(&run_both(&mut Tape::default(), &constant_networks(tensors))).0;
     let mut tape = Tape::default();
     let parameters = tensors.parameters(&mut tape);
-    let outputs = both(&mut tape, &PointTriNet::of(&parameters).expect("all tensors"));
+    let outputs = run_both(&mut tape, &PointTriNet::from_tensors(&parameters).expect("all tensors"));
     let [to_p, to_points] = weighted_sum(&outputs).1;
     let gradients = parameters.gradients(&tape.backward(&[(&outputs[0], to_p), (&outputs[1], to_points)]));
     for (name, gradient) in gradients.iter() {
@@ -142,7 +143,7 @@ fn gradients_of_both_networks() {
 
 #[test]
 fn moving_turning_and_scaling_the_points_changes_no_probability() {
-    let net = constant(&drawn(SHARE, 2));
+    let net = constant_networks(&initial_tensors(SHARE, 2));
     let candidates = candidates();
     let of = |vertices: &[[f32; 3]]| {
         let neighbourhoods = Neighbourhoods::new(vertices, &candidates);

@@ -1,4 +1,4 @@
-//! Points spread over candidate triangles, for the losses that look from there.
+//! Random points on candidate triangles for the losses.
 
 use super::patches::corners;
 use glam::DVec3;
@@ -11,14 +11,14 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 pub struct TriangleSample {
     /// Index of the triangle.
     pub triangle: u32,
-    /// Where it lies.
+    /// Position of the point.
     pub point: [f32; 3],
 }
 
-/// Draws `n` points on triangles, by area times weight; none where the sum of these is zero.
+/// Draws `n` points on triangles by area times weight; none where their sum is zero.
 ///
 /// # Shapes
-/// - `weights`: n_triangles, 0 or above
+/// - `weights`: n_triangles, non-negative
 ///
 /// ```
 /// use neural_mesh_bench::learned_baselines::pointtrinet::triangle_samples;
@@ -63,7 +63,7 @@ mod tests {
     #[test]
     fn triangles_get_samples_by_area_and_weight() {
         let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 3.0]];
-        // Areas 1 : 3, weights 3 : 2.
+        // areas 1 : 3, weights 3 : 2
         let samples = triangle_samples(&points, &[[0, 1, 2], [0, 1, 3]], &[0.75, 0.5], 3000, 1);
         let on_first = samples.iter().filter(|sample| sample.triangle == 0).count();
         assert!((900..1100).contains(&on_first), "{on_first}");

@@ -1,26 +1,25 @@
-//! How far the triangles lie from the surface, expected over their probabilities.
+//! Expected distance of the likely triangles from the surface.
 
 use super::TriangleSample;
 use glam::DVec3;
 use neural_mesh::loss::Term;
 use neural_mesh::spatial::nearest_to;
 
-/// A point of the surface.
+/// A point of the surface with its normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// Where it lies.
+    /// Position of the point.
     pub point: [f32; 3],
-    /// The normal of the surface there, of unit length.
+    /// Unit normal.
     pub normal: [f32; 3],
 }
 
-/// Computes `mean over samples of p d`: d is the distance of a point on a triangle to the plane through the surface point
-/// nearest to it, p the probability of the triangle.
+/// Computes `mean over samples of p d` with the distance d from the tangent plane of the nearest surface point.
 ///
 /// # Shapes
-/// - `samples`: n, drawn by area
-/// - `length`: a length of the size of the patch, above 0
-/// - returns the mean in units of `length`, and its gradient to the probabilities
+/// - `samples`: n, drawn by area; p is the probability of their triangle
+/// - `length`: unit of length, about the size of the patch, above 0
+/// - returns the mean in this unit and its gradient by the probabilities
 ///
 /// ```
 /// use neural_mesh_bench::learned_baselines::pointtrinet::{SurfacePoint, TriangleSample, triangles_to_surface};

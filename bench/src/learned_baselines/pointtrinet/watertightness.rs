@@ -1,17 +1,17 @@
-//! Whether every side of a kept triangle has one other triangle beyond it.
+//! The watertightness loss: sides without exactly one neighbour.
 
 use neural_mesh::loss::Term;
 
-/// Computes the share of the sides of kept triangles that have no neighbour, or more than one, as the paper takes it: the
-/// expected number of them over the expected number of sides, each triangle kept by itself with its probability.
+/// Computes the expected number of open sides over the expected number of sides, each triangle kept with its
+/// probability.
 ///
-/// A side of triangle t is closed where exactly one other triangle at its edge is kept, so that the expected number of
-/// closed sides is twice the probability of exactly two, edge by edge: `1 - 2 sum over edges of P_e(2) / sum over sides of
-/// p`. The authors divide by 1 - p and pull probabilities off 0 and 1 for it; here nothing is divided.
+/// A side is closed where exactly one other triangle at its edge is kept: `1 - 2 sum over edges of P_e(2) / sum over
+/// sides of p`.
+/// Unlike the authors' form this divides by no 1 - p, so probabilities need no clamping.
 ///
 /// # Shapes
-/// - `triangles`: n x 3, each once; `probabilities`: n
-/// - returns a share in 0..=1 and its gradient to the probabilities
+/// - `triangles`: n x 3, distinct; `probabilities`: n
+/// - returns a fraction in 0..=1 and its gradient by the probabilities
 ///
 /// ```
 /// use neural_mesh_bench::learned_baselines::pointtrinet::watertightness;
@@ -32,15 +32,15 @@ pub fn watertightness(triangles: &[[u32; 3]], probabilities: &[f32]) -> Term {
     let n_sides = 3.0 * probabilities.iter().map(|&p| f64::from(p)).sum::<f64>();
     let scale = n_sides + LEAST;
     let value = (n_sides - closed) / scale;
-    // Each probability counts at three sides.
+    // each probability counts at three sides
     let slope = |to_closed: &f64| ((3.0 - to_closed - 3.0 * value) / scale) as f32;
     Term { value, gradient: to_closed.iter().map(slope).collect() }
 }
 
-/// Added to the number of sides, for where none is kept.
+/// Added to the number of sides, which may be 0.
 const LEAST: f64 = 1e-4;
 
-/// Each side of each triangle as its edge, lower corner first, and the triangle; in the order of edges.
+/// Returns the sides of all triangles as edges, lower corner first, with the triangle; sorted by edge.
 fn sides(triangles: &[[u32; 3]]) -> Vec<([u32; 2], u32)> {
     let of_triangle =
         |(&[a, b, c], t): (&[u32; 3], u32)| [[a, b], [b, c], [c, a]].map(|[v, w]| ([v.min(w), v.max(w)], t));
@@ -49,11 +49,11 @@ fn sides(triangles: &[[u32; 3]]) -> Vec<([u32; 2], u32)> {
     sides
 }
 
-/// How likely exactly two are kept, and the slope to each p: that of one more among the others, less that of two.
+/// Returns the probability that exactly two are kept, and its slope by each p.
 fn exactly_two(p: &[f64]) -> (f64, Vec<f64>) {
     let mut before = vec![[1.0, 0.0, 0.0]];
     for (i, &p) in p.iter().enumerate() {
-        before.push(with(before[i], p));
+        before.push(add_one(before[i], p));
     }
     let mut after = [1.0, 0.0, 0.0];
     let mut slopes = vec![0.0; p.len()];
@@ -61,13 +61,13 @@ fn exactly_two(p: &[f64]) -> (f64, Vec<f64>) {
         let ([none, one, two], [no, once, twice]) = (before[i], after);
         let others = [none * once + one * no, none * twice + one * once + two * no];
         slopes[i] = others[0] - others[1];
-        after = with(after, p);
+        after = add_one(after, p);
     }
     (before[p.len()][2], slopes)
 }
 
-/// How likely none, one, two are kept, after one more of probability p.
-fn with([none, one, two]: [f64; 3], p: f64) -> [f64; 3] {
+/// Updates the probabilities of none, one and two kept by one more of probability p.
+fn add_one([none, one, two]: [f64; 3], p: f64) -> [f64; 3] {
     let q = 1.0 - p;
     [none * q, one * q + none * p, two * q + one * p]
 }
@@ -77,7 +77,7 @@ mod tests {
     use super::super::test_golden::{assert_gradient, probabilities, triangles};
     use super::*;
 
-    /// Over all sets of triangles that can be kept.
+    /// Computes the loss over all subsets of kept triangles.
     fn by_subsets(triangles: &[[u32; 3]], p: &[f32]) -> f64 {
         let n = p.len();
         let (mut open, mut all) = (0.0, 0.0);

@@ -1,11 +1,11 @@
-//! The adaptive Chamfer distance: points of the input count the more, the more the surface bends there.
+//! The adaptive Chamfer distance, in which input points of high curvature have more weight.
 
 use super::PointLoss;
 use neural_mesh::spatial::nearest_to;
 
-/// Weights of the points of a cloud with these curvatures: half alike and half as the curvature, 1 in the mean.
+/// Returns the weights of points by curvature: half uniform, half proportional to it, with mean 1.
 ///
-/// The paper weighs the way from the input to the samples by curvature; the proportion is ours.
+/// The paper weighs the direction from input to samples by curvature; the proportion is ours.
 ///
 /// ```
 /// use neural_mesh_bench::learned_baselines::potamias::adaptive_weights;
@@ -17,10 +17,10 @@ pub fn adaptive_weights(curvature: &[f64]) -> Vec<f64> {
     curvature.iter().map(|kappa| if mean > 0.0 { 0.5 + 0.5 * kappa / mean } else { 1.0 }).collect()
 }
 
-/// Measures `1/|S| sum_s min_p |s - p|^2 + 1/|P| sum_p w_p min_s |p - s|^2` and its gradient to the samples.
+/// Computes `1/|S| sum_s min_p |s - p|^2 + 1/|P| sum_p w_p min_s |p - s|^2` and its gradient by the samples.
 ///
 /// # Shapes
-/// - `samples`: n x 3, S; `points`: n_points x 3, P; `weights`: n_points; none of them empty
+/// - `samples`: n x 3, S; `points`: n_points x 3, P; `weights`: n_points; none empty
 ///
 /// ```
 /// use neural_mesh_bench::learned_baselines::potamias::adaptive_chamfer;

@@ -1,27 +1,27 @@
-//! A cloud of points as the network sees it.
+//! A normalised point cloud with its neighbourhood graph.
 
 use neural_mesh::linalg::Csr;
 use neural_mesh::spatial::nearest_neighbours;
 use std::sync::Arc;
 
-/// Neighbours of a point: those of the paper's refinement, here of the projection, too.
+/// Neighbours per point: the paper's number for the refinement, here also for the projection.
 pub const NEIGHBOURS: usize = 15;
 
-/// Points in units of their distance, with their nearest neighbours.
+/// Centred points in units of their mean neighbour distance, with a neighbourhood graph.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cloud {
-    /// n x 3, about their mean, in mean distances of a point to its neighbours.
+    /// Normalised points, n x 3.
     pub points: Vec<[f32; 3]>,
-    /// The nearest of each, n x n.
+    /// Nearest neighbours of each point, n x n.
     pub graph: Arc<Csr>,
-    /// Mean distance of each to its neighbours, n.
+    /// Mean distance of each point to its neighbours, n.
     pub radii: Vec<f32>,
     origin: [f64; 3],
     unit: f64,
 }
 
 impl Cloud {
-    /// Makes a cloud of points; `None` where all are one.
+    /// Normalises points; `None` where all coincide.
     ///
     /// # Shapes
     /// - `points`: n x 3, finite
@@ -30,7 +30,7 @@ impl Cloud {
     /// use neural_mesh_bench::learned_baselines::potamias::Cloud;
     /// let cloud = Cloud::new(&[[5.0, 0.0, 0.0], [9.0, 0.0, 0.0]]).unwrap();
     /// assert_eq!(cloud.points, [[-0.5, 0.0, 0.0], [0.5, 0.0, 0.0]]);
-    /// assert_eq!(cloud.placed(&cloud.points), [[5.0, 0.0, 0.0], [9.0, 0.0, 0.0]]);
+    /// assert_eq!(cloud.to_input(&cloud.points), [[5.0, 0.0, 0.0], [9.0, 0.0, 0.0]]);
     /// ```
     pub fn new(points: &[[f32; 3]]) -> Option<Self> {
         let n = points.len();
@@ -58,8 +58,8 @@ impl Cloud {
         })
     }
 
-    /// Points of the cloud's frame where they lie in the input's.
-    pub fn placed(&self, points: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    /// Converts normalised points to the input's coordinates.
+    pub fn to_input(&self, points: &[[f32; 3]]) -> Vec<[f32; 3]> {
         let place =
             |p: &[f32; 3]| std::array::from_fn(|axis| (self.origin[axis] + self.unit * f64::from(p[axis])) as f32);
         points.iter().map(place).collect()
@@ -82,7 +82,7 @@ mod tests {
         let cloud = Cloud::new(sphere.positions()).unwrap();
         let mean = cloud.radii.iter().sum::<f32>() / cloud.radii.len() as f32;
         assert!((mean - 1.0).abs() < 1e-5);
-        let back = cloud.placed(&cloud.points);
+        let back = cloud.to_input(&cloud.points);
         let pairs = back.iter().flatten().zip(sphere.positions().iter().flatten());
         assert!(pairs.clone().all(|(a, b)| (a - b).abs() < 1e-6));
     }

@@ -1,4 +1,4 @@
-//! The curvature-preservation loss: samples bend as the points do that they stand for.
+//! The curvature-preservation loss between samples and input.
 
 use super::PointLoss;
 use glam::{DMat3, DVec3};
@@ -6,14 +6,15 @@ use neural_mesh::geometry::eigenvalues;
 use neural_mesh::spatial::nearest_neighbours;
 use rayon::prelude::*;
 
-/// Neighbours that a curvature is taken from, as in the measure of Table 2.
+/// Neighbours of a curvature estimate, as in the measure of Table 2.
 const NEIGHBOURS: usize = 10;
 
-/// The curvature of each point, the share of the least eigenvalue in the covariance of the point and its 10 nearest (Pauly et
-/// al. 2002), and of that the mean over the same points.
+/// Returns the curvature of each point (surface variation, Pauly et al. 2002, over 10 neighbours), averaged over the
+/// same points.
 ///
-/// The measure, [`point_curvature`](neural_mesh::spatial::point_curvature), weighs that mean by a Gaussian; the plain one has a
-/// gradient of its own points alone.
+/// The measure [`point_curvature`](neural_mesh::spatial::point_curvature) weighs that mean by a Gaussian; without it
+/// the gradient
+/// stays within the neighbourhood.
 ///
 /// # Shapes
 /// - `points`: n x 3, finite
@@ -25,11 +26,12 @@ const NEIGHBOURS: usize = 10;
 /// assert!(mean_curvature(&plane).iter().all(|kappa| *kappa < 1e-9));
 /// ```
 pub fn mean_curvature(points: &[[f32; 3]]) -> Vec<f64> {
-    Stars::new(points).means()
+    PointStars::new(points).means()
 }
 
-/// Measures `1/n sum_s (K(s) - k_s)^2`, K the mean curvature among the samples and k that of the input where the sample
-/// stands, and its gradient to the samples. Which neighbours a sample has, and what it stands for, is held.
+/// Computes `1/n sum_s (K(s) - k_s)^2` for samples with mean curvature K and the input's curvature k, and its gradient.
+///
+/// Neighbours of samples and targets are treated as constant.
 ///
 /// # Shapes
 /// - `samples`: n x 3; `wanted`: n
@@ -42,7 +44,7 @@ pub fn mean_curvature(points: &[[f32; 3]]) -> Vec<f64> {
 /// ```
 pub fn curvature_preservation(samples: &[[f32; 3]], wanted: &[f64]) -> PointLoss {
     let n = samples.len() as f64;
-    let stars = Stars::new(samples);
+    let stars = PointStars::new(samples);
     let differences: Vec<f64> = stars.means().iter().zip(wanted).map(|(found, wanted)| found - wanted).collect();
     let value = differences.iter().map(|d| d * d).sum::<f64>() / n;
     let mut to_kappa = vec![0.0; samples.len()];
@@ -60,26 +62,26 @@ pub fn curvature_preservation(samples: &[[f32; 3]], wanted: &[f64]) -> PointLoss
     PointLoss { value, gradient }
 }
 
-/// Points, each with its nearest.
-struct Stars<'a> {
+/// Points with their nearest neighbours.
+struct PointStars<'a> {
     points: &'a [[f32; 3]],
     neighbours: Vec<u32>,
     width: usize,
 }
 
-impl<'a> Stars<'a> {
+impl<'a> PointStars<'a> {
     fn new(points: &'a [[f32; 3]]) -> Self {
         let neighbours = nearest_neighbours(points, NEIGHBOURS);
         Self { points, width: neighbours.len() / points.len().max(1), neighbours }
     }
 
-    /// The point itself, then its neighbours.
+    /// Returns the point and its neighbours.
     fn members(&self, s: usize) -> Vec<usize> {
         let nearest = &self.neighbours[s * self.width..][..self.width];
         [s].into_iter().chain(nearest.iter().map(|&m| m as usize)).collect()
     }
 
-    /// Members about their mean.
+    /// Returns the offsets of the members from their mean.
     fn spread(&self, s: usize) -> Vec<DVec3> {
         let places: Vec<DVec3> =
             self.members(s).into_iter().map(|m| DVec3::from_array(self.points[m].map(f64::from))).collect();
@@ -97,8 +99,9 @@ impl<'a> Stars<'a> {
         (0..self.points.len()).map(mean).collect()
     }
 
-    /// The derivative of a point's own curvature to each of its members: with the unit vector v of the least eigenvalue
-    /// `2 ((v . d) v - kappa d) / trace`, d the member about the mean.
+    /// Returns the derivative of a point's own curvature by each member: `2 ((v . d) v - kappa d) / trace`.
+    ///
+    /// v is the unit eigenvector of the least eigenvalue, d the member's offset.
     fn slopes(&self, s: usize) -> Vec<(usize, DVec3)> {
         let spread = self.spread(s);
         let covariance = covariance(&spread);
@@ -109,7 +112,7 @@ impl<'a> Stars<'a> {
     }
 }
 
-/// Sums of products: xx, xy, xz, yy, yz, zz.
+/// Returns the sums of products xx, xy, xz, yy, yz, zz.
 fn covariance(spread: &[DVec3]) -> [f64; 6] {
     let mut sums = [0.0; 6];
     for d in spread {
@@ -128,7 +131,7 @@ fn kappa(covariance: &[f64; 6]) -> f64 {
     if trace > 0.0 { (eigenvalues(*covariance)[0] / trace).clamp(0.0, 1.0 / 3.0) } else { 0.0 }
 }
 
-/// A unit vector of the least eigenvalue: across the two other directions; zero where there is no single one.
+/// Returns a unit eigenvector of the least eigenvalue; zero where it is not unique.
 fn flattest(covariance: &[f64; 6]) -> DVec3 {
     let [xx, xy, xz, yy, yz, zz] = *covariance;
     let least = eigenvalues(*covariance)[0];
@@ -147,7 +150,7 @@ mod tests {
     use super::*;
     use crate::linalg::test_values::{assert_slopes, random};
 
-    /// Points about a bent sheet.
+    /// Returns points near a bent sheet.
     fn sheet(n: usize) -> Vec<[f32; 3]> {
         let rows = random(n, 3, 5);
         (0..n).map(|i| rows.row(i)).map(|r| [r[0], r[1], 0.5 * r[0] * r[0] + 0.1 * r[2]]).collect()
@@ -156,7 +159,7 @@ mod tests {
     #[test]
     fn the_mean_is_that_of_the_measure_without_its_gaussian() {
         let points = sheet(60);
-        let raw: Vec<f64> = (0..60).map(|s| kappa(&covariance(&Stars::new(&points).spread(s)))).collect();
+        let raw: Vec<f64> = (0..60).map(|s| kappa(&covariance(&PointStars::new(&points).spread(s)))).collect();
         let found = mean_curvature(&points);
         let nearest = nearest_neighbours(&points, 10);
         let naive = |s: usize| (raw[s] + nearest[10 * s..][..10].iter().map(|&m| raw[m as usize]).sum::<f64>()) / 11.0;
@@ -170,7 +173,7 @@ mod tests {
         let samples = sheet(25);
         let wanted: Vec<f64> = (0..25).map(|i| f64::from(i) / 200.0).collect();
         let neighbours = nearest_neighbours(&samples, NEIGHBOURS);
-        // The same with neighbours held, in double precision.
+        // the loss with constant neighbours in double precision
         let loss = |x: &[f64]| {
             let place = |m: usize| DVec3::from_slice(&x[3 * m..]);
             let of_star = |s: usize| {
@@ -187,7 +190,7 @@ mod tests {
         let found = curvature_preservation(&samples, &wanted);
         let flat: Vec<f64> = samples.iter().flatten().map(|&x| f64::from(x)).collect();
         assert!((found.value - loss(&flat)).abs() < 1e-12);
-        // Larger, so that differences show beside the rounding.
+        // scaled, so that differences exceed the rounding
         let gradient: Vec<f32> = found.gradient.iter().flatten().map(|&g| (1e3 * g) as f32).collect();
         assert_slopes(&gradient, samples.as_flattened(), |x| 1e3 * loss(x));
     }

@@ -1,28 +1,28 @@
-//! The likeness of points in the latent space: how far rows lie apart says how unlike the points bend.
+//! The latent likeness loss: distances in latent space follow differences of curvature.
 
 use neural_mesh::linalg::Matrix;
 
 /// Scale of the root of a curvature, so that differences are about 1.
 const SCALE: f64 = 10.0;
-/// Squared distances are taken larger by this, so that equal rows have a slope.
+/// Added to squared distances, so that equal rows have a slope.
 const LEAST: f64 = 1e-6;
 
-/// Measures `mean of (|z_i - z_j| - t_ij)^2`, with `t_ij = 10 |sqrt(k_i) - sqrt(k_j)|` of the curvatures, over the pairs
-/// of each point and those that stand `offsets` behind it, and its gradient to the latent rows.
+/// Computes `mean of (|z_i - z_j| - t_ij)^2`, `t_ij = 10 |sqrt(k_i) - sqrt(k_j)|`, and its gradient by the latent rows.
 ///
-/// Ours: farthest points let no gradient through, so that the refinement alone teaches the latent space nothing that the
-/// choice of points could use: on four meshes of TOSCA it then was worse than by positions alone. Distances of curvature
-/// lower the curvature error of what is chosen, and raise its Chamfer distance, as in the paper's Table 2.
+/// The pairs are each point and those `offsets` later. This loss is ours: farthest points pass no gradient, and with
+/// the refinement's
+/// alone the choice was worse than by positions. It lowers the curvature error and raises the Chamfer distance, as in
+/// Table 2.
 ///
 /// # Shapes
-/// - `latent`: n x n_latent; `curvature`: n, 0 or above
+/// - `latent`: n x n_latent; `curvature`: n, non-negative
 ///
 /// ```
 /// use neural_mesh::linalg::Matrix;
 /// use neural_mesh_bench::learned_baselines::potamias::latent_likeness;
 /// let rows = Matrix::new(2, 1, vec![0.0, 3.0]);
 /// let (value, gradient) = latent_likeness(&rows, &[0.0, 0.01], &[1]);
-/// // 3 apart, and 1 wanted, seen from either side.
+// 3 apart, target 1, from either side
 /// assert!((value - 4.0).abs() < 1e-4 && (gradient.data()[1] - 4.0).abs() < 1e-4);
 /// ```
 pub fn latent_likeness(latent: &Matrix, curvature: &[f64], offsets: &[usize]) -> (f64, Matrix) {

@@ -1,12 +1,12 @@
-//! Simplified clouds of points: "Revisiting Point Cloud Simplification: A Learnable Feature Preserving Approach" (Potamias,
-//! Bouritsas, Zafeiriou, ECCV 2022).
+//! Simplified point clouds: "Revisiting Point Cloud Simplification: A Learnable Feature Preserving Approach" (Potamias,
+//! Bouritsas,
+//! Zafeiriou, ECCV 2022).
 //!
-//! A network projects each point with its neighbourhood into a latent space, farthest points are drawn there, and an
-//! attention over the neighbours of each moves it. The result is meshed by ball pivoting, as a row of the paper's Table 1.
-//!
-//! The parts and the 15 neighbours are theirs. Widths, depth and the precise form of the layers are not in the text at hand:
-//! they are those of the Point Sampler, by the same authors, 64 wide in three layers. What else was decided stands in each
-//! file.
+//! A network projects each point with its neighbourhood into a latent space, farthest points are drawn there, and
+//! attention over
+//! neighbours moves them. Ball pivoting meshes the result, as in the paper's Table 1. The method and its 15 neighbours
+//! are the
+//! authors'; layers and widths are those of their Point Sampler, because the text at hand does not give them.
 
 mod adaptive_chamfer;
 mod cloud;
@@ -18,7 +18,7 @@ mod refinement;
 mod selection;
 mod step;
 
-use super::LearnedBaselineError;
+use super::{LearnedBaselineError, compact_with_first_point};
 use crate::baselines::ball_pivoting;
 use neural_mesh::autodiff::{Tape, Tensors};
 use neural_mesh::linalg::Matrix;
@@ -30,60 +30,56 @@ pub use adaptive_chamfer::{adaptive_chamfer, adaptive_weights};
 pub use cloud::{Cloud, NEIGHBOURS};
 pub use curvature_preservation::{curvature_preservation, mean_curvature};
 pub use latent_likeness::latent_likeness;
-pub use network::{Potamias, drawn, shapes};
+pub use network::{Potamias, initial_tensors, shapes};
 pub use projection::projection;
 pub use refinement::{Refinement, refinement};
 pub use selection::selection;
 pub use step::potamias_step;
 
-/// A loss of points and its gradient to each of them.
+/// A loss of points and its gradient.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointLoss {
-    /// The loss.
+    /// Value of the loss.
     pub value: f64,
-    /// n x 3.
+    /// Derivative by each point, n x 3.
     pub gradient: Vec<[f64; 3]>,
 }
 
-/// Simplifies a cloud to `n` points, which need not be points of the input; all points where it has no more.
+/// Simplifies a cloud to `n` points, which may differ from the input's; returns all where it has no more.
 ///
 /// # Shapes
-/// - `points`: n_points x 3, finite; `first` is the index of the point that is drawn first
-/// - `tensors`: of [`shapes`] for some share of the widths
+/// - `points`: n_points x 3, finite; `first`: index of the point drawn first
+/// - `tensors`: with the [`shapes`] of some width share
 ///
 /// # Panics
-/// When tensors are missing or of other shapes, or `first` does not exist.
+/// When tensors are missing or have other shapes, or `first` does not exist.
 ///
 /// ```
-/// use neural_mesh_bench::learned_baselines::{LearnedBaseline, LearnedWeights, potamias::simplified_points};
+/// use neural_mesh_bench::learned_baselines::{LearnedBaseline, LearnedWeights, potamias::simplify_points};
 /// let sphere = neural_mesh::mesh::shapes::icosphere(3);
 /// let weights = LearnedWeights::shipped(LearnedBaseline::Potamias);
-/// assert_eq!(simplified_points(sphere.positions(), 100, 0, weights.tensors()).len(), 100);
+/// assert_eq!(simplify_points(sphere.positions(), 100, 0, weights.tensors()).len(), 100);
 /// ```
-pub fn simplified_points(points: &[[f32; 3]], n: usize, first: u32, tensors: &Tensors<Arc<Matrix>>) -> Vec<[f32; 3]> {
+pub fn simplify_points(points: &[[f32; 3]], n: usize, first: u32, tensors: &Tensors<Arc<Matrix>>) -> Vec<[f32; 3]> {
     let Some(cloud) = Cloud::new(points) else { return points[..n.min(points.len())].to_vec() };
-    let net = Potamias::of(&tensors.constants()).expect("the tensors of this network");
+    let net = Potamias::from_tensors(&tensors.constants()).expect("the tensors of this network");
     let tape = &mut Tape::default();
     let latent = projection(tape, &net, &cloud);
     let samples = selection(&cloud, latent.matrix(), n, first);
     let refinement = refinement(tape, &net, &cloud, &latent, &samples);
-    cloud.placed(&refinement.points())
+    cloud.to_input(&refinement.points())
 }
 
-/// Simplifies the vertices of a mesh and meshes them by balls, with the normals of the nearest vertices.
-pub(super) fn simplified(
+/// Simplifies the vertices of a mesh and meshes them by ball pivoting with normals of the nearest vertices.
+pub(super) fn simplify(
     mesh: &TriMesh,
     n_vertices: usize,
     seed: u64,
     tensors: &Tensors<Arc<Matrix>>,
 ) -> Result<TriMesh, LearnedBaselineError> {
-    let (mesh, _) = compact(mesh.positions(), mesh.faces().to_vec())?;
+    let (mesh, first) = compact_with_first_point(mesh, seed)?;
     let vertices = mesh.positions();
-    if vertices.is_empty() {
-        return Err(LearnedBaselineError::NothingLeft);
-    }
-    let first = (seed % vertices.len() as u64) as u32;
-    let points = simplified_points(vertices, n_vertices, first, tensors);
+    let points = simplify_points(vertices, n_vertices, first, tensors);
     let all = vertex_normals(&mesh);
     let normals: Vec<[f32; 3]> = nearest_to(vertices, &points, 1).iter().map(|&v| all[v as usize]).collect();
     Ok(compact(&points, ball_pivoting(&points, &normals))?.0)
@@ -91,13 +87,13 @@ pub(super) fn simplified(
 
 #[cfg(test)]
 mod tests {
-    //! The network against the same in NumPy (`bench/tests/golden/potamias.py`), and its gradients against differences.
+    //! Compares the network with NumPy (`bench/tests/golden/potamias.py`), and its gradients with differences.
 
     use super::*;
     use crate::autodiff::test_gradients::check_gradients;
     use neural_mesh::autodiff::Value;
 
-    /// 4 wide, with one latent number.
+    /// Width share: 4 wide with one latent number.
     const SHARE: f64 = 1.0 / 16.0;
     const SAMPLES: [u32; 3] = [2, 5, 13];
 
@@ -140,7 +136,7 @@ mod tests {
 
     #[test]
     fn projection_and_refinement_agree_with_numpy() {
-        let (cloud, net) = (cloud(), Potamias::of(&tensors().constants()).unwrap());
+        let (cloud, net) = (cloud(), Potamias::from_tensors(&tensors().constants()).unwrap());
         let tape = &mut Tape::default();
         let latent = projection(tape, &net, &cloud);
         assert_near(&latent.matrix().data()[..6], LATENT);
@@ -156,7 +152,7 @@ mod tests {
         check_gradients(&matrices, |tape, values| {
             let named: Tensors<Value> =
                 shapes.iter().map(|(name, _)| name).zip(values).map(|(name, value)| (name, value.clone())).collect();
-            let net = Potamias::of(&named).unwrap();
+            let net = Potamias::from_tensors(&named).unwrap();
             let latent = projection(tape, &net, &cloud);
             refinement(tape, &net, &cloud, &latent, &SAMPLES).displacement
         });
@@ -165,31 +161,31 @@ mod tests {
     #[test]
     fn points_follow_the_cloud_wherever_it_is() {
         let sphere = neural_mesh::mesh::shapes::wavy_sphere(3, 4.0);
-        let tensors = drawn(0.25, 1);
+        let tensors = initial_tensors(0.25, 1);
         let moved: Vec<[f32; 3]> =
             sphere.positions().iter().map(|p| [4.0 * p[0] + 8.0, 4.0 * p[1] - 16.0, 4.0 * p[2] + 32.0]).collect();
-        let [here, there] = [sphere.positions(), &moved].map(|points| simplified_points(points, 60, 5, &tensors));
+        let [here, there] = [sphere.positions(), &moved].map(|points| simplify_points(points, 60, 5, &tensors));
         let back = there.iter().map(|p| [p[0] - 8.0, p[1] + 16.0, p[2] - 32.0].map(|x| 0.25 * x));
         let near = here.iter().zip(back).filter(|(a, b)| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-4)).count();
-        // Rounding may turn a choice.
+        // rounding may change a choice
         assert!(near > 54, "{near}");
     }
 
     #[test]
     fn few_points_stay_as_they_are() {
-        let tensors = drawn(0.25, 1);
-        assert!(simplified_points(&[], 3, 0, &tensors).is_empty());
-        assert_eq!(simplified_points(&[[1.0; 3]; 5], 3, 0, &tensors), [[1.0; 3]; 3]);
-        assert_eq!(simplified_points(&[[0.0; 3], [1.0; 3]], 9, 0, &tensors).len(), 2);
+        let tensors = initial_tensors(0.25, 1);
+        assert!(simplify_points(&[], 3, 0, &tensors).is_empty());
+        assert_eq!(simplify_points(&[[1.0; 3]; 5], 3, 0, &tensors), [[1.0; 3]; 3]);
+        assert_eq!(simplify_points(&[[0.0; 3], [1.0; 3]], 9, 0, &tensors).len(), 2);
     }
 
     #[test]
     fn the_same_bits_on_any_number_of_threads() {
         let sphere = neural_mesh::mesh::shapes::wavy_sphere(4, 4.0);
-        let tensors = drawn(1.0, 1);
+        let tensors = initial_tensors(1.0, 1);
         let on_threads = |n| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
-            pool.install(|| simplified_points(sphere.positions(), 300, 0, &tensors))
+            pool.install(|| simplify_points(sphere.positions(), 300, 0, &tensors))
         };
         assert_eq!(on_threads(1), on_threads(3));
     }

@@ -1,69 +1,69 @@
-//! The tensors of the network, by name.
+//! Tensors of the network by name.
 
-use crate::learned_baselines::share_of;
+use crate::learned_baselines::scale_width;
 use neural_mesh::autodiff::{Tensors, WeightsError};
 use neural_mesh::linalg::Matrix;
 use std::sync::Arc;
 
-/// Width of the layers.
+/// Full width of the layers.
 const WIDTH: usize = 64;
-/// Layers of the projection.
+/// Number of projection layers.
 const LAYERS: usize = 3;
-/// Numbers of the latent space beside the position. Few, so that farthest points in it cost little.
+/// Full latent width besides the position; small, so that farthest points are cheap.
 const LATENT: usize = 16;
 
 /// The network: `T` is a shape, a stored matrix, or a value on a tape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Potamias<T> {
-    /// The projection's layers.
+    /// Layers of the projection.
     pub layers: Vec<ProjectionLayer<T>>,
-    /// width x n_latent: the projection's last map.
+    /// Last linear map of the projection, width x n_latent.
     pub latent: T,
-    /// The refinement.
+    /// Weights of the refinement.
     pub refinement: RefinementWeights<T>,
 }
 
-/// How a layer sees the neighbourhood of a point.
+/// A projection layer over the neighbourhood of a point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProjectionLayer<T> {
-    /// n_in x width, over differences.
+    /// Weights of differences, n_in x width.
     pub theta: T,
-    /// width x width, over the largest of them.
+    /// Weights of their maximum, width x width.
     pub phi: T,
-    /// (n_in + width) x width, over what was there and what this layer sees; none in the first, which knows no place.
+    /// Weights of input and layer output, (n_in + width) x width; none in the first layer, which ignores position.
     pub mixed: Option<T>,
-    /// 1 x width.
+    /// Bias, 1 x width.
     pub bias: Option<T>,
 }
 
-/// How a sample looks at its neighbours, and moves.
+/// The attention of a sample over its neighbours.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RefinementWeights<T> {
-    /// n_latent x width, over the sample.
+    /// Weights of the sample, n_latent x width.
     pub own: T,
-    /// n_latent x width, over a neighbour.
+    /// Weights of a neighbour, n_latent x width.
     pub near: T,
-    /// 4 x width, over where the neighbour lies and how many points stay.
+    /// Weights of the neighbour's offset and the sampling density, 4 x width.
     pub offset: T,
-    /// 1 x width.
+    /// Bias, 1 x width.
     pub bias: T,
-    /// width x 1: how much the neighbour counts.
+    /// Attention logits, width x 1.
     pub attention: T,
-    /// width x 3: where it moves the sample.
+    /// Displacements, width x 3.
     pub moved: T,
 }
 
 impl<T: Clone> Potamias<T> {
-    /// The network of these tensors.
+    /// Makes the network of named tensors.
     ///
     /// # Errors
-    /// [`WeightsError::Missing`] names the first that is not there.
+    /// [`WeightsError::Missing`] names the first missing tensor.
     ///
     /// ```
     /// use neural_mesh_bench::learned_baselines::potamias::{Potamias, shapes};
-    /// assert_eq!(Potamias::of(&shapes(1.0)).unwrap().layers.len(), 3);
+    /// assert_eq!(Potamias::from_tensors(&shapes(1.0)).unwrap().layers.len(), 3);
     /// ```
-    pub fn of(tensors: &Tensors<T>) -> Result<Self, WeightsError> {
+    pub fn from_tensors(tensors: &Tensors<T>) -> Result<Self, WeightsError> {
         let named = |name: &str| tensors.named(name).cloned();
         let layer = |i: usize| {
             let of_layer = |name: &str| named(&format!("projection_{i}.{name}"));
@@ -90,9 +90,9 @@ impl<T: Clone> Potamias<T> {
     }
 }
 
-/// The shapes of all tensors, for a share of the widths.
+/// Returns the shapes of all tensors.
 pub fn shapes(width_share: f64) -> Tensors<[usize; 2]> {
-    let [width, latent] = [WIDTH, LATENT].map(|full| share_of(full, width_share));
+    let [width, latent] = [WIDTH, LATENT].map(|full| scale_width(full, width_share));
     let mut shapes = Tensors::default();
     for i in 0..LAYERS {
         shapes.push(format!("projection_{i}.theta"), [if i == 0 { 3 } else { width }, width]);
@@ -112,7 +112,7 @@ pub fn shapes(width_share: f64) -> Tensors<[usize; 2]> {
     shapes
 }
 
-/// The tensors that a training begins with. Samples hardly move then: a tenth of what other layers begin with.
-pub fn drawn(width_share: f64, seed: u64) -> Tensors<Arc<Matrix>> {
+/// Returns random initial tensors, with a tenth of the usual size where they move samples.
+pub fn initial_tensors(width_share: f64, seed: u64) -> Tensors<Arc<Matrix>> {
     shapes(width_share).drawn_by(seed, |name| if name == "refinement.moved" { 0.1 } else { 1.0 })
 }

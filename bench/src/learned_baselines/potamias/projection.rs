@@ -1,23 +1,24 @@
-//! The projection network: each point with its neighbourhood to a row of the latent space.
+//! The projection network: from a point's neighbourhood to its latent row.
 
 use super::{Cloud, Potamias};
 use neural_mesh::autodiff::{Tape, Value};
 use neural_mesh::linalg::Matrix;
 
-/// What the latent space holds beside the position: how a point lies among its neighbours and theirs.
+/// Projects each point to its latent row.
 ///
-/// The first layer sees differences of positions alone, as DevConv does, so that moving the cloud changes nothing:
-/// `f_i = ReLU(W_phi max_j W_theta (x_i - x_j))`. The others see those of what was there, and keep that beside them:
-/// `f_i' = ReLU(W [f_i | ReLU(W_phi max_j W_theta (f_i - f_j))] + b)`. The last map is linear.
+/// The first layer sees differences of positions, as DevConv: `f_i = ReLU(W_phi max_j W_theta (x_i - x_j))`. Others see
+/// differences of
+/// features and keep their input: `f_i' = ReLU(W [f_i | ReLU(W_phi max_j W_theta (f_i - f_j))] + b)`. The last map is
+/// linear.
 ///
 /// # Shapes
 /// - returns n x n_latent
 ///
 /// ```
 /// use neural_mesh::autodiff::Tape;
-/// use neural_mesh_bench::learned_baselines::potamias::{Cloud, Potamias, drawn, projection};
+/// use neural_mesh_bench::learned_baselines::potamias::{Cloud, Potamias, initial_tensors, projection};
 /// let cloud = Cloud::new(neural_mesh::mesh::shapes::icosphere(2).positions()).unwrap();
-/// let net = Potamias::of(&drawn(1.0, 1).constants()).unwrap();
+/// let net = Potamias::from_tensors(&initial_tensors(1.0, 1).constants()).unwrap();
 /// assert_eq!(projection(&mut Tape::default(), &net, &cloud).matrix().shape(), [162, 16]);
 /// ```
 pub fn projection(tape: &mut Tape, net: &Potamias<Value>, cloud: &Cloud) -> Value {

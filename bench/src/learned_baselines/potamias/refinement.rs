@@ -1,28 +1,27 @@
-//! The attention-based refinement (AttRef): samples look at their nearest points in the input, and move.
+//! The attention-based refinement (AttRef): samples move by attention over their nearest input points.
 
 use super::{Cloud, Potamias};
 use neural_mesh::autodiff::{Tape, Value};
 use neural_mesh::linalg::{Csr, Matrix};
 use std::sync::Arc;
 
-/// Samples and where they go.
+/// Samples and their displacements.
 #[derive(Clone, Debug)]
 pub struct Refinement {
-    /// Where the samples were, in the cloud's frame, n x 3.
+    /// Samples before the move in normalised coordinates, n x 3.
     pub from: Vec<[f32; 3]>,
-    /// Mean distance of each to its neighbours, which displacements are in units of, n.
+    /// Unit of each displacement: mean distance to the neighbours, n.
     pub radii: Vec<f32>,
-    /// n x 3.
+    /// Displacements in these units, n x 3.
     pub displacement: Value,
 }
 
-/// Moves each sample by what its 15 nearest points say, each as much as attention has it:
+/// Moves each sample by attention over its 15 nearest points:
 ///
 /// `h_ij = ReLU(W_o z_i + W_n z_j + W_r [(x_j - x_i) / r_i | c] + b)`,
 /// `d_i = r_i sum_j softmax_j(w_a . h_ij) W_m h_ij`.
 ///
-/// With c, the root of the share of the points that are samples: where nearly all stay they need not move. Ours, as one
-/// network serves all sizes.
+/// The root c of the sampled fraction is ours: one network serves all ratios.
 ///
 /// # Shapes
 /// - `latent`: n_points x n_latent, z; `samples`: indices of points
@@ -32,9 +31,9 @@ pub struct Refinement {
 ///
 /// ```
 /// use neural_mesh::autodiff::Tape;
-/// use neural_mesh_bench::learned_baselines::potamias::{Cloud, Potamias, drawn, projection, refinement};
+/// use neural_mesh_bench::learned_baselines::potamias::{Cloud, Potamias, initial_tensors, projection, refinement};
 /// let cloud = Cloud::new(neural_mesh::mesh::shapes::icosphere(2).positions()).unwrap();
-/// let (tape, net) = (&mut Tape::default(), Potamias::of(&drawn(1.0, 1).constants()).unwrap());
+/// let (tape, net) = (&mut Tape::default(), Potamias::from_tensors(&initial_tensors(1.0, 1).constants()).unwrap());
 /// let latent = projection(tape, &net, &cloud);
 /// assert_eq!(refinement(tape, &net, &cloud, &latent, &[3, 7]).points().len(), 2);
 /// ```
@@ -66,14 +65,14 @@ pub fn refinement(
     Refinement { from: samples.iter().map(|&s| cloud.points[s as usize]).collect(), radii, displacement }
 }
 
-/// The rows of samples in the graph of all points, n_samples x n_points.
+/// Returns the rows of samples in the graph of all points, n_samples x n_points.
 fn neighbourhoods(graph: &Csr, samples: &[u32]) -> Arc<Csr> {
     let entries =
         samples.iter().enumerate().flat_map(|(row, &s)| graph.row(s as usize).iter().map(move |&j| [row as u32, j]));
     Csr::from_entries(samples.len(), graph.n_cols(), entries).into()
 }
 
-/// `[(x_j - x_i) / r_i | c]` for every entry, n_entries x 4; no way where all neighbours lie at the point itself.
+/// Returns `[(x_j - x_i) / r_i | c]` for every entry, n_entries x 4.
 fn offsets(cloud: &Cloud, samples: &[u32], graph: &Csr) -> Matrix {
     let closeness = (samples.len() as f32 / cloud.points.len() as f32).sqrt();
     let offset = |[row, j]: [u32; 2]| {
@@ -86,7 +85,7 @@ fn offsets(cloud: &Cloud, samples: &[u32], graph: &Csr) -> Matrix {
 }
 
 impl Refinement {
-    /// Where the samples are now, in the cloud's frame, n x 3.
+    /// Returns the moved samples in normalised coordinates, n x 3.
     pub fn points(&self) -> Vec<[f32; 3]> {
         let moves = self.displacement.matrix();
         let moved =
@@ -94,7 +93,7 @@ impl Refinement {
         self.from.iter().enumerate().map(moved).collect()
     }
 
-    /// The gradient to the displacement from that to the points, n x 3.
+    /// Converts a gradient by the points to one by the displacements, n x 3.
     pub fn backward(&self, gradient: &[[f64; 3]]) -> Matrix {
         let of_row = |(g, &radius): (&[f64; 3], &f32)| g.map(|g| (g * f64::from(radius)) as f32);
         Matrix::of_points(gradient.iter().zip(&self.radii).map(of_row).collect())

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::learned_baselines::dse::{Maps, remeshed};
+use crate::learned_baselines::dse::{Maps, remesh};
 use crate::learned_baselines::{LearnedBaseline, LearnedWeights};
 use anyhow::{Context, Result};
 use neural_mesh::metrics::{open_edges, quick_distance};
@@ -52,7 +52,7 @@ fn measured(path: &Path, ratio: f64) -> Result<Measured> {
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let weights = LearnedWeights::shipped(LearnedBaseline::Dse);
     let of = |maps| -> Result<(f64, f64, f64)> {
-        let (lighter, time) = one.install(|| measure_time(|| Ok(remeshed(&mesh, n, 0, maps)?)))?;
+        let (lighter, time) = one.install(|| measure_time(|| Ok(remesh(&mesh, n, 0, maps)?)))?;
         let distance = quick_distance(&mesh, &lighter, SAMPLES, 0).context("no faces")?;
         Ok((100.0 * distance.mean / mesh.diagonal(), open_edges(&mesh, &lighter).wa_percent(), time.thread))
     };

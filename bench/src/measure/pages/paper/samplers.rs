@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::learned_baselines::{LearnedBaseline, LearnedWeights, potamias::simplified_points};
+use crate::learned_baselines::{LearnedBaseline, LearnedWeights, potamias::simplify_points};
 use anyhow::Result;
 use glam::{DVec3, Vec3};
 use neural_mesh::mesh::TriMesh;
@@ -72,7 +72,7 @@ impl Sampler {
             Self::Farthest => farthest_points(mesh.positions(), n, 0),
             Self::Potamias => {
                 let weights = LearnedWeights::shipped(LearnedBaseline::Potamias);
-                return simplified_points(mesh.positions(), n, 0, weights.tensors());
+                return simplify_points(mesh.positions(), n, 0, weights.tensors());
             }
             Self::Network => apart(mesh, &network_scores(mesh, weights), n),
             Self::Independent => gumbel_top_k(&network_scores(mesh, weights), n, 0),
