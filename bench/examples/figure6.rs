@@ -15,7 +15,7 @@ use neural_mesh::metrics::CompareOptions;
 use neural_mesh::model::Weights;
 use neural_mesh::picture::{Image, PictureOptions, Scale, encode_png, render_painted};
 use neural_mesh::simplify::{Assembly, Options, Target, simplify};
-use neural_mesh_bench::along_surface::{AlongJudging, Eigenpairs, HeatMethod, Judge, Laplacian};
+use neural_mesh_bench::along_surface::{Eigenpairs, HeatMethod, IntrinsicOptions, Judge, Laplacian};
 use neural_mesh_bench::baselines::{Baseline, Size, simplify_by};
 
 /// Eigenpairs of the Laplacian that the biharmonic distances are made of, as in the paper's tables.
@@ -46,7 +46,7 @@ fn main() -> Result<(), Failure> {
     let original = upright(&clean(read_path(Path::new(mesh), None)?, &CleanOptions::default())?.mesh)?;
     let results = results(&original, &Weights::from_bytes(&std::fs::read(weights)?)?)?;
     let source = end_of(&original);
-    let along = AlongJudging { eigenpairs: EIGENPAIRS, source: Some(source), ..AlongJudging::default() };
+    let along = IntrinsicOptions { eigenpairs: EIGENPAIRS, source: Some(source), ..IntrinsicOptions::default() };
     let judge = Judge::new(&original, &CompareOptions::default(), &along);
     let errors: Vec<[f64; 2]> = results.iter().map(|(_, mesh)| errors(&judge, mesh)).collect::<Result<_, _>>()?;
     let place = original.positions()[source as usize];
@@ -112,7 +112,7 @@ fn measured(name: &'static str, mesh: TriMesh, place: [f32; 3]) -> Result<Measur
     let source = nearest.ok_or("the mesh has no faces")? as u32;
     let heat = HeatMethod::new(&laplacian).ok_or("the Laplacian cannot be factored")?;
     let n_pairs = EIGENPAIRS.min(laplacian.vertices.len() / 4);
-    let pairs = Eigenpairs::lowest(&laplacian, n_pairs).ok_or("the eigenpairs were not found")?;
+    let pairs = Eigenpairs::compute_lowest(&laplacian, n_pairs).ok_or("the eigenpairs were not found")?;
     let geodesic = heat.distances(&laplacian, source);
     let mut biharmonic = pairs.biharmonic_distances(source, n_pairs);
     for (distance, along) in biharmonic.iter_mut().zip(&geodesic).filter(|(_, along)| !along.is_finite()) {

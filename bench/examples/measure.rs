@@ -10,7 +10,7 @@ use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{Frame, TriMesh};
 use neural_mesh::metrics::{CompareOptions, Surface, self_intersecting_faces, surface_distance};
 use neural_mesh::simplify::{Options, Target, simplify};
-use neural_mesh_bench::along_surface::{AlongJudging, Eigenpairs, HeatMethod, Judge, Laplacian};
+use neural_mesh_bench::along_surface::{Eigenpairs, HeatMethod, IntrinsicOptions, Judge, Laplacian};
 
 /// Number of eigenpairs written.
 const PAIRS: usize = 200;
@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     fields.push(("crossing_simplified".into(), format!("{:?}", self_intersecting_faces(&simplified))));
     let mut judging = CompareOptions::default();
     judging.samples = SAMPLES;
-    let judge = Judge::new(&original, &judging, &AlongJudging::default());
+    let judge = Judge::new(&original, &judging, &IntrinsicOptions::default());
     let figures = judge.figures(&simplified, simplified.positions().len());
     fields.extend(figures.iter().map(|figure| (figure.name.into(), json(figure.value))));
     let lines: Vec<String> = fields.iter().map(|(name, value)| format!("\"{name}\": {value}")).collect();
@@ -63,7 +63,7 @@ fn distances(original: &TriMesh, simplified: &TriMesh) -> Result<Vec<(String, St
 fn along_surface(mesh: &TriMesh) -> Result<Vec<(String, String)>, Box<dyn Error>> {
     let laplacian = Laplacian::new(mesh).ok_or("the mesh has no area")?;
     let heat = HeatMethod::new(&laplacian).ok_or("the Laplacian cannot be factored")?;
-    let pairs = Eigenpairs::lowest(&laplacian, PAIRS).ok_or("the eigenpairs were not found")?;
+    let pairs = Eigenpairs::compute_lowest(&laplacian, PAIRS).ok_or("the eigenpairs were not found")?;
     let geodesic: Vec<Option<f64>> =
         heat.distances(&laplacian, 0).into_iter().map(|d| Some(d).filter(|d| d.is_finite())).collect();
     let geodesic: Vec<String> = geodesic.into_iter().map(json).collect();

@@ -5,12 +5,12 @@ use std::ops::ControlFlow;
 use crate::common::{shipped, welded};
 use neural_mesh::metrics::CompareOptions;
 use neural_mesh::simplify::{Options, Purpose, Target, simplify};
-use neural_mesh_bench::along_surface::{AlongJudging, Judge};
+use neural_mesh_bench::along_surface::{IntrinsicOptions, Judge};
 
 #[test]
 fn the_spectrum_stays() {
     let mesh = welded(&shipped("spot.ply"));
-    let along = AlongJudging { eigenpairs: 60, ..AlongJudging::NONE };
+    let along = IntrinsicOptions { eigenpairs: 60, ..IntrinsicOptions::NONE };
     let judge = Judge::new(&mesh, &CompareOptions::default(), &along);
     let [shape, spectrum] = [Purpose::Shape, Purpose::Spectrum].map(|purpose| {
         let mut options = Options::new(Target::Vertices(290));

@@ -1,56 +1,56 @@
-//! Figures of the surface as seen from within: eigenpairs of the Laplacian, and distances along it.
+//! Figures within the surface: eigenpairs of the Laplacian and distances along it.
 
 use glam::DVec3;
 
-use super::intrinsic::Intrinsic;
-use super::judge::AlongJudging;
+use super::intrinsic_surface::IntrinsicSurface;
+use super::judge::IntrinsicOptions;
 use super::laplacian::Laplacian;
-use super::spectrum::{Carried, spectrum_error};
+use super::spectrum::{ValueTransfer, spectrum_error};
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::metrics::{Figure, closest_point_tree};
 
-/// The original as seen from within.
-pub struct AlongSurface {
-    judging: AlongJudging,
-    /// Nothing where it is not asked for, or the surface has no area.
-    original: Option<Intrinsic>,
-    /// Where the distances along the surface begin.
+/// An original prepared for these figures.
+pub struct IntrinsicFigures {
+    judging: IntrinsicOptions,
+    /// Surface of the original; absent where nothing is to be measured or it has no area.
+    original: Option<IntrinsicSurface>,
     source: DVec3,
 }
 
-/// The original, the simplified mesh, and how values of the second come to the vertices of the first.
+/// An original, a simplified mesh, and the transfer of values between them.
 struct Pair<'a> {
-    original: &'a Intrinsic,
-    simplified: Intrinsic,
-    carried: Carried,
-    /// Eigenpairs to compare.
+    original: &'a IntrinsicSurface,
+    simplified: IntrinsicSurface,
+    transfer: ValueTransfer,
+    /// Number of eigenpairs to compare.
     n_pairs: usize,
-    /// Places of the vertices from which distances are measured.
+    /// Indices of the vertices where distances start.
     sources: [u32; 2],
 }
 
-impl AlongSurface {
-    /// Solves for what [`AlongJudging`] asks for, of an original with so many vertices in use.
-    pub fn new(mesh: &TriMesh, judging: &AlongJudging, n_vertices: usize) -> Self {
-        let original = Intrinsic::new(mesh, judging, n_vertices);
-        let source = original.as_ref().map(|original| source(mesh, judging, &original.points)).unwrap_or_default();
+impl IntrinsicFigures {
+    /// Prepares an original with `n_vertices` used vertices.
+    pub fn new(mesh: &TriMesh, judging: &IntrinsicOptions, n_vertices: usize) -> Self {
+        let original = IntrinsicSurface::new(mesh, judging, n_vertices);
+        let source =
+            original.as_ref().map(|original| choose_source(mesh, judging, &original.points)).unwrap_or_default();
         Self { judging: *judging, original, source }
     }
 
-    /// Eigenpairs that are compared with a mesh that was asked to have so many vertices.
+    /// Returns the number of eigenpairs compared with a mesh whose target was `n_asked` vertices.
     pub fn eigenpairs(&self, n_asked: usize) -> usize {
         let known = self.original.as_ref().and_then(|intrinsic| intrinsic.pairs.as_ref());
         known.map_or(0, |pairs| pairs.values.len().min(n_asked / 4))
     }
 
-    /// Errors of the eigenpairs (the paper's LE), of geodesic and of biharmonic distances.
+    /// Measures the errors of eigenpairs (the paper's LE), geodesic and biharmonic distances.
     pub fn figures(&self, simplified: &TriMesh, n_asked: usize) -> [Figure; 5] {
-        let pair = self.pair(simplified, n_asked);
+        let pair = self.make_pair(simplified, n_asked);
         let spectrum = pair.as_ref().and_then(|pair| {
             let (pairs, others) = (pair.original.pairs.as_ref()?, pair.simplified.pairs.as_ref()?);
             let area = pair.simplified.laplacian.mass.iter().sum();
             let mass = &pair.original.laplacian.mass;
-            (pair.n_pairs > 0).then(|| spectrum_error(mass, pairs, others, &pair.carried, area, pair.n_pairs))
+            (pair.n_pairs > 0).then(|| spectrum_error(mass, pairs, others, &pair.transfer, area, pair.n_pairs))
         });
         let functions = "mean squared error of the Laplacian's eigenfunctions, each of mean square 1 (the paper's LE)";
         let span = "share of the carried eigenfunctions outside of the span of the original's";
@@ -71,20 +71,21 @@ impl AlongSurface {
         ]
     }
 
-    fn pair(&self, simplified: &TriMesh, n_asked: usize) -> Option<Pair<'_>> {
+    fn make_pair(&self, simplified: &TriMesh, n_asked: usize) -> Option<Pair<'_>> {
         let first = self.original.as_ref()?;
         let n_pairs = self.eigenpairs(n_asked);
-        let second = Intrinsic::new(simplified, &self.judging, 4 * n_pairs)?;
-        let carried = Carried::new(&first.points, simplified, &second.laplacian, &closest_point_tree(simplified))?;
-        // Both begin at about the same place: the vertex of the simplified mesh decides, as there are fewer.
+        let second = IntrinsicSurface::new(simplified, &self.judging, 4 * n_pairs)?;
+        let transfer =
+            ValueTransfer::new(&first.points, simplified, &second.laplacian, &closest_point_tree(simplified))?;
+        // both start at about the same point; the simplified mesh decides, because it has fewer vertices
         let source = second.nearest(self.source);
         let sources = [first.nearest(second.points[source as usize]), source];
-        Some(Pair { original: first, simplified: second, carried, n_pairs, sources })
+        Some(Pair { original: first, simplified: second, transfer, n_pairs, sources })
     }
 }
 
-/// The vertex asked for, else the point farthest from the middle of the bounding box.
-fn source(mesh: &TriMesh, judging: &AlongJudging, points: &[DVec3]) -> DVec3 {
+/// Returns the start point of the options, by default the point farthest from the box's centre.
+fn choose_source(mesh: &TriMesh, judging: &IntrinsicOptions, points: &[DVec3]) -> DVec3 {
     let is_used = |v: &u32| mesh.faces().as_flattened().contains(v);
     let chosen = judging.source.filter(is_used).and_then(|v| mesh.positions().get(v as usize));
     let low = points.iter().copied().reduce(DVec3::min).unwrap_or_default();
@@ -106,24 +107,24 @@ fn biharmonic_error(pair: &Pair) -> Option<f64> {
     let n_pairs = pair.n_pairs.min(others.values.len());
     let distances = pairs.biharmonic_distances(pair.sources[0], n_pairs);
     let others = others.biharmonic_distances(pair.sources[1], n_pairs);
-    error_percent(pair, &distances, &within_piece(others, &pair.simplified.laplacian, pair.sources[1]))
+    error_percent(pair, &distances, &mask_other_components(others, &pair.simplified.laplacian, pair.sources[1]))
 }
 
-/// Distances from a source, infinite on other pieces, where eigenfunctions say nothing of it.
-fn within_piece(distances: Vec<f64>, laplacian: &Laplacian, source: u32) -> Vec<f64> {
-    let here = laplacian.piece[source as usize];
-    let reached = |(distance, &piece): (f64, &u32)| if piece == here { distance } else { f64::INFINITY };
-    distances.into_iter().zip(&laplacian.piece).map(reached).collect()
+/// Replaces distances on other components by infinity, because eigenfunctions are constant there.
+fn mask_other_components(distances: Vec<f64>, laplacian: &Laplacian, source: u32) -> Vec<f64> {
+    let here = laplacian.component[source as usize];
+    let reached = |(distance, &component): (f64, &u32)| if component == here { distance } else { f64::INFINITY };
+    distances.into_iter().zip(&laplacian.component).map(reached).collect()
 }
 
-/// Mean over the area of the piece that the source is in, in percent of the largest distance there; what cannot be
-/// reached on the simplified mesh is as wrong as can be.
+/// Returns the mean error over the source's component in percent of its largest distance; unreachable points count
+/// fully.
 fn error_percent(pair: &Pair, distances: &[f64], on_simplified: &[f64]) -> Option<f64> {
-    let Laplacian { mass, piece, .. } = &pair.original.laplacian;
-    let carried = pair.carried.values(on_simplified);
-    let here: Vec<usize> = (0..mass.len()).filter(|&i| piece[i] == piece[pair.sources[0] as usize]).collect();
+    let Laplacian { mass, component, .. } = &pair.original.laplacian;
+    let transferred = pair.transfer.values(on_simplified);
+    let here: Vec<usize> = (0..mass.len()).filter(|&i| component[i] == component[pair.sources[0] as usize]).collect();
     let largest = here.iter().map(|&i| distances[i]).fold(0.0, f64::max);
-    let error = |&i: &usize| mass[i] * (carried[i] - distances[i]).abs().min(largest);
+    let error = |&i: &usize| mass[i] * (transferred[i] - distances[i]).abs().min(largest);
     let area: f64 = here.iter().map(|&i| mass[i]).sum();
     (largest > 0.0).then(|| 100.0 * here.iter().map(error).sum::<f64>() / area / largest)
 }
@@ -131,7 +132,7 @@ fn error_percent(pair: &Pair, distances: &[f64], on_simplified: &[f64]) -> Optio
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::along_surface::judge::tests::{ALONG, compared, value, with};
+    use crate::along_surface::judge::tests::{ALONG, compare_meshes, judge_of, value};
     use neural_mesh::mesh::shapes;
 
     #[test]
@@ -143,7 +144,7 @@ mod tests {
         let faces = sphere.faces().iter().copied();
         let faces = faces.clone().chain(faces.map(|face| face.map(|v| v + n as u32))).collect();
         let laplacian = Laplacian::new(&TriMesh::new(positions, faces).unwrap()).unwrap();
-        let distances = within_piece(vec![1.0; 2 * n], &laplacian, 0);
+        let distances = mask_other_components(vec![1.0; 2 * n], &laplacian, 0);
         assert_eq!(distances.iter().filter(|distance| distance.is_infinite()).count(), n);
     }
 
@@ -153,7 +154,7 @@ mod tests {
     #[test]
     fn a_mesh_differs_from_itself_in_nothing() {
         let bolt = shapes::bolt(32);
-        let figures = compared(&bolt, &bolt);
+        let figures = compare_meshes(&bolt, &bolt);
         for name in NAMES {
             let value = value(&figures, name).unwrap();
             assert!(value.abs() < 1e-6, "{name} {value}");
@@ -163,19 +164,19 @@ mod tests {
     #[test]
     fn coarser_spheres_are_farther() {
         let sphere = shapes::icosphere(4);
-        let figures = [3, 2, 1].map(|level| compared(&sphere, &shapes::icosphere(level)));
+        let figures = [3, 2, 1].map(|level| compare_meshes(&sphere, &shapes::icosphere(level)));
         for name in NAMES.into_iter().filter(|name| *name != "laplacian_span") {
             let values = figures.each_ref().map(|figures| value(figures, name).unwrap());
             assert!(values.is_sorted_by(|a, b| a < b), "{name} {values:?}");
         }
     }
 
-    /// Half a sphere must not be judged by fewer eigenfunctions than the whole one.
+    /// Half a sphere must not be compared by fewer eigenfunctions than the whole one.
     #[test]
     fn lost_vertices_do_not_make_the_spectrum_better() {
         let sphere = shapes::icosphere(4);
-        let along = AlongJudging { eigenpairs: 100, geodesics: false, ..ALONG };
-        let judge = with(&sphere, &along);
+        let along = IntrinsicOptions { eigenpairs: 100, geodesics: false, ..ALONG };
+        let judge = judge_of(&sphere, &along);
         let coarse = shapes::icosphere(2);
         let few = |n: usize| TriMesh::new(coarse.positions().to_vec(), coarse.faces()[..n].to_vec()).unwrap();
         let errors = [320, 160, 20, 1].map(|n| {
@@ -185,7 +186,7 @@ mod tests {
         for figure in 0..3 {
             assert!(errors[0][figure] < errors[1][figure] && errors[1][figure] < errors[2][figure], "{errors:?}");
         }
-        // Of 40 functions one face has three.
+        // of 40 functions one face has three
         assert!(errors[3][0] > 1.8 && errors[3][1] > 92.0 && errors[3][2] > 92.0, "{errors:?}");
         assert_eq!((judge.eigenpairs(162), judge.eigenpairs(100_000)), (40, 100));
     }
@@ -197,8 +198,8 @@ mod tests {
         positions.push([9.0; 3]);
         let with_point = TriMesh::new(positions, sphere.faces().to_vec()).unwrap();
         let from = |source| {
-            let along = AlongJudging { source, eigenpairs: 0, ..ALONG };
-            let figures = with(&with_point, &along).figures(&shapes::icosphere(2), 162);
+            let along = IntrinsicOptions { source, eigenpairs: 0, ..ALONG };
+            let figures = judge_of(&with_point, &along).figures(&shapes::icosphere(2), 162);
             value(&figures, "geodesic_error").unwrap()
         };
         assert_eq!(from(Some(642)), from(None));

@@ -1,69 +1,68 @@
-//! All figures of a simplified mesh: those of the library, and among them those along the surface.
+//! All figures of a simplified mesh: those of the library and those along the surface.
 
 use neural_mesh::mesh::{TriMesh, topology};
 use neural_mesh::metrics::{CompareOptions, Figure, ReferenceMesh, compare};
 
-use super::figures::AlongSurface;
+use super::figures::IntrinsicFigures;
 
-/// Eigenpairs of the Laplacian that the paper compares, at most.
+/// Largest number of eigenpairs that the paper compares.
 const EIGENPAIRS: usize = 200;
-/// The figure after which those along the surface stand, in every table that was ever written.
+/// Figure before those along the surface in all tables.
 const BEFORE: &str = "curvature_error";
 
-/// What is measured along the surface.
+/// The figures to measure along the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct AlongJudging {
-    /// Eigenpairs of the Laplacian, at most; 0 leaves out LE and biharmonic distances, which cost more than all other
-    /// figures. [`Judge::eigenpairs`] says how many are compared.
+pub struct IntrinsicOptions {
+    /// Largest number of eigenpairs; 0 skips LE and biharmonic distances, the most expensive figures.
     pub eigenpairs: usize,
-    /// Whether distances along the surface are measured.
+    /// Whether to measure distances along the surface.
     pub geodesics: bool,
-    /// Vertex of the original from which distances along the surface are measured; by default, or where no face uses it,
-    /// the one farthest from the middle of the bounding box.
+    /// Vertex of the original where distances start; by default the one farthest from the box's centre.
     pub source: Option<u32>,
 }
 
-impl AlongJudging {
-    /// Nothing.
+impl IntrinsicOptions {
+    /// No figure.
     pub const NONE: Self = Self { eigenpairs: 0, geodesics: false, source: None };
 }
 
-impl Default for AlongJudging {
+impl Default for IntrinsicOptions {
     fn default() -> Self {
         Self { eigenpairs: EIGENPAIRS, geodesics: true, source: None }
     }
 }
 
-/// An original, made ready once to judge many simplified meshes.
+/// An original, prepared to judge many simplified meshes.
 pub struct Judge {
     original: ReferenceMesh,
-    along: AlongSurface,
+    along: IntrinsicFigures,
 }
 
 impl Judge {
-    /// Draws the samples, builds the trees, and solves for what is asked for.
-    pub fn new(mesh: &TriMesh, judging: &CompareOptions, along: &AlongJudging) -> Self {
+    /// Prepares an original.
+    pub fn new(mesh: &TriMesh, judging: &CompareOptions, along: &IntrinsicOptions) -> Self {
         let original = ReferenceMesh::new(mesh, judging);
         let found = topology(mesh);
         let n_vertices = found.vertices - found.unreferenced_vertices;
-        Self { along: AlongSurface::new(&original.to_unit_size(mesh), along, n_vertices), original }
+        Self { along: IntrinsicFigures::new(&original.to_unit_size(mesh), along, n_vertices), original }
     }
 
-    /// Returns how many eigenpairs are compared with a mesh that was asked to have so many vertices: as many as [`AlongJudging`]
-    /// allows, at most a quarter of the vertices asked for and of the original's in use, and those that the solver found.
+    /// Returns the number of eigenpairs compared with a mesh whose target was `n_asked` vertices.
+    ///
+    /// It is at most a quarter of the target and of the original's used vertices.
     pub fn eigenpairs(&self, n_asked: usize) -> usize {
         self.along.eigenpairs(n_asked)
     }
 
-    /// Measures a simplified mesh, which was asked to have `n_asked` vertices: always the same figures in the same order.
+    /// Measures a simplified mesh; always the same figures in the same order.
     ///
-    /// What it was asked for decides how many eigenpairs are compared, so that methods that were asked for the same are judged by
-    /// the same number, also those that lost vertices.
+    /// The target `n_asked` decides the number of eigenpairs, so that methods which lost vertices are not judged by
+    /// fewer.
     ///
     /// ```
     /// use neural_mesh::{mesh::shapes, metrics::CompareOptions};
-    /// use neural_mesh_bench::along_surface::{AlongJudging, Judge};
-    /// let judge = Judge::new(&shapes::icosphere(3), &CompareOptions::default(), &AlongJudging::default());
+    /// use neural_mesh_bench::along_surface::{IntrinsicOptions, Judge};
+    /// let judge = Judge::new(&shapes::icosphere(3), &CompareOptions::default(), &IntrinsicOptions::default());
     /// let figures = judge.figures(&shapes::icosphere(2), 162);
     /// let error = figures.iter().find(|figure| figure.name == "geodesic_error").unwrap();
     /// assert!(error.value.unwrap() < 5.0);
@@ -81,16 +80,16 @@ pub mod tests {
     use super::*;
     use neural_mesh::mesh::shapes;
 
-    pub const ALONG: AlongJudging = AlongJudging { eigenpairs: 20, geodesics: true, source: None };
+    pub const ALONG: IntrinsicOptions = IntrinsicOptions { eigenpairs: 20, geodesics: true, source: None };
 
-    pub fn with(original: &TriMesh, along: &AlongJudging) -> Judge {
+    pub fn judge_of(original: &TriMesh, along: &IntrinsicOptions) -> Judge {
         let mut judging = CompareOptions::default();
         judging.samples = 3000;
         Judge::new(original, &judging, along)
     }
 
-    pub fn compared(original: &TriMesh, simplified: &TriMesh) -> Vec<Figure> {
-        with(original, &ALONG).figures(simplified, simplified.positions().len())
+    pub fn compare_meshes(original: &TriMesh, simplified: &TriMesh) -> Vec<Figure> {
+        judge_of(original, &ALONG).figures(simplified, simplified.positions().len())
     }
 
     pub fn value(figures: &[Figure], name: &str) -> Option<f64> {
@@ -101,17 +100,17 @@ pub mod tests {
     fn names_are_the_same_for_every_mesh_and_in_the_order_of_the_tables() {
         let sphere = shapes::icosphere(2);
         let names = |figures: Vec<Figure>| figures.into_iter().map(|figure| figure.name).collect::<Vec<_>>();
-        let all = names(compared(&sphere, &sphere));
+        let all = names(compare_meshes(&sphere, &sphere));
         let along = ["laplacian_functions", "laplacian_span", "laplacian_values", "geodesic_error", "biharmonic_error"];
         let at = all.iter().position(|name| *name == along[0]).unwrap();
         assert_eq!((all[at - 1], &all[at..at + 5], all[at + 5]), (BEFORE, &along[..], "edges_without_two_faces"));
         let points = TriMesh::new(vec![[1.0; 3]; 3], vec![[0, 1, 2]]).unwrap();
         for odd in [TriMesh::default(), points, shapes::klein_bottle(12, 8), shapes::tetrahedra_sharing_edge()] {
-            assert_eq!(names(compared(&sphere, &odd)), all);
-            assert_eq!(names(compared(&odd, &sphere)), all);
-            assert_eq!(names(compared(&odd, &odd)), all);
+            assert_eq!(names(compare_meshes(&sphere, &odd)), all);
+            assert_eq!(names(compare_meshes(&odd, &sphere)), all);
+            assert_eq!(names(compare_meshes(&odd, &odd)), all);
         }
-        assert_eq!(names(with(&sphere, &AlongJudging::NONE).figures(&sphere, 42)), all);
+        assert_eq!(names(judge_of(&sphere, &IntrinsicOptions::NONE).figures(&sphere, 42)), all);
     }
 
     #[test]
@@ -121,10 +120,10 @@ pub mod tests {
             let positions = mesh.positions().iter().map(|p| p.map(|x| by * x)).collect();
             TriMesh::new(positions, mesh.faces().to_vec()).unwrap()
         };
-        let usual = compared(&fine, &coarse);
+        let usual = compare_meshes(&fine, &coarse);
         for power in [-100, 90] {
             let by = 2f32.powi(power);
-            assert_eq!(compared(&scaled(&fine, by), &scaled(&coarse, by)), usual);
+            assert_eq!(compare_meshes(&scaled(&fine, by), &scaled(&coarse, by)), usual);
         }
     }
 
@@ -132,7 +131,7 @@ pub mod tests {
     fn threads_do_not_change_a_bit() {
         let on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| compared(&shapes::bolt(40), &shapes::bolt(24)))
+            pool.install(|| compare_meshes(&shapes::bolt(40), &shapes::bolt(24)))
         };
         assert_eq!(on(1), on(3));
     }

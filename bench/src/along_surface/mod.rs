@@ -1,12 +1,12 @@
-//! Surfaces as seen from within, which takes sparse factors: eigenpairs of the Laplacian, distances along the surface, and what a
-//! simplified mesh leaves of both.
+//! IntrinsicSurface geometry of surfaces with sparse solvers: eigenpairs, geodesic distances, and the errors of simplified
+//! meshes.
 
 mod figures;
-mod intrinsic;
+mod intrinsic_surface;
 mod judge;
 mod laplacian;
 mod spectrum;
 
-pub use judge::{AlongJudging, Judge};
+pub use judge::{IntrinsicOptions, Judge};
 pub use laplacian::Laplacian;
 pub use spectrum::{Eigenpairs, HeatMethod};

@@ -1,47 +1,45 @@
-//! Vertex clustering: the vertices of each cell of a uniform grid become one (Rossignac and Borrel 1993).
+//! Vertex clustering in a uniform grid (Rossignac and Borrel 1993).
 //!
-//! That one stands at the minimum of the quadric of the faces at the cell's vertices, inside of the cell (Lindstrom
-//! 2000), not at their mean: it costs little and keeps edges and corners, which a mean rounds off.
+//! Each cell's vertex is the minimum of its quadric within the cell (Lindstrom 2000), which keeps edges and corners.
 
 use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::BaselineError;
-use super::planes::{face_plane, in_double};
+use super::planes::{face_plane, to_double};
 use neural_mesh::geometry::Quadric;
 use neural_mesh::mesh::{TriMesh, compact};
 
-/// Most cells along the longest side, as a power of two.
+/// Binary logarithm of the largest resolution.
 const FINEST: f64 = 20.0;
-/// Halvings of the range of cell sizes, at most.
+/// Limit of bisections of the resolution.
 const TRIES: usize = 24;
-/// Pull toward the mean of the cell's vertices over the weight of its planes: sets the places that planes leave open.
+/// Pull toward the mean relative to the quadric's trace, for directions that planes leave open.
 const PULL: f64 = 1e-4;
 
-/// Clusters with the cell size whose result has nearest to `n_vertices` vertices.
-pub(super) fn clustering(mesh: &TriMesh, n_vertices: usize) -> Result<TriMesh, BaselineError> {
-    let positions = in_double(mesh.positions());
+/// Clusters with the cell size whose result is nearest to `n_vertices` vertices.
+pub(super) fn cluster_vertices(mesh: &TriMesh, n_vertices: usize) -> Result<TriMesh, BaselineError> {
+    let positions = to_double(mesh.positions());
     let (clusters, faces) = best_clusters(&positions, mesh.faces(), n_vertices).ok_or(BaselineError::NothingLeft)?;
     let places = representatives(&positions, mesh.faces(), &clusters);
     Ok(compact(&places, faces)?.0)
 }
 
-/// The cell of every vertex.
+/// The cells and the cell of every vertex.
 struct Clusters {
-    /// Lowest corner and side of the cells.
     cells: Vec<DVec3>,
     side: f64,
     of_vertex: Vec<u32>,
 }
 
-/// Halves the range of cell sizes; none where no size leaves a face.
+/// Bisects the resolution; `None` where no resolution leaves a face.
 fn best_clusters(positions: &[DVec3], faces: &[[u32; 3]], n_vertices: usize) -> Option<(Clusters, Vec<[u32; 3]>)> {
     let mut best: Option<(usize, Clusters, Vec<[u32; 3]>)> = None;
     let [mut coarse, mut fine] = [0.0, FINEST];
     for tried in 0..TRIES {
         let resolution = if tried == 0 { fine } else { 0.5 * (coarse + fine) };
-        let clusters = clusters(positions, resolution.exp2());
-        let left = faces_left(faces, &clusters);
+        let clusters = assign_cells(positions, resolution.exp2());
+        let left = clustered_faces(faces, &clusters);
         let n = n_used(&left);
         let miss = n.abs_diff(n_vertices);
         if n > 0 && best.as_ref().is_none_or(|best| miss < best.0) {
@@ -55,8 +53,8 @@ fn best_clusters(positions: &[DVec3], faces: &[[u32; 3]], n_vertices: usize) -> 
     best.map(|(_, clusters, left)| (clusters, left))
 }
 
-/// Puts every vertex into its cell, `resolution` cells along the longest side, numbered in the order of the vertices.
-fn clusters(positions: &[DVec3], resolution: f64) -> Clusters {
+/// Assigns vertices to cells, `resolution` along the longest side.
+fn assign_cells(positions: &[DVec3], resolution: f64) -> Clusters {
     let low = positions.iter().copied().reduce(DVec3::min).unwrap_or_default();
     let high = positions.iter().copied().reduce(DVec3::max).unwrap_or_default();
     let side = ((high - low).max_element() / resolution).max(f64::MIN_POSITIVE);
@@ -74,15 +72,14 @@ fn clusters(positions: &[DVec3], resolution: f64) -> Clusters {
     Clusters { cells, side, of_vertex }
 }
 
-/// The faces whose corners lie in three cells, each once for each side that it looks to.
-fn faces_left(faces: &[[u32; 3]], clusters: &Clusters) -> Vec<[u32; 3]> {
+/// Returns the faces with corners in three cells, without duplicates of the same orientation.
+fn clustered_faces(faces: &[[u32; 3]], clusters: &Clusters) -> Vec<[u32; 3]> {
     let mut seen = FxHashSet::default();
     let clustered = faces.iter().map(|face| face.map(|v| clusters.of_vertex[v as usize]));
-    clustered.filter(|&[a, b, c]| a != b && b != c && c != a && seen.insert(lowest_first([a, b, c]))).collect()
+    clustered.filter(|&[a, b, c]| a != b && b != c && c != a && seen.insert(rotate_lowest_first([a, b, c]))).collect()
 }
 
-/// The same face, written from its lowest corner on.
-fn lowest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
+fn rotate_lowest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
     match a.min(b).min(c) {
         low if low == a => [a, b, c],
         low if low == b => [b, c, a],
@@ -94,7 +91,6 @@ fn n_used(faces: &[[u32; 3]]) -> usize {
     faces.as_flattened().iter().collect::<FxHashSet<_>>().len()
 }
 
-/// One point for each cell.
 fn representatives(positions: &[DVec3], faces: &[[u32; 3]], clusters: &Clusters) -> Vec<[f32; 3]> {
     let n_cells = clusters.cells.len();
     let mut quadrics = vec![Quadric::default(); n_cells];

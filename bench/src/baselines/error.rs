@@ -1,16 +1,16 @@
-//! Why a method gave no mesh.
+//! The errors of a method.
 
 use neural_mesh::mesh::InvalidMesh;
 
-/// Why a method gave no mesh.
+/// The reason why a method made no mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BaselineError {
-    /// The mesh has no faces.
+    /// The input has no faces.
     Empty,
-    /// The method left no face.
+    /// The result has no face.
     NothingLeft,
-    /// The method made something that is no mesh: a coordinate too large, for example.
+    /// The result is no valid mesh, for example because a coordinate is too large.
     Invalid(InvalidMesh),
 }
 

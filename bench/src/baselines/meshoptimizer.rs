@@ -1,18 +1,14 @@
-//! meshoptimizer's three simplifiers, without options or error limit, down to a number of faces.
-//!
-//! The library's own code runs here, bound by the crate `meshopt`; nothing of it is written again.
+//! meshoptimizer's three simplifiers through the crate `meshopt`, without options or error limit.
 
 use meshopt::{SimplifyOptions, VertexDataAdapter, simplify_sloppy, simplify_with_update, typed_to_bytes};
 
 use super::BaselineError;
 use neural_mesh::mesh::{TriMesh, compact};
 
-/// An error that no result reaches, relative to the mesh's extent.
+/// Error limit relative to the mesh's extent that no result reaches.
 const NO_LIMIT: f32 = 1e10;
 
-/// The faces that meshoptimizer's `simplify` leaves, over the vertices of the mesh: the call alone, to be timed.
-///
-/// It collapses edges onto one of their ends, and stops above `n_faces` where the topology holds it.
+/// Runs meshoptimizer's `simplify` alone, for timing; it may stop above `n_faces` because of the topology.
 ///
 /// # Shapes
 /// - returns at most `mesh.faces().len()` faces
@@ -23,41 +19,41 @@ const NO_LIMIT: f32 = 1e10;
 /// assert!(meshoptimizer_faces(&sphere, 100).len() <= 100);
 /// ```
 pub fn meshoptimizer_faces(mesh: &TriMesh, n_faces: usize) -> Vec<[u32; 3]> {
-    let Some(vertices) = vertices(mesh) else { return Vec::new() };
+    let Some(vertices) = vertex_adapter(mesh) else { return Vec::new() };
     let indices = mesh.faces().as_flattened();
     let left = meshopt::simplify(indices, &vertices, n_indices(mesh, n_faces), NO_LIMIT, SimplifyOptions::None, None);
     left.as_chunks().0.to_vec()
 }
 
-/// `simplify`: collapses onto vertices of the input.
-pub(super) fn simplified(mesh: &TriMesh, n_faces: usize) -> Result<TriMesh, BaselineError> {
+/// Simplifies by `simplify`: collapses onto input vertices.
+pub(super) fn simplify(mesh: &TriMesh, n_faces: usize) -> Result<TriMesh, BaselineError> {
     Ok(compact(mesh.positions(), meshoptimizer_faces(mesh, n_faces))?.0)
 }
 
-/// `simplifyWithUpdate`: the vertices that stay move to where the error is least.
-pub(super) fn updated(mesh: &TriMesh, n_faces: usize) -> Result<TriMesh, BaselineError> {
+/// Simplifies by `simplifyWithUpdate`: remaining vertices move to the least error.
+pub(super) fn simplify_updating(mesh: &TriMesh, n_faces: usize) -> Result<TriMesh, BaselineError> {
     let mut positions = mesh.positions().to_vec();
     let mut indices = mesh.faces().as_flattened().to_vec();
-    let n_asked = n_indices(mesh, n_faces);
+    let n_target = n_indices(mesh, n_faces);
     let options = SimplifyOptions::None;
     let n_left =
-        simplify_with_update(&mut indices, &mut positions, &mut [], &[], 0, None, n_asked, NO_LIMIT, options, None);
+        simplify_with_update(&mut indices, &mut positions, &mut [], &[], 0, None, n_target, NO_LIMIT, options, None);
     Ok(compact(&positions, indices[..n_left].as_chunks().0.to_vec())?.0)
 }
 
-/// `simplifySloppy`: clusters vertices in a grid, and keeps no topology.
-pub(super) fn sloppy(mesh: &TriMesh, n_faces: usize) -> Result<TriMesh, BaselineError> {
-    let Some(vertices) = vertices(mesh) else { return Err(BaselineError::NothingLeft) };
+/// Simplifies by `simplifySloppy`: clusters vertices in a grid without regard to topology.
+pub(super) fn simplify_in_grid(mesh: &TriMesh, n_faces: usize) -> Result<TriMesh, BaselineError> {
+    let Some(vertices) = vertex_adapter(mesh) else { return Err(BaselineError::NothingLeft) };
     let left = simplify_sloppy(mesh.faces().as_flattened(), &vertices, n_indices(mesh, n_faces), NO_LIMIT, None);
     Ok(compact(mesh.positions(), left.as_chunks().0.to_vec())?.0)
 }
 
-/// The positions as meshoptimizer takes them, in place; none where it refuses them.
-fn vertices(mesh: &TriMesh) -> Option<VertexDataAdapter<'_>> {
+/// Borrows the positions for meshoptimizer; `None` where it rejects them.
+fn vertex_adapter(mesh: &TriMesh) -> Option<VertexDataAdapter<'_>> {
     VertexDataAdapter::new(typed_to_bytes(mesh.positions()), size_of::<[f32; 3]>(), 0).ok()
 }
 
-/// Indices asked for: meshoptimizer must not be asked for more than there are.
+/// Limits the target to the mesh's indices, as meshoptimizer requires.
 fn n_indices(mesh: &TriMesh, n_faces: usize) -> usize {
     3 * n_faces.min(mesh.faces().len())
 }

@@ -1,6 +1,4 @@
-//! The methods that neural-mesh is measured against, behind one interface; knows no network and no metric.
-//!
-//! One file or folder per method. Each takes the mesh and a size, and stops short where it can go no further.
+//! Competing methods behind one interface, one file or folder per method, without networks or metrics.
 
 mod ball_pivoting;
 mod clustering;
@@ -10,7 +8,7 @@ mod planes;
 mod qem;
 mod sampled;
 
-use clustering::clustering;
+use clustering::cluster_vertices;
 use neural_mesh::mesh::TriMesh;
 use qem::qem;
 use sampled::{farthest_ball_pivoting, uniform_ball_pivoting};
@@ -19,16 +17,16 @@ pub use ball_pivoting::ball_pivoting;
 pub use error::BaselineError;
 pub use meshoptimizer::meshoptimizer_faces;
 
-/// A method of others.
+/// A competing method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Baseline {
     /// Edge collapse by quadrics with optimal placement (Garland and Heckbert 1997).
     Qem,
     /// meshoptimizer's `simplify`, without options or error limit.
     Meshoptimizer,
-    /// meshoptimizer's `simplifyWithUpdate`, which also moves the vertices that stay.
+    /// meshoptimizer's `simplifyWithUpdate`, which also moves remaining vertices.
     MeshoptimizerUpdate,
-    /// meshoptimizer's `simplifySloppy`, which does not keep the topology.
+    /// meshoptimizer's `simplifySloppy`, which ignores the topology.
     MeshoptimizerSloppy,
     /// Vertex clustering in a uniform grid (Rossignac and Borrel 1993).
     Clustering,
@@ -39,7 +37,7 @@ pub enum Baseline {
 }
 
 impl Baseline {
-    /// All of them.
+    /// All methods.
     pub const ALL: [Self; 7] = [
         Self::Qem,
         Self::Meshoptimizer,
@@ -50,7 +48,7 @@ impl Baseline {
         Self::UniformBallPivoting,
     ];
 
-    /// The name in tables and arguments.
+    /// Returns the name in tables and arguments.
     ///
     /// ```
     /// assert_eq!(neural_mesh_bench::baselines::Baseline::Qem.name(), "qem");
@@ -67,7 +65,7 @@ impl Baseline {
         }
     }
 
-    /// The method of that name.
+    /// Returns the method of a name.
     ///
     /// ```
     /// use neural_mesh_bench::baselines::Baseline;
@@ -79,23 +77,23 @@ impl Baseline {
     }
 }
 
-/// The size asked for. QEM and meshoptimizer's simplifiers go by the faces, the others by the vertices.
+/// The target size; QEM and meshoptimizer's simplifiers use the faces, others the vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
-    /// Vertices.
+    /// Number of vertices.
     pub vertices: usize,
-    /// Faces.
+    /// Number of faces.
     pub faces: usize,
 }
 
 /// Simplifies a mesh by one of the methods.
 ///
-/// The seed matters where points are drawn: the first of the farthest ones, all of the uniform ones. The result has
-/// no vertices without faces. Edge collapse and sampling end at the size or below, and above it only where they can go
-/// no further; clustering ends as near to it as a grid does.
+/// The seed chooses sampled points. Edge collapse and sampling stop above the target only where they get stuck;
+/// clustering comes as
+/// near as a grid does. The result has no unused vertices.
 ///
 /// # Errors
-/// [`BaselineError::Empty`] where the mesh has no faces, [`BaselineError::NothingLeft`] where the method left none.
+/// [`BaselineError::Empty`] for a mesh without faces, [`BaselineError::NothingLeft`] for a result without faces.
 ///
 /// ```
 /// use neural_mesh_bench::baselines::{Baseline, Size, simplify_by};
@@ -109,10 +107,10 @@ pub fn simplify_by(baseline: Baseline, mesh: &TriMesh, size: Size, seed: u64) ->
     }
     let lighter = match baseline {
         Baseline::Qem => qem(mesh, size.faces),
-        Baseline::Meshoptimizer => meshoptimizer::simplified(mesh, size.faces),
-        Baseline::MeshoptimizerUpdate => meshoptimizer::updated(mesh, size.faces),
-        Baseline::MeshoptimizerSloppy => meshoptimizer::sloppy(mesh, size.faces),
-        Baseline::Clustering => clustering(mesh, size.vertices),
+        Baseline::Meshoptimizer => meshoptimizer::simplify(mesh, size.faces),
+        Baseline::MeshoptimizerUpdate => meshoptimizer::simplify_updating(mesh, size.faces),
+        Baseline::MeshoptimizerSloppy => meshoptimizer::simplify_in_grid(mesh, size.faces),
+        Baseline::Clustering => cluster_vertices(mesh, size.vertices),
         Baseline::FarthestBallPivoting => farthest_ball_pivoting(mesh, size.vertices, seed),
         Baseline::UniformBallPivoting => uniform_ball_pivoting(mesh, size.vertices, seed),
     }?;

@@ -1,4 +1,4 @@
-//! Vertices drawn from the mesh, and a surface made of them by ball pivoting: what remains without connectivity.
+//! Sampled vertices meshed by ball pivoting.
 
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
@@ -8,26 +8,26 @@ use super::ball_pivoting;
 use neural_mesh::mesh::{TriMesh, compact, vertex_normals};
 use neural_mesh::spatial::farthest_points;
 
-/// Farthest points, the first at random, and balls over them.
+/// Meshes farthest points; the first one is random.
 pub(super) fn farthest_ball_pivoting(mesh: &TriMesh, n_vertices: usize, seed: u64) -> Result<TriMesh, BaselineError> {
     let (mesh, _) = compact(mesh.positions(), mesh.faces().to_vec())?;
     let first = uniform_points(mesh.positions().len(), 1, seed);
     let samples = first.first().map_or(Vec::new(), |&first| farthest_points(mesh.positions(), n_vertices, first));
-    meshed(&mesh, samples)
+    mesh_samples(&mesh, samples)
 }
 
-/// Vertices drawn with equal probability, and balls over them.
+/// Meshes vertices drawn with equal probability.
 pub(super) fn uniform_ball_pivoting(mesh: &TriMesh, n_vertices: usize, seed: u64) -> Result<TriMesh, BaselineError> {
     let (mesh, _) = compact(mesh.positions(), mesh.faces().to_vec())?;
-    meshed(&mesh, uniform_points(mesh.positions().len(), n_vertices, seed))
+    mesh_samples(&mesh, uniform_points(mesh.positions().len(), n_vertices, seed))
 }
 
-/// Draws min(k, n) different numbers below n: the first k of a shuffle (Fisher and Yates).
+/// Draws min(k, n) distinct numbers below n (Fisher and Yates).
 fn uniform_points(n: usize, k: usize, seed: u64) -> Vec<u32> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut points: Vec<u32> = (0..n as u32).collect();
     for i in 0..k.min(n) {
-        // The top half of a product of 64 bits: below n - i, the same on every machine.
+        // the top half of the product is below n - i and the same on every machine
         let offset = (u128::from(rng.next_u64()) * (n - i) as u128) >> 64;
         points.swap(i, i + offset as usize);
     }
@@ -35,8 +35,7 @@ fn uniform_points(n: usize, k: usize, seed: u64) -> Vec<u32> {
     points
 }
 
-/// The samples in the mesh's order with its normals, meshed.
-fn meshed(mesh: &TriMesh, mut samples: Vec<u32>) -> Result<TriMesh, BaselineError> {
+fn mesh_samples(mesh: &TriMesh, mut samples: Vec<u32>) -> Result<TriMesh, BaselineError> {
     samples.sort_unstable();
     let normals = vertex_normals(mesh);
     let pick = |rows: &[[f32; 3]]| -> Vec<[f32; 3]> { samples.iter().map(|&v| rows[v as usize]).collect() };

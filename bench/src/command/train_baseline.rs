@@ -31,7 +31,6 @@ fn parse_method(name: &str) -> Result<LearnedBaseline, String> {
     LearnedBaseline::from_name(name).ok_or_else(|| format!("give one of {names}"))
 }
 
-/// Trains, or plots the curves of a training.
 pub fn run(args: &TrainBaselineArgs) -> Result<(), Failure> {
     if args.train.objective.is_some() {
         return Err(Failure::Usage("--objective: the method says what is learned: leave it out".into()));

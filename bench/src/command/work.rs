@@ -7,7 +7,6 @@ use anyhow::{Context, Result};
 use nix::sys::signal::{Signal, killpg};
 use nix::unistd::{getpgrp, getpid};
 
-/// Returns this program as a worker.
 pub fn worker() -> Result<Worker> {
     let program = std::env::current_exe().context("the path of this program cannot be found")?;
     Ok(Worker { program, arguments: vec!["work".into()] })

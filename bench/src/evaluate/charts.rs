@@ -76,7 +76,6 @@ fn share_of_faces(row: &&ResultRow) -> Option<f64> {
     Some(Value::Faces.get(row)? / row.faces_in.max(1) as f64)
 }
 
-/// Returns a line per method with a point for each ratio.
 fn lines_by_ratio(table: &Table, point: impl Fn(&[&ResultRow]) -> (Option<f64>, Option<f64>)) -> Vec<MethodLine> {
     let points = |method: &str| {
         let points = ratios(table).into_iter().map(|ratio| point(&select_rows(table, ratio, method)));
@@ -85,7 +84,6 @@ fn lines_by_ratio(table: &Table, point: impl Fn(&[&ResultRow]) -> (Option<f64>, 
     lines(table, points)
 }
 
-/// Returns a line per method with a point for each input size.
 fn lines_by_input(table: &Table) -> Vec<MethodLine> {
     let points = |method: &str| {
         let rows: Vec<&ResultRow> = table.rows.iter().filter(|row| row.method == method).collect();

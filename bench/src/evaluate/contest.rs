@@ -9,7 +9,6 @@ use super::limited::{RunFailure, join_lines};
 use crate::baselines::Size;
 use neural_mesh::mesh::TriMesh;
 
-/// The runs of one method in one case.
 pub(super) struct MethodOutcome {
     /// Target size.
     pub size: Size,
@@ -90,7 +89,6 @@ fn add_run(outcome: &mut Option<MethodOutcome>, size: Size, done: RunResult) {
     }
 }
 
-/// Returns the indices of the methods, the leader's first.
 fn leader_first(methods: &[Method], leader: Option<&Method>) -> Vec<usize> {
     let is_leader = |&at: &usize| leader == Some(&methods[at]);
     let (leader, others): (Vec<usize>, Vec<usize>) = (0..methods.len()).partition(is_leader);

@@ -40,7 +40,6 @@ pub(super) struct Engine<'a> {
     pub scratch: &'a Path,
 }
 
-/// The target of one run.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RunTarget {
     pub ratio: f64,
@@ -48,7 +47,6 @@ pub(super) struct RunTarget {
     pub seed: u64,
 }
 
-/// The result of one run.
 pub(super) struct RunResult {
     pub mesh: TriMesh,
     pub seconds: f64,
@@ -56,7 +54,6 @@ pub(super) struct RunResult {
     pub timed: TimedScope,
 }
 
-/// The scope of measured seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TimedScope {
     /// The method, with the mesh in memory.
@@ -135,7 +132,6 @@ impl Engine<'_> {
         }
     }
 
-    /// Passes work to a worker and returns its seconds.
     fn run_worker(
         &self,
         worker: &Worker,

@@ -19,7 +19,6 @@ pub(super) const SETTINGS: &str = "settings.json";
 pub(super) struct FolderState {
     /// Rows to keep.
     pub table: Table,
-    /// Whether the folder holds an evaluation.
     holds_evaluation: bool,
     /// Tools whose command has changed, with the old one; none of them had a result.
     corrected: Vec<Tool>,
@@ -61,7 +60,6 @@ pub(super) fn inspect_folder(folder: &Path, origin: &Origin, resume: bool) -> Re
     Ok(FolderState { table, ..found })
 }
 
-/// Rejects tools that have results of another command.
 fn check_failed(corrected: &[Tool], table: &Table) -> Result<(), EvaluateError> {
     let has_result = |tool: &&Tool| table.rows.iter().any(|row| row.method == tool.name && row.error.is_empty());
     corrected.iter().find(has_result).map_or(Ok(()), |Tool { name, command }| {
@@ -103,12 +101,10 @@ fn read_origin(path: &Path) -> Result<Origin, EvaluateError> {
     serde_json::from_str(&text).map_err(|error| broken(error.to_string()))
 }
 
-/// Writes a file of the folder atomically.
 pub(super) fn write_whole(path: &Path, text: &str) -> Result<(), EvaluateError> {
     write_path(path, text.as_bytes(), true).map_err(|error| EvaluateError::file(path, error))
 }
 
-/// Creates a temporary folder for a run.
 pub(super) fn scratch_in(folder: &Path) -> Result<tempfile::TempDir, EvaluateError> {
     let made = tempfile::Builder::new().prefix(TEMPORARY).tempdir_in(folder);
     made.map_err(|error| EvaluateError::file(folder, format!("cannot be written to: {error}: check the disk")))
@@ -124,7 +120,6 @@ fn check_is_empty(folder: &Path) -> Result<(), EvaluateError> {
     })
 }
 
-/// Removes leftovers of a killed run.
 fn remove_leftovers(folder: &Path) {
     for path in entries(folder).into_iter().filter(|path| is_temporary(path)) {
         // a leftover that cannot be removed does no harm

@@ -26,7 +26,6 @@ const THREADS: [&str; 7] = [
 /// Prefix of the line with which a program reports its own time.
 const SECONDS: &str = "seconds: ";
 
-/// One run of an external program.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct ForeignRun {
     /// Program and arguments.

@@ -7,7 +7,6 @@ pub(super) fn cpu_model() -> String {
     model.map_or_else(|| std::env::consts::ARCH.to_string(), |(_, name)| name.trim().to_string())
 }
 
-/// Returns the number of cores available to the program.
 pub(super) fn core_count() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }

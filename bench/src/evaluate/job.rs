@@ -34,7 +34,6 @@ pub(super) struct Job {
     pub threads: usize,
 }
 
-/// The work of a worker process.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum Work {
     /// Run of a method of this package.

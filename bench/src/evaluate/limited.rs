@@ -21,7 +21,6 @@ const WORDS: &str = "stderr";
 /// Characters of output kept with a failure.
 const MAX_OUTPUT: usize = 300;
 
-/// A process that succeeded.
 #[derive(Debug)]
 pub(super) struct FinishedProcess {
     /// Seconds from start to end.
@@ -110,7 +109,6 @@ fn wait_for_end(
     }
 }
 
-/// Joins all words of a text with single spaces.
 pub(super) fn join_lines(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }

@@ -10,7 +10,6 @@ use neural_mesh::io::{Format, can_read, read_path};
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 
-/// A mesh file of the evaluation.
 #[derive(Clone, Debug)]
 pub(super) struct MeshFile {
     /// File name.
@@ -41,19 +40,16 @@ fn mesh_file(path: PathBuf) -> Option<MeshFile> {
     Some(MeshFile { name, path })
 }
 
-/// Reads and cleans a mesh; the error is one line.
 pub(super) fn read_mesh(path: &Path) -> Result<TriMesh, String> {
     let raw = read_path(path, None).map_err(|error| error.to_string())?;
     clean(raw, &CleanOptions::default()).map(|cleaned| cleaned.mesh).map_err(|error| error.to_string())
 }
 
-/// Returns checksums by name; empty for unreadable files.
 pub(super) fn checksums(files: &[MeshFile]) -> BTreeMap<String, String> {
     let of = |file: &MeshFile| std::fs::read(&file.path).map(|bytes| sha256(&bytes)).unwrap_or_default();
     files.iter().map(|file| (file.name.clone(), of(file))).collect()
 }
 
-/// Returns the SHA-256 in hexadecimal digits.
 pub(super) fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }

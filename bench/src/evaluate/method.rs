@@ -38,7 +38,6 @@ pub enum Method {
     Tool(Tool),
 }
 
-/// Our methods by name.
 const OURS: [(&str, Method); 11] = [
     ("closed", Method::Closed),
     ("network", Method::Network),
@@ -93,7 +92,6 @@ impl Method {
         }
     }
 
-    /// Returns whether the method is the paper's assembly.
     pub(super) fn is_paper(&self) -> bool {
         matches!(self, Self::Paper | Self::PaperClosed)
     }

@@ -158,7 +158,6 @@ fn summarize_method(rows: &[&ResultRow], others: &[&ResultRow], columns: &[Colum
     }
 }
 
-/// Returns the failures, each reason once.
 pub(super) fn failures(table: &Table) -> Vec<Failures> {
     let failed: Vec<&ResultRow> = table.rows.iter().filter(|row| !row.error.is_empty()).collect();
     let who = |row: &ResultRow| if row.vertices_in == 0 { "all" } else { &row.method }.to_string();

@@ -8,7 +8,6 @@ use super::{EvaluateError, Method, Tool};
 use crate::baselines::Size;
 use neural_mesh::mesh::shapes;
 
-/// Ratio of the trial.
 const RATIO: f64 = 0.5;
 
 /// Runs each tool once on a ball at half of its vertices; breaks when `wait`, called with the running tool, does.

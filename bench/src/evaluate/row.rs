@@ -84,7 +84,6 @@ const COLUMNS: [&str; 22] = [
     "cores",
 ];
 
-/// Returns the names of all columns with these figures.
 pub(super) fn columns(figures: &[String]) -> Vec<String> {
     COLUMNS.iter().map(|name| name.to_string()).chain(figures.iter().cloned()).collect()
 }
@@ -96,12 +95,10 @@ pub(super) fn figure_names(columns: &[String]) -> Option<Vec<String>> {
 }
 
 impl ResultRow {
-    /// Returns whether the row has this mesh, ratio, seed and method.
     pub(super) fn is_case(&self, mesh: &str, ratio: f64, seed: u64, method: &str) -> bool {
         self.mesh == mesh && self.ratio == ratio && self.seed == seed && self.method == method
     }
 
-    /// Returns the fields as text in the order of the columns.
     pub(super) fn fields(&self) -> Vec<String> {
         let conditions = &self.conditions;
         let mut fields = vec![
@@ -168,7 +165,6 @@ impl ResultRow {
     }
 }
 
-/// Formats an optional number; empty where it is missing or not finite.
 fn number(value: Option<f64>) -> String {
     value.filter(|value| value.is_finite()).map_or(String::new(), |value| value.to_string())
 }

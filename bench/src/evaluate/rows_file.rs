@@ -118,7 +118,6 @@ fn lock_problem(error: &TryLockError) -> String {
     }
 }
 
-/// Reads a table, finished or not.
 pub(super) fn read_rows(path: &Path) -> Result<Table, EvaluateError> {
     let bytes = std::fs::read(path).map_err(|error| {
         EvaluateError::file(path, format!("cannot be read: {error}: give the folder of an evaluation"))

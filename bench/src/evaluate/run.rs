@@ -16,7 +16,7 @@ use super::rows_file::RowsFile;
 use super::settings::{LearnedFile, Origin, learned_files, learned_names, weights_name};
 use super::worst::WorstCaseStore;
 use super::{EvaluateError, Method, ResultRow, Settings, Table, Tool, hardware};
-use crate::along_surface::{AlongJudging, Judge};
+use crate::along_surface::{IntrinsicOptions, Judge};
 use neural_mesh::appearance::{self, Appearance, USUAL_HEIGHT, appearance};
 use neural_mesh::mesh::{TriMesh, shapes};
 use neural_mesh::metrics::{CompareOptions, Figure};
@@ -157,7 +157,6 @@ pub fn evaluate(request: &Request, report: &mut dyn FnMut(Event) -> ControlFlow<
     Ok(Ending::Finished)
 }
 
-/// Returns the tools that lack rows.
 fn unfinished_tools<'a>(request: &Request, methods: &'a [Method], files: &[MeshFile], table: &Table) -> Vec<&'a Tool> {
     let Settings { ratios, seeds, .. } = &request.settings;
     let n_cases = files.len() * ratios.len() * seeds.len();
@@ -177,7 +176,6 @@ fn try_tools(
     try_each(&make_engine(request, &[], place.path()), tools, &mut |tool| report(Event::Trying(tool)))
 }
 
-/// Returns the engine with its own folder.
 fn make_engine<'a>(request: &'a Request, learned: &'a [LearnedFile], scratch: &'a Path) -> Engine<'a> {
     let Request { worker, settings, weights, paper_weights, .. } = request;
     Engine {
@@ -195,7 +193,7 @@ pub(super) fn empty_figures() -> Vec<Figure> {
     let mesh = shapes::icosphere(0);
     let mut judging = CompareOptions::default();
     judging.samples = 1;
-    all_figures(&Judge::new(&mesh, &judging, &AlongJudging::NONE), &mesh, 0, None)
+    all_figures(&Judge::new(&mesh, &judging, &IntrinsicOptions::NONE), &mesh, 0, None)
 }
 
 /// Returns the figures of a result except its size, which has its own columns.
@@ -206,7 +204,6 @@ fn all_figures(judge: &Judge, result: &TriMesh, n_asked: usize, looks: Option<&A
     figures
 }
 
-/// A mesh and its judge.
 struct PreparedMesh {
     mesh: TriMesh,
     judge: Judge,
@@ -237,7 +234,6 @@ struct Trial<'a> {
 }
 
 impl Trial<'_> {
-    /// Returns the row of a method, if there is one.
     fn row<'a>(&self, table: &'a Table, method: &Method) -> Option<&'a ResultRow> {
         table.rows.iter().find(|row| row.is_case(self.mesh, self.ratio, self.seed, method.name()))
     }
@@ -286,7 +282,6 @@ impl EvaluationRun<'_> {
         Ok(ControlFlow::Continue(()))
     }
 
-    /// Returns the methods that lack rows.
     fn missing_methods(&self, trial: &Trial) -> Vec<Method> {
         let is_there = |method: &&Method| trial.row(&self.rows.table, method).is_none();
         self.methods.iter().filter(is_there).cloned().collect()
@@ -299,11 +294,11 @@ impl EvaluationRun<'_> {
         Ok(PreparedMesh { judge: Judge::new(&mesh, &judging, &along), mesh })
     }
 
-    fn judging(&self) -> (CompareOptions, AlongJudging) {
+    fn judging(&self) -> (CompareOptions, IntrinsicOptions) {
         let Settings { samples, spectrum, .. } = self.request.settings;
         let mut judging = CompareOptions::default();
         judging.samples = samples;
-        (judging, if spectrum { AlongJudging::default() } else { AlongJudging::NONE })
+        (judging, if spectrum { IntrinsicOptions::default() } else { IntrinsicOptions::NONE })
     }
 
     /// Saves the meshes of a case that is among a method's worst.
@@ -357,7 +352,6 @@ impl EvaluationRun<'_> {
         Some(judged.map(|(method, outcome)| self.judge_outcome(blank(method), prepared, outcome)).collect())
     }
 
-    /// Measures the outcome of a method and completes its row.
     fn judge_outcome(&self, blank: ResultRow, prepared: &PreparedMesh, outcome: MethodOutcome) -> JudgedResult {
         let MethodOutcome { size, seconds, timed, result } = outcome;
         let PreparedMesh { mesh, judge } = prepared;

@@ -159,7 +159,6 @@ fn differing_field(before: &Settings, now: &Settings) -> Option<String> {
     Some(format!("`{}` was {value}, is {}", name.replace('_', "-"), now.get(name).unwrap_or(&Value::Null)))
 }
 
-/// Returns the checksum of a weights file or of the shipped weights.
 pub(super) fn weights_name(path: Option<&PathBuf>, shipped: &Weights) -> Result<String, EvaluateError> {
     let Some(path) = path else { return Ok(sha256(&shipped.to_bytes())) };
     let bytes = std::fs::read(path)
@@ -169,7 +168,6 @@ pub(super) fn weights_name(path: Option<&PathBuf>, shipped: &Weights) -> Result<
     Ok(sha256(&bytes))
 }
 
-/// A weights file of a learned baseline.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct LearnedFile {
     pub baseline: LearnedBaseline,
@@ -194,7 +192,6 @@ pub(super) fn learned_files(paths: &[PathBuf]) -> Result<Vec<LearnedFile>, Evalu
     Ok(files)
 }
 
-/// Returns the checksums of the weights of all learned baselines by name.
 pub(super) fn learned_names(files: &[LearnedFile]) -> BTreeMap<String, String> {
     let name = |baseline: LearnedBaseline| {
         let file = files.iter().find(|file| file.baseline == baseline);

@@ -27,7 +27,6 @@ pub struct Facts {
     pub processes: Vec<String>,
 }
 
-/// Collects the conditions of the rows.
 pub(super) fn facts(table: &Table) -> Facts {
     let rows = &table.rows;
     let machine = |row: &ResultRow| {
@@ -48,7 +47,6 @@ pub(super) fn facts(table: &Table) -> Facts {
     }
 }
 
-/// The value in a column of the tables.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Value {
     /// Figure by its index, times a factor.
@@ -77,12 +75,10 @@ impl Value {
     }
 }
 
-/// Returns the values of the rows that have one.
 pub(super) fn values(rows: &[&ResultRow], value: Value) -> Vec<f64> {
     rows.iter().filter_map(|row| value.get(row)).collect()
 }
 
-/// Returns the mean; `None` for no values.
 pub(super) fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
@@ -97,23 +93,19 @@ pub(super) fn pairs<'a>(rows: &[&'a ResultRow], others: &[&'a ResultRow]) -> Vec
     rows.iter().filter_map(|&row| Some((row, *of_case.get(&case(row))?))).collect()
 }
 
-/// Returns the finite quotients of the pairs where both have a value.
 pub(super) fn quotients(pairs: &[(&ResultRow, &ResultRow)], value: Value) -> Vec<f64> {
     let quotient = |(row, other): &(&ResultRow, &ResultRow)| Some(value.get(row)? / value.get(other)?);
     pairs.iter().filter_map(quotient).filter(|quotient| quotient.is_finite()).collect()
 }
 
-/// Counts the cases with a result.
 pub(super) fn n_results(rows: &[&ResultRow]) -> usize {
     rows.iter().filter(|row| row.error.is_empty()).count()
 }
 
-/// Counts the cases where both have a result.
 pub(super) fn n_both(pairs: &[(&ResultRow, &ResultRow)]) -> usize {
     pairs.iter().filter(|(row, other)| row.error.is_empty() && other.error.is_empty()).count()
 }
 
-/// Returns the ratios in ascending order.
 pub(super) fn ratios(table: &Table) -> Vec<f64> {
     let mut ratios: Vec<f64> = table.rows.iter().map(|row| row.ratio).collect();
     ratios.sort_by(f64::total_cmp);
@@ -126,12 +118,10 @@ pub(super) fn methods(table: &Table) -> Vec<&str> {
     distinct(table.rows.iter().map(|row| row.method.as_str()))
 }
 
-/// Returns the default reference method, if it takes part.
 pub(super) fn default_reference(methods: &[&str]) -> Option<&'static str> {
     methods.contains(&DEFAULT_REFERENCE).then_some(DEFAULT_REFERENCE)
 }
 
-/// Returns the distinct items in their order.
 pub(super) fn distinct<T: PartialEq>(items: impl Iterator<Item = T>) -> Vec<T> {
     let mut seen = Vec::new();
     for item in items {
@@ -142,7 +132,6 @@ pub(super) fn distinct<T: PartialEq>(items: impl Iterator<Item = T>) -> Vec<T> {
     seen
 }
 
-/// Returns the rows of a method at a ratio.
 pub(super) fn select_rows<'a>(table: &'a Table, ratio: f64, method: &str) -> Vec<&'a ResultRow> {
     table.rows.iter().filter(|row| row.ratio == ratio && row.method == method).collect()
 }

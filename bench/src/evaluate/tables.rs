@@ -33,7 +33,6 @@ const MORE: [Column; 7] = [
 /// Results above this multiple of the target, in vertices and faces, count as too large.
 const LARGER: f64 = 1.1;
 
-/// A column of the present table.
 struct ShownColumn {
     title: &'static str,
     value: Value,
@@ -48,7 +47,6 @@ pub(super) fn make_page(table: &Table, relative_to: Option<&str>) -> String {
     page
 }
 
-/// Returns the columns with at least one value.
 fn shown_columns(table: &Table, columns: &[Column], with_time: bool) -> Vec<ShownColumn> {
     let place = |name: &str| table.figures.iter().position(|figure| figure == name);
     let figure =
@@ -94,7 +92,6 @@ fn join(items: &[impl ToString]) -> String {
     items.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
 }
 
-/// Returns whether any row has a value of this figure.
 fn has_values(table: &Table, name: &str) -> bool {
     let at = table.figures.iter().position(|figure| figure == name);
     at.is_some_and(|at| table.rows.iter().any(|row| row.figures.get(at).copied().flatten().is_some()))
@@ -198,12 +195,10 @@ fn format_cell(rows: &[&ResultRow], value: Value, best: Option<f64>) -> String {
     if mean == best { format!("**{shown}** / {middle}{fewer}") } else { format!("{shown} / {middle}{fewer}") }
 }
 
-/// Formats the number of values in brackets where some results have none.
 fn format_count(n_values: usize, n_results: usize) -> String {
     if (1..n_results).contains(&n_values) { format!(" ({n_values})") } else { String::new() }
 }
 
-/// Formats a number with three significant digits.
 fn format_number(value: Option<f64>) -> String {
     let Some(value) = value else { return "-".into() };
     let size = value.abs();
@@ -217,7 +212,6 @@ fn format_number(value: Option<f64>) -> String {
     format!("{value:.decimals$}")
 }
 
-/// Formats the failures, each reason once.
 fn write_failures(page: &mut String, table: &Table) {
     let failures = overview::failures(table);
     if failures.is_empty() {

@@ -64,7 +64,6 @@ impl Tool {
         plain.or_else(|| ENDINGS.into_iter().find(asks))
     }
 
-    /// Returns program and arguments with filled placeholders.
     pub(super) fn words(&self, given: &Placeholders) -> Vec<String> {
         let words = shlex::split(&self.command).unwrap_or_default();
         words.into_iter().map(|word| fill_placeholders(word, given)).collect()

@@ -91,7 +91,6 @@ pub fn worst_cases(folder: &Path, table: &Table) -> Vec<WorstCase> {
 /// The saved meshes of a running evaluation.
 pub(super) struct WorstCaseStore {
     folder: PathBuf,
-    /// WorstCase cases of each method, the worst first.
     ranks: BTreeMap<String, Vec<WorstCase>>,
 }
 
@@ -147,7 +146,6 @@ impl WorstCaseStore {
         write_mesh(&case.path(&self.folder), result).map_err(problem)
     }
 
-    /// Inserts or replaces a case and returns whether it is among the worst.
     fn insert(&mut self, case: WorstCase) -> bool {
         let ranks = self.ranks.entry(case.method.clone()).or_default();
         ranks.retain(|known| known.path(&self.folder) != case.path(&self.folder));
@@ -172,7 +170,6 @@ impl WorstCaseStore {
     }
 }
 
-/// Ranks the results of a case.
 fn score_cases(table: &Table, rows: &[&ResultRow]) -> Vec<WorstCase> {
     let distances: Vec<(&ResultRow, f64)> =
         rows.iter().filter_map(|row| Some((*row, table.figure(row, "distance_mean")?))).collect();
@@ -211,7 +208,6 @@ mod tests {
         }
     }
 
-    /// Returns the mesh names of a method's worst cases.
     fn names(worst: &[WorstCase], method: &str) -> Vec<String> {
         worst.iter().filter(|case| case.method == method).map(|case| case.mesh.clone()).collect()
     }

@@ -110,7 +110,6 @@ pub fn simplify_by_learned(
     if lighter.faces().is_empty() { Err(LearnedBaselineError::NothingLeft) } else { Ok(lighter) }
 }
 
-/// Scales a layer's width, to at least 1.
 fn scale_width(width: usize, share: f64) -> usize {
     ((width as f64 * share).round() as usize).max(1)
 }

@@ -67,7 +67,6 @@ impl LearnedWeights {
         self.tensors.to_bytes(&self.metadata())
     }
 
-    /// Returns the file's metadata.
     pub(super) fn metadata(&self) -> String {
         format!("width_share={} objective={}", self.width_share, self.baseline.name())
     }

@@ -11,13 +11,11 @@ use nix::time::ClockId;
 /// Duration of some work in seconds.
 #[derive(Clone, Copy, Debug)]
 pub struct Seconds {
-    /// Elapsed time.
     pub wall: f64,
     /// Processor time of the calling thread; other load on the machine hardly changes it.
     pub thread: f64,
 }
 
-/// Runs `work` and returns its result and duration.
 pub fn measure_time<T>(work: impl FnOnce() -> Result<T>) -> Result<(T, Seconds)> {
     let (wall, thread) = (now(ClockId::CLOCK_MONOTONIC), thread_time());
     let made = work()?;
@@ -25,7 +23,6 @@ pub fn measure_time<T>(work: impl FnOnce() -> Result<T>) -> Result<(T, Seconds)>
     Ok((made, Seconds { wall, thread: (thread_time() - thread).as_secs_f64() }))
 }
 
-/// Returns the processor time of this thread.
 pub fn thread_time() -> Duration {
     now(ClockId::CLOCK_THREAD_CPUTIME_ID)
 }
@@ -34,7 +31,6 @@ fn now(clock: ClockId) -> Duration {
     clock.now().map_or(Duration::ZERO, Duration::from)
 }
 
-/// Runs a program and returns its elapsed and its processor time in seconds.
 pub fn measure_program_time(command: &mut std::process::Command) -> Result<[f64; 2]> {
     let before = children_time()?;
     let (status, seconds) = measure_time(|| Ok(command.stdout(std::process::Stdio::null()).status()?))?;

@@ -1,6 +1,5 @@
 //! Markdown tables and numbers.
 
-/// Formats a table.
 pub fn table<H: AsRef<str>>(head: &[H], rows: &[Vec<String>]) -> String {
     let head: Vec<&str> = head.iter().map(AsRef::as_ref).collect();
     let line = |cells: &str| format!("| {cells} |\n");
@@ -13,7 +12,6 @@ pub fn number(value: Option<f64>) -> String {
     value.map_or("-".into(), |value| if value.abs() >= 100.0 { format!("{value:.0}") } else { format!("{value:.2}") })
 }
 
-/// Formats a count with commas between thousands.
 pub fn count(n: usize) -> String {
     let digits = n.to_string();
     let commas = |(at, digit): (usize, char)| {

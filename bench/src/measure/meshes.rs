@@ -15,12 +15,10 @@ pub fn load(path: &Path) -> Result<TriMesh> {
     Ok(compact(&positions, faces)?.0)
 }
 
-/// Returns the mesh's name in the tables.
 pub fn name(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Lists the mesh files of a folder by name.
 pub fn mesh_files(folder: &Path) -> Result<Vec<PathBuf>> {
     let entries =
         std::fs::read_dir(folder).with_context(|| format!("{}: unpack the meshes there", folder.display()))?;

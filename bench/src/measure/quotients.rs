@@ -2,7 +2,6 @@
 
 use crate::evaluate::{ResultRow, Table, median};
 
-/// A figure where less is better.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Figure {
     Distance,
@@ -35,7 +34,6 @@ impl Figure {
     }
 }
 
-/// The quotient of one mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshQuotient {
     pub mesh: String,
@@ -50,7 +48,6 @@ pub struct Quotients<'a> {
 }
 
 impl Quotients<'_> {
-    /// Returns the quotient of every mesh at one ratio.
     pub fn mesh_quotients(&self, method: &str, figure: Figure, ratio: f64) -> Vec<MeshQuotient> {
         let of_mesh =
             |mesh: String| Some(MeshQuotient { quotient: self.mesh_quotient(&mesh, method, figure, ratio)?, mesh });
@@ -69,24 +66,20 @@ impl Quotients<'_> {
         median(rows.filter_map(quotient).collect())
     }
 
-    /// Returns the median over meshes and ratios.
     pub fn median(&self, method: &str, figure: Figure, ratios: &[f64]) -> Option<f64> {
         let all = ratios.iter().flat_map(|&ratio| self.mesh_quotients(method, figure, ratio));
         median(all.map(|of_mesh| of_mesh.quotient).collect())
     }
 
-    /// Returns the median over the ratios of one mesh.
     pub fn median_of_mesh(&self, mesh: &str, method: &str, figure: Figure, ratios: &[f64]) -> Option<f64> {
         median(ratios.iter().filter_map(|&ratio| self.mesh_quotient(mesh, method, figure, ratio)).collect())
     }
 
-    /// Returns the mesh with the largest quotient.
     pub fn worst(&self, method: &str, figure: Figure, ratios: &[f64]) -> Option<MeshQuotient> {
         let all = ratios.iter().flat_map(|&ratio| self.mesh_quotients(method, figure, ratio));
         all.max_by(|a, b| a.quotient.total_cmp(&b.quotient))
     }
 
-    /// Lists the meshes in the order of their first rows.
     pub fn meshes(&self) -> Vec<String> {
         let mut meshes: Vec<String> = Vec::new();
         for row in &self.table.rows {

@@ -9,13 +9,11 @@ use neural_mesh::train;
 /// A part of the library with a version of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subsystem {
-    /// The closed assembly.
     Closed,
     /// Attributes, files and all else around the closed assembly.
     Carried,
     /// The paper's assembly.
     Paper,
-    /// The training.
     Training,
 }
 

@@ -16,7 +16,6 @@ use crate::measure::versions::{Subsystem, stamp};
 /// Mesh folders, and the measurements made with the present versions.
 pub struct Bench {
     data: PathBuf,
-    /// Folder of the measurements of all versions.
     all_versions: PathBuf,
     /// Folder of those with the present versions.
     work: PathBuf,
@@ -30,22 +29,18 @@ impl Bench {
         Ok(Self { data, all_versions: all.into(), work })
     }
 
-    /// Opens the measurements for other subsystems.
     pub fn for_subsystems(&self, subsystems: &[Subsystem]) -> Result<Self> {
         Self::new(self.data.clone(), &self.all_versions, subsystems)
     }
 
-    /// Returns the folder of a set of meshes.
     pub fn set_folder(&self, name: &str) -> PathBuf {
         self.data.join(name)
     }
 
-    /// Lists the mesh files of a set.
     pub fn meshes(&self, set: &str) -> Result<Vec<PathBuf>> {
         mesh_files(&self.set_folder(set))
     }
 
-    /// Makes and returns a folder for temporary files.
     pub fn scratch(&self, name: &str) -> Result<PathBuf> {
         let folder = self.work.join("scratch").join(name);
         std::fs::create_dir_all(&folder)?;
@@ -70,12 +65,10 @@ impl Bench {
         Ok(measured)
     }
 
-    /// Returns the folder of an evaluation.
     pub fn evaluation_folder(&self, name: &str) -> PathBuf {
         self.work.join(name)
     }
 
-    /// Evaluates methods on a set, or resumes that, and returns the rows.
     pub fn evaluate_set(
         &self,
         name: &str,

@@ -1,21 +1,18 @@
-//! Makes glued triangles intrinsically Delaunay by flipping edges, so that all weights of the Laplacian are positive.
-//!
-//! After Bobenko and Springborn, "A discrete Laplace-Beltrami operator for simplicial surfaces" (2007). Flips change the
-//! triangles, never the surface that they make up.
+//! IntrinsicSurface Delaunay triangulation by edge flips, which makes all weights of the Laplacian positive (Bobenko and
+//! Springborn 2007).
 
 use std::collections::VecDeque;
 
-use super::glued::{Glued, next};
+use super::glued_triangles::{GluedTriangles, next};
 use neural_mesh::geometry::sides::{area, opposite_cotangent};
 
-/// An edge is left alone where its cotangents sum up to more than this: rounding must not flip forth and back.
+/// Least cotangent sum of an edge to keep, so that rounding does not flip forth and back.
 const SLACK: f64 = -1e-8;
-/// Flips per half-edge before giving up; a few tenths are usual.
+/// Limit of flips per half-edge; a few tenths are usual.
 const MOST_FLIPS: usize = 50;
 
-/// Flips every edge whose opposite angles are together more than a straight one; what a bound on the number of flips
-/// leaves undone, rounding has caused.
-pub fn flip_to_delaunay(surface: &mut Glued) {
+/// Flips every edge whose opposite angles exceed a straight one together, up to a limit for rounding.
+pub fn flip_to_delaunay(surface: &mut GluedTriangles) {
     let n = surface.twin.len();
     let first_of_edge = |&half_edge: &usize| half_edge < surface.twin[half_edge] as usize;
     let mut queue: VecDeque<usize> = (0..n).filter(first_of_edge).collect();
@@ -29,13 +26,12 @@ pub fn flip_to_delaunay(surface: &mut Glued) {
     }
 }
 
-fn is_delaunay(surface: &Glued, half_edge: usize) -> bool {
+fn is_delaunay(surface: &GluedTriangles, half_edge: usize) -> bool {
     let twin = surface.twin[half_edge] as usize;
     opposite_cotangent(surface.sides(half_edge)) + opposite_cotangent(surface.sides(twin)) >= SLACK
 }
 
-/// Turns an edge to the other diagonal of its two faces; false, and nothing done, where there is none.
-fn flip(surface: &mut Glued, half_edge: usize) -> bool {
+fn flip(surface: &mut GluedTriangles, half_edge: usize) -> bool {
     let twin = surface.twin[half_edge] as usize;
     let length = other_diagonal(surface.sides(half_edge), surface.sides(twin));
     let (ahead, behind) = (next(half_edge), next(next(half_edge)));
@@ -52,16 +48,16 @@ fn flip(surface: &mut Glued, half_edge: usize) -> bool {
     true
 }
 
-/// Length of the other diagonal of two triangles laid flat, each given by the common side and the two that follow.
+/// Returns the other diagonal of two flattened triangles, given by the common side and the two that follow.
 fn other_diagonal([a, b, c]: [f64; 3], [_, d, e]: [f64; 3]) -> f64 {
-    // From the end that the first triangle's side begins at: c and d meet there.
+    // from the start of the first triangle's side, where c and d meet
     let (above_x, above_y) = ((a * a + c * c - b * b) / (2.0 * a), 2.0 * area([a, b, c]) / a);
     let (below_x, below_y) = ((a * a + d * d - e * e) / (2.0 * a), 2.0 * area([a, d, e]) / a);
     (above_x - below_x).hypot(above_y + below_y)
 }
 
-/// Gives half-edges new places, all at once, and tells their twins.
-fn move_half_edges(surface: &mut Glued, from: [usize; 4], to: [usize; 4]) {
+/// Moves half-edges to new indices at once and updates their twins.
+fn move_half_edges(surface: &mut GluedTriangles, from: [usize; 4], to: [usize; 4]) {
     let place = |half_edge: usize| from.iter().position(|&old| old == half_edge).map_or(half_edge, |at| to[at]);
     let twins = from.map(|old| place(surface.twin[old] as usize));
     let (starts, lengths) = (from.map(|old| surface.start[old]), from.map(|old| surface.length[old]));
@@ -81,7 +77,8 @@ mod tests {
     fn check(mesh: &TriMesh) {
         let mut surface = tufted_cover(mesh);
         surface.mollify(1e-5);
-        let total = |surface: &Glued| (0..surface.twin.len() / 3).map(|f| area(surface.sides(3 * f))).sum::<f64>();
+        let total =
+            |surface: &GluedTriangles| (0..surface.twin.len() / 3).map(|f| area(surface.sides(3 * f))).sum::<f64>();
         let before = total(&surface);
         flip_to_delaunay(&mut surface);
         assert!((total(&surface) - before).abs() < 1e-9 * before, "{before} {}", total(&surface));
@@ -103,7 +100,6 @@ mod tests {
         check(&shapes::wavy_sphere(3, 20.0));
     }
 
-    /// A flat kite with its long diagonal drawn: the short one has length 2.
     #[test]
     fn a_kite_gets_its_short_diagonal() {
         let positions = vec![[-4.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]];

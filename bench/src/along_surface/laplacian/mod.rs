@@ -1,11 +1,13 @@
-//! The cotangent Laplacian of any mesh, however bad its triangles, with lumped barycentric masses.
+//! The cotangent Laplacian of any mesh with lumped barycentric masses (Sharp and Crane 2020, "A Laplacian for
+//! Nonmanifold Triangle
+//! Meshes").
 //!
-//! The tufted cover makes every mesh a closed surface, mollification gives every triangle an area, and intrinsic flips
-//! make every weight positive: Sharp and Crane, "A Laplacian for Nonmanifold Triangle Meshes" (2020). On a closed manifold
-//! mesh without bad triangles it is the usual cotangent Laplacian; at boundaries it has natural (Neumann) conditions.
+//! The tufted cover closes the surface, mollification gives triangles area, and intrinsic flips make weights positive.
+//! On good closed
+//! manifolds it is the usual cotangent Laplacian; boundaries are natural (Neumann).
 
 mod delaunay;
-mod glued;
+mod glued_triangles;
 mod tufted;
 
 use rayon::prelude::*;
@@ -13,15 +15,15 @@ use rayon::prelude::*;
 use neural_mesh::geometry::sides::{area, opposite_cotangent};
 use neural_mesh::mesh::TriMesh;
 
-pub use glued::Glued;
+pub use glued_triangles::GluedTriangles;
 
-/// By which share of the mean edge length two sides of each triangle are made longer than the third.
+/// Slack of the triangle inequalities as a fraction of the mean edge length.
 const MOLLIFICATION: f64 = 1e-5;
 
-/// The Laplacian `L` (positive semidefinite) and the masses `M` of the vertices that faces use.
+/// The positive semidefinite Laplacian `L` and masses `M` of the used vertices.
 ///
-/// `(L u)_i = sum_j w_ij (u_i - u_j)` is the integral of `-div grad u` over the surroundings of vertex i, whose area is
-/// `mass[i]`; so `L u = lambda M u` has the eigenvalues of the surface, in inverse squares of the mesh's unit.
+/// `(L u)_i = sum_j w_ij (u_i - u_j)` integrates `-div grad u` around vertex i over the area `mass[i]`. Eigenvalues of
+/// `L u = lambda M u` are in inverse squares of the mesh's unit.
 ///
 /// ```
 /// use neural_mesh::mesh::shapes;
@@ -32,20 +34,20 @@ const MOLLIFICATION: f64 = 1e-5;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Laplacian {
-    /// Vertices of the mesh that faces use, ascending: n.
+    /// Used vertices of the mesh in ascending order, n.
     pub vertices: Vec<u32>,
-    /// Pairs `i < j` of places in `vertices`, ascending, and the weight `w_ij` between them.
+    /// Pairs `i < j` of indices into `vertices` in ascending order, and their weight `w_ij`.
     pub edges: Vec<([u32; 2], f64)>,
-    /// Area around each vertex, positive: n.
+    /// Positive area around each vertex, n.
     pub mass: Vec<f64>,
-    /// Number of the connected piece that each vertex is in: n.
-    pub piece: Vec<u32>,
-    /// The surface: two copies of each face, as flips left them; starts are places in `vertices`.
-    pub(super) surface: Glued,
+    /// Component of each vertex, named by its first vertex, n.
+    pub component: Vec<u32>,
+    /// Surface of two copies of each face after the flips, with indices into `vertices`.
+    pub(super) surface: GluedTriangles,
 }
 
 impl Laplacian {
-    /// Builds it; `None` where no face has an area.
+    /// Builds the Laplacian; `None` where no face has area.
     pub fn new(mesh: &TriMesh) -> Option<Self> {
         let mut surface = tufted::tufted_cover(mesh);
         surface.mollify(MOLLIFICATION);
@@ -53,15 +55,14 @@ impl Laplacian {
             return None;
         }
         delaunay::flip_to_delaunay(&mut surface);
-        let vertices = name_by_place(&mut surface.start, mesh.positions().len());
+        let vertices = renumber_used(&mut surface.start, mesh.positions().len());
         let edges = edges(&surface);
-        let piece = pieces(vertices.len(), &edges);
-        Some(Self { edges, mass: mass(&surface, vertices.len()), piece, vertices, surface })
+        let component = components(vertices.len(), &edges);
+        Some(Self { edges, mass: vertex_masses(&surface, vertices.len()), component, vertices, surface })
     }
 }
 
-/// Replaces vertices by their places among those in use, which are returned in order.
-fn name_by_place(start: &mut [u32], n_vertices: usize) -> Vec<u32> {
+fn renumber_used(start: &mut [u32], n_vertices: usize) -> Vec<u32> {
     let mut place = vec![u32::MAX; n_vertices];
     start.iter().for_each(|&v| place[v as usize] = 0);
     let used: Vec<u32> = (0..n_vertices as u32).filter(|&v| place[v as usize] == 0).collect();
@@ -70,21 +71,21 @@ fn name_by_place(start: &mut [u32], n_vertices: usize) -> Vec<u32> {
     used
 }
 
-/// The weights, half of those of the cover: each edge's sum of half cotangents over the faces beside it.
-fn edges(surface: &Glued) -> Vec<([u32; 2], f64)> {
+/// Sums the weights of the edges: half cotangents over the adjacent faces.
+fn edges(surface: &GluedTriangles) -> Vec<([u32; 2], f64)> {
     let weight = |half_edge: usize| {
         let [a, b] = surface.ends(half_edge);
         ([a.min(b), a.max(b)], 0.25 * opposite_cotangent(surface.sides(half_edge)))
     };
     let mut parts: Vec<_> = (0..surface.twin.len()).map(weight).filter(|([a, b], _)| a != b).collect();
-    // Stable, so that sums are taken in one order.
+    // stable, so that the order of sums is fixed
     parts.par_sort_by_key(|(ends, _)| *ends);
     let sum = |parts: &[([u32; 2], f64)]| (parts[0].0, parts.iter().map(|(_, weight)| weight).sum());
     parts.chunk_by(|a, b| a.0 == b.0).map(sum).collect()
 }
 
-/// A third of each face, halved as the cover has two copies.
-fn mass(surface: &Glued, n_vertices: usize) -> Vec<f64> {
+/// Sums a third of each face, halved because of the two copies.
+fn vertex_masses(surface: &GluedTriangles, n_vertices: usize) -> Vec<f64> {
     let mut mass = vec![0.0; n_vertices];
     for face in 0..surface.twin.len() / 3 {
         let share = area(surface.sides(3 * face)) / 6.0;
@@ -93,7 +94,7 @@ fn mass(surface: &Glued, n_vertices: usize) -> Vec<f64> {
     mass
 }
 
-fn pieces(n_vertices: usize, edges: &[([u32; 2], f64)]) -> Vec<u32> {
+fn components(n_vertices: usize, edges: &[([u32; 2], f64)]) -> Vec<u32> {
     let mut root: Vec<u32> = (0..n_vertices as u32).collect();
     for ([a, b], _) in edges {
         let [a, b] = [*a, *b].map(|v| root_of(&mut root, v));
@@ -102,7 +103,7 @@ fn pieces(n_vertices: usize, edges: &[([u32; 2], f64)]) -> Vec<u32> {
     (0..n_vertices as u32).map(|v| root_of(&mut root, v)).collect()
 }
 
-/// The vertex that stands for the piece of `v`; halves the way there.
+/// Finds the first vertex of the component of `v`, halving the path.
 fn root_of(root: &mut [u32], mut v: u32) -> u32 {
     while root[v as usize] != v {
         root[v as usize] = root[root[v as usize] as usize];
@@ -118,7 +119,7 @@ mod tests {
     use neural_mesh::mesh::shapes;
     use std::collections::BTreeMap;
 
-    /// The textbook's sum of half cotangents over the faces beside each edge.
+    /// Sums half cotangents over the faces at each edge.
     fn naive(mesh: &TriMesh) -> BTreeMap<[u32; 2], f64> {
         let mut weights = BTreeMap::new();
         for face in mesh.faces() {
@@ -167,8 +168,8 @@ mod tests {
     #[test]
     fn pieces_are_told_apart() {
         let boxes = Laplacian::new(&shapes::many_boxes(3)).unwrap();
-        let mut pieces = boxes.piece.clone();
-        pieces.dedup();
-        assert_eq!(pieces.len(), 3);
+        let mut components = boxes.component.clone();
+        components.dedup();
+        assert_eq!(components.len(), 3);
     }
 }

@@ -1,25 +1,26 @@
-//! The tufted cover of a mesh: two copies of each face, glued so that every side has exactly one neighbour.
+//! The tufted cover: two copies of each face, glued so that every side has exactly one neighbour (Sharp and Crane 2020,
+//! Sec. 3).
 //!
-//! After Sharp and Crane, "A Laplacian for Nonmanifold Triangle Meshes" (2020), Sec. 3: whatever the mesh, also with boundaries,
-//! edges of many faces and faces that disagree on the side, its cover is closed, oriented and edge-manifold.
+//! It is closed, oriented and edge-manifold for every mesh.
 
 use glam::DVec3;
 
-use super::glued::Glued;
+use super::glued_triangles::GluedTriangles;
 use neural_mesh::mesh::TriMesh;
 
-/// Glues two copies of each face: `2 face` as it is and `2 face + 1` turned over.
+/// Builds the tufted cover from copies `2 face` as given and `2 face + 1` reversed.
 ///
-/// Around an edge the copies that look at each other are glued; at a boundary that is a face and its own other side.
-pub fn tufted_cover(mesh: &TriMesh) -> Glued {
+/// Facing copies around an edge are glued; at a boundary these are both sides of one face.
+pub fn tufted_cover(mesh: &TriMesh) -> GluedTriangles {
     let n_half_edges = 6 * mesh.faces().len();
-    let mut cover = Glued { start: starts(mesh), twin: vec![0; n_half_edges], length: vec![0.0; n_half_edges] };
+    let mut cover =
+        GluedTriangles { start: starts(mesh), twin: vec![0; n_half_edges], length: vec![0.0; n_half_edges] };
     for_each_edge(mesh.faces(), |ends, half_edges| {
         let [from, to] = ends.map(|end| point(mesh, end));
         let length = from.distance(to);
-        let order = by_angle(mesh, [from, to], half_edges);
+        let order = sort_by_angle(mesh, [from, to], half_edges);
         for (at, &side) in order.iter().enumerate() {
-            let (here, there) = (upward(mesh, side), downward(mesh, order[(at + 1) % order.len()]));
+            let (here, there) = (ascending_copy(mesh, side), descending_copy(mesh, order[(at + 1) % order.len()]));
             (cover.twin[here], cover.twin[there]) = (there as u32, here as u32);
             (cover.length[here], cover.length[there]) = (length, length);
         }
@@ -27,22 +28,22 @@ pub fn tufted_cover(mesh: &TriMesh) -> Glued {
     cover
 }
 
-/// A side of a face: where it leads, and its number, `3 * face + place`.
+/// A half-edge of the mesh with the larger end of its edge.
 #[derive(Clone, Copy)]
 struct HalfEdge {
-    /// The end of its edge with the larger index.
+    /// Larger vertex of the edge.
     end: u32,
     half_edge: u32,
 }
 
 impl HalfEdge {
-    /// Whether it runs along its edge from the smaller vertex to the larger.
-    fn runs_up(self, faces: &[[u32; 3]]) -> bool {
+    /// Returns whether the half-edge runs from the smaller to the larger vertex.
+    fn is_ascending(self, faces: &[[u32; 3]]) -> bool {
         start(faces, self.half_edge) != self.end
     }
 }
 
-/// Calls `visit` with every edge's ends, the smaller first, and its half-edges, ascending.
+/// Calls `visit` with the ends of every edge, smaller first, and its half-edges in ascending order.
 fn for_each_edge(faces: &[[u32; 3]], mut visit: impl FnMut([u32; 2], &[HalfEdge])) {
     let ends = |half_edge: u32| [start(faces, half_edge), start(faces, next(half_edge))];
     let low = |h: &HalfEdge| ends(h.half_edge).into_iter().fold(h.end, u32::min);
@@ -55,12 +56,10 @@ fn for_each_edge(faces: &[[u32; 3]], mut visit: impl FnMut([u32; 2], &[HalfEdge]
         .for_each(|edge| visit([low(&edge[0]), edge[0].end], edge));
 }
 
-/// The vertex where a half-edge starts.
 fn start(faces: &[[u32; 3]], half_edge: u32) -> u32 {
     faces.as_flattened()[half_edge as usize]
 }
 
-/// The half-edge that follows around the same face.
 fn next(half_edge: u32) -> u32 {
     if half_edge % 3 == 2 { half_edge - 2 } else { half_edge + 1 }
 }
@@ -69,23 +68,20 @@ fn starts(mesh: &TriMesh) -> Vec<u32> {
     mesh.faces().iter().flat_map(|&[a, b, c]| [a, b, c, a, c, b]).collect()
 }
 
-/// The half-edge of the cover that runs along a side from the smaller vertex to the larger.
-fn upward(mesh: &TriMesh, side: HalfEdge) -> usize {
-    copy_of(side.half_edge, side.runs_up(mesh.faces()))
+fn ascending_copy(mesh: &TriMesh, side: HalfEdge) -> usize {
+    half_edge_of_copy(side.half_edge, side.is_ascending(mesh.faces()))
 }
 
-/// The half-edge of the other copy, which runs the other way.
-fn downward(mesh: &TriMesh, side: HalfEdge) -> usize {
-    copy_of(side.half_edge, !side.runs_up(mesh.faces()))
+fn descending_copy(mesh: &TriMesh, side: HalfEdge) -> usize {
+    half_edge_of_copy(side.half_edge, !side.is_ascending(mesh.faces()))
 }
 
-fn copy_of(half_edge: u32, as_it_is: bool) -> usize {
+fn half_edge_of_copy(half_edge: u32, as_it_is: bool) -> usize {
     let (face, side) = (half_edge as usize / 3, half_edge as usize % 3);
     6 * face + if as_it_is { side } else { 5 - side }
 }
 
-/// The sides of one edge in the order in which their faces stand around it.
-fn by_angle(mesh: &TriMesh, [from, to]: [DVec3; 2], around: &[HalfEdge]) -> Vec<HalfEdge> {
+fn sort_by_angle(mesh: &TriMesh, [from, to]: [DVec3; 2], around: &[HalfEdge]) -> Vec<HalfEdge> {
     let mut order = around.to_vec();
     if order.len() > 2 {
         let axis = (to - from).normalize_or_zero();
@@ -109,7 +105,7 @@ mod tests {
     use super::*;
     use neural_mesh::mesh::shapes;
 
-    /// Every side has one neighbour, which runs the other way between the same vertices.
+    /// Checks that every side has one neighbour with the same ends in opposite direction.
     fn check(mesh: &TriMesh) {
         let cover = tufted_cover(mesh);
         for (here, &there) in cover.twin.iter().enumerate() {
@@ -139,7 +135,7 @@ mod tests {
         assert!((0..cover.twin.len()).all(|half_edge| copy(half_edge) == copy(cover.twin[half_edge] as usize)));
     }
 
-    /// Four faces stand around an edge like the arms of a cross: each side sees the next arm, not the opposite one.
+    /// Four faces around an edge like the arms of a cross: each side is glued to the next arm.
     #[test]
     fn around_an_edge_of_many_faces_neighbours_are_glued() {
         let arms = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]].map(|[x, y]| [x, y, 0.0]);

@@ -1,25 +1,24 @@
-//! The biharmonic distance: Lipman, Rustamov and Funkhouser, "Biharmonic distance" (2010), Eq. (4).
+//! The biharmonic distance (Lipman, Rustamov and Funkhouser 2010, Eq. 4).
 
 use super::Eigenpairs;
 
 impl Eigenpairs {
-    /// Biharmonic distances from the vertex at place `source` to all others, in the mesh's unit: n.
+    /// Returns biharmonic distances from the vertex with index `source` to all others, in the mesh's unit, n.
     ///
-    /// The root of the sum over the first `n_pairs` eigenpairs of `(u_k(x) - u_k(y))^2 / lambda_k^2`, those with eigenvalue
-    /// 0 left out; what the pairs beyond add is small, as the eigenvalues grow.
+    /// The root of the sum over `n_pairs` eigenpairs with non-zero eigenvalue of `(u_k(x) - u_k(y))^2 / lambda_k^2`.
     ///
     /// ```
     /// use neural_mesh::mesh::shapes;
     /// use neural_mesh_bench::along_surface::{Eigenpairs, Laplacian};
     /// let torus = Laplacian::new(&shapes::torus(24, 12, 1.0, 0.3)).unwrap();
-    /// let distances = Eigenpairs::lowest(&torus, 40).unwrap().biharmonic_distances(0, 40);
+    /// let distances = Eigenpairs::compute_lowest(&torus, 40).unwrap().biharmonic_distances(0, 40);
     /// assert!(distances[0] == 0.0 && distances[1..].iter().all(|&distance| distance > 0.0));
     /// ```
     ///
     /// # Panics
-    /// Where `source` is not below n.
+    /// When `source` is not below n.
     pub fn biharmonic_distances(&self, source: u32, n_pairs: usize) -> Vec<f64> {
-        let mut squares = vec![0.0; self.first(0).nrows()];
+        let mut squares = vec![0.0; self.first_functions(0).nrows()];
         for pair in 0..n_pairs.min(self.values.len()) {
             if self.is_constant(pair) {
                 continue;
@@ -31,7 +30,7 @@ impl Eigenpairs {
         squares.into_iter().map(f64::sqrt).collect()
     }
 
-    /// Whether an eigenvalue is zero but for rounding: then its function is constant on each piece.
+    /// Returns whether an eigenvalue is zero up to rounding, so that its function is constant on each component.
     pub fn is_constant(&self, pair: usize) -> bool {
         self.values[pair] <= 1e-6 * self.spacing()
     }
@@ -44,11 +43,11 @@ mod tests {
     use faer::prelude::Solve;
     use neural_mesh::mesh::shapes;
 
-    /// Green's function of the squared operator over all of the space, by a dense inverse instead of eigenpairs.
+    /// Green's function of the squared operator by a dense inverse.
     fn naive(laplacian: &Laplacian, source: usize) -> Vec<f64> {
         let n = laplacian.mass.len();
         let total: f64 = laplacian.mass.iter().sum();
-        // L + m m^T / total is regular and agrees with L on functions of mean zero.
+        // L + m m^T / total is regular and agrees with L on functions of mean zero
         let mut matrix = Mat::from_fn(n, n, |i, j| laplacian.mass[i] * laplacian.mass[j] / total);
         for &([i, j], weight) in &laplacian.edges {
             let (i, j) = (i as usize, j as usize);
@@ -69,9 +68,9 @@ mod tests {
         let n = laplacian.mass.len();
         let naive = naive(&laplacian, 3);
         let largest = naive.iter().fold(0.0, |a: f64, b| a.max(*b));
-        let all = Eigenpairs::lowest(&laplacian, n).unwrap().biharmonic_distances(3, n);
+        let all = Eigenpairs::compute_lowest(&laplacian, n).unwrap().biharmonic_distances(3, n);
         assert!(all.iter().zip(&naive).all(|(a, b)| (a - b).abs() < 1e-7 * largest));
-        let some = Eigenpairs::lowest(&laplacian, n / 4).unwrap().biharmonic_distances(3, n / 4);
+        let some = Eigenpairs::compute_lowest(&laplacian, n / 4).unwrap().biharmonic_distances(3, n / 4);
         assert!(some.iter().zip(&naive).all(|(a, b)| (a - b).abs() < 0.05 * largest));
     }
 }

@@ -1,17 +1,17 @@
-//! Solves linear systems with a Laplacian and masses, over faer's sparse Cholesky factors.
+//! Sparse Cholesky factors of Laplacian and mass matrices with faer.
 
 use faer::prelude::Solve;
 use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{Mat, MatMut, Side};
 
-/// `a L + b M`, factored once to solve for many right-hand sides.
+/// The factor of `a L + b M`.
 pub struct Factor {
     llt: Llt<u32, f64>,
 }
 
 impl Factor {
-    /// Factors `a L + b M` of masses and weighed edges, `a` and `b` positive; `None` where rounding makes it indefinite.
+    /// Factors `a L + b M` with positive `a` and `b`; `None` where rounding makes it indefinite.
     pub fn new(mass: &[f64], edges: &[([u32; 2], f64)], a: f64, b: f64) -> Option<Self> {
         let n = mass.len();
         let mut diagonal: Vec<f64> = mass.iter().map(|mass| b * mass).collect();
@@ -27,14 +27,14 @@ impl Factor {
         Llt::try_new_with_symbolic(symbolic, matrix.as_ref(), Side::Lower).ok().map(|llt| Self { llt })
     }
 
-    /// Puts the solutions in the place of the right-hand sides, one per column; two threads share the columns.
+    /// Replaces right-hand sides, one per column, by their solutions on two threads.
     pub fn solve_in_place(&self, columns: MatMut<'_, f64>) {
         let half = columns.ncols() / 2;
         let (some, others) = columns.split_at_col_mut(half);
         rayon::join(|| self.llt.solve_in_place(some), || self.llt.solve_in_place(others));
     }
 
-    /// The solution for one right-hand side.
+    /// Solves for one right-hand side.
     pub fn solve(&self, right: &[f64]) -> Vec<f64> {
         let mut column = Mat::from_fn(right.len(), 1, |i, _| right[i]);
         self.solve_in_place(column.as_mut());

@@ -1,33 +1,31 @@
-//! Distances along a surface by the heat method: Crane, Weischedel and Wardetzky, "Geodesics in Heat" (2013).
+//! Geodesic distances by the heat method (Crane, Weischedel and Wardetzky 2013, "Geodesics in Heat").
 //!
-//! On the intrinsic Delaunay triangles of the [`Laplacian`], so that bad triangles do no harm. The distances are smoothed
-//! over about one edge length, and a few percent off where edges are long.
+//! It runs on the intrinsic Delaunay triangles of the [`Laplacian`]. Distances are smoothed over about one edge length.
 
 use super::factor::Factor;
-use super::longest_way::longest_way;
-use crate::along_surface::laplacian::{Glued, Laplacian};
+use super::longest_path::longest_path;
+use crate::along_surface::laplacian::{GluedTriangles, Laplacian};
 use neural_mesh::geometry::sides::area;
 
-/// What keeps the Laplacian alone from being singular, as a share of its usual first eigenvalue.
+/// Shift against singularity as a fraction of the usual first eigenvalue.
 const SHIFT: f64 = 1e-7;
 
-/// How often the heat may fall by a factor of e on the longest way: what is left of it, e^-500, is a number, and so is what is left
-/// where the way is longer than was found by up to two fifths.
+/// Largest number of decays by e along the longest path; e^-500 is still a number, with a reserve of two fifths.
 const MOST_FALLS: f64 = 500.0;
 
-/// A surface made ready for distances from any of its vertices.
+/// A surface prepared for distances from any vertex.
 pub struct HeatMethod {
-    /// One short step of heat flow.
+    /// Factor of one short step of heat flow.
     flow: Factor,
-    /// The Laplacian alone.
     poisson: Factor,
 }
 
 impl HeatMethod {
     /// Factors both systems; `None` where rounding makes one indefinite.
     ///
-    /// The time step is the square of the mean edge length, and on surfaces that are longer than 500 edges the square of a 500th of
-    /// their length: with a shorter one no heat would arrive at the other end that a number can hold.
+    /// The time step is the squared mean edge length, or on longer surfaces the square of a 500th of their length, so
+    /// that heat reaches
+    /// the other end.
     ///
     /// ```
     /// use neural_mesh::mesh::shapes;
@@ -38,43 +36,45 @@ impl HeatMethod {
     /// assert!(distances[0] == 0.0 && (farthest - std::f64::consts::PI).abs() < 0.1);
     /// ```
     pub fn new(laplacian: &Laplacian) -> Option<Self> {
-        let time = laplacian.surface.mean_length().max(longest_way(laplacian) / MOST_FALLS).powi(2);
+        let time = laplacian.surface.mean_length().max(longest_path(laplacian) / MOST_FALLS).powi(2);
         let shift = SHIFT * 4.0 * std::f64::consts::PI / laplacian.mass.iter().sum::<f64>();
         let factor = |a: f64, b: f64| Factor::new(&laplacian.mass, &laplacian.edges, a, b);
         Some(Self { flow: factor(time, 1.0)?, poisson: factor(1.0, shift)? })
     }
 
-    /// Distances from the vertex at place `source` of [`Laplacian::vertices`] to all others, in the mesh's unit: n;
-    /// infinite on other pieces. The Laplacian is the one that this was made of.
+    /// Returns the distances from the vertex with index `source` in the mesh's unit, infinite on other components, n.
+    ///
+    /// `laplacian` must be the one it was made of.
     ///
     /// # Panics
-    /// Where `source` is not below n.
+    /// When `source` is not below n.
     pub fn distances(&self, laplacian: &Laplacian, source: u32) -> Vec<f64> {
         let mut spot = vec![0.0; laplacian.mass.len()];
         spot[source as usize] = 1.0;
         let heat = self.flow.solve(&spot);
         let distances = self.poisson.solve(&divergence(&laplacian.surface, &heat));
         let start = distances[source as usize];
-        let here = laplacian.piece[source as usize];
-        let reached =
-            |(distance, &piece): (f64, &u32)| if piece == here { (distance - start).max(0.0) } else { f64::INFINITY };
-        distances.into_iter().zip(&laplacian.piece).map(reached).collect()
+        let here = laplacian.component[source as usize];
+        let reached = |(distance, &component): (f64, &u32)| {
+            if component == here { (distance - start).max(0.0) } else { f64::INFINITY }
+        };
+        distances.into_iter().zip(&laplacian.component).map(reached).collect()
     }
 }
 
-/// Divergence, integrated around each vertex, of the unit field that points away from the heat: n.
-fn divergence(surface: &Glued, heat: &[f64]) -> Vec<f64> {
+/// Integrates the divergence of the unit field away from the heat around each vertex, n.
+fn divergence(surface: &GluedTriangles, heat: &[f64]) -> Vec<f64> {
     let mut sums = vec![0.0; heat.len()];
     for face in 0..surface.start.len() / 3 {
         let corners = [0, 1, 2].map(|k| surface.start[3 * face + k] as usize);
         let flows = flows(surface.sides(3 * face), corners.map(|v| heat[v]));
-        // Half of each copy of the face.
+        // half of each copy of the face
         (0..3).for_each(|k| sums[corners[k]] += 0.5 * flows[k]);
     }
     sums
 }
 
-/// What the unit field against the gradient of `values` gives to each corner of a triangle, laid flat.
+/// Returns the flow into each corner of a flattened triangle from the unit field against the gradient of `values`.
 fn flows(sides: [f64; 3], [u, v, w]: [f64; 3]) -> [f64; 3] {
     let [a, b, c] = sides;
     let (x, y) = ((a * a + c * c - b * b) / (2.0 * a), 2.0 * area(sides) / a);
@@ -96,7 +96,7 @@ mod tests {
     use glam::DVec3;
     use neural_mesh::mesh::{TriMesh, shapes};
 
-    /// Mean error of the distances from the first vertex, as a share of the largest.
+    /// Mean error of the distances from the first vertex as a fraction of the largest.
     fn error(mesh: &TriMesh, exact: impl Fn(DVec3, DVec3) -> f64) -> f64 {
         let laplacian = Laplacian::new(mesh).unwrap();
         let distances = HeatMethod::new(&laplacian).unwrap().distances(&laplacian, 0);
@@ -116,7 +116,7 @@ mod tests {
         assert!(error(&shapes::icosphere(5), |p, q| p.normalize().dot(q.normalize()).clamp(-1.0, 1.0).acos()) < 0.01);
     }
 
-    /// A tube 5000 edges long: after 700 there would be no heat that a number can hold.
+    /// A tube of 5000 edges; without the longer time step heat would underflow after 700.
     #[test]
     fn heat_arrives_at_the_end_of_a_long_tube() {
         let (n_around, n_up) = (6, 5000);
@@ -137,8 +137,8 @@ mod tests {
     fn other_pieces_are_infinitely_far() {
         let laplacian = Laplacian::new(&shapes::many_boxes(3)).unwrap();
         let distances = HeatMethod::new(&laplacian).unwrap().distances(&laplacian, 0);
-        let infinite = distances.iter().zip(&laplacian.piece).filter(|(distance, _)| distance.is_infinite());
+        let infinite = distances.iter().zip(&laplacian.component).filter(|(distance, _)| distance.is_infinite());
         assert!(infinite.clone().count() * 3 == distances.len() * 2);
-        assert!(infinite.into_iter().all(|(_, &piece)| piece != laplacian.piece[0]));
+        assert!(infinite.into_iter().all(|(_, &component)| component != laplacian.component[0]));
     }
 }

@@ -1,7 +1,7 @@
-//! The largest eigenpairs of a symmetric operator by block Lanczos with full reorthogonalisation.
+//! Largest eigenpairs of a symmetric operator by block Lanczos with full reorthogonalisation (Golub and Underwood
+//! 1977).
 //!
-//! After Golub and Underwood, "The block Lanczos method for computing eigenvalues" (1977). A block finds eigenvalues that
-//! are several times there, up to its width and usually beyond.
+//! A block finds multiple eigenvalues, up to its width and usually beyond.
 
 use std::ops::Range;
 
@@ -13,30 +13,29 @@ use super::slabs::Slabs;
 
 /// Columns of a block.
 const WIDTH: usize = 8;
-/// How far `A x` may be from `theta x`, as a share of theta, for an eigenpair to count as found.
+/// Largest residual relative to the eigenvalue.
 const TOLERANCE: f64 = 1e-8;
-/// Columns of the basis per eigenpair, at most; two are usual,
+/// Largest number of basis columns per eigenpair; two are usual.
 const MOST: usize = 5;
-/// and columns beside, as few eigenpairs need more each.
+/// Additional columns, because few eigenpairs need more each.
 const SPARE: usize = 512;
-/// Blocks that the basis begins with, and grows by when it is full.
+/// Blocks by which the basis grows.
 const GROWTH: usize = 16;
 
-/// The basis so far and the operator seen in it.
+/// The basis and the projected operator.
 struct Krylov {
-    /// Orthonormal columns, n rows; the first `len` and the block after them are filled, what follows is zero.
+    /// Orthonormal columns, n rows; `len` and one more block are filled.
     basis: Slabs,
-    /// The operator in the basis, lower triangle, capacity x capacity.
-    seen: Mat<f64>,
+    /// Projected operator, lower triangle, capacity x capacity.
+    projected: Mat<f64>,
     len: usize,
     rng: Xoshiro256PlusPlus,
 }
 
-/// The `n_pairs` largest eigenvalues, descending, and orthonormal eigenvectors as columns, n x n_pairs.
+/// Computes the `n_pairs` largest eigenvalues, descending, with orthonormal eigenvectors, n x n_pairs.
 ///
-/// `apply` puts the operator's products in the place of a block of columns of length `n`. `None` where the basis would
-/// have to be larger than a bound or than the space.
-pub fn largest(n: usize, n_pairs: usize, apply: impl Fn(MatMut<'_, f64>)) -> Option<(Vec<f64>, Mat<f64>)> {
+/// `apply` replaces a block of columns by its products. `None` where the basis would exceed its limit or the space.
+pub fn largest_eigenpairs(n: usize, n_pairs: usize, apply: impl Fn(MatMut<'_, f64>)) -> Option<(Vec<f64>, Mat<f64>)> {
     let capacity = (MOST * n_pairs + SPARE).min(n.saturating_sub(WIDTH)) / WIDTH * WIDTH;
     let mut krylov = Krylov::new(n, capacity + WIDTH);
     let mut next_look = n_pairs + n_pairs / 2;
@@ -56,31 +55,31 @@ impl Krylov {
     fn new(n: usize, capacity: usize) -> Self {
         let rng = Xoshiro256PlusPlus::seed_from_u64(0);
         let basis = Slabs::zeros(n, GROWTH * WIDTH);
-        let mut krylov = Self { basis, seen: Mat::zeros(capacity, capacity), len: 0, rng };
+        let mut krylov = Self { basis, projected: Mat::zeros(capacity, capacity), len: 0, rng };
         krylov.push(Slabs::zeros(n, WIDTH));
         krylov
     }
 
-    /// Adds the last block to the basis and the next one after it; returns the triangle that links the two.
+    /// Appends the last block to the basis and computes the next one; returns the triangle that links them.
     fn step(&mut self, apply: &impl Fn(MatMut<'_, f64>)) -> Mat<f64> {
         let (from, to) = (self.len, self.len + WIDTH);
         if self.basis.n_columns() < to + WIDTH {
             self.basis.widen(to + GROWTH * WIDTH);
         }
-        let mut block = self.basis.columns(from..to).whole();
+        let mut block = self.basis.columns(from..to).to_matrix();
         apply(block.as_mut());
-        let mut block = Slabs::of(block.as_ref());
+        let mut block = Slabs::from_matrix(block.as_ref());
         self.len = to;
-        // In exact arithmetic only the last two blocks matter; what rounding leaves of the others, `push` takes out.
+        // in exact arithmetic only the last two blocks matter; `push` removes rounding from the others
         let near = from.saturating_sub(WIDTH);
         let inside = project_out(&self.basis, near..to, &mut block);
-        self.seen.submatrix_mut(from, from, WIDTH, WIDTH).copy_from(inside.subrows(from - near, WIDTH));
+        self.projected.submatrix_mut(from, from, WIDTH, WIDTH).copy_from(inside.subrows(from - near, WIDTH));
         let link = self.push(block);
-        self.seen.submatrix_mut(to, from, WIDTH, WIDTH).copy_from(&link);
+        self.projected.submatrix_mut(to, from, WIDTH, WIDTH).copy_from(&link);
         link
     }
 
-    /// Orthonormalises the columns of a block and puts them after the basis; returns the triangle R of block = Q R.
+    /// Orthonormalises a block and puts it after the basis; returns the triangle R of block = Q R.
     fn push(&mut self, mut block: Slabs) -> Mat<f64> {
         let first = self.orthonormalise(&mut block);
         project_out(&self.basis, 0..self.len, &mut block);
@@ -89,8 +88,8 @@ impl Krylov {
         second * first
     }
 
-    /// Makes the columns of a block orthonormal, one after the other; returns the triangle R of block = Q R. Where nothing
-    /// new lies in the direction of a column, any other will do.
+    /// Orthonormalises the columns of a block, with random ones for dependent columns; returns the triangle R of block
+    /// = Q R.
     fn orthonormalise(&mut self, block: &mut Slabs) -> Mat<f64> {
         let mut triangle = Mat::zeros(WIDTH, WIDTH);
         for j in 0..WIDTH {
@@ -106,24 +105,24 @@ impl Krylov {
                 (0..2).for_each(|_| drop(project_out(block, 0..j, &mut column)));
             }
             triangle.submatrix_mut(0, j, j, 1).copy_from(inside);
-            block.put(j, &column.mixed(Mat::from_fn(1, 1, |_, _| 1.0 / length(&column)).as_ref()));
+            block.put(j, &column.combine(Mat::from_fn(1, 1, |_, _| 1.0 / length(&column)).as_ref()));
         }
         triangle
     }
 
-    /// A direction orthogonal to the basis so far.
+    /// Draws a direction orthogonal to the basis.
     fn random_column(&mut self) -> Slabs {
         let uniform = |rng: &mut Xoshiro256PlusPlus| (rng.next_u64() >> 11) as f64 / (1u64 << 52) as f64 - 1.0;
         let column = Mat::from_fn(self.basis.n_rows(), 1, |_, _| uniform(&mut self.rng));
-        let mut column = Slabs::of(column.as_ref());
+        let mut column = Slabs::from_matrix(column.as_ref());
         (0..2).for_each(|_| drop(project_out(&self.basis, 0..self.len, &mut column)));
         column
     }
 
-    /// The largest eigenpairs, once all of them are accurate.
+    /// Returns the largest eigenpairs once all are accurate.
     fn ritz_pairs(&self, n_pairs: usize, link: MatRef<'_, f64>) -> Option<(Vec<f64>, Mat<f64>)> {
-        let seen = self.seen.submatrix(0, 0, self.len, self.len);
-        let eigen = seen.self_adjoint_eigen(Side::Lower).ok()?;
+        let projected = self.projected.submatrix(0, 0, self.len, self.len);
+        let eigen = projected.self_adjoint_eigen(Side::Lower).ok()?;
         let values = eigen.S().column_vector();
         let largest = |i: usize| self.len - 1 - i;
         let is_found = |i: usize| {
@@ -134,40 +133,39 @@ impl Krylov {
             return None;
         }
         let turned = Mat::from_fn(self.len, n_pairs, |row, i| eigen.U()[(row, largest(i))]);
-        let vectors = self.basis.mixed(turned.as_ref()).whole();
+        let vectors = self.basis.combine(turned.as_ref()).to_matrix();
         Some(((0..n_pairs).map(|i| values[largest(i)]).collect(), vectors))
     }
 }
 
-/// Takes from the columns of `block` what lies in the span of some orthonormal columns of `basis`; returns it in these.
+/// Removes the span of some orthonormal columns from a block; returns the coefficients.
 fn project_out(basis: &Slabs, columns: Range<usize>, block: &mut Slabs) -> Mat<f64> {
-    let inside = basis.inner(columns.clone(), block);
+    let inside = basis.inner_products(columns.clone(), block);
     block.subtract(basis, columns, inside.as_ref());
     inside
 }
 
-/// Length of a single column.
 fn length(column: &Slabs) -> f64 {
-    column.inner(0..1, column)[(0, 0)].sqrt()
+    column.inner_products(0..1, column)[(0, 0)].sqrt()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn of_diagonal(diagonal: &[f64], n_pairs: usize) -> (Vec<f64>, Mat<f64>) {
+    fn solve_diagonal(diagonal: &[f64], n_pairs: usize) -> (Vec<f64>, Mat<f64>) {
         let apply = |mut block: MatMut<'_, f64>| {
             for j in 0..block.ncols() {
                 (0..block.nrows()).for_each(|i| block[(i, j)] *= diagonal[i]);
             }
         };
-        largest(diagonal.len(), n_pairs, apply).unwrap()
+        largest_eigenpairs(diagonal.len(), n_pairs, apply).unwrap()
     }
 
     #[test]
     fn the_largest_of_a_diagonal_are_its_largest() {
         let diagonal: Vec<f64> = (1..=900).map(|i| 1.0 / f64::from(i)).collect();
-        let (values, vectors) = of_diagonal(&diagonal, 40);
+        let (values, vectors) = solve_diagonal(&diagonal, 40);
         for (i, value) in values.iter().enumerate() {
             assert!((value - diagonal[i]).abs() < 1e-13, "{i} {value}");
             assert!((vectors[(i, i)].abs() - 1.0).abs() < 1e-6);
@@ -179,7 +177,7 @@ mod tests {
     #[test]
     fn values_that_are_several_times_there_are_found_as_often() {
         let diagonal: Vec<f64> = (0..900).map(|i| 1.0 / f64::from(1 + i / 7)).collect();
-        let (values, _) = of_diagonal(&diagonal, 63);
+        let (values, _) = solve_diagonal(&diagonal, 63);
         assert!(values.iter().zip(&diagonal).all(|(a, b)| (a - b).abs() < 1e-12), "{values:?}");
     }
 }

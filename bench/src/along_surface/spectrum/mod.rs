@@ -1,17 +1,17 @@
-//! What the Laplacian knows of a surface: its eigenpairs, and distances along it.
+//! Spectral geometry: eigenpairs and distances of the Laplacian.
 
 mod biharmonic;
-mod carried;
+mod components;
 mod eigenpairs;
 mod factor;
 mod heat_method;
 mod lanczos;
-mod longest_way;
-mod pieces;
+mod longest_path;
 mod slabs;
 mod spectrum_error;
+mod value_transfer;
 
-pub use carried::Carried;
 pub use eigenpairs::Eigenpairs;
 pub use heat_method::HeatMethod;
 pub use spectrum_error::spectrum_error;
+pub use value_transfer::ValueTransfer;

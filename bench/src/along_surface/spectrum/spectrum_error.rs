@@ -1,8 +1,8 @@
-//! How far the eigenpairs of a simplified mesh are from those of its original: the paper's LE (Sec. 4.1), made definite.
+//! Errors of a simplified mesh's eigenpairs: the paper's LE (Sec. 4.1), made precise.
 //!
-//! The paper takes the mean squared error "between the first 200 eigenvectors" of meshes of different size. Here the
-//! simplified mesh's eigenfunctions are carried over to the original's vertices, all functions have mean square 1, and
-//! signs and bases of (nearly) equal eigenvalues, which mean nothing, are chosen to fit best.
+//! The paper compares "the first 200 eigenvectors" of meshes of different size. Here eigenfunctions are transferred to
+//! the original's
+//! vertices with mean square 1, and signs and bases of nearly equal eigenvalues are fitted.
 
 use std::ops::Range;
 
@@ -10,65 +10,63 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
 use rayon::prelude::*;
 
-use super::carried::Carried;
 use super::eigenpairs::Eigenpairs;
+use super::value_transfer::ValueTransfer;
 
-/// Eigenvalues of the original closer than this share of their mean spacing count as one.
+/// Distance of eigenvalues that count as equal, as a fraction of their mean spacing.
 const SAME: f64 = 0.1;
 
-/// Errors over eigenpairs. Those that a simplified mesh of too few vertices does not have count as such that fit nothing.
+/// The errors over eigenpairs; missing pairs of the simplified mesh count fully.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpectrumError {
-    /// Mean squared error of the eigenfunctions, each of mean square 1; 2 where nothing fits.
+    /// Mean squared error of the eigenfunctions with mean square 1; 2 for no fit.
     pub functions: f64,
-    /// Mean share of a carried eigenfunction that lies outside of the span of the original's, 0 to 1; it does not see
-    /// eigenfunctions that change places.
+    /// Mean fraction of a transferred eigenfunction outside the original's span, 0 to 1, independent of their order.
     pub span: f64,
-    /// Mean error of the eigenvalues, as a share of the original's; 1 where there is none.
+    /// Mean relative error of the eigenvalues; 1 for missing ones.
     pub values: f64,
 }
 
-/// Measures the first `n_pairs`, at most as many as the original's; `mass` are the original's.
+/// Measures the first `n_pairs` eigenpairs; `mass` is the original's.
 pub fn spectrum_error(
     mass: &[f64],
     original: &Eigenpairs,
     simplified: &Eigenpairs,
-    carried: &Carried,
+    transfer: &ValueTransfer,
     simplified_area: f64,
     n_pairs: usize,
 ) -> SpectrumError {
     let n_found = n_pairs.min(simplified.values.len());
     let ratio = simplified_area / mass.iter().sum::<f64>();
     let functions: Vec<Vec<f64>> =
-        (0..n_found).into_par_iter().map(|pair| carried.values(simplified.function(pair))).collect();
+        (0..n_found).into_par_iter().map(|pair| transfer.values(simplified.function(pair))).collect();
     let square = |u: &Vec<f64>| ratio * u.iter().zip(mass).map(|(u, m)| m * u * u).sum::<f64>();
     let squares: Vec<f64> = functions.iter().map(square).collect();
     let inner = inner_products(mass, original, &functions, ratio.sqrt());
     let groups = groups(&original.values[..n_found], SAME * original.spacing());
     SpectrumError {
-        functions: with_missing(functions_error(&groups, &squares, &inner), n_found, n_pairs, 2.0),
-        span: with_missing(span_error(&squares, &inner), n_found, n_pairs, 1.0),
-        values: with_missing(values_error(original, simplified, n_found), n_found, n_pairs, 1.0),
+        functions: extend_mean(functions_error(&groups, &squares, &inner), n_found, n_pairs, 2.0),
+        span: extend_mean(span_error(&squares, &inner), n_found, n_pairs, 1.0),
+        values: extend_mean(values_error(original, simplified, n_found), n_found, n_pairs, 1.0),
     }
 }
 
-/// The mean over `n_pairs` errors, of which those beyond `n_found` are `missing`.
-fn with_missing(mean: f64, n_found: usize, n_pairs: usize, missing: f64) -> f64 {
+/// Extends a mean over `n_found` errors to `n_pairs` with the value `missing`.
+fn extend_mean(mean: f64, n_found: usize, n_pairs: usize, missing: f64) -> f64 {
     let found = n_found as f64 / n_pairs.max(1) as f64;
     found * mean + (1.0 - found) * missing
 }
 
-/// Inner products of the original's functions (rows) with carried ones (columns), as if all had mean square 1.
+/// Returns inner products of the original's functions (rows) with transferred ones (columns), scaled to mean square 1.
 fn inner_products(mass: &[f64], original: &Eigenpairs, carried: &[Vec<f64>], scale: f64) -> Mat<f64> {
     let n_pairs = carried.len();
     let theirs = Mat::from_fn(mass.len(), n_pairs, |i, pair| scale * mass[i] * carried[pair][i]);
     let mut inner = Mat::zeros(n_pairs, n_pairs);
-    matmul(&mut inner, Accum::Replace, original.first(n_pairs).transpose(), &theirs, 1.0, Par::Seq);
+    matmul(&mut inner, Accum::Replace, original.first_functions(n_pairs).transpose(), &theirs, 1.0, Par::Seq);
     inner
 }
 
-/// Over groups of equal eigenvalues: squares of both sides less twice the best inner product that turning one of the
-/// groups can reach, which is the sum of singular values (Procrustes: Schoenemann 1966).
+/// Returns the mean squared error after the best rotation within each group (Procrustes: Schoenemann 1966).
 fn functions_error(groups: &[Range<usize>], squares: &[f64], inner: &Mat<f64>) -> f64 {
     let of_group = |group: &Range<usize>| {
         let block = inner.submatrix(group.start, group.start, group.len(), group.len());
@@ -78,7 +76,7 @@ fn functions_error(groups: &[Range<usize>], squares: &[f64], inner: &Mat<f64>) -
     groups.iter().map(of_group).sum::<f64>() / squares.len().max(1) as f64
 }
 
-/// Runs of ascending values with no step larger than `same`.
+/// Splits ascending values into runs with steps of at most `same`.
 fn groups(values: &[f64], same: f64) -> Vec<Range<usize>> {
     let mut start = 0;
     let runs = values.chunk_by(|a, b| b - a <= same);
@@ -113,7 +111,7 @@ mod tests {
         assert!(groups(&[], 0.1).is_empty());
     }
 
-    /// Turned by 30 degrees within a group there is no error, turned so across groups there is all of it.
+    /// A turn of 30 degrees is free within a group and counts fully across groups.
     #[test]
     fn turns_within_a_group_are_free() {
         let (sin, cos) = 30f64.to_radians().sin_cos();

@@ -1,13 +1,13 @@
-//! A ball of one radius over points with normals: where it rests, and what it holds.
+//! A ball of fixed radius over points with normals.
 
 use glam::DVec3;
 
 use neural_mesh::spatial::PointGrid;
 
-/// How deep a point may lie in a ball, as a share of the radius, that counts as empty: points on one sphere.
+/// Depth in the ball, as a fraction of the radius, up to which a point counts as on it.
 const ON_THE_BALL: f64 = 1e-4;
 
-/// The ball and the points it rolls over.
+/// A ball of fixed radius and the points it rolls over.
 pub(super) struct Ball<'a> {
     points: &'a [DVec3],
     normals: &'a [DVec3],
@@ -25,13 +25,13 @@ impl<'a> Ball<'a> {
         self.points[v as usize]
     }
 
-    /// All points that a ball which touches `p` may touch or hold.
+    /// Returns all points within reach of a ball that touches `p`.
     pub(super) fn near(&self, p: DVec3) -> Vec<u32> {
         self.grid.within(p.to_array(), 2.0 * self.radius)
     }
 
-    /// The center of the ball that rests on a face, on the side to which face and normals look; none where the face is
-    /// too large or looks against a normal of its corners.
+    /// Returns the center of the ball resting on the front of a face; `None` if the face is too large or against a
+    /// corner's normal.
     pub(super) fn center(&self, face: [u32; 3]) -> Option<DVec3> {
         let [a, b, c] = face.map(|v| self.point(v));
         let (ab, ac) = (b - a, c - a);
@@ -46,7 +46,7 @@ impl<'a> Ball<'a> {
         (height2 >= 0.0).then(|| a + to_middle + normal.normalize_or_zero() * height2.sqrt())
     }
 
-    /// Whether none of the points `near` lies inside of the ball, the corners of its face left out.
+    /// Returns whether none of the points `near`, apart from the face's corners, is inside the ball.
     pub(super) fn is_empty(&self, center: DVec3, face: [u32; 3], near: &[u32]) -> bool {
         let inside = (1.0 - ON_THE_BALL) * self.radius;
         let is_inside = |&v: &u32| self.point(v).distance_squared(center) < inside * inside && !face.contains(&v);

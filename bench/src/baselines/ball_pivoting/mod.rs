@@ -1,10 +1,8 @@
-//! Ball pivoting: points with normals become triangles where a ball rests on three of them (Bernardini et al. 1999).
+//! Ball pivoting: triangles where a ball rests on three points with normals (Bernardini et al. 1999).
 //!
-//! A ball starts on three points with none inside, and rolls over each open edge of the faces so far until it rests on
-//! a next point. Larger balls go on where smaller ones fell through. What no ball bridges stays a hole.
-//!
-//! Ours, since the only crate for it, `bpa_rs`, knows one radius and one piece alone, gives triangles without indices,
-//! and prints.
+//! A ball starts on three points and rolls over open edges to the next point. Larger balls continue where smaller ones
+//! fell through;
+//! what no ball bridges stays a hole. The only crate for it, `bpa_rs`, has one radius and one component, and prints.
 
 mod ball;
 mod rolling;
@@ -13,19 +11,20 @@ mod sheet;
 
 use glam::DVec3;
 
+use super::planes::to_double;
 use ball::Ball;
 use neural_mesh::spatial::nearest_neighbours;
-use rolling::{extended, reopened, roll};
-use seed::seed;
+use rolling::{add_face, reopen_edges, roll};
+use seed::find_seed;
 use sheet::Sheet;
 
-/// Radii of the balls over the average distance of a point to its nearest one, as is usual in Open3D and MeshLab.
+/// Radii over the average nearest-point distance, as in Open3D and MeshLab.
 const RADII: [f64; 4] = [1.0, 1.5, 2.0, 4.0];
 
 /// Meshes points by balls of several sizes.
 ///
-/// Faces are wound so that they look along the normals of their corners. No edge has more than two faces. Takes time
-/// quadratic in the number of points that a ball of the average spacing covers.
+/// Faces are oriented by their corners' normals, and no edge has more than two. The time is quadratic in the points per
+/// ball.
 ///
 /// # Shapes
 /// - `points`, `normals`: n x 3, finite; normals of any length
@@ -41,16 +40,16 @@ const RADII: [f64; 4] = [1.0, 1.5, 2.0, 4.0];
 /// ```
 pub fn ball_pivoting(points: &[[f32; 3]], normals: &[[f32; 3]]) -> Vec<[u32; 3]> {
     assert_eq!(points.len(), normals.len(), "one normal per point");
-    let [points, normals] = [points, normals].map(in_double);
+    let [points, normals] = [points, normals].map(to_double);
     let mut sheet = Sheet::new(points.len());
     let Some(spacing) = average_spacing(&points) else { return Vec::new() };
     for radius in RADII.map(|multiple| multiple * spacing) {
         let ball = Ball::new(&points, &normals, radius);
-        let front = reopened(&ball, &sheet);
+        let front = reopen_edges(&ball, &sheet);
         roll(&ball, &mut sheet, front);
         for v in 0..points.len() as u32 {
-            if let Some(seed) = seed(&ball, &sheet, v) {
-                let front = extended(&mut sheet, seed);
+            if let Some(seed) = find_seed(&ball, &sheet, v) {
+                let front = add_face(&mut sheet, seed);
                 roll(&ball, &mut sheet, front);
             }
         }
@@ -58,11 +57,7 @@ pub fn ball_pivoting(points: &[[f32; 3]], normals: &[[f32; 3]]) -> Vec<[u32; 3]>
     sheet.into_faces()
 }
 
-fn in_double(rows: &[[f32; 3]]) -> Vec<DVec3> {
-    rows.iter().map(|row| DVec3::from_array(row.map(f64::from))).collect()
-}
-
-/// The mean distance of a point to its nearest one; none where all points are one.
+/// Returns the mean nearest-point distance; `None` where all points coincide.
 fn average_spacing(points: &[DVec3]) -> Option<f64> {
     let single: Vec<[f32; 3]> = points.iter().map(|p| p.as_vec3().to_array()).collect();
     let nearest = nearest_neighbours(&single, 1);
@@ -85,7 +80,7 @@ mod tests {
             let points: Vec<[f32; 3]> = rows.iter().map(|row| [row[0], row[1], 0.3 * row[2]]).collect();
             let normals: Vec<[f32; 3]> = rows.iter().map(|row| [0.5 * row[3], 0.5 * row[4], 1.0]).collect();
             let faces = ball_pivoting(&points, &normals);
-            let [points, normals] = [&points, &normals].map(|rows| in_double(rows));
+            let [points, normals] = [&points, &normals].map(|rows| to_double(rows));
             let spacing = average_spacing(&points).unwrap();
             let all: Vec<u32> = (0..points.len() as u32).collect();
             for &face in &faces {

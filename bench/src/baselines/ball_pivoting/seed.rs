@@ -1,14 +1,14 @@
-//! The first face of a piece: three points on which the ball rests.
+//! First face of a component: three points on which the ball rests.
 
 use super::ball::Ball;
-use super::rolling::Rest;
+use super::rolling::RestingBall;
 use super::sheet::Sheet;
 
-/// Nearest points of which a first face is made.
+/// Nearest points tried for a first face.
 const SEED_POINTS: usize = 32;
 
-/// Where the ball rests on a point that no face has and on two more of these, if it does.
-pub(super) fn seed(ball: &Ball, sheet: &Sheet, v: u32) -> Option<Rest> {
+/// Finds a ball at rest on a free point and two other free points.
+pub(super) fn find_seed(ball: &Ball, sheet: &Sheet, v: u32) -> Option<RestingBall> {
     if !sheet.is_free(v) {
         return None;
     }
@@ -19,6 +19,6 @@ pub(super) fn seed(ball: &Ball, sheet: &Sheet, v: u32) -> Option<Rest> {
     free.truncate(SEED_POINTS);
     let pairs = (1..free.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
     let faces = pairs.flat_map(|(i, j)| [[v, free[i], free[j]], [v, free[j], free[i]]]);
-    let mut rests = faces.filter_map(|face| Some(Rest { face, center: ball.center(face)? }));
+    let mut rests = faces.filter_map(|face| Some(RestingBall { face, center: ball.center(face)? }));
     rests.find(|rest| ball.is_empty(rest.center, rest.face, &near))
 }

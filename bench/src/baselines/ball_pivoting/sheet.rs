@@ -1,13 +1,12 @@
-//! The faces so far, and where they end.
+//! The faces found so far and their open edges.
 
 use rustc_hash::FxHashSet;
 
-/// Faces none of which uses a directed edge of another, so that no edge has more than two.
+/// Faces without common directed edges, so that no edge has more than two.
 pub(super) struct Sheet {
     faces: Vec<[u32; 3]>,
-    /// Edges as the faces run along them.
     edges: FxHashSet<[u32; 2]>,
-    /// Faces at each vertex, and edges with one face there.
+    /// Number of faces at each vertex, and of open edges.
     n_faces: Vec<u32>,
     n_open: Vec<u32>,
 }
@@ -26,17 +25,15 @@ impl Sheet {
         self.faces
     }
 
-    /// Whether no face uses the vertex.
     pub(super) fn is_free(&self, v: u32) -> bool {
         self.n_faces[v as usize] == 0
     }
 
-    /// Whether a face runs along this edge and none comes back.
     pub(super) fn is_open(&self, [a, b]: [u32; 2]) -> bool {
         self.edges.contains(&[a, b]) && !self.edges.contains(&[b, a])
     }
 
-    /// Whether a face can be added: its edges are not taken, and no corner has faces all around.
+    /// Returns whether a face fits: its edges are free and no corner is surrounded.
     pub(super) fn can_take(&self, [a, b, c]: [u32; 3]) -> bool {
         let has_room = |v: u32| self.is_free(v) || self.n_open[v as usize] > 0;
         [a, b, c].into_iter().all(has_room) && ![[a, b], [b, c], [c, a]].iter().any(|edge| self.edges.contains(edge))

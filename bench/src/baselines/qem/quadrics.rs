@@ -1,16 +1,16 @@
-//! The quadrics of a mesh's vertices.
+//! Quadrics of a mesh's vertices.
 
-use crate::baselines::planes::{face_plane, in_double};
+use crate::baselines::planes::{face_plane, to_double};
 use neural_mesh::geometry::Quadric;
 use neural_mesh::geometry::triangle::area_normal_f64;
 use neural_mesh::mesh::{TriMesh, edges};
 
-/// Weight of the planes through open edges over that of their faces, as in Open3D.
+/// Weight of planes at open edges relative to their faces, as in Open3D.
 const BOUNDARY_WEIGHT: f64 = 1.0;
 
-/// The quadric of each vertex: planes of its faces and of its open edges.
+/// Sums the quadric of each vertex from its faces and open edges.
 pub(super) fn quadrics(mesh: &TriMesh) -> Vec<Quadric> {
-    let positions = in_double(mesh.positions());
+    let positions = to_double(mesh.positions());
     let mut quadrics = vec![Quadric::default(); positions.len()];
     let corners = |face: [u32; 3]| face.map(|v| positions[v as usize]);
     for &face in mesh.faces() {

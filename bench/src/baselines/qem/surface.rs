@@ -1,4 +1,4 @@
-//! A mesh while its edges collapse, and the edges that may.
+//! A mesh during edge collapse, and its candidates.
 
 use std::cmp::Ordering;
 
@@ -6,55 +6,54 @@ use glam::DVec3;
 
 use super::quadrics::quadrics;
 use crate::baselines::BaselineError;
-use crate::baselines::planes::in_double;
+use crate::baselines::planes::to_double;
 use neural_mesh::geometry::Quadric;
 use neural_mesh::geometry::triangle::area_normal_f64;
 use neural_mesh::mesh::{TriMesh, compact};
 
-/// An edge that may go: its second end into its first.
+/// A priced collapse of an edge's second end into its first.
 #[derive(Clone, Copy)]
-pub(super) struct Candidate {
+pub(super) struct CollapseCandidate {
     cost: f64,
     pub(super) edge: [u32; 2],
-    /// How often each end had changed when the cost was found.
+    /// Change counts of both ends at pricing time.
     changes: [u32; 2],
     place: DVec3,
 }
 
-impl Ord for Candidate {
+impl Ord for CollapseCandidate {
     fn cmp(&self, other: &Self) -> Ordering {
         self.cost.total_cmp(&other.cost).then_with(|| (self.edge, self.changes).cmp(&(other.edge, other.changes)))
     }
 }
 
-impl PartialOrd for Candidate {
+impl PartialOrd for CollapseCandidate {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl PartialEq for Candidate {
+impl PartialEq for CollapseCandidate {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other).is_eq()
     }
 }
 
-impl Eq for Candidate {}
+impl Eq for CollapseCandidate {}
 
-/// A mesh while its edges collapse.
-pub(super) struct Surface {
+pub(super) struct CollapsingMesh {
     positions: Vec<DVec3>,
     quadrics: Vec<Quadric>,
     faces: Vec<[u32; 3]>,
-    /// Faces around each vertex that are still there; empty for vertices that went.
+    /// Remaining faces of each vertex; empty for removed vertices.
     faces_of: Vec<Vec<u32>>,
     changes: Vec<u32>,
     pub(super) n_faces: usize,
 }
 
-impl Surface {
+impl CollapsingMesh {
     pub(super) fn new(mesh: &TriMesh) -> Self {
-        let positions = in_double(mesh.positions());
+        let positions = to_double(mesh.positions());
         let faces = mesh.faces().to_vec();
         let mut faces_of = vec![Vec::new(); positions.len()];
         for (f, face) in (0..).zip(&faces) {
@@ -65,20 +64,20 @@ impl Surface {
         Self { positions, quadrics, n_faces: faces.len(), faces, faces_of, changes }
     }
 
-    pub(super) fn candidate(&self, edge: [u32; 2]) -> Candidate {
+    pub(super) fn price_collapse(&self, edge: [u32; 2]) -> CollapseCandidate {
         let [v, w] = edge.map(|v| v as usize);
         let quadric = self.quadrics[v] + self.quadrics[w];
         let ends = [self.positions[v], self.positions[w]];
-        let (place, cost) = quadric.minimum().unwrap_or_else(|| best_of_ends(&quadric, ends));
-        Candidate { cost, edge, changes: [self.changes[v], self.changes[w]], place }
+        let (place, cost) = quadric.minimum().unwrap_or_else(|| best_candidate_point(&quadric, ends));
+        CollapseCandidate { cost, edge, changes: [self.changes[v], self.changes[w]], place }
     }
 
-    pub(super) fn is_current(&self, candidate: &Candidate) -> bool {
+    pub(super) fn is_current(&self, candidate: &CollapseCandidate) -> bool {
         candidate.edge.map(|v| self.changes[v as usize]) == candidate.changes
     }
 
-    /// Whether a face that stays would look the other way.
-    pub(super) fn turns_a_face(&self, candidate: &Candidate) -> bool {
+    /// Returns whether a remaining face would turn over.
+    pub(super) fn flips_face(&self, candidate: &CollapseCandidate) -> bool {
         let turns = |&f: &u32| {
             let face = self.faces[f as usize];
             let moved = |v: u32| if candidate.edge.contains(&v) { candidate.place } else { self.positions[v as usize] };
@@ -88,7 +87,7 @@ impl Surface {
         candidate.edge.iter().any(|&v| self.faces_of[v as usize].iter().any(turns))
     }
 
-    pub(super) fn collapse(&mut self, candidate: &Candidate) {
+    pub(super) fn collapse(&mut self, candidate: &CollapseCandidate) {
         let [kept, gone] = candidate.edge;
         for f in std::mem::take(&mut self.faces_of[gone as usize]) {
             let face = self.faces[f as usize];
@@ -105,7 +104,7 @@ impl Surface {
         candidate.edge.iter().for_each(|&v| self.changes[v as usize] += 1);
     }
 
-    /// The vertices that share a face with `v`, ascending.
+    /// Returns the neighbours of `v` in ascending order.
     pub(super) fn neighbours(&self, v: u32) -> Vec<u32> {
         let around = self.faces_of[v as usize].iter().flat_map(|&f| self.faces[f as usize]);
         let mut neighbours: Vec<u32> = around.filter(|&w| w != v).collect();
@@ -114,7 +113,6 @@ impl Surface {
         neighbours
     }
 
-    /// The faces that are left, their vertices in single precision.
     pub(super) fn into_mesh(self) -> Result<TriMesh, BaselineError> {
         let is_left = |&(f, face): &(usize, &[u32; 3])| self.faces_of[face[0] as usize].contains(&(f as u32));
         let faces = self.faces.iter().enumerate().filter(is_left).map(|(_, face)| *face).collect();
@@ -123,8 +121,8 @@ impl Surface {
     }
 }
 
-/// The cheapest of both ends and the middle, and its cost.
-fn best_of_ends(quadric: &Quadric, [a, b]: [DVec3; 2]) -> (DVec3, f64) {
+/// Returns the cheapest of both ends and the middle, with its cost.
+fn best_candidate_point(quadric: &Quadric, [a, b]: [DVec3; 2]) -> (DVec3, f64) {
     let places = [a, b, a.midpoint(b)].map(|place| (place, quadric.value(place)));
     let better = |best: (DVec3, f64), other: (DVec3, f64)| if other.1 < best.1 { other } else { best };
     better(better(places[0], places[1]), places[2])

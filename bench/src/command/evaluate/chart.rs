@@ -64,7 +64,6 @@ fn drawing_failure(error: impl Display) -> Failure {
     Failure::Failed(format!("cannot be drawn: {error}: check the rows"))
 }
 
-/// Returns the range of a coordinate with some margin.
 fn bounds(chart: &Chart, coordinate: impl Fn(&(f64, f64)) -> f64) -> (f64, f64) {
     let values = chart.lines.iter().flat_map(|line| &line.points).map(coordinate);
     let (low, high) = values.fold((f64::INFINITY, 0.0), |(low, high), value| (value.min(low), value.max(high)));
@@ -88,7 +87,6 @@ fn emptiest_corner(chart: &Chart, x: (f64, f64), y: (f64, f64)) -> SeriesLabelPo
     emptiest.map_or(SeriesLabelPosition::UpperRight, |(_, corner)| corner)
 }
 
-/// Formats a number with few characters.
 fn format_short(value: f64) -> String {
     if (1e-3..1e4).contains(&value) { format!("{}", (1e6 * value).round() / 1e6) } else { format!("{value:.0e}") }
 }

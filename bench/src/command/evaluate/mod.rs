@@ -17,7 +17,6 @@ pub use args::EvaluateArgs;
 use chart::draw_chart;
 use progress::EvaluateProgress;
 
-/// Runs an evaluation, or writes the report of an earlier one.
 pub fn run(args: &EvaluateArgs) -> Result<(), Failure> {
     match (&args.report, &args.data, &args.out) {
         (Some(folder), _, _) => publish(folder, args),
@@ -81,7 +80,6 @@ fn make_settings(args: &EvaluateArgs) -> Result<Settings, Failure> {
     })
 }
 
-/// Converts an error of an evaluation.
 fn to_failure(error: EvaluateError) -> Failure {
     match error {
         EvaluateError::Settings(what) => Failure::Usage(what),

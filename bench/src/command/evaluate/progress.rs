@@ -10,7 +10,6 @@ use neural_mesh_cli::shared::{Voice, plain};
 /// Shortest interval between updates of the bar while a method runs.
 const PATIENCE: Duration = Duration::from_millis(200);
 
-/// The progress display of an evaluation.
 pub struct EvaluateProgress {
     bar: ProgressBar,
     voice: Voice,
@@ -30,7 +29,6 @@ impl EvaluateProgress {
         Self { bar, voice, case: String::new(), mesh: String::new(), shown: Instant::now() }
     }
 
-    /// Shows an event.
     pub fn show_event(&mut self, event: Event) {
         match event {
             Event::Trying(tool) => self.show(&format!("{}: tried on a small mesh", tool.name)),
@@ -59,12 +57,10 @@ impl EvaluateProgress {
         }
     }
 
-    /// Shows a message in the bar.
     fn show(&self, words: &str) {
         self.bar.set_message(plain(words).into_owned());
     }
 
-    /// Prints a line above the bar.
     fn say(&self, line: &str) {
         self.bar.suspend(|| self.voice.say(line));
     }

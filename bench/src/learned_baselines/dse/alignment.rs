@@ -13,7 +13,6 @@ const LEAST_WEIGHT: f64 = 0.2;
 /// with two dozen points the median is as good.
 const OUTLIER: f64 = 0.25;
 
-/// A point in the plane and its weight.
 type WeightedPoint = ([f64; 2], f64);
 
 /// Replaces each map by the mean of itself and the maps of its points, after aligning them by common points.

@@ -29,7 +29,6 @@ pub struct WalkSurface {
     around: Vec<u32>,
 }
 
-/// A vertex reached by the front.
 #[derive(Clone, Copy)]
 struct FrontVertex {
     distance: f64,
@@ -37,7 +36,6 @@ struct FrontVertex {
     passed: Option<([f64; 2], DVec3)>,
 }
 
-/// The front of a walk.
 struct Front<'a> {
     surface: &'a WalkSurface,
     reached: FxHashMap<u32, FrontVertex>,
@@ -146,7 +144,6 @@ impl Front<'_> {
         None
     }
 
-    /// Returns the distance, position and axis of a passed vertex.
     fn passed_vertex(&self, v: u32) -> Option<(f64, [f64; 2], DVec3)> {
         let known = self.reached.get(&v)?;
         known.passed.map(|(at, axis)| (known.distance, at, axis))

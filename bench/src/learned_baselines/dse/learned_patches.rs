@@ -6,7 +6,6 @@ use neural_mesh::linalg::Matrix;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Points per batch.
 const BATCH: usize = 64;
 
 /// Returns the patch of each point: the [`KEPT`] most likely candidates, or fewer, with their predicted map.

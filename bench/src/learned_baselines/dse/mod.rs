@@ -87,7 +87,6 @@ pub fn remesh(mesh: &TriMesh, n_vertices: usize, seed: u64, maps: Maps<'_>) -> R
     Ok(compact(&points, faces.collect())?.0)
 }
 
-/// Orients a face by the normals at its corners.
 fn orient_face([a, b, c]: [u32; 3], points: &[[f32; 3]], normals: &[Vec3]) -> [u32; 3] {
     let [p, q, r] = [a, b, c].map(|v| Vec3::from(points[v as usize]));
     let side: f32 = [a, b, c].iter().map(|&v| normals[v as usize].dot((q - p).cross(r - p))).sum();

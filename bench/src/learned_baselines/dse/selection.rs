@@ -10,7 +10,6 @@ const NEAR: usize = 5;
 /// Overlap distance as a fraction of the mean nearest-point distance; from the paper's program.
 const CLOSE: f64 = 0.3;
 
-/// The triangles select_triangles so far.
 struct SelectedTriangles<'a> {
     points: &'a [[f32; 3]],
     /// Nearest points of each point, n x k.
@@ -19,7 +18,6 @@ struct SelectedTriangles<'a> {
     faces: Vec<[u32; 3]>,
     /// Indices of faces by point.
     at: Vec<Vec<u32>>,
-    /// Number of triangles on each edge.
     edges: FxHashMap<[u32; 2], u8>,
 }
 

@@ -19,7 +19,6 @@ const PATCHES: usize = 64;
 /// Weight of the map's loss, which makes it initially as large as the classifier's; no tensor has both.
 const MAP: f64 = 10.0;
 
-/// Patches with their targets.
 struct PatchBatch<'a> {
     around: Neighbourhoods<'a>,
     centres: Vec<u32>,

@@ -39,7 +39,6 @@ pub(super) fn pool(tape: &mut Tape, features: Matrix, net: &[Layer<Value>], n_qu
     tape.layers_group_max(&Value::constant(features), &layers(net), group)
 }
 
-/// Borrows layers in the form that the tape takes.
 pub(super) fn layers(net: &[Layer<Value>]) -> Vec<[&Value; 2]> {
     net.iter().map(|layer| layer.each_ref()).collect()
 }

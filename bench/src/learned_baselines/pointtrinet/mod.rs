@@ -65,7 +65,6 @@ pub(super) fn simplify(
     Ok(compact(&points, faces)?.0)
 }
 
-/// Orients a face by the normals at its corners.
 fn orient_face(face: [u32; 3], points: &[[f32; 3]], normals: &[[f32; 3]]) -> [u32; 3] {
     let [a, b, c] = face;
     let normal = area_normal(face.map(|v| Vec3::from_array(points[v as usize])));

@@ -51,7 +51,6 @@ pub fn overlap_kernel(
     Term::mean(each.iter().map(|(value, _)| value).sum(), &gradient, samples.len())
 }
 
-/// Returns the loss of a sample from the triangles beneath it, and its slopes.
 fn sample_loss(over: &[(u32, f64)], probabilities: &[f32]) -> (f64, Vec<(u32, f64)>) {
     let weighted = |&(t, k): &(u32, f64)| k * f64::from(probabilities[t as usize]);
     let sum: f64 = over.iter().map(weighted).sum();

@@ -99,7 +99,6 @@ pub fn triangle_features(neighbourhoods: &Neighbourhoods, queries: &[u32]) -> Ma
     Matrix::new(queries.len() * k, TRIANGLE_NUMBERS, features)
 }
 
-/// Returns the corners of a triangle.
 pub(super) fn corners(vertices: &[[f32; 3]], triangle: [u32; 3]) -> [[f32; 3]; 3] {
     triangle.map(|v| vertices[v as usize])
 }

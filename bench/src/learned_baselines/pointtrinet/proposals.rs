@@ -8,7 +8,6 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 
-/// Proposals per edge.
 const PER_EDGE: usize = 4;
 /// Added to the weights of the draw, so that any point is possible.
 const LEAST: f32 = 1e-4;
@@ -52,7 +51,6 @@ pub fn point_probabilities(
     tape.sigmoid(&logits)
 }
 
-/// Returns a triangle starting at each of its edges.
 fn rotations([a, b, c]: [u32; 3]) -> [[u32; 3]; 3] {
     [[a, b, c], [b, c, a], [c, a, b]]
 }

@@ -21,9 +21,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
 use std::sync::Arc;
 
-/// Vertices of a patch.
 const PATCH_VERTICES: usize = 256;
-/// Surface points of a patch.
 const PATCH_SURFACE: usize = 1024;
 /// Fraction of a mesh that a patch covers.
 const PATCH_SHARE: f64 = 0.25;
@@ -119,13 +117,10 @@ fn mean_distance(surface: &[SurfacePoint]) -> f64 {
     points().map(|point| point.distance(mean)).sum::<f64>() / n
 }
 
-/// The round that is trained.
 struct LastRound {
-    /// Candidates with the probabilities of this round.
     candidates: Candidates,
     probabilities: Value,
     of_points: Value,
-    /// Candidates that propose.
     queries: Vec<u32>,
     proposals: Vec<Proposal>,
 }

@@ -42,7 +42,6 @@ pub fn surface_to_triangles(
     Term::mean(each.iter().map(|(value, _)| value / length).sum(), &gradient, surface.len())
 }
 
-/// Returns the nearest triangles with their distances in order.
 fn nearest_triangles(point: [f32; 3], vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<(f32, u32)> {
     let p = Vec3::from_array(point);
     let distance =

@@ -47,7 +47,6 @@ pub(super) fn surface() -> Vec<SurfacePoint> {
     vertices()[..10].iter().enumerate().map(of).collect()
 }
 
-/// Checks a gradient against central differences.
 pub(super) fn assert_gradient(p: &[f32], loss: impl Fn(&[f32]) -> Term) {
     for (i, &found) in loss(p).gradient.iter().enumerate() {
         let at = |step: f32| {
@@ -86,7 +85,6 @@ fn run_both(tape: &mut Tape, net: &PointTriNet<Value>) -> [Value; 2] {
     [p, of_points]
 }
 
-/// Makes networks with constant tensors.
 fn constant_networks(tensors: &Tensors<Arc<Matrix>>) -> PointTriNet<Value> {
     PointTriNet::from_tensors(&tensors.constants()).expect("all tensors")
 }
@@ -105,7 +103,6 @@ fn both_networks_agree_with_numpy() {
     assert!(tape.is_empty());
 }
 
-/// Returns a weighted sum of both outputs and its weights.
 fn weighted_sum(outputs: &[Value; 2]) -> (f64, [Matrix; 2]) {
     let weights = outputs.each_ref().map(|output| random(output.matrix().n_rows(), 1, 7));
     let products = |(output, weights): (&Value, &Matrix)| {

@@ -49,7 +49,6 @@ fn sides(triangles: &[[u32; 3]]) -> Vec<([u32; 2], u32)> {
     sides
 }
 
-/// Returns the probability that exactly two are kept, and its slope by each p.
 fn exactly_two(p: &[f64]) -> (f64, Vec<f64>) {
     let mut before = vec![[1.0, 0.0, 0.0]];
     for (i, &p) in p.iter().enumerate() {
@@ -77,7 +76,6 @@ mod tests {
     use super::super::test_golden::{assert_gradient, probabilities, triangles};
     use super::*;
 
-    /// Computes the loss over all subsets of kept triangles.
     fn by_subsets(triangles: &[[u32; 3]], p: &[f32]) -> f64 {
         let n = p.len();
         let (mut open, mut all) = (0.0, 0.0);

@@ -62,7 +62,6 @@ pub fn curvature_preservation(samples: &[[f32; 3]], wanted: &[f64]) -> PointLoss
     PointLoss { value, gradient }
 }
 
-/// Points with their nearest neighbours.
 struct PointStars<'a> {
     points: &'a [[f32; 3]],
     neighbours: Vec<u32>,
@@ -75,13 +74,11 @@ impl<'a> PointStars<'a> {
         Self { points, width: neighbours.len() / points.len().max(1), neighbours }
     }
 
-    /// Returns the point and its neighbours.
     fn members(&self, s: usize) -> Vec<usize> {
         let nearest = &self.neighbours[s * self.width..][..self.width];
         [s].into_iter().chain(nearest.iter().map(|&m| m as usize)).collect()
     }
 
-    /// Returns the offsets of the members from their mean.
     fn spread(&self, s: usize) -> Vec<DVec3> {
         let places: Vec<DVec3> =
             self.members(s).into_iter().map(|m| DVec3::from_array(self.points[m].map(f64::from))).collect();
@@ -150,7 +147,6 @@ mod tests {
     use super::*;
     use crate::linalg::test_values::{assert_slopes, random};
 
-    /// Returns points near a bent sheet.
     fn sheet(n: usize) -> Vec<[f32; 3]> {
         let rows = random(n, 3, 5);
         (0..n).map(|i| rows.row(i)).map(|r| [r[0], r[1], 0.5 * r[0] * r[0] + 0.1 * r[2]]).collect()

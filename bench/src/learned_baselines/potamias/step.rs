@@ -56,7 +56,6 @@ pub fn potamias_step(
     Ok(Step { terms, gradients: parameters.gradients(&gradients) })
 }
 
-/// Returns the weighted losses of the samples.
 fn losses(samples: &[[f32; 3]], cloud: &Cloud, curvature: &[f64], ratio: f64) -> [PointLoss; 2] {
     let nearest = nearest_to(&cloud.points, samples, 1);
     let wanted: Vec<f64> = nearest.iter().map(|&at| curvature[at as usize]).collect();
@@ -70,7 +69,6 @@ fn scale_loss(loss: PointLoss, factor: f64) -> PointLoss {
     PointLoss { value: factor * loss.value, gradient }
 }
 
-/// Adds the gradients.
 fn add_gradients(one: &PointLoss, other: &PointLoss) -> Vec<[f64; 3]> {
     let rows = one.gradient.iter().zip(&other.gradient);
     rows.map(|(a, b)| std::array::from_fn(|axis| a[axis] + b[axis])).collect()

@@ -24,7 +24,6 @@ pub const REFERENCE: &str = "meshopt";
 const THEIRS: (&str, &str) = (REFERENCE, "meshoptimizer, `simplify`");
 /// Our methods in the picture of time and distance.
 const EFFORTS: [&str; 3] = ["fast", METHODS[0].0, "best"];
-/// Picture of time against distance.
 const CURVE: &str = "docs/pictures/time-and-distance.svg";
 
 /// Limit of a run in seconds.
@@ -163,7 +162,6 @@ fn table_by_figure(quotients: &Quotients, ratios: &[f64]) -> String {
     table(&head, &METHODS.iter().map(row).collect::<Vec<_>>())
 }
 
-/// Formats the topology of the results of closed inputs.
 fn topology_table(rows: &Table, inputs: &Inputs) -> String {
     let head = [
         "results of closed manifold inputs",
@@ -195,12 +193,10 @@ fn topology_table(rows: &Table, inputs: &Inputs) -> String {
     table(&head, &METHODS.iter().chain([&THEIRS]).map(line).collect::<Vec<_>>())
 }
 
-/// Returns whether all of these figures are measured and 0.
 fn are_zero(rows: &Table, row: &ResultRow, figures: &[&str]) -> bool {
     figures.iter().all(|figure| rows.figure(row, figure) == Some(0.0))
 }
 
-/// Returns a method's results of inputs that are closed and manifold.
 fn closed_results<'a>(rows: &'a Table, inputs: &'a Inputs, method: &'a str) -> impl Iterator<Item = &'a ResultRow> {
     let is_closed = |row: &&ResultRow| inputs.get(&row.mesh).is_some_and(|input| input.1);
     rows.rows.iter().filter(move |row| row.method == method && row.error.is_empty()).filter(is_closed)
@@ -231,7 +227,6 @@ fn capitalize(text: &str) -> String {
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// Lists the runs without a result.
 fn failures(rows: &Table) -> String {
     let failed = rows.rows.iter().filter(|row| !row.error.is_empty());
     let lines: Vec<String> =
@@ -239,7 +234,6 @@ fn failures(rows: &Table) -> String {
     if lines.is_empty() { String::new() } else { format!("## Without a result\n\n{}", lines.concat()) }
 }
 
-/// Replaces the table in the README.
 fn update_readme(rows: &Table, inputs: &Inputs) -> Result<()> {
     let path = root().join("README.md");
     let text = std::fs::read_to_string(&path)?;

@@ -14,11 +14,9 @@ const COLOURS: [RGBColor; 2] = [RGBColor(0, 114, 178), RGBColor(120, 120, 120)];
 /// From this fraction of the width on, names are left of their points.
 const LEFT_FROM: f64 = 0.7;
 
-/// A method in the picture.
 pub struct CurvePoint {
     /// Label beside the point.
     pub name: String,
-    /// Whether the method is ours.
     pub is_ours: bool,
     /// Quotients of time and distance.
     pub place: (f64, f64),
@@ -56,7 +54,6 @@ fn drawing_error(error: impl Display) -> anyhow::Error {
     anyhow!("the curve cannot be drawn: {error}")
 }
 
-/// Returns the range of a coordinate with some margin.
 fn bounds(points: &[CurvePoint], coordinate: impl Fn((f64, f64)) -> f64) -> (f64, f64) {
     let values = points.iter().map(|point| coordinate(point.place));
     let (low, high) = values.fold((f64::INFINITY, 0.0), |(low, high), value| (value.min(low), value.max(high)));

@@ -34,7 +34,6 @@ struct Page {
     make: fn(&Bench) -> Result<String>,
 }
 
-/// Builds the program and returns its path.
 fn build_program() -> Result<PathBuf> {
     let mut cargo = Command::new("cargo");
     cargo.args(["build", "--quiet", "--release", "-p", "neural-mesh-cli"]).current_dir(root());
@@ -73,7 +72,6 @@ const PAGES: [Page; 7] = [
     },
 ];
 
-/// Makes the pages of these names, or all pages, and an index.
 pub fn make_pages(data: PathBuf, work: &Path, only: &[String]) -> Result<()> {
     let unknown = only.iter().find(|name| !PAGES.iter().any(|page| page.name == **name));
     let names = PAGES.map(|page| page.name).join(", ");
@@ -97,7 +95,6 @@ pub fn make_pages(data: PathBuf, work: &Path, only: &[String]) -> Result<()> {
     Ok(())
 }
 
-/// Formats title, stamp and the command that makes the page.
 fn format_head(title: &str, subsystems: &[Subsystem], name: &str) -> String {
     format!(
         "# {title}\n\n<!-- {} -->\n*Measured with {}, by `neural-mesh-bench measure --only {name}`.*\n\n",

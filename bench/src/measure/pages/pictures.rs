@@ -66,7 +66,6 @@ fn figure_6(bench: &Bench) -> Result<String> {
     ))
 }
 
-/// Draws the picture of the README.
 fn draw_readme_picture(folder: &Path) -> Result<()> {
     let mut program = Command::new(build_program()?);
     program.args(["simplify", "tests/meshes/spot.ply", "--ratio", "0.1", "--picture", README, "--force", "--quiet"]);
@@ -75,7 +74,6 @@ fn draw_readme_picture(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Draws one mesh and returns its section of the page.
 fn draw_mesh(path: &Path, ratio: f64) -> Result<String> {
     let mesh = load(path)?;
     let ours = simplify(&mesh, None, &Options::new(Target::Ratio(ratio)), &mut |_| ControlFlow::Continue(()))?.mesh;

@@ -83,7 +83,6 @@ fn network_table(rows: &Table) -> String {
     table(&head, &Figure::ALL.map(line))
 }
 
-/// Formats a line for each label, method and table at each ratio.
 fn tosca_table(lines: &[(&str, &str, &Table)]) -> String {
     const FIGURES: [(&str, &str, f64); 4] = [
         ("CD", "chamfer", 1e6),

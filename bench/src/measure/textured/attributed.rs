@@ -85,7 +85,6 @@ impl SplitMesh {
         split
     }
 
-    /// Returns faces of the split mesh as a mesh with shared vertices and attributes.
     fn unite(&self, original: &AttributedMesh, faces: &[[u32; 3]]) -> Result<AttributedMesh> {
         let corners: Vec<[SplitCorner; 3]> = faces.iter().map(|face| face.map(|v| self.corners[v as usize])).collect();
         let is_face =

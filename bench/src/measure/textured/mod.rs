@@ -23,7 +23,6 @@ pub const SAMPLES: usize = 50_000;
 /// Height of the compared pictures in pixels.
 pub const HEIGHT: usize = 384;
 
-/// A mesh with its attributes.
 struct AttributedMesh {
     mesh: TriMesh,
     attributes: Attributes,
@@ -52,7 +51,6 @@ impl ModelComparison {
     }
 }
 
-/// Measures the model of a file at these ratios.
 pub fn compare_model(path: &Path, ratios: &[f64]) -> Result<Vec<ModelComparison>> {
     let model = Model::read(path).with_context(|| path.display().to_string())?;
     model.notes.iter().for_each(|note| eprintln!("{}: {note}", path.display()));
@@ -74,7 +72,6 @@ fn compare_at_ratio(model: &Model, ratio: f64) -> Result<ModelComparison> {
     Ok(ModelComparison { ratio, faces, distances, likeness: picture_likeness(model, &contestants)? })
 }
 
-/// Simplifies with the library's defaults and all attributes.
 fn simplify_ours(original: &AttributedMesh, ratio: f64) -> Result<AttributedMesh> {
     let mut input = Input::bare(&original.mesh);
     input.attributes = &original.attributes;

@@ -17,11 +17,9 @@ use neural_mesh_cli::shared::page::{Distances, Layout, SurfaceData, island, scal
 pub struct WorstCases {
     /// Each case, with the indices of its surfaces where they fit.
     pub cases: Vec<Value>,
-    /// Layouts of all surfaces.
     pub surfaces: Vec<Layout>,
     /// First view direction of each surface; `None` for results.
     pub eyes: Vec<Option<[f32; 3]>>,
-    /// Packed numbers.
     pub islands: Vec<String>,
 }
 
@@ -34,7 +32,6 @@ struct Original {
     number: Option<usize>,
 }
 
-/// Packs the worst cases of an evaluation into at most `most_bytes` bytes.
 pub fn pack_worst_cases(folder: &Path, table: &Table, most_bytes: usize) -> WorstCases {
     let (mut cases, mut left) = (WorstCases::default(), most_bytes);
     let mut originals: BTreeMap<String, Option<Original>> = BTreeMap::new();
@@ -51,7 +48,6 @@ pub fn pack_worst_cases(folder: &Path, table: &Table, most_bytes: usize) -> Wors
     cases
 }
 
-/// Sorts cases by their rank within their method.
 fn sort_by_rank(worst: Vec<WorstCase>) -> Vec<WorstCase> {
     let mut ranks: BTreeMap<String, usize> = BTreeMap::new();
     let mut rank = |case: &WorstCase| {

@@ -26,7 +26,6 @@ const ROUNDS: usize = 3;
 struct LevelsCase {
     mesh: String,
     faces: usize,
-    /// Seconds of the single runs.
     seconds: f64,
     time: f64,
     distances: [f64; 4],

@@ -27,7 +27,6 @@ pub fn page(bench: &Bench) -> Result<String> {
     Ok(format!("The options are described in [assets.md](../assets.md).\n\n{}", sections.join("\n")))
 }
 
-/// Compares machine parts with meshoptimizer.
 fn parts_of_machines(bench: &Bench) -> Result<String> {
     let settings = Settings {
         methods: ["closed", "meshopt"].map(String::from).into(),

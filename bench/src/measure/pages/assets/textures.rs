@@ -37,7 +37,6 @@ pub fn section(bench: &Bench) -> Result<String> {
     ))
 }
 
-/// Returns the path of a model, made first if it is missing.
 fn make_model(bench: &Bench, path: &std::path::Path) -> Result<PathBuf> {
     if path.is_absolute() || path.exists() {
         return Ok(path.into());

@@ -21,7 +21,6 @@ use crate::measure::workbench::Bench;
 
 /// Name of the full assembly, which the others are divided by.
 const WHOLE: &str = "whole";
-/// Samples per surface.
 const SAMPLES: usize = 50_000;
 /// Names of the figures in `evaluate`.
 const FIGURES: [&str; 3] = ["distance_mean", "distance_max", "normal_error_signed"];
@@ -30,7 +29,6 @@ const SCORES: [(&str, &str); 3] =
     [("even", "no scores"), ("network", "network scores"), ("shuffled", "shuffled weights")];
 const LEFT_OUT: [(&str, &str); 2] = [("flips", "without flips"), ("fit", "without fit")];
 
-/// One result of one method.
 #[derive(Serialize, Deserialize)]
 struct AblationResult {
     method: String,

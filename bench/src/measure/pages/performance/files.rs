@@ -20,7 +20,6 @@ const ROUNDS: usize = 5;
 #[derive(Serialize, Deserialize)]
 struct FormatTimes {
     format: String,
-    /// Bytes per face.
     size: f64,
     /// Nanoseconds per face: reading, cleaning, writing.
     times: [f64; 3],

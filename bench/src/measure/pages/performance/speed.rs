@@ -27,7 +27,6 @@ struct SpeedCase {
     mesh: String,
     faces: usize,
     ratio: f64,
-    /// Seconds of meshoptimizer.
     theirs: f64,
     /// Quotients over meshoptimizer: the default on one thread, without scores, the default on two threads.
     quotients: [f64; 3],

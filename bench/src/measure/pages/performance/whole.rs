@@ -26,7 +26,6 @@ pub struct MeshoptimizerArgs {
     faces: usize,
 }
 
-/// Reads a mesh, simplifies it with meshoptimizer and writes it.
 pub fn run_meshoptimizer(args: &MeshoptimizerArgs) -> Result<()> {
     let RawMesh { positions, faces, .. } = read_path(&args.input, None)?;
     let positions = positions.into_iter().map(|p| p.map(|x| x as f32)).collect();
@@ -36,7 +35,7 @@ pub fn run_meshoptimizer(args: &MeshoptimizerArgs) -> Result<()> {
     Ok(write_path(&args.output, &write(&lighter, &Frame::default(), Format::Ply)?, true)?)
 }
 
-/// TimeQuotients of elapsed and processor time, each with its ratio.
+/// Quotients of elapsed and processor time, each with its ratio.
 type TimeQuotients = Vec<(f64, [f64; 2])>;
 
 pub fn section(bench: &Bench) -> Result<String> {

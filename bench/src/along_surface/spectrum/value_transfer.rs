@@ -1,4 +1,4 @@
-//! Values on a simplified mesh, carried over to the vertices of its original: each takes that of the nearest point.
+//! Transfer of values from a simplified mesh to the original's vertices by closest points.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -7,16 +7,16 @@ use crate::along_surface::laplacian::Laplacian;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::spatial::NearestOnTriangles;
 
-/// For each vertex of the original where its value is taken.
-pub struct Carried {
-    /// Places of three vertices in the simplified mesh's [`Laplacian::vertices`], n x 3.
+/// The closest point on the simplified mesh for each vertex of the original.
+pub struct ValueTransfer {
+    /// Corners as indices into the simplified mesh's [`Laplacian::vertices`], n x 3.
     corners: Vec<[u32; 3]>,
-    /// Barycentric weights of the nearest point, n x 3.
+    /// Barycentric weights of the closest point, n x 3.
     weights: Vec<[f64; 3]>,
 }
 
-impl Carried {
-    /// Finds the nearest points on the simplified surface; `None` where it has no faces.
+impl ValueTransfer {
+    /// Finds the closest points; `None` where the simplified mesh has no faces.
     pub fn new(
         points: &[DVec3],
         simplified: &TriMesh,
@@ -32,7 +32,7 @@ impl Carried {
         Some(Self { corners, weights })
     }
 
-    /// The value at each vertex of the original: n.
+    /// Returns the transferred values, n.
     pub fn values(&self, on_simplified: &[f64]) -> Vec<f64> {
         let value = |(corners, weights): (&[u32; 3], &[f64; 3])| {
             let parts = (0..3).filter(|&k| weights[k] > 0.0);

@@ -1,39 +1,38 @@
-//! The longest way along the edges of a surface.
+//! The longest shortest path along the edges of a surface.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use crate::along_surface::laplacian::{Glued, Laplacian};
+use crate::along_surface::laplacian::{GluedTriangles, Laplacian};
 
-/// About the longest of all shortest ways along edges between vertices of one piece: at least half of it, on long pieces all
-/// of it.
-///
-/// Two sweeps (Dijkstra 1959): from any vertex of each piece to the farthest, and from there to the farthest again.
-pub fn longest_way(laplacian: &Laplacian) -> f64 {
-    let links = Links::new(&laplacian.surface, laplacian.mass.len());
-    let first: Vec<u32> = (0..laplacian.piece.len() as u32).filter(|&v| laplacian.piece[v as usize] == v).collect();
-    let ways = links.ways(&first);
-    let mut farthest: Vec<u32> = (0..laplacian.piece.len() as u32).collect();
-    for v in 0..laplacian.piece.len() {
-        let best = &mut farthest[laplacian.piece[v] as usize];
+/// Estimates the longest shortest path along edges within a component, at least half of it, by two sweeps (Dijkstra
+/// 1959).
+pub fn longest_path(laplacian: &Laplacian) -> f64 {
+    let links = VertexLinks::new(&laplacian.surface, laplacian.mass.len());
+    let first: Vec<u32> =
+        (0..laplacian.component.len() as u32).filter(|&v| laplacian.component[v as usize] == v).collect();
+    let ways = links.path_lengths(&first);
+    let mut farthest: Vec<u32> = (0..laplacian.component.len() as u32).collect();
+    for v in 0..laplacian.component.len() {
+        let best = &mut farthest[laplacian.component[v] as usize];
         if ways[v] > ways[*best as usize] {
             *best = v as u32;
         }
     }
-    let starts: Vec<u32> = first.iter().map(|&piece| farthest[piece as usize]).collect();
-    links.ways(&starts).into_iter().filter(|way| way.is_finite()).fold(0.0, f64::max)
+    let starts: Vec<u32> = first.iter().map(|&component| farthest[component as usize]).collect();
+    links.path_lengths(&starts).into_iter().filter(|way| way.is_finite()).fold(0.0, f64::max)
 }
 
-/// The half-edges by the vertex that they begin at.
-struct Links<'a> {
-    surface: &'a Glued,
-    /// Those of vertex v are at `starts[v]..starts[v + 1]`.
+/// The half-edges by start vertex.
+struct VertexLinks<'a> {
+    surface: &'a GluedTriangles,
+    /// Offsets into `half_edges` by vertex, n + 1.
     starts: Vec<u32>,
     half_edges: Vec<u32>,
 }
 
-impl<'a> Links<'a> {
-    fn new(surface: &'a Glued, n_vertices: usize) -> Self {
+impl<'a> VertexLinks<'a> {
+    fn new(surface: &'a GluedTriangles, n_vertices: usize) -> Self {
         let mut half_edges: Vec<u32> = (0..surface.start.len() as u32).collect();
         half_edges.sort_by_key(|&half_edge| surface.start[half_edge as usize]);
         let mut starts = vec![0; n_vertices + 1];
@@ -42,11 +41,11 @@ impl<'a> Links<'a> {
         Self { surface, starts, half_edges }
     }
 
-    /// Lengths of the shortest ways to each vertex from the nearest of some: n, infinite where there is none.
-    fn ways(&self, from: &[u32]) -> Vec<f64> {
+    /// Returns the path lengths from the nearest of some vertices, n; infinite where there is none.
+    fn path_lengths(&self, from: &[u32]) -> Vec<f64> {
         let mut ways = vec![f64::INFINITY; self.starts.len() - 1];
         from.iter().for_each(|&v| ways[v as usize] = 0.0);
-        // Lengths are not negative: their bits have the same order.
+        // lengths are non-negative, so their bits have the same order
         let mut front: BinaryHeap<Reverse<(u64, u32)>> = from.iter().map(|&v| Reverse((0, v))).collect();
         while let Some(Reverse((bits, v))) = front.pop() {
             let way = f64::from_bits(bits);
@@ -73,11 +72,11 @@ mod tests {
 
     #[test]
     fn on_known_shapes() {
-        let longest = |mesh: &TriMesh| longest_way(&Laplacian::new(mesh).unwrap());
+        let longest = |mesh: &TriMesh| longest_path(&Laplacian::new(mesh).unwrap());
         let sphere = longest(&shapes::icosphere(3));
         assert!((3.0..3.8).contains(&sphere), "{sphere}");
         let boxes = shapes::many_boxes(3);
         let one = TriMesh::new(boxes.positions()[..8].to_vec(), boxes.faces()[..12].to_vec()).unwrap();
-        assert!(longest(&boxes) < 1.6 * longest(&one), "pieces are not joined");
+        assert!(longest(&boxes) < 1.6 * longest(&one), "components are not joined");
     }
 }

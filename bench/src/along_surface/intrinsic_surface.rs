@@ -1,25 +1,25 @@
-//! What is known of a surface from within: its Laplacian, and what is solved with it.
+//! A surface with its Laplacian and the solvers for it.
 
 use glam::DVec3;
 
-use super::judge::AlongJudging;
+use super::judge::IntrinsicOptions;
 use crate::along_surface::spectrum::HeatMethod;
 use crate::along_surface::{Eigenpairs, Laplacian};
 use neural_mesh::mesh::TriMesh;
 
-/// What is known of a surface from within.
-pub struct Intrinsic {
+/// A surface with its Laplacian and the solvers for it.
+pub struct IntrinsicSurface {
     pub laplacian: Laplacian,
-    /// Position of each vertex in use, n.
+    /// Positions of the used vertices, n.
     pub points: Vec<DVec3>,
     pub heat: Option<HeatMethod>,
     pub pairs: Option<Eigenpairs>,
 }
 
-impl Intrinsic {
-    /// With the eigenpairs that a mesh of so many vertices has; `None` where nothing of it is asked for, or the surface has
-    /// no area.
-    pub fn new(mesh: &TriMesh, judging: &AlongJudging, n_asked: usize) -> Option<Self> {
+impl IntrinsicSurface {
+    /// Prepares a surface, with eigenpairs for a target of `n_asked` vertices; `None` for nothing to measure or no
+    /// area.
+    pub fn new(mesh: &TriMesh, judging: &IntrinsicOptions, n_asked: usize) -> Option<Self> {
         if judging.eigenpairs == 0 && !judging.geodesics {
             return None;
         }
@@ -29,12 +29,12 @@ impl Intrinsic {
         Some(Self {
             points: laplacian.vertices.iter().map(point).collect(),
             heat: if judging.geodesics { HeatMethod::new(&laplacian) } else { None },
-            pairs: if n_pairs > 0 { Eigenpairs::lowest(&laplacian, n_pairs) } else { None },
+            pairs: if n_pairs > 0 { Eigenpairs::compute_lowest(&laplacian, n_pairs) } else { None },
             laplacian,
         })
     }
 
-    /// Place of the vertex nearest to a point.
+    /// Returns the index of the vertex nearest to a point.
     pub fn nearest(&self, p: DVec3) -> u32 {
         let distance = |&i: &u32| self.points[i as usize].distance_squared(p);
         (0..self.points.len() as u32).min_by(|i, j| distance(i).total_cmp(&distance(j))).unwrap_or(0)

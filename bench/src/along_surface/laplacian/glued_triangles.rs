@@ -1,35 +1,35 @@
-//! Triangles known by the lengths of their sides alone, glued along their sides; no positions.
+//! Triangles with side lengths only, glued along their sides.
 
-/// Half-edge `3 * face + side` runs along a side of a face, from one corner to the next.
+/// Triangles glued along their sides; half-edge `3 * face + side` runs from one corner to the next.
 #[derive(Clone, Debug, Default)]
-pub struct Glued {
-    /// Vertex at which each half-edge begins, 3 n_faces.
+pub struct GluedTriangles {
+    /// Start vertex of each half-edge, 3 n_faces.
     pub start: Vec<u32>,
-    /// The half-edge of the neighbouring face that runs the other way, 3 n_faces.
+    /// Opposite half-edge of the neighbour, 3 n_faces.
     pub twin: Vec<u32>,
-    /// Length of each half-edge, that of its twin too, 3 n_faces.
+    /// Length of each half-edge, 3 n_faces.
     pub length: Vec<f64>,
 }
 
-impl Glued {
-    /// Vertices at the beginning and at the end of a half-edge.
+impl GluedTriangles {
+    /// Returns the start and end of a half-edge.
     pub fn ends(&self, half_edge: usize) -> [u32; 2] {
         [self.start[half_edge], self.start[next(half_edge)]]
     }
 
-    /// Lengths of a half-edge and of the two that follow it around its face.
+    /// Returns the lengths of a half-edge and of the next two around its face.
     pub fn sides(&self, half_edge: usize) -> [f64; 3] {
         let second = next(half_edge);
         [half_edge, second, next(second)].map(|side| self.length[side])
     }
 
-    /// Mean length of the sides; 0 without faces.
+    /// Returns the mean side length; 0 without faces.
     pub fn mean_length(&self) -> f64 {
         self.length.iter().sum::<f64>() / self.length.len().max(1) as f64
     }
 
-    /// Lengthens all sides alike, until in every face two sides are longer than the third by `share` of the mean length
-    /// ("mollification": Sharp and Crane 2020, Sec. 4.5), so that no face is without area.
+    /// Lengthens all sides until every triangle inequality holds by `share` of the mean length (Sharp and Crane 2020,
+    /// Sec. 4.5).
     pub fn mollify(&mut self, share: f64) {
         let least = share * self.mean_length();
         let missing = |half_edge: usize| {
@@ -41,7 +41,7 @@ impl Glued {
     }
 }
 
-/// The half-edge that follows around the face.
+/// Returns the next half-edge around the face.
 pub fn next(half_edge: usize) -> usize {
     if half_edge % 3 == 2 { half_edge - 2 } else { half_edge + 1 }
 }
@@ -54,7 +54,7 @@ mod tests {
     #[test]
     fn mollified_sides_make_triangles() {
         let length = vec![1.0, 1.0, 2.0, 0.0, 3.0, 3.0];
-        let mut glued = Glued { start: vec![0, 1, 2, 0, 1, 3], twin: vec![], length };
+        let mut glued = GluedTriangles { start: vec![0, 1, 2, 0, 1, 3], twin: vec![], length };
         glued.mollify(1e-3);
         for face in 0..2 {
             assert!(area(glued.sides(3 * face)) > 0.0);

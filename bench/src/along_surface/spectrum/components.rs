@@ -1,0 +1,71 @@
+//! The connected components of a Laplacian, whose eigenpairs together are the surface's.
+
+use rustc_hash::FxHashMap;
+
+use crate::along_surface::laplacian::Laplacian;
+
+/// A connected component of a Laplacian.
+#[derive(Default)]
+pub struct Component {
+    /// Indices into [`Laplacian::vertices`] in ascending order, n.
+    pub places: Vec<u32>,
+    /// Area around each vertex, n.
+    pub mass: Vec<f64>,
+    /// Pairs of vertices and their weight.
+    pub edges: Vec<([u32; 2], f64)>,
+}
+
+impl Component {
+    pub fn area(&self) -> f64 {
+        self.mass.iter().sum()
+    }
+}
+
+/// Splits a Laplacian into components, the largest area first.
+pub fn components(laplacian: &Laplacian) -> Vec<Component> {
+    let mut components: Vec<Component> = Vec::new();
+    let mut at: FxHashMap<u32, usize> = FxHashMap::default();
+    let mut within = Vec::with_capacity(laplacian.mass.len());
+    for (place, (&name, &mass)) in laplacian.component.iter().zip(&laplacian.mass).enumerate() {
+        let index = *at.entry(name).or_insert(components.len());
+        if index == components.len() {
+            components.push(Component::default());
+        }
+        within.push(components[index].places.len() as u32);
+        components[index].places.push(place as u32);
+        components[index].mass.push(mass);
+    }
+    for &(ends, weight) in &laplacian.edges {
+        let component = &mut components[at[&laplacian.component[ends[0] as usize]]];
+        component.edges.push((ends.map(|end| within[end as usize]), weight));
+    }
+    // stable: components of equal area stay in order
+    components.sort_by(|a, b| b.area().total_cmp(&a.area()));
+    components
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use neural_mesh::mesh::{TriMesh, shapes};
+
+    #[test]
+    fn pieces_share_out_vertices_and_edges() {
+        let small = shapes::icosphere(0);
+        let large = shapes::grid(5, 4);
+        let away = large.positions().iter().map(|p| [20.0 * p[0], 20.0 * p[1], 9.0]);
+        let positions = small.positions().iter().copied().chain(away).collect();
+        let faces = small.faces().iter().copied().chain(large.faces().iter().map(|face| face.map(|v| v + 12)));
+        let laplacian = Laplacian::new(&TriMesh::new(positions, faces.collect()).unwrap()).unwrap();
+        let components = components(&laplacian);
+        assert_eq!(components.iter().map(|component| component.places.len()).collect::<Vec<_>>(), [30, 12]);
+        assert!((components[0].area() - 400.0).abs() < 0.1 && components[1].places == (0..12).collect::<Vec<u32>>());
+        assert_eq!(components.iter().map(|component| component.edges.len()).sum::<usize>(), laplacian.edges.len());
+        for component in components {
+            for ([i, j], weight) in component.edges {
+                let ends = [i, j].map(|end| component.places[end as usize]);
+                assert!(laplacian.edges.contains(&(ends, weight)));
+            }
+        }
+    }
+}
