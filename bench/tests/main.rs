@@ -1,4 +1,4 @@
-//! The tests of the program that measures, in one program: each program more is linked anew with all that it uses.
+//! All integration tests in one program, because each further one would be linked again with everything.
 
 mod baselines;
 #[path = "../../cli/tests/common/mod.rs"]

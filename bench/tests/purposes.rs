@@ -1,4 +1,4 @@
-//! Results for the spectrum keep it better than results for the shape.
+//! Results optimised for the spectrum keep it better than results optimised for shape.
 
 use std::ops::ControlFlow;
 

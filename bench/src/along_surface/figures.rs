@@ -22,7 +22,6 @@ struct Pair<'a> {
     original: &'a IntrinsicSurface,
     simplified: IntrinsicSurface,
     transfer: ValueTransfer,
-    /// Number of eigenpairs to compare.
     n_pairs: usize,
     /// Indices of the vertices where distances start.
     sources: [u32; 2],

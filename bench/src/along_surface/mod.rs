@@ -1,4 +1,4 @@
-//! IntrinsicSurface geometry of surfaces with sparse solvers: eigenpairs, geodesic distances, and the errors of simplified
+//! Intrinsic geometry of surfaces with sparse solvers: eigenpairs, geodesic distances, and the errors of simplified
 //! meshes.
 
 mod figures;

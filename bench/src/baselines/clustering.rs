@@ -17,7 +17,7 @@ const TRIES: usize = 24;
 /// Pull toward the mean relative to the quadric's trace, for directions that planes leave open.
 const PULL: f64 = 1e-4;
 
-/// Clusters with the cell size whose result is nearest to `n_vertices` vertices.
+/// Simplifies with the cell size whose result is nearest to `n_vertices` vertices.
 pub(super) fn cluster_vertices(mesh: &TriMesh, n_vertices: usize) -> Result<TriMesh, BaselineError> {
     let positions = to_double(mesh.positions());
     let (clusters, faces) = best_clusters(&positions, mesh.faces(), n_vertices).ok_or(BaselineError::NothingLeft)?;
@@ -25,7 +25,6 @@ pub(super) fn cluster_vertices(mesh: &TriMesh, n_vertices: usize) -> Result<TriM
     Ok(compact(&places, faces)?.0)
 }
 
-/// The cells and the cell of every vertex.
 struct Clusters {
     cells: Vec<DVec3>,
     side: f64,
@@ -53,7 +52,6 @@ fn best_clusters(positions: &[DVec3], faces: &[[u32; 3]], n_vertices: usize) -> 
     best.map(|(_, clusters, left)| (clusters, left))
 }
 
-/// Assigns vertices to cells, `resolution` along the longest side.
 fn assign_cells(positions: &[DVec3], resolution: f64) -> Clusters {
     let low = positions.iter().copied().reduce(DVec3::min).unwrap_or_default();
     let high = positions.iter().copied().reduce(DVec3::max).unwrap_or_default();

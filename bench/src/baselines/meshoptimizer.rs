@@ -48,7 +48,6 @@ pub(super) fn simplify_in_grid(mesh: &TriMesh, n_faces: usize) -> Result<TriMesh
     Ok(compact(mesh.positions(), left.as_chunks().0.to_vec())?.0)
 }
 
-/// Borrows the positions for meshoptimizer; `None` where it rejects them.
 fn vertex_adapter(mesh: &TriMesh) -> Option<VertexDataAdapter<'_>> {
     VertexDataAdapter::new(typed_to_bytes(mesh.positions()), size_of::<[f32; 3]>(), 0).ok()
 }

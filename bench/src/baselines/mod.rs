@@ -89,8 +89,7 @@ pub struct Size {
 /// Simplifies a mesh by one of the methods.
 ///
 /// The seed chooses sampled points. Edge collapse and sampling stop above the target only where they get stuck;
-/// clustering comes as
-/// near as a grid does. The result has no unused vertices.
+/// clustering comes as near as a grid does. The result has no unused vertices.
 ///
 /// # Errors
 /// [`BaselineError::Empty`] for a mesh without faces, [`BaselineError::NothingLeft`] for a result without faces.

@@ -8,7 +8,6 @@ use super::ball_pivoting;
 use neural_mesh::mesh::{TriMesh, compact, vertex_normals};
 use neural_mesh::spatial::farthest_points;
 
-/// Meshes farthest points; the first one is random.
 pub(super) fn farthest_ball_pivoting(mesh: &TriMesh, n_vertices: usize, seed: u64) -> Result<TriMesh, BaselineError> {
     let (mesh, _) = compact(mesh.positions(), mesh.faces().to_vec())?;
     let first = uniform_points(mesh.positions().len(), 1, seed);
@@ -16,7 +15,6 @@ pub(super) fn farthest_ball_pivoting(mesh: &TriMesh, n_vertices: usize, seed: u6
     mesh_samples(&mesh, samples)
 }
 
-/// Meshes vertices drawn with equal probability.
 pub(super) fn uniform_ball_pivoting(mesh: &TriMesh, n_vertices: usize, seed: u64) -> Result<TriMesh, BaselineError> {
     let (mesh, _) = compact(mesh.positions(), mesh.faces().to_vec())?;
     mesh_samples(&mesh, uniform_points(mesh.positions().len(), n_vertices, seed))

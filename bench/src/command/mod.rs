@@ -52,7 +52,7 @@ pub fn run() -> ExitCode {
         Command::TrainBaseline(args) => train_baseline::run(&args),
         Command::Measure(args) => with_causes(measure::run(args)),
         Command::Stale => with_causes(measure::print_stale()),
-        Command::Work => with_causes(work::do_job()),
+        Command::Work => with_causes(work::run_job()),
         Command::WholeOther(args) => with_causes(measure::run_meshoptimizer(&args)),
     };
     ended(done)

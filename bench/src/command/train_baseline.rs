@@ -9,7 +9,6 @@ use neural_mesh_cli::shared::{Failure, files};
 
 use crate::learned_baselines::{LearnedBaseline, LearnedWeights};
 
-/// Usage line, in place of that of `train`.
 pub const USAGE: &str = "neural-mesh-bench train-baseline METHOD --data DIR --out RUN [OPTIONS]
        neural-mesh-bench train-baseline METHOD --plot RUN";
 
@@ -19,7 +18,7 @@ pub struct TrainBaselineArgs {
     /// Method: dse, potamias or pointtrinet
     #[arg(value_name = "METHOD", value_parser = parse_method)]
     method: LearnedBaseline,
-    /// Widths of its networks as a fraction of the full ones; initial weights keep theirs
+    /// Widths of its networks as a fraction of the full ones; initial weights keep their widths
     #[arg(long, value_name = "SHARE", default_value = "1", value_parser = share)]
     width_share: f64,
     #[command(flatten)]

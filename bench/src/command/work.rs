@@ -12,8 +12,8 @@ pub fn worker() -> Result<Worker> {
     Ok(Worker { program, arguments: vec!["work".into()] })
 }
 
-/// Does the job on standard input; ends with it, together with its children, when nobody waits any more.
-pub fn do_job() -> Result<()> {
+/// Runs the job on standard input; exits with all children when that closes.
+pub fn run_job() -> Result<()> {
     let mut line = String::new();
     std::io::stdin().lock().read_line(&mut line)?;
     std::thread::spawn(|| {

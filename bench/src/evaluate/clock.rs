@@ -2,11 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-/// A moment in elapsed and in processor time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moment {
     wall: Instant,
-    /// Processor time of this thread so far.
     thread: Option<Duration>,
 }
 

@@ -20,14 +20,13 @@ pub(super) struct MethodOutcome {
     pub result: Result<TriMesh, String>,
 }
 
-/// The mesh, ratio and seed of one case.
 pub(super) struct ContestCase<'a> {
     pub mesh: &'a TriMesh,
     pub ratio: f64,
     pub seed: u64,
     /// Our first method; the others get its number of faces as their target.
     pub leader: Option<&'a Method>,
-    /// That number, if already known.
+    /// Number of faces of its result, if known.
     pub n_faces: Option<usize>,
 }
 

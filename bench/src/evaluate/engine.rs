@@ -26,7 +26,6 @@ pub struct Worker {
     pub arguments: Vec<OsString>,
 }
 
-/// The settings and folder with which methods run.
 pub(super) struct Engine<'a> {
     /// Worker for our own methods; without one they run in this process and cannot be stopped.
     pub worker: Option<&'a Worker>,
@@ -120,7 +119,6 @@ impl Engine<'_> {
         Ok(RunResult { mesh, seconds, timed: TimedScope::Method })
     }
 
-    /// Returns the weights file of a method; `None` for shipped weights.
     fn weights_of(&self, method: &Method) -> Option<&Path> {
         let [closed, paper] = self.weights;
         match method {
@@ -182,7 +180,6 @@ impl Engine<'_> {
         Ok(RunResult { mesh, seconds, timed })
     }
 
-    /// Makes a temporary folder with a copy of the mesh in the tool's format.
     fn copy_input_for(&self, tool: &Tool) -> std::io::Result<tempfile::TempDir> {
         let folder = tempfile::tempdir_in(self.scratch)?;
         let input = self.input().with_extension(tool.ending("in").unwrap_or("ply"));
@@ -190,7 +187,6 @@ impl Engine<'_> {
         Ok(folder)
     }
 
-    /// Returns the path of the present mesh without extension.
     fn input(&self) -> PathBuf {
         self.scratch.join("original")
     }

@@ -10,12 +10,9 @@ use neural_mesh::io::write_path;
 /// Prefix of the temporary files of a run.
 const TEMPORARY: &str = ".neural-mesh-";
 
-/// File name of the table.
 pub(super) const ROWS: &str = "rows.csv";
-/// File name of the settings.
 pub(super) const SETTINGS: &str = "settings.json";
 
-/// The contents of a folder before a run.
 pub(super) struct FolderState {
     /// Rows to keep.
     pub table: Table,
@@ -67,7 +64,6 @@ fn check_failed(corrected: &[Tool], table: &Table) -> Result<(), EvaluateError> 
     })
 }
 
-/// Opens an inspected folder for more rows; creates it if needed.
 pub(super) fn open_folder(
     folder: &Path,
     origin: &Origin,

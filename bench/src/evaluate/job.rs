@@ -1,6 +1,5 @@
 //! One run of a method of this package. Like an external program, it can run in another process as a line of JSON, so
-//! that
-//! a method that hangs or crashes affects nothing else.
+//! that a method that hangs or crashes affects nothing else.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -17,7 +16,6 @@ use neural_mesh::mesh::{Frame, TriMesh};
 use neural_mesh::model::Weights;
 use neural_mesh::simplify::{Assembly, Effort, Optimize, Options, ScoreSource, Target, simplify};
 
-/// One run of a method of this package.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Job {
     /// Mesh file written by [`write_mesh`].
@@ -36,13 +34,11 @@ pub(super) struct Job {
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum Work {
-    /// Run of a method of this package.
     Method(Job),
-    /// Run of an external program.
     Foreign(ForeignRun),
 }
 
-/// Does work given as a line of JSON and returns the answer as JSON; for a [`Worker`](super::Worker) process.
+/// Runs work given as a line of JSON and returns the answer as JSON; for a [`Worker`](super::Worker) process.
 ///
 /// ```
 /// let answer = neural_mesh_bench::evaluate::answer_job("no work");
@@ -105,7 +101,6 @@ fn run_method(method: &Method, mesh: &TriMesh, job: &Job, weights: &JobWeights) 
     simplified.map(|simplified| simplified.mesh).map_err(|error| error.to_string())
 }
 
-/// Weights read from a job's file.
 #[derive(Default)]
 struct JobWeights {
     ours: Option<Weights>,

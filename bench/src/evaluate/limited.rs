@@ -14,7 +14,6 @@ const LONGEST_WAIT: Duration = Duration::from_millis(20);
 /// Interval between checks as a fraction of the elapsed time.
 const WAIT_FRACTION: f64 = 0.01;
 
-/// File names for the output of a process.
 const OUT: &str = "stdout";
 const WORDS: &str = "stderr";
 
@@ -32,7 +31,6 @@ pub(super) struct FinishedProcess {
 /// The reason why a process did not succeed.
 #[derive(Debug, PartialEq)]
 pub(super) enum RunFailure {
-    /// The caller stopped waiting.
     Stopped,
     /// It could not be started, failed, or exceeded the limit, as the text says.
     Failed(String),
@@ -66,7 +64,7 @@ pub(super) fn run_limited(
     // its children must not outlive it, even after success
     let _ = child.start_kill();
     let _ = child.wait();
-    let status = ended.map_err(|unfinished| unfinished.unwrap_or_else(|| exceeded(limit)))?;
+    let status = ended.map_err(|unfinished| unfinished.unwrap_or_else(|| time_limit_failure(limit)))?;
     if !status.success() {
         return Err(RunFailure::Failed(append_last_output(&describe_status(status), &[&words, &out])));
     }
@@ -74,7 +72,6 @@ pub(super) fn run_limited(
     Ok(FinishedProcess { seconds, out: String::from_utf8_lossy(&out).into_owned() })
 }
 
-/// Makes the process the head of a group that can be killed together.
 fn wrap_in_group(command: Command) -> CommandWrap {
     let mut command = CommandWrap::from(command);
     #[cfg(unix)]
@@ -113,7 +110,7 @@ pub(super) fn join_lines(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-fn exceeded(limit: Duration) -> RunFailure {
+fn time_limit_failure(limit: Duration) -> RunFailure {
     RunFailure::Failed(format!("took longer than the time limit of {} s", limit.as_secs_f64()))
 }
 

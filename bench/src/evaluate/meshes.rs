@@ -17,7 +17,6 @@ pub(super) struct MeshFile {
     pub path: PathBuf,
 }
 
-/// Lists the mesh files of a folder whose names begin with one of `only`, or all, by name.
 pub(super) fn mesh_files(folder: &Path, only: &[String]) -> Result<Vec<MeshFile>, EvaluateError> {
     let problem = |error| EvaluateError::file(folder, format!("cannot be read: {error}: give a folder of mesh files"));
     let entries = std::fs::read_dir(folder).map_err(problem)?;

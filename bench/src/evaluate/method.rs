@@ -107,7 +107,7 @@ impl Method {
     }
 }
 
-/// Returns the methods of these names in order, each once; `all` stands for every named method. Unnamed tools come
+/// Returns the methods of these names in order, each once; `all` means every named method. Unnamed tools come
 /// last.
 pub(super) fn choose_methods(names: &[String], tools: &[Tool]) -> Result<Vec<Method>, EvaluateError> {
     check_tools(tools)?;

@@ -119,7 +119,6 @@ pub fn overview(table: &Table, relative_to: Option<&str>) -> Overview {
     }
 }
 
-/// Returns sizes, seconds and the figures that have values.
 fn columns(table: &Table) -> Vec<Column> {
     let explained = empty_figures();
     let size = |name: &str, unit: &str, about: &str, value| Column {

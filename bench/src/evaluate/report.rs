@@ -34,7 +34,6 @@ pub fn write_report(folder: &Path, relative_to: Option<&str>) -> Result<Table, E
     Ok(table)
 }
 
-/// Formats the rows as a list of objects, one per line.
 fn to_json(table: &Table) -> String {
     let names = columns(&table.figures);
     let objects: Vec<String> = table.rows.iter().map(|row| to_object(&names, row).to_string()).collect();

@@ -58,7 +58,6 @@ pub struct Conditions {
     pub cores: usize,
 }
 
-/// The columns before the figures.
 const COLUMNS: [&str; 22] = [
     "mesh",
     "ratio",
@@ -129,7 +128,6 @@ impl ResultRow {
         fields
     }
 
-    /// Parses a row; `None` for invalid fields.
     pub(super) fn from_fields(fields: &[String]) -> Option<Self> {
         let mut rest = fields.iter();
         let mut next = || rest.next().map(String::as_str);

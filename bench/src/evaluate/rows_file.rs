@@ -32,7 +32,6 @@ impl Table {
     }
 }
 
-/// A table on disk, open for more rows.
 pub(super) struct RowsFile {
     file: File,
     path: PathBuf,
@@ -108,7 +107,6 @@ impl RowsFile {
     }
 }
 
-/// Describes why the table cannot be locked.
 fn lock_problem(error: &TryLockError) -> String {
     match error {
         TryLockError::WouldBlock => "is in use by another evaluation: wait for its end".into(),

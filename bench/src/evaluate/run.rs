@@ -108,8 +108,7 @@ pub enum Ending {
 /// Measures every method at every ratio on every mesh and appends the rows to `rows.csv` case by case.
 ///
 /// `report` can stop it at any time; stopped or killed, it loses only the present case. Tools that lack rows are first
-/// tried on
-/// a small mesh. The meshes of each method's worst cases are saved ([`worst_cases`](super::worst_cases)).
+/// tried on a small mesh. The meshes of each method's worst cases are saved ([`worst_cases`](super::worst_cases)).
 ///
 /// # Errors
 /// [`EvaluateError`] about settings, data, folder or a tool. A failing method or an unreadable mesh is a row with its
@@ -220,13 +219,11 @@ struct EvaluationRun<'a> {
     scratch: &'a Path,
 }
 
-/// A row and the mesh it describes.
 struct JudgedResult {
     row: ResultRow,
     result: Option<TriMesh>,
 }
 
-/// One case by name: mesh, ratio and seed.
 struct Trial<'a> {
     mesh: &'a str,
     ratio: f64,
@@ -240,7 +237,6 @@ impl Trial<'_> {
 }
 
 impl EvaluationRun<'_> {
-    /// Runs every case of a mesh that is not in the table yet.
     fn run_mesh(
         &mut self,
         file: &MeshFile,
@@ -301,7 +297,6 @@ impl EvaluationRun<'_> {
         (judging, if spectrum { IntrinsicOptions::default() } else { IntrinsicOptions::NONE })
     }
 
-    /// Saves the meshes of a case that is among a method's worst.
     fn save_worst(&mut self, trial: &Trial, original: &TriMesh, judged: &[JudgedResult]) -> Result<(), EvaluateError> {
         let known = self.methods.iter().filter_map(|method| trial.row(&self.rows.table, method));
         let rows: Vec<&ResultRow> = known.chain(judged.iter().map(|judged| &judged.row)).collect();
@@ -381,7 +376,6 @@ impl EvaluationRun<'_> {
         }
     }
 
-    /// Compares pictures of original and result, if the settings say so.
     fn compare_appearance(&self, original: &TriMesh, result: &TriMesh) -> Option<Appearance> {
         let asked = self.request.settings.appearance;
         asked.then(|| appearance(original, result, USUAL_HEIGHT)).flatten()

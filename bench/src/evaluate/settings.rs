@@ -16,7 +16,7 @@ use neural_mesh::model::Weights;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Settings {
-    /// Names of methods; `all` stands for every one.
+    /// Names of methods; `all` means every one.
     pub methods: Vec<String>,
     /// External programs; those not among the methods take part too.
     pub tools: Vec<Tool>,
@@ -41,7 +41,6 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// Returns settings with every method and the paper's ratios and samples.
     fn default() -> Self {
         Self {
             methods: vec!["all".into()],
@@ -151,7 +150,6 @@ impl Origin {
     }
 }
 
-/// Describes the first setting that differs, with both values.
 fn differing_field(before: &Settings, now: &Settings) -> Option<String> {
     let [before, now] = [before, now].map(|settings| serde_json::to_value(settings).unwrap_or_default());
     let (Value::Object(before), Value::Object(now)) = (before, now) else { return None };

@@ -51,11 +51,8 @@ pub(super) fn facts(table: &Table) -> Facts {
 pub(super) enum Value {
     /// Figure by its index, times a factor.
     Figure(usize, f64),
-    /// Median seconds.
     Seconds,
-    /// Vertices of the result.
     Vertices,
-    /// Faces of the result.
     Faces,
     /// Faces of the result, in percent of the input's.
     ShareOfFaces,
@@ -83,7 +80,7 @@ pub(super) fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// Pairs the rows of two methods by mesh and seed.
+/// Joins the rows of two methods by mesh and seed.
 pub(super) fn pairs<'a>(rows: &[&'a ResultRow], others: &[&'a ResultRow]) -> Vec<(&'a ResultRow, &'a ResultRow)> {
     let case = |row: &'a ResultRow| (row.mesh.as_str(), row.seed);
     let mut of_case: HashMap<(&str, u64), &ResultRow> = HashMap::new();
@@ -113,7 +110,6 @@ pub(super) fn ratios(table: &Table) -> Vec<f64> {
     ratios
 }
 
-/// Returns the names of the methods in the order of their first rows.
 pub(super) fn methods(table: &Table) -> Vec<&str> {
     distinct(table.rows.iter().map(|row| row.method.as_str()))
 }

@@ -9,18 +9,16 @@ use super::{ResultRow, Table};
 use neural_mesh::metrics::Figure;
 
 /// A column: title, figure, and the factor for reading.
-type Column = (&'static str, &'static str, f64);
+type TableColumn = (&'static str, &'static str, f64);
 
-/// The columns of the paper's Table 1.
-const PAPER: [Column; 4] = [
+const PAPER: [TableColumn; 4] = [
     ("CD", "chamfer", 1e6),
     ("WA, %", "edges_without_two_faces", 1.0),
     ("LE", "laplacian_functions", 1.0),
     ("NE", "normal_error", 1.0),
 ];
 
-/// Further columns of every method.
-const MORE: [Column; 7] = [
+const MORE: [TableColumn; 7] = [
     ("distance, %", "distance_mean", 1.0),
     ("Hausdorff, %", "distance_max", 1.0),
     ("normals, degrees", "normal_angle", 1.0),
@@ -38,7 +36,6 @@ struct ShownColumn {
     value: Value,
 }
 
-/// Formats all tables as one page with `relative_to` as the reference method.
 pub(super) fn make_page(table: &Table, relative_to: Option<&str>) -> String {
     let mut page = format_head(table);
     write_section(&mut page, table, "As in the paper's Table 1", &shown_columns(table, &PAPER, true), relative_to);
@@ -47,10 +44,10 @@ pub(super) fn make_page(table: &Table, relative_to: Option<&str>) -> String {
     page
 }
 
-fn shown_columns(table: &Table, columns: &[Column], with_time: bool) -> Vec<ShownColumn> {
+fn shown_columns(table: &Table, columns: &[TableColumn], with_time: bool) -> Vec<ShownColumn> {
     let place = |name: &str| table.figures.iter().position(|figure| figure == name);
     let figure =
-        |&(title, name, scale): &Column| Some(ShownColumn { title, value: Value::Figure(place(name)?, scale) });
+        |&(title, name, scale): &TableColumn| Some(ShownColumn { title, value: Value::Figure(place(name)?, scale) });
     let time = ShownColumn { title: "time, s", value: Value::Seconds };
     let sizes =
         [("vertices", Value::Vertices), ("faces", Value::Faces)].map(|(title, value)| ShownColumn { title, value });
@@ -106,7 +103,6 @@ fn describe_figure(figure: &Figure, scale: f64) -> String {
     format!("{}{unit}", figure.about)
 }
 
-/// Formats a table per ratio, with quotients where there is a reference method.
 fn write_section(page: &mut String, table: &Table, title: &str, columns: &[ShownColumn], relative_to: Option<&str>) {
     let _ = writeln!(page, "\n## {title}");
     for ratio in ratios(table) {
@@ -160,7 +156,6 @@ fn format_results(rows: &[&ResultRow]) -> String {
     format!("{} of {n_cases}{larger}", n_results(rows))
 }
 
-/// Counts the results that exceed the target in vertices and in faces.
 fn count_too_large(rows: &[&ResultRow]) -> usize {
     let is_larger = |n: usize, asked: usize| n as f64 > LARGER * asked as f64;
     let larger = |row: &&&ResultRow| {

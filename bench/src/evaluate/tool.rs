@@ -19,7 +19,6 @@ pub struct Tool {
     pub command: String,
 }
 
-/// The values of a command line's placeholders.
 pub(super) struct Placeholders<'a> {
     /// Path of the input mesh without extension.
     pub input: &'a Path,

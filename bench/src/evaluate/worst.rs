@@ -1,12 +1,9 @@
 //! The worst cases of each method with their meshes.
 //!
 //! Meshes are saved during the evaluation, because remaking them may take hours and need missing programs. A case is
-//! ranked by its
-//! distance over the least distance of the other methods in the same case, which no later case changes. So the saved
-//! meshes follow
-//! from the rows alone, also after a kill: meshes are written before their rows, and others removed after. When a
-//! corrected tool
-//! changes quotients, cases without meshes are left out.
+//! ranked by its distance over the least distance of the other methods in the same case, which no later case changes.
+//! So the saved meshes follow from the rows alone, also after a kill: meshes are written before their rows, and others
+//! removed after. When a corrected tool changes quotients, cases without meshes are left out.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -17,14 +14,12 @@ use super::summary::distinct;
 use super::{EvaluateError, ResultRow, Table};
 use neural_mesh::mesh::TriMesh;
 
-/// Saved cases per method.
 const CASES: usize = 3;
 /// Largest number of faces of an original; a page of 30 MB holds no more.
 const MOST_FACES: usize = 1_000_000;
 /// Position step of the page in percent of the diagonal; smaller distances are equal there.
 const LEAST: f64 = 100.0 / 65_535.0;
 
-/// Name of the folder of the meshes.
 pub(super) const WORST: &str = "worst";
 
 /// A case among a method's worst.
@@ -88,7 +83,6 @@ pub fn worst_cases(folder: &Path, table: &Table) -> Vec<WorstCase> {
     WorstCaseStore::new(folder, table).ranks.into_values().flatten().collect()
 }
 
-/// The saved meshes of a running evaluation.
 pub(super) struct WorstCaseStore {
     folder: PathBuf,
     ranks: BTreeMap<String, Vec<WorstCase>>,

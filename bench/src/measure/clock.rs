@@ -8,7 +8,6 @@ use nix::sys::resource::{UsageWho, getrusage};
 use nix::sys::time::TimeValLike;
 use nix::time::ClockId;
 
-/// Duration of some work in seconds.
 #[derive(Clone, Copy, Debug)]
 pub struct Seconds {
     pub wall: f64,
@@ -43,7 +42,6 @@ fn children_time() -> Result<f64> {
     Ok(1e-6 * (usage.user_time().num_microseconds() + usage.system_time().num_microseconds()) as f64)
 }
 
-/// Resets the peak that [`peak_bytes`] returns (Linux).
 pub fn reset_peak() -> Result<()> {
     std::fs::write("/proc/self/clear_refs", "5").context("the peak of memory cannot be reset")
 }

@@ -7,7 +7,6 @@ use neural_mesh::io::{Format, read_path};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{TriMesh, compact, shapes};
 
-/// Reads and cleans a mesh, without unused vertices.
 pub fn load(path: &Path) -> Result<TriMesh> {
     let raw = read_path(path, None).with_context(|| path.display().to_string())?;
     let mesh = clean(raw, &CleanOptions::default()).with_context(|| path.display().to_string())?.mesh;
@@ -38,7 +37,6 @@ pub fn bumpy_torus(n_faces: usize) -> TriMesh {
     TriMesh::new(positions.into_iter().map(displace_point).collect(), faces).unwrap_or_default()
 }
 
-/// Moves a point of the torus along the tube's normal by waves of three sizes.
 fn displace_point([x, y, z]: [f32; 3]) -> [f32; 3] {
     let [x, y, z] = [x, y, z].map(f64::from);
     let around = y.atan2(x);

@@ -34,7 +34,6 @@ pub struct MeasureArgs {
     only: Vec<String>,
 }
 
-/// Makes the pages named in the arguments.
 pub fn run(MeasureArgs { data, work, only }: MeasureArgs) -> Result<()> {
     pages::make_pages(data, &work, &only)
 }
@@ -50,7 +49,6 @@ pub fn print_stale() -> Result<()> {
     }
 }
 
-/// Returns the repository's folder.
 fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }

@@ -40,7 +40,6 @@ pub struct MeshQuotient {
     pub quotient: f64,
 }
 
-/// The rows of an evaluation and the reference method.
 #[derive(Clone, Copy)]
 pub struct Quotients<'a> {
     pub table: &'a Table,

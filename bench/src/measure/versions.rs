@@ -12,7 +12,6 @@ pub enum Subsystem {
     Closed,
     /// Attributes, files and all else around the closed assembly.
     Carried,
-    /// The paper's assembly.
     Paper,
     Training,
 }
@@ -69,7 +68,6 @@ const NONE: &str = "none";
 
 /// Start of the README's table; its stamp follows.
 pub const TABLE_BEGINS: &str = "<!-- neural-mesh-bench measure: ";
-/// End of the README's table.
 pub const TABLE_ENDS: &str = "<!-- /neural-mesh-bench measure -->";
 
 /// Lists the pages whose stamp is missing or outdated, README included, each with the reason.

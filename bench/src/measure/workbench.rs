@@ -17,7 +17,6 @@ use crate::measure::versions::{Subsystem, stamp};
 pub struct Bench {
     data: PathBuf,
     all_versions: PathBuf,
-    /// Folder of those with the present versions.
     work: PathBuf,
 }
 

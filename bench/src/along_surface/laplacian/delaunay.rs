@@ -1,4 +1,4 @@
-//! IntrinsicSurface Delaunay triangulation by edge flips, which makes all weights of the Laplacian positive (Bobenko and
+//! Intrinsic Delaunay triangulation by edge flips, which makes all weights of the Laplacian positive (Bobenko and
 //! Springborn 2007).
 
 use std::collections::VecDeque;
@@ -56,7 +56,6 @@ fn other_diagonal([a, b, c]: [f64; 3], [_, d, e]: [f64; 3]) -> f64 {
     (above_x - below_x).hypot(above_y + below_y)
 }
 
-/// Moves half-edges to new indices at once and updates their twins.
 fn move_half_edges(surface: &mut GluedTriangles, from: [usize; 4], to: [usize; 4]) {
     let place = |half_edge: usize| from.iter().position(|&old| old == half_edge).map_or(half_edge, |at| to[at]);
     let twins = from.map(|old| place(surface.twin[old] as usize));

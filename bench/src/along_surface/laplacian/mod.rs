@@ -1,10 +1,8 @@
 //! The cotangent Laplacian of any mesh with lumped barycentric masses (Sharp and Crane 2020, "A Laplacian for
-//! Nonmanifold Triangle
-//! Meshes").
+//! Nonmanifold Triangle Meshes").
 //!
 //! The tufted cover closes the surface, mollification gives triangles area, and intrinsic flips make weights positive.
-//! On good closed
-//! manifolds it is the usual cotangent Laplacian; boundaries are natural (Neumann).
+//! On good closed manifolds it is the usual cotangent Laplacian; boundaries are natural (Neumann).
 
 mod delaunay;
 mod glued_triangles;
@@ -71,7 +69,6 @@ fn renumber_used(start: &mut [u32], n_vertices: usize) -> Vec<u32> {
     used
 }
 
-/// Sums the weights of the edges: half cotangents over the adjacent faces.
 fn edges(surface: &GluedTriangles) -> Vec<([u32; 2], f64)> {
     let weight = |half_edge: usize| {
         let [a, b] = surface.ends(half_edge);
@@ -119,7 +116,6 @@ mod tests {
     use neural_mesh::mesh::shapes;
     use std::collections::BTreeMap;
 
-    /// Sums half cotangents over the faces at each edge.
     fn naive(mesh: &TriMesh) -> BTreeMap<[u32; 2], f64> {
         let mut weights = BTreeMap::new();
         for face in mesh.faces() {

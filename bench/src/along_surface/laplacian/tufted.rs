@@ -31,13 +31,11 @@ pub fn tufted_cover(mesh: &TriMesh) -> GluedTriangles {
 /// A half-edge of the mesh with the larger end of its edge.
 #[derive(Clone, Copy)]
 struct HalfEdge {
-    /// Larger vertex of the edge.
     end: u32,
     half_edge: u32,
 }
 
 impl HalfEdge {
-    /// Returns whether the half-edge runs from the smaller to the larger vertex.
     fn is_ascending(self, faces: &[[u32; 3]]) -> bool {
         start(faces, self.half_edge) != self.end
     }

@@ -43,7 +43,6 @@ mod tests {
     use faer::prelude::Solve;
     use neural_mesh::mesh::shapes;
 
-    /// Green's function of the squared operator by a dense inverse.
     fn naive(laplacian: &Laplacian, source: usize) -> Vec<f64> {
         let n = laplacian.mass.len();
         let total: f64 = laplacian.mass.iter().sum();

@@ -24,8 +24,7 @@ impl Eigenpairs {
     /// Computes the `n_pairs` lowest eigenpairs, at most n; `None` where the solver fails.
     ///
     /// Each component is solved by shift-invert block Lanczos over a sparse Cholesky factor. An eigenvalue of one
-    /// component with a
-    /// multiplicity above eight may be found fewer times.
+    /// component with a multiplicity above eight may be found fewer times.
     ///
     /// ```
     /// use neural_mesh::mesh::shapes;
@@ -99,7 +98,6 @@ fn solve_components(components: &[Component], n_pairs: usize) -> Option<Vec<Eige
     }
 }
 
-/// Returns component and index of the `n_pairs` lowest of all eigenpairs.
 fn select_lowest(solved: &[Eigenpairs], n_pairs: usize) -> Vec<(usize, usize)> {
     let of_piece = |component: usize| (0..solved[component].values.len()).map(move |index| (component, index));
     let mut all: Vec<(usize, usize)> = (0..solved.len()).flat_map(of_piece).collect();

@@ -11,7 +11,7 @@ pub struct Factor {
 }
 
 impl Factor {
-    /// Factors `a L + b M` with positive `a` and `b`; `None` where rounding makes it indefinite.
+    /// Computes the factor of `a L + b M` with positive `a` and `b`; `None` where rounding makes it indefinite.
     pub fn new(mass: &[f64], edges: &[([u32; 2], f64)], a: f64, b: f64) -> Option<Self> {
         let n = mass.len();
         let mut diagonal: Vec<f64> = mass.iter().map(|mass| b * mass).collect();

@@ -21,11 +21,10 @@ pub struct HeatMethod {
 }
 
 impl HeatMethod {
-    /// Factors both systems; `None` where rounding makes one indefinite.
+    /// Computes both factors; `None` where rounding makes one indefinite.
     ///
     /// The time step is the squared mean edge length, or on longer surfaces the square of a 500th of their length, so
-    /// that heat reaches
-    /// the other end.
+    /// that heat reaches the other end.
     ///
     /// ```
     /// use neural_mesh::mesh::shapes;
@@ -96,7 +95,6 @@ mod tests {
     use glam::DVec3;
     use neural_mesh::mesh::{TriMesh, shapes};
 
-    /// Mean error of the distances from the first vertex as a fraction of the largest.
     fn error(mesh: &TriMesh, exact: impl Fn(DVec3, DVec3) -> f64) -> f64 {
         let laplacian = Laplacian::new(mesh).unwrap();
         let distances = HeatMethod::new(&laplacian).unwrap().distances(&laplacian, 0);

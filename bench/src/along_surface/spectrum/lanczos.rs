@@ -11,7 +11,6 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 use super::slabs::Slabs;
 
-/// Columns of a block.
 const WIDTH: usize = 8;
 /// Largest residual relative to the eigenvalue.
 const TOLERANCE: f64 = 1e-8;
@@ -19,10 +18,8 @@ const TOLERANCE: f64 = 1e-8;
 const MOST: usize = 5;
 /// Additional columns, because few eigenpairs need more each.
 const SPARE: usize = 512;
-/// Blocks by which the basis grows.
 const GROWTH: usize = 16;
 
-/// The basis and the projected operator.
 struct Krylov {
     /// Orthonormal columns, n rows; `len` and one more block are filled.
     basis: Slabs,

@@ -23,7 +23,6 @@ pub fn longest_path(laplacian: &Laplacian) -> f64 {
     links.path_lengths(&starts).into_iter().filter(|way| way.is_finite()).fold(0.0, f64::max)
 }
 
-/// The half-edges by start vertex.
 struct VertexLinks<'a> {
     surface: &'a GluedTriangles,
     /// Offsets into `half_edges` by vertex, n + 1.
@@ -41,7 +40,6 @@ impl<'a> VertexLinks<'a> {
         Self { surface, starts, half_edges }
     }
 
-    /// Returns the path lengths from the nearest of some vertices, n; infinite where there is none.
     fn path_lengths(&self, from: &[u32]) -> Vec<f64> {
         let mut ways = vec![f64::INFINITY; self.starts.len() - 1];
         from.iter().for_each(|&v| ways[v as usize] = 0.0);

@@ -1,8 +1,7 @@
 //! Errors of a simplified mesh's eigenpairs: the paper's LE (Sec. 4.1), made precise.
 //!
 //! The paper compares "the first 200 eigenvectors" of meshes of different size. Here eigenfunctions are transferred to
-//! the original's
-//! vertices with mean square 1, and signs and bases of nearly equal eigenvalues are fitted.
+//! the original's vertices with mean square 1, and signs and bases of nearly equal eigenvalues are fitted.
 
 use std::ops::Range;
 
@@ -76,7 +75,6 @@ fn functions_error(groups: &[Range<usize>], squares: &[f64], inner: &Mat<f64>) -
     groups.iter().map(of_group).sum::<f64>() / squares.len().max(1) as f64
 }
 
-/// Splits ascending values into runs with steps of at most `same`.
 fn groups(values: &[f64], same: f64) -> Vec<Range<usize>> {
     let mut start = 0;
     let runs = values.chunk_by(|a, b| b - a <= same);

@@ -7,7 +7,6 @@ use neural_mesh::spatial::PointGrid;
 /// Depth in the ball, as a fraction of the radius, up to which a point counts as on it.
 const ON_THE_BALL: f64 = 1e-4;
 
-/// A ball of fixed radius and the points it rolls over.
 pub(super) struct Ball<'a> {
     points: &'a [DVec3],
     normals: &'a [DVec3],
@@ -26,7 +25,7 @@ impl<'a> Ball<'a> {
     }
 
     /// Returns all points within reach of a ball that touches `p`.
-    pub(super) fn near(&self, p: DVec3) -> Vec<u32> {
+    pub(super) fn points_near(&self, p: DVec3) -> Vec<u32> {
         self.grid.within(p.to_array(), 2.0 * self.radius)
     }
 

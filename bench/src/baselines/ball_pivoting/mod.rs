@@ -1,8 +1,8 @@
 //! Ball pivoting: triangles where a ball rests on three points with normals (Bernardini et al. 1999).
 //!
 //! A ball starts on three points and rolls over open edges to the next point. Larger balls continue where smaller ones
-//! fell through;
-//! what no ball bridges stays a hole. The only crate for it, `bpa_rs`, has one radius and one component, and prints.
+//! fell through; what no ball bridges stays a hole. The only crate for it, `bpa_rs`, has one radius and one component,
+//! and prints.
 
 mod ball;
 mod rolling;

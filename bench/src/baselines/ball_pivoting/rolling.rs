@@ -18,14 +18,12 @@ pub(super) struct OpenEdge {
     center: DVec3,
 }
 
-/// A ball at rest on three points.
 #[derive(Clone, Copy)]
 pub(super) struct RestingBall {
     pub(super) face: [u32; 3],
     pub(super) center: DVec3,
 }
 
-/// Rolls the ball over open edges until no face is added.
 pub(super) fn roll(ball: &Ball, sheet: &mut Sheet, mut front: VecDeque<OpenEdge>) {
     while let Some(open) = front.pop_front() {
         if sheet.is_open(open.edge)
@@ -56,7 +54,7 @@ pub(super) fn reopen_edges(ball: &Ball, sheet: &Sheet) -> VecDeque<OpenEdge> {
         sheet.faces().iter().filter(|&&[a, b, c]| [[a, b], [b, c], [c, a]].iter().any(|&e| sheet.is_open(e)));
     let rests = at_boundary.filter_map(|&face| {
         let rest = RestingBall { face, center: ball.center(face)? };
-        let near = ball.near(ball.point(face[0]));
+        let near = ball.points_near(ball.point(face[0]));
         ball.is_empty(rest.center, face, &near).then_some(rest)
     });
     rests.flat_map(|rest| open_edges(sheet, rest)).collect()
@@ -67,7 +65,7 @@ fn pivot(ball: &Ball, sheet: &Sheet, open: &OpenEdge) -> Option<RestingBall> {
     let [a, b] = open.edge;
     let middle = ball.point(a).midpoint(ball.point(b));
     let axis = (ball.point(b) - ball.point(a)).normalize_or_zero();
-    let near = ball.near(middle);
+    let near = ball.points_near(middle);
     let rest = |&v: &u32| {
         let face = [b, a, v];
         let fits = v != a && v != b && v != open.opposite && sheet.can_take(face);

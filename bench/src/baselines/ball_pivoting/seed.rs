@@ -12,7 +12,7 @@ pub(super) fn find_seed(ball: &Ball, sheet: &Sheet, v: u32) -> Option<RestingBal
     if !sheet.is_free(v) {
         return None;
     }
-    let near = ball.near(ball.point(v));
+    let near = ball.points_near(ball.point(v));
     let mut free: Vec<u32> = near.iter().copied().filter(|&w| w != v && sheet.is_free(w)).collect();
     let distance2 = |w: u32| ball.point(w).distance_squared(ball.point(v));
     free.sort_by(|&x, &y| distance2(x).total_cmp(&distance2(y)).then(x.cmp(&y)));

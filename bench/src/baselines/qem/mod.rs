@@ -1,11 +1,9 @@
 //! Edge collapse by quadric error with optimal placement (Garland and Heckbert 1997), as in Open3D.
 //!
 //! Planes of faces and perpendicular planes at open edges are weighted by area. A vertex moves to the quadric's
-//! minimum, or to the
-//! best of ends and middle where that is singular, independently of the unit. Collapses that turn a face are rejected;
-//! topology is not
-//! checked. Of the crates, `baby_shark` places vertices in the middle, `alum` needs manifolds, `meshopt` has another
-//! metric.
+//! minimum, or to the best of ends and middle where that is singular, independently of the unit. Collapses that turn a
+//! face are rejected; topology is not checked. Of the crates, `baby_shark` places vertices in the middle, `alum` needs
+//! manifolds, `meshopt` has another metric.
 
 mod quadrics;
 mod surface;
@@ -17,7 +15,6 @@ use super::BaselineError;
 use neural_mesh::mesh::{TriMesh, edges};
 use surface::{CollapseCandidate, CollapsingMesh};
 
-/// Collapses the cheapest edges until at most `n_faces` faces remain.
 pub(super) fn qem(mesh: &TriMesh, n_faces: usize) -> Result<TriMesh, BaselineError> {
     let mut surface = CollapsingMesh::new(mesh);
     let mut queue: BinaryHeap<Reverse<CollapseCandidate>> =

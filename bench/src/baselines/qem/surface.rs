@@ -104,7 +104,6 @@ impl CollapsingMesh {
         candidate.edge.iter().for_each(|&v| self.changes[v as usize] += 1);
     }
 
-    /// Returns the neighbours of `v` in ascending order.
     pub(super) fn neighbours(&self, v: u32) -> Vec<u32> {
         let around = self.faces_of[v as usize].iter().flat_map(|&f| self.faces[f as usize]);
         let mut neighbours: Vec<u32> = around.filter(|&w| w != v).collect();

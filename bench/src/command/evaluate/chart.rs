@@ -7,7 +7,6 @@ use plotters::prelude::*;
 
 use neural_mesh_cli::shared::Failure;
 
-/// Width and height in pixels.
 const SIZE: (u32, u32) = (1000, 620);
 
 /// Colours of the methods, distinct also for the colour-blind (after Okabe and Ito).
@@ -25,13 +24,11 @@ const COLOURS: [RGBColor; 11] = [
     RGBColor(170, 0, 50),
 ];
 
-/// Returns the colour of the method with this index in HTML notation.
 pub fn colour(at: usize) -> String {
     let RGBColor(red, green, blue) = COLOURS[at % COLOURS.len()];
     format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
-/// Draws a chart as SVG with a coloured line per method.
 pub fn draw_chart(chart: &Chart) -> Result<String, Failure> {
     let mut picture = String::new();
     {

@@ -91,7 +91,6 @@ fn voice(args: &EvaluateArgs) -> Voice {
     if args.quiet { Voice::Quiet } else { Voice::Out }
 }
 
-/// Writes tables, charts and page of the present rows.
 fn publish(folder: &Path, args: &EvaluateArgs) -> Result<(), Failure> {
     let table = write_report(folder, args.relative_to.as_deref()).map_err(to_failure)?;
     for chart in charts(&table) {

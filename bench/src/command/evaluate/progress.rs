@@ -19,7 +19,6 @@ pub struct EvaluateProgress {
 }
 
 impl EvaluateProgress {
-    /// Starts the display; the bar is hidden where standard error is no terminal.
     pub fn new(voice: Voice) -> Self {
         let target = if voice == Voice::Quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
         let bar = ProgressBar::with_draw_target(Some(1), target);

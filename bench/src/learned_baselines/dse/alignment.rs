@@ -9,8 +9,7 @@ const LEAST_COMMON: usize = 8;
 /// Smallest weight of a point, far out in its map; from the paper's program.
 const LEAST_WEIGHT: f64 = 0.2;
 /// Points farther from the median than this fraction of the patch's radius are left out. The paper's program clusters
-/// by density;
-/// with two dozen points the median is as good.
+/// by density; with two dozen points the median is as good.
 const OUTLIER: f64 = 0.25;
 
 type WeightedPoint = ([f64; 2], f64);
@@ -67,7 +66,7 @@ fn align_points(patch: &Patch, other: &Patch, common: &[[usize; 2]]) -> Vec<[f64
     let mean = |of: usize| [0, 1].map(|axis| pairs.iter().map(|pair| pair[of][axis]).sum::<f64>() / pairs.len() as f64);
     let (here, there) = (mean(0), mean(1));
     let minus = |a: [f64; 2], b: [f64; 2]| [a[0] - b[0], a[1] - b[1]];
-    let turn = Turn::between(pairs.iter().map(|pair| (minus(pair[1], there), minus(pair[0], here), 1.0)));
+    let turn = Turn::fit(pairs.iter().map(|pair| (minus(pair[1], there), minus(pair[0], here), 1.0)));
     let moved = pairs.iter().map(|pair| turn.apply(minus(pair[1], there)));
     moved.map(|at| [at[0] + here[0], at[1] + here[1]]).collect()
 }

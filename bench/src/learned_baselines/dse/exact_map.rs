@@ -1,12 +1,10 @@
 //! Exact logarithmic maps on the mesh from which the points were drawn: the targets of the networks.
 //!
 //! A front walks from the patch's own point, nearest vertex first. It carries the distance through unfolded triangles
-//! (Kimmel and
-//! Sethian 1998, as in Novotni and Klein 2002) and the sum of steps in transported tangent planes (discrete exponential
-//! map: Schmidt,
-//! Grimm and Wyvill 2006), averaged over all vertices behind it. On a plane both are exact. The sum is the position;
-//! where the
-//! distance is much longer, because of a hole or a fold, the position is moved out to it.
+//! (Kimmel and Sethian 1998, as in Novotni and Klein 2002) and the sum of steps in transported tangent planes (discrete
+//! exponential map: Schmidt, Grimm and Wyvill 2006), averaged over all vertices behind it. On a plane both are exact.
+//! The sum is the position; where the distance is much longer, because of a hole or a fold, the position is moved out
+//! to it.
 
 use super::Patch;
 use glam::DVec3;
@@ -24,7 +22,6 @@ pub struct WalkSurface {
     positions: Vec<DVec3>,
     normals: Vec<DVec3>,
     faces: Vec<[u32; 3]>,
-    /// Offsets into `around` by vertex, n + 1.
     begins: Vec<u32>,
     around: Vec<u32>,
 }
@@ -71,7 +68,6 @@ impl WalkSurface {
         self.positions[a as usize].distance(self.positions[b as usize])
     }
 
-    /// Returns a unit vector in the tangent plane.
     fn first_axis(&self, v: u32) -> DVec3 {
         let normal = self.normals[v as usize];
         if normal == DVec3::ZERO { DVec3::X } else { normal.any_orthonormal_vector() }
@@ -125,7 +121,6 @@ impl WalkSurface {
 }
 
 impl Front<'_> {
-    /// Records a path to a vertex if it is the shortest so far.
     fn reach(&mut self, v: u32, distance: f64) {
         let known = self.reached.entry(v).or_insert(FrontVertex { distance: f64::INFINITY, passed: None });
         if known.passed.is_none() && distance < known.distance {
@@ -134,7 +129,6 @@ impl Front<'_> {
         }
     }
 
-    /// Removes and returns the nearest vertex that was not passed.
     fn pop_nearest(&mut self) -> Option<u32> {
         while let Some(Reverse((_, v))) = self.waiting.pop() {
             if self.reached.get(&v).is_some_and(|known| known.passed.is_none()) {
@@ -248,7 +242,7 @@ mod tests {
     use neural_mesh::mesh::shapes;
 
     fn error(found: &[(u32, [f64; 2])], expected: impl Fn(u32) -> [f64; 2]) -> f64 {
-        let turn = Turn::between(found.iter().map(|&(v, at)| (at, expected(v), 1.0)));
+        let turn = Turn::fit(found.iter().map(|&(v, at)| (at, expected(v), 1.0)));
         let off = found.iter().map(|&(v, at)| {
             let (at, expected) = (turn.apply(at), expected(v));
             (at[0] - expected[0]).hypot(at[1] - expected[1]) / expected[0].hypot(expected[1])

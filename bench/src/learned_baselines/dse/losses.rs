@@ -62,7 +62,7 @@ pub fn map_loss(map: &Matrix, exact: &[[f64; 2]], group: usize) -> Loss {
     let place = |row: usize| [0, 1].map(|axis: usize| f64::from(map.row(row)[axis]));
     for begin in (0..map.n_rows()).step_by(group) {
         let rows = begin..begin + group;
-        let turn = Turn::between(rows.clone().map(|row| (place(row), exact[row], 1.0)));
+        let turn = Turn::fit(rows.clone().map(|row| (place(row), exact[row], 1.0)));
         for row in rows {
             let (x, y) = (place(row), turn.unapply(exact[row]));
             let [is, wanted] = [x, y].map(|at| at[0].hypot(at[1]));

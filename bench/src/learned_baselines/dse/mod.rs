@@ -1,14 +1,10 @@
 //! Surfaces from points: "Learning Delaunay Surface Elements for Mesh Reconstruction" (Rakotosaona, Guerrero, Aigerman,
-//! Mitra,
-//! Ovsjanikov, CVPR 2021).
+//! Mitra, Ovsjanikov, CVPR 2021).
 //!
 //! For every point one network selects geodesic neighbours among the nearest points, and another predicts their
-//! logarithmic map.
-//! Neighbouring maps are aligned. Triangles around a point in the Delaunay triangulation of its map are candidates,
-//! chosen by how many
-//! of their corners agree on them. The targets are exact maps on the mesh, with which the method also runs. Each file
-//! names its
-//! departures.
+//! logarithmic map. Neighbouring maps are aligned. Triangles around a point in the Delaunay triangulation of its map
+//! are candidates, chosen by how many of their corners agree on them. The targets are exact maps on the mesh, with
+//! which the method also runs. Each file names its departures.
 
 mod alignment;
 mod exact_map;
@@ -153,7 +149,6 @@ mod tests {
         })
     }
 
-    /// Returns two patches of five points with the own one at the origin.
     fn places() -> Matrix {
         let coordinate = |row: usize, axis: usize| (1.3 * row as f64 + 2.1 * axis as f64).sin();
         Matrix::from_fn(2 * GROUP, 3, |row, axis| if row % GROUP == 0 { 0.0 } else { coordinate(row, axis) as f32 })

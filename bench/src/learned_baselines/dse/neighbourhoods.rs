@@ -12,7 +12,6 @@ const SWEEPS: usize = 6;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Neighbourhoods<'a> {
     points: &'a [[f32; 3]],
-    /// Nearest other points of each point, n x k.
     nearest: Vec<u32>,
     k: usize,
 }
@@ -57,8 +56,7 @@ impl<'a> Neighbourhoods<'a> {
     /// Returns the frame of a point: position, principal axes of its nearest points, and size of its neighbourhood.
     ///
     /// The paper's program instead turns patches at random; networks of this size learn better in principal axes. The
-    /// sign of the
-    /// third moment makes the frame unique.
+    /// sign of the third moment makes the frame unique.
     pub fn frame(&self, centre: u32) -> PatchFrame {
         let at = |v: u32| Vec3::from(self.points[v as usize]).as_dvec3();
         let candidates = self.candidates(centre);
@@ -110,7 +108,6 @@ fn principal_axes(offsets: &[DVec3]) -> [DVec3; 3] {
     order.map(|column| axes.col(column))
 }
 
-/// Returns the rotation that makes one off-diagonal entry zero.
 fn jacobi_rotation(m: &DMat3, p: usize, q: usize) -> DMat3 {
     let beside = m.col(q)[p];
     let mut rotation = DMat3::IDENTITY;

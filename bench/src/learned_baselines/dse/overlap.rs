@@ -39,7 +39,6 @@ fn is_folded([from, to]: [DVec3; 2], tips: [DVec3; 2]) -> bool {
     p.dot(q) > FOLDED * p.length() * q.length()
 }
 
-/// Returns whether two segments pass within a distance away from their ends.
 fn segments_cross([a, b]: [DVec3; 2], [c, d]: [DVec3; 2], within: f64) -> bool {
     let (u, v, w) = (b - a, d - c, a - c);
     let (uu, uv, vv) = (u.length_squared(), u.dot(v), v.length_squared());

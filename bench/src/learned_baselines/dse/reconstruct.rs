@@ -29,7 +29,6 @@ mod tests {
     use neural_mesh::mesh::{TriMesh, edges, shapes};
     use neural_mesh::spatial::farthest_points;
 
-    /// Meshes drawn points with exact maps and returns the numbers of open edges and of all edges.
     fn open_edges(mesh: &TriMesh, n: usize) -> [usize; 2] {
         let samples = farthest_points(mesh.positions(), n, 0);
         let points: Vec<[f32; 3]> = samples.iter().map(|&v| mesh.positions()[v as usize]).collect();

@@ -12,11 +12,9 @@ const CLOSE: f64 = 0.3;
 
 struct SelectedTriangles<'a> {
     points: &'a [[f32; 3]],
-    /// Nearest points of each point, n x k.
     near: Vec<u32>,
     within: f64,
     faces: Vec<[u32; 3]>,
-    /// Indices of faces by point.
     at: Vec<Vec<u32>>,
     edges: FxHashMap<[u32; 2], u8>,
 }

@@ -53,7 +53,6 @@ pub fn dse_step(
 }
 
 impl<'a> PatchBatch<'a> {
-    /// Draws patches whose component has enough samples.
     fn new(
         surface: &WalkSurface,
         samples: &[u32],
@@ -73,7 +72,6 @@ impl<'a> PatchBatch<'a> {
         Ok(Self { around, centres, exact, frames })
     }
 
-    /// Returns the classifier's logits and their loss against the exact patch.
     fn classify(&self, tape: &mut Tape, net: &Dse<Value>) -> (Value, Loss) {
         let candidates: Vec<Vec<u32>> = self.centres.iter().map(|&centre| self.around.candidates(centre)).collect();
         let pairs = candidates.iter().zip(&self.exact);
@@ -85,7 +83,6 @@ impl<'a> PatchBatch<'a> {
         (logits, loss)
     }
 
-    /// Returns the predicted map of the exact neighbours and its loss against the exact map.
     fn predict_map(&self, tape: &mut Tape, net: &Dse<Value>) -> (Value, Loss) {
         let points: Vec<Vec<u32>> = self.exact.iter().map(|patch| patch.points.clone()).collect();
         let places = Value::constant(self.around.places(&points, &self.frames));

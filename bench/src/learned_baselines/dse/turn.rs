@@ -17,11 +17,11 @@ impl Turn {
     /// ```
     /// use neural_mesh_bench::learned_baselines::dse::Turn;
     /// let pairs = [([1.0, 0.0], [0.0, 2.0], 1.0), ([0.0, 1.0], [2.0, 0.0], 1.0)];
-    /// let turn = Turn::between(pairs);
+    /// let turn = Turn::fit(pairs);
     /// assert!(turn.reflects);
     /// assert_eq!(turn.apply([3.0, 4.0]), [4.0, 3.0]);
     /// ```
-    pub fn between(pairs: impl IntoIterator<Item = ([f64; 2], [f64; 2], f64)>) -> Self {
+    pub fn fit(pairs: impl IntoIterator<Item = ([f64; 2], [f64; 2], f64)>) -> Self {
         let (mut rotation, mut reflection) = ([0.0; 2], [0.0; 2]);
         for (x, y, weight) in pairs {
             rotation[0] += weight * (x[0] * y[0] + x[1] * y[1]);
@@ -63,7 +63,7 @@ mod tests {
     fn turned_points_are_turned_back() {
         for reflects in [false, true] {
             let turn = Turn { cos_sin: [0.6, -0.8], reflects };
-            let found = Turn::between(points(9).into_iter().map(|x| (x, turn.apply(x), 0.5)));
+            let found = Turn::fit(points(9).into_iter().map(|x| (x, turn.apply(x), 0.5)));
             assert_eq!(found.reflects, reflects);
             for x in points(9) {
                 let [a, b] = [found.apply(x), turn.apply(x)];
@@ -81,7 +81,7 @@ mod tests {
             let pairs = from.iter().zip(&to).map(|(x, y)| (turn.apply(*x), y));
             pairs.map(|(x, y)| (x[0] - y[0]).powi(2) + (x[1] - y[1]).powi(2)).sum()
         };
-        let best = error(&Turn::between(from.iter().zip(&to).map(|(x, y)| (*x, *y, 1.0))));
+        let best = error(&Turn::fit(from.iter().zip(&to).map(|(x, y)| (*x, *y, 1.0))));
         for step in 0..200 {
             let angle = f64::from(step) * 0.0314;
             let others = [false, true].map(|reflects| Turn { cos_sin: [angle.cos(), angle.sin()], reflects });

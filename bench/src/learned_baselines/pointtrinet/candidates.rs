@@ -53,7 +53,6 @@ impl Candidates {
         }
     }
 
-    /// Keeps each triangle once, with its largest probability.
     fn from_pairs(mut all: Vec<([u32; 3], f32)>) -> Self {
         all.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
         all.dedup_by_key(|(triangle, _)| *triangle);

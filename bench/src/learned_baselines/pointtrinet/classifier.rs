@@ -1,20 +1,24 @@
 //! The classification network: the probability that a triangle belongs to the surface.
 
 use super::network::{Classifier, Layer};
-use super::patches::{Neighbourhoods, point_features, triangle_features};
+use super::patches::{CandidateNeighbourhoods, point_features, triangle_features};
 use neural_mesh::autodiff::{Tape, Value};
 use neural_mesh::linalg::Matrix;
 
 /// Returns the probability of each query from its 64 nearest points and triangles.
 ///
 /// One MLP per kind and a maximum pool both, a third one joins them. Unlike the authors' code there is no dropout,
-/// because no patch
-/// is seen twice, and probabilities are not clamped, because the losses have no logarithms.
+/// because no patch is seen twice, and probabilities are not clamped, because the losses have no logarithms.
 ///
 /// # Shapes
 /// - `queries`: indices of n candidates
 /// - returns n x 1
-pub fn classifier(tape: &mut Tape, net: &Classifier<Value>, neighbourhoods: &Neighbourhoods, queries: &[u32]) -> Value {
+pub fn classifier(
+    tape: &mut Tape,
+    net: &Classifier<Value>,
+    neighbourhoods: &CandidateNeighbourhoods,
+    queries: &[u32],
+) -> Value {
     let of_query =
         |&q: &u32| (neighbourhoods.candidates.triangles[q as usize], neighbourhoods.nearest_points(q as usize));
     let points = point_features(neighbourhoods.vertices, &queries.iter().map(of_query).collect::<Vec<_>>());

@@ -1,8 +1,7 @@
 //! Triangles over points: "PointTriNet: Learned Triangulation of 3D Point Sets" (Sharp and Ovsjanikov, ECCV 2020).
 //!
 //! One network classifies triangles, another proposes the next ones; both see the nearest points and triangles. Several
-//! rounds
-//! make a surface. Training minimises its expected distance from the original, its overlaps and its open sides.
+//! rounds make a surface. Training minimises its expected distance from the original, its overlaps and its open sides.
 //! Sizes, rounds and losses are the paper's, encodings those of the authors' code; each file names its departures.
 
 mod candidates;
@@ -36,7 +35,7 @@ pub use classifier::classifier;
 pub use local_frame::LocalFrame;
 pub use network::{Classifier, Layer, PointTriNet, Proposals, initial_tensors, shapes};
 pub use overlap_kernel::overlap_kernel;
-pub use patches::{NEIGHBOURS, Neighbourhoods, point_features, triangle_features};
+pub use patches::{CandidateNeighbourhoods, NEIGHBOURS, point_features, triangle_features};
 pub use proposal_match::proposal_match;
 pub use proposals::{Draw, Proposal, point_probabilities, proposals};
 pub use rounds::{ROUNDS, last_candidates, triangulate};
@@ -46,7 +45,6 @@ pub use triangle_samples::{TriangleSample, triangle_samples};
 pub use triangles_to_surface::{SurfacePoint, triangles_to_surface};
 pub use watertightness::watertightness;
 
-/// Draws farthest points of a mesh and triangulates them; faces are oriented by the mesh's normals.
 pub(super) fn simplify(
     mesh: &TriMesh,
     n_vertices: usize,

@@ -9,14 +9,12 @@ use rayon::prelude::*;
 
 /// Height of the kernel as a fraction of the distance to the nearest edge.
 const HEIGHT: f64 = 0.5;
-/// Added to divisors.
 const LEAST: f64 = 1e-8;
 
 /// Computes `mean over samples of (s - 1)^2 + (m - 1)^2` with sum s and maximum m of `p_t k_t` over all triangles.
 ///
 /// The kernel `k_t = max(0, 1 - h / (0.5 e))` falls from 1 on the triangle with the height h, faster near an edge
-/// (distance e). Each
-/// sample should be on one triangle and over no other.
+/// (distance e). Each sample should be on one triangle and over no other.
 ///
 /// # Shapes
 /// - `samples`: n, drawn by area times probability; treated as constant

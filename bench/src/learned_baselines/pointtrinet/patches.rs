@@ -11,7 +11,7 @@ pub const NEIGHBOURS: usize = 64;
 
 /// The nearest points and triangles of all candidates, by barycenter.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Neighbourhoods<'a> {
+pub struct CandidateNeighbourhoods<'a> {
     /// n_vertices x 3.
     pub vertices: &'a [[f32; 3]],
     /// Candidates, n.
@@ -26,7 +26,7 @@ pub struct Neighbourhoods<'a> {
     pub n_triangles: usize,
 }
 
-impl<'a> Neighbourhoods<'a> {
+impl<'a> CandidateNeighbourhoods<'a> {
     /// Finds the neighbourhoods of all candidates.
     ///
     /// # Shapes
@@ -81,7 +81,7 @@ pub fn point_features(vertices: &[[f32; 3]], queries: &[([u32; 3], &[u32])]) -> 
 /// # Shapes
 /// - `queries`: n candidates
 /// - returns (n * n_triangles) x 13
-pub fn triangle_features(neighbourhoods: &Neighbourhoods, queries: &[u32]) -> Matrix {
+pub fn triangle_features(neighbourhoods: &CandidateNeighbourhoods, queries: &[u32]) -> Matrix {
     let (vertices, candidates, k) = (neighbourhoods.vertices, neighbourhoods.candidates, neighbourhoods.n_triangles);
     let mut features = vec![0.0; queries.len() * k * TRIANGLE_NUMBERS];
     features.par_chunks_mut((k * TRIANGLE_NUMBERS).max(1)).zip(queries).for_each(|(rows, &query)| {

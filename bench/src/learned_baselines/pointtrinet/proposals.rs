@@ -2,7 +2,7 @@
 
 use super::classifier::{layers, pool};
 use super::network::Proposals;
-use super::patches::{Neighbourhoods, point_features};
+use super::patches::{CandidateNeighbourhoods, point_features};
 use neural_mesh::autodiff::{Tape, Value};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
@@ -35,7 +35,7 @@ pub struct Proposal {
 pub fn point_probabilities(
     tape: &mut Tape,
     net: &Proposals<Value>,
-    neighbourhoods: &Neighbourhoods,
+    neighbourhoods: &CandidateNeighbourhoods,
     queries: &[u32],
 ) -> Value {
     let edges = |&q: &u32| {
@@ -70,7 +70,7 @@ pub struct Draw {
 /// - `of_queries`: n, probability of each query; `of_points`: from [`point_probabilities`]
 /// - returns the proposals by query and edge
 pub fn proposals(
-    neighbourhoods: &Neighbourhoods,
+    neighbourhoods: &CandidateNeighbourhoods,
     queries: &[u32],
     of_queries: &[f32],
     of_points: &[f32],

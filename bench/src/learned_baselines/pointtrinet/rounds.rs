@@ -1,7 +1,7 @@
 //! The rounds: classify, keep likely candidates, propose new ones.
 
 use super::classifier::classifier;
-use super::patches::Neighbourhoods;
+use super::patches::CandidateNeighbourhoods;
 use super::proposals::{Draw, point_probabilities, proposals};
 use super::{Candidates, PointTriNet};
 use neural_mesh::autodiff::{Tape, Value};
@@ -29,7 +29,7 @@ const CHUNK: usize = 1024;
 /// ```
 pub fn triangulate(net: &PointTriNet<Value>, vertices: &[[f32; 3]], seed: u64) -> Vec<[u32; 3]> {
     let candidates = last_candidates(net, vertices, Draw { seed, random_share: 0.0 });
-    let neighbourhoods = Neighbourhoods::new(vertices, &candidates);
+    let neighbourhoods = CandidateNeighbourhoods::new(vertices, &candidates);
     let mut faces = Vec::new();
     for queries in chunks(candidates.triangles.len()) {
         let tape = &mut Tape::default();
@@ -52,7 +52,7 @@ pub fn last_candidates(net: &PointTriNet<Value>, vertices: &[[f32; 3]], draw: Dr
 }
 
 fn run_round(net: &PointTriNet<Value>, vertices: &[[f32; 3]], before: Candidates, draw: Draw) -> Candidates {
-    let neighbourhoods = Neighbourhoods::new(vertices, &before);
+    let neighbourhoods = CandidateNeighbourhoods::new(vertices, &before);
     let (mut probabilities, mut proposed) = (Vec::new(), Vec::new());
     for queries in chunks(before.triangles.len()) {
         let tape = &mut Tape::default();

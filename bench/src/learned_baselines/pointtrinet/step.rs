@@ -4,9 +4,9 @@
 //! As in the paper, gradients pass through the last round only; earlier rounds provide its candidates.
 
 use super::{
-    Candidates, Draw, Neighbourhoods, PointTriNet, Proposal, SurfacePoint, classifier, last_candidates, overlap_kernel,
-    point_probabilities, proposal_match, proposals, surface_to_triangles, triangle_samples, triangles_to_surface,
-    watertightness,
+    CandidateNeighbourhoods, Candidates, Draw, PointTriNet, Proposal, SurfacePoint, classifier, last_candidates,
+    overlap_kernel, point_probabilities, proposal_match, proposals, surface_to_triangles, triangle_samples,
+    triangles_to_surface, watertightness,
 };
 use glam::{DVec3, Vec3};
 use neural_mesh::autodiff::{Tape, Tensors, Value, WeightsError};
@@ -23,11 +23,9 @@ use std::sync::Arc;
 
 const PATCH_VERTICES: usize = 256;
 const PATCH_SURFACE: usize = 1024;
-/// Fraction of a mesh that a patch covers.
 const PATCH_SHARE: f64 = 0.25;
 /// Step through the surface points that are compared with triangles.
 const SURFACE_STRIDE: usize = 10;
-/// Samples on the candidates for each of two losses.
 const SAMPLES: usize = 1000;
 /// Weight of the overlap loss; the others have 1.
 const OVERLAP: f64 = 0.01;
@@ -61,7 +59,6 @@ pub fn pointtrinet_step(
     })
 }
 
-/// A part of a surface: vertices to triangulate and surface points.
 struct SurfacePatch {
     vertices: Vec<[f32; 3]>,
     surface: Vec<SurfacePoint>,
@@ -127,7 +124,7 @@ struct LastRound {
 
 impl LastRound {
     fn run(tape: &mut Tape, net: &PointTriNet<Value>, patch: &SurfacePatch, before: Candidates, draw: Draw) -> Self {
-        let neighbourhoods = Neighbourhoods::new(&patch.vertices, &before);
+        let neighbourhoods = CandidateNeighbourhoods::new(&patch.vertices, &before);
         let all: Vec<u32> = (0..before.triangles.len() as u32).collect();
         let probabilities = classifier(tape, &net.classifier, &neighbourhoods, &all);
         let first = (draw.seed % PROPOSING_STRIDE as u64) as usize;
@@ -190,7 +187,7 @@ mod tests {
         Item { name: "sphere".into(), mesh: shapes::wavy_sphere(3, 5.0), ratio: 0.1 }
     }
 
-    fn seeded() -> Xoshiro256PlusPlus {
+    fn seeded_rng() -> Xoshiro256PlusPlus {
         Xoshiro256PlusPlus::seed_from_u64(0)
     }
 
@@ -198,7 +195,7 @@ mod tests {
     #[test]
     fn steps_on_held_candidates_lower_the_loss() {
         let settings = Settings::from_toml("").unwrap();
-        let patch = SurfacePatch::draw(&item().mesh, &mut seeded()).unwrap();
+        let patch = SurfacePatch::draw(&item().mesh, &mut seeded_rng()).unwrap();
         let draw = Draw { seed: 1, random_share: RANDOM_SHARE };
         let mut tensors = initial_tensors(1.0 / 16.0, 1);
         let mut moments = Moments::zero(&tensors.map(|_, matrix| matrix.shape()));
@@ -210,7 +207,7 @@ mod tests {
             let parameters = tensors.parameters(&mut tape);
             let net = PointTriNet::from_tensors(&parameters).unwrap();
             let last = LastRound::run(&mut tape, &net, &patch, candidates.clone(), draw);
-            let terms = last.terms(&patch, &mut seeded());
+            let terms = last.terms(&patch, &mut seeded_rng());
             totals.push(terms.iter().map(|(_, term)| term.value).sum::<f64>());
             let [to_queries, to_points] = last.gradients(&terms);
             let results = [(&last.probabilities, to_queries), (&last.of_points, to_points)];
@@ -225,7 +222,7 @@ mod tests {
         let (settings, tensors) = (Settings::from_toml("").unwrap(), initial_tensors(1.0 / 16.0, 1));
         let on_threads = |n| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
-            pool.install(|| pointtrinet_step(&tensors, &item(), &settings, &mut seeded()).unwrap())
+            pool.install(|| pointtrinet_step(&tensors, &item(), &settings, &mut seeded_rng()).unwrap())
         };
         let one = on_threads(1);
         assert_eq!(one, on_threads(2));

@@ -6,7 +6,6 @@ use crate::linalg::test_values::random;
 use neural_mesh::autodiff::{Tape, Value};
 use neural_mesh::loss::Term;
 
-/// Width share: widths from 4 to 64.
 const SHARE: f64 = 1.0 / 16.0;
 
 const CLASSIFIED: [f64; 3] = [0.7521177934470711, 0.8348495684092294, 0.8431997013347341];
@@ -76,10 +75,9 @@ fn tensors() -> Tensors<Arc<Matrix>> {
     })
 }
 
-/// Returns the probabilities of some candidates and of the points over the edges of one.
 fn run_both(tape: &mut Tape, net: &PointTriNet<Value>) -> [Value; 2] {
     let (vertices, candidates) = (vertices(), candidates());
-    let neighbourhoods = Neighbourhoods::new(&vertices, &candidates);
+    let neighbourhoods = CandidateNeighbourhoods::new(&vertices, &candidates);
     let p = classifier(tape, &net.classifier, &neighbourhoods, &[0, 7, 23]);
     let of_points = point_probabilities(tape, &net.proposals, &neighbourhoods, &[5]);
     [p, of_points]
@@ -143,7 +141,7 @@ fn moving_turning_and_scaling_the_points_changes_no_probability() {
     let net = constant_networks(&initial_tensors(SHARE, 2));
     let candidates = candidates();
     let of = |vertices: &[[f32; 3]]| {
-        let neighbourhoods = Neighbourhoods::new(vertices, &candidates);
+        let neighbourhoods = CandidateNeighbourhoods::new(vertices, &candidates);
         let queries: Vec<u32> = (0..24).collect();
         classifier(&mut Tape::default(), &net.classifier, &neighbourhoods, &queries)
     };

@@ -6,8 +6,7 @@ use neural_mesh::loss::Term;
 /// probability.
 ///
 /// A side is closed where exactly one other triangle at its edge is kept: `1 - 2 sum over edges of P_e(2) / sum over
-/// sides of p`.
-/// Unlike the authors' form this divides by no 1 - p, so probabilities need no clamping.
+/// sides of p`. Unlike the authors' form this divides by no 1 - p, so probabilities need no clamping.
 ///
 /// # Shapes
 /// - `triangles`: n x 3, distinct; `probabilities`: n

@@ -13,8 +13,7 @@ const NEIGHBOURS: usize = 10;
 /// same points.
 ///
 /// The measure [`point_curvature`](neural_mesh::spatial::point_curvature) weighs that mean by a Gaussian; without it
-/// the gradient
-/// stays within the neighbourhood.
+/// the gradient stays within the neighbourhood.
 ///
 /// # Shapes
 /// - `points`: n x 3, finite

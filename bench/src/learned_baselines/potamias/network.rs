@@ -5,9 +5,7 @@ use neural_mesh::autodiff::{Tensors, WeightsError};
 use neural_mesh::linalg::Matrix;
 use std::sync::Arc;
 
-/// Full width of the layers.
 const WIDTH: usize = 64;
-/// Number of projection layers.
 const LAYERS: usize = 3;
 /// Full latent width besides the position; small, so that farthest points are cheap.
 const LATENT: usize = 16;

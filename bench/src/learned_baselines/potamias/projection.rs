@@ -7,9 +7,8 @@ use neural_mesh::linalg::Matrix;
 /// Projects each point to its latent row.
 ///
 /// The first layer sees differences of positions, as DevConv: `f_i = ReLU(W_phi max_j W_theta (x_i - x_j))`. Others see
-/// differences of
-/// features and keep their input: `f_i' = ReLU(W [f_i | ReLU(W_phi max_j W_theta (f_i - f_j))] + b)`. The last map is
-/// linear.
+/// differences of features and keep their input: `f_i' = ReLU(W [f_i | ReLU(W_phi max_j W_theta (f_i - f_j))] + b)`.
+/// The last map is linear.
 ///
 /// # Shapes
 /// - returns n x n_latent

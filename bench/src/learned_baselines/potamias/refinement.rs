@@ -65,7 +65,6 @@ pub fn refinement(
     Refinement { from: samples.iter().map(|&s| cloud.points[s as usize]).collect(), radii, displacement }
 }
 
-/// Returns the rows of samples in the graph of all points, n_samples x n_points.
 fn neighbourhoods(graph: &Csr, samples: &[u32]) -> Arc<Csr> {
     let entries =
         samples.iter().enumerate().flat_map(|(row, &s)| graph.row(s as usize).iter().map(move |&j| [row as u32, j]));

@@ -5,17 +5,14 @@ use neural_mesh::linalg::Matrix;
 use neural_mesh::spatial::farthest_latent_points;
 
 /// Weight of latent features against positions. On six validation meshes 1 lowered the curvature error by 11 % and
-/// raised the Chamfer
-/// distance by 15 %; 2 gave 17 % and 43 %.
+/// raised the Chamfer distance by 15 %; 2 gave 17 % and 43 %.
 const UNLIKENESS: f64 = 1.0;
 
 /// Draws `n` farthest points in the latent space from `first` on; returns them in ascending order.
 ///
 /// A latent row is the position, in units of about the samples' distance, and the features scaled to deviation
-/// `UNLIKENESS`. So samples
-/// cover the shape, more densely where features differ. No gradient passes; [`latent_likeness`](super::latent_likeness)
-/// and the
-/// refinement train the features.
+/// `UNLIKENESS`. So samples cover the shape, more densely where features differ. No gradient passes;
+/// [`latent_likeness`](super::latent_likeness) and the refinement train the features.
 ///
 /// # Shapes
 /// - `latent`: n_points x n_latent; `first`: index of a point
@@ -38,7 +35,6 @@ pub fn selection(cloud: &Cloud, latent: &Matrix, n: usize, first: u32) -> Vec<u3
     samples
 }
 
-/// Returns the root mean squared distance of the rows from their mean.
 fn deviation(rows: &Matrix) -> f64 {
     let n = rows.n_rows() as f64;
     let mut means = vec![0.0f64; rows.n_cols()];

@@ -22,7 +22,6 @@ const LEAST_SAMPLES: usize = 16;
 const CURVATURE: f64 = 10.0;
 /// Weight of the latent likeness, whose gradient is the largest.
 const LIKENESS: f64 = 0.1;
-/// Points compared with each point in latent space.
 const PARTNERS: usize = 4;
 
 /// Takes one training step, with distances in units of the samples' so that all ratios weigh alike.

@@ -20,16 +20,13 @@ use crate::measure::workbench::Bench;
 /// Method that all others are divided by.
 pub const REFERENCE: &str = "meshopt";
 
-/// Name and label of the reference.
 const THEIRS: (&str, &str) = (REFERENCE, "meshoptimizer, `simplify`");
-/// Our methods in the picture of time and distance.
 const EFFORTS: [&str; 3] = ["fast", METHODS[0].0, "best"];
 const CURVE: &str = "docs/pictures/time-and-distance.svg";
 
 /// Limit of a run in seconds.
 const TIME_LIMIT: f64 = 3600.0;
 
-/// Names and labels of the methods in the tables.
 const METHODS: [(&str, &str); 11] = [
     ("closed", "neural-mesh"),
     ("fast", "neural-mesh, `--effort fast`"),
@@ -44,10 +41,8 @@ const METHODS: [(&str, &str); 11] = [
     ("cgal-lt", "Lindstrom-Turk (CGAL)"),
 ];
 
-/// Methods in the table of the README, besides the reference.
 const README_METHODS: [&str; 6] = ["closed", "fast", "best", "meshopt-update", "cgal-qem", "cgal-lt"];
 
-/// Writes the page and updates the README's table and the picture.
 pub fn page(bench: &Bench) -> Result<String> {
     let rows = evaluate_all(bench)?;
     let inputs = bench.measure_once("benchmark-inputs", || inspect_inputs(bench))?;
@@ -65,7 +60,6 @@ pub fn page(bench: &Bench) -> Result<String> {
     Ok(intro(&rows, &inputs) + &sections.join("\n"))
 }
 
-/// Evaluates all methods on the benchmark meshes, or returns the stored rows.
 pub fn evaluate_all(bench: &Bench) -> Result<Table> {
     let bench = bench.for_subsystems(&[Subsystem::Closed])?;
     let mut settings = Settings::default();
@@ -110,7 +104,6 @@ fn intro(rows: &Table, inputs: &Inputs) -> String {
     )
 }
 
-/// Returns the points of the picture: our three efforts and the methods of others.
 fn curve_points(quotients: &Quotients) -> Vec<curve::CurvePoint> {
     let point = |&(method, about): &(&str, &str)| {
         let is_ours = about.starts_with(METHODS[0].1);
@@ -147,7 +140,6 @@ fn large_meshes(quotients: &Quotients) -> String {
     )
 }
 
-/// Formats a row per method with each figure and its worst mesh.
 fn table_by_figure(quotients: &Quotients, ratios: &[f64]) -> String {
     let mut head = vec![format!("over `{REFERENCE}`: median")];
     Figure::ALL.iter().for_each(|figure| head.extend([figure.title().to_owned(), "worst mesh".into()]));
@@ -202,7 +194,6 @@ fn closed_results<'a>(rows: &'a Table, inputs: &'a Inputs, method: &'a str) -> i
     rows.rows.iter().filter(move |row| row.method == method && row.error.is_empty()).filter(is_closed)
 }
 
-/// Formats a table per figure with a row per mesh and a column per method.
 fn tables_by_mesh(quotients: &Quotients, inputs: &Inputs) -> String {
     let mut text = String::from("## Every mesh\n\nMedians over the four ratios; for neural-mesh each ratio as well.\n");
     let mut head: Vec<String> = ["mesh", "faces"].map(String::from).into();

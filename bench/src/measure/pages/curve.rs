@@ -6,7 +6,6 @@ use anyhow::{Result, anyhow};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-/// Width and height in pixels.
 const SIZE: (u32, u32) = (860, 460);
 /// Colours of ours and others', distinct also for the colour-blind (after Okabe and Ito).
 const COLOURS: [RGBColor; 2] = [RGBColor(0, 114, 178), RGBColor(120, 120, 120)];
@@ -15,14 +14,12 @@ const COLOURS: [RGBColor; 2] = [RGBColor(0, 114, 178), RGBColor(120, 120, 120)];
 const LEFT_FROM: f64 = 0.7;
 
 pub struct CurvePoint {
-    /// Label beside the point.
     pub name: String,
     pub is_ours: bool,
     /// Quotients of time and distance.
     pub place: (f64, f64),
 }
 
-/// Draws points as SVG with a logarithmic time axis.
 pub fn draw_curve(points: &[CurvePoint]) -> Result<String> {
     let mut picture = String::new();
     {

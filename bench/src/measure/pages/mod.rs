@@ -24,7 +24,6 @@ pub use performance::{MeshoptimizerArgs, run_meshoptimizer};
 /// Ratios of all pages that name no others.
 const RATIOS: [f64; 4] = [0.05, 0.1, 0.2, 0.5];
 
-/// A page of `docs/measured`.
 struct Page {
     name: &'static str,
     title: &'static str,
@@ -41,7 +40,6 @@ fn build_program() -> Result<PathBuf> {
     Ok(root().join("target/release/neural-mesh"))
 }
 
-/// All pages in the order of making.
 const PAGES: [Page; 7] = [
     Page { name: "benchmark", title: "Benchmark", subsystems: &[Subsystem::Closed], make: benchmark::page },
     Page {

@@ -49,7 +49,6 @@ pub fn page(bench: &Bench) -> Result<String> {
              gyroid are procedural (CC0).\n")
 }
 
-/// Runs the example `figure6` and formats its picture and errors.
 fn figure_6(bench: &Bench) -> Result<String> {
     let picture = "docs/measured/figure6.png";
     let printed: String = bench.measure_once("figure6", || {

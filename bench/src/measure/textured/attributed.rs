@@ -12,9 +12,9 @@ use super::AttributedMesh;
 /// Weights of attributes relative to the position, whose unit is the mesh's extent.
 #[derive(Clone, Copy)]
 pub enum Weighting {
-    /// As gltfpack: normals 0.5 per component, colours 1, texture coordinates 0.
+    /// Weights of gltfpack: normals 0.5 per component, colours 1, texture coordinates 0.
     Gltfpack,
-    /// As gltfpack, and texture coordinates 1 per component.
+    /// Weights of gltfpack, and texture coordinates 1 per component.
     WithUvs,
 }
 
@@ -30,7 +30,6 @@ impl Weighting {
     }
 }
 
-/// Simplifies to `n_faces` faces; seams may stop it earlier.
 pub fn simplify_weighted(original: &AttributedMesh, n_faces: usize, weighting: Weighting) -> Result<AttributedMesh> {
     let split = SplitMesh::new(original);
     let positions: Vec<[f32; 3]> = split.corners.iter().map(|c| original.mesh.positions()[c.vertex as usize]).collect();
@@ -61,7 +60,6 @@ struct SplitCorner {
     group: u32,
 }
 
-/// The mesh with one vertex for each distinct corner.
 struct SplitMesh {
     corners: Vec<SplitCorner>,
     faces: Vec<[u32; 3]>,

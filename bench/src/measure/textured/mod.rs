@@ -18,9 +18,7 @@ use serde::{Deserialize, Serialize};
 use attributed::{Weighting, simplify_weighted};
 use model::Model;
 
-/// Surface samples per side.
 pub const SAMPLES: usize = 50_000;
-/// Height of the compared pictures in pixels.
 pub const HEIGHT: usize = 384;
 
 struct AttributedMesh {

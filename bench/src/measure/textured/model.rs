@@ -9,7 +9,6 @@ use neural_mesh::mesh::{Look, Looks, ScenePiece, UnitedMesh};
 
 use super::AttributedMesh;
 
-/// A model; the meshes of a scene are united.
 pub struct Model {
     pub attributed: AttributedMesh,
     pub looks: Looks,

@@ -12,7 +12,6 @@ use serde_json::{Value, json};
 
 use neural_mesh_cli::shared::page::{Distances, Layout, SurfaceData, island, scale, surface};
 
-/// The worst cases as the page shows them.
 #[derive(Default)]
 pub struct WorstCases {
     /// Each case, with the indices of its surfaces where they fit.
@@ -23,7 +22,6 @@ pub struct WorstCases {
     pub islands: Vec<String>,
 }
 
-/// An original mesh of worst cases.
 struct Original {
     mesh: TriMesh,
     near: NearestOnTriangles,

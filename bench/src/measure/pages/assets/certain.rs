@@ -34,7 +34,6 @@ const ERRORS: [f64; 2] = [1.0, 0.25];
 /// Samples per surface that search for a distance above the proof.
 const SAMPLES: usize = 200_000;
 
-/// The results on one mesh at one limit, distances in percent of the diagonal.
 #[derive(Serialize, Deserialize)]
 struct CertainCase {
     mesh: String,

@@ -21,7 +21,6 @@ const ABOVE: usize = 50_000;
 const SAMPLES: usize = 50_000;
 const ROUNDS: usize = 3;
 
-/// Quotients of one collapse over single runs.
 #[derive(Serialize, Deserialize)]
 struct LevelsCase {
     mesh: String,

@@ -96,7 +96,6 @@ fn measure(path: &Path) -> Result<Vec<AblationResult>> {
     Ok(measured)
 }
 
-/// Formats a row per case and figure with a column per ratio.
 fn format_table(quotients: &Quotients, cases: &[(&str, &str)]) -> String {
     let mut head: Vec<String> = ["over the full assembly", "figure"].map(String::from).into();
     head.extend(RATIOS.map(|ratio| ratio.to_string()));

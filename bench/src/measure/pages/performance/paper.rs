@@ -12,7 +12,6 @@ use crate::measure::meshes::{load, name};
 use crate::measure::workbench::Bench;
 
 const RATIOS: [f64; 3] = [0.05, 0.1, 0.2];
-/// Step through the meshes of TOSCA.
 const EVERY: usize = 8;
 
 pub fn section(bench: &Bench) -> Result<String> {

@@ -30,7 +30,6 @@ struct SpeedCase {
     theirs: f64,
     /// Quotients over meshoptimizer: the default on one thread, without scores, the default on two threads.
     quotients: [f64; 3],
-    /// Seconds of each stage on one thread, in their order.
     stages: Vec<(String, f64)>,
 }
 
@@ -84,7 +83,6 @@ fn measure_case(name: &str, mesh: &TriMesh, ratio: f64) -> Result<SpeedCase> {
     })
 }
 
-/// Simplifies and returns processor seconds by stage of the calling thread.
 fn stage_times(mesh: &TriMesh, options: &Options) -> Result<Vec<(String, f64)>> {
     let mut entered = vec![("beginning", thread_time())];
     simplify(mesh, None, options, &mut |event| {
@@ -127,7 +125,6 @@ fn table_by_ratio(cases: &[SpeedCase]) -> String {
     )
 }
 
-/// Formats the time of each stage as medians over the meshes.
 fn table_by_stage(cases: &[SpeedCase]) -> String {
     let mut stages: Vec<&str> = Vec::new();
     for (stage, _) in cases.iter().flat_map(|case| &case.stages) {

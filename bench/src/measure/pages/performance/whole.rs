@@ -35,7 +35,6 @@ pub fn run_meshoptimizer(args: &MeshoptimizerArgs) -> Result<()> {
     Ok(write_path(&args.output, &write(&lighter, &Frame::default(), Format::Ply)?, true)?)
 }
 
-/// Quotients of elapsed and processor time, each with its ratio.
 type TimeQuotients = Vec<(f64, [f64; 2])>;
 
 pub fn section(bench: &Bench) -> Result<String> {
