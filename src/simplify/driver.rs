@@ -9,7 +9,7 @@ use super::limits::{Limit, resolve_levels, resolve_limit};
 use super::options::{Assembly, Listener, Simplified, SimplifyError, Target};
 use super::progress::{PAPER, Progress, closed_stages, run_with_listener};
 use super::symmetric;
-use super::used::UsedMesh;
+use super::used_mesh::UsedMesh;
 
 type TracedResult = (Simplified, Option<Derivative>);
 

@@ -2,6 +2,7 @@
 
 mod assemblies;
 mod bending;
+mod block_mesh;
 mod closed;
 mod components;
 mod driver;
@@ -15,16 +16,15 @@ mod mesh_points;
 mod network_scores;
 mod options;
 pub mod paper;
-mod piece;
 mod progress;
 mod record;
 mod report;
 mod sample_vertices;
 mod scattered_samples;
 mod symmetric;
-mod used;
+mod used_mesh;
 mod versions;
-mod weighed;
+mod with_importance;
 
 use crate::mesh::TriMesh;
 use crate::model::Weights;
@@ -33,6 +33,7 @@ use driver::run;
 
 pub use crate::mesh::vertex_normals;
 pub use bending::bending_scores;
+pub(crate) use block_mesh::simplify_block_mesh;
 pub use closed::{Importance, importance_of_scores};
 pub(crate) use components::{PrunedMesh, prune};
 pub use groups::{GroupRatio, SimplifiedGroups, simplify_groups};
@@ -46,12 +47,11 @@ pub use options::{
     Assembly, Axis, DroppedComponent, Effort, Event, Hidden, Listener, Map, MirrorPlane, Optimize, Options, Outcome,
     Purpose, Refinements, Report, SEAM_ERROR, ScoreSource, Simplified, SimplifyError, Symmetry, Target,
 };
-pub(crate) use piece::simplify_block_mesh;
 pub use record::Record;
 pub use sample_vertices::gumbel_top_k;
 pub use scattered_samples::scattered_samples;
 pub use versions::{CARRIED_VERSION, CLOSED_VERSION, PAPER_VERSION};
-pub use weighed::{WeightedResult, simplify_with_importance};
+pub use with_importance::{WeightedResult, simplify_with_importance};
 
 /// Simplifies `mesh` to the target of `options`; `progress` receives every stage and can stop the run.
 ///

@@ -367,9 +367,9 @@ impl<'a> Components<'a> {
         let mut is_dropped = vec![false; self.all.len()];
         let n_whole: usize = self.all.iter().map(|it| it.n_vertices).sum();
         let (mut n_vertices, mut n_faces) = (n_whole, self.n_output_faces());
-        // Components are popped in the order of price.
         let asked = self.n_asked(cost.limit);
         let mut guard: Option<DropGuard> = None;
+        // A heap by price: the bits of a positive number are in its order.
         let mut queue: BinaryHeap<Reverse<(u64, usize)>> =
             self.all.iter().enumerate().map(|(i, it)| Reverse((price(it), i))).collect();
         while let Some(Reverse((bits, i))) = queue.pop() {

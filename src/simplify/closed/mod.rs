@@ -5,14 +5,12 @@
 
 mod aim;
 mod attributes;
-mod begun;
 mod ceilings;
 mod collapse;
 mod derivative;
 mod diamond;
 mod dropping;
 mod faces_around;
-mod held;
 mod importance;
 mod original;
 mod output;
@@ -21,6 +19,8 @@ mod prepare;
 mod refine;
 mod request;
 mod result;
+mod ruin_check;
+mod saved_collapse;
 mod trace;
 
 use crate::mesh::pulse::Pulse;
@@ -31,17 +31,16 @@ use super::options::{Report, SimplifyError};
 use super::progress::Progress;
 use collapse::{Collapse, Constraints, End, Poses, merges_to, sum_attribute_quadrics};
 use dropping::VertexCost;
-use held::RuinCheck;
 use original::Original;
 use output::Output;
 use prepare::prepare;
-use refine::points::Points;
+use refine::sample_points::Points;
 use refine::{duplicate_positions, fit, flips, foldovers, nested, without_area};
+use ruin_check::RuinCheck;
 use trace::Trace;
 
 pub(super) use aim::Aim;
 pub(super) use attributes::blend::blend;
-pub(super) use begun::SavedCollapse;
 pub(super) use derivative::Derivative;
 pub(super) use dropping::DroppedFaces;
 pub use importance::importance_of_scores;
@@ -49,6 +48,7 @@ pub(super) use refine::duplicate_positions::separate_twins;
 pub use request::Importance;
 pub(super) use request::{ClosedRequest, DropRules, Half, Keep};
 pub(super) use result::Closed;
+pub(super) use saved_collapse::SavedCollapse;
 
 /// Input vertices per output vertex above which flips run; elsewhere the collapse found good diagonals. Nineteen
 /// meshes, ratios 0.01 to 0.05: the mean distance is 0.7 % larger at 30, 2.6 % without flips.
@@ -139,7 +139,7 @@ fn run<'a>(
 ) -> (Collapse<'a>, End) {
     let end = collapse.run(base.limit(request.price, limit));
     // Distances are measured on the output over this surface, also where the collapse is an older one.
-    let distance = |of: &Collapse| held::distance(&base.original, &base.output(of));
+    let distance = |of: &Collapse| ruin_check::distance(&base.original, &base.output(of));
     let repeated = ruin_check.and_then(|it| it.repeat_if_ruined(&collapse, limit, distance));
     repeated.unwrap_or((collapse, end))
 }
@@ -234,7 +234,7 @@ fn refine(
     let original = &base.original;
     let Keep { attributes, map, .. } = request.keep;
     let attributes = attributes.or(map.then_some(Attributes::NONE));
-    // Points are matched once; flips and fit both update them.
+    // Flips and fit share the points: each assignment starts from the faces of the last one.
     let mut points = Points::new(&original.surface, output.positions.len(), request.aim);
     progress.enter("flips", points.len())?;
     // The collapse leaves good diagonals unless it went far.

@@ -7,7 +7,7 @@ use crate::mesh::Attributes;
 use crate::mesh::pulse::Pulse;
 use crate::spatial::NearestOnTriangles;
 
-use super::attributes::corners::{CornerMap, ResultCorners};
+use super::attributes::result_corners::{CornerMap, ResultCorners};
 use super::diamond::Diamond;
 use super::faces_around::FacesAround;
 use super::original::Original;

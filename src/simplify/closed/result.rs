@@ -7,8 +7,8 @@ use crate::simplify::components::PrunedMesh;
 use crate::simplify::map;
 use crate::simplify::options::{Map, Report, Simplified, SimplifyError};
 
-use super::attributes::corners::CornerMap;
-use super::attributes::kept::{KeptFace, find_kept, restore};
+use super::attributes::kept_faces::{KeptFace, find_kept, restore};
+use super::attributes::result_corners::CornerMap;
 use super::derivative::Derivative;
 use super::original::Original;
 use super::output::Output;

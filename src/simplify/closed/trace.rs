@@ -1,7 +1,7 @@
 //! Record of a run's choices, from which its derivative is computed.
 
 use super::collapse::CollapseEvent;
-use super::refine::points::{Density, Match};
+use super::refine::sample_points::{Density, Match};
 
 #[derive(Default)]
 pub struct Trace {

@@ -6,8 +6,8 @@ use crate::mesh::{Attributes, Channel, TriMesh, compact, edges};
 use crate::simplify::SimplifyError;
 use crate::simplify::closed::blend;
 
-use super::pairs::MirrorPairs;
-use super::plane::ImagePlane;
+use super::image_plane::ImagePlane;
+use super::mirror_pairs::MirrorPairs;
 
 pub(super) struct HalfMesh {
     pub mesh: TriMesh,

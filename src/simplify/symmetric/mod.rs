@@ -3,12 +3,12 @@
 //! No edge but those of the cut joins two vertices on the plane, so manifold halves make a manifold. Positions and
 //! faces are exact images; each half keeps its own attributes.
 
-mod alone;
 mod cut;
-mod pairs;
-mod plane;
-mod twofold;
-mod whole;
+mod doubled_attributes;
+mod image_plane;
+mod joined_halves;
+mod mirror_pairs;
+mod unpaired_faces;
 
 use crate::mesh::pulse::Pulse;
 use crate::mesh::{Frame, TriMesh};
@@ -21,11 +21,11 @@ use super::input::Input;
 use super::limits::resolve_levels;
 use super::options::{Assembly, Hidden, Options, Purpose, Report, Simplified, SimplifyError, Symmetry, Target};
 use super::progress::Progress;
-use super::used::UsedMesh;
-use pairs::MirrorPairs;
-use plane::ImagePlane;
-use twofold::GroupPairs;
-use whole::SimplifiedHalf;
+use super::used_mesh::UsedMesh;
+use doubled_attributes::GroupPairs;
+use image_plane::ImagePlane;
+use joined_halves::SimplifiedHalf;
+use mirror_pairs::MirrorPairs;
 
 /// Simplifies a symmetric mesh to several sizes, each no larger than the one before, with one collapse of a half.
 pub(super) fn simplify_symmetric(
@@ -44,9 +44,9 @@ pub(super) fn simplify_symmetric(
     let frame = &task.options.frame;
     let (plane, pairs) = find_mirror_plane(mesh, symmetry, frame)?;
     // Corners of the half carry both sides' values through the simplification.
-    let (attributes, groups) = twofold::double_attributes(input.attributes, &pairs);
+    let (attributes, groups) = doubled_attributes::double_attributes(input.attributes, &pairs);
     let mut half = cut::cut((mesh, attributes, &importance), &plane, &pairs)?;
-    twofold::add_joints(&mut half.attributes, half.mesh.faces(), &half.on_plane);
+    doubled_attributes::add_joints(&mut half.attributes, half.mesh.faces(), &half.on_plane);
     let mut of_half = Input::bare(&half.mesh);
     (of_half.attributes, of_half.importance) = (&half.attributes, &half.importance);
     // Sizes are those of the whole: the collapse counts both halves.
@@ -63,7 +63,7 @@ fn find_mirror_plane(
 ) -> Result<(ImagePlane, MirrorPairs), SimplifyError> {
     let mut refused = None;
     // The first plane that works; its error is reported if none does.
-    for plane in plane::find_planes(mesh, symmetry, frame) {
+    for plane in image_plane::find_planes(mesh, symmetry, frame) {
         match MirrorPairs::new(mesh, &plane, frame) {
             Ok(pairs) => return Ok((plane, pairs)),
             Err(error) => refused = refused.or(Some(error)),
@@ -100,7 +100,7 @@ fn join_halves(
 ) -> Result<Simplified, SimplifyError> {
     let Closed { mesh, attributes, report, on_plane, .. } = half;
     let half = SimplifiedHalf { mesh: &mesh, attributes, on_plane: &on_plane };
-    let (mesh, attributes, separated_vertices) = whole::join_half(half, plane, groups, &options.frame)?;
+    let (mesh, attributes, separated_vertices) = joined_halves::join_half(half, plane, groups, &options.frame)?;
     // Most counts are of one half; those of the whole mesh are taken again.
     let report = Report {
         separated_vertices,

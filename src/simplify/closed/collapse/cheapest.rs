@@ -1,6 +1,6 @@
 //! Cheapest edge of a vertex, packed into one number.
 
-use super::corners::renumber_corner;
+use super::corner_table::renumber_corner;
 
 /// Cheapest edge of a vertex: price bits above the edge number, so that the least number is the cheapest edge.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

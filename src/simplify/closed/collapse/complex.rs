@@ -13,13 +13,13 @@ use crate::spatial::curve_order;
 
 use super::attribute_quadrics::AttributeQuadrics;
 use super::cheapest::Cheapest;
+use super::compaction::Compaction;
 use super::constraints::Constraints;
-use super::corners::{CornerTable, NONE, renumber_corner};
+use super::corner_table::{CornerTable, NONE, renumber_corner};
+use super::end_ring::EndRing;
 use super::history::CollapseEvent;
-use super::left::Compaction;
 use super::pair::{CollapseVertex, add_pull};
 use super::poses::Poses;
-use super::star::EndRing;
 
 /// Corner of a removed vertex.
 pub(super) const GONE: u32 = u32::MAX - 1;

@@ -11,7 +11,7 @@ use crate::linalg::{Isa, Work};
 use crate::simplify::closed::prepare::surface::{Neighbour, add, line_along, plane_of, planes_around};
 
 use super::complex::Collapse;
-use super::corners::{CornerStep, next};
+use super::corner_table::{CornerStep, next};
 use super::history::{CollapseEvent, GHOST, Renewal};
 use super::pair::{CollapseVertex, add_growing_pull, add_pull};
 

@@ -5,9 +5,9 @@ use glam::{DVec3, Vec3};
 use crate::geometry::triangle::{area_normal, has_area};
 
 use super::complex::{Collapse, GONE};
+use super::end_ring::EndRing;
 use super::history::{CollapseEvent, Merge};
 use super::pair::{Changed, CollapseVertex, MergedVertex, Pair};
-use super::star::EndRing;
 
 /// Least cosine between a face's normals before and after a merge. Nineteen meshes, ratios 0.01 to 0.05: at 0 and at
 /// 0.4 the largest distance is 2 to 3 % larger.

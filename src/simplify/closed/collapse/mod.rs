@@ -7,20 +7,20 @@
 mod at_height;
 mod attribute_quadrics;
 mod cheapest;
+mod compaction;
 mod complex;
 mod constraints;
-mod copy;
-mod corners;
-mod half;
+mod corner_table;
+mod end_ring;
 mod history;
-mod left;
+mod kept_copy;
 mod memoryless;
 mod merge;
+mod mirrored_half;
 mod pair;
 mod passes;
 mod poses;
 mod shape;
-mod star;
 
 pub use attribute_quadrics::sum_attribute_quadrics;
 pub use complex::{Collapse, End, merges_to};

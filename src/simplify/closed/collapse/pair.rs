@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 
 use crate::geometry::Quadric;
 
-use super::corners::NONE;
+use super::corner_table::NONE;
 
 /// Edges priced side by side: one register of 256 bits.
 pub(super) const WIDTH: usize = 8;

@@ -5,7 +5,7 @@ use glam::Vec3;
 use crate::geometry::triangle::nearest_point;
 
 use super::complex::Collapse;
-use super::star::EndRing;
+use super::end_ring::EndRing;
 
 /// Share of a ceiling below which distances are not measured exactly.
 const NEGLIGIBLE: f32 = 0.02;

@@ -9,7 +9,7 @@ use super::algebra::{
     Form, area_normal_backward, outer, solve, solve_backward, stiffen, stiffen_backward, unit_backward,
 };
 use crate::geometry::triangle::area_normal_f64;
-use crate::simplify::closed::refine::points::Match;
+use crate::simplify::closed::refine::sample_points::Match;
 use crate::simplify::closed::trace::TracedStep;
 
 pub(super) struct FitStep<'a> {

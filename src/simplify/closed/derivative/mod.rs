@@ -1,13 +1,13 @@
 //! The closed result as a smooth function of the input positions, at fixed connectivity.
 //!
-//! Every output vertex is a minimum of summed plane quadrics ([`tree`]), moved by the steps of the fit ([`fit_step`]),
+//! Every output vertex is a minimum of summed plane quadrics ([`union_tree`]), moved by the steps of the fit ([`fit_step`]),
 //! recomputed in double precision from recorded choices. All other displacements are constant offsets.
 
 mod algebra;
 mod fit_step;
-mod planes;
-mod star;
-mod tree;
+mod node_star;
+mod plane_sums;
+mod union_tree;
 
 use glam::DVec3;
 
@@ -15,8 +15,8 @@ use crate::simplify::closed::original::Original;
 use crate::simplify::closed::prepare::surface::Normalisation;
 use crate::simplify::closed::trace::{Trace, TracedStep};
 use fit_step::FitStep;
-use planes::{PlaneSums, Planes};
-use tree::{GrownTree, UnionTree};
+use plane_sums::{PlaneSums, Planes};
+use union_tree::{GrownTree, UnionTree};
 
 /// Closed result as a function of the input positions.
 pub(in crate::simplify) struct Derivative {

@@ -1,7 +1,7 @@
 //! Preparation of the input: a surface of unit size, feature edges, and pins.
 
 pub mod feature_edges;
-mod half;
+mod half_quadrics;
 pub mod surface;
 
 use crate::mesh::TriMesh;
@@ -25,6 +25,6 @@ fn prepare_surface<'a>(mesh: &'a TriMesh, mut surface: Surface<'a>, keep: &Keep)
     let features = FeatureEdges::new(&surface, keep.edges);
     let pins = Pins::new(&surface, keep);
     surface.support_edges(features.held_edges());
-    pins.plane().into_iter().for_each(|plane| half::complete(&mut surface, plane));
+    pins.plane().into_iter().for_each(|plane| half_quadrics::complete(&mut surface, plane));
     Original { mesh, surface, features, pins }
 }

@@ -8,7 +8,7 @@ use crate::geometry::triangle::nearest_weights;
 use crate::simplify::closed::output::Output;
 
 use super::facets::{Facets, Projection};
-use super::points::Points;
+use super::sample_points::Points;
 
 /// Distance over the root mean square of all heights from which a point attracts. At 5 the largest distance is 2 %
 /// larger.

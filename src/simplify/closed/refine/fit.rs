@@ -18,7 +18,7 @@ use crate::simplify::closed::trace::{Trace, TracedStep};
 
 use super::facets::{Facets, Projection};
 use super::far_points;
-use super::points::{Match, Points};
+use super::sample_points::{Match, Points};
 use super::strays;
 
 /// Weight of a vertex's own position; points say little along the surface. Sixteen meshes: at 0.001 the largest

@@ -11,7 +11,7 @@ use crate::simplify::closed::diamond::{Diamond, diamonds};
 use crate::simplify::closed::output::Output;
 
 use super::facets::{Facet, Facets};
-use super::points::{Match, Points};
+use super::sample_points::{Match, Points};
 
 /// Largest ratio of squared heights after and before a flip. Nineteen meshes, ratios 0.01 to 0.05: the mean distance is
 /// 1.0 % larger at 0.4.

@@ -8,6 +8,6 @@ pub mod fit;
 pub mod flips;
 pub mod foldovers;
 pub mod nested;
-pub mod points;
+pub mod sample_points;
 mod strays;
 pub mod without_area;

@@ -6,7 +6,7 @@
 use glam::{DMat3, DVec3};
 
 use super::algebra::{Form, outer, solve, solve_backward, stiffen, stiffen_backward};
-use super::star::NodeStar;
+use super::node_star::NodeStar;
 use crate::simplify::closed::collapse::{CollapseEvent, PULL, Placement};
 
 /// Input vertices and their unions.

@@ -4,7 +4,7 @@ use rustc_hash::FxHashMap;
 
 use crate::mesh::{Attributes, Channel, Role, same_values};
 
-use super::pairs::MirrorPairs;
+use super::mirror_pairs::MirrorPairs;
 
 pub(super) type GroupPairs = Vec<[u32; 2]>;
 

@@ -4,8 +4,8 @@ use crate::mesh::{Attributes, Channel, Frame, TriMesh};
 use crate::simplify::SimplifyError;
 use crate::simplify::closed::{blend, separate_twins};
 
-use super::plane::ImagePlane;
-use super::twofold::GroupPairs;
+use super::doubled_attributes::GroupPairs;
+use super::image_plane::ImagePlane;
 
 pub(super) struct SimplifiedHalf<'a> {
     pub mesh: &'a TriMesh,

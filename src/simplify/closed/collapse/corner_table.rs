@@ -4,7 +4,7 @@
 
 use std::ops::Range;
 
-use super::left::Compaction;
+use super::compaction::Compaction;
 
 /// Missing vertex or corner.
 pub(super) const NONE: u32 = u32::MAX;

@@ -3,7 +3,7 @@
 use crate::simplify::limits::Limit;
 
 use super::complex::{Collapse, GONE, OwnCopy};
-use super::corners::NONE;
+use super::corner_table::NONE;
 
 /// Vertices over the target at which the copy is made: enough where three quarters are dropped.
 const KEPT_AT: f64 = 4.0;

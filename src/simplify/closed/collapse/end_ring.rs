@@ -1,6 +1,6 @@
 //! One-rings of the ends of an edge.
 
-use super::corners::{CornerStep, CornerTable, third};
+use super::corner_table::{CornerStep, CornerTable, third};
 
 #[derive(Clone, Default)]
 pub(super) struct EndRing {

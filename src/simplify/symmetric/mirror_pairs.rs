@@ -6,8 +6,8 @@ use crate::mesh::{Frame, TriMesh};
 use crate::simplify::SimplifyError;
 use crate::spatial::nearest_to;
 
-use super::alone::{ascending, count_unpaired};
-use super::plane::{ImagePlane, is_within, tolerance};
+use super::image_plane::{ImagePlane, is_within, tolerance};
+use super::unpaired_faces::{ascending, count_unpaired};
 
 /// Mirror images of all vertices and corners.
 pub(super) struct MirrorPairs {

@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use super::algebra::{Form, area_normal_backward, outer, stiffen, stiffen_backward, trace};
-use super::planes::{line, line_backward, plane, plane_backward};
+use super::plane_sums::{line, line_backward, plane, plane_backward};
 use crate::geometry::triangle::area_normal_f64;
 use crate::simplify::closed::collapse::{PULL, Renewal};
 

@@ -7,7 +7,7 @@ use crate::simplify::closed::pins::PlaneVertices;
 use crate::simplify::limits::Limit;
 
 use super::complex::{Collapse, End};
-use super::star::EndRing;
+use super::end_ring::EndRing;
 
 impl Collapse<'_> {
     pub(super) fn plane(&self) -> Option<&PlaneVertices> {

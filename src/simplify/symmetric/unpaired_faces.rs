@@ -10,7 +10,7 @@ use crate::mesh::TriMesh;
 use crate::mesh::first_equal::first_equal;
 use crate::spatial::FaceTree;
 
-use super::plane::ImagePlane;
+use super::image_plane::ImagePlane;
 
 /// Counts faces or boundary edges without an image within `tolerance`; `vertices` holds the image of each vertex.
 pub(super) fn count_unpaired(mesh: &TriMesh, plane: &ImagePlane, vertices: &[u32], tolerance: f64) -> usize {
