@@ -164,7 +164,7 @@ fn mesh(part: &AssetPart, nodes: &[String], weld: bool) -> MeshInfo {
 fn image(asset: &Asset, at: usize, name: String) -> ImageInfo {
     let bytes = asset.image(at);
     let size = bytes.as_deref().and_then(image_size);
-    let format = bytes.as_deref().and_then(ImageFormat::of).map(ImageFormat::name);
+    let format = bytes.as_deref().and_then(ImageFormat::from_signature).map(ImageFormat::name);
     let [width, height] = [0, 1].map(|side| size.map(|size| size[side]));
     ImageInfo { name, format, width, height, bytes: bytes.map(|bytes| bytes.len()) }
 }

@@ -3,7 +3,7 @@
 mod figures;
 
 use crate::metrics::{psnr, silhouette_iou, ssim};
-use crate::picture::{Image, ShadedMesh, View, view_shaded};
+use crate::picture::{Image, MeshView, ShadedMesh, view_shaded};
 
 pub use figures::figures;
 
@@ -82,7 +82,7 @@ fn luma([red, green, blue, _]: [u8; 4]) -> u8 {
     ((299 * u32::from(red) + 587 * u32::from(green) + 114 * u32::from(blue) + 500) / 1000) as u8
 }
 
-fn colours(view: &View) -> impl Iterator<Item = u8> {
+fn colours(view: &MeshView) -> impl Iterator<Item = u8> {
     view.shaded.rgba.chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]])
 }
 

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::texel::{Place, Texel};
+use super::texel::{Texel, TexelPlace};
 
 /// Distance in texels to which charts are extended: five mipmap levels stay clean.
 const REACH: usize = 32;
@@ -13,17 +13,19 @@ pub(super) fn dilate(texels: &mut [Texel], size: usize) {
     let nearest = nearest_rows(texels, size);
     let rows = texels.par_chunks(size).zip(nearest.par_chunks(size)).enumerate();
     let found: Vec<Vec<(usize, usize)>> = rows.map(|(row, (texels, nearest))| sources(row, texels, nearest)).collect();
-    let fallback = texels.iter().find(|texel| texel.place != Place::Outside).copied().unwrap_or_default();
+    // Any colour of the charts is better than black in the coarsest levels.
+    let fallback = texels.iter().find(|texel| texel.place != TexelPlace::Outside).copied().unwrap_or_default();
     for (to, from) in found.into_iter().flatten() {
-        texels[to] = Texel { place: Place::Dilated, ..texels[from] };
+        texels[to] = Texel { place: TexelPlace::Dilated, ..texels[from] };
     }
-    let beyond = texels.par_iter_mut().filter(|texel| texel.place == Place::Outside);
-    beyond.for_each(|texel| *texel = Texel { place: Place::Outside, ..fallback });
+    let beyond = texels.par_iter_mut().filter(|texel| texel.place == TexelPlace::Outside);
+    beyond.for_each(|texel| *texel = Texel { place: TexelPlace::Outside, ..fallback });
 }
 
 /// Returns for each texel the nearest row within [`REACH`] whose texel in the same column is in a chart, or `u32::MAX`.
 fn nearest_rows(texels: &[Texel], size: usize) -> Vec<u32> {
     let mut nearest = vec![u32::MAX; texels.len()];
+    // Columns first, by two sweeps; rows are searched from their results.
     sweep(texels, size, 0..size, &mut nearest);
     sweep(texels, size, (0..size).rev(), &mut nearest);
     nearest
@@ -36,7 +38,7 @@ fn sweep(texels: &[Texel], size: usize, rows: impl Iterator<Item = usize>, neare
         let distance = |other: u32| if other == u32::MAX { usize::MAX } else { row.abs_diff(other as usize) };
         for (column, last) in last.iter_mut().enumerate() {
             let at = row * size + column;
-            if texels[at].place != Place::Outside {
+            if texels[at].place != TexelPlace::Outside {
                 *last = row as u32;
             }
             if distance(*last) <= REACH && distance(*last) < distance(nearest[at]) {
@@ -50,7 +52,7 @@ fn sweep(texels: &[Texel], size: usize, rows: impl Iterator<Item = usize>, neare
 fn sources(row: usize, texels: &[Texel], nearest: &[u32]) -> Vec<(usize, usize)> {
     let size = texels.len();
     let mut found = Vec::new();
-    for column in (0..size).filter(|&column| texels[column].place == Place::Outside) {
+    for column in (0..size).filter(|&column| texels[column].place == TexelPlace::Outside) {
         let mut best = (REACH * REACH + 1, 0);
         // // From its own column outwards, while something nearer is possible.
         for step in 0..=REACH {
@@ -77,14 +79,14 @@ mod tests {
         let texel = |at: u32| {
             let is_inside = at.wrapping_mul(2_654_435_761).is_multiple_of(every);
             let colour = [at as u8, (at >> 8) as u8, 7];
-            if is_inside { Texel { colour, place: Place::Inside, ..Texel::default() } } else { Texel::default() }
+            if is_inside { Texel { colour, place: TexelPlace::Inside, ..Texel::default() } } else { Texel::default() }
         };
         (0..(size * size) as u32).map(texel).collect()
     }
 
     /// Returns the squared distances of a texel to all chart texels, with their colours.
     fn naive(texels: &[Texel], size: usize, at: usize) -> Vec<(usize, [u8; 3])> {
-        let inside = texels.iter().enumerate().filter(|(_, texel)| texel.place == Place::Inside);
+        let inside = texels.iter().enumerate().filter(|(_, texel)| texel.place == TexelPlace::Inside);
         let distance2 = |other: usize| {
             let across = (at % size).abs_diff(other % size);
             let down = (at / size).abs_diff(other / size);
@@ -106,9 +108,9 @@ mod tests {
                 let is_one = |colour| all.iter().any(|&(distance2, other)| distance2 == least && other == colour);
                 assert!(is_one(texel.colour) || least > REACH * REACH, "{every} {at}: {texel:?}");
                 let place = match least {
-                    0 => Place::Inside,
-                    _ if least <= REACH * REACH => Place::Dilated,
-                    _ => Place::Outside,
+                    0 => TexelPlace::Inside,
+                    _ if least <= REACH * REACH => TexelPlace::Dilated,
+                    _ => TexelPlace::Outside,
                 };
                 assert_eq!(texel.place, place, "{every} {at}");
             }

@@ -3,9 +3,9 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::Original;
+use super::BakeSource;
 use super::frames::corner_normals;
-use super::worn::{Sample, Spot, Worn};
+use super::original_materials::{MaterialSample, OriginalMaterials, SamplePlace};
 use crate::geometry::triangle::area_normal;
 use crate::mesh::{Attributes, Channel, Role, TriMesh};
 use crate::spatial::{Hit, NearestOnTriangles};
@@ -23,18 +23,18 @@ const LEAST_CAGE: f64 = 1e-4;
 /// Cosine between face normals above which faces are on one side of an edge.
 const SAME: f32 = 0.5;
 
-pub(super) struct Fine<'a> {
+pub(super) struct FineSurface<'a> {
     mesh: &'a TriMesh,
     tree: NearestOnTriangles,
     /// Unit normals, n_faces.
     of_faces: Vec<Vec3>,
     normals: Vec<[Vec3; 3]>,
-    worn: Worn,
+    materials: OriginalMaterials,
     cage: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Question {
+pub(super) struct SurfaceQuery {
     /// Point.
     pub point: DVec3,
     /// Direction of search, both ways.
@@ -46,35 +46,39 @@ pub(super) struct Question {
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Answer {
+pub(super) struct QueryResult {
     /// Unit normal of the original.
     pub normal: Vec3,
     /// Materials there.
-    pub sample: Sample,
+    pub sample: MaterialSample,
 }
 
-impl<'a> Fine<'a> {
+impl<'a> FineSurface<'a> {
     /// Prepares an original for queries from `coarse`; also returns notes on missing materials.
-    pub fn of(original: &Original<'a>, coarse: &TriMesh) -> (Self, Vec<String>) {
+    pub fn new(original: &BakeSource<'a>, coarse: &TriMesh) -> (Self, Vec<String>) {
         let mesh = original.mesh;
         let triangles: Vec<[[f32; 3]; 3]> = mesh.faces().par_iter().map(|face| corners(mesh, face)).collect();
         let of_faces =
             triangles.par_iter().map(|corners| area_normal(corners.map(Vec3::from)).normalize_or_zero()).collect();
-        let normals = stated_normals(original.attributes).unwrap_or_else(|| corner_normals(mesh, SMOOTH));
-        let (worn, notes) = Worn::of(original, &normals);
+        let normals = file_normals(original.attributes).unwrap_or_else(|| corner_normals(mesh, SMOOTH));
+        let (materials, notes) = OriginalMaterials::new(original, &normals);
         let tree = NearestOnTriangles::new(&triangles);
+        // Measured, since the distance between the surfaces is not known in advance.
         let cage = (CAGE * largest_distance(&tree, coarse)).max(LEAST_CAGE * mesh.diagonal());
-        (Self { mesh, tree, of_faces, normals, worn, cage }, notes)
+        (Self { mesh, tree, of_faces, normals, materials, cage }, notes)
     }
 
     /// Returns what belongs to a point of the simplified surface; `None` if the original has no faces.
-    pub fn at(&self, question: &Question) -> Option<Answer> {
-        let (hit, side) = self.hit(question)?;
+    pub fn query(&self, question: &SurfaceQuery) -> Option<QueryResult> {
+        let (hit, side) = self.find_hit(question)?;
         let spot = self.spot(&hit, question.steps);
         let blend = |[a, b, c]: [Vec3; 3]| a * spot.weights[0] + b * spot.weights[1] + c * spot.weights[2];
         let own = self.of_faces[hit.triangle as usize];
         let smooth = blend(self.normals[hit.triangle as usize]).try_normalize().unwrap_or(own);
-        Some(Answer { normal: side * self.worn.turned(&spot, smooth), sample: self.worn.at(&spot) })
+        Some(QueryResult {
+            normal: side * self.materials.apply_normal_map(&spot, smooth),
+            sample: self.materials.sample(&spot),
+        })
     }
 
     /// Finds the point on the original, with -1 if only its back is near.
@@ -82,9 +86,10 @@ impl<'a> Fine<'a> {
     /// Order of choice: along the ray the nearest face of the same direction, else the nearest such face, else the
     /// nearest of all. Near an edge, where a ray may meet the other side, a face of the same side within a texel is
     /// preferred.
-    fn hit(&self, Question { point, ray, normal, steps }: &Question) -> Option<(Hit, f32)> {
+    fn find_hit(&self, SurfaceQuery { point, ray, normal, steps }: &SurfaceQuery) -> Option<(Hit, f32)> {
         let agrees = |face: u32| self.of_faces[face as usize].dot(*ray) > 0.0;
         let is_own = |face: u32| self.of_faces[face as usize].dot(*normal) > SAME;
+        // Faces that look away belong to another side of the surface.
         let front = self.tree.along(*point, ray.as_dvec3(), self.cage, agrees);
         let front = front.map(|hit| {
             let reach = steps[0].length().max(steps[1].length());
@@ -98,7 +103,7 @@ impl<'a> Fine<'a> {
         })
     }
 
-    fn spot(&self, hit: &Hit, steps: [DVec3; 2]) -> Spot {
+    fn spot(&self, hit: &Hit, steps: [DVec3; 2]) -> SamplePlace {
         let weights = hit.weights.map(|weight| weight.clamp(0.0, 1.0) as f32);
         let [a, b, c] = corners(self.mesh, &self.mesh.faces()[hit.triangle as usize])
             .map(|corner| DVec3::from(corner.map(f64::from)));
@@ -110,7 +115,7 @@ impl<'a> Fine<'a> {
             let steps = [-v - w, v, w].map(|x| x as f32);
             if steps.iter().all(|x| x.is_finite()) { steps } else { [0.0; 3] }
         };
-        Spot { face: hit.triangle, weights, steps: steps.map(step) }
+        SamplePlace { face: hit.triangle, weights, steps: steps.map(step) }
     }
 }
 
@@ -119,7 +124,7 @@ fn corners(mesh: &TriMesh, face: &[u32; 3]) -> [[f32; 3]; 3] {
 }
 
 /// Returns the normals in the file, n_faces x 3, or `None`.
-fn stated_normals(attributes: &Attributes) -> Option<Vec<[Vec3; 3]>> {
+fn file_normals(attributes: &Attributes) -> Option<Vec<[Vec3; 3]>> {
     let is_normal = |channel: &&Channel| channel.role == Role::Normal && channel.width == 3;
     let channel = attributes.channels.iter().find(is_normal)?;
     let normal = |wedge: u32| channel.value(wedge).first_chunk::<3>().map_or(Vec3::ZERO, |&normal| normal.into());

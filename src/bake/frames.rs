@@ -26,7 +26,7 @@ pub(super) struct Frames {
 
 impl Frames {
     /// Computes the frames of a mesh in charts.
-    pub fn of(mesh: &TriMesh, charts: &Charts) -> Self {
+    pub fn new(mesh: &TriMesh, charts: &Charts) -> Self {
         let normals = corner_normals(mesh, SMOOTH);
         let uvs: Vec<[Vec2; 3]> =
             charts.corners.iter().map(|corners| corners.map(|at| Vec2::from(charts.uv(at)))).collect();
@@ -41,6 +41,7 @@ impl Frames {
         let mut wedge = |face: usize, corner: usize| {
             let normal = self.normals[face][corner].to_array();
             let tangent = if with_tangents { self.tangents[face][corner].to_array() } else { [0.0; 4] };
+            // Corners of different charts never share a wedge, whatever their values.
             let key = (charts.vertices[face][corner], normal.map(f32::to_bits), tangent.map(f32::to_bits));
             let next = known.len() as u32;
             *known.entry(key).or_insert_with(|| {
@@ -65,11 +66,12 @@ pub(super) fn corner_normals(mesh: &TriMesh, degrees: f32) -> Vec<[Vec3; 3]> {
     let corners = |face: &[u32; 3]| face.map(|v| Vec3::from(mesh.positions()[v as usize]));
     let of_faces: Vec<Vec3> =
         mesh.faces().par_iter().map(|face| area_normal(corners(face)).normalize_or_zero()).collect();
-    let around = Around::of(mesh);
+    let around = FacesAroundVertices::new(mesh);
     let least = degrees.to_radians().cos() - 1e-5;
     let place = |face: u32, vertex: u32| mesh.faces()[face as usize].iter().position(|&v| v == vertex).unwrap_or(0);
     let normals = |vertex: u32| {
         let faces = around.faces(vertex);
+        // All pairs of faces are compared, which would take too long at a hub.
         let fans = if faces.len() > HUB { vec![0; faces.len()] } else { fans(mesh, faces, vertex, &of_faces, least) };
         let mut sums = vec![Vec3::ZERO; faces.len()];
         for (&face, &fan) in faces.iter().zip(&fans) {
@@ -112,13 +114,13 @@ fn angle_at(corners: [Vec3; 3], at: usize) -> f32 {
     ab.cross(ac).length().atan2(ab.dot(ac))
 }
 
-struct Around {
+struct FacesAroundVertices {
     starts: Vec<u32>,
     faces: Vec<u32>,
 }
 
-impl Around {
-    fn of(mesh: &TriMesh) -> Self {
+impl FacesAroundVertices {
+    fn new(mesh: &TriMesh) -> Self {
         let mut starts = vec![0u32; mesh.positions().len() + 1];
         mesh.faces().iter().flatten().for_each(|&v| starts[v as usize + 1] += 1);
         (1..starts.len()).for_each(|i| starts[i] += starts[i - 1]);
@@ -141,20 +143,20 @@ impl Around {
 pub(super) fn tangents(mesh: &TriMesh, normals: &[[Vec3; 3]], uvs: &[[Vec2; 3]]) -> Vec<[Vec4; 3]> {
     let any = |normal: &Vec3| normal.try_normalize().unwrap_or(Vec3::Z).any_orthonormal_vector().extend(1.0);
     let tangents = normals.iter().map(|normals| normals.each_ref().map(any)).collect();
-    let mut corners = Corners { mesh, normals, uvs, tangents };
+    let mut corners = TangentGeometry { mesh, normals, uvs, tangents };
     // // Its error type has no variants.
     let _ = generate_tangents(&mut corners);
     corners.tangents
 }
 
-struct Corners<'a> {
+struct TangentGeometry<'a> {
     mesh: &'a TriMesh,
     normals: &'a [[Vec3; 3]],
     uvs: &'a [[Vec2; 3]],
     tangents: Vec<[Vec4; 3]>,
 }
 
-impl Geometry for Corners<'_> {
+impl Geometry for TangentGeometry<'_> {
     fn num_faces(&self) -> usize {
         self.mesh.faces().len()
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::BakeOptions;
-use super::texel::{Texel, byte};
+use super::texel::{Texel, to_byte};
 use crate::mesh::{BaseTexture, Finish, Look, Looks, Wrap, linear_light, srgb};
 use crate::picture::{Image, encode_png_opaque};
 
@@ -15,29 +15,35 @@ const STRAIGHT: [u8; 3] = [128, 128, 255];
 /// Makes the material of size x size texels; uniform values take the exact factors of the original's `looks`.
 pub(super) fn look(texels: &[Texel], looks: &Looks, options: &BakeOptions) -> Look {
     let map = |of: fn(&Texel) -> [u8; 3]| texture(texels, options.size, of);
-    let colour = shared(texels, |texel| texel.colour);
-    let is_straight = shared(texels, |texel| texel.normal) == Some(STRAIGHT);
+    let colour = common_value(texels, |texel| texel.colour);
+    let is_straight = common_value(texels, |texel| texel.normal) == Some(STRAIGHT);
     // // The two slowest encodings run in parallel.
     let (texture, normal_texture) = rayon::join(
         || colour.is_none().then(|| map(|texel| texel.colour)),
         || (!is_straight).then(|| map(|texel| texel.normal)),
     );
-    let emission = shared(texels, |texel| texel.emission);
+    let emission = common_value(texels, |texel| texel.emission);
     let finish = Finish {
-        emission: light(emission, exact(looks, |look| look.finish.emission)),
+        emission: linear_factor(emission, common_factor(looks, |look| look.finish.emission)),
         emission_texture: emission.is_none().then(|| map(|texel| texel.emission)),
         normal_texture,
-        ..surface(texels, looks, options)
+        ..roughness_and_metal(texels, looks, options)
     };
-    Look { colour: light(colour, exact(looks, |look| look.colour)), texture, with_corners: false, finish }
+    Look {
+        colour: linear_factor(colour, common_factor(looks, |look| look.colour)),
+        texture,
+        with_corners: false,
+        finish,
+    }
 }
 
-fn surface(texels: &[Texel], looks: &Looks, options: &BakeOptions) -> Finish {
+fn roughness_and_metal(texels: &[Texel], looks: &Looks, options: &BakeOptions) -> Finish {
     let map = |of: fn(&Texel) -> [u8; 3]| Some(texture(texels, options.size, of));
-    let roughness = shared(texels, |texel| texel.roughness);
-    let metal = shared(texels, |texel| texel.metal);
+    let roughness = common_value(texels, |texel| texel.roughness);
+    let metal = common_value(texels, |texel| texel.metal);
     let (roughness_texture, metal_texture) = match (roughness, metal) {
         (Some(_), Some(_)) => (None, None),
+        // glTF reads roughness from green and metal from blue of one image.
         _ if !options.separate_maps => {
             let both = map(|texel| [255, texel.roughness, texel.metal]);
             (both.clone(), both)
@@ -49,13 +55,13 @@ fn surface(texels: &[Texel], looks: &Looks, options: &BakeOptions) -> Finish {
     };
     let factor = |bytes: Option<u8>, exact: Option<f32>, texture: &Option<BaseTexture>| match bytes {
         Some(bytes) if texture.is_none() => {
-            exact.filter(|&exact| byte(exact) == bytes).unwrap_or(f32::from(bytes) / 255.0)
+            exact.filter(|&exact| to_byte(exact) == bytes).unwrap_or(f32::from(bytes) / 255.0)
         }
         _ => 1.0,
     };
     Finish {
-        roughness: factor(roughness, exact(looks, |look| look.finish.roughness), &roughness_texture),
-        metal: factor(metal, exact(looks, |look| look.finish.metal), &metal_texture),
+        roughness: factor(roughness, common_factor(looks, |look| look.finish.roughness), &roughness_texture),
+        metal: factor(metal, common_factor(looks, |look| look.finish.metal), &metal_texture),
         roughness_texture,
         metal_texture,
         ..Finish::default()
@@ -63,21 +69,21 @@ fn surface(texels: &[Texel], looks: &Looks, options: &BakeOptions) -> Finish {
 }
 
 /// Returns the value common to all texels, or `None`.
-fn shared<T: PartialEq + Sync + Send + Copy>(texels: &[Texel], of: fn(&Texel) -> T) -> Option<T> {
+fn common_value<T: PartialEq + Sync + Send + Copy>(texels: &[Texel], of: fn(&Texel) -> T) -> Option<T> {
     let first = of(texels.first()?);
     texels.par_iter().all(|texel| of(texel) == first).then_some(first)
 }
 
 /// Returns the value common to all groups of the original, or `None`.
-fn exact<T: PartialEq>(looks: &Looks, of: fn(&Look) -> T) -> Option<T> {
+fn common_factor<T: PartialEq>(looks: &Looks, of: fn(&Look) -> T) -> Option<T> {
     let Some(first) = looks.of_groups.first() else { return Some(of(&Look::default())) };
     looks.of_groups.iter().all(|look| of(look) == of(first)).then(|| of(first))
 }
 
 /// Returns a colour in linear light: white under a texture, else exact if it has these bytes, else from the bytes.
-fn light(bytes: Option<[u8; 3]>, exact: Option<[f32; 3]>) -> [f32; 3] {
+fn linear_factor(bytes: Option<[u8; 3]>, exact: Option<[f32; 3]>) -> [f32; 3] {
     let Some(bytes) = bytes else { return [1.0; 3] };
-    let exact = exact.filter(|exact| exact.map(|x| byte(srgb(x.clamp(0.0, 1.0)))) == bytes);
+    let exact = exact.filter(|exact| exact.map(|x| to_byte(srgb(x.clamp(0.0, 1.0)))) == bytes);
     exact.unwrap_or(bytes.map(|byte| linear_light(f32::from(byte) / 255.0)))
 }
 

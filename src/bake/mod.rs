@@ -16,13 +16,13 @@ mod dilate;
 mod fine;
 mod frames;
 mod maps;
+mod original_materials;
 mod raster;
 mod texel;
 mod unfold;
-mod worn;
 
 use crate::mesh::{Attributes, Look, Looks, TriMesh};
-use fine::Fine;
+use fine::FineSurface;
 use frames::Frames;
 use unfold::Charts;
 
@@ -32,7 +32,7 @@ pub const SIZES: std::ops::RangeInclusive<usize> = 16..=8192;
 /// A mesh to be baked, with its materials.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
-pub struct Original<'a> {
+pub struct BakeSource<'a> {
     /// Surface.
     pub mesh: &'a TriMesh,
     /// Attributes of corners and faces.
@@ -53,7 +53,7 @@ pub struct BakeOptions {
     pub with_tangents: bool,
 }
 
-impl<'a> Original<'a> {
+impl<'a> BakeSource<'a> {
     /// Makes an original from a mesh, its attributes and the looks of its groups.
     pub fn new(mesh: &'a TriMesh, attributes: &'a Attributes, looks: &'a Looks) -> Self {
         Self { mesh, attributes, looks }
@@ -70,7 +70,7 @@ impl BakeOptions {
 /// The attributes and material for a simplified mesh.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct Baked {
+pub struct BakedMesh {
     /// Texture coordinates (v upwards), normals, and tangents on request.
     pub attributes: Attributes,
     /// Material.
@@ -116,34 +116,35 @@ impl std::error::Error for BakeError {}
 /// [`BakeError`] names the obstacle in one line.
 ///
 /// ```
-/// use neural_mesh::bake::{BakeOptions, Original, bake};
+/// use neural_mesh::bake::{BakeOptions, BakeSource, bake};
 /// use neural_mesh::mesh::{Attributes, Look, Looks, shapes};
 /// let (fine, coarse) = (shapes::icosphere(4), shapes::icosphere(1));
 /// let mut red = Look::default();
 /// red.colour = [1.0, 0.0, 0.0];
 /// let looks = Looks::new(vec![red]);
-/// let original = Original::new(&fine, Attributes::NONE, &looks);
+/// let original = BakeSource::new(&fine, Attributes::NONE, &looks);
 /// let baked = bake(&original, &coarse, &BakeOptions::new(64)).unwrap();
 /// assert_eq!((baked.look.colour, baked.look.texture), ([1.0, 0.0, 0.0], None));
 /// assert!(baked.look.finish.normal_texture.is_some() && baked.covered > 0.3);
 /// ```
-pub fn bake(original: &Original, mesh: &TriMesh, options: &BakeOptions) -> Result<Baked, BakeError> {
+pub fn bake(original: &BakeSource, mesh: &TriMesh, options: &BakeOptions) -> Result<BakedMesh, BakeError> {
     let size = options.size;
     if !SIZES.contains(&size) {
         return Err(BakeError::BadSize(size));
     }
+    // Checked before unfolding, which is slow.
     if original.mesh.faces().is_empty() {
         return Err(BakeError::Empty);
     }
-    let charts = Charts::of(mesh, size)?;
-    let frames = Frames::of(mesh, &charts);
-    let (fine, notes) = Fine::of(original, mesh);
-    let mut texels = raster::drawn(mesh, &charts, &frames, &fine);
+    let charts = Charts::unfold(mesh, size)?;
+    let frames = Frames::new(mesh, &charts);
+    let (fine, notes) = FineSurface::new(original, mesh);
+    let mut texels = raster::draw_texels(mesh, &charts, &frames, &fine);
     let covered = texel::share_inside(&texels);
     dilate::dilate(&mut texels, size);
     let look = maps::look(&texels, original.looks, options);
     let attributes = frames.attributes(&charts, options.with_tangents);
-    Ok(Baked { attributes, look, n_charts: charts.n_charts, covered, notes })
+    Ok(BakedMesh { attributes, look, n_charts: charts.n_charts, covered, notes })
 }
 
 #[cfg(test)]
@@ -209,7 +210,7 @@ mod tests {
     const NO_STEPS: [[f32; 3]; 2] = [[0.0; 3]; 2];
 
     /// Returns the normals that a viewer sees at places of a baked mesh, with their points.
-    fn seen_normals(mesh: &TriMesh, baked: &Baked) -> Vec<(Vec3, Vec3)> {
+    fn seen_normals(mesh: &TriMesh, baked: &BakedMesh) -> Vec<(Vec3, Vec3)> {
         let map = baked.look.finish.normal_texture.clone();
         let coat = Coat::of_numbers(&baked.attributes, &looks(Look { texture: map, ..Look::default() })).0.unwrap();
         let [normals, tangents] = [1, 2].map(|i| &baked.attributes.channels[i]);
@@ -226,8 +227,8 @@ mod tests {
         places(mesh).map(normal).collect()
     }
 
-    fn bake_all(mesh: &TriMesh, attributes: &Attributes, look: Look, onto: &TriMesh) -> Baked {
-        bake(&Original { mesh, attributes, looks: &looks(look) }, onto, &OPTIONS).unwrap()
+    fn bake_all(mesh: &TriMesh, attributes: &Attributes, look: Look, onto: &TriMesh) -> BakedMesh {
+        bake(&BakeSource { mesh, attributes, looks: &looks(look) }, onto, &OPTIONS).unwrap()
     }
 
     #[test]
@@ -294,7 +295,7 @@ mod tests {
         let metal_texture = rough.clone();
         let finish = Finish { roughness_texture: rough, metal_texture, emission_texture: glow, ..look.finish };
         let look = Look { finish, ..look };
-        let original = Original { mesh: &mesh, attributes: &uvs(&mesh), looks: &looks(look) };
+        let original = BakeSource { mesh: &mesh, attributes: &uvs(&mesh), looks: &looks(look) };
         let packed = bake(&original, &mesh, &OPTIONS).unwrap();
         let Finish { roughness_texture, metal_texture, emission_texture, .. } = packed.look.finish;
         assert!(roughness_texture == metal_texture && packed.look.colour == [0.3, 0.6, 0.9]);
@@ -366,7 +367,7 @@ mod tests {
     fn what_cannot_be_baked_is_said() {
         let mesh = sheet(1, |_, _| 0.0);
         let of = |mesh: &TriMesh, onto: &TriMesh, size| {
-            let original = Original { mesh, attributes: Attributes::NONE, looks: &Looks::default() };
+            let original = BakeSource { mesh, attributes: Attributes::NONE, looks: &Looks::default() };
             bake(&original, onto, &BakeOptions { size, ..OPTIONS }).map(|_| ())
         };
         for size in [0, 15, 8193] {

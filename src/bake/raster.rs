@@ -3,9 +3,9 @@
 use glam::{DVec2, DVec3, Mat3, Vec3};
 use rayon::prelude::*;
 
-use super::fine::{Fine, Question};
+use super::fine::{FineSurface, SurfaceQuery};
 use super::frames::Frames;
-use super::texel::{Place, Texel, byte};
+use super::texel::{Texel, TexelPlace, to_byte};
 use super::unfold::Charts;
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 use crate::geometry::triangle::area_normal;
@@ -23,14 +23,14 @@ struct Canvas<'a> {
     mesh: &'a TriMesh,
     charts: &'a Charts,
     frames: &'a Frames,
-    fine: &'a Fine<'a>,
+    fine: &'a FineSurface<'a>,
     /// Start of each row's faces in `faces`.
     starts: Vec<usize>,
     faces: Vec<u32>,
 }
 
 /// Draws the texels of the charts, row by row from the top; those outside stay empty.
-pub(super) fn drawn(mesh: &TriMesh, charts: &Charts, frames: &Frames, fine: &Fine) -> Vec<Texel> {
+pub(super) fn draw_texels(mesh: &TriMesh, charts: &Charts, frames: &Frames, fine: &FineSurface) -> Vec<Texel> {
     let (starts, faces) = rows(charts);
     let canvas = Canvas { mesh, charts, frames, fine, starts, faces };
     let mut texels = vec![Texel::default(); charts.size * charts.size];
@@ -44,15 +44,16 @@ fn rows(charts: &Charts) -> (Vec<usize>, Vec<u32>) {
     let range = |face: usize| {
         let ys = charts.corners[face].map(|at| size - at.y);
         let [low, high] = [ys.iter().copied().fold(f64::INFINITY, f64::min), ys.iter().copied().fold(0.0, f64::max)];
+        // Rows within the border belong to the face as well.
         let first = (low - 0.5 - BORDER).ceil().max(0.0) as usize;
         first..((high - 0.5 + BORDER).floor() + 1.0).clamp(0.0, size) as usize
     };
-    let laid = || (0..charts.corners.len()).filter(|&face| charts.is_laid[face]);
+    let charted_faces = || (0..charts.corners.len()).filter(|&face| charts.is_in_chart[face]);
     let mut starts = vec![0; charts.size + 1];
-    laid().flat_map(range).for_each(|row| starts[row + 1] += 1);
+    charted_faces().flat_map(range).for_each(|row| starts[row + 1] += 1);
     (0..charts.size).for_each(|row| starts[row + 1] += starts[row]);
     let (mut next, mut faces) = (starts.clone(), vec![0; starts[charts.size]]);
-    for face in laid() {
+    for face in charted_faces() {
         for row in range(face) {
             faces[next[row]] = face as u32;
             next[row] += 1;
@@ -71,10 +72,10 @@ impl Canvas<'_> {
             for column in columns(low, high, line.len()) {
                 let at = DVec2::new(column as f64 + 0.5, y);
                 // Where charts overlap, the first face wins.
-                if line[column].place == Place::Outside
+                if line[column].place == TexelPlace::Outside
                     && let Some(weights) = weights(corners, at)
                 {
-                    line[column] = self.texel(face, weights, Place::Inside);
+                    line[column] = self.texel(face, weights, TexelPlace::Inside);
                 }
             }
         }
@@ -89,23 +90,24 @@ impl Canvas<'_> {
             let xs = corners.map(|at| at.x);
             let low = xs.iter().copied().fold(f64::INFINITY, f64::min) - BORDER;
             let high = xs.iter().copied().fold(0.0, f64::max) + BORDER;
-            for column in columns(low, high, line.len()).filter(|&column| line[column].place == Place::Outside) {
+            for column in columns(low, high, line.len()).filter(|&column| line[column].place == TexelPlace::Outside) {
                 let at = DVec3::new(column as f64 + 0.5, y, 0.0);
                 let corners = corners.map(|corner| corner.extend(0.0));
                 let weights = nearest_weights_f64(at, corners);
                 let near = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
                 let distance = near.distance(at);
+                // Several charts may reach a border texel: the nearest face wins.
                 if distance <= BORDER && distance < best[column].0 {
                     best[column] = (distance, face, weights);
                 }
             }
         }
         for (texel, (_, face, weights)) in line.iter_mut().zip(best).filter(|(_, (_, face, _))| *face != u32::MAX) {
-            *texel = self.texel(face, weights, Place::Border);
+            *texel = self.texel(face, weights, TexelPlace::Border);
         }
     }
 
-    fn texel(&self, face: u32, weights: [f64; 3], place: Place) -> Texel {
+    fn texel(&self, face: u32, weights: [f64; 3], place: TexelPlace) -> Texel {
         let corners = self.mesh.faces()[face as usize].map(|v| self.mesh.positions()[v as usize]);
         let points = corners.map(|corner| DVec3::from(corner.map(f64::from)));
         let point = points[0] * weights[0] + points[1] * weights[1] + points[2] * weights[2];
@@ -114,29 +116,33 @@ impl Canvas<'_> {
         let blend = |[a, b, c]: [Vec3; 3]| a * weights[0] + b * weights[1] + c * weights[2];
         let own = area_normal(corners.map(Vec3::from)).normalize_or_zero();
         let ray = blend(self.frames.rays[face as usize]).normalize_or_zero();
+        // A common ray closes gaps at edges; where it is too flat, the face's own is used.
         let ray = if ray.dot(own) > STEEP || own == Vec3::ZERO { ray } else { own };
-        let Some(answer) = self.fine.at(&Question { point, ray, normal: own, steps }) else { return Texel::default() };
+        let Some(answer) = self.fine.query(&SurfaceQuery { point, ray, normal: own, steps }) else {
+            return Texel::default();
+        };
         let normal = blend(self.frames.normals[face as usize]);
         let tangents = self.frames.tangents[face as usize];
         let tangent = blend(tangents.map(|tangent| tangent.truncate()));
-        let direction = in_frame(answer.normal, normal, tangent, tangents[0].w);
-        let bytes = |colour: Vec3| colour.to_array().map(|x| byte(srgb(x.clamp(0.0, 1.0))));
+        let direction = to_tangent_space(answer.normal, normal, tangent, tangents[0].w);
+        let bytes = |colour: Vec3| colour.to_array().map(|x| to_byte(srgb(x.clamp(0.0, 1.0))));
         Texel {
             colour: bytes(answer.sample.colour),
             emission: bytes(answer.sample.emission),
-            roughness: byte(answer.sample.roughness),
-            metal: byte(answer.sample.metal),
-            normal: direction.to_array().map(|x| byte(0.5 * x + 0.5)),
+            roughness: to_byte(answer.sample.roughness),
+            metal: to_byte(answer.sample.metal),
+            normal: direction.to_array().map(|x| to_byte(0.5 * x + 0.5)),
             place,
         }
     }
 }
 
 /// Transforms a direction to MikkTSpace tangent space, with interpolated normal and tangent that are not renormalised.
-fn in_frame(direction: Vec3, normal: Vec3, tangent: Vec3, sign: f32) -> Vec3 {
+fn to_tangent_space(direction: Vec3, normal: Vec3, tangent: Vec3, sign: f32) -> Vec3 {
     let frame = Mat3::from_cols(tangent, sign * normal.cross(tangent), normal);
     let within = (frame.inverse() * direction).try_normalize().filter(|within| within.is_finite());
     let within = within.unwrap_or(Vec3::Z);
+    // Applied in tangent space, where up is the mapped normal.
     within.with_z(within.z.max(RISE)).normalize()
 }
 

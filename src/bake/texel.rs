@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum Place {
+pub(super) enum TexelPlace {
     /// Neither in a chart nor next to one.
     #[default]
     Outside,
@@ -27,15 +27,15 @@ pub(super) struct Texel {
     pub metal: u8,
     /// Direction in tangent space, 0 to 255 for -1 to 1.
     pub normal: [u8; 3],
-    /// Place.
-    pub place: Place,
+    /// Place relative to the charts.
+    pub place: TexelPlace,
 }
 
 pub(super) fn share_inside(texels: &[Texel]) -> f64 {
-    let n_inside = texels.par_iter().filter(|texel| texel.place == Place::Inside).count();
+    let n_inside = texels.par_iter().filter(|texel| texel.place == TexelPlace::Inside).count();
     n_inside as f64 / texels.len().max(1) as f64
 }
 
-pub(super) fn byte(x: f32) -> u8 {
+pub(super) fn to_byte(x: f32) -> u8 {
     (255.0 * x.clamp(0.0, 1.0)).round() as u8
 }

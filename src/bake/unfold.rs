@@ -20,29 +20,30 @@ pub(super) struct Charts {
     /// Numbers of the corners: one for each vertex and chart, n_faces x 3.
     pub vertices: Vec<[u32; 3]>,
     /// Whether each face is in a chart; those without area are not.
-    pub is_laid: Vec<bool>,
+    pub is_in_chart: Vec<bool>,
     /// Number of charts.
     pub n_charts: usize,
 }
 
 impl Charts {
     /// Unfolds a mesh.
-    pub fn of(mesh: &TriMesh, size: usize) -> Result<Self, BakeError> {
+    pub fn unfold(mesh: &TriMesh, size: usize) -> Result<Self, BakeError> {
         let layout = |positions: &[[f32; 3]]| unwrap(positions, mesh.faces(), size as u32, PADDING);
         let has_area = |face: &[u32; 3]| {
             let [a, b, c] = face.map(|v| DVec3::from(mesh.positions()[v as usize].map(f64::from)));
             (b - a).cross(c - a).length_squared() > 0.0
         };
+        // xatlas would return no chart at all.
         if !mesh.faces().iter().any(has_area) {
             return Err(BakeError::Empty);
         }
-        let layout = layout(&scaled(mesh)).ok_or(BakeError::NoRoom(size))?;
+        let layout = layout(&scale_for_xatlas(mesh)).ok_or(BakeError::NoRoom(size))?;
         let corner = |vertex: u32| DVec2::from(layout.texels[vertex as usize].map(f64::from));
-        let is_laid = |face: &[u32; 3]| face.iter().all(|&vertex| layout.charts[vertex as usize].is_some());
+        let is_in_chart = |face: &[u32; 3]| face.iter().all(|&vertex| layout.charts[vertex as usize].is_some());
         Ok(Self {
             size,
             corners: layout.faces.iter().map(|face| face.map(corner)).collect(),
-            is_laid: layout.faces.iter().map(is_laid).collect(),
+            is_in_chart: layout.faces.iter().map(is_in_chart).collect(),
             n_charts: layout.n_charts,
             vertices: layout.faces,
         })
@@ -55,7 +56,7 @@ impl Charts {
 }
 
 /// Scales the positions to the size that xatlas expects, around the origin.
-fn scaled(mesh: &TriMesh) -> Vec<[f32; 3]> {
+fn scale_for_xatlas(mesh: &TriMesh) -> Vec<[f32; 3]> {
     let all = mesh.positions().iter().map(|p| DVec3::from(p.map(f64::from)));
     let (low, high) =
         all.clone().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));

@@ -1,6 +1,6 @@
 //! `--bake`: what the original looks like as textures of the result.
 
-use crate::bake::{BakeError, BakeOptions, Original, SIZES, bake};
+use crate::bake::{BakeError, BakeOptions, BakeSource, SIZES, bake};
 use crate::io::{Extra, Group};
 use crate::mesh::{Attributes, Looks, TriMesh};
 
@@ -22,7 +22,7 @@ pub fn dress(
     (mesh, attributes, looks): (&TriMesh, &Attributes, &Looks),
     simplified: &TriMesh,
 ) -> Result<Dress, String> {
-    let original = Original::new(mesh, attributes, looks);
+    let original = BakeSource::new(mesh, attributes, looks);
     let mut options = BakeOptions::new(size);
     (options.separate_maps, options.with_tangents) = (!is_gltf, is_gltf);
     let baked = bake(&original, simplified, &options).map_err(|error| format!("--bake {size}: {error}"))?;

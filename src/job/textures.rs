@@ -74,7 +74,7 @@ fn smaller(file: &[u8], used: ImageUse, side: usize) -> Option<Vec<u8>> {
     let scaled = |length: usize| ((length * side + longer / 2) / longer).max(1);
     let size = [scaled(image.width), scaled(image.height)];
     let smaller = resized(&image, size, used).ok()?;
-    match ImageFormat::of(file)? {
+    match ImageFormat::from_signature(file)? {
         ImageFormat::Png | ImageFormat::Ktx2 => {}
         ImageFormat::WebP => return encode_webp(&smaller),
         _ => return jpeg(&smaller),
@@ -242,7 +242,7 @@ mod tests {
         let textures = Textures::new(16);
         let webp = encode_webp(&image(64, 32, |_| [40, 80, 120, 9])).unwrap();
         let small = textures.convert(&webp, ImageUse::Numbers).unwrap();
-        assert_eq!((ImageFormat::of(&small), image_size(&small)), (Some(ImageFormat::WebP), Some([16, 8])));
+        assert_eq!((ImageFormat::from_signature(&small), image_size(&small)), (Some(ImageFormat::WebP), Some([16, 8])));
         let small = textures.convert(&file, ImageUse::Colours).unwrap();
         assert!(small.starts_with(b"\xff\xd8") && image_size(&small) == Some([16, 8]));
         assert_eq!(textures.note(), None);

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::SAMPLES;
-use super::shape::Shape;
+use super::scaled_mesh::ScaledMesh;
 
 /// Distance of the eye from the centre of the unit ball.
 const EYE: f32 = 4.5;
@@ -34,7 +34,7 @@ pub struct Camera {
 
 impl Camera {
     /// Chooses a view that shows the first shape well, and fits all shapes into panels of `height` pixels.
-    pub fn of(shapes: &[Shape], height: usize) -> Self {
+    pub fn with_best_view(shapes: &[ScaledMesh], height: usize) -> Self {
         let axes = shapes.first().map_or(axes(NATURAL[0]), best_view);
         let mut camera = Self { width: height, height, scale: 1.0, axes, middle: [0.0; 2] };
         camera.fit(shapes);
@@ -42,12 +42,12 @@ impl Camera {
     }
 
     /// Looks from an azimuth and an elevation in degrees; fits the first shape into panels of `height` pixels.
-    pub fn from(direction: [f32; 2], shapes: &[Shape], height: usize) -> Self {
-        Self::around(direction, shapes.get(..1).unwrap_or_default(), height)
+    pub fn fit_first(direction: [f32; 2], shapes: &[ScaledMesh], height: usize) -> Self {
+        Self::fit_all(direction, shapes.get(..1).unwrap_or_default(), height)
     }
 
     /// Looks from an azimuth and an elevation in degrees; fits all shapes into panels of `height` pixels.
-    pub fn around(direction: [f32; 2], shapes: &[Shape], height: usize) -> Self {
+    pub fn fit_all(direction: [f32; 2], shapes: &[ScaledMesh], height: usize) -> Self {
         let mut camera = Self { width: height, height, scale: 1.0, axes: axes(direction), middle: [0.0; 2] };
         camera.fit(shapes);
         camera
@@ -62,10 +62,11 @@ impl Camera {
     }
 
     /// Sets scale, middle and width so that all shapes fit into the panel.
-    fn fit(&mut self, shapes: &[Shape]) {
+    fn fit(&mut self, shapes: &[ScaledMesh]) {
         let flat = || shapes.iter().flat_map(|shape| &shape.points).map(|&p| on_plane(self.view(p)));
         let low = flat().reduce(Vec3::min).unwrap_or_default();
         let high = flat().reduce(Vec3::max).unwrap_or_default();
+        // A flat or empty shape would give an infinite scale.
         let size = (high - low).max(Vec3::splat(1e-6));
         let height = self.height as f32;
         let inner = height * (1.0 - 2.0 * MARGIN);
@@ -121,16 +122,17 @@ fn axes([azimuth, elevation]: [f32; 2]) -> [Vec3; 3] {
 }
 
 /// Returns the direction from a shape to an eye that sees it well.
-pub fn toward_eye(shape: &Shape) -> Vec3 {
+pub fn toward_eye(shape: &ScaledMesh) -> Vec3 {
     best_view(shape)[2]
 }
 
 /// Chooses, among views that show enough area, the one with most detail: it shows faces rather than backs.
-fn best_view(shape: &Shape) -> [Vec3; 3] {
+fn best_view(shape: &ScaledMesh) -> [Vec3; 3] {
     let normals = shape.area_normals();
     let bumps = bumps(shape, &normals);
-    let [natural, others] =
-        [NATURAL, OTHERS].map(|views| views.map(|view| (view, seen_from(axes(view)[2], &normals, &bumps))));
+    let [natural, others] = [NATURAL, OTHERS]
+        .map(|views| views.map(|view| (view, visible_area_and_detail(axes(view)[2], &normals, &bumps))));
+    // Enough area is measured against the best view of all, so that thin meshes have candidates too.
     let most_area = natural.iter().chain(&others).map(|(_, [area, _])| *area).fold(0.0, f32::max);
     let good = |(_, [area, _]): &&([f32; 2], [f32; 2])| *area >= GOOD_ENOUGH * most_area;
     // Preferred views first; others only if none of these shows enough.
@@ -140,7 +142,7 @@ fn best_view(shape: &Shape) -> [Vec3; 3] {
 }
 
 /// Returns per face how far the vertex normals at its corners turn from its own, times its area.
-fn bumps(shape: &Shape, normals: &[Vec3]) -> Vec<f32> {
+fn bumps(shape: &ScaledMesh, normals: &[Vec3]) -> Vec<f32> {
     let mut at_vertices = vec![Vec3::ZERO; shape.points.len()];
     for (face, &normal) in shape.faces.iter().zip(normals) {
         for &v in face {
@@ -153,7 +155,7 @@ fn bumps(shape: &Shape, normals: &[Vec3]) -> Vec<f32> {
 }
 
 /// Returns twice the area, and the detail, that face a direction, hidden parts included.
-fn seen_from(direction: Vec3, normals: &[Vec3], bumps: &[f32]) -> [f32; 2] {
+fn visible_area_and_detail(direction: Vec3, normals: &[Vec3], bumps: &[f32]) -> [f32; 2] {
     let seen = normals.iter().zip(bumps).map(|(normal, bump)| {
         let toward = normal.normalize_or_zero().dot(direction);
         [normal.length() * toward.abs(), bump * toward.max(0.0)]

@@ -16,7 +16,7 @@ pub struct Cover {
     /// Encoded images, each once.
     pub images: Vec<Arc<[u8]>>,
     /// Paint of each group; the last one, white, is for all other groups.
-    paints: Vec<Paint>,
+    paints: Vec<GroupPaint>,
     /// Group of each face; empty if there is only one.
     groups: Vec<u32>,
     /// Texture coordinates, v downwards, n_faces x 3; empty without textures.
@@ -26,7 +26,7 @@ pub struct Cover {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-struct Paint {
+struct GroupPaint {
     colour: Vec3,
     /// Index of the image, and its wrap modes.
     texture: Option<(usize, [Wrap; 2])>,
@@ -35,7 +35,7 @@ struct Paint {
 
 /// The image coordinates and the colour at a corner of a face.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Corner {
+pub struct CoveredCorner {
     /// Image coordinates, v downwards; 0 without an image.
     pub uv: [f32; 2],
     /// Factor of the image, in linear light from 0 to 1; the colour itself without an image.
@@ -56,15 +56,16 @@ impl Cover {
     /// ```
     pub fn new(attributes: &Attributes, looks: &Looks) -> Option<Self> {
         let mut images = Vec::new();
-        let paint = |look: &Look| Paint {
+        let paint = |look: &Look| GroupPaint {
             colour: Vec3::from(look.colour),
-            texture: look.texture.as_ref().map(|texture| (listed(&mut images, &texture.image), texture.wrap)),
+            texture: look.texture.as_ref().map(|texture| (image_index(&mut images, &texture.image), texture.wrap)),
             with_corners: look.with_corners,
         };
-        let mut paints: Vec<Paint> = looks.of_groups.iter().map(paint).collect();
-        paints.push(Paint { colour: Vec3::ONE, texture: None, with_corners: true });
+        let mut paints: Vec<GroupPaint> = looks.of_groups.iter().map(paint).collect();
+        paints.push(GroupPaint { colour: Vec3::ONE, texture: None, with_corners: true });
         let uvs = if images.is_empty() { Vec::new() } else { uvs(attributes, looks) };
         let colours = corner_colours(attributes, looks.linear_colours);
+        // A white cover would draw the same picture at more cost.
         let is_white = paints.iter().all(|paint| paint.colour == Vec3::ONE) && uvs.is_empty() && colours.is_empty();
         let cover = Self { images, paints, groups: attributes.groups.clone(), uvs, colours };
         (!is_white).then_some(cover)
@@ -76,25 +77,25 @@ impl Cover {
     }
 
     /// Returns the covers of a face's corners.
-    pub fn corners(&self, face: u32) -> [Corner; 3] {
+    pub fn corners(&self, face: u32) -> [CoveredCorner; 3] {
         let paint = self.paint(face);
         let colours = self.colours_of(face).unwrap_or([Vec3::ONE; 3]);
         let uvs = self.uvs.get(face as usize).copied().unwrap_or_default();
-        std::array::from_fn(|i| Corner { uv: uvs[i].into(), colour: (paint.colour * colours[i]).into() })
+        std::array::from_fn(|i| CoveredCorner { uv: uvs[i].into(), colour: (paint.colour * colours[i]).into() })
     }
 
     fn colours_of(&self, face: u32) -> Option<[Vec3; 3]> {
         self.colours.get(face as usize).filter(|_| self.paint(face).with_corners).copied()
     }
 
-    fn paint(&self, face: u32) -> &Paint {
+    fn paint(&self, face: u32) -> &GroupPaint {
         let group = self.groups.get(face as usize).map_or(0, |&group| group as usize);
         &self.paints[group.min(self.paints.len() - 1)]
     }
 }
 
 /// Returns the index of an image in a list, adding it if it is new.
-fn listed(images: &mut Vec<Arc<[u8]>>, image: &Arc<[u8]>) -> usize {
+fn image_index(images: &mut Vec<Arc<[u8]>>, image: &Arc<[u8]>) -> usize {
     images.iter().position(|known| Arc::ptr_eq(known, image)).unwrap_or_else(|| {
         images.push(image.clone());
         images.len() - 1
@@ -121,7 +122,7 @@ impl Coat {
     /// assert!(Coat::new(&Attributes::default(), &Looks::default()).0.is_none());
     /// ```
     pub fn new(attributes: &Attributes, looks: &Looks) -> (Option<Self>, Vec<String>) {
-        Self::decoded(attributes, looks, Texture::new)
+        Self::decode(attributes, looks, Texture::new)
     }
 
     /// Makes a coat whose textures hold numbers from 0 to 1, such as directions or roughness, instead of colours.
@@ -135,10 +136,10 @@ impl Coat {
     /// assert_eq!(coat.value(0, [1.0, 0.0, 0.0], [[0.0; 3]; 2]), [0.5; 3]);
     /// ```
     pub fn of_numbers(attributes: &Attributes, looks: &Looks) -> (Option<Self>, Vec<String>) {
-        Self::decoded(attributes, looks, Texture::of_numbers)
+        Self::decode(attributes, looks, Texture::of_numbers)
     }
 
-    fn decoded(
+    fn decode(
         attributes: &Attributes,
         looks: &Looks,
         texture: impl Fn(&Image) -> Texture,
@@ -146,6 +147,7 @@ impl Coat {
         let Some(cover) = Cover::new(attributes, looks) else { return (None, Vec::new()) };
         let decoded = |image: &Arc<[u8]>| Some(texture(&decode_image(image)?));
         let textures: Vec<Option<Texture>> = cover.images.iter().map(decoded).collect();
+        // One note is enough, however many textures fail.
         let missing = cover.images.iter().zip(&textures).find(|(_, texture)| texture.is_none());
         let notes = missing.map(|(image, _)| format!("a texture is left out: it {}", image_problem(image)));
         let notes = notes.into_iter().collect();
@@ -156,7 +158,7 @@ impl Coat {
     ///
     /// The sample is as large as the `steps` of the weights, each of sum 0.
     pub fn value(&self, face: u32, weights: [f32; 3], steps: [[f32; 3]; 2]) -> [f32; 3] {
-        self.at(face, Vec3::from(weights), || steps.map(Vec3::from)).to_array()
+        self.colour_at(face, Vec3::from(weights), || steps.map(Vec3::from)).to_array()
     }
 
     /// Returns whether a face has a decoded texture.
@@ -164,21 +166,23 @@ impl Coat {
         self.cover.texture(face).is_some_and(|(image, _)| self.textures[image].is_some())
     }
 
-    fn at(&self, face: u32, here: Vec3, steps: impl FnOnce() -> [Vec3; 2]) -> Vec3 {
+    fn colour_at(&self, face: u32, here: Vec3, steps: impl FnOnce() -> [Vec3; 2]) -> Vec3 {
         let Coat { cover, textures } = self;
         let blend = |[a, b, c]: [Vec3; 3]| a * here.x + b * here.y + c * here.z;
         let colour = cover.paint(face).colour * cover.colours_of(face).map_or(Vec3::ONE, blend);
         let texture = cover.texture(face).and_then(|(image, wrap)| Some((textures[image].as_ref()?, wrap)));
+        // Without a decoded texture, the factor alone is the colour.
         let Some(((texture, wrap), uvs)) = texture.zip(cover.uvs.get(face as usize)) else { return colour };
         let uv = |weights: Vec3| uvs[0] * weights.x + uvs[1] * weights.y + uvs[2] * weights.z;
         colour * texture.colour(uv(here), steps().map(uv), wrap)
     }
 
     /// Places the coat on a mesh of the picture, or returns `None` if it belongs to another mesh.
-    pub(super) fn on<'a>(&'a self, points: &'a [Vec3], faces: &'a [[u32; 3]]) -> Option<Worn<'a>> {
+    pub(super) fn place_on<'a>(&'a self, points: &'a [Vec3], faces: &'a [[u32; 3]]) -> Option<PlacedCoat<'a>> {
         let Cover { groups, uvs, colours, .. } = &self.cover;
+        // Attributes of another mesh would index out of range.
         let fits = [groups.len(), uvs.len(), colours.len()].iter().all(|&n| n == 0 || n == faces.len());
-        fits.then_some(Worn { coat: self, points, faces })
+        fits.then_some(PlacedCoat { coat: self, points, faces })
     }
 }
 
@@ -216,18 +220,18 @@ fn corner_colours(attributes: &Attributes, linear: bool) -> Vec<[Vec3; 3]> {
     attributes.wedges.iter().map(|wedges| wedges.map(colour)).collect()
 }
 
-pub(super) struct Worn<'a> {
+pub(super) struct PlacedCoat<'a> {
     coat: &'a Coat,
     /// Projected vertices in samples, with the inverse depth as z, n_vertices.
     points: &'a [Vec3],
     faces: &'a [[u32; 3]],
 }
 
-impl Worn<'_> {
+impl PlacedCoat<'_> {
     /// Returns the colour of a face at a place in samples, in linear light.
     pub fn colour(&self, face: u32, at: Vec2) -> Vec3 {
         let here = self.weights(face, at);
-        self.coat.at(face, here, || [Vec2::X, Vec2::Y].map(|along| self.weights(face, at + along) - here))
+        self.coat.colour_at(face, here, || [Vec2::X, Vec2::Y].map(|along| self.weights(face, at + along) - here))
     }
 
     fn weights(&self, face: u32, at: Vec2) -> Vec3 {
@@ -258,31 +262,31 @@ mod tests {
         assert!(notes.is_empty());
         let points = [Vec3::new(0.0, 0.0, 1.0), Vec3::new(9000.0, 0.0, 0.5), Vec3::new(0.0, 9000.0, 0.25)];
         let coat = coat.unwrap();
-        let worn = coat.on(&points, &[[0, 1, 2]; 2]).unwrap();
+        let worn = coat.place_on(&points, &[[0, 1, 2]; 2]).unwrap();
         worn.colour(face, points[corner].truncate()).to_array()
     }
 
-    fn is(colour: [f32; 3], wanted: [f32; 3]) -> bool {
+    fn is_colour(colour: [f32; 3], wanted: [f32; 3]) -> bool {
         (0..3).all(|k| (colour[k] - wanted[k]).abs() < 1e-3)
     }
 
     #[test]
     fn v_runs_up_in_one_format_and_down_in_another() {
         let [red, green] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-        assert!(is(colour_at(false, 0, 0), red) && is(colour_at(false, 0, 2), green));
-        assert!(is(colour_at(true, 0, 0), green) && is(colour_at(true, 0, 2), red));
+        assert!(is_colour(colour_at(false, 0, 0), red) && is_colour(colour_at(false, 0, 2), green));
+        assert!(is_colour(colour_at(true, 0, 0), green) && is_colour(colour_at(true, 0, 2), red));
     }
 
     #[test]
     fn groups_have_their_own_paint() {
-        assert!(is(colour_at(true, 1, 0), [0.0, 0.0, 1.0]));
+        assert!(is_colour(colour_at(true, 1, 0), [0.0, 0.0, 1.0]));
     }
 
     #[test]
     fn what_does_not_belong_to_the_mesh_is_not_worn() {
         let (attributes, looks) = looks(true);
         let coat = Coat::new(&attributes, &looks).0.unwrap();
-        assert!(coat.on(&[], &[[0, 1, 2]; 3]).is_none());
+        assert!(coat.place_on(&[], &[[0, 1, 2]; 3]).is_none());
     }
 
     #[test]

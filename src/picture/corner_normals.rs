@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 
 use super::camera::Camera;
 use super::raster::weights_at;
-use super::shape::Shape;
+use super::scaled_mesh::ScaledMesh;
 use crate::mesh::{Attributes, Role};
 
 /// Length of a blend of unit normals below which it has no direction.
@@ -34,15 +34,16 @@ impl CornerNormals {
         let unit = |wedge: u32| Vec3::from_slice(channel.value(wedge)).normalize_or_zero();
         let corners = |wedges: &[u32; 3]| {
             let normals = wedges.map(unit);
+            // A single missing normal would tilt the whole face.
             if normals.contains(&Vec3::ZERO) { [Vec3::ZERO; 3] } else { normals }
         };
         Some(Self { normals: attributes.wedges.iter().map(corners).collect() })
     }
 
     /// Places the normals on a mesh of the picture, or returns `None` if they belong to another mesh.
-    pub(super) fn on<'a>(
+    pub(super) fn place_on<'a>(
         &'a self,
-        shape: &'a Shape,
+        shape: &'a ScaledMesh,
         points: &'a [Vec3],
         camera: &'a Camera,
     ) -> Option<BlendedNormals<'a>> {
@@ -103,7 +104,7 @@ mod tests {
         let normals = CornerNormals::new(&smooth(&sphere));
         let shaded = ShadedMesh { normals: normals.as_ref(), ..ShadedMesh::bare(&sphere) };
         // Neighbouring pixels differ by far less than between facets.
-        let largest_step = |view: &super::super::View| {
+        let largest_step = |view: &super::super::MeshView| {
             let pairs = (1..view.covered.len())
                 .filter(|&i| i % view.normals.width > 0 && view.covered[i] && view.covered[i - 1]);
             let step = |i: usize| {

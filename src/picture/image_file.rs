@@ -8,7 +8,7 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-use super::pixels::{checked_size, opaque};
+use super::pixels::{add_opacity, check_size};
 use super::{Image, ktx2};
 
 /// Bytes per pixel that decoding a WebP may take besides the pixels.
@@ -33,10 +33,10 @@ impl ImageFormat {
     ///
     /// ```
     /// use neural_mesh::picture::ImageFormat;
-    /// assert_eq!(ImageFormat::of(b"\xff\xd8\xff\xe0"), Some(ImageFormat::Jpeg));
-    /// assert_eq!(ImageFormat::of(b"GIF89a"), None);
+    /// assert_eq!(ImageFormat::from_signature(b"\xff\xd8\xff\xe0"), Some(ImageFormat::Jpeg));
+    /// assert_eq!(ImageFormat::from_signature(b"GIF89a"), None);
     /// ```
-    pub fn of(bytes: &[u8]) -> Option<Self> {
+    pub fn from_signature(bytes: &[u8]) -> Option<Self> {
         match bytes {
             [0x89, b'P', b'N', b'G', ..] => Some(Self::Png),
             [0xff, 0xd8, ..] => Some(Self::Jpeg),
@@ -73,7 +73,7 @@ impl ImageFormat {
 /// assert_eq!(decode_image(b"GIF89a"), None);
 /// ```
 pub fn decode_image(bytes: &[u8]) -> Option<Image> {
-    match ImageFormat::of(bytes)? {
+    match ImageFormat::from_signature(bytes)? {
         ImageFormat::Png => decode_png(bytes),
         ImageFormat::Jpeg => decode_jpeg(bytes),
         ImageFormat::WebP => decode_webp(bytes),
@@ -89,7 +89,7 @@ pub fn decode_image(bytes: &[u8]) -> Option<Image> {
 /// assert_eq!(image_problem(b"\xff\xd8\xff\xe0"), "is no whole JPEG: save it again");
 /// ```
 pub fn image_problem(bytes: &[u8]) -> String {
-    match ImageFormat::of(bytes) {
+    match ImageFormat::from_signature(bytes) {
         Some(ImageFormat::Ktx2) => ktx2::PROBLEM.into(),
         Some(format) => format!("is no whole {}: save it again", format.name()),
         None => "is no PNG, JPEG or WebP: convert it to one of these".into(),
@@ -105,7 +105,7 @@ pub fn image_problem(bytes: &[u8]) -> String {
 /// assert_eq!(image_size(b"GIF89a"), None);
 /// ```
 pub fn image_size(bytes: &[u8]) -> Option<[usize; 2]> {
-    match ImageFormat::of(bytes)? {
+    match ImageFormat::from_signature(bytes)? {
         ImageFormat::Png => {
             let reader = png::Decoder::new(Cursor::new(bytes)).read_info().ok()?;
             Some([reader.info().width, reader.info().height].map(|side| side as usize))
@@ -147,13 +147,13 @@ fn decode_png(bytes: &[u8]) -> Option<Image> {
     let mut reader = decoder.read_info().ok()?;
     // Before memory for pixels is allocated: the header may claim any size.
     let [width, height] = [reader.info().width, reader.info().height].map(|side| side as usize);
-    checked_size(width, height)?;
+    check_size(width, height)?;
     let mut pixels = vec![0; reader.output_buffer_size()?];
     let frame = reader.next_frame(&mut pixels).ok()?;
     let pixels = &pixels[..frame.buffer_size()];
     let rgba: Vec<u8> = match frame.color_type {
         png::ColorType::Rgba => pixels.to_vec(),
-        png::ColorType::Rgb => opaque(pixels),
+        png::ColorType::Rgb => add_opacity(pixels),
         png::ColorType::GrayscaleAlpha => {
             pixels.as_chunks::<2>().0.iter().flat_map(|&[grey, alpha]| [grey, grey, grey, alpha]).collect()
         }
@@ -167,7 +167,7 @@ fn decode_jpeg(bytes: &[u8]) -> Option<Image> {
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
     decoder.decode_headers().ok()?;
     let (width, height) = decoder.dimensions()?;
-    checked_size(width, height)?;
+    check_size(width, height)?;
     let rgba = decoder.decode().ok()?;
     (rgba.len() == 4 * width * height).then_some(Image { width, height, rgba })
 }
@@ -176,11 +176,12 @@ fn decode_webp(bytes: &[u8]) -> Option<Image> {
     let mut decoder = WebPDecoder::new(Cursor::new(bytes)).ok()?;
     let (width, height) = decoder.dimensions();
     let [width, height] = [width, height].map(|side| side as usize);
-    let n = checked_size(width, height)?;
+    let n = check_size(width, height)?;
+    // A damaged file may otherwise ask for any amount.
     decoder.set_memory_limit(WEBP_BYTES * n + bytes.len());
     let mut pixels = vec![0; decoder.output_buffer_size()?];
     decoder.read_image(&mut pixels).ok()?;
-    let rgba = if decoder.has_alpha() { pixels } else { opaque(&pixels) };
+    let rgba = if decoder.has_alpha() { pixels } else { add_opacity(&pixels) };
     (rgba.len() == 4 * n).then_some(Image { width, height, rgba })
 }
 
@@ -193,7 +194,7 @@ mod tests {
         let rgba: Vec<u8> = (0..4 * 12).map(|x| (20 * x % 251) as u8).collect();
         let image = Image { width: 4, height: 3, rgba };
         let file = encode_webp(&image).unwrap();
-        assert_eq!((ImageFormat::of(&file), image_size(&file)), (Some(ImageFormat::WebP), Some([4, 3])));
+        assert_eq!((ImageFormat::from_signature(&file), image_size(&file)), (Some(ImageFormat::WebP), Some([4, 3])));
         assert_eq!(decode_image(&file), Some(image));
         for length in 0..file.len() - 1 {
             assert_eq!(decode_image(&file[..length]), None, "{length}");

@@ -11,7 +11,7 @@ use basisu::{DecodeFlags, TargetFormat, Transcoder};
 use ruzstd::decoding::StreamingDecoder;
 
 use super::Image;
-use super::pixels::{checked_size, opaque};
+use super::pixels::{add_opacity, check_size};
 
 /// Words for an undecodable KTX2 file, with a remedy.
 pub(super) const PROBLEM: &str = "is no whole KTX2 of ETC1S, UASTC or RGBA8: give it as PNG, JPEG or WebP";
@@ -48,15 +48,16 @@ const IMAGE: usize = 20;
 pub(super) fn decode(bytes: &[u8]) -> Option<Image> {
     let file = Ktx2::read(bytes)?;
     let [width, height] = file.size;
-    let n = checked_size(width, height)?;
+    let n = check_size(width, height)?;
+    // Format 0 means Basis Universal; its variant is in the descriptor.
     let rgba = match (file.vk_format, file.model) {
         (format, _) if RGBA8.contains(&format) => file.inflate(4 * n)?.into_owned(),
-        (format, _) if RGB8.contains(&format) => opaque(&file.inflate(3 * n)?),
+        (format, _) if RGB8.contains(&format) => add_opacity(&file.inflate(3 * n)?),
         (0, ETC1S) if file.scheme == BASIS_LZ => transcode(&file.etc1s()?)?,
         (0, UASTC) => transcode(&file.uastc()?)?,
         _ => return None,
     };
-    let rgba = if file.has_two_numbers() { apart(rgba) } else { rgba };
+    let rgba = if file.has_two_numbers() { spread_two_numbers(rgba) } else { rgba };
     (rgba.len() == 4 * n).then_some(Image { width, height, rgba })
 }
 
@@ -76,10 +77,11 @@ impl<'a> Ktx2<'a> {
     fn read(bytes: &'a [u8]) -> Option<Self> {
         let at = |at: usize| word(bytes, at);
         let [depth, layers, faces, levels] = [at(28)?, at(32)?, at(36)?, at(40)?];
+        // Everything but a flat texture is refused, as for glTF.
         if !bytes.starts_with(&MAGIC) || depth > 1 || layers > 1 || faces != 1 || levels > 32 {
             return None;
         }
-        let descriptor = within(bytes, at(48)?.into(), at(52)?.into())?;
+        let descriptor = bytes_at(bytes, at(48)?.into(), at(52)?.into())?;
         // // A sample is four words; the first ends with its channel.
         let samples = descriptor.get(28..)?.as_chunks::<16>().0.iter().take(2);
         Some(Self {
@@ -89,8 +91,8 @@ impl<'a> Ktx2<'a> {
             n_images: levels.max(1) as usize,
             model: descriptor[12],
             channels: samples.map(|sample| sample[3] & 15).collect(),
-            global: within(bytes, long(bytes, 64)?, long(bytes, 72)?)?,
-            level: within(bytes, long(bytes, 80)?, long(bytes, 88)?)?,
+            global: bytes_at(bytes, long(bytes, 64)?, long(bytes, 72)?)?,
+            level: bytes_at(bytes, long(bytes, 80)?, long(bytes, 88)?)?,
         })
     }
 
@@ -111,6 +113,7 @@ impl<'a> Ktx2<'a> {
                 let mut decoder = StreamingDecoder::new_with_max_window_size(self.level, n.max(WINDOW) as u64).ok()?;
                 let mut bytes = vec![0; n];
                 decoder.read_exact(&mut bytes).ok()?;
+                // Bytes after the level mean a damaged file.
                 (decoder.read(&mut [0]).ok()? == 0).then_some(bytes.into())
             }
             _ => None,
@@ -133,8 +136,9 @@ impl<'a> Ktx2<'a> {
         if n_codes > codes.len() as u64 {
             return None;
         }
-        let slice = |at: usize| within(self.level, word(rest, at)?.into(), word(rest, at + 4)?.into());
+        let slice = |at: usize| bytes_at(self.level, word(rest, at)?.into(), word(rest, at + 4)?.into());
         let colours = slice(4)?;
+        // A second channel has a slice of its own.
         let opacity = if self.channels.len() > 1 { slice(12)? } else { &[] };
         let [n_colours, n_opacity] = [colours, opacity].map(|slice| slice.len() as u32);
         let image = [0, 0, n_colours, n_colours, n_opacity].map(u32::to_le_bytes);
@@ -168,7 +172,7 @@ fn transcode(file: &[u8]) -> Option<Vec<u8>> {
 }
 
 /// Moves two numbers to red and green.
-fn apart(mut rgba: Vec<u8>) -> Vec<u8> {
+fn spread_two_numbers(mut rgba: Vec<u8>) -> Vec<u8> {
     rgba.as_chunks_mut::<4>().0.iter_mut().for_each(|pixel| *pixel = [pixel[0], pixel[3], 0, u8::MAX]);
     rgba
 }
@@ -181,7 +185,7 @@ fn long(bytes: &[u8], at: usize) -> Option<u64> {
     Some(u64::from_le_bytes(*bytes.get(at..)?.first_chunk()?))
 }
 
-fn within(bytes: &[u8], at: u64, n: u64) -> Option<&[u8]> {
+fn bytes_at(bytes: &[u8], at: u64, n: u64) -> Option<&[u8]> {
     let [at, end] = [at, at.checked_add(n)?].map(|at| usize::try_from(at).ok());
     bytes.get(at?..end?)
 }

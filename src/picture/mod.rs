@@ -16,14 +16,14 @@ mod ktx2;
 mod ktx2;
 mod mark;
 mod occlusion;
-mod paint;
 mod pixels;
 mod png_file;
 mod raster;
+mod scaled_mesh;
 mod shade;
 mod shaded_mesh;
-mod shape;
 mod texture;
+mod value_paint;
 mod views;
 
 use glam::Vec3;
@@ -32,14 +32,14 @@ use rayon::prelude::*;
 use crate::mesh::TriMesh;
 use shade::Shading;
 
-pub use coat::{Coat, Corner, Cover};
+pub use coat::{Coat, Cover, CoveredCorner};
 pub use corner_normals::CornerNormals;
 pub use image_file::{ImageFormat, decode_image, encode_webp, image_problem, image_size};
-pub use paint::Scale;
 pub use png_file::{encode_png, encode_png_opaque};
 pub use shaded_mesh::ShadedMesh;
-pub use texture::shrunk;
-pub use views::{View, view, view_shaded};
+pub use texture::shrink;
+pub use value_paint::Scale;
+pub use views::{MeshView, view, view_shaded};
 
 /// Samples per pixel along each axis; odd, so that one is in the middle.
 const SAMPLES: usize = 3;
@@ -135,6 +135,7 @@ pub fn render_shaded(meshes: &[ShadedMesh], options: &PictureOptions) -> Image {
 /// ```
 pub fn render_painted(meshes: &[(&TriMesh, &[f64])], scale: &Scale, options: &PictureOptions) -> Image {
     let (surfaces, values): (Vec<&TriMesh>, Vec<&[f64]>) = meshes.iter().copied().unzip();
+    // A mesh without values is drawn grey, not left out.
     let nothing: Vec<f64> = vec![f64::NAN; surfaces.iter().map(|mesh| mesh.positions().len()).max().unwrap_or(0)];
     let values = surfaces.iter().zip(values).map(|(mesh, values)| {
         let n = mesh.positions().len();
@@ -143,7 +144,12 @@ pub fn render_painted(meshes: &[(&TriMesh, &[f64])], scale: &Scale, options: &Pi
     let values: Vec<&[f64]> = values.collect();
     draw(&surfaces, options, |shape, camera| {
         let points = camera.project(&shape.points);
-        let paint = paint::Paint { points: &points, faces: shape.faces, values: values[shape.number], scale: *scale };
+        let paint = value_paint::ValuePaint {
+            points: &points,
+            faces: shape.faces,
+            values: values[shape.number],
+            scale: *scale,
+        };
         let colours = |face, at| paint.colour(face, at);
         panel(shape, camera, options.edges, Shading { colours: Some(&colours), normals: None })
     })
@@ -153,15 +159,16 @@ pub fn render_painted(meshes: &[(&TriMesh, &[f64])], scale: &Scale, options: &Pi
 fn draw(
     meshes: &[&TriMesh],
     options: &PictureOptions,
-    panel: impl Fn(&shape::Shape, &camera::Camera) -> Image + Sync,
+    panel: impl Fn(&scaled_mesh::ScaledMesh, &camera::Camera) -> Image + Sync,
 ) -> Image {
     let height = options.height.clamp(64, 4096);
-    let world = shape::World::of(meshes);
+    let world = scaled_mesh::PictureFrame::from_meshes(meshes);
     let shapes = world.shapes(meshes);
     let camera = match options.view {
-        Some(direction) => camera::Camera::around(direction, &shapes, height),
-        None => camera::Camera::of(&shapes, height),
+        Some(direction) => camera::Camera::fit_all(direction, &shapes, height),
+        None => camera::Camera::with_best_view(&shapes, height),
     };
+    // Marks are drawn last, on top of surfaces that hide their points.
     let marks: Vec<Vec3> = options.marks.iter().map(|&mark| camera.pixel(world.place(mark.into()))).collect();
     let mut panels: Vec<Image> = shapes.par_iter().map(|shape| panel(shape, &camera)).collect();
     for panel in &mut panels {
@@ -183,11 +190,11 @@ fn draw(
 /// assert!((length2 - 1.0).abs() < 1e-6);
 /// ```
 pub fn toward_eye(mesh: &TriMesh) -> [f32; 3] {
-    let shapes = shape::shapes(&[mesh]);
+    let shapes = scaled_mesh::scale_meshes(&[mesh]);
     shapes.first().map_or([0.0, 0.0, 1.0], |shape| camera::toward_eye(shape).to_array())
 }
 
-fn panel(shape: &shape::Shape, camera: &camera::Camera, edges: bool, shading: Shading) -> Image {
+fn panel(shape: &scaled_mesh::ScaledMesh, camera: &camera::Camera, edges: bool, shading: Shading) -> Image {
     let points = camera.project(&shape.points);
     let buffer = raster::draw(&points, shape.faces, camera.width * SAMPLES, camera.height * SAMPLES);
     let faces = shade::faces(shape, camera, edges, shading.colours.is_some());

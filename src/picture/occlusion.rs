@@ -18,7 +18,7 @@ const REACH: f32 = 0.11;
 const TURN: f32 = 2.399_963;
 
 #[derive(Clone, Copy)]
-struct Seen {
+struct VisiblePoint {
     at: Vec3,
     /// Normal in the view's frame, turned to the eye.
     normal: Vec3,
@@ -27,8 +27,8 @@ struct Seen {
 /// Returns the share of ambient light at each pixel, 0 to 1, height x width.
 pub fn openness(buffer: &Buffer, faces: &[Face], camera: &Camera) -> Vec<f32> {
     let seen = middles(buffer, faces, camera);
-    let raw = per_pixel(camera, |x, y| open_at(&seen, camera, x, y));
-    per_pixel(camera, |x, y| smooth_at(&raw, &seen, camera, x, y))
+    let raw = per_pixel(camera, |x, y| pixel_openness(&seen, camera, x, y));
+    per_pixel(camera, |x, y| smooth_openness(&raw, &seen, camera, x, y))
 }
 
 /// Computes a value for every pixel, rows in parallel.
@@ -41,11 +41,11 @@ fn per_pixel<T: Send>(camera: &Camera, value: impl Fn(usize, usize) -> T + Sync)
         .collect()
 }
 
-fn middles(buffer: &Buffer, faces: &[Face], camera: &Camera) -> Vec<Option<Seen>> {
+fn middles(buffer: &Buffer, faces: &[Face], camera: &Camera) -> Vec<Option<VisiblePoint>> {
     per_pixel(camera, |x, y| {
         let sample = (y * SAMPLES + SAMPLES / 2) * buffer.width + x * SAMPLES + SAMPLES / 2;
         let face = buffer.face[sample];
-        (face != NOTHING).then(|| Seen {
+        (face != NOTHING).then(|| VisiblePoint {
             at: camera.unproject(x as f32 + 0.5, y as f32 + 0.5, buffer.near[sample]),
             normal: faces[face as usize].normal,
         })
@@ -53,10 +53,11 @@ fn middles(buffer: &Buffer, faces: &[Face], camera: &Camera) -> Vec<Option<Seen>
 }
 
 /// Returns the openness of a pixel from points on a spiral, turned differently for each pixel.
-fn open_at(seen: &[Option<Seen>], camera: &Camera, x: usize, y: usize) -> f32 {
+fn pixel_openness(seen: &[Option<VisiblePoint>], camera: &Camera, x: usize, y: usize) -> f32 {
     let Some(here) = seen[y * camera.width + x] else { return 1.0 };
     let reach = REACH * camera.height as f32;
     let world_reach = reach / camera.scale;
+    // Turning the spiral per pixel trades bands for noise, which smoothing removes.
     let start = std::f32::consts::TAU * noise(x, y);
     let mut hidden = 0.0;
     for tap in 0..TAPS {
@@ -72,7 +73,7 @@ fn open_at(seen: &[Option<Seen>], camera: &Camera, x: usize, y: usize) -> f32 {
 }
 
 /// Returns the light taken by a point: the cosine above the horizon, fading with distance.
-fn obscurance(here: Seen, there: Vec3, reach: f32) -> f32 {
+fn obscurance(here: VisiblePoint, there: Vec3, reach: f32) -> f32 {
     let toward = there - here.at;
     let distance = toward.length().max(1e-3 * reach);
     let above = (here.normal.dot(toward) / distance - 0.08).max(0.0);
@@ -81,13 +82,14 @@ fn obscurance(here: Seen, there: Vec3, reach: f32) -> f32 {
 }
 
 /// Averages over nearby pixels of about the same surface.
-fn smooth_at(raw: &[f32], seen: &[Option<Seen>], camera: &Camera, x: usize, y: usize) -> f32 {
+fn smooth_openness(raw: &[f32], seen: &[Option<VisiblePoint>], camera: &Camera, x: usize, y: usize) -> f32 {
     let Some(here) = seen[y * camera.width + x] else { return 1.0 };
     let (mut sum, mut weight) = (0.0, 0.0);
     for near_y in y.saturating_sub(3)..(y + 4).min(camera.height) {
         for near_x in x.saturating_sub(3)..(x + 4).min(camera.width) {
             let at = near_y * camera.width + near_x;
             let apart = seen[at].map_or(f32::INFINITY, |there| (there.at - here.at).length() * camera.scale);
+            // Pixels beyond an edge of depth belong to another surface.
             let share = if apart < 12.0 { 1.0 } else { 0.0 };
             sum += share * raw[at];
             weight += share;

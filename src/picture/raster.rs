@@ -64,10 +64,11 @@ impl Band<'_> {
     fn draw(&mut self, corners: [Vec3; 3], index: u32) {
         let (top, bottom) = (self.top as f32, (self.top + self.near.len() / self.width) as f32);
         let (low, high) = span(corners.map(|c| c.y));
+        // Every band sees every face, so this test must be cheap.
         if high < top || low > bottom {
             return;
         }
-        let Some(edges) = Edges::of(corners) else { return };
+        let Some(edges) = TriangleEdges::from_corners(corners) else { return };
         let rows = samples_between(low.max(top), high.min(bottom));
         let (left, right) = span(corners.map(|c| c.x));
         let columns = samples_between(left.max(0.0), right.min(self.width as f32));
@@ -79,13 +80,14 @@ impl Band<'_> {
         }
     }
 
-    fn draw_sample(&mut self, at: usize, edges: &Edges, x: f32, y: f32, index: u32) {
+    fn draw_sample(&mut self, at: usize, edges: &TriangleEdges, x: f32, y: f32, index: u32) {
         let distances = edges.distances(x, y);
         let nearest = distances[0].min(distances[1]).min(distances[2]);
         if nearest < 0.0 {
             return;
         }
         let near = edges.inverse_depth(distances);
+        // Larger inverse depth is nearer.
         if near > self.near[at] {
             self.near[at] = near;
             self.face[at] = index;
@@ -95,17 +97,18 @@ impl Band<'_> {
 }
 
 /// The edges of a triangle as signed distances, positive inside, with its depth.
-struct Edges {
+struct TriangleEdges {
     /// Distance to the edge opposite each corner, as a x + b y + c.
     lines: [[f32; 3]; 3],
     /// Inverse depth per distance; the products sum to the inverse depth.
     depth: [f32; 3],
 }
 
-impl Edges {
+impl TriangleEdges {
     /// Computes the edges; `None` if the triangle has no area on the picture.
-    fn of([a, b, c]: [Vec3; 3]) -> Option<Self> {
+    fn from_corners([a, b, c]: [Vec3; 3]) -> Option<Self> {
         let area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+        // Edge-on faces cover no sample.
         if area.abs() < 1e-6 {
             return None;
         }

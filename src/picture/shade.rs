@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::camera::Camera;
 use super::raster::{Buffer, NOTHING};
-use super::shape::Shape;
+use super::scaled_mesh::ScaledMesh;
 use super::{Image, SAMPLES};
 use crate::mesh::linear_light;
 
@@ -43,14 +43,15 @@ pub struct Face {
 }
 
 /// Shades each face in the usual colour, or ready to be painted, n_faces.
-pub fn faces(shape: &Shape, camera: &Camera, edges: bool, painted: bool) -> Vec<Face> {
+pub fn faces(shape: &ScaledMesh, camera: &Camera, edges: bool, painted: bool) -> Vec<Face> {
     let front = if painted { PAINTED } else { FRONT };
     let normals = shape.area_normals();
     let sizes: Vec<f32> = normals.iter().map(|normal| camera.scale * normal.length().sqrt()).collect();
+    // Lines of dense meshes would only darken them, so they fade as a whole.
     let strength = if edges { LINE_STRENGTH * fade(usual_size(&sizes), MESH_LINE_SIZES) } else { 0.0 };
     let look = |(face, (normal, &size)): (&[u32; 3], (&Vec3, &f32))| {
         let toward = camera.eye() - camera.view(shape.points[face[0] as usize]);
-        lit(camera.view(normal.normalize_or_zero()), toward, front, strength * fade(size, LINE_SIZES))
+        shade_face(camera.view(normal.normalize_or_zero()), toward, front, strength * fade(size, LINE_SIZES))
     };
     shape.faces.par_iter().zip(normals.par_iter().zip(&sizes)).map(look).collect()
 }
@@ -70,7 +71,7 @@ fn usual_size(sizes: &[f32]) -> f32 {
 }
 
 /// Shades a face with this outward unit normal, direction to the eye, colour of its front, and darkness of edges.
-fn lit(outward: Vec3, toward: Vec3, front: Vec3, line: f32) -> Face {
+fn shade_face(outward: Vec3, toward: Vec3, front: Vec3, line: f32) -> Face {
     let seen_from_front = outward.dot(toward) >= 0.0;
     let (side, colour) = if seen_from_front { (1.0, front) } else { (-1.0, BACK) };
     let normal = outward * side;
@@ -100,26 +101,26 @@ fn fade(size: f32, [none, full]: [f32; 2]) -> f32 {
 }
 
 /// A function from a face and a place in samples to the factor of light there.
-pub type Colours<'a> = dyn Fn(u32, Vec2) -> Vec3 + Sync + 'a;
+pub type ColourFunction<'a> = dyn Fn(u32, Vec2) -> Vec3 + Sync + 'a;
 
 /// A function from a face and a place in samples to the stored unit normal in the view's frame, or zero.
-pub type Normals<'a> = dyn Fn(u32, Vec2) -> Vec3 + Sync + 'a;
+pub type NormalFunction<'a> = dyn Fn(u32, Vec2) -> Vec3 + Sync + 'a;
 
 /// Colours and normals that shade a mesh besides its faces.
 #[derive(Clone, Copy, Default)]
 pub struct Shading<'a> {
     /// Factors of light; white by default.
-    pub colours: Option<&'a Colours<'a>>,
+    pub colours: Option<&'a ColourFunction<'a>>,
     /// Stored normals; those of the faces by default.
-    pub normals: Option<&'a Normals<'a>>,
+    pub normals: Option<&'a NormalFunction<'a>>,
 }
 
 /// Averages the samples of each pixel; `open` is the share of ambient light per pixel.
 pub fn resolve(buffer: &Buffer, faces: &[Face], open: &[f32], camera: &Camera, shading: Shading) -> Image {
-    let look = Look { buffer, faces, shading };
+    let look = ShadedView { buffer, faces, shading };
     let mut rgba = vec![255; camera.width * camera.height * 4];
     rgba.par_chunks_mut(camera.width * 4).enumerate().for_each(|(row, line)| {
-        let behind = behind(row as f32 / camera.height as f32);
+        let behind = background_light(row as f32 / camera.height as f32);
         for (column, pixel) in line.chunks_exact_mut(4).enumerate() {
             let colour = look.pixel(open[row * camera.width + column], [column, row], behind);
             pixel.copy_from_slice(&to_srgb(colour));
@@ -128,13 +129,13 @@ pub fn resolve(buffer: &Buffer, faces: &[Face], open: &[f32], camera: &Camera, s
     Image { width: camera.width, height: camera.height, rgba }
 }
 
-struct Look<'a> {
+struct ShadedView<'a> {
     buffer: &'a Buffer,
     faces: &'a [Face],
     shading: Shading<'a>,
 }
 
-impl Look<'_> {
+impl ShadedView<'_> {
     /// Returns the mean colour of a pixel's samples, in linear light.
     fn pixel(&self, open: f32, [column, row]: [usize; 2], behind: Vec3) -> Vec3 {
         let mut sum = Vec3::ZERO;
@@ -155,6 +156,7 @@ impl Look<'_> {
         }
         let middle = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
         let look = &self.faces[face as usize];
+        // A stored normal changes the light of each sample, a face normal is lit once.
         let stored = self.shading.normals.map_or(Vec3::ZERO, |normals| normals(face, middle));
         let [direct, ambient] = if stored == Vec3::ZERO {
             [look.direct, look.ambient]
@@ -168,13 +170,13 @@ impl Look<'_> {
     }
 }
 
-fn behind(down: f32) -> Vec3 {
+fn background_light(down: f32) -> Vec3 {
     SKY.lerp(GROUND, down)
 }
 
 /// Returns the background at a height of the panel, from 0 (top) to 1.
 pub fn background(down: f32) -> [u8; 4] {
-    to_srgb(behind(down))
+    to_srgb(background_light(down))
 }
 
 /// Converts sRGB to linear light.

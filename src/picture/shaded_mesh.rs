@@ -5,8 +5,8 @@ use glam::Vec3;
 use super::camera::Camera;
 use super::coat::Coat;
 use super::corner_normals::CornerNormals;
-use super::shade::{Colours, Normals, Shading};
-use super::shape::Shape;
+use super::scaled_mesh::ScaledMesh;
+use super::shade::{ColourFunction, NormalFunction, Shading};
 use crate::mesh::TriMesh;
 
 /// A mesh to be drawn.
@@ -34,18 +34,18 @@ impl<'a> ShadedMesh<'a> {
     /// Runs `draw` with the shading of this mesh, whose projected vertices are `points`.
     pub(super) fn with_shading<T>(
         &self,
-        shape: &Shape,
+        shape: &ScaledMesh,
         points: &[Vec3],
         camera: &Camera,
         draw: impl FnOnce(Shading) -> T,
     ) -> T {
-        let coat = self.coat.and_then(|coat| coat.on(points, shape.faces));
+        let coat = self.coat.and_then(|coat| coat.place_on(points, shape.faces));
         let colours = coat.as_ref().map(|coat| move |face, at| coat.colour(face, at));
-        let blended = self.normals.and_then(|normals| normals.on(shape, points, camera));
+        let blended = self.normals.and_then(|normals| normals.place_on(shape, points, camera));
         let normals = blended.as_ref().map(|blended| move |face, at| blended.normal(face, at));
         draw(Shading {
-            colours: colours.as_ref().map(|colours| colours as &Colours),
-            normals: normals.as_ref().map(|normals| normals as &Normals),
+            colours: colours.as_ref().map(|colours| colours as &ColourFunction),
+            normals: normals.as_ref().map(|normals| normals as &NormalFunction),
         })
     }
 }

@@ -12,16 +12,16 @@ use crate::mesh::Wrap;
 /// Halves an image, averaging light, until no side exceeds `most` pixels; drops opacity.
 ///
 /// ```
-/// use neural_mesh::picture::{Image, shrunk};
+/// use neural_mesh::picture::{Image, shrink};
 /// let image = Image { width: 4, height: 2, rgba: vec![255; 32] };
-/// assert_eq!(shrunk(&image, 2), Image { width: 2, height: 1, rgba: vec![255; 8] });
+/// assert_eq!(shrink(&image, 2), Image { width: 2, height: 1, rgba: vec![255; 8] });
 /// ```
-pub fn shrunk(image: &Image, most: usize) -> Image {
-    let mut level = Level::whole(image);
+pub fn shrink(image: &Image, most: usize) -> Image {
+    let mut level = PyramidLevel::whole(image);
     while level.width.max(level.height) > most.max(1) {
-        level = level.halved();
+        level = level.halve();
     }
-    let Level { width, height, pixels } = level;
+    let PyramidLevel { width, height, pixels } = level;
     Image { width, height, rgba: pixels.into_iter().flat_map(to_srgb).collect() }
 }
 
@@ -29,12 +29,12 @@ pub fn shrunk(image: &Image, most: usize) -> Image {
 #[derive(Clone, Debug)]
 pub struct Texture {
     /// Levels from the whole image down to one pixel.
-    levels: Vec<Level>,
+    levels: Vec<PyramidLevel>,
 }
 
 /// An image in linear light.
 #[derive(Clone, Debug)]
-struct Level {
+struct PyramidLevel {
     width: usize,
     height: usize,
     /// height x width, row by row from the top left.
@@ -44,16 +44,16 @@ struct Level {
 impl Texture {
     /// Builds the pyramid of a nonempty image.
     pub fn new(image: &Image) -> Self {
-        Self::over(Level::whole(image))
+        Self::from_level(PyramidLevel::whole(image))
     }
 
     /// Builds the pyramid of an image that holds numbers from 0 to 1 instead of colours.
     pub fn of_numbers(image: &Image) -> Self {
-        Self::over(Level::decoded(image, |byte| f32::from(byte) / 255.0))
+        Self::from_level(PyramidLevel::decode(image, |byte| f32::from(byte) / 255.0))
     }
 
-    fn over(whole: Level) -> Self {
-        let coarser = |level: &Level| (level.width * level.height > 1).then(|| level.halved());
+    fn from_level(whole: PyramidLevel) -> Self {
+        let coarser = |level: &PyramidLevel| (level.width * level.height > 1).then(|| level.halve());
         Self { levels: std::iter::successors(Some(whole), coarser).collect() }
     }
 
@@ -64,26 +64,27 @@ impl Texture {
         let pixels = (across * size).length().max((down * size).length());
         let last = self.levels.len() - 1;
         let depth = pixels.max(1.0).log2().min(last as f32);
+        // Broken coordinates get the coarsest level.
         let depth = if depth.is_finite() { depth } else { last as f32 };
         let level = depth as usize;
-        let fine = self.levels[level].between(uv, wrap);
-        fine.lerp(self.levels[(level + 1).min(last)].between(uv, wrap), depth - level as f32)
+        let fine = self.levels[level].interpolate(uv, wrap);
+        fine.lerp(self.levels[(level + 1).min(last)].interpolate(uv, wrap), depth - level as f32)
     }
 }
 
-impl Level {
+impl PyramidLevel {
     fn whole(image: &Image) -> Self {
-        Self::decoded(image, |byte| from_srgb([byte; 3]).x)
+        Self::decode(image, |byte| from_srgb([byte; 3]).x)
     }
 
-    fn decoded(image: &Image, value: impl Fn(u8) -> f32) -> Self {
+    fn decode(image: &Image, value: impl Fn(u8) -> f32) -> Self {
         let light: Vec<f32> = (0..=255).map(value).collect();
         let pixels = image.rgba.as_chunks::<4>().0;
         let pixels = pixels.iter().map(|&[r, g, b, _]| Vec3::from([r, g, b].map(|byte| light[usize::from(byte)])));
         Self { width: image.width, height: image.height, pixels: pixels.collect() }
     }
 
-    fn halved(&self) -> Self {
+    fn halve(&self) -> Self {
         let [width, height] = [self.width, self.height].map(|side| (side / 2).max(1));
         let at = |x: usize, y: usize| self.pixels[y.min(self.height - 1) * self.width + x.min(self.width - 1)];
         let mean = |i: usize| {
@@ -93,19 +94,19 @@ impl Level {
         Self { width, height, pixels: (0..width * height).map(mean).collect() }
     }
 
-    fn between(&self, uv: Vec2, wrap: [Wrap; 2]) -> Vec3 {
+    fn interpolate(&self, uv: Vec2, wrap: [Wrap; 2]) -> Vec3 {
         let x = uv.x * self.width as f32 - 0.5;
         let y = uv.y * self.height as f32 - 0.5;
         let [left, top] = [x.floor(), y.floor()];
-        let column = |step: f32| wrapped(left + step, self.width, wrap[0]);
-        let row = |step: f32| wrapped(top + step, self.height, wrap[1]) * self.width;
+        let column = |step: f32| wrap_index(left + step, self.width, wrap[0]);
+        let row = |step: f32| wrap_index(top + step, self.height, wrap[1]) * self.width;
         let line = |row: usize| self.pixels[row + column(0.0)].lerp(self.pixels[row + column(1.0)], x - left);
         line(row(0.0)).lerp(line(row(1.0)), y - top)
     }
 }
 
 /// Returns the pixel at a whole number along a side of `n` pixels.
-fn wrapped(at: f32, n: usize, wrap: Wrap) -> usize {
+fn wrap_index(at: f32, n: usize, wrap: Wrap) -> usize {
     // Numbers that no pixel has become the first one.
     let (at, n) = (at as i64, n as i64);
     let at = match wrap {

@@ -6,12 +6,12 @@ use super::camera::Camera;
 use super::raster::{self, Buffer, NOTHING};
 use super::shade::{self, Face, Shading};
 use super::shaded_mesh::ShadedMesh;
-use super::{Image, SAMPLES, occlusion, shape};
+use super::{Image, SAMPLES, occlusion, scaled_mesh};
 use crate::mesh::TriMesh;
 
 /// A view of one mesh.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct View {
+pub struct MeshView {
     /// Shaded mesh, without edges.
     pub shaded: Image,
     /// Normals turned to the eye, as colours: x right, y up, z toward the eye, -1..1 as 0..=255.
@@ -27,10 +27,10 @@ pub struct View {
 /// let views = view(&[&shapes::icosphere(3), &shapes::icosphere(1)], [30.0, 15.0], 64);
 /// assert_eq!((views.len(), views[0].shaded.height, views[1].shaded.width), (2, 64, views[0].shaded.width));
 /// ```
-pub fn view(meshes: &[&TriMesh], direction: [f32; 2], height: usize) -> Vec<View> {
-    let shapes = shape::shapes(meshes);
-    let camera = Camera::from(direction, &shapes, height.clamp(64, 4096));
-    shapes.iter().map(|shape| seen(shape, &camera, &ShadedMesh::bare(meshes[shape.number]))).collect()
+pub fn view(meshes: &[&TriMesh], direction: [f32; 2], height: usize) -> Vec<MeshView> {
+    let shapes = scaled_mesh::scale_meshes(meshes);
+    let camera = Camera::fit_first(direction, &shapes, height.clamp(64, 4096));
+    shapes.iter().map(|shape| draw_view(shape, &camera, &ShadedMesh::bare(meshes[shape.number]))).collect()
 }
 
 /// Draws each mesh as [`view`] does, with its colours, textures and stored normals where it has such.
@@ -46,21 +46,21 @@ pub fn view(meshes: &[&TriMesh], direction: [f32; 2], height: usize) -> Vec<View
 /// assert_eq!(views[1], view(&[&ball], [30.0, 15.0], 64)[0]);
 /// assert_ne!(views[0].shaded, views[1].shaded);
 /// ```
-pub fn view_shaded(meshes: &[ShadedMesh], direction: [f32; 2], height: usize) -> Vec<View> {
+pub fn view_shaded(meshes: &[ShadedMesh], direction: [f32; 2], height: usize) -> Vec<MeshView> {
     let surfaces: Vec<&TriMesh> = meshes.iter().map(|shaded| shaded.mesh).collect();
-    let shapes = shape::shapes(&surfaces);
-    let camera = Camera::from(direction, &shapes, height.clamp(64, 4096));
-    shapes.iter().map(|shape| seen(shape, &camera, &meshes[shape.number])).collect()
+    let shapes = scaled_mesh::scale_meshes(&surfaces);
+    let camera = Camera::fit_first(direction, &shapes, height.clamp(64, 4096));
+    shapes.iter().map(|shape| draw_view(shape, &camera, &meshes[shape.number])).collect()
 }
 
-fn seen(shape: &shape::Shape, camera: &Camera, mesh: &ShadedMesh) -> View {
+fn draw_view(shape: &scaled_mesh::ScaledMesh, camera: &Camera, mesh: &ShadedMesh) -> MeshView {
     let points = camera.project(&shape.points);
     let buffer = raster::draw(&points, shape.faces, camera.width * SAMPLES, camera.height * SAMPLES);
     let middles = middles(&buffer, camera);
     mesh.with_shading(shape, &points, camera, |shading| {
         let faces = shade::faces(shape, camera, false, shading.colours.is_some());
         let open = occlusion::openness(&buffer, &faces, camera);
-        View {
+        MeshView {
             shaded: shade::resolve(&buffer, &faces, &open, camera, shading),
             normals: normals(&middles, &faces, camera, shading),
             covered: middles.iter().map(|&face| face != NOTHING).collect(),

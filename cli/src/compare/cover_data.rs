@@ -6,7 +6,7 @@
 use std::collections::HashMap;
 
 use neural_mesh::mesh::{TriMesh, Wrap};
-use neural_mesh::picture::Corner;
+use neural_mesh::picture::CoveredCorner;
 use serde::Serialize;
 
 use super::images::Gallery;
@@ -59,14 +59,14 @@ impl CoverData {
     pub fn new(mesh: &TriMesh, worn: &Worn, surface: &SurfaceData, gallery: &mut Gallery) -> Self {
         let cover = &worn.cover;
         let n_faces = mesh.faces().len() as u32;
-        let corners: Vec<[Corner; 3]> = (0..n_faces).map(|face| cover.corners(face)).collect();
+        let corners: Vec<[CoveredCorner; 3]> = (0..n_faces).map(|face| cover.corners(face)).collect();
         let ([low_u, step_u], [low_v, step_v]) = (steps(&corners, 0), steps(&corners, 1));
         let (low, step) = ([low_u, low_v], [step_u, step_v]);
         let coloured = corners.iter().flatten().any(|corner| corner.colour != [1.0; 3]);
         let images: Vec<usize> = cover.images.iter().map(|image| gallery.number(image)).collect();
         let (paints, of_faces) = paints((0..n_faces).map(|face| paint(cover.texture(face), &images)));
         let numbers = surface.numbers(mesh.positions().len());
-        let wedge = |vertex: u32, corner: &Corner| {
+        let wedge = |vertex: u32, corner: &CoveredCorner| {
             let uv = [0, 1].map(|axis| quantised(corner.uv[axis], low[axis], step[axis]));
             let colour = corner.colour.map(|x| (x.clamp(0.0, 1.0) * COLOUR_STEPS).round() as u32);
             [numbers[vertex as usize], uv[0], uv[1], colour[0], colour[1], colour[2]]
@@ -80,7 +80,7 @@ impl CoverData {
 }
 
 /// The lowest coordinate along an axis and the length of a step.
-fn steps(corners: &[[Corner; 3]], axis: usize) -> [f64; 2] {
+fn steps(corners: &[[CoveredCorner; 3]], axis: usize) -> [f64; 2] {
     let all = || corners.iter().flatten().map(|corner| f64::from(corner.uv[axis])).filter(|x| x.is_finite());
     let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
     if low > high { [0.0, 1.0] } else { [low, ((high - low) / MOST_UV_STEPS).max(1.0 / UV_STEPS)] }

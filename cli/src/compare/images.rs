@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use jpeg_encoder::{ColorType, Encoder};
-use neural_mesh::picture::{Image, ImageFormat, decode_image, encode_png, image_problem, shrunk};
+use neural_mesh::picture::{Image, ImageFormat, decode_image, encode_png, image_problem, shrink};
 use rayon::prelude::*;
 
 /// Pixels of a side at most; where all would be too many bytes, the next one.
@@ -84,11 +84,11 @@ fn n_bytes(images: &[Option<FittedImage>]) -> usize {
 /// The image itself where it is not longer than `side` and has at most `most` bytes, else a smaller JPEG.
 fn fit(bytes: &[u8], side: usize, most: usize) -> Option<FittedImage> {
     let image = decode_image(bytes)?;
-    let smaller = || jpeg(&shrunk(&image, side));
+    let smaller = || jpeg(&shrink(&image, side));
     if image.width.max(image.height) > side {
         return smaller();
     }
-    let (kind, bytes) = match ImageFormat::of(bytes)? {
+    let (kind, bytes) = match ImageFormat::from_signature(bytes)? {
         ImageFormat::Png => ("image/png", bytes.to_vec()),
         ImageFormat::WebP => ("image/webp", bytes.to_vec()),
         // No browser draws it as an image.

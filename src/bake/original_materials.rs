@@ -2,21 +2,21 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
-use super::Original;
+use super::BakeSource;
 use super::frames::tangents;
 use crate::mesh::{Finish, Look, Looks};
 use crate::picture::{Coat, Cover};
 
 /// The materials of an original; `None` for values that are 1 everywhere.
-pub(super) struct Worn {
+pub(super) struct OriginalMaterials {
     colour: Option<Coat>,
     emission: Option<Coat>,
     roughness: Option<Coat>,
     metal: Option<Coat>,
-    directions: Option<Directions>,
+    directions: Option<NormalMap>,
 }
 
-struct Directions {
+struct NormalMap {
     coat: Coat,
     /// Tangents it refers to, n_faces x 3.
     tangents: Vec<[Vec4; 3]>,
@@ -26,7 +26,7 @@ struct Directions {
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Spot {
+pub(super) struct SamplePlace {
     pub face: u32,
     /// Barycentric weights.
     pub weights: [f32; 3],
@@ -35,7 +35,7 @@ pub(super) struct Spot {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Sample {
+pub(super) struct MaterialSample {
     /// Linear light.
     pub colour: Vec3,
     /// Linear light.
@@ -44,10 +44,10 @@ pub(super) struct Sample {
     pub metal: f32,
 }
 
-impl Worn {
+impl OriginalMaterials {
     /// Prepares the materials of an original with these corner normals; also returns notes on what is missing.
-    pub fn of(original: &Original, normals: &[[Vec3; 3]]) -> (Self, Vec<String>) {
-        let Original { attributes, looks, .. } = original;
+    pub fn new(original: &BakeSource, normals: &[[Vec3; 3]]) -> (Self, Vec<String>) {
+        let BakeSource { attributes, looks, .. } = original;
         let n_groups = attributes.groups.iter().max().map_or(1, |&group| group as usize + 1);
         let each = |of: &dyn Fn(&Look) -> Look| {
             let plain = Look::default();
@@ -68,39 +68,40 @@ impl Worn {
             notes.extend(more.into_iter().map(|note| note.replace("drawn", "baked")));
             coat
         };
-        let worn = Self {
+        let materials = Self {
             colour: noted(Coat::new(attributes, &each(&Look::clone))),
             emission: noted(Coat::new(attributes, &emission)),
             roughness: noted(Coat::of_numbers(attributes, &roughness)),
             metal: noted(Coat::of_numbers(attributes, &metal)),
-            directions: Directions::of(original, &directions, normals, &mut noted),
+            directions: NormalMap::new(original, &directions, normals, &mut noted),
         };
+        // The result would look solid where the original does not.
         if looks.of_groups.iter().any(|look| !look.finish.is_opaque) {
             notes.push("opacity is not baked: the result is opaque".into());
         }
         notes.dedup();
-        (worn, notes)
+        (materials, notes)
     }
 
     /// Samples the materials at a place.
-    pub fn at(&self, spot: &Spot) -> Sample {
+    pub fn sample(&self, spot: &SamplePlace) -> MaterialSample {
         let value = |coat: &Option<Coat>| {
             Vec3::from(coat.as_ref().map_or([1.0; 3], |coat| coat.value(spot.face, spot.weights, spot.steps)))
         };
         // // Roughness is in green, metal in blue.
         let (roughness, metal) = (value(&self.roughness).y, value(&self.metal).z);
-        Sample { colour: value(&self.colour), emission: value(&self.emission), roughness, metal }
+        MaterialSample { colour: value(&self.colour), emission: value(&self.emission), roughness, metal }
     }
 
     /// Applies the normal map of the original, if there is one here, to the interpolated normal.
-    pub fn turned(&self, spot: &Spot, normal: Vec3) -> Vec3 {
-        self.directions.as_ref().and_then(|directions| directions.turned(spot, normal)).unwrap_or(normal)
+    pub fn apply_normal_map(&self, spot: &SamplePlace, normal: Vec3) -> Vec3 {
+        self.directions.as_ref().and_then(|directions| directions.apply(spot, normal)).unwrap_or(normal)
     }
 }
 
-impl Directions {
-    fn of(
-        original: &Original,
+impl NormalMap {
+    fn new(
+        original: &BakeSource,
         looks: &Looks,
         normals: &[[Vec3; 3]],
         noted: &mut impl FnMut((Option<Coat>, Vec<String>)) -> Option<Coat>,
@@ -115,7 +116,7 @@ impl Directions {
         Some(Self { coat, tangents: tangents(original.mesh, normals, &uvs), scales, groups })
     }
 
-    fn turned(&self, spot: &Spot, normal: Vec3) -> Option<Vec3> {
+    fn apply(&self, spot: &SamplePlace, normal: Vec3) -> Option<Vec3> {
         if !self.coat.is_textured(spot.face) {
             return None;
         }

@@ -24,7 +24,7 @@ pub struct Scale {
 }
 
 /// A mesh of the picture with a value at each vertex.
-pub struct Paint<'a> {
+pub struct ValuePaint<'a> {
     /// Projected vertices in samples, with the inverse depth as z, n_vertices.
     pub points: &'a [Vec3],
     /// n_faces x 3.
@@ -34,11 +34,12 @@ pub struct Paint<'a> {
     pub scale: Scale,
 }
 
-impl Paint<'_> {
+impl ValuePaint<'_> {
     /// Returns the colour of a face at a place in samples, in linear light.
     pub fn colour(&self, face: u32, at: Vec2) -> Vec3 {
         let share = |at: Vec2| self.value(face, at) / self.scale.end as f32;
         let here = share(at);
+        // One missing value makes the whole face grey.
         if !here.is_finite() {
             return NO_VALUE;
         }
@@ -49,6 +50,7 @@ impl Paint<'_> {
     /// Returns how much a contour line covers a sample, by its share of the scale and the slope there.
     fn line(&self, share: f32, slope: f32) -> f32 {
         let along = share * self.scale.lines as f32;
+        // The value 0 has no line, as it would cover whole areas.
         if along < 0.5 {
             return 0.0;
         }
@@ -79,15 +81,15 @@ mod tests {
     use super::*;
 
     /// Calls `check` with a triangle whose corners have different depths, with values 0, 1 and 2.
-    fn tilted(lines: usize, check: impl Fn(&Paint)) {
+    fn check_tilted_triangle(lines: usize, check: impl Fn(&ValuePaint)) {
         let points = [Vec3::new(0.0, 0.0, 1.0), Vec3::new(300.0, 0.0, 0.5), Vec3::new(0.0, 300.0, 0.25)];
         let scale = Scale { end: 2.0, lines };
-        check(&Paint { points: &points, faces: &[[0, 1, 2]], values: &[0.0, 1.0, 2.0], scale });
+        check(&ValuePaint { points: &points, faces: &[[0, 1, 2]], values: &[0.0, 1.0, 2.0], scale });
     }
 
     #[test]
     fn values_are_linear_in_space_not_on_the_picture() {
-        tilted(0, |paint| {
+        check_tilted_triangle(0, |paint| {
             for (corner, value) in [(0, 0.0), (1, 1.0), (2, 2.0)] {
                 assert!((paint.value(0, paint.points[corner].truncate()) - value).abs() < 1e-5);
             }
@@ -98,19 +100,19 @@ mod tests {
 
     #[test]
     fn lines_lie_where_the_value_is_a_multiple() {
-        let is_dark = |paint: &Paint, x: f32| paint.colour(0, Vec2::new(x, 0.0)).max_element() < 0.2;
-        tilted(4, |paint| {
+        let is_dark = |paint: &ValuePaint, x: f32| paint.colour(0, Vec2::new(x, 0.0)).max_element() < 0.2;
+        check_tilted_triangle(4, |paint| {
             // The value 0.5 lies half way in space between depths 1 and 2: at two thirds on the picture.
             assert!(is_dark(paint, 200.0) && !is_dark(paint, 190.0) && !is_dark(paint, 210.0) && !is_dark(paint, 3.0));
         });
-        tilted(0, |paint| assert!((10..290).all(|x| !is_dark(paint, x as f32))));
+        check_tilted_triangle(0, |paint| assert!((10..290).all(|x| !is_dark(paint, x as f32))));
     }
 
     #[test]
     fn what_has_no_value_is_grey() {
         let points = [Vec3::new(0.0, 0.0, 1.0), Vec3::new(9.0, 0.0, 1.0), Vec3::new(0.0, 9.0, 1.0)];
         let scale = Scale { end: 2.0, lines: 4 };
-        let paint = Paint { points: &points, faces: &[[0, 1, 2]], values: &[0.0, f64::INFINITY, 1.0], scale };
+        let paint = ValuePaint { points: &points, faces: &[[0, 1, 2]], values: &[0.0, f64::INFINITY, 1.0], scale };
         assert_eq!(paint.colour(0, Vec2::new(2.0, 2.0)), NO_VALUE);
     }
 }

@@ -7,7 +7,7 @@ use crate::geometry::triangle::area_normal;
 use crate::mesh::TriMesh;
 
 /// A mesh inside the unit ball of the picture.
-pub struct Shape<'a> {
+pub struct ScaledMesh<'a> {
     /// Index among the meshes of the picture.
     pub number: usize,
     /// Vertex positions: n_vertices.
@@ -16,7 +16,7 @@ pub struct Shape<'a> {
     pub faces: &'a [[u32; 3]],
 }
 
-impl Shape<'_> {
+impl ScaledMesh<'_> {
     /// Returns the normal of each face, with twice its area as length, n_faces.
     pub fn area_normals(&self) -> Vec<Vec3> {
         self.faces.par_iter().map(|face| area_normal(face.map(|v| self.points[v as usize]))).collect()
@@ -24,14 +24,14 @@ impl Shape<'_> {
 }
 
 /// The transform of all meshes into the unit ball.
-pub struct World {
+pub struct PictureFrame {
     middle: DVec3,
     scale: f64,
 }
 
-impl World {
+impl PictureFrame {
     /// Computes the transform for these meshes.
-    pub fn of(meshes: &[&TriMesh]) -> Self {
+    pub fn from_meshes(meshes: &[&TriMesh]) -> Self {
         let all = || meshes.iter().flat_map(|mesh| mesh.positions()).map(|&p| DVec3::from(p.map(f64::from)));
         let low = all().reduce(DVec3::min).unwrap_or_default();
         let high = all().reduce(DVec3::max).unwrap_or_default();
@@ -45,16 +45,16 @@ impl World {
     }
 
     /// Transforms the meshes.
-    pub fn shapes<'a>(&self, meshes: &[&'a TriMesh]) -> Vec<Shape<'a>> {
+    pub fn shapes<'a>(&self, meshes: &[&'a TriMesh]) -> Vec<ScaledMesh<'a>> {
         let shape = |(number, mesh): (usize, &&'a TriMesh)| {
             let place = |p: &[f32; 3]| self.place(DVec3::from(p.map(f64::from)));
-            Shape { number, points: mesh.positions().iter().map(place).collect(), faces: mesh.faces() }
+            ScaledMesh { number, points: mesh.positions().iter().map(place).collect(), faces: mesh.faces() }
         };
         meshes.iter().enumerate().map(shape).collect()
     }
 }
 
 /// Transforms all meshes into one unit ball.
-pub fn shapes<'a>(meshes: &[&'a TriMesh]) -> Vec<Shape<'a>> {
-    World::of(meshes).shapes(meshes)
+pub fn scale_meshes<'a>(meshes: &[&'a TriMesh]) -> Vec<ScaledMesh<'a>> {
+    PictureFrame::from_meshes(meshes).shapes(meshes)
 }
