@@ -44,6 +44,7 @@ fn best_clusters(positions: &[DVec3], faces: &[[u32; 3]], n_vertices: usize) -> 
         if n > 0 && best.as_ref().is_none_or(|best| miss < best.0) {
             best = Some((miss, clusters, left));
         }
+        // the first try is the finest: when it has too few vertices, coarser ones have fewer
         if miss == 0 || (tried == 0 && n < n_vertices) {
             break;
         }

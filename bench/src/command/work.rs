@@ -16,6 +16,7 @@ pub fn worker() -> Result<Worker> {
 pub fn run_job() -> Result<()> {
     let mut line = String::new();
     std::io::stdin().lock().read_line(&mut line)?;
+    // standard input closes when the caller stops waiting
     std::thread::spawn(|| {
         let _ = std::io::stdin().read_to_end(&mut Vec::new());
         if getpgrp() == getpid() {

@@ -54,6 +54,7 @@ pub(super) fn run_case(
     for round in 0..repeats.max(1) {
         for at in leader_first(methods, case.leader) {
             let outcome = &mut outcomes[at];
+            // a failed method keeps its first error
             if matches!(outcome, Some(MethodOutcome { result: Err(_), .. })) {
                 continue;
             }
@@ -67,6 +68,7 @@ pub(super) fn run_case(
                         Some(MethodOutcome { size, seconds: Vec::new(), timed: None, result: Err(join_lines(&why)) });
                 }
                 Ok(done) => {
+                    // the target of all methods that follow
                     if case.leader == Some(method) {
                         n_faces = Some(done.mesh.faces().len());
                     }

@@ -78,6 +78,7 @@ pub(super) fn open_folder(
     }
     let mut rows = RowsFile::open(&folder.join(ROWS), figures)?;
     remove_leftovers(folder);
+    // rows of a corrected tool go only if the locked table still has no result of it
     if !found.corrected.is_empty() {
         check_failed(&found.corrected, &rows.table)?;
         rows.remove(|row| found.is_outdated(row))?;

@@ -83,6 +83,7 @@ impl RowsFile {
             std::iter::once(columns(&table.figures)).chain(table.rows.iter().map(ResultRow::fields)).collect();
         let bytes = self.bytes(&records)?;
         write_path(&self.path, &bytes, true).map_err(|error| EvaluateError::file(&self.path, error))?;
+        // the new file is locked before the old lock is dropped
         let Self { file, table, .. } = Self::open(&self.path, &table.figures)?;
         self.replaced.push(std::mem::replace(&mut self.file, file));
         self.table = table;

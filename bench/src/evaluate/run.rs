@@ -107,8 +107,8 @@ pub enum Ending {
 
 /// Measures every method at every ratio on every mesh and appends the rows to `rows.csv` case by case.
 ///
-/// `report` can stop it at any time; stopped or killed, it loses only the present case. Tools that lack rows are first
-/// tried on a small mesh. The meshes of each method's worst cases are saved ([`worst_cases`](super::worst_cases)).
+/// `report` can stop it; stopped or killed, it loses only the present case. Tools without rows are tried first, and
+/// meshes of the worst cases are saved.
 ///
 /// # Errors
 /// [`EvaluateError`] about settings, data, folder or a tool. A failing method or an unreadable mesh is a row with its
@@ -332,6 +332,7 @@ impl EvaluationRun<'_> {
                 return Some(methods.iter().map(row).collect());
             }
         };
+        // an earlier run may have the leader's result already
         let leader = self.methods.iter().find(|method| method.is_ours());
         let known = leader.and_then(|leader| trial.row(&self.rows.table, leader)).filter(|row| row.error.is_empty());
         let n_faces = known.map(|row| row.faces_out);

@@ -1,9 +1,7 @@
 //! The worst cases of each method with their meshes.
 //!
-//! Meshes are saved during the evaluation, because remaking them may take hours and need missing programs. A case is
-//! ranked by its distance over the least distance of the other methods in the same case, which no later case changes.
-//! So the saved meshes follow from the rows alone, also after a kill: meshes are written before their rows, and others
-//! removed after. When a corrected tool changes quotients, cases without meshes are left out.
+//! A case is ranked by its distance over the least of the other methods, which no later case changes. So saved meshes
+//! follow from the rows alone, also after a kill: they are written before their rows, and others removed after.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! Learned methods of others: networks, losses, training steps and inference, one folder per method.
 //!
-//! Networks consist of named tensors, so `neural_mesh::train` trains them with its own loop. Each method turns a mesh
-//! and a number of vertices into a mesh, so `evaluate` compares it with the others.
+//! Their networks of named tensors are trained by `neural_mesh::train`; `evaluate` compares their results with other
+//! methods.
 
 pub mod dse;
 mod error;

@@ -53,6 +53,7 @@ impl Bench {
         measure: impl FnOnce() -> Result<T>,
     ) -> Result<T> {
         let path = self.work.join(name).with_extension("json");
+        // a finished measurement is never repeated
         if path.exists() {
             let text = std::fs::read_to_string(&path)?;
             return serde_json::from_str(&text).with_context(|| format!("{}: remove it", path.display()));

@@ -38,6 +38,7 @@ fn flip(surface: &mut GluedTriangles, half_edge: usize) -> bool {
     let (twin_ahead, twin_behind) = (next(twin), next(next(twin)));
     let sides_of = |first: usize, second: usize| [length, surface.length[first], surface.length[second]];
     let makes_triangles = area(sides_of(twin_behind, ahead)) > 0.0 && area(sides_of(behind, twin_ahead)) > 0.0;
+    // both sides in one face, or no triangles on the other diagonal
     if half_edge / 3 == twin / 3 || !makes_triangles {
         return false;
     }

@@ -2,7 +2,7 @@
 //! Nonmanifold Triangle Meshes").
 //!
 //! The tufted cover closes the surface, mollification gives triangles area, and intrinsic flips make weights positive.
-//! On good closed manifolds it is the usual cotangent Laplacian; boundaries are natural (Neumann).
+//! Boundaries are natural (Neumann).
 
 mod delaunay;
 mod glued_triangles;

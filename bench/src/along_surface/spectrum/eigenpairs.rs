@@ -23,8 +23,8 @@ pub struct Eigenpairs {
 impl Eigenpairs {
     /// Computes the `n_pairs` lowest eigenpairs, at most n; `None` where the solver fails.
     ///
-    /// Each component is solved by shift-invert block Lanczos over a sparse Cholesky factor. An eigenvalue of one
-    /// component with a multiplicity above eight may be found fewer times.
+    /// Each component is solved by block Lanczos over a sparse Cholesky factor, which may miss multiplicities above
+    /// eight.
     ///
     /// ```
     /// use neural_mesh::mesh::shapes;
@@ -39,6 +39,7 @@ impl Eigenpairs {
         // each component has one constant function: more components are not needed
         components.truncate(n_pairs);
         let solved = solve_components(&components, n_pairs.min(n))?;
+        // a single component keeps its functions as they are
         if let [whole] = &solved[..] {
             return Some(whole.clone());
         }
@@ -86,6 +87,7 @@ fn solve_components(components: &[Component], n_pairs: usize) -> Option<Vec<Eige
         let more = |(component, pairs): (&Component, &mut Eigenpairs)| {
             let known = pairs.values.len();
             let is_short = known < component.places.len().min(n_pairs) && pairs.values[known - 1] < highest;
+            // its highest known value is still among the lowest of all: there may be more
             if is_short {
                 *pairs = solve_component(component, (2 * known).min(n_pairs))?;
             }

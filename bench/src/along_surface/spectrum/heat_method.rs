@@ -23,8 +23,7 @@ pub struct HeatMethod {
 impl HeatMethod {
     /// Computes both factors; `None` where rounding makes one indefinite.
     ///
-    /// The time step is the squared mean edge length, or on longer surfaces the square of a 500th of their length, so
-    /// that heat reaches the other end.
+    /// The time step is the squared mean edge length, on long surfaces the square of a 500th of their length.
     ///
     /// ```
     /// use neural_mesh::mesh::shapes;
@@ -80,6 +79,7 @@ fn flows(sides: [f64; 3], [u, v, w]: [f64; 3]) -> [f64; 3] {
     let along = (v - u) / a;
     let across = (w - u - along * x) / y;
     let length = along.hypot(across);
+    // without a gradient there is no direction
     if length == 0.0 || !length.is_finite() {
         return [0.0; 3];
     }

@@ -38,6 +38,7 @@ pub fn largest_eigenpairs(n: usize, n_pairs: usize, apply: impl Fn(MatMut<'_, f6
     let mut next_look = n_pairs + n_pairs / 2;
     while krylov.len < capacity {
         let last = krylov.step(&apply);
+        // converged pairs are looked for now and then, because the dense solve is expensive
         if krylov.len >= next_look {
             if let Some(found) = krylov.ritz_pairs(n_pairs, last.as_ref()) {
                 return Some(found);

@@ -1,7 +1,6 @@
 //! Errors of a simplified mesh's eigenpairs: the paper's LE (Sec. 4.1), made precise.
 //!
-//! The paper compares "the first 200 eigenvectors" of meshes of different size. Here eigenfunctions are transferred to
-//! the original's vertices with mean square 1, and signs and bases of nearly equal eigenvalues are fitted.
+//! Transferred eigenfunctions have mean square 1; signs and bases of nearly equal eigenvalues are fitted.
 
 use std::ops::Range;
 

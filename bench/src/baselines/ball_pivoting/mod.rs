@@ -1,8 +1,7 @@
 //! Ball pivoting: triangles where a ball rests on three points with normals (Bernardini et al. 1999).
 //!
-//! A ball starts on three points and rolls over open edges to the next point. Larger balls continue where smaller ones
-//! fell through; what no ball bridges stays a hole. The only crate for it, `bpa_rs`, has one radius and one component,
-//! and prints.
+//! A ball starts on three points and rolls over open edges; larger balls continue where smaller ones fell through, and
+//! the rest stays open.
 
 mod ball;
 mod rolling;
@@ -45,6 +44,7 @@ pub fn ball_pivoting(points: &[[f32; 3]], normals: &[[f32; 3]]) -> Vec<[u32; 3]>
     let Some(spacing) = average_spacing(&points) else { return Vec::new() };
     for radius in RADII.map(|multiple| multiple * spacing) {
         let ball = Ball::new(&points, &normals, radius);
+        // first over the edges that smaller balls left open, then from new seeds
         let front = reopen_edges(&ball, &sheet);
         roll(&ball, &mut sheet, front);
         for v in 0..points.len() as u32 {

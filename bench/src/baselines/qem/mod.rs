@@ -1,9 +1,7 @@
 //! Edge collapse by quadric error with optimal placement (Garland and Heckbert 1997), as in Open3D.
 //!
-//! Planes of faces and perpendicular planes at open edges are weighted by area. A vertex moves to the quadric's
-//! minimum, or to the best of ends and middle where that is singular, independently of the unit. Collapses that turn a
-//! face are rejected; topology is not checked. Of the crates, `baby_shark` places vertices in the middle, `alum` needs
-//! manifolds, `meshopt` has another metric.
+//! Planes of faces and perpendicular planes at open edges are weighted by area; singular quadrics fall back to ends and
+//! middle. Collapses that turn a face are rejected; topology is not checked.
 
 mod quadrics;
 mod surface;
@@ -21,6 +19,7 @@ pub(super) fn qem(mesh: &TriMesh, n_faces: usize) -> Result<TriMesh, BaselineErr
         edges(mesh).into_iter().map(|edge| Reverse(surface.price_collapse(edge.ends))).collect();
     while surface.n_faces > n_faces {
         let Some(Reverse(candidate)) = queue.pop() else { break };
+        // outdated candidates were priced before one of their ends changed
         if surface.is_current(&candidate) && !surface.flips_face(&candidate) {
             surface.collapse(&candidate);
             let kept = candidate.edge[0];

@@ -8,8 +8,8 @@ use rustc_hash::FxHashMap;
 const LEAST_COMMON: usize = 8;
 /// Smallest weight of a point, far out in its map; from the paper's program.
 const LEAST_WEIGHT: f64 = 0.2;
-/// Points farther from the median than this fraction of the patch's radius are left out. The paper's program clusters
-/// by density; with two dozen points the median is as good.
+/// Points farther from the median than this fraction of the patch's radius are left out; the paper's program clusters
+/// them.
 const OUTLIER: f64 = 0.25;
 
 type WeightedPoint = ([f64; 2], f64);

@@ -1,10 +1,8 @@
 //! Exact logarithmic maps on the mesh from which the points were drawn: the targets of the networks.
 //!
-//! A front walks from the patch's own point, nearest vertex first. It carries the distance through unfolded triangles
-//! (Kimmel and Sethian 1998, as in Novotni and Klein 2002) and the sum of steps in transported tangent planes (discrete
-//! exponential map: Schmidt, Grimm and Wyvill 2006), averaged over all vertices behind it. On a plane both are exact.
-//! The sum is the position; where the distance is much longer, because of a hole or a fold, the position is moved out
-//! to it.
+//! A front walks over vertices by distance. It carries distances through unfolded triangles (Kimmel and Sethian 1998;
+//! Novotni and Klein 2002) and steps in transported tangent planes (Schmidt, Grimm and Wyvill 2006). Where the distance
+//! is much longer than the sum of steps, the position moves out to it.
 
 use super::Patch;
 use glam::DVec3;
@@ -148,6 +146,7 @@ impl Front<'_> {
         let (at, axis) = self.average_position(v);
         let distance = self.reached.get(&v).map_or(0.0, |known| known.distance);
         self.reached.insert(v, FrontVertex { distance, passed: Some((at, axis)) });
+        // every face at v offers a path over v and one through its opposite edge
         let faces: Vec<[u32; 3]> = self.surface.faces_around(v).collect();
         for face in faces {
             for i in 0..3 {

@@ -5,9 +5,8 @@ use neural_mesh::autodiff::{Tape, Value};
 
 /// Applies a network to patches of equal size whose own points come first.
 ///
-/// Positions with their distances from the own point go through pointwise layers and a maximum over the patch. Two
-/// stages then combine position and pooled features; the first one gives new positions. The activation is a ReLU; the
-/// paper's program trains the map with another one than it runs it with.
+/// Pointwise layers and a maximum over the patch, then two stages over positions and pooled features; the first one
+/// moves the positions.
 ///
 /// # Shapes
 /// - `places`: (n_patches * group) x 3 with each patch's own point at the origin

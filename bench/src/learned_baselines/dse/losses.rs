@@ -14,8 +14,7 @@ pub struct Loss {
 
 /// Computes the mean cross entropy of the neighbour classification.
 ///
-/// The paper's program uses the squared error of probabilities; the gradient of this one does not vanish for confident
-/// errors.
+/// Unlike the squared error of the paper's program, its gradient does not vanish for confident errors.
 ///
 /// # Shapes
 /// - `logits`: (n_patches * group) x 1, `are_neighbours` one each; the first of each group is skipped

@@ -1,10 +1,9 @@
 //! Surfaces from points: "Learning Delaunay Surface Elements for Mesh Reconstruction" (Rakotosaona, Guerrero, Aigerman,
 //! Mitra, Ovsjanikov, CVPR 2021).
 //!
-//! For every point one network selects geodesic neighbours among the nearest points, and another predicts their
-//! logarithmic map. Neighbouring maps are aligned. Triangles around a point in the Delaunay triangulation of its map
-//! are candidates, chosen by how many of their corners agree on them. The targets are exact maps on the mesh, with
-//! which the method also runs. Each file names its departures.
+//! One network selects geodesic neighbours of every point, another predicts their logarithmic map. Neighbouring maps
+//! are aligned, and their Delaunay triangles at each point vote for the surface. Exact maps are the targets and an
+//! alternative.
 
 mod alignment;
 mod exact_map;

@@ -55,8 +55,7 @@ impl<'a> Neighbourhoods<'a> {
 
     /// Returns the frame of a point: position, principal axes of its nearest points, and size of its neighbourhood.
     ///
-    /// The paper's program instead turns patches at random; networks of this size learn better in principal axes. The
-    /// sign of the third moment makes the frame unique.
+    /// The third moment decides the signs. The paper's program turns patches at random instead.
     pub fn frame(&self, centre: u32) -> PatchFrame {
         let at = |v: u32| Vec3::from(self.points[v as usize]).as_dvec3();
         let candidates = self.candidates(centre);

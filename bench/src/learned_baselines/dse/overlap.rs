@@ -43,6 +43,7 @@ fn segments_cross([a, b]: [DVec3; 2], [c, d]: [DVec3; 2], within: f64) -> bool {
     let (u, v, w) = (b - a, d - c, a - c);
     let (uu, uv, vv) = (u.length_squared(), u.dot(v), v.length_squared());
     let determinant = uu * vv - uv * uv;
+    // parallel segments do not cross
     if determinant <= 1e-12 * uu * vv {
         return false;
     }

@@ -12,8 +12,7 @@ const LEAST_BEFORE_POOLING: usize = 32;
 
 /// Layer widths of one of the two networks, which differ in the output only.
 ///
-/// The full widths are those of the paper's program. The shipped weights have an eighth of them, which trains on two
-/// cores in hours.
+/// Full widths are those of the paper's program; the shipped weights have an eighth.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Widths {
     /// Pointwise layers before the pooling.

@@ -63,6 +63,7 @@ impl<'a> PatchBatch<'a> {
         let mut drawn = shuffled(random, points.len());
         drawn.truncate(PATCHES);
         let mut exact = exact_patches_around(surface, samples, &drawn, KEPT);
+        // the networks take groups of equal size
         exact.retain(|patch| patch.points.len() == KEPT + 1);
         if exact.is_empty() {
             return Err(format!("has no component with more than {KEPT} of the samples drawn"));

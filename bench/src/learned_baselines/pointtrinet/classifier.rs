@@ -7,8 +7,7 @@ use neural_mesh::linalg::Matrix;
 
 /// Returns the probability of each query from its 64 nearest points and triangles.
 ///
-/// One MLP per kind and a maximum pool both, a third one joins them. Unlike the authors' code there is no dropout,
-/// because no patch is seen twice, and probabilities are not clamped, because the losses have no logarithms.
+/// Two MLPs with maxima and a third one over both, without the dropout and clamping of the authors' code.
 ///
 /// # Shapes
 /// - `queries`: indices of n candidates

@@ -1,8 +1,7 @@
 //! Triangles over points: "PointTriNet: Learned Triangulation of 3D Point Sets" (Sharp and Ovsjanikov, ECCV 2020).
 //!
-//! One network classifies triangles, another proposes the next ones; both see the nearest points and triangles. Several
-//! rounds make a surface. Training minimises its expected distance from the original, its overlaps and its open sides.
-//! Sizes, rounds and losses are the paper's, encodings those of the authors' code; each file names its departures.
+//! One network classifies triangles, another proposes the next ones, for several rounds. Training minimises expected
+//! distances, overlaps and open sides. Encodings are those of the authors' code.
 
 mod candidates;
 mod classifier;

@@ -13,8 +13,8 @@ const LEAST: f64 = 1e-8;
 
 /// Computes `mean over samples of (s - 1)^2 + (m - 1)^2` with sum s and maximum m of `p_t k_t` over all triangles.
 ///
-/// The kernel `k_t = max(0, 1 - h / (0.5 e))` falls from 1 on the triangle with the height h, faster near an edge
-/// (distance e). Each sample should be on one triangle and over no other.
+/// The kernel `k_t = max(0, 1 - h / (0.5 e))` falls with the height h over the triangle, faster near an edge (distance
+/// e).
 ///
 /// # Shapes
 /// - `samples`: n, drawn by area times probability; treated as constant

@@ -69,8 +69,7 @@ struct SurfacePatch {
 impl SurfacePatch {
     /// Takes the points nearest to a random surface point.
     ///
-    /// Half of the patches have random vertices, as in the paper, the others farthest points, as meshes are sampled for
-    /// simplification.
+    /// Half of the patches have random vertices, as in the paper, the others farthest points.
     fn draw(mesh: &TriMesh, random: &mut Xoshiro256PlusPlus) -> Option<Self> {
         let [n_vertices, n_surface] = [PATCH_VERTICES, PATCH_SURFACE].map(|n| (n as f64 / PATCH_SHARE) as usize);
         let surface = surface_points(mesh, n_surface, random.next_u64());

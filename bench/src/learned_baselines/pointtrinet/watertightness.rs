@@ -5,8 +5,8 @@ use neural_mesh::loss::Term;
 /// Computes the expected number of open sides over the expected number of sides, each triangle kept with its
 /// probability.
 ///
-/// A side is closed where exactly one other triangle at its edge is kept: `1 - 2 sum over edges of P_e(2) / sum over
-/// sides of p`. Unlike the authors' form this divides by no 1 - p, so probabilities need no clamping.
+/// `1 - 2 sum over edges of P_e(2) / sum over sides of p`, where P_e(2) is the probability of exactly two triangles at
+/// an edge.
 ///
 /// # Shapes
 /// - `triangles`: n x 3, distinct; `probabilities`: n
@@ -55,6 +55,7 @@ fn exactly_two(p: &[f64]) -> (f64, Vec<f64>) {
     }
     let mut after = [1.0, 0.0, 0.0];
     let mut slopes = vec![0.0; p.len()];
+    // the others are those before and those after
     for (i, &p) in p.iter().enumerate().rev() {
         let ([none, one, two], [no, once, twice]) = (before[i], after);
         let others = [none * once + one * no, none * twice + one * once + two * no];

@@ -12,8 +12,8 @@ const NEIGHBOURS: usize = 10;
 /// Returns the curvature of each point (surface variation, Pauly et al. 2002, over 10 neighbours), averaged over the
 /// same points.
 ///
-/// The measure [`point_curvature`](neural_mesh::spatial::point_curvature) weighs that mean by a Gaussian; without it
-/// the gradient stays within the neighbourhood.
+/// Unlike [`point_curvature`](neural_mesh::spatial::point_curvature) the mean has no Gaussian weights, which keeps the
+/// gradient local.
 ///
 /// # Shapes
 /// - `points`: n x 3, finite

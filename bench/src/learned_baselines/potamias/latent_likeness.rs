@@ -9,9 +9,8 @@ const LEAST: f64 = 1e-6;
 
 /// Computes `mean of (|z_i - z_j| - t_ij)^2`, `t_ij = 10 |sqrt(k_i) - sqrt(k_j)|`, and its gradient by the latent rows.
 ///
-/// The pairs are each point and those `offsets` later. This loss is ours: farthest points pass no gradient, and with
-/// the refinement's alone the choice was worse than by positions. It lowers the curvature error and raises the Chamfer
-/// distance, as in Table 2.
+/// The pairs are each point and those `offsets` later. The loss is ours: farthest points pass no gradient, and without
+/// it they were worse than positions alone.
 ///
 /// # Shapes
 /// - `latent`: n x n_latent; `curvature`: n, non-negative

@@ -1,10 +1,8 @@
 //! Simplified point clouds: "Revisiting Point Cloud Simplification: A Learnable Feature Preserving Approach" (Potamias,
 //! Bouritsas, Zafeiriou, ECCV 2022).
 //!
-//! A network projects each point with its neighbourhood into a latent space, farthest points are drawn there, and
-//! attention over neighbours moves them. Ball pivoting meshes the result, as in the paper's Table 1. The method and its
-//! 15 neighbours are the authors'; layers and widths are those of their Point Sampler, because the text at hand does
-//! not give them.
+//! A network projects points into a latent space, farthest points are drawn there, and attention over 15 neighbours
+//! moves them. Layers and widths are those of the Point Sampler; the text at hand gives none.
 
 mod adaptive_chamfer;
 mod cloud;

@@ -10,9 +10,8 @@ const UNLIKENESS: f64 = 1.0;
 
 /// Draws `n` farthest points in the latent space from `first` on; returns them in ascending order.
 ///
-/// A latent row is the position, in units of about the samples' distance, and the features scaled to deviation
-/// `UNLIKENESS`. So samples cover the shape, more densely where features differ. No gradient passes;
-/// [`latent_likeness`](super::latent_likeness) and the refinement train the features.
+/// A latent row is the position in units of the samples' distance, and the features scaled to deviation `UNLIKENESS`.
+/// No gradient passes.
 ///
 /// # Shapes
 /// - `latent`: n_points x n_latent; `first`: index of a point

@@ -47,6 +47,7 @@ pub fn potamias_step(
     let curvature = mean_curvature(&cloud.points);
     let [chamfer, kept] = losses(&refined.points(), &cloud, &curvature, item.ratio);
     let of_points = refined.backward(&add_gradients(&chamfer, &kept));
+    // farthest points pass no gradient, so the latent space has a loss of its own
     let offsets: Vec<usize> = (0..PARTNERS).map(|_| 1 + below(random, n - 1)).collect();
     let (likeness, mut of_latent) = latent_likeness(latent.matrix(), &curvature, &offsets);
     of_latent.data_mut().iter_mut().for_each(|g| *g *= LIKENESS as f32);
