@@ -16,14 +16,14 @@ pub struct Aim {
     /// Steps of the fit. One gives a 3 % larger mean distance; at 0 there are no flips either.
     pub steps: usize,
     /// Squared height over its face's mean up to which points have full weight. `Max` gains 3 % at 3.
-    pub usual: f32,
+    pub full_weight: f32,
     /// Rounds in which far points attract their faces. `Max` gains 8 % by three.
-    pub draws: usize,
+    pub far_rounds: usize,
 }
 
 impl Default for Aim {
     fn default() -> Self {
-        Self { strength: 0.7, points_per_vertex: 28, few_faces: 8, steps: 2, usual: 0.3, draws: 0 }
+        Self { strength: 0.7, points_per_vertex: 28, few_faces: 8, steps: 2, full_weight: 0.3, far_rounds: 0 }
     }
 }
 
@@ -33,7 +33,7 @@ impl Aim {
     pub fn new(optimize: Optimize, effort: Effort) -> Self {
         let standard = Self::standard(optimize);
         match effort {
-            Effort::Fast => Self { steps: 0, draws: 0, ..standard },
+            Effort::Fast => Self { steps: 0, far_rounds: 0, ..standard },
             Effort::Standard => standard,
             Effort::Best => Self { points_per_vertex: 100, few_faces: 1, steps: 8, ..standard },
         }
@@ -45,7 +45,7 @@ impl Aim {
             Optimize::Balanced => balanced,
             // Without scores no place gains at another's cost.
             Optimize::Mean => Self { strength: 0.0, points_per_vertex: 50, few_faces: 2, steps: 4, ..balanced },
-            Optimize::Max => Self { strength: 1.0, usual: 3.0, draws: 3, ..balanced },
+            Optimize::Max => Self { strength: 1.0, full_weight: 3.0, far_rounds: 3, ..balanced },
             Optimize::Normals => Self { strength: 1.0, few_faces: 2, ..balanced },
         }
     }

@@ -394,7 +394,8 @@ impl<'a> Components<'a> {
             }
             is_dropped[i] = true;
             (n_vertices, n_faces) = (n_vertices - it.n_vertices, n_faces - it.n_faces);
-            // The loss of the replacement grows by the area that it takes over, so that chains of similar components end.
+            // The loss of the replacement grows by the area that it takes over, so that chains of similar components
+            // end.
             self.all[it.stand_in].stand_in_for(&it);
             queue.push(Reverse((price(&self.all[it.stand_in]), it.stand_in)));
         }

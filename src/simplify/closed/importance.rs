@@ -47,7 +47,8 @@ pub fn weigh(surface: &mut Surface, importance: Importance, strength: f32, hidde
     surface.weigh(factors);
 }
 
-/// Computes scores by bending, n_vertices: half the logarithm of the share of a vertex' planes that is not along its normal.
+/// Computes scores by bending, n_vertices: half the logarithm of the share of a vertex' planes that is not along its
+/// normal.
 ///
 /// Sixteen meshes: a power of 0.3 of the bending raises the mean distance by 1 %, lowers the largest by 9 % and normal
 /// errors by 8 %.

@@ -18,7 +18,7 @@ pub struct Output {
     pub positions: Vec<Vec3>,
     faces: Vec<[u32; 3]>,
     /// Intended unit normals of the faces, n_faces x 3; zero if unknown.
-    meant: Vec<Vec3>,
+    intended: Vec<Vec3>,
     around: FacesAround,
     pub pins: Pins,
     /// Output vertex of each surface vertex.
@@ -29,9 +29,9 @@ pub struct Output {
 impl Output {
     /// Wraps the state of a collapse; intended normals are the present ones.
     pub fn new(pulse: Pulse, positions: Vec<Vec3>, faces: Vec<[u32; 3]>, pins: Pins, vertex_of: Vec<u32>) -> Self {
-        let meant = pulse.map(&faces, |face| unit_normal(face.map(|v| positions[v as usize])));
+        let intended = pulse.map(&faces, |face| unit_normal(face.map(|v| positions[v as usize])));
         let around = FacesAround::new(pulse, positions.len(), &faces);
-        Self { positions, faces, meant, around, pins, vertex_of, corners: None }
+        Self { positions, faces, intended, around, pins, vertex_of, corners: None }
     }
 
     /// Records the attributes of the corners; must precede the first flip.
@@ -67,7 +67,7 @@ impl Output {
     }
 
     pub fn intended_normal(&self, f: u32) -> Vec3 {
-        self.meant[f as usize]
+        self.intended[f as usize]
     }
 
     pub fn faces_around(&self) -> &FacesAround {
@@ -104,8 +104,8 @@ impl Output {
         self.corners.iter_mut().for_each(|corners| corners.flip(&self.faces, diamond.faces, diamond.corners));
         [self.faces[f], self.faces[g]] = diamond.flipped_faces();
         // Both new faces cover the region of both old ones, so they share its intended direction.
-        self.meant[f] = (self.meant[f] + self.meant[g]).normalize_or_zero();
-        self.meant[g] = self.meant[f];
+        self.intended[f] = (self.intended[f] + self.intended[g]).normalize_or_zero();
+        self.intended[g] = self.intended[f];
     }
 
     pub fn stand_on(&mut self, v: u32, origin: u32, surface: &Surface) {

@@ -14,8 +14,8 @@ use super::output::Output;
 
 /// The check runs when at least one vertex in `MANY` is held: half of the vertices double the distance.
 const MANY: usize = 2;
-/// Largest distance before refinement, over that with nothing held. Refinement lowers 3.9 to between 2.7 and 3.8 for charts of
-/// thirty faces.
+/// Largest distance before refinement, over that with nothing held. Refinement lowers 3.9 to between 2.7 and 3.8 for
+/// charts of thirty faces.
 const MOST: f64 = 4.2;
 /// Mean distance that is always acceptable on a surface of unit size.
 const NEAR: f64 = 1e-4;

@@ -22,17 +22,17 @@ const LEAST_COSINE: f32 = 0.02;
 ///
 /// `nearest` has the values at the closest points, `original` those of the mesh at its `wedges`.
 pub fn fit_normals(fit: &Fit, nearest: Channel, original: &Channel, wedges: &[[u32; 3]]) -> Channel {
-    let meant = fit.target_values(original, wedges);
-    if nearest.width != 3 || nearest.values.iter().chain(&meant).any(|x| !x.is_finite()) {
+    let target = fit.target_values(original, wedges);
+    if nearest.width != 3 || nearest.values.iter().chain(&target).any(|x| !x.is_finite()) {
         return nearest;
     }
     // Here every normal is its own unknown: wedges that share one were joined before.
     let one: Vec<u32> = (0..fit.wedges.vertices.len() as u32).collect();
-    let mut system = System { diagonal: fit.diagonal(&one), meant: meant.clone(), one };
+    let mut system = System { diagonal: fit.diagonal(&one), target: target.clone(), one };
     let mut values = nearest.values.clone();
     for _ in 0..STEPS {
         // The target's length follows the blend, or corners would be pulled to a wrong length.
-        scale_to_blends(&mut system.meant, &meant, &values, fit.wedges.of_faces);
+        scale_to_blends(&mut system.target, &target, &values, fit.wedges.of_faces);
         fit.step(&mut values, &nearest, &system);
         normalise_rows(&mut values, &nearest.values);
     }
@@ -40,14 +40,15 @@ pub fn fit_normals(fit: &Fit, nearest: Channel, original: &Channel, wedges: &[[u
     Channel { values, ..nearest }
 }
 
-fn scale_to_blends(scaled: &mut [f32], meant: &[f32], values: &[f32], of_faces: &[[u32; 3]]) {
+fn scale_to_blends(scaled: &mut [f32], target: &[f32], values: &[f32], of_faces: &[[u32; 3]]) {
     let n = 3 * QUADRATURE.len();
-    let faces = scaled.par_chunks_exact_mut(n).zip(meant.par_chunks_exact(n)).zip(of_faces);
-    faces.for_each(|((scaled, meant), wedges)| {
+    let faces = scaled.par_chunks_exact_mut(n).zip(target.par_chunks_exact(n)).zip(of_faces);
+    faces.for_each(|((scaled, target), wedges)| {
         let corners = wedges.map(|wedge| row(values, wedge));
-        for ((at, _), (scaled, meant)) in QUADRATURE.iter().zip(scaled.chunks_exact_mut(3).zip(meant.chunks_exact(3))) {
+        for ((at, _), (scaled, target)) in QUADRATURE.iter().zip(scaled.chunks_exact_mut(3).zip(target.chunks_exact(3)))
+        {
             let length = (corners[0] * at[0] + corners[1] * at[1] + corners[2] * at[2]).length();
-            scaled.iter_mut().zip(meant).for_each(|(scaled, meant)| *scaled = length * meant);
+            scaled.iter_mut().zip(target).for_each(|(scaled, target)| *scaled = length * target);
         }
     });
 }
@@ -131,13 +132,13 @@ mod tests {
     #[test]
     fn normals_of_the_original_become_as_long_as_the_blends() {
         let values = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
-        let meant: Vec<f32> =
+        let target: Vec<f32> =
             (0..QUADRATURE.len()).flat_map(|k| if k < 3 { [0.0, 0.6, 0.8] } else { [1.0, 0.0, 0.0] }).collect();
-        let mut scaled = meant.clone();
-        scale_to_blends(&mut scaled, &meant, &values, &[[0, 1, 2]]);
+        let mut scaled = target.clone();
+        scale_to_blends(&mut scaled, &target, &values, &[[0, 1, 2]]);
         for (k, ([a, b, c], _)) in QUADRATURE.into_iter().enumerate() {
             let naive = (a * a + b * b + c * c).sqrt();
-            assert!((row(&scaled, k as u32) - row(&meant, k as u32) * naive).length() < 1e-6);
+            assert!((row(&scaled, k as u32) - row(&target, k as u32) * naive).length() < 1e-6);
         }
     }
 

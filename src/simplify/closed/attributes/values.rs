@@ -77,13 +77,13 @@ impl<'a> Fit<'a> {
     ///
     /// `nearest` has the values at the closest points, `original` those of the mesh at its `wedges`.
     pub fn values(&self, nearest: Channel, original: &Channel, wedges: &[[u32; 3]]) -> Channel {
-        let meant = self.target_values(original, wedges);
-        if nearest.values.iter().chain(&meant).any(|x| !x.is_finite()) {
+        let target = self.target_values(original, wedges);
+        if nearest.values.iter().chain(&target).any(|x| !x.is_finite()) {
             return nearest;
         }
         let one = self.shared_wedges(&nearest);
         let mut values = nearest.values.clone();
-        let system = System { diagonal: self.diagonal(&one), meant, one };
+        let system = System { diagonal: self.diagonal(&one), target, one };
         for _ in 0..STEPS {
             self.step(&mut values, &nearest, &system);
         }
@@ -93,13 +93,13 @@ impl<'a> Fit<'a> {
 
     /// Evaluates the original at the quadrature points, n_faces x 6 x width.
     pub(super) fn target_values(&self, original: &Channel, wedges: &[[u32; 3]]) -> Vec<f32> {
-        let mut meant = vec![0.0; self.points.len() * QUADRATURE.len() * original.width];
+        let mut target = vec![0.0; self.points.len() * QUADRATURE.len() * original.width];
         let places = self.points.as_flattened().par_iter();
-        meant.par_chunks_exact_mut(original.width).zip(places).for_each(|(out, place)| {
+        target.par_chunks_exact_mut(original.width).zip(places).for_each(|(out, place)| {
             let corners = wedges[place.face as usize].map(|wedge| original.value(wedge));
             blend(original.role, corners, place.weights, out);
         });
-        meant
+        target
     }
 
     /// Maps each wedge to the first one of equal values at its vertex.
@@ -128,20 +128,20 @@ impl<'a> Fit<'a> {
         diagonal
     }
 
-    pub(super) fn step(&self, values: &mut [f32], nearest: &Channel, System { meant, one, diagonal }: &System) {
+    pub(super) fn step(&self, values: &mut [f32], nearest: &Channel, System { target, one, diagonal }: &System) {
         let width = nearest.width;
         // The residual starts with the pull to the nearest values, then each quadrature point adds its miss.
         let mut rest: Vec<f32> = values.iter().zip(&nearest.values).map(|(now, before)| before - now).collect();
         rest.chunks_exact_mut(width)
             .zip(diagonal)
             .for_each(|(row, weight)| row.iter_mut().for_each(|x| *x *= STAY * weight));
-        let meant = meant.chunks_exact(QUADRATURE.len() * width);
-        for ((wedges, area), meant) in self.wedges.of_faces.iter().zip(&self.areas).zip(meant) {
+        let target = target.chunks_exact(QUADRATURE.len() * width);
+        for ((wedges, area), target) in self.wedges.of_faces.iter().zip(&self.areas).zip(target) {
             let rows = wedges.map(|wedge| one[wedge as usize] as usize * width);
-            for ((at, weight), meant) in QUADRATURE.into_iter().zip(meant.chunks_exact(width)) {
-                for (i, meant) in meant.iter().enumerate() {
+            for ((at, weight), target) in QUADRATURE.into_iter().zip(target.chunks_exact(width)) {
+                for (i, target) in target.iter().enumerate() {
                     let now: f32 = (0..3).map(|k| at[k] * values[rows[k] + i]).sum();
-                    let missing = area * weight * (meant - now);
+                    let missing = area * weight * (target - now);
                     (0..3).for_each(|k| rest[rows[k] + i] += at[k] * missing);
                 }
             }
@@ -163,7 +163,7 @@ impl<'a> Fit<'a> {
 
 pub(super) struct System {
     /// Original values at the quadrature points, n_faces x 6 x width.
-    pub meant: Vec<f32>,
+    pub target: Vec<f32>,
     /// First wedge of equal values at each wedge's vertex.
     pub one: Vec<u32>,
     pub diagonal: Vec<f32>,

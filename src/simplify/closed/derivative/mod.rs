@@ -1,7 +1,7 @@
 //! The closed result as a smooth function of the input positions, at fixed connectivity.
 //!
-//! Every output vertex is a minimum of summed plane quadrics ([`union_tree`]), moved by the steps of the fit ([`fit_step`]),
-//! recomputed in double precision from recorded choices. All other displacements are constant offsets.
+//! Every output vertex is a minimum of summed plane quadrics ([`union_tree`]), moved by the steps of the fit
+//! ([`fit_step`]), recomputed in double precision from recorded choices. All other displacements are constant offsets.
 
 mod algebra;
 mod fit_step;
@@ -230,8 +230,8 @@ mod tests {
         for (mesh, n, purpose) in cases_and_poses() {
             let (closed, derivative) = run(&mesh, n, purpose);
             let most = derivative.offsets.iter().map(|offset| offset.length()).fold(0.0, f64::max);
-            // The collapse uses single precision: on flat regions, where only a pull of a millionth places a vertex, that
-            // moves it. Spheres that touch would pass through each other, and are moved back by more.
+            // The collapse uses single precision: on flat regions, where only a pull of a millionth places a vertex,
+            // that moves it. Spheres that touch would pass through each other, and are moved back by more.
             let expected = if n == 70 { 2e-2 } else { 2e-3 };
             assert!(most < expected, "{most} of the size of a mesh with {n} vertices left");
             let again = derivative.positions(&in_doubles(&mesh));

@@ -33,7 +33,7 @@ const FARTHEST: f32 = 0.7;
 /// Least cosine between a face's normals before and after a step. The mean distance is 0.4 % larger at 0.9.
 const LEAST_COSINE: f32 = 0.7;
 /// Least cosine between a face's normal and its intended one: a guard, which changes no result of 121.
-const LEAST_MEANT: f32 = 0.2;
+const LEAST_INTENDED: f32 = 0.2;
 
 /// Moves the output vertices toward the original in several steps; records the steps in `trace`.
 pub fn fit(original: &Original, points: &mut Points, output: &mut Output, trace: &mut Option<Trace>) {
@@ -48,7 +48,7 @@ pub fn fit(original: &Original, points: &mut Points, output: &mut Output, trace:
         step(original, points, output, &start, trace.as_mut());
     }
     // Heights do not see tips that were cut off; far points attract the faces there.
-    for _ in 0..points.aim().draws {
+    for _ in 0..points.aim().far_rounds {
         let pulse = points.pulse().counting_if(false);
         let facets = Facets::new(pulse, output);
         let steps = far_points::draw(points, &facets);
@@ -73,7 +73,7 @@ fn step(original: &Original, points: &mut Points, output: &mut Output, start: &[
     let square = mean_square(&sums);
     pulse.beat(0);
     // The weights of the faces follow from the heights of this step, so outliers are found again each time.
-    let counts = counts(pulse, &sums, points.aim().usual, square);
+    let counts = counts(pulse, &sums, points.aim().full_weight, square);
     pulse.beat(0);
     // Held curves need a stronger weight of position, which points along the surface cannot provide.
     let stay = if !original.features.has_held() { STAY } else { STAY_BY_CURVES };
@@ -163,10 +163,10 @@ fn mean_square(sums: &[FaceSums]) -> f32 {
 
 /// Computes the weight of each face's points: about the inverse of their height, so that heights, not their squares,
 /// are minimised.
-fn counts(pulse: Pulse, sums: &[FaceSums], usual: f32, mean: f32) -> Vec<f32> {
+fn counts(pulse: Pulse, sums: &[FaceSums], full_weight: f32, mean: f32) -> Vec<f32> {
     let count = |sum: &FaceSums| {
         // Iteratively reweighted least squares: weights from the last heights.
-        let count = 1.0 / (sum.squares / (sum.area() * mean) + usual).sqrt();
+        let count = 1.0 / (sum.squares / (sum.area() * mean) + full_weight).sqrt();
         // Without points or heights any weight will do.
         if count.is_finite() { count } else { 1.0 }
     };
@@ -298,7 +298,7 @@ fn turns(facets: &Facets, f: u32, after: &[Vec3]) -> bool {
         let along = unit.dot(normal);
         along < 0.0 || along * along < least * least * normal.length_squared()
     };
-    below(facets.normal(f), LEAST_COSINE) || below(facets.output.intended_normal(f), LEAST_MEANT)
+    below(facets.normal(f), LEAST_COSINE) || below(facets.output.intended_normal(f), LEAST_INTENDED)
 }
 
 #[cfg(test)]

@@ -118,10 +118,10 @@ impl PointsOfFaces {
             return None;
         }
         // New faces must agree with the old ones and with their intended direction.
-        let meant = diamond.faces.map(|f| facets.output.intended_normal(f));
+        let intended = diamond.faces.map(|f| facets.output.intended_normal(f));
         let like = |n: Vec3, m: Vec3| n.dot(m) > LEAST_COSINE;
         let new = diamond.flipped_faces().map(|face| Facet::new(face.map(|v| facets.output.positions[v as usize])));
-        if new.iter().any(|n| old.iter().chain(&meant).any(|m| !like(n.normal, *m))) {
+        if new.iter().any(|n| old.iter().chain(&intended).any(|m| !like(n.normal, *m))) {
             return None;
         }
         let points = diamond.faces.iter().flat_map(|&f| self.face_points(f));

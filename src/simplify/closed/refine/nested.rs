@@ -107,7 +107,7 @@ fn crossings(
         let (own, along, here) = (component(face), normal(face), output.coordinates(face));
         tree.visit_met(&here, |other| {
             n += 1;
-            // Other components in the same space, nearly parallel: steep crossings are meant to be.
+            // Other components in the same space, nearly parallel: steep crossings are intended.
             let is_beside = component(other) != own && piece[component(other) as usize] == piece[own as usize];
             let may = is_beside && along.dot(normal(other)).abs() > ALONG;
             if may && triangles_cross(here, output.coordinates(other)) {
