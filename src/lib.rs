@@ -1,14 +1,14 @@
 //! Simplifies triangle meshes by edge collapse: if the input is closed and manifold, so is the result.
 //!
-//! A formula, or the Point Sampler of "Neural Mesh Simplification" (Potamias, Ploumpis, Zafeiriou, CVPR 2022), weights the vertices. The
-//! paper's own pipeline is [`simplify::Assembly::Paper`].
+//! Vertices are weighted by a formula or by the Point Sampler of "Neural Mesh Simplification" (Potamias, Ploumpis, Zafeiriou, CVPR 2022).
+//! The paper's own pipeline, which has no such guarantee, is [`simplify::Assembly::Paper`].
 //!
 //! ```
 //! use std::ops::ControlFlow;
 //! use neural_mesh::mesh::{RawMesh, cleanup::{CleanOptions, clean}, shapes};
 //! use neural_mesh::simplify::{Options, Target, simplify};
 //!
-//! // Positions and triangles, from wherever they come; `io::read` has them of a file.
+//! // Positions and triangles from any source; `io::read` reads them from a file.
 //! let (positions, faces) = shapes::torus(64, 32, 1.0, 0.4).into_parts();
 //! let positions = positions.into_iter().map(|position| position.map(f64::from)).collect();
 //! let input = clean(RawMesh::new(positions, faces), &CleanOptions::default())?;
@@ -25,7 +25,7 @@
 //!
 //! | to get | call |
 //! |---|---|
-//! | a file or scene simplified with all it carries, as in the program | [`job::Document`], [`job::Job`], [`job::run`] |
+//! | a file or scene simplified with its attributes, as in the program | [`job::Document`], [`job::Job`], [`job::run`] |
 //! | files in and out | [`io::read`], [`io::read_attributed`], [`io::write`], [`io::write_attributed`]; glTF scenes: [`io::Asset`] |
 //! | a valid mesh from a file's contents | [`mesh::cleanup::clean`], which returns a [`mesh::TriMesh`] and its [`mesh::Frame`] |
 //! | a broken mesh repaired | [`repair::fill_holes`], [`repair::printable`] |
@@ -42,10 +42,11 @@
 //!
 //! - **Threads**: work runs on the current rayon pool: the global one, or your own by `rayon::ThreadPool::install`.
 //! - **Stopping**: a [`simplify::Listener`] receives progress. If it returns `ControlFlow::Break(())`, the run ends with
-//!   [`simplify::SimplifyError::Interrupted`], within about a tenth of a second in the closed assembly.
+//!   [`simplify::SimplifyError::Interrupted`], usually within a tenth of a second in the closed assembly.
 //! - **Determinism**: input, options and seed decide the result, on any number of threads of one instruction set. Seeds are arguments, and
 //!   nothing is read from the environment or the clock. Results change only with a version such as [`simplify::CLOSED_VERSION`].
-//! - **Errors** say in one line what is wrong, where and what to do. Any bytes may be read, and any mesh simplified, without a panic.
+//! - **Errors** say in one line what is wrong, where and what to do. Invalid files and meshes are errors, not panics: readers and simplifiers are
+//!   fuzzed.
 //!   A target that cannot be reached is no error: [`simplify::Outcome`] says what stopped it.
 //! - **Growth**: options, inputs, reports and errors are `#[non_exhaustive]`: make them by `new` or `default`, then set fields.
 //!
@@ -59,7 +60,7 @@
 //! | `paper` | yes | weights of the paper's network for its assembly and for clouds of points |
 //! | `picture` | yes | [`picture`] and [`appearance`] |
 //! | `weights` | yes | reading and writing of weights; those that ship need no feature but `paper` |
-//! | `job` | yes | [`job`]: documents with all they carry, requests, reports |
+//! | `job` | yes | [`job`]: documents with attributes, requests, reports |
 //! | `bake` | no | textures and a normal map of the original; needs a C++ compiler |
 //! | `meshopt` | no | glTF that meshoptimizer has compressed; needs a C++ compiler |
 //! | `3mf`, `fbx`, `draco`, `ktx2` | no | more formats; `fbx` needs a C compiler |

@@ -1,4 +1,4 @@
-//! The options of a job as data: what every face fills in, the program from its command line, others from what their callers pass.
+//! The options of a job by name, for the program's command line and for bindings.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -16,14 +16,16 @@ use super::request::{Ignored, Job, Repair};
 use super::size::{Bound, Count, Goal};
 use super::value::Value;
 
-/// Pieces smaller than that are no part of a print, in percent of the diagonal: 1 mm of 10 cm.
+/// Default of `printable`: smaller components are dropped, in percent of the diagonal; 1 mm of 10 cm.
 const PIECE_PERCENT: f64 = 1.0;
-/// Bits of a coordinate in a glTF of small numbers: what gltfpack takes.
+/// Bits per coordinate in a quantised glTF, as gltfpack.
 const POSITION_BITS: u32 = 14;
-/// Degrees between faces at what `keep_features` keeps.
+/// Crease angle of `keep_features`, in degrees.
 const FEATURE_ANGLE: f64 = 30.0;
 
-/// The options of `neural-mesh simplify` by their names, `_` for `-`; unknown ones are refused. Numbers may be texts as people type them.
+/// The options of `neural-mesh simplify` by name, with `_` for `-`; unknown names are errors.
+///
+/// Numbers may be given as text.
 ///
 /// ```
 /// use neural_mesh::job::{Arguments, Bound, Goal};
@@ -37,7 +39,7 @@ const FEATURE_ANGLE: f64 = 30.0;
 #[allow(missing_docs, reason = "the program's help says what each is")]
 pub struct Arguments {
     pub ratio: Option<Value>,
-    /// Shares of what has these names.
+    /// Shares of the vertices by name.
     pub ratio_of: BTreeMap<String, Value>,
     pub vertices: Option<Value>,
     pub faces: Option<Value>,
@@ -76,16 +78,16 @@ pub struct Arguments {
     pub no_weld: bool,
     pub no_check: bool,
     pub allow_outside: bool,
-    /// Whether weights of a network are given.
+    /// Whether network weights are given.
     #[serde(skip)]
     pub has_weights: bool,
 }
 
 impl Arguments {
-    /// The job that they ask for, whose results are OBJ where no format is given.
+    /// Returns the job; results are OBJ if no format is given.
     ///
     /// # Errors
-    /// [`JobError::Options`] where one is out of range or two contradict each other.
+    /// [`JobError::Options`] if an option is out of range or two contradict each other.
     pub fn job(&self) -> Result<Job, JobError> {
         let format = self.format.as_deref().unwrap_or("obj");
         let unknown =
@@ -95,7 +97,7 @@ impl Arguments {
         Ok(job)
     }
 
-    /// The same for results of this format; nothing is checked that depends on it.
+    /// Returns the job for results of this format, without checks that depend on it.
     ///
     /// # Errors
     /// As [`job`](Self::job).
@@ -117,7 +119,7 @@ impl Arguments {
         Ok(job)
     }
 
-    /// What is asked of the simplifier.
+    /// Returns the options of the simplifier.
     fn options(&self) -> Result<Options, JobError> {
         let mut options = Options::new(self.target()?);
         options.assembly = one_of("--assembly", self.assembly.as_ref(), &ASSEMBLIES)?;
@@ -141,12 +143,12 @@ impl Arguments {
         Ok(options)
     }
 
-    /// The size, as far as it is known before the mesh is.
+    /// Returns the target size if it does not depend on the mesh.
     fn target(&self) -> Result<Target, JobError> {
         if let Some(ratio) = &self.ratio {
             return typed("--ratio", ratio, share).map(Target::Ratio);
         }
-        // Shares of the faces are numbers when the mesh is known.
+        // Shares of the faces become numbers once the mesh is known.
         Ok(match (&self.vertices, &self.faces, self.goal()?) {
             (Some(text), ..) => match typed("--vertices", text, count)? {
                 Count::Share(ratio) => Target::Ratio(ratio),
@@ -161,7 +163,7 @@ impl Arguments {
         })
     }
 
-    /// What is asked for beside a number of vertices or faces.
+    /// Returns the goal other than a number of vertices or faces.
     fn goal(&self) -> Result<Goal, JobError> {
         if let Some(text) = &self.faces
             && let Count::Share(share) = typed("--faces", text, count)?
@@ -179,7 +181,7 @@ impl Arguments {
         }
     }
 
-    /// The size below which components are dropped: as given, or the distance asked for.
+    /// Returns the size below which components are dropped: as given, or the error bound.
     fn prune_below(&self) -> Result<Option<Bound>, JobError> {
         match &self.prune {
             Some(Value::Flag(true)) => distance("--error", self.error.as_ref()),
@@ -187,7 +189,7 @@ impl Arguments {
         }
     }
 
-    /// What is done to the mesh before it is simplified.
+    /// Returns the repair before simplification.
     fn repair(&self) -> Result<Option<Repair>, JobError> {
         if self.printable.as_ref().is_some_and(Value::is_given) {
             let size = distance("--printable", self.printable.as_ref())?;
@@ -199,7 +201,7 @@ impl Arguments {
         most.map(|most| Some(Repair::FillHoles(most))).map_err(|why| refused(format!("--fill-holes: {why}")))
     }
 
-    /// How the numbers of a result are packed, where that is asked for.
+    /// Returns the packing of a glTF.
     fn packing(&self) -> Result<Option<PackOptions>, JobError> {
         let Some(how) = self.compress.as_ref().filter(|how| how.is_given()) else { return Ok(None) };
         let compress = how.text().map_or(Ok(true), |how| one_of("--compress", Some(&how), &COMPRESS))?;
@@ -209,7 +211,7 @@ impl Arguments {
         Ok(Some(PackOptions { bits: POSITION_BITS, compress }))
     }
 
-    /// Where every vertex counts by its area, a network has nothing to do.
+    /// Rejects weights and the paper's assembly for options that use no network.
     fn check_no_network(&self, options: &Options) -> Result<(), JobError> {
         let option = match (&self.scores, options.scores) {
             (Some(_), ScoreSource::Geometry) => "--scores geometry",
@@ -225,7 +227,7 @@ impl Arguments {
         Err(refused(format!("{option}: {why}")))
     }
 
-    /// Refuses several sizes of the whole, and options that exclude each other.
+    /// Rejects several sizes and options that exclude each other.
     fn check(&self) -> Result<(), JobError> {
         self.check_size()?;
         let (keep, bake, lods) = (!self.keep.is_empty(), self.bake.is_some(), !self.lods.is_empty());
@@ -254,7 +256,7 @@ impl Arguments {
         both.map_or(Ok(()), |(_, one, _, other)| Err(excluded(one, other)))
     }
 
-    /// Refuses none or several sizes of the whole.
+    /// Rejects a missing size and more than one.
     fn check_size(&self) -> Result<(), JobError> {
         let sizes = [
             ("--ratio", given(&self.ratio)),
@@ -280,7 +282,6 @@ impl Arguments {
     }
 }
 
-/// Whether an option is given.
 fn given(value: &Option<Value>) -> bool {
     value.as_ref().is_some_and(Value::is_given)
 }
@@ -308,7 +309,7 @@ const IGNORED: [(&str, Ignored); 4] = [
     ("materials", Ignored::Materials),
 ];
 
-/// What one of several names stands for; the first where none is given.
+/// Looks up a name, the first if none is given.
 fn one_of<T: Copy>(option: &str, given: Option<&String>, names: &[(&str, T)]) -> Result<T, JobError> {
     let found = given.map_or(names.first(), |given| names.iter().find(|(name, _)| name == given));
     found.map(|(_, of)| *of).ok_or_else(|| {
@@ -317,13 +318,13 @@ fn one_of<T: Copy>(option: &str, given: Option<&String>, names: &[(&str, T)]) ->
     })
 }
 
-/// A value as its option reads it.
+/// Parses the value of an option.
 fn typed<T>(option: &str, value: &Value, read: fn(&str) -> Result<T, String>) -> Result<T, JobError> {
     let text = value.text().unwrap_or_default();
     read(&text).map_err(|why| refused(format!("{option} {text}: {why}")))
 }
 
-/// A distance, where one is given.
+/// Parses an optional distance.
 fn distance(option: &str, value: Option<&Value>) -> Result<Option<Bound>, JobError> {
     value.and_then(Value::text).map(|text| bound(option, &text)).transpose()
 }

@@ -1,4 +1,4 @@
-//! `--bake`: what the original looks like as textures of the result.
+//! `--bake`: textures of the original's appearance for the result.
 
 use crate::bake::{BakeError, BakeOptions, BakeSource, SIZES, bake};
 use crate::io::{Extra, Group};
@@ -7,15 +7,15 @@ use crate::mesh::{Attributes, Looks, TriMesh};
 use super::dress::{Baked, Dress};
 use super::error::JobError;
 
-/// What the material is called.
+/// Name of the baked material.
 const MATERIAL: &str = "baked";
 
-/// Refuses sizes of which there are no textures.
+/// Rejects unsupported texture sizes.
 pub fn check_size(size: usize) -> Result<(), JobError> {
     if SIZES.contains(&size) { Ok(()) } else { Err(JobError::Options(format!("--bake: {}", BakeError::BadSize(size)))) }
 }
 
-/// What a simplified mesh wears of its original: textures of `size` x `size` texels, as glTF has them or as a library of an OBJ.
+/// Bakes textures of `size` x `size` texels, for glTF or for an OBJ with its library.
 pub fn dress(
     size: usize,
     is_gltf: bool,

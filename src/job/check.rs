@@ -1,4 +1,4 @@
-//! Options that contradict each other.
+//! Checks for contradicting options.
 
 use crate::io::Format;
 use crate::simplify::{Assembly, Effort, Hidden, Optimize, Purpose};
@@ -8,19 +8,19 @@ use super::error::JobError;
 use super::request::{Job, Repair};
 use super::size::Goal;
 
-/// An option by its name, and whether it is given.
+/// Name of an option, and whether it is given.
 type Given = (&'static str, bool);
 
 impl Job {
-    /// Refuses options that contradict each other, and those that the format of the results has no place for.
+    /// Rejects options that contradict each other or that the format cannot store.
     ///
     /// # Errors
-    /// [`JobError::Options`] with the names of both.
+    /// [`JobError::Options`] names both options.
     pub fn check(&self) -> Result<(), JobError> {
         self.check_options().and_then(|()| self.check_format())
     }
 
-    /// Refuses what the format of the results has no place for.
+    /// Rejects options that the format cannot store.
     ///
     /// # Errors
     /// As [`check`](Self::check).
@@ -43,7 +43,7 @@ impl Job {
         Err(JobError::Options(what))
     }
 
-    /// Refuses options that contradict each other, whatever the format.
+    /// Rejects options that contradict each other in any format.
     ///
     /// # Errors
     /// As [`check`](Self::check).
@@ -74,7 +74,7 @@ impl Job {
         Ok(())
     }
 
-    /// What the paper's assembly has no means for.
+    /// Lists options that the paper's assembly does not support.
     fn not_with_paper(&self) -> [Given; 17] {
         let options = &self.options;
         [
@@ -98,7 +98,7 @@ impl Job {
         ]
     }
 
-    /// What is not there for mirrored results.
+    /// Lists options that mirrored results do not support.
     fn not_mirrored(&self) -> [Given; 7] {
         [
             ("--lock-boundaries", self.options.lock_boundaries),
@@ -111,7 +111,7 @@ impl Job {
         ]
     }
 
-    /// What is not there where names have shares of their own.
+    /// Lists options that named shares do not support.
     fn not_with_shares(&self) -> [Given; 4] {
         [
             ("--error", self.is_by_error()),

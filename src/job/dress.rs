@@ -1,33 +1,33 @@
-//! What a simplified mesh wears that was baked for it, in place of what it has of the original.
+//! A baked material that replaces the original's appearance.
 
 use crate::io::Extra;
 use crate::mesh::{Attributes, Looks};
 
 use serde::Serialize;
 
-/// All that is written of a baked mesh beside its surface.
+/// Everything about a baked mesh except its surface.
 pub struct Dress {
-    /// What its corners carry.
+    /// Attributes of the corners.
     pub attributes: Attributes,
-    /// Its material, by name.
+    /// Material by name.
     pub extra: Extra,
-    /// The same as pictures show it.
+    /// Appearance for pictures.
     pub looks: Looks,
-    /// What was done.
+    /// Figures of the bake.
     pub figures: Baked,
-    /// What could not be baked, in one line each.
+    /// Remarks about failures, one line each.
     pub notes: Vec<String>,
 }
 
-/// What was baked for a result.
+/// The figures of a bake.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Baked {
-    /// Texels a side of each texture.
+    /// Texels per side of each texture.
     pub size: usize,
-    /// Pieces that the surface was cut into.
+    /// Number of charts.
     pub charts: usize,
-    /// Share of the texels that lie in a chart.
+    /// Share of the texels inside charts.
     pub covered: f64,
-    /// From the simplified mesh to its textures, as bytes of PNG files; whoever has a clock fills it in.
+    /// Seconds from simplified mesh to PNG bytes; filled in by the caller.
     pub seconds: f64,
 }

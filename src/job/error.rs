@@ -1,21 +1,21 @@
-//! Why a job ends without a result.
+//! Errors of jobs.
 
 use std::error::Error;
 use std::fmt;
 
 use crate::simplify::SimplifyError;
 
-/// A reason to stop, in one line that says what and what to do; whoever named the input or the output says where.
+/// The error of a job, in one line that says what to do; the caller adds the name of the file.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum JobError {
     /// Options that are out of range, contradict each other or do not suit the document.
     Options(String),
-    /// The document cannot be read or simplified so.
+    /// The document cannot be read or simplified.
     Document(String),
     /// A result cannot be written.
     Output(String),
-    /// Whoever watches ended it.
+    /// The listener ended the job.
     Interrupted,
 }
 

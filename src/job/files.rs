@@ -1,38 +1,38 @@
-//! Results as files.
+//! Results and their files.
 
 use crate::io::{OutputFile, Packing};
 use crate::simplify::Simplified;
 
 use super::dress::Dress;
 
-/// Results that are to be written.
+/// The results for one file.
 #[derive(Default)]
 pub struct Meshes<'a> {
-    /// One, or the levels of detail of a scene.
+    /// One result, or the levels of detail of a scene.
     pub results: Vec<&'a Simplified>,
-    /// Shares of the screen down to which these are meant to be drawn.
+    /// Share of the screen down to which each level is drawn.
     pub coverage: Vec<f64>,
-    /// What the result wears in place of what it has of the original.
+    /// Baked material in place of the original's.
     pub dress: Option<&'a Dress>,
-    /// How the numbers of a glTF are packed, where they are.
+    /// Packing of a glTF.
     pub packing: Option<&'a Packing>,
 }
 
-/// A result as files.
+/// The files of a result.
 #[derive(Default)]
 pub struct Files {
-    /// The mesh.
+    /// Mesh file.
     pub bytes: Vec<u8>,
-    /// What belongs beside it.
+    /// Companion files, such as textures.
     pub beside: Vec<OutputFile>,
-    /// What the format does not hold, in one line each.
+    /// Remarks about content that the format cannot store, one line each.
     pub notes: Vec<String>,
-    /// Vertices of each result as the file has them, where it has such.
+    /// Vertices of each result in the file, if it has any.
     pub n_vertices: Vec<Option<usize>>,
 }
 
 impl Files {
-    /// Bytes of the mesh, with those of the buffer that a JSON has beside it.
+    /// Returns the bytes of the mesh, with those of the buffers of a JSON glTF.
     pub fn n_bytes(&self) -> usize {
         let buffers = self.beside.iter().filter(|file| file.path.extension().is_some_and(|ending| ending == "bin"));
         self.bytes.len() + buffers.map(|file| file.bytes.len()).sum::<usize>()

@@ -1,4 +1,4 @@
-//! How much vertices count, where a job says so.
+//! Vertex importance as a job sets it.
 
 use crate::simplify::{importance_of_channel, importance_of_groups};
 
@@ -6,7 +6,7 @@ use super::document::{Document, listed};
 use super::error::JobError;
 use super::request::Job;
 
-/// How much the vertices count, where the job names an attribute that says it, or a part of the mesh and its factor.
+/// Returns the importance of the vertices: as given, by attribute, or by name and factor; empty if not set.
 pub(super) fn importance(document: &Document, job: &Job) -> Result<Vec<f32>, JobError> {
     if let Some(given) = document.importance() {
         let refused = || JobError::Options("importance: needs numbers of at least 0, not all of them 0".into());
@@ -27,7 +27,7 @@ pub(super) fn importance(document: &Document, job: &Job) -> Result<Vec<f32>, Job
     })
 }
 
-/// How much the vertices count where the faces of one name count as often as `factor` says.
+/// Returns the importance of the vertices if faces with this name count `factor` times.
 fn importance_of_part(document: &Document, part: &str, factor: &str) -> Result<Vec<f32>, JobError> {
     let refused = |why: String| JobError::Options(format!("--importance {part}={factor}: {why}"));
     let number = factor.parse().ok().filter(|number: &f32| *number > 0.0 && number.is_finite());

@@ -1,24 +1,24 @@
-//! Levels of detail: by shares or numbers of vertices or faces, or by distances from the original.
+//! Levels of detail by shares, by numbers of vertices or faces, or by distances.
 
 use super::error::JobError;
 use super::parse::{bound, count, share};
 use super::size::{Bound, Count, Goal, LevelSize};
 
-/// What levels of detail are told by.
+/// The measure of levels of detail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum LodsBy {
     /// Vertices.
     Vertices,
     /// Faces.
     Faces,
-    /// Largest distances from the original.
+    /// Largest distance from the original.
     Error,
 }
 
-/// Reads levels as typed.
+/// Parses levels of detail.
 ///
 /// # Errors
-/// [`JobError::Options`] where a level is none, or is finer than the one before.
+/// [`JobError::Options`] if a level is invalid or finer than the one before.
 pub(super) fn levels(lods: &[String], by: Option<LodsBy>) -> Result<Goal, JobError> {
     if by == Some(LodsBy::Error) {
         let bounds = lods.iter().map(|text| bound("--lods", text)).collect::<Result<_, _>>()?;
@@ -39,7 +39,7 @@ pub(super) fn levels(lods: &[String], by: Option<LodsBy>) -> Result<Goal, JobErr
     Ok(Goal::Levels(sizes))
 }
 
-/// Refuses distances that fall, and those of which that is not known.
+/// Rejects distances that do not rise or have different units.
 fn checked_errors(bounds: Vec<Bound>) -> Result<Vec<Bound>, JobError> {
     let rises = |pair: &[Bound]| match (pair[0], pair[1]) {
         (Bound::Percent(before), Bound::Percent(next)) | (Bound::Absolute(before), Bound::Absolute(next)) => {
@@ -54,7 +54,7 @@ fn checked_errors(bounds: Vec<Bound>) -> Result<Vec<Bound>, JobError> {
     Err(JobError::Options(what.into()))
 }
 
-/// Reads a level as typed: a share of the vertices, where nothing says what numbers are of.
+/// Parses a level; without `by` a share of the vertices.
 fn size(text: &str, by: Option<LodsBy>) -> Result<LevelSize, String> {
     let number = || count(text).or_else(|why| share(text).map(Count::Share).map_err(|_| why));
     match by {

@@ -1,4 +1,4 @@
-//! Results of the simplifier, before they are measured.
+//! Results of the simplifier before they are measured.
 
 use crate::io::PackOptions;
 use crate::metrics::CertifiedDistance;
@@ -7,22 +7,22 @@ use crate::simplify::Simplified;
 use super::report::NamedShare;
 use super::request::Job;
 
-/// Results, and what else is known of them.
+/// Results and what is known about them.
 pub(super) struct Lighter {
-    /// One, or one for each level of detail.
+    /// One result, or one per level of detail.
     pub results: Vec<Simplified>,
-    /// A proof for each, where distances were asked for.
+    /// Proved distance of each, if an error was given.
     pub certified: Vec<CertifiedDistance>,
-    /// What a search could not look at.
+    /// Remark about the search.
     pub note: Option<&'static str>,
-    /// How numbers are to be packed.
+    /// Packing for the results.
     pub pack: Option<PackOptions>,
-    /// What became of names with shares of their own.
+    /// Results of named shares.
     pub named: Vec<NamedShare>,
 }
 
 impl Lighter {
-    /// Results of which nothing else is known.
+    /// Makes results about which nothing else is known.
     pub fn of(results: Vec<Simplified>, job: &Job) -> Self {
         Self { results, certified: Vec::new(), note: None, pack: job.compress, named: Vec::new() }
     }

@@ -1,10 +1,10 @@
-//! The front door: a document, what is asked of it, and what came of that.
+//! Complete jobs: simplify a document as a [`Job`] says, and report it.
 //!
-//! A [`Document`] is a mesh with all that its file says, or a glTF scene. A [`Job`] says what is asked: a size, how the mesh is read,
-//! repaired, simplified, baked, packed and measured. [`run`] does it; the [`Outcome`] has the results and one [`Report`], and makes the bytes
-//! of files. [`Arguments`] are the options of a job as data, for faces that get them by name. Paths, clocks, threads and words belong to whoever calls: the program, Python, a page.
+//! A [`Document`] is a mesh with everything its file contains, or a glTF scene. A [`Job`] sets the size, and how to read,
+//! repair, simplify, bake, pack and measure. [`run`] returns an [`Outcome`] with the results and one [`Report`]; it makes
+//! the bytes of files. [`Arguments`] are the options by name. Paths, clocks, threads and printing belong to the caller.
 //!
-//! Options are called in errors as the program calls them: `--error`, `--keep`.
+//! Errors name options as the program does: `--error`, `--keep`.
 
 mod advice;
 mod arguments;

@@ -1,4 +1,4 @@
-//! What came of a job.
+//! The outcome of a job.
 
 use crate::io::Packing;
 use crate::simplify::Simplified;
@@ -10,29 +10,30 @@ use super::files::{Files, Meshes};
 use super::report::{Level, Report};
 use super::request::Job;
 
-/// Area of a square as high as the screen, over that of the screen.
+/// Area of a square as high as the screen, relative to the screen.
 const SCREEN: f64 = 9.0 / 16.0;
 
-/// Results and what is told of them.
+/// The results of a job and its report.
 pub struct Outcome {
-    /// The result, or one for each level of detail.
+    /// One result, or one per level of detail.
     pub results: Vec<Simplified>,
-    /// What is told.
+    /// The report.
     pub report: Report,
-    /// What the result wears that was baked for it.
+    /// Baked material of the result.
     pub dress: Option<Dress>,
-    /// How the numbers of a glTF are packed, where they are.
+    /// Packing of a glTF.
     pub(super) packing: Option<Packing>,
     /// Notes before those that writing adds.
     pub(super) n_first_notes: usize,
 }
 
 impl Outcome {
-    /// Makes the files of the results: one for each where the names of the job say so, else one for all. The report has from then on how
-    /// many vertices they have, and what their format does not hold.
+    /// Makes the files: one per result if the job names several, else one for all.
+    ///
+    /// Adds to the report what writing shows: written vertices, and what the format cannot store.
     ///
     /// # Errors
-    /// [`JobError::Output`] where the format cannot hold a result.
+    /// [`JobError::Output`] if the format cannot store a result.
     pub fn write(&mut self, document: &Document, job: &Job) -> Result<Vec<Files>, JobError> {
         let is_one = !job.names.are_several();
         let coverage = if self.results.len() > 1 && is_one { coverage(&self.report.levels) } else { Vec::new() };
@@ -48,7 +49,7 @@ impl Outcome {
         Ok(files)
     }
 
-    /// Tells what files hold.
+    /// Adds what the files show to the report.
     fn tell(&mut self, files: &[Files]) {
         let n_vertices: Vec<Option<usize>> = files.iter().flat_map(|files| files.n_vertices.iter().copied()).collect();
         self.report.output.vertices_written = n_vertices.first().copied().flatten();
@@ -61,8 +62,7 @@ impl Outcome {
     }
 }
 
-/// Down to which share of the screen's area each level is drawn: until the next one shows no error. Nothing where errors
-/// were not measured.
+/// Returns the share of the screen's area down to which each level is drawn; empty without measured errors.
 fn coverage(levels: &[Level]) -> Vec<f64> {
     let area = |level: &Level| level.screen_coverage.map(|height| height * height * SCREEN);
     let next: Option<Vec<f64>> = levels.iter().skip(1).map(area).collect();

@@ -1,33 +1,33 @@
-//! Sizes and distances as people type them: `10%`, `10k`, `1.5M`, `2MB`. What is refused says what is taken.
+//! Parsers of sizes and distances as people write them: `10%`, `10k`, `1.5M`, `2MB`.
 
 use crate::simplify::{Axis, MirrorPlane, Symmetry};
 
 use super::error::JobError;
 use super::size::{Bound, Count, percent};
 
-/// Counts that a double holds, and larger than any mesh.
+/// Largest count: exact in doubles, and larger than any mesh.
 const MOST: f64 = 1e15;
 
 const SHARE: &str = "give a share above 0 and at most 1, like 0.1, or in percent, like 10%";
 const COUNT: &str = "give a whole number above 0, like 5000, 10k or 1.5M, or a share of the input, like 10%";
 
-/// A share: `0.1`, `10%`.
+/// Parses a share: `0.1`, `10%`.
 pub fn share(text: &str) -> Result<f64, String> {
     let value = share_of(text).ok_or(SHARE)?;
     let meant = (1.0 < value && value <= 100.0 && !text.contains('%')).then_some(value);
     if is_share(value) { Ok(value) } else { Err(with_suggestion(SHARE, meant)) }
 }
 
-/// A share of the whole, or of what has a name.
+/// A share of the whole or of a named group.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RatioOf {
-    /// The name; none for the whole.
+    /// Name; `None` for the whole.
     pub name: Option<String>,
-    /// The share, above 0 and at most 1.
+    /// Share, above 0 and at most 1.
     pub share: f64,
 }
 
-/// A share of the whole, or of what has a name: `10%`, `head=50%`.
+/// Parses a share of the whole or of a name: `10%`, `head=50%`.
 pub fn ratio_of(text: &str) -> Result<RatioOf, String> {
     match text.rsplit_once('=') {
         Some((name, of)) if !name.is_empty() => Ok(RatioOf { name: Some(name.into()), share: share(of)? }),
@@ -35,7 +35,7 @@ pub fn ratio_of(text: &str) -> Result<RatioOf, String> {
     }
 }
 
-/// A number of vertices or faces: `5000`, `10k`, `1.5M`, `10%`.
+/// Parses a number of vertices or faces: `5000`, `10k`, `1.5M`, `10%`.
 pub fn count(text: &str) -> Result<Count, String> {
     if text.contains('%') {
         return share_of(text).filter(|share| is_share(*share)).map(Count::Share).ok_or(COUNT.into());
@@ -51,7 +51,7 @@ pub fn count(text: &str) -> Result<Count, String> {
     Err(with_suggestion(COUNT, (0.0 < value && value < 1.0).then(|| percent(value))))
 }
 
-/// A distance as typed behind an option: `0.01`, `0.5%`.
+/// Parses a distance: `0.01`, `0.5%`. `option` is named in errors.
 pub fn bound(option: &str, text: &str) -> Result<Bound, JobError> {
     let (number, make): (&str, fn(f64) -> Bound) = match text.strip_suffix('%') {
         Some(number) => (number, Bound::Percent),
@@ -63,7 +63,7 @@ pub fn bound(option: &str, text: &str) -> Result<Bound, JobError> {
         .ok_or_else(|| JobError::Options(format!("{option} {text}: give a distance, like 0.01, or like 0.5%")))
 }
 
-/// A size as typed: `200000`, `500kB`, `2MB`.
+/// Parses a size in bytes: `200000`, `500kB`, `2MB`.
 pub(super) fn n_bytes(text: &str) -> Result<usize, JobError> {
     let binary = [("kib", 1024.0), ("mib", 1048576.0), ("gib", 1073741824.0)];
     let decimal = [("kb", 1e3), ("mb", 1e6), ("gb", 1e9), ("k", 1e3), ("m", 1e6), ("g", 1e9), ("b", 1.0)];
@@ -74,7 +74,7 @@ pub(super) fn n_bytes(text: &str) -> Result<usize, JobError> {
     value.map(|x| x as usize).ok_or_else(|| JobError::Options(format!("--size {text}: give bytes, like 500kB or 2MB")))
 }
 
-/// The plane of a symmetry as typed: nothing, `x`, `x=0.5`.
+/// Parses a symmetry: nothing, `x`, `x=0.5`.
 pub(super) fn symmetry(text: Option<&str>) -> Result<Symmetry, JobError> {
     let Some(text) = text else { return Ok(Symmetry::Best) };
     let (name, at) = text.split_once('=').map_or((text, None), |(name, at)| (name, Some(at)));
@@ -91,7 +91,7 @@ fn is_share(value: f64) -> bool {
     value > 0.0 && value <= 1.0
 }
 
-/// The number before a `%` as its hundredth, any other as it is.
+/// Parses a number, divided by 100 before a `%`.
 fn share_of(text: &str) -> Option<f64> {
     match text.trim().strip_suffix('%') {
         Some(percent) => scaled(percent, -2),
@@ -99,7 +99,7 @@ fn share_of(text: &str) -> Option<f64> {
     }
 }
 
-/// A number times a power of ten, rounded once: 0.7 % is 0.007, and no hundredth of what 0.7 is in doubles.
+/// Parses a number times a power of ten, rounded once: 0.7 % is exactly 0.007.
 pub fn scaled(text: &str, power: i32) -> Option<f64> {
     let text = text.trim();
     let value: f64 = match text.contains(['e', 'E']) {

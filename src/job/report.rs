@@ -1,4 +1,4 @@
-//! The report of a run, as the JSON that `--report` writes.
+//! The report of a job, as the JSON that `--report` writes.
 
 use crate::mesh::cleanup::CleanCounts;
 use crate::mesh::{TriMesh, topology};
@@ -11,104 +11,104 @@ use serde_json::{Map, Value};
 use super::dress::Baked;
 use super::size::{Bound, Count, Goal, LevelSize, percent};
 
-/// All that is reported of a run of `simplify`.
+/// The report of a run of `simplify`.
 #[derive(Debug, Serialize)]
 pub struct Report {
-    /// The mesh as cleaned.
+    /// Mesh after cleaning.
     pub input: Size,
-    /// The mesh as written.
+    /// Mesh as written.
     pub output: Output,
-    /// What was asked for.
+    /// Requested size.
     pub target: TargetWords,
-    /// `reached`, or `stopped: ` and why: a size that was not reached, a bound that is not held.
+    /// `reached`, or `stopped: ` and the reason.
     pub outcome: String,
-    /// `geometry` or `network`.
+    /// Source of the scores: `bending`, `geometry` or `network`.
     pub scores: &'static str,
     /// Seed of the sampling.
     pub seed: u64,
-    /// Threads used.
+    /// Number of threads.
     pub threads: usize,
-    /// Where the time went.
+    /// Times.
     pub seconds: Seconds,
-    /// What was cleaned on reading.
+    /// Changes made by cleaning.
     pub cleaned: Cleaned,
-    /// What was repaired, where `--fill-holes` or `--printable` asked for that.
+    /// Changes made by `--fill-holes` or `--printable`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub repaired: Option<Repaired>,
-    /// What was baked, where `--bake` asked for that.
+    /// Figures of `--bake`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub baked: Option<Baked>,
-    /// What became of names that had shares of their own.
+    /// Results of named shares.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub named: Vec<NamedShare>,
     /// Distance from the original; `null` with `--no-check`.
     pub distance: Option<Distance>,
-    /// Bounds of the largest distance, where `--error` asked for a proof.
+    /// Proved bounds of the largest distance, with `--error`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certified: Option<Certified>,
-    /// The plane that the result is mirrored about, as `x = 0`, where `--symmetric` asked for that.
+    /// Mirror plane such as `x = 0`, with `--symmetric`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mirror: Option<String>,
-    /// The levels of detail, where these were asked for; `output` is the first.
+    /// Levels of detail; `output` is the first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub levels: Vec<Level>,
-    /// What could not be kept, and what had to be mended, in one line each.
+    /// Remarks: content lost or repaired, one line each.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
-    /// Options that free what holds a result which was to be smaller, in one line each.
+    /// Options that would allow a smaller result, one line each.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub free: Vec<String>,
 }
 
-/// A result among several.
+/// One of several results.
 #[derive(Clone, Debug, Serialize)]
 pub struct Level {
-    /// The mesh as written.
+    /// Mesh as written.
     #[serde(flatten)]
     pub output: Output,
-    /// `reached`, or `stopped: ` and why: a size that was not reached, a bound that is not held.
+    /// `reached`, or `stopped: ` and the reason.
     pub outcome: String,
     /// Distance from the original; `null` with `--no-check`.
     pub distance: Option<Distance>,
-    /// Share of the screen's height that the whole mesh may take for its largest error to stay below a pixel of 1080 lines;
-    /// at most 1. `null` with `--no-check`.
+    /// Share of the screen's height at which the largest error is one pixel of 1080 lines, at most 1. `null` with
+    /// `--no-check`.
     pub screen_coverage: Option<f64>,
-    /// Bounds of the largest distance, where levels by distance asked for a proof.
+    /// Proved bounds of the largest distance, for levels by distance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certified: Option<Certified>,
 }
 
-/// The outcome where what was asked is held.
+/// The outcome of a run that met its goal.
 pub const REACHED: &str = "reached";
-/// How it begins where that is not so.
+/// Prefix of all other outcomes.
 const STOPPED: &str = "stopped: ";
 
-/// Lines of the screen that levels of detail are chosen for.
+/// Screen lines for which levels of detail are chosen.
 const SCREEN_LINES: f64 = 1080.0;
 
 impl Level {
-    /// With the coverage that follows from the distance.
+    /// Makes a level with the coverage that follows from its distance.
     pub fn new(output: Output, outcome: String, distance: Option<Distance>) -> Self {
         let coverage = |distance: Distance| (100.0 / distance.max_percent / SCREEN_LINES).min(1.0);
         Self { output, outcome, distance, screen_coverage: distance.map(coverage), certified: None }
     }
 }
 
-/// Bounds of the largest distance in either direction, in the unit of the mesh and in percent of its diagonal.
+/// Bounds of the largest two-sided distance, in the unit of the mesh and in percent of its diagonal.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Certified {
-    /// Some point is at least so far.
+    /// Lower bound: some point is at least this far.
     pub lower: f64,
-    /// No point is farther.
+    /// Upper bound: no point is farther.
     pub upper: f64,
-    /// The same in percent.
+    /// Lower bound in percent.
     pub lower_percent: f64,
-    /// The same in percent.
+    /// Upper bound in percent.
     pub upper_percent: f64,
 }
 
 impl Certified {
-    /// In both units; in percent of nothing, both are the same. `diagonal` is that of the input, of which less may have been compared.
+    /// Converts to both units; `diagonal` is that of the input. Without a diagonal percent equals the unit.
     pub fn of(distance: &CertifiedDistance, diagonal: f64) -> Self {
         let percent = if diagonal > 0.0 { 100.0 / diagonal } else { 1.0 };
         let CertifiedDistance { lower, upper, .. } = *distance;
@@ -116,24 +116,24 @@ impl Certified {
     }
 }
 
-/// What `--map` writes; vertices are numbered as in the cleaned mesh and in the result.
+/// The file that `--map` writes; vertices are those of the cleaned mesh and of the result.
 #[derive(Debug, Serialize)]
 pub struct MapFile<'a> {
-    /// The vertex of the file (from 0) that each input vertex was read from; missing for a scene.
+    /// File vertex (from 0) of each input vertex; missing for a scene.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file_vertices: Option<&'a [u32]>,
-    /// The output vertex that each input vertex went into; `null` where it was dropped.
+    /// Output vertex of each input vertex; `null` if it was dropped.
     pub output_vertices: Vec<Option<u32>>,
-    /// The input vertex nearest to each output vertex.
+    /// Input vertex nearest to each output vertex.
     pub input_vertices: &'a [u32],
-    /// For each corner of the output's faces the input face that it stands on.
+    /// Input face beneath each corner of the output's faces.
     pub corner_faces: &'a [[u32; 3]],
-    /// The weights of that face's corners.
+    /// Barycentric weights in that face.
     pub corner_weights: &'a [[[f32; 3]; 3]],
 }
 
 impl<'a> MapFile<'a> {
-    /// From the map of a result.
+    /// Makes the file from the map of a result.
     pub fn of(map: &'a crate::simplify::Map, file_vertices: Option<&'a [u32]>) -> Self {
         Self {
             file_vertices,
@@ -145,19 +145,19 @@ impl<'a> MapFile<'a> {
     }
 }
 
-/// How large a mesh is, and what it is as a surface.
+/// Size and topology of a mesh.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Size {
-    /// Vertices that a face uses.
+    /// Used vertices.
     pub vertices: usize,
     /// Faces.
     pub faces: usize,
-    /// The rest, where anyone asks for it: it takes longer than to write the mesh.
+    /// Topology, if requested: it takes longer than writing the mesh.
     #[serde(flatten)]
     pub shape: Option<Shape>,
 }
 
-/// What a mesh is as a surface.
+/// The topology of a mesh.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Shape {
     /// Whether no edge has only one face.
@@ -166,71 +166,73 @@ pub struct Shape {
     pub boundary_edges: usize,
     /// Edges with more than two faces.
     pub non_manifold_edges: usize,
-    /// Vertices where fans of faces only touch.
+    /// Vertices whose faces form several fans.
     pub non_manifold_vertices: usize,
-    /// Pieces joined over edges.
+    /// Components joined over edges.
     pub components: usize,
-    /// Vertices - edges + faces.
+    /// Euler characteristic.
     pub euler: i64,
 }
 
-/// The result, and what became of the input's parts on the way.
+/// The result and its relation to the input.
 #[derive(Clone, Debug, Serialize)]
 pub struct Output {
-    /// The figures of the mesh.
+    /// Size and topology.
     #[serde(flatten)]
     pub size: Size,
-    /// Vertices of the file: those at seams as often as their values differ. Missing where nothing is written and for STL, whose
-    /// faces share none.
+    /// Vertices in the file, where seams repeat them. Missing if nothing is written, and for STL, whose faces share none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub vertices_written: Option<usize>,
-    /// Components in their smallest closed form.
+    /// Components at their smallest closed form.
     pub components_at_minimum: usize,
-    /// Whether a smaller result would take the shape of a component.
+    /// Whether only the shape of components prevents a smaller result.
     pub components_keep_shape: bool,
     /// Components dropped.
     pub components_pruned: usize,
-    /// How many of these `--hidden drop` named.
+    /// Components dropped by `--hidden drop`.
     pub components_hidden: usize,
-    /// The components dropped, in the order of the input's faces.
+    /// Dropped components, in the order of the input's faces.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub dropped: Vec<Dropped>,
-    /// Edges of the input that had to stay edges: seams, boundaries between materials, creases.
+    /// Feature edges of the input: seams, boundaries between materials, creases.
     pub kept_edges: usize,
-    /// Vertices of the input that had to stay where they are.
+    /// Locked vertices of the input.
     pub locked_vertices: usize,
-    /// Vertices and edges of the input cut because more than one sheet met there.
+    /// Vertices and edges of the input split because several sheets met there.
     pub split_vertices: usize,
-    /// Edges that gave way to the other diagonal of their faces.
+    /// Flipped edges.
     pub flipped_edges: usize,
-    /// Vertices moved apart because their written positions would have been the same.
+    /// Vertices moved apart because their written positions would be equal.
     pub separated_vertices: usize,
 }
 
-/// What became of a name with a share of its own.
+/// The result of a named share.
 #[derive(Clone, Debug, Serialize)]
 pub struct NamedShare {
-    /// The name.
+    /// Name.
     pub name: String,
-    /// Share of the vertices that was asked for.
+    /// Requested share of the vertices.
     pub ratio: f64,
-    /// Its faces in the input.
+    /// Faces in the input.
     pub faces_before: usize,
-    /// Its faces in the result.
+    /// Faces in the result.
     pub faces: usize,
 }
 
-/// A component that was dropped.
+/// A dropped component.
 #[derive(Clone, Debug, Serialize)]
 pub struct Dropped {
-    /// The mesh of the scene, or the object, and its material; as far as the file names them.
+    /// Name of its mesh or object, and material, if the file has them.
     pub name: String,
-    /// Faces that it had.
+    /// Number of its faces.
     pub faces: usize,
 }
 
-/// What was asked for: `{"ratio": 0.1}`, `{"vertices": 100}`, `{"faces": 100}`, `{"faces_percent": 10.0}`, `{"error": 0.01}`, `{"error_percent": 0.5}`,
-/// `{"bytes": 500000}`, `{"lods": [0.5, 0.1]}`, `{"lods_faces": ["20000", "10%"]}`, `{"lods_vertices": ["20000"]}` or `{"lods_error": ["0.1%"]}`.
+/// The requested size, with one key.
+///
+/// `{"ratio": 0.1}`, `{"vertices": 100}`, `{"faces": 100}`, `{"faces_percent": 10.0}`, `{"error": 0.01}`, `{"error_percent":
+/// 0.5}`, `{"bytes": 500000}`, `{"lods": [0.5, 0.1]}`, `{"lods_faces": ["20000", "10%"]}`, `{"lods_vertices": ["20000"]}` or
+/// `{"lods_error": ["0.1%"]}`.
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TargetWords {
@@ -258,7 +260,7 @@ pub enum TargetWords {
     LodsError(Vec<String>),
 }
 
-/// What was asked for.
+/// Returns the requested size for a report.
 pub fn target_words(goal: &Goal, first: Target) -> TargetWords {
     match goal {
         Goal::Target => first.into(),
@@ -271,7 +273,7 @@ pub fn target_words(goal: &Goal, first: Target) -> TargetWords {
     }
 }
 
-/// Returns levels of detail, which are of one kind: shares of the vertices as numbers, all others as they are typed.
+/// Returns levels of detail, which are of one kind: shares of the vertices as numbers, all others as text.
 fn levels(sizes: &[LevelSize]) -> TargetWords {
     let share =
         |size: &LevelSize| if let LevelSize::Vertices(Count::Share(share)) = size { Some(*share) } else { None };
@@ -289,25 +291,25 @@ fn levels(sizes: &[LevelSize]) -> TargetWords {
     }
 }
 
-/// Seconds of wall clock; whoever has a clock fills them in.
+/// Wall-clock seconds, filled in by the caller.
 #[derive(Debug, Default, Serialize)]
 pub struct Seconds {
-    /// From opening the input to parsed arrays.
+    /// From opening the input to arrays.
     pub read: f64,
-    /// From parsed arrays, through weld and cleanup, to the finished mesh.
+    /// From arrays through cleanup to the finished mesh.
     pub simplify: f64,
-    /// From the finished mesh to bytes on the disk.
+    /// From the finished mesh to bytes on disk.
     pub write: f64,
     /// Measuring input and output.
     pub check: f64,
-    /// From the finished mesh to its textures, where these are baked.
+    /// From the finished mesh to baked textures.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bake: Option<f64>,
-    /// Parts of `simplify` by name, in order.
+    /// Stages of `simplify` by name, in order.
     pub stages: Map<String, Value>,
 }
 
-/// Faces and vertices that were cleaned.
+/// Numbers of cleaned faces and vertices.
 #[derive(Debug, Serialize)]
 pub struct Cleaned {
     welded_vertices: usize,
@@ -319,43 +321,43 @@ pub struct Cleaned {
     dropped_faces: usize,
 }
 
-/// What a repair did before the mesh was simplified.
+/// Changes made by a repair.
 #[derive(Debug, Serialize)]
 pub struct Repaired {
-    /// Loops of the boundary that were closed.
+    /// Boundary loops closed.
     pub holes_filled: usize,
-    /// Loops that were left open.
+    /// Boundary loops left open.
     pub holes_left: usize,
     /// Faces over holes.
     pub faces_added: usize,
-    /// Faces that went.
+    /// Faces removed.
     pub faces_removed: usize,
-    /// Faces that were turned over.
+    /// Faces reversed.
     pub faces_turned: usize,
-    /// Components that went.
+    /// Components dropped.
     pub components_dropped: usize,
-    /// Components that came apart from others.
+    /// Components split off others.
     pub components_added: usize,
-    /// Components that were turned over as a whole.
+    /// Components reversed as a whole.
     pub components_flipped: usize,
 }
 
-/// Samples on each surface for the distance: enough for its mean within a hundredth.
+/// Samples on each surface: enough for a mean distance within 1 %.
 pub const SAMPLES: usize = 8000;
 
-/// Two-sided distance in percent of the diagonal of the original's bounding box.
+/// Two-sided distance in percent of the original's bounding box diagonal.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Distance {
     /// Mean of both directions.
     pub mean_percent: f64,
-    /// Largest found in either direction: the true one is at least this.
+    /// Largest sampled distance, a lower bound of the true one.
     pub max_percent: f64,
     /// Samples on each surface.
     pub samples: usize,
 }
 
 impl Size {
-    /// The size of a mesh without unused vertices, with its shape or without.
+    /// Measures a mesh without unused vertices, with or without its topology.
     pub fn of(mesh: &TriMesh, with_shape: bool) -> Self {
         let shape = with_shape.then(|| Shape::of(mesh));
         Self { vertices: mesh.positions().len(), faces: mesh.faces().len(), shape }
@@ -377,7 +379,7 @@ impl Shape {
 }
 
 impl Output {
-    /// The figures of the result.
+    /// Takes the figures of a result.
     pub fn of(size: Size, done: &crate::simplify::Report) -> Self {
         Self {
             size,
@@ -436,14 +438,14 @@ impl From<&RepairCounts> for Repaired {
 }
 
 impl Distance {
-    /// In percent of the diagonal; a mesh in one point has none, and its distances stay as they are.
+    /// Converts to percent of the diagonal; without one, distances are kept as they are.
     pub fn of(measured: &QuickDistance) -> Self {
         let percent = if measured.diagonal > 0.0 { 100.0 / measured.diagonal } else { 1.0 };
         Self { mean_percent: measured.mean * percent, max_percent: measured.max * percent, samples: measured.n_samples }
     }
 }
 
-/// The word for where the scores came from.
+/// Returns the name of the scores' source.
 pub fn score_words(source: ScoreSource) -> &'static str {
     match source {
         ScoreSource::Bending => "bending",
@@ -452,7 +454,7 @@ pub fn score_words(source: ScoreSource) -> &'static str {
     }
 }
 
-/// The words for how it ended: `reached`, or `stopped: ` and why.
+/// Returns `reached`, or `stopped: ` and the reason.
 pub fn outcome_words(outcome: &Outcome) -> String {
     match outcome {
         Outcome::Reached => REACHED.into(),
@@ -460,7 +462,7 @@ pub fn outcome_words(outcome: &Outcome) -> String {
     }
 }
 
-/// What stopped a run that ended in these words.
+/// Returns the reason in an outcome that begins with `stopped: `.
 pub fn why_stopped(outcome: &str) -> Option<&str> {
     outcome.strip_prefix(STOPPED)
 }

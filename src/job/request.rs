@@ -1,11 +1,11 @@
-//! What is asked of a document.
+//! Jobs: everything requested of a document.
 
 use crate::io::{Format, PackOptions};
 use crate::simplify::{Options, Target};
 
 use super::size::{Bound, Count, Goal};
 
-/// All that is asked, whatever the document: how it is read, simplified and written.
+/// A request, independent of the document: how to read, simplify and write it.
 ///
 /// ```
 /// use neural_mesh::job::{Bound, Goal, Job};
@@ -19,48 +19,48 @@ use super::size::{Bound, Count, Goal};
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Job {
-    /// What is asked of the simplifier.
+    /// Options of the simplifier.
     pub options: Options,
-    /// How its target is meant.
+    /// The goal; decides how the target is used.
     pub goal: Goal,
-    /// The format that results are written in.
+    /// Format of the results.
     pub format: Format,
-    /// What their files will be called.
+    /// Names of their files.
     pub names: Names,
-    /// Whether vertices at equal positions become one.
+    /// Whether vertices at equal positions are welded.
     pub weld: bool,
-    /// Vertices nearer than that become one.
+    /// Distance below which vertices are welded.
     pub weld_near: Option<Bound>,
-    /// How far seams may leave their places, in texels; `None` for the share of the texture that is the default.
+    /// Distance that seams may move, in texels; `None` for the default share of the texture.
     pub seam_texels: Option<f64>,
-    /// Components smaller than that are dropped.
+    /// Size below which components are dropped.
     pub prune_below: Option<Bound>,
-    /// What is done to the mesh before.
+    /// Repair before simplification.
     pub repair: Option<Repair>,
-    /// Texels a side of the textures that are baked, where such are asked for.
+    /// Texels per side of baked textures.
     pub bake: Option<usize>,
-    /// How the numbers of a glTF are packed, where they are.
+    /// Packing of a glTF.
     pub compress: Option<PackOptions>,
-    /// Texels a side of its textures at most, where that is bounded.
+    /// Largest texture side in texels.
     pub textures: Option<usize>,
-    /// What the result does not need of what the mesh carries.
+    /// Attributes that the result does not need.
     pub ignore: Vec<Ignored>,
-    /// Name of the attribute that says how much vertices count, or `NAME=FACTOR`.
+    /// Attribute with the vertex importance, or `NAME=FACTOR`.
     pub importance: Option<String>,
-    /// Names of what comes back as it is.
+    /// Names of unchanged faces.
     pub keep: Vec<String>,
-    /// Names with shares of their own, above 0 and at most 1.
+    /// Names with their own shares, above 0 and at most 1.
     pub shares: Vec<(String, f64)>,
-    /// Whether what the mesh names may be read from outside its folder.
+    /// Whether files outside the mesh's folder may be read.
     pub allow_outside: bool,
-    /// Whether the distance from the original is measured.
+    /// Whether to measure the distance from the original.
     pub check: bool,
-    /// Whether the report says what meshes are as surfaces: that takes longer than to write them.
+    /// Whether to report topology, which takes longer than writing the mesh.
     pub shapes: bool,
 }
 
 impl Job {
-    /// With these options, results of this format, and nothing else asked for.
+    /// Makes a job with these options and format, and defaults otherwise.
     pub fn new(options: Options, format: Format) -> Self {
         Self {
             options,
@@ -85,7 +85,7 @@ impl Job {
         }
     }
 
-    /// The size that is asked for, of a mesh of so many faces.
+    /// Returns the target for a mesh with `n_faces` faces.
     pub fn target(&self, n_faces: usize) -> Target {
         match &self.goal {
             Goal::ShareOfFaces(share) => Target::Faces(Count::Share(*share).of(n_faces)),
@@ -94,67 +94,67 @@ impl Job {
         }
     }
 
-    /// Whether a glTF is taken as the scene that it is.
+    /// Returns whether a glTF stays a scene.
     pub(super) fn takes_scenes(&self) -> bool {
         matches!(self.format, Format::Gltf | Format::Glb) && self.bake.is_none()
     }
 
-    /// Whether some vertices of the input are held in their places: those of boundaries or of what is kept.
+    /// Returns whether some vertices are locked: at boundaries or kept faces.
     pub(super) fn holds_places(&self) -> bool {
         self.options.lock_boundaries || !self.keep.is_empty() || !self.shares.is_empty()
     }
 
-    /// Whether positions of the input are promised to stay as they are.
+    /// Returns whether some vertices must keep their exact positions.
     pub(super) fn keeps_positions(&self) -> bool {
         self.options.subset || self.holds_places()
     }
 }
 
-/// What the files of results will be called: what stands beside them is named after that.
+/// The names of result files; companion files are named after them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Names {
-    /// One file for all results, or one for each; none where nobody says.
+    /// One file for all results, or one each; empty if unknown.
     pub files: Vec<String>,
-    /// What is shared by levels of detail is named after it.
+    /// Base name of files that levels of detail share.
     pub shared: Option<String>,
 }
 
 impl Names {
-    /// What the file of a result will be called.
+    /// Returns the name of a result's file.
     pub fn file(&self, number: usize) -> &str {
         self.files.get(number).map_or("mesh", String::as_str)
     }
 
-    /// Whether each result has a file of its own.
+    /// Returns whether each result has its own file.
     pub fn are_several(&self) -> bool {
         self.files.len() > 1
     }
 }
 
-/// What is done to a mesh before it is simplified.
+/// A repair before simplification.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Repair {
-    /// Holes of at most so many edges are closed.
+    /// Closes holes of at most this many edges.
     FillHoles(usize),
-    /// It becomes a solid; pieces smaller than that go.
+    /// Makes a solid; drops components below this size.
     Printable(Bound),
 }
 
-/// What a result does not need of what a mesh carries.
+/// A kind of attribute that the result does not need.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ignored {
-    /// Texture coordinates, and the tangents that follow them.
+    /// Texture coordinates and tangents.
     Uv,
     /// Normals.
     Normals,
-    /// Colours of vertices.
+    /// Vertex colours.
     Colors,
     /// Materials and groups of faces.
     Materials,
 }
 
 impl Ignored {
-    /// What it is called.
+    /// Returns the name of the option's value.
     pub fn name(self) -> &'static str {
         match self {
             Self::Uv => "uv",

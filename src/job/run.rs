@@ -1,4 +1,4 @@
-//! Does a job: simplifies, bakes, packs, measures and tells.
+//! Execution of a job: simplify, bake, pack, measure and report.
 
 use crate::io::{Format, PackOptions, Packing};
 use crate::mesh::Role;
@@ -27,7 +27,7 @@ use super::size::{Goal, LevelSize};
 use super::watch::{Part, Watch};
 use super::within::within;
 
-/// Simplifies a document as a job asks, on the threads of the pool that it is called in; nothing is written.
+/// Runs a job on the current thread pool; writes no files.
 ///
 /// ```
 /// use std::ops::ControlFlow;
@@ -47,7 +47,8 @@ use super::within::within;
 /// ```
 ///
 /// # Errors
-/// [`JobError`]: options that contradict each other or do not suit the document, a mesh that cannot be simplified so, whoever watches ends it.
+/// [`JobError`] if options contradict each other or do not suit the document, the mesh cannot be simplified, or the listener
+/// ends the job.
 pub fn run(
     document: &Document,
     job: &Job,
@@ -93,7 +94,7 @@ fn lighter(
     Ok(Lighter { named, ..lighter })
 }
 
-/// Simplifies to what the job asks of the whole.
+/// Simplifies the input to the job's goal.
 fn whole(
     document: &Document,
     input: &Input,
@@ -122,7 +123,7 @@ fn whole(
     }
 }
 
-/// Returns the bytes that a result takes when it is written.
+/// Returns the size of a result when written.
 fn bytes_of(document: &Document, result: &Simplified, job: &Job) -> Result<usize, JobError> {
     let (packing, _) = packed(document, &[result], job.compress, job)?;
     let alone = Meshes { results: vec![result], packing: packing.as_ref(), ..Meshes::default() };
@@ -130,7 +131,7 @@ fn bytes_of(document: &Document, result: &Simplified, job: &Job) -> Result<usize
     files.map(|files| files.n_bytes()).map_err(|error| JobError::Output(error.to_string()))
 }
 
-/// What is asked of the simplifier, now that the mesh is known.
+/// Returns the simplifier's options for this document.
 fn options_for(document: &Document, job: &Job) -> Result<Options, JobError> {
     let prune_below = job.prune_below.map_or(0.0, |size| size.over(document.diagonal()));
     let symmetric = job.options.symmetric.map(|symmetry| document.symmetry(symmetry)).transpose()?;
@@ -144,12 +145,12 @@ fn options_for(document: &Document, job: &Job) -> Result<Options, JobError> {
     Ok(options)
 }
 
-/// Returns a target of the whole in numbers, where some names have shares: what is simplified has fewer vertices then.
+/// Converts a target to a number of vertices if names have shares, since the remaining input has fewer vertices.
 fn numbered(target: Target, document: &Document, job: &Job) -> Target {
     if job.shares.is_empty() { target } else { shares::in_numbers(target, document.mesh().positions().len()) }
 }
 
-/// What a result wears that is baked for it, where that is asked for.
+/// Bakes a material for the result, if the job says so.
 fn dressed(
     document: &Document,
     results: &[Simplified],
@@ -165,7 +166,7 @@ fn dressed(
     Ok(Some(Dress { notes: [missing, dress.notes].concat(), ..dress }))
 }
 
-/// How the numbers of results are packed, where that is asked for; beside it what cannot be, in one line each.
+/// Packs results, if the job says so; also returns what cannot be packed, one line each.
 fn packed(
     document: &Document,
     results: &[&Simplified],
@@ -178,7 +179,7 @@ fn packed(
     Ok((Some(packing), notes))
 }
 
-/// The size of a result, and how far it is from the original; what it is as a surface where someone is told.
+/// Measures size, distance and, if requested, topology of a result.
 fn measured(document: &Document, result: &Simplified, packing: Option<&Packing>, job: &Job) -> Level {
     let distance = || document.distance(result, packing, SAMPLES).as_ref().map(Distance::of);
     let mut output = Output::of(Size::of(&result.mesh, job.shapes), &result.report);
@@ -186,14 +187,14 @@ fn measured(document: &Document, result: &Simplified, packing: Option<&Packing>,
     Level::new(output, outcome_words(&result.report.outcome), job.check.then(distance).flatten())
 }
 
-/// What is done where nothing says which poses there are.
+/// Returns a note if `--for poses` finds no poses.
 fn no_poses(document: &Document, job: &Job) -> Option<String> {
     let has_poses = document.attributes().channels.iter().any(|channel| channel.role == Role::MorphPosition);
     let what = "--for poses: the mesh has no skin or morph targets, so every region is assumed to bend alike";
     (job.options.purpose == Purpose::Poses && !has_poses).then(|| what.into())
 }
 
-/// What a proof leaves out, where components went by name.
+/// Returns a note if components dropped by option are not part of the proof.
 fn of_rest(job: &Job, result: &Simplified) -> Option<String> {
     let is_by_name = job.prune_below.is_some() || job.options.hidden == Hidden::Drop;
     let is_proved = matches!(job.goal, Goal::Error(_) | Goal::ErrorLevels(_));

@@ -1,4 +1,4 @@
-//! `--ratio NAME=50%`: what has a name keeps a share of its own, the rest makes up the size of the whole.
+//! `--ratio NAME=50%`: named faces keep their own share; the rest makes up the total size.
 
 use crate::model::Weights;
 use crate::simplify::{Event, GroupRatio, Options, Simplified, SimplifiedGroups, Target, simplify_groups};
@@ -9,10 +9,10 @@ use super::report::NamedShare;
 use super::request::Job;
 use super::watch::Watch;
 
-/// Share of the run that is over when the rest begins; the bar waits there.
+/// Share of the progress bar for named faces.
 const OF_RUN: f32 = 0.5;
 
-/// Simplifies each name to its share, and holds what is kept; returns what the rest is simplified from.
+/// Simplifies each name to its share and locks kept faces; returns the input for the rest.
 pub fn simplify_named(
     document: &Document,
     importance: &[f32],
@@ -51,7 +51,7 @@ pub fn simplify_named(
     Ok((made, told))
 }
 
-/// Takes results over to the vertices and faces of the mesh that was read.
+/// Converts results to vertices and faces of the mesh that was read.
 pub fn widen(results: &mut [Simplified], made: &SimplifiedGroups) {
     for result in results {
         result.report.dropped.iter_mut().for_each(|component| component.face = made.faces[component.face as usize]);
@@ -61,7 +61,7 @@ pub fn widen(results: &mut [Simplified], made: &SimplifiedGroups) {
     }
 }
 
-/// Returns the target as a number where it is a share of so many vertices: what is simplified has fewer of its own.
+/// Converts a share of `n_vertices` to a number.
 pub fn in_numbers(target: Target, n_vertices: usize) -> Target {
     match target {
         Target::Ratio(ratio) => Target::Vertices(((n_vertices as f64 * ratio) as usize).max(1)),

@@ -1,33 +1,33 @@
-//! What a result has to meet: sizes, distances, bytes, levels of detail.
+//! Goals: sizes, distances, bytes, levels of detail.
 
 use std::fmt;
 
 use crate::simplify::Target;
 
-/// What a result has to meet.
+/// The goal of a job.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Goal {
-    /// The target of the options.
+    /// Target of the simplifier's options.
     Target,
-    /// A share of the faces.
+    /// Share of the faces.
     ShareOfFaces(f64),
-    /// A largest distance from the original.
+    /// Largest distance from the original.
     Error(Bound),
-    /// A number of bytes.
+    /// Bytes of the file.
     Size(usize),
     /// Levels of detail, each no larger than the one before.
     Levels(Vec<LevelSize>),
-    /// Levels of detail by largest distances from the original, which rise.
+    /// Levels of detail by rising largest distances from the original.
     ErrorLevels(Vec<Bound>),
 }
 
 impl Goal {
-    /// Whether it bounds the result, as a number of vertices or faces does not.
+    /// Returns whether the goal is an upper bound of distance or bytes.
     pub fn is_bound(&self) -> bool {
         matches!(self, Self::Error(_) | Self::Size(_) | Self::ErrorLevels(_))
     }
 
-    /// How many levels of detail there are to be, where there are.
+    /// Returns the number of levels of detail, if there are any.
     pub fn n_levels(&self) -> Option<usize> {
         match self {
             Self::Levels(sizes) => Some(sizes.len()),
@@ -37,21 +37,21 @@ impl Goal {
     }
 }
 
-/// How many vertices or faces stay.
+/// A number of vertices or faces, absolute or relative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Count {
-    /// So many.
+    /// A number.
     Number(usize),
-    /// So many of those there are, above 0 and at most 1.
+    /// A share, above 0 and at most 1.
     Share(f64),
 }
 
 impl Count {
-    /// The number where there are `n`; at least 1.
+    /// Returns the number for a total of `n`, at least 1.
     pub fn of(self, n: usize) -> usize {
         match self {
             Self::Number(number) => number,
-            // 29 % of 100 are 29, and 28.999999999999996 in doubles.
+            // 29 % of 100 is 28.999999999999996 in doubles.
             Self::Share(share) => ((n as f64 * share * (1.0 + 1e-12)) as usize).max(1),
         }
     }
@@ -66,7 +66,7 @@ impl fmt::Display for Count {
     }
 }
 
-/// A share in percent, without the noise of doubles.
+/// Converts a share to percent, without the noise of doubles.
 pub fn percent(share: f64) -> f64 {
     (share * 1e14).round() / 1e12
 }
@@ -81,7 +81,7 @@ pub enum LevelSize {
 }
 
 impl LevelSize {
-    /// Returns the target for a mesh of so many faces.
+    /// Returns the target for a mesh with `n_faces` faces.
     pub fn target(self, n_faces: usize) -> Target {
         match self {
             Self::Vertices(Count::Share(ratio)) => Target::Ratio(ratio),
@@ -90,7 +90,7 @@ impl LevelSize {
         }
     }
 
-    /// The number or the share, whatever it is of.
+    /// Returns the number or share.
     pub fn count(self) -> Count {
         match self {
             Self::Vertices(count) | Self::Faces(count) => count,
@@ -103,7 +103,7 @@ impl LevelSize {
 pub enum Bound {
     /// In the unit of the mesh.
     Absolute(f64),
-    /// In percent of the diagonal of the mesh's bounding box.
+    /// In percent of the mesh's bounding box diagonal.
     Percent(f64),
 }
 
@@ -117,7 +117,7 @@ impl fmt::Display for Bound {
 }
 
 impl Bound {
-    /// In the unit of a mesh with this diagonal.
+    /// Converts to the unit of a mesh with this diagonal.
     pub fn over(self, diagonal: f64) -> f64 {
         match self {
             Self::Absolute(distance) => distance,

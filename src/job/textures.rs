@@ -1,4 +1,4 @@
-//! `--textures`: images made smaller on their way into files.
+//! `--textures`: images made smaller while files are written.
 
 use std::collections::{BTreeSet, HashMap};
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -13,29 +13,29 @@ use jpeg_encoder::{ColorType, Encoder};
 use resize::px::PixelFormat;
 use resize::{Filter, Resizer, Type};
 
-/// Of 100, for JPEG.
+/// JPEG quality, of 100.
 const QUALITY: u8 = 90;
 
-/// What became of images, by hashes of their bytes and their uses; nothing of those that stay.
+/// Resized images by hash of bytes and use; `None` for unchanged ones.
 type Made = HashMap<(u64, ImageUse), Option<Vec<u8>>>;
 
-/// Makes images smaller that are longer than `side` pixels; the others keep every byte.
+/// A resizer of images longer than `side` pixels; others keep every byte.
 #[derive(Debug)]
 pub struct Textures {
     side: usize,
-    /// What was made, by what of, so that several results share it.
+    /// Images made so far, shared by all results.
     made: Mutex<Made>,
-    /// Why images could not be made smaller.
+    /// Reasons why images could not be resized.
     problems: Mutex<BTreeSet<String>>,
 }
 
 impl Textures {
-    /// Images of at most `side` pixels a side.
+    /// Creates a resizer for images of at most `side` pixels per side.
     pub fn new(side: usize) -> Self {
         Self { side, made: Mutex::default(), problems: Mutex::default() }
     }
 
-    /// What could not be made smaller.
+    /// Returns a note about images that could not be resized.
     pub fn note(&self) -> Option<String> {
         let problems = self.problems.lock().ok()?;
         problems.first().map(|problem| format!("an image keeps its size: it {problem}"))
@@ -67,7 +67,7 @@ impl ImageConverter for Textures {
     }
 }
 
-/// The file of an image as one of the same format, PNG for KTX2, whose longer side has `side` pixels; `None` where it cannot be read.
+/// Resizes an image file in its format (PNG for KTX2) so that its longer side has `side` pixels; `None` if unreadable.
 fn smaller(file: &[u8], used: ImageUse, side: usize) -> Option<Vec<u8>> {
     let image = decode_image(file)?;
     let longer = image.width.max(image.height);
@@ -83,9 +83,9 @@ fn smaller(file: &[u8], used: ImageUse, side: usize) -> Option<Vec<u8>> {
     Some(if is_opaque { encode_png_opaque(&smaller) } else { encode_png(&smaller) })
 }
 
-/// Colours by their light, as far as they are opaque.
+/// Colours averaged in linear light, weighted by opacity.
 struct Colours {
-    /// The light of each byte.
+    /// Linear light of each byte.
     light: [f32; 256],
 }
 
@@ -123,7 +123,7 @@ impl PixelFormat for Colours {
     }
 }
 
-/// Numbers by their means.
+/// Numbers averaged as they are.
 struct Numbers;
 
 impl PixelFormat for Numbers {
@@ -148,7 +148,7 @@ impl PixelFormat for Numbers {
     }
 }
 
-/// Makes an image of another size: colours by their light, as far as they are opaque; numbers by their means; directions of length 1.
+/// Resizes an image by its use: colours in linear light, numbers by mean, directions normalised.
 fn resized(image: &Image, size: [usize; 2], used: ImageUse) -> Result<Image, resize::Error> {
     let mut pixels = match used {
         ImageUse::Colours => resample(image, size, Colours::new(), Type::Lanczos3)?,
@@ -160,7 +160,7 @@ fn resized(image: &Image, size: [usize; 2], used: ImageUse) -> Result<Image, res
     Ok(Image { width: size[0], height: size[1], rgba: pixels.into_flattened() })
 }
 
-/// Makes pixels of another size by this kernel.
+/// Resamples pixels with this kernel.
 fn resample<P>(image: &Image, [width, height]: [usize; 2], of: P, kernel: Type) -> Result<Vec<[u8; 4]>, resize::Error>
 where
     P: PixelFormat<InputPixel = [u8; 4], OutputPixel = [u8; 4]>,
@@ -171,7 +171,7 @@ where
     Ok(pixels)
 }
 
-/// Makes a direction one of length 1; opacity stays.
+/// Normalises a direction; keeps the opacity.
 fn normalise(pixel: &mut [u8; 4]) {
     let direction: [f32; 3] = std::array::from_fn(|axis| f32::from(pixel[axis]) / 127.5 - 1.0);
     let length = direction.iter().map(|x| x * x).sum::<f32>().sqrt();

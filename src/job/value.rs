@@ -1,8 +1,8 @@
-//! The value of an option as a face has it: a flag, a number, a text.
+//! The value of an option: a flag, a number, a text.
 
 use serde::Deserialize;
 
-/// A value of an option; numbers and texts mean what they mean on the command line.
+/// An option's value; numbers and texts are read as on the command line.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(untagged)]
 pub enum Value {
@@ -15,7 +15,7 @@ pub enum Value {
 }
 
 impl Value {
-    /// As it is typed; `None` for a flag.
+    /// Returns the value as text; `None` for a flag.
     pub fn text(&self) -> Option<String> {
         match self {
             Self::Flag(_) => None,
@@ -24,7 +24,7 @@ impl Value {
         }
     }
 
-    /// Whether the option is given.
+    /// Returns whether the option is given.
     pub fn is_given(&self) -> bool {
         *self != Self::Flag(false)
     }

@@ -1,32 +1,32 @@
-//! Who hears how far a job is.
+//! Progress of a job.
 
 use std::ops::ControlFlow;
 
 use crate::simplify::Event;
 
-/// A part of a job.
+/// A stage of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// Files become meshes.
+    /// Reading files.
     Read,
-    /// The simplification, which says itself how far it is.
+    /// Simplification, which reports its own progress.
     Simplify,
-    /// Textures of the original for the result.
+    /// Baking textures.
     Bake,
-    /// Results are measured.
+    /// Measuring results.
     Check,
-    /// Meshes become files.
+    /// Writing files.
     Write,
-    /// They are drawn.
+    /// Drawing pictures.
     Picture,
 }
 
-/// Hears how far a job is, and may end it. A closure over events is one that does not care for parts.
+/// A listener for the progress of a job, which can end it. A closure over events ignores stages.
 pub trait Watch: Send {
-    /// Hears that a part begins.
+    /// Receives the start of a stage.
     fn begin(&mut self, part: Part);
 
-    /// Hears of the simplification; `Break` ends the job.
+    /// Receives progress of the simplification; `Break` ends the job.
     fn event(&mut self, event: Event) -> ControlFlow<()>;
 }
 

@@ -1,4 +1,4 @@
-//! Results within distances from the original: what the numbers of the file round counts, too.
+//! Results within distances from the original, including the rounding of the file.
 
 use crate::io::PackOptions;
 use crate::metrics::CertifiedDistance;
@@ -13,12 +13,12 @@ use super::request::Job;
 use super::size::Bound;
 use super::watch::Watch;
 
-/// Share of a distance that rounding may take, before coordinates get more bits.
+/// Largest share of a distance for rounding; above it, coordinates get more bits.
 const ROUNDING_OF_ERROR: f64 = 0.125;
-/// Why a search by distance may end where a smaller result holds the bound.
+/// Note of a search that ended early.
 const ENDED_EARLY: &str = "the search ended early, so a smaller mesh may also meet the bound: needle-like faces and large intersecting faces take long to measure";
 
-/// Finds the smallest result within each of these distances, which rise. Numbers are packed for the least of them.
+/// Finds the smallest result within each of these rising distances; packing suits the least of them.
 pub(super) fn within(
     bounds: &[Bound],
     (document, input): (&Document, &Input),
@@ -39,7 +39,7 @@ pub(super) fn within(
         let found = simplify_to_error(input, weights, options, error - rounding, &mut tell)?;
         lighter.note = lighter.note.or(found.ended_early.then_some(ENDED_EARLY));
         let (mut result, mut distance) = (found.simplified, widened(&found.distance, rounding));
-        // What holds a smaller distance holds this one, too, and a search may end early.
+        // A result for a smaller distance is valid here too, and may be smaller if this search ended early.
         if let (Some(last), Some(held)) = (lighter.results.last(), lighter.certified.last())
             && last.mesh.faces().len() <= result.mesh.faces().len()
             && last.report.outcome == Outcome::Reached
@@ -52,7 +52,7 @@ pub(super) fn within(
     Ok(lighter)
 }
 
-/// How far the file may round vertices, which has to be less than the distance asked for.
+/// Returns the rounding of the file, which must be less than the distance.
 fn rounding_below(error: f64, pack: Option<&PackOptions>, document: &Document, job: &Job) -> Result<f64, JobError> {
     let (rounding, format) = (document.rounding(job), job.format.name());
     let on_grid = pack.map_or(0.0, |pack| document.packed_rounding(pack.bits, error));
@@ -71,7 +71,7 @@ fn rounding_below(error: f64, pack: Option<&PackOptions>, document: &Document, j
     Ok(rounding + on_grid)
 }
 
-/// How numbers are packed where a distance is asked for: with as many bits as leave nearly all of it to the simplifier.
+/// Chooses enough bits that rounding takes only a small share of the distance.
 fn pack_below(error: f64, document: &Document, job: &Job) -> Option<PackOptions> {
     let asked = job.compress?;
     let is_small = |bits: &u32| document.packed_rounding(*bits, error) <= ROUNDING_OF_ERROR * error;
@@ -79,7 +79,7 @@ fn pack_below(error: f64, document: &Document, job: &Job) -> Option<PackOptions>
     Some(PackOptions { bits: (asked.bits..most).find(is_small).unwrap_or(most), ..asked })
 }
 
-/// The bounds of a distance where vertices may be moved so far.
+/// Widens the bounds of a distance by the rounding.
 fn widened(distance: &CertifiedDistance, by: f64) -> CertifiedDistance {
     let mut wide = *distance;
     wide.lower = (wide.lower - by).max(0.0);

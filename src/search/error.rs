@@ -1,4 +1,4 @@
-//! The smallest result found whose distance from the original is proved to be small enough.
+//! The smallest result whose distance from the original is proved to be small enough.
 
 use std::borrow::Cow;
 use std::cell::Cell;
@@ -13,54 +13,55 @@ use crate::simplify::{
 
 use super::part::Search;
 
-/// Sizes looked at in one go, from one collapse: a refined size costs as much as the collapse.
+/// Sizes tried from one collapse; refining a size costs as much as the collapse.
 const SIZES: usize = 3;
-/// Factor between the largest and the smallest of them while nothing is known yet.
+/// Factor between the largest and smallest size of the first trial.
 const SPAN: f64 = 20.0;
-/// Factor between sizes around the one that the distances of others foretell.
+/// Factor between sizes around a predicted one.
 const NEAR: f64 = 1.1;
-/// By which power of the number of vertices distances fall, at least and at most, and where only one is known.
+/// Range and default of the power of the vertex count by which distances fall.
 const POWERS: [f64; 2] = [0.5, 3.0];
 const USUAL_POWER: f64 = 1.0;
-/// Collapses at most.
+/// Largest number of collapses.
 const MOST_ROUNDS: usize = 7;
-/// The search ends when a mesh smaller by this factor was too far from the original: the largest distance of results so near in size
-/// rises and falls by more. Of NEAR, the next three sizes are within 1.024.
+/// Factor to the largest rejected size at which the search ends: distances of neighbouring sizes fluctuate by more. With
+/// `NEAR`, the next three sizes are within 1.024.
 const CLOSE: f64 = 1.05;
-/// Of the error: where the smallest that holds it uses no more, sizes below those that were too far are looked at once.
+/// Share of the error below which the smallest accepted result reopens the search for smaller sizes, once.
 const SPARE: f64 = 0.9;
-/// Triangles and boxes that all proofs of a search may look at, per face of the original, and however few there are. Five meshes of the
-/// benchmark at 0.3 % take 158 to 434 per face in 10 to 14 proofs.
+/// Budget of triangles and boxes for all proofs of a search: per face of the original, and at least. Five benchmark meshes
+/// at 0.3 % take 158 to 434 per face in 10 to 14 proofs.
 const MOST_LOOKS: [u64; 2] = [1000, 4_000_000];
-/// The share of a run, of its time with the proofs of its results.
+/// Share of a run in its time with proofs.
 const OF_RUN: f32 = 0.4;
 
-/// A result and the proof.
+/// A result and its proved distance.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Bounded {
-    /// The result. Its outcome says whether it certainly lies within the distance asked for.
+    /// Result; its outcome says whether the distance is proved.
     pub simplified: Simplified,
-    /// Bounds of its largest distance from the original, in either direction; the upper is at most what was asked where the
-    /// outcome is [`Outcome::Reached`].
+    /// Bounds of its two-sided largest distance from the original; the upper one meets the request if the outcome is
+    /// [`Outcome::Reached`].
     pub distance: CertifiedDistance,
-    /// Results that were made.
+    /// Number of results made.
     pub n_tries: usize,
-    /// Whether the search ended because proofs look at too much, as among needles: a smaller result may hold the error.
+    /// Whether proofs ran out of budget, as among needles; a smaller result may exist.
     pub ended_early: bool,
 }
 
-/// Finds the smallest result whose two-sided largest distance from the mesh is certainly at most `error`, in the unit
-/// of the mesh; the target of `options` does not count.
+/// Finds the smallest result whose two-sided largest distance from the mesh is proved to be at most `error`.
 ///
-/// No component goes for its price that lies farther than `error` from what stays. Those below `prune_below`, and hidden ones that are to be dropped,
-/// go first: the distance is that from the rest.
+/// `error` is in the unit of the mesh; the target of `options` is ignored. Components farther than `error` from the rest are
+/// not dropped for their price. Components below `prune_below` and hidden ones to be dropped are removed first; the distance
+/// is that from the rest.
 ///
-/// Distances nearly fall with size, not quite: some smaller mesh may hold the error too. Where no result is proved to hold it,
-/// the nearest that was made, and its outcome is [`Outcome::Stopped`].
+/// Distances do not fall strictly with size, so a smaller mesh may exist. If no result is proved, returns the nearest, with
+/// [`Outcome::Stopped`].
 ///
 /// # Errors
-/// As [`simplify_input`](crate::simplify::simplify_input); [`SimplifyError::BadError`] where `error` is negative or not a number.
+/// As [`simplify_input`](crate::simplify::simplify_input); [`SimplifyError::BadError`] if `error` is negative or not a
+/// number.
 ///
 /// ```
 /// use std::ops::ControlFlow;
@@ -83,7 +84,7 @@ pub fn simplify_to_error(
     }
     let pruned = prune(Pulse::NONE, input, options);
     let original = Original::of(input, pruned.as_ref())?;
-    // What placing in single precision may move points by, on both sides.
+    // Rounding by placement in single precision, on both sides.
     let rounding = 2.0 * original.rounding();
     let bound = (error - rounding).max(0.0);
     let options = &Options { prune_within: options.prune_within.min(bound), ..options.clone() };
@@ -108,7 +109,7 @@ pub fn simplify_to_error(
     Ok(Bounded { simplified, distance, n_tries, ended_early: prover.is_any_open.get() })
 }
 
-/// Where no smaller result holds the error: the mesh at its own size, with its vertices in place if it is too far otherwise.
+/// Returns the mesh at its own size when no smaller result holds the error, with vertices in place if that is nearer.
 fn nearest(
     original: &Original,
     error: f64,
@@ -121,7 +122,7 @@ fn nearest(
         Ok::<_, SimplifyError>((result, distance))
     };
     let moved = whole(false)?;
-    // A mirrored result takes positions of its own.
+    // A mirrored result has its own positions.
     if moved.1.upper <= error || options.subset || options.symmetric.is_some() {
         return Ok(moved);
     }
@@ -129,19 +130,19 @@ fn nearest(
     Ok(if in_place.1.upper < moved.1.upper { in_place } else { moved })
 }
 
-/// The bounds for a result that was asked to lie within `error`.
+/// Bounds the distance of a result that should be within `error`.
 fn measured(original: &Original, simplified: &Simplified, error: f64) -> CertifiedDistance {
     let (original, simplified) = (&*original.view, &*original.view_of(simplified));
     if original.faces().len() == simplified.faces().len() && triangles(original) == triangles(simplified) {
         return CertifiedDistance { lower: 0.0, upper: 0.0, diagonal: original.diagonal() };
     }
-    // How far below the half it lies is of no interest, and takes long to say of flat parts.
+    // Below half of the error the exact distance does not matter, and takes long on flat surfaces.
     let asked = DistanceTolerance { enough: 0.5 * error, ..DistanceTolerance::default() };
     let unknown = CertifiedDistance { lower: 0.0, upper: f64::INFINITY, diagonal: original.diagonal() };
     certified_distance(original, simplified, &asked).unwrap_or(unknown)
 }
 
-/// The triangles of a mesh by the bits of their points, whatever their order.
+/// Returns the triangles of a mesh by the bits of their points, sorted.
 fn triangles(mesh: &TriMesh) -> Vec<[[u32; 3]; 3]> {
     let point = |vertex: u32| mesh.positions()[vertex as usize].map(f32::to_bits);
     let mut triangles: Vec<_> = mesh.faces().iter().map(|face| face.map(point)).collect();
@@ -160,7 +161,7 @@ fn outcome(found: &CertifiedDistance, error: f64) -> Outcome {
     ))
 }
 
-/// `0.0731 (1 % of the diagonal)`, to three digits.
+/// Formats a distance to three digits, such as `0.0731 (1 % of the diagonal)`.
 fn in_words(distance: f64, diagonal: f64) -> String {
     let digits = |value: f64| {
         let decimals = if value > 0.0 { (2.0 - value.log10().floor()).clamp(0.0, 17.0) as usize } else { 0 };
@@ -169,10 +170,10 @@ fn in_words(distance: f64, diagonal: f64) -> String {
     format!("{} ({} % of the diagonal)", digits(distance), digits(100.0 * distance / diagonal.max(f64::MIN_POSITIVE)))
 }
 
-/// Results with so many vertices, falling, from one collapse.
+/// Makes results with these falling vertex counts from one collapse.
 type Levels<'a> = dyn FnMut(&[usize]) -> Made + 'a;
 
-/// Results, or why there are none.
+/// Results, or the reason for none.
 type Made = Result<Vec<Simplified>, SimplifyError>;
 
 fn at_sizes(
@@ -186,7 +187,7 @@ fn at_sizes(
     simplify_to_sizes(input, weights, options, &sizes, progress)
 }
 
-/// The smallest result found that holds the error, if one does, and how many were made.
+/// Finds the smallest result within the error; also returns the number of results made.
 fn smallest_that_holds(prover: &Prover, levels: &mut Levels) -> Result<(Option<Simplified>, usize), SimplifyError> {
     let mut range = Range {
         too_few: 0,
@@ -217,7 +218,7 @@ fn smallest_that_holds(prover: &Prover, levels: &mut Levels) -> Result<(Option<S
             range.enough = sizes[n_hold - 1];
             best = results.pop();
         }
-        // What is held by something else gets no smaller.
+        // A constraint keeps the result larger than the size, so smaller sizes are useless.
         if best.as_ref().is_some_and(|best: &Simplified| best.mesh.positions().len() > range.enough) {
             break;
         }
@@ -225,7 +226,7 @@ fn smallest_that_holds(prover: &Prover, levels: &mut Levels) -> Result<(Option<S
     Ok((best, n_tries))
 }
 
-/// How many of the results, the largest first, hold what they have to, if all do that are larger than one that does.
+/// Counts the results within the error, largest first, assuming that larger ones are within if a smaller one is.
 fn holding(results: &[Simplified], mut holds: impl FnMut(&Simplified) -> bool) -> usize {
     let (mut low, mut high) = (0, results.len());
     while low < high {
@@ -239,7 +240,7 @@ fn holding(results: &[Simplified], mut holds: impl FnMut(&Simplified) -> bool) -
     low
 }
 
-/// What results are compared with: the mesh where a viewer sees it.
+/// The original as a viewer sees it.
 struct Original<'a> {
     view: Cow<'a, TriMesh>,
     scene: Option<&'a UnitedMesh>,
@@ -248,7 +249,7 @@ struct Original<'a> {
 }
 
 impl<'a> Original<'a> {
-    /// All of the input, or what was left of it before it is simplified.
+    /// Takes the input, or its rest after pruning.
     fn of(input: &Input<'a>, pruned: Option<&'a PrunedMesh>) -> Result<Self, SimplifyError> {
         let mesh = pruned.map_or(input.mesh, |pruned| &pruned.mesh);
         let (scene, n_vertices) = (input.scene, mesh.positions().len());
@@ -263,7 +264,7 @@ impl<'a> Original<'a> {
         Ok(Self { view, scene, n_vertices })
     }
 
-    /// A result where a viewer sees it.
+    /// Places a result as a viewer sees it.
     fn view_of<'b>(&self, result: &'b Simplified) -> Cow<'b, TriMesh> {
         match self.scene {
             Some(scene) => Cow::Owned(scene.view(&result.mesh, &result.attributes).mesh),
@@ -271,14 +272,14 @@ impl<'a> Original<'a> {
         }
     }
 
-    /// How far a point may be moved where a viewer sees it: by rounding to single precision, where there is a scene.
+    /// Returns the largest rounding by placement in a scene.
     fn rounding(&self) -> f64 {
         let reach = self.view.positions().as_flattened().iter().fold(0.0f32, |most, x| most.max(x.abs()));
         if self.scene.is_some() { 3f64.sqrt() * f64::from(f32::EPSILON) * f64::from(reach) } else { 0.0 }
     }
 }
 
-/// Bounds of a distance between surfaces that may have been moved so far; those of the same surface stay.
+/// Widens bounds by rounding; distance 0 of the same surface stays.
 fn widened(distance: CertifiedDistance, rounding: f64) -> CertifiedDistance {
     match distance.upper {
         0.0 => distance,
@@ -286,13 +287,13 @@ fn widened(distance: CertifiedDistance, rounding: f64) -> CertifiedDistance {
     }
 }
 
-/// What proves the results of one search.
+/// The prover of one search's results.
 struct Prover<'a> {
     original: &'a Original<'a>,
     error: f64,
-    /// Triangles and boxes that may still be looked at.
+    /// Remaining budget of triangles and boxes.
     left: Cell<u64>,
-    /// Whether what may be looked at did not tell of some result.
+    /// Whether the budget left some result undecided.
     is_any_open: Cell<bool>,
 }
 
@@ -302,8 +303,7 @@ impl<'a> Prover<'a> {
         Self { original, error, left: Cell::new(most), is_any_open: Cell::new(false) }
     }
 
-    /// A distance that some point has at least, if the largest is certainly at most the error. What may not be looked at proves
-    /// nothing.
+    /// Returns a lower bound of the distance if it is proved to be within the error; running out of budget proves nothing.
     fn distance(&self, simplified: &Simplified) -> Option<f64> {
         let asked = DistanceTolerance { enough: self.error, too_much: self.error, gap: 0.0 };
         let (distance, n_looks) = certified_distance_with_budget(
@@ -319,13 +319,13 @@ impl<'a> Prover<'a> {
     }
 }
 
-/// Numbers of vertices: the most that were too few, the fewest that were enough.
+/// The interval of vertex counts: the largest rejected, the smallest accepted.
 struct Range {
     too_few: usize,
     enough: usize,
-    /// Sizes that hold the error, and their distances as shares of it.
+    /// Accepted sizes, and their distances relative to the error.
     holding: Vec<(usize, f64)>,
-    /// Whether the sizes before were foretold: where they did not enclose the one looked for, the next are not.
+    /// Whether the last sizes were predicted; if they did not enclose the result, the next are not.
     were_foretold: bool,
     was_reopened: bool,
 }
@@ -335,7 +335,7 @@ impl Range {
         self.enough as f64 <= (self.too_few as f64 * CLOSE).max(self.too_few as f64 + 1.0)
     }
 
-    /// Lets smaller sizes than those that were too far be looked at, once, where the smallest that holds the error lies well within it.
+    /// Reopens sizes below the rejected ones, once, if the smallest accepted result is well within the error.
     fn reopens(&mut self) -> bool {
         let spares = |&(size, share): &(usize, f64)| size == self.enough && share < SPARE;
         let reopens = !self.was_reopened && self.holding.iter().any(spares);
@@ -346,7 +346,7 @@ impl Range {
         reopens
     }
 
-    /// Sizes within, falling, evenly spaced by factors: around the one foretold, or through the range where that is as narrow.
+    /// Returns sizes in the interval, falling by equal factors: around the prediction, or across the interval.
     fn sizes(&mut self) -> Vec<usize> {
         let high = self.enough as f64;
         let low = if self.too_few > 0 { self.too_few as f64 } else { (high / SPAN).max(1.0) };
@@ -368,7 +368,7 @@ impl Range {
         sizes
     }
 
-    /// The size at which the error is as asked, if distances go on falling with size as they do.
+    /// Predicts the size at the error from the power law of the accepted ones.
     fn foretold(&self) -> Option<f64> {
         let mut holding: Vec<(usize, f64)> = self.holding.iter().copied().filter(|&(_, share)| share > 0.0).collect();
         holding.sort_by_key(|&(size, _)| size);

@@ -1,6 +1,6 @@
-//! The smallest mesh that holds what was asked: a largest distance from the original, or a size in bytes.
+//! Searches for the smallest mesh within a proved distance, or the largest within a number of bytes.
 //!
-//! The simplifier is asked for a number of vertices; which number it takes is found here, by trying.
+//! The simplifier takes a number of vertices; these functions find it by trials.
 
 mod error;
 mod part;

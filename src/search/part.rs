@@ -1,29 +1,29 @@
-//! Runs of a search as its listener hears them: nobody knows ahead how many there will be.
+//! Progress of a search with an unknown number of runs.
 
 use std::ops::ControlFlow;
 
 use crate::simplify::{Event, Listener, SimplifyError};
 
-/// After so many runs half of the search is said to be done. So a search of three to eight equal runs is said to be at 0.41 to 0.65 of
-/// its way when half of its time is over.
+/// Number of runs after which a search is half done. Searches of three to eight equal runs then show 0.41 to 0.65 at half of
+/// their time.
 const HALF: f32 = 2.2;
 
-/// How far a search is.
+/// The progress of a search.
 pub(super) struct Search<'a, 'b> {
     listener: &'a mut Listener<'b>,
-    /// Runs that are over, with all that follows each.
+    /// Finished runs with their checks.
     n_over: usize,
-    /// The share of a run, of its time with what follows it.
+    /// Share of a run in its time with the check.
     of_run: f32,
 }
 
 impl<'a, 'b> Search<'a, 'b> {
-    /// Of runs that take so large a share of the time, beside what looks at their results.
+    /// Starts a search whose runs take the share `of_run` of the time.
     pub fn new(listener: &'a mut Listener<'b>, of_run: f32) -> Self {
         Self { listener, n_over: 0, of_run }
     }
 
-    /// The listener to the next run.
+    /// Returns the listener for the next run.
     pub fn run(&mut self) -> impl FnMut(Event) -> ControlFlow<()> + Send {
         let before = self.n_over as f32;
         self.n_over += 1;
@@ -31,10 +31,10 @@ impl<'a, 'b> Search<'a, 'b> {
         move |event| listener(Event { total: done(before + of_run * event.total), ..event })
     }
 
-    /// What a run has made is looked at.
+    /// Announces that the results of a run are checked.
     ///
     /// # Errors
-    /// [`SimplifyError::Interrupted`] where the listener asks to stop.
+    /// [`SimplifyError::Interrupted`] if the listener ends the search.
     pub fn look(&mut self, stage: &'static str) -> Result<(), SimplifyError> {
         let total = done(self.n_over as f32 - 1.0 + self.of_run);
         match (self.listener)(Event { stage, done: 0.0, total }) {

@@ -5,20 +5,20 @@ use crate::simplify::{Input, Listener, Options, Outcome, Simplified, SimplifyErr
 
 use super::part::Search;
 
-/// Results tried at most.
+/// Largest number of results.
 const MOST_TRIES: usize = 8;
-/// A result that fills this share of the bytes is large enough.
+/// Share of the bytes at which a result is large enough.
 const FULL: f64 = 0.99;
-/// Vertices of the first, small try, which tells what a vertex takes.
+/// Vertices of the first trial, which shows the bytes per vertex.
 const FIRST: usize = 1000;
-/// Results too large in a row after which the smallest there is tells whether any fits.
+/// Failed trials in a row after which the smallest possible result is tried.
 const MOST_MISSES: usize = 5;
-/// The share of a run, of its time with the writing of its result.
+/// Share of a run in its time with writing.
 const OF_RUN: f32 = 0.9;
 
-/// Finds a result that takes at most `n_bytes` when it is written, as `bytes_of` says, and nearly fills them; the target of
-/// `options` does not count. Where no result is small enough, the smallest that was made, and its outcome is
-/// [`Outcome::Stopped`].
+/// Finds a result that takes at most `n_bytes` when written and nearly fills them; `bytes_of` returns the size of a result.
+///
+/// The target of `options` is ignored. If no result fits, returns the smallest one with [`Outcome::Stopped`].
 ///
 /// # Errors
 /// As [`simplify_input`], and those of `bytes_of`.
@@ -80,7 +80,7 @@ fn outcome(fits: bool, too_large: Option<&(Simplified, usize)>) -> Outcome {
     Outcome::Stopped(format!("the smallest result takes {n} bytes{why}"))
 }
 
-/// Vertices for so many bytes, from what was measured of a small and a large result (vertices, bytes).
+/// Interpolates the vertices for `n_bytes` from a small and a large result (vertices, bytes).
 fn next_guess(small: Option<(f64, f64)>, large: Option<(f64, f64)>, n_bytes: f64) -> f64 {
     match (small, large) {
         (Some((v, n)), Some((w, m))) if m > n => v + (w - v) * (n_bytes - n) / (m - n),
@@ -96,7 +96,6 @@ mod tests {
 
     use crate::mesh::shapes;
 
-    /// A result of an icosphere within so many bytes, where a file takes `more` whatever the mesh; and the bytes that it takes.
     fn found(more: usize, n_bytes: usize) -> (Simplified, usize) {
         let mesh = shapes::icosphere(4);
         let bytes_of = |result: &Simplified| Ok::<_, SimplifyError>(more + 26 * result.mesh.faces().len());

@@ -1,4 +1,4 @@
-//! Refuses to bake images that cannot be decoded: what was made without them would be white there.
+//! A check that images to be baked can be decoded; otherwise they would be white.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use crate::job::error::JobError;
 use crate::job::request::Job;
 
 impl Document {
-    /// The same, where `--bake` is asked for only if all images of its materials can be decoded.
+    /// Returns the document, or an error if `--bake` is given and an image of its materials cannot be decoded.
     pub fn decoded(self, job: &Job) -> Result<Self, JobError> {
         let Some(size) = job.bake else { return Ok(self) };
         let (looks, _) = self.looks(job.allow_outside);
@@ -30,7 +30,7 @@ impl Document {
         Ok(self)
     }
 
-    /// What a material is called in a message.
+    /// Returns the name of a material for messages.
     fn material(&self, group: usize) -> String {
         let names = self.group_names();
         let name = names.iter().find(|(_, of)| *of as usize == group).map(|(name, _)| format!(" {name:?}"));
@@ -38,7 +38,7 @@ impl Document {
     }
 }
 
-/// The textures that are baked.
+/// Lists the textures that are baked.
 fn textures(look: &Look) -> impl Iterator<Item = &BaseTexture> {
     let finish = &look.finish;
     let rest = [&finish.emission_texture, &finish.roughness_texture, &finish.metal_texture, &finish.normal_texture];

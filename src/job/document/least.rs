@@ -1,4 +1,4 @@
-//! What a glTF takes however few its faces are: written with the first face of each primitive or material alone.
+//! The least size of a glTF file: with one face for each primitive or material.
 
 use std::collections::BTreeSet;
 
@@ -13,10 +13,10 @@ use crate::job::error::JobError;
 use crate::job::request::Job;
 use crate::job::textures::Textures;
 
-/// Sides of textures that are tried, from the largest on.
+/// Texture sides that are tried, largest first.
 const SIDES: [usize; 7] = [2048, 1024, 512, 256, 128, 64, 32];
 
-/// Takes the place of all images, to tell what they take.
+/// Replaces every image by an empty one, to measure the rest.
 #[derive(Debug)]
 struct NoImages;
 
@@ -27,7 +27,7 @@ impl ImageConverter for NoImages {
 }
 
 impl Document {
-    /// Refuses a number of bytes that a glTF would exceed with hardly a face, and says what takes them.
+    /// Rejects a size in bytes that a glTF would exceed with hardly a face, and names the reason.
     pub fn check_bytes(&self, n_bytes: usize, job: &Job, file_name: &str) -> Result<(), JobError> {
         if !matches!(job.format, Format::Gltf | Format::Glb) {
             return Ok(());
@@ -52,7 +52,7 @@ impl Document {
         Err(JobError::Document(what))
     }
 
-    /// Bytes of the file with a face for each material, and with other images of those that it has.
+    /// Returns the bytes of the file with one face per material, with these images.
     fn least_bytes(
         &self,
         images: Option<&dyn ImageConverter>,
@@ -71,7 +71,6 @@ impl Document {
         }
     }
 
-    /// What of the attributes the result has.
     fn wanted_attributes(&self) -> &Attributes {
         self.wanted.as_ref().unwrap_or(self.attributes())
     }
@@ -109,7 +108,7 @@ fn least_of_scene(
     scene_files(asset, &[parts], &options).map(|files| files.n_bytes())
 }
 
-/// The first face of each group, in their order.
+/// Returns the first face of each group.
 fn first_faces(groups: &[u32], n_faces: usize) -> Vec<u32> {
     let mut seen = BTreeSet::new();
     let of = |face: u32| groups.get(face as usize).copied().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! What is simplified and written again: a mesh with all that its file says, or the meshes of a glTF scene, as one.
+//! Documents: a mesh with everything its file contains, or a glTF scene united into one mesh.
 
 mod images;
 mod least;
@@ -24,40 +24,40 @@ pub use seen::Seen;
 
 /// A mesh, or the meshes of a scene side by side in one.
 pub struct Document {
-    /// How coordinates lie in the file.
+    /// Relation of coordinates to those of the file.
     pub frame: Frame,
-    /// What was cleaned.
+    /// Numbers of changes made by cleaning.
     pub counts: CleanCounts,
-    /// What could not be kept, in one line each.
+    /// Content that could not be kept, one line each.
     pub notes: Vec<String>,
-    /// What a repair did, where one was asked for.
+    /// Numbers of changes made by a repair.
     pub repaired: Option<RepairCounts>,
     kind: Kind,
-    /// What of the attributes the result is to have, where that is not all.
+    /// Attributes of the result, if not all.
     wanted: Option<Attributes>,
-    /// How much each vertex counts as it was read, where the caller says so.
+    /// Importance of each vertex of the file, if given.
     factors: Option<Vec<f32>>,
-    /// Who makes its textures smaller, where that is asked for.
+    /// The image resizer, if textures are limited.
     textures: Option<Textures>,
 }
 
 enum Kind {
     Mesh {
         cleaned: Box<Cleaned>,
-        /// Positions in double precision, n_raw x 3, where the file has such, or decimals that are to stay.
+        /// Double-precision positions, n_raw x 3, if the file has them or decimals must be kept.
         exact: Option<Vec<[f64; 3]>>,
         extra: Extra,
     },
     Scene {
         asset: Box<Asset>,
         united: UnitedMesh,
-        /// For each part of the asset its piece of the united mesh; none where the part has no face that can be drawn.
+        /// Piece of the united mesh for each part of the asset; `None` for a part without faces.
         pieces: Vec<Option<usize>>,
     },
 }
 
 impl Document {
-    /// The diagonal of the box of the mesh, of a scene where a viewer sees it.
+    /// Returns the bounding box diagonal of the mesh, or of the scene as a viewer sees it.
     pub fn diagonal(&self) -> f64 {
         match &self.kind {
             Kind::Mesh { cleaned, .. } => cleaned.mesh.diagonal(),
@@ -65,17 +65,17 @@ impl Document {
         }
     }
 
-    /// Whether it is a glTF scene that stays one.
+    /// Returns whether it is a glTF scene that stays one.
     pub fn is_scene(&self) -> bool {
         matches!(self.kind, Kind::Scene { .. })
     }
 
-    /// Whether it is a scene that uses a glTF extension.
+    /// Returns whether it is a scene that uses a glTF extension.
     pub fn has_extension(&self, name: &str) -> bool {
         matches!(&self.kind, Kind::Scene { asset, .. } if asset.has_extension(name))
     }
 
-    /// The mesh, or all of them.
+    /// Returns the mesh; for a scene, the united one.
     pub fn mesh(&self) -> &TriMesh {
         match &self.kind {
             Kind::Mesh { cleaned, .. } => &cleaned.mesh,
@@ -83,7 +83,7 @@ impl Document {
         }
     }
 
-    /// What its corners and faces carry.
+    /// Returns the attributes of the mesh.
     pub fn attributes(&self) -> &Attributes {
         match &self.kind {
             Kind::Mesh { cleaned, .. } => &cleaned.attributes,
@@ -91,7 +91,7 @@ impl Document {
         }
     }
 
-    /// The names of materials, groups and objects that the file has for groups of faces, and which groups these are.
+    /// Lists the names of materials, groups and objects with their groups of faces.
     pub fn group_names(&self) -> Vec<(String, u32)> {
         match &self.kind {
             Kind::Mesh { extra, .. } => {
@@ -107,7 +107,7 @@ impl Document {
         }
     }
 
-    /// Names the components that a result lacks: by the mesh of a scene, or the object, and the material.
+    /// Lists the components that a result lacks, by mesh or object, and material.
     pub fn dropped(&self, report: &simplify::Report) -> Vec<Dropped> {
         let name = |face: u32| {
             let group = self.attributes().group(face);
@@ -133,7 +133,7 @@ impl Document {
         report.dropped.iter().map(dropped).collect()
     }
 
-    /// What the groups of its faces look like; beside it what could not be had of that, in one line each.
+    /// Returns the appearance of the groups, and what is missing of it, one line each.
     pub fn looks(&self, allow_outside: bool) -> (Looks, Vec<String>) {
         match &self.kind {
             Kind::Mesh { extra, .. } => io::read_looks(extra, allow_outside),
@@ -141,7 +141,7 @@ impl Document {
         }
     }
 
-    /// So many texels as a share of the side of its largest texture of colours, or of 1024 texels where it has none.
+    /// Converts texels to a share of the largest colour texture's side, or of 1024 without one.
     pub fn share_of_texture(&self, texels: f64, job: &Job) -> f64 {
         let (looks, _) = self.looks(job.allow_outside);
         let textures = looks.of_groups.iter().filter_map(|look| look.texture.as_ref());
@@ -149,7 +149,7 @@ impl Document {
         (texels / side.map_or(1024.0, |side| side as f64)).min(1.0)
     }
 
-    /// What the simplifier is given.
+    /// Returns the input for the simplifier.
     pub fn input<'a>(&'a self, importance: &'a [f32], kept: &'a [bool]) -> Input<'a> {
         let mut input = Input::bare(self.mesh());
         input.attributes = self.wanted.as_ref().unwrap_or(self.attributes());
@@ -158,14 +158,14 @@ impl Document {
         input
     }
 
-    /// Returns what the simplifier is given of what corners and faces carry, with the groups of the faces.
+    /// Returns the attributes of the result with the original groups of faces.
     pub fn attributes_with_groups(&self) -> Attributes {
         let all = self.attributes();
         let wanted = self.wanted.as_ref().unwrap_or(all).clone();
         Attributes { groups: all.groups.clone(), ..wanted }
     }
 
-    /// The meshes of the scene, where it is one.
+    /// Returns the united mesh of a scene.
     pub fn united(&self) -> Option<&UnitedMesh> {
         match &self.kind {
             Kind::Mesh { .. } => None,
@@ -173,7 +173,7 @@ impl Document {
         }
     }
 
-    /// The plane of a symmetry, as it lies in the mesh: that of a scene's only mesh is in the coordinates of that mesh.
+    /// Converts a symmetry from the file's coordinates to the mesh's.
     pub fn symmetry(&self, symmetry: Symmetry) -> Result<Symmetry, JobError> {
         let Kind::Scene { united, pieces, .. } = &self.kind else { return Ok(symmetry) };
         if pieces.iter().flatten().count() > 1 {
@@ -188,7 +188,7 @@ impl Document {
         })
     }
 
-    /// The plane of a result, as it lies in the file.
+    /// Converts a mirror plane from the mesh's coordinates to the file's.
     pub fn plane_of_file(&self, plane: MirrorPlane) -> MirrorPlane {
         match &self.kind {
             Kind::Mesh { .. } => plane,
@@ -196,12 +196,12 @@ impl Document {
         }
     }
 
-    /// The same, with how much each vertex counts as it was read.
+    /// Sets the importance of each vertex of the file.
     pub fn weighed(self, factors: Option<Vec<f32>>) -> Self {
         Self { factors, ..self }
     }
 
-    /// How much the vertices count, n_vertices, where the caller says so; nothing within where that is no importance.
+    /// Returns the given importance of the vertices, n_vertices; the inner `None` means invalid numbers.
     pub fn importance(&self) -> Option<Option<Vec<f32>>> {
         let (factors, sources) = (self.factors.as_ref()?, self.file_vertices()?);
         let values: Option<Vec<f32>> = sources.iter().map(|&vertex| factors.get(vertex as usize).copied()).collect();
@@ -212,7 +212,7 @@ impl Document {
         }))
     }
 
-    /// The vertex of the file that each vertex was read from; for a scene, whose vertices are those of its primitives, none.
+    /// Returns the file vertex of each vertex; `None` for a scene, whose vertices belong to primitives.
     pub fn file_vertices(&self) -> Option<&[u32]> {
         match &self.kind {
             Kind::Mesh { cleaned, .. } => Some(&cleaned.source),
@@ -221,7 +221,7 @@ impl Document {
     }
 }
 
-/// `door (oak)`, as far as there are names.
+/// Joins the known names, such as `door (oak)`.
 fn named(object: Option<&String>, material: Option<&String>) -> String {
     match (object, material) {
         (Some(object), Some(material)) => format!("{object} ({material})"),

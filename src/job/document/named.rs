@@ -1,5 +1,4 @@
-//! Names of what a file is made of, and the faces that each stands for: nodes, meshes and materials of a scene; objects, groups and
-//! materials of a mesh.
+//! Names in a file and their faces: nodes, meshes, materials, objects and groups.
 
 use std::collections::{BTreeSet, HashSet};
 
@@ -9,17 +8,17 @@ use crate::job::error::JobError;
 
 use super::{Document, Kind};
 
-/// Names that a line lists, at most.
+/// Largest number of names in a line.
 const MOST_LISTED: usize = 40;
 
-/// A name, and the groups of faces that it stands for.
+/// A name and its groups of faces.
 type Named = (String, Vec<u32>);
 
 impl Document {
-    /// Returns whether each face belongs to one of these names, which `option` asks for; empty where there are no names.
+    /// Returns whether each face belongs to one of these names; empty without names. `option` is named in errors.
     ///
     /// # Errors
-    /// [`JobError::Options`] with the names there are, where one of these is unknown.
+    /// [`JobError::Options`] lists the known names if one is unknown.
     pub fn faces_named(&self, option: &str, names: &[String]) -> Result<Vec<bool>, JobError> {
         if names.is_empty() {
             return Ok(Vec::new());
@@ -33,7 +32,7 @@ impl Document {
         Ok((0..self.mesh().faces().len() as u32).map(|face| groups.contains(&attributes.group(face))).collect())
     }
 
-    /// Returns the groups of faces that a name stands for, or why there are none.
+    /// Returns the groups of faces with a name, or an error text.
     pub fn groups_named(&self, name: &str) -> Result<Vec<u32>, String> {
         let named = self.named();
         let groups: Vec<u32> =
@@ -46,7 +45,7 @@ impl Document {
         Err(format!("the mesh has no such {kinds}; it has: {}", listed(names)))
     }
 
-    /// Returns all names with the groups of faces that they stand for, where they stand for any.
+    /// Lists all names that have faces, with their groups.
     fn named(&self) -> Vec<Named> {
         let (asset, united, pieces) = match &self.kind {
             Kind::Scene { asset, united, pieces } => (asset, united, pieces),
@@ -71,7 +70,7 @@ impl Document {
     }
 }
 
-/// Joins names in a row, the first of many; or says that there is none.
+/// Joins names by commas; long lists are cut.
 pub fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     let names: Vec<&str> = names.into_iter().collect();
     match names.len() {

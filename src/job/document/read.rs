@@ -1,4 +1,4 @@
-//! From what a file says to a document: cleaned, repaired, and without what its result does not need.
+//! Reading of documents: clean, repair, and select attributes.
 
 use crate::io::{self, Asset, Folder, Format, ReadError, ReadMesh};
 use crate::mesh::cleanup::{CleanCounts, CleanOptions, clean};
@@ -14,10 +14,10 @@ use crate::job::textures::Textures;
 use super::{Document, Kind};
 
 impl Document {
-    /// Cleans a mesh that is read, and repairs it where the job asks for that.
+    /// Cleans a mesh, and repairs it if the job says so.
     ///
     /// # Errors
-    /// [`JobError`] where no face is left, or the job asks for what such a mesh has no means for.
+    /// [`JobError`] if no face is left or the job does not suit the mesh.
     pub fn from_mesh(read: ReadMesh, job: &Job) -> Result<Self, JobError> {
         let ReadMesh { mesh: mut raw, extra, notes, .. } = read;
         if job.bake.is_some() && extra.is_bent {
@@ -37,7 +37,7 @@ impl Document {
             .wanting(job)
     }
 
-    /// Takes a glTF scene as it is, each of its meshes cleaned.
+    /// Takes a glTF scene and cleans each of its meshes.
     ///
     /// # Errors
     /// As [`from_mesh`](Self::from_mesh).
@@ -45,11 +45,12 @@ impl Document {
         Self::of_asset(asset, job)?.repaired(job)?.wanting(job)
     }
 
-    /// Reads a mesh from the bytes of a file, of which `format` says the format where these do not; a glTF that is written as glTF is taken
-    /// as the scene that it is. Files that it names are not found.
+    /// Reads a document from the bytes of a file; `format` is needed if the bytes do not tell it.
+    ///
+    /// A glTF that is written as glTF stays a scene. Files that it refers to are not found.
     ///
     /// # Errors
-    /// As [`from_mesh`](Self::from_mesh), and where the bytes are no mesh.
+    /// As [`from_mesh`](Self::from_mesh), and if the bytes are no mesh.
     pub fn from_bytes(bytes: &[u8], format: Option<Format>, job: &Job) -> Result<Self, JobError> {
         let refused = |error: ReadError| JobError::Document(error.to_string());
         if job.takes_scenes() && io::is_gltf(bytes) {
@@ -58,7 +59,7 @@ impl Document {
         Self::from_mesh(io::read_attributed(bytes, format).map_err(refused)?, job)
     }
 
-    /// Reads a mesh from the bytes of a file called `name`; what it names lies in `folder`.
+    /// Reads a document from the bytes of the file `name`; files that it refers to are in `folder`.
     ///
     /// # Errors
     /// As [`from_bytes`](Self::from_bytes).
@@ -105,7 +106,7 @@ impl Document {
         Ok(Self { frame, counts, notes, repaired: None, kind, wanted: None, factors: None, textures })
     }
 
-    /// The same, held back by nothing that the result does not need or its format does not hold.
+    /// Selects the attributes that the result needs and its format can store.
     fn wanting(mut self, job: &Job) -> Result<Self, JobError> {
         if job.format.is_bare() || job.bake.is_some() {
             self.wanted = Some(Attributes::default());
@@ -133,7 +134,7 @@ impl Document {
         Ok(self)
     }
 
-    /// The same, with its holes filled, or made a solid, where the job asks for that.
+    /// Fills holes or makes a solid, if the job says so.
     fn repaired(mut self, job: &Job) -> Result<Self, JobError> {
         let repaired = match job.repair {
             None => return Ok(self),
@@ -156,7 +157,7 @@ impl Document {
         Ok(self)
     }
 
-    /// Refuses what has more than one shape: the meshes of a scene, which its nodes place, and what a skin or targets bend.
+    /// Rejects documents with more than one shape: scenes of several meshes, skins and morph targets.
     fn check_printable(&self, job: &Job) -> Result<(), JobError> {
         let of_scene = |kind: &Kind| matches!(kind, Kind::Scene { pieces, .. } if pieces.iter().flatten().count() > 1);
         if of_scene(&self.kind) {
@@ -173,12 +174,11 @@ impl Document {
     }
 }
 
-/// How a mesh is cleaned.
 fn clean_options(job: &Job) -> CleanOptions {
     CleanOptions { weld: job.weld }
 }
 
-/// Moves vertices onto others where the job says that they become one; `scale` is how large the mesh is drawn.
+/// Snaps vertices closer than the job's distance; `scale` is the scale of the mesh in its scene.
 fn weld_near(raw: &mut RawMesh, job: &Job, scale: f64) {
     if let Some(bound) = job.weld_near {
         let distance = match bound {
@@ -189,7 +189,7 @@ fn weld_near(raw: &mut RawMesh, job: &Job, scale: f64) {
     }
 }
 
-/// Whether a coordinate is no single one: decimals that stand for one are another number to a reader in doubles.
+/// Returns whether a coordinate is no `f32`; as doubles such decimals would change.
 fn has_decimals(raw: &RawMesh) -> bool {
     raw.positions.iter().flatten().any(|&x| f64::from(x as f32) != x)
 }

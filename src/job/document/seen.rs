@@ -1,4 +1,4 @@
-//! A document and its results as people see them, and how far these are apart.
+//! A document and its results as a viewer sees them, and their distance.
 
 use std::borrow::Cow;
 
@@ -11,17 +11,16 @@ use crate::simplify::Simplified;
 use super::write::lighter_parts;
 use super::{Document, Kind};
 
-/// A mesh as people see it.
+/// A mesh as a viewer sees it.
 pub struct Seen<'a> {
-    /// Its surface.
+    /// The surface.
     pub mesh: Cow<'a, TriMesh>,
-    /// What its corners and faces carry.
+    /// Its attributes.
     pub attributes: Cow<'a, Attributes>,
 }
 
 impl Document {
-    /// The original and a result as people see them: the meshes of a scene where its nodes place them, around an origin that
-    /// both share.
+    /// Returns original and result as a viewer sees them, scene meshes in place, about a common origin.
     pub fn seen(&self, result: &Simplified) -> Result<[Seen<'_>; 2], ReadError> {
         let Kind::Scene { asset, united, pieces } = &self.kind else {
             let result =
@@ -51,7 +50,7 @@ impl Document {
         Ok([seen(before)?, seen((&result.mesh, &result.attributes))?])
     }
 
-    /// Puts the mesh, or what became of it, where a viewer sees it.
+    /// Places a version of the mesh as a viewer sees it.
     fn view_of<'a>(&self, mesh: &'a TriMesh, attributes: &Attributes) -> Cow<'a, TriMesh> {
         match &self.kind {
             Kind::Mesh { .. } => Cow::Borrowed(mesh),
@@ -59,8 +58,7 @@ impl Document {
         }
     }
 
-    /// Measures how far a result, as it is packed, is from the original; of a scene all of it, where a viewer sees it. `None` where
-    /// nothing is seen of one of the two.
+    /// Measures the distance of a result, after packing, from the original as a viewer sees them; `None` if one is empty.
     pub fn distance(&self, result: &Simplified, packing: Option<&Packing>, n_samples: usize) -> Option<QuickDistance> {
         let packed = match &self.kind {
             Kind::Mesh { .. } => {
@@ -74,7 +72,7 @@ impl Document {
     }
 }
 
-/// A result with the vertices of each piece on the grid of its part, where it has one.
+/// Rounds the vertices of each piece to its grid.
 fn on_grids<'a>(
     result: &'a Simplified,
     united: &UnitedMesh,
@@ -98,7 +96,7 @@ fn on_grids<'a>(
     TriMesh::new(positions, result.mesh.faces().to_vec()).map_or(Cow::Borrowed(&result.mesh), Cow::Owned)
 }
 
-/// A mesh with its vertices on a grid that counts from `around`, where there is one.
+/// Rounds vertices to a grid relative to `around`.
 fn on_grid<'a>(mesh: &'a TriMesh, grid: Option<&PositionGrid>, around: [f64; 3]) -> Cow<'a, TriMesh> {
     let Some(grid) = grid else { return Cow::Borrowed(mesh) };
     let rounded = |p: &[f32; 3]| {
@@ -109,7 +107,6 @@ fn on_grid<'a>(mesh: &'a TriMesh, grid: Option<&PositionGrid>, around: [f64; 3])
     moved.map_or(Cow::Borrowed(mesh), Cow::Owned)
 }
 
-/// A part as a mesh in its own coordinates.
 fn as_raw(part: SimplifiedPart) -> RawMesh {
     let SimplifiedPart { positions, faces, attributes, .. } = part;
     let positions = positions.into_iter().map(|position| position.map(f64::from)).collect();

@@ -19,12 +19,12 @@ use crate::job::textures::Textures;
 use super::{Document, Kind};
 
 impl Document {
-    /// How coordinates lie in the file that is written, in its own numbers: an STL holds singles.
+    /// Returns the frame of the written file: an STL stores single precision.
     pub fn written_frame(&self, job: &Job) -> Frame {
         Frame { double: self.frame.double && !job.format.is_single_precision(), ..self.frame }
     }
 
-    /// How far the file that is written may round a vertex: an STL far from the origin does.
+    /// Returns the largest distance that the written file rounds a vertex: above 0 for an STL far from the origin.
     pub fn rounding(&self, job: &Job) -> f64 {
         let frame = self.written_frame(job);
         if frame.double || frame.origin == [0.0; 3] {
@@ -35,7 +35,7 @@ impl Document {
         0.5 * 3f64.sqrt() * f64::from(f32::EPSILON) * reach
     }
 
-    /// Where the vertices of a result lie in the file, in double precision, where that has such.
+    /// Returns the double-precision positions of a result in the file, if the file has doubles.
     pub fn exact_positions(&self, result: &Simplified, job: &Job) -> Option<Vec<[f64; 3]>> {
         if !self.frame.double {
             return None;
@@ -57,7 +57,7 @@ impl Document {
         )
     }
 
-    /// Results as the files of a format; `file_name` is what the mesh file will be called.
+    /// Writes results in the job's format; `file_name` is the name of the mesh file.
     pub fn written(
         &self,
         Meshes { results, coverage, dress, packing }: &Meshes,
@@ -89,7 +89,7 @@ impl Document {
         }
     }
 
-    /// A mesh that is no scene as files, under the names that it is to have.
+    /// Writes a mesh that is no scene.
     fn mesh_files(
         &self,
         model: Model,
@@ -115,7 +115,7 @@ impl Document {
         self.textures.as_ref().map(|textures| textures as &dyn ImageConverter)
     }
 
-    /// How the numbers of results, the levels of one, are packed in a glTF; beside it what cannot be, in one line each.
+    /// Returns the packing of results, levels of one, and what cannot be packed, one line each.
     pub fn packing(
         &self,
         results: &[&Simplified],
@@ -145,7 +145,7 @@ impl Document {
         }
     }
 
-    /// How far a packing of so many bits may move vertices of results no farther than `error` from the original.
+    /// Returns the largest distance that packing with `bits` moves vertices of results within `error` of the original.
     pub fn packed_rounding(&self, bits: u32, error: f64) -> f64 {
         let longest = match &self.kind {
             Kind::Mesh { cleaned, .. } => longest_side(cleaned.mesh.positions().iter().map(|p| p.map(f64::from))),
@@ -164,13 +164,13 @@ impl Document {
     }
 }
 
-/// What a library of materials is called: as the file, or as all levels of detail, which share it.
+/// Returns the name of a material library: that of the file, or the one shared by all levels.
 pub(super) fn library_name(job: &Job, file_name: &str) -> String {
     let shared = job.names.shared.clone();
     shared.unwrap_or_else(|| Path::new(file_name).file_stem().unwrap_or_default().to_string_lossy().into_owned())
 }
 
-/// An asset with lighter parts, level by level, as files.
+/// Writes an asset with simplified parts, level by level.
 pub(super) fn scene_files(
     asset: &Asset,
     levels: &[Vec<SimplifiedPart>],
@@ -187,7 +187,7 @@ pub(super) fn scene_files(
     Ok(Files { bytes, beside, notes: Vec::new(), n_vertices })
 }
 
-/// What became of each part of an asset when all of them became one mesh with these attributes.
+/// Splits a version of the united mesh into the parts of an asset.
 pub(super) fn lighter_parts(
     asset: &Asset,
     united: &UnitedMesh,
@@ -205,8 +205,9 @@ pub(super) fn lighter_parts(
     asset.parts().iter().zip(pieces).map(lighter).collect()
 }
 
-/// The input's own positions of the result's vertices: where each is one of the input's, or of those that lie where one of
-/// the input does if some are held there. A mirrored result has images of its own and keeps none.
+/// Returns the exact input positions of vertices that kept their place.
+///
+/// They are known by source vertex, or by equal position if some vertices are locked. Mirrored results keep none.
 fn in_place(
     positions: &[[f64; 3]],
     cleaned: &Cleaned,
@@ -215,7 +216,7 @@ fn in_place(
 ) -> Option<Vec<Option<[f64; 3]>>> {
     let origin = cleaned.frame.origin;
     let is_at = |p: &[f64; 3], place: &[f32; 3]| (0..3).all(|axis| (p[axis] - origin[axis]) as f32 == place[axis]);
-    // What a repair has moved stays where it is now.
+    // Vertices moved by a repair keep their new position.
     let position = |vertex: u32, place: &[f32; 3]| {
         let own = positions.get(*cleaned.source.get(vertex as usize)? as usize).copied();
         own.filter(|own| is_at(own, place))
