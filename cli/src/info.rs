@@ -93,7 +93,7 @@ fn whole(source: &Source) -> Result<(Info, CleanCounts), Failure> {
     let (read, scene) = if source.is_gltf() { read_scene(source)? } else { (read_mesh(source)?, None) };
     let carries = carries(&read.mesh.attributes);
     let cleaned = cleaned(read.mesh, source)?;
-    let bounds = Bounds::of(cleaned.mesh.positions());
+    let bounds = Bounds::from_points(cleaned.mesh.positions());
     let info = of(&source.path, &topology(&cleaned.mesh), (bounds, &cleaned.frame), &cleaned.counts);
     Ok((Info { carries, scene, ..info }, cleaned.counts))
 }

@@ -90,7 +90,7 @@ impl<'a> FineSurface<'a> {
         let agrees = |face: u32| self.of_faces[face as usize].dot(*ray) > 0.0;
         let is_own = |face: u32| self.of_faces[face as usize].dot(*normal) > SAME;
         // Faces that look away belong to another side of the surface.
-        let front = self.tree.along(*point, ray.as_dvec3(), self.cage, agrees);
+        let front = self.tree.crossing_along(*point, ray.as_dvec3(), self.cage, agrees);
         let front = front.map(|hit| {
             let reach = steps[0].length().max(steps[1].length());
             let own = (!is_own(hit.triangle)).then(|| self.tree.nearest_within(hit.point, reach, is_own));

@@ -66,7 +66,7 @@ pub(super) fn cut_into(mesh: &TriMesh, n_blocks: usize) -> Vec<Block> {
 }
 
 fn planned(mesh: &TriMesh, n_blocks: usize) -> Plan {
-    let Bounds { low, high } = Bounds::of(mesh.positions());
+    let Bounds { low, high } = Bounds::from_points(mesh.positions());
     let mut census = Census::new(low, high);
     mesh.positions().iter().for_each(|&p| census.count(p));
     census.plan(n_blocks)

@@ -84,7 +84,7 @@ fn patch(spooled: &Spooled, number: usize) -> Result<(CleanCounts, Option<(Topol
     let Read { block, counts, .. } = spooled.read(number)?.map_err(OutOfCoreError::Clean)?;
     let patch = |block: Block| {
         let patch = TopologyPatch::new(&block.mesh, |v| block.shared[v as usize]);
-        (patch, Bounds::of(block.mesh.positions()))
+        (patch, Bounds::from_points(block.mesh.positions()))
     };
     Ok((counts, block.map(patch)))
 }
@@ -112,7 +112,7 @@ mod tests {
                 let pieces = Pieces::open(&path).unwrap();
                 let found = in_blocks_of(150, &pieces, &room, &mut |_| ControlFlow::Continue(())).unwrap();
                 assert_eq!(found.topology, topology(&mesh), "{format:?}");
-                assert_eq!(found.bounds, Bounds::of(mesh.positions()));
+                assert_eq!(found.bounds, Bounds::from_points(mesh.positions()));
             }
         }
     }

@@ -18,14 +18,14 @@ use robust::{Coord, Coord3D, orient2d, orient3d};
 /// ```
 pub fn triangles_cross(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
     let sides_of_b = a.map(|p| side(b, p));
-    if all_on_one_side(sides_of_b) {
+    if are_on_one_side(sides_of_b) {
         return sides_of_b == [0; 3] && overlap_in_plane(a, b);
     }
     let sides_of_a = b.map(|p| side(a, p));
-    if all_on_one_side(sides_of_a) {
+    if are_on_one_side(sides_of_a) {
         return false;
     }
-    an_edge_passes(a, sides_of_b, b) || an_edge_passes(b, sides_of_a, a)
+    has_passing_edge(a, sides_of_b, b) || has_passing_edge(b, sides_of_a, a)
 }
 
 /// Returns whether an edge of `a` passes through the plane of `b` inside `b`, not at a corner.
@@ -44,21 +44,21 @@ pub fn triangles_cross(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
 pub fn edge_passes_through(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
     let sides_of_b = a.map(|p| side(b, p));
     // Else a touches b at most, or has no area.
-    let a_is_crossed = || !all_on_one_side(b.map(|p| side(a, p)));
-    !all_on_one_side(sides_of_b) && an_edge_passes(a, sides_of_b, b) && a_is_crossed()
+    let a_is_crossed = || !are_on_one_side(b.map(|p| side(a, p)));
+    !are_on_one_side(sides_of_b) && has_passing_edge(a, sides_of_b, b) && a_is_crossed()
 }
 
-fn all_on_one_side(sides: [i8; 3]) -> bool {
+fn are_on_one_side(sides: [i8; 3]) -> bool {
     sides.iter().all(|&s| s >= 0) || sides.iter().all(|&s| s <= 0)
 }
 
 /// Returns whether an edge of `a` whose ends lie on different sides of the plane of `b` meets `b` elsewhere than at a
 /// corner.
-fn an_edge_passes(a: [[f32; 3]; 3], sides: [i8; 3], b: [[f32; 3]; 3]) -> bool {
+fn has_passing_edge(a: [[f32; 3]; 3], sides: [i8; 3], b: [[f32; 3]; 3]) -> bool {
     [(0, 1), (1, 2), (2, 0)].into_iter().any(|(i, j)| {
         sides[i] * sides[j] < 0 && {
             let around = [(0, 1), (1, 2), (2, 0)].map(|(k, l)| side([a[i], b[k], b[l]], a[j]));
-            all_on_one_side(around) && around.iter().filter(|&&s| s == 0).count() < 2
+            are_on_one_side(around) && around.iter().filter(|&&s| s == 0).count() < 2
         }
     })
 }

@@ -13,7 +13,7 @@
 pub fn eigenvalues([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> [f64; 3] {
     let beside = xy * xy + xz * xz + yz * yz;
     if beside == 0.0 {
-        return ascending([xx, yy, zz]);
+        return sort_ascending([xx, yy, zz]);
     }
     let mean = (xx + yy + zz) / 3.0;
     let (x, y, z) = (xx - mean, yy - mean, zz - mean);
@@ -23,10 +23,10 @@ pub fn eigenvalues([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> [f64; 3] {
     let angle = cosine.acos() / 3.0;
     let largest = mean + 2.0 * spread * angle.cos();
     let smallest = mean + 2.0 * spread * (angle + std::f64::consts::TAU / 3.0).cos();
-    ascending([smallest, 3.0 * mean - largest - smallest, largest])
+    sort_ascending([smallest, 3.0 * mean - largest - smallest, largest])
 }
 
-fn ascending(mut values: [f64; 3]) -> [f64; 3] {
+fn sort_ascending(mut values: [f64; 3]) -> [f64; 3] {
     values.sort_by(f64::total_cmp);
     values
 }
@@ -47,7 +47,7 @@ mod tests {
             let turn = DMat3::from_quat(DQuat::from_array(turn).normalize());
             let m = turn * DMat3::from_diagonal(DVec3::from_array(diagonal) * scale) * turn.transpose();
             let found = eigenvalues([m.x_axis.x, m.y_axis.x, m.z_axis.x, m.y_axis.y, m.z_axis.y, m.z_axis.z]);
-            for (a, b) in found.iter().zip(ascending(diagonal)) {
+            for (a, b) in found.iter().zip(sort_ascending(diagonal)) {
                 prop_assert!((a - b * scale).abs() <= 1e-7 * scale, "{found:?} {diagonal:?}");
             }
         }

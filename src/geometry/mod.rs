@@ -9,7 +9,7 @@ pub mod nearest_on_triangle;
 pub mod polygon;
 mod polygon_grid;
 pub mod quadric;
-pub mod sides;
+pub mod side_lengths;
 pub mod triangle;
 
 pub use eigenvalues::eigenvalues;

@@ -4,7 +4,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::polygon_grid::Grid;
+use super::polygon_grid::CornerGrid;
 
 /// Tests allowed per corner and in total; after that a polygon is finished without checking for crossings.
 const TESTS: (usize, usize) = (2048, 1 << 29);
@@ -60,7 +60,7 @@ struct Ears {
     next: Vec<u32>,
     previous: Vec<u32>,
     /// Corners that were reflex at the start; only they can lie inside an ear.
-    reflex: Grid,
+    reflex: CornerGrid,
     /// Whether the corner is still in the ring.
     alive: Vec<bool>,
     tests_left: usize,
@@ -72,9 +72,9 @@ impl Ears {
         let next: Vec<u32> = (1..n).chain([0]).collect();
         let previous: Vec<u32> = [n - 1].into_iter().chain(0..n - 1).collect();
         let (alive, tests_left) = (vec![true; points.len()], (TESTS.0 * points.len()).min(TESTS.1));
-        let mut ears = Self { reflex: Grid::new(&points, &[]), points, next, previous, alive, tests_left };
+        let mut ears = Self { reflex: CornerGrid::new(&points, &[]), points, next, previous, alive, tests_left };
         let reflex: Vec<u32> = (0..n).filter(|&corner| ears.turn(corner) <= 0.0).collect();
-        ears.reflex = Grid::new(&ears.points, &reflex);
+        ears.reflex = CornerGrid::new(&ears.points, &reflex);
         ears
     }
 
@@ -178,7 +178,7 @@ mod tests {
         normals.len() == corners.len() - 2 && (area - total.length()).abs() <= 1e-9 * area
     }
 
-    fn spun(points: impl IntoIterator<Item = [f64; 2]>) -> Vec<[f64; 3]> {
+    fn spin(points: impl IntoIterator<Item = [f64; 2]>) -> Vec<[f64; 3]> {
         let spin = glam::DQuat::from_euler(glam::EulerRot::XYZ, 0.4, -1.1, 2.0);
         points.into_iter().map(|[x, y]| (spin * DVec3::new(x, y, 3.0)).to_array()).collect()
     }
@@ -188,7 +188,7 @@ mod tests {
         fn star_shaped_polygons_are_covered(radii in prop::collection::vec(0.1f64..5.0, 4..60), clockwise in any::<bool>()) {
             let turn = if clockwise { -1.0 } else { 1.0 } * std::f64::consts::TAU / radii.len() as f64;
             let corner = |(i, r): (usize, &f64)| [r * (turn * i as f64).cos(), r * (turn * i as f64).sin()];
-            let corners = spun(radii.iter().enumerate().map(corner));
+            let corners = spin(radii.iter().enumerate().map(corner));
             prop_assert!(covers(&corners));
         }
 
@@ -206,13 +206,13 @@ mod tests {
         for turn in 0..4 {
             let mut dart = [[0.0, 0.0], [2.0, -1.0], [0.5, 0.0], [2.0, 1.0]];
             dart.rotate_left(turn);
-            assert!(covers(&spun(dart)), "{turn}");
+            assert!(covers(&spin(dart)), "{turn}");
         }
     }
 
     #[test]
     fn collinear_corners_stay() {
-        let corners = spun([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 2.0], [1.0, 2.0], [0.0, 2.0], [0.0, 1.0]]);
+        let corners = spin([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 2.0], [1.0, 2.0], [0.0, 2.0], [0.0, 1.0]]);
         assert!(covers(&corners));
         let mut used: Vec<u32> = triangulate(&corners).into_iter().flatten().collect();
         used.sort_unstable();
@@ -223,7 +223,7 @@ mod tests {
     #[test]
     fn a_comb_of_many_teeth_is_covered() {
         let tooth = |i: usize| [[i as f64, 0.0], [i as f64 + 0.5, 10.0]];
-        let corners = spun((0..1000).flat_map(tooth).chain([[1000.0, -1.0], [-1.0, -1.0]]).rev());
+        let corners = spin((0..1000).flat_map(tooth).chain([[1000.0, -1.0], [-1.0, -1.0]]).rev());
         assert!(covers(&corners));
     }
 
@@ -233,14 +233,14 @@ mod tests {
             let angle = 0.2 * i as f64;
             [(angle + width) * angle.cos(), (angle + width) * angle.sin()]
         };
-        let corners = spun((40..400).map(|i| (i, 0.0)).chain((40..400).rev().map(|i| (i, 2.0))).map(arm));
+        let corners = spin((40..400).map(|i| (i, 0.0)).chain((40..400).rev().map(|i| (i, 2.0))).map(arm));
         assert!(covers(&corners));
     }
 
     #[test]
     fn huge_and_tiny_polygons_are_covered() {
         for scale in [1e-200, 1e200] {
-            let dent = spun([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [1.0, 0.5], [0.0, 2.0]]);
+            let dent = spin([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [1.0, 0.5], [0.0, 2.0]]);
             let scaled: Vec<_> = dent.iter().map(|p| p.map(|x| x * scale)).collect();
             assert_eq!(triangulate(&scaled), triangulate(&dent));
         }
@@ -248,14 +248,14 @@ mod tests {
 
     #[test]
     fn time_is_bounded_on_a_line() {
-        let corners = spun((0..1_000u64).map(|i| [(i * 7919 % 20_011) as f64, 0.0]));
+        let corners = spin((0..1_000u64).map(|i| [(i * 7919 % 20_011) as f64, 0.0]));
         assert_eq!(triangulate(&corners).len(), corners.len() - 2);
     }
 
     #[test]
     fn time_is_bounded_where_no_ear_is_found() {
         // A zigzag that crosses itself everywhere.
-        let corners = spun((0..1_000u64).map(|i| [(i * 7919 % 1000) as f64, (i * 104_729 % 997) as f64]));
+        let corners = spin((0..1_000u64).map(|i| [(i * 7919 % 1000) as f64, (i * 104_729 % 997) as f64]));
         assert_eq!(triangulate(&corners).len(), corners.len() - 2);
     }
 }

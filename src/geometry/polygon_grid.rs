@@ -8,7 +8,7 @@ const MOST: usize = 1024;
 const MARGIN: f64 = 1e-6;
 
 /// Corners sorted into cells that hold one each on average.
-pub(super) struct Grid {
+pub(super) struct CornerGrid {
     low: DVec2,
     /// Size of a cell.
     side: DVec2,
@@ -19,7 +19,7 @@ pub(super) struct Grid {
     corners: Vec<u32>,
 }
 
-impl Grid {
+impl CornerGrid {
     pub fn new(points: &[DVec2], corners: &[u32]) -> Self {
         let places = || corners.iter().map(|&corner| points[corner as usize]);
         let low = places().fold(DVec2::INFINITY, DVec2::min);
@@ -40,13 +40,13 @@ impl Grid {
     }
 
     /// Returns column and row of a point, clamped to the grid.
-    fn place(&self, p: DVec2) -> [usize; 2] {
+    fn cell_coordinates(&self, p: DVec2) -> [usize; 2] {
         let place = (p - self.low) / self.side;
         [place.x, place.y].map(|x| (x as usize).min(self.n_side - 1))
     }
 
     fn cell(&self, p: DVec2) -> usize {
-        let [column, row] = self.place(p);
+        let [column, row] = self.cell_coordinates(p);
         row * self.n_side + column
     }
 
@@ -55,7 +55,7 @@ impl Grid {
     pub fn any_near(&self, [a, b, c]: [DVec2; 3], mut wanted: impl FnMut(u32) -> bool) -> (bool, usize) {
         let margin = self.side * MARGIN;
         let ([first_column, first_row], [last_column, last_row]) =
-            (self.place(a.min(b).min(c) - margin), self.place(a.max(b).max(c) + margin));
+            (self.cell_coordinates(a.min(b).min(c) - margin), self.cell_coordinates(a.max(b).max(c) + margin));
         let mut n_looks = 0;
         for row in first_row..=last_row {
             for column in first_column..=last_column {
@@ -106,7 +106,7 @@ mod tests {
                 [(a, b), (b, c), (c, a)].into_iter().all(|(q, r)| (r - q).perp_dot(p - q) >= 0.0)
             };
             let corners: Vec<u32> = (0..points.len() as u32).collect();
-            let found = Grid::new(&points, &corners).any_near([a, b, c], is_inside);
+            let found = CornerGrid::new(&points, &corners).any_near([a, b, c], is_inside);
             prop_assert_eq!(found.0, corners.into_iter().any(is_inside));
         }
     }
@@ -114,7 +114,7 @@ mod tests {
     #[test]
     fn looks_at_little_for_a_small_triangle() {
         let points: Vec<DVec2> = (0..10_000).map(|i| DVec2::new((i % 100) as f64, (i / 100) as f64)).collect();
-        let grid = Grid::new(&points, &(0..10_000).collect::<Vec<u32>>());
+        let grid = CornerGrid::new(&points, &(0..10_000).collect::<Vec<u32>>());
         let small = [DVec2::new(50.2, 50.2), DVec2::new(50.8, 50.2), DVec2::new(50.2, 50.8)];
         let diagonal = [DVec2::new(0.2, 0.1), DVec2::new(99.2, 99.1), DVec2::new(50.2, 50.3)];
         assert!(grid.any_near(small, |_| false).1 < 20);

@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 ///
 /// ```
 /// use neural_mesh::geometry::Quadric;
-/// let ground = Quadric::around([0.0, 0.0, 0.0, 0.0, 0.0, 2.0], [0.0, 0.0, 1.0].into());
+/// let ground = Quadric::with_minimum([0.0, 0.0, 0.0, 0.0, 0.0, 2.0], [0.0, 0.0, 1.0].into());
 /// assert_eq!(ground.value([5.0, 5.0, 4.0].into()), 2.0 * 3.0 * 3.0);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -26,7 +26,7 @@ impl Quadric {
     pub const SINGULAR: f64 = 1e-11;
 
     /// Makes the form `(x - p)' A (x - p)`, zero at `p`, with A's upper triangle `a`.
-    pub fn around(a: [f32; 6], p: Vec3) -> Self {
+    pub fn with_minimum(a: [f32; 6], p: Vec3) -> Self {
         let a = a.map(f64::from);
         let p = p.as_dvec3();
         let b = times(&a, p);
@@ -37,10 +37,10 @@ impl Quadric {
     ///
     /// ```
     /// use neural_mesh::geometry::Quadric;
-    /// let ground = Quadric::of_plane([0.0, 0.0, 1.0].into(), [7.0, 0.0, 1.0].into(), 2.0);
+    /// let ground = Quadric::from_plane([0.0, 0.0, 1.0].into(), [7.0, 0.0, 1.0].into(), 2.0);
     /// assert_eq!(ground.value([5.0, 5.0, 4.0].into()), 2.0 * 3.0 * 3.0);
     /// ```
-    pub fn of_plane(normal: DVec3, p: DVec3, weight: f64) -> Self {
+    pub fn from_plane(normal: DVec3, p: DVec3, weight: f64) -> Self {
         let DVec3 { x, y, z } = normal;
         let a = [x * x, x * y, x * z, y * y, y * z, z * z].map(|entry| weight * entry);
         let height = normal.dot(p);
@@ -56,10 +56,10 @@ impl Quadric {
     ///
     /// ```
     /// use neural_mesh::geometry::Quadric;
-    /// let ground = Quadric::around([0.0, 0.0, 0.0, 0.0, 0.0, 2.0], [0.0, 0.0, 1.0].into());
-    /// assert_eq!(ground.about([7.0, 0.0, 3.0].into()).value([5.0, 5.0, 1.0].into()), 2.0 * 3.0 * 3.0);
+    /// let ground = Quadric::with_minimum([0.0, 0.0, 0.0, 0.0, 0.0, 2.0], [0.0, 0.0, 1.0].into());
+    /// assert_eq!(ground.with_origin([7.0, 0.0, 3.0].into()).value([5.0, 5.0, 1.0].into()), 2.0 * 3.0 * 3.0);
     /// ```
-    pub fn about(&self, origin: DVec3) -> Self {
+    pub fn with_origin(&self, origin: DVec3) -> Self {
         let there = times(&self.a, origin);
         Self { a: self.a, b: self.b - there, c: self.c + (there - self.b * 2.0).dot(origin) }
     }
@@ -70,7 +70,7 @@ impl Quadric {
     }
 
     /// Adds the squared distance to `p`, times `weight`.
-    pub fn pulled_to(mut self, p: DVec3, weight: f64) -> Self {
+    pub fn with_point(mut self, p: DVec3, weight: f64) -> Self {
         [0, 3, 5].into_iter().for_each(|diagonal| self.a[diagonal] += weight);
         self.b += p * weight;
         self.c += p.length_squared() * weight;
@@ -95,7 +95,7 @@ impl Quadric {
     ///
     /// ```
     /// use neural_mesh::geometry::Quadric;
-    /// let corner = Quadric::around([2.0, 0.0, 0.0, 4.0, 0.0, 8.0], [0.0, 0.0, 1.0].into());
+    /// let corner = Quadric::with_minimum([2.0, 0.0, 0.0, 4.0, 0.0, 8.0], [0.0, 0.0, 1.0].into());
     /// assert_eq!(corner.inverse(), Some([0.5, 0.0, 0.0, 0.25, 0.0, 0.125]));
     /// ```
     pub fn inverse(&self) -> Option<[f64; 6]> {
@@ -167,7 +167,8 @@ mod tests {
         let corner = Vec3::new(0.3, -0.2, 0.7);
         let planes = [[1.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 2.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 0.0, 0.5]];
         let on_plane = [Vec3::Y, Vec3::Z, Vec3::X].map(|along| corner + 3.0 * along);
-        let sum = planes.into_iter().zip(on_plane).fold(Quadric::default(), |q, (a, p)| q + Quadric::around(a, p));
+        let sum =
+            planes.into_iter().zip(on_plane).fold(Quadric::default(), |q, (a, p)| q + Quadric::with_minimum(a, p));
         let (x, value) = sum.minimum().unwrap();
         assert!(x.distance(corner.as_dvec3()) < 1e-6, "{x}");
         assert!(value < 1e-12);
@@ -176,6 +177,6 @@ mod tests {
 
     #[test]
     fn a_single_plane_has_no_single_minimum() {
-        assert!(Quadric::around([1.0, 0.0, 0.0, 0.0, 0.0, 0.0], Vec3::ONE).minimum().is_none());
+        assert!(Quadric::with_minimum([1.0, 0.0, 0.0, 0.0, 0.0, 0.0], Vec3::ONE).minimum().is_none());
     }
 }

@@ -16,28 +16,28 @@ mod looks;
 mod manifold;
 mod non_manifold_edges;
 mod one_rings;
-mod patch;
 #[cfg(any(feature = "3mf", feature = "fbx", feature = "gltf"))]
-mod placed;
+mod placed_mesh;
 mod point_cloud;
-mod polygon;
+mod polygon_fans;
 mod precision;
 pub(crate) mod pulse;
 mod raw_mesh;
 mod repeated_faces;
 mod seams;
 pub mod shapes;
-mod sides;
 mod snap;
 pub mod surface_samples;
 mod surroundings;
 pub(crate) mod thread_ranges;
 mod topology;
+mod topology_patch;
 mod tri_mesh;
 pub(crate) mod union_find;
-mod united;
+mod united_mesh;
 mod vertex_normals;
 mod winding;
+mod windings;
 
 pub use area::has_area;
 pub use attributes::{Attributes, Channel, Role};
@@ -52,13 +52,10 @@ pub use looks::{BaseTexture, Finish, Look, Looks, Wrap, linear_light, srgb};
 pub(crate) use manifold::manifold_with;
 pub use manifold::{Manifold, manifold};
 pub use one_rings::{NotManifold, OneRings};
-#[cfg(feature = "io")]
-pub(crate) use patch::TopologyPatch;
-pub(crate) use patch::{PositionKey, position_key};
 #[cfg(any(feature = "3mf", feature = "fbx", feature = "gltf"))]
-pub(crate) use placed::{PlacedMesh, merge_placed_meshes};
+pub(crate) use placed_mesh::{PlacedMesh, merge_placed_meshes};
 pub use point_cloud::{PointCloud, point_cloud};
-pub use polygon::Fans;
+pub use polygon_fans::Fans;
 pub use raw_mesh::{Frame, RawMesh};
 pub(crate) use seams::same_values;
 pub use seams::{FeatureEdge, creases, seams};
@@ -66,7 +63,10 @@ pub use snap::snap;
 #[cfg(feature = "io")]
 pub(crate) use topology::TopologyPatches;
 pub use topology::{Topology, topology};
+#[cfg(feature = "io")]
+pub(crate) use topology_patch::TopologyPatch;
+pub(crate) use topology_patch::{PositionKey, position_key};
 pub use tri_mesh::{InvalidMesh, TriMesh};
-pub use united::{ScenePiece, SceneView, UnitedMesh};
+pub use united_mesh::{ScenePiece, SceneView, UnitedMesh};
 pub use vertex_normals::vertex_normals;
 pub use winding::orient_outward;

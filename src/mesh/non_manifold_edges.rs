@@ -10,8 +10,8 @@ use glam::Vec3;
 use rustc_hash::FxHashMap;
 
 use super::half_edges::{HalfEdge, for_each_edge, next, start};
-use super::sides::Sides;
 use super::surroundings::Surroundings;
+use super::windings::Windings;
 
 /// Extra angle, in radians, charged to a pair of faces with inconsistent winding.
 const DISAGREEMENT: f32 = 0.5 * PI;
@@ -24,7 +24,7 @@ pub(super) type Partners = FxHashMap<u32, u32>;
 /// Matches the half-edges at all edges with more than two faces; of an odd number one stays alone.
 pub(super) fn partners(positions: &[[f32; 3]], around: &Surroundings) -> Partners {
     let (faces, cluster) = (&around.faces, |face: u32| around.clusters[face as usize]);
-    let mut sides = Sides::new(around.n_clusters);
+    let mut sides = Windings::new(around.n_clusters);
     let mut fans: Vec<Vec<EdgeFace>> = Vec::new();
     for_each_edge(positions.len(), faces, |ends, half_edges| {
         if let &[g, h] = half_edges {

@@ -1,9 +1,9 @@
 //! Topology of a mesh: closed or not, manifold or not, its components, holes and handles.
 
 use super::TriMesh;
-use super::patch::{OpenEdge, PositionKey, TopologyCounts, TopologyPatch, curves_through};
-use super::sides::Sides;
+use super::topology_patch::{OpenEdge, PositionKey, TopologyCounts, TopologyPatch, curves_through};
 use super::union_find::UnionFind;
+use super::windings::Windings;
 
 /// The topology figures of a mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -92,7 +92,7 @@ impl TopologyPatches {
         let mut open = OpenElements {
             components: UnionFind::new(self.0.n_open_components as usize),
             fans: UnionFind::new(open_fans.len()),
-            sides: Sides::new(self.0.n_open_sides as usize),
+            sides: Windings::new(self.0.n_open_sides as usize),
             curves: self.0.curves,
             all_agree: !is_one_sided,
         };
@@ -112,7 +112,7 @@ impl TopologyPatches {
 struct OpenElements {
     components: UnionFind,
     fans: UnionFind,
-    sides: Sides,
+    sides: Windings,
     curves: Vec<[u32; 2]>,
     all_agree: bool,
 }

@@ -108,9 +108,9 @@ fn find_farthest(mesh: &TriMesh, own: &FaceTree, other: &FaceTree, n_samples: us
     let vertices = mesh.positions().iter().map(|p| DVec3::from(p.map(f64::from)));
     let points: Vec<DVec3> =
         curve_samples(mesh, own.order(), n_samples, 0).iter().map(|sample| sample.point).chain(vertices).collect();
-    let look = |point: DVec3| other.near_counted(point, None, f64::NEG_INFINITY);
+    let look = |point: DVec3| other.find_near_with_cost(point, None, f64::NEG_INFINITY);
     let most = MAX_LOOKS.max(USUAL_LOOKS * points.len() as f64);
-    let n = affordable_count(points.len(), most, |i| look(points[i]).map_or(0, |found| found.2.all()));
+    let n = affordable_count(points.len(), most, |i| look(points[i]).map_or(0, |found| found.2.total()));
     let far = |i: usize| {
         let point = points[i * points.len() / n];
         (point, look(point).map_or(0.0, |found| found.1))
@@ -146,7 +146,8 @@ pub(super) fn one_way_distance(
     let mesh = meshes[0];
     let draw = |n| curve_samples(mesh, own.order(), n, seed);
     let samples = draw(n_samples);
-    let looks = |point: DVec3, enough| other.near_counted(point, None, enough).map_or(0, |found| found.2.all());
+    let looks =
+        |point: DVec3, enough| other.find_near_with_cost(point, None, enough).map_or(0, |found| found.2.total());
     let most = |n: usize| MAX_LOOKS.max(USUAL_LOOKS * n as f64);
     let n_affordable = affordable_count(n_samples, most(n_samples), |i| looks(samples[i].point, f64::NEG_INFINITY));
     let samples = if n_affordable < n_samples { draw(n_affordable) } else { samples };
@@ -343,7 +344,7 @@ impl Work for FarProbes<'_> {
         let (mut farther, mut last) = (Vec::new(), None);
         for probe in self.probe_points {
             let (p, place) = (probe.point(self.mesh, self.order), probe.place as usize);
-            let (face, distance2) = self.tree.near_from(p, last, self.far).unwrap_or_default();
+            let (face, distance2) = self.tree.find_near(p, last, self.far).unwrap_or_default();
             last = Some(face);
             if distance2 > self.far {
                 farther.push(FaceDistance { place, distance2 });

@@ -37,7 +37,7 @@ fn find_crossing(mesh: &TriMesh, most: u64) -> Option<Vec<u32>> {
     let tree = NearestOnTriangles::new(&triangles);
     let n_near = |face: usize| {
         let mut n = 0;
-        tree.visit_met(&triangles[face], |_| n += 1);
+        tree.visit_touching(&triangles[face], |_| n += 1);
         n
     };
     if affordable_count(triangles.len(), most as f64, n_near) < triangles.len() {
@@ -45,7 +45,7 @@ fn find_crossing(mesh: &TriMesh, most: u64) -> Option<Vec<u32>> {
     }
     let crossed_later = |face: usize| {
         let (mut others, mut n_near) = (Vec::new(), 0);
-        tree.visit_met(&triangles[face], |other| {
+        tree.visit_touching(&triangles[face], |other| {
             n_near += 1;
             others.extend((other as usize > face).then_some(other));
         });

@@ -87,7 +87,7 @@ impl<'a> StreamedDistance<'a> {
 
     /// Measures a block with at least one face, and from the points near its box.
     pub fn measure(&self, piece: &TriMesh) -> BlockDistances {
-        let (own, bounds) = (face_tree(piece), Bounds::of(piece.positions()));
+        let (own, bounds) = (face_tree(piece), Bounds::from_points(piece.positions()));
         let forward = one_way_distance([piece, self.simplified], [&own, &self.tree], self.samples_per_block, self.seed);
         let nearer = self.find_nearer(&own, |i| distance2(&bounds, self.points[i]) <= self.near2);
         BlockDistances { bounds, forward: Some((surface_area(piece), forward)), nearer }
@@ -100,7 +100,7 @@ impl<'a> StreamedDistance<'a> {
 
     /// Measures from the points that may be closer to this block than to any other.
     pub fn measure_again(&self, piece: &TriMesh) -> BlockDistances {
-        let bounds = Bounds::of(piece.positions());
+        let bounds = Bounds::from_points(piece.positions());
         let nearer = self.find_nearer(&face_tree(piece), |i| self.may_be_nearer(&bounds, i));
         BlockDistances { bounds, forward: None, nearer }
     }

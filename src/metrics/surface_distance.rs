@@ -122,7 +122,7 @@ fn farthest_vertex(from: &Surface, to: &Surface) -> f64 {
 fn affordable_subset(points: &[DVec3], to: &Surface) -> Vec<usize> {
     let n = points.len();
     let most = MAX_LOOKS[0].max(MAX_LOOKS[1] * n as f64);
-    let n_affordable = affordable_count(n, most, |i| to.nearest.nearest_counted(points[i]).1);
+    let n_affordable = affordable_count(n, most, |i| to.nearest.nearest_with_cost(points[i]).1);
     (0..n_affordable).map(|i| i * n / n_affordable).collect()
 }
 

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::surface::triangles;
-use crate::geometry::sides::area;
+use crate::geometry::side_lengths::area;
 use crate::mesh::TriMesh;
 
 /// Smallest angle below which a face is a sliver, in degrees.

@@ -70,10 +70,10 @@ fn is_turned(original: &Surface, [a, b, c]: [DVec3; 3]) -> (bool, u64) {
 /// visits.
 fn is_opposed(original: &Surface, p: DVec3, normal: DVec3, slack: f64) -> (bool, u64) {
     let agrees = |face: u32| original.normals[face as usize].dot(normal) > 0.0;
-    let (nearest, n_looks) = original.nearest.nearest_counted(p);
+    let (nearest, n_looks) = original.nearest.nearest_with_cost(p);
     let Some(nearest) = nearest.filter(|nearest| !agrees(nearest.triangle)) else { return (false, n_looks.into()) };
     let reach = nearest.distance2.sqrt() + slack;
-    let (is_any, n_more) = original.nearest.is_any_within_counted(p, reach, agrees);
+    let (is_any, n_more) = original.nearest.is_any_within_with_cost(p, reach, agrees);
     (!is_any, u64::from(n_looks) + u64::from(n_more))
 }
 

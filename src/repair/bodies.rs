@@ -6,7 +6,7 @@
 use glam::DVec3;
 
 use super::cells::cells;
-use super::faces::{Faces, Made};
+use super::faces::{FaceOrigin, RepairFaces};
 
 /// Largest share of area with stray winding in a cell that counts as wound one way.
 const STRAY: f64 = 0.01;
@@ -31,7 +31,7 @@ pub(super) struct Body {
 
 /// The figures of a cell.
 #[derive(Clone, Copy, Default)]
-struct Cell {
+struct CellFigures {
     component: u32,
     /// Volume spanned by its faces, negative for an outside.
     volume: f64,
@@ -39,7 +39,7 @@ struct Cell {
     wound: [f64; 2],
 }
 
-impl Cell {
+impl CellFigures {
     /// Returns 1 if its faces are wound into it, -1 out of it, 0 if mixed.
     fn winding(&self) -> i8 {
         let [into, out] = self.wound;
@@ -49,10 +49,10 @@ impl Cell {
 }
 
 /// Returns the bodies of all components that enclose something; `parted` faces are separated by sheets (`cells`).
-pub(super) fn bodies(faces: &Faces, parted: &[bool]) -> Vec<Body> {
+pub(super) fn bodies(faces: &RepairFaces, parted: &[bool]) -> Vec<Body> {
     let cells = cells(faces, parted);
     let (component, n_components, sides) = (cells.component, cells.n_components, cells.of_sides);
-    let all = measured(faces, &component, &sides, cells.n);
+    let all = measure_cells(faces, &component, &sides, cells.n);
     // The outside of a component spans the most negative volume, whatever its winding.
     let mut outside = vec![u32::MAX; n_components];
     for (number, cell) in (0..).zip(&all) {
@@ -84,17 +84,17 @@ pub(super) fn bodies(faces: &Faces, parted: &[bool]) -> Vec<Body> {
     bodies
 }
 
-fn measured(faces: &Faces, component: &[u32], sides: &[[u32; 2]], n_cells: usize) -> Vec<Cell> {
-    let mut all = vec![Cell::default(); n_cells];
+fn measure_cells(faces: &RepairFaces, component: &[u32], sides: &[[u32; 2]], n_cells: usize) -> Vec<CellFigures> {
+    let mut all = vec![CellFigures::default(); n_cells];
     let mut origins: Vec<Option<DVec3>> = vec![None; faces.len()];
     for ((face, &component), &[front, back]) in faces.numbers().zip(component).zip(sides) {
         let points = faces.points(face);
         // Any point of the component will do; one nearby keeps digits.
         let origin = *origins[component as usize].get_or_insert(points[0]);
-        let (normal, is_new) = (faces.normal(face), faces.made[face as usize] == Made::New);
+        let (normal, is_new) = (faces.normal(face), faces.origins[face as usize] == FaceOrigin::New);
         let volume = (points[0] - origin).dot(normal) / 6.0;
         let area = if is_new { 0.0 } else { 0.5 * normal.length() };
-        let turned = usize::from(faces.made[face as usize] == Made::Turned);
+        let turned = usize::from(faces.origins[face as usize] == FaceOrigin::Turned);
         for (cell, volume, way) in [(front, -volume, turned), (back, volume, 1 - turned)] {
             let cell = &mut all[cell as usize];
             cell.component = component;
@@ -108,7 +108,7 @@ fn measured(faces: &Faces, component: &[u32], sides: &[[u32; 2]], n_cells: usize
 }
 
 /// Returns whether a body is more than rounding, and more than a covered sheet.
-fn encloses(faces: &Faces, body: &Body) -> bool {
+fn encloses(faces: &RepairFaces, body: &Body) -> bool {
     let [new, old] = super::fill::areas(faces, body.hull.iter().map(|(face, _)| *face));
     // A sheet whose filled boundary covers it: mostly new area, hardly any volume.
     let is_sheet = new > MOSTLY_NEW * old && body.volume < SHEET * new.powf(1.5);
@@ -121,7 +121,7 @@ mod tests {
     use crate::mesh::{Attributes, TriMesh, shapes};
 
     fn bodies_of(mesh: &TriMesh) -> Vec<Body> {
-        bodies(&Faces::new(mesh, &Attributes::default()), &vec![false; mesh.faces().len()])
+        bodies(&RepairFaces::new(mesh, &Attributes::default()), &vec![false; mesh.faces().len()])
     }
 
     #[test]

@@ -14,7 +14,7 @@ use crate::mesh::manifold;
 use crate::mesh::pulse::Pulse;
 use crate::mesh::union_find::UnionFind;
 
-use super::faces::Faces;
+use super::faces::RepairFaces;
 
 /// The cells of some faces.
 pub(super) struct Cells {
@@ -32,7 +32,7 @@ pub(super) struct Cells {
 ///
 /// All faces at an edge are `parted` or none. If they are, sides are joined as the cut into a manifold joins faces, not by
 /// angle.
-pub(super) fn cells(faces: &Faces, parted: &[bool]) -> Cells {
+pub(super) fn cells(faces: &RepairFaces, parted: &[bool]) -> Cells {
     let mut sides = UnionFind::new(2 * faces.len());
     let mut components = UnionFind::new(faces.len());
     for_each_edge(faces.positions.len(), &faces.corners, |ends, around| {
@@ -41,8 +41,8 @@ pub(super) fn cells(faces: &Faces, parted: &[bool]) -> Cells {
         }
         // Order is immaterial for one or two faces.
         let blades = match around.len() {
-            1 | 2 => around.iter().map(|&half| Blade::new(faces, half)).collect(),
-            _ => by_angle(faces, ends, around),
+            1 | 2 => around.iter().map(|&half| SidesAtEdge::new(faces, half)).collect(),
+            _ => sort_by_angle(faces, ends, around),
         };
         // A single blade follows itself: both sides of an open face join.
         for (blade, after) in blades.iter().zip(blades.iter().cycle().skip(1)) {
@@ -60,7 +60,7 @@ pub(super) fn cells(faces: &Faces, parted: &[bool]) -> Cells {
 }
 
 /// Joins sides and faces as the cut into a manifold joins them.
-fn join_sheets(faces: &Faces, some: &[u32], sides: &mut UnionFind, components: &mut UnionFind) {
+fn join_sheets(faces: &RepairFaces, some: &[u32], sides: &mut UnionFind, components: &mut UnionFind) {
     let corners: Vec<[u32; 3]> = some.iter().map(|&face| faces.corners[face as usize]).collect();
     let cut = manifold(faces.positions, &corners);
     let n_vertices = faces.positions.len();
@@ -88,7 +88,7 @@ fn join_sheets(faces: &Faces, some: &[u32], sides: &mut UnionFind, components: &
 const LEAK: f64 = 0.05;
 
 /// Marks the faces of components that leak: much of them has one cell on both sides, so angles say little about the inside.
-pub(super) fn leaking(faces: &Faces) -> Vec<bool> {
+pub(super) fn find_leaks(faces: &RepairFaces) -> Vec<bool> {
     let cells = cells(faces, &vec![false; faces.len()]);
     let mut areas = vec![[0.0; 2]; cells.n_components];
     for ((face, &component), [front, back]) in faces.numbers().zip(&cells.component).zip(&cells.of_sides) {
@@ -99,13 +99,13 @@ pub(super) fn leaking(faces: &Faces) -> Vec<bool> {
 }
 
 /// The sides of a face toward larger and smaller angles, looking down the edge.
-struct Blade {
+struct SidesAtEdge {
     ahead: u32,
     behind: u32,
 }
 
-impl Blade {
-    fn new(faces: &Faces, half: HalfEdge) -> Self {
+impl SidesAtEdge {
+    fn new(faces: &RepairFaces, half: HalfEdge) -> Self {
         let [front, back] = [2 * half.face(), 2 * half.face() + 1];
         let (ahead, behind) = if half.runs_up(&faces.corners) { (front, back) } else { (back, front) };
         Self { ahead, behind }
@@ -113,9 +113,9 @@ impl Blade {
 }
 
 /// Sorts the faces at an edge by angle; ties keep their order.
-fn by_angle(faces: &Faces, [low, high]: [u32; 2], around: &[HalfEdge]) -> Vec<Blade> {
-    let (from, along) = (faces.at(low), (faces.at(high) - faces.at(low)).normalize_or_zero());
-    let tip = |half: &HalfEdge| faces.at(start(&faces.corners, next(next(half.half_edge)))) - from;
+fn sort_by_angle(faces: &RepairFaces, [low, high]: [u32; 2], around: &[HalfEdge]) -> Vec<SidesAtEdge> {
+    let (from, along) = (faces.position(low), (faces.position(high) - faces.position(low)).normalize_or_zero());
+    let tip = |half: &HalfEdge| faces.position(start(&faces.corners, next(next(half.half_edge)))) - from;
     let across = |arm: DVec3| arm - arm.dot(along) * along;
     // Any face with width gives the zero of the angles.
     let right = around.iter().map(|half| across(tip(half))).find(|arm| *arm != DVec3::ZERO).unwrap_or(DVec3::X);
@@ -124,7 +124,7 @@ fn by_angle(faces: &Faces, [low, high]: [u32; 2], around: &[HalfEdge]) -> Vec<Bl
     let angle = |half: &HalfEdge| tip(half).dot(up).atan2(tip(half).dot(right));
     let mut blades: Vec<(f64, &HalfEdge)> = around.iter().map(|half| (angle(half), half)).collect();
     blades.sort_by(|a, b| a.0.total_cmp(&b.0));
-    blades.into_iter().map(|(_, &half)| Blade::new(faces, half)).collect()
+    blades.into_iter().map(|(_, &half)| SidesAtEdge::new(faces, half)).collect()
 }
 
 #[cfg(test)]
@@ -133,7 +133,7 @@ mod tests {
     use crate::mesh::{Attributes, TriMesh, shapes};
 
     fn all(mesh: &TriMesh, is_parted: bool) -> Cells {
-        cells(&Faces::new(mesh, &Attributes::default()), &vec![is_parted; mesh.faces().len()])
+        cells(&RepairFaces::new(mesh, &Attributes::default()), &vec![is_parted; mesh.faces().len()])
     }
 
     fn count(mesh: &TriMesh) -> usize {
@@ -185,8 +185,8 @@ mod tests {
         let positions: Vec<[f32; 3]> = [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]].into_iter().chain(tips).collect();
         let body = |a, b| [[0, 1, a], [1, 0, b], [0, a, b], [1, b, a]];
         let mesh = TriMesh::new(positions, [body(2, 3), body(4, 5)].concat()).unwrap();
-        assert!(leaking(&Faces::new(&mesh, &Attributes::default())).iter().all(|leaks| *leaks));
+        assert!(find_leaks(&RepairFaces::new(&mesh, &Attributes::default())).iter().all(|leaks| *leaks));
         assert_eq!(all(&mesh, true).n, 4);
-        assert!(!leaking(&Faces::new(&shapes::tetrahedra_sharing_edge(), &Attributes::default()))[0]);
+        assert!(!find_leaks(&RepairFaces::new(&shapes::tetrahedra_sharing_edge(), &Attributes::default()))[0]);
     }
 }

@@ -5,20 +5,20 @@ use glam::DVec3;
 use crate::mesh::pulse::Pulse;
 use crate::mesh::union_find::join_faces;
 
-use super::faces::Faces;
+use super::faces::RepairFaces;
 
 /// Returns the component of each face, numbered by first faces, and their number.
-pub(super) fn components(faces: &Faces) -> (Vec<u32>, usize) {
-    joined(faces, |_| true)
+pub(super) fn components(faces: &RepairFaces) -> (Vec<u32>, usize) {
+    components_over_edges(faces, |_| true)
 }
 
 /// Joins faces over the edges whose number of faces `is_wanted` accepts.
-pub(super) fn joined(faces: &Faces, is_wanted: impl Fn(usize) -> bool) -> (Vec<u32>, usize) {
+pub(super) fn components_over_edges(faces: &RepairFaces, is_wanted: impl Fn(usize) -> bool) -> (Vec<u32>, usize) {
     join_faces(faces.positions.len(), &faces.corners, is_wanted).number_sets(Pulse::NONE)
 }
 
 /// Drops components whose bounding box has a diagonal below `least`, never the largest by area; returns their number.
-pub(super) fn drop_small(faces: &mut Faces, least: f64) -> usize {
+pub(super) fn drop_small(faces: &mut RepairFaces, least: f64) -> usize {
     let (component, n) = components(faces);
     let mut areas = vec![0.0; n];
     let mut boxes = vec![(DVec3::INFINITY, DVec3::NEG_INFINITY); n];
@@ -48,7 +48,7 @@ mod tests {
     #[test]
     fn components_are_those_that_topology_counts() {
         for mesh in [shapes::many_boxes(20), shapes::tetrahedra_sharing_edge(), shapes::touching_spheres(1)] {
-            let faces = Faces::new(&mesh, &Attributes::default());
+            let faces = RepairFaces::new(&mesh, &Attributes::default());
             assert_eq!(components(&faces).1, topology(&mesh).components);
         }
     }
@@ -56,7 +56,7 @@ mod tests {
     #[test]
     fn small_components_go_and_the_largest_stays() {
         let mesh = shapes::many_boxes(20);
-        let mut faces = Faces::new(&mesh, &Attributes::default());
+        let mut faces = RepairFaces::new(&mesh, &Attributes::default());
         assert_eq!(drop_small(&mut faces, 0.0), 0);
         assert_eq!((drop_small(&mut faces, f64::INFINITY), components(&faces).1), (19, 1));
     }

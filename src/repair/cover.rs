@@ -34,14 +34,14 @@ pub(super) struct Outline<'a> {
 pub(super) fn cover(outline: &Outline, n_best: usize) -> Vec<[u32; 3]> {
     let n = outline.points.len() as u32;
     if n as usize <= n_best.max(3) {
-        return best(outline, &(0..n).collect::<Vec<_>>(), &outline.normals);
+        return best_cover(outline, &(0..n).collect::<Vec<_>>(), &outline.normals);
     }
     if is_flat(&outline.points) {
         // Triangles are wound against the loop.
         let reversed: Vec<[f64; 3]> = outline.points.iter().rev().map(|p| p.to_array()).collect();
         return triangulate(&reversed).into_iter().map(|triangle| triangle.map(|i| n - 1 - i)).collect();
     }
-    Ears::new(outline).clip(n_best.max(3))
+    LoopEars::new(outline).clip(n_best.max(3))
 }
 
 /// Returns whether a loop lies near a plane.
@@ -66,7 +66,7 @@ fn bend(a: DVec3, b: DVec3) -> f64 {
 
 /// The cost of a sub-loop's triangulation and its first triangle.
 #[derive(Clone, Copy)]
-struct Part {
+struct PartialCover {
     /// Largest bend.
     bend: f64,
     area: f64,
@@ -77,22 +77,22 @@ struct Part {
 }
 
 /// Triangulates a ring of vertices with the least bend, then least area; `normals` are those at its edges.
-fn best(outline: &Outline, ring: &[u32], normals: &[DVec3]) -> Vec<[u32; 3]> {
+fn best_cover(outline: &Outline, ring: &[u32], normals: &[DVec3]) -> Vec<[u32; 3]> {
     let n = ring.len();
     let points: Vec<DVec3> = ring.iter().map(|&i| outline.points[i as usize]).collect();
-    let edge = |i: usize| Part { bend: 0.0, area: 0.0, third: u32::MAX, normal: normals[i] };
-    let mut parts = vec![edge(0); n * n];
-    (0..n - 1).for_each(|i| parts[i * n + i + 1] = edge(i));
+    let edge = |i: usize| PartialCover { bend: 0.0, area: 0.0, third: u32::MAX, normal: normals[i] };
+    let mut covers = vec![edge(0); n * n];
+    (0..n - 1).for_each(|i| covers[i * n + i + 1] = edge(i));
     // Shorter sub-loops first: each is an edge, a triangle and two shorter ones.
     for span in 2..n {
         for i in 0..n - span {
             let k = i + span;
-            let mut least = Part { bend: f64::INFINITY, area: f64::INFINITY, ..edge(0) };
+            let mut least = PartialCover { bend: f64::INFINITY, area: f64::INFINITY, ..edge(0) };
             let is_all = span == n - 1;
             // The last edge closes the loop and exists in any case.
             let known = if !is_all && (outline.is_edge)(ring[i], ring[k]) { KNOWN_EDGE } else { 0.0 };
             for j in i + 1..k {
-                let (left, right) = (&parts[i * n + j], &parts[j * n + k]);
+                let (left, right) = (&covers[i * n + j], &covers[j * n + k]);
                 let normal = normal_over([points[i], points[j], points[k]]);
                 let area = left.area + right.area + normal.length();
                 let normal = normal.normalize_or_zero();
@@ -102,17 +102,17 @@ fn best(outline: &Outline, ring: &[u32], normals: &[DVec3]) -> Vec<[u32; 3]> {
                 let here = (here / BEND_STEP).round() * BEND_STEP + known;
                 let bend = here.max(left.bend).max(right.bend);
                 if (bend, area) < (least.bend, least.area) {
-                    least = Part { bend, area, third: j as u32, normal };
+                    least = PartialCover { bend, area, third: j as u32, normal };
                 }
             }
-            parts[i * n + k] = least;
+            covers[i * n + k] = least;
         }
     }
-    unfold(n, ring, &parts)
+    collect_triangles(n, ring, &covers)
 }
 
 /// Collects the triangles of the chosen sub-loops.
-fn unfold(n: usize, ring: &[u32], parts: &[Part]) -> Vec<[u32; 3]> {
+fn collect_triangles(n: usize, ring: &[u32], covers: &[PartialCover]) -> Vec<[u32; 3]> {
     let mut triangles = Vec::with_capacity(n - 2);
     let mut left = vec![(0, n - 1)];
     while let Some((i, k)) = left.pop() {
@@ -120,7 +120,7 @@ fn unfold(n: usize, ring: &[u32], parts: &[Part]) -> Vec<[u32; 3]> {
             continue;
         }
         // Where no triangle is better than none, as among endless areas, any will do.
-        let third = parts[i * n + k].third as usize;
+        let third = covers[i * n + k].third as usize;
         let j = if (i + 1..k).contains(&third) { third } else { i + 1 };
         triangles.push([ring[i], ring[k], ring[j]]);
         left.extend([(i, j), (j, k)]);
@@ -129,7 +129,7 @@ fn unfold(n: usize, ring: &[u32], parts: &[Part]) -> Vec<[u32; 3]> {
 }
 
 /// A ring of vertices from which ears are clipped.
-struct Ears<'a> {
+struct LoopEars<'a> {
     outline: &'a Outline<'a>,
     next: Vec<u32>,
     previous: Vec<u32>,
@@ -139,7 +139,7 @@ struct Ears<'a> {
     changes: Vec<u32>,
 }
 
-impl<'a> Ears<'a> {
+impl<'a> LoopEars<'a> {
     fn new(outline: &'a Outline<'a>) -> Self {
         let n = outline.points.len() as u32;
         let next = (1..n).chain([0]).collect();
@@ -193,7 +193,7 @@ impl<'a> Ears<'a> {
         // Short enough for the optimum now.
         let ring: Vec<u32> = (0..self.next.len() as u32).filter(|&v| self.changes[v as usize] != u32::MAX).collect();
         let normals: Vec<DVec3> = ring.iter().map(|&v| self.normals[v as usize]).collect();
-        triangles.extend(best(self.outline, &ring, &normals));
+        triangles.extend(best_cover(self.outline, &ring, &normals));
         triangles
     }
 }

@@ -9,7 +9,7 @@ use super::{RepairCounts, Repaired};
 
 /// The origin of a face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Made {
+pub(super) enum FaceOrigin {
     /// Input face with its winding.
     AsRead,
     /// Input face, reversed.
@@ -20,7 +20,7 @@ pub(super) enum Made {
 
 /// A list of faces over fixed vertices.
 #[derive(Clone, Debug)]
-pub(super) struct Faces<'a> {
+pub(super) struct RepairFaces<'a> {
     /// Positions, n_vertices x 3.
     pub positions: &'a [[f32; 3]],
     /// Vertices of the faces, n_faces x 3.
@@ -30,12 +30,12 @@ pub(super) struct Faces<'a> {
     /// Groups, n_faces; empty if all are equal.
     groups: Vec<u32>,
     /// Origin of each face, n_faces.
-    pub made: Vec<Made>,
+    pub origins: Vec<FaceOrigin>,
     /// Input face of each face, n_faces; `u32::MAX` over a hole.
     pub sources: Vec<u32>,
 }
 
-impl<'a> Faces<'a> {
+impl<'a> RepairFaces<'a> {
     /// Takes the faces of a mesh.
     pub fn new(mesh: &'a TriMesh, attributes: &Attributes) -> Self {
         Self {
@@ -43,7 +43,7 @@ impl<'a> Faces<'a> {
             corners: mesh.faces().to_vec(),
             wedges: attributes.wedges.clone(),
             groups: attributes.groups.clone(),
-            made: vec![Made::AsRead; mesh.faces().len()],
+            origins: vec![FaceOrigin::AsRead; mesh.faces().len()],
             sources: (0..mesh.faces().len() as u32).collect(),
         }
     }
@@ -52,13 +52,13 @@ impl<'a> Faces<'a> {
         self.corners.len()
     }
 
-    pub fn at(&self, vertex: u32) -> DVec3 {
+    pub fn position(&self, vertex: u32) -> DVec3 {
         DVec3::from(self.positions[vertex as usize].map(f64::from))
     }
 
     /// Returns the corners of a face as points.
     pub fn points(&self, face: u32) -> [DVec3; 3] {
-        self.corners[face as usize].map(|vertex| self.at(vertex))
+        self.corners[face as usize].map(|vertex| self.position(vertex))
     }
 
     /// Returns the normal of a face, with twice its area as length.
@@ -87,10 +87,10 @@ impl<'a> Faces<'a> {
         if let Some(wedges) = self.wedges.get_mut(face) {
             wedges.swap(1, 2);
         }
-        self.made[face] = match self.made[face] {
-            Made::AsRead => Made::Turned,
-            Made::Turned => Made::AsRead,
-            Made::New => Made::New,
+        self.origins[face] = match self.origins[face] {
+            FaceOrigin::AsRead => FaceOrigin::Turned,
+            FaceOrigin::Turned => FaceOrigin::AsRead,
+            FaceOrigin::New => FaceOrigin::New,
         };
     }
 
@@ -103,21 +103,21 @@ impl<'a> Faces<'a> {
             self.groups.push(group);
         }
         self.corners.push(corners);
-        self.made.push(Made::New);
+        self.origins.push(FaceOrigin::New);
         self.sources.push(u32::MAX);
     }
 
     /// Keeps the faces that `is_wanted` accepts.
     pub fn retain(&mut self, is_wanted: impl Fn(u32) -> bool) {
-        fn kept<T: Copy>(rows: &mut Vec<T>, is_wanted: &impl Fn(u32) -> bool) {
+        fn retain_rows<T: Copy>(rows: &mut Vec<T>, is_wanted: &impl Fn(u32) -> bool) {
             let mut number = 0..;
             rows.retain(|_| number.next().is_some_and(is_wanted));
         }
-        kept(&mut self.corners, &is_wanted);
-        kept(&mut self.wedges, &is_wanted);
-        kept(&mut self.groups, &is_wanted);
-        kept(&mut self.made, &is_wanted);
-        kept(&mut self.sources, &is_wanted);
+        retain_rows(&mut self.corners, &is_wanted);
+        retain_rows(&mut self.wedges, &is_wanted);
+        retain_rows(&mut self.groups, &is_wanted);
+        retain_rows(&mut self.origins, &is_wanted);
+        retain_rows(&mut self.sources, &is_wanted);
     }
 
     /// Returns the indices of the faces.
@@ -128,8 +128,8 @@ impl<'a> Faces<'a> {
     /// Builds the mesh of these faces with the channels of the input's `attributes`; adds face counts to `counts`.
     pub fn into_repaired(self, attributes: &Attributes, counts: RepairCounts) -> Repaired {
         let mut attributes = Attributes { wedges: Vec::new(), groups: Vec::new(), ..attributes.clone() };
-        let n_read = self.made.iter().filter(|made| **made != Made::New).count();
-        let n_turned = self.made.iter().filter(|made| **made == Made::Turned).count();
+        let n_read = self.origins.iter().filter(|made| **made != FaceOrigin::New).count();
+        let n_turned = self.origins.iter().filter(|made| **made == FaceOrigin::Turned).count();
         let counts = RepairCounts { faces_added: self.len() - n_read, faces_turned: n_turned, ..counts };
         attributes.wedges = self.wedges.clone();
         // Needs the reversed faces' new normals, so before positions are compacted.
@@ -146,7 +146,7 @@ impl<'a> Faces<'a> {
         let mut opposite = rustc_hash::FxHashMap::default();
         let n_wedges = attributes.n_wedges() as u32;
         let mut sources = Vec::new();
-        for face in self.numbers().filter(|&face| self.made[face as usize] == Made::Turned) {
+        for face in self.numbers().filter(|&face| self.origins[face as usize] == FaceOrigin::Turned) {
             let normal = self.normal(face);
             for wedge in wedges.iter_mut().skip(face as usize).take(1).flatten() {
                 let Some(&[x, y, z]) = normals.value(*wedge).first_chunk() else { continue };

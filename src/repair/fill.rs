@@ -10,7 +10,7 @@ use crate::mesh::half_edges::for_each_edge;
 use crate::mesh::{Attributes, TriMesh};
 
 use super::cover::{Outline, cover};
-use super::faces::{Faces, Made};
+use super::faces::{FaceOrigin, RepairFaces};
 use super::loops::{Rim, loops};
 use super::{RepairCounts, Repaired};
 
@@ -50,14 +50,14 @@ pub fn fill_some_holes(
     most_edges: usize,
     is_wanted: impl Fn(&[u32]) -> bool,
 ) -> Repaired {
-    let mut faces = Faces::new(mesh, attributes);
+    let mut faces = RepairFaces::new(mesh, attributes);
     let holes = fill(&mut faces, most_edges, |rims| is_wanted(&rims.iter().map(|rim| rim.vertex).collect::<Vec<_>>()));
     let counts = RepairCounts { holes_filled: holes.n_filled, holes_left: holes.n_left, ..RepairCounts::default() };
     faces.into_repaired(attributes, counts)
 }
 
 /// Closes the wanted loops with at most `most_edges` edges.
-pub(super) fn fill(faces: &mut Faces, most_edges: usize, is_wanted: impl Fn(&[Rim]) -> bool) -> Holes {
+pub(super) fn fill(faces: &mut RepairFaces, most_edges: usize, is_wanted: impl Fn(&[Rim]) -> bool) -> Holes {
     let loops: Vec<Vec<Rim>> = loops(faces).into_iter().filter(|rims| is_wanted(rims)).collect();
     // The boundary of a lone triangle: filling would only double it.
     let is_single = |rims: &[Rim]| rims.len() == 3 && rims.iter().all(|rim| rim.face() == rims[0].face());
@@ -89,7 +89,7 @@ fn n_best(lengths: &[usize]) -> usize {
     BEST.into_iter().find(|&n| steps(n) <= STEPS).unwrap_or(3)
 }
 
-fn edges_between(faces: &Faces, vertices: impl Iterator<Item = u32>) -> FxHashSet<[u32; 2]> {
+fn edges_between(faces: &RepairFaces, vertices: impl Iterator<Item = u32>) -> FxHashSet<[u32; 2]> {
     let mut is_one = vec![false; faces.positions.len()];
     vertices.for_each(|vertex| is_one[vertex as usize] = true);
     let mut edges = FxHashSet::default();
@@ -102,7 +102,7 @@ fn edges_between(faces: &Faces, vertices: impl Iterator<Item = u32>) -> FxHashSe
 }
 
 /// Triangulates a hole; triangles are indices of its loop.
-fn triangles_over(faces: &Faces, rims: &[Rim], known: &FxHashSet<[u32; 2]>, n_best: usize) -> Vec<[u32; 3]> {
+fn triangles_over(faces: &RepairFaces, rims: &[Rim], known: &FxHashSet<[u32; 2]>, n_best: usize) -> Vec<[u32; 3]> {
     let is_edge = |i: u32, k: u32| {
         let [a, b] = [i, k].map(|i| rims[i as usize].vertex);
         known.contains(&[a.min(b), a.max(b)])
@@ -112,13 +112,13 @@ fn triangles_over(faces: &Faces, rims: &[Rim], known: &FxHashSet<[u32; 2]>, n_be
         let normal = faces.normal(rim.face()).normalize_or_zero();
         if rim.is_along(faces) { normal } else { -normal }
     };
-    let points: Vec<DVec3> = rims.iter().map(|rim| faces.at(rim.vertex)).collect();
+    let points: Vec<DVec3> = rims.iter().map(|rim| faces.position(rim.vertex)).collect();
     let normals = rims.iter().map(normal).collect();
     cover(&Outline { points, normals, is_edge: &is_edge }, n_best)
 }
 
 /// Returns the wedge for a corner of a new face: that of the face across one of its sides, else of the next along the loop.
-fn wedge_beside(faces: &Faces, rims: &[Rim], triangle: [u32; 3], i: u32) -> u32 {
+fn wedge_beside(faces: &RepairFaces, rims: &[Rim], triangle: [u32; 3], i: u32) -> u32 {
     let n = rims.len() as u32;
     let before = (i + n - 1) % n;
     let is_side = |place: u32| triangle.contains(&place);
@@ -134,9 +134,9 @@ fn most_common(numbers: impl Iterator<Item = u32>) -> u32 {
 }
 
 /// Sums the areas of the faces over holes, and of the others.
-pub(super) fn areas(faces: &Faces, some: impl Iterator<Item = u32>) -> [f64; 2] {
+pub(super) fn areas(faces: &RepairFaces, some: impl Iterator<Item = u32>) -> [f64; 2] {
     some.fold([0.0; 2], |mut sums, face| {
-        sums[usize::from(faces.made[face as usize] != Made::New)] += faces.area(face);
+        sums[usize::from(faces.origins[face as usize] != FaceOrigin::New)] += faces.area(face);
         sums
     })
 }
@@ -147,7 +147,7 @@ mod tests {
     use crate::mesh::{Channel, Role, edges, shapes, topology};
     use proptest::prelude::*;
 
-    fn without(mesh: &TriMesh, gone: &[usize]) -> TriMesh {
+    fn remove_faces(mesh: &TriMesh, gone: &[usize]) -> TriMesh {
         let n = mesh.faces().len();
         let gone: FxHashSet<usize> = gone.iter().map(|g| g % n).collect();
         let faces = mesh.faces().iter().enumerate().filter(|(f, _)| !gone.contains(f)).map(|(_, &face)| face);
@@ -160,7 +160,7 @@ mod tests {
         #[test]
         fn whatever_is_cut_out_is_closed_again(gone in prop::collection::vec(any::<usize>(), 0..200), which in 0usize..3) {
             let mesh = [shapes::icosphere(2), shapes::torus(16, 8, 2.0, 0.7), shapes::cuboid([1.0, 2.0, 3.0], 4)][which].clone();
-            let filled = fill_holes(&without(&mesh, &gone), Attributes::NONE, usize::MAX);
+            let filled = fill_holes(&remove_faces(&mesh, &gone), Attributes::NONE, usize::MAX);
             // A single face that is left alone has a border, along which others may lie.
             let n_odd = edges(&filled.mesh).iter().filter(|edge| (edge.up + edge.down) % 2 == 1).count();
             prop_assert!(n_odd <= 3 * filled.counts.holes_left);
@@ -170,7 +170,7 @@ mod tests {
 
     #[test]
     fn loops_longer_than_asked_for_stay() {
-        let holed = without(&shapes::cuboid([1.0; 3], 6), &[5, 6, 7, 30]);
+        let holed = remove_faces(&shapes::cuboid([1.0; 3], 6), &[5, 6, 7, 30]);
         let few = fill_holes(&holed, Attributes::NONE, 3);
         assert!(few.counts.holes_filled >= 1 && few.counts.holes_left >= 1, "{:?}", few.counts);
         let all = fill_holes(&holed, Attributes::NONE, usize::MAX);
@@ -185,7 +185,7 @@ mod tests {
         let high = cube.positions().iter().map(|p| p[2]).fold(f32::MIN, f32::max);
         let is_top = |face: &[u32; 3]| face.iter().all(|&v| cube.positions()[v as usize][2] == high);
         let gone: Vec<usize> = (0..cube.faces().len()).filter(|&f| is_top(&cube.faces()[f])).collect();
-        let filled = fill_holes(&without(&cube, &gone), Attributes::NONE, usize::MAX);
+        let filled = fill_holes(&remove_faces(&cube, &gone), Attributes::NONE, usize::MAX);
         assert!(topology(&filled.mesh).is_closed_manifold());
         let volume = crate::metrics::volume(&filled.mesh).unwrap();
         assert!((volume - 1.0).abs() < 1e-6, "{volume}");
@@ -200,7 +200,7 @@ mod tests {
 
     #[test]
     fn new_faces_carry_what_is_beside_them() {
-        let mesh = without(&shapes::grid(6, 6), &[]);
+        let mesh = remove_faces(&shapes::grid(6, 6), &[]);
         let n = mesh.faces().len();
         let values = (0..mesh.positions().len()).map(|v| v as f32).collect();
         let channel = Channel { name: "a".into(), role: Role::Other, width: 1, values };

@@ -10,14 +10,14 @@ use rustc_hash::FxHashMap;
 
 use crate::mesh::half_edges::for_each_edge;
 
-use super::components::{components, joined};
-use super::faces::Faces;
+use super::components::{components, components_over_edges};
+use super::faces::RepairFaces;
 
 /// Largest number of rounds; each drops fins that are not adjacent to another dropped one.
 const MOST_ROUNDS: usize = 64;
 
 /// Drops all fins; returns the number of dropped faces.
-pub(super) fn drop_fins(faces: &mut Faces) -> usize {
+pub(super) fn drop_fins(faces: &mut RepairFaces) -> usize {
     let n_before = faces.len();
     for _ in 0..MOST_ROUNDS {
         let (patch, fins) = fins(faces);
@@ -32,7 +32,7 @@ pub(super) fn drop_fins(faces: &mut Faces) -> usize {
 }
 
 /// The patches between edges with more than two faces.
-struct Patches {
+struct SheetPatches {
     /// Patch of each face.
     of_face: Vec<u32>,
     areas: Vec<f64>,
@@ -40,13 +40,13 @@ struct Patches {
     open: Vec<f64>,
     /// Whether the open boundary meets edges with more than two faces.
     is_mixed: Vec<bool>,
-    /// Patches at the same edges.
+    /// SheetPatches at the same edges.
     beside: FxHashMap<u32, Vec<u32>>,
 }
 
-impl Patches {
-    fn new(faces: &Faces) -> Self {
-        let (of_face, n) = joined(faces, |n_faces| n_faces == 2);
+impl SheetPatches {
+    fn new(faces: &RepairFaces) -> Self {
+        let (of_face, n) = components_over_edges(faces, |n_faces| n_faces == 2);
         let mut patches = Self {
             areas: vec![0.0; n],
             open: vec![0.0; n],
@@ -60,7 +60,7 @@ impl Patches {
             let here: Vec<u32> = around.iter().map(|half| patches.of_face[half.face() as usize]).collect();
             match here[..] {
                 [one] => {
-                    patches.open[one as usize] += faces.at(ends[0]).distance(faces.at(ends[1]));
+                    patches.open[one as usize] += faces.position(ends[0]).distance(faces.position(ends[1]));
                     in_open.extend(ends.map(|end| (end, one)));
                 }
                 [_, _] => {}
@@ -92,8 +92,8 @@ impl Patches {
 }
 
 /// Returns the patch of each face, and the fins, no two of them adjacent.
-fn fins(faces: &Faces) -> (Vec<u32>, Vec<u32>) {
-    let patches = Patches::new(faces);
+fn fins(faces: &RepairFaces) -> (Vec<u32>, Vec<u32>) {
+    let patches = SheetPatches::new(faces);
     let (component, n_components) = components(faces);
     let mut areas = vec![0.0; n_components];
     let mut component_of = vec![0; patches.areas.len()];
@@ -130,7 +130,7 @@ mod tests {
         positions.push([2.0; 3]);
         faces.push([a, b, positions.len() as u32 - 1]);
         let mesh = TriMesh::new(positions, faces).unwrap();
-        let mut faces = Faces::new(&mesh, &Attributes::default());
+        let mut faces = RepairFaces::new(&mesh, &Attributes::default());
         assert_eq!(drop_fins(&mut faces), 1);
         assert_eq!(faces.corners, sphere.faces());
     }
@@ -155,9 +155,9 @@ mod tests {
         ];
         let triangles: Vec<[u32; 3]> = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
         let mesh = TriMesh::new(positions, triangles).unwrap();
-        assert_eq!(drop_fins(&mut Faces::new(&mesh, &Attributes::default())), 0);
+        assert_eq!(drop_fins(&mut RepairFaces::new(&mesh, &Attributes::default())), 0);
         let plate = shapes::grid(4, 4);
-        assert_eq!(drop_fins(&mut Faces::new(&plate, &Attributes::default())), 0);
+        assert_eq!(drop_fins(&mut RepairFaces::new(&plate, &Attributes::default())), 0);
     }
 
     #[test]
@@ -165,7 +165,7 @@ mod tests {
         let tips = (0..5).map(|i| (i as f32).sin_cos()).map(|(y, x)| [x, y, 0.5]);
         let positions: Vec<[f32; 3]> = [[0.0; 3], [0.0, 0.0, 1.0]].into_iter().chain(tips).collect();
         let mesh = TriMesh::new(positions, (2..7).map(|tip| [0, 1, tip]).collect()).unwrap();
-        let mut faces = Faces::new(&mesh, &Attributes::default());
+        let mut faces = RepairFaces::new(&mesh, &Attributes::default());
         assert_eq!((drop_fins(&mut faces), faces.len()), (3, 2));
     }
 }

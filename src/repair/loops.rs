@@ -7,7 +7,7 @@ use rustc_hash::FxHashMap;
 use crate::mesh::half_edges::{NO_TWIN, next, start, twins};
 use crate::mesh::manifold;
 
-use super::faces::Faces;
+use super::faces::RepairFaces;
 
 /// An edge of a boundary loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,7 +24,7 @@ impl Rim {
     }
 
     /// Returns whether the loop and the face traverse it in the same direction.
-    pub fn is_along(self, faces: &Faces) -> bool {
+    pub fn is_along(self, faces: &RepairFaces) -> bool {
         start(&faces.corners, self.half_edge) == self.vertex
     }
 }
@@ -33,7 +33,7 @@ impl Rim {
 ///
 /// Each has at least three edges and passes no vertex twice. Faces are reversed as the cut reverses them, and loops run as
 /// their faces do.
-pub(super) fn loops(faces: &mut Faces) -> Vec<Vec<Rim>> {
+pub(super) fn loops(faces: &mut RepairFaces) -> Vec<Vec<Rim>> {
     let cut = manifold(faces.positions, &faces.corners);
     if cut.rings.n_ghosts() == 0 {
         return Vec::new();
@@ -50,7 +50,7 @@ pub(super) fn loops(faces: &mut Faces) -> Vec<Vec<Rim>> {
     let rims = |walk: Vec<(u32, u32)>| -> Vec<Rim> {
         walk.into_iter().map(|(vertex, half_edge)| Rim { vertex: vertex_of(vertex), half_edge }).collect()
     };
-    walks.into_iter().flat_map(|walk| simple(rims(walk))).filter(|rims| rims.len() > 2).collect()
+    walks.into_iter().flat_map(|walk| split_into_simple_loops(rims(walk))).filter(|rims| rims.len() > 2).collect()
 }
 
 /// Walks along the half-edges without twin, as (vertex, half-edge).
@@ -84,7 +84,7 @@ fn walks(corners: &[[u32; 3]], twins: &[u32], n_vertices: usize) -> Vec<Vec<(u32
 }
 
 /// Splits a walk into loops that pass each vertex once.
-fn simple(walk: Vec<Rim>) -> Vec<Vec<Rim>> {
+fn split_into_simple_loops(walk: Vec<Rim>) -> Vec<Vec<Rim>> {
     let mut loops = Vec::new();
     let mut path: Vec<Rim> = Vec::new();
     let mut place_of: FxHashMap<u32, usize> = FxHashMap::default();
@@ -112,7 +112,7 @@ mod tests {
 
     fn lengths(mesh: &TriMesh) -> Vec<usize> {
         let mut lengths: Vec<usize> =
-            loops(&mut Faces::new(mesh, &Attributes::default())).iter().map(Vec::len).collect();
+            loops(&mut RepairFaces::new(mesh, &Attributes::default())).iter().map(Vec::len).collect();
         lengths.sort_unstable();
         lengths
     }
@@ -139,7 +139,7 @@ mod tests {
     #[test]
     fn loops_run_as_their_faces_do() {
         let mesh = shapes::open_cylinder(12, 3);
-        let mut faces = Faces::new(&mesh, &Attributes::default());
+        let mut faces = RepairFaces::new(&mesh, &Attributes::default());
         for rims in loops(&mut faces) {
             for (i, rim) in rims.iter().enumerate() {
                 assert!(rim.is_along(&faces));

@@ -11,7 +11,6 @@
 //!
 //! Vertices stay in place, except that touching bodies are separated by a hair. Intersecting surfaces still intersect.
 
-mod apart;
 mod bodies;
 mod cells;
 mod components;
@@ -25,6 +24,7 @@ mod one_sided;
 mod rays;
 mod repeated;
 mod solid;
+mod touching;
 
 use crate::mesh::{Attributes, TriMesh};
 

@@ -5,7 +5,7 @@
 //! winding. Intersecting bodies are solid, but a shell wound as a cavity and mostly within stays one.
 
 use super::bodies::Body;
-use super::faces::Faces;
+use super::faces::RepairFaces;
 use super::rays::Rays;
 
 /// Largest number of sampled points per body.
@@ -16,7 +16,7 @@ const MOSTLY: f64 = 0.5;
 const WITHIN: [f64; 3] = [0.4637, 0.3391, 0.1972];
 
 /// Reverses cavities and drops bodies hidden in solid.
-pub(super) fn nest(faces: &Faces, bodies: &mut Vec<Body>) {
+pub(super) fn nest(faces: &RepairFaces, bodies: &mut Vec<Body>) {
     if bodies.len() < 2 {
         return;
     }
@@ -30,7 +30,7 @@ pub(super) fn nest(faces: &Faces, bodies: &mut Vec<Body>) {
     // 1 for what is wound outward, -1 for a cavity, 0 for what goes.
     let mut fates = vec![1i32; bodies.len()];
     for number in 0..bodies.len() {
-        let within = within(faces, &bodies[number], &rays, &mut |triangle| {
+        let within = share_in_solid(faces, &bodies[number], &rays, &mut |triangle| {
             let body = body_of[triangle as usize];
             if body < number as u32 { fates[body as usize] } else { 0 }
         });
@@ -47,19 +47,19 @@ pub(super) fn nest(faces: &Faces, bodies: &mut Vec<Body>) {
 }
 
 /// Returns the corners of a hull face, outward.
-fn triangle(faces: &Faces, (face, turn): (u32, bool)) -> [[f32; 3]; 3] {
+fn triangle(faces: &RepairFaces, (face, turn): (u32, bool)) -> [[f32; 3]; 3] {
     let [a, b, c] = faces.corners[face as usize].map(|v| faces.positions[v as usize]);
     if turn { [a, c, b] } else { [a, b, c] }
 }
 
 /// Returns the share of a body that lies in the solid of others; `counts` weighs a triangle.
-fn within(faces: &Faces, body: &Body, rays: &Rays, counts: &mut dyn FnMut(u32) -> i32) -> f64 {
+fn share_in_solid(faces: &RepairFaces, body: &Body, rays: &Rays, counts: &mut dyn FnMut(u32) -> i32) -> f64 {
     let step = body.hull.len().div_ceil(SAMPLES);
     let (mut n_looks, mut n_within) = (0, 0);
     for (sample, &(face, _)) in body.hull.iter().step_by(step).enumerate() {
         let point: glam::DVec3 = faces.points(face).iter().zip(WITHIN).map(|(corner, weight)| *corner * weight).sum();
         // A ray through an edge says nothing; another sample will.
-        let Some(crossed) = rays.crossed(point.as_vec3().to_array(), sample % 3) else { continue };
+        let Some(crossed) = rays.find_crossings(point.as_vec3().to_array(), sample % 3) else { continue };
         let winding: i32 = crossed.into_iter().map(|(triangle, sign)| sign * counts(triangle)).sum();
         n_looks += 1;
         n_within += usize::from(winding > 0);
@@ -87,9 +87,9 @@ mod tests {
         TriMesh::new(positions, faces).unwrap()
     }
 
-    fn nested(all: &[(f32, f32)]) -> (f64, usize) {
+    fn nest_spheres(all: &[(f32, f32)]) -> (f64, usize) {
         let mesh = spheres(all);
-        let faces = Faces::new(&mesh, &Attributes::default());
+        let faces = RepairFaces::new(&mesh, &Attributes::default());
         let mut bodies = bodies(&faces, &vec![false; faces.len()]);
         nest(&faces, &mut bodies);
         let volume = |hull: &(u32, bool)| {
@@ -113,21 +113,21 @@ mod tests {
 
     #[test]
     fn shells_within_shells() {
-        assert!(is(nested(&[(2.0, 0.0), (-1.0, 0.0)]), 7.0, 2));
-        assert!(is(nested(&[(2.0, 0.0), (1.0, 0.0)]), 8.0, 1));
+        assert!(is(nest_spheres(&[(2.0, 0.0), (-1.0, 0.0)]), 7.0, 2));
+        assert!(is(nest_spheres(&[(2.0, 0.0), (1.0, 0.0)]), 8.0, 1));
         // Inside out as a whole.
-        assert!(is(nested(&[(-2.0, 0.0), (1.0, 0.0)]), 7.0, 2));
-        assert!(is(nested(&[(-2.0, 0.0), (-1.0, 0.0)]), 8.0, 1));
+        assert!(is(nest_spheres(&[(-2.0, 0.0), (1.0, 0.0)]), 7.0, 2));
+        assert!(is(nest_spheres(&[(-2.0, 0.0), (-1.0, 0.0)]), 8.0, 1));
         // A ball in a cavity, with a cavity of its own.
-        assert!(is(nested(&[(3.0, 0.0), (-2.0, 0.0), (1.0, 0.0), (-0.5, 0.0)]), 27.0 - 8.0 + 1.0 - 0.125, 4));
-        assert!(is(nested(&[(3.0, 0.0), (-2.0, 0.0), (-1.0, 0.0), (-0.5, 0.0)]), 27.0 - 8.0 + 1.0 - 0.125, 4));
+        assert!(is(nest_spheres(&[(3.0, 0.0), (-2.0, 0.0), (1.0, 0.0), (-0.5, 0.0)]), 27.0 - 8.0 + 1.0 - 0.125, 4));
+        assert!(is(nest_spheres(&[(3.0, 0.0), (-2.0, 0.0), (-1.0, 0.0), (-0.5, 0.0)]), 27.0 - 8.0 + 1.0 - 0.125, 4));
     }
 
     #[test]
     fn bodies_side_by_side_and_across_each_other_stay() {
-        assert!(is(nested(&[(1.0, 0.0), (-1.0, 5.0)]), 2.0, 2));
-        assert!(is(nested(&[(1.0, 0.0), (1.0, 1.0)]), 2.0, 2));
+        assert!(is(nest_spheres(&[(1.0, 0.0), (-1.0, 5.0)]), 2.0, 2));
+        assert!(is(nest_spheres(&[(1.0, 0.0), (1.0, 1.0)]), 2.0, 2));
         // Mostly within one that is inside out, in a file that is not.
-        assert!(is(nested(&[(4.0, 20.0), (-2.0, 0.0), (1.0, 1.8)]), 64.0 + 8.0 + 1.0, 3));
+        assert!(is(nest_spheres(&[(4.0, 20.0), (-2.0, 0.0), (1.0, 1.8)]), 64.0 + 8.0 + 1.0, 3));
     }
 }

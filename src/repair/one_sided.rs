@@ -2,11 +2,11 @@
 
 use crate::mesh::half_edges::{NO_TWIN, start, twins};
 
-use super::faces::Faces;
+use super::faces::RepairFaces;
 
 /// Drops a face at each two-face edge where windings cannot agree; returns their number. The rest is two-sided, with a
 /// boundary.
-pub(super) fn cut_one_sided(faces: &mut Faces) -> usize {
+pub(super) fn cut_one_sided(faces: &mut RepairFaces) -> usize {
     let twins = twins(faces.positions.len(), &faces.corners);
     let sides = sides(&faces.corners, &twins);
     let is_opposed = |half: usize, twin: u32| {
@@ -59,7 +59,7 @@ mod tests {
     #[test]
     fn what_had_one_side_has_two() {
         for mesh in [shapes::klein_bottle(24, 12), shapes::moebius_strip(24, 4)] {
-            let mut faces = Faces::new(&mesh, &Attributes::default());
+            let mut faces = RepairFaces::new(&mesh, &Attributes::default());
             let n_cut = cut_one_sided(&mut faces);
             let cut = TriMesh::new(mesh.positions().to_vec(), faces.corners).unwrap();
             assert!(topology(&cut).orientable && (1..60).contains(&n_cut), "{n_cut}");
@@ -72,6 +72,6 @@ mod tests {
         let turned =
             sphere.faces().iter().enumerate().map(|(f, &[a, b, c])| if f % 3 == 0 { [a, c, b] } else { [a, b, c] });
         let mesh = TriMesh::new(sphere.positions().to_vec(), turned.collect()).unwrap();
-        assert_eq!(cut_one_sided(&mut Faces::new(&mesh, &Attributes::default())), 0);
+        assert_eq!(cut_one_sided(&mut RepairFaces::new(&mesh, &Attributes::default())), 0);
     }
 }

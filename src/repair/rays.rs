@@ -14,7 +14,7 @@ pub(super) struct Rays {
 impl Rays {
     /// Builds the tree over triangles, n x 3 x 3.
     pub fn new(triangles: Vec<[[f32; 3]; 3]>) -> Self {
-        let bounds = Bounds::of(triangles.as_flattened());
+        let bounds = Bounds::from_points(triangles.as_flattened());
         Self { tree: NearestOnTriangles::new(&triangles), triangles, bounds }
     }
 
@@ -22,12 +22,12 @@ impl Rays {
     /// enters.
     ///
     /// `None` if it meets an edge.
-    pub fn crossed(&self, from: [f32; 3], axis: usize) -> Option<Vec<(u32, i32)>> {
+    pub fn find_crossings(&self, from: [f32; 3], axis: usize) -> Option<Vec<(u32, i32)>> {
         // A degenerate triangle from the point to the far side of the box is the ray.
         let mut end = from;
         end[axis] = self.bounds.high[axis].max(from[axis]);
         let mut near = Vec::new();
-        self.tree.visit_met(&[from, end, end], |triangle| near.push(triangle));
+        self.tree.visit_touching(&[from, end, end], |triangle| near.push(triangle));
         near.sort_unstable();
         near.dedup();
         let mut crossed = Vec::new();
@@ -69,7 +69,7 @@ mod tests {
     use crate::mesh::shapes;
 
     fn winding(rays: &Rays, p: [f32; 3]) -> [Option<i32>; 3] {
-        [0, 1, 2].map(|axis| rays.crossed(p, axis).map(|crossed| crossed.iter().map(|(_, sign)| sign).sum()))
+        [0, 1, 2].map(|axis| rays.find_crossings(p, axis).map(|crossed| crossed.iter().map(|(_, sign)| sign).sum()))
     }
 
     #[test]

@@ -3,14 +3,14 @@
 use rustc_hash::FxHashMap;
 
 use super::components::components;
-use super::faces::Faces;
+use super::faces::RepairFaces;
 
 /// Share of a component's area above which faces present both ways are its surface, stated for either side, not walls.
 const TWO_SIDED: f64 = 0.5;
 
 /// Counts of the faces over three vertices.
 #[derive(Clone, Copy, Default)]
-struct Same {
+struct SameFaces {
     /// Faces with an even permutation of the ascending vertices, and with an odd one.
     n_up: usize,
     n_down: usize,
@@ -22,7 +22,7 @@ struct Same {
 ///
 /// Of faces wound both ways in equal number, such as a wall between two bodies, all are dropped: they enclose nothing. One
 /// stays if such faces make up most of a component, and of all others.
-pub(super) fn drop_repeated(faces: &mut Faces) -> usize {
+pub(super) fn drop_repeated(faces: &mut RepairFaces) -> usize {
     let (same, all) = same_faces(faces);
     let is_pair = |face: u32| same[all[face as usize] as usize].is_balanced();
     let (component, n) = components(faces);
@@ -40,7 +40,7 @@ pub(super) fn drop_repeated(faces: &mut Faces) -> usize {
 }
 
 /// Drops pairs of opposite faces over the same vertices; the rest encloses the same volume.
-pub(super) fn drop_opposite(faces: &mut Faces) -> usize {
+pub(super) fn drop_opposite(faces: &mut RepairFaces) -> usize {
     let (same, all) = same_faces(faces);
     // As many of each direction as cancel out.
     let mut left: Vec<[usize; 2]> = same.iter().map(|same| [same.n_up.min(same.n_down); 2]).collect();
@@ -54,7 +54,7 @@ pub(super) fn drop_opposite(faces: &mut Faces) -> usize {
     drop_where(faces, |face| gone[face as usize])
 }
 
-impl Same {
+impl SameFaces {
     fn is_balanced(self) -> bool {
         self.n_up == self.n_down
     }
@@ -65,14 +65,14 @@ fn is_up([a, b, c]: [u32; 3]) -> bool {
 }
 
 /// Collects faces over the same vertices; also returns the set of each face.
-fn same_faces(faces: &Faces) -> (Vec<Same>, Vec<u32>) {
+fn same_faces(faces: &RepairFaces) -> (Vec<SameFaces>, Vec<u32>) {
     let mut number: FxHashMap<[u32; 3], u32> = FxHashMap::default();
-    let mut same: Vec<Same> = Vec::new();
+    let mut same: Vec<SameFaces> = Vec::new();
     let of = faces.numbers().zip(&faces.corners).map(|(face, &corners)| {
         let mut vertices = corners;
         vertices.sort_unstable();
         let at = *number.entry(vertices).or_insert_with(|| {
-            same.push(Same { first: face, ..Same::default() });
+            same.push(SameFaces { first: face, ..SameFaces::default() });
             same.len() as u32 - 1
         });
         let count = &mut same[at as usize];
@@ -83,7 +83,7 @@ fn same_faces(faces: &Faces) -> (Vec<Same>, Vec<u32>) {
     (same, of)
 }
 
-fn drop_where(faces: &mut Faces, goes: impl Fn(u32) -> bool) -> usize {
+fn drop_where(faces: &mut RepairFaces, goes: impl Fn(u32) -> bool) -> usize {
     let gone: Vec<bool> = faces.numbers().map(goes).collect();
     let n_gone = gone.iter().filter(|gone| **gone).count();
     if n_gone > 0 {
@@ -97,11 +97,11 @@ mod tests {
     use super::*;
     use crate::mesh::{Attributes, TriMesh};
 
-    fn left(corners: &[[u32; 3]], drop: fn(&mut Faces) -> usize) -> Vec<[u32; 3]> {
+    fn faces_left(corners: &[[u32; 3]], drop: fn(&mut RepairFaces) -> usize) -> Vec<[u32; 3]> {
         let mesh =
             TriMesh::new(vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [9.0, 9.0, 0.0]], corners.to_vec())
                 .unwrap();
-        let mut faces = Faces::new(&mesh, &Attributes::default());
+        let mut faces = RepairFaces::new(&mesh, &Attributes::default());
         assert_eq!(drop(&mut faces), corners.len() - faces.len());
         faces.corners
     }
@@ -110,16 +110,16 @@ mod tests {
     fn pairs_cancel_and_of_others_one_stays() {
         // A larger face at the same edge, so that the pair is less than half of the area.
         let [up, down, other] = [[0, 1, 2], [2, 1, 0], [1, 2, 3]];
-        assert_eq!(left(&[up, other, down], drop_repeated), [other]);
-        assert_eq!(left(&[up, other, up], drop_repeated), [up, other]);
-        assert_eq!(left(&[other, up, down, [1, 0, 2]], drop_repeated), [other, up]);
-        assert_eq!(left(&[up, other, down], drop_opposite), [other]);
-        assert_eq!(left(&[up, up], drop_opposite), [up, up]);
-        assert_eq!(left(&[up, down, [1, 2, 0]], drop_opposite), [[1, 2, 0]]);
+        assert_eq!(faces_left(&[up, other, down], drop_repeated), [other]);
+        assert_eq!(faces_left(&[up, other, up], drop_repeated), [up, other]);
+        assert_eq!(faces_left(&[other, up, down, [1, 0, 2]], drop_repeated), [other, up]);
+        assert_eq!(faces_left(&[up, other, down], drop_opposite), [other]);
+        assert_eq!(faces_left(&[up, up], drop_opposite), [up, up]);
+        assert_eq!(faces_left(&[up, down, [1, 2, 0]], drop_opposite), [[1, 2, 0]]);
     }
 
     #[test]
     fn a_surface_stated_for_both_sides_keeps_one() {
-        assert_eq!(left(&[[0, 1, 2], [2, 1, 0], [1, 2, 3], [3, 2, 1]], drop_repeated), [[0, 1, 2], [1, 2, 3]]);
+        assert_eq!(faces_left(&[[0, 1, 2], [2, 1, 0], [1, 2, 3], [3, 2, 1]], drop_repeated), [[0, 1, 2], [1, 2, 3]]);
     }
 }

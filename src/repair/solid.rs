@@ -5,16 +5,16 @@ use rustc_hash::FxHashSet;
 use crate::mesh::half_edges::for_each_edge;
 use crate::mesh::{Attributes, TriMesh};
 
-use super::apart::take_apart;
 use super::bodies::bodies;
-use super::cells::leaking;
+use super::cells::find_leaks;
 use super::components::{components, drop_small};
-use super::faces::{Faces, Made};
+use super::faces::{FaceOrigin, RepairFaces};
 use super::fill::fill;
 use super::fins::drop_fins;
 use super::nesting::nest;
 use super::one_sided::cut_one_sided;
 use super::repeated::{drop_opposite, drop_repeated};
+use super::touching::separate_touching;
 use super::{NothingSolid, RepairCounts, Repaired};
 
 /// Largest number of rounds of cutting and filling: filling may make a surface one-sided again.
@@ -43,11 +43,11 @@ const LEAST_LEFT: f64 = 0.01;
 /// assert!(topology(&solid.mesh).is_closed_manifold());
 /// ```
 pub fn printable(mesh: &TriMesh, attributes: &Attributes, least_size: f64) -> Result<Repaired, NothingSolid> {
-    let mut faces = Faces::new(mesh, attributes);
+    let mut faces = RepairFaces::new(mesh, attributes);
     drop_small(&mut faces, least_size);
     // Holes first: cells mean little where surfaces are open.
-    let mut n_filled = close(&mut faces);
-    let parted = part(&mut faces, &mut n_filled);
+    let mut n_filled = close_holes(&mut faces);
+    let parted = mark_sheet_components(&mut faces, &mut n_filled);
     let mut bodies = bodies(&faces, &parted);
     // Bodies know their faces; nesting decides which of them are solid.
     nest(&faces, &mut bodies);
@@ -63,20 +63,20 @@ pub fn printable(mesh: &TriMesh, attributes: &Attributes, least_size: f64) -> Re
     drop_opposite(&mut faces);
     drop_small(&mut faces, least_size);
     // Sheets leave slivers, which are no solid.
-    let [left, all] = [area(&faces), area(&Faces::new(mesh, Attributes::NONE))];
+    let [left, all] = [area(&faces), area(&RepairFaces::new(mesh, Attributes::NONE))];
     if faces.len() == 0 || left < LEAST_LEFT * all {
         return Err(NothingSolid);
     }
     let counts = counts(mesh, &faces, n_filled);
-    Ok(take_apart(faces.into_repaired(attributes, counts)))
+    Ok(separate_touching(faces.into_repaired(attributes, counts)))
 }
 
-fn area(faces: &Faces) -> f64 {
+fn area(faces: &RepairFaces) -> f64 {
     faces.numbers().map(|face| faces.area(face)).sum()
 }
 
 /// Fills all holes after dropping faces that prevent it; returns the number filled.
-fn close(faces: &mut Faces) -> usize {
+fn close_holes(faces: &mut RepairFaces) -> usize {
     let mut n_filled = 0;
     for _ in 0..MOST_ROUNDS {
         let n_changed = drop_repeated(faces) + cut_one_sided(faces) + drop_fins(faces);
@@ -95,9 +95,9 @@ fn close(faces: &mut Faces) -> usize {
 }
 
 /// Marks the faces whose cells angles cannot tell; fills the holes of their sheets.
-fn part(faces: &mut Faces, n_filled: &mut usize) -> Vec<bool> {
+fn mark_sheet_components(faces: &mut RepairFaces, n_filled: &mut usize) -> Vec<bool> {
     // Angles fail where surfaces intersect away from edges.
-    let leaks = leaking(faces);
+    let leaks = find_leaks(faces);
     if leaks.contains(&true) {
         let filled = fill(faces, usize::MAX, |rims| rims.iter().any(|rim| leaks[rim.face() as usize]));
         *n_filled += filled.n_filled;
@@ -108,7 +108,7 @@ fn part(faces: &mut Faces, n_filled: &mut usize) -> Vec<bool> {
     component.iter().map(|&component| is_parted[component as usize]).collect()
 }
 
-fn open_edges(faces: &Faces) -> FxHashSet<[u32; 2]> {
+fn open_edges(faces: &RepairFaces) -> FxHashSet<[u32; 2]> {
     let mut open = FxHashSet::default();
     for_each_edge(faces.positions.len(), &faces.corners, |ends, around| {
         if around.len() == 1 {
@@ -119,14 +119,14 @@ fn open_edges(faces: &Faces) -> FxHashSet<[u32; 2]> {
 }
 
 /// Counts the changes to components and faces; a solid has no open holes.
-fn counts(mesh: &TriMesh, faces: &Faces, n_filled: usize) -> RepairCounts {
-    let before = Faces::new(mesh, Attributes::NONE);
+fn counts(mesh: &TriMesh, faces: &RepairFaces, n_filled: usize) -> RepairCounts {
+    let before = RepairFaces::new(mesh, Attributes::NONE);
     let (component, n_before) = components(&before);
     // Faces of each component that are left, as they were and turned.
     let mut left = vec![[0usize; 2]; n_before];
-    for (&source, made) in faces.sources.iter().zip(&faces.made) {
+    for (&source, made) in faces.sources.iter().zip(&faces.origins) {
         if let Some(&component) = component.get(source as usize) {
-            left[component as usize][usize::from(*made == Made::Turned)] += 1;
+            left[component as usize][usize::from(*made == FaceOrigin::Turned)] += 1;
         }
     }
     let n_dropped = left.iter().filter(|left| **left == [0; 2]).count();

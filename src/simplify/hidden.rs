@@ -1,6 +1,6 @@
 //! Surfaces that are invisible from outside.
 //!
-//! Visibility is tested in rendered views from many directions (`spatial::seen_from_outside`). Components that appear
+//! Visibility is tested in rendered views from many directions (`spatial::visible_faces`). Components that appear
 //! in none are tested again with rays from their surface, which find gaps of any width.
 
 use glam::DVec3;
@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::TriMesh;
-use crate::spatial::{Occluders, seen_from_outside};
+use crate::spatial::{Occluders, visible_faces};
 
 use super::input::Input;
 
@@ -54,7 +54,7 @@ pub(super) fn hidden_vertices(input: &Input) -> Vec<bool> {
 fn visible_vertices(input: &Input) -> Vec<bool> {
     let view = input.view();
     let mut shows = vec![false; input.mesh.positions().len()];
-    let seen = seen_from_outside(view.mesh.positions(), view.mesh.faces(), AXES);
+    let seen = visible_faces(view.mesh.positions(), view.mesh.faces(), AXES);
     for (&face, _) in view.faces.iter().zip(seen).filter(|(_, seen)| *seen) {
         input.mesh.faces()[face as usize].iter().for_each(|&v| shows[v as usize] = true);
     }
@@ -64,7 +64,7 @@ fn visible_vertices(input: &Input) -> Vec<bool> {
 /// Returns whether each of `n` components is invisible; `component` numbers the faces.
 pub(super) fn hidden_components(mesh: &TriMesh, component: &[u32], n: usize) -> Vec<bool> {
     let mut hidden = vec![true; n];
-    let seen = seen_from_outside(mesh.positions(), mesh.faces(), AXES_OF_COMPONENTS);
+    let seen = visible_faces(mesh.positions(), mesh.faces(), AXES_OF_COMPONENTS);
     component.iter().zip(seen).for_each(|(&c, seen)| hidden[c as usize] &= !seen);
     if !hidden.contains(&true) {
         return hidden;

@@ -14,7 +14,7 @@ impl Bounds {
     pub const EMPTY: Self = Self { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] };
 
     /// Returns the bounding box of points.
-    pub fn of(points: &[[f32; 3]]) -> Self {
+    pub fn from_points(points: &[[f32; 3]]) -> Self {
         points.iter().fold(Self::EMPTY, |bounds, &p| bounds.union(&Self { low: p, high: p }))
     }
 

@@ -15,7 +15,7 @@ const BETWEEN_BEATS: usize = 1 << 18;
 /// Largest number of subdivisions.
 const DEPTH: usize = 12;
 
-type Bounds = ([f32; 3], [f32; 3]);
+type BoxCorners = ([f32; 3], [f32; 3]);
 
 /// Sorts the indices `0..n` of finite points along the curve; calls `beat` every few milliseconds.
 pub(crate) fn curve_order(n: usize, point: impl Fn(u32) -> [f32; 3] + Sync, beat: impl Fn() + Sync) -> Vec<u32> {
@@ -25,7 +25,7 @@ pub(crate) fn curve_order(n: usize, point: impl Fn(u32) -> [f32; 3] + Sync, beat
 }
 
 /// Sorts triangles (n_faces x 3, indices of finite positions within the bounds) along the curve; returns n_faces indices.
-pub(super) fn curve_order_of_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], (low, high): Bounds) -> Vec<u32> {
+pub(super) fn curve_order_of_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], (low, high): BoxCorners) -> Vec<u32> {
     let extent = extent(low, high);
     if extent.is_nan() || extent <= 0.0 {
         return (0..faces.len() as u32).collect();
@@ -38,7 +38,7 @@ pub(super) fn curve_order_of_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], (
         for (i, (key, face)) in keys.iter_mut().zip(faces).enumerate() {
             let [a, b, c] = face.map(|v| positions[v as usize]);
             let cell = |k: usize| nearest_cell((a[k] + b[k] + c[k]) * per_sum - start[k]);
-            *key = key_of([cell(0), cell(1), cell(2)], (chunk * CHUNK + i) as u32);
+            *key = cell_key([cell(0), cell(1), cell(2)], (chunk * CHUNK + i) as u32);
         }
     };
     keys.par_chunks_mut(CHUNK).zip(faces.par_chunks(CHUNK)).enumerate().for_each(each);
@@ -48,7 +48,7 @@ pub(super) fn curve_order_of_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], (
         std::array::from_fn(|k| a[k] / 3.0 + b[k] / 3.0 + c[k] / 3.0)
     };
     let mut order = vec![0; faces.len()];
-    put_in_order(&mut order, keys, &middle, &|| (), 0);
+    sort_by_keys(&mut order, keys, &middle, &|| (), 0);
     order
 }
 
@@ -62,25 +62,25 @@ fn arrange(order: &mut [u32], middle: &(impl Fn(u32) -> [f32; 3] + Sync), beat: 
     let key = |&face: &u32| {
         let cell = |(x, low): (f32, f32)| (((x - low) / extent * CELLS) as u32).min((1 << BITS) - 1);
         let [x, y, z] = middle(face);
-        key_of([(x, low[0]), (y, low[1]), (z, low[2])].map(cell), face)
+        cell_key([(x, low[0]), (y, low[1]), (z, low[2])].map(cell), face)
     };
     let mut keys = Vec::with_capacity(order.len());
     for order in order.chunks(BETWEEN_BEATS) {
         beat_if(order.len() == BETWEEN_BEATS, beat);
         keys.par_extend(order.par_iter().with_min_len(CHUNK).map(key));
     }
-    put_in_order(order, keys, middle, beat, depth);
+    sort_by_keys(order, keys, middle, beat, depth);
 }
 
 /// Sorts items by their keys, and crowded cells recursively.
-fn put_in_order(
+fn sort_by_keys(
     order: &mut [u32],
     keys: Vec<u64>,
     middle: &(impl Fn(u32) -> [f32; 3] + Sync),
     beat: &(impl Fn() + Sync),
     depth: usize,
 ) {
-    let keys = sorted_by_place(keys, beat);
+    let keys = sort_by_cell(keys, beat);
     order.iter_mut().zip(&keys).for_each(|(item, &key)| *item = key as u32);
     let mut start = 0;
     for run in keys.chunk_by(|a, b| a >> 32 == b >> 32) {
@@ -100,7 +100,7 @@ fn beat_if(is_due: bool, beat: &impl Fn()) {
 
 /// Combines the position of a cell on the curve (high half) with the item (low half).
 #[inline(always)]
-fn key_of([x, y, z]: [u32; 3], item: u32) -> u64 {
+fn cell_key([x, y, z]: [u32; 3], item: u32) -> u64 {
     u64::from(spread(x) | spread(y) << 1 | spread(z) << 2) << 32 | u64::from(item)
 }
 
@@ -118,7 +118,7 @@ fn extent(low: [f32; 3], high: [f32; 3]) -> f32 {
 }
 
 /// Returns the bounding box of points; low is above high without points.
-pub(super) fn bounds_of_points(points: &[[f32; 3]]) -> Bounds {
+pub(super) fn bounds_of_points(points: &[[f32; 3]]) -> BoxCorners {
     // Several boxes side by side: none has to wait for the one before.
     const LANES: usize = 8;
     let (mut low, mut high) = ([[f32::INFINITY; 3]; LANES], [[f32::NEG_INFINITY; 3]; LANES]);
@@ -136,9 +136,9 @@ pub(super) fn bounds_of_points(points: &[[f32; 3]]) -> Bounds {
     ([0, 1, 2].map(|k| over(k, &low, f32::min)), [0, 1, 2].map(|k| over(k, &high, f32::max)))
 }
 
-fn bounds(order: &[u32], middle: &(impl Fn(u32) -> [f32; 3] + Sync)) -> Bounds {
+fn bounds(order: &[u32], middle: &(impl Fn(u32) -> [f32; 3] + Sync)) -> BoxCorners {
     let none = || ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-    let both = |a: Bounds, b: Bounds| {
+    let both = |a: BoxCorners, b: BoxCorners| {
         (std::array::from_fn(|k| a.0[k].min(b.0[k])), std::array::from_fn(|k| a.1[k].max(b.1[k])))
     };
     let point = |&face: &u32| (middle(face), middle(face));
@@ -154,7 +154,7 @@ fn spread(x: u32) -> u32 {
 }
 
 /// Sorts keys stably by their high half, a radix digit at a time.
-fn sorted_by_place(mut keys: Vec<u64>, beat: &impl Fn()) -> Vec<u64> {
+fn sort_by_cell(mut keys: Vec<u64>, beat: &impl Fn()) -> Vec<u64> {
     let mut sorted = vec![0; keys.len()];
     for shift in [32, 32 + BITS, 32 + 2 * BITS] {
         let digit = |key: u64| (key >> shift) as usize & ((1 << BITS) - 1);
@@ -194,7 +194,7 @@ mod tests {
         let keys: Vec<u64> = (0..5000u64).map(|i| (i * i * 2_654_435_761 % (1 << 30)) << 32 | i).collect();
         let mut expected = keys.clone();
         expected.sort_unstable();
-        assert_eq!(sorted_by_place(keys, &|| ()), expected);
+        assert_eq!(sort_by_cell(keys, &|| ()), expected);
     }
 
     #[test]

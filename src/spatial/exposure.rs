@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::geometry::triangle::unit_normal;
 
-use super::views::{axis, in_pixels, project, rasterize};
+use super::parallel_views::{axis, project, rasterize, to_pixels};
 
 /// Number of view axes, each seen from both ends.
 const AXES: usize = 13;
@@ -59,9 +59,10 @@ pub struct Exposure {
 /// ```
 pub fn exposures(positions: &[[f32; 3]], faces: &[[u32; 3]], labels: Labels, tolerance: f64) -> Vec<Exposure> {
     let side = (PIXELS * faces.len() as f64).sqrt().clamp(SIDE[0], SIDE[1]) as usize;
-    let (scaled, scale) = in_pixels(positions, side);
+    let (scaled, scale) = to_pixels(positions, side);
     let normals: Vec<Vec3> = faces.iter().map(|face| unit_normal(face.map(|v| scaled[v as usize]))).collect();
-    let scene = Scene { positions: &scaled, faces, normals: &normals, labels, tolerance: (tolerance * scale) as f32 };
+    let scene =
+        PixelScene { positions: &scaled, faces, normals: &normals, labels, tolerance: (tolerance * scale) as f32 };
     let of_axis = |number: usize| scene.exposures_along(side, axis(number, AXES));
     let none = || vec![Exposure::default(); labels.n_components];
     let mut all = (0..AXES).into_par_iter().map(of_axis).reduce(none, merge);
@@ -84,15 +85,15 @@ fn merge(mut all: Vec<Exposure>, others: Vec<Exposure>) -> Vec<Exposure> {
 
 /// The nearest surface at a pixel, and the nearest of another component.
 #[derive(Clone, Copy)]
-struct Layers {
+struct DepthLayers {
     depths: [f32; 2],
     faces: [u32; 2],
 }
 
-const EMPTY: Layers = Layers { depths: [f32::INFINITY; 2], faces: [NONE; 2] };
+const EMPTY: DepthLayers = DepthLayers { depths: [f32::INFINITY; 2], faces: [NONE; 2] };
 
 /// Triangles in units of pixels.
-struct Scene<'a> {
+struct PixelScene<'a> {
     positions: &'a [Vec3],
     faces: &'a [[u32; 3]],
     normals: &'a [Vec3],
@@ -100,15 +101,15 @@ struct Scene<'a> {
     tolerance: f32,
 }
 
-impl Scene<'_> {
+impl PixelScene<'_> {
     fn exposures_along(&self, side: usize, along: Vec3) -> Vec<Exposure> {
         let (right, up) = along.any_orthonormal_pair();
         let projected = project(self.positions, side, [right, up, along]);
         let mut ends = [vec![EMPTY; side * side], vec![EMPTY; side * side]];
         for (face, corners) in (0..).zip(self.faces) {
             rasterize(side, corners.map(|v| projected[v as usize]), |at, depth| {
-                self.put(&mut ends[0][at], face, depth);
-                self.put(&mut ends[1][at], face, -depth);
+                self.insert_surface(&mut ends[0][at], face, depth);
+                self.insert_surface(&mut ends[1][at], face, -depth);
             });
         }
         let [near, far] = ends;
@@ -116,7 +117,7 @@ impl Scene<'_> {
     }
 
     /// Inserts a surface at its depth into the layers of a pixel.
-    fn put(&self, pixel: &mut Layers, face: u32, depth: f32) {
+    fn insert_surface(&self, pixel: &mut DepthLayers, face: u32, depth: f32) {
         let component = |face: u32| self.labels.components[face as usize];
         let is_of_first = pixel.faces[0] != NONE && component(face) == component(pixel.faces[0]);
         if depth < pixel.depths[0] {
@@ -129,7 +130,7 @@ impl Scene<'_> {
         }
     }
 
-    fn exposures_of(&self, pixels: &[Layers], along: Vec3) -> Vec<Exposure> {
+    fn exposures_of(&self, pixels: &[DepthLayers], along: Vec3) -> Vec<Exposure> {
         let mut counts = vec![[0u32; 3]; self.labels.n_components];
         let mut all = vec![Exposure::default(); self.labels.n_components];
         let covered = pixels.iter().filter(|pixel| pixel.faces[0] != NONE);
@@ -139,7 +140,7 @@ impl Scene<'_> {
             let is_front = |face: u32| self.normals[face as usize].dot(along) < 0.0;
             let [first, second] = pixel.faces;
             let opens = second != NONE && is_front(first) && !is_front(second);
-            let changes = opens || !self.look_alike(pixel, along);
+            let changes = opens || !self.looks_alike(pixel, along);
             counts[component][0] += u32::from(changes);
             counts[component][1] += u32::from(opens);
             let material = |face: u32| self.labels.materials[face as usize];
@@ -158,7 +159,7 @@ impl Scene<'_> {
     }
 
     /// Returns whether the second layer of a pixel looks like the first.
-    fn look_alike(&self, Layers { depths, faces: [first, second] }: &Layers, along: Vec3) -> bool {
+    fn looks_alike(&self, DepthLayers { depths, faces: [first, second] }: &DepthLayers, along: Vec3) -> bool {
         if *second == NONE {
             return false;
         }
@@ -177,7 +178,7 @@ mod tests {
     use super::*;
     use crate::mesh::{TriMesh, shapes};
 
-    fn together(meshes: &[TriMesh]) -> (Vec<[f32; 3]>, Vec<[u32; 3]>, Vec<u32>) {
+    fn merge_meshes(meshes: &[TriMesh]) -> (Vec<[f32; 3]>, Vec<[u32; 3]>, Vec<u32>) {
         let (mut positions, mut faces, mut components) = (Vec::new(), Vec::new(), Vec::new());
         for (number, mesh) in (0..).zip(meshes) {
             faces.extend(mesh.faces().iter().map(|face| face.map(|v| v + positions.len() as u32)));
@@ -188,13 +189,13 @@ mod tests {
     }
 
     fn exposures_of(meshes: &[TriMesh], tolerance: f64) -> Vec<Exposure> {
-        let (positions, faces, components) = together(meshes);
+        let (positions, faces, components) = merge_meshes(meshes);
         let materials = vec![0; faces.len()];
         let labels = Labels { components: &components, materials: &materials, n_components: meshes.len() };
         exposures(&positions, &faces, labels, tolerance)
     }
 
-    fn scaled(mesh: &TriMesh, by: f32) -> TriMesh {
+    fn scale_mesh(mesh: &TriMesh, by: f32) -> TriMesh {
         TriMesh::new(mesh.positions().iter().map(|p| p.map(|x| by * x)).collect(), mesh.faces().to_vec()).unwrap()
     }
 
@@ -206,7 +207,7 @@ mod tests {
             let faces = sphere.faces().iter().copied().filter(|face| is_wanted(face)).collect();
             TriMesh::new(sphere.positions().to_vec(), faces).unwrap()
         };
-        let meshes = [of(&|face| !is_lid(face)), of(&is_lid), scaled(&sphere, 0.5)];
+        let meshes = [of(&|face| !is_lid(face)), of(&is_lid), scale_mesh(&sphere, 0.5)];
         let found = exposures_of(&meshes, 0.01);
         assert!(found[0].changed > 0.5 && found[1].opened > 0.005, "{found:?}");
         assert!(found[2].changed == 0.0 && found[2].opened == 0.0);
@@ -215,7 +216,7 @@ mod tests {
     #[test]
     fn of_two_shells_within_the_tolerance_each_stands_in_for_the_other() {
         let sphere = shapes::icosphere(3);
-        let meshes = [scaled(&sphere, 1.001), sphere.clone()];
+        let meshes = [scale_mesh(&sphere, 1.001), sphere.clone()];
         let found = exposures_of(&meshes, 0.02);
         assert!(found[0].changed < 0.05 && found[0].stand_ins == [1] && found[1].changed == 0.0, "{found:?}");
         assert_eq!(found[0].recoloured, 0.0);

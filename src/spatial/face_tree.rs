@@ -30,16 +30,16 @@ const UNITS: f32 = 8_388_608.0;
 
 /// The work of a search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Looks {
+pub struct SearchCost {
     /// Triangles, or pieces, tested.
     pub triangles: u32,
     /// Groups of boxes tested.
     pub boxes: u32,
 }
 
-impl Looks {
+impl SearchCost {
     /// Returns the number of triangles and boxes.
-    pub fn all(self) -> u32 {
+    pub fn total(self) -> u32 {
         self.triangles + self.boxes
     }
 }
@@ -66,9 +66,9 @@ pub struct FaceTree<'a> {
     /// Oriented boxes, if nearly all triangles are needles; then there are no nodes.
     needles: Option<NeedleTree>,
     /// Nodes by level, from those over triangles up to the single root.
-    levels: Vec<Vec<Node>>,
+    levels: Vec<Vec<PackedNode>>,
     /// Scaled bounding box.
-    whole: Bounds,
+    whole: BoxCorners,
     /// Power of two that scales coordinates to -1..1, so that no square under- or overflows.
     scale: f64,
     /// Two single-precision powers of two whose product is the scale.
@@ -78,7 +78,7 @@ pub struct FaceTree<'a> {
 /// The boxes of at most eight children by coordinate, in steps from the lowest corner.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
-struct Node {
+struct PackedNode {
     origin: [f32; 3],
     step: f32,
     low: [[u8; WIDTH]; 3],
@@ -87,35 +87,35 @@ struct Node {
 
 /// A node to be visited: squared distance of its box, the level above it, and its index.
 #[derive(Clone, Copy)]
-struct Waiting {
+struct PendingNode {
     distance: f32,
     above: u32,
     node: u32,
 }
 
 /// A point, and the squared distance at which any triangle is near enough.
-type Search = (DVec3, f64);
+type Query = (DVec3, f64);
 
 /// Nodes to be visited, the next one last.
 struct Queue {
-    waiting: [Waiting; WAITING],
+    waiting: [PendingNode; WAITING],
     n_waiting: usize,
 }
 
 /// The best triangle so far, and the squared distance beyond which boxes are skipped.
 #[derive(Clone, Copy)]
-struct Best {
+struct BestFace {
     face: u32,
     distance2: f64,
     limit: f32,
-    looks: Looks,
+    looks: SearchCost,
 }
 
-impl Best {
+impl BestFace {
     /// Starts without a triangle, limited to this squared distance.
     #[inline(always)]
-    fn within(distance2: f64, p: DVec3) -> Self {
-        Self { face: u32::MAX, distance2, limit: limit(distance2, p), looks: Looks::default() }
+    fn with_limit(distance2: f64, p: DVec3) -> Self {
+        Self { face: u32::MAX, distance2, limit: limit(distance2, p), looks: SearchCost::default() }
     }
 }
 
@@ -164,7 +164,7 @@ impl<'a> FaceTree<'a> {
     /// Fast if the guess is near, as for consecutive points on a curve.
     #[inline(always)]
     pub fn nearest_from(&self, p: DVec3, guess: Option<u32>) -> Option<(u32, f64)> {
-        self.near_from(p, guess, f64::NEG_INFINITY)
+        self.find_near(p, guess, f64::NEG_INFINITY)
     }
 
     /// Returns the closest triangle, or any within `enough` (squared), and its squared distance; starts at the triangle
@@ -174,20 +174,20 @@ impl<'a> FaceTree<'a> {
     /// use neural_mesh::spatial::FaceTree;
     /// let positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     /// let tree = FaceTree::new(&positions, &[[0, 1, 2], [0, 1, 3]]);
-    /// let above = |enough| tree.near_from([0.25, 0.25, 0.5].into(), Some(0), enough);
+    /// let above = |enough| tree.find_near([0.25, 0.25, 0.5].into(), Some(0), enough);
     /// assert!(above(0.25).is_some_and(|(_, distance2)| distance2 <= 0.25));
     /// assert_eq!(above(0.01), Some((1, 0.0625)));
     /// ```
     #[inline(always)]
-    pub fn near_from(&self, p: DVec3, guess: Option<u32>, enough: f64) -> Option<(u32, f64)> {
-        self.near_counted(p, guess, enough).map(|(face, distance2, _)| (face, distance2))
+    pub fn find_near(&self, p: DVec3, guess: Option<u32>, enough: f64) -> Option<(u32, f64)> {
+        self.find_near_with_cost(p, guess, enough).map(|(face, distance2, _)| (face, distance2))
     }
 
-    /// Searches as [`near_from`](Self::near_from), and returns the work done.
+    /// Searches as [`find_near`](Self::find_near), and returns the work done.
     ///
     /// About two dozen tests on most surfaces; a large share of all where large faces intersect.
     #[inline(always)]
-    pub fn near_counted(&self, p: DVec3, guess: Option<u32>, enough: f64) -> Option<(u32, f64, Looks)> {
+    pub fn find_near_with_cost(&self, p: DVec3, guess: Option<u32>, enough: f64) -> Option<(u32, f64, SearchCost)> {
         let scale2 = self.scale * self.scale;
         self.best(p, guess, enough * scale2, &|_| true).map(|best| (best.face, best.distance2 / scale2, best.looks))
     }
@@ -203,7 +203,7 @@ impl<'a> FaceTree<'a> {
     /// ```
     pub fn nearest_of(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> Option<(u32, f64)> {
         let (p, reach) = (p * self.scale, reach * self.scale);
-        let mut best = Best::within(reach * reach, p);
+        let mut best = BestFace::with_limit(reach * reach, p);
         self.search((p, f64::NEG_INFINITY), None, &accept, &mut best);
         (best.face != u32::MAX).then(|| (best.face, best.distance2 / (self.scale * self.scale)))
     }
@@ -222,9 +222,9 @@ impl<'a> FaceTree<'a> {
 
     /// Returns the closest triangle, or any within `enough` (squared), in scaled coordinates.
     #[inline(always)]
-    fn best(&self, p: DVec3, guess: Option<u32>, enough: f64, accept: &impl Fn(u32) -> bool) -> Option<Best> {
+    fn best(&self, p: DVec3, guess: Option<u32>, enough: f64, accept: &impl Fn(u32) -> bool) -> Option<BestFace> {
         let p = p * self.scale;
-        let none = Best::within(f64::INFINITY, p);
+        let none = BestFace::with_limit(f64::INFINITY, p);
         let mut best = none;
         let guess = guess.filter(|&face| (face as usize) < self.faces.len());
         if enough >= 0.0 && self.needles.is_none() {
@@ -232,7 +232,7 @@ impl<'a> FaceTree<'a> {
             best.limit = limit(enough, p);
             self.search((p, enough), guess, accept, &mut best);
             if best.distance2 > enough {
-                best = Best { looks: best.looks, ..none };
+                best = BestFace { looks: best.looks, ..none };
             }
         }
         if best.distance2 > enough {
@@ -243,7 +243,7 @@ impl<'a> FaceTree<'a> {
 
     /// Improves `best` by a nearer triangle; stops at one that is near enough.
     #[inline(always)]
-    fn search(&self, (p, enough): Search, guess: Option<u32>, accept: &impl Fn(u32) -> bool, best: &mut Best) {
+    fn search(&self, (p, enough): Query, guess: Option<u32>, accept: &impl Fn(u32) -> bool, best: &mut BestFace) {
         match (&self.needles, guess) {
             (Some(needles), guess) => {
                 guess.into_iter().filter(|&face| accept(face)).for_each(|face| self.test_face(face, p, best));
@@ -256,7 +256,7 @@ impl<'a> FaceTree<'a> {
     }
 
     /// Builds the lowest nodes with their boxes, over the triangles or over this number of additional pieces.
-    fn over_triangles(&mut self, cuts: f64) -> Vec<(Node, Bounds)> {
+    fn over_triangles(&mut self, cuts: f64) -> Vec<(PackedNode, BoxCorners)> {
         if cuts <= NEEDLES * self.order.len() as f64 {
             let node = |faces: &[u32]| node_over(faces.iter().map(|&face| self.bounds(face)));
             return self.order.par_chunks(WIDTH).with_min_len(CHUNK).map(node).collect();
@@ -287,15 +287,21 @@ impl<'a> FaceTree<'a> {
     }
 
     #[inline(always)]
-    fn bounds(&self, face: u32) -> Bounds {
+    fn bounds(&self, face: u32) -> BoxCorners {
         let [a, b, c] = self.corners(face);
         union(union((a, a), (b, b)), (c, c))
     }
 
     /// Tests the needles that may be nearer.
     #[inline(never)]
-    fn visit_needles(&self, needles: &NeedleTree, (p, enough): Search, accept: &impl Fn(u32) -> bool, best: &mut Best) {
-        let bound = |best: &Best| if best.distance2 > enough { best.distance2 } else { f64::NEG_INFINITY };
+    fn visit_needles(
+        &self,
+        needles: &NeedleTree,
+        (p, enough): Query,
+        accept: &impl Fn(u32) -> bool,
+        best: &mut BestFace,
+    ) {
+        let bound = |best: &BestFace| if best.distance2 > enough { best.distance2 } else { f64::NEG_INFINITY };
         let n_boxes = needles.visit_near(p, bound(best), |faces| {
             faces.iter().filter(|&&face| accept(face)).for_each(|&face| self.test_face(face, p, best));
             bound(best)
@@ -312,15 +318,15 @@ impl<'a> FaceTree<'a> {
 
     /// Visits nodes that may hold a nearer triangle, from the root.
     #[inline(always)]
-    fn descend(&self, search: Search, accept: &impl Fn(u32) -> bool, best: &mut Best) {
-        let root = Waiting { distance: 0.0, above: self.levels.len() as u32, node: 0 };
+    fn descend(&self, search: Query, accept: &impl Fn(u32) -> bool, best: &mut BestFace) {
+        let root = PendingNode { distance: 0.0, above: self.levels.len() as u32, node: 0 };
         let mut queue = Queue { waiting: [root; WAITING], n_waiting: 1 };
         self.visit(&mut queue, search, accept, best);
     }
 
     /// Visits nodes from the one over this position up to the root, so near triangles are found without the upper levels.
     #[inline(always)]
-    fn climb(&self, place: u32, (p, enough): Search, accept: &impl Fn(u32) -> bool, best: &mut Best) {
+    fn climb(&self, place: u32, (p, enough): Query, accept: &impl Fn(u32) -> bool, best: &mut BestFace) {
         let point = p.as_vec3().to_array();
         let mut visited = place as usize / WIDTH;
         best.looks.boxes += 1;
@@ -328,7 +334,7 @@ impl<'a> FaceTree<'a> {
         if best.distance2 <= enough {
             return;
         }
-        let none = Waiting { distance: 0.0, above: 0, node: 0 };
+        let none = PendingNode { distance: 0.0, above: 0, node: 0 };
         let mut queue = Queue { waiting: [none; WAITING], n_waiting: 0 };
         for level in 1..self.levels.len() {
             best.looks.boxes += 1;
@@ -343,11 +349,11 @@ impl<'a> FaceTree<'a> {
 
     /// Visits the queued nodes that may hold a nearer triangle.
     #[inline(always)]
-    fn visit(&self, queue: &mut Queue, (p, enough): Search, accept: &impl Fn(u32) -> bool, best: &mut Best) {
+    fn visit(&self, queue: &mut Queue, (p, enough): Query, accept: &impl Fn(u32) -> bool, best: &mut BestFace) {
         let point = p.as_vec3().to_array();
         while queue.n_waiting > 0 && best.distance2 > enough {
             queue.n_waiting -= 1;
-            let Waiting { distance, above, node } = queue.waiting[queue.n_waiting];
+            let PendingNode { distance, above, node } = queue.waiting[queue.n_waiting];
             best.looks.boxes += 1;
             if distance > best.limit {
                 continue;
@@ -378,7 +384,7 @@ impl<'a> FaceTree<'a> {
         let Queue { waiting, n_waiting } = queue;
         let start = *n_waiting;
         for (child, &distance) in distances[..n_children].iter().enumerate() {
-            waiting[*n_waiting] = Waiting { distance, above: level as u32, node: (first + child) as u32 };
+            waiting[*n_waiting] = PendingNode { distance, above: level as u32, node: (first + child) as u32 };
             *n_waiting += usize::from(distance <= limit && distance < f32::INFINITY);
         }
         let nearer = |i: usize, j: usize| if waiting[j].distance < waiting[i].distance { j } else { i };
@@ -394,7 +400,7 @@ impl<'a> FaceTree<'a> {
         (first, distances): (usize, &[f32; WIDTH]),
         p: DVec3,
         accept: &impl Fn(u32) -> bool,
-        best: &mut Best,
+        best: &mut BestFace,
     ) {
         let faces = self.pieces.as_ref().unwrap_or(&self.order);
         let faces = &faces[first..faces.len().min(first + WIDTH)];
@@ -413,7 +419,7 @@ impl<'a> FaceTree<'a> {
     }
 
     #[inline(always)]
-    fn test_face(&self, face: u32, p: DVec3, best: &mut Best) {
+    fn test_face(&self, face: u32, p: DVec3, best: &mut BestFace) {
         let [a, b, c] = self.corners(face);
         let corners = [a, b, c].map(|corner| DVec3::from_array(corner.map(f64::from)));
         let weights = nearest_weights_f64(p, corners);
@@ -422,17 +428,17 @@ impl<'a> FaceTree<'a> {
         best.looks.triangles += 1;
         if (distance2, face) < (best.distance2, best.face) {
             let limit = limit(distance2, p);
-            *best = Best { face, distance2, limit: if limit < best.limit { limit } else { best.limit }, ..*best };
+            *best = BestFace { face, distance2, limit: if limit < best.limit { limit } else { best.limit }, ..*best };
         }
     }
 }
 
-type Bounds = ([f32; 3], [f32; 3]);
+type BoxCorners = ([f32; 3], [f32; 3]);
 
-const EMPTY: Bounds = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+const EMPTY: BoxCorners = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
 
 #[inline(always)]
-fn union(a: Bounds, b: Bounds) -> Bounds {
+fn union(a: BoxCorners, b: BoxCorners) -> BoxCorners {
     // Plain comparisons: `min` and `max` cost three instructions for their care of NaN.
     let low = |k: usize| if b.0[k] < a.0[k] { b.0[k] } else { a.0[k] };
     let high = |k: usize| if b.1[k] > a.1[k] { b.1[k] } else { a.1[k] };
@@ -441,7 +447,7 @@ fn union(a: Bounds, b: Bounds) -> Bounds {
 
 /// Builds the node over at most [`WIDTH`] children; also returns its box.
 #[inline(always)]
-fn node_over(children: impl ExactSizeIterator<Item = Bounds>) -> (Node, Bounds) {
+fn node_over(children: impl ExactSizeIterator<Item = BoxCorners>) -> (PackedNode, BoxCorners) {
     let mut boxes = [EMPTY; WIDTH];
     let mut whole = EMPTY;
     for (place, child) in boxes.iter_mut().zip(children) {
@@ -451,7 +457,7 @@ fn node_over(children: impl ExactSizeIterator<Item = Bounds>) -> (Node, Bounds) 
     let (origin, high) = whole;
     let extent = (0..3).map(|k| high[k] - origin[k]).fold(0.0, f32::max);
     let step = extent / STEPS * (1.0 + 1e-6);
-    let mut node = Node { origin, step, low: [[0; WIDTH]; 3], high: [[0; WIDTH]; 3] };
+    let mut node = PackedNode { origin, step, low: [[0; WIDTH]; 3], high: [[0; WIDTH]; 3] };
     let per_unit = if step > 0.0 { 1.0 / step } else { 0.0 };
     for (axis, origin) in origin.into_iter().enumerate() {
         for (child, (low, high)) in boxes.iter().enumerate() {
@@ -471,7 +477,7 @@ fn nearest_byte(x: f32) -> u8 {
     (x + UNITS).to_bits() as u8
 }
 
-impl Node {
+impl PackedNode {
     /// Returns lower bounds of the squared distances of the children.
     #[inline(always)]
     fn distances(&self, p: [f32; 3]) -> [f32; WIDTH] {
@@ -538,7 +544,7 @@ mod tests {
         let tree = FaceTree::new(&positions, &faces);
         let n_pieces = tree.pieces.as_ref().map_or(0, Vec::len);
         assert!(n_pieces > 2 * faces.len() && tree.order().len() == faces.len(), "{n_pieces}");
-        let (_, _, looks) = tree.near_counted(queries[0].into(), None, f64::NEG_INFINITY).unwrap();
+        let (_, _, looks) = tree.find_near_with_cost(queries[0].into(), None, f64::NEG_INFINITY).unwrap();
         assert!(looks.triangles < faces.len() as u32 / 4, "{looks:?}");
     }
 
@@ -552,9 +558,9 @@ mod tests {
         let tree = FaceTree::new(&positions, &faces);
         assert!(tree.needles.is_some() && (tree.diagonal() - 5f64.sqrt()).abs() < 0.02, "{}", tree.diagonal());
         for query in queries {
-            let (_, _, looks) = tree.near_counted(query.into(), None, f64::NEG_INFINITY).unwrap();
-            assert!(looks.all() < 400, "{query:?} {looks:?}");
-            let (face, distance2, _) = tree.near_counted(query.into(), None, 4.0).unwrap();
+            let (_, _, looks) = tree.find_near_with_cost(query.into(), None, f64::NEG_INFINITY).unwrap();
+            assert!(looks.total() < 400, "{query:?} {looks:?}");
+            let (face, distance2, _) = tree.find_near_with_cost(query.into(), None, 4.0).unwrap();
             assert!(face < 19_999 && distance2 <= 9.0);
         }
     }

@@ -130,7 +130,7 @@ impl Field {
 }
 
 fn node(points: &[[f32; 3]], begin: usize, end: usize) -> Node {
-    let bounds = Bounds::of(&points[begin..end]);
+    let bounds = Bounds::from_points(&points[begin..end]);
     Node { bounds, begin, end, children: None, far2: f64::INFINITY, farthest: begin }
 }
 

@@ -8,7 +8,7 @@ use crate::geometry::line_on_triangle::line_on_triangle;
 
 use super::nearest_on_triangles::{Hit, NearestOnTriangles};
 use super::needle_tree::NeedleTree;
-use super::triangle_tree::{NO_CHILD, Node};
+use super::triangle_tree::{NO_CHILD, TriangleNode};
 
 /// Margin around a triangle, relative to its size.
 const WIDER: f64 = 1e-6;
@@ -16,7 +16,7 @@ const WIDER: f64 = 1e-6;
 const MARGIN: f32 = 1e-6;
 
 /// A line in tree coordinates and its best crossing.
-struct Line {
+struct QueryLine {
     from: DVec3,
     /// Unit direction.
     along: DVec3,
@@ -38,20 +38,21 @@ impl NearestOnTriangles {
     /// use neural_mesh::spatial::NearestOnTriangles;
     /// let at = |z: f32| [[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]];
     /// let surface = NearestOnTriangles::new(&[at(1.0), at(-2.0)]);
-    /// let hit = |reach: f64| surface.along([0.2, 0.2, 0.0].into(), [0.0, 0.0, -5.0].into(), reach, |_| true);
+    /// let hit = |reach: f64| surface.crossing_along([0.2, 0.2, 0.0].into(), [0.0, 0.0, -5.0].into(), reach, |_| true);
     /// assert_eq!(hit(3.0).map(|hit| (hit.triangle, hit.distance2)), Some((0, 1.0)));
     /// assert_eq!(hit(0.5), None);
     /// ```
-    pub fn along(&self, p: DVec3, direction: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> Option<Hit> {
-        self.along_unit(p, direction.try_normalize()?, reach, &accept)
+    pub fn crossing_along(&self, p: DVec3, direction: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> Option<Hit> {
+        self.crossing_along_unit(p, direction.try_normalize()?, reach, &accept)
     }
 
     /// Searches along a unit direction; `accept` is a pointer, as a generic would recurse per scale.
-    fn along_unit(&self, p: DVec3, along: DVec3, reach: f64, accept: &dyn Fn(u32) -> bool) -> Option<Hit> {
-        let outer = self.along_outside(p, along, reach, accept);
+    fn crossing_along_unit(&self, p: DVec3, along: DVec3, reach: f64, accept: &dyn Fn(u32) -> bool) -> Option<Hit> {
+        let outer = self.outer_crossing_along(p, along, reach, accept);
         let inner = self.inner.as_ref().and_then(|inner| {
             let nearer = outer.map_or(reach, |hit| hit.distance2.sqrt());
-            let hit = inner.surface.along_unit(p, along, nearer, &|i| accept(inner.triangle_idx[i as usize]))?;
+            let hit =
+                inner.surface.crossing_along_unit(p, along, nearer, &|i| accept(inner.triangle_idx[i as usize]))?;
             Some(Hit { triangle: inner.triangle_idx[hit.triangle as usize], ..hit })
         });
         let order = |a: &Hit, b: &Hit| a.distance2.total_cmp(&b.distance2).then(a.triangle.cmp(&b.triangle));
@@ -59,11 +60,11 @@ impl NearestOnTriangles {
     }
 
     /// Searches the triangles that are not inner ones.
-    fn along_outside(&self, p: DVec3, along: DVec3, reach: f64, accept: &dyn Fn(u32) -> bool) -> Option<Hit> {
+    fn outer_crossing_along(&self, p: DVec3, along: DVec3, reach: f64, accept: &dyn Fn(u32) -> bool) -> Option<Hit> {
         let from = p * self.scale;
         let inverse = along.as_vec3().recip().to_array();
         let from32 = from.as_vec3().to_array();
-        let mut line = Line { from, along, from32, inverse, reach: reach * self.scale, hit: None };
+        let mut line = QueryLine { from, along, from32, inverse, reach: reach * self.scale, hit: None };
         match &self.needles {
             Some(needles) => self.follow_needles(needles, accept, &mut line),
             None if self.tree.nodes.is_empty() => {}
@@ -74,17 +75,17 @@ impl NearestOnTriangles {
         Some(Hit { point: hit.point / self.scale, distance2, ..hit })
     }
 
-    fn follow_needles(&self, needles: &NeedleTree, accept: &dyn Fn(u32) -> bool, line: &mut Line) {
+    fn follow_needles(&self, needles: &NeedleTree, accept: &dyn Fn(u32) -> bool, line: &mut QueryLine) {
         // Coordinates are at most 1.
         let reach = line.reach.min(4.0 + line.from.length());
         let [begin, end] = [-reach, reach].map(|reach| line.from + reach * line.along);
-        needles.visit_met([begin, end, end], |leaf| {
+        needles.visit_touching([begin, end, end], |leaf| {
             let accepted = leaf.iter().map(|&i| i as usize).filter(|&i| accept(self.tree.triangle_idx[i]));
             accepted.for_each(|i| line.meet(&self.tree.corners[i], self.tree.triangle_idx[i]));
         });
     }
 
-    fn follow(&self, node: u32, accept: &dyn Fn(u32) -> bool, line: &mut Line) {
+    fn follow(&self, node: u32, accept: &dyn Fn(u32) -> bool, line: &mut QueryLine) {
         let node = &self.tree.nodes[node as usize];
         for child in 0..4 {
             if node.len[child] == NO_CHILD || !line.enters(node, child) {
@@ -104,9 +105,9 @@ impl NearestOnTriangles {
     }
 }
 
-impl Line {
+impl QueryLine {
     /// Returns whether the line within its reach meets a box.
-    fn enters(&self, node: &Node, child: usize) -> bool {
+    fn enters(&self, node: &TriangleNode, child: usize) -> bool {
         let reach = self.reach as f32 + MARGIN;
         let (mut begin, mut end) = (-reach, reach);
         for axis in 0..3 {
@@ -159,7 +160,8 @@ mod tests {
     }
 
     fn naive(triangles: &[[[f32; 3]; 3]], from: DVec3, along: DVec3, reach: f64) -> Option<(u32, f64)> {
-        let mut line = Line { from, along: along.normalize(), from32: [0.0; 3], inverse: [0.0; 3], reach, hit: None };
+        let mut line =
+            QueryLine { from, along: along.normalize(), from32: [0.0; 3], inverse: [0.0; 3], reach, hit: None };
         triangles.iter().zip(0..).for_each(|(corners, i)| line.meet(corners, i));
         line.hit.map(|hit| (hit.triangle, hit.distance2.sqrt()))
     }
@@ -174,7 +176,9 @@ mod tests {
             for _ in 0..500 {
                 let [from, along] = [(); 2].map(|()| DVec3::from([(); 3].map(|()| f64::from(unit()))));
                 let reach = f64::from(unit().abs());
-                let found = surface.along(from, along, reach, |_| true).map(|hit| (hit.triangle, hit.distance2.sqrt()));
+                let found = surface
+                    .crossing_along(from, along, reach, |_| true)
+                    .map(|hit| (hit.triangle, hit.distance2.sqrt()));
                 let wanted = naive(&triangles, from, along, reach);
                 let is_same = match (found, wanted) {
                     (Some(found), Some(wanted)) => found.0 == wanted.0 && (found.1 - wanted.1).abs() < 1e-12,
@@ -196,7 +200,7 @@ mod tests {
         for (from, along) in
             [([0.3, 0.4, 0.5], DVec3::Z), ([-0.2, 0.5, 0.1], DVec3::new(0.1, -0.2, 1.0)), ([3.0, 3.0, 0.0], DVec3::Z)]
         {
-            let found = surface.along(from.into(), along, f64::INFINITY, |_| true);
+            let found = surface.crossing_along(from.into(), along, f64::INFINITY, |_| true);
             let wanted = naive(&fan, from.into(), along, f64::INFINITY);
             assert_eq!(found.map(|hit| hit.triangle), wanted.map(|(triangle, _)| triangle));
             assert_eq!(found.is_some(), from[0] < 1.0);
@@ -208,11 +212,11 @@ mod tests {
         let floor = |x: f32| [[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x, 1.0, 0.0]];
         let surface = NearestOnTriangles::new(&(0..40).map(|x| floor(x as f32)).collect::<Vec<_>>());
         for axis in [DVec3::Z, -DVec3::Z] {
-            let hit = surface.along([7.25, 0.25, 0.5].into(), axis, 1.0, |_| true).unwrap();
+            let hit = surface.crossing_along([7.25, 0.25, 0.5].into(), axis, 1.0, |_| true).unwrap();
             assert_eq!((hit.triangle, hit.distance2, hit.point), (7, 0.25, DVec3::new(7.25, 0.25, 0.0)));
         }
-        assert!(surface.along([7.25, 0.25, 0.5].into(), DVec3::X, 9.0, |_| true).is_none());
-        assert!(surface.along([7.25, 0.25, 0.5].into(), DVec3::ZERO, 9.0, |_| true).is_none());
+        assert!(surface.crossing_along([7.25, 0.25, 0.5].into(), DVec3::X, 9.0, |_| true).is_none());
+        assert!(surface.crossing_along([7.25, 0.25, 0.5].into(), DVec3::ZERO, 9.0, |_| true).is_none());
     }
 
     #[test]
@@ -222,12 +226,12 @@ mod tests {
         let surface = NearestOnTriangles::new(&[[a, b, c], [a, c, d]]);
         for i in 0..=1000 {
             let at = DVec3::from(a.map(f64::from)).lerp(DVec3::from(c.map(f64::from)), f64::from(i) / 1000.0);
-            let hit = surface.along(at + DVec3::Z * 0.3, DVec3::Z, 1.0, |_| true).unwrap();
+            let hit = surface.crossing_along(at + DVec3::Z * 0.3, DVec3::Z, 1.0, |_| true).unwrap();
             assert!((hit.point - at).length() < 1e-5, "{i}");
         }
         let twice = NearestOnTriangles::new(&[[a, b, c], [a, b, c]]);
-        assert_eq!(twice.along([0.7, 0.7, 0.0].into(), DVec3::Z, 9.0, |_| true).unwrap().triangle, 0);
-        assert_eq!(twice.along([0.7, 0.7, 0.0].into(), DVec3::Z, 9.0, |i| i > 0).unwrap().triangle, 1);
+        assert_eq!(twice.crossing_along([0.7, 0.7, 0.0].into(), DVec3::Z, 9.0, |_| true).unwrap().triangle, 0);
+        assert_eq!(twice.crossing_along([0.7, 0.7, 0.0].into(), DVec3::Z, 9.0, |i| i > 0).unwrap().triangle, 1);
     }
 
     #[test]
@@ -235,8 +239,8 @@ mod tests {
         let mut all = triangles(200, 0.3);
         all.extend(triangles(200, 0.3).into_iter().map(|t| t.map(|p| p.map(|x| 1e-11 * x))));
         let surface = NearestOnTriangles::new(&all);
-        assert!(surface.inner.is_some() && Bounds::of(&all[300]).high[0] < 1e-10);
-        let hit = surface.along(DVec3::ZERO, DVec3::new(0.3, 0.5, 0.7), 1e-10, |_| true).unwrap();
+        assert!(surface.inner.is_some() && Bounds::from_points(&all[300]).high[0] < 1e-10);
+        let hit = surface.crossing_along(DVec3::ZERO, DVec3::new(0.3, 0.5, 0.7), 1e-10, |_| true).unwrap();
         assert!(hit.triangle >= 200, "{hit:?}");
     }
 }

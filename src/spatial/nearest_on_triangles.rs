@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::Bounds;
 use super::needle_tree::NeedleTree;
 use super::triangle_pieces;
-use super::triangle_tree::{NO_CHILD, Node, TriangleTree};
+use super::triangle_tree::{NO_CHILD, TriangleNode, TriangleTree};
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 
 /// Ratio of a triangle's largest coordinate to that of all below which single precision cannot resolve it.
@@ -34,11 +34,11 @@ pub struct NearestOnTriangles {
     /// Power of two that scales coordinates to -1..1, so that no square under- or overflows.
     pub(super) scale: f64,
     /// Triangles too close to the origin for boxes in that unit.
-    pub(super) inner: Option<Box<Inner>>,
+    pub(super) inner: Option<Box<InnerTriangles>>,
 }
 
 /// Small triangles around the origin, with their own unit.
-pub(super) struct Inner {
+pub(super) struct InnerTriangles {
     pub(super) surface: NearestOnTriangles,
     triangles: Vec<[[f32; 3]; 3]>,
     /// Original index of each.
@@ -61,7 +61,7 @@ pub struct Hit {
 }
 
 /// The best hit so far, and the squared distance beyond which boxes are skipped.
-struct Best {
+struct BestHit {
     hit: Hit,
     limit: f32,
     /// Whether any hit ends the search.
@@ -76,20 +76,21 @@ impl NearestOnTriangles {
         let most = largest(triangles.as_flattened());
         let is_inner = |&i: &u32| largest(&triangles[i as usize]) <= most * INNER;
         if (0..triangles.len() as u32).filter(is_inner).count() <= MOST_UNSPLIT || most == 0.0 {
-            return Self::in_one_unit(triangles, most);
+            return Self::with_one_unit(triangles, most);
         }
         let (inner, outer): (Vec<u32>, Vec<u32>) = (0..triangles.len() as u32).partition(is_inner);
         let of = |idx: &[u32]| idx.iter().map(|&i| triangles[i as usize]).collect::<Vec<_>>();
-        let mut nearest = Self::in_one_unit(&of(&outer), most);
+        let mut nearest = Self::with_one_unit(&of(&outer), most);
         nearest.tree.triangle_idx.iter_mut().for_each(|i| *i = outer[*i as usize]);
         let near = of(&inner);
         let most = f64::from(largest(near.as_flattened()));
-        nearest.inner = Some(Box::new(Inner { surface: Self::new(&near), triangles: near, triangle_idx: inner, most }));
+        nearest.inner =
+            Some(Box::new(InnerTriangles { surface: Self::new(&near), triangles: near, triangle_idx: inner, most }));
         nearest
     }
 
     /// Builds the tree over triangles with this largest coordinate.
-    fn in_one_unit(triangles: &[[[f32; 3]; 3]], most: f32) -> Self {
+    fn with_one_unit(triangles: &[[[f32; 3]; 3]], most: f32) -> Self {
         let scale = if most > 0.0 { 0.5f64.powi(f64::from(most).log2().ceil() as i32) } else { 1.0 };
         let scaled: Vec<_> = triangles.iter().map(|corners| corners.map(|corner| to_scale(corner, scale))).collect();
         let cuts: f64 = scaled.iter().map(|corners| f64::from(triangle_pieces::wanted_cuts(corners))).sum();
@@ -102,13 +103,13 @@ impl NearestOnTriangles {
 
     /// Returns the closest point of all triangles; `None` without triangles.
     pub fn nearest(&self, p: DVec3) -> Option<Hit> {
-        self.nearest_counted(p).0
+        self.nearest_with_cost(p).0
     }
 
     /// Searches as [`nearest`](Self::nearest), and returns the number of triangles and boxes tested.
     ///
     /// About two dozen on most surfaces; a large share of all where large triangles intersect.
-    pub fn nearest_counted(&self, p: DVec3) -> (Option<Hit>, u32) {
+    pub fn nearest_with_cost(&self, p: DVec3) -> (Option<Hit>, u32) {
         self.search(p, f64::INFINITY, |_| true, false)
     }
 
@@ -127,11 +128,11 @@ impl NearestOnTriangles {
     /// assert!(is_any(1.0) && !is_any(0.8));
     /// ```
     pub fn is_any_within(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> bool {
-        self.is_any_within_counted(p, reach, accept).0
+        self.is_any_within_with_cost(p, reach, accept).0
     }
 
     /// Tests as [`is_any_within`](Self::is_any_within), and returns the number of triangles and boxes tested.
-    pub fn is_any_within_counted(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> (bool, u32) {
+    pub fn is_any_within_with_cost(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> (bool, u32) {
         let (hit, n_looks) = self.search(p, reach, accept, true);
         (hit.is_some(), n_looks)
     }
@@ -150,7 +151,7 @@ impl NearestOnTriangles {
 
     /// Searches within `reach` for the closest accepted triangle, or for any.
     fn search(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool, is_any: bool) -> (Option<Hit>, u32) {
-        let (outer, n_looks) = self.search_outside(p, reach, &accept, is_any);
+        let (outer, n_looks) = self.search_outer(p, reach, &accept, is_any);
         let Some(inner) = self.inner.as_ref().filter(|_| !is_any || outer.is_none()) else { return (outer, n_looks) };
         let reach = outer.map_or(reach, |hit| hit.distance2.sqrt());
         let (nearer, n_more) = inner.search(p, reach, &accept, is_any);
@@ -159,10 +160,10 @@ impl NearestOnTriangles {
     }
 
     /// Searches the triangles that are not inner ones.
-    fn search_outside(&self, p: DVec3, reach: f64, accept: &impl Fn(u32) -> bool, is_any: bool) -> (Option<Hit>, u32) {
+    fn search_outer(&self, p: DVec3, reach: f64, accept: &impl Fn(u32) -> bool, is_any: bool) -> (Option<Hit>, u32) {
         let (p, reach) = (p * self.scale, reach * self.scale);
         let none = Hit { triangle: u32::MAX, weights: [0.0; 3], point: p, distance2: reach * reach };
-        let mut best = Best { hit: none, limit: limit(reach * reach, p), is_any, n_looks: 0 };
+        let mut best = BestHit { hit: none, limit: limit(reach * reach, p), is_any, n_looks: 0 };
         match &self.needles {
             Some(needles) => self.visit_needles(needles, p, accept, &mut best),
             None if self.tree.nodes.is_empty() => {}
@@ -173,23 +174,23 @@ impl NearestOnTriangles {
     }
 
     /// Calls `visit` for every triangle that meets one with these corners, and for some near it; possibly repeatedly.
-    pub fn visit_met(&self, corners: &[[f32; 3]; 3], mut visit: impl FnMut(u32)) {
+    pub fn visit_touching(&self, corners: &[[f32; 3]; 3], mut visit: impl FnMut(u32)) {
         let scaled = corners.map(|corner| to_scale(corner, self.scale));
         if let Some(needles) = &self.needles {
             let leaf = |leaf: &[u32]| leaf.iter().for_each(|&i| visit(self.tree.triangle_idx[i as usize]));
-            needles.visit_met(scaled.map(|corner| DVec3::from_array(corner.map(f64::from))), leaf);
+            needles.visit_touching(scaled.map(|corner| DVec3::from_array(corner.map(f64::from))), leaf);
         } else {
-            self.tree.visit_overlaps(&Bounds::of(&scaled), &mut visit);
+            self.tree.visit_overlaps(&Bounds::from_points(&scaled), &mut visit);
         }
         if let Some(inner) = &self.inner {
             // A pointer, as a generic would recurse per unit.
             let visit: &mut dyn FnMut(u32) = &mut |i: u32| visit(inner.triangle_idx[i as usize]);
-            inner.surface.visit_met(corners, visit);
+            inner.surface.visit_touching(corners, visit);
         }
     }
 
     /// Tests the needles that may be nearer.
-    fn visit_needles(&self, needles: &NeedleTree, p: DVec3, accept: &impl Fn(u32) -> bool, best: &mut Best) {
+    fn visit_needles(&self, needles: &NeedleTree, p: DVec3, accept: &impl Fn(u32) -> bool, best: &mut BestHit) {
         let n_boxes = needles.visit_near(p, best.hit.distance2, |leaf| {
             let accepted = leaf.iter().map(|&i| i as usize).filter(|&i| accept(self.tree.triangle_idx[i]));
             accepted.for_each(|i| self.test_triangle(i, p, best));
@@ -199,11 +200,11 @@ impl NearestOnTriangles {
         best.n_looks += n_boxes;
     }
 
-    fn descend(&self, node: u32, p: DVec3, accept: &impl Fn(u32) -> bool, best: &mut Best) {
+    fn descend(&self, node: u32, p: DVec3, accept: &impl Fn(u32) -> bool, best: &mut BestHit) {
         let node = &self.tree.nodes[node as usize];
         best.n_looks += 1;
         let distances = box_distances(node, p.as_vec3().to_array());
-        for child in by_distance(&distances) {
+        for child in sort_by_distance(&distances) {
             if node.len[child] == NO_CHILD || distances[child] > best.limit {
                 continue;
             }
@@ -218,9 +219,9 @@ impl NearestOnTriangles {
         }
     }
 
-    fn test_triangle(&self, i: usize, p: DVec3, best: &mut Best) {
+    fn test_triangle(&self, i: usize, p: DVec3, best: &mut BestHit) {
         best.n_looks += 1;
-        let hit = hit_on(&self.tree.corners[i], self.tree.triangle_idx[i], p);
+        let hit = hit_triangle(&self.tree.corners[i], self.tree.triangle_idx[i], p);
         if (hit.distance2, hit.triangle) < (best.hit.distance2, best.hit.triangle) {
             best.hit = hit;
             best.limit = if best.is_any { f32::NEG_INFINITY } else { limit(hit.distance2, p) };
@@ -228,7 +229,7 @@ impl NearestOnTriangles {
     }
 }
 
-impl Inner {
+impl InnerTriangles {
     /// Searches these triangles within `reach`; from very far away the first one is the answer.
     fn search(&self, p: DVec3, reach: f64, accept: &dyn Fn(u32) -> bool, is_any: bool) -> (Option<Hit>, u32) {
         let outside = (p.abs() - DVec3::splat(self.most)).max(DVec3::ZERO).length();
@@ -238,7 +239,7 @@ impl Inner {
         let is_accepted: &dyn Fn(u32) -> bool = &|i: u32| accept(self.triangle_idx[i as usize]);
         let (hit, n_looks) = if outside * FAR > self.most {
             let first = (0..self.triangle_idx.len() as u32).find(|&i| is_accepted(i));
-            (first.map(|first| hit_on(&self.triangles[first as usize], first, p)), 1)
+            (first.map(|first| hit_triangle(&self.triangles[first as usize], first, p)), 1)
         } else {
             // Rounding may make a square a little larger in this unit.
             self.surface.search(p, reach * (1.0 + 1e-12), is_accepted, is_any)
@@ -249,7 +250,7 @@ impl Inner {
 
 /// Returns the closest point of one triangle.
 #[inline(always)]
-fn hit_on(corners: &[[f32; 3]; 3], triangle: u32, p: DVec3) -> Hit {
+fn hit_triangle(corners: &[[f32; 3]; 3], triangle: u32, p: DVec3) -> Hit {
     let corners = corners.map(|c| DVec3::from_array(c.map(f64::from)));
     let weights = nearest_weights_f64(p, corners);
     let point = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
@@ -273,7 +274,7 @@ pub(super) fn limit(distance2: f64, p: DVec3) -> f32 {
 }
 
 /// Returns squared distances from `p` to the four boxes of a node.
-fn box_distances(node: &Node, p: [f32; 3]) -> [f32; 4] {
+fn box_distances(node: &TriangleNode, p: [f32; 3]) -> [f32; 4] {
     let mut distances = [0.0; 4];
     for (axis, p) in p.into_iter().enumerate() {
         for (child, distance) in distances.iter_mut().enumerate() {
@@ -285,7 +286,7 @@ fn box_distances(node: &Node, p: [f32; 3]) -> [f32; 4] {
 }
 
 /// Sorts the children by distance.
-fn by_distance(distances: &[f32; 4]) -> [usize; 4] {
+fn sort_by_distance(distances: &[f32; 4]) -> [usize; 4] {
     let mut order = [0, 1, 2, 3];
     let mut sort = |i: usize, j: usize| {
         if distances[order[j]] < distances[order[i]] {
@@ -424,7 +425,7 @@ mod tests {
         assert!(surface.needles.is_some() && surface.tree.nodes.is_empty());
         check(&fan, 0.0);
         let p = DVec3::new(0.4, 0.3, 0.25);
-        let (hit, n_looks) = surface.nearest_counted(p);
+        let (hit, n_looks) = surface.nearest_with_cost(p);
         assert!((hit.unwrap().distance2 - 0.0625).abs() < 1e-12 && n_looks < 400, "{hit:?} {n_looks}");
         assert!(surface.is_any_within(p, 0.26, |i| i < 6000) && !surface.is_any_within(p, 0.24, |_| true));
     }
@@ -437,7 +438,7 @@ mod tests {
             let surface = NearestOnTriangles::new(&triangles);
             let query = [[0.3, 0.3, -0.4], [0.6, 0.4, 0.3], [0.5, 0.6, 0.6]];
             let mut found = Vec::new();
-            surface.visit_met(&query, |i| found.push(i as usize));
+            surface.visit_touching(&query, |i| found.push(i as usize));
             let (met, others): (Vec<usize>, Vec<usize>) =
                 (0..triangles.len()).partition(|&i| triangles_cross(triangles[i], query));
             assert!(!met.is_empty() && met.iter().all(|i| found.contains(i)));

@@ -22,14 +22,14 @@ const WAITING: usize = 40;
 
 pub(super) struct NeedleTree {
     /// Each node is followed by its first half, then its second.
-    nodes: Vec<Node>,
+    nodes: Vec<NeedleNode>,
     /// Triangles in the order of the leaves.
     triangles: Vec<u32>,
 }
 
 /// An oriented box and its contents.
 #[derive(Clone, Copy, Default)]
-struct Node {
+struct NeedleNode {
     middle: DVec3,
     axes: [DVec3; 3],
     /// Half of each side.
@@ -41,7 +41,7 @@ struct Node {
 }
 
 #[derive(Clone, Copy)]
-struct Item {
+struct NeedleItem {
     corners: [DVec3; 3],
     centroid: DVec3,
     triangle: u32,
@@ -52,10 +52,10 @@ impl NeedleTree {
     pub(super) fn new(triangles: impl Iterator<Item = [[f32; 3]; 3]>) -> Self {
         let item = |(corners, triangle): ([[f32; 3]; 3], u32)| {
             let corners = corners.map(|corner| DVec3::from(corner.map(f64::from)));
-            Item { corners, centroid: (corners[0] + corners[1] + corners[2]) / 3.0, triangle }
+            NeedleItem { corners, centroid: (corners[0] + corners[1] + corners[2]) / 3.0, triangle }
         };
-        let mut items: Vec<Item> = triangles.zip(0..).map(item).collect();
-        let mut nodes = vec![Node::default(); if items.is_empty() { 0 } else { n_nodes(items.len()) }];
+        let mut items: Vec<NeedleItem> = triangles.zip(0..).map(item).collect();
+        let mut nodes = vec![NeedleNode::default(); if items.is_empty() { 0 } else { n_nodes(items.len()) }];
         grow(&mut nodes, &mut items, [0, 0]);
         Self { nodes, triangles: items.iter().map(|item| item.triangle).collect() }
     }
@@ -75,7 +75,7 @@ impl NeedleTree {
             }
             let node = &self.nodes[at as usize];
             if node.len > 0 {
-                bound = visit(self.of_leaf(node));
+                bound = visit(self.leaf_triangles(node));
                 continue;
             }
             n_looks += 2;
@@ -88,7 +88,7 @@ impl NeedleTree {
     }
 
     /// Visits leaves whose box a triangle may meet; returns the number of boxes tested.
-    pub(super) fn visit_met(&self, corners: [DVec3; 3], mut visit: impl FnMut(&[u32])) -> u32 {
+    pub(super) fn visit_touching(&self, corners: [DVec3; 3], mut visit: impl FnMut(&[u32])) -> u32 {
         let [a, b, c] = corners;
         let normal = area_normal_f64(corners);
         let across = [normal, normal.cross(b - a), normal.cross(c - b), normal.cross(a - c)];
@@ -104,7 +104,7 @@ impl NeedleTree {
                 continue;
             }
             if node.len > 0 {
-                visit(self.of_leaf(node));
+                visit(self.leaf_triangles(node));
                 continue;
             }
             (waiting[n_waiting], waiting[n_waiting + 1]) = (node.first, at + 1);
@@ -113,12 +113,12 @@ impl NeedleTree {
         n_looks
     }
 
-    fn of_leaf(&self, node: &Node) -> &[u32] {
+    fn leaf_triangles(&self, node: &NeedleNode) -> &[u32] {
         &self.triangles[node.first as usize..(node.first + node.len) as usize]
     }
 }
 
-impl Node {
+impl NeedleNode {
     /// Returns the squared distance of a point.
     #[inline(always)]
     fn distance2(&self, p: DVec3) -> f64 {
@@ -145,16 +145,18 @@ fn n_nodes(n: usize) -> usize {
 }
 
 /// Builds the nodes over items that start at these indices of all nodes and items.
-fn grow(nodes: &mut [Node], items: &mut [Item], [at, start]: [usize; 2]) {
+fn grow(nodes: &mut [NeedleNode], items: &mut [NeedleItem], [at, start]: [usize; 2]) {
     let Some((own, below)) = nodes.split_first_mut() else { return };
-    *own = around(items);
+    *own = fit_box(items);
     if items.len() <= LEAF {
         (own.first, own.len) = (start as u32, items.len() as u32);
         return;
     }
     let axis = widest_axis(items);
     let middle = items.len() / 2;
-    let along = |a: &Item, b: &Item| a.centroid[axis].total_cmp(&b.centroid[axis]).then(a.triangle.cmp(&b.triangle));
+    let along = |a: &NeedleItem, b: &NeedleItem| {
+        a.centroid[axis].total_cmp(&b.centroid[axis]).then(a.triangle.cmp(&b.triangle))
+    };
     items.select_nth_unstable_by(middle, along);
     let (before, after) = items.split_at_mut(middle);
     let (first, second) = below.split_at_mut(n_nodes(middle));
@@ -170,14 +172,14 @@ fn grow(nodes: &mut [Node], items: &mut [Item], [at, start]: [usize; 2]) {
 }
 
 /// Returns the axis along which centroids spread most.
-fn widest_axis(items: &[Item]) -> usize {
+fn widest_axis(items: &[NeedleItem]) -> usize {
     let low = items.iter().map(|item| item.centroid).fold(DVec3::INFINITY, DVec3::min);
     let high = items.iter().map(|item| item.centroid).fold(DVec3::NEG_INFINITY, DVec3::max);
     (high - low).max_position()
 }
 
 /// Builds the box of items along their principal axes.
-fn around(items: &[Item]) -> Node {
+fn fit_box(items: &[NeedleItem]) -> NeedleNode {
     let corners = || items.iter().flat_map(|item| item.corners);
     let mean = corners().sum::<DVec3>() / (3 * items.len()) as f64;
     let mut moments = [[0.0; 3]; 3];
@@ -195,7 +197,7 @@ fn around(items: &[Item]) -> Node {
     }
     let middle = 0.5 * (low + high);
     let middle = axes[0] * middle.x + axes[1] * middle.y + axes[2] * middle.z;
-    Node { middle, axes, half: 0.5 * (high - low) + DVec3::splat(MARGIN), ..Node::default() }
+    NeedleNode { middle, axes, half: 0.5 * (high - low) + DVec3::splat(MARGIN), ..NeedleNode::default() }
 }
 
 /// Returns the eigenvectors of a symmetric matrix by Jacobi rotations.
@@ -275,7 +277,7 @@ mod tests {
             }
             for (i, a) in triangles.iter().enumerate() {
                 let mut met = Vec::new();
-                tree.visit_met(a.map(|corner| DVec3::from(corner.map(f64::from))), |leaf| met.extend(leaf));
+                tree.visit_touching(a.map(|corner| DVec3::from(corner.map(f64::from))), |leaf| met.extend(leaf));
                 for (j, b) in (0..).zip(&triangles) {
                     let touches = i == j as usize || crate::geometry::crossing::triangles_cross(*a, *b);
                     prop_assert!(!touches || met.contains(&j));

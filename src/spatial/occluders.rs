@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 
 use crate::geometry::line_on_triangle::line_on_triangle;
 
-use super::triangle_tree::{NO_CHILD, Node, TriangleTree};
+use super::triangle_tree::{NO_CHILD, TriangleNode, TriangleTree};
 
 /// Margin of triangles, in barycentric weights.
 const MARGIN: f64 = 1e-4;
@@ -99,7 +99,7 @@ impl Ray {
 
     /// Returns which boxes of a node the ray meets.
     #[inline(always)]
-    fn meets_boxes(&self, node: &Node) -> [bool; 4] {
+    fn meets_boxes(&self, node: &TriangleNode) -> [bool; 4] {
         let (mut enter, mut leave) = ([0.0f32; 4], [f32::INFINITY; 4]);
         for axis in 0..3 {
             for child in 0..4 {

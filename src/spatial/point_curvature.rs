@@ -30,17 +30,17 @@ pub fn point_curvature(points: &[[f32; 3]]) -> Vec<f32> {
     }
     let rows = || neighbours.par_chunks(width).enumerate();
     let raw: Vec<f64> = rows().map(|(i, row)| flatness(points, i, row)).collect();
-    rows().map(|(i, row)| smoothed(points, &raw, i, row) as f32).collect()
+    rows().map(|(i, row)| smooth(points, &raw, i, row) as f32).collect()
 }
 
-fn around(points: &[[f32; 3]], i: usize, row: &[u32]) -> Vec<DVec3> {
+fn offsets(points: &[[f32; 3]], i: usize, row: &[u32]) -> Vec<DVec3> {
     let at = |i: usize| DVec3::from_array(points[i].map(f64::from));
     row.iter().map(|&j| at(j as usize) - at(i)).collect()
 }
 
 /// Returns `l0 / (l0 + l1 + l2)` of the covariance of point `i` and its neighbours.
 fn flatness(points: &[[f32; 3]], i: usize, row: &[u32]) -> f64 {
-    let others = around(points, i, row);
+    let others = offsets(points, i, row);
     let mean = others.iter().sum::<DVec3>() / (others.len() + 1) as f64;
     let mut covariance = [0.0; 6];
     for d in others.into_iter().chain([DVec3::ZERO]).map(|d| d - mean) {
@@ -53,8 +53,8 @@ fn flatness(points: &[[f32; 3]], i: usize, row: &[u32]) -> f64 {
 }
 
 /// Averages `raw` over point `i` and its neighbours with Gaussian weights.
-fn smoothed(points: &[[f32; 3]], raw: &[f64], i: usize, row: &[u32]) -> f64 {
-    let distances: Vec<f64> = around(points, i, row).into_iter().map(DVec3::length).collect();
+fn smooth(points: &[[f32; 3]], raw: &[f64], i: usize, row: &[u32]) -> f64 {
+    let distances: Vec<f64> = offsets(points, i, row).into_iter().map(DVec3::length).collect();
     let deviation = distances.iter().sum::<f64>() / distances.len() as f64;
     let weight = |d: &f64| if deviation > 0.0 { (-0.5 * (d / deviation).powi(2)).exp() } else { 1.0 };
     let others = distances.iter().zip(row).map(|(d, &j)| (weight(d), raw[j as usize]));

@@ -7,7 +7,7 @@ use rustc_hash::FxHashMap;
 /// ```
 /// use neural_mesh::spatial::PointGrid;
 /// let grid = PointGrid::new(&[[0.0; 3], [1.0, 0.0, 0.0], [9.0, 0.0, 0.0]], 2.0);
-/// assert_eq!(grid.within([0.5, 0.0, 0.0], 2.0), [0, 1]);
+/// assert_eq!(grid.find_within([0.5, 0.0, 0.0], 2.0), [0, 1]);
 /// ```
 pub struct PointGrid {
     side: f64,
@@ -29,7 +29,7 @@ impl PointGrid {
     }
 
     /// Returns the points at most `reach` from `p`, ascending; visits all cells in reach.
-    pub fn within(&self, p: [f64; 3], reach: f64) -> Vec<u32> {
+    pub fn find_within(&self, p: [f64; 3], reach: f64) -> Vec<u32> {
         let low = cell(p.map(|x| x - reach), self.side);
         let high = cell(p.map(|x| x + reach), self.side);
         let mut found = Vec::new();
@@ -69,7 +69,7 @@ mod tests {
             let grid = PointGrid::new(&points, side);
             let near = |at: &u32| grid.distance2(*at, p) <= reach * reach;
             let expected: Vec<u32> = (0..points.len() as u32).filter(near).collect();
-            prop_assert_eq!(grid.within(p, reach), expected);
+            prop_assert_eq!(grid.find_within(p, reach), expected);
         }
     }
 }

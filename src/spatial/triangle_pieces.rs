@@ -42,7 +42,7 @@ pub(super) fn wanted_cuts(corners: &[[f32; 3]; 3]) -> f32 {
 
 /// Returns a whole number of pieces that grows with the emptiness of the triangle's box.
 fn wanted_pieces(corners: &[[f32; 3]; 3]) -> f32 {
-    let bounds @ Bounds { low, high } = Bounds::of(corners);
+    let bounds @ Bounds { low, high } = Bounds::from_points(corners);
     if (0..3).all(|axis| high[axis] - low[axis] < LEAST) {
         return 1.0;
     }
@@ -55,7 +55,7 @@ fn wanted_pieces(corners: &[[f32; 3]; 3]) -> f32 {
 
 /// Returns the boxes of `n` slices of a triangle between equidistant planes across its longest axis.
 fn pieces(corners: &[[f32; 3]; 3], n: usize) -> impl Iterator<Item = Bounds> {
-    let whole = Bounds::of(corners);
+    let whole = Bounds::from_points(corners);
     let side = move |axis: usize| whole.high[axis] - whole.low[axis];
     let axis = (1..3).fold(0, |best, axis| if side(axis) > side(best) { axis } else { best });
     let cut = move |i: usize| whole.low[axis] + side(axis) * (i as f32 / n as f32);
@@ -98,7 +98,7 @@ mod tests {
             assert!(boxes.iter().any(|bounds| bounds.overlaps(&near)), "{p:?}");
         }
         let area: f32 = boxes.iter().map(Bounds::half_area).sum();
-        assert!(area < 0.15 * Bounds::of(&corners).half_area(), "{area}");
+        assert!(area < 0.15 * Bounds::from_points(&corners).half_area(), "{area}");
     }
 
     #[test]

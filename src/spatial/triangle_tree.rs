@@ -19,7 +19,7 @@ const PARALLEL: usize = 8192;
 
 /// Up to four children with their boxes, by coordinate so that all four are tested at once.
 #[derive(Clone, Copy)]
-pub(super) struct Node {
+pub(super) struct TriangleNode {
     pub(super) low: [[f32; 4]; 3],
     pub(super) high: [[f32; 4]; 3],
     /// Index of the child node, or of a leaf's first triangle.
@@ -28,7 +28,7 @@ pub(super) struct Node {
     pub(super) len: [u8; 4],
 }
 
-impl Node {
+impl TriangleNode {
     fn set(&mut self, child: usize, bounds: &WideBounds, first: u32, len: u8) {
         for axis in 0..3 {
             self.low[axis][child] = bounds.low[axis];
@@ -51,7 +51,7 @@ impl Node {
     }
 
     /// Shifts the indices of child nodes.
-    fn shifted(mut self, shift: u32) -> Self {
+    fn with_shift(mut self, shift: u32) -> Self {
         for (first, &len) in self.first.iter_mut().zip(&self.len) {
             *first += if len == 0 { shift } else { 0 };
         }
@@ -62,13 +62,13 @@ impl Node {
 /// Marks a missing child.
 pub(super) const NO_CHILD: u8 = u8::MAX;
 
-const NO_CHILDREN: Node =
-    Node { low: [[f32::INFINITY; 4]; 3], high: [[f32::NEG_INFINITY; 4]; 3], first: [0; 4], len: [NO_CHILD; 4] };
+const NO_CHILDREN: TriangleNode =
+    TriangleNode { low: [[f32::INFINITY; 4]; 3], high: [[f32::NEG_INFINITY; 4]; 3], first: [0; 4], len: [NO_CHILD; 4] };
 
 /// The tree, with triangle corners in the order of its leaves; a triangle in several pieces is repeated.
 pub(super) struct TriangleTree {
     /// Nodes, the root first; empty without triangles.
-    pub(super) nodes: Vec<Node>,
+    pub(super) nodes: Vec<TriangleNode>,
     pub(super) corners: Vec<[[f32; 3]; 3]>,
     /// Original index of each triangle.
     pub(super) triangle_idx: Vec<u32>,
@@ -96,12 +96,12 @@ impl WideBounds {
 }
 
 #[derive(Clone, Copy)]
-struct Item {
+struct BoxItem {
     bounds: WideBounds,
     triangle: u32,
 }
 
-impl Item {
+impl BoxItem {
     fn new((Bounds { low, high }, triangle): (Bounds, u32)) -> Self {
         Self { bounds: WideBounds { low: low.into(), high: high.into() }, triangle }
     }
@@ -114,7 +114,7 @@ impl Item {
 
 impl TriangleTree {
     pub(super) fn new(triangles: &[[[f32; 3]; 3]]) -> Self {
-        let mut items: Vec<Item> = boxes(triangles).into_iter().map(Item::new).collect();
+        let mut items: Vec<BoxItem> = boxes(triangles).into_iter().map(BoxItem::new).collect();
         let nodes = if items.is_empty() { Vec::new() } else { grow_in_parallel(&mut items, 0, 0) };
         let triangle_idx: Vec<u32> = items.iter().map(|item| item.triangle).collect();
         let corners = triangle_idx.iter().map(|&i| triangles[i as usize]).collect();
@@ -142,7 +142,7 @@ impl TriangleTree {
                 0 => self.visit_node(node.first[child], bounds, visit),
                 len => {
                     for i in node.first[child] as usize..node.first[child] as usize + usize::from(len) {
-                        if Bounds::of(&self.corners[i]).overlaps(bounds) {
+                        if Bounds::from_points(&self.corners[i]).overlaps(bounds) {
                             visit(self.triangle_idx[i]);
                         }
                     }
@@ -153,7 +153,7 @@ impl TriangleTree {
 }
 
 /// Builds the nodes over `items`, the root first; `first` is the index of the first item in the whole.
-fn grow_in_parallel(items: &mut [Item], first: usize, depth: usize) -> Vec<Node> {
+fn grow_in_parallel(items: &mut [BoxItem], first: usize, depth: usize) -> Vec<TriangleNode> {
     let mut nodes = Vec::new();
     if items.len() <= PARALLEL {
         grow(&mut nodes, items, first, depth);
@@ -161,18 +161,19 @@ fn grow_in_parallel(items: &mut [Item], first: usize, depth: usize) -> Vec<Node>
     }
     nodes.push(NO_CHILDREN);
     let parts = with_starts(quarters(items, depth), first);
-    let grow_part = |(start, part): (usize, &mut [Item])| (bounds_of(part), grow_in_parallel(part, start, depth + 2));
-    let grown: Vec<(WideBounds, Vec<Node>)> = parts.into_par_iter().map(grow_part).collect();
+    let grow_part =
+        |(start, part): (usize, &mut [BoxItem])| (bounds_of(part), grow_in_parallel(part, start, depth + 2));
+    let grown: Vec<(WideBounds, Vec<TriangleNode>)> = parts.into_par_iter().map(grow_part).collect();
     for (child, (bounds, below)) in grown.into_iter().enumerate() {
         let shift = nodes.len() as u32;
         nodes[0].set(child, &bounds, shift, 0);
-        nodes.extend(below.into_iter().map(|node| node.shifted(shift)));
+        nodes.extend(below.into_iter().map(|node| node.with_shift(shift)));
     }
     nodes
 }
 
 /// Appends the node over `items` and everything below it.
-fn grow(nodes: &mut Vec<Node>, items: &mut [Item], first: usize, depth: usize) {
+fn grow(nodes: &mut Vec<TriangleNode>, items: &mut [BoxItem], first: usize, depth: usize) {
     let own = nodes.len();
     nodes.push(NO_CHILDREN);
     for (child, (start, part)) in with_starts(quarters(items, depth), first).into_iter().enumerate() {
@@ -188,22 +189,22 @@ fn grow(nodes: &mut Vec<Node>, items: &mut [Item], first: usize, depth: usize) {
 }
 
 /// Returns the non-empty groups, each with the index of its first item.
-fn with_starts(parts: [&mut [Item]; 4], first: usize) -> Vec<(usize, &mut [Item])> {
+fn with_starts(parts: [&mut [BoxItem]; 4], first: usize) -> Vec<(usize, &mut [BoxItem])> {
     let mut end = first;
-    let mut with_start = |part: &'_ mut [Item]| {
+    let mut with_start = |part: &'_ mut [BoxItem]| {
         end += part.len();
         end - part.len()
     };
     parts.into_iter().map(|part| (with_start(part), part)).filter(|(_, part)| !part.is_empty()).collect()
 }
 
-fn bounds_of(items: &[Item]) -> WideBounds {
+fn bounds_of(items: &[BoxItem]) -> WideBounds {
     items.iter().fold(WideBounds::EMPTY, |bounds, item| bounds.union(&item.bounds))
 }
 
 /// Splits the items in two and both halves again, unless they fit a leaf.
-fn quarters(items: &mut [Item], depth: usize) -> [&mut [Item]; 4] {
-    let middle = |items: &mut [Item], depth| if items.len() <= LEAF { 0 } else { split(items, depth) };
+fn quarters(items: &mut [BoxItem], depth: usize) -> [&mut [BoxItem]; 4] {
+    let middle = |items: &mut [BoxItem], depth| if items.len() <= LEAF { 0 } else { split(items, depth) };
     let half = middle(items, depth);
     let (a, b) = items.split_at_mut(half);
     let (in_a, in_b) = (middle(a, depth + 1), middle(b, depth + 1));
@@ -222,7 +223,7 @@ impl Bin {
 }
 
 /// Reorders the items by the cheapest plane; returns the length of the first side.
-fn split(items: &mut [Item], depth: usize) -> usize {
+fn split(items: &mut [BoxItem], depth: usize) -> usize {
     let (low, high) = middles(items);
     let n_bins = items.len().min(BINS);
     let Some((axis, cut)) = (depth < DEPTH).then(|| cheapest_cut(items, low, high, n_bins)).flatten() else {
@@ -234,7 +235,7 @@ fn split(items: &mut [Item], depth: usize) -> usize {
 }
 
 /// Returns the smallest and largest doubled middles.
-fn middles(items: &[Item]) -> (Vec3A, Vec3A) {
+fn middles(items: &[BoxItem]) -> (Vec3A, Vec3A) {
     let unbounded = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);
     items
         .iter()
@@ -243,12 +244,12 @@ fn middles(items: &[Item]) -> (Vec3A, Vec3A) {
 }
 
 /// Returns the bin of an item along an axis with `scale` bins per unit.
-fn bin_of(item: &Item, axis: usize, low: f32, scale: f32, n_bins: usize) -> usize {
+fn bin_of(item: &BoxItem, axis: usize, low: f32, scale: f32, n_bins: usize) -> usize {
     (((item.middle(axis) - low) * scale) as usize).min(n_bins - 1)
 }
 
 /// Returns the longest axis and the bin where the sum of area times count is least; `None` if all middles coincide.
-fn cheapest_cut(items: &[Item], low: Vec3A, high: Vec3A, n_bins: usize) -> Option<(usize, usize)> {
+fn cheapest_cut(items: &[BoxItem], low: Vec3A, high: Vec3A, n_bins: usize) -> Option<(usize, usize)> {
     let axis = (0..3).max_by(|&i, &j| (high[i] - low[i]).total_cmp(&(high[j] - low[j])))?;
     let scale = n_bins as f32 / (high[axis] - low[axis]);
     if !scale.is_finite() {
@@ -285,7 +286,7 @@ fn costs(bins: &[Bin]) -> [f32; BINS] {
 }
 
 /// Moves the items with the property to the front; returns their number.
-fn partition(items: &mut [Item], belongs: impl Fn(&Item) -> bool) -> usize {
+fn partition(items: &mut [BoxItem], belongs: impl Fn(&BoxItem) -> bool) -> usize {
     let mut front = 0;
     for i in 0..items.len() {
         if belongs(&items[i]) {

@@ -104,7 +104,7 @@ fn representatives(positions: &[DVec3], faces: &[[u32; 3]], clusters: &Clusters)
     }
     let place = |((quadric, (sum, count)), low): ((&Quadric, &(DVec3, f64)), &DVec3)| {
         let mean = sum / count;
-        let best = quadric.pulled_to(mean, PULL * quadric.trace()).minimum().map_or(mean, |(best, _)| best);
+        let best = quadric.with_point(mean, PULL * quadric.trace()).minimum().map_or(mean, |(best, _)| best);
         best.clamp(*low, low + clusters.side).as_vec3().to_array()
     };
     quadrics.iter().zip(&sums).zip(&clusters.cells).map(place).collect()

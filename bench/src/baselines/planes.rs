@@ -12,5 +12,5 @@ pub(super) fn to_double(rows: &[[f32; 3]]) -> Vec<DVec3> {
 /// Returns the quadric of a face's plane weighted by its area; zero without area.
 pub(super) fn face_plane(corners: [DVec3; 3]) -> Quadric {
     let normal = area_normal_f64(corners);
-    Quadric::of_plane(normal.normalize_or_zero(), corners[0], 0.5 * normal.length())
+    Quadric::from_plane(normal.normalize_or_zero(), corners[0], 0.5 * normal.length())
 }

@@ -138,7 +138,7 @@ pub(super) fn largest_distance_from_faces(
 
 /// Returns a distance that no two points of the meshes exceed.
 fn farthest_apart(a: &TriMesh, b: &TriMesh) -> f64 {
-    let both = spatial::Bounds::of(a.positions()).union(&spatial::Bounds::of(b.positions()));
+    let both = spatial::Bounds::from_points(a.positions()).union(&spatial::Bounds::from_points(b.positions()));
     let [low, high] = [both.low, both.high].map(|corner| DVec3::from(corner.map(f64::from)));
     low.distance(high)
 }

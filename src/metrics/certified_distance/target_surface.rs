@@ -10,7 +10,7 @@ use super::polygon::{CutPlane, PolygonCorner, radius_from};
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::TriMesh;
-use crate::spatial::{FaceTree, Looks};
+use crate::spatial::{FaceTree, SearchCost};
 
 /// Squared length below which the sum or difference of two unit normals has no direction.
 const NO_DIRECTION: f64 = 1e-12;
@@ -66,9 +66,9 @@ impl<'a> TargetSurface<'a> {
 
     /// Measures a point; a good `guess` of its closest face makes that faster.
     pub(super) fn corner(&self, point: DVec3, guess: Option<u32>) -> PolygonCorner {
-        let found = self.tree.near_counted(point, guess, f64::NEG_INFINITY);
-        let (face, distance2, looks) = found.unwrap_or((0, f64::INFINITY, Looks::default()));
-        let n_looks = if self.with_boxes { looks.all() } else { looks.triangles };
+        let found = self.tree.find_near_with_cost(point, guess, f64::NEG_INFINITY);
+        let (face, distance2, looks) = found.unwrap_or((0, f64::INFINITY, SearchCost::default()));
+        let n_looks = if self.with_boxes { looks.total() } else { looks.triangles };
         self.n_looks.fetch_add(n_looks.into(), Ordering::Relaxed);
         self.n_searches.fetch_add(1, Ordering::Relaxed);
         PolygonCorner { point, distance: distance2.sqrt(), face }

@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 
 use super::glued_triangles::{GluedTriangles, next};
-use neural_mesh::geometry::sides::{area, opposite_cotangent};
+use neural_mesh::geometry::side_lengths::{area, opposite_cotangent};
 
 /// Least cotangent sum of an edge to keep, so that rounding does not flip forth and back.
 const SLACK: f64 = -1e-8;

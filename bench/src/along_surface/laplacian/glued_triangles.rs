@@ -49,7 +49,7 @@ pub fn next(half_edge: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use neural_mesh::geometry::sides::area;
+    use neural_mesh::geometry::side_lengths::area;
 
     #[test]
     fn mollified_sides_make_triangles() {

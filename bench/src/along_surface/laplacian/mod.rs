@@ -10,7 +10,7 @@ mod tufted;
 
 use rayon::prelude::*;
 
-use neural_mesh::geometry::sides::{area, opposite_cotangent};
+use neural_mesh::geometry::side_lengths::{area, opposite_cotangent};
 use neural_mesh::mesh::TriMesh;
 
 pub use glued_triangles::GluedTriangles;

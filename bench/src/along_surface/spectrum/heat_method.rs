@@ -5,7 +5,7 @@
 use super::factor::Factor;
 use super::longest_path::longest_path;
 use crate::along_surface::laplacian::{GluedTriangles, Laplacian};
-use neural_mesh::geometry::sides::area;
+use neural_mesh::geometry::side_lengths::area;
 
 /// Shift against singularity as a fraction of the usual first eigenvalue.
 const SHIFT: f64 = 1e-7;

@@ -26,7 +26,7 @@ impl<'a> Ball<'a> {
 
     /// Returns all points within reach of a ball that touches `p`.
     pub(super) fn points_near(&self, p: DVec3) -> Vec<u32> {
-        self.grid.within(p.to_array(), 2.0 * self.radius)
+        self.grid.find_within(p.to_array(), 2.0 * self.radius)
     }
 
     /// Returns the center of the ball resting on the front of a face; `None` if the face is too large or against a

@@ -22,7 +22,7 @@ pub(super) fn quadrics(mesh: &TriMesh) -> Vec<Quadric> {
         let normal = area_normal_f64(corners(mesh.faces()[edge.face as usize]));
         let along = positions[w as usize] - positions[v as usize];
         let across = normal.cross(along).normalize_or_zero();
-        let plane = Quadric::of_plane(across, positions[v as usize], BOUNDARY_WEIGHT * 0.5 * normal.length());
+        let plane = Quadric::from_plane(across, positions[v as usize], BOUNDARY_WEIGHT * 0.5 * normal.length());
         [v, w].iter().for_each(|&v| quadrics[v as usize] += plane);
     }
     quadrics

@@ -49,7 +49,8 @@ mod tests {
     #[test]
     fn the_minimum_at_a_height_is_the_lowest_value_there() {
         let planes = [([1.0, 0.2, 0.3], 1.0), ([0.1, 1.0, -0.4], 2.0), ([0.3, -0.2, 1.0], 0.5)];
-        let of = |(n, w): ([f64; 3], f64)| Quadric::of_plane(DVec3::from(n).normalize(), DVec3::new(0.2, 0.1, 0.3), w);
+        let of =
+            |(n, w): ([f64; 3], f64)| Quadric::from_plane(DVec3::from(n).normalize(), DVec3::new(0.2, 0.1, 0.3), w);
         let sum = planes.into_iter().map(of).fold(Quadric::default(), |x, y| x + y);
         let pair = Pair::from_sum(sum, DVec3::new(0.0, 1.0, 0.0));
         let MergedVertex { place, offset: x, price } = pair.placement_at(0, 0.0);

@@ -61,7 +61,7 @@ impl AttributeQuadric {
     /// Moves the reference point.
     pub fn shift_origin(&self, origin: DVec3) -> Self {
         let values = std::array::from_fn(|k| self.values[k] + self.gradients[k].dot(origin));
-        Self { values, squares: self.squares.about(origin), ..*self }
+        Self { values, squares: self.squares.with_origin(origin), ..*self }
     }
 
     /// Returns the cost of the best values as a quadric of the position.

@@ -57,7 +57,7 @@ impl Constraints {
         for v in original.features.curve_ends() {
             let place = original.surface.positions[v as usize].as_dvec3();
             curve(v, &|curve| {
-                curve.planes = curve.planes.pulled_to(place, curve.planes.trace());
+                curve.planes = curve.planes.with_point(place, curve.planes.trace());
                 curve.slack *= 2.0;
             });
         }
@@ -187,7 +187,7 @@ fn are_held(curves: [Option<&Curve>; 2]) -> bool {
 }
 
 fn planes(curves: [Option<&Curve>; 2], origin: DVec3) -> Quadric {
-    curves.into_iter().flatten().fold(Quadric::default(), |sum, curve| sum + curve.planes.about(origin))
+    curves.into_iter().flatten().fold(Quadric::default(), |sum, curve| sum + curve.planes.with_origin(origin))
 }
 
 /// Returns the price of moving two curve vertices to `offset` from `origin`.

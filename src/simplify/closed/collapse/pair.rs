@@ -137,7 +137,7 @@ impl Pair {
     pub(super) fn new(u: &CollapseVertex, v: &CollapseVertex) -> Self {
         // Everything is relative to `u`: differences of positions are nearly exact in single precision.
         let other = (v.position - u.position).as_dvec3();
-        Self { sum: u.quadric() + v.quadric().about(-other), other }
+        Self { sum: u.quadric() + v.quadric().with_origin(-other), other }
     }
 
     #[cfg(test)]

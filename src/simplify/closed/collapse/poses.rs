@@ -138,8 +138,8 @@ fn price_in([u, v]: [&Posed; 2], other: DVec3) -> Quadric {
     let to_other = (v.position - u.position).as_dvec3();
     // The quadric of the pose is pulled back through the rotation about the middles.
     let turn = DMat3::from_quat(mean_turn([u, v]));
-    let sum = quadric(u) + quadric(v).about(-to_other);
-    turn_form(&sum.about(0.5 * to_other - turn * (0.5 * other)), &turn)
+    let sum = quadric(u) + quadric(v).with_origin(-to_other);
+    turn_form(&sum.with_origin(0.5 * to_other - turn * (0.5 * other)), &turn)
 }
 
 fn turn_form(form: &Quadric, turn: &DMat3) -> Quadric {

@@ -119,7 +119,7 @@ impl<'a> Surface<'a> {
 
     pub fn plane_on_edge(&self, edge: [u32; 2], end: u32) -> Quadric {
         let weight = EDGE_WEIGHT * self.importance.get(end as usize).copied().unwrap_or(1.0);
-        Quadric::around(self.plane_on(edge, weight), self.positions[edge[0] as usize])
+        Quadric::with_minimum(self.plane_on(edge, weight), self.positions[edge[0] as usize])
     }
 
     /// Returns the supporting plane of an edge, times `weight` and its squared length, as an upper triangle.

@@ -143,7 +143,7 @@ pub(super) struct VisibleSteps<'a> {
 
 impl<'a> VisibleSteps<'a> {
     pub(super) fn new(positions: &[[f32; 3]], frame: &'a Frame) -> Self {
-        let Bounds { low, high } = Bounds::of(positions);
+        let Bounds { low, high } = Bounds::from_points(positions);
         let [low, high] = [low, high].map(Vec3::from);
         Self { frame, visible: SMALL * f32::EPSILON * (high / 2.0 - low / 2.0).max_element() }
     }

@@ -105,7 +105,7 @@ fn crossings(
     let crossed = |&face: &u32| {
         let (mut crossed, mut n) = (Vec::new(), 0);
         let (own, along, here) = (component(face), normal(face), output.coordinates(face));
-        tree.visit_met(&here, |other| {
+        tree.visit_touching(&here, |other| {
             n += 1;
             // Other components in the same space, nearly parallel: steep crossings are intended.
             let is_beside = component(other) != own && piece[component(other) as usize] == piece[own as usize];
@@ -305,7 +305,7 @@ fn n_crossed(output: &Output, tree: &NearestOnTriangles, faces: &[u32], n_looks:
             break;
         }
         let here = output.coordinates(f);
-        tree.visit_met(&here, |other| {
+        tree.visit_touching(&here, |other| {
             *n_looks = n_looks.saturating_sub(1);
             n += usize::from(other != f && triangles_cross(here, output.coordinates(other)));
         });

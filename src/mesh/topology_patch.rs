@@ -4,8 +4,8 @@ use rustc_hash::FxHashMap;
 
 use super::TriMesh;
 use super::half_edges::{HalfEdge, for_each_edge, next, start};
-use super::sides::Sides;
 use super::union_find::UnionFind;
+use super::windings::Windings;
 
 /// Key of a position, by which subsets recognise a shared vertex.
 pub(crate) type PositionKey = [u32; 3];
@@ -211,7 +211,7 @@ impl<'a> Links<'a> {
     /// Lists the open half-edges and numbers their components and sides.
     fn list_open(mut self, patch: &mut TopologyPatch, fans: &FxHashMap<u32, u32>) {
         let is_needed = self.counts.inconsistent_edges > 0 || !self.open.is_empty();
-        let mut sides = Sides::new(if is_needed { self.mesh.faces().len() } else { 0 });
+        let mut sides = Windings::new(if is_needed { self.mesh.faces().len() } else { 0 });
         patch.is_one_sided = is_needed && !self.turn(&mut sides);
         let (mut components, mut numbers) = (FxHashMap::default(), FxHashMap::default());
         for half_edge in std::mem::take(&mut self.open) {
@@ -233,7 +233,7 @@ impl<'a> Links<'a> {
     }
 
     /// Joins sides over closed two-face edges; returns whether all can be oriented consistently.
-    fn turn(&self, sides: &mut Sides) -> bool {
+    fn turn(&self, sides: &mut Windings) -> bool {
         let mut waits = vec![false; 3 * self.mesh.faces().len()];
         self.open.iter().for_each(|&half_edge| waits[half_edge as usize] = true);
         let (faces, mut all_agree) = (self.mesh.faces(), true);

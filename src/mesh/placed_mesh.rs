@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DMat4, Vec3};
 
-use super::united::{all_channels, extend};
+use super::united_mesh::{all_channels, extend};
 use super::{Attributes, Channel, RawMesh, Role};
 
 pub(crate) struct PlacedMesh<'a> {

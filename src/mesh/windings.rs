@@ -3,9 +3,9 @@
 use super::union_find::UnionFind;
 
 /// Disjoint sets of faces in both windings: face `f` is `2 f`, reversed `2 f + 1`.
-pub(super) struct Sides(UnionFind);
+pub(super) struct Windings(UnionFind);
 
-impl Sides {
+impl Windings {
     /// Creates `n_faces` separate faces.
     pub(super) fn new(n_faces: usize) -> Self {
         Self(UnionFind::new(2 * n_faces))
@@ -36,7 +36,7 @@ mod tests {
 
     #[test]
     fn nothing_is_joined_to_a_surface_with_one_side() {
-        let mut sides = Sides::new(5);
+        let mut sides = Windings::new(5);
         assert!(sides.join([0, 1], false) && sides.join([1, 2], true) && sides.join([3, 4], true));
         assert!(!sides.join([0, 2], false) && sides.join([0, 2], true));
         assert_eq!([0, 1, 2, 3, 4].map(|f| sides.first(f)), [(0, false), (0, false), (0, true), (3, false), (3, true)]);

@@ -5,7 +5,7 @@
 /// Exact to a few roundings (Kahan's form of Heron's formula).
 ///
 /// ```
-/// assert_eq!(neural_mesh::geometry::sides::area([3.0, 4.0, 5.0]), 6.0);
+/// assert_eq!(neural_mesh::geometry::side_lengths::area([3.0, 4.0, 5.0]), 6.0);
 /// ```
 pub fn area([a, b, c]: [f64; 3]) -> f64 {
     let (low, high) = (a.min(b), a.max(b));
@@ -17,7 +17,7 @@ pub fn area([a, b, c]: [f64; 3]) -> f64 {
 /// Returns the cotangent of the angle opposite to side `a`.
 ///
 /// ```
-/// assert_eq!(neural_mesh::geometry::sides::opposite_cotangent([5.0, 3.0, 4.0]), 0.0);
+/// assert_eq!(neural_mesh::geometry::side_lengths::opposite_cotangent([5.0, 3.0, 4.0]), 0.0);
 /// ```
 pub fn opposite_cotangent([a, b, c]: [f64; 3]) -> f64 {
     (b * b + c * c - a * a) / (4.0 * area([a, b, c]))

@@ -14,7 +14,7 @@ use super::Repaired;
 const STEP: f64 = 1.0 / 1_048_576.0;
 
 /// Gives touching sheets of a solid their own vertices, each moved inward.
-pub(super) fn take_apart(repaired: Repaired) -> Repaired {
+pub(super) fn separate_touching(repaired: Repaired) -> Repaired {
     let mesh = &repaired.mesh;
     let cut = manifold(mesh.positions(), mesh.faces());
     if cut.copies.is_empty() {

@@ -20,15 +20,15 @@ const GOLDEN: f64 = 0.618_033_988_749_895;
 /// Small visible triangles may be missed next to others. Positions (n x 3) are finite.
 ///
 /// ```
-/// use neural_mesh::spatial::seen_from_outside;
+/// use neural_mesh::spatial::visible_faces;
 /// let at = |z: f32| [[-1.0, -1.0, z], [1.0, -1.0, z], [0.0, 1.0, z]];
 /// let positions = [at(0.0), at(1.0)].concat();
-/// assert_eq!(seen_from_outside(&positions, &[[0, 1, 2], [3, 4, 5]], 3), [true, true]);
+/// assert_eq!(visible_faces(&positions, &[[0, 1, 2], [3, 4, 5]], 3), [true, true]);
 /// ```
-pub fn seen_from_outside(positions: &[[f32; 3]], faces: &[[u32; 3]], n_axes: usize) -> Vec<bool> {
+pub fn visible_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], n_axes: usize) -> Vec<bool> {
     let side = (PIXELS * faces.len() as f64).sqrt().clamp(SIDE[0], SIDE[1]) as usize;
-    let (scaled, _) = in_pixels(positions, side);
-    let seen = |number: usize| View::new(side, axis(number, n_axes)).seen(&scaled, faces);
+    let (scaled, _) = to_pixels(positions, side);
+    let seen = |number: usize| ParallelView::new(side, axis(number, n_axes)).visible_faces(&scaled, faces);
     let none = || vec![false; faces.len()];
     (0..n_axes).into_par_iter().map(seen).reduce(none, |mut all, one| {
         all.iter_mut().zip(one).for_each(|(all, one)| *all |= one);
@@ -37,7 +37,7 @@ pub fn seen_from_outside(positions: &[[f32; 3]], faces: &[[u32; 3]], n_axes: usi
 }
 
 /// Scales positions to pixels about the middle of their box, so that they fit any view; also returns the scale.
-pub(super) fn in_pixels(positions: &[[f32; 3]], side: usize) -> (Vec<Vec3>, f64) {
+pub(super) fn to_pixels(positions: &[[f32; 3]], side: usize) -> (Vec<Vec3>, f64) {
     let point = |p: &[f32; 3]| DVec3::from(p.map(f64::from));
     let (low, high) = positions
         .iter()
@@ -70,7 +70,7 @@ struct Pixel {
 const EMPTY: Pixel = Pixel { near: f32::INFINITY, far: f32::NEG_INFINITY, first: u32::MAX, last: u32::MAX };
 
 /// A projection along an axis.
-struct View {
+struct ParallelView {
     side: usize,
     /// Right, up and view direction.
     frame: [Vec3; 3],
@@ -107,14 +107,14 @@ pub(super) fn rasterize(side: usize, [a, b, c]: [Vec3; 3], mut visit: impl FnMut
 }
 
 /// Returns the sides of a triangle from the slopes of the second and third corner's weights.
-fn sides([to_b, to_c]: [Vec3; 2]) -> [Side; 3] {
+fn sides([to_b, to_c]: [Vec3; 2]) -> [TriangleSide; 3] {
     let size = |to: Vec3| to.x.abs() + to.y.abs();
-    let third = Side::new(1.0, -to_b - to_c, size(to_b) + size(to_c));
-    [Side::new(0.0, to_b, size(to_b)), Side::new(0.0, to_c, size(to_c)), third]
+    let third = TriangleSide::new(1.0, -to_b - to_c, size(to_b) + size(to_c));
+    [TriangleSide::new(0.0, to_b, size(to_b)), TriangleSide::new(0.0, to_c, size(to_c)), third]
 }
 
 /// A side of a triangle, where a weight is 0. It bounds rows, since most pixels in a long triangle's box are outside.
-struct Side {
+struct TriangleSide {
     /// Crossing with the first corner's row, relative to that corner, and its shift per row.
     start: f32,
     step: f32,
@@ -125,7 +125,7 @@ struct Side {
     is_right: bool,
 }
 
-impl Side {
+impl TriangleSide {
     /// Makes the side of a weight with this value at the first corner and this slope, a sum of terms of this size.
     fn new(at_first: f32, slope: Vec3, size: f32) -> Self {
         let step = -slope.y / slope.x;
@@ -152,13 +152,13 @@ pub(super) fn project(positions: &[Vec3], side: usize, [right, up, along]: [Vec3
     positions.iter().map(|p| Vec3::new(p.dot(right) + half, p.dot(up) + half, p.dot(along))).collect()
 }
 
-impl View {
+impl ParallelView {
     fn new(side: usize, along: Vec3) -> Self {
         let (right, up) = along.any_orthonormal_pair();
         Self { side, frame: [right, up, along], pixels: vec![EMPTY; side * side] }
     }
 
-    fn seen(mut self, positions: &[Vec3], faces: &[[u32; 3]]) -> Vec<bool> {
+    fn visible_faces(mut self, positions: &[Vec3], faces: &[[u32; 3]]) -> Vec<bool> {
         let projected = project(positions, self.side, self.frame);
         for (face, corners) in (0..).zip(faces) {
             self.draw(face, corners.map(|v| projected[v as usize]));
@@ -201,24 +201,24 @@ mod tests {
         let positions: Vec<[f32; 3]> = sphere.positions().iter().copied().chain(inner).collect();
         let faces: Vec<[u32; 3]> =
             sphere.faces().iter().copied().chain(sphere.faces().iter().map(|face| face.map(|v| v + n))).collect();
-        let seen = seen_from_outside(&positions, &faces, 16);
+        let seen = visible_faces(&positions, &faces, 16);
         let (outer, inner) = seen.split_at(sphere.faces().len());
         assert!(inner.iter().all(|seen| !seen));
         assert!(outer.iter().filter(|seen| **seen).count() > outer.len() * 95 / 100);
         // Without the faces above a height, inner ones show.
         let open: Vec<[u32; 3]> =
             faces.into_iter().filter(|face| face[0] >= n || positions[face[0] as usize][2] < 0.8).collect();
-        let seen = seen_from_outside(&positions, &open, 16);
+        let seen = visible_faces(&positions, &open, 16);
         let n_inner = open.iter().zip(&seen).filter(|(face, seen)| face[0] >= n && **seen).count();
         assert!((100..sphere.faces().len() / 4).contains(&n_inner), "{n_inner}");
     }
 
     #[test]
     fn each_pixel_belongs_to_the_triangle_over_its_middle() {
-        let mut view = View::new(9, Vec3::Z);
+        let mut view = ParallelView::new(9, Vec3::Z);
         let corner = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
         view.draw(0, [corner(0.0, 0.0, 1.0), corner(8.0, 0.0, 1.0), corner(0.0, 8.0, 1.0)]);
-        let drawn = |view: &View, face: u32| view.pixels.iter().filter(|pixel| pixel.first == face).count();
+        let drawn = |view: &ParallelView, face: u32| view.pixels.iter().filter(|pixel| pixel.first == face).count();
         assert_eq!(drawn(&view, 0), 45);
         // Tilted, wound the other way, in front of it at the left alone.
         view.draw(1, [corner(0.0, 0.0, -1.0), corner(0.0, 8.0, -1.0), corner(8.0, 0.0, 3.0)]);
@@ -267,7 +267,7 @@ mod tests {
 
     #[test]
     fn points_and_nothing_are_no_trouble() {
-        assert!(seen_from_outside(&[], &[], 3).is_empty());
-        assert_eq!(seen_from_outside(&[[1e30; 3]; 3], &[[0, 1, 2]], 3), [false]);
+        assert!(visible_faces(&[], &[], 3).is_empty());
+        assert_eq!(visible_faces(&[[1e30; 3]; 3], &[[0, 1, 2]], 3), [false]);
     }
 }
