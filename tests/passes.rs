@@ -25,6 +25,7 @@ const SIZES: Architecture = Architecture {
     edge_knn: 6,
     face_classifier_layers: 2,
     face_classifier_width: 8,
+    face_candidates: 0,
     face_knn: 5,
 };
 

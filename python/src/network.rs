@@ -89,6 +89,7 @@ const SMALLEST: Architecture = Architecture {
     edge_knn: 1,
     face_classifier_layers: 1,
     face_classifier_width: 1,
+    face_candidates: 0,
     face_knn: 1,
 };
 

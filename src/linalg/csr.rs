@@ -18,6 +18,9 @@ pub struct Csr {
     n_cols: usize,
 }
 
+/// Rows that one task builds.
+const BLOCK: usize = 1024;
+
 /// Why offsets and columns do not make a [`Csr`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InvalidCsr {
@@ -92,6 +95,42 @@ impl Csr {
         Self { offsets, columns, n_cols }
     }
 
+    /// Builds rows in parallel: `add_columns(row, columns)` appends the columns of a row, in any order; repeats are left out.
+    ///
+    /// # Panics
+    /// When a column does not exist, or there are more than `u32` counts.
+    ///
+    /// ```
+    /// use neural_mesh::linalg::Csr;
+    /// let band = Csr::from_rows(3, 3, |row, columns| columns.extend([(row as u32 + 1) % 3, row as u32]));
+    /// assert_eq!((band.row(0), band.row(2)), ([0, 1].as_slice(), [0, 2].as_slice()));
+    /// ```
+    pub fn from_rows(n_rows: usize, n_cols: usize, add_columns: impl Fn(usize, &mut Vec<u32>) + Sync) -> Self {
+        let block = |begin: usize| {
+            let (mut ends, mut columns, mut row) = (Vec::with_capacity(BLOCK), Vec::new(), Vec::new());
+            for at in begin..(begin + BLOCK).min(n_rows) {
+                row.clear();
+                add_columns(at, &mut row);
+                row.sort_unstable();
+                row.dedup();
+                assert!(row.last().is_none_or(|&col| (col as usize) < n_cols), "columns of {n_cols}");
+                columns.extend_from_slice(&row);
+                ends.push(columns.len());
+            }
+            (ends, columns)
+        };
+        let blocks: Vec<_> = (0..n_rows.div_ceil(BLOCK)).into_par_iter().map(|at| block(at * BLOCK)).collect();
+        let size = blocks.iter().map(|(_, columns)| columns.len()).sum();
+        assert!(size <= u32::MAX as usize, "at most 2^32 - 1 entries");
+        let (mut offsets, mut columns) = (Vec::with_capacity(n_rows + 1), Vec::with_capacity(size));
+        offsets.push(0);
+        for (ends, of_block) in blocks {
+            offsets.extend(ends.iter().map(|end| (columns.len() + end) as u32));
+            columns.extend_from_slice(&of_block);
+        }
+        Self { offsets, columns, n_cols }
+    }
+
     /// The symmetric graph over `n` nodes where `neighbours(i)` are those of node i, in any order, each once.
     ///
     /// Walking the rows in order sorts them: each row takes its columns from the nodes that name it.
@@ -155,8 +194,10 @@ impl Csr {
     /// assert_eq!((edge.row(0), edge.row(1)), ([0, 1].as_slice(), [0, 1].as_slice()));
     /// ```
     pub fn with_loops(&self) -> Self {
-        let loops = (0..self.n_rows() as u32).map(|i| [i, i]);
-        Self::from_entries(self.n_rows(), self.n_cols, self.entries().chain(loops))
+        Self::from_rows(self.n_rows(), self.n_cols, |row, columns| {
+            columns.extend_from_slice(self.row(row));
+            columns.push(row as u32);
+        })
     }
 
     /// Number of rows.
@@ -232,11 +273,23 @@ impl Csr {
 
 /// Sorts each row, takes repeats out and closes the gaps.
 fn sort_rows(offsets: &mut [u32], columns: &mut Vec<u32>) {
+    let mut rest = columns.as_mut_slice();
+    let mut blocks = Vec::new();
+    for begin in (0..offsets.len() - 1).step_by(BLOCK) {
+        let ends = &offsets[begin..=(begin + BLOCK).min(offsets.len() - 1)];
+        let (block, tail) = rest.split_at_mut((ends[ends.len() - 1] - ends[0]) as usize);
+        blocks.push((ends, block));
+        rest = tail;
+    }
+    blocks.into_par_iter().for_each(|(ends, block)| {
+        for row in ends.windows(2) {
+            block[(row[0] - ends[0]) as usize..(row[1] - ends[0]) as usize].sort_unstable();
+        }
+    });
     let mut kept = 0;
     let mut begin = 0;
     for end_slot in &mut offsets[1..] {
         let end = *end_slot as usize;
-        columns[begin..end].sort_unstable();
         let row_start = kept;
         for at in begin..end {
             if kept == row_start || columns[kept - 1] != columns[at] {

@@ -30,7 +30,9 @@ pub struct Architecture {
     pub face_classifier_layers: usize,
     /// Their width.
     pub face_classifier_width: usize,
-    /// Nearest triangles that each triangle is joined with.
+    /// Candidate faces per sample: those with the largest prior; 0, as in the paper: all.
+    pub face_candidates: usize,
+    /// Nearest triangles that each triangle is joined with; 0: those that share an edge with it.
     pub face_knn: usize,
 }
 
@@ -46,6 +48,7 @@ impl Default for Architecture {
             edge_knn: 15,
             face_classifier_layers: 3,
             face_classifier_width: 128,
+            face_candidates: 0,
             face_knn: 20,
         }
     }
@@ -64,6 +67,7 @@ impl Architecture {
         edge_knn: 4,
         face_classifier_layers: 2,
         face_classifier_width: 5,
+        face_candidates: 0,
         face_knn: 3,
     };
 
@@ -82,7 +86,7 @@ impl Architecture {
 }
 
 /// Sizes that a file may leave out: the network is then the paper's.
-const NOT_IN_THE_PAPER: [&str; 2] = ["point_sampler_inputs", "point_sampler_hidden"];
+const NOT_IN_THE_PAPER: [&str; 3] = ["point_sampler_inputs", "point_sampler_hidden", "face_candidates"];
 
 /// The largest size that a file may ask for, so that no header makes the program allocate without end.
 const MAX_SIZE: usize = 1024;
@@ -160,11 +164,11 @@ impl Architecture {
     /// use neural_mesh::model::Architecture;
     /// assert!(Architecture::default().sizes().contains(&("edge_knn", 15)));
     /// ```
-    pub fn sizes(mut self) -> [(&'static str, usize); 10] {
+    pub fn sizes(mut self) -> [(&'static str, usize); 11] {
         self.fields().map(|(name, size)| (name, *size))
     }
 
-    fn fields(&mut self) -> [(&'static str, &mut usize); 10] {
+    fn fields(&mut self) -> [(&'static str, &mut usize); 11] {
         [
             ("point_sampler_inputs", &mut self.point_sampler_inputs),
             ("point_sampler_layers", &mut self.point_sampler_layers),
@@ -175,6 +179,7 @@ impl Architecture {
             ("edge_knn", &mut self.edge_knn),
             ("face_classifier_layers", &mut self.face_classifier_layers),
             ("face_classifier_width", &mut self.face_classifier_width),
+            ("face_candidates", &mut self.face_candidates),
             ("face_knn", &mut self.face_knn),
         ]
     }
@@ -183,7 +188,7 @@ impl Architecture {
 fn is_size(name: &str, size: usize) -> bool {
     match name {
         "point_sampler_inputs" => size == 3 || size == 6,
-        "point_sampler_hidden" => size <= MAX_SIZE,
+        "point_sampler_hidden" | "face_candidates" | "face_knn" => size <= MAX_SIZE,
         _ => (1..=MAX_SIZE).contains(&size),
     }
 }

@@ -1,5 +1,6 @@
 //! Candidate faces and their prior, Sec. 3.2: the triangles of the predicted adjacency.
 
+use super::{Architecture, triangle_graph};
 use crate::autodiff::{Tape, Value};
 use crate::linalg::Csr;
 use crate::spatial::coherent_order;
@@ -16,17 +17,104 @@ pub struct CandidateFaces {
 }
 
 impl CandidateFaces {
-    /// The same candidates, near ones near each other: the classifier visits the neighbours of each, and there are
-    /// many.
+    /// Returns the `n` candidates with the largest prior, of equal ones the first, and those of the original surface; for
+    /// candidates from [`candidate_faces`].
+    ///
+    /// # Shapes
+    /// - `adjacency`: A_s, one value per entry of G_ext
+    /// - `original`: as for [`candidate_faces`]
+    ///
+    /// ```
+    /// use neural_mesh::{linalg::Csr, model::candidate_faces};
+    /// let graph = Csr::from_edges(5, [[0, 1], [0, 2], [1, 2], [0, 3], [1, 3], [0, 4], [1, 4]]);
+    /// let adjacency: Vec<f32> = graph.entries().map(|[i, j]| if i == 3 || j == 3 { 0.9 } else { 0.1 }).collect();
+    /// let all = candidate_faces(&graph, &adjacency, &[]);
+    /// assert_eq!(all.with_largest_prior(1, &adjacency, &[[0, 1, 4]]).triangles, [[0, 1, 3], [0, 1, 4]]);
+    /// ```
+    pub fn with_largest_prior(self, n: usize, adjacency: &[f32], original: &[[u32; 3]]) -> Self {
+        if n >= self.triangles.len() {
+            return self;
+        }
+        let prior = |entries: &[u32; 3]| entries.iter().map(|&at| adjacency[at as usize]).sum::<f32>();
+        let priors: Vec<f32> = self.entries.par_iter().map(prior).collect();
+        let mut descending = priors.clone();
+        let least = *descending.select_nth_unstable_by(n, |a, b| b.total_cmp(a)).1;
+        // Of those that are as likely as the first one left out, the first fill what is left.
+        let mut n_equal = n - priors.iter().filter(|&&prior| prior > least).count();
+        let mut kept = Vec::with_capacity(n + original.len());
+        let mut spanned = original.iter().peekable();
+        for (at, (&prior, triangle)) in priors.iter().zip(&self.triangles).enumerate() {
+            // Both lists are sorted, so that one walk along the two finds the triangles of the surface.
+            while spanned.next_if(|spanned| *spanned < triangle).is_some() {}
+            let is_spanned = spanned.next_if_eq(&triangle).is_some();
+            let is_equal = prior == least && n_equal > 0;
+            n_equal -= usize::from(is_equal);
+            if prior > least || is_equal || is_spanned {
+                kept.push(at);
+            }
+        }
+        self.picked(kept.into_iter())
+    }
+
+    /// Joins every candidate with those that share an edge with it.
+    ///
+    /// # Shapes
+    /// - `n_entries`: number of entries of G_ext
+    /// - returns n_candidates x n_candidates, symmetric
+    ///
+    /// ```
+    /// use neural_mesh::{linalg::Csr, model::candidate_faces};
+    /// let graph = Csr::from_edges(5, [[0, 1], [1, 2], [0, 2], [2, 3], [0, 3], [3, 4], [2, 4]]);
+    /// let strip = candidate_faces(&graph, &[1.0; 14], &[]);
+    /// assert_eq!(strip.across_edges(14), Csr::from_edges(3, [[0, 1], [1, 2]]));
+    /// ```
+    pub fn across_edges(&self, n_entries: usize) -> Csr {
+        // Which candidates have an edge, for all edges one after the other.
+        let mut ends = vec![0u32; n_entries + 1];
+        self.entries.as_flattened().iter().for_each(|&entry| ends[entry as usize + 1] += 1);
+        (0..n_entries).for_each(|entry| ends[entry + 1] += ends[entry]);
+        let mut at_edges = vec![0u32; self.entries.len() * 3];
+        for (at, entries) in (0..).zip(self.entries.iter()) {
+            for &entry in entries {
+                at_edges[ends[entry as usize] as usize] = at;
+                ends[entry as usize] += 1;
+            }
+        }
+        let at_edge = |entry: u32| {
+            let start = if entry == 0 { 0 } else { ends[entry as usize - 1] };
+            &at_edges[start as usize..ends[entry as usize] as usize]
+        };
+        // Two triangles share at most one edge, so that no neighbour comes twice.
+        Csr::from_rows(self.entries.len(), self.entries.len(), |at, neighbours| {
+            let others = self.entries[at].into_iter().flat_map(at_edge);
+            neighbours.extend(others.filter(|&&other| other != at as u32));
+        })
+    }
+
+    fn picked(&self, at: impl Iterator<Item = usize> + Clone) -> Self {
+        Self {
+            triangles: at.clone().map(|at| self.triangles[at]).collect(),
+            entries: at.map(|at| self.entries[at]).collect(),
+        }
+    }
+
+    /// Sorts candidates that come from [`candidate_faces`] so that near ones stand near each other: the classifier visits the
+    /// neighbours of each, and there are many.
     ///
     /// # Panics
     /// When a corner is none of `points`.
     pub fn in_coherent_order(&self, points: &[[f32; 3]]) -> Self {
-        let order = coherent_order(&barycenters(points, &self.triangles));
-        Self {
-            triangles: order.iter().map(|&at| self.triangles[at as usize]).collect(),
-            entries: order.iter().map(|&at| self.entries[at as usize]).collect(),
-        }
+        // In lexicographic order the candidates of a first corner follow each other: these groups are what is sorted.
+        let mut ends = vec![0; points.len()];
+        self.triangles.iter().for_each(|triangle| ends[triangle[0] as usize] += 1);
+        let mut n_before = 0;
+        ends.iter_mut().for_each(|end| {
+            n_before += *end;
+            *end = n_before;
+        });
+        let start = |corner: usize| if corner == 0 { 0 } else { ends[corner - 1] };
+        let order = coherent_order(points);
+        self.picked(order.iter().flat_map(|&corner| start(corner as usize)..ends[corner as usize]))
     }
 }
 
@@ -65,38 +153,89 @@ pub fn barycenters(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]>
 /// assert_eq!(only_the_original.triangles, [[0, 2, 3]]);
 /// ```
 pub fn candidate_faces(graph: &Csr, adjacency: &[f32], original: &[[u32; 3]]) -> CandidateFaces {
-    let is_positive = |at: usize| adjacency[at] > 0.0;
-    let of_row = |i: usize| {
+    let rows: Vec<u32> = (0..graph.n_rows() as u32).collect();
+    let of_rows = |rows: &[u32]| {
         let mut found = Vec::new();
-        for (ij, &j) in later(graph, i) {
-            for (ik, jk, k) in common(graph, i, j) {
-                let triangle = [i as u32, j, k];
-                let is_predicted = is_positive(ij) && is_positive(ik) && is_positive(jk);
-                if is_predicted || original.binary_search(&triangle).is_ok() {
-                    found.push((triangle, [ij, ik, jk].map(|at| at as u32)));
+        rows.iter().for_each(|&row| add_candidates(graph, adjacency, original, row, &mut found));
+        found
+    };
+    let found: Vec<Vec<([u32; 3], [u32; 3])>> = rows.par_chunks(ROWS).map(of_rows).collect();
+    let found = || found.iter().flatten();
+    CandidateFaces {
+        triangles: found().map(|candidate| candidate.0).collect(),
+        entries: found().map(|candidate| candidate.1).collect(),
+    }
+}
+
+/// Samples whose candidates one task looks for.
+const ROWS: usize = 256;
+
+/// Adds the candidates whose first corner is `i`, with the places of their edges.
+fn add_candidates(
+    graph: &Csr,
+    adjacency: &[f32],
+    original: &[[u32; 3]],
+    i: u32,
+    found: &mut Vec<([u32; 3], [u32; 3])>,
+) {
+    let from = original.partition_point(|triangle| triangle[0] < i);
+    let to = from + original[from..].partition_point(|triangle| triangle[0] == i);
+    let spanned = &original[from..to];
+    let (of_i, start_i) = later(graph, i);
+    for (n, &j) in of_i.iter().enumerate() {
+        let (of_j, start_j) = later(graph, j);
+        let is_joined = adjacency[start_i + n] > 0.0;
+        // Both rows ascend: one walk along the two finds what they have in common.
+        let mut at = 0;
+        for (m, &k) in of_i.iter().enumerate().skip(n + 1) {
+            while at < of_j.len() && of_j[at] < k {
+                at += 1;
+            }
+            if at == of_j.len() {
+                break;
+            }
+            if of_j[at] == k {
+                let [ij, ik, jk] = [start_i + n, start_i + m, start_j + at];
+                let is_predicted = is_joined && adjacency[ik] > 0.0 && adjacency[jk] > 0.0;
+                if is_predicted || spanned.binary_search(&[i, j, k]).is_ok() {
+                    found.push(([i, j, k], [ij, ik, jk].map(|at| at as u32)));
                 }
             }
         }
-        found
+    }
+}
+
+/// Entries of row `i` right of the diagonal, and the place of the first.
+fn later(graph: &Csr, i: u32) -> (&[u32], usize) {
+    let row = graph.row(i as usize);
+    let skipped = row.partition_point(|&j| j <= i);
+    (&row[skipped..], graph.range(i as usize).start + skipped)
+}
+
+/// Chooses the candidates that the Face Classifier judges, and joins them with their neighbours, as the sizes say.
+///
+/// Near candidates stand near each other in the result: the classifier visits the neighbours of each, and there are many.
+///
+/// # Shapes
+/// - `points`: n x 3, the samples
+/// - `graph`, `adjacency`, `original`: as for [`candidate_faces`]
+/// - returns the candidates, and G_tri, n_candidates x n_candidates
+pub(crate) fn choose_candidates(
+    sizes: &Architecture,
+    points: &[[f32; 3]],
+    (graph, adjacency): (&Csr, &[f32]),
+    original: &[[u32; 3]],
+) -> (CandidateFaces, Arc<Csr>) {
+    let mut candidates = candidate_faces(graph, adjacency, original);
+    if sizes.face_candidates > 0 {
+        candidates = candidates.with_largest_prior(sizes.face_candidates * points.len(), adjacency, original);
+    }
+    candidates = candidates.in_coherent_order(points);
+    let neighbours = match sizes.face_knn {
+        0 => candidates.across_edges(graph.n_entries()),
+        k => triangle_graph(points, &candidates.triangles, k),
     };
-    let (triangles, entries): (Vec<_>, Vec<_>) = (0..graph.n_rows()).into_par_iter().flat_map_iter(of_row).unzip();
-    CandidateFaces { triangles, entries: entries.into() }
-}
-
-/// Entries of row `i` right of the diagonal, with their places.
-fn later(graph: &Csr, i: usize) -> impl Iterator<Item = (usize, &u32)> {
-    let row = graph.row(i);
-    let skipped = row.partition_point(|&j| j as usize <= i);
-    (graph.range(i).start + skipped..).zip(&row[skipped..])
-}
-
-/// Nodes after `j` that both `i` and `j` are joined to, with the places of ik and jk.
-fn common(graph: &Csr, i: usize, j: u32) -> impl Iterator<Item = (usize, usize, u32)> {
-    let mut of_j = later(graph, j as usize).peekable();
-    later(graph, i).filter_map(move |(ik, &k)| {
-        while of_j.next_if(|(_, of_j)| **of_j < k).is_some() {}
-        of_j.next_if(|(_, of_j)| **of_j == k).map(|(jk, _)| (ik, jk, k))
-    })
+    (candidates, neighbours.into())
 }
 
 /// Computes `p_init = (A_s[i, j] + A_s[i, k] + A_s[j, k]) / 3`, the classifier's first feature.

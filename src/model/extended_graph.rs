@@ -22,6 +22,11 @@ use crate::spatial::nearest_neighbours;
 pub fn extended_graph(points: &[[f32; 3]], original: &Csr, k: usize) -> Csr {
     let neighbours = nearest_neighbours(points, k);
     let k = neighbours.len() / points.len().max(1);
-    let nearest = neighbours.iter().enumerate().map(|(at, &j)| [(at / k) as u32, j]);
-    Csr::from_edges(points.len(), nearest.chain(original.entries()))
+    let nearest = |i: usize| &neighbours[i * k..][..k];
+    // Who has whom among its nearest, the other way round.
+    let all = (0..points.len() as u32).flat_map(|i| nearest(i as usize).iter().map(move |&j| [j, i]));
+    let nearest_to = Csr::from_entries(points.len(), points.len(), all);
+    Csr::from_rows(points.len(), points.len(), |i, row| {
+        [nearest(i), nearest_to.row(i), original.row(i)].into_iter().for_each(|other| row.extend_from_slice(other));
+    })
 }

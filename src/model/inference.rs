@@ -1,8 +1,8 @@
 //! The three stages over plain slices, weights constant: what a pipeline or an adapter for another framework calls.
 
 use super::{
-    CandidateFaces, Vertices, Weights, candidate_faces, edge_predictor, extended_graph, face_classifier,
-    in_edge_lengths, point_sampler, prior, triangle_graph,
+    CandidateFaces, Vertices, Weights, choose_candidates, edge_predictor, extended_graph, face_classifier,
+    in_edge_lengths, point_sampler, prior,
 };
 use crate::autodiff::{Tape, Value};
 use crate::linalg::{Csr, Matrix, Stars, scored_stars};
@@ -168,8 +168,8 @@ pub fn predict_faces(
     edges: &PredictedEdges,
     original: &[[u32; 3]],
 ) -> PredictedFaces {
-    let candidates = candidate_faces(&edges.graph, &edges.adjacency, original).in_coherent_order(points);
-    let graph = Arc::new(triangle_graph(points, &candidates.triangles, weights.architecture().face_knn));
+    let predicted = (&*edges.graph, edges.adjacency.as_slice());
+    let (candidates, graph) = choose_candidates(weights.architecture(), points, predicted, original);
     let tape = &mut Tape::default();
     let adjacency = Value::constant(Matrix::new(edges.adjacency.len(), 1, edges.adjacency.clone()));
     let prior = prior(tape, &adjacency, &candidates);

@@ -32,6 +32,7 @@ mod weights_file;
 pub use crate::autodiff::WeightsError;
 pub use affine::Affine;
 pub use architecture::Architecture;
+pub(crate) use candidate_faces::choose_candidates;
 pub use candidate_faces::{CandidateFaces, barycenters, candidate_faces, prior};
 pub use dev_conv::{DevConv, dev_conv};
 pub use edge_predictor::{EdgePredictor, Edges, edge_predictor};

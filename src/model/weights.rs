@@ -5,6 +5,9 @@ use crate::autodiff::{Tape, Tensors, Value, WeightsError};
 use crate::linalg::Matrix;
 use std::sync::Arc;
 
+/// Mean number of candidates that share an edge with one of six per sample: TOSCA, ratios of 0.05 to 0.5.
+const ACROSS_EDGES: usize = 9;
+
 /// Finite weights whose shapes are those of their architecture.
 ///
 /// ```
@@ -36,8 +39,12 @@ impl Weights {
     /// to their number: its weights are divided by it. The classifier's own last layer starts at a tenth, for
     /// probabilities near one half: a sigmoid that starts at 0 or 1 hardly lets a gradient through.
     pub fn random_of(architecture: Architecture, seed: u64) -> Self {
+        let n_neighbours = match architecture.face_knn {
+            0 => ACROSS_EDGES,
+            k => k,
+        };
         let share = |name: &str| match name {
-            _ if name.contains("tri_conv") && name.ends_with(".output.weights") => 1.0 / architecture.face_knn as f32,
+            _ if name.contains("tri_conv") && name.ends_with(".output.weights") => 1.0 / n_neighbours as f32,
             "face_classifier.output.weights" => 0.1,
             _ => 1.0,
         };

@@ -55,6 +55,7 @@ mod tests {
             edge_knn: 4,
             face_classifier_layers: 1,
             face_classifier_width: 6,
+            face_candidates: 0,
             face_knn: 3,
         };
         Weights::random_of(sizes, 1)

@@ -5,8 +5,8 @@ use crate::autodiff::{Tape, Value};
 use crate::linalg::Csr;
 use crate::mesh::TriMesh;
 use crate::model::{
-    CandidateFaces, EdgeFrame, Network, Weights, candidate_faces, edge_predictor, extended_graph, face_classifier,
-    prior, triangle_graph,
+    CandidateFaces, EdgeFrame, Network, Weights, choose_candidates, edge_predictor, extended_graph, face_classifier,
+    prior,
 };
 use crate::simplify::paper::{Quotient, assign_to_samples, quotient};
 use crate::simplify::region_graph;
@@ -59,9 +59,8 @@ pub(super) fn classified(
     let extended = Arc::new(extended_graph(&drawn.points, &original, sizes.edge_knn).with_loops());
     let edges = edge_predictor(tape, &net.edge_predictor, &constant(&drawn.points), &extended, &original);
     let given: &[[u32; 3]] = if drawn.as_cloud { &[] } else { &drawn.spanned };
-    let faces = candidate_faces(&extended, edges.adjacency.matrix().data(), given);
-    let faces = faces.in_coherent_order(&drawn.points);
-    let neighbours = Arc::new(triangle_graph(&drawn.points, &faces.triangles, sizes.face_knn));
+    let predicted = (&*extended, edges.adjacency.matrix().data());
+    let (faces, neighbours) = choose_candidates(sizes, &drawn.points, predicted, given);
     let prior = prior(tape, &edges.adjacency, &faces);
     let net = &net.face_classifier;
     let points = constant(&drawn.points);

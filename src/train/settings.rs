@@ -68,6 +68,7 @@ pub struct Settings {
     pub edge_knn: usize,
     pub face_classifier_layers: usize,
     pub face_classifier_width: usize,
+    pub face_candidates: usize,
     pub face_knn: usize,
     /// All of them as TOML values, for [`Settings::to_toml`] and [`Settings::difference`].
     #[serde(skip)]
@@ -153,6 +154,7 @@ impl Settings {
             ("edge_knn", sizes.edge_knn),
             ("face_classifier_layers", sizes.face_classifier_layers),
             ("face_classifier_width", sizes.face_classifier_width),
+            ("face_candidates", sizes.face_candidates),
             ("face_knn", sizes.face_knn),
         ])
     }
@@ -169,6 +171,7 @@ impl Settings {
             edge_knn: self.edge_knn,
             face_classifier_layers: self.face_classifier_layers,
             face_classifier_width: self.face_classifier_width,
+            face_candidates: self.face_candidates,
             face_knn: self.face_knn,
         }
     }
