@@ -208,6 +208,9 @@ pub struct SimplifyArgs {
     /// Close the holes that --assembly paper leaves
     #[arg(long, help_heading = QUALITY, hide_short_help = true)]
     pub close: bool,
+    /// Sample --assembly paper once more by the error of regions, and move vertices where that error is least
+    #[arg(long, help_heading = QUALITY, hide_short_help = true)]
+    pub place: bool,
     /// Seed of the sampling of --assembly paper; equal seeds give equal meshes
     #[arg(long, value_name = "N", default_value = "0", value_parser = seed, allow_negative_numbers = true, help_heading = QUALITY,
         hide_short_help = true)]

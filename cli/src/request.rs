@@ -260,6 +260,7 @@ fn plain_arguments(args: &SimplifyArgs) -> Arguments {
         lock_boundaries: args.lock_boundaries,
         subset: args.subset,
         close: args.close,
+        place: args.place,
         keep_components: args.keep_components,
         keep_features: args.keep_features,
         crease_angle: args.crease_angle,

@@ -38,6 +38,7 @@ class Shared(TypedDict, total=False):
     lock_boundaries: bool
     subset: bool
     close: bool
+    place: bool
     keep: Sequence[str] | None
     ratio_of: Mapping[str, Number | str] | None
     keep_features: bool

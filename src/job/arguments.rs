@@ -59,6 +59,7 @@ pub struct Arguments {
     pub lock_boundaries: bool,
     pub subset: bool,
     pub close: bool,
+    pub place: bool,
     pub keep_components: bool,
     pub keep_features: bool,
     pub crease_angle: Option<f64>,
@@ -135,7 +136,7 @@ impl Arguments {
         options.seed = self.seed;
         options.prune = !self.keep_components;
         (options.lock_boundaries, options.subset) = (self.lock_boundaries, self.subset);
-        (options.close, options.map) = (self.close, self.map);
+        (options.close, options.place, options.map) = (self.close, self.place, self.map);
         let angle = self.keep_features.then_some(FEATURE_ANGLE).or(self.crease_angle);
         options.crease_angle = angle.map(|degrees| degrees as f32);
         let plane = self.symmetric.as_ref().filter(|plane| plane.is_given());

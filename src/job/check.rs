@@ -55,6 +55,11 @@ impl Job {
                 "--close is for --assembly paper: leave it out, the closed assembly leaves no holes".into(),
             );
         }
+        if self.options.place && self.options.assembly != Assembly::Paper {
+            return refused(
+                "--place is for --assembly paper: leave it out, the closed assembly always places vertices".into(),
+            );
+        }
         let first = |given: &[Given]| given.iter().find(|(_, is_given)| *is_given).map(|(name, _)| *name);
         if self.options.assembly == Assembly::Paper
             && let Some(name) = first(&self.not_with_paper())
@@ -150,6 +155,7 @@ mod tests {
         });
         assert_eq!(by_error, "--error: not available with --assembly paper: leave one out");
         assert!(refused(|job| job.options.close = true).starts_with("--close is for --assembly paper"));
+        assert!(refused(|job| job.options.place = true).starts_with("--place is for --assembly paper"));
         let mirrored = refused(|job| (job.options.symmetric, job.options.subset) = (Some(Symmetry::Best), true));
         assert_eq!(mirrored, "--subset and --symmetric cannot be combined: leave one out");
         let by_name = refused(|job| (job.shares, job.options.map) = (vec![("head".into(), 0.5)], true));

@@ -200,8 +200,12 @@ pub(super) fn simplify_by_paper(
     let weights = weights.map_or_else(|| paper_weights().ok_or(SimplifyError::NoWeights), Ok)?;
     // The network knows vertices alone; a closed surface has half as many as faces.
     let n_target = limit.vertices.min((limit.faces / 2).max(3));
-    let result = paper::simplified(mesh, n_target, weights, options.seed, options.close, progress)?;
-    let (mesh, kept) = compact(mesh.positions(), result.faces).map_err(|_| SimplifyError::Overflow)?;
+    let Options { seed, close, place, .. } = *options;
+    let run = paper::PaperRun { n_target_vertices: n_target, weights, seed, close, place };
+    let result = paper::simplified(mesh, &run, progress)?;
+    let mut positions = mesh.positions().to_vec();
+    result.vertices.iter().zip(&result.positions).for_each(|(&v, &position)| positions[v as usize] = position);
+    let (mesh, kept) = compact(&positions, result.faces).map_err(|_| SimplifyError::Overflow)?;
     let report = Report::for_mesh(progress.pulse, &mesh);
     let attributes = Attributes::default();
     Ok(Simplified { mesh, attributes, source_vertices: Some(kept), map: None, report })

@@ -77,6 +77,9 @@ pub struct Options {
     pub subset: bool,
     /// Closes the holes that the network leaves (paper's assembly only).
     pub close: bool,
+    /// Samples once more by the errors of the first samples' regions, and moves vertices to the minimum of their region's
+    /// quadric (paper's assembly only).
+    pub place: bool,
     /// Distance that texture seams may move at a low price, as a share of the texture's side (closed assembly only). At
     /// 0 seams are held like creases.
     pub seam_error: f64,
@@ -140,6 +143,7 @@ impl Options {
             lock_boundaries: false,
             subset: false,
             close: false,
+            place: false,
             seam_error: SEAM_ERROR,
             purpose: Purpose::default(),
             crease_angle: None,

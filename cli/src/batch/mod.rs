@@ -123,6 +123,7 @@ fn request_words(args: &SimplifyArgs) -> String {
         args.lock_boundaries.then(|| " --lock-boundaries".into()),
         args.subset.then(|| " --subset".into()),
         args.close.then(|| " --close".into()),
+        args.place.then(|| " --place".into()),
         args.keep_features.then(|| " --keep-features".into()),
         args.crease_angle.map(|degrees| format!(" --crease-angle {degrees}")),
         (args.purpose != PurposeArg::Shape).then(|| format!(" --for {:?}", args.purpose).to_ascii_lowercase()),

@@ -1,10 +1,12 @@
 //! The paper's pipeline from end to end: sample, connect, classify, assemble (Secs. 3.1 to 3.3 and 4).
 //!
-//! Vertices stay where they were in the input. Nothing here promises a closed surface; what closes it comes after the network.
+//! Vertices stay where they were in the input, unless they are placed afterwards. Nothing here promises a closed surface; what
+//! closes it comes after the network.
 
 mod assembly;
 mod assignment;
 mod close;
+mod place;
 mod quotient;
 
 pub use assembly::{choose_faces, oriented};
@@ -12,6 +14,7 @@ pub use assignment::{NO_SAMPLE, assign_to_samples};
 pub use close::closed;
 pub use quotient::{Quotient, quotient};
 
+use self::place::Regions;
 use super::network_scores::edge_graph;
 use super::progress::{PAPER, Progress, run_with_listener};
 use super::{Listener, SimplifyError, scattered_samples, vertex_normals};
@@ -26,8 +29,25 @@ use std::sync::Arc;
 pub struct PaperResult {
     /// The sampled vertices of the input, ascending; some may be on no face.
     pub vertices: Vec<u32>,
+    /// Their positions: those of the input, unless they were placed.
+    pub positions: Vec<[f32; 3]>,
     /// n_faces x 3 vertices of the input, each edge on at most two faces.
     pub faces: Vec<[u32; 3]>,
+}
+
+/// One simplification by the paper's assembly.
+#[derive(Clone, Copy)]
+pub(super) struct PaperRun<'a> {
+    /// Vertices to keep.
+    pub n_target_vertices: usize,
+    /// The network.
+    pub weights: &'a Weights,
+    /// Seed of the samples.
+    pub seed: u64,
+    /// Closes the holes that the network leaves.
+    pub close: bool,
+    /// Samples once more by the errors of regions, and places vertices at the minimum of their region's quadric.
+    pub place: bool,
 }
 
 /// What the stages before the assembly found.
@@ -70,26 +90,27 @@ pub fn simplify_paper(
     seed: u64,
     progress: &mut Listener,
 ) -> Result<PaperResult, SimplifyError> {
-    run_with_listener(progress, &PAPER, |progress| simplified(mesh, n_target_vertices, weights, seed, false, progress))
+    let run = PaperRun { n_target_vertices, weights, seed, close: false, place: false };
+    run_with_listener(progress, &PAPER, |progress| simplified(mesh, &run, progress))
 }
 
-/// As [`simplify_paper`], within a run; then [`closed`], if it is to be.
-pub(super) fn simplified(
-    mesh: &TriMesh,
-    n_target_vertices: usize,
-    weights: &Weights,
-    seed: u64,
-    close: bool,
-    progress: Progress,
-) -> Result<PaperResult, SimplifyError> {
-    let stages = stages(mesh, n_target_vertices, weights, seed, progress)?;
+/// Simplifies as [`simplify_paper`] does, within a run; then closes holes and places vertices where that is asked for.
+pub(super) fn simplified(mesh: &TriMesh, run: &PaperRun, progress: Progress) -> Result<PaperResult, SimplifyError> {
+    let stages = stages(mesh, run, progress)?;
     progress.enter("assemble", 1)?;
-    let faces = assemble(&gather(mesh.positions(), &stages.samples), &stages);
+    let samples = &stages.samples;
+    let mut faces = assemble(&gather(mesh.positions(), samples), &stages);
     if faces.is_empty() {
         return Err(SimplifyError::NothingKept);
     }
-    let faces = if close { closed(mesh, &stages.samples, &stages.assignment, faces) } else { faces };
-    Ok(PaperResult { vertices: stages.samples, faces })
+    if run.close {
+        faces = closed(mesh, samples, &stages.assignment, faces);
+    }
+    let positions = match run.place {
+        true => Regions::new(mesh, samples, &stages.assignment).placed(&faces),
+        false => gather(mesh.positions(), samples),
+    };
+    Ok(PaperResult { vertices: stages.samples, positions, faces })
 }
 
 /// Runs the stages before the assembly; see [`simplify_paper`].
@@ -111,16 +132,12 @@ pub fn paper_stages(
     seed: u64,
     progress: &mut Listener,
 ) -> Result<PaperStages, SimplifyError> {
-    run_with_listener(progress, &PAPER, |progress| stages(mesh, n_target_vertices, weights, seed, progress))
+    let run = PaperRun { n_target_vertices, weights, seed, close: false, place: false };
+    run_with_listener(progress, &PAPER, |progress| stages(mesh, &run, progress))
 }
 
-fn stages(
-    mesh: &TriMesh,
-    n_target_vertices: usize,
-    weights: &Weights,
-    seed: u64,
-    progress: Progress,
-) -> Result<PaperStages, SimplifyError> {
+fn stages(mesh: &TriMesh, run: &PaperRun, progress: Progress) -> Result<PaperStages, SimplifyError> {
+    let &PaperRun { n_target_vertices, weights, seed, .. } = run;
     if mesh.faces().is_empty() {
         return Err(SimplifyError::Empty);
     }
@@ -128,11 +145,16 @@ fn stages(
     let rings = Arc::new(edge_graph(mesh));
     let points = in_edge_lengths(mesh.positions(), &rings);
     let normals = (weights.architecture().point_sampler_inputs == 6).then(|| vertex_normals(mesh));
-    let scores = vertex_scores(weights, &points, normals.as_deref(), &rings);
+    let mut scores = vertex_scores(weights, &points, normals.as_deref(), &rings);
     progress.enter("sample", 1)?;
-    let samples = scattered_samples(&points, &rings, &scores, n_target_vertices, seed);
+    let mut samples = scattered_samples(&points, &rings, &scores, n_target_vertices, seed);
     progress.enter("assign", 1)?;
-    let assignment = assign_to_samples(&points, &rings, &samples);
+    let mut assignment = assign_to_samples(&points, &rings, &samples);
+    if run.place {
+        scores = Regions::new(mesh, &samples, &assignment).scores(&assignment, &scores);
+        samples = scattered_samples(&points, &rings, &scores, n_target_vertices, seed);
+        assignment = assign_to_samples(&points, &rings, &samples);
+    }
     let quotient = quotient(mesh.positions(), mesh.faces(), &assignment, samples.len());
     progress.enter("edges", 1)?;
     let sampled = in_edge_lengths(&gather(&points, &samples), &quotient.edges);

@@ -1,0 +1,180 @@
+//! Vertices at the minimum of their region's quadric, and scores by what is left of it: what the printed method leaves out, so
+//! that its results can be used. An option; the printed method keeps vertices where they are.
+//!
+//! A region's quadric sums squared distances to the planes of its faces (Garland and Heckbert 1997).
+
+use super::NO_SAMPLE;
+use crate::geometry::Quadric;
+use crate::geometry::triangle::area_normal_f64;
+use crate::mesh::TriMesh;
+use crate::mesh::half_edges::for_each_edge;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Pull of a vertex to its old position, as a share of its quadric's trace: along what is flat it stays where it was.
+const PULL: f64 = 1e-3;
+
+/// Weight of a boundary's lines beside the planes of faces, so that the boundary keeps its shape.
+const BOUNDARY: f64 = 10.0;
+
+/// Least remaining error that counts, as a share of the mean: flat regions are as good as those of that error.
+const LEAST_ERROR: f64 = 0.01;
+
+/// Rounds in which vertices go back where faces around them have turned over.
+const ROUNDS: usize = 4;
+
+/// The quadric of each region, about its sample, n_samples.
+pub(super) struct Regions<'a> {
+    positions: &'a [[f32; 3]],
+    samples: &'a [u32],
+    quadrics: Vec<Quadric>,
+}
+
+impl<'a> Regions<'a> {
+    /// Sums the quadrics of all regions; a face counts a third for the region of each corner.
+    pub(super) fn new(mesh: &'a TriMesh, samples: &'a [u32], assignment: &[u32]) -> Self {
+        let positions = mesh.positions();
+        let mut quadrics = vec![Quadric::default(); samples.len()];
+        let mut add = |v: u32, of: &dyn Fn(DVec3) -> Quadric| {
+            let region = assignment[v as usize];
+            if region != NO_SAMPLE {
+                quadrics[region as usize] += of(point(positions, samples[region as usize]));
+            }
+        };
+        for face in mesh.faces() {
+            let corners = face.map(|v| point(positions, v));
+            let normal = area_normal_f64(corners);
+            // The length of the normal is twice the area.
+            let weight = normal.length() / 6.0;
+            let normal = normal.normalize_or_zero();
+            face.iter().for_each(|&v| add(v, &|origin| Quadric::of_plane(normal, corners[0] - origin, weight)));
+        }
+        for_each_edge(positions.len(), mesh.faces(), |ends, sides| {
+            if let [_] = sides {
+                let [a, b] = ends.map(|v| point(positions, v));
+                ends.iter().for_each(|&v| add(v, &|origin| of_line(a - origin, b - origin)));
+            }
+        });
+        Self { positions, samples, quadrics }
+    }
+
+    /// Adds a third of the logarithm of each region's remaining error to the scores of its vertices.
+    ///
+    /// On a surface of curvature c, a region of width h leaves an error that goes with c^2 h^6. Samples whose density changes
+    /// by the cube root of it come to have equal errors.
+    ///
+    /// # Shapes
+    /// - `assignment`, `scores` and the result: n_vertices
+    pub(super) fn scores(&self, assignment: &[u32], scores: &[f32]) -> Vec<f32> {
+        let error = |quadric: &Quadric| quadric.value(minimum(quadric));
+        let errors: Vec<f64> = self.quadrics.par_iter().map(error).collect();
+        let mean = errors.iter().sum::<f64>() / errors.len().max(1) as f64;
+        if mean <= 0.0 {
+            return scores.to_vec();
+        }
+        let gains: Vec<f32> = errors.iter().map(|error| ((error / mean + LEAST_ERROR).ln() / 3.0) as f32).collect();
+        let of_vertex = |(&region, &score): (&u32, &f32)| match region {
+            NO_SAMPLE => score,
+            region => score + gains[region as usize],
+        };
+        assignment.iter().zip(scores).map(of_vertex).collect()
+    }
+
+    /// Moves every sample to the minimum of its quadric, but where faces around it would turn over.
+    ///
+    /// # Shapes
+    /// - `faces`: n_faces x 3 vertices of the mesh that are samples
+    /// - returns the positions of the samples, n_samples x 3
+    pub(super) fn placed(&self, faces: &[[u32; 3]]) -> Vec<[f32; 3]> {
+        let move_of = |(quadric, &v): (&Quadric, &u32)| (point(self.positions, v) + minimum(quadric)).as_vec3().to_array();
+        let mut positions = self.positions.to_vec();
+        let moved: Vec<[f32; 3]> = self.quadrics.par_iter().zip(self.samples).map(move_of).collect();
+        self.samples.iter().zip(moved).for_each(|(&v, p)| positions[v as usize] = p);
+        for _ in 0..ROUNDS {
+            let normal = |positions: &[[f32; 3]], face: &[u32; 3]| area_normal_f64(face.map(|v| point(positions, v)));
+            let has_turned = |face: &&[u32; 3]| normal(&positions, face).dot(normal(self.positions, face)) <= 0.0;
+            let turned: Vec<[u32; 3]> = faces.par_iter().filter(has_turned).copied().collect();
+            turned.as_flattened().iter().for_each(|&v| positions[v as usize] = self.positions[v as usize]);
+        }
+        self.samples.iter().map(|&v| positions[v as usize]).collect()
+    }
+}
+
+/// Returns the minimum of a quadric about the origin, pulled to it; the origin where there is none.
+fn minimum(quadric: &Quadric) -> DVec3 {
+    let pulled = quadric.pulled_to(DVec3::ZERO, PULL * quadric.trace());
+    pulled.minimum().map_or(DVec3::ZERO, |(x, _)| x)
+}
+
+/// Returns the squared distance to the line through two points, times their squared distance and [`BOUNDARY`].
+fn of_line(a: DVec3, b: DVec3) -> Quadric {
+    let direction = (b - a).normalize_or_zero();
+    let weight = BOUNDARY * a.distance_squared(b);
+    // The squared distance to a line is that to two planes through it, at right angles.
+    let (one, other) = direction.any_orthonormal_pair();
+    Quadric::of_plane(one, a, weight) + Quadric::of_plane(other, a, weight)
+}
+
+fn point(positions: &[[f32; 3]], v: u32) -> DVec3 {
+    DVec3::from(positions[v as usize].map(f64::from))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    /// A cube whose sides are grids, and samples near its corners, each with the region nearest to it.
+    fn grid_and_regions(mesh: &TriMesh, samples: &[u32]) -> Vec<u32> {
+        let distance2 = |v: u32, s: u32| point(mesh.positions(), v).distance_squared(point(mesh.positions(), s));
+        let nearest = |v: u32| (0..samples.len()).min_by(|&a, &b| distance2(v, samples[a]).total_cmp(&distance2(v, samples[b])));
+        (0..mesh.positions().len() as u32).map(|v| nearest(v).unwrap() as u32).collect()
+    }
+
+    #[test]
+    fn a_region_at_a_corner_places_its_vertex_there() {
+        // Three faces of a corner, whose apex belongs to the region of another vertex.
+        let mesh = TriMesh::new(
+            vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            vec![[0, 2, 1], [0, 1, 3], [0, 3, 2]],
+        )
+        .unwrap();
+        let regions = Regions::new(&mesh, &[1], &[0, 0, 0, 0]);
+        let planes = Regions { quadrics: vec![of_corner()], ..regions };
+        let placed = planes.placed(&[]);
+        assert!(DVec3::from(placed[0].map(f64::from)).length() < 0.01, "{placed:?}");
+    }
+
+    /// The three planes of the corner at the origin, seen from (1, 0, 0).
+    fn of_corner() -> Quadric {
+        [DVec3::X, DVec3::Y, DVec3::Z].into_iter().fold(Quadric::default(), |sum, normal| {
+            sum + Quadric::of_plane(normal, DVec3::NEG_X, 1.0)
+        })
+    }
+
+    #[test]
+    fn what_is_flat_stays_and_what_would_turn_goes_back() {
+        let flat = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
+        let regions = Regions::new(&flat, &[0, 1, 2], &[0, 1, 2]);
+        assert_eq!(regions.placed(flat.faces()), flat.positions());
+        // A vertex that would cross the edge opposite to it stays.
+        let far = Quadric::default().pulled_to([2.0, 2.0, 0.0].into(), 1.0);
+        let regions = Regions { quadrics: vec![far, Quadric::default(), Quadric::default()], ..regions };
+        assert_eq!(regions.placed(flat.faces()), flat.positions());
+        assert!(regions.placed(&[])[0][0] > 1.9);
+    }
+
+    #[test]
+    fn curved_regions_get_more_samples() {
+        let mesh = shapes::wavy_sphere(4, 5.0);
+        let samples: Vec<u32> = (0..mesh.positions().len() as u32).step_by(40).collect();
+        let assignment = grid_and_regions(&mesh, &samples);
+        let regions = Regions::new(&mesh, &samples, &assignment);
+        let scores = regions.scores(&assignment, &vec![0.0; assignment.len()]);
+        let errors: Vec<f64> = regions.quadrics.iter().map(|quadric| quadric.value(minimum(quadric))).collect();
+        let worst = (0..errors.len()).max_by(|&a, &b| errors[a].total_cmp(&errors[b])).unwrap();
+        let largest = scores.iter().copied().fold(f32::MIN, f32::max);
+        assert_eq!(scores[samples[worst] as usize], largest);
+        assert!(scores.iter().any(|&score| score < largest - 0.5));
+    }
+}
