@@ -215,6 +215,7 @@ def candidate_faces(
     graph: NDArray[np.int64],
     adjacency: NDArray[np.float32],
     surface: NDArray[np.int64],
+    per_point: int,
     threads: int | None,
 ) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]: ...
 def vertex_normals(vertices: NDArray[np.float32], faces: NDArray[np.int64]) -> NDArray[np.float32]: ...

@@ -55,25 +55,26 @@ def extended_graph(points: Any, edges: Any, knn: int = 15) -> Any:
 
 
 def triangle_graph(points: Any, faces: Any, knn: int = 20) -> Any:
-    """The entries of G_tri, Sec. 3.3: each face (n_faces x 3) with the `knn` others whose barycenters are nearest, row by row,
-    columns ascending: n_entries x 2."""
+    """The entries of G_tri, Sec. 3.3: each face (n_faces x 3) with the `knn` others whose barycenters are nearest, or with those that
+    share an edge with it where `knn` is 0; row by row, columns ascending: n_entries x 2."""
     given = as_numpy(point_rows(points, "points"), torch.float32)
     return _indices(_native.triangle_graph(given, face_rows(faces), _count(knn), torch.get_num_threads()), points)
 
 
-def candidate_faces(points: Any, graph: Any, adjacency: Any, surface: Any = None) -> CandidateFaces:
+def candidate_faces(points: Any, graph: Any, adjacency: Any, surface: Any = None, per_point: int = 0) -> CandidateFaces:
     """The triangles of `graph` whose three edges have a positive adjacency, Sec. 3.2, and always those of `surface`.
 
     points: n x 3
     graph: n_entries x 2, as `extended_graph` gives them
     adjacency: n_entries, A_s of Eq. (3)
     surface: n_surface x 3, triangles that the mesh has between samples, their edges in the graph; none where not given
+    per_point: keeps so many candidates for each point, those with the largest prior, and those of `surface`; 0 keeps all
     """
     surface = torch.empty((0, 3), dtype=torch.int64) if surface is None else surface
     if adjacency.dim() != 1:
         raise NeuralMeshError(f"adjacency: a tensor of shape {tuple(adjacency.shape)}: give a number for each entry")
     given = (as_numpy(point_rows(points, "points"), torch.float32), edge_rows(graph, "graph"), as_numpy(adjacency, torch.float32))
-    found = _native.candidate_faces(*given, face_rows(surface, "surface"), torch.get_num_threads())
+    found = _native.candidate_faces(*given, face_rows(surface, "surface"), _count(per_point), torch.get_num_threads())
     return CandidateFaces(*(_indices(array, points) for array in found))
 
 

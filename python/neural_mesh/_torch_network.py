@@ -54,7 +54,7 @@ class _Stage(torch.nn.Module):
 
     @classmethod
     def shipped(cls: type[_S], name: str = "default") -> _S:
-        """The stage with weights that ship: "default" steers `simplify`; "paper-open" has the paper's sizes, and serves
+        """The stage with weights that ship: "default" steers `simplify`; "paper-open" is the paper's network, and serves
         `assembly="paper"` and `mesh_points`. Of "default" the Point Sampler alone has learned something."""
         return cls._of(_native.shipped_weights(name))
 
@@ -104,7 +104,7 @@ class PointSampler(_Stage):
     _NAME = "point_sampler"
     _SIZES: ClassVar[Mapping[str, str]] = {name: f"point_sampler_{name}" for name in ("inputs", "layers", "width", "hidden")}
 
-    def __init__(self, inputs: int = 3, layers: int = 3, width: int = 64, hidden: int = 0, *, seed: int = 0) -> None:
+    def __init__(self, inputs: int = 3, layers: int = 3, width: int = 32, hidden: int = 0, *, seed: int = 0) -> None:
         super().__init__(seed, inputs=inputs, layers=layers, width=width, hidden=hidden)
 
     def forward(self, points: Any, edges: Any, normals: Any = None) -> Any:
@@ -135,7 +135,7 @@ class EdgePredictor(_Stage):
     _NAME = "edge_predictor"
     _SIZES: ClassVar[Mapping[str, str]] = {"width": "edge_predictor_width", "attention_width": "attention_width", "knn": "edge_knn"}
 
-    def __init__(self, width: int = 64, attention_width: int = 64, knn: int = 15, *, seed: int = 0) -> None:
+    def __init__(self, width: int = 32, attention_width: int = 32, knn: int = 15, *, seed: int = 0) -> None:
         super().__init__(seed, width=width, attention_width=attention_width, knn=knn)
 
     def forward(self, points: Any, edges: Any, graph: Any = None) -> Edges:
@@ -160,14 +160,20 @@ class FaceClassifier(_Stage):
     """The Face Classifier, Sec. 3.3: the probability that a candidate face belongs to the surface, from TriConv layers, Eqs. (4)
     and (5), along the graph of nearest triangles.
 
-    `layers` of TriConv, each `width` wide; `knn` triangles are joined with each. Weights are drawn from `seed`.
+    `layers` of TriConv, each `width` wide; `knn` triangles are joined with each, or those that share an edge with it where `knn` is 0.
+    `candidates` for each sample are classified, those with the largest prior; all where it is 0. Weights are drawn from `seed`.
     """
 
     _NAME = "face_classifier"
-    _SIZES: ClassVar[Mapping[str, str]] = {"layers": "face_classifier_layers", "width": "face_classifier_width", "knn": "face_knn"}
+    _SIZES: ClassVar[Mapping[str, str]] = {
+        "layers": "face_classifier_layers",
+        "width": "face_classifier_width",
+        "knn": "face_knn",
+        "candidates": "face_candidates",
+    }
 
-    def __init__(self, layers: int = 3, width: int = 128, knn: int = 20, *, seed: int = 0) -> None:
-        super().__init__(seed, layers=layers, width=width, knn=knn)
+    def __init__(self, layers: int = 3, width: int = 32, knn: int = 0, *, candidates: int = 6, seed: int = 0) -> None:
+        super().__init__(seed, layers=layers, width=width, knn=knn, candidates=candidates)
 
     def forward(self, points: Any, faces: Any, prior: Any, graph: Any = None) -> Any:
         """Probabilities of faces, n_faces, each in 0..1.
@@ -192,7 +198,7 @@ class FaceClassifier(_Stage):
 
 class Network(torch.nn.Module):
     """The three stages, as a file of weights holds them: names in `state_dict` are those of its tensors. Stages of any sizes go
-    together; those that are not given have the paper's sizes and have learned nothing."""
+    together; those that are not given have the default sizes and have learned nothing."""
 
     objective: str | None
     """What the weights learned, where the file says so: "paper" is refused for the closed assembly, what else there is for

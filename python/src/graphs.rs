@@ -69,6 +69,7 @@ fn candidate_faces(
     graph: PyReadonlyArray2<i64>,
     adjacency: PyReadonlyArray1<f32>,
     surface: PyReadonlyArray2<i64>,
+    per_point: usize,
     threads: Option<usize>,
 ) -> PyResult<(Py<PyAny>, Py<PyAny>)> {
     let points = self::points(&points, "points")?;
@@ -81,7 +82,11 @@ fn candidate_faces(
     let found = heard(py, threads, None, move |_| {
         surface.iter_mut().for_each(|face| face.sort_unstable());
         surface.sort_unstable();
-        Ok(model::candidate_faces(&graph, &adjacency, &surface).in_coherent_order(&points))
+        let mut candidates = model::candidate_faces(&graph, &adjacency, &surface);
+        if per_point > 0 {
+            candidates = candidates.with_largest_prior(per_point.saturating_mul(points.len()), &adjacency, &surface);
+        }
+        Ok(candidates.in_coherent_order(&points))
     })?;
     Ok((array(py, found.triangles)?, array(py, found.entries.to_vec())?))
 }

@@ -283,6 +283,35 @@ mod tests {
     }
 
     #[test]
+    fn neighbours_across_edges_agree_with_a_search_by_corners() {
+        let graph = Csr::from_edges(30, ragged_graph(30).entries().collect::<Vec<_>>());
+        let candidates = candidate_faces(&graph, &vec![1.0; graph.n_entries()], &[]);
+        assert!(candidates.triangles.len() > 30);
+        let expected = triangle_graph(&[[0.0; 3]; 30], &candidates.triangles, 0);
+        assert_eq!(candidates.across_edges(graph.n_entries()), expected);
+    }
+
+    #[test]
+    fn the_largest_priors_are_those_of_a_sorted_list() {
+        let graph = Csr::from_edges(30, ragged_graph(30).entries().collect::<Vec<_>>());
+        // Few different values, so that many candidates are equal.
+        let adjacency: Vec<f32> = random(graph.n_entries(), 1, 4).data().iter().map(|x| (4.0 * x).round() + 8.0).collect();
+        let all = candidate_faces(&graph, &adjacency, &[]);
+        let original = [all.triangles[0], all.triangles[9]];
+        let prior = |at: usize| all.entries[at].iter().map(|&entry| adjacency[entry as usize]).sum::<f32>();
+        let mut order: Vec<usize> = (0..all.triangles.len()).collect();
+        order.sort_by(|&a, &b| prior(b).total_cmp(&prior(a)).then(a.cmp(&b)));
+        for n in [0, 1, 10, 25, order.len(), order.len() + 1] {
+            let mut kept = order[..n.min(order.len())].to_vec();
+            kept.extend([0, 9]);
+            kept.sort_unstable();
+            kept.dedup();
+            let expected: Vec<[u32; 3]> = kept.into_iter().map(|at| all.triangles[at]).collect();
+            assert_eq!(all.clone().with_largest_prior(n, &adjacency, &original).triangles, expected, "{n}");
+        }
+    }
+
+    #[test]
     fn prior_is_the_mean_of_the_three_edges() {
         let graph = Csr::from_edges(3, [[0, 1], [1, 2], [0, 2]]);
         let adjacency = [0.3, 0.6, 0.3, 0.9, 0.6, 0.9];

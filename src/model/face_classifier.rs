@@ -6,6 +6,7 @@ use super::{Affine, TriConv, triangle_positions};
 use crate::autodiff::{Tape, Value};
 use crate::linalg::Csr;
 use crate::spatial::nearest_neighbours;
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Stacked TriConv layers and a linear map to one number.
@@ -17,7 +18,8 @@ pub struct FaceClassifier<T> {
     pub output: Affine<T>,
 }
 
-/// Joins every triangle with the k others whose barycenters are nearest: G_tri.
+/// Joins every triangle with the k others whose barycenters are nearest, or with those that share an edge with it where k is 0:
+/// G_tri.
 ///
 /// # Shapes
 /// - `points`: n x 3, `triangles`: n_triangles x 3
@@ -31,11 +33,30 @@ pub struct FaceClassifier<T> {
 /// let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [9.0, 9.0, 0.0]];
 /// let graph = triangle_graph(&points, &[[0, 1, 2], [1, 2, 3], [0, 1, 3]], 1);
 /// assert_eq!((graph.row(0), graph.row(1)), ([2].as_slice(), [2].as_slice()));
+/// // The edges 1-2 and 0-1.
+/// let across = triangle_graph(&points, &[[0, 1, 2], [1, 2, 3], [0, 1, 3]], 0);
+/// assert_eq!((across.row(0), across.row(1)), ([1, 2].as_slice(), [0, 2].as_slice()));
 /// ```
 pub fn triangle_graph(points: &[[f32; 3]], triangles: &[[u32; 3]], k: usize) -> Csr {
+    if k == 0 {
+        return across_edges(triangles);
+    }
     let neighbours = nearest_neighbours(&barycenters(points, triangles), k);
     let k = neighbours.len() / triangles.len().max(1);
     Csr::from_equal_rows(triangles.len(), triangles.len(), k, neighbours)
+}
+
+/// Joins every triangle with those that share an edge with it.
+fn across_edges(triangles: &[[u32; 3]]) -> Csr {
+    let edges = |(at, &[i, j, k]): (u32, &[u32; 3])| [[i, j], [i, k], [j, k]].map(|[a, b]| ([a.min(b), a.max(b)], at));
+    let mut edges: Vec<([u32; 2], u32)> = (0..).zip(triangles).flat_map(edges).collect();
+    edges.par_sort_unstable();
+    let pairs_of = |at_edge: &[([u32; 2], u32)]| {
+        let all: Vec<u32> = at_edge.iter().map(|edge| edge.1).collect();
+        all.iter().flat_map(|&a| all.iter().map(move |&b| [a, b])).collect::<Vec<_>>()
+    };
+    let pairs: Vec<[u32; 2]> = edges.chunk_by(|a, b| a.0 == b.0).flat_map(pairs_of).collect();
+    Csr::from_edges(triangles.len(), pairs)
 }
 
 /// Computes the probability of each candidate face: TriConv layers over its prior, then a sigmoid.

@@ -1,4 +1,4 @@
-//! The weights of the paper's network that ship: half a megabyte, for builds that have them.
+//! The weights of the paper's network that ship: 60 KB, for builds that have them.
 
 use std::sync::LazyLock;
 
@@ -10,12 +10,12 @@ pub(super) const PAPER_OPEN_FILE: &[u8] = include_bytes!("../../weights/paper-op
 static PAPER_OPEN: LazyLock<Weights> = LazyLock::new(|| shipped(PAPER_OPEN_FILE));
 
 impl Weights {
-    /// The network of the paper's sizes, trained on meshes that anyone may use, for the paper's assembly and for clouds of
+    /// The paper's network, trained on meshes that anyone may use, for the paper's assembly and for clouds of
     /// points where the caller gives no weights.
     ///
     /// ```
-    /// use neural_mesh::model::{Architecture, Weights};
-    /// assert_eq!(Weights::shipped_paper_open().architecture(), &Architecture::default());
+    /// use neural_mesh::model::Weights;
+    /// assert_eq!(Weights::shipped_paper_open().architecture().face_classifier_width, 32);
     /// ```
     pub fn shipped_paper_open() -> &'static Self {
         &PAPER_OPEN

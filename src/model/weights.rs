@@ -13,7 +13,7 @@ const ACROSS_EDGES: usize = 9;
 /// ```
 /// use neural_mesh::model::Weights;
 /// let weights = Weights::random(7);
-/// assert_eq!(weights.architecture().n_parameters(), 119_618);
+/// assert_eq!(weights.architecture().n_parameters(), 14_658);
 /// assert_ne!(weights, Weights::random(8));
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -28,7 +28,7 @@ pub struct Weights {
 pub(super) const OBJECTIVE: &str = "objective=";
 
 impl Weights {
-    /// Draws weights of the paper's sizes, ready for training; see [`Weights::random_of`].
+    /// Draws weights of the default sizes, ready for training; see [`Weights::random_of`].
     pub fn random(seed: u64) -> Self {
         Self::random_of(Architecture::default(), seed)
     }

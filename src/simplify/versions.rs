@@ -22,7 +22,7 @@ pub const CARRIED_VERSION: u32 = 5;
 /// ```
 /// assert!(neural_mesh::simplify::PAPER_VERSION >= 1);
 /// ```
-pub const PAPER_VERSION: u32 = 1;
+pub const PAPER_VERSION: u32 = 2;
 
 #[cfg(test)]
 mod tests {

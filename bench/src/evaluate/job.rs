@@ -86,6 +86,9 @@ fn run_method(method: &Method, mesh: &TriMesh, job: &Job, weights: &JobWeights) 
         Method::BestMean => (options.optimize, options.effort) = (Optimize::Mean, Effort::Best),
         Method::Paper => options.assembly = Assembly::Paper,
         Method::PaperClosed => (options.assembly, options.close) = (Assembly::Paper, true),
+        Method::PaperPlaced => {
+            (options.assembly, options.close, options.place) = (Assembly::Paper, true, true);
+        }
         Method::Baseline(baseline) => {
             let size = Size { vertices: job.vertices, faces: job.faces };
             return simplify_by(*baseline, mesh, size, job.seed).map_err(|error| error.to_string());

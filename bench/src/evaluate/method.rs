@@ -26,10 +26,12 @@ pub enum Method {
     Best,
     /// Closed assembly with effort `best`, optimised for the mean distance.
     BestMean,
-    /// The paper's assembly with a network of the paper's sizes.
+    /// The paper's assembly.
     Paper,
     /// The paper's assembly with its holes closed.
     PaperClosed,
+    /// The paper's assembly with its holes closed and its vertices placed.
+    PaperPlaced,
     /// Another method of this package.
     Baseline(Baseline),
     /// A learned method of this package.
@@ -38,7 +40,7 @@ pub enum Method {
     Tool(Tool),
 }
 
-const OURS: [(&str, Method); 11] = [
+const OURS: [(&str, Method); 12] = [
     ("closed", Method::Closed),
     ("network", Method::Network),
     ("geometry", Method::Geometry),
@@ -50,6 +52,7 @@ const OURS: [(&str, Method); 11] = [
     ("best-mean", Method::BestMean),
     ("paper", Method::Paper),
     ("paper-closed", Method::PaperClosed),
+    ("paper-placed", Method::PaperPlaced),
 ];
 
 impl Method {
@@ -93,7 +96,7 @@ impl Method {
     }
 
     pub(super) fn is_paper(&self) -> bool {
-        matches!(self, Self::Paper | Self::PaperClosed)
+        matches!(self, Self::Paper | Self::PaperClosed | Self::PaperPlaced)
     }
 
     /// Returns whether the method is one of ours.

@@ -97,7 +97,7 @@ impl Network<Matrix> {
 /// let pass = model::network_forward(&model::Weights::random(1), &points, &chosen);
 /// let loss = model::Outputs { probabilities: vec![1.0; 4], ..model::Outputs::default() };
 /// let gradients = model::network_backward(&pass, &loss);
-/// assert_eq!((gradients.tensors.flat().len(), gradients.points.len()), (119_618, 4));
+/// assert_eq!((gradients.tensors.flat().len(), gradients.points.len()), (14_658, 4));
 /// ```
 pub fn network_forward(weights: &Weights, points: &[[f32; 3]], connectivity: &Connectivity) -> NetworkPass {
     let mut tape = Tape::default();

@@ -72,7 +72,9 @@ impl<'a> Regions<'a> {
         if mean <= 0.0 {
             return scores.to_vec();
         }
-        let gains: Vec<f32> = errors.iter().map(|error| ((error / mean + LEAST_ERROR).ln() / 3.0) as f32).collect();
+        let knob = |name: &str, or: f64| std::env::var(name).map_or(or, |v| v.parse().unwrap());
+        let (least, power) = (knob("LEAST", LEAST_ERROR), knob("POWER", 1.0 / 3.0));
+        let gains: Vec<f32> = errors.iter().map(|error| ((error / mean + least).ln() * power) as f32).collect();
         let of_vertex = |(&region, &score): (&u32, &f32)| match region {
             NO_SAMPLE => score,
             region => score + gains[region as usize],

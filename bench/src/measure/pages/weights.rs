@@ -39,8 +39,8 @@ Effects of the formula, of shuffled weights and of each stage: [parts.md](parts.
 
 | | `paper-open` | `paper-tosca` |
 |---|---|---|
-| network | the paper's sizes, 119,618 parameters | the same |
-| file | `weights/paper-open.safetensors`, 480 KB, embedded; used by `--assembly paper` and `mesh-points` where no weights are given | `weights/paper-tosca.safetensors`, for research use, not in the published crate |
+| network | three stages, 32 wide, 14,658 parameters | the same |
+| file | `weights/paper-open.safetensors`, 60 KB, embedded; used by `--assembly paper` and `mesh-points` where no weights are given | `weights/paper-tosca.safetensors`, for research use, not in the published crate |
 | data | as above | TOSCA without cat, gorilla, victoria, wolf: 50 meshes |
 
 The first two commands make `paper-open`; in the second run every second step is on a cloud. The third makes `paper-tosca`.
