@@ -295,7 +295,8 @@ mod tests {
     fn the_largest_priors_are_those_of_a_sorted_list() {
         let graph = Csr::from_edges(30, ragged_graph(30).entries().collect::<Vec<_>>());
         // Few different values, so that many candidates are equal.
-        let adjacency: Vec<f32> = random(graph.n_entries(), 1, 4).data().iter().map(|x| (4.0 * x).round() + 8.0).collect();
+        let adjacency: Vec<f32> =
+            random(graph.n_entries(), 1, 4).data().iter().map(|x| (4.0 * x).round() + 8.0).collect();
         let all = candidate_faces(&graph, &adjacency, &[]);
         let original = [all.triangles[0], all.triangles[9]];
         let prior = |at: usize| all.entries[at].iter().map(|&entry| adjacency[entry as usize]).sum::<f32>();

@@ -150,8 +150,7 @@ fn stages(mesh: &TriMesh, run: &PaperRun, progress: Progress) -> Result<PaperSta
     let mut samples = scattered_samples(&points, &rings, &scores, n_target_vertices, seed);
     progress.enter("assign", 1)?;
     let mut assignment = assign_to_samples(&points, &rings, &samples);
-    let rounds = std::env::var("ROUNDS").map_or(1, |v| v.parse().unwrap());
-    for _ in 0..if run.place { rounds } else { 0 } {
+    if run.place {
         scores = Regions::new(mesh, &samples, &assignment).scores(&assignment, &scores);
         samples = scattered_samples(&points, &rings, &scores, n_target_vertices, seed);
         assignment = assign_to_samples(&points, &rings, &samples);

@@ -18,7 +18,7 @@ const PULL: f64 = 1e-3;
 const BOUNDARY: f64 = 10.0;
 
 /// Least remaining error that counts, as a share of the mean: flat regions are as good as those of that error.
-const LEAST_ERROR: f64 = 0.01;
+const LEAST_ERROR: f64 = 0.1;
 
 /// Rounds in which vertices go back where faces around them have turned over.
 const ROUNDS: usize = 4;
@@ -72,9 +72,7 @@ impl<'a> Regions<'a> {
         if mean <= 0.0 {
             return scores.to_vec();
         }
-        let knob = |name: &str, or: f64| std::env::var(name).map_or(or, |v| v.parse().unwrap());
-        let (least, power) = (knob("LEAST", LEAST_ERROR), knob("POWER", 1.0 / 3.0));
-        let gains: Vec<f32> = errors.iter().map(|error| ((error / mean + least).ln() * power) as f32).collect();
+        let gains: Vec<f32> = errors.iter().map(|error| ((error / mean + LEAST_ERROR).ln() / 3.0) as f32).collect();
         let of_vertex = |(&region, &score): (&u32, &f32)| match region {
             NO_SAMPLE => score,
             region => score + gains[region as usize],
@@ -88,7 +86,8 @@ impl<'a> Regions<'a> {
     /// - `faces`: n_faces x 3 vertices of the mesh that are samples
     /// - returns the positions of the samples, n_samples x 3
     pub(super) fn placed(&self, faces: &[[u32; 3]]) -> Vec<[f32; 3]> {
-        let move_of = |(quadric, &v): (&Quadric, &u32)| (point(self.positions, v) + minimum(quadric)).as_vec3().to_array();
+        let move_of =
+            |(quadric, &v): (&Quadric, &u32)| (point(self.positions, v) + minimum(quadric)).as_vec3().to_array();
         let mut positions = self.positions.to_vec();
         let moved: Vec<[f32; 3]> = self.quadrics.par_iter().zip(self.samples).map(move_of).collect();
         self.samples.iter().zip(moved).for_each(|(&v, p)| positions[v as usize] = p);
@@ -129,7 +128,8 @@ mod tests {
     /// A cube whose sides are grids, and samples near its corners, each with the region nearest to it.
     fn grid_and_regions(mesh: &TriMesh, samples: &[u32]) -> Vec<u32> {
         let distance2 = |v: u32, s: u32| point(mesh.positions(), v).distance_squared(point(mesh.positions(), s));
-        let nearest = |v: u32| (0..samples.len()).min_by(|&a, &b| distance2(v, samples[a]).total_cmp(&distance2(v, samples[b])));
+        let nearest =
+            |v: u32| (0..samples.len()).min_by(|&a, &b| distance2(v, samples[a]).total_cmp(&distance2(v, samples[b])));
         (0..mesh.positions().len() as u32).map(|v| nearest(v).unwrap() as u32).collect()
     }
 
@@ -149,9 +149,9 @@ mod tests {
 
     /// The three planes of the corner at the origin, seen from (1, 0, 0).
     fn of_corner() -> Quadric {
-        [DVec3::X, DVec3::Y, DVec3::Z].into_iter().fold(Quadric::default(), |sum, normal| {
-            sum + Quadric::of_plane(normal, DVec3::NEG_X, 1.0)
-        })
+        [DVec3::X, DVec3::Y, DVec3::Z]
+            .into_iter()
+            .fold(Quadric::default(), |sum, normal| sum + Quadric::of_plane(normal, DVec3::NEG_X, 1.0))
     }
 
     #[test]
