@@ -254,6 +254,25 @@ mod tests {
         assert_eq!(faces, original);
     }
 
+    #[cfg(feature = "paper")]
+    #[test]
+    fn placed_vertices_lie_nearer_to_the_surface() {
+        use crate::mesh::{compact, shapes};
+        use crate::metrics::quick_distance;
+        let mesh = shapes::wavy_sphere(5, 5.0);
+        let mean = |place| {
+            let weights = Weights::shipped_paper_open();
+            let run = PaperRun { n_target_vertices: 400, weights, seed: 0, close: true, place };
+            let result = run_with_listener(&mut go_on, &PAPER, |progress| simplified(&mesh, &run, progress)).unwrap();
+            assert_eq!((result.vertices.len(), result.positions.len()), (400, 400));
+            let mut positions = mesh.positions().to_vec();
+            result.vertices.iter().zip(&result.positions).for_each(|(&v, &p)| positions[v as usize] = p);
+            quick_distance(&mesh, &compact(&positions, result.faces).unwrap().0, 4000, 0).unwrap().mean
+        };
+        let [kept, placed] = [false, true].map(mean);
+        assert!(placed < 0.7 * kept, "{placed} {kept}");
+    }
+
     #[test]
     fn the_same_seed_gives_the_same_result_on_any_number_of_threads() {
         let (mesh, weights) = (torus(30, 20), small_weights(3));
