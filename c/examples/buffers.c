@@ -1,4 +1,4 @@
-// Thins an index buffer, as with meshoptimizer: a wavy sheet of 20,000 triangles to a tenth.
+// Simplifies an index buffer, as with meshoptimizer: a wavy sheet of 20,000 triangles to a tenth.
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

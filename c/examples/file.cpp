@@ -1,4 +1,4 @@
-// Thins a file and writes it in the format that the name of the result says: file IN OUT RATIO
+// Simplifies a file and writes the result in the format of its name: file IN OUT RATIO
 #include <cstdio>
 #include <string>
 

@@ -1,4 +1,4 @@
-// neural-mesh for C++17: what `neural_mesh.h` has, with errors as exceptions and handles that give themselves back.
+// neural-mesh for C++17: a wrapper of `neural_mesh.h` with exceptions for errors, and handles that free themselves.
 // SPDX-License-Identifier: MIT OR Apache-2.0
 #ifndef NEURAL_MESH_HPP
 #define NEURAL_MESH_HPP
@@ -16,7 +16,7 @@
 
 namespace neural_mesh {
 
-// Why a call failed, in one line.
+// Error of a call; `what()` is one line.
 struct Error : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
@@ -28,7 +28,7 @@ template <class T> T checked(T value, T failed) {
 }
 } // namespace detail
 
-// Positions and triangles of a result; they last as long as the result.
+// Positions and triangles of a result, which last as long as it does.
 struct Arrays {
     const float *positions;
     std::size_t vertex_count;
@@ -36,7 +36,7 @@ struct Arrays {
     std::size_t index_count;
 };
 
-// What came of a job.
+// Result of a job.
 class Result {
 public:
     explicit Result(nm_result *handle) : handle_(handle, nm_result_free) {}
@@ -65,10 +65,10 @@ private:
     std::unique_ptr<nm_result, void (*)(nm_result *)> handle_;
 };
 
-// What is to be simplified, and how.
+// A job: a mesh to simplify, and options.
 class Job {
 public:
-    // Hears how far a run is; `false` ends it.
+    // Receives the progress of a run; `false` ends it.
     using Progress = std::function<bool(float done, const char *stage)>;
 
     Job() : handle_(detail::checked(nm_job_new(), (nm_job *)nullptr), nm_job_free) {}
@@ -88,7 +88,7 @@ public:
         progress_ = std::make_unique<Progress>(std::move(progress));
         return checked(nm_job_listen(handle_.get(), call, progress_.get()));
     }
-    // Ends the run, from any thread.
+    // Cancels the run, from any thread.
     void cancel() { checked(nm_job_cancel(handle_.get())); }
     Result run() const { return Result(detail::checked(nm_job_run(handle_.get()), (nm_result *)nullptr)); }
 
@@ -97,7 +97,7 @@ private:
         detail::checked(done, 0);
         return *this;
     }
-    // No exception may cross: one ends the run.
+    // No exception may cross the C functions: one ends the run.
     static std::int32_t call(void *user, float done, const char *stage) {
         try {
             return !(*static_cast<Progress *>(user))(done, stage);
@@ -110,15 +110,15 @@ private:
     std::unique_ptr<Progress> progress_;
 };
 
-// The indices that are left of triangles over these vertices; `error` gets how far they are from the original.
+// Simplifies triangles over these vertices and returns the indices; `error` receives the distance from the original.
 inline std::vector<std::uint32_t> simplify(const std::vector<std::uint32_t> &indices, const float *positions,
                                            std::size_t vertex_count, std::size_t stride, std::size_t target_index_count,
                                            float target_error, std::uint32_t options = 0, float *error = nullptr) {
-    std::vector<std::uint32_t> left(indices.size());
-    left.resize(detail::checked(nm_simplify(left.data(), indices.data(), indices.size(), positions, vertex_count, stride,
-                                            target_index_count, target_error, options, error),
-                                std::size_t(NM_FAILED)));
-    return left;
+    std::vector<std::uint32_t> result(indices.size());
+    result.resize(detail::checked(nm_simplify(result.data(), indices.data(), indices.size(), positions, vertex_count, stride,
+                                              target_index_count, target_error, options, error),
+                                  std::size_t(NM_FAILED)));
+    return result;
 }
 
 } // namespace neural_mesh

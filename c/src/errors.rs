@@ -1,4 +1,4 @@
-//! The last error of each thread, and a boundary that no panic crosses.
+//! Errors of calls: the last one of each thread in words, and a boundary that no panic crosses.
 
 use std::cell::RefCell;
 use std::ffi::{CString, c_char};
@@ -6,48 +6,47 @@ use std::fmt::Display;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 thread_local! {
-    static LAST: RefCell<CString> = RefCell::default();
+    static LAST_ERROR: RefCell<CString> = RefCell::default();
 }
 
-/// Why a call did nothing, in one line.
+/// Reason why a call failed, in one line.
 #[derive(Debug)]
-pub struct Refused(pub String);
+pub struct CallError(pub String);
 
-impl Refused {
-    /// A refusal of an argument, by its name.
-    pub fn of(argument: &str, what: impl Display) -> Self {
-        Self(format!("{argument}: {what}"))
+impl CallError {
+    /// Makes the error of an argument, by its name.
+    pub fn new(argument: &str, reason: impl Display) -> Self {
+        Self(format!("{argument}: {reason}"))
     }
 }
 
-impl<E: std::error::Error> From<E> for Refused {
+impl<E: std::error::Error> From<E> for CallError {
     fn from(error: E) -> Self {
         Self(error.to_string())
     }
 }
 
-/// Does what a function is for; where that fails, keeps why and gives `failed`.
-pub fn guarded<T>(failed: T, work: impl FnOnce() -> Result<T, Refused>) -> T {
-    let what = match catch_unwind(AssertUnwindSafe(work)) {
-        Ok(Ok(done)) => {
-            keep("");
-            return done;
+/// Runs the body of a function; on an error or panic sets the last error and returns `failed`.
+pub fn run_guarded<T>(failed: T, body: impl FnOnce() -> Result<T, CallError>) -> T {
+    let reason = match catch_unwind(AssertUnwindSafe(body)) {
+        Ok(Ok(value)) => {
+            set_last_error("");
+            return value;
         }
-        Ok(Err(Refused(what))) => what,
+        Ok(Err(CallError(reason))) => reason,
         Err(_) => "internal error: please report it".into(),
     };
-    keep(&what);
+    set_last_error(&reason);
     failed
 }
 
-fn keep(what: &str) {
-    let what = CString::new(what.replace('\0', " ")).unwrap_or_default();
-    LAST.with_borrow_mut(|last| *last = what);
+fn set_last_error(reason: &str) {
+    let reason = CString::new(reason.replace('\0', " ")).unwrap_or_default();
+    LAST_ERROR.with_borrow_mut(|last| *last = reason);
 }
 
-/// Returns why the last call of this thread failed, in one line of UTF-8; empty where it did not. The text is there until the next call of
-/// this thread.
+/// Returns why the last call of this thread failed, as one line of UTF-8; empty if it did not fail. Valid until the next call of this thread.
 #[unsafe(no_mangle)]
 pub extern "C" fn nm_last_error() -> *const c_char {
-    LAST.with_borrow(|last| last.as_ptr())
+    LAST_ERROR.with_borrow(|last| last.as_ptr())
 }

@@ -2,104 +2,120 @@
 #![allow(clippy::too_many_arguments, reason = "they are those of meshoptimizer")]
 
 use std::ops::ControlFlow;
+use std::ptr::{null, null_mut};
 
 use neural_mesh::indices::{Buffers, IndexOptions, Indices, extent, simplify_indices};
 
-use crate::errors::{Refused, guarded};
-use crate::pointers::{numbers, rows, write, write_one, write_rows};
+use crate::errors::{CallError, run_guarded};
+use crate::pointers::{read_numbers, read_rows, write_number, write_numbers, write_rows};
 
-/// What a function gives that failed; `nm_last_error` says why.
+/// Result of a function that returns a number of indices and failed; `nm_last_error` says why.
 pub const NM_FAILED: usize = usize::MAX;
 /// Vertices on boundaries stay.
 pub const NM_LOCK_BORDER: u32 = 1;
-/// Accepted for its meaning elsewhere, and of no effect here: vertices that no index names cost nothing.
+/// Errors are shares of the box around the vertices that indices name, not of all vertices.
 pub const NM_SPARSE: u32 = 2;
 /// Errors are in the unit of the positions, not shares of the extent.
 pub const NM_ERROR_ABSOLUTE: u32 = 4;
-/// Components that cost more than they show may go.
+/// Small components may go: those that cost more than they show, and, above the target, those with a radius within `target_error`.
 pub const NM_PRUNE: u32 = 8;
-/// Accepted for its meaning elsewhere, and of no effect here: triangles are regular as they are.
+/// No effect: triangles are regular without it.
 pub const NM_REGULARIZE: u32 = 16;
-/// Accepted for its meaning elsewhere, and of no effect here: seams cost their price always.
+/// No effect: seams of attributes may always be simplified, at a price.
 pub const NM_PERMISSIVE: u32 = 32;
+/// No effect: triangles are regular without it.
+pub const NM_REGULARIZE_LIGHT: u32 = 64;
 /// All options together.
-const KNOWN: u32 = 63;
+const KNOWN_OPTIONS: u32 = 127;
 
-/// Attributes of vertices as they come.
-struct Attributes {
-    values: *const f32,
-    stride: usize,
-    weights: *const f32,
-    count: usize,
-    locks: *const u8,
-}
-
-const NO_ATTRIBUTES: Attributes =
-    Attributes { values: std::ptr::null(), stride: 0, weights: std::ptr::null(), count: 0, locks: std::ptr::null() };
-
-/// Positions of vertices as they come.
-#[derive(Clone, Copy)]
-struct Positions {
-    values: *const f32,
-    count: usize,
-    stride: usize,
-}
-
-/// Reads the buffers of a call.
-fn read(
+/// Arguments of one call; null pointers stand for what it does not have.
+struct Call {
     indices: *const u32,
     index_count: usize,
-    positions: Positions,
-    attributes: &Attributes,
-) -> Result<Buffers, Refused> {
-    if !index_count.is_multiple_of(3) {
-        return Err(Refused::of("index_count", format!("{index_count}: give a multiple of 3")));
-    }
-    let Positions { values, count, stride } = positions;
-    let triangles = numbers("indices", indices, index_count)?.as_chunks().0.to_vec();
-    let places = rows("vertex_positions", values, count, 3, stride)?.as_chunks().0.to_vec();
-    let mut buffers = Buffers::new(triangles, places);
-    buffers.weights = numbers("attribute_weights", attributes.weights, attributes.count)?;
-    buffers.attributes = rows("vertex_attributes", attributes.values, count, attributes.count, attributes.stride)?;
-    if !attributes.locks.is_null() {
-        buffers.locks = numbers("vertex_lock", attributes.locks, count)?;
-    }
-    Ok(buffers)
+    positions: *const f32,
+    vertex_count: usize,
+    positions_stride: usize,
+    attributes: *const f32,
+    attributes_stride: usize,
+    weights: *const f32,
+    attribute_count: usize,
+    locks: *const u8,
+    target_index_count: usize,
+    target_error: f32,
+    options: u32,
+    /// Receives the indices.
+    destination: *mut u32,
+    /// Receives positions and attributes of vertices that move; null where they stay.
+    moved: (*mut f32, *mut f32),
+    /// Receives the error unless null.
+    result_error: *mut f32,
 }
 
-/// Simplifies the buffers of a call.
-fn simplified(buffers: Buffers, target: usize, error: f32, options: u32, moves: bool) -> Result<Indices, Refused> {
-    if options & !KNOWN != 0 {
-        return Err(Refused::of("options", format!("{options:#x}: bits that mean nothing")));
+impl Call {
+    /// Reads the buffers, simplifies them and writes the result; returns the number of indices.
+    fn run(&self) -> Result<usize, CallError> {
+        let buffers = self.read_buffers()?;
+        let options = self.read_options()?;
+        let result = if self.target_index_count >= self.index_count {
+            buffers.check()?;
+            Indices::unchanged(buffers)
+        } else {
+            simplify_indices(buffers, &options, &mut |_| ControlFlow::Continue(()))?
+        };
+        if options.moves {
+            let buffers = &result.buffers;
+            write_rows(self.moved.0, buffers.positions.as_flattened(), 3, self.positions_stride);
+            write_rows(self.moved.1, &buffers.attributes, self.attribute_count, self.attributes_stride);
+        }
+        let indices = result.indices.as_flattened();
+        write_numbers("destination", self.destination, indices)?;
+        write_number(self.result_error, result.error.unwrap_or_default() as f32);
+        Ok(indices.len())
     }
-    if error.is_nan() || error < 0.0 {
-        return Err(Refused::of("target_error", format!("{error}: give 0 or more")));
+
+    fn read_buffers(&self) -> Result<Buffers, CallError> {
+        let Self { index_count, vertex_count, attribute_count, .. } = *self;
+        if !index_count.is_multiple_of(3) {
+            return Err(CallError::new("index_count", format!("{index_count}: give a multiple of 3")));
+        }
+        let triangles = read_numbers("indices", self.indices, index_count)?.as_chunks().0.to_vec();
+        let positions = read_rows("vertex_positions", self.positions, vertex_count, 3, self.positions_stride)?;
+        let mut buffers = Buffers::new(triangles, positions.as_chunks().0.to_vec());
+        buffers.weights = read_numbers("attribute_weights", self.weights, attribute_count)?;
+        let stride = self.attributes_stride;
+        buffers.attributes = read_rows("vertex_attributes", self.attributes, vertex_count, attribute_count, stride)?;
+        if !self.locks.is_null() {
+            buffers.locks = read_numbers("vertex_lock", self.locks, vertex_count)?;
+        }
+        Ok(buffers)
     }
-    if target >= buffers.indices.len() * 3 {
-        buffers.check()?;
-        return Ok(unchanged(buffers));
+
+    fn read_options(&self) -> Result<IndexOptions, CallError> {
+        let Self { options: bits, target_error: error, .. } = *self;
+        if bits & !KNOWN_OPTIONS != 0 {
+            return Err(CallError::new("options", format!("{bits:#x}: bits that mean nothing")));
+        }
+        if error.is_nan() || error < 0.0 {
+            return Err(CallError::new("target_error", format!("{error}: give 0 or more")));
+        }
+        let has = |option: u32| bits & option != 0;
+        let mut options = IndexOptions::new(self.target_index_count / 3, f64::from(error));
+        (options.is_absolute, options.is_sparse) = (has(NM_ERROR_ABSOLUTE), has(NM_SPARSE));
+        (options.lock_borders, options.prune) = (has(NM_LOCK_BORDER), has(NM_PRUNE));
+        (options.moves, options.measures_error) = (!self.moved.0.is_null(), !self.result_error.is_null());
+        Ok(options)
     }
-    let mut asked = IndexOptions::new(target / 3, f64::from(error));
-    (asked.is_absolute, asked.moves) = (options & NM_ERROR_ABSOLUTE != 0, moves);
-    (asked.lock_borders, asked.prune) = (options & NM_LOCK_BORDER != 0, options & NM_PRUNE != 0);
-    Ok(simplify_indices(buffers, &asked, &mut |_| ControlFlow::Continue(()))?)
 }
 
-/// Buffers that are small enough as they are.
-fn unchanged(buffers: Buffers) -> Indices {
-    let mut same = Indices::default();
-    (same.indices, same.buffers) = (buffers.indices.clone(), buffers);
-    same
-}
-
-/// Simplifies an index buffer: writes the indices that are left to `destination`, which has room for `index_count`, and returns how many.
+/// Simplifies an index buffer: writes the indices of the result to `destination`, which has room for `index_count`, and returns how many.
 ///
-/// The result has `target_index_count` indices at most where it stays within `target_error` of the original, a share of the longest side of
-/// its box, else as few as stay within. Vertices stay where they are. `result_error`, unless null, gets the error. Returns `NM_FAILED` where
-/// it fails.
+/// The result has at most `target_index_count` indices if it is then within `target_error` of the original, otherwise as few as are. The
+/// error is a share of the longest side of the box around the vertices; 1 or more bounds nothing. Vertices stay where they are.
+/// `result_error`, unless null, receives the error. Where it is null and the error bounds nothing, no distance is measured: for a thousand
+/// triangles the call is then ten times as fast. Returns `NM_FAILED` on failure.
 ///
 /// # Safety
-/// As many values as are said are at each address; `vertex_positions_stride` is in bytes.
+/// Each array has as many values as the counts say; `vertex_positions_stride` is in bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_simplify(
     destination: *mut u32,
@@ -113,16 +129,31 @@ pub unsafe extern "C" fn nm_simplify(
     options: u32,
     result_error: *mut f32,
 ) -> usize {
-    let positions = Positions { values: vertex_positions, count: vertex_count, stride: vertex_positions_stride };
-    guarded(NM_FAILED, || {
-        let buffers = read(indices, index_count, positions, &NO_ATTRIBUTES)?;
-        let made = simplified(buffers, target_index_count, target_error, options, false)?;
-        put(destination, result_error, &made)
-    })
+    let call = Call {
+        indices,
+        index_count,
+        positions: vertex_positions,
+        vertex_count,
+        positions_stride: vertex_positions_stride,
+        attributes: null(),
+        attributes_stride: 0,
+        weights: null(),
+        attribute_count: 0,
+        locks: null(),
+        target_index_count,
+        target_error,
+        options,
+        destination,
+        moved: (null_mut(), null_mut()),
+        result_error,
+    };
+    run_guarded(NM_FAILED, || call.run())
 }
 
-/// As `nm_simplify`, where numbers of the vertices count: `attribute_count` of them, each times its weight, are as dear as a distance of that
-/// share of the extent. A vertex whose `vertex_lock` is odd stays; the array may be null.
+/// Simplifies as `nm_simplify` and counts attributes in the error.
+///
+/// A vertex has `attribute_count` attributes. A difference of 1 in one of them counts as a distance of its weight times the extent. An odd
+/// value in `vertex_lock`, which may be null, locks a vertex.
 ///
 /// # Safety
 /// As for `nm_simplify`; `vertex_attributes_stride` is in bytes.
@@ -144,22 +175,29 @@ pub unsafe extern "C" fn nm_simplify_with_attributes(
     options: u32,
     result_error: *mut f32,
 ) -> usize {
-    let positions = Positions { values: vertex_positions, count: vertex_count, stride: vertex_positions_stride };
-    let attributes = Attributes {
-        values: vertex_attributes,
-        stride: vertex_attributes_stride,
+    let call = Call {
+        indices,
+        index_count,
+        positions: vertex_positions,
+        vertex_count,
+        positions_stride: vertex_positions_stride,
+        attributes: vertex_attributes,
+        attributes_stride: vertex_attributes_stride,
         weights: attribute_weights,
-        count: attribute_count,
+        attribute_count,
         locks: vertex_lock,
+        target_index_count,
+        target_error,
+        options,
+        destination,
+        moved: (null_mut(), null_mut()),
+        result_error,
     };
-    guarded(NM_FAILED, || {
-        let buffers = read(indices, index_count, positions, &attributes)?;
-        let made = simplified(buffers, target_index_count, target_error, options, false)?;
-        put(destination, result_error, &made)
-    })
+    run_guarded(NM_FAILED, || call.run())
 }
 
-/// As `nm_simplify_with_attributes`, where vertices move to where they serve best: indices, positions and attributes are written over.
+/// Simplifies as `nm_simplify_with_attributes` and moves vertices to where they serve best: indices, positions and attributes are
+/// overwritten.
 ///
 /// # Safety
 /// As for `nm_simplify_with_attributes`; the arrays are written to.
@@ -180,42 +218,39 @@ pub unsafe extern "C" fn nm_simplify_with_update(
     options: u32,
     result_error: *mut f32,
 ) -> usize {
-    let positions = Positions { values: vertex_positions, count: vertex_count, stride: vertex_positions_stride };
-    let attributes = Attributes {
-        values: vertex_attributes,
-        stride: vertex_attributes_stride,
+    let call = Call {
+        indices,
+        index_count,
+        positions: vertex_positions,
+        vertex_count,
+        positions_stride: vertex_positions_stride,
+        attributes: vertex_attributes,
+        attributes_stride: vertex_attributes_stride,
         weights: attribute_weights,
-        count: attribute_count,
+        attribute_count,
         locks: vertex_lock,
+        target_index_count,
+        target_error,
+        options,
+        destination: indices,
+        moved: (vertex_positions, vertex_attributes),
+        result_error,
     };
-    guarded(NM_FAILED, || {
-        let buffers = read(indices, index_count, positions, &attributes)?;
-        let made = simplified(buffers, target_index_count, target_error, options, true)?;
-        write_rows(vertex_positions, made.buffers.positions.as_flattened(), 3, vertex_positions_stride);
-        write_rows(vertex_attributes, &made.buffers.attributes, attribute_count, vertex_attributes_stride);
-        put(indices, result_error, &made)
-    })
+    run_guarded(NM_FAILED, || call.run())
 }
 
-/// Returns the longest side of the box around vertices, which errors are shares of; negative where it fails.
+/// Returns the longest side of the box around vertices, the unit of relative errors; negative on failure.
 ///
 /// # Safety
-/// As many positions as are said are at the address.
+/// The array has as many positions as the count says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_simplify_scale(
     vertex_positions: *const f32,
     vertex_count: usize,
     vertex_positions_stride: usize,
 ) -> f32 {
-    guarded(-1.0, || {
-        let numbers = rows("vertex_positions", vertex_positions, vertex_count, 3, vertex_positions_stride)?;
+    run_guarded(-1.0, || {
+        let numbers = read_rows("vertex_positions", vertex_positions, vertex_count, 3, vertex_positions_stride)?;
         Ok(extent(numbers.as_chunks().0) as f32)
     })
-}
-
-fn put(destination: *mut u32, result_error: *mut f32, made: &Indices) -> Result<usize, Refused> {
-    let indices = made.indices.as_flattened();
-    write("destination", destination, indices)?;
-    write_one(result_error, made.error as f32);
-    Ok(indices.len())
 }

@@ -1,4 +1,4 @@
-// The functions of neural_mesh.h: results, refusals, and ten thousand calls with arguments at random.
+// Tests the functions of neural_mesh.h: results, errors, and ten thousand calls with random arguments.
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,7 +9,7 @@
 #define CHECK(what) \
     do { \
         if (!(what)) { \
-            fprintf(stderr, "%s:%d: %s does not hold: %s\n", __FILE__, __LINE__, #what, nm_last_error()); \
+            fprintf(stderr, "%s:%d: %s is false: %s\n", __FILE__, __LINE__, #what, nm_last_error()); \
             exit(1); \
         } \
     } while (0)
@@ -20,8 +20,8 @@ static float positions[VERTICES * 4];
 static uint32_t indices[INDICES];
 static const size_t stride = 4 * sizeof(float);
 
-// A closed torus, a number beside each position.
-static void make(void) {
+// Makes a closed torus with one attribute after each position.
+static void make_torus(void) {
     uint32_t *next = indices;
     for (uint32_t i = 0; i < N; i++)
         for (uint32_t j = 0; j < N; j++) {
@@ -34,7 +34,7 @@ static void make(void) {
         }
 }
 
-static void is_closed(const uint32_t *left, size_t n) {
+static void check_closed(const uint32_t *left, size_t n) {
     for (size_t i = 0; i < n; i++) {
         size_t twins = 0;
         uint32_t a = left[i], b = left[i - i % 3 + (i + 1) % 3];
@@ -43,27 +43,29 @@ static void is_closed(const uint32_t *left, size_t n) {
     }
 }
 
-static void buffers(void) {
+static void test_buffers(void) {
     uint32_t left[INDICES];
     float error = -1;
     size_t n = nm_simplify(left, indices, INDICES, positions, VERTICES, stride, INDICES / 4, 1, 0, &error);
     CHECK(n == INDICES / 4 && error > 0 && error < 0.1f);
-    is_closed(left, n);
-    // Within a distance there are more, in the unit of the positions, too.
+    check_closed(left, n);
+    // A bound on the distance leaves more triangles, in the unit of the positions as well.
     float scale = nm_simplify_scale(positions, VERTICES, stride), again = 0;
     CHECK(fabsf(scale - 6) < 0.1f);
-    size_t near = nm_simplify(left, indices, INDICES, positions, VERTICES, stride, 3, 0.02f, 0, &error);
-    CHECK(near > 3 && near < INDICES && error <= 0.02f);
-    CHECK(nm_simplify(left, indices, INDICES, positions, VERTICES, stride, 3, 0.02f * scale, NM_ERROR_ABSOLUTE, &again) == near);
+    size_t n_near = nm_simplify(left, indices, INDICES, positions, VERTICES, stride, 3, 0.02f, 0, &error);
+    CHECK(n_near > 3 && n_near < INDICES && error <= 0.02f);
+    CHECK(nm_simplify(left, indices, INDICES, positions, VERTICES, stride, 3, 0.02f * scale, NM_ERROR_ABSOLUTE, &again) == n_near);
     CHECK(fabsf(again - error * scale) < 1e-4f * scale);
-    // In place, and with nothing to do.
+    // In place, with nothing to do, and without a measured error.
     memcpy(left, indices, sizeof indices);
     CHECK(nm_simplify(left, left, INDICES, positions, VERTICES, stride, INDICES, 0, 0, NULL) == INDICES);
     CHECK(memcmp(left, indices, sizeof indices) == 0);
+    CHECK(nm_simplify(left, indices, INDICES, positions, VERTICES, stride, INDICES / 4, 1, 0, NULL) == INDICES / 4);
+    CHECK(nm_simplify(left, indices, INDICES, positions, VERTICES, stride, 0, 1, 0, &error) == 0 && error == 1);
     CHECK(nm_simplify(left, indices, 0, positions, VERTICES, stride, 0, 1, 0, NULL) == 0);
 }
 
-static void attributes(void) {
+static void test_attributes(void) {
     uint32_t left[INDICES];
     float weight = 0.5f, moved[VERTICES * 4];
     unsigned char locks[VERTICES] = {0};
@@ -71,33 +73,33 @@ static void attributes(void) {
     size_t n = nm_simplify_with_attributes(left, indices, INDICES, positions, VERTICES, stride, positions + 3, stride, &weight, 1,
                                            locks, INDICES / 6, 1, 0, NULL);
     CHECK(n == INDICES / 6);
-    size_t met[2] = {0};
-    for (size_t i = 0; i < n; i++) met[0] += left[i] == 7, met[1] += left[i] == 100;
-    CHECK(met[0] > 0 && met[1] > 0);
+    size_t used[2] = {0};
+    for (size_t i = 0; i < n; i++) used[0] += left[i] == 7, used[1] += left[i] == 100;
+    CHECK(used[0] > 0 && used[1] > 0);
     memcpy(moved, positions, sizeof positions);
     memcpy(left, indices, sizeof indices);
     n = nm_simplify_with_update(left, INDICES, moved, VERTICES, stride, moved + 3, stride, &weight, 1, NULL, INDICES / 6, 1, 0, NULL);
     CHECK(n == INDICES / 6 && memcmp(moved, positions, sizeof positions) != 0);
-    is_closed(left, n);
+    check_closed(left, n);
 }
 
-static int32_t heard(void *user, float done, const char *stage) {
+static int32_t count_calls(void *user, float done, const char *stage) {
     int *n = user;
     CHECK(done >= 0 && done <= 1 && stage != NULL);
     return ++*n > 1000000;
 }
 
-static int32_t ends(void *user, float done, const char *stage) {
+static int32_t end_run(void *user, float done, const char *stage) {
     return (void)user, (void)done, (void)stage, 1;
 }
 
-static void jobs(void) {
+static void test_jobs(void) {
     nm_job *job = nm_job_new();
     int n = 0;
     CHECK(job != NULL && nm_job_run(job) == NULL && strlen(nm_last_error()) > 0);
     CHECK(nm_job_read_arrays(job, positions, VERTICES, stride, indices, INDICES));
     CHECK(nm_job_set(job, "ratio", "50%") && nm_job_set(job, "format", "obj") && nm_job_set(job, "threads", "1"));
-    CHECK(nm_job_listen(job, heard, &n));
+    CHECK(nm_job_listen(job, count_calls, &n));
     nm_result *result = nm_job_run(job);
     CHECK(result != NULL && n > 0 && nm_result_levels(result) == 1);
     const float *places;
@@ -105,17 +107,17 @@ static void jobs(void) {
     size_t vertex_count, index_count, byte_count;
     CHECK(nm_result_arrays(result, 0, &places, &vertex_count, &left, &index_count));
     CHECK(vertex_count == VERTICES / 2 && index_count == INDICES / 2);
-    is_closed(left, index_count);
+    check_closed(left, index_count);
     const char *bytes = nm_result_bytes(result, 0, &byte_count);
     CHECK(bytes != NULL && byte_count > 1000 && memchr(bytes, 'v', byte_count) != NULL);
     CHECK(strstr(nm_result_report(result), "\"outcome\":\"reached\"") != NULL);
-    // The file of one job is the mesh of the next; levels are one file each.
+    // The file of one job is the mesh of the next; each level is a file.
     nm_job *again = nm_job_new();
     CHECK(nm_job_read_bytes(again, bytes, byte_count, "mesh.obj") && nm_job_set(again, "lods", "50%,25%"));
     nm_result *levels = nm_job_run(again);
     CHECK(levels != NULL && nm_result_levels(levels) == 2 && nm_result_bytes(levels, 1, NULL) != NULL);
     CHECK(nm_result_bytes(levels, 2, NULL) == NULL && strstr(nm_last_error(), "level: 2") != NULL);
-    CHECK(nm_job_listen(again, ends, NULL) && nm_job_run(again) == NULL);
+    CHECK(nm_job_listen(again, end_run, NULL) && nm_job_run(again) == NULL);
     CHECK(nm_job_listen(again, NULL, NULL) && nm_job_cancel(again) && nm_job_run(again) == NULL);
     nm_result_free(levels);
     nm_result_free(result);
@@ -123,7 +125,7 @@ static void jobs(void) {
     nm_job_free(job);
 }
 
-static void refusals(void) {
+static void test_errors(void) {
     uint32_t left[INDICES], wrong[3] = {0, 1, VERTICES};
     float nan_weight = NAN;
     CHECK(nm_simplify(left, NULL, 3, positions, VERTICES, stride, 3, 1, 0, NULL) == NM_FAILED);
@@ -148,38 +150,39 @@ static void refusals(void) {
 
 static uint32_t state = 1;
 
-static uint32_t drawn(uint32_t below) {
+static uint32_t draw(uint32_t below) {
     state ^= state << 13, state ^= state >> 17, state ^= state << 5;
     return state % below;
 }
 
-// Pointers are null or as large as is said: what lies beyond belongs to nobody, and only sanitizers would see it.
-static void at_random(void) {
+// Arrays are null or exactly as large as the counts say: sanitizers see what reads beyond.
+static void test_random_calls(void) {
     for (int i = 0; i < 10000; i++) {
-        size_t vertex_count = drawn(12), index_count = drawn(40), width = drawn(3);
+        size_t vertex_count = draw(12), index_count = draw(40), width = draw(3);
         float *places = malloc(vertex_count * 20 + 1), *values = malloc(vertex_count * width * sizeof(float) + 1);
-        float weights[2] = {drawn(3) / 2.0f, 1}, error;
+        float weights[2] = {draw(3) / 2.0f, 1}, error;
         uint32_t *corners = malloc(index_count * sizeof(uint32_t) + 1);
-        for (size_t k = 0; k < 5 * vertex_count; k++) places[k] = drawn(50) ? drawn(5) : drawn(2) ? NAN : INFINITY;
-        for (size_t k = 0; k < width * vertex_count; k++) values[k] = drawn(9);
-        for (size_t k = 0; k < index_count; k++) corners[k] = drawn((uint32_t)vertex_count + (drawn(20) == 0) + (vertex_count == 0));
-        size_t told = drawn(3) ? index_count / 3 * 3 : index_count;
-        size_t left = nm_simplify_with_update(drawn(30) ? corners : NULL, told, drawn(30) ? places : NULL, vertex_count, drawn(30) ? 12 : drawn(20),
-                                              drawn(30) ? values : NULL, width ? 4 * width : 0, drawn(30) ? weights : NULL, width, NULL, drawn(40),
-                                              drawn(9) ? drawn(10) / 9.0f : -1, drawn(64), drawn(2) ? &error : NULL);
-        CHECK(left == NM_FAILED ? strlen(nm_last_error()) > 0 : left <= told && left % 3 == 0);
+        for (size_t k = 0; k < 5 * vertex_count; k++) places[k] = draw(50) ? draw(5) : draw(2) ? NAN : INFINITY;
+        for (size_t k = 0; k < width * vertex_count; k++) values[k] = draw(9);
+        for (size_t k = 0; k < index_count; k++) corners[k] = draw((uint32_t)vertex_count + (draw(20) == 0) + (vertex_count == 0));
+        size_t count = draw(3) ? index_count / 3 * 3 : index_count;
+        size_t left = nm_simplify_with_update(draw(30) ? corners : NULL, count, draw(30) ? places : NULL, vertex_count, draw(30) ? 12 : draw(20),
+                                              draw(30) ? values : NULL, width ? 4 * width : 0, draw(30) ? weights : NULL, width, NULL, draw(40),
+                                              draw(9) ? draw(10) / 9.0f : -1, draw(128), draw(2) ? &error : NULL);
+        CHECK(strncmp(nm_last_error(), "internal", 8) != 0);
+        CHECK(left == NM_FAILED ? strlen(nm_last_error()) > 0 : left <= count && left % 3 == 0);
         for (size_t k = 0; left != NM_FAILED && k < left; k++) CHECK(corners[k] < vertex_count);
         free(places), free(values), free(corners);
     }
 }
 
 int main(void) {
-    make();
-    buffers();
-    attributes();
-    jobs();
-    refusals();
-    at_random();
-    puts("all held");
+    make_torus();
+    test_buffers();
+    test_attributes();
+    test_jobs();
+    test_errors();
+    test_random_calls();
+    puts("all tests passed");
     return 0;
 }

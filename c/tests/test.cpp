@@ -1,4 +1,4 @@
-// The wrapper of neural_mesh.hpp: results, exceptions, threads.
+// Tests the wrapper of neural_mesh.hpp: results, exceptions, threads.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -10,10 +10,10 @@
 
 #define CHECK(what) \
     do { \
-        if (!(what)) std::fprintf(stderr, "%s:%d: %s does not hold\n", __FILE__, __LINE__, #what), std::exit(1); \
+        if (!(what)) std::fprintf(stderr, "%s:%d: %s is false\n", __FILE__, __LINE__, #what), std::exit(1); \
     } while (0)
 
-static std::string told(const std::function<void()> &work) {
+static std::string catch_error(const std::function<void()> &work) {
     try {
         work();
     } catch (const neural_mesh::Error &error) {
@@ -34,18 +34,18 @@ int main() {
             if (i < n && j < n) indices.insert(indices.end(), {a, b, a + 1, a + 1, b, b + 1});
         }
     float error = 0;
-    const auto left = neural_mesh::simplify(indices, positions.data(), positions.size() / 3, 12, 600, 1, NM_LOCK_BORDER, &error);
-    CHECK(left.size() <= 1200 && left.size() % 3 == 0 && error > 0);
-    CHECK(!told([&] { neural_mesh::simplify(indices, nullptr, 10, 12, 600, 1); }).empty());
+    const auto light = neural_mesh::simplify(indices, positions.data(), positions.size() / 3, 12, 600, 1, NM_LOCK_BORDER, &error);
+    CHECK(light.size() <= 1200 && light.size() % 3 == 0 && error > 0);
+    CHECK(!catch_error([&] { neural_mesh::simplify(indices, nullptr, 10, 12, 600, 1); }).empty());
 
     neural_mesh::Job job;
     job.read_arrays(positions.data(), positions.size() / 3, 12, indices.data(), indices.size()).set("faces", "500").set("format", "glb");
     const auto result = job.run();
     CHECK(result.arrays().index_count == 1500 && result.bytes().size() > 1000);
-    CHECK(told([&] { job.set("faces", "many").run(); }).find("many") != std::string::npos);
+    CHECK(catch_error([&] { job.set("faces", "many").run(); }).find("many") != std::string::npos);
     job.set("faces", "500");
     job.listen([](float, const char *) -> bool { throw 1; });
-    CHECK(!told([&] { job.run(); }).empty());
+    CHECK(!catch_error([&] { job.run(); }).empty());
 
     // Each thread has its own last error, and jobs run side by side.
     std::vector<std::thread> threads;
@@ -56,9 +56,9 @@ int main() {
             // An open sheet may end a triangle below.
             const auto n_faces = own.run().arrays().index_count / 3;
             CHECK(n_faces == 400u + 100 * t || n_faces + 1 == 400u + 100 * t);
-            CHECK(told([&] { own.set("x" + std::to_string(t), "1"); }).find("x" + std::to_string(t)) == 0);
+            CHECK(catch_error([&] { own.set("x" + std::to_string(t), "1"); }).find("x" + std::to_string(t)) == 0);
         });
     for (auto &thread : threads) thread.join();
-    std::puts("all held");
+    std::puts("all tests passed");
     return 0;
 }

@@ -1,35 +1,35 @@
-//! Vertices and triangles as they lie in the caller's buffers.
+//! The caller's vertex and index buffers.
 
 use super::IndexError;
 
-/// Buffers of the caller.
+/// Vertices and triangles of the caller.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Buffers {
-    /// The vertices of the triangles, n_faces x 3.
+    /// Vertices of the triangles, n_faces x 3.
     pub indices: Vec<[u32; 3]>,
     /// Positions, n_vertices x 3.
     pub positions: Vec<[f32; 3]>,
     /// Attributes, n_vertices x n_weights.
     pub attributes: Vec<f32>,
-    /// Weight of each attribute, n_weights, relative to positions in shares of the extent.
+    /// Weight of each attribute, n_weights: a difference of 1 counts as a distance of this share of the extent.
     pub weights: Vec<f32>,
-    /// Locks by the lowest bit, n_vertices or nothing.
+    /// Flags of the vertices, n_vertices or empty. The lowest bit locks a vertex.
     pub locks: Vec<u8>,
-    /// The group of each triangle, n_faces or nothing; those of two groups have no vertex in common.
+    /// Group of each triangle, n_faces or empty. Triangles of different groups share no vertex.
     pub groups: Vec<u32>,
 }
 
 impl Buffers {
-    /// Triangles over positions alone.
+    /// Makes buffers of triangles over positions alone.
     pub fn new(indices: Vec<[u32; 3]>, positions: Vec<[f32; 3]>) -> Self {
         Self { indices, positions, ..Self::default() }
     }
 
-    /// Refuses buffers of wrong lengths, indices of no vertex, and numbers that are not finite.
+    /// Checks lengths, indices, and that all numbers are finite.
     ///
     /// # Errors
-    /// [`IndexError::Buffers`] says which.
+    /// [`IndexError::Buffers`] names the buffer that is wrong.
     pub fn check(&self) -> Result<(), IndexError> {
         let (n, width) = (self.positions.len(), self.weights.len());
         if let Some(bad) = self.indices.as_flattened().iter().find(|&&v| v as usize >= n) {
@@ -53,17 +53,28 @@ impl Buffers {
         Ok(())
     }
 
-    /// The longest side of the box around the vertices.
+    /// Returns the longest side of the box around all vertices.
     pub fn extent(&self) -> f64 {
         extent(&self.positions)
     }
+
+    /// Returns the longest side of the box around the vertices of the triangles.
+    pub fn used_extent(&self) -> f64 {
+        let used: Vec<[f32; 3]> = self.indices.as_flattened().iter().map(|&v| self.positions[v as usize]).collect();
+        extent(&used)
+    }
+
+    /// Returns whether a vertex is locked.
+    pub(super) fn is_locked(&self, vertex: u32) -> bool {
+        self.locks.get(vertex as usize).is_some_and(|lock| lock & 1 == 1)
+    }
 }
 
-/// The longest side of the box around points.
+/// Returns the longest side of the box around points.
 pub fn extent(positions: &[[f32; 3]]) -> f64 {
     let side = |axis: usize| {
-        let along = positions.iter().map(|p| f64::from(p[axis]));
-        along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
+        let coordinates = positions.iter().map(|p| f64::from(p[axis]));
+        coordinates.clone().fold(f64::NEG_INFINITY, f64::max) - coordinates.fold(f64::INFINITY, f64::min)
     };
     (0..3).map(side).fold(0.0, f64::max)
 }

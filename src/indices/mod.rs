@@ -1,71 +1,101 @@
-//! Index buffers over vertices that stay where they are in their buffers: what engines ask of meshoptimizer's simplifier.
+//! Index buffers over the caller's vertices, with the meaning of meshoptimizer's `simplify`.
 //!
-//! Vertices at one position are one vertex of the surface, so that a seam of attributes is no boundary; results are indices of the caller's
-//! vertices again.
+//! Vertices at equal positions are one vertex of the surface, so that a seam of attributes is no boundary. Results are indices of the
+//! caller's vertices.
 
 mod buffers;
 mod distance;
-mod places;
+mod slots;
+mod small_components;
 mod welded;
 
 use std::fmt;
 use std::ops::ControlFlow;
 
 use crate::search::simplify_to_error;
-use crate::simplify::{Listener, Options, Purpose, Simplified, SimplifyError, Target, simplify_input};
+use crate::simplify::{
+    Listener, Options, Purpose, Simplified, SimplifyError, Target, simplify_input, simplify_insisting,
+};
 
 use distance::measure_distance;
+use small_components::drop_small_components;
 use welded::WeldedMesh;
 
 pub use buffers::{Buffers, extent};
 
-/// Sizes that are tried to find the smallest within a distance in numbers of vertices.
-const TRIES: usize = 8;
+/// Sizes that are tried to find the smallest one within a distance in which attributes count.
+const MAX_TRIES: usize = 8;
 
-/// What is asked of index buffers.
+/// Settings for index buffers; `IndexOptions::new` has the defaults.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct IndexOptions {
-    /// Faces that may be left.
+    /// Most faces of the result.
     pub n_faces: usize,
-    /// Largest distance from the original, attributes included: a share of the longest side of its box, or in its unit.
+    /// Largest distance from the original, attributes included, as a share of the extent. Without weighted attributes 1 or more is no bound.
     pub error: f64,
     /// Whether distances are in the unit of the positions.
     pub is_absolute: bool,
-    /// Whether vertices move to where they serve best; else they are some of those given.
+    /// Whether the extent is that of the vertices that triangles use. Otherwise all vertices count.
+    pub is_sparse: bool,
+    /// Whether vertices move to where they serve best. Otherwise the result uses the given ones.
     pub moves: bool,
     /// Whether vertices of boundaries stay.
     pub lock_borders: bool,
-    /// Whether components that cost more than they show may go.
+    /// Whether small components may go: those that cost more than they show, and, where the size leaves no other way, those with a radius
+    /// within `error`.
     pub prune: bool,
+    /// Whether the result's error is measured where no bound needs it.
+    pub measures_error: bool,
 }
 
 impl IndexOptions {
-    /// Down to so many faces within this share of the extent; vertices stay.
+    /// Makes options for this many faces within a share of the extent.
     pub fn new(n_faces: usize, error: f64) -> Self {
-        Self { n_faces, error, is_absolute: false, moves: false, lock_borders: false, prune: false }
+        Self {
+            n_faces,
+            error,
+            is_absolute: false,
+            is_sparse: false,
+            moves: false,
+            lock_borders: false,
+            prune: false,
+            measures_error: true,
+        }
     }
 }
 
-/// Lighter index buffers.
+/// Simplified index buffers.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Indices {
-    /// The caller's vertices at the corners of the faces that are left, n_faces x 3.
+    /// The caller's vertices at the corners of the faces, n_faces x 3.
     pub indices: Vec<[u32; 3]>,
-    /// The group of each face, n_faces, where groups were given.
+    /// Group of each face, n_faces; empty where none were given.
     pub groups: Vec<u32>,
-    /// Largest distance found between original and result, as a share of the extent or in the unit of the positions, as it was asked.
-    pub error: f64,
-    /// The caller's positions and attributes; those of vertices that moved are written over.
+    /// Largest distance found between original and result, in the unit of [`IndexOptions::error`]; `None` where it was not measured.
+    pub error: Option<f64>,
+    /// The caller's buffers, with new positions and attributes of vertices that moved.
     pub buffers: Buffers,
 }
 
-/// Why index buffers have no result.
+impl Indices {
+    /// Makes a result of the buffers as they are.
+    pub fn unchanged(buffers: Buffers) -> Self {
+        Self { indices: buffers.indices.clone(), groups: buffers.groups.clone(), error: Some(0.0), buffers }
+    }
+
+    /// Makes a result without faces.
+    fn empty(buffers: Buffers, error: f64) -> Self {
+        Self { error: Some(error), buffers, ..Self::default() }
+    }
+}
+
+/// Reason why index buffers have no result.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum IndexError {
-    /// Buffers are wrong, and how.
+    /// A buffer is wrong; the text names it.
     Buffers(String),
     /// The simplifier has no result.
     Simplify(SimplifyError),
@@ -74,7 +104,7 @@ pub enum IndexError {
 impl fmt::Display for IndexError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Buffers(what) => f.write_str(what),
+            Self::Buffers(reason) => f.write_str(reason),
             Self::Simplify(error) => error.fmt(f),
         }
     }
@@ -88,7 +118,10 @@ impl From<SimplifyError> for IndexError {
     }
 }
 
-/// Simplifies index buffers, to the size, or to a larger one that holds the distance.
+/// Simplifies index buffers to the requested size, or to the smallest size found that stays within the requested distance.
+///
+/// Size and distance alone decide: where locked vertices leave few to the rest, the result is as coarse as the distance allows. No face is
+/// left where none is requested, nothing is locked and the distance is unbounded.
 ///
 /// # Errors
 /// [`IndexError`] where buffers are wrong, or the listener ends the run.
@@ -104,76 +137,215 @@ impl From<SimplifyError> for IndexError {
 /// assert_eq!(light.indices.len(), 200);
 /// ```
 pub fn simplify_indices(
-    mut buffers: Buffers,
-    asked: &IndexOptions,
+    buffers: Buffers,
+    options: &IndexOptions,
     listener: &mut Listener,
 ) -> Result<Indices, IndexError> {
     buffers.check()?;
-    let mut options = Options::new(Target::Faces(asked.n_faces.max(1)));
-    (options.subset, options.map) = (!asked.moves, asked.moves);
-    (options.lock_boundaries, options.prune) = (asked.lock_borders, asked.prune);
-    let given = WeldedMesh::new(&buffers)?;
-    if given.mesh.faces().is_empty() {
-        return Ok(Indices { buffers, ..Indices::default() });
-    }
-    if buffers.weights.iter().any(|weight| *weight > 0.0) {
-        options.purpose = Purpose::Poses;
-    }
-    let unit = if asked.is_absolute { 1.0 } else { buffers.extent().max(f64::MIN_POSITIVE) };
-    let (made, error) = simplify_within(&given, options, asked.error * unit, listener)?;
-    let indices = if asked.moves { given.place_vertices(&made, &mut buffers) } else { given.corner_vertices(&made) };
-    Ok(Indices { indices, groups: made.attributes.groups, error: error / unit, buffers })
+    let extent = if options.is_sparse { buffers.used_extent() } else { buffers.extent() };
+    let unit = if options.is_absolute { 1.0 } else { extent.max(f64::MIN_POSITIVE) };
+    let mut result = simplify_at_scale(buffers, options, &Scale::new(extent, options.error * unit), listener)?;
+    result.error = result.error.map(|error| error / unit);
+    Ok(result)
 }
 
-/// Simplifies to the size, or to a larger one that holds the distance; returns the distance, too.
+/// Lengths in the unit of the positions.
+struct Scale {
+    /// Extent, by which attributes are weighted.
+    extent: f64,
+    /// Largest distance from the original.
+    max_error: f64,
+}
+
+impl Scale {
+    fn new(extent: f64, max_error: f64) -> Self {
+        Self { extent, max_error }
+    }
+
+    /// Returns whether the distance bounds a result. The whole extent bounds none, but attributes may differ by more.
+    fn is_bounded(&self, has_weights: bool) -> bool {
+        let most = if has_weights { f64::from(f32::MAX) } else { self.extent };
+        self.max_error < most
+    }
+}
+
+/// Simplifies checked buffers; the error of the result is in the unit of the positions.
+fn simplify_at_scale(
+    mut buffers: Buffers,
+    options: &IndexOptions,
+    scale: &Scale,
+    listener: &mut Listener,
+) -> Result<Indices, IndexError> {
+    let surface = WeldedMesh::new(&buffers, scale.extent)?;
+    if surface.mesh.faces().is_empty() {
+        return Ok(Indices::empty(buffers, 0.0));
+    }
+    let has_weights = buffers.weights.iter().any(|weight| *weight > 0.0);
+    let is_bounded = scale.is_bounded(has_weights);
+    if options.n_faces == 0 && scale.max_error >= scale.extent && !options.lock_borders && surface.locked.is_empty() {
+        return Ok(Indices::empty(buffers, scale.extent));
+    }
+    let mut inner = Options::new(Target::Faces(options.n_faces.max(1)));
+    (inner.subset, inner.map) = (!options.moves, options.moves);
+    (inner.lock_boundaries, inner.prune) = (options.lock_borders, options.prune);
+    if has_weights {
+        inner.purpose = Purpose::Poses;
+    }
+    let (made, error) = if is_bounded {
+        let (made, error) = simplify_within(&surface, inner, scale.max_error, listener)?;
+        (made, Some(error))
+    } else {
+        let made = simplify_insisting(&surface.to_input(), &inner, listener)?;
+        let error = options.measures_error.then(|| measure_distance(&surface, &made));
+        (made, error)
+    };
+    if options.prune
+        && made.mesh.faces().len() > options.n_faces
+        && let Some(rest) = drop_small_components(&surface, &made, &buffers, options.n_faces, scale.max_error)
+    {
+        // The others are made anew, with the faces that are free now.
+        let options = IndexOptions { prune: false, ..*options };
+        let mut result = simplify_at_scale(rest.buffers, &options, scale, listener)?;
+        result.error = result.error.map(|error| error.max(rest.radius));
+        return Ok(result);
+    }
+    let indices =
+        if options.moves { surface.place_vertices(&made, &mut buffers) } else { surface.corner_vertices(&made) };
+    Ok(Indices { indices, groups: made.attributes.groups, error, buffers })
+}
+
+/// Simplifies to the size, or to a larger one within the distance; returns the distance, too.
 fn simplify_within(
-    given: &WeldedMesh,
+    surface: &WeldedMesh,
     options: Options,
-    most: f64,
+    max_error: f64,
     listener: &mut Listener,
 ) -> Result<(Simplified, f64), IndexError> {
-    let input = given.to_input();
-    let at = |target: Target, listener: &mut Listener| -> Result<(Simplified, f64), IndexError> {
-        let mut options = options.clone();
-        options.target = target;
-        let made = simplify_input(&input, None, &options, listener)?;
-        let distance = measure_distance(given, &made);
+    let input = surface.to_input();
+    let simplify_to = |target: Target, listener: &mut Listener| -> Result<(Simplified, f64), IndexError> {
+        let made = simplify_insisting(&input, &Options { target, ..options.clone() }, listener)?;
+        let distance = measure_distance(surface, &made);
         Ok((made, distance))
     };
-    let small = at(options.target, listener)?;
-    if small.1 <= most {
-        return Ok(small);
+    let smallest = simplify_to(options.target, listener)?;
+    if smallest.1 <= max_error {
+        return Ok(smallest);
     }
-    let n_small = small.0.mesh.faces().len();
+    let n_smallest = smallest.0.mesh.faces().len();
+    // The search by proofs knows nothing of attributes: with these sizes are tried by measuring.
     if options.purpose != Purpose::Poses {
-        let near = simplify_to_error(&input, None, &options, most, listener)?.simplified;
-        let distance = measure_distance(given, &near);
-        return Ok((near, distance));
+        let found = simplify_to_error(&input, None, &options, max_error, listener)?.simplified;
+        let distance = measure_distance(surface, &found);
+        return Ok((found, distance));
     }
-    let (mut low, mut best) = (n_small, at(Target::Ratio(1.0), listener)?);
-    for _ in 0..TRIES {
+    let (mut low, mut best) = (n_smallest, simplify_to(Target::Ratio(1.0), listener)?);
+    for _ in 0..MAX_TRIES {
         let high = best.0.mesh.faces().len();
         let middle = ((low as f64) * (high as f64)).sqrt() as usize;
         if middle <= low || middle >= high {
             break;
         }
-        let made = at(Target::Faces(middle), listener)?;
-        if made.1 <= most && made.0.mesh.faces().len() < high { best = made } else { low = middle }
+        let tried = simplify_to(Target::Faces(middle), listener)?;
+        if tried.1 <= max_error && tried.0.mesh.faces().len() < high { best = tried } else { low = middle }
     }
     Ok(best)
 }
 
-/// Leaves out components whose radius is at most this share of the extent; the indices of the others, n_faces x 3.
+/// Drops components with a radius of at most this share of the extent and returns the indices of the others, n_faces x 3.
 ///
 /// # Errors
 /// [`IndexError`] where buffers are wrong.
 pub fn prune_components(buffers: &Buffers, error: f64) -> Result<Vec<[u32; 3]>, IndexError> {
     buffers.check()?;
-    let given = WeldedMesh::new(buffers)?;
+    let surface = WeldedMesh::new(buffers, buffers.extent())?;
     let mut options = Options::new(Target::Ratio(1.0));
     (options.prune_below, options.prune, options.subset) = (2.0 * error * buffers.extent(), false, true);
-    match simplify_input(&given.to_input(), None, &options, &mut |_| ControlFlow::Continue(())) {
+    match simplify_input(&surface.to_input(), None, &options, &mut |_| ControlFlow::Continue(())) {
         Err(SimplifyError::Empty) => Ok(Vec::new()),
-        made => Ok(given.corner_vertices(&made?)),
+        made => Ok(surface.corner_vertices(&made?)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    fn simplify(buffers: &Buffers, options: &IndexOptions) -> Indices {
+        simplify_indices(buffers.clone(), options, &mut |_| ControlFlow::Continue(())).unwrap()
+    }
+
+    /// A square of 3 x 3 vertices with its middle at this height.
+    fn pyramid(height: f32) -> Buffers {
+        let mut positions: Vec<[f32; 3]> = (0..9).map(|v| [(v / 3) as f32, (v % 3) as f32, 0.0]).collect();
+        positions[4][2] = height;
+        let faces = [[0, 1, 3], [3, 1, 4], [1, 2, 4], [4, 2, 5], [3, 4, 6], [6, 4, 7], [4, 5, 7], [7, 5, 8]];
+        Buffers::new(faces.to_vec(), positions)
+    }
+
+    /// Three triangles apart, each twice as large as the one before.
+    fn three_triangles() -> Buffers {
+        let corners = |k: u32| {
+            let (size, z) = (2f32.powi(k as i32), k as f32);
+            [[0.0, 0.0, z], [0.0, size, z], [size, 0.0, z]]
+        };
+        Buffers::new(vec![[0, 1, 2], [3, 4, 5], [6, 7, 8]], (0..3).flat_map(corners).collect())
+    }
+
+    #[test]
+    fn an_error_is_measured_only_where_something_needs_it() {
+        let (positions, faces) = shapes::icosphere(3).into_parts();
+        let buffers = Buffers::new(faces, positions);
+        let unmeasured = IndexOptions { measures_error: false, ..IndexOptions::new(200, 1.0) };
+        let (fast, slow) = (simplify(&buffers, &unmeasured), simplify(&buffers, &IndexOptions::new(200, 1.0)));
+        assert_eq!((fast.error, &fast.indices), (None, &slow.indices));
+        assert!(slow.error.is_some_and(|error| error > 0.0 && error < 0.1));
+        // A bound is held all the same.
+        let bounded = simplify(&buffers, &IndexOptions { error: 0.01, ..unmeasured });
+        assert!(bounded.error.is_some_and(|error| error <= 0.01) && bounded.indices.len() > 200);
+    }
+
+    #[test]
+    fn locked_vertices_leave_the_size_to_the_error() {
+        let locked = IndexOptions { lock_borders: true, is_absolute: true, ..IndexOptions::new(6, 2.0) };
+        let result = simplify(&pyramid(1.0), &locked);
+        assert_eq!((result.indices.len(), result.error), (6, Some(1.0)));
+        let near = simplify(&pyramid(1.0), &IndexOptions { error: 0.9, ..locked });
+        assert_eq!(near.indices.len(), 8);
+    }
+
+    #[test]
+    fn nothing_is_left_where_nothing_is_requested() {
+        let none = IndexOptions::new(0, 1.0);
+        let result = simplify(&pyramid(1.0), &none);
+        assert!(result.indices.is_empty() && result.error == Some(1.0));
+        assert!(!simplify(&pyramid(1.0), &IndexOptions { error: 0.99, ..none }).indices.is_empty());
+        let mut locked = pyramid(1.0);
+        locked.locks = vec![0, 0, 0, 1, 0, 0, 0, 0, 0];
+        assert!(simplify(&locked, &none).indices.iter().flatten().any(|&v| v == 3));
+    }
+
+    #[test]
+    fn small_components_go_where_the_size_leaves_no_other_way() {
+        let pruned = IndexOptions { lock_borders: true, prune: true, ..IndexOptions::new(1, 1.0) };
+        let result = simplify(&three_triangles(), &pruned);
+        assert_eq!(result.indices, [[6, 7, 8]]);
+        // The radius of the middle one, as a share of 4: its corners' largest distance from their mean.
+        assert!((result.error.unwrap() - f64::hypot(2.0 / 3.0, 4.0 / 3.0) / 4.0).abs() < 1e-6);
+        assert_eq!(simplify(&three_triangles(), &IndexOptions { n_faces: 2, ..pruned }).indices.len(), 2);
+        assert_eq!(simplify(&three_triangles(), &IndexOptions { error: 0.2, ..pruned }).indices.len(), 2);
+        assert_eq!(simplify(&three_triangles(), &IndexOptions { prune: false, ..pruned }).indices.len(), 3);
+        let mut locked = three_triangles();
+        locked.locks = vec![1, 0, 0, 0, 0, 0, 0, 0, 0];
+        assert_eq!(simplify(&locked, &pruned).indices, [[0, 1, 2], [6, 7, 8]]);
+    }
+
+    #[test]
+    fn unused_vertices_count_unless_the_buffers_are_sparse() {
+        let mut buffers = pyramid(0.5);
+        buffers.positions.push([100.0; 3]);
+        let near = IndexOptions { lock_borders: true, ..IndexOptions::new(6, 0.1) };
+        assert_eq!(simplify(&buffers, &near).indices.len(), 6);
+        assert_eq!(simplify(&buffers, &IndexOptions { is_sparse: true, ..near }).indices.len(), 8);
     }
 }

@@ -1,7 +1,8 @@
-//! Buffers as a mesh, and results as corners of the buffers.
+//! Conversion of the caller's buffers to a mesh, and of results to corners of the buffers.
 //!
-//! Vertices at one position are one vertex; where several share it, the surface has a seam there, and a label tells its sides apart. Numbers that count
-//! are poses: in each the surface is raised by one of them, times its weight, so that a merge costs what it changes of it.
+//! Vertices at one position become one vertex; where several share it the surface has a seam, and a label tells its sides apart. Weighted
+//! attributes become poses: in each the surface is raised along its normals by one attribute times its weight, so that a merge costs what
+//! it changes of it.
 
 use crate::mesh::{Attributes, Channel, Role, TriMesh, compact, first_equal, vertex_normals};
 use crate::simplify::{Input, Map, Simplified};
@@ -9,32 +10,33 @@ use rustc_hash::FxHashSet;
 
 use super::IndexError;
 use super::buffers::Buffers;
-use super::places::{Corner, assign_places};
+use super::slots::{ResultCorner, assign_slots};
 
-/// The channel whose label tells the caller's vertices at a position apart.
+/// Channel whose label tells the caller's vertices at a position apart.
 const SIDE: &str = "side";
-/// The channel of the caller's numbers.
+/// Channel of the caller's attributes.
 const NUMBERS: &str = "attributes";
 
-/// A mesh whose vertices at one position are joined.
+/// A mesh of the caller's triangles in which vertices at one position are joined.
 pub struct WeldedMesh {
     /// The surface.
     pub mesh: TriMesh,
     /// Attributes of the corners, and the labels of seams.
     pub attributes: Attributes,
-    locked: Vec<bool>,
-    /// The caller's vertices of each face's corners.
-    wedges: Vec<[u32; 3]>,
-    /// The groups and the caller's vertices at each vertex, in their order.
-    at_vertices: Vec<Vec<(u32, u32)>>,
+    /// Whether each vertex is locked, n_vertices; empty where none is.
+    pub locked: Vec<bool>,
+    /// The caller's vertices at the corners of each face, n_faces x 3.
+    pub wedges: Vec<[u32; 3]>,
+    /// Sorted groups and vertices of the caller at each vertex.
+    slots: Vec<Vec<(u32, u32)>>,
 }
 
 impl WeldedMesh {
-    /// Joins vertices at one position. Triangles that lose a corner by that are none.
+    /// Joins vertices at one position and leaves out triangles that lose a corner by that. Attributes are weighted by `extent`.
     ///
     /// # Errors
     /// [`IndexError`] where no mesh can be made of them.
-    pub fn new(buffers: &Buffers) -> Result<Self, IndexError> {
+    pub fn new(buffers: &Buffers, extent: f64) -> Result<Self, IndexError> {
         let bits = |v: usize| buffers.positions[v].map(|x| (x + 0.0).to_bits());
         let (first, _) = first_equal(buffers.positions.len(), bits);
         let joined = |face: &[u32; 3]| face.map(|v| first[v as usize]);
@@ -47,24 +49,25 @@ impl WeldedMesh {
         let (mesh, sources) = compact(&buffers.positions, wedges.iter().map(joined).collect())
             .map_err(|error| IndexError::Buffers(error.to_string()))?;
         let groups = faces.iter().filter_map(|&face| buffers.groups.get(face).copied()).collect();
-        let mut given = Self {
+        let mut welded = Self {
             mesh,
             attributes: Attributes { groups, ..Attributes::default() },
             locked: Vec::new(),
             wedges,
-            at_vertices: Vec::new(),
+            slots: Vec::new(),
         };
-        given.at_vertices = given.find_places();
-        let is_held = |vertex: u32| buffers.locks.get(vertex as usize).is_some_and(|lock| lock & 1 == 1);
-        let mut held = vec![false; buffers.positions.len()];
-        (0..first.len() as u32).filter(|&v| is_held(v)).for_each(|v| held[first[v as usize] as usize] = true);
-        let locked: Vec<bool> = sources.iter().map(|&v| held[v as usize]).collect();
-        given.locked = if locked.contains(&true) { locked } else { Vec::new() };
-        given.attributes.channels = given.make_channels(buffers);
-        if !given.attributes.channels.is_empty() {
-            given.attributes.wedges.clone_from(&given.wedges);
+        welded.slots = welded.find_slots();
+        // A lock of any vertex at a position holds all of them.
+        let mut is_locked = vec![false; buffers.positions.len()];
+        let locked = (0..first.len() as u32).filter(|&v| buffers.is_locked(v));
+        locked.for_each(|v| is_locked[first[v as usize] as usize] = true);
+        let locked: Vec<bool> = sources.iter().map(|&v| is_locked[v as usize]).collect();
+        welded.locked = if locked.contains(&true) { locked } else { Vec::new() };
+        welded.attributes.channels = welded.make_channels(buffers, extent);
+        if !welded.attributes.channels.is_empty() {
+            welded.attributes.wedges.clone_from(&welded.wedges);
         }
-        Ok(given)
+        Ok(welded)
     }
 
     /// Returns the input of the simplifier.
@@ -74,19 +77,19 @@ impl WeldedMesh {
         input
     }
 
-    fn find_places(&self) -> Vec<Vec<(u32, u32)>> {
-        let mut places = vec![Vec::new(); self.mesh.positions().len()];
-        let corners = self.mesh.faces().as_flattened().iter().zip(self.places_of_groups());
-        corners.for_each(|(&v, place)| places[v as usize].push(place));
-        for places in &mut places {
-            places.sort_unstable();
-            places.dedup();
+    fn find_slots(&self) -> Vec<Vec<(u32, u32)>> {
+        let mut slots = vec![Vec::new(); self.mesh.positions().len()];
+        let corners = self.mesh.faces().as_flattened().iter().zip(self.group_slots());
+        corners.for_each(|(&v, slot)| slots[v as usize].push(slot));
+        for slots in &mut slots {
+            slots.sort_unstable();
+            slots.dedup();
         }
-        places
+        slots
     }
 
-    /// Makes the channels: the numbers of the vertices, the poses that these are, and which of those at a position each is.
-    fn make_channels(&self, buffers: &Buffers) -> Vec<Channel> {
+    /// Makes the channels: the caller's attributes, the poses that these are, and the sides of seams.
+    fn make_channels(&self, buffers: &Buffers, extent: f64) -> Vec<Channel> {
         let (n, width) = (buffers.positions.len(), buffers.weights.len());
         let mut channels = Vec::new();
         if width > 0 {
@@ -94,18 +97,17 @@ impl WeldedMesh {
             channels.push(Channel { name: NUMBERS.into(), role: Role::Other, width, values });
         }
         let mut normals = vec![[0.0; 3]; n];
-        for (places, normal) in self.at_vertices.iter().zip(vertex_normals(&self.mesh)) {
-            places.iter().for_each(|(_, place)| normals[*place as usize] = normal);
+        for (slots, normal) in self.slots.iter().zip(vertex_normals(&self.mesh)) {
+            slots.iter().for_each(|(_, slot)| normals[*slot as usize] = normal);
         }
-        let extent = buffers.extent() as f32;
         for (k, weight) in buffers.weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
-            let raised = |v: usize| normals[v].map(|x| x * weight * extent * buffers.attributes[v * width + k]);
-            let values = (0..n).flat_map(raised).collect();
+            let raise = |v: usize| normals[v].map(|x| x * weight * extent as f32 * buffers.attributes[v * width + k]);
+            let values = (0..n).flat_map(raise).collect();
             channels.push(Channel { name: format!("raised {k}"), role: Role::MorphPosition, width: 3, values });
         }
         let mut sides = vec![0.0; n];
-        for places in self.at_vertices.iter().flat_map(|places| places.chunk_by(|x, y| x.0 == y.0)) {
-            places.iter().enumerate().for_each(|(side, (_, place))| sides[*place as usize] = side as f32);
+        for slots in self.slots.iter().flat_map(|slots| slots.chunk_by(|x, y| x.0 == y.0)) {
+            slots.iter().enumerate().for_each(|(side, (_, slot))| sides[*slot as usize] = side as f32);
         }
         if sides.iter().any(|side| *side > 0.0) {
             channels.push(Channel { name: SIDE.into(), role: Role::Label, width: 1, values: sides });
@@ -113,61 +115,64 @@ impl WeldedMesh {
         channels
     }
 
-    /// The caller's vertex at each corner of a result whose vertices have not moved: one of its group, on the corner's side of a seam. Where
-    /// a group has come to a vertex at which it had none, that of another.
-    pub fn corner_vertices(&self, made: &Simplified) -> Vec<[u32; 3]> {
-        let sources = made.source_vertices.as_deref().unwrap_or_default();
-        let sides = made.attributes.channels.iter().find(|channel| channel.name == SIDE);
+    /// Returns the caller's vertex at each corner of a result whose vertices have not moved.
+    ///
+    /// It is one of the face's group on the corner's side of a seam. Where the group had none at the vertex, it is one of another group.
+    pub fn corner_vertices(&self, result: &Simplified) -> Vec<[u32; 3]> {
+        let sources = result.source_vertices.as_deref().unwrap_or_default();
+        let sides = result.attributes.channels.iter().find(|channel| channel.name == SIDE);
         let corner = |face: usize, k: usize| {
-            let places = &self.at_vertices[sources[made.mesh.faces()[face][k] as usize] as usize];
-            let group = made.attributes.group(face as u32);
-            let side = sides.map_or(0, |sides| sides.value(made.attributes.wedges[face][k])[0] as usize);
-            let own = places.iter().filter(|place| place.0 == group);
-            own.clone().nth(side).or(own.clone().next()).or(places.first()).map_or(0, |place| place.1)
+            let slots = &self.slots[sources[result.mesh.faces()[face][k] as usize] as usize];
+            let group = result.attributes.group(face as u32);
+            let side = sides.map_or(0, |sides| sides.value(result.attributes.wedges[face][k])[0] as usize);
+            let own = slots.iter().filter(|slot| slot.0 == group);
+            own.clone().nth(side).or(own.clone().next()).or(slots.first()).map_or(0, |slot| slot.1)
         };
-        (0..made.mesh.faces().len()).map(|face| [0, 1, 2].map(|k| corner(face, k))).collect()
+        (0..result.mesh.faces().len()).map(|face| [0, 1, 2].map(|k| corner(face, k))).collect()
     }
 
-    /// Puts the vertices of a result in places of the buffers. Returns the place of each corner.
-    pub fn place_vertices(&self, made: &Simplified, buffers: &mut Buffers) -> Vec<[u32; 3]> {
-        let places = assign_places(&self.corners(made), self.places_of_groups(), buffers.positions.len());
-        let (values, width) = (made.attributes.channels.iter().find(|it| it.name == NUMBERS), buffers.weights.len());
+    /// Writes the vertices of a result into slots of the buffers and returns the slot of each corner.
+    pub fn place_vertices(&self, result: &Simplified, buffers: &mut Buffers) -> Vec<[u32; 3]> {
+        let slots = assign_slots(&self.result_corners(result), self.group_slots(), buffers.positions.len());
+        let values = result.attributes.channels.iter().find(|channel| channel.name == NUMBERS);
+        let width = buffers.weights.len();
         let mut is_written = vec![false; buffers.positions.len()];
-        let corners = made.mesh.faces().as_flattened().iter().zip(&places);
-        for ((&v, &place), number) in corners.zip(0..) {
-            if std::mem::replace(&mut is_written[place as usize], true) {
+        let corners = result.mesh.faces().as_flattened().iter().zip(&slots);
+        for ((&v, &slot), corner) in corners.zip(0..) {
+            if std::mem::replace(&mut is_written[slot as usize], true) {
                 continue;
             }
-            buffers.positions[place as usize] = made.mesh.positions()[v as usize];
+            buffers.positions[slot as usize] = result.mesh.positions()[v as usize];
             if let Some(values) = values {
-                let wedge = made.attributes.wedges.as_flattened()[number];
-                buffers.attributes[place as usize * width..][..width].copy_from_slice(values.value(wedge));
+                let wedge = result.attributes.wedges.as_flattened()[corner];
+                buffers.attributes[slot as usize * width..][..width].copy_from_slice(values.value(wedge));
             }
         }
-        places.as_chunks().0.to_vec()
+        slots.as_chunks().0.to_vec()
     }
 
-    /// The corners of a result, with the caller's vertices nearest to them on their sides of seams.
-    fn corners(&self, made: &Simplified) -> Vec<Corner> {
-        let own: FxHashSet<(u32, u32)> = self.places_of_groups().collect();
-        let wedges = if made.attributes.wedges.is_empty() { made.mesh.faces() } else { &made.attributes.wedges };
-        let near = self.nearest_corners(made.map.as_ref());
+    /// Returns the corners of a result, with the caller's nearest vertices on their sides of seams.
+    fn result_corners(&self, result: &Simplified) -> Vec<ResultCorner> {
+        let own: FxHashSet<(u32, u32)> = self.group_slots().collect();
+        let (faces, wedges) = (result.mesh.faces(), &result.attributes.wedges);
+        let wedges = if wedges.is_empty() { faces } else { wedges };
+        let nearest = self.nearest_vertices(result.map.as_ref());
         let corner = |at: usize| {
             let (face, k) = (at / 3, at % 3);
-            let group = made.attributes.group(face as u32);
-            let near = near.get(face).map(|near| near[k]).filter(|&near| own.contains(&(group, near)));
-            Corner { vertex: made.mesh.faces()[face][k], wedge: wedges[face][k], group, near }
+            let group = result.attributes.group(face as u32);
+            let nearest = nearest.get(face).map(|vertices| vertices[k]).filter(|&v| own.contains(&(group, v)));
+            ResultCorner { vertex: faces[face][k], wedge: wedges[face][k], group, nearest }
         };
-        (0..3 * made.mesh.faces().len()).map(corner).collect()
+        (0..3 * faces.len()).map(corner).collect()
     }
 
-    /// The group and the caller's vertex of each corner.
-    fn places_of_groups(&self) -> impl Iterator<Item = (u32, u32)> {
-        (0u32..).zip(&self.wedges).flat_map(|(face, wedges)| wedges.map(|place| (self.attributes.group(face), place)))
+    /// Returns the group and the caller's vertex of each corner.
+    fn group_slots(&self) -> impl Iterator<Item = (u32, u32)> {
+        (0u32..).zip(&self.wedges).flat_map(|(face, wedges)| wedges.map(|slot| (self.attributes.group(face), slot)))
     }
 
-    /// The caller's vertices nearest to the corners of a result, on their sides of seams.
-    fn nearest_corners(&self, map: Option<&Map>) -> Vec<[u32; 3]> {
+    /// Returns the caller's vertices nearest to the corners of a result, on their sides of seams.
+    fn nearest_vertices(&self, map: Option<&Map>) -> Vec<[u32; 3]> {
         let Some(map) = map else { return Vec::new() };
         let nearest = |(face, weights): (&u32, &[f32; 3])| {
             let heaviest = (0..3).max_by(|&x, &y| weights[x].total_cmp(&weights[y])).unwrap_or(0);

@@ -117,6 +117,17 @@ pub fn simplify_input(
     run(input, weights, &task, progress).map(|(simplified, _)| simplified)
 }
 
+/// Simplifies as [`simplify_input`] does, and reaches the size even where locked vertices leave few to the rest: the caller bounds the
+/// distance.
+pub(crate) fn simplify_insisting(
+    input: &Input,
+    options: &Options,
+    progress: &mut Listener,
+) -> Result<Simplified, SimplifyError> {
+    let task = Task { insists_on_size: true, ..Task::new(options) };
+    run(input, None, &task, progress).map(|(simplified, _)| simplified)
+}
+
 /// Simplifies as [`simplify`] does and also returns how the result depends on the input positions. Takes longer; the
 /// result is bit for bit that of [`simplify`].
 ///

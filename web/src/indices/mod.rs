@@ -70,7 +70,7 @@ pub fn simplify_indices(message: &Message, json: Value, answer: &mut Answer, mut
     let has = |flag: &str| asked.flags.iter().any(|name| name == flag);
     let mut options = IndexOptions::new(asked.target / 3, asked.error);
     (options.is_absolute, options.moves) = (has("ErrorAbsolute"), asked.moves);
-    (options.lock_borders, options.prune) = (has("LockBorder"), has("Prune"));
+    (options.lock_borders, options.prune, options.is_sparse) = (has("LockBorder"), has("Prune"), has("Sparse"));
     let buffers = asked.parts.read(message)?;
     let made = indices::simplify_indices(buffers, &options, &mut |event| tell(f64::from(event.total), 0))?;
     let Indices { indices, groups, error, buffers, .. } = made;

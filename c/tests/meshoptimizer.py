@@ -1,0 +1,139 @@
+"""Runs the cases of meshoptimizer's `demo/tests.cpp` that call `meshopt_simplify*` through the functions of `neural_mesh.h`.
+
+    python3 c/tests/meshoptimizer.py TESTS_CPP PREFIX
+
+TESTS_CPP is that file, which is not a part of this project; PREFIX is where `scripts/c --install` put the library. Triangles are compared in any
+order. Prints each case with the lines that do not hold; fails where a case of `EXPECTED` does."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+# Calls of each case that tests.cpp makes with arguments; the others have none.
+ARGUMENTS = {"simplifyAttr": ("false", "true"), "simplifyUpdateLocked": ("0", "meshopt_SimplifySparse")}
+# Cases of functions that neural_mesh.h does not have, and of meshoptimizer's internals.
+OTHER_FUNCTIONS = ("simplifySloppyStuck", "simplifySloppyLocks", "simplifyPointsStuck", "simplifyPruneFunc", "simplifyDebug")
+# Cases that do not hold, and the reason.
+EXPECTED = {
+    "simplifyStuck": "its last triangle of three has the other winding; one less is left here, of the same surface",
+    "simplifyDegenerate": "two triangles are expected because of degenerate ones; one is left here, of the same surface",
+    "simplifySeamFake": "triangles without an area are expected to stay",
+    "simplifyAttr": "its choice of diagonals is expected; the vertices are the same",
+    "simplifySeamAttr": "its choice of vertices is expected",
+    "simplifyErrorAbsolute": "its estimate of the error, 0.85, is expected; the distance is 1, which is reported here",
+    "simplifyUpdate": "its position of the vertex that moves is expected",
+}
+
+PRELUDE = r"""
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <vector>
+#include "neural_mesh.h"
+
+enum {
+    meshopt_SimplifyLockBorder = NM_LOCK_BORDER,
+    meshopt_SimplifySparse = NM_SPARSE,
+    meshopt_SimplifyErrorAbsolute = NM_ERROR_ABSOLUTE,
+    meshopt_SimplifyPrune = NM_PRUNE,
+};
+
+static bool holds;
+
+static size_t meshopt_simplify(unsigned *out, const unsigned *in, size_t n, const float *positions, size_t vertices, size_t stride,
+                               size_t target, float error, unsigned options = 0, float *result = nullptr) {
+    return nm_simplify(out, in, n, positions, vertices, stride, target, error, options, result);
+}
+
+static size_t meshopt_simplifyWithAttributes(unsigned *out, const unsigned *in, size_t n, const float *positions, size_t vertices,
+                                             size_t stride, const float *attributes, size_t attribute_stride, const float *weights,
+                                             size_t count, const unsigned char *locks, size_t target, float error,
+                                             unsigned options = 0, float *result = nullptr) {
+    return nm_simplify_with_attributes(out, in, n, positions, vertices, stride, attributes, attribute_stride, weights, count, locks,
+                                       target, error, options, result);
+}
+
+static size_t meshopt_simplifyWithUpdate(unsigned *in, size_t n, float *positions, size_t vertices, size_t stride, float *attributes,
+                                         size_t attribute_stride, const float *weights, size_t count, const unsigned char *locks,
+                                         size_t target, float error, unsigned options = 0, float *result = nullptr) {
+    return nm_simplify_with_update(in, n, positions, vertices, stride, attributes, attribute_stride, weights, count, locks, target,
+                                   error, options, result);
+}
+
+static float meshopt_simplifyScale(const float *positions, size_t vertices, size_t stride) {
+    return nm_simplify_scale(positions, vertices, stride);
+}
+
+// Compares triangles in any order, each from any of its corners.
+static int compare_triangles(const void *first, const void *second, size_t bytes) {
+    const auto sorted = [bytes](const void *from) {
+        const auto *indices = static_cast<const unsigned *>(from);
+        std::vector<std::array<unsigned, 3>> triangles;
+        for (size_t i = 0; i + 2 < bytes / sizeof(unsigned); i += 3) {
+            std::array<unsigned, 3> corners = {indices[i], indices[i + 1], indices[i + 2]};
+            std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
+            triangles.push_back(corners);
+        }
+        std::sort(triangles.begin(), triangles.end());
+        return triangles;
+    };
+    return sorted(first) != sorted(second);
+}
+
+#define memcmp compare_triangles
+#define assert(condition) \
+    do { \
+        if (!(condition)) std::printf("  line %d: %s\n", __LINE__, #condition), holds = false; \
+    } while (0)
+"""
+
+MAIN = """
+template <class Case> static bool run(const char *name, Case call) {
+    holds = true;
+    call();
+    std::printf("%s %s\\n", holds ? "pass" : "FAIL", name);
+    std::fflush(stdout);
+    return holds;
+}
+"""
+
+
+def find_cases(source):
+    """Returns the name, parameters, first line and text of each case."""
+    pattern = re.compile(r"^static void (simplify\w*)\((.*?)\)\n\{\n.*?^\}\n", re.M | re.S)
+    cases = [(found[1], found[2], source[: found.start()].count("\n") + 1, found[0]) for found in pattern.finditer(source)]
+    return [case for case in cases if case[0] not in OTHER_FUNCTIONS]
+
+
+def write_program(source):
+    """Returns the program that runs all cases."""
+    parts, calls = [PRELUDE], []
+    for name, _, line, text in find_cases(source):
+        parts.append(f'#line {line} "tests.cpp"\n{text}')
+        calls += [f"{name}({argument})" for argument in ARGUMENTS.get(name, ("",))]
+    runs = "\n".join(f'    run("{call}", [] {{ {call}; }});' for call in calls)
+    return "\n".join([*parts, MAIN, f"int main() {{\n{runs}\n}}\n"])
+
+
+def main():
+    source, prefix = Path(sys.argv[1]).read_text(), Path(sys.argv[2]).resolve()
+    program = prefix / "meshoptimizer_cases"
+    library = ["-L", str(prefix / "lib"), "-lneural_mesh_c", f"-Wl,-rpath,{prefix / 'lib'}"]
+    command = ["c++", "-std=c++17", "-x", "c++", "-", "-o", str(program), "-I", str(prefix / "include"), *library]
+    subprocess.run(command, input=write_program(source), text=True, check=True)
+    said = subprocess.run([str(program)], text=True, check=True, capture_output=True).stdout
+    print(said, end="")
+    failed = re.findall(r"^FAIL (.*)$", said, re.M)
+    passed = re.findall(r"^pass (.*)$", said, re.M)
+    for name in dict.fromkeys(call.split("(")[0] for call in failed):
+        print(f"{name}: {EXPECTED.get(name, 'not expected to fail')}")
+    print(f"{len(passed)} of {len(passed) + len(failed)} cases hold")
+    unexpected = [call for call in failed if call.split("(")[0] not in EXPECTED]
+    if unexpected:
+        sys.exit(f"not expected to fail: {', '.join(unexpected)}")
+
+
+if __name__ == "__main__":
+    main()
