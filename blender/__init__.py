@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Registers the extension: a panel in the sidebar of the 3-D view, and two operators.
+"""Registers the extension: a panel in the sidebar of the 3-D view, and its operators.
 The simplifier itself is the Python package `neural_mesh`, which the extension brings as a wheel."""
 
 import bpy
 
-from . import operators, panel, settings
+from . import operators, panel, preview, settings
 
+# What may bring copies of an ended preview back.
+HANDLERS = ("undo_post", "redo_post", "load_post")
 CLASSES = (settings.NeuralMeshSettings, *operators.CLASSES, *panel.CLASSES)
 
 
@@ -14,10 +16,15 @@ def register():
     for item in CLASSES:
         bpy.utils.register_class(item)
     bpy.types.Scene.neural_mesh = bpy.props.PointerProperty(type=settings.NeuralMeshSettings)
+    for name in HANDLERS:
+        getattr(bpy.app.handlers, name).append(preview.remove_orphans)
 
 
 def unregister():
     """Removes what `register` added."""
+    preview.end()
+    for name in HANDLERS:
+        getattr(bpy.app.handlers, name).remove(preview.remove_orphans)
     del bpy.types.Scene.neural_mesh
     for item in reversed(CLASSES):
         bpy.utils.unregister_class(item)

@@ -26,18 +26,24 @@ class Places:
     """Triangle of the original for each triangle of the result, m."""
 
 
-def find_places(source, light, kept):
-    """Returns the places of a simplified mesh; `kept` are the triangles of the original that were not cleaned away."""
-    triangles = kept[light.map.corner_faces]
-    weights = light.map.corner_weights
+def find_vertex_corners(light):
+    """Returns one corner of the result for each of its vertices."""
     faces = np.asarray(light.faces)
     vertex_corners = np.zeros(len(light.vertices), np.int64)
     vertex_corners[faces.ravel()] = np.arange(faces.size)
+    return vertex_corners
+
+
+def find_places(source, light, clean):
+    """Returns the places of a simplified mesh; `clean` are the triangles of the original that were not cleaned away."""
+    triangles = clean[light.map.corner_faces]
+    faces = np.asarray(light.faces)
     # A face lies on the triangle, of those below its corners, whose middle is nearest.
     middles = source.positions[source.triangles[triangles]].mean(2)
     centers = np.asarray(light.vertices)[faces].mean(1, keepdims=True)
     nearest = ((middles - centers) ** 2).sum(2).argmin(1)
-    return Places(triangles, weights, vertex_corners, np.take_along_axis(triangles, nearest[:, None], 1)[:, 0])
+    face_triangles = np.take_along_axis(triangles, nearest[:, None], 1)[:, 0]
+    return Places(triangles, light.map.corner_weights, find_vertex_corners(light), face_triangles)
 
 
 def blend_at_vertices(source, places, values):
@@ -62,11 +68,10 @@ def carry_groups(source, places):
     return [blend_at_vertices(source, places, weights[:, None])[:, 0] for weights in source.groups]
 
 
-def carry_values(source, light, places, layer, group_faces):
+def carry_values(source, places, layer):
     """Returns the values of an attribute that the simplifier itself did not carry."""
     if layer.domain == "FACE":
-        is_border = layer.name in BORDER_ATTRIBUTES and light.groups is not None
-        return layer.values[group_faces[light.groups] if is_border else places.faces]
+        return layer.values[places.faces]
     if layer.domain == "POINT" and layer.is_blended:
         return blend_at_vertices(source, places, layer.values)
     rows = source.triangles if layer.domain == "POINT" else np.arange(source.triangles.size).reshape(-1, 3)

@@ -69,32 +69,52 @@ class MeshArrays:
     has_seams: bool = False
 
 
-def read_mesh(owner, mesh):
-    """Returns the arrays of a mesh, its polygons as triangles; `owner` is the object that has its vertex groups."""
-    mesh.calc_loop_triangles()
-    n_triangles = len(mesh.loop_triangles)
-    corners = get(mesh.loop_triangles, "loops", np.int32, 3 * n_triangles)
-    polygons = get(mesh.loop_triangles, "polygon_index", np.int32, n_triangles)
-    vertices = get(mesh.attributes[".corner_vert"].data, "value", np.int32, len(mesh.loops))
-    positions = get(mesh.vertices, "co", np.float32, 3 * len(mesh.vertices)).reshape(-1, 3)
+def read_mesh(owner, mesh, keeps_shading=False):
+    """Returns the arrays of a mesh, its polygons as triangles; `owner` is the object that has its vertex groups.
+
+    With `keeps_shading` the normals of smooth faces become custom normals, so that the result is shaded as the original.
+    """
+    n_corners = len(mesh.loops)
+    vertices = get(mesh.attributes[".corner_vert"].data, "value", np.int32, n_corners)
+    corners, polygons = read_triangles(mesh)
+    positions = get(mesh.attributes["position"].data, "vector", np.float32, 3 * len(mesh.vertices)).reshape(-1, 3)
     keys = carry.read_keys(mesh)
     if keys:
         positions = keys[list(mesh.shape_keys.key_blocks).index(mesh.shape_keys.reference_key)]
+    is_shaded = keeps_shading and mesh.normals_domain != "FACE"
     normals = None
     if mesh.has_custom_normals or mesh.normals_domain == "CORNER":
-        normals = get(mesh.corner_normals, "vector", np.float32, 3 * len(mesh.loops)).reshape(-1, 3)
-        normals = normals[corners].reshape(-1, 3, 3)
-    seams = get(mesh.edges, "use_seam", np.bool_, len(mesh.edges)) if mesh.uv_layers else np.zeros(1, bool)
+        normals = get(mesh.corner_normals, "vector", np.float32, 3 * n_corners).reshape(-1, 3)[corners]
+    elif is_shaded:
+        normals = get(mesh.vertex_normals, "vector", np.float32, 3 * len(mesh.vertices)).reshape(-1, 3)[vertices[corners]]
     return MeshArrays(
         positions=positions,
         triangles=vertices[corners].reshape(-1, 3),
         layers=read_layers(mesh, corners, polygons),
         keys=keys,
         groups=carry.read_groups(owner, mesh),
-        normals=normals,
-        has_custom_normals=mesh.has_custom_normals,
-        has_seams=bool(seams.any()),
+        normals=None if normals is None else normals.reshape(-1, 3, 3),
+        has_custom_normals=mesh.has_custom_normals or is_shaded,
+        has_seams=has_seams(mesh),
     )
+
+
+def read_triangles(mesh):
+    """Returns the corners of the triangles of all polygons, and the polygon of each triangle; slices where every polygon is a triangle."""
+    n_polygons, n_corners = len(mesh.polygons), len(mesh.loops)
+    # No polygon has fewer than three corners.
+    if n_corners == 3 * n_polygons:
+        return slice(None), slice(None)
+    mesh.calc_loop_triangles()
+    n_triangles = len(mesh.loop_triangles)
+    corners = get(mesh.loop_triangles, "loops", np.int32, 3 * n_triangles)
+    return corners, get(mesh.loop_triangle_polygons, "value", np.int32, n_triangles)
+
+
+def has_seams(mesh):
+    """Returns whether a mesh with texture coordinates has edges that are marked as seams."""
+    marks = mesh.attributes.get(".uv_seam") or mesh.attributes.get("uv_seam")
+    return bool(mesh.uv_layers and marks and get(marks.data, "value", np.bool_, len(mesh.edges)).any())
 
 
 def get(collection, name, dtype, size):
@@ -175,7 +195,7 @@ def write_active(mesh, active):
 def write_edges(mesh, arrays):
     """Sets normals and sharp edges again, and marks seams along borders of charts."""
     if arrays.has_custom_normals:
-        mesh.normals_split_custom_set(arrays.normals.reshape(-1, 3).tolist())
+        set_custom_normals(mesh, arrays)
     elif arrays.normals is not None:
         differ = lambda a, b: (a * b).sum(1) < SHARP_COSINE
         sharp = find_split_edges(mesh, arrays.normals.reshape(-1, 3), differ)
@@ -184,6 +204,18 @@ def write_edges(mesh, arrays):
     if arrays.has_seams and uv is not None:
         differ = lambda a, b: np.abs(a - b).max(1) > SEAM_DIFFERENCE
         mesh.edges.foreach_set("use_seam", find_split_edges(mesh, uv.values.reshape(-1, 2), differ))
+
+
+def set_custom_normals(mesh, arrays):
+    """Sets custom normals: of vertices, which is several times as fast, where no vertex has two."""
+    normals = np.ascontiguousarray(arrays.normals, np.float32).reshape(-1, 3)
+    corners = arrays.triangles.ravel()
+    of_vertices = np.zeros((len(arrays.positions), 3), np.float32)
+    of_vertices[corners] = normals
+    if (of_vertices[corners] == normals).all():
+        mesh.normals_split_custom_set_from_vertices(of_vertices)
+    else:
+        mesh.normals_split_custom_set(normals)
 
 
 def find_split_edges(mesh, values, differ):

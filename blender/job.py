@@ -5,6 +5,10 @@ The work has no part in Blender's data; the operator that started it reads the o
 import threading
 
 
+class Refusal(Exception):
+    """A request that cannot be met, with one line that says why and what to do."""
+
+
 class Stopped(Exception):
     """Raised inside the work once it has been stopped."""
 
@@ -24,6 +28,15 @@ class Job:
     def is_running(self):
         """Returns whether the thread is at work."""
         return self._thread.is_alive()
+
+    @property
+    def is_stopped(self):
+        """Returns whether the work was asked to stop."""
+        return self._stop.is_set()
+
+    def request_stop(self):
+        """Asks the work to stop at its next report of progress."""
+        self._stop.set()
 
     def stop(self):
         """Stops the work at its next report of progress and waits for that."""

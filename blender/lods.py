@@ -8,6 +8,7 @@ import bpy
 from mathutils import Matrix
 
 from . import scene
+from .job import Refusal
 
 PROPERTY = "lod"
 
@@ -19,7 +20,7 @@ def parse_ratios(text):
     except ValueError:
         ratios = []
     if not ratios or not all(0 < ratio <= 1 for ratio in ratios):
-        raise scene.Refusal(f"Ratios are numbers above 0 and at most 1, such as 1, 0.5, 0.25: not {text!r}")
+        raise Refusal(f"Ratios are numbers above 0 and at most 1, such as 1, 0.5, 0.25: not {text!r}")
     return ratios
 
 
@@ -32,7 +33,7 @@ def plan_levels(tasks, ratios):
     return levels
 
 
-def make_levels(tasks, applies_modifiers):
+def make_levels(context, tasks, options):
     """Makes the objects of one original's levels, in place of those of an earlier call."""
     original = tasks[0].owner
     collection = make_collection(original)
@@ -43,10 +44,10 @@ def make_levels(tasks, applies_modifiers):
     for level, task in enumerate(tasks):
         task.owner = copy_object(original, task.name)
         collection.objects.link(task.owner)
-        if task.result is None and applies_modifiers:
+        if task.result is None and options.apply_modifiers:
             task.result = task.source
         if task.result is not None:
-            scene.put_in_place(task, applies_modifiers)
+            scene.put_in_place(context, task, options)
         drive_visibility(task.owner, original, f"lod != {level}")
     drive_visibility(original, original, f"0 <= lod < {len(tasks)}")
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Defines the operators: simplify the selected objects, and make levels of detail of them.
+"""Defines the operators: simplify the selected objects, make levels of detail of them, and preview the result.
 From the panel they run in the background until Esc; from a script, or without a window, they run directly."""
 
 import time
@@ -8,8 +8,8 @@ import bpy
 import neural_mesh as nm
 from bpy.types import Operator
 
-from . import lods, scene
-from .job import Job, first_line
+from . import lods, preview, scene
+from .job import Job, Refusal, first_line
 from .settings import Carrying, Levels, Sizing
 from .simplify import simplify_tasks
 
@@ -22,21 +22,23 @@ class RunsInBackground:
 
     def execute(self, context):
         """Runs directly."""
+        preview.end()
         try:
             work = self.prepare(context)
             work(None)
-        except (scene.Refusal, nm.NeuralMeshError) as error:
+        except (Refusal, nm.NeuralMeshError) as error:
             self.report({"ERROR"}, first_line(error))
             return {"CANCELLED"}
-        return self.finish(context)
+        return self.put_results(context)
 
     def invoke(self, context, event):
         """Starts the work in a thread, where there is a window to go on in."""
         if bpy.app.background:
             return self.execute(context)
+        preview.end()
         try:
             work = self.prepare(context)
-        except scene.Refusal as error:
+        except Refusal as error:
             self.report({"ERROR"}, first_line(error))
             return {"CANCELLED"}
         manager = context.window_manager
@@ -60,7 +62,15 @@ class RunsInBackground:
         if self.job.error:
             self.report({"ERROR"}, self.job.error)
             return {"CANCELLED"}
-        return self.finish(context)
+        return self.put_results(context)
+
+    def put_results(self, context):
+        """Puts the results in place, or says in one line why that failed."""
+        try:
+            return self.finish(context)
+        except Refusal as error:
+            self.report({"ERROR"}, first_line(error))
+            return {"FINISHED"}
 
     def cancel(self, context):
         """Stops the work; Blender calls this too when it closes."""
@@ -104,7 +114,7 @@ class OBJECT_OT_neural_mesh_simplify(RunsInBackground, Carrying, Sizing, Operato
         """Puts the results in place."""
         for task in self.tasks:
             if task.result is not None:
-                scene.put_in_place(task, self.apply_modifiers)
+                scene.put_in_place(context, task, self)
         self.report_end(self.tasks)
         return {"FINISHED"}
 
@@ -126,9 +136,28 @@ class OBJECT_OT_neural_mesh_lods(RunsInBackground, Carrying, Levels, Operator):
     def finish(self, context):
         """Makes the objects of the levels."""
         for tasks in self.levels:
-            lods.make_levels(tasks, self.apply_modifiers)
+            lods.make_levels(context, tasks, self)
         self.report_end([task for tasks in self.levels for task in tasks])
         return {"FINISHED"}
 
 
-CLASSES = (OBJECT_OT_neural_mesh_simplify, OBJECT_OT_neural_mesh_lods)
+class OBJECT_OT_neural_mesh_preview(Operator):
+    """Show the result of the settings while they change, until pressed again"""
+
+    bl_idname = "object.neural_mesh_preview"
+    bl_label = "Preview"
+
+    def execute(self, context):
+        """Begins the preview, or ends the one that runs."""
+        if preview.current is not None:
+            preview.end()
+            return {"FINISHED"}
+        try:
+            preview.begin(context)
+        except Refusal as error:
+            self.report({"ERROR"}, first_line(error))
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+
+CLASSES = (OBJECT_OT_neural_mesh_simplify, OBJECT_OT_neural_mesh_lods, OBJECT_OT_neural_mesh_preview)

@@ -4,8 +4,8 @@ It shows the settings of the scene and hands them to the operators."""
 
 from bpy.types import Panel
 
-from . import error_colors, lods
-from .operators import OBJECT_OT_neural_mesh_lods, OBJECT_OT_neural_mesh_simplify
+from . import error_colors, lods, preview
+from .operators import OBJECT_OT_neural_mesh_lods, OBJECT_OT_neural_mesh_preview, OBJECT_OT_neural_mesh_simplify
 from .settings import Carrying, Levels, Sizing, copy_settings
 
 # Property that holds the size, by the way it is given.
@@ -30,14 +30,20 @@ class VIEW3D_PT_neural_mesh(Panel):
         layout.prop(settings, SIZE_PROPERTIES[settings.size_by])
         operator = layout.operator(OBJECT_OT_neural_mesh_simplify.bl_idname, icon="MOD_DECIM")
         copy_settings(settings, operator, Carrying, Sizing)
+        is_on = preview.current is not None
+        layout.operator(OBJECT_OT_neural_mesh_preview.bl_idname, icon="HIDE_OFF" if is_on else "HIDE_ON", depress=is_on)
+        if is_on:
+            layout.label(text=preview.current.message or "Working")
         layout.prop(settings, "ratios")
         operator = layout.operator(OBJECT_OT_neural_mesh_lods.bl_idname, icon="OUTLINER_COLLECTION")
         copy_settings(settings, operator, Carrying, Levels)
         if active is not None and active.type == "MESH":
             for name in ("importance_group", "protection_group"):
                 layout.prop_search(settings, name, active, "vertex_groups")
-        for name in ("apply_modifiers", "merge_equal", "keep_components", "bends", "error_colors"):
+        for name in ("apply_modifiers", "merge_equal", "keep_components", "keep_shading", "bends", "error_colors", "bake"):
             layout.prop(settings, name)
+        if settings.bake:
+            layout.prop(settings, "bake_size")
         if active is not None:
             draw_active(layout, active)
 

@@ -2,20 +2,17 @@
 """Reads the selected objects as tasks, refusing in one line what cannot be simplified, and puts results in place.
 Everything is checked and read before the first mesh changes, so that a refusal loses nothing."""
 
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 
 import bpy
 import numpy as np
 
-from . import convert, error_colors
+from . import bake, convert, error_colors
+from .job import Refusal
 from .simplify import MOST_IMPORTANCE, MOST_PROTECTION, Task
 
 # Modifiers that remember single vertices.
 BOUND_MODIFIERS = ("HOOK", "MESH_DEFORM", "SURFACE_DEFORM", "LAPLACIANDEFORM")
-
-
-class Refusal(Exception):
-    """A request that cannot be met, with one line that says why and what to do."""
 
 
 def find_objects(context):
@@ -59,9 +56,9 @@ def read_task(context, item, options):
     materials = []
     if options.apply_modifiers:
         with evaluated_mesh(context, item) as mesh:
-            source, materials = convert.read_mesh(item, mesh), list(mesh.materials)
+            source, materials = convert.read_mesh(item, mesh, options.keep_shading), list(mesh.materials)
     else:
-        source = convert.read_mesh(item, item.data)
+        source = convert.read_mesh(item, item.data, options.keep_shading)
     if not np.isfinite(source.positions).all():
         raise Refusal(f"{item.name} has vertices at positions that are no numbers")
     if len(source.triangles) == 0:
@@ -131,16 +128,19 @@ def plan_sizes(tasks, options):
     return None
 
 
-def put_in_place(task, applies_modifiers):
-    """Writes a result into its object's mesh, keeping materials that modifiers brought."""
+def put_in_place(context, task, options):
+    """Writes a result into its object's mesh, keeping materials that modifiers brought, and bakes them to a new one if wanted."""
     item = task.owner
-    convert.write_mesh(item, task.result)
-    for material in task.materials[len(item.data.materials) :]:
-        item.data.materials.append(material)
-    error_colors.write_largest_error(item, task.largest_error if task.measures_errors else None)
-    if applies_modifiers:
-        for modifier in [m for m in item.modifiers if m.type != "ARMATURE" and m.show_viewport]:
-            item.modifiers.remove(modifier)
+    with bake.copied_original(context, item) if options.bake else nullcontext() as original:
+        convert.write_mesh(item, task.result)
+        for material in task.materials[len(item.data.materials) :]:
+            item.data.materials.append(material)
+        error_colors.write_largest_error(item, task.largest_error if task.measures_errors else None)
+        if options.apply_modifiers:
+            for modifier in [m for m in item.modifiers if m.type != "ARMATURE" and m.show_viewport]:
+                item.modifiers.remove(modifier)
+        if options.bake:
+            bake.bake_material(context, original, item, task.source, options.bake_size)
 
 
 def find_bound_modifiers(item):

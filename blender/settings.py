@@ -5,6 +5,10 @@ Each property says its unit; an operator that is called from a script has the sa
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 from bpy.types import PropertyGroup
 
+from . import preview
+
+# Options of properties that a running preview follows.
+PREVIEWED = {"update": preview.request_update}
 SIZES = (
     ("RATIO", "Ratio", "Share of the triangles that stays"),
     ("FACES", "Faces", "Number of triangles that stay, of all selected objects together"),
@@ -26,10 +30,21 @@ class Carrying:
         name="Merge Equal Vertices",
         description="Make one vertex of those that have equal positions, shape keys and weights",
         default=True,
+        **PREVIEWED,
     )
     keep_components: BoolProperty(
-        name="Keep All Components", description="Drop no separate piece, however small it is", default=True
+        name="Keep All Components", description="Drop no separate piece, however small it is", default=True, **PREVIEWED
     )
+    keep_shading: BoolProperty(
+        name="Keep Shading",
+        description="Set custom normals by which smooth faces are shaded as the original's; otherwise Blender makes normals of the lighter mesh",
+        default=True,
+    )
+    bake: BoolProperty(
+        name="Bake Material",
+        description="Bake color, roughness, metalness and normals of the original to a new material with textures of its own",
+    )
+    bake_size: IntProperty(name="Texture Size", description="Pixels on each side of baked textures", default=1024, min=16, max=16384)
     bends: BoolProperty(
         name="Will Bend", description="Stay nearer to the original in other poses and shape keys, and less near at rest"
     )
@@ -41,14 +56,16 @@ class Carrying:
 class Sizing:
     """Properties of one size."""
 
-    size_by: EnumProperty(name="Size", items=SIZES, default="RATIO")
-    ratio: FloatProperty(name="Ratio", description="Share of the triangles that stays", default=0.5, min=0.0001, max=1.0, precision=3)
-    faces: IntProperty(name="Faces", description="Number of triangles that stay", default=5000, min=1)
+    size_by: EnumProperty(name="Size", items=SIZES, default="RATIO", **PREVIEWED)
+    ratio: FloatProperty(
+        name="Ratio", description="Share of the triangles that stays", default=0.5, min=0.0001, max=1.0, precision=3, **PREVIEWED
+    )
+    faces: IntProperty(name="Faces", description="Number of triangles that stay", default=5000, min=1, **PREVIEWED)
     error_percent: FloatProperty(
-        name="Error", description="Largest distance in percent of the diagonal", default=0.5, min=0.0001, max=100.0, precision=3
+        name="Error", description="Largest distance in percent of the diagonal", default=0.5, min=0.0001, max=100.0, precision=3, **PREVIEWED
     )
     error_units: FloatProperty(
-        name="Error", description="Largest distance in units of the scene", default=0.01, min=0.0, precision=5, unit="LENGTH"
+        name="Error", description="Largest distance in units of the scene", default=0.01, min=0.0, precision=5, unit="LENGTH", **PREVIEWED
     )
 
 

@@ -89,6 +89,9 @@ def simplify_task(task, progress):
     triangles = vertex_of[source.triangles]
     attributes, names = name_attributes(source)
     groups, group_faces = group_triangles(source)
+    needs_places = bool(source.keys or source.groups) or any(
+        layer.name not in names and layer.name not in carry.BORDER_ATTRIBUTES for layer in source.layers
+    )
     light = call_simplify(
         source.positions,
         triangles,
@@ -98,12 +101,17 @@ def simplify_task(task, progress):
         importance=task.importance,
         keep_components=task.keeps_components,
         for_="poses" if task.bends else None,
-        map=True,
+        map=needs_places,
         progress=progress,
     )
-    kept = find_kept_triangles(triangles, light.report["input"]["faces"])
+    places = None
+    if needs_places:
+        clean = nm.find_clean_faces(source.positions, triangles, light.report["input"]["faces"], weld=False)
+        if clean is None:
+            raise nm.NeuralMeshError("some triangles of the mesh are broken: run Mesh > Clean Up > Degenerate Dissolve first")
+        places = carry.find_places(source, light, clean)
     task.outcome = light.outcome
-    task.result = carry_all(source, light, carry.find_places(source, light, kept), names, group_faces)
+    task.result = carry_all(source, light, places, names, group_faces)
     if task.measures_errors:
         errors = error_colors.measure_errors(source, task.result) * task.scale
         task.largest_error = float(errors.max(initial=0))
@@ -121,18 +129,24 @@ def call_simplify(positions, triangles, **options):
 def weld_vertices(source):
     """Returns for each vertex the one that stands for all at its position with equal shape keys and weights."""
     random = np.random.default_rng(0)
-    rows = np.concatenate([source.positions, *source.keys], axis=1) + 0
-    # Weights are compared by random sums: lips that meet at rest follow different bones.
-    sums = [np.zeros(len(rows), np.float32) for _ in range(2)]
-    for weights in source.groups:
-        for values in sums:
-            values += weights * np.float32(random.random())
-    rows = np.concatenate([rows, np.round(np.stack(sums, 1), 3) + 0], axis=1)
+    columns = [source.positions, *source.keys]
+    if source.groups:
+        # Weights are compared by random sums: lips that meet at rest follow different bones.
+        sums = np.zeros((len(source.positions), 2), np.float32)
+        for weights in source.groups:
+            for place in range(2):
+                sums[:, place] += weights * np.float32(random.random())
+        columns.append(np.round(sums, 3))
+    # Adding 0 makes one number of 0 and -0.
+    rows = np.concatenate(columns, axis=1) + 0
     factors = random.integers(1, 2**63, rows.shape[1], dtype=np.uint64) | np.uint64(1)
     codes = np.zeros(len(rows), np.uint64)
     for column, factor in zip(np.ascontiguousarray(rows.T).view(np.uint32), factors):
         codes += column * factor
     codes ^= codes >> np.uint64(32)
+    ordered = np.sort(codes)
+    if (ordered[1:] != ordered[:-1]).all():
+        return np.arange(len(rows), dtype=np.int32)
     _, first, inverse = np.unique(codes, return_index=True, return_inverse=True)
     vertex_of = first[inverse]
     # Two rows of one code that differ stay apart.
@@ -167,29 +181,21 @@ def group_triangles(source):
     return (groups.reshape(-1), first) if len(first) > 1 else (None, None)
 
 
-def find_kept_triangles(triangles, n_kept):
-    """Returns the triangles that are left after cleaning: without degenerate ones and second ones of three vertices."""
-    if len(triangles) == n_kept:
-        return np.arange(n_kept)
-    a, b, c = triangles.T
-    whole = np.flatnonzero((a != b) & (b != c) & (c != a))
-    _, first = np.unique(np.sort(triangles[whole], axis=1), axis=0, return_index=True)
-    kept = whole[np.sort(first)]
-    if len(kept) != n_kept:
-        raise nm.NeuralMeshError("some triangles of the mesh are broken: run Mesh > Clean Up > Degenerate Dissolve first")
-    return kept
-
-
 def carry_all(source, light, places, names, group_faces):
     """Returns the result with the layers, shape keys, vertex groups and normals of the original."""
     positions = np.asarray(light.vertices, np.float32)
+    vertex_corners = carry.find_vertex_corners(light)
     layers = []
     for layer in source.layers:
         if layer.name in names:
             values = light.corners(names[layer.name]).reshape(3 * len(light.faces), -1)
-            values = values[places.vertex_corners] if layer.domain == "POINT" else values
+            values = values[vertex_corners] if layer.domain == "POINT" else values
+        elif layer.name in carry.BORDER_ATTRIBUTES:
+            # All triangles have the values of the first one where there is a single group.
+            faces = np.zeros(len(light.faces), int) if light.groups is None else group_faces[light.groups]
+            values = layer.values[faces]
         else:
-            values = carry.carry_values(source, light, places, layer, group_faces)
+            values = carry.carry_values(source, places, layer)
         layers.append(convert.Layer(layer.name, layer.domain, layer.type, values))
     return convert.MeshArrays(
         positions=positions,

@@ -13,7 +13,7 @@ from mathutils import Vector
 from mathutils.bvhtree import BVHTree
 from mathutils.interpolate import poly_3d_calc
 
-from blender import convert, simplify
+from blender import convert, preview, simplify
 from blender.job import Job
 from blender.operators import OBJECT_OT_neural_mesh_simplify
 from blender.panel import VIEW3D_PT_neural_mesh
@@ -351,6 +351,155 @@ def test_linked_meshes_are_refused(tmp_path):
     bpy.context.collection.objects.link(into.objects[0])
     select(into.objects[0])
     refused("linked from a library")
+
+
+def paint(item):
+    """Gives an object a material whose color is the position and whose roughness is a quarter."""
+    material = bpy.data.materials.new("Paint")
+    if not material.use_nodes:
+        material.use_nodes = True
+    tree = material.node_tree
+    shader = next(node for node in tree.nodes if node.type == "BSDF_PRINCIPLED")
+    shader.inputs["Roughness"].default_value = 0.25
+    shader.inputs["Metallic"].default_value = 1
+    coordinates = tree.nodes.new("ShaderNodeTexCoord")
+    tree.links.new(coordinates.outputs["Object"], shader.inputs["Base Color"])
+    item.data.materials.append(material)
+
+
+def pixels_at_faces(item, image):
+    """Returns the linear color of an image at the middle of each triangle, m x 3."""
+    width, height = image.size
+    pixels = np.empty(4 * width * height, np.float32)
+    image.pixels.foreach_get(pixels)
+    uv = attribute(item.data, "Baked", "vector", 2).reshape(-1, 3, 2).mean(1)
+    column, row = (uv * (width, height)).astype(int).clip(0, width - 1).T
+    colors = pixels.reshape(height, width, 4)[row, column, :3]
+    is_linear = image.colorspace_settings.name != "sRGB"
+    return colors if is_linear else np.where(colors <= 0.04045, colors / 12.92, ((colors + 0.055) / 1.055) ** 2.4)
+
+
+def test_materials_are_baked_to_a_new_one():
+    sphere = add_sphere()
+    paint(sphere)
+    bpy.ops.object.shade_smooth()
+    engine = bpy.context.scene.render.engine
+    run(ratio=0.1, bake=True, bake_size=256)
+    mesh = sphere.data
+    assert [material.name for material in mesh.materials] == ["Sphere_Baked"]
+    assert mesh.uv_layers.active.name == "Baked" and "UVMap" in mesh.uv_layers
+    assert bpy.context.scene.render.engine == engine
+    assert bpy.context.selected_objects == [sphere] and list(bpy.data.objects) == [sphere]
+    assert sorted(material.name for material in bpy.data.materials) == ["Paint", "Sphere_Baked"]
+    corners = positions_of(mesh)[convert.get(mesh.loops, "vertex_index", np.int32, len(mesh.loops))]
+    middles = corners.reshape(-1, 3, 3).mean(1).clip(0, 1)
+    assert np.abs(pixels_at_faces(sphere, bpy.data.images["Sphere Base Color"]) - middles).mean() < 0.02
+    assert np.abs(pixels_at_faces(sphere, bpy.data.images["Sphere Roughness"]) - 0.25).max() < 0.02
+    assert np.abs(pixels_at_faces(sphere, bpy.data.images["Sphere Metallic"]) - 1).max() < 0.02
+    shader = next(node for node in mesh.materials[0].node_tree.nodes if node.type == "BSDF_PRINCIPLED")
+    assert all(shader.inputs[name].links for name in ("Base Color", "Roughness", "Metallic", "Normal"))
+    # What is baked already is baked again.
+    run(ratio=0.5, bake=True, bake_size=64)
+    assert len(mesh.materials) == 1 and mesh.materials[0].name.startswith("Sphere_Baked.")
+
+
+def test_a_mesh_without_material_is_baked():
+    sphere = add_sphere()
+    run(ratio=0.1, bake=True, bake_size=64)
+    assert np.abs(pixels_at_faces(sphere, bpy.data.images["Sphere Base Color"]) - 0.8).mean() < 0.02
+
+
+def wait_for_preview():
+    """Lets the preview's timer run until its work is done."""
+    for _ in range(500):
+        assert preview.update() is not None
+        if preview.current.job is None and not preview.current.is_outdated:
+            return
+        time.sleep(0.01)
+    raise AssertionError("the preview does not end")
+
+
+def test_a_preview_follows_the_settings():
+    sphere = add_sphere()
+    n = len(sphere.data.polygons)
+    settings = bpy.context.scene.neural_mesh
+    settings.ratio = 0.5
+    assert bpy.ops.object.neural_mesh_preview() == {"FINISHED"}
+    wait_for_preview()
+    copy = bpy.data.objects["Sphere_Preview"]
+    assert abs(len(copy.data.polygons) - n_triangles(sphere.data) / 2) <= 1 and sphere.hide_get()
+    for ratio in (0.4, 0.3, 0.2):
+        settings.ratio = ratio
+    wait_for_preview()
+    assert abs(len(copy.data.polygons) - n_triangles(sphere.data) / 5) <= 1
+    assert preview.current.message == f"{len(copy.data.polygons):,} triangles"
+    # The original has not changed, and is as it was when the preview ends.
+    assert bpy.ops.object.neural_mesh_preview() == {"FINISHED"}
+    assert [item.name for item in bpy.data.objects] == ["Sphere"] and len(sphere.data.polygons) == n
+    assert not sphere.hide_get() and sphere.select_get() and preview.update() is None
+
+
+def test_simplifying_ends_a_preview():
+    sphere = add_sphere()
+    n = n_triangles(sphere.data)
+    bpy.ops.object.neural_mesh_preview()
+    wait_for_preview()
+    run(ratio=0.25)
+    assert [item.name for item in bpy.data.objects] == ["Sphere"] and preview.current is None
+    assert abs(len(sphere.data.polygons) - n / 4) <= 1
+
+
+def test_undo_ends_a_preview():
+    sphere = add_sphere()
+    n = len(sphere.data.polygons)
+    bpy.ops.ed.undo_push(message="before")
+    bpy.ops.object.neural_mesh_preview()
+    wait_for_preview()
+    bpy.ops.ed.undo_push(message="while the preview runs")
+    bpy.ops.ed.undo()
+    assert preview.current is None
+    assert [item.name for item in bpy.data.objects] == ["Sphere"]
+    assert len(bpy.data.objects["Sphere"].data.polygons) == n and not bpy.data.objects["Sphere"].hide_get()
+    bpy.ops.ed.redo()
+    assert [item.name for item in bpy.data.objects] == ["Sphere"]
+
+
+def test_a_preview_that_cannot_begin_says_why():
+    with pytest.raises(RuntimeError, match="select at least one mesh"):
+        bpy.ops.object.neural_mesh_preview()
+    assert preview.current is None
+
+
+def test_shading_is_kept_by_custom_normals():
+    differences = []
+    for keep in (True, False):
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        sphere = add_sphere()
+        bpy.ops.object.shade_smooth()
+        run(ratio=0.1, keep_shading=keep)
+        mesh = sphere.data
+        assert mesh.has_custom_normals == keep
+        corners = convert.get(mesh.loops, "vertex_index", np.int32, len(mesh.loops))
+        normals = convert.get(mesh.corner_normals, "vector", np.float32, 3 * len(mesh.loops)).reshape(-1, 3)
+        outward = positions_of(mesh)[corners]
+        outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+        differences.append(1 - (normals * outward).sum(1).mean())
+    assert differences[0] < differences[1]
+    # Flat faces are flat, whatever is wanted.
+    flat = add_sphere()
+    run(ratio=0.5)
+    assert not flat.data.has_custom_normals and not any(polygon.use_smooth for polygon in flat.data.polygons)
+
+
+def test_triangles_are_read_as_those_of_polygons():
+    sphere = add_sphere()
+    by_polygons = convert.read_mesh(sphere, sphere.data)
+    run(ratio=0.999)
+    mesh = sphere.data
+    fast = convert.read_mesh(sphere, mesh)
+    mesh.calc_loop_triangles()
+    vertices = convert.get(mesh.loop_triangles, "vertices", np.int32, 3 * len(mesh.polygons)).reshape(-1, 3)
+    assert (fast.triangles == vertices).all() and len(fast.triangles) < len(by_polygons.triangles)
 
 
 def test_undo_brings_the_original_back():

@@ -8,6 +8,7 @@ Sizes are what remains. A mesh is a file, a pair of arrays, or an object of trim
 """
 
 from ._compare import Comparison, compare, show
+from ._faces import find_clean_faces
 from ._learn import Sample, train
 from ._native import NeuralMeshError, OptionError, __version__
 from ._points import mesh_points
@@ -29,6 +30,7 @@ __all__ = [
     "Sample",
     "__version__",
     "compare",
+    "find_clean_faces",
     "lods",
     "mesh_points",
     "record",

@@ -20,29 +20,34 @@ def carried(source: Given, report: Report, way: Map | None) -> tuple[dict[str, N
     names = ", ".join(source.of_faces)
     if way is None:
         return {}, f"lost: values of faces ({names}): levels of detail have none"
-    left = faces_left(source.arrays[0], source.arrays[1], report["input"]["faces"])
+    left = find_clean_faces(source.arrays[0], source.arrays[1], report["input"]["faces"])
     if left is None:
         return {}, f"lost: values of faces ({names}): too many faces were cleaned"
     faces = left[_nearest(source, left, way)] if len(way.corner_faces) else np.zeros(0, np.int64)
     return {name: values[faces] for name, values in source.of_faces.items()}, ""
 
 
-def faces_left(vertices: NDArray[Any], faces: NDArray[np.uint32], n_left: int) -> NDArray[np.int64] | None:
-    """Which of the faces are left after cleaning, of which there are so many; `None` where that is not known."""
-    if len(faces) == n_left:
-        return np.arange(n_left)
+def find_clean_faces(vertices: NDArray[Any], faces: NDArray[Any], n_clean: int, weld: bool = True) -> NDArray[np.int64] | None:
+    """Returns the faces (m x 3) that cleaning has left, of which there are `n_clean`: those that `Map.corner_faces` numbers.
+
+    `n_clean` is `light.report["input"]["faces"]`, and `weld` as `simplify` had it. Returns `None` where other faces were cleaned than
+    degenerate, repeated and broken ones.
+    """
+    if len(faces) == n_clean:
+        return np.arange(n_clean)
     named = (faces < len(vertices)).all(1)
     finite = np.zeros(len(faces), bool)
     finite[named] = np.isfinite(vertices[faces[named]]).all((1, 2))
-    _, ids = np.unique(vertices + 0, axis=0, return_inverse=True)
-    corners = ids.reshape(-1)[np.where(finite[:, None], faces, 0)]
+    corners = np.where(finite[:, None], faces, 0)
+    if weld:
+        _, ids = np.unique(vertices + 0, axis=0, return_inverse=True)
+        corners = ids.reshape(-1)[corners]
     a, b, c = corners.T
-    whole = finite & (a != b) & (b != c) & (c != a)
-    left = np.flatnonzero(whole)
-    if len(left) != n_left:
-        _, first = np.unique(np.sort(corners[left], axis=1), axis=0, return_index=True)
-        left = left[np.sort(first)]
-    return left if len(left) == n_left else None
+    clean = np.flatnonzero(finite & (a != b) & (b != c) & (c != a))
+    if len(clean) != n_clean:
+        _, first = np.unique(np.sort(corners[clean], axis=1), axis=0, return_index=True)
+        clean = clean[np.sort(first)]
+    return clean if len(clean) == n_clean else None
 
 
 def _nearest(source: Given, left: NDArray[np.int64], way: Map) -> NDArray[Any]:

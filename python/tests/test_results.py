@@ -200,6 +200,18 @@ def test_values_of_faces_of_a_mesh_that_is_cleaned() -> None:
     assert np.abs(near).max() < 0.3
 
 
+def test_clean_faces_are_those_that_a_map_numbers() -> None:
+    vertices, faces = torus(30, 20)
+    dirty = np.concatenate([[[0, 0, 1]], faces[:5], faces])
+    for weld in (True, False):
+        light = nm.simplify((vertices, dirty), ratio=0.5, weld=weld, map=True)
+        clean = nm.find_clean_faces(vertices, dirty, light.report["input"]["faces"], weld)
+        assert clean is not None and clean.tolist() == [*range(1, 6), *range(11, len(dirty))] and light.map is not None
+        points = (vertices[dirty[clean][light.map.corner_faces]] * light.map.corner_weights[..., None]).sum(2)
+        assert np.abs(points - light.vertices[light.faces]).max() < 0.1
+    assert nm.find_clean_faces(vertices, dirty, 3) is None
+
+
 def test_cells_of_pyvista() -> None:
     pv = pytest.importorskip("pyvista")
     mesh = pv.PolyData.from_regular_faces(*torus(60, 40))

@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Shows the result of the panel's settings while they change, on copies of the selected objects that are hidden meanwhile.
+The work runs in a thread; a timer shows the newest result. Undoing, saving, or ending the preview removes the copies."""
+
+from dataclasses import replace
+
+import bpy
+import neural_mesh as nm
+from bpy.app.handlers import persistent
+
+from . import convert, scene
+from .job import Job, Refusal, first_line
+from .simplify import simplify_tasks
+
+# Seconds between two looks at the work.
+INTERVAL = 0.05
+# Property of the copies, by which they are found after an undo.
+MARK = "neural_mesh_preview"
+
+
+class Preview:
+    """A preview of the selected objects, read once when it begins."""
+
+    def __init__(self, context):
+        self.settings = context.scene.neural_mesh
+        self.tasks = scene.read_tasks(context, self.settings)
+        self.is_outdated = True
+        self.running = []
+        self.job = None
+        self.message = ""
+        self.copies = [add_copy(task) for task in self.tasks]
+
+    def update(self):
+        """Starts work for the newest settings where none runs, and shows the result of work that has ended."""
+        if self.job is not None and not self.job.is_running:
+            self.finish_job()
+        if self.job is None and self.is_outdated:
+            self.start_job()
+
+    def start_job(self):
+        """Starts the work for the settings as they are."""
+        self.is_outdated = False
+        tasks = [replace(task, result=None, measures_errors=False) for task in self.tasks]
+        try:
+            n_faces = scene.plan_sizes(tasks, self.settings)
+        except Refusal as error:
+            self.message = first_line(error)
+            return
+        for task in tasks:
+            task.keeps_components, task.is_welded = self.settings.keep_components, self.settings.merge_equal
+            task.bends = self.settings.bends
+        self.running = tasks
+        self.job = Job(lambda tell: simplify_tasks(tasks, n_faces, tell))
+
+    def finish_job(self):
+        """Shows what the work made; a task without a result keeps all its triangles."""
+        if self.job.is_stopped:
+            self.job = None
+            return
+        if self.job.error is None:
+            for task, copy in zip(self.running, self.copies):
+                convert.write_mesh(copy, task.result or task.source)
+        n = sum(len((task.result or task.source).triangles) for task in self.running)
+        self.message = self.job.error or f"{n:,} triangles"
+        self.job = None
+
+    def end(self):
+        """Stops the work, removes the copies and shows the originals."""
+        if self.job is not None:
+            self.job.stop()
+        remove_copies()
+
+
+# The running preview.
+current = None
+
+
+def add_copy(task):
+    """Adds a copy of an object for the preview and hides the original."""
+    original = task.owner
+    copy = original.copy()
+    copy.data = original.data.copy()
+    copy.name = f"{original.name}_Preview"
+    copy[MARK] = original.name
+    for collection in original.users_collection:
+        collection.objects.link(copy)
+    copy.hide_select = True
+    original.hide_set(True)
+    return copy
+
+
+def remove_copies():
+    """Removes all copies, also those that an undo has brought back, and shows their originals."""
+    for copy in [item for item in bpy.data.objects if MARK in item]:
+        original, mesh = bpy.data.objects.get(copy[MARK]), copy.data
+        bpy.data.objects.remove(copy)
+        bpy.data.meshes.remove(mesh)
+        if original is not None:
+            original.hide_set(False)
+            original.select_set(True)
+
+
+def list_handlers():
+    """Returns the handlers of what changes the scene beneath a preview."""
+    handlers = bpy.app.handlers
+    return handlers.undo_pre, handlers.redo_pre, handlers.save_pre, handlers.load_pre
+
+
+def begin(context):
+    """Begins a preview of the selected objects."""
+    global current
+    end()
+    current = Preview(context)
+    for handlers in list_handlers():
+        handlers.append(end_before)
+    bpy.app.timers.register(update)
+
+
+def end():
+    """Ends the preview where one runs."""
+    global current
+    if current is None:
+        return
+    ended, current = current, None
+    for handlers in list_handlers():
+        if end_before in handlers:
+            handlers.remove(end_before)
+    ended.end()
+
+
+@persistent
+def remove_orphans(*_):
+    """Removes copies that an undo, a redo or a file has brought back."""
+    if current is None:
+        remove_copies()
+
+
+@persistent
+def end_before(*_):
+    """Ends the preview before an undo, a redo, or another file changes the scene."""
+    end()
+
+
+def update():
+    """Looks after the preview; a timer calls it until the preview has ended."""
+    if current is None:
+        return None
+    try:
+        current.update()
+    except (ReferenceError, nm.NeuralMeshError):
+        # Someone has removed the copies.
+        end()
+        return None
+    return INTERVAL
+
+
+def request_update(settings, context):
+    """Has the preview follow settings of the panel that have changed."""
+    if current is not None and settings == current.settings:
+        current.is_outdated = True
+        if current.job is not None:
+            current.job.request_stop()
