@@ -1,5 +1,6 @@
-//! Times of the network's kernels on one thread: 25 thousand vertices, 30 thousand triangles, 64 channels. Names that end
-//! in `_both` are forward and backward together, to all inputs.
+//! Times of the network's kernels on one thread: 25 thousand vertices, 30 thousand triangles, 64 channels.
+//!
+//! Names that end in `_both` are forward and backward together, to all inputs.
 
 use divan::{Bencher, black_box};
 use neural_mesh::autodiff::{Tape, Value};
@@ -17,12 +18,12 @@ fn main() {
     divan::main();
 }
 
-/// Some numbers in -1..1.
+/// Creates reproducible numbers in -1..1.
 fn values(n_rows: usize, n_cols: usize) -> Matrix {
     Matrix::from_fn(n_rows, n_cols, |row, col| ((row * 7919 + col * 104_729) % 2003) as f32 / 1001.5 - 1.0)
 }
 
-/// A jittered sheet of side x side points and its triangles.
+/// Builds a jittered sheet of side x side points and its triangles.
 fn sheet(side: u32) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     let jitter = |i: u32| (i * 7919 % 101) as f32 / 250.0;
     let point = |i: u32| [(i % side) as f32 + jitter(i), (i / side) as f32 + jitter(i + 1), jitter(i + 2)];
@@ -103,7 +104,7 @@ fn attention_25k_both(bencher: Bencher) {
     });
 }
 
-/// The graph of 30 thousand triangles with 20 neighbours each.
+/// Builds the graph of 30 thousand triangles with 20 neighbours each.
 fn triangle_graph() -> Csr {
     let (points, faces) = sheet(123);
     let barycenter = |face: &[u32; 3]| {

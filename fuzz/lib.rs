@@ -1,9 +1,9 @@
-//! What the fuzz targets of all readers share.
+//! Checks that the fuzz targets of all readers share.
 
 use neural_mesh::io::{self, Format};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 
-/// Reads `bytes` with all that they hold: the same mesh, whose attributes come back from OBJ and PLY.
+/// Reads `bytes` with attributes: the mesh is the same, and its attributes survive OBJ and PLY.
 fn check_attributed(bytes: &[u8], format: Format) {
     let Ok(read) = io::read_attributed(bytes, Some(format)) else { return };
     assert!(read.notes.iter().all(|note| !note.contains(['\n', '\r'])));
@@ -20,10 +20,10 @@ fn check_attributed(bytes: &[u8], format: Format) {
     }
 }
 
-/// Reads and cleans `bytes`; a mesh must come back the same from every format that it is written to.
+/// Reads and cleans `bytes`; the mesh must survive every format it is written to.
 ///
 /// # Panics
-/// Where anything but a mesh or one line comes out.
+/// If the result is neither a mesh nor a one-line error.
 pub fn check(bytes: &[u8], format: Format) {
     check_attributed(bytes, format);
     let raw = match io::read(bytes, Some(format)) {
@@ -41,7 +41,7 @@ pub fn check(bytes: &[u8], format: Format) {
         assert_eq!(back.faces, mesh.faces());
         for (found, &local) in back.positions.iter().zip(mesh.positions()) {
             let expected = frame.to_file(local);
-            // Texts hold the fewest digits that mean the single value.
+            // Text holds the shortest digits of the single-precision value.
             assert!((0..3).all(|axis| found[axis] == expected[axis]
                 || frame.origin[axis] == 0.0 && found[axis] as f32 == expected[axis] as f32));
         }

@@ -1,4 +1,4 @@
-//! Attributes, groups, materials and properties through the readers and writers: what a format holds comes back.
+//! Attributes, groups, materials and properties survive reading and writing as far as a format holds them.
 
 use crate::common::changed;
 use std::path::Path;
@@ -43,7 +43,7 @@ fn text(written: &WrittenModel) -> String {
     String::from_utf8(written.bytes.clone()).unwrap()
 }
 
-/// Position, values of the channels of these roles and group of every corner, a row for each face.
+/// Formats position, channel values and group of every corner, one row for each face.
 fn corners(cleaned: &Cleaned, roles: &[Role]) -> Vec<String> {
     let Cleaned { mesh, attributes, .. } = cleaned;
     let corner = |face: usize, corner: usize| {
@@ -63,7 +63,7 @@ fn any_finite() -> impl Strategy<Value = f32> {
 /// A channel: what it means, and its columns.
 type Columns = (Role, &'static [(&'static str, Scalar)]);
 
-/// A mesh whose corners carry values of these channels (role, columns); its groups are counted in the order of the faces.
+/// Generates meshes whose corners carry these channels (role, columns), with groups counted in the order of faces.
 fn any_model(channels: &'static [Columns]) -> impl Strategy<Value = Opened> {
     let positions = prop::collection::vec(prop::array::uniform3(any_finite().prop_map(f64::from)), 4..12);
     let faces =
@@ -100,7 +100,7 @@ fn any_model(channels: &'static [Columns]) -> impl Strategy<Value = Opened> {
         let faces = faces.iter().map(|face| face.0).collect();
         let raw = changed(RawMesh::new(positions, faces), |raw| raw.attributes = attributes);
         let mut cleaned = clean(raw, &CleanOptions::default()).unwrap();
-        // Numbered in the order of first use, as a reader numbers them.
+        // Numbered in order of first use, as by a reader.
         let mut used = cleaned.attributes.groups.clone();
         used.dedup();
         let number = |group: &u32| used.iter().position(|other| other == group).unwrap() as u32;
@@ -218,7 +218,7 @@ proptest! {
                 prop_assert_eq!(read.mesh.attributes.wedges.is_empty(), read.mesh.attributes.channels.is_empty() || read.mesh.faces.is_empty());
                 let bare = io::read(&bytes, None).unwrap();
                 prop_assert_eq!(&bare.faces, &read.mesh.faces);
-                // No number is equal to itself where it is none.
+                // Undefined numbers are not equal to themselves.
                 prop_assert_eq!(format!("{:?}", bare.positions), format!("{:?}", read.mesh.positions));
                 if let Ok(cleaned) = clean(read.mesh, &CleanOptions::default()) {
                     let model = Opened { cleaned, extra: read.extra, notes: Vec::new() };
@@ -234,7 +234,7 @@ proptest! {
     }
 }
 
-/// Four vertices, a quad and a triangle, with columns of vertices in this order.
+/// Builds a PLY of four vertices, a quad and a triangle, with vertex columns in this order.
 fn odd_ply(encoding: &str, order: &[&str], label: &str, with_uvs: bool) -> Vec<u8> {
     let mut out = format!("ply\nformat {encoding} 1.0\ncomment made by hand\nelement vertex 4\n").into_bytes();
     let kind = |name: &str| match name {
@@ -375,7 +375,7 @@ fn bare_files_carry_nothing() {
     }
 }
 
-/// An asset in a folder of its own, with a neighbour that is not its own.
+/// Writes an asset into its own folder, next to a file that does not belong to it.
 fn asset(files: &[(&str, &str)]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     for (name, text) in files {
@@ -578,6 +578,6 @@ fn groups_of_every_face_are_said_and_dropped_and_many_groups_are_kept() {
     let ply = written(&many, Format::Ply);
     assert!(String::from_utf8_lossy(&ply.bytes[..600]).contains("property int material_index"));
     assert_eq!(io::read_looks(&many.extra, false).0.of_groups.len(), 100_000);
-    // Seconds where time grows with the groups, minutes where it grows with their square.
+    // Seconds if time grows linearly with the groups, minutes if quadratically.
     assert!(began.elapsed().as_secs() < 60, "{:?}", began.elapsed());
 }

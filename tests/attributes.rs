@@ -1,4 +1,4 @@
-//! Whole meshes with what they carry: seams stay seams, values stay where they were, what is locked does not move.
+//! Attributes of whole meshes: seams stay seams, values stay in place, and locked vertices do not move.
 
 use crate::common::changed;
 use std::collections::BTreeSet;
@@ -18,17 +18,17 @@ fn simplified(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Sim
     simplify_input(&input, None, options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
-/// The octant of a direction, 0 to 7.
+/// Returns the octant of a direction, 0 to 7.
 fn octant(p: Vec3) -> u32 {
     u32::from(p.x > 0.0) + 2 * u32::from(p.y > 0.0) + 4 * u32::from(p.z > 0.0)
 }
 
-/// Texture coordinates of a point in the chart of an octant: charts lie ten apart.
+/// Returns the texture coordinates of a point in the chart of an octant; charts are ten apart.
 fn uv(p: Vec3, octant: u32) -> [f32; 2] {
     [10.0 * octant as f32 + p.x + 0.5 * p.z, p.y - 0.5 * p.z]
 }
 
-/// A bumpy sphere in eight charts, with a wedge for each corner.
+/// Builds a bumpy sphere in eight charts, with a wedge for each corner.
 fn charted_sphere() -> (TriMesh, Attributes) {
     let mesh = shapes::wavy_sphere(5, 6.0);
     let position = |v: u32| Vec3::from(mesh.positions()[v as usize]);
@@ -77,7 +77,7 @@ fn no_face_mixes_charts_and_values_stay_where_they_were() {
                 worst = worst.max((0..2).map(|i| (meant[i] - found[i]).abs()).fold(0.0, f32::max));
             }
         }
-        // Groups hold their borders; a curve with slack is as far off as it may be for the size.
+        // Groups hold their borders; a curve with slack may deviate as far as the target allows.
         let slack = if with_groups || seam_error == held { 0.0 } else { 1.0 / (n as f32).sqrt() };
         assert!(worst < 0.08 + slack, "{n} {worst}");
         let n_charts: BTreeSet<u32> =
@@ -94,7 +94,7 @@ fn no_face_mixes_charts_and_values_stay_where_they_were() {
 
 #[test]
 fn a_seam_within_one_chart_stays_a_seam() {
-    // Once around a torus: u jumps from 1 to 0.
+    // Around a torus: u jumps from 1 to 0.
     let mesh = shapes::torus(96, 32, 1.0, 0.4);
     let turn = |v: u32, face: &[u32; 3]| {
         let angle = |v: u32| {
@@ -117,7 +117,7 @@ fn a_seam_within_one_chart_stays_a_seam() {
     assert!(seams(&result.mesh, &result.attributes, 0.0).len() > 4);
 }
 
-/// Materials in patches over a bumpy sphere, so many along each side of a cube around it: their borders stay.
+/// Builds patches of materials over a bumpy sphere, `n` along each side of a cube around it.
 fn patched(n: f32) -> (TriMesh, Attributes) {
     let mesh = shapes::wavy_sphere(5, 6.0);
     let patch = |face: &[u32; 3]| {
@@ -138,7 +138,7 @@ fn what_is_held_never_ruins_the_rest() {
         let options = Options::new(Target::Vertices(n));
         let [held, bare] = [&attributes, &Attributes::default()].map(|it| simplified(&mesh, it, &options));
         let (held_far, bare_far) = (far(&held.mesh), far(&bare.mesh));
-        // What is as near as that ruins no surface.
+        // A result this close is not distorted.
         assert!(held_far < (3.3 * bare_far).max(2e-4), "{n}: {held_far} {bare_far}");
         assert!(topology(&held.mesh).is_closed_manifold());
         let size = held.mesh.positions().len();
@@ -149,7 +149,7 @@ fn what_is_held_never_ruins_the_rest() {
         sizes.push((held.report.outcome == Outcome::Reached, size));
     }
     assert!(sizes[0].0 && !sizes[2].0, "{sizes:?}");
-    // Levels of detail stop where one of their size alone does.
+    // Levels of detail stop where a single result of their size stops.
     let levels = simplify_levels_of_detail(
         &changed(Input::bare(&mesh), |input| input.attributes = &attributes),
         None,
@@ -323,21 +323,21 @@ fn attributes_of_another_mesh_are_refused() {
     assert!(result.is_err_and(|error| error.to_string().contains("attributes")));
 }
 
-/// A square of n x n quads at these heights.
+/// Builds a square of n x n quads with these heights.
 fn terrain(n: u32, height: impl Fn(f32, f32) -> f32) -> TriMesh {
     let flat = shapes::grid(n, n);
     let positions = flat.positions().iter().map(|&[x, y, _]| [x, y, height(x, y)]).collect();
     TriMesh::new(positions, flat.faces().to_vec()).unwrap()
 }
 
-/// Values at the vertices of a mesh as a channel of its own.
+/// Creates a channel with values at the vertices.
 fn at_vertices(mesh: &TriMesh, role: Role, width: usize, value: impl Fn(Vec3) -> Vec<f32>) -> Attributes {
     let values = mesh.positions().iter().flat_map(|&p| value(p.into())).collect();
     let channels = vec![Channel { name: "values".into(), role, width, values }];
     Attributes { wedges: mesh.faces().to_vec(), channels, groups: Vec::new() }
 }
 
-/// Root mean square of the differences between a first number, blended over the faces of a result, and what is meant there.
+/// Returns the root mean square of the error of the first number, interpolated over the faces of a result.
 fn error(result: &TriMesh, numbers: impl Fn(usize) -> [f32; 3], meant: impl Fn(Vec3) -> f32) -> f32 {
     let (mut sum, mut n) = (0.0, 0.0);
     for (f, face) in result.faces().iter().enumerate() {
@@ -356,7 +356,7 @@ fn error(result: &TriMesh, numbers: impl Fn(usize) -> [f32; 3], meant: impl Fn(V
     (sum / n).sqrt()
 }
 
-/// The first number at the corners of a face.
+/// Returns the first number at the corners of a face.
 fn at_corners(attributes: &Attributes, f: usize) -> [f32; 3] {
     attributes.wedges[f].map(|wedge| attributes.channels[0].value(wedge)[0])
 }
@@ -452,7 +452,7 @@ fn small_charts_do_not_hold_what_is_around_them() {
     assert_eq!((result.report.outcome, left.len()), (Outcome::Reached, cells.len()));
 }
 
-/// Root mean square of the sines between normals, blended over the faces of a result, and those meant there.
+/// Returns the root mean square of the sines between interpolated and expected normals.
 fn normal_error(result: &TriMesh, normals: impl Fn(usize) -> [Vec3; 3], meant: impl Fn(Vec3) -> Vec3) -> f32 {
     let (mut sum, mut n) = (0.0, 0.0);
     for (f, face) in result.faces().iter().enumerate() {

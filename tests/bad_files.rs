@@ -1,7 +1,7 @@
-//! Broken and odd files: each gives one line or a valid mesh, soon; nothing panics, nothing valid is refused.
+//! Broken and unusual files: each gives a one-line error or a valid mesh in short time; nothing panics, no valid file is rejected.
 //!
-//! The files in `tests/meshes/bad` are always read. A larger collection is read where it lies beside the checkout, as
-//! `../shared/data` (or where `NEURAL_MESH_DATA` says): `MANIFEST.csv` and `bad.tar.xz`, unpacked once to `target`.
+//! The files in `tests/meshes/bad` are always read. A larger collection is read if it exists in `../shared/data` (or in
+//! `NEURAL_MESH_DATA`): `MANIFEST.csv` and `bad.tar.xz`, unpacked once to `target`.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use neural_mesh::io::{self, Format};
 use neural_mesh::mesh::cleanup::{self, CleanOptions, Cleaned};
 
-/// The files of `tests/meshes/bad` that hold no usable face.
+/// The files of `tests/meshes/bad` without a usable face.
 const REFUSED: [&str; 12] = [
     "all_same_point.ply",
     "ascii_stl_nan.stl",
@@ -25,7 +25,7 @@ const REFUSED: [&str; 12] = [
     "README.md",
 ];
 
-/// The mesh of a file or the line that refuses it, within a minute, also on a busy machine.
+/// Returns the mesh of a file or its error, within a minute even on a busy machine.
 fn outcome(path: &Path) -> Result<Cleaned, String> {
     let start = Instant::now();
     let result = io::read_path(path, None)
@@ -40,7 +40,7 @@ fn outcome(path: &Path) -> Result<Cleaned, String> {
     result
 }
 
-/// The mesh is not empty, uses all its vertices, and comes back the same from a file.
+/// Expects that the mesh is not empty, uses all vertices, and survives writing.
 fn check(path: &Path, Cleaned { mesh, frame, source, .. }: &Cleaned) {
     assert!(!mesh.faces().is_empty(), "{path:?}");
     let mut used = vec![false; mesh.positions().len()];
@@ -51,7 +51,7 @@ fn check(path: &Path, Cleaned { mesh, frame, source, .. }: &Cleaned) {
     assert_eq!(again.mesh.faces(), mesh.faces(), "{path:?}");
 }
 
-/// With all that the file holds it has the same mesh, and comes back from OBJ and PLY.
+/// Expects that reading attributes gives the same mesh, which survives OBJ and PLY.
 fn check_attributed(path: &Path, bare: Option<&Cleaned>) {
     let read = io::read_attributed_path(path, None).ok();
     assert!(read.iter().flat_map(|read| &read.notes).all(|note| !note.contains(['\n', '\r'])), "{path:?}");
@@ -130,7 +130,7 @@ fn collection() {
     assert!(n_files > 100);
 }
 
-/// The manifest and the unpacked folder of the collection, if it is there.
+/// Returns the manifest and the unpacked folder of the collection, if it exists.
 fn collection_folder() -> Option<(String, PathBuf)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let data = std::env::var_os("NEURAL_MESH_DATA").map_or(root.join("../shared/data"), PathBuf::from);
@@ -138,7 +138,7 @@ fn collection_folder() -> Option<(String, PathBuf)> {
     let target = root.join("target/meshes");
     if !target.join("bad").is_dir() {
         std::fs::create_dir_all(&target).ok()?;
-        // Unpacked aside and renamed, so that a test in parallel never sees half of it.
+        // Unpacked under another name and then renamed, so that a parallel test never sees half of it.
         let aside = tempfile::tempdir_in(&target).ok()?;
         let archive = data.join("bad.tar.xz");
         let status =

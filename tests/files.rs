@@ -1,4 +1,4 @@
-//! Mesh files through the public readers and writers: every format gives back what it was given.
+//! Mesh files through the public readers and writers: every format restores what was written.
 
 use crate::common::changed;
 use neural_mesh::io::{self, Format};
@@ -9,7 +9,7 @@ use proptest::prelude::*;
 /// The formats that can be written.
 const WRITTEN: [Format; 6] = [Format::Obj, Format::Ply, Format::PlyAscii, Format::Stl, Format::StlAscii, Format::Off];
 
-/// The positions of the corners of all faces, n_faces x 3 x 3.
+/// Returns the corner positions of all faces, n_faces x 3 x 3.
 fn corners(mesh: &TriMesh) -> Vec<[[f32; 3]; 3]> {
     mesh.faces().iter().map(|face| face.map(|vertex| mesh.positions()[vertex as usize])).collect()
 }
@@ -18,12 +18,12 @@ fn read_back(bytes: &[u8], format: Option<Format>) -> Cleaned {
     clean(io::read(bytes, format).unwrap(), &CleanOptions::default()).unwrap()
 }
 
-/// Any finite single-precision number.
+/// Generates finite single-precision numbers.
 fn any_finite() -> impl Strategy<Value = f32> {
     any::<u32>().prop_map(f32::from_bits).prop_filter("not finite", |x| x.is_finite())
 }
 
-/// Meshes with such coordinates, clean as they stand.
+/// Generates clean meshes with such coordinates.
 fn any_mesh(coordinates: impl Strategy<Value = f32>) -> impl Strategy<Value = Cleaned> {
     let positions = prop::collection::vec(prop::array::uniform3(coordinates.prop_map(f64::from)), 3..20);
     let faces = prop::collection::vec(prop::array::uniform3(0u32..20), 1..30);
@@ -63,7 +63,7 @@ proptest! {
             let back = io::read(&bytes, None).unwrap();
             for (found, expected) in back.positions.iter().zip(&expected) {
                 for axis in 0..3 {
-                    // Where nothing is shifted, texts hold the fewest digits that mean the single value.
+                    // Without an offset, text holds the shortest digits of the single-precision value.
                     let same = found[axis] == expected[axis]
                         || origin[axis] == 0.0 && found[axis] as f32 == expected[axis] as f32;
                     prop_assert!(same, "{:?} {:?} {:?}", format, found, expected);
@@ -103,7 +103,7 @@ proptest! {
     }
 }
 
-/// A PLY file with vertex properties in this `order`, lists on vertices, and a value behind each face.
+/// Builds a PLY with vertex properties in this `order`, lists on vertices, and a value after each face.
 fn ply(mesh: &TriMesh, encoding: &str, order: &[&str], wide: bool, length: &str, faces_first: bool) -> Vec<u8> {
     let put = |out: &mut Vec<u8>, kind: &str, value: f64| {
         let bytes = match kind {

@@ -1,4 +1,4 @@
-//! The example that learns through the simplifier: a sphere becomes the shape that its points tell.
+//! The example that learns through the simplifier: a sphere takes the shape of a point cloud.
 
 #[path = "../examples/fit_to_points.rs"]
 #[allow(dead_code, reason = "its `main` is for those who run it")]

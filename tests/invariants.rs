@@ -1,4 +1,4 @@
-//! What always holds of a result, over shapes and random closed meshes that are meshed very unevenly.
+//! Invariants of results, over shapes and random closed meshes of very uneven sampling.
 
 use std::ops::ControlFlow;
 
@@ -17,7 +17,7 @@ fn with(mesh: &TriMesh, options: &Options) -> Simplified {
     simplify(mesh, None, options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
-/// What a reader makes of the mesh after an STL round trip: welded by position.
+/// Returns the mesh after an STL round trip, welded by position.
 fn through_stl(mesh: &TriMesh) -> TriMesh {
     let bytes = io::write(mesh, &Frame::default(), Format::Stl).unwrap();
     clean(io::read(&bytes, None).unwrap(), &CleanOptions::default()).unwrap().mesh
@@ -25,7 +25,7 @@ fn through_stl(mesh: &TriMesh) -> TriMesh {
 
 #[test]
 fn corners_and_creases_of_large_parts_stay() {
-    // More vertices than are collapsed whole on a scan.
+    // More vertices than one collapse handles on a scan.
     let size = [3.0, 2.0, 1.0];
     let mesh = shapes::cuboid(size, 60);
     assert!(mesh.positions().len() > 20_000);
@@ -37,14 +37,14 @@ fn corners_and_creases_of_large_parts_stay() {
         let nearest = lighter.mesh.positions().iter().map(distance).fold(f32::INFINITY, f32::min);
         assert!(nearest < 1e-4, "{place:?} {nearest}");
     }
-    // A point of a crease is as far from the result as it lies inside or outside: the sides of the box hold it.
+    // Distance to a crease is measured inside and outside; the sides of the box bound it.
     for p in lighter.mesh.positions() {
         let inside = (0..3).map(|k| p[k].min(bounds[k] - p[k])).fold(f32::INFINITY, f32::min);
         assert!(inside.abs() < 1e-4, "{p:?}");
     }
 }
 
-/// Closed, of the asked size, and the same after its positions are welded; all parts are there but those reported dropped.
+/// Expects a closed mesh of the target size that survives welding, with all components but those reported as dropped.
 fn check(original: &TriMesh, ratio: f64) {
     let options = Options::new(Target::Ratio(ratio));
     let result = check_with(original, ratio, &options);
@@ -97,7 +97,7 @@ fn closed_shapes_stay_closed() {
 
 #[test]
 fn threads_and_repetition_change_no_bit() {
-    // The second one is large enough for the darts' runs and the collapse's blocks.
+    // The second one is large enough for parallel runs and blocks.
     for (mesh, ratio) in [(shapes::wavy_sphere(5, 20.0), 0.1), (shapes::torus(600, 300, 1.0, 0.4), 0.15)] {
         let with = |n_threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();

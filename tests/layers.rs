@@ -1,4 +1,4 @@
-//! Holds what `ARCHITECTURE.md` says about the code: who imports whom, what the library never does.
+//! Checks of `ARCHITECTURE.md` against the code: imports between modules, and what the library never does.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -11,22 +11,22 @@ use proptest::test_runner::TestRunner;
 mod circles;
 mod lengths;
 
-/// A source file without its comments and without its tests.
-struct Source {
-    /// Path from the root of the repository, with `/` between names.
-    path: String,
-    /// The file as it is.
-    text: String,
-    /// What is left without comments and tests.
-    code: String,
+/// A source file, with and without comments and tests.
+pub struct Source {
+    /// Path from the root of the repository, with `/` as separator.
+    pub path: String,
+    /// Full text.
+    pub text: String,
+    /// Code without comments and tests.
+    pub code: String,
 }
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// All Rust files below a folder of the repository.
-fn sources(folder: &str) -> Vec<Source> {
+/// Reads all Rust files below a folder of the repository.
+pub fn sources(folder: &str) -> Vec<Source> {
     let mut files = Vec::new();
     collect(&root().join(folder), &mut files);
     files.sort();
@@ -55,22 +55,22 @@ fn source(path: &Path) -> Source {
     Source { path, text, code }
 }
 
-/// Where the test module of a file begins.
-fn start_of_tests(text: &str) -> usize {
+/// Returns the position of a file's test module.
+pub fn start_of_tests(text: &str) -> usize {
     let opens_module =
         |rest: &str| rest.lines().nth(1).is_some_and(|line| line.contains("mod ") && line.ends_with('{'));
     let mut starts = text.match_indices("#[cfg(test)]").map(|(at, _)| at);
     starts.find(|&at| opens_module(&text[at..])).unwrap_or(text.len())
 }
 
-/// The module of the library that a file belongs to; `None` for `lib.rs`.
+/// Returns the library module of a file; `None` for `lib.rs`.
 fn module(source: &Source) -> Option<&str> {
     let inside = source.path.strip_prefix("src/")?;
     let name = inside.split('/').next()?.trim_end_matches(".rs");
     (name != "lib").then_some(name)
 }
 
-/// The layer table of `ARCHITECTURE.md`: per module the modules it may import.
+/// Reads the layer table of `ARCHITECTURE.md`: the allowed imports of each module.
 fn table() -> BTreeMap<String, Vec<String>> {
     let text = std::fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
     let rows = text.lines().map(|line| line.split('|').map(str::trim).collect::<Vec<_>>());
@@ -83,12 +83,12 @@ fn table() -> BTreeMap<String, Vec<String>> {
         .collect()
 }
 
-/// The modules of the crate that code names after `crate::`, alone or in braces.
+/// Lists the modules of the crate that code names after `crate::`, alone or in braces.
 fn imports(code: &str) -> Vec<String> {
     code.match_indices("crate::").flat_map(|(at, prefix)| first_names(&code[at + prefix.len()..])).collect()
 }
 
-/// First names of a path or of each path of a braced list: `{a::{b, c}, d}` gives a and d.
+/// Returns the first names of a path or a braced list: `{a::{b, c}, d}` gives a and d.
 fn first_names(path: &str) -> Vec<String> {
     let Some(list) = path.strip_prefix('{') else { return vec![name(path)] };
     let mut depth = 0;
@@ -110,7 +110,7 @@ fn name(path: &str) -> String {
     path.trim_start().chars().take_while(|letter| letter.is_alphanumeric() || *letter == '_').collect()
 }
 
-/// `path: word` for each word that the code of a file holds and should not.
+/// Lists `path: word` for each forbidden word in the code of a file.
 fn found(files: &[Source], words: &[&str]) -> Vec<String> {
     let hits = |source: &Source| {
         let held = words.iter().filter(|word| source.code.contains(**word));
@@ -169,7 +169,7 @@ fn nothing_gives_up() {
     let all: Vec<Source> =
         ["src", "c/src", "cli/src", "bench/src", "python/src", "web/src"].into_iter().flat_map(sources).collect();
     assert_eq!(found(&all, &[".unwrap()", "todo!(", "unimplemented!(", "allow(dead_code"]), Vec::<String>::new());
-    // What comes from outside may be anything; further inside, an `expect` may state what holds.
+    // Foreign data may be anything; further inside, an `expect` may state an invariant.
     let boundary = |source: &Source| {
         ["c/", "cli/", "python/", "web/", "src/io/"].iter().any(|place| source.path.starts_with(place))
     };
@@ -182,7 +182,7 @@ fn unsafe_code_for_c_stands_in_one_file_and_says_why_it_is_sound() {
     let all: Vec<Source> = sources("c/src").into_iter().collect();
     let (pointers, others): (Vec<Source>, Vec<Source>) =
         all.into_iter().partition(|source| source.path == "c/src/pointers.rs");
-    // Elsewhere names and functions that take pointers are declared, and nothing is done with them.
+    // Elsewhere, names and functions with pointers are declared only.
     assert_eq!(found(&others, &["unsafe {", "unsafe impl"]), Vec::<String>::new());
     let [Source { code, text, .. }] = &pointers[..] else { panic!("c/src/pointers.rs is missing") };
     let n_of = |text: &str, word: &str| text.matches(word).count();
@@ -198,13 +198,13 @@ fn unsafe_code_stands_in_kernels_the_allocator_and_names_for_javascript_alone() 
         });
     let (allocator, others): (Vec<Source>, Vec<Source>) =
         all.into_iter().partition(|source| source.path == "cli/src/allocator.rs");
-    // Names are declared there, and nothing else is.
+    // Only declarations are allowed there.
     let n_of = |word: &str| door.iter().map(|source| source.code.matches(word).count()).sum::<usize>();
     let declared = ["#[unsafe(no_mangle)]", "unsafe extern \"C\" {", "allow(unsafe_code"].map(n_of);
     assert_eq!((declared, n_of("unsafe ")), ([4, 2, 3], 5));
     let elsewhere: Vec<Source> = others.into_iter().filter(|source| module(source) != Some("linalg")).collect();
     assert_eq!(found(&elsewhere, &["unsafe ", "allow(unsafe_code)"]), Vec::<String>::new());
-    // That file is an allocator, says why it is sound, and stays small.
+    // The allocator file must justify its use of `unsafe` and stay small.
     let [Source { code, text, .. }] = &allocator[..] else { panic!("cli/src/allocator.rs is missing") };
     assert_eq!((code.matches("unsafe impl").count(), code.matches("unsafe impl GlobalAlloc for").count()), (1, 1));
     assert!(text.contains("// SAFETY: ") && text.lines().count() <= 120);

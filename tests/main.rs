@@ -1,4 +1,4 @@
-//! The tests of the library as its users see it, in one program: each program more is linked anew with all that it uses.
+//! The tests of the library as its users see it, in a single executable, since linking each file separately is slow.
 
 #[cfg(all(feature = "gzip", feature = "io"))]
 mod attributed;

@@ -1,5 +1,4 @@
-//! Parts that careless simplifiers break: flat sides beside fine fillets, thin sheets, touching and many pieces,
-//! surfaces with boundaries or with one side only.
+//! Shapes that careless simplifiers break: flat sides next to fine fillets, thin sheets, touching components, open or one-sided surfaces.
 
 use std::ops::ControlFlow;
 
@@ -19,7 +18,7 @@ fn with_scores(mesh: &TriMesh, ratio: f64, scores: ScoreSource) -> Simplified {
     simplify(mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
-/// At the size asked for, or larger and the outcome says why.
+/// Expects the target size, or a larger result with a reason.
 #[track_caller]
 fn assert_size(mesh: &TriMesh, ratio: f64, result: &Simplified) {
     let asked = (mesh.positions().len() as f64 * ratio) as usize;
@@ -30,10 +29,10 @@ fn assert_size(mesh: &TriMesh, ratio: f64, result: &Simplified) {
     }
 }
 
-/// How much farther off a result may be where the network's scores steer: none of these shapes is like those it learned from.
+/// Allowed factor on the distance with scores of the network, which has never seen such shapes.
 const ROOM: f64 = 2.5;
 
-/// Closed, of the same topology, at its size and within a fraction of the diagonal at each ratio, whatever the scores.
+/// Expects results that are closed, of equal topology, at their size, and within a share of the diagonal.
 fn check(mesh: &TriMesh, ratios_and_fractions: [(f64, f64); 3]) {
     for (ratio, fraction) in ratios_and_fractions {
         for scores in [ScoreSource::Network, ScoreSource::Geometry] {

@@ -1,5 +1,6 @@
-//! The stages forward and backward over plain slices against golden values, which the modules of Python are held to as well
-//! (`python/tests/test_torch_network.py`). `NEURAL_MESH_PASSES=write` writes them anew.
+//! The network's stages forward and backward against golden values, which also test the Python modules.
+//!
+//! They are in `python/tests/test_torch_network.py`. `NEURAL_MESH_PASSES=write` writes new values.
 
 use neural_mesh::linalg::{Csr, Matrix};
 use neural_mesh::mesh::{shapes, vertex_normals};
@@ -29,7 +30,7 @@ const SIZES: Architecture = Architecture {
     face_knn: 5,
 };
 
-/// Tensors by name: columns, and words of four bytes, which are numbers or indices.
+/// Tensors by name: columns, and words of four bytes that are numbers or indices.
 #[derive(Default)]
 struct Tensors(BTreeMap<String, (Dtype, usize, Vec<u8>)>);
 
@@ -65,12 +66,12 @@ impl Tensors {
     }
 }
 
-/// Gradients given: whole numbers from -5 to 5, that anyone can make.
+/// Returns input gradients that are easy to reproduce: whole numbers from -5 to 5.
 fn given(n: usize) -> Vec<f32> {
     (0..n).map(|i| (5 * i % 11) as f32 - 5.0).collect()
 }
 
-/// What is given, what comes out, and what goes back.
+/// Computes inputs, outputs and gradients.
 fn computed() -> Tensors {
     let mesh = shapes::wavy_sphere(1, 5.0);
     let rings = Arc::new(edge_graph(&mesh));
@@ -132,7 +133,7 @@ fn of_edges_and_faces(found: &mut Tensors, weights: &Weights, points: &[[f32; 3]
 
 type Found<'a> = dyn FnMut(&str, &Matrix) -> Result<(), ()> + 'a;
 
-/// Notes all tensors of a walk.
+/// Records all tensors of a walk.
 fn of_tensors(found: &mut Tensors, walk: impl FnOnce(&mut &mut Found) -> Result<(), ()>) {
     let mut noted = |name: &str, matrix: &Matrix| {
         found.matrix(name, matrix);

@@ -1,4 +1,4 @@
-//! Each `Purpose` is better by its own error than results for the shape alone, and keeps what is promised of a result.
+//! Each `Purpose` is better by its own measure than a result for shape alone, and keeps the guarantees.
 
 use std::ops::ControlFlow;
 

@@ -1,4 +1,4 @@
-//! The record of a run: the result as a function of the input's vertices, with gradients.
+//! Records of runs: the result as a differentiable function of the input vertices.
 
 use crate::common::changed;
 use std::ops::ControlFlow;
@@ -10,7 +10,7 @@ fn recorded(mesh: &TriMesh, options: &Options) -> (Simplified, Record) {
     simplify_recorded(mesh, None, options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
-/// Numbers in -1..1, n x 3.
+/// Returns numbers in -1..1, n x 3.
 fn directions(n: usize, seed: usize) -> Vec<[f32; 3]> {
     let number = |i: usize| ((i * 7919 + seed * 104_729) % 2003) as f32 / 1001.5 - 1.0;
     (0..n).map(|i| [0, 1, 2].map(|k| number(3 * i + k))).collect()
@@ -25,7 +25,7 @@ fn moved(points: &[[f32; 3]], along: &[[f32; 3]], step: f32) -> Vec<[f32; 3]> {
     points.iter().zip(along).map(|(p, d)| [0, 1, 2].map(|k| p[k] + step * d[k])).collect()
 }
 
-/// Panics unless recording changes nothing, the record gives the result again, and its gradients are slopes.
+/// Expects that recording changes nothing, that the record reproduces the result, and that its gradients are right.
 fn check(mesh: &TriMesh, options: &Options) -> Record {
     let (result, record) = recorded(mesh, options);
     assert_eq!(result, simplify(mesh, None, options, &mut |_| ControlFlow::Continue(())).unwrap());

@@ -1,4 +1,4 @@
-//! The training loop with a small step of its own: stopped and taken up, refused, led astray.
+//! The training loop with a small step: interrupted and continued, rejected, disturbed.
 
 use crate::common::changed;
 use std::path::Path;
@@ -17,12 +17,12 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
 use tempfile::TempDir;
 
-/// A small network, three epochs, every change of the mesh switched on.
+/// A small network, three epochs, with all augmentations.
 const SETTINGS: &str = "epochs = 3\nvalidation = [\"held_\"]\nnoise = 0.1\nlearning_rate = 0.01\nseed = 5\n\
     point_sampler_layers = 2\npoint_sampler_width = 6\nedge_predictor_width = 4\nattention_width = 3\n\
     face_classifier_layers = 1\nface_classifier_width = 4\n";
 
-/// Five meshes to train on, two to validate with, a broken one; `data` and room for trainings beside it.
+/// Creates five meshes for training, two for validation, and a broken one.
 fn folder() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     std::fs::create_dir(folder.path().join("data")).unwrap();
@@ -51,7 +51,7 @@ fn opened(folder: &Path, name: &str, settings: Option<&str>, resume: bool) -> Re
     open(&changed(Request::new(&data, &run), |request| (request.settings, request.resume) = (settings, resume)))
 }
 
-/// Mean of the squared scores, and half the square of the mean minus a random number.
+/// Computes the mean of the squared scores, and half the squared difference of the mean and a random number.
 fn step(
     tensors: &Tensors<Arc<Matrix>>,
     item: &Item,
@@ -100,7 +100,7 @@ fn go_on(_: Event) -> Wish {
     Wish::Continue
 }
 
-/// What a training leaves that must not depend on interruptions.
+/// Reads the files of a training that must not depend on interruptions.
 fn left(folder: &Path, name: &str) -> Vec<Vec<u8>> {
     let files = ["last.safetensors", "best.safetensors", "steps.csv", "epochs.csv", "config.toml", "data.csv"];
     files.map(|file| std::fs::read(folder.join(name).join(file)).unwrap()).into()
@@ -175,7 +175,7 @@ fn what_came_after_the_checkpoint_is_done_again() {
         n_heard += 1;
         if n_heard == 3 { Wish::Checkpoint } else { Wish::Continue }
     };
-    // Fails like a program that is killed: after steps that the checkpoint knows nothing of.
+    // Fails like a killed program: after steps that the checkpoint does not include.
     let n_made = std::cell::Cell::new(0);
     let failing =
         |tensors: &Tensors<Arc<Matrix>>, item: &Item, settings: &Settings, random: &mut Xoshiro256PlusPlus| {

@@ -1,7 +1,6 @@
-//! The system's allocator with a bound on what the program takes, and an end in one line where no more is to be had.
+//! The system's allocator with an upper bound. Where no more memory is available, it ends the program with one line.
 //!
-//! The one file of the program with `unsafe`: an allocator cannot do without. No block is looked into; each call goes to the system's
-//! allocator as it came.
+//! This is the only file of the program with `unsafe`, which allocators require. Every call is forwarded unchanged to the system.
 #![allow(unsafe_code)]
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -11,40 +10,40 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use neural_mesh::mesh::fallible_allocation::is_allocation_fallible;
 
-/// Smaller blocks are not counted: they are many, and take little beside the arrays of a mesh. In bytes.
+/// Smallest block that is counted, in bytes: smaller ones are many, and take little next to the arrays of a mesh.
 const COUNTED: usize = 1 << 16;
 
-/// Bytes in counted blocks, and how many there may be.
+/// Bytes in counted blocks, and their upper bound.
 static TAKEN: AtomicUsize = AtomicUsize::new(0);
 static MOST: AtomicUsize = AtomicUsize::new(usize::MAX);
-/// What ends the program where so many bytes more are not to be had.
+/// Handler that ends the program where the given number of bytes is not available.
 static END: OnceLock<fn(usize) -> !> = OnceLock::new();
 
-/// Sets what ends the program where so many bytes more are not to be had; before that the standard library does.
+/// Sets the handler for allocations that fail. Before, the standard library handles them.
 pub fn end_by(end: fn(usize) -> !) {
     let _ = END.set(end);
 }
 
-/// From here on no more than so many bytes may be taken.
+/// Sets the upper bound on bytes in counted blocks.
 pub fn bound(most: usize) {
     MOST.store(most, Relaxed);
 }
 
-/// How many bytes may be taken.
+/// Returns the upper bound on bytes in counted blocks.
 pub fn most() -> usize {
     MOST.load(Relaxed)
 }
 
-/// The system's allocator, bounded.
+/// The system's allocator with an upper bound.
 pub struct Bounded;
 
-fn counted(size: usize) -> usize {
+fn counted_size(size: usize) -> usize {
     if size < COUNTED { 0 } else { size }
 }
 
-/// Whether a block of this size may be taken; then it is.
+/// Reserves `size` bytes and returns whether they fit under the bound.
 fn take(size: usize) -> bool {
-    let size = counted(size);
+    let size = counted_size(size);
     let fits = size == 0 || TAKEN.fetch_add(size, Relaxed).saturating_add(size) <= most();
     if !fits {
         give(size);
@@ -53,13 +52,13 @@ fn take(size: usize) -> bool {
 }
 
 fn give(size: usize) {
-    if counted(size) > 0 {
+    if counted_size(size) > 0 {
         TAKEN.fetch_sub(size, Relaxed);
     }
 }
 
-/// A block of this size from the system, or null where the caller can go on without it; else the end of the program.
-fn taken(size: usize, from_system: impl FnOnce() -> *mut u8) -> *mut u8 {
+/// Returns a block from the system. If there is none, returns null to callers that can handle it, and else ends the program.
+fn allocate(size: usize, from_system: impl FnOnce() -> *mut u8) -> *mut u8 {
     if take(size) {
         let block = from_system();
         if !block.is_null() {
@@ -73,15 +72,15 @@ fn taken(size: usize, from_system: impl FnOnce() -> *mut u8) -> *mut u8 {
     }
 }
 
-// SAFETY: each call is passed on with what it came with, and what comes back is passed back; null where nothing was taken. A call
-// that cannot be met ends the process and never unwinds.
+// SAFETY: every call is forwarded unchanged to the system's allocator, and so is its result; null means that nothing was
+// allocated. A call that fails ends the process and never unwinds.
 unsafe impl GlobalAlloc for Bounded {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        taken(layout.size(), || unsafe { System.alloc(layout) })
+        allocate(layout.size(), || unsafe { System.alloc(layout) })
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        taken(layout.size(), || unsafe { System.alloc_zeroed(layout) })
+        allocate(layout.size(), || unsafe { System.alloc_zeroed(layout) })
     }
 
     unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
@@ -91,10 +90,10 @@ unsafe impl GlobalAlloc for Bounded {
 
     unsafe fn realloc(&self, block: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         give(layout.size());
-        let moved = taken(size, || unsafe { System.realloc(block, layout, size) });
+        let moved = allocate(size, || unsafe { System.realloc(block, layout, size) });
         if moved.is_null() {
-            // The old block stays.
-            TAKEN.fetch_add(counted(layout.size()), Relaxed);
+            // The old block stays valid when the move fails, so it counts again.
+            TAKEN.fetch_add(counted_size(layout.size()), Relaxed);
         }
         moved
     }

@@ -136,10 +136,11 @@ pub struct SimplifyArgs {
     /// Discard attributes, so that they cannot limit the result: uv, normals, colors, materials
     #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',', help_heading = KEEP, hide_short_help = true)]
     pub ignore: Vec<IgnoreArg>,
-    /// Distance that a texture seam may move cheaply, in texels of the largest colour texture (1024 a side without one); 0 treats
-    /// seams like creases [default: 1/64 of the side]
+    /// Distance that texture seams may move, in texels of the largest colour texture [default: 1/64 of its side]
     #[arg(long, value_name = "TEXELS", value_parser = number("texels, 0 or more", |x| x >= 0.0), allow_negative_numbers = true,
-        help_heading = KEEP, hide_short_help = true)]
+        help_heading = KEEP, hide_short_help = true,
+        long_help = "Distance that texture seams may move at a low price, in texels of the largest colour texture (1024 a side without \
+        one); 0 treats seams like creases [default: 1/64 of the side]")]
     pub seam_error: Option<f64>,
     /// Weight of each vertex: the name of a numeric vertex attribute, or NAME=FACTOR for the faces of a node, mesh, material,
     /// group or object
@@ -301,7 +302,7 @@ pub enum LodsByArg {
 pub enum AssemblyArg {
     /// Collapses edges; a closed mesh stays closed
     Closed,
-    /// As in the paper: the most probable faces of the network; leaves holes
+    /// The method of the paper: the most probable faces of the network; leaves holes
     Paper,
 }
 

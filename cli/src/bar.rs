@@ -1,4 +1,4 @@
-//! How far a run is and how long it still takes: a bar on a terminal, a line now and then elsewhere.
+//! Progress display with an estimate of the remaining time: a bar on a terminal, occasional lines elsewhere.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
@@ -9,20 +9,20 @@ use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, P
 
 use crate::plain::plain;
 
-/// Work below this needs no bar.
+/// Work shorter than this shows no bar.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// Between two lines where there is no terminal; later, a tenth of the time that has passed.
+/// Least time between two lines where there is no terminal; later a tenth of the elapsed time.
 const BETWEEN_LINES: Duration = Duration::from_secs(5);
-/// Steps of the bar.
+/// Resolution of the bar.
 const STEPS: f64 = 1000.0;
-/// Below this share nothing is said about the time to go: it would be guessed.
+/// Least share of finished work from which the remaining time is estimated.
 const LEAST_KNOWN: f32 = 0.02;
 
-/// A bar that shows itself where work takes longer than a second.
+/// A progress bar that appears when work takes longer than a second.
 pub struct Bar(ProgressBar);
 
 impl Bar {
-    /// Starts; nothing is ever said where `quiet`.
+    /// Creates the bar; with `quiet` it never prints.
     pub fn new(quiet: bool) -> Self {
         let bar = ProgressBar::with_draw_target(Some(STEPS as u64), ProgressDrawTarget::hidden());
         let style = ProgressStyle::with_template("[{bar:30}] {percent:>3} % {msg}, {passed}{left}");
@@ -41,14 +41,14 @@ impl Bar {
         Self(bar)
     }
 
-    /// What is being done, and the share of the work that is done.
+    /// Shows the current activity and the share of the work that is done.
     pub fn show(&self, what: impl Into<Cow<'static, str>>, done: f64) {
         self.0.set_message(what);
         self.0.set_position((STEPS * done.clamp(0.0, 1.0)) as u64);
     }
 
-    /// Says something where the bar stands.
-    pub fn aside(&self, say: impl FnOnce()) {
+    /// Runs `say` with the bar hidden, so that its output does not collide with it.
+    pub fn suspend(&self, say: impl FnOnce()) {
         self.0.suspend(say);
     }
 }
@@ -59,7 +59,7 @@ impl Drop for Bar {
     }
 }
 
-/// From a second on, draws the bar; where there is no terminal, says lines. Unless all is done by then.
+/// Draws the bar after a second, or prints lines where there is no terminal.
 fn show_later(bar: ProgressBar) {
     std::thread::spawn(move || {
         std::thread::sleep(PATIENCE);
@@ -75,7 +75,7 @@ fn show_later(bar: ProgressBar) {
     });
 }
 
-/// A line every few seconds, until all is done.
+/// Prints a line every few seconds until the work is finished.
 fn say_lines(bar: &ProgressBar) {
     let began = Instant::now();
     let mut next = BETWEEN_LINES;
@@ -83,6 +83,7 @@ fn say_lines(bar: &ProgressBar) {
         std::thread::sleep(PATIENCE);
         let passed = began.elapsed();
         if passed >= next && !bar.is_finished() {
+            // Lines become rarer as the run gets longer.
             next = passed + BETWEEN_LINES.max(passed / 10);
             let done = bar.position() as f32 / STEPS as f32;
             let mut line = format!("progress  {:.0} % {}", 100.0 * done, plain(&bar.message()));
@@ -92,7 +93,7 @@ fn say_lines(bar: &ProgressBar) {
     }
 }
 
-/// `, about 20 seconds left`, where so much of the work took so long.
+/// Returns text such as `, about 20 seconds left`, or nothing while too little is done.
 fn to_go(passed: Duration, done: f32) -> String {
     if done < LEAST_KNOWN {
         return String::new();

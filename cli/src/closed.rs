@@ -1,16 +1,17 @@
-//! Whether standard output was closed when the program began. Rust's runtime opens /dev/null in its place, where all that is said
-//! would be lost in silence, so this is seen before the runtime begins; on Linux alone, whose /proc tells.
+//! Detection of a standard output that was closed before the program started (Linux only).
+//!
+//! Rust's runtime opens /dev/null in its place, which hides all output without an error. So this looks before the runtime starts.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 static CLOSED: AtomicBool = AtomicBool::new(false);
 
-/// Whether nothing that is said on standard output gets anywhere, because it was closed.
+/// Returns whether standard output was closed when the program started.
 pub fn is_closed() -> bool {
     CLOSED.load(Ordering::Relaxed)
 }
 
-// Two system calls and a flag: nothing here needs the runtime, which is what the word in brackets vouches for.
+// Runs before the runtime: two system calls and an atomic flag need nothing of it.
 #[cfg(target_os = "linux")]
 #[ctor::ctor(unsafe)]
 fn look() {

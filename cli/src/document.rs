@@ -1,23 +1,25 @@
-//! The document that a request names, from its file or from standard input.
+//! Reading the document of a request, from its file or from standard input.
 
 use neural_mesh::io::{self, Format};
 use neural_mesh::job::Document;
 
 use crate::failure::Failure;
-use crate::names::{alone, is_vrm};
-use crate::read::{asset, parsed};
+use crate::names::{is_vrm, single_file_format};
+use crate::read::{asset, parse_source};
 use crate::request::Request;
 
-/// Reads and cleans what a request names. A glTF that is written as glTF is taken as the scene that it is; where the request leaves the
-/// format open, it is that of the input from now on.
+/// Reads and cleans the input of a request. A glTF that is written as glTF stays a scene.
+///
+/// If the request leaves the format open, it becomes that of the input.
 pub fn open(request: &mut Request) -> Result<Document, Failure> {
     if request.follows_input && request.source.is_gltf() {
         follow(request, Some(Format::Gltf))?;
     }
+    // A glTF written as glTF stays a scene; all else becomes one mesh.
     let document = if !request.follows_input && request.source.is_scene(request.job.format) {
         Document::from_asset(asset(&request.source)?, &request.job)
     } else {
-        let read = parsed(&request.source, io::read_attributed, io::read_attributed_path)?;
+        let read = parse_source(&request.source, io::read_attributed, io::read_attributed_path)?;
         if request.follows_input {
             follow(request, read.format)?;
         }
@@ -28,14 +30,14 @@ pub fn open(request: &mut Request) -> Result<Document, Failure> {
     Ok(document)
 }
 
-/// The result has the format of the input.
+/// Sets the output format to that of the input.
 pub fn follow(request: &mut Request, format: Option<Format>) -> Result<(), Failure> {
-    (request.job.format, request.follows_input) = (alone(format), false);
+    (request.job.format, request.follows_input) = (single_file_format(format), false);
     request.name_files();
     request.job.check_format().map_err(|error| request.failure(error))
 }
 
-/// Refuses the name of a VRM for what is none: programs that read it need to know the bones.
+/// Rejects an output name that ends in .vrm for a mesh that is no VRM: readers of VRM need its bones.
 fn check_vrm(document: &Document, request: &Request) -> Result<(), Failure> {
     match request.output.as_deref().filter(|path| is_vrm(path)) {
         Some(path) if !document.has_extension("VRM") && !document.has_extension("VRMC_vrm") => {

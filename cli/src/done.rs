@@ -1,4 +1,4 @@
-//! A run that is done but for the last step: its files wait beside their places.
+//! A finished run whose results are temporary files that still have to be moved into place.
 
 use std::path::{Path, PathBuf};
 
@@ -8,33 +8,33 @@ use crate::failure::Failure;
 use crate::files::{self, Pending};
 use neural_mesh::job::Report;
 
-/// A run of which nothing stands in its place yet.
+/// A finished run before its results are in place.
 pub struct Done {
-    /// What was done.
+    /// Report of the run.
     pub report: Report,
-    /// What was cleaned, in words.
+    /// Summary of what was cleaned.
     pub cleaned: String,
-    /// The mesh or the report for standard output, where that is its place.
+    /// Bytes of the mesh or report for standard output.
     pub bytes: Option<Vec<u8>>,
-    /// The files.
+    /// Files to move into place.
     pub pending: Vec<Pending>,
-    /// Files that belong beside the mesh, and the folder.
+    /// Folder of the mesh, and the extra files it needs there, such as textures.
     pub beside: Option<(PathBuf, Vec<OutputFile>)>,
     /// Whether existing files are replaced.
     pub force: bool,
 }
 
-/// Writes what belongs beside the meshes of a folder.
+/// Function that writes the extra files of a mesh into its folder.
 type WriteBeside<'a> = dyn Fn(&Path, &[OutputFile]) -> Result<(), Failure> + 'a;
 
 impl Done {
-    /// Puts all that was made in its place; gives the report, and what was cleaned, in words.
+    /// Moves all results into place and returns the report and the summary of what was cleaned.
     pub fn put(self) -> Result<(Report, String), Failure> {
         let force = self.force;
         self.put_by(&|folder, beside| write_beside(folder, beside, force), files::place)
     }
 
-    /// As [`Done::put`], by other means.
+    /// Moves all results into place with the given functions.
     pub fn put_by(
         self,
         write_beside: &WriteBeside,
@@ -47,21 +47,20 @@ impl Done {
         Ok((self.report, self.cleaned))
     }
 
-    /// Refuses a run whose mesh needs a file beside it where another of its results will stand.
+    /// Rejects a run where an extra file of the mesh has the name of another result.
     fn check(&self) -> Result<(), Failure> {
         let beside = self.beside.iter().flat_map(|(folder, beside)| beside.iter().map(|file| folder.join(&file.path)));
         for path in beside {
             let place = files::in_own_folder(&path);
             if self.pending.iter().any(|pending| pending.is_at(&place)) {
                 let what = "the mesh itself needs a file of this name: choose another name for the result";
-                return Err(Failure::of(&path, what));
+                return Err(Failure::in_file(&path, what));
             }
         }
         Ok(())
     }
 }
 
-/// Writes files that belong beside a mesh, as the library does.
 pub fn write_beside(folder: &Path, beside: &[OutputFile], force: bool) -> Result<(), Failure> {
-    io::write_files(folder, beside, force).map_err(|error| Failure::of(folder, error))
+    io::write_files(folder, beside, force).map_err(|error| Failure::in_file(folder, error))
 }

@@ -1,4 +1,4 @@
-//! The picture of a mesh before and after.
+//! The picture of a mesh before and after simplification.
 
 use neural_mesh::job::{Document, Outcome, Report, Seen};
 use neural_mesh::metrics::farthest_point;
@@ -9,9 +9,9 @@ use crate::files::{self, Pending};
 use crate::request::Request;
 use crate::words;
 
-/// Samples on each surface among which the farthest is looked for.
+/// Samples on each surface to find the largest distance.
 const SAMPLES: usize = 20_000;
-/// Largest distances up to this, in percent of the diagonal, are rounding, and get no ring.
+/// Largest distance that is only rounding, in percent of the diagonal. It gets no ring.
 const NOTHING: f64 = 1e-4;
 
 /// A mesh of the picture with its colours and stored normals.
@@ -22,14 +22,15 @@ pub struct PicturedMesh<'a> {
 }
 
 impl PicturedMesh<'_> {
-    fn shaded(&self) -> ShadedMesh<'_> {
+    fn to_shaded(&self) -> ShadedMesh<'_> {
         ShadedMesh { coat: self.coat.as_ref(), normals: self.normals.as_ref(), ..ShadedMesh::bare(&self.seen.mesh) }
     }
 }
 
-/// Gathers the mesh before and after with its colours and normals, where a picture is asked for; the report's notes take what
-/// cannot be drawn of them.
-pub fn pictured<'a>(
+/// Collects original and result with colours and normals, if a picture is requested.
+///
+/// What cannot be drawn is added to the notes of the report.
+pub fn prepare_picture<'a>(
     request: &Request,
     document: &'a Document,
     outcome: &mut Outcome,
@@ -37,7 +38,7 @@ pub fn pictured<'a>(
     let Some(result) = outcome.results.first().filter(|_| request.picture.is_some()) else { return Ok(None) };
     let (dress, notes) = (outcome.dress.as_ref(), &mut outcome.report.notes);
     let (looks, missing) = document.looks(request.job.allow_outside);
-    let [before, after] = document.seen(result).map_err(|error| Failure::of(&request.source.path, error))?;
+    let [before, after] = document.seen(result).map_err(|error| Failure::in_file(&request.source.path, error))?;
     let (coat, not_drawn) = Coat::new(&before.attributes, &looks);
     let fresh: Vec<String> = missing.into_iter().chain(not_drawn).filter(|note| !notes.contains(note)).collect();
     notes.extend(fresh);
@@ -48,21 +49,22 @@ pub fn pictured<'a>(
     Ok(Some([PicturedMesh { seen: before, coat, normals }, after]))
 }
 
-/// The picture on its way to its file, where one is asked for: with a ring where the result is farthest from the original, and with
-/// edges where no colours would be lost below them.
-pub fn drawn(
+/// Draws the requested picture into a temporary file, with a ring at the largest distance from the original.
+///
+/// Edges are drawn only where they hide no colours.
+pub fn draw_picture(
     request: &Request,
     pictured: Option<&[PicturedMesh; 2]>,
     report: &Report,
 ) -> Result<Option<Pending>, Failure> {
     let (Some(path), Some(pictured)) = (&request.picture, pictured) else { return Ok(None) };
-    let meshes = pictured.each_ref().map(PicturedMesh::shaded);
+    let meshes = pictured.each_ref().map(PicturedMesh::to_shaded);
     let [before, after] = meshes.map(|shaded| shaded.mesh);
     let largest = report.distance.filter(|distance| distance.max_percent > NOTHING);
     let farthest = largest.and_then(|distance| Some((distance, farthest_point(before, after, SAMPLES)?)));
     let ringed = farthest.map_or(String::new(), |(distance, _)| format!("\n{}", words::farthest(&distance)));
     let captions = vec![
-        format!("{}\n{}", words::shortened(&name(&request.source.path)), words::counts(&report.input)),
+        format!("{}\n{}", words::shorten(&name(&request.source.path)), words::counts(&report.input)),
         format!("simplified\n{}{ringed}", words::counts(&report.output.size)),
     ];
     let edges = request.wires || meshes.iter().all(|shaded| shaded.coat.is_none());

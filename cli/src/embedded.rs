@@ -1,7 +1,6 @@
-//! The program's requests for another face in the same process: meshes in memory beside files, results as they are. Nothing is said,
-//! no signal is watched for, and threads are those of the pool that the caller is in.
+//! The commands of the program for another program in the same process: meshes in memory as well as files.
 //!
-//! Options are those of the program by their names, so that they mean the same and are refused alike.
+//! Nothing is printed, no signal is handled, and threads come from the caller's pool. Options have the names of the program's options.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -14,11 +13,11 @@ use serde::Deserialize;
 
 use crate::failure::name;
 use crate::files;
-use crate::names::Place;
+use crate::names::MeshPaths;
 use crate::progress::Progress;
 use crate::read::{self, read_weights};
 use crate::request::Request;
-use crate::simplify::{check_places, met, simplify_document};
+use crate::simplify::{check_places, check_target, simplify_document};
 use crate::{batch, compare, document, mesh_points};
 
 pub use crate::args::{CompareArgs, MeshPointsArgs};
@@ -27,85 +26,85 @@ pub use crate::failure::Failure;
 pub use crate::mesh_points::PointsMeshed;
 pub use crate::numbers::MOST_SAMPLES;
 
-/// Files of a request, and what becomes of them.
+/// Files of a request.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Files {
-    /// Where the mesh is read from, where none is given.
+    /// Input file, if no mesh is given.
     pub input: Option<PathBuf>,
-    /// Where the result is written; nowhere where it stays in memory.
+    /// Output file; `None` keeps the result in memory.
     pub out: Option<PathBuf>,
-    /// The format of the output where its name does not say it, else that of the input.
+    /// Format of the output if its name has no known ending, else of the input.
     pub format: Option<String>,
     /// Weights of a network.
     pub weights: Option<PathBuf>,
-    /// Where the picture goes.
+    /// File for the picture.
     pub picture: Option<PathBuf>,
-    /// Where the report goes.
+    /// File for the report.
     pub report: Option<PathBuf>,
-    /// Whether a size that is not reached is a failure.
+    /// Whether a missed target is an error.
     pub strict: bool,
     /// Whether existing files are replaced.
     pub force: bool,
-    /// Whether the file of the result comes back as bytes, in `format`; nothing is written then.
+    /// Whether the result is returned as the bytes of a file in `format`, and not written.
     pub bytes: bool,
 }
 
-/// A mesh to simplify that is in memory.
-pub enum Given {
-    /// A mesh, and how much its vertices count: a number of at least 0 for each, or nothing.
+/// A mesh in memory to simplify.
+pub enum InputMesh {
+    /// A mesh, and optionally a weight of at least 0 for each vertex.
     Mesh(Box<ReadMesh>, Option<Vec<f32>>),
-    /// The bytes of a file, and its name, whose ending says the format where the bytes do not.
+    /// Bytes of a file, and its name, whose ending gives the format if the bytes do not.
     File(Vec<u8>, String),
 }
 
-/// What came of a request.
+/// Result of a request.
 pub struct Outcome {
     /// The result, or one for each level of detail.
-    pub results: Vec<Kept>,
-    /// What `--report` writes.
+    pub results: Vec<MemoryResult>,
+    /// The report, as `--report` writes it.
     pub report: serde_json::Value,
-    /// What was cleaned, in words.
+    /// Summary of what was cleaned.
     pub cleaned: String,
-    /// The vertex as given that each cleaned vertex is, by which the map counts; nothing for a scene.
+    /// The input vertex of each cleaned vertex, to which the map refers; `None` for a scene.
     pub file_vertices: Option<Vec<u32>>,
-    /// Names of materials, groups and objects, and the groups of faces that have them.
+    /// Names of materials, groups and objects, each with a group of faces that has it.
     pub group_names: Vec<(String, u32)>,
     /// Files that were written.
     pub paths: Vec<PathBuf>,
-    /// The file of the result, where its bytes were asked for.
+    /// Bytes of the result's file, if requested.
     pub bytes: Option<Vec<u8>>,
-    /// Why the result is not as asked, where that matters.
+    /// Description of a missed target, if that matters.
     pub unmet: Option<String>,
 }
 
 /// A result in memory.
-pub struct Kept {
-    /// The mesh, in single precision; of a scene all of its meshes in one, side by side.
+pub struct MemoryResult {
+    /// The mesh in single precision; the meshes of a scene are joined into one.
     pub simplified: Simplified,
-    /// Where its vertices lie, n x 3, where the input is in double precision.
+    /// Vertex positions, n x 3, if the input is in double precision.
     pub exact: Option<Vec<[f64; 3]>>,
 }
 
-/// Simplifies what is given, or the file that is named, as `neural-mesh simplify` does.
-/// `is_wanted` is asked once more before files are put in their places.
+/// Simplifies the given mesh, or the input file, as `neural-mesh simplify` does.
+/// `is_wanted` is called once more before files are moved into place.
 ///
 /// # Errors
-/// [`Failure`], as the program's; [`Failure::Interrupted`] where the listener or `is_wanted` ends it.
+/// [`Failure`], as for the program; [`Failure::Interrupted`] if the listener or `is_wanted` stops the run.
 pub fn simplify(
     arguments: Arguments,
     files: &Files,
-    given: Option<Given>,
+    given: Option<InputMesh>,
     listener: Box<Listener<'static>>,
     is_wanted: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<Outcome, Failure> {
     let mut request = request(arguments, files, given.is_some())?;
-    // A mesh in memory has no file that could be a scene.
-    request.source.as_one |= matches!(given, Some(Given::Mesh(..)));
+    // A mesh in memory has no file, and so no scene.
+    request.source.as_one |= matches!(given, Some(InputMesh::Mesh(..)));
     let weights = read_weights(request.weights.as_deref(), request.job.options.assembly)?;
-    let mut progress = Progress::heard_by(listener);
+    let mut progress = Progress::with_listener(listener);
     progress.begin(Part::Read);
-    let document = opened(given, &mut request)?;
+    let document = open_document(given, &mut request)?;
     let (done, results) = simplify_document(&document, &request, weights.as_ref(), &mut progress)?;
     if is_wanted().is_break() {
         return Err(Failure::Interrupted);
@@ -115,28 +114,28 @@ pub fn simplify(
     let (report, cleaned) = done.put()?;
     let kept = |simplified: Simplified| {
         let exact = document.exact_positions(&simplified, &request.job);
-        Kept { simplified, exact }
+        MemoryResult { simplified, exact }
     };
     Ok(Outcome {
         results: results.into_iter().map(kept).collect(),
-        report: serde_json::to_value(&report).map_err(|error| Failure::of(&request.source.path, error))?,
+        report: serde_json::to_value(&report).map_err(|error| Failure::in_file(&request.source.path, error))?,
         cleaned,
         file_vertices: document.file_vertices().map(<[u32]>::to_vec),
         group_names: document.group_names(),
         paths: request.outputs(),
         bytes,
-        unmet: met(&request, &report).err().map(|failure| failure.to_string()),
+        unmet: check_target(&request, &report).err().map(|failure| failure.to_string()),
     })
 }
 
-/// What is given, or the file that is named, as a document.
-fn opened(given: Option<Given>, request: &mut Request) -> Result<Document, Failure> {
+/// Returns the given mesh or the input file as a document.
+fn open_document(given: Option<InputMesh>, request: &mut Request) -> Result<Document, Failure> {
     match given {
-        Some(Given::Mesh(mesh, factors)) => {
+        Some(InputMesh::Mesh(mesh, factors)) => {
             let document = Document::from_mesh(*mesh, &request.job).map_err(|error| request.failure(error))?;
             Ok(document.weighed(factors))
         }
-        Some(Given::File(bytes, name)) => {
+        Some(InputMesh::File(bytes, name)) => {
             if request.follows_input {
                 document::follow(request, Format::from_content(&bytes).or_else(|| Format::from_name(&name)))?;
             }
@@ -148,19 +147,19 @@ fn opened(given: Option<Given>, request: &mut Request) -> Result<Document, Failu
     }
 }
 
-/// A result as a function of the vertices given.
-pub struct Recorded {
+/// A result as a function of the input vertices.
+pub struct RecordedResult {
     /// The function, in local coordinates of the cleaned vertices.
     pub record: Record,
-    /// Where the local origin lies.
+    /// Position of the local origin.
     pub origin: [f64; 3],
-    /// The vertex given that each cleaned vertex is.
+    /// The input vertex of each cleaned vertex.
     pub sources: Vec<u32>,
-    /// The faces of the result.
+    /// Faces of the result.
     pub faces: Vec<[u32; 3]>,
 }
 
-/// Simplifies a mesh and records how the result depends on its vertices; the options are a size and those that a record knows.
+/// Simplifies a mesh and records the result as a function of its vertices. Only options that a record supports are allowed.
 ///
 /// # Errors
 /// As [`simplify`].
@@ -169,7 +168,7 @@ pub fn record(
     files: &Files,
     raw: RawMesh,
     mut listener: Box<Listener<'static>>,
-) -> Result<Recorded, Failure> {
+) -> Result<RecordedResult, Failure> {
     let request = request(arguments, files, true)?;
     let job = &request.job;
     let is_plain = matches!(job.goal, Goal::Target | Goal::ShareOfFaces(_))
@@ -183,16 +182,16 @@ pub fn record(
         ));
     }
     let weights = read_weights(request.weights.as_deref(), job.options.assembly)?;
-    let cleaned = read::cleaned(raw, &request.source)?;
+    let cleaned = read::clean_mesh(raw, &request.source)?;
     let target = request.job.target(cleaned.mesh.faces().len());
     let mut options = request.job.options;
     (options.target, options.frame) = (target, cleaned.frame);
     let (simplified, record) = simplify_recorded(&cleaned.mesh, weights.as_ref(), &options, &mut *listener)?;
     let (_, faces) = simplified.mesh.into_parts();
-    Ok(Recorded { record, origin: cleaned.frame.origin, sources: cleaned.source, faces })
+    Ok(RecordedResult { record, origin: cleaned.frame.origin, sources: cleaned.source, faces })
 }
 
-/// A request for one mesh. What stays in memory is asked for as a format that holds all that a mesh carries.
+/// Returns the request for one mesh. A result that stays in memory uses a format that can hold all attributes.
 fn request(mut arguments: Arguments, files: &Files, is_given: bool) -> Result<Request, Failure> {
     let input = files.input.as_deref().filter(|_| !is_given).unwrap_or(Path::new("mesh"));
     let output = files.out.as_deref().unwrap_or(Path::new("-"));
@@ -205,7 +204,7 @@ fn request(mut arguments: Arguments, files: &Files, is_given: bool) -> Result<Re
     }
     arguments.has_weights = files.weights.is_some();
     let format = files.format.as_deref().or((files.out.is_none() && !files.bytes).then_some("ply"));
-    let mut request = Request::new(&Place { input, output, format }, &arguments)?;
+    let mut request = Request::new(&MeshPaths { input, output, format }, &arguments)?;
     request.strict |= files.strict;
     request.stays_in_memory = files.out.is_none() && !files.bytes;
     (request.weights, request.force) = (files.weights.clone(), files.force);
@@ -223,8 +222,8 @@ fn request(mut arguments: Arguments, files: &Files, is_given: bool) -> Result<Re
     Ok(request)
 }
 
-/// Compares what is given, and the files that are named where nothing is, as `neural-mesh compare` does; the page is made where `html` is
-/// named, and written there if `writes`.
+/// Compares meshes as `neural-mesh compare` does; `None` in `given` means the file of that name.
+/// The page is built if `html` is set, and written if `writes`.
 ///
 /// # Errors
 /// As [`simplify`].
@@ -237,7 +236,7 @@ pub fn compare(
     compare::check(args)?;
     let place = args.html.as_deref().filter(|_| writes);
     files::check_places(place, args.force)?;
-    let compared = compare::embedded(args, given)?;
+    let compared = compare::compare_in_memory(args, given)?;
     if is_wanted().is_break() {
         return Err(Failure::Interrupted);
     }
@@ -247,7 +246,7 @@ pub fn compare(
     Ok(compared)
 }
 
-/// Meshes the cloud that is given, or the file that is named, as `neural-mesh mesh-points` does; where the output is `-`, nothing is written.
+/// Meshes the given cloud, or the input file, as `neural-mesh mesh-points` does. The output `-` writes nothing.
 ///
 /// # Errors
 /// As [`simplify`].
@@ -257,7 +256,7 @@ pub fn mesh_points(
     listener: Box<Listener<'static>>,
     is_wanted: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<PointsMeshed, Failure> {
-    let mut meshed = mesh_points::embedded(args, given, Progress::heard_by(listener))?;
+    let mut meshed = mesh_points::mesh_in_memory(args, given, Progress::with_listener(listener))?;
     if is_wanted().is_break() {
         return Err(Failure::Interrupted);
     }
@@ -270,36 +269,34 @@ mod tests {
     use super::*;
     use neural_mesh::mesh::shapes;
 
-    fn asked(json: &str) -> Arguments {
+    fn parse_arguments(json: &str) -> Arguments {
         serde_json::from_str(json).unwrap()
     }
 
-    fn within() -> Files {
-        Files::default()
-    }
-
-    fn given(double: bool) -> Option<Given> {
+    fn input(double: bool) -> Option<InputMesh> {
         let (positions, faces) = shapes::wavy_sphere(4, 5.0).into_parts();
         let positions =
             positions.into_iter().map(|p| p.map(|x| f64::from(x) + 0.1 * f64::from(u8::from(double)))).collect();
         let mut read = ReadMesh::default();
         read.mesh = RawMesh::new(positions, faces);
         read.mesh.double = double;
-        Some(Given::Mesh(Box::new(read), None))
+        Some(InputMesh::Mesh(Box::new(read), None))
     }
 
     fn mesh(double: bool) -> ReadMesh {
-        let Some(Given::Mesh(mesh, _)) = given(double) else { unreachable!("it is a mesh") };
+        let Some(InputMesh::Mesh(mesh, _)) = input(double) else { unreachable!("it is a mesh") };
         *mesh
     }
 
-    fn run(json: &str, given: Option<Given>) -> Result<Outcome, Failure> {
-        simplify(asked(json), &within(), given, Box::new(|_| ControlFlow::Continue(())), &|| ControlFlow::Continue(()))
+    fn run(json: &str, given: Option<InputMesh>) -> Result<Outcome, Failure> {
+        simplify(parse_arguments(json), &Files::default(), given, Box::new(|_| ControlFlow::Continue(())), &|| {
+            ControlFlow::Continue(())
+        })
     }
 
     #[test]
     fn a_mesh_in_memory_stays_there() {
-        let outcome = run(r#"{"faces": 500, "no_check": true}"#, given(false)).unwrap();
+        let outcome = run(r#"{"faces": 500, "no_check": true}"#, input(false)).unwrap();
         assert_eq!((outcome.results[0].simplified.mesh.faces().len(), outcome.paths.len()), (500, 0));
         assert!(outcome.results[0].exact.is_none() && outcome.unmet.is_none());
         assert_eq!(outcome.report["outcome"], "reached");
@@ -308,7 +305,7 @@ mod tests {
     #[test]
     fn vertices_that_stay_keep_their_doubles() {
         let before = mesh(true).mesh.positions;
-        let outcome = run(r#"{"ratio": 0.2, "subset": true}"#, given(true)).unwrap();
+        let outcome = run(r#"{"ratio": 0.2, "subset": true}"#, input(true)).unwrap();
         let after = outcome.results[0].exact.as_ref().unwrap();
         assert!(after.iter().all(|position| before.contains(position)));
     }
@@ -317,11 +314,11 @@ mod tests {
     fn what_counts_more_gets_more_vertices() {
         let mesh = mesh(false);
         let factors = mesh.mesh.positions.iter().map(|p| if p[0] > 0.0 { 50.0 } else { 0.0 }).collect();
-        let outcome = run(r#"{"ratio": 0.1}"#, Some(Given::Mesh(Box::new(mesh.clone()), Some(factors)))).unwrap();
+        let outcome = run(r#"{"ratio": 0.1}"#, Some(InputMesh::Mesh(Box::new(mesh.clone()), Some(factors)))).unwrap();
         let positions = outcome.results[0].simplified.mesh.positions();
         assert!(positions.iter().filter(|p| p[0] > 0.0).count() > positions.len() * 3 / 4);
         let none = vec![0.0; mesh.mesh.positions.len()];
-        let failure = run(r#"{"ratio": 0.1}"#, Some(Given::Mesh(Box::new(mesh), Some(none)))).err().unwrap();
+        let failure = run(r#"{"ratio": 0.1}"#, Some(InputMesh::Mesh(Box::new(mesh), Some(none)))).err().unwrap();
         assert_eq!(failure.to_string(), "importance: needs numbers of at least 0, not all of them 0");
     }
 
@@ -329,10 +326,14 @@ mod tests {
     fn a_record_gives_its_result_again() {
         let raw = mesh(true).mesh;
         let positions = raw.positions.clone();
-        let recorded =
-            record(asked(r#"{"faces": 400}"#), &within(), raw.clone(), Box::new(|_| ControlFlow::Continue(())))
-                .unwrap();
-        let outcome = run(r#"{"faces": 400}"#, given(true)).unwrap();
+        let recorded = record(
+            parse_arguments(r#"{"faces": 400}"#),
+            &Files::default(),
+            raw.clone(),
+            Box::new(|_| ControlFlow::Continue(())),
+        )
+        .unwrap();
+        let outcome = run(r#"{"faces": 400}"#, input(true)).unwrap();
         let local = |&v: &u32| std::array::from_fn(|k| positions[v as usize][k] - recorded.origin[k]);
         let again = recorded.record.positions_in_doubles(&recorded.sources.iter().map(local).collect::<Vec<_>>());
         let result = outcome.results[0].exact.as_ref().unwrap();
@@ -341,7 +342,12 @@ mod tests {
             (0..3).map(|k| (p[k] + recorded.origin[k] - q[k]).abs()).fold(0.0, f64::max)
         };
         assert!(again.iter().zip(result).map(moved).fold(0.0, f64::max) < 1e-6);
-        let refused = record(asked(r#"{"error": "1%"}"#), &within(), raw, Box::new(|_| ControlFlow::Continue(())));
+        let refused = record(
+            parse_arguments(r#"{"error": "1%"}"#),
+            &Files::default(),
+            raw,
+            Box::new(|_| ControlFlow::Continue(())),
+        );
         assert!(refused.is_err());
     }
 
@@ -349,18 +355,19 @@ mod tests {
     fn a_file_in_memory_comes_back_as_one() {
         let silent = || Box::new(|_| ControlFlow::Continue(()));
         let go_on = || ControlFlow::Continue(());
-        let run = |json: &str, files: Files, given| simplify(asked(json), &files, given, silent(), &go_on).unwrap();
+        let run =
+            |json: &str, files: Files, given| simplify(parse_arguments(json), &files, given, silent(), &go_on).unwrap();
         let as_bytes = |format: &str| Files { bytes: true, format: Some(format.into()), ..Files::default() };
-        let scene = run(r#"{"ratio": 1}"#, as_bytes("glb"), given(false)).bytes.unwrap();
-        let light = run(r#"{"faces": 500}"#, as_bytes("glb"), Some(Given::File(scene.clone(), String::new())));
+        let scene = run(r#"{"ratio": 1}"#, as_bytes("glb"), input(false)).bytes.unwrap();
+        let light = run(r#"{"faces": 500}"#, as_bytes("glb"), Some(InputMesh::File(scene.clone(), String::new())));
         assert!(light.bytes.unwrap().starts_with(b"glTF") && light.paths.is_empty());
-        let arrays = run(r#"{"faces": 500}"#, Files::default(), Some(Given::File(scene, String::new())));
+        let arrays = run(r#"{"faces": 500}"#, Files::default(), Some(InputMesh::File(scene, String::new())));
         assert_eq!((arrays.results[0].simplified.mesh.faces().len(), arrays.bytes), (500, None));
     }
 
     #[test]
     fn refusals_are_one_line() {
-        let failures = ["{}", r#"{"ratio": 2}"#].map(|json| run(json, given(false)).err().unwrap().to_string());
+        let failures = ["{}", r#"{"ratio": 2}"#].map(|json| run(json, input(false)).err().unwrap().to_string());
         assert!(failures.iter().all(|text| !text.contains('\n') && text.len() < 200), "{failures:?}");
         assert!(failures[1].starts_with("--ratio 2: give a share above 0"));
     }
@@ -369,11 +376,12 @@ mod tests {
     fn what_is_not_wanted_any_more_is_not_written() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("x.ply");
-        let (asked, files) = (asked(r#"{"ratio": 0.2}"#), Files { out: Some(path.clone()), ..Files::default() });
+        let (asked, files) =
+            (parse_arguments(r#"{"ratio": 0.2}"#), Files { out: Some(path.clone()), ..Files::default() });
         let go_on = || Box::new(|_| ControlFlow::Continue(()));
-        let stopped = simplify(asked.clone(), &files, given(false), go_on(), &|| ControlFlow::Break(()));
+        let stopped = simplify(asked.clone(), &files, input(false), go_on(), &|| ControlFlow::Break(()));
         assert!(matches!(stopped, Err(Failure::Interrupted)) && !path.exists());
-        let written = simplify(asked, &files, given(false), go_on(), &|| ControlFlow::Continue(())).unwrap();
+        let written = simplify(asked, &files, input(false), go_on(), &|| ControlFlow::Continue(())).unwrap();
         assert!(path.exists() && written.paths == [path]);
     }
 }

@@ -1,4 +1,4 @@
-//! Bytes from and to the disk and the standard streams; files appear whole or not at all.
+//! Reading and writing of files and standard streams. Files appear complete or not at all.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -11,25 +11,25 @@ use crate::failure::Failure;
 use crate::interrupt;
 use crate::names::is_stream;
 use crate::plain::plain_json;
-use crate::words::{closed, out};
+use crate::words::{stdout_failure, write_stdout};
 
 pub use crate::content::read;
 
-/// Links that are followed, as many as Linux follows.
+/// Number of links that are followed, as on Linux.
 const MOST_LINKS: usize = 40;
 
-/// A result on its way to its place.
+/// A result in a temporary file that is still to be moved into place.
 pub struct Pending {
     temporary: NamedTempFile,
-    /// What it is called.
+    /// Name as given, for messages.
     name: PathBuf,
-    /// Where it will stand.
+    /// Final path, with links resolved.
     place: PathBuf,
     force: bool,
 }
 
 impl Pending {
-    /// Whether it will stand in this place.
+    /// Returns whether `place` is its final path.
     pub fn is_at(&self, place: &Path) -> bool {
         self.place == place
     }
@@ -40,12 +40,13 @@ impl Pending {
     }
 }
 
-/// Refuses, before any work, results that would be one file, and places where none can be put.
+/// Rejects results that would be the same file, and paths where no file can be written, before any work.
 pub fn check_places<'a>(paths: impl IntoIterator<Item = &'a Path>, force: bool) -> Result<(), Failure> {
     let paths: Vec<&Path> = paths.into_iter().collect();
     let mut places = Vec::new();
     for path in &paths {
         let place = destination(path)?;
+        // Links are resolved by now: two names may lead to one file.
         if places.contains(&place) {
             let what = format!("{}: is also the file of another result: give each its own file", path.display());
             return Err(Failure::Usage(what));
@@ -55,46 +56,45 @@ pub fn check_places<'a>(paths: impl IntoIterator<Item = &'a Path>, force: bool) 
     paths.into_iter().try_for_each(|path| check_place(path, force))
 }
 
-/// Refuses, before any work, a place where no file can be put or where one stands that may not be replaced.
+/// Rejects a path where no file can be written, or where one exists that may not be replaced, before any work.
 pub fn check_place(path: &Path, force: bool) -> Result<(), Failure> {
     let place = destination(path)?;
     let folder = folder_of(&place);
     if !folder.is_dir() {
-        return Err(Failure::of(path, format!("there is no folder {}: create it first", folder.display())));
+        return Err(Failure::in_file(path, format!("there is no folder {}: create it first", folder.display())));
     }
     match std::fs::symlink_metadata(path) {
         Err(_) => {}
         Ok(_) if !force => return Err(exists(path)),
-        // What a link leads to need not be there yet; a folder or a device is not replaced.
+        // The target of a link may be missing still; folders and devices are never replaced.
         Ok(_) if std::fs::metadata(path).is_ok_and(|target| !target.is_file()) => {
-            return Err(Failure::of(path, "is not a file: choose another name"));
+            return Err(Failure::in_file(path, "is not a file: choose another name"));
         }
         Ok(_) => {}
     }
     check_folder(path, folder)
 }
 
-/// Refuses a folder that takes no new file, by trying.
+/// Rejects a folder where a test file cannot be created.
 fn check_folder(path: &Path, folder: &Path) -> Result<(), Failure> {
     let unwritable = |error| {
         let what = format!("cannot create a file in {}: {error}: choose another folder", folder.display());
-        Failure::of(path, what)
+        Failure::in_file(path, what)
     };
     new_file_in(folder).map(drop).map_err(unwritable)
 }
 
-/// The file that a name stands for, through links: they stay, and what they lead to is replaced. Its folder has its own name,
-/// if it is there.
+/// Returns the path of the file behind links: the links stay, and their target is replaced.
 fn destination(path: &Path) -> Result<PathBuf, Failure> {
     let mut place = path.to_path_buf();
     for _ in 0..MOST_LINKS {
         let Ok(next) = std::fs::read_link(&place) else { return Ok(in_own_folder(&place)) };
         place = folder_of(&place).join(next);
     }
-    Err(Failure::of(path, "is a link that never ends: choose another name"))
+    Err(Failure::in_file(path, "is a link that never ends: choose another name"))
 }
 
-/// The path with its folder by its one name without links.
+/// Returns the path with its folder in canonical form.
 pub fn in_own_folder(path: &Path) -> PathBuf {
     let folder = std::fs::canonicalize(folder_of(path));
     match (folder, path.file_name()) {
@@ -103,17 +103,18 @@ pub fn in_own_folder(path: &Path) -> PathBuf {
     }
 }
 
-/// Writes bytes, compressed where the name ends in `.gz`, to a temporary file in the folder where they will stand.
+/// Writes bytes to a temporary file in the final folder, compressed if the name ends in `.gz`.
 pub fn prepare(name: &Path, bytes: &[u8], force: bool) -> Result<Pending, Failure> {
     let place = destination(name)?;
-    let problem = |error| Failure::of(name, format!("cannot be written: {error}: check the folder and the disk"));
+    let problem = |error| Failure::in_file(name, format!("cannot be written: {error}: check the folder and the disk"));
+    // In the final folder, so that moving it into place is a rename.
     let mut temporary = new_file_in(folder_of(&place)).map_err(problem)?;
-    let bytes = io::compress_by_name(name, bytes).map_err(|error| Failure::of(name, error))?;
+    let bytes = io::compress_by_name(name, bytes).map_err(|error| Failure::in_file(name, error))?;
     temporary.write_all(&bytes).map_err(problem)?;
     Ok(Pending { temporary, name: name.into(), place, force })
 }
 
-/// Adds a JSON file to what is on its way to files, where one is asked for; gives its bytes where standard output is its place.
+/// Prepares a JSON file, if `path` is given; returns the bytes instead if the path is standard output.
 pub fn prepare_json(
     path: Option<&Path>,
     value: &impl Serialize,
@@ -121,7 +122,7 @@ pub fn prepare_json(
     pending: &mut Vec<Pending>,
 ) -> Result<Option<Vec<u8>>, Failure> {
     let Some(path) = path else { return Ok(None) };
-    let json = serde_json::to_string_pretty(value).map_err(|error| Failure::of(path, error))? + "\n";
+    let json = serde_json::to_string_pretty(value).map_err(|error| Failure::in_file(path, error))? + "\n";
     if is_stream(path) {
         return Ok(Some(plain_json(&json).into_bytes()));
     }
@@ -129,39 +130,40 @@ pub fn prepare_json(
     Ok(None)
 }
 
-/// Puts all results in their places, one after another, uninterrupted.
+/// Moves all results into place, one after another, without interruption.
 pub fn place(pending: Vec<Pending>) -> Result<(), Failure> {
-    interrupt::uninterrupted(|| pending.into_iter().try_for_each(place_one))
+    interrupt::without_interruption(|| pending.into_iter().try_for_each(place_one))
 }
 
-/// As [`place`]; a file that stands in its place already, byte for byte, is one that an earlier run put there.
+/// Moves results into place, but accepts an identical file of an earlier run.
 pub fn place_or_find(pending: Vec<Pending>) -> Result<(), Failure> {
     place(pending.into_iter().filter(|pending| !pending.is_there()).collect())
 }
 
 fn place_one(pending: Pending) -> Result<(), Failure> {
     let Pending { temporary, name, place, force } = pending;
+    // Another program may have created the file meanwhile; only --force replaces it.
     let placed = if force { temporary.persist(&place) } else { temporary.persist_noclobber(&place) };
     placed.map(drop).map_err(|error| match error.error.kind() {
         std::io::ErrorKind::AlreadyExists => exists(&name),
-        _ => Failure::of(&name, format!("cannot be put in place: {}: check the folder", error.error)),
+        _ => Failure::in_file(&name, format!("cannot be put in place: {}: check the folder", error.error)),
     })
 }
 
 /// Writes bytes to standard output.
 pub fn write_to_stdout(bytes: &[u8]) -> Result<(), Failure> {
-    out(bytes).map_err(|error| closed(&error))
+    write_stdout(bytes).map_err(|error| stdout_failure(&error))
 }
 
 fn exists(path: &Path) -> Failure {
-    Failure::of(path, "exists already: choose another name, or replace it with --force")
+    Failure::in_file(path, "exists already: choose another name, or replace it with --force")
 }
 
 fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// A temporary file with the permissions of any new file (the crate's own default is the owner's alone).
+/// Creates a temporary file with the permissions of an ordinary new file; the default of the crate is private to the owner.
 fn new_file_in(folder: &Path) -> std::io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".neural-mesh-");

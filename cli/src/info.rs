@@ -1,4 +1,4 @@
-//! `neural-mesh info`: what meshes are, one after the other; one that cannot be read does not keep the others from it.
+//! `neural-mesh info`: describes meshes one by one, and continues after one that cannot be read.
 
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
@@ -17,19 +17,19 @@ use crate::failure::{Failure, name};
 use crate::memory::{self, bytes_of};
 use crate::names::{check_stdin, format_of};
 use crate::plain::plain_json;
-use crate::read::{self, cleaned, parsed};
+use crate::read::{self, clean_mesh, parse_source};
 use crate::request::Source;
 use crate::scene_info::SceneInfo;
-use crate::words::{Voice, complain, grouped};
+use crate::words::{Voice, complain, group_digits};
 
-/// All that is said of a mesh, in the order of the JSON.
+/// Description of a mesh, in the order of the JSON.
 #[derive(Debug, Serialize)]
 struct Info {
     file: String,
     vertices: usize,
     edges: usize,
     faces: usize,
-    /// Lowest and highest coordinates, in the file's frame.
+    /// Lowest and highest coordinates, in the frame of the file.
     bounds: [[f64; 3]; 2],
     closed: bool,
     manifold: bool,
@@ -43,25 +43,25 @@ struct Info {
     euler: i64,
     genus: Option<usize>,
     cleaned: job::Cleaned,
-    /// What the mesh carries beside its shape, in words.
+    /// Names of the attributes.
     carries: Vec<String>,
-    /// What a glTF holds; its meshes are one above, where its nodes place them.
+    /// Contents of a glTF; its meshes are described above as one, with the transforms of their nodes.
     #[serde(skip_serializing_if = "Option::is_none")]
     scene: Option<SceneInfo>,
 }
 
-/// What to do about a file of unknown format.
+/// Advice for a file of unknown format.
 const UNKNOWN: &str = "--format sets the format";
 
-/// Says what each mesh is, on standard output.
+/// Describes each mesh on standard output.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let format = args.format.as_deref().map(format_of).transpose()?;
     check_stdin(args.inputs.iter().map(PathBuf::as_path))?;
     memory::bound(args.memory);
     let (mut n_said, mut all_said) = (0, Ok(()));
     for path in &args.inputs {
-        let source = Source::new(path.clone(), format, !args.no_weld).unknown(UNKNOWN);
-        match described(&source, args) {
+        let source = Source::new(path.clone(), format, !args.no_weld).with_remedy(UNKNOWN);
+        match describe(&source, args) {
             Ok(lines) => {
                 let gap = (n_said > 0 && !args.json).then(String::new);
                 gap.iter().chain(&lines).for_each(|line| Voice::Out.say(line));
@@ -69,21 +69,21 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
             }
             Err(failure) => {
                 complain(&failure);
-                all_said = Err(Failure::Told);
+                all_said = Err(Failure::Reported);
             }
         }
     }
     all_said
 }
 
-/// What is said of a mesh: a line of JSON, or a block of lines.
-fn described(source: &Source, args: &InfoArgs) -> Result<Vec<String>, Failure> {
+/// Describes a mesh as one line of JSON or as several lines of text.
+fn describe(source: &Source, args: &InfoArgs) -> Result<Vec<String>, Failure> {
     let (info, counts) = match read::in_pieces(&source.path, args.memory.map(bytes_of), None) {
         Some((pieces, most)) => in_pieces(source, &pieces, most)?,
         None => whole(source)?,
     };
     if args.json {
-        let json = serde_json::to_string(&info).map_err(|error| Failure::of(&source.path, error))?;
+        let json = serde_json::to_string(&info).map_err(|error| Failure::in_file(&source.path, error))?;
         return Ok(vec![plain_json(&json)]);
     }
     Ok(lines(&info, &counts.to_string()))
@@ -92,37 +92,38 @@ fn described(source: &Source, args: &InfoArgs) -> Result<Vec<String>, Failure> {
 fn whole(source: &Source) -> Result<(Info, CleanCounts), Failure> {
     let (read, scene) = if source.is_gltf() { read_scene(source)? } else { (read_mesh(source)?, None) };
     let carries = carries(&read.mesh.attributes);
-    let cleaned = cleaned(read.mesh, source)?;
+    let cleaned = clean_mesh(read.mesh, source)?;
     let bounds = Bounds::from_points(cleaned.mesh.positions());
-    let info = of(&source.path, &topology(&cleaned.mesh), (bounds, &cleaned.frame), &cleaned.counts);
+    let info = collect_info(&source.path, &topology(&cleaned.mesh), (bounds, &cleaned.frame), &cleaned.counts);
     Ok((Info { carries, scene, ..info }, cleaned.counts))
 }
 
 fn read_mesh(source: &Source) -> Result<ReadMesh, Failure> {
-    parsed(source, io::read_attributed, io::read_attributed_path)
+    parse_source(source, io::read_attributed, io::read_attributed_path)
 }
 
-/// A glTF as one mesh, and what it holds.
+/// Reads a glTF as one mesh, and its contents.
 fn read_scene(source: &Source) -> Result<(ReadMesh, Option<SceneInfo>), Failure> {
-    let failed = |error: ReadError| Failure::of(&source.path, error);
+    let failed = |error: ReadError| Failure::in_file(&source.path, error);
     let (read, asset) = match source.content.take(&source.path).transpose()? {
         Some(bytes) => (io::read_attributed(&bytes, source.format), Asset::from_stream(&bytes)),
         None => (io::read_attributed_path(&source.path, source.format), Asset::read_path(&source.path)),
     };
-    Ok((read.map_err(failed)?, Some(SceneInfo::of(&asset.map_err(failed)?, source.weld))))
+    Ok((read.map_err(failed)?, Some(SceneInfo::new(&asset.map_err(failed)?, source.weld))))
 }
 
-/// What takes more memory than is allowed, block by block, which wait where the system keeps such files.
+/// Describes a mesh larger than memory block by block, with temporary files in the system's folder for them.
 fn in_pieces(source: &Source, pieces: &Pieces, most: u64) -> Result<(Info, CleanCounts), Failure> {
     let folder = std::env::temp_dir();
     let room = Room { n_bytes: most, folder: &folder };
     let found = describe_pieces(pieces, &room, &mut |_| ControlFlow::Continue(()));
-    let Described { topology, bounds, frame, counts, .. } = found.map_err(|error| Failure::of(&source.path, error))?;
+    let Described { topology, bounds, frame, counts, .. } =
+        found.map_err(|error| Failure::in_file(&source.path, error))?;
     let carries = pieces.other_content().into_iter().collect();
-    Ok((Info { carries, ..of(&source.path, &topology, (bounds, &frame), &counts) }, counts))
+    Ok((Info { carries, ..collect_info(&source.path, &topology, (bounds, &frame), &counts) }, counts))
 }
 
-/// What corners and faces carry.
+/// Lists the attributes of corners and faces.
 fn carries(attributes: &Attributes) -> Vec<String> {
     let named = |channel: &Channel| match channel.role {
         Role::Normal => "normals".into(),
@@ -134,7 +135,7 @@ fn carries(attributes: &Attributes) -> Vec<String> {
         _ => channel.name.clone(),
     };
     let groups: BTreeSet<u32> = attributes.groups.iter().copied().collect();
-    let groups = (groups.len() > 1).then(|| format!("{} materials or groups", grouped(groups.len())));
+    let groups = (groups.len() > 1).then(|| format!("{} materials or groups", group_digits(groups.len())));
     let mut all: Vec<String> = Vec::new();
     for name in attributes.channels.iter().map(named).chain(groups) {
         if !all.contains(&name) {
@@ -144,7 +145,7 @@ fn carries(attributes: &Attributes) -> Vec<String> {
     all
 }
 
-fn of(path: &Path, figures: &Topology, (bounds, frame): (Bounds, &Frame), counts: &CleanCounts) -> Info {
+fn collect_info(path: &Path, figures: &Topology, (bounds, frame): (Bounds, &Frame), counts: &CleanCounts) -> Info {
     Info {
         file: name(path),
         vertices: figures.vertices,
@@ -168,21 +169,21 @@ fn of(path: &Path, figures: &Topology, (bounds, frame): (Bounds, &Frame), counts
     }
 }
 
-/// Edge- and vertex-manifold, with or without boundaries.
+/// Returns whether the surface is edge- and vertex-manifold, with or without boundaries.
 fn is_manifold(figures: &Topology) -> bool {
     figures.non_manifold_edges == 0 && figures.non_manifold_vertices == 0
 }
 
 fn lines(info: &Info, cleaned: &str) -> Vec<String> {
-    let [vertices, edges, faces] = [info.vertices, info.edges, info.faces].map(grouped);
+    let [vertices, edges, faces] = [info.vertices, info.edges, info.faces].map(group_digits);
     let [low, high] = bounds_in_words(info.bounds);
     let genus = info.genus.map_or("not defined".into(), |genus| genus.to_string());
     let mut lines = vec![
         format!("{}: {vertices} vertices, {edges} edges, {faces} faces", info.file),
         format!("bounds      {low} to {high}"),
-        format!("closed      {}", closed(info)),
-        format!("manifold    {}", manifold(info)),
-        format!("components  {}", grouped(info.components)),
+        format!("closed      {}", describe_closed(info)),
+        format!("manifold    {}", describe_manifold(info)),
+        format!("components  {}", group_digits(info.components)),
         format!("genus       {genus} (Euler characteristic {})", info.euler),
         format!("attributes  {}", if info.carries.is_empty() { "none".into() } else { info.carries.join(", ") }),
         format!("cleaned     {cleaned}"),
@@ -191,33 +192,37 @@ fn lines(info: &Info, cleaned: &str) -> Vec<String> {
     lines
 }
 
-/// As many decimals as single precision holds of a mesh of that extent.
+/// Formats bounds with the decimals that single precision has for a mesh of this size.
 fn bounds_in_words([low, high]: [[f64; 3]; 2]) -> [String; 2] {
     let extent = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max);
     let decimals = if extent > 0.0 { (6.0 - extent.log10().floor()).clamp(0.0, 17.0) as usize } else { 6 };
     [low, high].map(|corner| corner.map(|x| format!("{x:.decimals$}")).join(" "))
 }
 
-fn closed(info: &Info) -> String {
+fn describe_closed(info: &Info) -> String {
     match info.closed {
         true => "yes".into(),
         false => {
             let loops = if info.boundary_loops == 1 { "loop" } else { "loops" };
-            format!("no: {} boundary edges in {} {loops}", grouped(info.boundary_edges), grouped(info.boundary_loops))
+            format!(
+                "no: {} boundary edges in {} {loops}",
+                group_digits(info.boundary_edges),
+                group_digits(info.boundary_loops)
+            )
         }
     }
 }
 
-fn manifold(info: &Info) -> String {
+fn describe_manifold(info: &Info) -> String {
     let winding = match (info.inconsistent_edges, info.orientable) {
         (0, _) => String::new(),
-        (n, true) => format!(", winding changes across {} edges", grouped(n)),
-        (n, false) => format!(", winding changes across {} edges and cannot be made consistent", grouped(n)),
+        (n, true) => format!(", winding changes across {} edges", group_digits(n)),
+        (n, false) => format!(", winding changes across {} edges and cannot be made consistent", group_digits(n)),
     };
     match info.manifold {
         true => format!("yes{winding}"),
         false => {
-            let [edges, vertices] = [info.non_manifold_edges, info.non_manifold_vertices].map(grouped);
+            let [edges, vertices] = [info.non_manifold_edges, info.non_manifold_vertices].map(group_digits);
             format!(
                 "no: {edges} edges with more than two faces, {vertices} vertices where surfaces only touch{winding}"
             )

@@ -1,4 +1,4 @@
-//! Ctrl-C: the temporary files go, the program ends with 130, and no result appears by half.
+//! Handling of Ctrl-C: removes temporary files and ends with exit code 130, with no partial result.
 
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -8,15 +8,15 @@ use tempfile::NamedTempFile;
 use crate::failure::Failure;
 use crate::words::complain;
 
-/// Files that must not stay when the program is interrupted.
+/// Temporary files to remove on interruption.
 static TEMPORARY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// Watches for Ctrl-C and termination from here on, to end the program with these words.
+/// Starts to handle Ctrl-C and termination; they end the program with this error.
 pub fn watch(ending: Failure) {
-    // A system without signals is no reason not to simplify.
+    // Systems without signals can simplify all the same.
     let _ = ctrlc::set_handler(move || {
-        // Held until the end: nothing is renamed into place any more.
-        let files = held();
+        // The lock is held until the end, so that no file is moved into place any more.
+        let files = lock_temporaries();
         for file in files.iter() {
             let _ = std::fs::remove_file(file);
         }
@@ -25,29 +25,29 @@ pub fn watch(ending: Failure) {
     });
 }
 
-/// Removes the temporary files, unless another thread is about to make or place one.
+/// Removes the temporary files, unless another thread holds the list.
 pub fn remove_temporaries() {
     let files = TEMPORARY.try_lock();
     files.iter().flat_map(|files| files.iter()).for_each(|file| drop(std::fs::remove_file(file)));
 }
 
-/// Makes a temporary file that goes if the program is interrupted.
+/// Creates a temporary file and registers it for removal.
 pub fn with_temporary(make: impl FnOnce() -> std::io::Result<NamedTempFile>) -> std::io::Result<NamedTempFile> {
-    let mut files = held();
+    let mut files = lock_temporaries();
     let file = make()?;
     files.push(file.path().to_path_buf());
     Ok(file)
 }
 
-/// Does something that an interruption comes before or after, not within.
-pub fn uninterrupted<T>(work: impl FnOnce() -> T) -> T {
-    let mut files = held();
+/// Runs `work` so that an interruption comes before or after it.
+pub fn without_interruption<T>(work: impl FnOnce() -> T) -> T {
+    let mut files = lock_temporaries();
     let result = work();
-    // Those of other threads are still on their way.
+    // Files of other threads are not in place yet and stay registered.
     files.retain(|file| file.exists());
     result
 }
 
-fn held() -> MutexGuard<'static, Vec<PathBuf>> {
+fn lock_temporaries() -> MutexGuard<'static, Vec<PathBuf>> {
     TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner)
 }

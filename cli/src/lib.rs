@@ -1,7 +1,6 @@
-//! The `neural-mesh` program: arguments in, files out; no algorithm lives here.
+//! The `neural-mesh` program: turns arguments into files. All algorithms are in the library.
 //!
-//! `main.rs` is the program itself. Other faces call what `embedded` passes on: the same requests, without a terminal. `shared`
-//! passes on what the package `neural-mesh-bench` has in common with this one.
+//! `main.rs` is the executable. Module `embedded` offers the commands to other programs, and `shared` what `neural-mesh-bench` uses.
 
 mod allocator;
 mod args;
@@ -58,14 +57,14 @@ use failure::Failure;
 use plain::plain;
 use words::Voice;
 
-/// Does what the words of the command line ask.
+/// Runs the command line and returns the exit code.
 pub fn run() -> ExitCode {
     allocator::end_by(out_of_memory::end);
     memory::bound(None);
     memory::keep_freed();
     let args = match Args::try_parse() {
         Ok(args) => args,
-        Err(answer) => return answered(&answer),
+        Err(answer) => return print_answer(&answer),
     };
     let done = match args.command {
         Command::Simplify(args) if batch::is_meant(&args) => batch::run(*args),
@@ -76,20 +75,20 @@ pub fn run() -> ExitCode {
         Command::Compare(args) => compare::run(&args),
         Command::Train(args) => train::run(&args),
     };
-    // Words that nobody could hear are the worse failure than a result that is short of what was asked.
-    ended(if let Ok(()) | Err(Failure::Unmet(_)) = done { words::heard().and(done) } else { done })
+    // A failed write to standard output outranks a missed target.
+    finish(if let Ok(()) | Err(Failure::Unmet(_)) = done { words::check_written().and(done) } else { done })
 }
 
-/// The command line as clap has it, for what is made of it: completions and man pages.
+/// Returns the command line definition, for completions and man pages.
 #[doc(hidden)]
 pub fn command_line() -> clap::Command {
     Args::command()
 }
 
-fn ended(done: Result<(), Failure>) -> ExitCode {
+fn finish(done: Result<(), Failure>) -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
-        Err(Failure::Told) => Failure::Told.exit_code(),
+        Err(Failure::Reported) => Failure::Reported.exit_code(),
         Err(failure) => {
             words::complain(&failure);
             failure.exit_code()
@@ -97,18 +96,18 @@ fn ended(done: Result<(), Failure>) -> ExitCode {
     }
 }
 
-/// Help, the version, or what is wrong with the arguments, which may be names of any bytes.
-fn answered(answer: &clap::Error) -> ExitCode {
+/// Prints help, version, or an argument error, which may quote names of any bytes.
+fn print_answer(answer: &clap::Error) -> ExitCode {
     if !answer.use_stderr() {
-        let said = words::out(b"").and_then(|()| answer.print()).and_then(|()| words::out(b""));
-        return ended(said.map_err(|error| words::closed(&error)));
+        let said = words::write_stdout(b"").and_then(|()| answer.print()).and_then(|()| words::write_stdout(b""));
+        return finish(said.map_err(|error| words::stdout_failure(&error)));
     }
     if let Some(failure) = usage::refused_value(answer) {
-        return ended(Err(failure));
+        return finish(Err(failure));
     }
     match std::env::args_os().all(|word| matches!(plain(&word.to_string_lossy()), Cow::Borrowed(_))) {
         true => drop(answer.print()),
-        // Without the colours, which are made of escapes as well.
+        // Without colours, since their escape codes would be spelled out too.
         false => answer.to_string().lines().for_each(|line| Voice::Err.say(line)),
     }
     ExitCode::from(u8::try_from(answer.exit_code()).unwrap_or(2))

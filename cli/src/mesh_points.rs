@@ -1,4 +1,4 @@
-//! `neural-mesh mesh-points`: read a cloud, mesh it, write, say what surface came of it.
+//! `neural-mesh mesh-points`: meshes a point cloud and reports on the surface.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -19,37 +19,37 @@ use crate::plan::Plan;
 use crate::progress::Progress;
 use crate::read::read_weights;
 use crate::simplify::in_pool;
-use crate::words::{Voice, grouped};
+use crate::words::{Voice, group_digits};
 
-/// Costs: reading is little beside the network.
+/// Relative costs of the steps: the network takes nearly all of the time.
 const COSTS: [(Part, f64); 3] = [(Part::Read, 0.03), (Part::Simplify, 0.95), (Part::Write, 0.02)];
 
-/// One run, complete and consistent.
-struct Request {
+/// One run with checked arguments.
+struct MeshPointsRequest {
     args: MeshPointsArgs,
     format: Format,
 }
 
-/// All that is reported of a run, in the order of the JSON.
+/// Report of a run, in the order of the JSON.
 #[derive(Debug, Serialize)]
 struct Report {
-    /// Different finite points of the cloud.
+    /// Distinct finite points of the cloud.
     points: usize,
-    /// Points at the position of an earlier one, left out.
+    /// Discarded points at the position of an earlier one.
     repeated_points: usize,
-    /// Points with a coordinate that is infinite or not a number, left out.
+    /// Discarded points with an infinite or undefined coordinate.
     non_finite_points: usize,
     vertices: usize,
     faces: usize,
-    /// Points that were to be vertices and ended on no face.
+    /// Chosen points that ended on no face.
     unused_points: usize,
     closed: bool,
-    /// Loops of edges with one face.
+    /// Boundary loops.
     holes: usize,
     boundary_edges: usize,
     non_manifold_edges: usize,
     non_manifold_vertices: usize,
-    /// Edges whose two faces do not agree on a side, because the surface has only one.
+    /// Edges whose faces disagree on orientation, because the surface is one-sided.
     inconsistent_edges: usize,
     components: usize,
     seed: u64,
@@ -57,7 +57,7 @@ struct Report {
     seconds: f64,
 }
 
-/// Checks the arguments, then does what they ask, on as many threads as asked.
+/// Checks the arguments and runs the command in a thread pool.
 pub fn run(args: MeshPointsArgs) -> Result<(), Failure> {
     let request = resolve(args)?;
     let results = [Some(&request.args.output), request.args.report.as_ref()].into_iter().flatten();
@@ -67,27 +67,27 @@ pub fn run(args: MeshPointsArgs) -> Result<(), Failure> {
     in_pool(request.args.threads, || run_in_pool(&request))
 }
 
-fn resolve(args: MeshPointsArgs) -> Result<Request, Failure> {
+fn resolve(args: MeshPointsArgs) -> Result<MeshPointsRequest, Failure> {
     let given = args.format.as_deref().map(format_of).transpose()?;
     let format = output_format(&args.output, given)?;
     check_stdout(is_stream(&args.output), reports_to_stdout(&args))?;
-    Ok(Request { args, format })
+    Ok(MeshPointsRequest { args, format })
 }
 
 fn reports_to_stdout(args: &MeshPointsArgs) -> bool {
     args.report.as_deref().is_some_and(is_stream)
 }
 
-fn run_in_pool(request: &Request) -> Result<(), Failure> {
-    let Request { args, .. } = request;
+fn run_in_pool(request: &MeshPointsRequest) -> Result<(), Failure> {
+    let MeshPointsRequest { args, .. } = request;
     let began = Instant::now();
     let mut progress = Progress::new(args.quiet, Plan::new(&COSTS));
     progress.begin(Part::Read);
-    let raw = io::read_points(&files::read(&args.input)?).map_err(|error| Failure::of(&args.input, error))?;
-    let meshed = Meshed::of(raw, args, &mut progress)?;
+    let raw = io::read_points(&files::read(&args.input)?).map_err(|error| Failure::in_file(&args.input, error))?;
+    let meshed = MeshedCloud::new(raw, args, &mut progress)?;
     progress.begin(Part::Write);
-    let (bytes, mut pending) = written(request, &meshed)?;
-    let report = told(args, &meshed, began.elapsed().as_secs_f64());
+    let (bytes, mut pending) = prepare_output(request, &meshed)?;
+    let report = create_report(args, &meshed, began.elapsed().as_secs_f64());
     let json = files::prepare_json(args.report.as_deref(), &report, args.force, &mut pending)?;
     drop(progress);
     let for_stdout = is_stream(&args.output).then_some(bytes).or(json);
@@ -97,60 +97,66 @@ fn run_in_pool(request: &Request) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Meshes a cloud in memory, as `embedded` says.
-pub fn embedded(args: MeshPointsArgs, raw: Option<RawMesh>, mut progress: Progress) -> Result<PointsMeshed, Failure> {
+/// Meshes a cloud in memory, for module `embedded`.
+pub fn mesh_in_memory(
+    args: MeshPointsArgs,
+    raw: Option<RawMesh>,
+    mut progress: Progress,
+) -> Result<PointsMeshed, Failure> {
     let request = resolve(args)?;
     let began = Instant::now();
-    let read =
-        || io::read_points(&files::read(&request.args.input)?).map_err(|error| Failure::of(&request.args.input, error));
-    let meshed = Meshed::of(raw.map_or_else(read, Ok)?, &request.args, &mut progress)?;
-    let report = told(&request.args, &meshed, began.elapsed().as_secs_f64());
+    let read = || {
+        io::read_points(&files::read(&request.args.input)?)
+            .map_err(|error| Failure::in_file(&request.args.input, error))
+    };
+    let meshed = MeshedCloud::new(raw.map_or_else(read, Ok)?, &request.args, &mut progress)?;
+    let report = create_report(&request.args, &meshed, began.elapsed().as_secs_f64());
     let mut pending = Vec::new();
     files::prepare_json(request.args.report.as_deref(), &report, request.args.force, &mut pending)?;
     if !is_stream(&request.args.output) {
-        pending.extend(written(&request, &meshed)?.1);
+        pending.extend(prepare_output(&request, &meshed)?.1);
     }
-    let report = serde_json::to_string(&report).map_err(|error| Failure::of(&request.args.input, error))?;
+    let report = serde_json::to_string(&report).map_err(|error| Failure::in_file(&request.args.input, error))?;
     let exact = meshed.exact_positions();
-    let Meshed { cloud, result, .. } = meshed;
+    let MeshedCloud { cloud, result, .. } = meshed;
     let of_file = |&point: &u32| cloud.source.get(point as usize).copied().unwrap_or(point);
     let sources = result.source_points.iter().map(of_file).collect();
     Ok(PointsMeshed { mesh: result.mesh, exact, sources, report, pending })
 }
 
-/// A meshed cloud as another face has it.
+/// A meshed cloud for another program.
 pub struct PointsMeshed {
     /// The mesh, in local coordinates.
     pub mesh: TriMesh,
-    /// Where its vertices lie, n x 3, where the cloud is in double precision.
+    /// Vertex positions, n x 3, if the cloud is in double precision.
     pub exact: Option<Vec<[f64; 3]>>,
-    /// The point, as given, that each vertex is, n.
+    /// The input point of each vertex, n.
     pub sources: Vec<u32>,
-    /// What `--report` writes.
+    /// The report, as `--report` writes it.
     pub report: String,
-    /// Files on their way.
+    /// Files to move into place.
     pub pending: Vec<Pending>,
 }
 
 /// A cloud and the mesh over it.
-struct Meshed {
+struct MeshedCloud {
     cloud: PointCloud,
-    /// Points as read, where these are doubles: vertices stay in place, and get back what single precision does not hold.
+    /// Points in double precision, to restore what single precision drops. Meshing does not move points.
     exact: Option<Vec<[f64; 3]>>,
     result: MeshedPoints,
 }
 
-impl Meshed {
-    fn of(raw: RawMesh, args: &MeshPointsArgs, progress: &mut Progress) -> Result<Self, Failure> {
+impl MeshedCloud {
+    fn new(raw: RawMesh, args: &MeshPointsArgs, progress: &mut Progress) -> Result<Self, Failure> {
         let given = read_weights(args.weights.as_deref(), Assembly::Paper)?;
         let weights = given.as_ref().unwrap_or_else(|| Weights::shipped_paper_open());
         let exact = raw.double.then(|| raw.positions.clone());
-        let cloud = point_cloud(raw).map_err(|error| Failure::of(&args.input, error))?;
-        let result = meshed(args, &cloud, weights, progress)?;
+        let cloud = point_cloud(raw).map_err(|error| Failure::in_file(&args.input, error))?;
+        let result = mesh_cloud(args, &cloud, weights, progress)?;
         Ok(Self { cloud, exact, result })
     }
 
-    /// The vertices as their points were read, where these are doubles.
+    /// Returns the vertices in double precision, if the cloud has it.
     fn exact_positions(&self) -> Option<Vec<[f64; 3]>> {
         let exact = self.exact.as_deref()?;
         let as_read = |at: &u32| exact.get(*self.cloud.source.get(*at as usize)? as usize).copied();
@@ -158,7 +164,7 @@ impl Meshed {
     }
 }
 
-fn meshed(
+fn mesh_cloud(
     args: &MeshPointsArgs,
     cloud: &PointCloud,
     weights: &Weights,
@@ -170,25 +176,25 @@ fn meshed(
     let result = mesh_points(&cloud.points, n_vertices, weights, args.seed, &mut |event| progress.event(event));
     result.map_err(|error| match error {
         SimplifyError::Interrupted => Failure::Interrupted,
-        error => Failure::of(&args.input, error),
+        error => Failure::in_file(&args.input, error),
     })
 }
 
-/// The mesh as bytes, and as a file on its way unless standard output is its place.
-fn written(request: &Request, meshed: &Meshed) -> Result<(Vec<u8>, Vec<Pending>), Failure> {
-    let Request { args, format, .. } = request;
-    let Meshed { cloud, result, .. } = meshed;
+/// Returns the mesh as bytes, and as a prepared file unless it goes to standard output.
+fn prepare_output(request: &MeshPointsRequest, meshed: &MeshedCloud) -> Result<(Vec<u8>, Vec<Pending>), Failure> {
+    let MeshPointsRequest { args, format, .. } = request;
+    let MeshedCloud { cloud, result, .. } = meshed;
     let bytes = match meshed.exact_positions() {
         Some(positions) => io::write_exact(&result.mesh, positions, *format),
         None => io::write(&result.mesh, &cloud.frame, *format),
     };
-    let bytes = bytes.map_err(|error| Failure::of(&args.output, error))?;
+    let bytes = bytes.map_err(|error| Failure::in_file(&args.output, error))?;
     let is_file = !is_stream(&args.output);
     let pending = is_file.then(|| files::prepare(&args.output, &bytes, args.force)).transpose()?;
     Ok((bytes, pending.into_iter().collect()))
 }
 
-fn told(args: &MeshPointsArgs, Meshed { cloud, result, .. }: &Meshed, seconds: f64) -> Report {
+fn create_report(args: &MeshPointsArgs, MeshedCloud { cloud, result, .. }: &MeshedCloud, seconds: f64) -> Report {
     let found = topology(&result.mesh);
     Report {
         points: cloud.points.len(),
@@ -216,23 +222,23 @@ fn say(args: &MeshPointsArgs, report: &Report) {
         (false, false) => Voice::Out,
         (false, true) => Voice::Err,
     };
-    let [points, vertices, faces] = [report.points, report.vertices, report.faces].map(grouped);
+    let [points, vertices, faces] = [report.points, report.vertices, report.faces].map(group_digits);
     if report.repeated_points + report.non_finite_points > 0 {
-        let [repeated, non_finite] = [report.repeated_points, report.non_finite_points].map(grouped);
+        let [repeated, non_finite] = [report.repeated_points, report.non_finite_points].map(group_digits);
         voice.say(&format!("left out  {repeated} repeated points, {non_finite} non-finite points"));
     }
     if report.unused_points > 0 {
-        voice.say(&format!("unused    {} points are not used by any face", grouped(report.unused_points)));
+        voice.say(&format!("unused    {} points are not used by any face", group_digits(report.unused_points)));
     }
     voice.say(&format!("size      {points} points -> {vertices} vertices, {faces} faces"));
     voice.say(&surface(report));
     voice.say(&format!("time      {:.3} s", report.seconds));
 }
 
-/// `surface   3 holes (12 boundary edges), 0 non-manifold edges, 2 components`
+/// Formats a line such as `surface   3 holes (12 boundary edges), 0 non-manifold edges, 2 components`.
 fn surface(report: &Report) -> String {
     let [holes, boundary, edges, components] =
-        [report.holes, report.boundary_edges, report.non_manifold_edges, report.components].map(grouped);
+        [report.holes, report.boundary_edges, report.non_manifold_edges, report.components].map(group_digits);
     let holes = if report.closed { "closed".into() } else { format!("{holes} holes ({boundary} boundary edges)") };
     format!("surface   {holes}, {edges} non-manifold edges, {components} components")
 }

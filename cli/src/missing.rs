@@ -1,4 +1,4 @@
-//! What stands for the commands that a build lacks: any arguments, and a line that says how to get the command.
+//! Stubs of commands that a build lacks: they accept any arguments and say how to get the command.
 
 use std::ffi::OsString;
 
@@ -6,7 +6,7 @@ use clap::Parser;
 
 use crate::failure::Failure;
 
-/// Arguments of a command that is not there.
+/// Arguments of a missing command.
 #[derive(Debug, Parser)]
 #[command(disable_help_flag = true)]
 pub struct AnyArgs {
@@ -14,7 +14,7 @@ pub struct AnyArgs {
     _any: Vec<OsString>,
 }
 
-/// The refusal of a command that has the name of its feature.
+/// Creates the error for a command whose feature, of the same name, is missing.
 pub fn refusal(command: &str) -> Failure {
     Failure::Usage(format!(
         "{command}: this build lacks the feature {command}: run `cargo run --release --features {command} -- {command} ...`, or \

@@ -1,4 +1,4 @@
-//! What stands for `neural-mesh train` in a build without the feature `train`: a refusal.
+//! Stub of `neural-mesh train` for builds without the feature `train`.
 
 use clap::Parser;
 
@@ -12,7 +12,7 @@ pub struct TrainArgs {
     _any: AnyArgs,
 }
 
-/// Refuses.
+/// Returns the error that names the missing feature.
 pub fn run(_: &TrainArgs) -> Result<(), Failure> {
     Err(refusal("train"))
 }

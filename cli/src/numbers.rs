@@ -1,17 +1,15 @@
-//! Numbers as people type them: `10%`, `10k`, `1.5M`. What is refused says what is taken.
-//!
-//! The functions here are clap's value parsers: a number that passed one is in range.
+//! Parsers for numbers as people type them: `10%`, `10k`, `1.5M`. Errors name the accepted range.
 
 use neural_mesh::job::scaled;
 
-/// More threads than any machine has, fewer than a system refuses to start.
+/// Upper bound on threads: more than any machine has, fewer than a system refuses to start.
 pub const MOST_THREADS: u64 = 1024;
-/// More samples than any comparison needs, fewer than fill the memory.
+/// Upper bound on samples: more than any comparison needs, fewer than fill the memory.
 pub const MOST_SAMPLES: u64 = 10_000_000;
-/// Texels a side of a texture, as `bake` has them.
+/// Range of texels per side of a texture, as in `bake`.
 pub const TEXELS: (u64, u64) = (16, 8192);
 
-/// Views with names, y up: degrees around from +z, and above.
+/// Named views, y up: degrees around from +z, and above.
 const VIEWS: [(&str, [f32; 2]); 6] = [
     ("front", [0.0, 0.0]),
     ("right", [90.0, 0.0]),
@@ -23,7 +21,7 @@ const VIEWS: [(&str, [f32; 2]); 6] = [
 
 const VIEW: &str = "give front, back, left, right, top, bottom, or degrees around and above, like 30,20";
 
-/// Where an eye is, as degrees around and above: `front`, `30,20`.
+/// Parses a view such as `front` or `30,20`, in degrees around and above.
 pub fn view(text: &str) -> Result<[f32; 2], String> {
     if let Some((_, view)) = VIEWS.iter().find(|(name, _)| name.eq_ignore_ascii_case(text.trim())) {
         return Ok(*view);
@@ -33,7 +31,7 @@ pub fn view(text: &str) -> Result<[f32; 2], String> {
     view.ok_or(VIEW.into())
 }
 
-/// A whole number from `least` to `most`.
+/// Returns a parser for whole numbers from `least` to `most`.
 pub fn whole<N: TryFrom<u64>>(least: u64, most: u64) -> impl Fn(&str) -> Result<N, String> + Clone {
     move |text| {
         let value = text.trim().parse().ok().filter(|value| (least..=most).contains(value));
@@ -44,25 +42,25 @@ pub fn whole<N: TryFrom<u64>>(least: u64, most: u64) -> impl Fn(&str) -> Result<
     }
 }
 
-/// A number of threads.
+/// Parses a number of threads.
 pub fn n_threads(text: &str) -> Result<usize, String> {
     whole(1, MOST_THREADS)(text)
 }
 
-/// Texels a side of a texture.
+/// Parses a number of texels per side.
 pub fn texels(text: &str) -> Result<usize, String> {
     whole(TEXELS.0, TEXELS.1)(text)
 }
 
-/// A seed.
+/// Parses a seed.
 pub fn seed(text: &str) -> Result<u64, String> {
     whole(0, u64::MAX)(text)
 }
 
-/// What is taken for an amount of memory.
+/// Accepted amounts of memory, for messages.
 pub const GIB: &str = "a number of GiB above 0, like 4";
 
-/// A number in range; `taken` says in words which.
+/// Returns a parser for numbers in a range that `taken` describes in words.
 pub fn number(taken: &'static str, is_in_range: fn(f64) -> bool) -> impl Fn(&str) -> Result<f64, String> + Clone {
     move |text| scaled(text, 0).filter(|value| is_in_range(*value)).ok_or_else(|| format!("give {taken}"))
 }

@@ -1,4 +1,4 @@
-//! `--memory` on a mesh that takes more: its shape alone, simplified in blocks that wait on the disk beside the output.
+//! Simplification of meshes larger than `--memory`: the shape only, in blocks, with temporary files next to the output.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -22,16 +22,16 @@ use crate::progress::Progress;
 use crate::read::in_pieces;
 use crate::request::Request;
 
-/// What to do instead.
+/// Advice where this does not work.
 const REMEDY: &str = "allow more with --memory";
-/// Of the memory that is allowed, what the program takes beside.
+/// Memory of the program besides the blocks, in bytes.
 const BESIDE: u64 = 16 << 20;
-/// What a face costs in blocks and when they are measured, ns of 100 million.
+/// Costs per face of simplifying in blocks and of measuring, in ns, for 100 million faces.
 const SIMPLIFY: f64 = 740.0;
 const CHECK: f64 = 460.0;
 
-/// Simplifies what takes more memory than is allowed; `None` where it does not.
-pub fn simplified(
+/// Simplifies a mesh that needs more memory than allowed; `None` if it fits.
+pub fn simplify_in_blocks(
     request: &Request,
     weights: Option<&Weights>,
     progress: &mut Progress,
@@ -40,6 +40,7 @@ pub fn simplified(
     let began = Instant::now();
     let Some((pieces, n_bytes)) = in_pieces(path, request.memory, request.job.bake) else { return Ok(None) };
     check(request, &pieces)?;
+    // Blocks are stored next to the output, on the disk that must have room anyway.
     let folder = request.output.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
     let room = Room { n_bytes: n_bytes.saturating_sub(BESIDE), folder };
     let mut options = request.job.options.clone();
@@ -48,27 +49,26 @@ pub fn simplified(
     progress.follow(Plan::new(&[(Part::Simplify, SIMPLIFY), (Part::Check, check)]));
     let refused = |error| match error {
         OutOfCoreError::Simplify(SimplifyError::Interrupted) => Failure::Interrupted,
-        error => Failure::of(path, error),
+        error => Failure::in_file(path, error),
     };
-    let found = simplify_pieces(&pieces, weights, &options, &room, &mut shown(progress, Part::Simplify));
+    let found = simplify_pieces(&pieces, weights, &options, &room, &mut show_step(progress, Part::Simplify));
     let found = found.map_err(refused)?;
     let mut seconds = Seconds { simplify: began.elapsed().as_secs_f64(), ..Seconds::default() };
     let began = Instant::now();
     let n_samples = if request.job.check { SAMPLES } else { 0 };
-    let distance = found.distance(n_samples, 0, &mut shown(progress, Part::Check)).map_err(refused)?;
+    let distance = found.distance(n_samples, 0, &mut show_step(progress, Part::Check)).map_err(refused)?;
     seconds.check = began.elapsed().as_secs_f64();
-    written(request, found, (options.target, distance), seconds).map(Some)
+    prepare_output(request, found, (options.target, distance), seconds).map(Some)
 }
 
-/// Who shows how far a part is.
-fn shown(progress: &mut Progress, part: Part) -> impl FnMut(f64) -> ControlFlow<()> + Send {
+fn show_step(progress: &mut Progress, part: Part) -> impl FnMut(f64) -> ControlFlow<()> + Send {
     move |done| {
         progress.move_on(part, done);
         ControlFlow::Continue(())
     }
 }
 
-/// Refuses what needs more of the mesh than its shape, or all of it at once.
+/// Rejects options that need attributes or the whole mesh at once.
 fn check(request: &Request, pieces: &Pieces) -> Result<(), Failure> {
     let options = &request.job.options;
     let named = [
@@ -94,7 +94,7 @@ fn check(request: &Request, pieces: &Pieces) -> Result<(), Failure> {
     ];
     let whole = "the mesh needs more memory than allowed";
     if let Some((name, _)) = named.into_iter().find(|(_, is_asked)| *is_asked) {
-        return Err(Failure::of(
+        return Err(Failure::in_file(
             &request.source.path,
             format!("{whole}, and {name} does not work in blocks: {REMEDY}"),
         ));
@@ -104,13 +104,13 @@ fn check(request: &Request, pieces: &Pieces) -> Result<(), Failure> {
         let what = format!(
             "{whole}, and in blocks it would lose its {more}: {REMEDY}, or accept it with --ignore uv,normals,colors,materials"
         );
-        Failure::of(&request.source.path, what)
+        Failure::in_file(&request.source.path, what)
     };
     more.map_or(Ok(()), |more| Err(refused(more)))
 }
 
-/// A result on its way to its file.
-fn written(
+/// Writes the result to a temporary file and completes the report.
+fn prepare_output(
     request: &Request,
     found: OutOfCore,
     (target, distance): (Target, Option<QuickDistance>),
@@ -122,14 +122,14 @@ fn written(
     let path = request.output.as_deref();
     let shown = path.unwrap_or(Path::new("standard output"));
     let written = io::write_attributed(&model, &WriteOptions::new(request.job.format, "mesh"));
-    let written = written.map_err(|error| Failure::of(shown, error))?;
+    let written = written.map_err(|error| Failure::in_file(shown, error))?;
     let mut pending: Vec<_> =
         path.map(|path| files::prepare(path, &written.bytes, request.force)).transpose()?.into_iter().collect();
     let bytes = path.is_none().then_some(written.bytes);
     seconds.write = began.elapsed().as_secs_f64();
     let in_blocks = format!("simplified in {} blocks to save memory", found.n_blocks);
     let notes = written.notes.into_iter().chain([in_blocks]).collect();
-    let mut report = Report { notes, seconds, ..told(request, &found, target) };
+    let mut report = Report { notes, seconds, ..create_report(request, &found, target) };
     report.output.vertices_written = written.n_vertices;
     report.distance = distance.as_ref().map(Distance::of);
     let json = files::prepare_json(request.report.as_deref(), &report, request.force, &mut pending)?;
@@ -137,8 +137,8 @@ fn written(
     Ok(Done { report, cleaned, bytes: bytes.or(json), pending, beside: None, force: request.force })
 }
 
-/// What is told of a run whatever became of its file.
-fn told(request: &Request, found: &OutOfCore, target: Target) -> Report {
+/// Returns the report before the file is written.
+fn create_report(request: &Request, found: &OutOfCore, target: Target) -> Report {
     let simplified = &found.simplified;
     Report {
         input: Size { vertices: found.n_vertices, faces: found.n_faces, shape: None },

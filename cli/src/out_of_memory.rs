@@ -1,4 +1,4 @@
-//! The end of the program where no more memory is to be had: one line, and in a batch the meshes that were under way.
+//! End of the program where memory runs out: one line, and in a batch a record of the meshes in progress.
 
 use std::cell::Cell;
 use std::io::Write;
@@ -8,30 +8,31 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::SeqCst};
 
 use crate::{allocator, interrupt};
 
-/// Meshes of a batch at once, at most, that are remembered by name when the memory is at an end.
+/// Most meshes in progress that are recorded.
 const REMEMBERED: usize = 1024;
-/// No mesh.
+/// Marks a free slot.
 const NONE: usize = usize::MAX;
 
-/// A batch as it is remembered when the memory is at an end.
-struct Batch {
-    /// Where its end is written down.
+/// Names and record file of a batch, for the end where memory runs out.
+struct RecordedBatch {
+    /// File for the record.
     path: PathBuf,
-    /// The meshes as they are written down.
+    /// Names of all meshes of the batch.
     names: Vec<String>,
 }
 
-static BATCH: OnceLock<Batch> = OnceLock::new();
+static BATCH: OnceLock<RecordedBatch> = OnceLock::new();
 static RUNNING: [AtomicUsize; REMEMBERED] = [const { AtomicUsize::new(NONE) }; REMEMBERED];
 
-/// Has the meshes under way written to the file at `path` if the memory is at an end, a line each: how many they are, the bytes that
-/// might be taken, and the one in `names`.
+/// Registers a batch: if memory runs out, the meshes in progress are recorded in the file at `path`.
+///
+/// Each line has the number of meshes in progress, the memory bound in bytes, and one of `names`.
 pub fn remember(path: PathBuf, names: Vec<String>) {
-    let _ = BATCH.set(Batch { path, names });
+    let _ = BATCH.set(RecordedBatch { path, names });
 }
 
-/// Does the work on a mesh of the batch, by its number.
-pub fn during<T>(mesh: usize, work: impl FnOnce() -> T) -> T {
+/// Runs the work on one mesh of the batch, given by its number.
+pub fn track<T>(mesh: usize, work: impl FnOnce() -> T) -> T {
     let is_free = |slot: &&AtomicUsize| slot.compare_exchange(NONE, mesh, SeqCst, SeqCst).is_ok();
     let slot = RUNNING.iter().find(is_free);
     let done = work();
@@ -39,16 +40,17 @@ pub fn during<T>(mesh: usize, work: impl FnOnce() -> T) -> T {
     done
 }
 
-/// Ends the program for want of memory, from within the allocator: in one line, with exit code 1.
+/// Ends the program from within the allocator with one line and exit code 1.
 pub fn end(n_bytes: usize) -> ! {
     thread_local! {
         static IS_ENDING: Cell<bool> = const { Cell::new(false) };
     }
     static ENDING: AtomicBool = AtomicBool::new(false);
     if IS_ENDING.replace(true) {
-        // Not even the end has enough memory.
+        // Ending itself ran out of memory.
         std::process::abort();
     }
+    // One thread ends the program; the others wait for it.
     if ENDING.swap(true, SeqCst) {
         loop {
             std::thread::park();
@@ -63,9 +65,9 @@ pub fn end(n_bytes: usize) -> ! {
     std::process::exit(1);
 }
 
-/// Writes down the meshes that were under way.
+/// Records the meshes in progress.
 fn write_down() {
-    let Some(Batch { path, names }) = BATCH.get() else { return };
+    let Some(RecordedBatch { path, names }) = BATCH.get() else { return };
     let Ok(mut file) = std::fs::OpenOptions::new().create(true).append(true).open(path) else { return };
     let running = || RUNNING.iter().filter_map(|slot| names.get(slot.load(SeqCst)));
     for name in running() {

@@ -1,10 +1,10 @@
-//! Text from outside made harmless for a terminal: what would steer it, or hide or reorder what people read, is spelled out.
+//! Escaping of foreign text for terminals: control characters and characters that hide or reorder text are spelled out.
 
 use std::borrow::Cow;
 
-/// The text with every character that a terminal obeys instead of showing it as its escape: `\u{1b}`, `\n`.
+/// Replaces every character that controls a terminal by its escape, such as `\u{1b}` or `\n`.
 ///
-/// Backslashes stay, so that what was made plain stays as it is when it is made plain again.
+/// Backslashes stay, so that escaping twice changes nothing.
 pub fn plain(text: &str) -> Cow<'_, str> {
     if !text.contains(steers) {
         return Cow::Borrowed(text);
@@ -13,7 +13,7 @@ pub fn plain(text: &str) -> Cow<'_, str> {
     Cow::Owned(text.chars().map(escaped).collect())
 }
 
-/// JSON with every such character, but for the ends of its lines, as JSON's own escape: `\u202e`. It stays the same to a reader.
+/// Replaces such characters in JSON by JSON escapes, except line breaks; parsers read the same value.
 pub fn plain_json(json: &str) -> String {
     let escaped = |letter: char| match letter {
         '\n' => "\n".to_string(),
@@ -23,7 +23,7 @@ pub fn plain_json(json: &str) -> String {
     json.chars().map(escaped).collect()
 }
 
-/// Controls of both sets, separators of lines, and what turns the direction of text.
+/// Returns whether a character is a control, a line separator, or a change of text direction.
 fn steers(letter: char) -> bool {
     let turns = ['\u{61c}', '\u{200e}', '\u{200f}'].contains(&letter)
         || ('\u{2028}'..='\u{202e}').contains(&letter)

@@ -1,4 +1,4 @@
-//! What a run goes through and what each part of it costs, so that its bar moves evenly.
+//! Steps of a run with their costs, so that the progress bar moves evenly.
 
 use neural_mesh::io::Format;
 use neural_mesh::job::{Goal, Part};
@@ -7,8 +7,8 @@ use neural_mesh::simplify::{Assembly, Target};
 
 use crate::request::Request;
 
-/// What a newcomer reads of a part of a run.
-pub const fn words_of_part(part: Part) -> &'static str {
+/// Describes a step of a run for users.
+pub const fn describe_step(part: Part) -> &'static str {
     match part {
         Part::Read => "reading",
         Part::Simplify => "simplifying",
@@ -19,8 +19,8 @@ pub const fn words_of_part(part: Part) -> &'static str {
     }
 }
 
-/// What a newcomer reads of a stage of the simplification.
-pub fn words_of(stage: &str) -> &'static str {
+/// Describes a stage of the simplification for users.
+pub fn describe_stage(stage: &str) -> &'static str {
     match stage {
         "surface" | "symmetry" => "analysing the surface",
         "scores" | "sample" => "choosing vertices",
@@ -33,63 +33,63 @@ pub fn words_of(stage: &str) -> &'static str {
     }
 }
 
-/// Shares of the size for which costs were measured: ns per face of a torus of four million faces on one thread; what lies between is
-/// interpolated.
+/// Ratios at which costs were measured, in ns per face: a torus of four million faces, one thread. Others are interpolated.
 const RATIOS: [f64; 3] = [0.02, 0.1, 0.5];
-/// The share that stays where it is not known.
+/// Ratio to assume where it is unknown.
 const USUAL_SHARE: f64 = 0.1;
 const SIMPLIFY: [f64; 3] = [1300.0, 4500.0, 9300.0];
 const CHECK: [f64; 3] = [900.0, 1600.0, 2900.0];
-/// Of each level of detail after the first, over the one before.
+/// Cost of each further level of detail, relative to the first.
 const OF_FURTHER: f64 = 0.2;
-/// Of the paper's assembly, whose network sees every candidate.
+/// Cost of the paper's assembly, whose network evaluates every candidate.
 const PAPER: f64 = 30_000.0;
-/// Runs that a search takes, about; and their share of it, beside proofs.
+/// Typical number of runs of a search, and their share of its time next to proofs.
 const RUNS: f64 = 3.0;
 const PROVED: f64 = 0.4;
-/// Per face of the result.
+/// Cost per face of the result.
 const WRITE: f64 = 150.0;
-/// Charts and texels, per face of the result.
+/// Cost of charts and texels, per face of the result.
 const BAKE: f64 = 50_000.0;
 const PICTURE: f64 = 600.0;
 
-/// The parts of a run, in order, each with its cost; only quotients count.
+/// The steps of a run, in order, with relative costs.
 #[derive(Clone, Debug)]
 pub struct Plan(Vec<(Part, f64)>);
 
 impl Plan {
-    /// Of these costs.
+    /// Creates a plan from steps and costs.
     pub fn new(parts: &[(Part, f64)]) -> Self {
         Self(parts.to_vec())
     }
 
-    /// Of `simplify`, of a mesh that is read already or not.
-    pub fn of(request: &Request, mesh: Option<&TriMesh>) -> Self {
+    /// Estimates the plan of `simplify`, with the mesh once it is read.
+    pub fn estimate(request: &Request, mesh: Option<&TriMesh>) -> Self {
         let n_levels = request.job.goal.n_levels().map_or(1.0, |n| n as f64);
         let ratio = share(request, mesh).unwrap_or(USUAL_SHARE).clamp(0.0, 1.0);
         let once = match request.job.options.assembly {
             Assembly::Paper => PAPER,
-            Assembly::Closed => at(ratio, SIMPLIFY) * (1.0 + OF_FURTHER * (n_levels - 1.0)),
+            Assembly::Closed => interpolate(ratio, SIMPLIFY) * (1.0 + OF_FURTHER * (n_levels - 1.0)),
         };
+        // A search repeats the run several times, and proofs take most of its time.
         let simplify = match request.job.goal {
             Goal::Error(_) => once * RUNS / PROVED,
-            Goal::ErrorLevels(_) => n_levels * at(ratio, SIMPLIFY) * RUNS / PROVED,
+            Goal::ErrorLevels(_) => n_levels * interpolate(ratio, SIMPLIFY) * RUNS / PROVED,
             Goal::Size(_) => once * RUNS,
             _ => once,
         };
         let given = |is_asked: bool, cost: f64| if is_asked { cost } else { 0.0 };
         Self::new(&[
-            (Part::Read, reading(request)),
+            (Part::Read, reading_cost(request)),
             (Part::Simplify, simplify),
             (Part::Bake, given(request.job.bake.is_some(), BAKE * ratio)),
-            (Part::Check, given(request.job.check, n_levels * at(ratio, CHECK))),
+            (Part::Check, given(request.job.check, n_levels * interpolate(ratio, CHECK))),
             (Part::Write, WRITE * ratio),
             (Part::Picture, given(request.picture.is_some(), PICTURE)),
         ])
     }
 
-    /// The share of the run that is done where so much of a part is; of what it does not go through nothing.
-    pub fn done(&self, part: Part, of_part: f64) -> f64 {
+    /// Returns the share of the run that is done when `of_part` of a step is done, and 0 for steps outside the plan.
+    pub fn share_done(&self, part: Part, of_part: f64) -> f64 {
         let all: f64 = self.0.iter().map(|(_, cost)| cost).sum();
         let Some(at) = self.0.iter().position(|(other, _)| *other == part) else { return 0.0 };
         let before: f64 = self.0[..at].iter().map(|(_, cost)| cost).sum();
@@ -97,7 +97,7 @@ impl Plan {
     }
 }
 
-/// The share of the mesh that will stay, as far as it is known: nobody knows with what a search ends.
+/// Returns the ratio of the result where it is known before the run.
 fn share(request: &Request, mesh: Option<&TriMesh>) -> Option<f64> {
     match (&request.job.goal, request.job.options.target) {
         (Goal::Error(_) | Goal::ErrorLevels(_) | Goal::Size(_), _) => None,
@@ -107,8 +107,8 @@ fn share(request: &Request, mesh: Option<&TriMesh>) -> Option<f64> {
     }
 }
 
-/// Text is parsed, corners are welded.
-fn reading(request: &Request) -> f64 {
+/// Estimates the cost of reading: text must be parsed, and STL corners welded.
+fn reading_cost(request: &Request) -> f64 {
     let path = Format::without_gz(&request.source.path);
     match Format::from_path(&path) {
         Some(Format::Ply) => 200.0,
@@ -117,8 +117,8 @@ fn reading(request: &Request) -> f64 {
     }
 }
 
-/// Costs at a share of the size: straight lines over its logarithm.
-fn at(ratio: f64, costs: [f64; 3]) -> f64 {
+/// Interpolates costs linearly over the logarithm of the ratio.
+fn interpolate(ratio: f64, costs: [f64; 3]) -> f64 {
     let i = usize::from(ratio > RATIOS[1]);
     let t = (ratio / RATIOS[i]).max(f64::MIN_POSITIVE).ln() / (RATIOS[i + 1] / RATIOS[i]).ln();
     costs[i] + (costs[i + 1] - costs[i]) * t.clamp(0.0, 1.0)
@@ -133,13 +133,16 @@ mod tests {
         let plan = Plan::new(&[(Part::Read, 1.0), (Part::Simplify, 6.0), (Part::Check, 0.0), (Part::Write, 3.0)]);
         let done =
             [(Part::Read, 0.5), (Part::Simplify, 0.0), (Part::Simplify, 1.0), (Part::Check, 0.5), (Part::Write, 2.0)];
-        assert_eq!(done.map(|(part, of_part)| plan.done(part, of_part)), [0.05, 0.1, 0.7, 0.7, 1.0]);
+        assert_eq!(done.map(|(part, of_part)| plan.share_done(part, of_part)), [0.05, 0.1, 0.7, 0.7, 1.0]);
     }
 
     #[test]
     fn costs_lie_between_those_measured() {
-        assert_eq!([0.001, 0.02, 0.1, 0.5, 1.0].map(|ratio| at(ratio, [1.0, 3.0, 4.0])), [1.0, 1.0, 3.0, 4.0, 4.0]);
-        let between = at(0.05, [1.0, 3.0, 4.0]);
+        assert_eq!(
+            [0.001, 0.02, 0.1, 0.5, 1.0].map(|ratio| interpolate(ratio, [1.0, 3.0, 4.0])),
+            [1.0, 1.0, 3.0, 4.0, 4.0]
+        );
+        let between = interpolate(0.05, [1.0, 3.0, 4.0]);
         assert!(between > 1.0 && between < 3.0);
     }
 }

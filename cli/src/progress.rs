@@ -1,4 +1,4 @@
-//! What is going on, for the eye and for the report: how far the run is, and the seconds of each stage.
+//! Progress of a run for the terminal, and the seconds of its stages for the report.
 
 use std::cell::{Cell, RefCell};
 use std::ops::ControlFlow;
@@ -8,28 +8,28 @@ use neural_mesh::job::{Part, Seconds, Watch};
 use neural_mesh::simplify::{Event, Listener};
 
 use crate::bar::Bar;
-use crate::plan::{Plan, words_of, words_of_part};
+use crate::plan::{Plan, describe_stage, describe_step};
 
-/// Steps in which the bar moves; events come every few milliseconds.
+/// Steps of the bar; events arrive every few milliseconds.
 const STEPS: f64 = 500.0;
 
-/// A bar that shows itself where work takes longer than a second, and a clock that the library does not have.
+/// A progress bar and the clock of a run.
 pub struct Progress {
     bar: Bar,
     plan: RefCell<Plan>,
-    /// What the bar shows, in steps; the bar never goes back.
+    /// Position of the bar in steps; it never moves back.
     shown: Cell<(&'static str, u64)>,
-    /// Seconds of each stage of the simplification, and of each part of the run.
+    /// Seconds of each stage of the simplification, and of each step of the run.
     stages: Vec<(&'static str, f64)>,
     parts: Vec<(Part, f64)>,
     current: Option<(&'static str, Instant)>,
     current_part: Option<(Part, Instant)>,
-    /// Who else hears of events, and may end the run.
+    /// Another listener, which may stop the run.
     listener: Option<Box<Listener<'static>>>,
 }
 
 impl Progress {
-    /// Starts what goes through these parts; nothing is ever said where `quiet`.
+    /// Starts a run with a plan; with `quiet` nothing is printed.
     pub fn new(quiet: bool, plan: Plan) -> Self {
         let (plan, shown) = (RefCell::new(plan), Cell::default());
         let (stages, parts) = (Vec::new(), Vec::new());
@@ -37,41 +37,42 @@ impl Progress {
         Self { bar: Bar::new(quiet), plan, shown, stages, parts, current, current_part, listener }
     }
 
-    /// Says nothing.
+    /// Starts a run without output.
     pub fn silent() -> Self {
         Self::new(true, Plan::new(&[]))
     }
 
-    /// Says nothing; what the simplification tells goes to a listener, too.
-    pub fn heard_by(listener: Box<Listener<'static>>) -> Self {
+    /// Starts a run without output whose events also go to a listener.
+    pub fn with_listener(listener: Box<Listener<'static>>) -> Self {
         Self { listener: Some(listener), ..Self::silent() }
     }
 
-    /// Parts cost something else than was thought.
+    /// Replaces the plan when costs are better known.
     pub fn follow(&self, plan: Plan) {
         self.plan.replace(plan);
     }
 
-    /// So much of a part is done.
+    /// Shows that the share `done` of a step is done.
     pub fn move_on(&self, part: Part, done: f64) {
-        self.show_at(part, words_of_part(part), done);
+        self.show_at(part, describe_step(part), done);
     }
 
-    /// Says something where the bar stands.
-    pub fn aside(&self, say: impl FnOnce()) {
-        self.bar.aside(say);
+    /// Runs `say` with the bar hidden.
+    pub fn suspend(&self, say: impl FnOnce()) {
+        self.bar.suspend(say);
     }
 
-    /// Moves the bar, if there is something to see.
+    /// Moves the bar if the change is visible.
     fn show_at(&self, part: Part, words: &'static str, of_part: f64) {
         let (_, before) = self.shown.get();
-        let steps = ((STEPS * self.plan.borrow().done(part, of_part)) as u64).max(before);
+        // A new plan may put the same work at a smaller share, and the bar must not move back.
+        let steps = ((STEPS * self.plan.borrow().share_done(part, of_part)) as u64).max(before);
         if self.shown.replace((words, steps)) != (words, steps) {
             self.bar.show(words, steps as f64 / STEPS);
         }
     }
 
-    /// The run ends: seconds of its parts, and of the stages of the simplification, in the order they came first.
+    /// Ends the run and returns the seconds of its steps and stages, in order of first appearance.
     pub fn seconds(&mut self) -> Seconds {
         self.end_part();
         let stages = self.stages.iter().map(|(stage, seconds)| (stage.to_string(), (*seconds).into())).collect();
@@ -107,12 +108,12 @@ impl Watch for Progress {
             self.end_stage();
             self.current = Some((event.stage, Instant::now()));
         }
-        self.show_at(Part::Simplify, words_of(event.stage), f64::from(event.total));
+        self.show_at(Part::Simplify, describe_stage(event.stage), f64::from(event.total));
         self.listener.as_mut().map_or(ControlFlow::Continue(()), |listener| listener(event))
     }
 }
 
-/// Adds the seconds since something began to those that it took before.
+/// Adds the seconds since `began` to the total of a step or stage.
 fn add<T: PartialEq>(seconds: &mut Vec<(T, f64)>, of: T, began: Instant) {
     let more = began.elapsed().as_secs_f64();
     match seconds.iter_mut().find(|(other, _)| *other == of) {

@@ -1,4 +1,4 @@
-//! What a request names, read from its file or from standard input: meshes, cleaned, and weights.
+//! Reading of meshes and weights from files or standard input.
 
 use std::path::Path;
 
@@ -14,36 +14,35 @@ use crate::memory::estimate;
 use crate::names::is_stream;
 use crate::request::Source;
 
-/// Reads the weights that are given for an assembly, if any are: those that say they learned for the other one are refused.
+/// Reads the given weights, and rejects weights that were trained for the other assembly.
 pub fn read_weights(path: Option<&Path>, assembly: Assembly) -> Result<Option<Weights>, Failure> {
     let Some(path) = path else { return Ok(None) };
-    let weights = Weights::from_bytes(&files::read(path)?).map_err(|error| Failure::of(path, error))?;
+    let weights = Weights::from_bytes(&files::read(path)?).map_err(|error| Failure::in_file(path, error))?;
     let instead = match (weights.objective(), assembly) {
         (Some("paper"), Assembly::Closed) => "--assembly paper alone: add it",
-        // What learned nothing worth keeping serves to try out either.
+        // Weights without an objective, or of the trial objective, suit both assemblies.
         (None | Some("paper" | "uniform"), _) | (_, Assembly::Closed) => return Ok(Some(weights)),
         (_, Assembly::Paper) => "--assembly closed alone: leave --assembly paper out",
     };
     let learned = weights.objective().unwrap_or_default();
-    Err(Failure::of(path, format!("learned the objective \"{learned}\", for {instead}, or leave --weights out")))
+    Err(Failure::in_file(path, format!("learned the objective \"{learned}\", for {instead}, or leave --weights out")))
 }
 
-/// Reads and parses a mesh.
 pub fn read(source: &Source) -> Result<RawMesh, Failure> {
-    parsed(source, io::read, io::read_path)
+    parse_source(source, io::read, io::read_path)
 }
 
-/// Opens the glTF that the source names, with what it refers to.
+/// Opens the glTF of the source with the files it refers to.
 pub fn asset(source: &Source) -> Result<Asset, Failure> {
     let asset = match source.content.take(&source.path).transpose()? {
         Some(bytes) => Asset::from_stream(&bytes),
         None => Asset::read_path(&source.path),
     };
-    asset.map_err(|error| Failure::of(&source.path, error))
+    asset.map_err(|error| Failure::in_file(&source.path, error))
 }
 
-/// Parses what the source names: bytes of standard input, or the file at a path.
-pub fn parsed<T>(
+/// Parses the source, from standard input or from its file.
+pub fn parse_source<T>(
     source: &Source,
     parse: fn(&[u8], Option<Format>) -> Result<T, ReadError>,
     parse_path: fn(&Path, Option<Format>) -> Result<T, ReadError>,
@@ -58,21 +57,21 @@ pub fn parsed<T>(
         (mesh, _) => mesh,
     };
     mesh.map_err(|error| match error.is_of_unknown_format() {
-        true => Failure::of(&source.path, format!("{}: {}", error.what, source.remedy)),
-        false => Failure::of(&source.path, error),
+        true => Failure::in_file(&source.path, format!("{}: {}", error.what, source.remedy)),
+        false => Failure::in_file(&source.path, error),
     })
 }
 
-/// A mesh file that takes more memory than is allowed and can be read in pieces, and how much is allowed; what cannot be read so may
-/// fit after all.
+/// Opens a mesh file in pieces if it needs more memory than allowed, and returns the allowed bytes with it.
+///
+/// Files that cannot be read in pieces are left to the usual way, which may still fit.
 pub fn in_pieces(path: &Path, allowed: Option<u64>, bake: Option<usize>) -> Option<(Pieces, u64)> {
     let most = allowed.filter(|most| !is_stream(path) && estimate(path, bake) > *most)?;
     Some((Pieces::open(path).ok()?, most))
 }
 
-/// Welds and cleans a mesh as read.
-pub fn cleaned(raw: RawMesh, source: &Source) -> Result<Cleaned, Failure> {
+pub fn clean_mesh(raw: RawMesh, source: &Source) -> Result<Cleaned, Failure> {
     let mut options = CleanOptions::default();
     options.weld = source.weld;
-    clean(raw, &options).map_err(|error| Failure::of(&source.path, error))
+    clean(raw, &options).map_err(|error| Failure::in_file(&source.path, error))
 }

@@ -1,4 +1,4 @@
-//! From typed arguments to what will be done, before any file is opened: whatever is wrong here is a usage error.
+//! Turns typed arguments into checked requests before any file is opened: every mistake here is a usage error.
 
 use std::path::{Path, PathBuf};
 
@@ -11,79 +11,81 @@ use crate::content::Content;
 use crate::failure::Failure;
 use crate::memory;
 use crate::names::{
-    Destination, LEVEL, Place, check_stdout, destination, format_of, is_stream, level_paths, named, names_level,
-    readable, with_level, without_level,
+    Destination, LEVEL, MeshPaths, check_stdout, destination, format_by_name, format_of, is_stream, level_paths,
+    names_level, readable, with_level, without_level,
 };
 
-/// One run of `simplify`, complete and consistent.
+/// One run of `simplify` with checked arguments.
 #[derive(Debug)]
 pub struct Request {
-    /// Where the mesh comes from.
+    /// Source of the mesh.
     pub source: Source,
-    /// What is asked of it, whatever its file; its format is known once the input is read where it follows that.
+    /// Options of the simplification. The format is set after reading if it follows the input.
     pub job: Job,
-    /// Where it goes; `None` for standard output.
+    /// Output file; `None` for standard output.
     pub output: Option<PathBuf>,
-    /// Whether the format is that of the input, which shows when it is read.
+    /// Whether the format is that of the input, known only after reading.
     pub follows_input: bool,
-    /// Whether the mesh is written nowhere: another face takes it as it is.
+    /// Whether the mesh is not written but returned to another program.
     pub stays_in_memory: bool,
-    /// Bytes of memory that may be taken, where that is bounded by the caller.
+    /// Memory bound in bytes, if the caller set one.
     pub memory: Option<u64>,
-    /// Where the map goes.
+    /// File for the map.
     pub map: Option<PathBuf>,
-    /// Whether it is said what holds the result.
+    /// Whether to print what limits the result.
     pub explain: bool,
-    /// File of the weights; `None` for those that ship.
+    /// File with weights; `None` for those of the program.
     pub weights: Option<PathBuf>,
     /// Threads; `None` for one per core.
     pub n_threads: Option<usize>,
-    /// Where the report goes.
+    /// File for the report.
     pub report: Option<PathBuf>,
-    /// Where the picture goes.
+    /// File for the picture.
     pub picture: Option<PathBuf>,
-    /// Where its eye is, as degrees around and above; a view is chosen where it is not said.
+    /// View of the picture as degrees around and above; chosen automatically if `None`.
     pub view: Option<[f32; 2]>,
-    /// Whether it has edges over textures and colours, too.
+    /// Whether edges are drawn over textures and colours.
     pub wires: bool,
-    /// Whether anything is said.
+    /// Whether nothing but errors is printed.
     pub quiet: bool,
     /// Whether existing files are replaced.
     pub force: bool,
-    /// Whether what was asked for and is not reached is told by the exit code.
+    /// Whether a missed target changes the exit code.
     pub strict: bool,
 }
 
-/// What to do about an input of unknown format where `--format` may say it, and where that says the format of the output.
+/// Advice for an input of unknown format, if the name of the output has a known ending, and if not.
 const NAMED_OUTPUT: &str = "--format sets the format of IN where the name of OUT has a known ending";
 const UNNAMED_OUTPUT: &str = "--format is for the output";
 
-/// What levels share whose files say nothing but their level.
+/// Name of files that levels share, if the file name has nothing but the level.
 const SHARED: &str = "levels";
 
 impl Request {
-    /// Whether standard output takes the report.
+    /// Returns whether the report goes to standard output.
     pub fn reports_to_stdout(&self) -> bool {
         self.report.as_deref().is_some_and(is_stream)
     }
 
-    /// The end of its job as the program's.
+    /// Converts an error of the job into one of the program.
     pub fn failure(&self, error: JobError) -> Failure {
         match error {
             JobError::Interrupted => Failure::Interrupted,
             JobError::Options(text) => Failure::Usage(text),
-            JobError::Output(text) => Failure::of(self.output.as_deref().unwrap_or(Path::new("standard output")), text),
-            other => Failure::of(&self.source.path, other),
+            JobError::Output(text) => {
+                Failure::in_file(self.output.as_deref().unwrap_or(Path::new("standard output")), text)
+            }
+            other => Failure::in_file(&self.source.path, other),
         }
     }
 
-    /// Names the files of the results, now that their format is known.
+    /// Sets the names of the result files, once their format is known.
     pub fn name_files(&mut self) {
         let name = |path: &PathBuf| path.file_name().unwrap_or("mesh".as_ref()).to_string_lossy().into_owned();
         self.job.names = Names { files: self.outputs().iter().map(name).collect(), shared: self.shared_name() };
     }
 
-    /// Where the mesh goes, or each level of detail; those of a scene are one file where the name has no place for the level.
+    /// Returns the output files, one for each level of detail; levels of a scene share a file unless the name has the placeholder.
     pub fn outputs(&self) -> Vec<PathBuf> {
         let Some(path) = &self.output else { return Vec::new() };
         let Some(n_levels) = self.job.goal.n_levels() else { return vec![path.clone()] };
@@ -91,75 +93,75 @@ impl Request {
         level_paths(&if is_scene { path.clone() } else { with_level(path) }, n_levels)
     }
 
-    /// The name after which files are called that levels share, where there are such levels.
+    /// Returns the name for files that levels share, if there are levels.
     fn shared_name(&self) -> Option<String> {
         let (path, _) = (self.output.as_deref()?, self.job.goal.n_levels()?);
         Some(without_level(path).unwrap_or_else(|| SHARED.into()))
     }
 }
 
-/// Where a mesh comes from and how it is read.
+/// A mesh file and how to read it.
 #[derive(Debug)]
 pub struct Source {
     /// A path, or `-` for standard input.
     pub path: PathBuf,
-    /// The format, where the arguments say it and the name does not.
+    /// Format from the arguments, if the name has no known ending.
     pub format: Option<Format>,
-    /// The format to try if neither name nor content say it.
+    /// Format to try if neither name nor content tell.
     pub last_resort: Option<Format>,
-    /// Whether vertices at equal positions become one.
+    /// Whether vertices at equal positions are merged.
     pub weld: bool,
     /// Whether a scene becomes one mesh in any format.
     pub as_one: bool,
-    /// What to do where the format is not known.
+    /// Advice if the format is unknown.
     pub remedy: String,
-    /// What its bytes say.
+    /// Content of the file.
     pub content: Content,
 }
 
 impl Source {
-    /// A mesh that is read as `given`, where that is said and its name says nothing.
+    /// Creates a source that is read as `given`, unless its name has a known ending.
     pub fn new(path: PathBuf, given: Option<Format>, weld: bool) -> Self {
-        let format = given.filter(|_| named(&path).is_none());
+        let format = given.filter(|_| format_by_name(&path).is_none());
         let content = Content::default();
         Self { path, format, last_resort: None, weld, as_one: false, remedy: readable(), content }
     }
 
-    /// Whether it is a glTF scene that stays one: its bytes say so, not its name.
+    /// Returns whether the source is a glTF scene that stays a scene, judged by content.
     pub fn is_scene(&self, output: Format) -> bool {
         matches!(output, Format::Gltf | Format::Glb) && self.is_gltf()
     }
 
-    /// Whether it is a glTF that is not asked for as one mesh.
+    /// Returns whether the source is a glTF that is not joined into one mesh.
     pub fn is_gltf(&self) -> bool {
         let may_be = self.format.is_none_or(|format| matches!(format, Format::Gltf | Format::Glb));
         may_be && !self.as_one && self.content.is_gltf(&self.path)
     }
 
-    /// A mesh that is read as `given` only where neither its name nor its content says anything.
+    /// Creates a source that is read as `given` only if neither name nor content tell the format.
     fn by_content(path: PathBuf, given: Option<Format>, weld: bool) -> Self {
         Self { last_resort: given, ..Self::new(path, None, weld) }
     }
 
-    /// The same, with what is to be done where the format is not known.
-    pub fn unknown(self, remedy: &str) -> Self {
+    /// Sets the advice for an unknown format.
+    pub fn with_remedy(self, remedy: &str) -> Self {
         Self { remedy: format!("{}; {remedy}", readable()), ..self }
     }
 
-    /// The same, as one mesh where that is asked for.
-    pub fn united(self, as_one: bool) -> Self {
+    /// Sets whether a scene becomes one mesh.
+    pub fn with_as_one(self, as_one: bool) -> Self {
         Self { as_one, ..self }
     }
 }
 
 impl Request {
-    /// From one place to the other, with nothing said or drawn beside.
-    pub fn new(place: &Place, arguments: &Arguments) -> Result<Self, Failure> {
+    /// Creates a request without report, picture or messages.
+    pub fn new(place: &MeshPaths, arguments: &Arguments) -> Result<Self, Failure> {
         let Destination { path: output, format, follows_input } = destination(place)?;
         let mut job = job(arguments, (!follows_input).then_some(format))?;
         job.format = format;
         let mut request = Self {
-            source: source(place, !arguments.no_weld)?.united(arguments.bake.is_some()),
+            source: source(place, !arguments.no_weld)?.with_as_one(arguments.bake.is_some()),
             strict: job.goal.is_bound(),
             job,
             memory: None,
@@ -183,11 +185,11 @@ impl Request {
     }
 }
 
-/// Checks the arguments of `simplify` and fills in what they leave open.
+/// Checks the arguments of `simplify` and fills in defaults.
 pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
     check_single(&args)?;
     let input = args.inputs.first().map_or(Path::new(""), PathBuf::as_path);
-    let place = Place { input, output: &args.output, format: args.format.as_deref() };
+    let place = MeshPaths { input, output: &args.output, format: args.format.as_deref() };
     let bare = Request::new(&place, &arguments(&args)?)?;
     let mut request = Request {
         strict: args.strict || bare.strict,
@@ -209,7 +211,7 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
     Ok(request)
 }
 
-/// What is asked of a mesh that is written in a format; `None` where that is not known yet.
+/// Creates the job for an output format; `None` where the format is not known yet.
 pub fn job(arguments: &Arguments, format: Option<Format>) -> Result<Job, Failure> {
     let failed = |error: JobError| Failure::Usage(error.to_string());
     let job = arguments.job_as(format.unwrap_or(Format::Glb)).map_err(failed)?;
@@ -217,13 +219,14 @@ pub fn job(arguments: &Arguments, format: Option<Format>) -> Result<Job, Failure
     Ok(job)
 }
 
-/// The options of the command line as those of a job.
+/// Converts the options of the command line into those of a job.
 pub fn arguments(args: &SimplifyArgs) -> Result<Arguments, Failure> {
     let number = |count: Count| Value::Text(count.to_string());
     let text = |text: &String| Value::Text(text.clone());
     let optional =
         |value: &Option<Option<String>>| value.as_ref().map(|it| it.as_ref().map_or(Value::Flag(true), text));
     let whole: Vec<f64> = args.ratio.iter().filter(|of| of.name.is_none()).map(|of| of.share).collect();
+    // clap cannot distinguish a second size of the whole from further named shares.
     if whole.len() > 1 {
         let what = "--ratio cannot be used with a second one: give one size of the whole, and others as NAME=R";
         return Err(Failure::Usage(what.into()));
@@ -247,7 +250,7 @@ pub fn arguments(args: &SimplifyArgs) -> Result<Arguments, Failure> {
     })
 }
 
-/// Those among them that have a value of their own kind.
+/// Converts the options that need no special treatment.
 fn plain_arguments(args: &SimplifyArgs) -> Arguments {
     Arguments {
         assembly: Some(name_of(&args.assembly)),
@@ -279,22 +282,22 @@ fn plain_arguments(args: &SimplifyArgs) -> Arguments {
     }
 }
 
-/// What a value of an option is called.
+/// Returns the name of an option's value.
 fn name_of(value: &impl ValueEnum) -> String {
     value.to_possible_value().map_or_else(String::new, |value| value.get_name().into())
 }
 
-/// Where the mesh comes from. `--format` is the output's where its name does not say, else the input's.
-fn source(place: &Place, weld: bool) -> Result<Source, Failure> {
+/// Returns the source of the mesh. `--format` is for the input only if the output name has a known ending.
+fn source(place: &MeshPaths, weld: bool) -> Result<Source, Failure> {
     let format = place.format.map(format_of).transpose()?;
     let path = place.input.to_path_buf();
-    Ok(match named(place.output).filter(|_| !place.output.is_dir()) {
-        Some(_) => Source::new(path, format, weld).unknown(NAMED_OUTPUT),
-        None => Source::by_content(path, format, weld).unknown(UNNAMED_OUTPUT),
+    Ok(match format_by_name(place.output).filter(|_| !place.output.is_dir()) {
+        Some(_) => Source::new(path, format, weld).with_remedy(NAMED_OUTPUT),
+        None => Source::by_content(path, format, weld).with_remedy(UNNAMED_OUTPUT),
     })
 }
 
-/// What only a batch has a use for.
+/// Rejects options that only a batch uses, and sets the memory bound.
 fn check_single(args: &SimplifyArgs) -> Result<(), Failure> {
     if args.resume {
         return Err(Failure::Usage("--resume is for batches: give a folder, a pattern or --list".into()));
@@ -303,12 +306,12 @@ fn check_single(args: &SimplifyArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Whether a result that is short of what was asked is told by the exit code: a bound always, a size on request.
+/// Returns whether a missed target changes the exit code: always for bounds, with `--strict` for sizes.
 pub fn strict(args: &SimplifyArgs) -> bool {
     args.strict || args.error.is_some() || args.size.is_some() || args.lods_by == Some(LodsByArg::Error)
 }
 
-/// The level has a place in the name of what has levels.
+/// Rejects the placeholder of levels in a name without levels.
 fn check_level(request: &Request) -> Result<(), Failure> {
     match (&request.output, &request.job.goal) {
         (_, Goal::Levels(_) | Goal::ErrorLevels(_)) | (None, _) => Ok(()),
@@ -320,7 +323,7 @@ fn check_level(request: &Request) -> Result<(), Failure> {
     }
 }
 
-/// Standard output takes the mesh or the report.
+/// Rejects more than one result on standard output.
 fn check_streams(request: &Request) -> Result<(), Failure> {
     if [&request.picture, &request.map].into_iter().flatten().any(|path| is_stream(path)) {
         return Err(Failure::Usage("--picture and --map need the name of a file".into()));

@@ -1,4 +1,4 @@
-//! What `info` says of a glTF scene: its meshes, materials, images, skins, animations and extensions.
+//! Description of a glTF scene for `info`.
 
 use neural_mesh::io::{Asset, AssetContents, AssetPart};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
@@ -6,12 +6,12 @@ use neural_mesh::mesh::topology;
 use neural_mesh::picture::{ImageFormat, image_size};
 use serde::Serialize;
 
-use crate::words::grouped;
+use crate::words::group_digits;
 
-/// Lines or names of one kind that are shown on the screen.
+/// Most entries of a kind that are printed.
 const MOST: usize = 8;
 
-/// All that is said of a scene, in the order of the JSON.
+/// Description of a scene, in the order of the JSON.
 #[derive(Debug, Serialize)]
 pub struct SceneInfo {
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -27,7 +27,7 @@ pub struct SceneInfo {
     extensions_required: Vec<String>,
 }
 
-/// A mesh in its own coordinates, once.
+/// A mesh in its own coordinates, listed once.
 #[derive(Debug, Serialize)]
 struct MeshInfo {
     name: String,
@@ -35,18 +35,18 @@ struct MeshInfo {
     faces: usize,
     components: usize,
     materials: Vec<String>,
-    /// Names of the nodes that place it.
+    /// Names of the nodes that use it.
     nodes: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
 struct ImageInfo {
     name: String,
-    /// `PNG`, `JPEG`, `WebP`, `KTX2`; `null` for others.
+    /// `PNG`, `JPEG`, `WebP` or `KTX2`; `null` for others.
     format: Option<&'static str>,
     width: Option<usize>,
     height: Option<usize>,
-    /// `null` where its file is missing.
+    /// File size; `null` if the file is missing.
     bytes: Option<usize>,
 }
 
@@ -63,8 +63,8 @@ struct AnimationInfo {
 }
 
 impl SceneInfo {
-    /// Lists a scene; vertices at equal positions are one where `weld` says so.
-    pub fn of(asset: &Asset, weld: bool) -> Self {
+    /// Describes a scene; `weld` merges vertices at equal positions.
+    pub fn new(asset: &Asset, weld: bool) -> Self {
         let contents = asset.contents();
         let parts = asset.parts().iter().zip(&contents.nodes_of_parts);
         let meshes = parts.map(|(part, nodes)| mesh(part, nodes, weld)).collect();
@@ -87,7 +87,7 @@ impl SceneInfo {
         }
     }
 
-    /// The same for the screen: few lines, the largest meshes and images first.
+    /// Formats the description for the terminal, with the largest meshes and images first.
     pub fn lines(&self) -> Vec<String> {
         let mut meshes: Vec<&MeshInfo> = self.meshes.iter().collect();
         meshes.sort_by_key(|mesh| std::cmp::Reverse(mesh.faces));
@@ -100,16 +100,16 @@ impl SceneInfo {
             false => name.clone(),
         });
         let mut lines = vec![format!("scene       {}", self.counts())];
-        lines.extend(each("mesh", meshes.into_iter().map(MeshInfo::words)));
-        lines.extend(row("materials", self.materials.iter().cloned()));
-        lines.extend(each("image", images.into_iter().map(ImageInfo::words)));
-        lines.extend(row("skins", skins));
-        lines.extend(row("animations", animations));
-        lines.extend(row("extensions", extensions));
+        lines.extend(entry_lines("mesh", meshes.into_iter().map(MeshInfo::words)));
+        lines.extend(names_line("materials", self.materials.iter().cloned()));
+        lines.extend(entry_lines("image", images.into_iter().map(ImageInfo::words)));
+        lines.extend(names_line("skins", skins));
+        lines.extend(names_line("animations", animations));
+        lines.extend(names_line("extensions", extensions));
         lines
     }
 
-    /// `3 nodes, 2 meshes, 1 material, 1 skin, 76 animations`, but for what there is none of.
+    /// Formats the counts that are not 0, such as `3 nodes, 2 meshes, 1 skin`.
     fn counts(&self) -> String {
         let named = [
             (self.nodes, "node"),
@@ -119,25 +119,26 @@ impl SceneInfo {
             (self.skins.len(), "skin"),
             (self.animations.len(), "animation"),
         ];
-        let words: Vec<String> = named.into_iter().filter(|(n, _)| *n > 0).map(|(n, what)| counted(n, what)).collect();
+        let words: Vec<String> =
+            named.into_iter().filter(|(n, _)| *n > 0).map(|(n, what)| format_count(n, what)).collect();
         words.join(", ")
     }
 }
 
-/// `1 mesh`, `2 meshes`, `3 nodes`.
-fn counted(n: usize, what: &str) -> String {
+/// Formats a count with its noun: `1 mesh`, `2 meshes`, `3 nodes`.
+fn format_count(n: usize, what: &str) -> String {
     let ending = match n {
         1 => "",
         _ if what.ends_with("sh") => "es",
         _ => "s",
     };
-    format!("{} {what}{ending}", grouped(n))
+    format!("{} {what}{ending}", group_digits(n))
 }
 
 impl MeshInfo {
     fn words(&self) -> String {
-        let [vertices, faces] = [self.vertices, self.faces].map(grouped);
-        let (components, nodes) = (counted(self.components, "component"), counted(self.nodes.len(), "node"));
+        let [vertices, faces] = [self.vertices, self.faces].map(group_digits);
+        let (components, nodes) = (format_count(self.components, "component"), format_count(self.nodes.len(), "node"));
         format!("{}: {vertices} vertices, {faces} faces, {components}, at {nodes}", self.name)
     }
 }
@@ -147,7 +148,7 @@ impl ImageInfo {
         let Self { name, format, width, height, bytes } = self;
         let Some(bytes) = bytes else { return format!("{name}: missing") };
         let size = width.zip(*height).map(|(width, height)| format!("{width} x {height}, ")).unwrap_or_default();
-        format!("{name}: {size}{} bytes, {}", grouped(*bytes), format.unwrap_or("unknown format"))
+        format!("{name}: {size}{} bytes, {}", group_digits(*bytes), format.unwrap_or("unknown format"))
     }
 }
 
@@ -169,17 +170,17 @@ fn image(asset: &Asset, at: usize, name: String) -> ImageInfo {
     ImageInfo { name, format, width, height, bytes: bytes.map(|bytes| bytes.len()) }
 }
 
-/// A line for each of the first, and one that says how many more there are.
-fn each(label: &str, words: impl ExactSizeIterator<Item = String>) -> Vec<String> {
+/// Formats one line for each of the first entries, and one for the number of others.
+fn entry_lines(label: &str, words: impl ExactSizeIterator<Item = String>) -> Vec<String> {
     let more = words.len().saturating_sub(MOST);
     let first = words.take(MOST).map(|words| format!("{label:<12}{words}"));
-    first.chain((more > 0).then(|| format!("{:12}and {} more: --json lists them", "", grouped(more)))).collect()
+    first.chain((more > 0).then(|| format!("{:12}and {} more: --json lists them", "", group_digits(more)))).collect()
 }
 
-/// One line with the first names, where there are any.
-fn row(label: &str, names: impl ExactSizeIterator<Item = String>) -> Option<String> {
+/// Formats one line with the first names, if there are any.
+fn names_line(label: &str, names: impl ExactSizeIterator<Item = String>) -> Option<String> {
     let more = names.len().saturating_sub(MOST);
     let first: Vec<String> = names.take(MOST).collect();
-    let rest = if more > 0 { format!(" and {} more: --json lists them", grouped(more)) } else { String::new() };
+    let rest = if more > 0 { format!(" and {} more: --json lists them", group_digits(more)) } else { String::new() };
     (!first.is_empty()).then(|| format!("{label:<12}{}{rest}", first.join(", ")))
 }

@@ -1,4 +1,4 @@
-//! What another program of this repository has in common with this one: words, failures, numbers, files, pages.
+//! Items that `neural-mesh-bench` shares with this program: messages, errors, numbers, files, pages.
 
 pub use crate::failure::{Failure, name};
 pub use crate::plain::plain;
@@ -8,42 +8,42 @@ use std::process::ExitCode;
 
 use crate::words;
 
-/// Says what went wrong, if anything, also where standard output took not all; gives the exit code.
-pub fn ended(done: Result<(), Failure>) -> ExitCode {
-    crate::ended(done.and_then(|()| words::heard()))
+/// Prints an error, if any, including failed writes to standard output, and returns the exit code.
+pub fn finish(done: Result<(), Failure>) -> ExitCode {
+    crate::finish(done.and_then(|()| words::check_written()))
 }
 
-/// Says help, the version, or what is wrong with the arguments; gives the exit code.
-pub fn answered(answer: &clap::Error) -> ExitCode {
-    crate::answered(answer)
+/// Prints help, version, or an argument error, and returns the exit code.
+pub fn print_answer(answer: &clap::Error) -> ExitCode {
+    crate::print_answer(answer)
 }
 
-/// Values of options.
+/// Parsers for option values.
 pub mod numbers {
     pub use crate::numbers::{n_threads, number, seed, whole};
     pub use neural_mesh::job::share;
 }
 
-/// Files that appear whole or not at all.
+/// Files that appear complete or not at all.
 pub mod files {
     pub use crate::files::{Pending, place, prepare, read};
 }
 
-/// The command `train`, for other networks than the paper's.
+/// The command `train` for networks other than the paper's.
 #[cfg(feature = "train")]
 pub mod train {
     pub use crate::train::{OtherNetwork, TrainArgs, run_for};
 }
 
-/// Ctrl-C for work that comes to a good end by itself.
+/// Ctrl-C for work that stops cleanly by itself.
 pub mod stopping {
     pub use crate::stopping::{is_stopping, watch_for_a_good_end};
 }
 
-/// HTML pages that ask for nothing outside themselves.
+/// Self-contained HTML pages.
 pub mod page {
     pub use crate::page::packed::Packed;
     pub use crate::page::pairs::{Distances, scale, surface};
     pub use crate::page::surface_data::{Layout, SurfaceData};
-    pub use crate::page::{filled, island, json_island};
+    pub use crate::page::{fill_page, island, json_island};
 }

@@ -1,4 +1,4 @@
-//! `neural-mesh simplify`: read, simplify, measure, draw, write, say.
+//! `neural-mesh simplify`: reads, simplifies, measures, draws, writes and reports.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use neural_mesh::simplify::Simplified;
 
 use crate::document;
 use crate::done::Done;
-use crate::drawing::{drawn, pictured};
+use crate::drawing::{draw_picture, prepare_picture};
 use crate::failure::{Failure, name};
 use crate::files::{self, Pending};
 use crate::interrupt;
@@ -21,14 +21,14 @@ use crate::read::read_weights;
 use crate::request::Request;
 use crate::words::{self, Voice};
 
-/// Does what is asked, on as many threads as asked.
+/// Runs a request in a thread pool.
 pub fn run(request: Request) -> Result<(), Failure> {
     check_places(&request)?;
     interrupt::watch(Failure::Interrupted);
     in_pool(request.n_threads, || run_in_pool(request))
 }
 
-/// Refuses, before any work, places where no file of the request can be put.
+/// Rejects output files that cannot be written, before any work.
 pub fn check_places(request: &Request) -> Result<(), Failure> {
     let results = [&request.report, &request.picture, &request.map];
     let results = results.into_iter().flatten().filter(|path| !is_stream(path)).cloned();
@@ -36,7 +36,7 @@ pub fn check_places(request: &Request) -> Result<(), Failure> {
     files::check_places(paths.iter().map(PathBuf::as_path), request.force)
 }
 
-/// Does something on so many threads, or on one per core.
+/// Runs `work` on `n_threads` threads, or on one per core.
 pub fn in_pool(n_threads: Option<usize>, work: impl FnOnce() -> Result<(), Failure> + Send) -> Result<(), Failure> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads.unwrap_or(0)).build();
     let pool = pool.map_err(|error| Failure::Failed(format!("threads cannot be started: {error}: ask for fewer")))?;
@@ -44,20 +44,21 @@ pub fn in_pool(n_threads: Option<usize>, work: impl FnOnce() -> Result<(), Failu
 }
 
 fn run_in_pool(mut request: Request) -> Result<(), Failure> {
-    let mut progress = Progress::new(request.quiet, Plan::of(&request, None));
+    let mut progress = Progress::new(request.quiet, Plan::estimate(&request, None));
     let weights = read_weights(request.weights.as_deref(), request.job.options.assembly)?;
-    let done = match out_of_core::simplified(&request, weights.as_ref(), &mut progress)? {
+    // A mesh that needs more memory than allowed is simplified in blocks, without attributes.
+    let done = match out_of_core::simplify_in_blocks(&request, weights.as_ref(), &mut progress)? {
         Some(done) => done,
         None => simplify_file(&mut request, weights.as_ref(), &mut progress)?,
     };
     drop(progress);
     let (report, cleaned) = done.put()?;
     say(&request, &report, &cleaned);
-    met(&request, &report)
+    check_target(&request, &report)
 }
 
-/// Whether what was written is as asked, as far as that matters for the exit code.
-pub fn met(request: &Request, report: &Report) -> Result<(), Failure> {
+/// Returns an error if the result misses the target and the exit code should tell.
+pub fn check_target(request: &Request, report: &Report) -> Result<(), Failure> {
     let mut outcomes = std::iter::once(&report.outcome).chain(report.levels.iter().map(|level| &level.outcome));
     match outcomes.find(|outcome| *outcome != REACHED) {
         Some(outcome) if request.strict => {
@@ -70,7 +71,7 @@ pub fn met(request: &Request, report: &Report) -> Result<(), Failure> {
     }
 }
 
-/// Reads the mesh, simplifies, writes beside the places of the results, measures, draws.
+/// Reads the mesh, simplifies, measures, draws, and prepares all files.
 pub fn simplify_file(
     request: &mut Request,
     weights: Option<&Weights>,
@@ -81,52 +82,55 @@ pub fn simplify_file(
     simplify_document(&document, request, weights, progress).map(|(done, _)| done)
 }
 
-/// As [`simplify_file`], for a document that is open; gives the results, too.
+/// Simplifies an open document like [`simplify_file`], and also returns the results.
 pub fn simplify_document(
     document: &Document,
     request: &Request,
     weights: Option<&Weights>,
     progress: &mut Progress,
 ) -> Result<(Done, Vec<Simplified>), Failure> {
-    progress.follow(Plan::of(request, Some(document.mesh())));
+    progress.follow(Plan::estimate(request, Some(document.mesh())));
     let failed = |error| request.failure(error);
     let mut outcome = job::run(document, &request.job, weights, progress).map_err(failed)?;
+    // Files are only prepared here and moved into place together at the end, so that an error leaves none behind.
     progress.begin(Part::Write);
-    let mut files = OnTheirWay::default();
+    let mut files = PreparedFiles::default();
     if !request.stays_in_memory {
-        files = on_their_way(outcome.write(document, &request.job).map_err(failed)?, request, &mut outcome.report)?;
+        files = prepare_meshes(outcome.write(document, &request.job).map_err(failed)?, request, &mut outcome.report)?;
     }
     progress.begin(Part::Picture);
-    let pictured = pictured(request, document, &mut outcome)?;
-    files.pending.extend(drawn(request, pictured.as_ref(), &outcome.report)?);
+    let pictured = prepare_picture(request, document, &mut outcome)?;
+    files.pending.extend(draw_picture(request, pictured.as_ref(), &outcome.report)?);
     let Outcome { mut report, results, .. } = outcome;
+    // The report comes last, since it has the seconds of all steps.
     report.seconds = progress.seconds();
     report.baked.iter_mut().for_each(|baked| baked.seconds = report.seconds.bake.unwrap_or_default());
-    let first = results.first().ok_or_else(|| Failure::of(&request.source.path, "no result was made"))?;
-    files.pending.extend(mapped(request, document, first)?);
+    let first = results.first().ok_or_else(|| Failure::in_file(&request.source.path, "no result was made"))?;
+    files.pending.extend(prepare_map(request, document, first)?);
     let json = files::prepare_json(request.report.as_deref(), &report, request.force, &mut files.pending)?;
-    let OnTheirWay { bytes, pending, beside } = files;
+    let PreparedFiles { bytes, pending, beside } = files;
     let cleaned = document.counts.to_string();
     let done = Done { report, cleaned, bytes: bytes.or(json), pending, beside, force: request.force };
     Ok((done, results))
 }
 
-/// Results on their way.
+/// Bytes and files that are ready to be put in place.
 #[derive(Default)]
-struct OnTheirWay {
+struct PreparedFiles {
     bytes: Option<Vec<u8>>,
     pending: Vec<Pending>,
     beside: Option<(PathBuf, Vec<OutputFile>)>,
 }
 
-/// The meshes as bytes where standard output is their place, else as files on their way.
-fn on_their_way(made: Vec<Files>, request: &Request, report: &mut Report) -> Result<OnTheirWay, Failure> {
-    let mut done = OnTheirWay::default();
+/// Prepares the meshes as files, or as bytes for standard output.
+fn prepare_meshes(made: Vec<Files>, request: &Request, report: &mut Report) -> Result<PreparedFiles, Failure> {
+    let mut done = PreparedFiles::default();
     let mut paths = request.outputs().into_iter();
     for files in made {
+        // Standard output takes one mesh and no further files.
         let Some(path) = paths.next() else {
             let n = files.beside.len();
-            let what = format!("{n} files beside the mesh are not written to standard output");
+            let what = format!("{n} files next to the mesh are not written to standard output");
             report.notes.extend((n > 0).then_some(what));
             done.bytes = Some(files.bytes);
             continue;
@@ -134,21 +138,23 @@ fn on_their_way(made: Vec<Files>, request: &Request, report: &mut Report) -> Res
         done.pending.push(files::prepare(&path, &files.bytes, request.force)?);
         let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
         let (_, beside) = done.beside.get_or_insert((folder, Vec::new()));
+        // Levels share textures, and each is written once.
         let fresh = files.beside.into_iter().filter(|file| beside.iter().all(|other| other.path != file.path));
         beside.extend(fresh.collect::<Vec<_>>());
     }
     Ok(done)
 }
 
-/// The map on its way to its file, where one is asked for.
-fn mapped(request: &Request, document: &Document, result: &Simplified) -> Result<Option<Pending>, Failure> {
+/// Prepares the file of the map, if it is requested.
+fn prepare_map(request: &Request, document: &Document, result: &Simplified) -> Result<Option<Pending>, Failure> {
     let (Some(path), Some(map)) = (&request.map, &result.map) else { return Ok(None) };
     let file = MapFile::of(map, document.file_vertices());
-    let json = serde_json::to_vec(&file).map_err(|error| Failure::of(path, error))?;
+    let json = serde_json::to_vec(&file).map_err(|error| Failure::in_file(path, error))?;
     files::prepare(path, &json, request.force).map(Some)
 }
 
 fn say(request: &Request, report: &Report, cleaned: &str) {
+    // Messages must not mix with a mesh or a report on standard output.
     let voice = match request.output {
         _ if request.quiet => Voice::Quiet,
         Some(_) if !request.reports_to_stdout() => Voice::Out,
@@ -156,14 +162,14 @@ fn say(request: &Request, report: &Report, cleaned: &str) {
     };
     words::notes(report, cleaned).iter().for_each(|line| voice.say(line));
     if request.explain {
-        words::explained(report).iter().for_each(|line| voice.say(line));
+        words::explain_lines(report).iter().for_each(|line| voice.say(line));
     }
     match &report.levels[..] {
         [] => {
             voice.say(&words::size(&report.input, &report.output.size));
             bytes(request).iter().for_each(|bytes| voice.say(&words::bytes(*bytes)));
-            words::written(&report.output).iter().for_each(|line| voice.say(line));
-            report.certified.iter().for_each(|distance| voice.say(&words::certified(distance)));
+            words::written_line(&report.output).iter().for_each(|line| voice.say(line));
+            report.certified.iter().for_each(|distance| voice.say(&words::certified_line(distance)));
             report.distance.iter().for_each(|distance| voice.say(&words::distance(distance)));
         }
         levels => levels.iter().enumerate().for_each(|(i, level)| voice.say(&words::level(i, &report.input, level))),
@@ -171,9 +177,10 @@ fn say(request: &Request, report: &Report, cleaned: &str) {
     voice.say(&words::time(&report.seconds));
 }
 
-/// Bytes of the input and of the result, where each is one file.
+/// Returns the file sizes of input and result, if each is one file.
 fn bytes(request: &Request) -> Option<[u64; 2]> {
     let (input, result) = (&request.source.path, request.output.as_deref()?);
+    // A .gltf has most of its data in other files, so its size would mislead.
     if [Format::from_path(input), Some(request.job.format)].contains(&Some(Format::Gltf)) {
         return None;
     }

@@ -1,6 +1,6 @@
-//! `neural-mesh limits`: how small a mesh gets, how far it is from the original on the way there, and what holds it in the end.
+//! `neural-mesh limits`: reports how small a mesh gets, at what distance to the original, and what limits it.
 //!
-//! The mesh is simplified level by level in one collapse, the last level as far down as it goes; nothing is written.
+//! One collapse makes all levels, the last one as small as possible. Nothing is written.
 
 use std::collections::HashSet;
 use std::ffi::OsString;
@@ -22,14 +22,14 @@ use crate::plan::Plan;
 use crate::progress::Progress;
 use crate::request::{Request, resolve};
 use crate::simplify::{in_pool, simplify_document};
-use crate::words::{Voice, grouped, held, names_of};
+use crate::words::{Voice, group_digits, limit_lines, names_of};
 
-/// Shares of the vertices at which the mesh is looked at, before it goes as far down as it can.
+/// Ratios of the levels before the smallest one.
 const SHARES: [f64; 6] = [0.5, 0.25, 0.1, 0.05, 0.02, 0.01];
-/// Vertices of the smallest surface.
+/// Vertices of the smallest possible surface.
 const LEAST: usize = 3;
 
-/// All that is said, in the order of the JSON.
+/// Result of the command, in the order of the JSON.
 #[derive(Debug, Serialize)]
 struct SizeLimits {
     file: String,
@@ -37,42 +37,42 @@ struct SizeLimits {
     faces: usize,
     components: usize,
     boundary_edges: usize,
-    /// The sizes on the way, those that are reached.
-    levels: Vec<Row>,
-    /// The smallest mesh there is with these options.
-    smallest: Row,
-    /// Why it is no smaller.
+    /// The levels that were reached.
+    levels: Vec<SizeRow>,
+    /// The smallest mesh possible with these options.
+    smallest: SizeRow,
+    /// Reason why it is not smaller.
     outcome: String,
-    held: Held,
-    /// Options that free what holds it, in one line each.
+    held: LimitCounts,
+    /// Options that would allow less, one line each.
     free: Vec<String>,
 }
 
-/// A size on the way down.
+/// One size on the way down.
 #[derive(Debug, Serialize)]
-struct Row {
-    /// Share of the vertices in percent, as asked for; that of the result for the smallest.
+struct SizeRow {
+    /// Requested share of the vertices in percent; the actual one for the smallest mesh.
     percent: f64,
     vertices: usize,
     faces: usize,
     components: usize,
-    /// Distance from the original in percent of the diagonal.
+    /// Distance to the original in percent of the diagonal.
     mean_percent: Option<f64>,
     max_percent: Option<f64>,
-    /// Components that go between the size before and this one.
+    /// Components dropped since the previous level.
     dropped: Vec<Dropped>,
 }
 
-/// What holds the smallest mesh.
+/// Numbers of what limits the smallest mesh.
 #[derive(Debug, Serialize)]
-struct Held {
+struct LimitCounts {
     kept_edges: usize,
     locked_vertices: usize,
     components_at_minimum: usize,
     split_vertices: usize,
 }
 
-/// Describes how small the mesh gets, on standard output.
+/// Reports the limits of a mesh on standard output.
 pub fn run(args: &LimitsArgs) -> Result<(), Failure> {
     interrupt::watch(Failure::Interrupted);
     in_pool(args.threads, || describe(args))
@@ -80,7 +80,7 @@ pub fn run(args: &LimitsArgs) -> Result<(), Failure> {
 
 fn describe(args: &LimitsArgs) -> Result<(), Failure> {
     let mut request = request(args)?;
-    let mut progress = Progress::new(args.quiet, Plan::of(&request, None));
+    let mut progress = Progress::new(args.quiet, Plan::estimate(&request, None));
     progress.begin(Part::Read);
     let document = document::open(&mut request)?;
     let sizes = sizes(document.mesh().positions().len());
@@ -88,9 +88,9 @@ fn describe(args: &LimitsArgs) -> Result<(), Failure> {
     request.job.goal = Goal::Levels(targets);
     let (done, results) = simplify_document(&document, &request, None, &mut progress)?;
     drop(progress);
-    let limits = SizeLimits::of(&document, &request, &done.report, &results, &sizes)?;
+    let limits = SizeLimits::new(&document, &request, &done.report, &results, &sizes)?;
     if args.json {
-        let json = serde_json::to_string(&limits).map_err(|error| Failure::of(&request.source.path, error))?;
+        let json = serde_json::to_string(&limits).map_err(|error| Failure::in_file(&request.source.path, error))?;
         Voice::Out.say(&plain_json(&json));
     } else {
         limits.lines(&done.report).iter().for_each(|line| Voice::Out.say(line));
@@ -98,7 +98,7 @@ fn describe(args: &LimitsArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Makes the request of `simplify` that has the same options, for a mesh that is written nowhere.
+/// Creates the request of `simplify` with the same options, for a mesh that is not written.
 fn request(args: &LimitsArgs) -> Result<Request, Failure> {
     let mut words: Vec<OsString> = ["simplify", "-o", "-", "--lods", "50%"].map(OsString::from).into();
     let flags = [
@@ -113,14 +113,15 @@ fn request(args: &LimitsArgs) -> Result<Request, Failure> {
     words.extend(args.keep.iter().map(|name| format!("--keep={name}").into()));
     words.extend(args.format.iter().map(|format| format!("--format={format}").into()));
     words.extend(["--".into(), args.input.clone().into_os_string()]);
+    // Through the parser of `simplify`, so that options have the same checks and defaults.
     let parsed = SimplifyArgs::try_parse_from(words).map_err(|error| Failure::Usage(error.to_string()))?;
     let mut request = resolve(parsed)?;
-    // The mesh goes nowhere.
+    // The mesh is written nowhere.
     (request.job.shapes, request.stays_in_memory) = (true, true);
     Ok(request)
 }
 
-/// Returns the sizes to look at of a mesh of `n_vertices`: shares of them, and the smallest.
+/// Returns the sizes to try for a mesh of `n_vertices`: several ratios, and the smallest surface.
 fn sizes(n_vertices: usize) -> Vec<Count> {
     let is_more = |share: &f64| (share * n_vertices as f64) as usize > LEAST;
     let shares = SHARES.into_iter().filter(is_more).map(Count::Share);
@@ -128,25 +129,26 @@ fn sizes(n_vertices: usize) -> Vec<Count> {
 }
 
 impl SizeLimits {
-    fn of(
+    fn new(
         document: &Document,
         request: &Request,
         report: &Report,
         results: &[Simplified],
         sizes: &[Count],
     ) -> Result<Self, Failure> {
+        // A component counts for the first level that dropped it.
         let mut gone = HashSet::new();
-        let mut rows: Vec<Row> = Vec::new();
+        let mut rows: Vec<SizeRow> = Vec::new();
         for ((level, result), size) in report.levels.iter().zip(results).zip(sizes) {
             let is_new: Vec<bool> =
                 result.report.dropped.iter().map(|&DroppedComponent { face, .. }| gone.insert(face)).collect();
-            rows.push(Row::of(level, *size, report.input.vertices, &is_new));
+            rows.push(SizeRow::new(level, *size, report.input.vertices, &is_new));
         }
-        let none = || Failure::of(&request.source.path, "no result was made");
+        let none = || Failure::in_file(&request.source.path, "no result was made");
         let (last, smallest) = report.levels.last().zip(rows.pop()).ok_or_else(none)?;
         let n_reached = report.levels.iter().take_while(|level| why_stopped(&level.outcome).is_none()).count();
         let output = &last.output;
-        // What went at sizes that are not reached went on the way to the smallest.
+        // Components dropped at levels that were not reached count for the smallest mesh.
         let (levels, beyond) = split(rows, n_reached);
         let dropped = beyond.into_iter().flat_map(|row| row.dropped).chain(smallest.dropped).collect();
         Ok(Self {
@@ -156,9 +158,9 @@ impl SizeLimits {
             components: shape(&report.input, |shape| shape.components),
             boundary_edges: shape(&report.input, |shape| shape.boundary_edges),
             levels,
-            smallest: Row { dropped, ..smallest },
+            smallest: SizeRow { dropped, ..smallest },
             outcome: last.outcome.clone(),
-            held: Held {
+            held: LimitCounts {
                 kept_edges: output.kept_edges,
                 locked_vertices: output.locked_vertices,
                 components_at_minimum: output.components_at_minimum,
@@ -168,12 +170,12 @@ impl SizeLimits {
         })
     }
 
-    /// Returns the lines for the screen; the report has the words for what holds the smallest mesh.
+    /// Formats the result for the terminal.
     fn lines(&self, report: &Report) -> Vec<String> {
-        let [vertices, faces, components] = [self.vertices, self.faces, self.components].map(grouped);
+        let [vertices, faces, components] = [self.vertices, self.faces, self.components].map(group_digits);
         let boundary = match self.boundary_edges {
             0 => "closed".into(),
-            n => format!("{} boundary edges", grouped(n)),
+            n => format!("{} boundary edges", group_digits(n)),
         };
         let mut lines = vec![
             format!("{}: {vertices} vertices, {faces} faces, components: {components}, {boundary}", self.file),
@@ -186,22 +188,21 @@ impl SizeLimits {
         {
             lines.push(format!("dropped   {size}: {}", names_of(&row.dropped, usize::MAX)));
         }
-        lines.extend(report.levels.last().into_iter().flat_map(|last| held(&last.output)));
+        lines.extend(report.levels.last().into_iter().flat_map(|last| limit_lines(&last.output)));
         lines.extend(why_stopped(&self.outcome).map(|why| format!("limit     it gets no smaller: {why}")));
         lines.extend(self.free.iter().map(|how| format!("try       {how}")));
         lines
     }
 }
 
-/// Splits the first `n` rows off the others.
-fn split(mut rows: Vec<Row>, n: usize) -> (Vec<Row>, Vec<Row>) {
+fn split(mut rows: Vec<SizeRow>, n: usize) -> (Vec<SizeRow>, Vec<SizeRow>) {
     let beyond = rows.split_off(n.min(rows.len()));
     (rows, beyond)
 }
 
-impl Row {
-    /// Makes the row of a level of a mesh of `n_vertices`; `is_new` says which of its dropped components no level before lacks.
-    fn of(level: &Level, size: Count, n_vertices: usize, is_new: &[bool]) -> Self {
+impl SizeRow {
+    /// Creates the row of a level; `is_new` marks the components that no earlier level dropped.
+    fn new(level: &Level, size: Count, n_vertices: usize, is_new: &[bool]) -> Self {
         let Size { vertices, faces, .. } = level.output.size;
         let share = match size {
             Count::Share(share) => share,
@@ -219,16 +220,16 @@ impl Row {
         }
     }
 
-    /// `10 %             293         582           1     0.051 %     0.353 %`
+    /// Formats a row such as `10 %             293         582           1     0.051 %     0.353 %`.
     fn words(&self, size: &str) -> String {
-        let [vertices, faces, components] = [self.vertices, self.faces, self.components].map(grouped);
+        let [vertices, faces, components] = [self.vertices, self.faces, self.components].map(group_digits);
         let far = |percent: Option<f64>| percent.map_or("-".into(), |percent| format!("{percent:.3} %"));
         let [mean, max] = [self.mean_percent, self.max_percent].map(far);
         format!("{size:<10}{vertices:>12}{faces:>12}{components:>12}{mean:>12}{max:>12}")
     }
 }
 
-/// Returns a figure of the shape of a mesh, which is measured where there is a report.
+/// Returns a property of the shape of a mesh, or 0 where it was not measured.
 fn shape(size: &Size, figure: impl Fn(&Shape) -> usize) -> usize {
     size.shape.as_ref().map_or(0, figure)
 }

@@ -1,15 +1,14 @@
-//! Ctrl-C for work that comes to a good end by itself: noted, and obeyed between two steps.
+//! Ctrl-C for work that stops cleanly: the request is noted and obeyed between two steps.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::failure::Failure;
 use crate::words::complain;
 
-/// Whether a long work was asked to stop.
+/// Whether the work should stop.
 static STOP: AtomicBool = AtomicBool::new(false);
 
-/// Watches for Ctrl-C and termination from here on, for work that comes to a good end by itself: the first one is
-/// noted for [`is_stopping`], the second ends the program.
+/// Starts to handle Ctrl-C and termination: the first one sets [`is_stopping`], the second ends the program.
 pub fn watch_for_a_good_end() {
     let _ = ctrlc::set_handler(|| {
         if STOP.swap(true, Ordering::SeqCst) {
@@ -19,7 +18,7 @@ pub fn watch_for_a_good_end() {
     });
 }
 
-/// Whether Ctrl-C or termination came.
+/// Returns whether Ctrl-C or termination was received.
 pub fn is_stopping() -> bool {
     STOP.load(Ordering::SeqCst)
 }

@@ -1,4 +1,4 @@
-//! What is said to people: the closing lines, notes, errors.
+//! Messages for users: results, notes, errors.
 
 use std::io::Write;
 use std::sync::OnceLock;
@@ -11,28 +11,27 @@ use neural_mesh::job::{
     percent, why_stopped,
 };
 
-/// Names of dropped components in one line, at most.
+/// Most names of dropped components in one line.
 const MOST_NAMES: usize = 4;
 
-/// Where words go.
+/// Destination of messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Voice {
-    /// To standard output.
+    /// Standard output.
     Out,
-    /// To standard error, where standard output holds the mesh.
+    /// Standard error, if standard output takes the mesh.
     Err,
-    /// Nowhere.
+    /// No output.
     Quiet,
 }
 
 impl Voice {
-    /// Says a line, made plain. Where standard output takes none, [`heard`] tells; nobody listening to standard error is no
-    /// failure.
+    /// Prints a line with control characters spelled out. A failed write to standard output is kept for [`check_written`].
     pub fn say(self, line: &str) {
         let line = plain(line);
         match self {
             Self::Out => {
-                let _ = out(format!("{line}\n").as_bytes()).map_err(|error| UNHEARD.set(error));
+                let _ = write_stdout(format!("{line}\n").as_bytes()).map_err(|error| UNHEARD.set(error));
             }
             Self::Err => drop(writeln!(std::io::stderr(), "{line}")),
             Self::Quiet => {}
@@ -40,19 +39,19 @@ impl Voice {
     }
 }
 
-/// Why standard output did not take a line, where it did not.
+/// First failed write to standard output.
 static UNHEARD: OnceLock<std::io::Error> = OnceLock::new();
 
-/// Whether standard output took all that was said.
-pub fn heard() -> Result<(), Failure> {
+/// Returns an error if a write to standard output failed.
+pub fn check_written() -> Result<(), Failure> {
     match UNHEARD.get() {
-        Some(error) => Err(closed(error)),
+        Some(error) => Err(stdout_failure(error)),
         None => Ok(()),
     }
 }
 
 /// Writes bytes to standard output.
-pub fn out(bytes: &[u8]) -> std::io::Result<()> {
+pub fn write_stdout(bytes: &[u8]) -> std::io::Result<()> {
     if is_closed() {
         return Err(std::io::Error::other("is closed"));
     }
@@ -60,33 +59,33 @@ pub fn out(bytes: &[u8]) -> std::io::Result<()> {
     out.write_all(bytes).and_then(|()| out.flush())
 }
 
-/// Standard output is closed or full, or nobody reads it any more.
-pub fn closed(error: &std::io::Error) -> Failure {
+/// Creates the error for a standard output that is closed, full, or no longer read.
+pub fn stdout_failure(error: &std::io::Error) -> Failure {
     Failure::Failed(format!("standard output: {error}: check the program that reads it"))
 }
 
-/// One line on standard error.
+/// Prints an error on standard error.
 pub fn complain(failure: &Failure) {
     let _ = writeln!(std::io::stderr(), "neural-mesh: {failure}");
 }
 
-/// What deserves a line before the closing ones.
+/// Returns the lines to print before the closing ones.
 pub fn notes(report: &Report, cleaned: &str) -> Vec<String> {
     let Report { input, output, .. } = report;
     let mut notes = Vec::new();
     if cleaned != "nothing" {
         notes.push(format!("cleaned   {cleaned}"));
     }
-    notes.extend(report.repaired.as_ref().map(repaired));
-    notes.extend(report.baked.as_ref().map(baked));
-    notes.extend(report.named.iter().map(named));
+    notes.extend(report.repaired.as_ref().map(repaired_line));
+    notes.extend(report.baked.as_ref().map(baked_line));
+    notes.extend(report.named.iter().map(share_line));
     notes.extend(report.notes.iter().map(|note| format!("note      {note}")));
     if output.components_hidden > 0 {
-        let n = grouped(output.components_hidden);
+        let n = group_digits(output.components_hidden);
         notes.push(format!("hidden    {n} components dropped: they are invisible from outside"));
     }
     if output.components_pruned > output.components_hidden {
-        // Those of the input are fewer where its sheets came apart.
+        // The input has fewer components where its sheets were separated; the total would then confuse.
         let shape = input.shape.filter(|shape| shape.components > output.components_pruned);
         let all = shape.map(|shape| format!(" of {}", shape.components)).unwrap_or_default();
         let how = ". --keep-components keeps all but those below --prune";
@@ -112,7 +111,7 @@ pub fn notes(report: &Report, cleaned: &str) -> Vec<String> {
     notes
 }
 
-/// Components by name, those of one name once with their number; of many the first ones.
+/// Joins the names of dropped components, with counts for equal names, and cuts off long lists.
 pub fn names_of(dropped: &[Dropped], most: usize) -> String {
     let mut counts: Vec<(&str, usize)> = Vec::new();
     for Dropped { name, .. } in dropped {
@@ -127,8 +126,8 @@ pub fn names_of(dropped: &[Dropped], most: usize) -> String {
     names.join(", ")
 }
 
-/// `repaired  holes filled: 3, faces added: 120, components dropped: 12`
-fn repaired(done: &Repaired) -> String {
+/// Formats a line such as `repaired  holes filled: 3, faces added: 120`.
+fn repaired_line(done: &Repaired) -> String {
     let named = [
         (done.holes_filled, "holes filled"),
         (done.holes_left, "holes left"),
@@ -140,26 +139,26 @@ fn repaired(done: &Repaired) -> String {
         (done.components_flipped, "components flipped"),
     ];
     let parts: Vec<_> =
-        named.iter().filter(|(n, _)| *n > 0).map(|(n, name)| format!("{name}: {}", grouped(*n))).collect();
+        named.iter().filter(|(n, _)| *n > 0).map(|(n, name)| format!("{name}: {}", group_digits(*n))).collect();
     format!("repaired  {}", if parts.is_empty() { "nothing to repair".into() } else { parts.join(", ") })
 }
 
-/// `share     head: 1,200 faces -> 598 faces (50 % of its vertices)`
-fn named(share: &NamedShare) -> String {
+/// Formats a line such as `share     head: 1,200 faces -> 598 faces (50 % of its vertices)`.
+fn share_line(share: &NamedShare) -> String {
     let NamedShare { name, ratio, faces_before, faces } = share;
-    let [before, after] = [*faces_before, *faces].map(grouped);
+    let [before, after] = [*faces_before, *faces].map(group_digits);
     format!("share     {name}: {before} faces -> {after} faces ({} % of its vertices)", percent(*ratio))
 }
 
-/// `baked     2048 x 2048, 213 charts, 74 % of the texels`
-fn baked(done: &Baked) -> String {
+/// Formats a line such as `baked     2048 x 2048, 213 charts, 74 % of the texels`.
+fn baked_line(done: &Baked) -> String {
     let Baked { size, charts, covered, .. } = done;
     let share = 100.0 * covered;
-    format!("baked     {size} x {size}, {} charts, {share:.0} % of the texels", grouped(*charts))
+    format!("baked     {size} x {size}, {} charts, {share:.0} % of the texels", group_digits(*charts))
 }
 
-/// `held      12 kept edges: ...`, a line for each thing that holds a result.
-pub fn held(output: &Output) -> Vec<String> {
+/// Formats lines such as `limit     12 kept edges ...`, one for each kind of limit.
+pub fn limit_lines(output: &Output) -> Vec<String> {
     let held = [
         (output.kept_edges, "kept edges, such as seams, material borders and creases"),
         (output.locked_vertices, "locked vertices, on boundaries or kept faces"),
@@ -167,13 +166,13 @@ pub fn held(output: &Output) -> Vec<String> {
         (output.split_vertices, "vertices added by splitting non-manifold vertices and edges"),
         (output.components_pruned, "components dropped"),
     ];
-    held.into_iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("limit     {} {what}", grouped(n))).collect()
+    held.into_iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("limit     {} {what}", group_digits(n))).collect()
 }
 
-/// What holds the result: what `--explain` says.
-pub fn explained(report: &Report) -> Vec<String> {
+/// Returns the lines of `--explain`.
+pub fn explain_lines(report: &Report) -> Vec<String> {
     let Report { input, output, .. } = report;
-    let mut lines = held(output);
+    let mut lines = limit_lines(output);
     if !output.dropped.is_empty() {
         lines.push(format!("dropped   {}", names_of(&output.dropped, usize::MAX)));
     }
@@ -187,25 +186,25 @@ pub fn explained(report: &Report) -> Vec<String> {
         (None, _) => "the requested size was reached".to_string(),
         (Some(why), _) => format!("the target was not reached: {why}"),
     };
-    let [after, before] = [output.size.vertices, input.vertices].map(grouped);
+    let [after, before] = [output.size.vertices, input.vertices].map(group_digits);
     let more = if output.size.vertices > input.vertices { ", more than before because of the splits" } else { "" };
     lines.push(format!("result    {asked}, {after} of {before} vertices{more}"));
     lines
 }
 
-/// `written   349 vertices, with a copy for each side of a seam`, where a file has more than the mesh.
-pub fn written(output: &Output) -> Option<String> {
+/// Formats a line such as `written   349 vertices ...` if the file has more vertices than the mesh.
+pub fn written_line(output: &Output) -> Option<String> {
     let n = output.vertices_written.filter(|n| *n != output.size.vertices)?;
-    Some(format!("written   {} vertices, with a copy for each side of a seam", grouped(n)))
+    Some(format!("written   {} vertices, with a copy for each side of a seam", group_digits(n)))
 }
 
-/// `level 1   640 vertices, 1,276 faces (25.0 % of the vertices), distance 0.1 % mean, 0.4 % max, up to 0.23 of the screen`
+/// Formats the line of a level of detail: sizes, distances, and the screen coverage up to which it suffices.
 pub fn level(number: usize, input: &Size, level: &Level) -> String {
     let size = &level.output.size;
     let share = 100.0 * size.vertices as f64 / input.vertices.max(1) as f64;
     let mut line = format!("level {number}   {} ({share:.1} % of the vertices)", counts(size));
     if let Some(n) = level.output.vertices_written.filter(|n| *n != size.vertices) {
-        line += &format!(", {} vertices written", grouped(n));
+        line += &format!(", {} vertices written", group_digits(n));
     }
     if let (Some(distance), Some(coverage)) = (&level.distance, level.screen_coverage) {
         let (mean, max) = (distance.mean_percent, distance.max_percent);
@@ -220,38 +219,38 @@ pub fn level(number: usize, input: &Size, level: &Level) -> String {
     line
 }
 
-/// `certain   largest distance 0.49 % of the diagonal at most, 0.48 % at least (0.017 and 0.0166 in the unit of the mesh)`
-pub fn certified(distance: &Certified) -> String {
+/// Formats a line such as `proved    largest distance at most 0.49 % of the diagonal ...`.
+pub fn certified_line(distance: &Certified) -> String {
     let Certified { lower, upper, lower_percent, upper_percent } = distance;
     format!(
         "proved    largest distance at most {upper_percent:.4} % of the diagonal, at least {lower_percent:.4} % ({upper:.6} and {lower:.6} in units of the mesh)"
     )
 }
 
-/// `size      2,930 vertices, 5,856 faces -> 293 vertices, 582 faces (10.0 % of the vertices)`
+/// Formats a line such as `size      2,930 vertices, 5,856 faces -> 293 vertices, 582 faces (10.0 % of the vertices)`.
 pub fn size(input: &Size, output: &Size) -> String {
     let share = 100.0 * output.vertices as f64 / input.vertices.max(1) as f64;
     format!("size      {} -> {} ({share:.1} % of the vertices)", counts(input), counts(output))
 }
 
-/// `file      1.75 MB -> 0.369 MB`
+/// Formats a line such as `file      1.75 MB -> 0.369 MB`.
 pub fn bytes([before, after]: [u64; 2]) -> String {
     let megabytes = |bytes: u64| figures(bytes as f64 / 1e6);
     format!("file      {} MB -> {} MB", megabytes(before), megabytes(after))
 }
 
-/// `distance  mean 0.12 %, max at least 0.85 % of the bounding-box diagonal`
+/// Formats a line such as `distance  mean 0.12 %, max at least 0.85 % of the bounding-box diagonal`.
 pub fn distance(distance: &Distance) -> String {
     let [mean, max] = [distance.mean_percent, distance.max_percent].map(figures);
     format!("distance  mean {mean} %, max at least {max} % of the bounding-box diagonal")
 }
 
-/// `ring: farthest, 0.85 % of the diagonal`
+/// Formats the legend of the picture: `ring: largest distance, 0.85 % of the diagonal`.
 pub fn farthest(distance: &Distance) -> String {
     format!("ring: largest distance, {} % of the diagonal", figures(distance.max_percent))
 }
 
-/// `time      0.052 s (read 0.001, simplify 0.041, write 0.002, check 0.008)`
+/// Formats a line such as `time      0.052 s (read 0.001, simplify 0.041, write 0.002, check 0.008)`.
 pub fn time(seconds: &Seconds) -> String {
     let Seconds { read, simplify, write, check, bake, .. } = seconds;
     let total = read + simplify + write + check + bake.unwrap_or(0.0);
@@ -261,20 +260,20 @@ pub fn time(seconds: &Seconds) -> String {
     )
 }
 
-/// `2,930 vertices, 5,856 faces`
+/// Formats sizes as `2,930 vertices, 5,856 faces`.
 pub fn counts(size: &Size) -> String {
-    format!("{} vertices, {} faces", grouped(size.vertices), grouped(size.faces))
+    format!("{} vertices, {} faces", group_digits(size.vertices), group_digits(size.faces))
 }
 
-/// The last part of a path, its end where it is long.
-pub fn shortened(path: &str) -> String {
+/// Returns the last element of a path, cut at the front if long.
+pub fn shorten(path: &str) -> String {
     let name = path.rsplit(['/', '\\']).next().unwrap_or(path);
     let long = name.chars().count().saturating_sub(36);
     if long == 0 { name.into() } else { format!("...{}", name.chars().skip(long + 3).collect::<String>()) }
 }
 
-/// A number with commas between groups of three digits.
-pub fn grouped(number: usize) -> String {
+/// Formats a number with commas between groups of three digits.
+pub fn group_digits(number: usize) -> String {
     let digits = number.to_string();
     let mut text = String::new();
     for (at, digit) in digits.chars().enumerate() {
@@ -286,7 +285,7 @@ pub fn grouped(number: usize) -> String {
     text
 }
 
-/// Three significant digits without an exponent; 0 for less than what single precision can tell of percent.
+/// Formats three significant digits without an exponent; below the resolution of single precision as 0.
 fn figures(number: f64) -> String {
     if number < 1e-5 {
         return "0".into();

@@ -1,4 +1,4 @@
-//! What a message advises is taken at its word: the option that it names is run, and it helps.
+//! The advice in messages works: the option it names is accepted and helps.
 
 use std::fs;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::common::avatar::Avatar;
 use crate::common::*;
 
-/// Squares of a grid in two materials, each square with a place of its own on the texture.
+/// A grid of squares in two materials, each square with its own place in the texture.
 fn charts(n: usize) -> String {
     let mut obj: String =
         (0..(n + 1) * (n + 1)).map(|i| format!("v {} {} {}\n", i % (n + 1), i / (n + 1), (i * i) % 3)).collect();
@@ -22,19 +22,19 @@ fn charts(n: usize) -> String {
     obj
 }
 
-/// What the lines `free` say.
+/// Returns the advice of the lines `try`.
 fn free(run: &Run) -> Vec<String> {
     let words = String::from_utf8(run.out.clone()).unwrap();
     words.lines().filter_map(|line| line.strip_prefix("try       ")).map(String::from).collect()
 }
 
-/// The value that advice gives an option.
+/// Returns the value that advice gives an option.
 fn advised(line: &str, option: &str) -> String {
     let (_, rest) = line.split_once(option).unwrap_or_else(|| panic!("{line}"));
     rest.trim_start().split([' ', ',', ';']).next().unwrap().to_string()
 }
 
-/// The value of `--ignore`, which has commas within.
+/// Returns the value of `--ignore`, which may contain commas.
 fn ignored(line: &str) -> String {
     line.split_once("--ignore ").unwrap().1.split(' ').next().unwrap().trim_end_matches(',').to_string()
 }
@@ -60,7 +60,7 @@ fn what_frees_a_result_is_accepted_and_frees_it() {
         let (_, n_freed) = vertices(folder.path(), &[input, "-o", output, "--ignore", &ignored(&lines[0])]);
         let is_scene = output == "b.glb";
         assert_eq!(lines.len(), if is_scene { 2 } else { 1 }, "{lines:?}");
-        // The primitives of a scene stay apart, and the next line says what to do about it.
+        // The primitives of a scene stay separate, and the next line says what to do about it.
         assert!(is_scene || n_freed <= 60, "{input} {output}: {n_freed} {lines:?}");
         assert!(!is_scene || !lines[0].contains("materials") && lines[1].contains("--ignore materials"), "{lines:?}");
     }
@@ -130,7 +130,7 @@ fn refusals_say_what_is_accepted() {
     let folder = folder();
     fs::write(folder.path().join("a.glb"), Avatar::new(8).glb()).unwrap();
     fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();
-    // A refused command, what its line says last, and the commands that follow the advice.
+    // A rejected command, the end of its message, and the commands that follow the advice.
     let cases: [(Words, &str, &[Words]); 9] = [
         (
             &["a.glb", "-o", "b.glb", "--ignore", "uv,materials"],

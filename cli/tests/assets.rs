@@ -1,4 +1,4 @@
-//! `neural-mesh simplify` of assets: what a mesh carries comes back, in files beside it or within it.
+//! `neural-mesh simplify` on assets: attributes are carried over, in the file or in files next to it.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use crate::common::{Run, folder, json, run, run_with_input, shipped};
 use neural_mesh::io::{self, Asset, Format};
 use neural_mesh::picture::{Image, decode_image, encode_png};
 
-/// A square of 20 x 20 quads in two materials, with texture coordinates and a library that names a texture.
+/// Writes a square of 20 x 20 quads in two materials, with texture coordinates and a texture.
 fn textured(folder: &Path) {
     let n = 20;
     let mut text = String::from("mtllib skin.mtl\n");
@@ -27,7 +27,7 @@ fn textured(folder: &Path) {
     std::fs::write(folder.join("maps/skin.png"), b"not looked into").unwrap();
 }
 
-/// What a run says where its mesh goes to a file.
+/// Returns the output of a run that writes its mesh to a file.
 fn said(run: &Run) -> String {
     String::from_utf8(run.out.clone()).unwrap()
 }
@@ -38,7 +38,7 @@ fn simplified(folder: &Path, more: &[&str]) -> Run {
     run
 }
 
-/// Shares of the left and the right half of a picture whose pixels are mostly of a channel.
+/// Returns the shares of the left and the right half of a picture where a channel dominates.
 fn shares(picture: &Image, channel: usize) -> [f64; 2] {
     let mut counts = [0.0; 2];
     for (i, pixel) in picture.rgba.chunks_exact(4).enumerate() {
@@ -49,7 +49,7 @@ fn shares(picture: &Image, channel: usize) -> [f64; 2] {
     counts.map(|count| 2.0 * count / (picture.width * picture.height) as f64)
 }
 
-/// Squares of a grid, each with a place of its own on the texture.
+/// Builds a grid of squares, each with its own place in the texture.
 fn grid_of_charts(n: usize) -> String {
     let mut obj: String =
         (0..(n + 1) * (n + 1)).map(|i| format!("v {} {} {}\n", i % (n + 1), i / (n + 1), (i * i) % 3)).collect();
@@ -75,7 +75,7 @@ fn what_the_result_does_not_need_holds_nothing_back() {
         let report = json(&folder.path().join("r.json"));
         (report["outcome"] == "reached", report["output"]["kept_edges"].as_u64().unwrap())
     };
-    // Held seams allow no merge at all.
+    // With fixed seams no merge is possible.
     assert_eq!(outcome(&["-o", "a.obj", "--seam-error", "0"]), (false, 264));
     assert_eq!(outcome(&["-o", "a.obj"]), (true, 264));
     assert_eq!(outcome(&["-o", "a.obj", "--seam-error", "0", "--ignore", "uv,normals"]), (true, 0));
@@ -187,7 +187,7 @@ fn a_picture_of_a_scene_shows_its_meshes_where_nodes_place_them() {
     simplified(folder.path(), &["-o", "plate.gltf", "--ratio", "1"]);
     let path = folder.path().join("plate.gltf");
     let text = std::fs::read_to_string(&path).unwrap();
-    // A second plate to the right of the first one, a gap between them.
+    // A second plate to the right of the first one, with a gap between them.
     let two = text.replace(r#""nodes":[0]"#, r#""nodes":[0,1]"#);
     let two = two.replace(r#"{"mesh":0}"#, r#"{"mesh":0},{"mesh":0,"translation":[40,0,0]}"#);
     assert_ne!(two.len(), text.len());
@@ -196,7 +196,7 @@ fn a_picture_of_a_scene_shows_its_meshes_where_nodes_place_them() {
         run(folder.path(), &["simplify", "plate.gltf", "-o", "out.gltf", "--faces", "200", "--picture", "out.png"]);
     assert_eq!(run.code, Some(0), "{}", run.words);
     let picture = decode_image(&std::fs::read(folder.path().join("out.png")).unwrap()).unwrap();
-    // Before and after, each two plates: four runs of colour along the middle row, with paper between them.
+    // Two plates before and two after: four runs of colour along the middle row, with background between them.
     let row = picture.height / 2 * picture.width;
     let paper = &picture.rgba[4 * row..][..3];
     let is_plate = |x: usize| picture.rgba[4 * (row + x)..][..3].iter().zip(paper).any(|(a, b)| a.abs_diff(*b) > 40);
@@ -311,7 +311,7 @@ fn a_material_can_count_more_than_others() {
     simplified(folder.path(), &["-o", "right.obj", "--vertices", "120", "--importance", "right=20"]);
     let [even, left, right] = ["even.obj", "left.obj", "right.obj"].map(on_the_left);
     assert!(left > even + 10 && even > right + 10, "{left} {even} {right}");
-    // As a scene, too, whose groups are primitives.
+    // The same as a scene, whose groups are primitives.
     let glb = run(folder.path(), &["simplify", "plate.obj", "-o", "plate.glb", "--ratio", "1"]);
     assert_eq!(glb.code, Some(0), "{}", glb.words);
     let weighed = ["simplify", "plate.glb", "-o", "left.glb", "--vertices", "120", "--importance", "left=20"];
@@ -341,7 +341,7 @@ fn a_mirrored_result_is_one_in_its_file_too() {
     assert_eq!(scene.code, Some(0), "{}", scene.words);
     for name in ["out.obj", "out.glb"] {
         let mesh = io::read_path(&folder.path().join(name), None).unwrap();
-        // Texts have the shortest digits of single precision.
+        // Text has the shortest digits of single precision.
         let positions: Vec<[f32; 3]> = mesh.positions.iter().map(|p| p.map(|x| x as f32)).collect();
         let bits = |p: [f32; 3]| p.map(|x| (x + 0.0).to_bits());
         let all: std::collections::BTreeSet<_> = positions.iter().map(|&p| bits(p)).collect();

@@ -1,4 +1,4 @@
-//! `neural-mesh simplify --bake`: the files, read back, look like the original; what cannot be baked is refused in one line.
+//! `neural-mesh simplify --bake`: results look like the original, and impossible requests are one-line errors.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -13,7 +13,7 @@ use serde_json::json;
 
 use crate::common::{OCTAHEDRON, files, folder, json, run, the_line};
 
-/// A wavy ball of 20 thousand faces with a colour at each vertex, in bands finer than the faces of a twentieth of it.
+/// Builds a wavy ball of 20 thousand faces with vertex colours in fine bands.
 fn ball() -> String {
     let mesh = shapes::wavy_sphere(5, 12.0);
     let band = |x: f32| if (40.0 * x).sin() > 0.0 { 0.9 } else { 0.2 };
@@ -27,7 +27,7 @@ fn ball() -> String {
     text
 }
 
-/// A wavy sheet with a texture, light of its own, and a material that says how rough it is.
+/// Writes a wavy sheet with a texture, emission, and roughness.
 fn sheet(folder: &Path) {
     let n = 60;
     let mut text = String::from("mtllib sheet.mtl\nusemtl cloth\n");
@@ -57,7 +57,7 @@ fn sheet(folder: &Path) {
     std::fs::write(folder.join("b.png"), image(|x, _| [4 * x as u8; 3])).unwrap();
 }
 
-/// A mesh file with what it looks like.
+/// A mesh file with its appearance.
 struct Dressed {
     mesh: TriMesh,
     attributes: Attributes,
@@ -69,14 +69,14 @@ fn dressed(path: &Path) -> Dressed {
     let (looks, notes) = io::read_looks(&read.extra, false);
     assert_eq!(notes, Vec::<String>::new());
     let cleaned = clean(read.mesh, &CleanOptions::default()).unwrap();
-    // Where it lies in the file: the middle of two meshes need not be the same.
+    // Positions in the file: the middles of two meshes may differ.
     let place = |&p: &[f32; 3]| cleaned.frame.to_file(p).map(|x| x as f32);
     let positions = cleaned.mesh.positions().iter().map(place).collect();
     let mesh = TriMesh::new(positions, cleaned.mesh.faces().to_vec()).unwrap();
     Dressed { mesh, attributes: cleaned.attributes, looks }
 }
 
-/// The likeness of the textured pictures from six sides, in decibels.
+/// Measures the similarity of rendered images from six sides, in decibels.
 fn likeness(before: &Dressed, after: &Dressed) -> f64 {
     let coats = [before, after].map(|it| Coat::new(&it.attributes, &it.looks).0.unwrap());
     let shaded = [(&before.mesh, &coats[0]), (&after.mesh, &coats[1])].map(|(mesh, coat)| {
@@ -92,7 +92,7 @@ fn likeness(before: &Dressed, after: &Dressed) -> f64 {
     psnr(&pixels[0], &pixels[1]).unwrap()
 }
 
-/// Runs `simplify` with more arguments, and expects it to do what it is asked.
+/// Runs `simplify` with more arguments and expects success.
 fn simplified(folder: &Path, input: &str, output: &str, more: &[&str]) -> String {
     let done = run(folder, &[&["simplify", input, "-o", output, "-f"], more].concat());
     assert_eq!(done.code, Some(0), "{}", done.words);
@@ -200,7 +200,7 @@ fn the_bytes_are_the_same_on_any_number_of_threads() {
     assert!(one == written("2") && one == written("3"));
 }
 
-/// A glTF whose nodes place one octahedron twice, or whose mesh a morph target bends.
+/// Builds a glTF that uses one octahedron twice, or has a morph target.
 fn scene(targets: bool) -> String {
     let numbers = |first: char| {
         let lines = OCTAHEDRON.lines().filter(move |line| line.starts_with(first));
@@ -354,7 +354,7 @@ fn a_ktx2_is_baked() {
     assert_eq!(run.code, Some(0), "{}", run.words);
     let (looks, _) = Asset::read_path(&folder.path().join("b.glb")).unwrap().looks();
     let image = decode_image(&looks[0][0].texture.as_ref().unwrap().image).unwrap();
-    // Red and green rise from nothing to all, one along each side.
+    // Red and green rise from zero to full, one along each side.
     for channel in [0, 1] {
         let values = image.rgba.iter().skip(channel).step_by(4);
         assert!(values.clone().min() < Some(&30) && values.max() > Some(&225), "{channel}");

@@ -1,4 +1,4 @@
-//! `neural-mesh simplify` of many meshes: every mesh a row, whatever becomes of it, and nothing outside the folder.
+//! `neural-mesh simplify` on many meshes: every mesh gets a row, and nothing outside the folder is written.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,7 +8,7 @@ use crate::common::*;
 use neural_mesh::io::{Format, write};
 use neural_mesh::mesh::{Frame, TriMesh, shapes};
 
-/// The rows of a manifest: the fields of each by name, under the name of the mesh.
+/// Reads the rows of a manifest by mesh and field.
 fn manifest(folder: &Path) -> BTreeMap<String, BTreeMap<String, String>> {
     let mut reader = csv::Reader::from_path(folder.join("manifest.csv")).unwrap();
     let names: Vec<String> = reader.headers().unwrap().iter().map(str::to_string).collect();
@@ -27,7 +27,7 @@ fn put(path: &Path, mesh: &TriMesh, format: Format) {
     fs::write(path, write(mesh, &Frame::default(), format).unwrap()).unwrap();
 }
 
-/// A folder `in` of four meshes, one of them in a folder of its own.
+/// Creates a folder `in` of four meshes, one of them in a subfolder.
 fn prepared() -> tempfile::TempDir {
     let folder = folder();
     let input = folder.path().join("in");
@@ -115,7 +115,7 @@ fn levels_of_detail_are_files_of_their_own_in_a_row_of_their_mesh() {
         faces.len()
     });
     assert_eq!(n_files.sum::<usize>(), 2 * rows.len());
-    // A level is missing, and the mesh is not done.
+    // A level is missing, so the mesh is not done.
     let resumed = run(folder.path(), &[&arguments[..], &["--resume"]].concat());
     assert_eq!(resumed.code, Some(0), "{}", resumed.words);
     assert!(rows.values().all(|row| folder.path().join("out").join(row["output"].replace("{level}", "1")).is_file()));
@@ -136,7 +136,7 @@ fn each_mesh_gets_its_report_and_its_picture() {
         assert_eq!(report["output"]["faces"].to_string(), row["output_faces"]);
         assert!(fs::read(folder.path().join(format!("drawn/{name}.png"))).unwrap().starts_with(b"\x89PNG"));
     }
-    // A mesh is done when all that was asked for is there.
+    // A mesh is done when all requested files exist.
     fs::remove_file(folder.path().join("drawn/c.off.png")).unwrap();
     let resumed = run(folder.path(), &[&arguments[..], &["--resume"]].concat());
     assert_eq!(resumed.code, Some(0), "{}", resumed.words);
@@ -234,7 +234,7 @@ fn what_is_done_is_not_done_again() {
     let arguments = ["simplify", "in", "-o", "out", "--ratio", "0.2", "--resume"];
     assert_eq!(run(folder.path(), &arguments).code, Some(1));
     let out = folder.path().join("out");
-    // A result that is there stays as it is; one that is gone and one that failed are made.
+    // Existing results stay unchanged; deleted and failed ones are made.
     fs::write(out.join("a.obj"), "mine").unwrap();
     fs::remove_file(out.join("c.off")).unwrap();
     put(&folder.path().join("in/bad.ply"), &shapes::icosphere(2), Format::Ply);
@@ -392,7 +392,7 @@ fn two_meshes_never_share_a_file_that_differs() {
         let mesh = format!("mtllib ../{place}.mtl\nusemtl m\n{OCTAHEDRON}");
         fs::write(at(&format!("meshes/{place}.obj")), mesh).unwrap();
     }
-    // Both textures come from outside and would be `t.png` beside the result.
+    // Both textures come from outside and would become `t.png` next to the result.
     let arguments = ["simplify", "in/meshes", "-o", "out", "--ratio", "1", "--allow-outside", "--force"];
     let run = run(folder.path(), &arguments);
     let out = folder.path().join("out");
@@ -411,7 +411,7 @@ fn two_batches_in_one_folder_exclude_each_other() {
     let folder = prepared();
     let made = std::process::Command::new("mkfifo").arg(folder.path().join("weights")).status().unwrap();
     assert!(made.success());
-    // Nobody writes the weights: the first batch waits for them, with its folder held.
+    // The pipe of the weights stays empty, so the first batch waits and keeps its folder locked.
     let arguments = ["simplify", "in", "-o", "out", "--ratio", "0.2"];
     let mut first = program(folder.path(), &[&arguments[..], &["--weights", "weights"]].concat()).spawn().unwrap();
     wait_until(|| folder.path().join("out/manifest.csv").exists());
@@ -422,7 +422,7 @@ fn two_batches_in_one_folder_exclude_each_other() {
     }
     assert_eq!(run(folder.path(), &["simplify", "in", "-o", "elsewhere", "--ratio", "0.2"]).code, Some(0));
     assert_eq!(files(&folder.path().join("out")), ["manifest.csv"]);
-    // Killed, it holds nothing any more.
+    // After it is killed, the lock is free.
     first.kill().unwrap();
     first.wait().unwrap();
     assert_eq!(run(folder.path(), &[&arguments[..], &["--force"]].concat()).code, Some(0));
@@ -445,7 +445,7 @@ fn names_that_are_not_utf_8_keep_apart() {
     assert_eq!(rows.keys().collect::<Vec<_>>(), [r"a\\xff.ply", r"a\xfe.ply", r"a\xff.ply", "a\u{fffd}.ply"]);
     let results = names.map(|name| fs::read(out.join(name)).unwrap());
     assert!((1..4).all(|i| !results[..i].contains(&results[i])));
-    // Each is found again under its own name: one that is gone is made, the others stay as they are.
+    // Each is recognised by its name: a deleted one is made again, the others stay.
     for name in &names[1..] {
         fs::write(out.join(name), name.as_bytes()).unwrap();
     }
@@ -470,7 +470,7 @@ fn results_of_an_interrupted_run_are_found_again_and_others_stay() {
         rows
     };
     let (whole, text) = (without_time(), fs::read_to_string(&path).unwrap());
-    // The rows as a run leaves them that met results of a killed one.
+    // Rows of a run that found results of a killed run.
     let failed = text.replace(",reached,", ",\"failed: it exists already: continue with --resume\",");
     assert_ne!(failed, text);
     for left in [Some(failed), None] {
@@ -482,7 +482,7 @@ fn results_of_an_interrupted_run_are_found_again_and_others_stay() {
         assert_eq!(repaired.code, Some(0), "{}", repaired.words);
         assert_eq!(without_time(), whole);
     }
-    // A file that is no result of this batch stays, however often the run is interrupted.
+    // A file that is no result of this batch stays after any number of interruptions.
     fs::write(out.join("c.off"), "mine").unwrap();
     fs::remove_file(&path).unwrap();
     for _ in 0..2 {

@@ -1,4 +1,4 @@
-//! What was asked is held, or the exit code and the outcome say that it is not: bounds always, sizes with `--strict`.
+//! Missed targets show in outcome and exit code: always for bounds, with `--strict` for sizes.
 
 use std::fs;
 use std::path::Path;
@@ -12,14 +12,14 @@ fn put(path: &Path, mesh: &TriMesh) {
     fs::write(path, write(mesh, &Frame::default(), Format::Ply).unwrap()).unwrap();
 }
 
-/// A sphere that is nearly its own mirror image.
+/// Builds a sphere that is nearly mirror-symmetric.
 fn nearly_mirrored() -> TriMesh {
     let (mut positions, faces) = shapes::icosphere(3).into_parts();
     positions.iter_mut().filter(|position| position[0] > 0.0).flatten().for_each(|x| *x *= 1.0 + 4e-5);
     TriMesh::new(positions, faces).unwrap()
 }
 
-/// Simplifies `in.ply` with a report; gives the run and the outcome.
+/// Simplifies `in.ply` with a report; returns the run and the outcome.
 fn simplified(folder: &Path, more: &[&str]) -> (Run, String) {
     let arguments = ["simplify", "in.ply", "-o", "out.ply", "--report", "r.json", "--force"];
     let run = run(folder, &[&arguments[..], more].concat());
@@ -130,7 +130,7 @@ fn in_a_batch_it_is_a_row() {
         assert_eq!(run.code, Some(code), "{more:?} {}", run.words);
         assert_eq!((count("b", ",reached,"), count("b", ",stopped: ")), (1, 1), "{}", rows("b"));
     }
-    // A failure is the worse end.
+    // An error takes precedence.
     fs::write(folder.path().join("in/bad.ply"), "ply").unwrap();
     assert_eq!(batch("c", &["--vertices", "4", "--strict"]).code, Some(1));
 }

@@ -1,11 +1,11 @@
-//! `neural-mesh compare`: the table, the JSON and the page of several results, and what is refused.
+//! `neural-mesh compare`: the table, the JSON, the page, and rejected arguments.
 
 use std::fs;
 use std::path::Path;
 
 use crate::common::*;
 
-/// A folder with an octahedron, one without a face and one that is twice as large.
+/// Creates a folder with an octahedron, one without a face, and one of twice the size.
 fn folder_of_octahedra() -> tempfile::TempDir {
     let folder = folder();
     let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
@@ -116,7 +116,7 @@ fn meshes_far_from_the_origin_are_compared_where_they_are() {
     fs::write(folder.path().join("b.obj"), moved(5_000_000.375)).unwrap();
     words(&compare(folder.path(), &["a.obj", "b.obj", "--json", "a.json"]));
     let values = json(&folder.path().join("a.json"))["results"][0]["values"].clone();
-    // A quarter of the side 1 of a triangle whose diagonal is the root of 2.
+    // A quarter of the side 1 of a triangle with diagonal sqrt(2).
     let largest = values["distance_max"].as_f64().unwrap();
     assert!(largest > 12.0 && largest < 17.7, "{largest}");
 }

@@ -1,4 +1,4 @@
-//! Scenes of many components: what a viewer sees of them comes back, and what is said of them is true of the whole.
+//! Scenes of many components: visible ones stay, and reports describe the whole scene.
 
 use base64::prelude::*;
 use neural_mesh::io::Asset;
@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::common::{folder, json as read_json, run};
 
-/// A glTF of these meshes, each with a node of its own as given.
+/// Builds a glTF of these meshes with the given nodes.
 fn scene_of(meshes: &[TriMesh], nodes: &Value) -> String {
     let (mut bytes, mut views, mut accessors) = (Vec::new(), Vec::new(), Vec::new());
     let mut put = |rows: Vec<u8>, component: u32, shape: &str, count: usize, bounds: [Value; 2]| {
@@ -43,7 +43,7 @@ fn scene_of(meshes: &[TriMesh], nodes: &Value) -> String {
     .to_string()
 }
 
-/// The meshes of a scene where its nodes place them.
+/// Reads the meshes of a scene with the transforms of their nodes.
 fn placed(path: &std::path::Path) -> TriMesh {
     let asset = Asset::read_path(path).unwrap();
     let meshes: Vec<RawMesh> = asset.parts().iter().map(|part| part.mesh.clone()).collect();
@@ -56,7 +56,7 @@ fn scaled(mesh: &TriMesh, by: f32) -> TriMesh {
     TriMesh::new(mesh.positions().iter().map(|p| p.map(|x| by * x)).collect(), mesh.faces().to_vec()).unwrap()
 }
 
-/// Nine spheres that have the same coordinates, side by side; the last one is a hundred times as large by its node.
+/// Builds nine spheres with equal coordinates; the node of the last one scales it a hundredfold.
 fn nine_spheres() -> String {
     let scale = |i: u32| if i == 8 { 4.0 } else { 1.0 };
     let node =
@@ -104,20 +104,20 @@ fn what_hangs_beside_others_keeps_its_shape_and_the_run_says_why_it_stops() {
     let report = read_json(&folder.path().join("r.json"));
     assert!(report["distance"]["max_percent"].as_f64().unwrap() < 0.01, "{report}");
     assert_eq!(report["output"]["vertices"], 48);
-    // Asked for by name, small ones go.
+    // With --prune, small ones are dropped.
     let asked = ["simplify", "in.gltf", "-o", "none.glb", "--ratio", "0.1", "--prune=99%", "--report", "p.json"];
     assert_eq!(run(folder.path(), &asked).code, Some(0));
     let report = read_json(&folder.path().join("p.json"));
     let dropped = report["output"]["dropped"].as_array().unwrap();
     assert_eq!((dropped.len(), dropped[0]["faces"].as_u64()), (11, Some(shapes::grid(2, 2).faces().len() as u64)));
     assert!(dropped[0]["name"].as_str().unwrap().starts_with("mesh 0"), "{dropped:?}");
-    // Nodes that lost their mesh are there and draw nothing.
+    // Nodes that lost their mesh remain and draw nothing.
     let text = String::from_utf8_lossy(&std::fs::read(folder.path().join("none.glb")).unwrap()).into_owned();
     assert_eq!(text.matches("\"translation\"").count(), 12);
     assert_eq!(text.matches("\"mesh\":").count(), 1, "{text}");
 }
 
-/// A chequered square of `n` by `n` tiles of two materials, as OBJ, below a sphere.
+/// Builds a chequered square of `n` by `n` tiles in two materials, as OBJ, below a sphere.
 fn chequered(n: usize) -> String {
     let mut text = String::from("mtllib tiles.mtl\n");
     let sphere = shapes::icosphere(3);
@@ -154,7 +154,7 @@ fn tiles_of_two_materials_in_one_plane_keep_their_outlines_beside_others() {
     assert_eq!(text.lines().filter(|line| line.starts_with("v ") && on_grid(line)).count(), 81);
 }
 
-/// A square with a square hole, both cut into `n` edges a side, in a ring of faces.
+/// Builds a square with a square hole, each with `n` edges a side, joined by a ring of faces.
 fn frame(n: usize) -> TriMesh {
     let square = |half: f32| {
         (0..4 * n).map(move |i| {
@@ -167,7 +167,7 @@ fn frame(n: usize) -> TriMesh {
     TriMesh::new(square(1.0).chain(square(0.7)).collect(), faces.collect()).unwrap()
 }
 
-/// The area of a triangle in the plane of x and y.
+/// Returns the area of a triangle in the plane of x and y.
 fn flat_area([a, b, c]: [[f32; 3]; 3]) -> f32 {
     0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs()
 }
@@ -196,7 +196,7 @@ fn openings_of_components_stay_open_where_nothing_but_a_boundary_shows_them() {
 #[test]
 fn small_meshes_inside_large_ones_of_a_scene_are_hidden_where_they_stand() {
     let folder = folder();
-    // In their own coordinates the second lies within the first; its node takes it out.
+    // In local coordinates the second is inside the first; its node moves it out.
     let meshes = [shapes::icosphere(3), scaled(&shapes::icosphere(2), 0.5)];
     for (x, n_left) in [(0.0, 1), (3.0, 2)] {
         let nodes = json!([{"mesh": 0}, {"mesh": 1, "translation": [x, 0, 0]}]);

@@ -1,9 +1,9 @@
-//! Requests and meshes at the edge of sense get sensible answers: never a panic, never an empty file.
+//! Extreme requests and meshes get useful answers: no panic, no empty file.
 
 use crate::common::*;
 use serde_json::Value;
 
-/// Simplifies an OBJ text; the exit code, the report, and what `info` says of the result.
+/// Simplifies an OBJ text; returns exit code, report, and the output of `info` for the result.
 fn simplified(mesh: &str, arguments: &[&str]) -> (Option<i32>, Value, Value) {
     let folder = folder();
     let all = [&["simplify", "-", "-o", "a.obj", "--report", "r.json"], arguments].concat();
@@ -86,7 +86,7 @@ fn vertices_in_one_point_or_plane_do_no_harm() {
     assert!(info["faces"].as_u64().unwrap() > 0);
 }
 
-/// A line with the third coordinate 0.
+/// Sets the third coordinate of a line to 0.
 fn flattened(line: &str) -> String {
     match line.strip_prefix("v ").and_then(|numbers| numbers.rsplit_once(' ')) {
         Some((xy, _)) => format!("v {xy} 0\n"),
@@ -127,7 +127,7 @@ fn components_below_a_size_go_where_the_mesh_is_as_small_as_asked_already() {
     let (code, report, info) = simplified(&both, &["--ratio", "1", "--prune=0.1%"]);
     assert_eq!((code, &info["components"]), (Some(0), &2.into()));
     assert_eq!(report["output"]["components_pruned"], 0);
-    // The large sphere is followed vertex by vertex, the small one went nowhere.
+    // The large sphere keeps its vertices, the small one is dropped.
     let folder = folder();
     let run = run_with_input(folder.path(), &MAPPED, both.as_bytes());
     assert_eq!(run.code, Some(0), "{}", run.words);
@@ -144,7 +144,7 @@ const MAPPED: [&str; 8] = ["simplify", "-", "-o", "a.obj", "--ratio", "1", "--pr
 fn parts_that_touch_at_a_vertex_are_dropped_and_counted_as_the_report_counts_them() {
     let large = sphere(1, 16, [0.0; 3], 1.0);
     let n_large = large.lines().filter(|line| line.starts_with('v')).count();
-    // Two small tetrahedra hang on the top of the sphere, 0 1 0, the first vertex.
+    // Two small tetrahedra touch the top of the sphere, 0 1 0, the first vertex.
     let tetrahedron = |n: usize, x: f64| {
         format!(
             "v {x} 1.01 0\nv 0 1.01 {x}\nv {x} 1.01 {x}\nf 1 {n} {}\nf 1 {} {}\nf 1 {} {n}\nf {n} {} {}\n",
@@ -175,7 +175,7 @@ fn vertices_that_nearly_meet_are_welded_where_that_is_asked_for() {
     let octahedron: Vec<&str> = OCTAHEDRON.lines().filter(|line| !line.is_empty()).collect();
     let corners: Vec<&str> = octahedron.iter().filter(|line| line.starts_with("v ")).copied().collect();
     let faces = octahedron.iter().filter(|line| line.starts_with("f "));
-    // Each face with vertices of its own, a little off.
+    // Each face has its own vertices, slightly displaced.
     let (mut text, mut n) = (String::new(), 0);
     for (number, face) in faces.enumerate() {
         for corner in face.split(' ').skip(1) {

@@ -1,4 +1,4 @@
-//! What the program does to the disk: whole files or none, nothing replaced unasked, nothing left behind.
+//! Effects on the disk: complete files or none, no unrequested replacement, no leftovers.
 
 use std::fs;
 
@@ -66,7 +66,7 @@ fn places_where_nothing_can_be_written_are_refused_first() {
     assert_eq!(files(folder.path()), ["b.ply"]);
 }
 
-/// A folder in which no file can be made, whoever asks.
+/// A folder in which no file can be created, even by root.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_place_that_takes_no_file_is_refused_before_the_work() {
@@ -106,7 +106,7 @@ fn a_folder_takes_the_mesh_under_its_name() {
     let levels = run(folder.path(), &["simplify", "a.obj", "-o", "out", "--lods", "1,1"]);
     assert_eq!(levels.code, Some(0), "{}", levels.words);
     assert_eq!(files(&at("out")), ["a-lod0.obj", "a-lod1.obj", "a.obj", "a.stl"]);
-    // No batch: no manifest, and a report.
+    // Not a batch: no manifest, but a report.
     assert_eq!(files(folder.path()), ["a.obj", "out", "r.json"]);
 }
 
@@ -179,7 +179,7 @@ fn a_link_stays_and_the_file_behind_it_changes() {
     assert_eq!(files(&at("there")), ["new.obj", "real.obj"]);
 }
 
-/// Two results in one file, by two names: refused, and nothing is written.
+/// Expects an error, and no file, for two results with the same path under two names.
 #[track_caller]
 fn one_file(folder: &std::path::Path, arguments: &[&str]) {
     let before = files(folder);
@@ -275,7 +275,7 @@ fn the_buffer_of_a_scene_gives_way_to_no_other_result() {
 fn ctrl_c_leaves_nothing_behind() {
     let folder = folder();
     let input = shipped("spot.ply");
-    // The mesh is larger than a pipe holds and nobody reads it, so the run waits with its other results prepared.
+    // The mesh exceeds the buffer of a pipe that is never read, so the run waits with its other results prepared.
     let arguments = [
         "simplify",
         input.to_str().unwrap(),

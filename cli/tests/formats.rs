@@ -1,4 +1,4 @@
-//! What goes along from each format into each: the table of `docs/formats.md`, walked with whole files.
+//! Conversion between formats keeps what the table of `docs/formats.md` says.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use neural_mesh::picture::{Image, encode_png};
 
 use crate::common::*;
 
-/// A bent sheet in two objects of one material, with a texture, normals and colours.
+/// Writes a bent sheet in two objects of one material, with a texture, normals and colours.
 fn everything(folder: &Path) {
     let picture = Image { width: 2, height: 2, rgba: [[250, 120, 10, 255]; 4].concat() };
     std::fs::write(folder.join("wood.png"), encode_png(&picture)).unwrap();
@@ -30,7 +30,7 @@ fn everything(folder: &Path) {
     std::fs::write(folder.join("a.obj"), text).unwrap();
 }
 
-/// What a file has of the rows of the table.
+/// Returns whether a file has what a row of the table names.
 fn has(what: &str, read: &ReadMesh) -> bool {
     let carries = |role| read.mesh.attributes.channels.iter().any(|channel| channel.role == role);
     let groups = &read.extra.groups;
@@ -47,10 +47,10 @@ fn has(what: &str, read: &ReadMesh) -> bool {
     }
 }
 
-/// From a format, into another, and whether it goes along.
+/// Source format, target format, and whether the attribute is kept.
 type Pair = (&'static str, String, bool);
 
-/// The rows of the table: what goes along, and between which formats.
+/// Reads the rows of the table: attribute, and the formats that keep it.
 fn table() -> Vec<(String, Vec<Pair>)> {
     let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/formats.md")).unwrap();
     let cells = |line: &str| -> Vec<String> {
@@ -80,7 +80,7 @@ fn table() -> Vec<(String, Vec<Pair>)> {
 fn each_pair_of_formats_carries_what_its_table_says() {
     let folder = folder();
     everything(folder.path());
-    // Files of each format that have all it can hold.
+    // Files of each format with everything it can hold.
     let convert = |from: &str, to: &str| {
         let place = to.rsplit_once('/').unwrap().0;
         std::fs::create_dir_all(folder.path().join(place)).unwrap();
@@ -136,7 +136,7 @@ fn a_3mf_keeps_its_unit_and_its_objects_and_stays_closed() {
     let read = read_attributed_path(&folder.path().join("b.3mf"), None).unwrap();
     let names: Vec<_> = read.extra.groups.iter().filter_map(|group| group.object.as_deref()).collect();
     assert_eq!((names.as_slice(), read.extra.unit.as_deref()), (&["ring", "ball"][..], Some("inch")));
-    // The file as it is, nothing welded: each edge has a face on both sides.
+    // Without welding, each edge must still have two faces.
     let mut as_it_is = CleanOptions::default();
     as_it_is.weld = false;
     let mesh = clean(read.mesh, &as_it_is).unwrap().mesh;

@@ -1,4 +1,4 @@
-//! The guides' commands run, block after block, as a reader would type them.
+//! Runs the commands of the guides in order.
 
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -7,14 +7,14 @@ use std::process::Command;
 
 use crate::common::folder;
 
-/// The blocks of a page that stand in this language.
+/// Returns the code blocks of a page in a language.
 fn blocks(page: &str, language: &str) -> Vec<String> {
     let opening = format!("```{language}\n");
     let after = page.split(&opening).skip(1);
     after.map(|rest| rest.split("```").next().unwrap_or_default().to_string()).collect()
 }
 
-/// Follows a page from an empty folder; gives the folder.
+/// Runs the commands of a page in an empty folder and returns the folder.
 fn followed(page: &str) -> tempfile::TempDir {
     let checkout = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
     let text = fs::read_to_string(checkout.join("docs/guide").join(page)).unwrap();
@@ -34,7 +34,7 @@ fn followed(page: &str) -> tempfile::TempDir {
     work
 }
 
-/// The files that a page speaks of are there.
+/// Expects the files that a page mentions.
 fn holds(work: &tempfile::TempDir, names: &[&str]) {
     names.iter().for_each(|name| assert!(work.path().join(name).is_file(), "{name}"));
 }

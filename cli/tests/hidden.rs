@@ -1,11 +1,11 @@
-//! `--hidden`: inner shells go or cost little, and what shows stays whole.
+//! `--hidden`: inner shells are dropped or get few vertices, and visible surfaces stay complete.
 
 use neural_mesh::mesh::{TriMesh, topology};
 use serde_json::Value;
 
 use crate::common::*;
 
-/// A ball with two balls in it, one in the other, and a small one outside.
+/// Builds a ball that contains two nested balls, and a small ball outside.
 fn shells() -> String {
     let mut text = sphere(1, 40, [0.0; 3], 1.0);
     for (rings, centre, radius) in [(40, [0.0, 0.05, 0.0], 0.8), (10, [0.1, 0.0, 0.0], 0.3), (6, [2.0, 0.0, 0.0], 0.2)]
@@ -16,7 +16,7 @@ fn shells() -> String {
     text
 }
 
-/// Simplifies the shells; the result, its report, and the vertices that lie on the outer ball.
+/// Simplifies the shells; returns the result, its report, and the number of vertices on the outer ball.
 fn simplified(options: &[&str]) -> (TriMesh, Value, usize) {
     let folder = folder();
     std::fs::write(folder.path().join("in.obj"), shells()).unwrap();

@@ -1,4 +1,4 @@
-//! `info` of one mesh and of many: one that cannot be read keeps the others from nothing.
+//! `info` on one mesh and on many; one unreadable file does not affect the others.
 
 use std::fs;
 
@@ -6,7 +6,7 @@ use crate::common::avatar::Avatar;
 use crate::common::*;
 use serde_json::Value;
 
-/// A folder with an octahedron, an open one, and a file that is no mesh.
+/// Creates a folder with an octahedron, an open one, and a file that is not a mesh.
 fn prepared() -> tempfile::TempDir {
     let folder = folder();
     fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();

@@ -10,7 +10,7 @@ fn levels(folder: &Path, more: &[&str]) -> Run {
     run(folder, &[&["simplify", spot.to_str().unwrap(), "-o", "a.ply", "--report", "a.json"], more].concat())
 }
 
-/// Faces of each level as its file has them.
+/// Counts the faces in the file of each level.
 fn faces(folder: &Path, n_levels: usize) -> Vec<usize> {
     let file = |level| io::read_path(&folder.join(format!("a-lod{level}.ply")), None).unwrap();
     (0..n_levels).map(|level| file(level).faces.len()).collect()
@@ -54,7 +54,7 @@ fn levels_by_distance_are_each_proved() {
     assert_eq!(report["target"]["lods_error"], serde_json::json!(["0.5%", "1%", "3%"]));
     let said = String::from_utf8(run.out).unwrap();
     assert_eq!(said.matches("proved within").count(), 3, "{said}");
-    // One search alone comes to the same mesh.
+    // A separate search gives the same mesh.
     let alone = levels(folder.path(), &["--error", "1%", "--no-check", "--force"]);
     assert_eq!(alone.code, Some(0), "{}", alone.words);
     assert_eq!(io::read_path(&folder.path().join("a.ply"), None).unwrap().faces.len(), sizes[1]);

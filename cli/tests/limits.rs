@@ -1,4 +1,4 @@
-//! `neural-mesh limits`: how small meshes get, and what holds them.
+//! `neural-mesh limits`: how small meshes get, and what limits them.
 
 use crate::common::avatar::Avatar;
 use crate::common::{OCTAHEDRON, files, folder, run, shipped, sphere, the_line};

@@ -1,4 +1,4 @@
-//! The tests of the program, in one program of their own: each program more is linked anew with all that it uses.
+//! The tests of the program in a single executable, since linking each file separately is slow.
 
 mod advice;
 mod assets;

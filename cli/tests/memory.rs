@@ -1,4 +1,4 @@
-//! Memory that does not suffice, and files without end: one line, exit code 1, and a batch that goes on without the mesh.
+//! Insufficient memory and endless files: one line, exit code 1, and batches that continue.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -11,14 +11,14 @@ use neural_mesh::io::{Format, write};
 use neural_mesh::mesh::{Frame, TriMesh, shapes};
 use neural_mesh::metrics::quick_distance;
 
-/// GiB that a mesh of a few hundred vertices needs not, and one of forty thousand exceeds.
+/// Memory in GiB that suffices for a few hundred vertices but not for forty thousand.
 const LITTLE: &str = "0.008";
 
 fn put(path: &Path, mesh: &TriMesh) {
     fs::write(path, write(mesh, &Frame::default(), Format::Ply).unwrap()).unwrap();
 }
 
-/// A folder `in` of one mesh that takes more than [`LITTLE`], and two that do not.
+/// Creates a folder `in` of one mesh that needs more than [`LITTLE`], and two that do not.
 fn prepared() -> tempfile::TempDir {
     let folder = folder();
     let input = folder.path().join("in");
@@ -29,7 +29,7 @@ fn prepared() -> tempfile::TempDir {
     folder
 }
 
-/// The outcomes of a manifest by the names of the meshes.
+/// Reads the outcomes of a manifest by mesh.
 fn outcomes(folder: &Path) -> BTreeMap<String, String> {
     let rows = csv::Reader::from_path(folder.join("out/manifest.csv")).unwrap().into_deserialize();
     let row = |row: Result<BTreeMap<String, String>, csv::Error>| {
@@ -81,7 +81,7 @@ fn what_has_no_end_is_refused_in_one_line() {
 #[test]
 fn a_mesh_that_took_the_batch_down_is_a_failed_row_on_resume() {
     let folder = prepared();
-    // One after the other: the one under way when the memory ends is alone.
+    // With one thread, the mesh in progress is alone when memory runs out.
     let arguments = ["simplify", "in", "-o", "out", "--ratio", "0.2", "--memory", LITTLE, "--threads", "1"];
     let fallen = run(folder.path(), &arguments);
     assert_eq!(fallen.code, Some(1), "{}", fallen.words);
@@ -99,7 +99,7 @@ fn a_mesh_that_took_the_batch_down_is_a_failed_row_on_resume() {
     assert_eq!(outcomes(folder.path())["big.ply"], "reached");
 }
 
-/// 1.3 million faces, which take more than 0.25 GiB and are simplified in pieces with that.
+/// Writes a mesh of 1.3 million faces, which exceeds 0.25 GiB and is then simplified in blocks.
 fn large(folder: &Path) -> &'static str {
     put(&folder.join("large.ply"), &shapes::icosphere(8));
     "0.25"
@@ -167,7 +167,7 @@ fn a_disk_that_is_full_of_what_waits_is_said_in_one_line() {
     let folder = folder();
     let memory = large(folder.path());
     let words = ["simplify", "large.ply", "-o", "out.ply", "--faces", "5000", "--memory", memory];
-    // No file may become longer than a megabyte.
+    // No file may exceed a megabyte.
     let limited = "trap '' XFSZ; ulimit -f 2000; exec \"$0\" \"$@\"";
     let mut full = std::process::Command::new("sh");
     full.args(["-c", limited, env!("CARGO_BIN_EXE_neural-mesh")]).args(words).current_dir(folder.path());

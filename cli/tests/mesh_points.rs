@@ -1,10 +1,10 @@
-//! A cloud in, a mesh out, whatever the cloud's file: what the network makes of it is judged in the library.
+//! `mesh-points` from clouds in all formats; the quality of the mesh is tested in the library.
 
 use crate::common::*;
 use neural_mesh::mesh::shapes;
 use neural_mesh::model::Weights;
 
-/// A folder with weights drawn at random and a cloud of 162 points, as text; how good the mesh is says nothing.
+/// Creates a folder with random weights and a cloud of 162 points as text.
 fn prepared() -> tempfile::TempDir {
     let folder = folder();
     std::fs::write(folder.path().join("w.safetensors"), Weights::random(1).to_bytes()).unwrap();
@@ -35,7 +35,7 @@ fn a_cloud_becomes_a_mesh_and_a_report() {
 fn weights_come_with_the_program() {
     let folder = prepared();
     let run = run(folder.path(), &["mesh-points", "ball.xyz", "-o", "ball.ply", "--ratio", "0.5"]);
-    // How good the mesh is says nothing here; a network that keeps no face says so.
+    // Random weights may keep no face, which is reported.
     if run.code == Some(1) {
         assert!(the_line(&run).contains("kept no face"));
         return;

@@ -1,4 +1,4 @@
-//! `neural-mesh simplify` of what has a name: nodes, meshes and materials of scenes, groups and materials of other meshes.
+//! `neural-mesh simplify` with named nodes, meshes, materials and groups.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use crate::common::{Run, folder, run, the_line};
 use neural_mesh::io::{self, Asset, AssetPart, ReadMesh};
 use serde_json::json;
 
-/// A wavy square of 20 x 20 quads in two materials, with texture coordinates.
+/// Writes a wavy square of 20 x 20 quads in two materials, with texture coordinates.
 fn plate(folder: &Path) {
     let n = 20;
     let mut text = String::new();
@@ -25,7 +25,7 @@ fn plate(folder: &Path) {
     std::fs::write(folder.join("plate.obj"), text).unwrap();
 }
 
-/// A scene of the meshes `ball` and `plain`; the node `hips` has the node that holds `plain` below it.
+/// Writes a scene of the meshes `ball` and `plain`; the parent node of `plain` is a child of `hips`.
 fn scene(folder: &Path) {
     let mut avatar = Avatar::new(8);
     avatar.document["nodes"][1]["name"] = "box".into();
@@ -44,7 +44,7 @@ fn read(folder: &Path, name: &str) -> ReadMesh {
     io::read_attributed_path(&folder.join(name), None).unwrap()
 }
 
-/// The faces of a material as numbers, each from its least corner on.
+/// Returns the faces of a material as numbers, each rotated to its least corner.
 fn faces_of(read: &ReadMesh, material: &str) -> Vec<Vec<u64>> {
     let named = |group: u32| read.extra.groups[group as usize].material.as_deref() == Some(material);
     let carried = &read.mesh.attributes;
@@ -70,7 +70,7 @@ fn part(folder: &Path, file: &str, name: &str) -> AssetPart {
     asset.parts().iter().find(|part| part.name == name).unwrap().clone()
 }
 
-/// The corners of a part's faces: positions and values, in any order.
+/// Returns positions and values of a part's corners in sorted order.
 fn corners(part: &AssetPart) -> Vec<Vec<u32>> {
     let carried = &part.mesh.attributes;
     let corner = |f: usize, c: usize| {
@@ -99,7 +99,7 @@ fn a_material_that_is_kept_comes_back_as_it_is() {
     let [kept, rest] = ["left", "right"].map(|name| [&before, &after].map(|read| faces_of(read, name)));
     assert_eq!(kept[0].len(), 400);
     assert!(kept[0] == kept[1] && rest[1].len() < 150 && !rest[1].is_empty(), "{}", rest[1].len());
-    // The seam is shared: 231 vertices are kept, the others are of the rest.
+    // The border is shared: 231 vertices are kept, the others belong to the rest.
     let n_vertices = crate::common::welded(&folder.path().join("kept.obj")).positions().len();
     assert!((250..=260).contains(&n_vertices), "{n_vertices}");
 }
@@ -187,7 +187,7 @@ fn a_batch_keeps_what_has_the_name_and_says_which_mesh_has_none() {
     assert_eq!(faces_of(&before, "left"), faces_of(&after, "left"));
 }
 
-/// Faces of a file by material.
+/// Counts the faces of a file by material.
 fn n_faces(folder: &Path, name: &str) -> [usize; 2] {
     let read = read(folder, name);
     ["left", "right"].map(|material| faces_of(&read, material).len())
@@ -208,7 +208,7 @@ fn a_name_has_its_share_and_the_rest_makes_up_the_whole() {
     assert_eq!((&named["name"], &named["ratio"], &named["faces_before"]), (&json!("left"), &json!(0.6), &json!(400)));
     assert_eq!(named["faces"], left);
     assert!(report["distance"]["mean_percent"].as_f64().unwrap() > 0.0);
-    // In numbers of faces, for both.
+    // Both as numbers of faces.
     let words = ["plate.obj", "-o", "b.obj", "--faces", "150", "--ratio", "left=10%", "--ratio", "right=20%"];
     simplified(folder.path(), &words);
     let [left, right] = n_faces(folder.path(), "b.obj");
@@ -221,7 +221,7 @@ fn without_a_size_of_the_whole_the_rest_stays() {
     plate(folder.path());
     simplified(folder.path(), &["plate.obj", "-o", "a.obj", "--ratio", "left=30%"]);
     let [left, right] = n_faces(folder.path(), "a.obj");
-    // The border goes with the name that is simplified, and takes faces of the other along.
+    // The border belongs to the simplified name, and takes faces of the other with it.
     assert!(left < 170 && right > 350, "{left} {right}");
     let closed = crate::common::info(folder.path(), "a.obj");
     assert_eq!((&closed["components"], &closed["manifold"]), (&json!(1), &json!(true)));

@@ -1,8 +1,8 @@
-//! What is promised of a result holds of the file as written, in the numbers of its format; what a format cannot hold is refused.
+//! Results hold in the numbers of the written file; what a format cannot represent is rejected.
 
 use crate::common::*;
 
-/// The coordinates of the `v` lines, as doubles.
+/// Reads the coordinates of the `v` lines in double precision.
 fn positions(obj: &str) -> Vec<[f64; 3]> {
     let row = |line: &str| line.split(' ').skip(1).map(|x| x.parse().unwrap()).collect::<Vec<f64>>();
     obj.lines().filter(|line| line.starts_with("v ")).map(|line| row(line).try_into().unwrap()).collect()
@@ -55,7 +55,7 @@ fn a_distance_counts_what_an_stl_rounds() {
     assert!(upper > 0.2 && upper <= 3.0, "{upper}");
 }
 
-/// Decimals of few digits stand for singles; to a reader in doubles they are numbers of their own.
+/// Short decimals may be single precision, but a reader in double precision sees different numbers.
 #[test]
 fn what_is_locked_keeps_every_bit_of_decimals() {
     let mut mesh = String::new();
@@ -72,7 +72,7 @@ fn what_is_locked_keeps_every_bit_of_decimals() {
         let run = run_with_input(folder.path(), &all, mesh.as_bytes());
         assert_eq!(run.code, Some(0), "{}", run.words);
     };
-    // Each format, read again as doubles.
+    // Each format, read again in double precision.
     for file in ["a.obj", "a.ply", "a.off"] {
         run_as(&["-o", file, "--lock-boundaries"]);
         let run = run(folder.path(), &["simplify", file, "-o", "again.obj", "--ratio", "1", "--force"]);
@@ -86,7 +86,7 @@ fn what_is_locked_keeps_every_bit_of_decimals() {
     assert!(found.iter().all(|p| input.contains(p)), "{found:?}");
 }
 
-/// -222256064 was written as -222256060, which is the same single and another double.
+/// The coordinate -222256064 was once written as -222256060: equal in single precision, different in double.
 #[test]
 fn text_is_the_number_that_it_stands_for() {
     let mesh = "v 5264.966796875 -222256064.0 21.4942569732666\nv 5264.966796875 -222256064.0 21.9942569732666\n\

@@ -1,4 +1,4 @@
-//! `--compress`: glTF in small numbers that is the same mesh, as near as was said, and refusals where that cannot be.
+//! `--compress`: quantised glTF within the promised precision, and errors where that is impossible.
 
 use std::path::Path;
 
@@ -83,7 +83,7 @@ fn levels_are_packed_each_and_in_one_file() {
     assert_eq!(run.code, Some(0), "{}", run.words);
     let asset = Asset::read_path(&folder.path().join("lods.glb")).unwrap();
     assert_eq!(asset.parts().len(), 2);
-    // The node that the scene has undoes the grid.
+    // The node of the scene undoes the quantisation grid.
     assert!(asset.parts()[0].scale < 1e-3);
 }
 

@@ -1,4 +1,4 @@
-//! `neural-mesh simplify --for poses`: what morph targets and skins do to a mesh counts.
+//! `neural-mesh simplify --for poses`: morph targets and skins are respected.
 
 use std::path::Path;
 
@@ -9,13 +9,13 @@ use neural_mesh::mesh::Role;
 /// Squares along each side of the sheet.
 const N: usize = 40;
 
-/// Where a corner of the flat sheet is, 4 wide, and where it is rolled about the axis `x = 0, z = 1`.
+/// Returns a corner of the flat sheet, 4 wide, and its position when rolled about the axis `x = 0, z = 1`.
 fn places(i: usize) -> [[f32; 3]; 2] {
     let (x, y) = ((i / (N + 1)) as f32 * 4.0 / N as f32, (i % (N + 1)) as f32 / N as f32);
     [[x, y, 0.0], [x.sin(), y, 1.0 - x.cos()]]
 }
 
-/// A glTF of the sheet and its buffer: with a morph target that rolls it up, or with a skin of three joints and no animation.
+/// Writes a glTF of the sheet and its buffer: with a morph target that rolls it up, or with a skin of three joints.
 fn write_sheet(folder: &Path, has_skin: bool) {
     let n = (N + 1) * (N + 1);
     let flat = (0..n).flat_map(|i| places(i)[0]);
@@ -61,7 +61,7 @@ fn write_sheet(folder: &Path, has_skin: bool) {
     std::fs::write(folder.join("sheet.gltf"), document).unwrap();
 }
 
-/// The result of the sheet at a twentieth of its vertices.
+/// Simplifies the sheet to a twentieth of its vertices.
 fn light(folder: &Path, more: &[&str]) -> Asset {
     let run =
         run(folder, &[&["simplify", "sheet.gltf", "-o", "light.glb", "--ratio", "0.05", "--force"], more].concat());
@@ -69,7 +69,7 @@ fn light(folder: &Path, more: &[&str]) -> Asset {
     Asset::read_path(&folder.join("light.glb")).unwrap()
 }
 
-/// How far the middles of the faces lie from the roll, in the mean, where the target takes them.
+/// Measures the mean distance of the face centres from the roll, with the morph target applied.
 fn off_the_roll(asset: &Asset) -> f64 {
     let mesh = &asset.parts()[0].mesh;
     let targets: Vec<_> = mesh.attributes.channels.iter().filter(|it| it.role == Role::MorphPosition).collect();
@@ -100,7 +100,7 @@ fn a_skin_without_an_animation_is_bent() {
     let [plain, posed] = [&plain, &posed].map(|asset| &asset.parts()[0].mesh);
     let names: Vec<&str> = posed.attributes.channels.iter().map(|channel| channel.name.as_str()).collect();
     assert_eq!(names, ["SKIN"]);
-    // Joints meet at 1 and 2: that is where it bends.
+    // Joints meet at 1 and 2, where the sheet bends.
     let near_joints = |positions: &[[f64; 3]]| {
         positions.iter().filter(|p| (p[0] - 1.0).abs() < 0.2 || (p[0] - 2.0).abs() < 0.2).count()
     };

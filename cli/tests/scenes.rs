@@ -1,4 +1,4 @@
-//! Scenes by their bytes: whatever a glTF is called and wherever it comes from, its skins, animations and extensions come back.
+//! Scenes are recognised by content under any name, and keep skins, animations and extensions.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use crate::common::avatar::{Avatar, document};
 use crate::common::*;
 use serde_json::{Value, json};
 
-/// Names of what a scene holds beside its meshes.
+/// Counts what a scene holds besides its meshes.
 fn held(glb: &[u8]) -> [usize; 4] {
     let document = document(glb);
     ["skins", "animations", "nodes", "meshes"].map(|name| document[name].as_array().map_or(0, Vec::len))
@@ -95,7 +95,7 @@ fn a_vrm_keeps_what_its_extensions_name() {
 fn expressions_reach_their_meshes_in_a_compressed_vrm_and_in_its_levels() {
     let folder = folder();
     let after = simplified(folder.path(), &Avatar::new(8).vrm_1().glb(), &["--compress=quantize"]);
-    // The second mesh lies in a child of its node, which a bone might be.
+    // The second mesh is in a child node, which could be a bone.
     let vrm = &after["extensions"]["VRMC_vrm"];
     let nodes = |list: &Value| -> Vec<usize> {
         list.as_array().unwrap().iter().map(|it| it["node"].as_u64().unwrap() as usize).collect()
@@ -106,7 +106,7 @@ fn expressions_reach_their_meshes_in_a_compressed_vrm_and_in_its_levels() {
     assert_eq!(meshes(nodes(&vrm["expressions"]["preset"]["happy"]["morphTargetBinds"])), [0, 1]);
     assert_eq!(meshes(nodes(&vrm["firstPerson"]["meshAnnotations"])), [0, 1]);
     assert_eq!(after["nodes"][1]["translation"], json!([3, 0, 0]));
-    // Shaders of avatars move textures in ways of their own.
+    // Avatar shaders move textures in their own way.
     assert!(!after["extensionsUsed"].to_string().contains("KHR_texture_transform"), "{}", after["extensionsUsed"]);
 
     fs::write(folder.path().join("in.vrm"), Avatar::new(8).vrm_0().glb()).unwrap();

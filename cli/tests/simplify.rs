@@ -1,8 +1,8 @@
-//! `simplify` from file to file: the mesh, the words, the report, the picture, the standard streams.
+//! `simplify` from file to file: mesh, messages, report, picture, standard streams.
 
 use crate::common::*;
 
-/// Arguments that simplify the cow to a fifth.
+/// Builds arguments that simplify the cow to a fifth.
 fn cow(rest: &[&str]) -> Vec<String> {
     let input = shipped("spot.ply").to_str().unwrap().to_string();
     [&["simplify", &input, "--ratio", "0.2"], rest].concat().iter().map(|word| word.to_string()).collect()
@@ -156,7 +156,7 @@ fn the_paper_assembly_works_without_weights_and_keeps_positions_of_the_input() {
     let folder = folder();
     let rest = ["-o", "a.ply", "--assembly", "paper", "--report", "r.json"];
     let run = run_cow(folder.path(), &rest);
-    // How good the result is says nothing here: a network may keep no face at all.
+    // Random weights may keep no face at all.
     if run.code == Some(1) {
         the_line(&run);
         return;

@@ -1,11 +1,11 @@
-//! Numbers as people type them, and what is said of those that are none: one line that says what is taken.
+//! Parsing of numbers, and one-line errors that name what is accepted.
 
 use crate::common::*;
 use neural_mesh::io;
 use neural_mesh::mesh::shapes;
 use neural_mesh::model::Weights;
 
-/// Simplifies the cow, 2,930 vertices and 5,856 faces; gives the report.
+/// Simplifies the cow (2,930 vertices, 5,856 faces) and returns the report.
 fn cow(size: &[&str]) -> serde_json::Value {
     let (folder, input) = (folder(), shipped("spot.ply"));
     let all = ["simplify", input.to_str().unwrap(), "-o", "a.off", "--no-check", "--json"];
@@ -14,7 +14,7 @@ fn cow(size: &[&str]) -> serde_json::Value {
     serde_json::from_slice(&run.out).unwrap()
 }
 
-/// The line that refuses the words, which are wrong before any file is looked for.
+/// Returns the error for these arguments, which are wrong before any file is opened.
 #[track_caller]
 fn refusal(words: &[&str]) -> String {
     let run = run(folder().path(), words);
@@ -90,7 +90,7 @@ fn a_ratio_in_percent_without_its_sign_is_suggested() {
     assert!(line.ends_with("did you mean 25%?"), "{line}");
 }
 
-/// Each option of a number, its value garbage and out of range.
+/// Each numeric option with invalid and out-of-range values.
 #[test]
 fn every_number_that_is_none_is_told_what_is_taken() {
     let simplify: &[&str] = &["simplify", "missing.ply", "-o", "a.glb"];
@@ -125,7 +125,7 @@ fn every_number_that_is_none_is_told_what_is_taken() {
     refuse_each(&cases);
 }
 
-/// Words that a command begins with, an option, a value out of range, and what the refusal says.
+/// First arguments, an option, a bad value, and the error message.
 type Case<'a> = (&'a [&'a str], &'a str, &'a str, &'a str);
 
 #[track_caller]
@@ -178,7 +178,7 @@ fn content_that_is_not_known_says_what_can_be_read_and_which_format_is_meant() {
         assert_eq!(run.code, Some(1), "{}", run.words);
         the_line(&run)
     };
-    // What this build reads.
+    // Formats that this build reads.
     let more = [("3MF", io::Format::ThreeMf), ("FBX", io::Format::Fbx)];
     let more = more.into_iter().filter(|(_, format)| io::can_read(*format)).map(|(name, _)| name);
     let names: Vec<&str> = ["OBJ", "PLY", "STL", "OFF", "glTF", "GLB", "VRM"].into_iter().chain(more).collect();

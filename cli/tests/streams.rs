@@ -1,4 +1,4 @@
-//! What goes to standard output: the mesh in the format that was read, or JSON and nothing else.
+//! Standard output holds the mesh in the input's format, or JSON, and nothing else.
 
 use std::fs;
 
@@ -6,7 +6,7 @@ use crate::common::*;
 use neural_mesh::io::{Format, write};
 use neural_mesh::mesh::{Frame, shapes};
 
-/// The mesh that a pipe makes of one in a format.
+/// Pipes a mesh through `simplify`.
 fn piped(input: &[u8], more: &[&str]) -> Run {
     let folder = folder();
     let run = run_with_input(folder.path(), &[&["simplify", "-", "-o", "-", "--ratio", "50%"], more].concat(), input);
@@ -18,7 +18,7 @@ fn piped(input: &[u8], more: &[&str]) -> Run {
 fn a_pipe_keeps_the_format_that_comes_in() {
     let mesh = shapes::icosphere(2);
     let bytes = |format| write(&mesh, &Frame::default(), format).unwrap();
-    // What stands in a file beside a glTF is within a GLB.
+    // Files next to a glTF are embedded in a GLB.
     for (before, after) in [
         (Format::Obj, Format::Obj),
         (Format::Ply, Format::Ply),
@@ -98,7 +98,7 @@ fn the_json_of_a_comparison_goes_to_standard_output_alone() {
     assert!(run.words.contains("original  a.obj"), "{}", run.words);
 }
 
-/// Two triangles that share an edge, across which their texture coordinates differ.
+/// Two triangles that share an edge, with different texture coordinates on its sides.
 const SEAM: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvt 0.5 0.5\nvt 0.7 0.7\n\
 f 1/1 2/2 3/3\nf 1/5 3/6 4/4\n";
 
@@ -118,7 +118,7 @@ fn vertices_are_counted_as_written_too() {
         assert_eq!(report["output"]["vertices"], 4);
         assert_eq!(report["output"].get("vertices_written").and_then(|n| n.as_u64()), written, "{name}");
     }
-    // A scene and its levels; `info` counts what it finds where nothing is welded.
+    // A scene and its levels; `info` counts without welding.
     let arguments = ["simplify", "b.glb", "-o", "c.glb", "--lods", "1,1", "--json"];
     let report: serde_json::Value = serde_json::from_slice(&run(folder.path(), &arguments).out).unwrap();
     for level in 0..2 {

@@ -1,4 +1,4 @@
-//! What the program says: bytes of files cannot steer the terminal, and words that nobody can hear are a failure.
+//! Output cannot control the terminal, and failed writes are errors.
 
 use std::fs;
 use std::io::Write;
@@ -6,12 +6,12 @@ use std::process::Stdio;
 
 use crate::common::*;
 
-/// Clears the screen, renames the window, asks the terminal for an answer, turns the direction of text.
+/// Clears the screen, renames the window, queries the terminal, reverses text direction.
 const EVIL: &str = "e\u{1b}[2J\u{1b}]0;pwn\u{7}\u{9b}6n\u{202e}";
-/// What ends a line beside a line feed.
+/// Line separators other than the line feed.
 const LINES: &str = "\u{85}\u{2028}\u{2029}";
 
-/// Runs the program; nothing that it says steers a terminal. Gives all that it says.
+/// Returns all output, and expects that none of it controls a terminal.
 #[track_caller]
 fn plain_words(run: &Run) -> String {
     let said = format!("{}{}", String::from_utf8(run.out.clone()).unwrap(), run.words);
@@ -21,7 +21,7 @@ fn plain_words(run: &Run) -> String {
     said
 }
 
-/// As [`plain_words`], of words that hold the name from the file.
+/// Returns all output, and expects the escaped name from the file.
 #[track_caller]
 fn spelled_out(run: &Run) -> String {
     let said = plain_words(run);
@@ -29,7 +29,7 @@ fn spelled_out(run: &Run) -> String {
     said
 }
 
-/// A tetrahedron with more in its header and in its body.
+/// Builds a tetrahedron with more in its header and body.
 fn tetrahedron(header: &str, faces: [&str; 4], more: &str) -> String {
     format!(
         "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n{header}end_header\n\
@@ -40,7 +40,7 @@ fn tetrahedron(header: &str, faces: [&str; 4], more: &str) -> String {
 
 const FACES: [&str; 4] = ["3 0 2 1", "3 0 1 3", "3 1 2 3", "3 2 0 3"];
 
-/// Where nobody looks at a terminal, long work says a line now and then.
+/// Long work without a terminal prints a line now and then.
 #[test]
 fn long_work_says_how_far_it_is() {
     let folder = folder();
@@ -145,11 +145,11 @@ fn names_of_files_are_spelled_out() {
         assert_eq!(said.code, Some(code), "{command:?}: {}", said.words);
         spelled_out(&said);
     }
-    // As a pattern of the shell gives them.
+    // Names as a shell pattern gives them.
     let refused = run(folder.path(), &["info", &good, &bad]);
     assert_eq!(refused.code, Some(1));
     spelled_out(&refused);
-    // JSON has an escape of its own, which leads back.
+    // JSON uses its own reversible escapes.
     let told = run(folder.path(), &["info", &good, "--json"]);
     plain_words(&told);
     assert_eq!(serde_json::from_slice::<serde_json::Value>(&told.out).unwrap()["file"], good);
@@ -176,7 +176,7 @@ fn a_full_standard_output_is_a_failure() {
         assert_eq!(run.code, Some(1), "{arguments:?} {}", run.words);
         assert!(run.words.contains("standard output: "), "{arguments:?} {}", run.words);
     }
-    // The mesh has its place before words fail: what was made is there.
+    // The mesh is in place before messages fail.
     assert_eq!(info(folder.path(), "b.obj")["vertices"], 6);
     assert_eq!(run(folder.path(), &["info", "a.obj"]).code, Some(0));
 }
@@ -201,7 +201,7 @@ fn a_closed_standard_output_is_a_failure() {
             assert_eq!(by_shell(&format!("{arguments} {elsewhere}")).code, Some(0), "{arguments} {elsewhere}");
         }
     }
-    // Where nothing is said, nothing is lost.
+    // Without messages, nothing can fail.
     assert_eq!(by_shell("simplify a.obj -o b.obj --ratio 1 --quiet >&-").code, Some(0));
 }
 

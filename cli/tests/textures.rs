@@ -1,17 +1,17 @@
-//! `--textures`: images made smaller in every place where an asset has them, shared by levels, and never without need.
+//! `--textures`: images of any asset are scaled down when needed, and levels share them.
 
 use std::path::Path;
 
 use crate::common::*;
 use neural_mesh::picture::{Image, decode_image, encode_png, encode_webp, image_size};
 
-/// The file of a PNG of so many pixels a side, in which each pixel has a colour of its own.
+/// Encodes a PNG of `side` pixels a side with different colours everywhere.
 fn png(side: usize) -> Vec<u8> {
     let colour = |at: usize| [(at % side * 255 / side) as u8, (at / side * 255 / side) as u8, 90, 255];
     encode_png(&Image { width: side, height: side, rgba: (0..side * side).flat_map(colour).collect() })
 }
 
-/// A textured square of 8 x 8 quads, as OBJ with a library and three images.
+/// Writes a textured square of 8 x 8 quads as OBJ with three images.
 fn textured(folder: &Path) {
     let n = 8;
     let mut text = String::from("mtllib skin.mtl\nusemtl skin\n");
@@ -40,7 +40,7 @@ fn simplified(folder: &Path, input: &str, output: &str, more: &[&str]) -> Run {
     run
 }
 
-/// Sizes of the images in a GLB, and what the materials name.
+/// Returns the image sizes of a GLB, and its materials.
 fn images(glb: &Path) -> (Vec<[usize; 2]>, serde_json::Value) {
     let bytes = std::fs::read(glb).unwrap();
     let length = u32::from_le_bytes(*bytes[12..].first_chunk().unwrap()) as usize;
@@ -104,7 +104,7 @@ fn levels_share_their_textures_in_every_format() {
         assert_eq!(files(&out), beside);
         std::fs::remove_dir_all(out).unwrap();
     }
-    // GLB holds its own, in one file or in several.
+    // A GLB holds its own images, in one file or several.
     simplified(folder.path(), "plate.glb", "own-{level}.glb", &["--lods", "50%,20%"]);
     assert!(["own-0.glb", "own-1.glb"].iter().all(|name| images(&folder.path().join(name)).0.len() == 2));
     simplified(folder.path(), "plate.glb", "levels.glb", &["--lods", "50%,20%"]);
@@ -116,7 +116,7 @@ fn levels_as_json_name_one_set_of_images_and_hold_none() {
     let folder = folder();
     textured(folder.path());
     simplified(folder.path(), "plate.obj", "plate.glb", &["--ratio", "1"]);
-    // From a scene, whose images are in its buffer, and from an OBJ, whose glTF is one file of JSON.
+    // From a scene with images in its buffer, and from an OBJ as glTF in one file.
     for (input, output, more) in
         [("plate.glb", "scene-{level}.gltf", 0), ("plate.obj", "mesh-{level}.gltf", 0), ("plate.glb", "one.gltf", 1)]
     {
@@ -133,7 +133,7 @@ fn levels_as_json_name_one_set_of_images_and_hold_none() {
                 0 => assert_eq!(uris, [0, 1].map(|at| format!("{shared}_{at}.png")).each_ref().map(|uri| Some(&**uri))),
                 _ => assert_eq!(uris, [None, None]),
             }
-            // Whoever reads a level finds its images.
+            // A reader of any level finds its images.
             let asset = neural_mesh::io::Asset::read_path(&out.join(&name)).unwrap();
             let sizes = [0, 1].map(|at| image_size(&asset.image(at).unwrap()).unwrap());
             assert_eq!((sizes, asset.notes()), ([[32, 32]; 2], &[][..]), "{name}");
@@ -174,7 +174,7 @@ fn what_is_no_image_stays_with_a_note_and_formats_without_textures_are_refused()
     }
 }
 
-/// A KTX2 of ETC1S, 24 x 20: red rises to the right, green downwards.
+/// A KTX2 image of ETC1S, 24 x 20: red rises to the right, green downwards.
 #[cfg(feature = "ktx2")]
 const KTX2: &[u8] = include_bytes!("../../tests/images/etc1s.ktx2");
 

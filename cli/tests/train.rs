@@ -1,4 +1,4 @@
-//! `neural-mesh train`: killed and resumed, refused, what it leaves.
+//! `neural-mesh train`: interruption, continuation, errors, and output files.
 
 use std::path::Path;
 
@@ -6,12 +6,12 @@ use crate::common::*;
 use neural_mesh::io::{Format, write};
 use neural_mesh::mesh::{Frame, TriMesh, shapes};
 
-/// A small network that meets every mesh often, and checkpoints within epochs.
+/// A small network with many epochs and frequent checkpoints.
 const SETTINGS: &str = "objective = \"uniform\"\nepochs = 40\nvalidation = [\"held_\"]\nnoise = 0.1\n\
     checkpoint_minutes = 0.0005\npoint_sampler_layers = 2\npoint_sampler_width = 12\nedge_predictor_width = 4\n\
     attention_width = 3\nface_classifier_layers = 1\nface_classifier_width = 4\n";
 
-/// A folder with small meshes in `data` and settings in `small.toml`.
+/// Creates a folder with small meshes in `data` and settings in `small.toml`.
 fn prepared() -> tempfile::TempDir {
     let folder = folder();
     std::fs::create_dir(folder.path().join("data")).unwrap();
@@ -30,12 +30,12 @@ fn prepared() -> tempfile::TempDir {
     folder
 }
 
-/// Arguments of a training into `run`.
+/// Builds the arguments of a training into `run`.
 fn training<'a>(run: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     [&["train", "--data", "data", "--out", run, "--config", "small.toml"], more].concat()
 }
 
-/// The files of a training that do not depend on interruptions.
+/// Reads the files of a training that do not depend on interruptions.
 fn left(folder: &Path, run: &str) -> Vec<Vec<u8>> {
     let files = ["last.safetensors", "best.safetensors", "steps.csv", "epochs.csv", "config.toml", "curves.svg"];
     files.map(|file| std::fs::read(folder.join(run).join(file)).unwrap()).into()
@@ -71,7 +71,7 @@ fn killed_at_any_moment_it_ends_in_the_same_bits() {
     let folder = prepared();
     let whole = run(folder.path(), &training("whole", &["--threads", "1"]));
     assert_eq!(whole.code, Some(0), "{}", whole.words);
-    // Rows of the table of epochs, of 41, and milliseconds after which the program is killed.
+    // Rows of 41 epochs, and milliseconds until the program is killed.
     let mut n_killed = 0;
     let epochs = folder.path().join("killed/epochs.csv");
     for (n_rows, milliseconds) in [(0, 2), (0, 30), (2, 0), (6, 13), (11, 5), (18, 0), (24, 21), (29, 9)] {

@@ -1,8 +1,8 @@
-//! What is wrong with the arguments is found before any file is opened: exit code 2, and a reason.
+//! Wrong arguments are found before any file is opened: exit code 2 and a reason.
 
 use crate::common::*;
 
-/// Runs `simplify missing.ply`: with a usage error the file that does not exist is never looked for.
+/// Runs `simplify missing.ply`, and expects no file: usage errors come first.
 fn refused(arguments: &[&str]) -> Run {
     let folder = folder();
     let run = run(folder.path(), &[&["simplify", "missing.ply"], arguments].concat());

@@ -1,4 +1,4 @@
-//! What the program says where a build lacks a feature: which one, and how to get it.
+//! Builds without a feature name the missing feature and how to get it.
 
 use std::fs;
 

@@ -1,5 +1,4 @@
-//! Any bytes as a glTF asset: written as it is, it opens again with all parts of which a face can be drawn; or one line. Its
-//! scene is a mesh whose groups have looks.
+//! Arbitrary bytes as a glTF asset: an error, or an asset that survives writing and whose scene is a valid mesh.
 
 #![no_main]
 
@@ -19,7 +18,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let parts: Vec<SimplifiedPart> = asset.parts().iter().map(SimplifiedPart::from_part).collect();
     match asset.write(&parts, Format::Glb, "a.glb") {
         Ok(files) => {
-            // A mesh of which nothing is left keeps a face without area, unless something else is in it.
+            // An emptied mesh keeps one face without area, unless it holds other primitives.
             let n_drawn = parts.iter().filter(|part| !part.faces.is_empty()).count();
             let n_back = Asset::from_bytes(&files[0].bytes, &nothing).unwrap().parts().len();
             assert!((n_drawn..=parts.len()).contains(&n_back), "{n_drawn} <= {n_back} <= {}", parts.len());
@@ -40,7 +39,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     }
 });
 
-/// The scene of an asset as one mesh.
+/// Checks the scene of an asset as one mesh.
 fn check_scene(asset: &Asset) {
     let meshes: Vec<_> = asset.parts().iter().map(|part| part.mesh.clone()).collect();
     let Ok(scene) = asset.scene_mesh(&meshes) else { return };

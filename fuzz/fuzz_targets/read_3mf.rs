@@ -1,4 +1,4 @@
-//! Any bytes as 3MF, and as the model in one, whose checksum no mutation would meet: a mesh that survives every writer, or one line.
+//! Arbitrary bytes as 3MF, and as the model inside one: a one-line error, or a mesh that survives every writer.
 
 #![no_main]
 
@@ -13,7 +13,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     neural_mesh_fuzz::check(&package(bytes), Format::ThreeMf);
 });
 
-/// A package of this model.
+/// Packs a model into a 3MF file.
 fn package(model: &[u8]) -> Vec<u8> {
     let options = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);
     let mut archive = ZipWriter::new(Cursor::new(Vec::new()));

@@ -1,11 +1,11 @@
-//! Any bytes as KTX2: an image of the size that they say, or none.
+//! Arbitrary bytes as KTX2: nothing, or an image of the declared size.
 
 #![no_main]
 
 use neural_mesh::picture::{decode_image, image_size};
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    // Larger images only take longer.
+    // Larger images would only take longer.
     if image_size(bytes).is_none_or(|[width, height]| width.saturating_mul(height) > 1 << 16) {
         return;
     }

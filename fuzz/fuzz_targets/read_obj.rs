@@ -1,4 +1,4 @@
-//! Any bytes as OBJ: a mesh that survives every writer, or one line.
+//! Arbitrary bytes as OBJ: a one-line error, or a mesh that survives every writer.
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! Any bytes as OFF: a mesh that survives every writer, or one line.
+//! Arbitrary bytes as OFF: a one-line error, or a mesh that survives every writer.
 
 #![no_main]
 

@@ -1,5 +1,4 @@
-//! Any small mesh and any request: a valid mesh of the asked size or a stated reason, the same surface as the input,
-//! and the same bits a second time.
+//! Small random meshes and requests: results are valid, of the target size or with a reason, and reproducible.
 
 #![no_main]
 
@@ -38,12 +37,12 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     }
 });
 
-/// The largest coordinate.
+/// Returns the largest coordinate.
 fn reach(mesh: &TriMesh) -> f32 {
     mesh.positions().iter().flatten().fold(0.0, |most, x| most.max(x.abs()))
 }
 
-/// A mesh to start from, as positions and faces.
+/// Returns positions and faces of an initial mesh.
 fn start(shape: u8) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
     let mesh = match shape % 12 {
         0 => return ((0..16u32).map(|i| [i & 1, i >> 1 & 1, i >> 2].map(f64::from)).collect(), Vec::new()),
@@ -63,8 +62,7 @@ fn start(shape: u8) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
     (positions.into_iter().map(|p| p.map(f64::from)).collect(), faces)
 }
 
-/// One change: a vertex moves, by little or by far or onto another, all of them shrink or snap to a grid, or a face
-/// comes, goes, turns or falls into three.
+/// Applies one change: moves a vertex, shrinks or snaps all, or adds, removes, flips or splits a face.
 fn apply([kind, a, b, c]: [u8; 4], RawMesh { positions, faces, .. }: &mut RawMesh) {
     let n = positions.len();
     let (vertex, face, axis) = (a as usize % n, a as usize % faces.len().max(1), b as usize % 3);
@@ -83,7 +81,7 @@ fn apply([kind, a, b, c]: [u8; 4], RawMesh { positions, faces, .. }: &mut RawMes
     }
 }
 
-/// Cuts a face in three at a point on its median.
+/// Splits a face in three at a point on its median.
 fn split(positions: &mut Vec<[f64; 3]>, faces: &mut Vec<[u32; 3]>, face: usize, [s, t]: [f64; 2]) {
     let corners = faces[face];
     let [p, q, r] = corners.map(|v| positions[v as usize]);
@@ -93,7 +91,7 @@ fn split(positions: &mut Vec<[f64; 3]>, faces: &mut Vec<[u32; 3]>, face: usize, 
     faces.extend((0..3).map(|i| [corners[i], corners[(i + 1) % 3], middle]));
 }
 
-/// What the simplifier promises.
+/// Checks the guarantees of the simplifier.
 fn check(mesh: &TriMesh, options: &Options, result: &Simplified) {
     let (before, after) = (topology(mesh), topology(&result.mesh));
     let story = format!("{before:?} {after:?} {options:?} {:?}", result.report);
@@ -102,7 +100,7 @@ fn check(mesh: &TriMesh, options: &Options, result: &Simplified) {
     assert_eq!(after.unreferenced_vertices, 0, "vertices unused, {story}");
     assert!(after.faces > 0, "nothing left, {story}");
     assert_eq!(after.non_manifold_edges + after.non_manifold_vertices, 0, "not a manifold, {story}");
-    // Sheets that met in an edge may be joined to one that has no two sides.
+    // Sheets that met in an edge may be joined to a one-sided surface.
     if after.orientable {
         assert_eq!(after.inconsistent_edges, 0, "wound differently, {story}");
     }
@@ -112,12 +110,12 @@ fn check(mesh: &TriMesh, options: &Options, result: &Simplified) {
     check_size(&before, &after, options, result, &story);
 }
 
-/// Numbers that are equal as numbers have the same key.
+/// Returns a key that equal numbers share.
 fn key(x: f64) -> u64 {
     (x + 0.0).to_bits()
 }
 
-/// The same pieces, holes and handles, without those of pruned components.
+/// Checks that components, holes and handles are the same, except those of pruned components.
 fn check_topology(before: &Topology, after: &Topology, n_pruned: usize, story: &str) {
     let figures = |t: &Topology| (t.orientable, t.closed, t.components, t.genus, t.boundary_loops);
     if n_pruned == 0 {
@@ -134,7 +132,7 @@ fn check_topology(before: &Topology, after: &Topology, n_pruned: usize, story: &
     }
 }
 
-/// As small as asked and not smaller, unless parts were pruned or the input was smaller already, which is taken apart all the same.
+/// Checks the size: as small as the target and not smaller, unless components were pruned or the input was already smaller.
 fn check_size(before: &Topology, after: &Topology, options: &Options, result: &Simplified, story: &str) {
     let (was, is, asked) = match options.target {
         Target::Ratio(ratio) => (before.vertices, after.vertices, ((ratio * before.vertices as f64) as usize).max(1)),

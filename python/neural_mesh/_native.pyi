@@ -12,7 +12,7 @@ __all__ = [
     "NeuralMeshError",
     "OptionError",
     "Outcome",
-    "Kept",
+    "ResultArrays",
     "Meshed",
     "Record",
     "Pass",
@@ -57,7 +57,7 @@ _Progress: TypeAlias = Callable[[float, str], object]
 @final
 class Outcome:
     @property
-    def results(self) -> list[Kept]: ...
+    def results(self) -> list[ResultArrays]: ...
     @property
     def report(self) -> dict[str, Any]: ...
     @property
@@ -74,7 +74,7 @@ class Outcome:
     def unmet(self) -> str | None: ...
 
 @final
-class Kept:
+class ResultArrays:
     @property
     def vertices(self) -> NDArray[Any]: ...
     @property

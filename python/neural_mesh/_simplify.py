@@ -204,7 +204,7 @@ def _factors(factors: ArrayLike, source: Given) -> NDArray[np.float32]:
     return values
 
 
-def _of_scene(outcome: _native.Outcome) -> Sequence[_native.Kept | None]:
+def _of_scene(outcome: _native.Outcome) -> Sequence[_native.ResultArrays | None]:
     """The meshes of the scenes that were written, each as one: those of a scene lie side by side until then."""
     n_levels = len(outcome.results)
     if outcome.file_vertices is not None:
@@ -227,7 +227,7 @@ def _report_of(report: dict[str, Any], level: int) -> Report:
 
 
 def _light(
-    both: tuple[_native.Kept, _native.Kept | None], outcome: _native.Outcome, report: Report, source: Given, wants_map: bool
+    both: tuple[_native.ResultArrays, _native.ResultArrays | None], outcome: _native.Outcome, report: Report, source: Given, wants_map: bool
 ) -> Light[Any]:
     own, placed = both
     kept = placed or own
@@ -260,7 +260,7 @@ def _of_file(sources: NDArray[np.int32] | None, outcome: _native.Outcome) -> NDA
     return outcome.file_vertices[sources]
 
 
-def _map(kept: _native.Kept, outcome: _native.Outcome, source: Given) -> Map | None:
+def _map(kept: _native.ResultArrays, outcome: _native.Outcome, source: Given) -> Map | None:
     """The map over the vertices as given: those that were welded went where the one went that stands for them."""
     if kept.map is None:
         return None

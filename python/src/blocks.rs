@@ -1,4 +1,4 @@
-//! A mesh in blocks, each simplified for itself, by whoever has time; what goes between workers are arrays and numbers.
+//! Blocks of a mesh that are simplified separately, by any number of workers; they exchange arrays and numbers.
 
 use std::path::PathBuf;
 
@@ -12,28 +12,28 @@ use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use crate::arrays::{array, numbers, points, rows, sequence, triples};
-use crate::failure::{raised, refused};
-use crate::given::Given;
-use crate::heard::heard;
+use crate::background::run_in_background;
+use crate::failure::{invalid_array, to_exception};
+use crate::mesh_arrays::MeshArrays;
 
-/// Vertices, n x 3, faces, n x 3, and whether each vertex is one of other blocks, too.
+/// Vertices, n x 3, faces, n x 3, and whether each vertex also belongs to other blocks.
 #[derive(FromPyObject)]
 pub struct GivenBlock<'py>(PyReadonlyArray2<'py, f32>, PyReadonlyArray2<'py, u32>, PyReadonlyArray1<'py, bool>);
 
-/// The same on its way to Python.
+/// Arrays of a block on the way to Python: vertices, faces, shared vertices.
 type Arrays = (Py<PyAny>, Py<PyAny>, Py<PyAny>);
 
-/// What a block paid, as Python keeps it: vertices, shared ones, and pairs of vertices left and their price.
+/// Prices of a block: vertices, shared vertices, and pairs of remaining vertices and price.
 type Paid = (usize, usize, Vec<(usize, f64)>);
 
 impl GivenBlock<'_> {
     fn block(&self) -> PyResult<Block> {
         let Self(positions, faces, shared) = self;
         let mesh = TriMesh::new(points(positions, "vertices")?, rows(faces, "faces")?.to_vec());
-        let mesh = mesh.map_err(|error| refused(error.to_string()))?;
+        let mesh = mesh.map_err(|error| invalid_array(error.to_string()))?;
         let shared = numbers(shared, "shared")?.to_vec();
         if shared.len() != mesh.positions().len() {
-            return Err(refused(format!("shared: {} values: give one for each vertex", shared.len())));
+            return Err(invalid_array(format!("shared: {} values: give one for each vertex", shared.len())));
         }
         Ok(Block { mesh, shared })
     }
@@ -51,16 +51,16 @@ fn options(share: f64, scores: &str, seed: u64) -> PyResult<Options> {
         "bending" => ScoreSource::Bending,
         "geometry" => ScoreSource::Geometry,
         "network" => ScoreSource::Network,
-        _ => return Err(raised(&Failure::Usage(format!("scores: {scores}: give bending, network or geometry")))),
+        _ => return Err(to_exception(&Failure::Usage(format!("scores: {scores}: give bending, network or geometry")))),
     };
     Ok(options)
 }
 
-/// The blocks of a mesh, or of a file, in coordinates of their own, where their origin is, how many vertices there are.
+/// Cuts a mesh or a file into blocks; returns them in local coordinates, the origin, and the number of vertices.
 #[pyfunction]
-pub fn cut(py: Python, path: Option<PathBuf>, mesh: Option<Given>) -> PyResult<(Vec<Arrays>, [f64; 3], usize)> {
+pub fn cut(py: Python, path: Option<PathBuf>, mesh: Option<MeshArrays>) -> PyResult<(Vec<Arrays>, [f64; 3], usize)> {
     let given = mesh.map(|mesh| mesh.read()).transpose()?.map(|read| read.mesh);
-    let (found, frame, n) = heard(py, None, None, move |_| {
+    let (found, frame, n) = run_in_background(py, None, None, move |_| {
         let path = path.unwrap_or_default();
         let failed = |error: &dyn std::fmt::Display| Failure::Failed(format!("{}: {error}", path.display()));
         let read = || io::read_path(&path, None).map_err(|error| failed(&error));
@@ -71,7 +71,7 @@ pub fn cut(py: Python, path: Option<PathBuf>, mesh: Option<Given>) -> PyResult<(
     Ok((found.into_iter().map(|block| arrays(py, block)).collect::<PyResult<_>>()?, frame.origin, n))
 }
 
-/// What a block pays on the way to a share of its vertices.
+/// Measures the prices of a block down to a share of its vertices.
 #[pyfunction]
 pub fn sample_block(
     py: Python,
@@ -82,18 +82,19 @@ pub fn sample_block(
     threads: Option<usize>,
 ) -> PyResult<Paid> {
     let (block, options) = (block.block()?, options(share, scores, seed)?);
-    let sample = heard(py, threads, None, move |_| Ok(blocks::sample_block(&block, share, None, &options)?))?;
+    let sample =
+        run_in_background(py, threads, None, move |_| Ok(blocks::sample_block(&block, share, None, &options)?))?;
     Ok((sample.n_vertices, sample.n_shared, sample.paid))
 }
 
-/// The price for all blocks.
+/// Returns the common price for all blocks.
 #[pyfunction]
 pub fn price_for(samples: Vec<Paid>, share: f64) -> f64 {
     let samples: Vec<Sample> = samples.into_iter().map(|(n, n_shared, paid)| Sample::new(n, n_shared, paid)).collect();
     blocks::price_for(&samples, share)
 }
 
-/// A block with what merges up to the price leave.
+/// Simplifies a block up to a price.
 #[pyfunction]
 pub fn simplify_block(
     py: Python,
@@ -105,15 +106,17 @@ pub fn simplify_block(
     threads: Option<usize>,
 ) -> PyResult<Arrays> {
     let (block, options) = (block.block()?, options(share, scores, seed)?);
-    let lighter = heard(py, threads, None, move |_| Ok(blocks::simplify_block(&block, share, price, None, &options)?))?;
+    let lighter = run_in_background(py, threads, None, move |_| {
+        Ok(blocks::simplify_block(&block, share, price, None, &options)?)
+    })?;
     arrays(py, lighter)
 }
 
-/// Blocks as one mesh.
+/// Joins blocks into one mesh.
 #[pyfunction]
 pub fn join(py: Python, blocks: Vec<GivenBlock>) -> PyResult<(Py<PyAny>, Py<PyAny>)> {
     let blocks: Vec<Block> = blocks.iter().map(GivenBlock::block).collect::<PyResult<_>>()?;
-    let joined = blocks::join(blocks).map_err(|error| refused(error.to_string()))?;
+    let joined = blocks::join(blocks).map_err(|error| invalid_array(error.to_string()))?;
     let (positions, faces) = joined.into_parts();
     Ok((array(py, positions)?, triples(py, faces)?))
 }

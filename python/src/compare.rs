@@ -1,23 +1,24 @@
-//! `compare`: figures of results beside their original, and the page that shows them.
+//! `compare`: measures of results against their original, and the page that shows them.
 
 use std::path::PathBuf;
 
 use neural_mesh_cli::embedded::{self, CompareArgs, MOST_SAMPLES};
 use pyo3::prelude::*;
 
+use crate::background::run_in_background;
 use crate::failure::option_refused;
-use crate::given::Given;
-use crate::heard::heard;
+use crate::mesh_arrays::MeshArrays;
 
-/// Compares meshes with the first of them; those that are not given are read from their paths. Gives the figures as JSON, and the page
-/// where `html` names one, which is written if `writes`.
+/// Compares meshes with the first of them; missing ones are read from their paths. Returns JSON, and the page if `html` is set.
+///
+/// The page is written if `writes`.
 #[pyfunction]
 #[pyo3(signature = (paths, meshes, *, samples, seed, appearance, weld, html, writes, force, threads))]
 #[allow(clippy::too_many_arguments, reason = "they are keywords")]
 pub fn compare(
     py: Python,
     mut paths: Vec<PathBuf>,
-    meshes: Vec<Option<Given>>,
+    meshes: Vec<Option<MeshArrays>>,
     samples: usize,
     seed: u64,
     appearance: bool,
@@ -30,7 +31,7 @@ pub fn compare(
     if !(1..=MOST_SAMPLES).contains(&(samples as u64)) {
         return Err(option_refused(format!("samples={samples}: give a whole number from 1 to {MOST_SAMPLES}")));
     }
-    let read = |mesh: Option<Given>| mesh.map(|mesh| mesh.read()).transpose();
+    let read = |mesh: Option<MeshArrays>| mesh.map(|mesh| mesh.read()).transpose();
     let given = meshes.into_iter().map(read).collect::<PyResult<Vec<_>>>()?;
     let simplified = paths.split_off(1.min(paths.len()));
     let args = CompareArgs {
@@ -47,6 +48,7 @@ pub fn compare(
         quiet: true,
         force,
     };
-    let compared = heard(py, threads, None, move |ear| embedded::compare(&args, given, writes, &|| ear.go_on()))?;
+    let compared =
+        run_in_background(py, threads, None, move |ear| embedded::compare(&args, given, writes, &|| ear.go_on()))?;
     Ok((compared.figures, compared.page))
 }

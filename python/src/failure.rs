@@ -1,4 +1,4 @@
-//! Why there is no result, as exceptions of one line.
+//! Errors as Python exceptions with one-line messages.
 
 use std::fmt::Display;
 
@@ -15,8 +15,8 @@ create_exception!(
     "An option that is out of range, unknown, or fits no other."
 );
 
-/// A failure as an exception.
-pub fn raised(failure: &Failure) -> PyErr {
+/// Converts a failure to an exception.
+pub fn to_exception(failure: &Failure) -> PyErr {
     match failure {
         Failure::Usage(_) => OptionError::new_err(as_keywords(&failure.to_string())),
         Failure::Interrupted => PyKeyboardInterrupt::new_err("interrupted"),
@@ -24,17 +24,17 @@ pub fn raised(failure: &Failure) -> PyErr {
     }
 }
 
-/// An option that is none.
+/// Creates the exception for an invalid option.
 pub fn option_refused(what: impl Display) -> PyErr {
     OptionError::new_err(what.to_string())
 }
 
-/// A wrong array.
-pub fn refused(what: impl Into<String>) -> PyErr {
+/// Creates the exception for an invalid array.
+pub fn invalid_array(what: impl Into<String>) -> PyErr {
     NeuralMeshError::new_err(what.into())
 }
 
-/// Options as Python spells them: `--keep-components` is `keep_components`.
+/// Replaces option names by Python keywords: `--keep-components` becomes `keep_components`.
 fn as_keywords(text: &str) -> String {
     let mut parts = text.split("--");
     let first = parts.next().unwrap_or_default().to_string();

@@ -1,4 +1,4 @@
-//! Learning by a function of Python's: what it finds wrong with results moves a network's weights, or the importance of vertices.
+//! Learning with a Python function as objective: its errors train a network or the importance of vertices.
 
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex};
@@ -17,12 +17,14 @@ use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 
 use crate::arrays::{array, indices, numbers, sequence, triples};
-use crate::failure::refused;
-use crate::given::Given;
-use crate::heard::{Ear, TICK, heard, held};
+use crate::background::{Ear, TICK, lock, run_in_background};
+use crate::failure::invalid_array;
+use crate::mesh_arrays::MeshArrays;
 
-/// A function of Python's that judges results: `(name, ratio, vertices, faces, vertices of the result, faces of the result,
-/// vertex_of)` to an array of one number, or of one for each vertex or face of the original.
+/// A Python function that judges results.
+///
+/// It maps `(name, ratio, vertices, faces, result vertices, result faces, vertex_of)` to one number, or to one per vertex or
+/// face of the original.
 struct Judge {
     function: Py<PyAny>,
     raised: Raised,
@@ -30,22 +32,22 @@ struct Judge {
     origin: [f64; 3],
 }
 
-/// What the function raised, the first of it.
+/// The first exception that the function raised.
 #[derive(Clone, Default)]
 struct Raised(Arc<Mutex<Option<PyErr>>>);
 
 impl Raised {
     fn keep(&self, error: PyErr) {
-        held(&self.0).get_or_insert(error);
+        lock(&self.0).get_or_insert(error);
     }
 
     fn is_there(&self) -> bool {
-        held(&self.0).is_some()
+        lock(&self.0).is_some()
     }
 
-    /// In place of what came of it, what was raised.
-    fn instead<T>(&self, done: PyResult<T>) -> PyResult<T> {
-        held(&self.0).take().map_or(done, Err)
+    /// Returns `done`, or the exception if one was raised.
+    fn or_done<T>(&self, done: PyResult<T>) -> PyResult<T> {
+        lock(&self.0).take().map_or(done, Err)
     }
 }
 
@@ -54,9 +56,9 @@ impl Judge {
         if self.ear.go_on().is_break() || self.raised.is_there() {
             return Err("is not wanted any more".into());
         }
-        // None where Python is ending.
-        let called = Python::try_attach(|py| self.called(py, name, ratio, original, result));
-        let values = called.unwrap_or_else(|| Err(refused("Python is ending"))).map_err(|error| {
+        // None while Python shuts down.
+        let called = Python::try_attach(|py| self.call(py, name, ratio, original, result));
+        let values = called.unwrap_or_else(|| Err(invalid_array("Python is ending"))).map_err(|error| {
             self.raised.keep(error);
             "the objective raised an exception".to_string()
         })?;
@@ -67,13 +69,20 @@ impl Judge {
             n if n == n_faces => Ok(Errors::Faces(values)),
             n => {
                 let due = format!("one number, {n_vertices} (vertices) or {n_faces} (faces of the original)");
-                self.raised.keep(refused(format!("the objective gave {n} numbers: give {due}")));
+                self.raised.keep(invalid_array(format!("the objective gave {n} numbers: give {due}")));
                 Err("the objective gave what it may not".into())
             }
         }
     }
 
-    fn called(&self, py: Python, name: &str, ratio: f64, original: &TriMesh, result: &WeightedResult) -> PyResult<Vec<f64>> {
+    fn call(
+        &self,
+        py: Python,
+        name: &str,
+        ratio: f64,
+        original: &TriMesh,
+        result: &WeightedResult,
+    ) -> PyResult<Vec<f64>> {
         let places = |mesh: &TriMesh| {
             let place = |p: &[f32; 3]| std::array::from_fn(|axis| f64::from(p[axis]) + self.origin[axis]);
             array::<f64, 3>(py, mesh.positions().iter().map(place).collect())
@@ -88,11 +97,12 @@ impl Judge {
     }
 }
 
-/// What trains, as words: data, folder, settings as TOML, an objective of the library's.
+/// Arguments of a training: data, folder, settings as TOML, objective, epochs, resume.
 type Asked = (String, String, Option<String>, Option<String>, Option<usize>, bool);
 
-/// Trains weights from a folder of meshes into another; `judge` is an objective of one's own, `init` weights to start from:
-/// "default" for those that ship. Says whether all epochs are done.
+/// Trains weights on a folder of meshes and returns whether all epochs are done.
+///
+/// `judge` is a custom objective; `init` are initial weights, "default" for those of the library.
 #[pyfunction]
 #[pyo3(signature = (asked, judge, init, threads, progress))]
 pub fn train(
@@ -106,25 +116,25 @@ pub fn train(
     let raised = Raised::default();
     let (alive, ended) = channel::<()>();
     let of_work = raised.clone();
-    let done = heard(py, threads, None, move |ear| {
-        // Dropped where the work ends, however that is.
+    let done = run_in_background(py, threads, None, move |ear| {
+        // Dropped when the work ends, however it ends.
         let _alive = alive;
         let judge =
             judge.map(|function| Judge { function, raised: of_work.clone(), ear: ear.clone(), origin: [0.0; 3] });
         let told = |event: Event| wish(&event, progress.as_ref(), &of_work, ear);
-        trained(&asked, judge, init, told)
+        run_request(&asked, judge, init, told)
     });
     if done.is_err() {
-        // The step at hand ends with a checkpoint, from which the next call goes on.
+        // The current step ends with a checkpoint, from which the next call continues.
         let ended = Mutex::new(ended);
-        while py.detach(|| held(&ended).recv_timeout(TICK)) == Err(RecvTimeoutError::Timeout) {
+        while py.detach(|| lock(&ended).recv_timeout(TICK)) == Err(RecvTimeoutError::Timeout) {
             py.check_signals()?;
         }
     }
-    raised.instead(done)
+    raised.or_done(done)
 }
 
-fn trained(
+fn run_request(
     asked: &Asked,
     judge: Option<Judge>,
     init: Option<Vec<u8>>,
@@ -146,13 +156,13 @@ fn trained(
         }
         told(event)
     };
-    let ending = ended(&mut run, judge, &mut told);
+    let ending = run_steps(&mut run, judge, &mut told);
     let reason = passed_over.unwrap_or_default();
     Ok(ending.map_err(|error| Failure::Failed(format!("{error}{reason}")))? == Ending::Finished)
 }
 
-/// Trains by what judges, or by the objective that the settings name.
-fn ended(run: &mut Run, judge: Option<Judge>, told: &mut dyn FnMut(Event) -> Wish) -> Result<Ending, TrainError> {
+/// Trains with the custom objective, or with that of the settings.
+fn run_steps(run: &mut Run, judge: Option<Judge>, told: &mut dyn FnMut(Event) -> Wish) -> Result<Ending, TrainError> {
     let Some(judge) = judge else {
         let step = step_function(&run.settings)?;
         return run_training(run, &step, told);
@@ -166,10 +176,10 @@ fn ended(run: &mut Run, judge: Option<Judge>, told: &mut dyn FnMut(Event) -> Wis
     run_training(run, &step, told)
 }
 
-/// An event as Python has it: its kind, how many are done of how many, and numbers by name.
+/// An event for Python: its kind, done, total, count, and numbers by name.
 type Told = (&'static str, usize, usize, usize, Vec<(String, f64)>);
 
-fn told_as(event: &Event) -> Option<Told> {
+fn to_tuple(event: &Event) -> Option<Told> {
     let named = |values: Vec<(&str, Option<f64>)>| {
         values.into_iter().filter_map(|(name, value)| Some((name.to_string(), value?))).collect()
     };
@@ -188,7 +198,7 @@ fn told_as(event: &Event) -> Option<Told> {
 }
 
 fn wish(event: &Event, progress: Option<&Py<PyAny>>, raised: &Raised, ear: &Ear) -> Wish {
-    let (told, is_step) = (told_as(event), matches!(event, Event::Step { .. }));
+    let (told, is_step) = (to_tuple(event), matches!(event, Event::Step { .. }));
     if let (Some(told), Some(progress)) = (told, progress) {
         let called = Python::try_attach(|py| progress.call1(py, told));
         if let Some(Err(error)) = called {
@@ -196,21 +206,21 @@ fn wish(event: &Event, progress: Option<&Py<PyAny>>, raised: &Raised, ear: &Ear)
         }
     }
     match (ear.go_on().is_break() || raised.is_there(), is_step) {
-        // What was not judged is judged again.
+        // Results without a judgement must be judged again.
         (true, false) => Wish::Abandon,
         (true, true) => Wish::Stop,
-        // After each step: that costs little beside simplifying a mesh several times.
+        // After each step, since a checkpoint costs little compared with several simplifications.
         (false, _) => Wish::Checkpoint,
     }
 }
 
-/// The mean error of results, its gradient to the scores of the vertices given, and the variance of that gradient, n_given each.
+/// Estimates the mean error of results, its gradient for the scores, and the variance of the gradient, n_given each.
 #[pyfunction]
 #[pyo3(signature = (mesh, scores, ratio, judge, settings, seed, threads))]
 #[allow(clippy::too_many_arguments)]
 pub fn estimate(
     py: Python,
-    mesh: Given,
+    mesh: MeshArrays,
     scores: PyReadonlyArray1<f32>,
     ratio: f64,
     judge: Py<PyAny>,
@@ -222,23 +232,27 @@ pub fn estimate(
     let n_given = raw.positions.len();
     let scores = numbers(&scores, "scores")?.to_vec();
     if scores.len() != n_given {
-        return Err(refused(format!("scores: {} numbers for {n_given} vertices: give one for each", scores.len())));
+        return Err(invalid_array(format!(
+            "scores: {} numbers for {n_given} vertices: give one for each",
+            scores.len()
+        )));
     }
-    let settings = Settings::from_toml(settings).map_err(|error| refused(error.to_string()))?;
+    let settings = Settings::from_toml(settings).map_err(|error| invalid_array(error.to_string()))?;
     let raised = Raised::default();
     let of_work = raised.clone();
-    let done = heard(py, threads, None, move |ear| {
+    let done = run_in_background(py, threads, None, move |ear| {
         let failed = |what: String| Failure::Failed(what);
         let cleaned = clean(raw, &CleanOptions::default()).map_err(|error| failed(error.to_string()))?;
         let judge = Judge { function: judge, raised: of_work, ear: ear.clone(), origin: cleaned.frame.origin };
-        let own = GivenObjective(|original: &TriMesh, result: &WeightedResult| judge.errors("mesh", ratio, original, result));
+        let own =
+            GivenObjective(|original: &TriMesh, result: &WeightedResult| judge.errors("mesh", ratio, original, result));
         let scores: Vec<f32> = cleaned.source.iter().map(|&v| scores[v as usize]).collect();
         let n_output = (cleaned.mesh.positions().len() as f64 * ratio).round().max(1.0) as usize;
         let found = estimated(&own, &cleaned.mesh, &scores, n_output, &settings, seed).map_err(failed)?;
         Ok((found, cleaned.source))
     });
-    let (found, sources) = raised.instead(done)?;
-    // Of the mean, which the terms hold the logarithm of.
+    let (found, sources) = raised.or_done(done)?;
+    // The terms hold the logarithm of the mean.
     let mean = found.terms.iter().map(|(_, value)| value).sum::<f64>().exp();
     let to_given = |values: &[f64], factor: f64| {
         let mut of_given = vec![0.0f64; n_given];

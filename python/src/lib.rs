@@ -1,16 +1,16 @@
-//! neural-mesh for Python: arrays become meshes, results become arrays, no algorithm lives here.
+//! neural-mesh for Python: converts arrays to meshes and back. All algorithms are in the library.
 //!
-//! This is the private module `neural_mesh._native`; what people import is written in Python beside it (`neural_mesh/`). A request is
-//! the words of the program's command line, which `neural_mesh_cli::embedded` understands, so that options mean the same.
+//! This is the private module `neural_mesh._native`; the public package is written in Python (`neural_mesh/`). Options have the
+//! names of the program's options, through `neural_mesh_cli::embedded`.
 
 mod arrays;
+mod background;
 mod blocks;
 mod compare;
 mod failure;
-mod given;
 mod graphs;
-mod heard;
 mod learn;
+mod mesh_arrays;
 mod network;
 mod points;
 mod record;
@@ -26,7 +26,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("NeuralMeshError", py.get_type::<failure::NeuralMeshError>())?;
     module.add("OptionError", py.get_type::<failure::OptionError>())?;
     module.add_class::<simplify::Outcome>()?;
-    module.add_class::<simplify::Kept>()?;
+    module.add_class::<simplify::ResultArrays>()?;
     module.add_class::<points::Meshed>()?;
     module.add_class::<record::Record>()?;
     module.add_class::<network::Pass>()?;

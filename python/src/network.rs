@@ -1,4 +1,4 @@
-//! The network of `neural_mesh::model` for another framework: weights as arrays, and each stage forward and backward.
+//! The network of `neural_mesh::model` for other frameworks: weights as arrays, and each stage with its gradient.
 
 use std::collections::HashMap;
 use std::convert::Infallible;
@@ -14,11 +14,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::arrays::{indices_below, numbers, points, sequence, table};
-use crate::failure::refused;
+use crate::background::{lock, run_in_background};
+use crate::failure::invalid_array;
 use crate::graphs::entries;
-use crate::heard::{heard, held};
 
-/// Adds all this to the module.
+/// Adds the functions of this file to the module.
 pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(shipped_weights, module)?)?;
     module.add_function(wrap_pyfunction!(random_weights, module)?)?;
@@ -29,41 +29,43 @@ pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(face_classifier, module)?)
 }
 
-/// Sizes by their names in [`Architecture`], those of one stage or of all.
+/// Sizes of one stage or of all, by their names in [`Architecture`].
 type Sizes = HashMap<String, i64>;
 
-/// Sizes, tensors by their names in a file of weights, and what was learned where that is known.
+/// Sizes, named tensors, and the objective if known.
 type Parts = (Vec<(&'static str, usize)>, Vec<(String, Py<PyAny>)>, Option<String>);
 
-/// Sizes and tensors, those of one stage or of all.
+/// Sizes and tensors of one stage or of all.
 #[derive(FromPyObject)]
-struct Given<'py>(Sizes, Vec<(String, PyReadonlyArray2<'py, f32>)>);
+struct WeightArrays<'py>(Sizes, Vec<(String, PyReadonlyArray2<'py, f32>)>);
 
-/// Weights that ship with the library.
+/// Returns the weights of the library.
 #[pyfunction]
 fn shipped_weights(py: Python, name: &str) -> PyResult<Parts> {
     match name {
         "default" => parts(py, Weights::shipped_default()),
         "paper-open" => parts(py, Weights::shipped_paper_open()),
-        _ => Err(refused(format!("no weights \"{name}\" ship: give \"default\" or \"paper-open\", or from_file"))),
+        _ => {
+            Err(invalid_array(format!("no weights \"{name}\" ship: give \"default\" or \"paper-open\", or from_file")))
+        }
     }
 }
 
-/// Weights that have learned nothing.
+/// Returns random initial weights.
 #[pyfunction]
 fn random_weights(py: Python, sizes: Sizes, seed: u64) -> PyResult<Parts> {
     parts(py, &Weights::random_of(architecture(&sizes)?, seed))
 }
 
-/// Weights of the bytes of a safetensors file.
+/// Reads weights from the bytes of a safetensors file.
 #[pyfunction]
 fn read_weights(py: Python, bytes: &[u8]) -> PyResult<Parts> {
-    parts(py, &Weights::from_bytes(bytes).map_err(|error| refused(error.to_string()))?)
+    parts(py, &Weights::from_bytes(bytes).map_err(|error| invalid_array(error.to_string()))?)
 }
 
-/// Weights as the bytes of a safetensors file.
+/// Writes weights as the bytes of a safetensors file.
 #[pyfunction]
-fn weights_bytes(py: Python, given: Given, objective: Option<&str>) -> PyResult<Py<PyBytes>> {
+fn weights_bytes(py: Python, given: WeightArrays, objective: Option<&str>) -> PyResult<Py<PyBytes>> {
     let weights = given.weights()?;
     let weights = objective.into_iter().fold(weights, |weights, objective| weights.learned(objective));
     Ok(PyBytes::new(py, &weights.to_bytes()).unbind())
@@ -78,7 +80,7 @@ fn parts(py: Python, weights: &Weights) -> PyResult<Parts> {
     Ok((weights.architecture().sizes().to_vec(), tensors, weights.objective().map(String::from)))
 }
 
-/// What stages that are not asked for are made of.
+/// Sizes of unused stages.
 const SMALLEST: Architecture = Architecture {
     point_sampler_inputs: 3,
     point_sampler_layers: 1,
@@ -96,11 +98,11 @@ const SMALLEST: Architecture = Architecture {
 fn architecture(sizes: &Sizes) -> PyResult<Architecture> {
     let of = |name: &str, smallest: usize| sizes.get(name).map_or(smallest.to_string(), i64::to_string);
     let words = SMALLEST.sizes().map(|(name, smallest)| format!("{name}={}", of(name, smallest)));
-    Architecture::from_text(&words.join(" ")).map_err(|why| refused(format!("the sizes of the network: {why}")))
+    Architecture::from_text(&words.join(" ")).map_err(|why| invalid_array(format!("the sizes of the network: {why}")))
 }
 
-impl Given<'_> {
-    /// The weights; tensors of stages that are not there are zero.
+impl WeightArrays<'_> {
+    /// Returns the weights; tensors of missing stages are zero.
     fn weights(&self) -> PyResult<Weights> {
         let Self(sizes, tensors) = self;
         let tensors: HashMap<&str, &PyReadonlyArray2<f32>> =
@@ -110,20 +112,20 @@ impl Given<'_> {
             Some(array) => matrix(array, name),
             None => Ok(Arc::new(Matrix::zeros(n_rows, n_cols))),
         })?;
-        Weights::from_tensors(architecture, tensors).map_err(|error| refused(error.to_string()))
+        Weights::from_tensors(architecture, tensors).map_err(|error| invalid_array(error.to_string()))
     }
 }
 
 fn matrix(array: &PyReadonlyArray2<f32>, what: &str) -> PyResult<Arc<Matrix>> {
     let (n_rows, n_cols) = array.as_array().dim();
-    let numbers = array.as_slice().map_err(|_| refused(format!("{what}: the array is not contiguous")))?;
+    let numbers = array.as_slice().map_err(|_| invalid_array(format!("{what}: the array is not contiguous")))?;
     Ok(Arc::new(Matrix::new(n_rows, n_cols, numbers.to_vec())))
 }
 
-/// Gradients of all tensors of a stage and of its inputs, in order, from those of its outputs.
+/// Function from gradients of a stage's outputs to gradients of its tensors and inputs, in order.
 type Backward = Box<dyn Fn(&[Vec<f32>]) -> Vec<Matrix> + Send>;
 
-/// A stage that was run, and its way back.
+/// A stage that was run, with its backward pass.
 #[pyclass(frozen, module = "neural_mesh._native")]
 pub struct Pass {
     outputs: Vec<Vec<f32>>,
@@ -132,12 +134,12 @@ pub struct Pass {
 
 #[pymethods]
 impl Pass {
-    /// What the stage gave.
+    /// Returns the outputs of the stage.
     fn outputs(&self, py: Python) -> Vec<Py<PyAny>> {
         self.outputs.iter().map(|output| sequence(py, output.clone())).collect()
     }
 
-    /// Gradients of tensors and inputs, in the order in which they were given, from those of the outputs.
+    /// Returns the gradients of tensors and inputs, in their order, for gradients of the outputs.
     fn backward(
         &self,
         py: Python,
@@ -147,10 +149,10 @@ impl Pass {
         let given = gradients.iter().map(|array| Ok(numbers(array, "gradient")?.to_vec()));
         let given = given.collect::<PyResult<Vec<_>>>()?;
         if !given.iter().map(Vec::len).eq(self.outputs.iter().map(Vec::len)) {
-            return Err(refused("gradient: give one of the size of each output"));
+            return Err(invalid_array("gradient: give one of the size of each output"));
         }
         let backward = self.backward.clone();
-        let results = heard(py, threads, None, move |_| Ok(held(&backward)(&given)))?;
+        let results = run_in_background(py, threads, None, move |_| Ok(lock(&backward)(&given)))?;
         let of = |matrix: Matrix| {
             let n_columns = matrix.n_cols();
             table(py, matrix.into_data(), n_columns)
@@ -159,21 +161,21 @@ impl Pass {
     }
 }
 
-/// Runs a stage, which gives its outputs and its way back.
-fn passed(
+/// Runs a stage and returns its outputs with the backward pass.
+fn run_stage(
     py: Python,
     threads: Option<usize>,
     run: impl FnOnce() -> (Vec<Vec<f32>>, Backward) + Send + 'static,
 ) -> PyResult<Pass> {
-    let (outputs, backward) = heard(py, threads, None, move |_| Ok(run()))?;
+    let (outputs, backward) = run_in_background(py, threads, None, move |_| Ok(run()))?;
     Ok(Pass { outputs, backward: Arc::new(Mutex::new(backward)) })
 }
 
-/// Scores of vertices, Sec. 3.1: points n x 3, edges m x 2, normals n x 3.
+/// Runs the Point Sampler, Sec. 3.1: points n x 3, edges m x 2, normals n x 3.
 #[pyfunction]
 fn point_sampler(
     py: Python,
-    given: Given,
+    given: WeightArrays,
     points: PyReadonlyArray2<f32>,
     edges: PyReadonlyArray2<i64>,
     normals: Option<PyReadonlyArray2<f32>>,
@@ -182,17 +184,17 @@ fn point_sampler(
     let (weights, points) = (given.weights()?, self::points(&points, "points")?);
     let normals = normals.map(|normals| self::points(&normals, "normals")).transpose()?;
     if let Some(normals) = normals.as_ref().filter(|normals| normals.len() != points.len()) {
-        return Err(refused(format!("normals: {} rows for {} points", normals.len(), points.len())));
+        return Err(invalid_array(format!("normals: {} rows for {} points", normals.len(), points.len())));
     }
     let edges = indices_below(&edges, points.len(), "edges")?;
-    passed(py, threads, move || {
+    run_stage(py, threads, move || {
         let rings = Arc::new(Csr::from_edges(points.len(), edges));
         let pass = point_sampler_forward(&weights, &points, normals.as_deref(), &rings);
         let outputs = vec![pass.scores.clone()];
         let backward = move |given: &[Vec<f32>]| {
             let gradients = point_sampler_backward(&pass, &given[0]);
             let mut results = Vec::new();
-            let Ok(_) = gradients.tensors.try_map("", &mut pushed(&mut results));
+            let Ok(_) = gradients.tensors.try_map("", &mut push_tensors(&mut results));
             results.push(Matrix::of_points(gradients.points));
             results.extend(normals.is_some().then(|| Matrix::of_points(gradients.normals)));
             results
@@ -201,11 +203,11 @@ fn point_sampler(
     })
 }
 
-/// S and A_s along the entries of a graph, Sec. 3.2: points n x 3, edges m x 2, graph n_entries x 2.
+/// Runs the Edge Predictor, Sec. 3.2: points n x 3, edges m x 2, graph n_entries x 2. Returns S and A_s along the graph.
 #[pyfunction]
 fn edge_predictor(
     py: Python,
-    given: Given,
+    given: WeightArrays,
     points: PyReadonlyArray2<f32>,
     edges: PyReadonlyArray2<i64>,
     graph: PyReadonlyArray2<i64>,
@@ -215,16 +217,16 @@ fn edge_predictor(
     let edges = indices_below(&edges, points.len(), "edges")?;
     let graph = entries(&graph, points.len(), "graph")?;
     if !graph.is_symmetric() {
-        return Err(refused("graph: an entry without its mirror image: give (j, i) for each (i, j)"));
+        return Err(invalid_array("graph: an entry without its mirror image: give (j, i) for each (i, j)"));
     }
-    passed(py, threads, move || {
+    run_stage(py, threads, move || {
         let original = Arc::new(Csr::from_edges(points.len(), edges));
         let pass = edge_predictor_forward(&weights, &points, &Arc::new(graph), &original);
         let outputs = vec![pass.attention.clone(), pass.adjacency.clone()];
         let backward = move |given: &[Vec<f32>]| {
             let gradients = edge_predictor_backward(&pass, &given[0], &given[1]);
             let mut results = Vec::new();
-            let Ok(_) = gradients.tensors.try_map("", &mut pushed(&mut results));
+            let Ok(_) = gradients.tensors.try_map("", &mut push_tensors(&mut results));
             results.push(Matrix::of_points(gradients.points));
             results
         };
@@ -232,11 +234,11 @@ fn edge_predictor(
     })
 }
 
-/// Probabilities of faces, Sec. 3.3: points n x 3, prior n_faces, faces n_faces x 3, graph n_entries x 2.
+/// Runs the Face Classifier, Sec. 3.3: points n x 3, prior n_faces, faces n_faces x 3, graph n_entries x 2.
 #[pyfunction]
 fn face_classifier(
     py: Python,
-    given: Given,
+    given: WeightArrays,
     points: PyReadonlyArray2<f32>,
     prior: PyReadonlyArray1<f32>,
     faces: PyReadonlyArray2<i64>,
@@ -247,16 +249,16 @@ fn face_classifier(
     let faces: Vec<[u32; 3]> = indices_below(&faces, points.len(), "faces")?;
     let prior = numbers(&prior, "prior")?.to_vec();
     if prior.len() != faces.len() || !prior.iter().all(|p| p.is_finite()) {
-        return Err(refused(format!("prior: give a finite number for each of {} faces", faces.len())));
+        return Err(invalid_array(format!("prior: give a finite number for each of {} faces", faces.len())));
     }
     let graph = Arc::new(entries(&graph, faces.len(), "graph")?);
-    passed(py, threads, move || {
+    run_stage(py, threads, move || {
         let pass = face_classifier_forward(&weights, &points, &faces, &graph, &prior);
         let outputs = vec![pass.probabilities.clone()];
         let backward = move |given: &[Vec<f32>]| {
             let gradients = face_classifier_backward(&pass, &given[0]);
             let mut results = Vec::new();
-            let Ok(_) = gradients.tensors.try_map("", &mut pushed(&mut results));
+            let Ok(_) = gradients.tensors.try_map("", &mut push_tensors(&mut results));
             results.push(Matrix::of_points(gradients.points));
             results.push(Matrix::new(gradients.prior.len(), 1, gradients.prior));
             results
@@ -265,8 +267,8 @@ fn face_classifier(
     })
 }
 
-/// Takes tensors of a stage down, in the order of its walk.
-fn pushed(results: &mut Vec<Matrix>) -> impl FnMut(&str, &Matrix) -> Result<(), Infallible> {
+/// Returns a visitor that collects tensors in the order of the stage.
+fn push_tensors(results: &mut Vec<Matrix>) -> impl FnMut(&str, &Matrix) -> Result<(), Infallible> {
     |_, matrix| {
         results.push(matrix.clone());
         Ok(())

@@ -1,4 +1,4 @@
-//! `mesh_points`: a cloud in, a mesh over its points out.
+//! `mesh_points`: meshes a point cloud.
 
 use std::path::PathBuf;
 
@@ -7,9 +7,9 @@ use neural_mesh_cli::embedded::{self, MeshPointsArgs, PointsMeshed};
 use pyo3::prelude::*;
 
 use crate::arrays::{array, indices, triples};
+use crate::background::run_in_background;
 use crate::failure::option_refused;
-use crate::given::Positions;
-use crate::heard::heard;
+use crate::mesh_arrays::Positions;
 
 /// A meshed cloud as arrays.
 #[pyclass(frozen, get_all, module = "neural_mesh._native")]
@@ -20,12 +20,12 @@ pub struct Meshed {
     report: String,
 }
 
-/// A number, or a text as people type it.
+/// A number, or text as typed in a shell.
 #[derive(FromPyObject)]
 pub enum Typed {
     /// A number.
     Number(f64),
-    /// A text: `10%`, `5k`.
+    /// Text such as `10%` or `5k`.
     Text(String),
 }
 
@@ -39,7 +39,7 @@ impl Typed {
     }
 }
 
-/// Meshes a cloud, or that of the file at `input`.
+/// Meshes a cloud, or the cloud in the file `input`.
 #[pyfunction]
 #[pyo3(signature = (input, points, *, ratio, vertices, out, format, weights, seed, force, threads, progress))]
 #[allow(clippy::too_many_arguments, reason = "they are keywords")]
@@ -71,13 +71,14 @@ pub fn mesh_points(
         force,
     };
     let given = points.map(|points| points.raw()).transpose()?;
-    let meshed =
-        heard(py, threads, progress, move |ear| embedded::mesh_points(args, given, ear.listener(), &|| ear.go_on()))?;
-    Meshed::of(py, meshed)
+    let meshed = run_in_background(py, threads, progress, move |ear| {
+        embedded::mesh_points(args, given, ear.listener(), &|| ear.go_on())
+    })?;
+    Meshed::new(py, meshed)
 }
 
 impl Meshed {
-    fn of(py: Python, meshed: PointsMeshed) -> PyResult<Self> {
+    fn new(py: Python, meshed: PointsMeshed) -> PyResult<Self> {
         let (positions, faces) = meshed.mesh.into_parts();
         Ok(Self {
             vertices: match meshed.exact {

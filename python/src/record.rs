@@ -1,4 +1,4 @@
-//! `record`: a result as a function of the vertices given, with its gradient.
+//! `record`: a result as a differentiable function of the input vertices.
 
 use neural_mesh::job::Arguments;
 use neural_mesh::simplify::Record as Way;
@@ -7,44 +7,45 @@ use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 
 use crate::arrays::{array, indices, rows, triples};
-use crate::failure::refused;
-use crate::given::{Given, asked};
-use crate::heard::heard;
+use crate::background::run_in_background;
+use crate::failure::invalid_array;
+use crate::mesh_arrays::{MeshArrays, parse_options};
 
-/// How a result depends on the vertices given.
+/// A result as a function of the input vertices.
 #[pyclass(frozen, module = "neural_mesh._native")]
 pub struct Record {
     way: Way,
     origin: [f64; 3],
-    /// The vertex given that each vertex of the function is.
+    /// The input vertex of each vertex of the function.
     sources: Vec<u32>,
     n_given: usize,
     #[pyo3(get)]
     faces: Py<PyAny>,
 }
 
-/// Simplifies a mesh and records how the result depends on its vertices.
+/// Simplifies a mesh and records the result as a function of its vertices.
 #[pyfunction]
 #[pyo3(signature = (options, files, mesh, threads, progress))]
 pub fn record(
     py: Python,
     options: &Bound<PyAny>,
     files: &Bound<PyAny>,
-    mesh: Given,
+    mesh: MeshArrays,
     threads: Option<usize>,
     progress: Option<Bound<PyAny>>,
 ) -> PyResult<Record> {
-    let (options, files): (Arguments, Files) = (asked(options)?, asked(files)?);
+    let (options, files): (Arguments, Files) = (parse_options(options)?, parse_options(files)?);
     let raw = mesh.read()?.mesh;
     let n_given = raw.positions.len();
-    let recorded = heard(py, threads, progress, move |ear| embedded::record(options, &files, raw, ear.listener()))?;
-    let embedded::Recorded { record: way, origin, sources, faces } = recorded;
+    let recorded =
+        run_in_background(py, threads, progress, move |ear| embedded::record(options, &files, raw, ear.listener()))?;
+    let embedded::RecordedResult { record: way, origin, sources, faces } = recorded;
     Ok(Record { way, origin, sources, n_given, faces: triples(py, faces)? })
 }
 
 #[pymethods]
 impl Record {
-    /// The vertices of the result (n_output x 3) for these given ones (n_given x 3).
+    /// Evaluates the result's vertices (n_output x 3) for input vertices (n_given x 3).
     fn positions(&self, py: Python, vertices: PyReadonlyArray2<f64>) -> PyResult<Py<PyAny>> {
         let vertices = self.local(rows(&vertices, "vertices")?)?;
         let mut output = py.detach(|| self.way.positions_in_doubles(&vertices));
@@ -52,7 +53,7 @@ impl Record {
         array(py, output)
     }
 
-    /// The gradient to the vertices given (n_given x 3) from that to the vertices of the result (n_output x 3).
+    /// Returns the gradient for the input vertices (n_given x 3) from that for the result's vertices (n_output x 3).
     fn backward(
         &self,
         py: Python,
@@ -62,7 +63,7 @@ impl Record {
         let vertices = self.local(rows(&vertices, "vertices")?)?;
         let gradient = rows(&gradient, "gradient")?;
         if gradient.len() != self.n_output() {
-            return Err(refused(format!("gradient: {} rows for {} vertices", gradient.len(), self.n_output())));
+            return Err(invalid_array(format!("gradient: {} rows for {} vertices", gradient.len(), self.n_output())));
         }
         let to_local = py.detach(|| self.way.backward_in_doubles(&vertices, gradient));
         let mut to_given = vec![[0.0; 3]; self.n_given];
@@ -70,7 +71,7 @@ impl Record {
         array(py, to_given)
     }
 
-    /// For each vertex given the vertex of the result that it went to; -1 where it went nowhere, or was welded to another.
+    /// Returns the output vertex of each input vertex; -1 if it was removed or welded to another.
     fn output_vertices(&self, py: Python) -> PyResult<Py<PyAny>> {
         let mut outputs = vec![u32::MAX; self.n_given];
         let of_local = self.way.output_vertices();
@@ -78,7 +79,7 @@ impl Record {
         indices(py, outputs)
     }
 
-    /// Vertices given, and vertices of the result.
+    /// Returns the numbers of input and output vertices.
     fn sizes(&self) -> [usize; 2] {
         [self.n_given, self.n_output()]
     }
@@ -91,7 +92,7 @@ impl Record {
 
     fn local(&self, given: &[[f64; 3]]) -> PyResult<Vec<[f64; 3]>> {
         if given.len() != self.n_given {
-            return Err(refused(format!("vertices: {} rows for a record of {}", given.len(), self.n_given)));
+            return Err(invalid_array(format!("vertices: {} rows for a record of {}", given.len(), self.n_given)));
         }
         let local = |&v: &u32| std::array::from_fn(|axis| given[v as usize][axis] - self.origin[axis]);
         Ok(self.sources.iter().map(local).collect())

@@ -1,4 +1,4 @@
-//! `simplify` and levels of detail: options and arrays in, results as arrays out.
+//! `simplify` and levels of detail: from options and arrays to arrays.
 
 use neural_mesh::job::Arguments;
 use neural_mesh::mesh::Attributes;
@@ -9,14 +9,14 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::arrays::{array, indices, numbers, table, triples};
-use crate::given::{Given, asked, role_name};
-use crate::heard::heard;
+use crate::background::run_in_background;
+use crate::mesh_arrays::{MeshArrays, parse_options, role_name};
 use crate::values;
 
-/// What came of a request.
+/// Result of a request.
 #[pyclass(frozen, get_all, module = "neural_mesh._native")]
 pub struct Outcome {
-    results: Vec<Py<Kept>>,
+    results: Vec<Py<ResultArrays>>,
     report: Py<PyAny>,
     cleaned: String,
     file_vertices: Option<Py<PyAny>>,
@@ -28,7 +28,7 @@ pub struct Outcome {
 
 /// A result as arrays.
 #[pyclass(frozen, get_all, module = "neural_mesh._native")]
-pub struct Kept {
+pub struct ResultArrays {
     vertices: Py<PyAny>,
     faces: Py<PyAny>,
     wedges: Option<Py<PyAny>>,
@@ -38,7 +38,7 @@ pub struct Kept {
     map: Option<MapArrays>,
 }
 
-/// Simplifies a mesh, the file of these bytes and this name, or the file that is named.
+/// Simplifies a mesh, a file in memory, or the input file.
 #[pyfunction]
 #[pyo3(signature = (options, files, mesh, file, importance, threads, progress))]
 #[allow(clippy::too_many_arguments, reason = "they are what Python has")]
@@ -46,31 +46,31 @@ pub fn simplify(
     py: Python,
     options: &Bound<PyAny>,
     files: &Bound<PyAny>,
-    mesh: Option<Given>,
+    mesh: Option<MeshArrays>,
     file: Option<(Vec<u8>, String)>,
     importance: Option<PyReadonlyArray1<f32>>,
     threads: Option<usize>,
     progress: Option<Bound<PyAny>>,
 ) -> PyResult<Outcome> {
-    let (options, files): (Arguments, Files) = (asked(options)?, asked(files)?);
+    let (options, files): (Arguments, Files) = (parse_options(options)?, parse_options(files)?);
     let factors = importance.map(|factors| Ok::<_, PyErr>(numbers(&factors, "importance")?.to_vec())).transpose()?;
     let given = match (mesh, file) {
-        (Some(mesh), _) => Some(embedded::Given::Mesh(Box::new(mesh.read()?), factors)),
-        (None, file) => file.map(|(bytes, name)| embedded::Given::File(bytes, name)),
+        (Some(mesh), _) => Some(embedded::InputMesh::Mesh(Box::new(mesh.read()?), factors)),
+        (None, file) => file.map(|(bytes, name)| embedded::InputMesh::File(bytes, name)),
     };
-    let outcome = heard(py, threads, progress, move |ear| {
+    let outcome = run_in_background(py, threads, progress, move |ear| {
         embedded::simplify(options, &files, given, ear.listener(), &|| ear.go_on())
     })?;
-    Outcome::of(py, outcome)
+    Outcome::new(py, outcome)
 }
 
 impl Outcome {
-    fn of(py: Python, outcome: embedded::Outcome) -> PyResult<Self> {
+    fn new(py: Python, outcome: embedded::Outcome) -> PyResult<Self> {
         let is_scene = outcome.file_vertices.is_none();
-        let kept = |kept| Py::new(py, Kept::of(py, kept, is_scene)?);
+        let kept = |kept| Py::new(py, ResultArrays::new(py, kept, is_scene)?);
         Ok(Self {
             results: outcome.results.into_iter().map(kept).collect::<PyResult<_>>()?,
-            report: values::given(py, &outcome.report)?,
+            report: values::to_python(py, &outcome.report)?,
             cleaned: outcome.cleaned,
             file_vertices: outcome.file_vertices.map(|vertices| indices(py, vertices)).transpose()?,
             group_names: outcome.group_names,
@@ -81,10 +81,10 @@ impl Outcome {
     }
 }
 
-impl Kept {
-    /// Of a scene, whose meshes lie side by side at sizes of their own, no arrays.
-    fn of(py: Python, kept: embedded::Kept, is_scene: bool) -> PyResult<Self> {
-        let embedded::Kept { simplified, exact } = kept;
+impl ResultArrays {
+    /// Converts a result; scenes have no arrays, since their meshes have different scales.
+    fn new(py: Python, kept: embedded::MemoryResult, is_scene: bool) -> PyResult<Self> {
+        let embedded::MemoryResult { simplified, exact } = kept;
         let (positions, faces) = if is_scene { Default::default() } else { simplified.mesh.into_parts() };
         let attributes = if is_scene { Attributes::default() } else { simplified.attributes };
         let vertices = match exact {

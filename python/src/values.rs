@@ -1,4 +1,4 @@
-//! Values of Python as those of JSON, and back: options in, reports out, with no text in between.
+//! Conversion between Python values and JSON values, for options and reports.
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString};
@@ -6,7 +6,7 @@ use serde_json::{Map, Number, Value};
 
 use crate::failure::option_refused;
 
-/// A value of Python's own kinds.
+/// Converts a Python value to JSON.
 pub fn read(any: &Bound<PyAny>) -> PyResult<Value> {
     if any.is_none() {
         Ok(Value::Null)
@@ -27,8 +27,8 @@ pub fn read(any: &Bound<PyAny>) -> PyResult<Value> {
     }
 }
 
-/// A value as Python has it.
-pub fn given(py: Python, value: &Value) -> PyResult<Py<PyAny>> {
+/// Converts a JSON value to Python.
+pub fn to_python(py: Python, value: &Value) -> PyResult<Py<PyAny>> {
     Ok(match value {
         Value::Null => py.None(),
         Value::Bool(is) => is.into_pyobject(py)?.to_owned().into_any().unbind(),
@@ -39,12 +39,12 @@ pub fn given(py: Python, value: &Value) -> PyResult<Py<PyAny>> {
         },
         Value::String(text) => text.into_pyobject(py)?.into_any().unbind(),
         Value::Array(items) => {
-            let items: Vec<Py<PyAny>> = items.iter().map(|item| given(py, item)).collect::<PyResult<_>>()?;
+            let items: Vec<Py<PyAny>> = items.iter().map(|item| to_python(py, item)).collect::<PyResult<_>>()?;
             PyList::new(py, items)?.into_any().unbind()
         }
         Value::Object(items) => {
             let object = PyDict::new(py);
-            items.iter().try_for_each(|(name, item)| object.set_item(name, given(py, item)?))?;
+            items.iter().try_for_each(|(name, item)| object.set_item(name, to_python(py, item)?))?;
             object.into_any().unbind()
         }
     })

@@ -1,4 +1,4 @@
-//! What whole-mesh tests share: judging a result, and random closed meshes that are meshed very unevenly.
+//! Helpers for whole-mesh tests: expectations on results, and random closed meshes of very uneven sampling.
 #![allow(dead_code, reason = "not every set of features uses all")]
 
 use std::collections::HashSet;
@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-/// Closed, edge- and vertex-manifold, consistently wound, no vertex unused, no position twice.
+/// Expects a closed, manifold, consistently oriented mesh without unused vertices or repeated positions.
 #[track_caller]
 pub fn assert_closed_manifold(mesh: &TriMesh) {
     let topology = topology(mesh);
@@ -18,7 +18,7 @@ pub fn assert_closed_manifold(mesh: &TriMesh) {
     assert_eq!(repeated_positions(mesh), 0, "positions that more than one vertex has");
 }
 
-/// Edge- and vertex-manifold and consistently wound, with or without boundaries.
+/// Expects a manifold, consistently oriented mesh, with or without boundaries.
 #[track_caller]
 pub fn assert_manifold(mesh: &TriMesh) {
     let topology = topology(mesh);
@@ -27,13 +27,13 @@ pub fn assert_manifold(mesh: &TriMesh) {
     assert_eq!(repeated_positions(mesh), 0, "positions that more than one vertex has");
 }
 
-/// Options, or what else has defaults, with a field or two set.
+/// Returns a value with some fields changed.
 pub fn changed<T>(mut it: T, change: impl FnOnce(&mut T)) -> T {
     change(&mut it);
     it
 }
 
-/// The same pieces, holes and handles.
+/// Expects the same numbers of components, holes and handles.
 #[track_caller]
 pub fn assert_same_topology(original: &TriMesh, simplified: &TriMesh) {
     let figures = |mesh| {
@@ -43,7 +43,7 @@ pub fn assert_same_topology(original: &TriMesh, simplified: &TriMesh) {
     assert_eq!(figures(original), figures(simplified), "closed, components, genus, boundary loops");
 }
 
-/// The Hausdorff distance is at most a fraction of the diagonal of the original's bounding box.
+/// Expects a Hausdorff distance of at most a share of the original's diagonal.
 #[track_caller]
 pub fn assert_close(original: &TriMesh, simplified: &TriMesh, fraction: f64) {
     let surfaces = [original, simplified].map(|mesh| Surface::new(mesh, 2000, 0));
@@ -52,14 +52,13 @@ pub fn assert_close(original: &TriMesh, simplified: &TriMesh, fraction: f64) {
     assert!(share <= fraction, "{share} of the diagonal apart, {fraction} allowed");
 }
 
-/// Vertices whose position an earlier vertex has.
+/// Counts vertices at the position of an earlier vertex.
 pub fn repeated_positions(mesh: &TriMesh) -> usize {
     let bits = |p: &[f32; 3]| p.map(|x| (x + 0.0).to_bits());
     mesh.positions().len() - mesh.positions().iter().map(bits).collect::<HashSet<_>>().len()
 }
 
-/// Closed manifold meshes of genus 0 and 1, of one or more pieces, with up to a thousand or so faces: split again
-/// and again in random places, shaken, and stretched along the axes.
+/// Generates closed manifold meshes of genus 0 and 1 with up to about a thousand faces, randomly refined, shaken and stretched.
 pub fn uneven_closed_mesh() -> impl Strategy<Value = TriMesh> {
     let stretch = prop::array::uniform3(-1.5f64..1.5);
     (0..6usize, any::<u64>(), 0..400usize, 0.0..0.3f64, stretch).prop_map(|(base, seed, splits, shake, stretch)| {
@@ -80,7 +79,7 @@ fn base_mesh(which: usize) -> TriMesh {
     }
 }
 
-/// Halves longest edges of random faces, mostly of faces that a split has just made.
+/// Halves longest edges of random faces, mostly of faces that were just split.
 fn split_around(mesh: &TriMesh, splits: usize, rng: &mut Xoshiro256PlusPlus) -> TriMesh {
     let mut positions = mesh.positions().to_vec();
     let mut faces = mesh.faces().to_vec();
@@ -106,7 +105,7 @@ fn longest_edge(positions: &[[f32; 3]], [a, b, c]: [u32; 3]) -> [u32; 2] {
     longer(longer([a, b], [b, c]), [c, a])
 }
 
-/// Cuts the faces over an edge in two; their halves stand at the end.
+/// Splits the faces at an edge; the new halves are appended.
 fn split_edge(faces: &mut Vec<[u32; 3]>, [a, b]: [u32; 2], middle: u32) {
     let (over, mut kept): (Vec<[u32; 3]>, Vec<_>) =
         faces.iter().copied().partition(|face| face.contains(&a) && face.contains(&b));

@@ -1,23 +1,23 @@
-//! No two files import each other, directly or around: who imports whom, file by file.
+//! No two files import each other, directly or in a cycle.
 //!
-//! A file imports the file that its path names, and the one that defines what it names, where the first only passes it on
-//! (`pub use`). To pass on is no import, and what a file takes from those above it in its own tree does not count: a parent and
+//! A file imports the file that its path names, and the one that defines the item, even through `pub use`. Re-exports are no
+//! imports, and neither are uses between a parent module and its children.
 //! its children are one thing in several files, and hold together by nature.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Source, sources};
 
-/// Names passed on this often are followed no farther.
+/// Most re-exports that are followed for one name.
 const DEEPEST: usize = 8;
 
-/// A module as the names that lead to it from the root.
+/// Path of a module from the root.
 type Path = Vec<String>;
 
-/// The files of a package by the modules that they are.
+/// The files of a package by module.
 struct Tree<'a> {
     files: BTreeMap<Path, &'a Source>,
-    /// What each module calls by a name of its own, and the path that it stands for.
+    /// Names that each module introduces, with their paths.
     uses: BTreeMap<Path, Vec<Use>>,
 }
 
@@ -26,7 +26,7 @@ struct Tree<'a> {
 struct Use {
     path: Path,
     name: String,
-    /// Whether it is passed on to others.
+    /// Whether it is public.
     is_public: bool,
 }
 
@@ -38,7 +38,7 @@ impl<'a> Tree<'a> {
         Self { files, uses }
     }
 
-    /// The modules whose files define what a module names.
+    /// Returns the modules whose files define what a module names.
     fn imports(&self, module: &Path) -> BTreeSet<Path> {
         let stated = self.uses[module].iter().filter(|import| !import.is_public).map(|import| import.path.clone());
         let inline = inline_paths(&without_uses(&self.files[module].code));
@@ -46,8 +46,7 @@ impl<'a> Tree<'a> {
         found.filter(|other| !module.starts_with(other)).collect()
     }
 
-    /// The modules whose files hold what `path` names where it stands in `module`: the one named, and those that it has it from;
-    /// none for what is not of this package.
+    /// Returns the modules behind `path` as seen from `module`: the one named and the one that defines it.
     fn named(&self, module: &Path, path: &[String], depth: usize) -> Vec<Path> {
         let Some((mut at, rest)) = self.start(module, path) else { return Vec::new() };
         for (i, name) in rest.iter().enumerate() {
@@ -64,7 +63,7 @@ impl<'a> Tree<'a> {
         vec![at]
     }
 
-    /// The module at which a path starts, and the names behind it.
+    /// Returns the module where a path starts, and the names after it.
     fn start<'p>(&self, module: &Path, path: &'p [String]) -> Option<(Path, &'p [String])> {
         let n_up = path.iter().take_while(|name| *name == "super").count();
         match path.first()?.as_str() {
@@ -80,7 +79,7 @@ impl<'a> Tree<'a> {
         self.files.contains_key(&child).then_some(child)
     }
 
-    /// The imports that lie on circles.
+    /// Lists the imports that form cycles.
     fn circles(&self) -> Vec<String> {
         let imports: BTreeMap<&Path, BTreeSet<Path>> =
             self.files.keys().map(|module| (module, self.imports(module))).collect();
@@ -94,7 +93,7 @@ impl<'a> Tree<'a> {
     }
 }
 
-/// All modules that one imports, directly or through others.
+/// Returns all modules that one imports, directly or indirectly.
 fn reached(imports: &BTreeMap<&Path, BTreeSet<Path>>, from: &Path) -> BTreeSet<Path> {
     let mut reached = BTreeSet::new();
     let mut pending = vec![from.clone()];
@@ -105,21 +104,21 @@ fn reached(imports: &BTreeMap<&Path, BTreeSet<Path>>, from: &Path) -> BTreeSet<P
     reached
 }
 
-/// `src/io/gltf/schema.rs` below `src` is `io::gltf::schema`; the file of the root has no name.
+/// Returns the module of a file: `src/io/gltf/schema.rs` is `io::gltf::schema`; the root file has no name.
 fn module_of(file: &str, folder: &str) -> Path {
     let names = file.trim_start_matches(folder).trim_start_matches('/').trim_end_matches(".rs");
     let names = names.split('/').filter(|name| !["mod", "lib", "main"].contains(name));
     names.map(String::from).collect()
 }
 
-/// Where the `use` items of code begin, and where they end with a semicolon.
+/// Returns begin and end of the `use` items of code.
 fn use_items(code: &str) -> Vec<(usize, usize)> {
     let is_start = |at: usize| code[..at].chars().next_back().is_none_or(|before| before.is_whitespace());
     let begins = code.match_indices("use ").map(|(at, _)| at).filter(|&at| is_start(at));
     begins.filter_map(|at| Some((at, at + code[at..].find(';')?))).collect()
 }
 
-/// Every name that `use` items bring in.
+/// Lists every name that `use` items introduce.
 fn uses(code: &str) -> Vec<Use> {
     let mut found = Vec::new();
     for (begin, end) in use_items(code) {
@@ -133,7 +132,7 @@ fn uses(code: &str) -> Vec<Use> {
     found
 }
 
-/// The paths of a tree as `a::{b, c::d as e}`, each with the name that it gets.
+/// Expands a tree such as `a::{b, c::d as e}` into paths with their names.
 fn flatten(tree: &str, before: &[String], found: &mut Vec<(Path, String)>) {
     let tree = tree.trim();
     if let Some(list) = tree.strip_prefix('{') {
@@ -154,7 +153,7 @@ fn flatten(tree: &str, before: &[String], found: &mut Vec<(Path, String)>) {
     found.push((path, name));
 }
 
-/// The parts of a list between its commas; braces within stay whole.
+/// Splits a list at its commas, outside of braces.
 fn split_list(list: &str) -> Vec<String> {
     let mut parts = vec![String::new()];
     let mut depth = 0;
@@ -176,7 +175,7 @@ fn without_uses(code: &str) -> String {
     left
 }
 
-/// The paths of two names and more that stand in code.
+/// Lists the paths of two or more names in code.
 fn inline_paths(code: &str) -> Vec<Path> {
     let is_part = |letter: char| letter.is_alphanumeric() || letter == '_' || letter == ':';
     let words = code.split(|letter: char| !is_part(letter));

@@ -1,4 +1,4 @@
-//! No function is longer than one can take in at once.
+//! Upper bound on the length of functions.
 
 use super::{Source, sources};
 
@@ -20,7 +20,7 @@ fn lengths(code: &str) -> Vec<(usize, String, usize)> {
     begins.filter_map(|(at, name)| Some((at + 1, name, length(at)?))).collect()
 }
 
-/// The name of the function that a line begins.
+/// Returns the name of the function that starts on a line.
 fn named(line: &str) -> Option<String> {
     let (before, after) = line.split_once("fn ")?;
     let is_qualifier =

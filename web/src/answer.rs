@@ -1,4 +1,4 @@
-//! Requests by name, each to its answer.
+//! Dispatch of requests by name.
 
 use std::ops::ControlFlow;
 
@@ -8,26 +8,26 @@ use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
 use crate::{documents, indices};
 
-/// Hears how far a part of a run is, as a share and a number; `Break` ends the run.
+/// Progress listener: receives the share of a part and its number, and may end the run with `Break`.
 pub type Tell = Box<dyn FnMut(f64, u32) -> ControlFlow<()> + Send>;
 
-/// Answers a request; what cannot be done is an answer of one line.
+/// Answers a request; failures are answers with a one-line message.
 ///
 /// ```
 /// use std::ops::ControlFlow;
 /// use neural_mesh_web::{answer::answer_to, message::{Answer, Message}};
-/// let request = Answer::default().with(&serde_json::json!({ "call": "dance" }));
+/// let request = Answer::default().into_bytes(&serde_json::json!({ "call": "dance" }));
 /// let answer = answer_to(&request, Box::new(|_, _| ControlFlow::Continue(())));
 /// assert_eq!(Message::read(&answer).unwrap().part(0).unwrap(), br#"{"error":"dance: no such call"}"#);
 /// ```
 pub fn answer_to(request: &[u8], tell: Tell) -> Vec<u8> {
     let mut answer = Answer::default();
     match answer_request(request, &mut answer, tell) {
-        Ok(json) => answer.with(&json),
+        Ok(json) => answer.into_bytes(&json),
         Err(Refusal { what, is_interrupted: true }) => {
-            Answer::default().with(&json!({ "error": what, "interrupted": true }))
+            Answer::default().into_bytes(&json!({ "error": what, "interrupted": true }))
         }
-        Err(Refusal { what, .. }) => Answer::default().with(&json!({ "error": what })),
+        Err(Refusal { what, .. }) => Answer::default().into_bytes(&json!({ "error": what })),
     }
 }
 

@@ -1,35 +1,35 @@
 //! JSON and arrays of numbers as one piece of memory.
 //!
-//! A message is the number of its parts, the bytes of each, zeros up to a multiple of 8, then the parts, each filled up to a multiple of
-//! 8; numbers are little-endian, counts `u32`. Part 0 is JSON, which names the others by number.
+//! A message holds the number of parts, the bytes of each, zeros up to a multiple of 8, then the parts, each padded to a multiple of
+//! 8. Numbers are little-endian, counts `u32`. Part 0 is JSON, which names the others by number.
 
 use serde_json::Value;
 
 use crate::refusal::Refusal;
 
-/// A multiple of which is where each part begins.
+/// Alignment of each part, in bytes.
 const ALIGNMENT: usize = 8;
 
-/// A request, taken apart.
+/// A parsed request.
 pub struct Message<'a> {
     parts: Vec<&'a [u8]>,
 }
 
 impl<'a> Message<'a> {
-    /// Takes a message apart.
+    /// Parses a message.
     ///
     /// # Errors
-    /// [`Refusal`] where the bytes are none.
+    /// [`Refusal`] if the bytes are not a message.
     pub fn read(bytes: &'a [u8]) -> Result<Self, Refusal> {
         parts(bytes)
             .map(|parts| Self { parts })
             .ok_or_else(|| Refusal::new("the request is no message: build package and module together"))
     }
 
-    /// Returns the part of that number.
+    /// Returns a part by its number.
     ///
     /// # Errors
-    /// [`Refusal`] where there is none.
+    /// [`Refusal`] if it is missing.
     pub fn part(&self, number: usize) -> Result<&'a [u8], Refusal> {
         self.parts.get(number).copied().ok_or_else(|| Refusal::new(format!("the request has no part {number}")))
     }
@@ -37,7 +37,7 @@ impl<'a> Message<'a> {
     /// Returns a part as numbers of `N` bytes each.
     ///
     /// # Errors
-    /// [`Refusal`] where there is none, or its bytes are not so many numbers.
+    /// [`Refusal`] if it is missing or its length does not fit.
     pub fn numbers<T, const N: usize>(&self, number: usize, of: fn([u8; N]) -> T) -> Result<Vec<T>, Refusal> {
         let (numbers, rest) = self.part(number)?.as_chunks::<N>();
         if !rest.is_empty() {
@@ -49,7 +49,7 @@ impl<'a> Message<'a> {
     /// Returns a part as rows of `W` numbers of `N` bytes each.
     ///
     /// # Errors
-    /// [`Refusal`] where there is none, or its bytes are not so many rows.
+    /// [`Refusal`] if it is missing or its length does not fit.
     pub fn rows<T: Copy, const N: usize, const W: usize>(
         &self,
         number: usize,
@@ -64,7 +64,7 @@ impl<'a> Message<'a> {
     }
 }
 
-/// The parts of a message; `None` where the bytes are none.
+/// Splits a message into its parts; `None` if the bytes are not a message.
 fn parts(bytes: &[u8]) -> Option<Vec<&[u8]>> {
     let count = |at: usize| Some(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?) as usize);
     let n_parts = count(0)?;
@@ -78,20 +78,20 @@ fn parts(bytes: &[u8]) -> Option<Vec<&[u8]>> {
     Some(parts)
 }
 
-/// The arrays of an answer, on their way into one piece of memory.
+/// The arrays of an answer.
 #[derive(Default)]
 pub struct Answer {
     parts: Vec<Vec<u8>>,
 }
 
 impl Answer {
-    /// Adds bytes; returns the number by which the JSON names them.
+    /// Adds bytes and returns their number for the JSON.
     pub fn add(&mut self, bytes: Vec<u8>) -> usize {
         self.parts.push(bytes);
         self.parts.len()
     }
 
-    /// Adds numbers of `N` bytes each; returns the number by which the JSON names them.
+    /// Adds numbers of `N` bytes each and returns their number for the JSON.
     pub fn add_numbers<T, const N: usize>(
         &mut self,
         numbers: impl IntoIterator<Item = T>,
@@ -100,8 +100,8 @@ impl Answer {
         self.add(numbers.into_iter().flat_map(bytes).collect())
     }
 
-    /// Puts JSON and arrays together.
-    pub fn with(self, json: &Value) -> Vec<u8> {
+    /// Joins JSON and arrays into a message.
+    pub fn into_bytes(self, json: &Value) -> Vec<u8> {
         let parts: Vec<Vec<u8>> = std::iter::once(json.to_string().into_bytes()).chain(self.parts).collect();
         let sizes = std::iter::once(parts.len()).chain(parts.iter().map(Vec::len));
         let mut bytes: Vec<u8> = sizes.flat_map(|n| (n as u32).to_le_bytes()).collect();
@@ -123,7 +123,7 @@ mod tests {
         let mut answer = Answer::default();
         let numbers = answer.add_numbers([1.5f32, -2.0, 0.0], f32::to_le_bytes);
         let bytes = answer.add(vec![7; 5]);
-        let message = answer.with(&json!({ "numbers": numbers, "bytes": bytes }));
+        let message = answer.into_bytes(&json!({ "numbers": numbers, "bytes": bytes }));
         let read = Message::read(&message).unwrap();
         assert_eq!(
             serde_json::from_slice::<Value>(read.part(0).unwrap()).unwrap(),
@@ -136,7 +136,7 @@ mod tests {
 
     #[test]
     fn bytes_that_are_no_message_are_refused() {
-        let message = Answer { parts: vec![vec![1; 20]] }.with(&json!({}));
+        let message = Answer { parts: vec![vec![1; 20]] }.into_bytes(&json!({}));
         for end in 0..message.len() {
             assert!(Message::read(&message[..end]).is_err(), "{end}");
         }

@@ -1,20 +1,20 @@
-//! Why a request has no answer.
+//! Errors of requests.
 
 use std::fmt::Display;
 
 use neural_mesh::simplify::SimplifyError;
 
-/// One line for whoever asked.
+/// A one-line error message for the caller.
 #[derive(Debug)]
 pub struct Refusal {
-    /// The message: what is wrong, where, and what to do.
+    /// Message: the problem, its place, and advice.
     pub what: String,
     /// Whether the caller ended the run.
     pub is_interrupted: bool,
 }
 
 impl Refusal {
-    /// A refusal of this line.
+    /// Creates an error from its message.
     pub fn new(what: impl Display) -> Self {
         Self { what: what.to_string(), is_interrupted: false }
     }

@@ -30,7 +30,7 @@ impl Answered {
 
 fn called_with(request: Answer, json: &Value, stops: bool) -> Answered {
     let flow = move |_, _| if stops { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-    let bytes = answer_to(&request.with(json), Box::new(flow));
+    let bytes = answer_to(&request.into_bytes(json), Box::new(flow));
     let json = serde_json::from_slice(Message::read(&bytes).unwrap().part(0).unwrap()).unwrap();
     Answered { bytes, json }
 }

@@ -1,35 +1,35 @@
-//! xatlas (`vendor/`, MIT): cuts a surface into charts with little distortion and lays them out side by side.
+//! Bindings to xatlas (`vendor/`, MIT), which cuts a surface into charts with little distortion and packs them.
 //!
-//! All that is unsafe about it stands in this file. What goes in is checked here, what comes out is copied and checked.
+//! This file holds all unsafe code: input is checked before the calls, output is copied and checked after them.
 
 use std::ptr::NonNull;
 
-/// Layouts that are tried until one fills the square.
+/// Most layouts to try until one fills the square.
 const TRIES: usize = 6;
-/// Share of the side that is full enough.
+/// Share of the side that counts as full.
 const FULL: f32 = 0.98;
-/// Least texels along a unit over those of the first try: below, charts do not fit at all.
+/// Smallest resolution to try, relative to the first try; below it charts do not fit at all.
 const LEAST: f32 = 0.05;
 
 /// A surface laid out on a square of texels.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Layout {
-    /// Vertex of the input that each vertex is, n_vertices.
+    /// The input vertex of each vertex, n_vertices.
     pub vertices: Vec<u32>,
-    /// Where each vertex lies in texels, 0 to the side of the square, n_vertices x 2.
+    /// Position of each vertex in texels, 0 to the side of the square, n_vertices x 2.
     pub texels: Vec<[f32; 2]>,
-    /// The chart of each vertex; `None` for those of faces without area, which lie at 0.
+    /// The chart of each vertex; `None` for vertices of faces without area, whose position is 0.
     pub charts: Vec<Option<u32>>,
-    /// The faces of the input, in its order, over the new vertices.
+    /// Faces of the input, in order, over the new vertices.
     pub faces: Vec<[u32; 3]>,
     /// Number of charts.
     pub n_charts: usize,
 }
 
-/// Cuts the faces of a surface into charts and lays these out on a square of `size` x `size` texels with at least `padding`
-/// texels around each; `None` where they do not fit, no face has an area, or a position is not finite.
+/// Cuts a surface into charts and packs them on a square of `size` x `size` texels.
 ///
-/// The same surface gives the same layout on any number of threads.
+/// At least `padding` texels stay free around each chart. Returns `None` if the charts do not fit, no face has an area, or a
+/// position is not finite. The layout does not depend on the number of threads.
 ///
 /// ```
 /// let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]];
@@ -56,7 +56,7 @@ pub fn unwrap(positions: &[[f32; 3]], faces: &[[u32; 3]], size: u32, padding: u3
                 break;
             }
         }
-        // A hair less than what would fill it, so that the next one fits.
+        // Slightly less than what would fill it, so that the next try fits.
         tried = atlas.pack(size, padding, tried.texels_per_unit / share * 0.995);
     }
     let best = best?;
@@ -66,7 +66,7 @@ pub fn unwrap(positions: &[[f32; 3]], faces: &[[u32; 3]], size: u32, padding: u3
     atlas.layout(&tried, positions.len(), faces)
 }
 
-/// As `NeuralMeshLayout` in `shim.cpp`.
+/// Counterpart of `NeuralMeshLayout` in `shim.cpp`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Packed {
@@ -78,7 +78,7 @@ struct Packed {
     texels_per_unit: f32,
 }
 
-/// What only C++ looks into.
+/// Data that only C++ accesses.
 #[repr(C)]
 struct Opaque {
     _private: [u8; 0],
@@ -91,7 +91,7 @@ unsafe extern "C" {
     fn neural_mesh_free(atlas: *mut Opaque);
 }
 
-/// Charts, owned by C++.
+/// Charts owned by C++.
 struct Atlas(NonNull<Opaque>);
 
 impl Atlas {
@@ -103,7 +103,7 @@ impl Atlas {
             return None;
         }
         let (n_vertices, n_faces) = (positions.len() as u32, faces.len() as u32);
-        // SAFETY: both arrays are as long as said, every index is one of a vertex, and xatlas copies what it reads.
+        // SAFETY: both arrays have the stated lengths, all indices are valid vertices, and xatlas copies its input.
         let atlas =
             unsafe { neural_mesh_charts(positions.as_ptr().cast(), n_vertices, faces.as_ptr().cast(), n_faces) };
         NonNull::new(atlas).map(Self)
@@ -111,18 +111,18 @@ impl Atlas {
 
     fn pack(&self, resolution: u32, padding: u32, texels_per_unit: f32) -> Packed {
         let mut packed = Packed::default();
-        // SAFETY: the atlas lives as long as `self`, which no other thread has, and `packed` is laid out as in C++.
+        // SAFETY: the atlas lives as long as `self` and belongs to this thread, and `packed` has the layout of the C++ struct.
         unsafe { neural_mesh_pack(self.0.as_ptr(), resolution, padding, texels_per_unit, &mut packed) };
         packed
     }
 
-    /// The layout, where it is one of these faces on a single square.
+    /// Returns the layout if it covers these faces on a single square.
     fn layout(&self, packed: &Packed, n_positions: usize, faces: &[[u32; 3]]) -> Option<Layout> {
         let n = packed.vertices as usize;
         let (mut charts, mut texels) = (vec![-1i32; n], vec![[0.0f32; 2]; n]);
         let (mut vertices, mut corners) = (vec![0u32; n], vec![[0u32; 3]; faces.len()]);
-        // SAFETY: the arrays have a place for each of the vertices that the last packing stated, and for each corner of the
-        // faces that went in, which xatlas keeps.
+        // SAFETY: the arrays have room for the number of vertices that the last packing stated, and for all corners of the faces, which
+        // xatlas keeps.
         unsafe {
             neural_mesh_copy(
                 self.0.as_ptr(),
@@ -145,7 +145,7 @@ impl Atlas {
 
 impl Drop for Atlas {
     fn drop(&mut self) {
-        // SAFETY: it came from `neural_mesh_charts` and is freed once.
+        // SAFETY: the pointer came from `neural_mesh_charts` and is freed once.
         unsafe { neural_mesh_free(self.0.as_ptr()) };
     }
 }
@@ -154,14 +154,14 @@ impl Drop for Atlas {
 mod tests {
     use super::*;
 
-    /// A cube with corners of its own for no face.
+    /// Builds a cube whose faces share their corners.
     fn cube() -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
         let positions = (0..8).map(|i| [i & 1, i >> 1 & 1, i >> 2].map(|x| x as f32)).collect();
         let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
         (positions, quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect())
     }
 
-    /// Twice the area of a face on the square.
+    /// Returns twice the area of a face on the square.
     fn area(layout: &Layout, face: &[u32; 3]) -> f32 {
         let [a, b, c] = face.map(|vertex| layout.texels[vertex as usize]);
         (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
-use neural_mesh_cli::shared::{Failure, answered, ended};
+use neural_mesh_cli::shared::{Failure, finish, print_answer};
 
 use crate::measure::{self, MeasureArgs, MeshoptimizerArgs};
 use evaluate::EvaluateArgs;
@@ -45,7 +45,7 @@ enum Command {
 pub fn run() -> ExitCode {
     let args = match Args::try_parse() {
         Ok(args) => args,
-        Err(answer) => return answered(&answer),
+        Err(answer) => return print_answer(&answer),
     };
     let done = match args.command {
         Command::Evaluate(args) => evaluate::run(&args),
@@ -55,7 +55,7 @@ pub fn run() -> ExitCode {
         Command::Work => with_causes(work::run_job()),
         Command::WholeOther(args) => with_causes(measure::run_meshoptimizer(&args)),
     };
-    ended(done)
+    finish(done)
 }
 
 /// Converts an error with all its causes.

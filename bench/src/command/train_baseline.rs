@@ -42,10 +42,10 @@ pub fn run(args: &TrainBaselineArgs) -> Result<(), Failure> {
 /// Returns the initial weights: those of `--init`, else random ones by the settings' seed.
 fn first_weights(args: &TrainBaselineArgs) -> Result<LearnedWeights, Failure> {
     if let Some(path) = &args.train.init {
-        let weights = LearnedWeights::from_bytes(&files::read(path)?).map_err(|error| Failure::of(path, error))?;
+        let weights = LearnedWeights::from_bytes(&files::read(path)?).map_err(|error| Failure::in_file(path, error))?;
         let learned = weights.baseline();
         let what = format!("learned {}, not {}: give others", learned.name(), args.method.name());
-        return if learned == args.method { Ok(weights) } else { Err(Failure::of(path, what)) };
+        return if learned == args.method { Ok(weights) } else { Err(Failure::in_file(path, what)) };
     }
     let text = args.train.config.as_deref().map(files::read).transpose()?.unwrap_or_default();
     let settings = Settings::from_toml(&String::from_utf8_lossy(&text));

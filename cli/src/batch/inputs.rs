@@ -1,4 +1,4 @@
-//! The meshes of a batch: from folders, patterns and lists to files, each with its path below OUTDIR.
+//! The meshes of a batch: folders, patterns and lists resolved to files with their paths in OUTDIR.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -12,18 +12,17 @@ use crate::names::{is_stream, readable};
 /// A mesh to simplify.
 #[derive(Debug, PartialEq)]
 pub struct Input {
-    /// Where it lies.
+    /// Path of the file.
     pub path: PathBuf,
-    /// Its path below the folder that all of them lie in: names alone, nothing that leads out.
+    /// Path relative to the common folder of all inputs, without `..`.
     pub below: PathBuf,
 }
 
-/// Whether a path that is no file stands for those it matches.
 pub fn is_pattern(path: &Path) -> bool {
     !path.exists() && path.to_string_lossy().contains(['*', '?', '['])
 }
 
-/// Refuses, before any work, what can be no batch: an option's value among the meshes, and a mesh's name for their folder.
+/// Rejects what cannot be a batch: option values among the meshes, and a mesh file as the output folder.
 pub fn check(args: &SimplifyArgs) -> Result<(), Failure> {
     let is_value = |text: &str| text.ends_with('%') || text.parse::<f64>().is_ok();
     let stray = args.inputs.iter().find(|path| !path.exists() && path.to_str().is_some_and(is_value));
@@ -38,10 +37,10 @@ pub fn check(args: &SimplifyArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// All meshes that are asked for, each once, ordered by their places.
+/// Finds all meshes, each once, ordered by path.
 pub fn find(args: &SimplifyArgs) -> Result<Vec<Input>, Failure> {
     let asked = match &args.list {
-        Some(list) => listed(list)?,
+        Some(list) => read_list(list)?,
         None => args.inputs.clone(),
     };
     let out = normal(&args.output);
@@ -49,7 +48,7 @@ pub fn find(args: &SimplifyArgs) -> Result<Vec<Input>, Failure> {
     for path in &asked {
         match path {
             _ if path.is_dir() => walk(path, &out, &mut paths)?,
-            _ if is_pattern(path) => matched(path, &out, &mut paths)?,
+            _ if is_pattern(path) => match_pattern(path, &out, &mut paths)?,
             _ => paths.push(path.clone()),
         }
     }
@@ -68,21 +67,22 @@ pub fn find(args: &SimplifyArgs) -> Result<Vec<Input>, Failure> {
     Ok(inputs)
 }
 
-/// The lines of a list, but for empty ones.
-fn listed(list: &Path) -> Result<Vec<PathBuf>, Failure> {
+/// Reads the non-empty lines of a list.
+fn read_list(list: &Path) -> Result<Vec<PathBuf>, Failure> {
     let bytes = files::read(list)?;
-    let text = String::from_utf8(bytes).map_err(|_| Failure::of(list, "is not UTF-8: give one path on each line"))?;
+    let text =
+        String::from_utf8(bytes).map_err(|_| Failure::in_file(list, "is not UTF-8: give one path on each line"))?;
     let paths: Vec<PathBuf> =
         text.lines().map(str::trim_end).filter(|line| !line.is_empty()).map(PathBuf::from).collect();
     match paths.iter().find(|path| is_stream(path)) {
-        Some(_) => Err(Failure::of(list, "names standard input: give files")),
+        Some(_) => Err(Failure::in_file(list, "names standard input: give files")),
         None => Ok(paths),
     }
 }
 
-/// The mesh files of a folder and of those within, but for hidden ones and for OUTDIR; links to folders are not followed.
+/// Collects the mesh files of a folder and its subfolders, except hidden ones, OUTDIR, and links to folders.
 fn walk(folder: &Path, out: &Path, found: &mut Vec<PathBuf>) -> Result<(), Failure> {
-    let problem = |error| Failure::of(folder, format!("cannot be read: {error}: check the folder"));
+    let problem = |error| Failure::in_file(folder, format!("cannot be read: {error}: check the folder"));
     for entry in std::fs::read_dir(folder).map_err(problem)? {
         let entry = entry.map_err(problem)?;
         let (path, kind) = (entry.path(), entry.file_type().map_err(problem)?);
@@ -98,8 +98,8 @@ fn walk(folder: &Path, out: &Path, found: &mut Vec<PathBuf>) -> Result<(), Failu
     Ok(())
 }
 
-/// The mesh files that a pattern matches, but for those in OUTDIR.
-fn matched(pattern: &Path, out: &Path, found: &mut Vec<PathBuf>) -> Result<(), Failure> {
+/// Collects the mesh files that match a pattern, except those in OUTDIR.
+fn match_pattern(pattern: &Path, out: &Path, found: &mut Vec<PathBuf>) -> Result<(), Failure> {
     let problem =
         |error: &dyn std::fmt::Display| Failure::Usage(format!("{}: {error}: correct the pattern", name(pattern)));
     let paths = glob::glob(&pattern.to_string_lossy()).map_err(|error| problem(&error))?;
@@ -119,7 +119,7 @@ fn input(path: PathBuf, root: &Path) -> Input {
     Input { path, below }
 }
 
-/// The deepest folder that all files lie in.
+/// Returns the deepest folder that contains all files.
 fn common_folder(paths: &[PathBuf]) -> PathBuf {
     let folder = |path: &PathBuf| normal(path).parent().map(Path::to_path_buf).unwrap_or_default();
     let both = |a: PathBuf, b: PathBuf| -> PathBuf {
@@ -128,7 +128,7 @@ fn common_folder(paths: &[PathBuf]) -> PathBuf {
     paths.iter().map(folder).reduce(both).unwrap_or_default()
 }
 
-/// The absolute path by its names alone, without `.` and `..`.
+/// Returns the absolute path without `.` and `..`, from the names alone.
 fn normal(path: &Path) -> PathBuf {
     let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
     let mut normal = PathBuf::new();

@@ -1,21 +1,22 @@
-//! One batch at a time in a folder. The system frees the lock however the program ends.
+//! Lock that admits one batch at a time to a folder. The system releases it however the program ends.
 
 use std::fs::{File, TryLockError};
 use std::path::Path;
 
 use crate::failure::Failure;
 
-/// Holds the folder for this batch until the file is dropped.
+/// Locks the folder until the returned file is dropped.
 ///
 /// # Errors
-/// Where another batch holds it, or where the disk knows no locks.
+/// If another batch holds the lock, or the disk does not support locks.
 pub fn lock(folder: &Path) -> Result<File, Failure> {
-    let problem =
-        |error| Failure::of(folder, format!("cannot be locked against other batches: {error}: choose another folder"));
+    let problem = |error| {
+        Failure::in_file(folder, format!("cannot be locked against other batches: {error}: choose another folder"))
+    };
     let held = open(folder).map_err(problem)?;
     match held.try_lock() {
         Ok(()) => Ok(held),
-        Err(TryLockError::WouldBlock) => Err(Failure::of(
+        Err(TryLockError::WouldBlock) => Err(Failure::in_file(
             folder,
             "another batch writes into this folder: wait for its end, or choose another folder",
         )),
@@ -23,17 +24,16 @@ pub fn lock(folder: &Path) -> Result<File, Failure> {
     }
 }
 
-/// The folder itself, which leaves nothing behind.
+/// Opens the folder itself, which leaves no file behind.
 #[cfg(unix)]
 fn open(folder: &Path) -> std::io::Result<File> {
     File::open(folder)
 }
 
-/// A file in it, where folders cannot be locked.
+/// Opens a file in the folder, on systems that cannot lock folders.
 #[cfg(not(unix))]
 fn open(folder: &Path) -> std::io::Result<File> {
     File::options().create(true).truncate(false).write(true).open(folder.join(NAME))
 }
 
-/// The name of that file.
 pub const NAME: &str = "manifest.lock";

@@ -1,4 +1,4 @@
-//! `manifest.csv` in OUTDIR: a row for each mesh of the batch, from the start on, so that a batch can be gone on with.
+//! `manifest.csv` in OUTDIR: a row for each mesh of the batch from the start, so that the batch can be resumed.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -8,54 +8,54 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 
 use super::inputs::Input;
-use super::spelled::{path_of, spelled};
+use super::path_text::{parse_path, spell_path};
 use crate::failure::Failure;
 use crate::files;
 use crate::names::level_paths;
 use neural_mesh::job::{Level, REACHED, Report};
 
-/// The name of the file.
+/// Name of the file.
 pub const NAME: &str = "manifest.csv";
-/// Time between two writes while meshes are done: what is lost with a killed program is done again.
+/// Least time between two writes; meshes finished since the last write are redone if the program is killed.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// The outcome of a mesh that is not done yet.
+/// Outcome of a mesh that is not done.
 const PENDING: &str = "pending";
-/// How the outcome of a mesh that failed begins.
+/// Prefix of the outcome of a failed mesh.
 const FAILED: &str = "failed: ";
 
-/// What became of a mesh.
+/// Result of one mesh.
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct Row {
-    /// The mesh, by its path below the folder of all of them.
+pub struct ManifestRow {
+    /// Path of the mesh relative to the common folder.
     name: String,
-    /// The result, by its path below OUTDIR, with `{level}` for the number of a level of detail.
+    /// Path of the result relative to OUTDIR, with `{level}` for levels of detail.
     output: String,
     vertices: Option<usize>,
     faces: Option<usize>,
-    /// Of each level of detail, `;` between them.
+    /// One value for each level of detail, separated by `;`.
     output_vertices: Option<String>,
     output_faces: Option<String>,
-    /// Two-sided distance in percent of the diagonal, of each level.
+    /// Two-sided distance in percent of the diagonal, for each level.
     mean_percent: Option<String>,
     max_percent: Option<String>,
-    /// From opening the mesh to the result on the disk.
+    /// Seconds from opening the mesh to the finished file.
     seconds: Option<f64>,
-    /// `pending`, `reached`, `stopped: ` and why it is short of what was asked, or `failed: ` and why.
+    /// `pending`, `reached`, `stopped: ` with the reason, or `failed: ` with the reason.
     outcome: String,
-    /// What was asked of it.
+    /// Options of the batch.
     request: String,
 }
 
-impl Row {
-    /// Rows of meshes that are not done yet.
+impl ManifestRow {
+    /// Returns pending rows for all meshes.
     pub fn all(inputs: &[Input], outputs: &[PathBuf], request: &str) -> Vec<Self> {
         inputs.iter().zip(outputs).map(|(input, output)| Self::pending(input, output, request)).collect()
     }
 
     fn pending(input: &Input, output: &Path, request: &str) -> Self {
         Self {
-            name: spelled(&input.below),
-            output: spelled(output),
+            name: spell_path(&input.below),
+            output: spell_path(output),
             vertices: None,
             faces: None,
             output_vertices: None,
@@ -72,17 +72,17 @@ impl Row {
         self.outcome != PENDING && !self.outcome.starts_with(FAILED)
     }
 
-    /// Takes over what an earlier run came to; whether a file in the place of the result is that run's.
-    fn go_on(&mut self, old: &Self, place: &Place, manifest: &Path) -> Result<bool, Failure> {
+    /// Takes over the result of an earlier run, and returns whether existing result files belong to that run.
+    fn go_on(&mut self, old: &Self, folders: &BatchFolders, manifest: &Path) -> Result<bool, Failure> {
         if old.request != self.request {
             let what =
                 format!("belongs to another batch ({}): use the same options, or choose another folder", old.request);
-            return Err(Failure::of(manifest, what));
+            return Err(Failure::in_file(manifest, what));
         }
-        if old.is_done() && place.of(old).iter().all(|path| path.is_file()) {
+        if old.is_done() && folders.files_of_row(old).iter().all(|path| path.is_file()) {
             *self = old.clone();
         }
-        // A row without an end: the file is of a run that was killed before it wrote the row. Of one that lacks a file the others are, too.
+        // A pending row may have files: the run was killed before it wrote the row. If one file is missing, the others are replaced.
         Ok((old.outcome == PENDING || old.is_done()) && old.output == self.output)
     }
 
@@ -94,10 +94,10 @@ impl Row {
                 (self.vertices, self.faces) = (Some(input.vertices), Some(input.faces));
                 let level = Level::new(output, outcome, distance);
                 let levels = if levels.is_empty() { vec![level] } else { levels };
-                self.output_vertices = joined(levels.iter().map(|level| Some(level.output.size.vertices)));
-                self.output_faces = joined(levels.iter().map(|level| Some(level.output.size.faces)));
-                self.mean_percent = joined(levels.iter().map(|level| Some(level.distance?.mean_percent)));
-                self.max_percent = joined(levels.iter().map(|level| Some(level.distance?.max_percent)));
+                self.output_vertices = join_numbers(levels.iter().map(|level| Some(level.output.size.vertices)));
+                self.output_faces = join_numbers(levels.iter().map(|level| Some(level.output.size.faces)));
+                self.mean_percent = join_numbers(levels.iter().map(|level| Some(level.distance?.mean_percent)));
+                self.max_percent = join_numbers(levels.iter().map(|level| Some(level.distance?.max_percent)));
                 let short = levels.iter().map(|level| &level.outcome).find(|outcome| *outcome != REACHED);
                 self.outcome = short.map_or(REACHED, String::as_str).into();
             }
@@ -105,175 +105,179 @@ impl Row {
     }
 }
 
-/// A number for each level; none where one has none.
-fn joined(numbers: impl Iterator<Item = Option<impl Serialize>>) -> Option<String> {
+/// Joins the numbers of all levels; `None` if one is missing.
+fn join_numbers(numbers: impl Iterator<Item = Option<impl Serialize>>) -> Option<String> {
     let numbers: Option<Vec<_>> = numbers.map(|number| serde_json::to_string(&number?).ok()).collect();
     Some(numbers?.join(";"))
 }
 
-/// Where results stand.
-pub struct Place {
-    /// OUTDIR.
+/// Folders for the results of a batch.
+pub struct BatchFolders {
+    /// Folder OUTDIR.
     pub folder: PathBuf,
-    /// How many levels of detail are files of their own, if they are.
+    /// Number of levels of detail that are separate files, or 0.
     pub n_levels: usize,
-    /// Folders of what is told of each mesh, with the endings of its files.
-    pub told: Vec<(PathBuf, &'static str)>,
+    /// Folders for reports and pictures, with the endings of their files.
+    pub side_folders: Vec<(PathBuf, &'static str)>,
 }
 
-impl Place {
-    /// The files of a mesh.
-    fn of(&self, row: &Row) -> Vec<PathBuf> {
-        let told = self.told.iter().map(|(folder, ending)| folder.join(with_more(&path_of(&row.name), ending)));
-        level_paths(&self.folder.join(path_of(&row.output)), self.n_levels).into_iter().chain(told).collect()
+impl BatchFolders {
+    /// Returns all files of a mesh.
+    fn files_of_row(&self, row: &ManifestRow) -> Vec<PathBuf> {
+        let side_files =
+            self.side_folders.iter().map(|(folder, ending)| folder.join(with_more(&parse_path(&row.name), ending)));
+        level_paths(&self.folder.join(parse_path(&row.output)), self.n_levels).into_iter().chain(side_files).collect()
     }
 }
 
-/// `a/b.ply` and `.json`: `a/b.ply.json`.
+/// Appends an ending to the whole name: `a/b.ply` and `.json` give `a/b.ply.json`.
 pub fn with_more(path: &Path, ending: &str) -> PathBuf {
     let mut name = path.as_os_str().to_os_string();
     name.push(ending);
     name.into()
 }
 
-/// How many meshes ended how.
+/// Numbers of meshes by outcome.
 pub struct Ends {
     pub reached: usize,
     pub stopped: usize,
     pub failed: usize,
 }
 
-/// The rows, in the memory and on the disk.
+/// The rows, in memory and on disk.
 pub struct Manifest {
     path: PathBuf,
-    place: Place,
+    folders: BatchFolders,
     rows: Mutex<Rows>,
-    /// Whether the result of a mesh may take the place of a file.
+    /// Whether existing files of a mesh may be replaced.
     may_replace: Vec<bool>,
-    /// The meshes that are to be done.
+    /// Meshes that are still to be done.
     waiting: Vec<usize>,
 }
 
 struct Rows {
-    rows: Vec<Row>,
+    rows: Vec<ManifestRow>,
     written: Instant,
 }
 
 impl Manifest {
-    /// The rows of a new batch, or of one that goes on: then those that are done stay so.
-    pub fn open(place: Place, mut rows: Vec<Row>, [resume, force]: [bool; 2]) -> Result<Self, Failure> {
-        let path = place.folder.join(NAME);
+    /// Creates the rows of a new batch, or continues with those of an earlier run.
+    pub fn open(
+        folders: BatchFolders,
+        mut rows: Vec<ManifestRow>,
+        [resume, force]: [bool; 2],
+    ) -> Result<Self, Failure> {
+        let path = folders.folder.join(NAME);
         let known = if resume && path.exists() { read(&path)? } else { HashMap::new() };
         if !resume && !force {
-            let outputs = rows.iter().flat_map(|row| place.of(row));
+            let outputs = rows.iter().flat_map(|row| folders.files_of_row(row));
             refuse_existing(std::iter::once(path.clone()).chain(outputs))?;
         }
         let mut may_replace = vec![force; rows.len()];
         for (row, may_replace) in rows.iter_mut().zip(&mut may_replace) {
             if let Some(old) = known.get(&row.name) {
-                *may_replace |= row.go_on(old, &place, &path)?;
+                *may_replace |= row.go_on(old, &folders, &path)?;
             }
         }
         let waiting = (0..rows.len()).filter(|&i| rows[i].outcome == PENDING).collect();
         for (row, _) in rows.iter_mut().zip(&may_replace).filter(|(row, may)| row.outcome == PENDING && !**may) {
-            if let Some(output) = place.of(row).into_iter().find(|path| path.symlink_metadata().is_ok()) {
-                // It fails unless the file proves to be its result, which a run put there that did not come to its row.
+            if let Some(output) = folders.files_of_row(row).into_iter().find(|path| path.symlink_metadata().is_ok()) {
+                // Fails unless the file proves to be its own result, from a run that ended before it wrote the row.
                 row.outcome = format!("{FAILED}{}", exists(&output));
             }
         }
         let manifest =
-            Self { path, place, rows: Mutex::new(Rows { rows, written: Instant::now() }), may_replace, waiting };
+            Self { path, folders, rows: Mutex::new(Rows { rows, written: Instant::now() }), may_replace, waiting };
         manifest.save()?;
         Ok(manifest)
     }
 
-    /// Where the file stands.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The meshes that are to be done.
+    /// Returns the meshes that are still to be done.
     pub fn waiting(&self) -> &[usize] {
         &self.waiting
     }
 
-    /// What the meshes are called.
     pub fn names(&self) -> Vec<String> {
-        self.held().rows.iter().map(|row| row.name.clone()).collect()
+        self.lock_rows().rows.iter().map(|row| row.name.clone()).collect()
     }
 
-    /// What the mesh is called.
     pub fn name(&self, i: usize) -> String {
-        self.held().rows[i].name.clone()
+        self.lock_rows().rows[i].name.clone()
     }
 
-    /// The path of the result below OUTDIR.
+    /// Returns the path of a result relative to OUTDIR.
     pub fn output(&self, i: usize) -> PathBuf {
-        path_of(&self.held().rows[i].output)
+        parse_path(&self.lock_rows().rows[i].output)
     }
 
-    /// Where results stand.
-    pub fn place(&self) -> &Place {
-        &self.place
+    /// Returns the output folders.
+    pub fn folders(&self) -> &BatchFolders {
+        &self.folders
     }
 
-    /// The paths of all results below OUTDIR.
+    /// Returns the paths of all results relative to OUTDIR.
     pub fn outputs(&self) -> Vec<PathBuf> {
-        let rows = &self.held().rows;
-        rows.iter().flat_map(|row| level_paths(&path_of(&row.output), self.place.n_levels)).collect()
+        let rows = &self.lock_rows().rows;
+        rows.iter().flat_map(|row| level_paths(&parse_path(&row.output), self.folders.n_levels)).collect()
     }
 
-    /// Whether the result may take the place of a file.
+    /// Returns whether existing files of a mesh may be replaced.
     pub fn may_replace(&self, i: usize) -> bool {
         self.may_replace[i]
     }
 
-    /// A mesh is not to be done any more, as it fails.
+    /// Marks a mesh as failed without running it.
     pub fn give_up(&mut self, i: usize, why: Failure) -> Result<(), Failure> {
         self.waiting.retain(|&waiting| waiting != i);
         self.set(i, Err(why), 0.0)
     }
 
-    /// A mesh is done.
+    /// Stores the result of a mesh.
     pub fn set(&self, i: usize, done: Result<Report, Failure>, seconds: f64) -> Result<(), Failure> {
-        let mut held = self.held();
-        held.rows[i].fill(done, seconds);
-        if held.written.elapsed() > PATIENCE { self.write(&mut held) } else { Ok(()) }
+        let mut locked = self.lock_rows();
+        locked.rows[i].fill(done, seconds);
+        if locked.written.elapsed() > PATIENCE { self.write(&mut locked) } else { Ok(()) }
     }
 
-    /// Writes all rows as they are.
+    /// Writes all rows.
     pub fn save(&self) -> Result<(), Failure> {
-        self.write(&mut self.held())
+        self.write(&mut self.lock_rows())
     }
 
-    /// How many meshes ended how.
+    /// Counts the meshes by outcome.
     pub fn ends(&self) -> Ends {
-        let rows = &self.held().rows;
-        let count = |is: &dyn Fn(&Row) -> bool| rows.iter().filter(|row| is(row)).count();
+        let rows = &self.lock_rows().rows;
+        let count = |is: &dyn Fn(&ManifestRow) -> bool| rows.iter().filter(|row| is(row)).count();
         let (reached, failed) = (count(&|row| row.outcome == REACHED), count(&|row| !row.is_done()));
         Ends { reached, failed, stopped: rows.len() - reached - failed }
     }
 
-    fn write(&self, held: &mut Rows) -> Result<(), Failure> {
-        let problem = |error: &dyn std::fmt::Display| Failure::of(&self.path, format!("cannot be written: {error}"));
+    fn write(&self, locked: &mut Rows) -> Result<(), Failure> {
+        let problem =
+            |error: &dyn std::fmt::Display| Failure::in_file(&self.path, format!("cannot be written: {error}"));
         let mut writer = csv::Writer::from_writer(Vec::new());
-        held.rows.iter().try_for_each(|row| writer.serialize(row)).map_err(|error| problem(&error))?;
+        locked.rows.iter().try_for_each(|row| writer.serialize(row)).map_err(|error| problem(&error))?;
         let bytes = writer.into_inner().map_err(|error| problem(&error))?;
         files::place(vec![files::prepare(&self.path, &bytes, true)?])?;
-        held.written = Instant::now();
+        locked.written = Instant::now();
         Ok(())
     }
 
-    fn held(&self) -> MutexGuard<'_, Rows> {
+    fn lock_rows(&self) -> MutexGuard<'_, Rows> {
         self.rows.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// The rows of an earlier run, by the names of their meshes.
-fn read(path: &Path) -> Result<HashMap<String, Row>, Failure> {
-    let problem = |error| Failure::of(path, format!("is not the manifest of a batch: {error}: choose another folder"));
+/// Reads the rows of an earlier run, by mesh name.
+fn read(path: &Path) -> Result<HashMap<String, ManifestRow>, Failure> {
+    let problem =
+        |error| Failure::in_file(path, format!("is not the manifest of a batch: {error}: choose another folder"));
     let rows = csv::Reader::from_path(path).map_err(problem)?.into_deserialize();
-    rows.map(|row: Result<Row, csv::Error>| row.map(|row| (row.name.clone(), row)).map_err(problem)).collect()
+    rows.map(|row: Result<ManifestRow, csv::Error>| row.map(|row| (row.name.clone(), row)).map_err(problem)).collect()
 }
 
 fn refuse_existing(mut paths: impl Iterator<Item = PathBuf>) -> Result<(), Failure> {
@@ -284,5 +288,5 @@ fn refuse_existing(mut paths: impl Iterator<Item = PathBuf>) -> Result<(), Failu
 }
 
 fn exists(path: &Path) -> Failure {
-    Failure::of(path, "exists already: continue with --resume, replace with --force, or choose another folder")
+    Failure::in_file(path, "exists already: continue with --resume, replace with --force, or choose another folder")
 }

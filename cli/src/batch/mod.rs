@@ -1,13 +1,13 @@
-//! `neural-mesh simplify` of many meshes: for each a file below OUTDIR and a row of its manifest, whatever becomes of it.
+//! `neural-mesh simplify` on many meshes: a file in OUTDIR for each, and a row of the manifest even for failures.
 
-mod fallen;
 mod inputs;
 mod lock;
 mod manifest;
 mod outputs;
+mod path_text;
 mod places;
 mod schedule;
-mod spelled;
+mod unfinished;
 
 use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -27,58 +27,58 @@ use crate::request::{self, Request, Source, strict};
 use crate::words::Voice;
 use crate::{files, interrupt, memory, read, simplify};
 use inputs::Input;
-use manifest::{Manifest, Place, Row, with_more};
+use manifest::{BatchFolders, Manifest, ManifestRow, with_more};
 use neural_mesh::job::{Job, RatioOf, Report};
 use places::Places;
 
-/// What is told of a mesh stands in files with these endings after its whole name.
+/// Endings of reports and pictures, after the whole name of the mesh.
 const REPORT: &str = ".json";
 const PICTURE: &str = ".png";
 
-/// Whether the arguments ask for a batch: a list, several meshes, a folder or a pattern.
+/// Returns whether the arguments mean a batch: a list, several meshes, a folder or a pattern.
 pub fn is_meant(args: &SimplifyArgs) -> bool {
     args.list.is_some() || args.inputs.len() > 1 || args.inputs.iter().any(|path| are_many(path))
 }
 
-/// Whether a path stands for several meshes: a folder or a pattern.
+/// Returns whether a path means several meshes: a folder or a pattern.
 pub fn are_many(path: &Path) -> bool {
     path.is_dir() || inputs::is_pattern(path)
 }
 
-/// Simplifies every mesh that is asked for, and fails if any of them did.
 pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
-    let (format, job) = checked(&args)?;
+    let (format, job) = check_arguments(&args)?;
     let inputs = inputs::find(&args)?;
     let folder = outputs::open(&args.output)?;
     let _lock = lock::lock(&folder)?;
-    outputs::ready(&folder, Path::new(manifest::NAME))?;
+    outputs::prepare_path(&folder, Path::new(manifest::NAME))?;
     let names = outputs::names(&inputs, format);
-    let names = if args.lods.is_empty() { names } else { outputs::of_levels(&inputs, names, format) };
-    let rows = Row::all(&inputs, &names, &request_words(&args));
-    let place = Place { folder: folder.clone(), n_levels: args.lods.len(), told: told(&args)? };
+    let names = if args.lods.is_empty() { names } else { outputs::with_level_placeholders(&inputs, names, format) };
+    let rows = ManifestRow::all(&inputs, &names, &request_words(&args));
+    let place =
+        BatchFolders { folder: folder.clone(), n_levels: args.lods.len(), side_folders: open_side_folders(&args)? };
+    // Every mesh has a row from the start, so that a killed batch can be resumed.
     let mut manifest = Manifest::open(place, rows, [args.resume, args.force])?;
     interrupt::watch(Failure::Stopped("interrupted: continue with --resume".into()));
-    let alone = fallen::meet(&folder, &mut manifest, args.resume)?;
+    let alone = unfinished::find_unfinished(&folder, &mut manifest, args.resume)?;
     let weights = read::read_weights(args.weights.as_deref(), job.options.assembly)?;
     let places = Places::new(folder.clone(), &manifest.outputs(), args.force);
-    let progressed = Mutex::new(Progressed { bar: Bar::new(args.quiet), n_meshes: 0, cost: 0.0 });
-    let batch = Batch { progressed, args, job, folder, format, inputs, manifest, places, alone, weights };
+    let progress = Mutex::new(BatchProgress { bar: Bar::new(args.quiet), n_meshes: 0, cost: 0.0 });
+    let batch = Batch { progress, args, job, folder, format, inputs, manifest, places, alone, weights };
     let began = Instant::now();
     let written = batch.simplify_all().and_then(|()| batch.manifest.save());
     written?;
-    batch.tell(began.elapsed().as_secs_f64())
+    batch.report_end(began.elapsed().as_secs_f64())
 }
 
-/// The folders of what is told of each mesh, made where they are missing, with the endings of its files.
-fn told(args: &SimplifyArgs) -> Result<Vec<(PathBuf, &'static str)>, Failure> {
+/// Creates the folders for reports and pictures, and returns them with the endings of their files.
+fn open_side_folders(args: &SimplifyArgs) -> Result<Vec<(PathBuf, &'static str)>, Failure> {
     let folders = [(&args.report, REPORT), (&args.picture, PICTURE)].into_iter();
     let open = |(folder, ending): (&Option<PathBuf>, _)| Some((folder.as_deref()?.to_path_buf(), ending));
     folders.filter_map(open).map(|(folder, ending)| Ok((outputs::open(&folder)?, ending))).collect()
 }
 
-/// Refuses what a batch has no use for; gives the format of all results, if one is asked for, and what is asked of
-/// each mesh.
-fn checked(args: &SimplifyArgs) -> Result<(Option<Format>, Job), Failure> {
+/// Rejects options that a batch cannot use, and returns the common format, if any, and the job of each mesh.
+fn check_arguments(args: &SimplifyArgs) -> Result<(Option<Format>, Job), Failure> {
     let usage = |what: &str| Err(Failure::Usage(what.into()));
     if args.json || args.map.is_some() || args.explain {
         return usage("--json, --map and --explain are for a single mesh: a batch has its manifest.csv");
@@ -97,7 +97,7 @@ fn checked(args: &SimplifyArgs) -> Result<(Option<Format>, Job), Failure> {
     Ok((args.format.as_deref().map(|name| writable(format_of(name)?)).transpose()?, job))
 }
 
-/// What is asked of every mesh, as the manifest has it: results of another request are none of this batch.
+/// Spells out the options for the manifest; a batch can only be resumed with the same.
 fn request_words(args: &SimplifyArgs) -> String {
     let mut words = [
         size_words(args),
@@ -138,7 +138,7 @@ fn request_words(args: &SimplifyArgs) -> String {
     words
 }
 
-/// The size that is asked for.
+/// Spells out the target.
 fn size_words(args: &SimplifyArgs) -> String {
     let sizes = [
         (!args.ratio.is_empty()).then(|| {
@@ -156,78 +156,78 @@ fn size_words(args: &SimplifyArgs) -> String {
     sizes.into_iter().flatten().collect::<Vec<_>>().join(" ")
 }
 
-/// An option as typed, with its value where it has one.
 fn option_words(option: &str, value: Option<impl std::fmt::Display>) -> String {
     value.map_or(format!(" {option}"), |value| format!(" {option}={value}"))
 }
 
-/// How much of a batch is done.
-struct Progressed {
+/// Progress of a batch.
+struct BatchProgress {
     bar: Bar,
     n_meshes: usize,
-    /// About the time that these take, of all.
+    /// Estimated share of the total time.
     cost: f64,
 }
 
-impl Progressed {
+impl BatchProgress {
     fn one_more(&mut self, share: f64, n_all: usize) {
         (self.n_meshes, self.cost) = (self.n_meshes + 1, self.cost + share);
         self.bar.show(format!("{} of {n_all} meshes", self.n_meshes), self.cost);
     }
 }
 
-/// A batch, ready to go.
+/// A batch with all its inputs.
 struct Batch {
     args: SimplifyArgs,
-    /// What is asked of each mesh, in whatever format.
+    /// Job of each mesh, for any format.
     job: Job,
-    /// OUTDIR, without links.
+    /// Folder OUTDIR, with links resolved.
     folder: PathBuf,
     format: Option<Format>,
     inputs: Vec<Input>,
     manifest: Manifest,
     places: Places,
-    /// Meshes that are done alone: one of them took an earlier run down.
+    /// Meshes to run alone, because one of them made an earlier run fail.
     alone: Vec<usize>,
     weights: Option<Weights>,
-    progressed: Mutex<Progressed>,
+    progress: Mutex<BatchProgress>,
 }
 
 impl Batch {
-    /// All meshes that are not done yet, several at a time.
+    /// Simplifies all pending meshes, several at a time.
     fn simplify_all(&self) -> Result<(), Failure> {
         let waiting = self.manifest.waiting();
         let bound = self.args.memory.map_or_else(memory::default_bound, memory::bytes_of);
         let sizes: HashMap<usize, u64> =
             waiting.iter().map(|&i| (i, memory::estimate(&self.inputs[i].path, self.args.bake))).collect();
         let all: f64 = sizes.values().map(|&size| size as f64).sum();
+        // An infinite cost makes the schedule run a mesh alone.
         let cost = |i: usize| if self.alone.contains(&i) { u64::MAX } else { sizes[&i] };
         let costs = waiting.iter().map(|&i| (i, cost(i))).collect();
         let share = |i: usize| sizes[&i] as f64 / all;
         schedule::run(costs, bound, self.args.threads, &|i| self.simplify_into_row(i, share(i), waiting.len()))
     }
 
-    /// One mesh, come what may: a row. It is such a share of the work, and one of so many.
     fn simplify_into_row(&self, i: usize, share: f64, n_meshes: usize) -> Result<(), Failure> {
         let began = Instant::now();
-        let done = crate::out_of_memory::during(i, || catch_unwind(AssertUnwindSafe(|| self.simplify_one(i))));
+        // A panic in one mesh must not end the batch.
+        let done = crate::out_of_memory::track(i, || catch_unwind(AssertUnwindSafe(|| self.simplify_one(i))));
         let done = done.unwrap_or_else(|_| Err(Failure::Failed("internal error: please report it".into())));
         if let Err(failure) = &done {
             let line = format!("failed    {}: {failure}", self.manifest.name(i));
-            self.progressed().bar.aside(|| if self.args.quiet { Voice::Quiet } else { Voice::Err }.say(&line));
+            self.lock_progress().bar.suspend(|| if self.args.quiet { Voice::Quiet } else { Voice::Err }.say(&line));
         }
-        self.progressed().one_more(share, n_meshes);
+        self.lock_progress().one_more(share, n_meshes);
         self.manifest.set(i, done, began.elapsed().as_secs_f64())
     }
 
-    fn progressed(&self) -> MutexGuard<'_, Progressed> {
-        self.progressed.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock_progress(&self) -> MutexGuard<'_, BatchProgress> {
+        self.progress.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn simplify_one(&self, i: usize) -> Result<Report, Failure> {
         let below = self.manifest.output(i);
-        let output = outputs::ready(&self.folder, &below)?;
-        // What stands there may be its result.
+        let output = outputs::prepare_path(&self.folder, &below)?;
+        // An existing file may be the result of an earlier run, so it does not count as an obstacle here.
         level_paths(&output, self.args.lods.len()).iter().try_for_each(|path| files::check_place(path, true))?;
         let mut request = self.request(&self.inputs[i], output, self.manifest.may_replace(i))?;
         let done = simplify::simplify_file(&mut request, self.weights.as_ref(), &mut Progress::silent())?;
@@ -241,7 +241,7 @@ impl Batch {
         job.format = format;
         job.check_format().map_err(|error| Failure::Usage(error.to_string()))?;
         let mut request = Request {
-            source: Source::new(input.path.clone(), None, !self.args.no_weld).united(self.args.bake.is_some()),
+            source: Source::new(input.path.clone(), None, !self.args.no_weld).with_as_one(self.args.bake.is_some()),
             job,
             follows_input: false,
             stays_in_memory: false,
@@ -251,8 +251,8 @@ impl Batch {
             explain: false,
             weights: None,
             n_threads: None,
-            report: self.told_of(input, REPORT)?,
-            picture: self.told_of(input, PICTURE)?,
+            report: self.side_file(input, REPORT)?,
+            picture: self.side_file(input, PICTURE)?,
             view: self.args.view,
             wires: self.args.wires,
             quiet: true,
@@ -264,18 +264,18 @@ impl Batch {
         Ok(request)
     }
 
-    /// Where a file about a mesh is put, if it is asked for.
-    fn told_of(&self, input: &Input, ending: &str) -> Result<Option<PathBuf>, Failure> {
-        let folders = &self.manifest.place().told;
+    /// Returns the path of a mesh's report or picture, if requested.
+    fn side_file(&self, input: &Input, ending: &str) -> Result<Option<PathBuf>, Failure> {
+        let folders = &self.manifest.folders().side_folders;
         let place = folders
             .iter()
             .find(|(_, its)| *its == ending)
-            .map(|(folder, _)| outputs::ready(folder, &with_more(&input.below, ending)));
+            .map(|(folder, _)| outputs::prepare_path(folder, &with_more(&input.below, ending)));
         place.transpose()
     }
 
-    /// The closing lines.
-    fn tell(&self, seconds: f64) -> Result<(), Failure> {
+    /// Prints the closing lines and returns an error if meshes failed.
+    fn report_end(&self, seconds: f64) -> Result<(), Failure> {
         let ends = self.manifest.ends();
         let voice = if self.args.quiet { Voice::Quiet } else { Voice::Out };
         voice.say(&format!(
@@ -292,8 +292,8 @@ impl Batch {
                 Err(Failure::Unmet(format!("{}: {n} {what}", self.manifest.path().display())))
             }
             (0, _) => Ok(()),
-            (1, _) => Err(Failure::of(self.manifest.path(), "1 mesh failed: its row says why")),
-            (n, _) => Err(Failure::of(self.manifest.path(), format!("{n} meshes failed: their rows say why"))),
+            (1, _) => Err(Failure::in_file(self.manifest.path(), "1 mesh failed: its row says why")),
+            (n, _) => Err(Failure::in_file(self.manifest.path(), format!("{n} meshes failed: their rows say why"))),
         }
     }
 }

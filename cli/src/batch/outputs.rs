@@ -1,4 +1,4 @@
-//! Where the results of a batch go: one name for each mesh, all of them below OUTDIR.
+//! Output paths of a batch: a distinct name in OUTDIR for each mesh.
 
 use std::collections::{HashMap, HashSet};
 use std::ffi::OsString;
@@ -7,36 +7,37 @@ use std::path::{Component, Path, PathBuf};
 use neural_mesh::io::Format;
 
 use super::inputs::Input;
-use super::spelled::spelled;
+use super::path_text::spell_path;
 use crate::failure::Failure;
-use crate::names::{as_result, ending, shown, with_ending, with_level};
+use crate::names::{ending, guess_format, result_format, with_ending, with_level};
 use crate::request::Source;
 
-/// Makes OUTDIR where there is none yet; gives its path without links.
+/// Creates OUTDIR if needed and returns its path without links.
 pub fn open(folder: &Path) -> Result<PathBuf, Failure> {
-    let problem = |error| Failure::of(folder, format!("cannot be the output folder: {error}: choose another"));
+    let problem = |error| Failure::in_file(folder, format!("cannot be the output folder: {error}: choose another"));
     std::fs::create_dir_all(folder).map_err(problem)?;
     folder.canonicalize().map_err(problem)
 }
 
-/// A file below OUTDIR for each mesh, no two the same, whatever the case of their letters.
+/// Returns a distinct path in OUTDIR for each mesh, also where upper and lower case are equal.
 ///
-/// It has the mesh's own name with the ending of its format. Where two meshes would share it, both keep their old ending
-/// before the new one (`a.obj.ply`), with a number behind where that is taken too.
+/// The name is that of the mesh with the ending of the output format. Meshes that would share one keep their old ending
+/// before the new one (`a.obj.ply`), with a number if needed.
 pub fn names(inputs: &[Input], format: Option<Format>) -> Vec<PathBuf> {
     let own: Vec<PathBuf> = inputs.iter().map(|input| own_name(input, format)).collect();
     let mut wishes = HashMap::<String, usize>::new();
     for name in &own {
-        *wishes.entry(folded(name)).or_default() += 1;
+        *wishes.entry(case_folded(name)).or_default() += 1;
     }
-    let is_shared = |name: &Path| wishes.get(&folded(name)).is_some_and(|&n| n > 1);
-    let mut taken: HashSet<String> = own.iter().filter(|name| !is_shared(name)).map(|name| folded(name)).collect();
-    let name = |(input, own): (&Input, PathBuf)| if is_shared(&own) { free(input, format, &mut taken) } else { own };
+    let is_shared = |name: &Path| wishes.get(&case_folded(name)).is_some_and(|&n| n > 1);
+    let mut taken: HashSet<String> = own.iter().filter(|name| !is_shared(name)).map(|name| case_folded(name)).collect();
+    let name =
+        |(input, own): (&Input, PathBuf)| if is_shared(&own) { free_name(input, format, &mut taken) } else { own };
     inputs.iter().zip(own).map(name).collect()
 }
 
-/// The names with a place for the level where levels of detail are files of their own.
-pub fn of_levels(inputs: &[Input], names: Vec<PathBuf>, format: Option<Format>) -> Vec<PathBuf> {
+/// Adds the placeholder of levels where levels are separate files.
+pub fn with_level_placeholders(inputs: &[Input], names: Vec<PathBuf>, format: Option<Format>) -> Vec<PathBuf> {
     let of_levels = |(input, name): (&Input, PathBuf)| {
         let source = Source::new(input.path.clone(), None, true);
         if source.is_scene(format.unwrap_or_else(|| format_for(input))) { name } else { with_level(&name) }
@@ -44,13 +45,13 @@ pub fn of_levels(inputs: &[Input], names: Vec<PathBuf>, format: Option<Format>) 
     inputs.iter().zip(names).map(of_levels).collect()
 }
 
-/// The mesh's own name with the ending of its format; results are not compressed.
+/// Returns the name of the mesh with the ending of its output format, without compression.
 fn own_name(input: &Input, format: Option<Format>) -> PathBuf {
     with_ending(&input.below, format.unwrap_or_else(|| format_for(input)))
 }
 
-/// The first name with both endings that is not taken; takes it.
-fn free(input: &Input, format: Option<Format>, taken: &mut HashSet<String>) -> PathBuf {
+/// Returns the first free name with both endings, and marks it as taken.
+fn free_name(input: &Input, format: Option<Format>, taken: &mut HashSet<String>) -> PathBuf {
     let mut number = 1;
     loop {
         let mut name = OsString::from(input.below.file_name().unwrap_or_default());
@@ -60,50 +61,50 @@ fn free(input: &Input, format: Option<Format>, taken: &mut HashSet<String>) -> P
         name.push(".");
         name.push(ending(format.unwrap_or_else(|| format_for(input))));
         let path = input.below.with_file_name(name);
-        if taken.insert(folded(&path)) {
+        if taken.insert(case_folded(&path)) {
             return path;
         }
         number += 1;
     }
 }
 
-/// Some disks take names in any case for one.
-pub fn folded(path: &Path) -> String {
-    spelled(path).to_lowercase()
+/// Returns the path in lower case, since some disks ignore case.
+pub fn case_folded(path: &Path) -> String {
+    spell_path(path).to_lowercase()
 }
 
-/// The format of a result where none is asked for.
+/// Returns the default output format of a mesh.
 pub fn format_for(input: &Input) -> Format {
-    shown(&input.path).map_or(Format::Ply, as_result)
+    guess_format(&input.path).map_or(Format::Ply, result_format)
 }
 
-/// The path of a result, with the folders that it needs. No link may stand on the way: it could lead out of OUTDIR.
-pub fn ready(folder: &Path, below: &Path) -> Result<PathBuf, Failure> {
+/// Creates the folders of a result and returns its path. Links on the way are rejected: they could lead out of OUTDIR.
+pub fn prepare_path(folder: &Path, below: &Path) -> Result<PathBuf, Failure> {
     let mut path = folder.to_path_buf();
     let names = below.components().all(|part| matches!(part, Component::Normal(_)));
     if !names || below.file_name().is_none() {
-        return Err(Failure::of(below, "lies outside the output folder: rename the mesh"));
+        return Err(Failure::in_file(below, "lies outside the output folder: rename the mesh"));
     }
     for part in below.parent().into_iter().flat_map(Path::components) {
         path.push(part);
         match std::fs::symlink_metadata(&path) {
             Ok(found) if found.is_dir() => {}
-            Ok(_) => return Err(Failure::of(&path, "is not a folder: move it away")),
+            Ok(_) => return Err(Failure::in_file(&path, "is not a folder: move it away")),
             Err(_) => make_folder(&path)?,
         }
     }
     path.push(below.file_name().unwrap_or_default());
     match std::fs::symlink_metadata(&path) {
-        Ok(found) if found.is_symlink() => Err(Failure::of(&path, "is a link: move it away")),
+        Ok(found) if found.is_symlink() => Err(Failure::in_file(&path, "is a link: move it away")),
         _ => Ok(path),
     }
 }
 
-/// Another thread may make it first.
+/// Creates a folder, unless another thread was faster.
 fn make_folder(path: &Path) -> Result<(), Failure> {
     match std::fs::create_dir(path) {
         Err(error) if !path.is_dir() => {
-            Err(Failure::of(path, format!("cannot be created: {error}: check the folder and the disk")))
+            Err(Failure::in_file(path, format!("cannot be created: {error}: check the folder and the disk")))
         }
         _ => Ok(()),
     }
@@ -113,7 +114,7 @@ fn make_folder(path: &Path) -> Result<(), Failure> {
 mod tests {
     use super::*;
 
-    fn named(paths: &[&str], format: Option<Format>) -> Vec<String> {
+    fn names_of(paths: &[&str], format: Option<Format>) -> Vec<String> {
         let input = |path: &&str| Input { path: path.into(), below: path.into() };
         let inputs: Vec<Input> = paths.iter().map(input).collect();
         names(&inputs, format).iter().map(|name| name.to_string_lossy().into_owned()).collect()
@@ -121,16 +122,16 @@ mod tests {
 
     #[test]
     fn names_are_kept_where_nothing_shares_them() {
-        assert_eq!(named(&["a.obj", "a.ply", "b/a.glb"], None), ["a.obj", "a.ply", "b/a.glb"]);
-        assert_eq!(named(&["a.obj", "b.stl"], Some(Format::PlyAscii)), ["a.ply", "b.ply"]);
+        assert_eq!(names_of(&["a.obj", "a.ply", "b/a.glb"], None), ["a.obj", "a.ply", "b/a.glb"]);
+        assert_eq!(names_of(&["a.obj", "b.stl"], Some(Format::PlyAscii)), ["a.ply", "b.ply"]);
     }
 
     #[test]
     fn shared_names_keep_their_old_ending() {
-        assert_eq!(named(&["a.obj", "a.ply"], Some(Format::Ply)), ["a.obj.ply", "a.ply.ply"]);
-        assert_eq!(named(&["A.ply", "a.ply"], None), ["A.ply.ply", "a.ply-2.ply"]);
-        // A third mesh has the name that one of two would get.
-        let three = named(&["a.obj", "a.obj.ply", "a.ply"], Some(Format::Ply));
+        assert_eq!(names_of(&["a.obj", "a.ply"], Some(Format::Ply)), ["a.obj.ply", "a.ply.ply"]);
+        assert_eq!(names_of(&["A.ply", "a.ply"], None), ["A.ply.ply", "a.ply-2.ply"]);
+        // A third mesh has the name that one of the two would get.
+        let three = names_of(&["a.obj", "a.obj.ply", "a.ply"], Some(Format::Ply));
         assert_eq!(three, ["a.obj-2.ply", "a.obj.ply", "a.ply.ply"]);
     }
 
@@ -138,9 +139,9 @@ mod tests {
     fn nothing_leads_out() {
         let folder = tempfile::tempdir().unwrap();
         for path in ["../a.ply", "/a.ply", "b/../../a.ply", ""] {
-            assert!(ready(folder.path(), Path::new(path)).is_err(), "{path}");
+            assert!(prepare_path(folder.path(), Path::new(path)).is_err(), "{path}");
         }
-        assert_eq!(ready(folder.path(), Path::new("b/c/a.ply")).unwrap(), folder.path().join("b/c/a.ply"));
+        assert_eq!(prepare_path(folder.path(), Path::new("b/c/a.ply")).unwrap(), folder.path().join("b/c/a.ply"));
         assert!(folder.path().join("b/c").is_dir());
     }
 
@@ -150,8 +151,8 @@ mod tests {
         let (folder, elsewhere) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
         std::os::unix::fs::symlink(elsewhere.path(), folder.path().join("b")).unwrap();
         std::os::unix::fs::symlink(elsewhere.path().join("x.ply"), folder.path().join("a.ply")).unwrap();
-        assert!(ready(folder.path(), Path::new("b/c/a.ply")).is_err());
-        assert!(ready(folder.path(), Path::new("a.ply")).is_err());
+        assert!(prepare_path(folder.path(), Path::new("b/c/a.ply")).is_err());
+        assert!(prepare_path(folder.path(), Path::new("a.ply")).is_err());
         assert_eq!(std::fs::read_dir(elsewhere.path()).unwrap().count(), 0);
     }
 }

@@ -1,4 +1,4 @@
-//! What belongs beside the meshes of a batch, textures above all: none takes the place of a result or of another mesh's file.
+//! Extra files of the meshes of a batch, mostly textures: none may replace a result or another mesh's file.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -6,68 +6,68 @@ use std::sync::{Mutex, PoisonError};
 
 use neural_mesh::io::OutputFile;
 
-use super::outputs::{folded, ready};
+use super::outputs::{case_folded, prepare_path};
 use super::{lock, manifest};
 use crate::done::write_beside;
 use crate::failure::Failure;
 
-/// The places below OUTDIR that are taken.
+/// The paths in OUTDIR that are in use.
 pub struct Places {
     folder: PathBuf,
-    /// Results, done or to be done, and what the batch itself needs.
+    /// Results, and files of the batch itself.
     results: HashSet<String>,
-    /// The folders that they lie in.
+    /// Folders of these files.
     folders: HashSet<String>,
-    /// What was written beside meshes.
+    /// Extra files that were written.
     beside: Mutex<HashSet<String>>,
     /// Whether files of earlier runs are replaced.
     force: bool,
 }
 
 impl Places {
-    /// Of a batch with these results, by their paths below OUTDIR.
+    /// Creates the list for a batch with these result paths, relative to OUTDIR.
     pub fn new(folder: PathBuf, results: &[PathBuf], force: bool) -> Self {
         let own = [manifest::NAME, lock::NAME].map(PathBuf::from);
         let results = || results.iter().chain(&own);
         Self {
             folder,
-            folders: results().flat_map(|path| path.ancestors().skip(1)).map(folded).collect(),
-            results: results().map(|path| folded(path)).collect(),
+            folders: results().flat_map(|path| path.ancestors().skip(1)).map(case_folded).collect(),
+            results: results().map(|path| case_folded(path)).collect(),
             beside: Mutex::default(),
             force,
         }
     }
 
-    /// Writes what belongs beside a mesh whose result has this path below OUTDIR.
+    /// Writes the extra files of a mesh whose result has this path relative to OUTDIR.
     ///
     /// # Errors
-    /// Before anything is written, where a file would take the place of a result; where it would replace another mesh's file
-    /// that is not the same; as the library does.
+    /// If a file would replace a result (then nothing is written) or a different file of another mesh, or if writing fails.
     pub fn write_beside(&self, result: &Path, beside: &[OutputFile]) -> Result<(), Failure> {
         let parent = result.parent().unwrap_or(Path::new(""));
         let below = |file: &OutputFile| parent.join(&file.path);
         if let Some(taken) = beside.iter().map(below).find(|path| self.is_taken(path)) {
             let what = "a file of the mesh would replace a result of the batch: rename one of them";
-            return Err(Failure::of(&self.folder.join(taken), what));
+            return Err(Failure::in_file(&self.folder.join(taken), what));
         }
-        // Held while files are written: whoever comes second finds what the first one wrote.
+        // The lock is held during the writes, so that a second thread finds the files of the first.
         let mut known = self.beside.lock().unwrap_or_else(PoisonError::into_inner);
-        // What others name comes first.
+        // Files that others refer to come first.
         for file in beside.iter().rev() {
-            let path = ready(&self.folder, &below(file))?;
-            let is_new = known.insert(folded(&below(file)));
+            let path = prepare_path(&self.folder, &below(file))?;
+            let is_new = known.insert(case_folded(&below(file)));
             if !is_new && std::fs::read(&path).is_ok_and(|there| there != file.bytes) {
                 let what = "two meshes of the batch need different files of this name: rename one of them";
-                return Err(Failure::of(&path, what));
+                return Err(Failure::in_file(&path, what));
             }
             write_beside(&self.folder.join(parent), std::slice::from_ref(file), self.force && is_new)?;
         }
         Ok(())
     }
 
-    /// Whether a file there would take the place of a result, or stand in the way to one.
+    /// Returns whether a file at this path would replace a result or block its folder.
     fn is_taken(&self, path: &Path) -> bool {
-        self.folders.contains(&folded(path)) || path.ancestors().any(|path| self.results.contains(&folded(path)))
+        self.folders.contains(&case_folded(path))
+            || path.ancestors().any(|path| self.results.contains(&case_folded(path)))
     }
 }
 

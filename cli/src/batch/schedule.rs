@@ -1,11 +1,11 @@
-//! Jobs on several threads, the largest first, within a bound on what they take together.
+//! Scheduling of jobs on threads: large ones first, within a memory bound.
 
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
 use crate::failure::Failure;
 use crate::simplify::in_pool;
 
-/// What is still to be done and what is under way.
+/// Waiting and running jobs.
 struct State {
     /// Jobs with their costs, the largest last.
     waiting: Vec<(usize, u64)>,
@@ -14,21 +14,22 @@ struct State {
     failure: Option<Failure>,
 }
 
-/// Does every job (named by a number, with its cost), each on one thread, as many at once as there are threads (`None` for
-/// one per core) while their costs together stay within the bound. A job that alone takes more than half of the bound gets
-/// all threads and no company.
+/// Runs every job (number, cost) on one thread each, as many at once as the threads and the cost bound allow.
+///
+/// `None` means one thread per core. A job with more than half of the bound runs alone with all threads.
 ///
 /// # Errors
-/// The first failure of a job; no further job is begun after it.
+/// The first error of a job; no further job is started after it.
 pub fn run(
     costs: Vec<(usize, u64)>,
     bound: u64,
     n_threads: Option<usize>,
     work: &(impl Fn(usize) -> Result<(), Failure> + Sync),
 ) -> Result<(), Failure> {
+    // Large jobs run one by one with all threads; next to others they would exceed the bound.
     let (large, mut small): (Vec<_>, Vec<_>) = costs.into_iter().partition(|&(_, cost)| cost > bound / 2);
     large.into_iter().try_for_each(|(job, _)| in_pool(n_threads, || work(job)))?;
-    // The sort is stable: equal jobs are done in their order.
+    // The sort is stable, so equal jobs keep their order.
     small.reverse();
     small.sort_by_key(|&(_, cost)| cost);
     let n_threads = n_threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
@@ -47,38 +48,38 @@ pub fn run(
             });
         }
     });
-    held(&state).failure.take().map_or(Ok(()), Err)
+    lock(&state).failure.take().map_or(Ok(()), Err)
 }
 
-/// The largest job that fits beside those under way, once there is one; none where nothing is left to do.
+/// Waits for and returns the largest job that fits next to those running; `None` when no job is left.
 fn next(state: &Mutex<State>, changed: &Condvar, bound: u64) -> Option<(usize, u64)> {
-    let mut held = held(state);
+    let mut locked = lock(state);
     loop {
-        if held.waiting.is_empty() || held.failure.is_some() {
+        if locked.waiting.is_empty() || locked.failure.is_some() {
             return None;
         }
-        let room = bound.saturating_sub(held.taken);
-        let fits = held.waiting.iter().rposition(|&(_, cost)| cost <= room);
-        if let Some(at) = fits.or((held.n_running == 0).then_some(0)) {
-            let (job, cost) = held.waiting.remove(at);
-            held.n_running += 1;
-            held.taken += cost;
+        let room = bound.saturating_sub(locked.taken);
+        let fits = locked.waiting.iter().rposition(|&(_, cost)| cost <= room);
+        if let Some(at) = fits.or((locked.n_running == 0).then_some(0)) {
+            let (job, cost) = locked.waiting.remove(at);
+            locked.n_running += 1;
+            locked.taken += cost;
             return Some((job, cost));
         }
-        held = changed.wait(held).unwrap_or_else(PoisonError::into_inner);
+        locked = changed.wait(locked).unwrap_or_else(PoisonError::into_inner);
     }
 }
 
 fn end(state: &Mutex<State>, cost: u64, done: Result<(), Failure>) {
-    let mut held = held(state);
-    held.n_running -= 1;
-    held.taken -= cost;
+    let mut locked = lock(state);
+    locked.n_running -= 1;
+    locked.taken -= cost;
     if let Err(failure) = done {
-        held.failure.get_or_insert(failure);
+        locked.failure.get_or_insert(failure);
     }
 }
 
-fn held(state: &Mutex<State>) -> MutexGuard<'_, State> {
+fn lock(state: &Mutex<State>) -> MutexGuard<'_, State> {
     state.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

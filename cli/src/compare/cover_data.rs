@@ -1,7 +1,6 @@
-//! What covers a mesh as small whole numbers, the way the page's `cover.js` takes them.
+//! The appearance of a mesh as small integers for the page's `cover.js`.
 //!
-//! Corners of the same vertex with the same coordinates and colour are one wedge. Wedges are numbered in the order in which
-//! faces first use them, as vertices are.
+//! Corners of a vertex with equal coordinates and colour form a wedge. Wedges are numbered by first use, as vertices are.
 
 use std::collections::HashMap;
 
@@ -10,53 +9,53 @@ use neural_mesh::picture::CoveredCorner;
 use serde::Serialize;
 
 use super::images::Gallery;
-use super::worn::Worn;
+use super::mesh_cover::MeshCover;
 use crate::page::packed::Packed;
 use crate::page::surface_data::SurfaceData;
 
-/// Steps of a colour's channel in linear light: near black as fine as the eye.
+/// Steps of a colour channel in linear light: fine enough for the eye near black.
 const COLOUR_STEPS: f32 = 4095.0;
-/// Steps of texture coordinates across an image at most.
+/// Most steps of texture coordinates across an image.
 const UV_STEPS: f64 = 32_768.0;
-/// Steps of texture coordinates in all at most.
+/// Most steps of texture coordinates over their whole range.
 const MOST_UV_STEPS: f64 = (1 << 30) as f64;
 
-/// What the page needs to know of a cover before it unpacks its numbers.
+/// Header of the packed numbers.
 #[derive(Debug, Serialize)]
 pub struct CoverLayout {
     wedges: usize,
-    /// Lowest texture coordinates, and the length of a step, along u and along v.
+    /// Lowest texture coordinates and step length, along u and v.
     low: [f64; 2],
     step: [f64; 2],
-    /// Whether the wedges have colours.
+    /// Whether wedges have colours.
     coloured: bool,
-    /// What faces can be painted with.
+    /// Images and wrap modes in use.
     paints: Vec<Paint>,
     /// Whether the texture is the original's.
     borrowed: bool,
 }
 
-/// An image of the page, or none, and what it does beyond its edges.
+/// An image of the page, or none, with its wrap modes.
 #[derive(Debug, PartialEq, Serialize)]
 struct Paint {
     image: Option<usize>,
     wrap: [&'static str; 2],
 }
 
-/// A cover ready for the page.
+/// A cover in the form of the page.
 pub struct CoverData {
     /// Sizes and paints.
     pub layout: CoverLayout,
-    /// Vertices of the wedges, their u, v and colours, paints of the faces, wedges of the corners.
+    /// Packed numbers: vertices of the wedges, their u, v and colours, paints of the faces, wedges of the corners.
     pub text: String,
 }
 
-/// A wedge: vertex, coordinates, colour, in whole numbers.
+/// A wedge as integers: vertex, u, v, red, green, blue.
 type Wedge = [u32; 6];
 
 impl CoverData {
-    /// Quantises and packs a cover of a mesh; its images go to the gallery.
-    pub fn new(mesh: &TriMesh, worn: &Worn, surface: &SurfaceData, gallery: &mut Gallery) -> Self {
+    /// Quantises and packs the cover of a mesh; its images are added to the gallery.
+    pub fn new(mesh: &TriMesh, worn: &MeshCover, surface: &SurfaceData, gallery: &mut Gallery) -> Self {
         let cover = &worn.cover;
         let n_faces = mesh.faces().len() as u32;
         let corners: Vec<[CoveredCorner; 3]> = (0..n_faces).map(|face| cover.corners(face)).collect();
@@ -67,27 +66,27 @@ impl CoverData {
         let (paints, of_faces) = paints((0..n_faces).map(|face| paint(cover.texture(face), &images)));
         let numbers = surface.numbers(mesh.positions().len());
         let wedge = |vertex: u32, corner: &CoveredCorner| {
-            let uv = [0, 1].map(|axis| quantised(corner.uv[axis], low[axis], step[axis]));
+            let uv = [0, 1].map(|axis| quantise(corner.uv[axis], low[axis], step[axis]));
             let colour = corner.colour.map(|x| (x.clamp(0.0, 1.0) * COLOUR_STEPS).round() as u32);
             [numbers[vertex as usize], uv[0], uv[1], colour[0], colour[1], colour[2]]
         };
         let all = mesh.faces().iter().flatten().zip(corners.as_flattened());
-        let (wedges, of_corners) = numbered(all.map(|(&vertex, corner)| wedge(vertex, corner)));
-        let text = packed(&wedges, coloured, &of_faces, &of_corners);
+        let (wedges, of_corners) = number_wedges(all.map(|(&vertex, corner)| wedge(vertex, corner)));
+        let text = pack(&wedges, coloured, &of_faces, &of_corners);
         let layout = CoverLayout { wedges: wedges.len(), low, step, coloured, paints, borrowed: worn.borrowed };
         Self { layout, text }
     }
 }
 
-/// The lowest coordinate along an axis and the length of a step.
+/// Returns the lowest coordinate along an axis and the step length.
 fn steps(corners: &[[CoveredCorner; 3]], axis: usize) -> [f64; 2] {
     let all = || corners.iter().flatten().map(|corner| f64::from(corner.uv[axis])).filter(|x| x.is_finite());
     let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
     if low > high { [0.0, 1.0] } else { [low, ((high - low) / MOST_UV_STEPS).max(1.0 / UV_STEPS)] }
 }
 
-/// Numbers that are none become the lowest one.
-fn quantised(x: f32, low: f64, step: f64) -> u32 {
+/// Quantises a coordinate; undefined ones become the lowest.
+fn quantise(x: f32, low: f64, step: f64) -> u32 {
     ((f64::from(x) - low) / step).round() as u32
 }
 
@@ -101,7 +100,7 @@ fn paint(texture: Option<(usize, [Wrap; 2])>, images: &[usize]) -> Paint {
     Paint { image: image.map(|image| images[image]), wrap: wrap.unwrap_or_default().map(name) }
 }
 
-/// The paints, each once, and the number of that of each face.
+/// Returns the distinct paints and the paint of each face.
 fn paints(of_faces: impl Iterator<Item = Paint>) -> (Vec<Paint>, Vec<u32>) {
     let mut paints = Vec::new();
     let mut number = |paint: Paint| {
@@ -114,8 +113,8 @@ fn paints(of_faces: impl Iterator<Item = Paint>) -> (Vec<Paint>, Vec<u32>) {
     (paints, of_faces)
 }
 
-/// The wedges, each once, in the order of first use, and the number of that of each corner.
-fn numbered(of_corners: impl Iterator<Item = Wedge>) -> (Vec<Wedge>, Vec<u32>) {
+/// Returns the distinct wedges in order of first use, and the wedge of each corner.
+fn number_wedges(of_corners: impl Iterator<Item = Wedge>) -> (Vec<Wedge>, Vec<u32>) {
     let (mut known, mut wedges) = (HashMap::new(), Vec::new());
     let mut number = |wedge: Wedge| {
         *known.entry(wedge).or_insert_with(|| {
@@ -127,8 +126,8 @@ fn numbered(of_corners: impl Iterator<Item = Wedge>) -> (Vec<Wedge>, Vec<u32>) {
     (wedges, of_corners)
 }
 
-/// Column by column, which deflates better; corners as their distance below the next unused number.
-fn packed(wedges: &[Wedge], coloured: bool, of_faces: &[u32], of_corners: &[u32]) -> String {
+/// Packs numbers column by column, which compresses better; corners as the distance below the next unused number.
+fn pack(wedges: &[Wedge], coloured: bool, of_faces: &[u32], of_corners: &[u32]) -> String {
     let mut packed = Packed::default();
     for column in 0..if coloured { 6 } else { 3 } {
         push_differences(&mut packed, wedges.iter().map(|wedge| wedge[column]));
@@ -152,25 +151,25 @@ fn push_differences(packed: &mut Packed, numbers: impl Iterator<Item = u32>) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::worn::{tests, worn};
+    use super::super::mesh_cover::{mesh_cover, tests};
     use super::*;
     use crate::page::check::unpacked;
     use neural_mesh::mesh::{Attributes, Channel, Looks, Role, irregular_edges, shapes};
 
     fn data(mesh: &TriMesh, attributes: Attributes, looks: Looks) -> CoverData {
         let surface = SurfaceData::new(mesh, &irregular_edges(mesh), 1);
-        CoverData::new(mesh, &worn(attributes, looks, None).unwrap(), &surface, &mut Gallery::default())
+        CoverData::new(mesh, &mesh_cover(attributes, looks, None).unwrap(), &surface, &mut Gallery::default())
     }
 
     #[test]
     fn a_textured_face_comes_back() {
         let mesh = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
-        let found = data(&mesh, tests::triangle(), tests::textured(b"image"));
+        let found = data(&mesh, tests::triangle(), tests::textured_looks(b"image"));
         let CoverLayout { wedges, low, step, coloured, paints, borrowed } = &found.layout;
         assert_eq!((*wedges, *coloured, *borrowed, *low, *step), (3, false, false, [0.0; 2], [1.0 / UV_STEPS; 2]));
         assert_eq!(paints[..], [Paint { image: Some(0), wrap: ["clamp", "repeat"] }]);
         let one = UV_STEPS as u32;
-        // Vertices 0 1 2; u 0 1 0; v 0 0 1; paint 0; three corners not seen before. Differences are doubled, odd downwards.
+        // Vertices 0 1 2; u 0 1 0; v 0 0 1; paint 0; three new corners. Differences are doubled, odd if negative.
         assert_eq!(unpacked(&found.text), [0, 2, 2, 0, 2 * one, 2 * one - 1, 0, 0, 2 * one, 0, 0, 0, 0]);
     }
 
@@ -187,6 +186,6 @@ mod tests {
         let mut strange = tests::triangle();
         strange.channels[0].values = vec![f32::NAN, 1e30, -1e30, f32::INFINITY, 0.0, 7.0];
         let mesh = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
-        assert_eq!(data(&mesh, strange, tests::textured(b"image")).layout.wedges, 3);
+        assert_eq!(data(&mesh, strange, tests::textured_looks(b"image")).layout.wedges, 3);
     }
 }

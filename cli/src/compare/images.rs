@@ -1,4 +1,4 @@
-//! The textures of a page: each once, no longer than 2048 pixels a side, 16 MiB in all.
+//! Textures of a page: each once, at most 2048 pixels a side, 16 MiB in total.
 
 use std::sync::Arc;
 
@@ -6,34 +6,34 @@ use jpeg_encoder::{ColorType, Encoder};
 use neural_mesh::picture::{Image, ImageFormat, decode_image, encode_png, image_problem, shrink};
 use rayon::prelude::*;
 
-/// Pixels of a side at most; where all would be too many bytes, the next one.
+/// Allowed sides in pixels; the next one is tried while the total is too large.
 const SIDES: [usize; 5] = [2048, 1024, 512, 256, 128];
-/// Bytes of all images at most, before they are text.
+/// Most bytes of all images, before base64.
 const MOST_BYTES: usize = 16 << 20;
-/// Of 100, for images that are made smaller.
+/// JPEG quality of images that are scaled down, of 100.
 const QUALITY: u8 = 90;
 
-/// The images that meshes of the page are covered with.
+/// The images on the meshes of a page.
 #[derive(Default)]
 pub struct Gallery {
     images: Vec<Arc<[u8]>>,
 }
 
-/// An image as it goes into the page.
+/// An image in the form of the page.
 #[derive(Debug, PartialEq)]
 pub struct FittedImage {
     /// A PNG, JPEG or WebP file.
     pub bytes: Vec<u8>,
-    /// Its media type.
+    /// Media type.
     pub kind: &'static str,
-    /// Pixels in a row.
+    /// Width in pixels.
     pub width: usize,
-    /// Rows.
+    /// Height in pixels.
     pub height: usize,
 }
 
 impl Gallery {
-    /// The number of an image; images of the same bytes are one.
+    /// Returns the number of an image; equal images share one.
     pub fn number(&mut self, image: &Arc<[u8]>) -> usize {
         let is_same = |known: &Arc<[u8]>| Arc::ptr_eq(known, image) || known == image;
         self.images.iter().position(is_same).unwrap_or_else(|| {
@@ -42,15 +42,15 @@ impl Gallery {
         })
     }
 
-    /// The images as large as they may be, nothing for those that cannot be read; beside them what is not as in the files.
-    pub fn fitted(&self) -> (Vec<Option<FittedImage>>, Vec<String>) {
-        fitted(&self.images, MOST_BYTES)
+    /// Returns the images at the largest allowed size (`None` if unreadable), and notes on what differs from the files.
+    pub fn fit_images(&self) -> (Vec<Option<FittedImage>>, Vec<String>) {
+        fit_all(&self.images, MOST_BYTES)
     }
 }
 
-fn fitted(images: &[Arc<[u8]>], most_bytes: usize) -> (Vec<Option<FittedImage>>, Vec<String>) {
+fn fit_all(images: &[Arc<[u8]>], most_bytes: usize) -> (Vec<Option<FittedImage>>, Vec<String>) {
     let each = most_bytes / images.len().max(1);
-    // First as they are, then each with its share.
+    // First unchanged, then each within its share of the bytes.
     let attempts = std::iter::once((SIDES[0], usize::MAX)).chain(SIDES.map(|side| (side, each)));
     let (mut fitted, mut smallest) = (Vec::new(), SIDES[0]);
     for (side, most) in attempts {
@@ -81,7 +81,7 @@ fn n_bytes(images: &[Option<FittedImage>]) -> usize {
     images.iter().flatten().map(|image| image.bytes.len()).sum()
 }
 
-/// The image itself where it is not longer than `side` and has at most `most` bytes, else a smaller JPEG.
+/// Returns the image unchanged if it fits `side` and `most` bytes, else as a smaller JPEG.
 fn fit(bytes: &[u8], side: usize, most: usize) -> Option<FittedImage> {
     let image = decode_image(bytes)?;
     let smaller = || jpeg(&shrink(&image, side));
@@ -91,7 +91,7 @@ fn fit(bytes: &[u8], side: usize, most: usize) -> Option<FittedImage> {
     let (kind, bytes) = match ImageFormat::from_signature(bytes)? {
         ImageFormat::Png => ("image/png", bytes.to_vec()),
         ImageFormat::WebP => ("image/webp", bytes.to_vec()),
-        // No browser draws it as an image.
+        // Browsers cannot show KTX2.
         ImageFormat::Ktx2 => ("image/png", encode_png(&image)),
         _ => ("image/jpeg", bytes.to_vec()),
     };
@@ -113,7 +113,7 @@ mod tests {
     use super::*;
     use neural_mesh::picture::encode_png;
 
-    /// A picture whose pixels no encoder foresees.
+    /// Creates an image that does not compress.
     fn noise(width: usize, height: usize) -> Arc<[u8]> {
         let mut state = 1u32;
         let mut next = || {
@@ -132,7 +132,7 @@ mod tests {
             [gallery.number(&image), gallery.number(&Arc::from(&image[..])), gallery.number(&noise(4, 4))],
             [0, 0, 1]
         );
-        let (fitted, notes) = gallery.fitted();
+        let (fitted, notes) = gallery.fit_images();
         let first = fitted[0].as_ref().unwrap();
         assert_eq!((&first.bytes[..], first.kind, first.width, first.height), (&image[..], "image/png", 8, 4));
         assert!(notes.is_empty());
@@ -140,7 +140,7 @@ mod tests {
 
     #[test]
     fn a_long_image_is_halved() {
-        let (fitted, notes) = fitted(&[noise(4100, 10)], MOST_BYTES);
+        let (fitted, notes) = fit_all(&[noise(4100, 10)], MOST_BYTES);
         let image = fitted[0].as_ref().unwrap();
         assert_eq!((image.width, image.height, image.kind), (1025, 2, "image/jpeg"));
         let decoded = decode_image(&image.bytes).unwrap();
@@ -151,17 +151,17 @@ mod tests {
     #[test]
     fn all_images_together_stay_within_their_bound() {
         let images = [noise(600, 600), noise(500, 500), noise(16, 16)];
-        let (within, notes) = fitted(&images, 100_000);
+        let (within, notes) = fit_all(&images, 100_000);
         assert!(n_bytes(&within) <= 100_000 && within.iter().all(Option::is_some), "{}", n_bytes(&within));
         assert_eq!(within[2].as_ref().unwrap().bytes[..], images[2][..]);
         assert!(notes[0].contains("pixels a side"), "{notes:?}");
-        let (none, notes) = fitted(&images, 100);
+        let (none, notes) = fit_all(&images, 100);
         assert!(none.iter().all(Option::is_none) && notes.last().unwrap().contains("too many"));
     }
 
     #[test]
     fn what_is_no_image_is_said() {
-        let (fitted, notes) = fitted(&[Arc::from(&b"no image"[..])], MOST_BYTES);
+        let (fitted, notes) = fit_all(&[Arc::from(&b"no image"[..])], MOST_BYTES);
         assert_eq!((fitted[0].is_none(), notes.len()), (true, 1));
     }
 }

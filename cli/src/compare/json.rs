@@ -1,11 +1,11 @@
-//! A comparison as JSON: what each figure is, once, and its value for every result.
+//! A comparison as JSON: the measures with their descriptions, and their values for every result.
 
 use neural_mesh::metrics::Figure;
 use serde_json::{Map, Value, json};
 
-use super::{Comparison, Judged, Named};
+use super::{Comparison, MeasuredResult, Named};
 
-/// What `--json` writes: all figures with names and units.
+/// Returns the JSON of `--json`.
 pub fn value(comparison: &Comparison) -> Value {
     let Comparison { original, results, judging, .. } = comparison;
     let figures = results.first().map_or(&[][..], |result| &result.figures);
@@ -16,12 +16,12 @@ pub fn value(comparison: &Comparison) -> Value {
             "seed": judging.seed,
         },
         "original": size(original),
-        "figures": figures.iter().map(described).collect::<Vec<_>>(),
+        "figures": figures.iter().map(describe).collect::<Vec<_>>(),
         "results": results.iter().map(result).collect::<Vec<_>>(),
     })
 }
 
-fn described(figure: &Figure) -> Value {
+fn describe(figure: &Figure) -> Value {
     json!({ "name": figure.name, "unit": figure.unit, "about": figure.about })
 }
 
@@ -33,8 +33,8 @@ fn size(named: &Named) -> Map<String, Value> {
     map
 }
 
-/// The size, and the value of each figure; null where it cannot be measured.
-fn result(judged: &Judged) -> Map<String, Value> {
+/// Returns sizes and values of a result; null where a value cannot be measured.
+fn result(judged: &MeasuredResult) -> Map<String, Value> {
     let mut map = size(&judged.mesh);
     let values: Map<_, _> = judged.figures.iter().map(|figure| (figure.name.into(), figure.value.into())).collect();
     map.insert("values".into(), values.into());

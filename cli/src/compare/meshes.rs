@@ -1,4 +1,4 @@
-//! Reads the meshes of a comparison and brings them into one frame; nothing is judged here.
+//! Reads the meshes of a comparison into one frame.
 
 use std::path::{Path, PathBuf};
 
@@ -7,47 +7,46 @@ use neural_mesh::mesh::cleanup::Cleaned;
 use neural_mesh::mesh::{Looks, RawMesh, TriMesh, move_to_common_frame};
 use neural_mesh::picture::{CornerNormals, ShadedMesh};
 
-use super::worn::{Worn, only_texture, worn};
+use super::mesh_cover::{MeshCover, mesh_cover, only_texture};
 use crate::args::CompareArgs;
 use crate::failure::{Failure, name};
-use crate::read::{asset, cleaned, parsed, read};
+use crate::read::{asset, clean_mesh, parse_source, read};
 use crate::request::Source;
 
-/// A mesh and what people call it.
+/// A mesh with its name and appearance.
 pub struct Named {
-    /// Name of the file, or its whole path where two files have the same name.
+    /// Name of the file, or its path if two files have the same name.
     pub name: String,
-    /// The mesh as cleaned, around an origin that all meshes of a comparison share.
+    /// The cleaned mesh, around an origin that all meshes of a comparison share.
     pub mesh: TriMesh,
-    /// What covers it, where a page is asked for.
-    pub cover: Option<Worn>,
-    /// The normals that its corners store, where pictures are compared.
+    /// Cover, if a page is requested.
+    pub cover: Option<MeshCover>,
+    /// Stored normals of the corners, if images are compared.
     pub normals: Option<CornerNormals>,
-    /// What could not be had of its looks, in one line each.
+    /// Notes on missing parts of its appearance.
     pub notes: Vec<String>,
 }
 
 impl Named {
-    /// Returns the mesh as pictures of its shape show it: without colours, by its stored normals.
-    pub fn shaded(&self) -> ShadedMesh<'_> {
+    /// Returns the mesh for rendering: without colours, with its stored normals.
+    pub fn to_shaded(&self) -> ShadedMesh<'_> {
         ShadedMesh { normals: self.normals.as_ref(), ..ShadedMesh::bare(&self.mesh) }
     }
 }
 
 /// The meshes of a comparison.
 pub struct Meshes {
-    /// What the others were made from.
     pub original: Named,
-    /// What was made of it.
+    /// Its simplified versions.
     pub simplified: Vec<Named>,
-    /// Why others of these could not be read.
+    /// Errors of meshes that could not be read.
     pub unread: Vec<Failure>,
 }
 
-/// Reads the original and the simplified meshes, those that are not `given` in their order; for a page with what covers them.
+/// Reads the original and the simplified meshes, except those that are `given`.
 ///
 /// # Errors
-/// Where the original cannot be read.
+/// If the original cannot be read.
 pub fn read_all(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<Meshes, Failure> {
     let (mut paths, mut meshes, mut unread) = (Vec::new(), Vec::new(), Vec::new());
     let mut given = given.into_iter();
@@ -63,7 +62,7 @@ pub fn read_all(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<Mesh
     }
     let texture = meshes.first().and_then(|original| only_texture(&original.looks));
     let (mut framed, mut carried) = (Vec::new(), Vec::new());
-    for Dressed { cleaned: Cleaned { mesh, frame, attributes, .. }, looks, notes } in meshes {
+    for MeshWithLooks { cleaned: Cleaned { mesh, frame, attributes, .. }, looks, notes } in meshes {
         framed.push((mesh, frame));
         carried.push((attributes, looks, notes));
     }
@@ -71,7 +70,7 @@ pub fn read_all(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<Mesh
     let mut named = Vec::new();
     for ((mesh, (attributes, looks, notes)), name) in framed.into_iter().zip(carried).zip(short_names(&paths)) {
         let normals = if args.appearance { CornerNormals::new(&attributes) } else { None };
-        let cover = worn(attributes, looks, texture.as_ref());
+        let cover = mesh_cover(attributes, looks, texture.as_ref());
         named.push(Named { name, mesh, cover, normals, notes });
     }
     let simplified = named.split_off(1);
@@ -79,33 +78,33 @@ pub fn read_all(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<Mesh
     Ok(Meshes { original, simplified, unread })
 }
 
-/// A mesh with what its groups look like.
-struct Dressed {
+/// A mesh with the appearance of its groups.
+struct MeshWithLooks {
     cleaned: Cleaned,
     looks: Looks,
     notes: Vec<String>,
 }
 
-fn read_one(path: &Path, given: Option<ReadMesh>, args: &CompareArgs) -> Result<Dressed, Failure> {
+fn read_one(path: &Path, given: Option<ReadMesh>, args: &CompareArgs) -> Result<MeshWithLooks, Failure> {
     let source = Source::new(PathBuf::from(path), None, !args.no_weld);
     let (raw, looks, notes) = match given {
         Some(given) => with_looks(given),
-        None if args.html.is_some() || args.appearance => dressed(&source)?,
+        None if args.html.is_some() || args.appearance => read_with_looks(&source)?,
         None => (read(&source)?, Looks::default(), Vec::new()),
     };
-    Ok(Dressed { cleaned: cleaned(raw, &source)?, looks, notes })
+    Ok(MeshWithLooks { cleaned: clean_mesh(raw, &source)?, looks, notes })
 }
 
-/// A mesh and what its groups look like; of a glTF the scene.
-fn dressed(source: &Source) -> Result<(RawMesh, Looks, Vec<String>), Failure> {
+/// Reads a mesh with the appearance of its groups; all meshes of a glTF scene are joined.
+fn read_with_looks(source: &Source) -> Result<(RawMesh, Looks, Vec<String>), Failure> {
     if source.is_gltf() {
         let asset = asset(source)?;
         let meshes: Vec<RawMesh> = asset.parts().iter().map(|part| part.mesh.clone()).collect();
-        let scene = asset.scene_mesh(&meshes).map_err(|error| Failure::of(&source.path, error))?;
+        let scene = asset.scene_mesh(&meshes).map_err(|error| Failure::in_file(&source.path, error))?;
         let (looks, missing) = asset.scene_looks();
         return Ok((scene, looks, missing));
     }
-    Ok(with_looks(parsed(source, io::read_attributed, io::read_attributed_path)?))
+    Ok(with_looks(parse_source(source, io::read_attributed, io::read_attributed_path)?))
 }
 
 fn with_looks(read: ReadMesh) -> (RawMesh, Looks, Vec<String>) {
@@ -113,7 +112,7 @@ fn with_looks(read: ReadMesh) -> (RawMesh, Looks, Vec<String>) {
     (read.mesh, looks, missing)
 }
 
-/// The names of the files; where two are the same, the paths as given.
+/// Returns the file names, or the paths as given where two names are equal.
 fn short_names(paths: &[&Path]) -> Vec<String> {
     let last = |path: &Path| path.file_name().map_or_else(|| name(path), |name| name.to_string_lossy().into_owned());
     let short: Vec<String> =

@@ -1,12 +1,12 @@
-//! `neural-mesh compare`: reads an original and simplified meshes, judges each, and says it as table, JSON and page.
+//! `neural-mesh compare`: measures simplified meshes against their original, and writes a table, JSON and a page.
 
 mod cover_data;
 mod images;
 mod json;
+mod mesh_cover;
 mod meshes;
 mod page;
 mod table;
-mod worn;
 
 use std::path::Path;
 
@@ -26,37 +26,36 @@ use crate::simplify::in_pool;
 use crate::words::{Voice, complain};
 use meshes::{Meshes, Named, read_all};
 
-/// An original, what was made of it, and how each result was judged.
+/// An original and its measured results.
 struct Comparison {
     original: Named,
-    results: Vec<Judged>,
+    results: Vec<MeasuredResult>,
     judging: CompareOptions,
 }
 
-/// A comparison as another face has it.
+/// A comparison for another program.
 pub struct Compared {
-    /// What `--json` writes.
+    /// The JSON of `--json`.
     pub figures: String,
-    /// What `--html` writes, where the arguments name a page.
+    /// The page of `--html`, if requested.
     pub page: Option<String>,
 }
 
-/// A simplified mesh with its figures.
-struct Judged {
+/// A simplified mesh with its measures.
+struct MeasuredResult {
     mesh: Named,
     figures: Vec<Figure>,
 }
 
-/// Costs of reading and drawing over that of measuring.
+/// Costs of reading and of drawing, relative to measuring.
 const COSTS: [f64; 2] = [0.05, 0.15];
 
-/// What a comparison goes through.
 fn plan(args: &CompareArgs) -> Plan {
     let drawing = if args.html.is_some() { COSTS[1] } else { 0.0 };
     Plan::new(&[(Part::Read, COSTS[0]), (Part::Check, 1.0), (Part::Picture, drawing)])
 }
 
-/// Compares, on as many threads as asked.
+/// Runs the command in a thread pool.
 pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     check(args)?;
     files::check_places(results(args), args.force)?;
@@ -68,14 +67,14 @@ fn run_in_pool(args: &CompareArgs) -> Result<(), Failure> {
     let mut progress = Progress::new(args.quiet, plan(args));
     progress.begin(Part::Read);
     let Meshes { original, simplified, unread } = read_all(args, Vec::new())?;
-    let left_out = if unread.is_empty() { Ok(()) } else { Err(Failure::Told) };
-    progress.aside(|| unread.iter().for_each(complain));
+    let left_out = if unread.is_empty() { Ok(()) } else { Err(Failure::Reported) };
+    progress.suspend(|| unread.iter().for_each(complain));
     if simplified.is_empty() {
         return left_out;
     }
-    let comparison = judged(args, original, simplified, &mut progress);
+    let comparison = measure_results(args, original, simplified, &mut progress);
     progress.begin(Part::Picture);
-    let Written { pending, json, notes } = written(args, &comparison)?;
+    let PreparedOutputs { pending, json, notes } = prepare_outputs(args, &comparison)?;
     drop(progress);
     let voice = match json {
         _ if args.quiet => Voice::Quiet,
@@ -89,18 +88,17 @@ fn run_in_pool(args: &CompareArgs) -> Result<(), Failure> {
     left_out
 }
 
-/// Compares in memory, as `embedded` says.
-pub fn embedded(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<Compared, Failure> {
+pub fn compare_in_memory(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<Compared, Failure> {
     let Meshes { original, simplified, unread } = read_all(args, given)?;
     if let Some(failure) = unread.into_iter().next() {
         return Err(failure);
     }
-    let comparison = judged(args, original, simplified, &mut Progress::silent());
+    let comparison = measure_results(args, original, simplified, &mut Progress::silent());
     let figures = json::value(&comparison).to_string();
     Ok(Compared { figures, page: args.html.is_some().then(|| page::page(&comparison).html) })
 }
 
-fn judged(args: &CompareArgs, original: Named, simplified: Vec<Named>, progress: &mut Progress) -> Comparison {
+fn measure_results(args: &CompareArgs, original: Named, simplified: Vec<Named>, progress: &mut Progress) -> Comparison {
     progress.begin(Part::Check);
     let mut judging = CompareOptions::default();
     (judging.samples, judging.seed) = (args.samples, args.seed);
@@ -109,24 +107,24 @@ fn judged(args: &CompareArgs, original: Named, simplified: Vec<Named>, progress:
     let judge = |(number, mesh): (usize, Named)| {
         progress.move_on(Part::Check, (number as f64 + 0.5) / (n_results + 0.5));
         let mut figures = compare(&prepared, &mesh.mesh);
-        let looks = args.appearance.then(|| appearance(original.shaded(), mesh.shaded(), USUAL_HEIGHT)).flatten();
+        let looks = args.appearance.then(|| appearance(original.to_shaded(), mesh.to_shaded(), USUAL_HEIGHT)).flatten();
         figures.extend(appearance::figures(looks.as_ref()));
-        Judged { figures, mesh }
+        MeasuredResult { figures, mesh }
     };
     let results = simplified.into_iter().enumerate().map(judge).collect();
     Comparison { original, results, judging }
 }
 
-/// A comparison on its way to its places.
-struct Written {
+/// Prepared outputs of a comparison.
+struct PreparedOutputs {
     pending: Vec<Pending>,
-    /// The JSON, where standard output is its place.
+    /// JSON for standard output.
     json: Option<Vec<u8>>,
-    /// What the page cannot show, in one line each.
+    /// Notes on what the page cannot show.
     notes: Vec<String>,
 }
 
-fn written(args: &CompareArgs, comparison: &Comparison) -> Result<Written, Failure> {
+fn prepare_outputs(args: &CompareArgs, comparison: &Comparison) -> Result<PreparedOutputs, Failure> {
     let (mut pending, mut notes) = (Vec::new(), Vec::new());
     let json = files::prepare_json(args.json.as_deref(), &json::value(comparison), args.force, &mut pending)?;
     if let Some(path) = &args.html {
@@ -134,15 +132,15 @@ fn written(args: &CompareArgs, comparison: &Comparison) -> Result<Written, Failu
         pending.push(files::prepare(path, page.html.as_bytes(), args.force)?);
         notes = page.notes;
     }
-    Ok(Written { pending, json, notes })
+    Ok(PreparedOutputs { pending, json, notes })
 }
 
-/// Files that are written.
+/// Returns the files to write.
 fn results(args: &CompareArgs) -> impl Iterator<Item = &Path> {
     [&args.json, &args.html].into_iter().flatten().map(|path| path.as_path()).filter(|path| !is_stream(path))
 }
 
-/// What is wrong with the arguments is found before any file is opened.
+/// Checks the arguments before any file is opened.
 pub fn check(args: &CompareArgs) -> Result<(), Failure> {
     check_stdin(args.inputs())?;
     if args.html.as_deref().is_some_and(is_stream) {

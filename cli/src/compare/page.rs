@@ -1,4 +1,4 @@
-//! A comparison as one HTML file that asks for nothing else: the viewer with the meshes and figures inside.
+//! A comparison as one self-contained HTML file with the viewer, the meshes and the measures.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -12,26 +12,25 @@ use super::meshes::Named;
 use super::{Comparison, json};
 use crate::page::pairs::{Distances, scale, surface};
 use crate::page::surface_data::SurfaceData;
-use crate::page::{filled, island, json_island};
+use crate::page::{fill_page, island, json_island};
 
-/// The page without data; `scripts/viewer` makes it from `cli/viewer`.
+/// The viewer without data, built by `scripts/viewer` from `cli/viewer`.
 const VIEWER: &str = include_str!("../../viewer/dist/viewer.html");
 
-/// A page and what it cannot show, in one line each.
+/// A page and notes on what it cannot show.
 pub struct Page {
-    /// The file.
+    /// HTML text.
     pub html: String,
-    /// What is missing in it or smaller than in the files.
+    /// Notes on missing or reduced content.
     pub notes: Vec<String>,
 }
 
-/// The page of a comparison.
 pub fn page(comparison: &Comparison) -> Page {
     let (data, notes) = data(comparison);
-    Page { html: filled(VIEWER, &comparison.original.name, &data), notes }
+    Page { html: fill_page(VIEWER, &comparison.original.name, &data), notes }
 }
 
-/// The scripts that hold the data: words as JSON, numbers packed. Beside them what could not be had.
+/// Returns the script elements with JSON and packed numbers, and notes on what is missing.
 fn data(comparison: &Comparison) -> (String, Vec<String>) {
     let Comparison { original, results, .. } = comparison;
     let meshes: Vec<&Named> = std::iter::once(original).chain(results.iter().map(|result| &result.mesh)).collect();
@@ -43,9 +42,9 @@ fn data(comparison: &Comparison) -> (String, Vec<String>) {
     for (at, pair) in pairs.iter().enumerate() {
         let result = &surfaces[at + 1];
         scripts.push(island(&format!("surface-{}", at + 1), &result.text));
-        scripts.push(island(&format!("distances-{}", at + 1), &pair.packed(&surfaces[0], result, scale.max)));
+        scripts.push(island(&format!("distances-{}", at + 1), &pair.pack(&surfaces[0], result, scale.max)));
     }
-    let Covered { covers, images, scripts: of_covers, notes } = covered(&meshes, &surfaces);
+    let PackedCovers { covers, images, scripts: of_covers, notes } = pack_covers(&meshes, &surfaces);
     scripts.extend(of_covers);
     let layouts: Vec<_> = surfaces.iter().map(|surface| &surface.layout).collect();
     let words = json!({
@@ -60,17 +59,17 @@ fn data(comparison: &Comparison) -> (String, Vec<String>) {
     (scripts.concat(), notes)
 }
 
-/// What covers the meshes, ready for the page.
-struct Covered {
-    /// For each mesh what the page needs to know of its cover; nothing where it has none.
+/// Covers of all meshes in the form of the page.
+struct PackedCovers {
+    /// Header of each mesh's cover, if it has one.
     covers: Vec<Option<CoverLayout>>,
-    /// The type of each image and its pixels; nothing where it could not be read.
+    /// Type and size of each image, if it could be read.
     images: Vec<Option<Value>>,
     scripts: Vec<String>,
     notes: Vec<String>,
 }
 
-fn covered(meshes: &[&Named], surfaces: &[SurfaceData]) -> Covered {
+fn pack_covers(meshes: &[&Named], surfaces: &[SurfaceData]) -> PackedCovers {
     let (mut covers, mut scripts, mut gallery) = (Vec::new(), Vec::new(), Gallery::default());
     for (at, (named, surface)) in meshes.iter().zip(surfaces).enumerate() {
         let data = named.cover.as_ref().map(|worn| CoverData::new(&named.mesh, worn, surface, &mut gallery));
@@ -79,17 +78,17 @@ fn covered(meshes: &[&Named], surfaces: &[SurfaceData]) -> Covered {
     }
     let note = |named: &&Named| named.notes.iter().map(|note| format!("{}: {note}", named.name)).collect::<Vec<_>>();
     let mut notes: Vec<String> = meshes.iter().flat_map(note).collect();
-    let (fitted, of_images) = gallery.fitted();
+    let (fitted, of_images) = gallery.fit_images();
     notes.extend(of_images);
     for (at, image) in fitted.iter().enumerate() {
         scripts.extend(image.as_ref().map(|image| island(&format!("image-{at}"), &STANDARD.encode(&image.bytes))));
     }
     let described = |image: &FittedImage| json!({ "type": image.kind, "width": image.width, "height": image.height });
     let images = fitted.iter().map(|image| image.as_ref().map(described)).collect();
-    Covered { covers, images, scripts, notes }
+    PackedCovers { covers, images, scripts, notes }
 }
 
-/// Between the original and each result.
+/// Measures the distances between the original and each result.
 fn distances(comparison: &Comparison) -> Vec<Distances> {
     let original = &comparison.original.mesh;
     let near = closest_point_tree(original);
@@ -100,14 +99,14 @@ fn distances(comparison: &Comparison) -> Vec<Distances> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::Judged;
+    use crate::compare::MeasuredResult;
     use crate::page::check::check_points_nowhere;
     use neural_mesh::mesh::{TriMesh, shapes};
     use neural_mesh::metrics::CompareOptions;
 
     fn html(name: &str) -> String {
         let named = |mesh: TriMesh| Named { name: name.into(), mesh, cover: None, normals: None, notes: Vec::new() };
-        let result = Judged { mesh: named(shapes::icosphere(1)), figures: Vec::new() };
+        let result = MeasuredResult { mesh: named(shapes::icosphere(1)), figures: Vec::new() };
         page(&Comparison {
             original: named(shapes::icosphere(2)),
             results: vec![result],

@@ -1,15 +1,15 @@
-//! A comparison as a table for the terminal: one row per figure, one column per result.
+//! A comparison as a table for the terminal: a row for each measure, a column for each result.
 
 use neural_mesh::metrics::Figure;
 
-use super::{Comparison, Judged, Named};
+use super::{Comparison, MeasuredResult, Named};
 use crate::plain::plain;
-use crate::words::{grouped, shortened};
+use crate::words::{group_digits, shorten};
 
-/// Figures that are not measured where that takes too long.
+/// Measures that may be missing because they take too long.
 const BOUNDED: [&str; 3] = ["distance_max", "turned_faces", "self_intersecting_faces"];
 
-/// The figures that are asked for most, and those of pictures where they were drawn.
+/// The measures shown by default, with those of images if they were rendered.
 const FIRST: [&str; 12] = [
     "vertices",
     "faces",
@@ -25,42 +25,42 @@ const FIRST: [&str; 12] = [
     "psnr",
 ];
 
-/// The lines of the table, columns aligned; of the figures all that are known, or those asked for most.
+/// Formats the table with aligned columns: all known measures, or the default ones.
 pub fn lines(comparison: &Comparison, all: bool) -> Vec<String> {
     let Comparison { original, results, judging, .. } = comparison;
-    let samples = grouped(judging.samples);
+    let samples = group_digits(judging.samples);
     let mut lines = vec![
         format!("original  {}: {}", original.name, counts(original)),
         format!("sampled   {samples} points on each surface, seed {}", judging.seed),
     ];
     lines.extend(unknown(original, results));
     lines.push(String::new());
-    lines.extend(aligned(&rows(results, all)));
+    lines.extend(align_columns(&rows(results, all)));
     lines
 }
 
-/// That some figures would have taken too long; nothing where all are known.
-fn unknown(original: &Named, results: &[Judged]) -> Option<String> {
+/// Explains missing measures; `None` if all are known.
+fn unknown(original: &Named, results: &[MeasuredResult]) -> Option<String> {
     let have_faces = |mesh: &Named| [mesh, original].iter().all(|named| !named.mesh.faces().is_empty());
-    let lacks = |result: &&Judged| {
+    let lacks = |result: &&MeasuredResult| {
         let mut figures = result.figures.iter().filter(|figure| figure.value.is_none());
         have_faces(&result.mesh) && figures.any(|figure| BOUNDED.contains(&figure.name))
     };
-    let name = results.iter().find(lacks).map(|result| shortened(&plain(&result.mesh.name)))?;
+    let name = results.iter().find(lacks).map(|result| shorten(&plain(&result.mesh.name)))?;
     let why = "needle-like faces or large intersecting faces take too long to measure: samples may be fewer, and `-` means unknown";
     Some(format!("bounded   {name}: {why}"))
 }
 
 fn counts(named: &Named) -> String {
-    format!("{} vertices, {} faces", grouped(named.mesh.positions().len()), grouped(named.mesh.faces().len()))
+    format!("{} vertices, {} faces", group_digits(named.mesh.positions().len()), group_digits(named.mesh.faces().len()))
 }
 
-/// Name, unit and a value per result; the first row is the head. What no result has a value for is left out.
-fn rows(results: &[Judged], all: bool) -> Vec<Vec<String>> {
-    let row = |name: &str, unit: &str, of: &dyn Fn(&Judged) -> String| {
+/// Returns rows of name, unit and values, with a header row; measures without any value are omitted.
+fn rows(results: &[MeasuredResult], all: bool) -> Vec<Vec<String>> {
+    let row = |name: &str, unit: &str, of: &dyn Fn(&MeasuredResult) -> String| {
         [name.to_string(), unit.to_string()].into_iter().chain(results.iter().map(of)).collect()
     };
-    let mut rows = vec![row("figure", "unit", &|result| shortened(&plain(&result.mesh.name)))];
+    let mut rows = vec![row("figure", "unit", &|result| shorten(&plain(&result.mesh.name)))];
     let figures = results.first().map_or(&[][..], |result| &result.figures);
     let is_known = |at: usize| results.iter().any(|result| result.figures[at].value.is_some());
     let shown = |(at, figure): &(usize, &Figure)| is_known(*at) && (all || FIRST.contains(&figure.name));
@@ -70,8 +70,8 @@ fn rows(results: &[Judged], all: bool) -> Vec<Vec<String>> {
     rows
 }
 
-/// Words to the left, numbers to the right, two blanks between columns.
-fn aligned(rows: &[Vec<String>]) -> Vec<String> {
+/// Aligns text left and numbers right, with two spaces between columns.
+fn align_columns(rows: &[Vec<String>]) -> Vec<String> {
     let n_columns = rows.first().map_or(0, Vec::len);
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..n_columns).map(width).collect();
@@ -83,13 +83,13 @@ fn aligned(rows: &[Vec<String>]) -> Vec<String> {
     rows.iter().map(|row| line(row).trim_end().to_string()).collect()
 }
 
-/// Four significant digits; whole numbers whole; `-` where there is no value.
+/// Formats four significant digits, whole numbers in full, and `-` for none.
 fn number(value: Option<f64>) -> String {
     let Some(value) = value.filter(|value| value.is_finite()) else { return "-".into() };
     let size = value.abs();
     if value.fract() == 0.0 && size < 1e15 {
         let sign = if value < 0.0 { "-" } else { "" };
-        return format!("{sign}{}", grouped(size as usize));
+        return format!("{sign}{}", group_digits(size as usize));
     }
     if !(1e-4..1e7).contains(&size) {
         return format!("{value:.3e}");
@@ -117,11 +117,13 @@ mod tests {
         let figure = |name, value| Figure::new(name, "", "", value);
         let judged = |value| {
             let figures = vec![figure("genus_added", None), figure("distance_max", value)];
-            Judged { mesh: named(shapes::icosphere(1)), figures }
+            MeasuredResult { mesh: named(shapes::icosphere(1)), figures }
         };
         let sphere = named(shapes::icosphere(1));
         assert_eq!(unknown(&sphere, &[judged(Some(0.5))]), None);
-        assert!(unknown(&sphere, &[judged(Some(0.5)), judged(None)]).unwrap().starts_with("bounded   a.ply: needles"));
+        assert!(
+            unknown(&sphere, &[judged(Some(0.5)), judged(None)]).unwrap().starts_with("bounded   a.ply: needle-like")
+        );
         assert_eq!(unknown(&named(TriMesh::default()), &[judged(None)]), None);
     }
 
@@ -129,6 +131,9 @@ mod tests {
     fn columns_are_aligned() {
         let rows = [["figure", "unit", "a.ply"], ["faces", "", "1,200"], ["angle", "degrees", "3.5"]];
         let rows: Vec<Vec<String>> = rows.map(|row| row.map(String::from).to_vec()).into();
-        assert_eq!(aligned(&rows), ["figure  unit     a.ply", "faces            1,200", "angle   degrees    3.5"]);
+        assert_eq!(
+            align_columns(&rows),
+            ["figure  unit     a.ply", "faces            1,200", "angle   degrees    3.5"]
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! HTML pages that ask for nothing outside themselves: a page of `cli/viewer`, filled with words as JSON and packed numbers.
+//! Self-contained HTML pages: a template of `cli/viewer`, filled with JSON and packed numbers.
 
 #[cfg(test)]
 #[path = "../../tests/common/page_check.rs"]
@@ -9,21 +9,21 @@ pub mod surface_data;
 
 use serde_json::Value;
 
-/// The places in a page that are filled here.
+/// Placeholders of a template.
 const TITLE: &str = "<!-- title -->";
 const DATA: &str = "<!-- data -->";
 
-/// Letters of a part of packed numbers; a multiple of four, so that each part is base64 of its own.
+/// Letters per script element of packed numbers; a multiple of four, so that each is valid base64.
 const LETTERS: usize = 1 << 18;
 
-/// A page with its title and its data.
-pub fn filled(page: &str, title: &str, data: &str) -> String {
+/// Fills title and data into a template.
+pub fn fill_page(page: &str, title: &str, data: &str) -> String {
     let (before, rest) = page.split_once(TITLE).unwrap_or((page, ""));
     let (between, after) = rest.split_once(DATA).unwrap_or((rest, ""));
-    [before, &escaped(title), between, data, after].concat()
+    [before, &escape_html(title), between, data, after].concat()
 }
 
-/// Packed numbers in parts, between which a browser can do other things while it reads the page.
+/// Splits packed numbers into several script elements, so that browsers stay responsive while they load.
 pub fn island(name: &str, text: &str) -> String {
     let part = |letters: &[u8]| {
         let letters = String::from_utf8_lossy(letters);
@@ -32,13 +32,13 @@ pub fn island(name: &str, text: &str) -> String {
     text.as_bytes().chunks(LETTERS).map(part).collect()
 }
 
-/// JSON inside HTML: without `<` no tag begins or ends in it.
+/// Embeds JSON in HTML; `<` is escaped so that no tag can start.
 pub fn json_island(id: &str, value: &Value) -> String {
     let text = value.to_string().replace('<', "\\u003c");
     format!("<script type=\"application/json\" id=\"{id}\">{text}</script>\n")
 }
 
-/// Text inside an element.
-fn escaped(text: &str) -> String {
+/// Escapes text for HTML.
+fn escape_html(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }

@@ -1,4 +1,4 @@
-//! Whole numbers as short text: seven bits a byte (LEB128), deflated, base64. The page's `numbers.js` is the way back.
+//! Integers as short text: LEB128, deflate, base64. The page's `numbers.js` decodes it.
 
 use std::io::Write;
 
@@ -7,14 +7,14 @@ use base64::engine::general_purpose::STANDARD;
 use flate2::Compression;
 use flate2::write::DeflateEncoder;
 
-/// Numbers on their way into a page.
+/// Integers to embed in a page.
 #[derive(Default)]
 pub struct Packed {
     bytes: Vec<u8>,
 }
 
 impl Packed {
-    /// Adds a number; the smaller, the shorter.
+    /// Appends a number; small ones take fewer bytes.
     pub fn push(&mut self, mut number: u32) {
         while number >= 0x80 {
             self.bytes.push(number as u8 | 0x80);
@@ -23,16 +23,16 @@ impl Packed {
         self.bytes.push(number as u8);
     }
 
-    /// Adds the difference of two numbers that are close: 0, -1, 1, -2, ... become 0, 1, 2, 3, ...
+    /// Appends the difference of two close numbers, mapped from 0, -1, 1, -2 to 0, 1, 2, 3.
     pub fn push_difference(&mut self, number: u32, before: u32) {
         let difference = number.wrapping_sub(before) as i32;
         self.push(((difference << 1) ^ (difference >> 31)) as u32);
     }
 
-    /// The text of all numbers, of letters that need no escape in HTML.
+    /// Returns all numbers as text that needs no escape in HTML.
     pub fn text(&self) -> String {
         let mut deflate = DeflateEncoder::new(Vec::new(), Compression::new(6));
-        // A vector takes everything.
+        // Writing to a vector cannot fail.
         let deflated = deflate.write_all(&self.bytes).and_then(|()| deflate.finish());
         STANDARD.encode(deflated.unwrap_or_default())
     }
@@ -43,8 +43,8 @@ pub mod tests {
     use super::*;
     use crate::page::check::unpacked;
 
-    /// The number behind a difference.
-    pub fn undone(difference: u32, before: u32) -> u32 {
+    /// Decodes a difference.
+    pub fn decode_difference(difference: u32, before: u32) -> u32 {
         before.wrapping_add((difference >> 1) ^ (difference & 1).wrapping_neg())
     }
 
@@ -68,7 +68,7 @@ pub mod tests {
         }
         let mut before = 0;
         let back = unpacked(&packed.text()).into_iter().map(|difference| {
-            before = undone(difference, before);
+            before = decode_difference(difference, before);
             before
         });
         assert_eq!(back.collect::<Vec<_>>(), numbers);

@@ -1,4 +1,4 @@
-//! An original and what was made of it as numbers of a page: surfaces, and at the painted points of each how far the other is.
+//! An original and its results as numbers for a page: surfaces, and distances at sample points on each.
 
 use neural_mesh::mesh::{TriMesh, irregular_edges};
 use neural_mesh::metrics::{ColourScale, PaintedMesh, colour_scale};
@@ -7,7 +7,7 @@ use neural_mesh::spatial::NearestOnTriangles;
 use super::packed::Packed;
 use super::surface_data::SurfaceData;
 
-/// Distances between an original and a result, at the painted points of each.
+/// Distances between an original and a result, at the sample points of each.
 pub struct Distances {
     /// From the result to the original.
     of_result: Vec<f32>,
@@ -16,7 +16,7 @@ pub struct Distances {
 }
 
 impl Distances {
-    /// Measures them, beside each mesh its surface.
+    /// Measures the distances; each mesh comes with its search structure.
     pub fn new(original: (&TriMesh, &NearestOnTriangles), result: (&TriMesh, &NearestOnTriangles)) -> Self {
         Self {
             of_result: PaintedMesh::new(result.0).distances_to(original.1),
@@ -24,8 +24,8 @@ impl Distances {
         }
     }
 
-    /// Packs them as shares of the largest.
-    pub fn packed(&self, original: &SurfaceData, result: &SurfaceData, max: f32) -> String {
+    /// Packs the distances as shares of `max`.
+    pub fn pack(&self, original: &SurfaceData, result: &SurfaceData, max: f32) -> String {
         let mut values = Packed::default();
         result.pack_values(&mut values, &self.of_result, max);
         original.pack_values(&mut values, &self.of_original, max);
@@ -33,7 +33,7 @@ impl Distances {
     }
 }
 
-/// One scale over the surfaces of all pairs of an original, each of the same weight.
+/// Returns one colour scale for all pairs of an original, with equal weights.
 pub fn scale<'a>(original: &TriMesh, pairs: impl IntoIterator<Item = (&'a TriMesh, &'a Distances)>) -> ColourScale {
     let shares_of_original = PaintedMesh::new(original).shares();
     let mut weighed = Vec::new();
@@ -44,7 +44,7 @@ pub fn scale<'a>(original: &TriMesh, pairs: impl IntoIterator<Item = (&'a TriMes
     colour_scale(weighed)
 }
 
-/// A mesh ready for the page, with its marked edges.
+/// Packs a mesh with its irregular edges marked.
 pub fn surface(mesh: &TriMesh) -> SurfaceData {
     SurfaceData::new(mesh, &irregular_edges(mesh), PaintedMesh::new(mesh).steps)
 }

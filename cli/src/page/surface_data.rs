@@ -1,45 +1,45 @@
-//! A mesh and its distances as small whole numbers, the way the page's `surface.js` takes them.
+//! A mesh and its distances as small integers for the page's `surface.js`.
 //!
-//! Vertices are numbered in the order in which the faces first use them, so that the numbers in a face are near the
-//! highest one so far. Positions are rounded to 65,535 steps along the longest side of the bounding box.
+//! Vertices are numbered by first use in faces, so that numbers in a face are close to the highest one so far. Positions are
+//! rounded to 65,535 steps along the longest side of the bounding box.
 
 use neural_mesh::mesh::{IrregularEdges, TriMesh};
 use serde::Serialize;
 
 use super::packed::Packed;
 
-/// The largest quantised number.
+/// Largest quantised number.
 const STEPS: f64 = 65_535.0;
 
-/// What the page needs to know of a mesh before it unpacks its numbers.
+/// Header of the packed numbers.
 #[derive(Clone, Debug, Serialize)]
 pub struct Layout {
     vertices: usize,
     faces: usize,
-    /// Edges marked: open, non-manifold, turned.
+    /// Numbers of marked edges: open, non-manifold, flipped.
     marked: [usize; 3],
-    /// Lowest corner of the bounding box, around the local origin.
+    /// Lowest corner of the bounding box, relative to the local origin.
     low: [f64; 3],
     /// Sides of the bounding box.
     sides: [f64; 3],
     /// Length of a quantisation step.
     step: f64,
-    /// Steps along the sides of faces from one distance to the next; 1 where the vertices have the distances.
+    /// Distance samples along each side of a face; 1 if distances are at the vertices.
     pub steps: usize,
 }
 
-/// A mesh ready for the page.
+/// A mesh in the form of the page.
 pub struct SurfaceData {
     /// Sizes and box.
     pub layout: Layout,
-    /// Positions axis by axis, faces, marked edges.
+    /// Packed numbers: positions axis by axis, faces, marked edges.
     pub text: String,
-    /// The mesh's vertex that each vertex of the page is.
+    /// The mesh vertex of each page vertex.
     order: Vec<u32>,
 }
 
 impl SurfaceData {
-    /// Quantises and packs a mesh, whose faces are painted in so many steps.
+    /// Quantises and packs a mesh with `steps` distance samples along each side of a face.
     pub fn new(mesh: &TriMesh, marked: &IrregularEdges, steps: usize) -> Self {
         let (order, number) = in_order_of_use(mesh);
         let (low, sides) = bounding_box(mesh.positions());
@@ -54,7 +54,7 @@ impl SurfaceData {
         Self { layout, text: packed.text(), order }
     }
 
-    /// The page's vertex that each vertex of the mesh is; the largest number where no face uses it.
+    /// Returns the page vertex of each mesh vertex, `u32::MAX` for unused ones.
     pub fn numbers(&self, n_vertices: usize) -> Vec<u32> {
         let mut numbers = vec![u32::MAX; n_vertices];
         for (number, &vertex) in self.order.iter().enumerate() {
@@ -63,7 +63,7 @@ impl SurfaceData {
         numbers
     }
 
-    /// Packs a value per vertex of the mesh, or per point of its faces, 0 to `max`.
+    /// Packs one value from 0 to `max` per vertex or sample point.
     pub fn pack_values(&self, packed: &mut Packed, values: &[f32], max: f32) {
         match self.layout.steps {
             1 => pack_roots(packed, self.order.iter().map(|&vertex| values[vertex as usize]), max),
@@ -72,7 +72,7 @@ impl SurfaceData {
     }
 }
 
-/// Packs values as roots, so that small ones keep their digits.
+/// Packs the square roots of values, which keeps more digits of small ones.
 fn pack_roots(packed: &mut Packed, values: impl Iterator<Item = f32>, max: f32) {
     let mut before = 0;
     for value in values {
@@ -82,7 +82,7 @@ fn pack_roots(packed: &mut Packed, values: impl Iterator<Item = f32>, max: f32) 
     }
 }
 
-/// The vertices in the order in which faces first use them, and the place of each; vertices without a face stay out.
+/// Returns the vertices in order of first use, and the position of each in that order; unused ones are omitted.
 fn in_order_of_use(mesh: &TriMesh) -> (Vec<u32>, Vec<u32>) {
     let mut number = vec![u32::MAX; mesh.positions().len()];
     let mut order = Vec::with_capacity(number.len());
@@ -95,7 +95,7 @@ fn in_order_of_use(mesh: &TriMesh) -> (Vec<u32>, Vec<u32>) {
     (order, number)
 }
 
-/// Lowest corner and sides of the box around points.
+/// Returns the lowest corner and the sides of the bounding box.
 fn bounding_box(positions: &[[f32; 3]]) -> ([f64; 3], [f64; 3]) {
     let corner = |pick: fn(f32, f32) -> f32| {
         let all = positions.iter().copied();
@@ -117,7 +117,7 @@ fn pack_positions(packed: &mut Packed, positions: &[[f32; 3]], order: &[u32], lo
     }
 }
 
-/// Each corner as its distance below the next unused number: 0 is a vertex not seen before.
+/// Packs each corner as the distance below the next unused number, so that 0 is a new vertex.
 fn pack_faces(packed: &mut Packed, faces: &[[u32; 3]], number: &[u32]) {
     let mut next = 0;
     for &vertex in faces.iter().flatten() {
@@ -138,26 +138,26 @@ fn pack_edges(packed: &mut Packed, edges: &[[u32; 2]], number: &[u32]) {
 #[cfg(test)]
 mod tests {
     use super::super::check::unpacked;
-    use super::super::packed::tests::undone;
+    use super::super::packed::tests::decode_difference;
     use super::*;
     use neural_mesh::mesh::{irregular_edges, shapes};
 
-    /// Differences summed up.
-    fn summed(differences: &[u32]) -> Vec<u32> {
+    /// Sums up differences.
+    fn sum_differences(differences: &[u32]) -> Vec<u32> {
         let mut before = 0;
         let mut next = |&difference: &u32| {
-            before = undone(difference, before);
+            before = decode_difference(difference, before);
             before
         };
         differences.iter().map(&mut next).collect()
     }
 
-    /// Positions, faces and marked edges, as the page reads them.
+    /// Decodes positions, faces and marked edges as the page does.
     fn read_back(data: &SurfaceData) -> (Vec<[f64; 3]>, Vec<u32>, Vec<Vec<u32>>) {
         let Layout { vertices, faces, marked, low, step, .. } = &data.layout;
         let numbers = unpacked(&data.text);
         let (axes, rest) = numbers.split_at(3 * vertices);
-        let axes: Vec<Vec<u32>> = axes.chunks(*vertices).map(summed).collect();
+        let axes: Vec<Vec<u32>> = axes.chunks(*vertices).map(sum_differences).collect();
         let position = |i: usize| std::array::from_fn(|axis| low[axis] + step * f64::from(axes[axis][i]));
         let (corners, mut rest) = rest.split_at(3 * faces);
         let mut next = 0;
@@ -170,7 +170,7 @@ mod tests {
         let edges = marked.map(|n| {
             let (edges, after) = rest.split_at(2 * n);
             rest = after;
-            summed(edges)
+            sum_differences(edges)
         });
         assert!(rest.is_empty());
         ((0..*vertices).map(position).collect(), corners, edges.into())
@@ -211,7 +211,7 @@ mod tests {
         let max = *values.last().unwrap();
         let mut packed = Packed::default();
         data.pack_values(&mut packed, &values, max);
-        let roots = summed(&unpacked(&packed.text()));
+        let roots = sum_differences(&unpacked(&packed.text()));
         for (root, &vertex) in roots.iter().zip(&data.order) {
             let (found, wanted) = (max * (*root as f32 / 65535.0).powi(2), values[vertex as usize]);
             let bound = max * ((wanted / max).sqrt() / 65535.0 + 1e-9) + 1e-6 * wanted;

@@ -27,28 +27,28 @@ pub struct TrainArgs {
     /// Folder for the results
     #[arg(long, value_name = "RUN", required_unless_present = "plot")]
     pub out: Option<PathBuf>,
-    /// Settings; what the file leaves out has its default
+    /// Settings file; missing settings have defaults
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
-    /// What to learn, instead of the settings' [possible values: bending, paper, shape, uniform]
+    /// Objective, overrides the settings [possible values: bending, paper, shape, uniform]
     #[arg(long, value_name = "NAME")]
     pub objective: Option<String>,
-    /// Epochs, instead of the settings' number
+    /// Number of epochs, overrides the settings
     #[arg(long, value_name = "N", value_parser = whole::<usize>(1, u64::MAX), allow_negative_numbers = true)]
     pub epochs: Option<usize>,
-    /// Continue from the checkpoint in RUN; begin if there is none
+    /// Continue from the checkpoint in RUN, or start if there is none
     #[arg(long)]
     pub resume: bool,
-    /// Weights to start from, for fine-tuning; the sizes of the network are theirs
+    /// Weights to start from (fine-tuning); they set the sizes of the network
     #[arg(long, value_name = "WEIGHTS")]
     pub init: Option<PathBuf>,
-    /// Threads to use [default: one per core]; the result is the same with any number
+    /// Threads to use [default: one per core]; does not change the result
     #[arg(long, value_name = "N", value_parser = n_threads, allow_negative_numbers = true)]
     pub threads: Option<usize>,
     /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
-    /// Draw the curves of a training, finished or not, and do nothing else
+    /// Only draw the curves of a training, finished or not
     #[arg(long, value_name = "RUN", conflicts_with_all = ["data", "out", "config", "epochs", "resume", "init"])]
     pub plot: Option<PathBuf>,
 }

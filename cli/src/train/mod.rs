@@ -1,4 +1,4 @@
-//! `neural-mesh train`: learn, say how it goes, draw the curves.
+//! `neural-mesh train`: trains, shows progress, draws the curves.
 
 mod args;
 mod curves;
@@ -18,17 +18,16 @@ use crate::words::{Voice, complain};
 pub use args::TrainArgs;
 use progress::TrainProgress;
 
-/// Another network than the paper's, and how it learns.
+/// A network other than the paper's, and how to train it.
 pub struct OtherNetwork<'a> {
-    /// What the setting `objective` is called.
+    /// Value of the setting `objective`.
     pub objective: &'a str,
-    /// The network.
+    /// Architecture of the network.
     pub network: &'a OwnNetwork,
-    /// Makes its step.
+    /// Creates its training step.
     pub step: &'a (dyn Fn() -> Box<StepFunction<'static>> + Sync),
 }
 
-/// Trains, or draws the curves of a training.
 pub fn run(args: &TrainArgs) -> Result<(), Failure> {
     run_for(args, None)
 }
@@ -57,24 +56,24 @@ fn learn((args, other): (&TrainArgs, Option<&OtherNetwork>), data: &Path, out: &
     request.epochs = args.epochs;
     request.resume = args.resume;
     request.init = init.as_deref();
-    let mut run = open(&request).map_err(|error| refused(error, args))?;
+    let mut run = open(&request).map_err(|error| to_failure(error, args))?;
     let step = match other {
         Some(other) => (other.step)(),
-        None => step_function(&run.settings).map_err(|error| refused(error, args))?,
+        None => step_function(&run.settings).map_err(|error| to_failure(error, args))?,
     };
     say_what_is_there(&run, voice(args));
     let mut progress = TrainProgress::new(&run, voice(args));
-    let ending = train(&mut run, &step, &mut |event| progress.hear(event));
+    let ending = train(&mut run, &step, &mut |event| progress.handle(event));
     drop(progress);
-    match ending.map_err(|error| refused(error, args))? {
+    match ending.map_err(|error| to_failure(error, args))? {
         Ending::Finished => {
-            // The weights are there: curves that cannot be drawn do not make the training fail.
+            // The weights are saved, so a failed picture does not make the training fail.
             if let Err(failure) = plot(out, voice(args)) {
                 complain(&Failure::Failed(format!("the training is done, without its curves: {failure}")));
             }
             Ok(())
         }
-        Ending::Stopped => Err(stopped(&run)),
+        Ending::Stopped => Err(interruption(&run)),
     }
 }
 
@@ -83,18 +82,18 @@ fn voice(args: &TrainArgs) -> Voice {
 }
 
 fn read_text(path: &Path) -> Result<String, Failure> {
-    String::from_utf8(files::read(path)?).map_err(|_| Failure::of(path, "is not UTF-8: save it as UTF-8"))
+    String::from_utf8(files::read(path)?).map_err(|_| Failure::in_file(path, "is not UTF-8: save it as UTF-8"))
 }
 
-/// The library's refusal as the program's: settings carry the name of their file.
-fn refused(error: TrainError, args: &TrainArgs) -> Failure {
+/// Converts an error of the training; errors in settings name the settings file.
+fn to_failure(error: TrainError, args: &TrainArgs) -> Failure {
     match (&error, &args.config) {
-        (TrainError::Settings(what), Some(path)) => Failure::of(path, what),
+        (TrainError::Settings(what), Some(path)) => Failure::in_file(path, what),
         _ => Failure::Failed(error.to_string()),
     }
 }
 
-fn stopped(run: &Run) -> Failure {
+fn interruption(run: &Run) -> Failure {
     let (epochs, steps) = run.position();
     let place = format!("{epochs} epochs and {steps} steps are done");
     Failure::Stopped(format!("interrupted: {place} and kept in {}: continue with --resume", name(&run.folder)))
@@ -114,7 +113,7 @@ fn say_what_is_there(run: &Run, voice: Voice) {
     }
 }
 
-/// Which meshes are not trained on, and by which entries of the setting `validation`.
+/// Describes how the validation meshes were chosen by the setting `validation`.
 fn why_for_validation(run: &Run) -> String {
     let is_of = |beginning: &&String| run.data.validation.iter().any(|mesh| mesh.name.starts_with(beginning.as_str()));
     let found: Vec<&str> = run.settings.validation.iter().filter(is_of).map(String::as_str).collect();
@@ -129,7 +128,7 @@ fn plot(folder: &Path, voice: Voice) -> Result<(), Failure> {
     let table = folder.join("epochs.csv");
     let text = read_text(&table)?;
     let path = folder.join("curves.svg");
-    let picture = curves::draw(&text).map_err(|what| Failure::of(&table, what))?;
+    let picture = curves::draw(&text).map_err(|what| Failure::in_file(&table, what))?;
     files::place(vec![files::prepare(&path, picture.as_bytes(), true)?])?;
     voice.say(&format!("curves    {}", path.display()));
     Ok(())

@@ -1,4 +1,4 @@
-//! How a training goes: a bar on a terminal, a line per epoch, and the clock that says when a checkpoint is due.
+//! Progress of a training: a bar on a terminal, a line per epoch, and the clock for checkpoints.
 
 use std::time::{Duration, Instant};
 
@@ -8,12 +8,12 @@ use neural_mesh::train::{Event, Run, Wish};
 use crate::stopping::is_stopping;
 use crate::words::Voice;
 
-/// What is shown while a training runs.
+/// Progress display of a training.
 pub struct TrainProgress {
     bar: ProgressBar,
     voice: Voice,
     began: Instant,
-    /// Steps that were done when this began.
+    /// Steps that were done before this run.
     n_before: usize,
     n_steps: usize,
     n_epochs: usize,
@@ -22,7 +22,7 @@ pub struct TrainProgress {
 }
 
 impl TrainProgress {
-    /// Starts; nothing is ever drawn where standard error is no terminal.
+    /// Creates the display; without a terminal no bar is drawn.
     pub fn new(run: &Run, voice: Voice) -> Self {
         let (n_steps, n_epochs) = (run.data.training.len(), run.settings.epochs);
         let target = if voice == Voice::Quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
@@ -44,8 +44,8 @@ impl TrainProgress {
         }
     }
 
-    /// Shows what happened and answers what to do next.
-    pub fn hear(&mut self, event: Event) -> Wish {
+    /// Shows an event and returns what the training should do next.
+    pub fn handle(&mut self, event: Event) -> Wish {
         match event {
             Event::Step { epoch, n_done, n_steps, terms } => self.step(epoch * n_steps + n_done, terms),
             Event::PassedOver { mesh, why } => self.say(&format!("skipped   {mesh}: {why}")),
@@ -64,13 +64,13 @@ impl TrainProgress {
     fn step(&self, n_done: usize, terms: &[(&str, f64)]) {
         self.bar.set_position(n_done as u64);
         let terms: Vec<String> = terms.iter().map(|(name, value)| format!("{name} {}", figures(*value))).collect();
-        self.bar.set_message(format!("{} left, {}", self.left(n_done), terms.join(", ")));
+        self.bar.set_message(format!("{} left, {}", self.remaining_time(n_done), terms.join(", ")));
     }
 
     fn epoch(&self, n_done: usize, training: f64, validation: Option<f64>, is_best: bool) {
         let validation = validation.map_or(String::new(), |total| format!(", validation {}", figures(total)));
         let best = if is_best { ", the best" } else { "" };
-        let (n_epochs, left) = (self.n_epochs, self.left(n_done * self.n_steps));
+        let (n_epochs, left) = (self.n_epochs, self.remaining_time(n_done * self.n_steps));
         let training = figures(training);
         self.say(&format!("epoch     {n_done} of {n_epochs}: training {training}{validation}{best}; {left} left"));
     }
@@ -86,13 +86,13 @@ impl TrainProgress {
         Wish::Checkpoint
     }
 
-    /// A line above the bar.
+    /// Prints a line above the bar.
     fn say(&self, line: &str) {
         self.bar.suspend(|| self.voice.say(line));
     }
 
-    /// The time that the rest takes at the pace so far.
-    fn left(&self, n_done: usize) -> String {
+    /// Estimates the remaining time at the current pace.
+    fn remaining_time(&self, n_done: usize) -> String {
         let done = n_done.saturating_sub(self.n_before).max(1);
         let rest = (self.n_steps * self.n_epochs).saturating_sub(n_done);
         let seconds = (self.began.elapsed().as_secs_f64() * rest as f64 / done as f64) as u64;
@@ -106,7 +106,7 @@ impl Drop for TrainProgress {
     }
 }
 
-/// Four significant digits.
+/// Formats four significant digits.
 fn figures(value: f64) -> String {
     if value != 0.0 && !(1e-3..1e5).contains(&value.abs()) {
         return format!("{value:.3e}");

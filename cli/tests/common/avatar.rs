@@ -1,4 +1,4 @@
-//! A small skinned, animated glTF made in code: a sphere over two bones, with a morph target, a texture, and whatever else a test adds.
+//! A small skinned and animated glTF: a sphere over two bones, with a morph target, a texture, and optional extensions.
 
 use neural_mesh::mesh::shapes;
 use neural_mesh::picture::{Image, encode_png};
@@ -11,8 +11,7 @@ pub struct Avatar {
 }
 
 impl Avatar {
-    /// Two nodes that hold the mesh `ball` and the mesh `plain`, which has no skin; two bones; an animation; an image of so many pixels a
-    /// side.
+    /// Builds nodes for the meshes `ball` (skinned) and `plain`, two bones, an animation, and an image of `side` pixels a side.
     pub fn new(side: usize) -> Self {
         let document = json!({
             "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1, 2]}],
@@ -103,7 +102,7 @@ impl Avatar {
         self.accessor(&bytes, 5126, shape, values.len() / width)
     }
 
-    /// VRM 0.x: bones, an expression of the first mesh, hair that swings.
+    /// Adds VRM 0.x: bones, an expression of the first mesh, spring bones for hair.
     pub fn vrm_0(mut self) -> Self {
         self.document["extensionsUsed"] = json!(["VRM"]);
         self.document["extensions"]["VRM"] = json!({
@@ -121,7 +120,7 @@ impl Avatar {
         self
     }
 
-    /// VRM 1.0: bones, expressions of both meshes, spring bones, a constraint, MToon.
+    /// Adds VRM 1.0: bones, expressions of both meshes, spring bones, a constraint, MToon.
     pub fn vrm_1(mut self) -> Self {
         self.document["extensionsUsed"] =
             json!(["VRMC_vrm", "VRMC_springBone", "VRMC_node_constraint", "VRMC_materials_mtoon"]);
@@ -145,7 +144,7 @@ impl Avatar {
         self
     }
 
-    /// The bytes of a GLB.
+    /// Encodes the scene as GLB.
     pub fn glb(mut self) -> Vec<u8> {
         self.buffer.resize(self.buffer.len().next_multiple_of(4), 0);
         self.document["buffers"] = json!([{"byteLength": self.buffer.len()}]);
@@ -157,13 +156,13 @@ impl Avatar {
     }
 }
 
-/// The document of a GLB.
+/// Reads the JSON of a GLB.
 pub fn document(glb: &[u8]) -> Value {
     let length = u32::from_le_bytes(*glb[12..].first_chunk().unwrap()) as usize;
     serde_json::from_slice(&glb[20..20 + length]).unwrap()
 }
 
-/// Bytes that no encoder makes much smaller, the same each time; every fourth is opaque.
+/// Returns reproducible bytes that hardly compress; every fourth is opaque.
 fn noise(n: usize) -> Vec<u8> {
     let mut state = 1u32;
     let mut next = |at: usize| {

@@ -1,25 +1,25 @@
-//! What tests of pages share: the way back from packed numbers, and that nothing in a page leads outside.
+//! Checks of HTML pages: decoding of packed numbers, and absence of external references.
 
 use std::io::Read;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-/// Holds that a page asks for nothing outside itself.
+/// Expects that a page refers to nothing outside itself.
 pub fn check_points_nowhere(page: &str) {
     for (at, scheme) in page.match_indices("http:").chain(page.match_indices("https:")) {
         let address = &page[at..page.len().min(at + 60)];
-        // Names of XML languages, which nobody opens.
+        // Names of XML namespaces are never loaded.
         assert!(address.starts_with("http://www.w3.org/"), "{scheme} in {address}");
     }
-    // The icon is an empty one inside the page, so that browsers look for none.
+    // The icon is empty and inside the page, so that browsers request none.
     assert_eq!(page.matches("<link").count(), page.matches("<link rel=\"icon\" href=\"data:,\">").count());
     assert!(!page.contains(" src=\"") && !page.contains("@import"));
     assert!(page.contains("default-src 'none'"));
     assert!(page.contains("Permission is hereby granted"), "the licence of three.js is missing");
 }
 
-/// The numbers of a text, as the page reads them.
+/// Decodes the packed numbers of a text.
 pub fn unpacked(text: &str) -> Vec<u32> {
     let mut bytes = Vec::new();
     flate2::read::DeflateDecoder::new(&STANDARD.decode(text).unwrap()[..]).read_to_end(&mut bytes).unwrap();

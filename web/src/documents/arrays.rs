@@ -1,4 +1,4 @@
-//! Meshes as arrays of a request or an answer, a row of each for each vertex.
+//! Meshes as arrays of a request or an answer, with one row for each vertex.
 
 use neural_mesh::io::ReadMesh;
 use neural_mesh::job::Document;
@@ -15,7 +15,7 @@ use crate::refusal::Refusal;
 const NAMES: [(&str, Role, usize); 3] =
     [("uv", Role::Uv, 2), ("normals", Role::Normal, 3), ("colors", Role::Colour, 4)];
 
-/// A mesh by the parts of the request.
+/// A mesh as parts of the request.
 #[derive(Deserialize)]
 pub struct Arrays {
     /// Part of the positions, n_vertices x 3.
@@ -30,15 +30,15 @@ pub struct Arrays {
     colors: Option<usize>,
     /// Part of the group of each face, n_faces.
     groups: Option<usize>,
-    /// Part of how much each vertex counts, n_vertices.
+    /// Part of the vertex weights, n_vertices.
     importance: Option<usize>,
 }
 
 impl Arrays {
-    /// Returns the mesh, and how much its vertices count where that is said.
+    /// Returns the mesh, and the weights of its vertices if given.
     ///
     /// # Errors
-    /// [`Refusal`] where an array is missing or of another length.
+    /// [`Refusal`] if an array is missing or has the wrong length.
     pub fn read(&self, message: &Message) -> Result<(ReadMesh, Option<Vec<f32>>), Refusal> {
         let positions = match self.doubles {
             true => message.rows(self.positions, f64::from_le_bytes)?,
@@ -76,22 +76,21 @@ fn read_optional<T>(part: Option<usize>, read: impl Fn(usize) -> Result<T, Refus
     part.map(read).transpose()
 }
 
-/// Refuses an array of another length; one that is empty is none.
+/// Rejects an array of the wrong length; an empty one counts as missing.
 fn check_length(name: &str, n: usize, wanted: usize) -> Result<(), Refusal> {
     if n == 0 || n == wanted { Ok(()) } else { Err(Refusal::new(format!("{name}: {n} numbers: give {wanted}"))) }
 }
 
-/// Vertices told apart by what corners carry.
+/// Vertices split where corners carry different values.
 pub struct SplitVertices {
-    /// The vertex and the wedge of each.
+    /// Vertex and wedge of each split vertex.
     vertices: Vec<[u32; 2]>,
     /// The corners of the faces, n_faces x 3.
     pub faces: Vec<[u32; 3]>,
 }
 
 impl SplitVertices {
-    /// A vertex for each pair of a vertex and a wedge, in the order in which corners first name them; the vertices of a mesh whose corners carry
-    /// nothing, as they are.
+    /// Creates a vertex for each pair of vertex and wedge, in order of first use; meshes without attributes stay unchanged.
     pub fn new(mesh: &TriMesh, attributes: &Attributes) -> Self {
         if attributes.wedges.is_empty() {
             let vertices = (0..mesh.positions().len() as u32).map(|v| [v, v]).collect();

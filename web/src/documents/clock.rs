@@ -1,4 +1,4 @@
-//! The clock that JavaScript gives.
+//! The clock of JavaScript.
 #![allow(unsafe_code, reason = "imported functions are unsafe to declare")]
 
 #[cfg(target_arch = "wasm32")]
@@ -7,13 +7,13 @@ unsafe extern "C" {
     safe fn now() -> f64;
 }
 
-/// Stub for builds outside of a browser: no clock.
+/// Returns 0 in builds outside of a browser.
 #[cfg(not(target_arch = "wasm32"))]
 fn now() -> f64 {
     0.0
 }
 
-/// Returns the seconds since some moment.
+/// Returns the seconds since an arbitrary moment.
 pub fn seconds() -> f64 {
     now() / 1e3
 }

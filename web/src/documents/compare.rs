@@ -1,4 +1,4 @@
-//! An original and simplified meshes: all figures, and the distances that a viewer paints.
+//! Comparison of simplified meshes with an original: all measures, and the distances for a viewer.
 
 use std::ops::ControlFlow;
 
@@ -24,7 +24,7 @@ struct CompareRequest {
     samples: Option<usize>,
 }
 
-/// Compares each result with the original: all figures, and the distances of their points from each other.
+/// Compares each result with the original: all measures, and distances at sample points in both directions.
 pub fn compare_files(message: &Message, json: Value, answer: &mut Answer, mut tell: Tell) -> Result<Value, Refusal> {
     let asked: CompareRequest = serde_json::from_value(json)?;
     let files: Vec<&File> = std::iter::once(&asked.original).chain(&asked.results).collect();
@@ -71,7 +71,7 @@ fn read_mesh(file: &File, bytes: &[u8], folder: &Folder) -> Result<Cleaned, Refu
     clean(raw, &CleanOptions::default()).map_err(|error| file.refusal(error))
 }
 
-/// A surface by its arrays, and in how many steps its sides are painted.
+/// Adds the arrays of a surface to the answer; returns their numbers and the samples per side.
 fn add_surface(mesh: &TriMesh, answer: &mut Answer) -> Value {
     let positions = answer.add_numbers(mesh.positions().iter().copied().flatten(), f32::to_le_bytes);
     let faces = answer.add_numbers(mesh.faces().iter().copied().flatten(), u32::to_le_bytes);

@@ -1,4 +1,4 @@
-//! A file as a viewer draws it: one surface, all meshes of a scene where they are seen, by groups of one colour and texture.
+//! A file as a viewer draws it: all meshes of a scene as one surface, grouped by colour and texture.
 
 use neural_mesh::io::{self, Asset, Folder};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
@@ -11,13 +11,13 @@ use super::file::File;
 use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
 
-/// A request to be shown a file.
+/// A request for the surface of a file.
 #[derive(Deserialize)]
 struct LookRequest {
     file: File,
 }
 
-/// Answers with arrays that can be drawn, and what could not be had of its looks.
+/// Answers with arrays to draw, and notes on what is missing.
 pub fn describe_surface(message: &Message, json: Value, answer: &mut Answer) -> Result<Value, Refusal> {
     let LookRequest { file } = serde_json::from_value(json)?;
     let (bytes, folder) = file.open(message)?;
@@ -29,7 +29,7 @@ pub fn describe_surface(message: &Message, json: Value, answer: &mut Answer) -> 
     Ok(json!({ "mesh": arrays, "notes": notes }))
 }
 
-/// Reads a mesh, of a glTF the scene, and the looks of its groups.
+/// Reads a mesh, or the scene of a glTF, and the looks of its groups.
 pub fn read_scene(bytes: &[u8], name: &str, folder: &Folder) -> Result<(RawMesh, Looks, Vec<String>), io::ReadError> {
     if io::is_gltf(bytes) {
         let asset = Asset::from_bytes_in(bytes, folder)?;
@@ -62,7 +62,7 @@ fn add_arrays(mesh: &TriMesh, attributes: &Attributes, looks: &Looks, answer: &m
         arrays.insert("normals".into(), json!(answer.add_numbers(split.of_wedges(normals), f32::to_le_bytes)));
     }
     if let Some(uv) = of(Role::Uv).filter(|uv| uv.width == 2) {
-        // As images have it: v runs downwards.
+        // Images count v downwards.
         let values: Vec<f32> = split.of_wedges(uv).collect();
         let down = |(at, v): (usize, f32)| if looks.v_is_up && at % 2 == 1 { 1.0 - v } else { v };
         let values = values.into_iter().enumerate().map(down);
@@ -78,7 +78,7 @@ fn add_arrays(mesh: &TriMesh, attributes: &Attributes, looks: &Looks, answer: &m
     arrays
 }
 
-/// Red, green, blue and alpha of each vertex, 1 where it has no alpha.
+/// Iterates over the colours of the vertices as red, green, blue and alpha; alpha is 1 if missing.
 fn colors_of(split: &SplitVertices, channel: &Channel) -> impl Iterator<Item = [f32; 4]> {
     let values: Vec<f32> = split.of_wedges(channel).collect();
     let at = |values: &[f32], k: usize| values.get(k).copied().unwrap_or(1.0);

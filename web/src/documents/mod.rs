@@ -1,4 +1,4 @@
-//! Calls over files of meshes: whole jobs, comparison, what a viewer draws.
+//! Calls on mesh files: simplify, compare, draw.
 
 mod arrays;
 mod clock;
@@ -15,10 +15,10 @@ use crate::answer::Tell;
 use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
 
-/// Answers the calls over files.
+/// Answers the calls on mesh files.
 ///
 /// # Errors
-/// [`Refusal`] where there is no such call, and whatever the call refuses.
+/// [`Refusal`] for an unknown call, and for errors of the call.
 pub fn answer_call(
     call: &str,
     message: &Message,
@@ -35,7 +35,7 @@ pub fn answer_call(
     }
 }
 
-/// The formats that are read and written, by name.
+/// Lists the formats that can be read and written.
 fn list_formats() -> Value {
     let of = |is_known: &dyn Fn(Format) -> bool| -> Vec<&str> {
         Format::NAMES.into_iter().filter(|name| Format::from_name(name).is_some_and(is_known)).collect()

@@ -1,4 +1,4 @@
-//! A whole job: a file or arrays in, files or arrays and the report out.
+//! Simplification of a file or of arrays, with files or arrays and the report as the answer.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -16,10 +16,10 @@ use crate::answer::Tell;
 use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
 
-/// The parts of a job, by their numbers in the calls of `progress`.
+/// Steps of a job; their positions are the numbers in calls of `progress`.
 const PARTS: [Part; 6] = [Part::Read, Part::Simplify, Part::Bake, Part::Check, Part::Write, Part::Picture];
 
-/// A request for a job.
+/// A request to simplify.
 #[derive(Deserialize)]
 struct SimplifyRequest {
     #[serde(default)]
@@ -28,9 +28,9 @@ struct SimplifyRequest {
     file: Option<File>,
     /// The mesh as arrays.
     mesh: Option<Arrays>,
-    /// Name of the result; without it nothing is written.
+    /// Name of the result; without it no file is made.
     out: Option<String>,
-    /// Whether results come back as arrays.
+    /// Whether results are returned as arrays.
     #[serde(default)]
     arrays: bool,
 }
@@ -63,7 +63,7 @@ pub fn simplify_document(message: &Message, json: Value, answer: &mut Answer, te
 }
 
 impl SimplifyRequest {
-    /// Returns the job, in the format that the name of the result shows.
+    /// Returns the job, with the format that the name of the result implies.
     fn to_job(&self) -> Result<Job, Refusal> {
         let named = self.out.as_deref().map(|name| {
             let format =
@@ -71,17 +71,17 @@ impl SimplifyRequest {
             format
                 .ok_or_else(|| Refusal::new(format!("{name}: unknown format: name it by {}", Format::NAMES.join(", "))))
         });
-        // What stays in memory is asked for as a format that holds all that a mesh carries.
+        // A result in memory uses a format that holds all attributes.
         let mut job = self.options.job_as(named.transpose()?.unwrap_or(Format::Ply))?;
         if self.out.is_some() {
             job.check_format()?;
         }
-        // What meshes are as surfaces takes about as long to tell as how far they are apart.
+        // Measuring shapes takes about as long as measuring distances.
         job.shapes = job.check;
         Ok(job)
     }
 
-    /// Reads the mesh with all that it carries.
+    /// Reads the mesh with its attributes.
     fn read_document(&self, message: &Message, job: &Job) -> Result<Document, Refusal> {
         match (&self.file, &self.mesh) {
             (Some(file), None) => {
@@ -96,7 +96,7 @@ impl SimplifyRequest {
         }
     }
 
-    /// Names the files of the results: levels of what is no scene have a file each.
+    /// Names the files of the results; levels of a scene share a file.
     fn name_files(&self, job: &mut Job, document: &Document) {
         let Some(name) = &self.out else { return };
         let n_levels = job.goal.n_levels().filter(|_| !document.is_scene());
@@ -109,7 +109,7 @@ impl SimplifyRequest {
     }
 }
 
-/// Adds the file of a result to the answer, with what belongs beside it.
+/// Adds the files of a result to the answer.
 fn add_file(name: &str, made: Files, answer: &mut Answer) -> Result<Value, Refusal> {
     let bytes =
         io::compress_by_name(name.as_ref(), &made.bytes).map_err(|error| Refusal::new(format!("{name}: {error}")))?;
@@ -122,7 +122,7 @@ fn add_file(name: &str, made: Files, answer: &mut Answer) -> Result<Value, Refus
     Ok(json!({ "name": name, "bytes": bytes, "beside": beside }))
 }
 
-/// Tells how far a job is, by the number of its part.
+/// Reports the progress of a job by the number of its step.
 struct Watcher {
     tell: Tell,
     part: u32,
@@ -135,13 +135,13 @@ struct Watcher {
 }
 
 impl Watcher {
-    /// Ends the part, and begins to count the next.
+    /// Ends the current step and starts the clock of the next.
     fn end_part(&mut self) {
         let now = seconds();
         self.seconds[self.part as usize] += now - std::mem::replace(&mut self.since, now);
     }
 
-    /// Returns the seconds of the parts for the report.
+    /// Returns the seconds of the steps for the report.
     fn seconds(&mut self) -> Seconds {
         self.end_part();
         let [read, simplify, bake, check, write, _] = self.seconds;

@@ -61,10 +61,10 @@ struct IndexRequest {
     flags: Vec<String>,
 }
 
-/// Answers with the indices that are left and how far they are from the original.
+/// Answers with the remaining indices and their distance from the original.
 ///
 /// # Errors
-/// [`Refusal`] where buffers are wrong or whoever is told ends the run.
+/// [`Refusal`] if buffers are wrong or the listener ends the run.
 pub fn simplify_indices(message: &Message, json: Value, answer: &mut Answer, mut tell: Tell) -> Result<Value, Refusal> {
     let asked: IndexRequest = serde_json::from_value(json)?;
     let has = |flag: &str| asked.flags.iter().any(|name| name == flag);

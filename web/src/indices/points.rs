@@ -12,7 +12,7 @@ use crate::refusal::Refusal;
 #[derive(Deserialize)]
 struct Cloud {
     positions: usize,
-    /// Part of numbers beside each position that tell points apart.
+    /// Part with colours, or other numbers per point, that count in distances.
     colors: Option<usize>,
     /// Factor of the colours, as a share of the extent.
     #[serde(default)]

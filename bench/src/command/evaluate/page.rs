@@ -9,7 +9,7 @@ use crate::evaluate::{Table, overview, points};
 use serde_json::json;
 
 use super::chart::colour;
-use neural_mesh_cli::shared::page::{filled, island, json_island};
+use neural_mesh_cli::shared::page::{fill_page, island, json_island};
 use worst::WorstCases;
 
 /// Page without data; `scripts/viewer` makes it from `cli/viewer`.
@@ -46,7 +46,7 @@ pub fn make_page(folder: &Path, table: &Table, relative_to: Option<&str>) -> Str
     words["eyes"] = json!(eyes);
     islands.insert(0, json_island("evaluation", &words));
     islands.extend(of_meshes);
-    filled(REPORT, &name_of(folder), &islands.concat())
+    fill_page(REPORT, &name_of(folder), &islands.concat())
 }
 
 fn name_of(folder: &Path) -> String {

@@ -75,7 +75,7 @@ impl WorstCases {
         let of_result = self.surfaces.len() + usize::from(original.number.is_none());
         let mut islands = vec![
             island(&format!("surface-{of_result}"), &data.text),
-            island(&format!("distances-{at}"), &distances.packed(&original.data, &data, scale.max)),
+            island(&format!("distances-{at}"), &distances.pack(&original.data, &data, scale.max)),
         ];
         if original.number.is_none() {
             islands.push(island(&format!("surface-{of_original}"), &original.data.text));

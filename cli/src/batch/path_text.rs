@@ -1,10 +1,10 @@
-//! Paths as text with the same separators everywhere, from which the path comes back whatever its bytes.
+//! Paths as text with `/` as separator, from which the exact path can be restored.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-/// The names of a path with `/` between them. A byte that is no UTF-8 is written `\xff`, a backslash twice.
-pub fn spelled(path: &Path) -> String {
+/// Formats a path with `/` between names; invalid UTF-8 bytes become `\xff`, and backslashes are doubled.
+pub fn spell_path(path: &Path) -> String {
     let names: Vec<String> = path.iter().map(spelled_name).collect();
     names.join("/")
 }
@@ -18,9 +18,9 @@ fn spelled_name(name: &OsStr) -> String {
     text
 }
 
-/// The path that is spelled so.
+/// Restores the path from its text.
 #[cfg(unix)]
-pub fn path_of(text: &str) -> PathBuf {
+pub fn parse_path(text: &str) -> PathBuf {
     use std::os::unix::ffi::OsStrExt;
     let mut bytes = Vec::with_capacity(text.len());
     let mut rest = text;
@@ -34,9 +34,9 @@ pub fn path_of(text: &str) -> PathBuf {
     OsStr::from_bytes(&bytes).into()
 }
 
-/// The path that is spelled so; its names hold no backslash here.
+/// Restores the path from its text; file names hold no backslash on these systems.
 #[cfg(not(unix))]
-pub fn path_of(text: &str) -> PathBuf {
+pub fn parse_path(text: &str) -> PathBuf {
     text.into()
 }
 
@@ -61,16 +61,16 @@ mod tests {
         ];
         let paths = names.map(|name| PathBuf::from(OsStr::from_bytes(name)));
         for path in &paths {
-            assert_eq!(path_of(&spelled(path)), *path, "{}", spelled(path));
+            assert_eq!(parse_path(&spell_path(path)), *path, "{}", spell_path(path));
         }
-        assert_eq!(paths.iter().map(|path| spelled(path)).collect::<HashSet<_>>().len(), paths.len());
-        assert_eq!(spelled(&paths[2]), r"a\xff.ply");
+        assert_eq!(paths.iter().map(|path| spell_path(path)).collect::<HashSet<_>>().len(), paths.len());
+        assert_eq!(spell_path(&paths[2]), r"a\xff.ply");
     }
 
     #[test]
     fn what_was_never_spelled_is_some_path() {
         for text in ["\\", "a\\", "\\x", "\\x4", "\\xgg", "\\xä", "\\\\\\"] {
-            path_of(text);
+            parse_path(text);
         }
     }
 }

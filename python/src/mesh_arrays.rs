@@ -1,4 +1,4 @@
-//! What Python gives: meshes as arrays with what their corners and faces carry, and options.
+//! Input from Python: meshes as arrays with attributes, and options.
 
 use neural_mesh::io::ReadMesh;
 use neural_mesh::mesh::{Attributes, Channel, RawMesh, Role};
@@ -7,20 +7,20 @@ use pyo3::prelude::*;
 use serde::de::DeserializeOwned;
 
 use crate::arrays::{numbers, rows};
-use crate::failure::{option_refused, refused};
+use crate::failure::{invalid_array, option_refused};
 use crate::values;
 
 /// Coordinates, n x 3, in single or double precision.
 #[derive(FromPyObject)]
 pub enum Positions<'py> {
-    /// `float32`.
+    /// Coordinates as `float32`.
     Single(PyReadonlyArray2<'py, f32>),
-    /// `float64`.
+    /// Coordinates as `float64`.
     Double(PyReadonlyArray2<'py, f64>),
 }
 
 impl Positions<'_> {
-    /// Points without faces.
+    /// Returns the points as a mesh without faces.
     pub fn raw(&self) -> PyResult<RawMesh> {
         let (positions, double) = match self {
             Self::Single(array) => {
@@ -34,9 +34,9 @@ impl Positions<'_> {
     }
 }
 
-/// Vertices, faces (n x 3), wedges (n_faces x 3, or nothing), channels by name, role and values at the wedges, groups of faces.
+/// A mesh: vertices, faces (n x 3), wedges (n_faces x 3, or `None`), channels (name, role, values at wedges), groups of faces.
 #[derive(FromPyObject)]
-pub struct Given<'py>(
+pub struct MeshArrays<'py>(
     Positions<'py>,
     PyReadonlyArray2<'py, u32>,
     Option<PyReadonlyArray2<'py, u32>>,
@@ -44,8 +44,8 @@ pub struct Given<'py>(
     Option<PyReadonlyArray1<'py, u32>>,
 );
 
-impl Given<'_> {
-    /// The same as the library has it, unchecked but for shapes.
+impl MeshArrays<'_> {
+    /// Converts the arrays; only shapes are checked.
     pub fn read(&self) -> PyResult<ReadMesh> {
         let Self(positions, faces, wedges, channels, groups) = self;
         let attributes = Attributes {
@@ -67,17 +67,17 @@ impl Given<'_> {
 
 fn channel((name, role, values): &(String, String, PyReadonlyArray2<f32>)) -> PyResult<Channel> {
     let width = values.as_array().ncols();
-    let values = values.as_slice().map_err(|_| refused(format!("{name}: the array is not contiguous")))?.to_vec();
+    let values = values.as_slice().map_err(|_| invalid_array(format!("{name}: the array is not contiguous")))?.to_vec();
     let role = ROLES.iter().find(|(known, _)| known == role).map(|(_, role)| *role);
     Ok(Channel { name: name.clone(), role: role.unwrap_or(Role::Other), width, values })
 }
 
-/// Options as the library has them; unknown ones and values of another kind are refused.
-pub fn asked<T: DeserializeOwned>(options: &Bound<PyAny>) -> PyResult<T> {
+/// Parses options; unknown ones and values of the wrong type are errors.
+pub fn parse_options<T: DeserializeOwned>(options: &Bound<PyAny>) -> PyResult<T> {
     serde_json::from_value(values::read(options)?).map_err(option_refused)
 }
 
-/// Roles that Python knows by name.
+/// Roles with names in Python.
 const ROLES: [(&str, Role); 6] = [
     ("normal", Role::Normal),
     ("tangent", Role::Tangent),
@@ -87,7 +87,7 @@ const ROLES: [(&str, Role); 6] = [
     ("other", Role::Other),
 ];
 
-/// What Python calls a role.
+/// Returns the Python name of a role.
 pub fn role_name(role: Role) -> &'static str {
     ROLES.iter().find(|(_, known)| *known == role).map_or("other", |(name, _)| name)
 }

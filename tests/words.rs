@@ -1,0 +1,319 @@
+//! Holds what can be searched of the language rules: names of functions and types, first sentences of docs, phrases to avoid.
+//!
+//! `words/not_yet.txt` lists the files that a check still exempts. It may only shrink: an entry without findings fails.
+//! The ignored test `write_the_list_of_exemptions` writes it.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::layers::{Source, sources, start_of_tests};
+
+mod lists;
+use lists::{
+    ADVERBS, AFTER_NOUNS, ED_VERBS, NO_FIRST_WORDS, NOUNS, NOUNS_OR_VERBS, PAST_FORMS, PHRASES, PREFIXES, PREPOSITIONS,
+    SAME_NAMES, WEAK_VERBS,
+};
+
+const CRATES: [&str; 6] = ["src", "cli/src", "bench/src", "c/src", "web/src", "python/src"];
+/// Most words of the first sentence of a doc comment.
+const MOST_WORDS: usize = 25;
+/// Folders where "part" means a component of a mesh, which the glossary calls component.
+const MESH_FOLDERS: [&str; 6] =
+    ["src/repair/", "src/mesh/", "src/simplify/", "src/geometry/", "src/spatial/", "src/metrics/"];
+const NOT_YET: &str = include_str!("words/not_yet.txt");
+
+/// The item that a doc comment or a line belongs to.
+enum Item {
+    Function { name: String, has_free_name: bool },
+    Type(String),
+    Other,
+}
+
+/// An item with its line, and its docs with theirs; the docs of a file come as [`Item::Other`].
+struct Described {
+    item: Item,
+    line: usize,
+    docs: Vec<String>,
+    docs_line: usize,
+    is_in_tests: bool,
+}
+
+/// Reads the items of a file line by line, as rustfmt leaves them, and its comments.
+fn read(source: &Source) -> (Vec<Described>, Vec<(usize, String)>) {
+    let tests_at = source.text[..start_of_tests(&source.text)].lines().count();
+    let (mut items, mut comments, mut docs, mut docs_line) = (Vec::new(), Vec::new(), Vec::new(), 0);
+    let (mut is_test, mut open_brackets, mut trait_impl, mut is_file_doc) = (false, 0, None, false);
+    for (at, line) in source.text.lines().enumerate() {
+        let (text, indent) = (line.trim(), line.len() - line.trim_start().len());
+        if text.starts_with("//") {
+            let words = text.trim_start_matches(['/', '!']).trim().to_string();
+            comments.push((at + 1, words.clone()));
+            if text.starts_with("///") || text.starts_with("//!") {
+                docs_line = if docs.is_empty() { at + 1 } else { docs_line };
+                is_file_doc = text.starts_with("//!");
+                docs.push(words);
+            }
+            continue;
+        }
+        if open_brackets > 0 || (text.starts_with("#[") && !is_file_doc) {
+            let count = |letters: [char; 2]| text.matches(letters).count() as isize;
+            open_brackets = (open_brackets + count(['[', '(']) - count([']', ')'])).max(0);
+            is_test |= text.starts_with("#[test");
+            continue;
+        }
+        if text.starts_with("impl") || text.starts_with("unsafe impl") {
+            trait_impl = text.contains(" for ").then_some(indent);
+        } else if text == "}" && trait_impl == Some(indent) {
+            trait_impl = None;
+        }
+        let is_of_trait = text.contains("extern \"C\"") || trait_impl.is_some_and(|outer| indent == outer + 4);
+        let item = match item_of(text, indent) {
+            _ if is_file_doc => Item::Other,
+            Item::Function { name, .. } => Item::Function { name, has_free_name: !is_test && !is_of_trait },
+            item => item,
+        };
+        if !docs.is_empty() || !matches!(item, Item::Other) {
+            let docs = std::mem::take(&mut docs);
+            items.push(Described { item, line: at + 1, docs, docs_line, is_in_tests: at >= tests_at });
+        }
+        (is_test, is_file_doc) = (false, false);
+    }
+    (items, comments)
+}
+
+fn item_of(text: &str, indent: usize) -> Item {
+    let mut words = text.split(' ').skip_while(|word| {
+        word.starts_with("pub") || ["default", "const", "async", "unsafe", "extern", "\"C\""].contains(word)
+    });
+    let keyword = words.next().unwrap_or_default();
+    let letters = words.next().unwrap_or_default().chars();
+    let name: String = letters.take_while(|letter| letter.is_alphanumeric() || *letter == '_').collect();
+    match keyword {
+        "fn" => Item::Function { name, has_free_name: true },
+        "struct" | "enum" | "trait" | "union" => Item::Type(name),
+        "type" if indent == 0 => Item::Type(name),
+        _ => Item::Other,
+    }
+}
+
+/// Returns the first sentence of docs, with code in backticks as one word.
+fn first_sentence(docs: &[String]) -> String {
+    let is_prose =
+        |line: &&String| !line.is_empty() && !line.starts_with(['-', '*', '|', '#', '>']) && !line.starts_with("```");
+    let lines: Vec<&str> =
+        docs.iter().skip_while(|line| !is_prose(line)).take_while(is_prose).map(String::as_str).collect();
+    let mut text = blank_code(&lines.join(" "));
+    for word in ["e.g.", "i.e.", "Eq.", "Eqs.", "Sec.", "Fig.", "cf.", "al.", "vs."] {
+        text = text.replace(word, word.trim_end_matches('.'));
+    }
+    let ends = text.match_indices(['.', '!', '?']).map(|(at, _)| at + 1);
+    let end = ends.into_iter().find(|&end| text[end..].trim_start_matches([')', '"']).starts_with(' '));
+    text[..end.unwrap_or(text.len())].to_string()
+}
+
+/// Replaces code in backticks by one word.
+fn blank_code(text: &str) -> String {
+    text.split('`').enumerate().map(|(i, piece)| if i % 2 == 0 { piece } else { "Code" }).collect()
+}
+
+/// Returns whether a sentence begins with a verb in the third person, as far as lists of words can tell.
+fn begins_with_a_verb(sentence: &str) -> bool {
+    let mut words = sentence.split_whitespace();
+    let first = words.next().unwrap_or_default();
+    let word = first.trim_end_matches([',', '.', ';', ':']).to_lowercase();
+    let next = words.next().unwrap_or_default().to_lowercase();
+    let is_noun_here = first.ends_with(',') || next.is_empty() || is_in(AFTER_NOUNS, &next);
+    word.ends_with('s')
+        && !word.ends_with("ss")
+        && word.chars().all(|letter| letter.is_ascii_lowercase() || letter == '-')
+        && !is_in(NOUNS, &word)
+        && !is_in(WEAK_VERBS, &word)
+        && !(is_noun_here && is_in(NOUNS_OR_VERBS, &word))
+}
+
+/// Returns whether a list of words has a word.
+fn is_in(list: &str, word: &str) -> bool {
+    list.split(' ').any(|known| known == word)
+}
+
+/// Returns whether a name has nothing but past forms, prepositions and adverbs.
+fn is_bare(name: &str) -> bool {
+    let words: Vec<&str> = name.trim_matches('_').split('_').collect();
+    let is_past =
+        |word: &str| is_in(PAST_FORMS, word) || (word.ends_with("ed") && word.len() > 3 && !is_in(ED_VERBS, word));
+    let is_weak = |word: &&str| is_past(word) || is_in(PREPOSITIONS, word) || is_in(ADVERBS, word);
+    !(words.len() > 1 && is_in(PREFIXES, words[0])) && words.iter().all(is_weak)
+}
+
+/// Returns whether lower-case text holds a phrase between other letters.
+fn holds(text: &str, phrase: &str) -> bool {
+    let is_letter = |letter: Option<char>| letter.is_some_and(char::is_alphanumeric);
+    let is_whole =
+        |(at, _)| !is_letter(text[..at].chars().next_back()) && !is_letter(text[at + phrase.len()..].chars().next());
+    text.match_indices(phrase).any(is_whole)
+}
+
+/// A finding: path, line, and what to write instead.
+type Finding = (String, usize, String);
+
+/// The checks by the names that `not_yet.txt` uses.
+const CHECKS: [(&str, fn() -> Vec<Finding>); 4] =
+    [("types", find_equal_types), ("names", find_bare_names), ("docs", find_odd_docs), ("phrases", find_old_phrases)];
+
+/// Runs a check over all files.
+fn find_in_files(find: impl Fn(&Source) -> Vec<(usize, String)>) -> Vec<Finding> {
+    let found = CRATES.iter().flat_map(|folder| sources(folder)).map(|source| (find(&source), source.path));
+    found.flat_map(|(lines, path)| lines.into_iter().map(move |(line, text)| (path.clone(), line, text))).collect()
+}
+
+/// Fails with the findings of files that are not exempt, and with stale exemptions.
+fn hold(check: &str) {
+    let find = CHECKS.iter().find(|(name, _)| *name == check).unwrap().1;
+    let exempt: BTreeSet<&str> =
+        NOT_YET.lines().filter_map(|entry| entry.strip_prefix(check)?.strip_prefix(' ')).collect();
+    let (known, new): (Vec<_>, Vec<_>) = find().into_iter().partition(|(path, _, _)| exempt.contains(path.as_str()));
+    let mut lines: Vec<String> = new.iter().map(|(path, line, text)| format!("{path}:{line}: {text}")).collect();
+    let with_findings: BTreeSet<&str> = known.iter().map(|(path, _, _)| path.as_str()).collect();
+    let stale = exempt.difference(&with_findings);
+    lines.extend(stale.map(|path| format!("tests/words/not_yet.txt: remove `{check} {path}`")));
+    assert!(lines.is_empty(), "{} findings:\n{}", lines.len(), lines.join("\n"));
+}
+
+fn find_equal_types() -> Vec<Finding> {
+    let mut found = Vec::new();
+    for folder in CRATES {
+        let mut places: BTreeMap<String, Vec<(String, usize)>> = BTreeMap::new();
+        // Stubs of features have the names of what they replace.
+        let is_stub = |source: &Source| source.path.rsplit('/').next().is_some_and(|name| name.starts_with("no_"));
+        for source in sources(folder).into_iter().filter(|source| !is_stub(source)) {
+            for described in read(&source).0 {
+                if let Item::Type(name) = described.item {
+                    places.entry(name).or_default().push((source.path.clone(), described.line));
+                }
+            }
+        }
+        places.retain(|name, places| places.len() > 1 && SAME_NAMES.iter().all(|(known, _)| known != name));
+        for (name, places) in places {
+            let all: Vec<String> = places.iter().map(|(path, line)| format!("{path}:{line}")).collect();
+            let text = format!("type {name} is defined at {}: say in each name what it is", all.join(", "));
+            found.extend(places.into_iter().map(|(path, line)| (path, line, text.clone())));
+        }
+    }
+    found
+}
+
+fn find_bare_names() -> Vec<Finding> {
+    find_in_files(|source| {
+        let names = read(source).0.into_iter().filter_map(|described| match described.item {
+            Item::Function { name, has_free_name: true } if is_bare(&name) => {
+                Some((described.line, format!("fn {name}: write a verb and its object, or the quantity")))
+            }
+            _ => None,
+        });
+        names.collect()
+    })
+}
+
+fn find_odd_docs() -> Vec<Finding> {
+    find_in_files(|source| {
+        let mut found = Vec::new();
+        for described in read(source).0.iter().filter(|it| !it.is_in_tests && !it.docs.is_empty()) {
+            let sentence = first_sentence(&described.docs);
+            let n_words = sentence.split_whitespace().count();
+            let first = sentence.split_whitespace().next().unwrap_or_default();
+            let first = first.trim_end_matches([',', ':']).to_lowercase();
+            let mut say = |text: String| found.push((described.docs_line, text));
+            if n_words > MOST_WORDS {
+                say(format!("the first sentence has {n_words} words: write at most {MOST_WORDS}"));
+            }
+            match &described.item {
+                Item::Function { name, .. } if !begins_with_a_verb(&sentence) => {
+                    say(format!("docs of {name} begin with \"{first}\": begin with a verb, such as Returns or Reads"));
+                }
+                Item::Function { .. } => {}
+                _ if is_in(NO_FIRST_WORDS, &first) => {
+                    say(format!("docs begin with \"{first}\": begin with a noun that says what it is"));
+                }
+                _ => {}
+            }
+        }
+        found
+    })
+}
+
+fn find_old_phrases() -> Vec<Finding> {
+    find_in_files(|source| {
+        let mut found = Vec::new();
+        let is_of_meshes = MESH_FOLDERS.iter().any(|folder| source.path.starts_with(folder));
+        for (line, text) in read(source).1 {
+            let prose = blank_code(&text).to_lowercase();
+            let phrases = PHRASES.iter().filter(|(phrase, _)| holds(&prose, phrase));
+            found.extend(phrases.map(|(phrase, instead)| (line, format!("\"{phrase}\": write {instead}"))));
+            let says_part = ["part", "parts"].iter().any(|part| {
+                let rest = prose.replace(&format!("{part} of"), "").replace(&format!("{part} in"), "");
+                holds(&rest, part) && !prose.ends_with(part)
+            });
+            if is_of_meshes && says_part {
+                found.push((line, "\"part\": write component (\"part of\" is fine)".into()));
+            }
+        }
+        found
+    })
+}
+
+#[test]
+fn type_names_are_unique_in_a_crate() {
+    hold("types");
+}
+
+#[test]
+fn function_names_are_more_than_past_forms_and_prepositions() {
+    hold("names");
+}
+
+#[test]
+fn docs_begin_with_a_verb_or_a_noun_and_a_short_sentence() {
+    hold("docs");
+}
+
+#[test]
+fn comments_use_plain_phrases() {
+    hold("phrases");
+}
+
+#[test]
+fn at_most_five_type_names_occur_twice() {
+    assert!(SAME_NAMES.len() <= 5 && SAME_NAMES.iter().all(|(_, reason)| !reason.is_empty()));
+}
+
+#[test]
+#[ignore = "writes the list of exemptions; only for a list that gets shorter"]
+fn write_the_list_of_exemptions() {
+    let entries = CHECKS.iter().flat_map(|(check, find)| {
+        let paths: BTreeSet<String> = find().into_iter().map(|(path, _, _)| path).collect();
+        paths.into_iter().map(move |path| format!("{check} {path}\n"))
+    });
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/words/not_yet.txt");
+    std::fs::write(path, entries.collect::<String>()).unwrap();
+}
+
+#[test]
+fn the_rules_tell_good_from_bad() {
+    for (name, bad) in
+        [("held", true), ("of", true), ("read_ply", false), ("embed", false), ("is_kept", false), ("len", false)]
+    {
+        assert_eq!(is_bare(name), bad, "{name}");
+    }
+    for (sentence, good) in [
+        ("Returns the area.", true),
+        ("Points of the surface.", false),
+        ("Samples points.", true),
+        ("Whether it is closed.", false),
+        ("Vertices that stay.", false),
+        ("Reads and cleans a mesh.", true),
+    ] {
+        assert_eq!(begins_with_a_verb(sentence), good, "{sentence}");
+    }
+    let docs = ["Adds `a. b` (e.g. one). Then".to_string(), "more.".into()];
+    assert_eq!(first_sentence(&docs), "Adds Code (eg one).".replace("eg", "e.g"));
+    assert!(holds("what is told here", "told") && !holds("untold", "told"));
+}
