@@ -188,9 +188,9 @@ fn content_that_is_not_known_says_what_can_be_read_and_which_format_is_meant() {
         (&["simplify", "a.dat", "-o", "-", "--ratio", "1"][..], "; --format is for the output"),
         (
             &["simplify", "a.dat", "-o", "b.ply", "--ratio", "1"],
-            "; as the name of OUT says its format, --format may say that of IN",
+            "; --format sets the format of IN where the name of OUT has a known ending",
         ),
-        (&["info", "a.dat"], "; --format may say which it is"),
+        (&["info", "a.dat"], "; --format sets the format"),
         (&["compare", "a.dat", "a.dat"], ""),
     ] {
         assert_eq!(line(words), format!("neural-mesh: {all}{more}"));

@@ -44,7 +44,7 @@ impl Document {
         let fits = |side: &usize| least(Some(&Textures::new(*side))).is_ok_and(|n| 2 * n <= n_bytes);
         let advice = match smaller.find(fits) {
             Some(side) => format!("make images smaller with --textures {side}, or allow more bytes"),
-            None => "ask for more bytes".into(),
+            None => "allow more bytes".into(),
         };
         let what = format!(
             "--size {n_bytes}: the file takes {n_least} bytes with a face for each material, {n_images} of them images: {advice}"
