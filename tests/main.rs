@@ -34,3 +34,4 @@ mod recorded;
 mod symmetric;
 #[cfg(feature = "train")]
 mod train;
+mod words;
