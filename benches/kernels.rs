@@ -69,7 +69,7 @@ fn both(inputs: &[Matrix], f: impl Fn(&mut Tape, &[Value]) -> Value) -> Matrix {
     let parameters: Vec<Value> = inputs.iter().map(|m| tape.parameter(m.clone())).collect();
     let result = f(&mut tape, &parameters);
     let gradients = tape.backward(&[(&result, result.matrix().clone())]);
-    gradients.of(&parameters[0]).expect("an input that counts").clone()
+    gradients.get(&parameters[0]).expect("an input that counts").clone()
 }
 
 #[divan::bench]
@@ -144,7 +144,7 @@ fn pair_relu_backward_30k(bencher: Bencher, width: usize) {
 #[divan::bench]
 fn transposed_graph_30k(bencher: Bencher) {
     let graph = triangle_graph();
-    bencher.bench_local(|| black_box(&graph).transposed());
+    bencher.bench_local(|| black_box(&graph).transpose());
 }
 
 #[divan::bench(args = [64, 128])]

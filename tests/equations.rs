@@ -41,7 +41,7 @@ impl Golden {
 
     /// Returns weights: printed as `W x` with a row per output, stored with a row per input.
     fn weights(&self, name: &str) -> Value {
-        Value::constant(self.matrix(name).matrix().transposed())
+        Value::constant(self.matrix(name).matrix().transpose())
     }
 
     fn bias(&self, name: &str) -> Value {
@@ -173,8 +173,8 @@ fn gradients_through_all_equations() {
     let last = golden.tri_conv_layer(["w3", "b3", "w4", "b4"]);
     let result = tri_conv(tape, &last, &positions, features, &triangle_graph);
     let gradients = tape.backward(&[(&result, golden.matrix("loss_weights").matrix().clone())]);
-    let of = |value: &Value| gradients.of(value).unwrap().clone();
+    let of = |value: &Value| gradients.get(value).unwrap().clone();
     golden.assert_slope("slope_x", of(&x).data());
-    golden.assert_slope("slope_theta_0", of(&theta).transposed().data());
-    golden.assert_slope("slope_w1", of(&w1).transposed().data());
+    golden.assert_slope("slope_theta_0", of(&theta).transpose().data());
+    golden.assert_slope("slope_w1", of(&w1).transpose().data());
 }

@@ -11,7 +11,8 @@ use neural_mesh::mesh::{Frame, TriMesh, shapes};
 use neural_mesh::model::{Architecture, Vertices, Weights, point_sampler};
 use neural_mesh::simplify::edge_graph;
 use neural_mesh::train::{
-    Ending, Event, Item, Request, Run, Settings, Step, TrainError, Wish, gradients_of, of_network, open, train,
+    Ending, Settings, StepResult, TrainError, TrainEvent, TrainRequest, TrainingItem, TrainingRun, Wish,
+    network_gradients, open, step_from_network, train,
 };
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
@@ -46,22 +47,27 @@ fn put(folder: &Path, name: &str, mesh: &TriMesh) {
 }
 
 /// Opens the training `name` in the folder.
-fn opened(folder: &Path, name: &str, settings: Option<&str>, resume: bool) -> Result<Run, TrainError> {
+fn opened(folder: &Path, name: &str, settings: Option<&str>, resume: bool) -> Result<TrainingRun, TrainError> {
     let (data, run) = (folder.join("data"), folder.join(name));
-    open(&changed(Request::new(&data, &run), |request| (request.settings, request.resume) = (settings, resume)))
+    open(&changed(TrainRequest::new(&data, &run), |request| (request.settings, request.resume) = (settings, resume)))
 }
 
 /// Computes the mean of the squared scores, and half the squared difference of the mean and a random number.
 fn step(
     tensors: &Tensors<Arc<Matrix>>,
-    item: &Item,
+    item: &TrainingItem,
     settings: &Settings,
     random: &mut Xoshiro256PlusPlus,
-) -> Result<Step, String> {
-    of_network(network_step)(tensors, item, settings, random)
+) -> Result<StepResult, String> {
+    step_from_network(network_step)(tensors, item, settings, random)
 }
 
-fn network_step(weights: &Weights, item: &Item, _: &Settings, random: &mut Xoshiro256PlusPlus) -> Result<Step, String> {
+fn network_step(
+    weights: &Weights,
+    item: &TrainingItem,
+    _: &Settings,
+    random: &mut Xoshiro256PlusPlus,
+) -> Result<StepResult, String> {
     let mut tape = Tape::default();
     let parameters = weights.parameters(&mut tape);
     let points = Value::constant(Matrix::from_points(item.mesh.positions()));
@@ -74,19 +80,19 @@ fn network_step(weights: &Weights, item: &Item, _: &Settings, random: &mut Xoshi
     let mean = values.iter().map(|&s| f64::from(s)).sum::<f64>() / n;
     let gradient = values.iter().map(|&s| ((2.0 * f64::from(s) + mean - wanted) / n) as f32).collect();
     let gradient = Matrix::new(values.len(), 1, gradient);
-    let gradients = gradients_of(&parameters, &tape.backward(&[(&scores, gradient)]));
-    Ok(Step { terms: vec![("square", square), ("mean", 0.5 * (mean - wanted).powi(2))], gradients })
+    let gradients = network_gradients(&parameters, &tape.backward(&[(&scores, gradient)]));
+    Ok(StepResult { terms: vec![("square", square), ("mean", 0.5 * (mean - wanted).powi(2))], gradients })
 }
 
 #[test]
 fn what_is_abandoned_is_done_again() {
     let folder = folder();
-    let run = |name: &str, settings, resume, progress: &mut dyn FnMut(Event) -> Wish| {
+    let run = |name: &str, settings, resume, progress: &mut dyn FnMut(TrainEvent) -> Wish| {
         train(&mut opened(folder.path(), name, settings, resume).unwrap(), &step, progress).unwrap()
     };
     assert_eq!(run("whole", Some(SETTINGS), false, &mut go_on), Ending::Finished);
     let mut n_heard = 0;
-    let abandoned = &mut |_: Event| {
+    let abandoned = &mut |_: TrainEvent| {
         n_heard += 1;
         if n_heard == 3 { Wish::Abandon } else { Wish::Checkpoint }
     };
@@ -96,7 +102,7 @@ fn what_is_abandoned_is_done_again() {
     assert!(left(folder.path(), "twice") == left(folder.path(), "whole"));
 }
 
-fn go_on(_: Event) -> Wish {
+fn go_on(_: TrainEvent) -> Wish {
     Wish::Continue
 }
 
@@ -142,7 +148,7 @@ fn stopped_anywhere_it_ends_in_the_same_bits() {
     let folder = folder();
     let mut whole = opened(folder.path(), "whole", Some(SETTINGS), false).unwrap();
     let mut n_events = 0;
-    let mut count = |_: Event| {
+    let mut count = |_: TrainEvent| {
         n_events += 1;
         Wish::Continue
     };
@@ -152,7 +158,7 @@ fn stopped_anywhere_it_ends_in_the_same_bits() {
         let name = format!("stopped_{stop_at}");
         let mut run = opened(folder.path(), &name, Some(SETTINGS), false).unwrap();
         let mut n_heard = 0;
-        let mut stop = |_: Event| {
+        let mut stop = |_: TrainEvent| {
             n_heard += 1;
             if n_heard == stop_at { Wish::Stop } else { Wish::Continue }
         };
@@ -171,14 +177,14 @@ fn what_came_after_the_checkpoint_is_done_again() {
     train(&mut opened(folder.path(), "whole", Some(SETTINGS), false).unwrap(), &step, &mut go_on).unwrap();
     let mut run = opened(folder.path(), "broken", Some(SETTINGS), false).unwrap();
     let mut n_heard = 0;
-    let mut checkpoint = |_: Event| {
+    let mut checkpoint = |_: TrainEvent| {
         n_heard += 1;
         if n_heard == 3 { Wish::Checkpoint } else { Wish::Continue }
     };
     // Fails like a killed program: after steps that the checkpoint does not include.
     let n_made = std::cell::Cell::new(0);
     let failing =
-        |tensors: &Tensors<Arc<Matrix>>, item: &Item, settings: &Settings, random: &mut Xoshiro256PlusPlus| {
+        |tensors: &Tensors<Arc<Matrix>>, item: &TrainingItem, settings: &Settings, random: &mut Xoshiro256PlusPlus| {
             n_made.set(n_made.get() + 1);
             let mut made = step(tensors, item, settings, random)?;
             made.terms[0].1 = if n_made.get() == 5 { f64::NAN } else { made.terms[0].1 };
@@ -226,17 +232,19 @@ fn what_has_changed_is_named() {
 #[test]
 fn a_loss_that_goes_astray_names_step_mesh_and_term() {
     let folder = folder();
-    let led_astray = |name: &str, spoil: &dyn Fn(&mut Step)| {
+    let led_astray = |name: &str, spoil: &dyn Fn(&mut StepResult)| {
         let n_made = std::cell::Cell::new(0);
-        let astray =
-            |tensors: &Tensors<Arc<Matrix>>, item: &Item, settings: &Settings, random: &mut Xoshiro256PlusPlus| {
-                n_made.set(n_made.get() + 1);
-                let mut made = step(tensors, item, settings, random)?;
-                if n_made.get() == 24 + 5 {
-                    spoil(&mut made);
-                }
-                Ok(made)
-            };
+        let astray = |tensors: &Tensors<Arc<Matrix>>,
+                      item: &TrainingItem,
+                      settings: &Settings,
+                      random: &mut Xoshiro256PlusPlus| {
+            n_made.set(n_made.get() + 1);
+            let mut made = step(tensors, item, settings, random)?;
+            if n_made.get() == 24 + 5 {
+                spoil(&mut made);
+            }
+            Ok(made)
+        };
         let settings = SETTINGS.replace("epochs = 3", "epochs = 20").replace("held_", "none");
         let mut run = opened(folder.path(), name, Some(&settings), false).unwrap();
         train(&mut run, &astray, &mut go_on).unwrap_err()
@@ -246,7 +254,7 @@ fn a_loss_that_goes_astray_names_step_mesh_and_term() {
     assert!(*step == 29 && mesh.contains('.') && what.contains("`mean` is NaN"), "{error}");
     let error = led_astray("explosion", &|made| made.terms[0].1 = 1e9);
     assert!(error.to_string().contains("explodes") && error.to_string().contains("`square`"), "{error}");
-    let infinite = |made: &mut Step| {
+    let infinite = |made: &mut StepResult| {
         *made.gradients.get_mut("face_classifier.output.bias").unwrap() = Matrix::new(1, 1, vec![f32::INFINITY])
     };
     assert!(led_astray("infinite", &infinite).to_string().contains("`face_classifier.output.bias`"));
@@ -255,13 +263,14 @@ fn a_loss_that_goes_astray_names_step_mesh_and_term() {
 #[test]
 fn meshes_that_a_step_cannot_use_are_named_and_passed_over() {
     let folder = folder();
-    let choosy = |tensors: &Tensors<Arc<Matrix>>, item: &Item, settings: &Settings, random: &mut Xoshiro256PlusPlus| {
-        let made = step(tensors, item, settings, random);
-        if item.name == "sheet.ply" { Err("it is open".to_string()) } else { made }
-    };
+    let choosy =
+        |tensors: &Tensors<Arc<Matrix>>, item: &TrainingItem, settings: &Settings, random: &mut Xoshiro256PlusPlus| {
+            let made = step(tensors, item, settings, random);
+            if item.name == "sheet.ply" { Err("it is open".to_string()) } else { made }
+        };
     let mut named = Vec::new();
-    let mut hear = |event: Event| {
-        if let Event::PassedOver { mesh, why } = event {
+    let mut hear = |event: TrainEvent| {
+        if let TrainEvent::PassedOver { mesh, why } = event {
             named.push(format!("{mesh}: {why}"));
         }
         Wish::Continue
@@ -269,7 +278,8 @@ fn meshes_that_a_step_cannot_use_are_named_and_passed_over() {
     train(&mut opened(folder.path(), "run", Some(SETTINGS), false).unwrap(), &choosy, &mut hear).unwrap();
     assert_eq!(named, ["sheet.ply: it is open"; 3]);
     assert_eq!(table(folder.path(), "run/steps.csv").len(), 1 + 3 * 4);
-    let never = |_: &Tensors<Arc<Matrix>>, _: &Item, _: &Settings, _: &mut Xoshiro256PlusPlus| Err("no".to_string());
+    let never =
+        |_: &Tensors<Arc<Matrix>>, _: &TrainingItem, _: &Settings, _: &mut Xoshiro256PlusPlus| Err("no".to_string());
     let error = train(&mut opened(folder.path(), "none", Some(SETTINGS), false).unwrap(), &never, &mut go_on);
     assert!(error.unwrap_err().to_string().contains("no mesh of this epoch could be used"));
 }
@@ -281,7 +291,7 @@ fn fine_tuning_starts_from_weights_and_takes_their_sizes() {
     let (weights, other) = (Weights::random_of(sizes, 9), Weights::random_of(sizes, 10).to_bytes());
     let init = weights.to_bytes();
     let (data, run) = (folder.path().join("data"), folder.path().join("run"));
-    let mut request = Request::new(&data, &run);
+    let mut request = TrainRequest::new(&data, &run);
     (request.epochs, request.resume, request.init) = (Some(1), true, Some(init.as_slice()));
     let mut run = open(&request).unwrap();
     assert_eq!(run.tensors(), &weights.tensors().named());

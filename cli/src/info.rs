@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use neural_mesh::blocks::{Described, Room, describe_pieces};
+use neural_mesh::blocks::{FileDescription, WorkingSpace, describe_pieces};
 use neural_mesh::io::{self, Asset, Pieces, ReadError, ReadMesh};
 use neural_mesh::job;
 use neural_mesh::mesh::cleanup::CleanCounts;
@@ -115,9 +115,9 @@ fn read_scene(source: &Source) -> Result<(ReadMesh, Option<SceneInfo>), Failure>
 /// Describes a mesh larger than memory block by block, with temporary files in the system's folder for them.
 fn in_pieces(source: &Source, pieces: &Pieces, most: u64) -> Result<(Info, CleanCounts), Failure> {
     let folder = std::env::temp_dir();
-    let room = Room { n_bytes: most, folder: &folder };
+    let room = WorkingSpace { n_bytes: most, folder: &folder };
     let found = describe_pieces(pieces, &room, &mut |_| ControlFlow::Continue(()));
-    let Described { topology, bounds, frame, counts, .. } =
+    let FileDescription { topology, bounds, frame, counts, .. } =
         found.map_err(|error| Failure::in_file(&source.path, error))?;
     let carries = pieces.other_content().into_iter().collect();
     Ok((Info { carries, ..collect_info(&source.path, &topology, (bounds, &frame), &counts) }, counts))

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
-use neural_mesh::blocks::{OutOfCore, OutOfCoreError, Room, simplify_pieces};
+use neural_mesh::blocks::{OutOfCoreError, OutOfCoreResult, WorkingSpace, simplify_pieces};
 use neural_mesh::io::{self, Extra, Model, Pieces, WriteOptions};
 use neural_mesh::job::{
     Distance, Goal, Output, Part, Report, SAMPLES, Seconds, Size, outcome_words, score_words, target_words,
@@ -42,7 +42,7 @@ pub fn simplify_in_blocks(
     check(request, &pieces)?;
     // Blocks are stored next to the output, on the disk that must have room anyway.
     let folder = request.output.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
-    let room = Room { n_bytes: n_bytes.saturating_sub(BESIDE), folder };
+    let room = WorkingSpace { n_bytes: n_bytes.saturating_sub(BESIDE), folder };
     let mut options = request.job.options.clone();
     options.target = request.job.target(usize::try_from(pieces.n_faces()).unwrap_or(usize::MAX));
     let check = if request.job.check { CHECK } else { 0.0 };
@@ -112,7 +112,7 @@ fn check(request: &Request, pieces: &Pieces) -> Result<(), Failure> {
 /// Writes the result to a temporary file and completes the report.
 fn prepare_output(
     request: &Request,
-    found: OutOfCore,
+    found: OutOfCoreResult,
     (target, distance): (Target, Option<QuickDistance>),
     mut seconds: Seconds,
 ) -> Result<Done, Failure> {
@@ -138,7 +138,7 @@ fn prepare_output(
 }
 
 /// Returns the report before the file is written.
-fn create_report(request: &Request, found: &OutOfCore, target: Target) -> Report {
+fn create_report(request: &Request, found: &OutOfCoreResult, target: Target) -> Report {
     let simplified = &found.simplified;
     Report {
         input: Size { vertices: found.n_vertices, faces: found.n_faces, shape: None },

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use neural_mesh::blocks::{self, Block, Sample};
+use neural_mesh::blocks::{self, Block, BlockPrices};
 use neural_mesh::io;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
@@ -90,7 +90,7 @@ pub fn sample_block(
 /// Returns the common price for all blocks.
 #[pyfunction]
 pub fn price_for(samples: Vec<Paid>, share: f64) -> f64 {
-    let samples: Vec<Sample> = samples.into_iter().map(|(n, n_shared, paid)| Sample::new(n, n_shared, paid)).collect();
+    let samples: Vec<BlockPrices> = samples.into_iter().map(|(n, n_shared, paid)| BlockPrices::new(n, n_shared, paid)).collect();
     blocks::price_for(&samples, share)
 }
 

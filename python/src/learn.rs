@@ -9,8 +9,8 @@ use neural_mesh::mesh::TriMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::simplify::WeightedResult;
 use neural_mesh::train::{
-    Ending, Errors, Event, Given as GivenObjective, Item, OWN_OBJECTIVE, Request, Run, Settings, TrainError, Wish,
-    estimated, open, step_by, step_function, train as run_training,
+    Ending, Errors, TrainEvent, CustomObjective, TrainingItem, OWN_OBJECTIVE, TrainRequest, TrainingRun, Settings, TrainError, Wish,
+    estimate_gradient, open, step_from_objective, step_function, train as run_training,
 };
 use neural_mesh_cli::embedded::Failure;
 use numpy::PyReadonlyArray1;
@@ -121,7 +121,7 @@ pub fn train(
         let _alive = alive;
         let judge =
             judge.map(|function| Judge { function, raised: of_work.clone(), ear: ear.clone(), origin: [0.0; 3] });
-        let told = |event: Event| wish(&event, progress.as_ref(), &of_work, ear);
+        let told = |event: TrainEvent| wish(&event, progress.as_ref(), &of_work, ear);
         run_request(&asked, judge, init, told)
     });
     if done.is_err() {
@@ -138,11 +138,11 @@ fn run_request(
     asked: &Asked,
     judge: Option<Judge>,
     init: Option<Vec<u8>>,
-    mut told: impl FnMut(Event) -> Wish,
+    mut told: impl FnMut(TrainEvent) -> Wish,
 ) -> Result<bool, Failure> {
     let failed = |error: TrainError| Failure::Failed(error.to_string());
     let (data, folder, settings, objective, epochs, resume) = asked;
-    let mut request = Request::new(data.as_ref(), folder.as_ref());
+    let mut request = TrainRequest::new(data.as_ref(), folder.as_ref());
     request.settings = settings.as_deref();
     request.objective = if judge.is_some() { Some(OWN_OBJECTIVE) } else { objective.as_deref() };
     request.epochs = *epochs;
@@ -150,8 +150,8 @@ fn run_request(
     request.init = init.as_deref();
     let mut run = open(&request).map_err(failed)?;
     let mut passed_over = None;
-    let mut told = |event: Event| {
-        if let Event::PassedOver { mesh, why } = event {
+    let mut told = |event: TrainEvent| {
+        if let TrainEvent::PassedOver { mesh, why } = event {
             passed_over.get_or_insert_with(|| format!(" ({mesh}: {why})"));
         }
         told(event)
@@ -162,16 +162,16 @@ fn run_request(
 }
 
 /// Trains with the custom objective, or with that of the settings.
-fn run_steps(run: &mut Run, judge: Option<Judge>, told: &mut dyn FnMut(Event) -> Wish) -> Result<Ending, TrainError> {
+fn run_steps(run: &mut TrainingRun, judge: Option<Judge>, told: &mut dyn FnMut(TrainEvent) -> Wish) -> Result<Ending, TrainError> {
     let Some(judge) = judge else {
         let step = step_function(&run.settings)?;
         return run_training(run, &step, told);
     };
-    let step = |tensors: &Tensors<Arc<Matrix>>, item: &Item, settings: &Settings, random: &mut _| {
-        let own = GivenObjective(|original: &TriMesh, result: &WeightedResult| {
+    let step = |tensors: &Tensors<Arc<Matrix>>, item: &TrainingItem, settings: &Settings, random: &mut _| {
+        let own = CustomObjective(|original: &TriMesh, result: &WeightedResult| {
             judge.errors(&item.name, item.ratio, original, result)
         });
-        step_by(&own)(tensors, item, settings, random)
+        step_from_objective(&own)(tensors, item, settings, random)
     };
     run_training(run, &step, told)
 }
@@ -179,16 +179,16 @@ fn run_steps(run: &mut Run, judge: Option<Judge>, told: &mut dyn FnMut(Event) ->
 /// An event for Python: its kind, done, total, count, and numbers by name.
 type Told = (&'static str, usize, usize, usize, Vec<(String, f64)>);
 
-fn to_tuple(event: &Event) -> Option<Told> {
+fn to_tuple(event: &TrainEvent) -> Option<Told> {
     let named = |values: Vec<(&str, Option<f64>)>| {
         values.into_iter().filter_map(|(name, value)| Some((name.to_string(), value?))).collect()
     };
     match event {
-        Event::Step { epoch, n_done, n_steps, terms } => {
+        TrainEvent::Step { epoch, n_done, n_steps, terms } => {
             let terms = terms.iter().map(|(name, value)| (*name, Some(*value))).collect();
             Some(("step", *epoch, *n_done, *n_steps, named(terms)))
         }
-        Event::Epoch { n_done, training, validation, is_best } => {
+        TrainEvent::Epoch { n_done, training, validation, is_best } => {
             let best = f64::from(u8::from(*is_best));
             let values = vec![("training", Some(*training)), ("validation", *validation), ("is_best", Some(best))];
             Some(("epoch", *n_done, 0, 0, named(values)))
@@ -197,8 +197,8 @@ fn to_tuple(event: &Event) -> Option<Told> {
     }
 }
 
-fn wish(event: &Event, progress: Option<&Py<PyAny>>, raised: &Raised, ear: &Ear) -> Wish {
-    let (told, is_step) = (to_tuple(event), matches!(event, Event::Step { .. }));
+fn wish(event: &TrainEvent, progress: Option<&Py<PyAny>>, raised: &Raised, ear: &Ear) -> Wish {
+    let (told, is_step) = (to_tuple(event), matches!(event, TrainEvent::Step { .. }));
     if let (Some(told), Some(progress)) = (told, progress) {
         let called = Python::try_attach(|py| progress.call1(py, told));
         if let Some(Err(error)) = called {
@@ -245,10 +245,10 @@ pub fn estimate(
         let cleaned = clean(raw, &CleanOptions::default()).map_err(|error| failed(error.to_string()))?;
         let judge = Judge { function: judge, raised: of_work, ear: ear.clone(), origin: cleaned.frame.origin };
         let own =
-            GivenObjective(|original: &TriMesh, result: &WeightedResult| judge.errors("mesh", ratio, original, result));
+            CustomObjective(|original: &TriMesh, result: &WeightedResult| judge.errors("mesh", ratio, original, result));
         let scores: Vec<f32> = cleaned.source.iter().map(|&v| scores[v as usize]).collect();
         let n_output = (cleaned.mesh.positions().len() as f64 * ratio).round().max(1.0) as usize;
-        let found = estimated(&own, &cleaned.mesh, &scores, n_output, &settings, seed).map_err(failed)?;
+        let found = estimate_gradient(&own, &cleaned.mesh, &scores, n_output, &settings, seed).map_err(failed)?;
         Ok((found, cleaned.source))
     });
     let (found, sources) = raised.or_done(done)?;

@@ -195,8 +195,8 @@ fn point_sampler(
             let gradients = point_sampler_backward(&pass, &given[0]);
             let mut results = Vec::new();
             let Ok(_) = gradients.tensors.try_map("", &mut push_tensors(&mut results));
-            results.push(Matrix::of_points(gradients.points));
-            results.extend(normals.is_some().then(|| Matrix::of_points(gradients.normals)));
+            results.push(Matrix::from_owned_points(gradients.points));
+            results.extend(normals.is_some().then(|| Matrix::from_owned_points(gradients.normals)));
             results
         };
         (outputs, Box::new(backward))
@@ -227,7 +227,7 @@ fn edge_predictor(
             let gradients = edge_predictor_backward(&pass, &given[0], &given[1]);
             let mut results = Vec::new();
             let Ok(_) = gradients.tensors.try_map("", &mut push_tensors(&mut results));
-            results.push(Matrix::of_points(gradients.points));
+            results.push(Matrix::from_owned_points(gradients.points));
             results
         };
         (outputs, Box::new(backward))
@@ -259,7 +259,7 @@ fn face_classifier(
             let gradients = face_classifier_backward(&pass, &given[0]);
             let mut results = Vec::new();
             let Ok(_) = gradients.tensors.try_map("", &mut push_tensors(&mut results));
-            results.push(Matrix::of_points(gradients.points));
+            results.push(Matrix::from_owned_points(gradients.points));
             results.push(Matrix::new(gradients.prior.len(), 1, gradients.prior));
             results
         };

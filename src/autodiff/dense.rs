@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 impl Tape {
-    /// `x w`: n x n_in times n_in x n_out.
+    /// Computes `x w`: n x n_in times n_in x n_out.
     pub fn product(&mut self, x: &Value, weights: &Value) -> Value {
         let result = product(&x.matrix, &weights.matrix, &[]);
         let (x_kept, weights_kept) = (x.matrix.clone(), weights.matrix.clone());
@@ -18,7 +18,7 @@ impl Tape {
         })
     }
 
-    /// `x w + bias`, the bias 1 x n_out.
+    /// Computes `x w + bias`, with bias 1 x n_out.
     pub fn affine(&mut self, x: &Value, weights: &Value, bias: &Value) -> Value {
         let result = product(&x.matrix, &weights.matrix, bias.matrix.data());
         let (x_kept, weights_kept) = (x.matrix.clone(), weights.matrix.clone());
@@ -31,7 +31,7 @@ impl Tape {
         })
     }
 
-    /// `max(x w + b, 0) w' + b'` for two layers `[w, b]`, as two [`Tape::affine`] with a [`Tape::relu`] between them.
+    /// Computes `max(x w + b, 0) w' + b'` for two layers `[w, b]`.
     pub fn two_layers(&mut self, x: &Value, first: [&Value; 2], second: [&Value; 2]) -> Value {
         let [[w, b], [last_w, last_b]] = [first, second];
         let result = linalg::two_layers(&x.matrix, first.map(Value::matrix), second.map(Value::matrix));
@@ -51,7 +51,7 @@ impl Tape {
         })
     }
 
-    /// `[a | b] w`: n x n_a and n x n_b to n x n_out.
+    /// Computes `[a | b] w`: n x n_a and n x n_b to n x n_out.
     pub fn concat_product(&mut self, a: &Value, b: &Value, weights: &Value) -> Value {
         let result = concat_product(&a.matrix, &b.matrix, &weights.matrix);
         let [a_kept, b_kept, weights_kept] = [a, b, weights].map(|value| value.matrix.clone());
@@ -65,7 +65,7 @@ impl Tape {
         })
     }
 
-    /// `x + bias` in every row, the bias 1 x n_cols.
+    /// Adds a row, 1 x n_cols, to every row of x.
     pub fn plus_row(&mut self, x: &Value, bias: &Value) -> Value {
         let [n_rows, n_cols] = x.matrix.shape();
         assert_eq!(bias.matrix.shape(), [1, n_cols], "one bias per column");
@@ -77,23 +77,23 @@ impl Tape {
         })
     }
 
-    /// `a + b`, entry by entry, both n x n_cols.
+    /// Adds two matrices of one shape.
     pub fn plus(&mut self, a: &Value, b: &Value) -> Value {
         assert_eq!(a.matrix.shape(), b.matrix.shape(), "matrices of one shape");
         let result = entrywise(&a.matrix, &b.matrix, |a, b| a + b);
         self.record(result, [a, b], |gradient, needed| needed.map(|is_needed| is_needed.then(|| gradient.clone())))
     }
 
-    /// The rows of one matrix above those of another: n_a x n_cols and n_b x n_cols to (n_a + n_b) x n_cols.
+    /// Stacks two matrices: n_a x n_cols above n_b x n_cols.
     pub fn stacked(&mut self, a: &Value, b: &Value) -> Value {
         let [n_a, n_b] = [a, b].map(|value| value.matrix.n_rows());
-        let result = stacked([&a.matrix, &b.matrix]);
+        let result = stack_rows([&a.matrix, &b.matrix]);
         self.record(result, [a, b], move |gradient, [to_a, to_b]| {
             [to_a.then(|| rows(gradient, 0..n_a)), to_b.then(|| rows(gradient, n_a..n_a + n_b))]
         })
     }
 
-    /// `max(x, 0)`, entry by entry.
+    /// Computes `max(x, 0)` per entry.
     pub fn relu(&mut self, x: &Value) -> Value {
         let [n_rows, n_cols] = x.matrix.shape();
         let result = x.matrix.data().iter().map(|x| x.max(0.0)).collect();
@@ -104,7 +104,7 @@ impl Tape {
         })
     }
 
-    /// `1 / (1 + exp(-x))`, entry by entry.
+    /// Computes `1 / (1 + exp(-x))` per entry.
     pub fn sigmoid(&mut self, x: &Value) -> Value {
         let [n_rows, n_cols] = x.matrix.shape();
         let result = x.matrix.data().iter().map(|x| 1.0 / (1.0 + (-x).exp())).collect();
@@ -113,7 +113,7 @@ impl Tape {
         self.record(result, [x], move |gradient, _| [Some(entrywise(gradient, &kept, |g, y| g * y * (1.0 - y)))])
     }
 
-    /// The softmax over all entries: positive, summing to 1.
+    /// Computes the softmax over all entries.
     pub fn softmax(&mut self, x: &Value) -> Value {
         let [n_rows, n_cols] = x.matrix.shape();
         let result = Arc::new(Matrix::new(n_rows, n_cols, softmax(x.matrix.data())));
@@ -125,31 +125,21 @@ impl Tape {
         })
     }
 
-    /// Rows by index, each as often as it is named: n x n_cols to n_indices x n_cols.
-    ///
-    /// # Panics
-    /// When an index is out of range.
+    /// Picks rows by index, with repeats: n x n_cols to n_indices x n_cols.
     pub fn gather(&mut self, x: &Value, indices: &[u32]) -> Value {
         let result = linalg::gather(&x.matrix, indices);
         let (n_rows, indices) = (x.matrix.n_rows(), indices.to_vec());
         self.record(result, [x], move |gradient, _| [Some(linalg::gather_backward(n_rows, &indices, gradient))])
     }
 
-    /// For each triple of rows the least and largest of their differences and their mean, as in
-    /// [`linalg::triple_extremes`]: n x n_cols to n_triples x (3 n_cols).
-    ///
-    /// # Panics
-    /// When an index is out of range.
+    /// Computes [`linalg::triple_extremes`] of triples of rows: n x n_cols to n_triples x (3 n_cols).
     pub fn triple_extremes(&mut self, x: &Value, triples: &[[u32; 3]]) -> Value {
         let result = linalg::triple_extremes(&x.matrix, triples);
         let (kept, triples) = (x.matrix.clone(), triples.to_vec());
         self.record(result, [x], move |gradient, _| [Some(linalg::triple_extremes_backward(&kept, &triples, gradient))])
     }
 
-    /// The mean of three entries of a column, for each triple of row indices: n x 1 to n_triples x 1.
-    ///
-    /// # Panics
-    /// When an index is out of range.
+    /// Computes the mean of three entries of a column per triple: n x 1 to n_triples x 1.
     pub fn mean_of_three(&mut self, x: &Value, triples: &Arc<[[u32; 3]]>) -> Value {
         let [n_rows, _] = x.matrix.shape();
         let mean = |triple: &[u32; 3]| triple.iter().map(|&at| x.matrix.data()[at as usize]).sum::<f32>() / 3.0;
@@ -173,13 +163,13 @@ fn softmax(x: &[f32]) -> Vec<f32> {
     result
 }
 
-/// Derivative of `[a | b] w` to `w`.
+/// Computes the derivative of `[a | b] w` to `w`.
 pub(super) fn stacked_weights_backward(parts: [&Matrix; 2], gradient: &Matrix) -> Matrix {
     let [of_a, of_b] = parts.map(|part| product_weights_backward(part, gradient));
-    stacked([&of_a, &of_b])
+    stack_rows([&of_a, &of_b])
 }
 
-fn stacked([a, b]: [&Matrix; 2]) -> Matrix {
+fn stack_rows([a, b]: [&Matrix; 2]) -> Matrix {
     assert_eq!(a.n_cols(), b.n_cols(), "rows of one length");
     Matrix::new(a.n_rows() + b.n_rows(), a.n_cols(), [a.data(), b.data()].concat())
 }

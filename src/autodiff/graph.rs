@@ -1,4 +1,4 @@
-//! Operations along the edges of a graph. Values that stand one per entry of a graph are columns, n_entries x 1.
+//! Operations along the edges of a graph; values per entry are columns, n_entries x 1.
 
 use super::dense::{entrywise, rows, stacked_weights_backward};
 use super::{Tape, Value};
@@ -6,8 +6,8 @@ use crate::linalg::{self, Csr, Matrix};
 use std::sync::Arc;
 
 impl Tape {
-    /// `max(y w, 0)` with `y_i = max over neighbours j of (u_i - u_j)`, zero without neighbours:
-    /// n x width to n x n_out.
+    /// Computes `max(y w, 0)` with `y_i = max_j (u_i - u_j)` over the neighbours, zero without any: n x width to n x
+    /// n_out.
     pub fn neighbour_max_product_relu(&mut self, u: &Value, graph: &Arc<Csr>, weights: &Value) -> Value {
         let result = Arc::new(linalg::neighbour_max_product_relu(&u.matrix, graph, &weights.matrix));
         let (u_kept, weights_kept, active, graph) =
@@ -23,8 +23,10 @@ impl Tape {
         })
     }
 
-    /// As [`Tape::concat_product`], [`Tape::neighbour_max_product_relu`] and [`Tape::two_layers`] one after the other,
-    /// without the memory for what lies between them. On the way back it is computed again.
+    /// Chains [`Tape::concat_product`], [`Tape::neighbour_max_product_relu`] and [`Tape::two_layers`] without storing
+    /// intermediate values.
+    ///
+    /// The backward pass computes them again.
     pub fn scored_dev_conv(
         &mut self,
         [a, b]: [&Value; 2],
@@ -48,11 +50,11 @@ impl Tape {
             let features = tape.neighbour_max_product_relu(&mapped, &graph, phi);
             let result = tape.two_layers(&features, [w, bias], [last_w, last_bias]);
             let gradients = tape.backward(&[(&result, gradient.clone())]);
-            values.each_ref().map(|value| gradients.of(value).cloned())
+            values.each_ref().map(|value| gradients.get(value).cloned())
         })
     }
 
-    /// `-|q_i - k_j|^2 / 2` for every entry (i, j): two n x width to n_entries x 1.
+    /// Computes `-|q_i - k_j|^2 / 2` for every entry (i, j): two n x width to n_entries x 1.
     pub fn neighbour_closeness(&mut self, q: &Value, k: &Value, graph: &Arc<Csr>) -> Value {
         let result = column(closeness(&q.matrix, &k.matrix, graph));
         let (q_kept, k_kept, graph) = (q.matrix.clone(), k.matrix.clone(), graph.clone());
@@ -69,7 +71,7 @@ impl Tape {
         })
     }
 
-    /// The softmax over each row of the graph: n_entries x 1 to n_entries x 1.
+    /// Computes the softmax over each row of the graph: n_entries x 1 to n_entries x 1.
     pub fn neighbour_softmax(&mut self, x: &Value, graph: &Arc<Csr>) -> Value {
         let result = Arc::new(column(linalg::neighbour_softmax(x.matrix.data(), graph)));
         let (kept, graph) = (result.clone(), graph.clone());
@@ -78,8 +80,8 @@ impl Tape {
         })
     }
 
-    /// For each row of the graph the sum of what its entries have, each times its weight: n_entries x 1 and
-    /// n_entries x n_cols to n_rows x n_cols.
+    /// Sums the weighted rows of the entries in each row of the graph: n_entries x 1 and n_entries x n_cols to n_rows x
+    /// n_cols.
     pub fn entry_sums(&mut self, weights: &Value, x: &Value, graph: &Arc<Csr>) -> Value {
         let result = entry_sums(weights.matrix.data(), &x.matrix, graph);
         let (weights_kept, x_kept, graph) = (weights.matrix.clone(), x.matrix.clone(), graph.clone());
@@ -99,7 +101,7 @@ impl Tape {
         })
     }
 
-    /// `S A S^T` on the entries of `graph`, which are also those of S: n_entries x 1 to n_entries x 1.
+    /// Computes `S A S^T` on the entries of `graph`, which are also those of S: n_entries x 1 to n_entries x 1.
     pub fn sparse_product(&mut self, s: &Value, graph: &Arc<Csr>, adjacency: &Arc<Csr>) -> Value {
         let result = column(linalg::sparse_product(s.matrix.data(), graph, adjacency));
         let (s_kept, graph, adjacency) = (s.matrix.clone(), graph.clone(), adjacency.clone());
@@ -108,8 +110,9 @@ impl Tape {
         })
     }
 
-    /// `y w + m output_bias` with `y_n = sum over the m neighbours k of max(u_n - u_k + bias, 0)`:
-    /// n x width to n x n_out, the biases 1 x width and 1 x n_out.
+    /// Computes `y w + m output_bias` with `y_n = sum_k max(u_n - u_k + bias, 0)` over the m neighbours k.
+    ///
+    /// n x width to n x n_out; the biases are 1 x width and 1 x n_out.
     pub fn pair_relu_product(
         &mut self,
         [u, bias]: [&Value; 2],
@@ -120,8 +123,9 @@ impl Tape {
         self.concat_pair_relu_product(&nothing, [u, bias], graph, [weights, output_bias])
     }
 
-    /// `[x | y] w + m output_bias`, where [`Tape::pair_relu_product`] has `y w + m output_bias`: x is n x n_beside, w
-    /// (n_beside + width) x n_out.
+    /// Computes `[x | y] w + m output_bias`, like [`Tape::pair_relu_product`] with additional columns x.
+    ///
+    /// x is n x n_left, w (n_left + width) x n_out.
     pub fn concat_pair_relu_product(
         &mut self,
         x: &Value,
@@ -135,14 +139,13 @@ impl Tape {
         let graph = graph.clone();
         let inputs = [x, u, bias, weights, output_bias];
         self.record(result, inputs, move |gradient, [to_x, _, _, to_weights, to_output_bias]| {
-            let n_beside = x_kept.n_cols();
-            let to_sums =
-                linalg::product_input_backward(gradient, &rows(&weights_kept, n_beside..weights_kept.n_rows()));
+            let n_left = x_kept.n_cols();
+            let to_sums = linalg::product_input_backward(gradient, &rows(&weights_kept, n_left..weights_kept.n_rows()));
             let inner = linalg::pair_relu_backward(&u_kept, bias_kept.data(), &graph, &to_sums);
             let sums = || linalg::pair_relu(&u_kept, bias_kept.data(), &graph);
             let n_neighbours = || column((0..graph.n_rows()).map(|n| graph.row(n).len() as f32).collect());
             [
-                to_x.then(|| linalg::product_input_backward(gradient, &rows(&weights_kept, 0..n_beside))),
+                to_x.then(|| linalg::product_input_backward(gradient, &rows(&weights_kept, 0..n_left))),
                 Some(inner.u),
                 Some(inner.bias),
                 to_weights.then(|| stacked_weights_backward([&x_kept, &sums()], gradient)),
@@ -164,7 +167,7 @@ fn entry_sums(weights: &[f32], x: &Matrix, graph: &Csr) -> Matrix {
     sums
 }
 
-/// The dot products, less half the squared length of either row.
+/// Computes dot products minus half the squared lengths of both rows.
 fn closeness(q: &Matrix, k: &Matrix, graph: &Csr) -> Vec<f32> {
     let half = |m: &Matrix| -> Vec<f32> {
         (0..m.n_rows()).map(|row| 0.5 * m.row(row).iter().map(|x| x * x).sum::<f32>()).collect()
@@ -177,7 +180,6 @@ fn closeness(q: &Matrix, k: &Matrix, graph: &Csr) -> Vec<f32> {
     values
 }
 
-/// Subtracts `factors[row]` times the rows of `from`.
 fn subtract_rows(to: &mut Matrix, from: &Matrix, factors: &[f32]) {
     let n_cols = from.n_cols().max(1);
     let rows = to.data_mut().chunks_exact_mut(n_cols).zip(from.data().chunks_exact(n_cols));

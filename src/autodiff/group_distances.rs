@@ -3,14 +3,13 @@
 use super::{Tape, Value};
 use crate::linalg::Matrix;
 
-/// Distances are not below this, so that there is a derivative at zero: that of the program of DSE.
-const LEAST: f32 = 1e-4;
+/// Lower limit of distances, which gives a derivative at zero; from the implementation of DSE.
+const MIN_DISTANCE: f32 = 1e-4;
 
 impl Tape {
-    /// The distance of each row to the first of its group, at least 1e-4: (n * group) x n_cols to (n * group) x 1.
+    /// Computes the distance of each row to the first of its group, at least 1e-4.
     ///
-    /// # Panics
-    /// When the rows are no whole number of groups.
+    /// (n * group) x n_cols to (n * group) x 1.
     pub fn group_distances(&mut self, x: &Value, group: usize) -> Value {
         let distances = group_distances(&x.matrix, group);
         let (x_kept, kept) = (x.matrix.clone(), distances.clone());
@@ -18,7 +17,7 @@ impl Tape {
             let n_cols = x_kept.n_cols();
             let mut to_x = Matrix::zeros(x_kept.n_rows(), n_cols);
             for (row, (&distance, &g)) in kept.iter().zip(gradient.data()).enumerate() {
-                if distance <= LEAST {
+                if distance <= MIN_DISTANCE {
                     continue;
                 }
                 let first = row / group * group;
@@ -37,7 +36,7 @@ fn group_distances(x: &Matrix, group: usize) -> Vec<f32> {
     assert!(group > 0 && x.n_rows().is_multiple_of(group), "a whole number of groups of rows");
     let distance = |row: usize| {
         let pairs = x.row(row).iter().zip(x.row(row / group * group));
-        pairs.map(|(a, b)| (a - b) * (a - b)).sum::<f32>().sqrt().max(LEAST)
+        pairs.map(|(a, b)| (a - b) * (a - b)).sum::<f32>().sqrt().max(MIN_DISTANCE)
     };
     (0..x.n_rows()).map(distance).collect()
 }

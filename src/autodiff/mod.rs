@@ -1,9 +1,9 @@
-//! Reverse-mode differentiation over rank-2 matrices: a small tape, forward and backward side by side.
+//! Reverse-mode differentiation over matrices: a small tape, with forward and backward pass side by side.
 //!
-//! An operation none of whose inputs depends on a parameter records nothing, so the code that trains is also the
-//! fast path of inference.
+//! An operation on constants records nothing, so training code is also the fast path of inference. Operations panic if
+//! shapes do not match or an index is out of range.
 //!
-//! Machinery: what the modules that users call stand on; see the front page of the crate.
+//! Support code for the main modules; see the front page of the crate.
 
 mod dense;
 mod graph;

@@ -1,13 +1,10 @@
-//! Operations on rows in groups of equally many, such as the neighbours of a point.
+//! Operations on groups of equally many rows, such as the neighbours of a point.
 
 use super::{Tape, Value};
 use crate::linalg::{self, Matrix};
 
 impl Tape {
-    /// The largest entry of each column over rows in groups of `group`: (n * group) x n_cols to n x n_cols.
-    ///
-    /// # Panics
-    /// When the rows are no whole number of groups.
+    /// Computes column maxima over groups of `group` rows: (n * group) x n_cols to n x n_cols.
     pub fn group_max(&mut self, x: &Value, group: usize) -> Value {
         let found = linalg::group_max(&x.matrix, group);
         let n_rows = x.matrix.n_rows();
@@ -16,7 +13,7 @@ impl Tape {
         })
     }
 
-    /// [`Tape::group_max`] of `x w + b` for a layer `[w, b]`, without the memory for the map.
+    /// Computes [`Tape::group_max`] of `x w + b` for a layer `[w, b]` without storing the map.
     pub fn group_max_affine(&mut self, x: &Value, layer: [&Value; 2], group: usize) -> Value {
         let found = linalg::group_max_affine(&x.matrix, layer.map(Value::matrix), group);
         let (x_kept, weights_kept) = (x.matrix.clone(), layer[0].matrix.clone());
@@ -25,7 +22,7 @@ impl Tape {
         })
     }
 
-    /// Affine maps `[w, b]` with a ReLU between them, one layer or more: n x n_in to n x n_out.
+    /// Applies one or more affine maps `[w, b]` with ReLUs between them: n x n_in to n x n_out.
     pub fn layers(&mut self, x: &Value, layers: &[[&Value; 2]]) -> Value {
         let (last, hidden) = layers.split_last().expect("a layer");
         let x = hidden.iter().fold(x.clone(), |x, [weights, bias]| {
@@ -35,7 +32,9 @@ impl Tape {
         self.affine(&x, last[0], last[1])
     }
 
-    /// [`Tape::group_max`] of [`Tape::layers`]: (n * group) x n_in to n x n_out. Of constants it holds nothing in between.
+    /// Computes [`Tape::group_max`] of [`Tape::layers`]: (n * group) x n_in to n x n_out.
+    ///
+    /// For constants, intermediate values are not stored.
     pub fn layers_group_max(&mut self, x: &Value, layers: &[[&Value; 2]], group: usize) -> Value {
         if are_constant(x, layers) {
             return Value::constant(linalg::layers_group_max(&x.matrix, &matrices(layers), group));
@@ -49,17 +48,29 @@ impl Tape {
         self.group_max_affine(&active, *last, group)
     }
 
-    /// [`Tape::layers`] to one column, where all rows of a group have the group's row added to what the first map gives:
-    /// (n * group) x n_in and n x n_first to (n * group) x 1. Of constants it holds nothing in between.
-    pub fn layers_of_groups(&mut self, x: &Value, of_groups: &Value, layers: &[[&Value; 2]], group: usize) -> Value {
-        if are_constant(x, layers) && of_groups.is_constant() {
-            return Value::constant(linalg::layers_of_groups(&x.matrix, &of_groups.matrix, &matrices(layers), group));
+    /// Applies [`Tape::layers`] to one column, adding a row per group after the first map.
+    ///
+    /// (n * group) x n_in and n x n_first to (n * group) x 1. For constants, intermediate values are not stored.
+    pub fn layers_with_group_rows(
+        &mut self,
+        x: &Value,
+        group_rows: &Value,
+        layers: &[[&Value; 2]],
+        group: usize,
+    ) -> Value {
+        if are_constant(x, layers) && group_rows.is_constant() {
+            return Value::constant(linalg::layers_with_group_rows(
+                &x.matrix,
+                &group_rows.matrix,
+                &matrices(layers),
+                group,
+            ));
         }
         let rows: Vec<u32> = (0..x.matrix.n_rows()).map(|row| (row / group) as u32).collect();
         let (first, others) = layers.split_first().expect("a layer");
         let mapped = self.affine(x, first[0], first[1]);
-        let of_rows = self.gather(of_groups, &rows);
-        let both = self.plus(&mapped, &of_rows);
+        let row_values = self.gather(group_rows, &rows);
+        let both = self.plus(&mapped, &row_values);
         let active = self.relu(&both);
         self.layers(&active, others)
     }
@@ -95,7 +106,7 @@ mod tests {
         check_gradients(&inputs()[..5], |tape, v| tape.layers_group_max(&v[0], &[[&v[1], &v[2]], [&v[3], &v[4]]], 6));
         check_gradients(&inputs(), |tape, v| {
             let layers = [[&v[1], &v[2]], [&v[3], &v[4]], [&v[5], &v[6]]];
-            tape.layers_of_groups(&v[0], &v[7], &layers, 5)
+            tape.layers_with_group_rows(&v[0], &v[7], &layers, 5)
         });
     }
 
@@ -111,7 +122,7 @@ mod tests {
             let v: Vec<Value> = inputs().iter().map(|m| value(m, tape)).collect();
             let pooled = tape.layers_group_max(&v[0], &[[&v[1], &v[2]], [&v[3], &v[4]]], 6);
             let layers = [[&v[1], &v[2]], [&v[3], &v[4]], [&v[5], &v[6]]];
-            let scored = tape.layers_of_groups(&v[0], &v[7], &layers, 5);
+            let scored = tape.layers_with_group_rows(&v[0], &v[7], &layers, 5);
             [pooled.matrix().data(), scored.matrix().data()].concat()
         });
         assert_close(&found[0], &found[1], 1e-6);

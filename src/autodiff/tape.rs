@@ -1,11 +1,9 @@
-//! The tape: which operations led from parameters to results, and the walk back.
+//! The tape: records the operations from parameters to results and differentiates them backwards.
 
 use crate::linalg::Matrix;
 use std::sync::Arc;
 
-/// A matrix in a computation: a constant, or something that depends on parameters of a [`Tape`].
-///
-/// Cloning shares the matrix.
+/// A matrix in a computation, constant or dependent on parameters of a [`Tape`]; clones share it.
 #[derive(Clone, Debug)]
 pub struct Value {
     pub(super) matrix: Arc<Matrix>,
@@ -13,32 +11,32 @@ pub struct Value {
 }
 
 impl Value {
-    /// A matrix that no gradient is asked for.
+    /// Wraps a matrix without gradient.
     pub fn constant(matrix: impl Into<Arc<Matrix>>) -> Self {
         Self { matrix: matrix.into(), node: None }
     }
 
-    /// The matrix itself.
+    /// Returns the matrix.
     pub fn matrix(&self) -> &Matrix {
         &self.matrix
     }
 
-    /// Whether nothing upstream is a parameter.
+    /// Returns whether the value depends on no parameter.
     pub fn is_constant(&self) -> bool {
         self.node.is_none()
     }
 }
 
-/// Gradients of an operation's inputs from that of its result; none for constants.
+/// A function from the gradient of a result to those of its inputs, none for constants.
 type Backward = Box<dyn Fn(&Matrix) -> Vec<Option<Matrix>> + Send>;
 
-struct Node {
+struct TapeNode {
     inputs: Vec<Option<usize>>,
     /// `None` for parameters.
     backward: Option<Backward>,
 }
 
-/// The operations that were applied to parameters, in order.
+/// The operations applied to parameters, in order.
 ///
 /// Values of one tape must not be used on another.
 ///
@@ -49,33 +47,34 @@ struct Node {
 /// let w = tape.parameter(Matrix::new(2, 1, vec![1.0, 1.0]));
 /// let y = tape.product(&x, &w);
 /// let gradients = tape.backward(&[(&y, Matrix::new(1, 1, vec![1.0]))]);
-/// assert_eq!(gradients.of(&w).unwrap().data(), [3.0, 5.0]);
-/// assert!(gradients.of(&x).is_none());
+/// assert_eq!(gradients.get(&w).unwrap().data(), [3.0, 5.0]);
+/// assert!(gradients.get(&x).is_none());
 /// ```
 #[derive(Default)]
 pub struct Tape {
-    nodes: Vec<Node>,
+    nodes: Vec<TapeNode>,
 }
 
 impl Tape {
-    /// A matrix whose gradient will be asked for.
+    /// Adds a matrix with a gradient.
     pub fn parameter(&mut self, matrix: impl Into<Arc<Matrix>>) -> Value {
-        self.nodes.push(Node { inputs: Vec::new(), backward: None });
+        self.nodes.push(TapeNode { inputs: Vec::new(), backward: None });
         Value { matrix: matrix.into(), node: Some(self.nodes.len() - 1) }
     }
 
-    /// Number of parameters and recorded operations.
+    /// Returns the number of parameters and recorded operations.
     pub fn len(&self) -> usize {
         self.nodes.len()
     }
 
-    /// Whether nothing was recorded.
+    /// Returns whether nothing was recorded.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
     }
 
-    /// Notes down that `result` came from `inputs`, where one of them depends on a parameter. `backward` turns the
-    /// gradient of the result into those of the inputs; its flags say which of them are asked for.
+    /// Stores that `result` came from `inputs`, unless all are constant.
+    ///
+    /// `backward` turns the gradient of the result into those of the inputs; its flags mark the ones needed.
     pub(super) fn record<const N: usize>(
         &mut self,
         result: impl Into<Arc<Matrix>>,
@@ -87,17 +86,13 @@ impl Tape {
         }
         let needed = inputs.map(|input| !input.is_constant());
         let backward: Backward = Box::new(move |gradient| backward(gradient, needed).into());
-        self.nodes.push(Node { inputs: inputs.map(|input| input.node).into(), backward: Some(backward) });
+        self.nodes.push(TapeNode { inputs: inputs.map(|input| input.node).into(), backward: Some(backward) });
         Value { matrix: result.into(), node: Some(self.nodes.len() - 1) }
     }
 
-    /// Carries gradients of results back to the parameters; what reaches one value on several ways is summed.
+    /// Propagates gradients of results back to the parameters, adding up those of several paths.
     ///
-    /// `results` holds values of this tape with the gradients of the loss to them, of the same shapes. Constants
-    /// among them are passed over.
-    ///
-    /// # Panics
-    /// When a gradient has another shape than its value.
+    /// `results` are values of this tape with the gradients of the loss to them; constants are ignored.
     pub fn backward(&self, results: &[(&Value, Matrix)]) -> Gradients {
         let mut gradients: Vec<Option<Matrix>> = self.nodes.iter().map(|_| None).collect();
         for (value, gradient) in results {
@@ -133,12 +128,12 @@ pub struct Gradients {
 }
 
 impl Gradients {
-    /// The gradient of a parameter; `None` where the results do not depend on it, and for anything else.
-    pub fn of(&self, parameter: &Value) -> Option<&Matrix> {
+    /// Returns the gradient of a parameter; `None` if the results do not depend on it or it is no parameter.
+    pub fn get(&self, parameter: &Value) -> Option<&Matrix> {
         self.gradients.get(parameter.node?)?.as_ref()
     }
 
-    /// The same, zero where the results do not depend on it.
+    /// Returns the gradient of a parameter, zero if the results do not depend on it.
     ///
     /// ```
     /// use neural_mesh::{autodiff::Tape, linalg::Matrix};
@@ -148,7 +143,7 @@ impl Gradients {
     /// ```
     pub fn or_zero(&self, parameter: &Value) -> Matrix {
         let [n_rows, n_cols] = parameter.matrix().shape();
-        self.of(parameter).cloned().unwrap_or_else(|| Matrix::zeros(n_rows, n_cols))
+        self.get(parameter).cloned().unwrap_or_else(|| Matrix::zeros(n_rows, n_cols))
     }
 }
 
@@ -173,6 +168,6 @@ mod tests {
         let y = tape.product(&x, &x);
         assert_eq!(tape.len(), 2);
         let gradients = tape.backward(&[(&y, Matrix::new(1, 1, vec![1.0]))]);
-        assert_eq!(gradients.of(&x).unwrap().data(), [6.0]);
+        assert_eq!(gradients.get(&x).unwrap().data(), [6.0]);
     }
 }

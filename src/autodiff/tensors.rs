@@ -1,4 +1,4 @@
-//! Named tensors in a fixed order: what a training moves, whatever the network.
+//! Named tensors in a fixed order: the parameters of any network.
 
 use super::{Gradients, Tape, Value, WeightsError};
 use crate::linalg::Matrix;
@@ -7,13 +7,14 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use std::convert::Infallible;
 use std::sync::Arc;
 
-/// The tensors of a network by name, in the order in which they were added: `T` is a shape, a stored matrix, a gradient,
-/// or a value on a tape. A name stands once.
+/// The tensors of a network by unique name, in insertion order.
+///
+/// `T` is a shape, a matrix, a gradient, or a value on a tape.
 ///
 /// ```
 /// use neural_mesh::autodiff::Tensors;
 /// let shapes: Tensors<[usize; 2]> = [("layer.weights", [3, 8]), ("layer.bias", [1, 8])].into_iter().collect();
-/// let tensors = shapes.drawn(7);
+/// let tensors = shapes.draw(7);
 /// assert_eq!(tensors.get("layer.weights").unwrap().shape(), [3, 8]);
 /// assert_eq!(shapes.n_parameters(), 32);
 /// ```
@@ -37,42 +38,39 @@ impl<N: Into<String>, T> FromIterator<(N, T)> for Tensors<T> {
 }
 
 impl<T> Tensors<T> {
-    /// Adds a tensor behind the others.
-    ///
-    /// # Panics
-    /// When there is one of that name.
+    /// Appends a tensor.
     pub fn push(&mut self, name: impl Into<String>, tensor: T) {
         let name = name.into();
         assert!(self.get(&name).is_none(), "each name once");
         self.entries.push((name, tensor));
     }
 
-    /// Number of tensors.
+    /// Returns the number of tensors.
     pub fn len(&self) -> usize {
         self.entries.len()
     }
 
-    /// Whether there is none.
+    /// Returns whether there are no tensors.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
 
-    /// The tensors with their names, in their order.
+    /// Returns the tensors with their names, in order.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &T)> {
         self.entries.iter().map(|(name, tensor)| (name.as_str(), tensor))
     }
 
-    /// The tensor of that name.
+    /// Returns the tensor with a name.
     pub fn get(&self, name: &str) -> Option<&T> {
         self.iter().find_map(|(other, tensor)| (other == name).then_some(tensor))
     }
 
-    /// The tensor of that name, to be changed.
+    /// Returns the tensor with a name, for writing.
     pub fn get_mut(&mut self, name: &str) -> Option<&mut T> {
         self.entries.iter_mut().find_map(|(other, tensor)| (other == name).then_some(tensor))
     }
 
-    /// Applies `f(name, tensor)` to every tensor, in their order.
+    /// Applies `f(name, tensor)` to every tensor in order.
     ///
     /// # Errors
     /// The first error of `f`.
@@ -81,7 +79,7 @@ impl<T> Tensors<T> {
         Ok(Tensors { entries: mapped.collect::<Result<_, E>>()? })
     }
 
-    /// Applies `f(name, tensor)` to every tensor, in their order.
+    /// Applies `f(name, tensor)` to every tensor in order.
     pub fn map<U>(&self, mut f: impl FnMut(&str, &T) -> U) -> Tensors<U> {
         match self.try_map(|name, tensor| Ok::<U, Infallible>(f(name, tensor))) {
             Ok(tensors) => tensors,
@@ -89,29 +87,31 @@ impl<T> Tensors<T> {
         }
     }
 
-    /// The tensor of that name, which has to be there.
+    /// Returns the tensor with a name.
     ///
     /// # Errors
-    /// [`WeightsError::Missing`] where it is not.
+    /// [`WeightsError::Missing`] if there is none.
     pub fn named(&self, name: &str) -> Result<&T, WeightsError> {
         self.get(name).ok_or_else(|| WeightsError::Missing(name.into()))
     }
 }
 
 impl Tensors<[usize; 2]> {
-    /// Number of entries over all tensors.
+    /// Returns the number of entries over all tensors.
     pub fn n_parameters(&self) -> usize {
         self.iter().map(|(_, [n_rows, n_cols])| n_rows * n_cols).sum()
     }
 
-    /// Matrices of these shapes, n_in x n_out, drawn uniformly with variance `2 / n_in` (He et al. 2015, for layers before a
-    /// ReLU); zero where a name ends with `.bias`.
-    pub fn drawn(&self, seed: u64) -> Tensors<Arc<Matrix>> {
-        self.drawn_by(seed, |_| 1.0)
+    /// Draws uniform matrices of these shapes, n_in x n_out, with variance `2 / n_in` (He et al. 2015, for layers
+    /// before a ReLU).
+    ///
+    /// Tensors whose name ends with `.bias` are zero.
+    pub fn draw(&self, seed: u64) -> Tensors<Arc<Matrix>> {
+        self.draw_scaled(seed, |_| 1.0)
     }
 
-    /// As [`Tensors::drawn`], those of a name times its share.
-    pub fn drawn_by(&self, seed: u64, share: impl Fn(&str) -> f32) -> Tensors<Arc<Matrix>> {
+    /// Draws like [`Tensors::draw`], multiplied by `share(name)`.
+    pub fn draw_scaled(&self, seed: u64, share: impl Fn(&str) -> f32) -> Tensors<Arc<Matrix>> {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
         let mut uniform = || (random.next_u64() >> 40) as f32 / (1u64 << 23) as f32 - 1.0;
         self.map(|name, &[n_in, n_out]| {
@@ -125,17 +125,17 @@ impl Tensors<[usize; 2]> {
 }
 
 impl Tensors<Arc<Matrix>> {
-    /// The tensors for inference: nothing is recorded. Matrices are shared, not copied.
+    /// Returns the tensors as constants, for inference; matrices are shared.
     pub fn constants(&self) -> Tensors<Value> {
         self.map(|_, matrix| Value::constant(matrix.clone()))
     }
 
-    /// The tensors for training: every one is a parameter of the tape.
+    /// Returns the tensors as parameters of a tape, for training.
     pub fn parameters(&self, tape: &mut Tape) -> Tensors<Value> {
         self.map(|_, matrix| tape.parameter(matrix.clone()))
     }
 
-    /// The tensors that a network of these shapes has, in its order; others are passed over.
+    /// Returns the tensors of a network with these shapes, in its order, ignoring others.
     ///
     /// # Errors
     /// [`WeightsError`] names the first that is missing, of another shape or not finite.
@@ -143,10 +143,10 @@ impl Tensors<Arc<Matrix>> {
     /// ```
     /// use neural_mesh::autodiff::{Tensors, WeightsError};
     /// let shapes: Tensors<[usize; 2]> = [("weights", [2, 2])].into_iter().collect();
-    /// assert!(shapes.drawn(1).checked(&shapes).is_ok());
-    /// assert_eq!(Tensors::default().checked(&shapes), Err(WeightsError::Missing("weights".into())));
+    /// assert!(shapes.draw(1).check_shapes(&shapes).is_ok());
+    /// assert_eq!(Tensors::default().check_shapes(&shapes), Err(WeightsError::Missing("weights".into())));
     /// ```
-    pub fn checked(&self, shapes: &Tensors<[usize; 2]>) -> Result<Self, WeightsError> {
+    pub fn check_shapes(&self, shapes: &Tensors<[usize; 2]>) -> Result<Self, WeightsError> {
         shapes.try_map(|name, &expected| match self.named(name)? {
             matrix if matrix.shape() != expected => {
                 Err(WeightsError::WrongShape { name: name.into(), expected, found: matrix.shape().to_vec() })
@@ -158,13 +158,13 @@ impl Tensors<Arc<Matrix>> {
 }
 
 impl Tensors<Value> {
-    /// The gradients of parameters, zero for those that the results do not depend on.
+    /// Returns the gradients of parameters, zero if the results do not depend on them.
     ///
     /// ```
     /// use neural_mesh::{autodiff::{Tape, Tensors}, linalg::Matrix};
     /// let shapes: Tensors<[usize; 2]> = [("a", [1, 1]), ("b", [1, 1])].into_iter().collect();
     /// let mut tape = Tape::default();
-    /// let parameters = shapes.drawn(1).parameters(&mut tape);
+    /// let parameters = shapes.draw(1).parameters(&mut tape);
     /// let a = parameters.get("a").unwrap();
     /// let gradients = parameters.gradients(&tape.backward(&[(a, Matrix::new(1, 1, vec![3.0]))]));
     /// assert_eq!(gradients.get("a").unwrap().data(), [3.0]);
@@ -186,20 +186,20 @@ mod tests {
     #[test]
     fn the_order_is_that_of_adding() {
         let names: Vec<&str> = ["b.weights", "a.weights", "a.bias"].into();
-        let (shapes, drawn) = (shapes(), shapes().drawn(1));
+        let (shapes, drawn) = (shapes(), shapes().draw(1));
         assert_eq!(shapes.iter().map(|(name, _)| name).collect::<Vec<_>>(), names);
         assert_eq!(drawn.iter().map(|(name, _)| name).collect::<Vec<_>>(), names);
-        // What is checked comes in the order of the shapes.
+        // The result follows the order of the shapes.
         let turned: Tensors<Arc<Matrix>> = ["a.bias", "b.weights", "a.weights"]
             .map(|name| (name, drawn.get(name).unwrap().clone()))
             .into_iter()
             .collect();
-        assert_eq!(turned.checked(&shapes), Ok(drawn));
+        assert_eq!(turned.check_shapes(&shapes), Ok(drawn));
     }
 
     #[test]
     fn draws_have_their_variance_and_biases_none() {
-        let drawn = shapes().drawn_by(3, |name| if name.starts_with('b') { 0.5 } else { 1.0 });
+        let drawn = shapes().draw_scaled(3, |name| if name.starts_with('b') { 0.5 } else { 1.0 });
         let variance = |name: &str| {
             let data = drawn.get(name).unwrap().data();
             data.iter().map(|x| f64::from(x * x)).sum::<f64>() / data.len() as f64
@@ -207,17 +207,17 @@ mod tests {
         assert!((variance("a.weights") / (2.0 / 100.0) - 1.0).abs() < 0.1, "{}", variance("a.weights"));
         assert!((variance("b.weights") / (0.25 * 2.0 / 40.0) - 1.0).abs() < 0.1, "{}", variance("b.weights"));
         assert_eq!(variance("a.bias"), 0.0);
-        assert_ne!(drawn, shapes().drawn(4));
+        assert_ne!(drawn, shapes().draw(4));
     }
 
     #[test]
     fn tensors_that_are_wrong_are_refused() {
-        let (shapes, mut drawn) = (shapes(), shapes().drawn(1));
+        let (shapes, mut drawn) = (shapes(), shapes().draw(1));
         *drawn.get_mut("a.bias").unwrap() = Arc::new(Matrix::from_fn(1, 20, |_, _| f32::NAN));
-        assert_eq!(drawn.checked(&shapes), Err(WeightsError::NotFinite("a.bias".into())));
+        assert_eq!(drawn.check_shapes(&shapes), Err(WeightsError::NotFinite("a.bias".into())));
         *drawn.get_mut("a.bias").unwrap() = Arc::new(Matrix::zeros(20, 1));
         let expected = WeightsError::WrongShape { name: "a.bias".into(), expected: [1, 20], found: vec![20, 1] };
-        assert_eq!(drawn.checked(&shapes), Err(expected));
+        assert_eq!(drawn.check_shapes(&shapes), Err(expected));
     }
 
     #[test]

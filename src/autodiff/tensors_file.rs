@@ -1,4 +1,4 @@
-//! Tensors as the bytes of a safetensors file, whose metadata state the sizes of their network as one text.
+//! Tensors in safetensors files, whose metadata hold the network's sizes as one text.
 
 use super::weights_error::ARCHITECTURE_KEY;
 use super::{Tensors, WeightsError};
@@ -7,10 +7,10 @@ use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// The text by which a file of weights states the sizes of its network.
+/// Returns the text with the network's sizes from a weights file.
 ///
 /// # Errors
-/// [`WeightsError`] where the bytes are no safetensors file, or one without that text.
+/// [`WeightsError`] if the bytes are no safetensors file or lack the text.
 pub fn architecture_text(bytes: &[u8]) -> Result<String, WeightsError> {
     let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(not_safetensors)?;
     let text = metadata.metadata().as_ref().and_then(|entries| entries.get(ARCHITECTURE_KEY));
@@ -18,27 +18,25 @@ pub fn architecture_text(bytes: &[u8]) -> Result<String, WeightsError> {
 }
 
 impl Tensors<Arc<Matrix>> {
-    /// Reads the tensors of a network of these shapes from a safetensors file, in its order. Tensors of other names are
-    /// passed over.
+    /// Reads the tensors of a network with these shapes, in its order, ignoring others.
     ///
     /// # Errors
-    /// [`WeightsError`] names the first thing that is wrong.
+    /// [`WeightsError`] names the first fault.
     ///
     /// ```
     /// use neural_mesh::autodiff::{Tensors, architecture_text};
     /// let shapes: Tensors<[usize; 2]> = [("weights", [2, 3])].into_iter().collect();
-    /// let tensors = shapes.drawn(1);
+    /// let tensors = shapes.draw(1);
     /// let bytes = tensors.to_bytes("width=3");
     /// assert_eq!(architecture_text(&bytes).unwrap(), "width=3");
     /// assert_eq!(Tensors::from_bytes(&bytes, &shapes), Ok(tensors));
     /// ```
     pub fn from_bytes(bytes: &[u8], shapes: &Tensors<[usize; 2]>) -> Result<Self, WeightsError> {
         let file = SafeTensors::deserialize(bytes).map_err(not_safetensors)?;
-        shapes.try_map(|name, &shape| read_tensor(&file, name, shape))?.checked(shapes)
+        shapes.try_map(|name, &shape| read_tensor(&file, name, shape))?.check_shapes(shapes)
     }
 
-    /// Writes a safetensors file: `f32` tensors with the sizes of their network in the metadata. Equal tensors give equal
-    /// bytes, whatever their order.
+    /// Writes a safetensors file of `f32` tensors; equal tensors give equal bytes in any order.
     pub fn to_bytes(&self, architecture: &str) -> Vec<u8> {
         let data = |matrix: &Matrix| matrix.data().iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
         let parts = self.map(|_, matrix| (matrix.shape(), data(matrix)));

@@ -1,11 +1,12 @@
-//! Gradients against central differences, for tests of operations and of whole stages.
+//! Comparison of gradients with central differences, for tests.
 
 use super::{Tape, Value};
 use crate::linalg::Matrix;
 use crate::linalg::test_values::random;
 
-/// Panics unless the gradients of `f` agree with central differences along at least three of nine random directions
-/// of all inputs: a kink of `f` nearby spoils some directions, a wrong gradient spoils them all.
+/// Panics unless the gradients of `f` match central differences along at least three of nine random directions.
+///
+/// A kink of `f` spoils some directions, a wrong gradient spoils all.
 pub(crate) fn check_gradients(inputs: &[Matrix], f: impl Fn(&mut Tape, &[Value]) -> Value) {
     let mut tape = Tape::default();
     let parameters: Vec<Value> = inputs.iter().map(|m| tape.parameter(m.clone())).collect();
@@ -16,12 +17,12 @@ pub(crate) fn check_gradients(inputs: &[Matrix], f: impl Fn(&mut Tape, &[Value])
     let error = |seed: u64| {
         let directions: Vec<Matrix> = inputs.iter().map(|m| random(m.n_rows(), m.n_cols(), seed)).collect();
         let loss = |step: f32| {
-            let moved = inputs.iter().zip(&directions).map(|(m, d)| Value::constant(along(m, d, step)));
+            let moved = inputs.iter().zip(&directions).map(|(m, d)| Value::constant(move_along(m, d, step)));
             dot(f(&mut Tape::default(), &moved.collect::<Vec<_>>()).matrix(), &weights)
         };
         let numeric = (loss(5e-4) - loss(-5e-4)) / 1e-3;
         let parts = parameters.iter().zip(&directions);
-        let analytic: f64 = parts.map(|(p, d)| gradients.of(p).map_or(0.0, |gradient| dot(gradient, d))).sum();
+        let analytic: f64 = parts.map(|(p, d)| gradients.get(p).map_or(0.0, |gradient| dot(gradient, d))).sum();
         (numeric - analytic).abs() / analytic.abs().max(1.0)
     };
     let mut errors: Vec<f64> = (100..109).map(error).collect();
@@ -29,7 +30,7 @@ pub(crate) fn check_gradients(inputs: &[Matrix], f: impl Fn(&mut Tape, &[Value])
     assert!(errors[2] < 1e-3, "relative errors {errors:?}");
 }
 
-fn along(m: &Matrix, direction: &Matrix, step: f32) -> Matrix {
+fn move_along(m: &Matrix, direction: &Matrix, step: f32) -> Matrix {
     Matrix::from_fn(m.n_rows(), m.n_cols(), |i, c| m.row(i)[c] + step * direction.row(i)[c])
 }
 

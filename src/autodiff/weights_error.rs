@@ -1,31 +1,31 @@
-//! Why bytes or tensors are not the weights of a network.
+//! Errors of bytes or tensors that are not the weights of a network.
 
-/// Why bytes are not weights.
+/// The reason why bytes or tensors are not the weights of a network.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum WeightsError {
-    /// Not a safetensors file; the text says where it fails.
+    /// Not a safetensors file; the text says where reading fails.
     NotSafetensors(String),
-    /// The metadata do not state the sizes of the network; the text says what is wrong.
+    /// Missing or wrong sizes of the network in the metadata; the text says which.
     BadArchitecture(String),
     /// A tensor is missing.
     Missing(String),
     /// A tensor is not made of `f32`.
     NotF32(String),
-    /// A tensor has another shape than the sizes ask for.
+    /// A tensor's shape does not match the sizes.
     WrongShape {
         /// Name of the tensor.
         name: String,
-        /// Rows and columns asked for.
+        /// Rows and columns required.
         expected: [usize; 2],
-        /// The shape in the file.
+        /// Shape in the file.
         found: Vec<usize>,
     },
-    /// A tensor holds an infinite entry or one that is not a number.
+    /// A tensor has an infinite or NaN entry.
     NotFinite(String),
 }
 
-/// The entry of a file's metadata that states the sizes.
+/// Key of the sizes in a file's metadata.
 pub(super) const ARCHITECTURE_KEY: &str = "architecture";
 
 impl std::fmt::Display for WeightsError {

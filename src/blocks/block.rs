@@ -1,36 +1,35 @@
-//! A block: some faces of a mesh, and which of their vertices others use, too.
+//! Blocks of a mesh: some of its faces, with marks on the vertices shared with other blocks.
 
 use rustc_hash::FxHashSet;
 
-use super::FACES;
-use super::plan::{Census, Plan};
+use super::FACES_PER_BLOCK;
+use super::plan::{BlockPlan, Census};
 use crate::mesh::{PositionKey, TriMesh, compact, position_key};
 use crate::model::Weights;
 use crate::simplify::{Options, SimplifyError, simplify_block_mesh};
 use crate::spatial::Bounds;
 
-/// Faces of a mesh.
+/// Some faces of a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {
-    /// Its faces, over vertices of its own.
+    /// The faces, over the block's own vertices.
     pub mesh: TriMesh,
-    /// Whether each vertex is one of another block, too, n_vertices.
+    /// Whether another block uses each vertex, n_vertices.
     pub shared: Vec<bool>,
 }
 
 impl Block {
-    /// A share of its vertices, beside those that are shared and stay.
-    pub(super) fn n_left(&self, share: f64) -> usize {
+    /// Returns the size to simplify to: a share of the vertices, plus the shared ones, which stay.
+    pub(super) fn target_vertices(&self, share: f64) -> usize {
         self.n_shared() + (share * self.mesh.positions().len() as f64) as usize
     }
 
-    /// Its vertices that others use, too.
     pub(super) fn n_shared(&self) -> usize {
         self.shared.iter().filter(|shared| **shared).count()
     }
 }
 
-/// The blocks of a mesh in memory, with about [`FACES`] faces each.
+/// Cuts a mesh in memory into blocks of about [`FACES_PER_BLOCK`] faces.
 ///
 /// ```
 /// use neural_mesh::{blocks::cut, mesh::shapes};
@@ -39,15 +38,14 @@ impl Block {
 /// assert_eq!((blocks.len(), &blocks[0].mesh), (1, &sphere));
 /// ```
 pub fn cut(mesh: &TriMesh) -> Vec<Block> {
-    cut_into(mesh, mesh.faces().len().div_ceil(FACES))
+    cut_into_blocks(mesh, mesh.faces().len().div_ceil(FACES_PER_BLOCK))
 }
 
-/// About so many blocks.
-pub(super) fn cut_into(mesh: &TriMesh, n_blocks: usize) -> Vec<Block> {
-    let plan = planned(mesh, n_blocks);
+pub(super) fn cut_into_blocks(mesh: &TriMesh, n_blocks: usize) -> Vec<Block> {
+    let plan = plan_blocks(mesh, n_blocks);
     let mut faces: Vec<Vec<[u32; 3]>> = vec![Vec::new(); plan.n_blocks()];
-    let homes: Vec<u32> = mesh.positions().iter().map(|&p| plan.home(p) as u32).collect();
-    // The block that a vertex was first used by, and whether another one does.
+    let homes: Vec<u32> = mesh.positions().iter().map(|&p| plan.block_at(p) as u32).collect();
+    // First block that uses each vertex, and whether another one does.
     let mut users: Vec<(u32, bool)> = vec![(u32::MAX, false); homes.len()];
     for &face in mesh.faces() {
         let block = face.map(|v| homes[v as usize]).into_iter().fold(u32::MAX, u32::min);
@@ -65,19 +63,20 @@ pub(super) fn cut_into(mesh: &TriMesh, n_blocks: usize) -> Vec<Block> {
     blocks.filter_map(block).collect()
 }
 
-fn planned(mesh: &TriMesh, n_blocks: usize) -> Plan {
+fn plan_blocks(mesh: &TriMesh, n_blocks: usize) -> BlockPlan {
     let Bounds { low, high } = Bounds::from_points(mesh.positions());
     let mut census = Census::new(low, high);
     mesh.positions().iter().for_each(|&p| census.count(p));
     census.plan(n_blocks)
 }
 
-/// Simplifies a block, whose shared vertices stay where they are, as long as merges cost no more than `price`, squared distance
-/// times area in the unit of the mesh; `share` is about the share of the vertices that this leaves in the mean of all blocks. Of
-/// `options` the scores, the figure to be near in, creases, seed and frame count.
+/// Simplifies a block with merges that cost at most `price`; shared vertices stay.
+///
+/// `price` is a squared distance times area in the mesh's unit, `share` the expected share of remaining vertices,
+/// averaged over all blocks. Of `options` only the scores, the figure to optimise, creases, seed and frame are used.
 ///
 /// # Errors
-/// [`SimplifyError`] as of [`simplify`](crate::simplify::simplify).
+/// As for [`simplify`](crate::simplify::simplify).
 ///
 /// ```
 /// use neural_mesh::{blocks::{Block, simplify_block}, mesh::shapes};
@@ -95,9 +94,9 @@ pub fn simplify_block(
     weights: Option<&Weights>,
     options: &Options,
 ) -> Result<Block, SimplifyError> {
-    let asked = (block.n_left(share), Some(price));
+    let asked = (block.target_vertices(share), Some(price));
     let piece = simplify_block_mesh(&block.mesh, &block.shared, asked, weights, options)?;
-    // By where they lie: where faces of a block meet in a vertex alone, that is several vertices of the result.
+    // By position: where a block's faces meet at a single vertex, the result has several vertices there.
     let places =
         block.mesh.positions().iter().zip(&block.shared).filter(|(_, shared)| **shared).map(|(&p, _)| position_key(p));
     let places: FxHashSet<PositionKey> = places.collect();

@@ -1,4 +1,4 @@
-//! Lighter blocks as one mesh: shared vertices become one again, and no edge or face is there twice.
+//! Union of simplified blocks: shared vertices are merged, repeated edges and faces are split.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -6,13 +6,14 @@ use super::block::Block;
 use crate::mesh::{InvalidMesh, PositionKey, TriMesh, position_key};
 
 /// Two vertices, the lesser first.
-type Ends = [u32; 2];
+type VertexPair = [u32; 2];
 
-/// Joins blocks, in their order. Where two blocks have an edge between the same vertices of their border that none of them began with,
-/// it gets a vertex in one of them; so has a face that is there twice.
+/// Joins blocks in order.
+///
+/// If two blocks have created the same edge or face between border vertices, one copy is split by a new vertex.
 ///
 /// # Errors
-/// [`InvalidMesh`] where there are more vertices than indices.
+/// [`InvalidMesh`] if there are more vertices than indices.
 ///
 /// ```
 /// use neural_mesh::{blocks::{cut, join}, mesh::shapes};
@@ -20,20 +21,20 @@ type Ends = [u32; 2];
 /// assert_eq!(join(cut(&torus)).unwrap(), torus);
 /// ```
 pub fn join(blocks: impl IntoIterator<Item = Block>) -> Result<TriMesh, InvalidMesh> {
-    let mut joined = Joined::default();
+    let mut joined = JoinedMesh::default();
     let mut of_blocks = Vec::new();
     for Block { mesh, shared } in blocks {
         of_blocks.push(joined.add(mesh, &shared));
     }
-    let borders: FxHashSet<Ends> = of_blocks.iter().flat_map(|block| block.borders.iter().copied()).collect();
+    let borders: FxHashSet<VertexPair> = of_blocks.iter().flat_map(|block| block.borders.iter().copied()).collect();
     let (mut taken, mut faces_between) = (borders, FxHashSet::default());
     for block in &mut of_blocks {
         for &ends in &block.chords {
             if !taken.insert(ends) {
-                joined.part_edge(&mut block.faces, ends);
+                joined.split_edge(&mut block.faces, ends);
             }
         }
-        joined.part_faces(&mut block.faces, &mut faces_between);
+        joined.split_repeated_faces(&mut block.faces, &mut faces_between);
     }
     let n_faces = of_blocks.iter().map(|block| block.faces.len()).sum();
     let mut faces = Vec::with_capacity(n_faces);
@@ -41,26 +42,24 @@ pub fn join(blocks: impl IntoIterator<Item = Block>) -> Result<TriMesh, InvalidM
     TriMesh::new(joined.positions, faces)
 }
 
-/// The vertices so far.
 #[derive(Default)]
-struct Joined {
+struct JoinedMesh {
     positions: Vec<[f32; 3]>,
-    /// Shared vertices by where they lie.
+    /// Shared vertices by position.
     shared: FxHashMap<PositionKey, u32>,
-    /// Whether each vertex is shared.
     is_shared: Vec<bool>,
 }
 
-/// The faces of a block over the vertices of all.
-struct Faces {
+/// A block's faces over the joined vertices.
+struct JoinedBlock {
     faces: Vec<[u32; 3]>,
-    /// Edges between shared vertices: those of one face, and those of two.
-    borders: Vec<Ends>,
-    chords: Vec<Ends>,
+    /// Edges between shared vertices: `borders` with one face, `chords` with two.
+    borders: Vec<VertexPair>,
+    chords: Vec<VertexPair>,
 }
 
-impl Joined {
-    fn add(&mut self, mesh: TriMesh, shared: &[bool]) -> Faces {
+impl JoinedMesh {
+    fn add(&mut self, mesh: TriMesh, shared: &[bool]) -> JoinedBlock {
         let (positions, mut faces) = mesh.into_parts();
         let number = |(p, &shared): ([f32; 3], &bool)| {
             let fresh = self.positions.len() as u32;
@@ -73,7 +72,7 @@ impl Joined {
         };
         let numbers: Vec<u32> = positions.into_iter().zip(shared).map(number).collect();
         faces.as_flattened_mut().iter_mut().for_each(|v| *v = numbers[*v as usize]);
-        let mut counts: FxHashMap<Ends, u32> = FxHashMap::default();
+        let mut counts: FxHashMap<VertexPair, u32> = FxHashMap::default();
         for ends in faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]) {
             if ends.iter().all(|&v| self.is_shared[v as usize]) {
                 *counts.entry([ends[0].min(ends[1]), ends[0].max(ends[1])]).or_default() += 1;
@@ -82,8 +81,8 @@ impl Joined {
         let (mut borders, mut chords): (Vec<_>, Vec<_>) = counts.into_iter().partition(|(_, n)| *n == 1);
         borders.sort_unstable();
         chords.sort_unstable();
-        let ends = |edges: Vec<(Ends, u32)>| edges.into_iter().map(|(ends, _)| ends).collect();
-        Faces { faces, borders: ends(borders), chords: ends(chords) }
+        let ends = |edges: Vec<(VertexPair, u32)>| edges.into_iter().map(|(ends, _)| ends).collect();
+        JoinedBlock { faces, borders: ends(borders), chords: ends(chords) }
     }
 
     fn push(&mut self, corners: &[u32]) -> u32 {
@@ -96,8 +95,8 @@ impl Joined {
         self.positions.len() as u32 - 1
     }
 
-    /// Puts a vertex in the middle of an edge.
-    fn part_edge(&mut self, faces: &mut Vec<[u32; 3]>, [u, v]: Ends) {
+    /// Splits an edge at its midpoint.
+    fn split_edge(&mut self, faces: &mut Vec<[u32; 3]>, [u, v]: VertexPair) {
         let middle = self.push(&[u, v]);
         for at in 0..faces.len() {
             let face = faces[at];
@@ -109,8 +108,8 @@ impl Joined {
         }
     }
 
-    /// Puts a vertex into each face between shared vertices that is there already.
-    fn part_faces(&mut self, faces: &mut Vec<[u32; 3]>, known: &mut FxHashSet<[u32; 3]>) {
+    /// Splits each face between shared vertices that is already known, at its centroid.
+    fn split_repeated_faces(&mut self, faces: &mut Vec<[u32; 3]>, known: &mut FxHashSet<[u32; 3]>) {
         for at in 0..faces.len() {
             let face @ [a, b, c] = faces[at];
             let mut key = face;
@@ -127,14 +126,14 @@ impl Joined {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::blocks::block::{cut_into, simplify_block};
+    use crate::blocks::block::{cut_into_blocks, simplify_block};
     use crate::mesh::{shapes, topology};
     use crate::simplify::{Options, Target};
 
     #[test]
     fn blocks_as_they_were_are_the_mesh_again() {
         for mesh in [shapes::torus(40, 20, 1.0, 0.3), shapes::open_cylinder(30, 20), shapes::icosphere(4)] {
-            let blocks = cut_into(&mesh, 9);
+            let blocks = cut_into_blocks(&mesh, 9);
             assert!(blocks.len() > 5);
             let joined = join(blocks).unwrap();
             let [before, after] = [&mesh, &joined].map(topology);
@@ -148,7 +147,7 @@ mod tests {
         for mesh in [shapes::torus(80, 40, 1.0, 0.3), shapes::wavy_sphere(4, 8.0), shapes::cuboid([1.0; 3], 20)] {
             for n_blocks in [3, 11, 40] {
                 for price in [0.0, 1e-9, 1e-6, 1.0] {
-                    let blocks = cut_into(&mesh, n_blocks);
+                    let blocks = cut_into_blocks(&mesh, n_blocks);
                     let lighter = blocks.iter().map(|block| simplify_block(block, 0.2, price, None, &options).unwrap());
                     let joined = join(lighter).unwrap();
                     let (before, after) = (topology(&mesh), topology(&joined));
@@ -162,7 +161,7 @@ mod tests {
 
     #[test]
     fn what_two_blocks_made_of_one_border_is_parted() {
-        // Two halves of a square's outline, each of two triangles with the same diagonal: a pillow once joined.
+        // Two halves of a square's outline, both of two triangles with the same diagonal: a pillow once joined.
         let square = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
         let half =
             |faces: Vec<[u32; 3]>| Block { mesh: TriMesh::new(square.clone(), faces).unwrap(), shared: vec![true; 4] };

@@ -1,33 +1,33 @@
-//! A mesh in blocks, each simplified for itself: for meshes that do not fit into memory, or that many workers share.
+//! Simplification in blocks, for meshes that do not fit into memory or that several workers share.
 //!
-//! A block is the faces of a box, about [`FACES`] of them. Vertices that several blocks use stay
-//! where they are, and one price holds for all blocks: each is simplified as long as merges cost no more, to about
-//! [`TIMES`] times the size asked for altogether. What is left is joined and simplified as any other mesh, across the borders, to the
-//! size asked for. Blocks depend on the mesh alone, so results do not depend on memory, workers or threads.
+//! A block holds the faces in a box, about [`FACES_PER_BLOCK`]. Vertices shared by blocks stay. One price holds for all
+//! blocks, at which they keep about [`VERTEX_SURPLUS`] times the requested size. The joined blocks are then simplified
+//! to that size, across the borders. Blocks depend on the mesh alone, so results do not depend on memory, workers or
+//! threads.
 //!
-//! Where a mesh is closed and manifold, so are its joined blocks: borders keep their vertices and edges, and an edge that two blocks
-//! have made between vertices of a border is parted in one of them.
+//! A closed manifold stays one: borders keep their vertices and edges, and an edge that two blocks created alike is
+//! split in one of them.
 
 mod block;
 #[cfg(feature = "io")]
-mod described;
+mod file_description;
 mod join;
 #[cfg(feature = "io")]
 mod out_of_core;
 mod plan;
 mod price;
 #[cfg(feature = "io")]
-mod spooled;
+mod spooled_blocks;
 
 pub use block::{Block, cut, simplify_block};
 #[cfg(feature = "io")]
-pub use described::{Described, describe_pieces};
+pub use file_description::{FileDescription, describe_pieces};
 pub use join::join;
 #[cfg(feature = "io")]
-pub use out_of_core::{Heard, OutOfCore, OutOfCoreError, Room, simplify_pieces};
-pub use price::{Sample, price_for, sample_block};
+pub use out_of_core::{OutOfCoreError, OutOfCoreResult, ProgressCallback, WorkingSpace, simplify_pieces};
+pub use price::{BlockPrices, price_for, sample_block};
 
-/// Faces of a block, about.
-pub const FACES: usize = 1 << 19;
-/// Vertices that the blocks leave altogether, over those asked for.
-pub const TIMES: f64 = 2.0;
+/// Approximate number of faces per block.
+pub const FACES_PER_BLOCK: usize = 1 << 19;
+/// Vertices kept by all blocks together, as a multiple of the requested number.
+pub const VERTEX_SURPLUS: f64 = 2.0;

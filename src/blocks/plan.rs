@@ -1,6 +1,6 @@
-//! Which block a place is of: boxes, halved along their longest side until each holds about as many positions.
+//! Assignment of positions to blocks: boxes split along their longest side until each holds about as many positions.
 //!
-//! Runs of cells along Morton's curve had borders twice as long, and vertices on borders stay until blocks are joined.
+//! Runs along a Morton curve had borders twice as long.
 
 use rustc_hash::FxHashMap;
 
@@ -8,47 +8,47 @@ use rustc_hash::FxHashMap;
 const SIDE: u16 = 512;
 
 /// A cell of the cube.
-type Cell = [u16; 3];
+type CubeCell = [u16; 3];
 
-/// How many positions are in each cell.
+/// The number of positions in each cell.
 #[derive(Clone, Debug)]
 pub struct Census {
-    grid: Grid,
-    counts: FxHashMap<Cell, u64>,
+    grid: CubeGrid,
+    counts: FxHashMap<CubeCell, u64>,
 }
 
-/// The boxes of the blocks.
+/// The boxes of the blocks, as a tree of splits.
 #[derive(Clone, Debug)]
-pub struct Plan {
-    grid: Grid,
-    halvings: Vec<Halving>,
+pub struct BlockPlan {
+    grid: CubeGrid,
+    splits: Vec<Split>,
     n_blocks: usize,
 }
 
-/// Where cells lie.
+/// The cell grid of the cube.
 #[derive(Clone, Copy, Debug)]
-struct Grid {
+struct CubeGrid {
     low: [f32; 3],
-    /// Cells per length.
+    /// Cells per unit length.
     scale: f64,
 }
 
-/// Cells before `at` along an axis go one way, the others the other way.
+/// A split: cells before `at` along an axis take the first branch, others the second.
 #[derive(Clone, Copy, Debug)]
-struct Halving {
+struct Split {
     axis: usize,
     at: u16,
-    ways: [Way; 2],
+    branches: [Branch; 2],
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Way {
-    Halved(usize),
+enum Branch {
+    Split(usize),
     Block(usize),
 }
 
-impl Grid {
-    fn cell(&self, position: [f32; 3]) -> Cell {
+impl CubeGrid {
+    fn cell(&self, position: [f32; 3]) -> CubeCell {
         [0, 1, 2].map(|axis| {
             let along = (f64::from(position[axis]) - f64::from(self.low[axis])) * self.scale;
             (along as u16).min(SIDE - 1)
@@ -57,11 +57,11 @@ impl Grid {
 }
 
 impl Census {
-    /// Nothing yet within a box.
+    /// Creates an empty census of a box.
     pub fn new(low: [f32; 3], high: [f32; 3]) -> Self {
         let longest = (0..3).map(|axis| f64::from(high[axis]) - f64::from(low[axis])).fold(0.0, f64::max);
         let scale = if longest > 0.0 { f64::from(SIDE - 1) / longest } else { 0.0 };
-        Self { grid: Grid { low, scale }, counts: FxHashMap::default() }
+        Self { grid: CubeGrid { low, scale }, counts: FxHashMap::default() }
     }
 
     /// Counts a position.
@@ -69,55 +69,56 @@ impl Census {
         *self.counts.entry(self.grid.cell(position)).or_default() += 1;
     }
 
-    /// So many blocks, or fewer where cells are too few, with about as many positions in each.
-    pub fn plan(self, n_blocks: usize) -> Plan {
-        let mut cells: Vec<(Cell, u64)> = self.counts.into_iter().collect();
+    /// Plans `n_blocks` blocks of about equally many positions, fewer if there are too few cells.
+    pub fn plan(self, n_blocks: usize) -> BlockPlan {
+        let mut cells: Vec<(CubeCell, u64)> = self.counts.into_iter().collect();
         cells.sort_unstable();
-        let mut plan = Plan { grid: self.grid, halvings: Vec::new(), n_blocks: 0 };
-        plan.halve(&mut cells, n_blocks.max(1));
+        let mut plan = BlockPlan { grid: self.grid, splits: Vec::new(), n_blocks: 0 };
+        plan.split(&mut cells, n_blocks.max(1));
         plan
     }
 }
 
-impl Plan {
-    /// Number of blocks.
+impl BlockPlan {
+    /// Returns the number of blocks.
     pub fn n_blocks(&self) -> usize {
         self.n_blocks
     }
 
-    /// The block that a place is of.
-    pub fn home(&self, position: [f32; 3]) -> usize {
+    /// Returns the block of a position.
+    pub fn block_at(&self, position: [f32; 3]) -> usize {
         let cell = self.grid.cell(position);
-        let mut way = if self.halvings.is_empty() { Way::Block(0) } else { Way::Halved(0) };
+        let mut branch = if self.splits.is_empty() { Branch::Block(0) } else { Branch::Split(0) };
         loop {
-            match way {
-                Way::Block(block) => return block,
-                Way::Halved(number) => {
-                    let Halving { axis, at, ways } = self.halvings[number];
-                    way = ways[usize::from(cell[axis] >= at)];
+            match branch {
+                Branch::Block(block) => return block,
+                Branch::Split(number) => {
+                    let Split { axis, at, branches } = self.splits[number];
+                    branch = branches[usize::from(cell[axis] >= at)];
                 }
             }
         }
     }
 
-    /// Parts cells into so many blocks.
-    fn halve(&mut self, cells: &mut [(Cell, u64)], n_blocks: usize) -> Way {
-        let Some((axis, at)) = (n_blocks > 1).then(|| middle(cells, n_blocks)).flatten() else {
+    /// Splits cells into `n_blocks` blocks.
+    fn split(&mut self, cells: &mut [(CubeCell, u64)], n_blocks: usize) -> Branch {
+        let Some((axis, at)) = (n_blocks > 1).then(|| find_split(cells, n_blocks)).flatten() else {
             self.n_blocks += 1;
-            return Way::Block(self.n_blocks - 1);
+            return Branch::Block(self.n_blocks - 1);
         };
-        let number = self.halvings.len();
-        self.halvings.push(Halving { axis, at, ways: [Way::Block(0); 2] });
+        let number = self.splits.len();
+        self.splits.push(Split { axis, at, branches: [Branch::Block(0); 2] });
         let n_before = cells.partition_point(|(cell, _)| cell[axis] < at);
         let (before, after) = cells.split_at_mut(n_before);
-        let ways = [(before, n_blocks / 2), (after, n_blocks - n_blocks / 2)];
-        self.halvings[number].ways = ways.map(|(cells, n)| self.halve(cells, n));
-        Way::Halved(number)
+        let branches = [(before, n_blocks / 2), (after, n_blocks - n_blocks / 2)];
+        self.splits[number].branches = branches.map(|(cells, n)| self.split(cells, n));
+        Branch::Split(number)
     }
 }
 
-/// Sorts cells along the longest side of their box and gives it, and where the first half of the blocks ends; `None` of one cell.
-fn middle(cells: &mut [(Cell, u64)], n_blocks: usize) -> Option<(usize, u16)> {
+/// Sorts cells along the longest side of their box, and returns that axis and the end of the first half; `None` for a
+/// single cell.
+fn find_split(cells: &mut [(CubeCell, u64)], n_blocks: usize) -> Option<(usize, u16)> {
     let extent = |axis: usize| {
         let along = || cells.iter().map(|(cell, _)| cell[axis]);
         along().max().unwrap_or(0) - along().min().unwrap_or(0)
@@ -149,11 +150,11 @@ mod tests {
         let plan = census.plan(7);
         assert_eq!(plan.n_blocks(), 7);
         let mut sizes = [0usize; 7];
-        mesh.positions().iter().for_each(|&p| sizes[plan.home(p)] += 1);
+        mesh.positions().iter().for_each(|&p| sizes[plan.block_at(p)] += 1);
         let even = mesh.positions().len() / 7;
         assert!(sizes.iter().all(|&n| n > even / 2 && n < 2 * even), "{sizes:?}");
         for far in [[f32::MAX; 3], [f32::MIN; 3], [f32::NAN; 3]] {
-            assert!(plan.home(far) < 7);
+            assert!(plan.block_at(far) < 7);
         }
     }
 

@@ -1,5 +1,5 @@
-//! Golden hashes of results for every set of instructions, kept in `tests/golden/bits.csv`: what ties the version of a result to
-//! its bits. There is nothing here but for tests.
+//! Golden hashes of results per instruction set, in `tests/golden/bits.csv`; they tie a result's version to its bits.
+//! Tests only.
 
 #[cfg(test)]
 pub(crate) mod golden {
@@ -9,68 +9,66 @@ pub(crate) mod golden {
 
     use super::super::Isa;
 
-    /// Names the instructions that a process of a test has to do with.
-    const ASKED: &str = "NEURAL_MESH_TEST_INSTRUCTIONS";
-    /// Set to `write`, adds what the file does not have.
-    const WISH: &str = "NEURAL_MESH_GOLDEN";
-    /// How a process tells a hash.
-    const TOLD: &str = "golden hash: ";
+    /// Names the instruction set that a test process must use.
+    const ISA_VARIABLE: &str = "NEURAL_MESH_TEST_INSTRUCTIONS";
+    /// Set to `write`, adds the missing hashes to the file.
+    const WRITE_VARIABLE: &str = "NEURAL_MESH_GOLDEN";
+    /// Prefix of a hash in a process's output.
+    const HASH_PREFIX: &str = "golden hash: ";
 
-    static FORCED: OnceLock<Isa> = OnceLock::new();
+    static FORCED_ISA: OnceLock<Isa> = OnceLock::new();
 
-    /// The instructions that this process was told to do with.
-    pub(crate) fn forced() -> Option<Isa> {
-        FORCED.get().copied()
+    pub(crate) fn forced_isa() -> Option<Isa> {
+        FORCED_ISA.get().copied()
     }
 
-    /// Results by name, each as a hash of its bits.
+    /// Results by name, each a hash of its bits.
     pub(crate) type Results = Vec<(String, u64)>;
 
-    /// What is tied: its name in the file, its version, the name of the constant that holds that, the test.
-    pub(crate) struct Tied {
+    /// One entry of the golden file: its name, version, the constant that holds the version, and the test.
+    pub(crate) struct GoldenCheck {
         pub part: &'static str,
         pub version: u32,
         pub constant: &'static str,
-        /// Path of the test that calls [`check`]; each set of instructions has a process of its own that runs it.
+        /// Path of the test that calls [`check`]; it is run in one process per instruction set.
         pub test: &'static str,
     }
 
-    /// Panics where results of this version have other bits than those in the file, on any set of instructions that this
-    /// processor has.
-    pub(crate) fn check(tied: &Tied, results: fn() -> Results) {
-        if let Ok(asked) = std::env::var(ASKED) {
-            let isa = Isa::available().into_iter().find(|isa| isa.name() == asked);
-            FORCED.get_or_init(|| isa.expect("this processor has these instructions"));
-            results().iter().for_each(|(name, hash)| println!("{TOLD}{name} {hash:016x}"));
+    /// Panics if results of this version differ in bits from the file, on any instruction set of this processor.
+    pub(crate) fn check(golden: &GoldenCheck, results: fn() -> Results) {
+        if let Ok(name) = std::env::var(ISA_VARIABLE) {
+            let isa = Isa::available().into_iter().find(|isa| isa.name() == name);
+            FORCED_ISA.get_or_init(|| isa.expect("this processor has these instructions"));
+            results().iter().for_each(|(name, hash)| println!("{HASH_PREFIX}{name} {hash:016x}"));
             return;
         }
-        // Functions like the exponential are the system's.
+        // Functions such as `exp` are the system's.
         if !cfg!(all(target_arch = "x86_64", target_os = "linux", target_env = "gnu")) {
             println!("no golden hashes for this system: nothing is compared");
             return;
         }
         let known = read();
         for isa in Isa::available() {
-            compare(tied, isa, &computed(tied, isa), &known);
+            compare(golden, isa, &run_in_process(golden, isa), &known);
         }
     }
 
-    /// The hashes of a process of its own.
-    fn computed(tied: &Tied, isa: Isa) -> Vec<(String, String)> {
+    /// Returns the hashes from a process with this instruction set.
+    fn run_in_process(golden: &GoldenCheck, isa: Isa) -> Vec<(String, String)> {
         let mut test = Command::new(std::env::current_exe().unwrap());
-        test.args([tied.test, "--exact", "--nocapture"]).env(ASKED, isa.name());
+        test.args([golden.test, "--exact", "--nocapture"]).env(ISA_VARIABLE, isa.name());
         let done = test.output().unwrap();
         assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
         let out = String::from_utf8(done.stdout).unwrap();
-        // The name of the test may stand before the first.
-        let told = out.lines().filter_map(|line| line.split_once(TOLD)?.1.rsplit_once(' '));
-        let told: Vec<_> = told.map(|(name, hash)| (name.to_owned(), hash.to_owned())).collect();
-        assert!(!told.is_empty(), "{} tells nothing: {out}", tied.test);
-        told
+        // The test's name may precede the first hash.
+        let hashes = out.lines().filter_map(|line| line.split_once(HASH_PREFIX)?.1.rsplit_once(' '));
+        let hashes: Vec<_> = hashes.map(|(name, hash)| (name.to_owned(), hash.to_owned())).collect();
+        assert!(!hashes.is_empty(), "{} tells nothing: {out}", golden.test);
+        hashes
     }
 
-    fn compare(tied: &Tied, isa: Isa, found: &[(String, String)], known: &[[String; 5]]) {
-        let Tied { part, version, constant, .. } = tied;
+    fn compare(golden: &GoldenCheck, isa: Isa, found: &[(String, String)], known: &[[String; 5]]) {
+        let GoldenCheck { part, version, constant, .. } = golden;
         let mut new = Vec::new();
         for (name, hash) in found {
             let row = [*part, &version.to_string(), isa.name(), name, hash].map(String::from);
@@ -79,19 +77,19 @@ pub(crate) mod golden {
                     other[4],
                     *hash,
                     "{name} ({}): the bits have changed: give {constant} another number, write the hashes down \
-                     ({WISH}=write) and make the measured pages again (neural-mesh-bench measure)",
+                     ({WRITE_VARIABLE}=write) and make the measured pages again (neural-mesh-bench measure)",
                     isa.name()
                 ),
                 None => new.push(row),
             }
         }
-        if std::env::var(WISH).is_ok_and(|wish| wish == "write") {
+        if std::env::var(WRITE_VARIABLE).is_ok_and(|wish| wish == "write") {
             write(part, *version, new);
         } else {
             let names: Vec<&str> = new.iter().map(|row| row[3].as_str()).collect();
             assert!(
                 new.is_empty(),
-                "no golden hashes of version {version} of {part}: {names:?}: {WISH}=write adds them"
+                "no golden hashes of version {version} of {part}: {names:?}: {WRITE_VARIABLE}=write adds them"
             );
         }
     }
@@ -100,14 +98,13 @@ pub(crate) mod golden {
         PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden/bits.csv")
     }
 
-    /// Rows of part, version, instructions, result, hash.
     fn read() -> Vec<[String; 5]> {
         let text = std::fs::read_to_string(path()).unwrap_or_default();
         let row = |line: &str| line.split(',').map(String::from).collect::<Vec<_>>().try_into().unwrap();
         text.lines().skip(1).map(row).collect()
     }
 
-    /// The file with new rows, without those of other versions of the part.
+    /// Adds rows to the file and removes those of the part's other versions.
     fn write(part: &str, version: u32, new: Vec<[String; 5]>) {
         static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
         let _alone = ONE_AT_A_TIME.lock();

@@ -1,10 +1,11 @@
-//! Sparse rows: which columns each row names. A graph is the square case; values stand beside it, one per entry.
+//! Compressed sparse rows: the columns named by each row. Square ones serve as graphs; values are kept separately.
 
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Compressed sparse rows: the columns of row `i` are `columns[offsets[i]..offsets[i + 1]]`, each row ascending
-/// and without repeats. Values, where a matrix has some, are a slice beside it with one number per entry.
+/// A pattern of compressed sparse rows, each ascending and without repeats.
+///
+/// Row `i` holds `columns[offsets[i]..offsets[i + 1]]`. Values, if any, are a separate slice with one number per entry.
 ///
 /// ```
 /// use neural_mesh::linalg::Csr;
@@ -24,9 +25,9 @@ const BLOCK: usize = 1024;
 /// Why offsets and columns do not make a [`Csr`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InvalidCsr {
-    /// Offsets must begin at 0, never fall, and end at the number of entries.
+    /// Offsets do not begin at 0, fall, or do not end at the number of entries.
     BadOffsets,
-    /// A column of this row does not exist, repeats, or stands before a smaller one.
+    /// A column of the row does not exist, repeats, or precedes a smaller one.
     BadRow {
         /// Index of the row.
         row: usize,
@@ -45,10 +46,10 @@ impl std::fmt::Display for InvalidCsr {
 impl std::error::Error for InvalidCsr {}
 
 impl Csr {
-    /// Builds sparse rows from offsets (n_rows + 1) and columns (n_entries), checking both.
+    /// Builds rows from offsets (n_rows + 1) and columns (n_entries), checking both.
     ///
     /// # Errors
-    /// [`InvalidCsr`] names the first row that is wrong.
+    /// [`InvalidCsr`] names the first bad row.
     pub fn new(offsets: Vec<u32>, columns: Vec<u32>, n_cols: usize) -> Result<Self, InvalidCsr> {
         let ends_match = offsets.first() == Some(&0) && offsets.last().map(|&end| end as usize) == Some(columns.len());
         if !ends_match || !offsets.is_sorted() {
@@ -62,19 +63,13 @@ impl Csr {
         }
     }
 
-    /// The symmetric graph over `n` nodes with these edges; loops and repeats are left out.
-    ///
-    /// # Panics
-    /// When an edge names a node that does not exist, or there are more than `u32` counts.
+    /// Builds the symmetric graph over `n` nodes with these edges, without loops and repeats.
     pub fn from_edges(n: usize, edges: impl IntoIterator<Item = [u32; 2], IntoIter: Clone>) -> Self {
         let edges = edges.into_iter().filter(|[a, b]| a != b);
         Self::from_entries(n, n, edges.flat_map(|[a, b]| [[a, b], [b, a]]))
     }
 
-    /// The rows that hold these (row, column) entries; repeats are left out.
-    ///
-    /// # Panics
-    /// When an entry lies outside of n_rows x n_cols, or there are more than `u32` counts.
+    /// Builds rows from (row, column) entries, without repeats.
     pub fn from_entries(n_rows: usize, n_cols: usize, entries: impl Iterator<Item = [u32; 2]> + Clone) -> Self {
         let mut offsets = vec![0u32; n_rows + 1];
         for [row, col] in entries.clone() {
@@ -133,10 +128,7 @@ impl Csr {
 
     /// The symmetric graph over `n` nodes where `neighbours(i)` are those of node i, in any order, each once.
     ///
-    /// Walking the rows in order sorts them: each row takes its columns from the nodes that name it.
-    ///
-    /// # Panics
-    /// When a neighbour does not exist or does not name the node in turn, or there are more than `u32` counts.
+    /// Visiting the nodes in order sorts the rows, since each row collects the nodes that name it.
     ///
     /// ```
     /// use neural_mesh::linalg::Csr;
@@ -165,10 +157,7 @@ impl Csr {
         Self { offsets, columns, n_cols: n }
     }
 
-    /// The rows whose columns are `columns`, `k` for each row, in any order and none twice in a row.
-    ///
-    /// # Panics
-    /// When a column does not exist, or there are more than `u32` counts.
+    /// Builds rows of `k` columns each, unsorted and unique within a row.
     ///
     /// ```
     /// use neural_mesh::linalg::Csr;
@@ -186,7 +175,7 @@ impl Csr {
         Self { offsets: (0..=n_rows).map(|row| (row * k) as u32).collect(), columns, n_cols }
     }
 
-    /// The same square graph with every node joined to itself as well.
+    /// Returns the square graph with a loop at every node.
     ///
     /// ```
     /// use neural_mesh::linalg::Csr;
@@ -200,60 +189,57 @@ impl Csr {
         })
     }
 
-    /// Number of rows.
+    /// Returns the number of rows.
     pub fn n_rows(&self) -> usize {
         self.offsets.len() - 1
     }
 
-    /// Number of columns.
+    /// Returns the number of columns.
     pub fn n_cols(&self) -> usize {
         self.n_cols
     }
 
-    /// Number of entries over all rows.
+    /// Returns the number of entries.
     pub fn n_entries(&self) -> usize {
         self.columns.len()
     }
 
-    /// Columns of one row, ascending.
-    ///
-    /// # Panics
-    /// When there is no such row.
+    /// Returns the columns of a row, ascending.
     #[inline]
     pub fn row(&self, row: usize) -> &[u32] {
         &self.columns[self.range(row)]
     }
 
-    /// Where the entries of a row stand among all entries.
+    /// Returns the range of a row's entries among all entries.
     #[inline]
     pub fn range(&self, row: usize) -> Range<usize> {
         self.offsets[row] as usize..self.offsets[row + 1] as usize
     }
 
-    /// Where the entries of these rows stand among all entries.
+    /// Returns the range of several rows' entries among all entries.
     #[inline]
-    pub fn range_of_rows(&self, rows: Range<usize>) -> Range<usize> {
+    pub fn rows_range(&self, rows: Range<usize>) -> Range<usize> {
         self.offsets[rows.start] as usize..self.offsets[rows.end] as usize
     }
 
-    /// Where the entry in `row` and `col` stands among all entries, `None` where there is none.
+    /// Returns the index of entry (`row`, `col`) among all entries, `None` if absent.
     pub fn position(&self, row: usize, col: u32) -> Option<usize> {
         Some(self.range(row).start + self.row(row).binary_search(&col).ok()?)
     }
 
-    /// All entries as (row, column), row by row.
+    /// Returns all entries as (row, column), row by row.
     pub fn entries(&self) -> impl Iterator<Item = [u32; 2]> + Clone {
         (0..self.n_rows()).flat_map(|row| self.row(row).iter().map(move |&col| [row as u32, col]))
     }
 
-    /// The transposed rows, and for each of their entries where it stood among the entries of `self`.
-    pub fn transposed(&self) -> (Self, Vec<u32>) {
+    /// Returns the transposed rows, and the original index of each of their entries.
+    pub fn transpose(&self) -> (Self, Vec<u32>) {
         let mut offsets = vec![0u32; self.n_cols + 1];
         self.columns.iter().for_each(|&col| offsets[col as usize + 1] += 1);
         (0..self.n_cols).for_each(|col| offsets[col + 1] += offsets[col]);
         let mut next = offsets.clone();
         let (mut columns, mut origin) = (vec![0u32; self.n_entries()], vec![0u32; self.n_entries()]);
-        // Rows in order, so that each transposed row is ascending, too.
+        // Rows in order keep the transposed rows ascending.
         for row in 0..self.n_rows() {
             for position in self.range(row) {
                 let slot = &mut next[self.columns[position] as usize];
@@ -265,13 +251,13 @@ impl Csr {
         (Self { offsets, columns, n_cols: self.n_rows() }, origin)
     }
 
-    /// Whether every entry has its mirror image.
+    /// Returns whether every entry has its mirror image.
     pub fn is_symmetric(&self) -> bool {
-        self.n_rows() == self.n_cols && self.transposed().0 == *self
+        self.n_rows() == self.n_cols && self.transpose().0 == *self
     }
 }
 
-/// Sorts each row, takes repeats out and closes the gaps.
+/// Sorts each row, removes repeats and closes the gaps.
 fn sort_rows(offsets: &mut [u32], columns: &mut Vec<u32>) {
     let mut rest = columns.as_mut_slice();
     let mut blocks = Vec::new();
@@ -319,7 +305,7 @@ mod tests {
     #[test]
     fn transposing_remembers_where_entries_stood() {
         let csr = Csr::from_entries(2, 3, [[0, 2], [1, 0], [1, 2]].into_iter());
-        let (transposed, origin) = csr.transposed();
+        let (transposed, origin) = csr.transpose();
         assert_eq!(transposed.entries().collect::<Vec<_>>(), [[0, 1], [2, 0], [2, 1]]);
         assert_eq!(origin, [1, 0, 2]);
         assert!(!csr.is_symmetric());

@@ -1,19 +1,16 @@
-//! Rows picked by index, one by one or in triples: the positions of samples, and Eq. (4)'s rows of triangles.
+//! Rows picked by index, singly or in triples: positions of samples, and the rows of triangles in Eq. (4).
 
 use super::Matrix;
 use rayon::prelude::*;
 
-/// Fewest triples that are worth a thread of their own.
-const ALONE: usize = 1024;
+/// Fewest triples per task.
+const MIN_TRIPLES: usize = 1024;
 
-/// Picks rows: row n of the result is row `indices[n]` of `x`. An index may repeat.
+/// Picks rows by index: row n of the result is row `indices[n]` of `x`.
 ///
 /// # Shapes
 /// - `x`: n_rows x n_cols
 /// - returns n_indices x n_cols
-///
-/// # Panics
-/// When an index is no row.
 ///
 /// ```
 /// use neural_mesh::linalg::{Matrix, gather};
@@ -25,10 +22,7 @@ pub fn gather(x: &Matrix, indices: &[u32]) -> Matrix {
     Matrix::new(indices.len(), x.n_cols(), picked.collect())
 }
 
-/// Derivative of [`gather`] to `x`, n_rows x n_cols: what reaches a row through repeated indices adds up.
-///
-/// # Panics
-/// When an index is no row, or the shapes do not match.
+/// Computes the derivative of [`gather`] to `x`, n_rows x n_cols; repeated indices add up.
 ///
 /// ```
 /// use neural_mesh::linalg::{Matrix, gather_backward};
@@ -46,15 +40,13 @@ pub fn gather_backward(n_rows: usize, indices: &[u32], gradient: &Matrix) -> Mat
     to_x
 }
 
-/// Describes triples of rows i, j, k, column by column, by `[least | largest | mean]`: of the differences
-/// `x_i - x_j`, `x_i - x_k`, `x_j - x_k` the least and the largest, and the mean of the three rows.
+/// Computes `[least | largest | mean]` of triples of rows i, j, k, column by column.
+///
+/// Least and largest are taken of the differences `x_i - x_j`, `x_i - x_k`, `x_j - x_k`, the mean of the three rows.
 ///
 /// # Shapes
 /// - `x`: n x n_cols, `triples`: n_triples x 3
 /// - returns n_triples x (3 n_cols)
-///
-/// # Panics
-/// When an index is no row.
 ///
 /// ```
 /// use neural_mesh::linalg::{Matrix, triple_extremes};
@@ -65,7 +57,7 @@ pub fn gather_backward(n_rows: usize, indices: &[u32], gradient: &Matrix) -> Mat
 pub fn triple_extremes(x: &Matrix, triples: &[[u32; 3]]) -> Matrix {
     let n_cols = x.n_cols();
     let mut result = Matrix::zeros(triples.len(), 3 * n_cols);
-    let rows = result.data_mut().par_chunks_exact_mut((3 * n_cols).max(1)).with_min_len(ALONE);
+    let rows = result.data_mut().par_chunks_exact_mut((3 * n_cols).max(1)).with_min_len(MIN_TRIPLES);
     rows.zip(triples).for_each(|(row, triple)| {
         let [i, j, k] = triple.map(|row| x.row(row as usize));
         for col in 0..n_cols {
@@ -78,10 +70,7 @@ pub fn triple_extremes(x: &Matrix, triples: &[[u32; 3]]) -> Matrix {
     result
 }
 
-/// Derivative of [`triple_extremes`] to `x`, n x n_cols: of equal differences the first has the gradient.
-///
-/// # Panics
-/// When the shapes do not match.
+/// Computes the derivative of [`triple_extremes`] to `x`, n x n_cols; of equal differences the first gets the gradient.
 ///
 /// ```
 /// use neural_mesh::linalg::{Matrix, triple_extremes_backward};
@@ -107,7 +96,6 @@ pub fn triple_extremes_backward(x: &Matrix, triples: &[[u32; 3]], gradient: &Mat
     to_x
 }
 
-/// Gradients of one column of a triple from those of its least and largest difference and its mean.
 fn column_backward(column: [f32; 3], [least, largest, mean]: [f32; 3]) -> [f32; 3] {
     let differences = differences(column);
     let first = |wins: fn(f32, f32) -> bool| {
@@ -141,7 +129,7 @@ mod tests {
         assert_close(&[forth], &[dot(&x, &gather_backward(9, &indices, &g))], 1e-6);
     }
 
-    /// The loss `<gradient, extremes>` in double precision, with row `row` and column `col` moved by `step`.
+    /// Returns `<gradient, extremes>` in double precision, with one entry of `x` moved by `step`.
     fn loss(x: &Matrix, gradient: &Matrix, [row, col]: [usize; 2], step: f64) -> f64 {
         let at =
             |i: u32, c: usize| f64::from(x.row(i as usize)[c]) + if [i as usize, c] == [row, col] { step } else { 0.0 };

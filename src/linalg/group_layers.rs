@@ -1,19 +1,16 @@
-//! Several layers over groups of rows, group by group: what lies between them stays in the nearest caches.
+//! Several layers applied group by group, so that intermediate values stay in the caches.
 
 use super::Matrix;
 use super::isa::{Isa, RowKernel, relu};
 use super::product::{add_bias, multiply_rows};
 use std::ops::Range;
 
-/// Computes affine maps with a ReLU between them, and the largest entry of each column over rows in groups of `group`.
+/// Applies affine maps with ReLUs between them, then takes column maxima over groups of `group` rows.
 ///
 /// # Shapes
 /// - `x`: (n_groups * group) x n_in
 /// - `layers`: `[weights, bias]` of each, n_before x n_after and 1 x n_after
 /// - returns n_groups x n_out
-///
-/// # Panics
-/// When the shapes do not match, or the rows are no whole number of groups.
 ///
 /// ```
 /// use neural_mesh::linalg::{Matrix, layers_group_max};
@@ -24,43 +21,45 @@ pub fn layers_group_max(x: &Matrix, layers: &[[&Matrix; 2]], group: usize) -> Ma
     layers_group_max_on(Isa::best(), x, layers, group)
 }
 
-/// Computes affine maps with a ReLU between them, the last to one column, where every row of a group has the group's row
-/// added to what the first map gives.
+/// Applies affine maps with ReLUs between them, the last to one column, adding a row per group after the first map.
 ///
 /// # Shapes
-/// - `x`: (n_groups * group) x n_in; `of_groups`: n_groups x n_first
+/// - `x`: (n_groups * group) x n_in; `group_rows`: n_groups x n_first
 /// - returns (n_groups * group) x 1
 ///
-/// # Panics
-/// When the shapes do not match, or the rows are no whole number of groups.
-///
 /// ```
-/// use neural_mesh::linalg::{Matrix, layers_of_groups};
+/// use neural_mesh::linalg::{Matrix, layers_with_group_rows};
 /// let (x, one, zero) = (Matrix::new(2, 1, vec![-1.0, 3.0]), Matrix::new(1, 1, vec![1.0]), Matrix::zeros(1, 1));
-/// let found = layers_of_groups(&x, &Matrix::new(1, 1, vec![2.0]), &[[&one, &zero], [&one, &zero]], 2);
+/// let found = layers_with_group_rows(&x, &Matrix::new(1, 1, vec![2.0]), &[[&one, &zero], [&one, &zero]], 2);
 /// assert_eq!(found.data(), [1.0, 5.0]);
 /// ```
-pub fn layers_of_groups(x: &Matrix, of_groups: &Matrix, layers: &[[&Matrix; 2]], group: usize) -> Matrix {
-    layers_of_groups_on(Isa::best(), x, of_groups, layers, group)
+pub fn layers_with_group_rows(x: &Matrix, group_rows: &Matrix, layers: &[[&Matrix; 2]], group: usize) -> Matrix {
+    layers_with_group_rows_on(Isa::best(), x, group_rows, layers, group)
 }
 
 fn layers_group_max_on(isa: Isa, x: &Matrix, layers: &[[&Matrix; 2]], group: usize) -> Matrix {
-    let [n_groups, n_out] = checked(x, layers, group);
-    isa.matrix(&Pooled { x, layers, group }, n_groups, n_out)
+    let [n_groups, n_out] = check_shapes(x, layers, group);
+    isa.compute_matrix(&PooledLayersKernel { x, layers, group }, n_groups, n_out)
 }
 
-fn layers_of_groups_on(isa: Isa, x: &Matrix, of_groups: &Matrix, layers: &[[&Matrix; 2]], group: usize) -> Matrix {
-    let [n_groups, n_out] = checked(x, layers, group);
+fn layers_with_group_rows_on(
+    isa: Isa,
+    x: &Matrix,
+    group_rows: &Matrix,
+    layers: &[[&Matrix; 2]],
+    group: usize,
+) -> Matrix {
+    let [n_groups, n_out] = check_shapes(x, layers, group);
     assert_eq!(
         [n_out, n_groups, layers[0][0].n_cols()],
-        [1, of_groups.n_rows(), of_groups.n_cols()],
+        [1, group_rows.n_rows(), group_rows.n_cols()],
         "a row per group"
     );
-    let scores = isa.matrix(&Scored { x, of_groups, layers, group }, n_groups, group);
+    let scores = isa.compute_matrix(&GroupScoresKernel { x, group_rows, layers, group }, n_groups, group);
     Matrix::new(x.n_rows(), 1, scores.into_data())
 }
 
-fn checked(x: &Matrix, layers: &[[&Matrix; 2]], group: usize) -> [usize; 2] {
+fn check_shapes(x: &Matrix, layers: &[[&Matrix; 2]], group: usize) -> [usize; 2] {
     assert!(group > 0 && x.n_rows().is_multiple_of(group), "a whole number of groups of rows");
     let n_out = layers.iter().fold(x.n_cols(), |n_in, [weights, bias]| {
         assert_eq!(
@@ -73,16 +72,15 @@ fn checked(x: &Matrix, layers: &[[&Matrix; 2]], group: usize) -> [usize; 2] {
     [x.n_rows() / group, n_out]
 }
 
-/// All layers over the rows of a group, with a ReLU between them.
 #[inline(always)]
-fn mapped<const FMA: bool>(rows: &[f32], n_rows: usize, of_group: &[f32], layers: &[[&Matrix; 2]]) -> Vec<f32> {
+fn apply_layers<const FMA: bool>(rows: &[f32], n_rows: usize, group_row: &[f32], layers: &[[&Matrix; 2]]) -> Vec<f32> {
     let mut now = Vec::new();
     for (i, [weights, bias]) in layers.iter().enumerate() {
         let mut next = vec![0.0; n_rows * weights.n_cols()];
         multiply_rows::<FMA>(if i == 0 { rows } else { &now }, weights, &mut next);
         add_bias(&mut next, bias.data());
         if i == 0 {
-            add_bias(&mut next, of_group);
+            add_bias(&mut next, group_row);
         }
         if i + 1 < layers.len() {
             next.iter_mut().for_each(|y| *y = relu(*y));
@@ -92,19 +90,19 @@ fn mapped<const FMA: bool>(rows: &[f32], n_rows: usize, of_group: &[f32], layers
     now
 }
 
-struct Pooled<'a> {
+struct PooledLayersKernel<'a> {
     x: &'a Matrix,
     layers: &'a [[&'a Matrix; 2]],
     group: usize,
 }
 
-impl RowKernel for Pooled<'_> {
+impl RowKernel for PooledLayersKernel<'_> {
     #[inline(always)]
     fn compute<const FMA: bool>(&self, groups: Range<usize>, out: &mut [f32]) {
         let n_out = out.len() / groups.len().max(1);
         let size = self.group * self.x.n_cols();
         for (n, out) in groups.zip(out.chunks_exact_mut(n_out.max(1))) {
-            let mapped = mapped::<FMA>(&self.x.data()[n * size..][..size], self.group, &[], self.layers);
+            let mapped = apply_layers::<FMA>(&self.x.data()[n * size..][..size], self.group, &[], self.layers);
             out.copy_from_slice(&mapped[..n_out]);
             for row in mapped.chunks_exact(n_out).skip(1) {
                 out.iter_mut().zip(row).for_each(|(out, &x)| *out = if x > *out { x } else { *out });
@@ -113,20 +111,20 @@ impl RowKernel for Pooled<'_> {
     }
 }
 
-struct Scored<'a> {
+struct GroupScoresKernel<'a> {
     x: &'a Matrix,
-    of_groups: &'a Matrix,
+    group_rows: &'a Matrix,
     layers: &'a [[&'a Matrix; 2]],
     group: usize,
 }
 
-impl RowKernel for Scored<'_> {
+impl RowKernel for GroupScoresKernel<'_> {
     #[inline(always)]
     fn compute<const FMA: bool>(&self, groups: Range<usize>, out: &mut [f32]) {
         let size = self.group * self.x.n_cols();
         for (n, out) in groups.zip(out.chunks_exact_mut(self.group)) {
             let rows = &self.x.data()[n * size..][..size];
-            out.copy_from_slice(&mapped::<FMA>(rows, self.group, self.of_groups.row(n), self.layers));
+            out.copy_from_slice(&apply_layers::<FMA>(rows, self.group, self.group_rows.row(n), self.layers));
         }
     }
 }
@@ -143,7 +141,7 @@ mod tests {
         let parameters: Vec<[Matrix; 2]> =
             (0..3).map(|i| [random(widths[i], widths[i + 1], i as u64), random(1, widths[i + 1], 9)]).collect();
         let layers: Vec<[&Matrix; 2]> = parameters.iter().map(|layer| layer.each_ref()).collect();
-        let (x, of_groups) = (random(70 * 5, 6, 4), random(70, 16, 5));
+        let (x, group_rows) = (random(70 * 5, 6, 4), random(70, 16, 5));
         let relu = |mut m: Matrix| {
             m.data_mut().iter_mut().for_each(|y| *y = y.max(0.0));
             m
@@ -153,11 +151,11 @@ mod tests {
             if last == 1 { second } else { product(&relu(second), layers[2][0], layers[2][1].data()) }
         };
         let first = product(&x, layers[0][0], layers[0][1].data());
-        let with_groups = Matrix::from_fn(350, 16, |i, c| first.row(i)[c] + of_groups.row(i / 5)[c]);
+        let with_groups = Matrix::from_fn(350, 16, |i, c| first.row(i)[c] + group_rows.row(i / 5)[c]);
         for isa in Isa::available() {
             let pooled = layers_group_max_on(isa, &x, &layers[..2], 5);
             assert_close(pooled.data(), group_max(&after(first.clone(), 1), 5).largest.data(), 1e-5);
-            let scored = layers_of_groups_on(isa, &x, &of_groups, &layers, 5);
+            let scored = layers_with_group_rows_on(isa, &x, &group_rows, &layers, 5);
             assert_close(scored.data(), after(with_groups.clone(), 2).data(), 1e-5);
         }
         assert_eq!(layers_group_max(&Matrix::zeros(0, 6), &layers, 5).shape(), [0, 1]);

@@ -1,26 +1,24 @@
-//! The largest entries over groups of equally many rows, also of an affine map that is never held as a whole.
+//! Column maxima over groups of equally many rows, also of an affine map that is never stored whole.
 
 use super::Matrix;
-use super::isa::{Isa, RowKernel, fused};
+use super::isa::{Isa, RowKernel, multiply_add};
 use super::product::{add_bias, column_sums, multiply_rows};
 use std::ops::Range;
 
-/// The largest entries of groups of rows, and where they stand.
+/// Column maxima of groups of rows, with the rows that attain them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroupMax {
     /// n_groups x n_cols.
     pub largest: Matrix,
-    /// The row of each, the first of equal ones, n_groups x n_cols, row-major.
+    /// Row of each maximum, the first of equal ones; n_groups x n_cols, row-major.
     pub rows: Vec<u32>,
 }
 
-/// Finds the largest entry of each column over rows in groups of `group`.
+/// Finds the maximum of each column over groups of `group` rows.
 ///
 /// # Shapes
-/// - `x`: (n_groups * group) x n_cols, n_groups x n_cols in the result; `group` above 0
-///
-/// # Panics
-/// When the rows are no whole number of groups.
+/// - `x`: (n_groups * group) x n_cols; `group` above 0
+/// - returns n_groups x n_cols
 ///
 /// ```
 /// use neural_mesh::linalg::{Matrix, group_max};
@@ -29,11 +27,11 @@ pub struct GroupMax {
 /// ```
 pub fn group_max(x: &Matrix, group: usize) -> GroupMax {
     let n_groups = n_groups(x, group);
-    let both = Isa::best().matrix(&Largest { x, group }, n_groups, 2 * x.n_cols());
-    split(&both, group)
+    let both = Isa::best().compute_matrix(&LargestKernel { x, group }, n_groups, 2 * x.n_cols());
+    split_places(&both, group)
 }
 
-/// Derivative of [`group_max`] to `x`, of n_rows rows: all to the largest.
+/// Computes the derivative of [`group_max`] to `x`, which has `n_rows` rows; each maximum's row gets all of it.
 pub fn group_max_backward(n_rows: usize, rows: &[u32], gradient: &Matrix) -> Matrix {
     let n_cols = gradient.n_cols();
     let mut to_x = Matrix::zeros(n_rows, n_cols);
@@ -43,13 +41,10 @@ pub fn group_max_backward(n_rows: usize, rows: &[u32], gradient: &Matrix) -> Mat
     to_x
 }
 
-/// [`group_max`] of `x w + bias`, which is held for one group at a time.
+/// Computes [`group_max`] of `x w + bias`, storing one group at a time.
 ///
 /// # Shapes
 /// - `x`: (n_groups * group) x n_in; `weights`: n_in x n_out; `bias`: 1 x n_out
-///
-/// # Panics
-/// When the shapes do not match, or the rows are no whole number of groups.
 ///
 /// ```
 /// use neural_mesh::linalg::{Matrix, group_max_affine};
@@ -59,24 +54,24 @@ pub fn group_max_backward(n_rows: usize, rows: &[u32], gradient: &Matrix) -> Mat
 /// ```
 pub fn group_max_affine(x: &Matrix, layer: [&Matrix; 2], group: usize) -> GroupMax {
     let both = group_max_affine_on(Isa::best(), x, layer, group);
-    split(&both, group)
+    split_places(&both, group)
 }
 
 fn group_max_affine_on(isa: Isa, x: &Matrix, layer: [&Matrix; 2], group: usize) -> Matrix {
     let [n_in, n_out] = layer[0].shape();
     assert_eq!([x.n_cols(), n_out], [n_in, layer[1].data().len()], "a layer that takes x");
-    isa.matrix(&LargestAffine { x, layer, group }, n_groups(x, group), 2 * n_out)
+    isa.compute_matrix(&LargestAffineKernel { x, layer, group }, n_groups(x, group), 2 * n_out)
 }
 
-/// Derivatives of [`group_max_affine`] to x, weights and bias: a group hands each column's gradient to one of its rows.
+/// Computes the derivatives of [`group_max_affine`] to x, weights and bias; each column's gradient goes to one row.
 pub fn group_max_affine_backward(x: &Matrix, weights: &Matrix, rows: &[u32], gradient: &Matrix) -> [Matrix; 3] {
     let isa = Isa::best();
     let [n_in, n_out] = weights.shape();
-    let transposed = weights.transposed();
+    let transposed = weights.transpose();
     let group = x.n_rows() / gradient.n_rows().max(1);
-    let to_input = ToInput { transposed: &transposed, rows, gradient, group };
-    let to_x = isa.matrix(&to_input, gradient.n_rows(), group * n_in);
-    let to_weights = isa.matrix(&ToWeights { x, rows, gradient }, n_out, n_in).transposed();
+    let to_input = ToInputKernel { transposed: &transposed, rows, gradient, group };
+    let to_x = isa.compute_matrix(&to_input, gradient.n_rows(), group * n_in);
+    let to_weights = isa.compute_matrix(&ToWeightsKernel { x, rows, gradient }, n_out, n_in).transpose();
     [Matrix::new(x.n_rows(), n_in, to_x.into_data()), to_weights, column_sums(gradient)]
 }
 
@@ -85,8 +80,8 @@ fn n_groups(x: &Matrix, group: usize) -> usize {
     x.n_rows() / group
 }
 
-/// Largest entries beside their places within the groups, which `f32` holds exactly.
-fn split(both: &Matrix, group: usize) -> GroupMax {
+/// Splits maxima from their places within the groups, which `f32` holds exactly.
+fn split_places(both: &Matrix, group: usize) -> GroupMax {
     let n_cols = both.n_cols() / 2;
     let (mut largest, mut rows) = (Vec::with_capacity(both.data().len() / 2), Vec::new());
     for n in 0..both.n_rows() {
@@ -97,9 +92,9 @@ fn split(both: &Matrix, group: usize) -> GroupMax {
     GroupMax { largest: Matrix::new(both.n_rows(), n_cols, largest), rows }
 }
 
-/// Writes the largest entries of rows, then their places.
+/// Writes the column maxima of rows, then their places.
 #[inline(always)]
-fn largest_of(rows: &[f32], out: &mut [f32]) {
+fn find_largest(rows: &[f32], out: &mut [f32]) {
     let n_cols = out.len() / 2;
     let (largest, places) = out.split_at_mut(n_cols);
     largest.copy_from_slice(&rows[..n_cols]);
@@ -113,28 +108,28 @@ fn largest_of(rows: &[f32], out: &mut [f32]) {
     }
 }
 
-struct Largest<'a> {
+struct LargestKernel<'a> {
     x: &'a Matrix,
     group: usize,
 }
 
-impl RowKernel for Largest<'_> {
+impl RowKernel for LargestKernel<'_> {
     #[inline(always)]
     fn compute<const FMA: bool>(&self, groups: Range<usize>, out: &mut [f32]) {
         let size = self.group * self.x.n_cols();
         for (n, out) in groups.zip(out.chunks_exact_mut((2 * self.x.n_cols()).max(1))) {
-            largest_of(&self.x.data()[n * size..][..size], out);
+            find_largest(&self.x.data()[n * size..][..size], out);
         }
     }
 }
 
-struct LargestAffine<'a> {
+struct LargestAffineKernel<'a> {
     x: &'a Matrix,
     layer: [&'a Matrix; 2],
     group: usize,
 }
 
-impl RowKernel for LargestAffine<'_> {
+impl RowKernel for LargestAffineKernel<'_> {
     #[inline(always)]
     fn compute<const FMA: bool>(&self, groups: Range<usize>, out: &mut [f32]) {
         let [weights, bias] = self.layer;
@@ -143,19 +138,19 @@ impl RowKernel for LargestAffine<'_> {
         for (n, out) in groups.zip(out.chunks_exact_mut((2 * n_out).max(1))) {
             multiply_rows::<FMA>(&self.x.data()[n * size..][..size], weights, &mut mapped);
             add_bias(&mut mapped, bias.data());
-            largest_of(&mapped, out);
+            find_largest(&mapped, out);
         }
     }
 }
 
-struct ToInput<'a> {
+struct ToInputKernel<'a> {
     transposed: &'a Matrix,
     rows: &'a [u32],
     gradient: &'a Matrix,
     group: usize,
 }
 
-impl RowKernel for ToInput<'_> {
+impl RowKernel for ToInputKernel<'_> {
     #[inline(always)]
     fn compute<const FMA: bool>(&self, groups: Range<usize>, out: &mut [f32]) {
         let [n_out, n_in] = self.transposed.shape();
@@ -168,13 +163,13 @@ impl RowKernel for ToInput<'_> {
     }
 }
 
-struct ToWeights<'a> {
+struct ToWeightsKernel<'a> {
     x: &'a Matrix,
     rows: &'a [u32],
     gradient: &'a Matrix,
 }
 
-impl RowKernel for ToWeights<'_> {
+impl RowKernel for ToWeightsKernel<'_> {
     #[inline(always)]
     fn compute<const FMA: bool>(&self, columns: Range<usize>, out: &mut [f32]) {
         let n_out = self.gradient.n_cols();
@@ -188,7 +183,7 @@ impl RowKernel for ToWeights<'_> {
 
 #[inline(always)]
 fn add_times<const FMA: bool>(to: &mut [f32], factor: f32, from: &[f32]) {
-    to.iter_mut().zip(from).for_each(|(to, from)| *to = fused::<FMA>(factor, *from, *to));
+    to.iter_mut().zip(from).for_each(|(to, from)| *to = multiply_add::<FMA>(factor, *from, *to));
 }
 
 #[cfg(test)]
@@ -210,7 +205,7 @@ mod tests {
         for isa in Isa::available() {
             for [n_groups, group, n_in, n_out] in [[0, 3, 4, 1], [7, 64, 32, 256], [70, 5, 9, 17], [3, 1, 2, 2]] {
                 let (x, w, b) = (random(n_groups * group, n_in, 1), random(n_in, n_out, 2), random(1, n_out, 3));
-                let found = split(&group_max_affine_on(isa, &x, [&w, &b], group), group);
+                let found = split_places(&group_max_affine_on(isa, &x, [&w, &b], group), group);
                 let expected = group_max(&product(&x, &w, b.data()), group);
                 assert_close(found.largest.data(), expected.largest.data(), 1e-5);
                 let n_equal = found.rows.iter().zip(&expected.rows).filter(|(a, b)| a == b).count();

@@ -1,10 +1,10 @@
-//! Which instructions this processor has, and rows of a result computed with them, in parallel.
+//! Instruction sets of the processor, and kernels that compute rows of a result with them, in parallel.
 //!
-//! The one file with `unsafe`. Without run-time dispatch the kernels run about six times slower, because a
-//! build for every x86-64 processor may only use SSE2. Why it is sound: a function compiled for instructions
-//! that the processor lacks must not be called; an [`Isa`] other than the portable one is made only after
-//! `is_x86_feature_detected!` has seen every feature that the matching function enables, and its field is
-//! private. Where the compiler's own target has vectors and fused products (NEON), portable code has them too.
+//! The one file with `unsafe`. Without run-time dispatch the kernels run about six times slower, because a build for
+//! every x86-64 processor may only use SSE2. Why it is sound: a function compiled for instructions that the processor
+//! lacks must not be called; an [`Isa`] other than the portable one is made only after `is_x86_feature_detected!` has
+//! seen every feature that the matching function enables, and its field is private. Where the compiler's own target has
+//! vectors and fused products (NEON), portable code has them too.
 #![allow(unsafe_code)]
 
 use super::{Csr, Matrix};
@@ -13,10 +13,10 @@ use std::ops::Range;
 
 /// A set of instructions that this processor has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Isa(Level);
+pub(crate) struct Isa(IsaLevel);
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Level {
+enum IsaLevel {
     Portable,
     #[cfg(target_arch = "x86_64")]
     Avx2,
@@ -24,37 +24,34 @@ enum Level {
     Avx512,
 }
 
-/// Work that computes rows of a result, each row for itself.
+/// A kernel that computes rows of a result independently.
 pub(crate) trait RowKernel: Sync {
-    /// Computes `rows` into `out`, which holds exactly those rows, zeroed. With `FMA` fused products are one
-    /// instruction (otherwise a slow call). Must be `#[inline(always)]`, and so must the loops it calls: only
-    /// what is inlined is compiled for the instructions at hand.
+    /// Computes `rows` into `out`, which holds exactly those rows, zeroed.
+    ///
+    /// With `FMA`, fused products are one instruction (otherwise a slow call). Must be `#[inline(always)]`, and so must
+    /// the loops it calls: only inlined code is compiled for the chosen instructions.
     fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]);
 }
 
-/// Any work. Must be `#[inline(always)]`, and so must what it calls that is to be compiled for the instructions at hand.
+/// A task to compile for each instruction set. Must be `#[inline(always)]`, and so must its callees.
 pub(crate) trait Work {
-    /// What it gives.
     type Output;
 
-    /// Does it.
     fn run(self) -> Self::Output;
 }
 
-/// Columns that the kernels take at once where there are so many: loops of this fixed length over local arrays are
-/// what the compiler turns into registers, with any vector length.
+/// Columns per step in wide results: the compiler keeps local arrays of this fixed length in registers, for any vector
+/// length.
 pub(crate) const WIDE: usize = 64;
 
-/// Columns taken at once for what [`WIDE`] leaves.
+/// Columns per step in the remainder of [`WIDE`].
 pub(crate) const NARROW: usize = 16;
 
-/// Work that computes a row of a result some columns at a time, so that sums stay in registers.
+/// A kernel that computes some columns of a row at a time, so that sums stay in registers.
 pub(crate) trait ColumnKernel: Sync {
-    /// Number of columns of the result.
     fn width(&self) -> usize;
 
-    /// Computes COLS columns of row `row` from `col` on into `out`, which holds exactly those, zeroed. Must be
-    /// `#[inline(always)]`.
+    /// Computes COLS columns of `row` from `col` on into `out`, zeroed. Must be `#[inline(always)]`.
     fn columns<const COLS: usize, const FMA: bool>(&self, row: usize, col: usize, out: &mut [f32; COLS]);
 }
 
@@ -80,20 +77,20 @@ impl<K: ColumnKernel> RowKernel for K {
     }
 }
 
-/// Rows per task; fixed, so that nothing depends on the number of threads.
+/// Rows per task; fixed, so that thread counts change nothing.
 const BLOCK: usize = 64;
 
 impl Isa {
-    /// The best that this processor has.
+    /// Returns the best set of this processor.
     pub(crate) fn best() -> Self {
         #[cfg(test)]
-        if let Some(forced) = super::golden::forced() {
+        if let Some(forced) = super::golden::forced_isa() {
             return forced;
         }
-        Self::detected()
+        Self::detect()
     }
 
-    fn detected() -> Self {
+    fn detect() -> Self {
         #[cfg(target_arch = "x86_64")]
         {
             if is_x86_feature_detected!("avx512f")
@@ -103,65 +100,65 @@ impl Isa {
                 && is_x86_feature_detected!("avx2")
                 && is_x86_feature_detected!("fma")
             {
-                return Self(Level::Avx512);
+                return Self(IsaLevel::Avx512);
             }
             if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-                return Self(Level::Avx2);
+                return Self(IsaLevel::Avx2);
             }
         }
-        Self(Level::Portable)
+        Self(IsaLevel::Portable)
     }
 
-    /// All that this processor has, for tests that compare them.
+    /// Returns all sets of this processor, for tests that compare them.
     #[cfg(test)]
     pub(crate) fn available() -> Vec<Self> {
-        let best = Self::detected();
+        let best = Self::detect();
         #[cfg(target_arch = "x86_64")]
-        if best == Self(Level::Avx512) {
-            return vec![Self(Level::Portable), Self(Level::Avx2), best];
+        if best == Self(IsaLevel::Avx512) {
+            return vec![Self(IsaLevel::Portable), Self(IsaLevel::Avx2), best];
         }
-        if best == Self(Level::Portable) { vec![best] } else { vec![Self(Level::Portable), best] }
+        if best == Self(IsaLevel::Portable) { vec![best] } else { vec![Self(IsaLevel::Portable), best] }
     }
 
-    /// Its name in the golden hashes.
+    /// Returns the name in the golden hashes.
     #[cfg(test)]
     pub(crate) fn name(self) -> &'static str {
         match self.0 {
-            Level::Portable => "portable",
+            IsaLevel::Portable => "portable",
             #[cfg(target_arch = "x86_64")]
-            Level::Avx2 => "avx2",
+            IsaLevel::Avx2 => "avx2",
             #[cfg(target_arch = "x86_64")]
-            Level::Avx512 => "avx512",
+            IsaLevel::Avx512 => "avx512",
         }
     }
 
-    /// Does work compiled for these instructions.
+    /// Runs a task compiled for these instructions.
     pub(crate) fn run<W: Work>(self, work: W) -> W::Output {
         match self.0 {
-            Level::Portable => work.run(),
+            IsaLevel::Portable => work.run(),
             // SAFETY: `self` exists, so the processor has the features (see the head of this file).
             #[cfg(target_arch = "x86_64")]
-            Level::Avx2 => unsafe { run_avx2(work) },
+            IsaLevel::Avx2 => unsafe { run_avx2(work) },
             // SAFETY: as above.
             #[cfg(target_arch = "x86_64")]
-            Level::Avx512 => unsafe { run_avx512(work) },
+            IsaLevel::Avx512 => unsafe { run_avx512(work) },
         }
     }
 
     fn compute<K: RowKernel>(self, kernel: &K, rows: Range<usize>, out: &mut [f32]) {
         match self.0 {
-            Level::Portable => kernel.compute::<{ cfg!(target_feature = "neon") }>(rows, out),
+            IsaLevel::Portable => kernel.compute::<{ cfg!(target_feature = "neon") }>(rows, out),
             // SAFETY: `self` exists, so the processor has the features (see the head of this file).
             #[cfg(target_arch = "x86_64")]
-            Level::Avx2 => unsafe { compute_avx2(kernel, rows, out) },
+            IsaLevel::Avx2 => unsafe { compute_avx2(kernel, rows, out) },
             // SAFETY: as above.
             #[cfg(target_arch = "x86_64")]
-            Level::Avx512 => unsafe { compute_avx512(kernel, rows, out) },
+            IsaLevel::Avx512 => unsafe { compute_avx512(kernel, rows, out) },
         }
     }
 
-    /// The matrix whose rows the kernel computes, rows in parallel.
-    pub(crate) fn matrix<K: RowKernel>(self, kernel: &K, n_rows: usize, n_cols: usize) -> Matrix {
+    /// Computes a matrix with the kernel, rows in parallel.
+    pub(crate) fn compute_matrix<K: RowKernel>(self, kernel: &K, n_rows: usize, n_cols: usize) -> Matrix {
         let mut result = Matrix::zeros(n_rows, n_cols);
         let block = if n_cols > 1024 { 1 } else { BLOCK };
         result.data_mut().par_chunks_mut((block * n_cols).max(1)).enumerate().for_each(|(i, out)| {
@@ -171,8 +168,8 @@ impl Isa {
         result
     }
 
-    /// One value per entry of `pattern`, rows in parallel.
-    pub(crate) fn entries<K: RowKernel>(self, kernel: &K, pattern: &Csr) -> Vec<f32> {
+    /// Computes one value per entry of `pattern`, rows in parallel.
+    pub(crate) fn compute_entries<K: RowKernel>(self, kernel: &K, pattern: &Csr) -> Vec<f32> {
         let mut values = vec![0.0; pattern.n_entries()];
         let blocks = split_rows(pattern, &mut values);
         blocks.into_par_iter().for_each(|(rows, out)| self.compute(kernel, rows, out));
@@ -185,7 +182,7 @@ fn split_rows<'a>(pattern: &Csr, mut values: &'a mut [f32]) -> Vec<(Range<usize>
     let mut blocks = Vec::with_capacity(n_rows.div_ceil(BLOCK));
     for begin in (0..n_rows).step_by(BLOCK) {
         let rows = begin..(begin + BLOCK).min(n_rows);
-        let (head, tail) = values.split_at_mut(pattern.range_of_rows(rows.clone()).len());
+        let (head, tail) = values.split_at_mut(pattern.rows_range(rows.clone()).len());
         blocks.push((rows, head));
         values = tail;
     }
@@ -216,13 +213,13 @@ fn run_avx512<W: Work>(work: W) -> W::Output {
     work.run()
 }
 
-/// `a * b + c`, fused where that is one instruction.
+/// Returns `a * b + c`, fused if that is one instruction.
 #[inline(always)]
-pub(crate) fn fused<const FMA: bool>(a: f32, b: f32, c: f32) -> f32 {
+pub(crate) fn multiply_add<const FMA: bool>(a: f32, b: f32, c: f32) -> f32 {
     if FMA { a.mul_add(b, c) } else { a * b + c }
 }
 
-/// `max(x, 0)`; a plain comparison, because `f32::max` costs three instructions for its care of NaN.
+/// Returns `max(x, 0)`; `f32::max` takes three instructions because of NaN.
 #[inline(always)]
 pub(crate) fn relu(x: f32) -> f32 {
     if x > 0.0 { x } else { 0.0 }

@@ -1,4 +1,4 @@
-//! A dense matrix of `f32`, row by row.
+//! A dense matrix of `f32`, row-major.
 
 /// A matrix, n_rows x n_cols, row-major.
 ///
@@ -16,93 +16,81 @@ pub struct Matrix {
 
 impl Matrix {
     /// Wraps `data`, n_rows x n_cols.
-    ///
-    /// # Panics
-    /// When `data` has another length.
     pub fn new(n_rows: usize, n_cols: usize, data: Vec<f32>) -> Self {
         assert_eq!(data.len(), n_rows * n_cols, "a {n_rows} x {n_cols} matrix");
         Self { n_rows, n_cols, data }
     }
 
-    /// A matrix of zeros.
+    /// Returns a matrix of zeros.
     pub fn zeros(n_rows: usize, n_cols: usize) -> Self {
         Self::new(n_rows, n_cols, vec![0.0; n_rows * n_cols])
     }
 
-    /// One row per point, n_points x 3.
+    /// Copies points into rows, n_points x 3.
     pub fn from_points(points: &[[f32; 3]]) -> Self {
         Self::new(points.len(), 3, points.as_flattened().to_vec())
     }
 
-    /// One row per point, n_points x 3, nothing copied.
-    pub fn of_points(points: Vec<[f32; 3]>) -> Self {
+    /// Wraps points as rows, n_points x 3, without copying.
+    pub fn from_owned_points(points: Vec<[f32; 3]>) -> Self {
         Self::new(points.len(), 3, points.into_flattened())
     }
 
-    /// The matrix whose entry in row `row`, column `col` is `entry(row, col)`.
+    /// Builds the matrix with the entries `entry(row, col)`.
     pub fn from_fn(n_rows: usize, n_cols: usize, mut entry: impl FnMut(usize, usize) -> f32) -> Self {
         let indices = (0..n_rows).flat_map(|row| (0..n_cols).map(move |col| (row, col)));
         Self::new(n_rows, n_cols, indices.map(|(row, col)| entry(row, col)).collect())
     }
 
-    /// Number of rows.
+    /// Returns the number of rows.
     pub fn n_rows(&self) -> usize {
         self.n_rows
     }
 
-    /// Number of columns.
+    /// Returns the number of columns.
     pub fn n_cols(&self) -> usize {
         self.n_cols
     }
 
-    /// Rows and columns.
+    /// Returns the numbers of rows and columns.
     pub fn shape(&self) -> [usize; 2] {
         [self.n_rows, self.n_cols]
     }
 
-    /// All entries, row by row.
+    /// Returns all entries, row by row.
     pub fn data(&self) -> &[f32] {
         &self.data
     }
 
-    /// All entries, row by row.
+    /// Returns all entries, row by row, for writing.
     pub fn data_mut(&mut self) -> &mut [f32] {
         &mut self.data
     }
 
-    /// Gives the entries back.
+    /// Converts into the entries, row by row.
     pub fn into_data(self) -> Vec<f32> {
         self.data
     }
 
-    /// One row.
-    ///
-    /// # Panics
-    /// When there is no such row.
+    /// Returns one row.
     #[inline]
     pub fn row(&self, row: usize) -> &[f32] {
         &self.data[row * self.n_cols..][..self.n_cols]
     }
 
-    /// COLS entries of one row from `col` on, as an array: its length is known where loops are compiled.
-    ///
-    /// # Panics
-    /// When the matrix ends before.
+    /// Returns COLS entries of a row from `col` on as an array, whose length the compiler knows.
     #[inline(always)]
     pub(crate) fn window<const COLS: usize>(&self, row: usize, col: usize) -> &[f32; COLS] {
         window(&self.data, row * self.n_cols + col)
     }
 
-    /// The transposed matrix, n_cols x n_rows.
-    pub fn transposed(&self) -> Self {
+    /// Returns the transposed matrix, n_cols x n_rows.
+    pub fn transpose(&self) -> Self {
         Self::from_fn(self.n_cols, self.n_rows, |row, col| self.data[col * self.n_cols + row])
     }
 }
 
-/// COLS values from `at` on, as an array.
-///
-/// # Panics
-/// When there are fewer.
+/// Returns COLS values from `at` on as an array.
 #[inline(always)]
 pub(crate) fn window<const COLS: usize>(values: &[f32], at: usize) -> &[f32; COLS] {
     values[at..].first_chunk().expect("a window inside of the values")
@@ -115,7 +103,7 @@ mod tests {
     #[test]
     fn transposing_twice_changes_nothing() {
         let m = random(5, 3, 1);
-        assert_eq!(m.transposed().shape(), [3, 5]);
-        assert_eq!(m.transposed().transposed(), m);
+        assert_eq!(m.transpose().shape(), [3, 5]);
+        assert_eq!(m.transpose().transpose(), m);
     }
 }

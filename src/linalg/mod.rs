@@ -1,9 +1,9 @@
-//! Matrices, sparse rows and the kernels over them, each kernel beside its derivative; knows no geometry.
+//! Matrices, sparse rows and kernels over them, each kernel with its derivative.
 //!
-//! Kernels take references and return owned results. Each output row is computed by one thread in a fixed
-//! order, so results have the same bits on any number of threads (of one instruction set).
+//! Each output row is computed by one thread in a fixed order, so results have the same bits on any number of threads
+//! (of one instruction set). Functions panic if shapes do not match or an index is out of range.
 //!
-//! Machinery: what the modules that users call stand on; see the front page of the crate.
+//! Support code for the main modules; see the front page of the crate.
 
 mod bits;
 mod csr;
@@ -26,7 +26,7 @@ mod two_layers;
 pub(crate) use bits::golden;
 pub use csr::{Csr, InvalidCsr};
 pub use gather::{gather, gather_backward, triple_extremes, triple_extremes_backward};
-pub use group_layers::{layers_group_max, layers_of_groups};
+pub use group_layers::{layers_group_max, layers_with_group_rows};
 pub use group_max::{GroupMax, group_max, group_max_affine, group_max_affine_backward, group_max_backward};
 pub(crate) use isa::{Isa, Work};
 pub use matrix::Matrix;
@@ -45,7 +45,7 @@ mod tests {
     use super::test_values::{ragged_graph, random};
     use super::*;
 
-    /// Every derivative over 500 rows, one after the other.
+    /// Computes every derivative over 500 rows.
     fn all_derivatives() -> Vec<Vec<f32>> {
         let n = 500;
         let (graph, u, g) = (ragged_graph(n), random(n, 37, 1), random(n, 37, 2));

@@ -1,21 +1,18 @@
-//! The largest difference to a neighbour, column by column: `max_j (u_i - u_j) = u_i - min_j u_j`.
+//! Largest difference to a neighbour per column: `max_j (u_i - u_j) = u_i - min_j u_j`.
 //!
-//! The inner part of DevConv, Eq. (1), after its linear map: one product per vertex, none per edge, and exact.
+//! The core of DevConv, Eq. (1), after its linear map: exact, with one product per vertex and none per edge.
 
 use super::isa::{ColumnKernel, Isa, RowKernel, relu};
 use super::product::multiply_rows;
 use super::{Csr, Matrix};
 use std::ops::Range;
 
-/// Computes `y_i = max over neighbours j of (u_i - u_j)`; zero where a row has no neighbours.
+/// Computes `y_i = max_j (u_i - u_j)` over the neighbours j; zero without neighbours.
 ///
 /// # Shapes
 /// - `u`: n x width
 /// - `graph`: n rows, columns below n
 /// - returns n x width
-///
-/// # Panics
-/// When the shapes do not match.
 ///
 /// ```
 /// use neural_mesh::linalg::{Csr, Matrix, neighbour_max};
@@ -29,18 +26,15 @@ pub fn neighbour_max(u: &Matrix, graph: &Csr) -> Matrix {
 
 fn neighbour_max_on(isa: Isa, u: &Matrix, graph: &Csr) -> Matrix {
     assert_eq!([graph.n_rows(), graph.n_cols()], [u.n_rows(); 2], "one graph node per row");
-    isa.matrix(&Forward { u, graph }, u.n_rows(), u.n_cols())
+    isa.compute_matrix(&NeighbourMaxKernel { u, graph }, u.n_rows(), u.n_cols())
 }
 
-/// Computes `max(y w, 0)` for `y` of [`neighbour_max`], which is never held as a whole.
+/// Computes `max(y w, 0)` for `y` of [`neighbour_max`], which is never stored whole.
 ///
 /// # Shapes
 /// - `u`, `graph`: as for [`neighbour_max`]
 /// - `weights`: width x n_out
 /// - returns n x n_out
-///
-/// # Panics
-/// When the shapes do not match.
 ///
 /// ```
 /// use neural_mesh::linalg::{Csr, Matrix, neighbour_max_product_relu};
@@ -56,16 +50,17 @@ pub fn neighbour_max_product_relu(u: &Matrix, graph: &Csr, weights: &Matrix) -> 
 fn product_on(isa: Isa, u: &Matrix, graph: &Csr, weights: &Matrix) -> Matrix {
     assert_eq!([graph.n_rows(), graph.n_cols()], [u.n_rows(); 2], "one graph node per row");
     assert_eq!(u.n_cols(), weights.n_rows(), "columns of u and rows of weights");
-    isa.matrix(&ForwardProduct { largest: Forward { u, graph }, weights }, u.n_rows(), weights.n_cols())
+    isa.compute_matrix(
+        &NeighbourMaxProductKernel { largest: NeighbourMaxKernel { u, graph }, weights },
+        u.n_rows(),
+        weights.n_cols(),
+    )
 }
 
-/// Derivative of [`neighbour_max`] to `u`: goes to `u_i` and, with a minus, to the neighbour that gave the maximum.
+/// Computes the derivative of [`neighbour_max`] to `u`.
 ///
-/// Of equal neighbours the first in the row has it, the one with the least index. A row never names a neighbour twice
-/// ([`Csr`] sees to that); what reaches one neighbour from many rows adds up, in the order of the rows.
-///
-/// # Panics
-/// When the shapes do not match.
+/// The gradient goes to `u_i` and, negated, to the neighbour with the maximum, the first of equal ones. Contributions
+/// from several rows are added in row order.
 ///
 /// ```
 /// use neural_mesh::linalg::{Csr, Matrix, neighbour_max_backward};
@@ -80,18 +75,19 @@ pub fn neighbour_max_backward(u: &Matrix, graph: &Csr, gradient: &Matrix) -> Mat
 fn backward_on(isa: Isa, u: &Matrix, graph: &Csr, gradient: &Matrix) -> Matrix {
     assert_eq!([graph.n_rows(), graph.n_cols()], [u.n_rows(); 2], "one graph node per row");
     assert_eq!(u.shape(), gradient.shape(), "one gradient per entry");
-    let winners = isa.matrix(&Winners { u, graph }, u.n_rows(), u.n_cols());
-    let (incoming, origin) = graph.transposed();
-    let kernel = Backward { graph, incoming: &incoming, origin: &origin, winners: &winners, gradient };
-    isa.matrix(&kernel, u.n_rows(), u.n_cols())
+    let winners = isa.compute_matrix(&WinnerKernel { u, graph }, u.n_rows(), u.n_cols());
+    let (incoming, origin) = graph.transpose();
+    let kernel =
+        NeighbourMaxBackwardKernel { graph, incoming: &incoming, origin: &origin, winners: &winners, gradient };
+    isa.compute_matrix(&kernel, u.n_rows(), u.n_cols())
 }
 
-struct Forward<'a> {
+struct NeighbourMaxKernel<'a> {
     u: &'a Matrix,
     graph: &'a Csr,
 }
 
-impl ColumnKernel for Forward<'_> {
+impl ColumnKernel for NeighbourMaxKernel<'_> {
     fn width(&self) -> usize {
         self.u.n_cols()
     }
@@ -123,19 +119,19 @@ impl ColumnKernel for Forward<'_> {
     }
 }
 
-impl Forward<'_> {
+impl NeighbourMaxKernel<'_> {
     #[inline(always)]
     fn other<const COLS: usize>(&self, j: u32, col: usize) -> &[f32; COLS] {
         self.u.window(j as usize, col)
     }
 }
 
-struct ForwardProduct<'a> {
-    largest: Forward<'a>,
+struct NeighbourMaxProductKernel<'a> {
+    largest: NeighbourMaxKernel<'a>,
     weights: &'a Matrix,
 }
 
-impl RowKernel for ForwardProduct<'_> {
+impl RowKernel for NeighbourMaxProductKernel<'_> {
     #[inline(always)]
     fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
         let mut largest = vec![0.0; rows.len() * self.weights.n_rows()];
@@ -145,20 +141,20 @@ impl RowKernel for ForwardProduct<'_> {
     }
 }
 
-/// The smaller of two numbers; a plain comparison, because `f32::min` costs more for its care of NaN. (Not for running
-/// minima: there the compiler makes of it a store that may not happen, which the next load has to wait for.)
+/// Returns the smaller number; `f32::min` costs more because of NaN. (Not for running minima: the compiler makes a
+/// conditional store of it, for which the next load waits.)
 #[inline(always)]
 fn smaller(a: f32, b: f32) -> f32 {
     if b < a { b } else { a }
 }
 
-/// For each entry the place of the smallest neighbour in its row of the graph, as a small whole number.
-struct Winners<'a> {
+/// A kernel that finds the place of each entry's smallest neighbour in its row of the graph, as a small integer.
+struct WinnerKernel<'a> {
     u: &'a Matrix,
     graph: &'a Csr,
 }
 
-impl ColumnKernel for Winners<'_> {
+impl ColumnKernel for WinnerKernel<'_> {
     fn width(&self) -> usize {
         self.u.n_cols()
     }
@@ -179,16 +175,16 @@ impl ColumnKernel for Winners<'_> {
     }
 }
 
-struct Backward<'a> {
+struct NeighbourMaxBackwardKernel<'a> {
     graph: &'a Csr,
     incoming: &'a Csr,
-    /// Where the entries of `incoming` stand in `graph`.
+    /// Index in `graph` of each entry of `incoming`.
     origin: &'a [u32],
     winners: &'a Matrix,
     gradient: &'a Matrix,
 }
 
-impl ColumnKernel for Backward<'_> {
+impl ColumnKernel for NeighbourMaxBackwardKernel<'_> {
     fn width(&self) -> usize {
         self.gradient.n_cols()
     }
@@ -248,7 +244,7 @@ mod tests {
         assert_eq!(neighbour_max_backward(&u, &graph, &gradient).data(), expected);
     }
 
-    /// The place of the winner in each row, column by column: of equal ones the first.
+    /// Finds winners row by row and column by column, the first of equal ones.
     fn naive_backward(u: &Matrix, graph: &Csr, gradient: &Matrix) -> Matrix {
         let mut to_u = Matrix::zeros(u.n_rows(), u.n_cols());
         for i in (0..u.n_rows()).filter(|&i| !graph.row(i).is_empty()) {

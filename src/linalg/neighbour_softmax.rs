@@ -1,6 +1,6 @@
-//! Dot products along the edges of a graph, and the softmax over each row of them: attention, Eq. (2).
+//! Dot products along the edges of a graph and the softmax over each row: attention, Eq. (2).
 
-use super::isa::{ColumnKernel, Isa, NARROW, RowKernel, fused};
+use super::isa::{ColumnKernel, Isa, NARROW, RowKernel, multiply_add};
 use super::{Csr, Matrix};
 use std::ops::Range;
 
@@ -9,9 +9,6 @@ use std::ops::Range;
 /// # Shapes
 /// - `q`: n_rows x width, `k`: n_cols x width
 /// - returns one value per entry of `graph`
-///
-/// # Panics
-/// When the shapes do not match.
 ///
 /// ```
 /// use neural_mesh::linalg::{Csr, Matrix, neighbour_dots};
@@ -25,13 +22,10 @@ pub fn neighbour_dots(q: &Matrix, k: &Matrix, graph: &Csr) -> Vec<f32> {
 fn dots_on(isa: Isa, q: &Matrix, k: &Matrix, graph: &Csr) -> Vec<f32> {
     assert_eq!([graph.n_rows(), graph.n_cols()], [q.n_rows(), k.n_rows()], "one graph node per row");
     assert_eq!(q.n_cols(), k.n_cols(), "queries and keys of one width");
-    isa.entries(&Dots { q, k, graph }, graph)
+    isa.compute_entries(&Dots { q, k, graph }, graph)
 }
 
-/// Derivatives of [`neighbour_dots`] to `q` and `k`.
-///
-/// # Panics
-/// When the shapes do not match.
+/// Computes the derivatives of [`neighbour_dots`] to `q` and `k`.
 ///
 /// ```
 /// use neural_mesh::linalg::{Csr, Matrix, neighbour_dots_backward};
@@ -46,20 +40,17 @@ pub fn neighbour_dots_backward(q: &Matrix, k: &Matrix, graph: &Csr, gradient: &[
 fn dots_backward_on(isa: Isa, q: &Matrix, k: &Matrix, graph: &Csr, gradient: &[f32]) -> [Matrix; 2] {
     assert_eq!([graph.n_rows(), graph.n_cols()], [q.n_rows(), k.n_rows()], "one graph node per row");
     assert_eq!(gradient.len(), graph.n_entries(), "one gradient per entry");
-    let (incoming, origin) = graph.transposed();
+    let (incoming, origin) = graph.transpose();
     let incoming_gradient: Vec<f32> = origin.iter().map(|&at| gradient[at as usize]).collect();
     let to_q = WeightedRows { graph, weights: gradient, rows_of: k };
     let to_k = WeightedRows { graph: &incoming, weights: &incoming_gradient, rows_of: q };
-    [isa.matrix(&to_q, q.n_rows(), q.n_cols()), isa.matrix(&to_k, k.n_rows(), k.n_cols())]
+    [isa.compute_matrix(&to_q, q.n_rows(), q.n_cols()), isa.compute_matrix(&to_k, k.n_rows(), k.n_cols())]
 }
 
-/// Computes the softmax of `values` over each row of the graph: positive, each row summing to 1.
+/// Computes the softmax of `values` over each row of the graph.
 ///
 /// # Shapes
 /// - `values` and the result: one per entry of `graph`
-///
-/// # Panics
-/// When the shapes do not match.
 ///
 /// ```
 /// use neural_mesh::linalg::{Csr, neighbour_softmax};
@@ -68,13 +59,10 @@ fn dots_backward_on(isa: Isa, q: &Matrix, k: &Matrix, graph: &Csr, gradient: &[f
 /// ```
 pub fn neighbour_softmax(values: &[f32], graph: &Csr) -> Vec<f32> {
     assert_eq!(values.len(), graph.n_entries(), "one value per entry");
-    Isa::best().entries(&Softmax { values, graph }, graph)
+    Isa::best().compute_entries(&Softmax { values, graph }, graph)
 }
 
-/// Derivative of [`neighbour_softmax`] to its values, from its result.
-///
-/// # Panics
-/// When the shapes do not match.
+/// Computes the derivative of [`neighbour_softmax`] to its values, from its result.
 ///
 /// ```
 /// use neural_mesh::linalg::{Csr, neighbour_softmax_backward};
@@ -83,7 +71,7 @@ pub fn neighbour_softmax(values: &[f32], graph: &Csr) -> Vec<f32> {
 /// ```
 pub fn neighbour_softmax_backward(softmax: &[f32], graph: &Csr, gradient: &[f32]) -> Vec<f32> {
     assert_eq!([softmax.len(), gradient.len()], [graph.n_entries(); 2], "one value per entry");
-    Isa::best().entries(&SoftmaxBackward { softmax, graph, gradient }, graph)
+    Isa::best().compute_entries(&SoftmaxBackward { softmax, graph, gradient }, graph)
 }
 
 struct Dots<'a> {
@@ -95,7 +83,7 @@ struct Dots<'a> {
 impl RowKernel for Dots<'_> {
     #[inline(always)]
     fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
-        let start = self.graph.range_of_rows(rows.clone()).start;
+        let start = self.graph.rows_range(rows.clone()).start;
         for i in rows {
             let q = self.q.row(i);
             for (at, &j) in self.graph.range(i).zip(self.graph.row(i)) {
@@ -112,7 +100,7 @@ fn dot<const FMA: bool>(a: &[f32], b: &[f32]) -> f32 {
     let rest: f32 = a_chunks.remainder().iter().zip(b_chunks.remainder()).map(|(a, b)| a * b).sum();
     for (a, b) in a_chunks.zip(b_chunks) {
         for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
-            *sum = fused::<FMA>(*a, *b, *sum);
+            *sum = multiply_add::<FMA>(*a, *b, *sum);
         }
     }
     sums.iter().sum::<f32>() + rest
@@ -126,7 +114,7 @@ struct Softmax<'a> {
 impl RowKernel for Softmax<'_> {
     #[inline(always)]
     fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
-        let start = self.graph.range_of_rows(rows.clone()).start;
+        let start = self.graph.rows_range(rows.clone()).start;
         for i in rows {
             let range = self.graph.range(i);
             let values = &self.values[range.clone()];
@@ -139,7 +127,7 @@ impl RowKernel for Softmax<'_> {
     }
 }
 
-/// `y_i = sum over entries (i, j) of weight_ij * row_j`.
+/// The kernel `y_i = sum_j weight_ij row_j`.
 struct WeightedRows<'a> {
     graph: &'a Csr,
     weights: &'a [f32],
@@ -157,7 +145,7 @@ impl ColumnKernel for WeightedRows<'_> {
         for (weight, &j) in self.weights[self.graph.range(i)].iter().zip(self.graph.row(i)) {
             let row = self.rows_of.window::<COLS>(j as usize, col);
             for c in 0..COLS {
-                sums[c] = fused::<FMA>(*weight, row[c], sums[c]);
+                sums[c] = multiply_add::<FMA>(*weight, row[c], sums[c]);
             }
         }
         *out = sums;
@@ -173,7 +161,7 @@ struct SoftmaxBackward<'a> {
 impl RowKernel for SoftmaxBackward<'_> {
     #[inline(always)]
     fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
-        let start = self.graph.range_of_rows(rows.clone()).start;
+        let start = self.graph.rows_range(rows.clone()).start;
         for range in rows.map(|row| self.graph.range(row)) {
             let (softmax, gradient) = (&self.softmax[range.clone()], &self.gradient[range.clone()]);
             let mean: f32 = softmax.iter().zip(gradient).map(|(s, g)| s * g).sum();

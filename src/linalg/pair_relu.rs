@@ -1,8 +1,7 @@
 //! The sum over neighbours of `ReLU(u_n - u_k + bias)`: the hidden layer of TriConv, Eq. (5), factorised.
 //!
-//! A perceptron with one hidden layer, applied to differences and summed, needs no product per pair: its first
-//! layer acts on each triangle before the difference, its last layer commutes with the sum. What is left per pair
-//! stands here.
+//! A perceptron with one hidden layer, applied to differences and summed, needs no product per pair: its first layer
+//! acts on each triangle before the difference, its last layer commutes with the sum.
 
 use super::isa::{ColumnKernel, Isa, RowKernel, relu};
 use super::matrix::window;
@@ -10,15 +9,12 @@ use super::product::{column_sums, multiply_rows};
 use super::{Csr, Matrix};
 use std::ops::Range;
 
-/// Computes `y_n = sum over neighbours k of max(u_n - u_k + bias, 0)`.
+/// Computes `y_n = sum_k max(u_n - u_k + bias, 0)` over the neighbours k.
 ///
 /// # Shapes
 /// - `u`: n x width, `bias`: width
 /// - `graph`: n rows, columns below n
 /// - returns n x width
-///
-/// # Panics
-/// When the shapes do not match.
 ///
 /// ```
 /// use neural_mesh::linalg::{Csr, Matrix, pair_relu};
@@ -27,24 +23,22 @@ use std::ops::Range;
 /// assert_eq!(pair_relu(&u, &[1.0], &path).data(), [0.0, 5.0, 3.0]);
 /// ```
 pub fn pair_relu(u: &Matrix, bias: &[f32], graph: &Csr) -> Matrix {
-    pair_relu_on(Isa::best(), Forward::new(u, bias, graph))
+    pair_relu_on(Isa::best(), PairReluKernel::new(u, bias, graph))
 }
 
-fn pair_relu_on(isa: Isa, sums: Forward) -> Matrix {
+fn pair_relu_on(isa: Isa, sums: PairReluKernel) -> Matrix {
     let [n_rows, n_cols] = sums.u.shape();
-    isa.matrix(&sums, n_rows, n_cols)
+    isa.compute_matrix(&sums, n_rows, n_cols)
 }
 
-/// Computes `y w + m output_bias` for `y` of [`pair_relu`], which is never held as a whole; m is the number of
-/// neighbours, so that this is the sum over them of a perceptron with one hidden layer.
+/// Computes `y w + m output_bias` for `y` of [`pair_relu`], which is never stored whole; m counts the neighbours.
+///
+/// So it sums a perceptron with one hidden layer over the neighbours.
 ///
 /// # Shapes
 /// - `u`, `bias`, `graph`: as for [`pair_relu`]
 /// - `weights`: width x n_out, `output_bias`: n_out
 /// - returns n x n_out
-///
-/// # Panics
-/// When the shapes do not match.
 ///
 /// ```
 /// use neural_mesh::linalg::{Csr, Matrix, pair_relu_product};
@@ -54,50 +48,47 @@ fn pair_relu_on(isa: Isa, sums: Forward) -> Matrix {
 /// assert_eq!(pair_relu_product(&u, &[1.0], &path, &weights, &[0.5]).data(), [0.5, 51.0, 30.5]);
 /// ```
 pub fn pair_relu_product(u: &Matrix, bias: &[f32], graph: &Csr, weights: &Matrix, output_bias: &[f32]) -> Matrix {
-    let kernel = ForwardProduct { beside: None, sums: Forward::new(u, bias, graph), weights, output_bias };
+    let kernel = PairReluProductKernel { left: None, sums: PairReluKernel::new(u, bias, graph), weights, output_bias };
     product_on(Isa::best(), &kernel)
 }
 
-/// Computes `[x | y] w + m output_bias`, where [`pair_relu_product`] has `y w + m output_bias`.
+/// Computes `[x | y] w + m output_bias`, like [`pair_relu_product`] with additional columns x.
 ///
 /// # Shapes
-/// - `beside`: x, n x n_beside
+/// - `left`: x, n x n_left
 /// - `u`, `bias`, `graph`: as for [`pair_relu`]
-/// - `weights`: (n_beside + width) x n_out, `output_bias`: 1 x n_out
+/// - `weights`: (n_left + width) x n_out, `output_bias`: 1 x n_out
 /// - returns n x n_out
-///
-/// # Panics
-/// When the shapes do not match.
 ///
 /// ```
 /// use neural_mesh::linalg::{Csr, Matrix, concat_pair_relu_product};
 /// let column = |x: &[f32]| Matrix::new(x.len(), 1, x.to_vec());
 /// let path = Csr::from_edges(3, [[0, 1], [1, 2]]);
-/// let (beside, u, output_bias) = (column(&[1.0, 2.0, 3.0]), column(&[1.0, 5.0, 7.0]), column(&[0.5]));
-/// let product = concat_pair_relu_product(&beside, &u, &[1.0], &path, [&column(&[100.0, 10.0]), &output_bias]);
+/// let (left, u, output_bias) = (column(&[1.0, 2.0, 3.0]), column(&[1.0, 5.0, 7.0]), column(&[0.5]));
+/// let product = concat_pair_relu_product(&left, &u, &[1.0], &path, [&column(&[100.0, 10.0]), &output_bias]);
 /// assert_eq!(product.data(), [100.5, 251.0, 330.5]);
 /// ```
 pub fn concat_pair_relu_product(
-    beside: &Matrix,
+    left: &Matrix,
     u: &Matrix,
     bias: &[f32],
     graph: &Csr,
     [weights, output_bias]: [&Matrix; 2],
 ) -> Matrix {
-    let (sums, output_bias) = (Forward::new(u, bias, graph), output_bias.data());
-    product_on(Isa::best(), &ForwardProduct { beside: Some(beside), sums, weights, output_bias })
+    let (sums, output_bias) = (PairReluKernel::new(u, bias, graph), output_bias.data());
+    product_on(Isa::best(), &PairReluProductKernel { left: Some(left), sums, weights, output_bias })
 }
 
-fn product_on(isa: Isa, kernel: &ForwardProduct) -> Matrix {
+fn product_on(isa: Isa, kernel: &PairReluProductKernel) -> Matrix {
     let (n_rows, [n_in, n_out]) = (kernel.sums.u.n_rows(), kernel.weights.shape());
-    let n_beside = kernel.beside.map_or(0, Matrix::n_cols);
-    assert!(kernel.beside.is_none_or(|beside| beside.n_rows() == n_rows), "as many rows on both sides");
-    assert_eq!(n_beside + kernel.sums.u.n_cols(), n_in, "columns of u, and of what is beside it, and rows of weights");
+    let n_left = kernel.left.map_or(0, Matrix::n_cols);
+    assert!(kernel.left.is_none_or(|left| left.n_rows() == n_rows), "as many rows on both sides");
+    assert_eq!(n_left + kernel.sums.u.n_cols(), n_in, "columns of u, and of what is beside it, and rows of weights");
     assert_eq!(kernel.output_bias.len(), n_out, "one output bias per column");
-    isa.matrix(kernel, n_rows, n_out)
+    isa.compute_matrix(kernel, n_rows, n_out)
 }
 
-/// Derivatives of [`pair_relu`].
+/// The derivatives of [`pair_relu`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct PairReluGradients {
     /// To `u`, n x width.
@@ -106,10 +97,7 @@ pub struct PairReluGradients {
     pub bias: Matrix,
 }
 
-/// Derivatives of [`pair_relu`] to `u` and the bias; a pair at exactly zero has none.
-///
-/// # Panics
-/// When the shapes do not match.
+/// Computes the derivatives of [`pair_relu`] to `u` and the bias; a pair at exactly zero contributes none.
 ///
 /// ```
 /// use neural_mesh::linalg::{Csr, Matrix, pair_relu_backward};
@@ -124,28 +112,28 @@ pub fn pair_relu_backward(u: &Matrix, bias: &[f32], graph: &Csr, gradient: &Matr
 
 fn backward_on(isa: Isa, u: &Matrix, bias: &[f32], graph: &Csr, gradient: &Matrix) -> PairReluGradients {
     assert_eq!(u.shape(), gradient.shape(), "one gradient per entry");
-    let sums = || Forward::new(u, bias, graph);
+    let sums = || PairReluKernel::new(u, bias, graph);
     let [n, width] = u.shape();
-    let as_first = isa.matrix(&BackwardOwn { sums: sums(), gradient }, n, width);
-    let (incoming, _) = graph.transposed();
-    let all = BackwardAll { sums: sums(), incoming: &incoming, gradient, as_first: &as_first };
-    PairReluGradients { u: isa.matrix(&all, n, width), bias: column_sums(&as_first) }
+    let as_first = isa.compute_matrix(&FirstGradientKernel { sums: sums(), gradient }, n, width);
+    let (incoming, _) = graph.transpose();
+    let all = TotalGradientKernel { sums: sums(), incoming: &incoming, gradient, as_first: &as_first };
+    PairReluGradients { u: isa.compute_matrix(&all, n, width), bias: column_sums(&as_first) }
 }
 
-struct Forward<'a> {
+struct PairReluKernel<'a> {
     u: &'a Matrix,
     bias: &'a [f32],
     graph: &'a Csr,
 }
 
-impl<'a> Forward<'a> {
+impl<'a> PairReluKernel<'a> {
     fn new(u: &'a Matrix, bias: &'a [f32], graph: &'a Csr) -> Self {
         assert_eq!([graph.n_rows(), graph.n_cols()], [u.n_rows(); 2], "one graph node per row");
         assert_eq!(bias.len(), u.n_cols(), "one bias per column");
         Self { u, bias, graph }
     }
 
-    /// COLS entries of `u_n + bias`.
+    /// Returns COLS entries of `u_n + bias`.
     #[inline(always)]
     fn own<const COLS: usize>(&self, n: usize, col: usize) -> [f32; COLS] {
         let mut own = *self.u.window::<COLS>(n, col);
@@ -159,7 +147,7 @@ impl<'a> Forward<'a> {
     }
 }
 
-impl ColumnKernel for Forward<'_> {
+impl ColumnKernel for PairReluKernel<'_> {
     fn width(&self) -> usize {
         self.u.n_cols()
     }
@@ -186,21 +174,21 @@ impl ColumnKernel for Forward<'_> {
     }
 }
 
-struct ForwardProduct<'a> {
-    /// What stands left of the sums.
-    beside: Option<&'a Matrix>,
-    sums: Forward<'a>,
+struct PairReluProductKernel<'a> {
+    /// Columns to the left of the sums.
+    left: Option<&'a Matrix>,
+    sums: PairReluKernel<'a>,
     weights: &'a Matrix,
     output_bias: &'a [f32],
 }
 
-impl RowKernel for ForwardProduct<'_> {
+impl RowKernel for PairReluProductKernel<'_> {
     #[inline(always)]
     fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]) {
         let mut sums = vec![0.0; rows.len() * self.sums.width()];
         self.sums.compute::<FMA>(rows.clone(), &mut sums);
-        if let Some(beside) = self.beside {
-            sums = side_by_side(beside, rows.clone(), &sums);
+        if let Some(left) = self.left {
+            sums = side_by_side(left, rows.clone(), &sums);
         }
         multiply_rows::<FMA>(&sums, self.weights, out);
         for (n, out) in rows.zip(out.chunks_exact_mut(self.output_bias.len().max(1))) {
@@ -210,7 +198,7 @@ impl RowKernel for ForwardProduct<'_> {
     }
 }
 
-/// These rows of `left`, each before its row of `right`.
+/// Joins these rows of `left` with the rows of `right`.
 fn side_by_side(left: &Matrix, rows: Range<usize>, right: &[f32]) -> Vec<f32> {
     let width = right.len() / rows.len().max(1);
     let mut joined = Vec::with_capacity(right.len() + rows.len() * left.n_cols());
@@ -221,13 +209,13 @@ fn side_by_side(left: &Matrix, rows: Range<usize>, right: &[f32]) -> Vec<f32> {
     joined
 }
 
-/// What reaches `u_n` as the first of a pair: its gradient times the number of active neighbours.
-struct BackwardOwn<'a> {
-    sums: Forward<'a>,
+/// The kernel for the gradient of `u_n` as the first of pairs: its gradient times the number of active neighbours.
+struct FirstGradientKernel<'a> {
+    sums: PairReluKernel<'a>,
     gradient: &'a Matrix,
 }
 
-impl ColumnKernel for BackwardOwn<'_> {
+impl ColumnKernel for FirstGradientKernel<'_> {
     fn width(&self) -> usize {
         self.sums.width()
     }
@@ -249,16 +237,16 @@ impl ColumnKernel for BackwardOwn<'_> {
     }
 }
 
-/// What reaches `u_k` in all: as the first of pairs, less what comes to it as the second.
-struct BackwardAll<'a> {
-    sums: Forward<'a>,
+/// The kernel for the total gradient of `u_k`: as first minus as second of pairs.
+struct TotalGradientKernel<'a> {
+    sums: PairReluKernel<'a>,
     incoming: &'a Csr,
     gradient: &'a Matrix,
-    /// From [`BackwardOwn`].
+    /// From [`FirstGradientKernel`].
     as_first: &'a Matrix,
 }
 
-impl ColumnKernel for BackwardAll<'_> {
+impl ColumnKernel for TotalGradientKernel<'_> {
     fn width(&self) -> usize {
         self.sums.width()
     }
@@ -304,20 +292,20 @@ mod tests {
             for [n, width] in [[0, 4], [1, 3], [90, 64], [200, 37], [70, 128]] {
                 let (u, bias, graph) = (random(n, width, 5), random(1, width, 6), ragged_graph(n));
                 let expected = naive(&u, bias.data(), &graph);
-                let sums = || Forward::new(&u, bias.data(), &graph);
+                let sums = || PairReluKernel::new(&u, bias.data(), &graph);
                 assert_close(pair_relu_on(isa, sums()).data(), expected.data(), 1e-5);
                 let (weights, output_bias) = (random(width, 20, 7), random(1, 20, 8));
                 let product = naive_product(&expected, &weights);
                 let entry = |n: usize, c| product.row(n)[c] + graph.row(n).len() as f32 * output_bias.data()[c];
                 let expected = Matrix::from_fn(n, 20, entry);
                 let output_bias = output_bias.data();
-                let kernel = ForwardProduct { beside: None, sums: sums(), weights: &weights, output_bias };
+                let kernel = PairReluProductKernel { left: None, sums: sums(), weights: &weights, output_bias };
                 assert_close(product_on(isa, &kernel).data(), expected.data(), 1e-5);
-                let (beside, of_beside) = (random(n, 9, 9), random(9, 20, 10));
+                let (left, of_beside) = (random(n, 9, 9), random(9, 20, 10));
                 let weights = Matrix::new(9 + width, 20, [of_beside.data(), weights.data()].concat());
-                let further = naive_product(&beside, &of_beside);
+                let further = naive_product(&left, &of_beside);
                 let expected = Matrix::from_fn(n, 20, |n, c| expected.row(n)[c] + further.row(n)[c]);
-                let kernel = ForwardProduct { beside: Some(&beside), weights: &weights, ..kernel };
+                let kernel = PairReluProductKernel { left: Some(&left), weights: &weights, ..kernel };
                 assert_close(product_on(isa, &kernel).data(), expected.data(), 1e-5);
             }
         }

@@ -1,9 +1,9 @@
-//! The product of a matrix of features with a matrix of weights, and its derivatives.
+//! The product of features and weights, and its derivatives.
 //!
-//! One register tile serves all three products: forward, to the input and to the weights.
+//! One register tile serves all three products.
 
 use super::Matrix;
-use super::isa::{Isa, NARROW, RowKernel, fused};
+use super::isa::{Isa, NARROW, RowKernel, multiply_add};
 use super::matrix::window;
 use std::ops::Range;
 
@@ -15,9 +15,6 @@ use std::ops::Range;
 /// - `bias`: n_out, or empty for none
 /// - returns n x n_out
 ///
-/// # Panics
-/// When the shapes do not match.
-///
 /// ```
 /// use neural_mesh::linalg::{Matrix, product};
 /// let x = Matrix::new(1, 2, vec![1.0, 2.0]);
@@ -28,15 +25,12 @@ pub fn product(x: &Matrix, weights: &Matrix, bias: &[f32]) -> Matrix {
     product_on(Isa::best(), x, weights, bias)
 }
 
-/// Computes `[a | b] w`, without laying the two side by side as a whole.
+/// Computes `[a | b] w` without storing the joined matrix.
 ///
 /// # Shapes
 /// - `a`: n x n_a, `b`: n x n_b
 /// - `weights`: (n_a + n_b) x n_out
 /// - returns n x n_out
-///
-/// # Panics
-/// When the shapes do not match.
 ///
 /// ```
 /// use neural_mesh::linalg::{Matrix, concat_product};
@@ -47,10 +41,7 @@ pub fn concat_product(a: &Matrix, b: &Matrix, weights: &Matrix) -> Matrix {
     concat_product_on(Isa::best(), a, b, weights)
 }
 
-/// Derivative of `x w` to `x`: `gradient` times the transposed weights, n x n_in.
-///
-/// # Panics
-/// When the shapes do not match.
+/// Computes the derivative of `x w` to `x`, n x n_in: `gradient` times the transposed weights.
 ///
 /// ```
 /// use neural_mesh::linalg::{Matrix, product_input_backward};
@@ -58,13 +49,10 @@ pub fn concat_product(a: &Matrix, b: &Matrix, weights: &Matrix) -> Matrix {
 /// assert_eq!(product_input_backward(&gradient, &weights).data(), [6.0, 8.0]);
 /// ```
 pub fn product_input_backward(gradient: &Matrix, weights: &Matrix) -> Matrix {
-    product(gradient, &weights.transposed(), &[])
+    product(gradient, &weights.transpose(), &[])
 }
 
-/// Derivative of `x w` to `w`: the transposed `x` times `gradient`, n_in x n_out.
-///
-/// # Panics
-/// When the shapes do not match.
+/// Computes the derivative of `x w` to `w`, n_in x n_out: the transposed `x` times `gradient`.
 ///
 /// ```
 /// use neural_mesh::linalg::{Matrix, product_weights_backward};
@@ -75,7 +63,6 @@ pub fn product_weights_backward(x: &Matrix, gradient: &Matrix) -> Matrix {
     weights_backward_on(Isa::best(), x, gradient)
 }
 
-/// The sum of each column, 1 x n_cols.
 pub(crate) fn column_sums(m: &Matrix) -> Matrix {
     product_weights_backward(&Matrix::new(m.n_rows(), 1, vec![1.0; m.n_rows()]), m)
 }
@@ -83,19 +70,19 @@ pub(crate) fn column_sums(m: &Matrix) -> Matrix {
 fn product_on(isa: Isa, x: &Matrix, weights: &Matrix, bias: &[f32]) -> Matrix {
     assert_eq!(x.n_cols(), weights.n_rows(), "columns of x and rows of weights");
     assert!(bias.is_empty() || bias.len() == weights.n_cols(), "one bias per column");
-    isa.matrix(&Product { x, weights, bias }, x.n_rows(), weights.n_cols())
+    isa.compute_matrix(&Product { x, weights, bias }, x.n_rows(), weights.n_cols())
 }
 
 fn concat_product_on(isa: Isa, a: &Matrix, b: &Matrix, weights: &Matrix) -> Matrix {
     assert_eq!(a.n_rows(), b.n_rows(), "as many rows on both sides");
     assert_eq!(a.n_cols() + b.n_cols(), weights.n_rows(), "columns of both and rows of weights");
-    isa.matrix(&ConcatProduct { a, b, weights }, a.n_rows(), weights.n_cols())
+    isa.compute_matrix(&ConcatProduct { a, b, weights }, a.n_rows(), weights.n_cols())
 }
 
 fn weights_backward_on(isa: Isa, x: &Matrix, gradient: &Matrix) -> Matrix {
     assert_eq!(x.n_rows(), gradient.n_rows(), "rows of x and of the gradient");
     let [n_in, n_out] = [x.n_cols(), gradient.n_cols()];
-    let parts = isa.matrix(&WeightsBackward { x, gradient }, x.n_rows().div_ceil(PART), n_in * n_out);
+    let parts = isa.compute_matrix(&WeightsBackward { x, gradient }, x.n_rows().div_ceil(ROWS_PER_SUM), n_in * n_out);
     let mut sum = vec![0.0; n_in * n_out];
     for part in 0..parts.n_rows() {
         sum.iter_mut().zip(parts.row(part)).for_each(|(s, p)| *s += p);
@@ -118,7 +105,7 @@ impl RowKernel for Product<'_> {
     }
 }
 
-/// Adds a bias, one per column or empty for none, to rows.
+/// Adds a bias to rows, one number per column or empty for none.
 #[inline(always)]
 pub(super) fn add_bias(rows: &mut [f32], bias: &[f32]) {
     for row in rows.chunks_exact_mut(bias.len().max(1)) {
@@ -144,7 +131,7 @@ impl RowKernel for ConcatProduct<'_> {
     }
 }
 
-/// Multiplies rows, n x n_in, with weights, n_in x n_out, into `out`.
+/// Multiplies rows, n x n_in, by weights, n_in x n_out, into `out`.
 #[inline(always)]
 pub(super) fn multiply_rows<const FMA: bool>(rows: &[f32], weights: &Matrix, out: &mut [f32]) {
     let [n_in, n_out] = weights.shape();
@@ -154,7 +141,6 @@ pub(super) fn multiply_rows<const FMA: bool>(rows: &[f32], weights: &Matrix, out
     multiply::<FMA>(rows, [n_in, n_out], weights.data(), out);
 }
 
-/// The dot product of every row with a single column.
 #[inline(always)]
 fn dots<const FMA: bool>(rows: &[f32], column: &[f32], out: &mut [f32]) {
     let (narrow, rest) = column.as_chunks::<NARROW>();
@@ -163,7 +149,7 @@ fn dots<const FMA: bool>(rows: &[f32], column: &[f32], out: &mut [f32]) {
         let mut sums = [0.0f32; NARROW];
         for (a, b) in row_narrow.iter().zip(narrow) {
             for c in 0..NARROW {
-                sums[c] = fused::<FMA>(a[c], b[c], sums[c]);
+                sums[c] = multiply_add::<FMA>(a[c], b[c], sums[c]);
             }
         }
         let mut n = NARROW;
@@ -173,12 +159,12 @@ fn dots<const FMA: bool>(rows: &[f32], column: &[f32], out: &mut [f32]) {
                 sums[c] += sums[c + n];
             }
         }
-        *out = row_rest.iter().zip(rest).fold(sums[0], |sum, (&a, &b)| fused::<FMA>(a, b, sum));
+        *out = row_rest.iter().zip(rest).fold(sums[0], |sum, (&a, &b)| multiply_add::<FMA>(a, b, sum));
     }
 }
 
-/// Rows summed per part; the parts are then added in order.
-const PART: usize = 256;
+/// Rows summed per task; the sums are added in order.
+const ROWS_PER_SUM: usize = 256;
 
 struct WeightsBackward<'a> {
     x: &'a Matrix,
@@ -190,26 +176,24 @@ impl RowKernel for WeightsBackward<'_> {
     fn compute<const FMA: bool>(&self, parts: Range<usize>, out: &mut [f32]) {
         let [n_in, n_out] = [self.x.n_cols(), self.gradient.n_cols()];
         for (part, out) in parts.zip(out.chunks_exact_mut((n_in * n_out).max(1))) {
-            let rows = part * PART..((part + 1) * PART).min(self.x.n_rows());
+            let rows = part * ROWS_PER_SUM..((part + 1) * ROWS_PER_SUM).min(self.x.n_rows());
             let x = &self.x.data()[rows.start * n_in..rows.end * n_in];
             let gradient = &self.gradient.data()[rows.start * n_out..rows.end * n_out];
-            multiply::<FMA>(&transposed(x, n_in), [rows.len(), n_out], gradient, out);
+            multiply::<FMA>(&transpose(x, n_in), [rows.len(), n_out], gradient, out);
         }
     }
 }
 
-/// The columns of rows, n x n_in, one after the other.
 #[inline(always)]
-fn transposed(rows: &[f32], n_in: usize) -> Vec<f32> {
+fn transpose(rows: &[f32], n_in: usize) -> Vec<f32> {
     (0..n_in).flat_map(|col| rows.iter().skip(col).step_by(n_in)).copied().collect()
 }
 
-/// Rows of a tile: with [`NARROW`] columns its sums fill twelve of the sixteen registers of AVX2, which is as much as
-/// keeps both of its units for products busy and leaves room for the factors.
+/// Rows of a tile. With [`NARROW`] columns the sums fill twelve of AVX2's sixteen registers, which keeps both product
+/// units busy and leaves room for factors.
 const TILE: usize = 6;
 
-/// Multiplies `left`, n x n_inner, with `right`, n_inner x n_out, into `out`. Every sum runs over its products in order,
-/// whatever tile it is in.
+/// Multiplies `left`, n x n_inner, by `right`, n_inner x n_out, into `out`; every sum runs in order, whatever its tile.
 #[inline(always)]
 fn multiply<const FMA: bool>(left: &[f32], shape: [usize; 2], right: &[f32], out: &mut [f32]) {
     let [n_inner, n_out] = shape;
@@ -225,7 +209,7 @@ fn multiply<const FMA: bool>(left: &[f32], shape: [usize; 2], right: &[f32], out
     }
 }
 
-/// All rows of COLS columns: few enough that this part of the right factor stays in the nearest caches.
+/// Computes all rows of COLS columns, few enough that this strip of `right` stays in the caches.
 #[inline(always)]
 fn columns<const FMA: bool, const COLS: usize>(left: &[f32], shape: [usize; 2], right: &[f32], out: &mut [f32]) {
     let n = left.len() / shape[0];
@@ -241,7 +225,7 @@ fn columns<const FMA: bool, const COLS: usize>(left: &[f32], shape: [usize; 2], 
     }
 }
 
-/// The ROWS x COLS entries of the product from `first` on.
+/// Computes ROWS x COLS entries of the product from row `first` on.
 #[inline(always)]
 fn tile<const FMA: bool, const ROWS: usize, const COLS: usize>(
     first: usize,
@@ -250,7 +234,7 @@ fn tile<const FMA: bool, const ROWS: usize, const COLS: usize>(
     right: &[f32],
     out: &mut [f32],
 ) {
-    // Slices of the length of the loop, so that no access is checked.
+    // Slices as long as the loop, so that no access is checked.
     let rows: [&[f32]; ROWS] = std::array::from_fn(|row| &left[(first + row) * n_inner..][..n_inner]);
     let mut sums = [[0.0f32; COLS]; ROWS];
     for k in 0..n_inner {
@@ -258,7 +242,7 @@ fn tile<const FMA: bool, const ROWS: usize, const COLS: usize>(
         for (sums, row) in sums.iter_mut().zip(rows) {
             let factor = row[k];
             for (sum, right) in sums.iter_mut().zip(right) {
-                *sum = fused::<FMA>(factor, right, *sum);
+                *sum = multiply_add::<FMA>(factor, right, *sum);
             }
         }
     }
@@ -306,9 +290,9 @@ mod tests {
     fn derivatives_are_products_with_transposes() {
         for isa in Isa::available() {
             let (x, w, g) = (random(600, 9, 1), random(9, 37, 2), random(600, 37, 3));
-            let to_weights = naive(&x.transposed(), &g, &[]);
+            let to_weights = naive(&x.transpose(), &g, &[]);
             assert_close(weights_backward_on(isa, &x, &g).data(), to_weights.data(), 1e-4);
-            assert_close(product_input_backward(&g, &w).data(), naive(&g, &w.transposed(), &[]).data(), 1e-5);
+            assert_close(product_input_backward(&g, &w).data(), naive(&g, &w.transpose(), &[]).data(), 1e-5);
         }
     }
 

@@ -1,9 +1,8 @@
-//! A DevConv over positions and normals and the two layers after it, row by row: nothing between them is ever held as a whole.
+//! A DevConv over positions and normals and two layers after it, row by row, storing nothing in between.
 //!
-//! For one layer of few columns over few inputs, mapping every neighbour again costs less than the memory of mapping it
-//! once.
+//! With few columns and inputs, mapping every neighbour again costs less than storing the mapped rows.
 
-use super::isa::{ColumnKernel, Isa, RowKernel, fused, relu};
+use super::isa::{ColumnKernel, Isa, RowKernel, multiply_add, relu};
 use super::product::multiply_rows;
 use super::two_layers::layers;
 use super::{Csr, Matrix};
@@ -19,9 +18,6 @@ use std::ops::Range;
 /// - `first`, `second`: as for [`two_layers`](super::two_layers)
 /// - returns n x n_out
 ///
-/// # Panics
-/// When the shapes do not match.
-///
 /// ```
 /// use neural_mesh::linalg::{Csr, Matrix, scored_dev_conv};
 /// let number = |x: f32| Matrix::new(1, 1, vec![x]);
@@ -36,37 +32,34 @@ pub fn scored_dev_conv(x: [&Matrix; 2], graph: &Csr, dev_conv: [&Matrix; 2], lay
     let shapes = x.map(Matrix::shape);
     assert_eq!([shapes[0], shapes[1], [n, graph.n_cols()]], [[n, 3], [n, 3], [n, n]], "one graph node per row");
     let x = x.map(|x| x.data().as_chunks().0);
-    scored_on(Isa::best(), &Stars { x, n, of: |i| (i, graph.row(i)) }, dev_conv, layers)
+    score_on(Isa::best(), &Stars { x, n, star: |i| (i, graph.row(i)) }, dev_conv, layers)
 }
 
-/// Nodes of a graph with their neighbours, and what is known of every node.
+/// Nodes with their neighbours, and two rows of numbers per node of the graph.
 #[derive(Clone, Copy, Debug)]
 pub struct Stars<'a, P, F> {
-    /// Two rows of three numbers for each node of the graph.
+    /// Two rows of three numbers per node of the graph.
     pub x: [&'a [P]; 2],
     /// Number of stars.
     pub n: usize,
-    /// The node of a star, below the number of rows, and its neighbours.
-    pub of: F,
+    /// Returns the node of a star and its neighbours.
+    pub star: F,
 }
 
-/// [`scored_dev_conv`] of some nodes of a graph.
+/// Computes [`scored_dev_conv`] for some nodes of a graph.
 ///
 /// # Shapes
 /// - `dev_conv` and `layers`: as for [`scored_dev_conv`]
 /// - returns n x n_out, one row per star
-///
-/// # Panics
-/// When the shapes do not match, or a star names a node that does not exist.
 pub fn scored_stars<'g, P, F>(stars: &Stars<P, F>, dev_conv: [&Matrix; 2], layers: [[&Matrix; 2]; 2]) -> Matrix
 where
     P: Copy + Into<[f32; 3]> + Sync,
     F: Fn(usize) -> (usize, &'g [u32]) + Sync,
 {
-    scored_on(Isa::best(), stars, dev_conv, layers)
+    score_on(Isa::best(), stars, dev_conv, layers)
 }
 
-fn scored_on<'g, P, F>(
+fn score_on<'g, P, F>(
     isa: Isa,
     stars: &Stars<P, F>,
     [theta, phi]: [&Matrix; 2],
@@ -79,18 +72,18 @@ where
     assert_eq!([theta.n_rows(), phi.n_rows()], [6, theta.n_cols()], "theta takes both parts to phi");
     assert_eq!(first[0].shape(), [phi.n_cols(), second[0].n_rows()], "the layers follow each other");
     assert_eq!([first[1].n_cols(), second[1].n_cols()], [first[0].n_cols(), second[0].n_cols()], "one bias per column");
-    let kernel = Scored { largest: Largest { stars, theta }, phi, first, second };
-    isa.matrix(&kernel, stars.n, second[0].n_cols())
+    let kernel = ScoredDevConvKernel { largest: StarMaxKernel { stars, theta }, phi, first, second };
+    isa.compute_matrix(&kernel, stars.n, second[0].n_cols())
 }
 
-struct Scored<'a, P, F> {
-    largest: Largest<'a, P, F>,
+struct ScoredDevConvKernel<'a, P, F> {
+    largest: StarMaxKernel<'a, P, F>,
     phi: &'a Matrix,
     first: [&'a Matrix; 2],
     second: [&'a Matrix; 2],
 }
 
-impl<'g, P, F> RowKernel for Scored<'_, P, F>
+impl<'g, P, F> RowKernel for ScoredDevConvKernel<'_, P, F>
 where
     P: Copy + Into<[f32; 3]> + Sync,
     F: Fn(usize) -> (usize, &'g [u32]) + Sync,
@@ -106,13 +99,13 @@ where
     }
 }
 
-/// `max_j (u_i - u_j)` with `u = [a | b] theta`, each `u_j` computed where it is met.
-struct Largest<'a, P, F> {
+/// The kernel of `max_j (u_i - u_j)` with `u = [a | b] theta`, computing each `u_j` on demand.
+struct StarMaxKernel<'a, P, F> {
     stars: &'a Stars<'a, P, F>,
     theta: &'a Matrix,
 }
 
-impl<'g, P, F> ColumnKernel for Largest<'_, P, F>
+impl<'g, P, F> ColumnKernel for StarMaxKernel<'_, P, F>
 where
     P: Copy + Into<[f32; 3]> + Sync,
     F: Fn(usize) -> (usize, &'g [u32]) + Sync,
@@ -123,26 +116,26 @@ where
 
     #[inline(always)]
     fn columns<const COLS: usize, const FMA: bool>(&self, star: usize, col: usize, out: &mut [f32; COLS]) {
-        let (node, neighbours) = (self.stars.of)(star);
+        let (node, neighbours) = (self.stars.star)(star);
         if neighbours.is_empty() {
             return;
         }
         let theta: [[f32; COLS]; 6] = std::array::from_fn(|k| *self.theta.window(k, col));
         let mut smallest = [f32::INFINITY; COLS];
         for &j in neighbours {
-            let other = mapped::<COLS, FMA>(self.row(j as usize), &theta);
+            let other = apply_theta::<COLS, FMA>(self.row(j as usize), &theta);
             for c in 0..COLS {
                 smallest[c] = if other[c] < smallest[c] { other[c] } else { smallest[c] };
             }
         }
-        let own = mapped::<COLS, FMA>(self.row(node), &theta);
+        let own = apply_theta::<COLS, FMA>(self.row(node), &theta);
         for c in 0..COLS {
             out[c] = own[c] - smallest[c];
         }
     }
 }
 
-impl<P: Copy + Into<[f32; 3]>, F> Largest<'_, P, F> {
+impl<P: Copy + Into<[f32; 3]>, F> StarMaxKernel<'_, P, F> {
     #[inline(always)]
     fn row(&self, node: usize) -> [f32; 6] {
         let ([a, b, c], [d, e, f]) = (self.stars.x[0][node].into(), self.stars.x[1][node].into());
@@ -151,11 +144,11 @@ impl<P: Copy + Into<[f32; 3]>, F> Largest<'_, P, F> {
 }
 
 #[inline(always)]
-fn mapped<const COLS: usize, const FMA: bool>(row: [f32; 6], theta: &[[f32; COLS]; 6]) -> [f32; COLS] {
+fn apply_theta<const COLS: usize, const FMA: bool>(row: [f32; 6], theta: &[[f32; COLS]; 6]) -> [f32; COLS] {
     let mut sums = [0.0; COLS];
     for (x, theta) in row.into_iter().zip(theta) {
         for c in 0..COLS {
-            sums[c] = fused::<FMA>(x, theta[c], sums[c]);
+            sums[c] = multiply_add::<FMA>(x, theta[c], sums[c]);
         }
     }
     sums
@@ -178,8 +171,8 @@ mod tests {
                 let features = neighbour_max_product_relu(&concat_product(&a, &b, &theta), &graph, &phi);
                 let expected = two_layers(&features, first, second);
                 let x: [&[[f32; 3]]; 2] = [a.data().as_chunks().0, b.data().as_chunks().0];
-                let all = Stars { x, n, of: |i| (i, graph.row(i)) };
-                let result = scored_on(isa, &all, [&theta, &phi], [first, second]);
+                let all = Stars { x, n, star: |i| (i, graph.row(i)) };
+                let result = score_on(isa, &all, [&theta, &phi], [first, second]);
                 assert_close(result.data(), expected.data(), 1e-5);
             }
         }

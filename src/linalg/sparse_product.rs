@@ -1,21 +1,18 @@
-//! `S A S^T` on a fixed pattern, Eq. (3): how strongly attention joins two nodes through the original edges.
+//! `S A S^T` on a fixed pattern, Eq. (3): how strongly attention joins two nodes through original edges.
 
 use super::Csr;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Computes `A_s[i, j] = sum over k, l of S[i, k] A[k, l] S[j, l]` for every entry (i, j) of `graph`.
+/// Computes `A_s[i, j] = sum_{k, l} S[i, k] A[k, l] S[j, l]` for every entry (i, j) of `graph`.
 ///
-/// Each pair is computed once, its mirror image copied.
+/// Each pair is computed once and copied to its mirror image.
 ///
 /// # Shapes
 /// - `graph`: the pattern of S and of the result, symmetric, n x n
 /// - `s`: one value per entry of `graph`
 /// - `adjacency`: A, zeros and ones, symmetric, n x n
 /// - returns one value per entry of `graph`
-///
-/// # Panics
-/// When the shapes do not match, or a graph is not symmetric.
 ///
 /// ```
 /// use neural_mesh::linalg::{Csr, sparse_product};
@@ -24,7 +21,7 @@ use std::ops::Range;
 /// assert_eq!(sparse_product(&[1.0, 1.0], &edge, &edge), [1.0, 1.0]);
 /// ```
 pub fn sparse_product(s: &[f32], graph: &Csr, adjacency: &Csr) -> Vec<f32> {
-    check(s, graph, adjacency);
+    check_shapes(s, graph, adjacency);
     let mut values = upper_half(s, graph, adjacency);
     for row in 0..graph.n_rows() {
         for (at, &col) in graph.range(row).zip(graph.row(row)).take_while(|(_, col)| (**col as usize) < row) {
@@ -36,10 +33,7 @@ pub fn sparse_product(s: &[f32], graph: &Csr, adjacency: &Csr) -> Vec<f32> {
     values
 }
 
-/// Derivative of [`sparse_product`] to the values of S; the pattern and A are fixed.
-///
-/// # Panics
-/// When the shapes do not match, or a graph is not symmetric.
+/// Computes the derivative of [`sparse_product`] to the values of S.
 ///
 /// ```
 /// use neural_mesh::linalg::{Csr, sparse_product_backward};
@@ -48,9 +42,9 @@ pub fn sparse_product(s: &[f32], graph: &Csr, adjacency: &Csr) -> Vec<f32> {
 /// assert_eq!(sparse_product_backward(&[0.5, 1.0], &edge, &edge, &[1.0, 1.0]), [2.0, 1.0]);
 /// ```
 pub fn sparse_product_backward(s: &[f32], graph: &Csr, adjacency: &Csr, gradient: &[f32]) -> Vec<f32> {
-    check(s, graph, adjacency);
+    check_shapes(s, graph, adjacency);
     assert_eq!(gradient.len(), graph.n_entries(), "one gradient per entry");
-    by_rows(graph, |scratch, row, out| {
+    compute_rows(graph, |scratch, row, out| {
         let pair_gradient = |at: usize, j: u32| {
             gradient[at] + graph.position(j as usize, row as u32).map_or(0.0, |mirror| gradient[mirror])
         };
@@ -66,15 +60,15 @@ pub fn sparse_product_backward(s: &[f32], graph: &Csr, adjacency: &Csr, gradient
     })
 }
 
-fn check(s: &[f32], graph: &Csr, adjacency: &Csr) {
+fn check_shapes(s: &[f32], graph: &Csr, adjacency: &Csr) {
     assert_eq!(s.len(), graph.n_entries(), "one value per entry");
     assert_eq!(graph.n_rows(), adjacency.n_rows(), "two graphs over the same nodes");
     debug_assert!(graph.is_symmetric() && adjacency.is_symmetric(), "symmetric graphs");
 }
 
-/// Entries on the diagonal and right of it; zeros elsewhere.
+/// Computes the entries on and above the diagonal; zeros elsewhere.
 fn upper_half(s: &[f32], graph: &Csr, adjacency: &Csr) -> Vec<f32> {
-    by_rows(graph, |scratch, row, out| {
+    compute_rows(graph, |scratch, row, out| {
         for (s, &k) in s[graph.range(row)].iter().zip(graph.row(row)) {
             for &l in adjacency.row(k as usize) {
                 scratch.add(l, *s);
@@ -87,7 +81,7 @@ fn upper_half(s: &[f32], graph: &Csr, adjacency: &Csr) -> Vec<f32> {
     })
 }
 
-/// One sparse row laid out densely, with the columns to clear.
+/// A sparse row stored densely, with the columns to clear.
 struct Scratch {
     sums: Vec<f32>,
     touched: Vec<u32>,
@@ -107,17 +101,17 @@ impl Scratch {
     }
 }
 
-/// Rows that one scratch serves.
+/// Rows per task.
 const BLOCK: usize = 256;
 
 /// Computes the entries of each row with `row_values(scratch, row, out)`, rows in parallel.
-fn by_rows(graph: &Csr, row_values: impl Fn(&mut Scratch, usize, &mut [f32]) + Sync) -> Vec<f32> {
+fn compute_rows(graph: &Csr, row_values: impl Fn(&mut Scratch, usize, &mut [f32]) + Sync) -> Vec<f32> {
     let mut values = vec![0.0; graph.n_entries()];
     let mut rest = values.as_mut_slice();
     let mut blocks: Vec<(Range<usize>, &mut [f32])> = Vec::new();
     for begin in (0..graph.n_rows()).step_by(BLOCK) {
         let rows = begin..(begin + BLOCK).min(graph.n_rows());
-        let (head, tail) = rest.split_at_mut(graph.range_of_rows(rows.clone()).len());
+        let (head, tail) = rest.split_at_mut(graph.rows_range(rows.clone()).len());
         blocks.push((rows, head));
         rest = tail;
     }
@@ -148,8 +142,8 @@ mod tests {
     fn a_path_with_one_original_edge_by_hand() {
         let path = Csr::from_edges(3, [[0, 1], [1, 2]]);
         let adjacency = Csr::from_edges(3, [[0, 1]]);
-        // S: 0 looks at 1; 1 at 0 and 2 with 1/4 and 3/4; 2 at 1. Only the edge 0-1 of A carries:
-        // A_s[0, 1] = S[0, 1] A[1, 0] S[1, 0] = 1/4 and A_s[1, 2] = S[1, 0] A[0, 1] S[2, 1] = 1/4.
+        // S: 0 attends to 1; 1 to 0 and 2 with 1/4 and 3/4; 2 to 1. A has only the edge 0-1: A_s[0, 1] = S[0, 1] A[1,
+        // 0] S[1, 0] = 1/4 and A_s[1, 2] = S[1, 0] A[0, 1] S[2, 1] = 1/4.
         assert_eq!(sparse_product(&[1.0, 0.25, 0.75, 1.0], &path, &adjacency), [0.25; 4]);
     }
 
@@ -168,7 +162,7 @@ mod tests {
         assert_close(&some.iter().map(|&at| result[at]).collect::<Vec<_>>(), &naive, 1e-5);
     }
 
-    /// Random values on a symmetric graph with loops, and another graph over the same nodes.
+    /// Returns random values on a symmetric graph with loops, and another graph over the same nodes.
     fn example(n: usize) -> (Csr, Csr, Vec<f32>, Vec<f32>) {
         let graph = Csr::from_edges(n, ragged_graph(n).entries().collect::<Vec<_>>()).with_loops();
         let adjacency = Csr::from_edges(n, (0..n as u32 - 1).map(|i| [i, (i * i + 3) % n as u32]).collect::<Vec<_>>());

@@ -1,22 +1,22 @@
-//! Matrices and graphs for tests, and how close two results must be.
+//! Random matrices, graphs and comparisons for tests.
 
 use super::{Csr, Matrix};
 use rand_xoshiro::SplitMix64;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-/// Entries in -1..1 from a seed.
+/// Returns random entries in -1..1.
 pub(crate) fn random(n_rows: usize, n_cols: usize, seed: u64) -> Matrix {
     let mut rng = SplitMix64::seed_from_u64(seed);
     Matrix::from_fn(n_rows, n_cols, |_, _| (rng.next_u64() >> 40) as f32 / (1u64 << 23) as f32 - 1.0)
 }
 
-/// A graph with an empty row, rows of different length, and edges in one direction only.
+/// Returns a graph with an empty row, rows of different lengths, and one-way edges.
 pub(crate) fn ragged_graph(n: usize) -> Csr {
     let entries = (0..n as u32).flat_map(|i| (0..i % 5).map(move |k| [i, (i * 7 + k * k * 3 + 1) % n as u32]));
     Csr::from_entries(n, n, entries.filter(|[i, j]| i != j))
 }
 
-/// Panics unless the entries agree to `tolerance`, relative to the larger of them and 1.
+/// Panics unless entries agree to `tolerance`, relative to the larger of them and 1.
 pub(crate) fn assert_close(a: &[f32], b: &[f32], tolerance: f32) {
     assert_eq!(a.len(), b.len());
     for (i, (x, y)) in a.iter().zip(b).enumerate() {
@@ -25,7 +25,7 @@ pub(crate) fn assert_close(a: &[f32], b: &[f32], tolerance: f32) {
     }
 }
 
-/// Panics unless `gradient` holds the slopes of `loss`, computed in double precision, toward every entry of `x`.
+/// Panics unless `gradient` holds the slopes of `loss`, computed in double precision, at `x`.
 pub(crate) fn assert_slopes(gradient: &[f32], x: &[f32], loss: impl Fn(&[f64]) -> f64) {
     let x: Vec<f64> = x.iter().map(|&x| f64::from(x)).collect();
     let slope = |at: usize| {

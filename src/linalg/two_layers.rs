@@ -1,4 +1,4 @@
-//! Two linear maps with a ReLU between them, row by row: what lies between them is never held as a whole.
+//! Two affine maps with a ReLU between them, row by row, storing nothing in between.
 
 use super::Matrix;
 use super::isa::{Isa, RowKernel, relu};
@@ -9,12 +9,9 @@ use std::ops::Range;
 ///
 /// # Shapes
 /// - `x`: n x n_in
-/// - `[weights, bias]` of the first layer: n_in x n_hidden and 1 x n_hidden
-/// - `[weights, bias]` of the second: n_hidden x n_out and 1 x n_out
+/// - `first`: `[weights, bias]`, n_in x n_hidden and 1 x n_hidden
+/// - `second`: `[weights, bias]`, n_hidden x n_out and 1 x n_out
 /// - returns n x n_out
-///
-/// # Panics
-/// When the shapes do not match.
 ///
 /// ```
 /// use neural_mesh::linalg::{Matrix, two_layers};
@@ -30,7 +27,7 @@ fn two_layers_on(isa: Isa, x: &Matrix, first: [&Matrix; 2], second: [&Matrix; 2]
     let [n_hidden, n_out] = second[0].shape();
     assert_eq!(first[0].shape(), [x.n_cols(), n_hidden], "the first layer takes x to the second");
     assert_eq!([first[1].shape(), second[1].shape()], [[1, n_hidden], [1, n_out]], "one bias per column");
-    isa.matrix(&TwoLayers { x, first, second }, x.n_rows(), n_out)
+    isa.compute_matrix(&TwoLayers { x, first, second }, x.n_rows(), n_out)
 }
 
 struct TwoLayers<'a> {
@@ -47,7 +44,7 @@ impl RowKernel for TwoLayers<'_> {
     }
 }
 
-/// Both layers over rows, n x n_in, into `out`.
+/// Applies both layers to rows, n x n_in, into `out`.
 #[inline(always)]
 pub(super) fn layers<const FMA: bool>(rows: &[f32], first: [&Matrix; 2], second: [&Matrix; 2], out: &mut [f32]) {
     let [n_in, n_hidden] = first[0].shape();

@@ -19,9 +19,6 @@ use glam::DVec3;
 /// - `inclusion`: n, in 0..=1
 /// - returns a number and its gradient to the n probabilities
 ///
-/// # Panics
-/// If a point does not exist.
-///
 /// ```
 /// use neural_mesh::loss::bending_of_samples;
 /// // Two points of a floor, one above it.

@@ -49,9 +49,6 @@ pub fn probabilistic_chamfer(points: &[[f32; 3]], samples: &[[f32; 3]], probabil
 /// - `inclusion`: n, in 0..=1
 /// - returns a number in 0..=1 and its gradient to the n probabilities
 ///
-/// # Panics
-/// If `nearest` names a point that does not exist.
-///
 /// ```
 /// use neural_mesh::{loss::coverage_of_samples, spatial::nearest_to};
 /// let points = [[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]];

@@ -16,9 +16,6 @@ use rayon::prelude::*;
 /// - `probabilities`: n_triangles
 /// - returns a share in 0..=1 and its gradient to the probabilities
 ///
-/// # Panics
-/// If an edge does not exist.
-///
 /// ```
 /// use neural_mesh::loss::closure;
 /// // Two faces over edge 0; the outer edges 1 to 4 are boundaries.
@@ -66,7 +63,6 @@ fn wrong_number(p: &[f64], at_boundary: bool) -> (f64, Vec<f64>) {
     (value, slopes)
 }
 
-/// Adds a face of probability p.
 fn add_face([none, one, two]: CountProbabilities, p: f64) -> CountProbabilities {
     let q = 1.0 - p;
     [none * q, one * q + none * p, two * q + one * p]
@@ -82,7 +78,6 @@ mod tests {
     use super::super::test_gradients::{assert_gradient, uniform};
     use super::*;
 
-    /// Computes the share by trying all subsets of faces.
     fn cost_by_subsets(edges_of_faces: &[[u32; 3]], at_boundary: &[bool], p: &[f32]) -> f64 {
         let n = p.len();
         let count = |kept: u32, edge: usize| {

@@ -17,9 +17,6 @@ use crate::linalg::Csr;
 /// - returns ordered pairs, for [`conflicts_by_count`](super::conflicts_by_count) and
 ///   [`conflicts_by_pair`](super::conflicts_by_pair)
 ///
-/// # Panics
-/// If a corner is not a point.
-///
 /// ```
 /// use neural_mesh::{linalg::Csr, loss::collisions};
 /// let points = [[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [1.0, 1.0, -1.0], [1.0, 1.5, 1.0], [1.5, 1.0, 1.0]];
@@ -34,7 +31,6 @@ pub fn collisions(points: &[[f32; 3]], triangles: &[[u32; 3]], neighbours: &Csr)
     })
 }
 
-/// Returns whether the bounding boxes of two triangles meet.
 fn boxes_meet(t: [[f32; 3]; 3], u: [[f32; 3]; 3]) -> bool {
     let low = |t: [[f32; 3]; 3], axis: usize| t[0][axis].min(t[1][axis]).min(t[2][axis]);
     let high = |t: [[f32; 3]; 3], axis: usize| t[0][axis].max(t[1][axis]).max(t[2][axis]);

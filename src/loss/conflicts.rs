@@ -28,9 +28,6 @@ pub(super) fn near_pairs(neighbours: &Csr, in_conflict: impl Fn(u32, u32) -> boo
 ///   [`overlaps`](super::overlaps)
 /// - `probabilities`: n_triangles
 ///
-/// # Panics
-/// If a triangle does not exist.
-///
 /// ```
 /// use neural_mesh::loss::conflicts_by_count;
 /// let term = conflicts_by_count(&[[0, 1], [0, 2], [1, 0]], &[0.5, 0.25, 1.0, 1.0]);
@@ -48,9 +45,6 @@ pub fn conflicts_by_count(conflicts: &[[u32; 2]], probabilities: &[f32]) -> Term
 ///
 /// # Shapes
 /// As for [`conflicts_by_count`].
-///
-/// # Panics
-/// If a triangle does not exist.
 ///
 /// ```
 /// use neural_mesh::loss::conflicts_by_pair;

@@ -27,9 +27,6 @@ pub struct NearTriangles {
 /// - `k`: 16 to 32 reach around a vertex of high degree
 /// - returns n_surface x min(k, n_triangles)
 ///
-/// # Panics
-/// If a corner is not a point.
-///
 /// ```
 /// use neural_mesh::loss::near_triangles;
 /// let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]];

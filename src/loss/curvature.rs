@@ -16,9 +16,6 @@ use super::expected_cost::{OptionRows, expected_cost, last_costs};
 /// - `inclusion`: n, in 0..=1
 /// - returns a number and its gradient to the n probabilities
 ///
-/// # Panics
-/// If `nearest` names a point that does not exist.
-///
 /// ```
 /// use neural_mesh::loss::curvature_of_samples;
 /// let kappa = [0.0, 0.2];

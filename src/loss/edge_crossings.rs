@@ -16,9 +16,6 @@ use glam::DVec3;
 /// - `neighbours`: n_triangles x n_triangles, such as the k-nn graph of the barycenters
 /// - `flatness`: 0 or more; 0.1 admits slightly bent quadrilaterals
 ///
-/// # Panics
-/// If a corner is not a point.
-///
 /// ```
 /// use neural_mesh::{linalg::Csr, loss::edge_crossings};
 /// let square = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.05]];
@@ -35,7 +32,6 @@ pub fn edge_crossings(points: &[[f32; 3]], triangles: &[[u32; 3]], neighbours: &
     })
 }
 
-/// Returns the edges of a triangle, as vertices and as segments.
 fn edges(points: &[[f32; 3]], triangle: [u32; 3]) -> [([u32; 2], [DVec3; 2]); 3] {
     let corners = corners_f64(points, triangle);
     [[0, 1], [1, 2], [2, 0]].map(|ends| (ends.map(|i| triangle[i]), ends.map(|i| corners[i])))

@@ -3,7 +3,7 @@
 use super::Term;
 use rayon::prelude::*;
 
-/// OptionRows of options, the preferred one first in each.
+/// Rows of options, the preferred one first in each.
 pub(super) struct OptionRows<'a> {
     /// n_rows x `width`: index of the option's probability.
     pub options: &'a [u32],
@@ -26,7 +26,6 @@ pub(super) fn relative_cost(options: &[u32], mut costs: Vec<f64>, width: usize, 
     expected_cost(&OptionRows { options, costs: &costs, costs_of_none: &costs_of_none, width }, probabilities)
 }
 
-/// Returns the last cost of each row, n_rows; `width` is not 0.
 pub(super) fn last_costs(costs: &[f64], width: usize) -> Vec<f64> {
     costs.chunks_exact(width).map(|row| row[width - 1]).collect()
 }
@@ -52,7 +51,6 @@ pub(super) fn expected_cost(rows: &OptionRows, probabilities: &[f32]) -> Term {
     Term::mean(values.iter().sum(), &gradient, values.len())
 }
 
-/// Returns the expected cost of one row and writes its derivatives to `slopes`.
 fn row_cost(slopes: &mut [f64], options: &[u32], costs: &[f64], none: f64, probabilities: &[f32]) -> f64 {
     let mut rest = none;
     for ((slope, &option), cost) in slopes.iter_mut().zip(options).zip(costs).rev() {
@@ -73,7 +71,6 @@ mod tests {
     use super::super::test_gradients::{assert_gradient, uniform};
     use super::*;
 
-    /// Computes the cost by trying all subsets of options.
     fn cost_by_subsets(options: &[u32], costs: &[f64], none: f64, p: &[f32]) -> f64 {
         let of_subset = |kept: u32| {
             let chance = (0..p.len()).map(|i| if kept >> i & 1 == 1 { p[i] } else { 1.0 - p[i] });

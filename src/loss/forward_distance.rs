@@ -13,9 +13,6 @@ use crate::spatial::nearest_to;
 /// - `original`: n_original x 3, barycenters of the original faces
 /// - returns n_triangles squared distances; 0 without an original
 ///
-/// # Panics
-/// If a corner is not a point.
-///
 /// ```
 /// use neural_mesh::loss::forward_distances;
 /// let points = [[0.0; 3], [3.0, 0.0, 0.0], [0.0, 3.0, 0.0]];

@@ -1,7 +1,7 @@
 //! Training objective of Sec. 3.4, one file per term, each returning its value and its gradient.
 //!
 //! Losses are functions over slices and know no network. Some printed terms have a replacement that trains better;
-//! `docs/paper.md` says why.
+//! `docs/paper.md` says why. Functions panic if an index is out of range.
 //!
 //! Support code for the main modules; see the front page of the crate.
 

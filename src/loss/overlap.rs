@@ -25,9 +25,6 @@ pub struct OverlapSettings {
 /// - `points`: n x 3, `triangles`: n_triangles x 3
 /// - `neighbours`: n_triangles x n_triangles, such as the k-nn graph of the barycenters
 ///
-/// # Panics
-/// If a corner is not a point.
-///
 /// ```
 /// use neural_mesh::{linalg::Csr, loss::{OverlapSettings, overlaps}};
 /// let square = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];

@@ -27,9 +27,6 @@ pub struct ReverseDistances {
 /// - `per_triangle`: points per triangle, at least 1, in a fixed pattern
 /// - `k`: nearest triangles per point
 ///
-/// # Panics
-/// If a corner is not a point.
-///
 /// ```
 /// use neural_mesh::loss::reverse_distances;
 /// let points = [[0.0; 3], [3.0, 0.0, 0.0], [0.0, 3.0, 0.0], [3.0, 3.0, 0.0]];
@@ -69,7 +66,6 @@ pub fn reverse_distances(
     ReverseDistances { to_original: (0..triangles.len()).map(to_original).collect(), near, to_near }
 }
 
-/// Adds up the entries of each triangle.
 fn merge_equal(mut found: Vec<(u32, f64)>) -> (Vec<u32>, Vec<f64>) {
     found.sort_by_key(|&(t, _)| t);
     let groups = found.chunk_by(|a, b| a.0 == b.0);
@@ -113,7 +109,6 @@ mod tests {
     use super::super::test_gradients::{assert_gradient, points, triangles, uniform};
     use super::*;
 
-    /// Computes Eq. (8) point by point.
     fn naive(points: &[[f32; 3]], triangles: &[[u32; 3]], original: &[[f32; 3]], n: usize, k: usize, p: &[f32]) -> f64 {
         let centers = barycenters(points, triangles);
         let mut sum = 0.0;

@@ -11,9 +11,6 @@ use crate::linalg::Csr;
 /// - `scores`: n, `rings`: n x n, symmetric
 /// - returns a number and its gradient to the n scores
 ///
-/// # Panics
-/// Unless there is one score per row.
-///
 /// ```
 /// use neural_mesh::{linalg::Csr, loss::smoothness};
 /// let term = smoothness(&[1.0, 4.0, 4.0], &Csr::from_edges(3, [[0, 1], [1, 2]]));

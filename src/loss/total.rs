@@ -137,9 +137,6 @@ pub struct FaceGeometry {
 }
 
 /// Measures the candidates for all terms with a weight; see the example of [`face_terms`].
-///
-/// # Panics
-/// If a corner is not a point.
 pub fn face_geometry(candidates: &Candidates, objective: &FaceObjective) -> FaceGeometry {
     let Candidates { points, triangles, neighbours, surface, original_barycenters, .. } = *candidates;
     let FaceObjective { per_triangle, n_near, flatness, .. } = *objective;
@@ -172,9 +169,6 @@ fn mean_squared_edge(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> f64 {
 /// # Shapes
 /// - `geometry`: from [`face_geometry`] with the same candidates and objective
 /// - `probabilities`: n_triangles
-///
-/// # Panics
-/// If an edge does not exist.
 ///
 /// ```
 /// use neural_mesh::linalg::Csr;

@@ -26,7 +26,6 @@ pub fn ssim(width: usize, a: &[u8], b: &[u8]) -> Option<f64> {
     Some(likeness.iter().sum::<f64>() / likeness.len() as f64)
 }
 
-/// Returns the similarity in the window at the start of both buffers.
 fn window_ssim(width: usize, a: &[u8], b: &[u8]) -> f64 {
     let [mut x, mut y, mut xx, mut yy, mut xy] = [0u32; 5];
     for row in 0..WINDOW {

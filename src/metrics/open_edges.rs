@@ -95,7 +95,6 @@ mod tests {
     use super::*;
     use crate::mesh::{shapes, topology};
 
-    /// Removes some faces of a mesh.
     fn remove_faces(mesh: &TriMesh, removed: &[usize]) -> TriMesh {
         let kept = (0..mesh.faces().len()).filter(|face| !removed.contains(face)).map(|face| mesh.faces()[face]);
         TriMesh::new(mesh.positions().to_vec(), kept.collect()).unwrap()

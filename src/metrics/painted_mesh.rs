@@ -10,7 +10,6 @@ use crate::spatial::NearestOnTriangles;
 /// Most painted points on a mesh of few, large faces.
 const MOST_POINTS: usize = 120_000;
 
-/// Most steps along a side of a face.
 const MOST_STEPS: usize = 8;
 
 /// Distances at which a colour scale may end, in the mesh's unit, weighted by area.
@@ -87,7 +86,6 @@ fn choose_steps(mesh: &TriMesh) -> usize {
     (2..=MOST_STEPS).rev().find(fit).unwrap_or(1)
 }
 
-/// Returns the number of points on a face with `steps` per side.
 fn points_per_face(steps: usize) -> usize {
     (steps + 1) * (steps + 2) / 2
 }
@@ -116,7 +114,6 @@ fn vertex_shares(mesh: &TriMesh) -> Vec<f64> {
     shares
 }
 
-/// Returns the share of the area at each painted point of the faces.
 fn point_shares(mesh: &TriMesh, steps: usize) -> Vec<f64> {
     let n = points_per_face(steps);
     face_shares(mesh).iter().flat_map(|share| std::iter::repeat_n(share / n as f64, n)).collect()

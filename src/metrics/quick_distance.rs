@@ -29,7 +29,6 @@ const MAX_TESTS: u64 = 40_000;
 /// Only large intersecting faces, which cost thousands per point, exceed it; fewer points are used then.
 const MAX_LOOKS: f64 = 1e7;
 const USUAL_LOOKS: f64 = 100.0;
-/// Faces per task when areas are computed.
 const AREAS_CHUNK: usize = 4096;
 /// Steps of a low-discrepancy sequence in the unit square (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom
 /// Sequences").
@@ -119,7 +118,6 @@ fn find_farthest(mesh: &TriMesh, own: &FaceTree, other: &FaceTree, n_samples: us
     (0..n).into_par_iter().map(far).collect::<Vec<_>>().into_iter().fold((DVec3::ZERO, -1.0), farther)
 }
 
-/// Returns the total area of a mesh.
 pub(super) fn surface_area(mesh: &TriMesh) -> f64 {
     let corner = |v: u32| DVec3::from(mesh.positions()[v as usize].map(f64::from));
     mesh.faces().iter().map(|face| 0.5 * area_normal_f64(face.map(corner)).length()).sum()
@@ -129,7 +127,6 @@ pub(super) fn face_tree(mesh: &TriMesh) -> FaceTree<'_> {
     FaceTree::new(mesh.positions(), mesh.faces())
 }
 
-/// Distances from one mesh to another.
 pub(super) struct OneWayDistance {
     pub mean: f64,
     pub max: f64,
@@ -374,7 +371,6 @@ mod tests {
         }
     }
 
-    /// Compares with a search of all faces from the same samples.
     #[test]
     fn agrees_with_a_search_of_all_faces() {
         let (a, b) = (shapes::bolt(12), shapes::bolt(5));

@@ -8,8 +8,8 @@ use crate::geometry::crossing::triangles_cross;
 use crate::mesh::TriMesh;
 use crate::spatial::NearestOnTriangles;
 
-/// Budget of face pairs tested: a fixed number, plus one per face. Two dozen per face are usual; needles that share
-/// a corner need all pairs.
+/// Budget of face pairs tested: a fixed amount, plus an amount per face. Two dozen per face are usual; needles that
+/// share a corner need all pairs.
 const MAX_PAIRS: [u64; 2] = [20_000_000, 100];
 
 /// Returns the faces that intersect another face, in order.

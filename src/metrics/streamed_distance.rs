@@ -149,7 +149,6 @@ impl<'a> StreamedDistance<'a> {
     }
 }
 
-/// Returns the squared distance of a point from a box, 0 inside.
 fn distance2(bounds: &Bounds, p: DVec3) -> f64 {
     let [low, high] = [bounds.low, bounds.high].map(|corner| DVec3::from(corner.map(f64::from)));
     p.distance_squared(p.clamp(low, high))
@@ -161,7 +160,6 @@ mod tests {
     use crate::mesh::{compact, shapes};
     use crate::metrics::quick_distance;
 
-    /// Cuts a mesh into `n` pieces along x.
     fn cut_along_x(mesh: &TriMesh, n: usize) -> Vec<TriMesh> {
         let mut faces = mesh.faces().to_vec();
         faces.sort_by(|a, b| mesh.positions()[a[0] as usize][0].total_cmp(&mesh.positions()[b[0] as usize][0]));

@@ -111,7 +111,6 @@ fn measure_one_way(from: &Surface, to: &Surface) -> Option<OneSidedDistance> {
     })
 }
 
-/// Returns the largest distance of a vertex.
 fn farthest_vertex(from: &Surface, to: &Surface) -> f64 {
     let distance2 = |p: &DVec3| to.nearest.nearest(*p).map_or(0.0, |hit| hit.distance2);
     let vertices = affordable_subset(&from.vertices, to);
@@ -126,7 +125,6 @@ fn affordable_subset(points: &[DVec3], to: &Surface) -> Vec<usize> {
     (0..n_affordable).map(|i| i * n / n_affordable).collect()
 }
 
-/// Sums up the samples of one task.
 fn sum_samples(from: &Surface, to: &Surface, samples: &[usize]) -> Sums {
     let mut sums = Sums::default();
     for &i in samples {

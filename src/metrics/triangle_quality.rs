@@ -44,7 +44,6 @@ pub fn triangle_quality(mesh: &TriMesh) -> Option<TriangleQuality> {
     })
 }
 
-/// Returns the side lengths, ascending.
 fn sides(corners: [[f32; 3]; 3]) -> [f64; 3] {
     let [a, b, c] = corners.map(|corner| DVec3::from_array(corner.map(f64::from)));
     let mut sides = [a.distance(b), b.distance(c), c.distance(a)];

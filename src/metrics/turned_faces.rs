@@ -18,7 +18,7 @@ const TEST_POINTS: [[f64; 3]; 4] = [
 /// Extra distance within which a face of agreeing orientation is accepted, as a share of the longest edge.
 const SLACK: f64 = 0.25;
 
-/// Budget of triangles and boxes visited: a fixed number, plus one per face.
+/// Budget of triangles and boxes visited: a fixed amount, plus an amount per face.
 const MAX_LOOKS: [u64; 2] = [5_000_000, 300];
 
 /// Returns the faces of the simplified mesh that are turned against the original surface, in order.

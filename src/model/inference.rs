@@ -57,8 +57,8 @@ pub fn surface_scores<P: Copy + Into<[f32; 3]>>(
     normals: &[P],
     rings: &Arc<Csr>,
 ) -> Vec<f32> {
-    let points = Matrix::of_points(in_edge_lengths(positions, rings));
-    let normals = Matrix::of_points(normals.iter().map(|&normal| normal.into()).collect());
+    let points = Matrix::from_owned_points(in_edge_lengths(positions, rings));
+    let normals = Matrix::from_owned_points(normals.iter().map(|&normal| normal.into()).collect());
     scores(weights, points, Some(normals), rings)
 }
 

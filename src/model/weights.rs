@@ -48,7 +48,7 @@ impl Weights {
             "face_classifier.output.weights" => 0.1,
             _ => 1.0,
         };
-        let drawn = architecture.shapes().named().drawn_by(seed, share);
+        let drawn = architecture.shapes().named().draw_scaled(seed, share);
         let tensors = architecture.shapes().of(&drawn).expect("all that were drawn");
         Self { architecture, tensors: looking_at_itself(tensors), objective: None }
     }
@@ -80,7 +80,7 @@ impl Weights {
     /// ```
     pub fn from_named(architecture: Architecture, tensors: &Tensors<Arc<Matrix>>) -> Result<Self, WeightsError> {
         let shapes = architecture.shapes();
-        let tensors = shapes.of(&tensors.checked(&shapes.named())?)?;
+        let tensors = shapes.of(&tensors.check_shapes(&shapes.named())?)?;
         Ok(Self { architecture, tensors, objective: None })
     }
 

@@ -83,7 +83,7 @@ mod tests {
         };
         let expected = [4, 1];
         let wrong_shape = WeightsError::WrongShape { name: score.into(), expected, found: vec![1, 4] };
-        assert_eq!(change(Matrix::transposed), wrong_shape);
+        assert_eq!(change(Matrix::transpose), wrong_shape);
         assert_eq!(change(|_| Matrix::new(4, 1, vec![0.0, f32::NAN, 0.0, 0.0])), WeightsError::NotFinite(score.into()));
     }
 

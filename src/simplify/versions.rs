@@ -29,7 +29,7 @@ mod tests {
     use std::ops::ControlFlow;
 
     use super::*;
-    use crate::linalg::golden::{Hash, Results, Tied, check};
+    use crate::linalg::golden::{GoldenCheck, Hash, Results, check};
     use crate::mesh::{Attributes, Channel, Role, TriMesh, shapes, vertex_normals, with_flat_normals};
     use crate::simplify::{
         Assembly, Input, Options, Purpose, ScoreSource, Simplified, Symmetry, Target, simplify_input,
@@ -39,24 +39,24 @@ mod tests {
     #[test]
     fn the_closed_assembly_keeps_its_bits() {
         let test = concat!(module_path!(), "::the_closed_assembly_keeps_its_bits");
-        check(&tie("closed", CLOSED_VERSION, "CLOSED_VERSION", test), closed_results);
+        check(&golden_check("closed", CLOSED_VERSION, "CLOSED_VERSION", test), closed_results);
     }
 
     #[test]
     fn what_is_carried_keeps_its_bits() {
         let test = concat!(module_path!(), "::what_is_carried_keeps_its_bits");
-        check(&tie("carried", CARRIED_VERSION, "CARRIED_VERSION", test), carried_results);
+        check(&golden_check("carried", CARRIED_VERSION, "CARRIED_VERSION", test), carried_results);
     }
 
     #[test]
     fn the_papers_assembly_keeps_its_bits() {
         let test = concat!(module_path!(), "::the_papers_assembly_keeps_its_bits");
-        check(&tie("paper", PAPER_VERSION, "PAPER_VERSION", test), paper_results);
+        check(&golden_check("paper", PAPER_VERSION, "PAPER_VERSION", test), paper_results);
     }
 
-    fn tie(part: &'static str, version: u32, constant: &'static str, test: &'static str) -> Tied {
+    fn golden_check(part: &'static str, version: u32, constant: &'static str, test: &'static str) -> GoldenCheck {
         let test = test.split_once("::").unwrap().1;
-        Tied { part, version, constant, test }
+        GoldenCheck { part, version, constant, test }
     }
 
     fn closed_results() -> Results {

@@ -1,4 +1,4 @@
-//! Adam (Kingma and Ba 2015), Algorithm 1, with bias correction, and the clipping of gradients.
+//! Adam (Kingma and Ba 2015), Algorithm 1, with bias correction, and gradient clipping.
 
 use super::Settings;
 use crate::autodiff::Tensors;
@@ -17,27 +17,24 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Before the first step, for tensors of these shapes.
+    /// Returns the moments before the first step.
     pub fn zero(shapes: &Tensors<[usize; 2]>) -> Self {
         let zeros = || shapes.map(|_, &[n_rows, n_cols]| Matrix::zeros(n_rows, n_cols));
         Self { first: zeros(), second: zeros(), steps: 0 }
     }
 }
 
-/// One step: the new tensors; the moments move on.
+/// Computes the tensors after one step and updates the moments.
 ///
 /// `m = b1 m + (1 - b1) g`, `v = b2 v + (1 - b2) g^2`, `w -= rate * (m / (1 - b1^t)) / (sqrt(v / (1 - b2^t)) + e)`.
 ///
-/// # Shapes
-/// - `tensors`, `gradients` and `moments`: the same
-///
 /// # Panics
-/// When they are of other sizes.
+/// Unless `tensors`, `gradients` and `moments` have the same sizes.
 ///
 /// ```
 /// use neural_mesh::{autodiff::Tensors, linalg::Matrix, train::{Moments, Settings, adam_step}};
 /// let shapes: Tensors<[usize; 2]> = [("score.bias", [1, 1]), ("score.weights", [64, 1])].into_iter().collect();
-/// let tensors = shapes.drawn(1);
+/// let tensors = shapes.draw(1);
 /// let gradients = tensors.map(|_, w| Matrix::from_fn(w.n_rows(), w.n_cols(), |_, _| 7.0));
 /// let mut moments = Moments::zero(&shapes);
 /// let settings = Settings::from_toml("").unwrap();
@@ -55,11 +52,12 @@ pub fn adam_step(
 ) -> Tensors<Arc<Matrix>> {
     moments.steps += 1;
     let (beta1, beta2) = (settings.adam_beta1, settings.adam_beta2);
-    moments.first = blended(&moments.first, gradients, |m, g| beta1 * m + (1.0 - beta1) * g);
-    moments.second = blended(&moments.second, gradients, |v, g| beta2 * v + (1.0 - beta2) * g * g);
+    moments.first = combine_entries(&moments.first, gradients, |m, g| beta1 * m + (1.0 - beta1) * g);
+    moments.second = combine_entries(&moments.second, gradients, |v, g| beta2 * v + (1.0 - beta2) * g * g);
     let [first, second] = [beta1, beta2].map(|beta| 1.0 - beta.powf(moments.steps as f64));
-    let direction =
-        blended(&moments.first, &moments.second, |m, v| (m / first) / ((v / second).sqrt() + settings.adam_epsilon));
+    let direction = combine_entries(&moments.first, &moments.second, |m, v| {
+        (m / first) / ((v / second).sqrt() + settings.adam_epsilon)
+    });
     let mut directions = direction.iter();
     tensors.map(|_, matrix| {
         let (_, direction) = directions.next().expect("as many directions as tensors");
@@ -69,14 +67,14 @@ pub fn adam_step(
     })
 }
 
-/// The length of the gradients over all tensors together.
+/// Returns the Euclidean norm of the gradients over all tensors.
 pub(super) fn gradient_norm(gradients: &Tensors<Matrix>) -> f64 {
     let squares = gradients.iter().map(|(_, matrix)| matrix.data().iter().map(|&g| f64::from(g).powi(2)).sum::<f64>());
     squares.sum::<f64>().sqrt()
 }
 
-/// The gradients, shortened to the length `limit` where `norm` is larger; 0 is no limit.
-pub(super) fn clipped(gradients: Tensors<Matrix>, norm: f64, limit: f64) -> Tensors<Matrix> {
+/// Scales the gradients to the norm `limit` if `norm` is larger; 0 is no limit.
+pub(super) fn clip_gradients(gradients: Tensors<Matrix>, norm: f64, limit: f64) -> Tensors<Matrix> {
     if limit == 0.0 || norm <= limit {
         return gradients;
     }
@@ -84,8 +82,7 @@ pub(super) fn clipped(gradients: Tensors<Matrix>, norm: f64, limit: f64) -> Tens
     gradients.map(|_, matrix| Matrix::new(matrix.n_rows(), matrix.n_cols(), matrix.data().iter().map(shrink).collect()))
 }
 
-/// `f(a, b)` entry by entry.
-fn blended(a: &Tensors<Matrix>, b: &Tensors<Matrix>, f: impl Fn(f64, f64) -> f64) -> Tensors<Matrix> {
+fn combine_entries(a: &Tensors<Matrix>, b: &Tensors<Matrix>, f: impl Fn(f64, f64) -> f64) -> Tensors<Matrix> {
     assert_eq!(a.len(), b.len(), "as many tensors");
     let mut others = b.iter();
     a.map(|_, matrix| {
@@ -108,8 +105,7 @@ mod tests {
         [("a.weights", [7, 5]), ("a.bias", [1, 5]), ("b.weights", [5, 1])].into_iter().collect()
     }
 
-    /// Tensors all of whose entries are `value`.
-    fn filled(value: f32) -> Tensors<Matrix> {
+    fn fill_tensors(value: f32) -> Tensors<Matrix> {
         shapes().map(|_, &[n_rows, n_cols]| Matrix::from_fn(n_rows, n_cols, |_, _| value))
     }
 
@@ -120,10 +116,10 @@ mod tests {
     #[test]
     fn three_steps_follow_the_naive_formula() {
         let mut moments = Moments::zero(&shapes());
-        let mut tensors = filled(1.0).map(|_, matrix| Arc::new(matrix.clone()));
+        let mut tensors = fill_tensors(1.0).map(|_, matrix| Arc::new(matrix.clone()));
         let (mut w, mut m, mut v) = (1.0f64, 0.0f64, 0.0f64);
         for (t, g) in [(1, 0.5f64), (2, -0.25), (3, 4.0)] {
-            tensors = adam_step(&tensors, &filled(g as f32), &mut moments, &settings(), 0.1);
+            tensors = adam_step(&tensors, &fill_tensors(g as f32), &mut moments, &settings(), 0.1);
             m = 0.9 * m + 0.1 * g;
             v = 0.999 * v + 0.001 * g * g;
             let (m_hat, v_hat) = (m / (1.0 - 0.9f64.powi(t)), v / (1.0 - 0.999f64.powi(t)));
@@ -134,22 +130,22 @@ mod tests {
 
     #[test]
     fn the_least_of_a_square_is_found() {
-        let mut tensors = filled(3.0).map(|_, matrix| Arc::new(matrix.clone()));
+        let mut tensors = fill_tensors(3.0).map(|_, matrix| Arc::new(matrix.clone()));
         let mut moments = Moments::zero(&shapes());
         for _ in 0..150 {
             let gradient = 2.0 * (entry(&tensors) - 2.5) as f32;
-            tensors = adam_step(&tensors, &filled(gradient), &mut moments, &settings(), 0.05);
+            tensors = adam_step(&tensors, &fill_tensors(gradient), &mut moments, &settings(), 0.05);
         }
         assert!((entry(&tensors) - 2.5).abs() < 0.02, "{}", entry(&tensors));
     }
 
     #[test]
     fn long_gradients_are_shortened_and_keep_their_direction() {
-        let gradients = shapes().drawn(3).map(|_, matrix| matrix.as_ref().clone());
+        let gradients = shapes().draw(3).map(|_, matrix| matrix.as_ref().clone());
         let norm = gradient_norm(&gradients);
-        assert_eq!(clipped(gradients.clone(), norm, 0.0), gradients);
-        assert_eq!(clipped(gradients.clone(), norm, 2.0 * norm), gradients);
-        let short = clipped(gradients.clone(), norm, 0.5);
+        assert_eq!(clip_gradients(gradients.clone(), norm, 0.0), gradients);
+        assert_eq!(clip_gradients(gradients.clone(), norm, 2.0 * norm), gradients);
+        let short = clip_gradients(gradients.clone(), norm, 0.5);
         assert!((gradient_norm(&short) - 0.5).abs() < 1e-6);
         let [long, short] = [&gradients, &short].map(|tensors| tensors.get("a.weights").unwrap().data()[5]);
         assert!((f64::from(long) * 0.5 / norm - f64::from(short)).abs() < 1e-6);

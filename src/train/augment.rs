@@ -1,4 +1,4 @@
-//! Changes of a mesh before a step: turned, stretched, roughened, so that no pose and no scan is learned by heart.
+//! Random changes of a mesh before a step: rotation, stretching, noise.
 
 use super::Settings;
 use super::random::{normal_pair, uniform};
@@ -7,33 +7,32 @@ use crate::model::normalized;
 use glam::{DMat3, DQuat, DVec3};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// The mesh as the settings have it changed, its mean at the origin and the diagonal of its bounding box 1.
+/// Changes a mesh as the settings say, and moves it to mean 0 and bounding box diagonal 1.
 ///
 /// # Errors
-/// [`InvalidMesh`] where coordinates leave the range of `f32`.
-pub(super) fn augmented(
+/// [`InvalidMesh`] if coordinates leave the range of `f32`.
+pub(super) fn augment_mesh(
     mesh: &TriMesh,
     settings: &Settings,
     random: &mut Xoshiro256PlusPlus,
 ) -> Result<TriMesh, InvalidMesh> {
-    let turn = if settings.rotation { DMat3::from_quat(any_rotation(random)) } else { DMat3::IDENTITY };
+    let turn = if settings.rotation { DMat3::from_quat(random_rotation(random)) } else { DMat3::IDENTITY };
     let stretch = DVec3::from_array([0; 3].map(|_| (settings.scale * (2.0 * uniform(random) - 1.0)).exp()));
     let change = DMat3::from_diagonal(stretch) * turn;
     let moved = mesh.positions().iter().map(|&p| change * DVec3::from_array(p.map(f64::from)));
     let positions: Vec<[f32; 3]> = moved.map(|p| p.to_array().map(|x| x as f32)).collect();
-    let positions = roughened(positions, mesh.faces(), settings.noise, random);
+    let positions = add_noise(positions, mesh.faces(), settings.noise, random);
     TriMesh::new(normalized(&positions), mesh.faces().to_vec())
 }
 
-/// A rotation, all alike probable: a uniform point on the sphere of unit quaternions.
-fn any_rotation(random: &mut Xoshiro256PlusPlus) -> DQuat {
+/// Draws a uniform rotation: a uniform point on the sphere of unit quaternions.
+fn random_rotation(random: &mut Xoshiro256PlusPlus) -> DQuat {
     let ([x, y], [z, w]) = (normal_pair(random), normal_pair(random));
     let length = (x * x + y * y + z * z + w * w).sqrt();
     if length > 0.0 { DQuat::from_xyzw(x / length, y / length, z / length, w / length) } else { DQuat::IDENTITY }
 }
 
-/// Positions with Gaussian noise of up to `noise` mean edge lengths.
-fn roughened(
+fn add_noise(
     mut positions: Vec<[f32; 3]>,
     faces: &[[u32; 3]],
     noise: f64,
@@ -49,7 +48,7 @@ fn roughened(
     positions
 }
 
-/// Mean over the edges of the faces; those inside count twice.
+/// Returns the mean edge length of the faces; inner edges count twice.
 fn mean_edge_length(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> f64 {
     let point = |v: u32| DVec3::from_array(positions[v as usize].map(f64::from));
     let edges = faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
@@ -62,12 +61,12 @@ mod tests {
     use crate::mesh::shapes;
     use rand_xoshiro::rand_core::SeedableRng;
 
-    fn changed(mesh: &TriMesh, text: &str, seed: u64) -> TriMesh {
+    fn change_mesh(mesh: &TriMesh, text: &str, seed: u64) -> TriMesh {
         let settings = Settings::from_toml(text).unwrap();
-        augmented(mesh, &settings, &mut Xoshiro256PlusPlus::seed_from_u64(seed)).unwrap()
+        augment_mesh(mesh, &settings, &mut Xoshiro256PlusPlus::seed_from_u64(seed)).unwrap()
     }
 
-    /// Lengths of the edges of the first faces, in shares of the first one.
+    /// Returns the edge lengths of the first faces, relative to the first edge.
     fn proportions(mesh: &TriMesh) -> Vec<f64> {
         let lengths = |faces: &[[u32; 3]]| mean_edge_length(mesh.positions(), faces);
         mesh.faces().chunks(1).map(|face| lengths(face) / lengths(&mesh.faces()[..1])).collect()
@@ -81,7 +80,7 @@ mod tests {
     #[test]
     fn without_changes_only_the_frame_changes() {
         let mesh = shapes::torus(12, 8, 2.0, 0.5);
-        let same = changed(&mesh, "rotation = false\nscale = 0\nnoise = 0", 1);
+        let same = change_mesh(&mesh, "rotation = false\nscale = 0\nnoise = 0", 1);
         assert_eq!(same.positions(), normalized(mesh.positions()));
         assert_eq!(same.faces(), mesh.faces());
     }
@@ -89,18 +88,18 @@ mod tests {
     #[test]
     fn rotation_keeps_lengths_scale_and_noise_do_not() {
         let mesh = shapes::torus(12, 8, 2.0, 0.5);
-        let turned = changed(&mesh, "rotation = true\nscale = 0\nnoise = 0", 2);
+        let turned = change_mesh(&mesh, "rotation = true\nscale = 0\nnoise = 0", 2);
         assert!(largest_change(&mesh, &turned) < 1e-4);
         assert!((normalized(mesh.positions())[0][2] - turned.positions()[0][2]).abs() > 1e-3);
-        assert!(largest_change(&mesh, &changed(&mesh, "rotation = false\nscale = 0.3", 3)) > 0.02);
-        assert!(largest_change(&mesh, &changed(&mesh, "rotation = false\nscale = 0\nnoise = 0.3", 3)) > 0.02);
+        assert!(largest_change(&mesh, &change_mesh(&mesh, "rotation = false\nscale = 0.3", 3)) > 0.02);
+        assert!(largest_change(&mesh, &change_mesh(&mesh, "rotation = false\nscale = 0\nnoise = 0.3", 3)) > 0.02);
     }
 
     #[test]
     fn the_same_state_gives_the_same_mesh() {
         let mesh = shapes::icosphere(1);
         let text = "scale = 0.2\nnoise = 0.1";
-        assert_eq!(changed(&mesh, text, 4), changed(&mesh, text, 4));
-        assert_ne!(changed(&mesh, text, 4), changed(&mesh, text, 5));
+        assert_eq!(change_mesh(&mesh, text, 4), change_mesh(&mesh, text, 4));
+        assert_ne!(change_mesh(&mesh, text, 4), change_mesh(&mesh, text, 5));
     }
 }

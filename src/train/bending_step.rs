@@ -1,28 +1,27 @@
-//! The step of the objective "bending": scores that say how much the surface bends, as a teacher from geometry has it.
+//! The step of the objective "bending": learns scores that follow the bending of the surface.
 //!
-//! A start for the objective "shape", whose measured gradients are noisy: from here it has a short way to go.
+//! It is a start for the objective "shape", whose measured gradients are noisy.
 
-use super::scored::scored;
-use super::{Item, Settings, Step};
+use super::scored_mesh::score_mesh;
+use super::{Settings, StepResult, TrainingItem};
 use crate::model::Weights;
 use crate::simplify::{bending_scores, vertex_areas};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// One step: the mean squared difference, by area, of scores and the teacher's, each about its mean.
+/// Computes the area-weighted variance of the difference between scores and bending, and its gradient.
 pub(super) fn bending_step(
     weights: &Weights,
-    item: &Item,
+    item: &TrainingItem,
     _: &Settings,
     _: &mut Xoshiro256PlusPlus,
-) -> Result<Step, String> {
+) -> Result<StepResult, String> {
     let mesh = &item.mesh;
-    let (scored, areas) = (scored(weights, mesh), vertex_areas(mesh));
+    let (scored, areas) = (score_mesh(weights, mesh), vertex_areas(mesh));
     let wanted = bending_scores(&scored.points, &scored.normals, &areas, &scored.rings).ok_or("is flat all over")?;
     let (error, gradient) = squared_error(scored.scores.matrix().data(), &wanted, &areas);
-    Ok(Step { terms: vec![("teacher", error)], gradients: scored.backward(gradient) })
+    Ok(StepResult { terms: vec![("teacher", error)], gradients: scored.backward(gradient) })
 }
 
-/// The error and its gradient to the scores.
 fn squared_error(scores: &[f32], wanted: &[f32], areas: &[f64]) -> (f64, Vec<f32>) {
     let total: f64 = areas.iter().sum();
     let differences: Vec<f64> = scores.iter().zip(wanted).map(|(s, w)| f64::from(*s) - f64::from(*w)).collect();

@@ -1,8 +1,7 @@
-//! A training at rest: one safetensors file with the weights, the moments of the optimiser, the random state, the
-//! position and what it was made with.
+//! Checkpoint of a training in one safetensors file: weights, optimiser moments, random state, position and origin.
 
 use super::data::DataFile;
-use super::watch::Watch;
+use super::loss_watch::LossWatch;
 use super::{Moments, TrainError};
 use crate::autodiff::Tensors;
 use crate::io::write_path;
@@ -16,7 +15,7 @@ use std::sync::Arc;
 
 const STATE_KEY: &str = "training";
 
-/// What a training was begun with.
+/// The inputs of a training.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Origin {
     /// Version of the program.
@@ -25,61 +24,61 @@ pub(super) struct Origin {
     pub settings: String,
     /// The data set.
     pub files: Vec<DataFile>,
-    /// SHA-256 of the weights it started from, where it did.
+    /// SHA-256 of the initial weights, if given.
     pub init: Option<String>,
 }
 
-/// How far a training is.
+/// The progress of a training.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Position {
     /// Epochs done.
     pub epoch: usize,
-    /// The meshes of this epoch in their order; none before it begins.
+    /// Order of this epoch's meshes; empty before it begins.
     pub order: Vec<u32>,
-    /// How many of them are done.
+    /// Meshes done in this order.
     pub n_done: usize,
-    /// Steps over all epochs, those passed over too.
+    /// Steps over all epochs, skipped ones included.
     pub step: u64,
-    /// Where the random numbers are.
+    /// CheckpointState of the random generator.
     pub random: Xoshiro256PlusPlus,
-    /// Names of the terms; none before the first step.
+    /// Names of the terms; empty before the first step.
     pub names: Vec<String>,
     /// Sums of the terms over this epoch.
     pub sums: Vec<f64>,
-    /// How many steps they are of.
+    /// Steps in these sums.
     pub n_summed: usize,
     /// Running mean of the totals.
-    pub watch: Watch,
-    /// The least total of the validation, or of the training where there is none.
+    pub watch: LossWatch,
+    /// Smallest validation total so far, or training total if there is no validation.
     pub best: Option<f64>,
     /// Lengths of the tables of steps and epochs, in bytes.
     pub n_bytes: [u64; 2],
 }
 
-/// A training at rest.
+/// The full state of a training.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Checkpoint {
     pub origin: Origin,
     pub position: Position,
-    /// Of the network that the settings train.
+    /// Weights of the trained network.
     pub tensors: Tensors<Arc<Matrix>>,
     pub moments: Moments,
 }
 
 #[derive(Serialize, Deserialize)]
-struct State {
+struct CheckpointState {
     origin: Origin,
     position: Position,
     adam_steps: u64,
 }
 
-/// Writes a checkpoint in place of the one before, so that there is always a whole one.
+/// Replaces the checkpoint atomically.
 pub(super) fn write_checkpoint(path: &Path, checkpoint: &Checkpoint) -> Result<(), TrainError> {
     let bytes = to_bytes(checkpoint).map_err(|what| TrainError::file(path, what))?;
     write_path(path, &bytes, true).map_err(|error| TrainError::file(path, error))
 }
 
-/// Reads a checkpoint; `shapes` gives those of the tensors from its origin.
+/// Reads a checkpoint; `shapes` derives the tensor shapes from its origin.
 pub(super) fn read_checkpoint(
     path: &Path,
     shapes: impl FnOnce(&Origin) -> Result<Tensors<[usize; 2]>, TrainError>,
@@ -89,13 +88,13 @@ pub(super) fn read_checkpoint(
     let (_, metadata) = SafeTensors::read_metadata(&bytes).map_err(|error| broken(error.to_string()))?;
     let state = metadata.metadata().as_ref().and_then(|entries| entries.get(STATE_KEY));
     let state = state.ok_or_else(|| broken("it holds no training state".into()))?;
-    let State { origin, position, adam_steps } =
+    let CheckpointState { origin, position, adam_steps } =
         serde_json::from_str(state).map_err(|error| broken(error.to_string()))?;
     let shapes = shapes(&origin)?;
     let file = SafeTensors::deserialize(&bytes).map_err(|error| broken(error.to_string()))?;
     let read = |prefix: &str| read_tensors(&file, prefix, &shapes).map_err(broken);
     let tensors = read("weights")?.map(|_, matrix| Arc::new(matrix.clone()));
-    let tensors = tensors.checked(&shapes).map_err(|error| broken(error.to_string()))?;
+    let tensors = tensors.check_shapes(&shapes).map_err(|error| broken(error.to_string()))?;
     let moments = Moments { first: read("first")?, second: read("second")?, steps: adam_steps };
     Ok(Checkpoint { origin, position, tensors, moments })
 }
@@ -110,7 +109,7 @@ fn to_bytes(checkpoint: &Checkpoint) -> Result<Vec<u8>, String> {
     tensors.map(|name, matrix| add("weights", name, matrix));
     moments.first.map(|name, matrix| add("first", name, matrix));
     moments.second.map(|name, matrix| add("second", name, matrix));
-    let state = State { origin: origin.clone(), position: position.clone(), adam_steps: moments.steps };
+    let state = CheckpointState { origin: origin.clone(), position: position.clone(), adam_steps: moments.steps };
     let state = serde_json::to_string(&state).map_err(|error| error.to_string())?;
     let views = parts.iter().map(|(name, shape, bytes)| {
         TensorView::new(Dtype::F32, shape.to_vec(), bytes).map(|view| (name, view)).map_err(|error| error.to_string())
@@ -141,8 +140,8 @@ mod tests {
     }
 
     fn checkpoint() -> Checkpoint {
-        let tensors = shapes().drawn(1);
-        let moments = |seed| shapes().drawn(seed).map(|_, matrix| matrix.as_ref().clone());
+        let tensors = shapes().draw(1);
+        let moments = |seed| shapes().draw(seed).map(|_, matrix| matrix.as_ref().clone());
         let moments = Moments { first: moments(2), second: moments(3), steps: 9 };
         let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
         random.next_u64();
@@ -155,7 +154,7 @@ mod tests {
             names: vec!["a".into()],
             sums: vec![0.1 + 0.2],
             n_summed: 1,
-            watch: Watch::default(),
+            watch: LossWatch::default(),
             best: Some(1.0 / 3.0),
             n_bytes: [100, 50],
         };

@@ -1,4 +1,4 @@
-//! The data set: every mesh file of a folder, cleaned, and which of them are for training and which for validation.
+//! The data set: all mesh files of a folder, cleaned and divided into training and validation.
 
 use super::{Settings, TrainError};
 use crate::io::{Format, can_read, read_path};
@@ -12,20 +12,20 @@ use std::path::{Path, PathBuf};
 
 /// A mesh of the data set.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Mesh {
+pub struct TrainingMesh {
     /// Name of its file.
     pub name: String,
-    /// The mesh, cleaned; its mean is the origin, the diagonal of its bounding box 1.
+    /// The cleaned mesh, with mean 0 and bounding box diagonal 1.
     pub mesh: TriMesh,
 }
 
-/// A mesh file and what it holds, so that a training can tell whether its data changed.
+/// A mesh file with its checksum, to detect changed data.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct DataFile {
     /// Name of the file.
     pub name: String,
-    /// SHA-256 of its bytes, in hexadecimal digits.
+    /// SHA-256 of its bytes, in hexadecimal.
     pub sha256: String,
 }
 
@@ -33,19 +33,19 @@ pub struct DataFile {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DataSet {
     /// For training.
-    pub training: Vec<Mesh>,
-    /// For validation: whole families, by the beginnings of their names.
-    pub validation: Vec<Mesh>,
-    /// Files that are not used, with the reason.
+    pub training: Vec<TrainingMesh>,
+    /// For validation, selected by the beginnings of their names.
+    pub validation: Vec<TrainingMesh>,
+    /// Unused files with the reason.
     pub left_out: Vec<(String, String)>,
     /// All mesh files, used or not, by name.
     pub files: Vec<DataFile>,
 }
 
-/// Reads every mesh file in a folder, in the order of their names; files of other formats are passed over.
+/// Reads every mesh file in a folder, in the order of their names, ignoring other formats.
 ///
 /// # Errors
-/// [`TrainError::File`] where the folder cannot be read or no mesh is left for training.
+/// [`TrainError::File`] if the folder cannot be read or no mesh is left for training.
 ///
 /// ```
 /// use neural_mesh::train::{Settings, read_data};
@@ -62,8 +62,8 @@ pub fn read_data(folder: &Path, settings: &Settings) -> Result<DataSet, TrainErr
         data.files.push(file);
         match mesh {
             Err(why) => data.left_out.push((name, why)),
-            Ok(mesh) if is_for_validation(&name, settings) => data.validation.push(Mesh { name, mesh }),
-            Ok(mesh) => data.training.push(Mesh { name, mesh }),
+            Ok(mesh) if is_for_validation(&name, settings) => data.validation.push(TrainingMesh { name, mesh }),
+            Ok(mesh) => data.training.push(TrainingMesh { name, mesh }),
         }
     }
     if data.training.is_empty() {
@@ -74,8 +74,8 @@ pub fn read_data(folder: &Path, settings: &Settings) -> Result<DataSet, TrainErr
     Ok(data)
 }
 
-/// What is different between the files of a training and those of now; `None` where nothing is.
-pub(super) fn changed_file(before: &[DataFile], now: &[DataFile]) -> Option<String> {
+/// Describes the first file that differs between two data sets; `None` if none does.
+pub(super) fn find_changed_file(before: &[DataFile], now: &[DataFile]) -> Option<String> {
     let named = |files: &[DataFile], name: &str| files.iter().find(|file| file.name == name).cloned();
     let lost = before.iter().find_map(|old| match named(now, &old.name) {
         None => Some(format!("the data's file {} is gone", old.name)),
@@ -86,23 +86,23 @@ pub(super) fn changed_file(before: &[DataFile], now: &[DataFile]) -> Option<Stri
     lost.or_else(|| added().map(|new| format!("the data's file {} is new", new.name)))
 }
 
-/// The data set as a table: file, use, vertices, faces, checksum.
+/// Returns the data set as a table: file, use, vertices, faces, checksum.
 pub(super) fn data_table(data: &DataSet) -> String {
     let mut rows = vec!["file,use,vertices,faces,sha256".to_string()];
     for file in &data.files {
-        let find = |meshes: &[Mesh]| meshes.iter().find(|mesh| mesh.name == file.name).map(counts);
+        let find = |meshes: &[TrainingMesh]| meshes.iter().find(|mesh| mesh.name == file.name).map(counts);
         let (purpose, counts) = match (find(&data.training), find(&data.validation)) {
             (Some(counts), _) => ("training", counts),
             (None, Some(counts)) => ("validation", counts),
             (None, None) => ("left out", ",".into()),
         };
-        rows.push(format!("{},{purpose},{counts},{}", super::rows::quoted(&file.name), file.sha256));
+        rows.push(format!("{},{purpose},{counts},{}", super::csv_table::quote_field(&file.name), file.sha256));
     }
     rows.push(String::new());
     rows.join("\n")
 }
 
-fn counts(mesh: &Mesh) -> String {
+fn counts(mesh: &TrainingMesh) -> String {
     format!("{},{}", mesh.mesh.positions().len(), mesh.mesh.faces().len())
 }
 
@@ -116,7 +116,7 @@ fn mesh_files(folder: &Path) -> Result<Vec<PathBuf>, TrainError> {
     Ok(paths)
 }
 
-/// The checksum of a file, and its mesh or why there is none.
+/// Reads a file's checksum, and its mesh or the reason why it is unusable.
 fn read_file(path: &Path, settings: &Settings) -> Result<(DataFile, Result<TriMesh, String>), TrainError> {
     let bytes = std::fs::read(path).map_err(|error| TrainError::file(path, format!("cannot be read: {error}")))?;
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -128,12 +128,12 @@ fn read_mesh(path: &Path, max_vertices: usize) -> Result<TriMesh, String> {
     let mesh = clean(raw, &CleanOptions::default()).map_err(|error| error.to_string())?.mesh;
     match mesh.positions().len() {
         n if max_vertices > 0 && n > max_vertices => Err(format!("has {n} vertices, more than `max_vertices`")),
-        _ => in_frame(mesh).map_err(|error| error.to_string()),
+        _ => to_unit_frame(mesh).map_err(|error| error.to_string()),
     }
 }
 
-/// The mesh with its mean in the origin and a bounding box with diagonal 1.
-fn in_frame(mesh: TriMesh) -> Result<TriMesh, InvalidMesh> {
+/// Moves a mesh to mean 0 and bounding box diagonal 1.
+fn to_unit_frame(mesh: TriMesh) -> Result<TriMesh, InvalidMesh> {
     let (positions, faces) = mesh.into_parts();
     TriMesh::new(normalized(&positions), faces)
 }
@@ -142,7 +142,6 @@ fn is_for_validation(name: &str, settings: &Settings) -> bool {
     settings.validation.iter().any(|beginning| !beginning.is_empty() && name.starts_with(beginning.as_str()))
 }
 
-/// SHA-256 in hexadecimal digits.
 pub(super) fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
@@ -162,7 +161,7 @@ mod tests {
         folder
     }
 
-    fn names(meshes: &[Mesh]) -> Vec<&str> {
+    fn names(meshes: &[TrainingMesh]) -> Vec<&str> {
         meshes.iter().map(|mesh| mesh.name.as_str()).collect()
     }
 
@@ -195,8 +194,8 @@ mod tests {
     fn changes_of_files_are_named() {
         let file = |name: &str, sha256: &str| DataFile { name: name.into(), sha256: sha256.into() };
         let before = [file("a", "1"), file("b", "2")];
-        assert_eq!(changed_file(&before, &before), None);
-        let names = |now: &[DataFile]| changed_file(&before, now).unwrap();
+        assert_eq!(find_changed_file(&before, &before), None);
+        let names = |now: &[DataFile]| find_changed_file(&before, now).unwrap();
         assert!(names(&before[..1]).contains("b is gone"));
         assert!(names(&[file("a", "3"), file("b", "2")]).contains("a has changed"));
         assert!(names(&[&before[..], &[file("c", "2")]].concat()).contains("c is new"));

@@ -1,29 +1,29 @@
-//! The loop of a training: epochs over steps, a row for each, validation, checkpoints.
+//! The training loop: epochs of steps, table rows, validation, checkpoints.
 
-use super::adam::{adam_step, clipped, gradient_norm};
-use super::augment::augmented;
-use super::event::{Ending, Event, Wish};
-use super::random::{log_uniform, shuffled};
-use super::rows::quoted;
-use super::validation::{Validation, validated};
-use super::{Item, Mesh, Run, Settings, Step, StepFunction, TrainError};
+use super::adam::{adam_step, clip_gradients, gradient_norm};
+use super::augment::augment_mesh;
+use super::csv_table::quote_field;
+use super::event::{Ending, TrainEvent, Wish};
+use super::random::{log_uniform, shuffle_indices};
+use super::validation::{Validation, measure_validation};
+use super::{Settings, StepFunction, StepResult, TrainError, TrainingItem, TrainingMesh, TrainingRun};
 
-/// Trains until all epochs are done, or until `progress` wishes to stop.
+/// Trains until all epochs are done or `progress` asks to stop.
 ///
-/// Each epoch goes once through the meshes in a new order, one Adam step per mesh, then measures the validation.
-/// `steps.csv` and `epochs.csv` get their rows, `best.safetensors` and `last.safetensors` their weights. From any
-/// checkpoint the same `step` goes on to the same bits.
+/// Each epoch visits the meshes once in random order, one Adam step each, then measures the validation. CsvTable go to
+/// `steps.csv` and `epochs.csv`, weights to `best.safetensors` and `last.safetensors`. Resumed from any checkpoint,
+/// `step` gives the same bits.
 ///
 /// # Errors
-/// [`TrainError::Diverged`] where a loss or gradient is not finite or explodes; the last checkpoint is untouched.
-/// [`TrainError::File`] where something cannot be written, [`TrainError::Step`] where the terms change their names.
+/// [`TrainError::Diverged`] if a loss or gradient is not finite or explodes; the last checkpoint is untouched.
+/// [`TrainError::File`] if a file cannot be written, [`TrainError::Step`] if the terms change their names.
 ///
 /// ```
-/// use neural_mesh::train::{Ending, Request, Wish, open, step_function, train};
+/// use neural_mesh::train::{Ending, TrainRequest, Wish, open, step_function, train};
 /// let folder = tempfile::tempdir().unwrap();
 /// std::fs::write(folder.path().join("mesh.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 2 3 4\n").unwrap();
 /// let (data, run) = (folder.path(), folder.path().join("run"));
-/// let mut request = Request::new(data, &run);
+/// let mut request = TrainRequest::new(data, &run);
 /// (request.objective, request.epochs) = (Some("uniform"), Some(2));
 /// let mut run = open(&request).unwrap();
 /// let step = step_function(&run.settings).unwrap();
@@ -31,19 +31,19 @@ use super::{Item, Mesh, Run, Settings, Step, StepFunction, TrainError};
 /// assert_eq!(run.position(), (2, 0));
 /// ```
 pub fn train(
-    run: &mut Run,
+    run: &mut TrainingRun,
     step: &StepFunction,
-    progress: &mut dyn FnMut(Event) -> Wish,
+    progress: &mut dyn FnMut(TrainEvent) -> Wish,
 ) -> Result<Ending, TrainError> {
     while run.state.position.epoch < run.settings.epochs {
         begin_epoch(run);
         while run.state.position.n_done < run.state.position.order.len() {
-            if one_mesh(run, step, progress)? == Ending::Stopped {
+            if train_on_mesh(run, step, progress)? == Ending::Stopped {
                 return Ok(Ending::Stopped);
             }
         }
-        check_something_was_learned(run)?;
-        let validation = match validated(run, step, progress)? {
+        check_mesh_was_used(run)?;
+        let validation = match measure_validation(run, step, progress)? {
             Validation::Means(means) => Some(means),
             Validation::Nothing => None,
             Validation::Stopped => {
@@ -61,36 +61,38 @@ pub fn train(
     Ok(Ending::Finished)
 }
 
-/// Draws the order of an epoch that has none yet.
-fn begin_epoch(run: &mut Run) {
+fn begin_epoch(run: &mut TrainingRun) {
     let position = &mut run.state.position;
     if position.order.is_empty() {
-        position.order = shuffled(&mut position.random, run.data.training.len());
+        position.order = shuffle_indices(&mut position.random, run.data.training.len());
         position.sums = vec![0.0; position.names.len()];
         (position.n_done, position.n_summed) = (0, 0);
     }
 }
 
-/// Refuses to go on where not one mesh of an epoch could be used.
-fn check_something_was_learned(run: &Run) -> Result<(), TrainError> {
+fn check_mesh_was_used(run: &TrainingRun) -> Result<(), TrainError> {
     match run.state.position.n_summed {
         0 => Err(TrainError::Step("no mesh of this epoch could be used: look at the reasons given for each".into())),
         _ => Ok(()),
     }
 }
 
-/// The step of the next mesh, and what the caller wishes then.
-fn one_mesh(run: &mut Run, step: &StepFunction, progress: &mut dyn FnMut(Event) -> Wish) -> Result<Ending, TrainError> {
+/// Makes the step of the next mesh and reports it.
+fn train_on_mesh(
+    run: &mut TrainingRun,
+    step: &StepFunction,
+    progress: &mut dyn FnMut(TrainEvent) -> Wish,
+) -> Result<Ending, TrainError> {
     let position = &run.state.position;
     let (epoch, n_steps) = (position.epoch, position.order.len());
     let mesh = position.order.get(position.n_done).and_then(|&at| run.data.training.get(at as usize));
     let mesh = mesh.ok_or(TrainError::Differs("the number of meshes".into()))?.clone();
-    let made = one_step(run, &mesh, step)?;
+    let made = make_step(run, &mesh, step)?;
     run.state.position.n_done += 1;
     let n_done = run.state.position.n_done;
     let wish = match &made {
-        Ok(terms) => progress(Event::Step { epoch, n_done, n_steps, terms }),
-        Err(why) => progress(Event::PassedOver { mesh: &mesh.name, why }),
+        Ok(terms) => progress(TrainEvent::Step { epoch, n_done, n_steps, terms }),
+        Err(why) => progress(TrainEvent::PassedOver { mesh: &mesh.name, why }),
     };
     if matches!(wish, Wish::Checkpoint | Wish::Stop) {
         run.save()?;
@@ -98,16 +100,16 @@ fn one_mesh(run: &mut Run, step: &StepFunction, progress: &mut dyn FnMut(Event) 
     Ok(if matches!(wish, Wish::Stop | Wish::Abandon) { Ending::Stopped } else { Ending::Finished })
 }
 
-/// What a step is told by: its terms, or why there was none.
-type Made = Result<Vec<(&'static str, f64)>, String>;
+/// The terms of a step, or the reason why it was skipped.
+type StepOutcome = Result<Vec<(&'static str, f64)>, String>;
 
-fn one_step(run: &mut Run, mesh: &Mesh, step: &StepFunction) -> Result<Made, TrainError> {
+fn make_step(run: &mut TrainingRun, mesh: &TrainingMesh, step: &StepFunction) -> Result<StepOutcome, TrainError> {
     let (settings, state) = (&run.settings, &mut run.state);
     state.position.step += 1;
     let random = &mut state.position.random;
     let ratio = log_uniform(random, settings.ratio_min, settings.ratio_max);
-    let item = match augmented(&mesh.mesh, settings, random) {
-        Ok(changed) => Item { name: mesh.name.clone(), mesh: changed, ratio },
+    let item = match augment_mesh(&mesh.mesh, settings, random) {
+        Ok(changed) => TrainingItem { name: mesh.name.clone(), mesh: changed, ratio },
         Err(why) => return Ok(Err(why.to_string())),
     };
     let found = match step(&state.tensors, &item, settings, random) {
@@ -115,40 +117,45 @@ fn one_step(run: &mut Run, mesh: &Mesh, step: &StepFunction) -> Result<Made, Tra
         Err(why) => return Ok(Err(why)),
     };
     let diverged = |number: u64, what: String| TrainError::Diverged { step: number, mesh: mesh.name.clone(), what };
-    if let Some(what) = state.position.watch.trouble(&found, settings.explosion) {
+    if let Some(what) = state.position.watch.find_trouble(&found, settings.explosion) {
         return Err(diverged(state.position.step, what));
     }
     let norm = gradient_norm(&found.gradients);
     let learning_rate = learning_rate(settings, state.position.epoch);
     note_step(run, &item, &found, norm, learning_rate)?;
     let (settings, state) = (&run.settings, &mut run.state);
-    let Step { terms, gradients } = found;
-    let gradients = clipped(gradients, norm, settings.gradient_clip);
+    let StepResult { terms, gradients } = found;
+    let gradients = clip_gradients(gradients, norm, settings.gradient_clip);
     let tensors = adam_step(&state.tensors, &gradients, &mut state.moments, settings, learning_rate);
-    let checked = tensors.checked(&state.tensors.map(|_, matrix| matrix.shape()));
+    let checked = tensors.check_shapes(&state.tensors.map(|_, matrix| matrix.shape()));
     state.tensors = checked.map_err(|error| diverged(state.position.step, error.to_string()))?;
     Ok(Ok(terms))
 }
 
-/// The learning rate of an epoch, counted from 0.
 fn learning_rate(settings: &Settings, epoch: usize) -> f64 {
     settings.learning_rate * settings.learning_rate_decay.powi(epoch as i32)
 }
 
-/// Adds a step to the sums of its epoch and to the table.
-fn note_step(run: &mut Run, item: &Item, found: &Step, norm: f64, learning_rate: f64) -> Result<(), TrainError> {
+/// Adds a step to its epoch's sums and to the table.
+fn note_step(
+    run: &mut TrainingRun,
+    item: &TrainingItem,
+    found: &StepResult,
+    norm: f64,
+    learning_rate: f64,
+) -> Result<(), TrainError> {
     name_terms(run, found)?;
     let position = &mut run.state.position;
     position.sums.iter_mut().zip(&found.terms).for_each(|(sum, (_, value))| *sum += value);
     position.n_summed += 1;
-    let mut row = vec![(position.epoch + 1).to_string(), position.step.to_string(), quoted(&item.name)];
+    let mut row = vec![(position.epoch + 1).to_string(), position.step.to_string(), quote_field(&item.name)];
     let values = found.terms.iter().map(|(_, value)| *value).chain([found.total(), norm, learning_rate]);
     row.extend([item.ratio].into_iter().chain(values).map(|value| value.to_string()));
     run.steps.push(&row)
 }
 
-/// The first step names the terms, and with them the columns; the others have to follow.
-fn name_terms(run: &mut Run, found: &Step) -> Result<(), TrainError> {
+/// Takes names and columns of the terms from the first step; later steps must match.
+fn name_terms(run: &mut TrainingRun, found: &StepResult) -> Result<(), TrainError> {
     let position = &mut run.state.position;
     let names: Vec<String> = found.terms.iter().map(|(name, _)| name.to_string()).collect();
     if position.names.is_empty() {
@@ -173,8 +180,8 @@ fn columns(names: &[String], before: &[&str], prefix: &str, after: &[&str]) -> V
     fixed(before).into_iter().chain(names).chain(fixed(after)).collect()
 }
 
-/// Writes down an epoch, keeps its weights where they are the best so far, and moves on to the next.
-fn end_epoch(run: &mut Run, validation: Option<&[f64]>) -> Result<Event<'static>, TrainError> {
+/// Records an epoch, writes its weights if they are the best so far, and advances to the next.
+fn end_epoch(run: &mut TrainingRun, validation: Option<&[f64]>) -> Result<TrainEvent<'static>, TrainError> {
     let position = &mut run.state.position;
     let training: Vec<f64> = position.sums.iter().map(|sum| sum / position.n_summed as f64).collect();
     let totals = [Some(&training[..]), validation].map(|terms| terms.map(|terms| terms.iter().sum::<f64>()));
@@ -188,11 +195,16 @@ fn end_epoch(run: &mut Run, validation: Option<&[f64]>) -> Result<Event<'static>
     let position = &mut run.state.position;
     position.epoch += 1;
     (position.order, position.n_done) = (Vec::new(), 0);
-    Ok(Event::Epoch { n_done: position.epoch, training: totals[0].unwrap_or(f64::NAN), validation: totals[1], is_best })
+    Ok(TrainEvent::Epoch {
+        n_done: position.epoch,
+        training: totals[0].unwrap_or(f64::NAN),
+        validation: totals[1],
+        is_best,
+    })
 }
 
-/// Adds an epoch to the table: terms and totals of training and validation; fields are empty without validation.
-fn note_epoch(run: &mut Run, training: &[f64], validation: Option<&[f64]>) -> Result<(), TrainError> {
+/// Adds an epoch to the table: terms and totals of training and validation; empty fields without validation.
+fn note_epoch(run: &mut TrainingRun, training: &[f64], validation: Option<&[f64]>) -> Result<(), TrainError> {
     let position = &run.state.position;
     if position.epoch == 0 {
         let columns = [

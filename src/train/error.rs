@@ -1,37 +1,36 @@
-//! Why a training does not begin or go on, in one line each.
+//! Errors of a training, one line each.
 
 use std::path::{Path, PathBuf};
 
-/// Why a training does not begin or go on.
+/// The reason why a training cannot begin or continue.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum TrainError {
     /// A setting is unknown or out of range; the text names it.
     Settings(String),
-    /// A file or folder; the text says what is wrong with it and what to do.
+    /// A file or folder is unusable.
     File {
         /// The file or folder.
         path: PathBuf,
-        /// What is wrong and what to do.
+        /// The fault and its remedy.
         what: String,
     },
-    /// A checkpoint that was made with something else; the text names the difference.
+    /// A checkpoint was made with other inputs; the text names the difference.
     Differs(String),
-    /// A loss or a gradient that is not finite, or a loss that explodes.
+    /// A loss or gradient is not finite, or a loss explodes.
     Diverged {
-        /// Counted from 1, over all epochs.
+        /// Step over all epochs, from 1.
         step: u64,
-        /// The file of the mesh.
+        /// File of the mesh.
         mesh: String,
-        /// The term or the tensor, and what happened to it.
+        /// The term or tensor, and its fault.
         what: String,
     },
-    /// The step function does not keep its promise; the text says which.
+    /// The step function breaks its contract; the text says how.
     Step(String),
 }
 
 impl TrainError {
-    /// An error about a file.
     pub(super) fn file(path: &Path, what: impl std::fmt::Display) -> Self {
         Self::File { path: path.into(), what: what.to_string() }
     }

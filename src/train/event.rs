@@ -1,10 +1,10 @@
-//! What a caller hears of a training, what it answers, and how a training ends.
+//! Events of a training, the caller's answers, and how a training ends.
 
-/// What a caller hears of.
+/// An event that is reported to the caller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub enum Event<'a> {
-    /// A step was made.
+pub enum TrainEvent<'a> {
+    /// A step is done.
     Step {
         /// Epochs done before this one.
         epoch: usize,
@@ -15,14 +15,14 @@ pub enum Event<'a> {
         /// The loss terms by name.
         terms: &'a [(&'static str, f64)],
     },
-    /// A mesh could not be used in a step, for the reason given.
+    /// A mesh was skipped.
     PassedOver {
         /// Name of its file.
         mesh: &'a str,
-        /// Why.
+        /// Reason.
         why: &'a str,
     },
-    /// A mesh of the validation was measured.
+    /// A validation mesh was measured.
     Validated {
         /// Epochs done before this one.
         epoch: usize,
@@ -33,35 +33,35 @@ pub enum Event<'a> {
     },
     /// An epoch is done.
     Epoch {
-        /// Epochs done, with this one.
+        /// Epochs done, this one included.
         n_done: usize,
         /// Mean total of its steps.
         training: f64,
-        /// Mean total of the validation, where there is one.
+        /// Mean total of the validation, if there is one.
         validation: Option<f64>,
         /// Whether its weights are the best so far.
         is_best: bool,
     },
 }
 
-/// What a caller answers.
+/// The caller's answer to an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wish {
-    /// Go on.
+    /// Continue.
     Continue,
-    /// Write a checkpoint, then go on.
+    /// Write a checkpoint and continue.
     Checkpoint,
     /// Write a checkpoint and stop.
     Stop,
-    /// Stop where the last checkpoint is: what came after it is done again.
+    /// Stop at the last checkpoint; later work is lost.
     Abandon,
 }
 
-/// How a training ended.
+/// The way a training ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
     /// All epochs are done.
     Finished,
-    /// The caller wished so; the checkpoint has all that was done, unless it was to be abandoned.
+    /// The caller stopped it.
     Stopped,
 }

@@ -1,8 +1,7 @@
-//! What the probabilities of the faces are judged by, Eqs. (7) to (10): gathers what `loss` needs from a mesh and its
-//! samples.
+//! Loss terms of the face probabilities, Eqs. (7) to (10), from a mesh and its samples.
 
 use super::Settings;
-use super::drawn::{Candidates, Drawn};
+use super::sampled_mesh::{CandidateGraph, SampledMesh};
 use crate::linalg::Csr;
 use crate::loss::{self, FaceObjective, NamedTerm, face_geometry};
 use crate::mesh::TriMesh;
@@ -11,27 +10,27 @@ use crate::model::barycenters;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
 
-/// Points of the original surface per sample at which the coverage is measured.
+/// Surface points per sample at which the coverage is measured.
 const POINTS_PER_SAMPLE: usize = 4;
 
-/// What the terms look at.
-pub(super) struct Faces<'a> {
+/// The inputs of the terms.
+pub(super) struct FaceContext<'a> {
     /// The original.
     pub mesh: &'a TriMesh,
     /// The samples.
-    pub drawn: &'a Drawn,
-    /// The faces that have probabilities.
-    pub candidates: &'a Candidates,
+    pub drawn: &'a SampledMesh,
+    /// The faces with probabilities.
+    pub candidates: &'a CandidateGraph,
 }
 
-/// The terms of the probabilities that have a weight in the settings.
+/// Computes the terms that have a weight in the settings.
 pub(super) fn face_terms(
-    faces: &Faces,
+    faces: &FaceContext,
     probabilities: &[f32],
     settings: &Settings,
     random: &mut Xoshiro256PlusPlus,
 ) -> Vec<NamedTerm> {
-    let Faces { mesh, drawn, candidates } = faces;
+    let FaceContext { mesh, drawn, candidates } = faces;
     let triangles = &candidates.faces.triangles;
     let spanned = &drawn.spanned;
     let labels: Vec<bool> = triangles.iter().map(|triangle| spanned.binary_search(triangle).is_ok()).collect();
@@ -41,7 +40,7 @@ pub(super) fn face_terms(
         triangles,
         neighbours: &candidates.neighbours,
         edges: &candidates.faces.entries,
-        at_boundary: &at_boundary(spanned, &candidates.extended),
+        at_boundary: &boundary_entries(spanned, &candidates.extended),
         labels: &labels,
         original_barycenters: &drawn.frame.apply(&barycenters(mesh.positions(), mesh.faces())),
         surface: &drawn.frame.apply(&surface),
@@ -50,14 +49,14 @@ pub(super) fn face_terms(
     loss::face_terms(&judged, &face_geometry(&judged, &objective), &objective, probabilities)
 }
 
-/// Whether any term over faces has a weight.
-pub(super) fn judges_faces(settings: &Settings) -> bool {
+/// Returns whether any term over faces has a weight.
+pub(super) fn has_face_terms(settings: &Settings) -> bool {
     let FaceObjective { forward, reverse, coverage, closure, collision, crossing, overlap, agreement, .. } =
         objective(settings);
     [forward, reverse, coverage, closure, collision, crossing, overlap, agreement].iter().any(|&weight| weight != 0.0)
 }
 
-/// The weights of the terms; those that are ours alone have none where the losses are to be the printed ones.
+/// Returns the weights of the terms; additions to the paper have none if the printed losses are chosen.
 fn objective(settings: &Settings) -> FaceObjective {
     let (literal, trained) = if settings.literal { (1.0, 0.0) } else { (0.0, 1.0) };
     FaceObjective {
@@ -78,8 +77,8 @@ fn surface_points(mesh: &TriMesh, n: usize, seed: u64) -> Vec<[f32; 3]> {
     surface_samples(mesh, n, seed).iter().map(|sample| sample.point(mesh).as_vec3().to_array()).collect()
 }
 
-/// For each entry of G_ext whether one face is right there: where the mesh spans one triangle between the regions.
-fn at_boundary(spanned: &[[u32; 3]], extended: &Csr) -> Vec<bool> {
+/// Returns for each entry of G_ext whether the mesh spans exactly one triangle there.
+fn boundary_entries(spanned: &[[u32; 3]], extended: &Csr) -> Vec<bool> {
     let mut counts = vec![0u32; extended.n_entries()];
     for &[i, j, k] in spanned {
         for (from, to) in [(i, j), (i, k), (j, k)] {
@@ -98,7 +97,7 @@ mod tests {
     #[test]
     fn boundaries_are_edges_of_one_spanned_triangle() {
         let graph = Csr::from_edges(4, [[0, 1], [0, 2], [1, 2], [1, 3], [2, 3], [0, 3]]);
-        let found = at_boundary(&[[0, 1, 2], [1, 2, 3]], &graph);
+        let found = boundary_entries(&[[0, 1, 2], [1, 2, 3]], &graph);
         let is_boundary = |i: usize, j: u32| found[graph.position(i, j).unwrap()];
         assert!(is_boundary(0, 1) && is_boundary(0, 2) && is_boundary(1, 3) && is_boundary(2, 3));
         assert!(!is_boundary(1, 2) && !is_boundary(0, 3));

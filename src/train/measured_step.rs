@@ -1,13 +1,13 @@
-//! The step of objectives that are measured: which importance of the vertices makes the closed assembly's result best.
+//! The step of measured objectives: learns the vertex importance that gives the closed assembly's best result.
 //!
-//! Assembly and errors are what they are in use; nothing is relaxed. The loss is the measured one, and its gradient to
-//! the scores is estimated: the surface is divided into cells, each cell's scores are moved up or down at random, and
-//! the result is measured on both sides (simultaneous perturbation, Spall 1992). Where errors have places, every cell is
-//! credited with the change within itself: one pair of runs says something about hundreds of cells.
+//! Nothing is relaxed: results and errors are the real ones. The gradient to the scores is estimated by simultaneous
+//! perturbation (Spall 1992): the surface is divided into cells, each cell's scores are moved up or down at random, and
+//! both sides are measured. Where errors have a location, each cell is credited with the change inside it, so one pair
+//! of runs informs hundreds of cells.
 
-use super::random::{below, uniform};
-use super::scored::scored;
-use super::{Blame, Item, Objective, Settings, Step, Verdict};
+use super::random::{random_below, uniform};
+use super::scored_mesh::score_mesh;
+use super::{Blame, Objective, Settings, StepResult, TrainingItem, Verdict};
 use crate::linalg::Csr;
 use crate::mesh::TriMesh;
 use crate::model::Weights;
@@ -19,65 +19,68 @@ use rand_xoshiro::rand_core::SeedableRng;
 use rayon::prelude::*;
 use std::collections::VecDeque;
 
-/// Fewer output vertices than this say little.
-const LEAST_VERTICES: usize = 50;
-/// What an output vertex is worth in the logarithm of an error times the number of vertices, where the cells of a step do not say:
-/// errors fall in proportion to the vertices.
-const WORTH: f64 = 1.0;
-/// Weight of that guess against what the cells say, in shares of all output vertices.
-const BELIEF: f64 = 0.2;
+/// Fewest output vertices of a useful step.
+const MIN_OUTPUT_VERTICES: usize = 50;
+/// Prior value of an output vertex, in the logarithm of an error times the number of vertices: errors are assumed
+/// inversely proportional to that number.
+const PRIOR_WORTH: f64 = 1.0;
+/// Weight of the prior against the cells' measurements, as a share of all output vertices.
+const PRIOR_WEIGHT: f64 = 0.2;
 
-/// One step: the objective's terms, and the gradient that the probes estimate.
+/// Computes the objective's terms and their estimated gradient.
 ///
 /// # Errors
-/// In a few words why the step cannot be made with this mesh.
+/// The reason why this mesh is unsuitable, in a few words.
 pub fn measured_step(
     objective: &dyn Objective,
     weights: &Weights,
-    item: &Item,
+    item: &TrainingItem,
     settings: &Settings,
     random: &mut Xoshiro256PlusPlus,
-) -> Result<Step, String> {
+) -> Result<StepResult, String> {
     let mesh = &item.mesh;
     let n_output = (mesh.positions().len() as f64 * item.ratio) as usize;
-    if n_output < LEAST_VERTICES {
-        return Err(format!("has fewer than {LEAST_VERTICES} vertices left at this ratio"));
+    if n_output < MIN_OUTPUT_VERTICES {
+        return Err(format!("has fewer than {MIN_OUTPUT_VERTICES} vertices left at this ratio"));
     }
-    let scored = scored(weights, mesh);
+    let scored = score_mesh(weights, mesh);
     let scores = scored.scores.matrix().data();
-    let Estimate { terms, gradient, .. } = probed(objective, mesh, &scored.rings, scores, n_output, settings, random)?;
-    Ok(Step { terms, gradients: scored.backward(gradient.into_iter().map(|g| g as f32).collect()) })
+    let Estimate { terms, gradient, .. } =
+        run_probes(objective, mesh, &scored.rings, scores, n_output, settings, random)?;
+    Ok(StepResult { terms, gradients: scored.backward(gradient.into_iter().map(|g| g as f32).collect()) })
 }
 
-/// What probes say about an objective of the closed assembly's results, and how it depends on the scores of the vertices.
+/// The estimated value and gradient of an objective of the closed assembly's results.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Estimate {
-    /// What is minimised, by name, over all probes.
+    /// The minimised terms by name, averaged over the probes.
     pub terms: Vec<(&'static str, f64)>,
-    /// Of the sum of the terms to the scores, n_vertices: the mean over the probes.
+    /// Gradient of the sum of the terms to the scores, n_vertices: the mean over the probes.
     pub gradient: Vec<f64>,
-    /// Of that mean, n_vertices: how much it would vary with other probes; 0 where there is one alone.
+    /// Variance of that mean, n_vertices; 0 with a single probe.
     pub variance: Vec<f64>,
 }
 
-/// Estimates how an objective of results with `n_output` vertices depends on the scores of the vertices, logarithms of their
-/// importance, by simultaneous perturbation (Spall 1992). `probes`, `probe_cell` and `probe_step` of the settings count.
+/// Estimates the gradient of an objective of results with `n_output` vertices to the vertex scores.
+///
+/// Scores are logarithms of importance. Simultaneous perturbation (Spall 1992), controlled by the settings `probes`,
+/// `probe_cell` and `probe_step`.
 ///
 /// # Shapes
 /// - `scores`: n_vertices
 ///
 /// # Errors
-/// In a few words, where a result cannot be made or judged.
+/// The reason why a result cannot be made or judged, in a few words.
 ///
 /// ```
-/// use neural_mesh::{mesh::shapes, train::{Settings, Shape, estimated}};
+/// use neural_mesh::{mesh::shapes, train::{Settings, ShapeObjective, estimate_gradient}};
 /// let (mesh, settings) = (shapes::wavy_sphere(4, 4.0), Settings::from_toml("probes = 2").unwrap());
 /// let scores = vec![0.0; mesh.positions().len()];
-/// let estimate = estimated(&Shape, &mesh, &scores, 100, &settings, 1).unwrap();
+/// let estimate = estimate_gradient(&ShapeObjective, &mesh, &scores, 100, &settings, 1).unwrap();
 /// assert!(estimate.gradient.iter().any(|&g| g != 0.0) && estimate.variance.iter().all(|&x| x >= 0.0));
 /// ```
-pub fn estimated(
+pub fn estimate_gradient(
     objective: &dyn Objective,
     mesh: &TriMesh,
     scores: &[f32],
@@ -89,10 +92,10 @@ pub fn estimated(
         return Err(format!("give a finite score for each of {} vertices", mesh.positions().len()));
     }
     let random = &mut Xoshiro256PlusPlus::seed_from_u64(seed);
-    probed(objective, mesh, &edge_graph(mesh), scores, n_output, settings, random)
+    run_probes(objective, mesh, &edge_graph(mesh), scores, n_output, settings, random)
 }
 
-fn probed(
+fn run_probes(
     objective: &dyn Objective,
     mesh: &TriMesh,
     rings: &Csr,
@@ -103,22 +106,22 @@ fn probed(
 ) -> Result<Estimate, String> {
     let areas = vertex_areas(mesh);
     let importance = importance_of_scores(scores, &areas);
-    let probing = Probing { objective, mesh, rings, areas: &areas, importance: &importance, n_output, settings };
-    let probes: Vec<Xoshiro256PlusPlus> = (0..settings.probes).map(|_| branched(random)).collect();
-    let found: Vec<Found> =
-        probes.into_par_iter().map(|mut random| probing.probe(&mut random)).collect::<Result<_, _>>()?;
-    Ok(mean(&found, mesh.positions().len()))
+    let prober = Prober { objective, mesh, rings, areas: &areas, importance: &importance, n_output, settings };
+    let probes: Vec<Xoshiro256PlusPlus> = (0..settings.probes).map(|_| branch_generator(random)).collect();
+    let found: Vec<ProbeResult> =
+        probes.into_par_iter().map(|mut random| prober.probe(&mut random)).collect::<Result<_, _>>()?;
+    Ok(average_probes(&found, mesh.positions().len()))
 }
 
-/// A generator of its own for each probe.
-fn branched(random: &mut Xoshiro256PlusPlus) -> Xoshiro256PlusPlus {
+/// Returns a separate generator for a probe.
+fn branch_generator(random: &mut Xoshiro256PlusPlus) -> Xoshiro256PlusPlus {
     let own = random.clone();
     random.jump();
     own
 }
 
-/// The terms and the gradients of all probes, averaged.
-fn mean(found: &[Found], n: usize) -> Estimate {
+/// Averages the terms and gradients of all probes.
+fn average_probes(found: &[ProbeResult], n: usize) -> Estimate {
     let share = 1.0 / found.len().max(1) as f64;
     let mut gradient = vec![0.0f64; n];
     found.iter().for_each(|f| gradient.iter_mut().zip(&f.gradient).for_each(|(sum, g)| *sum += share * g));
@@ -133,49 +136,56 @@ fn mean(found: &[Found], n: usize) -> Estimate {
     Estimate { terms, gradient, variance }
 }
 
-struct Probing<'a> {
+struct Prober<'a> {
     objective: &'a dyn Objective,
     mesh: &'a TriMesh,
     rings: &'a Csr,
     areas: &'a [f64],
-    /// By the scores as they are, n_vertices.
+    /// From the unperturbed scores, n_vertices.
     importance: &'a [f32],
     n_output: usize,
     settings: &'a Settings,
 }
 
-/// What one pair of runs says.
-struct Found {
-    /// Of both runs together.
+/// The outcome of one pair of runs.
+struct ProbeResult {
+    /// Terms of both runs together.
     terms: Vec<(&'static str, f64)>,
-    /// To the scores, n_vertices.
+    /// Gradient to the scores, n_vertices.
     gradient: Vec<f64>,
 }
 
-impl Probing<'_> {
-    fn probe(&self, random: &mut Xoshiro256PlusPlus) -> Result<Found, String> {
+impl Prober<'_> {
+    fn probe(&self, random: &mut Xoshiro256PlusPlus) -> Result<ProbeResult, String> {
         let n_cells = (self.n_output / self.settings.probe_cell.max(1)).max(4);
         let cells = cells(self.rings, n_cells, random);
         let signs: Vec<f32> = (0..n_cells).map(|_| if uniform(random) < 0.5 { -1.0 } else { 1.0 }).collect();
         let step = self.settings.probe_step as f32;
         let moved = |by: f32| -> Vec<f32> { cells.iter().map(|&cell| by * signs[cell as usize]).collect() };
-        let (up, down) = (self.side(&moved(step))?, self.side(&moved(-step))?);
+        let (up, down) = (self.simplify_moved(&moved(step))?, self.simplify_moved(&moved(-step))?);
         let Verdict { terms, blame } = self.objective.judge(self.mesh, [&up, &down])?;
         let mut counts = vec![0.0f64; n_cells];
-        let [of_up, of_down] = [self.counts(&up), self.counts(&down)];
+        let [of_up, of_down] = [self.output_shares(&up), self.output_shares(&down)];
         let n_output = of_up.iter().sum::<f64>().max(1.0);
         for (&cell, (up, down)) in cells.iter().zip(of_up.iter().zip(&of_down)) {
             counts[cell as usize] += (up - down) / n_output;
         }
-        let (changes, worth) = self.changes(&blame, &cells, &counts, &signs, terms.len());
+        let (changes, worth) = self.cell_changes(&blame, &cells, &counts, &signs, terms.len());
         let slopes: Vec<f64> = (0..n_cells)
             .map(|c| f64::from(signs[c]) * (changes[c] + worth * counts[c]) / (2.0 * f64::from(step)))
             .collect();
-        Ok(Found { terms, gradient: shared_out(&slopes, &cells, self.areas) })
+        Ok(ProbeResult { terms, gradient: share_by_area(&slopes, &cells, self.areas) })
     }
 
-    /// What each cell did to the terms, and what a vertex is worth.
-    fn changes(&self, blame: &Blame, cells: &[u32], counts: &[f64], signs: &[f32], n_terms: usize) -> (Vec<f64>, f64) {
+    /// Returns each cell's change of the terms, and the value of a vertex.
+    fn cell_changes(
+        &self,
+        blame: &Blame,
+        cells: &[u32],
+        counts: &[f64],
+        signs: &[f32],
+        n_terms: usize,
+    ) -> (Vec<f64>, f64) {
         let mut changes = vec![0.0f64; signs.len()];
         let cell_of = |v: u32| cells[v as usize] as usize;
         match blame {
@@ -185,28 +195,28 @@ impl Probing<'_> {
             Blame::Vertices(shares) => {
                 cells.iter().zip(shares).for_each(|(&cell, share)| changes[cell as usize] += share)
             }
-            // All cells together say nothing about one vertex more.
-            Blame::Everywhere(all) => return (vec![*all; signs.len()], WORTH * n_terms as f64),
+            // An undivided error says nothing about the value of a vertex.
+            Blame::Everywhere(all) => return (vec![*all; signs.len()], PRIOR_WORTH * n_terms as f64),
         }
-        let worth = worth(&changes, counts, signs, n_terms);
+        let worth = vertex_worth(&changes, counts, signs, n_terms);
         (changes, worth)
     }
 
     /// Simplifies with the scores moved.
-    fn side(&self, moves: &[f32]) -> Result<WeightedResult, String> {
+    fn simplify_moved(&self, moves: &[f32]) -> Result<WeightedResult, String> {
         let importance: Vec<f32> = self.importance.iter().zip(moves).map(|(factor, by)| factor * by.exp()).collect();
         let (importance, parts) = (Importance::Given(&importance), Refinements::default());
         simplify_with_importance(self.mesh, self.n_output, importance, &parts).map_err(|error| error.to_string())
     }
 
-    /// The share of an output vertex in each input vertex, n_vertices.
-    fn counts(&self, result: &WeightedResult) -> Vec<f64> {
-        shared_out(&vec![1.0; result.mesh.positions().len()], &result.vertex_of, self.areas)
+    /// Returns each input vertex's share of the output vertices, n_vertices.
+    fn output_shares(&self, result: &WeightedResult) -> Vec<f64> {
+        share_by_area(&vec![1.0; result.mesh.positions().len()], &result.vertex_of, self.areas)
     }
 }
 
-/// What each group has, divided among its members by their areas; nothing where a group has no area.
-fn shared_out(values: &[f64], groups: &[u32], areas: &[f64]) -> Vec<f64> {
+/// Divides each group's value among its members by area; 0 in groups without area.
+fn share_by_area(values: &[f64], groups: &[u32], areas: &[f64]) -> Vec<f64> {
     let mut totals = vec![0.0f64; values.len()];
     groups.iter().zip(areas).for_each(|(&group, area)| totals[group as usize] += area);
     let share = |(&group, area): (&u32, &f64)| match totals[group as usize] {
@@ -216,21 +226,22 @@ fn shared_out(values: &[f64], groups: &[u32], areas: &[f64]) -> Vec<f64> {
     groups.iter().zip(areas).map(share).collect()
 }
 
-/// What a vertex more is worth: the number of output vertices is fixed, so a cell pays for those that it draws to
-/// itself. Raising all cells together changes nothing, which says how much.
-fn worth(changes: &[f64], counts: &[f64], signs: &[f32], n_terms: usize) -> f64 {
-    let usual = WORTH * n_terms as f64;
+/// Returns the value of an output vertex, by which cells pay for the vertices that they attract.
+///
+/// The number of output vertices is fixed: raising all cells together must change nothing, which determines the value.
+fn vertex_worth(changes: &[f64], counts: &[f64], signs: &[f32], n_terms: usize) -> f64 {
+    let usual = PRIOR_WORTH * n_terms as f64;
     let along = |values: &[f64]| values.iter().zip(signs).map(|(x, &sign)| x * f64::from(sign)).sum::<f64>();
-    ((usual * BELIEF - along(changes)) / (BELIEF + along(counts).max(0.0))).clamp(0.0, 3.0 * usual)
+    ((usual * PRIOR_WEIGHT - along(changes)) / (PRIOR_WEIGHT + along(counts).max(0.0))).clamp(0.0, 3.0 * usual)
 }
 
-/// Divides the vertices into cells that grow over the edges from random places; what none reaches is in cell 0.
+/// Divides the vertices into cells that grow over the edges from random seeds; unreached vertices join cell 0.
 fn cells(rings: &Csr, n_cells: usize, random: &mut Xoshiro256PlusPlus) -> Vec<u32> {
     const NONE: u32 = u32::MAX;
     let mut cells = vec![NONE; rings.n_rows()];
     let mut pending = VecDeque::new();
     for cell in 0..n_cells as u32 {
-        let start = below(random, rings.n_rows());
+        let start = random_below(random, rings.n_rows());
         if cells[start] == NONE {
             cells[start] = cell;
             pending.push_back(start);
@@ -251,7 +262,7 @@ fn cells(rings: &Csr, n_cells: usize, random: &mut Xoshiro256PlusPlus) -> Vec<u3
 mod tests {
     use super::*;
     use crate::mesh::shapes;
-    use crate::train::Shape;
+    use crate::train::ShapeObjective;
 
     #[test]
     fn cells_are_pieces_of_the_surface() {
@@ -264,8 +275,8 @@ mod tests {
 
     #[test]
     fn means_and_their_variance_have_their_golden_values() {
-        let found = [1.0, 3.0, 8.0].map(|g| Found { terms: vec![("a", g)], gradient: vec![g, 1.0] });
-        let Estimate { terms, gradient, variance } = mean(&found, 2);
+        let found = [1.0, 3.0, 8.0].map(|g| ProbeResult { terms: vec![("a", g)], gradient: vec![g, 1.0] });
+        let Estimate { terms, gradient, variance } = average_probes(&found, 2);
         assert!((terms[0].1 - 4.0).abs() < 1e-12 && (gradient[0] - 4.0).abs() < 1e-12);
         // Squares 9, 1, 16 over 3 x 2.
         assert!((variance[0] - 26.0 / 6.0).abs() < 1e-12 && variance[1] < 1e-24, "{variance:?}");
@@ -275,13 +286,16 @@ mod tests {
     fn a_vertex_is_worth_what_all_cells_together_gain() {
         let (signs, counts) = ([1.0, -1.0, 1.0], [2.0, -1.0, 3.0]);
         let changes = counts.map(|count| -4.0 * count);
-        assert!((worth(&changes, &counts, &signs, 3) - (3.0 * BELIEF + 24.0) / (BELIEF + 6.0)).abs() < 1e-12);
-        assert!((worth(&[0.0; 3], &[0.0; 3], &signs, 3) - 3.0).abs() < 1e-12);
+        assert!(
+            (vertex_worth(&changes, &counts, &signs, 3) - (3.0 * PRIOR_WEIGHT + 24.0) / (PRIOR_WEIGHT + 6.0)).abs()
+                < 1e-12
+        );
+        assert!((vertex_worth(&[0.0; 3], &[0.0; 3], &signs, 3) - 3.0).abs() < 1e-12);
     }
 
     #[test]
     fn the_gradient_asks_for_more_where_errors_are() {
-        // A sphere with one rough cap: with even scores its errors are there.
+        // A sphere with one rough cap; with uniform scores the errors are there.
         let sphere = shapes::icosphere(5);
         let rough = |p: &[f32; 3]| {
             let wave = if p[2] > 0.6 { 1.0 + 0.02 * (25.0 * p[0]).sin() * (25.0 * p[1]).sin() } else { 1.0 };
@@ -290,12 +304,12 @@ mod tests {
         let mesh = TriMesh::new(sphere.positions().iter().map(rough).collect(), sphere.faces().to_vec()).unwrap();
         let settings = Settings::from_toml("objective = \"shape\"").unwrap();
         let areas = vertex_areas(&mesh);
-        // Scores that say the opposite of what is good.
+        // Scores opposite to the good ones.
         let scores: Vec<f32> = mesh.positions().iter().map(|p| if p[2] > 0.6 { -3.0 } else { 0.0 }).collect();
         let rings = edge_graph(&mesh);
         let importance = importance_of_scores(&scores, &areas);
-        let probing = Probing {
-            objective: &Shape,
+        let prober = Prober {
+            objective: &ShapeObjective,
             mesh: &mesh,
             rings: &rings,
             areas: &areas,
@@ -305,7 +319,7 @@ mod tests {
         };
         let mut cap = 0.0;
         for seed in 0..4 {
-            let found = probing.probe(&mut Xoshiro256PlusPlus::seed_from_u64(seed)).unwrap();
+            let found = prober.probe(&mut Xoshiro256PlusPlus::seed_from_u64(seed)).unwrap();
             cap +=
                 mesh.positions().iter().zip(&found.gradient).filter(|(p, _)| p[2] > 0.6).map(|(_, g)| g).sum::<f64>();
         }

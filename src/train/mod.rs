@@ -1,45 +1,45 @@
-//! Training: a data set, Adam, epochs, and checkpoints from which a killed training goes on to the same bits.
+//! Training: data set, Adam, epochs, and checkpoints from which a resumed training gives the same bits.
 //!
-//! What one step learns is not known here: it is a [`StepFunction`], and `objective` chooses it. There is no clock
-//! here either: the caller hears of every step and says when a checkpoint is due.
+//! A [`StepFunction`] computes each step; `objective` selects it. There is no clock here: the caller receives every
+//! step and decides when to write a checkpoint.
 
 mod adam;
 mod augment;
 mod bending_step;
 mod checkpoint;
+mod csv_table;
 mod data;
-mod drawn;
 mod epochs;
 mod error;
 mod event;
 mod face_terms;
+mod loss_watch;
 mod measured_step;
 mod objective;
 mod objectives;
 mod paper_step;
 mod patch;
 pub mod random;
-mod rows;
 mod run;
+mod sampled_mesh;
 mod sampler_terms;
-mod scored;
+mod scored_mesh;
 mod settings;
 mod step;
 mod uniform_step;
 mod validation;
 mod version;
-mod watch;
 
 pub use adam::{Moments, adam_step};
-pub use data::{DataFile, DataSet, Mesh, read_data};
+pub use data::{DataFile, DataSet, TrainingMesh, read_data};
 pub use epochs::train;
 pub use error::TrainError;
-pub use event::{Ending, Event, Wish};
-pub use measured_step::{Estimate, estimated};
-pub use objective::{OBJECTIVES, OWN_OBJECTIVE, step_by, step_function};
-pub use objectives::{Blame, Errors, Given, Objective, Shape, Verdict};
-pub use patch::piece;
-pub use run::{OwnNetwork, Request, Run, open};
+pub use event::{Ending, TrainEvent, Wish};
+pub use measured_step::{Estimate, estimate_gradient};
+pub use objective::{OBJECTIVES, OWN_OBJECTIVE, step_from_objective, step_function};
+pub use objectives::{Blame, CustomObjective, Errors, Objective, ShapeObjective, Verdict};
+pub use patch::cut_patch;
+pub use run::{OwnNetwork, TrainRequest, TrainingRun, open};
 pub use settings::{DEFAULT_SETTINGS, Settings};
-pub use step::{Item, Step, StepFunction, gradients_of, of_network};
+pub use step::{StepFunction, StepResult, TrainingItem, network_gradients, step_from_network};
 pub use version::VERSION;

@@ -1,15 +1,15 @@
-//! The one place where the settings choose what a step learns.
+//! Selection of the step function by the settings.
 
 use super::bending_step::bending_step;
 use super::measured_step::measured_step;
 use super::paper_step::paper_step;
 use super::uniform_step::uniform_step;
-use super::{Objective, Settings, Shape, StepFunction, TrainError, of_network};
+use super::{Objective, Settings, ShapeObjective, StepFunction, TrainError, step_from_network};
 
-/// What the setting `objective` is called where the step is one's own, by [`step_by`].
+/// Value of the setting `objective` for a custom step from [`step_from_objective`].
 pub const OWN_OBJECTIVE: &str = "own";
 
-/// What the setting `objective` may be called, and what each learns.
+/// The values of the setting `objective`, with descriptions.
 pub const OBJECTIVES: [(&str, &str); 4] = [
     ("bending", "how much the surface bends: scores for the closed assembly"),
     ("paper", "the paper's network by its losses, for --assembly paper and mesh-points"),
@@ -17,10 +17,10 @@ pub const OBJECTIVES: [(&str, &str); 4] = [
     ("uniform", "equal scores, which try out a machine and a data set"),
 ];
 
-/// The step that the setting `objective` names.
+/// Returns the step function named by the setting `objective`.
 ///
 /// # Errors
-/// [`TrainError::Settings`] where there is none of that name.
+/// [`TrainError::Settings`] if the name is unknown.
 ///
 /// ```
 /// use neural_mesh::train::{Settings, step_function};
@@ -29,10 +29,10 @@ pub const OBJECTIVES: [(&str, &str); 4] = [
 /// ```
 pub fn step_function(settings: &Settings) -> Result<Box<StepFunction<'static>>, TrainError> {
     match settings.objective.as_str() {
-        "bending" => Ok(of_network(bending_step)),
-        "paper" => Ok(of_network(paper_step)),
-        "shape" => Ok(step_by(&Shape)),
-        "uniform" => Ok(of_network(uniform_step)),
+        "bending" => Ok(step_from_network(bending_step)),
+        "paper" => Ok(step_from_network(paper_step)),
+        "shape" => Ok(step_from_objective(&ShapeObjective)),
+        "uniform" => Ok(step_from_network(uniform_step)),
         other => {
             let names = OBJECTIVES.map(|(name, _)| format!("\"{name}\"")).join(", ");
             Err(TrainError::Settings(format!("`objective` is \"{other}\": it must be one of {names}")))
@@ -40,12 +40,12 @@ pub fn step_function(settings: &Settings) -> Result<Box<StepFunction<'static>>, 
     }
 }
 
-/// The step that learns which importance of the vertices makes an objective of the closed assembly's results smallest.
+/// Returns the step that learns the vertex importance which minimises an objective of the closed assembly's results.
 ///
 /// ```
-/// use neural_mesh::train::{Shape, step_by};
-/// let _step = step_by(&Shape);
+/// use neural_mesh::train::{ShapeObjective, step_from_objective};
+/// let _step = step_from_objective(&ShapeObjective);
 /// ```
-pub fn step_by<'a>(objective: &'a dyn Objective) -> Box<StepFunction<'a>> {
-    of_network(|weights, item, settings, random| measured_step(objective, weights, item, settings, random))
+pub fn step_from_objective<'a>(objective: &'a dyn Objective) -> Box<StepFunction<'a>> {
+    step_from_network(|weights, item, settings, random| measured_step(objective, weights, item, settings, random))
 }

@@ -3,13 +3,13 @@
 //! The Point Sampler learns from its own term alone; samples, candidates and their graph are drawn and then held, so
 //! that the gradient reaches Edge Predictor and Face Classifier through the probabilities of the faces.
 
-use super::drawn::{classified, draw};
-use super::face_terms::{Faces, face_terms, judges_faces};
-use super::patch::piece;
+use super::face_terms::{FaceContext, face_terms, has_face_terms};
+use super::patch::cut_patch;
 use super::random::uniform;
-use super::sampler_terms::{Surface, sampler_terms};
-use super::scored::{Scored, scored, scored_along};
-use super::{Item, Settings, Step, gradients_of};
+use super::sampled_mesh::{classify_faces, connect_samples};
+use super::sampler_terms::{SamplerInput, sampler_terms};
+use super::scored_mesh::{ScoredMesh, score_mesh, score_points};
+use super::{Settings, StepResult, TrainingItem, network_gradients};
 use crate::autodiff::Value;
 use crate::linalg::Matrix;
 use crate::loss::{NamedTerm, total};
@@ -25,35 +25,35 @@ const LEAST_SAMPLES: usize = 16;
 /// One step: its terms, each times its weight in the settings, and the gradient of their sum.
 pub(super) fn paper_step(
     weights: &Weights,
-    item: &Item,
+    item: &TrainingItem,
     settings: &Settings,
     random: &mut Xoshiro256PlusPlus,
-) -> Result<Step, String> {
-    let mesh = piece(item, settings, random)?;
+) -> Result<StepResult, String> {
+    let mesh = cut_patch(item, settings, random)?;
     let n_samples = (mesh.positions().len() as f64 * item.ratio) as usize;
     if n_samples < LEAST_SAMPLES {
         return Err(format!("has fewer than {LEAST_SAMPLES} samples at this ratio"));
     }
     let as_cloud = settings.clouds > 0.0 && uniform(random) < settings.clouds;
-    let Scored { mut tape, net, rings, points, normals, scores } = match as_cloud {
-        false => scored(weights, &mesh),
-        true => scored_along(weights, mesh.positions(), unknown_normals(&mesh), cloud_graph(mesh.positions())),
+    let ScoredMesh { mut tape, net, rings, points, normals, scores } = match as_cloud {
+        false => score_mesh(weights, &mesh),
+        true => score_points(weights, mesh.positions(), unknown_normals(&mesh), cloud_graph(mesh.positions())),
     };
-    let surface = Surface { points: &points, normals: &normals, rings: &rings };
+    let surface = SamplerInput { points: &points, normals: &normals, rings: &rings };
     let of_scores = sampler_terms(&surface, scores.matrix().data(), n_samples, settings, random);
     let mut results = vec![(scores.clone(), of_scores)];
-    if judges_faces(settings) {
+    if has_face_terms(settings) {
         let samples = scattered_samples(&points, &rings, scores.matrix().data(), n_samples, random.next_u64());
-        let drawn = draw(&mesh, &points, &rings, &samples, as_cloud);
-        let (probabilities, candidates) = classified(&mut tape, &net, &drawn, weights);
-        let faces = Faces { mesh: &mesh, drawn: &drawn, candidates: &candidates };
+        let drawn = connect_samples(&mesh, &points, &rings, &samples, as_cloud);
+        let (probabilities, candidates) = classify_faces(&mut tape, &net, &drawn, weights);
+        let faces = FaceContext { mesh: &mesh, drawn: &drawn, candidates: &candidates };
         let of_faces = face_terms(&faces, probabilities.matrix().data(), settings, random);
         results.push((probabilities, of_faces));
     }
     let terms = results.iter().flat_map(|(_, terms)| terms);
     let terms = terms.map(|term| (term.name, term.weight * term.term.value)).collect();
     let gradients: Vec<_> = results.iter().map(|(values, terms)| (values, gradient(values, terms))).collect();
-    Ok(Step { terms, gradients: gradients_of(&net, &tape.backward(&gradients)) })
+    Ok(StepResult { terms, gradients: network_gradients(&net, &tape.backward(&gradients)) })
 }
 
 fn unknown_normals(mesh: &TriMesh) -> Vec<[f32; 3]> {
@@ -74,7 +74,7 @@ mod tests {
 
     fn terms(toml: &str) -> Vec<(&'static str, f64)> {
         let settings = Settings::from_toml(toml).unwrap();
-        let item = Item { name: "sphere".into(), mesh: shapes::wavy_sphere(3, 5.0), ratio: 0.1 };
+        let item = TrainingItem { name: "sphere".into(), mesh: shapes::wavy_sphere(3, 5.0), ratio: 0.1 };
         let weights = Weights::random(1);
         paper_step(&weights, &item, &settings, &mut Xoshiro256PlusPlus::seed_from_u64(0)).unwrap().terms
     }

@@ -1,41 +1,39 @@
-//! A piece of a mesh, so that a step at a large ratio costs no more than one at a small ratio.
+//! Connected patches of a mesh, which bound the cost of a step at a large ratio.
 
-use super::random::below;
-use super::{Item, Settings};
+use super::random::random_below;
+use super::{Settings, TrainingItem};
 use crate::linalg::Csr;
 use crate::mesh::TriMesh;
 use crate::simplify::edge_graph;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::collections::VecDeque;
 
-/// The mesh of a step, or a connected piece of it where it would have more samples than `max_samples`.
+/// Returns the mesh of a step, or a connected patch if it would have more than `max_samples` samples.
 ///
 /// # Errors
-/// Where the piece has no face.
+/// If the patch has no face.
 ///
 /// ```
 /// use neural_mesh::mesh::shapes;
-/// use neural_mesh::train::{Item, Settings, piece};
+/// use neural_mesh::train::{TrainingItem, Settings, cut_patch};
 /// use rand_xoshiro::{Xoshiro256PlusPlus, rand_core::SeedableRng};
 /// let settings = Settings::from_toml("max_samples = 50").unwrap();
-/// let item = Item { name: "ball".into(), mesh: shapes::icosphere(4), ratio: 0.5 };
-/// let piece = piece(&item, &settings, &mut Xoshiro256PlusPlus::seed_from_u64(0)).unwrap();
+/// let item = TrainingItem { name: "ball".into(), mesh: shapes::icosphere(4), ratio: 0.5 };
+/// let piece = cut_patch(&item, &settings, &mut Xoshiro256PlusPlus::seed_from_u64(0)).unwrap();
 /// assert_eq!(piece.positions().len(), 100);
 /// ```
-pub fn piece(item: &Item, settings: &Settings, random: &mut Xoshiro256PlusPlus) -> Result<TriMesh, String> {
+pub fn cut_patch(item: &TrainingItem, settings: &Settings, random: &mut Xoshiro256PlusPlus) -> Result<TriMesh, String> {
     let most = settings.max_samples as f64 / item.ratio;
     if settings.max_samples == 0 || item.mesh.positions().len() as f64 <= most {
         return Ok(item.mesh.clone());
     }
-    let start = below(random, item.mesh.positions().len());
+    let start = random_below(random, item.mesh.positions().len());
     patch(&item.mesh, &edge_graph(&item.mesh), most as usize, start as u32).ok_or("has no face in one piece".into())
 }
 
-/// The faces between the `n_vertices` vertices that a walk over the edges from `start` reaches first; the whole mesh
-/// where it has no more, and `None` where that leaves no face.
+/// Returns the faces between the first `n_vertices` vertices reached over the edges from `start`.
 ///
-/// # Shapes
-/// - `rings`: the edges of the mesh
+/// The whole mesh if it is no larger; `None` if no face is left. `rings` are the edges of the mesh.
 fn patch(mesh: &TriMesh, rings: &Csr, n_vertices: usize, start: u32) -> Option<TriMesh> {
     let n = mesh.positions().len();
     if n_vertices >= n {

@@ -1,8 +1,8 @@
-//! What the Point Sampler is judged by, Eq. (6): how well the vertices are covered by the samples that its scores draw,
-//! and what else the samples are to keep.
+//! Loss terms of the Point Sampler: coverage of the vertices by its samples, Eq. (6), and what else they should
+//! preserve.
 
 use super::Settings;
-use super::random::below;
+use super::random::random_below;
 use crate::autodiff::Tape;
 use crate::linalg::{Csr, Matrix};
 use crate::loss::{
@@ -15,13 +15,13 @@ use crate::spatial::{nearest_to, point_curvature};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
 
-/// Vertices at which the coverage is measured in one step.
+/// Vertices per step at which the terms are measured.
 const QUERIES: usize = 1024;
-/// Neighbours of each that are looked at: so many times the vertices per sample, within bounds.
+/// Neighbours considered per query: a multiple of the vertices per sample, with a minimum and a maximum.
 const NEIGHBOURS: (f64, f64, f64) = (5.0, 8.0, 128.0);
 
 /// The vertices of a mesh as the Point Sampler sees them.
-pub(super) struct Surface<'a> {
+pub(super) struct SamplerInput<'a> {
     /// n x 3, in edge lengths.
     pub points: &'a [[f32; 3]],
     /// n x 3, unit vectors.
@@ -30,9 +30,9 @@ pub(super) struct Surface<'a> {
     pub rings: &'a Csr,
 }
 
-/// The terms of the scores that have a weight in the settings.
+/// Computes the terms of the scores that have a weight in the settings.
 pub(super) fn sampler_terms(
-    surface: &Surface,
+    surface: &SamplerInput,
     scores: &[f32],
     n_samples: usize,
     settings: &Settings,
@@ -41,10 +41,10 @@ pub(super) fn sampler_terms(
     let points = surface.points;
     let seed = random.next_u64();
     if settings.literal {
-        let term = || literal(points, scores, n_samples, seed);
-        return weighed([("chamfer", settings.lambda_sampler, &term)]);
+        let term = || printed_chamfer(points, scores, n_samples, seed);
+        return compute_weighted([("chamfer", settings.lambda_sampler, &term)]);
     }
-    let queries: Vec<u32> = (0..QUERIES.min(points.len())).map(|_| below(random, points.len()) as u32).collect();
+    let queries: Vec<u32> = (0..QUERIES.min(points.len())).map(|_| random_below(random, points.len()) as u32).collect();
     let (share, least, most) = NEIGHBOURS;
     let k = (share * points.len() as f64 / n_samples as f64).clamp(least, most) as usize;
     let places: Vec<[f32; 3]> = queries.iter().map(|&v| points[v as usize]).collect();
@@ -59,7 +59,7 @@ pub(super) fn sampler_terms(
         let of_queries: Vec<f32> = queries.iter().map(|&v| of_points[v as usize]).collect();
         to_scores(curvature_of_samples(&of_queries, &of_points, &nearest, pi))
     };
-    weighed([
+    compute_weighted([
         ("sampler", settings.lambda_sampler, &coverage),
         ("bending", settings.lambda_bending, &bending),
         ("curvature", settings.lambda_curvature, &curvature),
@@ -67,14 +67,14 @@ pub(super) fn sampler_terms(
     ])
 }
 
-/// The terms whose weight is not 0; no other is computed.
-fn weighed<const N: usize>(terms: [(&'static str, f64, &dyn Fn() -> Term); N]) -> Vec<NamedTerm> {
+/// Computes the terms whose weight is not 0.
+fn compute_weighted<const N: usize>(terms: [(&'static str, f64, &dyn Fn() -> Term); N]) -> Vec<NamedTerm> {
     let of_weight = terms.into_iter().filter(|(_, weight, _)| *weight != 0.0);
     of_weight.map(|(name, weight, term)| NamedTerm { name, weight, term: term() }).collect()
 }
 
-/// Eq. (6) as printed: softmax probabilities of a drawn set, weighed with distances.
-fn literal(points: &[[f32; 3]], scores: &[f32], n_samples: usize, seed: u64) -> Term {
+/// Computes Eq. (6) as printed: distances weighted with the softmax probabilities of a sample.
+fn printed_chamfer(points: &[[f32; 3]], scores: &[f32], n_samples: usize, seed: u64) -> Term {
     let mut tape = Tape::default();
     let drawn_from = tape.parameter(Matrix::new(scores.len(), 1, scores.to_vec()));
     let probabilities = inclusion_probabilities(&mut tape, &drawn_from);
@@ -85,7 +85,7 @@ fn literal(points: &[[f32; 3]], scores: &[f32], n_samples: usize, seed: u64) -> 
     let mut gradient = vec![0.0f32; scores.len()];
     samples.iter().zip(&term.gradient).for_each(|(&v, g)| gradient[v as usize] = *g);
     let gradients = tape.backward(&[(&probabilities, Matrix::new(scores.len(), 1, gradient))]);
-    let to_scores = gradients.of(&drawn_from).map_or(vec![0.0; scores.len()], |matrix| matrix.data().to_vec());
+    let to_scores = gradients.get(&drawn_from).map_or(vec![0.0; scores.len()], |matrix| matrix.data().to_vec());
     Term { value: term.value, gradient: to_scores }
 }
 
@@ -98,13 +98,13 @@ mod tests {
     fn the_print_has_the_gradient_of_its_value() {
         let points = shapes::icosphere(1).positions().to_vec();
         let scores: Vec<f32> = (0..points.len()).map(|v| (v % 5) as f32 * 0.1).collect();
-        // So small a step leaves the drawn set as it is.
+        // A step this small does not change the sample.
         let moved = |at: usize, by: f32| {
             let mut scores = scores.clone();
             scores[at] += by;
-            literal(&points, &scores, 12, 3).value
+            printed_chamfer(&points, &scores, 12, 3).value
         };
-        for (at, gradient) in literal(&points, &scores, 12, 3).gradient.into_iter().enumerate() {
+        for (at, gradient) in printed_chamfer(&points, &scores, 12, 3).gradient.into_iter().enumerate() {
             let difference = (moved(at, 2e-3) - moved(at, -2e-3)) / 4e-3;
             assert!((difference - f64::from(gradient)).abs() < 1e-3, "{at}: {difference} {gradient}");
         }

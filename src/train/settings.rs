@@ -1,4 +1,4 @@
-//! The settings of a training: one flat TOML whose commented default is `settings.toml` beside this file.
+//! Settings of a training: one flat TOML, with defaults and comments in `settings.toml`.
 
 use super::TrainError;
 use crate::io::one_line;
@@ -6,10 +6,10 @@ use crate::model::Architecture;
 use serde::Deserialize;
 use toml::{Table, Value};
 
-/// The default settings with what each of them means.
+/// The default settings with their descriptions.
 pub const DEFAULT_SETTINGS: &str = include_str!("settings.toml");
 
-/// All settings; `settings.toml` says what each of them means.
+/// All settings; `settings.toml` describes them.
 ///
 /// ```
 /// use neural_mesh::train::{Settings, TrainError};
@@ -70,25 +70,25 @@ pub struct Settings {
     pub face_classifier_width: usize,
     pub face_candidates: usize,
     pub face_knn: usize,
-    /// All of them as TOML values, for [`Settings::to_toml`] and [`Settings::difference`].
+    /// All as TOML values, for [`Settings::to_toml`] and [`Settings::difference`].
     #[serde(skip)]
     table: Table,
 }
 
 impl Settings {
-    /// Reads settings; what the text leaves out has its default.
+    /// Reads settings, using defaults for missing ones.
     ///
     /// # Errors
-    /// [`TrainError::Settings`] names the setting that is unknown, of the wrong kind or out of range.
+    /// [`TrainError::Settings`] names a setting that is unknown, of the wrong kind or out of range.
     pub fn from_toml(text: &str) -> Result<Self, TrainError> {
-        let mut table = parsed(DEFAULT_SETTINGS)?;
-        for (name, value) in parsed(text)? {
+        let mut table = parse_table(DEFAULT_SETTINGS)?;
+        for (name, value) in parse_table(text)? {
             let Some(default) = table.get_mut(&name) else {
-                return refused(format!(
+                return refuse(format!(
                     "unknown setting `{name}`: see src/train/settings.toml, or config.toml of a training"
                 ));
             };
-            *default = of_kind(&name, value, default)?;
+            *default = convert_to_kind(&name, value, default)?;
         }
         Self::from_table(table)
     }
@@ -101,7 +101,7 @@ impl Settings {
         Ok(settings)
     }
 
-    /// The settings as a TOML with the comments of the default.
+    /// Returns the settings as TOML with the default's comments.
     pub fn to_toml(&self) -> String {
         let mut text = String::new();
         for line in DEFAULT_SETTINGS.lines() {
@@ -113,7 +113,7 @@ impl Settings {
         text
     }
 
-    /// The first setting that differs, but for `epochs`: its name and the two values.
+    /// Describes the first setting that differs, ignoring `epochs`.
     pub fn difference(&self, other: &Self) -> Option<String> {
         let differs = |name: &&String| *name != "epochs" && self.table.get(*name) != other.table.get(*name);
         let name = self.table.keys().find(differs)?;
@@ -121,30 +121,27 @@ impl Settings {
         Some(format!("`{name}` was {} and is {} now", old.unwrap_or_default(), new.unwrap_or_default()))
     }
 
-    /// These settings with another number of epochs.
+    /// Returns the settings with another number of epochs.
     ///
     /// # Errors
-    /// [`TrainError::Settings`] where there are none.
+    /// [`TrainError::Settings`] if it is 0.
     pub fn with_epochs(&self, epochs: usize) -> Result<Self, TrainError> {
-        self.with([("epochs", epochs)])
+        self.with_values([("epochs", epochs)])
     }
 
-    /// These settings with another objective.
-    ///
-    /// # Errors
-    /// None: whether there is one of that name is seen where a step is made.
+    /// Returns the settings with another objective; its name is checked when a step is made.
     pub(super) fn with_objective(&self, objective: &str) -> Result<Self, TrainError> {
         let mut table = self.table.clone();
         table.insert("objective".into(), Value::String(objective.into()));
         Self::from_table(table)
     }
 
-    /// These settings with the sizes of a network.
+    /// Returns the settings with the sizes of a network.
     ///
     /// # Errors
-    /// [`TrainError::Settings`] where a size is out of range.
+    /// [`TrainError::Settings`] if a size is out of range.
     pub fn with_architecture(&self, sizes: &Architecture) -> Result<Self, TrainError> {
-        self.with([
+        self.with_values([
             ("point_sampler_inputs", sizes.point_sampler_inputs),
             ("point_sampler_layers", sizes.point_sampler_layers),
             ("point_sampler_width", sizes.point_sampler_width),
@@ -159,7 +156,7 @@ impl Settings {
         ])
     }
 
-    /// The sizes of the network.
+    /// Returns the sizes of the network.
     pub fn architecture(&self) -> Architecture {
         Architecture {
             point_sampler_inputs: self.point_sampler_inputs,
@@ -176,7 +173,7 @@ impl Settings {
         }
     }
 
-    fn with<const N: usize>(&self, sizes: [(&str, usize); N]) -> Result<Self, TrainError> {
+    fn with_values<const N: usize>(&self, sizes: [(&str, usize); N]) -> Result<Self, TrainError> {
         let mut table = self.table.clone();
         for (name, size) in sizes {
             table.insert(name.into(), Value::Integer(size as i64));
@@ -188,24 +185,24 @@ impl Settings {
         let ratios = [("ratio_min", self.ratio_min), ("ratio_max", self.ratio_max)];
         let ratios = ratios.into_iter().chain(self.validation_ratios.iter().map(|&ratio| ("validation_ratios", ratio)));
         for (name, ratio) in ratios {
-            within(name, ratio, ratio > 0.0 && ratio <= 1.0, "above 0 and at most 1")?;
+            check_range(name, ratio, ratio > 0.0 && ratio <= 1.0, "above 0 and at most 1")?;
         }
-        within("ratio_min", self.ratio_min, self.ratio_min <= self.ratio_max, "at most `ratio_max`")?;
-        within("clouds", self.clouds, (0.0..=1.0).contains(&self.clouds), "0 to 1")?;
+        check_range("ratio_min", self.ratio_min, self.ratio_min <= self.ratio_max, "at most `ratio_max`")?;
+        check_range("clouds", self.clouds, (0.0..=1.0).contains(&self.clouds), "0 to 1")?;
         for (name, beta) in [("adam_beta1", self.adam_beta1), ("adam_beta2", self.adam_beta2)] {
-            within(name, beta, (0.0..1.0).contains(&beta), "at least 0 and below 1")?;
+            check_range(name, beta, (0.0..1.0).contains(&beta), "at least 0 and below 1")?;
         }
-        for (name, x) in self.positive() {
-            within(name, x, x > 0.0 && x.is_finite(), "above 0")?;
+        for (name, x) in self.positive_settings() {
+            check_range(name, x, x > 0.0 && x.is_finite(), "above 0")?;
         }
-        for (name, x) in self.not_negative() {
-            within(name, x, x >= 0.0 && x.is_finite(), "0 or above")?;
+        for (name, x) in self.non_negative_settings() {
+            check_range(name, x, x >= 0.0 && x.is_finite(), "0 or above")?;
         }
         self.check_sizes()
     }
 
-    /// What has to be above 0, by name.
-    fn positive(&self) -> [(&'static str, f64); 7] {
+    /// Returns the settings that must be positive, by name.
+    fn positive_settings(&self) -> [(&'static str, f64); 7] {
         [
             ("learning_rate", self.learning_rate),
             ("learning_rate_decay", self.learning_rate_decay),
@@ -217,8 +214,8 @@ impl Settings {
         ]
     }
 
-    /// What has to be 0 or above, by name.
-    fn not_negative(&self) -> [(&'static str, f64); 17] {
+    /// Returns the settings that must not be negative, by name.
+    fn non_negative_settings(&self) -> [(&'static str, f64); 17] {
         [
             ("gradient_clip", self.gradient_clip),
             ("explosion", self.explosion),
@@ -243,12 +240,12 @@ impl Settings {
     fn check_sizes(&self) -> Result<(), TrainError> {
         match self.architecture().bad_size() {
             None => Ok(()),
-            Some((name, size)) => refused(format!("`{name}` is {size}: not a size of a network")),
+            Some((name, size)) => refuse(format!("`{name}` is {size}: not a size of a network")),
         }
     }
 }
 
-fn parsed(text: &str) -> Result<Table, TrainError> {
+fn parse_table(text: &str) -> Result<Table, TrainError> {
     text.parse::<Table>().map_err(|error| {
         let line =
             error.span().map_or(1, |span| 1 + text.as_bytes()[..span.start].iter().filter(|b| **b == b'\n').count());
@@ -256,26 +253,26 @@ fn parsed(text: &str) -> Result<Table, TrainError> {
     })
 }
 
-/// The value, if it is of the default's kind; a whole number may stand for any number.
-fn of_kind(name: &str, value: Value, default: &Value) -> Result<Value, TrainError> {
+/// Converts a value to the kind of its default; integers are accepted for any number.
+fn convert_to_kind(name: &str, value: Value, default: &Value) -> Result<Value, TrainError> {
     match (value, default) {
         (Value::Integer(n), Value::Float(_)) => Ok(Value::Float(n as f64)),
         (Value::Array(values), Value::Array(defaults)) => {
             let first = defaults.first().unwrap_or(&Value::Boolean(false)).clone();
-            let values = values.into_iter().map(|value| of_kind(name, value, &first));
+            let values = values.into_iter().map(|value| convert_to_kind(name, value, &first));
             values.collect::<Result<_, _>>().map(Value::Array)
         }
-        (Value::Integer(n), Value::Integer(_)) if n < 0 => refused(format!("`{name}` is {n}: it must be 0 or above")),
+        (Value::Integer(n), Value::Integer(_)) if n < 0 => refuse(format!("`{name}` is {n}: it must be 0 or above")),
         (value, default) if value.same_type(default) => Ok(value),
-        (value, default) => refused(format!("`{name}` is {value}: it must be a {}", default.type_str())),
+        (value, default) => refuse(format!("`{name}` is {value}: it must be a {}", default.type_str())),
     }
 }
 
-fn within(name: &str, value: f64, holds: bool, range: &str) -> Result<(), TrainError> {
-    if holds { Ok(()) } else { refused(format!("`{name}` is {value}: it must be {range}")) }
+fn check_range(name: &str, value: f64, holds: bool, range: &str) -> Result<(), TrainError> {
+    if holds { Ok(()) } else { refuse(format!("`{name}` is {value}: it must be {range}")) }
 }
 
-fn refused<T>(why: String) -> Result<T, TrainError> {
+fn refuse<T>(why: String) -> Result<T, TrainError> {
     Err(TrainError::Settings(why))
 }
 

@@ -1,7 +1,6 @@
-//! The step of the objective "uniform": scores of the Point Sampler that are all equal, so that every vertex is as
-//! probable as any other. Nothing worth keeping is learned; it tries out a machine, a data set, the loop.
+//! The step of the objective "uniform": makes all scores equal. It tests a machine, a data set and the loop.
 
-use super::{Item, Settings, Step, gradients_of};
+use super::{Settings, StepResult, TrainingItem, network_gradients};
 use crate::autodiff::{Tape, Value};
 use crate::linalg::Matrix;
 use crate::model::{Vertices, Weights, point_sampler};
@@ -9,13 +8,13 @@ use crate::simplify::edge_graph;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::sync::Arc;
 
-/// The variance of the scores, `spread = mean of (s - mean s)^2`, which is least where the sampling is uniform.
+/// Minimises the variance of the scores, `spread = mean (s - mean s)^2`.
 pub(super) fn uniform_step(
     weights: &Weights,
-    item: &Item,
+    item: &TrainingItem,
     _: &Settings,
     _: &mut Xoshiro256PlusPlus,
-) -> Result<Step, String> {
+) -> Result<StepResult, String> {
     let mut tape = Tape::default();
     let parameters = weights.parameters(&mut tape);
     let points = Value::constant(Matrix::from_points(item.mesh.positions()));
@@ -24,11 +23,11 @@ pub(super) fn uniform_step(
     let scores = point_sampler(&mut tape, &parameters.point_sampler, vertices, &rings);
     let (spread, gradient) = variance(scores.matrix().data());
     let gradient = Matrix::new(gradient.len(), 1, gradient);
-    let gradients = gradients_of(&parameters, &tape.backward(&[(&scores, gradient)]));
-    Ok(Step { terms: vec![("spread", spread)], gradients })
+    let gradients = network_gradients(&parameters, &tape.backward(&[(&scores, gradient)]));
+    Ok(StepResult { terms: vec![("spread", spread)], gradients })
 }
 
-/// The variance and its gradient, `2 (s - mean s) / n`.
+/// Returns the variance and its gradient, `2 (s - mean s) / n`.
 fn variance(scores: &[f32]) -> (f64, Vec<f32>) {
     let n = scores.len().max(1) as f64;
     let mean = scores.iter().map(|&s| f64::from(s)).sum::<f64>() / n;

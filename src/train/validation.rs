@@ -1,35 +1,34 @@
-//! The validation: the same step function over meshes that are never trained on, unchanged, at fixed ratios.
+//! Validation: the step function on unchanged meshes that are never trained on, at fixed ratios.
 
-use super::event::{Event, Wish};
-use super::{Item, Run, Step, StepFunction, TrainError};
+use super::event::{TrainEvent, Wish};
+use super::{StepFunction, StepResult, TrainError, TrainingItem, TrainingRun};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 
-/// What the validation found.
+/// The result of a validation.
 pub(super) enum Validation {
     /// Means of the terms over all meshes and ratios.
     Means(Vec<f64>),
-    /// There is nothing to measure.
+    /// No mesh could be measured.
     Nothing,
-    /// The caller wished to stop.
+    /// The caller asked to stop.
     Stopped,
 }
 
-/// Measures the weights as they are. Each mesh has a random state of its own, the same after every epoch, so that
-/// epochs can be compared.
-pub(super) fn validated(
-    run: &mut Run,
+/// Measures the current weights; each mesh has a fixed random state, so that epochs are comparable.
+pub(super) fn measure_validation(
+    run: &mut TrainingRun,
     step: &StepFunction,
-    progress: &mut dyn FnMut(Event) -> Wish,
+    progress: &mut dyn FnMut(TrainEvent) -> Wish,
 ) -> Result<Validation, TrainError> {
     let mut sums = vec![0.0; run.state.position.names.len()];
     let (mut n_summed, n_meshes) = (0, run.data.validation.len());
     for at in 0..n_meshes {
-        for found in measured(run, at, step)? {
+        for found in measure_mesh(run, at, step)? {
             sums.iter_mut().zip(&found.terms).for_each(|(sum, (_, value))| *sum += value);
             n_summed += 1;
         }
-        match progress(Event::Validated { epoch: run.state.position.epoch, n_done: at + 1, n_meshes }) {
+        match progress(TrainEvent::Validated { epoch: run.state.position.epoch, n_done: at + 1, n_meshes }) {
             Wish::Continue => {}
             Wish::Checkpoint => run.save()?,
             Wish::Stop | Wish::Abandon => return Ok(Validation::Stopped),
@@ -41,15 +40,15 @@ pub(super) fn validated(
     })
 }
 
-/// A mesh at all ratios of the validation; ratios at which it cannot be used are passed over.
-fn measured(run: &Run, at: usize, step: &StepFunction) -> Result<Vec<Step>, TrainError> {
+/// Measures a mesh at all validation ratios, skipping those at which it is unusable.
+fn measure_mesh(run: &TrainingRun, at: usize, step: &StepFunction) -> Result<Vec<StepResult>, TrainError> {
     let mesh = &run.data.validation[at];
     let random = Xoshiro256PlusPlus::seed_from_u64(run.settings.seed.wrapping_add(at as u64));
     let at_ratio = |&ratio: &f64| {
-        let item = Item { name: mesh.name.clone(), mesh: mesh.mesh.clone(), ratio };
+        let item = TrainingItem { name: mesh.name.clone(), mesh: mesh.mesh.clone(), ratio };
         step(&run.state.tensors, &item, &run.settings, &mut random.clone()).ok()
     };
-    let found: Vec<Step> = run.settings.validation_ratios.iter().filter_map(at_ratio).collect();
+    let found: Vec<StepResult> = run.settings.validation_ratios.iter().filter_map(at_ratio).collect();
     let mut terms = found.iter().flat_map(|step| &step.terms);
     match terms.find(|(_, value)| !value.is_finite()) {
         None => Ok(found),

@@ -1,6 +1,6 @@
-//! The version of what trainings make: weights of another version are of another training.
+//! Version of the training.
 
-/// Version of the training: another number where the same data, settings and weights to begin with give other bits.
+/// Version of the training; it changes when equal inputs give other bits.
 ///
 /// ```
 /// assert!(neural_mesh::train::VERSION >= 1);
@@ -11,19 +11,18 @@ pub const VERSION: u32 = 4;
 mod tests {
     use super::*;
     use crate::io::{Format, write_path};
-    use crate::linalg::golden::{Hash, Results, Tied, check};
+    use crate::linalg::golden::{GoldenCheck, Hash, Results, check};
     use crate::mesh::{Frame, shapes};
     use crate::model::Weights;
-    use crate::train::{Ending, Request, Wish, open, step_function, train};
+    use crate::train::{Ending, TrainRequest, Wish, open, step_function, train};
 
     #[test]
     fn the_training_keeps_its_bits() {
         let test = concat!(module_path!(), "::the_training_keeps_its_bits").split_once("::").unwrap().1;
-        check(&Tied { part: "training", version: VERSION, constant: "train::VERSION", test }, trained);
+        check(&GoldenCheck { part: "training", version: VERSION, constant: "train::VERSION", test }, train_all);
     }
 
-    /// The weights that each objective ends with after an epoch of two meshes.
-    fn trained() -> Results {
+    fn train_all() -> Results {
         let folder = tempfile::tempdir().unwrap();
         let data = folder.path().join("data");
         std::fs::create_dir(&data).unwrap();
@@ -39,7 +38,7 @@ mod tests {
                  face_classifier_layers = 1\nface_classifier_width = 8\nclouds = 0.5\n"
             );
             let run = folder.path().join(objective);
-            let request = Request {
+            let request = TrainRequest {
                 data: &data,
                 folder: &run,
                 settings: Some(&settings),

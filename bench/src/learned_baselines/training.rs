@@ -31,15 +31,15 @@ pub(super) mod tests {
     use neural_mesh::autodiff::Tensors;
     use neural_mesh::linalg::Matrix;
     use neural_mesh::mesh::shapes;
-    use neural_mesh::train::{Item, Moments, Settings, Step, adam_step};
+    use neural_mesh::train::{Moments, Settings, StepResult, TrainingItem, adam_step};
     use rand_xoshiro::Xoshiro256PlusPlus;
     use rand_xoshiro::rand_core::SeedableRng;
     use std::sync::Arc;
 
     /// Trains twelve steps on one sphere and returns them.
-    pub fn train_twelve_steps(baseline: LearnedBaseline, mut tensors: Tensors<Arc<Matrix>>) -> Vec<Step> {
+    pub fn train_twelve_steps(baseline: LearnedBaseline, mut tensors: Tensors<Arc<Matrix>>) -> Vec<StepResult> {
         let settings = Settings::from_toml(&format!("objective = \"{}\"", baseline.name())).unwrap();
-        let item = Item { name: "sphere".into(), mesh: shapes::wavy_sphere(4, 5.0), ratio: 0.1 };
+        let item = TrainingItem { name: "sphere".into(), mesh: shapes::wavy_sphere(4, 5.0), ratio: 0.1 };
         let mut moments = Moments::zero(&tensors.map(|_, matrix| matrix.shape()));
         let mut steps = Vec::new();
         for _ in 0..12 {

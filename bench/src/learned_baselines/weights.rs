@@ -44,7 +44,7 @@ impl LearnedWeights {
         width_share: f64,
         tensors: &Tensors<Arc<Matrix>>,
     ) -> Result<Self, WeightsError> {
-        Ok(Self { baseline, width_share, tensors: tensors.checked(&baseline.shapes(width_share))? })
+        Ok(Self { baseline, width_share, tensors: tensors.check_shapes(&baseline.shapes(width_share))? })
     }
 
     /// Reads a safetensors file and checks method, sizes, shapes and numbers.

@@ -7,7 +7,7 @@ mod progress;
 use std::path::Path;
 
 use neural_mesh::train::{
-    Ending, OBJECTIVES, OwnNetwork, Request, Run, StepFunction, TrainError, open, step_function, train,
+    Ending, OBJECTIVES, OwnNetwork, StepFunction, TrainError, TrainRequest, TrainingRun, open, step_function, train,
 };
 
 use crate::failure::{Failure, name};
@@ -49,7 +49,7 @@ pub fn run_for(args: &TrainArgs, other: Option<&OtherNetwork>) -> Result<(), Fai
 fn learn((args, other): (&TrainArgs, Option<&OtherNetwork>), data: &Path, out: &Path) -> Result<(), Failure> {
     let settings = args.config.as_deref().map(read_text).transpose()?;
     let init = args.init.as_deref().map(files::read).transpose()?;
-    let mut request = Request::new(data, out);
+    let mut request = TrainRequest::new(data, out);
     request.settings = settings.as_deref();
     request.objective = other.map(|other| other.objective).or(args.objective.as_deref());
     request.network = other.map(|other| other.network);
@@ -93,13 +93,13 @@ fn to_failure(error: TrainError, args: &TrainArgs) -> Failure {
     }
 }
 
-fn interruption(run: &Run) -> Failure {
+fn interruption(run: &TrainingRun) -> Failure {
     let (epochs, steps) = run.position();
     let place = format!("{epochs} epochs and {steps} steps are done");
     Failure::Stopped(format!("interrupted: {place} and kept in {}: continue with --resume", name(&run.folder)))
 }
 
-fn say_what_is_there(run: &Run, voice: Voice) {
+fn say_what_is_there(run: &TrainingRun, voice: Voice) {
     for (mesh, why) in &run.data.left_out {
         voice.say(&format!("left out  {mesh}: {why}"));
     }
@@ -114,7 +114,7 @@ fn say_what_is_there(run: &Run, voice: Voice) {
 }
 
 /// Describes how the validation meshes were chosen by the setting `validation`.
-fn why_for_validation(run: &Run) -> String {
+fn why_for_validation(run: &TrainingRun) -> String {
     let is_of = |beginning: &&String| run.data.validation.iter().any(|mesh| mesh.name.starts_with(beginning.as_str()));
     let found: Vec<&str> = run.settings.validation.iter().filter(is_of).map(String::as_str).collect();
     match found.is_empty() {

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use neural_mesh::train::{Event, Run, Wish};
+use neural_mesh::train::{TrainEvent, TrainingRun, Wish};
 
 use crate::stopping::is_stopping;
 use crate::words::Voice;
@@ -23,7 +23,7 @@ pub struct TrainProgress {
 
 impl TrainProgress {
     /// Creates the display; without a terminal no bar is drawn.
-    pub fn new(run: &Run, voice: Voice) -> Self {
+    pub fn new(run: &TrainingRun, voice: Voice) -> Self {
         let (n_steps, n_epochs) = (run.data.training.len(), run.settings.epochs);
         let target = if voice == Voice::Quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
         let bar = ProgressBar::with_draw_target(Some((n_steps * n_epochs) as u64), target);
@@ -45,14 +45,14 @@ impl TrainProgress {
     }
 
     /// Shows an event and returns what the training should do next.
-    pub fn handle(&mut self, event: Event) -> Wish {
+    pub fn handle(&mut self, event: TrainEvent) -> Wish {
         match event {
-            Event::Step { epoch, n_done, n_steps, terms } => self.step(epoch * n_steps + n_done, terms),
-            Event::PassedOver { mesh, why } => self.say(&format!("skipped   {mesh}: {why}")),
-            Event::Validated { n_done, n_meshes, .. } => {
+            TrainEvent::Step { epoch, n_done, n_steps, terms } => self.step(epoch * n_steps + n_done, terms),
+            TrainEvent::PassedOver { mesh, why } => self.say(&format!("skipped   {mesh}: {why}")),
+            TrainEvent::Validated { n_done, n_meshes, .. } => {
                 self.bar.set_message(format!("validation: {n_done} of {n_meshes} meshes"));
             }
-            Event::Epoch { n_done, training, validation, is_best } => {
+            TrainEvent::Epoch { n_done, training, validation, is_best } => {
                 self.saved = Instant::now();
                 self.epoch(n_done, training, validation, is_best);
             }

@@ -143,7 +143,6 @@ fn farthest_apart(a: &TriMesh, b: &TriMesh) -> f64 {
     low.distance(high)
 }
 
-/// The search from one mesh to the other.
 struct DirectedSearch<'a> {
     from: &'a TriMesh,
     target: &'a TargetSurface<'a>,
@@ -156,7 +155,6 @@ impl<'a> DirectedSearch<'a> {
         Self { from, corners: target.vertex_corners(from, bounds), target }
     }
 
-    /// Returns whether all vertices were measured.
     fn has_all_corners(&self) -> bool {
         self.corners.len() == self.from.positions().len()
     }
@@ -165,13 +163,11 @@ impl<'a> DirectedSearch<'a> {
         face.map(|v| self.corners[v as usize])
     }
 
-    /// Returns the largest distance of a vertex with a face.
     fn farthest_vertex(&self) -> f64 {
         let corners = self.from.faces().iter().flatten().filter_map(|&v| self.corners.get(v as usize));
         corners.map(|corner| corner.distance).fold(0.0, f64::max)
     }
 
-    /// Tightens the bounds by the distances in this direction.
     fn search(&self, bounds: &mut DistanceBounds) {
         if bounds.is_too_far() {
             bounds.upper = f64::INFINITY;

@@ -13,7 +13,6 @@ pub(super) struct PolygonCorner {
     pub face: u32,
 }
 
-/// A plane through a point, with its normal.
 #[derive(Clone, Copy)]
 pub(super) struct CutPlane {
     pub point: DVec3,

@@ -12,9 +12,7 @@ use super::target_surface::TargetSurface;
 const MAX_BATCH: usize = 256;
 /// Cuts after which one bisects the polygon, so that it shrinks whatever the planes are.
 const BISECT_EVERY: u32 = 5;
-/// Searches per cut, roughly.
 const SEARCHES_PER_CUT: u64 = 10;
-/// A polygon waiting to be cut.
 pub(super) struct SearchItem {
     pub upper: f64,
     pub part: FacePart,
@@ -48,7 +46,6 @@ impl PartialEq for SearchItem {
 
 impl Eq for SearchItem {}
 
-/// The outcome of one cut.
 #[derive(Default)]
 struct CutResult {
     lower: f64,

@@ -32,7 +32,6 @@ pub(super) struct TargetSurface<'a> {
     most_looks: u64,
     /// Whether boxes count as visits.
     with_boxes: bool,
-    /// Number of searches.
     n_searches: AtomicU64,
 }
 
@@ -42,17 +41,14 @@ impl<'a> TargetSurface<'a> {
         Self { mesh, tree, n_looks: AtomicU64::new(0), most_looks, with_boxes: true, n_searches: AtomicU64::new(0) }
     }
 
-    /// Counts only triangles, not boxes.
     pub(super) fn counting_triangles_only(self) -> Self {
         Self { with_boxes: false, ..self }
     }
 
-    /// Returns the number of visits.
     pub(super) fn n_looks(&self) -> u64 {
         self.n_looks.load(Ordering::Relaxed)
     }
 
-    /// Returns whether the budget is spent.
     pub(super) fn is_exhausted(&self) -> bool {
         self.n_looks() >= self.most_looks
     }

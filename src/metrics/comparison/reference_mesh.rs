@@ -53,7 +53,6 @@ fn scale_to_one(mesh: &TriMesh) -> f64 {
     if is_usual { 1.0 } else { (-f64::from(size).log2().round()).exp2() }
 }
 
-/// Multiplies all coordinates, clamped to the range of `f32`.
 fn scale_by(mesh: &TriMesh, by: f64) -> TriMesh {
     if by == 1.0 {
         return mesh.clone();

@@ -1,42 +1,41 @@
-//! What a training by measured results makes small: each objective in a file of its own, and any function of one's own.
+//! Objectives of trainings by measured results.
 
-mod given;
-mod shape;
+mod custom_objective;
+mod shape_objective;
 
-pub use given::{Errors, Given};
-pub use shape::Shape;
+pub use custom_objective::{CustomObjective, Errors};
+pub use shape_objective::ShapeObjective;
 
 use crate::mesh::TriMesh;
 use crate::simplify::WeightedResult;
 
-/// How far results are from what they should be.
+/// A measure of how far results are from ideal.
 ///
-/// Results are judged in pairs, since both sides of a probe are measured in the same unit.
+/// Results are judged in pairs, so that both sides of a probe have the same unit.
 pub trait Objective: Sync {
     /// Judges two results of one mesh.
     ///
     /// # Errors
-    /// In a few words why these cannot be judged; the mesh is then named and passed over.
+    /// The reason why they cannot be judged, in a few words; the mesh is skipped.
     fn judge(&self, original: &TriMesh, results: [&WeightedResult; 2]) -> Result<Verdict, String>;
 }
 
-/// What is wrong with two results.
+/// The errors of two results.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
-    /// What is minimised, of both results together, by name: logarithms of errors, so that one percent counts the same in each.
-    /// The same names in the same order for every mesh.
+    /// Minimised terms of both results together, as logarithms, with the same names in the same order for every mesh.
     pub terms: Vec<(&'static str, f64)>,
-    /// By how much the sum of the terms is larger for the first result than for the second.
+    /// Excess of the first result's sum of terms over the second's.
     pub blame: Blame,
 }
 
-/// Who is to blame for a difference.
+/// The distribution of a difference over the original.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Blame {
     /// The share of each face of the original, n_faces.
     Faces(Vec<f64>),
     /// The share of each vertex of the original, n_vertices.
     Vertices(Vec<f64>),
-    /// All places alike: the whole difference.
+    /// The whole difference, not located.
     Everywhere(f64),
 }

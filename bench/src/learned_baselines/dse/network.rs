@@ -112,5 +112,5 @@ fn push_network(shapes: &mut Tensors<[usize; 2]>, network: &str, widths: &Widths
 
 /// Returns random initial tensors.
 pub fn initial_tensors(width_share: f64, seed: u64) -> Tensors<Arc<Matrix>> {
-    shapes(width_share).drawn(seed)
+    shapes(width_share).draw(seed)
 }

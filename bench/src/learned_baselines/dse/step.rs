@@ -9,8 +9,8 @@ use super::{
 use neural_mesh::autodiff::{Tape, Tensors, Value};
 use neural_mesh::linalg::Matrix;
 use neural_mesh::spatial::farthest_points;
-use neural_mesh::train::random::{below, shuffled};
-use neural_mesh::train::{Item, Settings, Step, piece};
+use neural_mesh::train::random::{random_below, shuffle_indices};
+use neural_mesh::train::{Settings, StepResult, TrainingItem, cut_patch};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::sync::Arc;
 
@@ -29,14 +29,14 @@ struct PatchBatch<'a> {
 /// Takes one training step.
 pub fn dse_step(
     tensors: &Tensors<Arc<Matrix>>,
-    item: &Item,
+    item: &TrainingItem,
     settings: &Settings,
     random: &mut Xoshiro256PlusPlus,
-) -> Result<Step, String> {
-    let mesh = piece(item, settings, random)?;
+) -> Result<StepResult, String> {
+    let mesh = cut_patch(item, settings, random)?;
     let n = mesh.positions().len();
     let n_samples = (n as f64 * item.ratio) as usize;
-    let samples = farthest_points(mesh.positions(), n_samples, below(random, n) as u32);
+    let samples = farthest_points(mesh.positions(), n_samples, random_below(random, n) as u32);
     if samples.len() <= CANDIDATES {
         return Err(format!("has no more than {CANDIDATES} samples at this ratio"));
     }
@@ -49,7 +49,7 @@ pub fn dse_step(
     let (map, of_map) = batch.predict_map(&mut tape, &net);
     let gradients = tape.backward(&[(&logits, of_logits.gradient), (&map, of_map.gradient)]);
     let terms = vec![("neighbours", of_logits.value), ("map", of_map.value)];
-    Ok(Step { terms, gradients: parameters.gradients(&gradients) })
+    Ok(StepResult { terms, gradients: parameters.gradients(&gradients) })
 }
 
 impl<'a> PatchBatch<'a> {
@@ -60,7 +60,7 @@ impl<'a> PatchBatch<'a> {
         random: &mut Xoshiro256PlusPlus,
     ) -> Result<Self, String> {
         let around = Neighbourhoods::new(points);
-        let mut drawn = shuffled(random, points.len());
+        let mut drawn = shuffle_indices(random, points.len());
         drawn.truncate(PATCHES);
         let mut exact = exact_patches_around(surface, samples, &drawn, KEPT);
         // the networks take groups of equal size
@@ -123,7 +123,7 @@ mod tests {
         let settings = Settings::from_toml("").unwrap();
         let tensors = crate::learned_baselines::dse::initial_tensors(0.03, 1);
         let refused = |mesh, ratio| {
-            let item = Item { name: "boxes".into(), mesh, ratio };
+            let item = TrainingItem { name: "boxes".into(), mesh, ratio };
             dse_step(&tensors, &item, &settings, &mut Xoshiro256PlusPlus::seed_from_u64(0)).unwrap_err()
         };
         assert!(refused(shapes::cuboid([1.0; 3], 1), 0.5).contains("no more than 60"));

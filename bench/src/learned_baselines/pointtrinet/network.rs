@@ -116,7 +116,7 @@ pub fn shapes(width_share: f64) -> Tensors<[usize; 2]> {
 /// Returns random initial tensors, with last layers at a tenth, for probabilities near one half.
 pub fn initial_tensors(width_share: f64, seed: u64) -> Tensors<Arc<Matrix>> {
     let is_last = |name: &str| matches!(name, "classifier.decision_2.weights" | "proposals.score_3.weights");
-    shapes(width_share).drawn_by(seed, |name| if is_last(name) { 0.1 } else { 1.0 })
+    shapes(width_share).draw_scaled(seed, |name| if is_last(name) { 0.1 } else { 1.0 })
 }
 
 #[cfg(test)]

@@ -46,8 +46,12 @@ pub fn point_probabilities(
     let n_edges = 3 * queries.len();
     let of_edges = pool(tape, features.clone(), &net.points, n_edges);
     let of_edges = tape.product(&of_edges, &net.pooled);
-    let logits =
-        tape.layers_of_groups(&Value::constant(features), &of_edges, &layers(&net.score), neighbourhoods.n_points);
+    let logits = tape.layers_with_group_rows(
+        &Value::constant(features),
+        &of_edges,
+        &layers(&net.score),
+        neighbourhoods.n_points,
+    );
     tape.sigmoid(&logits)
 }
 

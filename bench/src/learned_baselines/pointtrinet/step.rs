@@ -15,8 +15,8 @@ use neural_mesh::loss::Term;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::mesh::surface_samples::{SurfaceSample, surface_samples};
 use neural_mesh::spatial::{farthest_points, nearest_to};
-use neural_mesh::train::random::{below, uniform};
-use neural_mesh::train::{Item, Settings, Step};
+use neural_mesh::train::random::{random_below, uniform};
+use neural_mesh::train::{Settings, StepResult, TrainingItem};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
 use std::sync::Arc;
@@ -37,10 +37,10 @@ const PROPOSING_STRIDE: usize = 4;
 /// Takes one training step on one patch.
 pub fn pointtrinet_step(
     tensors: &Tensors<Arc<Matrix>>,
-    item: &Item,
+    item: &TrainingItem,
     _: &Settings,
     random: &mut Xoshiro256PlusPlus,
-) -> Result<Step, String> {
+) -> Result<StepResult, String> {
     let patch = SurfacePatch::draw(&item.mesh, random).ok_or("has too little surface for a patch")?;
     let missing = |error: WeightsError| error.to_string();
     let net = PointTriNet::from_tensors(&tensors.constants()).map_err(missing)?;
@@ -53,7 +53,7 @@ pub fn pointtrinet_step(
     let terms = last.terms(&patch, random);
     let [to_queries, to_points] = last.gradients(&terms);
     let gradients = tape.backward(&[(&last.probabilities, to_queries), (&last.of_points, to_points)]);
-    Ok(Step {
+    Ok(StepResult {
         terms: terms.iter().map(|(name, term)| (*name, term.value)).collect(),
         gradients: parameters.gradients(&gradients),
     })
@@ -87,7 +87,7 @@ impl SurfacePatch {
         if all.len() < PATCH_VERTICES || positions.is_empty() {
             return None;
         }
-        let center = positions[below(random, positions.len())];
+        let center = positions[random_below(random, positions.len())];
         let near = |points: &[[f32; 3]], n: usize| nearest_to(points, &[center], n);
         let vertices = near(&all, PATCH_VERTICES).iter().map(|&at| all[at as usize]).collect();
         let surface: Vec<SurfacePoint> =
@@ -182,8 +182,8 @@ mod tests {
     use neural_mesh::train::{Moments, adam_step};
     use rand_xoshiro::rand_core::SeedableRng;
 
-    fn item() -> Item {
-        Item { name: "sphere".into(), mesh: shapes::wavy_sphere(3, 5.0), ratio: 0.1 }
+    fn item() -> TrainingItem {
+        TrainingItem { name: "sphere".into(), mesh: shapes::wavy_sphere(3, 5.0), ratio: 0.1 }
     }
 
     fn seeded_rng() -> Xoshiro256PlusPlus {
@@ -231,7 +231,7 @@ mod tests {
     #[test]
     fn what_has_no_surface_is_said() {
         let settings = Settings::from_toml("").unwrap();
-        let item = Item { name: "nothing".into(), mesh: TriMesh::default(), ratio: 0.5 };
+        let item = TrainingItem { name: "nothing".into(), mesh: TriMesh::default(), ratio: 0.5 };
         let random = &mut Xoshiro256PlusPlus::seed_from_u64(0);
         assert!(
             pointtrinet_step(&initial_tensors(0.1, 1), &item, &settings, random)

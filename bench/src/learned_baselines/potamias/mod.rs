@@ -144,7 +144,7 @@ mod tests {
     #[test]
     fn gradients_of_projection_and_refinement() {
         let (cloud, shapes) = (cloud(), shapes(SHARE));
-        let matrices: Vec<Matrix> = shapes.drawn(3).iter().map(|(_, matrix)| matrix.as_ref().clone()).collect();
+        let matrices: Vec<Matrix> = shapes.draw(3).iter().map(|(_, matrix)| matrix.as_ref().clone()).collect();
         check_gradients(&matrices, |tape, values| {
             let named: Tensors<Value> =
                 shapes.iter().map(|(name, _)| name).zip(values).map(|(name, value)| (name, value.clone())).collect();

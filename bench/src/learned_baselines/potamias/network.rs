@@ -112,5 +112,5 @@ pub fn shapes(width_share: f64) -> Tensors<[usize; 2]> {
 
 /// Returns random initial tensors, with a tenth of the usual size where they move samples.
 pub fn initial_tensors(width_share: f64, seed: u64) -> Tensors<Arc<Matrix>> {
-    shapes(width_share).drawn_by(seed, |name| if name == "refinement.moved" { 0.1 } else { 1.0 })
+    shapes(width_share).draw_scaled(seed, |name| if name == "refinement.moved" { 0.1 } else { 1.0 })
 }

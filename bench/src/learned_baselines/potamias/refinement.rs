@@ -95,6 +95,6 @@ impl Refinement {
     /// Converts a gradient by the points to one by the displacements, n x 3.
     pub fn backward(&self, gradient: &[[f64; 3]]) -> Matrix {
         let of_row = |(g, &radius): (&[f64; 3], &f32)| g.map(|g| (g * f64::from(radius)) as f32);
-        Matrix::of_points(gradient.iter().zip(&self.radii).map(of_row).collect())
+        Matrix::from_owned_points(gradient.iter().zip(&self.radii).map(of_row).collect())
     }
 }

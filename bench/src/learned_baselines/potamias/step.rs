@@ -11,8 +11,8 @@ use super::{
 use neural_mesh::autodiff::{Tape, Tensors};
 use neural_mesh::linalg::Matrix;
 use neural_mesh::spatial::nearest_to;
-use neural_mesh::train::random::below;
-use neural_mesh::train::{Item, Settings, Step, piece};
+use neural_mesh::train::random::random_below;
+use neural_mesh::train::{Settings, StepResult, TrainingItem, cut_patch};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::sync::Arc;
 
@@ -27,11 +27,11 @@ const PARTNERS: usize = 4;
 /// Takes one training step, with distances in units of the samples' so that all ratios weigh alike.
 pub fn potamias_step(
     tensors: &Tensors<Arc<Matrix>>,
-    item: &Item,
+    item: &TrainingItem,
     settings: &Settings,
     random: &mut Xoshiro256PlusPlus,
-) -> Result<Step, String> {
-    let mesh = piece(item, settings, random)?;
+) -> Result<StepResult, String> {
+    let mesh = cut_patch(item, settings, random)?;
     let n = mesh.positions().len();
     let n_samples = (n as f64 * item.ratio) as usize;
     if n_samples < LEAST_SAMPLES {
@@ -42,18 +42,18 @@ pub fn potamias_step(
     let parameters = tensors.parameters(&mut tape);
     let net = Potamias::from_tensors(&parameters).map_err(|error| error.to_string())?;
     let latent = projection(&mut tape, &net, &cloud);
-    let samples = selection(&cloud, latent.matrix(), n_samples, below(random, n) as u32);
+    let samples = selection(&cloud, latent.matrix(), n_samples, random_below(random, n) as u32);
     let refined = refinement(&mut tape, &net, &cloud, &latent, &samples);
     let curvature = mean_curvature(&cloud.points);
     let [chamfer, kept] = losses(&refined.points(), &cloud, &curvature, item.ratio);
     let of_points = refined.backward(&add_gradients(&chamfer, &kept));
     // farthest points pass no gradient, so the latent space has a loss of its own
-    let offsets: Vec<usize> = (0..PARTNERS).map(|_| 1 + below(random, n - 1)).collect();
+    let offsets: Vec<usize> = (0..PARTNERS).map(|_| 1 + random_below(random, n - 1)).collect();
     let (likeness, mut of_latent) = latent_likeness(latent.matrix(), &curvature, &offsets);
     of_latent.data_mut().iter_mut().for_each(|g| *g *= LIKENESS as f32);
     let gradients = tape.backward(&[(&refined.displacement, of_points), (&latent, of_latent)]);
     let terms = vec![("chamfer", chamfer.value), ("curvature", kept.value), ("likeness", LIKENESS * likeness)];
-    Ok(Step { terms, gradients: parameters.gradients(&gradients) })
+    Ok(StepResult { terms, gradients: parameters.gradients(&gradients) })
 }
 
 fn losses(samples: &[[f32; 3]], cloud: &Cloud, curvature: &[f64], ratio: f64) -> [PointLoss; 2] {
@@ -94,7 +94,7 @@ mod tests {
     #[test]
     fn what_is_too_small_is_said() {
         let settings = Settings::from_toml("").unwrap();
-        let item = Item { name: "box".into(), mesh: shapes::cuboid([1.0; 3], 1), ratio: 0.5 };
+        let item = TrainingItem { name: "box".into(), mesh: shapes::cuboid([1.0; 3], 1), ratio: 0.5 };
         let tensors = crate::learned_baselines::potamias::initial_tensors(0.25, 1);
         let random = &mut Xoshiro256PlusPlus::seed_from_u64(0);
         assert!(potamias_step(&tensors, &item, &settings, random).unwrap_err().contains("fewer than 16"));

@@ -1,6 +1,6 @@
-//! The Point Sampler over a mesh on a tape: where every objective that learns scores begins.
+//! The Point Sampler on a mesh, recorded on a tape: the start of every objective that learns scores.
 
-use super::gradients_of;
+use super::network_gradients;
 use crate::autodiff::{Tape, Tensors, Value};
 use crate::linalg::{Csr, Matrix};
 use crate::mesh::TriMesh;
@@ -8,9 +8,9 @@ use crate::model::{Network, Vertices, Weights, in_edge_lengths, point_sampler};
 use crate::simplify::{edge_graph, vertex_normals};
 use std::sync::Arc;
 
-/// The scores of a mesh's vertices, and what they came from.
-pub(super) struct Scored {
-    /// Remembers the way from the parameters.
+/// The scores of a mesh's vertices and their origin.
+pub(super) struct ScoredMesh {
+    /// Records the operations from the parameters.
     pub tape: Tape,
     /// The parameters.
     pub net: Network<Value>,
@@ -18,22 +18,26 @@ pub(super) struct Scored {
     pub rings: Arc<Csr>,
     /// n x 3, in edge lengths.
     pub points: Vec<[f32; 3]>,
-    /// n x 3, unit vectors; zero where unknown.
+    /// n x 3, unit vectors; zero if unknown.
     pub normals: Vec<[f32; 3]>,
     /// n x 1.
     pub scores: Value,
 }
 
-/// Scores the vertices of a mesh with weights that are parameters.
-pub(super) fn scored(weights: &Weights, mesh: &TriMesh) -> Scored {
-    scored_along(weights, mesh.positions(), vertex_normals(mesh), edge_graph(mesh))
+pub(super) fn score_mesh(weights: &Weights, mesh: &TriMesh) -> ScoredMesh {
+    score_points(weights, mesh.positions(), vertex_normals(mesh), edge_graph(mesh))
 }
 
 /// Scores points by their neighbours in a graph.
 ///
 /// # Shapes
-/// - `positions`: n x 3, `normals`: n x 3, unit vectors, or zero where unknown; `rings`: n x n
-pub(super) fn scored_along(weights: &Weights, positions: &[[f32; 3]], normals: Vec<[f32; 3]>, rings: Csr) -> Scored {
+/// - `positions`: n x 3, `normals`: n x 3, unit vectors, or zero if unknown; `rings`: n x n
+pub(super) fn score_points(
+    weights: &Weights,
+    positions: &[[f32; 3]],
+    normals: Vec<[f32; 3]>,
+    rings: Csr,
+) -> ScoredMesh {
     let rings = Arc::new(rings);
     let points = in_edge_lengths(positions, &rings);
     let mut tape = Tape::default();
@@ -41,18 +45,18 @@ pub(super) fn scored_along(weights: &Weights, positions: &[[f32; 3]], normals: V
     let (places, directions) = (constant(&points), constant(&normals));
     let vertices = Vertices { points: &places, normals: Some(&directions) };
     let scores = point_sampler(&mut tape, &net.point_sampler, vertices, &rings);
-    Scored { tape, net, rings, points, normals, scores }
+    ScoredMesh { tape, net, rings, points, normals, scores }
 }
 
-impl Scored {
-    /// The gradients of all tensors from that of the scores, n.
+impl ScoredMesh {
+    /// Returns the gradients of all tensors from that of the scores, n.
     pub fn backward(&self, gradient: Vec<f32>) -> Tensors<Matrix> {
         let gradient = Matrix::new(gradient.len(), 1, gradient);
-        gradients_of(&self.net, &self.tape.backward(&[(&self.scores, gradient)]))
+        network_gradients(&self.net, &self.tape.backward(&[(&self.scores, gradient)]))
     }
 }
 
-/// Points that no gradient is asked for.
+/// Returns points without gradient.
 pub(super) fn constant(points: &[[f32; 3]]) -> Value {
     Value::constant(Matrix::from_points(points))
 }

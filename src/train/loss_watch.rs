@@ -1,27 +1,27 @@
-//! Watches over the numbers of a training: what is not finite, and what explodes.
+//! Detection of losses that are not finite or explode.
 
-use super::Step;
+use super::StepResult;
 use serde::{Deserialize, Serialize};
 
-/// Steps before a running mean says anything.
+/// Steps before the running mean is used.
 const PATIENCE: u64 = 20;
-/// Share of the newest total in the running mean, from then on.
+/// Share of the newest total in the running mean.
 const FORGETTING: f64 = 0.02;
 
 /// The running mean of the totals.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Watch {
+pub(super) struct LossWatch {
     mean: f64,
     n: u64,
 }
 
-impl Watch {
-    /// What is wrong with a step, naming the term or the tensor; a step with nothing wrong moves the mean on.
-    pub fn trouble(&mut self, step: &Step, explosion: f64) -> Option<String> {
-        not_finite(step).or_else(|| self.exploded(step, explosion))
+impl LossWatch {
+    /// Returns the fault of a step, naming the term or tensor; updates the mean if there is none.
+    pub fn find_trouble(&mut self, step: &StepResult, explosion: f64) -> Option<String> {
+        find_non_finite(step).or_else(|| self.check_explosion(step, explosion))
     }
 
-    fn exploded(&mut self, step: &Step, explosion: f64) -> Option<String> {
+    fn check_explosion(&mut self, step: &StepResult, explosion: f64) -> Option<String> {
         let total = step.total();
         if explosion > 0.0 && self.n >= PATIENCE && self.mean > 0.0 && total > explosion * self.mean {
             let (name, value) = step.terms.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
@@ -34,7 +34,7 @@ impl Watch {
     }
 }
 
-fn not_finite(step: &Step) -> Option<String> {
+fn find_non_finite(step: &StepResult) -> Option<String> {
     if let Some((name, value)) = step.terms.iter().find(|(_, value)| !value.is_finite()) {
         return Some(format!("the term `{name}` is {value}"));
     }
@@ -50,31 +50,31 @@ mod tests {
     use crate::autodiff::Tensors;
     use crate::linalg::Matrix;
 
-    fn step(total: f64) -> Step {
+    fn step(total: f64) -> StepResult {
         let gradients: Tensors<Matrix> =
             ["a.weights", "a.bias"].map(|name| (name, Matrix::zeros(1, 1))).into_iter().collect();
-        Step { terms: vec![("small", 0.1 * total), ("large", 0.9 * total)], gradients }
+        StepResult { terms: vec![("small", 0.1 * total), ("large", 0.9 * total)], gradients }
     }
 
     #[test]
     fn what_is_not_finite_is_named() {
-        let mut watch = Watch::default();
-        let bad = Step { terms: vec![("fine", 1.0), ("bad", f64::NAN)], ..step(1.0) };
-        assert!(watch.trouble(&bad, 0.0).unwrap().contains("`bad` is NaN"));
+        let mut watch = LossWatch::default();
+        let bad = StepResult { terms: vec![("fine", 1.0), ("bad", f64::NAN)], ..step(1.0) };
+        assert!(watch.find_trouble(&bad, 0.0).unwrap().contains("`bad` is NaN"));
         let mut bad = step(1.0);
         *bad.gradients.get_mut("a.bias").unwrap() = Matrix::new(1, 1, vec![f32::INFINITY]);
-        assert!(watch.trouble(&bad, 0.0).unwrap().contains("`a.bias`"));
+        assert!(watch.find_trouble(&bad, 0.0).unwrap().contains("`a.bias`"));
     }
 
     #[test]
     fn an_explosion_is_seen_after_some_patience() {
-        let mut watch = Watch::default();
-        assert_eq!(watch.trouble(&step(500.0), 10.0), None);
+        let mut watch = LossWatch::default();
+        assert_eq!(watch.find_trouble(&step(500.0), 10.0), None);
         for _ in 0..200 {
-            assert_eq!(watch.trouble(&step(1.0), 10.0), None);
+            assert_eq!(watch.find_trouble(&step(1.0), 10.0), None);
         }
         let mut careless = watch.clone();
-        assert_eq!(careless.trouble(&step(1e6), 0.0), None);
-        assert!(watch.trouble(&step(1e6), 10.0).unwrap().contains("`large`"));
+        assert_eq!(careless.find_trouble(&step(1e6), 0.0), None);
+        assert!(watch.find_trouble(&step(1e6), 10.0).unwrap().contains("`large`"));
     }
 }

@@ -1,4 +1,4 @@
-//! The objective "shape": mean distance, normals and largest distance, each by its logarithm (`loss::log_errors`).
+//! The objective "shape": logarithms of mean distance, normal error and largest distance (`loss::log_errors`).
 
 use super::{Blame, Objective, Verdict};
 use crate::loss::{error_shares, error_sums, log_errors, point_errors};
@@ -7,9 +7,9 @@ use crate::simplify::WeightedResult;
 
 /// The default objective of the closed assembly.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Shape;
+pub struct ShapeObjective;
 
-impl Objective for Shape {
+impl Objective for ShapeObjective {
     fn judge(&self, original: &TriMesh, results: [&WeightedResult; 2]) -> Result<Verdict, String> {
         let corners_of_original = corners(original);
         let errors = results.map(|result| point_errors(&corners_of_original, &corners(&result.mesh)));
@@ -40,7 +40,7 @@ mod tests {
                 TriMesh::new(original.positions().iter().map(lift).collect(), original.faces().to_vec()).unwrap();
             WeightedResult { mesh, vertex_of: (0..25).collect() }
         };
-        let Verdict { terms, blame } = Shape.judge(&original, [&lifted(0.02), &lifted(0.01)]).unwrap();
+        let Verdict { terms, blame } = ShapeObjective.judge(&original, [&lifted(0.02), &lifted(0.01)]).unwrap();
         assert_eq!(terms.iter().map(|(name, _)| *name).collect::<Vec<_>>(), ["distance", "normals", "peak"]);
         let Blame::Faces(of_faces) = blame else { panic!("{blame:?}") };
         for (face, share) in original.faces().iter().zip(of_faces) {

@@ -1,21 +1,21 @@
-//! Tables that grow row by row (CSV, RFC 4180) and can be taken back to an earlier length.
+//! CSV tables (RFC 4180) that grow row by row and can be cut back to an earlier length.
 
 use super::TrainError;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// A table on the disk, held by this process alone.
+/// A table file locked by this process.
 #[derive(Debug)]
-pub(super) struct Rows {
+pub(super) struct CsvTable {
     file: File,
     path: PathBuf,
     /// Length in bytes.
     pub n_bytes: u64,
 }
 
-impl Rows {
-    /// Opens a table, or makes one, and takes it back to a length in bytes.
+impl CsvTable {
+    /// Opens or creates a table and cuts it to a length in bytes.
     pub fn open(path: &Path, n_bytes: u64) -> Result<Self, TrainError> {
         let file = OpenOptions::new().create(true).read(true).write(true).truncate(false).open(path);
         let mut file = file.map_err(|error| problem(path, &error))?;
@@ -23,7 +23,7 @@ impl Rows {
             Err(TryLockError::WouldBlock) => {
                 return Err(TrainError::file(path, "another training writes to it: wait for its end"));
             }
-            // A file system without locks is no reason not to train.
+            // File systems without locks are accepted.
             Err(TryLockError::Error(_)) | Ok(()) => {}
         }
         let found = file.metadata().map_err(|error| problem(path, &error))?.len();
@@ -38,7 +38,7 @@ impl Rows {
         Ok(Self { file, path: path.into(), n_bytes })
     }
 
-    /// Adds a row of fields that need no quotes, or have them.
+    /// Appends a row of fields that are quoted where necessary.
     pub fn push(&mut self, fields: &[String]) -> Result<(), TrainError> {
         let row = fields.join(",") + "\n";
         self.file.write_all(row.as_bytes()).map_err(|error| problem(&self.path, &error))?;
@@ -46,14 +46,13 @@ impl Rows {
         Ok(())
     }
 
-    /// Has the rows reach the disk, so that no checkpoint there is ahead of its tables.
+    /// Flushes the rows to disk, so that no checkpoint is ahead of its tables.
     pub fn sync(&self) -> Result<(), TrainError> {
         self.file.sync_data().map_err(|error| problem(&self.path, &error))
     }
 }
 
-/// A field of a row, in quotes where it needs them.
-pub(super) fn quoted(text: &str) -> String {
+pub(super) fn quote_field(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.into() }
 }
 
@@ -69,16 +68,16 @@ mod tests {
     fn rows_after_the_checkpoint_go() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.csv");
-        let mut rows = Rows::open(&path, 0).unwrap();
-        rows.push(&["1".into(), quoted("a,\"b\"")]).unwrap();
+        let mut rows = CsvTable::open(&path, 0).unwrap();
+        rows.push(&["1".into(), quote_field("a,\"b\"")]).unwrap();
         let n_bytes = rows.n_bytes;
         rows.push(&["2".into()]).unwrap();
-        assert!(Rows::open(&path, 0).unwrap_err().to_string().contains("another training"));
+        assert!(CsvTable::open(&path, 0).unwrap_err().to_string().contains("another training"));
         drop(rows);
-        let mut rows = Rows::open(&path, n_bytes).unwrap();
+        let mut rows = CsvTable::open(&path, n_bytes).unwrap();
         rows.push(&["3".into()]).unwrap();
         drop(rows);
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "1,\"a,\"\"b\"\"\"\n3\n");
-        assert!(Rows::open(&path, 1000).unwrap_err().to_string().contains("fewer than"));
+        assert!(CsvTable::open(&path, 1000).unwrap_err().to_string().contains("fewer than"));
     }
 }

@@ -1,6 +1,6 @@
-//! Samples drawn from a mesh and held, and the candidate faces that the network makes of them (Secs. 3.2, 3.3).
+//! Samples drawn from a mesh, and their candidate faces with probabilities (Secs. 3.2, 3.3).
 
-use super::scored::constant;
+use super::scored_mesh::constant;
 use crate::autodiff::{Tape, Value};
 use crate::linalg::Csr;
 use crate::mesh::TriMesh;
@@ -12,9 +12,9 @@ use crate::simplify::paper::{Quotient, assign_to_samples, quotient};
 use crate::simplify::region_graph;
 use std::sync::Arc;
 
-/// Samples and what the mesh says of them.
-pub(super) struct Drawn {
-    /// The frame in which the network sees the samples.
+/// The samples of a mesh and their connections through it.
+pub(super) struct SampledMesh {
+    /// Frame in which the network sees the samples.
     pub frame: EdgeFrame,
     /// The samples in that frame, n_samples x 3.
     pub points: Vec<[f32; 3]>,
@@ -22,38 +22,44 @@ pub(super) struct Drawn {
     pub edges: Csr,
     /// The triangles that the mesh spans between their regions.
     pub spanned: Vec<[u32; 3]>,
-    /// Whether only A_s says which triangles are candidates.
+    /// Whether only A_s decides which triangles are candidates.
     as_cloud: bool,
 }
 
-/// The samples, given as vertices, with what the mesh says of them; a cloud says which regions touch along `rings` alone.
-pub(super) fn draw(mesh: &TriMesh, points: &[[f32; 3]], rings: &Csr, samples: &[u32], as_cloud: bool) -> Drawn {
+/// Connects the samples of a mesh, given as vertices; for clouds, regions touch along `rings` only.
+pub(super) fn connect_samples(
+    mesh: &TriMesh,
+    points: &[[f32; 3]],
+    rings: &Csr,
+    samples: &[u32],
+    as_cloud: bool,
+) -> SampledMesh {
     let assignment = assign_to_samples(points, rings, samples);
     let Quotient { edges, triangles: spanned, .. } =
         quotient(mesh.positions(), mesh.faces(), &assignment, samples.len());
     let edges = if as_cloud { region_graph(rings, &assignment, samples.len()) } else { edges };
     let sampled: Vec<[f32; 3]> = samples.iter().map(|&v| mesh.positions()[v as usize]).collect();
     let frame = EdgeFrame::of(&sampled, &edges);
-    Drawn { points: frame.apply(&sampled), frame, edges, spanned, as_cloud }
+    SampledMesh { points: frame.apply(&sampled), frame, edges, spanned, as_cloud }
 }
 
-/// Candidate faces, what they are joined with, and G_ext.
-pub(super) struct Candidates {
+/// The candidate faces with their graphs.
+pub(super) struct CandidateGraph {
     /// The candidates.
     pub faces: CandidateFaces,
-    /// G_ext, whose entries they name.
+    /// G_ext, which the candidates' entries index.
     pub extended: Arc<Csr>,
-    /// The nearest of them to each.
+    /// Nearest candidates of each.
     pub neighbours: Arc<Csr>,
 }
 
-/// The Edge Predictor and the Face Classifier on the tape: the probabilities, and of what.
-pub(super) fn classified(
+/// Runs the Edge Predictor and the Face Classifier on the tape; returns the probabilities and their candidates.
+pub(super) fn classify_faces(
     tape: &mut Tape,
     net: &Network<Value>,
-    drawn: &Drawn,
+    drawn: &SampledMesh,
     weights: &Weights,
-) -> (Value, Candidates) {
+) -> (Value, CandidateGraph) {
     let original = Arc::new(drawn.edges.clone());
     let sizes = weights.architecture();
     let extended = Arc::new(extended_graph(&drawn.points, &original, sizes.edge_knn).with_loops());
@@ -65,5 +71,5 @@ pub(super) fn classified(
     let net = &net.face_classifier;
     let points = constant(&drawn.points);
     let probabilities = face_classifier(tape, net, &points, &faces.triangles, &neighbours, &prior);
-    (probabilities, Candidates { faces, extended, neighbours })
+    (probabilities, CandidateGraph { faces, extended, neighbours })
 }

@@ -1,41 +1,41 @@
-//! An objective of one's own: any function of a mesh and a result.
+//! Objectives from any function of a mesh and its result.
 
 use super::{Blame, Objective, Verdict};
 use crate::mesh::TriMesh;
 use crate::simplify::WeightedResult;
 
-/// A result's errors by a function of one's own: at least 0, less is better, their unit is free.
+/// Errors of a result by a custom function: at least 0, smaller is better, in any unit.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Errors {
-    /// At each vertex of the original, n_vertices: added up. Places learn from what happens near them.
+    /// At each vertex of the original, n_vertices, to be summed; vertices learn from nearby errors.
     Vertices(Vec<f64>),
-    /// At each face of the original, n_faces: added up.
+    /// At each face of the original, n_faces, to be summed.
     Faces(Vec<f64>),
-    /// Of the result as a whole: nothing says where, so that more results are needed.
+    /// A single error of the whole result; without locations, more results are needed.
     Whole(f64),
 }
 
-/// The logarithm of the errors that a function finds.
+/// An objective that minimises the logarithm of a function's errors.
 ///
 /// ```
 /// use neural_mesh::mesh::{TriMesh, shapes};
-/// use neural_mesh::simplify::{Importance, Refinements, WeightedResult, simplify_with_importance, vertex_areas};
-/// use neural_mesh::train::{Errors, Given, Objective};
+/// use neural_mesh::simplify::{Importance, Parts, WeightedResult, simplify_with_importance, vertex_areas};
+/// use neural_mesh::train::{Errors, CustomObjective, Objective};
 /// let sphere = shapes::icosphere(4);
 /// let of = |n| simplify_with_importance(&sphere, n, Importance::Even, &Refinements::default()).unwrap();
 /// let area = |mesh: &TriMesh| vertex_areas(mesh).iter().sum::<f64>();
-/// let lost = Given(|original: &TriMesh, result: &WeightedResult| Ok(Errors::Whole((area(original) - area(&result.mesh)).abs())));
+/// let lost = CustomObjective(|original: &TriMesh, result: &WeightedResult| Ok(Errors::Whole((area(original) - area(&result.mesh)).abs())));
 /// let verdict = lost.judge(&sphere, [&of(100), &of(90)]).unwrap();
 /// assert!(verdict.terms[0].0 == "objective" && verdict.terms[0].1.is_finite());
 /// ```
-pub struct Given<F>(pub F);
+pub struct CustomObjective<F>(pub F);
 
-impl<F: Fn(&TriMesh, &WeightedResult) -> Result<Errors, String> + Sync> Objective for Given<F> {
+impl<F: Fn(&TriMesh, &WeightedResult) -> Result<Errors, String> + Sync> Objective for CustomObjective<F> {
     fn judge(&self, original: &TriMesh, results: [&WeightedResult; 2]) -> Result<Verdict, String> {
         let [first, second] = results.map(|result| (self.0)(original, result));
         let [first, second] = [first?, second?];
-        let [a, b] = [checked(&first, original)?, checked(&second, original)?];
-        // Where there is no error at all, a tiny one stands in, so that logarithms stay finite.
+        let [a, b] = [check_errors(&first, original)?, check_errors(&second, original)?];
+        // A zero error is replaced by a tiny one, so that logarithms stay finite.
         let mean = (0.5 * (a + b)).max(f64::MIN_POSITIVE);
         let shares = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b) / mean).collect();
         let blame = match (&first, &second) {
@@ -47,8 +47,8 @@ impl<F: Fn(&TriMesh, &WeightedResult) -> Result<Errors, String> + Sync> Objectiv
     }
 }
 
-/// The sum of errors that fit the mesh.
-fn checked(errors: &Errors, original: &TriMesh) -> Result<f64, String> {
+/// Returns the sum of errors that fit the mesh.
+fn check_errors(errors: &Errors, original: &TriMesh) -> Result<f64, String> {
     let (values, expected): (&[f64], _) = match errors {
         Errors::Vertices(values) => (values, original.positions().len()),
         Errors::Faces(values) => (values, original.faces().len()),
@@ -68,10 +68,10 @@ mod tests {
     use super::*;
     use crate::mesh::shapes;
 
-    fn judged(first: Errors, second: Errors) -> Result<Verdict, String> {
+    fn judge_errors(first: Errors, second: Errors) -> Result<Verdict, String> {
         let original = shapes::tetrahedron();
         let result = |n: u32| WeightedResult { mesh: original.clone(), vertex_of: vec![n; 4] };
-        let given = Given(|_: &TriMesh, result: &WeightedResult| {
+        let given = CustomObjective(|_: &TriMesh, result: &WeightedResult| {
             Ok(if result.vertex_of[0] == 0 { first.clone() } else { second.clone() })
         });
         given.judge(&original, [&result(0), &result(1)])
@@ -79,20 +79,21 @@ mod tests {
 
     #[test]
     fn errors_have_their_golden_shares() {
-        let vertices = judged(Errors::Vertices(vec![3.0, 1.0, 0.0, 1.0]), Errors::Vertices(vec![1.0, 1.0, 1.0, 0.0]));
+        let vertices =
+            judge_errors(Errors::Vertices(vec![3.0, 1.0, 0.0, 1.0]), Errors::Vertices(vec![1.0, 1.0, 1.0, 0.0]));
         // Sums 5 and 3, mean 4.
         let blame = Blame::Vertices(vec![0.5, 0.0, -0.25, 0.25]);
         assert_eq!(vertices.unwrap(), Verdict { terms: vec![("objective", 4.0f64.ln())], blame });
-        let whole = judged(Errors::Whole(5.0), Errors::Whole(3.0)).unwrap();
+        let whole = judge_errors(Errors::Whole(5.0), Errors::Whole(3.0)).unwrap();
         assert_eq!(whole.blame, Blame::Everywhere(0.5));
-        assert!(judged(Errors::Whole(0.0), Errors::Whole(0.0)).unwrap().terms[0].1.is_finite());
+        assert!(judge_errors(Errors::Whole(0.0), Errors::Whole(0.0)).unwrap().terms[0].1.is_finite());
     }
 
     #[test]
     fn what_is_no_error_is_refused() {
         for bad in [Errors::Whole(f64::NAN), Errors::Whole(-1.0), Errors::Vertices(vec![1.0; 3]), Errors::Faces(vec![])]
         {
-            assert!(judged(bad, Errors::Whole(1.0)).unwrap_err().starts_with("the objective gave"));
+            assert!(judge_errors(bad, Errors::Whole(1.0)).unwrap_err().starts_with("the objective gave"));
         }
     }
 }

@@ -1,87 +1,96 @@
-//! What a mesh file that does not fit into memory is as a surface.
+//! Description of a mesh file that does not fit into memory.
 
 use rayon::prelude::*;
 
-use super::FACES;
+use super::FACES_PER_BLOCK;
 use super::block::Block;
-use super::out_of_core::{Heard, OutOfCoreError, Room, at_once, check_room, cut, heard};
-use super::spooled::{Read, Spooled};
+use super::out_of_core::{
+    OutOfCoreError, ProgressCallback, WorkingSpace, check_room, cut_file, parallel_blocks, report_progress,
+};
+use super::spooled_blocks::{SpooledBlocks, StoredBlock};
 use crate::io::Pieces;
 use crate::mesh::cleanup::CleanCounts;
 use crate::mesh::{Frame, Topology, TopologyPatch, TopologyPatches};
 use crate::simplify::SimplifyError;
 use crate::spatial::Bounds;
 
-/// A share of the time after which a mesh is cut into blocks.
-const CUT: f64 = 0.5;
+/// Share of the progress after which the blocks are cut.
+const CUT_PROGRESS: f64 = 0.5;
 
-/// What a file is.
+/// The geometry of a mesh file.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct Described {
-    /// As [`topology`](crate::mesh::topology) of the whole, cleaned.
+pub struct FileDescription {
+    /// The [`topology`](crate::mesh::topology) of the whole cleaned mesh.
     pub topology: Topology,
-    /// The box around all vertices that faces use, in the coordinates of `frame`.
+    /// Box around all vertices used by faces, in the coordinates of `frame`.
     pub bounds: Bounds,
-    /// How coordinates lie in the file.
+    /// Local origin and precision of the file's coordinates.
     pub frame: Frame,
-    /// What was cleaned; vertices in one place, which each block counts for itself, are not told.
+    /// Counts of the cleaning, without welded vertices.
     pub counts: CleanCounts,
 }
 
-/// Describes the geometry of a file block by block, which wait on the disk.
+/// Describes the geometry of a file block by block, with the blocks on disk.
 ///
 /// # Errors
-/// [`OutOfCoreError`]: what cannot be read, a disk that fails, too little memory, or by `listener`.
+/// [`OutOfCoreError`] for an unreadable file, a disk error, too little memory, or a stop by `listener`.
 ///
 /// ```
 /// use std::ops::ControlFlow;
-/// use neural_mesh::{blocks::{Room, describe_pieces}, io::Pieces};
+/// use neural_mesh::{blocks::{WorkingSpace, describe_pieces}, io::Pieces};
 /// let pieces = Pieces::open("tests/meshes/spot.ply".as_ref()).unwrap();
-/// let room = Room { n_bytes: 1 << 30, folder: "".as_ref() };
+/// let room = WorkingSpace { n_bytes: 1 << 30, folder: "".as_ref() };
 /// let found = describe_pieces(&pieces, &room, &mut |_| ControlFlow::Continue(())).unwrap();
 /// assert_eq!((found.topology.vertices, found.topology.genus), (2930, Some(0)));
 /// ```
-pub fn describe_pieces(pieces: &Pieces, room: &Room, listener: &mut Heard) -> Result<Described, OutOfCoreError> {
-    in_blocks_of(FACES, pieces, room, listener)
+pub fn describe_pieces(
+    pieces: &Pieces,
+    room: &WorkingSpace,
+    listener: &mut ProgressCallback,
+) -> Result<FileDescription, OutOfCoreError> {
+    describe_with_block_size(FACES_PER_BLOCK, pieces, room, listener)
 }
 
-/// The same, with blocks of about so many faces.
-fn in_blocks_of(
-    faces_of_block: usize,
+/// Describes a file in blocks of about `faces_per_block` faces.
+fn describe_with_block_size(
+    faces_per_block: usize,
     pieces: &Pieces,
-    room: &Room,
-    listener: &mut Heard,
-) -> Result<Described, OutOfCoreError> {
+    room: &WorkingSpace,
+    listener: &mut ProgressCallback,
+) -> Result<FileDescription, OutOfCoreError> {
     check_room(pieces, 0.0, room)?;
-    heard(listener, 0.0)?;
+    report_progress(listener, 0.0)?;
     let n_faces = usize::try_from(pieces.n_faces()).unwrap_or(usize::MAX);
-    let (frame, spooled, n_broken) = cut(pieces, n_faces.div_ceil(faces_of_block).max(1), room)?;
+    let (frame, spooled, n_broken) = cut_file(pieces, n_faces.div_ceil(faces_per_block).max(1), room)?;
     let mut counts = CleanCounts { dropped_faces: n_broken as usize, ..CleanCounts::default() };
     let (mut patches, mut bounds) = (TopologyPatches::default(), Bounds::EMPTY);
-    let (n_blocks, n_at_once) = (spooled.n_blocks(), at_once(room));
+    let (n_blocks, n_at_once) = (spooled.n_blocks(), parallel_blocks(room));
     for start in (0..n_blocks).step_by(n_at_once) {
-        heard(listener, CUT + (1.0 - CUT) * start as f64 / n_blocks as f64)?;
+        report_progress(listener, CUT_PROGRESS + (1.0 - CUT_PROGRESS) * start as f64 / n_blocks as f64)?;
         let numbers = start..(start + n_at_once).min(n_blocks);
-        let found: Vec<_> = numbers.into_par_iter().map(|number| patch(&spooled, number)).collect();
+        let found: Vec<_> = numbers.into_par_iter().map(|number| block_patch(&spooled, number)).collect();
         for found in found {
-            let (of_block, patch) = found?;
-            counts += of_block;
-            let Some((patch, of_block)) = patch else { continue };
+            let (cleaned, patch) = found?;
+            counts += cleaned;
+            let Some((patch, block_bounds)) = patch else { continue };
             patches.add(patch);
-            bounds = bounds.union(&of_block);
+            bounds = bounds.union(&block_bounds);
         }
     }
     let topology = patches.count_topology();
     if topology.faces == 0 {
         return Err(SimplifyError::Empty.into());
     }
-    Ok(Described { topology, bounds, frame, counts })
+    Ok(FileDescription { topology, bounds, frame, counts })
 }
 
-/// What was cleaned of a block, and what is left of it, with the box around it.
-fn patch(spooled: &Spooled, number: usize) -> Result<(CleanCounts, Option<(TopologyPatch, Bounds)>), OutOfCoreError> {
-    let Read { block, counts, .. } = spooled.read(number)?.map_err(OutOfCoreError::Clean)?;
+/// Returns what was cleaned in a block, and its patch with its bounding box.
+fn block_patch(
+    spooled: &SpooledBlocks,
+    number: usize,
+) -> Result<(CleanCounts, Option<(TopologyPatch, Bounds)>), OutOfCoreError> {
+    let StoredBlock { block, counts, .. } = spooled.read(number)?.map_err(OutOfCoreError::Clean)?;
     let patch = |block: Block| {
         let patch = TopologyPatch::new(&block.mesh, |v| block.shared[v as usize]);
         (patch, Bounds::from_points(block.mesh.positions()))
@@ -105,12 +114,12 @@ mod tests {
         let (ragged, _) = compact(sphere.positions(), turned).unwrap();
         for mesh in [sphere, ragged, shapes::torus(40, 20, 1.0, 0.3), shapes::open_cylinder(40, 20)] {
             let folder = tempfile::tempdir().unwrap();
-            let room = Room { n_bytes: 1 << 30, folder: folder.path() };
+            let room = WorkingSpace { n_bytes: 1 << 30, folder: folder.path() };
             for format in [Format::Ply, Format::Stl, Format::Obj] {
                 let path = folder.path().join(format!("a.{}", format.name()));
                 std::fs::write(&path, write(&mesh, &Frame::default(), format).unwrap()).unwrap();
                 let pieces = Pieces::open(&path).unwrap();
-                let found = in_blocks_of(150, &pieces, &room, &mut |_| ControlFlow::Continue(())).unwrap();
+                let found = describe_with_block_size(150, &pieces, &room, &mut |_| ControlFlow::Continue(())).unwrap();
                 assert_eq!(found.topology, topology(&mesh), "{format:?}");
                 assert_eq!(found.bounds, Bounds::from_points(mesh.positions()));
             }
