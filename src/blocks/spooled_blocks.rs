@@ -105,7 +105,7 @@ impl SpooledBlocks {
             let start = positions.len() as u32;
             positions.extend(run.positions);
             faces.extend(run.faces.iter().map(|face| face.map(|v| start + u32::from(v))));
-            used_elsewhere.extend(run.used_elsewhere.into_iter().map(place));
+            used_elsewhere.extend(run.used_elsewhere.into_iter().map(position_key));
         }
         Ok(RawBlock { positions, faces, used_elsewhere })
     }
