@@ -1,11 +1,9 @@
 //! A linear map with a bias.
 
-/// Weights, n_in x n_out (one row per input), and a bias, 1 x n_out.
-///
-/// `T` is a shape, a stored matrix, or a value on a tape.
+/// Weights and bias of an affine map; `T` is a shape, a matrix, or a value on a tape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Affine<T> {
-    /// n_in x n_out.
+    /// n_in x n_out, one row per input.
     pub weights: T,
     /// 1 x n_out.
     pub bias: T,

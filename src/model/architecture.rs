@@ -1,4 +1,4 @@
-//! The sizes of the network.
+//! Sizes of the network.
 
 use super::{Affine, DevConv, EdgePredictor, FaceClassifier, Network, PointSampler, SparseAttention, TriConv};
 
@@ -15,23 +15,23 @@ use super::{Affine, DevConv, EdgePredictor, FaceClassifier, Network, PointSample
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Architecture {
-    /// Numbers that the Point Sampler is given per vertex: 3, its position, as in the paper; or 6, its normal as well.
+    /// Inputs of the Point Sampler per vertex: 3 for the position, as in the paper, or 6 with the normal.
     pub point_sampler_inputs: usize,
     /// DevConv layers of the Point Sampler.
     pub point_sampler_layers: usize,
-    /// Their width.
+    /// Width of these layers.
     pub point_sampler_width: usize,
-    /// Width of the layer between them and the score; 0, as in the paper: none.
+    /// Width of a hidden layer before the score; 0, as in the paper, for none.
     pub point_sampler_hidden: usize,
     /// Width of the Edge Predictor's DevConv.
     pub edge_predictor_width: usize,
     /// Width of its queries and keys.
     pub attention_width: usize,
-    /// Nearest samples that each sample is joined with.
+    /// Nearest samples joined with each sample.
     pub edge_knn: usize,
     /// TriConv layers of the Face Classifier.
     pub face_classifier_layers: usize,
-    /// Their width.
+    /// Width of these layers.
     pub face_classifier_width: usize,
     /// Candidate faces per sample: those with the largest prior; 0, as in the paper: all.
     pub face_candidates: usize,
@@ -59,7 +59,7 @@ impl Default for Architecture {
 
 #[cfg(test)]
 impl Architecture {
-    /// A few layers of a few numbers, each kind of them at another width.
+    /// Tiny layers, each kind of another width.
     pub(crate) const TINY: Self = Self {
         point_sampler_inputs: 6,
         point_sampler_layers: 2,
@@ -74,7 +74,7 @@ impl Architecture {
         face_knn: 3,
     };
 
-    /// The paper's with narrow layers.
+    /// Returns the paper's sizes with narrow layers.
     pub(crate) fn narrow() -> Self {
         Self {
             point_sampler_width: 16,
@@ -91,11 +91,11 @@ impl Architecture {
 /// Sizes that a file may leave out: the network is then the paper's.
 const NOT_IN_THE_PAPER: [&str; 3] = ["point_sampler_inputs", "point_sampler_hidden", "face_candidates"];
 
-/// The largest size that a file may ask for, so that no header makes the program allocate without end.
+/// Largest size accepted from a file, which bounds allocations.
 const MAX_SIZE: usize = 1024;
 
 impl Architecture {
-    /// The shapes of all tensors.
+    /// Returns the shapes of all tensors.
     pub fn shapes(&self) -> Network<[usize; 2]> {
         let width = self.point_sampler_width;
         let n_in = |i: usize| if i == 0 { self.point_sampler_inputs } else { width };
@@ -118,17 +118,17 @@ impl Architecture {
         }
     }
 
-    /// Number of weights over all tensors.
+    /// Returns the number of weights over all tensors.
     pub fn n_parameters(&self) -> usize {
         let mut sum = 0;
         self.shapes().map(|_, [n_rows, n_cols]| sum += n_rows * n_cols);
         sum
     }
 
-    /// Reads `name=size` words, as the metadata of a file of weights hold them; each size must be there once, in its range.
+    /// Reads `name=size` words from the metadata of a weights file, each size once and in its range.
     ///
     /// # Errors
-    /// What is wrong with which size.
+    /// A description of the faulty size.
     ///
     /// ```
     /// use neural_mesh::model::Architecture;
@@ -156,12 +156,12 @@ impl Architecture {
         Ok(sizes)
     }
 
-    /// The first size that is out of range, if there is one.
+    /// Returns the first size that is out of range.
     pub fn bad_size(self) -> Option<(&'static str, usize)> {
         self.sizes().into_iter().find(|&(name, size)| !is_size(name, size))
     }
 
-    /// All sizes with their names.
+    /// Returns all sizes with their names.
     ///
     /// ```
     /// use neural_mesh::model::Architecture;

@@ -7,12 +7,12 @@ use crate::spatial::coherent_order;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Triangles that the Face Classifier judges, in any order.
+/// The triangles judged by the Face Classifier.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CandidateFaces {
     /// n_candidates x 3 samples, each triangle ascending.
     pub triangles: Vec<[u32; 3]>,
-    /// Where the edges ij, ik, jk of each triangle stand among the entries of G_ext, n_candidates x 3.
+    /// Index of the edges ij, ik, jk of each triangle among the entries of G_ext, n_candidates x 3.
     pub entries: Arc<[[u32; 3]]>,
 }
 
@@ -102,7 +102,7 @@ impl CandidateFaces {
     /// neighbours of each, and there are many.
     ///
     /// # Panics
-    /// When a corner is none of `points`.
+    /// If a corner is not in `points`.
     pub fn in_coherent_order(&self, points: &[[f32; 3]]) -> Self {
         // In lexicographic order the candidates of a first corner follow each other: these groups are what is sorted.
         let mut ends = vec![0; points.len()];
@@ -118,10 +118,10 @@ impl CandidateFaces {
     }
 }
 
-/// The barycenter of each triangle, n_triangles x 3.
+/// Returns the barycenter of each triangle, n_triangles x 3.
 ///
 /// # Panics
-/// When a corner is none of `points`.
+/// If a corner is not in `points`.
 ///
 /// ```
 /// use neural_mesh::model::barycenters;
@@ -135,14 +135,13 @@ pub fn barycenters(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]>
     triangles.iter().map(barycenter).collect()
 }
 
-/// Finds the triangles whose three edges have a positive A_s, and always those of the original surface; in
-/// lexicographic order.
+/// Finds the triangles whose three edges have positive A_s, and adds those of the original; in lexicographic order.
 ///
 /// # Shapes
 /// - `graph`: n x n, the extended graph, symmetric
 /// - `adjacency`: A_s, one value per entry of `graph`
-/// - `original`: n_original x 3, triangles that the mesh spans between regions, each ascending, the list sorted, their
-///   edges in `graph`
+/// - `original`: n_original x 3, triangles that the mesh spans between regions, sorted, each ascending, with edges in
+///   `graph`
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, model::candidate_faces};

@@ -1,4 +1,4 @@
-//! DevConv, Eq. (1) of Sec. 3.1: how far a vertex deviates from its neighbours.
+//! DevConv, Eq. (1) of Sec. 3.1: deviation of a vertex from its neighbours.
 
 use crate::autodiff::{Tape, Value};
 use crate::linalg::Csr;
@@ -9,18 +9,17 @@ use std::sync::Arc;
 pub struct DevConv<T> {
     /// `W_theta`, n_in x width, acts on differences.
     pub theta: T,
-    /// `W_phi`, width x width, acts on the largest of them.
+    /// `W_phi`, width x width, acts on their maximum.
     pub phi: T,
 }
 
 /// Computes `f_i = ReLU(W_phi max_{j in N(i)} W_theta (x_i - x_j))`, Eq. (1).
 ///
-/// In later layers x is the layer's input feature. There is no self term, so moving the whole mesh changes nothing.
-/// As `W_theta` is linear, the maximum is `W_theta x_i - min_j W_theta x_j`: one product per vertex. Where there are no
-/// neighbours the result is zero.
+/// There is no self term, so translations change nothing. As `W_theta` is linear, the maximum is `W_theta x_i - min_j
+/// W_theta x_j`: one product per vertex. Zero without neighbours.
 ///
 /// # Shapes
-/// - `x`: n x n_in, `graph`: n x n
+/// - `x`: n x n_in, the features of the previous layer, or positions; `graph`: n x n
 /// - returns n x width
 ///
 /// ```
@@ -39,7 +38,7 @@ pub fn dev_conv(tape: &mut Tape, layer: &DevConv<Value>, x: &Value, graph: &Arc<
     tape.neighbour_max_product_relu(&mapped, graph, &layer.phi)
 }
 
-/// As [`dev_conv`] over the rows `[points | normals]`, which are not written next to each other.
+/// Computes [`dev_conv`] of `[points | normals]` without storing the joined matrix.
 pub(super) fn dev_conv_with_normals(
     tape: &mut Tape,
     layer: &DevConv<Value>,

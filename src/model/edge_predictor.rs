@@ -1,4 +1,4 @@
-//! The Edge Predictor, Sec. 3.2: features over G_ext, attention along it, and the predicted adjacency of Eq. (3).
+//! Edge Predictor, Sec. 3.2: features over G_ext, attention along it, and the predicted adjacency of Eq. (3).
 
 use super::{DevConv, SparseAttention, dev_conv, sparse_attention};
 use crate::autodiff::{Tape, Value};
@@ -10,11 +10,11 @@ use std::sync::Arc;
 pub struct EdgePredictor<T> {
     /// Over positions.
     pub dev_conv: DevConv<T>,
-    /// Over its features.
+    /// Over the DevConv's features.
     pub attention: SparseAttention<T>,
 }
 
-/// What the Edge Predictor says of the edges of G_ext; both n_entries x 1, one value per entry.
+/// The predictions for the edges of G_ext, n_entries x 1 each.
 #[derive(Clone, Debug)]
 pub struct Edges {
     /// S, Eq. (2): each row is a distribution.
@@ -25,8 +25,7 @@ pub struct Edges {
 
 /// Computes `A_s[i, j] = S[i, :] A S[j, :]^T` for i, j in G_ext, Eq. (3), with S from Eq. (2) over DevConv features.
 ///
-/// A is the original connectivity carried over to the samples: two are joined where the mesh joins their regions. (The
-/// mesh's own adjacency between samples is nearly empty.)
+/// A joins two samples if the mesh joins their regions; the mesh's own adjacency between samples is nearly empty.
 ///
 /// # Shapes
 /// - `points`: n x 3, the samples, in units of their edges
@@ -56,8 +55,7 @@ pub fn edge_predictor(
 }
 
 impl<T> EdgePredictor<T> {
-    /// Applies `f(name, tensor)` to every tensor, in a fixed order, as [`Network::try_map`](super::Network::try_map) does;
-    /// names begin with `name`.
+    /// Applies `f(name, tensor)` to every tensor in a fixed order; names begin with `name`.
     ///
     /// # Errors
     /// The first error of `f`.

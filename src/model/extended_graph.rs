@@ -1,12 +1,11 @@
-//! The extended graph G_ext, Sec. 3.2: the original connectivity of the samples, and their nearest neighbours.
+//! Extended graph G_ext, Sec. 3.2: the original connectivity of the samples and their nearest neighbours.
 
 use crate::linalg::Csr;
 use crate::spatial::nearest_neighbours;
 
-/// Unites the original connectivity with the k-nn graph, both as undirected edges, so that no sample is isolated.
+/// Unites the original connectivity with the k-nn graph, both undirected, so that no sample is isolated.
 ///
-/// A k-nn graph alone misses one in twenty of the triangles that a good triangulation needs; the original
-/// connectivity has them.
+/// The k-nn graph alone misses one in twenty triangles of a good triangulation.
 ///
 /// # Shapes
 /// - `points`: n x 3, the samples

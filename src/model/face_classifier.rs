@@ -1,4 +1,4 @@
-//! The Face Classifier, Sec. 3.3: the probability that a candidate face belongs to the surface.
+//! Face Classifier, Sec. 3.3: probability that a candidate face belongs to the surface.
 
 use super::candidate_faces::barycenters;
 use super::tri_conv::{Layers, tri_convs};
@@ -14,7 +14,7 @@ use std::sync::Arc;
 pub struct FaceClassifier<T> {
     /// The layers, the first over the prior.
     pub tri_convs: Vec<TriConv<T>>,
-    /// width to 1.
+    /// Map to one number.
     pub output: Affine<T>,
 }
 
@@ -23,10 +23,10 @@ pub struct FaceClassifier<T> {
 ///
 /// # Shapes
 /// - `points`: n x 3, `triangles`: n_triangles x 3
-/// - returns n_triangles x n_triangles; a triangle is no neighbour of its own
+/// - returns n_triangles x n_triangles, without loops
 ///
 /// # Panics
-/// When a corner is no point.
+/// If a corner is not a point.
 ///
 /// ```
 /// use neural_mesh::model::triangle_graph;
@@ -61,7 +61,7 @@ fn across_edges(triangles: &[[u32; 3]]) -> Csr {
 
 /// Computes the probability of each candidate face: TriConv layers over its prior, then a sigmoid.
 ///
-/// The paper's softmax over all triangles would leave none above one half; two classes per triangle are a sigmoid.
+/// The paper's softmax over all triangles would leave none above one half.
 ///
 /// # Shapes
 /// - `points`: n x 3, the samples, in units of their edges
@@ -97,8 +97,7 @@ pub fn face_classifier(
 }
 
 impl<T> FaceClassifier<T> {
-    /// Applies `f(name, tensor)` to every tensor, in a fixed order, as [`Network::try_map`](super::Network::try_map) does;
-    /// names begin with `name`.
+    /// Applies `f(name, tensor)` to every tensor in a fixed order; names begin with `name`.
     ///
     /// # Errors
     /// The first error of `f`.

@@ -1,29 +1,30 @@
-//! The unit that the network measures in: the mean length of the edges it looks along.
+//! The network's unit of length: the mean edge length of its graph.
 //!
-//! The paper scales a mesh to a bounding box with diagonal 1. What a vertex sees there shrinks with every refinement,
-//! and a network trained at one density of vertices says little at another; in units of the edges it sees the same.
+//! The paper scales meshes to a bounding box with diagonal 1, so that refinement shrinks what a vertex sees and a
+//! network suits one density only.
 
 use crate::linalg::Csr;
 use glam::DVec3;
 
-/// A shift and a scale.
+/// A translation followed by a scaling.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EdgeFrame {
-    /// What becomes the origin.
+    /// The point moved to the origin.
     pub centre: [f64; 3],
     /// Factor of every length, above 0.
     pub scale: f64,
 }
 
 impl EdgeFrame {
-    /// The frame in which the mean of `points` is the origin and the edges of `graph` have mean length 1; where they
-    /// have no length, lengths stay.
+    /// Returns the frame with the mean of `points` at the origin and mean edge length 1.
+    ///
+    /// Edges without length leave the scale at 1.
     ///
     /// # Shapes
-    /// - `points`: n x 3, `graph`: n x n, symmetric; entries from a point to itself do not count
+    /// - `points`: n x 3, `graph`: n x n, symmetric; loops do not count
     ///
     /// # Panics
-    /// When `graph` has another number of rows.
+    /// Unless `graph` has one row per point.
     pub fn of<P: Copy + Into<[f32; 3]>>(points: &[P], graph: &Csr) -> Self {
         assert_eq!(points.len(), graph.n_rows(), "one row per point");
         let at = |v: usize| DVec3::from(points[v].into().map(f64::from));
@@ -31,7 +32,7 @@ impl EdgeFrame {
         for i in 0..points.len() {
             let p = at(i);
             sum += p;
-            // Rows ascend, so that each edge is met once, at its smaller end.
+            // Rows ascend: each edge is visited once, at its smaller end.
             for &j in graph.row(i).iter().rev().take_while(|&&j| j as usize > i) {
                 lengths += p.distance(at(j as usize));
                 n_edges += 1;
@@ -41,7 +42,7 @@ impl EdgeFrame {
         Self { centre, scale: if lengths > 0.0 { f64::from(n_edges) / lengths } else { 1.0 } }
     }
 
-    /// Points in this frame, n x 3.
+    /// Transforms points into this frame, n x 3.
     pub fn apply<P: Copy + Into<[f32; 3]>>(&self, points: &[P]) -> Vec<[f32; 3]> {
         let centre = DVec3::from(self.centre);
         let moved = |&p: &P| ((DVec3::from(p.into().map(f64::from)) - centre) * self.scale).as_vec3().to_array();
@@ -49,15 +50,14 @@ impl EdgeFrame {
     }
 }
 
-/// Moves points so that their mean is the origin, and scales them so that the edges of `graph` have mean length 1; see
-/// [`EdgeFrame`].
+/// Moves the mean of points to the origin and scales the edges of `graph` to mean length 1; see [`EdgeFrame`].
 ///
 /// # Shapes
 /// - `points` and the result: n x 3
 /// - `graph`: n x n, symmetric
 ///
 /// # Panics
-/// When `graph` has another number of rows.
+/// Unless `graph` has one row per point.
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, model::in_edge_lengths};

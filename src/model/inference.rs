@@ -1,4 +1,4 @@
-//! The three stages over plain slices, weights constant: what a pipeline or an adapter for another framework calls.
+//! The three stages over plain slices, without gradients.
 
 use super::{
     CandidateFaces, Vertices, Weights, choose_candidates, edge_predictor, extended_graph, face_classifier,
@@ -8,16 +8,16 @@ use crate::autodiff::{Tape, Value};
 use crate::linalg::{Csr, Matrix, Stars, scored_stars};
 use std::sync::Arc;
 
-/// Scores every vertex with the Point Sampler, Sec. 3.1; larger ones are sampled sooner.
+/// Scores every vertex with the Point Sampler, Sec. 3.1; higher scores are sampled sooner.
 ///
 /// # Shapes
 /// - `points`: n x 3, from [`in_edge_lengths`](super::in_edge_lengths)
-/// - `normals`: n x 3, unit vectors, for networks that look at them
+/// - `normals`: n x 3, unit vectors, for networks that use them
 /// - `rings`: n x n, the edges of the mesh
 /// - returns n scores
 ///
 /// # Panics
-/// When `rings` has another number of rows.
+/// Unless `rings` has one row per point.
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, model::{Weights, in_edge_lengths, vertex_scores}};
@@ -34,8 +34,7 @@ pub fn vertex_scores(
     scores(weights, Matrix::from_points(points), normals.map(Matrix::from_points), rings)
 }
 
-/// Scores every vertex of a surface, whatever its scale: [`vertex_scores`] of its positions
-/// [`in_edge_lengths`](super::in_edge_lengths).
+/// Scores every vertex of a surface of any scale: [`vertex_scores`] in edge lengths.
 ///
 /// # Shapes
 /// - `positions`: n x 3, `normals`: n x 3, unit vectors
@@ -43,7 +42,7 @@ pub fn vertex_scores(
 /// - returns n scores
 ///
 /// # Panics
-/// When `rings` has another number of rows.
+/// Unless `rings` has one row per point.
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, model::{Weights, surface_scores}};
@@ -69,8 +68,9 @@ fn scores(weights: &Weights, points: Matrix, normals: Option<Matrix>, rings: &Ar
     scores.matrix().data().to_vec()
 }
 
-/// Scores some vertices of a surface as [`surface_scores`] does, from nothing but their neighbours; `None` where the
-/// network looks farther, or not at normals.
+/// Scores some vertices like [`surface_scores`], from their neighbours alone.
+///
+/// `None` unless the network has a single DevConv layer, a hidden layer, and normals as input.
 ///
 /// # Shapes
 /// - `stars`: the vertices, over positions and unit normals, n_vertices x 3 each
@@ -78,7 +78,7 @@ fn scores(weights: &Weights, points: Matrix, normals: Option<Matrix>, rings: &Ar
 /// - returns a score per star
 ///
 /// # Panics
-/// When a star names a vertex that does not exist.
+/// If a star names a missing vertex.
 pub(crate) fn star_scores<'g, P, F>(weights: &Weights, stars: &Stars<P, F>, edge_length: f32) -> Option<Vec<f32>>
 where
     P: Copy + Into<[f32; 3]> + Sync,
@@ -90,7 +90,7 @@ where
     if theta.n_rows() != 6 {
         return None;
     }
-    // Only differences of positions count, so that the unit can go into their weights.
+    // Only differences of positions count, so the unit can be folded into the weights.
     let unit = |row: usize| if row < 3 { 1.0 / edge_length } else { 1.0 };
     let theta = Matrix::from_fn(6, theta.n_cols(), |row, col| theta.row(row)[col] * unit(row));
     let layers = [[&hidden.weights, &hidden.bias], [&net.score.weights, &net.score.bias]];
@@ -98,10 +98,10 @@ where
     Some(scores.into_data())
 }
 
-/// G_ext and what the Edge Predictor says of its edges.
+/// G_ext with the Edge Predictor's values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PredictedEdges {
-    /// G_ext with every sample joined to itself, n x n, symmetric.
+    /// G_ext with loops, n x n, symmetric.
     pub graph: Arc<Csr>,
     /// S, Eq. (2), one value per entry of the graph.
     pub attention: Vec<f32>,
@@ -109,18 +109,17 @@ pub struct PredictedEdges {
     pub adjacency: Vec<f32>,
 }
 
-/// Extends the connectivity of the samples and weighs its edges, Sec. 3.2.
+/// Extends the connectivity of the samples and predicts its edges, Sec. 3.2.
 ///
-/// Every sample is its own neighbour: what it keeps to itself says by how much A_s follows the original connectivity
-/// and by how much that of its neighbours. Without that, A_s is a blur in which the original edges cannot be told
-/// apart.
+/// Every sample is its own neighbour: its attention to itself decides how much A_s follows the original connectivity.
+/// Without that, A_s is blurred and original edges cannot be identified.
 ///
 /// # Shapes
 /// - `points`: n x 3, the samples, from [`in_edge_lengths`](super::in_edge_lengths) over `original`
 /// - `original`: n x n, which samples the mesh joins, symmetric
 ///
 /// # Panics
-/// When `original` has another number of rows.
+/// Unless `original` has one row per sample.
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, model::{Weights, predict_edges}};
@@ -137,7 +136,7 @@ pub fn predict_edges(weights: &Weights, points: &[[f32; 3]], original: &Arc<Csr>
     PredictedEdges { graph, attention, adjacency }
 }
 
-/// Candidate faces with what the network says of them.
+/// Candidate faces with their priors and probabilities.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PredictedFaces {
     /// The candidates.
@@ -152,7 +151,7 @@ pub struct PredictedFaces {
 ///
 /// # Shapes
 /// - `points`: n x 3, the samples, in units of their edges, in the order of their original indices
-/// - `original`: n_original x 3, triangles that the mesh spans between regions, each ascending, the list sorted
+/// - `original`: n_original x 3, triangles that the mesh spans between regions, sorted, each ascending
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, model::{Weights, predict_edges, predict_faces}};

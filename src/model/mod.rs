@@ -1,8 +1,8 @@
-//! The network of the paper, one file per named thing; sees points, graphs and matrices only.
+//! The paper's network, one file per named part.
 //!
-//! Every stage is one function over a [`Tape`](crate::autodiff::Tape): with constant weights it is inference and
-//! records nothing, with parameters it is training; the same over plain slices, with gradients, are the functions that
-//! end in `_forward` and `_backward`. Positions are those of [`in_edge_lengths`] throughout.
+//! Each stage is a function over a [`Tape`](crate::autodiff::Tape): inference with constant weights, training with
+//! parameters. Functions over plain slices with gradients end in `_forward` and `_backward`. Positions are those of
+//! [`in_edge_lengths`].
 
 mod affine;
 mod architecture;

@@ -1,10 +1,10 @@
-//! The three stages together, and the one walk over all their tensors.
+//! The three stages together, and the traversal of their tensors.
 
 use super::{EdgePredictor, FaceClassifier, PointSampler};
 use crate::autodiff::{Tensors, WeightsError};
 use std::convert::Infallible;
 
-/// The network: `T` is a shape, a stored matrix, or a value on a tape.
+/// The network; `T` is a shape, a matrix, or a value on a tape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Network<T> {
     /// Sec. 3.1.
@@ -16,7 +16,7 @@ pub struct Network<T> {
 }
 
 impl<T> Network<T> {
-    /// Applies `f(name, tensor)` to every tensor, in a fixed order.
+    /// Applies `f(name, tensor)` to every tensor in a fixed order.
     ///
     /// # Errors
     /// The first error of `f`.
@@ -28,7 +28,7 @@ impl<T> Network<T> {
         })
     }
 
-    /// Applies `f(name, tensor)` to every tensor, in a fixed order.
+    /// Applies `f(name, tensor)` to every tensor in a fixed order.
     ///
     /// ```
     /// use neural_mesh::model::Architecture;
@@ -43,17 +43,17 @@ impl<T> Network<T> {
         }
     }
 
-    /// The network of these names' tensors.
+    /// Builds the network from named tensors.
     ///
     /// # Errors
-    /// [`WeightsError::Missing`] names the first that is not there.
+    /// [`WeightsError::Missing`] names the first missing tensor.
     pub fn of<U: Clone>(&self, tensors: &Tensors<U>) -> Result<Network<U>, WeightsError> {
         self.try_map(|name, _| tensors.named(name).cloned())
     }
 }
 
 impl<T: Clone> Network<T> {
-    /// The tensors by name, in the order of the walk.
+    /// Returns the tensors by name, in the order of [`Self::map`].
     ///
     /// ```
     /// use neural_mesh::model::Architecture;
@@ -92,7 +92,7 @@ mod tests {
         matrices
     }
 
-    /// The network made of these values, in the order of its walk.
+    /// Builds the network from values in the order of its traversal.
     fn of_values(weights: &Weights, values: &[Value]) -> Network<Value> {
         let mut next = values.iter();
         weights.tensors().map(|_, _| next.next().unwrap().clone())

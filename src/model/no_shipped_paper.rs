@@ -1,8 +1,8 @@
-//! In place of the weights of the paper's network: a build without them.
+//! Stub of the paper's weights for builds without them.
 
 use super::Weights;
 
-/// Returns the weights for the paper's assembly where the caller gives none: this build has none.
+/// Returns `None`: this build has no weights for the paper's assembly.
 pub(crate) fn paper_weights() -> Option<&'static Weights> {
     None
 }

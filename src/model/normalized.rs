@@ -1,9 +1,9 @@
-//! A frame for meshes of any size and place, in which trainings hold their data; the network itself measures in
+//! Normalised frame in which trainings store their data; the network itself uses
 //! [`in_edge_lengths`](super::in_edge_lengths).
 
-/// Moves points so that their mean is the origin, and scales them to a bounding box with diagonal 1.
+/// Moves the mean of points to the origin and scales their bounding box to diagonal 1.
 ///
-/// Points that are all the same become the origin.
+/// Coincident points become the origin.
 ///
 /// # Shapes
 /// - `points` and the result: n x 3

@@ -1,4 +1,4 @@
-//! The Point Sampler, Sec. 3.1: a score for every vertex, and the multinomial distribution that the scores are.
+//! Point Sampler, Sec. 3.1: a score for every vertex, and the multinomial distribution of the scores.
 
 use super::dev_conv::dev_conv_with_normals;
 use super::{Affine, DevConv, dev_conv};
@@ -6,29 +6,28 @@ use crate::autodiff::{Tape, Value};
 use crate::linalg::{Csr, Matrix};
 use std::sync::Arc;
 
-/// Stacked DevConv layers and a linear map to one score, as in the paper; with a hidden layer between them where the
-/// sizes ask for one.
+/// Stacked DevConv layers and a linear map to one score, with an optional hidden layer in between.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointSampler<T> {
-    /// The layers, the first over positions, or over positions and normals.
+    /// The layers, the first over positions, or positions and normals.
     pub dev_convs: Vec<DevConv<T>>,
-    /// width to hidden width, then ReLU. DevConv has no bias, so without this a score grows in proportion to what it
-    /// sees and cannot level off.
+    /// Hidden layer with ReLU. DevConv has no bias; without this layer scores grow in proportion to their input and
+    /// never level off.
     pub hidden: Option<Affine<T>>,
-    /// To 1.
+    /// Map to the score.
     pub score: Affine<T>,
 }
 
-/// What the Point Sampler sees of the vertices.
+/// The Point Sampler's view of the vertices.
 #[derive(Clone, Copy, Debug)]
 pub struct Vertices<'a> {
     /// n x 3, from [`in_edge_lengths`](super::in_edge_lengths).
     pub points: &'a Value,
-    /// n x 3, unit vectors; looked at only by a network whose sizes ask for them, and zero for it where there are none.
+    /// n x 3, unit vectors, zero if missing; used only by networks with 6 inputs.
     pub normals: Option<&'a Value>,
 }
 
-/// Scores every vertex; larger ones are sampled sooner. Any number; only differences of scores matter.
+/// Scores every vertex; higher scores are sampled sooner, and only differences matter.
 ///
 /// # Shapes
 /// - `vertices`: n rows
@@ -56,7 +55,7 @@ pub fn point_sampler(tape: &mut Tape, net: &PointSampler<Value>, vertices: Verti
     }
     let mut features = vertices.points.clone();
     for layer in &net.dev_convs {
-        // The first layer alone can be wider than what it is given.
+        // Only the first layer can be wider than its input.
         features = if layer.theta.matrix().n_rows() > features.matrix().n_cols() {
             let normals = vertices.normals.cloned().unwrap_or_else(none);
             dev_conv_with_normals(tape, layer, [&features, &normals], rings)
@@ -70,7 +69,7 @@ pub fn point_sampler(tape: &mut Tape, net: &PointSampler<Value>, vertices: Verti
     }
 }
 
-/// The probabilities of a multinomial distribution over the mesh from its scores: the softmax, which sums to 1.
+/// Computes the softmax of the scores: the probabilities of a multinomial distribution over the mesh.
 ///
 /// # Shapes
 /// - `scores`: n x 1
@@ -86,8 +85,7 @@ pub fn inclusion_probabilities(tape: &mut Tape, scores: &Value) -> Value {
 }
 
 impl<T> PointSampler<T> {
-    /// Applies `f(name, tensor)` to every tensor, in a fixed order, as [`Network::try_map`](super::Network::try_map) does;
-    /// names begin with `name`.
+    /// Applies `f(name, tensor)` to every tensor in a fixed order; names begin with `name`.
     ///
     /// # Errors
     /// The first error of `f`.

@@ -1,8 +1,7 @@
-//! The weights that ship with the library: embedded as the bytes of their files, read when first asked for.
+//! The shipped weights, embedded as files and read on first use.
 //!
-//! The files are those that `Weights::to_bytes` writes, read here without a JSON parser: the header states the sizes as one
-//! string without escapes, and the tensors follow in the order of their names. How they were trained is in
-//! `docs/training.md`; nothing in the code depends on their values.
+//! Files of `Weights::to_bytes` are read here without a JSON parser: the header holds the sizes as one string without
+//! escapes, and the tensors follow in the order of their names. `docs/training.md` says how they were trained.
 
 use super::{Architecture, Network, Weights};
 use crate::linalg::Matrix;
@@ -14,9 +13,9 @@ const DEFAULT_FILE: &[u8] = include_bytes!("../../weights/default.safetensors");
 static DEFAULT: LazyLock<Weights> = LazyLock::new(|| shipped(DEFAULT_FILE));
 
 impl Weights {
-    /// The network whose scores steer the closed assembly where the caller gives no weights.
+    /// Returns the default network, whose scores steer the closed assembly.
     ///
-    /// A small Point Sampler over positions and normals; its other stages are of width 1 and have learned nothing.
+    /// A small Point Sampler over positions and normals; the other stages have width 1 and are untrained.
     ///
     /// ```
     /// use neural_mesh::model::Weights;
@@ -31,7 +30,7 @@ pub(super) fn shipped(file: &[u8]) -> Weights {
     own_file(file).expect("weights that ship are weights")
 }
 
-/// Reads a file that this program has written; `None` where it is another.
+/// Reads a file written by this program; `None` for others.
 fn own_file(bytes: &[u8]) -> Option<Weights> {
     let (length, rest) = bytes.split_first_chunk()?;
     let (header, data) = rest.split_at_checked(usize::try_from(u64::from_le_bytes(*length)).ok()?)?;
@@ -51,7 +50,7 @@ fn own_file(bytes: &[u8]) -> Option<Weights> {
     Some(Weights::from_tensors(architecture, tensors).ok()?.with_objective_of(text))
 }
 
-/// Where the entries of each tensor begin: the tensors lie one after another in the order of their names.
+/// Returns the first entry of each tensor; tensors follow in the order of their names.
 fn starts(shapes: &Network<[usize; 2]>) -> BTreeMap<String, usize> {
     let mut sizes = BTreeMap::new();
     shapes.map(|name, [n_rows, n_cols]| sizes.insert(name.to_string(), n_rows * n_cols));

@@ -22,7 +22,7 @@ impl Weights {
     }
 }
 
-/// Returns the weights for the paper's assembly where the caller gives none; `None` where this build has none.
+/// Returns the default weights of the paper's assembly.
 pub(crate) fn paper_weights() -> Option<&'static Weights> {
     Some(Weights::shipped_paper_open())
 }

@@ -1,4 +1,4 @@
-//! Sparse attention, Eq. (2) of Sec. 3.2: how much each sample looks at each of its neighbours.
+//! Sparse attention, Eq. (2) of Sec. 3.2: attention of each sample to its neighbours.
 
 use crate::autodiff::{Tape, Value};
 use crate::linalg::Csr;
@@ -13,13 +13,12 @@ pub struct SparseAttention<T> {
     pub key: T,
 }
 
-/// Computes `S[i, j] = softmax over j in N_ext(i) of <q_i, k_j> - |k_j|^2 / 2` with `q_i = W_q f_i`, `k_j = W_k f_j`,
-/// Eq. (2).
+/// Computes `S[i, j] = softmax_{j in N_ext(i)} (<q_i, k_j> - |k_j|^2 / 2)` with `q_i = W_q f_i`, `k_j = W_k f_j`, Eq.
+/// (2).
 ///
-/// The print mixes the indices of rows and columns; this is the reading in which each row of S is a distribution over
-/// the neighbours of its sample. It has no term for the length of the keys: then a sample with a long key is looked at
-/// most by all others around it, whatever they are. With it, what counts is the distance, `-|q_i - k_j|^2 / 2` but for
-/// a constant of the row, and a sample can look at itself.
+/// Each row of S is a distribution over a sample's neighbours; the paper's print mixes up row and column indices. The
+/// paper lacks the term `|k_j|^2 / 2`: samples with long keys then attract all attention. With it, the distance `|q_i -
+/// k_j|` decides, and a sample can attend to itself.
 ///
 /// # Shapes
 /// - `features`: n x n_in, `graph`: n x n

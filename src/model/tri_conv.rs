@@ -1,4 +1,4 @@
-//! TriConv, Eqs. (4) and (5) of Sec. 3.3: how a triangle lies among its neighbours.
+//! TriConv, Eqs. (4) and (5) of Sec. 3.3: position of a triangle among its neighbours.
 
 use super::Affine;
 use crate::autodiff::{Tape, Value};
@@ -14,18 +14,17 @@ pub struct TriConv<T> {
     pub output: Affine<T>,
 }
 
-/// Describes each triangle by `[t_min | t_max | b]`; the relative position `r_{n,m}` of Eq. (4) is the difference of
-/// two such rows.
+/// Computes `[t_min | t_max | b]` of each triangle; `r_{n,m}` of Eq. (4) is the difference of two such rows.
 ///
-/// `t_min` and `t_max` are the least and largest coordinates of the edge vectors `x_i - x_j`, `x_i - x_k`,
-/// `x_j - x_k`, and depend on the order of the corners: give them ascending by original vertex. `b` is the barycenter.
+/// `t_min` and `t_max` are the least and largest coordinates of `x_i - x_j`, `x_i - x_k`, `x_j - x_k`, which depend on
+/// the order of the corners: ascending by original vertex. `b` is the barycenter.
 ///
 /// # Shapes
 /// - `points`: n x 3, `triangles`: n_triangles x 3
 /// - returns n_triangles x 9
 ///
 /// # Panics
-/// When a corner is no point.
+/// If a corner is not a point.
 ///
 /// ```
 /// use neural_mesh::{autodiff::{Tape, Value}, linalg::Matrix, model::triangle_positions};
@@ -40,9 +39,8 @@ pub fn triangle_positions(tape: &mut Tape, points: &Value, triangles: &[[u32; 3]
 
 /// Computes `f_n = sum_{k in N(n)} MLP([r_{n,k} | f_n - f_k])`, Eq. (5).
 ///
-/// The first layer acts on differences of `[position | feature]`, so it is one product per triangle; the last
-/// commutes with the sum. What is left per pair is an addition and a ReLU. Features are taken by value so that
-/// inference gives their memory back before the result is made: there are many triangles.
+/// The first layer acts on differences of `[position | feature]`: one product per triangle. The last commutes with the
+/// sum. An addition and a ReLU remain per pair. Taking features by value frees their memory early in inference.
 ///
 /// # Shapes
 /// - `positions`: n x 9, from [`triangle_positions`]
@@ -81,21 +79,19 @@ pub fn tri_conv(
     tape.pair_relu_product([&mapped, &layer.hidden.bias], graph, output)
 }
 
-/// Layers one after the other, and the linear map behind them.
+/// Consecutive layers and the linear map after them.
 #[derive(Clone, Copy)]
 pub(super) struct Layers<'a> {
-    /// Each over the features of the one before.
+    /// Each over the features of the previous one.
     pub tri_convs: &'a [TriConv<Value>],
     /// width to n_out.
     pub last: &'a Affine<Value>,
 }
 
-/// Applies one layer after the other as [`tri_conv`] does, and a linear map to the features of the last.
+/// Applies consecutive layers like [`tri_conv`], and a linear map to the last features.
 ///
-/// Nothing bends between the last map of a layer and the first of the next: with the first layer's `W_out` and `b_out`
-/// and the part `W_in` of the next one's `hidden` that acts on features, the two maps are one, `W_out W_in` and
-/// `b_out W_in`. Each pair of layers then costs one product per triangle in place of two, and the features between them
-/// are never computed.
+/// The output map of a layer and the feature part of the next layer's hidden map are both linear, so they are
+/// multiplied beforehand: one product per triangle and pair of layers, and no features in between.
 ///
 /// # Shapes
 /// - `positions`: n x 9, `features`: n x n_in, `graph`: n x n, as for [`tri_conv`]
@@ -118,13 +114,13 @@ pub(super) fn tri_convs(tape: &mut Tape, net: Layers, positions: &Value, feature
     tape.plus_row(&result, &last.bias)
 }
 
-/// The first rows of a matrix, and the others.
+/// Splits a matrix after `n_first` rows.
 fn halves(tape: &mut Tape, weights: &Value, n_first: usize) -> [Value; 2] {
     let (n_first, n_rows) = (n_first as u32, weights.matrix().n_rows() as u32);
     [0..n_first, n_first..n_rows].map(|rows| tape.gather(weights, &rows.collect::<Vec<_>>()))
 }
 
-/// Weights and bias of a map and then another without bias.
+/// Returns weights and bias of a map followed by one without bias.
 fn both_maps(tape: &mut Tape, first: &Affine<Value>, second: &Value) -> [Value; 2] {
     [&first.weights, &first.bias].map(|rows| tape.product(rows, second))
 }
@@ -164,7 +160,7 @@ mod tests {
             let last = if layers.is_empty() { affine(1, 3, 20) } else { last.clone() };
             let expected = tape.affine(&features, &last.weights, &last.bias);
             let result = tri_convs(tape, Layers { tri_convs: &layers, last: &last }, &positions, &prior, &graph);
-            // In units of the largest: what is left after sums have cancelled has the rounding of the sums.
+            // Relative to the largest: cancelled sums keep the rounding of their terms.
             let largest = expected.matrix().data().iter().fold(0.0, |largest: f32, x| largest.max(x.abs()));
             let [result, expected] =
                 [result, expected].map(|value| value.matrix().data().iter().map(|x| x / largest).collect::<Vec<_>>());

@@ -1,4 +1,4 @@
-//! The network's weights: drawn from a seed or made of tensors; `weights_file` reads and writes them.
+//! Weights of the network, drawn from a seed or built from tensors; `weights_file` reads and writes them.
 
 use super::{Architecture, Network};
 use crate::autodiff::{Tape, Tensors, Value, WeightsError};
@@ -20,11 +20,11 @@ const ACROSS_EDGES: usize = 9;
 pub struct Weights {
     architecture: Architecture,
     tensors: Network<Arc<Matrix>>,
-    /// What they learned, where that is known.
+    /// Objective of their training, if known.
     objective: Option<String>,
 }
 
-/// How the word in the text of an architecture begins that says what was learned.
+/// Prefix of the word for the objective in the architecture text.
 pub(super) const OBJECTIVE: &str = "objective=";
 
 impl Weights {
@@ -33,11 +33,11 @@ impl Weights {
         Self::random_of(Architecture::default(), seed)
     }
 
-    /// Draws weights uniformly with variance `2 / n_in` (He et al. 2015, for layers before a ReLU), biases zero.
+    /// Draws uniform weights with variance `2 / n_in` (He et al. 2015, for layers before a ReLU) and zero biases.
     ///
-    /// The last layer of a TriConv adds up over neighbours what is never negative, so that its sum grows in proportion
-    /// to their number: its weights are divided by it. The classifier's own last layer starts at a tenth, for
-    /// probabilities near one half: a sigmoid that starts at 0 or 1 hardly lets a gradient through.
+    /// The last layer of a TriConv sums non-negative values over neighbours, so its weights are divided by their
+    /// number. The classifier's last layer is scaled to a tenth: a sigmoid that starts near 0 or 1 has hardly any
+    /// gradient.
     pub fn random_of(architecture: Architecture, seed: u64) -> Self {
         let n_neighbours = match architecture.face_knn {
             0 => ACROSS_EDGES,
@@ -53,10 +53,10 @@ impl Weights {
         Self { architecture, tensors: looking_at_itself(tensors), objective: None }
     }
 
-    /// Weights made of tensors, checking shapes and numbers: what an optimiser hands back.
+    /// Builds weights from tensors, checking shapes and numbers.
     ///
     /// # Errors
-    /// [`WeightsError`] names the first tensor that is wrong.
+    /// [`WeightsError`] names the first faulty tensor.
     ///
     /// ```
     /// use neural_mesh::model::Weights;
@@ -68,10 +68,10 @@ impl Weights {
         Self::from_named(architecture, &tensors.named())
     }
 
-    /// The same of tensors by name, in any order; others are passed over.
+    /// Builds weights from named tensors in any order, ignoring others.
     ///
     /// # Errors
-    /// [`WeightsError`] names the first tensor that is wrong.
+    /// [`WeightsError`] names the first faulty tensor.
     ///
     /// ```
     /// use neural_mesh::model::Weights;
@@ -84,22 +84,22 @@ impl Weights {
         Ok(Self { architecture, tensors, objective: None })
     }
 
-    /// The sizes of the network.
+    /// Returns the sizes of the network.
     pub fn architecture(&self) -> &Architecture {
         &self.architecture
     }
 
-    /// All tensors.
+    /// Returns all tensors.
     pub fn tensors(&self) -> &Network<Arc<Matrix>> {
         &self.tensors
     }
 
-    /// The objective that they were trained with, where the file says so.
+    /// Returns the objective of their training, if the file names it.
     pub fn objective(&self) -> Option<&str> {
         self.objective.as_deref()
     }
 
-    /// These weights as those that learned an objective, a word, which their file then says.
+    /// Returns the weights with the name of their objective, to be stored in their file.
     ///
     /// ```
     /// use neural_mesh::model::Weights;
@@ -110,7 +110,7 @@ impl Weights {
         Self { objective: Some(objective.split_whitespace().collect::<Vec<_>>().join("-")), ..self }
     }
 
-    /// These weights with the objective that the text of an architecture states, if it does.
+    /// Returns the weights with the objective named in an architecture text, if any.
     pub(super) fn with_objective_of(self, text: &str) -> Self {
         match text.split_whitespace().find_map(|word| word.strip_prefix(OBJECTIVE)) {
             Some(objective) => self.learned(objective),
@@ -118,19 +118,19 @@ impl Weights {
         }
     }
 
-    /// The network for inference: nothing is recorded. Matrices are shared, not copied.
+    /// Returns the network for inference, with shared matrices.
     pub fn constants(&self) -> Network<Value> {
         self.tensors.map(|_, matrix| Value::constant(matrix.clone()))
     }
 
-    /// The network for training: every tensor is a parameter of the tape.
+    /// Returns the network for training, with every tensor a parameter of the tape.
     pub fn parameters(&self, tape: &mut Tape) -> Network<Value> {
         self.tensors.map(|_, matrix| tape.parameter(matrix.clone()))
     }
 }
 
-/// Starts the keys of the attention where its queries are: each sample then looks most at those that are like it,
-/// itself first, and A_s starts out as the original connectivity.
+/// Sets the attention's keys to its queries: samples attend to similar ones, themselves first, and A_s starts as the
+/// original connectivity.
 fn looking_at_itself(mut tensors: Network<Arc<Matrix>>) -> Network<Arc<Matrix>> {
     let attention = &mut tensors.edge_predictor.attention;
     attention.key = attention.query.clone();

@@ -1,4 +1,4 @@
-//! The Edge Predictor, Sec. 3.2, with gradients.
+//! Edge Predictor, Sec. 3.2, with gradients.
 
 use super::{column, gradient_of_points, numbers};
 use crate::autodiff::{Tape, Value};
@@ -7,7 +7,7 @@ use crate::model::{EdgePredictor, Edges, Weights, edge_predictor};
 use std::convert::Infallible;
 use std::sync::Arc;
 
-/// S and A_s, and what the way back needs.
+/// S and A_s, with the data for the backward pass.
 pub struct EdgePredictorPass {
     /// S, Eq. (2), one value per entry of the graph.
     pub attention: Vec<f32>,
@@ -19,7 +19,7 @@ pub struct EdgePredictorPass {
     edges: Edges,
 }
 
-/// Gradients of a loss over S and A_s.
+/// The gradients of a loss over S and A_s.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EdgePredictorGradients {
     /// To every tensor.
@@ -28,7 +28,7 @@ pub struct EdgePredictorGradients {
     pub points: Vec<[f32; 3]>,
 }
 
-/// Weighs the edges of the extended graph and remembers the way.
+/// Predicts the edges of the extended graph and records the operations.
 ///
 /// # Shapes
 /// - `points`: n x 3, the samples, in units of their edges
@@ -36,7 +36,7 @@ pub struct EdgePredictorGradients {
 /// - `original`: n x n, which samples the mesh joins, symmetric
 ///
 /// # Panics
-/// When a graph has another number of rows.
+/// Unless graphs have one row per sample.
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, model::{Weights, edge_predictor_backward, edge_predictor_forward}};
@@ -63,12 +63,10 @@ pub fn edge_predictor_forward(
     EdgePredictorPass { attention, adjacency, tape, net, points, edges }
 }
 
-/// Gradients from those of S and of A_s, n_entries each.
+/// Computes gradients from those of S and A_s, n_entries each; see [`edge_predictor_forward`].
 ///
 /// # Panics
-/// When there is not one gradient per entry.
-///
-/// See [`edge_predictor_forward`] for an example.
+/// Unless there is one gradient per entry.
 pub fn edge_predictor_backward(
     pass: &EdgePredictorPass,
     gradient_of_attention: &[f32],

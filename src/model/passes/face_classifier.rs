@@ -1,4 +1,4 @@
-//! The Face Classifier, Sec. 3.3, with gradients.
+//! Face Classifier, Sec. 3.3, with gradients.
 
 use super::{column, gradient_of_points, numbers};
 use crate::autodiff::{Tape, Value};
@@ -7,7 +7,7 @@ use crate::model::{FaceClassifier, Weights, face_classifier};
 use std::convert::Infallible;
 use std::sync::Arc;
 
-/// Probabilities, and what the way back needs.
+/// Probabilities, with the data for the backward pass.
 pub struct FaceClassifierPass {
     /// Probability of each triangle, in 0..=1.
     pub probabilities: Vec<f32>,
@@ -18,7 +18,7 @@ pub struct FaceClassifierPass {
     result: Value,
 }
 
-/// Gradients of a loss over the probabilities.
+/// The gradients of a loss over the probabilities.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FaceClassifierGradients {
     /// To every tensor.
@@ -29,7 +29,7 @@ pub struct FaceClassifierGradients {
     pub prior: Vec<f32>,
 }
 
-/// Classifies triangles and remembers the way.
+/// Classifies triangles and records the operations.
 ///
 /// # Shapes
 /// - `points`: n x 3, the samples, in units of their edges
@@ -38,7 +38,7 @@ pub struct FaceClassifierGradients {
 /// - `prior`: n_triangles
 ///
 /// # Panics
-/// When the shapes do not match, or a corner is no point.
+/// If the shapes do not match, or a corner is not a point.
 ///
 /// ```
 /// use neural_mesh::model::{Weights, face_classifier_backward, face_classifier_forward, triangle_graph};
@@ -65,12 +65,10 @@ pub fn face_classifier_forward(
     FaceClassifierPass { probabilities: numbers(&result), tape, net, points, prior, result }
 }
 
-/// Gradients from those of the probabilities, n_triangles.
+/// Computes gradients from those of the probabilities, n_triangles; see [`face_classifier_forward`].
 ///
 /// # Panics
-/// When there is not one gradient per triangle.
-///
-/// See [`face_classifier_forward`] for an example.
+/// Unless there is one gradient per triangle.
 pub fn face_classifier_backward(
     pass: &FaceClassifierPass,
     gradient_of_probabilities: &[f32],

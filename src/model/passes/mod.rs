@@ -1,9 +1,8 @@
-//! Forward and backward of each stage and of the whole network over plain slices: what an adapter for another
-//! framework calls.
+//! Forward and backward passes of each stage and of the whole network, over plain slices.
 //!
-//! A forward function gives a pass: results, and what the way back needs. The backward function turns gradients of
-//! the results into gradients of every tensor and of the positions. Graphs and candidates are chosen, not computed
-//! smoothly: they are constants. Inference without gradients is cheaper with the functions of `inference`.
+//! A forward function returns results with the data for the backward function, which turns their gradients into those
+//! of every tensor and of the positions. Graphs and candidates are constants. Inference alone is cheaper with
+//! `inference`.
 
 mod edge_predictor;
 mod face_classifier;
@@ -20,7 +19,7 @@ pub use whole::{Connectivity, NetworkGradients, NetworkPass, Outputs, network_ba
 use crate::autodiff::{Gradients, Value};
 use crate::linalg::Matrix;
 
-/// The gradient of positions, n x 3.
+/// Returns the gradient of positions, n x 3.
 fn gradient_of_points(gradients: &Gradients, points: &Value) -> Vec<[f32; 3]> {
     gradients.or_zero(points).data().as_chunks().0.to_vec()
 }
@@ -86,8 +85,8 @@ mod tests {
         a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum()
     }
 
-    /// Panics unless most entries of the gradient agree with central differences of `loss`, to a share of the largest:
-    /// kinks nearby spoil some, a wrong gradient spoils most.
+    /// Panics unless most entries of the gradient match central differences of `loss`; kinks spoil some, a wrong
+    /// gradient most.
     fn assert_gradient(x: &[f32], gradient: &[f32], loss: impl Fn(&[f32]) -> f64) {
         let scale = gradient.iter().fold(0.0, |most: f32, g| most.max(g.abs()));
         let error = |at: usize| {

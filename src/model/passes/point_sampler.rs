@@ -1,4 +1,4 @@
-//! The Point Sampler, Sec. 3.1, with gradients.
+//! Point Sampler, Sec. 3.1, with gradients.
 
 use super::{column, gradient_of_points, numbers};
 use crate::autodiff::{Tape, Value};
@@ -7,7 +7,7 @@ use crate::model::{PointSampler, Vertices, Weights, point_sampler};
 use std::convert::Infallible;
 use std::sync::Arc;
 
-/// Scores, and what the way back needs.
+/// Scores, with the data for the backward pass.
 pub struct PointSamplerPass {
     /// One score per vertex.
     pub scores: Vec<f32>,
@@ -18,26 +18,26 @@ pub struct PointSamplerPass {
     result: Value,
 }
 
-/// Gradients of a loss over the scores.
+/// The gradients of a loss over the scores.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointSamplerGradients {
     /// To every tensor.
     pub tensors: PointSampler<Matrix>,
     /// To the positions, n x 3.
     pub points: Vec<[f32; 3]>,
-    /// To the normals, n x 3; empty where none were given.
+    /// To the normals, n x 3; empty without normals.
     pub normals: Vec<[f32; 3]>,
 }
 
-/// Scores every vertex, as [`vertex_scores`](crate::model::vertex_scores) does, and remembers the way.
+/// Scores every vertex like [`vertex_scores`](crate::model::vertex_scores) and records the operations.
 ///
 /// # Shapes
 /// - `points`: n x 3, from [`in_edge_lengths`](crate::model::in_edge_lengths)
-/// - `normals`: n x 3, unit vectors, for networks that look at them
+/// - `normals`: n x 3, unit vectors, for networks that use them
 /// - `rings`: n x n, the edges of the mesh
 ///
 /// # Panics
-/// When `rings` has another number of rows.
+/// Unless `rings` has one row per point.
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, model::{Weights, in_edge_lengths, point_sampler_backward, point_sampler_forward}};
@@ -64,12 +64,10 @@ pub fn point_sampler_forward(
     PointSamplerPass { scores: numbers(&result), tape, net, points, normals, result }
 }
 
-/// Gradients from those of the scores, n.
+/// Computes gradients from those of the scores, n; see [`point_sampler_forward`].
 ///
 /// # Panics
-/// When there is not one gradient per score.
-///
-/// See [`point_sampler_forward`] for an example.
+/// Unless there is one gradient per score.
 pub fn point_sampler_backward(pass: &PointSamplerPass, gradient_of_scores: &[f32]) -> PointSamplerGradients {
     let gradients = pass.tape.backward(&[(&pass.result, column(gradient_of_scores))]);
     let Ok(tensors) = pass.net.try_map("", &mut |_, value| Ok::<_, Infallible>(gradients.or_zero(value)));

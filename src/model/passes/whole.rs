@@ -6,16 +6,16 @@ use crate::linalg::{Csr, Matrix};
 use crate::model::{CandidateFaces, Network, Vertices, Weights, edge_predictor, face_classifier, point_sampler, prior};
 use std::sync::Arc;
 
-/// What was chosen on the way from a mesh to candidate faces; constant while gradients are taken.
+/// The discrete choices from mesh to candidate faces, constant for gradients.
 #[derive(Clone, Debug)]
 pub struct Connectivity {
     /// The edges of the mesh, n x n.
     pub rings: Arc<Csr>,
-    /// Unit normals of its vertices, n x 3, for a Point Sampler that looks at them; constant as well.
+    /// Unit normals of its vertices, n x 3, for networks that use them.
     pub normals: Option<Vec<[f32; 3]>>,
     /// The sampled vertices, n_samples.
     pub samples: Vec<u32>,
-    /// Which samples the mesh joins, n_samples x n_samples, symmetric.
+    /// Samples joined by the mesh, n_samples x n_samples, symmetric.
     pub original: Arc<Csr>,
     /// G_ext, n_samples x n_samples, symmetric.
     pub graph: Arc<Csr>,
@@ -25,7 +25,7 @@ pub struct Connectivity {
     pub triangle_graph: Arc<Csr>,
 }
 
-/// What the network says; also the gradients of a loss to it, where an empty list stands for zeros.
+/// The network's outputs, or the gradients of a loss to them; empty gradients are zeros.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outputs {
     /// One score per vertex of the mesh, Sec. 3.1.
@@ -40,9 +40,9 @@ pub struct Outputs {
     pub probabilities: Vec<f32>,
 }
 
-/// What the network says, and what the way back needs.
+/// The outputs, with the data for the backward pass.
 pub struct NetworkPass {
-    /// The results.
+    /// The outputs.
     pub outputs: Outputs,
     tape: Tape,
     net: Network<Value>,
@@ -51,7 +51,7 @@ pub struct NetworkPass {
     results: [Value; 5],
 }
 
-/// Gradients of a loss over the outputs.
+/// The gradients of a loss over the outputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NetworkGradients {
     /// To every tensor.
@@ -61,7 +61,7 @@ pub struct NetworkGradients {
 }
 
 impl Network<Matrix> {
-    /// All entries of all tensors in one list, in the order of the walk.
+    /// Returns all entries of all tensors in one list, in the order of [`Network::map`].
     ///
     /// ```
     /// use neural_mesh::model::Weights;
@@ -76,13 +76,13 @@ impl Network<Matrix> {
     }
 }
 
-/// Runs the whole network over the vertices of a mesh and remembers the way.
+/// Runs the whole network over the vertices of a mesh and records the operations.
 ///
 /// # Shapes
 /// - `points`: n x 3, all vertices of the mesh, from [`in_edge_lengths`](crate::model::in_edge_lengths)
 ///
 /// # Panics
-/// When the shapes of points and connectivity do not match.
+/// If the shapes of points and connectivity do not match.
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, model};
@@ -122,12 +122,10 @@ fn results(tape: &mut Tape, net: &Network<Value>, points: &Value, connectivity: 
     [scores, edges.attention, edges.adjacency, prior, probabilities]
 }
 
-/// Gradients from those of the outputs; an empty list of them stands for zeros.
+/// Computes gradients from those of the outputs, where empty lists are zeros; see [`network_forward`].
 ///
 /// # Panics
-/// When a list that is not empty has another length than its output.
-///
-/// See [`network_forward`] for an example.
+/// If a list that is not empty has another length than its output.
 pub fn network_backward(pass: &NetworkPass, gradient: &Outputs) -> NetworkGradients {
     let Outputs { scores, attention, adjacency, prior, probabilities } = gradient;
     let lists = [scores, attention, adjacency, prior, probabilities];
