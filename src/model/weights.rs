@@ -5,7 +5,7 @@ use crate::autodiff::{Tape, Tensors, Value, WeightsError};
 use crate::linalg::Matrix;
 use std::sync::Arc;
 
-/// Mean number of candidates that share an edge with one of six per sample: TOSCA, ratios of 0.05 to 0.5.
+/// Neighbours of a candidate that first weights are drawn for where candidates are joined across edges.
 const ACROSS_EDGES: usize = 9;
 
 /// Finite weights whose shapes are those of their architecture.

@@ -47,7 +47,7 @@ impl<'a> Regions<'a> {
             // The length of the normal is twice the area.
             let weight = normal.length() / 6.0;
             let normal = normal.normalize_or_zero();
-            face.iter().for_each(|&v| add(v, &|origin| Quadric::of_plane(normal, corners[0] - origin, weight)));
+            face.iter().for_each(|&v| add(v, &|origin| Quadric::from_plane(normal, corners[0] - origin, weight)));
         }
         for_each_edge(positions.len(), mesh.faces(), |ends, sides| {
             if let [_] = sides {
@@ -103,7 +103,7 @@ impl<'a> Regions<'a> {
 
 /// Returns the minimum of a quadric about the origin, pulled to it; the origin where there is none.
 fn minimum(quadric: &Quadric) -> DVec3 {
-    let pulled = quadric.pulled_to(DVec3::ZERO, PULL * quadric.trace());
+    let pulled = quadric.with_point(DVec3::ZERO, PULL * quadric.trace());
     pulled.minimum().map_or(DVec3::ZERO, |(x, _)| x)
 }
 
@@ -113,7 +113,7 @@ fn of_line(a: DVec3, b: DVec3) -> Quadric {
     let weight = BOUNDARY * a.distance_squared(b);
     // The squared distance to a line is that to two planes through it, at right angles.
     let (one, other) = direction.any_orthonormal_pair();
-    Quadric::of_plane(one, a, weight) + Quadric::of_plane(other, a, weight)
+    Quadric::from_plane(one, a, weight) + Quadric::from_plane(other, a, weight)
 }
 
 fn point(positions: &[[f32; 3]], v: u32) -> DVec3 {
@@ -151,7 +151,7 @@ mod tests {
     fn of_corner() -> Quadric {
         [DVec3::X, DVec3::Y, DVec3::Z]
             .into_iter()
-            .fold(Quadric::default(), |sum, normal| sum + Quadric::of_plane(normal, DVec3::NEG_X, 1.0))
+            .fold(Quadric::default(), |sum, normal| sum + Quadric::from_plane(normal, DVec3::NEG_X, 1.0))
     }
 
     #[test]
@@ -160,7 +160,7 @@ mod tests {
         let regions = Regions::new(&flat, &[0, 1, 2], &[0, 1, 2]);
         assert_eq!(regions.placed(flat.faces()), flat.positions());
         // A vertex that would cross the edge opposite to it stays.
-        let far = Quadric::default().pulled_to([2.0, 2.0, 0.0].into(), 1.0);
+        let far = Quadric::default().with_point([2.0, 2.0, 0.0].into(), 1.0);
         let regions = Regions { quadrics: vec![far, Quadric::default(), Quadric::default()], ..regions };
         assert_eq!(regions.placed(flat.faces()), flat.positions());
         assert!(regions.placed(&[])[0][0] > 1.9);
