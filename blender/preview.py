@@ -24,22 +24,39 @@ class Preview:
     def __init__(self, context):
         self.settings = context.scene.neural_mesh
         self.tasks = scene.read_tasks(context, self.settings)
-        self.is_outdated = True
+        self.shown_settings = None
         self.running = []
         self.job = None
         self.message = ""
         self.copies = [add_copy(task) for task in self.tasks]
 
+    def read_settings(self):
+        """Returns the settings that the result depends on, but for those that were read with the objects."""
+        settings = self.settings
+        size = settings.size_by, settings.ratio, settings.faces, settings.error_percent, settings.error_units
+        return (*size, settings.keep_components, settings.merge_equal, settings.bends)
+
+    @property
+    def is_outdated(self):
+        """Returns whether the settings are others than those of the newest work."""
+        return self.shown_settings != self.read_settings()
+
     def update(self):
-        """Starts work for the newest settings where none runs, and shows the result of work that has ended."""
+        """Shows the result of work that has ended, and starts work for settings that have changed.
+
+        Settings are looked at, as Blender crashes at its end where properties of an extension call back.
+        """
         if self.job is not None and not self.job.is_running:
             self.finish_job()
-        if self.job is None and self.is_outdated:
-            self.start_job()
+        if self.is_outdated:
+            if self.job is None:
+                self.start_job()
+            else:
+                self.job.request_stop()
 
     def start_job(self):
         """Starts the work for the settings as they are."""
-        self.is_outdated = False
+        self.shown_settings = self.read_settings()
         tasks = [replace(task, result=None, measures_errors=False) for task in self.tasks]
         try:
             n_faces = scene.plan_sizes(tasks, self.settings)
@@ -122,6 +139,9 @@ def end():
     if current is None:
         return
     ended, current = current, None
+    # A timer that is left crashes Blender at its end.
+    if bpy.app.timers.is_registered(update):
+        bpy.app.timers.unregister(update)
     for handlers in list_handlers():
         if end_before in handlers:
             handlers.remove(end_before)
@@ -150,13 +170,4 @@ def update():
     except (ReferenceError, nm.NeuralMeshError):
         # Someone has removed the copies.
         end()
-        return None
-    return INTERVAL
-
-
-def request_update(settings, context):
-    """Has the preview follow settings of the panel that have changed."""
-    if current is not None and settings == current.settings:
-        current.is_outdated = True
-        if current.job is not None:
-            current.job.request_stop()
+    return None if current is None else INTERVAL

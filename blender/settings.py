@@ -5,10 +5,6 @@ Each property says its unit; an operator that is called from a script has the sa
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 from bpy.types import PropertyGroup
 
-from . import preview
-
-# Options of properties that a running preview follows.
-PREVIEWED = {"update": preview.request_update}
 SIZES = (
     ("RATIO", "Ratio", "Share of the triangles that stays"),
     ("FACES", "Faces", "Number of triangles that stay, of all selected objects together"),
@@ -30,10 +26,9 @@ class Carrying:
         name="Merge Equal Vertices",
         description="Make one vertex of those that have equal positions, shape keys and weights",
         default=True,
-        **PREVIEWED,
     )
     keep_components: BoolProperty(
-        name="Keep All Components", description="Drop no separate piece, however small it is", default=True, **PREVIEWED
+        name="Keep All Components", description="Drop no separate piece, however small it is", default=True
     )
     keep_shading: BoolProperty(
         name="Keep Shading",
@@ -56,16 +51,16 @@ class Carrying:
 class Sizing:
     """Properties of one size."""
 
-    size_by: EnumProperty(name="Size", items=SIZES, default="RATIO", **PREVIEWED)
+    size_by: EnumProperty(name="Size", items=SIZES, default="RATIO")
     ratio: FloatProperty(
-        name="Ratio", description="Share of the triangles that stays", default=0.5, min=0.0001, max=1.0, precision=3, **PREVIEWED
+        name="Ratio", description="Share of the triangles that stays", default=0.5, min=0.0001, max=1.0, precision=3
     )
-    faces: IntProperty(name="Faces", description="Number of triangles that stay", default=5000, min=1, **PREVIEWED)
+    faces: IntProperty(name="Faces", description="Number of triangles that stay", default=5000, min=1)
     error_percent: FloatProperty(
-        name="Error", description="Largest distance in percent of the diagonal", default=0.5, min=0.0001, max=100.0, precision=3, **PREVIEWED
+        name="Error", description="Largest distance in percent of the diagonal", default=0.5, min=0.0001, max=100.0, precision=3
     )
     error_units: FloatProperty(
-        name="Error", description="Largest distance in units of the scene", default=0.01, min=0.0, precision=5, unit="LENGTH", **PREVIEWED
+        name="Error", description="Largest distance in units of the scene", default=0.01, min=0.0, precision=5, unit="LENGTH"
     )
 
 
