@@ -26,7 +26,8 @@
 // Errors are in the unit of the positions, not shares of the extent.
 #define NM_ERROR_ABSOLUTE 4
 
-// Small components may go: those that cost more than they show, and, above the target, those with a radius within `target_error`.
+// Small components may go: those whose vertices are better spent elsewhere, and, above the target, those with a radius within
+// `target_error`.
 #define NM_PRUNE 8
 
 // No effect: triangles are regular without it.
@@ -44,8 +45,9 @@ typedef struct nm_job nm_job;
 // The result of a job.
 typedef struct nm_result nm_result;
 
-// Callback that receives the progress of a run, from 0 to 1, and the name of the stage; a result other than 0 ends the run. It may be called
-// on another thread than the one that runs the job, never on two at once.
+// Callback that receives the progress of a run, from 0 to 1, and the name of the stage.
+//
+// A result other than 0 ends the run. It may be called on another thread than the one that runs the job, never on two at once.
 typedef int32_t (*nm_progress)(void *user, float done, const char *stage);
 
 #ifdef __cplusplus
@@ -136,14 +138,13 @@ nm_job *nm_job_new(void);
 // The job is one of `nm_job_new`, and nothing uses it any more.
 void nm_job_free(nm_job *job);
 
-// Sets an option of `neural-mesh simplify` by its name, with `_` for `-`, to a value as it is typed there: `ratio` to `10%`, `subset` to
-// `true`, `threads` to `2`. Returns 1, or 0 on failure.
+// Sets an option of `neural-mesh simplify` by its name, with `_` for `-`, to a value as it is typed there.
+//
+// Examples: `ratio` to `10%`, `subset` to `true`, `threads` to `2`. Returns 1, or 0 on failure.
 //
 // # Safety
 // Job and texts are valid.
-int32_t nm_job_set(const nm_job *job,
-                   const char *name,
-                   const char *value);
+int32_t nm_job_set(const nm_job *job, const char *name, const char *value);
 
 // Reads the mesh from a file, with the files that it names in its folder. Returns 1, or 0 on failure.
 //

@@ -17,7 +17,8 @@ pub const NM_LOCK_BORDER: u32 = 1;
 pub const NM_SPARSE: u32 = 2;
 /// Errors are in the unit of the positions, not shares of the extent.
 pub const NM_ERROR_ABSOLUTE: u32 = 4;
-/// Small components may go: those that cost more than they show, and, above the target, those with a radius within `target_error`.
+/// Small components may go: those whose vertices are better spent elsewhere, and, above the target, those with a radius within
+/// `target_error`.
 pub const NM_PRUNE: u32 = 8;
 /// No effect: triangles are regular without it.
 pub const NM_REGULARIZE: u32 = 16;
@@ -28,7 +29,7 @@ pub const NM_REGULARIZE_LIGHT: u32 = 64;
 /// All options together.
 const KNOWN_OPTIONS: u32 = 127;
 
-/// Arguments of one call; null pointers stand for what it does not have.
+/// Arguments of one call; null pointers are absent ones.
 struct Call {
     indices: *const u32,
     index_count: usize,
@@ -58,7 +59,7 @@ impl Call {
         let options = self.read_options()?;
         let result = if self.target_index_count >= self.index_count {
             buffers.check()?;
-            Indices::unchanged(buffers)
+            Indices::from_buffers(buffers)
         } else {
             simplify_indices(buffers, &options, &mut |_| ControlFlow::Continue(()))?
         };

@@ -21,8 +21,9 @@ use crate::pointers::{
 /// Largest number of threads that is accepted: above it a number is a mistake.
 const MAX_THREADS: usize = 1024;
 
-/// Callback that receives the progress of a run, from 0 to 1, and the name of the stage; a result other than 0 ends the run. It may be called
-/// on another thread than the one that runs the job, never on two at once.
+/// Callback that receives the progress of a run, from 0 to 1, and the name of the stage.
+///
+/// A result other than 0 ends the run. It may be called on another thread than the one that runs the job, never on two at once.
 pub type NmProgress = Option<extern "C" fn(user: *mut c_void, done: f32, stage: *const c_char) -> i32>;
 
 /// A job: a mesh to simplify, and options.
@@ -84,8 +85,9 @@ pub unsafe extern "C" fn nm_job_free(job: *mut NmJob) {
     });
 }
 
-/// Sets an option of `neural-mesh simplify` by its name, with `_` for `-`, to a value as it is typed there: `ratio` to `10%`, `subset` to
-/// `true`, `threads` to `2`. Returns 1, or 0 on failure.
+/// Sets an option of `neural-mesh simplify` by its name, with `_` for `-`, to a value as it is typed there.
+///
+/// Examples: `ratio` to `10%`, `subset` to `true`, `threads` to `2`. Returns 1, or 0 on failure.
 ///
 /// # Safety
 /// Job and texts are valid.

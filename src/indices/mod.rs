@@ -42,8 +42,8 @@ pub struct IndexOptions {
     pub moves: bool,
     /// Whether vertices of boundaries stay.
     pub lock_borders: bool,
-    /// Whether small components may go: those that cost more than they show, and, where the size leaves no other way, those with a radius
-    /// within `error`.
+    /// Whether small components may go. These are components whose vertices are better spent elsewhere, and, above the size, those with a
+    /// radius within `error`.
     pub prune: bool,
     /// Whether the result's error is measured where no bound needs it.
     pub measures_error: bool,
@@ -81,7 +81,7 @@ pub struct Indices {
 
 impl Indices {
     /// Makes a result of the buffers as they are.
-    pub fn unchanged(buffers: Buffers) -> Self {
+    pub fn from_buffers(buffers: Buffers) -> Self {
         Self { indices: buffers.indices.clone(), groups: buffers.groups.clone(), error: Some(0.0), buffers }
     }
 
@@ -144,20 +144,20 @@ pub fn simplify_indices(
     buffers.check()?;
     let extent = if options.is_sparse { buffers.used_extent() } else { buffers.extent() };
     let unit = if options.is_absolute { 1.0 } else { extent.max(f64::MIN_POSITIVE) };
-    let mut result = simplify_at_scale(buffers, options, &Scale::new(extent, options.error * unit), listener)?;
+    let mut result = simplify_at_scale(buffers, options, &IndexScale::new(extent, options.error * unit), listener)?;
     result.error = result.error.map(|error| error / unit);
     Ok(result)
 }
 
 /// Lengths in the unit of the positions.
-struct Scale {
+struct IndexScale {
     /// Extent, by which attributes are weighted.
     extent: f64,
     /// Largest distance from the original.
     max_error: f64,
 }
 
-impl Scale {
+impl IndexScale {
     fn new(extent: f64, max_error: f64) -> Self {
         Self { extent, max_error }
     }
@@ -173,7 +173,7 @@ impl Scale {
 fn simplify_at_scale(
     mut buffers: Buffers,
     options: &IndexOptions,
-    scale: &Scale,
+    scale: &IndexScale,
     listener: &mut Listener,
 ) -> Result<Indices, IndexError> {
     let surface = WeldedMesh::new(&buffers, scale.extent)?;
@@ -203,7 +203,7 @@ fn simplify_at_scale(
         && made.mesh.faces().len() > options.n_faces
         && let Some(rest) = drop_small_components(&surface, &made, &buffers, options.n_faces, scale.max_error)
     {
-        // The others are made anew, with the faces that are free now.
+        // The rest is simplified again, with the faces that this frees.
         let options = IndexOptions { prune: false, ..*options };
         let mut result = simplify_at_scale(rest.buffers, &options, scale, listener)?;
         result.error = result.error.map(|error| error.max(rest.radius));

@@ -45,7 +45,7 @@ pub fn assign_slots(
         let entry = vertex_slots.entry([corner.vertex, corner.group]);
         entry.or_insert_with(|| free.take_of_group(corner.group).or_else(|| free.take_any()).unwrap_or(0));
     }
-    // The first wedge of a vertex has the vertex's slot, further ones get what is left.
+    // The first wedge of a vertex has the vertex's slot, further ones get the remaining slots.
     let (mut first_wedges, mut wedge_slots) = (FxHashMap::default(), FxHashMap::default());
     let slot_of_corner = |corner: &ResultCorner| {
         let vertex_slot = vertex_slots[&[corner.vertex, corner.group]];
