@@ -76,7 +76,7 @@ fn levels_of_a_scene_by_distance_are_one_file() {
 fn levels_that_cannot_be_are_one_line() {
     let folder = folder();
     for (words, why) in [
-        (&["--lods", "20k,5k"][..], "--lods 20k: add --lods-by faces or --lods-by vertices"),
+        (&["--lods", "20k,5k"][..], "--lods 20k: is a number: add --lods-by faces or --lods-by vertices"),
         (&["--lods", "1k,2k", "--lods-by", "faces"], "--lods: give falling sizes"),
         (&["--lods", "2%,1%", "--lods-by", "error"], "--lods: give rising distances"),
         (&["--lods", "1%,2", "--lods-by", "error"], "all in percent or all in the unit of the mesh"),

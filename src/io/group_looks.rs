@@ -83,7 +83,8 @@ fn read_library(library: &CompanionFile, finder: &mut FileFinder) -> Vec<(String
     materials
 }
 
-/// Takes a colour or number of a statement, in lower case, into a look; returns whether the statement has one.
+/// Parses the statement `word`, in lower case, into a look; returns whether it is one of colour or number, even if its
+/// numbers are broken.
 fn parse_numbers(look: &mut Look, word: &[u8], rest: &[u8]) -> bool {
     let share =
         |known: f32| parse_leading_numbers(rest).next().filter(|x| x.is_finite()).map_or(known, |x| x.clamp(0.0, 1.0));

@@ -61,7 +61,7 @@ fn size(text: &str, by: Option<LodsBy>) -> Result<LevelSize, String> {
         Some(LodsBy::Faces) => number().map(LevelSize::Faces),
         Some(_) => number().map(LevelSize::Vertices),
         None => share(text).map(|ratio| LevelSize::Vertices(Count::Share(ratio))).map_err(|why| match count(text) {
-            Ok(Count::Number(n)) if n > 100 => "add --lods-by faces or --lods-by vertices".into(),
+            Ok(Count::Number(n)) if n > 100 => "is a number: add --lods-by faces or --lods-by vertices".into(),
             _ => why,
         }),
     }
@@ -101,7 +101,7 @@ mod tests {
     #[test]
     fn levels_that_are_none_are_refused_in_one_line() {
         for (words, why) in [
-            (&["20k,5k"][..], "--lods 20k: add --lods-by faces or --lods-by vertices"),
+            (&["20k,5k"][..], "--lods 20k: is a number: add --lods-by faces or --lods-by vertices"),
             (&["50,20"], "did you mean 50%?"),
             (&["10%,50%"], "--lods: give falling shares"),
             (&["1k,2k", "--lods-by", "faces"], "--lods: give falling sizes"),

@@ -18,7 +18,7 @@ pub fn share(text: &str) -> Result<f64, String> {
     if is_share(value) { Ok(value) } else { Err(with_suggestion(SHARE, meant)) }
 }
 
-/// A share of the whole or of a named group.
+/// A share of the whole, or of the named node, mesh, object, group or material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RatioOf {
     /// Name; `None` for the whole.

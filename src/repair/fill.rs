@@ -28,7 +28,8 @@ pub(super) struct Holes {
 /// Closes each boundary loop that has at most `most_edges` edges.
 ///
 /// The boundary is that of the manifold which the faces are cut into: at an edge with three faces, two continue each other
-/// and the third ends. New faces are wound as their neighbours, which are reversed if they disagree. Each corner gets the
+/// and the third ends. If there is a boundary, all
+/// faces are first wound consistently; new faces follow. Each corner gets the
 /// attributes of a neighbour, and all faces over a hole the most frequent group around it. Longer loops, and the boundary of
 /// a single face, stay open.
 ///

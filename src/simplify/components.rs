@@ -53,9 +53,10 @@ impl PrunedMesh {
     }
 }
 
-/// Drops hidden components and those with a bounding box diagonal below `prune_below`; `None` if none go.
+/// Drops components with a bounding box diagonal below `prune_below`, and hidden ones with `Hidden::Drop`; `None` if none
+/// go.
 ///
-/// Sizes are those a viewer of the scene sees. The largest visible component stays, and so do those with kept or locked
+/// Sizes are those a viewer of the scene sees. The visible component with the largest area stays, and so do those with kept or locked
 /// faces.
 pub(crate) fn prune(pulse: Pulse, input: &Input, options: &Options) -> Option<PrunedMesh> {
     let (mesh, least, drops_hidden) = (input.mesh, options.prune_below, options.hidden == Hidden::Drop);

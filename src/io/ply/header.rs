@@ -109,7 +109,8 @@ impl HeaderLines {
             Some("format") => self.encoding = Some(parse_encoding(words.next()).ok_or("unknown encoding")?),
             Some("element") => self.elements.push(parse_element(words).ok_or("an element needs a name and a count")?),
             Some("property") => {
-                let property = parse_property(words).ok_or("a property needs a kind and a name")?;
+                let property =
+                    parse_property(words).ok_or("a property needs a known type, like float or uchar, and a name")?;
                 let element = self.elements.last_mut().ok_or("a property before the first element")?;
                 element.properties.push(property);
             }

@@ -99,7 +99,9 @@ impl Document {
             return Err(JobError::Document("no triangles: a scene needs a mesh of triangles".into()));
         }
         let united = UnitedMesh::new(&scaled).ok_or_else(|| {
-            JobError::Document("its meshes are too many or too far apart in size: split the scene".into())
+            JobError::Document(
+                "has too many vertices, or a mesh scaled beyond single precision: split the scene".into(),
+            )
         })?;
         let (notes, kind) = (asset.notes().to_vec(), Kind::Scene { asset: Box::new(asset), united, pieces });
         let (frame, textures) = (Frame::default(), job.textures.map(Textures::new));

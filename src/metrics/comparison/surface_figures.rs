@@ -5,7 +5,7 @@ use super::reference_mesh::ReferenceMesh;
 use crate::mesh::TriMesh;
 use crate::metrics::{Surface, chamfer, curvature_error, largest_distance, n_turned_faces, surface_distance};
 
-/// Returns the figures of distance, normals and curvature.
+/// Returns the figures of distance, normals and curvature; `surface` holds the samples of `simplified`.
 pub fn figures(original: &ReferenceMesh, simplified: &TriMesh, surface: &Surface) -> [Figure; 9] {
     let share = 100.0 / original.surface.diagonal;
     let chamfer = chamfer(&original.surface.samples, &surface.samples).map(|cd| cd.sum() * (0.01 * share).powi(2));

@@ -291,7 +291,7 @@ fn boundary_vertices(pulse: Pulse, points: &Points, output: &Output) -> Vec<u32>
     vertices
 }
 
-/// Returns whether a face would turn too far, from its present or its intended normal.
+/// Returns whether a face would turn too far, from its present normal or from the one that the collapse gave it.
 fn turns(facets: &Facets, f: u32, after: &[Vec3]) -> bool {
     let normal = area_normal(facets.output.face(f).map(|v| after[v as usize]));
     let below = |unit: Vec3, least: f32| {
