@@ -90,7 +90,8 @@ pub fn sample_block(
 /// Returns the common price for all blocks.
 #[pyfunction]
 pub fn price_for(samples: Vec<Paid>, share: f64) -> f64 {
-    let samples: Vec<BlockPrices> = samples.into_iter().map(|(n, n_shared, paid)| BlockPrices::new(n, n_shared, paid)).collect();
+    let samples: Vec<BlockPrices> =
+        samples.into_iter().map(|(n, n_shared, paid)| BlockPrices::new(n, n_shared, paid)).collect();
     blocks::price_for(&samples, share)
 }
 

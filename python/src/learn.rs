@@ -9,8 +9,8 @@ use neural_mesh::mesh::TriMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::simplify::WeightedResult;
 use neural_mesh::train::{
-    Ending, Errors, TrainEvent, CustomObjective, TrainingItem, OWN_OBJECTIVE, TrainRequest, TrainingRun, Settings, TrainError, Wish,
-    estimate_gradient, open, step_from_objective, step_function, train as run_training,
+    CustomObjective, Ending, Errors, OWN_OBJECTIVE, Settings, TrainError, TrainEvent, TrainRequest, TrainingItem,
+    TrainingRun, Wish, estimate_gradient, open, step_from_objective, step_function, train as run_training,
 };
 use neural_mesh_cli::embedded::Failure;
 use numpy::PyReadonlyArray1;
@@ -162,7 +162,11 @@ fn run_request(
 }
 
 /// Trains with the custom objective, or with that of the settings.
-fn run_steps(run: &mut TrainingRun, judge: Option<Judge>, told: &mut dyn FnMut(TrainEvent) -> Wish) -> Result<Ending, TrainError> {
+fn run_steps(
+    run: &mut TrainingRun,
+    judge: Option<Judge>,
+    told: &mut dyn FnMut(TrainEvent) -> Wish,
+) -> Result<Ending, TrainError> {
     let Some(judge) = judge else {
         let step = step_function(&run.settings)?;
         return run_training(run, &step, told);
@@ -232,10 +236,8 @@ pub fn estimate(
     let n_given = raw.positions.len();
     let scores = numbers(&scores, "scores")?.to_vec();
     if scores.len() != n_given {
-        return Err(invalid_array(format!(
-            "scores: {} numbers for {n_given} vertices: give one for each",
-            scores.len()
-        )));
+        let n = scores.len();
+        return Err(invalid_array(format!("scores: {n} numbers for {n_given} vertices: give one for each")));
     }
     let settings = Settings::from_toml(settings).map_err(|error| invalid_array(error.to_string()))?;
     let raised = Raised::default();
@@ -244,8 +246,9 @@ pub fn estimate(
         let failed = |what: String| Failure::Failed(what);
         let cleaned = clean(raw, &CleanOptions::default()).map_err(|error| failed(error.to_string()))?;
         let judge = Judge { function: judge, raised: of_work, ear: ear.clone(), origin: cleaned.frame.origin };
-        let own =
-            CustomObjective(|original: &TriMesh, result: &WeightedResult| judge.errors("mesh", ratio, original, result));
+        let own = CustomObjective(|original: &TriMesh, result: &WeightedResult| {
+            judge.errors("mesh", ratio, original, result)
+        });
         let scores: Vec<f32> = cleaned.source.iter().map(|&v| scores[v as usize]).collect();
         let n_output = (cleaned.mesh.positions().len() as f64 * ratio).round().max(1.0) as usize;
         let found = estimate_gradient(&own, &cleaned.mesh, &scores, n_output, &settings, seed).map_err(failed)?;

@@ -442,6 +442,6 @@ mod tests {
         let mesh = shapes::icosphere(5);
         let refused = simplify_file(&mesh, Format::Ply, 1 << 20, Target::Ratio(0.5)).unwrap_err();
         assert!(matches!(refused, OutOfCoreError::TooLittle(n) if n > 1 << 20), "{refused}");
-        assert!(refused.to_string().contains("GiB of memory: allow them or ask for less"), "{refused}");
+        assert!(refused.to_string().contains("GiB of memory: allow more or choose a smaller target"), "{refused}");
     }
 }

@@ -169,6 +169,17 @@ impl IndexScale {
     }
 }
 
+/// Translates the options of index buffers.
+fn inner_options(options: &IndexOptions, has_weights: bool) -> Options {
+    let mut inner = Options::new(Target::Faces(options.n_faces.max(1)));
+    (inner.subset, inner.map) = (!options.moves, options.moves);
+    (inner.lock_boundaries, inner.prune) = (options.lock_borders, options.prune);
+    if has_weights {
+        inner.purpose = Purpose::Poses;
+    }
+    inner
+}
+
 /// Simplifies checked buffers; the error of the result is in the unit of the positions.
 fn simplify_at_scale(
     mut buffers: Buffers,
@@ -185,12 +196,7 @@ fn simplify_at_scale(
     if options.n_faces == 0 && scale.max_error >= scale.extent && !options.lock_borders && surface.locked.is_empty() {
         return Ok(Indices::empty(buffers, scale.extent));
     }
-    let mut inner = Options::new(Target::Faces(options.n_faces.max(1)));
-    (inner.subset, inner.map) = (!options.moves, options.moves);
-    (inner.lock_boundaries, inner.prune) = (options.lock_borders, options.prune);
-    if has_weights {
-        inner.purpose = Purpose::Poses;
-    }
+    let inner = inner_options(options, has_weights);
     let (made, error) = if is_bounded {
         let (made, error) = simplify_within(&surface, inner, scale.max_error, listener)?;
         (made, Some(error))

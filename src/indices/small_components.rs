@@ -33,18 +33,8 @@ pub fn drop_small_components(
     for (&component, &is_locked) in component_of.iter().zip(&surface.locked) {
         may_go[component as usize] &= !is_locked;
     }
-    // The faces that each component has in the result, which go with it.
-    let sources = result.source_vertices.as_ref();
-    let corner_faces = result.map.as_ref().map(|map| &map.corner_faces);
-    let mut counts = vec![0; n_components];
-    for (face, corners) in result.mesh.faces().iter().enumerate() {
-        let source = match (sources, corner_faces) {
-            (Some(sources), _) => sources[corners[0] as usize],
-            (None, Some(corner_faces)) => surface.mesh.faces()[corner_faces[face][0] as usize][0],
-            (None, None) => return None,
-        };
-        counts[component_of[source as usize] as usize] += 1;
-    }
+    // The faces that each component has in the result go with it.
+    let counts = count_faces(surface, result, &component_of, n_components)?;
     let mut by_size: Vec<usize> = (0..n_components).collect();
     by_size.sort_by(|&a, &b| radii[a].total_cmp(&radii[b]).then(a.cmp(&b)));
     by_size.pop();
@@ -63,6 +53,27 @@ pub fn drop_small_components(
     left.indices = faces.iter().map(|&face| surface.wedges[face]).collect();
     left.groups = faces.iter().filter_map(|&face| surface.attributes.groups.get(face).copied()).collect();
     radius.map(|radius| WithoutSmall { buffers: left, radius })
+}
+
+/// Counts the faces of a result that come from each component; `None` where the result does not say.
+fn count_faces(
+    surface: &WeldedMesh,
+    result: &Simplified,
+    component_of: &[u32],
+    n_components: usize,
+) -> Option<Vec<usize>> {
+    let sources = result.source_vertices.as_ref();
+    let corner_faces = result.map.as_ref().map(|map| &map.corner_faces);
+    let mut counts = vec![0; n_components];
+    for (face, corners) in result.mesh.faces().iter().enumerate() {
+        let source = match (sources, corner_faces) {
+            (Some(sources), _) => sources[corners[0] as usize],
+            (None, Some(corner_faces)) => surface.mesh.faces()[corner_faces[face][0] as usize][0],
+            (None, None) => return None,
+        };
+        counts[component_of[source as usize] as usize] += 1;
+    }
+    Some(counts)
 }
 
 /// Returns the component of each vertex, and how many there are.

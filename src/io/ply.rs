@@ -315,7 +315,7 @@ mod tests {
             ("ply\nproperty float x\n", "before the first element"),
             ("ply\nelement vertex many\n", "needs a name and a count"),
             ("ply\nwhatever\n", "unknown word"),
-            (&format!("{head}property list float x\n"), "needs a kind and a name"),
+            (&format!("{head}property list float x\n"), "needs a known type, like float or uchar, and a name"),
             (&format!("{head}end_header\n1\n"), "has no property y"),
             ("ply\nformat ascii 1.0\nelement face 1\nproperty int a\nend_header\n1\n", "has no list of vertex_indices"),
         ] {

@@ -1,6 +1,5 @@
 //! Candidate faces and their prior, Sec. 3.2: the triangles of the predicted adjacency.
 
-use super::{Architecture, triangle_graph};
 use crate::autodiff::{Tape, Value};
 use crate::linalg::Csr;
 use crate::spatial::coherent_order;
@@ -53,7 +52,7 @@ impl CandidateFaces {
                 kept.push(at);
             }
         }
-        self.picked(kept.into_iter())
+        self.select(kept.into_iter())
     }
 
     /// Joins every candidate with those that share an edge with it.
@@ -91,7 +90,7 @@ impl CandidateFaces {
         })
     }
 
-    fn picked(&self, at: impl Iterator<Item = usize> + Clone) -> Self {
+    fn select(&self, at: impl Iterator<Item = usize> + Clone) -> Self {
         Self {
             triangles: at.clone().map(|at| self.triangles[at]).collect(),
             entries: at.map(|at| self.entries[at]).collect(),
@@ -114,7 +113,7 @@ impl CandidateFaces {
         });
         let start = |corner: usize| if corner == 0 { 0 } else { ends[corner - 1] };
         let order = coherent_order(points);
-        self.picked(order.iter().flat_map(|&corner| start(corner as usize)..ends[corner as usize]))
+        self.select(order.iter().flat_map(|&corner| start(corner as usize)..ends[corner as usize]))
     }
 }
 
@@ -211,32 +210,6 @@ fn later(graph: &Csr, i: u32) -> (&[u32], usize) {
     (&row[skipped..], graph.range(i as usize).start + skipped)
 }
 
-/// Chooses the candidates that the Face Classifier judges, and joins them with their neighbours, as the sizes say.
-///
-/// Near candidates stand near each other in the result: the classifier visits the neighbours of each, and there are many.
-///
-/// # Shapes
-/// - `points`: n x 3, the samples
-/// - `graph`, `adjacency`, `original`: as for [`candidate_faces`]
-/// - returns the candidates, and G_tri, n_candidates x n_candidates
-pub(crate) fn choose_candidates(
-    sizes: &Architecture,
-    points: &[[f32; 3]],
-    (graph, adjacency): (&Csr, &[f32]),
-    original: &[[u32; 3]],
-) -> (CandidateFaces, Arc<Csr>) {
-    let mut candidates = candidate_faces(graph, adjacency, original);
-    if sizes.face_candidates > 0 {
-        candidates = candidates.with_largest_prior(sizes.face_candidates * points.len(), adjacency, original);
-    }
-    candidates = candidates.in_coherent_order(points);
-    let neighbours = match sizes.face_knn {
-        0 => candidates.across_edges(graph.n_entries()),
-        k => triangle_graph(points, &candidates.triangles, k),
-    };
-    (candidates, neighbours.into())
-}
-
 /// Computes `p_init = (A_s[i, j] + A_s[i, k] + A_s[j, k]) / 3`, the classifier's first feature.
 ///
 /// # Shapes
@@ -260,6 +233,7 @@ mod tests {
     use super::*;
     use crate::linalg::Matrix;
     use crate::linalg::test_values::{ragged_graph, random};
+    use crate::model::triangle_graph;
 
     #[test]
     fn agrees_with_trying_all_triples() {
@@ -281,9 +255,14 @@ mod tests {
         assert_eq!(candidate_faces(&graph, &adjacency, &[]).triangles, expected);
     }
 
+    /// A band whose nodes are joined with those 1, 2, 5 and 6 farther on.
+    fn dense_graph() -> Csr {
+        Csr::from_edges(30, (0..30).flat_map(|i| [1, 2, 5, 6].map(|step| [i, (i + step) % 30])))
+    }
+
     #[test]
     fn neighbours_across_edges_agree_with_a_search_by_corners() {
-        let graph = Csr::from_edges(30, ragged_graph(30).entries().collect::<Vec<_>>());
+        let graph = dense_graph();
         let candidates = candidate_faces(&graph, &vec![1.0; graph.n_entries()], &[]);
         assert!(candidates.triangles.len() > 30);
         let expected = triangle_graph(&[[0.0; 3]; 30], &candidates.triangles, 0);
@@ -292,7 +271,7 @@ mod tests {
 
     #[test]
     fn the_largest_priors_are_those_of_a_sorted_list() {
-        let graph = Csr::from_edges(30, ragged_graph(30).entries().collect::<Vec<_>>());
+        let graph = dense_graph();
         // Few different values, so that many candidates are equal.
         let adjacency: Vec<f32> =
             random(graph.n_entries(), 1, 4).data().iter().map(|x| (4.0 * x).round() + 8.0).collect();

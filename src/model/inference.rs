@@ -1,8 +1,8 @@
 //! The three stages over plain slices, without gradients.
 
 use super::{
-    CandidateFaces, Vertices, Weights, choose_candidates, edge_predictor, extended_graph, face_classifier,
-    in_edge_lengths, point_sampler, prior,
+    Architecture, CandidateFaces, Vertices, Weights, candidate_faces, edge_predictor, extended_graph, face_classifier,
+    in_edge_lengths, point_sampler, prior, triangle_graph,
 };
 use crate::autodiff::{Tape, Value};
 use crate::linalg::{Csr, Matrix, Stars, scored_stars};
@@ -145,6 +145,32 @@ pub struct PredictedFaces {
     pub prior: Vec<f32>,
     /// Probability of each, in 0..=1.
     pub probabilities: Vec<f32>,
+}
+
+/// Chooses the candidates that the Face Classifier judges, and joins them with their neighbours, as the sizes say.
+///
+/// Near candidates stand near each other in the result: the classifier visits the neighbours of each, and there are many.
+///
+/// # Shapes
+/// - `points`: n x 3, the samples
+/// - `graph`, `adjacency`, `original`: as for [`candidate_faces`]
+/// - returns the candidates, and G_tri, n_candidates x n_candidates
+pub(crate) fn choose_candidates(
+    sizes: &Architecture,
+    points: &[[f32; 3]],
+    (graph, adjacency): (&Csr, &[f32]),
+    original: &[[u32; 3]],
+) -> (CandidateFaces, Arc<Csr>) {
+    let mut candidates = candidate_faces(graph, adjacency, original);
+    if sizes.face_candidates > 0 {
+        candidates = candidates.with_largest_prior(sizes.face_candidates * points.len(), adjacency, original);
+    }
+    candidates = candidates.in_coherent_order(points);
+    let neighbours = match sizes.face_knn {
+        0 => candidates.across_edges(graph.n_entries()),
+        k => triangle_graph(points, &candidates.triangles, k),
+    };
+    (candidates, neighbours.into())
 }
 
 /// Finds candidate faces and classifies them, Secs. 3.2 and 3.3.

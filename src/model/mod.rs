@@ -32,15 +32,14 @@ mod weights_file;
 pub use crate::autodiff::WeightsError;
 pub use affine::Affine;
 pub use architecture::Architecture;
-pub(crate) use candidate_faces::choose_candidates;
 pub use candidate_faces::{CandidateFaces, barycenters, candidate_faces, prior};
 pub use dev_conv::{DevConv, dev_conv};
 pub use edge_predictor::{EdgePredictor, Edges, edge_predictor};
 pub use extended_graph::extended_graph;
 pub use face_classifier::{FaceClassifier, face_classifier, triangle_graph};
 pub use in_edge_lengths::{EdgeFrame, in_edge_lengths};
-pub(crate) use inference::star_scores;
 pub use inference::{PredictedEdges, PredictedFaces, predict_edges, predict_faces, surface_scores, vertex_scores};
+pub(crate) use inference::{choose_candidates, star_scores};
 pub use network::Network;
 pub use normalized::normalized;
 pub use passes::{

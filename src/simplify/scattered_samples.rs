@@ -11,18 +11,21 @@ use rayon::prelude::*;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Largest distance of a score from the mean of all scores; larger ones are cut. It bounds the density at 400 times the mean for
+/// Largest distance of a score from the mean of all scores; larger ones are cut.
+///
+/// It bounds the density at 400 times the mean for
 /// networks in training; the shipped weights stay within 3 on twelve training meshes.
 const MOST_SCORE: f64 = 6.0;
 
-/// First reach over the distance between neighbours in the densest arrangement of k samples; above 1, so that the first round
-/// leaves some of the k to the next.
+/// First reach over the distance between neighbours in the densest arrangement of k samples.
+///
+/// Above 1, so that the first round leaves some of the k to the next.
 const FIRST_REACH: f64 = 1.2;
 
 /// Reach of a round over that of the round before.
 const SHRINKING: f64 = 0.92;
 
-/// Rounds after which what is left is filled up in order: only vertices at one position are that near.
+/// Rounds after which the remaining samples are taken in order: only vertices at one position are that near.
 const MOST_ROUNDS: usize = 128;
 
 /// Draws k different vertices with a density proportional to `exp(score)` per vertex, kept apart from each other.
@@ -51,9 +54,9 @@ pub fn scattered_samples(points: &[[f32; 3]], rings: &Csr, scores: &[f32], k: us
     let k = k.min(points.len());
     let mut keys = gumbel_keys(scores, seed);
     keys.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let scores = centred(scores);
+    let scores = centre_scores(scores);
     let waiting: Vec<u32> = keys.into_iter().map(|(_, vertex)| vertex).collect();
-    let mut field = Field::new(points, rings, &stretches(points, rings, &scores));
+    let mut field = DistanceField::new(points, rings, &stretches(points, rings, &scores));
     let mut reach = first_reach(&scores, k);
     let (mut samples, mut waiting) = first_of_components(rings, waiting, k);
     samples.iter().for_each(|&sample| field.plant(sample, reach));
@@ -108,7 +111,7 @@ fn first_reach(scores: &[f64], k: usize) -> f64 {
 }
 
 /// Returns the scores about their mean, cut at [`MOST_SCORE`].
-fn centred(scores: &[f32]) -> Vec<f64> {
+fn centre_scores(scores: &[f32]) -> Vec<f64> {
     let mean = scores.iter().map(|&s| f64::from(s)).sum::<f64>() / scores.len().max(1) as f64;
     scores.iter().map(|&score| (f64::from(score) - mean).clamp(-MOST_SCORE, MOST_SCORE)).collect()
 }
@@ -127,18 +130,18 @@ fn distance2(p: [f32; 3], q: [f32; 3]) -> f64 {
     (0..3).map(|axis| f64::from(p[axis] - q[axis]).powi(2)).sum()
 }
 
-/// Distances to the samples so far, as far as they are below the reach.
-struct Field<'a> {
+/// Distances to the samples so far, where they are below the reach.
+struct DistanceField<'a> {
     rings: &'a Csr,
     /// Length of each entry of `rings`, in the metric.
     lengths: Vec<f64>,
     /// From each vertex to the nearest sample; infinite where that is beyond every reach so far.
     distance: Vec<f64>,
-    /// What a sample claims next; kept for its memory.
+    /// Vertices that a sample claims next; kept for its memory.
     front: BinaryHeap<Reverse<(u64, u32)>>,
 }
 
-impl<'a> Field<'a> {
+impl<'a> DistanceField<'a> {
     /// Returns the field before the first sample; `stretch` is the metric over Euclidean length at each vertex.
     fn new(points: &[[f32; 3]], rings: &'a Csr, stretch: &[f64]) -> Self {
         let length = |v: usize, w: usize| 0.5 * (stretch[v] + stretch[w]) * distance2(points[v], points[w]).sqrt();

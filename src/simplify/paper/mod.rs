@@ -14,7 +14,7 @@ pub use assignment::{NO_SAMPLE, assign_to_samples};
 pub use close::closed;
 pub use quotient::{Quotient, quotient};
 
-use self::place::Regions;
+use self::place::RegionQuadrics;
 use super::network_scores::edge_graph;
 use super::progress::{PAPER, Progress, run_with_listener};
 use super::{Listener, SimplifyError, scattered_samples, vertex_normals};
@@ -107,7 +107,7 @@ pub(super) fn simplified(mesh: &TriMesh, run: &PaperRun, progress: Progress) -> 
         faces = closed(mesh, samples, &stages.assignment, faces);
     }
     let positions = match run.place {
-        true => Regions::new(mesh, samples, &stages.assignment).placed(&faces),
+        true => RegionQuadrics::new(mesh, samples, &stages.assignment).place_samples(&faces),
         false => gather(mesh.positions(), samples),
     };
     Ok(PaperResult { vertices: stages.samples, positions, faces })
@@ -151,7 +151,7 @@ fn stages(mesh: &TriMesh, run: &PaperRun, progress: Progress) -> Result<PaperSta
     progress.enter("assign", 1)?;
     let mut assignment = assign_to_samples(&points, &rings, &samples);
     if run.place {
-        scores = Regions::new(mesh, &samples, &assignment).scores(&assignment, &scores);
+        scores = RegionQuadrics::new(mesh, &samples, &assignment).scores(&assignment, &scores);
         samples = scattered_samples(&points, &rings, &scores, n_target_vertices, seed);
         assignment = assign_to_samples(&points, &rings, &samples);
     }

@@ -190,8 +190,9 @@ fn planes(curves: [Option<&Curve>; 2], origin: DVec3) -> Quadric {
     curves.into_iter().flatten().fold(Quadric::default(), |sum, curve| sum + curve.planes.with_origin(origin))
 }
 
-/// Prices leaving the curves by a move to `offset` from `origin`: a tenth of the squared distance up to the slack, all of it
-/// beyond; 0 without slack.
+/// Prices leaving the curves by a move to `offset` from `origin`; 0 without slack.
+///
+/// A tenth of the squared distance counts up to the slack, all of it beyond.
 fn price_of_curves(curves: [Option<&Curve>; 2], origin: DVec3, offset: DVec3) -> f64 {
     // Without slack the curve is free of charge here: held ones are in the quadric.
     let slack: f64 = curves.into_iter().flatten().map(|curve| curve.slack).sum();
