@@ -118,6 +118,6 @@ fn where_nothing_says_how_it_moves_every_place_may_bend() {
         (String::from_utf8(run.out).unwrap(), read_path(&folder.path().join("light.ply"), None).unwrap())
     };
     let [(_, plain), (words, bending)] = [ply(&[]), ply(&["--for", "poses"])];
-    assert!(words.contains("every place might bend alike"), "{words}");
+    assert!(words.contains("every region is assumed to bend alike"), "{words}");
     assert!(bending.positions.len() == plain.positions.len() && bending.positions != plain.positions);
 }

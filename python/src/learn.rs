@@ -246,9 +246,7 @@ pub fn estimate(
         let failed = |what: String| Failure::Failed(what);
         let cleaned = clean(raw, &CleanOptions::default()).map_err(|error| failed(error.to_string()))?;
         let judge = Judge { function: judge, raised: of_work, ear: ear.clone(), origin: cleaned.frame.origin };
-        let own = CustomObjective(|original: &TriMesh, result: &WeightedResult| {
-            judge.errors("mesh", ratio, original, result)
-        });
+        let own = CustomObjective(|mesh: &TriMesh, result: &WeightedResult| judge.errors("mesh", ratio, mesh, result));
         let scores: Vec<f32> = cleaned.source.iter().map(|&v| scores[v as usize]).collect();
         let n_output = (cleaned.mesh.positions().len() as f64 * ratio).round().max(1.0) as usize;
         let found = estimate_gradient(&own, &cleaned.mesh, &scores, n_output, &settings, seed).map_err(failed)?;

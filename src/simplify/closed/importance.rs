@@ -76,7 +76,7 @@ fn star_scores_of(surface: &Surface, weights: &Weights) -> Option<Vec<f32>> {
     // A network that sees one-rings alone needs no graph in memory.
     for numbers in surface.pulse.ranges_of_size(TOGETHER, 0..n_vertices) {
         let star = |i: usize| (numbers.start + i, surface.neighbors((numbers.start + i) as u32));
-        let stars = Stars { x: [&surface.positions, &surface.normals], n: numbers.len(), star: star };
+        let stars = Stars { x: [&surface.positions, &surface.normals], n: numbers.len(), star };
         scores.extend(star_scores(weights, &stars, edge_length)?);
     }
     Some(scores)
