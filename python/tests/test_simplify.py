@@ -191,4 +191,4 @@ def test_poses_that_nobody_knows() -> None:
     plain = nm.simplify(mesh, ratio=0.2)
     bending = nm.simplify(mesh, ratio=0.2, for_="poses")
     assert len(bending.vertices) == len(plain.vertices) and not np.array_equal(bending.vertices, plain.vertices)
-    assert any("might bend" in note for note in bending.report["notes"])
+    assert any("assumed to bend" in note for note in bending.report["notes"])
