@@ -38,8 +38,10 @@ pub use edge_predictor::{EdgePredictor, Edges, edge_predictor};
 pub use extended_graph::extended_graph;
 pub use face_classifier::{FaceClassifier, face_classifier, triangle_graph};
 pub use in_edge_lengths::{EdgeFrame, in_edge_lengths};
+#[cfg(feature = "train")]
+pub(crate) use inference::choose_candidates;
+pub(crate) use inference::star_scores;
 pub use inference::{PredictedEdges, PredictedFaces, predict_edges, predict_faces, surface_scores, vertex_scores};
-pub(crate) use inference::{choose_candidates, star_scores};
 pub use network::Network;
 pub use normalized::normalized;
 pub use passes::{
