@@ -117,7 +117,7 @@ pub fn read(bytes: &[u8], format: Option<Format>) -> Result<RawMesh, ReadError> 
 /// let text = b"usemtl skin\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.5 0.25\nf 1/1 2/1 3\n";
 /// let read = read_attributed(text, None).unwrap();
 /// let uv = &read.mesh.attributes.channels[0];
-/// assert_eq!(uv.of(read.mesh.attributes.wedges[0][1]), [0.5, 0.25]);
+/// assert_eq!(uv.value(read.mesh.attributes.wedges[0][1]), [0.5, 0.25]);
 /// assert_eq!(read.extra.groups[0].material.as_deref(), Some("skin"));
 /// ```
 pub fn read_attributed(bytes: &[u8], format: Option<Format>) -> Result<ReadMesh, ReadError> {
