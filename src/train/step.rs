@@ -70,7 +70,7 @@ impl StepResult {
 /// let bias = &net.point_sampler.score.bias;
 /// let gradients = network_gradients(&net, &tape.backward(&[(bias, Matrix::new(1, 1, vec![3.0]))]));
 /// assert_eq!(gradients.get("point_sampler.score.bias").unwrap().data(), [3.0]);
-/// assert_eq!(gradients.get("point_sampler.score.weights").unwrap(), &Matrix::zeros(64, 1));
+/// assert_eq!(gradients.get("point_sampler.score.weights").unwrap(), &Matrix::zeros(32, 1));
 /// ```
 pub fn network_gradients(parameters: &Network<Value>, gradients: &Gradients) -> Tensors<Matrix> {
     parameters.named().gradients(gradients)

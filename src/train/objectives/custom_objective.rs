@@ -19,7 +19,7 @@ pub enum Errors {
 ///
 /// ```
 /// use neural_mesh::mesh::{TriMesh, shapes};
-/// use neural_mesh::simplify::{Importance, Parts, WeightedResult, simplify_with_importance, vertex_areas};
+/// use neural_mesh::simplify::{Importance, Refinements, WeightedResult, simplify_with_importance, vertex_areas};
 /// use neural_mesh::train::{Errors, CustomObjective, Objective};
 /// let sphere = shapes::icosphere(4);
 /// let of = |n| simplify_with_importance(&sphere, n, Importance::Even, &Refinements::default()).unwrap();
