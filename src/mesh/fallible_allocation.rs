@@ -7,7 +7,7 @@ thread_local! {
     static IS_FALLIBLE: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Returns whether this thread is inside [`asking`], where an allocator may refuse instead of aborting.
+/// Returns whether this thread is inside [`with_fallible_allocation`], where an allocator may refuse instead of aborting.
 ///
 /// ```
 /// use neural_mesh::mesh::fallible_allocation::{with_fallible_allocation, is_allocation_fallible};
