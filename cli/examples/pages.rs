@@ -1,5 +1,4 @@
-//! Writes the completions and man pages of the program into a folder: `pages OUTDIR DATE`. `scripts/release` calls it; the program
-//! itself carries neither.
+//! Writes completions and man pages of the program into a folder: `pages OUTDIR DATE`.
 
 use std::io::Result;
 use std::path::Path;
@@ -27,7 +26,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// `completions/` with a file for each shell, `man/` with a page for the program and each of its commands.
+/// Writes `completions/` with a file per shell, and `man/` with a page for the program and each command.
 fn write(folder: &Path, date: &str) -> Result<()> {
     let (completions, man) = (folder.join("completions"), folder.join("man"));
     std::fs::create_dir_all(&completions)?;
@@ -56,7 +55,7 @@ fn page(command: &Command, folder: &Path, date: &str) -> Result<()> {
     std::fs::write(folder.join(man.get_filename()), without_double_breaks(&String::from_utf8_lossy(&page)))
 }
 
-/// A page without breaks of the line beside blank lines, which break it, too; mandoc warns of them.
+/// Removes line breaks next to blank lines, of which mandoc warns.
 fn without_double_breaks(page: &str) -> String {
     let lines: Vec<&str> = page.lines().collect();
     let is_blank = |i: Option<usize>| i.and_then(|i| lines.get(i)).is_some_and(|line| line.is_empty());
@@ -64,7 +63,6 @@ fn without_double_breaks(page: &str) -> String {
     (0..lines.len()).filter(|&i| is_kept(i)).map(|i| format!("{}\n", lines[i])).collect()
 }
 
-/// The command line without the commands that nobody types.
 fn shown() -> Command {
     let all = neural_mesh_cli::command_line();
     let commands: Vec<_> = all.get_subcommands().filter(|command| !command.is_hide_set()).cloned().collect();

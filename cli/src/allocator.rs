@@ -1,6 +1,6 @@
-//! The system's allocator with an upper bound. Where no more memory is available, it ends the program with one line.
+//! System allocator with an upper bound.
 //!
-//! This is the only file of the program with `unsafe`, which allocators require. Every call is forwarded unchanged to the system.
+//! The only file of the program with `unsafe`, which allocators require.
 #![allow(unsafe_code)]
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -10,31 +10,29 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use neural_mesh::mesh::fallible_allocation::is_allocation_fallible;
 
-/// Smallest block that is counted, in bytes: smaller ones are many, and take little next to the arrays of a mesh.
+/// Smallest counted block, in bytes: smaller ones take little next to a mesh's arrays.
 const COUNTED: usize = 1 << 16;
 
-/// Bytes in counted blocks, and their upper bound.
+/// Bytes in counted blocks.
 static TAKEN: AtomicUsize = AtomicUsize::new(0);
 static MOST: AtomicUsize = AtomicUsize::new(usize::MAX);
-/// Handler that ends the program where the given number of bytes is not available.
+/// Handler that ends the program, given the unavailable number of bytes.
 static END: OnceLock<fn(usize) -> !> = OnceLock::new();
 
-/// Sets the handler for allocations that fail. Before, the standard library handles them.
+/// Sets the handler for failed allocations; before, the standard library handles them.
 pub fn end_by(end: fn(usize) -> !) {
     let _ = END.set(end);
 }
 
-/// Sets the upper bound on bytes in counted blocks.
 pub fn bound(most: usize) {
     MOST.store(most, Relaxed);
 }
 
-/// Returns the upper bound on bytes in counted blocks.
 pub fn most() -> usize {
     MOST.load(Relaxed)
 }
 
-/// The system's allocator with an upper bound.
+/// System allocator with an upper bound; ends the program when memory runs out.
 pub struct Bounded;
 
 fn counted_size(size: usize) -> usize {
@@ -57,7 +55,7 @@ fn give(size: usize) {
     }
 }
 
-/// Returns a block from the system. If there is none, returns null to callers that can handle it, and else ends the program.
+/// Returns a block from the system. Without one, returns null to callers that can handle it, else ends the program.
 fn allocate(size: usize, from_system: impl FnOnce() -> *mut u8) -> *mut u8 {
     if take(size) {
         let block = from_system();

@@ -1,4 +1,4 @@
-//! The arguments of the commands as typed. `request` turns them into checked options.
+//! Command-line arguments as typed; `request` turns them into checked options.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! Progress display with an estimate of the remaining time: a bar on a terminal, occasional lines elsewhere.
+//! Progress display: a bar on a terminal, occasional lines elsewhere.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
@@ -9,20 +9,17 @@ use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, P
 
 use crate::plain::plain;
 
-/// Work shorter than this shows no bar.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// Least time between two lines where there is no terminal; later a tenth of the elapsed time.
+/// Shortest time between two lines without a terminal; later a tenth of the elapsed time.
 const BETWEEN_LINES: Duration = Duration::from_secs(5);
-/// Resolution of the bar.
 const STEPS: f64 = 1000.0;
-/// Least share of finished work from which the remaining time is estimated.
+/// Smallest finished share with an estimate of the remaining time.
 const LEAST_KNOWN: f32 = 0.02;
 
-/// A progress bar that appears when work takes longer than a second.
+/// Progress bar that appears after a second.
 pub struct Bar(ProgressBar);
 
 impl Bar {
-    /// Creates the bar; with `quiet` it never prints.
     pub fn new(quiet: bool) -> Self {
         let bar = ProgressBar::with_draw_target(Some(STEPS as u64), ProgressDrawTarget::hidden());
         let style = ProgressStyle::with_template("[{bar:30}] {percent:>3} % {msg}, {passed}{left}");
@@ -41,13 +38,12 @@ impl Bar {
         Self(bar)
     }
 
-    /// Shows the current activity and the share of the work that is done.
+    /// Shows the current activity and the finished share, 0 to 1.
     pub fn show(&self, what: impl Into<Cow<'static, str>>, done: f64) {
         self.0.set_message(what);
         self.0.set_position((STEPS * done.clamp(0.0, 1.0)) as u64);
     }
 
-    /// Runs `say` with the bar hidden, so that its output does not collide with it.
     pub fn suspend(&self, say: impl FnOnce()) {
         self.0.suspend(say);
     }
@@ -59,7 +55,6 @@ impl Drop for Bar {
     }
 }
 
-/// Draws the bar after a second, or prints lines where there is no terminal.
 fn show_later(bar: ProgressBar) {
     std::thread::spawn(move || {
         std::thread::sleep(PATIENCE);
@@ -75,7 +70,6 @@ fn show_later(bar: ProgressBar) {
     });
 }
 
-/// Prints a line every few seconds until the work is finished.
 fn say_lines(bar: &ProgressBar) {
     let began = Instant::now();
     let mut next = BETWEEN_LINES;
@@ -93,7 +87,7 @@ fn say_lines(bar: &ProgressBar) {
     }
 }
 
-/// Returns text such as `, about 20 seconds left`, or nothing while too little is done.
+/// Returns text such as `, about 20 seconds left`, or nothing below [`LEAST_KNOWN`].
 fn to_go(passed: Duration, done: f32) -> String {
     if done < LEAST_KNOWN {
         return String::new();

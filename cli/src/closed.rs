@@ -1,17 +1,16 @@
 //! Detection of a standard output that was closed before the program started (Linux only).
 //!
-//! Rust's runtime opens /dev/null in its place, which hides all output without an error. So this looks before the runtime starts.
+//! The check runs before Rust's runtime, which replaces a closed output by /dev/null without an error.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 static CLOSED: AtomicBool = AtomicBool::new(false);
 
-/// Returns whether standard output was closed when the program started.
 pub fn is_closed() -> bool {
     CLOSED.load(Ordering::Relaxed)
 }
 
-// Runs before the runtime: two system calls and an atomic flag need nothing of it.
+// Runs before Rust's runtime, which neither the two system calls nor the atomic flag need.
 #[cfg(target_os = "linux")]
 #[ctor::ctor(unsafe)]
 fn look() {

@@ -27,6 +27,6 @@ pub enum Command {
     Limits(LimitsArgs),
     /// Measure and show how simplified meshes differ from the original
     Compare(CompareArgs),
-    // Its help comes from its arguments, which differ in builds without the feature.
+    // The help of `train` comes from its arguments, which differ in builds without the feature.
     Train(TrainArgs),
 }

@@ -1,4 +1,4 @@
-//! The content of a mesh file before it is parsed: whether its bytes are a glTF, whatever its name.
+//! Type and content of a mesh file before parsing.
 
 use std::path::Path;
 use std::sync::{Mutex, OnceLock};
@@ -8,13 +8,12 @@ use neural_mesh::io;
 use crate::failure::Failure;
 use crate::names::is_stream;
 
-/// The content of one mesh file, read at most once.
+/// Content of one mesh file, read at most once.
 #[derive(Debug, Default)]
 pub struct Content {
     info: OnceLock<ContentInfo>,
 }
 
-/// Whether the content is a glTF, and the bytes of a source that can be read only once.
 #[derive(Debug)]
 struct ContentInfo {
     is_gltf: bool,
@@ -22,12 +21,12 @@ struct ContentInfo {
 }
 
 impl Content {
-    /// Returns whether the file is a glTF. Standard input and pipes are read for this, and kept.
+    /// Returns whether the bytes are a glTF; reads and keeps those of standard input and pipes.
     pub fn is_gltf(&self, path: &Path) -> bool {
         self.inspect(path).is_gltf
     }
 
-    /// Returns the bytes of standard input or of a pipe once, and `None` for regular files.
+    /// Returns the bytes of standard input or a pipe once; `None` for regular files.
     pub fn take(&self, path: &Path) -> Option<Result<Vec<u8>, Failure>> {
         match comes_once(path) {
             true => self.inspect(path).bytes.lock().ok().and_then(|mut bytes| bytes.take()),
@@ -50,12 +49,10 @@ impl Content {
     }
 }
 
-/// Returns whether the bytes can be read only once.
 fn comes_once(path: &Path) -> bool {
     is_stream(path) || std::fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
 }
 
-/// Reads all bytes of a file or of standard input.
 pub fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     let read = if is_stream(path) { io::read_stream(std::io::stdin().lock()) } else { io::read_file(path) };
     read.map_err(|error| Failure::in_file(path, error))

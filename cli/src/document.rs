@@ -1,4 +1,4 @@
-//! Reading the document of a request, from its file or from standard input.
+//! Reading of a request's input.
 
 use neural_mesh::io::{self, Format};
 use neural_mesh::job::Document;
@@ -8,9 +8,9 @@ use crate::names::{is_vrm, single_file_format};
 use crate::read::{asset, parse_source};
 use crate::request::Request;
 
-/// Reads and cleans the input of a request. A glTF that is written as glTF stays a scene.
+/// Reads and cleans the input of a request; a glTF written as glTF stays a scene.
 ///
-/// If the request leaves the format open, it becomes that of the input.
+/// An open output format becomes that of the input.
 pub fn open(request: &mut Request) -> Result<Document, Failure> {
     if request.follows_input && request.source.is_gltf() {
         follow(request, Some(Format::Gltf))?;
@@ -30,14 +30,13 @@ pub fn open(request: &mut Request) -> Result<Document, Failure> {
     Ok(document)
 }
 
-/// Sets the output format to that of the input.
 pub fn follow(request: &mut Request, format: Option<Format>) -> Result<(), Failure> {
     (request.job.format, request.follows_input) = (single_file_format(format), false);
     request.name_files();
     request.job.check_format().map_err(|error| request.failure(error))
 }
 
-/// Rejects an output name that ends in .vrm for a mesh that is no VRM: readers of VRM need its bones.
+/// Rejects an output name in .vrm for other meshes, since readers of VRM need its bones.
 fn check_vrm(document: &Document, request: &Request) -> Result<(), Failure> {
     match request.output.as_deref().filter(|path| is_vrm(path)) {
         Some(path) if !document.has_extension("VRM") && !document.has_extension("VRMC_vrm") => {

@@ -1,4 +1,4 @@
-//! A finished run whose results are temporary files that still have to be moved into place.
+//! Finished run whose results are still temporary files.
 
 use std::path::{Path, PathBuf};
 
@@ -8,33 +8,26 @@ use crate::failure::Failure;
 use crate::files::{self, Pending};
 use neural_mesh::job::Report;
 
-/// A finished run before its results are in place.
 pub struct Done {
-    /// Report of the run.
     pub report: Report,
-    /// Summary of what was cleaned.
+    /// Summary of the cleaning.
     pub cleaned: String,
-    /// Bytes of the mesh or report for standard output.
     pub bytes: Option<Vec<u8>>,
-    /// Files to move into place.
     pub pending: Vec<Pending>,
-    /// Folder of the mesh, and the extra files it needs there, such as textures.
+    /// Folder of the mesh, and further files for it, such as textures.
     pub beside: Option<(PathBuf, Vec<OutputFile>)>,
-    /// Whether existing files are replaced.
     pub force: bool,
 }
 
-/// Function that writes the extra files of a mesh into its folder.
 type WriteBeside<'a> = dyn Fn(&Path, &[OutputFile]) -> Result<(), Failure> + 'a;
 
 impl Done {
-    /// Moves all results into place and returns the report and the summary of what was cleaned.
+    /// Moves all results into place; returns the report and the summary of the cleaning.
     pub fn put(self) -> Result<(Report, String), Failure> {
         let force = self.force;
         self.put_by(&|folder, beside| write_beside(folder, beside, force), files::place)
     }
 
-    /// Moves all results into place with the given functions.
     pub fn put_by(
         self,
         write_beside: &WriteBeside,
@@ -47,7 +40,6 @@ impl Done {
         Ok((self.report, self.cleaned))
     }
 
-    /// Rejects a run where an extra file of the mesh has the name of another result.
     fn check(&self) -> Result<(), Failure> {
         let beside = self.beside.iter().flat_map(|(folder, beside)| beside.iter().map(|file| folder.join(&file.path)));
         for path in beside {

@@ -1,4 +1,4 @@
-//! The picture of a mesh before and after simplification.
+//! Picture of a mesh before and after simplification.
 
 use neural_mesh::job::{Document, Outcome, Report, Seen};
 use neural_mesh::metrics::farthest_point;
@@ -9,12 +9,10 @@ use crate::files::{self, Pending};
 use crate::request::Request;
 use crate::words;
 
-/// Samples on each surface to find the largest distance.
 const SAMPLES: usize = 20_000;
-/// Largest distance that is only rounding, in percent of the diagonal. It gets no ring.
+/// Largest distance that counts as rounding, in percent of the diagonal; it gets no ring.
 const NOTHING: f64 = 1e-4;
 
-/// A mesh of the picture with its colours and stored normals.
 pub struct PicturedMesh<'a> {
     seen: Seen<'a>,
     coat: Option<Coat>,
@@ -27,9 +25,7 @@ impl PicturedMesh<'_> {
     }
 }
 
-/// Collects original and result with colours and normals, if a picture is requested.
-///
-/// What cannot be drawn is added to the notes of the report.
+/// Collects original and result for a requested picture; the report notes everything that cannot be drawn.
 pub fn prepare_picture<'a>(
     request: &Request,
     document: &'a Document,
@@ -49,9 +45,9 @@ pub fn prepare_picture<'a>(
     Ok(Some([PicturedMesh { seen: before, coat, normals }, after]))
 }
 
-/// Draws the requested picture into a temporary file, with a ring at the largest distance from the original.
+/// Draws the requested picture into a temporary file, with a ring at the largest distance.
 ///
-/// Edges are drawn only where they hide no colours.
+/// Edges are drawn if requested, or if neither mesh has colours.
 pub fn draw_picture(
     request: &Request,
     pictured: Option<&[PicturedMesh; 2]>,

@@ -1,6 +1,6 @@
-//! The commands of the program for another program in the same process: meshes in memory as well as files.
+//! Commands for another program in the same process, with meshes in memory or in files.
 //!
-//! Nothing is printed, no signal is handled, and threads come from the caller's pool. Options have the names of the program's options.
+//! Nothing is printed, no signal is handled, and threads come from the caller's pool.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -42,17 +42,17 @@ pub struct Files {
     pub picture: Option<PathBuf>,
     /// File for the report.
     pub report: Option<PathBuf>,
-    /// Whether a missed target is an error.
+    /// True if a missed target is an error.
     pub strict: bool,
-    /// Whether existing files are replaced.
+    /// True if existing files are replaced.
     pub force: bool,
-    /// Whether the result is returned as the bytes of a file in `format`, and not written.
+    /// True to return the bytes of a file in `format` instead of writing the file.
     pub bytes: bool,
 }
 
-/// A mesh in memory to simplify.
+/// Mesh in memory to simplify.
 pub enum InputMesh {
-    /// A mesh, and optionally a weight of at least 0 for each vertex.
+    /// Mesh, and optionally a weight of at least 0 per vertex.
     Mesh(Box<ReadMesh>, Option<Vec<f32>>),
     /// Bytes of a file, and its name, whose ending gives the format if the bytes do not.
     File(Vec<u8>, String),
@@ -60,37 +60,38 @@ pub enum InputMesh {
 
 /// Result of a request.
 pub struct Outcome {
-    /// The result, or one for each level of detail.
+    /// Results, one per level of detail.
     pub results: Vec<MemoryResult>,
-    /// The report, as `--report` writes it.
+    /// Report, as `--report` writes it.
     pub report: serde_json::Value,
-    /// Summary of what was cleaned.
+    /// Summary of the cleaning.
     pub cleaned: String,
-    /// The input vertex of each cleaned vertex, to which the map refers; `None` for a scene.
+    /// Input vertex of each cleaned vertex; `None` for a scene.
     pub file_vertices: Option<Vec<u32>>,
-    /// Names of materials, groups and objects, each with a group of faces that has it.
+    /// Names of materials, groups and objects, each with its group of faces.
     pub group_names: Vec<(String, u32)>,
-    /// Files that were written.
+    /// Written files.
     pub paths: Vec<PathBuf>,
     /// Bytes of the result's file, if requested.
     pub bytes: Option<Vec<u8>>,
-    /// Description of a missed target, if that matters.
+    /// Description of a missed target, if that is an error.
     pub unmet: Option<String>,
 }
 
-/// A result in memory.
+/// Result in memory.
 pub struct MemoryResult {
-    /// The mesh in single precision; the meshes of a scene are joined into one.
+    /// Mesh in single precision; the meshes of a scene are joined.
     pub simplified: Simplified,
-    /// Vertex positions, n x 3, if the input is in double precision.
+    /// Vertex positions, n x 3, if the input has double precision.
     pub exact: Option<Vec<[f64; 3]>>,
 }
 
 /// Simplifies the given mesh, or the input file, as `neural-mesh simplify` does.
-/// `is_wanted` is called once more before files are moved into place.
+///
+/// `is_wanted` is called before files are moved into place.
 ///
 /// # Errors
-/// [`Failure`], as for the program; [`Failure::Interrupted`] if the listener or `is_wanted` stops the run.
+/// [`Failure`], as in the program; [`Failure::Interrupted`] if the listener or `is_wanted` stops the run.
 pub fn simplify(
     arguments: Arguments,
     files: &Files,
@@ -128,7 +129,6 @@ pub fn simplify(
     })
 }
 
-/// Returns the given mesh or the input file as a document.
 fn open_document(given: Option<InputMesh>, request: &mut Request) -> Result<Document, Failure> {
     match given {
         Some(InputMesh::Mesh(mesh, factors)) => {
@@ -147,22 +147,22 @@ fn open_document(given: Option<InputMesh>, request: &mut Request) -> Result<Docu
     }
 }
 
-/// A result as a function of the input vertices.
+/// Result as a function of the input vertices.
 pub struct RecordedResult {
-    /// The function, in local coordinates of the cleaned vertices.
+    /// Function in local coordinates of the cleaned vertices.
     pub record: Record,
     /// Position of the local origin.
     pub origin: [f64; 3],
-    /// The input vertex of each cleaned vertex.
+    /// Input vertex of each cleaned vertex.
     pub sources: Vec<u32>,
     /// Faces of the result.
     pub faces: Vec<[u32; 3]>,
 }
 
-/// Simplifies a mesh and records the result as a function of its vertices. Only options that a record supports are allowed.
+/// Simplifies a mesh and records the result as a function of its vertices.
 ///
 /// # Errors
-/// As [`simplify`].
+/// As [`simplify`]; also for options that a record does not support.
 pub fn record(
     arguments: Arguments,
     files: &Files,
@@ -191,7 +191,6 @@ pub fn record(
     Ok(RecordedResult { record, origin: cleaned.frame.origin, sources: cleaned.source, faces })
 }
 
-/// Returns the request for one mesh. A result that stays in memory uses a format that can hold all attributes.
 fn request(mut arguments: Arguments, files: &Files, is_given: bool) -> Result<Request, Failure> {
     let input = files.input.as_deref().filter(|_| !is_given).unwrap_or(Path::new("mesh"));
     let output = files.out.as_deref().unwrap_or(Path::new("-"));
@@ -223,6 +222,7 @@ fn request(mut arguments: Arguments, files: &Files, is_given: bool) -> Result<Re
 }
 
 /// Compares meshes as `neural-mesh compare` does; `None` in `given` means the file of that name.
+///
 /// The page is built if `html` is set, and written if `writes`.
 ///
 /// # Errors

@@ -1,4 +1,4 @@
-//! Errors of the program, each with a one-line message and an exit code.
+//! Errors of the program.
 
 use std::fmt;
 use std::path::Path;
@@ -8,20 +8,20 @@ use neural_mesh::simplify::SimplifyError;
 
 use crate::plain::plain;
 
-/// An error that ends the program; its text says what failed, where, and what to do.
+/// Error that ends the program; its text says what failed, where, and what to do.
 #[derive(Debug)]
 pub enum Failure {
     /// Problem with the input or the disk: exit code 1.
     Failed(String),
     /// Wrong arguments: exit code 2.
     Usage(String),
-    /// Result that was written but misses the target: exit code 3.
+    /// Written result that misses the target: exit code 3.
     Unmet(String),
-    /// Errors of some of several files that were already printed: exit code 1.
+    /// Errors of several files, already printed: exit code 1.
     Reported,
     /// Ctrl-C: exit code 130.
     Interrupted,
-    /// Ctrl-C after some results were saved, with a text that names them: exit code 130.
+    /// Ctrl-C after results were saved, which the text names: exit code 130.
     Stopped(String),
 }
 
@@ -31,7 +31,7 @@ impl Failure {
         Self::Failed(format!("{}: {what}", name(path)))
     }
 
-    /// Converts an error of the simplification into one of the program.
+    /// Converts an error of the simplification.
     pub fn from_simplify(error: &SimplifyError, input: &Path) -> Self {
         match error {
             SimplifyError::Interrupted => Self::Interrupted,

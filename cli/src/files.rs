@@ -1,4 +1,4 @@
-//! Reading and writing of files and standard streams. Files appear complete or not at all.
+//! Files and standard streams; files appear complete or not at all.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -15,21 +15,16 @@ use crate::words::{stdout_failure, write_stdout};
 
 pub use crate::content::read;
 
-/// Number of links that are followed, as on Linux.
 const MOST_LINKS: usize = 40;
 
-/// A result in a temporary file that is still to be moved into place.
 pub struct Pending {
     temporary: NamedTempFile,
-    /// Name as given, for messages.
     name: PathBuf,
-    /// Final path, with links resolved.
     place: PathBuf,
     force: bool,
 }
 
 impl Pending {
-    /// Returns whether `place` is its final path.
     pub fn is_at(&self, place: &Path) -> bool {
         self.place == place
     }
@@ -40,13 +35,13 @@ impl Pending {
     }
 }
 
-/// Rejects results that would be the same file, and paths where no file can be written, before any work.
+/// Rejects two results with one file, and paths where no file can be written.
 pub fn check_places<'a>(paths: impl IntoIterator<Item = &'a Path>, force: bool) -> Result<(), Failure> {
     let paths: Vec<&Path> = paths.into_iter().collect();
     let mut places = Vec::new();
     for path in &paths {
         let place = destination(path)?;
-        // Links are resolved by now: two names may lead to one file.
+        // Links are resolved here, since two names may lead to one file.
         if places.contains(&place) {
             let what = format!("{}: is also the file of another result: give each its own file", path.display());
             return Err(Failure::Usage(what));
@@ -56,7 +51,7 @@ pub fn check_places<'a>(paths: impl IntoIterator<Item = &'a Path>, force: bool) 
     paths.into_iter().try_for_each(|path| check_place(path, force))
 }
 
-/// Rejects a path where no file can be written, or where one exists that may not be replaced, before any work.
+/// Rejects a path where no file can be written or an existing one may not be replaced.
 pub fn check_place(path: &Path, force: bool) -> Result<(), Failure> {
     let place = destination(path)?;
     let folder = folder_of(&place);
@@ -75,7 +70,6 @@ pub fn check_place(path: &Path, force: bool) -> Result<(), Failure> {
     check_folder(path, folder)
 }
 
-/// Rejects a folder where a test file cannot be created.
 fn check_folder(path: &Path, folder: &Path) -> Result<(), Failure> {
     let unwritable = |error| {
         let what = format!("cannot create a file in {}: {error}: choose another folder", folder.display());
@@ -84,7 +78,7 @@ fn check_folder(path: &Path, folder: &Path) -> Result<(), Failure> {
     new_file_in(folder).map(drop).map_err(unwritable)
 }
 
-/// Returns the path of the file behind links: the links stay, and their target is replaced.
+/// Returns the file behind links, so that links stay and their targets are replaced.
 fn destination(path: &Path) -> Result<PathBuf, Failure> {
     let mut place = path.to_path_buf();
     for _ in 0..MOST_LINKS {
@@ -94,7 +88,6 @@ fn destination(path: &Path) -> Result<PathBuf, Failure> {
     Err(Failure::in_file(path, "is a link that never ends: choose another name"))
 }
 
-/// Returns the path with its folder in canonical form.
 pub fn in_own_folder(path: &Path) -> PathBuf {
     let folder = std::fs::canonicalize(folder_of(path));
     match (folder, path.file_name()) {
@@ -103,18 +96,18 @@ pub fn in_own_folder(path: &Path) -> PathBuf {
     }
 }
 
-/// Writes bytes to a temporary file in the final folder, compressed if the name ends in `.gz`.
+/// Writes bytes to a temporary file in the final folder, compressed for names in `.gz`.
 pub fn prepare(name: &Path, bytes: &[u8], force: bool) -> Result<Pending, Failure> {
     let place = destination(name)?;
     let problem = |error| Failure::in_file(name, format!("cannot be written: {error}: check the folder and the disk"));
-    // In the final folder, so that moving it into place is a rename.
+    // The temporary file is in the final folder, so that moving it into place is a rename.
     let mut temporary = new_file_in(folder_of(&place)).map_err(problem)?;
     let bytes = io::compress_by_name(name, bytes).map_err(|error| Failure::in_file(name, error))?;
     temporary.write_all(&bytes).map_err(problem)?;
     Ok(Pending { temporary, name: name.into(), place, force })
 }
 
-/// Prepares a JSON file, if `path` is given; returns the bytes instead if the path is standard output.
+/// Prepares a JSON file if `path` is given; returns the bytes instead for standard output.
 pub fn prepare_json(
     path: Option<&Path>,
     value: &impl Serialize,
@@ -130,12 +123,11 @@ pub fn prepare_json(
     Ok(None)
 }
 
-/// Moves all results into place, one after another, without interruption.
 pub fn place(pending: Vec<Pending>) -> Result<(), Failure> {
     interrupt::without_interruption(|| pending.into_iter().try_for_each(place_one))
 }
 
-/// Moves results into place, but accepts an identical file of an earlier run.
+/// Moves results into place; accepts an identical file of an earlier run.
 pub fn place_or_find(pending: Vec<Pending>) -> Result<(), Failure> {
     place(pending.into_iter().filter(|pending| !pending.is_there()).collect())
 }
@@ -150,7 +142,6 @@ fn place_one(pending: Pending) -> Result<(), Failure> {
     })
 }
 
-/// Writes bytes to standard output.
 pub fn write_to_stdout(bytes: &[u8]) -> Result<(), Failure> {
     write_stdout(bytes).map_err(|error| stdout_failure(&error))
 }
@@ -163,7 +154,7 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Creates a temporary file with the permissions of an ordinary new file; the default of the crate is private to the owner.
+/// Creates a temporary file with the permissions of an ordinary one.
 fn new_file_in(folder: &Path) -> std::io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".neural-mesh-");

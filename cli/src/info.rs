@@ -1,4 +1,4 @@
-//! `neural-mesh info`: describes meshes one by one, and continues after one that cannot be read.
+//! `neural-mesh info`: describes meshes one by one.
 
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
@@ -22,14 +22,13 @@ use crate::request::Source;
 use crate::scene_info::SceneInfo;
 use crate::words::{Voice, complain, group_digits};
 
-/// Description of a mesh, in the order of the JSON.
 #[derive(Debug, Serialize)]
 struct Info {
     file: String,
     vertices: usize,
     edges: usize,
     faces: usize,
-    /// Lowest and highest coordinates, in the frame of the file.
+    /// Lowest and highest coordinates, in the file's frame.
     bounds: [[f64; 3]; 2],
     closed: bool,
     manifold: bool,
@@ -43,17 +42,14 @@ struct Info {
     euler: i64,
     genus: Option<usize>,
     cleaned: job::Cleaned,
-    /// Names of the attributes.
     carries: Vec<String>,
-    /// Contents of a glTF; its meshes are described above as one, with the transforms of their nodes.
+    /// Contents of a glTF; the other fields describe its meshes joined.
     #[serde(skip_serializing_if = "Option::is_none")]
     scene: Option<SceneInfo>,
 }
 
-/// Advice for a file of unknown format.
 const UNKNOWN: &str = "--format sets the format";
 
-/// Describes each mesh on standard output.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let format = args.format.as_deref().map(format_of).transpose()?;
     check_stdin(args.inputs.iter().map(PathBuf::as_path))?;
@@ -76,7 +72,6 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     all_said
 }
 
-/// Describes a mesh as one line of JSON or as several lines of text.
 fn describe(source: &Source, args: &InfoArgs) -> Result<Vec<String>, Failure> {
     let (info, counts) = match read::in_pieces(&source.path, args.memory.map(bytes_of), None) {
         Some((pieces, most)) => in_pieces(source, &pieces, most)?,
@@ -102,7 +97,6 @@ fn read_mesh(source: &Source) -> Result<ReadMesh, Failure> {
     parse_source(source, io::read_attributed, io::read_attributed_path)
 }
 
-/// Reads a glTF as one mesh, and its contents.
 fn read_scene(source: &Source) -> Result<(ReadMesh, Option<SceneInfo>), Failure> {
     let failed = |error: ReadError| Failure::in_file(&source.path, error);
     let (read, asset) = match source.content.take(&source.path).transpose()? {
@@ -112,7 +106,6 @@ fn read_scene(source: &Source) -> Result<(ReadMesh, Option<SceneInfo>), Failure>
     Ok((read.map_err(failed)?, Some(SceneInfo::new(&asset.map_err(failed)?, source.weld))))
 }
 
-/// Describes a mesh larger than memory block by block, with temporary files in the system's folder for them.
 fn in_pieces(source: &Source, pieces: &Pieces, most: u64) -> Result<(Info, CleanCounts), Failure> {
     let folder = std::env::temp_dir();
     let room = WorkingSpace { n_bytes: most, folder: &folder };
@@ -123,7 +116,6 @@ fn in_pieces(source: &Source, pieces: &Pieces, most: u64) -> Result<(Info, Clean
     Ok((Info { carries, ..collect_info(&source.path, &topology, (bounds, &frame), &counts) }, counts))
 }
 
-/// Lists the attributes of corners and faces.
 fn carries(attributes: &Attributes) -> Vec<String> {
     let named = |channel: &Channel| match channel.role {
         Role::Normal => "normals".into(),
@@ -169,7 +161,6 @@ fn collect_info(path: &Path, figures: &Topology, (bounds, frame): (Bounds, &Fram
     }
 }
 
-/// Returns whether the surface is edge- and vertex-manifold, with or without boundaries.
 fn is_manifold(figures: &Topology) -> bool {
     figures.non_manifold_edges == 0 && figures.non_manifold_vertices == 0
 }
@@ -192,7 +183,7 @@ fn lines(info: &Info, cleaned: &str) -> Vec<String> {
     lines
 }
 
-/// Formats bounds with the decimals that single precision has for a mesh of this size.
+/// Formats bounds with the decimals of single precision.
 fn bounds_in_words([low, high]: [[f64; 3]; 2]) -> [String; 2] {
     let extent = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max);
     let decimals = if extent > 0.0 { (6.0 - extent.log10().floor()).clamp(0.0, 17.0) as usize } else { 6 };

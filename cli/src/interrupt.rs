@@ -1,4 +1,4 @@
-//! Handling of Ctrl-C: removes temporary files and ends with exit code 130, with no partial result.
+//! Handling of Ctrl-C: removes temporary files and ends with exit code 130.
 
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -8,12 +8,11 @@ use tempfile::NamedTempFile;
 use crate::failure::Failure;
 use crate::words::complain;
 
-/// Temporary files to remove on interruption.
 static TEMPORARY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// Starts to handle Ctrl-C and termination; they end the program with this error.
+/// Handles Ctrl-C and termination: they end the program with `ending`.
 pub fn watch(ending: Failure) {
-    // Systems without signals can simplify all the same.
+    // Systems without signals can simplify without the handler.
     let _ = ctrlc::set_handler(move || {
         // The lock is held until the end, so that no file is moved into place any more.
         let files = lock_temporaries();
@@ -31,7 +30,6 @@ pub fn remove_temporaries() {
     files.iter().flat_map(|files| files.iter()).for_each(|file| drop(std::fs::remove_file(file)));
 }
 
-/// Creates a temporary file and registers it for removal.
 pub fn with_temporary(make: impl FnOnce() -> std::io::Result<NamedTempFile>) -> std::io::Result<NamedTempFile> {
     let mut files = lock_temporaries();
     let file = make()?;
@@ -39,7 +37,7 @@ pub fn with_temporary(make: impl FnOnce() -> std::io::Result<NamedTempFile>) -> 
     Ok(file)
 }
 
-/// Runs `work` so that an interruption comes before or after it.
+/// Runs `work` such that interruptions come before or after it.
 pub fn without_interruption<T>(work: impl FnOnce() -> T) -> T {
     let mut files = lock_temporaries();
     let result = work();

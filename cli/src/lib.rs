@@ -1,6 +1,6 @@
-//! The `neural-mesh` program: turns arguments into files. All algorithms are in the library.
+//! The `neural-mesh` program: turns arguments into files; all algorithms are in the library.
 //!
-//! `main.rs` is the executable. Module `embedded` offers the commands to other programs, and `shared` what `neural-mesh-bench` uses.
+//! Module `embedded` offers the commands to other programs.
 
 mod allocator;
 mod args;
@@ -96,7 +96,6 @@ fn finish(done: Result<(), Failure>) -> ExitCode {
     }
 }
 
-/// Prints help, version, or an argument error, which may quote names of any bytes.
 fn print_answer(answer: &clap::Error) -> ExitCode {
     if !answer.use_stderr() {
         let said = words::write_stdout(b"").and_then(|()| answer.print()).and_then(|()| words::write_stdout(b""));

@@ -1,4 +1,4 @@
-//! The program: its allocator, and what the library of the same package does with the words of the command line.
+//! Entry point and allocator of the program.
 
 use std::process::ExitCode;
 

@@ -1,4 +1,4 @@
-//! Available memory, the bound on the program's share of it, and reuse of freed memory.
+//! Bound on the program's memory, and reuse of freed memory.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -8,18 +8,15 @@ use neural_mesh::mesh::fallible_allocation::make_room;
 
 use crate::allocator;
 
-/// Memory of a run without a mesh, in bytes.
 const BASE: u64 = 8 << 20;
-/// Bytes per baked texel: the texels, and an image and its file for two textures at once.
+/// Bytes per baked texel, with image and file of two textures at once.
 const TEXEL: u64 = 32;
-/// Bound where the system does not report free memory, in bytes.
+/// Bound in bytes where the system does not report free memory.
 const FALLBACK: u64 = 4 << 30;
-/// Largest block whose release makes glibc keep blocks up to that size, in bytes.
+/// Size in bytes of the block whose release makes glibc keep blocks up to that size.
 const LARGEST: usize = (32 << 20) - (1 << 16);
 
 /// Makes glibc reuse freed large arrays instead of returning them to the system (`mallopt(3)`, `M_MMAP_THRESHOLD`).
-///
-/// glibc adapts when a large block is freed. The block here is never touched, so it takes no memory.
 pub fn keep_freed() {
     let mut block = Vec::<u8>::new();
     let _ = make_room(&mut block, LARGEST);
@@ -36,9 +33,9 @@ pub fn bytes_of(gib: f64) -> u64 {
     (gib * f64::from(1 << 30)) as u64
 }
 
-/// Estimates an upper bound of the memory that a run takes, in bytes.
+/// Estimates an upper bound of a run's memory, in bytes.
 ///
-/// A face takes about 250 bytes in memory, and in files 20 (binary PLY, glTF) or 40 (STL, text).
+/// A face takes about 250 bytes in memory, and 20 (binary PLY, glTF) or 40 (STL, text) in files.
 pub fn estimate(path: &Path, bake: Option<usize>) -> u64 {
     let bytes = std::fs::metadata(path).map_or(0, |found| found.len());
     let factor = match Format::from_path(path) {
@@ -55,28 +52,23 @@ pub fn estimate(path: &Path, bake: Option<usize>) -> u64 {
     BASE + factor * packing * bytes + textures
 }
 
-/// Returns the free bytes of memory and swap, on Linux.
 fn free() -> Option<u64> {
     let told = read_meminfo()?;
     Some(kibibytes(&told, "MemAvailable:")? + kibibytes(&told, "SwapFree:").unwrap_or(0))
 }
 
-/// Returns the free bytes of memory, on Linux.
 pub fn available() -> Option<u64> {
     kibibytes(&read_meminfo()?, "MemAvailable:")
 }
 
-/// Returns half of the free memory, in bytes.
 pub fn default_bound() -> u64 {
     available().unwrap_or(FALLBACK) / 2
 }
 
-/// Reads the memory table of the system.
 fn read_meminfo() -> Option<String> {
     std::fs::read_to_string("/proc/meminfo").ok()
 }
 
-/// Finds a line of the memory table and returns its value in bytes.
 fn kibibytes(told: &str, name: &str) -> Option<u64> {
     let line = told.lines().find_map(|line| line.strip_prefix(name))?;
     line.trim().trim_end_matches("kB").trim().parse::<u64>().ok().map(|kib| 1024 * kib)

@@ -1,4 +1,4 @@
-//! `neural-mesh mesh-points`: meshes a point cloud and reports on the surface.
+//! `neural-mesh mesh-points`: meshes a point cloud.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -21,35 +21,30 @@ use crate::read::read_weights;
 use crate::simplify::in_pool;
 use crate::words::{Voice, group_digits};
 
-/// Relative costs of the steps: the network takes nearly all of the time.
 const COSTS: [(Part, f64); 3] = [(Part::Read, 0.03), (Part::Simplify, 0.95), (Part::Write, 0.02)];
 
-/// One run with checked arguments.
 struct MeshPointsRequest {
     args: MeshPointsArgs,
     format: Format,
 }
 
-/// Report of a run, in the order of the JSON.
+/// Report in the order of the JSON.
 #[derive(Debug, Serialize)]
 struct Report {
-    /// Distinct finite points of the cloud.
     points: usize,
-    /// Discarded points at the position of an earlier one.
+    /// Points dropped for an earlier one at the same position.
     repeated_points: usize,
-    /// Discarded points with an infinite or undefined coordinate.
     non_finite_points: usize,
     vertices: usize,
     faces: usize,
-    /// Chosen points that ended on no face.
+    /// Chosen points without a face.
     unused_points: usize,
     closed: bool,
-    /// Boundary loops.
     holes: usize,
     boundary_edges: usize,
     non_manifold_edges: usize,
     non_manifold_vertices: usize,
-    /// Edges whose faces disagree on orientation, because the surface is one-sided.
+    /// Edges whose faces disagree on orientation, since the surface is one-sided.
     inconsistent_edges: usize,
     components: usize,
     seed: u64,
@@ -57,7 +52,6 @@ struct Report {
     seconds: f64,
 }
 
-/// Checks the arguments and runs the command in a thread pool.
 pub fn run(args: MeshPointsArgs) -> Result<(), Failure> {
     let request = resolve(args)?;
     let results = [Some(&request.args.output), request.args.report.as_ref()].into_iter().flatten();
@@ -97,7 +91,6 @@ fn run_in_pool(request: &MeshPointsRequest) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Meshes a cloud in memory, for module `embedded`.
 pub fn mesh_in_memory(
     args: MeshPointsArgs,
     raw: Option<RawMesh>,
@@ -124,24 +117,23 @@ pub fn mesh_in_memory(
     Ok(PointsMeshed { mesh: result.mesh, exact, sources, report, pending })
 }
 
-/// A meshed cloud for another program.
+/// Meshed cloud for another program.
 pub struct PointsMeshed {
-    /// The mesh, in local coordinates.
+    /// Mesh in local coordinates.
     pub mesh: TriMesh,
-    /// Vertex positions, n x 3, if the cloud is in double precision.
+    /// Vertex positions, n x 3, if the cloud has double precision.
     pub exact: Option<Vec<[f64; 3]>>,
-    /// The input point of each vertex, n.
+    /// Input point of each vertex, n.
     pub sources: Vec<u32>,
-    /// The report, as `--report` writes it.
+    /// Report, as `--report` writes it.
     pub report: String,
     /// Files to move into place.
     pub pending: Vec<Pending>,
 }
 
-/// A cloud and the mesh over it.
 struct MeshedCloud {
     cloud: PointCloud,
-    /// Points in double precision, to restore what single precision drops. Meshing does not move points.
+    /// Points in double precision; meshing does not move points.
     exact: Option<Vec<[f64; 3]>>,
     result: MeshedPoints,
 }
@@ -156,7 +148,6 @@ impl MeshedCloud {
         Ok(Self { cloud, exact, result })
     }
 
-    /// Returns the vertices in double precision, if the cloud has it.
     fn exact_positions(&self) -> Option<Vec<[f64; 3]>> {
         let exact = self.exact.as_deref()?;
         let as_read = |at: &u32| exact.get(*self.cloud.source.get(*at as usize)? as usize).copied();
@@ -180,7 +171,6 @@ fn mesh_cloud(
     })
 }
 
-/// Returns the mesh as bytes, and as a prepared file unless it goes to standard output.
 fn prepare_output(request: &MeshPointsRequest, meshed: &MeshedCloud) -> Result<(Vec<u8>, Vec<Pending>), Failure> {
     let MeshPointsRequest { args, format, .. } = request;
     let MeshedCloud { cloud, result, .. } = meshed;
@@ -235,7 +225,6 @@ fn say(args: &MeshPointsArgs, report: &Report) {
     voice.say(&format!("time      {:.3} s", report.seconds));
 }
 
-/// Formats a line such as `surface   3 holes (12 boundary edges), 0 non-manifold edges, 2 components`.
 fn surface(report: &Report) -> String {
     let [holes, boundary, edges, components] =
         [report.holes, report.boundary_edges, report.non_manifold_edges, report.components].map(group_digits);

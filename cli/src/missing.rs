@@ -1,4 +1,4 @@
-//! Stubs of commands that a build lacks: they accept any arguments and say how to get the command.
+//! Stubs of commands whose feature the build lacks; they accept any arguments.
 
 use std::ffi::OsString;
 

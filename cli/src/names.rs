@@ -1,4 +1,4 @@
-//! Interpretation of file names: standard streams, formats, output folders.
+//! Interpretation of file names.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,7 @@ use neural_mesh::io::{Format, can_read, is_gltf_path, write_obstacle};
 
 use crate::failure::Failure;
 
-/// Lists the formats that this build reads, as advice: `give OBJ, PLY or STL`.
+/// Lists the formats that this build reads, such as `give OBJ, PLY or STL`.
 pub fn readable() -> String {
     let named = [
         ("OBJ", Format::Obj),
@@ -23,7 +23,6 @@ pub fn readable() -> String {
     format!("give {}", alternatives(read))
 }
 
-/// Joins names as `a, b or c`.
 fn alternatives(names: impl Iterator<Item = String>) -> String {
     let names: Vec<String> = names.collect();
     match names.split_last() {
@@ -32,41 +31,35 @@ fn alternatives(names: impl Iterator<Item = String>) -> String {
     }
 }
 
-/// Input, output and format of one mesh as typed.
+/// Typed input, output and format of one mesh.
 #[derive(Clone, Copy)]
 pub struct MeshPaths<'a> {
     pub input: &'a Path,
-    /// A path, `-` for standard output, or a folder for a file with the name of the input.
+    /// Path, `-` for standard output, or a folder for a file named like the input.
     pub output: &'a Path,
     /// Format of the output if its name has no known ending, else of the input.
     pub format: Option<&'a str>,
 }
 
-/// Path and format of a result.
 #[derive(Debug, PartialEq)]
 pub struct Destination {
-    /// A path, or `-` for standard output.
     pub path: PathBuf,
-    /// Format to write.
     pub format: Format,
-    /// Whether the format is that of the input, known only after reading.
+    /// True if the format is that of the input, known after reading.
     pub follows_input: bool,
 }
 
-/// Returns whether a path means standard input or output.
 pub fn is_stream(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-/// Placeholder in a file name for the number of a level of detail.
 pub const LEVEL: &str = "{level}";
 
-/// Returns whether the file name contains the placeholder of levels.
 pub fn names_level(path: &Path) -> bool {
     path.file_name().is_some_and(|name| name.to_string_lossy().contains(LEVEL))
 }
 
-/// Adds the placeholder of levels if it is missing: `spot.obj.gz` becomes `spot-lod{level}.obj.gz`.
+/// Adds the placeholder if it is missing: `spot.obj.gz` becomes `spot-lod{level}.obj.gz`.
 pub fn with_level(path: &Path) -> PathBuf {
     if names_level(path) {
         return path.into();
@@ -77,7 +70,7 @@ pub fn with_level(path: &Path) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// Returns the name without ending and placeholder, after which shared files of the levels are named; `None` if nothing remains.
+/// Returns the name without ending and placeholder, or `None` if nothing remains.
 pub fn without_level(path: &Path) -> Option<String> {
     let stem = Format::without_gz(path).file_stem()?.to_string_lossy().replace(LEVEL, "");
     let name = stem.trim_matches(['-', '_', '.', ' ']);
@@ -91,7 +84,6 @@ pub fn level_paths(path: &Path, n_levels: usize) -> Vec<PathBuf> {
     (0..n_levels).map(|level| path.with_file_name(name.replace(LEVEL, &level.to_string()))).collect()
 }
 
-/// Rejects more than one mesh from standard input.
 pub fn check_stdin<'a>(inputs: impl Iterator<Item = &'a Path>) -> Result<(), Failure> {
     if inputs.filter(|path| is_stream(path)).count() > 1 {
         return Err(Failure::Usage("only one mesh can come from standard input: give files for the others".into()));
@@ -99,7 +91,6 @@ pub fn check_stdin<'a>(inputs: impl Iterator<Item = &'a Path>) -> Result<(), Fai
     Ok(())
 }
 
-/// Rejects a mesh and a report that both go to standard output.
 pub fn check_stdout(takes_mesh: bool, takes_report: bool) -> Result<(), Failure> {
     if takes_mesh && takes_report {
         let what = "standard output takes the mesh or the report: give one of them a file name";
@@ -117,9 +108,7 @@ pub fn format_by_name(path: &Path) -> Option<Format> {
     if is_stream(path) { None } else { Format::from_path(path) }
 }
 
-/// Resolves the output of one mesh: a file, or a file in a folder with the name of the input.
-///
-/// Standard output gets the format of the input unless one is given.
+/// Resolves the output of one mesh; standard output gets the input's format by default.
 pub fn destination(place: &MeshPaths) -> Result<Destination, Failure> {
     let given = place.format.map(format_of).transpose()?;
     let MeshPaths { input, output, .. } = *place;
@@ -132,7 +121,7 @@ pub fn destination(place: &MeshPaths) -> Result<Destination, Failure> {
     Ok(Destination { format: output_format(&path, given)?, path, follows_input: false })
 }
 
-/// Returns the format of a mesh file by its name, or glTF by its content.
+/// Returns the format by the name, or GLB for a glTF's content.
 pub fn guess_format(path: &Path) -> Option<Format> {
     format_by_name(path).or_else(|| (!is_stream(path) && is_gltf_path(path)).then_some(Format::Glb))
 }
@@ -150,13 +139,12 @@ fn in_folder(folder: &Path, input: &Path, given: Option<Format>) -> Result<PathB
     }
 }
 
-/// Replaces the ending by that of a format, without compression. A VRM keeps its own ending.
+/// Replaces the ending by that of a format, without compression; a VRM keeps its ending.
 pub fn with_ending(name: &Path, format: Format) -> PathBuf {
     let name = Format::without_gz(name);
     if format == Format::Glb && is_vrm(&name) { name.into_owned() } else { name.with_extension(ending(format)) }
 }
 
-/// Returns whether a name has the ending of a VRM.
 pub fn is_vrm(path: &Path) -> bool {
     Format::without_gz(path).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("vrm"))
 }
@@ -165,7 +153,7 @@ pub fn ending(format: Format) -> &'static str {
     family(format).name()
 }
 
-/// Returns the format for standard output: that of the input if it fits into one file, else a similar one; PLY if unknown.
+/// Returns the input's format if it fits into one file, else a similar one, else PLY.
 pub fn single_file_format(read: Option<Format>) -> Format {
     match read {
         Some(Format::Gltf) => Format::Glb,
@@ -173,7 +161,6 @@ pub fn single_file_format(read: Option<Format>) -> Format {
     }
 }
 
-/// Returns the default output format: that of the input, or GLB for one that cannot be written.
 pub fn result_format(read: Format) -> Format {
     if read == Format::Fbx { Format::Glb } else { read }
 }
@@ -205,7 +192,6 @@ fn unknown_format(output: &Path) -> Failure {
     })
 }
 
-/// Returns the format without its text variants.
 fn family(format: Format) -> Format {
     match format {
         Format::PlyAscii => Format::Ply,

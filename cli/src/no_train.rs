@@ -12,7 +12,6 @@ pub struct TrainArgs {
     _any: AnyArgs,
 }
 
-/// Returns the error that names the missing feature.
 pub fn run(_: &TrainArgs) -> Result<(), Failure> {
     Err(refusal("train"))
 }

@@ -1,15 +1,14 @@
-//! Parsers for numbers as people type them: `10%`, `10k`, `1.5M`. Errors name the accepted range.
+//! Parsers for typed numbers such as `10%`, `10k`, `1.5M`.
 
 use neural_mesh::job::scaled;
 
-/// Upper bound on threads: more than any machine has, fewer than a system refuses to start.
+/// Upper bound on threads, above any machine's number of cores.
 pub const MOST_THREADS: u64 = 1024;
-/// Upper bound on samples: more than any comparison needs, fewer than fill the memory.
+/// Upper bound on samples, so that they fit into memory.
 pub const MOST_SAMPLES: u64 = 10_000_000;
-/// Range of texels per side of a texture, as in `bake`.
 pub const TEXELS: (u64, u64) = (16, 8192);
 
-/// Named views, y up: degrees around from +z, and above.
+/// Named views in degrees around and above; +z is the front, y is up.
 const VIEWS: [(&str, [f32; 2]); 6] = [
     ("front", [0.0, 0.0]),
     ("right", [90.0, 0.0]),
@@ -47,7 +46,6 @@ pub fn n_threads(text: &str) -> Result<usize, String> {
     whole(1, MOST_THREADS)(text)
 }
 
-/// Parses a number of texels per side.
 pub fn texels(text: &str) -> Result<usize, String> {
     whole(TEXELS.0, TEXELS.1)(text)
 }
@@ -57,10 +55,9 @@ pub fn seed(text: &str) -> Result<u64, String> {
     whole(0, u64::MAX)(text)
 }
 
-/// Accepted amounts of memory, for messages.
 pub const GIB: &str = "a number of GiB above 0, like 4";
 
-/// Returns a parser for numbers in a range that `taken` describes in words.
+/// Returns a parser for numbers in a range that `taken` describes.
 pub fn number(taken: &'static str, is_in_range: fn(f64) -> bool) -> impl Fn(&str) -> Result<f64, String> + Clone {
     move |text| scaled(text, 0).filter(|value| is_in_range(*value)).ok_or_else(|| format!("give {taken}"))
 }

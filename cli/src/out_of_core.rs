@@ -1,4 +1,4 @@
-//! Simplification of meshes larger than `--memory`: the shape only, in blocks, with temporary files next to the output.
+//! Simplification of meshes larger than `--memory` in blocks, without attributes.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -22,9 +22,8 @@ use crate::progress::Progress;
 use crate::read::in_pieces;
 use crate::request::Request;
 
-/// Advice where this does not work.
 const REMEDY: &str = "allow more with --memory";
-/// Memory of the program besides the blocks, in bytes.
+/// Memory in addition to the blocks, in bytes.
 const BESIDE: u64 = 16 << 20;
 /// Costs per face of simplifying in blocks and of measuring, in ns, for 100 million faces.
 const SIMPLIFY: f64 = 740.0;
@@ -109,7 +108,6 @@ fn check(request: &Request, pieces: &Pieces) -> Result<(), Failure> {
     more.map_or(Ok(()), |more| Err(refused(more)))
 }
 
-/// Writes the result to a temporary file and completes the report.
 fn prepare_output(
     request: &Request,
     found: OutOfCoreResult,
@@ -137,7 +135,6 @@ fn prepare_output(
     Ok(Done { report, cleaned, bytes: bytes.or(json), pending, beside: None, force: request.force })
 }
 
-/// Returns the report before the file is written.
 fn create_report(request: &Request, found: &OutOfCoreResult, target: Target) -> Report {
     let simplified = &found.simplified;
     Report {

@@ -1,4 +1,4 @@
-//! End of the program where memory runs out: one line, and in a batch a record of the meshes in progress.
+//! End of the program when memory runs out, with a record of the meshes in progress.
 
 use std::cell::Cell;
 use std::io::Write;
@@ -8,30 +8,24 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::SeqCst};
 
 use crate::{allocator, interrupt};
 
-/// Most meshes in progress that are recorded.
 const REMEMBERED: usize = 1024;
-/// Marks a free slot.
 const NONE: usize = usize::MAX;
 
-/// Names and record file of a batch, for the end where memory runs out.
 struct RecordedBatch {
-    /// File for the record.
     path: PathBuf,
-    /// Names of all meshes of the batch.
     names: Vec<String>,
 }
 
 static BATCH: OnceLock<RecordedBatch> = OnceLock::new();
 static RUNNING: [AtomicUsize; REMEMBERED] = [const { AtomicUsize::new(NONE) }; REMEMBERED];
 
-/// Registers a batch: if memory runs out, the meshes in progress are recorded in the file at `path`.
+/// Registers a batch: when memory runs out, the meshes in progress are written to `path`.
 ///
-/// Each line has the number of meshes in progress, the memory bound in bytes, and one of `names`.
+/// Each line has the number of meshes in progress, the memory bound in bytes, and a name.
 pub fn remember(path: PathBuf, names: Vec<String>) {
     let _ = BATCH.set(RecordedBatch { path, names });
 }
 
-/// Runs the work on one mesh of the batch, given by its number.
 pub fn track<T>(mesh: usize, work: impl FnOnce() -> T) -> T {
     let is_free = |slot: &&AtomicUsize| slot.compare_exchange(NONE, mesh, SeqCst, SeqCst).is_ok();
     let slot = RUNNING.iter().find(is_free);
@@ -40,14 +34,14 @@ pub fn track<T>(mesh: usize, work: impl FnOnce() -> T) -> T {
     done
 }
 
-/// Ends the program from within the allocator with one line and exit code 1.
+/// Ends the program from within the allocator, with one line and exit code 1.
 pub fn end(n_bytes: usize) -> ! {
     thread_local! {
         static IS_ENDING: Cell<bool> = const { Cell::new(false) };
     }
     static ENDING: AtomicBool = AtomicBool::new(false);
     if IS_ENDING.replace(true) {
-        // Ending itself ran out of memory.
+        // The ending itself ran out of memory.
         std::process::abort();
     }
     // One thread ends the program; the others wait for it.
@@ -65,7 +59,6 @@ pub fn end(n_bytes: usize) -> ! {
     std::process::exit(1);
 }
 
-/// Records the meshes in progress.
 fn write_down() {
     let Some(RecordedBatch { path, names }) = BATCH.get() else { return };
     let Ok(mut file) = std::fs::OpenOptions::new().create(true).append(true).open(path) else { return };

@@ -1,4 +1,4 @@
-//! Escaping of foreign text for terminals: control characters and characters that hide or reorder text are spelled out.
+//! Escapes of characters that could control a terminal, or hide or reorder text.
 
 use std::borrow::Cow;
 
@@ -13,7 +13,7 @@ pub fn plain(text: &str) -> Cow<'_, str> {
     Cow::Owned(text.chars().map(escaped).collect())
 }
 
-/// Replaces such characters in JSON by JSON escapes, except line breaks; parsers read the same value.
+/// Replaces control characters in JSON by JSON escapes, except line breaks.
 pub fn plain_json(json: &str) -> String {
     let escaped = |letter: char| match letter {
         '\n' => "\n".to_string(),
@@ -23,7 +23,6 @@ pub fn plain_json(json: &str) -> String {
     json.chars().map(escaped).collect()
 }
 
-/// Returns whether a character is a control, a line separator, or a change of text direction.
 fn steers(letter: char) -> bool {
     let turns = ['\u{61c}', '\u{200e}', '\u{200f}'].contains(&letter)
         || ('\u{2028}'..='\u{202e}').contains(&letter)

@@ -7,7 +7,6 @@ use neural_mesh::simplify::{Assembly, Target};
 
 use crate::request::Request;
 
-/// Describes a step of a run for users.
 pub const fn describe_step(part: Part) -> &'static str {
     match part {
         Part::Read => "reading",
@@ -19,7 +18,6 @@ pub const fn describe_step(part: Part) -> &'static str {
     }
 }
 
-/// Describes a stage of the simplification for users.
 pub fn describe_stage(stage: &str) -> &'static str {
     match stage {
         "surface" | "symmetry" => "analysing the surface",
@@ -33,36 +31,29 @@ pub fn describe_stage(stage: &str) -> &'static str {
     }
 }
 
-/// Ratios at which costs were measured, in ns per face: a torus of four million faces, one thread. Others are interpolated.
+/// Ratios of the measured costs, which are in ns per face of a torus of four million faces, on one thread.
 const RATIOS: [f64; 3] = [0.02, 0.1, 0.5];
-/// Ratio to assume where it is unknown.
 const USUAL_SHARE: f64 = 0.1;
 const SIMPLIFY: [f64; 3] = [1300.0, 4500.0, 9300.0];
 const CHECK: [f64; 3] = [900.0, 1600.0, 2900.0];
 /// Cost of each further level of detail, relative to the first.
 const OF_FURTHER: f64 = 0.2;
-/// Cost of the paper's assembly, whose network evaluates every candidate.
 const PAPER: f64 = 30_000.0;
-/// Typical number of runs of a search, and their share of its time next to proofs.
+/// Typical runs of a search, and their share of the time if distances are proved.
 const RUNS: f64 = 3.0;
 const PROVED: f64 = 0.4;
-/// Cost per face of the result.
 const WRITE: f64 = 150.0;
-/// Cost of charts and texels, per face of the result.
 const BAKE: f64 = 50_000.0;
 const PICTURE: f64 = 600.0;
 
-/// The steps of a run, in order, with relative costs.
 #[derive(Clone, Debug)]
 pub struct Plan(Vec<(Part, f64)>);
 
 impl Plan {
-    /// Creates a plan from steps and costs.
     pub fn new(parts: &[(Part, f64)]) -> Self {
         Self(parts.to_vec())
     }
 
-    /// Estimates the plan of `simplify`, with the mesh once it is read.
     pub fn estimate(request: &Request, mesh: Option<&TriMesh>) -> Self {
         let n_levels = request.job.goal.n_levels().map_or(1.0, |n| n as f64);
         let ratio = share(request, mesh).unwrap_or(USUAL_SHARE).clamp(0.0, 1.0);
@@ -88,7 +79,7 @@ impl Plan {
         ])
     }
 
-    /// Returns the share of the run that is done when `of_part` of a step is done, and 0 for steps outside the plan.
+    /// Returns the finished share of the run when `of_part` of a step is done; 0 for steps outside the plan.
     pub fn share_done(&self, part: Part, of_part: f64) -> f64 {
         let all: f64 = self.0.iter().map(|(_, cost)| cost).sum();
         let Some(at) = self.0.iter().position(|(other, _)| *other == part) else { return 0.0 };
@@ -97,7 +88,6 @@ impl Plan {
     }
 }
 
-/// Returns the ratio of the result where it is known before the run.
 fn share(request: &Request, mesh: Option<&TriMesh>) -> Option<f64> {
     match (&request.job.goal, request.job.options.target) {
         (Goal::Error(_) | Goal::ErrorLevels(_) | Goal::Size(_), _) => None,
@@ -107,7 +97,6 @@ fn share(request: &Request, mesh: Option<&TriMesh>) -> Option<f64> {
     }
 }
 
-/// Estimates the cost of reading: text must be parsed, and STL corners welded.
 fn reading_cost(request: &Request) -> f64 {
     let path = Format::without_gz(&request.source.path);
     match Format::from_path(&path) {

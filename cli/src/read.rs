@@ -1,4 +1,4 @@
-//! Reading of meshes and weights from files or standard input.
+//! Reading of meshes and weights.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use crate::memory::estimate;
 use crate::names::is_stream;
 use crate::request::Source;
 
-/// Reads the given weights, and rejects weights that were trained for the other assembly.
+/// Reads the given weights; rejects weights trained for the other assembly.
 pub fn read_weights(path: Option<&Path>, assembly: Assembly) -> Result<Option<Weights>, Failure> {
     let Some(path) = path else { return Ok(None) };
     let weights = Weights::from_bytes(&files::read(path)?).map_err(|error| Failure::in_file(path, error))?;
@@ -32,7 +32,6 @@ pub fn read(source: &Source) -> Result<RawMesh, Failure> {
     parse_source(source, io::read, io::read_path)
 }
 
-/// Opens the glTF of the source with the files it refers to.
 pub fn asset(source: &Source) -> Result<Asset, Failure> {
     let asset = match source.content.take(&source.path).transpose()? {
         Some(bytes) => Asset::from_stream(&bytes),
@@ -41,7 +40,6 @@ pub fn asset(source: &Source) -> Result<Asset, Failure> {
     asset.map_err(|error| Failure::in_file(&source.path, error))
 }
 
-/// Parses the source, from standard input or from its file.
 pub fn parse_source<T>(
     source: &Source,
     parse: fn(&[u8], Option<Format>) -> Result<T, ReadError>,
@@ -62,9 +60,7 @@ pub fn parse_source<T>(
     })
 }
 
-/// Opens a mesh file in pieces if it needs more memory than allowed, and returns the allowed bytes with it.
-///
-/// Files that cannot be read in pieces are left to the usual way, which may still fit.
+/// Opens a mesh file in pieces, with the allowed bytes, if it needs more memory than allowed.
 pub fn in_pieces(path: &Path, allowed: Option<u64>, bake: Option<usize>) -> Option<(Pieces, u64)> {
     let most = allowed.filter(|most| !is_stream(path) && estimate(path, bake) > *most)?;
     Some((Pieces::open(path).ok()?, most))

@@ -1,4 +1,4 @@
-//! Turns typed arguments into checked requests before any file is opened: every mistake here is a usage error.
+//! Turns typed arguments into checked requests before any file is opened.
 
 use std::path::{Path, PathBuf};
 
@@ -15,59 +15,45 @@ use crate::names::{
     names_level, readable, with_level, without_level,
 };
 
-/// One run of `simplify` with checked arguments.
 #[derive(Debug)]
 pub struct Request {
-    /// Source of the mesh.
     pub source: Source,
-    /// Options of the simplification. The format is set after reading if it follows the input.
+    /// Options; the format may be set after reading.
     pub job: Job,
     /// Output file; `None` for standard output.
     pub output: Option<PathBuf>,
-    /// Whether the format is that of the input, known only after reading.
+    /// True if the format is that of the input, known after reading.
     pub follows_input: bool,
-    /// Whether the mesh is not written but returned to another program.
+    /// True if the mesh is returned to another program and not written.
     pub stays_in_memory: bool,
     /// Memory bound in bytes, if the caller set one.
     pub memory: Option<u64>,
-    /// File for the map.
     pub map: Option<PathBuf>,
-    /// Whether to print what limits the result.
     pub explain: bool,
-    /// File with weights; `None` for those of the program.
     pub weights: Option<PathBuf>,
-    /// Threads; `None` for one per core.
     pub n_threads: Option<usize>,
-    /// File for the report.
     pub report: Option<PathBuf>,
-    /// File for the picture.
     pub picture: Option<PathBuf>,
-    /// View of the picture as degrees around and above; chosen automatically if `None`.
+    /// Degrees around and above; `None` chooses a view.
     pub view: Option<[f32; 2]>,
-    /// Whether edges are drawn over textures and colours.
     pub wires: bool,
-    /// Whether nothing but errors is printed.
     pub quiet: bool,
-    /// Whether existing files are replaced.
     pub force: bool,
-    /// Whether a missed target changes the exit code.
     pub strict: bool,
 }
 
-/// Advice for an input of unknown format, if the name of the output has a known ending, and if not.
+/// Advice for an input of unknown format, where OUT has a known ending and where not.
 const NAMED_OUTPUT: &str = "--format sets the format of IN where the name of OUT has a known ending";
 const UNNAMED_OUTPUT: &str = "--format is for the output";
 
-/// Name of files that levels share, if the file name has nothing but the level.
+/// Name of files that levels share, if the file name is only the placeholder.
 const SHARED: &str = "levels";
 
 impl Request {
-    /// Returns whether the report goes to standard output.
     pub fn reports_to_stdout(&self) -> bool {
         self.report.as_deref().is_some_and(is_stream)
     }
 
-    /// Converts an error of the job into one of the program.
     pub fn failure(&self, error: JobError) -> Failure {
         match error {
             JobError::Interrupted => Failure::Interrupted,
@@ -79,13 +65,12 @@ impl Request {
         }
     }
 
-    /// Sets the names of the result files, once their format is known.
     pub fn name_files(&mut self) {
         let name = |path: &PathBuf| path.file_name().unwrap_or("mesh".as_ref()).to_string_lossy().into_owned();
         self.job.names = Names { files: self.outputs().iter().map(name).collect(), shared: self.shared_name() };
     }
 
-    /// Returns the output files, one for each level of detail; levels of a scene share a file unless the name has the placeholder.
+    /// Returns the output files, one per level; levels of a scene share a file without the placeholder.
     pub fn outputs(&self) -> Vec<PathBuf> {
         let Some(path) = &self.output else { return Vec::new() };
         let Some(n_levels) = self.job.goal.n_levels() else { return vec![path.clone()] };
@@ -93,41 +78,34 @@ impl Request {
         level_paths(&if is_scene { path.clone() } else { with_level(path) }, n_levels)
     }
 
-    /// Returns the name for files that levels share, if there are levels.
     fn shared_name(&self) -> Option<String> {
         let (path, _) = (self.output.as_deref()?, self.job.goal.n_levels()?);
         Some(without_level(path).unwrap_or_else(|| SHARED.into()))
     }
 }
 
-/// A mesh file and how to read it.
 #[derive(Debug)]
 pub struct Source {
-    /// A path, or `-` for standard input.
     pub path: PathBuf,
     /// Format from the arguments, if the name has no known ending.
     pub format: Option<Format>,
-    /// Format to try if neither name nor content tell.
+    /// Format to try if neither name nor content show one.
     pub last_resort: Option<Format>,
-    /// Whether vertices at equal positions are merged.
     pub weld: bool,
-    /// Whether a scene becomes one mesh in any format.
+    /// True if a scene becomes one mesh in any format.
     pub as_one: bool,
-    /// Advice if the format is unknown.
     pub remedy: String,
-    /// Content of the file.
     pub content: Content,
 }
 
 impl Source {
-    /// Creates a source that is read as `given`, unless its name has a known ending.
     pub fn new(path: PathBuf, given: Option<Format>, weld: bool) -> Self {
         let format = given.filter(|_| format_by_name(&path).is_none());
         let content = Content::default();
         Self { path, format, last_resort: None, weld, as_one: false, remedy: readable(), content }
     }
 
-    /// Returns whether the source is a glTF scene that stays a scene, judged by content.
+    /// Returns whether the source is a glTF scene that stays a scene in the output format.
     pub fn is_scene(&self, output: Format) -> bool {
         matches!(output, Format::Gltf | Format::Glb) && self.is_gltf()
     }
@@ -138,24 +116,21 @@ impl Source {
         may_be && !self.as_one && self.content.is_gltf(&self.path)
     }
 
-    /// Creates a source that is read as `given` only if neither name nor content tell the format.
+    /// Creates a source read as `given` only if neither name nor content show the format.
     fn by_content(path: PathBuf, given: Option<Format>, weld: bool) -> Self {
         Self { last_resort: given, ..Self::new(path, None, weld) }
     }
 
-    /// Sets the advice for an unknown format.
     pub fn with_remedy(self, remedy: &str) -> Self {
         Self { remedy: format!("{}; {remedy}", readable()), ..self }
     }
 
-    /// Sets whether a scene becomes one mesh.
     pub fn with_as_one(self, as_one: bool) -> Self {
         Self { as_one, ..self }
     }
 }
 
 impl Request {
-    /// Creates a request without report, picture or messages.
     pub fn new(place: &MeshPaths, arguments: &Arguments) -> Result<Self, Failure> {
         let Destination { path: output, format, follows_input } = destination(place)?;
         let mut job = job(arguments, (!follows_input).then_some(format))?;
@@ -185,7 +160,6 @@ impl Request {
     }
 }
 
-/// Checks the arguments of `simplify` and fills in defaults.
 pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
     check_single(&args)?;
     let input = args.inputs.first().map_or(Path::new(""), PathBuf::as_path);
@@ -211,7 +185,7 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
     Ok(request)
 }
 
-/// Creates the job for an output format; `None` where the format is not known yet.
+/// Creates the job; `None` means that the output format is not known yet.
 pub fn job(arguments: &Arguments, format: Option<Format>) -> Result<Job, Failure> {
     let failed = |error: JobError| Failure::Usage(error.to_string());
     let job = arguments.job_as(format.unwrap_or(Format::Glb)).map_err(failed)?;
@@ -219,7 +193,6 @@ pub fn job(arguments: &Arguments, format: Option<Format>) -> Result<Job, Failure
     Ok(job)
 }
 
-/// Converts the options of the command line into those of a job.
 pub fn arguments(args: &SimplifyArgs) -> Result<Arguments, Failure> {
     let number = |count: Count| Value::Text(count.to_string());
     let text = |text: &String| Value::Text(text.clone());
@@ -250,7 +223,6 @@ pub fn arguments(args: &SimplifyArgs) -> Result<Arguments, Failure> {
     })
 }
 
-/// Converts the options that need no special treatment.
 fn plain_arguments(args: &SimplifyArgs) -> Arguments {
     Arguments {
         assembly: Some(name_of(&args.assembly)),
@@ -282,12 +254,11 @@ fn plain_arguments(args: &SimplifyArgs) -> Arguments {
     }
 }
 
-/// Returns the name of an option's value.
 fn name_of(value: &impl ValueEnum) -> String {
     value.to_possible_value().map_or_else(String::new, |value| value.get_name().into())
 }
 
-/// Returns the source of the mesh. `--format` is for the input only if the output name has a known ending.
+/// Returns the source; `--format` is for the input only if OUT has a known ending.
 fn source(place: &MeshPaths, weld: bool) -> Result<Source, Failure> {
     let format = place.format.map(format_of).transpose()?;
     let path = place.input.to_path_buf();
@@ -297,7 +268,6 @@ fn source(place: &MeshPaths, weld: bool) -> Result<Source, Failure> {
     })
 }
 
-/// Rejects options that only a batch uses, and sets the memory bound.
 fn check_single(args: &SimplifyArgs) -> Result<(), Failure> {
     if args.resume {
         return Err(Failure::Usage("--resume is for batches: give a folder, a pattern or --list".into()));
@@ -306,12 +276,11 @@ fn check_single(args: &SimplifyArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Returns whether a missed target changes the exit code: always for bounds, with `--strict` for sizes.
+/// Returns whether a missed target changes the exit code: always for bounds, else with `--strict`.
 pub fn strict(args: &SimplifyArgs) -> bool {
     args.strict || args.error.is_some() || args.size.is_some() || args.lods_by == Some(LodsByArg::Error)
 }
 
-/// Rejects the placeholder of levels in a name without levels.
 fn check_level(request: &Request) -> Result<(), Failure> {
     match (&request.output, &request.job.goal) {
         (_, Goal::Levels(_) | Goal::ErrorLevels(_)) | (None, _) => Ok(()),
@@ -323,7 +292,6 @@ fn check_level(request: &Request) -> Result<(), Failure> {
     }
 }
 
-/// Rejects more than one result on standard output.
 fn check_streams(request: &Request) -> Result<(), Failure> {
     if [&request.picture, &request.map].into_iter().flatten().any(|path| is_stream(path)) {
         return Err(Failure::Usage("--picture and --map need the name of a file".into()));

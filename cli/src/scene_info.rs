@@ -8,10 +8,8 @@ use serde::Serialize;
 
 use crate::words::group_digits;
 
-/// Most entries of a kind that are printed.
 const MOST: usize = 8;
 
-/// Description of a scene, in the order of the JSON.
 #[derive(Debug, Serialize)]
 pub struct SceneInfo {
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -27,7 +25,7 @@ pub struct SceneInfo {
     extensions_required: Vec<String>,
 }
 
-/// A mesh in its own coordinates, listed once.
+/// Mesh in its own coordinates, listed once.
 #[derive(Debug, Serialize)]
 struct MeshInfo {
     name: String,
@@ -35,7 +33,6 @@ struct MeshInfo {
     faces: usize,
     components: usize,
     materials: Vec<String>,
-    /// Names of the nodes that use it.
     nodes: Vec<String>,
 }
 
@@ -87,7 +84,6 @@ impl SceneInfo {
         }
     }
 
-    /// Formats the description for the terminal, with the largest meshes and images first.
     pub fn lines(&self) -> Vec<String> {
         let mut meshes: Vec<&MeshInfo> = self.meshes.iter().collect();
         meshes.sort_by_key(|mesh| std::cmp::Reverse(mesh.faces));
@@ -125,7 +121,6 @@ impl SceneInfo {
     }
 }
 
-/// Formats a count with its noun: `1 mesh`, `2 meshes`, `3 nodes`.
 fn format_count(n: usize, what: &str) -> String {
     let ending = match n {
         1 => "",
@@ -170,14 +165,12 @@ fn image(asset: &Asset, at: usize, name: String) -> ImageInfo {
     ImageInfo { name, format, width, height, bytes: bytes.map(|bytes| bytes.len()) }
 }
 
-/// Formats one line for each of the first entries, and one for the number of others.
 fn entry_lines(label: &str, words: impl ExactSizeIterator<Item = String>) -> Vec<String> {
     let more = words.len().saturating_sub(MOST);
     let first = words.take(MOST).map(|words| format!("{label:<12}{words}"));
     first.chain((more > 0).then(|| format!("{:12}and {} more: --json lists them", "", group_digits(more)))).collect()
 }
 
-/// Formats one line with the first names, if there are any.
 fn names_line(label: &str, names: impl ExactSizeIterator<Item = String>) -> Option<String> {
     let more = names.len().saturating_sub(MOST);
     let first: Vec<String> = names.take(MOST).collect();

@@ -1,4 +1,4 @@
-//! Items that `neural-mesh-bench` shares with this program: messages, errors, numbers, files, pages.
+//! Items shared with `neural-mesh-bench`.
 
 pub use crate::failure::{Failure, name};
 pub use crate::plain::plain;
@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 use crate::words;
 
-/// Prints an error, if any, including failed writes to standard output, and returns the exit code.
+/// Prints an error, including failed writes to standard output, and returns the exit code.
 pub fn finish(done: Result<(), Failure>) -> ExitCode {
     crate::finish(done.and_then(|()| words::check_written()))
 }
@@ -18,7 +18,6 @@ pub fn print_answer(answer: &clap::Error) -> ExitCode {
     crate::print_answer(answer)
 }
 
-/// Parsers for option values.
 pub mod numbers {
     pub use crate::numbers::{n_threads, number, seed, whole};
     pub use neural_mesh::job::share;
@@ -35,12 +34,11 @@ pub mod train {
     pub use crate::train::{OtherNetwork, TrainArgs, run_for};
 }
 
-/// Ctrl-C for work that stops cleanly by itself.
+/// Ctrl-C for work that ends cleanly.
 pub mod stopping {
     pub use crate::stopping::{is_stopping, watch_for_a_good_end};
 }
 
-/// Self-contained HTML pages.
 pub mod page {
     pub use crate::page::packed::Packed;
     pub use crate::page::pairs::{Distances, scale, surface};

@@ -21,14 +21,12 @@ use crate::read::read_weights;
 use crate::request::Request;
 use crate::words::{self, Voice};
 
-/// Runs a request in a thread pool.
 pub fn run(request: Request) -> Result<(), Failure> {
     check_places(&request)?;
     interrupt::watch(Failure::Interrupted);
     in_pool(request.n_threads, || run_in_pool(request))
 }
 
-/// Rejects output files that cannot be written, before any work.
 pub fn check_places(request: &Request) -> Result<(), Failure> {
     let results = [&request.report, &request.picture, &request.map];
     let results = results.into_iter().flatten().filter(|path| !is_stream(path)).cloned();
@@ -57,7 +55,7 @@ fn run_in_pool(mut request: Request) -> Result<(), Failure> {
     check_target(&request, &report)
 }
 
-/// Returns an error if the result misses the target and the exit code should tell.
+/// Returns an error if the result misses the target and the request is strict.
 pub fn check_target(request: &Request, report: &Report) -> Result<(), Failure> {
     let mut outcomes = std::iter::once(&report.outcome).chain(report.levels.iter().map(|level| &level.outcome));
     match outcomes.find(|outcome| *outcome != REACHED) {
@@ -71,7 +69,6 @@ pub fn check_target(request: &Request, report: &Report) -> Result<(), Failure> {
     }
 }
 
-/// Reads the mesh, simplifies, measures, draws, and prepares all files.
 pub fn simplify_file(
     request: &mut Request,
     weights: Option<&Weights>,
@@ -82,7 +79,7 @@ pub fn simplify_file(
     simplify_document(&document, request, weights, progress).map(|(done, _)| done)
 }
 
-/// Simplifies an open document like [`simplify_file`], and also returns the results.
+/// Simplifies an open document and prepares all files.
 pub fn simplify_document(
     document: &Document,
     request: &Request,
@@ -114,7 +111,6 @@ pub fn simplify_document(
     Ok((done, results))
 }
 
-/// Bytes and files that are ready to be put in place.
 #[derive(Default)]
 struct PreparedFiles {
     bytes: Option<Vec<u8>>,
@@ -122,7 +118,6 @@ struct PreparedFiles {
     beside: Option<(PathBuf, Vec<OutputFile>)>,
 }
 
-/// Prepares the meshes as files, or as bytes for standard output.
 fn prepare_meshes(made: Vec<Files>, request: &Request, report: &mut Report) -> Result<PreparedFiles, Failure> {
     let mut done = PreparedFiles::default();
     let mut paths = request.outputs().into_iter();
@@ -145,7 +140,6 @@ fn prepare_meshes(made: Vec<Files>, request: &Request, report: &mut Report) -> R
     Ok(done)
 }
 
-/// Prepares the file of the map, if it is requested.
 fn prepare_map(request: &Request, document: &Document, result: &Simplified) -> Result<Option<Pending>, Failure> {
     let (Some(path), Some(map)) = (&request.map, &result.map) else { return Ok(None) };
     let file = MapFile::of(map, document.file_vertices());

@@ -1,6 +1,4 @@
-//! `neural-mesh limits`: reports how small a mesh gets, at what distance to the original, and what limits it.
-//!
-//! One collapse makes all levels, the last one as small as possible. Nothing is written.
+//! `neural-mesh limits`: reports how small a mesh gets, and what limits it.
 
 use std::collections::HashSet;
 use std::ffi::OsString;
@@ -24,12 +22,10 @@ use crate::request::{Request, resolve};
 use crate::simplify::{in_pool, simplify_document};
 use crate::words::{Voice, group_digits, limit_lines, names_of};
 
-/// Ratios of the levels before the smallest one.
 const SHARES: [f64; 6] = [0.5, 0.25, 0.1, 0.05, 0.02, 0.01];
 /// Vertices of the smallest possible surface.
 const LEAST: usize = 3;
 
-/// Result of the command, in the order of the JSON.
 #[derive(Debug, Serialize)]
 struct SizeLimits {
     file: String,
@@ -37,18 +33,14 @@ struct SizeLimits {
     faces: usize,
     components: usize,
     boundary_edges: usize,
-    /// The levels that were reached.
     levels: Vec<SizeRow>,
-    /// The smallest mesh possible with these options.
     smallest: SizeRow,
-    /// Reason why it is not smaller.
     outcome: String,
     held: LimitCounts,
-    /// Options that would allow less, one line each.
+    /// Options that would allow a smaller mesh, one line each.
     free: Vec<String>,
 }
 
-/// One size on the way down.
 #[derive(Debug, Serialize)]
 struct SizeRow {
     /// Requested share of the vertices in percent; the actual one for the smallest mesh.
@@ -63,7 +55,6 @@ struct SizeRow {
     dropped: Vec<Dropped>,
 }
 
-/// Numbers of what limits the smallest mesh.
 #[derive(Debug, Serialize)]
 struct LimitCounts {
     kept_edges: usize,
@@ -72,7 +63,6 @@ struct LimitCounts {
     split_vertices: usize,
 }
 
-/// Reports the limits of a mesh on standard output.
 pub fn run(args: &LimitsArgs) -> Result<(), Failure> {
     interrupt::watch(Failure::Interrupted);
     in_pool(args.threads, || describe(args))
@@ -98,7 +88,6 @@ fn describe(args: &LimitsArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Creates the request of `simplify` with the same options, for a mesh that is not written.
 fn request(args: &LimitsArgs) -> Result<Request, Failure> {
     let mut words: Vec<OsString> = ["simplify", "-o", "-", "--lods", "50%"].map(OsString::from).into();
     let flags = [
@@ -113,15 +102,15 @@ fn request(args: &LimitsArgs) -> Result<Request, Failure> {
     words.extend(args.keep.iter().map(|name| format!("--keep={name}").into()));
     words.extend(args.format.iter().map(|format| format!("--format={format}").into()));
     words.extend(["--".into(), args.input.clone().into_os_string()]);
-    // Through the parser of `simplify`, so that options have the same checks and defaults.
+    // The words pass the parser of `simplify`, so that options have the same checks and defaults.
     let parsed = SimplifyArgs::try_parse_from(words).map_err(|error| Failure::Usage(error.to_string()))?;
     let mut request = resolve(parsed)?;
-    // The mesh is written nowhere.
+    // The mesh is not written.
     (request.job.shapes, request.stays_in_memory) = (true, true);
     Ok(request)
 }
 
-/// Returns the sizes to try for a mesh of `n_vertices`: several ratios, and the smallest surface.
+/// Returns the sizes to try: several ratios, and the smallest surface.
 fn sizes(n_vertices: usize) -> Vec<Count> {
     let is_more = |share: &f64| (share * n_vertices as f64) as usize > LEAST;
     let shares = SHARES.into_iter().filter(is_more).map(Count::Share);
@@ -170,7 +159,6 @@ impl SizeLimits {
         })
     }
 
-    /// Formats the result for the terminal.
     fn lines(&self, report: &Report) -> Vec<String> {
         let [vertices, faces, components] = [self.vertices, self.faces, self.components].map(group_digits);
         let boundary = match self.boundary_edges {
@@ -201,7 +189,6 @@ fn split(mut rows: Vec<SizeRow>, n: usize) -> (Vec<SizeRow>, Vec<SizeRow>) {
 }
 
 impl SizeRow {
-    /// Creates the row of a level; `is_new` marks the components that no earlier level dropped.
     fn new(level: &Level, size: Count, n_vertices: usize, is_new: &[bool]) -> Self {
         let Size { vertices, faces, .. } = level.output.size;
         let share = match size {
@@ -220,7 +207,6 @@ impl SizeRow {
         }
     }
 
-    /// Formats a row such as `10 %             293         582           1     0.051 %     0.353 %`.
     fn words(&self, size: &str) -> String {
         let [vertices, faces, components] = [self.vertices, self.faces, self.components].map(group_digits);
         let far = |percent: Option<f64>| percent.map_or("-".into(), |percent| format!("{percent:.3} %"));
@@ -229,7 +215,6 @@ impl SizeRow {
     }
 }
 
-/// Returns a property of the shape of a mesh, or 0 where it was not measured.
 fn shape(size: &Size, figure: impl Fn(&Shape) -> usize) -> usize {
     size.shape.as_ref().map_or(0, figure)
 }

@@ -1,14 +1,13 @@
-//! Ctrl-C for work that stops cleanly: the request is noted and obeyed between two steps.
+//! Ctrl-C for work that ends cleanly, between two steps.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::failure::Failure;
 use crate::words::complain;
 
-/// Whether the work should stop.
 static STOP: AtomicBool = AtomicBool::new(false);
 
-/// Starts to handle Ctrl-C and termination: the first one sets [`is_stopping`], the second ends the program.
+/// Handles Ctrl-C and termination: the first sets [`is_stopping`], the second ends the program.
 pub fn watch_for_a_good_end() {
     let _ = ctrlc::set_handler(|| {
         if STOP.swap(true, Ordering::SeqCst) {

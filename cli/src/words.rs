@@ -1,4 +1,4 @@
-//! Messages for users: results, notes, errors.
+//! Messages for users.
 
 use std::io::Write;
 use std::sync::OnceLock;
@@ -11,7 +11,6 @@ use neural_mesh::job::{
     percent, why_stopped,
 };
 
-/// Most names of dropped components in one line.
 const MOST_NAMES: usize = 4;
 
 /// Destination of messages.
@@ -26,7 +25,7 @@ pub enum Voice {
 }
 
 impl Voice {
-    /// Prints a line with control characters spelled out. A failed write to standard output is kept for [`check_written`].
+    /// Prints a line with control characters escaped; keeps a failed write for [`check_written`].
     pub fn say(self, line: &str) {
         let line = plain(line);
         match self {
@@ -39,7 +38,6 @@ impl Voice {
     }
 }
 
-/// First failed write to standard output.
 static UNHEARD: OnceLock<std::io::Error> = OnceLock::new();
 
 /// Returns an error if a write to standard output failed.
@@ -50,7 +48,6 @@ pub fn check_written() -> Result<(), Failure> {
     }
 }
 
-/// Writes bytes to standard output.
 pub fn write_stdout(bytes: &[u8]) -> std::io::Result<()> {
     if is_closed() {
         return Err(std::io::Error::other("is closed"));
@@ -59,7 +56,6 @@ pub fn write_stdout(bytes: &[u8]) -> std::io::Result<()> {
     out.write_all(bytes).and_then(|()| out.flush())
 }
 
-/// Creates the error for a standard output that is closed, full, or no longer read.
 pub fn stdout_failure(error: &std::io::Error) -> Failure {
     Failure::Failed(format!("standard output: {error}: check the program that reads it"))
 }
@@ -69,7 +65,6 @@ pub fn complain(failure: &Failure) {
     let _ = writeln!(std::io::stderr(), "neural-mesh: {failure}");
 }
 
-/// Returns the lines to print before the closing ones.
 pub fn notes(report: &Report, cleaned: &str) -> Vec<String> {
     let Report { input, output, .. } = report;
     let mut notes = Vec::new();
@@ -111,7 +106,7 @@ pub fn notes(report: &Report, cleaned: &str) -> Vec<String> {
     notes
 }
 
-/// Joins the names of dropped components, with counts for equal names, and cuts off long lists.
+/// Joins the names of dropped components, counts equal ones, and cuts off after `most`.
 pub fn names_of(dropped: &[Dropped], most: usize) -> String {
     let mut counts: Vec<(&str, usize)> = Vec::new();
     for Dropped { name, .. } in dropped {
@@ -126,7 +121,6 @@ pub fn names_of(dropped: &[Dropped], most: usize) -> String {
     names.join(", ")
 }
 
-/// Formats a line such as `repaired  holes filled: 3, faces added: 120`.
 fn repaired_line(done: &Repaired) -> String {
     let named = [
         (done.holes_filled, "holes filled"),
@@ -143,21 +137,18 @@ fn repaired_line(done: &Repaired) -> String {
     format!("repaired  {}", if parts.is_empty() { "nothing to repair".into() } else { parts.join(", ") })
 }
 
-/// Formats a line such as `share     head: 1,200 faces -> 598 faces (50 % of its vertices)`.
 fn share_line(share: &NamedShare) -> String {
     let NamedShare { name, ratio, faces_before, faces } = share;
     let [before, after] = [*faces_before, *faces].map(group_digits);
     format!("share     {name}: {before} faces -> {after} faces ({} % of its vertices)", percent(*ratio))
 }
 
-/// Formats a line such as `baked     2048 x 2048, 213 charts, 74 % of the texels`.
 fn baked_line(done: &Baked) -> String {
     let Baked { size, charts, covered, .. } = done;
     let share = 100.0 * covered;
     format!("baked     {size} x {size}, {} charts, {share:.0} % of the texels", group_digits(*charts))
 }
 
-/// Formats lines such as `limit     12 kept edges ...`, one for each kind of limit.
 pub fn limit_lines(output: &Output) -> Vec<String> {
     let held = [
         (output.kept_edges, "kept edges, such as seams, material borders and creases"),
@@ -169,7 +160,6 @@ pub fn limit_lines(output: &Output) -> Vec<String> {
     held.into_iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("limit     {} {what}", group_digits(n))).collect()
 }
 
-/// Returns the lines of `--explain`.
 pub fn explain_lines(report: &Report) -> Vec<String> {
     let Report { input, output, .. } = report;
     let mut lines = limit_lines(output);
@@ -192,13 +182,12 @@ pub fn explain_lines(report: &Report) -> Vec<String> {
     lines
 }
 
-/// Formats a line such as `written   349 vertices ...` if the file has more vertices than the mesh.
 pub fn written_line(output: &Output) -> Option<String> {
     let n = output.vertices_written.filter(|n| *n != output.size.vertices)?;
     Some(format!("written   {} vertices, with a copy for each side of a seam", group_digits(n)))
 }
 
-/// Formats the line of a level of detail: sizes, distances, and the screen coverage up to which it suffices.
+/// Formats a level: sizes, distances, and the screen coverage up to which it suffices.
 pub fn level(number: usize, input: &Size, level: &Level) -> String {
     let size = &level.output.size;
     let share = 100.0 * size.vertices as f64 / input.vertices.max(1) as f64;
@@ -219,7 +208,6 @@ pub fn level(number: usize, input: &Size, level: &Level) -> String {
     line
 }
 
-/// Formats a line such as `proved    largest distance at most 0.49 % of the diagonal ...`.
 pub fn certified_line(distance: &Certified) -> String {
     let Certified { lower, upper, lower_percent, upper_percent } = distance;
     format!(
@@ -227,30 +215,26 @@ pub fn certified_line(distance: &Certified) -> String {
     )
 }
 
-/// Formats a line such as `size      2,930 vertices, 5,856 faces -> 293 vertices, 582 faces (10.0 % of the vertices)`.
+/// Formats `size      2,930 vertices, 5,856 faces -> ...`.
 pub fn size(input: &Size, output: &Size) -> String {
     let share = 100.0 * output.vertices as f64 / input.vertices.max(1) as f64;
     format!("size      {} -> {} ({share:.1} % of the vertices)", counts(input), counts(output))
 }
 
-/// Formats a line such as `file      1.75 MB -> 0.369 MB`.
 pub fn bytes([before, after]: [u64; 2]) -> String {
     let megabytes = |bytes: u64| figures(bytes as f64 / 1e6);
     format!("file      {} MB -> {} MB", megabytes(before), megabytes(after))
 }
 
-/// Formats a line such as `distance  mean 0.12 %, max at least 0.85 % of the bounding-box diagonal`.
 pub fn distance(distance: &Distance) -> String {
     let [mean, max] = [distance.mean_percent, distance.max_percent].map(figures);
     format!("distance  mean {mean} %, max at least {max} % of the bounding-box diagonal")
 }
 
-/// Formats the legend of the picture: `ring: largest distance, 0.85 % of the diagonal`.
 pub fn farthest(distance: &Distance) -> String {
     format!("ring: largest distance, {} % of the diagonal", figures(distance.max_percent))
 }
 
-/// Formats a line such as `time      0.052 s (read 0.001, simplify 0.041, write 0.002, check 0.008)`.
 pub fn time(seconds: &Seconds) -> String {
     let Seconds { read, simplify, write, check, bake, .. } = seconds;
     let total = read + simplify + write + check + bake.unwrap_or(0.0);
@@ -260,12 +244,11 @@ pub fn time(seconds: &Seconds) -> String {
     )
 }
 
-/// Formats sizes as `2,930 vertices, 5,856 faces`.
 pub fn counts(size: &Size) -> String {
     format!("{} vertices, {} faces", group_digits(size.vertices), group_digits(size.faces))
 }
 
-/// Returns the last element of a path, cut at the front if long.
+/// Returns the last element of a path, cut at the front if it is long.
 pub fn shorten(path: &str) -> String {
     let name = path.rsplit(['/', '\\']).next().unwrap_or(path);
     let long = name.chars().count().saturating_sub(36);
@@ -285,7 +268,7 @@ pub fn group_digits(number: usize) -> String {
     text
 }
 
-/// Formats three significant digits without an exponent; below the resolution of single precision as 0.
+/// Formats three significant digits without an exponent; numbers below 1e-5 as 0.
 fn figures(number: f64) -> String {
     if number < 1e-5 {
         return "0".into();

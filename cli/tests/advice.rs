@@ -1,4 +1,4 @@
-//! The advice in messages works: the option it names is accepted and helps.
+//! Advice in messages is accepted and helps.
 
 use std::fs;
 use std::path::Path;
@@ -6,7 +6,6 @@ use std::path::Path;
 use crate::common::avatar::Avatar;
 use crate::common::*;
 
-/// A grid of squares in two materials, each square with its own place in the texture.
 fn charts(n: usize) -> String {
     let mut obj: String =
         (0..(n + 1) * (n + 1)).map(|i| format!("v {} {} {}\n", i % (n + 1), i / (n + 1), (i * i) % 3)).collect();
@@ -22,19 +21,16 @@ fn charts(n: usize) -> String {
     obj
 }
 
-/// Returns the advice of the lines `try`.
 fn free(run: &Run) -> Vec<String> {
     let words = String::from_utf8(run.out.clone()).unwrap();
     words.lines().filter_map(|line| line.strip_prefix("try       ")).map(String::from).collect()
 }
 
-/// Returns the value that advice gives an option.
 fn advised(line: &str, option: &str) -> String {
     let (_, rest) = line.split_once(option).unwrap_or_else(|| panic!("{line}"));
     rest.trim_start().split([' ', ',', ';']).next().unwrap().to_string()
 }
 
-/// Returns the value of `--ignore`, which may contain commas.
 fn ignored(line: &str) -> String {
     line.split_once("--ignore ").unwrap().1.split(' ').next().unwrap().trim_end_matches(',').to_string()
 }

@@ -1,4 +1,4 @@
-//! `neural-mesh simplify` on assets: attributes are carried over, in the file or in files next to it.
+//! `neural-mesh simplify` carries attributes over, in the file or next to it.
 
 use std::path::Path;
 
@@ -6,7 +6,6 @@ use crate::common::{Run, folder, json, run, run_with_input, shipped};
 use neural_mesh::io::{self, Asset, Format};
 use neural_mesh::picture::{Image, decode_image, encode_png};
 
-/// Writes a square of 20 x 20 quads in two materials, with texture coordinates and a texture.
 fn textured(folder: &Path) {
     let n = 20;
     let mut text = String::from("mtllib skin.mtl\n");
@@ -27,7 +26,6 @@ fn textured(folder: &Path) {
     std::fs::write(folder.join("maps/skin.png"), b"not looked into").unwrap();
 }
 
-/// Returns the output of a run that writes its mesh to a file.
 fn said(run: &Run) -> String {
     String::from_utf8(run.out.clone()).unwrap()
 }
@@ -38,7 +36,6 @@ fn simplified(folder: &Path, more: &[&str]) -> Run {
     run
 }
 
-/// Returns the shares of the left and the right half of a picture where a channel dominates.
 fn shares(picture: &Image, channel: usize) -> [f64; 2] {
     let mut counts = [0.0; 2];
     for (i, pixel) in picture.rgba.chunks_exact(4).enumerate() {
@@ -49,7 +46,6 @@ fn shares(picture: &Image, channel: usize) -> [f64; 2] {
     counts.map(|count| 2.0 * count / (picture.width * picture.height) as f64)
 }
 
-/// Builds a grid of squares, each with its own place in the texture.
 fn grid_of_charts(n: usize) -> String {
     let mut obj: String =
         (0..(n + 1) * (n + 1)).map(|i| format!("v {} {} {}\n", i % (n + 1), i / (n + 1), (i * i) % 3)).collect();

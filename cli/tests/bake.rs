@@ -1,4 +1,4 @@
-//! `neural-mesh simplify --bake`: results look like the original, and impossible requests are one-line errors.
+//! `--bake`: results look like the original.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -13,7 +13,6 @@ use serde_json::json;
 
 use crate::common::{OCTAHEDRON, files, folder, json, run, the_line};
 
-/// Builds a wavy ball of 20 thousand faces with vertex colours in fine bands.
 fn ball() -> String {
     let mesh = shapes::wavy_sphere(5, 12.0);
     let band = |x: f32| if (40.0 * x).sin() > 0.0 { 0.9 } else { 0.2 };
@@ -27,7 +26,6 @@ fn ball() -> String {
     text
 }
 
-/// Writes a wavy sheet with a texture, emission, and roughness.
 fn sheet(folder: &Path) {
     let n = 60;
     let mut text = String::from("mtllib sheet.mtl\nusemtl cloth\n");
@@ -57,7 +55,6 @@ fn sheet(folder: &Path) {
     std::fs::write(folder.join("b.png"), image(|x, _| [4 * x as u8; 3])).unwrap();
 }
 
-/// A mesh file with its appearance.
 struct Dressed {
     mesh: TriMesh,
     attributes: Attributes,
@@ -76,7 +73,6 @@ fn dressed(path: &Path) -> Dressed {
     Dressed { mesh, attributes: cleaned.attributes, looks }
 }
 
-/// Measures the similarity of rendered images from six sides, in decibels.
 fn likeness(before: &Dressed, after: &Dressed) -> f64 {
     let coats = [before, after].map(|it| Coat::new(&it.attributes, &it.looks).0.unwrap());
     let shaded = [(&before.mesh, &coats[0]), (&after.mesh, &coats[1])].map(|(mesh, coat)| {
@@ -92,7 +88,6 @@ fn likeness(before: &Dressed, after: &Dressed) -> f64 {
     psnr(&pixels[0], &pixels[1]).unwrap()
 }
 
-/// Runs `simplify` with more arguments and expects success.
 fn simplified(folder: &Path, input: &str, output: &str, more: &[&str]) -> String {
     let done = run(folder, &[&["simplify", input, "-o", output, "-f"], more].concat());
     assert_eq!(done.code, Some(0), "{}", done.words);
@@ -200,7 +195,6 @@ fn the_bytes_are_the_same_on_any_number_of_threads() {
     assert!(one == written("2") && one == written("3"));
 }
 
-/// Builds a glTF that uses one octahedron twice, or has a morph target.
 fn scene(targets: bool) -> String {
     let numbers = |first: char| {
         let lines = OCTAHEDRON.lines().filter(move |line| line.starts_with(first));

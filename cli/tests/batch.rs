@@ -1,4 +1,4 @@
-//! `neural-mesh simplify` on many meshes: every mesh gets a row, and nothing outside the folder is written.
+//! `neural-mesh simplify` on many meshes.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,7 +8,6 @@ use crate::common::*;
 use neural_mesh::io::{Format, write};
 use neural_mesh::mesh::{Frame, TriMesh, shapes};
 
-/// Reads the rows of a manifest by mesh and field.
 fn manifest(folder: &Path) -> BTreeMap<String, BTreeMap<String, String>> {
     let mut reader = csv::Reader::from_path(folder.join("manifest.csv")).unwrap();
     let names: Vec<String> = reader.headers().unwrap().iter().map(str::to_string).collect();
@@ -27,7 +26,6 @@ fn put(path: &Path, mesh: &TriMesh, format: Format) {
     fs::write(path, write(mesh, &Frame::default(), format).unwrap()).unwrap();
 }
 
-/// Creates a folder `in` of four meshes, one of them in a subfolder.
 fn prepared() -> tempfile::TempDir {
     let folder = folder();
     let input = folder.path().join("in");

@@ -1,4 +1,4 @@
-//! Missed targets show in outcome and exit code: always for bounds, with `--strict` for sizes.
+//! Missed targets in outcome and exit code.
 
 use std::fs;
 use std::path::Path;
@@ -12,14 +12,12 @@ fn put(path: &Path, mesh: &TriMesh) {
     fs::write(path, write(mesh, &Frame::default(), Format::Ply).unwrap()).unwrap();
 }
 
-/// Builds a sphere that is nearly mirror-symmetric.
 fn nearly_mirrored() -> TriMesh {
     let (mut positions, faces) = shapes::icosphere(3).into_parts();
     positions.iter_mut().filter(|position| position[0] > 0.0).flatten().for_each(|x| *x *= 1.0 + 4e-5);
     TriMesh::new(positions, faces).unwrap()
 }
 
-/// Simplifies `in.ply` with a report; returns the run and the outcome.
 fn simplified(folder: &Path, more: &[&str]) -> (Run, String) {
     let arguments = ["simplify", "in.ply", "-o", "out.ply", "--report", "r.json", "--force"];
     let run = run(folder, &[&arguments[..], more].concat());

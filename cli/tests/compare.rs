@@ -1,11 +1,10 @@
-//! `neural-mesh compare`: the table, the JSON, the page, and rejected arguments.
+//! `neural-mesh compare`: table, JSON, page, rejected arguments.
 
 use std::fs;
 use std::path::Path;
 
 use crate::common::*;
 
-/// Creates a folder with an octahedron, one without a face, and one of twice the size.
 fn folder_of_octahedra() -> tempfile::TempDir {
     let folder = folder();
     let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();

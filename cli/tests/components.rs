@@ -1,4 +1,4 @@
-//! Scenes of many components: visible ones stay, and reports describe the whole scene.
+//! Scenes of many components.
 
 use base64::prelude::*;
 use neural_mesh::io::Asset;
@@ -8,7 +8,6 @@ use serde_json::{Value, json};
 
 use crate::common::{folder, json as read_json, run};
 
-/// Builds a glTF of these meshes with the given nodes.
 fn scene_of(meshes: &[TriMesh], nodes: &Value) -> String {
     let (mut bytes, mut views, mut accessors) = (Vec::new(), Vec::new(), Vec::new());
     let mut put = |rows: Vec<u8>, component: u32, shape: &str, count: usize, bounds: [Value; 2]| {
@@ -43,7 +42,6 @@ fn scene_of(meshes: &[TriMesh], nodes: &Value) -> String {
     .to_string()
 }
 
-/// Reads the meshes of a scene with the transforms of their nodes.
 fn placed(path: &std::path::Path) -> TriMesh {
     let asset = Asset::read_path(path).unwrap();
     let meshes: Vec<RawMesh> = asset.parts().iter().map(|part| part.mesh.clone()).collect();
@@ -56,7 +54,6 @@ fn scaled(mesh: &TriMesh, by: f32) -> TriMesh {
     TriMesh::new(mesh.positions().iter().map(|p| p.map(|x| by * x)).collect(), mesh.faces().to_vec()).unwrap()
 }
 
-/// Builds nine spheres with equal coordinates; the node of the last one scales it a hundredfold.
 fn nine_spheres() -> String {
     let scale = |i: u32| if i == 8 { 4.0 } else { 1.0 };
     let node =
@@ -117,7 +114,6 @@ fn what_hangs_beside_others_keeps_its_shape_and_the_run_says_why_it_stops() {
     assert_eq!(text.matches("\"mesh\":").count(), 1, "{text}");
 }
 
-/// Builds a chequered square of `n` by `n` tiles in two materials, as OBJ, below a sphere.
 fn chequered(n: usize) -> String {
     let mut text = String::from("mtllib tiles.mtl\n");
     let sphere = shapes::icosphere(3);
@@ -154,7 +150,6 @@ fn tiles_of_two_materials_in_one_plane_keep_their_outlines_beside_others() {
     assert_eq!(text.lines().filter(|line| line.starts_with("v ") && on_grid(line)).count(), 81);
 }
 
-/// Builds a square with a square hole, each with `n` edges a side, joined by a ring of faces.
 fn frame(n: usize) -> TriMesh {
     let square = |half: f32| {
         (0..4 * n).map(move |i| {
@@ -167,7 +162,6 @@ fn frame(n: usize) -> TriMesh {
     TriMesh::new(square(1.0).chain(square(0.7)).collect(), faces.collect()).unwrap()
 }
 
-/// Returns the area of a triangle in the plane of x and y.
 fn flat_area([a, b, c]: [[f32; 3]; 3]) -> f32 {
     0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs()
 }

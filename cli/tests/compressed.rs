@@ -1,4 +1,4 @@
-//! Compressed meshes (`.gz`) as input and output, alone, from standard input and in a batch.
+//! Compressed meshes (`.gz`) as input and output.
 
 use std::fs;
 

@@ -1,9 +1,8 @@
-//! Extreme requests and meshes get useful answers: no panic, no empty file.
+//! Extreme requests and meshes get useful answers.
 
 use crate::common::*;
 use serde_json::Value;
 
-/// Simplifies an OBJ text; returns exit code, report, and the output of `info` for the result.
 fn simplified(mesh: &str, arguments: &[&str]) -> (Option<i32>, Value, Value) {
     let folder = folder();
     let all = [&["simplify", "-", "-o", "a.obj", "--report", "r.json"], arguments].concat();
@@ -86,7 +85,6 @@ fn vertices_in_one_point_or_plane_do_no_harm() {
     assert!(info["faces"].as_u64().unwrap() > 0);
 }
 
-/// Sets the third coordinate of a line to 0.
 fn flattened(line: &str) -> String {
     match line.strip_prefix("v ").and_then(|numbers| numbers.rsplit_once(' ')) {
         Some((xy, _)) => format!("v {xy} 0\n"),

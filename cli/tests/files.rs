@@ -1,4 +1,4 @@
-//! Effects on the disk: complete files or none, no unrequested replacement, no leftovers.
+//! Effects on the disk: complete files or none.
 
 use std::fs;
 
@@ -66,7 +66,7 @@ fn places_where_nothing_can_be_written_are_refused_first() {
     assert_eq!(files(folder.path()), ["b.ply"]);
 }
 
-/// A folder in which no file can be created, even by root.
+// A folder in which no file can be created, even by root.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_place_that_takes_no_file_is_refused_before_the_work() {
@@ -179,7 +179,6 @@ fn a_link_stays_and_the_file_behind_it_changes() {
     assert_eq!(files(&at("there")), ["new.obj", "real.obj"]);
 }
 
-/// Expects an error, and no file, for two results with the same path under two names.
 #[track_caller]
 fn one_file(folder: &std::path::Path, arguments: &[&str]) {
     let before = files(folder);

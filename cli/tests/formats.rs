@@ -1,4 +1,4 @@
-//! Conversion between formats keeps what the table of `docs/formats.md` says.
+//! Conversions keep what `docs/formats.md` says.
 
 use std::path::Path;
 
@@ -8,7 +8,6 @@ use neural_mesh::picture::{Image, encode_png};
 
 use crate::common::*;
 
-/// Writes a bent sheet in two objects of one material, with a texture, normals and colours.
 fn everything(folder: &Path) {
     let picture = Image { width: 2, height: 2, rgba: [[250, 120, 10, 255]; 4].concat() };
     std::fs::write(folder.join("wood.png"), encode_png(&picture)).unwrap();
@@ -30,7 +29,6 @@ fn everything(folder: &Path) {
     std::fs::write(folder.join("a.obj"), text).unwrap();
 }
 
-/// Returns whether a file has what a row of the table names.
 fn has(what: &str, read: &ReadMesh) -> bool {
     let carries = |role| read.mesh.attributes.channels.iter().any(|channel| channel.role == role);
     let groups = &read.extra.groups;
@@ -50,7 +48,6 @@ fn has(what: &str, read: &ReadMesh) -> bool {
 /// Source format, target format, and whether the attribute is kept.
 type Pair = (&'static str, String, bool);
 
-/// Reads the rows of the table: attribute, and the formats that keep it.
 fn table() -> Vec<(String, Vec<Pair>)> {
     let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/formats.md")).unwrap();
     let cells = |line: &str| -> Vec<String> {

@@ -7,14 +7,12 @@ use std::process::Command;
 
 use crate::common::folder;
 
-/// Returns the code blocks of a page in a language.
 fn blocks(page: &str, language: &str) -> Vec<String> {
     let opening = format!("```{language}\n");
     let after = page.split(&opening).skip(1);
     after.map(|rest| rest.split("```").next().unwrap_or_default().to_string()).collect()
 }
 
-/// Runs the commands of a page in an empty folder and returns the folder.
 fn followed(page: &str) -> tempfile::TempDir {
     let checkout = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
     let text = fs::read_to_string(checkout.join("docs/guide").join(page)).unwrap();
@@ -34,7 +32,6 @@ fn followed(page: &str) -> tempfile::TempDir {
     work
 }
 
-/// Expects the files that a page mentions.
 fn holds(work: &tempfile::TempDir, names: &[&str]) {
     names.iter().for_each(|name| assert!(work.path().join(name).is_file(), "{name}"));
 }

@@ -1,11 +1,10 @@
-//! `--hidden`: inner shells are dropped or get few vertices, and visible surfaces stay complete.
+//! `--hidden`: invisible components are dropped or get few vertices.
 
 use neural_mesh::mesh::{TriMesh, topology};
 use serde_json::Value;
 
 use crate::common::*;
 
-/// Builds a ball that contains two nested balls, and a small ball outside.
 fn shells() -> String {
     let mut text = sphere(1, 40, [0.0; 3], 1.0);
     for (rings, centre, radius) in [(40, [0.0, 0.05, 0.0], 0.8), (10, [0.1, 0.0, 0.0], 0.3), (6, [2.0, 0.0, 0.0], 0.2)]
@@ -16,7 +15,6 @@ fn shells() -> String {
     text
 }
 
-/// Simplifies the shells; returns the result, its report, and the number of vertices on the outer ball.
 fn simplified(options: &[&str]) -> (TriMesh, Value, usize) {
     let folder = folder();
     std::fs::write(folder.path().join("in.obj"), shells()).unwrap();

@@ -1,4 +1,4 @@
-//! `info` on one mesh and on many; one unreadable file does not affect the others.
+//! `neural-mesh info` on one mesh and on many.
 
 use std::fs;
 
@@ -6,7 +6,6 @@ use crate::common::avatar::Avatar;
 use crate::common::*;
 use serde_json::Value;
 
-/// Creates a folder with an octahedron, an open one, and a file that is not a mesh.
 fn prepared() -> tempfile::TempDir {
     let folder = folder();
     fs::write(folder.path().join("a.obj"), OCTAHEDRON).unwrap();

@@ -10,7 +10,6 @@ fn levels(folder: &Path, more: &[&str]) -> Run {
     run(folder, &[&["simplify", spot.to_str().unwrap(), "-o", "a.ply", "--report", "a.json"], more].concat())
 }
 
-/// Counts the faces in the file of each level.
 fn faces(folder: &Path, n_levels: usize) -> Vec<usize> {
     let file = |level| io::read_path(&folder.join(format!("a-lod{level}.ply")), None).unwrap();
     (0..n_levels).map(|level| file(level).faces.len()).collect()

@@ -1,4 +1,4 @@
-//! `neural-mesh limits`: how small meshes get, and what limits them.
+//! `neural-mesh limits`: how small meshes get.
 
 use crate::common::avatar::Avatar;
 use crate::common::{OCTAHEDRON, files, folder, run, shipped, sphere, the_line};

@@ -1,4 +1,4 @@
-//! The tests of the program in a single executable, since linking each file separately is slow.
+//! All tests of the program in one executable, which links faster than many.
 
 mod advice;
 mod assets;
@@ -38,5 +38,4 @@ mod usage;
 #[cfg(not(any(feature = "meshopt", feature = "train")))]
 mod without_features;
 
-/// The program under test.
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_neural-mesh");

@@ -1,4 +1,4 @@
-//! Insufficient memory and endless files: one line, exit code 1, and batches that continue.
+//! Insufficient memory and endless files.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -18,7 +18,6 @@ fn put(path: &Path, mesh: &TriMesh) {
     fs::write(path, write(mesh, &Frame::default(), Format::Ply).unwrap()).unwrap();
 }
 
-/// Creates a folder `in` of one mesh that needs more than [`LITTLE`], and two that do not.
 fn prepared() -> tempfile::TempDir {
     let folder = folder();
     let input = folder.path().join("in");
@@ -29,7 +28,6 @@ fn prepared() -> tempfile::TempDir {
     folder
 }
 
-/// Reads the outcomes of a manifest by mesh.
 fn outcomes(folder: &Path) -> BTreeMap<String, String> {
     let rows = csv::Reader::from_path(folder.join("out/manifest.csv")).unwrap().into_deserialize();
     let row = |row: Result<BTreeMap<String, String>, csv::Error>| {
@@ -99,7 +97,6 @@ fn a_mesh_that_took_the_batch_down_is_a_failed_row_on_resume() {
     assert_eq!(outcomes(folder.path())["big.ply"], "reached");
 }
 
-/// Writes a mesh of 1.3 million faces, which exceeds 0.25 GiB and is then simplified in blocks.
 fn large(folder: &Path) -> &'static str {
     put(&folder.join("large.ply"), &shapes::icosphere(8));
     "0.25"

@@ -1,10 +1,9 @@
-//! `mesh-points` from clouds in all formats; the quality of the mesh is tested in the library.
+//! `neural-mesh mesh-points` from clouds in all formats.
 
 use crate::common::*;
 use neural_mesh::mesh::shapes;
 use neural_mesh::model::Weights;
 
-/// Creates a folder with random weights and a cloud of 162 points as text.
 fn prepared() -> tempfile::TempDir {
     let folder = folder();
     std::fs::write(folder.path().join("w.safetensors"), Weights::random(1).to_bytes()).unwrap();

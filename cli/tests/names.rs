@@ -7,7 +7,6 @@ use crate::common::{Run, folder, run, the_line};
 use neural_mesh::io::{self, Asset, AssetPart, ReadMesh};
 use serde_json::json;
 
-/// Writes a wavy square of 20 x 20 quads in two materials, with texture coordinates.
 fn plate(folder: &Path) {
     let n = 20;
     let mut text = String::new();
@@ -25,7 +24,6 @@ fn plate(folder: &Path) {
     std::fs::write(folder.join("plate.obj"), text).unwrap();
 }
 
-/// Writes a scene of the meshes `ball` and `plain`; the parent node of `plain` is a child of `hips`.
 fn scene(folder: &Path) {
     let mut avatar = Avatar::new(8);
     avatar.document["nodes"][1]["name"] = "box".into();
@@ -44,7 +42,6 @@ fn read(folder: &Path, name: &str) -> ReadMesh {
     io::read_attributed_path(&folder.join(name), None).unwrap()
 }
 
-/// Returns the faces of a material as numbers, each rotated to its least corner.
 fn faces_of(read: &ReadMesh, material: &str) -> Vec<Vec<u64>> {
     let named = |group: u32| read.extra.groups[group as usize].material.as_deref() == Some(material);
     let carried = &read.mesh.attributes;
@@ -70,7 +67,6 @@ fn part(folder: &Path, file: &str, name: &str) -> AssetPart {
     asset.parts().iter().find(|part| part.name == name).unwrap().clone()
 }
 
-/// Returns positions and values of a part's corners in sorted order.
 fn corners(part: &AssetPart) -> Vec<Vec<u32>> {
     let carried = &part.mesh.attributes;
     let corner = |f: usize, c: usize| {
@@ -187,7 +183,6 @@ fn a_batch_keeps_what_has_the_name_and_says_which_mesh_has_none() {
     assert_eq!(faces_of(&before, "left"), faces_of(&after, "left"));
 }
 
-/// Counts the faces of a file by material.
 fn n_faces(folder: &Path, name: &str) -> [usize; 2] {
     let read = read(folder, name);
     ["left", "right"].map(|material| faces_of(&read, material).len())

@@ -1,8 +1,7 @@
-//! Results hold in the numbers of the written file; what a format cannot represent is rejected.
+//! Precision of numbers in the written file.
 
 use crate::common::*;
 
-/// Reads the coordinates of the `v` lines in double precision.
 fn positions(obj: &str) -> Vec<[f64; 3]> {
     let row = |line: &str| line.split(' ').skip(1).map(|x| x.parse().unwrap()).collect::<Vec<f64>>();
     obj.lines().filter(|line| line.starts_with("v ")).map(|line| row(line).try_into().unwrap()).collect()
@@ -55,7 +54,7 @@ fn a_distance_counts_what_an_stl_rounds() {
     assert!(upper > 0.2 && upper <= 3.0, "{upper}");
 }
 
-/// Short decimals may be single precision, but a reader in double precision sees different numbers.
+// Short decimals may be single precision, but a reader in double precision sees different numbers.
 #[test]
 fn what_is_locked_keeps_every_bit_of_decimals() {
     let mut mesh = String::new();
@@ -86,7 +85,7 @@ fn what_is_locked_keeps_every_bit_of_decimals() {
     assert!(found.iter().all(|p| input.contains(p)), "{found:?}");
 }
 
-/// The coordinate -222256064 was once written as -222256060: equal in single precision, different in double.
+// The coordinate -222256064 was once written as -222256060: equal in single precision, different in double.
 #[test]
 fn text_is_the_number_that_it_stands_for() {
     let mesh = "v 5264.966796875 -222256064.0 21.4942569732666\nv 5264.966796875 -222256064.0 21.9942569732666\n\

@@ -1,4 +1,4 @@
-//! `--compress`: quantised glTF within the promised precision, and errors where that is impossible.
+//! `--compress`: quantised glTF within the promised precision.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! `neural-mesh simplify --for poses`: morph targets and skins are respected.
+//! `--for poses`: morph targets and skins are respected.
 
 use std::path::Path;
 
@@ -6,16 +6,13 @@ use crate::common::{folder, run};
 use neural_mesh::io::{Asset, read_path};
 use neural_mesh::mesh::Role;
 
-/// Squares along each side of the sheet.
 const N: usize = 40;
 
-/// Returns a corner of the flat sheet, 4 wide, and its position when rolled about the axis `x = 0, z = 1`.
 fn places(i: usize) -> [[f32; 3]; 2] {
     let (x, y) = ((i / (N + 1)) as f32 * 4.0 / N as f32, (i % (N + 1)) as f32 / N as f32);
     [[x, y, 0.0], [x.sin(), y, 1.0 - x.cos()]]
 }
 
-/// Writes a glTF of the sheet and its buffer: with a morph target that rolls it up, or with a skin of three joints.
 fn write_sheet(folder: &Path, has_skin: bool) {
     let n = (N + 1) * (N + 1);
     let flat = (0..n).flat_map(|i| places(i)[0]);
@@ -61,7 +58,6 @@ fn write_sheet(folder: &Path, has_skin: bool) {
     std::fs::write(folder.join("sheet.gltf"), document).unwrap();
 }
 
-/// Simplifies the sheet to a twentieth of its vertices.
 fn light(folder: &Path, more: &[&str]) -> Asset {
     let run =
         run(folder, &[&["simplify", "sheet.gltf", "-o", "light.glb", "--ratio", "0.05", "--force"], more].concat());
@@ -69,7 +65,6 @@ fn light(folder: &Path, more: &[&str]) -> Asset {
     Asset::read_path(&folder.join("light.glb")).unwrap()
 }
 
-/// Measures the mean distance of the face centres from the roll, with the morph target applied.
 fn off_the_roll(asset: &Asset) -> f64 {
     let mesh = &asset.parts()[0].mesh;
     let targets: Vec<_> = mesh.attributes.channels.iter().filter(|it| it.role == Role::MorphPosition).collect();

@@ -1,4 +1,4 @@
-//! Broken meshes become solids: results are closed and oriented as written, and impossible repairs are errors.
+//! Broken meshes become closed, oriented solids.
 
 use std::fmt::Write as _;
 
@@ -9,7 +9,6 @@ use serde_json::json;
 
 use crate::common::{OCTAHEDRON, files, folder, info, run, sphere, the_line, welded};
 
-/// Removes every `nth` face of an OBJ.
 fn torn(text: &str, nth: usize) -> String {
     let mut n_faces = 0;
     let keeps = |line: &&str| {
@@ -19,7 +18,6 @@ fn torn(text: &str, nth: usize) -> String {
     text.lines().filter(keeps).flat_map(|line| [line, "\n"]).collect()
 }
 
-/// Reverses the winding of all faces.
 fn inside_out(text: &str) -> String {
     let turned = |line: &str| {
         let corners: Vec<&str> = line.split(' ').skip(1).collect();
@@ -32,7 +30,6 @@ fn n_vertices(text: &str) -> usize {
     text.lines().filter(|line| line.starts_with('v')).count()
 }
 
-/// Builds a sphere with holes, an inner shell, a cavity, a fin, a sheet below, and a hundred crumbs.
 fn messy() -> String {
     let mut text = torn(&sphere(1, 24, [0.0; 3], 1.0), 40);
     let more = |text: &mut String, rings, centre, radius, turned: bool| {
@@ -81,7 +78,7 @@ fn what_is_written_is_a_solid_in_every_format_at_every_size() {
     }
 }
 
-/// Surfaces of suzanne touch at vertices, in double precision; once separated, they stay so unless merged.
+// Surfaces of suzanne touch at vertices, in double precision; once separated, they stay so unless merged.
 #[test]
 fn what_a_repair_moves_apart_stays_apart_at_full_size() {
     let folder = folder();
@@ -138,7 +135,6 @@ fn what_cannot_go_together_is_a_usage_error() {
     assert!(the_line(&run(folder.path(), &paper)).contains("--printable: not available with --assembly paper"));
 }
 
-/// Builds a glTF scene of two copies of an OBJ, side by side.
 fn scene_of_two(text: &str) -> String {
     let numbers = |first: char| -> Vec<f64> {
         let lines = text.lines().filter(|line| line.starts_with(first));

@@ -1,4 +1,4 @@
-//! Scenes are recognised by content under any name, and keep skins, animations and extensions.
+//! Scenes are recognised by content and keep skins, animations and extensions.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,6 @@ use crate::common::avatar::{Avatar, document};
 use crate::common::*;
 use serde_json::{Value, json};
 
-/// Counts what a scene holds besides its meshes.
 fn held(glb: &[u8]) -> [usize; 4] {
     let document = document(glb);
     ["skins", "animations", "nodes", "meshes"].map(|name| document[name].as_array().map_or(0, Vec::len))

@@ -1,8 +1,7 @@
-//! `simplify` from file to file: mesh, messages, report, picture, standard streams.
+//! `neural-mesh simplify` from file to file.
 
 use crate::common::*;
 
-/// Builds arguments that simplify the cow to a fifth.
 fn cow(rest: &[&str]) -> Vec<String> {
     let input = shipped("spot.ply").to_str().unwrap().to_string();
     [&["simplify", &input, "--ratio", "0.2"], rest].concat().iter().map(|word| word.to_string()).collect()

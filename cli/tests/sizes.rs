@@ -1,11 +1,10 @@
-//! Parsing of numbers, and one-line errors that name what is accepted.
+//! Parsing of numbers, and errors that name the accepted range.
 
 use crate::common::*;
 use neural_mesh::io;
 use neural_mesh::mesh::shapes;
 use neural_mesh::model::Weights;
 
-/// Simplifies the cow (2,930 vertices, 5,856 faces) and returns the report.
 fn cow(size: &[&str]) -> serde_json::Value {
     let (folder, input) = (folder(), shipped("spot.ply"));
     let all = ["simplify", input.to_str().unwrap(), "-o", "a.off", "--no-check", "--json"];
@@ -14,7 +13,6 @@ fn cow(size: &[&str]) -> serde_json::Value {
     serde_json::from_slice(&run.out).unwrap()
 }
 
-/// Returns the error for these arguments, which are wrong before any file is opened.
 #[track_caller]
 fn refusal(words: &[&str]) -> String {
     let run = run(folder().path(), words);
@@ -90,7 +88,6 @@ fn a_ratio_in_percent_without_its_sign_is_suggested() {
     assert!(line.ends_with("did you mean 25%?"), "{line}");
 }
 
-/// Each numeric option with invalid and out-of-range values.
 #[test]
 fn every_number_that_is_none_is_told_what_is_taken() {
     let simplify: &[&str] = &["simplify", "missing.ply", "-o", "a.glb"];

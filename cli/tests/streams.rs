@@ -1,4 +1,4 @@
-//! Standard output holds the mesh in the input's format, or JSON, and nothing else.
+//! Standard output holds the mesh or JSON, and nothing else.
 
 use std::fs;
 
@@ -6,7 +6,6 @@ use crate::common::*;
 use neural_mesh::io::{Format, write};
 use neural_mesh::mesh::{Frame, shapes};
 
-/// Pipes a mesh through `simplify`.
 fn piped(input: &[u8], more: &[&str]) -> Run {
     let folder = folder();
     let run = run_with_input(folder.path(), &[&["simplify", "-", "-o", "-", "--ratio", "50%"], more].concat(), input);
@@ -98,7 +97,6 @@ fn the_json_of_a_comparison_goes_to_standard_output_alone() {
     assert!(run.words.contains("original  a.obj"), "{}", run.words);
 }
 
-/// Two triangles that share an edge, with different texture coordinates on its sides.
 const SEAM: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvt 0.5 0.5\nvt 0.7 0.7\n\
 f 1/1 2/2 3/3\nf 1/5 3/6 4/4\n";
 

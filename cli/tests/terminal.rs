@@ -6,12 +6,9 @@ use std::process::Stdio;
 
 use crate::common::*;
 
-/// Clears the screen, renames the window, queries the terminal, reverses text direction.
 const EVIL: &str = "e\u{1b}[2J\u{1b}]0;pwn\u{7}\u{9b}6n\u{202e}";
-/// Line separators other than the line feed.
 const LINES: &str = "\u{85}\u{2028}\u{2029}";
 
-/// Returns all output, and expects that none of it controls a terminal.
 #[track_caller]
 fn plain_words(run: &Run) -> String {
     let said = format!("{}{}", String::from_utf8(run.out.clone()).unwrap(), run.words);
@@ -21,7 +18,6 @@ fn plain_words(run: &Run) -> String {
     said
 }
 
-/// Returns all output, and expects the escaped name from the file.
 #[track_caller]
 fn spelled_out(run: &Run) -> String {
     let said = plain_words(run);
@@ -29,7 +25,6 @@ fn spelled_out(run: &Run) -> String {
     said
 }
 
-/// Builds a tetrahedron with more in its header and body.
 fn tetrahedron(header: &str, faces: [&str; 4], more: &str) -> String {
     format!(
         "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n{header}end_header\n\
@@ -40,7 +35,7 @@ fn tetrahedron(header: &str, faces: [&str; 4], more: &str) -> String {
 
 const FACES: [&str; 4] = ["3 0 2 1", "3 0 1 3", "3 1 2 3", "3 2 0 3"];
 
-/// Long work without a terminal prints a line now and then.
+// Long work without a terminal prints a line now and then.
 #[test]
 fn long_work_says_how_far_it_is() {
     let folder = folder();

@@ -1,17 +1,15 @@
-//! `--textures`: images of any asset are scaled down when needed, and levels share them.
+//! `--textures`: images are scaled down when needed.
 
 use std::path::Path;
 
 use crate::common::*;
 use neural_mesh::picture::{Image, decode_image, encode_png, encode_webp, image_size};
 
-/// Encodes a PNG of `side` pixels a side with different colours everywhere.
 fn png(side: usize) -> Vec<u8> {
     let colour = |at: usize| [(at % side * 255 / side) as u8, (at / side * 255 / side) as u8, 90, 255];
     encode_png(&Image { width: side, height: side, rgba: (0..side * side).flat_map(colour).collect() })
 }
 
-/// Writes a textured square of 8 x 8 quads as OBJ with three images.
 fn textured(folder: &Path) {
     let n = 8;
     let mut text = String::from("mtllib skin.mtl\nusemtl skin\n");
@@ -40,7 +38,6 @@ fn simplified(folder: &Path, input: &str, output: &str, more: &[&str]) -> Run {
     run
 }
 
-/// Returns the image sizes of a GLB, and its materials.
 fn images(glb: &Path) -> (Vec<[usize; 2]>, serde_json::Value) {
     let bytes = std::fs::read(glb).unwrap();
     let length = u32::from_le_bytes(*bytes[12..].first_chunk().unwrap()) as usize;
@@ -174,7 +171,6 @@ fn what_is_no_image_stays_with_a_note_and_formats_without_textures_are_refused()
     }
 }
 
-/// A KTX2 image of ETC1S, 24 x 20: red rises to the right, green downwards.
 #[cfg(feature = "ktx2")]
 const KTX2: &[u8] = include_bytes!("../../tests/images/etc1s.ktx2");
 

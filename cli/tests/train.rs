@@ -1,4 +1,4 @@
-//! `neural-mesh train`: interruption, continuation, errors, and output files.
+//! `neural-mesh train`: interruption, continuation, errors, files.
 
 use std::path::Path;
 
@@ -6,12 +6,10 @@ use crate::common::*;
 use neural_mesh::io::{Format, write};
 use neural_mesh::mesh::{Frame, TriMesh, shapes};
 
-/// A small network with many epochs and frequent checkpoints.
 const SETTINGS: &str = "objective = \"uniform\"\nepochs = 40\nvalidation = [\"held_\"]\nnoise = 0.1\n\
     checkpoint_minutes = 0.0005\npoint_sampler_layers = 2\npoint_sampler_width = 12\nedge_predictor_width = 4\n\
     attention_width = 3\nface_classifier_layers = 1\nface_classifier_width = 4\n";
 
-/// Creates a folder with small meshes in `data` and settings in `small.toml`.
 fn prepared() -> tempfile::TempDir {
     let folder = folder();
     std::fs::create_dir(folder.path().join("data")).unwrap();
@@ -30,12 +28,10 @@ fn prepared() -> tempfile::TempDir {
     folder
 }
 
-/// Builds the arguments of a training into `run`.
 fn training<'a>(run: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     [&["train", "--data", "data", "--out", run, "--config", "small.toml"], more].concat()
 }
 
-/// Reads the files of a training that do not depend on interruptions.
 fn left(folder: &Path, run: &str) -> Vec<Vec<u8>> {
     let files = ["last.safetensors", "best.safetensors", "steps.csv", "epochs.csv", "config.toml", "curves.svg"];
     files.map(|file| std::fs::read(folder.join(run).join(file)).unwrap()).into()

@@ -1,8 +1,7 @@
-//! Wrong arguments are found before any file is opened: exit code 2 and a reason.
+//! Wrong arguments are rejected before any file is opened.
 
 use crate::common::*;
 
-/// Runs `simplify missing.ply`, and expects no file: usage errors come first.
 fn refused(arguments: &[&str]) -> Run {
     let folder = folder();
     let run = run(folder.path(), &[&["simplify", "missing.ply"], arguments].concat());

@@ -1,4 +1,4 @@
-//! Builds without a feature name the missing feature and how to get it.
+//! Builds without a feature name it and how to get it.
 
 use std::fs;
 

@@ -1,4 +1,4 @@
-//! The meshes of a batch: folders, patterns and lists resolved to files with their paths in OUTDIR.
+//! Meshes of a batch, from folders, patterns and lists.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -9,10 +9,8 @@ use crate::failure::{Failure, name};
 use crate::files;
 use crate::names::{is_stream, readable};
 
-/// A mesh to simplify.
 #[derive(Debug, PartialEq)]
 pub struct Input {
-    /// Path of the file.
     pub path: PathBuf,
     /// Path relative to the common folder of all inputs, without `..`.
     pub below: PathBuf,
@@ -22,7 +20,7 @@ pub fn is_pattern(path: &Path) -> bool {
     !path.exists() && path.to_string_lossy().contains(['*', '?', '['])
 }
 
-/// Rejects what cannot be a batch: option values among the meshes, and a mesh file as the output folder.
+/// Rejects option values among the meshes, and a mesh file as the output folder.
 pub fn check(args: &SimplifyArgs) -> Result<(), Failure> {
     let is_value = |text: &str| text.ends_with('%') || text.parse::<f64>().is_ok();
     let stray = args.inputs.iter().find(|path| !path.exists() && path.to_str().is_some_and(is_value));
@@ -67,7 +65,6 @@ pub fn find(args: &SimplifyArgs) -> Result<Vec<Input>, Failure> {
     Ok(inputs)
 }
 
-/// Reads the non-empty lines of a list.
 fn read_list(list: &Path) -> Result<Vec<PathBuf>, Failure> {
     let bytes = files::read(list)?;
     let text =
@@ -80,7 +77,7 @@ fn read_list(list: &Path) -> Result<Vec<PathBuf>, Failure> {
     }
 }
 
-/// Collects the mesh files of a folder and its subfolders, except hidden ones, OUTDIR, and links to folders.
+/// Collects the mesh files of a folder and its subfolders, without hidden ones, OUTDIR, and links to folders.
 fn walk(folder: &Path, out: &Path, found: &mut Vec<PathBuf>) -> Result<(), Failure> {
     let problem = |error| Failure::in_file(folder, format!("cannot be read: {error}: check the folder"));
     for entry in std::fs::read_dir(folder).map_err(problem)? {
@@ -98,7 +95,6 @@ fn walk(folder: &Path, out: &Path, found: &mut Vec<PathBuf>) -> Result<(), Failu
     Ok(())
 }
 
-/// Collects the mesh files that match a pattern, except those in OUTDIR.
 fn match_pattern(pattern: &Path, out: &Path, found: &mut Vec<PathBuf>) -> Result<(), Failure> {
     let problem =
         |error: &dyn std::fmt::Display| Failure::Usage(format!("{}: {error}: correct the pattern", name(pattern)));
@@ -119,7 +115,6 @@ fn input(path: PathBuf, root: &Path) -> Input {
     Input { path, below }
 }
 
-/// Returns the deepest folder that contains all files.
 fn common_folder(paths: &[PathBuf]) -> PathBuf {
     let folder = |path: &PathBuf| normal(path).parent().map(Path::to_path_buf).unwrap_or_default();
     let both = |a: PathBuf, b: PathBuf| -> PathBuf {

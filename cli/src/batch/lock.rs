@@ -1,4 +1,4 @@
-//! Lock that admits one batch at a time to a folder. The system releases it however the program ends.
+//! Lock that admits one batch at a time to a folder.
 
 use std::fs::{File, TryLockError};
 use std::path::Path;
@@ -24,13 +24,11 @@ pub fn lock(folder: &Path) -> Result<File, Failure> {
     }
 }
 
-/// Opens the folder itself, which leaves no file behind.
 #[cfg(unix)]
 fn open(folder: &Path) -> std::io::Result<File> {
     File::open(folder)
 }
 
-/// Opens a file in the folder, on systems that cannot lock folders.
 #[cfg(not(unix))]
 fn open(folder: &Path) -> std::io::Result<File> {
     File::options().create(true).truncate(false).write(true).open(folder.join(NAME))

@@ -1,4 +1,4 @@
-//! `manifest.csv` in OUTDIR: a row for each mesh of the batch from the start, so that the batch can be resumed.
+//! `manifest.csv` in OUTDIR: a row per mesh from the start, so that a batch can be resumed.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -14,40 +14,33 @@ use crate::files;
 use crate::names::level_paths;
 use neural_mesh::job::{Level, REACHED, Report};
 
-/// Name of the file.
 pub const NAME: &str = "manifest.csv";
-/// Least time between two writes; meshes finished since the last write are redone if the program is killed.
+/// Shortest time between two writes; a killed batch repeats the meshes since the last one.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// Outcome of a mesh that is not done.
 const PENDING: &str = "pending";
-/// Prefix of the outcome of a failed mesh.
 const FAILED: &str = "failed: ";
 
-/// Result of one mesh.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct ManifestRow {
-    /// Path of the mesh relative to the common folder.
+    /// Path relative to the common folder of all inputs.
     name: String,
-    /// Path of the result relative to OUTDIR, with `{level}` for levels of detail.
+    /// Path of the result in OUTDIR, with `{level}` for levels of detail.
     output: String,
     vertices: Option<usize>,
     faces: Option<usize>,
-    /// One value for each level of detail, separated by `;`.
+    /// One value per level of detail, separated by `;`.
     output_vertices: Option<String>,
     output_faces: Option<String>,
-    /// Two-sided distance in percent of the diagonal, for each level.
+    /// Two-sided distance per level, in percent of the diagonal.
     mean_percent: Option<String>,
     max_percent: Option<String>,
-    /// Seconds from opening the mesh to the finished file.
     seconds: Option<f64>,
-    /// `pending`, `reached`, `stopped: ` with the reason, or `failed: ` with the reason.
+    /// `pending`, `reached`, or `stopped: ` or `failed: ` with the reason.
     outcome: String,
-    /// Options of the batch.
     request: String,
 }
 
 impl ManifestRow {
-    /// Returns pending rows for all meshes.
     pub fn all(inputs: &[Input], outputs: &[PathBuf], request: &str) -> Vec<Self> {
         inputs.iter().zip(outputs).map(|(input, output)| Self::pending(input, output, request)).collect()
     }
@@ -72,7 +65,7 @@ impl ManifestRow {
         self.outcome != PENDING && !self.outcome.starts_with(FAILED)
     }
 
-    /// Takes over the result of an earlier run, and returns whether existing result files belong to that run.
+    /// Takes over the result of an earlier run; returns whether existing result files belong to that run.
     fn go_on(&mut self, old: &Self, folders: &BatchFolders, manifest: &Path) -> Result<bool, Failure> {
         if old.request != self.request {
             let what =
@@ -105,24 +98,20 @@ impl ManifestRow {
     }
 }
 
-/// Joins the numbers of all levels; `None` if one is missing.
 fn join_numbers(numbers: impl Iterator<Item = Option<impl Serialize>>) -> Option<String> {
     let numbers: Option<Vec<_>> = numbers.map(|number| serde_json::to_string(&number?).ok()).collect();
     Some(numbers?.join(";"))
 }
 
-/// Folders for the results of a batch.
 pub struct BatchFolders {
-    /// Folder OUTDIR.
     pub folder: PathBuf,
-    /// Number of levels of detail that are separate files, or 0.
+    /// Number of levels in separate files, or 0.
     pub n_levels: usize,
     /// Folders for reports and pictures, with the endings of their files.
     pub side_folders: Vec<(PathBuf, &'static str)>,
 }
 
 impl BatchFolders {
-    /// Returns all files of a mesh.
     fn files_of_row(&self, row: &ManifestRow) -> Vec<PathBuf> {
         let side_files =
             self.side_folders.iter().map(|(folder, ending)| folder.join(with_more(&parse_path(&row.name), ending)));
@@ -137,21 +126,17 @@ pub fn with_more(path: &Path, ending: &str) -> PathBuf {
     name.into()
 }
 
-/// Numbers of meshes by outcome.
 pub struct Ends {
     pub reached: usize,
     pub stopped: usize,
     pub failed: usize,
 }
 
-/// The rows, in memory and on disk.
 pub struct Manifest {
     path: PathBuf,
     folders: BatchFolders,
     rows: Mutex<Rows>,
-    /// Whether existing files of a mesh may be replaced.
     may_replace: Vec<bool>,
-    /// Meshes that are still to be done.
     waiting: Vec<usize>,
 }
 
@@ -161,7 +146,7 @@ struct Rows {
 }
 
 impl Manifest {
-    /// Creates the rows of a new batch, or continues with those of an earlier run.
+    /// Creates the rows of a new batch, or continues those of an earlier run.
     pub fn open(
         folders: BatchFolders,
         mut rows: Vec<ManifestRow>,
@@ -182,7 +167,8 @@ impl Manifest {
         let waiting = (0..rows.len()).filter(|&i| rows[i].outcome == PENDING).collect();
         for (row, _) in rows.iter_mut().zip(&may_replace).filter(|(row, may)| row.outcome == PENDING && !**may) {
             if let Some(output) = folders.files_of_row(row).into_iter().find(|path| path.symlink_metadata().is_ok()) {
-                // Fails unless the file proves to be its own result, from a run that ended before it wrote the row.
+                // The mesh fails, unless the file turns out to be its result from a run that was killed before it wrote
+                // the row.
                 row.outcome = format!("{FAILED}{}", exists(&output));
             }
         }
@@ -196,7 +182,6 @@ impl Manifest {
         &self.path
     }
 
-    /// Returns the meshes that are still to be done.
     pub fn waiting(&self) -> &[usize] {
         &self.waiting
     }
@@ -209,46 +194,38 @@ impl Manifest {
         self.lock_rows().rows[i].name.clone()
     }
 
-    /// Returns the path of a result relative to OUTDIR.
     pub fn output(&self, i: usize) -> PathBuf {
         parse_path(&self.lock_rows().rows[i].output)
     }
 
-    /// Returns the output folders.
     pub fn folders(&self) -> &BatchFolders {
         &self.folders
     }
 
-    /// Returns the paths of all results relative to OUTDIR.
     pub fn outputs(&self) -> Vec<PathBuf> {
         let rows = &self.lock_rows().rows;
         rows.iter().flat_map(|row| level_paths(&parse_path(&row.output), self.folders.n_levels)).collect()
     }
 
-    /// Returns whether existing files of a mesh may be replaced.
     pub fn may_replace(&self, i: usize) -> bool {
         self.may_replace[i]
     }
 
-    /// Marks a mesh as failed without running it.
     pub fn give_up(&mut self, i: usize, why: Failure) -> Result<(), Failure> {
         self.waiting.retain(|&waiting| waiting != i);
         self.set(i, Err(why), 0.0)
     }
 
-    /// Stores the result of a mesh.
     pub fn set(&self, i: usize, done: Result<Report, Failure>, seconds: f64) -> Result<(), Failure> {
         let mut locked = self.lock_rows();
         locked.rows[i].fill(done, seconds);
         if locked.written.elapsed() > PATIENCE { self.write(&mut locked) } else { Ok(()) }
     }
 
-    /// Writes all rows.
     pub fn save(&self) -> Result<(), Failure> {
         self.write(&mut self.lock_rows())
     }
 
-    /// Counts the meshes by outcome.
     pub fn ends(&self) -> Ends {
         let rows = &self.lock_rows().rows;
         let count = |is: &dyn Fn(&ManifestRow) -> bool| rows.iter().filter(|row| is(row)).count();
@@ -272,7 +249,6 @@ impl Manifest {
     }
 }
 
-/// Reads the rows of an earlier run, by mesh name.
 fn read(path: &Path) -> Result<HashMap<String, ManifestRow>, Failure> {
     let problem =
         |error| Failure::in_file(path, format!("is not the manifest of a batch: {error}: choose another folder"));

@@ -1,4 +1,4 @@
-//! `neural-mesh simplify` on many meshes: a file in OUTDIR for each, and a row of the manifest even for failures.
+//! `neural-mesh simplify` on many meshes: a file and a manifest row for each.
 
 mod inputs;
 mod lock;
@@ -31,7 +31,6 @@ use manifest::{BatchFolders, Manifest, ManifestRow, with_more};
 use neural_mesh::job::{Job, RatioOf, Report};
 use places::Places;
 
-/// Endings of reports and pictures, after the whole name of the mesh.
 const REPORT: &str = ".json";
 const PICTURE: &str = ".png";
 
@@ -40,7 +39,6 @@ pub fn is_meant(args: &SimplifyArgs) -> bool {
     args.list.is_some() || args.inputs.len() > 1 || args.inputs.iter().any(|path| are_many(path))
 }
 
-/// Returns whether a path means several meshes: a folder or a pattern.
 pub fn are_many(path: &Path) -> bool {
     path.is_dir() || inputs::is_pattern(path)
 }
@@ -70,14 +68,13 @@ pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
     batch.report_end(began.elapsed().as_secs_f64())
 }
 
-/// Creates the folders for reports and pictures, and returns them with the endings of their files.
 fn open_side_folders(args: &SimplifyArgs) -> Result<Vec<(PathBuf, &'static str)>, Failure> {
     let folders = [(&args.report, REPORT), (&args.picture, PICTURE)].into_iter();
     let open = |(folder, ending): (&Option<PathBuf>, _)| Some((folder.as_deref()?.to_path_buf(), ending));
     folders.filter_map(open).map(|(folder, ending)| Ok((outputs::open(&folder)?, ending))).collect()
 }
 
-/// Rejects options that a batch cannot use, and returns the common format, if any, and the job of each mesh.
+/// Rejects options that a batch cannot use; returns the common format, if any, and the job.
 fn check_arguments(args: &SimplifyArgs) -> Result<(Option<Format>, Job), Failure> {
     let usage = |what: &str| Err(Failure::Usage(what.into()));
     if args.json || args.map.is_some() || args.explain {
@@ -97,7 +94,7 @@ fn check_arguments(args: &SimplifyArgs) -> Result<(Option<Format>, Job), Failure
     Ok((args.format.as_deref().map(|name| writable(format_of(name)?)).transpose()?, job))
 }
 
-/// Spells out the options for the manifest; a batch can only be resumed with the same.
+/// Spells out the options for the manifest; a resumed batch must have the same.
 fn request_words(args: &SimplifyArgs) -> String {
     let mut words = [
         size_words(args),
@@ -138,7 +135,6 @@ fn request_words(args: &SimplifyArgs) -> String {
     words
 }
 
-/// Spells out the target.
 fn size_words(args: &SimplifyArgs) -> String {
     let sizes = [
         (!args.ratio.is_empty()).then(|| {
@@ -160,11 +156,9 @@ fn option_words(option: &str, value: Option<impl std::fmt::Display>) -> String {
     value.map_or(format!(" {option}"), |value| format!(" {option}={value}"))
 }
 
-/// Progress of a batch.
 struct BatchProgress {
     bar: Bar,
     n_meshes: usize,
-    /// Estimated share of the total time.
     cost: f64,
 }
 
@@ -175,25 +169,21 @@ impl BatchProgress {
     }
 }
 
-/// A batch with all its inputs.
 struct Batch {
     args: SimplifyArgs,
-    /// Job of each mesh, for any format.
     job: Job,
-    /// Folder OUTDIR, with links resolved.
     folder: PathBuf,
     format: Option<Format>,
     inputs: Vec<Input>,
     manifest: Manifest,
     places: Places,
-    /// Meshes to run alone, because one of them made an earlier run fail.
+    /// Meshes to run alone, since an earlier run ran out of memory.
     alone: Vec<usize>,
     weights: Option<Weights>,
     progress: Mutex<BatchProgress>,
 }
 
 impl Batch {
-    /// Simplifies all pending meshes, several at a time.
     fn simplify_all(&self) -> Result<(), Failure> {
         let waiting = self.manifest.waiting();
         let bound = self.args.memory.map_or_else(memory::default_bound, memory::bytes_of);
@@ -264,7 +254,6 @@ impl Batch {
         Ok(request)
     }
 
-    /// Returns the path of a mesh's report or picture, if requested.
     fn side_file(&self, input: &Input, ending: &str) -> Result<Option<PathBuf>, Failure> {
         let folders = &self.manifest.folders().side_folders;
         let place = folders
@@ -274,7 +263,6 @@ impl Batch {
         place.transpose()
     }
 
-    /// Prints the closing lines and returns an error if meshes failed.
     fn report_end(&self, seconds: f64) -> Result<(), Failure> {
         let ends = self.manifest.ends();
         let voice = if self.args.quiet { Voice::Quiet } else { Voice::Out };

@@ -1,4 +1,4 @@
-//! Output paths of a batch: a distinct name in OUTDIR for each mesh.
+//! Output paths of a batch.
 
 use std::collections::{HashMap, HashSet};
 use std::ffi::OsString;
@@ -12,17 +12,15 @@ use crate::failure::Failure;
 use crate::names::{ending, guess_format, result_format, with_ending, with_level};
 use crate::request::Source;
 
-/// Creates OUTDIR if needed and returns its path without links.
 pub fn open(folder: &Path) -> Result<PathBuf, Failure> {
     let problem = |error| Failure::in_file(folder, format!("cannot be the output folder: {error}: choose another"));
     std::fs::create_dir_all(folder).map_err(problem)?;
     folder.canonicalize().map_err(problem)
 }
 
-/// Returns a distinct path in OUTDIR for each mesh, also where upper and lower case are equal.
+/// Returns a distinct path in OUTDIR for each mesh, ignoring case.
 ///
-/// The name is that of the mesh with the ending of the output format. Meshes that would share one keep their old ending
-/// before the new one (`a.obj.ply`), with a number if needed.
+/// Meshes that would share a name keep their old ending before the new one (`a.obj.ply`), with a number if needed.
 pub fn names(inputs: &[Input], format: Option<Format>) -> Vec<PathBuf> {
     let own: Vec<PathBuf> = inputs.iter().map(|input| own_name(input, format)).collect();
     let mut wishes = HashMap::<String, usize>::new();
@@ -45,12 +43,10 @@ pub fn with_level_placeholders(inputs: &[Input], names: Vec<PathBuf>, format: Op
     inputs.iter().zip(names).map(of_levels).collect()
 }
 
-/// Returns the name of the mesh with the ending of its output format, without compression.
 fn own_name(input: &Input, format: Option<Format>) -> PathBuf {
     with_ending(&input.below, format.unwrap_or_else(|| format_for(input)))
 }
 
-/// Returns the first free name with both endings, and marks it as taken.
 fn free_name(input: &Input, format: Option<Format>, taken: &mut HashSet<String>) -> PathBuf {
     let mut number = 1;
     loop {
@@ -73,12 +69,11 @@ pub fn case_folded(path: &Path) -> String {
     spell_path(path).to_lowercase()
 }
 
-/// Returns the default output format of a mesh.
 pub fn format_for(input: &Input) -> Format {
     guess_format(&input.path).map_or(Format::Ply, result_format)
 }
 
-/// Creates the folders of a result and returns its path. Links on the way are rejected: they could lead out of OUTDIR.
+/// Creates the folders of a result and returns its path; rejects links, which could lead out of OUTDIR.
 pub fn prepare_path(folder: &Path, below: &Path) -> Result<PathBuf, Failure> {
     let mut path = folder.to_path_buf();
     let names = below.components().all(|part| matches!(part, Component::Normal(_)));

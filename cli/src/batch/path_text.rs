@@ -1,9 +1,9 @@
-//! Paths as text with `/` as separator, from which the exact path can be restored.
+//! Reversible text of paths, with `/` as separator.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-/// Formats a path with `/` between names; invalid UTF-8 bytes become `\xff`, and backslashes are doubled.
+/// Formats a path with `/` between names; invalid UTF-8 bytes become `\xff`, backslashes double.
 pub fn spell_path(path: &Path) -> String {
     let names: Vec<String> = path.iter().map(spelled_name).collect();
     names.join("/")
@@ -18,7 +18,6 @@ fn spelled_name(name: &OsStr) -> String {
     text
 }
 
-/// Restores the path from its text.
 #[cfg(unix)]
 pub fn parse_path(text: &str) -> PathBuf {
     use std::os::unix::ffi::OsStrExt;
@@ -34,7 +33,6 @@ pub fn parse_path(text: &str) -> PathBuf {
     OsStr::from_bytes(&bytes).into()
 }
 
-/// Restores the path from its text; file names hold no backslash on these systems.
 #[cfg(not(unix))]
 pub fn parse_path(text: &str) -> PathBuf {
     text.into()

@@ -1,4 +1,4 @@
-//! Extra files of the meshes of a batch, mostly textures: none may replace a result or another mesh's file.
+//! Extra files of a batch, mostly textures; none may replace another file of the batch.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -11,21 +11,18 @@ use super::{lock, manifest};
 use crate::done::write_beside;
 use crate::failure::Failure;
 
-/// The paths in OUTDIR that are in use.
 pub struct Places {
     folder: PathBuf,
     /// Results, and files of the batch itself.
     results: HashSet<String>,
-    /// Folders of these files.
+    /// Folders of `results`.
     folders: HashSet<String>,
-    /// Extra files that were written.
+    /// Extra files already written.
     beside: Mutex<HashSet<String>>,
-    /// Whether files of earlier runs are replaced.
     force: bool,
 }
 
 impl Places {
-    /// Creates the list for a batch with these result paths, relative to OUTDIR.
     pub fn new(folder: PathBuf, results: &[PathBuf], force: bool) -> Self {
         let own = [manifest::NAME, lock::NAME].map(PathBuf::from);
         let results = || results.iter().chain(&own);
@@ -38,10 +35,11 @@ impl Places {
         }
     }
 
-    /// Writes the extra files of a mesh whose result has this path relative to OUTDIR.
+    /// Writes the extra files of the mesh with this result path, relative to OUTDIR.
     ///
     /// # Errors
-    /// If a file would replace a result (then nothing is written) or a different file of another mesh, or if writing fails.
+    /// If a file would replace a result (nothing is written then) or a different file of another mesh; if writing
+    /// fails.
     pub fn write_beside(&self, result: &Path, beside: &[OutputFile]) -> Result<(), Failure> {
         let parent = result.parent().unwrap_or(Path::new(""));
         let below = |file: &OutputFile| parent.join(&file.path);
@@ -64,7 +62,7 @@ impl Places {
         Ok(())
     }
 
-    /// Returns whether a file at this path would replace a result or block its folder.
+    /// Returns whether the path is a result, inside one, or a folder of one.
     fn is_taken(&self, path: &Path) -> bool {
         self.folders.contains(&case_folded(path))
             || path.ancestors().any(|path| self.results.contains(&case_folded(path)))

@@ -5,7 +5,6 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use crate::failure::Failure;
 use crate::simplify::in_pool;
 
-/// Waiting and running jobs.
 struct State {
     /// Jobs with their costs, the largest last.
     waiting: Vec<(usize, u64)>,
@@ -14,12 +13,12 @@ struct State {
     failure: Option<Failure>,
 }
 
-/// Runs every job (number, cost) on one thread each, as many at once as the threads and the cost bound allow.
+/// Runs each job (number, cost) on one thread, within the cost bound.
 ///
-/// `None` means one thread per core. A job with more than half of the bound runs alone with all threads.
+/// `None` means one thread per core. A job with more than half of the bound runs alone on all threads.
 ///
 /// # Errors
-/// The first error of a job; no further job is started after it.
+/// The first error of a job; no job starts after it.
 pub fn run(
     costs: Vec<(usize, u64)>,
     bound: u64,
@@ -51,7 +50,7 @@ pub fn run(
     lock(&state).failure.take().map_or(Ok(()), Err)
 }
 
-/// Waits for and returns the largest job that fits next to those running; `None` when no job is left.
+/// Waits for the largest job that fits next to the running ones; `None` when no job is left.
 fn next(state: &Mutex<State>, changed: &Condvar, bound: u64) -> Option<(usize, u64)> {
     let mut locked = lock(state);
     loop {

@@ -1,4 +1,4 @@
-//! Meshes that were in progress when an earlier run ran out of memory: one that was alone fails, others are retried alone.
+//! Meshes in progress when an earlier run ran out of memory: a single one fails, several are retried alone.
 
 use std::path::Path;
 
@@ -6,18 +6,16 @@ use super::manifest::Manifest;
 use crate::failure::Failure;
 use crate::{allocator, files, out_of_memory};
 
-/// File in OUTDIR that lists them, one per line.
 const NAME: &str = ".neural-mesh-out-of-memory";
 
-/// Reason for a mesh that failed this way.
 const WHY: &str = "ran out of memory: raise --memory or use fewer --threads";
 
-/// Returns the meshes to run alone, and registers this run for the next failure.
+/// Returns the meshes to run alone, and registers this run's meshes.
 pub fn find_unfinished(folder: &Path, manifest: &mut Manifest, resume: bool) -> Result<Vec<usize>, Failure> {
     let path = folder.join(NAME);
     let known = if resume && path.is_file() { files::read(&path)? } else { Vec::new() };
     if !resume {
-        // Missing, or of a batch that this one replaces.
+        // The file is missing, or belongs to a batch that this one replaces.
         let _ = std::fs::remove_file(&path);
     }
     let known = String::from_utf8_lossy(&known);
@@ -26,7 +24,7 @@ pub fn find_unfinished(folder: &Path, manifest: &mut Manifest, resume: bool) -> 
     for i in manifest.waiting().to_vec() {
         let name = quote(&manifest.name(i));
         let mut runs = known.iter().filter(|mesh| mesh.name == name);
-        // A mesh that was alone would fail again with similar memory; of several, another may have been the cause.
+        // A mesh that ran alone would fail again with similar memory; of several, another may have been the cause.
         if runs.clone().any(|mesh| mesh.n_running == 1 && mesh.most / 4 >= allocator::most() / 5) {
             manifest.give_up(i, Failure::Failed(WHY.into()))?;
         } else if runs.next().is_some() {
@@ -37,11 +35,9 @@ pub fn find_unfinished(folder: &Path, manifest: &mut Manifest, resume: bool) -> 
     Ok(alone)
 }
 
-/// A mesh that was in progress.
 struct UnfinishedMesh<'a> {
-    /// Number of meshes in progress then.
     n_running: usize,
-    /// Memory bound then, in bytes.
+    /// Memory bound of that run, in bytes.
     most: usize,
     name: &'a str,
 }
@@ -54,7 +50,6 @@ impl<'a> UnfinishedMesh<'a> {
     }
 }
 
-/// Quotes a name for a line of the file.
 fn quote(name: &str) -> String {
     format!("{name:?}")
 }

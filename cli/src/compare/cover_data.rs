@@ -1,6 +1,6 @@
-//! The appearance of a mesh as small integers for the page's `cover.js`.
+//! Appearance of a mesh as small integers for the page's `cover.js`.
 //!
-//! Corners of a vertex with equal coordinates and colour form a wedge. Wedges are numbered by first use, as vertices are.
+//! Corners of a vertex with equal coordinates and colour form a wedge.
 
 use std::collections::HashMap;
 
@@ -13,48 +13,39 @@ use super::mesh_cover::MeshCover;
 use crate::page::packed::Packed;
 use crate::page::surface_data::SurfaceData;
 
-/// Steps of a colour channel in linear light: fine enough for the eye near black.
 const COLOUR_STEPS: f32 = 4095.0;
-/// Most steps of texture coordinates across an image.
+/// Largest number of steps of texture coordinates across an image.
 const UV_STEPS: f64 = 32_768.0;
-/// Most steps of texture coordinates over their whole range.
+/// Largest number of steps over the whole range of coordinates.
 const MOST_UV_STEPS: f64 = (1 << 30) as f64;
 
-/// Header of the packed numbers.
 #[derive(Debug, Serialize)]
 pub struct CoverLayout {
     wedges: usize,
     /// Lowest texture coordinates and step length, along u and v.
     low: [f64; 2],
     step: [f64; 2],
-    /// Whether wedges have colours.
     coloured: bool,
-    /// Images and wrap modes in use.
     paints: Vec<Paint>,
-    /// Whether the texture is the original's.
     borrowed: bool,
 }
 
-/// An image of the page, or none, with its wrap modes.
 #[derive(Debug, PartialEq, Serialize)]
 struct Paint {
     image: Option<usize>,
     wrap: [&'static str; 2],
 }
 
-/// A cover in the form of the page.
 pub struct CoverData {
-    /// Sizes and paints.
     pub layout: CoverLayout,
-    /// Packed numbers: vertices of the wedges, their u, v and colours, paints of the faces, wedges of the corners.
+    /// Packed vertices, u, v and colours of the wedges, paints of the faces, wedges of the corners.
     pub text: String,
 }
 
-/// A wedge as integers: vertex, u, v, red, green, blue.
+/// Wedge as integers: vertex, u, v, red, green, blue.
 type Wedge = [u32; 6];
 
 impl CoverData {
-    /// Quantises and packs the cover of a mesh; its images are added to the gallery.
     pub fn new(mesh: &TriMesh, worn: &MeshCover, surface: &SurfaceData, gallery: &mut Gallery) -> Self {
         let cover = &worn.cover;
         let n_faces = mesh.faces().len() as u32;
@@ -85,7 +76,7 @@ fn steps(corners: &[[CoveredCorner; 3]], axis: usize) -> [f64; 2] {
     if low > high { [0.0, 1.0] } else { [low, ((high - low) / MOST_UV_STEPS).max(1.0 / UV_STEPS)] }
 }
 
-/// Quantises a coordinate; undefined ones become the lowest.
+/// Quantises a coordinate; NaN becomes the lowest.
 fn quantise(x: f32, low: f64, step: f64) -> u32 {
     ((f64::from(x) - low) / step).round() as u32
 }
@@ -100,7 +91,6 @@ fn paint(texture: Option<(usize, [Wrap; 2])>, images: &[usize]) -> Paint {
     Paint { image: image.map(|image| images[image]), wrap: wrap.unwrap_or_default().map(name) }
 }
 
-/// Returns the distinct paints and the paint of each face.
 fn paints(of_faces: impl Iterator<Item = Paint>) -> (Vec<Paint>, Vec<u32>) {
     let mut paints = Vec::new();
     let mut number = |paint: Paint| {
@@ -126,7 +116,7 @@ fn number_wedges(of_corners: impl Iterator<Item = Wedge>) -> (Vec<Wedge>, Vec<u3
     (wedges, of_corners)
 }
 
-/// Packs numbers column by column, which compresses better; corners as the distance below the next unused number.
+/// Packs numbers column by column, and corners as the distance below the next unused number.
 fn pack(wedges: &[Wedge], coloured: bool, of_faces: &[u32], of_corners: &[u32]) -> String {
     let mut packed = Packed::default();
     for column in 0..if coloured { 6 } else { 3 } {

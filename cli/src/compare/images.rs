@@ -6,34 +6,28 @@ use jpeg_encoder::{ColorType, Encoder};
 use neural_mesh::picture::{Image, ImageFormat, decode_image, encode_png, image_problem, shrink};
 use rayon::prelude::*;
 
-/// Allowed sides in pixels; the next one is tried while the total is too large.
+/// Allowed sides in pixels, tried in turn while the total is too large.
 const SIDES: [usize; 5] = [2048, 1024, 512, 256, 128];
-/// Most bytes of all images, before base64.
+/// Bound on the total size of all images in bytes, before base64.
 const MOST_BYTES: usize = 16 << 20;
-/// JPEG quality of images that are scaled down, of 100.
+/// JPEG quality, 1 to 100.
 const QUALITY: u8 = 90;
 
-/// The images on the meshes of a page.
 #[derive(Default)]
 pub struct Gallery {
     images: Vec<Arc<[u8]>>,
 }
 
-/// An image in the form of the page.
 #[derive(Debug, PartialEq)]
 pub struct FittedImage {
-    /// A PNG, JPEG or WebP file.
+    /// PNG, JPEG or WebP file.
     pub bytes: Vec<u8>,
-    /// Media type.
     pub kind: &'static str,
-    /// Width in pixels.
     pub width: usize,
-    /// Height in pixels.
     pub height: usize,
 }
 
 impl Gallery {
-    /// Returns the number of an image; equal images share one.
     pub fn number(&mut self, image: &Arc<[u8]>) -> usize {
         let is_same = |known: &Arc<[u8]>| Arc::ptr_eq(known, image) || known == image;
         self.images.iter().position(is_same).unwrap_or_else(|| {
@@ -42,7 +36,7 @@ impl Gallery {
         })
     }
 
-    /// Returns the images at the largest allowed size (`None` if unreadable), and notes on what differs from the files.
+    /// Returns the images at the largest allowed size (`None` if unreadable), and notes on changes.
     pub fn fit_images(&self) -> (Vec<Option<FittedImage>>, Vec<String>) {
         fit_all(&self.images, MOST_BYTES)
     }
@@ -50,7 +44,7 @@ impl Gallery {
 
 fn fit_all(images: &[Arc<[u8]>], most_bytes: usize) -> (Vec<Option<FittedImage>>, Vec<String>) {
     let each = most_bytes / images.len().max(1);
-    // First unchanged, then each within its share of the bytes.
+    // First all images unchanged, then each within an equal share of the bytes.
     let attempts = std::iter::once((SIDES[0], usize::MAX)).chain(SIDES.map(|side| (side, each)));
     let (mut fitted, mut smallest) = (Vec::new(), SIDES[0]);
     for (side, most) in attempts {
@@ -81,7 +75,7 @@ fn n_bytes(images: &[Option<FittedImage>]) -> usize {
     images.iter().flatten().map(|image| image.bytes.len()).sum()
 }
 
-/// Returns the image unchanged if it fits `side` and `most` bytes, else as a smaller JPEG.
+/// Returns the image unchanged if it fits `side` and `most` bytes, else as a JPEG.
 fn fit(bytes: &[u8], side: usize, most: usize) -> Option<FittedImage> {
     let image = decode_image(bytes)?;
     let smaller = || jpeg(&shrink(&image, side));
@@ -113,7 +107,6 @@ mod tests {
     use super::*;
     use neural_mesh::picture::encode_png;
 
-    /// Creates an image that does not compress.
     fn noise(width: usize, height: usize) -> Arc<[u8]> {
         let mut state = 1u32;
         let mut next = || {

@@ -1,11 +1,10 @@
-//! A comparison as JSON: the measures with their descriptions, and their values for every result.
+//! Comparison as JSON.
 
 use neural_mesh::metrics::Figure;
 use serde_json::{Map, Value, json};
 
 use super::{Comparison, MeasuredResult, Named};
 
-/// Returns the JSON of `--json`.
 pub fn value(comparison: &Comparison) -> Value {
     let Comparison { original, results, judging, .. } = comparison;
     let figures = results.first().map_or(&[][..], |result| &result.figures);
@@ -33,7 +32,6 @@ fn size(named: &Named) -> Map<String, Value> {
     map
 }
 
-/// Returns sizes and values of a result; null where a value cannot be measured.
 fn result(judged: &MeasuredResult) -> Map<String, Value> {
     let mut map = size(&judged.mesh);
     let values: Map<_, _> = judged.figures.iter().map(|figure| (figure.name.into(), figure.value.into())).collect();

@@ -1,17 +1,15 @@
-//! Covers of the meshes in a comparison: their own materials, or the original's texture where only that is missing.
+//! Covers of meshes in a comparison: own materials, or the original's texture if only that is missing.
 
 use neural_mesh::mesh::{Attributes, Look, Looks, Role};
 use neural_mesh::picture::Cover;
 
-/// The cover of a mesh.
 pub struct MeshCover {
-    /// Texture coordinates, colours and textures of the corners.
     pub cover: Cover,
-    /// Whether the texture is the original's, because the mesh has coordinates but names no texture.
+    /// True if the texture is the original's.
     pub borrowed: bool,
 }
 
-/// Returns the look with the colour texture if all textured groups share one.
+/// Returns the look with the colour texture if all textured groups share it.
 pub fn only_texture(looks: &Looks) -> Option<Look> {
     let mut textured = looks.of_groups.iter().filter(|look| look.texture.is_some());
     let first = textured.next()?;
@@ -22,7 +20,7 @@ pub fn only_texture(looks: &Looks) -> Option<Look> {
     Some(look)
 }
 
-/// Returns the cover of a mesh; `None` if it is plain white.
+/// Returns the cover of a mesh; `None` for a plain white one.
 pub fn mesh_cover(mut attributes: Attributes, mut looks: Looks, of_original: Option<&Look>) -> Option<MeshCover> {
     let has_uvs = attributes.channels.iter().any(|channel| channel.role == Role::Uv && channel.width == 2);
     let has_texture = looks.of_groups.iter().any(|look| look.texture.is_some());
@@ -41,13 +39,11 @@ pub mod tests {
     use super::*;
     use neural_mesh::mesh::{BaseTexture, Channel, Wrap};
 
-    /// Creates the attributes of a textured triangle.
     pub fn triangle() -> Attributes {
         let uv = Channel { name: "uv".into(), role: Role::Uv, width: 2, values: vec![0.0, 0.0, 1.0, 0.0, 0.0, 1.0] };
         Attributes { wedges: vec![[0, 1, 2]], channels: vec![uv], groups: vec![0] }
     }
 
-    /// Creates the looks of one group with this texture.
     pub fn textured_looks(image: &[u8]) -> Looks {
         let mut texture = BaseTexture::new(Arc::from(image));
         (texture.channel, texture.wrap) = ("uv".into(), [Wrap::Clamp, Wrap::Repeat]);

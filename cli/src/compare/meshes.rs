@@ -13,37 +13,29 @@ use crate::failure::{Failure, name};
 use crate::read::{asset, clean_mesh, parse_source, read};
 use crate::request::Source;
 
-/// A mesh with its name and appearance.
 pub struct Named {
-    /// Name of the file, or its path if two files have the same name.
+    /// File name, or the whole path if two files share the name.
     pub name: String,
-    /// The cleaned mesh, around an origin that all meshes of a comparison share.
+    /// Cleaned mesh, around the origin that all meshes of a comparison share.
     pub mesh: TriMesh,
-    /// Cover, if a page is requested.
     pub cover: Option<MeshCover>,
-    /// Stored normals of the corners, if images are compared.
     pub normals: Option<CornerNormals>,
-    /// Notes on missing parts of its appearance.
     pub notes: Vec<String>,
 }
 
 impl Named {
-    /// Returns the mesh for rendering: without colours, with its stored normals.
     pub fn to_shaded(&self) -> ShadedMesh<'_> {
         ShadedMesh { normals: self.normals.as_ref(), ..ShadedMesh::bare(&self.mesh) }
     }
 }
 
-/// The meshes of a comparison.
 pub struct Meshes {
     pub original: Named,
-    /// Its simplified versions.
     pub simplified: Vec<Named>,
-    /// Errors of meshes that could not be read.
     pub unread: Vec<Failure>,
 }
 
-/// Reads the original and the simplified meshes, except those that are `given`.
+/// Reads the original and the simplified meshes, except `given` ones.
 ///
 /// # Errors
 /// If the original cannot be read.
@@ -78,7 +70,6 @@ pub fn read_all(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<Mesh
     Ok(Meshes { original, simplified, unread })
 }
 
-/// A mesh with the appearance of its groups.
 struct MeshWithLooks {
     cleaned: Cleaned,
     looks: Looks,
@@ -95,7 +86,7 @@ fn read_one(path: &Path, given: Option<ReadMesh>, args: &CompareArgs) -> Result<
     Ok(MeshWithLooks { cleaned: clean_mesh(raw, &source)?, looks, notes })
 }
 
-/// Reads a mesh with the appearance of its groups; all meshes of a glTF scene are joined.
+/// Reads a mesh and its groups' appearance; joins the meshes of a glTF scene.
 fn read_with_looks(source: &Source) -> Result<(RawMesh, Looks, Vec<String>), Failure> {
     if source.is_gltf() {
         let asset = asset(source)?;
@@ -112,7 +103,6 @@ fn with_looks(read: ReadMesh) -> (RawMesh, Looks, Vec<String>) {
     (read.mesh, looks, missing)
 }
 
-/// Returns the file names, or the paths as given where two names are equal.
 fn short_names(paths: &[&Path]) -> Vec<String> {
     let last = |path: &Path| path.file_name().map_or_else(|| name(path), |name| name.to_string_lossy().into_owned());
     let short: Vec<String> =

@@ -1,4 +1,4 @@
-//! `neural-mesh compare`: measures simplified meshes against their original, and writes a table, JSON and a page.
+//! `neural-mesh compare`: measures simplified meshes against their original.
 
 mod cover_data;
 mod images;
@@ -26,28 +26,25 @@ use crate::simplify::in_pool;
 use crate::words::{Voice, complain};
 use meshes::{Meshes, Named, read_all};
 
-/// An original and its measured results.
 struct Comparison {
     original: Named,
     results: Vec<MeasuredResult>,
     judging: CompareOptions,
 }
 
-/// A comparison for another program.
+/// Comparison for another program.
 pub struct Compared {
-    /// The JSON of `--json`.
+    /// JSON of `--json`.
     pub figures: String,
-    /// The page of `--html`, if requested.
+    /// Page of `--html`, if requested.
     pub page: Option<String>,
 }
 
-/// A simplified mesh with its measures.
 struct MeasuredResult {
     mesh: Named,
     figures: Vec<Figure>,
 }
 
-/// Costs of reading and of drawing, relative to measuring.
 const COSTS: [f64; 2] = [0.05, 0.15];
 
 fn plan(args: &CompareArgs) -> Plan {
@@ -55,7 +52,6 @@ fn plan(args: &CompareArgs) -> Plan {
     Plan::new(&[(Part::Read, COSTS[0]), (Part::Check, 1.0), (Part::Picture, drawing)])
 }
 
-/// Runs the command in a thread pool.
 pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     check(args)?;
     files::check_places(results(args), args.force)?;
@@ -115,12 +111,9 @@ fn measure_results(args: &CompareArgs, original: Named, simplified: Vec<Named>, 
     Comparison { original, results, judging }
 }
 
-/// Prepared outputs of a comparison.
 struct PreparedOutputs {
     pending: Vec<Pending>,
-    /// JSON for standard output.
     json: Option<Vec<u8>>,
-    /// Notes on what the page cannot show.
     notes: Vec<String>,
 }
 
@@ -135,12 +128,10 @@ fn prepare_outputs(args: &CompareArgs, comparison: &Comparison) -> Result<Prepar
     Ok(PreparedOutputs { pending, json, notes })
 }
 
-/// Returns the files to write.
 fn results(args: &CompareArgs) -> impl Iterator<Item = &Path> {
     [&args.json, &args.html].into_iter().flatten().map(|path| path.as_path()).filter(|path| !is_stream(path))
 }
 
-/// Checks the arguments before any file is opened.
 pub fn check(args: &CompareArgs) -> Result<(), Failure> {
     check_stdin(args.inputs())?;
     if args.html.as_deref().is_some_and(is_stream) {

@@ -1,4 +1,4 @@
-//! A comparison as one self-contained HTML file with the viewer, the meshes and the measures.
+//! Comparison as one self-contained HTML file with viewer, meshes and measures.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -14,14 +14,11 @@ use crate::page::pairs::{Distances, scale, surface};
 use crate::page::surface_data::SurfaceData;
 use crate::page::{fill_page, island, json_island};
 
-/// The viewer without data, built by `scripts/viewer` from `cli/viewer`.
 const VIEWER: &str = include_str!("../../viewer/dist/viewer.html");
 
-/// A page and notes on what it cannot show.
+/// Page, with notes on missing or reduced content.
 pub struct Page {
-    /// HTML text.
     pub html: String,
-    /// Notes on missing or reduced content.
     pub notes: Vec<String>,
 }
 
@@ -30,7 +27,6 @@ pub fn page(comparison: &Comparison) -> Page {
     Page { html: fill_page(VIEWER, &comparison.original.name, &data), notes }
 }
 
-/// Returns the script elements with JSON and packed numbers, and notes on what is missing.
 fn data(comparison: &Comparison) -> (String, Vec<String>) {
     let Comparison { original, results, .. } = comparison;
     let meshes: Vec<&Named> = std::iter::once(original).chain(results.iter().map(|result| &result.mesh)).collect();
@@ -59,11 +55,8 @@ fn data(comparison: &Comparison) -> (String, Vec<String>) {
     (scripts.concat(), notes)
 }
 
-/// Covers of all meshes in the form of the page.
 struct PackedCovers {
-    /// Header of each mesh's cover, if it has one.
     covers: Vec<Option<CoverLayout>>,
-    /// Type and size of each image, if it could be read.
     images: Vec<Option<Value>>,
     scripts: Vec<String>,
     notes: Vec<String>,
@@ -88,7 +81,6 @@ fn pack_covers(meshes: &[&Named], surfaces: &[SurfaceData]) -> PackedCovers {
     PackedCovers { covers, images, scripts, notes }
 }
 
-/// Measures the distances between the original and each result.
 fn distances(comparison: &Comparison) -> Vec<Distances> {
     let original = &comparison.original.mesh;
     let near = closest_point_tree(original);

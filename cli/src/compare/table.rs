@@ -1,4 +1,4 @@
-//! A comparison as a table for the terminal: a row for each measure, a column for each result.
+//! Comparison as a table: one row per measure, one column per result.
 
 use neural_mesh::metrics::Figure;
 
@@ -6,10 +6,10 @@ use super::{Comparison, MeasuredResult, Named};
 use crate::plain::plain;
 use crate::words::{group_digits, shorten};
 
-/// Measures that may be missing because they take too long.
+/// Measures that are missing where they take too long.
 const BOUNDED: [&str; 3] = ["distance_max", "turned_faces", "self_intersecting_faces"];
 
-/// The measures shown by default, with those of images if they were rendered.
+/// Measures shown by default; `ssim` and `psnr` need `--appearance`.
 const FIRST: [&str; 12] = [
     "vertices",
     "faces",
@@ -25,7 +25,6 @@ const FIRST: [&str; 12] = [
     "psnr",
 ];
 
-/// Formats the table with aligned columns: all known measures, or the default ones.
 pub fn lines(comparison: &Comparison, all: bool) -> Vec<String> {
     let Comparison { original, results, judging, .. } = comparison;
     let samples = group_digits(judging.samples);
@@ -55,7 +54,7 @@ fn counts(named: &Named) -> String {
     format!("{} vertices, {} faces", group_digits(named.mesh.positions().len()), group_digits(named.mesh.faces().len()))
 }
 
-/// Returns rows of name, unit and values, with a header row; measures without any value are omitted.
+/// Returns a header row and rows of name, unit and values; omits measures without values.
 fn rows(results: &[MeasuredResult], all: bool) -> Vec<Vec<String>> {
     let row = |name: &str, unit: &str, of: &dyn Fn(&MeasuredResult) -> String| {
         [name.to_string(), unit.to_string()].into_iter().chain(results.iter().map(of)).collect()
@@ -70,7 +69,6 @@ fn rows(results: &[MeasuredResult], all: bool) -> Vec<Vec<String>> {
     rows
 }
 
-/// Aligns text left and numbers right, with two spaces between columns.
 fn align_columns(rows: &[Vec<String>]) -> Vec<String> {
     let n_columns = rows.first().map_or(0, Vec::len);
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);

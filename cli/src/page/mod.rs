@@ -1,4 +1,4 @@
-//! Self-contained HTML pages: a template of `cli/viewer`, filled with JSON and packed numbers.
+//! Self-contained HTML pages from templates of `cli/viewer`.
 
 #[cfg(test)]
 #[path = "../../tests/common/page_check.rs"]
@@ -9,11 +9,10 @@ pub mod surface_data;
 
 use serde_json::Value;
 
-/// Placeholders of a template.
 const TITLE: &str = "<!-- title -->";
 const DATA: &str = "<!-- data -->";
 
-/// Letters per script element of packed numbers; a multiple of four, so that each is valid base64.
+/// Letters per script element; a multiple of four, so that each element is valid base64.
 const LETTERS: usize = 1 << 18;
 
 /// Fills title and data into a template.
@@ -23,7 +22,7 @@ pub fn fill_page(page: &str, title: &str, data: &str) -> String {
     [before, &escape_html(title), between, data, after].concat()
 }
 
-/// Splits packed numbers into several script elements, so that browsers stay responsive while they load.
+/// Splits packed numbers into several script elements, so that browsers stay responsive.
 pub fn island(name: &str, text: &str) -> String {
     let part = |letters: &[u8]| {
         let letters = String::from_utf8_lossy(letters);
@@ -38,7 +37,6 @@ pub fn json_island(id: &str, value: &Value) -> String {
     format!("<script type=\"application/json\" id=\"{id}\">{text}</script>\n")
 }
 
-/// Escapes text for HTML.
 fn escape_html(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }

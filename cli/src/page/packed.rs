@@ -1,4 +1,4 @@
-//! Integers as short text: LEB128, deflate, base64. The page's `numbers.js` decodes it.
+//! Integers as short text: LEB128, deflate, base64; the page's `numbers.js` decodes it.
 
 use std::io::Write;
 
@@ -23,7 +23,7 @@ impl Packed {
         self.bytes.push(number as u8);
     }
 
-    /// Appends the difference of two close numbers, mapped from 0, -1, 1, -2 to 0, 1, 2, 3.
+    /// Appends the difference of two numbers, mapped from 0, -1, 1, -2 to 0, 1, 2, 3.
     pub fn push_difference(&mut self, number: u32, before: u32) {
         let difference = number.wrapping_sub(before) as i32;
         self.push(((difference << 1) ^ (difference >> 31)) as u32);
@@ -43,7 +43,6 @@ pub mod tests {
     use super::*;
     use crate::page::check::unpacked;
 
-    /// Decodes a difference.
     pub fn decode_difference(difference: u32, before: u32) -> u32 {
         before.wrapping_add((difference >> 1) ^ (difference & 1).wrapping_neg())
     }

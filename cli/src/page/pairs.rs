@@ -1,4 +1,4 @@
-//! An original and its results as numbers for a page: surfaces, and distances at sample points on each.
+//! Original and results as numbers for a page.
 
 use neural_mesh::mesh::{TriMesh, irregular_edges};
 use neural_mesh::metrics::{ColourScale, PaintedMesh, colour_scale};
@@ -7,11 +7,9 @@ use neural_mesh::spatial::NearestOnTriangles;
 use super::packed::Packed;
 use super::surface_data::SurfaceData;
 
-/// Distances between an original and a result, at the sample points of each.
+/// Distances between an original and a result, at sample points of each.
 pub struct Distances {
-    /// From the result to the original.
     of_result: Vec<f32>,
-    /// From the original to the result.
     of_original: Vec<f32>,
 }
 

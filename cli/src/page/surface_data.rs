@@ -1,14 +1,13 @@
-//! A mesh and its distances as small integers for the page's `surface.js`.
+//! Mesh and distances as small integers for the page's `surface.js`.
 //!
-//! Vertices are numbered by first use in faces, so that numbers in a face are close to the highest one so far. Positions are
-//! rounded to 65,535 steps along the longest side of the bounding box.
+//! Vertices are numbered by first use, so that differences are small. Positions are rounded to 65,535 steps along the
+//! longest side of the bounding box.
 
 use neural_mesh::mesh::{IrregularEdges, TriMesh};
 use serde::Serialize;
 
 use super::packed::Packed;
 
-/// Largest quantised number.
 const STEPS: f64 = 65_535.0;
 
 /// Header of the packed numbers.
@@ -18,23 +17,19 @@ pub struct Layout {
     faces: usize,
     /// Numbers of marked edges: open, non-manifold, flipped.
     marked: [usize; 3],
-    /// Lowest corner of the bounding box, relative to the local origin.
     low: [f64; 3],
-    /// Sides of the bounding box.
     sides: [f64; 3],
-    /// Length of a quantisation step.
     step: f64,
     /// Distance samples along each side of a face; 1 if distances are at the vertices.
     pub steps: usize,
 }
 
-/// A mesh in the form of the page.
+/// Mesh in the form of the page.
 pub struct SurfaceData {
     /// Sizes and box.
     pub layout: Layout,
     /// Packed numbers: positions axis by axis, faces, marked edges.
     pub text: String,
-    /// The mesh vertex of each page vertex.
     order: Vec<u32>,
 }
 
@@ -72,7 +67,7 @@ impl SurfaceData {
     }
 }
 
-/// Packs the square roots of values, which keeps more digits of small ones.
+/// Packs square roots of values, which keep more digits of small ones.
 fn pack_roots(packed: &mut Packed, values: impl Iterator<Item = f32>, max: f32) {
     let mut before = 0;
     for value in values {
@@ -82,7 +77,7 @@ fn pack_roots(packed: &mut Packed, values: impl Iterator<Item = f32>, max: f32) 
     }
 }
 
-/// Returns the vertices in order of first use, and the position of each in that order; unused ones are omitted.
+/// Returns the vertices in order of first use, and the position of each in that order (`u32::MAX` if unused).
 fn in_order_of_use(mesh: &TriMesh) -> (Vec<u32>, Vec<u32>) {
     let mut number = vec![u32::MAX; mesh.positions().len()];
     let mut order = Vec::with_capacity(number.len());
@@ -95,7 +90,6 @@ fn in_order_of_use(mesh: &TriMesh) -> (Vec<u32>, Vec<u32>) {
     (order, number)
 }
 
-/// Returns the lowest corner and the sides of the bounding box.
 fn bounding_box(positions: &[[f32; 3]]) -> ([f64; 3], [f64; 3]) {
     let corner = |pick: fn(f32, f32) -> f32| {
         let all = positions.iter().copied();
@@ -117,7 +111,7 @@ fn pack_positions(packed: &mut Packed, positions: &[[f32; 3]], order: &[u32], lo
     }
 }
 
-/// Packs each corner as the distance below the next unused number, so that 0 is a new vertex.
+/// Packs each corner as its distance below the next unused number; 0 is a new vertex.
 fn pack_faces(packed: &mut Packed, faces: &[[u32; 3]], number: &[u32]) {
     let mut next = 0;
     for &vertex in faces.iter().flatten() {
@@ -142,7 +136,6 @@ mod tests {
     use super::*;
     use neural_mesh::mesh::{irregular_edges, shapes};
 
-    /// Sums up differences.
     fn sum_differences(differences: &[u32]) -> Vec<u32> {
         let mut before = 0;
         let mut next = |&difference: &u32| {
@@ -152,7 +145,6 @@ mod tests {
         differences.iter().map(&mut next).collect()
     }
 
-    /// Decodes positions, faces and marked edges as the page does.
     fn read_back(data: &SurfaceData) -> (Vec<[f64; 3]>, Vec<u32>, Vec<Vec<u32>>) {
         let Layout { vertices, faces, marked, low, step, .. } = &data.layout;
         let numbers = unpacked(&data.text);

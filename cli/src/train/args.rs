@@ -1,4 +1,4 @@
-//! The arguments of `train` as typed.
+//! Arguments of `train` as typed.
 
 use std::path::PathBuf;
 

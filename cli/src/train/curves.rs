@@ -1,4 +1,4 @@
-//! Loss curves of a training as SVG, on a logarithmic scale if no value is negative.
+//! Loss curves of a training as SVG.
 
 use std::fmt::Display;
 use std::ops::Range;
@@ -7,13 +7,10 @@ use plotters::coord::ranged1d::ValueFormatter;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
-/// Width and height in pixels.
 const SIZE: (u32, u32) = (1000, 620);
 
-/// A chart over epochs, for any value scale.
 type Chart<'a, 'b, Y> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, Y>>;
 
-/// The values of one column by epoch.
 struct Curve {
     name: String,
     is_validation: bool,
@@ -23,7 +20,7 @@ struct Curve {
 /// Draws the table of epochs (CSV) as SVG: training thin, validation thick, totals black.
 ///
 /// # Errors
-/// A description of what is wrong with the table.
+/// A description of the problem with the table.
 pub fn draw(table: &str) -> Result<String, String> {
     let mut curves = curves(table)?;
     let mut picture = String::new();
@@ -51,7 +48,6 @@ fn problem(error: impl Display) -> String {
     format!("cannot be drawn: {error}: check its numbers")
 }
 
-/// Draws axes, curves and legend.
 fn fill<'a, 'b: 'a, Y>(mut chart: Chart<'a, 'b, Y>, curves: &[Curve]) -> Result<(), String>
 where
     Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
@@ -73,13 +69,12 @@ where
     legend.background_style(WHITE.mix(0.8)).border_style(BLACK.mix(0.3)).draw().map_err(problem)
 }
 
-/// Returns whether a logarithmic scale fits: no value is negative, and one is positive. Zeros are then omitted.
+/// Returns whether a logarithmic scale fits: no value is negative, and one is positive.
 fn is_logarithmic(curves: &[Curve]) -> bool {
     let (low, high) = bounds(curves);
     low >= 0.0 && high > 0.0
 }
 
-/// Extracts the loss columns of training and validation.
 fn curves(table: &str) -> Result<Vec<Curve>, String> {
     let mut rows = table.lines().map(|row| row.split(',').collect::<Vec<_>>());
     let columns = rows.next().unwrap_or_default();
@@ -101,18 +96,15 @@ fn curves(table: &str) -> Result<Vec<Curve>, String> {
     if curves.is_empty() { Err("holds no losses yet: wait for the first epoch".into()) } else { Ok(curves) }
 }
 
-/// Returns the range from the first epoch to the last, at least two.
 fn epochs(curves: &[Curve]) -> Range<f64> {
     1.0..curves.iter().flat_map(|curve| &curve.points).map(|(epoch, _)| *epoch).fold(2.0, f64::max)
 }
 
-/// Returns the smallest and the largest value.
 fn bounds(curves: &[Curve]) -> (f64, f64) {
     let values = || curves.iter().flat_map(|curve| &curve.points).map(|(_, value)| *value);
     (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max))
 }
 
-/// Lists the names of the terms, each once.
 fn names(curves: &[Curve]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for curve in curves {
@@ -123,7 +115,6 @@ fn names(curves: &[Curve]) -> Vec<String> {
     names
 }
 
-/// Returns black for totals, and a distinct colour for each other term.
 fn colour(name: &str, names: &[String]) -> RGBAColor {
     match names.iter().position(|other| other == name) {
         Some(at) => Palette99::pick(at).to_rgba(),
@@ -155,7 +146,6 @@ mod tests {
         }
     }
 
-    /// Extracts the heights of the plotted points, from the top of the picture.
     fn heights(picture: &str) -> Vec<f64> {
         let circles = picture.split("<circle").skip(1);
         circles.filter_map(|rest| rest.split("cy=\"").nth(1)?.split('"').next()?.parse().ok()).collect()

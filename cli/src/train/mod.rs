@@ -18,13 +18,13 @@ use crate::words::{Voice, complain};
 pub use args::TrainArgs;
 use progress::TrainProgress;
 
-/// A network other than the paper's, and how to train it.
+/// Network other than the paper's, and its training step.
 pub struct OtherNetwork<'a> {
     /// Value of the setting `objective`.
     pub objective: &'a str,
     /// Architecture of the network.
     pub network: &'a OwnNetwork,
-    /// Creates its training step.
+    /// Creates the training step.
     pub step: &'a (dyn Fn() -> Box<StepFunction<'static>> + Sync),
 }
 
@@ -113,7 +113,6 @@ fn say_what_is_there(run: &TrainingRun, voice: Voice) {
     }
 }
 
-/// Describes how the validation meshes were chosen by the setting `validation`.
 fn why_for_validation(run: &TrainingRun) -> String {
     let is_of = |beginning: &&String| run.data.validation.iter().any(|mesh| mesh.name.starts_with(beginning.as_str()));
     let found: Vec<&str> = run.settings.validation.iter().filter(is_of).map(String::as_str).collect();
@@ -123,7 +122,6 @@ fn why_for_validation(run: &TrainingRun) -> String {
     }
 }
 
-/// Draws the curves into the folder of a training.
 fn plot(folder: &Path, voice: Voice) -> Result<(), Failure> {
     let table = folder.join("epochs.csv");
     let text = read_text(&table)?;

@@ -1,4 +1,4 @@
-//! Progress of a training: a bar on a terminal, a line per epoch, and the clock for checkpoints.
+//! Progress of a training.
 
 use std::time::{Duration, Instant};
 
@@ -8,12 +8,11 @@ use neural_mesh::train::{TrainEvent, TrainingRun, Wish};
 use crate::stopping::is_stopping;
 use crate::words::Voice;
 
-/// Progress display of a training.
 pub struct TrainProgress {
     bar: ProgressBar,
     voice: Voice,
     began: Instant,
-    /// Steps that were done before this run.
+    /// Steps done before this run.
     n_before: usize,
     n_steps: usize,
     n_epochs: usize,
@@ -22,7 +21,6 @@ pub struct TrainProgress {
 }
 
 impl TrainProgress {
-    /// Creates the display; without a terminal no bar is drawn.
     pub fn new(run: &TrainingRun, voice: Voice) -> Self {
         let (n_steps, n_epochs) = (run.data.training.len(), run.settings.epochs);
         let target = if voice == Voice::Quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
@@ -44,7 +42,6 @@ impl TrainProgress {
         }
     }
 
-    /// Shows an event and returns what the training should do next.
     pub fn handle(&mut self, event: TrainEvent) -> Wish {
         match event {
             TrainEvent::Step { epoch, n_done, n_steps, terms } => self.step(epoch * n_steps + n_done, terms),
@@ -86,12 +83,10 @@ impl TrainProgress {
         Wish::Checkpoint
     }
 
-    /// Prints a line above the bar.
     fn say(&self, line: &str) {
         self.bar.suspend(|| self.voice.say(line));
     }
 
-    /// Estimates the remaining time at the current pace.
     fn remaining_time(&self, n_done: usize) -> String {
         let done = n_done.saturating_sub(self.n_before).max(1);
         let rest = (self.n_steps * self.n_epochs).saturating_sub(n_done);
@@ -106,7 +101,6 @@ impl Drop for TrainProgress {
     }
 }
 
-/// Formats four significant digits.
 fn figures(value: f64) -> String {
     if value != 0.0 && !(1e-3..1e5).contains(&value.abs()) {
         return format!("{value:.3e}");

@@ -1,17 +1,15 @@
-//! A small skinned and animated glTF: a sphere over two bones, with a morph target, a texture, and optional extensions.
+//! A small skinned and animated glTF.
 
 use neural_mesh::mesh::shapes;
 use neural_mesh::picture::{Image, encode_png};
 use serde_json::{Value, json};
 
-/// A document and its buffer.
 pub struct Avatar {
     pub document: Value,
     pub buffer: Vec<u8>,
 }
 
 impl Avatar {
-    /// Builds nodes for the meshes `ball` (skinned) and `plain`, two bones, an animation, and an image of `side` pixels a side.
     pub fn new(side: usize) -> Self {
         let document = json!({
             "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1, 2]}],
@@ -102,7 +100,6 @@ impl Avatar {
         self.accessor(&bytes, 5126, shape, values.len() / width)
     }
 
-    /// Adds VRM 0.x: bones, an expression of the first mesh, spring bones for hair.
     pub fn vrm_0(mut self) -> Self {
         self.document["extensionsUsed"] = json!(["VRM"]);
         self.document["extensions"]["VRM"] = json!({
@@ -120,7 +117,6 @@ impl Avatar {
         self
     }
 
-    /// Adds VRM 1.0: bones, expressions of both meshes, spring bones, a constraint, MToon.
     pub fn vrm_1(mut self) -> Self {
         self.document["extensionsUsed"] =
             json!(["VRMC_vrm", "VRMC_springBone", "VRMC_node_constraint", "VRMC_materials_mtoon"]);
@@ -144,7 +140,6 @@ impl Avatar {
         self
     }
 
-    /// Encodes the scene as GLB.
     pub fn glb(mut self) -> Vec<u8> {
         self.buffer.resize(self.buffer.len().next_multiple_of(4), 0);
         self.document["buffers"] = json!([{"byteLength": self.buffer.len()}]);
@@ -156,13 +151,11 @@ impl Avatar {
     }
 }
 
-/// Reads the JSON of a GLB.
 pub fn document(glb: &[u8]) -> Value {
     let length = u32::from_le_bytes(*glb[12..].first_chunk().unwrap()) as usize;
     serde_json::from_slice(&glb[20..20 + length]).unwrap()
 }
 
-/// Returns reproducible bytes that hardly compress; every fourth is opaque.
 fn noise(n: usize) -> Vec<u8> {
     let mut state = 1u32;
     let mut next = |at: usize| {

@@ -14,30 +14,25 @@ use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// Exit code and output of a run.
 pub struct Run {
     pub code: Option<i32>,
     pub out: Vec<u8>,
     pub words: String,
 }
 
-/// Creates an empty folder.
 pub fn folder() -> TempDir {
     tempfile::tempdir().unwrap()
 }
 
-/// Reads a mesh file and merges vertices at equal positions.
 pub fn welded(path: &Path) -> TriMesh {
     let raw = io::read(&std::fs::read(path).unwrap(), None).unwrap();
     clean(raw, &CleanOptions::default()).unwrap().mesh
 }
 
-/// Returns the path of a mesh of the repository.
 pub fn shipped(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/meshes").join(name)
 }
 
-/// Prepares the program to start in a folder.
 pub fn program(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(crate::PROGRAM);
     command.current_dir(folder).args(arguments);
@@ -45,12 +40,10 @@ pub fn program(folder: &Path, arguments: &[&str]) -> Command {
     command
 }
 
-/// Runs the program in a folder.
 pub fn run(folder: &Path, arguments: &[&str]) -> Run {
     finish(program(folder, arguments).spawn().unwrap())
 }
 
-/// Runs the program with bytes on its standard input.
 pub fn run_with_input(folder: &Path, arguments: &[&str], input: &[u8]) -> Run {
     let mut child = program(folder, arguments).stdin(Stdio::piped()).spawn().unwrap();
     let mut stdin = child.stdin.take().unwrap();
@@ -62,7 +55,6 @@ pub fn run_with_input(folder: &Path, arguments: &[&str], input: &[u8]) -> Run {
     run
 }
 
-/// Waits for the end and collects the output. A panic of the program fails any test.
 pub fn finish(child: Child) -> Run {
     let output = child.wait_with_output().unwrap();
     let words = String::from_utf8(output.stderr).unwrap();
@@ -70,7 +62,6 @@ pub fn finish(child: Child) -> Run {
     Run { code: output.status.code(), out: output.stdout, words }
 }
 
-/// Waits until a condition holds. The time limit is generous, so that busy machines fail no test.
 #[track_caller]
 pub fn wait_until(mut holds: impl FnMut() -> bool) {
     let began = Instant::now();
@@ -80,7 +71,6 @@ pub fn wait_until(mut holds: impl FnMut() -> bool) {
     }
 }
 
-/// Kills the program some milliseconds after a condition first holds. Returns whether it was still running.
 #[track_caller]
 pub fn kill_after(mut child: Child, milliseconds: u64, holds: impl Fn() -> bool) -> bool {
     wait_until(|| holds() || child.try_wait().unwrap().is_some());
@@ -89,14 +79,12 @@ pub fn kill_after(mut child: Child, milliseconds: u64, holds: impl Fn() -> bool)
     !child.wait().unwrap().success()
 }
 
-/// Sends the signal of Ctrl-C once a condition holds, and waits for the end.
 #[cfg(unix)]
 #[track_caller]
 pub fn interrupt_once(child: Child, holds: impl Fn() -> bool) -> Run {
     signal_once(child, nix::sys::signal::Signal::SIGINT, holds)
 }
 
-/// Sends a signal once a condition holds, and waits for the end.
 #[cfg(unix)]
 #[track_caller]
 pub fn signal_once(mut child: Child, signal: nix::sys::signal::Signal, holds: impl Fn() -> bool) -> Run {
@@ -108,12 +96,10 @@ pub fn signal_once(mut child: Child, signal: nix::sys::signal::Signal, holds: im
     finish(child)
 }
 
-/// Counts the lines of a text file, 0 if it is missing.
 pub fn n_lines(path: &Path) -> usize {
     std::fs::read_to_string(path).map_or(0, |text| text.lines().count())
 }
 
-/// Lists the files of a folder, including hidden ones.
 pub fn files(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).unwrap();
     let mut names: Vec<String> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
@@ -121,19 +107,16 @@ pub fn files(folder: &Path) -> Vec<String> {
     names
 }
 
-/// Reads a JSON file.
 pub fn json(path: &Path) -> Value {
     serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
 }
 
-/// Returns the JSON of `info` for a mesh file.
 pub fn info(folder: &Path, mesh: &str) -> Value {
     let run = run(folder, &["info", mesh, "--json"]);
     assert_eq!(run.code, Some(0), "{}", run.words);
     serde_json::from_slice(&run.out).unwrap()
 }
 
-/// Returns the single line of an error, which must name the program and end with advice after a colon.
 pub fn the_line(run: &Run) -> String {
     let lines: Vec<&str> = run.words.lines().collect();
     assert_eq!(lines.len(), 1, "{}", run.words);
@@ -141,11 +124,9 @@ pub fn the_line(run: &Run) -> String {
     lines[0].to_string()
 }
 
-/// An octahedron as OBJ: 6 vertices, 8 faces, closed.
 pub const OCTAHEDRON: &str = "v 1 0 0\nv -1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nv 0 0 -1\n\
 f 1 3 5\nf 3 2 5\nf 2 4 5\nf 4 1 5\nf 3 1 6\nf 2 3 6\nf 4 2 6\nf 1 4 6\n";
 
-/// Builds a slightly rotated sphere as lines of an OBJ, with vertices from number `first` on, in rings between two poles.
 pub fn sphere(first: usize, rings: usize, centre: [f64; 3], radius: f64) -> String {
     use std::f64::consts::PI;
     let around = 2 * rings;

@@ -1,11 +1,10 @@
-//! Checks of HTML pages: decoding of packed numbers, and absence of external references.
+//! Checks of HTML pages.
 
 use std::io::Read;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-/// Expects that a page refers to nothing outside itself.
 pub fn check_points_nowhere(page: &str) {
     for (at, scheme) in page.match_indices("http:").chain(page.match_indices("https:")) {
         let address = &page[at..page.len().min(at + 60)];
@@ -19,7 +18,6 @@ pub fn check_points_nowhere(page: &str) {
     assert!(page.contains("Permission is hereby granted"), "the licence of three.js is missing");
 }
 
-/// Decodes the packed numbers of a text.
 pub fn unpacked(text: &str) -> Vec<u32> {
     let mut bytes = Vec::new();
     flate2::read::DeflateDecoder::new(&STANDARD.decode(text).unwrap()[..]).read_to_end(&mut bytes).unwrap();
