@@ -12,63 +12,67 @@
 // Result of functions that return a number of indices, on failure.
 #define NM_FAILED SIZE_MAX
 
-// Number of this interface; it grows where functions change or go.
+// Number of this interface; it grows when functions change or go.
 #define NM_ABI_VERSION 1
 
 
 
-// Vertices on boundaries stay.
+// Option that keeps vertices on boundaries.
 #define NM_LOCK_BORDER 1
 
-// Errors are shares of the box around the vertices that indices name, not of all vertices.
+// Option for errors relative to the box around the vertices in use, not around all vertices.
 #define NM_SPARSE 2
 
-// Errors are in the unit of the positions, not shares of the extent.
+// Option for errors in the unit of the positions, not relative to the extent.
 #define NM_ERROR_ABSOLUTE 4
 
-// Small components may go: those whose vertices are better spent elsewhere, and, above the target, those with a radius within
-// `target_error`.
+// Option to drop small components whose vertices are better spent elsewhere.
+//
+// Above the target, components with a radius within `target_error` are dropped, too.
 #define NM_PRUNE 8
 
-// No effect: triangles are regular without it.
+// Option without effect: triangles are regular without it.
 #define NM_REGULARIZE 16
 
-// No effect: seams of attributes may always be simplified, at a price.
+// Option without effect: seams of attributes may always be simplified, at a price.
 #define NM_PERMISSIVE 32
 
-// No effect: triangles are regular without it.
+// Option without effect: triangles are regular without it.
 #define NM_REGULARIZE_LIGHT 64
 
-// A job: a mesh to simplify, and options.
+// Job: a mesh to simplify, and options.
 typedef struct nm_job nm_job;
 
-// The result of a job.
+// Result of a job.
 typedef struct nm_result nm_result;
 
-// Callback that receives the progress of a run, from 0 to 1, and the name of the stage.
+// Callback with the progress of a run, from 0 to 1, and the name of the stage.
 //
-// A result other than 0 ends the run. It may be called on another thread than the one that runs the job, never on two at once.
+// A result other than 0 ends the run. Calls may come from another thread, but never from two at once.
 typedef int32_t (*nm_progress)(void *user, float done, const char *stage);
 
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
 
-// Returns the interface number of the library, which a program compares with `NM_ABI_VERSION`.
+// Returns the interface number of the library, to be compared with `NM_ABI_VERSION`.
 uint32_t nm_abi_version(void);
 
-// Returns why the last call of this thread failed, as one line of UTF-8; empty if it did not fail. Valid until the next call of this thread.
+// Returns why this thread's last call failed, as one line of UTF-8; empty after success.
+//
+// The text is valid until the next call of this thread.
 const char *nm_last_error(void);
 
-// Simplifies an index buffer: writes the indices of the result to `destination`, which has room for `index_count`, and returns how many.
+// Simplifies an index buffer into `destination`, which has room for `index_count` indices; returns the new number of
+// indices.
 //
-// The result has at most `target_index_count` indices if it is then within `target_error` of the original, otherwise as few as are. The
-// error is a share of the longest side of the box around the vertices; 1 or more bounds nothing. Vertices stay where they are.
-// `result_error`, unless null, receives the error. Where it is null and the error bounds nothing, no distance is measured: for a thousand
-// triangles the call is then ten times as fast. Returns `NM_FAILED` on failure.
+// The result has at most `target_index_count` indices, or the smallest number within `target_error` of the original.
+// The error is relative to the longest side of the box around the vertices; 1 or more sets no bound. Vertices do not
+// move. `result_error`, unless null, receives the error; without it and without a bound, no distance is measured,
+// which is faster. Returns `NM_FAILED` on failure.
 //
 // # Safety
-// Each array has as many values as the counts say; `vertex_positions_stride` is in bytes.
+// Each array has as many values as its count says; `vertex_positions_stride` is in bytes.
 size_t nm_simplify(uint32_t *destination,
                    const uint32_t *indices,
                    size_t index_count,
@@ -80,10 +84,10 @@ size_t nm_simplify(uint32_t *destination,
                    uint32_t options,
                    float *result_error);
 
-// Simplifies as `nm_simplify` and counts attributes in the error.
+// Simplifies as `nm_simplify` does, and counts attributes in the error.
 //
-// A vertex has `attribute_count` attributes. A difference of 1 in one of them counts as a distance of its weight times the extent. An odd
-// value in `vertex_lock`, which may be null, locks a vertex.
+// Each vertex has `attribute_count` attributes. A difference of 1 in an attribute counts as a distance of its weight
+// times the extent. An odd value in `vertex_lock`, which may be null, locks a vertex.
 //
 // # Safety
 // As for `nm_simplify`; `vertex_attributes_stride` is in bytes.
@@ -103,7 +107,7 @@ size_t nm_simplify_with_attributes(uint32_t *destination,
                                    uint32_t options,
                                    float *result_error);
 
-// Simplifies as `nm_simplify_with_attributes` and moves vertices to where they serve best: indices, positions and attributes are
+// Simplifies as `nm_simplify_with_attributes` does, and moves vertices: indices, positions and attributes are
 // overwritten.
 //
 // # Safety
@@ -123,22 +127,22 @@ size_t nm_simplify_with_update(uint32_t *indices,
                                uint32_t options,
                                float *result_error);
 
-// Returns the longest side of the box around vertices, the unit of relative errors; negative on failure.
+// Returns the longest side of the box around the vertices, the unit of relative errors; negative on failure.
 //
 // # Safety
 // The array has as many positions as the count says.
 float nm_simplify_scale(const float *vertex_positions, size_t vertex_count, size_t vertex_positions_stride);
 
-// Returns a job without a mesh and without options, for `nm_job_free` to free. Null on failure.
+// Returns a job without mesh and options, to be freed by `nm_job_free`; null on failure.
 nm_job *nm_job_new(void);
 
 // Frees a job; does nothing for null.
 //
 // # Safety
-// The job is one of `nm_job_new`, and nothing uses it any more.
+// The job comes from `nm_job_new`, and nothing uses it any more.
 void nm_job_free(nm_job *job);
 
-// Sets an option of `neural-mesh simplify` by its name, with `_` for `-`, to a value as it is typed there.
+// Sets an option of `neural-mesh simplify`, named with `_` for `-`, to a value as typed there.
 //
 // Examples: `ratio` to `10%`, `subset` to `true`, `threads` to `2`. Returns 1, or 0 on failure.
 //
@@ -146,25 +150,24 @@ void nm_job_free(nm_job *job);
 // Job and texts are valid.
 int32_t nm_job_set(const nm_job *job, const char *name, const char *value);
 
-// Reads the mesh from a file, with the files that it names in its folder. Returns 1, or 0 on failure.
+// Reads the mesh from a file, and the files that it names from its folder. Returns 1, or 0 on failure.
 //
 // # Safety
 // Job and text are valid.
 int32_t nm_job_read_file(const nm_job *job, const char *path);
 
-// Reads the mesh from the bytes of a file; `name`, which may be null, tells the format where the bytes do not. Returns 1, or 0 on failure.
+// Reads the mesh from the bytes of a file. Returns 1, or 0 on failure.
+//
+// `name`, which may be null, gives the format if the bytes do not.
 //
 // # Safety
-// Job and text are valid, and `byte_count` bytes are at the address.
-int32_t nm_job_read_bytes(const nm_job *job,
-                          const void *data,
-                          size_t byte_count,
-                          const char *name);
+// Job and text are valid, and `data` has `byte_count` bytes.
+int32_t nm_job_read_bytes(const nm_job *job, const void *data, size_t byte_count, const char *name);
 
 // Reads the mesh from positions and triangles. Returns 1, or 0 on failure.
 //
 // # Safety
-// The job is valid, and each array has as many values as the counts say; the stride is in bytes.
+// The job is valid, and each array has as many values as its count says; the stride is in bytes.
 int32_t nm_job_read_arrays(const nm_job *job,
                            const float *vertex_positions,
                            size_t vertex_count,
@@ -172,38 +175,41 @@ int32_t nm_job_read_arrays(const nm_job *job,
                            const uint32_t *indices,
                            size_t index_count);
 
-// Sets the progress callback, which receives `user`; null removes it. Returns 1, or 0 on failure.
+// Sets the progress callback, which receives `user`; null removes the callback. Returns 1, or 0 on failure.
 //
 // # Safety
 // The job is valid, and the function may be called until the job is freed.
 int32_t nm_job_listen(const nm_job *job, nm_progress progress, void *user);
 
-// Cancels a job, from any thread: a run ends soon, and later runs end at once. Returns 1, or 0 on failure.
+// Cancels a job from any thread: a run ends soon, later runs end at once. Returns 1, or 0 on failure.
 //
 // # Safety
 // The job is valid.
 int32_t nm_job_cancel(const nm_job *job);
 
-// Runs a job and returns its result, for `nm_result_free` to free; null on failure. A job may run again, with other options.
+// Runs a job and returns its result, to be freed by `nm_result_free`; null on failure.
+//
+// A job may run again, with other options.
 //
 // # Safety
 // The job is valid.
 nm_result *nm_job_run(const nm_job *job);
 
-// Returns the number of levels of detail of a result, 1 for a single mesh; 0 on failure.
+// Returns the number of levels of detail, 1 for a single mesh; 0 on failure.
 //
 // # Safety
 // The result is valid.
 size_t nm_result_levels(const nm_result *result);
 
-// Returns the report as JSON: UTF-8 that ends with a zero and lasts as long as the result. Null on failure.
+// Returns the report as JSON, zero-terminated UTF-8 that lives as long as the result; null on failure.
 //
 // # Safety
 // The result is valid.
 const char *nm_result_report(const nm_result *result);
 
-// Writes the addresses and counts of a level's positions (3 numbers each) and indices, which last as long as the result. Pointers that are
-// null receive nothing. Returns 1, or 0 on failure.
+// Writes the addresses and counts of a level's positions (3 numbers each) and indices. Returns 1, or 0 on failure.
+//
+// Null pointers receive nothing. The arrays live as long as the result.
 //
 // # Safety
 // The result is valid, and so are the pointers that are not null.
@@ -214,28 +220,26 @@ int32_t nm_result_arrays(const nm_result *result,
                          const uint32_t **indices,
                          size_t *index_count);
 
-// Returns the bytes of a level's file, in the format of the option `format` (PLY by default), and writes their number to `byte_count`. They
-// last as long as the result. Null on failure.
+// Returns the bytes of a level's file, and writes their number to `byte_count`; null on failure.
+//
+// The option `format` sets the format (PLY by default). The bytes live as long as the result.
 //
 // # Safety
-// The result is valid, and so is `byte_count` unless it is null.
-const void *nm_result_bytes(const nm_result *result,
-                            size_t level,
-                            size_t *byte_count);
+// The result is valid; `byte_count` is valid or null.
+const void *nm_result_bytes(const nm_result *result, size_t level, size_t *byte_count);
 
-// Writes a level's file and the files that belong to it; existing files are replaced if `force` is not 0. Returns 1, or 0 on failure.
+// Writes a level's file and the files that belong to it. Returns 1, or 0 on failure.
+//
+// Existing files are replaced if `force` is not 0.
 //
 // # Safety
 // Result and text are valid.
-int32_t nm_result_write(const nm_result *result,
-                        size_t level,
-                        const char *path,
-                        int32_t force);
+int32_t nm_result_write(const nm_result *result, size_t level, const char *path, int32_t force);
 
 // Frees a result; does nothing for null.
 //
 // # Safety
-// The result is one of `nm_job_run`, and nothing uses it or its arrays any more.
+// The result comes from `nm_job_run`, and nothing uses it or its arrays any more.
 void nm_result_free(nm_result *result);
 
 #ifdef __cplusplus

@@ -1,4 +1,4 @@
-//! Errors of calls: the last one of each thread in words, and a boundary that no panic crosses.
+//! Errors of calls, the last one for each thread; no panic leaves the library.
 
 use std::cell::RefCell;
 use std::ffi::{CString, c_char};
@@ -9,12 +9,12 @@ thread_local! {
     static LAST_ERROR: RefCell<CString> = RefCell::default();
 }
 
-/// Reason why a call failed, in one line.
+/// One-line reason why a call failed.
 #[derive(Debug)]
 pub struct CallError(pub String);
 
 impl CallError {
-    /// Makes the error of an argument, by its name.
+    /// Makes the error of the named argument.
     pub fn new(argument: &str, reason: impl Display) -> Self {
         Self(format!("{argument}: {reason}"))
     }
@@ -26,7 +26,7 @@ impl<E: std::error::Error> From<E> for CallError {
     }
 }
 
-/// Runs the body of a function; on an error or panic sets the last error and returns `failed`.
+/// Runs the body of a function; on an error or panic, sets the last error and returns `failed`.
 pub fn run_guarded<T>(failed: T, body: impl FnOnce() -> Result<T, CallError>) -> T {
     let reason = match catch_unwind(AssertUnwindSafe(body)) {
         Ok(Ok(value)) => {
@@ -45,7 +45,9 @@ fn set_last_error(reason: &str) {
     LAST_ERROR.with_borrow_mut(|last| *last = reason);
 }
 
-/// Returns why the last call of this thread failed, as one line of UTF-8; empty if it did not fail. Valid until the next call of this thread.
+/// Returns why this thread's last call failed, as one line of UTF-8; empty after success.
+///
+/// The text is valid until the next call of this thread.
 #[unsafe(no_mangle)]
 pub extern "C" fn nm_last_error() -> *const c_char {
     LAST_ERROR.with_borrow(|last| last.as_ptr())

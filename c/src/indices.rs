@@ -1,4 +1,4 @@
-//! Index buffers, with the signatures and the meaning of meshoptimizer's `simplify`.
+//! Index buffers, with the signatures and meanings of meshoptimizer's `simplify`.
 #![allow(clippy::too_many_arguments, reason = "they are those of meshoptimizer")]
 
 use std::ops::ControlFlow;
@@ -9,27 +9,27 @@ use neural_mesh::indices::{Buffers, IndexOptions, Indices, extent, simplify_indi
 use crate::errors::{CallError, run_guarded};
 use crate::pointers::{read_numbers, read_rows, write_number, write_numbers, write_rows};
 
-/// Result of a function that returns a number of indices and failed; `nm_last_error` says why.
+/// Result of failed functions that return a number of indices.
 pub const NM_FAILED: usize = usize::MAX;
-/// Vertices on boundaries stay.
+/// Option that keeps vertices on boundaries.
 pub const NM_LOCK_BORDER: u32 = 1;
-/// Errors are shares of the box around the vertices that indices name, not of all vertices.
+/// Option for errors relative to the box around the vertices in use, not around all vertices.
 pub const NM_SPARSE: u32 = 2;
-/// Errors are in the unit of the positions, not shares of the extent.
+/// Option for errors in the unit of the positions, not relative to the extent.
 pub const NM_ERROR_ABSOLUTE: u32 = 4;
-/// Small components may go: those whose vertices are better spent elsewhere, and, above the target, those with a radius within
-/// `target_error`.
+/// Option to drop small components whose vertices are better spent elsewhere.
+///
+/// Above the target, components with a radius within `target_error` are dropped, too.
 pub const NM_PRUNE: u32 = 8;
-/// No effect: triangles are regular without it.
+/// Option without effect: triangles are regular without it.
 pub const NM_REGULARIZE: u32 = 16;
-/// No effect: seams of attributes may always be simplified, at a price.
+/// Option without effect: seams of attributes may always be simplified, at a price.
 pub const NM_PERMISSIVE: u32 = 32;
-/// No effect: triangles are regular without it.
+/// Option without effect: triangles are regular without it.
 pub const NM_REGULARIZE_LIGHT: u32 = 64;
-/// All options together.
 const KNOWN_OPTIONS: u32 = 127;
 
-/// Arguments of one call; null pointers are absent ones.
+/// Arguments of one call; null pointers are absent arguments.
 struct Call {
     indices: *const u32,
     index_count: usize,
@@ -44,16 +44,13 @@ struct Call {
     target_index_count: usize,
     target_error: f32,
     options: u32,
-    /// Receives the indices.
     destination: *mut u32,
-    /// Receives positions and attributes of vertices that move; null where they stay.
+    /// Destinations of moved positions and attributes; null if vertices stay.
     moved: (*mut f32, *mut f32),
-    /// Receives the error unless null.
     result_error: *mut f32,
 }
 
 impl Call {
-    /// Reads the buffers, simplifies them and writes the result; returns the number of indices.
     fn run(&self) -> Result<usize, CallError> {
         let buffers = self.read_buffers()?;
         let options = self.read_options()?;
@@ -108,15 +105,16 @@ impl Call {
     }
 }
 
-/// Simplifies an index buffer: writes the indices of the result to `destination`, which has room for `index_count`, and returns how many.
+/// Simplifies an index buffer into `destination`, which has room for `index_count` indices; returns the new number of
+/// indices.
 ///
-/// The result has at most `target_index_count` indices if it is then within `target_error` of the original, otherwise as few as are. The
-/// error is a share of the longest side of the box around the vertices; 1 or more bounds nothing. Vertices stay where they are.
-/// `result_error`, unless null, receives the error. Where it is null and the error bounds nothing, no distance is measured: for a thousand
-/// triangles the call is then ten times as fast. Returns `NM_FAILED` on failure.
+/// The result has at most `target_index_count` indices, or the smallest number within `target_error` of the original.
+/// The error is relative to the longest side of the box around the vertices; 1 or more sets no bound. Vertices do not
+/// move. `result_error`, unless null, receives the error; without it and without a bound, no distance is measured,
+/// which is faster. Returns `NM_FAILED` on failure.
 ///
 /// # Safety
-/// Each array has as many values as the counts say; `vertex_positions_stride` is in bytes.
+/// Each array has as many values as its count says; `vertex_positions_stride` is in bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_simplify(
     destination: *mut u32,
@@ -151,10 +149,10 @@ pub unsafe extern "C" fn nm_simplify(
     run_guarded(NM_FAILED, || call.run())
 }
 
-/// Simplifies as `nm_simplify` and counts attributes in the error.
+/// Simplifies as `nm_simplify` does, and counts attributes in the error.
 ///
-/// A vertex has `attribute_count` attributes. A difference of 1 in one of them counts as a distance of its weight times the extent. An odd
-/// value in `vertex_lock`, which may be null, locks a vertex.
+/// Each vertex has `attribute_count` attributes. A difference of 1 in an attribute counts as a distance of its weight
+/// times the extent. An odd value in `vertex_lock`, which may be null, locks a vertex.
 ///
 /// # Safety
 /// As for `nm_simplify`; `vertex_attributes_stride` is in bytes.
@@ -197,7 +195,7 @@ pub unsafe extern "C" fn nm_simplify_with_attributes(
     run_guarded(NM_FAILED, || call.run())
 }
 
-/// Simplifies as `nm_simplify_with_attributes` and moves vertices to where they serve best: indices, positions and attributes are
+/// Simplifies as `nm_simplify_with_attributes` does, and moves vertices: indices, positions and attributes are
 /// overwritten.
 ///
 /// # Safety
@@ -240,7 +238,7 @@ pub unsafe extern "C" fn nm_simplify_with_update(
     run_guarded(NM_FAILED, || call.run())
 }
 
-/// Returns the longest side of the box around vertices, the unit of relative errors; negative on failure.
+/// Returns the longest side of the box around the vertices, the unit of relative errors; negative on failure.
 ///
 /// # Safety
 /// The array has as many positions as the count says.

@@ -1,4 +1,4 @@
-//! Whole jobs by handle, from files, bytes or arrays to arrays, bytes, files and a report.
+//! Whole jobs by handle, from files, bytes or arrays.
 
 use std::ffi::{CString, c_char, c_void};
 use std::ops::ControlFlow;
@@ -18,21 +18,19 @@ use crate::pointers::{
     UserPointer, borrow_handle, into_handle, read_bytes, read_numbers, read_rows, read_text, take_handle, write_number,
 };
 
-/// Largest number of threads that is accepted: above it a number is a mistake.
 const MAX_THREADS: usize = 1024;
 
-/// Callback that receives the progress of a run, from 0 to 1, and the name of the stage.
+/// Callback with the progress of a run, from 0 to 1, and the name of the stage.
 ///
-/// A result other than 0 ends the run. It may be called on another thread than the one that runs the job, never on two at once.
+/// A result other than 0 ends the run. Calls may come from another thread, but never from two at once.
 pub type NmProgress = Option<extern "C" fn(user: *mut c_void, done: f32, stage: *const c_char) -> i32>;
 
-/// A job: a mesh to simplify, and options.
+/// Job: a mesh to simplify, and options.
 pub struct NmJob {
     settings: Mutex<JobSettings>,
     is_cancelled: AtomicBool,
 }
 
-/// Settings of a job.
 #[derive(Default)]
 struct JobSettings {
     options: NamedOptions,
@@ -42,21 +40,20 @@ struct JobSettings {
     user: Option<UserPointer>,
 }
 
-/// Origin of a job's mesh.
 #[derive(Clone, Default)]
 enum MeshSource {
     #[default]
     None,
-    /// The bytes of a file, its name, and its folder.
+    /// Bytes of a file, its name, and its folder.
     File(Vec<u8>, String, Option<Folder>),
     Arrays(Box<ReadMesh>),
 }
 
-/// The result of a job.
+/// Result of a job.
 pub struct NmResult {
     outcome: Outcome,
     report: CString,
-    /// The file of each level, or one file of all levels.
+    /// File of each level, or one file of all levels.
     files: Vec<Files>,
 }
 
@@ -66,7 +63,7 @@ impl NmJob {
     }
 }
 
-/// Returns a job without a mesh and without options, for `nm_job_free` to free. Null on failure.
+/// Returns a job without mesh and options, to be freed by `nm_job_free`; null on failure.
 #[unsafe(no_mangle)]
 pub extern "C" fn nm_job_new() -> *mut NmJob {
     let new = || Ok(into_handle(NmJob { settings: Mutex::default(), is_cancelled: AtomicBool::new(false) }));
@@ -76,7 +73,7 @@ pub extern "C" fn nm_job_new() -> *mut NmJob {
 /// Frees a job; does nothing for null.
 ///
 /// # Safety
-/// The job is one of `nm_job_new`, and nothing uses it any more.
+/// The job comes from `nm_job_new`, and nothing uses it any more.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_job_free(job: *mut NmJob) {
     run_guarded((), || {
@@ -85,7 +82,7 @@ pub unsafe extern "C" fn nm_job_free(job: *mut NmJob) {
     });
 }
 
-/// Sets an option of `neural-mesh simplify` by its name, with `_` for `-`, to a value as it is typed there.
+/// Sets an option of `neural-mesh simplify`, named with `_` for `-`, to a value as typed there.
 ///
 /// Examples: `ratio` to `10%`, `subset` to `true`, `threads` to `2`. Returns 1, or 0 on failure.
 ///
@@ -106,7 +103,7 @@ pub unsafe extern "C" fn nm_job_set(job: *const NmJob, name: *const c_char, valu
     })
 }
 
-/// Reads the mesh from a file, with the files that it names in its folder. Returns 1, or 0 on failure.
+/// Reads the mesh from a file, and the files that it names from its folder. Returns 1, or 0 on failure.
 ///
 /// # Safety
 /// Job and text are valid.
@@ -120,10 +117,12 @@ pub unsafe extern "C" fn nm_job_read_file(job: *const NmJob, path: *const c_char
     })
 }
 
-/// Reads the mesh from the bytes of a file; `name`, which may be null, tells the format where the bytes do not. Returns 1, or 0 on failure.
+/// Reads the mesh from the bytes of a file. Returns 1, or 0 on failure.
+///
+/// `name`, which may be null, gives the format if the bytes do not.
 ///
 /// # Safety
-/// Job and text are valid, and `byte_count` bytes are at the address.
+/// Job and text are valid, and `data` has `byte_count` bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_job_read_bytes(
     job: *const NmJob,
@@ -142,7 +141,7 @@ pub unsafe extern "C" fn nm_job_read_bytes(
 /// Reads the mesh from positions and triangles. Returns 1, or 0 on failure.
 ///
 /// # Safety
-/// The job is valid, and each array has as many values as the counts say; the stride is in bytes.
+/// The job is valid, and each array has as many values as its count says; the stride is in bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_job_read_arrays(
     job: *const NmJob,
@@ -166,7 +165,7 @@ pub unsafe extern "C" fn nm_job_read_arrays(
     })
 }
 
-/// Sets the progress callback, which receives `user`; null removes it. Returns 1, or 0 on failure.
+/// Sets the progress callback, which receives `user`; null removes the callback. Returns 1, or 0 on failure.
 ///
 /// # Safety
 /// The job is valid, and the function may be called until the job is freed.
@@ -179,7 +178,7 @@ pub unsafe extern "C" fn nm_job_listen(job: *const NmJob, progress: NmProgress, 
     })
 }
 
-/// Cancels a job, from any thread: a run ends soon, and later runs end at once. Returns 1, or 0 on failure.
+/// Cancels a job from any thread: a run ends soon, later runs end at once. Returns 1, or 0 on failure.
 ///
 /// # Safety
 /// The job is valid.
@@ -191,7 +190,9 @@ pub unsafe extern "C" fn nm_job_cancel(job: *const NmJob) -> i32 {
     })
 }
 
-/// Runs a job and returns its result, for `nm_result_free` to free; null on failure. A job may run again, with other options.
+/// Runs a job and returns its result, to be freed by `nm_result_free`; null on failure.
+///
+/// A job may run again, with other options.
 ///
 /// # Safety
 /// The job is valid.
@@ -234,7 +235,7 @@ fn run_job(options: &NamedOptions, source: MeshSource, mut watcher: Watcher) -> 
     Ok(NmResult { outcome, report, files })
 }
 
-/// Names the files of the levels; a scene has one file of all.
+/// Names the files of the levels; a scene has one file for all.
 fn name_files(job: &mut Job, document: &Document) {
     let n_levels = job.goal.n_levels().filter(|_| !document.is_scene());
     let ending = job.format.name();
@@ -242,7 +243,6 @@ fn name_files(job: &mut Job, document: &Document) {
     job.names.files = n_levels.map_or_else(|| vec![format!("mesh.{ending}")], |n| (0..n).map(level).collect());
 }
 
-/// Reports progress to the caller and stops cancelled runs.
 struct Watcher<'a> {
     is_cancelled: &'a AtomicBool,
     progress: NmProgress,
@@ -272,14 +272,13 @@ impl NmResult {
         self.outcome.results.get(level).ok_or_else(|| CallError::new("level", format!("{level}: there are {n}")))
     }
 
-    /// Returns the file of a level; a scene has one file of all.
     fn find_file(&self, level: usize) -> Result<&Files, CallError> {
         let n = self.files.len();
         self.files.get(level).ok_or_else(|| CallError::new("level", format!("{level}: there are {n} files")))
     }
 }
 
-/// Returns the number of levels of detail of a result, 1 for a single mesh; 0 on failure.
+/// Returns the number of levels of detail, 1 for a single mesh; 0 on failure.
 ///
 /// # Safety
 /// The result is valid.
@@ -288,7 +287,7 @@ pub unsafe extern "C" fn nm_result_levels(result: *const NmResult) -> usize {
     run_guarded(0, || Ok(borrow_handle("result", result)?.outcome.results.len()))
 }
 
-/// Returns the report as JSON: UTF-8 that ends with a zero and lasts as long as the result. Null on failure.
+/// Returns the report as JSON, zero-terminated UTF-8 that lives as long as the result; null on failure.
 ///
 /// # Safety
 /// The result is valid.
@@ -297,8 +296,9 @@ pub unsafe extern "C" fn nm_result_report(result: *const NmResult) -> *const c_c
     run_guarded(std::ptr::null(), || Ok(borrow_handle("result", result)?.report.as_ptr()))
 }
 
-/// Writes the addresses and counts of a level's positions (3 numbers each) and indices, which last as long as the result. Pointers that are
-/// null receive nothing. Returns 1, or 0 on failure.
+/// Writes the addresses and counts of a level's positions (3 numbers each) and indices. Returns 1, or 0 on failure.
+///
+/// Null pointers receive nothing. The arrays live as long as the result.
 ///
 /// # Safety
 /// The result is valid, and so are the pointers that are not null.
@@ -321,11 +321,12 @@ pub unsafe extern "C" fn nm_result_arrays(
     })
 }
 
-/// Returns the bytes of a level's file, in the format of the option `format` (PLY by default), and writes their number to `byte_count`. They
-/// last as long as the result. Null on failure.
+/// Returns the bytes of a level's file, and writes their number to `byte_count`; null on failure.
+///
+/// The option `format` sets the format (PLY by default). The bytes live as long as the result.
 ///
 /// # Safety
-/// The result is valid, and so is `byte_count` unless it is null.
+/// The result is valid; `byte_count` is valid or null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_result_bytes(
     result: *const NmResult,
@@ -339,7 +340,9 @@ pub unsafe extern "C" fn nm_result_bytes(
     })
 }
 
-/// Writes a level's file and the files that belong to it; existing files are replaced if `force` is not 0. Returns 1, or 0 on failure.
+/// Writes a level's file and the files that belong to it. Returns 1, or 0 on failure.
+///
+/// Existing files are replaced if `force` is not 0.
 ///
 /// # Safety
 /// Result and text are valid.
@@ -366,7 +369,7 @@ pub unsafe extern "C" fn nm_result_write(
 /// Frees a result; does nothing for null.
 ///
 /// # Safety
-/// The result is one of `nm_job_run`, and nothing uses it or its arrays any more.
+/// The result comes from `nm_job_run`, and nothing uses it or its arrays any more.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn nm_result_free(result: *mut NmResult) {
     run_guarded((), || {

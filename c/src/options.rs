@@ -1,21 +1,19 @@
-//! Options of jobs, by name and as people type them.
+//! Options of jobs by name, with values as typed.
 
 use neural_mesh::job::Arguments;
 use serde_json::{Map, Value};
 
 use crate::errors::CallError;
 
-/// Options whose values are lists with commas.
 const LISTS: [&str; 3] = ["keep", "ignore", "lods"];
 
-/// Options that have been set, by name.
 #[derive(Clone, Default)]
 pub struct NamedOptions {
     values: Map<String, Value>,
 }
 
 impl NamedOptions {
-    /// Sets an option, or returns an error for an unknown name or a value of the wrong kind.
+    /// Sets an option; rejects unknown names and values of the wrong kind.
     pub fn set(&mut self, name: &str, value: &str) -> Result<(), CallError> {
         let mut values = self.values.clone();
         values.insert(name.into(), parse_value(name, value));
@@ -25,13 +23,12 @@ impl NamedOptions {
         Ok(())
     }
 
-    /// Returns the options as the library's arguments.
     pub fn to_arguments(&self) -> Result<Arguments, CallError> {
         Ok(serde_json::from_value(Value::Object(self.values.clone()))?)
     }
 }
 
-/// Parses a value as JSON where it is a boolean, number, object or array, else takes it as text.
+/// Parses booleans, numbers, objects and arrays as JSON, other values as text.
 fn parse_value(name: &str, value: &str) -> Value {
     let parse_one = |text: &str| match serde_json::from_str(text.trim()) {
         Ok(known @ (Value::Bool(_) | Value::Number(_) | Value::Object(_) | Value::Array(_))) => known,

@@ -1,14 +1,12 @@
 //! Memory of the caller: the one file of this package that reads and writes it.
 //!
-//! Pointers are checked for null where data is needed, and lengths for overflow. The caller vouches for the memory behind them, as the
-//! header requires.
+//! The header makes the caller responsible for the memory; null pointers and overflows are checked here.
 
 use std::ffi::{CStr, c_char, c_void};
 use std::mem::size_of;
 
 use crate::errors::CallError;
 
-/// Returns the size of an array in bytes, or an error where it exceeds the address space.
 fn count_bytes(name: &str, n: usize, each: usize) -> Result<usize, CallError> {
     let bytes = n.checked_mul(each).filter(|bytes| isize::try_from(*bytes).is_ok());
     bytes.ok_or_else(|| CallError::new(name, format!("{n} items are more than memory holds")))
@@ -60,7 +58,7 @@ pub fn write_rows(to: *mut f32, values: &[f32], width: usize, stride: usize) {
     }
 }
 
-/// Writes numbers to an array that the caller has said to be as large.
+/// Writes numbers to an array that the caller made large enough.
 pub fn write_numbers<T: Copy>(name: &str, to: *mut T, values: &[T]) -> Result<(), CallError> {
     if values.is_empty() {
         return Ok(());
@@ -75,7 +73,6 @@ pub fn write_numbers<T: Copy>(name: &str, to: *mut T, values: &[T]) -> Result<()
     Ok(())
 }
 
-/// Writes one number unless the pointer is null.
 pub fn write_number<T: Copy>(to: *mut T, value: T) {
     if !to.is_null() {
         // SAFETY: the caller has room for one value there.
@@ -83,7 +80,6 @@ pub fn write_number<T: Copy>(to: *mut T, value: T) {
     }
 }
 
-/// Reads text in UTF-8 that ends with a zero.
 pub fn read_text(name: &str, from: *const c_char) -> Result<String, CallError> {
     if from.is_null() {
         return Err(CallError::new(name, "is null"));
@@ -93,33 +89,30 @@ pub fn read_text(name: &str, from: *const c_char) -> Result<String, CallError> {
     text.to_str().map(str::to_string).map_err(|_| CallError::new(name, "is no UTF-8"))
 }
 
-/// Reads `n` bytes.
 pub fn read_bytes(name: &str, from: *const c_void, n: usize) -> Result<Vec<u8>, CallError> {
     read_numbers(name, from.cast::<u8>(), n)
 }
 
-/// Moves an object to the heap and returns the handle that the caller owns.
 pub fn into_handle<T>(object: T) -> *mut T {
     Box::into_raw(Box::new(object))
 }
 
-/// Borrows the object behind a handle.
 pub fn borrow_handle<'a, T>(name: &str, handle: *const T) -> Result<&'a T, CallError> {
     // SAFETY: the pointer is null, or one of `into_handle` that was not taken back, as the header requires.
     unsafe { handle.as_ref() }.ok_or_else(|| CallError::new(name, "is null"))
 }
 
-/// Takes the object behind a handle back; `None` for null.
+/// Takes back the object behind a handle; `None` for null.
 pub fn take_handle<T>(handle: *mut T) -> Option<Box<T>> {
     // SAFETY: as in `borrow_handle`; the caller does not use the handle any more.
     (!handle.is_null()).then(|| unsafe { Box::from_raw(handle) })
 }
 
-/// A pointer of the caller that is handed back to the caller's function.
+/// Pointer of the caller, passed back to the caller's function.
 #[derive(Clone, Copy)]
 pub struct UserPointer(pub *mut c_void);
 
 // SAFETY: the pointer is never followed here; the caller's function, which gets it back, may be called on any thread, as the header says.
 unsafe impl Send for UserPointer {}
-// SAFETY: likewise.
+// SAFETY: as for `Send`.
 unsafe impl Sync for UserPointer {}

@@ -1,11 +1,10 @@
-//! Conversion between numpy arrays and rows of numbers: one copy in, none out.
+//! Conversion between numpy arrays and rows of numbers.
 
 use numpy::{Element, PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use crate::failure::invalid_array;
 
-/// Views a contiguous array of `N` columns as rows.
 pub fn rows<'a, T: Element, const N: usize>(array: &'a PyReadonlyArray2<T>, what: &str) -> PyResult<&'a [[T; N]]> {
     let [n_rows, n_columns] = [0, 1].map(|axis| array.shape()[axis]);
     if n_columns != N {
@@ -15,12 +14,10 @@ pub fn rows<'a, T: Element, const N: usize>(array: &'a PyReadonlyArray2<T>, what
     Ok(numbers.as_chunks().0)
 }
 
-/// Views a contiguous one-dimensional array as numbers.
 pub fn numbers<'a, T: Element>(array: &'a PyReadonlyArray1<T>, what: &str) -> PyResult<&'a [T]> {
     array.as_slice().map_err(|_| invalid_array(format!("{what}: the array is not contiguous")))
 }
 
-/// Converts rows to an array without a copy.
 pub fn array<T: Element, const N: usize>(py: Python, rows: Vec<[T; N]>) -> PyResult<Py<PyAny>> {
     let n = rows.len();
     Ok(PyArray1::from_vec(py, rows.into_flattened()).reshape([n, N])?.into_any().unbind())
@@ -32,12 +29,11 @@ pub fn table<T: Element>(py: Python, numbers: Vec<T>, n_columns: usize) -> PyRes
     Ok(PyArray1::from_vec(py, numbers).reshape([n, n_columns])?.into_any().unbind())
 }
 
-/// Converts indices, n x 3, to an array of `int32` without a copy; all are below 2^30.
+/// Converts indices below 2^30, n x 3, to an array of `int32` without a copy.
 pub fn triples(py: Python, rows: Vec<[u32; 3]>) -> PyResult<Py<PyAny>> {
     to_signed(py, array(py, rows)?)
 }
 
-/// Converts numbers to a one-dimensional array without a copy.
 pub fn sequence<T: Element>(py: Python, numbers: Vec<T>) -> Py<PyAny> {
     PyArray1::from_vec(py, numbers).into_any().unbind()
 }
@@ -51,7 +47,6 @@ fn to_signed(py: Python, array: Py<PyAny>) -> PyResult<Py<PyAny>> {
     array.call_method1(py, "view", ("int32",))
 }
 
-/// Reads points, which must be finite.
 pub fn points(array: &PyReadonlyArray2<f32>, what: &str) -> PyResult<Vec<[f32; 3]>> {
     let points: &[[f32; 3]] = rows(array, what)?;
     match points.iter().position(|point| !point.iter().all(|x| x.is_finite())) {
@@ -60,7 +55,6 @@ pub fn points(array: &PyReadonlyArray2<f32>, what: &str) -> PyResult<Vec<[f32; 3
     }
 }
 
-/// Reads rows of indices below `n`.
 pub fn indices_below<const N: usize>(array: &PyReadonlyArray2<i64>, n: usize, what: &str) -> PyResult<Vec<[u32; N]>> {
     // The library uses 32-bit indices, and a graph counts both directions of an edge and loops.
     let (limit, given) = ((u32::MAX / 4) as usize, rows(array, what)?);

@@ -1,8 +1,7 @@
-//! Background work while Python stays responsive: the GIL is released, and Ctrl-C and progress callbacks are handled promptly.
+//! Background work that leaves Python responsive: the GIL is released, signals and progress callbacks are handled.
 //!
-//! The calling thread waits and wakes every few milliseconds to handle signals and callbacks, which Python allows only there.
-//! Cancelled work is asked to stop and left to end by itself; it holds no Python objects and writes nothing more. Thread pools are
-//! reused, by one call at a time. A forked process has its own pools, since threads do not survive a fork.
+//! The calling thread wakes every few milliseconds, since Python allows signal handling only there. Cancelled work ends
+//! by itself. A forked process has its own pools, since threads do not survive a fork.
 
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -21,14 +20,12 @@ use crate::failure::{invalid_array, to_exception};
 
 /// Time between two checks of the calling thread.
 pub const TICK: Duration = Duration::from_millis(20);
-/// Upper bound on threads.
 const MOST_THREADS: usize = 1024;
-/// Most pools that are kept.
+/// Largest number of idle pools per process.
 const MOST_POOLS: usize = 8;
 
-/// An idle thread pool.
 struct Idle {
-    /// Process that its threads belong to.
+    /// Process of the pool's threads.
     process: u32,
     n_threads: usize,
     pool: Arc<ThreadPool>,
@@ -40,12 +37,10 @@ static IDLE: Mutex<Vec<Idle>> = Mutex::new(Vec::new());
 #[derive(Clone)]
 pub struct Ear {
     is_unwanted: Arc<AtomicBool>,
-    /// Latest progress and stage.
     last: Arc<Mutex<(f32, &'static str)>>,
 }
 
 impl Ear {
-    /// Returns the listener for a run.
     pub fn listener(&self) -> Box<Listener<'static>> {
         let ear = self.clone();
         Box::new(move |Event { total, stage, .. }| {
@@ -54,13 +49,11 @@ impl Ear {
         })
     }
 
-    /// Returns whether the work should continue.
     pub fn go_on(&self) -> ControlFlow<()> {
         if self.is_unwanted.load(Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }
 
-/// Locks a mutex, even after a panic.
 pub fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -103,7 +96,6 @@ fn take_pool(n_threads: usize) -> Result<Arc<ThreadPool>, ThreadPoolBuildError> 
     idle.map_or_else(|| ThreadPoolBuilder::new().num_threads(n_threads).build().map(Arc::new), Ok)
 }
 
-/// Keeps a pool for later calls if there is room.
 fn keep_pool(n_threads: usize, pool: Arc<ThreadPool>) {
     let process = std::process::id();
     if let Some(mut idle) = idle()
@@ -113,7 +105,7 @@ fn keep_pool(n_threads: usize, pool: Arc<ThreadPool>) {
     }
 }
 
-/// Locks the idle pools; `None` in a child that was forked while they were locked.
+/// Locks the idle pools; `None` in a child that was forked while the pools were locked.
 fn idle() -> Option<MutexGuard<'static, Vec<Idle>>> {
     match IDLE.try_lock() {
         Ok(idle) => Some(idle),

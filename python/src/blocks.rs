@@ -1,4 +1,4 @@
-//! Blocks of a mesh that are simplified separately, by any number of workers; they exchange arrays and numbers.
+//! Blocks of a mesh, simplified separately by any number of workers.
 
 use std::path::PathBuf;
 
@@ -16,11 +16,10 @@ use crate::background::run_in_background;
 use crate::failure::{invalid_array, to_exception};
 use crate::mesh_arrays::MeshArrays;
 
-/// Vertices, n x 3, faces, n x 3, and whether each vertex also belongs to other blocks.
+/// Vertices, n x 3, faces, n x 3, and for each vertex whether other blocks share it.
 #[derive(FromPyObject)]
 pub struct GivenBlock<'py>(PyReadonlyArray2<'py, f32>, PyReadonlyArray2<'py, u32>, PyReadonlyArray1<'py, bool>);
 
-/// Arrays of a block on the way to Python: vertices, faces, shared vertices.
 type Arrays = (Py<PyAny>, Py<PyAny>, Py<PyAny>);
 
 /// Prices of a block: vertices, shared vertices, and pairs of remaining vertices and price.
@@ -56,7 +55,7 @@ fn options(share: f64, scores: &str, seed: u64) -> PyResult<Options> {
     Ok(options)
 }
 
-/// Cuts a mesh or a file into blocks; returns them in local coordinates, the origin, and the number of vertices.
+/// Cuts a mesh or a file into blocks; returns the blocks in local coordinates, the origin, and the number of vertices.
 #[pyfunction]
 pub fn cut(py: Python, path: Option<PathBuf>, mesh: Option<MeshArrays>) -> PyResult<(Vec<Arrays>, [f64; 3], usize)> {
     let given = mesh.map(|mesh| mesh.read()).transpose()?.map(|read| read.mesh);

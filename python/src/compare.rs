@@ -1,4 +1,4 @@
-//! `compare`: measures of results against their original, and the page that shows them.
+//! `compare`: measures of results against their original.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,8 @@ use crate::background::run_in_background;
 use crate::failure::option_refused;
 use crate::mesh_arrays::MeshArrays;
 
-/// Compares meshes with the first of them; missing ones are read from their paths. Returns JSON, and the page if `html` is set.
+/// Compares meshes with the first one; missing ones are read from their paths. Returns JSON, and the page if `html` is
+/// set.
 ///
 /// The page is written if `writes`.
 #[pyfunction]

@@ -1,4 +1,4 @@
-//! Errors as Python exceptions with one-line messages.
+//! Errors as Python exceptions.
 
 use std::fmt::Display;
 
@@ -15,7 +15,6 @@ create_exception!(
     "An option that is out of range, unknown, or fits no other."
 );
 
-/// Converts a failure to an exception.
 pub fn to_exception(failure: &Failure) -> PyErr {
     match failure {
         Failure::Usage(_) => OptionError::new_err(as_keywords(&failure.to_string())),
@@ -24,17 +23,15 @@ pub fn to_exception(failure: &Failure) -> PyErr {
     }
 }
 
-/// Creates the exception for an invalid option.
 pub fn option_refused(what: impl Display) -> PyErr {
     OptionError::new_err(what.to_string())
 }
 
-/// Creates the exception for an invalid array.
 pub fn invalid_array(what: impl Into<String>) -> PyErr {
     NeuralMeshError::new_err(what.into())
 }
 
-/// Replaces option names by Python keywords: `--keep-components` becomes `keep_components`.
+/// Replaces options by keywords: `--keep-components` becomes `keep_components`.
 fn as_keywords(text: &str) -> String {
     let mut parts = text.split("--");
     let first = parts.next().unwrap_or_default().to_string();

@@ -1,4 +1,4 @@
-//! Graphs and candidate faces of `neural_mesh::model` as rows of indices, for the stages of the network.
+//! Graphs and candidate faces of `neural_mesh::model` as rows of indices.
 
 use neural_mesh::linalg::Csr;
 use neural_mesh::mesh::{self, TriMesh};
@@ -10,7 +10,6 @@ use crate::arrays::{array, indices_below, numbers, points};
 use crate::background::run_in_background;
 use crate::failure::invalid_array;
 
-/// Adds the functions of this file to the module.
 pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(extended_graph, module)?)?;
     module.add_function(wrap_pyfunction!(triangle_graph, module)?)?;
@@ -18,7 +17,7 @@ pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(vertex_normals, module)?)
 }
 
-/// Returns the graph over `n` nodes with these entries, in the order of the entries.
+/// Returns the graph over `n` nodes with these entries, in their order.
 pub fn entries(given: &PyReadonlyArray2<i64>, n: usize, what: &str) -> PyResult<Csr> {
     let given: Vec<[u32; 2]> = indices_below(given, n, what)?;
     if !given.is_sorted_by(|a, b| a < b) {
@@ -62,7 +61,7 @@ fn triangle_graph(
     array::<u32, 2>(py, entries)
 }
 
-/// Returns candidate faces, Sec. 3.2, and the positions of their edges among the graph's entries: n_candidates x 3 each.
+/// Returns candidate faces, Sec. 3.2, and their edges' positions among the graph's entries: n_candidates x 3 each.
 #[pyfunction]
 fn candidate_faces(
     py: Python,

@@ -1,4 +1,4 @@
-//! Learning with a Python function as objective: its errors train a network or the importance of vertices.
+//! Learning with a Python function as objective.
 
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex};
@@ -21,10 +21,10 @@ use crate::background::{Ear, TICK, lock, run_in_background};
 use crate::failure::invalid_array;
 use crate::mesh_arrays::MeshArrays;
 
-/// A Python function that judges results.
+/// Python function that judges results.
 ///
-/// It maps `(name, ratio, vertices, faces, result vertices, result faces, vertex_of)` to one number, or to one per vertex or
-/// face of the original.
+/// Maps `(name, ratio, vertices, faces, result vertices, result faces, vertex_of)` to one number, or to one per vertex
+/// or face of the original.
 struct Judge {
     function: Py<PyAny>,
     raised: Raised,
@@ -32,7 +32,6 @@ struct Judge {
     origin: [f64; 3],
 }
 
-/// The first exception that the function raised.
 #[derive(Clone, Default)]
 struct Raised(Arc<Mutex<Option<PyErr>>>);
 
@@ -45,7 +44,6 @@ impl Raised {
         lock(&self.0).is_some()
     }
 
-    /// Returns `done`, or the exception if one was raised.
     fn or_done<T>(&self, done: PyResult<T>) -> PyResult<T> {
         lock(&self.0).take().map_or(done, Err)
     }
@@ -56,7 +54,7 @@ impl Judge {
         if self.ear.go_on().is_break() || self.raised.is_there() {
             return Err("is not wanted any more".into());
         }
-        // None while Python shuts down.
+        // Python cannot be attached while it shuts down.
         let called = Python::try_attach(|py| self.call(py, name, ratio, original, result));
         let values = called.unwrap_or_else(|| Err(invalid_array("Python is ending"))).map_err(|error| {
             self.raised.keep(error);
@@ -97,7 +95,7 @@ impl Judge {
     }
 }
 
-/// Arguments of a training: data, folder, settings as TOML, objective, epochs, resume.
+/// Data, folder, settings as TOML, objective, epochs, resume.
 type Asked = (String, String, Option<String>, Option<String>, Option<usize>, bool);
 
 /// Trains weights on a folder of meshes and returns whether all epochs are done.
@@ -117,7 +115,7 @@ pub fn train(
     let (alive, ended) = channel::<()>();
     let of_work = raised.clone();
     let done = run_in_background(py, threads, None, move |ear| {
-        // Dropped when the work ends, however it ends.
+        // The sender is dropped when the work ends, with or without an error.
         let _alive = alive;
         let judge =
             judge.map(|function| Judge { function, raised: of_work.clone(), ear: ear.clone(), origin: [0.0; 3] });
@@ -161,7 +159,6 @@ fn run_request(
     Ok(ending.map_err(|error| Failure::Failed(format!("{error}{reason}")))? == Ending::Finished)
 }
 
-/// Trains with the custom objective, or with that of the settings.
 fn run_steps(
     run: &mut TrainingRun,
     judge: Option<Judge>,
@@ -180,7 +177,7 @@ fn run_steps(
     run_training(run, &step, told)
 }
 
-/// An event for Python: its kind, done, total, count, and numbers by name.
+/// Event for Python: kind, done, total, count, and numbers by name.
 type Told = (&'static str, usize, usize, usize, Vec<(String, f64)>);
 
 fn to_tuple(event: &TrainEvent) -> Option<Told> {

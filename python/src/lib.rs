@@ -1,7 +1,6 @@
-//! neural-mesh for Python: converts arrays to meshes and back. All algorithms are in the library.
+//! neural-mesh for Python: converts arrays to meshes and back; all algorithms are in the library.
 //!
-//! This is the private module `neural_mesh._native`; the public package is written in Python (`neural_mesh/`). Options have the
-//! names of the program's options, through `neural_mesh_cli::embedded`.
+//! This is the private module `neural_mesh._native` of the Python package `neural_mesh/`.
 
 mod arrays;
 mod background;

@@ -1,4 +1,4 @@
-//! Input from Python: meshes as arrays with attributes, and options.
+//! Input from Python: meshes as arrays, and options.
 
 use neural_mesh::io::ReadMesh;
 use neural_mesh::mesh::{Attributes, Channel, RawMesh, Role};
@@ -10,17 +10,13 @@ use crate::arrays::{numbers, rows};
 use crate::failure::{invalid_array, option_refused};
 use crate::values;
 
-/// Coordinates, n x 3, in single or double precision.
 #[derive(FromPyObject)]
 pub enum Positions<'py> {
-    /// Coordinates as `float32`.
     Single(PyReadonlyArray2<'py, f32>),
-    /// Coordinates as `float64`.
     Double(PyReadonlyArray2<'py, f64>),
 }
 
 impl Positions<'_> {
-    /// Returns the points as a mesh without faces.
     pub fn raw(&self) -> PyResult<RawMesh> {
         let (positions, double) = match self {
             Self::Single(array) => {
@@ -34,7 +30,7 @@ impl Positions<'_> {
     }
 }
 
-/// A mesh: vertices, faces (n x 3), wedges (n_faces x 3, or `None`), channels (name, role, values at wedges), groups of faces.
+/// Vertices, faces (n x 3), wedges (n_faces x 3, or `None`), channels (name, role, values at wedges), groups of faces.
 #[derive(FromPyObject)]
 pub struct MeshArrays<'py>(
     Positions<'py>,
@@ -72,12 +68,11 @@ fn channel((name, role, values): &(String, String, PyReadonlyArray2<f32>)) -> Py
     Ok(Channel { name: name.clone(), role: role.unwrap_or(Role::Other), width, values })
 }
 
-/// Parses options; unknown ones and values of the wrong type are errors.
+/// Parses options; rejects unknown ones and values of the wrong type.
 pub fn parse_options<T: DeserializeOwned>(options: &Bound<PyAny>) -> PyResult<T> {
     serde_json::from_value(values::read(options)?).map_err(option_refused)
 }
 
-/// Roles with names in Python.
 const ROLES: [(&str, Role); 6] = [
     ("normal", Role::Normal),
     ("tangent", Role::Tangent),
@@ -87,7 +82,6 @@ const ROLES: [(&str, Role); 6] = [
     ("other", Role::Other),
 ];
 
-/// Returns the Python name of a role.
 pub fn role_name(role: Role) -> &'static str {
     ROLES.iter().find(|(_, known)| *known == role).map_or("other", |(name, _)| name)
 }

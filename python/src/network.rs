@@ -1,4 +1,4 @@
-//! The network of `neural_mesh::model` for other frameworks: weights as arrays, and each stage with its gradient.
+//! Network of `neural_mesh::model` for other frameworks: weights as arrays, and stages with gradients.
 
 use std::collections::HashMap;
 use std::convert::Infallible;
@@ -18,7 +18,6 @@ use crate::background::{lock, run_in_background};
 use crate::failure::invalid_array;
 use crate::graphs::entries;
 
-/// Adds the functions of this file to the module.
 pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(shipped_weights, module)?)?;
     module.add_function(wrap_pyfunction!(random_weights, module)?)?;
@@ -29,17 +28,15 @@ pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(face_classifier, module)?)
 }
 
-/// Sizes of one stage or of all, by their names in [`Architecture`].
+/// Sizes by their names in [`Architecture`].
 type Sizes = HashMap<String, i64>;
 
 /// Sizes, named tensors, and the objective if known.
 type Parts = (Vec<(&'static str, usize)>, Vec<(String, Py<PyAny>)>, Option<String>);
 
-/// Sizes and tensors of one stage or of all.
 #[derive(FromPyObject)]
 struct WeightArrays<'py>(Sizes, Vec<(String, PyReadonlyArray2<'py, f32>)>);
 
-/// Returns the weights of the library.
 #[pyfunction]
 fn shipped_weights(py: Python, name: &str) -> PyResult<Parts> {
     match name {
@@ -63,7 +60,6 @@ fn read_weights(py: Python, bytes: &[u8]) -> PyResult<Parts> {
     parts(py, &Weights::from_bytes(bytes).map_err(|error| invalid_array(error.to_string()))?)
 }
 
-/// Writes weights as the bytes of a safetensors file.
 #[pyfunction]
 fn weights_bytes(py: Python, given: WeightArrays, objective: Option<&str>) -> PyResult<Py<PyBytes>> {
     let weights = given.weights()?;
@@ -125,7 +121,7 @@ fn matrix(array: &PyReadonlyArray2<f32>, what: &str) -> PyResult<Arc<Matrix>> {
 /// Function from gradients of a stage's outputs to gradients of its tensors and inputs, in order.
 type Backward = Box<dyn Fn(&[Vec<f32>]) -> Vec<Matrix> + Send>;
 
-/// A stage that was run, with its backward pass.
+/// Finished run of a stage, with the backward pass.
 #[pyclass(frozen, module = "neural_mesh._native")]
 pub struct Pass {
     outputs: Vec<Vec<f32>>,
@@ -134,12 +130,11 @@ pub struct Pass {
 
 #[pymethods]
 impl Pass {
-    /// Returns the outputs of the stage.
     fn outputs(&self, py: Python) -> Vec<Py<PyAny>> {
         self.outputs.iter().map(|output| sequence(py, output.clone())).collect()
     }
 
-    /// Returns the gradients of tensors and inputs, in their order, for gradients of the outputs.
+    /// Returns the gradients of tensors and inputs, in order, for gradients of the outputs.
     fn backward(
         &self,
         py: Python,
@@ -161,7 +156,6 @@ impl Pass {
     }
 }
 
-/// Runs a stage and returns its outputs with the backward pass.
 fn run_stage(
     py: Python,
     threads: Option<usize>,
@@ -267,7 +261,6 @@ fn face_classifier(
     })
 }
 
-/// Returns a visitor that collects tensors in the order of the stage.
 fn push_tensors(results: &mut Vec<Matrix>) -> impl FnMut(&str, &Matrix) -> Result<(), Infallible> {
     |_, matrix| {
         results.push(matrix.clone());

@@ -11,7 +11,6 @@ use crate::background::run_in_background;
 use crate::failure::option_refused;
 use crate::mesh_arrays::Positions;
 
-/// A meshed cloud as arrays.
 #[pyclass(frozen, get_all, module = "neural_mesh._native")]
 pub struct Meshed {
     vertices: Py<PyAny>,
@@ -20,12 +19,9 @@ pub struct Meshed {
     report: String,
 }
 
-/// A number, or text as typed in a shell.
 #[derive(FromPyObject)]
 pub enum Typed {
-    /// A number.
     Number(f64),
-    /// Text such as `10%` or `5k`.
     Text(String),
 }
 

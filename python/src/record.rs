@@ -11,12 +11,12 @@ use crate::background::run_in_background;
 use crate::failure::invalid_array;
 use crate::mesh_arrays::{MeshArrays, parse_options};
 
-/// A result as a function of the input vertices.
+/// Result as a function of the input vertices.
 #[pyclass(frozen, module = "neural_mesh._native")]
 pub struct Record {
     way: Way,
     origin: [f64; 3],
-    /// The input vertex of each vertex of the function.
+    /// Input vertex of each vertex of the function.
     sources: Vec<u32>,
     n_given: usize,
     #[pyo3(get)]

@@ -1,4 +1,4 @@
-//! `simplify` and levels of detail: from options and arrays to arrays.
+//! `simplify` and levels of detail.
 
 use neural_mesh::job::Arguments;
 use neural_mesh::mesh::Attributes;
@@ -13,7 +13,6 @@ use crate::background::run_in_background;
 use crate::mesh_arrays::{MeshArrays, parse_options, role_name};
 use crate::values;
 
-/// Result of a request.
 #[pyclass(frozen, get_all, module = "neural_mesh._native")]
 pub struct Outcome {
     results: Vec<Py<ResultArrays>>,
@@ -26,7 +25,6 @@ pub struct Outcome {
     unmet: Option<String>,
 }
 
-/// A result as arrays.
 #[pyclass(frozen, get_all, module = "neural_mesh._native")]
 pub struct ResultArrays {
     vertices: Py<PyAny>,

@@ -1,4 +1,4 @@
-//! Conversion between Python values and JSON values, for options and reports.
+//! Conversion between Python values and JSON.
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString};
@@ -6,7 +6,6 @@ use serde_json::{Map, Number, Value};
 
 use crate::failure::option_refused;
 
-/// Converts a Python value to JSON.
 pub fn read(any: &Bound<PyAny>) -> PyResult<Value> {
     if any.is_none() {
         Ok(Value::Null)
@@ -27,7 +26,6 @@ pub fn read(any: &Bound<PyAny>) -> PyResult<Value> {
     }
 }
 
-/// Converts a JSON value to Python.
 pub fn to_python(py: Python, value: &Value) -> PyResult<Py<PyAny>> {
     Ok(match value {
         Value::Null => py.None(),

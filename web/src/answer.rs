@@ -8,7 +8,7 @@ use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
 use crate::{documents, indices};
 
-/// Progress listener: receives the share of a part and its number, and may end the run with `Break`.
+/// Progress listener: receives the finished share of a step and the step's number; `Break` ends the run.
 pub type Tell = Box<dyn FnMut(f64, u32) -> ControlFlow<()> + Send>;
 
 /// Answers a request; failures are answers with a one-line message.

@@ -1,4 +1,4 @@
-//! The progress listener in JavaScript.
+//! Progress listener in JavaScript.
 #![allow(unsafe_code, reason = "imported functions are unsafe to declare")]
 
 use std::ops::ControlFlow;
@@ -9,13 +9,12 @@ unsafe extern "C" {
     safe fn progress(share: f64, part: u32) -> u32;
 }
 
-/// Discards progress in builds outside of a browser.
 #[cfg(not(target_arch = "wasm32"))]
 fn progress(_: f64, _: u32) -> u32 {
     0
 }
 
-/// Reports the progress of a part; returns `Break` if JavaScript ends the run.
+/// Reports the progress of a step; returns `Break` if JavaScript ends the run.
 pub fn report_progress(share: f64, part: u32) -> ControlFlow<()> {
     if progress(share, part) == 0 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
 }

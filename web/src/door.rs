@@ -1,7 +1,7 @@
 //! The exported functions.
 //!
-//! JavaScript calls `room`, writes a request there, calls `answer`, reads `answer_length` bytes at the returned address, and calls
-//! `done`. Memory may move in each call.
+//! JavaScript calls `room`, writes a request there, calls `answer`, reads `answer_length` bytes at the returned
+//! address, and calls `done`. Memory may move in each call.
 #![allow(unsafe_code, reason = "exported names are unsafe to declare")]
 
 use std::cell::RefCell;
@@ -14,7 +14,7 @@ thread_local! {
     static ANSWER: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Allocates `length` bytes for a request and returns their address, or 0 without memory.
+/// Allocates `n_bytes` bytes for a request; returns their address, or 0 without memory.
 #[unsafe(no_mangle)]
 pub extern "C" fn room(n_bytes: usize) -> usize {
     ROOM.with_borrow_mut(|room| {
@@ -27,7 +27,7 @@ pub extern "C" fn room(n_bytes: usize) -> usize {
     })
 }
 
-/// Answers the request of `length` bytes in the room, and returns the address of the answer.
+/// Answers the request of `n_bytes` bytes, and returns the address of the answer.
 #[unsafe(no_mangle)]
 pub extern "C" fn answer(n_bytes: usize) -> usize {
     let mut request = ROOM.take();
@@ -45,7 +45,7 @@ pub extern "C" fn answer_length() -> usize {
     ANSWER.with_borrow(Vec::len)
 }
 
-/// Frees room and answer.
+/// Frees request and answer.
 #[unsafe(no_mangle)]
 pub extern "C" fn done() {
     drop(ROOM.take());

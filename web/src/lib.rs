@@ -1,8 +1,8 @@
-//! neural-mesh as WebAssembly: requests and answers are bytes, no algorithm lives here.
+//! neural-mesh as WebAssembly; requests and answers are bytes, and all algorithms are in the library.
 //!
-//! There is no generated binding: [`door`] has the four functions that JavaScript calls, `caller` and `documents::clock` the two that it gives, [`message`] says how
-//! numbers and JSON lie in bytes, [`answer`] knows the requests by name. A run that JavaScript ends is a `Break`, so nothing unwinds. JavaScript's
-//! side is `web/package`.
+//! [`door`] has the functions that JavaScript calls, `caller` and `documents::clock` those of JavaScript. [`message`]
+//! defines the bytes, [`answer`] finds the requests by name. A run that JavaScript ends is a `Break`, so nothing
+//! unwinds. The JavaScript is in `web/package`.
 
 pub mod answer;
 mod caller;

@@ -1,16 +1,15 @@
 //! JSON and arrays of numbers as one piece of memory.
 //!
-//! A message holds the number of parts, the bytes of each, zeros up to a multiple of 8, then the parts, each padded to a multiple of
-//! 8. Numbers are little-endian, counts `u32`. Part 0 is JSON, which names the others by number.
+//! A message holds the number of parts, the bytes of each, zeros up to a multiple of 8, then the parts, each padded to
+//! a multiple of 8. Numbers are little-endian, counts `u32`. Part 0 is JSON, which names the others by number.
 
 use serde_json::Value;
 
 use crate::refusal::Refusal;
 
-/// Alignment of each part, in bytes.
 const ALIGNMENT: usize = 8;
 
-/// A parsed request.
+/// Parsed request.
 pub struct Message<'a> {
     parts: Vec<&'a [u8]>,
 }
@@ -29,7 +28,7 @@ impl<'a> Message<'a> {
     /// Returns a part by its number.
     ///
     /// # Errors
-    /// [`Refusal`] if it is missing.
+    /// [`Refusal`] if the part is missing.
     pub fn part(&self, number: usize) -> Result<&'a [u8], Refusal> {
         self.parts.get(number).copied().ok_or_else(|| Refusal::new(format!("the request has no part {number}")))
     }
@@ -37,7 +36,7 @@ impl<'a> Message<'a> {
     /// Returns a part as numbers of `N` bytes each.
     ///
     /// # Errors
-    /// [`Refusal`] if it is missing or its length does not fit.
+    /// [`Refusal`] if the part is missing or its length does not fit.
     pub fn numbers<T, const N: usize>(&self, number: usize, of: fn([u8; N]) -> T) -> Result<Vec<T>, Refusal> {
         let (numbers, rest) = self.part(number)?.as_chunks::<N>();
         if !rest.is_empty() {
@@ -49,7 +48,7 @@ impl<'a> Message<'a> {
     /// Returns a part as rows of `W` numbers of `N` bytes each.
     ///
     /// # Errors
-    /// [`Refusal`] if it is missing or its length does not fit.
+    /// [`Refusal`] if the part is missing or its length does not fit.
     pub fn rows<T: Copy, const N: usize, const W: usize>(
         &self,
         number: usize,
@@ -64,7 +63,6 @@ impl<'a> Message<'a> {
     }
 }
 
-/// Splits a message into its parts; `None` if the bytes are not a message.
 fn parts(bytes: &[u8]) -> Option<Vec<&[u8]>> {
     let count = |at: usize| Some(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?) as usize);
     let n_parts = count(0)?;
@@ -78,7 +76,7 @@ fn parts(bytes: &[u8]) -> Option<Vec<&[u8]>> {
     Some(parts)
 }
 
-/// The arrays of an answer.
+/// Arrays of an answer.
 #[derive(Default)]
 pub struct Answer {
     parts: Vec<Vec<u8>>,
@@ -91,7 +89,7 @@ impl Answer {
         self.parts.len()
     }
 
-    /// Adds numbers of `N` bytes each and returns their number for the JSON.
+    /// Adds numbers of `N` bytes each and returns the array's number for the JSON.
     pub fn add_numbers<T, const N: usize>(
         &mut self,
         numbers: impl IntoIterator<Item = T>,

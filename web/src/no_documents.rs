@@ -1,4 +1,4 @@
-//! In place of documents: a build that knows index buffers alone.
+//! Stub of `documents` for builds with index buffers only.
 
 use serde_json::Value;
 
@@ -6,7 +6,6 @@ use crate::answer::Tell;
 use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
 
-/// Refuses all calls.
 pub fn answer_call(call: &str, _: &Message, _: Value, _: &mut Answer, _: Tell) -> Result<Value, Refusal> {
     Err(Refusal::new(format!("{call}: no such call in this build: import 'neural-mesh'")))
 }

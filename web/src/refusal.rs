@@ -4,12 +4,12 @@ use std::fmt::Display;
 
 use neural_mesh::simplify::SimplifyError;
 
-/// A one-line error message for the caller.
+/// One-line error message for the caller.
 #[derive(Debug)]
 pub struct Refusal {
     /// Message: the problem, its place, and advice.
     pub what: String,
-    /// Whether the caller ended the run.
+    /// True if the caller ended the run.
     pub is_interrupted: bool,
 }
 

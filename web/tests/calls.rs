@@ -1,4 +1,4 @@
-//! The calls as JavaScript makes them, answered natively.
+//! Calls as JavaScript makes them, answered natively.
 
 use std::ops::ControlFlow;
 
@@ -8,7 +8,6 @@ use neural_mesh_web::answer::answer_to;
 use neural_mesh_web::message::{Answer, Message};
 use serde_json::{Value, json};
 
-/// An answer, taken apart.
 struct Answered {
     bytes: Vec<u8>,
     json: Value,
@@ -39,7 +38,6 @@ fn called(request: Answer, json: &Value) -> Answered {
     called_with(request, json, false)
 }
 
-/// The parts of a mesh of vertices that stand alone.
 fn buffers(mesh: &TriMesh) -> Answer {
     let mut request = Answer::default();
     request.add_numbers(mesh.faces().iter().copied().flatten(), u32::to_le_bytes);

@@ -1,24 +1,24 @@
-//! Bindings to xatlas (`vendor/`, MIT), which cuts a surface into charts with little distortion and packs them.
+//! Bindings to xatlas (`vendor/`, MIT), which cuts a surface into charts with little distortion and packs the charts.
 //!
 //! This file holds all unsafe code: input is checked before the calls, output is copied and checked after them.
 
 use std::ptr::NonNull;
 
-/// Most layouts to try until one fills the square.
+/// Largest number of layouts to try until one fills the square.
 const TRIES: usize = 6;
 /// Share of the side that counts as full.
 const FULL: f32 = 0.98;
-/// Smallest resolution to try, relative to the first try; below it charts do not fit at all.
+/// Smallest resolution to try, relative to the first try; charts that are still too large do not fit at all.
 const LEAST: f32 = 0.05;
 
-/// A surface laid out on a square of texels.
+/// Surface laid out on a square of texels.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Layout {
-    /// The input vertex of each vertex, n_vertices.
+    /// Input vertex of each vertex, n_vertices.
     pub vertices: Vec<u32>,
     /// Position of each vertex in texels, 0 to the side of the square, n_vertices x 2.
     pub texels: Vec<[f32; 2]>,
-    /// The chart of each vertex; `None` for vertices of faces without area, whose position is 0.
+    /// Chart of each vertex; `None` in faces without area, where the position is 0.
     pub charts: Vec<Option<u32>>,
     /// Faces of the input, in order, over the new vertices.
     pub faces: Vec<[u32; 3]>,
@@ -56,7 +56,7 @@ pub fn unwrap(positions: &[[f32; 3]], faces: &[[u32; 3]], size: u32, padding: u3
                 break;
             }
         }
-        // Slightly less than what would fill it, so that the next try fits.
+        // The resolution is slightly below the one that would fill the square, so that the next try fits.
         tried = atlas.pack(size, padding, tried.texels_per_unit / share * 0.995);
     }
     let best = best?;
@@ -78,7 +78,6 @@ struct Packed {
     texels_per_unit: f32,
 }
 
-/// Data that only C++ accesses.
 #[repr(C)]
 struct Opaque {
     _private: [u8; 0],
@@ -91,7 +90,6 @@ unsafe extern "C" {
     fn neural_mesh_free(atlas: *mut Opaque);
 }
 
-/// Charts owned by C++.
 struct Atlas(NonNull<Opaque>);
 
 impl Atlas {
@@ -154,14 +152,12 @@ impl Drop for Atlas {
 mod tests {
     use super::*;
 
-    /// Builds a cube whose faces share their corners.
     fn cube() -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
         let positions = (0..8).map(|i| [i & 1, i >> 1 & 1, i >> 2].map(|x| x as f32)).collect();
         let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
         (positions, quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect())
     }
 
-    /// Returns twice the area of a face on the square.
     fn area(layout: &Layout, face: &[u32; 3]) -> f32 {
         let [a, b, c] = face.map(|vertex| layout.texels[vertex as usize]);
         (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])

@@ -1,4 +1,4 @@
-//! Meshes as arrays of a request or an answer, with one row for each vertex.
+//! Meshes as arrays of a request or an answer, with one row per vertex.
 
 use neural_mesh::io::ReadMesh;
 use neural_mesh::job::Document;
@@ -15,22 +15,22 @@ use crate::refusal::Refusal;
 const NAMES: [(&str, Role, usize); 3] =
     [("uv", Role::Uv, 2), ("normals", Role::Normal, 3), ("colors", Role::Colour, 4)];
 
-/// A mesh as parts of the request.
+/// Mesh as parts of the request.
 #[derive(Deserialize)]
 pub struct Arrays {
-    /// Part of the positions, n_vertices x 3.
+    /// Positions, n_vertices x 3.
     positions: usize,
-    /// Whether the positions are in double precision.
+    /// True for double precision.
     #[serde(default)]
     doubles: bool,
-    /// Part of the faces, n_faces x 3.
+    /// Faces, n_faces x 3.
     faces: usize,
     uv: Option<usize>,
     normals: Option<usize>,
     colors: Option<usize>,
-    /// Part of the group of each face, n_faces.
+    /// Group of each face, n_faces.
     groups: Option<usize>,
-    /// Part of the vertex weights, n_vertices.
+    /// Weights, n_vertices.
     importance: Option<usize>,
 }
 
@@ -76,21 +76,19 @@ fn read_optional<T>(part: Option<usize>, read: impl Fn(usize) -> Result<T, Refus
     part.map(read).transpose()
 }
 
-/// Rejects an array of the wrong length; an empty one counts as missing.
 fn check_length(name: &str, n: usize, wanted: usize) -> Result<(), Refusal> {
     if n == 0 || n == wanted { Ok(()) } else { Err(Refusal::new(format!("{name}: {n} numbers: give {wanted}"))) }
 }
 
 /// Vertices split where corners carry different values.
 pub struct SplitVertices {
-    /// Vertex and wedge of each split vertex.
     vertices: Vec<[u32; 2]>,
-    /// The corners of the faces, n_faces x 3.
+    /// Corners of the faces, n_faces x 3.
     pub faces: Vec<[u32; 3]>,
 }
 
 impl SplitVertices {
-    /// Creates a vertex for each pair of vertex and wedge, in order of first use; meshes without attributes stay unchanged.
+    /// Creates a vertex for each pair of vertex and wedge, in order of first use.
     pub fn new(mesh: &TriMesh, attributes: &Attributes) -> Self {
         if attributes.wedges.is_empty() {
             let vertices = (0..mesh.positions().len() as u32).map(|v| [v, v]).collect();
@@ -108,18 +106,16 @@ impl SplitVertices {
         Self { vertices, faces }
     }
 
-    /// Returns the row of each vertex.
     pub fn of_vertices<'a, T>(&'a self, rows: &'a [T]) -> impl Iterator<Item = &'a T> {
         self.vertices.iter().map(|[v, _]| &rows[*v as usize])
     }
 
-    /// Returns the values of each vertex, of a channel.
     pub fn of_wedges<'a>(&'a self, channel: &'a Channel) -> impl Iterator<Item = f32> + 'a {
         self.vertices.iter().flat_map(|[_, wedge]| channel.value(*wedge).iter().copied())
     }
 }
 
-/// Adds a result to an answer; returns the numbers of its arrays by their names.
+/// Adds a result to an answer; returns the numbers of its arrays by name.
 pub fn add_result(
     document: &Document,
     result: &Simplified,

@@ -1,4 +1,4 @@
-//! The clock of JavaScript.
+//! Clock of JavaScript.
 #![allow(unsafe_code, reason = "imported functions are unsafe to declare")]
 
 #[cfg(target_arch = "wasm32")]
@@ -7,7 +7,6 @@ unsafe extern "C" {
     safe fn now() -> f64;
 }
 
-/// Returns 0 in builds outside of a browser.
 #[cfg(not(target_arch = "wasm32"))]
 fn now() -> f64 {
     0.0

@@ -1,4 +1,4 @@
-//! Comparison of simplified meshes with an original: all measures, and the distances for a viewer.
+//! Comparison of simplified meshes with an original.
 
 use std::ops::ControlFlow;
 
@@ -15,12 +15,10 @@ use crate::answer::Tell;
 use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
 
-/// A request for a comparison.
 #[derive(Deserialize)]
 struct CompareRequest {
     original: File,
     results: Vec<File>,
-    /// Samples on each surface.
     samples: Option<usize>,
 }
 
@@ -71,7 +69,7 @@ fn read_mesh(file: &File, bytes: &[u8], folder: &Folder) -> Result<Cleaned, Refu
     clean(raw, &CleanOptions::default()).map_err(|error| file.refusal(error))
 }
 
-/// Adds the arrays of a surface to the answer; returns their numbers and the samples per side.
+/// Adds a surface to the answer; returns its arrays' numbers and the samples per side.
 fn add_surface(mesh: &TriMesh, answer: &mut Answer) -> Value {
     let positions = answer.add_numbers(mesh.positions().iter().copied().flatten(), f32::to_le_bytes);
     let faces = answer.add_numbers(mesh.faces().iter().copied().flatten(), u32::to_le_bytes);

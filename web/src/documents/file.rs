@@ -1,4 +1,4 @@
-//! Files of a request: a mesh and the files it refers to.
+//! Mesh file of a request, with companion files.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -9,14 +9,11 @@ use serde::Deserialize;
 use crate::message::Message;
 use crate::refusal::Refusal;
 
-/// A file as parts of the request.
 #[derive(Deserialize)]
 pub struct File {
-    /// File name.
     pub name: String,
-    /// Part of its bytes.
     bytes: usize,
-    /// Parts of the files it may refer to, by relative path.
+    /// Parts of the companion files, by relative path.
     #[serde(default)]
     beside: BTreeMap<String, usize>,
 }
@@ -32,7 +29,6 @@ impl File {
         Ok((message.part(self.bytes)?, Folder::in_memory(beside)))
     }
 
-    /// Creates an error for this file.
     pub fn refusal(&self, why: impl std::fmt::Display) -> Refusal {
         Refusal::new(format!("{}: {why}", self.name))
     }

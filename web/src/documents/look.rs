@@ -1,4 +1,4 @@
-//! A file as a viewer draws it: all meshes of a scene as one surface, grouped by colour and texture.
+//! A file as a viewer draws it: all meshes of a scene as one surface.
 
 use neural_mesh::io::{self, Asset, Folder};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
@@ -11,7 +11,6 @@ use super::file::File;
 use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
 
-/// A request for the surface of a file.
 #[derive(Deserialize)]
 struct LookRequest {
     file: File,
@@ -43,7 +42,6 @@ pub fn read_scene(bytes: &[u8], name: &str, folder: &Folder) -> Result<(RawMesh,
     Ok((read.mesh, looks, missing))
 }
 
-/// Sorts the faces by group.
 fn sort_by_group(mesh: TriMesh, attributes: Attributes) -> (TriMesh, Attributes) {
     let mut order: Vec<u32> = (0..mesh.faces().len() as u32).collect();
     order.sort_by_key(|&face| attributes.group(face));
@@ -78,7 +76,6 @@ fn add_arrays(mesh: &TriMesh, attributes: &Attributes, looks: &Looks, answer: &m
     arrays
 }
 
-/// Iterates over the colours of the vertices as red, green, blue and alpha; alpha is 1 if missing.
 fn colors_of(split: &SplitVertices, channel: &Channel) -> impl Iterator<Item = [f32; 4]> {
     let values: Vec<f32> = split.of_wedges(channel).collect();
     let at = |values: &[f32], k: usize| values.get(k).copied().unwrap_or(1.0);
@@ -86,7 +83,6 @@ fn colors_of(split: &SplitVertices, channel: &Channel) -> impl Iterator<Item = [
     colors.into_iter()
 }
 
-/// Returns the name of a wrap mode.
 fn wrap_name(wrap: Wrap) -> &'static str {
     match wrap {
         Wrap::Repeat => "repeat",
@@ -95,7 +91,7 @@ fn wrap_name(wrap: Wrap) -> &'static str {
     }
 }
 
-/// Describes each group: its first face, the number of its faces, colour and texture.
+/// Describes each group: first face, number of faces, colour and texture.
 fn add_groups(mesh: &TriMesh, attributes: &Attributes, looks: &Looks, answer: &mut Answer) -> Value {
     let mut images: Vec<(*const u8, usize)> = Vec::new();
     let mut from = 0;

@@ -35,7 +35,6 @@ pub fn answer_call(
     }
 }
 
-/// Lists the formats that can be read and written.
 fn list_formats() -> Value {
     let of = |is_known: &dyn Fn(Format) -> bool| -> Vec<&str> {
         Format::NAMES.into_iter().filter(|name| Format::from_name(name).is_some_and(is_known)).collect()

@@ -1,4 +1,4 @@
-//! Simplification of a file or of arrays, with files or arrays and the report as the answer.
+//! Simplification of a file or of arrays.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -16,26 +16,21 @@ use crate::answer::Tell;
 use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
 
-/// Steps of a job; their positions are the numbers in calls of `progress`.
+/// Steps of a job, by their numbers in calls of `progress`.
 const PARTS: [Part; 6] = [Part::Read, Part::Simplify, Part::Bake, Part::Check, Part::Write, Part::Picture];
 
-/// A request to simplify.
 #[derive(Deserialize)]
 struct SimplifyRequest {
     #[serde(default)]
     options: Arguments,
-    /// The mesh as a file.
     file: Option<File>,
-    /// The mesh as arrays.
     mesh: Option<Arrays>,
     /// Name of the result; without it no file is made.
     out: Option<String>,
-    /// Whether results are returned as arrays.
     #[serde(default)]
     arrays: bool,
 }
 
-/// Runs a job on a file or on arrays.
 pub fn simplify_document(message: &Message, json: Value, answer: &mut Answer, tell: Tell) -> Result<Value, Refusal> {
     let asked: SimplifyRequest = serde_json::from_value(json)?;
     let mut job = asked.to_job()?;
@@ -81,7 +76,6 @@ impl SimplifyRequest {
         Ok(job)
     }
 
-    /// Reads the mesh with its attributes.
     fn read_document(&self, message: &Message, job: &Job) -> Result<Document, Refusal> {
         match (&self.file, &self.mesh) {
             (Some(file), None) => {
@@ -109,7 +103,6 @@ impl SimplifyRequest {
     }
 }
 
-/// Adds the files of a result to the answer.
 fn add_file(name: &str, made: Files, answer: &mut Answer) -> Result<Value, Refusal> {
     let bytes =
         io::compress_by_name(name.as_ref(), &made.bytes).map_err(|error| Refusal::new(format!("{name}: {error}")))?;
@@ -122,26 +115,22 @@ fn add_file(name: &str, made: Files, answer: &mut Answer) -> Result<Value, Refus
     Ok(json!({ "name": name, "bytes": bytes, "beside": beside }))
 }
 
-/// Reports the progress of a job by the number of its step.
 struct Watcher {
     tell: Tell,
     part: u32,
-    /// Whether the listener has ended the run.
     is_ended: bool,
-    /// When the part began.
+    /// Start of the step, in seconds.
     since: f64,
-    /// Seconds that each part has taken.
+    /// Duration of each step, in seconds.
     seconds: [f64; PARTS.len()],
 }
 
 impl Watcher {
-    /// Ends the current step and starts the clock of the next.
     fn end_part(&mut self) {
         let now = seconds();
         self.seconds[self.part as usize] += now - std::mem::replace(&mut self.since, now);
     }
 
-    /// Returns the seconds of the steps for the report.
     fn seconds(&mut self) -> Seconds {
         self.end_part();
         let [read, simplify, bake, check, write, _] = self.seconds;

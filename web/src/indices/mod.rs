@@ -1,4 +1,4 @@
-//! Requests for index buffers: what meshoptimizer's `MeshoptSimplifier` is asked.
+//! Requests for index buffers, as of meshoptimizer's `MeshoptSimplifier`.
 
 mod points;
 
@@ -12,26 +12,24 @@ use crate::refusal::Refusal;
 
 pub use points::select_points;
 
-/// The parts of a request that are buffers.
 #[derive(Deserialize)]
 struct Parts {
-    /// The vertices of the triangles, n_faces x 3.
+    /// Vertices of the triangles, n_faces x 3.
     indices: usize,
-    /// The positions, n_vertices x 3.
+    /// Positions, n_vertices x 3.
     positions: usize,
-    /// Numbers that belong to the vertices, n_vertices x n_weights.
+    /// Attributes, n_vertices x n_weights.
     attributes: Option<usize>,
-    /// Weight of each of these numbers, relative to positions in shares of the extent.
+    /// Weights of the attributes; a difference of 1 counts as a distance of the weight times the extent.
     #[serde(default)]
     weights: Vec<f32>,
-    /// A byte for each vertex, whose lowest bit holds it.
+    /// Byte per vertex; an odd value locks the vertex.
     locks: Option<usize>,
-    /// A group for each triangle: those of two groups have no vertex in common.
+    /// Group of each triangle; triangles of two groups share no vertex.
     groups: Option<usize>,
 }
 
 impl Parts {
-    /// Takes the buffers out of a message.
     fn read(self, message: &Message) -> Result<Buffers, Refusal> {
         let attributes = self.attributes.map(|part| message.numbers(part, f32::from_le_bytes)).transpose()?;
         let groups = self.groups.map(|part| message.numbers(part, u32::from_le_bytes)).transpose()?;
@@ -44,24 +42,21 @@ impl Parts {
     }
 }
 
-/// A request for lighter indices.
 #[derive(Deserialize)]
 struct IndexRequest {
     #[serde(flatten)]
     parts: Parts,
-    /// Indices that may be left, three for each face.
+    /// Requested number of indices, three per face.
     target: usize,
-    /// Largest distance from the original, as a share of its extent or in its unit.
+    /// Largest distance to the original, as a share of the extent or in its unit.
     error: f64,
-    /// Whether vertices move.
     #[serde(default, rename = "move")]
     moves: bool,
-    /// Names of flags.
     #[serde(default)]
     flags: Vec<String>,
 }
 
-/// Answers with the remaining indices and their distance from the original.
+/// Answers with the remaining indices and their distance to the original.
 ///
 /// # Errors
 /// [`Refusal`] if buffers are wrong or the listener ends the run.
@@ -95,19 +90,18 @@ impl From<IndexError> for Refusal {
     }
 }
 
-/// A request to drop small components.
 #[derive(Deserialize)]
 struct PruneRequest {
     #[serde(flatten)]
     parts: Parts,
-    /// Largest radius of what is dropped, as a share of the extent.
+    /// Largest radius of dropped components, as a share of the extent.
     error: f64,
 }
 
 /// Answers with the indices of the components that are large enough.
 ///
 /// # Errors
-/// [`Refusal`] where buffers are wrong.
+/// [`Refusal`] if buffers are wrong.
 pub fn prune_components(message: &Message, json: Value, answer: &mut Answer) -> Result<Value, Refusal> {
     let PruneRequest { parts, error } = serde_json::from_value(json)?;
     let indices = indices::prune_components(&parts.read(message)?, error)?;

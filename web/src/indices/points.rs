@@ -1,4 +1,4 @@
-//! Some of the points of a cloud, far from each other.
+//! Selection of points of a cloud, far from each other.
 
 use neural_mesh::indices::extent;
 use neural_mesh::spatial::farthest_latent_points;
@@ -8,11 +8,10 @@ use serde_json::{Value, json};
 use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
 
-/// A request for some of the points of a cloud.
 #[derive(Deserialize)]
 struct Cloud {
     positions: usize,
-    /// Part with colours, or other numbers per point, that count in distances.
+    /// Colours, or other numbers per point, that count in distances.
     colors: Option<usize>,
     /// Factor of the colours, as a share of the extent.
     #[serde(default)]
