@@ -108,10 +108,10 @@ impl Call {
 /// Simplifies an index buffer into `destination`, which has room for `index_count` indices; returns the new number of
 /// indices.
 ///
-/// The result has at most `target_index_count` indices, or the smallest number within `target_error` of the original.
-/// The error is relative to the longest side of the box around the vertices; 1 or more sets no bound. Vertices do not
-/// move. `result_error`, unless null, receives the error; without it and without a bound, no distance is measured,
-/// which is faster. Returns `NM_FAILED` on failure.
+/// The result has at most `target_index_count` indices if it is then within `target_error` of the original, else as few
+/// as that error allows. The error is relative to the longest side of the box around the vertices; 1 or more sets no
+/// bound. Vertices do not move. `result_error`, unless null, receives the error; without it and without a bound, no
+/// distance is measured, which is faster. Returns `NM_FAILED` on failure.
 ///
 /// # Safety
 /// Each array has as many values as its count says; `vertex_positions_stride` is in bytes.

@@ -58,6 +58,7 @@ impl Drop for Bar {
 fn show_later(bar: ProgressBar) {
     std::thread::spawn(move || {
         std::thread::sleep(PATIENCE);
+        // Short work shows no bar.
         if bar.is_finished() {
             return;
         }

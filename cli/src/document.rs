@@ -13,6 +13,7 @@ use crate::request::Request;
 /// An open output format becomes that of the input.
 pub fn open(request: &mut Request) -> Result<Document, Failure> {
     if request.follows_input && request.source.is_gltf() {
+        // The result becomes a GLB, since standard output takes a single file.
         follow(request, Some(Format::Gltf))?;
     }
     // A glTF written as glTF stays a scene; all else becomes one mesh.

@@ -110,6 +110,7 @@ pub fn simplify(
     if is_wanted().is_break() {
         return Err(Failure::Interrupted);
     }
+    // From here on, files are written.
     let mut done = done;
     let bytes = done.bytes.take();
     let (report, cleaned) = done.put()?;
@@ -202,6 +203,7 @@ fn request(mut arguments: Arguments, files: &Files, is_given: bool) -> Result<Re
         return Err(Failure::Usage(format!("{}: {what}", output.display())));
     }
     arguments.has_weights = files.weights.is_some();
+    // PLY holds all attributes of a result that stays in memory.
     let format = files.format.as_deref().or((files.out.is_none() && !files.bytes).then_some("ply"));
     let mut request = Request::new(&MeshPaths { input, output, format }, &arguments)?;
     request.strict |= files.strict;

@@ -75,6 +75,7 @@ fn check_folder(path: &Path, folder: &Path) -> Result<(), Failure> {
         let what = format!("cannot create a file in {}: {error}: choose another folder", folder.display());
         Failure::in_file(path, what)
     };
+    // Only a test file shows reliably whether the folder can be written to.
     new_file_in(folder).map(drop).map_err(unwritable)
 }
 
@@ -161,6 +162,7 @@ fn new_file_in(folder: &Path) -> std::io::Result<NamedTempFile> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
+        // The default of the crate is private to the owner.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     interrupt::with_temporary(|| builder.tempfile_in(folder))

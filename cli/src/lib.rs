@@ -98,6 +98,7 @@ fn finish(done: Result<(), Failure>) -> ExitCode {
 
 fn print_answer(answer: &clap::Error) -> ExitCode {
     if !answer.use_stderr() {
+        // The empty writes detect a standard output that is closed or full.
         let said = words::write_stdout(b"").and_then(|()| answer.print()).and_then(|()| words::write_stdout(b""));
         return finish(said.map_err(|error| words::stdout_failure(&error)));
     }

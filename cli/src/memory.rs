@@ -25,6 +25,7 @@ pub fn keep_freed() {
 
 /// Bounds the memory of the program to `gib`, or to what is free now.
 pub fn bound(gib: Option<f64>) {
+    // Where the system reports no free memory, the memory stays unbounded.
     let most = gib.map(bytes_of).or_else(free);
     most.into_iter().for_each(|most| allocator::bound(usize::try_from(most).unwrap_or(usize::MAX)));
 }

@@ -207,6 +207,7 @@ fn create_report(args: &MeshPointsArgs, MeshedCloud { cloud, result, .. }: &Mesh
 }
 
 fn say(args: &MeshPointsArgs, report: &Report) {
+    // Messages must not mix with a mesh or a report on standard output.
     let voice = match (args.quiet, is_stream(&args.output) || reports_to_stdout(args)) {
         (true, _) => Voice::Quiet,
         (false, false) => Voice::Out,

@@ -10,6 +10,7 @@ static STOP: AtomicBool = AtomicBool::new(false);
 /// Handles Ctrl-C and termination: the first sets [`is_stopping`], the second ends the program.
 pub fn watch_for_a_good_end() {
     let _ = ctrlc::set_handler(|| {
+        // The second signal does not wait for a clean end.
         if STOP.swap(true, Ordering::SeqCst) {
             complain(&Failure::Stopped("interrupted twice: continue with --resume".into()));
             std::process::exit(130);

@@ -89,6 +89,7 @@ pub fn run_in_background<T: Send + 'static>(
 /// Returns an idle pool of `n_threads` threads, or a new one; 0 means one per core.
 fn take_pool(n_threads: usize) -> Result<Arc<ThreadPool>, ThreadPoolBuildError> {
     let process = std::process::id();
+    // Threads do not survive a fork, so a forked process ignores the pools of its parent.
     let idle = idle().and_then(|mut idle| {
         let at = idle.iter().position(|idle| idle.process == process && idle.n_threads == n_threads)?;
         Some(idle.swap_remove(at).pool)

@@ -19,6 +19,7 @@ thread_local! {
 pub extern "C" fn room(n_bytes: usize) -> usize {
     ROOM.with_borrow_mut(|room| {
         room.clear();
+        // JavaScript receives an error without memory, and no panic ends the module.
         if room.try_reserve_exact(n_bytes).is_err() {
             return 0;
         }

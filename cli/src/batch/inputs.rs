@@ -50,6 +50,7 @@ pub fn find(args: &SimplifyArgs) -> Result<Vec<Input>, Failure> {
             _ => paths.push(path.clone()),
         }
     }
+    // Results are placed relative to the only given folder, else to the deepest common folder.
     let root = match asked.as_slice() {
         [only] if only.is_dir() => normal(only),
         _ => common_folder(&paths),
@@ -83,9 +84,11 @@ fn walk(folder: &Path, out: &Path, found: &mut Vec<PathBuf>) -> Result<(), Failu
     for entry in std::fs::read_dir(folder).map_err(problem)? {
         let entry = entry.map_err(problem)?;
         let (path, kind) = (entry.path(), entry.file_type().map_err(problem)?);
+        // Hidden files are no input.
         if entry.file_name().to_string_lossy().starts_with('.') {
             continue;
         }
+        // Links to folders are no folders here, and results of an earlier run in OUTDIR are no input.
         match kind.is_dir() {
             true if normal(&path) != out => walk(&path, out, found)?,
             false if is_mesh(&path) => found.push(path),

@@ -158,6 +158,7 @@ impl Manifest {
             let outputs = rows.iter().flat_map(|row| folders.files_of_row(row));
             refuse_existing(std::iter::once(path.clone()).chain(outputs))?;
         }
+        // Files of an earlier run of this batch may be replaced, other files only with --force.
         let mut may_replace = vec![force; rows.len()];
         for (row, may_replace) in rows.iter_mut().zip(&mut may_replace) {
             if let Some(old) = known.get(&row.name) {

@@ -47,6 +47,7 @@ pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
     let (format, job) = check_arguments(&args)?;
     let inputs = inputs::find(&args)?;
     let folder = outputs::open(&args.output)?;
+    // The folder stays locked until the batch ends.
     let _lock = lock::lock(&folder)?;
     outputs::prepare_path(&folder, Path::new(manifest::NAME))?;
     let names = outputs::names(&inputs, format);

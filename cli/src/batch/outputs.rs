@@ -23,11 +23,13 @@ pub fn open(folder: &Path) -> Result<PathBuf, Failure> {
 /// Meshes that would share a name keep their old ending before the new one (`a.obj.ply`), with a number if needed.
 pub fn names(inputs: &[Input], format: Option<Format>) -> Vec<PathBuf> {
     let own: Vec<PathBuf> = inputs.iter().map(|input| own_name(input, format)).collect();
+    // Some disks ignore case, so names that differ only in case count as equal.
     let mut wishes = HashMap::<String, usize>::new();
     for name in &own {
         *wishes.entry(case_folded(name)).or_default() += 1;
     }
     let is_shared = |name: &Path| wishes.get(&case_folded(name)).is_some_and(|&n| n > 1);
+    // Unshared names are taken first; meshes that would share a name all get a longer one.
     let mut taken: HashSet<String> = own.iter().filter(|name| !is_shared(name)).map(|name| case_folded(name)).collect();
     let name =
         |(input, own): (&Input, PathBuf)| if is_shared(&own) { free_name(input, format, &mut taken) } else { own };

@@ -119,6 +119,7 @@ fn number_wedges(of_corners: impl Iterator<Item = Wedge>) -> (Vec<Wedge>, Vec<u3
 /// Packs numbers column by column, and corners as the distance below the next unused number.
 fn pack(wedges: &[Wedge], coloured: bool, of_faces: &[u32], of_corners: &[u32]) -> String {
     let mut packed = Packed::default();
+    // Numbers of one kind in a row compress better.
     for column in 0..if coloured { 6 } else { 3 } {
         push_differences(&mut packed, wedges.iter().map(|wedge| wedge[column]));
     }

@@ -72,6 +72,7 @@ fn run_in_pool(args: &CompareArgs) -> Result<(), Failure> {
     progress.begin(Part::Picture);
     let PreparedOutputs { pending, json, notes } = prepare_outputs(args, &comparison)?;
     drop(progress);
+    // Messages must not mix with JSON on standard output.
     let voice = match json {
         _ if args.quiet => Voice::Quiet,
         Some(_) => Voice::Err,

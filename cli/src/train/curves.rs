@@ -30,6 +30,7 @@ pub fn draw(table: &str) -> Result<String, String> {
         let mut builder = ChartBuilder::on(&root);
         builder.margin(16).x_label_area_size(40).y_label_area_size(70);
         if is_logarithmic(&curves) {
+            // Zeros have no logarithm and are left out.
             curves.iter_mut().for_each(|curve| curve.points.retain(|(_, value)| *value > 0.0));
             let (epochs, (low, high)) = (epochs(&curves), bounds(&curves));
             let values = (low / 1.3..high * 1.3).log_scale();

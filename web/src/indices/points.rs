@@ -30,6 +30,7 @@ pub fn select_points(message: &Message, json: Value, answer: &mut Answer) -> Res
         return Err(Refusal::new("points: give finite numbers, as many for each point"));
     }
     let scale = (cloud.color_weight * extent(&positions)) as f32;
+    // Colours are further coordinates of the points, in the unit of the positions.
     let latent: Vec<f32> = colors.iter().map(|x| x * scale).collect();
     let indices = farthest_latent_points(&positions, &latent, cloud.target, 0);
     Ok(json!({ "indices": answer.add_numbers(indices, u32::to_le_bytes) }))
