@@ -53,6 +53,7 @@ fn comes_once(path: &Path) -> bool {
     is_stream(path) || std::fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
 }
 
+/// Reads all bytes of a file or of standard input.
 pub fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     let read = if is_stream(path) { io::read_stream(std::io::stdin().lock()) } else { io::read_file(path) };
     read.map_err(|error| Failure::in_file(path, error))

@@ -17,6 +17,7 @@ pub use crate::content::read;
 
 const MOST_LINKS: usize = 40;
 
+/// Result in a temporary file, to be moved into place.
 pub struct Pending {
     temporary: NamedTempFile,
     name: PathBuf,
@@ -25,6 +26,7 @@ pub struct Pending {
 }
 
 impl Pending {
+    /// Returns whether `place` is the final path.
     pub fn is_at(&self, place: &Path) -> bool {
         self.place == place
     }
@@ -124,6 +126,7 @@ pub fn prepare_json(
     Ok(None)
 }
 
+/// Moves all results into place without interruption.
 pub fn place(pending: Vec<Pending>) -> Result<(), Failure> {
     interrupt::without_interruption(|| pending.into_iter().try_for_each(place_one))
 }

@@ -38,4 +38,5 @@ mod usage;
 #[cfg(not(any(feature = "meshopt", feature = "train")))]
 mod without_features;
 
+/// Program under test.
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_neural-mesh");
