@@ -1,7 +1,7 @@
 //! Simplifies triangle meshes by edge collapse: if the input is closed and manifold, so is the result.
 //!
-//! Vertices are weighted by a formula or by the Point Sampler of "Neural Mesh Simplification" (Potamias, Ploumpis, Zafeiriou, CVPR 2022).
-//! The paper's own pipeline, which has no such guarantee, is [`simplify::Assembly::Paper`].
+//! A formula or the Point Sampler of "Neural Mesh Simplification" (Potamias, Ploumpis, Zafeiriou, CVPR 2022) weights
+//! the vertices. The paper's own pipeline, without that guarantee, is [`simplify::Assembly::Paper`].
 //!
 //! ```
 //! use std::ops::ControlFlow;
@@ -38,17 +38,16 @@
 //! | textures baked from the original | `bake::bake` |
 //! | your own weights | `train::open`, `train::train`; [`model::Weights`] |
 //!
-//! # How it behaves
+//! # Behaviour
 //!
-//! - **Threads**: work runs on the current rayon pool: the global one, or your own by `rayon::ThreadPool::install`.
-//! - **Stopping**: a [`simplify::Listener`] receives progress. If it returns `ControlFlow::Break(())`, the run ends with
-//!   [`simplify::SimplifyError::Interrupted`], usually within a tenth of a second in the closed assembly.
-//! - **Determinism**: input, options and seed decide the result, on any number of threads of one instruction set. Seeds are arguments, and
-//!   nothing is read from the environment or the clock. Results change only with a version such as [`simplify::CLOSED_VERSION`].
-//! - **Errors** say in one line what is wrong, where and what to do. Invalid files and meshes are errors, not panics: readers and simplifiers are
-//!   fuzzed.
-//!   A target that cannot be reached is no error: [`simplify::Outcome`] says what stopped it.
-//! - **Growth**: options, inputs, reports and errors are `#[non_exhaustive]`: make them by `new` or `default`, then set fields.
+//! - **Threads**: work runs on the current rayon pool.
+//! - **Stopping**: a [`simplify::Listener`] receives progress and may end the run.
+//! - **Determinism**: input, options and seed decide the result, on any number of threads of one instruction set.
+//!   Results change only with a version such as [`simplify::CLOSED_VERSION`].
+//! - **Errors** say in one line what is wrong, where and what to do. Invalid files and meshes are errors, not panics.
+//!   If a target cannot be reached, [`simplify::Outcome`] names the obstacle.
+//! - **Growth**: options, inputs, reports and errors are `#[non_exhaustive]`: make them by `new` or `default`, then set
+//!   fields.
 //!
 //! # Features
 //!
@@ -68,9 +67,9 @@
 //!
 //! # Machinery
 //!
-//! Simplifying needs none of these modules, which are public for research: [`model`] (the paper's network, stage by stage), [`autodiff`] and
-//! [`linalg`] (matrices and their derivatives), `loss` (the terms of training), [`geometry`] and [`spatial`] (triangles, quadrics, closest
-//! points). Modules form strict layers: `ARCHITECTURE.md` has the table, and a test checks it.
+//! Simplification needs none of these modules, which are public for research: [`model`] (the paper's network),
+//! [`autodiff`] and [`linalg`] (matrices and their derivatives), `loss` (the terms of training), [`geometry`] and
+//! [`spatial`] (triangles, quadrics, closest points). `ARCHITECTURE.md` lists the layers of modules.
 
 #[cfg(feature = "picture")]
 pub mod appearance;

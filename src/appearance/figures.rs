@@ -1,9 +1,9 @@
-//! Picture similarity as figures, like those of `metrics::compare`.
+//! Picture similarity as figures.
 
 use super::Appearance;
 use crate::metrics::Figure;
 
-/// Returns the figures in fixed order, without values if nothing was drawn; `psnr` has none where it is infinite.
+/// Returns the figures in fixed order; values are missing if nothing was drawn, and `psnr` also if infinite.
 ///
 /// ```
 /// use neural_mesh::{appearance::{appearance, figures}, mesh::shapes};

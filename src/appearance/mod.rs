@@ -1,4 +1,4 @@
-//! Compares pictures of a mesh and its original, drawn from six fixed directions with the original's camera.
+//! Comparison of pictures of a mesh and its original, from six fixed directions.
 
 mod figures;
 
@@ -7,10 +7,10 @@ use crate::picture::{Image, MeshView, ShadedMesh, view_shaded};
 
 pub use figures::figures;
 
-/// Height of pictures in pixels that distinguishes meshes of some ten thousand faces.
+/// Height of pictures in pixels that distinguishes meshes of ten thousand faces.
 pub const USUAL_HEIGHT: usize = 256;
 
-/// Directions of view, azimuth and elevation in degrees: four sides, from above and from below.
+/// Directions of view, azimuth and elevation in degrees.
 pub const VIEWS: [[f32; 2]; 6] =
     [[30.0, 15.0], [120.0, 15.0], [210.0, 15.0], [300.0, 15.0], [75.0, 70.0], [255.0, -70.0]];
 
@@ -22,15 +22,13 @@ pub struct Appearance {
     pub ssim: f64,
     /// Structural similarity of pictures of normals, mean over three components.
     pub normals_ssim: f64,
-    /// Peak signal-to-noise ratio over all shaded pictures, in decibels; infinite for equal ones.
+    /// Peak signal-to-noise ratio of all shaded pictures, in decibels; infinite for equal ones.
     pub psnr: f64,
     /// Intersection over union of the silhouettes, 1 for equal ones.
     pub silhouette_iou: f64,
 }
 
-/// Draws both meshes with a height of 64 to 4096 pixels and compares the pictures; `None` if the original has no faces.
-///
-/// A [`ShadedMesh`] is drawn with its colours and stored normals, a bare mesh with face normals.
+/// Compares pictures of two meshes, with a height of 64 to 4096 pixels; `None` if the original has no faces.
 ///
 /// ```
 /// use neural_mesh::{appearance::appearance, mesh::shapes};
@@ -52,6 +50,7 @@ pub fn appearance<'a>(
     let mut sum = Appearance::default();
     let mut pixels = [Vec::new(), Vec::new()];
     for direction in VIEWS {
+        // The camera fits the original, so that equal pixels show equal places.
         let views = view_shaded(&meshes, direction, height);
         let [first, second] = views.as_slice() else { return None };
         sum.ssim += channels_ssim(&first.shaded, &second.shaded, &[luma])?;
@@ -68,7 +67,6 @@ pub fn appearance<'a>(
     })
 }
 
-/// Returns the mean structural similarity over these channels.
 fn channels_ssim(a: &Image, b: &Image, channels: &[fn([u8; 4]) -> u8]) -> Option<f64> {
     let of = |image: &Image, channel: fn([u8; 4]) -> u8| -> Vec<u8> {
         image.rgba.chunks_exact(4).map(|p| channel([p[0], p[1], p[2], p[3]])).collect()
@@ -77,8 +75,8 @@ fn channels_ssim(a: &Image, b: &Image, channels: &[fn([u8; 4]) -> u8]) -> Option
     each.map(|each| each.iter().sum::<f64>() / each.len() as f64)
 }
 
-/// Returns the luma (Rec. 601).
 fn luma([red, green, blue, _]: [u8; 4]) -> u8 {
+    // These are the weights of Rec. 601.
     ((299 * u32::from(red) + 587 * u32::from(green) + 114 * u32::from(blue) + 500) / 1000) as u8
 }
 

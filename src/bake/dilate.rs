@@ -1,4 +1,4 @@
-//! Extends charts beyond their borders, as viewers blend neighbouring texels, and many of them in coarser levels.
+//! Extension of charts beyond their borders, since viewers blend neighbouring texels.
 
 use rayon::prelude::*;
 
@@ -7,8 +7,7 @@ use super::texel::{Texel, TexelPlace};
 /// Distance in texels to which charts are extended: five mipmap levels stay clean.
 const REACH: usize = 32;
 
-/// Gives each texel outside the charts the content of the nearest chart texel within [`REACH`]; farther ones get that
-/// of the first.
+/// Gives each texel outside the charts the content of the nearest chart texel within [`REACH`].
 pub(super) fn dilate(texels: &mut [Texel], size: usize) {
     let nearest = nearest_rows(texels, size);
     let rows = texels.par_chunks(size).zip(nearest.par_chunks(size)).enumerate();
@@ -22,16 +21,15 @@ pub(super) fn dilate(texels: &mut [Texel], size: usize) {
     beyond.for_each(|texel| *texel = Texel { place: TexelPlace::Outside, ..fallback });
 }
 
-/// Returns for each texel the nearest row within [`REACH`] whose texel in the same column is in a chart, or `u32::MAX`.
+// The rows are those of the nearest chart texels within `REACH` in each column, or `u32::MAX`.
 fn nearest_rows(texels: &[Texel], size: usize) -> Vec<u32> {
     let mut nearest = vec![u32::MAX; texels.len()];
-    // Columns first, by two sweeps; rows are searched from their results.
+    // Two sweeps find the nearest rows by column; rows are searched from their results.
     sweep(texels, size, 0..size, &mut nearest);
     sweep(texels, size, (0..size).rev(), &mut nearest);
     nearest
 }
 
-/// Carries the last row with a chart texel onward, wherever no other is nearer.
 fn sweep(texels: &[Texel], size: usize, rows: impl Iterator<Item = usize>, nearest: &mut [u32]) {
     let mut last = vec![u32::MAX; size];
     for row in rows {
@@ -48,13 +46,12 @@ fn sweep(texels: &[Texel], size: usize, rows: impl Iterator<Item = usize>, neare
     }
 }
 
-/// Finds the source texel of each texel of a row outside the charts.
 fn sources(row: usize, texels: &[Texel], nearest: &[u32]) -> Vec<(usize, usize)> {
     let size = texels.len();
     let mut found = Vec::new();
     for column in (0..size).filter(|&column| texels[column].place == TexelPlace::Outside) {
         let mut best = (REACH * REACH + 1, 0);
-        // // From its own column outwards, while something nearer is possible.
+        // The search goes outwards from the texel's own column, while something nearer is possible.
         for step in 0..=REACH {
             if step * step >= best.0 {
                 break;
@@ -74,7 +71,6 @@ fn sources(row: usize, texels: &[Texel], nearest: &[u32]) -> Vec<(usize, usize)>
 mod tests {
     use super::*;
 
-    /// Returns texels of which some are in charts, each with its own colour.
     fn sparse(size: usize, every: u32) -> Vec<Texel> {
         let texel = |at: u32| {
             let is_inside = at.wrapping_mul(2_654_435_761).is_multiple_of(every);
@@ -84,7 +80,6 @@ mod tests {
         (0..(size * size) as u32).map(texel).collect()
     }
 
-    /// Returns the squared distances of a texel to all chart texels, with their colours.
     fn naive(texels: &[Texel], size: usize, at: usize) -> Vec<(usize, [u8; 3])> {
         let inside = texels.iter().enumerate().filter(|(_, texel)| texel.place == TexelPlace::Inside);
         let distance2 = |other: usize| {

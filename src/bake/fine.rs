@@ -1,4 +1,4 @@
-//! Queries of the original surface: the point that belongs to one of the simplified surface, and its materials.
+//! Queries of the original surface and its materials.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -10,14 +10,12 @@ use crate::geometry::triangle::area_normal;
 use crate::mesh::{Attributes, Channel, Role, TriMesh};
 use crate::spatial::{Hit, NearestOnTriangles};
 
-/// Largest angle in degrees between faces that are smooth if the file has no normals; programs use it to detect
-/// creases.
+/// Largest angle in degrees between faces that are smooth if the file has no normals.
 const SMOOTH: f32 = 30.0;
 /// Length of search along a normal, relative to the largest distance between the surfaces.
-///
-/// A line that meets the original at 70 degrees from its normal is three times as long as that distance.
+// A line that meets the original at 70 degrees from its normal is three times as long as that distance.
 const CAGE: f64 = 3.0;
-/// Smallest search length as a share of the original's diagonal, for rounding between equal surfaces.
+/// Smallest search length, as a share of the original's diagonal.
 const LEAST_CAGE: f64 = 1e-4;
 
 /// Cosine between face normals above which faces are on one side of an edge.
@@ -26,7 +24,7 @@ const SAME: f32 = 0.5;
 pub(super) struct FineSurface<'a> {
     mesh: &'a TriMesh,
     tree: NearestOnTriangles,
-    /// Unit normals, n_faces.
+    // Unit normals, n_faces.
     of_faces: Vec<Vec3>,
     normals: Vec<[Vec3; 3]>,
     materials: OriginalMaterials,
@@ -35,26 +33,23 @@ pub(super) struct FineSurface<'a> {
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SurfaceQuery {
-    /// Point.
     pub point: DVec3,
-    /// Direction of search, both ways.
+    // Direction of search, both ways.
     pub ray: Vec3,
-    /// Normal of the face.
+    // Normal of the face.
     pub normal: Vec3,
-    /// Vectors to the next texel, across and down.
+    // Vectors to the next texel, across and down.
     pub steps: [DVec3; 2],
 }
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct QueryResult {
-    /// Unit normal of the original.
+    // Unit normal of the original.
     pub normal: Vec3,
-    /// Materials there.
     pub sample: MaterialSample,
 }
 
 impl<'a> FineSurface<'a> {
-    /// Prepares an original for queries from `coarse`; also returns notes on missing materials.
     pub fn new(original: &BakeSource<'a>, coarse: &TriMesh) -> (Self, Vec<String>) {
         let mesh = original.mesh;
         let triangles: Vec<[[f32; 3]; 3]> = mesh.faces().par_iter().map(|face| corners(mesh, face)).collect();
@@ -63,12 +58,11 @@ impl<'a> FineSurface<'a> {
         let normals = file_normals(original.attributes).unwrap_or_else(|| corner_normals(mesh, SMOOTH));
         let (materials, notes) = OriginalMaterials::new(original, &normals);
         let tree = NearestOnTriangles::new(&triangles);
-        // Measured, since the distance between the surfaces is not known in advance.
+        // The distance between the surfaces is not known in advance, so it is measured.
         let cage = (CAGE * largest_distance(&tree, coarse)).max(LEAST_CAGE * mesh.diagonal());
         (Self { mesh, tree, of_faces, normals, materials, cage }, notes)
     }
 
-    /// Returns what belongs to a point of the simplified surface; `None` if the original has no faces.
     pub fn query(&self, question: &SurfaceQuery) -> Option<QueryResult> {
         let (hit, side) = self.find_hit(question)?;
         let spot = self.spot(&hit, question.steps);
@@ -84,14 +78,14 @@ impl<'a> FineSurface<'a> {
     /// Finds the point on the original, with -1 if only its back is near.
     ///
     /// Order of choice: along the ray the nearest face of the same direction, else the nearest such face, else the
-    /// nearest of all. Near an edge, where a ray may meet the other side, a face of the same side within a texel is
-    /// preferred.
+    /// nearest of all.
     fn find_hit(&self, SurfaceQuery { point, ray, normal, steps }: &SurfaceQuery) -> Option<(Hit, f32)> {
         let agrees = |face: u32| self.of_faces[face as usize].dot(*ray) > 0.0;
         let is_own = |face: u32| self.of_faces[face as usize].dot(*normal) > SAME;
         // Faces that look away belong to another side of the surface.
         let front = self.tree.crossing_along(*point, ray.as_dvec3(), self.cage, agrees);
         let front = front.map(|hit| {
+            // Near an edge a ray may meet the other side: a face of the same side within a texel is preferred.
             let reach = steps[0].length().max(steps[1].length());
             let own = (!is_own(hit.triangle)).then(|| self.tree.nearest_within(hit.point, reach, is_own));
             own.flatten().unwrap_or(hit)
@@ -111,7 +105,7 @@ impl<'a> FineSurface<'a> {
         let normal = ab.cross(ac);
         let step = |step: DVec3| {
             let [v, w] = [step.cross(ac), ab.cross(step)].map(|part| part.dot(normal) / normal.length_squared());
-            // // A face without area has no steps.
+            // A face without area has no steps.
             let steps = [-v - w, v, w].map(|x| x as f32);
             if steps.iter().all(|x| x.is_finite()) { steps } else { [0.0; 3] }
         };
@@ -123,7 +117,6 @@ fn corners(mesh: &TriMesh, face: &[u32; 3]) -> [[f32; 3]; 3] {
     face.map(|v| mesh.positions()[v as usize])
 }
 
-/// Returns the normals in the file, n_faces x 3, or `None`.
 fn file_normals(attributes: &Attributes) -> Option<Vec<[Vec3; 3]>> {
     let is_normal = |channel: &&Channel| channel.role == Role::Normal && channel.width == 3;
     let channel = attributes.channels.iter().find(is_normal)?;
@@ -131,7 +124,6 @@ fn file_normals(attributes: &Attributes) -> Option<Vec<[Vec3; 3]>> {
     Some(attributes.wedges.iter().map(|wedges| wedges.map(normal)).collect())
 }
 
-/// Returns the largest distance from the vertices and face centres of `coarse` to the original.
 fn largest_distance(tree: &NearestOnTriangles, coarse: &TriMesh) -> f64 {
     let middle = |face: &[u32; 3]| {
         corners(coarse, face).iter().map(|corner| DVec3::from(corner.map(f64::from))).sum::<DVec3>() / 3.0

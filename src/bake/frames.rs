@@ -1,4 +1,4 @@
-//! Normals and tangents at the corners of a mesh, which its normal map refers to.
+//! Normals and tangents at the corners of a mesh.
 
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use glam::{Vec2, Vec3, Vec4};
@@ -9,23 +9,22 @@ use super::unfold::Charts;
 use crate::geometry::triangle::area_normal;
 use crate::mesh::{Attributes, Channel, Role, TriMesh};
 
-/// Largest angle in degrees between faces that share normals. Beyond, directions of the original may leave the range of
-/// a normal map.
+/// Largest angle in degrees between faces that share normals.
+// Beyond, directions of the original may leave the range of a normal map.
 const SMOOTH: f32 = 60.0;
-/// Faces around a vertex from which on they all share its normal; comparing all pairs would take too long.
+// Above this number of faces around a vertex all share its normal; comparing all pairs would take too long.
 const HUB: usize = 256;
 
 pub(super) struct Frames {
-    /// Unit normals to be written, n_faces x 3.
+    // Unit normals to be written, n_faces x 3.
     pub normals: Vec<[Vec3; 3]>,
-    /// Unit tangents with the sign of the bitangent, n_faces x 3.
+    // Unit tangents with the sign of the bitangent, n_faces x 3.
     pub tangents: Vec<[Vec4; 3]>,
-    /// Unit normals common to all faces of a vertex, n_faces x 3, so that search lines leave no gap.
+    // Unit normals common to all faces of a vertex, n_faces x 3, so that search lines leave no gap.
     pub rays: Vec<[Vec3; 3]>,
 }
 
 impl Frames {
-    /// Computes the frames of a mesh in charts.
     pub fn new(mesh: &TriMesh, charts: &Charts) -> Self {
         let normals = corner_normals(mesh, SMOOTH);
         let uvs: Vec<[Vec2; 3]> =
@@ -34,7 +33,6 @@ impl Frames {
         Self { rays: corner_normals(mesh, 180.0), normals, tangents }
     }
 
-    /// Makes the attributes; corners with equal values share a wedge.
     pub fn attributes(&self, charts: &Charts, with_tangents: bool) -> Attributes {
         let mut known: FxHashMap<(u32, [u32; 3], [u32; 4]), u32> = FxHashMap::default();
         let (mut uvs, mut normals, mut tangents) = (Vec::new(), Vec::new(), Vec::new());
@@ -61,7 +59,7 @@ impl Frames {
 
 /// Computes unit normals at corners, n_faces x 3, as angle-weighted means (Thurmer and Wuthrich 1998).
 ///
-/// They include the faces around the vertex that are joined to the corner's face over edges of at most `degrees`.
+/// Each mean covers the faces joined to the corner's face over edges of at most `degrees`.
 pub(super) fn corner_normals(mesh: &TriMesh, degrees: f32) -> Vec<[Vec3; 3]> {
     let corners = |face: &[u32; 3]| face.map(|v| Vec3::from(mesh.positions()[v as usize]));
     let of_faces: Vec<Vec3> =
@@ -92,7 +90,7 @@ pub(super) fn corner_normals(mesh: &TriMesh, degrees: f32) -> Vec<[Vec3; 3]> {
     all
 }
 
-/// Finds the faces around a vertex that are joined without creases; returns the first of each face's fan.
+/// Returns the first face of each face's fan; creases separate fans.
 fn fans(mesh: &TriMesh, faces: &[u32], vertex: u32, of_faces: &[Vec3], least: f32) -> Vec<usize> {
     let mut fans: Vec<usize> = (0..faces.len()).collect();
     for (i, &face) in faces.iter().enumerate() {
@@ -139,12 +137,12 @@ impl FacesAroundVertices {
     }
 }
 
-/// Computes MikkTSpace tangents at corners from normals and texture coordinates (v upwards), n_faces x 3.
+/// Computes MikkTSpace tangents at corners, n_faces x 3; texture coordinates have v upwards.
 pub(super) fn tangents(mesh: &TriMesh, normals: &[[Vec3; 3]], uvs: &[[Vec2; 3]]) -> Vec<[Vec4; 3]> {
     let any = |normal: &Vec3| normal.try_normalize().unwrap_or(Vec3::Z).any_orthonormal_vector().extend(1.0);
     let tangents = normals.iter().map(|normals| normals.each_ref().map(any)).collect();
     let mut corners = TangentGeometry { mesh, normals, uvs, tangents };
-    // // Its error type has no variants.
+    // Its error type has no variants.
     let _ = generate_tangents(&mut corners);
     corners.tangents
 }
@@ -179,7 +177,7 @@ impl Geometry for TangentGeometry<'_> {
 
     fn set_tangent(&mut self, space: Option<TangentSpace>, face: usize, corner: usize) {
         let tangent = space.map(|space| Vec4::from(space.tangent_encoded()));
-        // // A tangent along the normal, or of no length, spans no frame.
+        // A tangent along the normal, or of no length, spans no frame.
         let normal = self.normals[face][corner];
         let is_across = |tangent: &Vec4| tangent.is_finite() && normal.cross(tangent.truncate()).length() > 0.1;
         self.tangents[face][corner] = tangent.filter(is_across).unwrap_or(self.tangents[face][corner]);

@@ -1,4 +1,4 @@
-//! Textures of one material from texels; uniform values become factors.
+//! Textures of one material from texels.
 
 use std::sync::Arc;
 
@@ -9,15 +9,14 @@ use super::texel::{Texel, to_byte};
 use crate::mesh::{BaseTexture, Finish, Look, Looks, Wrap, linear_light, srgb};
 use crate::picture::{Image, encode_png_opaque};
 
-/// Byte values of an unchanged normal.
 const STRAIGHT: [u8; 3] = [128, 128, 255];
 
-/// Makes the material of size x size texels; uniform values take the exact factors of the original's `looks`.
+/// Makes the material of size x size texels; uniform values take the exact factors of the original.
 pub(super) fn look(texels: &[Texel], looks: &Looks, options: &BakeOptions) -> Look {
     let map = |of: fn(&Texel) -> [u8; 3]| texture(texels, options.size, of);
     let colour = common_value(texels, |texel| texel.colour);
     let is_straight = common_value(texels, |texel| texel.normal) == Some(STRAIGHT);
-    // // The two slowest encodings run in parallel.
+    // The two slowest encodings run in parallel.
     let (texture, normal_texture) = rayon::join(
         || colour.is_none().then(|| map(|texel| texel.colour)),
         || (!is_straight).then(|| map(|texel| texel.normal)),
@@ -68,13 +67,11 @@ fn roughness_and_metal(texels: &[Texel], looks: &Looks, options: &BakeOptions) -
     }
 }
 
-/// Returns the value common to all texels, or `None`.
 fn common_value<T: PartialEq + Sync + Send + Copy>(texels: &[Texel], of: fn(&Texel) -> T) -> Option<T> {
     let first = of(texels.first()?);
     texels.par_iter().all(|texel| of(texel) == first).then_some(first)
 }
 
-/// Returns the value common to all groups of the original, or `None`.
 fn common_factor<T: PartialEq>(looks: &Looks, of: fn(&Look) -> T) -> Option<T> {
     let Some(first) = looks.of_groups.first() else { return Some(of(&Look::default())) };
     looks.of_groups.iter().all(|look| of(look) == of(first)).then(|| of(first))

@@ -1,4 +1,4 @@
-//! Bakes the original's appearance for a simplified surface: charts, textures and a normal map.
+//! Textures that store the look of the original for a simplified surface.
 //!
 //! ```text
 //! unfold              charts of the simplified surface on a square (xatlas)
@@ -10,7 +10,7 @@
 //! maps                textures from the texels, or factors for uniform values
 //! ```
 //!
-//! Runs on all threads, with the same result on any number of them. Opacity is not baked.
+//! The result does not depend on the number of threads. Opacity is not baked.
 
 mod dilate;
 mod fine;
@@ -29,7 +29,7 @@ use unfold::Charts;
 /// Permitted texels per side.
 pub const SIZES: std::ops::RangeInclusive<usize> = 16..=8192;
 
-/// A mesh to be baked, with its materials.
+/// Mesh to be baked, with its materials.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct BakeSource<'a> {
@@ -37,7 +37,7 @@ pub struct BakeSource<'a> {
     pub mesh: &'a TriMesh,
     /// Attributes of corners and faces.
     pub attributes: &'a Attributes,
-    /// Looks of the groups.
+    /// Materials of the groups.
     pub looks: &'a Looks,
 }
 
@@ -47,14 +47,14 @@ pub struct BakeSource<'a> {
 pub struct BakeOptions {
     /// Texels per side of each texture, within [`SIZES`].
     pub size: usize,
-    /// Whether roughness and metal get separate images, as in MTL, instead of one, as in glTF.
+    /// True if roughness and metal get separate images, as in MTL, instead of one, as in glTF.
     pub separate_maps: bool,
-    /// Whether corners get tangents.
+    /// True if corners get tangents.
     pub with_tangents: bool,
 }
 
 impl<'a> BakeSource<'a> {
-    /// Makes an original from a mesh, its attributes and the looks of its groups.
+    /// Makes an original from a mesh, its attributes and the materials of its groups.
     pub fn new(mesh: &'a TriMesh, attributes: &'a Attributes, looks: &'a Looks) -> Self {
         Self { mesh, attributes, looks }
     }
@@ -67,7 +67,7 @@ impl BakeOptions {
     }
 }
 
-/// The attributes and material for a simplified mesh.
+/// Attributes and material for a simplified mesh.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct BakedMesh {
@@ -79,19 +79,19 @@ pub struct BakedMesh {
     pub n_charts: usize,
     /// Share of the texels inside charts.
     pub covered: f64,
-    /// Losses, a line each.
+    /// Lost content, one line each.
     pub notes: Vec<String>,
 }
 
-/// A reason why nothing is baked.
+/// Reason for a failed bake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BakeError {
-    /// The charts do not fit on a texture of this size.
+    /// Charts that do not fit on a texture of this size.
     NoRoom(usize),
-    /// The size is outside [`SIZES`].
+    /// Size outside [`SIZES`].
     BadSize(usize),
-    /// There are no faces.
+    /// Mesh without faces.
     Empty,
 }
 
@@ -110,7 +110,7 @@ impl std::fmt::Display for BakeError {
 
 impl std::error::Error for BakeError {}
 
-/// Bakes the appearance and shape of an original into textures for a simplified mesh.
+/// Bakes the look and shape of an original into textures for a simplified mesh.
 ///
 /// # Errors
 /// [`BakeError`] names the obstacle in one line.
@@ -132,7 +132,7 @@ pub fn bake(original: &BakeSource, mesh: &TriMesh, options: &BakeOptions) -> Res
     if !SIZES.contains(&size) {
         return Err(BakeError::BadSize(size));
     }
-    // Checked before unfolding, which is slow.
+    // This is checked before unfolding, which is slow.
     if original.mesh.faces().is_empty() {
         return Err(BakeError::Empty);
     }
@@ -209,7 +209,6 @@ mod tests {
 
     const NO_STEPS: [[f32; 3]; 2] = [[0.0; 3]; 2];
 
-    /// Returns the normals that a viewer sees at places of a baked mesh, with their points.
     fn seen_normals(mesh: &TriMesh, baked: &BakedMesh) -> Vec<(Vec3, Vec3)> {
         let map = baked.look.finish.normal_texture.clone();
         let coat = Coat::of_numbers(&baked.attributes, &looks(Look { texture: map, ..Look::default() })).0.unwrap();

@@ -1,4 +1,4 @@
-//! Materials of an original, ready to be sampled.
+//! Materials of an original.
 
 use glam::{Vec2, Vec3, Vec4};
 
@@ -7,7 +7,7 @@ use super::frames::tangents;
 use crate::mesh::{Finish, Look, Looks};
 use crate::picture::{Coat, Cover};
 
-/// The materials of an original; `None` for values that are 1 everywhere.
+// `None` for values that are 1 everywhere.
 pub(super) struct OriginalMaterials {
     colour: Option<Coat>,
     emission: Option<Coat>,
@@ -18,9 +18,9 @@ pub(super) struct OriginalMaterials {
 
 struct NormalMap {
     coat: Coat,
-    /// Tangents it refers to, n_faces x 3.
+    // Tangents that the map refers to, n_faces x 3.
     tangents: Vec<[Vec4; 3]>,
-    /// Scale of its first two components, per group.
+    // Scale of the first two components, per group.
     scales: Vec<f32>,
     groups: Vec<u32>,
 }
@@ -28,24 +28,23 @@ struct NormalMap {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SamplePlace {
     pub face: u32,
-    /// Barycentric weights.
+    // Barycentric weights.
     pub weights: [f32; 3],
-    /// Changes of the weights from one texel to the next, across and down.
+    // Changes of the weights from one texel to the next, across and down.
     pub steps: [[f32; 3]; 2],
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MaterialSample {
-    /// Linear light.
+    // Linear light.
     pub colour: Vec3,
-    /// Linear light.
+    // Linear light.
     pub emission: Vec3,
     pub roughness: f32,
     pub metal: f32,
 }
 
 impl OriginalMaterials {
-    /// Prepares the materials of an original with these corner normals; also returns notes on what is missing.
     pub fn new(original: &BakeSource, normals: &[[Vec3; 3]]) -> (Self, Vec<String>) {
         let BakeSource { attributes, looks, .. } = original;
         let n_groups = attributes.groups.iter().max().map_or(1, |&group| group as usize + 1);
@@ -55,7 +54,7 @@ impl OriginalMaterials {
             Looks { of_groups: (0..n_groups).map(look).collect(), ..Looks::clone(looks) }
         };
         let bare = |colour: [f32; 3], texture: &Option<_>| {
-            // // A texture with factor zero need not be decoded.
+            // A texture with factor zero need not be decoded.
             let texture = texture.clone().filter(|_| colour != [0.0; 3]);
             Look { colour, texture, with_corners: false, finish: Finish::default() }
         };
@@ -83,17 +82,15 @@ impl OriginalMaterials {
         (materials, notes)
     }
 
-    /// Samples the materials at a place.
     pub fn sample(&self, spot: &SamplePlace) -> MaterialSample {
         let value = |coat: &Option<Coat>| {
             Vec3::from(coat.as_ref().map_or([1.0; 3], |coat| coat.value(spot.face, spot.weights, spot.steps)))
         };
-        // // Roughness is in green, metal in blue.
+        // Roughness is in green, metal in blue.
         let (roughness, metal) = (value(&self.roughness).y, value(&self.metal).z);
         MaterialSample { colour: value(&self.colour), emission: value(&self.emission), roughness, metal }
     }
 
-    /// Applies the normal map of the original, if there is one here, to the interpolated normal.
     pub fn apply_normal_map(&self, spot: &SamplePlace, normal: Vec3) -> Vec3 {
         self.directions.as_ref().and_then(|directions| directions.apply(spot, normal)).unwrap_or(normal)
     }

@@ -1,4 +1,4 @@
-//! Draws the texels of all charts, row by row, with the materials of the original.
+//! Texels of all charts.
 
 use glam::{DVec2, DVec3, Mat3, Vec3};
 use rayon::prelude::*;
@@ -13,8 +13,7 @@ use crate::mesh::{TriMesh, srgb};
 
 /// Distance in texels to which a border extends a chart; bilinear filtering reaches no farther.
 const BORDER: f64 = 1.0;
-/// Smallest cosine between a ray and its face; for flatter rays, which leave the surface nearby, the face normal is
-/// used.
+/// Smallest cosine between a ray and its face; flatter rays use the face normal.
 const STEEP: f32 = 0.2;
 /// Smallest z of a direction in tangent space; below, viewers would see the back of the surface.
 const RISE: f32 = 0.02;
@@ -24,12 +23,11 @@ struct Canvas<'a> {
     charts: &'a Charts,
     frames: &'a Frames,
     fine: &'a FineSurface<'a>,
-    /// Start of each row's faces in `faces`.
+    // Start of each row's faces in `faces`.
     starts: Vec<usize>,
     faces: Vec<u32>,
 }
 
-/// Draws the texels of the charts, row by row from the top; those outside stay empty.
 pub(super) fn draw_texels(mesh: &TriMesh, charts: &Charts, frames: &Frames, fine: &FineSurface) -> Vec<Texel> {
     let (starts, faces) = rows(charts);
     let canvas = Canvas { mesh, charts, frames, fine, starts, faces };
@@ -38,7 +36,6 @@ pub(super) fn draw_texels(mesh: &TriMesh, charts: &Charts, frames: &Frames, fine
     texels
 }
 
-/// Lists the faces in or next to each row of texels.
 fn rows(charts: &Charts) -> (Vec<usize>, Vec<u32>) {
     let size = charts.size as f64;
     let range = |face: usize| {
@@ -82,7 +79,6 @@ impl Canvas<'_> {
         self.draw_borders(y, faces, line);
     }
 
-    /// Draws the texels next to charts, from the nearest face.
     fn draw_borders(&self, y: f64, faces: &[u32], line: &mut [Texel]) {
         let mut best: Vec<(f64, u32, [f64; 3])> = vec![(f64::INFINITY, u32::MAX, [0.0; 3]); line.len()];
         for &face in faces {
@@ -116,7 +112,7 @@ impl Canvas<'_> {
         let blend = |[a, b, c]: [Vec3; 3]| a * weights[0] + b * weights[1] + c * weights[2];
         let own = area_normal(corners.map(Vec3::from)).normalize_or_zero();
         let ray = blend(self.frames.rays[face as usize]).normalize_or_zero();
-        // A common ray closes gaps at edges; where it is too flat, the face's own is used.
+        // A common ray closes gaps at edges; a too flat ray is replaced by the face's own normal.
         let ray = if ray.dot(own) > STEEP || own == Vec3::ZERO { ray } else { own };
         let Some(answer) = self.fine.query(&SurfaceQuery { point, ray, normal: own, steps }) else {
             return Texel::default();
@@ -137,16 +133,15 @@ impl Canvas<'_> {
     }
 }
 
-/// Transforms a direction to MikkTSpace tangent space, with interpolated normal and tangent that are not renormalised.
+// Interpolated normals and tangents are not renormalised, as in MikkTSpace.
 fn to_tangent_space(direction: Vec3, normal: Vec3, tangent: Vec3, sign: f32) -> Vec3 {
     let frame = Mat3::from_cols(tangent, sign * normal.cross(tangent), normal);
     let within = (frame.inverse() * direction).try_normalize().filter(|within| within.is_finite());
     let within = within.unwrap_or(Vec3::Z);
-    // Applied in tangent space, where up is the mapped normal.
+    // The limit applies in tangent space, where up is the mapped normal.
     within.with_z(within.z.max(RISE)).normalize()
 }
 
-/// Returns the vectors on a face to the next texel across and the next one down.
 fn steps(points: [DVec3; 3], corners: [DVec2; 3]) -> [DVec3; 2] {
     let (ab, ac) = (corners[1] - corners[0], corners[2] - corners[0]);
     let area = ab.perp_dot(ac);
@@ -157,7 +152,6 @@ fn steps(points: [DVec3; 3], corners: [DVec2; 3]) -> [DVec3; 2] {
     [(pq * ac.y - pr * ab.y) / area, (pq * ac.x - pr * ab.x) / area]
 }
 
-/// Returns where a row of the texture enters and leaves a triangle.
 fn crossing(corners: [DVec2; 3], y: f64) -> Option<(f64, f64)> {
     let mut span: Option<(f64, f64)> = None;
     for i in 0..3 {
@@ -171,13 +165,11 @@ fn crossing(corners: [DVec2; 3], y: f64) -> Option<(f64, f64)> {
     span
 }
 
-/// Returns the texels whose centres are between two places of a row.
 fn columns(low: f64, high: f64, size: usize) -> std::ops::Range<usize> {
     let first = (low - 0.5).ceil().max(0.0) as usize;
     first..((high - 0.5).floor() + 1.0).clamp(0.0, size as f64) as usize
 }
 
-/// Returns barycentric weights, or `None` for a triangle without area.
 fn weights([a, b, c]: [DVec2; 3], at: DVec2) -> Option<[f64; 3]> {
     let area = (b - a).perp_dot(c - a);
     let v = (at - a).perp_dot(c - a) / area;

@@ -4,30 +4,29 @@ use rayon::prelude::*;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum TexelPlace {
-    /// Neither in a chart nor next to one.
+    // Neither in a chart nor next to one.
     #[default]
     Outside,
-    /// Centre in a chart.
+    // Centre in a chart.
     Inside,
-    /// Centre next to a chart.
+    // Centre next to a chart.
     Border,
-    /// Filled from the nearest texel.
+    // Filled from the nearest texel.
     Dilated,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Texel {
-    /// Base colour, sRGB.
+    // Base colour, sRGB.
     pub colour: [u8; 3],
-    /// Emission, sRGB.
+    // Emission, sRGB.
     pub emission: [u8; 3],
-    /// 0 to 255 for 0 to 1.
+    // 0 to 255 for 0 to 1.
     pub roughness: u8,
-    /// 0 to 255 for 0 to 1.
+    // 0 to 255 for 0 to 1.
     pub metal: u8,
-    /// Direction in tangent space, 0 to 255 for -1 to 1.
+    // Direction in tangent space, 0 to 255 for -1 to 1.
     pub normal: [u8; 3],
-    /// Place relative to the charts.
     pub place: TexelPlace,
 }
 

@@ -1,4 +1,4 @@
-//! Unfolds a mesh into charts on a square of texels.
+//! Charts of a mesh on a square of texels.
 
 use glam::{DVec2, DVec3};
 use neural_mesh_xatlas::unwrap;
@@ -6,27 +6,23 @@ use neural_mesh_xatlas::unwrap;
 use super::BakeError;
 use crate::mesh::TriMesh;
 
-/// Texels around each chart; between two charts there are twice as many, so that the first two mipmap levels do not mix
-/// them.
+/// Texels around each chart, so that the first two mipmap levels do not mix charts.
 const PADDING: u32 = 2;
 /// Diagonal to which a mesh is scaled; xatlas ignores faces with less area than 1e-7.
 const DIAGONAL: f64 = 100.0;
 
 pub(super) struct Charts {
-    /// Texels per side.
     pub size: usize,
-    /// Corners of each face, in texels from the lower left, n_faces x 3.
+    // Corners of each face, in texels from the lower left, n_faces x 3.
     pub corners: Vec<[DVec2; 3]>,
-    /// Numbers of the corners: one for each vertex and chart, n_faces x 3.
+    // Numbers of the corners: one for each vertex and chart, n_faces x 3.
     pub vertices: Vec<[u32; 3]>,
-    /// Whether each face is in a chart; those without area are not.
+    // False for faces without area.
     pub is_in_chart: Vec<bool>,
-    /// Number of charts.
     pub n_charts: usize,
 }
 
 impl Charts {
-    /// Unfolds a mesh.
     pub fn unfold(mesh: &TriMesh, size: usize) -> Result<Self, BakeError> {
         let layout = |positions: &[[f32; 3]]| unwrap(positions, mesh.faces(), size as u32, PADDING);
         let has_area = |face: &[u32; 3]| {
@@ -49,13 +45,11 @@ impl Charts {
         })
     }
 
-    /// Converts texels to texture coordinates, v upwards.
     pub fn uv(&self, at: DVec2) -> [f32; 2] {
         (at / self.size as f64).as_vec2().to_array()
     }
 }
 
-/// Scales the positions to the size that xatlas expects, around the origin.
 fn scale_for_xatlas(mesh: &TriMesh) -> Vec<[f32; 3]> {
     let all = mesh.positions().iter().map(|p| DVec3::from(p.map(f64::from)));
     let (low, high) =

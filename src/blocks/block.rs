@@ -1,4 +1,4 @@
-//! Blocks of a mesh: some of its faces, with marks on the vertices shared with other blocks.
+//! Blocks of a mesh.
 
 use rustc_hash::FxHashSet;
 
@@ -9,17 +9,17 @@ use crate::model::Weights;
 use crate::simplify::{Options, SimplifyError, simplify_block_mesh};
 use crate::spatial::Bounds;
 
-/// Some faces of a mesh.
+/// Some faces of a mesh, with marks on the vertices shared with other blocks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {
-    /// The faces, over the block's own vertices.
+    /// Faces over the block's own vertices.
     pub mesh: TriMesh,
-    /// Whether another block uses each vertex, n_vertices.
+    /// True if another block uses the vertex, n_vertices.
     pub shared: Vec<bool>,
 }
 
 impl Block {
-    /// Returns the size to simplify to: a share of the vertices, plus the shared ones, which stay.
+    /// Returns the target size: a share of the vertices, plus the shared ones, which stay.
     pub(super) fn target_vertices(&self, share: f64) -> usize {
         self.n_shared() + (share * self.mesh.positions().len() as f64) as usize
     }
@@ -45,7 +45,7 @@ pub(super) fn cut_into_blocks(mesh: &TriMesh, n_blocks: usize) -> Vec<Block> {
     let plan = plan_blocks(mesh, n_blocks);
     let mut faces: Vec<Vec<[u32; 3]>> = vec![Vec::new(); plan.n_blocks()];
     let homes: Vec<u32> = mesh.positions().iter().map(|&p| plan.block_at(p) as u32).collect();
-    // First block that uses each vertex, and whether another one does.
+    // The entries are the first block that uses a vertex, and true if another one does.
     let mut users: Vec<(u32, bool)> = vec![(u32::MAX, false); homes.len()];
     for &face in mesh.faces() {
         let block = face.map(|v| homes[v as usize]).into_iter().fold(u32::MAX, u32::min);
@@ -72,8 +72,8 @@ fn plan_blocks(mesh: &TriMesh, n_blocks: usize) -> BlockPlan {
 
 /// Simplifies a block with merges that cost at most `price`; shared vertices stay.
 ///
-/// `price` is a squared distance times area in the mesh's unit, `share` the expected share of remaining vertices,
-/// averaged over all blocks. Of `options` only the scores, the figure to optimise, creases, seed and frame are used.
+/// `price` is a squared distance times area; `share` is the expected share of remaining vertices over all blocks. Of
+/// `options` only the scores, the figure to optimise, creases, seed and frame are used.
 ///
 /// # Errors
 /// As for [`simplify`](crate::simplify::simplify).
@@ -96,7 +96,7 @@ pub fn simplify_block(
 ) -> Result<Block, SimplifyError> {
     let asked = (block.target_vertices(share), Some(price));
     let piece = simplify_block_mesh(&block.mesh, &block.shared, asked, weights, options)?;
-    // By position: where a block's faces meet at a single vertex, the result has several vertices there.
+    // Shared vertices are found by position: a vertex at which faces of a block touch alone becomes several vertices.
     let places =
         block.mesh.positions().iter().zip(&block.shared).filter(|(_, shared)| **shared).map(|(&p, _)| position_key(p));
     let places: FxHashSet<PositionKey> = places.collect();

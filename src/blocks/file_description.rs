@@ -1,4 +1,4 @@
-//! Description of a mesh file that does not fit into memory.
+//! Description of a mesh file larger than memory.
 
 use rayon::prelude::*;
 
@@ -14,24 +14,23 @@ use crate::mesh::{Frame, Topology, TopologyPatch, TopologyPatches};
 use crate::simplify::SimplifyError;
 use crate::spatial::Bounds;
 
-/// Share of the progress after which the blocks are cut.
 const CUT_PROGRESS: f64 = 0.5;
 
-/// The geometry of a mesh file.
+/// Geometry of a mesh file.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct FileDescription {
-    /// The [`topology`](crate::mesh::topology) of the whole cleaned mesh.
+    /// [`Topology`](crate::mesh::topology) of the whole cleaned mesh.
     pub topology: Topology,
     /// Box around all vertices used by faces, in the coordinates of `frame`.
     pub bounds: Bounds,
     /// Local origin and precision of the file's coordinates.
     pub frame: Frame,
-    /// Counts of the cleaning, without welded vertices.
+    /// Changes made by cleaning, without welded vertices.
     pub counts: CleanCounts,
 }
 
-/// Describes the geometry of a file block by block, with the blocks on disk.
+/// Describes the geometry of a file, block by block.
 ///
 /// # Errors
 /// [`OutOfCoreError`] for an unreadable file, a disk error, too little memory, or a stop by `listener`.
@@ -52,7 +51,6 @@ pub fn describe_pieces(
     describe_with_block_size(FACES_PER_BLOCK, pieces, room, listener)
 }
 
-/// Describes a file in blocks of about `faces_per_block` faces.
 fn describe_with_block_size(
     faces_per_block: usize,
     pieces: &Pieces,
@@ -85,7 +83,6 @@ fn describe_with_block_size(
     Ok(FileDescription { topology, bounds, frame, counts })
 }
 
-/// Returns what was cleaned in a block, and its patch with its bounding box.
 fn block_patch(
     spooled: &SpooledBlocks,
     number: usize,

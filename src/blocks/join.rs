@@ -1,4 +1,4 @@
-//! Union of simplified blocks: shared vertices are merged, repeated edges and faces are split.
+//! Union of simplified blocks.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -45,15 +45,14 @@ pub fn join(blocks: impl IntoIterator<Item = Block>) -> Result<TriMesh, InvalidM
 #[derive(Default)]
 struct JoinedMesh {
     positions: Vec<[f32; 3]>,
-    /// Shared vertices by position.
+    // Shared vertices by position.
     shared: FxHashMap<PositionKey, u32>,
     is_shared: Vec<bool>,
 }
 
-/// A block's faces over the joined vertices.
 struct JoinedBlock {
     faces: Vec<[u32; 3]>,
-    /// Edges between shared vertices: `borders` with one face, `chords` with two.
+    // Edges between shared vertices: `borders` with one face, `chords` with two.
     borders: Vec<VertexPair>,
     chords: Vec<VertexPair>,
 }
@@ -95,7 +94,6 @@ impl JoinedMesh {
         self.positions.len() as u32 - 1
     }
 
-    /// Splits an edge at its midpoint.
     fn split_edge(&mut self, faces: &mut Vec<[u32; 3]>, [u, v]: VertexPair) {
         let middle = self.push(&[u, v]);
         for at in 0..faces.len() {
@@ -108,7 +106,7 @@ impl JoinedMesh {
         }
     }
 
-    /// Splits each face between shared vertices that is already known, at its centroid.
+    /// Splits each face between shared vertices that another block has created too, at its centroid.
     fn split_repeated_faces(&mut self, faces: &mut Vec<[u32; 3]>, known: &mut FxHashSet<[u32; 3]>) {
         for at in 0..faces.len() {
             let face @ [a, b, c] = faces[at];

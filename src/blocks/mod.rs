@@ -1,12 +1,8 @@
-//! Simplification in blocks, for meshes that do not fit into memory or that several workers share.
+//! Simplification in blocks, for meshes larger than memory or shared by several workers.
 //!
-//! A block holds the faces in a box, about [`FACES_PER_BLOCK`]. Vertices shared by blocks stay. One price holds for all
+//! A block has the faces in a box, about [`FACES_PER_BLOCK`]; vertices shared by blocks stay. One price holds for all
 //! blocks, at which they keep about [`VERTEX_SURPLUS`] times the requested size. The joined blocks are then simplified
-//! to that size, across the borders. Blocks depend on the mesh alone, so results do not depend on memory, workers or
-//! threads.
-//!
-//! A closed manifold stays one: borders keep their vertices and edges, and an edge that two blocks created alike is
-//! split in one of them.
+//! to that size. Results do not depend on memory, workers or threads. A closed manifold stays one.
 
 mod block;
 #[cfg(feature = "io")]

@@ -1,4 +1,4 @@
-//! Simplification of a mesh file that does not fit into memory, in blocks stored on disk.
+//! Simplification of a mesh file larger than memory, in blocks stored on disk.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -26,19 +26,19 @@ const BYTES_PER_BLOCK: u64 = 100 << 10;
 /// Blocks sampled to estimate the price: one in `SAMPLE_EVERY`, at most `MAX_SAMPLES`.
 const MAX_SAMPLES: usize = 8;
 const SAMPLE_EVERY: usize = 8;
-/// Positions per counted one when the blocks are planned.
+/// Positions per counted position when the blocks are planned.
 const COUNT_EVERY: u64 = 8;
 /// Share of a block's faces kept by its borders, whose vertices stay until the blocks are joined.
 const BORDER_SHARE: f64 = 0.02;
 
-/// Shares of the progress after which the blocks are cut, and joined.
+/// Shares of the progress bar at the end of cutting and of joining.
 const CUT_PROGRESS: f64 = 0.25;
 const JOINED_PROGRESS: f64 = 0.9;
 
-/// A callback with the progress, 0 to 1, that may stop the run by `ControlFlow::Break`.
+/// Callback with the progress, 0 to 1, that may stop the run by `ControlFlow::Break`.
 pub type ProgressCallback<'a> = dyn FnMut(f64) -> ControlFlow<()> + Send + 'a;
 
-/// The memory and disk available to a run.
+/// Memory and disk available to a run.
 #[derive(Clone, Copy, Debug)]
 pub struct WorkingSpace<'a> {
     /// Bytes of memory.
@@ -47,15 +47,15 @@ pub struct WorkingSpace<'a> {
     pub folder: &'a Path,
 }
 
-/// The simplified mesh of a file, with its blocks on disk until it is dropped.
+/// Simplified mesh of a file, with the file's blocks on disk.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct OutOfCoreResult {
-    /// The simplified mesh.
+    /// Simplified mesh.
     pub simplified: Simplified,
     /// Local origin and precision of the file's coordinates.
     pub frame: Frame,
-    /// Counts of the cleaning, without welded vertices.
+    /// Changes made by cleaning, without welded vertices.
     pub counts: CleanCounts,
     /// Vertices of the file used by faces, equal positions counted once.
     pub n_vertices: usize,
@@ -66,12 +66,11 @@ pub struct OutOfCoreResult {
     /// Vertices of the joined blocks.
     pub n_joined: usize,
     spooled: SpooledBlocks,
-    /// Blocks that fit into memory at once.
     n_at_once: usize,
 }
 
 impl OutOfCoreResult {
-    /// Measures the distance between result and file by [`StreamedDistance`], reading the blocks again.
+    /// Measures the distance between result and file by [`StreamedDistance`].
     ///
     /// # Errors
     /// [`OutOfCoreError`] for a disk error or a stop by `listener`.
@@ -86,6 +85,7 @@ impl OutOfCoreResult {
             return Ok(None);
         };
         let mut boxes = vec![Bounds::EMPTY; n];
+        // The second reading visits only blocks that may have a nearer point than the first found.
         for again in [false, true] {
             let shown: Vec<usize> =
                 (0..n).filter(|&number| !again || distance.may_hold_nearer(&boxes[number])).collect();
@@ -114,19 +114,19 @@ impl OutOfCoreResult {
     }
 }
 
-/// The reason why there is no result.
+/// Reason for a failed run.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum OutOfCoreError {
-    /// The file cannot be read.
+    /// File that cannot be read.
     Read(ReadError),
-    /// The disk failed or is full.
+    /// Disk that failed or is full.
     Disk(std::io::Error),
-    /// The file holds no valid mesh.
+    /// File without a valid mesh.
     Clean(CleanError),
-    /// The mesh cannot be simplified.
+    /// Mesh that cannot be simplified.
     Simplify(SimplifyError),
-    /// This many bytes of memory are needed.
+    /// Number of bytes of memory that are needed.
     TooLittle(u64),
 }
 
@@ -192,7 +192,6 @@ pub fn simplify_pieces(
     simplify_with_block_size(FACES_PER_BLOCK, pieces, (weights, options), room, listener)
 }
 
-/// Simplifies a file in blocks of about `faces_per_block` faces.
 fn simplify_with_block_size(
     faces_per_block: usize,
     pieces: &Pieces,
@@ -231,7 +230,7 @@ fn simplify_with_block_size(
     Ok(OutOfCoreResult { simplified, frame, counts, n_vertices, n_faces, n_blocks, n_joined, spooled, n_at_once })
 }
 
-/// Reports progress, and returns an error if the listener stops the run.
+/// Reports progress; returns an error if the listener stops the run.
 pub(super) fn report_progress(listener: &mut ProgressCallback, done: f64) -> Result<(), SimplifyError> {
     match listener(done) {
         ControlFlow::Continue(()) => Ok(()),
@@ -254,17 +253,15 @@ impl BlockTotals {
     }
 }
 
-/// The stored blocks and their common settings.
 struct Blocks<'a> {
     spooled: &'a SpooledBlocks,
     weights: Option<&'a Weights>,
     options: &'a Options,
-    /// Share of the vertices that the blocks keep.
+    // Share of the vertices that the blocks keep.
     share: f64,
 }
 
 impl Blocks<'_> {
-    /// Simplifies all blocks at one price, `n_at_once` in parallel.
     fn simplify_all(
         &self,
         n_at_once: usize,
@@ -289,10 +286,10 @@ impl Blocks<'_> {
         self.spooled.read(number)?.map_err(OutOfCoreError::Clean)
     }
 
-    /// Returns the common price, from a few blocks spread over the order.
     fn price(&self) -> Result<f64, OutOfCoreError> {
         let n = self.spooled.n_blocks();
         let n_samples = n.div_ceil(SAMPLE_EVERY).min(MAX_SAMPLES);
+        // The sampled blocks are spread over the order of blocks.
         let chosen = (0..n_samples).map(|i| (2 * i + 1) * n / (2 * n_samples));
         let mut samples = Vec::new();
         for number in chosen {
@@ -312,7 +309,6 @@ impl Blocks<'_> {
     }
 }
 
-/// Returns the requested share of the vertices.
 fn target_share(target: Target, n_faces: usize) -> f64 {
     let of = |n: usize, n_all: usize| n as f64 / n_all.max(1) as f64;
     match target {
@@ -322,7 +318,7 @@ fn target_share(target: Target, n_faces: usize) -> f64 {
     }
 }
 
-/// Returns an error if the run needs more memory than allowed, for the file's vertices or for what the blocks keep.
+/// Returns an error if the run needs more memory than allowed.
 pub(super) fn check_room(pieces: &Pieces, share: f64, room: &WorkingSpace) -> Result<(), OutOfCoreError> {
     let n_faces = pieces.n_faces();
     let n_blocks = n_faces.div_ceil(FACES_PER_BLOCK as u64);
@@ -333,8 +329,8 @@ pub(super) fn check_room(pieces: &Pieces, share: f64, room: &WorkingSpace) -> Re
     if most > room.n_bytes { Err(OutOfCoreError::TooLittle(most)) } else { Ok(()) }
 }
 
-/// Returns the number of blocks to simplify in parallel: one per thread, within half of the memory.
 pub(super) fn parallel_blocks(room: &WorkingSpace) -> usize {
+    // Half of the memory is for the blocks that are simplified in parallel.
     let fit = room.n_bytes / 2 / (FACES_PER_BLOCK as u64 * BYTES_PER_FACE);
     rayon::current_num_threads().min(usize::try_from(fit).unwrap_or(usize::MAX)).max(1)
 }

@@ -1,23 +1,19 @@
-//! Assignment of positions to blocks: boxes split along their longest side until each holds about as many positions.
-//!
-//! Runs along a Morton curve had borders twice as long.
+//! Assignment of positions to blocks: boxes split along their longest side.
 
 use rustc_hash::FxHashMap;
 
 /// Cells along each side of the cube around the mesh.
 const SIDE: u16 = 512;
 
-/// A cell of the cube.
 type CubeCell = [u16; 3];
 
-/// The number of positions in each cell.
+/// Number of positions in each cell.
 #[derive(Clone, Debug)]
 pub struct Census {
     grid: CubeGrid,
     counts: FxHashMap<CubeCell, u64>,
 }
 
-/// The boxes of the blocks, as a tree of splits.
 #[derive(Clone, Debug)]
 pub struct BlockPlan {
     grid: CubeGrid,
@@ -25,15 +21,14 @@ pub struct BlockPlan {
     n_blocks: usize,
 }
 
-/// The cell grid of the cube.
 #[derive(Clone, Copy, Debug)]
 struct CubeGrid {
     low: [f32; 3],
-    /// Cells per unit length.
+    // Cells per unit length.
     scale: f64,
 }
 
-/// A split: cells before `at` along an axis take the first branch, others the second.
+// Cells before `at` along an axis take the first branch, others the second.
 #[derive(Clone, Copy, Debug)]
 struct Split {
     axis: usize,
@@ -57,14 +52,12 @@ impl CubeGrid {
 }
 
 impl Census {
-    /// Creates an empty census of a box.
     pub fn new(low: [f32; 3], high: [f32; 3]) -> Self {
         let longest = (0..3).map(|axis| f64::from(high[axis]) - f64::from(low[axis])).fold(0.0, f64::max);
         let scale = if longest > 0.0 { f64::from(SIDE - 1) / longest } else { 0.0 };
         Self { grid: CubeGrid { low, scale }, counts: FxHashMap::default() }
     }
 
-    /// Counts a position.
     pub fn count(&mut self, position: [f32; 3]) {
         *self.counts.entry(self.grid.cell(position)).or_default() += 1;
     }
@@ -80,12 +73,10 @@ impl Census {
 }
 
 impl BlockPlan {
-    /// Returns the number of blocks.
     pub fn n_blocks(&self) -> usize {
         self.n_blocks
     }
 
-    /// Returns the block of a position.
     pub fn block_at(&self, position: [f32; 3]) -> usize {
         let cell = self.grid.cell(position);
         let mut branch = if self.splits.is_empty() { Branch::Block(0) } else { Branch::Split(0) };
@@ -100,7 +91,6 @@ impl BlockPlan {
         }
     }
 
-    /// Splits cells into `n_blocks` blocks.
     fn split(&mut self, cells: &mut [(CubeCell, u64)], n_blocks: usize) -> Branch {
         let Some((axis, at)) = (n_blocks > 1).then(|| find_split(cells, n_blocks)).flatten() else {
             self.n_blocks += 1;
@@ -116,8 +106,7 @@ impl BlockPlan {
     }
 }
 
-/// Sorts cells along the longest side of their box, and returns that axis and the end of the first half; `None` for a
-/// single cell.
+/// Sorts cells along the longest side of their box; returns that axis and the end of the first half.
 fn find_split(cells: &mut [(CubeCell, u64)], n_blocks: usize) -> Option<(usize, u16)> {
     let extent = |axis: usize| {
         let along = || cells.iter().map(|(cell, _)| cell[axis]);

@@ -1,18 +1,18 @@
-//! The price common to all blocks, estimated from the prices of some.
+//! Price common to all blocks.
 
 use super::block::Block;
 use crate::model::Weights;
 use crate::simplify::{Options, SimplifyError, simplify_block_mesh};
 
-/// The prices paid by a block on the way to the requested size.
+/// Prices paid by a block on the way to the requested size.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct BlockPrices {
     /// Vertices of the block.
     pub n_vertices: usize,
-    /// Vertices that stay because they are shared.
+    /// Shared vertices of the block, which stay.
     pub n_shared: usize,
-    /// Pairs of the number of vertices left, falling, and the price of the last merge.
+    /// Pairs of the number of remaining vertices, falling, and the price of the last merge.
     pub paid: Vec<(usize, f64)>,
 }
 
@@ -38,7 +38,7 @@ impl BlockPrices {
         Self { n_vertices, n_shared, paid }
     }
 
-    /// Returns the number of vertices left by merges up to a price.
+    /// Returns the number of vertices after all merges up to a price.
     fn vertices_left(&self, price: f64) -> usize {
         let paid = self.paid.partition_point(|(_, most)| *most <= price);
         match paid.checked_sub(1) {
@@ -48,8 +48,7 @@ impl BlockPrices {
     }
 }
 
-/// Returns the least price at which these blocks keep at most a share of their vertices plus the shared ones; else the
-/// highest price paid.
+/// Returns the least price at which these blocks keep at most a share of their vertices plus the shared ones.
 pub fn price_for(samples: &[BlockPrices], share: f64) -> f64 {
     let wanted: f64 = samples.iter().map(|of| share * of.n_vertices as f64 + of.n_shared as f64).sum();
     let mut prices: Vec<f64> = samples.iter().flat_map(|sample| &sample.paid).map(|(_, price)| *price).collect();

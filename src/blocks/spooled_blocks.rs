@@ -1,4 +1,4 @@
-//! Blocks on disk: runs of a few thousand triangles with the positions they use.
+//! Blocks on disk.
 
 use std::io::{Error, ErrorKind, Result};
 use std::path::Path;
@@ -14,7 +14,7 @@ use crate::mesh::{PositionKey, RawMesh, TriMesh, position_key};
 /// Most positions of a run.
 const MAX_RUN_POSITIONS: usize = 2048;
 
-/// The blocks of a file, on disk.
+/// Blocks of a file, on disk.
 #[derive(Debug)]
 pub struct SpooledBlocks {
     spool: Spool,
@@ -22,44 +22,38 @@ pub struct SpooledBlocks {
     open: Vec<BlockRun>,
 }
 
-/// The buffered part of a block.
 #[derive(Clone, Debug, Default)]
 struct BlockRun {
     positions: Vec<[f32; 3]>,
     numbers: FxHashMap<PositionKey, u16>,
     faces: Vec<[u16; 3]>,
-    /// Positions in this block used by faces of other blocks.
+    // Positions in this block used by faces of other blocks.
     used_elsewhere: Vec<[f32; 3]>,
 }
 
-/// A block read from disk and cleaned.
 pub struct StoredBlock {
-    /// `None` if no face is left.
+    // `None` without faces.
     pub block: Option<Block>,
-    /// Vertices counted for this block and no other.
+    // Vertices counted for this block and no other.
     pub n_own_vertices: usize,
-    /// Counts of the cleaning.
     pub counts: CleanCounts,
 }
 
-/// A block as stored.
 struct RawBlock {
     positions: Vec<[f32; 3]>,
     faces: Vec<[u32; 3]>,
-    /// Positions in the block used by faces of other blocks.
+    // Positions in the block used by faces of other blocks.
     used_elsewhere: FxHashSet<PositionKey>,
 }
 
 impl SpooledBlocks {
-    /// Creates empty blocks in a folder.
     pub fn new(folder: &Path, plan: BlockPlan) -> Result<Self> {
         let n = plan.n_blocks();
         Ok(Self { spool: Spool::new(folder, n)?, plan, open: vec![BlockRun::default(); n] })
     }
 
-    /// Adds a triangle to its block.
     pub fn push(&mut self, triangle: Triangle) -> Result<()> {
-        // The lowest of its corners' blocks.
+        // A triangle belongs to the lowest of its corners' blocks.
         let homes = triangle.map(|corner| self.plan.block_at(corner));
         let block = homes.into_iter().fold(usize::MAX, usize::min);
         for (home, corner) in homes.into_iter().zip(triangle).filter(|(home, _)| *home != block) {
@@ -72,7 +66,6 @@ impl SpooledBlocks {
         self.flush_if(block, MAX_RUN_POSITIONS)
     }
 
-    /// Writes all buffered runs to disk.
     pub fn close(&mut self) -> Result<()> {
         (0..self.open.len()).try_for_each(|block| self.flush_if(block, 1))?;
         self.open = Vec::new();
@@ -92,7 +85,6 @@ impl SpooledBlocks {
         Ok(())
     }
 
-    /// Returns the number of blocks.
     pub fn n_blocks(&self) -> usize {
         self.plan.n_blocks()
     }
@@ -117,7 +109,6 @@ impl SpooledBlocks {
         TriMesh::new(positions, faces).map_err(|_| Error::from(ErrorKind::InvalidData))
     }
 
-    /// Reads and cleans a block.
     pub fn read(&self, number: usize) -> Result<std::result::Result<StoredBlock, CleanError>> {
         let RawBlock { positions, faces, mut used_elsewhere } = self.read_raw(number)?;
         let positions = positions.into_iter().map(|p| p.map(f64::from)).collect();

@@ -1,4 +1,4 @@
-//! The caller's vertex and index buffers.
+//! Vertex and index buffers of the caller.
 
 use super::IndexError;
 
@@ -14,14 +14,14 @@ pub struct Buffers {
     pub attributes: Vec<f32>,
     /// Weight of each attribute, n_weights: a difference of 1 counts as a distance of this share of the extent.
     pub weights: Vec<f32>,
-    /// Flags of the vertices, n_vertices or empty. The lowest bit locks a vertex.
+    /// Flags of the vertices, n_vertices or empty; the lowest bit locks a vertex.
     pub locks: Vec<u8>,
-    /// Group of each triangle, n_faces or empty. Triangles of different groups share no vertex.
+    /// Group of each triangle, n_faces or empty; triangles of different groups share no vertex.
     pub groups: Vec<u32>,
 }
 
 impl Buffers {
-    /// Makes buffers of triangles over positions alone.
+    /// Makes buffers of triangles without attributes.
     pub fn new(indices: Vec<[u32; 3]>, positions: Vec<[f32; 3]>) -> Self {
         Self { indices, positions, ..Self::default() }
     }
@@ -29,7 +29,7 @@ impl Buffers {
     /// Checks lengths, indices, and that all numbers are finite.
     ///
     /// # Errors
-    /// [`IndexError::Buffers`] names the buffer that is wrong.
+    /// [`IndexError::Buffers`] names the wrong buffer.
     pub fn check(&self) -> Result<(), IndexError> {
         let (n, width) = (self.positions.len(), self.weights.len());
         if let Some(bad) = self.indices.as_flattened().iter().find(|&&v| v as usize >= n) {
@@ -64,7 +64,6 @@ impl Buffers {
         extent(&used)
     }
 
-    /// Returns whether a vertex is locked.
     pub(super) fn is_locked(&self, vertex: u32) -> bool {
         self.locks.get(vertex as usize).is_some_and(|lock| lock & 1 == 1)
     }

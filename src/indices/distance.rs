@@ -6,10 +6,10 @@ use crate::simplify::Simplified;
 
 use super::welded::WeldedMesh;
 
-/// Samples on each surface per face of the larger mesh, at least, and at most.
+/// Samples on each surface: per face of the larger mesh, at least, and at most.
 const SAMPLES: (usize, usize, usize) = (4, 200, 20_000);
 
-/// Returns the largest sampled distance between a surface and its result, as they are and in each pose.
+/// Returns the largest sampled distance between a surface and its result, without a pose and in each pose.
 pub fn measure_distance(surface: &WeldedMesh, result: &Simplified) -> f64 {
     let n_samples = (SAMPLES.0 * surface.mesh.faces().len()).clamp(SAMPLES.1, SAMPLES.2);
     let between = |x: &TriMesh, y: &TriMesh| quick_distance(x, y, n_samples, 0).map_or(0.0, |distance| distance.max);
@@ -22,7 +22,6 @@ pub fn measure_distance(surface: &WeldedMesh, result: &Simplified) -> f64 {
     poses.filter_map(in_pose).fold(between(&surface.mesh, &result.mesh), f64::max)
 }
 
-/// Returns a mesh in a pose, with separate vertices for each corner.
 fn raise_surface(mesh: &TriMesh, attributes: &Attributes, channel: &Channel) -> Option<TriMesh> {
     let corners = mesh.faces().as_flattened().iter().zip(attributes.wedges.as_flattened());
     let raise = |(&v, &wedge): (&u32, &u32)| {

@@ -1,7 +1,6 @@
-//! Index buffers over the caller's vertices, with the meaning of meshoptimizer's `simplify`.
+//! Index buffers over the caller's vertices, like those of meshoptimizer's `simplify`.
 //!
-//! Vertices at equal positions are one vertex of the surface, so that a seam of attributes is no boundary. Results are indices of the
-//! caller's vertices.
+//! Vertices at equal positions are one vertex of the surface, so that a seam of attributes is no boundary.
 
 mod buffers;
 mod distance;
@@ -23,34 +22,34 @@ use welded::WeldedMesh;
 
 pub use buffers::{Buffers, extent};
 
-/// Sizes that are tried to find the smallest one within a distance in which attributes count.
+/// Sizes that are tried in the search for the smallest within a distance, if attributes have weights.
 const MAX_TRIES: usize = 8;
 
-/// Settings for index buffers; `IndexOptions::new` has the defaults.
+/// Settings for index buffers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct IndexOptions {
     /// Most faces of the result.
     pub n_faces: usize,
-    /// Largest distance from the original, attributes included, as a share of the extent. Without weighted attributes 1 or more is no bound.
+    /// Largest distance from the original, attributes included, as a share of the extent; 1 is no bound without
+    /// attributes.
     pub error: f64,
-    /// Whether distances are in the unit of the positions.
+    /// True if distances are in the unit of the positions.
     pub is_absolute: bool,
-    /// Whether the extent is that of the vertices that triangles use. Otherwise all vertices count.
+    /// True if the extent is that of the triangles' vertices instead of all vertices.
     pub is_sparse: bool,
-    /// Whether vertices move to where they serve best. Otherwise the result uses the given ones.
+    /// True if vertices move; otherwise the result uses the given ones.
     pub moves: bool,
-    /// Whether vertices of boundaries stay.
+    /// True if vertices of boundaries stay.
     pub lock_borders: bool,
-    /// Whether small components may go. These are components whose vertices are better spent elsewhere, and, above the size, those with a
-    /// radius within `error`.
+    /// True if small components may be dropped.
     pub prune: bool,
-    /// Whether the result's error is measured where no bound needs it.
+    /// True if the error of the result is measured even without a bound.
     pub measures_error: bool,
 }
 
 impl IndexOptions {
-    /// Makes options for this many faces within a share of the extent.
+    /// Makes options for `n_faces` faces within a share of the extent.
     pub fn new(n_faces: usize, error: f64) -> Self {
         Self {
             n_faces,
@@ -69,35 +68,34 @@ impl IndexOptions {
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Indices {
-    /// The caller's vertices at the corners of the faces, n_faces x 3.
+    /// Vertices of the caller at the corners of the faces, n_faces x 3.
     pub indices: Vec<[u32; 3]>,
-    /// Group of each face, n_faces; empty where none were given.
+    /// Group of each face, n_faces or empty.
     pub groups: Vec<u32>,
-    /// Largest distance found between original and result, in the unit of [`IndexOptions::error`]; `None` where it was not measured.
+    /// Largest sampled distance between original and result, in the unit of [`IndexOptions::error`].
     pub error: Option<f64>,
-    /// The caller's buffers, with new positions and attributes of vertices that moved.
+    /// Buffers of the caller, with new positions and attributes of vertices that moved.
     pub buffers: Buffers,
 }
 
 impl Indices {
-    /// Makes a result of the buffers as they are.
+    /// Makes a result that equals the buffers.
     pub fn from_buffers(buffers: Buffers) -> Self {
         Self { indices: buffers.indices.clone(), groups: buffers.groups.clone(), error: Some(0.0), buffers }
     }
 
-    /// Makes a result without faces.
     fn empty(buffers: Buffers, error: f64) -> Self {
         Self { error: Some(error), buffers, ..Self::default() }
     }
 }
 
-/// Reason why index buffers have no result.
+/// Reason for a failed run.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum IndexError {
-    /// A buffer is wrong; the text names it.
+    /// Wrong buffer, named by the text.
     Buffers(String),
-    /// The simplifier has no result.
+    /// Error of the simplifier.
     Simplify(SimplifyError),
 }
 
@@ -118,13 +116,12 @@ impl From<SimplifyError> for IndexError {
     }
 }
 
-/// Simplifies index buffers to the requested size, or to the smallest size found that stays within the requested distance.
+/// Simplifies index buffers to the requested size, or to the smallest size found within the requested distance.
 ///
-/// Size and distance alone decide: where locked vertices leave few to the rest, the result is as coarse as the distance allows. No face is
-/// left where none is requested, nothing is locked and the distance is unbounded.
+/// The result may be empty if no face is requested, nothing is locked and the distance is unbounded.
 ///
 /// # Errors
-/// [`IndexError`] where buffers are wrong, or the listener ends the run.
+/// [`IndexError`] if buffers are wrong, or the listener ends the run.
 ///
 /// ```
 /// use std::ops::ControlFlow;
@@ -149,11 +146,10 @@ pub fn simplify_indices(
     Ok(result)
 }
 
-/// Lengths in the unit of the positions.
 struct IndexScale {
-    /// Extent, by which attributes are weighted.
+    // Extent, by which attributes are weighted.
     extent: f64,
-    /// Largest distance from the original.
+    // Largest distance from the original.
     max_error: f64,
 }
 
@@ -162,14 +158,14 @@ impl IndexScale {
         Self { extent, max_error }
     }
 
-    /// Returns whether the distance bounds a result. The whole extent bounds none, but attributes may differ by more.
+    /// Returns whether the distance bounds a result.
     fn is_bounded(&self, has_weights: bool) -> bool {
+        // The whole extent bounds no surface, but attributes may differ by more.
         let most = if has_weights { f64::from(f32::MAX) } else { self.extent };
         self.max_error < most
     }
 }
 
-/// Translates the options of index buffers.
 fn inner_options(options: &IndexOptions, has_weights: bool) -> Options {
     let mut inner = Options::new(Target::Faces(options.n_faces.max(1)));
     (inner.subset, inner.map) = (!options.moves, options.moves);
@@ -220,7 +216,7 @@ fn simplify_at_scale(
     Ok(Indices { indices, groups: made.attributes.groups, error, buffers })
 }
 
-/// Simplifies to the size, or to a larger one within the distance; returns the distance, too.
+/// Simplifies to the size, or to a larger one within the distance; also returns the distance.
 fn simplify_within(
     surface: &WeldedMesh,
     options: Options,
@@ -238,7 +234,7 @@ fn simplify_within(
         return Ok(smallest);
     }
     let n_smallest = smallest.0.mesh.faces().len();
-    // The search by proofs knows nothing of attributes: with these sizes are tried by measuring.
+    // The search by proofs ignores attributes: with attributes, sizes are tried and measured.
     if options.purpose != Purpose::Poses {
         let found = simplify_to_error(&input, None, &options, max_error, listener)?.simplified;
         let distance = measure_distance(surface, &found);
@@ -257,10 +253,10 @@ fn simplify_within(
     Ok(best)
 }
 
-/// Drops components with a radius of at most this share of the extent and returns the indices of the others, n_faces x 3.
+/// Drops components with a radius of at most this share of the extent; returns the other triangles, n_faces x 3.
 ///
 /// # Errors
-/// [`IndexError`] where buffers are wrong.
+/// [`IndexError`] if buffers are wrong.
 pub fn prune_components(buffers: &Buffers, error: f64) -> Result<Vec<[u32; 3]>, IndexError> {
     buffers.check()?;
     let surface = WeldedMesh::new(buffers, buffers.extent())?;
@@ -281,7 +277,6 @@ mod tests {
         simplify_indices(buffers.clone(), options, &mut |_| ControlFlow::Continue(())).unwrap()
     }
 
-    /// A square of 3 x 3 vertices with its middle at this height.
     fn pyramid(height: f32) -> Buffers {
         let mut positions: Vec<[f32; 3]> = (0..9).map(|v| [(v / 3) as f32, (v % 3) as f32, 0.0]).collect();
         positions[4][2] = height;
@@ -289,7 +284,6 @@ mod tests {
         Buffers::new(faces.to_vec(), positions)
     }
 
-    /// Three triangles apart, each twice as large as the one before.
     fn three_triangles() -> Buffers {
         let corners = |k: u32| {
             let (size, z) = (2f32.powi(k as i32), k as f32);

@@ -4,22 +4,21 @@ use std::collections::hash_map::Entry;
 
 use rustc_hash::FxHashMap;
 
-/// A corner of a result.
+/// Corner of a result.
 #[derive(Clone, Copy)]
 pub struct ResultCorner {
-    /// Its vertex.
     pub vertex: u32,
-    /// Its wedge.
     pub wedge: u32,
-    /// Group of its face.
+    // Group of the corner's face.
     pub group: u32,
-    /// The caller's nearest vertex of the same group, if known.
+    // Nearest of the caller's vertices in the same group, if known.
     pub nearest: Option<u32>,
 }
 
-/// Assigns a slot to each corner: one per wedge of a group, at the nearest of the caller's vertices where that is free.
+/// Assigns a slot to each corner: one per wedge of a group, at the nearest of the caller's vertices if that is free.
 ///
-/// Each vertex of a group gets a slot before any gets a second one. Wedges without a slot of their own share that of their vertex.
+/// Each vertex of a group gets a slot before any gets a second one. Wedges without a slot of their own share that of
+/// their vertex.
 ///
 /// # Shapes
 /// - `group_slots`: the groups and numbers of the caller's vertices, each at least once
@@ -45,7 +44,7 @@ pub fn assign_slots(
         let entry = vertex_slots.entry([corner.vertex, corner.group]);
         entry.or_insert_with(|| free.take_of_group(corner.group).or_else(|| free.take_any()).unwrap_or(0));
     }
-    // The first wedge of a vertex has the vertex's slot, further ones get the remaining slots.
+    // The first wedge of a vertex has the vertex's slot; further wedges get the remaining slots.
     let (mut first_wedges, mut wedge_slots) = (FxHashMap::default(), FxHashMap::default());
     let slot_of_corner = |corner: &ResultCorner| {
         let vertex_slot = vertex_slots[&[corner.vertex, corner.group]];
@@ -61,19 +60,16 @@ pub fn assign_slots(
     corners.iter().map(slot_of_corner).collect()
 }
 
-/// Slots that no corner has yet.
 struct FreeSlots {
     of_groups: FxHashMap<u32, Vec<u32>>,
     is_taken: Vec<bool>,
 }
 
 impl FreeSlots {
-    /// Takes a slot and returns whether it was free.
     fn take(&mut self, slot: u32) -> bool {
         !std::mem::replace(&mut self.is_taken[slot as usize], true)
     }
 
-    /// Takes some slot of a group.
     fn take_of_group(&mut self, group: u32) -> Option<u32> {
         while let Some(slot) = self.of_groups.get_mut(&group).and_then(Vec::pop) {
             if self.take(slot) {
@@ -83,7 +79,6 @@ impl FreeSlots {
         None
     }
 
-    /// Takes any slot.
     fn take_any(&mut self) -> Option<u32> {
         let slot = self.is_taken.iter().position(|taken| !taken)? as u32;
         self.take(slot).then_some(slot)

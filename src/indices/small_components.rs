@@ -1,4 +1,4 @@
-//! Small components of index buffers, which may vanish where the requested size leaves no other way.
+//! Small components of index buffers, which may vanish if the requested size cannot be reached otherwise.
 
 use crate::mesh::TriMesh;
 use crate::mesh::pulse::Pulse;
@@ -10,16 +10,16 @@ use super::welded::WeldedMesh;
 
 /// Buffers without small components.
 pub struct WithoutSmall {
-    /// The buffers with the triangles that stay.
+    /// Buffers with the remaining triangles.
     pub buffers: Buffers,
-    /// The largest radius of a dropped component, in the unit of the positions.
+    /// Largest radius of a dropped component, in the unit of the positions.
     pub radius: f64,
 }
 
-/// Drops the smallest components until the faces that a result has of the others are at most `n_faces`.
+/// Drops the smallest components until the result's faces of the others are at most `n_faces`; `None` if none may go.
 ///
-/// A component counts by its radius: the largest distance of its vertices from their mean. Those above `max_radius`, those with locked
-/// vertices, and the largest one stay. Returns `None` where none may go.
+/// A radius is the largest distance of a component's vertices from their mean. Components above `max_radius`, those
+/// with locked vertices, and the largest one stay.
 pub fn drop_small_components(
     surface: &WeldedMesh,
     result: &Simplified,
@@ -55,7 +55,7 @@ pub fn drop_small_components(
     radius.map(|radius| WithoutSmall { buffers: left, radius })
 }
 
-/// Counts the faces of a result that come from each component; `None` where the result does not say.
+/// Counts the faces of a result that come from each component; `None` without a map.
 fn count_faces(
     surface: &WeldedMesh,
     result: &Simplified,
@@ -76,7 +76,6 @@ fn count_faces(
     Some(counts)
 }
 
-/// Returns the component of each vertex, and how many there are.
 fn number_components(mesh: &TriMesh) -> (Vec<u32>, usize) {
     let mut sets = UnionFind::new(mesh.positions().len());
     for &[a, b, c] in mesh.faces() {
@@ -86,7 +85,6 @@ fn number_components(mesh: &TriMesh) -> (Vec<u32>, usize) {
     sets.number_sets(Pulse::NONE)
 }
 
-/// Returns the radius of each component.
 fn measure_radii(mesh: &TriMesh, component_of: &[u32], n_components: usize) -> Vec<f64> {
     let mut sums = vec![[0.0; 4]; n_components];
     for (position, &component) in mesh.positions().iter().zip(component_of) {

@@ -1,8 +1,8 @@
 //! Conversion of the caller's buffers to a mesh, and of results to corners of the buffers.
 //!
-//! Vertices at one position become one vertex; where several share it the surface has a seam, and a label tells its sides apart. Weighted
-//! attributes become poses: in each the surface is raised along its normals by one attribute times its weight, so that a merge costs what
-//! it changes of it.
+//! Vertices at one position become one vertex; labels distinguish the sides of a seam. Weighted attributes become
+//! poses, which raise the surface along its normals by an attribute times its weight, so that a merge costs its change
+//! of it.
 
 use crate::mesh::{Attributes, Channel, Role, TriMesh, compact, first_equal, vertex_normals};
 use crate::simplify::{Input, Map, Simplified};
@@ -12,30 +12,28 @@ use super::IndexError;
 use super::buffers::Buffers;
 use super::slots::{ResultCorner, assign_slots};
 
-/// Channel whose label tells the caller's vertices at a position apart.
+/// Channel whose label distinguishes the caller's vertices at a position.
 const SIDE: &str = "side";
-/// Channel of the caller's attributes.
 const NUMBERS: &str = "attributes";
 
-/// A mesh of the caller's triangles in which vertices at one position are joined.
+/// Mesh of the caller's triangles in which vertices at one position are joined.
 pub struct WeldedMesh {
-    /// The surface.
     pub mesh: TriMesh,
-    /// Attributes of the corners, and the labels of seams.
+    // Attributes of the corners, and the labels of seams.
     pub attributes: Attributes,
-    /// Whether each vertex is locked, n_vertices; empty where none is.
+    // True for locked vertices, n_vertices; empty without locks.
     pub locked: Vec<bool>,
-    /// The caller's vertices at the corners of each face, n_faces x 3.
+    // Vertices of the caller at the corners of each face, n_faces x 3.
     pub wedges: Vec<[u32; 3]>,
-    /// Sorted groups and vertices of the caller at each vertex.
+    // Sorted groups and vertices of the caller at each vertex.
     slots: Vec<Vec<(u32, u32)>>,
 }
 
 impl WeldedMesh {
-    /// Joins vertices at one position and leaves out triangles that lose a corner by that. Attributes are weighted by `extent`.
+    /// Joins vertices at one position and drops triangles that lose a corner; weights attributes by `extent`.
     ///
     /// # Errors
-    /// [`IndexError`] where no mesh can be made of them.
+    /// [`IndexError`] if no mesh can be made.
     pub fn new(buffers: &Buffers, extent: f64) -> Result<Self, IndexError> {
         let bits = |v: usize| buffers.positions[v].map(|x| (x + 0.0).to_bits());
         let (first, _) = first_equal(buffers.positions.len(), bits);
@@ -70,7 +68,6 @@ impl WeldedMesh {
         Ok(welded)
     }
 
-    /// Returns the input of the simplifier.
     pub fn to_input(&self) -> Input<'_> {
         let mut input = Input::bare(&self.mesh);
         (input.attributes, input.locked) = (&self.attributes, &self.locked);
@@ -88,7 +85,6 @@ impl WeldedMesh {
         slots
     }
 
-    /// Makes the channels: the caller's attributes, the poses that these are, and the sides of seams.
     fn make_channels(&self, buffers: &Buffers, extent: f64) -> Vec<Channel> {
         let (n, width) = (buffers.positions.len(), buffers.weights.len());
         let mut channels = Vec::new();
@@ -117,7 +113,8 @@ impl WeldedMesh {
 
     /// Returns the caller's vertex at each corner of a result whose vertices have not moved.
     ///
-    /// It is one of the face's group on the corner's side of a seam. Where the group had none at the vertex, it is one of another group.
+    /// The vertex is of the face's group on the corner's side of a seam, or of another group if the group has none
+    /// there.
     pub fn corner_vertices(&self, result: &Simplified) -> Vec<[u32; 3]> {
         let sources = result.source_vertices.as_deref().unwrap_or_default();
         let sides = result.attributes.channels.iter().find(|channel| channel.name == SIDE);
@@ -151,7 +148,6 @@ impl WeldedMesh {
         slots.as_chunks().0.to_vec()
     }
 
-    /// Returns the corners of a result, with the caller's nearest vertices on their sides of seams.
     fn result_corners(&self, result: &Simplified) -> Vec<ResultCorner> {
         let own: FxHashSet<(u32, u32)> = self.group_slots().collect();
         let (faces, wedges) = (result.mesh.faces(), &result.attributes.wedges);
@@ -166,7 +162,6 @@ impl WeldedMesh {
         (0..3 * faces.len()).map(corner).collect()
     }
 
-    /// Returns the group and the caller's vertex of each corner.
     fn group_slots(&self) -> impl Iterator<Item = (u32, u32)> {
         (0u32..).zip(&self.wedges).flat_map(|(face, wedges)| wedges.map(|slot| (self.attributes.group(face), slot)))
     }

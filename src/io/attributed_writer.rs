@@ -1,4 +1,4 @@
-//! Writes a mesh with its attributes and companion files, and notes what a format cannot hold.
+//! Writing of meshes with attributes and companion files.
 
 use rustc_hash::FxHashMap;
 
@@ -19,15 +19,15 @@ use crate::mesh::{Attributes, Channel, Frame, Role, TriMesh};
 
 const BASE_ONLY: &str = "gltf takes names, colours (Kd, Ke), roughness, metal and textures (map_Kd, map_Ke, norm) from a library: the rest is left out";
 
-/// A mesh to be written, with everything that it carries.
+/// Mesh to be written, with its attributes.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Model<'a> {
-    /// Vertices and faces.
+    /// Surface.
     pub mesh: &'a TriMesh,
     /// Origin and precision of the file's coordinates.
     pub frame: Frame,
-    /// Exact positions in the file's coordinates, for the vertices that have one, n_vertices; `None` if none has.
+    /// Exact positions in the file's coordinates, n_vertices.
     pub exact: Option<Vec<Option<[f64; 3]>>>,
     /// Attributes of corners and faces.
     pub attributes: &'a Attributes,
@@ -36,34 +36,32 @@ pub struct Model<'a> {
 }
 
 impl<'a> Model<'a> {
-    /// Makes a model whose positions are all rounded as the frame says.
+    /// Makes a model without exact positions.
     pub fn new(mesh: &'a TriMesh, frame: Frame, attributes: &'a Attributes, extra: &'a Extra) -> Self {
         Self { mesh, frame, exact: None, attributes, extra }
     }
 }
 
-/// A model as files.
+/// Files of a model.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct WrittenModel {
-    /// Content of the mesh file.
+    /// Mesh file.
     pub bytes: Vec<u8>,
     /// Further files: material libraries, textures.
     pub companion_files: Vec<OutputFile>,
-    /// Losses and missing files, a line each.
+    /// Lost content and missing files, one line each.
     pub notes: Vec<String>,
-    /// Vertices in the file, where seams may repeat some; `None` for STL, whose faces share none.
+    /// Vertices in the file, where seams may repeat some; `None` for STL.
     pub n_vertices: Option<usize>,
 }
 
-/// Writes a mesh with its attributes, groups and materials; [`WrittenModel::notes`] lists
-/// losses.
+/// Writes a mesh with its attributes, groups and materials.
 ///
-/// Files that the asset names are read from [`Extra::folder`] and returned in [`WrittenModel::companion_files`], for
-/// [`write_files`](super::write_files).
+/// Companion files are read from [`Extra::folder`] and returned.
 ///
 /// # Errors
-/// [`WriteError`] where the format cannot hold the mesh, or attributes or positions do not match it.
+/// [`WriteError`] if the format cannot store the mesh, or attributes or positions do not match it.
 ///
 /// ```
 /// use neural_mesh::io::{Format, Model, WriteOptions, read_attributed, write_attributed};
@@ -116,11 +114,10 @@ pub fn write_attributed(model: &Model, options: &WriteOptions) -> Result<Written
     Ok(WrittenModel { bytes, companion_files: images, notes, n_vertices: shares_vertices.then_some(n_vertices) })
 }
 
-/// Chooses the packing of numbers in a glTF, common to all levels of a model; a note explains where positions stay
-/// unpacked.
+/// Chooses the packing of a glTF, common to all levels; a note explains unpacked positions.
 ///
 /// # Errors
-/// [`WriteError`] where a glTF cannot hold a model.
+/// [`WriteError`] if a glTF cannot store a model.
 ///
 /// ```
 /// use neural_mesh::io::{Extra, Model, PackOptions, packing};
@@ -139,6 +136,7 @@ pub fn packing(models: &[Model], options: &PackOptions) -> Result<(Packing, Opti
 }
 
 fn content<'a>(model: &Model<'a>, format: Format) -> Result<Content<'a>, WriteError> {
+    // Exact positions replace the rounded ones of the mesh.
     let kept = model.exact.clone().map(|positions| Content::from_mixed_positions(model.mesh, &model.frame, positions));
     prepare_content(kept.unwrap_or_else(|| Ok(Content::from_mesh(model.mesh, &model.frame)))?, format)
 }
@@ -168,30 +166,28 @@ fn as_threemf(
     Ok(bytes)
 }
 
-/// Lists the names of glTF materials by group; a single unnamed group is no material.
+// A single unnamed group is no material.
 fn material_names(attributes: &Attributes, extra: &Extra) -> Vec<String> {
     let is_material = |group: &&Group| !attributes.groups.is_empty() || group.material.is_some();
     extra.groups.iter().filter(is_material).map(Group::title).collect()
 }
 
-/// Prepares the extra content for OBJ: libraries by their output names, face numbers as group names, textures of a PLY
-/// as a new library.
 fn for_obj(extra: &Extra, attributes: &Attributes, name: &str, finder: &mut FileFinder) -> Extra {
     let mut extra = Extra { material_libraries: Libraries::find(extra, finder).names, ..extra.clone() };
-    // Numbers of PLY faces have no place in OBJ but in names.
+    // OBJ has no face numbers, so they become names of groups.
     for group in extra.groups.iter_mut().filter(|group| group.name.is_none() && !group.values.is_empty()) {
         let parts = extra.face_columns.iter().zip(&group.values);
         let parts: Vec<String> = parts.map(|(column, value)| format!("{}_{value}", column.name)).collect();
         group.name = Some(parts.join("_"));
     }
-    // Looks that came with the mesh (glTF) become a library of their own.
+    // Materials that came with the mesh (glTF) become a library of their own.
     let own = MaterialLibrary::from_looks(&extra, name, finder);
     if !own.text.is_empty() {
         let library = format!("{name}.mtl");
         finder.add_file(library.as_ref(), &own.text);
         extra.material_libraries.push(library);
     }
-    // Textures of a PLY become a library, unless the mesh names one already.
+    // Textures of a PLY become a library, unless the mesh already names one.
     let textures = textures_of_comments(&extra, finder);
     if !textures.is_empty() && extra.material_libraries.is_empty() {
         let library = format!("{name}.mtl");
@@ -212,7 +208,6 @@ fn for_obj(extra: &Extra, attributes: &Attributes, name: &str, finder: &mut File
     extra
 }
 
-/// Lists the output paths of the textures that comments of a PLY name, in order.
 fn textures_of_comments(extra: &Extra, finder: &mut FileFinder) -> Vec<String> {
     let place = |name: &str| match finder.find("".as_ref(), name) {
         Some(found) => {
@@ -225,7 +220,6 @@ fn textures_of_comments(extra: &Extra, finder: &mut FileFinder) -> Vec<String> {
     comment_textures(extra).map(place).collect()
 }
 
-/// Prepares the extra content for PLY: materials as numbers of faces, their textures as comments.
 fn for_ply(
     extra: &Extra,
     attributes: &Attributes,
@@ -250,16 +244,16 @@ fn for_ply(
         return extra;
     }
     let mut libraries = Libraries::find(&extra, finder);
-    // Textures of the mesh's own looks count like those of its libraries.
+    // Textures of the mesh's own materials count like those of its libraries.
     libraries.textures.extend(MaterialLibrary::from_looks(&extra, name, finder).textures);
-    // // A PLY cannot name libraries; only their textures stay.
+    // A PLY cannot name libraries; only their textures stay.
     finder.files.retain(|file| libraries.textures.iter().any(|(_, place)| file.path == std::path::Path::new(place)));
     notes.push("ply holds no materials: faces carry their number, comments name their textures".into());
     let extra = with_material_numbers(extra, &libraries);
     if comment_textures(&extra).nth(1).is_some() { with_texture_coordinates_of_faces(extra, attributes) } else { extra }
 }
 
-/// Lays out the first texture coordinates per face: MeshLab reads only those where there are several textures.
+// With several textures, MeshLab reads only coordinates stored per face.
 fn with_texture_coordinates_of_faces(mut extra: Extra, attributes: &Attributes) -> Extra {
     let is_uv = |channel: &&Channel| channel.role == Role::Uv && channel.width == 2;
     if let Some(channel) = attributes.channels.iter().find(is_uv) {
@@ -270,7 +264,7 @@ fn with_texture_coordinates_of_faces(mut extra: Extra, attributes: &Attributes) 
     extra
 }
 
-/// Adds material numbers as a column of the faces, called `texnumber` if every material has a texture.
+// The column is called `texnumber` if every material has a texture.
 fn with_material_numbers(mut extra: Extra, libraries: &Libraries) -> Extra {
     let materials: Vec<String> = extra.materials().into_iter().map(String::from).collect();
     let of_materials: FxHashMap<&String, &String> =
@@ -292,7 +286,7 @@ fn with_material_numbers(mut extra: Extra, libraries: &Libraries) -> Extra {
     extra
 }
 
-/// Returns a note on what the format cannot hold of a mesh, or `None` if it holds all.
+/// Returns a note on content that the format cannot store, or `None`.
 pub fn describe_losses(format: Format, attributes: &Attributes, extra: &Extra) -> Option<String> {
     let is_held = |channel: &&Channel| format.holds(channel.role);
     let mut dropped: Vec<&str> =
@@ -307,7 +301,7 @@ pub fn describe_losses(format: Format, attributes: &Attributes, extra: &Extra) -
     if !format.is_bare() {
         return None;
     }
-    // Names of what is lost, in the order a user would look for it.
+    // The order is the one in which a user would look for losses.
     if !extra.groups.is_empty() {
         dropped.push("groups");
     }

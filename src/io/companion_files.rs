@@ -1,4 +1,4 @@
-//! Files that a mesh file names: found, read and listed for the output.
+//! Files that a mesh file names.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,23 +12,21 @@ use super::{ImageConverter, ImageUse, OutputFile};
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct CompanionFile {
-    /// Path in the output folder.
     pub output_path: PathBuf,
     pub source: PathBuf,
-    /// Whether the asset must name it by the new path.
+    // True if the asset must name the file by its new path.
     pub is_renamed: bool,
     pub bytes: Arc<[u8]>,
 }
 
 impl CompanionFile {
-    /// Returns the folder that names within the file are relative to.
+    // Names within the file are relative to this folder.
     pub fn folder(&self) -> &Path {
         let file = if self.is_renamed { &self.source } else { &self.output_path };
         file.parent().unwrap_or(Path::new(""))
     }
 }
 
-/// Finds the files that an asset names; each name is looked up once, each file read once.
 pub(super) struct FileFinder<'a> {
     folder: Option<&'a Folder>,
     allow_outside: bool,
@@ -60,9 +58,7 @@ impl<'a> FileFinder<'a> {
         inner_path(Path::new(""), name).zip(self.folder).is_some_and(|(path, folder)| folder.has_file(&path))
     }
 
-    /// Reads the file `name` that a file in `base` refers to; on failure, adds a note and returns `None`.
-    ///
-    /// `base` is a folder within that of the asset, or an absolute one.
+    /// Reads the file `name` for a file in the folder `base`; failures add a note.
     pub fn find(&mut self, base: &Path, name: &str) -> Option<CompanionFile> {
         // Failures are remembered as well, so that each is noted once.
         let key = (base.to_path_buf(), name.to_string());
@@ -111,7 +107,7 @@ impl<'a> FileFinder<'a> {
         let inner = if base.is_absolute() { None } else { inner_path(base, name) };
         let path = inner.clone().unwrap_or_else(|| base.join(name.replace('\\', "/")));
         let found = match (self.read(folder, &path), inner_path(Path::new(""), name)) {
-            // // Many programs look for textures next to the mesh, wherever the library that names them is.
+            // Many programs look for textures next to the mesh, wherever the library that names them is.
             (Err(FileProblem::Missing), Some(from_mesh)) if !base.is_absolute() && from_mesh != path => {
                 let found = self.read(folder, &from_mesh);
                 found.map(|found| (found, Some(from_mesh)))
@@ -120,9 +116,9 @@ impl<'a> FileFinder<'a> {
             (found, _) => found.map(|found| (found, inner)),
         };
         let ((source, bytes), inner) = found.map_err(|problem| format!("{problem}: the name stays"))?;
-        // A file from outside cannot keep its path, as that would leave the output folder.
+        // A file from outside cannot keep its path, which would leave the output folder.
         let is_renamed = inner.is_none();
-        // // A file from outside is placed next to the output.
+        // A file from outside is placed next to the output.
         let output_path = inner
             .or_else(|| folder.relative_path(&source))
             .or_else(|| Some(self.free_path(source.file_name()?.as_ref(), &bytes)));
@@ -139,7 +135,6 @@ impl<'a> FileFinder<'a> {
         Ok((source, bytes))
     }
 
-    /// Returns the name, with a number in front if another file has it.
     fn free_path(&self, name: &Path, bytes: &[u8]) -> PathBuf {
         // An equal file under this name may be shared.
         let is_taken = |path: &Path| self.files.iter().any(|file| file.path == path && *file.bytes != *bytes);
@@ -148,7 +143,7 @@ impl<'a> FileFinder<'a> {
     }
 }
 
-/// Returns a relative path with forward slashes, as files write it.
+/// Returns a relative path with forward slashes.
 pub(super) fn to_reference(path: &Path) -> String {
     let names: Vec<_> = path.components().map(|part| part.as_os_str().to_string_lossy()).collect();
     names.join("/")

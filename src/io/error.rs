@@ -1,4 +1,4 @@
-//! Errors of readers and writers, each a line with the problem, its location and a remedy.
+//! Errors of readers and writers, each in one line.
 
 use std::fmt;
 
@@ -6,18 +6,18 @@ use super::Format;
 
 pub(super) const UNKNOWN: &str = "the content is of no known format";
 
-/// A location in a file.
+/// Location in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FileLocation {
-    /// The file as a whole.
+    /// File as a whole.
     File,
-    /// A line of a text, counted from 1.
+    /// Line of a text, counted from 1.
     Line(usize),
-    /// A byte, counted from 0.
+    /// Byte, counted from 0.
     Byte(usize),
 }
 
-/// An error of a reader: the bytes are not a mesh.
+/// Error of a reader.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ReadError {
@@ -31,7 +31,7 @@ pub struct ReadError {
     pub remedy: String,
 }
 
-/// An error of a writer: the mesh could not be written.
+/// Error of a writer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct WriteError {
@@ -40,7 +40,7 @@ pub struct WriteError {
 }
 
 impl ReadError {
-    /// Returns whether no format was recognised; then the caller may name one.
+    /// Returns whether the format was not recognised.
     ///
     /// ```
     /// use neural_mesh::io::{Format, read};
@@ -51,12 +51,11 @@ impl ReadError {
         self.format.is_none() && self.what == UNKNOWN
     }
 
-    /// Makes an error about the file as a whole from a problem, in lower case, and its remedy.
+    /// Makes an error about the file as a whole.
     pub fn file(what: impl Into<String>, remedy: &str) -> Self {
         Self { format: None, location: FileLocation::File, what: what.into(), remedy: remedy.into() }
     }
 
-    /// Makes an error at the line of `text` that holds byte `at`.
     pub(super) fn line(text: &[u8], at: usize, what: impl Into<String>, remedy: &str) -> Self {
         // Lines are counted only here: an error is rare, and the cursors need not keep count.
         let before = &text[..at.min(text.len())];

@@ -1,11 +1,11 @@
-//! Content of a file besides positions, faces and attributes, kept for the writers.
+//! Content of a file besides its mesh and attributes.
 
 use rustc_hash::FxHashSet;
 
 use super::{Folder, Format, Scalar};
 use crate::mesh::{Look, RawMesh};
 
-/// A mesh as read, with the whole content of its file.
+/// Mesh with the whole content of its file.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ReadMesh {
@@ -13,7 +13,7 @@ pub struct ReadMesh {
     pub mesh: RawMesh,
     /// Further content of the file.
     pub extra: Extra,
-    /// Losses, a line each.
+    /// Lost content, one line each.
     pub notes: Vec<String>,
     /// Format of the reader.
     pub format: Option<Format>,
@@ -23,29 +23,29 @@ pub struct ReadMesh {
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Extra {
-    /// Groups by number, as faces name them; empty if the file has none.
+    /// Groups by number, as faces refer to them.
     pub groups: Vec<Group>,
     /// Columns of [`Group::values`].
     pub face_columns: Vec<Column>,
-    /// Columns of channels in the file; a channel without a layout is written by its role.
+    /// Columns of channels in the file; other channels are written by their role.
     pub layouts: Vec<ColumnLayout>,
     /// Material libraries, one line of the file each.
     pub material_libraries: Vec<String>,
-    /// Looks of materials by name, from files that hold them (glTF).
+    /// Materials of the file by name (glTF, 3MF, FBX).
     pub looks: Vec<(String, Look)>,
     /// Comment lines of a PLY header, with their first word.
     pub comments: Vec<String>,
     /// Folder that names in the file are relative to.
     pub folder: Option<Folder>,
-    /// Whether names in the file are Latin-1 instead of UTF-8.
+    /// True if names in the file are Latin-1 instead of UTF-8.
     pub latin1: bool,
-    /// Unit of length by its 3MF name, if known: `millimeter`, `inch`.
+    /// Unit of length by its 3MF name: `millimeter`, `inch`.
     pub unit: Option<String>,
-    /// Whether a skin or morph targets, which stay in the scene, bend the mesh.
+    /// True if a skin or morph targets bend the mesh.
     pub is_bent: bool,
 }
 
-/// A group of faces.
+/// Group of faces.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Group {
@@ -67,23 +67,23 @@ impl Group {
     }
 }
 
-/// A column of numbers in a file.
+/// Column of numbers in a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
     /// Name in the file.
     pub name: String,
-    /// Kind of its numbers.
+    /// Type of the numbers.
     pub scalar: Scalar,
 }
 
-/// The columns of a channel in a file.
+/// Columns of a channel in a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ColumnLayout {
     /// Name of the channel.
     pub channel: String,
     /// One column per component.
     pub columns: Vec<Column>,
-    /// Whether values are given per face corner (the list `texcoord` of a PLY) instead of per vertex.
+    /// True if values are stored per face corner (the list `texcoord` of a PLY).
     pub per_corner: bool,
 }
 
@@ -93,12 +93,12 @@ impl Extra {
         self.layouts.iter().find(|layout| layout.channel == name)
     }
 
-    /// Returns the group of a number.
+    /// Returns the group `number`.
     pub fn group(&self, number: u32) -> Option<&Group> {
         self.groups.get(number as usize)
     }
 
-    /// Lists the materials of the groups, each once, in order of the groups.
+    /// Lists the materials of the groups, each once.
     pub fn materials(&self) -> Vec<&str> {
         let mut known = FxHashSet::default();
         let materials = self.groups.iter().filter_map(|group| group.material.as_deref());
@@ -106,12 +106,12 @@ impl Extra {
     }
 }
 
-/// Returns whether groups are too many to be meant: nearly every face would be one.
+// No file means groups of nearly every face.
 pub(super) fn has_too_many_groups(n_groups: usize, n_faces: usize) -> bool {
     n_groups > 256 && n_groups > n_faces / 4
 }
 
-/// Decodes UTF-8, or else Latin-1, in which all bytes are valid.
+/// Decodes UTF-8 or else Latin-1.
 pub(super) fn decode_text(bytes: &[u8]) -> String {
     std::str::from_utf8(bytes).map_or_else(|_| decode_latin1(bytes), String::from)
 }
@@ -120,7 +120,7 @@ pub(super) fn decode_latin1(bytes: &[u8]) -> String {
     bytes.iter().map(|&byte| char::from(byte)).collect()
 }
 
-/// Encodes a text as its file does; UTF-8 where Latin-1 lacks a letter.
+/// Encodes a text in Latin-1 if possible, else in UTF-8.
 pub(super) fn encode_text(text: &str, in_latin1: bool) -> Vec<u8> {
     let bytes = in_latin1.then(|| text.chars().map(|letter| u8::try_from(u32::from(letter))).collect::<Result<_, _>>());
     bytes.and_then(Result::ok).unwrap_or_else(|| text.as_bytes().to_vec())

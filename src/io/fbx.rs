@@ -1,6 +1,6 @@
-//! FBX, binary or text, by the library ufbx: all meshes, placed by their nodes, as one mesh.
+//! FBX by the library ufbx: all meshes as one mesh, right-handed with y up.
 //!
-//! Axes become right-handed with y up; lengths keep their numbers. Skins, morph targets and animations are dropped.
+//! Skins, morph targets and animations are dropped.
 
 mod corners;
 
@@ -23,14 +23,14 @@ use corners::{FbxMesh, convert_mesh};
 
 pub(super) const CAN_READ: bool = true;
 
-/// Largest memory per byte of a file, and bytes always allowed.
+/// Largest memory per byte of a file, and memory that is always allowed.
 const MEMORY: (usize, usize) = (200, 64 << 20);
 
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     Ok(RawMesh { attributes: Attributes::default(), ..read_attributed(bytes)?.mesh })
 }
 
-/// Reads the meshes of a scene with normals, texture coordinates and colours; nodes and materials become groups.
+/// Reads the meshes of a scene with attributes; nodes and materials become groups.
 pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     let scene = load(bytes)?;
     let nodes: Vec<&Node> = scene.nodes.iter().map(|node| &**node).filter(|node| node.mesh.is_some()).collect();
@@ -45,8 +45,9 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     }
     let of_node = |node: &&Node| numbers.get(&node.mesh.as_ref()?.element.element_id).copied();
     let of_nodes: Vec<usize> = nodes.iter().filter_map(of_node).collect();
-    // Before joining: instances are cheap in the file and expensive as one mesh.
+    // The check precedes the join: instances are cheap in the file and expensive as one mesh.
     check_repeats(&parts, &of_nodes)?;
+    // Each node adds the groups of its mesh, one per material slot.
     let mut names = UniqueMaterials::default();
     let (mut extra, mut placed) =
         (Extra { unit: units::from_meters(scene.settings.unit_meters), ..Extra::default() }, Vec::new());
@@ -60,7 +61,7 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
         extra.groups.extend(slots.iter().map(|&slot| make_group(node, slot, &mut names)));
     }
     let mut mesh = merge_placed_meshes(&placed, |_| true);
-    // FBX always stores doubles, so values decide whether they matter.
+    // FBX always stores doubles, so the values decide whether doubles are needed.
     let has_doubles = |part: &FbxMesh| part.mesh.positions.iter().flatten().any(|&x| f64::from(x as f32) != x);
     mesh.double = parts.iter().any(has_doubles) || is_far_from_origin(&mesh.positions);
     extra.looks = names.looks;
@@ -71,7 +72,7 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
 
 fn load(bytes: &[u8]) -> Result<SceneRoot, ReadError> {
     let most = MEMORY.1.max(bytes.len().saturating_mul(MEMORY.0));
-    // Limits on both allocators: temporary data may exceed the result.
+    // Both allocators are limited: temporary data may exceed the result.
     let within = || AllocatorOpts { allocator: Allocator::Libc, memory_limit: most, ..AllocatorOpts::default() };
     let options = LoadOpts {
         temp_allocator: within(),
@@ -94,7 +95,7 @@ fn load(bytes: &[u8]) -> Result<SceneRoot, ReadError> {
     })
 }
 
-/// Refuses a scene that repeats its meshes more than [`instance_limit`] allows.
+/// Rejects a scene beyond [`instance_limit`].
 fn check_repeats(parts: &[FbxMesh], of_nodes: &[usize]) -> Result<(), ReadError> {
     let size = |part: &FbxMesh| {
         let attributes = &part.mesh.attributes;

@@ -1,4 +1,4 @@
-//! Folders that hold the files a mesh names: on disk or in memory.
+//! Folders for companion files.
 
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use crate::mesh::fallible_allocation::with_fallible_allocation;
 
-/// A folder, which names in a mesh file are relative to.
+/// Folder that names in a mesh file are relative to.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Folder {
-    /// A folder on disk.
+    /// Folder on disk.
     Disk(PathBuf),
     /// Files in memory, by normalised relative path.
     Memory(Arc<BTreeMap<PathBuf, Arc<[u8]>>>),
@@ -22,8 +22,7 @@ impl Folder {
         Self::Disk(file.parent().unwrap_or(Path::new("")).to_path_buf())
     }
 
-    /// Makes a folder of files in memory. Names may have slashes of both kinds; files whose names lead out of the
-    /// folder are dropped.
+    /// Makes a folder of files in memory; drops names that lead out of the folder.
     ///
     /// ```
     /// use neural_mesh::io::{Folder, read_looks, read_attributed_in};
@@ -46,7 +45,7 @@ impl Folder {
         }
     }
 
-    /// Resolves `path` and its links to a file in or below the folder, or anywhere with `allow_outside`.
+    /// Resolves `path` and its links to a file in the folder.
     pub(super) fn resolve(&self, path: &Path, allow_outside: bool) -> Result<PathBuf, FileProblem> {
         let folder = match self {
             Self::Memory(files) => {
@@ -54,7 +53,7 @@ impl Folder {
             }
             Self::Disk(folder) => or_current(folder),
         };
-        // Links are followed before the comparison: one may lead out of the folder.
+        // Links are followed before the comparison: a link may lead out of the folder.
         let inside = folder.canonicalize().map_err(|_| FileProblem::Missing)?;
         let source = folder.join(path).canonicalize().map_err(|_| FileProblem::Missing)?;
         if !source.starts_with(inside) && !allow_outside {
@@ -75,7 +74,6 @@ impl Folder {
         }
     }
 
-    /// Returns the path relative to the folder, or `None` for a file outside.
     pub(super) fn relative_path(&self, source: &Path) -> Option<PathBuf> {
         match self {
             Self::Disk(folder) => {
@@ -87,9 +85,7 @@ impl Folder {
     }
 }
 
-/// Joins `name` to `base` and removes upward steps; returns `None` where the path leads out of the root of `base`.
-///
-/// Both kinds of slashes separate names.
+/// Joins `name` to `base`; `None` if the path leaves the root of `base`.
 pub(super) fn inner_path(base: &Path, name: &str) -> Option<PathBuf> {
     // Windows programs write backslashes, which are valid in names elsewhere but hardly used.
     let name = name.replace('\\', "/");
@@ -113,7 +109,7 @@ pub(super) fn inner_path(base: &Path, name: &str) -> Option<PathBuf> {
 #[derive(Debug)]
 pub(super) enum FileProblem {
     Outside,
-    /// Absent, or the name is invalid.
+    // The file is absent, or its name is invalid.
     Missing,
     NotAFile,
     Unreadable(std::io::Error),
@@ -130,7 +126,6 @@ impl std::fmt::Display for FileProblem {
     }
 }
 
-/// Returns the folder as a path that can be joined: `.` if empty.
 fn or_current(folder: &Path) -> &Path {
     if folder.as_os_str().is_empty() { Path::new(".") } else { folder }
 }

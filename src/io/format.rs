@@ -1,12 +1,11 @@
-//! File formats: recognised by name, by file extension, by content.
+//! File formats.
 
 use std::borrow::Cow;
 use std::path::Path;
 
 use crate::mesh::Role;
 
-/// A mesh file format. Readers tell text from binary by content: `PlyAscii` reads as `Ply`, `StlAscii` as `Stl`, `Glb`
-/// as `Gltf`.
+/// Mesh file format; readers distinguish text from binary by content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Format {
@@ -33,7 +32,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// The names that [`from_name`](Self::from_name) accepts, besides `vrm`.
+    /// Names that [`from_name`](Self::from_name) accepts, besides `vrm`.
     pub const NAMES: [&str; 10] = ["obj", "ply", "ply-ascii", "stl", "stl-ascii", "off", "gltf", "glb", "3mf", "fbx"];
 
     /// Returns whether coordinates are single precision without a local origin.
@@ -46,7 +45,7 @@ impl Format {
         matches!(self, Self::Stl | Self::StlAscii)
     }
 
-    /// Returns whether the format holds positions and faces only.
+    /// Returns whether the format stores positions and faces only.
     ///
     /// ```
     /// use neural_mesh::io::Format;
@@ -56,7 +55,7 @@ impl Format {
         matches!(self, Self::Stl | Self::StlAscii | Self::Off)
     }
 
-    /// Returns whether the format holds attributes of this role.
+    /// Returns whether the format stores attributes of this role.
     ///
     /// ```
     /// use neural_mesh::{io::Format, mesh::Role};
@@ -66,7 +65,7 @@ impl Format {
         !self.is_bare() && (self != Self::ThreeMf || role == Role::Colour)
     }
 
-    /// Returns the format called `name`, in any case, or `None`.
+    /// Returns the format called `name`, in any case.
     ///
     /// ```
     /// use neural_mesh::io::Format;
@@ -83,7 +82,7 @@ impl Format {
             "stl-ascii" => Some(Self::StlAscii),
             "off" => Some(Self::Off),
             "gltf" => Some(Self::Gltf),
-            // A VRM is a GLB that says more in extensions.
+            // A VRM is a GLB with extensions.
             "glb" | "vrm" => Some(Self::Glb),
             "3mf" => Some(Self::ThreeMf),
             "fbx" => Some(Self::Fbx),
@@ -91,7 +90,7 @@ impl Format {
         }
     }
 
-    /// Returns the format of a path's extension, ignoring a final `.gz`, or `None`.
+    /// Returns the format of a path's extension, ignoring a final `.gz`.
     ///
     /// ```
     /// use neural_mesh::io::Format;
@@ -117,7 +116,7 @@ impl Format {
         }
     }
 
-    /// Returns the format that the content shows, by signature or else by its first lines, or `None`.
+    /// Returns the format of the content, by its signature or its first lines.
     ///
     /// ```
     /// use neural_mesh::io::Format;
@@ -133,8 +132,8 @@ impl Format {
             _ if is_package(bytes) => Some(Self::ThreeMf),
             _ if bytes.starts_with(b"Kaydara FBX Binary") || text.starts_with(b"; FBX ") => Some(Self::Fbx),
             b"ply" => Some(Self::Ply),
-            // Before the test for a brace: the count of a binary STL may begin with one. After PLY, whose signature is
-            // certain.
+            // This precedes the test for a brace, since the count of a binary STL may begin with one; it follows PLY,
+            // whose signature is certain.
             _ if is_binary_stl(bytes) || word.eq_ignore_ascii_case(b"solid") => Some(Self::Stl),
             _ if text.starts_with(b"{") => Some(Self::Gltf),
             // Comments may come first; ten thousand lines bound the search in large files.
@@ -159,13 +158,12 @@ impl Format {
     }
 }
 
-/// Returns whether the length agrees with the face count of a binary STL.
+/// Returns whether the length agrees with a binary STL's face count.
 pub(super) fn is_binary_stl(bytes: &[u8]) -> bool {
     let count = bytes.get(80..84).and_then(|count| count.try_into().ok()).map(u32::from_le_bytes);
     count.is_some_and(|count| bytes.len() as u64 == 84 + 50 * u64::from(count))
 }
 
-/// Returns whether the bytes are a zip archive with a `.model` file; its directory at the end has names uncompressed.
 fn is_package(bytes: &[u8]) -> bool {
     bytes.starts_with(b"PK\x03\x04") && memchr::memmem::rfind(bytes, b".model").is_some()
 }
@@ -218,7 +216,6 @@ mod tests {
         }
     }
 
-    /// The count begins with the byte of an opening brace; found by fuzzing.
     #[test]
     fn a_binary_stl_of_123_faces_under_a_blank_header_is_no_gltf() {
         let mut bytes = vec![b' '; 80];

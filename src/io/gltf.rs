@@ -1,7 +1,4 @@
-//! glTF 2.0, JSON or GLB: the default scene as one mesh, and whole assets ([`Asset`]).
-//!
-//! This file holds the plain reader: geometry placed by its nodes, without materials, cameras, skins, morph targets and
-//! animations.
+//! glTF 2.0: the default scene as one mesh, and whole assets ([`Asset`]).
 
 mod accessor;
 mod asset;
@@ -72,7 +69,7 @@ pub(super) const MISSING: Option<&str> = None;
 
 const REMEDY: &str = "export the asset again";
 
-/// An extension that places meshes in a way the plain reader does not see.
+/// Unsupported extension that places meshes.
 const REFUSED: &str = "EXT_mesh_gpu_instancing";
 
 /// Reads the geometry of a glTF; `fetch` returns the bytes of a buffer file by its URI.
@@ -97,7 +94,7 @@ fn refuse_instancing(root: &Root) -> Result<(), ReadError> {
     }
 }
 
-/// Takes `n` from the budget of vertices and faces, so that a small file cannot fill the memory.
+// The budget of vertices and faces keeps a small file from filling the memory.
 fn spend(budget: &mut usize, n: usize) -> Result<(), ReadError> {
     *budget = budget
         .checked_sub(n)
@@ -114,7 +111,7 @@ struct SceneBuilder<'a> {
 impl SceneBuilder<'_> {
     fn add_mesh(&mut self, index: usize, transform: DMat4) -> Result<(), ReadError> {
         let mesh = self.data.root.meshes.get(index).ok_or_else(|| missing_error("mesh", index))?;
-        // // Primitives that differ only in material often share their positions.
+        // Primitives that differ only in material often share their positions.
         let mut known = BTreeMap::new();
         for primitive in &mesh.primitives {
             let Some(accessor) = primitive.triangle_positions() else { continue };
@@ -129,7 +126,7 @@ impl SceneBuilder<'_> {
 
     fn add_positions(&mut self, accessor: usize, transform: DMat4) -> Result<(usize, usize), ReadError> {
         let first = self.mesh.positions.len();
-        // The claimed count is limited by the budget before anything is allocated.
+        // The budget limits the claimed count before anything is allocated.
         let local = self.data.positions(accessor, self.budget)?;
         spend(&mut self.budget, local.len())?;
         self.mesh.positions.extend(local.iter().map(|&p| transform.transform_point3(p.into()).to_array()));
@@ -162,7 +159,6 @@ mod tests {
 
     use super::*;
 
-    /// Writes an asset with a triangle at z = 0 (view 0), indices 0 1 2 (view 1) and one more position (view 2).
     fn asset(rest: &str) -> String {
         let mut bytes = Vec::new();
         for float in [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0] {

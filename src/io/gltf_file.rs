@@ -1,4 +1,4 @@
-//! A mesh of another format as a glTF file; plain data, also for builds without glTF.
+//! Mesh of another format as a glTF file.
 
 use super::OutputFile;
 

@@ -1,4 +1,4 @@
-//! Looks of a mesh's groups: colours and textures from the material libraries of an OBJ, or from comments of a PLY.
+//! Materials of a mesh's groups.
 
 use std::path::Path;
 
@@ -10,11 +10,9 @@ use super::material_libraries::{file_name, first_word, library_names};
 use super::texture_comments::{comment_textures, texture_number};
 use crate::mesh::{BaseTexture, Look, Looks, Wrap, linear_light};
 
-/// Reads what the groups of a mesh look like: from the file itself, its material libraries or its textures; white by
-/// default.
+/// Reads the materials of a mesh's groups: from the file, its libraries or its textures; white by default.
 ///
-/// Files come from the folder of the mesh, from outside only with `allow_outside`. The second result lists missing
-/// files, a line each.
+/// Only `allow_outside` permits files outside the mesh's folder. The second result lists missing files.
 ///
 /// ```
 /// use neural_mesh::io::{read_looks, read_attributed_path};
@@ -42,7 +40,7 @@ fn read_numbered_textures(extra: &Extra, finder: &mut FileFinder) -> Vec<Look> {
     };
     let looks: Vec<Look> = comment_textures(extra).map(look).collect();
     let of_group = |group: &Group| looks.get(texture_number(extra, group)?).cloned();
-    // // Faces without numbers all have the first texture.
+    // Faces without numbers all have the first texture.
     let groups = if extra.groups.is_empty() { &[Group::default()][..] } else { &extra.groups };
     groups.iter().map(|group| of_group(group).unwrap_or_default()).collect()
 }
@@ -54,7 +52,7 @@ fn read_libraries(extra: &Extra, finder: &mut FileFinder) -> Vec<Look> {
             materials.append(&mut read_library(&library, finder));
         }
     }
-    // // The first of several materials with one name counts, so the order is reversed.
+    // The first of several materials with one name counts, so the order is reversed.
     let by_name: FxHashMap<&str, &Look> = materials.iter().rev().map(|(name, look)| (name.as_str(), look)).collect();
     let look = |name: &Option<String>| by_name.get(name.as_deref()?).map(|&look| look.clone());
     extra.groups.iter().map(|group| look(&group.material).unwrap_or_default()).collect()
@@ -83,8 +81,7 @@ fn read_library(library: &CompanionFile, finder: &mut FileFinder) -> Vec<(String
     materials
 }
 
-/// Parses the statement `word`, in lower case, into a look; returns whether it is one of colour or number, even if its
-/// numbers are broken.
+/// Parses a statement of colour or number; returns whether the statement is one.
 fn parse_numbers(look: &mut Look, word: &[u8], rest: &[u8]) -> bool {
     let share =
         |known: f32| parse_leading_numbers(rest).next().filter(|x| x.is_finite()).map_or(known, |x| x.clamp(0.0, 1.0));
@@ -111,8 +108,7 @@ fn texture_slot<'a>(look: &'a mut Look, word: &[u8]) -> Option<&'a mut Option<Ba
     }
 }
 
-/// Replaces a black colour or zero metal beneath a texture by one: it would hide the texture, which programs do not
-/// mean.
+// A black colour or zero metal would hide its texture, which no file means.
 fn show_textures(look: &mut Look) {
     if look.texture.is_some() && look.colour == [0.0; 3] {
         look.colour = [1.0; 3];
@@ -125,7 +121,7 @@ fn show_textures(look: &mut Look) {
     }
 }
 
-/// Parses one or three numbers, sRGB by custom of MTL, into linear light.
+/// Parses one or three sRGB numbers into linear light.
 fn parse_colour(text: &[u8]) -> Option<[f32; 3]> {
     let mut numbers = parse_leading_numbers(text);
     let first = numbers.next()?;

@@ -1,4 +1,4 @@
-//! Gzip-compressed mesh files, decompressed within bounds.
+//! Gzip-compressed mesh files.
 
 use std::borrow::Cow;
 use std::io::{Read, Write};
@@ -13,8 +13,7 @@ use crate::mesh::fallible_allocation::with_fallible_allocation;
 
 const MAGIC: &[u8] = b"\x1f\x8b";
 
-/// Largest expansion per compressed byte, and bytes always allowed. Meshes expand 2 to 20 times; the format reaches
-/// 1030.
+/// Largest expansion per compressed byte, and bytes always allowed; meshes expand 2 to 20 times.
 const LIMIT: (usize, usize) = (200, 16 << 20);
 
 pub(super) fn decompress(bytes: &[u8]) -> Result<Cow<'_, [u8]>, ReadError> {
@@ -24,7 +23,7 @@ pub(super) fn decompress(bytes: &[u8]) -> Result<Cow<'_, [u8]>, ReadError> {
     decompress_within(bytes, LIMIT.1.max(bytes.len().saturating_mul(LIMIT.0))).map(Cow::Owned)
 }
 
-/// Decompresses all members of a file; other bytes after them are padding.
+// Bytes after the last member are padding.
 fn decompress_within(bytes: &[u8], most: usize) -> Result<Vec<u8>, ReadError> {
     let (mut out, mut rest) = (Vec::new(), bytes);
     // A file may have several members; their contents are concatenated.
@@ -37,7 +36,7 @@ fn decompress_within(bytes: &[u8], most: usize) -> Result<Vec<u8>, ReadError> {
             _ => ReadError::file(format!("the gzip data is cut or damaged ({error})"), "fetch the file again"),
         };
         with_fallible_allocation(|| decoder.by_ref().take(room).read_to_end(&mut out)).map_err(damaged)?;
-        // A small bomb could otherwise fill the memory.
+        // A small file could otherwise fill the memory.
         if out.len() > most {
             let what = format!("the gzip data unpacks to more than {most} bytes");
             return Err(ReadError::file(what, "unpack the file first if it is genuine"));

@@ -1,8 +1,8 @@
-//! Conversion of the images that an asset refers to.
+//! Conversion of an asset's images.
 
 use std::fmt::Debug;
 
-/// The meaning of an image's values.
+/// Meaning of an image's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ImageUse {
     /// sRGB colours, perhaps with opacity.
@@ -13,8 +13,8 @@ pub enum ImageUse {
     Normals,
 }
 
-/// A converter of images, for example to smaller ones.
+/// Converter of images, for example to smaller ones.
 pub trait ImageConverter: Debug + Sync {
-    /// Returns the converted file in the same format, as names and media types stay, or `None` to keep the image.
+    /// Returns the converted file in its format, or `None` to keep the image.
     fn convert(&self, image: &[u8], used: ImageUse) -> Option<Vec<u8>>;
 }

@@ -1,4 +1,4 @@
-//! Material libraries (MTL) of an OBJ and their textures, copied with adapted names.
+//! Material libraries (MTL) of an OBJ, copied with adapted names.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,7 @@ use super::ImageUse;
 use super::companion_files::{FileFinder, to_reference};
 use super::extra::{Extra, decode_text};
 
-/// Options of texture statements and the most words after each; `-o`, `-s` and `-t` may have fewer.
+/// Options of texture statements, and the most words after each.
 const OPTIONS: [(&[u8], usize); 14] = [
     (b"-blendu", 1),
     (b"-blendv", 1),
@@ -26,14 +26,14 @@ const OPTIONS: [(&[u8], usize); 14] = [
 
 #[derive(Debug, Default)]
 pub(super) struct Libraries {
-    /// Names in the output, one per line.
+    // Names in the output, one per line.
     pub names: Vec<String>,
-    /// Materials and the output paths of their textures (`map_Kd`).
+    // Materials and the output paths of their textures (`map_Kd`).
     pub textures: Vec<(String, String)>,
 }
 
 impl Libraries {
-    /// Finds the mesh's libraries and their textures, and adds both to the output.
+    /// Adds the mesh's libraries and their textures to the output.
     pub fn find(extra: &Extra, finder: &mut FileFinder) -> Self {
         let mut libraries = Self::default();
         for name in library_names(extra, finder) {
@@ -54,7 +54,7 @@ impl Libraries {
         let mut out = Vec::with_capacity(text.len());
         let mut material = String::new();
         for line in text.split_inclusive(|&byte| byte == b'\n' || byte == b'\r') {
-            // Lines are copied as they are, with their ends, unless a texture name in them changes.
+            // Lines are copied unchanged, with their ends, unless a texture name in them changes.
             let (word, rest) = first_word(line);
             if word == b"newmtl" {
                 material = decode_text(rest.trim_ascii());
@@ -73,7 +73,7 @@ impl Libraries {
                 self.textures.push((material.clone(), to_reference(&found.output_path)));
             }
             if found.is_renamed {
-                // The name is the end of the line; only it changes, so that options and comments survive.
+                // The name is the end of the line; only the name changes, so that options and comments survive.
                 let start = line.trim_ascii_end().len() - name.len();
                 out.extend(&line[..start]);
                 out.extend(from_folder_of(place, &found.output_path).as_bytes());
@@ -87,14 +87,13 @@ impl Libraries {
     }
 }
 
-/// Lists the libraries of a mesh: a line may name several, or one with blanks in its name.
+// A line may name several libraries, or one with blanks in its name.
 pub(super) fn library_names<'a>(extra: &'a Extra, finder: &FileFinder) -> Vec<&'a str> {
     let of_line =
         |line: &'a String| if finder.has_file(line) { vec![line.as_str()] } else { line.split_whitespace().collect() };
     extra.material_libraries.iter().flat_map(of_line).collect()
 }
 
-/// Returns the relative path from the file `place` to the file `other`.
 fn from_folder_of(place: &Path, other: &Path) -> String {
     let up: PathBuf = place
         .parent()

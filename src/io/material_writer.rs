@@ -1,4 +1,4 @@
-//! Writes materials that came with a mesh (from glTF, say) as a material library with textures, for an OBJ or PLY.
+//! Materials written as a material library.
 
 use std::path::PathBuf;
 
@@ -16,7 +16,7 @@ pub(super) struct MaterialLibrary {
 }
 
 impl MaterialLibrary {
-    /// Writes the materials that groups use; adds their textures, named after `name`, to the output.
+    /// Writes the used materials; adds their textures, named after `name`.
     pub fn from_looks(extra: &Extra, name: &str, finder: &mut FileFinder) -> Self {
         let mut library = Self::default();
         // Materials that no group uses are left out.
@@ -38,7 +38,6 @@ impl MaterialLibrary {
         self.push_numbers("Kd", &look.colour.map(srgb));
     }
 
-    /// Appends the statements of a finish that differ from its defaults, in the usual extensions for roughness.
     fn push_finish<'a>(&mut self, finish: &'a Finish, paths: &mut TexturePaths<'a, '_, '_>) {
         let plain = Finish::default();
         // Defaults are not written, so that plain materials stay short.
@@ -50,7 +49,7 @@ impl MaterialLibrary {
             self.push_numbers("Pr", &[finish.roughness]);
             self.push_numbers("Pm", &[finish.metal]);
         }
-        // // A single image for both is glTF's, with values in green and blue; MTL cannot say that.
+        // glTF stores both in green and blue of one image, which MTL cannot express.
         if finish.roughness_texture != finish.metal_texture {
             finish.roughness_texture.iter().for_each(|texture| drop(self.push_texture("map_Pr", texture, paths)));
             finish.metal_texture.iter().for_each(|texture| drop(self.push_texture("map_Pm", texture, paths)));
@@ -89,7 +88,7 @@ impl<'a> TexturePaths<'a, '_, '_> {
         let known = self.known.iter().find(|(other, _)| other.image == texture.image).map(|(_, path)| path.clone());
         known.unwrap_or_else(|| {
             let ending = match (extension(&texture.image), self.finder.converter) {
-                // // A converter turns KTX2 into another type, which decides the extension.
+                // A converter turns KTX2 into another type, which decides the extension.
                 ("ktx2", Some(converter)) => {
                     converter.convert(&texture.image, used).map_or("ktx2", |image| extension(&image))
                 }

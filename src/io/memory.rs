@@ -1,4 +1,4 @@
-//! Bounded reading of files and streams, and memory for large arrays: refusals instead of aborts.
+//! Bounded reading, and memory for large arrays without aborts.
 
 use std::io::{self, Read};
 use std::path::Path;
@@ -6,10 +6,10 @@ use std::path::Path;
 use super::ReadError;
 use crate::mesh::fallible_allocation::{make_room, with_fallible_allocation};
 
-/// Longest stream in bytes; an endless one would fill the memory.
+/// Longest stream in bytes.
 const LONGEST_STREAM: u64 = 1 << 32;
 
-/// Allowed repetition of vertices and faces by instances, and their number always allowed.
+/// Allowed repetition by instances, and the number always allowed.
 #[cfg(any(feature = "gltf", feature = "3mf", feature = "fbx"))]
 const REPEATS: (usize, usize) = (16, 1 << 22);
 
@@ -46,7 +46,7 @@ pub(super) fn io_error(error: io::Error) -> ReadError {
     }
 }
 
-/// Reads the file at `path`. Devices are refused, as they have no end; pipes are limited as [`read_stream`] is.
+/// Reads the file at `path`; rejects devices and long pipes.
 ///
 /// # Errors
 /// [`ReadError`], without the path.
@@ -68,10 +68,10 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>, ReadError> {
     read_stream(std::fs::File::open(path).map_err(io_error)?)
 }
 
-/// Reads a stream, such as standard input, of up to 4 GiB.
+/// Reads a stream of up to 4 GiB.
 ///
 /// # Errors
-/// [`ReadError`] if it fails, is longer, or does not fit into memory.
+/// [`ReadError`] if the stream fails, is longer, or does not fit into memory.
 ///
 /// ```
 /// assert_eq!(neural_mesh::io::read_stream(&b"v 0 0 0"[..]).unwrap(), b"v 0 0 0");

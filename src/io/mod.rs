@@ -1,6 +1,6 @@
 //! Mesh files: readers from bytes to [`RawMesh`], and writers back.
 //!
-//! Readers check the syntax of a file; [`cleanup`](crate::mesh::cleanup) judges the mesh.
+//! Readers check the syntax of a file; [`cleanup`](crate::mesh::cleanup) checks the mesh.
 
 mod attributed_writer;
 mod companion_files;
@@ -91,7 +91,7 @@ use write::Content;
 /// Reads a mesh from the bytes of a file, gzip-compressed or not; without a `format`, the content decides.
 ///
 /// # Errors
-/// [`ReadError`] names the problem, its place and a remedy in one line.
+/// [`ReadError`] names the problem, its location and a remedy in one line.
 ///
 /// ```
 /// use neural_mesh::io::{Format, read};
@@ -104,10 +104,9 @@ pub fn read(bytes: &[u8], format: Option<Format>) -> Result<RawMesh, ReadError> 
     read_with(bytes, format, &refuse_external_file)
 }
 
-/// Reads a mesh with texture coordinates, normals, colours, groups, materials and further properties; without a
-/// `format`, the content decides.
+/// Reads a mesh with its attributes, groups and materials; without a `format`, the content decides.
 ///
-/// From a glTF come the meshes of the default scene, as one mesh. [`ReadMesh::notes`] lists losses.
+/// A glTF gives the meshes of its default scene as one mesh.
 ///
 /// # Errors
 /// As [`read`].
@@ -129,7 +128,7 @@ fn read_attributed_with(
     format: Option<Format>,
     fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
 ) -> Result<ReadMesh, ReadError> {
-    // Before the format is detected: a compressed file shows only its gzip signature.
+    // Decompression comes first: a compressed file shows only its gzip signature.
     let bytes = &gzip::decompress(bytes)?;
     let format = detect_format(bytes, format)?;
     // Formats without attributes return a mesh and notes only.
@@ -148,7 +147,6 @@ fn read_attributed_with(
     Ok(ReadMesh { format: Some(format), ..read })
 }
 
-/// Refuses the external file `uri`: bytes alone have no folder to read it from.
 fn refuse_external_file(uri: &str) -> Result<Vec<u8>, ReadError> {
     let what = format!("the buffer {uri:?} is a file of its own");
     Err(ReadError::file(what, "read the asset by its path or export it as GLB"))
@@ -156,7 +154,7 @@ fn refuse_external_file(uri: &str) -> Result<Vec<u8>, ReadError> {
 
 fn detect_format(bytes: &[u8], format: Option<Format>) -> Result<Format, ReadError> {
     let format = format.or_else(|| Format::from_content(bytes)).ok_or_else(|| unknown_format_error(bytes))?;
-    // The signature of UTF-16 text; without this, a reader would complain about the first word.
+    // This is the signature of UTF-16 text; without this check, a reader would complain about the first word.
     if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
         return Err(ReadError::file("the text is in UTF-16", "save it as UTF-8 or ASCII"));
     }
@@ -211,7 +209,7 @@ pub fn can_read(format: Format) -> bool {
 
 const FBX_READ_ONLY: &str = "fbx is read, not written: choose glb, which holds as much";
 
-/// Returns why this build cannot write `format`, with a remedy, or `None` if it can.
+/// Returns why this build cannot write `format`, or `None` if it can.
 ///
 /// ```
 /// use neural_mesh::io::{Format, write_obstacle};
@@ -229,7 +227,7 @@ pub fn write_obstacle(format: Format) -> Option<&'static str> {
 /// Writes a mesh as the bytes of a file, in the coordinates of `frame`.
 ///
 /// # Errors
-/// [`WriteError`] where the format cannot hold the mesh.
+/// [`WriteError`] if the format cannot store the mesh.
 ///
 /// ```
 /// use neural_mesh::{io, mesh::{Frame, TriMesh}};
@@ -241,10 +239,10 @@ pub fn write(mesh: &TriMesh, frame: &Frame, format: Format) -> Result<Vec<u8>, W
     write_content(Content::from_mesh(mesh, frame), format)
 }
 
-/// Writes a mesh with exact positions, n_vertices x 3 in the file's coordinates, instead of its rounded ones.
+/// Writes a mesh with these exact positions, n_vertices x 3, in the file's coordinates.
 ///
 /// # Errors
-/// [`WriteError`] where the format cannot hold the mesh, or a vertex has no finite position.
+/// [`WriteError`] if the format cannot store the mesh, or a position is missing or not finite.
 ///
 /// ```
 /// use neural_mesh::{io, mesh::TriMesh};
@@ -275,7 +273,7 @@ fn write_prepared(content: &Content, format: Format) -> Result<Vec<u8>, WriteErr
     }
 }
 
-/// Gives the content the digits that the format needs, and checks that its numbers keep the mesh.
+// The content gets the digits that the format needs; rounding must keep the mesh.
 fn prepare_content(content: Content, format: Format) -> Result<Content, WriteError> {
     // Readers of these texts may take short singles as doubles, which moves vertices.
     let is_for_doubles = matches!(format, Format::Obj | Format::Off | Format::ThreeMf);

@@ -1,4 +1,4 @@
-//! Stub of `fbx` for builds without it: refuses files.
+//! Stub of `fbx` for builds without it.
 
 use super::{ReadError, ReadMesh};
 use crate::mesh::RawMesh;

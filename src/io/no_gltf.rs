@@ -1,4 +1,4 @@
-//! Stub of `gltf` for builds without it: refuses files and meshes.
+//! Stub of `gltf` for builds without it.
 
 use super::gltf_file::GltfFile;
 use super::write::Content;

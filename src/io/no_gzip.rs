@@ -1,4 +1,4 @@
-//! Stub of `gzip` for builds without it: refuses compressed files.
+//! Stub of `gzip` for builds without it.
 
 use std::borrow::Cow;
 

@@ -1,4 +1,4 @@
-//! Stub of `threemf` for builds without it: refuses files and meshes.
+//! Stub of `threemf` for builds without it.
 
 use super::write::Content;
 use super::{Extra, ReadError, ReadMesh, WriteError};

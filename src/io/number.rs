@@ -1,4 +1,4 @@
-//! Decimal numbers in bytes: a fast path for typical mesh files, the crate `fast-float2` for the rest.
+//! Decimal numbers: a fast path, the crate `fast-float2` for the rest.
 
 const POWERS: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,
@@ -9,11 +9,11 @@ const POWERS: [f64; 23] = [
 pub(super) struct Number {
     pub value: f64,
     pub length: usize,
-    /// Whether the digits need a double: the nearest single, written with as many decimals, would differ.
+    // True if the digits need a double: the nearest single, written with as many decimals, would differ.
     pub double: bool,
 }
 
-/// Parses the number at the start of `text`, including `nan`, `inf` and `infinity`; `None` if there is none.
+/// Parses the number at the start of `text`, including `nan` and `inf`.
 pub(super) fn parse(text: &[u8]) -> Option<Number> {
     let signed = usize::from(matches!(text.first(), Some(b'-' | b'+')));
     let (whole, n_whole) = digits(text.get(signed..)?, 0);
@@ -26,7 +26,7 @@ pub(super) fn parse(text: &[u8]) -> Option<Number> {
     let n_digits = n_whole + n_decimals;
     let (exponent, n_exponent) = exponent(&text[length..]);
     let power = exponent - n_decimals as i32;
-    // // Trailing zeros of a whole number are no statement about its precision.
+    // Trailing zeros of a whole number are no statement about its precision.
     let n_zeros =
         if n_decimals > 0 { 0 } else { text[..length].iter().rev().take_while(|&&byte| byte == b'0').count() };
     let last_digit = power.saturating_add(n_zeros as i32);
@@ -78,7 +78,7 @@ fn parse_any(text: &[u8], last_digit: i32) -> Option<Number> {
 /// Returns whether a number whose last digit counts 10^last_digit cannot be the text of an `f32`.
 fn says_more_than_single(value: f64, last_digit: i32) -> bool {
     let error = (f64::from(value as f32) - value).abs();
-    // Half of the last digit, and the rounding of the value itself.
+    // The tolerance is half of the last digit, and the rounding of the value itself.
     let tolerance = || 0.5 * 10f64.powi(last_digit.clamp(-400, 400)) + value.abs() * f64::EPSILON;
     error != 0.0 && value.is_finite() && error > tolerance()
 }

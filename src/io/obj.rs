@@ -1,6 +1,4 @@
-//! Wavefront OBJ: positions and faces, on request texture coordinates, normals, vertex colours, groups and materials.
-//!
-//! Curves, lines and points are ignored.
+//! Wavefront OBJ, without curves, lines and points.
 
 mod groups;
 mod wedges;
@@ -15,12 +13,12 @@ use groups::ObjGroups;
 use wedges::ObjWedges;
 pub(super) use write::{write, write_attributed};
 
-/// Index of no vertex; cleanup drops faces with it.
+// Cleanup drops faces with such an index.
 const NOWHERE: u32 = u32::MAX;
 
 const REMEDY: &str = "fix the line or export the mesh again";
 
-/// Reads the geometry of an OBJ text, with BOM, CRLF, continued lines, relative indices and comments in any encoding.
+/// Reads the geometry of an OBJ text.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     let mut reader = ObjReader::default();
     reader.read(bytes)?;
@@ -28,9 +26,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     Ok(reader.mesh)
 }
 
-/// Reads an OBJ text with all its attributes.
-///
-/// Corners without a valid texture coordinate or normal get zeros. If some vertices have colours, the others get white.
+/// Reads an OBJ text with all its attributes; missing values are zeros, missing colours white.
 pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     let mut reader = ObjReader { reads_attributes: true, ..ObjReader::default() };
     reader.read(bytes)?;
@@ -40,17 +36,17 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
 #[derive(Default)]
 struct ObjReader<'a> {
     reads_attributes: bool,
-    /// Mesh so far; its faces index wedges once `wedges` exists.
+    // The faces index wedges if `wedges` exists.
     mesh: RawMesh,
     fans: Fans,
     corners: Vec<[u32; 3]>,
     numbers: Vec<u32>,
-    /// Wedges, from the first corner on that has more than a vertex.
+    // Wedges exist from the first corner with more than a vertex.
     wedges: Option<ObjWedges>,
-    /// Values of the `vt` lines, n x 2, and of the `vn` lines, n x 3.
+    // Values of the `vt` lines, n x 2, and of the `vn` lines, n x 3.
     uvs: Vec<f32>,
     normals: Vec<f32>,
-    /// Colours of the vertices, n_vertices x 3; empty while none has one.
+    // Colours of the vertices, n_vertices x 3; empty until a vertex has one.
     colours: Vec<f32>,
     groups: ObjGroups<'a>,
     libraries: Vec<&'a [u8]>,
@@ -67,7 +63,7 @@ struct IgnoredStatements {
 
 impl<'a> ObjReader<'a> {
     fn read(&mut self, bytes: &'a [u8]) -> Result<(), ReadError> {
-        // Unknown statements are skipped, not refused: exporters add their own.
+        // Unknown statements are skipped, since exporters add their own.
         let mut text = Text::new(bytes).with_continuation();
         while !text.is_at_end() {
             text.skip_blanks();
@@ -114,7 +110,8 @@ impl<'a> ObjReader<'a> {
         self.read_corners(text)?;
         self.numbers.clear();
         reserve(&mut self.numbers, self.corners.len())?;
-        // Wedges begin with the first corner that has more than a vertex: most files have none, or have them at once.
+        // Wedges begin with the first corner that has more than a vertex: most files have no such corner, or begin with
+        // one.
         if self.wedges.is_none() && self.corners.iter().any(|corner| corner[1..] != [NOWHERE; 2]) {
             self.wedges = Some(ObjWedges::from_vertices(&mut self.mesh.faces));
         }
@@ -124,7 +121,7 @@ impl<'a> ObjReader<'a> {
         }
         let n_before = self.mesh.faces.len();
         reserve(&mut self.mesh.faces, self.numbers.len())?;
-        // Faces with fewer than three corners are counted, not refused.
+        // Faces with fewer than three corners are counted and dropped.
         if !self.fans.push(&self.numbers, &mut self.mesh.faces) {
             self.mesh.dropped_faces += 1;
         } else if self.reads_attributes {
@@ -133,13 +130,13 @@ impl<'a> ObjReader<'a> {
         Ok(())
     }
 
-    /// Reads corners `v`, `v/vt`, `v//vn` or `v/vt/vn` up to the end of the line.
+    /// Reads corners `v`, `v/vt`, `v//vn` or `v/vt/vn`.
     fn read_corners(&mut self, text: &mut Text) -> Result<(), ReadError> {
         let counts = [self.mesh.positions.len(), self.uvs.len() / 2, self.normals.len() / 3];
         self.corners.clear();
         while !text.is_line_done() {
             let problem = "a corner of a face needs a vertex number";
-            // A bad vertex number is an error, a bad texture coordinate or normal only missing.
+            // A bad vertex number is an error; a bad texture coordinate or normal is only missing.
             let vertex = text.integer().ok_or_else(|| text.error(problem, REMEDY))?;
             let mut corner = [to_zero_based(vertex, counts[0]), NOWHERE, NOWHERE];
             for (part, &count) in corner.iter_mut().zip(&counts).skip(1) {
@@ -152,7 +149,7 @@ impl<'a> ObjReader<'a> {
             }
             reserve(&mut self.corners, 1)?;
             self.corners.push(corner);
-            // Skips the rest of the corner, whatever it holds.
+            // The rest of the corner is skipped, whatever it contains.
             while !text.is_between_words() {
                 text.advance(1);
             }
@@ -162,7 +159,7 @@ impl<'a> ObjReader<'a> {
 
     fn read_statement(&mut self, text: &mut Text<'a>) {
         match text.word() {
-            // A third coordinate is noted if it says anything.
+            // A third coordinate is noted unless it is zero.
             b"vt" => {
                 let (values, _) = parse_values::<3>(text).unwrap_or_default();
                 self.uvs.extend(&values[..2]);
@@ -173,7 +170,7 @@ impl<'a> ObjReader<'a> {
             b"l" => self.ignored.lines += 1,
             b"p" => self.ignored.points += 1,
             b"vp" | b"curv" | b"curv2" | b"surf" => self.ignored.curves += 1,
-            // The longest group statement, `usemtl`, has six letters; comments and others need no copy.
+            // The longest group statement, `usemtl`, has six letters; other statements need no copy.
             word if word.len() <= 6 => {
                 self.groups.take(word, text.rest_of_line());
             }
@@ -183,7 +180,7 @@ impl<'a> ObjReader<'a> {
 
     fn finish(mut self) -> ReadMesh {
         let mut notes = self.ignored.notes();
-        // Attributes must be finite for the later fits; positions are judged by cleanup.
+        // Attributes must be finite for the later fits; cleanup judges positions.
         let not_finite: usize = [&mut self.uvs, &mut self.normals, &mut self.colours]
             .into_iter()
             .map(|values| replace_non_finite(values))
@@ -196,7 +193,7 @@ impl<'a> ObjReader<'a> {
             self.colours.resize(3 * self.mesh.positions.len(), 1.0);
         }
         notes.extend(self.groups.drop_varied_names());
-        // All names have one encoding: a single invalid one makes the file Latin-1, so that it can be written back.
+        // All names have one encoding: a single invalid name makes the file Latin-1, so that it can be written back.
         let latin1 =
             self.groups.names().chain(self.libraries.iter().copied()).any(|name| std::str::from_utf8(name).is_err());
         let text = |name: &&[u8]| if latin1 { extra::decode_latin1(name) } else { extra::decode_text(name) };
@@ -220,7 +217,7 @@ impl<'a> ObjReader<'a> {
             let channels = if coloured { vec![channel("colour", Role::Colour, 3, colours)] } else { Vec::new() };
             return (if coloured { faces.clone() } else { Vec::new() }, channels);
         };
-        // Polygons first: their diagonals are chosen while faces still index wedges, so that both change together.
+        // Polygons are triangulated while faces still index wedges, so that wedges and vertices change together.
         fans.triangulate_with(|wedge| wedges.position(wedge, positions), faces);
         let uvs = wedges.values(1, &self.uvs, 2).map(|values| channel("uv", Role::Uv, 2, values));
         let normals = wedges.values(2, &self.normals, 3).map(|values| channel("normal", Role::Normal, 3, values));
@@ -254,13 +251,11 @@ fn find_channel(attributes: &Attributes, role: Role) -> Option<&Channel> {
     attributes.channels.iter().find(|channel| channel.role == role)
 }
 
-/// Converts an index of the file, which counts from one, or back from the last, to one from zero.
+// OBJ counts from one, or back from the last with negative numbers.
 fn to_zero_based(index: i64, count: usize) -> u32 {
     u32::try_from(if index < 0 { count as i64 + index } else { index - 1 }).unwrap_or(NOWHERE)
 }
 
-/// Parses up to `N` numbers of the line and returns them with their count, or `None` without any; ignores their
-/// precision.
 fn parse_values<const N: usize>(text: &mut Text) -> Option<([f32; N], usize)> {
     // Attributes are singles: their digits must not make the positions doubles.
     let double = text.double;
@@ -336,7 +331,6 @@ mod tests {
         (vertex, [uv[0], uv[1]], [normal[0], normal[1], normal[2]])
     }
 
-    /// Generates triangles whose corners may lack values or name later or absent ones.
     fn any_face() -> impl Strategy<Value = String> {
         let corner = (1i64..5, -6i64..7, -6i64..7, 0..5).prop_map(|(vertex, uv, normal, form)| match form {
             0 => format!(" {vertex}"),

@@ -1,4 +1,4 @@
-//! Geomview OFF as text; colours, normals and texture coordinates are ignored.
+//! Geomview OFF as text: positions and faces.
 
 use super::ReadError;
 use super::memory::reserve;
@@ -8,7 +8,6 @@ use crate::mesh::{Fans, RawMesh};
 
 const REMEDY: &str = "export the mesh again";
 
-/// Reads an OFF text, with comments, counts on the first line and irregular blanks.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     read_with_notes(bytes).map(|(mesh, _)| mesh)
 }
@@ -18,7 +17,7 @@ pub(super) fn read_with_notes(bytes: &[u8]) -> Result<(RawMesh, Vec<String>), Re
     let mut notes = Vec::new();
     read_keyword(&mut text)?;
     let [n_vertices, n_faces, _] = read_counts(&mut text)?;
-    // // Counts are claims: memory is reserved only for what the bytes can hold.
+    // Counts are claims: memory is reserved only for what the bytes can hold.
     let possible = text.rest().len() / 6 + 1;
     let mut mesh = RawMesh::default();
     mesh.positions.reserve(n_vertices.min(possible));
@@ -40,9 +39,9 @@ pub(super) fn read_with_notes(bytes: &[u8]) -> Result<(RawMesh, Vec<String>), Re
     Ok((mesh, notes))
 }
 
-/// Reads the optional first word: OFF, preceded by letters for the contents of a vertex line.
 fn read_keyword(text: &mut Text) -> Result<(), ReadError> {
     text.skip_space();
+    // Letters before OFF announce the contents of a vertex line.
     let word: Vec<u8> = text.rest().iter().copied().take_while(u8::is_ascii_alphanumeric).take(8).collect();
     // The keyword may be missing: then the counts come first.
     if word.iter().all(u8::is_ascii_digit) && !word.is_empty() {
@@ -78,7 +77,6 @@ fn read_counts(text: &mut Text) -> Result<[usize; 3], ReadError> {
     Ok(counts)
 }
 
-/// Reads three coordinates, even across lines.
 fn read_position(text: &mut Text, vertex: usize, n_vertices: usize) -> Result<[f64; 3], ReadError> {
     let mut position = [0.0; 3];
     for x in &mut position {
@@ -90,7 +88,7 @@ fn read_position(text: &mut Text, vertex: usize, n_vertices: usize) -> Result<[f
     Ok(position)
 }
 
-/// Reads the faces; returns whether their lines held more.
+/// Reads the faces; returns whether a line has further values.
 fn read_faces(text: &mut Text, n_faces: usize, mesh: &mut RawMesh) -> Result<bool, ReadError> {
     let mut is_more_said = false;
     let (mut fans, mut corners) = (Fans::default(), Vec::new());
@@ -101,9 +99,9 @@ fn read_faces(text: &mut Text, n_faces: usize, mesh: &mut RawMesh) -> Result<boo
         corners.clear();
         for _ in 0..n_corners {
             text.skip_space();
-            // An index out of range is for cleanup to drop.
+            // Cleanup drops faces with an index out of range.
             let vertex = text.integer().ok_or_else(|| missing(text, face, n_faces))?;
-            // A count is a claim as well: memory grows with the corners that are there.
+            // A count is a claim as well: memory grows with the corners that exist.
             reserve(&mut corners, 1)?;
             corners.push(u32::try_from(vertex).unwrap_or(u32::MAX));
         }

@@ -1,26 +1,24 @@
-//! Several output files of one result.
+//! Output files of one result.
 
 use std::path::{Component, Path, PathBuf};
 
 use super::{WriteError, write_path};
 
-/// A file to be written.
+/// File to be written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OutputFile {
-    /// Relative path in the output folder; must not lead out of it.
+    /// Relative path in the output folder.
     pub path: PathBuf,
     /// Content.
     pub bytes: Vec<u8>,
 }
 
-/// Writes files into `folder`, each whole or not at all, and creates subfolders.
+/// Writes files into `folder`, the first last, each whole or not at all.
 ///
-/// The first file, which names the others, is written last. An existing file is replaced only with `force`, unless it
-/// holds the same bytes.
+/// An existing file is replaced only with `force`, unless its bytes are equal.
 ///
 /// # Errors
-/// [`WriteError`] if a path leads out of the folder, also through a link, if two files have one path, or if writing
-/// fails.
+/// [`WriteError`] if a path or link leads out of the folder, two files have one path, or writing fails.
 ///
 /// ```
 /// use neural_mesh::io::{OutputFile, write_files};
@@ -44,6 +42,7 @@ pub fn write_files(folder: &Path, files: &[OutputFile], force: bool) -> Result<(
             return Err(WriteError { what });
         }
     }
+    // The first file names the others, so it is written last.
     files.iter().rev().try_for_each(|file| write_inside(folder, file, force))
 }
 
@@ -52,7 +51,7 @@ fn write_inside(folder: &Path, file: &OutputFile, force: bool) -> Result<(), Wri
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let path = folder.join(&file.path);
     let parent = path.parent().unwrap_or(folder);
-    // // Before folders are created: the existing part of the path may be a link that leads outside.
+    // This precedes the creation of folders: the existing part of the path may be a link that leads outside.
     let existing = parent.ancestors().find(|place| place.exists()).unwrap_or(folder);
     // Canonical paths resolve links on both sides of the comparison.
     let (inside, existing) = (folder.canonicalize().map_err(problem)?, existing.canonicalize().map_err(problem)?);

@@ -1,4 +1,4 @@
-//! Packing of glTF numbers: positions on a grid that is fine enough to keep each mesh as it is.
+//! Packing of glTF numbers.
 
 use crate::mesh::PositionGrid;
 
@@ -7,9 +7,9 @@ pub(super) type LevelMesh<'a> = (&'a [[f32; 3]], &'a [[u32; 3]]);
 /// Options for packing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PackOptions {
-    /// Bits per coordinate, at most [`MOST_BITS`](Self::MOST_BITS); more are used where the mesh would change.
+    /// Bits per coordinate, at most [`MOST_BITS`](Self::MOST_BITS); more are used if the mesh would change.
     pub bits: u32,
-    /// Whether to compress buffers (`EXT_meshopt_compression`, feature `meshopt`).
+    /// True if buffers are compressed (`EXT_meshopt_compression`, feature `meshopt`).
     pub compress: bool,
 }
 
@@ -18,10 +18,10 @@ impl PackOptions {
     pub const MOST_BITS: u32 = 16;
 }
 
-/// A packing of the numbers of a glTF.
+/// Packing of the numbers of a glTF.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Packing {
-    /// Grid of each mesh; `None` where positions stay single precision.
+    // `None` keeps positions in single precision.
     pub(super) grids: Vec<Option<PositionGrid>>,
     pub(super) compress: bool,
 }
@@ -44,11 +44,11 @@ impl Packing {
     }
 }
 
-/// Returns the coarsest grid of at least `bits` bits that keeps all meshes as they are.
+/// Returns the coarsest grid of at least `bits` bits that keeps all vertices distinct and all faces' areas.
 pub(super) fn grid_for(meshes: &[LevelMesh], bits: u32) -> Option<PositionGrid> {
     let corners =
         || meshes.iter().flat_map(|(positions, faces)| faces.as_flattened().iter().map(|&v| positions[v as usize]));
-    // From coarse to fine: the first grid that keeps all meshes is the smallest file.
+    // Grids are tried from coarse to fine: the first that keeps all meshes gives the smallest file.
     let grids = (bits..=PackOptions::MOST_BITS).filter_map(|bits| PositionGrid::from_points(corners(), bits));
     let mut grids = grids.filter(|grid| meshes.iter().all(|(positions, faces)| grid.preserves(positions, faces)));
     grids.next()

@@ -1,6 +1,4 @@
-//! Reads triangles of mesh files too large for memory: binary PLY and STL, and OBJ, geometry only.
-//!
-//! PLY and OBJ keep the positions in memory, 12 bytes per vertex; STL keeps nothing.
+//! Streams of triangles from mesh files larger than memory.
 
 mod obj;
 mod ply;
@@ -17,12 +15,12 @@ use crate::mesh::fallible_allocation::{make_room, with_fallible_allocation};
 const REMEDY: &str = "the file is cut or damaged, export the mesh again";
 const BUFFER: usize = 1 << 20;
 
-/// The corners of a triangle.
+/// Corners of a triangle.
 pub type Triangle = [[f32; 3]; 3];
 
 type PositionReceiver<'a> = dyn FnMut([f64; 3]) + 'a;
 
-/// A mesh file that is read in a stream, as often as needed.
+/// Mesh file that is read in a stream.
 #[derive(Debug)]
 pub struct Pieces {
     path: PathBuf,
@@ -37,7 +35,7 @@ enum PiecesKind {
 }
 
 impl Pieces {
-    /// Opens a PLY, STL or OBJ file; the extension of its name decides.
+    /// Opens a PLY, STL or OBJ file by the extension of its name.
     ///
     /// # Errors
     /// [`ReadError`] if the file cannot be streamed.
@@ -63,7 +61,7 @@ impl Pieces {
         Ok(Self { path: path.into(), kind })
     }
 
-    /// Returns the number of faces that the file announces; for OBJ, an estimate of two per vertex.
+    /// Returns the number of faces; for OBJ an estimate, two per vertex.
     pub fn n_faces(&self) -> u64 {
         match &self.kind {
             PiecesKind::Ply(layout) => layout.n_faces(),
@@ -72,7 +70,7 @@ impl Pieces {
         }
     }
 
-    /// Describes what the file holds besides geometry, or returns `None`.
+    /// Describes content of the file besides geometry.
     pub fn other_content(&self) -> Option<String> {
         match &self.kind {
             PiecesKind::Ply(layout) => layout.other_properties(),
@@ -99,10 +97,10 @@ impl Pieces {
         }
     }
 
-    /// Passes every position to `take`; those of an STL once per corner.
+    /// Passes every position to `take`; STL has one per corner.
     ///
     /// # Errors
-    /// [`ReadError`] if the file is cut or holds an invalid number.
+    /// [`ReadError`] if the file is cut or has an invalid number.
     pub fn each_position(&self, take: &mut dyn FnMut([f64; 3])) -> Result<(), ReadError> {
         match &self.kind {
             PiecesKind::Ply(layout) => layout.each_position(self.open_file()?, take),
@@ -113,9 +111,7 @@ impl Pieces {
         }
     }
 
-    /// Passes every triangle to `take`, in local coordinates, polygons as fans.
-    ///
-    /// Returns the number of broken faces: with fewer than three corners, or with one that is absent or not finite.
+    /// Passes every triangle to `take`, in local coordinates, polygons as fans; returns the number of broken faces.
     ///
     /// # Errors
     /// As [`each_position`](Self::each_position), and if memory for the positions is lacking.
@@ -130,10 +126,10 @@ impl Pieces {
         }
         // Faces refer to vertices in any order, so all positions are read first.
         let positions = self.positions(frame)?;
-        // An index out of range makes the face broken, not the file.
+        // An index out of range breaks only its face.
         let at = |index: i64| usize::try_from(index).ok().and_then(|index| positions.get(index).copied());
         let mut face = |corners: &[i64]| match corners {
-            // A fan from the first corner; the reader of whole files chooses diagonals by shape.
+            // The fan starts at the first corner; the reader of whole files chooses diagonals by shape.
             [first, rest @ .., _] if !rest.is_empty() => {
                 let fan = corners[1..].windows(2);
                 fan.for_each(|edge| pass_on([*first, edge[0], edge[1]].map(at), take, &mut n_broken));

@@ -1,6 +1,4 @@
-//! Stanford PLY, text and binary of both byte orders: positions, faces and triangle strips, on request all properties.
-//!
-//! Other elements are ignored. Memory grows with the bytes of the file, not with counts that a header claims.
+//! Stanford PLY, text and binary.
 
 mod attributed;
 mod columns;
@@ -75,7 +73,7 @@ struct RowRange<'a> {
     list: Option<usize>,
 }
 
-/// Reads all values of the rows in order; passes on the requested lists, and each scalar with its property index.
+/// Reads rows; passes requested lists to `take_list` and scalars to `take`.
 fn walk(
     source: &mut Source,
     rows: &RowRange,
@@ -83,7 +81,7 @@ fn walk(
     mut take: impl FnMut(usize, f64),
 ) -> Result<(), ReadError> {
     let RowRange { element, start, list: wanted } = *rows;
-    // // An element without properties takes no bytes, whatever its count: looping over it could take forever.
+    // An element without properties takes no bytes, whatever its count: a loop over it could take forever.
     let n_rows = if element.properties.is_empty() { 0 } else { element.count };
     let mut list = Vec::new();
     for row in start..n_rows {
@@ -93,7 +91,7 @@ fn walk(
                 take(i, next(property.scalar)?);
                 continue;
             };
-            // A count may be negative or not a number; both mean none.
+            // A count that is negative or no number means none.
             let n_values = next(length)?.max(0.0) as u64;
             list.clear();
             for _ in 0..n_values {
@@ -111,7 +109,6 @@ fn walk(
     Ok(())
 }
 
-/// Converts a value to a vertex index; negative ones become that of no vertex.
 fn index(value: f64) -> u32 {
     if value >= 0.0 { value as u32 } else { u32::MAX }
 }
@@ -119,7 +116,7 @@ fn index(value: f64) -> u32 {
 fn read_vertices(source: &mut Source, element: &Element, mesh: &mut RawMesh) -> Result<(), ReadError> {
     let axes = [element.scalar("x")?, element.scalar("y")?, element.scalar("z")?];
     mesh.double |= axes.iter().any(|&axis| element.properties[axis].scalar.is_wide());
-    // Rows of equal length are decoded in parallel; after the check that they are all there.
+    // Rows of equal length are decoded in parallel, after the check that all of them exist.
     if let (Source::Binary { bytes, at, big }, Some((offsets, stride))) = (&mut *source, element.layout()) {
         // The count is compared with the bytes before memory is reserved.
         let Some(records) = records(&bytes[*at..], element.count, stride) else {
@@ -177,15 +174,14 @@ fn read_faces(source: &mut Source, element: &Element, mesh: &mut RawMesh, fans: 
     if list.is_none() && element.count > 0 {
         return Err(element.missing_error("list of vertex_indices"));
     }
-    // Nearly all files consist of triangles, which are decoded in parallel; the rest goes through the loop.
+    // Nearly all files consist of triangles, which are decoded in parallel; other faces go through the loop.
     let start = read_leading_triangles(source, element, &mut mesh.faces)?;
     let RawMesh { faces, dropped_faces, .. } = mesh;
     let take_list = |corners: &[u32]| *dropped_faces += usize::from(!fans.push(corners, faces));
     walk(source, &RowRange { element, start, list }, take_list, |_, _| ())
 }
 
-/// Reads faces of the usual layout (`uchar` count, 32-bit indices, nothing else) up to the first non-triangle; returns
-/// their number.
+// Faces are read up to the first polygon.
 fn read_leading_triangles(
     source: &mut Source,
     element: &Element,
@@ -193,6 +189,7 @@ fn read_leading_triangles(
 ) -> Result<usize, ReadError> {
     let (Source::Binary { bytes, at, big }, [property]) = (source, element.properties.as_slice()) else { return Ok(0) };
     // Other layouts go through the loop over properties.
+    // The usual layout has a count of one byte and indices of 32 bits.
     let usual = matches!(property.length, Some(Scalar::U8 | Scalar::I8));
     if !usual || !matches!(property.scalar, Scalar::I32 | Scalar::U32) {
         return Ok(0);
@@ -216,15 +213,15 @@ fn triangle(record: &[u8], decode: impl Fn([u8; 4]) -> u32) -> [u32; 3] {
     std::array::from_fn(|corner| decode(corners[corner]))
 }
 
-/// Reads triangle strips: each index after the first two makes a face with these; -1 starts a new strip.
 fn read_strips(source: &mut Source, element: &Element, mesh: &mut RawMesh) -> Result<(), ReadError> {
     let list = element.list(&["vertex_indices", "vertex_index"]);
     let list = Some(list.ok_or_else(|| element.missing_error("list of vertex_indices"))?);
     let take = |indices: &[u32]| {
+        // -1 starts a new strip; each index after the first two makes a face with those before it.
         for strip in indices.split(|&index| index == u32::MAX) {
             for (i, corners) in strip.windows(3).enumerate() {
                 let [a, b, c] = [corners[0], corners[1], corners[2]];
-                // // Strips repeat a vertex to turn; that makes no face.
+                // Strips repeat a vertex to turn, which makes no face.
                 if a != b && b != c && c != a {
                     mesh.faces.push(if i % 2 == 0 { [a, b, c] } else { [b, a, c] });
                 }

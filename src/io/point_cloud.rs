@@ -1,4 +1,4 @@
-//! Point clouds: the vertices of a mesh file, or text with three coordinates per line (XYZ).
+//! Point clouds: vertices of a mesh file, or XYZ text.
 
 use super::text::Text;
 use super::{Format, ReadError, gzip, read};
@@ -6,14 +6,13 @@ use crate::mesh::RawMesh;
 
 const REMEDY: &str = "give a mesh file, or text with x y z on each line";
 
-/// Reads points from the bytes of a file; its content shows the format.
+/// Reads points from a mesh file, or from text with three numbers per line.
 ///
-/// Mesh formats give all their vertices. Other content must be text: three numbers per line, separated by blanks,
-/// commas or semicolons; further columns are ignored. `#` and `//` open comments, and a first line with a single number
-/// is a count.
+/// Blanks, commas or semicolons separate numbers; further columns are ignored. `#` and `//` open comments. A first line
+/// with a single number is a count.
 ///
 /// # Errors
-/// [`ReadError`] names the problem, its place and a remedy; a file without points is an error.
+/// [`ReadError`] for invalid content, and without points.
 ///
 /// ```
 /// use neural_mesh::io::read_points;
@@ -54,7 +53,7 @@ fn read_lines(bytes: &[u8]) -> Result<RawMesh, ReadError> {
         if text.is_at_end() {
             break;
         }
-        // `#` comments are skipped with the blanks; these are not.
+        // `#` comments are skipped with the blanks; `//` comments are not.
         if !text.rest().starts_with(b"//") {
             let point = read_point(&mut text, may_be_count)?;
             may_be_count = false;

@@ -1,4 +1,4 @@
-//! Reads mesh files by path.
+//! Reading of mesh files by path.
 
 use std::borrow::Cow;
 use std::io::Read;
@@ -9,10 +9,9 @@ use super::uri::fetch;
 use super::{Folder, Format, ReadError, ReadMesh, gzip, read_attributed_with, read_with};
 use crate::mesh::RawMesh;
 
-/// Bytes read to recognise a glTF: its signature, or a byte order mark, blanks and a brace.
 const FIRST: u64 = 4096;
 
-/// Reads the mesh file at `path`; without a `format`, its name or else its content decides.
+/// Reads the mesh file at `path`; without a `format`, its name or content decides.
 ///
 /// # Errors
 /// [`ReadError`], without the path.
@@ -29,8 +28,7 @@ pub fn read_path(path: &Path, format: Option<Format>) -> Result<RawMesh, ReadErr
     read_as_named_or_shown(&bytes, path, format, read, |mesh| !mesh.faces.is_empty())
 }
 
-/// Reads the file at `path` as [`read_attributed`](super::read_attributed); without a `format`, its name or else its
-/// content decides.
+/// Reads the file at `path` with all attributes; without a `format`, its name or content decides.
 ///
 /// # Errors
 /// [`ReadError`], without the path.
@@ -46,7 +44,7 @@ pub fn read_attributed_path(path: &Path, format: Option<Format>) -> Result<ReadM
     read_attributed_bytes(&read_decompressed(path)?, path, format, Folder::from_file(path))
 }
 
-/// Reads bytes as the file `name` in `folder`, as [`read_attributed_path`] does.
+/// Reads bytes with all attributes, as the file `name` in `folder`.
 ///
 /// # Errors
 /// As [`read_attributed_path`].
@@ -78,7 +76,7 @@ pub fn is_gltf(bytes: &[u8]) -> bool {
     matches!(format, Some(Format::Gltf | Format::Glb))
 }
 
-/// Returns whether the file at `path` is a glTF, by its first bytes where they suffice; false if it cannot be read.
+/// Returns whether the file at `path` is a glTF; false if it cannot be read.
 ///
 /// ```
 /// use neural_mesh::io::is_gltf_path;
@@ -88,10 +86,10 @@ pub fn is_gltf(bytes: &[u8]) -> bool {
 pub fn is_gltf_path(path: &Path) -> bool {
     // Reading stops early for large files of other formats.
     let mut first = Vec::new();
-    // Only regular files: opening a pipe would consume it.
+    // Only regular files are opened: opening a pipe would consume it.
     let opened = std::fs::File::open(path).ok().filter(|file| file.metadata().is_ok_and(|found| found.is_file()));
     let Some(mut file) = opened.filter(|file| file.take(FIRST).read_to_end(&mut first).is_ok()) else { return false };
-    // // A compressed file must be unpacked, and JSON distinguished from a binary STL by the length of the file.
+    // A compressed file must be unpacked, and the length of the file distinguishes JSON from a binary STL.
     let is_undecided = first.starts_with(b"\x1f\x8b") || !first.starts_with(b"glTF") && is_gltf(&first);
     match is_undecided {
         true => file.read_to_end(&mut first).is_ok() && is_gltf(&first),
@@ -107,8 +105,7 @@ fn read_decompressed(path: &Path) -> Result<Vec<u8>, ReadError> {
     }
 }
 
-/// Reads in the given format or that of the name; if that fails or gives nothing useful, in the format that the content
-/// shows.
+// The second try is in the format of the content.
 fn read_as_named_or_shown<T>(
     bytes: &[u8],
     path: &Path,

@@ -2,7 +2,7 @@
 
 use super::write::push_single;
 
-/// The type of a number in a file.
+/// Type of a number in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scalar {
     /// Signed, one byte.
@@ -85,12 +85,12 @@ impl Scalar {
         !matches!(self, Self::F32 | Self::F64)
     }
 
-    /// Returns whether single precision cannot hold every value.
+    /// Returns whether single precision cannot represent every value.
     pub(super) fn is_wide(self) -> bool {
         matches!(self, Self::F64 | Self::I32 | Self::U32)
     }
 
-    /// Appends a value as little-endian bytes; whole numbers are rounded and clamped to the range.
+    /// Appends a value as little-endian bytes; integers are rounded and clamped.
     pub(super) fn push_bytes(self, out: &mut Vec<u8>, value: f64) {
         let whole = value.round();
         match self {

@@ -1,4 +1,4 @@
-//! Temporary byte streams on disk, in one unnamed file that vanishes with the program.
+//! Temporary byte streams in one unnamed file on disk.
 
 use std::fs::File;
 use std::io::{Read, Result, Seek, SeekFrom, Write};

@@ -1,4 +1,4 @@
-//! STL, binary and text: three positions per face and no shared vertices; normals, colours and names are ignored.
+//! STL, binary and text.
 
 use rayon::prelude::*;
 
@@ -12,11 +12,11 @@ use crate::mesh::{Fans, RawMesh};
 const REMEDY: &str = "export the mesh again";
 const BLOCK: usize = 1 << 14;
 
-/// Reads an STL; a binary one may begin with `solid`, and have bytes after its faces.
+/// Reads an STL; a binary one may begin with `solid`.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     let text = Text::new(bytes);
     let opening = text.rest().trim_ascii_start().get(..5).unwrap_or_default();
-    // // Text has no zero byte; the header and count of a binary file almost always have one.
+    // Text has no zero byte; the header and count of a binary file almost always have one.
     let is_text = opening.eq_ignore_ascii_case(b"solid") && !bytes.iter().take(84).any(|&byte| byte == 0);
     if is_text && !is_binary_stl(bytes) { read_text(text) } else { read_binary(bytes) }
 }
@@ -44,7 +44,7 @@ fn read_binary(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     };
     let records = bytes[84..].chunks_exact(50).take(count as usize);
     if records.len() < count as usize {
-        // Before anything is allocated: the count may be damaged.
+        // The check precedes any allocation: the count may be damaged.
         let room = records.len();
         let what = format!("the header announces {count} faces, the file has room for {room}");
         return Err(ReadError::byte(80, what, "the file is cut or damaged, export the mesh again"));
@@ -102,10 +102,10 @@ fn read_position(text: &mut Text) -> Result<[f64; 3], ReadError> {
     Ok(position)
 }
 
-/// Writes a binary STL, in single precision.
+/// Writes a binary STL.
 ///
 /// # Errors
-/// Coordinates beyond the range of `f32`.
+/// [`WriteError`] for coordinates beyond the range of `f32`.
 pub(super) fn write_binary(content: &Content) -> Result<Vec<u8>, WriteError> {
     // Numbers beyond single precision would become infinite.
     let positions = single_positions(content)?;
@@ -123,10 +123,10 @@ pub(super) fn write_binary(content: &Content) -> Result<Vec<u8>, WriteError> {
     Ok(out)
 }
 
-/// Writes a text STL, in single precision as [`write_binary`] does.
+/// Writes a text STL.
 ///
 /// # Errors
-/// Coordinates beyond the range of `f32`.
+/// [`WriteError`] for coordinates beyond the range of `f32`.
 pub(super) fn write_text(content: &Content) -> Result<Vec<u8>, WriteError> {
     let positions = single_positions(content)?;
     let mut out = Vec::with_capacity(260 * content.faces.len() + 64);
@@ -157,12 +157,10 @@ fn single_positions(content: &Content) -> Result<Vec<[f32; 3]>, WriteError> {
     })
 }
 
-/// Returns the unit normal of a face, or zero.
-///
-/// Products are rounded as in admesh, which reports differing normals; this matters for needles.
 fn normal(corners: [[f32; 3]; 3]) -> [f32; 3] {
     let [a, b, c] = corners.map(glam::Vec3::from);
     let [p, q] = [b - a, c - a].map(|side| side.to_array());
+    // Products are rounded as in admesh, which reports differing normals; this matters for needles.
     let product = |i: usize, j: usize| f64::from(p[i]) * f64::from(q[j]);
     let rounded = |i: usize, j: usize| (f64::from(product(i, j) as f32) - product(j, i)) as f32;
     let normal = glam::Vec3::new(rounded(1, 2), rounded(2, 0), rounded(0, 1)).as_dvec3();
@@ -170,7 +168,7 @@ fn normal(corners: [[f32; 3]; 3]) -> [f32; 3] {
     if length >= f64::from(f32::MIN_POSITIVE) && length.is_finite() {
         return (normal / length).as_vec3().to_array();
     }
-    // // The product is too small or too large for single precision.
+    // The product is too small or too large for single precision.
     let [a, b, c] = corners.map(|p| glam::DVec3::from(p.map(f64::from)));
     (b - a).cross(c - a).normalize_or_zero().as_vec3().to_array()
 }

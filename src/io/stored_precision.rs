@@ -1,7 +1,4 @@
-//! Checks that the numbers of a format keep a mesh as it is.
-//!
-//! Distinct vertices must stay distinct, faces must keep an area, and edges must be longer than the steps of the
-//! numbers.
+//! Check that rounding keeps vertices distinct and faces their area.
 
 use rustc_hash::FxHashMap;
 
@@ -14,16 +11,16 @@ const STEPS: f64 = 4.0;
 const WORTH_A_NOTE: f64 = 1e-6;
 
 pub(super) fn check_precision(content: &Content, format: Format) -> Result<(), WriteError> {
-    // Singles around no origin are written as they are.
+    // Single-precision positions without an origin are written exactly.
     if !content.is_rounded() {
         return Ok(());
     }
     let stored = stored_positions(content, format);
-    // What is beyond the range of a format is for its writer to refuse.
+    // The writer of the format rejects numbers beyond its range.
     if !stored.iter().flatten().all(|x| x.is_finite()) {
         return Ok(());
     }
-    // Merged vertices and lost areas are counted, so that the message can say how bad it is.
+    // Merged vertices and lost areas are counted for the message.
     let (n_together, n_flat) = (count_merged_vertices(content, &stored), count_flattened_faces(content, &stored));
     let what = match (n_together, n_flat) {
         (0, 0) if format.is_single_precision() && is_coarse(content, &stored) => {

@@ -1,4 +1,4 @@
-//! A cursor over the bytes of a text: blanks, lines, words and numbers, in any encoding.
+//! Cursor over a text in any encoding.
 
 use super::ReadError;
 use super::number;
@@ -7,14 +7,13 @@ use super::number;
 pub(super) struct Text<'a> {
     bytes: &'a [u8],
     at: usize,
-    /// Whether a number so far needs a double.
+    // True once a number needs a double.
     pub double: bool,
-    /// Whether a backslash before a line end continues the line.
+    // True if a backslash before a line end continues the line.
     continued: bool,
 }
 
 impl<'a> Text<'a> {
-    /// Makes a cursor at the start of `bytes`, after a byte order mark.
     pub fn new(bytes: &'a [u8]) -> Self {
         let at = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
         Self { bytes, at, double: false, continued: false }
@@ -44,7 +43,6 @@ impl<'a> Text<'a> {
         self.at = (self.at + n).min(self.bytes.len());
     }
 
-    /// Skips blanks, and line ends after a continuing backslash.
     pub fn skip_blanks(&mut self) {
         loop {
             match self.rest() {
@@ -56,7 +54,6 @@ impl<'a> Text<'a> {
         }
     }
 
-    /// Skips blanks, line ends and comments that start with `#`.
     pub fn skip_space(&mut self) {
         loop {
             self.skip_blanks();
@@ -68,12 +65,10 @@ impl<'a> Text<'a> {
         }
     }
 
-    /// Skips to the start of the next line.
     pub fn skip_line(&mut self) {
         self.at = memchr::memchr2(b'\n', b'\r', self.rest()).map_or(self.bytes.len(), |n| self.at + n + 1);
     }
 
-    /// Returns whether the cursor is at a blank, a line end, a comment or the end.
     pub fn is_between_words(&self) -> bool {
         match self.rest() {
             [] | [b' ' | b'\t' | b'\n' | b'\r' | b'\x0b' | b'\x0c' | b'#' | b'\0', ..] => true,
@@ -82,7 +77,6 @@ impl<'a> Text<'a> {
         }
     }
 
-    /// Skips blanks; returns whether the line has nothing more.
     pub fn is_line_done(&mut self) -> bool {
         self.skip_blanks();
         matches!(self.rest(), [] | [b'\n' | b'\r' | b'#', ..])
@@ -100,7 +94,7 @@ impl<'a> Text<'a> {
         rest[..memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len())].trim_ascii()
     }
 
-    /// Reads a number; returns `None`, without moving, at anything else or if more follows than a blank.
+    /// Reads a number; returns `None`, without moving, if the word is no number.
     pub fn number(&mut self) -> Option<f64> {
         // `1.5x` is damage, not 1.5.
         let number = number::parse(self.rest())?;
@@ -114,7 +108,6 @@ impl<'a> Text<'a> {
         Some(number.value)
     }
 
-    /// Reads a saturated integer; returns `None`, without moving, at anything else.
     pub fn integer(&mut self) -> Option<i64> {
         let rest = self.rest();
         let negative = rest.first() == Some(&b'-');

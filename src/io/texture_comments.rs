@@ -1,4 +1,4 @@
-//! Texture names in comments of a PLY, as MeshLab writes them, and the face numbers (`texnumber`) that refer to them.
+//! Texture names in PLY comments, and the face numbers (`texnumber`) that refer to them.
 
 use super::extra::{Extra, Group};
 
@@ -10,7 +10,7 @@ pub(super) fn comment_textures(extra: &Extra) -> impl Iterator<Item = &str> {
     extra.comments.iter().filter_map(|comment| texture_name(comment))
 }
 
-/// Returns the texture number of a group: zero if faces have no numbers, `None` if it is negative.
+/// Returns the texture number of a group, zero by default.
 pub(super) fn texture_number(extra: &Extra, group: &Group) -> Option<usize> {
     let column = extra.face_columns.iter().position(|column| column.name == "texnumber");
     let number = column.and_then(|column| group.values.get(column)).copied().unwrap_or(0.0);

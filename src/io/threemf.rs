@@ -1,6 +1,4 @@
-//! 3MF: core specification, parts of the production extension, colours of the materials extension.
-//!
-//! Reads the build as one mesh; writes a package of one model. Textures, beams, slices and metadata are ignored.
+//! 3MF, with parts of the production and materials extensions.
 
 mod document;
 mod faces;
@@ -29,14 +27,13 @@ use package::Package;
 
 pub(super) const MISSING: Option<&str> = None;
 
-/// Deepest nesting of components; deeper ones are cyclic.
 const DEPTH: usize = 64;
 
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     Ok(RawMesh { attributes: Attributes::default(), ..read_attributed(bytes)?.mesh })
 }
 
-/// Reads the build of a package: every item at its place, with colours, and with objects and materials as groups.
+/// Reads the build of a package; objects and materials become groups.
 pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     let mut models = Models::open(bytes)?;
     let root = models.root.clone();
@@ -60,7 +57,6 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     models.scene(parts, &transforms)
 }
 
-/// A part of the package and the number of an object in it.
 type ObjectId = (String, u32);
 
 struct Models<'a> {
@@ -90,14 +86,13 @@ impl<'a> Models<'a> {
         self.documents.get_mut(part).ok_or_else(gone)
     }
 
-    /// Returns the items of the build; for an empty build, all objects with faces.
     fn build_items(&mut self, root: &str) -> Result<Vec<Reference>, ReadError> {
         let document = self.document(root)?;
         let items = std::mem::take(&mut document.items);
         if !items.is_empty() {
             return Ok(items);
         }
-        // Sorted, as a hash map has no fixed order.
+        // Numbers are sorted, as a hash map has no fixed order.
         let mut ids: Vec<u32> = document.objects.values().filter(|it| !it.faces.is_empty()).map(|it| it.id).collect();
         ids.sort_unstable();
         if !ids.is_empty() {
@@ -106,7 +101,7 @@ impl<'a> Models<'a> {
         Ok(ids.into_iter().map(|object| Reference { path: None, object, transform: DMat4::IDENTITY }).collect())
     }
 
-    /// Places the meshes of the object that `named` refers to; `above` is the transform of the parent.
+    /// Places the meshes of the object that `named` refers to; `above` is the parent's transform.
     fn place(&mut self, part: &str, named: &Reference, above: DMat4, depth: usize) -> Result<(), ReadError> {
         // A path is only needed for objects of other parts.
         let path = named.path.as_deref().map_or(part, |path| path.trim_start_matches('/')).to_string();
@@ -121,10 +116,11 @@ impl<'a> Models<'a> {
         let object = self.document(&path)?.objects.get_mut(&named.object).ok_or_else(missing)?;
         let n_made = 1 + object.positions.len() + object.faces.len();
         let has_faces = !object.faces.is_empty();
-        // // Taken out during the recursion: an object that contains itself then has no components and the recursion
+        // Components are removed during the recursion: an object that contains itself then has none, and the recursion
         // ends.
         let components = std::mem::take(&mut object.components);
-        // Before anything is placed: nested components can double the number of objects at each level.
+        // The budget is charged before anything is placed: nested components can double the number of objects at each
+        // level.
         self.spend(n_made)?;
         if has_faces {
             self.placed.push(((path.clone(), named.object), transform));
@@ -165,7 +161,7 @@ impl<'a> Models<'a> {
         let is_bare = parts.groups.len() <= 1 && parts.groups.iter().all(|group| group.title().is_empty());
         if is_bare || parts.groups.len() == 1 {
             mesh.attributes.groups.clear();
-        // Only after joining: the limit compares groups with all faces.
+        // The limit compares groups with all faces, so it is checked after joining.
         } else if has_too_many_groups(parts.groups.len(), mesh.faces.len()) {
             mesh.attributes.groups.clear();
             self.notes.push(format!(
@@ -193,7 +189,6 @@ impl<'a> Models<'a> {
     }
 }
 
-/// Returns the first attribute of that name, with or without a prefix.
 fn attribute<'a>(element: &'a BytesStart, name: &str) -> Option<Cow<'a, str>> {
     let mut attributes = element.attributes();
     let named = attributes

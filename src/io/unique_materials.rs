@@ -1,4 +1,4 @@
-//! Unique names for materials that a file identifies by number.
+//! Unique names for materials.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -9,24 +9,24 @@ use crate::mesh::Look;
 pub(super) struct UniqueMaterials {
     pub looks: Vec<(String, Look)>,
     taken: FxHashSet<String>,
-    /// Unique names, by name in the file, colour and opacity.
+    // Unique names, by name in the file, colour and opacity.
     known: FxHashMap<(String, [u32; 3], bool), String>,
     counts: FxHashMap<String, usize>,
 }
 
 impl UniqueMaterials {
-    /// Returns the unique name of a material; equal names with equal colour and opacity are one material.
     pub fn add(&mut self, name: &str, look: Look) -> String {
-        // // Other formats put a name on one line, so it must have no line breaks.
+        // Other formats put a name on one line, so it must have no line breaks.
         let words = one_line(name);
         let plain = if words.is_empty() { "material".to_string() } else { words };
         let key = (plain, look.colour.map(f32::to_bits), look.finish.is_opaque);
+        // Equal names with equal colour and opacity are one material.
         if let Some(name) = self.known.get(&key) {
             return name.clone();
         }
         let count = self.counts.entry(key.0.clone()).or_default();
         let mut name = key.0.clone();
-        // Names made up here may themselves be taken by the file.
+        // The file may already use a name made up here.
         while !self.taken.insert(name.clone()) {
             *count += 1;
             name = format!("{} {}", key.0, *count + 1);

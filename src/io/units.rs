@@ -1,4 +1,4 @@
-//! Units of length, by their 3MF names, which [`Extra::unit`](super::Extra::unit) holds.
+//! Units of length by their 3MF names.
 
 const UNITS: [(f64, &str); 6] =
     [(1e-6, "micron"), (0.001, "millimeter"), (0.01, "centimeter"), (0.0254, "inch"), (0.3048, "foot"), (1.0, "meter")];

@@ -1,4 +1,4 @@
-//! Files that a glTF names by URI: in the folder of the asset or below.
+//! Files that a glTF names by URI.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,7 @@ use super::ReadError;
 use super::folder::{FileProblem, Folder, inner_path};
 
 pub(super) fn fetch(folder: &Folder, uri: &str) -> Result<Vec<u8>, ReadError> {
-    // URLs and absolute paths are refused before anything is read.
+    // URLs and absolute paths are rejected before anything is read.
     let found = path_inside(uri).ok_or(FileProblem::Outside);
     let found = found.and_then(|path| folder.read(&folder.resolve(&path, false)?));
     let refusal = |problem| {
@@ -15,12 +15,11 @@ pub(super) fn fetch(folder: &Folder, uri: &str) -> Result<Vec<u8>, ReadError> {
     found.map(|bytes| bytes.to_vec()).map_err(refusal)
 }
 
-/// Returns the path of a URI relative to the asset's folder, or `None` if it leads elsewhere.
+/// Returns the path of a URI relative to the asset's folder; `None` elsewhere.
 pub(super) fn path_inside(uri: &str) -> Option<PathBuf> {
     inner_path(Path::new(""), &decode_percent(uri)?)
 }
 
-/// Decodes `%20` and the like; `None` if the result is not UTF-8.
 fn decode_percent(uri: &str) -> Option<String> {
     let mut bytes = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();

@@ -1,35 +1,31 @@
-//! Parts common to the writers: a mesh in file coordinates, and numbers in their shortest text.
+//! Common parts of the writers: a mesh in file coordinates, and numbers in their shortest text.
 //!
-//! Single-precision coordinates get the fewest digits that read back as the same single. A reader in doubles then sees
-//! a number up to half a unit in the last place away. Where that matters, far from the origin or for thin faces,
-//! [`Content::with_needed_digits`] makes the writer put all digits.
+//! Singles get the fewest digits that read back as the same single; far from the origin and for thin faces, all digits.
 
 use rayon::prelude::*;
 
 use super::{WriteError, number};
 use crate::mesh::{Frame, TriMesh, has_area};
 
-/// Whole numbers from 2^24 on are written in full: their shortest text is other digits, and no fewer.
+// From 2^24 on, the shortest text of a whole number has other digits.
 const WHOLE: f32 = 16_777_216.0;
-/// Distance from the origin, in diagonals, from which rounding to the fewest digits exceeds a millionth of the
-/// diagonal.
+/// Distance from the origin, in diagonals, beyond which the fewest digits err by more than a millionth of the diagonal.
 const FAR: f64 = 32.0;
-/// Upper bound of that rounding, relative to the coordinate.
 const ROUNDING: f64 = 1.2e-7;
 
 pub(super) struct Content<'a> {
     positions: Positions<'a>,
     pub faces: &'a [[u32; 3]],
-    /// Whether a coordinate needs a double; some programs read none (three.js).
+    // True if a coordinate needs a double, which some programs do not read (three.js).
     pub double: bool,
-    /// Per axis, whether all coordinates are singles, so that their shorter text loses nothing.
+    // Per axis, true if all coordinates are singles, so that their shorter text loses nothing.
     pub single: [bool; 3],
 }
 
 enum Positions<'a> {
-    /// The mesh's positions, moved by the frame.
+    // Positions of the mesh, moved by the frame.
     Local(&'a [[f32; 3]], Frame),
-    /// Exact positions where given, else the mesh's, moved by the frame; n_vertices.
+    // Exact positions if given, else the mesh's, moved by the frame; n_vertices.
     Kept(&'a [[f32; 3]], Frame, Vec<Option<[f64; 3]>>),
     Exact(Vec<[f64; 3]>),
 }
@@ -41,7 +37,6 @@ impl<'a> Content<'a> {
         Self { positions, faces: mesh.faces(), double: single != [true; 3], single }
     }
 
-    /// Wraps a mesh with exact positions, n_vertices x 3; all must be finite.
     pub fn from_positions(mesh: &'a TriMesh, positions: Vec<[f64; 3]>) -> Result<Self, WriteError> {
         // Exact positions come from callers, so they are checked; those of a mesh are finite.
         let finite = positions.iter().flatten().all(|x| x.is_finite());
@@ -53,7 +48,6 @@ impl<'a> Content<'a> {
         Ok(Self { positions: Positions::Exact(positions), faces: mesh.faces(), double, single: [false; 3] })
     }
 
-    /// Wraps a mesh in the coordinates of `frame`, with exact positions for some of its n_vertices.
     pub fn from_mixed_positions(
         mesh: &'a TriMesh,
         frame: &Frame,
@@ -84,7 +78,6 @@ impl<'a> Content<'a> {
         }
     }
 
-    /// Returns the bits of the position in memory: equal for vertices at one point, however the file rounds.
     pub fn identity(&self, vertex: usize) -> [u64; 3] {
         match &self.positions {
             Positions::Local(positions, _) | Positions::Kept(positions, ..) => {
@@ -94,7 +87,6 @@ impl<'a> Content<'a> {
         }
     }
 
-    /// Returns whether a face has an area in memory, by the mesh's positions and by the exact ones.
     pub fn has_area(&self, face: [u32; 3]) -> bool {
         let has_given_area = || has_area(face.map(|vertex| self.position(vertex as usize)));
         let is_given = || face.iter().all(|&vertex| self.exact_position(vertex as usize).is_some());
@@ -107,7 +99,7 @@ impl<'a> Content<'a> {
         }
     }
 
-    /// Returns whether the file may hold other positions than the mesh: sums with an origin, or exact ones.
+    /// Returns whether the file may have other positions than the mesh.
     pub fn is_rounded(&self) -> bool {
         match &self.positions {
             Positions::Local(_, frame) => frame.origin != [0.0; 3],
@@ -115,12 +107,12 @@ impl<'a> Content<'a> {
         }
     }
 
-    /// Requests all digits on axes where the mesh lies far out, and on all axes if fewer would flatten a face.
+    // All digits are needed far from the origin, and if fewer would flatten a face.
     pub fn with_needed_digits(self) -> Self {
         let (low, high) = self.bounds();
         let diagonal = diagonal(low, high);
         let is_near = |axis: usize| low[axis].abs().max(high[axis].abs()) <= FAR * diagonal;
-        // First by distance, which is cheap; then by areas, which need every face.
+        // Distance is tested first, since it is cheap; areas need every face.
         let near = Self { single: std::array::from_fn(|axis| self.single[axis] && is_near(axis)), ..self };
         if near.single == [false; 3] || !near.faces.par_iter().any(|face| near.loses_area(face)) {
             return near;
@@ -140,7 +132,7 @@ impl<'a> Content<'a> {
         })
     }
 
-    /// Returns whether a face with an area loses it when a reader takes its text as doubles.
+    // Readers that take the text as doubles may flatten a face.
     fn loses_area(&self, face: &[u32; 3]) -> bool {
         let corners = face.map(|vertex| self.position(vertex as usize));
         is_nearly_flat(corners) && has_area(corners) && !has_area(face.map(|vertex| self.read_back(vertex as usize)))
@@ -150,7 +142,7 @@ impl<'a> Content<'a> {
         let mut digits = zmij::Buffer::new();
         let position = self.position(vertex);
         std::array::from_fn(|axis| {
-            // Only what the writer would shorten can change.
+            // Only coordinates that the writer shortens can change.
             let is_short = self.single[axis] && self.exact_position(vertex).is_none();
             let short = || number::parse(format_single(&mut digits, position[axis] as f32).as_bytes());
             is_short.then(short).flatten().map_or(position[axis], |number| number.value)
@@ -165,10 +157,10 @@ impl<'a> Content<'a> {
         }
     }
 
-    /// Returns a local origin in the file's coordinates, and single-precision positions around it, n_vertices x 3.
+    /// Returns a local origin and positions relative to it, n_vertices x 3.
     pub fn local_positions(&self) -> ([f64; 3], Vec<[f32; 3]>) {
         let origin = match &self.positions {
-            // A frame of doubles has its origin; positions that are all singles need none; others get their first
+            // A frame of doubles has its origin; positions that are all singles need none; others take their first
             // vertex.
             Positions::Local(_, frame) | Positions::Kept(_, frame, _) if frame.double => frame.origin,
             Positions::Local(..) | Positions::Kept(..) => [0.0; 3],
@@ -205,7 +197,6 @@ fn is_double(x: f64) -> bool {
     f64::from(x as f32) != x
 }
 
-/// Returns whether rounding to fewer digits may flatten a triangle; a cheap filter before the exact test.
 fn is_nearly_flat([a, b, c]: [[f64; 3]; 3]) -> bool {
     // The bound adds the rounding of both edges, each up to `ROUNDING * reach`, to the cross product.
     let (a, b, c) = (glam::DVec3::from(a), glam::DVec3::from(b), glam::DVec3::from(c));
@@ -215,7 +206,6 @@ fn is_nearly_flat([a, b, c]: [[f64; 3]; 3]) -> bool {
     u.cross(v).abs().max_element() <= most
 }
 
-/// Formats a single with the fewest digits that read back as the same; whole numbers from 2^24 on in full.
 fn format_single(digits: &mut zmij::Buffer, x: f32) -> &str {
     if x.abs() < WHOLE { digits.format_finite(x) } else { digits.format_finite(f64::from(x)) }
 }

@@ -1,4 +1,4 @@
-//! Options for writing a mesh with its attributes.
+//! Options for writing a mesh.
 
 use super::{Format, ImageConverter, Packing};
 
@@ -8,20 +8,20 @@ use super::{Format, ImageConverter, Packing};
 pub struct WriteOptions<'a> {
     /// Format of the file.
     pub format: Format,
-    /// Name of the file without extension, also for a new material library.
+    /// Name of the file without extension.
     pub name: String,
-    /// Whether files outside the asset's folder may be read; they are copied next to the output.
+    /// True if files outside the asset's folder may be read and copied.
     pub allow_outside: bool,
-    /// Packing of the numbers of a glTF, from [`packing`](super::packing).
+    /// Packing of a glTF, from [`packing`](super::packing).
     pub packing: Option<Packing>,
-    /// Converter of the mesh's images, if any.
+    /// Converter of images.
     pub images: Option<&'a dyn ImageConverter>,
-    /// Whether a `.gltf` gets its images as files (`NAME_0.png`), so that several meshes share them.
+    /// True if a `.gltf` gets its images as files (`NAME_0.png`).
     pub shares_images: bool,
 }
 
 impl WriteOptions<'_> {
-    /// Makes options from a format and a file name without extension; files outside the asset's folder are not read.
+    /// Makes options; files outside the asset's folder are not read.
     pub fn new(format: Format, name: impl Into<String>) -> Self {
         Self { format, name: name.into(), allow_outside: false, packing: None, images: None, shares_images: false }
     }

@@ -1,4 +1,4 @@
-//! Writes files whole or not at all.
+//! Writing of files, whole or not at all.
 
 use std::borrow::Cow;
 use std::io::Write;
@@ -27,7 +27,7 @@ pub fn compress_by_name<'a>(path: &Path, bytes: &'a [u8]) -> Result<Cow<'a, [u8]
     gzip::compress(bytes).map(Cow::Owned).map_err(problem)
 }
 
-/// Writes a file whole or not at all, through a temporary file in its folder; compresses it if its name ends in `.gz`.
+/// Writes a file whole or not at all; compresses it if its name ends in `.gz`.
 ///
 /// An existing file is replaced only with `force`. Devices and pipes are written directly.
 ///
@@ -48,11 +48,11 @@ pub fn write_path(path: &Path, bytes: &[u8], force: bool) -> Result<(), WriteErr
     if path.metadata().is_ok_and(|found| !found.is_file() && !found.is_dir()) {
         return std::fs::write(path, bytes).map_err(problem);
     }
-    // In the same folder, so that the final rename stays within one file system.
+    // The temporary file is in the same folder, so that the final rename stays within one file system.
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut file = new_file_in(folder).map_err(problem)?;
     file.write_all(bytes).map_err(problem)?;
-    // Creating without replacing is one step of the system: no file that appears meanwhile is lost.
+    // Creation without replacing is one step of the system: no file that appears meanwhile is lost.
     let placed = if force { file.persist(path) } else { file.persist_noclobber(path) };
     match placed {
         Err(error) if error.error.kind() == std::io::ErrorKind::AlreadyExists => {
@@ -62,13 +62,13 @@ pub fn write_path(path: &Path, bytes: &[u8], force: bool) -> Result<(), WriteErr
     }
 }
 
-/// Creates a temporary file with the permissions of any new file; the default of `tempfile` is private.
 fn new_file_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".neural-mesh-");
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
+        // The default of `tempfile` is private to the user.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     builder.tempfile_in(folder)

@@ -1,4 +1,4 @@
-//! Advice for results that could not become smaller: only options that the program accepts for the mesh.
+//! Advice for results that stopped above the requested size.
 
 use crate::mesh::{Attributes, Role};
 
@@ -6,7 +6,7 @@ use super::document::Document;
 use super::report::Output;
 use super::request::{Ignored, Job};
 
-/// Returns one line per reason that stopped the result, with the options that remove it.
+/// Returns one line per reason that stopped the result, with an option against it.
 pub fn what_frees(job: &Job, document: &Document, output: &Output) -> Vec<String> {
     let mut lines = Vec::new();
     if output.components_keep_shape {
@@ -24,7 +24,6 @@ pub fn what_frees(job: &Job, document: &Document, output: &Output) -> Vec<String
     lines
 }
 
-/// Returns the options that free feature edges: seams, edges between materials, creases.
 fn of_kept_edges(job: &Job, carried: &Attributes, is_scene: bool) -> Vec<String> {
     let carries = |role| carried.channels.iter().any(|channel| channel.role == role);
     let is_grouped = carried.groups.iter().any(|group| *group != carried.groups[0]);
@@ -37,7 +36,7 @@ fn of_kept_edges(job: &Job, carried: &Attributes, is_scene: bool) -> Vec<String>
     let free: Vec<&str> = named.into_iter().filter(|(_, is_carried)| *is_carried).map(|(name, _)| name).collect();
     let mut lines = Vec::new();
     if !free.is_empty() {
-        // The option replaces earlier values, so repeat them.
+        // The option replaces earlier values, so the advice repeats them.
         let all: Vec<&str> = job.ignore.iter().copied().map(Ignored::name).chain(free).collect();
         let seams = if carries(Role::Uv) { "; a larger --seam-error frees texture seams" } else { "" };
         lines.push(format!("--ignore {} frees kept edges{seams}", all.join(",")));

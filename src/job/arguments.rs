@@ -1,4 +1,4 @@
-//! The options of a job by name, for the program's command line and for bindings.
+//! Options of a job by name, as text or numbers.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -16,11 +16,9 @@ use super::request::{Ignored, Job, Repair};
 use super::size::{Bound, Count, Goal};
 use super::value::Value;
 
-/// Default of `printable`: smaller components are dropped, in percent of the diagonal; 1 mm of 10 cm.
+// Default of `printable`, in percent of the diagonal: 1 mm of 10 cm.
 const PIECE_PERCENT: f64 = 1.0;
-/// Bits per coordinate in a quantised glTF, as gltfpack.
 const POSITION_BITS: u32 = 14;
-/// Crease angle of `keep_features`, in degrees.
 const FEATURE_ANGLE: f64 = 30.0;
 
 /// The options of `neural-mesh simplify` by name, with `_` for `-`; unknown names are errors.
@@ -39,7 +37,6 @@ const FEATURE_ANGLE: f64 = 30.0;
 #[allow(missing_docs, reason = "the program's help says what each is")]
 pub struct Arguments {
     pub ratio: Option<Value>,
-    /// Shares of the vertices by name.
     pub ratio_of: BTreeMap<String, Value>,
     pub vertices: Option<Value>,
     pub faces: Option<Value>,
@@ -79,16 +76,16 @@ pub struct Arguments {
     pub no_weld: bool,
     pub no_check: bool,
     pub allow_outside: bool,
-    /// Whether network weights are given.
+    /// True if the caller has network weights.
     #[serde(skip)]
     pub has_weights: bool,
 }
 
 impl Arguments {
-    /// Returns the job; results are OBJ if no format is given.
+    /// Returns the job; the format is OBJ if none is given.
     ///
     /// # Errors
-    /// [`JobError::Options`] if an option is out of range or two contradict each other.
+    /// [`JobError::Options`] if an option is out of range or two options contradict each other.
     pub fn job(&self) -> Result<Job, JobError> {
         let format = self.format.as_deref().unwrap_or("obj");
         let unknown =
@@ -98,7 +95,7 @@ impl Arguments {
         Ok(job)
     }
 
-    /// Returns the job for results of this format, without checks that depend on it.
+    /// Returns the job for `format`, without checks of that format.
     ///
     /// # Errors
     /// As [`job`](Self::job).
@@ -120,7 +117,6 @@ impl Arguments {
         Ok(job)
     }
 
-    /// Returns the options of the simplifier.
     fn options(&self) -> Result<Options, JobError> {
         let mut options = Options::new(self.target()?);
         options.assembly = one_of("--assembly", self.assembly.as_ref(), &ASSEMBLIES)?;
@@ -144,12 +140,12 @@ impl Arguments {
         Ok(options)
     }
 
-    /// Returns the target size if it does not depend on the mesh.
+    // A size that depends on the mesh leaves the target at 1.0.
     fn target(&self) -> Result<Target, JobError> {
         if let Some(ratio) = &self.ratio {
             return typed("--ratio", ratio, share).map(Target::Ratio);
         }
-        // Shares of the faces become numbers once the mesh is known.
+        // A share of the faces becomes a number later, in `Job::target`, which knows the mesh.
         Ok(match (&self.vertices, &self.faces, self.goal()?) {
             (Some(text), ..) => match typed("--vertices", text, count)? {
                 Count::Share(ratio) => Target::Ratio(ratio),
@@ -164,7 +160,6 @@ impl Arguments {
         })
     }
 
-    /// Returns the goal other than a number of vertices or faces.
     fn goal(&self) -> Result<Goal, JobError> {
         if let Some(text) = &self.faces
             && let Count::Share(share) = typed("--faces", text, count)?
@@ -182,7 +177,7 @@ impl Arguments {
         }
     }
 
-    /// Returns the size below which components are dropped: as given, or the error bound.
+    // A bare `--prune` takes the bound of `--error`.
     fn prune_below(&self) -> Result<Option<Bound>, JobError> {
         match &self.prune {
             Some(Value::Flag(true)) => distance("--error", self.error.as_ref()),
@@ -190,7 +185,6 @@ impl Arguments {
         }
     }
 
-    /// Returns the repair before simplification.
     fn repair(&self) -> Result<Option<Repair>, JobError> {
         if self.printable.as_ref().is_some_and(Value::is_given) {
             let size = distance("--printable", self.printable.as_ref())?;
@@ -202,7 +196,6 @@ impl Arguments {
         most.map(|most| Some(Repair::FillHoles(most))).map_err(|why| refused(format!("--fill-holes: {why}")))
     }
 
-    /// Returns the packing of a glTF.
     fn packing(&self) -> Result<Option<PackOptions>, JobError> {
         let Some(how) = self.compress.as_ref().filter(|how| how.is_given()) else { return Ok(None) };
         let compress = how.text().map_or(Ok(true), |how| one_of("--compress", Some(&how), &COMPRESS))?;
@@ -212,7 +205,7 @@ impl Arguments {
         Ok(Some(PackOptions { bits: POSITION_BITS, compress }))
     }
 
-    /// Rejects weights and the paper's assembly for options that use no network.
+    /// Rejects weights and the paper's assembly together with options that use no network.
     fn check_no_network(&self, options: &Options) -> Result<(), JobError> {
         let option = match (&self.scores, options.scores) {
             (Some(_), ScoreSource::Geometry) => "--scores geometry",
@@ -228,7 +221,7 @@ impl Arguments {
         Err(refused(format!("{option}: {why}")))
     }
 
-    /// Rejects several sizes and options that exclude each other.
+    /// Rejects options that exclude each other.
     fn check(&self) -> Result<(), JobError> {
         self.check_size()?;
         let (keep, bake, lods) = (!self.keep.is_empty(), self.bake.is_some(), !self.lods.is_empty());
@@ -257,7 +250,7 @@ impl Arguments {
         both.map_or(Ok(()), |(_, one, _, other)| Err(excluded(one, other)))
     }
 
-    /// Rejects a missing size and more than one.
+    /// Rejects a missing size and two sizes.
     fn check_size(&self) -> Result<(), JobError> {
         let sizes = [
             ("--ratio", given(&self.ratio)),
@@ -310,7 +303,6 @@ const IGNORED: [(&str, Ignored); 4] = [
     ("materials", Ignored::Materials),
 ];
 
-/// Looks up a name, the first if none is given.
 fn one_of<T: Copy>(option: &str, given: Option<&String>, names: &[(&str, T)]) -> Result<T, JobError> {
     let found = given.map_or(names.first(), |given| names.iter().find(|(name, _)| name == given));
     found.map(|(_, of)| *of).ok_or_else(|| {
@@ -319,13 +311,11 @@ fn one_of<T: Copy>(option: &str, given: Option<&String>, names: &[(&str, T)]) ->
     })
 }
 
-/// Parses the value of an option.
 fn typed<T>(option: &str, value: &Value, read: fn(&str) -> Result<T, String>) -> Result<T, JobError> {
     let text = value.text().unwrap_or_default();
     read(&text).map_err(|why| refused(format!("{option} {text}: {why}")))
 }
 
-/// Parses an optional distance.
 fn distance(option: &str, value: Option<&Value>) -> Result<Option<Bound>, JobError> {
     value.and_then(Value::text).map(|text| bound(option, &text)).transpose()
 }

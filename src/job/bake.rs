@@ -1,4 +1,4 @@
-//! `--bake`: textures of the original's appearance for the result.
+//! `--bake`: textures that store the look of the original.
 
 use crate::bake::{BakeError, BakeOptions, BakeSource, SIZES, bake};
 use crate::io::{Extra, Group};
@@ -7,15 +7,13 @@ use crate::mesh::{Attributes, Looks, TriMesh};
 use super::dress::{Baked, Dress};
 use super::error::JobError;
 
-/// Name of the baked material.
 const MATERIAL: &str = "baked";
 
-/// Rejects unsupported texture sizes.
 pub fn check_size(size: usize) -> Result<(), JobError> {
     if SIZES.contains(&size) { Ok(()) } else { Err(JobError::Options(format!("--bake: {}", BakeError::BadSize(size)))) }
 }
 
-/// Bakes textures of `size` x `size` texels, for glTF or for an OBJ with its library.
+/// Bakes textures of `size` x `size` texels.
 pub fn dress(
     size: usize,
     is_gltf: bool,

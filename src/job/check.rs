@@ -1,4 +1,4 @@
-//! Checks for contradicting options.
+//! Checks for options that contradict each other.
 
 use crate::io::Format;
 use crate::simplify::{Assembly, Effort, Hidden, Optimize, Purpose};
@@ -8,14 +8,14 @@ use super::error::JobError;
 use super::request::{Job, Repair};
 use super::size::Goal;
 
-/// Name of an option, and whether it is given.
+// Name of an option, and true if the option is given.
 type Given = (&'static str, bool);
 
 impl Job {
     /// Rejects options that contradict each other or that the format cannot store.
     ///
     /// # Errors
-    /// [`JobError::Options`] names both options.
+    /// [`JobError::Options`] names the options.
     pub fn check(&self) -> Result<(), JobError> {
         self.check_options().and_then(|()| self.check_format())
     }
@@ -79,7 +79,6 @@ impl Job {
         Ok(())
     }
 
-    /// Lists options that the paper's assembly does not support.
     fn not_with_paper(&self) -> [Given; 17] {
         let options = &self.options;
         [
@@ -103,7 +102,6 @@ impl Job {
         ]
     }
 
-    /// Lists options that mirrored results do not support.
     fn not_mirrored(&self) -> [Given; 7] {
         [
             ("--lock-boundaries", self.options.lock_boundaries),
@@ -116,7 +114,6 @@ impl Job {
         ]
     }
 
-    /// Lists options that named shares do not support.
     fn not_with_shares(&self) -> [Given; 4] {
         [
             ("--error", self.is_by_error()),

@@ -1,25 +1,25 @@
-//! A baked material that replaces the original's appearance.
+//! A baked material that replaces the original's materials.
 
 use crate::io::Extra;
 use crate::mesh::{Attributes, Looks};
 
 use serde::Serialize;
 
-/// Everything about a baked mesh except its surface.
+/// A baked material and the attributes that use it.
 pub struct Dress {
     /// Attributes of the corners.
     pub attributes: Attributes,
     /// Material by name.
     pub extra: Extra,
-    /// Appearance for pictures.
+    /// Material for pictures.
     pub looks: Looks,
-    /// Figures of the bake.
+    /// Figures for the report.
     pub figures: Baked,
-    /// Remarks about failures, one line each.
+    /// Failures, one line each.
     pub notes: Vec<String>,
 }
 
-/// The figures of a bake.
+/// Figures of a bake.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Baked {
     /// Texels per side of each texture.
@@ -28,6 +28,6 @@ pub struct Baked {
     pub charts: usize,
     /// Share of the texels inside charts.
     pub covered: f64,
-    /// Seconds from simplified mesh to PNG bytes; filled in by the caller.
+    /// Seconds of the bake; set by the caller.
     pub seconds: f64,
 }

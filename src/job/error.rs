@@ -5,17 +5,17 @@ use std::fmt;
 
 use crate::simplify::SimplifyError;
 
-/// The error of a job, in one line that says what to do; the caller adds the name of the file.
+/// Error of a job, in one line without the name of the file.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum JobError {
     /// Options that are out of range, contradict each other or do not suit the document.
     Options(String),
-    /// The document cannot be read or simplified.
+    /// Document that cannot be read or simplified.
     Document(String),
-    /// A result cannot be written.
+    /// Result that cannot be written.
     Output(String),
-    /// The listener ended the job.
+    /// End by the listener.
     Interrupted,
 }
 

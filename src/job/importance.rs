@@ -1,4 +1,4 @@
-//! Vertex importance as a job sets it.
+//! Vertex importance from the job's options.
 
 use crate::simplify::{importance_of_channel, importance_of_groups};
 
@@ -6,7 +6,7 @@ use super::document::{Document, listed};
 use super::error::JobError;
 use super::request::Job;
 
-/// Returns the importance of the vertices: as given, by attribute, or by name and factor; empty if not set.
+/// Returns the importance of each vertex, from numbers, an attribute, or a name and its factor; empty if not set.
 pub(super) fn importance(document: &Document, job: &Job) -> Result<Vec<f32>, JobError> {
     if let Some(given) = document.importance() {
         let refused = || JobError::Options("importance: needs numbers of at least 0, not all of them 0".into());
@@ -27,7 +27,7 @@ pub(super) fn importance(document: &Document, job: &Job) -> Result<Vec<f32>, Job
     })
 }
 
-/// Returns the importance of the vertices if faces with this name count `factor` times.
+// Faces named `part` have this factor, other faces 1.
 fn importance_of_part(document: &Document, part: &str, factor: &str) -> Result<Vec<f32>, JobError> {
     let refused = |why: String| JobError::Options(format!("--importance {part}={factor}: {why}"));
     let number = factor.parse().ok().filter(|number: &f32| *number > 0.0 && number.is_finite());

@@ -1,15 +1,13 @@
-//! Levels of detail by shares, by numbers of vertices or faces, or by distances.
+//! Parsers of levels of detail.
 
 use super::error::JobError;
 use super::parse::{bound, count, share};
 use super::size::{Bound, Count, Goal, LevelSize};
 
-/// The measure of levels of detail.
+/// Measure of levels of detail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum LodsBy {
-    /// Vertices.
     Vertices,
-    /// Faces.
     Faces,
     /// Largest distance from the original.
     Error,
@@ -29,7 +27,7 @@ pub(super) fn levels(lods: &[String], by: Option<LodsBy>) -> Result<Goal, JobErr
     let grows = |pair: &[LevelSize]| match (pair[0].count(), pair[1].count()) {
         (Count::Share(before), Count::Share(next)) => next > before,
         (Count::Number(before), Count::Number(next)) => next > before,
-        // Which of them is larger shows when the mesh is read.
+        // A share and a number can be compared only when the mesh is known.
         _ => false,
     };
     if sizes.windows(2).any(grows) {
@@ -39,7 +37,6 @@ pub(super) fn levels(lods: &[String], by: Option<LodsBy>) -> Result<Goal, JobErr
     Ok(Goal::Levels(sizes))
 }
 
-/// Rejects distances that do not rise or have different units.
 fn checked_errors(bounds: Vec<Bound>) -> Result<Vec<Bound>, JobError> {
     let rises = |pair: &[Bound]| match (pair[0], pair[1]) {
         (Bound::Percent(before), Bound::Percent(next)) | (Bound::Absolute(before), Bound::Absolute(next)) => {
@@ -54,7 +51,7 @@ fn checked_errors(bounds: Vec<Bound>) -> Result<Vec<Bound>, JobError> {
     Err(JobError::Options(what.into()))
 }
 
-/// Parses a level; without `by` a share of the vertices.
+// Without `by`, a level is a share of the vertices.
 fn size(text: &str, by: Option<LodsBy>) -> Result<LevelSize, String> {
     let number = || count(text).or_else(|why| share(text).map(Count::Share).map_err(|_| why));
     match by {

@@ -1,10 +1,8 @@
 //! Complete jobs: simplify a document as a [`Job`] says, and report it.
 //!
-//! A [`Document`] is a mesh with everything its file contains, or a glTF scene. A [`Job`] sets the size, and how to read,
-//! repair, simplify, bake, pack and measure. [`run`] returns an [`Outcome`] with the results and one [`Report`]; it makes
-//! the bytes of files. [`Arguments`] are the options by name. Paths, clocks, threads and printing belong to the caller.
-//!
-//! Errors name options as the program does: `--error`, `--keep`.
+//! A [`Document`] is a mesh with the other content of its file, or a glTF scene. A [`Job`] has all options;
+//! [`Arguments`] are these options by name. [`run`] returns an [`Outcome`]: results, report, and the bytes of files.
+//! The caller opens and writes files.
 
 mod advice;
 mod arguments;

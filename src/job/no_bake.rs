@@ -5,7 +5,6 @@ use crate::mesh::{Attributes, Looks, TriMesh};
 use super::dress::Dress;
 use super::error::JobError;
 
-/// Error message.
 const LACKS: &str =
     "--bake: this build lacks the feature bake: install with `cargo install --path cli --features bake`";
 

@@ -1,4 +1,4 @@
-//! The outcome of a job.
+//! Outcome of a job.
 
 use crate::io::Packing;
 use crate::simplify::Simplified;
@@ -10,27 +10,24 @@ use super::files::{Files, Meshes};
 use super::report::{Level, Report};
 use super::request::Job;
 
-/// Area of a square as high as the screen, relative to the screen.
+/// Area of a square as high as the screen, relative to the screen's area.
 const SCREEN: f64 = 9.0 / 16.0;
 
-/// The results of a job and its report.
+/// Results of a job and its report.
 pub struct Outcome {
     /// One result, or one per level of detail.
     pub results: Vec<Simplified>,
-    /// The report.
+    /// Report.
     pub report: Report,
-    /// Baked material of the result.
+    /// Baked material.
     pub dress: Option<Dress>,
-    /// Packing of a glTF.
     pub(super) packing: Option<Packing>,
-    /// Notes before those that writing adds.
+    // Notes in the report that precede the notes of writing.
     pub(super) n_first_notes: usize,
 }
 
 impl Outcome {
-    /// Makes the files: one per result if the job names several, else one for all.
-    ///
-    /// Adds to the report what writing shows: written vertices, and what the format cannot store.
+    /// Makes the files, one per name of the job, and completes the report.
     ///
     /// # Errors
     /// [`JobError::Output`] if the format cannot store a result.
@@ -49,7 +46,6 @@ impl Outcome {
         Ok(files)
     }
 
-    /// Adds what the files show to the report.
     fn tell(&mut self, files: &[Files]) {
         let n_vertices: Vec<Option<usize>> = files.iter().flat_map(|files| files.n_vertices.iter().copied()).collect();
         self.report.output.vertices_written = n_vertices.first().copied().flatten();

@@ -1,11 +1,11 @@
-//! Parsers of sizes and distances as people write them: `10%`, `10k`, `1.5M`, `2MB`.
+//! Parsers of sizes and distances in the notation of users: `10%`, `10k`, `1.5M`, `2MB`.
 
 use crate::simplify::{Axis, MirrorPlane, Symmetry};
 
 use super::error::JobError;
 use super::size::{Bound, Count, percent};
 
-/// Largest count: exact in doubles, and larger than any mesh.
+/// Largest count; exact in doubles.
 const MOST: f64 = 1e15;
 
 const SHARE: &str = "give a share above 0 and at most 1, like 0.1, or in percent, like 10%";
@@ -18,10 +18,10 @@ pub fn share(text: &str) -> Result<f64, String> {
     if is_share(value) { Ok(value) } else { Err(with_suggestion(SHARE, meant)) }
 }
 
-/// A share of the whole, or of the named node, mesh, object, group or material.
+/// Share of all vertices, or of those with a name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RatioOf {
-    /// Name; `None` for the whole.
+    /// Name; `None` for all vertices.
     pub name: Option<String>,
     /// Share, above 0 and at most 1.
     pub share: f64,
@@ -51,7 +51,7 @@ pub fn count(text: &str) -> Result<Count, String> {
     Err(with_suggestion(COUNT, (0.0 < value && value < 1.0).then(|| percent(value))))
 }
 
-/// Parses a distance: `0.01`, `0.5%`. `option` is named in errors.
+/// Parses a distance, `0.01` or `0.5%`; errors name `option`.
 pub fn bound(option: &str, text: &str) -> Result<Bound, JobError> {
     let (number, make): (&str, fn(f64) -> Bound) = match text.strip_suffix('%') {
         Some(number) => (number, Bound::Percent),
@@ -91,7 +91,6 @@ fn is_share(value: f64) -> bool {
     value > 0.0 && value <= 1.0
 }
 
-/// Parses a number, divided by 100 before a `%`.
 fn share_of(text: &str) -> Option<f64> {
     match text.trim().strip_suffix('%') {
         Some(percent) => scaled(percent, -2),

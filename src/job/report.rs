@@ -1,4 +1,4 @@
-//! The report of a job, as the JSON that `--report` writes.
+//! Report of a job, as the JSON of `--report`.
 
 use crate::mesh::cleanup::CleanCounts;
 use crate::mesh::{TriMesh, topology};
@@ -11,7 +11,7 @@ use serde_json::{Map, Value};
 use super::dress::Baked;
 use super::size::{Bound, Count, Goal, LevelSize, percent};
 
-/// The report of a run of `simplify`.
+/// Report of a job.
 #[derive(Debug, Serialize)]
 pub struct Report {
     /// Mesh after cleaning.
@@ -46,13 +46,13 @@ pub struct Report {
     /// Proved bounds of the largest distance, with `--error`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certified: Option<Certified>,
-    /// Mirror plane such as `x = 0`, with `--symmetric`.
+    /// Mirror plane such as `x = 0`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mirror: Option<String>,
     /// Levels of detail; `output` is the first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub levels: Vec<Level>,
-    /// Remarks: content lost or repaired, one line each.
+    /// Lost or repaired content, one line each.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
     /// Options that would allow a smaller result, one line each.
@@ -60,7 +60,7 @@ pub struct Report {
     pub free: Vec<String>,
 }
 
-/// One of several results.
+/// One level of detail.
 #[derive(Clone, Debug, Serialize)]
 pub struct Level {
     /// Mesh as written.
@@ -70,7 +70,7 @@ pub struct Level {
     pub outcome: String,
     /// Distance from the original; `null` with `--no-check`.
     pub distance: Option<Distance>,
-    /// Share of the screen's height at which the largest error is one pixel of 1080 lines, at most 1. `null` with
+    /// Share of the screen's height at which the largest error is one pixel of 1080 lines, at most 1; `null` with
     /// `--no-check`.
     pub screen_coverage: Option<f64>,
     /// Proved bounds of the largest distance, for levels by distance.
@@ -78,37 +78,35 @@ pub struct Level {
     pub certified: Option<Certified>,
 }
 
-/// The outcome of a run that met its goal.
+/// Outcome of a run that met its goal.
 pub const REACHED: &str = "reached";
-/// Prefix of all other outcomes.
 const STOPPED: &str = "stopped: ";
 
-/// Screen lines for which levels of detail are chosen.
 const SCREEN_LINES: f64 = 1080.0;
 
 impl Level {
-    /// Makes a level with the coverage that follows from its distance.
+    /// Makes a level; the screen coverage follows from the distance.
     pub fn new(output: Output, outcome: String, distance: Option<Distance>) -> Self {
         let coverage = |distance: Distance| (100.0 / distance.max_percent / SCREEN_LINES).min(1.0);
         Self { output, outcome, distance, screen_coverage: distance.map(coverage), certified: None }
     }
 }
 
-/// Bounds of the largest two-sided distance, in the unit of the mesh and in percent of its diagonal.
+/// Bounds of the largest two-sided distance.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Certified {
-    /// Lower bound: some point is at least this far.
+    /// Lower bound, in the unit of the mesh.
     pub lower: f64,
-    /// Upper bound: no point is farther.
+    /// Upper bound, in the unit of the mesh.
     pub upper: f64,
-    /// Lower bound in percent.
+    /// Lower bound in percent of the diagonal.
     pub lower_percent: f64,
-    /// Upper bound in percent.
+    /// Upper bound in percent of the diagonal.
     pub upper_percent: f64,
 }
 
 impl Certified {
-    /// Converts to both units; `diagonal` is that of the input. Without a diagonal percent equals the unit.
+    /// Converts a proved distance; without a diagonal, percents are in the unit of the mesh.
     pub fn of(distance: &CertifiedDistance, diagonal: f64) -> Self {
         let percent = if diagonal > 0.0 { 100.0 / diagonal } else { 1.0 };
         let CertifiedDistance { lower, upper, .. } = *distance;
@@ -116,24 +114,24 @@ impl Certified {
     }
 }
 
-/// The file that `--map` writes; vertices are those of the cleaned mesh and of the result.
+/// Content of the file that `--map` writes; vertices are those of the cleaned mesh and of the result.
 #[derive(Debug, Serialize)]
 pub struct MapFile<'a> {
     /// File vertex (from 0) of each input vertex; missing for a scene.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file_vertices: Option<&'a [u32]>,
-    /// Output vertex of each input vertex; `null` if it was dropped.
+    /// Output vertex of each input vertex; `null` if dropped.
     pub output_vertices: Vec<Option<u32>>,
     /// Input vertex nearest to each output vertex.
     pub input_vertices: &'a [u32],
-    /// Input face beneath each corner of the output's faces.
+    /// Input face below each corner of the output's faces.
     pub corner_faces: &'a [[u32; 3]],
     /// Barycentric weights in that face.
     pub corner_weights: &'a [[[f32; 3]; 3]],
 }
 
 impl<'a> MapFile<'a> {
-    /// Makes the file from the map of a result.
+    /// Makes the content from the map of a result.
     pub fn of(map: &'a crate::simplify::Map, file_vertices: Option<&'a [u32]>) -> Self {
         Self {
             file_vertices,
@@ -148,19 +146,19 @@ impl<'a> MapFile<'a> {
 /// Size and topology of a mesh.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Size {
-    /// Used vertices.
+    /// Vertices.
     pub vertices: usize,
     /// Faces.
     pub faces: usize,
-    /// Topology, if requested: it takes longer than writing the mesh.
+    /// Topology, if requested.
     #[serde(flatten)]
     pub shape: Option<Shape>,
 }
 
-/// The topology of a mesh.
+/// Topology of a mesh.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Shape {
-    /// Whether no edge has only one face.
+    /// True if no edge has only one face.
     pub closed: bool,
     /// Edges with one face.
     pub boundary_edges: usize,
@@ -168,33 +166,33 @@ pub struct Shape {
     pub non_manifold_edges: usize,
     /// Vertices whose faces form several fans.
     pub non_manifold_vertices: usize,
-    /// Components joined over edges.
+    /// Components.
     pub components: usize,
     /// Euler characteristic.
     pub euler: i64,
 }
 
-/// The result and its relation to the input.
+/// Result and its relation to the input.
 #[derive(Clone, Debug, Serialize)]
 pub struct Output {
     /// Size and topology.
     #[serde(flatten)]
     pub size: Size,
-    /// Vertices in the file, where seams repeat them. Missing if nothing is written, and for STL, whose faces share none.
+    /// Vertices in the file, where seams repeat them; missing for STL, and if nothing is written.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub vertices_written: Option<usize>,
-    /// Components at their smallest closed form.
+    /// Components of the smallest closed shape.
     pub components_at_minimum: usize,
-    /// Whether only the shape of components prevents a smaller result.
+    /// True if only the shape of components prevents a smaller result.
     pub components_keep_shape: bool,
-    /// Components dropped.
+    /// Dropped components.
     pub components_pruned: usize,
     /// Components dropped by `--hidden drop`.
     pub components_hidden: usize,
     /// Dropped components, in the order of the input's faces.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub dropped: Vec<Dropped>,
-    /// Feature edges of the input: seams, boundaries between materials, creases.
+    /// Feature edges of the input.
     pub kept_edges: usize,
     /// Locked vertices of the input.
     pub locked_vertices: usize,
@@ -206,7 +204,7 @@ pub struct Output {
     pub separated_vertices: usize,
 }
 
-/// The result of a named share.
+/// Result of a named share.
 #[derive(Clone, Debug, Serialize)]
 pub struct NamedShare {
     /// Name.
@@ -219,20 +217,16 @@ pub struct NamedShare {
     pub faces: usize,
 }
 
-/// A dropped component.
+/// Dropped component.
 #[derive(Clone, Debug, Serialize)]
 pub struct Dropped {
-    /// Name of its mesh or object, and material, if the file has them.
+    /// Name of its mesh or object, and material.
     pub name: String,
-    /// Number of its faces.
+    /// Number of faces.
     pub faces: usize,
 }
 
-/// The requested size, with one key.
-///
-/// `{"ratio": 0.1}`, `{"vertices": 100}`, `{"faces": 100}`, `{"faces_percent": 10.0}`, `{"error": 0.01}`, `{"error_percent":
-/// 0.5}`, `{"bytes": 500000}`, `{"lods": [0.5, 0.1]}`, `{"lods_faces": ["20000", "10%"]}`, `{"lods_vertices": ["20000"]}` or
-/// `{"lods_error": ["0.1%"]}`.
+/// Requested size, as one key and its value.
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TargetWords {
@@ -242,7 +236,7 @@ pub enum TargetWords {
     Vertices(usize),
     /// Number of faces.
     Faces(usize),
-    /// Share of the faces in percent.
+    /// Percent of the faces.
     FacesPercent(f64),
     /// Largest distance in the unit of the mesh.
     Error(f64),
@@ -250,13 +244,13 @@ pub enum TargetWords {
     ErrorPercent(f64),
     /// Bytes of the file.
     Bytes(usize),
-    /// Shares of the vertices, level by level.
+    /// Shares of the vertices, by level.
     Lods(Vec<f64>),
-    /// Numbers of vertices or shares of them, level by level.
+    /// Numbers or shares of the vertices, by level.
     LodsVertices(Vec<String>),
-    /// Numbers of faces or shares of them, level by level.
+    /// Numbers or shares of the faces, by level.
     LodsFaces(Vec<String>),
-    /// Largest distances, in the unit of the mesh or in percent of the diagonal, level by level.
+    /// Largest distances, by level.
     LodsError(Vec<String>),
 }
 
@@ -273,7 +267,7 @@ pub fn target_words(goal: &Goal, first: Target) -> TargetWords {
     }
 }
 
-/// Returns levels of detail, which are of one kind: shares of the vertices as numbers, all others as text.
+/// Returns the levels: shares of the vertices as numbers, others as text.
 fn levels(sizes: &[LevelSize]) -> TargetWords {
     let share =
         |size: &LevelSize| if let LevelSize::Vertices(Count::Share(share)) = size { Some(*share) } else { None };
@@ -291,12 +285,12 @@ fn levels(sizes: &[LevelSize]) -> TargetWords {
     }
 }
 
-/// Wall-clock seconds, filled in by the caller.
+/// Wall-clock seconds; set by the caller.
 #[derive(Debug, Default, Serialize)]
 pub struct Seconds {
     /// From opening the input to arrays.
     pub read: f64,
-    /// From arrays through cleanup to the finished mesh.
+    /// From arrays to the finished mesh.
     pub simplify: f64,
     /// From the finished mesh to bytes on disk.
     pub write: f64,
@@ -309,7 +303,7 @@ pub struct Seconds {
     pub stages: Map<String, Value>,
 }
 
-/// Numbers of cleaned faces and vertices.
+/// Changes made by cleaning.
 #[derive(Debug, Serialize)]
 pub struct Cleaned {
     welded_vertices: usize,
@@ -357,7 +351,7 @@ pub struct Distance {
 }
 
 impl Size {
-    /// Measures a mesh without unused vertices, with or without its topology.
+    /// Measures a mesh without unused vertices.
     pub fn of(mesh: &TriMesh, with_shape: bool) -> Self {
         let shape = with_shape.then(|| Shape::of(mesh));
         Self { vertices: mesh.positions().len(), faces: mesh.faces().len(), shape }
@@ -379,7 +373,7 @@ impl Shape {
 }
 
 impl Output {
-    /// Takes the figures of a result.
+    /// Makes the figures from the simplifier's report.
     pub fn of(size: Size, done: &crate::simplify::Report) -> Self {
         Self {
             size,
@@ -438,7 +432,7 @@ impl From<&RepairCounts> for Repaired {
 }
 
 impl Distance {
-    /// Converts to percent of the diagonal; without one, distances are kept as they are.
+    /// Converts to percent of the diagonal; without a diagonal, distances stay absolute.
     pub fn of(measured: &QuickDistance) -> Self {
         let percent = if measured.diagonal > 0.0 { 100.0 / measured.diagonal } else { 1.0 };
         Self { mean_percent: measured.mean * percent, max_percent: measured.max * percent, samples: measured.n_samples }
@@ -462,7 +456,7 @@ pub fn outcome_words(outcome: &Outcome) -> String {
     }
 }
 
-/// Returns the reason in an outcome that begins with `stopped: `.
+/// Returns the reason after `stopped: `.
 pub fn why_stopped(outcome: &str) -> Option<&str> {
     outcome.strip_prefix(STOPPED)
 }

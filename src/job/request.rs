@@ -1,11 +1,11 @@
-//! Jobs: everything requested of a document.
+//! Jobs: all options for the simplification of a document.
 
 use crate::io::{Format, PackOptions};
 use crate::simplify::{Options, Target};
 
 use super::size::{Bound, Count, Goal};
 
-/// A request, independent of the document: how to read, simplify and write it.
+/// Request to simplify a document: how to read, repair, simplify, pack and write it.
 ///
 /// ```
 /// use neural_mesh::job::{Bound, Goal, Job};
@@ -21,17 +21,17 @@ use super::size::{Bound, Count, Goal};
 pub struct Job {
     /// Options of the simplifier.
     pub options: Options,
-    /// The goal; decides how the target is used.
+    /// Goal; `options.target` counts only for some goals.
     pub goal: Goal,
     /// Format of the results.
     pub format: Format,
-    /// Names of their files.
+    /// Names of the result files.
     pub names: Names,
-    /// Whether vertices at equal positions are welded.
+    /// True if vertices at equal positions are welded.
     pub weld: bool,
     /// Distance below which vertices are welded.
     pub weld_near: Option<Bound>,
-    /// Distance that seams may move, in texels; `None` for the default share of the texture.
+    /// Largest movement of seams, in texels.
     pub seam_texels: Option<f64>,
     /// Size below which components are dropped.
     pub prune_below: Option<Bound>,
@@ -49,18 +49,18 @@ pub struct Job {
     pub importance: Option<String>,
     /// Names of unchanged faces.
     pub keep: Vec<String>,
-    /// Names with their own shares, above 0 and at most 1.
+    /// Names and their shares, above 0 and at most 1.
     pub shares: Vec<(String, f64)>,
-    /// Whether files outside the mesh's folder may be read.
+    /// True if files outside the mesh's folder may be read.
     pub allow_outside: bool,
-    /// Whether to measure the distance from the original.
+    /// True if the distance from the original is measured.
     pub check: bool,
-    /// Whether to report topology, which takes longer than writing the mesh.
+    /// True if topology is reported.
     pub shapes: bool,
 }
 
 impl Job {
-    /// Makes a job with these options and format, and defaults otherwise.
+    /// Makes a job with these options and this format; the rest has defaults.
     pub fn new(options: Options, format: Format) -> Self {
         Self {
             options,
@@ -99,7 +99,7 @@ impl Job {
         matches!(self.format, Format::Gltf | Format::Glb) && self.bake.is_none()
     }
 
-    /// Returns whether some vertices are locked: at boundaries or kept faces.
+    /// Returns whether some vertices are locked: at boundaries or at kept faces.
     pub(super) fn holds_places(&self) -> bool {
         self.options.lock_boundaries || !self.keep.is_empty() || !self.shares.is_empty()
     }
@@ -110,17 +110,17 @@ impl Job {
     }
 }
 
-/// The names of result files; companion files are named after them.
+/// Names of result files.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Names {
-    /// One file for all results, or one each; empty if unknown.
+    /// One name for all results, or one each; empty if unknown.
     pub files: Vec<String>,
     /// Base name of files that levels of detail share.
     pub shared: Option<String>,
 }
 
 impl Names {
-    /// Returns the name of a result's file.
+    /// Returns the file name of a result.
     pub fn file(&self, number: usize) -> &str {
         self.files.get(number).map_or("mesh", String::as_str)
     }
@@ -131,7 +131,7 @@ impl Names {
     }
 }
 
-/// A repair before simplification.
+/// Repair before simplification.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Repair {
     /// Closes holes of at most this many edges.
@@ -140,7 +140,7 @@ pub enum Repair {
     Printable(Bound),
 }
 
-/// A kind of attribute that the result does not need.
+/// Kind of attribute that the result does not need.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ignored {
     /// Texture coordinates and tangents.

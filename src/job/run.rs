@@ -47,8 +47,8 @@ use super::within::within;
 /// ```
 ///
 /// # Errors
-/// [`JobError`] if options contradict each other or do not suit the document, the mesh cannot be simplified, or the listener
-/// ends the job.
+/// [`JobError`] if options contradict each other or do not suit the document, the mesh cannot be simplified, or the
+/// listener ends the job.
 pub fn run(
     document: &Document,
     job: &Job,
@@ -81,6 +81,7 @@ fn lighter(
     weights: Option<&Weights>,
     watch: &mut dyn Watch,
 ) -> Result<Lighter, JobError> {
+    // Named shares are simplified first; the rest then gets the remaining size.
     let importance = importance(document, job)?;
     let options = options_for(document, job)?;
     if job.shares.is_empty() {
@@ -94,7 +95,6 @@ fn lighter(
     Ok(Lighter { named, ..lighter })
 }
 
-/// Simplifies the input to the job's goal.
 fn whole(
     document: &Document,
     input: &Input,
@@ -123,7 +123,6 @@ fn whole(
     }
 }
 
-/// Returns the size of a result when written.
 fn bytes_of(document: &Document, result: &Simplified, job: &Job) -> Result<usize, JobError> {
     let (packing, _) = packed(document, &[result], job.compress, job)?;
     let alone = Meshes { results: vec![result], packing: packing.as_ref(), ..Meshes::default() };
@@ -131,7 +130,6 @@ fn bytes_of(document: &Document, result: &Simplified, job: &Job) -> Result<usize
     files.map(|files| files.n_bytes()).map_err(|error| JobError::Output(error.to_string()))
 }
 
-/// Returns the simplifier's options for this document.
 fn options_for(document: &Document, job: &Job) -> Result<Options, JobError> {
     let prune_below = job.prune_below.map_or(0.0, |size| size.over(document.diagonal()));
     let symmetric = job.options.symmetric.map(|symmetry| document.symmetry(symmetry)).transpose()?;
@@ -145,12 +143,11 @@ fn options_for(document: &Document, job: &Job) -> Result<Options, JobError> {
     Ok(options)
 }
 
-/// Converts a target to a number of vertices if names have shares, since the remaining input has fewer vertices.
+// If names have shares, the rest of the input has fewer vertices, so a share must become a number.
 fn numbered(target: Target, document: &Document, job: &Job) -> Target {
     if job.shares.is_empty() { target } else { shares::in_numbers(target, document.mesh().positions().len()) }
 }
 
-/// Bakes a material for the result, if the job says so.
 fn dressed(
     document: &Document,
     results: &[Simplified],
@@ -166,7 +163,7 @@ fn dressed(
     Ok(Some(Dress { notes: [missing, dress.notes].concat(), ..dress }))
 }
 
-/// Packs results, if the job says so; also returns what cannot be packed, one line each.
+// One line per value that cannot be packed.
 fn packed(
     document: &Document,
     results: &[&Simplified],
@@ -187,14 +184,13 @@ fn measured(document: &Document, result: &Simplified, packing: Option<&Packing>,
     Level::new(output, outcome_words(&result.report.outcome), job.check.then(distance).flatten())
 }
 
-/// Returns a note if `--for poses` finds no poses.
 fn no_poses(document: &Document, job: &Job) -> Option<String> {
     let has_poses = document.attributes().channels.iter().any(|channel| channel.role == Role::MorphPosition);
     let what = "--for poses: the mesh has no skin or morph targets, so every region is assumed to bend alike";
     (job.options.purpose == Purpose::Poses && !has_poses).then(|| what.into())
 }
 
-/// Returns a note if components dropped by option are not part of the proof.
+// The proof may leave out dropped components.
 fn of_rest(job: &Job, result: &Simplified) -> Option<String> {
     let is_by_name = job.prune_below.is_some() || job.options.hidden == Hidden::Drop;
     let is_proved = matches!(job.goal, Goal::Error(_) | Goal::ErrorLevels(_));
@@ -206,6 +202,7 @@ fn of_rest(job: &Job, result: &Simplified) -> Option<String> {
 fn told(document: &Document, job: &Job, results: &[Simplified], levels: Vec<Level>) -> Result<Report, JobError> {
     let none = || JobError::Document("no result was made".into());
     let (first, result) = levels.first().cloned().zip(results.first()).ok_or_else(none)?;
+    // Dropped components change the topology, so the report shows it.
     let with_shape = job.shapes || result.report.components_pruned > 0;
     let is_stopped = why_stopped(&first.outcome).is_some();
     let free = if is_stopped { what_frees(job, document, &first.output) } else { Vec::new() };

@@ -1,4 +1,4 @@
-//! `--ratio NAME=50%`: named faces keep their own share; the rest makes up the total size.
+//! `--ratio NAME=50%`: named faces are simplified first, then the rest to the total size.
 
 use crate::model::Weights;
 use crate::simplify::{Event, GroupRatio, Options, Simplified, SimplifiedGroups, Target, simplify_groups};
@@ -51,7 +51,7 @@ pub fn simplify_named(
     Ok((made, told))
 }
 
-/// Converts results to vertices and faces of the mesh that was read.
+/// Converts the results' vertices and faces to those of the mesh that was read.
 pub fn widen(results: &mut [Simplified], made: &SimplifiedGroups) {
     for result in results {
         result.report.dropped.iter_mut().for_each(|component| component.face = made.faces[component.face as usize]);

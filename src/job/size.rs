@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::simplify::Target;
 
-/// The goal of a job.
+/// Goal of a job.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Goal {
     /// Target of the simplifier's options.
@@ -17,7 +17,7 @@ pub enum Goal {
     Size(usize),
     /// Levels of detail, each no larger than the one before.
     Levels(Vec<LevelSize>),
-    /// Levels of detail by rising largest distances from the original.
+    /// Levels of detail by rising distances from the original.
     ErrorLevels(Vec<Bound>),
 }
 
@@ -37,12 +37,12 @@ impl Goal {
     }
 }
 
-/// A number of vertices or faces, absolute or relative.
+/// Number of vertices or faces, absolute or relative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Count {
-    /// A number.
+    /// Number.
     Number(usize),
-    /// A share, above 0 and at most 1.
+    /// Share, above 0 and at most 1.
     Share(f64),
 }
 
@@ -51,7 +51,7 @@ impl Count {
     pub fn of(self, n: usize) -> usize {
         match self {
             Self::Number(number) => number,
-            // 29 % of 100 is 28.999999999999996 in doubles.
+            // The factor is needed since 29 % of 100 is 28.999999999999996 in doubles.
             Self::Share(share) => ((n as f64 * share * (1.0 + 1e-12)) as usize).max(1),
         }
     }
@@ -66,17 +66,17 @@ impl fmt::Display for Count {
     }
 }
 
-/// Converts a share to percent, without the noise of doubles.
+/// Converts a share to percent, rounded to 12 decimals.
 pub fn percent(share: f64) -> f64 {
     (share * 1e14).round() / 1e12
 }
 
-/// The size of a level of detail.
+/// Size of a level of detail.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LevelSize {
-    /// A number of vertices, or a share of them.
+    /// Number or share of the vertices.
     Vertices(Count),
-    /// A number of faces, or a share of them.
+    /// Number or share of the faces.
     Faces(Count),
 }
 
@@ -98,12 +98,12 @@ impl LevelSize {
     }
 }
 
-/// A distance.
+/// Distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bound {
     /// In the unit of the mesh.
     Absolute(f64),
-    /// In percent of the mesh's bounding box diagonal.
+    /// In percent of the bounding box diagonal.
     Percent(f64),
 }
 

@@ -1,4 +1,4 @@
-//! `--textures`: images made smaller while files are written.
+//! `--textures`: images reduced while files are written.
 
 use std::collections::{BTreeSet, HashMap};
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -13,17 +13,16 @@ use jpeg_encoder::{ColorType, Encoder};
 use resize::px::PixelFormat;
 use resize::{Filter, Resizer, Type};
 
-/// JPEG quality, of 100.
 const QUALITY: u8 = 90;
 
-/// Resized images by hash of bytes and use; `None` for unchanged ones.
+// Resized images by hash of bytes and use; `None` for unchanged ones.
 type Made = HashMap<(u64, ImageUse), Option<Vec<u8>>>;
 
-/// A resizer of images longer than `side` pixels; others keep every byte.
+/// Resizer of images longer than `side` pixels; other images keep every byte.
 #[derive(Debug)]
 pub struct Textures {
     side: usize,
-    /// Images made so far, shared by all results.
+    // Images of all results are kept, so that each is resized once.
     made: Mutex<Made>,
     /// Reasons why images could not be resized.
     problems: Mutex<BTreeSet<String>>,
@@ -67,7 +66,7 @@ impl ImageConverter for Textures {
     }
 }
 
-/// Resizes an image file in its format (PNG for KTX2) so that its longer side has `side` pixels; `None` if unreadable.
+/// Resizes an image file in its format (PNG for KTX2); `None` if unreadable.
 fn smaller(file: &[u8], used: ImageUse, side: usize) -> Option<Vec<u8>> {
     let image = decode_image(file)?;
     let longer = image.width.max(image.height);
@@ -83,7 +82,7 @@ fn smaller(file: &[u8], used: ImageUse, side: usize) -> Option<Vec<u8>> {
     Some(if is_opaque { encode_png_opaque(&smaller) } else { encode_png(&smaller) })
 }
 
-/// Colours averaged in linear light, weighted by opacity.
+/// Colours, averaged in linear light and weighted by opacity.
 struct Colours {
     /// Linear light of each byte.
     light: [f32; 256],
@@ -123,7 +122,7 @@ impl PixelFormat for Colours {
     }
 }
 
-/// Numbers averaged as they are.
+/// Numbers, averaged without conversion.
 struct Numbers;
 
 impl PixelFormat for Numbers {
@@ -148,7 +147,7 @@ impl PixelFormat for Numbers {
     }
 }
 
-/// Resizes an image by its use: colours in linear light, numbers by mean, directions normalised.
+/// Resizes an image: colours in linear light, numbers by mean, directions normalised.
 fn resized(image: &Image, size: [usize; 2], used: ImageUse) -> Result<Image, resize::Error> {
     let mut pixels = match used {
         ImageUse::Colours => resample(image, size, Colours::new(), Type::Lanczos3)?,
@@ -160,7 +159,6 @@ fn resized(image: &Image, size: [usize; 2], used: ImageUse) -> Result<Image, res
     Ok(Image { width: size[0], height: size[1], rgba: pixels.into_flattened() })
 }
 
-/// Resamples pixels with this kernel.
 fn resample<P>(image: &Image, [width, height]: [usize; 2], of: P, kernel: Type) -> Result<Vec<[u8; 4]>, resize::Error>
 where
     P: PixelFormat<InputPixel = [u8; 4], OutputPixel = [u8; 4]>,

@@ -1,16 +1,16 @@
-//! The value of an option: a flag, a number, a text.
+//! Value of an option: a flag, a number, a text.
 
 use serde::Deserialize;
 
-/// An option's value; numbers and texts are read as on the command line.
+/// Value of an option, read as on the command line.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(untagged)]
 pub enum Value {
-    /// Given without a value, or not given.
+    /// Option without a value, or not given.
     Flag(bool),
-    /// A number: `0.1`, `5000`.
+    /// Number: `0.1`, `5000`.
     Number(f64),
-    /// A text: `"10%"`, `"2MB"`.
+    /// Text: `"10%"`, `"2MB"`.
     Text(String),
 }
 

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use crate::simplify::Event;
 
-/// A stage of a job.
+/// Stage of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
     /// Reading files.
@@ -21,7 +21,7 @@ pub enum Part {
     Picture,
 }
 
-/// A listener for the progress of a job, which can end it. A closure over events ignores stages.
+/// Listener for the progress of a job, which can end it; closures ignore stages.
 pub trait Watch: Send {
     /// Receives the start of a stage.
     fn begin(&mut self, part: Part);

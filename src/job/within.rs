@@ -1,4 +1,4 @@
-//! Results within distances from the original, including the rounding of the file.
+//! Results within distances from the original.
 
 use crate::io::PackOptions;
 use crate::metrics::CertifiedDistance;
@@ -13,12 +13,11 @@ use super::request::Job;
 use super::size::Bound;
 use super::watch::Watch;
 
-/// Largest share of a distance for rounding; above it, coordinates get more bits.
+// Largest share of a distance for rounding; above this share, coordinates get more bits.
 const ROUNDING_OF_ERROR: f64 = 0.125;
-/// Note of a search that ended early.
 const ENDED_EARLY: &str = "the search ended early, so a smaller mesh may also meet the bound: needle-like faces and large intersecting faces take long to measure";
 
-/// Finds the smallest result within each of these rising distances; packing suits the least of them.
+/// Finds the smallest result within each of these rising distances.
 pub(super) fn within(
     bounds: &[Bound],
     (document, input): (&Document, &Input),
@@ -32,10 +31,12 @@ pub(super) fn within(
     lighter.pack = pack_below(least, document, job);
     let rounding = rounding_below(least, lighter.pack.as_ref(), document, job)?;
     for (number, error) in errors.iter().enumerate() {
+        // Each distance takes an equal share of the progress bar.
         let mut tell = |mut event: Event| {
             event.total = (number as f32 + event.total) / errors.len() as f32;
             watch.event(event)
         };
+        // The search leaves room for the rounding of the file.
         let found = simplify_to_error(input, weights, options, error - rounding, &mut tell)?;
         lighter.note = lighter.note.or(found.ended_early.then_some(ENDED_EARLY));
         let (mut result, mut distance) = (found.simplified, widened(&found.distance, rounding));
@@ -79,7 +80,6 @@ fn pack_below(error: f64, document: &Document, job: &Job) -> Option<PackOptions>
     Some(PackOptions { bits: (asked.bits..most).find(is_small).unwrap_or(most), ..asked })
 }
 
-/// Widens the bounds of a distance by the rounding.
 fn widened(distance: &CertifiedDistance, by: f64) -> CertifiedDistance {
     let mut wide = *distance;
     wide.lower = (wide.lower - by).max(0.0);

@@ -1,4 +1,4 @@
-//! The camera of a picture: a three-quarter view with mild perspective that fits every mesh.
+//! Camera of a picture: a three-quarter view with mild perspective.
 
 use glam::Vec3;
 
@@ -11,29 +11,28 @@ const EYE: f32 = 4.5;
 const MARGIN: f32 = 0.06;
 /// Preferred views, as azimuth and elevation in degrees: front and back.
 const NATURAL: [[f32; 2]; 4] = [[-32.0, 16.0], [32.0, 16.0], [148.0, 16.0], [-148.0, 16.0]];
-/// Views for flat meshes.
 const OTHERS: [[f32; 2]; 4] = [[-62.0, 18.0], [62.0, 18.0], [-32.0, 48.0], [0.0, 80.0]];
-/// A view is good enough if it shows this share of the largest area that any view shows.
+// A view must show this share of the largest area of any view.
 const GOOD_ENOUGH: f32 = 0.72;
-/// A later view replaces an earlier one if it shows this many times its detail.
+// A later view replaces an earlier one if its detail is this many times larger.
 const CLEARLY: f32 = 1.03;
 
-/// A view of the scene, and its panel.
+/// View of the scene, and its panel.
 #[derive(Clone, Debug)]
 pub struct Camera {
-    /// Width of the panel in pixels.
+    // Width of the panel in pixels.
     pub width: usize,
-    /// Height of the panel in pixels.
+    // Height of the panel in pixels.
     pub height: usize,
-    /// Pixels per unit of length at the depth of the centre.
+    // Pixels per unit of length at the depth of the centre.
     pub scale: f32,
     axes: [Vec3; 3],
-    /// Middle of the panel, in units on the picture plane.
+    // Middle of the panel, in units on the picture plane.
     middle: [f32; 2],
 }
 
 impl Camera {
-    /// Chooses a view that shows the first shape well, and fits all shapes into panels of `height` pixels.
+    /// Chooses a view that shows the first shape well, and fits all shapes.
     pub fn with_best_view(shapes: &[ScaledMesh], height: usize) -> Self {
         let axes = shapes.first().map_or(axes(NATURAL[0]), best_view);
         let mut camera = Self { width: height, height, scale: 1.0, axes, middle: [0.0; 2] };
@@ -41,12 +40,12 @@ impl Camera {
         camera
     }
 
-    /// Looks from an azimuth and an elevation in degrees; fits the first shape into panels of `height` pixels.
+    /// Looks from an azimuth and an elevation in degrees; fits the first shape.
     pub fn fit_first(direction: [f32; 2], shapes: &[ScaledMesh], height: usize) -> Self {
         Self::fit_all(direction, shapes.get(..1).unwrap_or_default(), height)
     }
 
-    /// Looks from an azimuth and an elevation in degrees; fits all shapes into panels of `height` pixels.
+    /// Looks from an azimuth and an elevation in degrees; fits all shapes.
     pub fn fit_all(direction: [f32; 2], shapes: &[ScaledMesh], height: usize) -> Self {
         let mut camera = Self { width: height, height, scale: 1.0, axes: axes(direction), middle: [0.0; 2] };
         camera.fit(shapes);
@@ -61,7 +60,6 @@ impl Camera {
             .map_or(Vec3::ZERO, |place| Vec3::new(place.x / samples, place.y / samples, place.z))
     }
 
-    /// Sets scale, middle and width so that all shapes fit into the panel.
     fn fit(&mut self, shapes: &[ScaledMesh]) {
         let flat = || shapes.iter().flat_map(|shape| &shape.points).map(|&p| on_plane(self.view(p)));
         let low = flat().reduce(Vec3::min).unwrap_or_default();
@@ -80,7 +78,6 @@ impl Camera {
         Vec3::from(self.axes.map(|axis| axis.dot(point)))
     }
 
-    /// Returns the eye in the view's frame.
     pub fn eye(&self) -> Vec3 {
         Vec3::new(0.0, 0.0, EYE)
     }
@@ -106,13 +103,13 @@ impl Camera {
     }
 }
 
-/// Projects a point of the view's frame to the picture plane through the centre, with the inverse depth as z.
+// The picture plane passes through the centre; z is the inverse depth.
 fn on_plane(view: Vec3) -> Vec3 {
     let depth = EYE - view.z;
     Vec3::new(view.x * EYE / depth, view.y * EYE / depth, 1.0 / depth)
 }
 
-/// Returns the axes right, up and toward the eye for an azimuth and an elevation in degrees.
+// The axes are right, up and toward the eye.
 fn axes([azimuth, elevation]: [f32; 2]) -> [Vec3; 3] {
     let (sin_a, cos_a) = azimuth.to_radians().sin_cos();
     let (sin_e, cos_e) = elevation.to_radians().sin_cos();
@@ -121,27 +118,26 @@ fn axes([azimuth, elevation]: [f32; 2]) -> [Vec3; 3] {
     [right, back.cross(right), back]
 }
 
-/// Returns the direction from a shape to an eye that sees it well.
 pub fn toward_eye(shape: &ScaledMesh) -> Vec3 {
     best_view(shape)[2]
 }
 
-/// Chooses, among views that show enough area, the one with most detail: it shows faces rather than backs.
+/// Chooses, among views that show enough area, the one with most detail.
 fn best_view(shape: &ScaledMesh) -> [Vec3; 3] {
     let normals = shape.area_normals();
     let bumps = bumps(shape, &normals);
     let [natural, others] = [NATURAL, OTHERS]
         .map(|views| views.map(|view| (view, visible_area_and_detail(axes(view)[2], &normals, &bumps))));
-    // Enough area is measured against the best view of all, so that thin meshes have candidates too.
+    // The area is compared with the best view of all, so that thin meshes have candidates too.
     let most_area = natural.iter().chain(&others).map(|(_, [area, _])| *area).fold(0.0, f32::max);
     let good = |(_, [area, _]): &&([f32; 2], [f32; 2])| *area >= GOOD_ENOUGH * most_area;
-    // Preferred views first; others only if none of these shows enough.
+    // Preferred views come first; others count only if none of these shows enough.
     let best =
         natural.iter().filter(good).reduce(|best, next| if next.1[1] > CLEARLY * best.1[1] { next } else { best });
     axes(best.or(others.iter().find(good)).map_or(NATURAL[0], |&(view, _)| view))
 }
 
-/// Returns per face how far the vertex normals at its corners turn from its own, times its area.
+// Detail of a face: the turn of the vertex normals at its corners from its own normal, times its area.
 fn bumps(shape: &ScaledMesh, normals: &[Vec3]) -> Vec<f32> {
     let mut at_vertices = vec![Vec3::ZERO; shape.points.len()];
     for (face, &normal) in shape.faces.iter().zip(normals) {
@@ -154,10 +150,11 @@ fn bumps(shape: &ScaledMesh, normals: &[Vec3]) -> Vec<f32> {
     shape.faces.iter().zip(normals).map(bump).collect()
 }
 
-/// Returns twice the area, and the detail, that face a direction, hidden parts included.
+// Twice the area, and the detail, that face the direction, hidden parts included.
 fn visible_area_and_detail(direction: Vec3, normals: &[Vec3], bumps: &[f32]) -> [f32; 2] {
     let seen = normals.iter().zip(bumps).map(|(normal, bump)| {
         let toward = normal.normalize_or_zero().dot(direction);
+        // Detail counts on front sides alone, so that the view shows faces rather than backs.
         [normal.length() * toward.abs(), bump * toward.max(0.0)]
     });
     seen.fold([0.0; 2], |sum, seen| [sum[0] + seen[0], sum[1] + seen[1]])

@@ -5,13 +5,12 @@ use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster};
 use super::Image;
 
 const SIZE: RasterHeight = RasterHeight::Size16;
-/// Height of a line in pixels.
 const LINE: usize = 20;
-/// Space above the first and below the last line in pixels.
+// Space above the first and below the last line in pixels.
 const SPACE: usize = 8;
 const INK: [u8; 3] = [44, 54, 70];
 
-/// Returns the height of the longest caption in pixels; 0 if all are empty.
+/// Returns the height of the longest caption in pixels.
 pub fn height(captions: &[String]) -> usize {
     match captions.iter().map(|text| text.lines().count()).max() {
         None | Some(0) => 0,
@@ -19,7 +18,7 @@ pub fn height(captions: &[String]) -> usize {
     }
 }
 
-/// Writes lines of text, centred at a column, below a row; cuts off what exceeds the image.
+/// Writes lines of text below a row, centred at a column.
 pub fn write(image: &mut Image, text: &str, middle: usize, below: usize) {
     for (number, line) in text.lines().enumerate() {
         let width: usize = line.chars().filter_map(letter).map(|raster| raster.width()).sum();
@@ -31,7 +30,6 @@ pub fn write(image: &mut Image, text: &str, middle: usize, below: usize) {
     }
 }
 
-/// Returns a letter, or a question mark if the font lacks it.
 fn letter(c: char) -> Option<noto_sans_mono_bitmap::RasterizedChar> {
     get_raster(c, FontWeight::Regular, SIZE).or_else(|| get_raster('?', FontWeight::Regular, SIZE))
 }

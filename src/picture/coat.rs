@@ -1,4 +1,4 @@
-//! Colours of a surface: base colours and textures of its materials, and colours at its corners.
+//! Colours of a surface.
 
 use std::sync::Arc;
 
@@ -10,40 +10,40 @@ use super::raster::weights_at;
 use super::texture::Texture;
 use crate::mesh::{Attributes, Channel, Look, Looks, Role, Wrap, linear_light};
 
-/// The images and colours of a surface, corner by corner; images are not decoded.
+/// Images and colours of a surface, corner by corner; images are not decoded.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cover {
     /// Encoded images, each once.
     pub images: Vec<Arc<[u8]>>,
-    /// Paint of each group; the last one, white, is for all other groups.
+    // Paint of each group; the last one, white, is for all other groups.
     paints: Vec<GroupPaint>,
-    /// Group of each face; empty if there is only one.
+    // Group of each face; empty if there is only one.
     groups: Vec<u32>,
-    /// Texture coordinates, v downwards, n_faces x 3; empty without textures.
+    // Texture coordinates, v downwards, n_faces x 3; empty without textures.
     uvs: Vec<[Vec2; 3]>,
-    /// Colours in linear light, n_faces x 3; empty if corners have none.
+    // Colours in linear light, n_faces x 3; empty if corners have none.
     colours: Vec<[Vec3; 3]>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 struct GroupPaint {
     colour: Vec3,
-    /// Index of the image, and its wrap modes.
+    // Index of the image, and its wrap modes.
     texture: Option<(usize, [Wrap; 2])>,
     with_corners: bool,
 }
 
-/// The image coordinates and the colour at a corner of a face.
+/// Image coordinates and colour at a corner of a face.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CoveredCorner {
     /// Image coordinates, v downwards; 0 without an image.
     pub uv: [f32; 2],
-    /// Factor of the image, in linear light from 0 to 1; the colour itself without an image.
+    /// Factor of the image, in linear light from 0 to 1.
     pub colour: [f32; 3],
 }
 
 impl Cover {
-    /// Makes the cover of a mesh from its attributes and the looks of its groups; `None` if it is all white.
+    /// Makes the cover of a mesh from its attributes and materials; `None` if the mesh is all white.
     ///
     /// ```
     /// use neural_mesh::mesh::{Attributes, Channel, Looks, Role};
@@ -94,7 +94,6 @@ impl Cover {
     }
 }
 
-/// Returns the index of an image in a list, adding it if it is new.
 fn image_index(images: &mut Vec<Arc<[u8]>>, image: &Arc<[u8]>) -> usize {
     images.iter().position(|known| Arc::ptr_eq(known, image)).unwrap_or_else(|| {
         images.push(image.clone());
@@ -102,7 +101,7 @@ fn image_index(images: &mut Vec<Arc<[u8]>>, image: &Arc<[u8]>) -> usize {
     })
 }
 
-/// A cover with decoded textures.
+/// Cover with decoded textures.
 #[derive(Clone, Debug)]
 pub struct Coat {
     cover: Cover,
@@ -110,7 +109,7 @@ pub struct Coat {
 }
 
 impl Coat {
-    /// Makes the coat of a mesh from attributes and looks, `None` if it is all white; adds notes on what cannot be drawn.
+    /// Makes the coat of a mesh, `None` if the mesh is all white; also returns problems.
     ///
     /// ```
     /// use neural_mesh::mesh::{Attributes, Channel, Looks, Role};
@@ -125,7 +124,7 @@ impl Coat {
         Self::decode(attributes, looks, Texture::new)
     }
 
-    /// Makes a coat whose textures hold numbers from 0 to 1, such as directions or roughness, instead of colours.
+    /// Makes a coat whose textures are numbers from 0 to 1, such as directions or roughness.
     ///
     /// ```
     /// use neural_mesh::mesh::{Attributes, Look, Looks};
@@ -147,7 +146,7 @@ impl Coat {
         let Some(cover) = Cover::new(attributes, looks) else { return (None, Vec::new()) };
         let decoded = |image: &Arc<[u8]>| Some(texture(&decode_image(image)?));
         let textures: Vec<Option<Texture>> = cover.images.iter().map(decoded).collect();
-        // One note is enough, however many textures fail.
+        // One note is enough for any number of broken textures.
         let missing = cover.images.iter().zip(&textures).find(|(_, texture)| texture.is_none());
         let notes = missing.map(|(image, _)| format!("a texture is left out: it {}", image_problem(image)));
         let notes = notes.into_iter().collect();
@@ -177,7 +176,7 @@ impl Coat {
         colour * texture.colour(uv(here), steps().map(uv), wrap)
     }
 
-    /// Places the coat on a mesh of the picture, or returns `None` if it belongs to another mesh.
+    /// Places the coat on a mesh of the picture; `None` for another mesh.
     pub(super) fn place_on<'a>(&'a self, points: &'a [Vec3], faces: &'a [[u32; 3]]) -> Option<PlacedCoat<'a>> {
         let Cover { groups, uvs, colours, .. } = &self.cover;
         // Attributes of another mesh would index out of range.
@@ -186,7 +185,6 @@ impl Coat {
     }
 }
 
-/// Returns texture coordinates, v downwards, n_faces x 3: zeros for groups without them, empty if no group has any.
 fn uvs(attributes: &Attributes, looks: &Looks) -> Vec<[Vec2; 3]> {
     let channel = |name: &str| {
         let mut uvs = attributes.channels.iter().filter(|channel| channel.role == Role::Uv && channel.width == 2);
@@ -208,7 +206,6 @@ fn uvs(attributes: &Attributes, looks: &Looks) -> Vec<[Vec2; 3]> {
     attributes.wedges.iter().enumerate().map(face).collect()
 }
 
-/// Returns the corner colours in linear light, n_faces x 3; empty if there are none.
 fn corner_colours(attributes: &Attributes, linear: bool) -> Vec<[Vec3; 3]> {
     let is_colour = |channel: &&Channel| channel.role == Role::Colour && channel.width >= 3;
     let Some(channel) = attributes.channels.iter().find(is_colour) else { return Vec::new() };
@@ -222,7 +219,7 @@ fn corner_colours(attributes: &Attributes, linear: bool) -> Vec<[Vec3; 3]> {
 
 pub(super) struct PlacedCoat<'a> {
     coat: &'a Coat,
-    /// Projected vertices in samples, with the inverse depth as z, n_vertices.
+    // Projected vertices in samples, with the inverse depth as z, n_vertices.
     points: &'a [Vec3],
     faces: &'a [[u32; 3]],
 }

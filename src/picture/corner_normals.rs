@@ -1,4 +1,4 @@
-//! Stored normals in pictures: unit normals at corners, interpolated over faces as renderers do.
+//! Stored normals in pictures.
 
 use glam::{Vec2, Vec3};
 
@@ -7,18 +7,18 @@ use super::raster::weights_at;
 use super::scaled_mesh::ScaledMesh;
 use crate::mesh::{Attributes, Role};
 
-/// Length of a blend of unit normals below which it has no direction.
+// A shorter blend of unit normals has no direction.
 const LEAST_LENGTH: f32 = 1e-6;
 
 /// Unit normals at the corners of a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CornerNormals {
-    /// n_faces x 3; zeros on faces where a corner has none.
+    // n_faces x 3; zeros on faces where a corner has none.
     normals: Vec<[Vec3; 3]>,
 }
 
 impl CornerNormals {
-    /// Takes the normals from the attributes of a mesh, or returns `None` if there are none.
+    /// Takes the normals from the attributes of a mesh.
     ///
     /// ```
     /// use neural_mesh::mesh::{Attributes, Channel, Role};
@@ -40,7 +40,6 @@ impl CornerNormals {
         Some(Self { normals: attributes.wedges.iter().map(corners).collect() })
     }
 
-    /// Places the normals on a mesh of the picture, or returns `None` if they belong to another mesh.
     pub(super) fn place_on<'a>(
         &'a self,
         shape: &'a ScaledMesh,
@@ -54,7 +53,7 @@ impl CornerNormals {
 
 pub(super) struct BlendedNormals<'a> {
     corners: &'a CornerNormals,
-    /// Projected vertices in samples, with the inverse depth as z, n_vertices.
+    // Projected vertices in samples, with the inverse depth as z, n_vertices.
     points: &'a [Vec3],
     faces: &'a [[u32; 3]],
     camera: &'a Camera,

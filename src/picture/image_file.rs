@@ -1,4 +1,4 @@
-//! Image files: recognises and decodes PNG, JPEG, WebP and, with the feature `ktx2`, KTX2.
+//! Image files.
 
 use std::io::Cursor;
 
@@ -11,10 +11,9 @@ use zune_jpeg::zune_core::options::DecoderOptions;
 use super::pixels::{add_opacity, check_size};
 use super::{Image, ktx2};
 
-/// Bytes per pixel that decoding a WebP may take besides the pixels.
 const WEBP_BYTES: usize = 16;
 
-/// A format of image files.
+/// Format of image files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ImageFormat {
@@ -24,12 +23,12 @@ pub enum ImageFormat {
     Jpeg,
     /// WebP.
     WebP,
-    /// KTX 2.0 with Basis Universal, as in glTF; decoded with the feature `ktx2`.
+    /// KTX 2.0 with Basis Universal; decoded with the feature `ktx2`.
     Ktx2,
 }
 
 impl ImageFormat {
-    /// Recognises a format by its signature, or returns `None`.
+    /// Recognises a format by its signature.
     ///
     /// ```
     /// use neural_mesh::picture::ImageFormat;
@@ -63,8 +62,7 @@ impl ImageFormat {
 
 /// Decodes a PNG, JPEG, WebP or (feature `ktx2`) KTX2 file by its content.
 ///
-/// Returns `None` for other or damaged files and beyond 67 million pixels. An animated WebP gives its first frame, a
-/// KTX2 the base level of a flat texture.
+/// Returns `None` for other or damaged files and beyond 67 million pixels. An animated WebP gives its first frame.
 ///
 /// ```
 /// use neural_mesh::picture::{Image, decode_image, encode_png};
@@ -81,7 +79,7 @@ pub fn decode_image(bytes: &[u8]) -> Option<Image> {
     }
 }
 
-/// Explains why [`decode_image`] cannot decode these bytes, with a remedy.
+/// Returns why [`decode_image`] cannot decode these bytes, with a remedy.
 ///
 /// ```
 /// use neural_mesh::picture::image_problem;
@@ -96,7 +94,7 @@ pub fn image_problem(bytes: &[u8]) -> String {
     }
 }
 
-/// Reads width and height from the header of a PNG, JPEG, WebP or KTX2 file; `None` for other files.
+/// Reads width and height from the header of a PNG, JPEG, WebP or KTX2 file.
 ///
 /// ```
 /// use neural_mesh::picture::{Image, encode_png, image_size};
@@ -120,7 +118,7 @@ pub fn image_size(bytes: &[u8]) -> Option<[usize; 2]> {
             Some([width, height].map(|side| side as usize))
         }
         ImageFormat::Ktx2 => {
-            // // Width and height are the third and fourth number after the signature of twelve bytes.
+            // Width and height are the third and fourth number after the signature of twelve bytes.
             let word = |at: usize| Some(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?) as usize);
             Some([word(20)?, word(24)?.max(1)])
         }
@@ -145,7 +143,7 @@ fn decode_png(bytes: &[u8]) -> Option<Image> {
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::normalize_to_color8());
     let mut reader = decoder.read_info().ok()?;
-    // Before memory for pixels is allocated: the header may claim any size.
+    // The check precedes the allocation of pixels: the header may claim any size.
     let [width, height] = [reader.info().width, reader.info().height].map(|side| side as usize);
     check_size(width, height)?;
     let mut pixels = vec![0; reader.output_buffer_size()?];

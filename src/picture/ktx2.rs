@@ -1,8 +1,6 @@
-//! Decodes KTX 2.0: the base level of a flat texture, in Basis Universal (ETC1S, UASTC) or plain bytes, also with
-//! Zstandard.
+//! Decoding of KTX 2.0: the base level of a flat texture.
 //!
-//! Follows the KTX 2.0 specification with the limits of `KHR_texture_basisu`: no cube maps, arrays or volumes. The
-//! transcoder gets a rewritten file of one image, so that damaged headers cannot reach it.
+//! The transcoder gets a rewritten file of one image, so that damaged headers cannot reach it.
 
 use std::borrow::Cow;
 use std::io::Read;
@@ -13,11 +11,10 @@ use ruzstd::decoding::StreamingDecoder;
 use super::Image;
 use super::pixels::{add_opacity, check_size};
 
-/// Words for an undecodable KTX2 file, with a remedy.
 pub(super) const PROBLEM: &str = "is no whole KTX2 of ETC1S, UASTC or RGBA8: give it as PNG, JPEG or WebP";
 
 const MAGIC: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
-/// Bytes of the header and the first entry of the level index.
+// Header and first entry of the level index.
 const HEADER: usize = 80 + 24;
 
 /// `VK_FORMAT_R8G8B8_UNORM` and `_SRGB`.
@@ -25,26 +22,26 @@ const RGB8: [u32; 2] = [23, 29];
 /// `VK_FORMAT_R8G8B8A8_UNORM` and `_SRGB`.
 const RGBA8: [u32; 2] = [37, 43];
 
-/// Colour models of the data format descriptor.
+// Colour models of the data format descriptor.
 const ETC1S: u8 = 163;
 const UASTC: u8 = 166;
-/// Channel of an ETC1S sample: the second of two numbers.
+// Channel of an ETC1S sample: the second of two numbers.
 const ETC1S_GREEN: u8 = 4;
-/// Channels of a UASTC sample: colour with opacity, or two numbers, the second as opacity.
+// Channels of a UASTC sample: colour with opacity, or two numbers, the second as opacity.
 const UASTC_RGBA: u8 = 3;
 const UASTC_RED_GREEN: u8 = 5;
 
-/// Supercompression schemes.
+// Supercompression schemes.
 const BASIS_LZ: u32 = 1;
 const ZSTANDARD: u32 = 2;
-/// Zstandard window in bytes allowed for any image: the size that the specification asks decoders to support.
+/// Zstandard window in bytes that the specification asks decoders to support.
 const WINDOW: usize = 8 << 20;
 
-/// Bytes of BasisLZ global data: its header, and its description of each image.
+// Bytes of BasisLZ global data: its header, and its description of each image.
 const GLOBAL: usize = 20;
 const IMAGE: usize = 20;
 
-/// Decodes a KTX2 file; `None` if it is damaged, too large, not a flat texture, or of another format.
+/// Decodes a KTX2 file of a flat texture.
 pub(super) fn decode(bytes: &[u8]) -> Option<Image> {
     let file = Ktx2::read(bytes)?;
     let [width, height] = file.size;
@@ -66,7 +63,7 @@ struct Ktx2<'a> {
     size: [usize; 2],
     scheme: u32,
     n_images: usize,
-    /// Colour model, and the channels of up to two samples.
+    // Colour model, and the channels of up to two samples.
     model: u8,
     channels: Vec<u8>,
     global: &'a [u8],
@@ -77,12 +74,12 @@ impl<'a> Ktx2<'a> {
     fn read(bytes: &'a [u8]) -> Option<Self> {
         let at = |at: usize| word(bytes, at);
         let [depth, layers, faces, levels] = [at(28)?, at(32)?, at(36)?, at(40)?];
-        // Everything but a flat texture is refused, as for glTF.
+        // Everything but a flat texture is rejected, as for glTF.
         if !bytes.starts_with(&MAGIC) || depth > 1 || layers > 1 || faces != 1 || levels > 32 {
             return None;
         }
         let descriptor = bytes_at(bytes, at(48)?.into(), at(52)?.into())?;
-        // // A sample is four words; the first ends with its channel.
+        // A sample is four words; the first ends with its channel.
         let samples = descriptor.get(28..)?.as_chunks::<16>().0.iter().take(2);
         Some(Self {
             vk_format: at(12)?,
@@ -96,7 +93,6 @@ impl<'a> Ktx2<'a> {
         })
     }
 
-    /// Returns whether pixels are two numbers, the second in place of opacity.
     fn has_two_numbers(&self) -> bool {
         match self.model {
             _ if self.vk_format != 0 => false,
@@ -105,7 +101,6 @@ impl<'a> Ktx2<'a> {
         }
     }
 
-    /// Decompresses the level, which must have `n` bytes.
     fn inflate(&self, n: usize) -> Option<Cow<'a, [u8]>> {
         match self.scheme {
             0 => (self.level.len() == n).then_some(self.level.into()),
@@ -132,7 +127,7 @@ impl<'a> Ktx2<'a> {
         let (header, rest) = self.global.split_at_checked(GLOBAL)?;
         let codes = rest.get(IMAGE * self.n_images..)?;
         let n_codes = [4, 8, 12].into_iter().try_fold(0, |sum, at| Some(sum + u64::from(word(header, at)?)))?;
-        // The codebooks must lie within the data that they come from.
+        // The codebooks must be within the data that they come from.
         if n_codes > codes.len() as u64 {
             return None;
         }
@@ -145,7 +140,6 @@ impl<'a> Ktx2<'a> {
         Some(self.file(&self.channels, &[header, image.as_flattened(), codes].concat(), &[colours, opacity].concat()))
     }
 
-    /// Writes a file of one level with these channels, global data and bytes.
     fn file(&self, channels: &[u8], global: &[u8], level: &[u8]) -> Vec<u8> {
         let n_descriptor = 28 + 16 * channels.len();
         let at_global = HEADER + n_descriptor;
@@ -155,7 +149,7 @@ impl<'a> Ktx2<'a> {
         let words = [0, 1, width, height, 0, 0, 1, 1, scheme, HEADER as u32, n_descriptor as u32, 0, 0];
         let unpacked = if global.is_empty() { level.len() } else { 0 };
         let longs = [at_global, global.len(), at_level, level.len(), unpacked].map(|long| (long as u64).to_le_bytes());
-        // // Blocks of 4 x 4, linear light; of samples, only the channel matters.
+        // The descriptor states blocks of 4 x 4 and linear light; of samples, only the channel matters.
         let model = u32::from_le_bytes([self.model, 1, 1, 0]);
         let descriptor = [n_descriptor as u32, 0, 2 | (n_descriptor as u32 - 4) << 16, model, 0x303, 0, 0];
         let samples = channels.iter().flat_map(|&channel| [u32::from(channel) << 24, 0, 0, u32::MAX]);
@@ -171,7 +165,6 @@ fn transcode(file: &[u8]) -> Option<Vec<u8>> {
     Transcoder::new(file).ok()?.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE).ok()
 }
 
-/// Moves two numbers to red and green.
 fn spread_two_numbers(mut rgba: Vec<u8>) -> Vec<u8> {
     rgba.as_chunks_mut::<4>().0.iter_mut().for_each(|pixel| *pixel = [pixel[0], pixel[3], 0, u8::MAX]);
     rgba

@@ -6,14 +6,14 @@ use super::Image;
 
 /// Radius of the ring as a share of the panel's height.
 const RADIUS: f32 = 0.028;
-/// Half width of the line, and of the light rim around it, in pixels.
+// Half width of the line, and of the light rim around it, in pixels.
 const LINE: f32 = 1.2;
 const RIM: f32 = 2.4;
-/// Colours, sRGB, unlikely to occur in meshes.
+// Colours, sRGB, unlikely to occur in meshes.
 const INK: [u8; 3] = [214, 24, 120];
 const LIGHT: [u8; 3] = [255, 255, 255];
 
-/// Draws a ring around a point in pixels; cuts off what exceeds the image.
+/// Draws a ring around a point in pixels.
 pub fn ring(image: &mut Image, place: Vec3) {
     let radius = RADIUS * image.height as f32;
     let reach = radius + RIM + 1.0;
@@ -32,7 +32,6 @@ pub fn ring(image: &mut Image, place: Vec3) {
     }
 }
 
-/// Returns how much of a pixel a line covers at this distance from its middle.
 fn cover(off: f32, half_width: f32) -> f32 {
     (half_width + 0.5 - off).clamp(0.0, 1.0)
 }

@@ -1,8 +1,6 @@
-//! Pictures of meshes, drawn without a GPU: one view for all meshes, side by side, with visible edges.
+//! Pictures of meshes, drawn without a GPU: one view for all meshes, with visible edges.
 //!
-//! A z-buffer with three by three samples per pixel finds the visible faces. Light follows stored normals, else face
-//! normals, so that facets show. Corners are darkened by ambient occlusion, and edges drawn where they are long enough.
-//! Of materials, base colours and textures are drawn.
+//! Light follows stored normals, else face normals. Of materials, base colours and textures are drawn.
 
 mod camera;
 mod caption;
@@ -44,7 +42,7 @@ pub use views::{MeshView, view, view_shaded};
 /// Samples per pixel along each axis; odd, so that one is in the middle.
 const SAMPLES: usize = 3;
 
-/// An image, row by row from the top left.
+/// Image, row by row from the top left.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
     /// Width in pixels.
@@ -59,14 +57,14 @@ pub struct Image {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PictureOptions {
-    /// Height of a panel in pixels, 64 to 4096; its width follows from the mesh, half to one and a half times the
-    /// height.
+    /// Height of a panel in pixels, 64 to 4096; the width follows from the mesh.
     pub height: usize,
-    /// Caption of each mesh, ASCII, lines separated by newlines; missing ones are empty.
+    /// Caption of each mesh, in ASCII.
     pub captions: Vec<String>,
-    /// Whether to draw edges.
+    /// True if edges are drawn.
     pub edges: bool,
-    /// Azimuth and elevation of the eye in degrees, from +z toward the right and up; by default, one that shows the first mesh well.
+    /// Azimuth and elevation of the eye in degrees, from +z toward the right and up; chosen by the first mesh if
+    /// `None`.
     pub view: Option<[f32; 2]>,
     /// Points in the meshes' unit that get a ring in each panel, even if hidden.
     pub marks: Vec<[f64; 3]>,
@@ -78,10 +76,9 @@ impl Default for PictureOptions {
     }
 }
 
-/// Draws meshes side by side from one point at one scale.
+/// Draws meshes next to each other from one point at one scale.
 ///
-/// Up is +y unless the mesh is flat there. Back sides are tinted red, so that holes and inverted faces show. The pixels
-/// do not depend on the number of threads.
+/// Up is +y unless the mesh is flat there. Back sides are tinted red, so that holes and inverted faces show.
 ///
 /// ```
 /// use neural_mesh::{mesh::TriMesh, picture};
@@ -96,7 +93,7 @@ pub fn render(meshes: &[&TriMesh], options: &PictureOptions) -> Image {
     draw(meshes, options, |shape, camera| panel(shape, camera, options.edges, Shading::default()))
 }
 
-/// Draws meshes as [`render`] does, with their colours, textures and stored normals where they have such.
+/// Draws meshes as [`render`] does, with their colours, textures and stored normals.
 ///
 /// ```
 /// use neural_mesh::{mesh::{Attributes, Look, Looks, shapes}, picture};
@@ -155,7 +152,6 @@ pub fn render_painted(meshes: &[(&TriMesh, &[f64])], scale: &Scale, options: &Pi
     })
 }
 
-/// Draws the panels of all meshes with one camera, and the captions.
 fn draw(
     meshes: &[&TriMesh],
     options: &PictureOptions,

@@ -2,7 +2,6 @@
 
 use super::Image;
 
-/// Words for an undecodable KTX2 file, with a remedy.
 pub(super) const PROBLEM: &str = "is KTX2: build with `--features ktx2`, or give it as PNG, JPEG or WebP";
 
 pub(super) fn decode(_: &[u8]) -> Option<Image> {

@@ -10,17 +10,16 @@ use super::camera::Camera;
 use super::raster::{Buffer, NOTHING};
 use super::shade::Face;
 
-/// Sampled points around each pixel.
 const TAPS: usize = 40;
-/// Largest distance of these points, as a share of the panel's height.
+/// Largest distance of sampled points, as a share of the panel's height.
 const REACH: f32 = 0.11;
-/// Angle from one point to the next: the golden angle.
+/// Golden angle, from one sampled point to the next.
 const TURN: f32 = 2.399_963;
 
 #[derive(Clone, Copy)]
 struct VisiblePoint {
     at: Vec3,
-    /// Normal in the view's frame, turned to the eye.
+    // Normal in the view's frame, turned to the eye.
     normal: Vec3,
 }
 
@@ -31,7 +30,6 @@ pub fn openness(buffer: &Buffer, faces: &[Face], camera: &Camera) -> Vec<f32> {
     per_pixel(camera, |x, y| smooth_openness(&raw, &seen, camera, x, y))
 }
 
-/// Computes a value for every pixel, rows in parallel.
 fn per_pixel<T: Send>(camera: &Camera, value: impl Fn(usize, usize) -> T + Sync) -> Vec<T> {
     let n_pixels = camera.width * camera.height;
     (0..n_pixels)
@@ -52,12 +50,12 @@ fn middles(buffer: &Buffer, faces: &[Face], camera: &Camera) -> Vec<Option<Visib
     })
 }
 
-/// Returns the openness of a pixel from points on a spiral, turned differently for each pixel.
+/// Returns the openness of a pixel from points on a spiral.
 fn pixel_openness(seen: &[Option<VisiblePoint>], camera: &Camera, x: usize, y: usize) -> f32 {
     let Some(here) = seen[y * camera.width + x] else { return 1.0 };
     let reach = REACH * camera.height as f32;
     let world_reach = reach / camera.scale;
-    // Turning the spiral per pixel trades bands for noise, which smoothing removes.
+    // The spiral is turned for each pixel, which trades bands for noise; smoothing removes the noise.
     let start = std::f32::consts::TAU * noise(x, y);
     let mut hidden = 0.0;
     for tap in 0..TAPS {
@@ -81,7 +79,6 @@ fn obscurance(here: VisiblePoint, there: Vec3, reach: f32) -> f32 {
     above * fade
 }
 
-/// Averages over nearby pixels of about the same surface.
 fn smooth_openness(raw: &[f32], seen: &[Option<VisiblePoint>], camera: &Camera, x: usize, y: usize) -> f32 {
     let Some(here) = seen[y * camera.width + x] else { return 1.0 };
     let (mut sum, mut weight) = (0.0, 0.0);
@@ -98,7 +95,7 @@ fn smooth_openness(raw: &[f32], seen: &[Option<VisiblePoint>], camera: &Camera, 
     sum / weight
 }
 
-/// Returns interleaved gradient noise (Jimenez 2014) from 0 to 1, evenly spread over small blocks of pixels.
+/// Returns interleaved gradient noise (Jimenez 2014) from 0 to 1.
 fn noise(x: usize, y: usize) -> f32 {
     (52.982_918 * (0.067_110_56 * x as f32 + 0.005_837_15 * y as f32).fract()).fract()
 }

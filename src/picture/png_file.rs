@@ -1,8 +1,8 @@
-//! Writes PNG files.
+//! Writing of PNG files.
 
 use super::Image;
 
-/// Encodes an image as PNG, 8 bits per channel; returns nothing if it has no pixels or a wrong number of them.
+/// Encodes an image as PNG, 8 bits per channel; empty if the number of pixels is zero or wrong.
 ///
 /// ```
 /// use neural_mesh::picture::{Image, encode_png};
@@ -34,7 +34,6 @@ pub fn encode_png_opaque(image: &Image) -> Vec<u8> {
     }
 }
 
-/// Encodes an image; as memory cannot fail, an error means that its sizes disagree.
 fn encode(image: &Image, bytes: &mut Vec<u8>) -> Result<(), png::EncodingError> {
     encode_as(png::ColorType::Rgba, image.width, image.height, &image.rgba, bytes)
 }

@@ -1,36 +1,33 @@
-//! Rasterises triangles into a z-buffer, with the visible face of each sample and its distance to an edge.
+//! Z-buffer with the visible face of each sample and its distance to an edge.
 //!
-//! Lines come from distances to the triangle's own edges (Baerentzen et al., "Single-pass wireframe rendering", 2006),
-//! so hidden ones need no test.
+//! Lines follow Baerentzen et al., "Single-pass wireframe rendering" (2006).
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::SAMPLES;
 
-/// Marks a sample without a face.
 pub const NOTHING: u32 = u32::MAX;
 const HALF_LINE: f32 = 0.5 * SAMPLES as f32;
 /// Rows per parallel task.
 const BAND: usize = 64;
 
-/// The visible surface at each sample, row by row from the top left.
 pub struct Buffer {
-    /// Width in samples.
+    // Width in samples.
     pub width: usize,
-    /// Inverse depth; 0 without a face.
+    // Inverse depth; 0 without a face.
     pub near: Vec<f32>,
-    /// Visible face, or [`NOTHING`].
+    // Visible face, or `NOTHING`.
     pub face: Vec<u32>,
-    /// Coverage of the sample by an edge of that face, 0 to 255.
+    // Coverage of the sample by an edge of that face, 0 to 255.
     pub line: Vec<u8>,
 }
 
-/// Returns the barycentric weights of a face in space at a place in samples: weights on the picture times inverse
-/// depth, normalised.
+/// Returns the barycentric weights of a face in space at a place in samples.
 pub fn weights_at(points: &[Vec3], corners: [u32; 3], at: Vec2) -> Vec3 {
     let [a, b, c] = corners.map(|v| points[v as usize]);
     let [pa, pb, pc] = [a, b, c].map(|corner| corner.truncate() - at);
+    // Weights on the picture times inverse depth, normalised, are weights in space.
     let weights = Vec3::new(pb.perp_dot(pc) * a.z, pc.perp_dot(pa) * b.z, pa.perp_dot(pb) * c.z);
     weights / weights.element_sum()
 }
@@ -96,16 +93,15 @@ impl Band<'_> {
     }
 }
 
-/// The edges of a triangle as signed distances, positive inside, with its depth.
+// Signed distances to the edges, positive inside, with the depth.
 struct TriangleEdges {
-    /// Distance to the edge opposite each corner, as a x + b y + c.
+    // Distance to the edge opposite each corner, as a x + b y + c.
     lines: [[f32; 3]; 3],
-    /// Inverse depth per distance; the products sum to the inverse depth.
+    // Inverse depth per distance; the products sum to the inverse depth.
     depth: [f32; 3],
 }
 
 impl TriangleEdges {
-    /// Computes the edges; `None` if the triangle has no area on the picture.
     fn from_corners([a, b, c]: [Vec3; 3]) -> Option<Self> {
         let area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
         // Edge-on faces cover no sample.
@@ -129,7 +125,6 @@ impl TriangleEdges {
         self.lines.map(|[a, b, c]| a * x + b * y + c)
     }
 
-    /// Returns the inverse depth, which is linear on the picture.
     fn inverse_depth(&self, distances: [f32; 3]) -> f32 {
         self.depth[0] * distances[0] + self.depth[1] * distances[1] + self.depth[2] * distances[2]
     }
@@ -139,7 +134,6 @@ fn span([a, b, c]: [f32; 3]) -> (f32, f32) {
     (a.min(b).min(c), a.max(b).max(c))
 }
 
-/// Returns the samples whose centres are between two coordinates, both at least 0.
 fn samples_between(low: f32, high: f32) -> std::ops::Range<usize> {
     (low - 0.5).ceil().max(0.0) as usize..(high + 0.5).floor().max(0.0) as usize
 }

@@ -1,4 +1,4 @@
-//! Meshes moved and scaled into the unit ball, so that coordinates of any size can be drawn.
+//! Meshes in the unit ball.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -6,13 +6,12 @@ use rayon::prelude::*;
 use crate::geometry::triangle::area_normal;
 use crate::mesh::TriMesh;
 
-/// A mesh inside the unit ball of the picture.
 pub struct ScaledMesh<'a> {
-    /// Index among the meshes of the picture.
+    // Index among the meshes of the picture.
     pub number: usize,
-    /// Vertex positions: n_vertices.
+    // Vertex positions: n_vertices.
     pub points: Vec<Vec3>,
-    /// Vertex indices of the faces, n_faces x 3.
+    // Vertex indices of the faces, n_faces x 3.
     pub faces: &'a [[u32; 3]],
 }
 
@@ -23,14 +22,12 @@ impl ScaledMesh<'_> {
     }
 }
 
-/// The transform of all meshes into the unit ball.
 pub struct PictureFrame {
     middle: DVec3,
     scale: f64,
 }
 
 impl PictureFrame {
-    /// Computes the transform for these meshes.
     pub fn from_meshes(meshes: &[&TriMesh]) -> Self {
         let all = || meshes.iter().flat_map(|mesh| mesh.positions()).map(|&p| DVec3::from(p.map(f64::from)));
         let low = all().reduce(DVec3::min).unwrap_or_default();
@@ -39,12 +36,10 @@ impl PictureFrame {
         Self { middle: 0.5 * (low + high), scale: if radius > 0.0 { 1.0 / radius } else { 0.0 } }
     }
 
-    /// Transforms a point.
     pub fn place(&self, point: DVec3) -> Vec3 {
         ((point - self.middle) * self.scale).as_vec3()
     }
 
-    /// Transforms the meshes.
     pub fn shapes<'a>(&self, meshes: &[&'a TriMesh]) -> Vec<ScaledMesh<'a>> {
         let shape = |(number, mesh): (usize, &&'a TriMesh)| {
             let place = |p: &[f32; 3]| self.place(DVec3::from(p.map(f64::from)));
@@ -54,7 +49,6 @@ impl PictureFrame {
     }
 }
 
-/// Transforms all meshes into one unit ball.
 pub fn scale_meshes<'a>(meshes: &[&'a TriMesh]) -> Vec<ScaledMesh<'a>> {
     PictureFrame::from_meshes(meshes).shapes(meshes)
 }

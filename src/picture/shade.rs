@@ -1,4 +1,4 @@
-//! Light and colour: a tone per face, or per sample with stored normals, then edges, averaged to pixels.
+//! Light and colour of faces or samples, averaged to pixels.
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -9,40 +9,39 @@ use super::scaled_mesh::ScaledMesh;
 use super::{Image, SAMPLES};
 use crate::mesh::linear_light;
 
-/// Colours in linear light.
+// Colours in linear light.
 const FRONT: Vec3 = Vec3::new(0.50, 0.58, 0.68);
-/// Share of a mesh's own colours that is reflected.
+// Share of a mesh's own colours that is reflected.
 const PAINTED: Vec3 = Vec3::splat(0.78);
 const BACK: Vec3 = Vec3::new(0.72, 0.20, 0.14);
 const LINE: Vec3 = Vec3::new(0.012, 0.022, 0.045);
 const SKY: Vec3 = Vec3::new(0.97, 0.975, 0.985);
 const GROUND: Vec3 = Vec3::new(0.83, 0.85, 0.88);
 
-/// Direction (view's frame) and colour of the lights: warm from the upper left in front, cool and weak from the right.
+// Direction (view's frame) and colour of the lights: warm from the upper left in front, cool and weak from the right.
 const KEY: [Vec3; 2] = [Vec3::new(-0.52, 0.62, 0.59), Vec3::new(1.06, 1.0, 0.92)];
 const FILL: [Vec3; 2] = [Vec3::new(0.84, -0.08, 0.54), Vec3::new(0.20, 0.24, 0.30)];
 
 const LINE_STRENGTH: f32 = 0.62;
-/// Sizes of a face (square root of twice its area, in pixels) between which lines fade in; on smaller faces they only
-/// darken.
+// Sizes of a face (square root of twice its area, in pixels) between which lines fade in; on smaller faces they only
+// darken.
 const LINE_SIZES: [f32; 2] = [2.0, 11.0];
-/// Median face sizes, by area, between which all lines of a mesh fade in; otherwise they would appear in patches.
+// Median face sizes, by area, between which all lines of a mesh fade in; otherwise they would appear in patches.
 const MESH_LINE_SIZES: [f32; 2] = [3.5, 7.5];
 
-/// The shading of a face.
+/// Shading of a face.
 pub struct Face {
-    /// Unit normal in the view's frame, turned to the eye; zero without area.
+    // Unit normal in the view's frame, turned to the eye; zero without area.
     pub normal: Vec3,
     direct: Vec3,
     ambient: Vec3,
     colour: Vec3,
-    /// 1 if the front is visible, else -1.
+    // 1 if the front is visible, else -1.
     side: f32,
-    /// Darkness of its edges, 0 to 1.
+    // Darkness of the edges, 0 to 1.
     line: f32,
 }
 
-/// Shades each face in the usual colour, or ready to be painted, n_faces.
 pub fn faces(shape: &ScaledMesh, camera: &Camera, edges: bool, painted: bool) -> Vec<Face> {
     let front = if painted { PAINTED } else { FRONT };
     let normals = shape.area_normals();
@@ -56,7 +55,7 @@ pub fn faces(shape: &ScaledMesh, camera: &Camera, edges: bool, painted: bool) ->
     shape.faces.par_iter().zip(normals.par_iter().zip(&sizes)).map(look).collect()
 }
 
-/// Returns the face size in pixels that divides the surface into halves of equal area.
+// The size divides the surface into halves of equal area.
 fn usual_size(sizes: &[f32]) -> f32 {
     let mut sorted = sizes.to_vec();
     sorted.sort_unstable_by(f32::total_cmp);
@@ -70,7 +69,6 @@ fn usual_size(sizes: &[f32]) -> f32 {
     usual.copied().unwrap_or(0.0)
 }
 
-/// Shades a face with this outward unit normal, direction to the eye, colour of its front, and darkness of edges.
 fn shade_face(outward: Vec3, toward: Vec3, front: Vec3, line: f32) -> Face {
     let seen_from_front = outward.dot(toward) >= 0.0;
     let (side, colour) = if seen_from_front { (1.0, front) } else { (-1.0, BACK) };
@@ -79,7 +77,7 @@ fn shade_face(outward: Vec3, toward: Vec3, front: Vec3, line: f32) -> Face {
     Face { normal, direct, ambient, colour, side, line }
 }
 
-/// Returns the direct and ambient light that a surface of this colour and unit normal reflects.
+// Direct and ambient light that a surface of this colour and unit normal reflects.
 fn light(normal: Vec3, colour: Vec3) -> [Vec3; 2] {
     let [key, fill] = [KEY, FILL].map(|[from, light]| light * normal.dot(from.normalize()).max(0.0));
     let sky = 0.5 + 0.5 * normal.y;
@@ -94,24 +92,22 @@ impl Face {
     }
 }
 
-/// Returns a smooth step from 0 at the smaller size to 1 at the larger.
 fn fade(size: f32, [none, full]: [f32; 2]) -> f32 {
     let t = ((size - none) / (full - none)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
 
-/// A function from a face and a place in samples to the factor of light there.
+/// Function from a face and a place in samples to the factor of light.
 pub type ColourFunction<'a> = dyn Fn(u32, Vec2) -> Vec3 + Sync + 'a;
 
-/// A function from a face and a place in samples to the stored unit normal in the view's frame, or zero.
+/// Function from a face and a place in samples to the stored normal, or zero.
 pub type NormalFunction<'a> = dyn Fn(u32, Vec2) -> Vec3 + Sync + 'a;
 
-/// Colours and normals that shade a mesh besides its faces.
 #[derive(Clone, Copy, Default)]
 pub struct Shading<'a> {
-    /// Factors of light; white by default.
+    // Factors of light; white by default.
     pub colours: Option<&'a ColourFunction<'a>>,
-    /// Stored normals; those of the faces by default.
+    // Stored normals; those of the faces by default.
     pub normals: Option<&'a NormalFunction<'a>>,
 }
 
@@ -136,7 +132,6 @@ struct ShadedView<'a> {
 }
 
 impl ShadedView<'_> {
-    /// Returns the mean colour of a pixel's samples, in linear light.
     fn pixel(&self, open: f32, [column, row]: [usize; 2], behind: Vec3) -> Vec3 {
         let mut sum = Vec3::ZERO;
         for y in row * SAMPLES..(row + 1) * SAMPLES {
@@ -147,7 +142,6 @@ impl ShadedView<'_> {
         sum / (SAMPLES * SAMPLES) as f32
     }
 
-    /// Returns the colour at a sample, or `None` without a face.
     fn sample(&self, [x, y]: [usize; 2], open: f32) -> Option<Vec3> {
         let at = y * self.buffer.width + x;
         let face = self.buffer.face[at];
@@ -156,14 +150,14 @@ impl ShadedView<'_> {
         }
         let middle = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
         let look = &self.faces[face as usize];
-        // A stored normal changes the light of each sample, a face normal is lit once.
+        // A stored normal changes the light of each sample; a face normal is lit once.
         let stored = self.shading.normals.map_or(Vec3::ZERO, |normals| normals(face, middle));
         let [direct, ambient] = if stored == Vec3::ZERO {
             [look.direct, look.ambient]
         } else {
             light(look.shading_normal(stored), look.colour)
         };
-        // // Corners lose all ambient light and a part of the direct light.
+        // Corners lose all ambient light and a part of the direct light.
         let lit = ambient * open + direct * (0.35 + 0.65 * open);
         let colour = lit.lerp(LINE, look.line * f32::from(self.buffer.line[at]) / 255.0);
         Some(colour * self.shading.colours.map_or(Vec3::ONE, |colours| colours(face, middle)))
@@ -174,17 +168,14 @@ fn background_light(down: f32) -> Vec3 {
     SKY.lerp(GROUND, down)
 }
 
-/// Returns the background at a height of the panel, from 0 (top) to 1.
 pub fn background(down: f32) -> [u8; 4] {
     to_srgb(background_light(down))
 }
 
-/// Converts sRGB to linear light.
 pub fn from_srgb(colour: [u8; 3]) -> Vec3 {
     Vec3::from(colour.map(|byte| linear_light(f32::from(byte) / 255.0)))
 }
 
-/// Converts linear light to opaque sRGB.
 pub fn to_srgb(linear: Vec3) -> [u8; 4] {
     let encode = |x: f32| {
         let x = x.clamp(0.0, 1.0);

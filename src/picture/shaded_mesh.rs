@@ -1,4 +1,4 @@
-//! A mesh to be drawn, with its colours and stored normals.
+//! Mesh to be drawn, with its colours and stored normals.
 
 use glam::Vec3;
 
@@ -9,14 +9,14 @@ use super::scaled_mesh::ScaledMesh;
 use super::shade::{ColourFunction, NormalFunction, Shading};
 use crate::mesh::TriMesh;
 
-/// A mesh to be drawn.
+/// Mesh to be drawn.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadedMesh<'a> {
     /// Surface.
     pub mesh: &'a TriMesh,
-    /// Colours; plain if absent or of another mesh.
+    /// Colours of the surface.
     pub coat: Option<&'a Coat>,
-    /// Stored normals; face normals if absent or of another mesh.
+    /// Stored normals; otherwise face normals are drawn.
     pub normals: Option<&'a CornerNormals>,
 }
 
@@ -31,7 +31,6 @@ impl<'a> ShadedMesh<'a> {
         Self { mesh, coat: None, normals: None }
     }
 
-    /// Runs `draw` with the shading of this mesh, whose projected vertices are `points`.
     pub(super) fn with_shading<T>(
         &self,
         shape: &ScaledMesh,

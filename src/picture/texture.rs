@@ -1,7 +1,4 @@
-//! Textures, sampled between pixels and levels.
-//!
-//! Each level of a pyramid averages four pixels of the one before (Williams, "Pyramidal parametrics", 1983), as
-//! textures finer than the picture would flicker.
+//! Textures, sampled between pixels and between levels (Williams, "Pyramidal parametrics", 1983).
 
 use glam::{Vec2, Vec3};
 
@@ -25,29 +22,27 @@ pub fn shrink(image: &Image, most: usize) -> Image {
     Image { width, height, rgba: pixels.into_iter().flat_map(to_srgb).collect() }
 }
 
-/// A texture ready to be sampled.
 #[derive(Clone, Debug)]
 pub struct Texture {
-    /// Levels from the whole image down to one pixel.
+    // Levels from the whole image down to one pixel.
     levels: Vec<PyramidLevel>,
 }
 
-/// An image in linear light.
+// An image in linear light.
 #[derive(Clone, Debug)]
 struct PyramidLevel {
     width: usize,
     height: usize,
-    /// height x width, row by row from the top left.
+    // height x width, row by row from the top left.
     pixels: Vec<Vec3>,
 }
 
 impl Texture {
-    /// Builds the pyramid of a nonempty image.
     pub fn new(image: &Image) -> Self {
         Self::from_level(PyramidLevel::whole(image))
     }
 
-    /// Builds the pyramid of an image that holds numbers from 0 to 1 instead of colours.
+    /// Builds the pyramid of an image of numbers from 0 to 1 instead of colours.
     pub fn of_numbers(image: &Image) -> Self {
         Self::from_level(PyramidLevel::decode(image, |byte| f32::from(byte) / 255.0))
     }
@@ -57,8 +52,7 @@ impl Texture {
         Self { levels: std::iter::successors(Some(whole), coarser).collect() }
     }
 
-    /// Returns the colour at `uv` (v downwards) in linear light; `across` and `down` are the size of a sample on the
-    /// texture.
+    /// Returns the colour at `uv` (v downwards) in linear light, for a sample of size `across` and `down`.
     pub fn colour(&self, uv: Vec2, [across, down]: [Vec2; 2], wrap: [Wrap; 2]) -> Vec3 {
         let size = Vec2::new(self.levels[0].width as f32, self.levels[0].height as f32);
         let pixels = (across * size).length().max((down * size).length());
@@ -105,7 +99,6 @@ impl PyramidLevel {
     }
 }
 
-/// Returns the pixel at a whole number along a side of `n` pixels.
 fn wrap_index(at: f32, n: usize, wrap: Wrap) -> usize {
     // Numbers that no pixel has become the first one.
     let (at, n) = (at as i64, n as i64);

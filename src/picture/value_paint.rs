@@ -4,32 +4,31 @@ use glam::{Vec2, Vec3};
 
 use super::shade::from_srgb;
 
-/// Six steps of ColorBrewer's RdYlBu (Apache 2.0), low to high: light enough for dark lines, and safe for red-green
-/// blindness.
+// Six steps of ColorBrewer's RdYlBu (Apache 2.0), low to high: light enough for dark lines, and safe for red-green
+// blindness.
 const STEPS: [[u8; 3]; 6] =
     [[215, 48, 39], [252, 141, 89], [254, 224, 144], [224, 243, 248], [145, 191, 219], [69, 117, 180]];
-/// Colour without a value, in linear light.
+// Colour without a value, in linear light.
 const NO_VALUE: Vec3 = Vec3::splat(0.25);
-/// Colour of contour lines, in linear light, and half their width in samples.
+// Colour of contour lines, in linear light, and half their width in samples.
 const LINE: Vec3 = Vec3::new(0.012, 0.022, 0.045);
 const HALF_LINE: f32 = 1.8;
 
-/// The scale of values in a picture.
+/// Scale of values in a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
     /// Value of the last colour, above 0; the first is 0.
     pub end: f64,
-    /// Number of contour lines, evenly spaced up to the end, which has one; 0 for none.
+    /// Number of contour lines, evenly spaced up to the end.
     pub lines: usize,
 }
 
-/// A mesh of the picture with a value at each vertex.
 pub struct ValuePaint<'a> {
-    /// Projected vertices in samples, with the inverse depth as z, n_vertices.
+    // Projected vertices in samples, with the inverse depth as z, n_vertices.
     pub points: &'a [Vec3],
-    /// n_faces x 3.
+    // n_faces x 3.
     pub faces: &'a [[u32; 3]],
-    /// Values, n_vertices; not finite if missing.
+    // Values, n_vertices; not finite if missing.
     pub values: &'a [f64],
     pub scale: Scale,
 }
@@ -47,7 +46,7 @@ impl ValuePaint<'_> {
         step_colour(here).lerp(LINE, 0.85 * self.line(here, slope))
     }
 
-    /// Returns how much a contour line covers a sample, by its share of the scale and the slope there.
+    /// Returns the share of a sample that a contour line covers.
     fn line(&self, share: f32, slope: f32) -> f32 {
         let along = share * self.scale.lines as f32;
         // The value 0 has no line, as it would cover whole areas.
@@ -58,10 +57,10 @@ impl ValuePaint<'_> {
         (HALF_LINE + 0.5 - samples).clamp(0.0, 1.0)
     }
 
-    /// Interpolates linearly on the face in space: weights on the picture are multiplied by the inverse depth.
     fn value(&self, face: u32, at: Vec2) -> f32 {
         let corners = self.faces[face as usize].map(|v| v as usize);
         let [a, b, c] = corners.map(|v| self.points[v].truncate() - at);
+        // Values are linear in space: weights on the picture are multiplied by the inverse depth.
         let weights = [b.perp_dot(c), c.perp_dot(a), a.perp_dot(b)];
         let terms = [0, 1, 2].map(|k| (weights[k] * self.points[corners[k]].z, self.values[corners[k]] as f32));
         let total: f32 = terms.iter().map(|(weight, _)| weight).sum();
@@ -69,7 +68,6 @@ impl ValuePaint<'_> {
     }
 }
 
-/// Returns the colour of a share of the scale, clamped to its ends.
 fn step_colour(share: f32) -> Vec3 {
     let along = share.clamp(0.0, 1.0) * (STEPS.len() - 1) as f32;
     let low = (along as usize).min(STEPS.len() - 2);
@@ -80,7 +78,6 @@ fn step_colour(share: f32) -> Vec3 {
 mod tests {
     use super::*;
 
-    /// Calls `check` with a triangle whose corners have different depths, with values 0, 1 and 2.
     fn check_tilted_triangle(lines: usize, check: impl Fn(&ValuePaint)) {
         let points = [Vec3::new(0.0, 0.0, 1.0), Vec3::new(300.0, 0.0, 0.5), Vec3::new(0.0, 300.0, 0.25)];
         let scale = Scale { end: 2.0, lines };

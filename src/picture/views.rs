@@ -9,14 +9,14 @@ use super::shaded_mesh::ShadedMesh;
 use super::{Image, SAMPLES, occlusion, scaled_mesh};
 use crate::mesh::TriMesh;
 
-/// A view of one mesh.
+/// View of one mesh.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MeshView {
     /// Shaded mesh, without edges.
     pub shaded: Image,
     /// Normals turned to the eye, as colours: x right, y up, z toward the eye, -1..1 as 0..=255.
     pub normals: Image,
-    /// Whether the middle of each pixel shows the mesh, height x width.
+    /// True if the middle of the pixel shows the mesh, height x width.
     pub covered: Vec<bool>,
 }
 
@@ -33,7 +33,7 @@ pub fn view(meshes: &[&TriMesh], direction: [f32; 2], height: usize) -> Vec<Mesh
     shapes.iter().map(|shape| draw_view(shape, &camera, &ShadedMesh::bare(meshes[shape.number]))).collect()
 }
 
-/// Draws each mesh as [`view`] does, with its colours, textures and stored normals where it has such.
+/// Draws each mesh as [`view`] does, with its colours, textures and stored normals.
 ///
 /// ```
 /// use neural_mesh::{mesh::{Attributes, Look, Looks, shapes}, picture::{Coat, ShadedMesh, view, view_shaded}};
@@ -68,7 +68,6 @@ fn draw_view(shape: &scaled_mesh::ScaledMesh, camera: &Camera, mesh: &ShadedMesh
     })
 }
 
-/// Returns the visible face at the middle of each pixel.
 fn middles(buffer: &Buffer, camera: &Camera) -> Vec<u32> {
     let sample =
         |row: usize, column: usize| (row * SAMPLES + SAMPLES / 2) * buffer.width + column * SAMPLES + SAMPLES / 2;

@@ -1,16 +1,15 @@
-//! Converts a mesh of an FBX: corners of a vertex with equal values share a wedge.
+//! Conversion of FBX corners to wedges.
 
 use rustc_hash::FxHashMap;
 use ufbx::Mesh;
 
 use crate::mesh::{Attributes, Channel, Fans, RawMesh, Role};
 
-/// Index of no vertex; cleanup drops faces with it.
+// Index of no vertex; cleanup drops faces with such an index.
 const NOWHERE: u32 = u32::MAX;
 
 pub(super) struct FbxMesh {
     pub mesh: RawMesh,
-    /// Material of each group, as an index into the mesh's materials.
     pub slots: Vec<u32>,
     pub n_not_finite: usize,
 }
@@ -37,7 +36,7 @@ pub(super) fn convert_mesh(mesh: &Mesh) -> FbxMesh {
     }
     let vertex_of = |corner: u32| mesh.vertex_indices.get(corner as usize).copied().unwrap_or(NOWHERE);
     let position = |vertex: u32| mesh.vertices.get(vertex as usize).map(|p| [p.x, p.y, p.z]);
-    // Polygons are cut while faces still index corners; the last step turns these into vertices.
+    // Polygons are triangulated while faces still index corners; the last step turns corners into vertices.
     fans.triangulate_with(|corner| position(vertex_of(corner)), &mut faces);
     let mut channels = channels(mesh);
     let wedges = if channels.is_empty() { Vec::new() } else { wedges(mesh, &faces, &mut channels) };
@@ -81,7 +80,7 @@ fn push_values(mesh: &Mesh, corner: usize, width_of_colour: usize, values: &mut 
 
 fn wedges(mesh: &Mesh, faces: &[[u32; 3]], channels: &mut [Channel]) -> Vec<[u32; 3]> {
     let width_of_colour = channels.iter().find(|it| it.role == Role::Colour).map_or(0, |it| it.width);
-    // // Keys: the vertex, then the values as bits.
+    // A key is the vertex, then the values as bits.
     let mut numbers: FxHashMap<Vec<u32>, u32> = FxHashMap::default();
     let (mut key, mut values) = (Vec::new(), Vec::new());
     let mut wedge = |corner: u32| {
@@ -90,7 +89,7 @@ fn wedges(mesh: &Mesh, faces: &[[u32; 3]], channels: &mut [Channel]) -> Vec<[u32
         key.clear();
         key.push(mesh.vertex_indices.get(corner as usize).copied().unwrap_or(NOWHERE));
         key.extend(values.iter().map(|x| (x + 0.0).to_bits()));
-        // Looked up by reference first: most corners are known, and the key is only then cloned.
+        // The lookup is by reference: most corners are known, and only new keys are cloned.
         if let Some(&wedge) = numbers.get(&key) {
             return wedge;
         }

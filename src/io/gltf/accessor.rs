@@ -1,4 +1,4 @@
-//! Accessors of a glTF, dense or sparse, with every access checked.
+//! Accessors of a glTF, dense or sparse.
 
 use super::buffers::AssetBuffers;
 use super::schema::{Accessor, BufferView, Root};
@@ -9,28 +9,27 @@ use crate::io::memory::{allocate_zeros, reserve};
 pub(super) struct Data<'a> {
     pub root: &'a Root,
     pub buffers: &'a AssetBuffers<'a>,
-    /// Bytes of each compressed buffer view.
+    // Bytes of each compressed buffer view.
     pub decompressed: &'a [Option<Vec<u8>>],
 }
 
 impl<'a> Data<'a> {
-    /// Returns the claimed number of elements of an accessor.
     pub fn count(&self, index: usize) -> Result<usize, ReadError> {
         Ok(self.accessor(index)?.count)
     }
 
-    /// Reads positions, count x 3; refuses more than `limit`.
+    /// Reads positions, count x 3; rejects more than `limit`.
     pub fn positions(&self, index: usize, limit: usize) -> Result<Vec<[f64; 3]>, ReadError> {
         self.elements::<3>(index, "VEC3", limit)
     }
 
-    /// Reads vertex indices; refuses more than `limit`.
+    /// Reads vertex indices; rejects more than `limit`.
     pub fn indices(&self, index: usize, limit: usize) -> Result<Vec<u32>, ReadError> {
         let values = self.elements::<1>(index, "SCALAR", limit)?;
         Ok(values.into_iter().map(|[value]| value as u32).collect())
     }
 
-    /// Reads the width and the values of an accessor, count x width; refuses more than `limit` values.
+    /// Reads the width and values of an accessor, count x width; rejects more than `limit` values.
     pub fn floats(&self, index: usize, limit: usize) -> Result<(usize, Vec<f32>), ReadError> {
         let accessor = self.accessor(index)?;
         let shape = ElementShape::from_name(&accessor.shape).ok_or_else(|| unusable(index, accessor))?;
@@ -74,8 +73,7 @@ impl<'a> Data<'a> {
         Ok(elements)
     }
 
-    /// Passes on the number and the bytes of each element, dense ones first, then sparse replacements; others are
-    /// zeros.
+    // Sparse replacements follow the dense elements.
     fn for_each_element(
         &self,
         index: usize,
@@ -123,7 +121,7 @@ impl<'a> Data<'a> {
             return Err(too_short());
         }
         let bytes = self.bytes(index).and_then(|bytes| bytes.get(offset..)).ok_or_else(too_short)?;
-        // // The last element may be shorter than the stride.
+        // The last element may be shorter than the stride.
         if count > 0 && (count - 1).checked_mul(stride).is_none_or(|start| start.saturating_add(size) > bytes.len()) {
             return Err(too_short());
         }
@@ -145,7 +143,7 @@ fn unusable(index: usize, accessor: &Accessor) -> ReadError {
     ReadError::file(what, REMEDY)
 }
 
-/// The size of an element in components; matrices are stored by columns.
+// Size of an element in components; matrices are stored by columns.
 #[derive(Clone, Copy)]
 struct ElementShape {
     rows: usize,
@@ -171,7 +169,7 @@ impl ElementShape {
         self.rows * self.columns
     }
 
-    /// Returns the bytes from one column to the next; matrix columns are aligned to four bytes.
+    // Matrix columns are aligned to four bytes.
     fn column(self, component: usize) -> usize {
         if self.columns == 1 { self.rows * component } else { (self.rows * component).next_multiple_of(4) }
     }
@@ -189,7 +187,6 @@ pub(super) fn shape_width(shape: &str) -> usize {
     ElementShape::from_name(shape).map_or(0, ElementShape::width)
 }
 
-/// Returns the size of an element in bytes, 0 if its shape or type is unknown.
 pub(super) fn element_size(shape: &str, component_type: u32) -> usize {
     let component = ComponentKind { component: component_type, normalized: false }.size();
     ElementShape::from_name(shape).map_or(0, |shape| shape.size(component))
@@ -197,9 +194,9 @@ pub(super) fn element_size(shape: &str, component_type: u32) -> usize {
 
 #[derive(Clone, Copy)]
 struct ComponentKind {
-    /// OpenGL number of the type, 5120 to 5126.
+    // OpenGL number of the type, 5120 to 5126.
     component: u32,
-    /// Whether integers mean fractions of their range.
+    // True if integers mean fractions of their range.
     normalized: bool,
 }
 

@@ -1,4 +1,4 @@
-//! A whole glTF asset, with its meshes as parts for simplification.
+//! Whole glTF assets.
 
 use std::fmt;
 use std::path::Path;
@@ -16,24 +16,23 @@ use crate::io::memory::read_file;
 use crate::io::uri::{fetch, path_inside};
 use crate::io::{Folder, Format, OutputFile, ReadError, gzip, refuse_external_file};
 
-/// A glTF or GLB file, with the files it refers to.
+/// glTF or GLB file with its companion files.
 pub struct Asset {
     pub(super) document: Value,
     pub(super) container: Container<'static>,
-    /// Bytes of the asset's file and buffers.
+    // Bytes of the asset's file and buffers.
     pub(super) n_bytes: usize,
-    /// Whether the asset is a single JSON file.
+    // True if the asset is a single JSON file.
     pub(super) is_embedded: bool,
     pub(super) images: Vec<OutputFile>,
-    /// Mesh index of each part.
+    // Mesh index of each part.
     pub(super) meshes: Vec<usize>,
     parts: Vec<AssetPart>,
     notes: Vec<String>,
 }
 
 impl Asset {
-    /// Opens the glTF or GLB file at `path`, gzip-compressed or not; further files are read only from its folder and
-    /// below.
+    /// Opens the glTF or GLB file at `path`, gzip-compressed or not.
     ///
     /// # Errors
     /// [`ReadError`], without the path.
@@ -48,13 +47,12 @@ impl Asset {
         Self::from_bytes_in(&bytes, &Folder::from_file(path))
     }
 
-    /// Opens the bytes of a glTF or GLB file, gzip-compressed or not.
+    /// Opens the bytes of a glTF or GLB file; `fetch` returns companion files by URI.
     ///
-    /// `fetch` returns the bytes of a file by its URI, which does not lead out of the folder. A missing image adds a
-    /// note, a missing buffer is an error.
+    /// A missing image adds a note; a missing buffer is an error.
     ///
     /// # Errors
-    /// [`ReadError`] names the problem, its place and a remedy in one line.
+    /// [`ReadError`] names the problem, its location and a remedy.
     ///
     /// ```
     /// use neural_mesh::io::{Asset, ReadError};
@@ -70,7 +68,7 @@ impl Asset {
         opened.map_err(|error| ReadError { format: Some(Format::Gltf), ..error })
     }
 
-    /// Opens the bytes of a glTF or GLB file, gzip-compressed or not, with further files from `folder`.
+    /// Opens the bytes of a glTF or GLB file with companion files in `folder`.
     ///
     /// # Errors
     /// As [`from_bytes`](Self::from_bytes).
@@ -78,7 +76,7 @@ impl Asset {
         Self::from_bytes(bytes, &|uri| fetch(folder, uri))
     }
 
-    /// Opens the bytes of a glTF or GLB file that must contain its buffers.
+    /// Opens the bytes of a glTF or GLB file without companion files.
     ///
     /// # Errors
     /// As [`from_bytes`](Self::from_bytes).
@@ -113,12 +111,12 @@ impl Asset {
         Ok(Self { document, container, n_bytes, is_embedded, images, meshes, parts, notes })
     }
 
-    /// Returns the meshes with triangles, each once, in file order.
+    /// Returns the meshes with triangles, in file order.
     pub fn parts(&self) -> &[AssetPart] {
         &self.parts
     }
 
-    /// Returns whether the asset as a whole has an extension, such as `VRM` or `VRMC_vrm`.
+    /// Returns whether the asset has an extension, such as `VRM`.
     ///
     /// ```
     /// use neural_mesh::io::Asset;
@@ -129,7 +127,7 @@ impl Asset {
         self.document.get("extensions").is_some_and(|extensions| extensions.get(name).is_some())
     }
 
-    /// Returns notes on repairs and missing files, a line each.
+    /// Returns notes on repairs and missing files.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
@@ -170,13 +168,13 @@ fn read_parts(
     Ok((meshes, parts))
 }
 
-/// Returns the largest scale at which each mesh is placed, n_meshes, 1 if none.
+/// Returns the largest scale of each mesh, n_meshes.
 fn largest_scales(data: &Data, limit: usize) -> Result<Vec<f64>, ReadError> {
     let mut scales = vec![0f64; data.root.meshes.len()];
     for placed in placements(data)? {
         let of_instances = placed.instances.and_then(|names| names.get("SCALE"));
         let of_instances = of_instances.map_or(Ok(1.0), |&accessor| largest_scale(data, accessor, limit))?;
-        // The mean scale of all axes: a single number per part is enough for tolerances.
+        // The mean scale of all axes is one number per part, which is enough for tolerances.
         let of_node = placed.transform.determinant().abs().cbrt();
         let scale = of_node * of_instances;
         if let Some(largest) = scales.get_mut(placed.mesh).filter(|_| scale.is_finite()) {
@@ -192,7 +190,6 @@ fn largest_scale(data: &Data, accessor: usize, limit: usize) -> Result<f64, Read
     Ok(values.chunks_exact(width).map(volume).fold(0.0, f64::max).cbrt())
 }
 
-/// Fetches the images in separate files, each once; for a missing one the document keeps its reference.
 fn fetch_images(
     root: &Root,
     fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,

@@ -1,4 +1,4 @@
-//! Looks of an asset's materials: colours, emission, roughness, metal and normal maps.
+//! Materials of an asset.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -72,9 +72,9 @@ struct TextureData {
 }
 
 impl TextureData {
-    /// Returns the image: the plain source, else that of an extension such as `EXT_texture_webp`.
     fn image(&self) -> Option<usize> {
         let of_extension = |extension: &Value| extension.get("source").and_then(index);
+        // Extensions such as `EXT_texture_webp` name an image of their own.
         self.source.or_else(|| self.extensions.values().find_map(of_extension))
     }
 }
@@ -87,10 +87,7 @@ struct TextureSampler {
 }
 
 impl Asset {
-    /// Reads the looks of the primitives of each part, in the order of [`Asset::parts`].
-    ///
-    /// The second result notes what is missing, a line each: rotating texture transforms are ignored, textures without
-    /// bytes dropped.
+    /// Reads the materials of each part's primitives, in the order of [`Asset::parts`], and one line per problem.
     ///
     /// ```
     /// use neural_mesh::io::Asset;

@@ -1,4 +1,4 @@
-//! A mesh of an asset with all its vertex data, in its own coordinates.
+//! Meshes of an asset, in their own coordinates.
 
 use std::collections::BTreeMap;
 
@@ -10,17 +10,17 @@ use super::{spend, triangles};
 use crate::io::ReadError;
 use crate::mesh::{Attributes, Channel, RawMesh, Role};
 
-/// A mesh of a glTF asset, once, however often it is placed.
+/// Mesh of a glTF asset.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct AssetPart {
     /// Name in the file, or `mesh N`.
     pub name: String,
-    /// Triangles in the mesh's coordinates; wedges are the file's vertices, groups its primitives.
+    /// Triangles; wedges are the file's vertices, groups its primitives.
     pub mesh: RawMesh,
     /// Material name of each primitive, or `primitive N`.
     pub materials: Vec<String>,
-    /// Largest scale at which nodes place it: the cube root of the determinant; 1 for skinned or unplaced meshes.
+    /// Largest scale of its nodes; 1 for skinned and unplaced meshes.
     pub scale: f64,
 }
 
@@ -60,7 +60,7 @@ fn channels<'a>(data: &Data, primitives: impl Iterator<Item = &'a Primitive>) ->
         n_sets = n_sets.max(n_skin_sets(primitive));
         for (name, &accessor) in primitive.attributes.iter().filter(|(name, _)| is_own_channel(name)) {
             let (role, width) = role(name);
-            // Labels must not be blended, which decides how they are carried along.
+            // Labels must not be blended, so they have a role of their own.
             let role = if role == Role::Other && is_label(data, name, accessor)? { Role::Label } else { role };
             widen(own.entry(name.clone()).or_insert((role, 0)), width, data, accessor)?;
         }
@@ -77,9 +77,9 @@ fn channels<'a>(data: &Data, primitives: impl Iterator<Item = &'a Primitive>) ->
     Ok(own.into_iter().chain(skin).chain(targets).map(channel).collect())
 }
 
-/// Returns whether an application-specific attribute holds labels: by its name or whole-number type.
 fn is_label(data: &Data, name: &str, accessor: usize) -> Result<bool, ReadError> {
     let accessor = data.accessor(accessor)?;
+    // Labels are recognised by name or by an integer type.
     let named = name.starts_with("_FEATURE_ID_") || name == "_BATCHID";
     Ok(named || accessor.component_type != FLOAT && !accessor.normalized)
 }
@@ -93,7 +93,7 @@ fn widen((_, held): &mut (Role, usize), width: Option<usize>, data: &Data, acces
     Ok(())
 }
 
-/// A builder of a mesh; equal accessors give shared positions and wedges.
+// Primitives with equal accessors share positions and wedges.
 struct PartBuilder<'a> {
     data: &'a Data<'a>,
     mesh: RawMesh,
@@ -127,7 +127,7 @@ impl<'a> PartBuilder<'a> {
         // Positions and wedges are shared independently: seams split only wedges.
         let first_wedge = self.wedges_of(primitive, run.count, budget, repairs)?;
         let triangles = triangles::read_triangles(self.data, primitive, run.count, budget)?;
-        // // Corners out of range stay invalid, for cleanup to drop.
+        // Corners out of range stay invalid, for cleanup to drop.
         let at = |first: usize| move |v: u32| if v == u32::MAX { v } else { (first + v as usize) as u32 };
         self.mesh.faces.extend(triangles.iter().map(|triangle| triangle.map(at(run.first))));
         self.mesh.attributes.wedges.extend(triangles.iter().map(|triangle| triangle.map(at(first_wedge))));
@@ -175,7 +175,7 @@ impl<'a> PartBuilder<'a> {
     }
 }
 
-/// Encodes all accessors of a primitive's vertices with their names, as a key.
+// The key has the names too, since equal accessors may be different attributes.
 fn accessors(primitive: &Primitive) -> Vec<usize> {
     let maps = std::iter::once(&primitive.attributes).chain(&primitive.targets);
     let row = |(name, &accessor): (&String, &usize)| {
@@ -184,7 +184,6 @@ fn accessors(primitive: &Primitive) -> Vec<usize> {
     maps.flat_map(|map| std::iter::once(map.len()).chain(map.iter().flat_map(row))).collect()
 }
 
-/// Writes a primitive's values of a channel, n x width; missing ones stay zero.
 fn fill_channel(
     data: &Data,
     primitive: &Primitive,
@@ -204,14 +203,13 @@ fn fill_channel(
         return Ok(());
     }
     let Some(accessor) = primitive.attributes.get(name).copied().or_else(of_target) else { return Ok(()) };
-    // Colours without alpha are opaque where others of the mesh have it.
+    // Colours without alpha are opaque if others of the mesh have alpha.
     if role == Role::Colour && width == 4 {
         values.iter_mut().skip(3).step_by(4).for_each(|alpha| *alpha = 1.0);
     }
     write_columns(data, accessor, values, width, 0..width)
 }
 
-/// Writes an accessor into these columns of rows of `width`, up to the shorter of both.
 fn write_columns(
     data: &Data,
     accessor: usize,
@@ -219,7 +217,7 @@ fn write_columns(
     width: usize,
     columns: std::ops::Range<usize>,
 ) -> Result<(), ReadError> {
-    // // At most one element per row, each of up to 4 x 4 numbers.
+    // There is at most one element per row, each of up to 4 x 4 numbers.
     let (found, elements) = data.floats(accessor, 16 * values.len() / width)?;
     // Broken files may have fewer components than the attribute needs.
     let n = found.min(columns.len());

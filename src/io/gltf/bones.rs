@@ -1,4 +1,4 @@
-//! Skins as matrices: transforms of joints, and of a mesh in its bind pose.
+//! Transforms of joints and skinned meshes.
 
 use glam::DMat4;
 
@@ -6,17 +6,16 @@ use super::accessor::Data;
 use super::schema::{GltfNode, Skin};
 use crate::io::ReadError;
 
-/// The joints of a skin, with their inverse bind matrices (from mesh to joint coordinates).
+// Joints of a skin, with their inverse bind matrices (from mesh to joint coordinates).
 pub(super) struct Bones {
     pub joints: Vec<usize>,
     pub inverse_bind: Vec<DMat4>,
 }
 
 impl Bones {
-    /// Reads the matrices of a skin; missing ones are the identity.
     pub fn read(data: &Data, skin: &Skin) -> Result<Self, ReadError> {
         let n = skin.joints.len();
-        // One matrix per joint; more are refused by the limit.
+        // There is one matrix per joint; the limit rejects more.
         let matrices = skin.inverse_bind_matrices.map(|index| data.floats(index, 16 * n.max(1)));
         let inverse_bind = match matrices.transpose()? {
             Some((16, values)) => {
@@ -27,11 +26,10 @@ impl Bones {
         Ok(Self { joints: skin.joints.clone(), inverse_bind })
     }
 
-    /// Returns the transform of the mesh to the scene in its bind pose, by the first joint with an invertible matrix.
-    ///
-    /// All joints agree on it if the nodes are in that pose.
+    /// Returns the transform of the mesh to the scene in its bind pose.
     pub fn bind_transform(&self, world: &[DMat4]) -> Option<DMat4> {
         let joints = self.joints.iter().zip(&self.inverse_bind);
+        // In the bind pose all joints agree, so the first with an invertible matrix decides.
         let mut transforms = joints.filter_map(|(&joint, inverse)| Some(*world.get(joint)? * *inverse));
         transforms.find(|transform| transform.is_finite() && transform.determinant() != 0.0)
     }
@@ -45,7 +43,7 @@ pub(super) fn world_transforms(nodes: &[GltfNode], local: &[DMat4]) -> Vec<DMat4
     }
     let world = |mut node: usize| {
         let mut world = local[node];
-        // // Bounded, as in a broken file a node may be its own ancestor.
+        // The loop is bounded, as in a broken file a node may be its own ancestor.
         for _ in 0..nodes.len() {
             let Some(above) = parent[node] else { break };
             world = local[above] * world;

@@ -1,4 +1,4 @@
-//! Buffers of a glTF; each file is read once, even if several buffers name it.
+//! Buffers of a glTF.
 
 use std::borrow::Cow;
 use std::path::PathBuf;
@@ -16,9 +16,7 @@ pub(super) struct AssetBuffers<'a> {
 }
 
 impl<'a> AssetBuffers<'a> {
-    /// Collects the bytes of buffers: from the container (`embedded`), `data:` URIs, and files by `fetch`.
-    ///
-    /// A buffer is given by its URI and whether it is a fallback, which needs no bytes.
+    // A buffer is a URI and a mark of fallbacks, which need no bytes.
     pub fn load<'b>(
         buffers: impl Iterator<Item = (Option<&'b str>, bool)>,
         embedded: Option<&'a [u8]>,
@@ -46,7 +44,7 @@ impl<'a> AssetBuffers<'a> {
         known: &mut FxHashMap<PathBuf, usize>,
         fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
     ) -> Result<usize, ReadError> {
-        // By path, not by URI: several spellings may name one file.
+        // Files are compared by path, since several URIs may name one file.
         let path = path_inside(uri).filter(|_| !uri.starts_with("data:"));
         if let Some(&file) = path.as_ref().and_then(|path| known.get(path)) {
             return Ok(file);

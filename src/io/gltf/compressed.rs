@@ -1,4 +1,4 @@
-//! Decompression of buffer views (`EXT_meshopt_compression`, `KHR_meshopt_compression`) by meshoptimizer.
+//! Decompression of buffer views by meshoptimizer.
 
 use meshopt::{
     decode_filter_color, decode_filter_exp, decode_filter_oct, decode_filter_quat, decode_index_buffer,
@@ -14,7 +14,6 @@ use crate::io::ReadError;
 /// Largest expansion per compressed byte, and bytes always allowed.
 const GROWTH: (usize, usize) = (64, 1 << 26);
 
-/// The compressed form of a view with `count` elements of `byte_stride` bytes.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Compressed {
@@ -28,7 +27,6 @@ pub(super) struct Compressed {
     pub filter: Option<String>,
 }
 
-/// Decompresses the compressed buffer views; the third argument matters only to builds without this feature.
 pub(super) fn decompress(
     views: &[Option<&Compressed>],
     buffers: &AssetBuffers,
@@ -38,7 +36,7 @@ pub(super) fn decompress(
     let mut decode = |(index, view): (usize, &Option<&Compressed>)| {
         let Some(view) = view else { return Ok(None) };
         let broken = || ReadError::file(format!("buffer view {index} cannot be decompressed"), REMEDY);
-        // Before decoding: the claimed size may be anything.
+        // The claimed size may be anything, so it is checked before decoding.
         let size = view.count.checked_mul(view.byte_stride).filter(|&size| size <= budget).ok_or_else(broken)?;
         budget -= size;
         let bytes = buffers.get(view.buffer).and_then(|bytes| bytes.get(view.byte_offset..)?.get(..view.byte_length));
@@ -67,7 +65,7 @@ fn decode_view(view: &Compressed, bytes: &[u8]) -> Option<Vec<u8>> {
     }
 }
 
-/// A vertex of N words, a type that the binding requires.
+// The binding requires a type: a vertex of N words.
 #[derive(Clone)]
 struct Vertex<const N: usize>([u32; N]);
 

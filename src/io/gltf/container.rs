@@ -1,4 +1,4 @@
-//! The document and buffers of a glTF, from JSON or GLB.
+//! Document and buffers of a glTF, from JSON or GLB.
 
 use serde::Deserialize;
 use serde_json::Value;
@@ -17,13 +17,12 @@ pub(super) struct Container<'a> {
 }
 
 impl<'a> Container<'a> {
-    /// Opens an asset; `fetch` returns the bytes of buffers in separate files.
     pub fn open(bytes: &'a [u8], fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>) -> Result<Self, ReadError> {
         let (json, embedded) = split_chunks(bytes)?;
-        // Before parsing: glTF 1.0 has another structure and would fail with a misleading error.
+        // The version is checked before parsing: glTF 1.0 has another structure and would fail with a misleading error.
         refuse_version_1(json)?;
         let mut root: Root = serde_json::from_slice(json).map_err(|error| {
-            // The parser counts lines; the error wants a byte, from which it counts again.
+            // The parser counts lines; the error needs a byte.
             let before: usize =
                 json.split_inclusive(|&byte| byte == b'\n').take(error.line().saturating_sub(1)).map(<[u8]>::len).sum();
             ReadError::line(json, before, format!("not valid glTF JSON ({error})"), REMEDY)
@@ -35,7 +34,7 @@ impl<'a> Container<'a> {
             named.map(|(at, it)| (it.uri.as_deref(), it.extensions.is_fallback() || it.uri.is_none() && is_spare(at)));
         let buffers = AssetBuffers::load(named, embedded, fetch)?;
         let views: Vec<_> = root.buffer_views.iter().map(|view| view.extensions.compression()).collect();
-        // Views before Draco: both add to the root, but only Draco changes accessors.
+        // Views are decompressed before Draco: both add to the root, but only Draco changes accessors.
         let decompressed = compressed::decompress(&views, &buffers, &root.extensions_required)?;
         draco::decompress(&mut root, &buffers)?;
         Ok(Self { root, buffers, decompressed })
@@ -49,7 +48,7 @@ impl<'a> Container<'a> {
         Data { root: &self.root, buffers: &self.buffers, decompressed: &self.decompressed }
     }
 
-    /// Returns how many vertices and faces an asset whose file has `n_bytes` may make.
+    /// Returns the largest number of vertices and faces for an asset of `n_bytes`.
     pub fn budget(&self, n_bytes: usize) -> usize {
         instance_limit(n_bytes + self.buffers.n_bytes() + self.n_decompressed())
     }
@@ -60,9 +59,8 @@ impl<'a> Container<'a> {
     }
 }
 
-/// Returns whether all views of a buffer, and at least one, are compressed in other buffers, so that its bytes are not
-/// needed.
 fn has_only_compressed_views(root: &Root, buffer: usize) -> bool {
+    // The bytes of a buffer are not needed if all its views are compressed in other buffers.
     let mut views = root.buffer_views.iter().filter(|view| view.buffer == buffer).peekable();
     views.peek().is_some() && views.all(|view| view.extensions.compression().is_some())
 }
@@ -87,7 +85,6 @@ struct VersionStatement {
     asset: Option<StatedVersion>,
 }
 
-/// The `asset` object of a document; the version is text or a number.
 #[derive(Deserialize)]
 struct StatedVersion {
     version: Option<Value>,

@@ -1,4 +1,4 @@
-//! Lists the contents of an asset by name.
+//! Contents of an asset by name.
 
 use std::collections::BTreeSet;
 
@@ -7,11 +7,11 @@ use serde_json::Value;
 use super::asset::Asset;
 use super::references::index;
 
-/// The contents of an asset; unnamed items are called by kind and number, as `material 2`.
+/// Contents of an asset; unnamed items are called like `material 2`.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct AssetContents {
-    /// Program that wrote the asset, if stated.
+    /// Program that wrote the asset.
     pub generator: Option<String>,
     /// Number of scenes.
     pub n_scenes: usize,
@@ -19,21 +19,21 @@ pub struct AssetContents {
     pub n_nodes: usize,
     /// Number of cameras.
     pub n_cameras: usize,
-    /// Names of the nodes that place each of [`Asset::parts`].
+    /// Names of the nodes with each of [`Asset::parts`].
     pub nodes_of_parts: Vec<Vec<String>>,
-    /// Name of each node, with the indices of [`Asset::parts`] at and below it, ascending.
+    /// Name of each node, with the indices of [`Asset::parts`] at and below it.
     pub parts_of_nodes: Vec<(String, Vec<usize>)>,
     /// Names of materials.
     pub materials: Vec<String>,
-    /// Names of images; [`Asset::image`] returns their bytes.
+    /// Names of images.
     pub images: Vec<String>,
     /// Names of skins, and their numbers of joints.
     pub skins: Vec<(String, usize)>,
     /// Names of animations, and their durations in seconds.
     pub animations: Vec<(String, f64)>,
-    /// Names of the extensions used.
+    /// Names of used extensions.
     pub extensions_used: Vec<String>,
-    /// Names of the extensions required.
+    /// Names of required extensions.
     pub extensions_required: Vec<String>,
 }
 
@@ -50,7 +50,7 @@ impl Asset {
     pub fn contents(&self) -> AssetContents {
         let list = |name: &str| self.document.get(name).and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
         let texts = |name: &str| list(name).iter().filter_map(Value::as_str).map(String::from).collect();
-        // From the raw document: unlike the parsed one, it has all that is listed.
+        // The raw document has all items, unlike the parsed one.
         let nodes = item_names(list("nodes"), "node");
         let holders = |mesh: &usize| {
             let all = list("nodes").iter().zip(&nodes);
@@ -94,7 +94,7 @@ impl Asset {
         let below = |node: usize| {
             let (mut open, mut visited, mut parts) = (vec![node], BTreeSet::new(), BTreeSet::new());
             while let Some(node) = open.pop() {
-                // // A broken file may contain cycles.
+                // A broken file may contain cycles.
                 let Some(value) = nodes.get(node).filter(|_| visited.insert(node)) else { continue };
                 parts.extend(part(value));
                 open.extend(value["children"].as_array().into_iter().flatten().filter_map(index));
@@ -114,7 +114,6 @@ impl Asset {
     }
 }
 
-/// Returns the name of each item, else its file, else its kind and number.
 fn item_names(list: &[Value], kind: &str) -> Vec<String> {
     let of_file = |it: &Value| it["uri"].as_str().filter(|uri| !uri.starts_with("data:")).map(String::from);
     let named = |it: &Value| it["name"].as_str().filter(|name| !name.is_empty()).map(String::from);

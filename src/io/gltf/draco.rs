@@ -1,4 +1,4 @@
-//! Decodes `KHR_draco_mesh_compression`, for primitives without an uncompressed copy, in pure Rust.
+//! Decoding of `KHR_draco_mesh_compression`.
 
 use draco_core::{DataType, DecodeLimits, DecoderBuffer, Mesh, MeshDecoder, PointAttribute, PointIndex};
 
@@ -9,11 +9,9 @@ use crate::io::ReadError;
 use crate::io::memory::reserve;
 use crate::io::one_line::one_line;
 
-/// Largest expansion per compressed byte, and bytes always allowed. Equal values take no space, so no ratio fits every
-/// file.
+/// Largest expansion per compressed byte, and bytes always allowed.
 const GROWTH: (usize, usize) = (256, 1 << 26);
 
-/// Decodes the compressed primitives into their accessors, which keep their types.
 pub(super) fn decompress(root: &mut Root, buffers: &AssetBuffers) -> Result<(), ReadError> {
     let mut budget = GROWTH.0.saturating_mul(buffers.n_bytes()).saturating_add(GROWTH.1);
     let Root { meshes, accessors, buffer_views, .. } = root;
@@ -75,7 +73,6 @@ fn decode_mesh(bytes: &[u8], most: usize) -> Result<Mesh, String> {
     status.map(|_| mesh).map_err(|error| one_line(&error.to_string()))
 }
 
-/// Returns an attribute at all points in the type of an accessor, n_points x width components.
 fn attribute_values(attribute: &PointAttribute, n_points: usize, accessor: &Accessor) -> Option<Vec<u8>> {
     let width = match accessor.shape.as_str() {
         "SCALAR" => 1,
@@ -87,7 +84,7 @@ fn attribute_values(attribute: &PointAttribute, n_points: usize, accessor: &Acce
     let size = element_size(&accessor.shape, accessor.component_type);
     let mut values = Vec::new();
     reserve(&mut values, n_points.checked_mul(size).filter(|_| size > 0)?).ok()?;
-    // Equal types are copied byte by byte, others converted through singles.
+    // Equal types are copied byte by byte, others are converted through singles.
     if component_type_of(attribute.data_type()) == Some(accessor.component_type)
         && usize::from(attribute.num_components()) == width
     {
@@ -151,7 +148,6 @@ mod tests {
     use crate::mesh::Role;
     use crate::mesh::cleanup::{CleanOptions, clean};
 
-    /// A torus of radii 1 and 0.4 with 24 x 12 squares, normals and texture coordinates, compressed by gltf-transform.
     const TORUS: &[u8] = include_bytes!("../../../tests/meshes/tiny/torus_draco.glb");
 
     #[test]

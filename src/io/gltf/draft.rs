@@ -1,4 +1,4 @@
-//! A document to be written: its JSON, and the bytes of each buffer view.
+//! Document to be written, with the bytes of its buffer views.
 
 use std::borrow::Cow;
 
@@ -6,21 +6,20 @@ use serde_json::{Value, json};
 
 use super::accessor::element_size;
 
-/// A document whose views hold their bytes themselves; buffers come last.
 pub(super) struct Draft<'a> {
     pub document: Value,
-    /// Bytes of each view; `None` where the file lacks them.
+    // `None` for views whose bytes the file lacks.
     pub views: Vec<Option<Cow<'a, [u8]>>>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct NumberStorage {
-    /// OpenGL number of the component type, 5120 to 5126.
+    // OpenGL number of the component type, 5120 to 5126.
     pub component: u32,
-    /// Whether integers mean fractions of their range.
+    // True if integers mean fractions of their range.
     pub normalized: bool,
     pub shape: String,
-    /// Whether only nonzero rows are stored, if that is shorter.
+    // True if only nonzero rows are stored when that is shorter.
     pub sparse: bool,
 }
 
@@ -96,10 +95,8 @@ impl Draft<'_> {
     }
 
     /// Appends vertex indices and returns their accessor.
-    ///
-    /// The largest 16-bit index is avoided: it restarts primitives in graphics APIs.
     pub fn push_indices(&mut self, faces: &[[u32; 3]], n_vertices: usize) -> Value {
-        // Indices of 16 bits halve the size.
+        // Indices of 16 bits halve the size. The largest is avoided, as it restarts primitives in graphics APIs.
         let short = n_vertices <= usize::from(u16::MAX);
         let indices = faces.as_flattened();
         let bytes: Vec<u8> = match short {
@@ -118,7 +115,6 @@ impl Draft<'_> {
         self.push("bufferViews", view)
     }
 
-    /// Appends to an array of the document, which is created if missing; returns the index.
     pub fn push(&mut self, array: &str, value: Value) -> Value {
         let Value::Object(document) = &mut self.document else { return Value::Null };
         let held = document.entry(array).or_insert_with(|| Value::Array(Vec::new()));
@@ -144,7 +140,7 @@ fn bounds(values: &[f32], width: usize, has_fractions: bool) -> [Value; 2] {
 
 fn push(bytes: &mut Vec<u8>, value: f32, stored: &NumberStorage) {
     let whole = |range: f64| (f64::from(value) * if stored.normalized { range } else { 1.0 }).round();
-    // // Casts from floats saturate.
+    // Casts from floats saturate.
     match stored.component {
         5120 => bytes.extend((whole(127.0).max(-127.0) as i8).to_le_bytes()),
         5121 => bytes.push(whole(255.0) as u8),

@@ -1,10 +1,9 @@
-//! Nodes whose meshes lost all faces: they stay, for their children, without a mesh.
+//! Removal of meshes without faces from their nodes.
 
 use serde_json::Value;
 
 use super::references::index;
 
-/// Members of a node that belong to its mesh.
 const OF_MESH: [&str; 3] = ["mesh", "skin", "weights"];
 const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 
@@ -27,7 +26,6 @@ pub(super) fn remove_meshes(document: &mut Value, meshes: &[usize]) {
     drop_weight_channels(document, &emptied);
 }
 
-/// Removes animation channels for the weights of these nodes, and animations without other channels.
 fn drop_weight_channels(document: &mut Value, nodes: &[usize]) {
     let is_of_emptied = |channel: &Value| {
         let target = &channel["target"];
@@ -36,7 +34,7 @@ fn drop_weight_channels(document: &mut Value, nodes: &[usize]) {
     let Some(animations) = document.get_mut("animations").and_then(Value::as_array_mut) else { return };
     animations.retain_mut(|animation| {
         let Some(channels) = animation.get_mut("channels").and_then(Value::as_array_mut) else { return true };
-        // An animation that had no channels before is not ours to remove.
+        // An animation that had no channels before is kept.
         let n_before = channels.len();
         channels.retain(|channel| !is_of_emptied(channel));
         !channels.is_empty() || n_before == 0

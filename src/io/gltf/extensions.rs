@@ -1,11 +1,11 @@
-//! Extensions: those that describe changed geometry, and those that may refer to renumbered items.
+//! Extensions that refer to geometry or renumbered items.
 
 use serde_json::{Value, json};
 
 use super::image_kinds::KTX2_TEXTURE;
 use super::references::{index, visit};
 
-/// Extensions of a primitive or mesh that describe its original faces.
+// Extensions of a primitive or mesh that describe its original faces.
 const OF_FACES: [&str; 5] = [
     "CESIUM_primitive_outline",
     "EXT_mesh_manifold",
@@ -16,7 +16,7 @@ const OF_FACES: [&str; 5] = [
 
 const COMPRESSION: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
-/// Prefixes of extensions whose references are none, or known to [`references`](super::references).
+// Prefixes of extensions without references, or with references known to `references`.
 const HARMLESS: [&str; 37] = [
     "ADOBE_materials_",
     "AGI_",
@@ -57,7 +57,6 @@ const HARMLESS: [&str; 37] = [
     "EXT_primitive_voxels",
 ];
 
-/// Lists an extension as used and required.
 pub(super) fn name_extension(document: &mut Value, name: &str) {
     let Some(document) = document.as_object_mut() else { return };
     for list in ["extensionsUsed", "extensionsRequired"] {
@@ -84,14 +83,14 @@ fn drop_extensions(object: &mut Value, names: &[&str]) {
     }
 }
 
-/// Returns whether an unknown extension holds a number that may be an index of an accessor or view.
+/// Returns whether an unknown extension may refer to an accessor or view.
 pub(super) fn may_name_indices(value: &Value) -> bool {
     let is_strange =
         |(name, held): (&String, &Value)| !HARMLESS.iter().any(|known| name.starts_with(known)) && holds_index(held);
     match value {
         Value::Array(values) => values.iter().any(may_name_indices),
         Value::Object(members) => members.iter().any(|(name, held)| match (name.as_str(), held) {
-            // Extras are free for applications to define, and not searched.
+            // Applications define extras freely, so extras are not searched.
             ("extras", _) => false,
             ("extensions", Value::Object(extensions)) => {
                 extensions.iter().any(is_strange) || extensions.values().any(may_name_indices)
@@ -140,7 +139,6 @@ fn is_used(value: &Value, name: &str) -> bool {
     }
 }
 
-/// Returns whether attributes have types that only `KHR_mesh_quantization` allows.
 fn is_quantized(document: &mut Value) -> bool {
     let of_accessors = |accessor: &Value| (accessor["componentType"].as_u64(), accessor["normalized"] == true);
     let kinds: Vec<(Option<u64>, bool)> =

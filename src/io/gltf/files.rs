@@ -1,4 +1,4 @@
-//! Writes a document and its buffer as files: GLB, or JSON with the buffer inside or in a separate file.
+//! Files of a document and its buffer.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ pub(super) enum BufferPlace {
     Beside,
 }
 
-/// Makes the files of an asset: first its own, called `name`, then those it refers to.
+/// Makes the files of an asset, first its own, called `name`.
 pub(super) fn files(
     mut document: Value,
     buffer: Vec<u8>,
@@ -80,10 +80,10 @@ fn write_json(document: &Value) -> Result<Vec<u8>, WriteError> {
     serde_json::to_vec(document).map_err(|error| WriteError { what: format!("the JSON cannot be written: {error}") })
 }
 
-/// Makes a GLB: a header of 12 bytes, then chunks aligned to four bytes.
 fn write_glb(document: &Value, buffer: &[u8]) -> Result<Vec<u8>, WriteError> {
     let json = write_json(document)?;
     let too_large = || WriteError { what: "more than 4 GiB do not fit into GLB: write .gltf".into() };
+    // A GLB is a header of 12 bytes, then chunks aligned to four bytes.
     let mut bytes = b"glTF\x02\0\0\0\0\0\0\0".to_vec();
     let chunks = [(b"JSON", &json[..], b' '), (b"BIN\0", buffer, 0)];
     for (kind, chunk, padding) in chunks.into_iter().filter(|(_, chunk, _)| !chunk.is_empty()) {

@@ -1,5 +1,4 @@
-//! Image types in a document: media types, texture extensions, and images converted to another type, such as KTX2 to
-//! PNG.
+//! Image types in a document.
 
 use std::path::{Path, PathBuf};
 
@@ -31,9 +30,7 @@ pub(super) fn texture_extension(media_type: &str) -> Option<&'static str> {
     }
 }
 
-/// Updates a document for a KTX2 image that now has these bytes of another type.
-///
-/// This changes its media type, its URI, the name of its file, and its textures by [`KTX2_TEXTURE`].
+/// Updates the document for a KTX2 image converted to another type.
 pub(super) fn change_kind(document: &mut Value, at: usize, bytes: &[u8], files: &mut [OutputFile]) {
     let ending = extension(bytes);
     let Some(kind) = media_type(ending) else { return };
@@ -78,9 +75,9 @@ pub(super) fn free_path(mut path: PathBuf, taken: &[OutputFile]) -> PathBuf {
     path
 }
 
-/// Makes an image the plain source of a texture that had it by [`KTX2_TEXTURE`], unless the texture has a fallback.
 fn take_extension(texture: &mut Value, image: usize) {
     let Some(Value::Object(extensions)) = texture.get_mut("extensions") else { return };
+    // The image becomes the plain source of the texture, unless the texture has a fallback.
     let source = extensions.get(KTX2_TEXTURE).and_then(|held| index(held.get("source")?));
     if source != Some(image) {
         return;

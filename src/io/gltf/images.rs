@@ -1,4 +1,4 @@
-//! Images of an asset on output: converted on request, equal ones written once.
+//! Images of an asset on output.
 
 use base64::Engine;
 use rayon::prelude::*;
@@ -21,7 +21,7 @@ impl Asset {
     pub(super) fn put_images(&self, draft: &mut Draft, options: &SceneOptions) -> Vec<OutputFile> {
         let mut files = self.images.clone();
         if let Some(converter) = options.images {
-            // What an image is used for decides how it is converted.
+            // The use of an image decides how it is converted.
             let uses = image_uses(&self.document);
             let made = |(at, &used): (usize, &ImageUse)| {
                 let bytes = self.bytes_of_image(at)?;
@@ -36,7 +36,7 @@ impl Asset {
                 }
             }
         }
-        // After conversion, which may make different images equal.
+        // Views are shared after conversion, which may make different images equal.
         share_views(draft);
         if let Some(name) = options.shared_images.filter(|_| options.format != Format::Glb) {
             files.extend(move_to_files(draft, name, &files));
@@ -83,9 +83,7 @@ fn replace(draft: &mut Draft, at: usize, bytes: &[u8], files: &mut [OutputFile])
     }
 }
 
-/// Moves embedded images to files `NAME_0.png`, by image number, and returns these; equal images share a file.
-///
-/// Names in `taken` are avoided.
+/// Moves embedded images to files `NAME_0.png`, avoiding the names in `taken`.
 pub(super) fn move_to_files(draft: &mut Draft, name: &str, taken: &[OutputFile]) -> Vec<OutputFile> {
     let mut moved: Vec<OutputFile> = Vec::new();
     let n_images = draft.document.get("images").and_then(Value::as_array).map_or(0, Vec::len);
@@ -127,7 +125,6 @@ fn share_views(draft: &mut Draft) {
     }
 }
 
-/// Returns the use of each image by the first material that names it; colours by default.
 fn image_uses(document: &Value) -> Vec<ImageUse> {
     let array = |name: &str| document.get(name).and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
     let mut uses = vec![None; array("images").len()];
@@ -141,6 +138,7 @@ fn image_uses(document: &Value) -> Vec<ImageUse> {
             }
         }
     }
+    // The first material that names an image decides.
     uses.into_iter().map(|used| used.unwrap_or(ImageUse::Colours)).collect()
 }
 

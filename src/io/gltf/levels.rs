@@ -1,6 +1,4 @@
 //! Levels of detail by the extension `MSFT_lod`: a node lists nodes that may be drawn instead.
-//!
-//! The node of a coarser level has the transform, skin, weights and animation channels of the original node.
 
 use serde_json::{Map, Value, json};
 
@@ -12,8 +10,7 @@ const NAME: &str = "MSFT_lod";
 
 const OF_MESH: [&str; 3] = ["mesh", "skin", "weights"];
 
-/// Adds coarser meshes to every node that has a mesh with all `levels`: per level, pairs of a mesh index and its
-/// replacement.
+/// Adds coarser meshes to every node whose mesh has all `levels`.
 pub(super) fn add_levels(draft: &mut Draft, levels: &[Vec<(usize, Value)>], coverage: &[f64]) {
     if levels.is_empty() {
         return;
@@ -52,8 +49,8 @@ fn nodes_of_levels(document: &Value) -> Vec<usize> {
     nodes.filter_map(ids).flatten().collect()
 }
 
-/// Returns a node with the mesh of `node` and without children, which a level would hide: itself or a new child.
 fn without_children(draft: &mut Draft, node: usize) -> usize {
+    // A coarser level would hide the children of its node.
     let has_children = draft.document["nodes"][node].get("children").is_some();
     if has_children { move_mesh_to_child(draft, node) } else { node }
 }
@@ -79,7 +76,7 @@ pub(super) fn move_mesh_to_child(draft: &mut Draft, node: usize) -> usize {
     at
 }
 
-/// Appends a copy of a node with another mesh, with the same animations.
+/// Copies a node with its animations for another mesh.
 fn push_node(draft: &mut Draft, node: usize, level: usize, mesh: Value) -> Value {
     let mut copy = draft.document["nodes"][node].clone();
     let Some(members) = copy.as_object_mut() else { return Value::Null };
@@ -101,7 +98,6 @@ fn push_node(draft: &mut Draft, node: usize, level: usize, mesh: Value) -> Value
     added
 }
 
-/// Passes on each animation channel and appends those returned for it.
 fn update_channels(document: &mut Value, mut show: impl FnMut(&mut Value) -> Option<Value>) {
     let animations = document.get_mut("animations").and_then(Value::as_array_mut).into_iter().flatten();
     for channels in animations.filter_map(|animation| animation.get_mut("channels")?.as_array_mut()) {

@@ -1,4 +1,4 @@
-//! Materials of a new asset, with embedded textures.
+//! Materials of a new asset.
 
 use serde_json::{Value, json};
 
@@ -23,7 +23,7 @@ impl<'a> MaterialWriter<'a> {
         Self { converter, ..Self::default() }
     }
 
-    /// Appends a material and returns its index; a plain white one has only a name.
+    /// Appends a material and returns its index.
     pub fn push(&mut self, draft: &mut Draft, name: &str, look: Option<&'a Look>) -> Value {
         let mut material = json!({"name": name});
         let is_plain =
@@ -50,7 +50,7 @@ impl<'a> MaterialWriter<'a> {
         if *roughness != 1.0 {
             base["roughnessFactor"] = (*roughness).into();
         }
-        // One texture for both is the only form that glTF knows.
+        // glTF knows only one texture for both.
         if rough == metal {
             self.put(draft, base, "metallicRoughnessTexture", rough.as_ref(), name);
         } else {
@@ -100,12 +100,11 @@ impl<'a> MaterialWriter<'a> {
         Some(index)
     }
 
-    /// Returns the index and media type of an image, written once; `None` for a type that glTF lacks.
     fn image(&mut self, draft: &mut Draft, image: &'a [u8], used: ImageUse) -> Option<(Value, &'static str)> {
         if let Some((_, index, kind)) = self.images.iter().find(|(known, ..)| *known == image) {
             return Some((index.clone(), kind));
         }
-        // Converted before its type is determined, as that may change.
+        // Conversion precedes the determination of the type, as it may change the type.
         let made = self.converter.and_then(|converter| converter.convert(image, used));
         let bytes = made.unwrap_or_else(|| image.to_vec());
         let kind = media_type(extension(&bytes))?;

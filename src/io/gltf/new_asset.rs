@@ -1,4 +1,4 @@
-//! Writes a new asset from a mesh: a node per object, a primitive and a material per group.
+//! Writing of a new asset from a mesh.
 
 use std::collections::BTreeSet;
 
@@ -22,12 +22,11 @@ use crate::mesh::{Attributes, Channel, Look, PositionGrid, Role, linear_light};
 
 /// Writes a mesh as a single glTF file: GLB, or JSON with the buffer inside.
 ///
-/// A node moves the mesh to `origin`, in doubles, so that it keeps its precision. Each group becomes a primitive with a
-/// material named by `group_names`; a single group without a name has no material. Channels are written by role;
-/// texture coordinates have v downwards. The second result lists losses, such as skins and morph targets, a line each.
+/// A node moves the mesh to `origin`. Each group becomes a primitive with a material. Channels are written by role,
+/// with v downwards. The second result has one line per loss.
 ///
 /// # Errors
-/// [`WriteError`] if the part is not a valid mesh, or the format cannot hold it.
+/// [`WriteError`] if the part is not a valid mesh, or the format cannot store it.
 ///
 /// ```
 /// use neural_mesh::io::{Format, SimplifiedPart, read, write_gltf};
@@ -57,7 +56,6 @@ struct GroupProperties<'a> {
 }
 
 impl GroupProperties<'_> {
-    /// Writes the material of a group, if it gets one, and returns its index.
     fn material<'a>(
         &'a self,
         part: &SimplifiedPart,
@@ -76,7 +74,7 @@ impl GroupProperties<'_> {
 
     fn uv_grids(&self, part: &SimplifiedPart) -> UvGrids {
         let is_textured = |group: u32| {
-            // Written to a draft that is thrown away: only that shows whether a texture will be accepted.
+            // The draft is thrown away: only writing shows whether a texture will be accepted.
             let (mut draft, mut materials) =
                 (Draft { document: json!({}), views: Vec::new() }, MaterialWriter::default());
             self.material(part, group, &mut draft, &mut materials);
@@ -87,7 +85,6 @@ impl GroupProperties<'_> {
     }
 }
 
-/// Writes as [`write_gltf`], with looks of the groups, and a node and mesh for each object.
 fn write_with_looks(
     mut part: SimplifiedPart,
     origin: [f64; 3],
@@ -103,7 +100,7 @@ fn write_with_looks(
     if !part.is_mesh() || part.faces.is_empty() || !origin.iter().all(|x| x.is_finite()) {
         return Err(WriteError { what: "glTF holds no empty or broken mesh: give faces over finite positions".into() });
     }
-    // Names first: attributes are found by them below.
+    // Names come first: attributes are found by them below.
     let mut notes = rename_channels(&mut part);
     let mut draft = Draft { document: empty_document(), views: Vec::new() };
     let uvs = packing.map(|_| named.uv_grids(&part)).unwrap_or_default();
@@ -119,7 +116,7 @@ fn write_with_looks(
     let grid = grid.unwrap_or(PositionGrid { origin: [0.0; 3], step: 1.0 });
     let place = PositionGrid { origin: std::array::from_fn(|axis| origin[axis] + grid.origin[axis]), ..grid };
     objects.named.into_iter().for_each(|(name, primitives)| push_object(&mut draft, &place, name, primitives));
-    // Materials undo the grids of texture coordinates, the node that of positions.
+    // Materials undo the grids of texture coordinates; the node undoes that of positions.
     if packing.is_some() {
         uvs.undo(&mut draft.document, |material| objects.groups[material]);
         name_extension(&mut draft.document, QUANTIZATION);
@@ -136,7 +133,7 @@ fn move_images(draft: &mut Draft, options: &WriteOptions) -> Vec<OutputFile> {
         return Vec::new();
     }
     let moved = move_to_files(draft, &options.name, &[]);
-    // // Only the views of the moved images are unused.
+    // Only the views of the moved images are unused.
     if !moved.is_empty() {
         drop_unused(draft);
     }
@@ -178,7 +175,7 @@ impl<'a> ObjectPrimitives<'a> {
     }
 }
 
-/// Writes a mesh of another format as glTF: flips its texture coordinates and turns sRGB colours into linear ones.
+/// Writes a mesh as glTF: flips v and makes sRGB colours linear.
 pub(in crate::io) fn write_attributed(
     content: &Content,
     attributes: &Attributes,
@@ -187,7 +184,7 @@ pub(in crate::io) fn write_attributed(
     looks: &[Look],
     options: &WriteOptions,
 ) -> Result<GltfFile, WriteError> {
-    // Single precision suffices around a local origin, which the node holds in doubles.
+    // Single precision suffices relative to the origin, which the node stores in doubles.
     let (origin, positions) = content.local_positions();
     let mut attributes = attributes.clone();
     for channel in attributes.channels.iter_mut().filter(|channel| channel.role == Role::Uv) {
@@ -231,7 +228,6 @@ fn push_object(draft: &mut Draft, place: &PositionGrid, name: Option<&str>, prim
     }
 }
 
-/// Renames channels by role, as glTF does; drops the ones that it cannot hold, with a note.
 fn rename_channels(part: &mut SimplifiedPart) -> Vec<String> {
     let (mut notes, mut counts) = (Vec::new(), [0; 2]);
     let mut next = |which: usize| {

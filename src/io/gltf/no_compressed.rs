@@ -1,4 +1,4 @@
-//! Stub of `meshopt` for builds without it: refuses required compression by name.
+//! Stub of `meshopt` for builds without it.
 
 use serde::Deserialize;
 
@@ -8,7 +8,7 @@ use crate::io::ReadError;
 #[derive(Deserialize)]
 pub(super) struct Compressed {}
 
-/// Refuses assets that require the compression; otherwise decompresses nothing, as such views have fallbacks.
+/// Rejects assets that require the compression; other compressed views have fallbacks.
 pub(super) fn decompress(
     views: &[Option<&Compressed>],
     _: &AssetBuffers,

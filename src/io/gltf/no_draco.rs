@@ -1,4 +1,4 @@
-//! Stub of `draco` for builds without it: refuses compressed meshes by name.
+//! Stub of `draco` for builds without it.
 
 use super::buffers::AssetBuffers;
 use super::schema::Root;
@@ -6,7 +6,6 @@ use crate::io::ReadError;
 
 const NAME: &str = "KHR_draco_mesh_compression";
 
-/// Refuses assets that require the extension or have primitives only in compressed form.
 pub(super) fn decompress(root: &mut Root, _: &AssetBuffers) -> Result<(), ReadError> {
     let is_needed = root.extensions_required.iter().any(|needed| needed == NAME);
     let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);

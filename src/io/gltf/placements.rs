@@ -1,4 +1,4 @@
-//! Placements of meshes by the nodes of the default scene.
+//! Placements of meshes in the default scene.
 
 use std::collections::BTreeMap;
 
@@ -11,12 +11,11 @@ use super::{REMEDY, missing_error};
 use crate::io::ReadError;
 
 pub(super) struct MeshPlacement<'a> {
-    /// Index of the mesh, unchecked.
     pub mesh: usize,
-    /// Transform from the mesh to the scene; for a skinned mesh, in its bind pose.
+    // Transform from the mesh to the scene; for a skinned mesh, in its bind pose.
     pub transform: DMat4,
     pub skinned: bool,
-    /// Accessors of instances by name, if the node repeats its mesh.
+    // Accessors of instances by name, if the node repeats its mesh.
     pub instances: Option<&'a BTreeMap<String, usize>>,
 }
 
@@ -25,7 +24,7 @@ pub(super) fn placements<'a>(data: &Data<'a>) -> Result<Vec<MeshPlacement<'a>>, 
     let bound = bind_transforms(data);
     let mut placed = Vec::new();
     let mut visited = vec![false; root.nodes.len()];
-    // A stack instead of recursion: nesting depth is up to the file.
+    // A stack replaces recursion, since the file decides the nesting depth.
     let mut open: Vec<(usize, DMat4)> = roots(root)?.into_iter().rev().map(|node| (node, DMat4::IDENTITY)).collect();
     while let Some((index, outer)) = open.pop() {
         let node = root.nodes.get(index).ok_or_else(|| missing_error("node", index))?;
@@ -47,7 +46,6 @@ pub(super) fn placements<'a>(data: &Data<'a>) -> Result<Vec<MeshPlacement<'a>>, 
     Ok(placed)
 }
 
-/// Returns the transform of each skin in its bind pose, n_skins; `None` if its matrices have no inverse.
 fn bind_transforms(data: &Data) -> Vec<Option<DMat4>> {
     let root = data.root;
     if root.skins.is_empty() {
@@ -58,7 +56,6 @@ fn bind_transforms(data: &Data) -> Vec<Option<DMat4>> {
     root.skins.iter().map(|skin| Bones::read(data, skin).ok()?.bind_transform(&world)).collect()
 }
 
-/// Returns the root nodes: of the default or first scene, else all nodes without parents.
 fn roots(root: &Root) -> Result<Vec<usize>, ReadError> {
     // A file without scenes still has nodes that viewers show.
     if !root.scenes.is_empty() {
@@ -90,14 +87,14 @@ fn transform_of(scale: Option<[f64; 3]>, rotation: Option<[f64; 4]>, translation
 }
 
 impl MeshPlacement<'_> {
-    /// Returns the largest number of instances: tables of rotations and translations may differ in length.
+    // Tables of rotations and translations may differ in length.
     pub fn n_instances(&self, data: &Data) -> Result<usize, ReadError> {
         let mut counts = self.instances.iter().flat_map(|names| names.values()).map(|&accessor| data.count(accessor));
         let most = counts.try_fold(0, |most: usize, count| Ok(most.max(count?)))?;
         Ok(if self.instances.is_some() { most } else { 1 })
     }
 
-    /// Returns the transform of the mesh to the scene at each instance, at most `limit`.
+    /// Returns the transform of the mesh to the scene at each instance.
     pub fn transforms(&self, data: &Data, limit: usize) -> Result<Vec<DMat4>, ReadError> {
         let Some(names) = self.instances else { return Ok(vec![self.transform]) };
         let rows = |name: &str| names.get(name).map(|&accessor| data.floats(accessor, limit)).transpose();

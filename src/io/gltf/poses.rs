@@ -1,4 +1,4 @@
-//! Poses of skinned meshes: from animations, or else random bends of joints.
+//! Poses of skinned meshes.
 
 use glam::{DMat4, DQuat, DVec3};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -12,7 +12,6 @@ use crate::io::ReadError;
 use crate::mesh::{Channel, RawMesh, Role};
 
 const POSES: usize = 12;
-/// Largest random bend of a joint in radians: 60 degrees.
 const BENT: f64 = std::f64::consts::FRAC_PI_3;
 const POSE: &str = "POSE_";
 
@@ -44,15 +43,13 @@ struct AnimationSampler {
 }
 
 impl Asset {
-    /// Returns where skins move the vertices of each part, in the order of [`Asset::parts`]; nothing for an asset
-    /// without skins.
+    /// Returns the displacements of each part in poses, in the order of [`Asset::parts`]; nothing without skins.
     ///
     /// Each pose is a channel `POSE_0`, ... of role [`Role::MorphPosition`], at the wedges and in the unit of the part.
-    /// Twelve poses at most are spread over the animations; without any, joints are bent by up to 60 degrees about
-    /// random axes with fixed seeds. Unskinned parts do not move.
+    /// At most 12 poses are spread over the animations; without any, joints are bent by up to 60 degrees.
     ///
     /// # Errors
-    /// [`ReadError`] if skins or animations name what does not exist.
+    /// [`ReadError`] if skins or animations have invalid indices.
     ///
     /// ```
     /// use neural_mesh::io::Asset;
@@ -97,7 +94,7 @@ impl Asset {
         }
         let mut poses = Vec::new();
         for (i, animation) in animations.iter().enumerate() {
-            // // The first animations get the remainder.
+            // The first animations get the remainder.
             let n = POSES / animations.len() + usize::from(i < POSES % animations.len());
             let tracks = self.tracks(animation)?;
             poses.extend((0..n).map(|k| animate(rest, &tracks, (k as f64 + 0.5) / n as f64)));
@@ -118,7 +115,7 @@ impl Asset {
     }
 
     fn track(&self, sampler: &AnimationSampler) -> Result<Track, ReadError> {
-        /// Most numbers of a track: hours of motion.
+        // Most numbers of a track: hours of motion.
         const MOST: usize = 1 << 24;
         let data = self.container.data();
         let (_, times) = data.floats(sampler.input, MOST)?;
@@ -128,7 +125,7 @@ impl Asset {
             let number = |i: usize| f64::from(row.get(i).copied().unwrap_or_default());
             glam::DVec4::new(number(0), number(1), number(2), number(3))
         };
-        // // The middle of a spline's three rows per key is its value; between keys it is interpolated linearly.
+        // The middle of a spline's three rows per key is its value; between keys it is interpolated linearly.
         let values = values.chunks_exact(width).skip(n_of_key / 2).step_by(n_of_key).map(row).collect();
         let times = times.into_iter().map(f64::from).collect();
         Ok(Track { times, values, is_stepped: sampler.interpolation == "STEP" })
@@ -161,8 +158,8 @@ fn animate(rest: &[DMat4], tracks: &[(usize, &str, Track)], share: f64) -> Vec<D
 }
 
 impl Animation {
-    /// Returns whether it moves any node; some animate only morph targets.
     fn moves_nodes(&self) -> bool {
+        // Some animations move only morph targets.
         self.channels.iter().any(|value| value.target.node.is_some() && value.target.path != "weights")
     }
 }
@@ -174,7 +171,7 @@ struct Track {
 }
 
 impl Track {
-    /// Interpolates linearly at a time, rotations by the shorter way; `None` without keys.
+    // Rotations take the shorter way; without keys there is no value.
     fn interpolate(&self, time: f64) -> Option<glam::DVec4> {
         let last = self.times.len().min(self.values.len()).checked_sub(1)?;
         let after = self.times[..=last].partition_point(|&t| t <= time).min(last);
@@ -214,7 +211,7 @@ fn apply_skin(mesh: &RawMesh, places: &[DVec3], bones: &Bones, world: &[DMat4]) 
                 total += f64::from(weight);
             }
         }
-        // Weights that do not sum to one are normalised, absent ones leave the vertex.
+        // Weights that do not sum to one are normalised; absent weights leave the vertex.
         if total > 0.0 { sum / total } else { *place }
     };
     (0..).zip(places).map(moved).collect()
@@ -232,13 +229,13 @@ fn wedge_positions(mesh: &RawMesh) -> Vec<DVec3> {
     places
 }
 
-/// Returns the displacements of wedges in a pose, in the unit of the mesh and about its centre, n_wedges x 3.
+/// Returns the displacements of wedges in a pose, n_wedges x 3.
 fn displacements(places: &[DVec3], rest: Option<&[DVec3]>, pose: Option<&[DVec3]>) -> Vec<f32> {
     let (Some(rest), Some(pose)) = (rest, pose) else { return vec![0.0; 3 * places.len()] };
     let mean = |of: &[DVec3]| of.iter().sum::<DVec3>() / of.len().max(1) as f64;
     let spread = |of: &[DVec3], mean: DVec3| of.iter().map(|p| p.distance_squared(mean)).sum::<f64>().sqrt();
     let means = [places, rest, pose].map(mean);
-    // The scene may scale a mesh: displacements are measured in its own unit.
+    // The scene may scale a mesh, so displacements are measured in its own unit and about its centre.
     let scale = spread(places, means[0]) / spread(rest, means[1]);
     let scale = if scale.is_normal() { scale } else { 1.0 };
     let step = |(place, posed): (&DVec3, &DVec3)| (*posed - means[2]) * scale - (*place - means[0]);

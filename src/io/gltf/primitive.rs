@@ -1,4 +1,4 @@
-//! Writes a primitive: vertices, attributes, morph targets, indices.
+//! Writing of a primitive.
 
 use rustc_hash::FxHashMap;
 use serde_json::{Map, Value};
@@ -11,7 +11,7 @@ use super::semantics::{SKIN, is_own_channel, target_channel};
 use super::simplified_part::SimplifiedPart;
 use crate::mesh::{Channel, Role};
 
-/// The vertices that a file needs for some faces: one per pair of vertex and wedge.
+// Vertices that a file needs for some faces: one per pair of vertex and wedge.
 pub(super) struct PrimitiveVertices {
     pairs: Vec<[u32; 2]>,
     positions: Vec<[f32; 3]>,
@@ -19,7 +19,6 @@ pub(super) struct PrimitiveVertices {
 }
 
 impl PrimitiveVertices {
-    /// Collects the vertices of these faces, in order of use.
     pub fn collect(part: &SimplifiedPart, faces: &[u32]) -> Self {
         let (mut known, mut pairs) = (FxHashMap::default(), Vec::new());
         let mut place = |pair: [u32; 2]| {
@@ -37,7 +36,6 @@ impl PrimitiveVertices {
         Self { pairs, positions, faces }
     }
 
-    /// Merges vertices that are equal in position and all channels.
     pub fn merge(mut self, part: &SimplifiedPart) -> Self {
         let mut known: FxHashMap<Vec<u32>, u32> = FxHashMap::default();
         let mut place = |vertex: &u32| {
@@ -51,9 +49,9 @@ impl PrimitiveVertices {
         self
     }
 
-    /// Reorders faces and vertices for fast drawing; drops unused vertices.
+    /// Reorders faces and vertices for fast drawing.
     pub fn reorder(mut self) -> Self {
-        // Faces first: vertices then follow in the order of their first use.
+        // Faces are ordered first: vertices then follow in the order of their first use.
         self.faces = order_faces(&self.faces, self.len());
         let (mut places, mut order) = (vec![u32::MAX; self.len()], Vec::new());
         for vertex in self.faces.as_flattened_mut() {
@@ -80,7 +78,7 @@ impl PrimitiveVertices {
     }
 }
 
-/// Names and storage of attributes, or of what a morph target adds to them.
+// Names and storage of attributes, or of what a morph target adds to them.
 pub(super) type AttributeStorage = Vec<(String, NumberStorage)>;
 
 pub(super) struct PrimitiveWriter<'a, 'b> {
@@ -91,7 +89,6 @@ pub(super) struct PrimitiveWriter<'a, 'b> {
 }
 
 impl PrimitiveWriter<'_, '_> {
-    /// Writes the attributes: name -> accessor. Those that the part lost are left out.
     pub fn attributes(&mut self, slots: &AttributeStorage) -> Value {
         let n_sets = slots.iter().filter(|(name, _)| name.starts_with("JOINTS_")).count();
         // Joints and weights are one channel, written for all sets at once.
@@ -108,7 +105,6 @@ impl PrimitiveWriter<'_, '_> {
         Value::Object(accessors)
     }
 
-    /// Writes the morph targets: for each, name -> accessor.
     pub fn targets(&mut self, targets: &[AttributeStorage]) -> Value {
         let mut write = |(target, slots): (usize, &AttributeStorage)| {
             let accessor = |(name, stored): &(String, NumberStorage)| {
@@ -165,9 +161,8 @@ impl PrimitiveWriter<'_, '_> {
         Some(self.push(values, channel.width, &stored, false))
     }
 
-    /// Appends values with the width of the primitive's own shape; the channel may be wider for other primitives of the
-    /// mesh.
     fn push(&mut self, values: Vec<f32>, width: usize, stored: &NumberStorage, bounded: bool) -> Value {
+        // The channel may be wider for other primitives of the mesh.
         let own = shape_width(&stored.shape).min(width);
         let values = match own == width {
             true => values,

@@ -1,8 +1,8 @@
-//! References in a document to accessors and buffer views.
+//! References to accessors and buffer views.
 
 use serde_json::Value;
 
-/// Paths to indices of accessors; `*` means every element of an array or member of an object.
+// Paths to indices of accessors; `*` means every element of an array or member of an object.
 pub(super) const ACCESSORS: [&str; 7] = [
     "meshes/*/primitives/*/attributes/*",
     "meshes/*/primitives/*/indices",

@@ -1,4 +1,4 @@
-//! Drops unreferenced accessors and views, and packs the rest into one buffer.
+//! Removal of unreferenced accessors and views.
 
 use std::borrow::Cow;
 
@@ -13,14 +13,13 @@ use crate::io::WriteError;
 
 const ALIGNMENT: usize = 4;
 
-/// Drops accessors and buffer views without references and renumbers the rest; keeps all if an unknown extension may
-/// hold references.
+/// Drops accessors and buffer views without references.
 pub(super) fn drop_unused(draft: &mut Draft) {
     // An unknown extension might refer to anything by index.
     if may_name_indices(&draft.document) {
         return;
     }
-    // Before dropping: a view goes only if none of its accessors is used.
+    // This precedes the removal: a view goes only if none of its accessors is used.
     cut_shared_views(draft);
     let n_accessors = length(&draft.document, "accessors");
     let used = find_referenced(&mut draft.document, &ACCESSORS, n_accessors);
@@ -38,7 +37,7 @@ pub(super) fn drop_unused(draft: &mut Draft) {
 /// [`WriteError`] if a view has no bytes, or the buffer exceeds `limit`.
 pub(super) fn pack(draft: &mut Draft, limit: usize) -> Result<Vec<u8>, WriteError> {
     let mut buffer = Vec::new();
-    // // Views of the same bytes keep sharing them.
+    // Views of equal bytes in memory keep sharing them.
     let mut known = FxHashMap::default();
     let views = draft.document.get_mut("bufferViews").and_then(Value::as_array_mut);
     for (at, (view, bytes)) in views.into_iter().flatten().zip(&draft.views).enumerate() {
@@ -72,9 +71,9 @@ fn place_view(view: &mut Map<String, Value>, offset: usize, length: usize) {
     view.insert("byteLength".into(), length.into());
 }
 
-/// Leaves one buffer of this length; a buffer that was the only one keeps its other members.
 fn name_buffer(document: &mut Value, length: usize) {
     let Value::Object(document) = document else { return };
+    // A buffer that was the only one keeps its other members.
     let mut buffer = match document.get_mut("buffers").and_then(Value::as_array_mut) {
         Some(buffers) if buffers.len() == 1 => buffers[0].as_object_mut().map(std::mem::take).unwrap_or_default(),
         _ => Map::new(),
@@ -92,7 +91,6 @@ fn length(document: &Value, array: &str) -> usize {
     document.get(array).and_then(Value::as_array).map_or(0, Vec::len)
 }
 
-/// Keeps the marked elements of an array and updates the references at the paths.
 fn keep_marked(document: &mut Value, array: &str, marks: &[bool], paths: &[&str]) {
     let count = |n: &mut usize, &mark: &bool| {
         *n += usize::from(mark);
@@ -113,11 +111,10 @@ fn keep_marked(document: &mut Value, array: &str, marks: &[bool], paths: &[&str]
     });
 }
 
-/// Gives used accessors their own views where they share one with unused accessors, so that those bytes can go.
 fn cut_shared_views(draft: &mut Draft) {
     let n_accessors = length(&draft.document, "accessors");
     let used = find_referenced(&mut draft.document, &ACCESSORS, n_accessors);
-    // Views that are read other than by accessors must keep their place.
+    // Views with other readers than accessors must keep their place.
     let indivisible =
         find_referenced(&mut draft.document, &[&VIEWS_OF_ACCESSORS[1..], &OTHER_VIEWS].concat(), draft.views.len());
     let mut ranges: Vec<Vec<ByteRange>> = vec![Vec::new(); draft.views.len()];
@@ -155,14 +152,13 @@ fn byte_range(document: &Value, accessor: usize, value: &Value, view: usize) -> 
     Some(ByteRange { accessor, start, end: start.checked_add(last)?.checked_add(size)? })
 }
 
-/// Makes a view of each run of bytes that these accessors read, in order of their starts; interleaved ones stay
-/// together.
 fn cut_view(draft: &mut Draft, view: usize, ranges: &[ByteRange]) {
     let Some(bytes) = draft.views[view].clone() else { return };
-    // A broken accessor leaves its view as it is.
+    // A broken accessor leaves its view unchanged.
     if ranges.iter().any(|range| range.end > bytes.len()) {
         return;
     }
+    // Interleaved ranges stay together.
     for run in ranges.chunk_by(|a, b| b.start < a.end) {
         let start = run[0].start / ALIGNMENT * ALIGNMENT;
         let end = run.iter().map(|range| range.end).fold(start, usize::max);

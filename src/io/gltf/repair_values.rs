@@ -1,12 +1,11 @@
-//! Repairs vertex values to what glTF requires: unit normals, signs of one, colours from 0 to 1, weights that sum to
-//! one.
+//! Repairs of vertex values to glTF's requirements.
 
 use glam::Vec3;
 
 /// Accepted deviation from unit length; the Khronos validator allows ten times that.
 const UNIT: f32 = 5e-4;
 
-/// Makes normals (n x 3) unit vectors; replaces zero ones by the normal of the surrounding faces.
+/// Makes normals (n x 3) unit vectors; zero ones take the normal of the surrounding faces.
 pub(super) fn mend_normals(normals: &mut [f32], positions: &[[f32; 3]], faces: &[[u32; 3]]) {
     let mut around: Option<Vec<Vec3>> = None;
     for (vertex, row) in normals.as_chunks_mut::<3>().0.iter_mut().enumerate() {
@@ -20,7 +19,6 @@ pub(super) fn mend_normals(normals: &mut [f32], positions: &[[f32; 3]], faces: &
     }
 }
 
-/// Sums the area-weighted normals of the faces around each vertex, n_vertices.
 fn face_normals(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<Vec3> {
     let mut normals = vec![Vec3::ZERO; positions.len()];
     for face in faces {
@@ -30,7 +28,7 @@ fn face_normals(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<Vec3> {
     normals
 }
 
-/// Makes tangents (n x 4) unit vectors with a sign of 1 or -1; replaces zero ones by a vector orthogonal to the normal.
+/// Makes tangents (n x 4) unit vectors with a sign of 1 or -1.
 pub(super) fn mend_tangents(tangents: &mut [f32], normals: Option<&[f32]>) {
     for (vertex, row) in tangents.as_chunks_mut::<4>().0.iter_mut().enumerate() {
         let [x, y, z, sign] = *row;
@@ -54,15 +52,13 @@ pub(super) fn mend_numbers(values: &mut [f32]) {
     values.iter_mut().filter(|value| !value.is_finite()).for_each(|value| *value = 0.0);
 }
 
-/// Returns joints and weights (n x 4 n_sets each) from `rows` (n x width) of joints, then weights.
-///
-/// Joints are distinct, the largest weights stay, and the sum is one. Without any weight, the first joint gets it all.
+/// Returns joints and weights (n x 4 n_sets each) from `rows` (n x width) of both.
 pub(super) fn normalize_skin(rows: &[f32], width: usize, n_sets: usize) -> (Vec<f32>, Vec<f32>) {
     let n_slots = 4 * n_sets;
     let (mut joints, mut weights) = (Vec::new(), Vec::new());
     for row in rows.chunks_exact(width) {
         let mut bound = bindings(row);
-        // Sorted only then, so that joints otherwise keep their order.
+        // Sorting happens only now, so that joints otherwise keep their order.
         if bound.len() > n_slots {
             bound.sort_by(|a, b| b.1.total_cmp(&a.1));
             bound.truncate(n_slots);
@@ -75,7 +71,6 @@ pub(super) fn normalize_skin(rows: &[f32], width: usize, n_sets: usize) -> (Vec<
     (joints, weights)
 }
 
-/// Lists distinct joints and their weights in a row; never empty.
 fn bindings(row: &[f32]) -> Vec<(f32, f32)> {
     let (joints, weights) = row.split_at(row.len() / 2);
     let mut bound: Vec<(f32, f32)> = Vec::new();
@@ -86,6 +81,7 @@ fn bindings(row: &[f32]) -> Vec<(f32, f32)> {
             None => bound.push((joint, weight)),
         }
     }
+    // Without any weight, the first joint gets it all.
     if bound.is_empty() {
         bound.push((joints.first().map_or(0.0, |joint| joint.round().max(0.0)), 1.0));
     }

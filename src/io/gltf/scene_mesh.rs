@@ -1,4 +1,4 @@
-//! The meshes of an asset, placed by the nodes of its default scene, as one mesh.
+//! Meshes of an asset as one mesh, with the transforms of its default scene.
 
 use glam::DMat4;
 
@@ -9,14 +9,12 @@ use crate::io::ReadError;
 use crate::io::far_from_origin::is_far_from_origin;
 use crate::mesh::{Looks, PlacedMesh, RawMesh, merge_placed_meshes};
 
-/// Allowed vertices and faces per byte of the asset, and their number always allowed; an instance takes few bytes.
+/// Allowed vertices and faces per byte of the asset, and the number always allowed.
 const REPEATS: (usize, usize) = (256, 1 << 22);
 const MOST: usize = 1 << 26;
 
 impl Asset {
-    /// Joins meshes at the places that the scene gives to their [parts](Asset::parts); unplaced ones are left out.
-    ///
-    /// Groups are numbered as in [`Asset::scene_looks`]. Skinned meshes are in their bind pose.
+    /// Joins versions of the [parts](Asset::parts) with the transforms of their nodes; drops unplaced parts.
     ///
     /// # Errors
     /// [`ReadError`] if nodes repeat meshes to an extreme size.
@@ -42,7 +40,7 @@ impl Asset {
         Ok(scene)
     }
 
-    /// Reads the looks of the groups of the scene as one mesh: those of [`Asset::looks`], part after part.
+    /// Reads the materials of [`scene_mesh`](Self::scene_mesh)'s groups, and one line per problem.
     pub fn scene_looks(&self) -> (Looks, Vec<String>) {
         let (of_parts, notes) = self.looks();
         (Looks { of_groups: of_parts.concat(), v_is_up: false, linear_colours: true }, notes)
@@ -57,9 +55,7 @@ impl Asset {
         self.parts().iter().map(&mut next).collect()
     }
 
-    /// Returns the transforms of each of the [parts](Asset::parts) to the scene, one per node or instance.
-    ///
-    /// If no part is placed, each has the identity.
+    /// Returns the transforms of each of the [parts](Asset::parts), the identity if none is placed.
     ///
     /// # Errors
     /// [`ReadError`] if nodes repeat meshes to an extreme size.
@@ -80,7 +76,6 @@ impl Asset {
         Ok(places)
     }
 
-    /// Lists parts and transforms of all places, charging `cost` of a part to a budget for each.
     fn list_placements(&self, cost: impl Fn(usize) -> usize) -> Result<Vec<(usize, DMat4)>, ReadError> {
         let data = self.container.data();
         let mut budget = MOST.min(REPEATS.0.saturating_mul(self.n_bytes).saturating_add(REPEATS.1));
@@ -89,7 +84,7 @@ impl Asset {
             // Mesh indices of the parts are ascending.
             let Ok(part) = self.meshes.binary_search(&placed.mesh) else { continue };
             let n_places = placed.n_instances(&data)?;
-            // Before the transforms are made: an accessor of zeros may claim any number.
+            // The charge precedes the transforms: an accessor of zeros may claim any number.
             spend(&mut budget, n_places.saturating_mul(1 + cost(part)))?;
             let transforms = placed.transforms(&data, MOST)?;
             places.extend(transforms.into_iter().filter(DMat4::is_finite).map(|transform| (part, transform)));

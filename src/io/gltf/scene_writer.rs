@@ -1,4 +1,4 @@
-//! Writes an asset with simplified parts; the rest of the document is kept.
+//! Writing of an asset with simplified parts.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -35,30 +35,29 @@ pub struct SceneOptions<'a> {
     pub name: &'a str,
     /// Smallest screen coverage of each level, or empty.
     pub coverage: &'a [f64],
-    /// Packing of numbers, from [`Asset::packing`] for these levels.
+    /// Packing, from [`Asset::packing`] for these levels.
     pub packing: Option<&'a Packing>,
-    /// Converter of images, if any.
+    /// Converter of images.
     pub images: Option<&'a dyn ImageConverter>,
-    /// Prefix of files for embedded images (`NAME_0.png`, JSON only), so that several assets share them.
+    /// Prefix of files for embedded images (`NAME_0.png`, JSON only).
     pub shared_images: Option<&'a str>,
 }
 
 impl<'a> SceneOptions<'a> {
-    /// Makes options that change nothing but format and name.
+    /// Makes options with a format and a name only.
     pub fn new(format: Format, name: &'a str) -> Self {
         Self { format, name, coverage: &[], packing: None, images: None, shared_images: None }
     }
 }
 
 impl Asset {
-    /// Writes the asset with a simplified part for each of [`parts`](Self::parts), in order: first the file `name`,
-    /// then those it refers to.
+    /// Writes the asset with a simplified part for each of [`parts`](Self::parts), in order; the file `name` comes
+    /// first.
     ///
-    /// GLB holds all buffers; JSON has one in a separate file, unless the asset was a single JSON file. Images in files
-    /// stay there. Primitives without faces are dropped; nodes without any stay.
+    /// JSON has its buffer in a separate file, unless the asset was a single JSON file.
     ///
     /// # Errors
-    /// [`WriteError`] if parts are missing or do not fit, or the format cannot hold the result.
+    /// [`WriteError`] if parts are missing or do not fit, or the format cannot store the result.
     ///
     /// ```
     /// use neural_mesh::io::{Asset, Format, SimplifiedPart};
@@ -71,11 +70,9 @@ impl Asset {
         self.write_levels(&[lighter], &[], format, name)
     }
 
-    /// Writes several levels of detail into one file by the extension `MSFT_lod`, the finest first, otherwise as
-    /// [`write`](Self::write).
+    /// Writes levels of detail, the finest first (`MSFT_lod`); otherwise like [`write`](Self::write).
     ///
-    /// `coverage` has the smallest screen coverage of each level, or is empty. Viewers without the extension draw the
-    /// finest level. Nodes that already have levels keep them.
+    /// `coverage` has the smallest screen coverage of each level, or is empty.
     ///
     /// # Errors
     /// As [`write`](Self::write), and without a level, or with another number of coverages.
@@ -100,7 +97,7 @@ impl Asset {
         self.write_scene(levels, &SceneOptions { coverage, ..SceneOptions::new(format, name) })
     }
 
-    /// Writes levels as [`write_levels`](Self::write_levels), with all options.
+    /// Writes levels with all options; otherwise like [`write_levels`](Self::write_levels).
     ///
     /// # Errors
     /// As [`write_levels`](Self::write_levels).
@@ -148,11 +145,11 @@ impl Asset {
         }
         let finest = levels.first().copied().unwrap_or_default();
         remove_meshes(&mut draft.document, &self.emptied_meshes(finest));
-        // Levels before grids are undone, so that their nodes get transforms as well.
+        // Levels are added before grids are undone, so that their nodes get transforms as well.
         levels::add_levels(&mut draft, &coarser, options.coverage);
         self.undo_grids(&mut draft, &pack_with, &grids);
         let images = self.put_images(&mut draft, options);
-        // Last, when no more accessors are added.
+        // Accessors are dropped last, when no more are added.
         drop_unused(&mut draft);
         drop_unused_names(&mut draft.document);
         let limit = levels.iter().map(|lighter| self.limit(lighter)).sum();
@@ -216,7 +213,7 @@ impl Asset {
 
     fn limit(&self, lighter: &[SimplifiedPart]) -> usize {
         let n_read = self.container.buffers.n_bytes() + self.container.n_decompressed();
-        // // Each corner becomes at most a vertex, with four bytes per number, and an index.
+        // Each corner becomes at most a vertex, with four bytes per number, and an index.
         let of_part = |part: &SimplifiedPart| {
             let width: usize = part.attributes.channels.iter().map(|channel| channel.width).sum();
             3 * part.faces.len() * 4 * (width + 4)
@@ -279,7 +276,7 @@ impl SimplifiedPart {
         faces_by_group(self).values().map(|faces| PrimitiveVertices::collect(self, faces).len()).sum()
     }
 
-    /// Returns the number of vertices in a compressed glTF, which merges equal ones.
+    /// Returns the number of vertices in a compressed glTF.
     pub fn n_merged_vertices(&self) -> usize {
         faces_by_group(self)
             .values()
@@ -331,8 +328,8 @@ fn all_are(mesh: &GltfMesh, is_rewritten: impl Fn(usize) -> bool) -> bool {
     (0..mesh.primitives.len()).all(is_rewritten)
 }
 
-/// Makes a part of one degenerate face at its first corner, as a mesh needs a face to be valid.
 fn degenerate_part(part: &AssetPart) -> SimplifiedPart {
+    // A mesh needs a face to be valid, so it gets a degenerate one.
     let whole = SimplifiedPart::from_part(part);
     let position = whole.faces.first().map_or([0.0; 3], |face| whole.positions[face[0] as usize]);
     let row = |channel: Channel| {
@@ -371,8 +368,6 @@ fn rewrite_primitive(
     drop_face_extensions(primitive);
 }
 
-/// Returns the storage of attributes: single precision for standard ones, the original type for colours in integers and
-/// custom ones.
 fn attribute_storage(
     root: &Root,
     attributes: &BTreeMap<String, usize>,
@@ -381,12 +376,13 @@ fn attribute_storage(
     let stored = |(name, &accessor): (&String, &usize)| {
         let accessor = root.accessors.get(accessor)?;
         let shape = role(name).1.map_or(accessor.shape.as_str(), |width| vector_shape(width));
-        // // Morph targets often move few vertices, so sparse ones stay sparse.
+        // Morph targets often move few vertices, so sparse ones stay sparse.
         let floats = NumberStorage { sparse: accessor.sparse.is_some(), ..NumberStorage::floats(shape) };
         let original =
             NumberStorage { component: accessor.component_type, normalized: accessor.normalized, ..floats.clone() };
         // Byte and short colours are allowed by the specification, other types are not.
         let is_fraction = original.normalized && [UNSIGNED_BYTE, UNSIGNED_SHORT].contains(&original.component);
+        // Standard attributes are single precision; integer colours and custom attributes keep their type.
         let stored = match role(name) {
             (Role::Colour, _) if !is_fraction => floats,
             (_, Some(_)) => floats,

@@ -1,4 +1,4 @@
-//! The geometry part of the glTF 2.0 schema; indices are unchecked.
+//! Geometry of the glTF 2.0 schema.
 
 use std::collections::BTreeMap;
 
@@ -23,7 +23,7 @@ pub(super) struct Root {
     pub extensions_required: Vec<String>,
 }
 
-/// An array of `count` elements in a buffer view; zeros without one.
+// Array of `count` elements in a buffer view; zeros without a view.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Accessor {
@@ -37,13 +37,12 @@ pub(super) struct Accessor {
     #[serde(rename = "type")]
     pub shape: String,
     pub sparse: Option<Sparse>,
-    /// Decompressed elements, if they were compressed.
+    // Decompressed elements, if they were compressed.
     #[serde(skip)]
     pub decoded: Option<Vec<u8>>,
 }
 
 impl Accessor {
-    /// Returns whether it has no bytes.
     pub fn is_bare(&self) -> bool {
         self.buffer_view.is_none() && self.sparse.is_none() && self.decoded.is_none()
     }
@@ -85,7 +84,7 @@ pub(super) struct BufferView {
     pub extensions: ViewExtensions,
 }
 
-/// Compression of a buffer view; both names mean one format.
+// Both names mean one format.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 pub(super) struct ViewExtensions {
@@ -96,13 +95,12 @@ pub(super) struct ViewExtensions {
 }
 
 impl ViewExtensions {
-    /// Returns the compressed form of the view, if any.
     pub fn compression(&self) -> Option<&Compressed> {
         self.khr.as_ref().or(self.ext.as_ref())
     }
 }
 
-/// Bytes in a URI; without one, those of the GLB container.
+// Without a URI, the bytes are those of the GLB container.
 #[derive(Deserialize)]
 pub(super) struct GltfBuffer {
     pub uri: Option<String>,
@@ -110,7 +108,7 @@ pub(super) struct GltfBuffer {
     pub extensions: BufferExtensions,
 }
 
-/// Marks of a fallback buffer, for readers that cannot decompress.
+// A fallback buffer is for readers that cannot decompress.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 pub(super) struct BufferExtensions {
@@ -121,7 +119,6 @@ pub(super) struct BufferExtensions {
 }
 
 impl BufferExtensions {
-    /// Returns whether the buffer may lack bytes.
     pub fn is_fallback(&self) -> bool {
         self.ext.fallback || self.khr.fallback
     }
@@ -149,7 +146,7 @@ pub(super) struct GltfMesh {
     pub primitives: Vec<Primitive>,
 }
 
-/// Triangles (modes 4 to 6), lines or points over one set of vertices.
+// Triangles (modes 4 to 6), lines or points over one set of vertices.
 #[derive(Deserialize)]
 pub(super) struct Primitive {
     pub attributes: BTreeMap<String, usize>,
@@ -157,7 +154,7 @@ pub(super) struct Primitive {
     pub material: Option<usize>,
     #[serde(default = "triangle_list")]
     pub mode: u32,
-    /// Accessors of each morph target, by attribute.
+    // Accessors of each morph target, by attribute.
     #[serde(default)]
     pub targets: Vec<BTreeMap<String, usize>>,
     #[serde(default)]
@@ -172,12 +169,11 @@ struct PrimitiveExtensions {
 }
 
 impl Primitive {
-    /// Returns the accessor of the positions if these are triangles.
     pub fn triangle_positions(&self) -> Option<usize> {
         self.attributes.get("POSITION").copied().filter(|_| (4..=6).contains(&self.mode))
     }
 
-    /// Returns the compressed form if an array of the primitive has no other.
+    // Draco counts only if an array has no uncompressed copy.
     pub fn draco_alone(&self, accessors: &[Accessor]) -> Option<&Draco> {
         let draco = self.extensions.draco.as_ref()?;
         let named = self.attributes.values().chain(&self.indices);
@@ -192,7 +188,7 @@ pub(super) struct Draco {
     pub attributes: BTreeMap<String, u32>,
 }
 
-/// A node of the scene tree; matrices are column-major, rotations quaternions x, y, z, w.
+// Matrices are column-major, rotations quaternions x, y, z, w.
 #[derive(Deserialize)]
 pub(super) struct GltfNode {
     #[serde(default)]
@@ -208,7 +204,6 @@ pub(super) struct GltfNode {
 }
 
 impl GltfNode {
-    /// Returns the accessors of instances by name, if the node repeats its mesh.
     pub fn instances(&self) -> Option<&BTreeMap<String, usize>> {
         self.extensions.instancing.as_ref().map(|instancing| &instancing.attributes)
     }

@@ -1,4 +1,4 @@
-//! Vertex attributes by name: their roles and channels.
+//! Roles and channels of vertex attributes, by name.
 
 use super::schema::Primitive;
 use crate::mesh::Role;
@@ -7,7 +7,7 @@ pub(super) const SKIN: &str = "SKIN";
 
 pub(super) const TARGET: &str = "TARGET_";
 
-/// Returns the role of a vertex attribute, and its width if the specification fixes that.
+/// Returns the role of an attribute, and its width if the specification fixes that.
 pub(super) fn role(name: &str) -> (Role, Option<usize>) {
     match name {
         "NORMAL" => (Role::Normal, Some(3)),
@@ -35,7 +35,7 @@ pub(super) fn target_of(channel: &str) -> Option<(usize, &str)> {
     Some((target.parse().ok()?, name))
 }
 
-/// Returns whether an attribute has its own channel; positions do not, nor does what [`SKIN`] holds.
+// Positions, joints and weights have no channel of their own.
 pub(super) fn is_own_channel(name: &str) -> bool {
     name != "POSITION" && !name.starts_with("JOINTS_") && !name.starts_with("WEIGHTS_")
 }

@@ -1,11 +1,11 @@
-//! A simplified part of an asset, and the check that it fits its original.
+//! Simplified part of an asset.
 
 use super::asset_part::AssetPart;
 use super::semantics::{SKIN, TARGET};
 use crate::io::WriteError;
 use crate::mesh::{Attributes, Channel, RawMesh};
 
-/// A part of an asset after simplification.
+/// Part of an asset after simplification.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct SimplifiedPart {
@@ -13,7 +13,7 @@ pub struct SimplifiedPart {
     pub positions: Vec<[f32; 3]>,
     /// Vertex indices, n_faces x 3.
     pub faces: Vec<[u32; 3]>,
-    /// Attributes in the channels of the part, with the primitive of each face as its group.
+    /// Attributes in the channels of the part; groups are primitives.
     pub attributes: Attributes,
 }
 
@@ -35,7 +35,7 @@ impl SimplifiedPart {
         let is_finite = |v: &u32| positions.get(*v as usize).is_some_and(|p| p.iter().all(|x| (*x as f32).is_finite()));
         let kept: Vec<u32> =
             (0..faces.len() as u32).filter(|&face| faces[face as usize].iter().all(is_finite)).collect();
-        // Beyond single precision, positions are replaced: no face uses them.
+        // No face uses a position beyond single precision, so it is replaced.
         let finite = |x: f64| if (x as f32).is_finite() { x as f32 } else { 0.0 };
         Self {
             positions: positions.iter().map(|position| position.map(finite)).collect(),
@@ -44,7 +44,6 @@ impl SimplifiedPart {
         }
     }
 
-    /// Returns the wedges of a face, all 0 in a mesh without channels.
     pub(super) fn wedges(&self, face: usize) -> [u32; 3] {
         self.attributes.wedges.get(face).copied().unwrap_or_default()
     }
@@ -53,7 +52,6 @@ impl SimplifiedPart {
         self.attributes.channels.iter().find(|channel| channel.name == name)
     }
 
-    /// Checks that this is a mesh with the skin and morph targets of the original.
     pub(super) fn check(&self, part: &AssetPart) -> Result<(), WriteError> {
         let problem = |what: &str| Err(WriteError { what: format!("{}: {what}", part.name) });
         if !self.is_mesh() {

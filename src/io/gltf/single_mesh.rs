@@ -1,7 +1,6 @@
-//! Reads the default scene as one mesh with attributes and looks, for formats without scenes.
+//! Reading of the default scene as one mesh.
 //!
-//! Texture coordinates get v upwards and colours sRGB, as in OBJ and PLY. Tangents, skins and morph targets are
-//! dropped.
+//! Texture coordinates get v upwards and colours sRGB, as in OBJ and PLY.
 
 use std::collections::BTreeMap;
 
@@ -16,9 +15,7 @@ use crate::mesh::{Channel, PlacedMesh, RawMesh, Role, merge_placed_meshes, srgb}
 
 const LEFT: &str = "tangents, skins and morph targets belong to the scene: left out";
 
-/// Reads a glTF asset as one mesh; `fetch` returns the bytes of a file by its URI.
-///
-/// If more than its geometry cannot be read, the result is that of [`read`](super::read), with a note.
+/// Reads a glTF as one mesh, or its geometry alone if the rest is broken.
 pub(in crate::io) fn read_attributed(
     bytes: &[u8],
     fetch: &dyn Fn(&str) -> Result<Vec<u8>, ReadError>,
@@ -88,12 +85,11 @@ fn n_numbers(parts: &[AssetPart]) -> usize {
     widths.values().sum()
 }
 
-/// Returns unique material names without blanks, which end a name in many MTL readers.
 fn material_names(asset: &Asset) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for (index, material) in asset.container.root.materials.iter().enumerate() {
         let name = material.name.as_deref().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join("_");
-        // Materials are identified by name in other formats, so names must be unique.
+        // Other formats identify materials by name, and many MTL readers end a name at a blank.
         let is_own = !name.is_empty() && !names.contains(&name);
         names.push(if is_own { name } else { format!("{}_{index}", if name.is_empty() { "material" } else { &name }) });
     }
@@ -104,7 +100,6 @@ fn is_carried(role: Role) -> bool {
     matches!(role, Role::Normal | Role::Uv | Role::Colour | Role::Other | Role::Label)
 }
 
-/// Converts values to the conventions of formats without scenes: v upwards, colours in sRGB.
 fn to_sceneless_values(channel: &mut Channel) {
     for row in channel.values.chunks_exact_mut(channel.width) {
         match channel.role {

@@ -1,4 +1,4 @@
-//! Applies texture transforms (`KHR_texture_transform`) to the coordinates of meshes that leave their asset.
+//! Application of texture transforms (`KHR_texture_transform`).
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -11,10 +11,10 @@ use super::packed::{TRANSFORM, UvTransform, coordinates, for_each_texture_use};
 use super::references::index;
 use crate::mesh::{RawMesh, Role};
 
-/// Offset and scale by name of coordinates; the scale is applied first.
+// Offset and scale by name of coordinates; the scale is applied first.
 pub(super) type Transforms = BTreeMap<String, [[f64; 2]; 2]>;
 
-/// Returns the transforms of a material's textures, or `None` if a set of coordinates has several or a rotation.
+/// Returns a material's transforms; `None` if coordinates have several or a rotation.
 pub(super) fn material_transforms(material: &Value) -> Option<Transforms> {
     let (mut found, mut is_plain) = (Transforms::new(), true);
     for_each_texture_use(&mut material.clone(), &mut |used| {
@@ -42,7 +42,7 @@ impl Asset {
     }
 }
 
-/// Transforms the coordinates of each group; wedges of groups with different transforms are duplicated.
+// Wedges of groups with different transforms are duplicated.
 fn move_coordinates(mesh: &mut RawMesh, of_groups: &[Transforms]) {
     let attributes = &mut mesh.attributes;
     let n_wedges = attributes.n_wedges();
@@ -57,7 +57,7 @@ fn move_coordinates(mesh: &mut RawMesh, of_groups: &[Transforms]) {
             let wedge = attributes.wedges[face][corner];
             match taken.get(wedge as usize).copied() {
                 Some(None) => taken[wedge as usize] = Some(kind),
-                // The wedge was taken by another transform: it is copied once for this one.
+                // Another transform already uses the wedge, so it is copied once for this one.
                 Some(Some(other)) if other != kind => {
                     let copy = *copies.entry((wedge, kind)).or_insert_with(|| {
                         taken.push(Some(kind));

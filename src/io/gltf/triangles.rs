@@ -6,8 +6,6 @@ use super::spend;
 use crate::io::ReadError;
 
 /// Returns the triangles over vertices `0..n_vertices`, n_faces x 3; corners out of range become `u32::MAX`.
-///
-/// They could otherwise reach vertices of another primitive.
 pub(super) fn read_triangles(
     data: &Data,
     primitive: &Primitive,
@@ -21,13 +19,13 @@ pub(super) fn read_triangles(
         Some(accessor) => data.indices(accessor, n_corners)?,
         None => (0..n_vertices as u32).collect(),
     };
+    // An index out of range could reach vertices of another primitive.
     for index in indices.iter_mut().filter(|index| **index as usize >= n_vertices) {
         *index = u32::MAX;
     }
     Ok(triangles(&indices, primitive.mode))
 }
 
-/// Splits indices into triangles; mode 4 is a list, 5 a strip, 6 a fan.
 fn triangles(indices: &[u32], mode: u32) -> Vec<[u32; 3]> {
     match mode {
         4 => indices.as_chunks::<3>().0.to_vec(),

@@ -1,7 +1,6 @@
-//! References of VRM avatars (extensions `VRM` 0.x, `VRMC_vrm` 1.0) to meshes and nodes.
+//! References of VRM avatars (extensions `VRM`, `VRMC_vrm`) to meshes and nodes.
 //!
-//! Bones, colliders and materials keep their indices. Expressions and first-person annotations refer to a mesh (0.x) or
-//! its node (1.0); they must follow when a mesh moves or gets levels of detail.
+//! Expressions and first-person annotations refer to a mesh (0.x) or its node (1.0).
 
 use serde_json::Value;
 

@@ -1,15 +1,15 @@
-//! Groups of an OBJ: faces under the same object, group, material and smoothing group.
+//! Groups of an OBJ.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::io::extra::{Group, decode_latin1, decode_text, has_too_many_groups};
 
-/// Statements that set the group of the faces after them, in the order of [`GroupState`].
+// Statements that set the group of the faces after them, in the order of `GroupState`.
 const WORDS: [&[u8]; 4] = [b"o", b"g", b"usemtl", b"s"];
 
 const KINDS: [&str; 4] = ["objects", "groups", "materials", "smoothing groups"];
 
-/// Object, group, material and smoothing group, if set.
+// Object, group, material and smoothing group, if set.
 type GroupState<'a> = [Option<&'a [u8]>; 4];
 
 #[derive(Debug, Default)]
@@ -19,12 +19,12 @@ pub(super) struct ObjGroups<'a> {
     current: u32,
     numbers: FxHashMap<GroupState<'a>, u32>,
     states: Vec<GroupState<'a>>,
-    /// Group of each triangle; empty while all are in the first.
+    // Group of each triangle; empty while all are in the first group.
     pub of_faces: Vec<u32>,
 }
 
 impl<'a> ObjGroups<'a> {
-    /// Takes a statement; returns false for one that is not about groups.
+    /// Takes a statement; returns whether the statement is about groups.
     pub fn take(&mut self, word: &[u8], rest: &'a [u8]) -> bool {
         let Some(kind) = WORDS.iter().position(|known| *known == word) else { return false };
         self.changed |= self.state[kind] != Some(rest);
@@ -32,7 +32,6 @@ impl<'a> ObjGroups<'a> {
         true
     }
 
-    /// Assigns the triangles from `n_before` to `n_faces` to the current group.
     pub fn assign(&mut self, n_before: usize, n_faces: usize) {
         // Statements between two faces may cancel out, so the state is looked up only when a face follows.
         if std::mem::take(&mut self.changed) || self.states.is_empty() {
@@ -48,13 +47,11 @@ impl<'a> ObjGroups<'a> {
         }
     }
 
-    /// Drops the kind of names that puts nearly every face into its own group, most varied first; returns a note for
-    /// each.
-    ///
-    /// Such groups would forbid every collapse.
+    /// Drops the kinds of names that put nearly every face into its own group.
     pub fn drop_varied_names(&mut self) -> Vec<String> {
         let mut notes = Vec::new();
-        // One kind of name at a time: the others may still group faces well.
+        // Such groups would forbid every collapse. One kind of name goes at a time: the others may still group faces
+        // well.
         while has_too_many_groups(self.states.len(), self.of_faces.len()) {
             let n_names = |kind: &usize| self.states.iter().map(|state| state[*kind]).collect::<FxHashSet<_>>().len();
             let Some(kind) = (0..KINDS.len()).max_by_key(n_names) else { break };
@@ -87,7 +84,6 @@ impl<'a> ObjGroups<'a> {
         self.states.iter().flatten().copied().flatten()
     }
 
-    /// Returns the groups by name; none if the only group is unnamed.
     pub fn to_groups(&self, in_latin1: bool) -> Vec<Group> {
         // A file without group statements has one unnamed state.
         if self.states.len() == 1 && self.states[0] == GroupState::default() {

@@ -7,12 +7,11 @@ use super::NOWHERE;
 #[derive(Debug, Default)]
 pub(super) struct ObjWedges {
     numbers: FxHashMap<[u32; 3], u32>,
-    /// Vertex, texture coordinate and normal of each wedge, from zero, or [`NOWHERE`].
+    // Vertex, texture coordinate and normal of each wedge, from zero, or `NOWHERE`.
     pub triplets: Vec<[u32; 3]>,
 }
 
 impl ObjWedges {
-    /// Makes wedges of faces that have only vertices; the faces then index wedges.
     pub fn from_vertices(faces: &mut [[u32; 3]]) -> Self {
         let mut wedges = Self::default();
         for vertex in faces.iter_mut().flatten() {
@@ -36,12 +35,11 @@ impl ObjWedges {
         self.triplets.get(wedge as usize).map_or(NOWHERE, |triplet| triplet[0])
     }
 
-    /// Gathers the values of the wedges, n_wedges x `width`, from a table of vertices (`part` 0), texture coordinates
-    /// (1) or normals (2).
+    /// Gathers wedge values, n_wedges x `width`, from the table of vertices (`part` 0), coordinates (1) or normals (2).
     ///
     /// Missing values are zeros; `None` if all are missing.
     pub fn values(&self, part: usize, table: &[f32], width: usize) -> Option<Vec<f32>> {
-        // Checked arithmetic: indices come from the file.
+        // Indices come from the file, so the arithmetic is checked.
         let row = |index: u32| (index as usize).checked_mul(width).and_then(|at| table.get(at..at.checked_add(width)?));
         if !self.triplets.iter().any(|triplet| row(triplet[part]).is_some()) {
             return None;

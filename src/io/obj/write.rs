@@ -1,4 +1,4 @@
-//! Writes OBJ, bare or with texture coordinates, normals, colours, groups and materials.
+//! Writing of OBJ.
 
 use rustc_hash::FxHashMap;
 
@@ -86,7 +86,6 @@ struct ValueLines {
 }
 
 impl ValueLines {
-    /// Appends a line per distinct value, in order of the faces; normals of length zero get none.
     fn push(out: &mut Vec<u8>, word: &[u8], channel: Option<&Channel>, attributes: &Attributes) -> Option<Self> {
         let channel = channel?;
         let mut of_wedges = vec![0; attributes.n_wedges()];
@@ -97,7 +96,7 @@ impl ValueLines {
             if of_wedges[wedge as usize] > 0 || channel.role == Role::Normal && value.iter().all(|x| *x == 0.0) {
                 continue;
             }
-            // By bits, so that equal values share a line and each differing one is kept.
+            // The key is the bits, so that equal values share a line and each differing value is kept.
             let mut key = [0; 3];
             key.iter_mut().zip(value).for_each(|(bits, x)| *bits = x.to_bits());
             let next = numbers.len() as u32 + 1;
@@ -125,12 +124,12 @@ fn push_faces(
     let mut state = Group::default();
     let mut digits = itoa::Buffer::new();
     for (i, &face) in order.iter().enumerate() {
-        // Statements are written only where the group changes.
+        // Statements are written only if the group changes.
         if i == 0 || attributes.group(order[i - 1]) != attributes.group(face) {
             push_names(out, &mut state, extra.group(attributes.group(face)), extra.latin1);
         }
         let wedges = attributes.wedges.get(face as usize);
-        // // A face has values at all corners or none: mixed forms are invalid.
+        // A face has values at all corners or at none: mixed forms are invalid.
         let line_numbers = lines.each_ref().map(|lines| {
             let corners = lines.as_ref().zip(wedges).map(|(lines, wedges)| wedges.map(|w| lines.of_wedges[w as usize]));
             corners.filter(|corners| corners.iter().all(|&line| line > 0))

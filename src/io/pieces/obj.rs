@@ -1,4 +1,4 @@
-//! Streams OBJ in runs of whole lines.
+//! Streams of OBJ in runs of whole lines.
 
 use std::io::Read;
 use std::path::Path;
@@ -7,7 +7,6 @@ use super::{PiecesKind, PositionReceiver, REMEDY, open, unreadable};
 use crate::io::ReadError;
 use crate::io::text::Text;
 
-/// Bytes of a run; a longer line is a run by itself.
 const RUN: usize = 1 << 20;
 const LONGEST_LINE: usize = 64 << 20;
 
@@ -75,20 +74,19 @@ enum ObjLine {
     More,
 }
 
-/// Passes on the rest of each relevant line.
 fn each_line(
     mut file: impl Read,
     show: &mut dyn FnMut(&mut Text, ObjLine) -> Result<(), ReadError>,
 ) -> Result<(), ReadError> {
     let mut bytes: Vec<u8> = Vec::new();
     loop {
-        // What follows the last complete line is kept for the next run.
+        // Bytes after the last complete line are kept for the next run.
         let n_before = bytes.len();
         let n_read = file.by_ref().take(RUN as u64).read_to_end(&mut bytes).map_err(|error| unreadable(&error))?;
         let is_last = n_read == 0;
         // The last line may lack its end.
         let end = if is_last { Some(bytes.len()) } else { end_of_lines(&bytes, n_before) };
-        // No line ends yet: read on, but not without bound.
+        // Without a line end, reading goes on up to a bound.
         let Some(end) = end else {
             if bytes.len() > LONGEST_LINE {
                 return Err(ReadError::file("a line has no end", REMEDY));
@@ -118,7 +116,7 @@ fn each_line(
     }
 }
 
-/// Returns the end of the last complete line; lines before `from` are known to be incomplete.
+// Lines before `from` are known to be incomplete.
 fn end_of_lines(bytes: &[u8], from: usize) -> Option<usize> {
     let ends = memchr::memrchr_iter(b'\n', &bytes[from..]).map(|at| from + at);
     // A line that ends in a backslash goes on in the next one.

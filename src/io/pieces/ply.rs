@@ -1,4 +1,4 @@
-//! Streams binary PLY: a table of vertices, then one of faces.
+//! Streams of binary PLY.
 
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -9,7 +9,7 @@ use crate::io::{ReadError, Scalar};
 
 const LONGEST_HEADER: u64 = 1 << 20;
 const RUN: usize = 1 << 16;
-/// Most corners of a polygon; more are damage.
+// More corners of a polygon are damage.
 const MOST_CORNERS: usize = 1 << 20;
 
 #[derive(Debug)]
@@ -24,9 +24,8 @@ pub struct PlyLayout {
     others: Vec<String>,
 }
 
-/// Parses the layout of a file, or returns `None` if it cannot be streamed.
 pub fn layout(path: &Path) -> Result<Option<PlyLayout>, ReadError> {
-    // A header longer than this is not one of a mesh.
+    // The header of a mesh is not longer than this.
     let header = Header::parse(&read_beginning(path, LONGEST_HEADER)?)?;
     let big = match header.encoding {
         Encoding::Text => return Ok(None),
@@ -75,7 +74,7 @@ impl PlyLayout {
         take: &mut PositionReceiver,
     ) -> Result<(), ReadError> {
         file.seek(SeekFrom::Start(self.body)).map_err(|error| unreadable(&error))?;
-        // Fewer, larger reads; a single vertex may still exceed the run.
+        // Few large reads are faster; a single vertex may still exceed the run.
         let n_at_once = (RUN / self.stride).max(1);
         let mut rows = vec![0; self.stride * n_at_once];
         let mut left = usize::try_from(self.n_vertices).unwrap_or(usize::MAX);
@@ -137,8 +136,8 @@ impl PlyLayout {
         Ok(())
     }
 
-    /// Returns whether faces are single lists of little-endian 32-bit numbers with a count of one byte.
     fn is_plain_list(&self) -> bool {
+        // The fast path needs single lists of little-endian 32-bit numbers with a count of one byte.
         let is_list =
             |it: &PlyProperty| it.length == Some(Scalar::U8) && matches!(it.scalar, Scalar::I32 | Scalar::U32);
         !self.big && matches!(&self.faces.properties[..], [only] if is_list(only))

@@ -1,4 +1,4 @@
-//! Streams binary STL.
+//! Streams of binary STL.
 
 use std::io::Read;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 use super::{Triangle, read_beginning, unreadable};
 use crate::io::ReadError;
 
-/// Returns the number of faces of a binary file, or `None` for text.
+/// Returns the number of faces, or `None` for text.
 pub fn n_faces(path: &Path) -> Result<Option<u64>, ReadError> {
     // The header is 80 bytes, the count four.
     let start = read_beginning(path, 84)?;
@@ -15,7 +15,7 @@ pub fn n_faces(path: &Path) -> Result<Option<u64>, ReadError> {
     else {
         return Ok(None);
     };
-    // Size first: binary headers may begin with `solid` as well.
+    // The size decides first: binary headers may begin with `solid` as well.
     let fits = 84 + 50 * u64::from(count) <= n_bytes;
     let is_text = start.trim_ascii_start().starts_with(b"solid") && !start.contains(&0);
     match (is_text, fits) {

@@ -1,4 +1,4 @@
-//! Reads a PLY with attributes: vertex columns as channels, texture coordinates of corners, face numbers as groups.
+//! Reading of a PLY with attributes.
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -11,10 +11,9 @@ use crate::io::extra::{Column, ColumnLayout, Extra, Group, ReadMesh, has_too_man
 use crate::io::{ReadError, Scalar};
 use crate::mesh::{Attributes, Channel, Fans, RawMesh, Role};
 
-/// Most combinations of face numbers that count as groups.
+// With more combinations, face numbers are no groups.
 const MOST_GROUPS: usize = 1 << 16;
 
-/// Reads a PLY file with attributes; texture coordinates that a face lacks are zeros.
 pub(super) fn read(bytes: &[u8], header: Header) -> Result<ReadMesh, ReadError> {
     let mut reader = PlyReader::default();
     let mut source = open(bytes, &header);
@@ -40,7 +39,7 @@ type RowValues = [Vec<f64>];
 
 fn for_each_row(source: &mut Source, element: &Element, mut take: impl FnMut(&RowValues)) -> Result<(), ReadError> {
     let mut row = vec![Vec::new(); element.properties.len()];
-    // // An element without properties takes no bytes, whatever its count: looping over it could take forever.
+    // An element without properties takes no bytes, whatever its count: a loop over it could take forever.
     let n_rows = if row.is_empty() { 0 } else { element.count };
     for number in 0..n_rows {
         for (property, values) in element.properties.iter().zip(&mut row) {
@@ -71,7 +70,7 @@ struct PlyReader {
 impl PlyReader {
     fn read_vertices(&mut self, source: &mut Source, element: &Element) -> Result<(), ReadError> {
         let axes = [element.scalar("x")?, element.scalar("y")?, element.scalar("z")?];
-        // Which columns form a channel is decided by their names alone.
+        // The names of columns alone decide which columns form a channel.
         let plans = ChannelPlan::for_element(element, &axes);
         // Lists per vertex fit no channel.
         for property in element.properties.iter().filter(|property| property.length.is_some()) {
@@ -154,7 +153,7 @@ impl PlyReader {
         let RawMesh { positions, faces, attributes, .. } = &mut self.mesh;
         let mut channels = self.channels;
         if let Some(corners) = self.corners {
-            // As in OBJ: polygons are cut while faces index wedges, then faces return to vertices.
+            // Polygons are triangulated while faces index wedges; then faces return to vertices.
             self.fans.triangulate_with(|wedge| positions.get(corners.vertex(wedge) as usize).copied(), faces);
             channels.iter_mut().for_each(|channel| corners.spread(channel));
             // Vertices may have coordinates named `uv` already.
@@ -172,7 +171,7 @@ impl PlyReader {
             attributes.wedges = if channels.is_empty() { Vec::new() } else { faces.clone() };
         }
         let NumberedGroups { columns: face_columns, groups, mut of_faces, .. } = self.groups;
-        // // Faces from strips have no numbers: they join the first group.
+        // Faces from strips have no numbers: they join the first group.
         of_faces.resize(if groups.len() > 1 { faces.len() } else { 0 }, 0);
         let wedges = std::mem::take(&mut attributes.wedges);
         *attributes = Attributes { wedges, channels, groups: of_faces };
@@ -210,7 +209,6 @@ fn decode_channel(records: &[u8], stride: usize, columns: &[ChannelValue], big: 
     values
 }
 
-/// Corners that differ in vertex or texture coordinates, numbered by first use.
 #[derive(Default)]
 struct CornerNumbers {
     numbers: FxHashMap<[u32; 3], u32>,
@@ -241,8 +239,8 @@ impl CornerNumbers {
         self.rows.iter().flat_map(|&[_, u, v]| [f32::from_bits(u), f32::from_bits(v)]).collect()
     }
 
-    /// Expands vertex values to corner values; zeros for absent vertices.
     fn spread(&self, channel: &mut Channel) {
+        // Absent vertices have zeros.
         let mut values = vec![0.0; self.rows.len() * channel.width];
         for (value, row) in values.chunks_exact_mut(channel.width).zip(&self.rows) {
             let start = (row[0] as usize).saturating_mul(channel.width);
@@ -273,7 +271,7 @@ impl NumberedGroups {
             self.groups.push(Group { values: key.iter().map(|&value| value as f64).collect(), ..Group::default() });
             self.groups.len() as u32 - 1
         });
-        // Such numbers identify faces instead of groups; counting on would only cost memory.
+        // Such numbers identify faces instead of groups; further counting would only cost memory.
         self.too_many = self.groups.len() > MOST_GROUPS;
         self.of_faces.resize(n_faces, number);
     }

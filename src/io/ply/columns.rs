@@ -1,11 +1,11 @@
-//! Vertex columns that form channels, by the names that programs give them.
+//! Vertex columns that form channels, by their names.
 
 use super::header::{Element, PlyProperty};
 use crate::io::extra::{Column, ColumnLayout};
 use crate::io::{Extra, Scalar};
 use crate::mesh::{Channel, Role};
 
-/// Columns of one channel, by their names in files of various programs.
+// Columns of one channel, by their names in files of various programs.
 const FAMILIES: [(&str, Role, &[&str]); 11] = [
     ("colour", Role::Colour, &["red", "green", "blue", "alpha"]),
     ("colour", Role::Colour, &["red", "green", "blue"]),
@@ -28,13 +28,12 @@ pub(super) struct ChannelPlan {
 }
 
 impl ChannelPlan {
-    /// Collects all scalar properties except the `taken` ones into channels, in file order.
     pub fn for_element(element: &Element, taken: &[usize]) -> Vec<Self> {
         let is_free = |i: usize| element.properties[i].length.is_none() && !taken.contains(&i);
         let find =
             |name: &str| (0..element.properties.len()).find(|&i| is_free(i) && element.properties[i].name == name);
         let mut plans: Vec<Self> = Vec::new();
-        // Known families first, longest first: alpha belongs to its colour.
+        // Known families come first, the longest before the others: alpha belongs to its colour.
         for (name, role, columns) in FAMILIES {
             let properties: Option<Vec<usize>> = columns.iter().map(|column| find(column)).collect();
             if let Some(properties) = properties.filter(|_| plans.iter().all(|plan| plan.name != name)) {
@@ -47,7 +46,7 @@ impl ChannelPlan {
                 plans.push(Self { name: property.name.clone(), role, properties: vec![i] });
             }
         }
-        // File order, so that writing gives the same columns.
+        // File order makes the writer repeat the same columns.
         plans.sort_by_key(|plan| plan.properties[0]);
         plans
     }
@@ -59,7 +58,7 @@ impl ChannelPlan {
     }
 }
 
-/// Returns the value of 1.0 in a column: the largest value of a whole-number colour.
+/// Returns the value of 1.0 in a column.
 pub(super) fn unit(role: Role, scalar: Scalar) -> f64 {
     match (role, scalar) {
         (Role::Colour, Scalar::U16) => 65_535.0,
@@ -68,7 +67,7 @@ pub(super) fn unit(role: Role, scalar: Scalar) -> f64 {
     }
 }
 
-/// Returns the input's layout of a channel if it fits, else the usual one; `n_before` channels have the same role.
+/// Returns the input's layout of a channel if it fits, else the usual one.
 pub(super) fn layout_of(channel: &Channel, extra: &Extra, n_before: usize) -> ColumnLayout {
     // The original layout fits only if the channel kept its width.
     let known = extra.layout(&channel.name).filter(|layout| layout.columns.len() == channel.width);

@@ -12,19 +12,18 @@ pub(in crate::io) enum Encoding {
     BigEndian,
 }
 
-/// A property: a scalar, or a list with its length in front.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::io) struct PlyProperty {
     pub name: String,
     pub scalar: Scalar,
-    /// Type of the length, for a list.
+    // Type of the length, for a list.
     pub length: Option<Scalar>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::io) struct Element {
     pub name: String,
-    /// Claimed number of rows; the file may hold fewer.
+    // Claimed number of rows; the file may have fewer.
     pub count: usize,
     pub properties: Vec<PlyProperty>,
 }
@@ -33,9 +32,9 @@ pub(in crate::io) struct Element {
 pub(in crate::io) struct Header {
     pub encoding: Encoding,
     pub elements: Vec<Element>,
-    /// Lines that begin with `comment` or `obj_info`.
+    // Lines that begin with `comment` or `obj_info`.
     pub comments: Vec<String>,
-    /// Offset of the values in bytes.
+    // Offset of the values in bytes.
     pub body: usize,
 }
 
@@ -54,7 +53,7 @@ impl Element {
         ReadError::file(format!("the element {} has no {what}", self.name), REMEDY)
     }
 
-    /// Returns the property offsets and the length of a binary row in bytes, or `None` if there are lists.
+    /// Returns property offsets and row length in bytes; `None` with lists.
     pub fn layout(&self) -> Option<(Vec<usize>, usize)> {
         let mut stride = 0;
         let mut offsets = Vec::with_capacity(self.properties.len());
@@ -77,7 +76,7 @@ impl Header {
         if bytes[at..first.0].trim_ascii() != b"ply" {
             return Err(ReadError::line(bytes, at, "the file does not start with ply", "name the right format"));
         }
-        // // In a header with bare carriage returns, a line feed after it already belongs to the values.
+        // After a header with bare carriage returns, a line feed already belongs to the values.
         let pairs = bytes.get(first.0..first.1) != Some(b"\r");
         let mut lines = HeaderLines::default();
         at = first.1;
@@ -117,15 +116,13 @@ impl HeaderLines {
             Some("end_header") => return Ok(true),
             Some("comment" | "obj_info") => self.comments.push(decode_text(line.trim_ascii())),
             None => {}
-            // An unknown statement may change the layout of the values, so it cannot be
-            // skipped.
+            // An unknown statement may change the layout of the values, so it cannot be skipped.
             Some(_) => return Err("unknown word in the header"),
         }
         Ok(false)
     }
 }
 
-/// Returns the end of the line at `at` and the start of the next; with `pairs`, CR LF is one line end.
 fn line_end(bytes: &[u8], at: usize, pairs: bool) -> (usize, usize) {
     let end = memchr::memchr2(b'\n', b'\r', &bytes[at..]).map_or(bytes.len(), |n| at + n);
     // The second byte may belong to the values if the header uses bare carriage returns.

@@ -1,4 +1,4 @@
-//! The values of a PLY body one by one, from text or bytes.
+//! Values of a PLY body one by one.
 
 use super::header::Element;
 use crate::io::text::Text;
@@ -10,7 +10,7 @@ pub(super) enum Source<'a> {
     Text {
         text: Text<'a>,
         rows_left: usize,
-        /// Whether each row is a line; decided at the first row that does not end its line.
+        // True if each row is a line; decided at the first row that does not end its line.
         has_lines: Option<bool>,
     },
     Binary {
@@ -21,7 +21,6 @@ pub(super) enum Source<'a> {
 }
 
 impl Source<'_> {
-    /// Returns the next value, or `None` at the end or at something that is no number.
     pub fn scalar(&mut self, scalar: Scalar) -> Option<f64> {
         match self {
             Self::Text { text, .. } => {
@@ -36,7 +35,7 @@ impl Source<'_> {
         }
     }
 
-    /// Ends a row; if rows are lines, skips words that the header does not declare.
+    // Words that the header does not declare are skipped if rows are lines.
     pub fn end_row(&mut self) {
         // Binary rows have no ends.
         let Self::Text { text, rows_left, has_lines } = self else { return };
@@ -46,7 +45,7 @@ impl Source<'_> {
         }
         let has_words = |line: &&[u8]| !line.trim_ascii().is_empty();
         let n_lines = || text.rest().split(|byte| matches!(byte, b'\n' | b'\r')).skip(1).filter(has_words).count();
-        // Enough lines for all rows mean one row per line, else values run on across lines.
+        // If there are enough lines for all rows, each row is a line; else values run on across lines.
         if *has_lines.get_or_insert_with(|| n_lines() >= *rows_left) {
             text.skip_line();
         }

@@ -1,4 +1,4 @@
-//! Writes PLY, text or little-endian, bare or with columns for all attributes.
+//! Writing of PLY.
 
 use rayon::prelude::*;
 
@@ -46,9 +46,7 @@ pub(in crate::io) fn write_text(content: &Content) -> Vec<u8> {
     out
 }
 
-/// Writes a PLY with attributes as text or little-endian; returns its bytes and its number of vertex rows.
-///
-/// A vertex at a seam has a row for each set of values of its corners. Losses are added to `notes`.
+/// Writes a PLY with attributes; returns its bytes and its number of vertex rows.
 pub(in crate::io) fn write_attributed(
     content: &Content,
     attributes: &Attributes,
@@ -57,6 +55,7 @@ pub(in crate::io) fn write_attributed(
     notes: &mut Vec<String>,
 ) -> (Vec<u8>, usize) {
     let columns = Columns::from_channels(attributes, extra);
+    // A vertex at a seam gets a row for each set of values of its corners.
     let rows = VertexRows::from_wedges(content, attributes, &columns.of_vertices);
     let n_repeated = rows.sources.len() - content.n_vertices();
     if n_repeated > 0 {
@@ -124,7 +123,7 @@ impl<'a> Columns<'a> {
 }
 
 struct VertexRows {
-    /// Vertex of each row, and a wedge with its values; the first n_vertices rows are the vertices in order.
+    // Vertex of each row, and a wedge with its values; the first n_vertices rows are the vertices in order.
     sources: Vec<(u32, Option<u32>)>,
     faces: Vec<[u32; 3]>,
 }
@@ -136,13 +135,14 @@ impl VertexRows {
         if channels.is_empty() {
             return Self { sources, faces };
         }
-        // // Chains the rows of one vertex, so that a corner finds an equal one by a short walk.
+        // The rows of one vertex form a chain, so that a corner finds an equal row by a short walk.
         let mut next: Vec<Option<u32>> = vec![None; sources.len()];
         let same = |a: u32, b: u32| a == b || channels.iter().all(|(channel, _)| channel.value(a) == channel.value(b));
         for (corner, &wedge) in faces.iter_mut().flatten().zip(attributes.wedges.iter().flatten()) {
             loop {
                 let row = *corner as usize;
-                // A row takes the values of its first corner; corners with other values go on along the chain.
+                // A row takes the values of its first corner; corners with other values move to the next row of the
+                // chain.
                 if same(*sources[row].1.get_or_insert(wedge), wedge) {
                     break;
                 }
@@ -205,8 +205,8 @@ impl ValueWriter<'_> {
         }
     }
 
-    /// Ends a line of text: its last blank becomes the line end.
     fn end_of_row(&mut self) {
+        // The last blank of a row becomes the line end.
         if let Some(last) = self.out.last_mut().filter(|_| self.as_text) {
             *last = b'\n';
         }

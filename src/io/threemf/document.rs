@@ -1,4 +1,4 @@
-//! A model part of a 3MF, as its text states it: objects, properties, build.
+//! Model part of a 3MF.
 
 use std::borrow::Cow;
 
@@ -15,12 +15,11 @@ use crate::io::{ReadError, number};
 
 const REMEDY: &str = "export the file again";
 
-/// Index of no vertex; cleanup drops faces with it.
+// Index of no vertex; cleanup drops faces with such an index.
 const NOWHERE: u32 = u32::MAX;
 
 #[derive(Default)]
 pub(super) struct ModelDocument {
-    /// Unit of length, if given.
     pub unit: Option<String>,
     pub objects: FxHashMap<u32, Object>,
     pub properties: FxHashMap<u32, FaceProperty>,
@@ -34,17 +33,17 @@ pub(super) struct ModelDocument {
 pub(super) struct Object {
     pub id: u32,
     pub name: Option<String>,
-    /// Property and entry of faces without their own.
+    // Property and entry of faces without their own.
     pub property: Option<(u32, u32)>,
     pub positions: Vec<[f64; 3]>,
     pub faces: Vec<[u32; 3]>,
-    /// Property of each face, with the entries at its corners; shorter if the last faces have none.
+    // Property of each face, with the entries at its corners; shorter if the last faces have none.
     pub of_faces: Vec<Option<(u32, [u32; 3])>>,
     pub components: Vec<Reference>,
 }
 
 pub(super) struct Reference {
-    /// Part that holds the object, if another one.
+    // Part with the object, if it is another part.
     pub path: Option<String>,
     pub object: u32,
     pub transform: DMat4,
@@ -53,7 +52,7 @@ pub(super) struct Reference {
 pub(super) enum FaceProperty {
     Materials(Vec<(String, [f32; 4])>),
     Colours(Vec<[f32; 4]>),
-    /// Textures and mixtures, which are not read.
+    // Textures and mixtures, which are not read.
     Other,
 }
 
@@ -66,7 +65,7 @@ pub(super) fn parse(text: &str, part: &str) -> Result<ModelDocument, ReadError> 
             |error: String| ReadError::line(text.as_bytes(), at, format!("{part}: {}", one_line(&error)), REMEDY);
         match reader.read_event().map_err(|error| fail(format!("no valid XML ({error})")))? {
             Event::Start(element) | Event::Empty(element) => {
-                // Errors of elements get a line here; those with another remedy already say what to do.
+                // Errors of elements get a line here; other remedies already say what to do.
                 parser.open(&element).map_err(|error| match error.what.as_str() {
                     _ if error.remedy != REMEDY => error,
                     what => fail(what.into()),
@@ -140,7 +139,7 @@ impl Parser {
 
     fn vertex(&mut self, element: &BytesStart) -> Result<(), ReadError> {
         let mut position = [None; 3];
-        // One pass over the attributes: this runs for every vertex.
+        // This runs for every vertex, so it makes one pass over the attributes.
         for attribute in element.attributes().with_checks(false).flatten() {
             let axis = match attribute.key.into_inner() {
                 "x" => 0,
@@ -164,7 +163,7 @@ impl Parser {
 
     fn triangle(&mut self, element: &BytesStart) -> Result<(), ReadError> {
         let (mut corners, mut property, mut entries) = ([None; 3], None, [None; 3]);
-        // One pass over the attributes: this runs for every triangle.
+        // This runs for every triangle, so it makes one pass over the attributes.
         for attribute in element.attributes().with_checks(false).flatten() {
             let target = match attribute.key.into_inner() {
                 "v1" => &mut corners[0],
@@ -184,7 +183,7 @@ impl Parser {
         let object = self.document.objects.entry(self.object).or_default();
         reserve(&mut object.faces, 1)?;
         let n_before = object.faces.len();
-        // An index beyond the vertices so far is for cleanup to drop.
+        // Cleanup drops faces with an index beyond the vertices so far.
         object.faces.push([a, b, c].map(|v| if (v as usize) < object.positions.len() { v } else { NOWHERE }));
         // A triangle may name only the entry and inherit the property.
         let property = property.or(object.property.map(|(property, _)| property));
@@ -233,12 +232,12 @@ fn parse_reference(element: &BytesStart) -> Result<Reference, ReadError> {
     Ok(Reference { path: attribute(element, "path").map(Cow::into_owned), object, transform })
 }
 
-/// Parses twelve numbers: the images of the axes, then of the origin.
 fn parse_matrix(text: &str) -> Result<DMat4, ReadError> {
     let numbers: Option<Vec<f64>> =
         text.split_whitespace().map(|word| parse_number(word).map(|number| number.value)).collect();
     let numbers = numbers.filter(|numbers| numbers.len() == 12 && numbers.iter().all(|x| x.is_finite()));
     let numbers = numbers.ok_or_else(|| element_error("a transform needs twelve numbers"))?;
+    // The first nine numbers are the images of the axes, the last three that of the origin.
     let [x, y, z, origin] = [0, 3, 6, 9].map(|at| DVec3::from_slice(&numbers[at..]));
     Ok(DMat4::from_cols(x.extend(0.0), y.extend(0.0), z.extend(0.0), origin.extend(1.0)))
 }
@@ -254,7 +253,6 @@ fn parse_number(text: &str) -> Option<number::Number> {
     number::parse(text.as_bytes()).filter(|number| number.length == text.len())
 }
 
-/// Parses `#RRGGBB` or `#RRGGBBAA` to values from 0 to 1.
 fn parse_colour(text: &str) -> Option<[f32; 4]> {
     let digits = text.trim().strip_prefix('#').filter(|digits| digits.is_ascii())?;
     let channel = |at: usize| u8::from_str_radix(digits.get(at..at + 2)?, 16).ok().map(|byte| f32::from(byte) / 255.0);

@@ -1,4 +1,4 @@
-//! Attributes of a 3MF: materials become groups, colours a channel of the corners.
+//! Attributes of a 3MF: groups from materials, colours of corners.
 
 use rustc_hash::FxHashMap;
 
@@ -37,11 +37,11 @@ impl IgnoredContent {
 type FaceEntries = (u32, [u32; 3]);
 
 impl ObjectMeshes {
-    /// Adds the mesh of an object and returns its index; with `is_named`, an unnamed object is called by its number.
+    /// Adds the mesh of an object and returns its index; `is_named` numbers an unnamed object.
     pub fn add(&mut self, object: &mut Object, properties: &FxHashMap<u32, FaceProperty>, is_named: bool) -> usize {
         let positions = std::mem::take(&mut object.positions);
         let faces = std::mem::take(&mut object.faces);
-        // The property of a face, else that of its object.
+        // A face without its own property has that of its object.
         let entries_of = |face: usize| {
             let own = object.of_faces.get(face).copied().flatten();
             own.or(object.property.map(|(property, entry)| (property, [entry; 3])))
@@ -55,7 +55,6 @@ impl ObjectMeshes {
         self.meshes.len() - 1
     }
 
-    /// Returns the width of the colour channel, 0 without colours.
     pub fn colour_width(&self) -> usize {
         let channels = self.meshes.iter().flat_map(|mesh| &mesh.attributes.channels);
         channels.map(|channel| channel.width).max().unwrap_or(0)
@@ -107,7 +106,6 @@ impl ObjectMeshes {
     }
 }
 
-/// Makes the colour channel and wedges of faces, white where a face has none; empty if no face has one.
 fn colour_corners(
     faces: &[[u32; 3]],
     entries_of: impl Fn(usize) -> Option<FaceEntries>,
@@ -136,7 +134,7 @@ fn colour_corners(
             wedge
         }));
     }
-    // Alpha is stored only if it says anything.
+    // Alpha is stored unless all colours are opaque.
     let width = if values.iter().all(|colour| colour[3] == 1.0) { 3 } else { 4 };
     let values = values.iter().flat_map(|colour| &colour[..width]).copied().collect();
     let channel = Channel { name: "colour".into(), role: Role::Colour, width, values };

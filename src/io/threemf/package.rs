@@ -1,4 +1,4 @@
-//! The package of a 3MF: a zip archive, unpacked within bounds.
+//! Package of a 3MF, unpacked within limits.
 
 use std::borrow::Cow;
 use std::io::{Cursor, Read};
@@ -13,10 +13,10 @@ use crate::io::ReadError;
 use crate::io::one_line::one_line;
 use crate::mesh::fallible_allocation::with_fallible_allocation;
 
-/// Largest expansion per byte of the package, over all parts, and bytes always allowed; as for `.gz`.
+/// Largest expansion per byte of the package, and bytes always allowed.
 const LIMIT: (usize, usize) = (200, 16 << 20);
 
-/// End of the type of the relation to the model; the start names a year.
+// End of the type of the relation to the model; the start names a year.
 const MODEL: &str = "/3dmodel";
 
 const REMEDY: &str = "fetch or export the file again";
@@ -41,7 +41,7 @@ impl<'a> Package<'a> {
         self.most - self.left
     }
 
-    /// Returns the name of the model part: by the relations, else the first with that extension.
+    // The relations name the model part; else its extension does.
     pub fn model_part(&mut self) -> Result<String, ReadError> {
         // Broken relations are no error: the extension identifies the model as well.
         let related =
@@ -65,7 +65,7 @@ impl<'a> Package<'a> {
         let entry = self.archive.by_index(index).map_err(|error| damaged(one_line(&error.to_string())))?;
         let mut bytes = Vec::new();
         let read = with_fallible_allocation(|| entry.take(self.left as u64 + 1).read_to_end(&mut bytes));
-        // Before the error of reading: a bomb may be damaged as well.
+        // The size is checked before the error of reading: an oversized part may be damaged as well.
         if bytes.len() > self.left {
             let what = format!("the zip data unpacks to more than {} bytes", self.most);
             return Err(ReadError::file(what, "unpack the file and pack it again if it is genuine"));
@@ -75,7 +75,6 @@ impl<'a> Package<'a> {
         Ok(bytes)
     }
 
-    /// Returns the index of a part in the archive; names ignore case.
     fn index(&self, name: &str) -> Option<usize> {
         let name = name.trim_start_matches('/');
         let alike = || self.archive.file_names().find(|other| other.eq_ignore_ascii_case(name));

@@ -1,4 +1,4 @@
-//! Writes a 3MF: a package of one model, whose faces have materials or colours.
+//! Writing of a 3MF: a package of one model.
 
 use std::io::{Cursor, Write};
 
@@ -35,11 +35,11 @@ pub(in crate::io) fn write_attributed(
     looks: &[Look],
 ) -> Result<(Vec<u8>, Vec<String>), WriteError> {
     let mut notes = Vec::new();
-    // Objects first: whether they can be separate decides what follows.
+    // Objects come first: if they cannot be separate, the rest changes.
     let objects = group_by_object(content, attributes, extra, &mut notes);
     let palette = Palette::from_channels(attributes);
     let mut materials = BaseMaterials::from_groups(attributes, extra, looks);
-    // // With colours, a face without a material is white by itself.
+    // With colours, a face without a material is white by itself.
     if palette.colours.is_empty() {
         materials.add_plain();
     }
@@ -61,9 +61,8 @@ pub(in crate::io) fn write_attributed(
     Ok((packed, notes))
 }
 
-/// Makes the package of a model; equal models give equal bytes.
 fn package(model: &[u8]) -> zip::result::ZipResult<Vec<u8>> {
-    // A fixed time, so that equal models give equal bytes.
+    // The time is fixed, so that equal models give equal bytes.
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
         .last_modified_time(DateTime::default())
@@ -92,7 +91,6 @@ fn model_head(extra: &Extra) -> Vec<u8> {
 
 type NamedObjects<'a> = Vec<(&'a str, Vec<u32>)>;
 
-/// Collects the faces of each object; objects that share vertices become one, as they would be torn.
 fn group_by_object<'a>(
     content: &Content,
     attributes: &Attributes,
@@ -116,6 +114,7 @@ fn group_by_object<'a>(
             is_shared |= *of_vertices[vertex as usize].get_or_insert(number) != number;
         }
     }
+    // Separate objects would tear shared vertices apart.
     if is_shared {
         notes.push(format!("{} objects share vertices: written as one", objects.len()));
         objects = vec![("", (0..n_faces).collect())];
@@ -133,7 +132,7 @@ impl<'a> BaseMaterials<'a> {
     fn from_groups(attributes: &Attributes, extra: &'a Extra, looks: &[Look]) -> Self {
         let mut materials = Self::default();
         let mut numbers: FxHashMap<&str, usize> = FxHashMap::default();
-        // Without group numbers, only a single group says something of all faces.
+        // Without group numbers, only a single group applies to all faces.
         if attributes.groups.is_empty() && extra.groups.len() != 1 {
             return materials;
         }
@@ -151,8 +150,8 @@ impl<'a> BaseMaterials<'a> {
         materials
     }
 
-    /// Gives groups without a material a plain one if others have materials; else they would inherit that of the object.
     fn add_plain(&mut self) {
+        // Faces without a material would inherit that of the object.
         let plain = self.names.len();
         if plain > 0 && self.of_groups.contains(&None) {
             self.names.push(("default", [1.0; 4]));
@@ -173,7 +172,6 @@ impl<'a> BaseMaterials<'a> {
     }
 }
 
-/// Returns the opaque sRGB colour of a look; looks hold no opacity value.
 fn opaque_colour(look: &Look) -> [f32; 4] {
     let [red, green, blue] = look.colour.map(srgb);
     [red, green, blue, 1.0]
@@ -227,7 +225,7 @@ impl FacePaint<'_> {
     fn colours(&self, face: u32) -> Option<[u32; 3]> {
         let wedges = self.attributes.wedges.get(face as usize).filter(|_| !self.palette.colours.is_empty())?;
         let colours = wedges.map(|wedge| self.palette.of_wedges[wedge as usize]);
-        // White is what faces show anyway, so a material is worth more.
+        // Faces are white by default, so a material is worth more.
         let is_white = colours.iter().all(|&colour| Some(colour) == self.palette.white);
         (!is_white || self.material(face).is_none()).then_some(colours)
     }
@@ -283,8 +281,8 @@ fn push_object(out: &mut Vec<u8>, content: &Content, paint: &FacePaint, (id, nam
     out.extend(b"</triangles>\n</mesh>\n</object>\n");
 }
 
-/// Returns the attributes of an object; some programs require them even if all faces have their own.
 fn object_attributes(paint: &FacePaint, faces: &[u32]) -> String {
+    // Some programs require attributes of the object even if all faces have their own.
     let first = faces.first().copied().unwrap_or_default();
     match (paint.colours(first), paint.material(first)) {
         (Some([colour, ..]), _) => format!(" pid=\"{COLOURS}\" pindex=\"{colour}\""),
@@ -310,7 +308,6 @@ fn hex(colour: [f32; 4]) -> String {
     format!("#{red:02X}{green:02X}{blue:02X}{alpha:02X}")
 }
 
-/// Escapes a name for an XML attribute, without characters that XML lacks.
 fn escape_name(name: &str) -> String {
     // Control characters are invalid in XML, even escaped.
     let plain: String =

@@ -1,4 +1,4 @@
-//! A check that images to be baked can be decoded; otherwise they would be white.
+//! Check that images can be decoded for a bake.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use crate::job::error::JobError;
 use crate::job::request::Job;
 
 impl Document {
-    /// Returns the document, or an error if `--bake` is given and an image of its materials cannot be decoded.
+    /// Rejects a document with an undecodable image if the job bakes textures.
     pub fn decoded(self, job: &Job) -> Result<Self, JobError> {
         let Some(size) = job.bake else { return Ok(self) };
         let (looks, _) = self.looks(job.allow_outside);
@@ -30,7 +30,6 @@ impl Document {
         Ok(self)
     }
 
-    /// Returns the name of a material for messages.
     fn material(&self, group: usize) -> String {
         let names = self.group_names();
         let name = names.iter().find(|(_, of)| *of as usize == group).map(|(name, _)| format!(" {name:?}"));
@@ -38,7 +37,6 @@ impl Document {
     }
 }
 
-/// Lists the textures that are baked.
 fn textures(look: &Look) -> impl Iterator<Item = &BaseTexture> {
     let finish = &look.finish;
     let rest = [&finish.emission_texture, &finish.roughness_texture, &finish.metal_texture, &finish.normal_texture];

@@ -1,4 +1,4 @@
-//! The least size of a glTF file: with one face for each primitive or material.
+//! Smallest possible size of a glTF file.
 
 use std::collections::BTreeSet;
 
@@ -13,10 +13,10 @@ use crate::job::error::JobError;
 use crate::job::request::Job;
 use crate::job::textures::Textures;
 
-/// Texture sides that are tried, largest first.
+// Texture sides that the advice may name, largest first.
 const SIDES: [usize; 7] = [2048, 1024, 512, 256, 128, 64, 32];
 
-/// Replaces every image by an empty one, to measure the rest.
+// Empty images, to measure the other bytes.
 #[derive(Debug)]
 struct NoImages;
 
@@ -27,7 +27,7 @@ impl ImageConverter for NoImages {
 }
 
 impl Document {
-    /// Rejects a size in bytes that a glTF would exceed with hardly a face, and names the reason.
+    /// Rejects a size in bytes below the smallest possible glTF, with advice.
     pub fn check_bytes(&self, n_bytes: usize, job: &Job, file_name: &str) -> Result<(), JobError> {
         if !matches!(job.format, Format::Gltf | Format::Glb) {
             return Ok(());
@@ -40,7 +40,7 @@ impl Document {
         }
         let n_images = n_least.saturating_sub(least(Some(&NoImages))?);
         let mut smaller = SIDES.into_iter().filter(|side| n_images > 0 && job.textures.is_none_or(|now| *side < now));
-        // Half of the bytes are for the shape.
+        // Half of the bytes are left for the shape.
         let fits = |side: &usize| least(Some(&Textures::new(*side))).is_ok_and(|n| 2 * n <= n_bytes);
         let advice = match smaller.find(fits) {
             Some(side) => format!("make images smaller with --textures {side}, or allow more bytes"),
@@ -52,7 +52,7 @@ impl Document {
         Err(JobError::Document(what))
     }
 
-    /// Returns the bytes of the file with one face per material, with these images.
+    /// Returns the bytes of the file with one face per material.
     fn least_bytes(
         &self,
         images: Option<&dyn ImageConverter>,
@@ -108,7 +108,6 @@ fn least_of_scene(
     scene_files(asset, &[parts], &options).map(|files| files.n_bytes())
 }
 
-/// Returns the first face of each group.
 fn first_faces(groups: &[u32], n_faces: usize) -> Vec<u32> {
     let mut seen = BTreeSet::new();
     let of = |face: u32| groups.get(face as usize).copied().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Documents: a mesh with everything its file contains, or a glTF scene united into one mesh.
+//! Documents: a mesh with the other content of its file, or a glTF scene united into one mesh.
 
 mod images;
 mod least;
@@ -22,42 +22,41 @@ use super::textures::Textures;
 pub use named::listed;
 pub use seen::Seen;
 
-/// A mesh, or the meshes of a scene side by side in one.
+/// A mesh, or a scene whose meshes are united into one.
 pub struct Document {
     /// Relation of coordinates to those of the file.
     pub frame: Frame,
-    /// Numbers of changes made by cleaning.
+    /// Changes made by cleaning.
     pub counts: CleanCounts,
-    /// Content that could not be kept, one line each.
+    /// Content that was lost, one line each.
     pub notes: Vec<String>,
-    /// Numbers of changes made by a repair.
+    /// Changes made by a repair.
     pub repaired: Option<RepairCounts>,
     kind: Kind,
-    /// Attributes of the result, if not all.
+    // Attributes of the result if they are not all of the input's.
     wanted: Option<Attributes>,
-    /// Importance of each vertex of the file, if given.
+    /// Importance of each vertex of the file.
     factors: Option<Vec<f32>>,
-    /// The image resizer, if textures are limited.
     textures: Option<Textures>,
 }
 
 enum Kind {
     Mesh {
         cleaned: Box<Cleaned>,
-        /// Double-precision positions, n_raw x 3, if the file has them or decimals must be kept.
+        // Double-precision positions, n_raw x 3, if single precision would change them.
         exact: Option<Vec<[f64; 3]>>,
         extra: Extra,
     },
     Scene {
         asset: Box<Asset>,
         united: UnitedMesh,
-        /// Piece of the united mesh for each part of the asset; `None` for a part without faces.
+        // Piece of the united mesh for each part of the asset; `None` for a part without faces.
         pieces: Vec<Option<usize>>,
     },
 }
 
 impl Document {
-    /// Returns the bounding box diagonal of the mesh, or of the scene as a viewer sees it.
+    /// Returns the bounding box diagonal of the mesh, or of the scene with its nodes' transforms.
     pub fn diagonal(&self) -> f64 {
         match &self.kind {
             Kind::Mesh { cleaned, .. } => cleaned.mesh.diagonal(),
@@ -65,12 +64,12 @@ impl Document {
         }
     }
 
-    /// Returns whether it is a glTF scene that stays one.
+    /// Returns whether the document is a glTF scene.
     pub fn is_scene(&self) -> bool {
         matches!(self.kind, Kind::Scene { .. })
     }
 
-    /// Returns whether it is a scene that uses a glTF extension.
+    /// Returns whether the document is a scene that uses the glTF extension `name`.
     pub fn has_extension(&self, name: &str) -> bool {
         matches!(&self.kind, Kind::Scene { asset, .. } if asset.has_extension(name))
     }
@@ -107,7 +106,7 @@ impl Document {
         }
     }
 
-    /// Lists the components that a result lacks, by mesh or object, and material.
+    /// Lists the dropped components with the names of their mesh or object and material.
     pub fn dropped(&self, report: &simplify::Report) -> Vec<Dropped> {
         let name = |face: u32| {
             let group = self.attributes().group(face);
@@ -133,7 +132,7 @@ impl Document {
         report.dropped.iter().map(dropped).collect()
     }
 
-    /// Returns the appearance of the groups, and what is missing of it, one line each.
+    /// Returns the materials of the groups, and one line per problem.
     pub fn looks(&self, allow_outside: bool) -> (Looks, Vec<String>) {
         match &self.kind {
             Kind::Mesh { extra, .. } => io::read_looks(extra, allow_outside),
@@ -141,7 +140,7 @@ impl Document {
         }
     }
 
-    /// Converts texels to a share of the largest colour texture's side, or of 1024 without one.
+    /// Converts texels to a share of the largest colour texture's side; without textures, of 1024 texels.
     pub fn share_of_texture(&self, texels: f64, job: &Job) -> f64 {
         let (looks, _) = self.looks(job.allow_outside);
         let textures = looks.of_groups.iter().filter_map(|look| look.texture.as_ref());
@@ -201,7 +200,7 @@ impl Document {
         Self { factors, ..self }
     }
 
-    /// Returns the given importance of the vertices, n_vertices; the inner `None` means invalid numbers.
+    /// Returns the given importance, n_vertices; the inner `None` means invalid numbers.
     pub fn importance(&self) -> Option<Option<Vec<f32>>> {
         let (factors, sources) = (self.factors.as_ref()?, self.file_vertices()?);
         let values: Option<Vec<f32>> = sources.iter().map(|&vertex| factors.get(vertex as usize).copied()).collect();
@@ -212,7 +211,7 @@ impl Document {
         }))
     }
 
-    /// Returns the file vertex of each vertex; `None` for a scene, whose vertices belong to primitives.
+    /// Returns the file vertex of each vertex; `None` for a scene, which has no numbering of its own.
     pub fn file_vertices(&self) -> Option<&[u32]> {
         match &self.kind {
             Kind::Mesh { cleaned, .. } => Some(&cleaned.source),
@@ -221,7 +220,7 @@ impl Document {
     }
 }
 
-/// Joins the known names, such as `door (oak)`.
+/// Joins the given names, such as `door (oak)`.
 fn named(object: Option<&String>, material: Option<&String>) -> String {
     match (object, material) {
         (Some(object), Some(material)) => format!("{object} ({material})"),

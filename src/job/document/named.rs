@@ -1,4 +1,4 @@
-//! Names in a file and their faces: nodes, meshes, materials, objects and groups.
+//! Names in a file and their faces.
 
 use std::collections::{BTreeSet, HashSet};
 
@@ -8,17 +8,16 @@ use crate::job::error::JobError;
 
 use super::{Document, Kind};
 
-/// Largest number of names in a line.
 const MOST_LISTED: usize = 40;
 
 /// A name and its groups of faces.
 type Named = (String, Vec<u32>);
 
 impl Document {
-    /// Returns whether each face belongs to one of these names; empty without names. `option` is named in errors.
+    /// Returns whether each face belongs to one of `names`; empty without names.
     ///
     /// # Errors
-    /// [`JobError::Options`] lists the known names if one is unknown.
+    /// [`JobError::Options`] with `option` and the existing names if a name does not exist.
     pub fn faces_named(&self, option: &str, names: &[String]) -> Result<Vec<bool>, JobError> {
         if names.is_empty() {
             return Ok(Vec::new());
@@ -45,7 +44,6 @@ impl Document {
         Err(format!("the mesh has no such {kinds}; it has: {}", listed(names)))
     }
 
-    /// Lists all names that have faces, with their groups.
     fn named(&self) -> Vec<Named> {
         let (asset, united, pieces) = match &self.kind {
             Kind::Scene { asset, united, pieces } => (asset, united, pieces),
@@ -70,7 +68,7 @@ impl Document {
     }
 }
 
-/// Joins names by commas; long lists are cut.
+/// Joins names by commas; shortens long lists.
 pub fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     let names: Vec<&str> = names.into_iter().collect();
     match names.len() {

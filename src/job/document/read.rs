@@ -1,4 +1,4 @@
-//! Reading of documents: clean, repair, and select attributes.
+//! Reading of documents: cleaning, repair, selection of attributes.
 
 use crate::io::{self, Asset, Folder, Format, ReadError, ReadMesh};
 use crate::mesh::cleanup::{CleanCounts, CleanOptions, clean};
@@ -37,7 +37,7 @@ impl Document {
             .wanting(job)
     }
 
-    /// Takes a glTF scene and cleans each of its meshes.
+    /// Cleans each mesh of a glTF scene.
     ///
     /// # Errors
     /// As [`from_mesh`](Self::from_mesh).
@@ -45,9 +45,9 @@ impl Document {
         Self::of_asset(asset, job)?.repaired(job)?.wanting(job)
     }
 
-    /// Reads a document from the bytes of a file; `format` is needed if the bytes do not tell it.
+    /// Reads a document from the bytes of a file, which must not need companion files.
     ///
-    /// A glTF that is written as glTF stays a scene. Files that it refers to are not found.
+    /// `format` is needed if the bytes do not reveal it. A glTF that is written as glTF stays a scene.
     ///
     /// # Errors
     /// As [`from_mesh`](Self::from_mesh), and if the bytes are no mesh.
@@ -59,7 +59,7 @@ impl Document {
         Self::from_mesh(io::read_attributed(bytes, format).map_err(refused)?, job)
     }
 
-    /// Reads a document from the bytes of the file `name`; files that it refers to are in `folder`.
+    /// Reads a document from the bytes of the file `name`; its companion files are in `folder`.
     ///
     /// # Errors
     /// As [`from_bytes`](Self::from_bytes).
@@ -108,7 +108,7 @@ impl Document {
         Ok(Self { frame, counts, notes, repaired: None, kind, wanted: None, factors: None, textures })
     }
 
-    /// Selects the attributes that the result needs and its format can store.
+    // The result needs these attributes, and its format can store them.
     fn wanting(mut self, job: &Job) -> Result<Self, JobError> {
         if job.format.is_bare() || job.bake.is_some() {
             self.wanted = Some(Attributes::default());
@@ -136,7 +136,6 @@ impl Document {
         Ok(self)
     }
 
-    /// Fills holes or makes a solid, if the job says so.
     fn repaired(mut self, job: &Job) -> Result<Self, JobError> {
         let repaired = match job.repair {
             None => return Ok(self),
@@ -159,7 +158,7 @@ impl Document {
         Ok(self)
     }
 
-    /// Rejects documents with more than one shape: scenes of several meshes, skins and morph targets.
+    // A solid has one shape; scenes of several meshes, skins and morph targets have more.
     fn check_printable(&self, job: &Job) -> Result<(), JobError> {
         let of_scene = |kind: &Kind| matches!(kind, Kind::Scene { pieces, .. } if pieces.iter().flatten().count() > 1);
         if of_scene(&self.kind) {
@@ -180,7 +179,7 @@ fn clean_options(job: &Job) -> CleanOptions {
     CleanOptions { weld: job.weld }
 }
 
-/// Snaps vertices closer than the job's distance; `scale` is the scale of the mesh in its scene.
+/// Snaps vertices closer than the job's distance; `scale` is the mesh's scale in its scene.
 fn weld_near(raw: &mut RawMesh, job: &Job, scale: f64) {
     if let Some(bound) = job.weld_near {
         let distance = match bound {
@@ -191,7 +190,7 @@ fn weld_near(raw: &mut RawMesh, job: &Job, scale: f64) {
     }
 }
 
-/// Returns whether a coordinate is no `f32`; as doubles such decimals would change.
+/// Returns whether single precision would change a coordinate.
 fn has_decimals(raw: &RawMesh) -> bool {
     raw.positions.iter().flatten().any(|&x| f64::from(x as f32) != x)
 }

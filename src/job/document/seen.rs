@@ -1,4 +1,4 @@
-//! A document and its results as a viewer sees them, and their distance.
+//! Document and result with the transforms of their scene.
 
 use std::borrow::Cow;
 
@@ -11,16 +11,16 @@ use crate::simplify::Simplified;
 use super::write::lighter_parts;
 use super::{Document, Kind};
 
-/// A mesh as a viewer sees it.
+/// A surface with the transforms of its scene.
 pub struct Seen<'a> {
-    /// The surface.
+    /// Mesh.
     pub mesh: Cow<'a, TriMesh>,
-    /// Its attributes.
+    /// Attributes of the mesh.
     pub attributes: Cow<'a, Attributes>,
 }
 
 impl Document {
-    /// Returns original and result as a viewer sees them, scene meshes in place, about a common origin.
+    /// Returns original and result with their scene's transforms, relative to one origin.
     pub fn seen(&self, result: &Simplified) -> Result<[Seen<'_>; 2], ReadError> {
         let Kind::Scene { asset, united, pieces } = &self.kind else {
             let result =
@@ -37,7 +37,7 @@ impl Document {
             let meshes: Vec<RawMesh> = parts.into_iter().map(as_raw).collect();
             let mut scene = asset.scene_mesh(&meshes)?;
             if scene.faces.is_empty() {
-                // No node places a mesh: they are seen as they are.
+                // No node refers to a mesh: the mesh is used without transforms.
                 return Ok(Seen { mesh: Cow::Owned(mesh.clone()), attributes: Cow::Owned(Attributes::default()) });
             }
             let origin = *origin.get_or_insert(scene.positions.first().copied().unwrap_or_default());
@@ -50,7 +50,6 @@ impl Document {
         Ok([seen(before)?, seen((&result.mesh, &result.attributes))?])
     }
 
-    /// Places a version of the mesh as a viewer sees it.
     fn view_of<'a>(&self, mesh: &'a TriMesh, attributes: &Attributes) -> Cow<'a, TriMesh> {
         match &self.kind {
             Kind::Mesh { .. } => Cow::Borrowed(mesh),
@@ -58,7 +57,7 @@ impl Document {
         }
     }
 
-    /// Measures the distance of a result, after packing, from the original as a viewer sees them; `None` if one is empty.
+    /// Measures the distance between the packed result and the original; `None` if one is empty.
     pub fn distance(&self, result: &Simplified, packing: Option<&Packing>, n_samples: usize) -> Option<QuickDistance> {
         let packed = match &self.kind {
             Kind::Mesh { .. } => {
@@ -72,7 +71,6 @@ impl Document {
     }
 }
 
-/// Rounds the vertices of each piece to its grid.
 fn on_grids<'a>(
     result: &'a Simplified,
     united: &UnitedMesh,
@@ -96,7 +94,7 @@ fn on_grids<'a>(
     TriMesh::new(positions, result.mesh.faces().to_vec()).map_or(Cow::Borrowed(&result.mesh), Cow::Owned)
 }
 
-/// Rounds vertices to a grid relative to `around`.
+// `around` is the mesh's origin in the grid's coordinates.
 fn on_grid<'a>(mesh: &'a TriMesh, grid: Option<&PositionGrid>, around: [f64; 3]) -> Cow<'a, TriMesh> {
     let Some(grid) = grid else { return Cow::Borrowed(mesh) };
     let rounded = |p: &[f32; 3]| {

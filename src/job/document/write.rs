@@ -19,12 +19,13 @@ use crate::job::textures::Textures;
 use super::{Document, Kind};
 
 impl Document {
-    /// Returns the frame of the written file: an STL stores single precision.
+    /// Returns the frame of the written file; single-precision formats have no double-precision frame.
     pub fn written_frame(&self, job: &Job) -> Frame {
         Frame { double: self.frame.double && !job.format.is_single_precision(), ..self.frame }
     }
 
-    /// Returns the largest distance that the written file rounds a vertex: above 0 for an STL far from the origin.
+    /// Returns the largest distance by which writing rounds a vertex; 0 unless a single-precision file has a distant
+    /// origin.
     pub fn rounding(&self, job: &Job) -> f64 {
         let frame = self.written_frame(job);
         if frame.double || frame.origin == [0.0; 3] {
@@ -35,7 +36,7 @@ impl Document {
         0.5 * 3f64.sqrt() * f64::from(f32::EPSILON) * reach
     }
 
-    /// Returns the double-precision positions of a result in the file, if the file has doubles.
+    /// Returns the positions of a result in double precision if the file stores doubles.
     pub fn exact_positions(&self, result: &Simplified, job: &Job) -> Option<Vec<[f64; 3]>> {
         if !self.frame.double {
             return None;
@@ -89,7 +90,6 @@ impl Document {
         }
     }
 
-    /// Writes a mesh that is no scene.
     fn mesh_files(
         &self,
         model: Model,
@@ -115,7 +115,7 @@ impl Document {
         self.textures.as_ref().map(|textures| textures as &dyn ImageConverter)
     }
 
-    /// Returns the packing of results, levels of one, and what cannot be packed, one line each.
+    /// Returns the packing of results, and one line per value that cannot be packed.
     pub fn packing(
         &self,
         results: &[&Simplified],
@@ -145,7 +145,8 @@ impl Document {
         }
     }
 
-    /// Returns the largest distance that packing with `bits` moves vertices of results within `error` of the original.
+    /// Returns the largest distance by which packing with `bits` moves a vertex of a result within `error` of the
+    /// original.
     pub fn packed_rounding(&self, bits: u32, error: f64) -> f64 {
         let longest = match &self.kind {
             Kind::Mesh { cleaned, .. } => longest_side(cleaned.mesh.positions().iter().map(|p| p.map(f64::from))),
@@ -158,19 +159,18 @@ impl Document {
                 scaled.fold(0.0, f64::max)
             }
         };
-        // Steps are in single precision.
+        // Steps are stored in single precision, so the last factor rounds up.
         let step = (longest + 2.0 * error) / f64::from((1u32 << bits) - 1) * (1.0 + 1e-6);
         PositionGrid { origin: [0.0; 3], step }.rounding()
     }
 }
 
-/// Returns the name of a material library: that of the file, or the one shared by all levels.
+/// Returns the name of the material library: the file's, or the one that all levels share.
 pub(super) fn library_name(job: &Job, file_name: &str) -> String {
     let shared = job.names.shared.clone();
     shared.unwrap_or_else(|| Path::new(file_name).file_stem().unwrap_or_default().to_string_lossy().into_owned())
 }
 
-/// Writes an asset with simplified parts, level by level.
 pub(super) fn scene_files(
     asset: &Asset,
     levels: &[Vec<SimplifiedPart>],
@@ -187,7 +187,7 @@ pub(super) fn scene_files(
     Ok(Files { bytes, beside, notes: Vec::new(), n_vertices })
 }
 
-/// Splits a version of the united mesh into the parts of an asset.
+/// Splits a version of the united mesh into the parts of the asset.
 pub(super) fn lighter_parts(
     asset: &Asset,
     united: &UnitedMesh,
@@ -205,9 +205,7 @@ pub(super) fn lighter_parts(
     asset.parts().iter().zip(pieces).map(lighter).collect()
 }
 
-/// Returns the exact input positions of vertices that kept their place.
-///
-/// They are known by source vertex, or by equal position if some vertices are locked. Mirrored results keep none.
+/// Returns the exact input positions of vertices that did not move; `None` if they are unknown.
 fn in_place(
     positions: &[[f64; 3]],
     cleaned: &Cleaned,

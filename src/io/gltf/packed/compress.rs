@@ -1,14 +1,13 @@
-//! Compression by meshoptimizer, format version 0, as `EXT_meshopt_compression` requires.
+//! Compression by meshoptimizer, format version 0.
 
 use meshopt::{encode_filter_oct, encode_index_buffer, encode_vertex_buffer_level, optimize_vertex_cache};
 
 const DIRECTION_BITS: i32 = 8;
-/// Compression level; version 0 of the format has only one method.
+// Version 0 of the format has only one method.
 const LEVEL: i32 = 2;
 
 pub(in crate::io::gltf) const CAN_COMPRESS: bool = true;
 
-/// Reorders faces so that vertices are reused soon after they are drawn.
 pub(in crate::io::gltf) fn order_faces(faces: &[[u32; 3]], n_vertices: usize) -> Vec<[u32; 3]> {
     optimize_vertex_cache(faces.as_flattened(), n_vertices).as_chunks::<3>().0.to_vec()
 }
@@ -19,7 +18,7 @@ pub(in crate::io::gltf) fn encode_octahedral(directions: &[[f32; 4]]) -> Vec<u8>
     encoded.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect()
 }
 
-/// Compresses a view of triangle indices or of elements of `stride` bytes; `None` if that kind is not compressed.
+/// Compresses a view; `None` for unsupported strides.
 pub(super) fn compress_view(bytes: &[u8], is_triangles: bool, stride: usize) -> Option<Vec<u8>> {
     match (is_triangles, stride) {
         (true, 2) => {

@@ -1,5 +1,4 @@
-//! Compresses buffer views (`EXT_meshopt_compression`); views of one kind are merged, which saves descriptions and
-//! headers.
+//! Compression of buffer views (`EXT_meshopt_compression`).
 
 use std::collections::BTreeMap;
 
@@ -14,7 +13,6 @@ use crate::io::gltf::references::{OTHER_VIEWS, VIEWS_OF_ACCESSORS, find_referenc
 use crate::io::gltf::repack::drop_unused;
 
 pub(in crate::io::gltf) const COMPRESSION: &str = "EXT_meshopt_compression";
-/// The filter of directions, named in a view before it is compressed.
 pub(in crate::io::gltf) const OCTAHEDRAL: &str = "OCTAHEDRAL";
 
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -22,11 +20,11 @@ struct Stream {
     is_triangles: bool,
     stride: usize,
     filter: Option<String>,
-    /// Stated target and, unless that is vertices, stated stride; 0 for none.
+    // Stated target, and stated stride unless the target is vertices; 0 for none.
     says: [u64; 2],
 }
 
-/// Compresses the views and packs them into one buffer, which is returned.
+/// Compresses the views and packs them into one buffer.
 ///
 /// # Errors
 /// [`WriteError`] if a view has no bytes, or the buffer exceeds `limit`.
@@ -92,7 +90,6 @@ fn describe_stream(stream: &Stream, offset: usize, length: usize, n_unpacked: us
     description
 }
 
-/// Leaves the buffer of compressed bytes, and a fallback buffer for the decompressed ones.
 fn name_buffers(document: &mut Value, n_bytes: usize, n_unpacked: usize) {
     if let Some(document) = document.as_object_mut() {
         document.shift_remove("buffers");
@@ -107,7 +104,7 @@ fn name_buffers(document: &mut Value, n_bytes: usize, n_unpacked: usize) {
     }
 }
 
-/// Returns the content of each view that holds elements of one kind, read by accessors only.
+// Only views with elements of one kind, read by accessors alone, are compressed.
 fn streams(draft: &mut Draft) -> Vec<Option<Stream>> {
     let n = draft.views.len();
     let others = find_referenced(&mut draft.document, &[&VIEWS_OF_ACCESSORS[1..], &OTHER_VIEWS].concat(), n);
@@ -167,7 +164,7 @@ fn merge_views(draft: &mut Draft) {
     for (view, stream) in streams.iter().enumerate() {
         let (Some(stream), Some(own)) = (stream, &draft.views[view]) else { continue };
         let place = *places.entry(stream).or_insert(view);
-        // // Views with several vertex arrays must state their stride.
+        // Views with several vertex arrays must state their stride.
         if stream.says[0] == u64::from(VERTICES) {
             draft.document["bufferViews"][place]["byteStride"] = stream.stride.into();
         }

@@ -1,6 +1,4 @@
-//! Packed glTF: positions, directions, colours and texture coordinates in small integers, and compressed buffers.
-//!
-//! Extensions: `KHR_mesh_quantization`, `KHR_texture_transform`, `EXT_meshopt_compression`.
+//! Packed glTF: vertex values in small integers, and compressed buffers.
 
 #[cfg(feature = "meshopt")]
 mod compress;

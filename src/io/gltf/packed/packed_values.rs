@@ -14,13 +14,12 @@ use crate::mesh::{PositionGrid, Role};
 pub(in crate::io::gltf) struct PrimitivePacking<'a> {
     pub grid: Option<&'a PositionGrid>,
     pub uvs: &'a UvGrids,
-    /// Material, the key of these grids.
+    // Material, which is the key of `uvs`.
     pub surface: Option<usize>,
     pub compress: bool,
 }
 
 impl PrimitivePacking<'_> {
-    /// Returns positions as grid numbers, n x 3, and their storage.
     pub fn pack_positions(&self, positions: &[[f32; 3]]) -> Option<(Vec<f32>, NumberStorage)> {
         let grid = self.grid?;
         let numbers: Vec<[i64; 3]> = positions.iter().map(|p| grid.round(p.map(f64::from))).collect();
@@ -29,7 +28,7 @@ impl PrimitivePacking<'_> {
         Some((numbers.into_iter().flatten().map(|x| x as f32).collect(), stored))
     }
 
-    /// Returns the displacements of a morph target (n x 3) in grid steps, whole ones if 16 bits suffice.
+    /// Returns a morph target's displacements (n x 3) in grid steps.
     pub fn pack_displacements(&self, values: &[f32], stored: &NumberStorage) -> Option<(Vec<f32>, NumberStorage)> {
         let step = self.grid?.step;
         let sparse = stored.sparse && !self.compress;
@@ -44,7 +43,6 @@ impl PrimitivePacking<'_> {
         }
     }
 
-    /// Returns the storage of a morph target's direction changes, n x 3: bytes if none exceeds one.
     pub fn direction_storage(&self, values: &[f32], stored: &NumberStorage) -> NumberStorage {
         let sparse = stored.sparse && !self.compress;
         let is_small = values.iter().all(|x| x.abs() <= 1.0);
@@ -55,12 +53,11 @@ impl PrimitivePacking<'_> {
         }
     }
 
-    /// Returns whether values of this role use the filter for directions.
     pub fn is_filtered(&self, kind: (Role, usize)) -> bool {
         self.compress && compress::CAN_COMPRESS && matches!(kind, (Role::Normal, 3) | (Role::Tangent, 4))
     }
 
-    /// Returns the storage of the attribute `name`; puts texture coordinates on their grid.
+    /// Returns the storage of an attribute; puts texture coordinates on their grid.
     pub fn pack_attribute(
         &self,
         name: &str,
@@ -77,7 +74,6 @@ impl PrimitivePacking<'_> {
         }
     }
 
-    /// Puts texture coordinates on their grid, or stores them as fractions if they are between 0 and 1.
     fn pack_uvs(&self, name: &str, values: &mut [f32]) -> Option<NumberStorage> {
         match self.surface.and_then(|surface| self.uvs.grid(surface, name)) {
             Some(grid) => values.as_chunks_mut::<2>().0.iter_mut().for_each(|uv| *uv = grid.share(*uv)),
@@ -88,13 +84,13 @@ impl PrimitivePacking<'_> {
         Some(NumberStorage { component: UNSIGNED_SHORT, normalized: true, ..NumberStorage::floats("VEC2") })
     }
 
-    /// Sorts joints by weight and rounds weights to 255ths that sum to one (n x `n_slots` each).
+    /// Sorts joints by weight; rounds weights to 255ths that sum to one (n x `n_slots`).
     pub fn pack_skin(&self, joints: &mut [f32], weights: &mut [f32], n_slots: usize) -> NumberStorage {
         for (joints, weights) in joints.chunks_exact_mut(n_slots).zip(weights.chunks_exact_mut(n_slots)) {
             let mut bound: Vec<(f32, f32)> = joints.iter().copied().zip(weights.iter().copied()).collect();
             bound.sort_by(|a, b| b.1.total_cmp(&a.1));
             let mut shares: Vec<i32> = bound.iter().map(|(_, weight)| (weight * 255.0).round() as i32).collect();
-            // // The largest weight takes the rounding error: at most half a 255th per slot.
+            // The largest weight takes the rounding error: at most half a 255th per slot.
             shares[0] += 255 - shares.iter().sum::<i32>();
             for (slot, ((joint, _), share)) in bound.into_iter().zip(shares).enumerate() {
                 (joints[slot], weights[slot]) = (if share > 0 { joint } else { 0.0 }, share as f32 / 255.0);
@@ -104,7 +100,6 @@ impl PrimitivePacking<'_> {
     }
 }
 
-/// Appends directions (n x 3 or 4) through the octahedral filter and returns their accessor.
 pub(in crate::io::gltf) fn push_directions(draft: &mut Draft, values: &[f32], width: usize) -> Value {
     let four = |row: &[f32]| [row[0], row[1], row[2], row.get(3).copied().unwrap_or(0.0)];
     let rows: Vec<[f32; 4]> = values.chunks_exact(width).map(four).collect();
@@ -121,7 +116,6 @@ fn fraction_storage(component: u32, shape: &str) -> NumberStorage {
     NumberStorage { component, normalized: true, ..NumberStorage::floats(shape) }
 }
 
-/// Returns the 16-bit storage of whole numbers, or `None` if they do not fit.
 fn whole_number_storage(numbers: impl Iterator<Item = i64>, shape: &str) -> Option<NumberStorage> {
     let (low, high) = numbers.fold((0, 0), |(low, high), x| (x.min(low), x.max(high)));
     let component = match (low, high) {

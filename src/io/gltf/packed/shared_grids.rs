@@ -1,4 +1,4 @@
-//! Grids shared by meshes of an asset: those of one skin, and those that touch.
+//! Grids shared by meshes of an asset.
 
 use glam::DMat4;
 use rustc_hash::FxHashMap;
@@ -12,11 +12,9 @@ use crate::mesh::longest_side;
 use crate::mesh::union_find::UnionFind;
 
 impl Asset {
-    /// Chooses the packing of parts (per level one for each of [`parts`](Self::parts)), with notes on those that stay
-    /// unpacked.
+    /// Chooses the packing of parts, per level one for each of [`parts`](Self::parts); notes name unpacked parts.
     ///
-    /// Meshes of one skin share a grid, as do meshes with one transform that share a position. If vertices would merge
-    /// or faces lose their area, the grid is refined, or positions stay single precision.
+    /// Meshes of one skin share a grid, as do meshes with one transform and a common position.
     ///
     /// ```
     /// use neural_mesh::io::{Asset, SimplifiedPart, PackOptions};
@@ -45,8 +43,7 @@ impl Asset {
         (Packing { grids, compress: options.compress }, notes)
     }
 
-    /// Returns, per part, the longest side of the box around all parts on its grid, which [`packing`](Self::packing)
-    /// divides into steps.
+    /// Returns, per part, the longest side of its grid's box.
     pub fn packing_sides(&self) -> Vec<f64> {
         let mut sides = vec![0.0; self.parts().len()];
         for members in self.grid_sharing().0 {
@@ -57,7 +54,6 @@ impl Asset {
         sides
     }
 
-    /// Returns the sets of parts that share a grid, and per part whether it must have none.
     fn grid_sharing(&self) -> (Vec<Vec<usize>>, Vec<bool>) {
         let n = self.parts().len();
         let (mut sets, mut has_no_grid) = (UnionFind::new(n), self.parts_without_grid());
@@ -69,11 +65,11 @@ impl Asset {
         (members, has_no_grid)
     }
 
-    /// Marks parts whose coordinates something else relies on: lines or points in the mesh, instances, physics.
     fn parts_without_grid(&self) -> Vec<bool> {
         let root = &self.container.root;
         let names = self.document.get("extensionsUsed").and_then(Value::as_array).into_iter().flatten();
         let has_bodies = names.filter_map(Value::as_str).any(|name| name.contains("physics"));
+        // Lines, points, instances and physics rely on the original coordinates.
         let has_no_grid = |&mesh: &usize| {
             let is_repeated = root.nodes.iter().any(|node| node.mesh == Some(mesh) && node.instances().is_some());
             let mut primitives = root.meshes.get(mesh).into_iter().flat_map(|mesh| &mesh.primitives);
@@ -82,8 +78,8 @@ impl Asset {
         self.meshes.iter().map(has_no_grid).collect()
     }
 
-    /// Joins the parts of one skin, whose matrices undo the grid of them all.
     fn join_by_skins(&self, sets: &mut UnionFind, has_no_grid: &mut [bool]) {
+        // The matrices of a skin undo one grid, which all its parts share.
         let mut first: FxHashMap<usize, Option<usize>> = FxHashMap::default();
         for node in &self.container.root.nodes {
             let (Some(skin), Some(mesh)) = (node.skin, node.mesh) else { continue };
@@ -102,7 +98,7 @@ impl Asset {
         let mut first_at: FxHashMap<([u64; 16], [u64; 3]), u32> = FxHashMap::default();
         for placed in placements(&self.container.data()).unwrap_or_default() {
             let Ok(part) = self.meshes.binary_search(&placed.mesh) else { continue };
-            // Skinned meshes are positioned by their joints, so they can meet whatever their nodes.
+            // Joints position skinned meshes, so these can meet whatever their nodes.
             let transform = if placed.skinned { DMat4::IDENTITY } else { placed.transform };
             let transform = transform.to_cols_array().map(|x| (x + 0.0).to_bits());
             for position in &self.parts()[part].mesh.positions {

@@ -1,4 +1,4 @@
-//! Undoes the grids of positions in the transforms of nodes and the matrices of skins.
+//! Transforms that undo the grids of positions.
 
 use std::collections::BTreeMap;
 
@@ -37,9 +37,9 @@ pub(in crate::io::gltf) fn undo_position_grids(
     of_skins.into_iter().for_each(|(skin, grid)| place_skin(asset, draft, skin, &grid));
 }
 
-/// Marks nodes whose transform must not change: those with a name, children or extensions, and those referred to.
+// Names, children, extensions and references of a node rely on its transform.
 fn fixed_nodes(document: &Value, n_nodes: usize) -> Vec<bool> {
-    // // The nodes of an avatar are bones even if unnamed.
+    // The nodes of an avatar are bones even if unnamed.
     let mut is_held: Vec<bool> = vec![is_vrm(document); n_nodes];
     let holds = ["name", "children", "camera", "extensions", "extras"];
     for (node, mark) in document["nodes"].as_array().into_iter().flatten().zip(&mut is_held) {

@@ -1,6 +1,6 @@
-//! Texture coordinates on grids, which texture transforms of the materials undo.
+//! Texture coordinates on grids, which texture transforms undo.
 //!
-//! Materials on the same faces share a grid. Coordinates have none if one of their uses supports no transform.
+//! Materials on the same faces share a grid.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,7 +15,6 @@ use crate::mesh::Role;
 use crate::mesh::union_find::UnionFind;
 
 pub(in crate::io::gltf) const TRANSFORM: &str = "KHR_texture_transform";
-/// Bits per coordinate for one repeat of a texture.
 const BITS: u32 = 12;
 const WHOLE: f64 = 65_535.0;
 
@@ -26,11 +25,10 @@ pub(in crate::io::gltf) struct UvGrid {
 }
 
 impl UvGrid {
-    /// Chooses the grid of a box: 12 bits for a side of one texture, up to 16 for longer ones.
     fn for_box([low, high]: [[f32; 2]; 2]) -> Option<Self> {
         let step = |axis: usize| {
             let side = f64::from(high[axis]) - f64::from(low[axis]);
-            // Long sides get more bits, so that a texel keeps its precision.
+            // A side of one texture has 12 bits; long sides get more, so that a texel keeps its precision.
             let is_fine = |bits: &u32| side <= 1.01 * f64::from((1u32 << bits) - 1) / f64::from((1u32 << BITS) - 1);
             let bits = (BITS..16).find(is_fine).unwrap_or(16);
             f64::from((side / f64::from((1u32 << bits) - 1)) as f32).max(f64::EPSILON)
@@ -39,7 +37,6 @@ impl UvGrid {
         is_finite.then(|| Self { origin: low.map(f64::from), step: [step(0), step(1)] })
     }
 
-    /// Returns coordinates as fractions of the largest stored number.
     pub fn share(&self, uv: [f32; 2]) -> [f32; 2] {
         let number = |axis: usize| ((f64::from(uv[axis]) - self.origin[axis]) / self.step[axis]).round();
         std::array::from_fn(|axis| (number(axis).clamp(0.0, WHOLE) / WHOLE) as f32)
@@ -49,7 +46,7 @@ impl UvGrid {
         let UvTransform { offset, scale, .. } = UvTransform::from_use(used);
         let held = used["extensions"][TRANSFORM].take();
         let mut transform = if held.is_object() { held.clone() } else { json!({}) };
-        // Through the shortest text of a single, as readers store it.
+        // Readers store a single, so the shortest text of a single suffices.
         let number = |x: f64| json!((x as f32).to_string().parse::<f64>().unwrap_or(x));
         transform["offset"] = [0, 1].map(|axis| number(offset[axis] + scale[axis] * self.origin[axis])).to_vec().into();
         transform["scale"] = [0, 1].map(|axis| number(scale[axis] * self.step[axis] * WHOLE)).to_vec().into();
@@ -57,7 +54,6 @@ impl UvGrid {
     }
 }
 
-/// Grids of texture coordinates by material and attribute name.
 #[derive(Debug, Default)]
 pub(in crate::io::gltf) struct UvGrids {
     grids: BTreeMap<(usize, String), UvGrid>,
@@ -68,16 +64,14 @@ impl UvGrids {
         self.grids.get(&(surface, name.to_string()))
     }
 
-    /// Chooses the grids of a mesh with one material per group, some of them textured.
     pub fn of_groups(part: &SimplifiedPart, is_textured: impl Fn(u32) -> bool) -> Self {
         let mut boxes = Boxes::default();
         boxes.add(part, |group| is_textured(group).then_some(group as usize));
         Self { grids: boxes.grids(|_, name| name == "TEXCOORD_0") }
     }
 
-    /// Chooses the grids of an asset's parts (per level, with their mesh indices) by material.
     pub fn of_asset(document: &Value, root: &Root, meshes: &[usize], levels: &[&[SimplifiedPart]]) -> Self {
-        // Transforms of the document's own would overwrite ours.
+        // Transforms of the document would overwrite these.
         if forbids_transforms(document) {
             return Self::default();
         }
@@ -105,7 +99,7 @@ impl UvGrids {
         Self { grids: (0..uses.len()).flat_map(of_surface).collect() }
     }
 
-    /// Makes the materials of a document undo the grids; `surface` maps a material to its key.
+    /// Makes the materials undo the grids; `surface` maps a material to its key.
     pub fn undo(&self, document: &mut Value, surface: impl Fn(usize) -> usize) {
         let Some(Value::Array(materials)) = document.get_mut("materials") else { return };
         let mut is_undone = false;
@@ -154,14 +148,12 @@ impl Boxes {
     }
 }
 
-/// Extends a box to these coordinates; non-finite ones count as 0, as they are written.
 fn widen([low, high]: [[f32; 2]; 2], uv: &[f32]) -> [[f32; 2]; 2] {
+    // Coordinates that are not finite are written as 0.
     let finite = |axis: usize| if uv[axis].is_finite() { uv[axis] } else { 0.0 };
     [[0, 1].map(|axis| low[axis].min(finite(axis))), [0, 1].map(|axis| high[axis].max(finite(axis)))]
 }
 
-/// Finds materials on the same faces, and coordinates that cannot have a grid: of kept primitives, or moved by morph
-/// targets.
 fn shared_and_closed(
     document: &Value,
     root: &Root,
@@ -175,6 +167,7 @@ fn shared_and_closed(
             for pair in surfaces.windows(2) {
                 sharing.union(pair[0] as u32, pair[1] as u32);
             }
+            // Kept primitives and coordinates moved by morph targets cannot have a grid.
             let is_ours = meshes.contains(&mesh) && primitive.triangle_positions().is_some();
             let moved = primitive.targets.iter().flat_map(|target| target.keys());
             let kept = primitive.attributes.keys().filter(|_| !is_ours);
@@ -201,7 +194,6 @@ fn surfaces(primitive: &Value, n_materials: usize) -> Vec<usize> {
     all.filter_map(index).filter(|&material| material < n_materials).collect()
 }
 
-/// Returns the coordinate names that a material's textures use; none if a rotation is among them.
 fn coordinates_used(material: &Value) -> BTreeSet<String> {
     let (mut names, mut is_turned) = (BTreeSet::new(), false);
     for_each_texture_use(&mut material.clone(), &mut |used| {
@@ -209,12 +201,12 @@ fn coordinates_used(material: &Value) -> BTreeSet<String> {
         is_turned |= used.get("extensions").is_some_and(|extensions| !extensions.is_object());
         names.insert(coordinates(used));
     });
+    // A rotation forbids grids on all coordinates of the material.
     if is_turned { BTreeSet::new() } else { names }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::io::gltf) struct UvTransform {
-    /// Offset, applied after the scale.
     pub offset: [f64; 2],
     pub scale: [f64; 2],
     pub is_turned: bool,
@@ -239,7 +231,7 @@ pub(in crate::io::gltf) fn coordinates(used: &Value) -> String {
     format!("TEXCOORD_{set}")
 }
 
-/// Passes on every texture use within a material: every object with an `index`.
+/// Calls `show` with every use of a texture in a material.
 pub(in crate::io::gltf) fn for_each_texture_use(value: &mut Value, show: &mut dyn FnMut(&mut Value)) {
     match value {
         Value::Array(values) => values.iter_mut().for_each(|value| for_each_texture_use(value, show)),
