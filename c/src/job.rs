@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use neural_mesh::io::{Folder, Format, OutputFile, ReadMesh, read_file, write_files};
-use neural_mesh::job::{Document, Files, Job, Outcome, Part, Watch, run};
+use neural_mesh::job::{Document, Files, Job, JobOutcome, JobStage, Watch, run};
 use neural_mesh::mesh::RawMesh;
 use neural_mesh::simplify::{Event, Simplified};
 use rayon::ThreadPoolBuilder;
@@ -51,7 +51,7 @@ enum MeshSource {
 
 /// Result of a job.
 pub struct NmResult {
-    outcome: Outcome,
+    outcome: JobOutcome,
     report: CString,
     /// File of each level, or one file of all levels.
     files: Vec<Files>,
@@ -219,7 +219,7 @@ fn run_job(options: &NamedOptions, source: MeshSource, mut watcher: Watcher) -> 
     let arguments = options.to_arguments()?;
     let format = arguments.format.as_deref().map_or(Some(Format::Ply), Format::from_name);
     let mut job = arguments.job_as(format.ok_or_else(|| CallError::new("format", "is not known"))?)?;
-    watcher.begin(Part::Read);
+    watcher.begin(JobStage::Read);
     let document = match source {
         MeshSource::None => return Err(CallError("no mesh: read one first".into())),
         MeshSource::File(bytes, name, folder) => {
@@ -259,7 +259,7 @@ impl Watcher<'_> {
 }
 
 impl Watch for Watcher<'_> {
-    fn begin(&mut self, _: Part) {}
+    fn begin(&mut self, _: JobStage) {}
 
     fn event(&mut self, event: Event) -> ControlFlow<()> {
         self.report_progress(event.total, event.stage)

@@ -6,10 +6,10 @@ use neural_mesh::io::{self, OutputFile};
 
 use crate::failure::Failure;
 use crate::files::{self, Pending};
-use neural_mesh::job::Report;
+use neural_mesh::job::JobReport;
 
 pub struct Done {
-    pub report: Report,
+    pub report: JobReport,
     /// Summary of the cleaning.
     pub cleaned: String,
     pub bytes: Option<Vec<u8>>,
@@ -23,7 +23,7 @@ type WriteBeside<'a> = dyn Fn(&Path, &[OutputFile]) -> Result<(), Failure> + 'a;
 
 impl Done {
     /// Moves all results into place; returns the report and the summary of the cleaning.
-    pub fn put(self) -> Result<(Report, String), Failure> {
+    pub fn put(self) -> Result<(JobReport, String), Failure> {
         let force = self.force;
         self.put_by(&|folder, beside| write_beside(folder, beside, force), files::place)
     }
@@ -32,7 +32,7 @@ impl Done {
         self,
         write_beside: &WriteBeside,
         place: fn(Vec<Pending>) -> Result<(), Failure>,
-    ) -> Result<(Report, String), Failure> {
+    ) -> Result<(JobReport, String), Failure> {
         self.check()?;
         self.bytes.iter().try_for_each(|bytes| files::write_to_stdout(bytes))?;
         self.beside.iter().try_for_each(|(folder, beside)| write_beside(folder, beside))?;

@@ -1,6 +1,6 @@
 //! Picture of a mesh before and after simplification.
 
-use neural_mesh::job::{Document, Outcome, Report, Seen};
+use neural_mesh::job::{Document, JobOutcome, JobReport, PlacedSurface};
 use neural_mesh::metrics::farthest_point;
 use neural_mesh::picture::{Coat, CornerNormals, PictureOptions, ShadedMesh, encode_png, render_shaded};
 
@@ -14,7 +14,7 @@ const SAMPLES: usize = 20_000;
 const NOTHING: f64 = 1e-4;
 
 pub struct PicturedMesh<'a> {
-    seen: Seen<'a>,
+    seen: PlacedSurface<'a>,
     coat: Option<Coat>,
     normals: Option<CornerNormals>,
 }
@@ -29,16 +29,17 @@ impl PicturedMesh<'_> {
 pub fn prepare_picture<'a>(
     request: &Request,
     document: &'a Document,
-    outcome: &mut Outcome,
+    outcome: &mut JobOutcome,
 ) -> Result<Option<[PicturedMesh<'a>; 2]>, Failure> {
     let Some(result) = outcome.results.first().filter(|_| request.picture.is_some()) else { return Ok(None) };
-    let (dress, notes) = (outcome.dress.as_ref(), &mut outcome.report.notes);
+    let (baked, notes) = (outcome.baked.as_ref(), &mut outcome.report.notes);
     let (looks, missing) = document.looks(request.job.allow_outside);
-    let [before, after] = document.seen(result).map_err(|error| Failure::in_file(&request.source.path, error))?;
+    let [before, after] =
+        document.place_surfaces(result).map_err(|error| Failure::in_file(&request.source.path, error))?;
     let (coat, not_drawn) = Coat::new(&before.attributes, &looks);
     let fresh: Vec<String> = missing.into_iter().chain(not_drawn).filter(|note| !notes.contains(note)).collect();
     notes.extend(fresh);
-    let worn = dress.map_or((&*after.attributes, &looks), |dress| (&dress.attributes, &dress.looks));
+    let worn = baked.map_or((&*after.attributes, &looks), |baked| (&baked.attributes, &baked.looks));
     let (coat_after, normals_after) = (Coat::new(worn.0, worn.1).0, CornerNormals::new(worn.0));
     let normals = CornerNormals::new(&before.attributes);
     let after = PicturedMesh { seen: after, coat: coat_after, normals: normals_after };
@@ -51,7 +52,7 @@ pub fn prepare_picture<'a>(
 pub fn draw_picture(
     request: &Request,
     pictured: Option<&[PicturedMesh; 2]>,
-    report: &Report,
+    report: &JobReport,
 ) -> Result<Option<Pending>, Failure> {
     let (Some(path), Some(pictured)) = (&request.picture, pictured) else { return Ok(None) };
     let meshes = pictured.each_ref().map(PicturedMesh::to_shaded);

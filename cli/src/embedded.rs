@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use neural_mesh::io::{Folder, Format, ReadMesh};
-use neural_mesh::job::{Arguments, Document, Goal, Part, Watch};
+use neural_mesh::job::{Arguments, Document, Goal, JobStage, Watch};
 use neural_mesh::mesh::RawMesh;
 use neural_mesh::simplify::{Listener, Record, Simplified, simplify_recorded};
 use serde::Deserialize;
@@ -104,7 +104,7 @@ pub fn simplify(
     request.source.as_one |= matches!(given, Some(InputMesh::Mesh(..)));
     let weights = read_weights(request.weights.as_deref(), request.job.options.assembly)?;
     let mut progress = Progress::with_listener(listener);
-    progress.begin(Part::Read);
+    progress.begin(JobStage::Read);
     let document = open_document(given, &mut request)?;
     let (done, results) = simplify_document(&document, &request, weights.as_ref(), &mut progress)?;
     if is_wanted().is_break() {
@@ -134,7 +134,7 @@ fn open_document(given: Option<InputMesh>, request: &mut Request) -> Result<Docu
     match given {
         Some(InputMesh::Mesh(mesh, factors)) => {
             let document = Document::from_mesh(*mesh, &request.job).map_err(|error| request.failure(error))?;
-            Ok(document.weighed(factors))
+            Ok(document.with_importance(factors))
         }
         Some(InputMesh::File(bytes, name)) => {
             if request.follows_input {

@@ -41,7 +41,7 @@ struct Info {
     components: usize,
     euler: i64,
     genus: Option<usize>,
-    cleaned: job::Cleaned,
+    cleaned: job::CleaningFigures,
     carries: Vec<String>,
     /// Contents of a glTF; the other fields describe its meshes joined.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use neural_mesh::io::{self, Format};
-use neural_mesh::job::{Part, Watch};
+use neural_mesh::job::{JobStage, Watch};
 use neural_mesh::mesh::{PointCloud, RawMesh, TriMesh, point_cloud, topology};
 use neural_mesh::model::Weights;
 use neural_mesh::simplify::{Assembly, MeshedPoints, SimplifyError, mesh_points};
@@ -21,7 +21,7 @@ use crate::read::read_weights;
 use crate::simplify::in_pool;
 use crate::words::{Voice, group_digits};
 
-const COSTS: [(Part, f64); 3] = [(Part::Read, 0.03), (Part::Simplify, 0.95), (Part::Write, 0.02)];
+const COSTS: [(JobStage, f64); 3] = [(JobStage::Read, 0.03), (JobStage::Simplify, 0.95), (JobStage::Write, 0.02)];
 
 struct MeshPointsRequest {
     args: MeshPointsArgs,
@@ -76,10 +76,10 @@ fn run_in_pool(request: &MeshPointsRequest) -> Result<(), Failure> {
     let MeshPointsRequest { args, .. } = request;
     let began = Instant::now();
     let mut progress = Progress::new(args.quiet, Plan::new(&COSTS));
-    progress.begin(Part::Read);
+    progress.begin(JobStage::Read);
     let raw = io::read_points(&files::read(&args.input)?).map_err(|error| Failure::in_file(&args.input, error))?;
     let meshed = MeshedCloud::new(raw, args, &mut progress)?;
-    progress.begin(Part::Write);
+    progress.begin(JobStage::Write);
     let (bytes, mut pending) = prepare_output(request, &meshed)?;
     let report = create_report(args, &meshed, began.elapsed().as_secs_f64());
     let json = files::prepare_json(args.report.as_deref(), &report, args.force, &mut pending)?;
@@ -163,7 +163,7 @@ fn mesh_cloud(
 ) -> Result<MeshedPoints, Failure> {
     let n_points = cloud.points.len();
     let of_ratio = args.ratio.map(|ratio| (n_points as f64 * ratio) as usize);
-    let n_vertices = args.vertices.map(|count| count.of(n_points)).or(of_ratio).unwrap_or(n_points);
+    let n_vertices = args.vertices.map(|count| count.resolve(n_points)).or(of_ratio).unwrap_or(n_points);
     let result = mesh_points(&cloud.points, n_vertices, weights, args.seed, &mut |event| progress.event(event));
     result.map_err(|error| match error {
         SimplifyError::Interrupted => Failure::Interrupted,

@@ -1,6 +1,6 @@
 //! Parsers for typed numbers such as `10%`, `10k`, `1.5M`.
 
-use neural_mesh::job::scaled;
+use neural_mesh::job::parse_scaled;
 
 /// Upper bound on threads, above any machine's number of cores.
 pub const MOST_THREADS: u64 = 1024;
@@ -59,7 +59,7 @@ pub const GIB: &str = "a number of GiB above 0, like 4";
 
 /// Returns a parser for numbers in a range that `taken` describes.
 pub fn number(taken: &'static str, is_in_range: fn(f64) -> bool) -> impl Fn(&str) -> Result<f64, String> + Clone {
-    move |text| scaled(text, 0).filter(|value| is_in_range(*value)).ok_or_else(|| format!("give {taken}"))
+    move |text| parse_scaled(text, 0).filter(|value| is_in_range(*value)).ok_or_else(|| format!("give {taken}"))
 }
 
 #[cfg(test)]

@@ -7,7 +7,8 @@ use std::time::Instant;
 use neural_mesh::blocks::{OutOfCoreError, OutOfCoreResult, WorkingSpace, simplify_pieces};
 use neural_mesh::io::{self, Extra, Model, Pieces, WriteOptions};
 use neural_mesh::job::{
-    Distance, Goal, Output, Part, Report, SAMPLES, Seconds, Size, outcome_words, score_words, target_words,
+    DistanceFigures, Goal, JobReport, JobStage, OutputFigures, SAMPLES, Seconds, Size, outcome_words, score_words,
+    target_words,
 };
 use neural_mesh::mesh::Attributes;
 use neural_mesh::metrics::QuickDistance;
@@ -45,22 +46,22 @@ pub fn simplify_in_blocks(
     let mut options = request.job.options.clone();
     options.target = request.job.target(usize::try_from(pieces.n_faces()).unwrap_or(usize::MAX));
     let check = if request.job.check { CHECK } else { 0.0 };
-    progress.follow(Plan::new(&[(Part::Simplify, SIMPLIFY), (Part::Check, check)]));
+    progress.follow(Plan::new(&[(JobStage::Simplify, SIMPLIFY), (JobStage::Check, check)]));
     let refused = |error| match error {
         OutOfCoreError::Simplify(SimplifyError::Interrupted) => Failure::Interrupted,
         error => Failure::in_file(path, error),
     };
-    let found = simplify_pieces(&pieces, weights, &options, &room, &mut show_step(progress, Part::Simplify));
+    let found = simplify_pieces(&pieces, weights, &options, &room, &mut show_step(progress, JobStage::Simplify));
     let found = found.map_err(refused)?;
     let mut seconds = Seconds { simplify: began.elapsed().as_secs_f64(), ..Seconds::default() };
     let began = Instant::now();
     let n_samples = if request.job.check { SAMPLES } else { 0 };
-    let distance = found.distance(n_samples, 0, &mut show_step(progress, Part::Check)).map_err(refused)?;
+    let distance = found.distance(n_samples, 0, &mut show_step(progress, JobStage::Check)).map_err(refused)?;
     seconds.check = began.elapsed().as_secs_f64();
     prepare_output(request, found, (options.target, distance), seconds).map(Some)
 }
 
-fn show_step(progress: &mut Progress, part: Part) -> impl FnMut(f64) -> ControlFlow<()> + Send {
+fn show_step(progress: &mut Progress, part: JobStage) -> impl FnMut(f64) -> ControlFlow<()> + Send {
     move |done| {
         progress.move_on(part, done);
         ControlFlow::Continue(())
@@ -127,19 +128,19 @@ fn prepare_output(
     seconds.write = began.elapsed().as_secs_f64();
     let in_blocks = format!("simplified in {} blocks to save memory", found.n_blocks);
     let notes = written.notes.into_iter().chain([in_blocks]).collect();
-    let mut report = Report { notes, seconds, ..create_report(request, &found, target) };
+    let mut report = JobReport { notes, seconds, ..create_report(request, &found, target) };
     report.output.vertices_written = written.n_vertices;
-    report.distance = distance.as_ref().map(Distance::of);
+    report.distance = distance.as_ref().map(DistanceFigures::new);
     let json = files::prepare_json(request.report.as_deref(), &report, request.force, &mut pending)?;
     let cleaned = found.counts.to_string();
     Ok(Done { report, cleaned, bytes: bytes.or(json), pending, beside: None, force: request.force })
 }
 
-fn create_report(request: &Request, found: &OutOfCoreResult, target: Target) -> Report {
+fn create_report(request: &Request, found: &OutOfCoreResult, target: Target) -> JobReport {
     let simplified = &found.simplified;
-    Report {
+    JobReport {
         input: Size { vertices: found.n_vertices, faces: found.n_faces, shape: None },
-        output: Output::of(Size::of(&simplified.mesh, request.report.is_some()), &simplified.report),
+        output: OutputFigures::new(Size::measure(&simplified.mesh, request.report.is_some()), &simplified.report),
         target: target_words(&request.job.goal, target),
         outcome: outcome_words(&simplified.report.outcome),
         scores: score_words(simplified.report.scores),

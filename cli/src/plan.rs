@@ -1,20 +1,20 @@
 //! Steps of a run with their costs, so that the progress bar moves evenly.
 
 use neural_mesh::io::Format;
-use neural_mesh::job::{Goal, Part};
+use neural_mesh::job::{Goal, JobStage};
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::simplify::{Assembly, Target};
 
 use crate::request::Request;
 
-pub const fn describe_step(part: Part) -> &'static str {
+pub const fn describe_step(part: JobStage) -> &'static str {
     match part {
-        Part::Read => "reading",
-        Part::Simplify => "simplifying",
-        Part::Bake => "baking textures",
-        Part::Check => "measuring the distance",
-        Part::Write => "writing",
-        Part::Picture => "drawing",
+        JobStage::Read => "reading",
+        JobStage::Simplify => "simplifying",
+        JobStage::Bake => "baking textures",
+        JobStage::Check => "measuring the distance",
+        JobStage::Write => "writing",
+        JobStage::Picture => "drawing",
     }
 }
 
@@ -47,10 +47,10 @@ const BAKE: f64 = 50_000.0;
 const PICTURE: f64 = 600.0;
 
 #[derive(Clone, Debug)]
-pub struct Plan(Vec<(Part, f64)>);
+pub struct Plan(Vec<(JobStage, f64)>);
 
 impl Plan {
-    pub fn new(parts: &[(Part, f64)]) -> Self {
+    pub fn new(parts: &[(JobStage, f64)]) -> Self {
         Self(parts.to_vec())
     }
 
@@ -70,17 +70,17 @@ impl Plan {
         };
         let given = |is_asked: bool, cost: f64| if is_asked { cost } else { 0.0 };
         Self::new(&[
-            (Part::Read, reading_cost(request)),
-            (Part::Simplify, simplify),
-            (Part::Bake, given(request.job.bake.is_some(), BAKE * ratio)),
-            (Part::Check, given(request.job.check, n_levels * interpolate(ratio, CHECK))),
-            (Part::Write, WRITE * ratio),
-            (Part::Picture, given(request.picture.is_some(), PICTURE)),
+            (JobStage::Read, reading_cost(request)),
+            (JobStage::Simplify, simplify),
+            (JobStage::Bake, given(request.job.bake.is_some(), BAKE * ratio)),
+            (JobStage::Check, given(request.job.check, n_levels * interpolate(ratio, CHECK))),
+            (JobStage::Write, WRITE * ratio),
+            (JobStage::Picture, given(request.picture.is_some(), PICTURE)),
         ])
     }
 
     /// Returns the finished share of the run when `of_part` of a step is done; 0 for steps outside the plan.
-    pub fn share_done(&self, part: Part, of_part: f64) -> f64 {
+    pub fn share_done(&self, part: JobStage, of_part: f64) -> f64 {
         let all: f64 = self.0.iter().map(|(_, cost)| cost).sum();
         let Some(at) = self.0.iter().position(|(other, _)| *other == part) else { return 0.0 };
         let before: f64 = self.0[..at].iter().map(|(_, cost)| cost).sum();
@@ -119,9 +119,19 @@ mod tests {
 
     #[test]
     fn parts_share_the_run_by_their_costs() {
-        let plan = Plan::new(&[(Part::Read, 1.0), (Part::Simplify, 6.0), (Part::Check, 0.0), (Part::Write, 3.0)]);
-        let done =
-            [(Part::Read, 0.5), (Part::Simplify, 0.0), (Part::Simplify, 1.0), (Part::Check, 0.5), (Part::Write, 2.0)];
+        let plan = Plan::new(&[
+            (JobStage::Read, 1.0),
+            (JobStage::Simplify, 6.0),
+            (JobStage::Check, 0.0),
+            (JobStage::Write, 3.0),
+        ]);
+        let done = [
+            (JobStage::Read, 0.5),
+            (JobStage::Simplify, 0.0),
+            (JobStage::Simplify, 1.0),
+            (JobStage::Check, 0.5),
+            (JobStage::Write, 2.0),
+        ];
         assert_eq!(done.map(|(part, of_part)| plan.share_done(part, of_part)), [0.05, 0.1, 0.7, 0.7, 1.0]);
     }
 

@@ -4,7 +4,7 @@ use std::cell::{Cell, RefCell};
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use neural_mesh::job::{Part, Seconds, Watch};
+use neural_mesh::job::{JobStage, Seconds, Watch};
 use neural_mesh::simplify::{Event, Listener};
 
 use crate::bar::Bar;
@@ -18,9 +18,9 @@ pub struct Progress {
     /// Words and position of the bar; the position, in steps, never falls.
     shown: Cell<(&'static str, u64)>,
     stages: Vec<(&'static str, f64)>,
-    parts: Vec<(Part, f64)>,
+    parts: Vec<(JobStage, f64)>,
     current: Option<(&'static str, Instant)>,
-    current_part: Option<(Part, Instant)>,
+    current_part: Option<(JobStage, Instant)>,
     listener: Option<Box<Listener<'static>>>,
 }
 
@@ -45,7 +45,7 @@ impl Progress {
         self.plan.replace(plan);
     }
 
-    pub fn move_on(&self, part: Part, done: f64) {
+    pub fn move_on(&self, part: JobStage, done: f64) {
         self.show_at(part, describe_step(part), done);
     }
 
@@ -53,7 +53,7 @@ impl Progress {
         self.bar.suspend(say);
     }
 
-    fn show_at(&self, part: Part, words: &'static str, of_part: f64) {
+    fn show_at(&self, part: JobStage, words: &'static str, of_part: f64) {
         let (_, before) = self.shown.get();
         // A new plan may put the same work at a smaller share, and the bar must not move back.
         let steps = ((STEPS * self.plan.borrow().share_done(part, of_part)) as u64).max(before);
@@ -67,9 +67,9 @@ impl Progress {
         self.end_part();
         let stages = self.stages.iter().map(|(stage, seconds)| (stage.to_string(), (*seconds).into())).collect();
         let of = |part| self.parts.iter().find(|(other, _)| *other == part).map(|(_, seconds)| *seconds);
-        let [read, simplify, write, check] =
-            [Part::Read, Part::Simplify, Part::Write, Part::Check].map(|part| of(part).unwrap_or_default());
-        Seconds { read, simplify, write, check, bake: of(Part::Bake), stages }
+        let [read, simplify, write, check] = [JobStage::Read, JobStage::Simplify, JobStage::Write, JobStage::Check]
+            .map(|part| of(part).unwrap_or_default());
+        Seconds { read, simplify, write, check, bake: of(JobStage::Bake), stages }
     }
 
     fn end_part(&mut self) {
@@ -87,7 +87,7 @@ impl Progress {
 }
 
 impl Watch for Progress {
-    fn begin(&mut self, part: Part) {
+    fn begin(&mut self, part: JobStage) {
         self.end_part();
         self.current_part = Some((part, Instant::now()));
         self.move_on(part, 0.0);
@@ -98,7 +98,7 @@ impl Watch for Progress {
             self.end_stage();
             self.current = Some((event.stage, Instant::now()));
         }
-        self.show_at(Part::Simplify, describe_stage(event.stage), f64::from(event.total));
+        self.show_at(JobStage::Simplify, describe_stage(event.stage), f64::from(event.total));
         self.listener.as_mut().map_or(ControlFlow::Continue(()), |listener| listener(event))
     }
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use neural_mesh::io::Format;
-use neural_mesh::job::{Arguments, Count, Goal, Job, JobError, Names, Value};
+use neural_mesh::job::{Arguments, Count, Goal, Job, JobError, Names, OptionValue};
 
 use crate::args::{LodsByArg, SimplifyArgs};
 use crate::content::Content;
@@ -194,10 +194,10 @@ pub fn job(arguments: &Arguments, format: Option<Format>) -> Result<Job, Failure
 }
 
 pub fn arguments(args: &SimplifyArgs) -> Result<Arguments, Failure> {
-    let number = |count: Count| Value::Text(count.to_string());
-    let text = |text: &String| Value::Text(text.clone());
+    let number = |count: Count| OptionValue::Text(count.to_string());
+    let text = |text: &String| OptionValue::Text(text.clone());
     let optional =
-        |value: &Option<Option<String>>| value.as_ref().map(|it| it.as_ref().map_or(Value::Flag(true), text));
+        |value: &Option<Option<String>>| value.as_ref().map(|it| it.as_ref().map_or(OptionValue::Flag(true), text));
     let whole: Vec<f64> = args.ratio.iter().filter(|of| of.name.is_none()).map(|of| of.share).collect();
     // clap cannot distinguish a second size of the whole from further named shares.
     if whole.len() > 1 {
@@ -205,7 +205,7 @@ pub fn arguments(args: &SimplifyArgs) -> Result<Arguments, Failure> {
         return Err(Failure::Usage(what.into()));
     }
     Ok(Arguments {
-        ratio: whole.first().copied().map(Value::Number),
+        ratio: whole.first().copied().map(OptionValue::Number),
         ratio_of: args.ratio.iter().filter_map(|of| Some((of.name.clone()?, of.share.into()))).collect(),
         vertices: args.vertices.map(number),
         faces: args.faces.map(number),
@@ -215,9 +215,11 @@ pub fn arguments(args: &SimplifyArgs) -> Result<Arguments, Failure> {
         lods_by: args.lods_by.as_ref().map(name_of),
         symmetric: optional(&args.symmetric),
         prune: optional(&args.prune),
-        fill_holes: args.fill_holes.map(|most| most.map_or(Value::Flag(true), |most| Value::Text(most.to_string()))),
+        fill_holes: args
+            .fill_holes
+            .map(|most| most.map_or(OptionValue::Flag(true), |most| OptionValue::Text(most.to_string()))),
         printable: optional(&args.printable),
-        compress: args.compress.as_ref().map(|how| Value::Text(name_of(how))),
+        compress: args.compress.as_ref().map(|how| OptionValue::Text(name_of(how))),
         weld: args.weld.as_ref().map(text),
         ..plain_arguments(args)
     })

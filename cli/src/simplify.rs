@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use neural_mesh::io::{Format, OutputFile};
-use neural_mesh::job::{self, Document, Files, MapFile, Outcome, Part, REACHED, Report, Watch};
+use neural_mesh::job::{self, Document, Files, JobOutcome, JobReport, JobStage, MapFile, REACHED, Watch};
 use neural_mesh::model::Weights;
 use neural_mesh::simplify::Simplified;
 
@@ -56,7 +56,7 @@ fn run_in_pool(mut request: Request) -> Result<(), Failure> {
 }
 
 /// Returns an error if the result misses the target and the request is strict.
-pub fn check_target(request: &Request, report: &Report) -> Result<(), Failure> {
+pub fn check_target(request: &Request, report: &JobReport) -> Result<(), Failure> {
     let mut outcomes = std::iter::once(&report.outcome).chain(report.levels.iter().map(|level| &level.outcome));
     match outcomes.find(|outcome| *outcome != REACHED) {
         Some(outcome) if request.strict => {
@@ -74,7 +74,7 @@ pub fn simplify_file(
     weights: Option<&Weights>,
     progress: &mut Progress,
 ) -> Result<Done, Failure> {
-    progress.begin(Part::Read);
+    progress.begin(JobStage::Read);
     let document = document::open(request)?;
     simplify_document(&document, request, weights, progress).map(|(done, _)| done)
 }
@@ -90,15 +90,15 @@ pub fn simplify_document(
     let failed = |error| request.failure(error);
     let mut outcome = job::run(document, &request.job, weights, progress).map_err(failed)?;
     // Files are only prepared here and moved into place together at the end, so that an error leaves none behind.
-    progress.begin(Part::Write);
+    progress.begin(JobStage::Write);
     let mut files = PreparedFiles::default();
     if !request.stays_in_memory {
         files = prepare_meshes(outcome.write(document, &request.job).map_err(failed)?, request, &mut outcome.report)?;
     }
-    progress.begin(Part::Picture);
+    progress.begin(JobStage::Picture);
     let pictured = prepare_picture(request, document, &mut outcome)?;
     files.pending.extend(draw_picture(request, pictured.as_ref(), &outcome.report)?);
-    let Outcome { mut report, results, .. } = outcome;
+    let JobOutcome { mut report, results, .. } = outcome;
     // The report comes last, since it has the seconds of all steps.
     report.seconds = progress.seconds();
     report.baked.iter_mut().for_each(|baked| baked.seconds = report.seconds.bake.unwrap_or_default());
@@ -118,7 +118,7 @@ struct PreparedFiles {
     beside: Option<(PathBuf, Vec<OutputFile>)>,
 }
 
-fn prepare_meshes(made: Vec<Files>, request: &Request, report: &mut Report) -> Result<PreparedFiles, Failure> {
+fn prepare_meshes(made: Vec<Files>, request: &Request, report: &mut JobReport) -> Result<PreparedFiles, Failure> {
     let mut done = PreparedFiles::default();
     let mut paths = request.outputs().into_iter();
     for files in made {
@@ -142,12 +142,12 @@ fn prepare_meshes(made: Vec<Files>, request: &Request, report: &mut Report) -> R
 
 fn prepare_map(request: &Request, document: &Document, result: &Simplified) -> Result<Option<Pending>, Failure> {
     let (Some(path), Some(map)) = (&request.map, &result.map) else { return Ok(None) };
-    let file = MapFile::of(map, document.file_vertices());
+    let file = MapFile::new(map, document.file_vertices());
     let json = serde_json::to_vec(&file).map_err(|error| Failure::in_file(path, error))?;
     files::prepare(path, &json, request.force).map(Some)
 }
 
-fn say(request: &Request, report: &Report, cleaned: &str) {
+fn say(request: &Request, report: &JobReport, cleaned: &str) {
     // Messages must not mix with a mesh or a report on standard output.
     let voice = match request.output {
         _ if request.quiet => Voice::Quiet,

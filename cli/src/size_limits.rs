@@ -5,8 +5,8 @@ use std::ffi::OsString;
 
 use clap::{Parser, ValueEnum};
 use neural_mesh::job::{
-    Count, Document, Dropped, Goal, Level, LevelSize, Part, Report, Shape, Size, Watch, percent, what_frees,
-    why_stopped,
+    Count, Document, Dropped, Goal, JobReport, JobStage, Level, LevelSize, Shape, Size, Watch, list_advice, percent,
+    stop_reason,
 };
 use neural_mesh::simplify::{DroppedComponent, Simplified};
 use serde::Serialize;
@@ -71,7 +71,7 @@ pub fn run(args: &LimitsArgs) -> Result<(), Failure> {
 fn describe(args: &LimitsArgs) -> Result<(), Failure> {
     let mut request = request(args)?;
     let mut progress = Progress::new(args.quiet, Plan::estimate(&request, None));
-    progress.begin(Part::Read);
+    progress.begin(JobStage::Read);
     let document = document::open(&mut request)?;
     let sizes = sizes(document.mesh().positions().len());
     let targets = sizes.iter().map(|count| LevelSize::Vertices(*count)).collect();
@@ -121,7 +121,7 @@ impl SizeLimits {
     fn new(
         document: &Document,
         request: &Request,
-        report: &Report,
+        report: &JobReport,
         results: &[Simplified],
         sizes: &[Count],
     ) -> Result<Self, Failure> {
@@ -135,7 +135,7 @@ impl SizeLimits {
         }
         let none = || Failure::in_file(&request.source.path, "no result was made");
         let (last, smallest) = report.levels.last().zip(rows.pop()).ok_or_else(none)?;
-        let n_reached = report.levels.iter().take_while(|level| why_stopped(&level.outcome).is_none()).count();
+        let n_reached = report.levels.iter().take_while(|level| stop_reason(&level.outcome).is_none()).count();
         let output = &last.output;
         // Components dropped at levels that were not reached count for the smallest mesh.
         let (levels, beyond) = split(rows, n_reached);
@@ -155,11 +155,11 @@ impl SizeLimits {
                 components_at_minimum: output.components_at_minimum,
                 split_vertices: output.split_vertices,
             },
-            free: what_frees(&request.job, document, output),
+            free: list_advice(&request.job, document, output),
         })
     }
 
-    fn lines(&self, report: &Report) -> Vec<String> {
+    fn lines(&self, report: &JobReport) -> Vec<String> {
         let [vertices, faces, components] = [self.vertices, self.faces, self.components].map(group_digits);
         let boundary = match self.boundary_edges {
             0 => "closed".into(),
@@ -177,7 +177,7 @@ impl SizeLimits {
             lines.push(format!("dropped   {size}: {}", names_of(&row.dropped, usize::MAX)));
         }
         lines.extend(report.levels.last().into_iter().flat_map(|last| limit_lines(&last.output)));
-        lines.extend(why_stopped(&self.outcome).map(|why| format!("limit     it gets no smaller: {why}")));
+        lines.extend(stop_reason(&self.outcome).map(|why| format!("limit     it gets no smaller: {why}")));
         lines.extend(self.free.iter().map(|how| format!("try       {how}")));
         lines
     }

@@ -7,8 +7,8 @@ use crate::closed::is_closed;
 use crate::failure::Failure;
 use crate::plain::plain;
 use neural_mesh::job::{
-    Baked, Certified, Distance, Dropped, Level, NamedShare, Output, Repaired, Report, Seconds, Size, TargetWords,
-    percent, why_stopped,
+    BakeFigures, Certified, DistanceFigures, Dropped, JobReport, Level, NamedShare, OutputFigures, RepairFigures,
+    Seconds, Size, TargetWords, percent, stop_reason,
 };
 
 const MOST_NAMES: usize = 4;
@@ -65,8 +65,8 @@ pub fn complain(failure: &Failure) {
     let _ = writeln!(std::io::stderr(), "neural-mesh: {failure}");
 }
 
-pub fn notes(report: &Report, cleaned: &str) -> Vec<String> {
-    let Report { input, output, .. } = report;
+pub fn notes(report: &JobReport, cleaned: &str) -> Vec<String> {
+    let JobReport { input, output, .. } = report;
     let mut notes = Vec::new();
     if cleaned != "nothing" {
         notes.push(format!("cleaned   {cleaned}"));
@@ -96,7 +96,7 @@ pub fn notes(report: &Report, cleaned: &str) -> Vec<String> {
             n => format!("minimum   {n} components are as small as their topology allows"),
         });
     }
-    if let Some(why) = why_stopped(&report.outcome) {
+    if let Some(why) = stop_reason(&report.outcome) {
         notes.push(format!("stopped   {why}"));
         notes.extend(report.free.iter().map(|how| format!("try       {how}")));
     } else if (output.size.vertices, output.size.faces) == (input.vertices, input.faces) && report.mirror.is_none() {
@@ -121,7 +121,7 @@ pub fn names_of(dropped: &[Dropped], most: usize) -> String {
     names.join(", ")
 }
 
-fn repaired_line(done: &Repaired) -> String {
+fn repaired_line(done: &RepairFigures) -> String {
     let named = [
         (done.holes_filled, "holes filled"),
         (done.holes_left, "holes left"),
@@ -143,13 +143,13 @@ fn share_line(share: &NamedShare) -> String {
     format!("share     {name}: {before} faces -> {after} faces ({} % of its vertices)", percent(*ratio))
 }
 
-fn baked_line(done: &Baked) -> String {
-    let Baked { size, charts, covered, .. } = done;
+fn baked_line(done: &BakeFigures) -> String {
+    let BakeFigures { size, charts, covered, .. } = done;
     let share = 100.0 * covered;
     format!("baked     {size} x {size}, {} charts, {share:.0} % of the texels", group_digits(*charts))
 }
 
-pub fn limit_lines(output: &Output) -> Vec<String> {
+pub fn limit_lines(output: &OutputFigures) -> Vec<String> {
     let held = [
         (output.kept_edges, "kept edges, such as seams, material borders and creases"),
         (output.locked_vertices, "locked vertices, on boundaries or kept faces"),
@@ -160,8 +160,8 @@ pub fn limit_lines(output: &Output) -> Vec<String> {
     held.into_iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("limit     {} {what}", group_digits(n))).collect()
 }
 
-pub fn explain_lines(report: &Report) -> Vec<String> {
-    let Report { input, output, .. } = report;
+pub fn explain_lines(report: &JobReport) -> Vec<String> {
+    let JobReport { input, output, .. } = report;
     let mut lines = limit_lines(output);
     if !output.dropped.is_empty() {
         lines.push(format!("dropped   {}", names_of(&output.dropped, usize::MAX)));
@@ -169,7 +169,7 @@ pub fn explain_lines(report: &Report) -> Vec<String> {
     if lines.is_empty() {
         lines.push("limit     none but the shape".into());
     }
-    let asked = match (why_stopped(&report.outcome), &report.target) {
+    let asked = match (stop_reason(&report.outcome), &report.target) {
         (None, TargetWords::Error(_) | TargetWords::ErrorPercent(_) | TargetWords::LodsError(_)) => {
             "within the requested distance".to_string()
         }
@@ -182,7 +182,7 @@ pub fn explain_lines(report: &Report) -> Vec<String> {
     lines
 }
 
-pub fn written_line(output: &Output) -> Option<String> {
+pub fn written_line(output: &OutputFigures) -> Option<String> {
     let n = output.vertices_written.filter(|n| *n != output.size.vertices)?;
     Some(format!("written   {} vertices, with a copy for each side of a seam", group_digits(n)))
 }
@@ -202,7 +202,7 @@ pub fn level(number: usize, input: &Size, level: &Level) -> String {
     if let Some(certified) = &level.certified {
         line += &format!(", proved within {:.4} %", certified.upper_percent);
     }
-    if why_stopped(&level.outcome).is_some() {
+    if stop_reason(&level.outcome).is_some() {
         line += &format!(", {}", level.outcome);
     }
     line
@@ -226,12 +226,12 @@ pub fn bytes([before, after]: [u64; 2]) -> String {
     format!("file      {} MB -> {} MB", megabytes(before), megabytes(after))
 }
 
-pub fn distance(distance: &Distance) -> String {
+pub fn distance(distance: &DistanceFigures) -> String {
     let [mean, max] = [distance.mean_percent, distance.max_percent].map(figures);
     format!("distance  mean {mean} %, max at least {max} % of the bounding-box diagonal")
 }
 
-pub fn farthest(distance: &Distance) -> String {
+pub fn farthest(distance: &DistanceFigures) -> String {
     format!("ring: largest distance, {} % of the diagonal", figures(distance.max_percent))
 }
 

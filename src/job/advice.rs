@@ -3,11 +3,11 @@
 use crate::mesh::{Attributes, Role};
 
 use super::document::Document;
-use super::report::Output;
+use super::report::OutputFigures;
 use super::request::{Ignored, Job};
 
 /// Returns one line per reason that stopped the result, with an option against it.
-pub fn what_frees(job: &Job, document: &Document, output: &Output) -> Vec<String> {
+pub fn list_advice(job: &Job, document: &Document, output: &OutputFigures) -> Vec<String> {
     let mut lines = Vec::new();
     if output.components_keep_shape {
         lines.push("--prune=SIZE drops components smaller than SIZE".into());

@@ -11,10 +11,10 @@ use crate::simplify::{Assembly, Effort, Hidden, Optimize, Options, Purpose, Scor
 use super::error::JobError;
 use super::levels::{LodsBy, levels};
 use super::meshopt;
+use super::option_value::OptionValue;
 use super::parse::{bound, count, n_bytes, share, symmetry};
 use super::request::{Ignored, Job, Repair};
 use super::size::{Bound, Count, Goal};
-use super::value::Value;
 
 // Default of `printable`, in percent of the diagonal: 1 mm of 10 cm.
 const PIECE_PERCENT: f64 = 1.0;
@@ -36,13 +36,13 @@ const FEATURE_ANGLE: f64 = 30.0;
 #[serde(default, deny_unknown_fields)]
 #[allow(missing_docs, reason = "the program's help says what each is")]
 pub struct Arguments {
-    pub ratio: Option<Value>,
-    pub ratio_of: BTreeMap<String, Value>,
-    pub vertices: Option<Value>,
-    pub faces: Option<Value>,
-    pub error: Option<Value>,
-    pub size: Option<Value>,
-    pub lods: Vec<Value>,
+    pub ratio: Option<OptionValue>,
+    pub ratio_of: BTreeMap<String, OptionValue>,
+    pub vertices: Option<OptionValue>,
+    pub faces: Option<OptionValue>,
+    pub error: Option<OptionValue>,
+    pub size: Option<OptionValue>,
+    pub lods: Vec<OptionValue>,
     pub lods_by: Option<String>,
     pub format: Option<String>,
     pub assembly: Option<String>,
@@ -62,17 +62,17 @@ pub struct Arguments {
     pub crease_angle: Option<f64>,
     pub seam_error: Option<f64>,
     pub ignore: Vec<String>,
-    pub symmetric: Option<Value>,
+    pub symmetric: Option<OptionValue>,
     pub keep: Vec<String>,
     pub importance: Option<String>,
     pub map: bool,
-    pub prune: Option<Value>,
-    pub fill_holes: Option<Value>,
-    pub printable: Option<Value>,
+    pub prune: Option<OptionValue>,
+    pub fill_holes: Option<OptionValue>,
+    pub printable: Option<OptionValue>,
     pub bake: Option<usize>,
-    pub compress: Option<Value>,
+    pub compress: Option<OptionValue>,
     pub textures: Option<usize>,
-    pub weld: Option<Value>,
+    pub weld: Option<OptionValue>,
     pub no_weld: bool,
     pub no_check: bool,
     pub allow_outside: bool,
@@ -89,7 +89,7 @@ impl Arguments {
     pub fn job(&self) -> Result<Job, JobError> {
         let format = self.format.as_deref().unwrap_or("obj");
         let unknown =
-            || refused(format!("--format {format}: unknown format: choose from {}", Format::NAMES.join(", ")));
+            || options_error(format!("--format {format}: unknown format: choose from {}", Format::NAMES.join(", ")));
         let job = self.job_as(Format::from_name(format).ok_or_else(unknown)?)?;
         job.check()?;
         Ok(job)
@@ -103,7 +103,7 @@ impl Arguments {
         self.check()?;
         let mut job = Job::new(self.options()?, format);
         job.goal = self.goal()?;
-        let named = |(name, of): (&String, &Value)| Ok((name.clone(), typed("--ratio", of, share)?));
+        let named = |(name, of): (&String, &OptionValue)| Ok((name.clone(), parse_value("--ratio", of, share)?));
         job.shares = self.ratio_of.iter().map(named).collect::<Result<_, JobError>>()?;
         (job.weld, job.weld_near) = (!self.no_weld, distance("--weld", self.weld.as_ref())?);
         (job.seam_texels, job.prune_below) = (self.seam_error, self.prune_below()?);
@@ -143,16 +143,16 @@ impl Arguments {
     // A size that depends on the mesh leaves the target at 1.0.
     fn target(&self) -> Result<Target, JobError> {
         if let Some(ratio) = &self.ratio {
-            return typed("--ratio", ratio, share).map(Target::Ratio);
+            return parse_value("--ratio", ratio, share).map(Target::Ratio);
         }
         // A share of the faces becomes a number later, in `Job::target`, which knows the mesh.
         Ok(match (&self.vertices, &self.faces, self.goal()?) {
-            (Some(text), ..) => match typed("--vertices", text, count)? {
+            (Some(text), ..) => match parse_value("--vertices", text, count)? {
                 Count::Share(ratio) => Target::Ratio(ratio),
                 Count::Number(n) => Target::Vertices(n),
             },
             (_, _, Goal::Levels(sizes)) => sizes.first().map_or(Target::Ratio(1.0), |size| size.target(usize::MAX)),
-            (_, Some(text), _) => match typed("--faces", text, count)? {
+            (_, Some(text), _) => match parse_value("--faces", text, count)? {
                 Count::Number(n) => Target::Faces(n),
                 Count::Share(_) => Target::Ratio(1.0),
             },
@@ -162,7 +162,7 @@ impl Arguments {
 
     fn goal(&self) -> Result<Goal, JobError> {
         if let Some(text) = &self.faces
-            && let Count::Share(share) = typed("--faces", text, count)?
+            && let Count::Share(share) = parse_value("--faces", text, count)?
         {
             return Ok(Goal::ShareOfFaces(share));
         }
@@ -171,7 +171,7 @@ impl Arguments {
             (_, Some(size)) => n_bytes(&size.text().unwrap_or_default()).map(Goal::Size),
             _ if !self.lods.is_empty() => {
                 let by = self.lods_by.as_ref().map(|by| one_of("--lods-by", Some(by), &LODS_BY)).transpose()?;
-                levels(&self.lods.iter().filter_map(Value::text).collect::<Vec<_>>(), by)
+                levels(&self.lods.iter().filter_map(OptionValue::text).collect::<Vec<_>>(), by)
             }
             _ => Ok(Goal::Target),
         }
@@ -180,20 +180,20 @@ impl Arguments {
     // A bare `--prune` takes the bound of `--error`.
     fn prune_below(&self) -> Result<Option<Bound>, JobError> {
         match &self.prune {
-            Some(Value::Flag(true)) => distance("--error", self.error.as_ref()),
+            Some(OptionValue::Flag(true)) => distance("--error", self.error.as_ref()),
             size => distance("--prune", size.as_ref()),
         }
     }
 
     fn repair(&self) -> Result<Option<Repair>, JobError> {
-        if self.printable.as_ref().is_some_and(Value::is_given) {
+        if self.printable.as_ref().is_some_and(OptionValue::is_given) {
             let size = distance("--printable", self.printable.as_ref())?;
             return Ok(Some(Repair::Printable(size.unwrap_or(Bound::Percent(PIECE_PERCENT)))));
         }
         let Some(most) = self.fill_holes.as_ref().filter(|most| most.is_given()) else { return Ok(None) };
         let whole = |text: &str| text.parse().map_err(|_| "give a whole number of at least 0".to_string());
         let most = most.text().map_or(Ok(usize::MAX), |text| whole(&text));
-        most.map(|most| Some(Repair::FillHoles(most))).map_err(|why| refused(format!("--fill-holes: {why}")))
+        most.map(|most| Some(Repair::FillHoles(most))).map_err(|why| options_error(format!("--fill-holes: {why}")))
     }
 
     fn packing(&self) -> Result<Option<PackOptions>, JobError> {
@@ -218,15 +218,15 @@ impl Arguments {
             (_, true) => "it uses no network: leave --weights out",
             _ => return Ok(()),
         };
-        Err(refused(format!("{option}: {why}")))
+        Err(options_error(format!("{option}: {why}")))
     }
 
     /// Rejects options that exclude each other.
     fn check(&self) -> Result<(), JobError> {
         self.check_size()?;
         let (keep, bake, lods) = (!self.keep.is_empty(), self.bake.is_some(), !self.lods.is_empty());
-        let (printable, fill_holes) = (given(&self.printable), given(&self.fill_holes));
-        let (symmetric, compress, weld) = (given(&self.symmetric), given(&self.compress), given(&self.weld));
+        let (printable, fill_holes) = (is_given(&self.printable), is_given(&self.fill_holes));
+        let (symmetric, compress, weld) = (is_given(&self.symmetric), is_given(&self.compress), is_given(&self.weld));
         let pairs = [
             (keep, "--keep", printable, "--printable"),
             (keep, "--keep", fill_holes, "--fill-holes"),
@@ -236,7 +236,7 @@ impl Arguments {
             (printable, "--printable", fill_holes, "--fill-holes"),
             (printable, "--printable", symmetric, "--symmetric"),
             (printable, "--printable", self.no_weld, "--no-weld"),
-            (bake, "--bake", given(&self.size), "--size"),
+            (bake, "--bake", is_given(&self.size), "--size"),
             (bake, "--bake", lods, "--lods"),
             (bake, "--bake", !self.ignore.is_empty(), "--ignore"),
             (compress, "--compress", symmetric, "--symmetric"),
@@ -247,37 +247,37 @@ impl Arguments {
             (self.crease_angle.is_some(), "--crease-angle", self.keep_features, "--keep-features"),
         ];
         let both = pairs.into_iter().find(|(one, _, other, _)| *one && *other);
-        both.map_or(Ok(()), |(_, one, _, other)| Err(excluded(one, other)))
+        both.map_or(Ok(()), |(_, one, _, other)| Err(conflict_error(one, other)))
     }
 
     /// Rejects a missing size and two sizes.
     fn check_size(&self) -> Result<(), JobError> {
         let sizes = [
-            ("--ratio", given(&self.ratio)),
-            ("--vertices", given(&self.vertices)),
-            ("--faces", given(&self.faces)),
-            ("--error", given(&self.error)),
-            ("--size", given(&self.size)),
+            ("--ratio", is_given(&self.ratio)),
+            ("--vertices", is_given(&self.vertices)),
+            ("--faces", is_given(&self.faces)),
+            ("--error", is_given(&self.error)),
+            ("--size", is_given(&self.size)),
             ("--lods", !self.lods.is_empty()),
         ];
         let mut named = sizes.into_iter().filter(|(_, is_given)| *is_given).map(|(name, _)| name);
         match (named.next(), named.next()) {
             (None, _) if self.ratio_of.is_empty() => {
-                Err(refused("give a size: --ratio, --vertices, --faces, --error, --size or --lods"))
+                Err(options_error("give a size: --ratio, --vertices, --faces, --error, --size or --lods"))
             }
             (Some("--ratio"), Some(other)) => {
                 let what = "give one size of the whole, and others as NAME=R";
-                Err(refused(format!("--ratio cannot be used with {other}: {what}")))
+                Err(options_error(format!("--ratio cannot be used with {other}: {what}")))
             }
-            (Some(one), Some(other)) => Err(excluded(one, other)),
-            _ if self.lods_by.is_some() && self.lods.is_empty() => Err(refused("--lods-by: give --lods, too")),
+            (Some(one), Some(other)) => Err(conflict_error(one, other)),
+            _ if self.lods_by.is_some() && self.lods.is_empty() => Err(options_error("--lods-by: give --lods, too")),
             _ => Ok(()),
         }
     }
 }
 
-fn given(value: &Option<Value>) -> bool {
-    value.as_ref().is_some_and(Value::is_given)
+fn is_given(value: &Option<OptionValue>) -> bool {
+    value.as_ref().is_some_and(OptionValue::is_given)
 }
 
 const ASSEMBLIES: [(&str, Assembly); 2] = [("closed", Assembly::Closed), ("paper", Assembly::Paper)];
@@ -307,24 +307,24 @@ fn one_of<T: Copy>(option: &str, given: Option<&String>, names: &[(&str, T)]) ->
     let found = given.map_or(names.first(), |given| names.iter().find(|(name, _)| name == given));
     found.map(|(_, of)| *of).ok_or_else(|| {
         let names: Vec<&str> = names.iter().map(|(name, _)| *name).collect();
-        refused(format!("{option} {}: choose from {}", given.map_or("", String::as_str), names.join(", ")))
+        options_error(format!("{option} {}: choose from {}", given.map_or("", String::as_str), names.join(", ")))
     })
 }
 
-fn typed<T>(option: &str, value: &Value, read: fn(&str) -> Result<T, String>) -> Result<T, JobError> {
+fn parse_value<T>(option: &str, value: &OptionValue, read: fn(&str) -> Result<T, String>) -> Result<T, JobError> {
     let text = value.text().unwrap_or_default();
-    read(&text).map_err(|why| refused(format!("{option} {text}: {why}")))
+    read(&text).map_err(|why| options_error(format!("{option} {text}: {why}")))
 }
 
-fn distance(option: &str, value: Option<&Value>) -> Result<Option<Bound>, JobError> {
-    value.and_then(Value::text).map(|text| bound(option, &text)).transpose()
+fn distance(option: &str, value: Option<&OptionValue>) -> Result<Option<Bound>, JobError> {
+    value.and_then(OptionValue::text).map(|text| bound(option, &text)).transpose()
 }
 
-fn excluded(one: &str, other: &str) -> JobError {
-    refused(format!("{one} cannot be used with {other}: leave one out"))
+fn conflict_error(one: &str, other: &str) -> JobError {
+    options_error(format!("{one} cannot be used with {other}: leave one out"))
 }
 
-fn refused(what: impl Display) -> JobError {
+fn options_error(what: impl Display) -> JobError {
     JobError::Options(what.to_string())
 }
 

@@ -4,7 +4,7 @@ use crate::bake::{BakeError, BakeOptions, BakeSource, SIZES, bake};
 use crate::io::{Extra, Group};
 use crate::mesh::{Attributes, Looks, TriMesh};
 
-use super::dress::{Baked, Dress};
+use super::baked_material::{BakeFigures, BakedMaterial};
 use super::error::JobError;
 
 const MATERIAL: &str = "baked";
@@ -14,12 +14,12 @@ pub fn check_size(size: usize) -> Result<(), JobError> {
 }
 
 /// Bakes textures of `size` x `size` texels.
-pub fn dress(
+pub fn bake_material(
     size: usize,
     is_gltf: bool,
     (mesh, attributes, looks): (&TriMesh, &Attributes, &Looks),
     simplified: &TriMesh,
-) -> Result<Dress, String> {
+) -> Result<BakedMaterial, String> {
     let original = BakeSource::new(mesh, attributes, looks);
     let mut options = BakeOptions::new(size);
     (options.separate_maps, options.with_tangents) = (!is_gltf, is_gltf);
@@ -29,11 +29,11 @@ pub fn dress(
     looks.v_is_up = true;
     let mut extra = Extra::default();
     (extra.groups, extra.looks) = (vec![group], vec![(MATERIAL.into(), baked.look)]);
-    Ok(Dress {
+    Ok(BakedMaterial {
         attributes: baked.attributes,
         looks,
         extra,
-        figures: Baked { size, charts: baked.n_charts, covered: baked.covered, seconds: 0.0 },
+        figures: BakeFigures { size, charts: baked.n_charts, covered: baked.covered, seconds: 0.0 },
         notes: baked.notes,
     })
 }

@@ -135,7 +135,7 @@ mod tests {
     use crate::job::Bound;
     use crate::simplify::{Options, Symmetry, Target};
 
-    fn refused(change: impl FnOnce(&mut Job)) -> String {
+    fn error_message(change: impl FnOnce(&mut Job)) -> String {
         let mut job = Job::new(Options::new(Target::Ratio(0.5)), Format::Obj);
         assert_eq!(job.check(), Ok(()));
         change(&mut job);
@@ -145,25 +145,25 @@ mod tests {
     #[test]
     fn options_that_contradict_each_other_are_named() {
         let paper = |job: &mut Job| job.options.assembly = Assembly::Paper;
-        assert_eq!(refused(paper), "");
-        let by_error = refused(|job| {
+        assert_eq!(error_message(paper), "");
+        let by_error = error_message(|job| {
             paper(job);
             job.goal = Goal::Error(Bound::Percent(1.0));
         });
         assert_eq!(by_error, "--error: not available with --assembly paper: leave one out");
-        assert!(refused(|job| job.options.close = true).starts_with("--close is for --assembly paper"));
-        assert!(refused(|job| job.options.place = true).starts_with("--place is for --assembly paper"));
-        let mirrored = refused(|job| (job.options.symmetric, job.options.subset) = (Some(Symmetry::Best), true));
+        assert!(error_message(|job| job.options.close = true).starts_with("--close is for --assembly paper"));
+        assert!(error_message(|job| job.options.place = true).starts_with("--place is for --assembly paper"));
+        let mirrored = error_message(|job| (job.options.symmetric, job.options.subset) = (Some(Symmetry::Best), true));
         assert_eq!(mirrored, "--subset and --symmetric cannot be combined: leave one out");
-        let by_name = refused(|job| (job.shares, job.options.map) = (vec![("head".into(), 0.5)], true));
+        let by_name = error_message(|job| (job.shares, job.options.map) = (vec![("head".into(), 0.5)], true));
         assert_eq!(by_name, "--ratio NAME=R cannot be used with --map: leave one out");
     }
 
     #[test]
     fn what_the_format_has_no_place_for_is_refused() {
-        let packed = refused(|job| job.compress = Some(PackOptions { bits: 14, compress: false }));
+        let packed = error_message(|job| job.compress = Some(PackOptions { bits: 14, compress: false }));
         assert_eq!(packed, "--compress: obj is no glTF: write glb or gltf");
-        let textures = refused(|job| (job.format, job.textures) = (Format::Stl, Some(512)));
+        let textures = error_message(|job| (job.format, job.textures) = (Format::Stl, Some(512)));
         assert_eq!(textures, "--textures: stl holds no textures: write glb, gltf, obj or ply");
     }
 }

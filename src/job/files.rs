@@ -3,7 +3,7 @@
 use crate::io::{OutputFile, Packing};
 use crate::simplify::Simplified;
 
-use super::dress::Dress;
+use super::baked_material::BakedMaterial;
 
 /// Results for one file.
 #[derive(Default)]
@@ -13,7 +13,7 @@ pub struct Meshes<'a> {
     /// Share of the screen's area down to which each level is drawn.
     pub coverage: Vec<f64>,
     /// Baked material.
-    pub dress: Option<&'a Dress>,
+    pub baked: Option<&'a BakedMaterial>,
     /// Packing of a glTF.
     pub packing: Option<&'a Packing>,
 }

@@ -2,7 +2,7 @@
 
 use crate::simplify::{importance_of_channel, importance_of_groups};
 
-use super::document::{Document, listed};
+use super::document::{Document, list_names};
 use super::error::JobError;
 use super::request::Job;
 
@@ -18,7 +18,7 @@ pub(super) fn importance(document: &Document, job: &Job) -> Result<Vec<f32>, Job
         if let Some((part, factor)) = name.rsplit_once('=') {
             return importance_of_part(document, part, factor);
         }
-        let names = listed(attributes.channels.iter().map(|channel| channel.name.as_str()));
+        let names = list_names(attributes.channels.iter().map(|channel| channel.name.as_str()));
         return Err(JobError::Options(format!("--importance {name}: the mesh has no such attribute; it has: {names}")));
     };
     let factors = importance_of_channel(document.mesh(), attributes, channel);

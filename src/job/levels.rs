@@ -68,7 +68,7 @@ fn size(text: &str, by: Option<LodsBy>) -> Result<LevelSize, String> {
 mod tests {
     use super::*;
 
-    fn typed(words: &[&str]) -> Result<Goal, String> {
+    fn parse_words(words: &[&str]) -> Result<Goal, String> {
         let (lods, by) = match words {
             [lods, "--lods-by", by] => (lods, Some(by)),
             lods => (&lods[0], None),
@@ -87,11 +87,14 @@ mod tests {
         let vertices = |counts: &[Count]| Ok(Goal::Levels(counts.iter().map(|&it| LevelSize::Vertices(it)).collect()));
         let faces = |counts: &[Count]| Ok(Goal::Levels(counts.iter().map(|&it| LevelSize::Faces(it)).collect()));
         let [half, tenth] = [0.5, 0.1].map(Count::Share);
-        assert_eq!(typed(&["50%,0.1"]), vertices(&[half, tenth]));
-        assert_eq!(typed(&["20k,1k", "--lods-by", "faces"]), faces(&[Count::Number(20_000), Count::Number(1000)]));
-        assert_eq!(typed(&["0.5,10%,7", "--lods-by", "faces"]), faces(&[half, tenth, Count::Number(7)]));
-        assert_eq!(typed(&["900,10%", "--lods-by", "vertices"]), vertices(&[Count::Number(900), tenth]));
-        let errors = typed(&["0.1%,2%", "--lods-by", "error"]);
+        assert_eq!(parse_words(&["50%,0.1"]), vertices(&[half, tenth]));
+        assert_eq!(
+            parse_words(&["20k,1k", "--lods-by", "faces"]),
+            faces(&[Count::Number(20_000), Count::Number(1000)])
+        );
+        assert_eq!(parse_words(&["0.5,10%,7", "--lods-by", "faces"]), faces(&[half, tenth, Count::Number(7)]));
+        assert_eq!(parse_words(&["900,10%", "--lods-by", "vertices"]), vertices(&[Count::Number(900), tenth]));
+        let errors = parse_words(&["0.1%,2%", "--lods-by", "error"]);
         assert_eq!(errors, Ok(Goal::ErrorLevels(vec![Bound::Percent(0.1), Bound::Percent(2.0)])));
     }
 
@@ -107,7 +110,7 @@ mod tests {
             (&["20k", "--lods-by", "error"], "--lods 20k: give a distance"),
             (&["many", "--lods-by", "faces"], "--lods many: give a whole number"),
         ] {
-            let said = typed(words).unwrap_err();
+            let said = parse_words(words).unwrap_err();
             assert!(said.contains(why), "{words:?}: {said}");
         }
     }

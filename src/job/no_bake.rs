@@ -2,7 +2,7 @@
 
 use crate::mesh::{Attributes, Looks, TriMesh};
 
-use super::dress::Dress;
+use super::baked_material::BakedMaterial;
 use super::error::JobError;
 
 const LACKS: &str =
@@ -12,6 +12,11 @@ pub fn check_size(_: usize) -> Result<(), JobError> {
     Err(JobError::Options(LACKS.into()))
 }
 
-pub fn dress(_: usize, _: bool, _: (&TriMesh, &Attributes, &Looks), _: &TriMesh) -> Result<Dress, String> {
+pub fn bake_material(
+    _: usize,
+    _: bool,
+    _: (&TriMesh, &Attributes, &Looks),
+    _: &TriMesh,
+) -> Result<BakedMaterial, String> {
     Err(LACKS.into())
 }

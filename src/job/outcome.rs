@@ -3,30 +3,30 @@
 use crate::io::Packing;
 use crate::simplify::Simplified;
 
+use super::baked_material::BakedMaterial;
 use super::document::Document;
-use super::dress::Dress;
 use super::error::JobError;
 use super::files::{Files, Meshes};
-use super::report::{Level, Report};
+use super::report::{JobReport, Level};
 use super::request::Job;
 
 /// Area of a square as high as the screen, relative to the screen's area.
 const SCREEN: f64 = 9.0 / 16.0;
 
 /// Results of a job and its report.
-pub struct Outcome {
+pub struct JobOutcome {
     /// One result, or one per level of detail.
     pub results: Vec<Simplified>,
     /// Report.
-    pub report: Report,
+    pub report: JobReport,
     /// Baked material.
-    pub dress: Option<Dress>,
+    pub baked: Option<BakedMaterial>,
     pub(super) packing: Option<Packing>,
     // Notes in the report that precede the notes of writing.
     pub(super) n_first_notes: usize,
 }
 
-impl Outcome {
+impl JobOutcome {
     /// Makes the files, one per name of the job, and completes the report.
     ///
     /// # Errors
@@ -37,16 +37,16 @@ impl Outcome {
         let n_each = if is_one { self.results.len().max(1) } else { 1 };
         let mut files = Vec::new();
         for (number, results) in self.results.chunks(n_each).enumerate() {
-            let (dress, packing) = (self.dress.as_ref(), self.packing.as_ref());
-            let meshes = Meshes { results: results.iter().collect(), coverage: coverage.clone(), dress, packing };
-            let written = document.written(&meshes, job, job.names.file(number));
+            let (baked, packing) = (self.baked.as_ref(), self.packing.as_ref());
+            let meshes = Meshes { results: results.iter().collect(), coverage: coverage.clone(), baked, packing };
+            let written = document.to_files(&meshes, job, job.names.file(number));
             files.push(written.map_err(|error| JobError::Output(error.to_string()))?);
         }
-        self.tell(&files);
+        self.complete_report(&files);
         Ok(files)
     }
 
-    fn tell(&mut self, files: &[Files]) {
+    fn complete_report(&mut self, files: &[Files]) {
         let n_vertices: Vec<Option<usize>> = files.iter().flat_map(|files| files.n_vertices.iter().copied()).collect();
         self.report.output.vertices_written = n_vertices.first().copied().flatten();
         for (level, n) in self.report.levels.iter_mut().zip(n_vertices) {

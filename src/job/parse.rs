@@ -44,7 +44,7 @@ pub fn count(text: &str) -> Result<Count, String> {
         Some(number) => (number, 3),
         None => text.strip_suffix(['m', 'M']).map_or((text, 0), |number| (number, 6)),
     };
-    let value = scaled(number, power).ok_or(COUNT)?;
+    let value = parse_scaled(number, power).ok_or(COUNT)?;
     if value.fract() == 0.0 && (1.0..=MOST).contains(&value) {
         return Ok(Count::Number(value as usize));
     }
@@ -93,13 +93,13 @@ fn is_share(value: f64) -> bool {
 
 fn share_of(text: &str) -> Option<f64> {
     match text.trim().strip_suffix('%') {
-        Some(percent) => scaled(percent, -2),
-        None => scaled(text, 0),
+        Some(percent) => parse_scaled(percent, -2),
+        None => parse_scaled(text, 0),
     }
 }
 
 /// Parses a number times a power of ten, rounded once: 0.7 % is exactly 0.007.
-pub fn scaled(text: &str, power: i32) -> Option<f64> {
+pub fn parse_scaled(text: &str, power: i32) -> Option<f64> {
     let text = text.trim();
     let value: f64 = match text.contains(['e', 'E']) {
         true => text.parse::<f64>().ok()? * 10f64.powi(power),

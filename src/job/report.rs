@@ -8,16 +8,16 @@ use crate::simplify::{Outcome, ScoreSource, Target};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::dress::Baked;
+use super::baked_material::BakeFigures;
 use super::size::{Bound, Count, Goal, LevelSize, percent};
 
 /// Report of a job.
 #[derive(Debug, Serialize)]
-pub struct Report {
+pub struct JobReport {
     /// Mesh after cleaning.
     pub input: Size,
     /// Mesh as written.
-    pub output: Output,
+    pub output: OutputFigures,
     /// Requested size.
     pub target: TargetWords,
     /// `reached`, or `stopped: ` and the reason.
@@ -31,18 +31,18 @@ pub struct Report {
     /// Times.
     pub seconds: Seconds,
     /// Changes made by cleaning.
-    pub cleaned: Cleaned,
+    pub cleaned: CleaningFigures,
     /// Changes made by `--fill-holes` or `--printable`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub repaired: Option<Repaired>,
+    pub repaired: Option<RepairFigures>,
     /// Figures of `--bake`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub baked: Option<Baked>,
+    pub baked: Option<BakeFigures>,
     /// Results of named shares.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub named: Vec<NamedShare>,
     /// Distance from the original; `null` with `--no-check`.
-    pub distance: Option<Distance>,
+    pub distance: Option<DistanceFigures>,
     /// Proved bounds of the largest distance, with `--error`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certified: Option<Certified>,
@@ -65,11 +65,11 @@ pub struct Report {
 pub struct Level {
     /// Mesh as written.
     #[serde(flatten)]
-    pub output: Output,
+    pub output: OutputFigures,
     /// `reached`, or `stopped: ` and the reason.
     pub outcome: String,
     /// Distance from the original; `null` with `--no-check`.
-    pub distance: Option<Distance>,
+    pub distance: Option<DistanceFigures>,
     /// Share of the screen's height at which the largest error is one pixel of 1080 lines, at most 1; `null` with
     /// `--no-check`.
     pub screen_coverage: Option<f64>,
@@ -86,8 +86,8 @@ const SCREEN_LINES: f64 = 1080.0;
 
 impl Level {
     /// Makes a level; the screen coverage follows from the distance.
-    pub fn new(output: Output, outcome: String, distance: Option<Distance>) -> Self {
-        let coverage = |distance: Distance| (100.0 / distance.max_percent / SCREEN_LINES).min(1.0);
+    pub fn new(output: OutputFigures, outcome: String, distance: Option<DistanceFigures>) -> Self {
+        let coverage = |distance: DistanceFigures| (100.0 / distance.max_percent / SCREEN_LINES).min(1.0);
         Self { output, outcome, distance, screen_coverage: distance.map(coverage), certified: None }
     }
 }
@@ -107,7 +107,7 @@ pub struct Certified {
 
 impl Certified {
     /// Converts a proved distance; without a diagonal, percents are in the unit of the mesh.
-    pub fn of(distance: &CertifiedDistance, diagonal: f64) -> Self {
+    pub fn new(distance: &CertifiedDistance, diagonal: f64) -> Self {
         let percent = if diagonal > 0.0 { 100.0 / diagonal } else { 1.0 };
         let CertifiedDistance { lower, upper, .. } = *distance;
         Self { lower, upper, lower_percent: lower * percent, upper_percent: upper * percent }
@@ -132,7 +132,7 @@ pub struct MapFile<'a> {
 
 impl<'a> MapFile<'a> {
     /// Makes the content from the map of a result.
-    pub fn of(map: &'a crate::simplify::Map, file_vertices: Option<&'a [u32]>) -> Self {
+    pub fn new(map: &'a crate::simplify::Map, file_vertices: Option<&'a [u32]>) -> Self {
         Self {
             file_vertices,
             output_vertices: map.output_vertices.iter().map(|&x| Some(x).filter(|&x| x != u32::MAX)).collect(),
@@ -174,7 +174,7 @@ pub struct Shape {
 
 /// Result and its relation to the input.
 #[derive(Clone, Debug, Serialize)]
-pub struct Output {
+pub struct OutputFigures {
     /// Size and topology.
     #[serde(flatten)]
     pub size: Size,
@@ -305,7 +305,7 @@ pub struct Seconds {
 
 /// Changes made by cleaning.
 #[derive(Debug, Serialize)]
-pub struct Cleaned {
+pub struct CleaningFigures {
     welded_vertices: usize,
     unreferenced_vertices: usize,
     degenerate_faces: usize,
@@ -317,7 +317,7 @@ pub struct Cleaned {
 
 /// Changes made by a repair.
 #[derive(Debug, Serialize)]
-pub struct Repaired {
+pub struct RepairFigures {
     /// Boundary loops closed.
     pub holes_filled: usize,
     /// Boundary loops left open.
@@ -341,7 +341,7 @@ pub const SAMPLES: usize = 8000;
 
 /// Two-sided distance in percent of the original's bounding box diagonal.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct Distance {
+pub struct DistanceFigures {
     /// Mean of both directions.
     pub mean_percent: f64,
     /// Largest sampled distance, a lower bound of the true one.
@@ -352,14 +352,14 @@ pub struct Distance {
 
 impl Size {
     /// Measures a mesh without unused vertices.
-    pub fn of(mesh: &TriMesh, with_shape: bool) -> Self {
-        let shape = with_shape.then(|| Shape::of(mesh));
+    pub fn measure(mesh: &TriMesh, with_shape: bool) -> Self {
+        let shape = with_shape.then(|| Shape::measure(mesh));
         Self { vertices: mesh.positions().len(), faces: mesh.faces().len(), shape }
     }
 }
 
 impl Shape {
-    fn of(mesh: &TriMesh) -> Self {
+    fn measure(mesh: &TriMesh) -> Self {
         let figures = topology(mesh);
         Self {
             closed: figures.closed,
@@ -372,9 +372,9 @@ impl Shape {
     }
 }
 
-impl Output {
+impl OutputFigures {
     /// Makes the figures from the simplifier's report.
-    pub fn of(size: Size, done: &crate::simplify::Report) -> Self {
+    pub fn new(size: Size, done: &crate::simplify::Report) -> Self {
         Self {
             size,
             vertices_written: None,
@@ -402,7 +402,7 @@ impl From<Target> for TargetWords {
     }
 }
 
-impl From<&CleanCounts> for Cleaned {
+impl From<&CleanCounts> for CleaningFigures {
     fn from(counts: &CleanCounts) -> Self {
         Self {
             welded_vertices: counts.welded_vertices,
@@ -416,7 +416,7 @@ impl From<&CleanCounts> for Cleaned {
     }
 }
 
-impl From<&RepairCounts> for Repaired {
+impl From<&RepairCounts> for RepairFigures {
     fn from(counts: &RepairCounts) -> Self {
         Self {
             holes_filled: counts.holes_filled,
@@ -431,9 +431,9 @@ impl From<&RepairCounts> for Repaired {
     }
 }
 
-impl Distance {
+impl DistanceFigures {
     /// Converts to percent of the diagonal; without a diagonal, distances stay absolute.
-    pub fn of(measured: &QuickDistance) -> Self {
+    pub fn new(measured: &QuickDistance) -> Self {
         let percent = if measured.diagonal > 0.0 { 100.0 / measured.diagonal } else { 1.0 };
         Self { mean_percent: measured.mean * percent, max_percent: measured.max * percent, samples: measured.n_samples }
     }
@@ -457,6 +457,6 @@ pub fn outcome_words(outcome: &Outcome) -> String {
 }
 
 /// Returns the reason after `stopped: `.
-pub fn why_stopped(outcome: &str) -> Option<&str> {
+pub fn stop_reason(outcome: &str) -> Option<&str> {
     outcome.strip_prefix(STOPPED)
 }

@@ -88,7 +88,7 @@ impl Job {
     /// Returns the target for a mesh with `n_faces` faces.
     pub fn target(&self, n_faces: usize) -> Target {
         match &self.goal {
-            Goal::ShareOfFaces(share) => Target::Faces(Count::Share(*share).of(n_faces)),
+            Goal::ShareOfFaces(share) => Target::Faces(Count::Share(*share).resolve(n_faces)),
             Goal::Levels(sizes) => sizes.first().map_or(self.options.target, |size| size.target(n_faces)),
             _ => self.options.target,
         }

@@ -8,24 +8,24 @@ use crate::simplify::{
     Hidden, Input, Options, Purpose, SEAM_ERROR, Simplified, Target, simplify_input, simplify_levels_of_detail,
 };
 
-use super::advice::what_frees;
+use super::advice::list_advice;
 use super::bake;
+use super::baked_material::BakedMaterial;
 use super::document::Document;
-use super::dress::Dress;
 use super::error::JobError;
 use super::files::Meshes;
 use super::importance::importance;
-use super::lighter::Lighter;
-use super::outcome::Outcome;
+use super::outcome::JobOutcome;
 use super::report::{
-    Certified, Distance, Level, Output, Report, SAMPLES, Seconds, Size, outcome_words, score_words, target_words,
-    why_stopped,
+    Certified, DistanceFigures, JobReport, Level, OutputFigures, SAMPLES, Seconds, Size, outcome_words, score_words,
+    stop_reason, target_words,
 };
 use super::request::Job;
 use super::shares;
+use super::simplified_results::SimplifiedResults;
 use super::size::{Goal, LevelSize};
-use super::watch::{Part, Watch};
-use super::within::within;
+use super::watch::{JobStage, Watch};
+use super::within::simplify_within;
 
 /// Runs a job on the current thread pool; writes no files.
 ///
@@ -54,67 +54,67 @@ pub fn run(
     job: &Job,
     weights: Option<&Weights>,
     watch: &mut dyn Watch,
-) -> Result<Outcome, JobError> {
+) -> Result<JobOutcome, JobError> {
     job.check()?;
-    watch.begin(Part::Simplify);
-    let Lighter { results, certified, note, pack, named } = lighter(document, job, weights, watch)?;
-    let dress = dressed(document, &results, job, watch)?;
-    let (packing, unpacked) = packed(document, &results.iter().collect::<Vec<_>>(), pack, job)?;
-    watch.begin(Part::Check);
-    let mut levels: Vec<Level> = results.iter().map(|it| measured(document, it, packing.as_ref(), job)).collect();
+    watch.begin(JobStage::Simplify);
+    let SimplifiedResults { results, certified, note, pack, named } = simplify_document(document, job, weights, watch)?;
+    let baked = bake_result(document, &results, job, watch)?;
+    let (packing, unpacked) = pack_results(document, &results.iter().collect::<Vec<_>>(), pack, job)?;
+    watch.begin(JobStage::Check);
+    let mut levels: Vec<Level> = results.iter().map(|it| measure_result(document, it, packing.as_ref(), job)).collect();
     for (level, distance) in levels.iter_mut().zip(&certified) {
-        level.certified = Some(Certified::of(distance, document.diagonal()));
+        level.certified = Some(Certified::new(distance, document.diagonal()));
     }
-    let of_dress = dress.as_ref().map_or(Vec::new(), |dress| dress.notes.clone());
-    let mut notes = [document.notes.clone(), of_dress, unpacked].concat();
+    let of_baked = baked.as_ref().map_or(Vec::new(), |baked| baked.notes.clone());
+    let mut notes = [document.notes.clone(), of_baked, unpacked].concat();
     let n_first_notes = notes.len();
-    let of_rest = results.first().and_then(|first| of_rest(job, first));
-    notes.extend([note.map(String::from), no_poses(document, job), of_rest].into_iter().flatten());
-    let mut report = told(document, job, &results, levels)?;
-    (report.notes, report.named, report.baked) = (notes, named, dress.as_ref().map(|dress| dress.figures));
-    Ok(Outcome { results, report, dress, packing, n_first_notes })
+    let unproved = results.first().and_then(|first| note_unproved(job, first));
+    notes.extend([note.map(String::from), note_missing_poses(document, job), unproved].into_iter().flatten());
+    let mut report = make_report(document, job, &results, levels)?;
+    (report.notes, report.named, report.baked) = (notes, named, baked.as_ref().map(|baked| baked.figures));
+    Ok(JobOutcome { results, report, baked, packing, n_first_notes })
 }
 
-fn lighter(
+fn simplify_document(
     document: &Document,
     job: &Job,
     weights: Option<&Weights>,
     watch: &mut dyn Watch,
-) -> Result<Lighter, JobError> {
+) -> Result<SimplifiedResults, JobError> {
     // Named shares are simplified first; the rest then gets the remaining size.
     let importance = importance(document, job)?;
     let options = options_for(document, job)?;
     if job.shares.is_empty() {
         let kept = document.faces_named("--keep", &job.keep)?;
         let input = document.input(&importance, &kept);
-        return whole(document, &input, (weights, &options), job, watch);
+        return simplify_to_goal(document, &input, (weights, &options), job, watch);
     }
     let (made, named) = shares::simplify_named(document, &importance, (weights, &options), job, watch)?;
-    let mut lighter = whole(document, &made.input(document.united()), (weights, &options), job, watch)?;
+    let mut lighter = simplify_to_goal(document, &made.input(document.united_mesh()), (weights, &options), job, watch)?;
     shares::widen(&mut lighter.results, &made);
-    Ok(Lighter { named, ..lighter })
+    Ok(SimplifiedResults { named, ..lighter })
 }
 
-fn whole(
+fn simplify_to_goal(
     document: &Document,
     input: &Input,
     (weights, options): (Option<&Weights>, &Options),
     job: &Job,
     watch: &mut dyn Watch,
-) -> Result<Lighter, JobError> {
-    let one = |result| Lighter::of(vec![result], job);
+) -> Result<SimplifiedResults, JobError> {
+    let one = |result| SimplifiedResults::new(vec![result], job);
     match &job.goal {
         Goal::Target | Goal::ShareOfFaces(_) => {
             Ok(one(simplify_input(input, weights, options, &mut |event| watch.event(event))?))
         }
         Goal::Levels(sizes) => {
-            let target = |size: &LevelSize| numbered(size.target(document.mesh().faces().len()), document, job);
+            let target = |size: &LevelSize| resolve_target(size.target(document.mesh().faces().len()), document, job);
             let further: Vec<Target> = sizes.iter().skip(1).map(target).collect();
             let tell = &mut |event| watch.event(event);
-            Ok(Lighter::of(simplify_levels_of_detail(input, weights, options, &further, tell)?, job))
+            Ok(SimplifiedResults::new(simplify_levels_of_detail(input, weights, options, &further, tell)?, job))
         }
-        Goal::Error(bound) => within(&[*bound], (document, input), (weights, options), job, watch),
-        Goal::ErrorLevels(bounds) => within(bounds, (document, input), (weights, options), job, watch),
+        Goal::Error(bound) => simplify_within(&[*bound], (document, input), (weights, options), job, watch),
+        Goal::ErrorLevels(bounds) => simplify_within(bounds, (document, input), (weights, options), job, watch),
         Goal::Size(n_bytes) => {
             document.check_bytes(*n_bytes, job, job.names.file(0))?;
             let bytes_of = |result: &Simplified| bytes_of(document, result, job);
@@ -124,19 +124,19 @@ fn whole(
 }
 
 fn bytes_of(document: &Document, result: &Simplified, job: &Job) -> Result<usize, JobError> {
-    let (packing, _) = packed(document, &[result], job.compress, job)?;
+    let (packing, _) = pack_results(document, &[result], job.compress, job)?;
     let alone = Meshes { results: vec![result], packing: packing.as_ref(), ..Meshes::default() };
-    let files = document.written(&alone, job, job.names.file(0));
+    let files = document.to_files(&alone, job, job.names.file(0));
     files.map(|files| files.n_bytes()).map_err(|error| JobError::Output(error.to_string()))
 }
 
 fn options_for(document: &Document, job: &Job) -> Result<Options, JobError> {
-    let prune_below = job.prune_below.map_or(0.0, |size| size.over(document.diagonal()));
+    let prune_below = job.prune_below.map_or(0.0, |size| size.to_absolute(document.diagonal()));
     let symmetric = job.options.symmetric.map(|symmetry| document.symmetry(symmetry)).transpose()?;
     let seam_error = job.seam_texels.map_or(SEAM_ERROR, |texels| document.share_of_texture(texels, job));
     let mut options = job.options.clone();
     options.frame = document.written_frame(job);
-    options.target = numbered(job.target(document.mesh().faces().len()), document, job);
+    options.target = resolve_target(job.target(document.mesh().faces().len()), document, job);
     options.prune_below = prune_below;
     options.seam_error = seam_error;
     options.symmetric = symmetric;
@@ -144,27 +144,27 @@ fn options_for(document: &Document, job: &Job) -> Result<Options, JobError> {
 }
 
 // If names have shares, the rest of the input has fewer vertices, so a share must become a number.
-fn numbered(target: Target, document: &Document, job: &Job) -> Target {
+fn resolve_target(target: Target, document: &Document, job: &Job) -> Target {
     if job.shares.is_empty() { target } else { shares::in_numbers(target, document.mesh().positions().len()) }
 }
 
-fn dressed(
+fn bake_result(
     document: &Document,
     results: &[Simplified],
     job: &Job,
     watch: &mut dyn Watch,
-) -> Result<Option<Dress>, JobError> {
+) -> Result<Option<BakedMaterial>, JobError> {
     let (Some(size), Some(result)) = (job.bake, results.first()) else { return Ok(None) };
-    watch.begin(Part::Bake);
+    watch.begin(JobStage::Bake);
     let is_gltf = matches!(job.format, Format::Gltf | Format::Glb);
     let (looks, missing) = document.looks(job.allow_outside);
     let original = (document.mesh(), document.attributes(), &looks);
-    let dress = bake::dress(size, is_gltf, original, &result.mesh).map_err(JobError::Document)?;
-    Ok(Some(Dress { notes: [missing, dress.notes].concat(), ..dress }))
+    let baked = bake::bake_material(size, is_gltf, original, &result.mesh).map_err(JobError::Document)?;
+    Ok(Some(BakedMaterial { notes: [missing, baked.notes].concat(), ..baked }))
 }
 
 // One line per value that cannot be packed.
-fn packed(
+fn pack_results(
     document: &Document,
     results: &[&Simplified],
     options: Option<PackOptions>,
@@ -177,21 +177,21 @@ fn packed(
 }
 
 /// Measures size, distance and, if requested, topology of a result.
-fn measured(document: &Document, result: &Simplified, packing: Option<&Packing>, job: &Job) -> Level {
-    let distance = || document.distance(result, packing, SAMPLES).as_ref().map(Distance::of);
-    let mut output = Output::of(Size::of(&result.mesh, job.shapes), &result.report);
-    output.dropped = document.dropped(&result.report);
+fn measure_result(document: &Document, result: &Simplified, packing: Option<&Packing>, job: &Job) -> Level {
+    let distance = || document.distance(result, packing, SAMPLES).as_ref().map(DistanceFigures::new);
+    let mut output = OutputFigures::new(Size::measure(&result.mesh, job.shapes), &result.report);
+    output.dropped = document.dropped_components(&result.report);
     Level::new(output, outcome_words(&result.report.outcome), job.check.then(distance).flatten())
 }
 
-fn no_poses(document: &Document, job: &Job) -> Option<String> {
+fn note_missing_poses(document: &Document, job: &Job) -> Option<String> {
     let has_poses = document.attributes().channels.iter().any(|channel| channel.role == Role::MorphPosition);
     let what = "--for poses: the mesh has no skin or morph targets, so every region is assumed to bend alike";
     (job.options.purpose == Purpose::Poses && !has_poses).then(|| what.into())
 }
 
 // The proof may leave out dropped components.
-fn of_rest(job: &Job, result: &Simplified) -> Option<String> {
+fn note_unproved(job: &Job, result: &Simplified) -> Option<String> {
     let is_by_name = job.prune_below.is_some() || job.options.hidden == Hidden::Drop;
     let is_proved = matches!(job.goal, Goal::Error(_) | Goal::ErrorLevels(_));
     let what =
@@ -199,16 +199,21 @@ fn of_rest(job: &Job, result: &Simplified) -> Option<String> {
     (is_proved && is_by_name && result.report.components_pruned > 0).then(|| what.into())
 }
 
-fn told(document: &Document, job: &Job, results: &[Simplified], levels: Vec<Level>) -> Result<Report, JobError> {
+fn make_report(
+    document: &Document,
+    job: &Job,
+    results: &[Simplified],
+    levels: Vec<Level>,
+) -> Result<JobReport, JobError> {
     let none = || JobError::Document("no result was made".into());
     let (first, result) = levels.first().cloned().zip(results.first()).ok_or_else(none)?;
     // Dropped components change the topology, so the report shows it.
     let with_shape = job.shapes || result.report.components_pruned > 0;
-    let is_stopped = why_stopped(&first.outcome).is_some();
-    let free = if is_stopped { what_frees(job, document, &first.output) } else { Vec::new() };
-    Ok(Report {
+    let is_stopped = stop_reason(&first.outcome).is_some();
+    let free = if is_stopped { list_advice(job, document, &first.output) } else { Vec::new() };
+    Ok(JobReport {
         free,
-        input: Size::of(document.mesh(), with_shape),
+        input: Size::measure(document.mesh(), with_shape),
         output: first.output,
         target: target_words(&job.goal, job.options.target),
         outcome: first.outcome,

@@ -48,7 +48,7 @@ pub enum Count {
 
 impl Count {
     /// Returns the number for a total of `n`, at least 1.
-    pub fn of(self, n: usize) -> usize {
+    pub fn resolve(self, n: usize) -> usize {
         match self {
             Self::Number(number) => number,
             // The factor is needed since 29 % of 100 is 28.999999999999996 in doubles.
@@ -86,7 +86,7 @@ impl LevelSize {
         match self {
             Self::Vertices(Count::Share(ratio)) => Target::Ratio(ratio),
             Self::Vertices(Count::Number(n)) => Target::Vertices(n),
-            Self::Faces(count) => Target::Faces(count.of(n_faces)),
+            Self::Faces(count) => Target::Faces(count.resolve(n_faces)),
         }
     }
 
@@ -118,7 +118,7 @@ impl fmt::Display for Bound {
 
 impl Bound {
     /// Converts to the unit of a mesh with this diagonal.
-    pub fn over(self, diagonal: f64) -> f64 {
+    pub fn to_absolute(self, diagonal: f64) -> f64 {
         match self {
             Self::Absolute(distance) => distance,
             Self::Percent(percent) => 0.01 * percent * diagonal,
@@ -139,12 +139,15 @@ mod tests {
 
     #[test]
     fn a_share_of_many_is_the_number_that_people_mean() {
-        assert_eq!([Count::Share(0.29).of(100), Count::Share(0.001).of(3), Count::Number(7).of(3)], [29, 1, 7]);
+        assert_eq!(
+            [Count::Share(0.29).resolve(100), Count::Share(0.001).resolve(3), Count::Number(7).resolve(3)],
+            [29, 1, 7]
+        );
         assert_eq!([Count::Share(0.07).to_string(), Count::Number(5).to_string()], ["7%", "5"]);
     }
 
     #[test]
     fn a_distance_in_percent_is_one_of_the_diagonal() {
-        assert_eq!([Bound::Percent(5.0).over(4.0), Bound::Absolute(5.0).over(4.0)], [0.2, 5.0]);
+        assert_eq!([Bound::Percent(5.0).to_absolute(4.0), Bound::Absolute(5.0).to_absolute(4.0)], [0.2, 5.0]);
     }
 }

@@ -16,14 +16,14 @@ use resize::{Filter, Resizer, Type};
 const QUALITY: u8 = 90;
 
 // Resized images by hash of bytes and use; `None` for unchanged ones.
-type Made = HashMap<(u64, ImageUse), Option<Vec<u8>>>;
+type ResizedImages = HashMap<(u64, ImageUse), Option<Vec<u8>>>;
 
 /// Resizer of images longer than `side` pixels; other images keep every byte.
 #[derive(Debug)]
 pub struct Textures {
     side: usize,
     // Images of all results are kept, so that each is resized once.
-    made: Mutex<Made>,
+    made: Mutex<ResizedImages>,
     /// Reasons why images could not be resized.
     problems: Mutex<BTreeSet<String>>,
 }
@@ -72,7 +72,7 @@ fn smaller(file: &[u8], used: ImageUse, side: usize) -> Option<Vec<u8>> {
     let longer = image.width.max(image.height);
     let scaled = |length: usize| ((length * side + longer / 2) / longer).max(1);
     let size = [scaled(image.width), scaled(image.height)];
-    let smaller = resized(&image, size, used).ok()?;
+    let smaller = resize_image(&image, size, used).ok()?;
     match ImageFormat::from_signature(file)? {
         ImageFormat::Png | ImageFormat::Ktx2 => {}
         ImageFormat::WebP => return encode_webp(&smaller),
@@ -148,7 +148,7 @@ impl PixelFormat for Numbers {
 }
 
 /// Resizes an image: colours in linear light, numbers by mean, directions normalised.
-fn resized(image: &Image, size: [usize; 2], used: ImageUse) -> Result<Image, resize::Error> {
+fn resize_image(image: &Image, size: [usize; 2], used: ImageUse) -> Result<Image, resize::Error> {
     let mut pixels = match used {
         ImageUse::Colours => resample(image, size, Colours::new(), Type::Lanczos3)?,
         _ => resample(image, size, Numbers, Type::Custom(Filter::box_filter(0.5)))?,
@@ -193,24 +193,24 @@ mod tests {
         Image { width, height, rgba: (0..width * height).flat_map(pixel).collect() }
     }
 
-    fn made(image: &Image, used: ImageUse, side: usize) -> Option<Image> {
+    fn resize_file(image: &Image, used: ImageUse, side: usize) -> Option<Image> {
         Textures::new(side).convert(&encode_png(image), used).map(|file| decode_image(&file).unwrap())
     }
 
     #[test]
     fn the_longer_side_is_as_long_as_asked_and_small_images_keep_every_byte() {
         let long = image(60, 7, |_| [9, 90, 200, 255]);
-        let small = made(&long, ImageUse::Colours, 30).unwrap();
+        let small = resize_file(&long, ImageUse::Colours, 30).unwrap();
         assert_eq!((small.width, small.height), (30, 4));
         assert!(small.rgba.as_chunks::<4>().0.iter().all(|pixel| *pixel == [9, 90, 200, 255]), "{:?}", small.rgba);
-        let side = |pixels| made(&image(pixels, 1, |_| [1; 4]), ImageUse::Numbers, 8).map(|small| small.width);
+        let side = |pixels| resize_file(&image(pixels, 1, |_| [1; 4]), ImageUse::Numbers, 8).map(|small| small.width);
         assert_eq!([side(8), side(9)], [None, Some(8)]);
     }
 
     #[test]
     fn light_is_averaged_for_colours_and_numbers_for_numbers() {
         let stripes = image(64, 64, |at| if at % 2 == 0 { [0, 0, 0, 255] } else { [255; 4] });
-        let grey = |used| made(&stripes, used, 32).unwrap().rgba[4 * (16 * 32 + 16)];
+        let grey = |used| resize_file(&stripes, used, 32).unwrap().rgba[4 * (16 * 32 + 16)];
         assert!((186..=190).contains(&grey(ImageUse::Colours)), "{}", grey(ImageUse::Colours));
         assert!((127..=128).contains(&grey(ImageUse::Numbers)), "{}", grey(ImageUse::Numbers));
     }
@@ -218,7 +218,7 @@ mod tests {
     #[test]
     fn what_is_not_seen_has_no_colour_to_give() {
         let cut_out = image(64, 64, |at| if at % 64 < 32 { [200, 0, 0, 255] } else { [0, 255, 0, 0] });
-        let small = made(&cut_out, ImageUse::Colours, 16).unwrap();
+        let small = resize_file(&cut_out, ImageUse::Colours, 16).unwrap();
         let seen = small.rgba.as_chunks::<4>().0.iter().filter(|pixel| pixel[3] > 0);
         assert!(
             seen.clone().count() >= 8 * 16 && seen.clone().all(|pixel| pixel[1] < 8),
@@ -230,7 +230,7 @@ mod tests {
     #[test]
     fn directions_keep_their_length() {
         let bumps = image(64, 1, |at| if at % 2 == 0 { [218, 128, 218, 255] } else { [37, 128, 218, 255] });
-        let small = made(&bumps, ImageUse::Normals, 32).unwrap();
+        let small = resize_file(&bumps, ImageUse::Normals, 32).unwrap();
         assert!(small.rgba.as_chunks::<4>().0.iter().all(|pixel| pixel[2] >= 254), "{:?}", small.rgba);
     }
 

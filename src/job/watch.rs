@@ -6,7 +6,7 @@ use crate::simplify::Event;
 
 /// Stage of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
+pub enum JobStage {
     /// Reading files.
     Read,
     /// Simplification, which reports its own progress.
@@ -24,14 +24,14 @@ pub enum Part {
 /// Listener for the progress of a job, which can end it; closures ignore stages.
 pub trait Watch: Send {
     /// Receives the start of a stage.
-    fn begin(&mut self, part: Part);
+    fn begin(&mut self, stage: JobStage);
 
     /// Receives progress of the simplification; `Break` ends the job.
     fn event(&mut self, event: Event) -> ControlFlow<()>;
 }
 
 impl<F: FnMut(Event) -> ControlFlow<()> + Send> Watch for F {
-    fn begin(&mut self, _: Part) {}
+    fn begin(&mut self, _: JobStage) {}
 
     fn event(&mut self, event: Event) -> ControlFlow<()> {
         self(event)

@@ -8,8 +8,8 @@ use crate::simplify::{Event, Input, Options, Outcome};
 
 use super::document::Document;
 use super::error::JobError;
-use super::lighter::Lighter;
 use super::request::Job;
+use super::simplified_results::SimplifiedResults;
 use super::size::Bound;
 use super::watch::Watch;
 
@@ -18,16 +18,16 @@ const ROUNDING_OF_ERROR: f64 = 0.125;
 const ENDED_EARLY: &str = "the search ended early, so a smaller mesh may also meet the bound: needle-like faces and large intersecting faces take long to measure";
 
 /// Finds the smallest result within each of these rising distances.
-pub(super) fn within(
+pub(super) fn simplify_within(
     bounds: &[Bound],
     (document, input): (&Document, &Input),
     (weights, options): (Option<&Weights>, &Options),
     job: &Job,
     watch: &mut dyn Watch,
-) -> Result<Lighter, JobError> {
-    let errors: Vec<f64> = bounds.iter().map(|bound| bound.over(document.diagonal())).collect();
+) -> Result<SimplifiedResults, JobError> {
+    let errors: Vec<f64> = bounds.iter().map(|bound| bound.to_absolute(document.diagonal())).collect();
     let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
-    let mut lighter = Lighter::of(Vec::new(), job);
+    let mut lighter = SimplifiedResults::new(Vec::new(), job);
     lighter.pack = pack_below(least, document, job);
     let rounding = rounding_below(least, lighter.pack.as_ref(), document, job)?;
     for (number, error) in errors.iter().enumerate() {
@@ -39,7 +39,7 @@ pub(super) fn within(
         // The search leaves room for the rounding of the file.
         let found = simplify_to_error(input, weights, options, error - rounding, &mut tell)?;
         lighter.note = lighter.note.or(found.ended_early.then_some(ENDED_EARLY));
-        let (mut result, mut distance) = (found.simplified, widened(&found.distance, rounding));
+        let (mut result, mut distance) = (found.simplified, widen_bounds(&found.distance, rounding));
         // A result for a smaller distance is valid here too, and may be smaller if this search ended early.
         if let (Some(last), Some(held)) = (lighter.results.last(), lighter.certified.last())
             && last.mesh.faces().len() <= result.mesh.faces().len()
@@ -80,7 +80,7 @@ fn pack_below(error: f64, document: &Document, job: &Job) -> Option<PackOptions>
     Some(PackOptions { bits: (asked.bits..most).find(is_small).unwrap_or(most), ..asked })
 }
 
-fn widened(distance: &CertifiedDistance, by: f64) -> CertifiedDistance {
+fn widen_bounds(distance: &CertifiedDistance, by: f64) -> CertifiedDistance {
     let mut wide = *distance;
     wide.lower = (wide.lower - by).max(0.0);
     wide.upper += by;

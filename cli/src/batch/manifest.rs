@@ -12,7 +12,7 @@ use super::path_text::{parse_path, spell_path};
 use crate::failure::Failure;
 use crate::files;
 use crate::names::level_paths;
-use neural_mesh::job::{Level, REACHED, Report};
+use neural_mesh::job::{JobReport, Level, REACHED};
 
 pub const NAME: &str = "manifest.csv";
 /// Shortest time between two writes; a killed batch repeats the meshes since the last one.
@@ -79,11 +79,11 @@ impl ManifestRow {
         Ok((old.outcome == PENDING || old.is_done()) && old.output == self.output)
     }
 
-    fn fill(&mut self, done: Result<Report, Failure>, seconds: f64) {
+    fn fill(&mut self, done: Result<JobReport, Failure>, seconds: f64) {
         self.seconds = Some(seconds);
         match done {
             Err(failure) => self.outcome = format!("{FAILED}{failure}"),
-            Ok(Report { input, output, outcome, distance, levels, .. }) => {
+            Ok(JobReport { input, output, outcome, distance, levels, .. }) => {
                 (self.vertices, self.faces) = (Some(input.vertices), Some(input.faces));
                 let level = Level::new(output, outcome, distance);
                 let levels = if levels.is_empty() { vec![level] } else { levels };
@@ -217,7 +217,7 @@ impl Manifest {
         self.set(i, Err(why), 0.0)
     }
 
-    pub fn set(&self, i: usize, done: Result<Report, Failure>, seconds: f64) -> Result<(), Failure> {
+    pub fn set(&self, i: usize, done: Result<JobReport, Failure>, seconds: f64) -> Result<(), Failure> {
         let mut locked = self.lock_rows();
         locked.rows[i].fill(done, seconds);
         if locked.written.elapsed() > PATIENCE { self.write(&mut locked) } else { Ok(()) }

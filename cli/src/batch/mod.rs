@@ -28,7 +28,7 @@ use crate::words::Voice;
 use crate::{files, interrupt, memory, read, simplify};
 use inputs::Input;
 use manifest::{BatchFolders, Manifest, ManifestRow, with_more};
-use neural_mesh::job::{Job, RatioOf, Report};
+use neural_mesh::job::{Job, JobReport, RatioOf};
 use places::Places;
 
 const REPORT: &str = ".json";
@@ -215,7 +215,7 @@ impl Batch {
         self.progress.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn simplify_one(&self, i: usize) -> Result<Report, Failure> {
+    fn simplify_one(&self, i: usize) -> Result<JobReport, Failure> {
         let below = self.manifest.output(i);
         let output = outputs::prepare_path(&self.folder, &below)?;
         // An existing file may be the result of an earlier run, so it does not count as an obstacle here.

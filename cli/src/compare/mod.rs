@@ -12,7 +12,7 @@ use std::path::Path;
 
 use neural_mesh::appearance::{self, USUAL_HEIGHT, appearance};
 use neural_mesh::io::ReadMesh;
-use neural_mesh::job::{Part, Watch};
+use neural_mesh::job::{JobStage, Watch};
 use neural_mesh::metrics::{CompareOptions, Figure, ReferenceMesh, compare};
 
 use crate::args::CompareArgs;
@@ -49,7 +49,7 @@ const COSTS: [f64; 2] = [0.05, 0.15];
 
 fn plan(args: &CompareArgs) -> Plan {
     let drawing = if args.html.is_some() { COSTS[1] } else { 0.0 };
-    Plan::new(&[(Part::Read, COSTS[0]), (Part::Check, 1.0), (Part::Picture, drawing)])
+    Plan::new(&[(JobStage::Read, COSTS[0]), (JobStage::Check, 1.0), (JobStage::Picture, drawing)])
 }
 
 pub fn run(args: &CompareArgs) -> Result<(), Failure> {
@@ -61,7 +61,7 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
 
 fn run_in_pool(args: &CompareArgs) -> Result<(), Failure> {
     let mut progress = Progress::new(args.quiet, plan(args));
-    progress.begin(Part::Read);
+    progress.begin(JobStage::Read);
     let Meshes { original, simplified, unread } = read_all(args, Vec::new())?;
     let left_out = if unread.is_empty() { Ok(()) } else { Err(Failure::Reported) };
     progress.suspend(|| unread.iter().for_each(complain));
@@ -69,7 +69,7 @@ fn run_in_pool(args: &CompareArgs) -> Result<(), Failure> {
         return left_out;
     }
     let comparison = measure_results(args, original, simplified, &mut progress);
-    progress.begin(Part::Picture);
+    progress.begin(JobStage::Picture);
     let PreparedOutputs { pending, json, notes } = prepare_outputs(args, &comparison)?;
     drop(progress);
     // Messages must not mix with JSON on standard output.
@@ -96,13 +96,13 @@ pub fn compare_in_memory(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Re
 }
 
 fn measure_results(args: &CompareArgs, original: Named, simplified: Vec<Named>, progress: &mut Progress) -> Comparison {
-    progress.begin(Part::Check);
+    progress.begin(JobStage::Check);
     let mut judging = CompareOptions::default();
     (judging.samples, judging.seed) = (args.samples, args.seed);
     let prepared = ReferenceMesh::new(&original.mesh, &judging);
     let n_results = simplified.len() as f64;
     let judge = |(number, mesh): (usize, Named)| {
-        progress.move_on(Part::Check, (number as f64 + 0.5) / (n_results + 0.5));
+        progress.move_on(JobStage::Check, (number as f64 + 0.5) / (n_results + 0.5));
         let mut figures = compare(&prepared, &mesh.mesh);
         let looks = args.appearance.then(|| appearance(original.to_shaded(), mesh.to_shaded(), USUAL_HEIGHT)).flatten();
         figures.extend(appearance::figures(looks.as_ref()));

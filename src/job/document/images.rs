@@ -11,7 +11,7 @@ use crate::job::request::Job;
 
 impl Document {
     /// Rejects a document with an undecodable image if the job bakes textures.
-    pub fn decoded(self, job: &Job) -> Result<Self, JobError> {
+    pub fn check_images(self, job: &Job) -> Result<Self, JobError> {
         let Some(size) = job.bake else { return Ok(self) };
         let (looks, _) = self.looks(job.allow_outside);
         let mut known: Vec<Arc<[u8]>> = Vec::new();

@@ -2,9 +2,9 @@
 
 mod images;
 mod least;
-mod named;
+mod named_groups;
+mod placed_surface;
 mod read;
-mod seen;
 mod write;
 
 use crate::io::{self, Asset, Extra};
@@ -19,8 +19,8 @@ use super::report::Dropped;
 use super::request::Job;
 use super::textures::Textures;
 
-pub use named::listed;
-pub use seen::Seen;
+pub use named_groups::list_names;
+pub use placed_surface::PlacedSurface;
 
 /// A mesh, or a scene whose meshes are united into one.
 pub struct Document {
@@ -107,19 +107,19 @@ impl Document {
     }
 
     /// Lists the dropped components with the names of their mesh or object and material.
-    pub fn dropped(&self, report: &simplify::Report) -> Vec<Dropped> {
+    pub fn dropped_components(&self, report: &simplify::Report) -> Vec<Dropped> {
         let name = |face: u32| {
             let group = self.attributes().group(face);
             match &self.kind {
                 Kind::Mesh { extra, .. } => extra.groups.get(group as usize).map_or_else(String::new, |group| {
-                    named(group.object.as_ref().or(group.name.as_ref()), group.material.as_ref())
+                    join_names(group.object.as_ref().or(group.name.as_ref()), group.material.as_ref())
                 }),
                 Kind::Scene { asset, united, pieces } => {
                     let piece = united.piece_of_group(group);
                     let part = pieces.iter().position(|of_part| *of_part == Some(piece));
                     part.map_or_else(String::new, |part| {
                         let part = &asset.parts()[part];
-                        named(Some(&part.name), part.materials.get((group - united.first_group(piece)) as usize))
+                        join_names(Some(&part.name), part.materials.get((group - united.first_group(piece)) as usize))
                     })
                 }
             }
@@ -153,7 +153,7 @@ impl Document {
         let mut input = Input::bare(self.mesh());
         input.attributes = self.wanted.as_ref().unwrap_or(self.attributes());
         (input.importance, input.kept) = (importance, kept);
-        input.scene = self.united();
+        input.scene = self.united_mesh();
         input
     }
 
@@ -165,7 +165,7 @@ impl Document {
     }
 
     /// Returns the united mesh of a scene.
-    pub fn united(&self) -> Option<&UnitedMesh> {
+    pub fn united_mesh(&self) -> Option<&UnitedMesh> {
         match &self.kind {
             Kind::Mesh { .. } => None,
             Kind::Scene { united, .. } => Some(united),
@@ -196,7 +196,7 @@ impl Document {
     }
 
     /// Sets the importance of each vertex of the file.
-    pub fn weighed(self, factors: Option<Vec<f32>>) -> Self {
+    pub fn with_importance(self, factors: Option<Vec<f32>>) -> Self {
         Self { factors, ..self }
     }
 
@@ -221,7 +221,7 @@ impl Document {
 }
 
 /// Joins the given names, such as `door (oak)`.
-fn named(object: Option<&String>, material: Option<&String>) -> String {
+fn join_names(object: Option<&String>, material: Option<&String>) -> String {
     match (object, material) {
         (Some(object), Some(material)) => format!("{object} ({material})"),
         (object, material) => object.or(material).cloned().unwrap_or_default(),

@@ -32,9 +32,9 @@ impl Document {
         let kind = Kind::Mesh { cleaned: Box::new(cleaned), exact, extra };
         let textures = job.textures.map(Textures::new);
         Self { frame, counts, notes, repaired: None, kind, wanted: None, factors: None, textures }
-            .decoded(job)?
-            .repaired(job)?
-            .wanting(job)
+            .check_images(job)?
+            .repair_mesh(job)?
+            .select_attributes(job)
     }
 
     /// Cleans each mesh of a glTF scene.
@@ -42,7 +42,7 @@ impl Document {
     /// # Errors
     /// As [`from_mesh`](Self::from_mesh).
     pub fn from_asset(asset: Asset, job: &Job) -> Result<Self, JobError> {
-        Self::of_asset(asset, job)?.repaired(job)?.wanting(job)
+        Self::clean_asset(asset, job)?.repair_mesh(job)?.select_attributes(job)
     }
 
     /// Reads a document from the bytes of a file, which must not need companion files.
@@ -71,7 +71,7 @@ impl Document {
         Self::from_mesh(io::read_attributed_in(bytes, name, folder).map_err(refused)?, job)
     }
 
-    fn of_asset(asset: Asset, job: &Job) -> Result<Self, JobError> {
+    fn clean_asset(asset: Asset, job: &Job) -> Result<Self, JobError> {
         let options = clean_options(job);
         let poses = if job.options.purpose == Purpose::Poses { asset.poses() } else { Ok(Vec::new()) };
         let poses = poses.map_err(|error| JobError::Document(error.to_string()))?;
@@ -109,7 +109,7 @@ impl Document {
     }
 
     // The result needs these attributes, and its format can store them.
-    fn wanting(mut self, job: &Job) -> Result<Self, JobError> {
+    fn select_attributes(mut self, job: &Job) -> Result<Self, JobError> {
         if job.format.is_bare() || job.bake.is_some() {
             self.wanted = Some(Attributes::default());
             return Ok(self);
@@ -136,13 +136,13 @@ impl Document {
         Ok(self)
     }
 
-    fn repaired(mut self, job: &Job) -> Result<Self, JobError> {
+    fn repair_mesh(mut self, job: &Job) -> Result<Self, JobError> {
         let repaired = match job.repair {
             None => return Ok(self),
             Some(Repair::FillHoles(most_edges)) => fill_holes(self.mesh(), self.attributes(), most_edges),
             Some(Repair::Printable(size)) => {
                 self.check_printable(job)?;
-                let least_size = size.over(self.mesh().diagonal());
+                let least_size = size.to_absolute(self.mesh().diagonal());
                 printable(self.mesh(), self.attributes(), least_size)
                     .map_err(|error| JobError::Document(format!("--printable: {error}")))?
             }
@@ -184,7 +184,7 @@ fn weld_near(raw: &mut RawMesh, job: &Job, scale: f64) {
     if let Some(bound) = job.weld_near {
         let distance = match bound {
             Bound::Absolute(distance) => distance / scale,
-            Bound::Percent(_) => bound.over(raw.diagonal()),
+            Bound::Percent(_) => bound.to_absolute(raw.diagonal()),
         };
         snap(&mut raw.positions, distance);
     }

@@ -11,7 +11,7 @@ use crate::mesh::cleanup::Cleaned;
 use crate::mesh::{Attributes, Frame, PositionGrid, TriMesh, UnitedMesh, longest_side};
 use crate::simplify::Simplified;
 
-use crate::job::dress::Dress;
+use crate::job::baked_material::BakedMaterial;
 use crate::job::files::{Files, Meshes};
 use crate::job::request::{Ignored, Job};
 use crate::job::textures::Textures;
@@ -59,9 +59,9 @@ impl Document {
     }
 
     /// Writes results in the job's format; `file_name` is the name of the mesh file.
-    pub fn written(
+    pub fn to_files(
         &self,
-        Meshes { results, coverage, dress, packing }: &Meshes,
+        Meshes { results, coverage, baked, packing }: &Meshes,
         job: &Job,
         file_name: &str,
     ) -> Result<Files, WriteError> {
@@ -69,13 +69,13 @@ impl Document {
             Kind::Mesh { cleaned, exact, extra } => {
                 let Some(result) = results.first() else { return Ok(Files::default()) };
                 let exact = exact.as_ref().and_then(|positions| in_place(positions, cleaned, result, job));
-                let attributes = dress.map_or(&result.attributes, |dress| &dress.attributes);
+                let attributes = baked.map_or(&result.attributes, |baked| &baked.attributes);
                 let mut model = Model::new(&result.mesh, self.frame, attributes, extra);
                 model.exact = exact;
                 let mut options = WriteOptions::new(job.format, library_name(job, file_name));
                 (options.allow_outside, options.packing) = (job.allow_outside, packing.cloned());
                 (options.images, options.shares_images) = (self.textures(), job.names.shared.is_some());
-                self.mesh_files(model, *dress, &options, job)
+                self.mesh_files(model, *baked, &options, job)
             }
             Kind::Scene { asset, united, pieces } => {
                 let lighter =
@@ -93,7 +93,7 @@ impl Document {
     fn mesh_files(
         &self,
         model: Model,
-        dress: Option<&Dress>,
+        baked: Option<&BakedMaterial>,
         options: &WriteOptions,
         job: &Job,
     ) -> Result<Files, WriteError> {
@@ -102,7 +102,7 @@ impl Document {
         let mut nameless = Extra::default();
         nameless.unit.clone_from(&extra.unit);
         let is_nameless = job.ignore.contains(&Ignored::Materials) || options.format.is_bare();
-        model.extra = dress.map_or(if is_nameless { &nameless } else { extra }, |dress| &dress.extra);
+        model.extra = baked.map_or(if is_nameless { &nameless } else { extra }, |baked| &baked.extra);
         let said = dropped.as_ref().and_then(|_| io::describe_losses(options.format, model.attributes, model.extra));
         let written = io::write_attributed(&model, options)?;
         let others = written.notes.into_iter().filter(|note| said.as_ref() != Some(note));

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use neural_mesh::io::{self, Format};
-use neural_mesh::job::{Arguments, Document, Files, Job, Part, Seconds, Watch, run};
+use neural_mesh::job::{Arguments, Document, Files, Job, JobStage, Seconds, Watch, run};
 use neural_mesh::simplify::Event;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -17,7 +17,8 @@ use crate::message::{Answer, Message};
 use crate::refusal::Refusal;
 
 /// Steps of a job, by their numbers in calls of `progress`.
-const PARTS: [Part; 6] = [Part::Read, Part::Simplify, Part::Bake, Part::Check, Part::Write, Part::Picture];
+const PARTS: [JobStage; 6] =
+    [JobStage::Read, JobStage::Simplify, JobStage::Bake, JobStage::Check, JobStage::Write, JobStage::Picture];
 
 #[derive(Deserialize)]
 struct SimplifyRequest {
@@ -35,11 +36,11 @@ pub fn simplify_document(message: &Message, json: Value, answer: &mut Answer, te
     let asked: SimplifyRequest = serde_json::from_value(json)?;
     let mut job = asked.to_job()?;
     let mut watch = Watcher { tell, part: 0, is_ended: false, since: seconds(), seconds: [0.0; PARTS.len()] };
-    watch.begin(Part::Read);
+    watch.begin(JobStage::Read);
     let document = asked.read_document(message, &job)?;
     asked.name_files(&mut job, &document);
     let mut outcome = run(&document, &job, None, &mut watch)?;
-    watch.begin(Part::Write);
+    watch.begin(JobStage::Write);
     let mut files = Vec::new();
     if asked.out.is_some() {
         let written = outcome.write(&document, &job)?;
@@ -84,7 +85,7 @@ impl SimplifyRequest {
             }
             (None, Some(arrays)) => {
                 let (read, importance) = arrays.read(message)?;
-                Ok(Document::from_mesh(read, job)?.weighed(importance))
+                Ok(Document::from_mesh(read, job)?.with_importance(importance))
             }
             _ => Err(Refusal::new("give one mesh, as a file or as arrays")),
         }
@@ -140,7 +141,7 @@ impl Watcher {
 }
 
 impl Watch for Watcher {
-    fn begin(&mut self, part: Part) {
+    fn begin(&mut self, part: JobStage) {
         self.end_part();
         self.part = PARTS.iter().position(|other| *other == part).unwrap_or_default() as u32;
         self.is_ended |= (self.tell)(0.0, self.part).is_break();

@@ -5,7 +5,7 @@ use serde::Deserialize;
 /// Value of an option, read as on the command line.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(untagged)]
-pub enum Value {
+pub enum OptionValue {
     /// Option without a value, or not given.
     Flag(bool),
     /// Number: `0.1`, `5000`.
@@ -14,7 +14,7 @@ pub enum Value {
     Text(String),
 }
 
-impl Value {
+impl OptionValue {
     /// Returns the value as text; `None` for a flag.
     pub fn text(&self) -> Option<String> {
         match self {
@@ -30,13 +30,13 @@ impl Value {
     }
 }
 
-impl From<f64> for Value {
+impl From<f64> for OptionValue {
     fn from(number: f64) -> Self {
         Self::Number(number)
     }
 }
 
-impl From<&str> for Value {
+impl From<&str> for OptionValue {
     fn from(text: &str) -> Self {
         Self::Text(text.into())
     }

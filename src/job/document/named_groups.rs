@@ -33,7 +33,7 @@ impl Document {
 
     /// Returns the groups of faces with a name, or an error text.
     pub fn groups_named(&self, name: &str) -> Result<Vec<u32>, String> {
-        let named = self.named();
+        let named = self.named_groups();
         let groups: Vec<u32> =
             named.iter().filter(|(other, _)| other == name).flat_map(|(_, groups)| groups).copied().collect();
         if !groups.is_empty() {
@@ -41,10 +41,10 @@ impl Document {
         }
         let kinds = if self.is_scene() { "node, mesh or material" } else { "material, group or object" };
         let names: BTreeSet<&str> = named.iter().map(|(name, _)| name.as_str()).collect();
-        Err(format!("the mesh has no such {kinds}; it has: {}", listed(names)))
+        Err(format!("the mesh has no such {kinds}; it has: {}", list_names(names)))
     }
 
-    fn named(&self) -> Vec<Named> {
+    fn named_groups(&self) -> Vec<Named> {
         let (asset, united, pieces) = match &self.kind {
             Kind::Scene { asset, united, pieces } => (asset, united, pieces),
             Kind::Mesh { extra, .. } => {
@@ -69,7 +69,7 @@ impl Document {
 }
 
 /// Joins names by commas; shortens long lists.
-pub fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+pub fn list_names<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     let names: Vec<&str> = names.into_iter().collect();
     match names.len() {
         0 => "none".into(),
@@ -84,8 +84,8 @@ mod tests {
 
     #[test]
     fn of_many_names_the_first_are_listed() {
-        assert_eq!((listed([]), listed(["a", "b"])), ("none".into(), "a, b".into()));
+        assert_eq!((list_names([]), list_names(["a", "b"])), ("none".into(), "a, b".into()));
         let many: Vec<String> = (0..50).map(|i| format!("n{i}")).collect();
-        assert!(listed(many.iter().map(String::as_str)).ends_with("n38, n39, and 10 more"));
+        assert!(list_names(many.iter().map(String::as_str)).ends_with("n38, n39, and 10 more"));
     }
 }

@@ -6,7 +6,7 @@ use crate::mesh::{Attributes, Looks};
 use serde::Serialize;
 
 /// A baked material and the attributes that use it.
-pub struct Dress {
+pub struct BakedMaterial {
     /// Attributes of the corners.
     pub attributes: Attributes,
     /// Material by name.
@@ -14,14 +14,14 @@ pub struct Dress {
     /// Material for pictures.
     pub looks: Looks,
     /// Figures for the report.
-    pub figures: Baked,
+    pub figures: BakeFigures,
     /// Failures, one line each.
     pub notes: Vec<String>,
 }
 
 /// Figures of a bake.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct Baked {
+pub struct BakeFigures {
     /// Texels per side of each texture.
     pub size: usize,
     /// Number of charts.

@@ -7,7 +7,7 @@ use crate::simplify::Simplified;
 use super::report::NamedShare;
 use super::request::Job;
 
-pub(super) struct Lighter {
+pub(super) struct SimplifiedResults {
     pub results: Vec<Simplified>,
     // Proved distance of each result, if the goal is a distance.
     pub certified: Vec<CertifiedDistance>,
@@ -16,8 +16,8 @@ pub(super) struct Lighter {
     pub named: Vec<NamedShare>,
 }
 
-impl Lighter {
-    pub fn of(results: Vec<Simplified>, job: &Job) -> Self {
+impl SimplifiedResults {
+    pub fn new(results: Vec<Simplified>, job: &Job) -> Self {
         Self { results, certified: Vec::new(), note: None, pack: job.compress, named: Vec::new() }
     }
 }

@@ -12,7 +12,7 @@ use super::write::lighter_parts;
 use super::{Document, Kind};
 
 /// A surface with the transforms of its scene.
-pub struct Seen<'a> {
+pub struct PlacedSurface<'a> {
     /// Mesh.
     pub mesh: Cow<'a, TriMesh>,
     /// Attributes of the mesh.
@@ -21,33 +21,38 @@ pub struct Seen<'a> {
 
 impl Document {
     /// Returns original and result with their scene's transforms, relative to one origin.
-    pub fn seen(&self, result: &Simplified) -> Result<[Seen<'_>; 2], ReadError> {
+    pub fn place_surfaces(&self, result: &Simplified) -> Result<[PlacedSurface<'_>; 2], ReadError> {
         let Kind::Scene { asset, united, pieces } = &self.kind else {
-            let result =
-                Seen { mesh: Cow::Owned(result.mesh.clone()), attributes: Cow::Owned(result.attributes.clone()) };
+            let result = PlacedSurface {
+                mesh: Cow::Owned(result.mesh.clone()),
+                attributes: Cow::Owned(result.attributes.clone()),
+            };
             return Ok([
-                Seen { mesh: Cow::Borrowed(self.mesh()), attributes: Cow::Borrowed(self.attributes()) },
+                PlacedSurface { mesh: Cow::Borrowed(self.mesh()), attributes: Cow::Borrowed(self.attributes()) },
                 result,
             ]);
         };
         let before = (&united.mesh, &united.attributes);
         let mut origin = None;
-        let mut seen = |(mesh, attributes): (&TriMesh, &Attributes)| {
+        let mut place = |(mesh, attributes): (&TriMesh, &Attributes)| {
             let parts = lighter_parts(asset, united, pieces, mesh, attributes);
             let meshes: Vec<RawMesh> = parts.into_iter().map(as_raw).collect();
             let mut scene = asset.scene_mesh(&meshes)?;
             if scene.faces.is_empty() {
                 // No node refers to a mesh: the mesh is used without transforms.
-                return Ok(Seen { mesh: Cow::Owned(mesh.clone()), attributes: Cow::Owned(Attributes::default()) });
+                return Ok(PlacedSurface {
+                    mesh: Cow::Owned(mesh.clone()),
+                    attributes: Cow::Owned(Attributes::default()),
+                });
             }
             let origin = *origin.get_or_insert(scene.positions.first().copied().unwrap_or_default());
             scene.positions.iter_mut().flatten().zip(origin.into_iter().cycle()).for_each(|(x, from)| *x -= from);
             scene.double = false;
             let cleaned = clean(scene, &CleanOptions::default());
             let (mesh, attributes) = cleaned.map_or_else(|_| Default::default(), |it| (it.mesh, it.attributes));
-            Ok(Seen { mesh: Cow::Owned(mesh), attributes: Cow::Owned(attributes) })
+            Ok(PlacedSurface { mesh: Cow::Owned(mesh), attributes: Cow::Owned(attributes) })
         };
-        Ok([seen(before)?, seen((&result.mesh, &result.attributes))?])
+        Ok([place(before)?, place((&result.mesh, &result.attributes))?])
     }
 
     fn view_of<'a>(&self, mesh: &'a TriMesh, attributes: &Attributes) -> Cow<'a, TriMesh> {
