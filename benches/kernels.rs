@@ -1,6 +1,6 @@
 //! Times of the network's kernels on one thread: 25 thousand vertices, 30 thousand triangles, 64 channels.
 //!
-//! Names that end in `_both` are forward and backward together, to all inputs.
+//! Names that end in `_both` are forward and backward passes together.
 
 use divan::{Bencher, black_box};
 use neural_mesh::autodiff::{Tape, Value};
@@ -18,12 +18,11 @@ fn main() {
     divan::main();
 }
 
-/// Creates reproducible numbers in -1..1.
 fn values(n_rows: usize, n_cols: usize) -> Matrix {
     Matrix::from_fn(n_rows, n_cols, |row, col| ((row * 7919 + col * 104_729) % 2003) as f32 / 1001.5 - 1.0)
 }
 
-/// Builds a jittered sheet of side x side points and its triangles.
+// Builds a jittered sheet of side x side points and its triangles.
 fn sheet(side: u32) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     let jitter = |i: u32| (i * 7919 % 101) as f32 / 250.0;
     let point = |i: u32| [(i % side) as f32 + jitter(i), (i / side) as f32 + jitter(i + 1), jitter(i + 2)];
@@ -63,7 +62,7 @@ fn dev_conv_25k(bencher: Bencher) {
     bencher.bench_local(|| neighbour_max_product_relu(&product(black_box(&x), &theta, &[]), &graph, &phi));
 }
 
-/// Runs `f` over parameters and carries a gradient of its result back to all of them.
+// Runs `f` over parameters, and the backward pass to all of them.
 fn both(inputs: &[Matrix], f: impl Fn(&mut Tape, &[Value]) -> Value) -> Matrix {
     let mut tape = Tape::default();
     let parameters: Vec<Value> = inputs.iter().map(|m| tape.parameter(m.clone())).collect();
@@ -104,7 +103,6 @@ fn attention_25k_both(bencher: Bencher) {
     });
 }
 
-/// Builds the graph of 30 thousand triangles with 20 neighbours each.
 fn triangle_graph() -> Csr {
     let (points, faces) = sheet(123);
     let barycenter = |face: &[u32; 3]| {

@@ -1,5 +1,4 @@
-//! Fits a simplified surface to points by gradient descent on the vertices of the fine mesh: the simplifier as one
-//! step of a learnable pipeline. Nothing knows the shape but the points.
+//! Fits a simplified surface to points by gradient descent on the vertices of the fine mesh.
 
 use std::ops::ControlFlow;
 
@@ -8,22 +7,22 @@ use neural_mesh::mesh::{TriMesh, shapes};
 use neural_mesh::simplify::{Options, Record, Simplified, SimplifyError, Target, simplify_recorded};
 use neural_mesh::spatial::NearestOnTriangles;
 
-/// Descents between two simplifications: so long the connectivity stays.
+/// Descents between two simplifications; the connectivity is constant between them.
 const STEPS: usize = 10;
-/// How often the mesh is simplified.
+/// Number of simplifications.
 const ROUNDS: usize = 12;
-/// Length of a step over the gradient.
+/// Length of a step relative to the gradient.
 const RATE: f32 = 0.5;
-/// How often a gradient is averaged over neighbours.
+/// Number of times that a gradient is averaged over neighbours.
 const SPREAD: usize = 8;
 
-/// Points on an ellipsoid with waves, about as large as the sphere that the fit begins with.
+/// Returns points on an ellipsoid with waves, about as large as the initial sphere.
 pub fn target() -> Vec<Vec3> {
     let shape = |p: Vec3| p * Vec3::new(1.4, 1.0, 0.7) * (1.0 + 0.1 * (5.0 * p.x).sin());
     shapes::icosphere(4).positions().iter().map(|p| shape((*p).into())).collect()
 }
 
-/// Mean squared distance of the points from the surface, and the gradient of half its sum to the surface's vertices.
+/// Returns the mean squared distance of the points from the surface, and the gradient of half its sum to the vertices.
 fn loss(vertices: &[[f32; 3]], faces: &[[u32; 3]], points: &[Vec3]) -> (f64, Vec<Vec3>) {
     let triangles: Vec<_> = faces.iter().map(|face| face.map(|v| vertices[v as usize])).collect();
     let surface = NearestOnTriangles::new(&triangles);
@@ -39,12 +38,12 @@ fn loss(vertices: &[[f32; 3]], faces: &[[u32; 3]], points: &[Vec3]) -> (f64, Vec
     (sum / points.len() as f64, gradient)
 }
 
-/// Simplifies `mesh` to 300 vertices, with the record of how.
+/// Simplifies `mesh` to 300 vertices, with the record of the run.
 fn simplified(mesh: &TriMesh) -> Result<(Simplified, Record), SimplifyError> {
     simplify_recorded(mesh, None, &Options::new(Target::Vertices(300)), &mut |_| ControlFlow::Continue(()))
 }
 
-/// Spreads a gradient over the mesh, so that it stays smooth: each vertex gets the mean over the faces around it.
+/// Smooths a gradient: each vertex gets the mean over the faces around it.
 fn smoothed(mut gradient: Vec<Vec3>, faces: &[[u32; 3]]) -> Vec<Vec3> {
     for _ in 0..SPREAD {
         let mut sums = vec![(Vec3::ZERO, 0.0); gradient.len()];
@@ -57,7 +56,7 @@ fn smoothed(mut gradient: Vec<Vec3>, faces: &[[u32; 3]]) -> Vec<Vec3> {
     gradient
 }
 
-/// Moves the vertices of `mesh` until its simplified surface lies on the points; returns the loss at each round.
+/// Moves the vertices of `mesh` until its simplified surface fits the points; returns the loss at each round.
 pub fn fit(mut mesh: TriMesh, points: &[Vec3]) -> Result<Vec<f64>, Box<dyn std::error::Error>> {
     let mut losses = Vec::new();
     for _ in 0..ROUNDS {

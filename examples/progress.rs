@@ -1,10 +1,8 @@
-//! How long the stages of a run take, how long it is silent at most, and how soon it stops: on a torus of so many faces.
+//! Measures the stages of a run on a torus, its longest silence, and how soon it stops.
 //!
-//! `cargo run --release --example progress -- FACES RATIO THREADS [STOPS]`
-//!
-//! Without `STOPS` prints for each stage its share of the time, the share of it that was said to be done at its end, and the longest
-//! time between two events. With it, asks a run to stop at so many moments, spread evenly at random over its time, and prints how
-//! long the longest took to return.
+//! `cargo run --release --example progress -- FACES RATIO THREADS [STOPS]` Without `STOPS` prints for each stage its share
+//! of the time, the progress reported at its end, and the longest time between two events. Otherwise stops the run at
+//! `STOPS` random moments and prints the longest times to return.
 
 use std::error::Error;
 use std::ops::ControlFlow;
@@ -22,7 +20,7 @@ fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
     let &[faces, ratio, threads, ref stops @ ..] = &numbers[..] else {
         return Err("FACES RATIO THREADS [STOPS]".into());
     };
-    // Twice as many vertices around as across.
+    // The torus has twice as many vertices around as across.
     let across = (faces / 4.0).sqrt().round() as u32;
     let mesh = shapes::torus(2 * across, across, 1.0, 0.4);
     let options = Options::new(Target::Ratio(ratio));
@@ -34,7 +32,7 @@ fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
     }
 }
 
-/// What is told of one stage.
+/// Reports of one stage.
 struct Stage {
     name: &'static str,
     began: Instant,
@@ -43,7 +41,7 @@ struct Stage {
     n_events: usize,
 }
 
-/// Listens to a whole run and says how its stages went; returns how long it took.
+/// Prints the stages of a whole run; returns its duration.
 fn stages(mesh: &TriMesh, options: &Options) -> Result<Duration, SimplifyError> {
     let mut stages: Vec<Stage> = Vec::new();
     let begin = Instant::now();
@@ -80,7 +78,7 @@ fn stages(mesh: &TriMesh, options: &Options) -> Result<Duration, SimplifyError> 
     Ok(end - begin)
 }
 
-/// Asks runs to stop at random moments of `whole` and says how long the slowest took from there.
+/// Stops runs at random moments of `whole` and prints the longest times to return.
 fn stop(mesh: &TriMesh, options: &Options, n: usize, whole: Duration) -> Result<(), Box<dyn Error + Send + Sync>> {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(1);
     let mut times = Vec::new();

@@ -3,7 +3,7 @@
 use neural_mesh::io::{self, Format};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 
-/// Reads `bytes` with attributes: the mesh is the same, and its attributes survive OBJ and PLY.
+/// Reads `bytes` with attributes, which must survive OBJ and PLY.
 fn check_attributed(bytes: &[u8], format: Format) {
     let Ok(read) = io::read_attributed(bytes, Some(format)) else { return };
     assert!(read.notes.iter().all(|note| !note.contains(['\n', '\r'])));

@@ -1,4 +1,4 @@
-//! Attributes, groups, materials and properties survive reading and writing as far as a format holds them.
+//! Attributes, groups and materials survive reading and writing, where the format has them.
 
 use crate::common::changed;
 use std::path::Path;
@@ -11,7 +11,6 @@ use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
 use neural_mesh::mesh::{Attributes, Channel, RawMesh, Role};
 use proptest::prelude::*;
 
-/// A mesh of a file, cleaned.
 #[derive(Debug)]
 struct Opened {
     cleaned: Cleaned,
@@ -43,7 +42,6 @@ fn text(written: &WrittenModel) -> String {
     String::from_utf8(written.bytes.clone()).unwrap()
 }
 
-/// Formats position, channel values and group of every corner, one row for each face.
 fn corners(cleaned: &Cleaned, roles: &[Role]) -> Vec<String> {
     let Cleaned { mesh, attributes, .. } = cleaned;
     let corner = |face: usize, corner: usize| {
@@ -55,15 +53,13 @@ fn corners(cleaned: &Cleaned, roles: &[Role]) -> Vec<String> {
     (0..mesh.faces().len()).map(|face| [0, 1, 2].map(|i| corner(face, i)).join(" | ")).collect()
 }
 
-/// Any single-precision number that a file may hold.
 fn any_finite() -> impl Strategy<Value = f32> {
     any::<u32>().prop_map(f32::from_bits).prop_filter("not finite", |x| x.is_finite())
 }
 
-/// A channel: what it means, and its columns.
 type Columns = (Role, &'static [(&'static str, Scalar)]);
 
-/// Generates meshes whose corners carry these channels (role, columns), with groups counted in the order of faces.
+// Generates meshes whose corners carry these channels, with groups numbered in the order of faces.
 fn any_model(channels: &'static [Columns]) -> impl Strategy<Value = Opened> {
     let positions = prop::collection::vec(prop::array::uniform3(any_finite().prop_map(f64::from)), 4..12);
     let faces =
@@ -100,7 +96,7 @@ fn any_model(channels: &'static [Columns]) -> impl Strategy<Value = Opened> {
         let faces = faces.iter().map(|face| face.0).collect();
         let raw = changed(RawMesh::new(positions, faces), |raw| raw.attributes = attributes);
         let mut cleaned = clean(raw, &CleanOptions::default()).unwrap();
-        // Numbered in order of first use, as by a reader.
+        // Groups are numbered in order of first use, as a reader does.
         let mut used = cleaned.attributes.groups.clone();
         used.dedup();
         let number = |group: &u32| used.iter().position(|other| other == group).unwrap() as u32;
@@ -218,7 +214,7 @@ proptest! {
                 prop_assert_eq!(read.mesh.attributes.wedges.is_empty(), read.mesh.attributes.channels.is_empty() || read.mesh.faces.is_empty());
                 let bare = io::read(&bytes, None).unwrap();
                 prop_assert_eq!(&bare.faces, &read.mesh.faces);
-                // Undefined numbers are not equal to themselves.
+                // NaN differs from itself, so positions are compared as text.
                 prop_assert_eq!(format!("{:?}", bare.positions), format!("{:?}", read.mesh.positions));
                 if let Ok(cleaned) = clean(read.mesh, &CleanOptions::default()) {
                     let model = Opened { cleaned, extra: read.extra, notes: Vec::new() };
@@ -234,7 +230,7 @@ proptest! {
     }
 }
 
-/// Builds a PLY of four vertices, a quad and a triangle, with vertex columns in this order.
+// Builds a PLY of a quad and a triangle, with vertex columns in this order.
 fn odd_ply(encoding: &str, order: &[&str], label: &str, with_uvs: bool) -> Vec<u8> {
     let mut out = format!("ply\nformat {encoding} 1.0\ncomment made by hand\nelement vertex 4\n").into_bytes();
     let kind = |name: &str| match name {
@@ -341,8 +337,8 @@ fn groups_come_back_in_their_order() {
 
 #[test]
 fn odd_texts() {
-    // Relative numbers, continued and CRLF lines, corners that lack or miss values, a quad with them, a material without
-    // a library.
+    // Relative numbers, continued and CRLF lines, corners without values, a quad with such corners, a material without a
+    // library.
     let cases = [
         format!("{QUAD}usemtl x\nf -5/-5 -4/-4 -3/-3 -2/-2\n"),
         format!("{QUAD}usemtl x\nf 1/1 2/2 \\\n 3/3 4/4\n"),
@@ -364,7 +360,6 @@ fn odd_texts() {
     assert_eq!(nan.notes.len(), 4, "{:?}", nan.notes);
 }
 
-/// Where no attribute is, nothing is carried, and the mesh is as the geometry alone is read.
 #[test]
 fn bare_files_carry_nothing() {
     for text in ["v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\nf 1 2 3\n", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"]
@@ -375,7 +370,6 @@ fn bare_files_carry_nothing() {
     }
 }
 
-/// Writes an asset into its own folder, next to a file that does not belong to it.
 fn asset(files: &[(&str, &str)]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     for (name, text) in files {
@@ -578,6 +572,6 @@ fn groups_of_every_face_are_said_and_dropped_and_many_groups_are_kept() {
     let ply = written(&many, Format::Ply);
     assert!(String::from_utf8_lossy(&ply.bytes[..600]).contains("property int material_index"));
     assert_eq!(io::read_looks(&many.extra, false).0.of_groups.len(), 100_000);
-    // Seconds if time grows linearly with the groups, minutes if quadratically.
+    // The time is seconds if it grows linearly with the groups, minutes if quadratically.
     assert!(began.elapsed().as_secs() < 60, "{:?}", began.elapsed());
 }

@@ -1,4 +1,4 @@
-//! Attributes of whole meshes: seams stay seams, values stay in place, and locked vertices do not move.
+//! Attributes of whole meshes: seams stay seams, values stay in place.
 
 use crate::common::changed;
 use std::collections::BTreeSet;
@@ -18,17 +18,16 @@ fn simplified(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Sim
     simplify_input(&input, None, options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
-/// Returns the octant of a direction, 0 to 7.
 fn octant(p: Vec3) -> u32 {
     u32::from(p.x > 0.0) + 2 * u32::from(p.y > 0.0) + 4 * u32::from(p.z > 0.0)
 }
 
-/// Returns the texture coordinates of a point in the chart of an octant; charts are ten apart.
+// Returns the texture coordinates of a point in an octant's chart.
 fn uv(p: Vec3, octant: u32) -> [f32; 2] {
     [10.0 * octant as f32 + p.x + 0.5 * p.z, p.y - 0.5 * p.z]
 }
 
-/// Builds a bumpy sphere in eight charts, with a wedge for each corner.
+// Builds a bumpy sphere in eight charts, with a wedge for each corner.
 fn charted_sphere() -> (TriMesh, Attributes) {
     let mesh = shapes::wavy_sphere(5, 6.0);
     let position = |v: u32| Vec3::from(mesh.positions()[v as usize]);
@@ -77,7 +76,7 @@ fn no_face_mixes_charts_and_values_stay_where_they_were() {
                 worst = worst.max((0..2).map(|i| (meant[i] - found[i]).abs()).fold(0.0, f32::max));
             }
         }
-        // Groups hold their borders; a curve with slack may deviate as far as the target allows.
+        // Group borders are exact; a curve with slack may deviate by as much as the target allows.
         let slack = if with_groups || seam_error == held { 0.0 } else { 1.0 / (n as f32).sqrt() };
         assert!(worst < 0.08 + slack, "{n} {worst}");
         let n_charts: BTreeSet<u32> =
@@ -94,7 +93,7 @@ fn no_face_mixes_charts_and_values_stay_where_they_were() {
 
 #[test]
 fn a_seam_within_one_chart_stays_a_seam() {
-    // Around a torus: u jumps from 1 to 0.
+    // The seam goes around a torus: u jumps from 1 to 0 there.
     let mesh = shapes::torus(96, 32, 1.0, 0.4);
     let turn = |v: u32, face: &[u32; 3]| {
         let angle = |v: u32| {
@@ -117,7 +116,7 @@ fn a_seam_within_one_chart_stays_a_seam() {
     assert!(seams(&result.mesh, &result.attributes, 0.0).len() > 4);
 }
 
-/// Builds patches of materials over a bumpy sphere, `n` along each side of a cube around it.
+// Builds patches of materials over a bumpy sphere, `n` along each side of a cube around it.
 fn patched(n: f32) -> (TriMesh, Attributes) {
     let mesh = shapes::wavy_sphere(5, 6.0);
     let patch = |face: &[u32; 3]| {
@@ -201,12 +200,11 @@ fn hard_edges_make_way_and_stay_where_they_are() {
     }
 }
 
-/// Charts of a grid over a torus, more than there are to be vertices.
 #[test]
 fn small_charts_make_way_for_the_size_asked_for() {
     let mesh = shapes::torus(96, 48, 1.0, 0.4);
     let n_faces = mesh.faces().len() as u32;
-    // Faces two by two, in the order of the grid; charts four squares wide and high.
+    // Faces come in pairs, in the order of the grid; charts are four squares wide and high.
     let chart = |face: u32| (face / 2 / 48 / 4) * 12 + face / 2 % 48 / 4;
     let uv = |face: u32, v: u32| {
         let [x, y, z] = mesh.positions()[v as usize];
@@ -323,21 +321,20 @@ fn attributes_of_another_mesh_are_refused() {
     assert!(result.is_err_and(|error| error.to_string().contains("attributes")));
 }
 
-/// Builds a square of n x n quads with these heights.
+// Builds a square of n x n quads with these heights.
 fn terrain(n: u32, height: impl Fn(f32, f32) -> f32) -> TriMesh {
     let flat = shapes::grid(n, n);
     let positions = flat.positions().iter().map(|&[x, y, _]| [x, y, height(x, y)]).collect();
     TriMesh::new(positions, flat.faces().to_vec()).unwrap()
 }
 
-/// Creates a channel with values at the vertices.
 fn at_vertices(mesh: &TriMesh, role: Role, width: usize, value: impl Fn(Vec3) -> Vec<f32>) -> Attributes {
     let values = mesh.positions().iter().flat_map(|&p| value(p.into())).collect();
     let channels = vec![Channel { name: "values".into(), role, width, values }];
     Attributes { wedges: mesh.faces().to_vec(), channels, groups: Vec::new() }
 }
 
-/// Returns the root mean square of the error of the first number, interpolated over the faces of a result.
+// Returns the root mean square error of the first number, interpolated over the faces of a result.
 fn error(result: &TriMesh, numbers: impl Fn(usize) -> [f32; 3], meant: impl Fn(Vec3) -> f32) -> f32 {
     let (mut sum, mut n) = (0.0, 0.0);
     for (f, face) in result.faces().iter().enumerate() {
@@ -356,7 +353,6 @@ fn error(result: &TriMesh, numbers: impl Fn(usize) -> [f32; 3], meant: impl Fn(V
     (sum / n).sqrt()
 }
 
-/// Returns the first number at the corners of a face.
 fn at_corners(attributes: &Attributes, f: usize) -> [f32; 3] {
     attributes.wedges[f].map(|wedge| attributes.channels[0].value(wedge)[0])
 }
@@ -436,7 +432,7 @@ fn vertices_stay_where_colours_change() {
 
 #[test]
 fn small_charts_do_not_hold_what_is_around_them() {
-    // 674 charts of 30 faces each: they meet by threes at twice as many corners, more than the vertices asked for.
+    // 674 charts of 30 faces each meet by threes at twice as many corners, more than the target's vertices.
     let mesh = shapes::icosphere(5);
     let cell = |p: Vec3| p.to_array().map(|x| (x * 6.0).round() as i32);
     let centre = |face: &[u32; 3]| face.iter().map(|&v| Vec3::from(mesh.positions()[v as usize])).sum::<Vec3>() / 3.0;
@@ -452,7 +448,7 @@ fn small_charts_do_not_hold_what_is_around_them() {
     assert_eq!((result.report.outcome, left.len()), (Outcome::Reached, cells.len()));
 }
 
-/// Returns the root mean square of the sines between interpolated and expected normals.
+// Returns the root mean square of the sines between interpolated and expected normals.
 fn normal_error(result: &TriMesh, normals: impl Fn(usize) -> [Vec3; 3], meant: impl Fn(Vec3) -> Vec3) -> f32 {
     let (mut sum, mut n) = (0.0, 0.0);
     for (f, face) in result.faces().iter().enumerate() {
@@ -518,7 +514,7 @@ fn shading_does_not_jump_where_only_texture_or_material_does() {
 #[test]
 fn vertices_stay_where_normals_change() {
     let mesh = shapes::grid(60, 60);
-    // A flat sheet that is shaded as if it bent in the middle.
+    // A flat sheet is shaded as if it bent in the middle.
     let meant = |p: Vec3| Vec3::new(0.8 * (1.0 - 4.0 * (p - 0.5).truncate().length()).max(0.0), 0.0, 1.0).normalize();
     let attributes = at_vertices(&mesh, Role::Normal, 3, |p| meant(p).to_array().to_vec());
     let result = simplified(&mesh, &attributes, &Options::new(Target::Vertices(80)));

@@ -1,7 +1,6 @@
-//! Broken and unusual files: each gives a one-line error or a valid mesh in short time; nothing panics, no valid file is rejected.
+//! Broken and unusual files give a one-line error or a valid mesh in short time.
 //!
-//! The files in `tests/meshes/bad` are always read. A larger collection is read if it exists in `../shared/data` (or in
-//! `NEURAL_MESH_DATA`): `MANIFEST.csv` and `bad.tar.xz`, unpacked once to `target`.
+//! `tests/meshes/bad` is always read; the larger collection in `../shared/data` or `NEURAL_MESH_DATA` only if it exists.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -9,7 +8,7 @@ use std::time::{Duration, Instant};
 use neural_mesh::io::{self, Format};
 use neural_mesh::mesh::cleanup::{self, CleanOptions, Cleaned};
 
-/// The files of `tests/meshes/bad` without a usable face.
+// Files of `tests/meshes/bad` without a usable face.
 const REFUSED: [&str; 12] = [
     "all_same_point.ply",
     "ascii_stl_nan.stl",
@@ -25,7 +24,7 @@ const REFUSED: [&str; 12] = [
     "README.md",
 ];
 
-/// Returns the mesh of a file or its error, within a minute even on a busy machine.
+// Returns the mesh of a file or its error, within a minute.
 fn outcome(path: &Path) -> Result<Cleaned, String> {
     let start = Instant::now();
     let result = io::read_path(path, None)
@@ -40,7 +39,7 @@ fn outcome(path: &Path) -> Result<Cleaned, String> {
     result
 }
 
-/// Expects that the mesh is not empty, uses all vertices, and survives writing.
+// Expects that the mesh is not empty, uses all vertices, and survives writing.
 fn check(path: &Path, Cleaned { mesh, frame, source, .. }: &Cleaned) {
     assert!(!mesh.faces().is_empty(), "{path:?}");
     let mut used = vec![false; mesh.positions().len()];
@@ -51,7 +50,7 @@ fn check(path: &Path, Cleaned { mesh, frame, source, .. }: &Cleaned) {
     assert_eq!(again.mesh.faces(), mesh.faces(), "{path:?}");
 }
 
-/// Expects that reading attributes gives the same mesh, which survives OBJ and PLY.
+// Expects that reading attributes gives the same mesh, which survives OBJ and PLY.
 fn check_attributed(path: &Path, bare: Option<&Cleaned>) {
     let read = io::read_attributed_path(path, None).ok();
     assert!(read.iter().flat_map(|read| &read.notes).all(|note| !note.contains(['\n', '\r'])), "{path:?}");
@@ -130,7 +129,7 @@ fn collection() {
     assert!(n_files > 100);
 }
 
-/// Returns the manifest and the unpacked folder of the collection, if it exists.
+// Returns the manifest and the unpacked folder of the collection, if it exists.
 fn collection_folder() -> Option<(String, PathBuf)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let data = std::env::var_os("NEURAL_MESH_DATA").map_or(root.join("../shared/data"), PathBuf::from);
@@ -138,7 +137,7 @@ fn collection_folder() -> Option<(String, PathBuf)> {
     let target = root.join("target/meshes");
     if !target.join("bad").is_dir() {
         std::fs::create_dir_all(&target).ok()?;
-        // Unpacked under another name and then renamed, so that a parallel test never sees half of it.
+        // The archive is unpacked under another name and then renamed, so that a parallel test never reads half of it.
         let aside = tempfile::tempdir_in(&target).ok()?;
         let archive = data.join("bad.tar.xz");
         let status =

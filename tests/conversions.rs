@@ -1,4 +1,4 @@
-//! Conversion between formats with scenes and without: attributes and materials are kept.
+//! Conversion between formats keeps attributes and materials.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use neural_mesh::mesh::{Attributes, Channel, Role, Wrap};
 use neural_mesh::picture::{Image, encode_png};
 use serde_json::Value;
 
-/// A roof of two quads: the first with texture and vertex colours, the second in one colour.
+// A roof of two quads: the first with texture and vertex colours, the second in one colour.
 const ROOF: &str = "mtllib a.mtl\no roof\nv 0 0 0 1 0.5 0\nv 1 0 0 1 1 1\nv 1 1 1 0 0 0\nv 0 1 1 0.25 0.5 1\nv 0 2 0 1 1 1\n\
 v 1 2 0 0 1 0\nvt 0 0\nvt 1 0\nvt 1 0.25\nvt 0 0.25\nvn 0 -0.6 0.8\nvn 0 0.6 0.8\nusemtl tiles\nf 1/1/1 2/2/1 3/3/1\n\
 f 1/1/1 3/3/1 4/4/1\nusemtl tin\nf 4/1/2 3/2/2 6/3/2\nf 4/1/2 6/3/2 5/4/2\n";
@@ -42,7 +42,7 @@ fn written((cleaned, extra): &(Cleaned, Extra), format: Format) -> WrittenModel 
     write_attributed(&model, &WriteOptions::new(format, "out")).unwrap()
 }
 
-/// Returns position and values in a role for each corner, sorted.
+// Returns position and values in a role for each corner, sorted.
 fn carried((cleaned, _): &(Cleaned, Extra), role: Role) -> Vec<Vec<f32>> {
     let Cleaned { mesh, attributes, .. } = cleaned;
     let channel = attributes.channels.iter().find(|channel| channel.role == role).unwrap();
@@ -97,7 +97,6 @@ fn from_obj_to_glb_and_back_with_materials_and_textures() {
     }
 }
 
-/// Faces of a single material form no group, and keep the material.
 #[test]
 fn a_single_material_comes_along_with_its_texture() {
     let tiles = tiles();
@@ -108,7 +107,7 @@ fn a_single_material_comes_along_with_its_texture() {
     let asset = Asset::from_bytes(&glb.bytes, &|_| panic!("all is inside")).unwrap();
     assert_eq!(asset.parts()[0].materials, ["tiles"]);
     assert_eq!(&asset.looks().0[0][0].texture.as_ref().unwrap().image[..], &tiles[..]);
-    // Without a material there is none to keep.
+    // Without a material in the file, none is kept.
     let bare = folder(&[("roof.obj", one.replace("usemtl tiles\n", "").as_bytes())]);
     let bare = cleaned(read_attributed_path(&bare.path().join("roof.obj"), None).unwrap());
     let json = String::from_utf8(written(&bare, Format::Gltf).bytes).unwrap();

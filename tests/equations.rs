@@ -1,4 +1,4 @@
-//! Each numbered equation against golden values that `tests/golden/equations.py` computed from the paper.
+//! Each numbered equation against golden values of `tests/golden/equations.py`.
 
 use neural_mesh::autodiff::{Tape, Value};
 use neural_mesh::linalg::{Csr, Matrix};
@@ -9,7 +9,6 @@ use neural_mesh::model::{
 use safetensors::{Dtype, SafeTensors};
 use std::sync::Arc;
 
-/// The golden values, by name.
 struct Golden(SafeTensors<'static>);
 
 impl Golden {
@@ -23,12 +22,10 @@ impl Golden {
         tensor.data().as_chunks().0.to_vec()
     }
 
-    /// Returns all numbers of a tensor.
     fn numbers(&self, name: &str) -> Vec<f32> {
         self.words(name, Dtype::F32).into_iter().map(f32::from_le_bytes).collect()
     }
 
-    /// Returns rows of N indices.
     fn indices<const N: usize>(&self, name: &str) -> Vec<[u32; N]> {
         let words: Vec<u32> = self.words(name, Dtype::I32).into_iter().map(u32::from_le_bytes).collect();
         words.as_chunks().0.to_vec()
@@ -39,7 +36,7 @@ impl Golden {
         Value::constant(Matrix::new(shape[0], shape[1], self.numbers(name)))
     }
 
-    /// Returns weights: printed as `W x` with a row per output, stored with a row per input.
+    // Returns weights transposed: the paper prints a row per output, the program stores a row per input.
     fn weights(&self, name: &str) -> Value {
         Value::constant(self.matrix(name).matrix().transpose())
     }
@@ -64,7 +61,7 @@ impl Golden {
         }
     }
 
-    /// Expects the golden gradient, relative to its largest entry.
+    // Expects the golden gradient, relative to its largest entry.
     fn assert_slope(&self, name: &str, found: &[f32]) {
         let expected = self.numbers(name);
         assert_eq!(expected.len(), found.len(), "{name}");

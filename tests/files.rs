@@ -1,4 +1,4 @@
-//! Mesh files through the public readers and writers: every format restores what was written.
+//! Mesh files through the public readers and writers: every format restores the written mesh.
 
 use crate::common::changed;
 use neural_mesh::io::{self, Format};
@@ -6,10 +6,8 @@ use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
 use neural_mesh::mesh::{Frame, RawMesh, TriMesh};
 use proptest::prelude::*;
 
-/// The formats that can be written.
 const WRITTEN: [Format; 6] = [Format::Obj, Format::Ply, Format::PlyAscii, Format::Stl, Format::StlAscii, Format::Off];
 
-/// Returns the corner positions of all faces, n_faces x 3 x 3.
 fn corners(mesh: &TriMesh) -> Vec<[[f32; 3]; 3]> {
     mesh.faces().iter().map(|face| face.map(|vertex| mesh.positions()[vertex as usize])).collect()
 }
@@ -18,12 +16,10 @@ fn read_back(bytes: &[u8], format: Option<Format>) -> Cleaned {
     clean(io::read(bytes, format).unwrap(), &CleanOptions::default()).unwrap()
 }
 
-/// Generates finite single-precision numbers.
 fn any_finite() -> impl Strategy<Value = f32> {
     any::<u32>().prop_map(f32::from_bits).prop_filter("not finite", |x| x.is_finite())
 }
 
-/// Generates clean meshes with such coordinates.
 fn any_mesh(coordinates: impl Strategy<Value = f32>) -> impl Strategy<Value = Cleaned> {
     let positions = prop::collection::vec(prop::array::uniform3(coordinates.prop_map(f64::from)), 3..20);
     let faces = prop::collection::vec(prop::array::uniform3(0u32..20), 1..30);
@@ -103,7 +99,7 @@ proptest! {
     }
 }
 
-/// Builds a PLY with vertex properties in this `order`, lists on vertices, and a value after each face.
+// Builds a PLY with vertex properties in this `order`, lists on vertices, and a value after each face.
 fn ply(mesh: &TriMesh, encoding: &str, order: &[&str], wide: bool, length: &str, faces_first: bool) -> Vec<u8> {
     let put = |out: &mut Vec<u8>, kind: &str, value: f64| {
         let bytes = match kind {

@@ -1,4 +1,4 @@
-//! The example that learns through the simplifier: a sphere takes the shape of a point cloud.
+//! The example `fit_to_points`: a sphere takes the shape of a point cloud.
 
 #[path = "../examples/fit_to_points.rs"]
 #[allow(dead_code, reason = "its `main` is for those who run it")]

@@ -33,7 +33,7 @@ fn a_mesh_that_is_small_enough_still_comes_out_as_a_manifold() {
         let result = run(&mesh, &Options::new(Target::Vertices(n_vertices)));
         assert_closed_manifold(&result.mesh);
         assert_same_topology(&mesh, &result.mesh);
-        // A vertex between sheets is split; nothing else is removed for that.
+        // A vertex between sheets is split, and nothing else is removed for it.
         assert_eq!(result.mesh.positions().len(), n_vertices + result.report.split_vertices);
     }
 }

@@ -17,7 +17,7 @@ fn with(mesh: &TriMesh, options: &Options) -> Simplified {
     simplify(mesh, None, options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
-/// Returns the mesh after an STL round trip, welded by position.
+// Returns the mesh after an STL round trip, welded by position.
 fn through_stl(mesh: &TriMesh) -> TriMesh {
     let bytes = io::write(mesh, &Frame::default(), Format::Stl).unwrap();
     clean(io::read(&bytes, None).unwrap(), &CleanOptions::default()).unwrap().mesh
@@ -25,7 +25,7 @@ fn through_stl(mesh: &TriMesh) -> TriMesh {
 
 #[test]
 fn corners_and_creases_of_large_parts_stay() {
-    // More vertices than one collapse handles on a scan.
+    // The box has more vertices than one collapse takes from a scan.
     let size = [3.0, 2.0, 1.0];
     let mesh = shapes::cuboid(size, 60);
     assert!(mesh.positions().len() > 20_000);
@@ -44,7 +44,7 @@ fn corners_and_creases_of_large_parts_stay() {
     }
 }
 
-/// Expects a closed mesh of the target size that survives welding, with all components but those reported as dropped.
+// Expects a closed mesh of the target size that survives welding, with all components but those reported as dropped.
 fn check(original: &TriMesh, ratio: f64) {
     let options = Options::new(Target::Ratio(ratio));
     let result = check_with(original, ratio, &options);
@@ -97,7 +97,7 @@ fn closed_shapes_stay_closed() {
 
 #[test]
 fn threads_and_repetition_change_no_bit() {
-    // The second one is large enough for parallel runs and blocks.
+    // The second mesh is large enough for parallel runs and blocks.
     for (mesh, ratio) in [(shapes::wavy_sphere(5, 20.0), 0.1), (shapes::torus(600, 300, 1.0, 0.4), 0.15)] {
         let with = |n_threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();

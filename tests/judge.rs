@@ -10,7 +10,7 @@ proptest! {
 
     #[test]
     fn random_meshes_are_what_tests_take_them_for(mesh in uneven_closed_mesh()) {
-        // Vertices may share a position: repeated splits in one place exhaust the precision.
+        // Vertices may share a position: repeated splits of one edge exhaust the precision.
         let found = topology(&mesh);
         prop_assert!(found.is_closed_manifold() && found.unreferenced_vertices == 0, "{found:?}");
         // A triangle with an angle below 1e-5 counts as its edges, at most a quarter of its height away.
@@ -59,7 +59,7 @@ fn crossing_faces_are_those_of_the_naive_search() {
 
 #[test]
 fn vertices_at_one_position_are_no_trouble_of_the_topology() {
-    // An octahedron pressed flat.
+    // An octahedron is pressed flat.
     let positions = vec![[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0; 3], [0.0; 3]];
     let upper = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4]];
     let faces = upper.into_iter().chain(upper.map(|[a, b, _]| [b, a, 5])).collect();

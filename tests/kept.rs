@@ -19,10 +19,9 @@ fn input<'a>(mesh: &'a TriMesh, attributes: &'a Attributes, kept: &'a [bool]) ->
     changed(Input::bare(mesh), |input| (input.attributes, input.kept) = (attributes, kept))
 }
 
-/// A corner: the bits of its position and of all its values.
 type Corner = (Vec<u32>, Vec<(String, Vec<u32>)>);
 
-/// Returns faces as three corners, rotated to the least, in order.
+// Returns faces as three corners, the least corner first, in order.
 fn faces(mesh: &TriMesh, attributes: &Attributes, is_one: impl Fn(usize) -> bool) -> Vec<[Corner; 3]> {
     let bits = |values: &[f32]| values.iter().map(|x| x.to_bits()).collect::<Vec<u32>>();
     let corner = |f: usize, c: usize| {
@@ -56,7 +55,7 @@ fn assert_kept(before: &Input, result: &Simplified) {
     assert_eq!(missing, 0, "of {} kept faces", kept.len());
 }
 
-/// Builds a bumpy sphere with smooth texture coordinates, of which the faces above a height are kept.
+// Builds a bumpy sphere with texture coordinates; the faces above a height are kept.
 fn capped(height: f32) -> (TriMesh, Attributes, Vec<bool>) {
     let mesh = shapes::wavy_sphere(5, 6.0);
     let z = |face: &[u32; 3]| face.iter().map(|&v| mesh.positions()[v as usize][2]).sum::<f32>() / 3.0;
@@ -108,7 +107,7 @@ fn all_levels_keep_what_is_kept() {
     levels.iter().for_each(|level| assert_kept(&before, level));
 }
 
-/// Builds a large sphere with small ones inside, of which the last two are kept.
+// Builds a large sphere with small ones inside, of which the last two are kept.
 fn nested() -> (TriMesh, Vec<bool>) {
     let [large, small] = [shapes::icosphere(4), shapes::icosphere(1)];
     let (mut positions, mut faces) = (large.positions().to_vec(), large.faces().to_vec());

@@ -1,4 +1,4 @@
-//! Checks of `ARCHITECTURE.md` against the code: imports between modules, and what the library never does.
+//! Checks of `ARCHITECTURE.md` against the code.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -11,13 +11,11 @@ use proptest::test_runner::TestRunner;
 mod circles;
 mod lengths;
 
-/// A source file, with and without comments and tests.
 pub struct Source {
-    /// Path from the root of the repository, with `/` as separator.
+    // Path from the root of the repository, with `/` as separator.
     pub path: String,
-    /// Full text.
     pub text: String,
-    /// Code without comments and tests.
+    // Code without comments and tests.
     pub code: String,
 }
 
@@ -25,7 +23,6 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Reads all Rust files below a folder of the repository.
 pub fn sources(folder: &str) -> Vec<Source> {
     let mut files = Vec::new();
     collect(&root().join(folder), &mut files);
@@ -55,7 +52,7 @@ fn source(path: &Path) -> Source {
     Source { path, text, code }
 }
 
-/// Returns the position of a file's test module.
+// Returns the position of a file's test module.
 pub fn start_of_tests(text: &str) -> usize {
     let opens_module =
         |rest: &str| rest.lines().nth(1).is_some_and(|line| line.contains("mod ") && line.ends_with('{'));
@@ -63,14 +60,14 @@ pub fn start_of_tests(text: &str) -> usize {
     starts.find(|&at| opens_module(&text[at..])).unwrap_or(text.len())
 }
 
-/// Returns the library module of a file; `None` for `lib.rs`.
+// Returns the library module of a file; `None` for `lib.rs`.
 fn module(source: &Source) -> Option<&str> {
     let inside = source.path.strip_prefix("src/")?;
     let name = inside.split('/').next()?.trim_end_matches(".rs");
     (name != "lib").then_some(name)
 }
 
-/// Reads the layer table of `ARCHITECTURE.md`: the allowed imports of each module.
+// Reads the allowed imports of each module from the table in `ARCHITECTURE.md`.
 fn table() -> BTreeMap<String, Vec<String>> {
     let text = std::fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
     let rows = text.lines().map(|line| line.split('|').map(str::trim).collect::<Vec<_>>());
@@ -83,12 +80,12 @@ fn table() -> BTreeMap<String, Vec<String>> {
         .collect()
 }
 
-/// Lists the modules of the crate that code names after `crate::`, alone or in braces.
+// Lists the modules of the crate that code names after `crate::`, alone or in braces.
 fn imports(code: &str) -> Vec<String> {
     code.match_indices("crate::").flat_map(|(at, prefix)| first_names(&code[at + prefix.len()..])).collect()
 }
 
-/// Returns the first names of a path or a braced list: `{a::{b, c}, d}` gives a and d.
+// Returns the first names of a path or a braced list: `{a::{b, c}, d}` gives a and d.
 fn first_names(path: &str) -> Vec<String> {
     let Some(list) = path.strip_prefix('{') else { return vec![name(path)] };
     let mut depth = 0;
@@ -110,7 +107,7 @@ fn name(path: &str) -> String {
     path.trim_start().chars().take_while(|letter| letter.is_alphanumeric() || *letter == '_').collect()
 }
 
-/// Lists `path: word` for each forbidden word in the code of a file.
+// Lists `path: word` for each forbidden word in the code of a file.
 fn found(files: &[Source], words: &[&str]) -> Vec<String> {
     let hits = |source: &Source| {
         let held = words.iter().filter(|word| source.code.contains(**word));
@@ -169,7 +166,7 @@ fn nothing_gives_up() {
     let all: Vec<Source> =
         ["src", "c/src", "cli/src", "bench/src", "python/src", "web/src"].into_iter().flat_map(sources).collect();
     assert_eq!(found(&all, &[".unwrap()", "todo!(", "unimplemented!(", "allow(dead_code"]), Vec::<String>::new());
-    // Foreign data may be anything; further inside, an `expect` may state an invariant.
+    // Readers get arbitrary data and must not panic; elsewhere an `expect` may state an invariant.
     let boundary = |source: &Source| {
         ["c/", "cli/", "python/", "web/", "src/io/"].iter().any(|place| source.path.starts_with(place))
     };
@@ -182,7 +179,7 @@ fn unsafe_code_for_c_stands_in_one_file_and_says_why_it_is_sound() {
     let all: Vec<Source> = sources("c/src").into_iter().collect();
     let (pointers, others): (Vec<Source>, Vec<Source>) =
         all.into_iter().partition(|source| source.path == "c/src/pointers.rs");
-    // Elsewhere, names and functions with pointers are declared only.
+    // Other files only declare names and functions with pointers.
     assert_eq!(found(&others, &["unsafe {", "unsafe impl"]), Vec::<String>::new());
     let [Source { code, text, .. }] = &pointers[..] else { panic!("c/src/pointers.rs is missing") };
     let n_of = |text: &str, word: &str| text.matches(word).count();

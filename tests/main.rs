@@ -1,4 +1,4 @@
-//! The tests of the library as its users see it, in a single executable, since linking each file separately is slow.
+//! The tests of the library, in a single executable, since linking each file separately is slow.
 
 #[cfg(all(feature = "gzip", feature = "io"))]
 mod attributed;

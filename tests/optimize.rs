@@ -1,4 +1,4 @@
-//! Each `Optimize` is best by its own measure, each `Effort` closer than the one before, and all keep the guarantees.
+//! Each `Optimize` is best by its own measure, and each `Effort` is closer than the previous one.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -24,7 +24,7 @@ fn to(mesh: &TriMesh, ratio: f64, optimize: Optimize, effort: Effort) -> Simplif
     simplify(mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
-/// Returns the logarithms of mean distance, largest distance and normal error, summed over meshes and ratios.
+// Returns the logarithms of mean distance, largest distance and normal error, summed over meshes and ratios.
 fn figures(optimize: Optimize, effort: Effort) -> [f64; 3] {
     let mut sums = [0.0; 3];
     for name in NAMES {

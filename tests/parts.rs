@@ -1,4 +1,4 @@
-//! Shapes that careless simplifiers break: flat sides next to fine fillets, thin sheets, touching components, open or one-sided surfaces.
+//! Shapes that careless simplifiers break, such as thin sheets and touching components.
 
 use std::ops::ControlFlow;
 
@@ -18,7 +18,7 @@ fn with_scores(mesh: &TriMesh, ratio: f64, scores: ScoreSource) -> Simplified {
     simplify(mesh, None, &options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
-/// Expects the target size, or a larger result with a reason.
+// Expects the target size, or a larger result with a reason.
 #[track_caller]
 fn assert_size(mesh: &TriMesh, ratio: f64, result: &Simplified) {
     let asked = (mesh.positions().len() as f64 * ratio) as usize;
@@ -29,10 +29,10 @@ fn assert_size(mesh: &TriMesh, ratio: f64, result: &Simplified) {
     }
 }
 
-/// Allowed factor on the distance with scores of the network, which has never seen such shapes.
+// Allowed factor on the distance with scores of the network, which was not trained on such shapes.
 const ROOM: f64 = 2.5;
 
-/// Expects results that are closed, of equal topology, at their size, and within a share of the diagonal.
+// Expects results of equal topology, at their size, and within a share of the diagonal.
 fn check(mesh: &TriMesh, ratios_and_fractions: [(f64, f64); 3]) {
     for (ratio, fraction) in ratios_and_fractions {
         for scores in [ScoreSource::Network, ScoreSource::Geometry] {

@@ -1,6 +1,6 @@
-//! The network's stages forward and backward against golden values, which also test the Python modules.
+//! The network's stages forward and backward against golden values.
 //!
-//! They are in `python/tests/test_torch_network.py`. `NEURAL_MESH_PASSES=write` writes new values.
+//! `python/tests/test_torch_network.py` tests the same values; `NEURAL_MESH_PASSES=write` writes new ones.
 
 use neural_mesh::linalg::{Csr, Matrix};
 use neural_mesh::mesh::{shapes, vertex_normals};
@@ -30,7 +30,7 @@ const SIZES: Architecture = Architecture {
     face_knn: 5,
 };
 
-/// Tensors by name: columns, and words of four bytes that are numbers or indices.
+// Tensors by name: type, columns, and words of four bytes.
 #[derive(Default)]
 struct Tensors(BTreeMap<String, (Dtype, usize, Vec<u8>)>);
 
@@ -66,12 +66,11 @@ impl Tensors {
     }
 }
 
-/// Returns input gradients that are easy to reproduce: whole numbers from -5 to 5.
+// Returns input gradients that are easy to reproduce: whole numbers from -5 to 5.
 fn given(n: usize) -> Vec<f32> {
     (0..n).map(|i| (5 * i % 11) as f32 - 5.0).collect()
 }
 
-/// Computes inputs, outputs and gradients.
 fn computed() -> Tensors {
     let mesh = shapes::wavy_sphere(1, 5.0);
     let rings = Arc::new(edge_graph(&mesh));
@@ -133,7 +132,6 @@ fn of_edges_and_faces(found: &mut Tensors, weights: &Weights, points: &[[f32; 3]
 
 type Found<'a> = dyn FnMut(&str, &Matrix) -> Result<(), ()> + 'a;
 
-/// Records all tensors of a walk.
 fn of_tensors(found: &mut Tensors, walk: impl FnOnce(&mut &mut Found) -> Result<(), ()>) {
     let mut noted = |name: &str, matrix: &Matrix| {
         found.matrix(name, matrix);

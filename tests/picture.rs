@@ -1,10 +1,10 @@
-//! Pictures are correct: near faces hide others, backs are red, lines follow edges, nothing panics.
+//! Pictures: near faces hide others, backs are red, lines follow edges.
 
 use crate::common::changed;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::picture::{Image, PictureOptions, encode_png, render};
 
-/// Builds two triangles that fill a square of side 2 at height z, facing +z, or -z if `turned`.
+// Builds two triangles that fill a square of side 2 at height z, facing +z, or -z if `turned`.
 fn square(z: f32, turned: bool) -> TriMesh {
     let positions = vec![[-1.0, -1.0, z], [1.0, -1.0, z], [1.0, 1.0, z], [-1.0, 1.0, z]];
     let faces = if turned { vec![[2, 1, 0], [3, 2, 0]] } else { vec![[0, 1, 2], [0, 2, 3]] };
@@ -18,7 +18,6 @@ fn small(edges: bool) -> PictureOptions {
     })
 }
 
-/// Returns the pixel in the middle, off the diagonal.
 fn middle(image: &Image) -> [u8; 4] {
     let at = ((image.height / 2 + 12) * image.width + image.width / 2) * 4;
     image.rgba[at..at + 4].try_into().unwrap()

@@ -1,4 +1,4 @@
-//! Results for other poses are also close where morph targets move the mesh.
+//! Results for other poses, where morph targets move the mesh.
 
 use crate::common::changed;
 use std::ops::ControlFlow;
@@ -9,13 +9,13 @@ use neural_mesh::simplify::{
     Axis, Input, Options, Purpose, Simplified, SimplifyError, Symmetry, Target, simplify_input,
 };
 
-/// Bends a point of a slab into three quarters of a ring.
+// Bends a point of a slab into three quarters of a ring.
 fn around([x, y, z]: [f32; 3]) -> [f32; 3] {
     let (radius, angle) = (2.0 - z, 0.55 * x);
     [radius * angle.sin(), y, 2.0 - radius * angle.cos()]
 }
 
-/// Builds a slab 8 long, and a morph target that bends it.
+// Builds a slab 8 long, and a morph target that bends it.
 fn slab() -> (TriMesh, Attributes) {
     let mesh = shapes::cuboid([8.0, 1.0, 0.5], 24);
     let step = |&p: &[f32; 3]| std::array::from_fn::<f32, 3, _>(|i| around(p)[i] - p[i]);
@@ -30,7 +30,6 @@ fn simplified(mesh: &TriMesh, attributes: &Attributes, options: &Options) -> Res
     simplify_input(&input, None, options, &mut |_| ControlFlow::Continue(()))
 }
 
-/// Applies the first morph target to a mesh.
 fn bent(mesh: &TriMesh, attributes: &Attributes) -> TriMesh {
     let mut positions = mesh.positions().to_vec();
     for (face, wedges) in mesh.faces().iter().zip(&attributes.wedges) {

@@ -1,4 +1,4 @@
-//! Each `Purpose` is better by its own measure than a result for shape alone, and keeps the guarantees.
+//! Each `Purpose` is better by its own measure than a result for shape alone.
 
 use std::ops::ControlFlow;
 

@@ -10,7 +10,6 @@ fn recorded(mesh: &TriMesh, options: &Options) -> (Simplified, Record) {
     simplify_recorded(mesh, None, options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
-/// Returns numbers in -1..1, n x 3.
 fn directions(n: usize, seed: usize) -> Vec<[f32; 3]> {
     let number = |i: usize| ((i * 7919 + seed * 104_729) % 2003) as f32 / 1001.5 - 1.0;
     (0..n).map(|i| [0, 1, 2].map(|k| number(3 * i + k))).collect()
@@ -25,7 +24,7 @@ fn moved(points: &[[f32; 3]], along: &[[f32; 3]], step: f32) -> Vec<[f32; 3]> {
     points.iter().zip(along).map(|(p, d)| [0, 1, 2].map(|k| p[k] + step * d[k])).collect()
 }
 
-/// Expects that recording changes nothing, that the record reproduces the result, and that its gradients are right.
+// Expects that recording changes nothing, that the record reproduces the result, and that its gradients are right.
 fn check(mesh: &TriMesh, options: &Options) -> Record {
     let (result, record) = recorded(mesh, options);
     assert_eq!(result, simplify(mesh, None, options, &mut |_| ControlFlow::Continue(())).unwrap());

@@ -1,4 +1,4 @@
-//! Mirror-symmetric meshes give mirror-symmetric results, bit for bit, with their attributes.
+//! Mirror-symmetric meshes give mirror-symmetric results, bit for bit.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
@@ -26,13 +26,11 @@ fn simplified(mesh: &TriMesh, options: &Options) -> Simplified {
     simplify_input(&Input::bare(mesh), None, options, &mut go_on).unwrap()
 }
 
-/// Returns a mesh with moved positions.
 fn moved(mesh: &TriMesh, to: impl Fn(Vec3) -> Vec3) -> TriMesh {
     let positions = mesh.positions().iter().map(|&p| to(p.into()).to_array()).collect();
     TriMesh::new(positions, mesh.faces().to_vec()).unwrap()
 }
 
-/// Builds a bumpy ball from one half and its mirror image.
 fn bumpy(level: u32) -> TriMesh {
     moved(&shapes::icosphere(level), |p| {
         let x = p.x.abs();
@@ -40,7 +38,7 @@ fn bumpy(level: u32) -> TriMesh {
     })
 }
 
-/// Expects that every vertex and face has an exact mirror image.
+// Expects that every vertex and face has an exact mirror image.
 #[track_caller]
 fn assert_mirrored(mesh: &TriMesh, plane: &MirrorPlane) {
     let (axis, at) = (plane.axis.index(), plane.at);
@@ -117,7 +115,7 @@ fn planes_where_no_edge_runs_and_where_no_zero_is() {
         assert_mirrored(&result.mesh, &plane);
         assert!(distance(&cube, &result.mesh) < 2e-3);
     }
-    // Coordinates with many digits, and distant coordinates whose origin is in the frame.
+    // Coordinates have many digits or are far from the origin, which the frame then stores.
     let odd = moved(&bumpy(4), |p| p * 0.37 + Vec3::new(12.345, 0.1, -7.0));
     let result = simplified(&odd, &options(Target::Ratio(0.1), Symmetry::Best));
     assert_mirrored(&result.mesh, &result.report.mirror.unwrap());
@@ -152,7 +150,7 @@ fn down_to_the_smallest_it_stays_a_closed_mirrored_surface() {
     }
 }
 
-/// Builds the faces of the chosen octants over vertices (1, 0, 0), (-1, 0, 0), (0, 1, 0) and so on.
+// Builds the faces of the chosen octants over vertices (1, 0, 0), (-1, 0, 0), (0, 1, 0) and so on.
 fn octahedron(has: impl Fn([bool; 3]) -> bool) -> TriMesh {
     let corner = |i: usize| std::array::from_fn(|k| if k == i / 2 { 1.0 - 2.0 * (i % 2) as f32 } else { 0.0 });
     let face = |signs: [bool; 3]| {
@@ -220,7 +218,7 @@ fn open_surfaces_stay_in_one_piece_down_to_the_smallest() {
     }
 }
 
-/// Returns the number of faces without mirror image, from the error.
+// Returns the number of faces without mirror image, from the error.
 #[track_caller]
 fn n_alone(mesh: &TriMesh, symmetry: Symmetry) -> usize {
     let asked = options(Target::Ratio(0.9), symmetry);
@@ -239,7 +237,7 @@ fn a_face_whose_image_is_missing_is_refused_though_all_vertices_have_theirs() {
     // The boundary has a mirror image, edge by edge, but no face has.
     let kept = [[false, true, false], [false, true, true], [true, false, true], [true, true, false]];
     assert_eq!(n_alone(&octahedron(|signs| kept.contains(&signs)), Symmetry::Across(Axis::Y)), 1);
-    // In a sheet so thin that its other side is where the mirrored face should be.
+    // The sheet is so thin that its other side is where the mirrored face should be.
     let sheet = moved(&shapes::icosphere(2), |p| Vec3::new(p.x, p.y, 1e-7 * p.z));
     let keeps = |lost: &dyn Fn(Vec3) -> bool| {
         let middle =
@@ -250,7 +248,7 @@ fn a_face_whose_image_is_missing_is_refused_though_all_vertices_have_theirs() {
     };
     let is_near = |p: Vec3| p.z > 0.0 && (p - Vec3::new(p.x.signum() * 0.5, 0.4, p.z)).length() < 0.1;
     assert!(n_alone(&keeps(&|p| is_near(p) && p.x > 0.0), Symmetry::Across(Axis::X)) > 0);
-    // Missing on both sides it is symmetric, and both holes stay.
+    // Missing on both sides, the face leaves two holes that are mirror images and stay.
     let holes = keeps(&is_near);
     let result = simplified(&holes, &options(Target::Ratio(0.5), Symmetry::Across(Axis::X)));
     assert_eq!(topology(&result.mesh).boundary_loops, topology(&holes).boundary_loops);
@@ -274,7 +272,7 @@ fn a_gap_beside_the_plane_is_refused() {
 
 #[test]
 fn of_planes_with_all_vertices_that_is_taken_in_which_faces_have_images() {
-    // Two missing faces that are mirror images in z = 0 only.
+    // The two missing faces are mirror images in z = 0 only.
     let two_missing = octahedron(|[x, y, _]| !(x && y));
     let result = simplified(&two_missing, &options(Target::Vertices(6), Symmetry::Best));
     assert_eq!(result.report.mirror.unwrap().axis, Axis::Z);
@@ -283,7 +281,7 @@ fn of_planes_with_all_vertices_that_is_taken_in_which_faces_have_images() {
 
 #[test]
 fn quads_cut_along_other_diagonals_are_mirrored() {
-    // Steep quads; those with x > 0 are split along the other diagonal.
+    // The quads are steep; those with x > 0 are split along the other diagonal.
     let grid = shapes::grid(8, 8);
     let steep = |p: Vec3| Vec3::new(p.x, p.y, 0.3 * ((7.0 * (p.x - 0.5).abs()).sin() * (9.0 * p.y).cos()));
     let quads = grid.faces().chunks(2).flat_map(|quad| {
@@ -302,7 +300,7 @@ fn quads_cut_along_other_diagonals_are_mirrored() {
 
 #[test]
 fn a_fan_that_touches_a_sheet_on_the_plane_comes_apart_from_its_image() {
-    // A fan and its image on the middle of a sheet that crosses the plane x = 0.
+    // A fan and its image touch the middle of a sheet that crosses the plane x = 0.
     let sheet = moved(&shapes::grid(4, 4), |p| Vec3::new(p.x - 0.5, p.y - 0.5, 0.0));
     let middle = sheet.positions().iter().position(|p| *p == [0.0; 3]).unwrap() as u32;
     let (mut positions, mut faces) = (sheet.positions().to_vec(), sheet.faces().to_vec());
@@ -323,7 +321,7 @@ fn a_fan_that_touches_a_sheet_on_the_plane_comes_apart_from_its_image() {
 
 #[test]
 fn solids_that_touch_the_plane_with_an_edge_come_apart() {
-    // A box on an edge in the plane x = 0, and its image, which shares the vertices of that edge.
+    // A box has an edge in the plane x = 0; its image shares the vertices of that edge.
     let solid = moved(&shapes::cuboid([1.0; 3], 6), |p| Vec3::new(p.x + p.y, p.y - p.x, p.z));
     let mut positions = solid.positions().to_vec();
     let image = |v: u32, positions: &mut Vec<[f32; 3]>| match solid.positions()[v as usize] {
@@ -362,7 +360,7 @@ fn each_side_keeps_its_own_texture_and_groups() {
     // A ring of vertices is on the plane.
     let mesh = shapes::torus(64, 32, 1.0, 0.4);
     let outward = |p: Vec3| (p - Vec3::new(p.x, p.y, 0.0).normalize()).normalize();
-    // The right half in the chart about u = 0, the left one about u = 10, or one chart over both.
+    // The right half is in the chart about u = 0, the left half about u = 10, or one chart covers both.
     for (apart, normals) in [(10.0, false), (0.0, true)] {
         let side = |face: &[u32; 3]| {
             let sum: f32 = face.iter().map(|&v| mesh.positions()[v as usize][0]).sum();
@@ -405,7 +403,7 @@ fn each_side_keeps_its_own_texture_and_groups() {
             }
         }
         assert!(worst < 0.1, "{worst}");
-        // With separate charts the plane is a seam, else there is none.
+        // With separate charts the plane is a seam; with one chart there is no seam.
         let n_seams = seams(&result.mesh, carried, 0.0).len();
         assert_eq!(n_seams > 0, apart > 0.0, "{n_seams}");
     }

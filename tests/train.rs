@@ -1,4 +1,4 @@
-//! The training loop with a small step: interrupted and continued, rejected, disturbed.
+//! The training loop with a small step: interrupted, resumed, rejected.
 
 use crate::common::changed;
 use std::path::Path;
@@ -18,12 +18,12 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
 use tempfile::TempDir;
 
-/// A small network, three epochs, with all augmentations.
+// A small network, three epochs, with all augmentations.
 const SETTINGS: &str = "epochs = 3\nvalidation = [\"held_\"]\nnoise = 0.1\nlearning_rate = 0.01\nseed = 5\n\
     point_sampler_layers = 2\npoint_sampler_width = 6\nedge_predictor_width = 4\nattention_width = 3\n\
     face_classifier_layers = 1\nface_classifier_width = 4\n";
 
-/// Creates five meshes for training, two for validation, and a broken one.
+// Creates five meshes for training, two for validation, and a broken one.
 fn folder() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     std::fs::create_dir(folder.path().join("data")).unwrap();
@@ -46,13 +46,12 @@ fn put(folder: &Path, name: &str, mesh: &TriMesh) {
     std::fs::write(&path, write(mesh, &Frame::default(), Format::from_path(&path).unwrap()).unwrap()).unwrap();
 }
 
-/// Opens the training `name` in the folder.
 fn opened(folder: &Path, name: &str, settings: Option<&str>, resume: bool) -> Result<TrainingRun, TrainError> {
     let (data, run) = (folder.join("data"), folder.join(name));
     open(&changed(TrainRequest::new(&data, &run), |request| (request.settings, request.resume) = (settings, resume)))
 }
 
-/// Computes the mean of the squared scores, and half the squared difference of the mean and a random number.
+// Computes the mean of the squared scores, and half the squared difference of the mean and a random number.
 fn step(
     tensors: &Tensors<Arc<Matrix>>,
     item: &TrainingItem,
@@ -106,7 +105,7 @@ fn go_on(_: TrainEvent) -> Wish {
     Wish::Continue
 }
 
-/// Reads the files of a training that must not depend on interruptions.
+// Reads the files of a training that must not depend on interruptions.
 fn left(folder: &Path, name: &str) -> Vec<Vec<u8>> {
     let files = ["last.safetensors", "best.safetensors", "steps.csv", "epochs.csv", "config.toml", "data.csv"];
     files.map(|file| std::fs::read(folder.join(name).join(file)).unwrap()).into()
@@ -181,7 +180,7 @@ fn what_came_after_the_checkpoint_is_done_again() {
         n_heard += 1;
         if n_heard == 3 { Wish::Checkpoint } else { Wish::Continue }
     };
-    // Fails like a killed program: after steps that the checkpoint does not include.
+    // The step fails like a killed program: after steps that the checkpoint does not include.
     let n_made = std::cell::Cell::new(0);
     let failing =
         |tensors: &Tensors<Arc<Matrix>>, item: &TrainingItem, settings: &Settings, random: &mut Xoshiro256PlusPlus| {

@@ -1,7 +1,7 @@
-//! Holds what can be searched of the language rules: names of functions and types, first sentences of docs, phrases to avoid.
+//! The language rules that a search can check: names, first sentences of docs, phrases.
 //!
-//! `words/not_yet.txt` lists the files that a check still exempts. It may only shrink: an entry without findings fails.
-//! The ignored test `write_the_list_of_exemptions` writes it.
+//! `words/not_yet.txt` lists exempt files; an entry without findings fails. The ignored test `write_the_list_of_exemptions`
+//! writes the list.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,21 +14,21 @@ use lists::{
 };
 
 const CRATES: [&str; 6] = ["src", "cli/src", "bench/src", "c/src", "web/src", "python/src"];
-/// Most words of the first sentence of a doc comment.
+// Limit of words in the first sentence of a doc comment.
 const MOST_WORDS: usize = 25;
-/// Folders where "part" means a component of a mesh, which the glossary calls component.
+// Folders where "part" means a component of a mesh.
 const MESH_FOLDERS: [&str; 6] =
     ["src/repair/", "src/mesh/", "src/simplify/", "src/geometry/", "src/spatial/", "src/metrics/"];
 const NOT_YET: &str = include_str!("words/not_yet.txt");
 
-/// The item that a doc comment or a line belongs to.
+// The item of a doc comment or a line.
 enum Item {
     Function { name: String, has_free_name: bool },
     Type(String),
     Other,
 }
 
-/// An item with its line, and its docs with theirs; the docs of a file come as [`Item::Other`].
+// An item with its line, and its docs with their line; the docs of a file belong to [`Item::Other`].
 struct Described {
     item: Item,
     line: usize,
@@ -37,7 +37,7 @@ struct Described {
     is_in_tests: bool,
 }
 
-/// Reads the items of a file line by line, as rustfmt leaves them, and its comments.
+// Reads the items and comments of a formatted file.
 fn read(source: &Source) -> (Vec<Described>, Vec<(usize, String)>) {
     let tests_at = source.text[..start_of_tests(&source.text)].lines().count();
     let (mut items, mut comments, mut docs, mut docs_line) = (Vec::new(), Vec::new(), Vec::new(), 0);
@@ -95,7 +95,7 @@ fn item_of(text: &str, indent: usize) -> Item {
     }
 }
 
-/// Returns the first sentence of docs, with code in backticks as one word.
+// Returns the first sentence of docs, with code in backticks as one word.
 fn first_sentence(docs: &[String]) -> String {
     let is_prose =
         |line: &&String| !line.is_empty() && !line.starts_with(['-', '*', '|', '#', '>']) && !line.starts_with("```");
@@ -110,12 +110,11 @@ fn first_sentence(docs: &[String]) -> String {
     text[..end.unwrap_or(text.len())].to_string()
 }
 
-/// Replaces code in backticks by one word.
 fn blank_code(text: &str) -> String {
     text.split('`').enumerate().map(|(i, piece)| if i % 2 == 0 { piece } else { "Code" }).collect()
 }
 
-/// Returns whether a sentence begins with a verb in the third person, as far as lists of words can tell.
+// Returns whether a sentence begins with a verb in the third person, by lists of words.
 fn begins_with_a_verb(sentence: &str) -> bool {
     let mut words = sentence.split_whitespace();
     let first = words.next().unwrap_or_default();
@@ -127,12 +126,11 @@ fn begins_with_a_verb(sentence: &str) -> bool {
     word.ends_with('s') && !word.ends_with("ss") && is_plain && !is_noun
 }
 
-/// Returns whether a list of words has a word.
 fn is_in(list: &str, word: &str) -> bool {
     list.split(' ').any(|known| known == word)
 }
 
-/// Returns whether a name has nothing but past forms, prepositions and adverbs.
+// Returns whether a name has only past forms, prepositions and adverbs.
 fn is_bare(name: &str) -> bool {
     let words: Vec<&str> = name.trim_matches('_').split('_').collect();
     let is_past =
@@ -141,7 +139,7 @@ fn is_bare(name: &str) -> bool {
     !(words.len() > 1 && is_in(PREFIXES, words[0])) && words.iter().all(is_weak)
 }
 
-/// Returns whether lower-case text holds a phrase between other letters.
+// Returns whether lower-case text has a phrase that is not inside a longer word.
 fn holds(text: &str, phrase: &str) -> bool {
     let is_letter = |letter: Option<char>| letter.is_some_and(char::is_alphanumeric);
     let is_whole =
@@ -149,23 +147,21 @@ fn holds(text: &str, phrase: &str) -> bool {
     text.match_indices(phrase).any(is_whole)
 }
 
-/// A finding: path, line, and what to write instead.
+// Path, line, and replacement.
 type Finding = (String, usize, String);
 
-/// A check over all files.
 type Check = fn() -> Vec<Finding>;
 
-/// The checks by the names that `not_yet.txt` uses.
+// The checks by the names that `not_yet.txt` uses.
 const CHECKS: [(&str, Check); 4] =
     [("types", find_equal_types), ("names", find_bare_names), ("docs", find_odd_docs), ("phrases", find_old_phrases)];
 
-/// Runs a check over all files.
 fn find_in_files(find: impl Fn(&Source) -> Vec<(usize, String)>) -> Vec<Finding> {
     let found = CRATES.iter().flat_map(|folder| sources(folder)).map(|source| (find(&source), source.path));
     found.flat_map(|(lines, path)| lines.into_iter().map(move |(line, text)| (path.clone(), line, text))).collect()
 }
 
-/// Fails with the findings of files that are not exempt, and with stale exemptions.
+// Fails with the findings of files that are not exempt, and with stale exemptions.
 fn hold(check: &str) {
     let find = CHECKS.iter().find(|(name, _)| *name == check).unwrap().1;
     let exempt: BTreeSet<&str> =
@@ -182,7 +178,7 @@ fn find_equal_types() -> Vec<Finding> {
     let mut found = Vec::new();
     for folder in CRATES {
         let mut places: BTreeMap<String, Vec<(String, usize)>> = BTreeMap::new();
-        // Stubs of features have the names of what they replace.
+        // Stubs of features have the names of the types that they replace.
         let is_stub = |source: &Source| source.path.rsplit('/').next().is_some_and(|name| name.starts_with("no_"));
         for source in sources(folder).into_iter().filter(|source| !is_stub(source)) {
             for described in read(&source).0 {

@@ -18,7 +18,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let parts: Vec<SimplifiedPart> = asset.parts().iter().map(SimplifiedPart::from_part).collect();
     match asset.write(&parts, Format::Glb, "a.glb") {
         Ok(files) => {
-            // An emptied mesh keeps one face without area, unless it holds other primitives.
+            // An emptied mesh keeps one face without area, unless it has other primitives.
             let n_drawn = parts.iter().filter(|part| !part.faces.is_empty()).count();
             let n_back = Asset::from_bytes(&files[0].bytes, &nothing).unwrap().parts().len();
             assert!((n_drawn..=parts.len()).contains(&n_back), "{n_drawn} <= {n_back} <= {}", parts.len());
@@ -39,7 +39,6 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     }
 });
 
-/// Checks the scene of an asset as one mesh.
 fn check_scene(asset: &Asset) {
     let meshes: Vec<_> = asset.parts().iter().map(|part| part.mesh.clone()).collect();
     let Ok(scene) = asset.scene_mesh(&meshes) else { return };

@@ -1,4 +1,4 @@
-//! Arbitrary bytes as 3MF, and as the model inside one: a one-line error, or a mesh that survives every writer.
+//! Arbitrary bytes as 3MF, and as the model inside a 3MF file.
 
 #![no_main]
 
@@ -13,7 +13,6 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     neural_mesh_fuzz::check(&package(bytes), Format::ThreeMf);
 });
 
-/// Packs a model into a 3MF file.
 fn package(model: &[u8]) -> Vec<u8> {
     let options = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);
     let mut archive = ZipWriter::new(Cursor::new(Vec::new()));

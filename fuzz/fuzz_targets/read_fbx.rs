@@ -1,4 +1,4 @@
-//! Arbitrary bytes as FBX: a one-line error, or a mesh that survives every writer.
+//! Arbitrary bytes as FBX.
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! Arbitrary bytes as glTF: a one-line error, or a mesh that survives every writer.
+//! Arbitrary bytes as glTF.
 
 #![no_main]
 

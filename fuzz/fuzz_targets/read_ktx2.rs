@@ -5,7 +5,7 @@
 use neural_mesh::picture::{decode_image, image_size};
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    // Larger images would only take longer.
+    // Larger images only take longer.
     if image_size(bytes).is_none_or(|[width, height]| width.saturating_mul(height) > 1 << 16) {
         return;
     }

@@ -1,4 +1,4 @@
-//! Arbitrary bytes as OBJ: a one-line error, or a mesh that survives every writer.
+//! Arbitrary bytes as OBJ.
 
 #![no_main]
 

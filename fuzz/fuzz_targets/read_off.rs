@@ -1,4 +1,4 @@
-//! Arbitrary bytes as OFF: a one-line error, or a mesh that survives every writer.
+//! Arbitrary bytes as OFF.
 
 #![no_main]
 

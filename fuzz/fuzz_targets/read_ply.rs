@@ -1,4 +1,4 @@
-//! Arbitrary bytes as PLY: a one-line error, or a mesh that survives every writer.
+//! Arbitrary bytes as PLY.
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! Arbitrary bytes as STL: a one-line error, or a mesh that survives every writer.
+//! Arbitrary bytes as STL.
 
 #![no_main]
 

@@ -37,12 +37,10 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     }
 });
 
-/// Returns the largest coordinate.
 fn reach(mesh: &TriMesh) -> f32 {
     mesh.positions().iter().flatten().fold(0.0, |most, x| most.max(x.abs()))
 }
 
-/// Returns positions and faces of an initial mesh.
 fn start(shape: u8) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
     let mesh = match shape % 12 {
         0 => return ((0..16u32).map(|i| [i & 1, i >> 1 & 1, i >> 2].map(f64::from)).collect(), Vec::new()),
@@ -62,7 +60,7 @@ fn start(shape: u8) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
     (positions.into_iter().map(|p| p.map(f64::from)).collect(), faces)
 }
 
-/// Applies one change: moves a vertex, shrinks or snaps all, or adds, removes, flips or splits a face.
+// Applies one change: moves a vertex, shrinks or snaps all, or adds, removes, flips or splits a face.
 fn apply([kind, a, b, c]: [u8; 4], RawMesh { positions, faces, .. }: &mut RawMesh) {
     let n = positions.len();
     let (vertex, face, axis) = (a as usize % n, a as usize % faces.len().max(1), b as usize % 3);
@@ -81,7 +79,7 @@ fn apply([kind, a, b, c]: [u8; 4], RawMesh { positions, faces, .. }: &mut RawMes
     }
 }
 
-/// Splits a face in three at a point on its median.
+// Splits a face in three at a point on its median.
 fn split(positions: &mut Vec<[f64; 3]>, faces: &mut Vec<[u32; 3]>, face: usize, [s, t]: [f64; 2]) {
     let corners = faces[face];
     let [p, q, r] = corners.map(|v| positions[v as usize]);
@@ -91,7 +89,6 @@ fn split(positions: &mut Vec<[f64; 3]>, faces: &mut Vec<[u32; 3]>, face: usize, 
     faces.extend((0..3).map(|i| [corners[i], corners[(i + 1) % 3], middle]));
 }
 
-/// Checks the guarantees of the simplifier.
 fn check(mesh: &TriMesh, options: &Options, result: &Simplified) {
     let (before, after) = (topology(mesh), topology(&result.mesh));
     let story = format!("{before:?} {after:?} {options:?} {:?}", result.report);
@@ -110,12 +107,11 @@ fn check(mesh: &TriMesh, options: &Options, result: &Simplified) {
     check_size(&before, &after, options, result, &story);
 }
 
-/// Returns a key that equal numbers share.
+// Returns a key that equal numbers share.
 fn key(x: f64) -> u64 {
     (x + 0.0).to_bits()
 }
 
-/// Checks that components, holes and handles are the same, except those of pruned components.
 fn check_topology(before: &Topology, after: &Topology, n_pruned: usize, story: &str) {
     let figures = |t: &Topology| (t.orientable, t.closed, t.components, t.genus, t.boundary_loops);
     if n_pruned == 0 {
@@ -132,7 +128,7 @@ fn check_topology(before: &Topology, after: &Topology, n_pruned: usize, story: &
     }
 }
 
-/// Checks the size: as small as the target and not smaller, unless components were pruned or the input was already smaller.
+// Checks that the size is the target's, unless components were pruned or the input was already smaller.
 fn check_size(before: &Topology, after: &Topology, options: &Options, result: &Simplified, story: &str) {
     let (was, is, asked) = match options.target {
         Target::Ratio(ratio) => (before.vertices, after.vertices, ((ratio * before.vertices as f64) as usize).max(1)),

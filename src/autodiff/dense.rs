@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 impl Tape {
-    /// Computes `x w`: n x n_in times n_in x n_out.
+    /// Computes `x w`.
     pub fn product(&mut self, x: &Value, weights: &Value) -> Value {
         let result = product(&x.matrix, &weights.matrix, &[]);
         let (x_kept, weights_kept) = (x.matrix.clone(), weights.matrix.clone());
@@ -51,7 +51,7 @@ impl Tape {
         })
     }
 
-    /// Computes `[a | b] w`: n x n_a and n x n_b to n x n_out.
+    /// Computes `[a | b] w`.
     pub fn concat_product(&mut self, a: &Value, b: &Value, weights: &Value) -> Value {
         let result = concat_product(&a.matrix, &b.matrix, &weights.matrix);
         let [a_kept, b_kept, weights_kept] = [a, b, weights].map(|value| value.matrix.clone());
@@ -77,14 +77,14 @@ impl Tape {
         })
     }
 
-    /// Adds two matrices of one shape.
+    /// Adds two matrices of equal shape.
     pub fn plus(&mut self, a: &Value, b: &Value) -> Value {
         assert_eq!(a.matrix.shape(), b.matrix.shape(), "matrices of one shape");
         let result = entrywise(&a.matrix, &b.matrix, |a, b| a + b);
         self.record(result, [a, b], |gradient, needed| needed.map(|is_needed| is_needed.then(|| gradient.clone())))
     }
 
-    /// Stacks two matrices: n_a x n_cols above n_b x n_cols.
+    /// Stacks two matrices, the rows of `a` above those of `b`.
     pub fn stacked(&mut self, a: &Value, b: &Value) -> Value {
         let [n_a, n_b] = [a, b].map(|value| value.matrix.n_rows());
         let result = stack_rows([&a.matrix, &b.matrix]);
@@ -125,7 +125,7 @@ impl Tape {
         })
     }
 
-    /// Picks rows by index, with repeats: n x n_cols to n_indices x n_cols.
+    /// Picks rows by index, with repeats.
     pub fn gather(&mut self, x: &Value, indices: &[u32]) -> Value {
         let result = linalg::gather(&x.matrix, indices);
         let (n_rows, indices) = (x.matrix.n_rows(), indices.to_vec());
@@ -163,7 +163,6 @@ fn softmax(x: &[f32]) -> Vec<f32> {
     result
 }
 
-/// Computes the derivative of `[a | b] w` to `w`.
 pub(super) fn stacked_weights_backward(parts: [&Matrix; 2], gradient: &Matrix) -> Matrix {
     let [of_a, of_b] = parts.map(|part| product_weights_backward(part, gradient));
     stack_rows([&of_a, &of_b])

@@ -6,8 +6,7 @@ use crate::linalg::{self, Csr, Matrix};
 use std::sync::Arc;
 
 impl Tape {
-    /// Computes `max(y w, 0)` with `y_i = max_j (u_i - u_j)` over the neighbours, zero without any: n x width to n x
-    /// n_out.
+    /// Computes `max(y w, 0)` with `y_i = max_j (u_i - u_j)` over the neighbours.
     pub fn neighbour_max_product_relu(&mut self, u: &Value, graph: &Arc<Csr>, weights: &Value) -> Value {
         let result = Arc::new(linalg::neighbour_max_product_relu(&u.matrix, graph, &weights.matrix));
         let (u_kept, weights_kept, active, graph) =
@@ -25,8 +24,6 @@ impl Tape {
 
     /// Chains [`Tape::concat_product`], [`Tape::neighbour_max_product_relu`] and [`Tape::two_layers`] without storing
     /// intermediate values.
-    ///
-    /// The backward pass computes them again.
     pub fn scored_dev_conv(
         &mut self,
         [a, b]: [&Value; 2],
@@ -54,7 +51,7 @@ impl Tape {
         })
     }
 
-    /// Computes `-|q_i - k_j|^2 / 2` for every entry (i, j): two n x width to n_entries x 1.
+    /// Computes `-|q_i - k_j|^2 / 2` for every entry (i, j).
     pub fn neighbour_closeness(&mut self, q: &Value, k: &Value, graph: &Arc<Csr>) -> Value {
         let result = column(closeness(&q.matrix, &k.matrix, graph));
         let (q_kept, k_kept, graph) = (q.matrix.clone(), k.matrix.clone(), graph.clone());
@@ -80,8 +77,7 @@ impl Tape {
         })
     }
 
-    /// Sums the weighted rows of the entries in each row of the graph: n_entries x 1 and n_entries x n_cols to n_rows x
-    /// n_cols.
+    /// Sums the weighted rows of each row's entries: n_entries x n_cols to n_rows x n_cols.
     pub fn entry_sums(&mut self, weights: &Value, x: &Value, graph: &Arc<Csr>) -> Value {
         let result = entry_sums(weights.matrix.data(), &x.matrix, graph);
         let (weights_kept, x_kept, graph) = (weights.matrix.clone(), x.matrix.clone(), graph.clone());
@@ -101,7 +97,7 @@ impl Tape {
         })
     }
 
-    /// Computes `S A S^T` on the entries of `graph`, which are also those of S: n_entries x 1 to n_entries x 1.
+    /// Computes `S A S^T` on the entries of `graph`, which are also those of S.
     pub fn sparse_product(&mut self, s: &Value, graph: &Arc<Csr>, adjacency: &Arc<Csr>) -> Value {
         let result = column(linalg::sparse_product(s.matrix.data(), graph, adjacency));
         let (s_kept, graph, adjacency) = (s.matrix.clone(), graph.clone(), adjacency.clone());
@@ -111,8 +107,6 @@ impl Tape {
     }
 
     /// Computes `y w + m output_bias` with `y_n = sum_k max(u_n - u_k + bias, 0)` over the m neighbours k.
-    ///
-    /// n x width to n x n_out; the biases are 1 x width and 1 x n_out.
     pub fn pair_relu_product(
         &mut self,
         [u, bias]: [&Value; 2],
@@ -124,8 +118,6 @@ impl Tape {
     }
 
     /// Computes `[x | y] w + m output_bias`, like [`Tape::pair_relu_product`] with additional columns x.
-    ///
-    /// x is n x n_left, w (n_left + width) x n_out.
     pub fn concat_pair_relu_product(
         &mut self,
         x: &Value,
@@ -167,7 +159,6 @@ fn entry_sums(weights: &[f32], x: &Matrix, graph: &Csr) -> Matrix {
     sums
 }
 
-/// Computes dot products minus half the squared lengths of both rows.
 fn closeness(q: &Matrix, k: &Matrix, graph: &Csr) -> Vec<f32> {
     let half = |m: &Matrix| -> Vec<f32> {
         (0..m.n_rows()).map(|row| 0.5 * m.row(row).iter().map(|x| x * x).sum::<f32>()).collect()

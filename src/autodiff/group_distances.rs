@@ -8,8 +8,6 @@ const MIN_DISTANCE: f32 = 1e-4;
 
 impl Tape {
     /// Computes the distance of each row to the first of its group, at least 1e-4.
-    ///
-    /// (n * group) x n_cols to (n * group) x 1.
     pub fn group_distances(&mut self, x: &Value, group: usize) -> Value {
         let distances = group_distances(&x.matrix, group);
         let (x_kept, kept) = (x.matrix.clone(), distances.clone());

@@ -1,9 +1,7 @@
-//! Reverse-mode differentiation over matrices: a small tape, with forward and backward pass side by side.
+//! Reverse-mode differentiation over matrices.
 //!
-//! An operation on constants records nothing, so training code is also the fast path of inference. Operations panic if
-//! shapes do not match or an index is out of range.
-//!
-//! Support code for the main modules; see the front page of the crate.
+//! Operations on constants record nothing. Operations panic if shapes do not match or an index is out of range. Support code
+//! for the main modules; see the front page of the crate.
 
 mod dense;
 mod graph;

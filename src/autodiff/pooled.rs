@@ -22,7 +22,7 @@ impl Tape {
         })
     }
 
-    /// Applies one or more affine maps `[w, b]` with ReLUs between them: n x n_in to n x n_out.
+    /// Applies one or more affine maps `[w, b]` with ReLUs between them.
     pub fn layers(&mut self, x: &Value, layers: &[[&Value; 2]]) -> Value {
         let (last, hidden) = layers.split_last().expect("a layer");
         let x = hidden.iter().fold(x.clone(), |x, [weights, bias]| {
@@ -32,9 +32,7 @@ impl Tape {
         self.affine(&x, last[0], last[1])
     }
 
-    /// Computes [`Tape::group_max`] of [`Tape::layers`]: (n * group) x n_in to n x n_out.
-    ///
-    /// For constants, intermediate values are not stored.
+    /// Computes [`Tape::group_max`] of [`Tape::layers`].
     pub fn layers_group_max(&mut self, x: &Value, layers: &[[&Value; 2]], group: usize) -> Value {
         if are_constant(x, layers) {
             return Value::constant(linalg::layers_group_max(&x.matrix, &matrices(layers), group));
@@ -49,8 +47,6 @@ impl Tape {
     }
 
     /// Applies [`Tape::layers`] to one column, adding a row per group after the first map.
-    ///
-    /// (n * group) x n_in and n x n_first to (n * group) x 1. For constants, intermediate values are not stored.
     pub fn layers_with_group_rows(
         &mut self,
         x: &Value,

@@ -1,9 +1,9 @@
-//! The tape: records the operations from parameters to results and differentiates them backwards.
+//! The tape: records operations on parameters and differentiates them backwards.
 
 use crate::linalg::Matrix;
 use std::sync::Arc;
 
-/// A matrix in a computation, constant or dependent on parameters of a [`Tape`]; clones share it.
+/// A matrix in a computation, constant or dependent on parameters of a [`Tape`]; clones share the matrix.
 #[derive(Clone, Debug)]
 pub struct Value {
     pub(super) matrix: Arc<Matrix>,
@@ -27,7 +27,7 @@ impl Value {
     }
 }
 
-/// A function from the gradient of a result to those of its inputs, none for constants.
+/// Function from the gradient of a result to those of its inputs, `None` for constants.
 type Backward = Box<dyn Fn(&Matrix) -> Vec<Option<Matrix>> + Send>;
 
 struct TapeNode {
@@ -72,7 +72,7 @@ impl Tape {
         self.nodes.is_empty()
     }
 
-    /// Stores that `result` came from `inputs`, unless all are constant.
+    /// Records `result` as made from `inputs`, unless all inputs are constant.
     ///
     /// `backward` turns the gradient of the result into those of the inputs; its flags mark the ones needed.
     pub(super) fn record<const N: usize>(
@@ -90,9 +90,7 @@ impl Tape {
         Value { matrix: result.into(), node: Some(self.nodes.len() - 1) }
     }
 
-    /// Propagates gradients of results back to the parameters, adding up those of several paths.
-    ///
-    /// `results` are values of this tape with the gradients of the loss to them; constants are ignored.
+    /// Propagates gradients of `results` back to the parameters, adding those of several paths.
     pub fn backward(&self, results: &[(&Value, Matrix)]) -> Gradients {
         let mut gradients: Vec<Option<Matrix>> = self.nodes.iter().map(|_| None).collect();
         for (value, gradient) in results {
@@ -128,7 +126,7 @@ pub struct Gradients {
 }
 
 impl Gradients {
-    /// Returns the gradient of a parameter; `None` if the results do not depend on it or it is no parameter.
+    /// Returns the gradient of a parameter; `None` if the results do not depend on it.
     pub fn get(&self, parameter: &Value) -> Option<&Matrix> {
         self.gradients.get(parameter.node?)?.as_ref()
     }

@@ -70,10 +70,7 @@ impl<T> Tensors<T> {
         self.entries.iter_mut().find_map(|(other, tensor)| (other == name).then_some(tensor))
     }
 
-    /// Applies `f(name, tensor)` to every tensor in order.
-    ///
-    /// # Errors
-    /// The first error of `f`.
+    /// Applies `f(name, tensor)` to every tensor in order, until `f` fails.
     pub fn try_map<U, E>(&self, mut f: impl FnMut(&str, &T) -> Result<U, E>) -> Result<Tensors<U>, E> {
         let mapped = self.entries.iter().map(|(name, tensor)| Ok((name.clone(), f(name, tensor)?)));
         Ok(Tensors { entries: mapped.collect::<Result<_, E>>()? })
@@ -87,10 +84,7 @@ impl<T> Tensors<T> {
         }
     }
 
-    /// Returns the tensor with a name.
-    ///
-    /// # Errors
-    /// [`WeightsError::Missing`] if there is none.
+    /// Returns the tensor with a name, or [`WeightsError::Missing`].
     pub fn named(&self, name: &str) -> Result<&T, WeightsError> {
         self.get(name).ok_or_else(|| WeightsError::Missing(name.into()))
     }
@@ -102,8 +96,7 @@ impl Tensors<[usize; 2]> {
         self.iter().map(|(_, [n_rows, n_cols])| n_rows * n_cols).sum()
     }
 
-    /// Draws uniform matrices of these shapes, n_in x n_out, with variance `2 / n_in` (He et al. 2015, for layers
-    /// before a ReLU).
+    /// Draws uniform matrices of these shapes, n_in x n_out, with variance `2 / n_in` (He et al. 2015).
     ///
     /// Tensors whose name ends with `.bias` are zero.
     pub fn draw(&self, seed: u64) -> Tensors<Arc<Matrix>> {
@@ -135,7 +128,7 @@ impl Tensors<Arc<Matrix>> {
         self.map(|_, matrix| tape.parameter(matrix.clone()))
     }
 
-    /// Returns the tensors of a network with these shapes, in its order, ignoring others.
+    /// Returns the tensors with these names and shapes, in the order of `shapes`.
     ///
     /// # Errors
     /// [`WeightsError`] names the first that is missing, of another shape or not finite.

@@ -1,4 +1,4 @@
-//! Tensors in safetensors files, whose metadata hold the network's sizes as one text.
+//! Tensors in safetensors files.
 
 use super::weights_error::ARCHITECTURE_KEY;
 use super::{Tensors, WeightsError};
@@ -18,7 +18,7 @@ pub fn architecture_text(bytes: &[u8]) -> Result<String, WeightsError> {
 }
 
 impl Tensors<Arc<Matrix>> {
-    /// Reads the tensors of a network with these shapes, in its order, ignoring others.
+    /// Reads the tensors of a network with these shapes, in their order, ignoring others.
     ///
     /// # Errors
     /// [`WeightsError`] names the first fault.

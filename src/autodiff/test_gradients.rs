@@ -1,12 +1,10 @@
-//! Comparison of gradients with central differences, for tests.
+//! Comparison of gradients with central differences.
 
 use super::{Tape, Value};
 use crate::linalg::Matrix;
 use crate::linalg::test_values::random;
 
 /// Panics unless the gradients of `f` match central differences along at least three of nine random directions.
-///
-/// A kink of `f` spoils some directions, a wrong gradient spoils all.
 pub(crate) fn check_gradients(inputs: &[Matrix], f: impl Fn(&mut Tape, &[Value]) -> Value) {
     let mut tape = Tape::default();
     let parameters: Vec<Value> = inputs.iter().map(|m| tape.parameter(m.clone())).collect();

@@ -1,12 +1,12 @@
-//! Errors of bytes or tensors that are not the weights of a network.
+//! Errors of weights.
 
-/// The reason why bytes or tensors are not the weights of a network.
+/// Reason why bytes or tensors are not the weights of a network.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum WeightsError {
-    /// Not a safetensors file; the text says where reading fails.
+    /// Not a safetensors file; the text holds the reader's message.
     NotSafetensors(String),
-    /// Missing or wrong sizes of the network in the metadata; the text says which.
+    /// Missing or wrong sizes of the network in the metadata.
     BadArchitecture(String),
     /// A tensor is missing.
     Missing(String),

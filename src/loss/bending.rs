@@ -1,6 +1,4 @@
-//! Bending missed by the samples, an addition: distance of a point from the tangent plane of its nearest sample.
-//!
-//! Eq. (6) spreads samples evenly; this term puts them where the surface bends.
+//! Bending missed by the samples, an addition to the paper.
 
 use super::Term;
 use super::expected_cost::relative_cost;
@@ -8,16 +6,13 @@ use glam::DVec3;
 
 /// Computes the expected squared distance between a query and its nearest sample along their normals.
 ///
-/// Points are samples independently with probability pi. Per query x, over its nearest points y: `sum_k c_k pi_k
-/// prod_{j<k} (1 - pi_j)` with `c = ((x - y).n_x)^2 / 2 + ((x - y).n_y)^2 / 2`; the last counts if none is a sample.
-/// The mean is divided by that of the last costs: 0 if nothing is missed, about 1 if no point is a sample.
+/// Like [`coverage_of_samples`](super::coverage_of_samples), with the cost `((x - y).n_x)^2 / 2 + ((x - y).n_y)^2 / 2` of
+/// query x and point y instead of their squared distance.
 ///
 /// # Shapes
-/// - `points`: n x 3; `normals`: n x 3, unit vectors
-/// - `queries`: n_queries points
+/// - `normals`: unit vectors
 /// - `nearest`: n_queries x k points, nearest first, from [`nearest_to`](crate::spatial::nearest_to)
-/// - `inclusion`: n, in 0..=1
-/// - returns a number and its gradient to the n probabilities
+/// - `inclusion`: pi of each point
 ///
 /// ```
 /// use neural_mesh::loss::bending_of_samples;

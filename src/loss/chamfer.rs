@@ -1,19 +1,17 @@
-//! Coverage of the points by the samples: the probabilistic Chamfer distance of Eq. (6), and the trained form.
+//! The probabilistic Chamfer distance of Eq. (6), and the trained form.
 
 use super::Term;
 use super::expected_cost::relative_cost;
 use super::triangles::distance2;
 use crate::spatial::nearest_to;
 
-/// Computes Eq. (6) as printed: `sum_y p(y) min_x |x - y|^2 + sum_x p(y) min_y |x - y|^2`, in the second sum with the y
-/// nearest to x.
+/// Computes Eq. (6) as printed: `sum_y p(y) min_x |x - y|^2 + sum_x p(y) min_y |x - y|^2`.
 ///
-/// The first sum is 0 for samples that are points themselves. With p summing to 1, the second falls when mass moves
-/// AWAY from badly covered samples; [`coverage_of_samples`] is trained instead.
+/// In the second sum, y is the sample nearest to x. That sum falls when mass moves AWAY from badly covered samples, so
+/// [`coverage_of_samples`] is trained instead.
 ///
 /// # Shapes
-/// - `points`: n x 3, `samples`: n_samples x 3, `probabilities`: n_samples
-/// - returns a squared length and its gradient to the n_samples probabilities
+/// - `probabilities`: n_samples
 ///
 /// ```
 /// use neural_mesh::loss::probabilistic_chamfer;
@@ -39,15 +37,12 @@ pub fn probabilistic_chamfer(points: &[[f32; 3]], samples: &[[f32; 3]], probabil
 
 /// Computes the expected squared distance from a query to its nearest sample, with independent inclusion probabilities.
 ///
-/// It replaces the second sum of Eq. (6). Per query, over its k nearest points: `sum_k d_k^2 pi_k prod_{j<k} (1 -
-/// pi_j)`; the last distance counts if none is a sample, so k should be a few times n / n_samples. The mean over the
-/// queries is divided by the mean of the last squared distances: 0 if every query is a sample, 1 if no point is.
+/// Per query, over its k nearest points: `sum_k d_k^2 pi_k prod_{j<k} (1 - pi_j)`; the last distance counts if none is a
+/// sample. The mean is divided by the mean of the last squared distances, which gives 0..=1.
 ///
 /// # Shapes
-/// - `points`: n x 3, `queries`: n_queries x 3, often a random subset of the points
-/// - `nearest`: n_queries x k points, nearest first, from [`nearest_to`]
-/// - `inclusion`: n, in 0..=1
-/// - returns a number in 0..=1 and its gradient to the n probabilities
+/// - `nearest`: n_queries x k points, nearest first, from [`nearest_to`]; k a few times n / n_samples
+/// - `inclusion`: pi of each point
 ///
 /// ```
 /// use neural_mesh::{loss::coverage_of_samples, spatial::nearest_to};
@@ -91,7 +86,6 @@ mod tests {
         assert_gradient(&p, 1e-5, |p| probabilistic_chamfer(&points, &samples, p));
     }
 
-    /// Sample 0 covers many points badly, sample 1 few well: Eq. (6) lowers p(0), coverage raises its surroundings.
     #[test]
     fn the_print_pushes_mass_away_from_badly_covered_regions_and_coverage_toward_them() {
         let far = (0..20).map(|i| [i as f32, 0.0, 0.0]);

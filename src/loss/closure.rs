@@ -1,20 +1,17 @@
-//! Expected share of edges add_face a wrong number of faces; an addition to Eq. (10).
+//! Edges with a wrong number of faces, an addition to Eq. (10).
 
 use super::Term;
 use crate::linalg::Csr;
 use rayon::prelude::*;
 
-/// Computes the expected share of edges add_face a wrong number of faces, each face kept independently add_face probability p.
+/// Computes the expected share of edges with a wrong number of faces, if each face is kept independently.
 ///
-/// Per inner edge `P(exactly one) + P(more than two)`, per boundary edge `P(more than one)`; edges without kept faces
-/// are right. Exact (Poisson binomial distribution); the mean over the edges of at least one candidate. Smallest if no
-/// face is kept: [`coverage`](super::coverage) works against that.
+/// `P(one) + P(more than two)` per inner edge, `P(more than one)` per boundary edge, exact (Poisson binomial).
 ///
 /// # Shapes
-/// - `edges_of_faces`: n_triangles x 3 edges
-/// - `at_boundary`: n_edges, whether one face is right
+/// - `edges_of_faces`: three edges of each candidate
+/// - `at_boundary`: n_edges, true if one face is right
 /// - `probabilities`: n_triangles
-/// - returns a share in 0..=1 and its gradient to the probabilities
 ///
 /// ```
 /// use neural_mesh::loss::closure;
@@ -39,7 +36,6 @@ pub fn closure(edges_of_faces: &[[u32; 3]], at_boundary: &[bool], probabilities:
     Term::mean(each.iter().map(|(value, _)| value).sum(), &gradient, used.len())
 }
 
-/// Probabilities that none, one, two faces are kept.
 type CountProbabilities = [f64; 3];
 
 /// Returns the probability that an edge has a wrong number of faces, and its derivative to each p.
@@ -56,7 +52,7 @@ fn wrong_number(p: &[f64], at_boundary: bool) -> (f64, Vec<f64>) {
     let mut after: CountProbabilities = [1.0, 0.0, 0.0];
     for (i, &p) in p.iter().enumerate().rev() {
         let [none, one, two] = combine_counts(before[i], after);
-        // With one face more, none becomes one, and two become too many.
+        // With one more face, zero faces become one, and two become too many.
         slopes[i] = if at_boundary { one } else { none - one + two };
         after = add_face(after, p);
     }
@@ -68,7 +64,6 @@ fn add_face([none, one, two]: CountProbabilities, p: f64) -> CountProbabilities 
     [none * q, one * q + none * p, two * q + one * p]
 }
 
-/// Returns the probabilities over two disjoint sets of faces.
 fn combine_counts(a: CountProbabilities, b: CountProbabilities) -> CountProbabilities {
     [a[0] * b[0], a[0] * b[1] + a[1] * b[0], a[0] * b[2] + a[1] * b[1] + a[2] * b[0]]
 }

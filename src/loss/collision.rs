@@ -5,17 +5,13 @@ use super::triangles::corners;
 use crate::geometry::crossing::edge_passes_through;
 use crate::linalg::Csr;
 
-/// Finds pairs (t, u) of nearby triangles where an edge of t passes through u.
+/// Finds pairs (t, u) of nearby triangles where an edge of t passes through u, by Shewchuk's exact predicates.
 ///
-/// Decided exactly (Shewchuk's predicates). Triangles with a common edge never collide; with a common vertex only the
-/// opposite edges can. Contact is no collision, nor is coplanar overlap, which [`overlaps`](super::overlaps) finds.
-/// Triangles without area are ignored.
+/// Triangles with a common edge never collide. Contact and coplanar overlap (see [`overlaps`](super::overlaps)) are no
+/// collisions. Triangles without area are ignored.
 ///
 /// # Shapes
-/// - `points`: n x 3, `triangles`: n_triangles x 3
-/// - `neighbours`: n_triangles x n_triangles, such as the k-nn graph of the barycenters
-/// - returns ordered pairs, for [`conflicts_by_count`](super::conflicts_by_count) and
-///   [`conflicts_by_pair`](super::conflicts_by_pair)
+/// - `neighbours`: n_triangles x n_triangles
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, loss::collisions};

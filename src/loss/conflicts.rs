@@ -1,14 +1,12 @@
-//! Cost of conflicting triangles: Eq. (9), shared by collisions, edge crossings and overlaps, and the trained form.
+//! Cost of conflicting triangles: Eq. (9) and the trained form.
 //!
-//! A conflict is an ordered pair (t, u): t passes through, crosses or lies over u.
+//! A conflict is an ordered pair (t, u): t passes through, crosses or overlaps u.
 
 use super::Term;
 use crate::linalg::Csr;
 use rayon::prelude::*;
 
-/// Finds the conflicting pairs (t, u) of nearby triangles, sorted.
-///
-/// Triangles are near if one is a neighbour of the other.
+/// Finds the conflicting pairs (t, u) where one triangle is a neighbour of the other, sorted.
 pub(super) fn near_pairs(neighbours: &Csr, in_conflict: impl Fn(u32, u32) -> bool + Sync) -> Vec<[u32; 2]> {
     let both_ways = Csr::from_edges(neighbours.n_rows(), neighbours.entries());
     let of_triangle = |t: usize| {
@@ -21,12 +19,11 @@ pub(super) fn near_pairs(neighbours: &Csr, in_conflict: impl Fn(u32, u32) -> boo
 
 /// Computes Eq. (9) as printed, `1/|F_s| sum_t p_t m(t)`; m(t) counts the pairs (t, u).
 ///
-/// It falls with every p, even if the other triangle of each conflict is gone: smallest if no face is kept.
+/// Its minimum is the empty mesh.
 ///
 /// # Shapes
 /// - `conflicts`: pairs from [`collisions`](super::collisions), [`edge_crossings`](super::edge_crossings) or
 ///   [`overlaps`](super::overlaps)
-/// - `probabilities`: n_triangles
 ///
 /// ```
 /// use neural_mesh::loss::conflicts_by_count;
@@ -40,11 +37,6 @@ pub fn conflicts_by_count(conflicts: &[[u32; 2]], probabilities: &[f32]) -> Term
 }
 
 /// Computes `1/|F_s| sum_(t, u) p_t p_u`: the expected number of conflicts among kept faces, per candidate.
-///
-/// Only conflicts between two likely triangles cost, so one of them can stay.
-///
-/// # Shapes
-/// As for [`conflicts_by_count`].
 ///
 /// ```
 /// use neural_mesh::loss::conflicts_by_pair;

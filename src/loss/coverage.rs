@@ -1,4 +1,4 @@
-//! Distance from the original surface to the kept faces, trained instead of Eq. (8), which keeps no face.
+//! Distance from the original surface to the kept faces, trained instead of Eq. (8).
 
 use super::Term;
 use super::expected_cost::{OptionRows, expected_cost};
@@ -19,13 +19,7 @@ pub struct NearTriangles {
     pub width: usize,
 }
 
-/// Finds the k triangles closest to each point, among the 2 k with the nearest barycenters.
-///
-/// # Shapes
-/// - `points`: n x 3, `triangles`: n_triangles x 3
-/// - `surface`: n_surface x 3, points of the original surface
-/// - `k`: 16 to 32 reach around a vertex of high degree
-/// - returns n_surface x min(k, n_triangles)
+/// Finds the k triangles closest to each point of the original surface, among the 2 k with the nearest barycenters.
 ///
 /// ```
 /// use neural_mesh::loss::near_triangles;
@@ -53,7 +47,6 @@ pub fn near_triangles(points: &[[f32; 3]], triangles: &[[u32; 3]], surface: &[[f
     NearTriangles { triangles, distances2, width }
 }
 
-/// Returns the squared distance from a point to a triangle, which may have no area.
 fn distance2_to(corners: [DVec3; 3], x: DVec3) -> f64 {
     let [u, v, w] = nearest_weights_f64(x, corners);
     x.distance_squared(corners[0] * u + corners[1] * v + corners[2] * w)
@@ -64,10 +57,8 @@ fn distance2_to(corners: [DVec3; 3], x: DVec3) -> f64 {
 /// `sum_k d_k^2 p_k prod_{j<k} (1 - p_j) + max(penalty, d_last^2) prod_j (1 - p_j)`
 ///
 /// # Shapes
-/// - `near`: from [`near_triangles`]
 /// - `penalty`: squared length, the cost of an uncovered point
 /// - `probabilities`: n_triangles
-/// - returns a squared length and its gradient to the probabilities, nowhere positive
 ///
 /// ```
 /// use neural_mesh::loss::{NearTriangles, coverage};
@@ -94,7 +85,7 @@ mod tests {
     fn agrees_with_all_triangles_and_with_differences() {
         let (points, surface) = (points(20, 1), points(25, 2));
         let triangles = triangles(16, 20, 3);
-        // Twice 8 are all of them.
+        // The 2 k = 16 candidates by barycenter are all triangles here.
         let near = near_triangles(&points, &triangles, &surface, 8);
         for (row, &x) in near.distances2.chunks(8).zip(&surface) {
             let mut all: Vec<f64> =

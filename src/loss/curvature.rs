@@ -1,20 +1,18 @@
-//! Curvature kept by the samples: the fine-tuning term of Sec. 4.4 (Potamias et al. 2022, point-cloud simplification).
+//! Curvature kept by the samples, Sec. 4.4 (Potamias et al. 2022).
 
 use super::Term;
 use super::expected_cost::{OptionRows, expected_cost, last_costs};
 
 /// Computes the expected squared difference in curvature between a query and its nearest sample.
 ///
-/// Points are samples independently with probability pi. Per query x, over its nearest points: `sum_k (kappa_x -
-/// kappa_k)^2 pi_k prod_{j<k} (1 - pi_j)`; the last counts if none is a sample. The mean over the queries is divided by
-/// the variance of their curvature: 0 if nothing is lost, about 2 if the nearest sample is a random one.
+/// Like [`coverage_of_samples`](super::coverage_of_samples), with the cost `(kappa_x - kappa_y)^2` of query x and point y;
+/// the mean is divided by the variance of the queries' curvature.
 ///
 /// # Shapes
-/// - `of_queries`: n_queries, kappa of each query
-/// - `of_points`: n, kappa of each point, from [`point_curvature`](crate::spatial::point_curvature)
+/// - `of_queries`: kappa of each query
+/// - `of_points`: kappa of each point, from [`point_curvature`](crate::spatial::point_curvature)
 /// - `nearest`: n_queries x k points, nearest first, from [`nearest_to`](crate::spatial::nearest_to)
-/// - `inclusion`: n, in 0..=1
-/// - returns a number and its gradient to the n probabilities
+/// - `inclusion`: pi of each point
 ///
 /// ```
 /// use neural_mesh::loss::curvature_of_samples;

@@ -1,4 +1,4 @@
-//! Crossing edges of nearby triangles (Sec. 3.4), which collisions miss in nearly flat places.
+//! Crossing edges of nearby triangles (Sec. 3.4), which collisions miss on nearly flat surfaces.
 
 use super::conflicts::near_pairs;
 use super::triangles::corners_f64;
@@ -7,14 +7,12 @@ use glam::DVec3;
 
 /// Finds pairs (t, u) of nearby triangles whose edges cross, in both orders.
 ///
-/// Two edges without a common vertex cross if, seen along their common normal, they meet inside both, at a distance of
-/// at most `flatness` times the shorter edge. Parallel edges do not cross. The diagonals of a quadrilateral do, even if
-/// their triangles share a side.
+/// Two edges without a common vertex cross if, projected along their common normal, they meet inside both, at a distance of
+/// at most `flatness` times the shorter edge.
 ///
 /// # Shapes
-/// - `points`: n x 3, `triangles`: n_triangles x 3
-/// - `neighbours`: n_triangles x n_triangles, such as the k-nn graph of the barycenters
-/// - `flatness`: 0 or more; 0.1 admits slightly bent quadrilaterals
+/// - `neighbours`: n_triangles x n_triangles
+/// - `flatness`: 0 or more
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, loss::edge_crossings};
@@ -37,10 +35,9 @@ fn edges(points: &[[f32; 3]], triangle: [u32; 3]) -> [([u32; 2], [DVec3; 2]); 3]
     [[0, 1], [1, 2], [2, 0]].map(|ends| (ends.map(|i| triangle[i]), ends.map(|i| corners[i])))
 }
 
-/// Share of an edge's length at each end where another edge only touches it.
+/// Share of an edge's length at each end where another edge touches and does not cross.
 const END: f64 = 1e-6;
 
-/// Returns whether two segments cross, as defined by [`edge_crossings`].
 fn segments_cross([a, b]: [DVec3; 2], [c, d]: [DVec3; 2], flatness: f64) -> bool {
     let (along, across, between) = (b - a, d - c, c - a);
     let normal = along.cross(across);
@@ -85,7 +82,7 @@ mod tests {
         assert!(edge_crossings(&points, &fan, &all(6), 0.1).is_empty());
         let mut more = fan.to_vec();
         more.push([1, 2, 3]);
-        // Its long side crosses the spoke to 2, shared by two faces of the fan.
+        // The long side of the new triangle crosses the spoke to 2, which two faces of the fan share.
         assert_eq!(edge_crossings(&points, &more, &all(7), 0.1), [[0, 6], [1, 6], [6, 0], [6, 1]]);
     }
 

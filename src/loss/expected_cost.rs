@@ -1,17 +1,16 @@
-//! Expected cost of the first option kept, each kept independently; shared by the coverage terms.
+//! Expected cost of the first option kept, each kept independently.
 
 use super::Term;
 use rayon::prelude::*;
 
 /// Rows of options, the preferred one first in each.
 pub(super) struct OptionRows<'a> {
-    /// n_rows x `width`: index of the option's probability.
+    /// n_rows x `width`: index of each option's probability.
     pub options: &'a [u32],
-    /// n_rows x `width`: cost if it is the first one kept.
+    /// n_rows x `width`: cost if the option is the first one kept.
     pub costs: &'a [f64],
-    /// n_rows: cost if none is kept.
+    /// n_rows: cost if no option is kept.
     pub costs_of_none: &'a [f64],
-    /// Options per row.
     pub width: usize,
 }
 
@@ -32,8 +31,8 @@ pub(super) fn last_costs(costs: &[f64], width: usize) -> Vec<f64> {
 
 /// Computes the mean over the rows of `sum_k c_k p_k prod_{j<k} (1 - p_j) + c_none prod_j (1 - p_j)`.
 ///
-/// Backwards along a row, `E_k = p_k c_k + (1 - p_k) E_{k+1}`; the derivative to p_k is `c_k - E_{k+1}` times the
-/// probability that no earlier option is kept. Free of divisions, so p may be 0 or 1.
+/// With `E_k = p_k c_k + (1 - p_k) E_{k+1}`, the derivative to p_k is `c_k - E_{k+1}` times the probability that no earlier
+/// option is kept.
 pub(super) fn expected_cost(rows: &OptionRows, probabilities: &[f32]) -> Term {
     let OptionRows { options, costs, costs_of_none, width } = *rows;
     if width == 0 || costs_of_none.is_empty() {

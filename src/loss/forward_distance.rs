@@ -1,6 +1,4 @@
-//! Forward surface distance, Eq. (7): draws candidate faces to the original surface.
-//!
-//! Alone it is smallest if no face is kept; coverage works against that.
+//! Forward surface distance, Eq. (7).
 
 use super::Term;
 use super::triangles::{barycenters, distance2};
@@ -9,9 +7,7 @@ use crate::spatial::nearest_to;
 /// Computes `min_b |b^ - b|^2` of Eq. (7) from each candidate's barycenter b^ to the original faces' barycenters.
 ///
 /// # Shapes
-/// - `points`: n x 3, `triangles`: n_triangles x 3
-/// - `original`: n_original x 3, barycenters of the original faces
-/// - returns n_triangles squared distances; 0 without an original
+/// - `original`: barycenters of the original faces; without any, distances are 0
 ///
 /// ```
 /// use neural_mesh::loss::forward_distances;
@@ -29,9 +25,7 @@ pub fn forward_distances(points: &[[f32; 3]], triangles: &[[u32; 3]], original: 
 
 /// Computes Eq. (7), `sum_b^ p_b^ min_b |b^ - b|^2`, divided by the number of candidates.
 ///
-/// # Shapes
-/// - `distances`: n_triangles, from [`forward_distances`]; `probabilities`: n_triangles
-/// - returns a squared length and its gradient to the probabilities, which is constant
+/// Its minimum is the empty mesh.
 ///
 /// ```
 /// use neural_mesh::loss::forward_distance;

@@ -1,6 +1,4 @@
-//! Inclusion probabilities of Gumbel-top-k sampling (Sec. 3.1), the relaxation that trains the sampler.
-//!
-//! They differ from the softmax of `model::inclusion_probabilities`, the probability to be drawn first.
+//! Inclusion probabilities of Gumbel-top-k sampling (Sec. 3.1), which make the sampler trainable.
 
 use rayon::prelude::*;
 
@@ -9,15 +7,14 @@ use rayon::prelude::*;
 pub struct Inclusion {
     /// n probabilities in 0..=1 that sum to the number of samples.
     pub probabilities: Vec<f32>,
-    /// Derivative of each probability to its score at fixed time, n.
+    /// Derivative of each probability to its score at fixed t, n.
     slopes: Vec<f64>,
 }
 
 /// Computes each vertex's probability to be among the first `n_samples` of Gumbel-top-k.
 ///
-/// Gumbel-top-k is a race: vertex i arrives after an exponential time of rate `exp(s_i)`. By time t it has arrived with
-/// probability `pi_i = 1 - exp(-t exp(s_i))`; t solves `sum_i pi_i = n_samples`. The real time of the last arrival
-/// scatters around t, less with more samples. A constant added to all scores changes nothing.
+/// Vertex i arrives after an exponential time of rate `exp(s_i)`: by time t with probability `pi_i = 1 - exp(-t exp(s_i))`;
+/// t solves `sum_i pi_i = n_samples`.
 ///
 /// # Shapes
 /// - `scores`: n, finite
@@ -40,7 +37,7 @@ pub fn inclusion(scores: &[f32], n_samples: usize) -> Inclusion {
     Inclusion { probabilities: to_f32(probabilities), slopes }
 }
 
-/// Returns scores relative to the `n_samples`-th largest, so that t is near 1 and large scores keep their precision.
+/// Returns scores relative to the `n_samples`-th largest, so that t is near 1.
 fn relative_log_rates(scores: &[f32], n_samples: usize) -> Vec<f64> {
     let mut order = scores.to_vec();
     let (_, &mut last, _) = order.select_nth_unstable_by(n_samples - 1, |a, b| b.total_cmp(a));
@@ -49,12 +46,7 @@ fn relative_log_rates(scores: &[f32], n_samples: usize) -> Vec<f64> {
 
 /// Converts the gradient to the probabilities into the gradient to the scores.
 ///
-/// With `w_i = t exp(s_i) exp(-t exp(s_i))`, which includes the change of t: `dL/ds_i = w_i (g_i - sum_j w_j g_j /
-/// sum_j w_j)`.
-///
-/// # Shapes
-/// - `gradient`: n, dL/dpi
-/// - returns n, with sum 0
+/// With `w_i = t exp(s_i) exp(-t exp(s_i))`: `dL/ds_i = w_i (g_i - sum_j w_j g_j / sum_j w_j)`.
 ///
 /// ```
 /// use neural_mesh::loss::{inclusion, inclusion_gradient};
@@ -71,18 +63,18 @@ pub fn inclusion_gradient(inclusion: &Inclusion, gradient: &[f32]) -> Vec<f32> {
 
 /// Returns `1 - exp(-exp(x))` and its derivative to x.
 fn arrival_probability(x: f64) -> (f64, f64) {
-    // The derivative is zero from here on; the product below would be infinity times zero.
+    // The derivative is zero above this limit; the product below would be infinity times zero.
     let rate = x.min(6.5).exp();
     (-(-rate).exp_m1(), rate * (-rate).exp())
 }
 
-/// Scores per task; sums are added in task order, so thread counts do not change them.
+/// Scores per parallel task; a fixed size keeps sums independent of the number of threads.
 const BLOCK: usize = 4096;
 
 /// Solves `sum_i pi_i = wanted` for the logarithm of t by Newton's method, with bisection outside the bracket.
 fn solve_log_time(log_rates: &[f64], wanted: f64) -> f64 {
-    // Low: the `wanted - 1` fastest give at most 1 each, all n others at most 1 / n. High: the `wanted` fastest, of
-    // rate 1 or more, lack at most `exp(-33)` each.
+    // Lower limit: the `wanted - 1` fastest arrivals have probability at most 1 each, all n others at most 1 / n. Upper
+    // limit: the `wanted` fastest have rate 1 or more, so each misses probability 1 by at most `exp(-33)`.
     let (mut low, mut high) = (-(log_rates.len() as f64).ln(), 3.5);
     let mut log_time = 0.0;
     for _ in 0..STEPS {
@@ -98,7 +90,7 @@ fn solve_log_time(log_rates: &[f64], wanted: f64) -> f64 {
     log_time
 }
 
-/// By then bisection alone reaches the last bit.
+/// Enough steps for bisection alone.
 const STEPS: usize = 64;
 
 /// Returns the expected number of arrivals by a time, and its derivative to the time's logarithm.
@@ -151,7 +143,6 @@ mod tests {
         });
     }
 
-    /// Ranks the keys `s + g` of Gumbel-top-k many times.
     #[test]
     fn agrees_with_draws() {
         let scores: Vec<f32> = (0..60).map(|i| (i % 6) as f32 * 0.6).collect();

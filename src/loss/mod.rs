@@ -1,9 +1,7 @@
-//! Training objective of Sec. 3.4, one file per term, each returning its value and its gradient.
+//! Terms of the training objective of Sec. 3.4, one file per term, each with its gradient.
 //!
-//! Losses are functions over slices and know no network. Some printed terms have a replacement that trains better;
-//! `docs/paper.md` says why. Functions panic if an index is out of range.
-//!
-//! Support code for the main modules; see the front page of the crate.
+//! `docs/paper.md` explains the terms that replace printed ones. Functions panic if an index is out of range. Support code
+//! for the main modules; see the front page of the crate.
 
 mod bending;
 mod chamfer;
@@ -43,7 +41,7 @@ pub use smoothness::smoothness;
 pub use surface_error::{ErrorSums, PointErrors, error_shares, error_sums, log_errors, point_errors};
 pub use total::{Candidates, FaceGeometry, FaceObjective, NamedTerm, face_geometry, face_terms, total};
 
-/// A loss and its gradient to its probabilities or scores.
+/// A loss and its gradient to probabilities or scores.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Term {
     /// Value of the loss.
@@ -62,7 +60,7 @@ impl Term {
         Self { value: 0.0, gradient: vec![0.0; n] }
     }
 
-    /// Returns a value and a gradient, summed in double precision, divided by `n`; zero if `n` is 0.
+    /// Returns a value and a gradient divided by `n`; zero if `n` is 0.
     ///
     /// ```
     /// let term = neural_mesh::loss::Term::mean(3.0, &[1.0, 4.0], 2);

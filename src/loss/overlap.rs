@@ -1,4 +1,4 @@
-//! Overlapping triangles in nearly one plane (Sec. 3.4), found by points on them and sums of areas.
+//! Overlapping triangles in nearly one plane (Sec. 3.4).
 
 use super::conflicts::near_pairs;
 use super::triangles::{corners_f64, spread_points, to_f64};
@@ -11,19 +11,17 @@ use glam::DVec3;
 pub struct OverlapSettings {
     /// Test points per triangle, in a fixed pattern.
     pub per_triangle: usize,
-    /// Largest distance of a point from the plane of a triangle below it, as a share of the square root of its area.
+    /// Largest distance of a point from a triangle's plane, as a share of the square root of the triangle's area.
     pub flatness: f64,
 }
 
 /// Finds pairs (t, u) of nearby triangles where a test point on t lies over u.
 ///
-/// Point y lies over triangle a b c if it is close and its foot y' in their plane is inside: the areas of y' a b, y' b
-/// c and y' c a sum to that of a b c. Only nearly parallel triangles (within 25 degrees) overlap, so a shared edge
-/// counts if folded flat, not if creased. Triangles without area are ignored.
+/// Point y lies over triangle a b c if it is close and the areas of y' a b, y' b c and y' c a, for the projection y', sum to
+/// that of a b c. Triangles without area, and pairs at more than 25 degrees, are ignored.
 ///
 /// # Shapes
-/// - `points`: n x 3, `triangles`: n_triangles x 3
-/// - `neighbours`: n_triangles x n_triangles, such as the k-nn graph of the barycenters
+/// - `neighbours`: n_triangles x n_triangles
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, loss::{OverlapSettings, overlaps}};
@@ -56,7 +54,6 @@ fn are_parallel(t: [DVec3; 3], u: [DVec3; 3]) -> bool {
     t.dot(u).abs() >= PARALLEL
 }
 
-/// Returns whether a point lies over a triangle, as defined by [`overlaps`].
 fn is_over(y: DVec3, [a, b, c]: [DVec3; 3], flatness: f64) -> bool {
     let normal = area_normal_f64([a, b, c]);
     let area = normal.length();

@@ -1,20 +1,17 @@
-//! Agreement with the triangles that the mesh spans between sample regions, an addition: labels without cost.
+//! Agreement with the triangles that the mesh spans between sample regions, an addition to the paper.
 
 use super::Term;
 
 /// Lower limit of the logarithm's argument, which also limits its slope.
 const LEAST: f64 = 1e-4;
 
-/// Computes the weighted cross-entropy of probabilities and labels.
+/// Computes the weighted cross-entropy of probabilities and labels, in nats.
 ///
 /// Minus the sum of `w log p` over true and `w log (1 - p)` over false labels; the weights sum to 1. `balance` 0 weighs
-/// candidates equally, 1 gives one half to each class, values between interpolate.
+/// candidates equally, 1 gives one half to each class.
 ///
 /// # Shapes
-/// - `labels`: n_triangles, whether the mesh spans the candidate between three regions
-/// - `balance`: 0..=1
-/// - `probabilities`: n_triangles
-/// - returns a number in nats and its gradient to the probabilities
+/// - `labels`: true if the mesh spans the candidate between three regions
 ///
 /// ```
 /// use neural_mesh::loss::quotient_agreement;

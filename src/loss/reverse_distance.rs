@@ -1,31 +1,27 @@
-//! Reverse surface distance as printed, Eq. (8). It is 0 if no face is kept; `coverage` is trained instead.
+//! Reverse surface distance as printed, Eq. (8), whose minimum is the empty mesh.
 
 use super::Term;
 use super::triangles::{barycenters, corners_f64, distance2, spread_points};
 use crate::spatial::nearest_to;
 use rayon::prelude::*;
 
-/// The parts of Eq. (8) that do not depend on probabilities.
+/// Distances of Eq. (8), which do not depend on probabilities.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReverseDistances {
     /// Mean over each triangle's points y of `min_x |x - y|^2`, n_triangles.
     pub to_original: Vec<f64>,
     /// Other triangles near each triangle's points, ascending and unique.
     pub near: Vec<Vec<u32>>,
-    /// For each of them the mean over the points of `|x_t - y|^2 / k`, 0 if t is not among the k nearest of y.
+    /// Mean over the points of `|x_t - y|^2 / k` for each near triangle, 0 if t is not among the k nearest of y.
     pub to_near: Vec<Vec<f64>>,
 }
 
 /// Measures the distances of Eq. (8) at points y on each triangle.
 ///
-/// For each y these are the distance to the nearest original point x and to the barycenters x_t of the k nearest other
-/// triangles.
-///
 /// # Shapes
-/// - `points`: n x 3, `triangles`: n_triangles x 3
-/// - `original`: n_original x 3, the original vertices as in the paper, or denser points
+/// - `original`: the original vertices as in the paper, or denser points
 /// - `per_triangle`: points per triangle, at least 1, in a fixed pattern
-/// - `k`: nearest triangles per point
+/// - `k`: nearest other triangles per point
 ///
 /// ```
 /// use neural_mesh::loss::reverse_distances;
@@ -75,10 +71,6 @@ fn merge_equal(mut found: Vec<(u32, f64)>) -> (Vec<u32>, Vec<f64>) {
 /// Computes Eq. (8), divided by the number of points.
 ///
 /// `sum_y p_y min_x |x - y|^2 + (1 - p_y) 1/k sum_k p_{t_k} |x_{t_k} - y|^2`, with p_y the probability of y's triangle
-///
-/// # Shapes
-/// - `probabilities`: n_triangles
-/// - returns a squared length and its gradient to the probabilities
 ///
 /// ```
 /// use neural_mesh::loss::{ReverseDistances, reverse_distance};

@@ -1,15 +1,9 @@
-//! Smoothness of the scores over the surface, an addition that keeps them a density.
-//!
-//! Without it the relaxation of Eq. (6) rewards scores that single out vertices, which mean nothing at another ratio.
+//! Smoothness of the scores over the surface, an addition to the paper.
 
 use super::Term;
 use crate::linalg::Csr;
 
-/// Computes the mean of `(s_i - s_j)^2` over the entries (i, j) of a graph.
-///
-/// # Shapes
-/// - `scores`: n, `rings`: n x n, symmetric
-/// - returns a number and its gradient to the n scores
+/// Computes the mean of `(s_i - s_j)^2` over the entries (i, j) of a symmetric graph.
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, loss::smoothness};

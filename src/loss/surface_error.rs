@@ -1,6 +1,4 @@
-//! Training loss of the closed assembly, ours: mean distance, normal error and near-largest distance to the original.
-//!
-//! Their logarithms are added, so that a change by one percent counts equally in each.
+//! Training loss of the closed assembly: logarithms of three errors of the result.
 
 use crate::geometry::triangle::area_normal;
 use crate::spatial::NearestOnTriangles;
@@ -22,9 +20,6 @@ pub struct PointErrors {
 }
 
 /// Measures the errors at the barycenters of the original's triangles.
-///
-/// # Shapes
-/// - `original`: n_points x 3 corners, `result`: n_triangles x 3 corners
 ///
 /// ```
 /// use neural_mesh::loss::point_errors;
@@ -60,13 +55,11 @@ pub struct ErrorSums {
     distance: f64,
     turn: f64,
     peak: f64,
-    /// Distance by which distances are divided before the power.
+    /// Largest distance; distances are divided by it before the power.
     unit: f64,
 }
 
-/// Averages the sums of two results, which may be the same one.
-///
-/// Zero errors are replaced by tiny ones, so that logarithms stay finite.
+/// Averages the sums of two results, which may be the same one; zero errors are replaced by tiny ones.
 pub fn error_sums(errors: [&PointErrors; 2]) -> ErrorSums {
     let unit = errors.iter().flat_map(|e| &e.distances).fold(f32::MIN_POSITIVE, |a, &b| a.max(b));
     let mut sums = ErrorSums { area: 0.0, distance: 0.0, turn: 0.0, peak: 0.0, unit: f64::from(unit) };
@@ -99,9 +92,7 @@ pub fn log_errors(sums: &ErrorSums) -> [f64; 3] {
     [(sums.distance / sums.area).ln(), (sums.turn / sums.area).ln(), peak]
 }
 
-/// Computes each point's share in the sum of the three logarithms, linearised at `sums`: n_points.
-///
-/// For two results near `sums`, differences of the shares add up to the difference of their losses.
+/// Computes each point's share in the sum of the three logarithms, linearised at `sums`.
 ///
 /// ```
 /// use neural_mesh::loss::{PointErrors, error_sums, log_errors, error_shares};

@@ -4,7 +4,6 @@ use super::Term;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-/// Compares the gradient of `f` at `x` with central differences of its value.
 pub fn assert_gradient(x: &[f32], tolerance: f64, f: impl Fn(&[f32]) -> Term) {
     let term = f(x);
     assert_eq!(term.gradient.len(), x.len());
@@ -23,18 +22,15 @@ pub fn assert_gradient(x: &[f32], tolerance: f64, f: impl Fn(&[f32]) -> Term) {
     }
 }
 
-/// Returns random numbers in 0..1.
 pub fn uniform(n: usize, seed: u64) -> Vec<f32> {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
     (0..n).map(|_| (random.next_u64() >> 40) as f32 / (1u64 << 24) as f32).collect()
 }
 
-/// Returns random points in the unit cube.
 pub fn points(n: usize, seed: u64) -> Vec<[f32; 3]> {
     uniform(3 * n, seed).as_chunks().0.to_vec()
 }
 
-/// Returns random triangles over `n_points` points, with ascending corners.
 pub fn triangles(n_triangles: usize, n_points: u32, seed: u64) -> Vec<[u32; 3]> {
     let corner = |x: f32| ((x * n_points as f32) as u32).min(n_points - 1);
     let rows = uniform(9 * n_triangles, seed);

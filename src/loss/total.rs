@@ -1,4 +1,4 @@
-//! Overall objective, Eq. (10): the weighted sum of terms, and all terms over candidate faces.
+//! Overall objective, Eq. (10), and its terms over candidate faces.
 
 use super::{
     NearTriangles, OverlapSettings, ReverseDistances, Term, closure, collisions, conflicts_by_count, conflicts_by_pair,
@@ -7,7 +7,7 @@ use super::{
 };
 use crate::linalg::Csr;
 
-/// A term of the objective, named so that one that explodes can be identified.
+/// A term of the objective with its name and weight.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedTerm {
     /// Name in logs.
@@ -18,10 +18,7 @@ pub struct NamedTerm {
     pub term: Term,
 }
 
-/// Computes Eq. (10): the weighted sum of the terms.
-///
-/// # Shapes
-/// - `terms`: all over the same `n` probabilities or scores
+/// Computes Eq. (10): the weighted sum of the terms, over the same `n` probabilities or scores.
 ///
 /// ```
 /// use neural_mesh::loss::{NamedTerm, Term, total};
@@ -46,7 +43,7 @@ pub struct FaceObjective {
     pub forward: f64,
     /// Weight of Eq. (8) as printed.
     pub reverse: f64,
-    /// Weight of [`coverage`], which replaces Eq. (8) in training.
+    /// Weight of [`coverage`].
     pub coverage: f64,
     /// Weight of [`closure`].
     pub closure: f64,
@@ -58,13 +55,13 @@ pub struct FaceObjective {
     pub overlap: f64,
     /// Weight of [`quotient_agreement`].
     pub agreement: f64,
-    /// Whether conflicts are counted as printed in Eq. (9); otherwise pair by pair.
+    /// True if conflicts are counted as printed in Eq. (9); otherwise pair by pair.
     pub by_count: bool,
     /// Points per candidate, for Eq. (8) and the overlaps.
     pub per_triangle: usize,
     /// Nearest candidates per point, for Eq. (8) and the coverage.
     pub n_near: usize,
-    /// Largest distance from a plane that still counts as in it, as a share of the size.
+    /// Largest distance from a plane that still counts as inside it, as a share of the size.
     pub flatness: f64,
     /// Cost of an uncovered surface point, in units of the mean squared edge.
     pub penalty: f64,
@@ -73,7 +70,7 @@ pub struct FaceObjective {
 }
 
 impl FaceObjective {
-    /// Eq. (10) as printed, with all lambdas 1; smallest if no face is kept.
+    /// Eq. (10) as printed, with all lambdas 1; its minimum is the empty mesh.
     pub const PRINTED: Self = Self {
         forward: 1.0,
         reverse: 1.0,
@@ -91,7 +88,7 @@ impl FaceObjective {
         balance: 0.5,
     };
 
-    /// The trained replacement.
+    /// Terms and weights used in training.
     pub const TRAINED: Self =
         Self { reverse: 0.0, coverage: 1.0, closure: 1.0, agreement: 1.0, by_count: false, ..Self::PRINTED };
 }
@@ -99,48 +96,48 @@ impl FaceObjective {
 /// The candidate faces and the data of their terms.
 #[derive(Clone, Copy, Debug)]
 pub struct Candidates<'a> {
-    /// n x 3, the samples.
+    /// Positions of the samples, n x 3.
     pub points: &'a [[f32; 3]],
-    /// n_triangles x 3.
+    /// Corners of the candidates, n_triangles x 3.
     pub triangles: &'a [[u32; 3]],
-    /// n_triangles x n_triangles, near triangles.
+    /// Near triangles, n_triangles x n_triangles.
     pub neighbours: &'a Csr,
-    /// n_triangles x 3 edges.
+    /// Edges of each triangle, n_triangles x 3.
     pub edges: &'a [[u32; 3]],
-    /// n_edges, whether one face is right.
+    /// True for edges that should have one face, n_edges.
     pub at_boundary: &'a [bool],
-    /// n_triangles, whether the mesh spans the triangle between three regions.
+    /// True for triangles that the mesh spans between three regions, n_triangles.
     pub labels: &'a [bool],
-    /// n_original x 3, barycenters of the original faces.
+    /// Barycenters of the original faces.
     pub original_barycenters: &'a [[f32; 3]],
-    /// n_surface x 3, points of the original surface.
+    /// Points of the original surface.
     pub surface: &'a [[f32; 3]],
 }
 
 /// Measurements of the candidates that do not depend on probabilities.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FaceGeometry {
-    /// For Eq. (7), n_triangles.
+    /// Distances of Eq. (7), n_triangles.
     pub forward: Vec<f64>,
-    /// For Eq. (8).
+    /// Distances of Eq. (8).
     pub reverse: ReverseDistances,
-    /// For the coverage.
+    /// Near triangles for the coverage.
     pub near: NearTriangles,
-    /// Ordered pairs.
+    /// Ordered pairs of colliding triangles.
     pub collisions: Vec<[u32; 2]>,
-    /// Ordered pairs.
+    /// Ordered pairs of triangles with crossing edges.
     pub crossings: Vec<[u32; 2]>,
-    /// Ordered pairs.
+    /// Ordered pairs of overlapping triangles.
     pub overlaps: Vec<[u32; 2]>,
     /// Mean squared edge of the candidates, the unit of squared distances.
     pub length2: f64,
 }
 
-/// Measures the candidates for all terms with a weight; see the example of [`face_terms`].
+/// Measures the candidates for all terms with a weight.
 pub fn face_geometry(candidates: &Candidates, objective: &FaceObjective) -> FaceGeometry {
     let Candidates { points, triangles, neighbours, surface, original_barycenters, .. } = *candidates;
     let FaceObjective { per_triangle, n_near, flatness, .. } = *objective;
-    // Terms without weight get no triangles.
+    // A term of weight 0 gets no triangles, so nothing is measured for it.
     let triangles_if = |weight: f64| if weight == 0.0 { &[] } else { triangles };
     let pairs_if = |weight: f64, find: &dyn Fn() -> Vec<[u32; 2]>| if weight == 0.0 { Vec::new() } else { find() };
     let settings = OverlapSettings { per_triangle, flatness };
@@ -162,13 +159,7 @@ fn mean_squared_edge(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> f64 {
     if mean > 0.0 { mean } else { 1.0 }
 }
 
-/// Computes the terms with a weight, squared lengths in units of the candidates' mean squared edge.
-///
-/// So weights suit meshes and ratios of every size.
-///
-/// # Shapes
-/// - `geometry`: from [`face_geometry`] with the same candidates and objective
-/// - `probabilities`: n_triangles
+/// Computes the terms with a weight, with squared lengths in units of the candidates' mean squared edge.
 ///
 /// ```
 /// use neural_mesh::linalg::Csr;
@@ -225,7 +216,6 @@ mod tests {
     use super::*;
     use std::collections::BTreeMap;
 
-    /// A cube of 2 x 2 x 2 points with all triangles between them, which contain a closed surface.
     struct Cube {
         points: Vec<[f32; 3]>,
         triangles: Vec<[u32; 3]>,
@@ -302,7 +292,6 @@ mod tests {
         assert!(trained(&empty).value > 0.5 && trained(&[1.0; 56]).value > 0.5);
     }
 
-    /// Gradient descent on the clamped probabilities, from one half.
     #[test]
     fn descent_finds_nothing_with_the_print_and_the_surface_with_what_trains() {
         let cube = cube();

@@ -10,7 +10,6 @@ pub(super) fn corners_f64(points: &[[f32; 3]], triangle: [u32; 3]) -> [DVec3; 3]
     corners(points, triangle).map(to_f64)
 }
 
-/// Returns the barycenter of each triangle, n_triangles x 3.
 pub(super) fn barycenters(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]> {
     let barycenter = |&triangle: &[u32; 3]| {
         let [a, b, c] = corners_f64(points, triangle);
@@ -27,9 +26,7 @@ pub(super) fn distance2(a: [f32; 3], b: [f32; 3]) -> f64 {
     to_f64(a).distance_squared(to_f64(b))
 }
 
-/// Spreads `n` points evenly over a triangle, in a fixed pattern that starts at the barycenter.
-///
-/// Multiples of powers of the plastic number, mirrored into the triangle (Roberts 2018).
+/// Spreads `n` points evenly over a triangle, in a fixed pattern that starts at the barycenter (Roberts 2018).
 pub(super) fn spread_points([a, b, c]: [DVec3; 3], n: usize) -> impl Iterator<Item = [f32; 3]> {
     (0..n).map(move |i| {
         let [mut u, mut v] = STEP.map(|step| (1.0 / 3.0 + step * i as f64).fract());
@@ -40,7 +37,7 @@ pub(super) fn spread_points([a, b, c]: [DVec3; 3], n: usize) -> impl Iterator<It
     })
 }
 
-/// The plastic number's inverse and squared inverse.
+/// Inverse and squared inverse of the plastic number.
 const STEP: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_3];
 
 #[cfg(test)]

@@ -1,11 +1,10 @@
-//! Sizes of the network.
+//! Sizes of the paper's network.
 
 use super::{Affine, DevConv, EdgePredictor, FaceClassifier, Network, PointSampler, SparseAttention, TriConv};
 
-/// Numbers of layers, widths and neighbours; the default is that of the shipped paper's network.
+/// Numbers of layers, widths and neighbours; the default is the shipped paper network's.
 ///
-/// The paper states three layers and neighbourhoods of 15 samples and 20 triangles, and no widths. Candidates cut by their prior and joined
-/// across edges are nearer to the surface, with fewer open edges, in a fraction of the time (`docs/measured/weights.md`).
+/// The paper states only the three layers, 15 neighbours of a sample and 20 of a triangle.
 ///
 /// ```
 /// use neural_mesh::model::Architecture;
@@ -15,27 +14,27 @@ use super::{Affine, DevConv, EdgePredictor, FaceClassifier, Network, PointSample
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Architecture {
-    /// Inputs of the Point Sampler per vertex: 3 for the position, as in the paper, or 6 with the normal.
+    /// Inputs of the Point Sampler per vertex: 3 for the position (the paper), 6 with the normal.
     pub point_sampler_inputs: usize,
     /// DevConv layers of the Point Sampler.
     pub point_sampler_layers: usize,
-    /// Width of these layers.
+    /// Width of the Point Sampler's layers.
     pub point_sampler_width: usize,
-    /// Width of a hidden layer before the score; 0, as in the paper, for none.
+    /// Width of a hidden layer before the score; 0 (the paper) for none.
     pub point_sampler_hidden: usize,
     /// Width of the Edge Predictor's DevConv.
     pub edge_predictor_width: usize,
-    /// Width of its queries and keys.
+    /// Width of the Edge Predictor's queries and keys.
     pub attention_width: usize,
     /// Nearest samples joined with each sample.
     pub edge_knn: usize,
     /// TriConv layers of the Face Classifier.
     pub face_classifier_layers: usize,
-    /// Width of these layers.
+    /// Width of the Face Classifier's layers.
     pub face_classifier_width: usize,
-    /// Candidate faces per sample: those with the largest prior; 0, as in the paper: all.
+    /// Candidate faces per sample, by descending prior; 0 (the paper) for all.
     pub face_candidates: usize,
-    /// Nearest triangles that each triangle is joined with, 20 in the paper; 0: those that share an edge with it.
+    /// Nearest triangles joined with each triangle, 20 in the paper; 0 joins edge neighbours.
     pub face_knn: usize,
 }
 
@@ -59,7 +58,6 @@ impl Default for Architecture {
 
 #[cfg(test)]
 impl Architecture {
-    /// Tiny layers, each kind of another width.
     pub(crate) const TINY: Self = Self {
         point_sampler_inputs: 6,
         point_sampler_layers: 2,
@@ -74,7 +72,6 @@ impl Architecture {
         face_knn: 3,
     };
 
-    /// Returns the paper's sizes with narrow layers.
     pub(crate) fn narrow() -> Self {
         Self {
             point_sampler_width: 16,
@@ -88,10 +85,10 @@ impl Architecture {
     }
 }
 
-/// Sizes that a file may leave out: the network is then the paper's.
+/// Sizes that a file may omit.
 const NOT_IN_THE_PAPER: [&str; 3] = ["point_sampler_inputs", "point_sampler_hidden", "face_candidates"];
 
-/// Largest size accepted from a file, which bounds allocations.
+/// Largest size accepted from a file.
 const MAX_SIZE: usize = 1024;
 
 impl Architecture {
@@ -118,17 +115,17 @@ impl Architecture {
         }
     }
 
-    /// Returns the number of weights over all tensors.
+    /// Returns the number of weights.
     pub fn n_parameters(&self) -> usize {
         let mut sum = 0;
         self.shapes().map(|_, [n_rows, n_cols]| sum += n_rows * n_cols);
         sum
     }
 
-    /// Reads `name=size` words from the metadata of a weights file, each size once and in its range.
+    /// Reads `name=size` words from a weights file.
     ///
     /// # Errors
-    /// A description of the faulty size.
+    /// A description of the size that is missing, repeated or out of range.
     ///
     /// ```
     /// use neural_mesh::model::Architecture;
@@ -156,7 +153,7 @@ impl Architecture {
         Ok(sizes)
     }
 
-    /// Returns the first size that is out of range.
+    /// Returns the first size out of range.
     pub fn bad_size(self) -> Option<(&'static str, usize)> {
         self.sizes().into_iter().find(|&(name, size)| !is_size(name, size))
     }

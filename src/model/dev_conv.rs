@@ -1,25 +1,22 @@
-//! DevConv, Eq. (1) of Sec. 3.1: deviation of a vertex from its neighbours.
+//! DevConv, Eq. (1) of Sec. 3.1.
 
 use crate::autodiff::{Tape, Value};
 use crate::linalg::Csr;
 use std::sync::Arc;
 
-/// The two linear maps of a DevConv, without bias as in the paper; one row per input.
+/// The two linear maps of a DevConv, one row per input; without bias as in the paper.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DevConv<T> {
-    /// `W_theta`, n_in x width, acts on differences.
+    /// `W_theta`, n_in x width, applied to differences.
     pub theta: T,
-    /// `W_phi`, width x width, acts on their maximum.
+    /// `W_phi`, width x width, applied to the maximum.
     pub phi: T,
 }
 
-/// Computes `f_i = ReLU(W_phi max_{j in N(i)} W_theta (x_i - x_j))`, Eq. (1).
-///
-/// There is no self term, so translations change nothing. As `W_theta` is linear, the maximum is `W_theta x_i - min_j
-/// W_theta x_j`: one product per vertex. Zero without neighbours.
+/// Computes `f_i = ReLU(W_phi max_{j in N(i)} W_theta (x_i - x_j))`, Eq. (1); zero without neighbours.
 ///
 /// # Shapes
-/// - `x`: n x n_in, the features of the previous layer, or positions; `graph`: n x n
+/// - `x`: n x n_in, positions or features; `graph`: n x n
 /// - returns n x width
 ///
 /// ```
@@ -30,7 +27,7 @@ pub struct DevConv<T> {
 /// let layer = DevConv { theta: scalar(2.0), phi: scalar(10.0) };
 /// let x = Value::constant(Matrix::new(3, 1, vec![1.0, 4.0, 2.0]));
 /// let path = Csr::from_edges(3, [[0, 1], [1, 2]]).into();
-/// // Vertex 1 is 3 above one neighbour and 2 above the other; the ends lie below theirs.
+/// // Vertex 1 is 3 above one neighbour and 2 above the other; the ends lie below their neighbours.
 /// assert_eq!(dev_conv(&mut Tape::default(), &layer, &x, &path).matrix().data(), [0.0, 60.0, 0.0]);
 /// ```
 pub fn dev_conv(tape: &mut Tape, layer: &DevConv<Value>, x: &Value, graph: &Arc<Csr>) -> Value {

@@ -1,4 +1,4 @@
-//! Edge Predictor, Sec. 3.2: features over G_ext, attention along it, and the predicted adjacency of Eq. (3).
+//! Edge Predictor, Sec. 3.2.
 
 use super::{DevConv, SparseAttention, dev_conv, sparse_attention};
 use crate::autodiff::{Tape, Value};
@@ -8,29 +8,27 @@ use std::sync::Arc;
 /// A DevConv and an attention layer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EdgePredictor<T> {
-    /// Over positions.
+    /// DevConv over positions.
     pub dev_conv: DevConv<T>,
-    /// Over the DevConv's features.
+    /// Attention over the DevConv's features.
     pub attention: SparseAttention<T>,
 }
 
-/// The predictions for the edges of G_ext, n_entries x 1 each.
+/// Predictions for the edges of G_ext, n_entries x 1 each.
 #[derive(Clone, Debug)]
 pub struct Edges {
     /// S, Eq. (2): each row is a distribution.
     pub attention: Value,
-    /// A_s, Eq. (3): not negative, symmetric.
+    /// A_s, Eq. (3): symmetric, not negative.
     pub adjacency: Value,
 }
 
-/// Computes `A_s[i, j] = S[i, :] A S[j, :]^T` for i, j in G_ext, Eq. (3), with S from Eq. (2) over DevConv features.
-///
-/// A joins two samples if the mesh joins their regions; the mesh's own adjacency between samples is nearly empty.
+/// Computes `A_s[i, j] = S[i, :] A S[j, :]^T` for i, j in G_ext, Eq. (3), with S from Eq. (2).
 ///
 /// # Shapes
 /// - `points`: n x 3, the samples, in units of their edges
-/// - `graph`: n x n, the extended graph, symmetric
-/// - `original`: n x n, A, symmetric
+/// - `graph`: n x n, G_ext, symmetric
+/// - `original`: n x n, A, samples joined by the mesh, symmetric
 ///
 /// ```
 /// use neural_mesh::{autodiff::{Tape, Value}, linalg::{Csr, Matrix}, model::{Weights, edge_predictor}};
@@ -55,10 +53,7 @@ pub fn edge_predictor(
 }
 
 impl<T> EdgePredictor<T> {
-    /// Applies `f(name, tensor)` to every tensor in a fixed order; names begin with `name`.
-    ///
-    /// # Errors
-    /// The first error of `f`.
+    /// Applies `f(name, tensor)` to every tensor in a fixed order, until `f` fails; names begin with `name`.
     ///
     /// ```
     /// use neural_mesh::model::Architecture;

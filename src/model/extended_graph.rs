@@ -1,16 +1,13 @@
-//! Extended graph G_ext, Sec. 3.2: the original connectivity of the samples and their nearest neighbours.
+//! Extended graph G_ext, Sec. 3.2.
 
 use crate::linalg::Csr;
 use crate::spatial::nearest_neighbours;
 
-/// Unites the original connectivity with the k-nn graph, both undirected, so that no sample is isolated.
-///
-/// The k-nn graph alone misses one in twenty triangles of a good triangulation.
+/// Unites the mesh's connectivity of the samples with their k-nearest-neighbour graph; symmetric, n x n.
 ///
 /// # Shapes
-/// - `points`: n x 3, the samples
-/// - `original`: n x n, which samples the mesh joins
-/// - returns n x n, symmetric
+/// - `points`: the samples
+/// - `original`: n x n, samples joined by the mesh
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, model::extended_graph};
@@ -22,7 +19,7 @@ pub fn extended_graph(points: &[[f32; 3]], original: &Csr, k: usize) -> Csr {
     let neighbours = nearest_neighbours(points, k);
     let k = neighbours.len() / points.len().max(1);
     let nearest = |i: usize| &neighbours[i * k..][..k];
-    // Who has whom among its nearest, the other way round.
+    // The transposed relation: row `j` lists the samples that have `j` among their nearest.
     let all = (0..points.len() as u32).flat_map(|i| nearest(i as usize).iter().map(move |&j| [j, i]));
     let nearest_to = Csr::from_entries(points.len(), points.len(), all);
     Csr::from_rows(points.len(), points.len(), |i, row| {

@@ -1,4 +1,4 @@
-//! Face Classifier, Sec. 3.3: probability that a candidate face belongs to the surface.
+//! Face Classifier, Sec. 3.3.
 
 use super::candidate_faces::barycenters;
 use super::tri_conv::{Layers, tri_convs};
@@ -9,24 +9,16 @@ use crate::spatial::nearest_neighbours;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Stacked TriConv layers and a linear map to one number.
+/// TriConv layers and a linear map to one number.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FaceClassifier<T> {
-    /// The layers, the first over the prior.
+    /// The layers; the first acts on the prior.
     pub tri_convs: Vec<TriConv<T>>,
     /// Map to one number.
     pub output: Affine<T>,
 }
 
-/// Joins every triangle with the k others whose barycenters are nearest, or with those that share an edge with it where k is 0:
-/// G_tri.
-///
-/// # Shapes
-/// - `points`: n x 3, `triangles`: n_triangles x 3
-/// - returns n_triangles x n_triangles, without loops
-///
-/// # Panics
-/// If a corner is not a point.
+/// Joins every triangle with the k others of nearest barycenter, or with edge neighbours if k is 0: G_tri, without loops.
 ///
 /// ```
 /// use neural_mesh::model::triangle_graph;
@@ -46,7 +38,6 @@ pub fn triangle_graph(points: &[[f32; 3]], triangles: &[[u32; 3]], k: usize) -> 
     Csr::from_equal_rows(triangles.len(), triangles.len(), k, neighbours)
 }
 
-/// Joins every triangle with those that share an edge with it.
 fn across_edges(triangles: &[[u32; 3]]) -> Csr {
     let edges = |(at, &[i, j, k]): (u32, &[u32; 3])| [[i, j], [i, k], [j, k]].map(|[a, b]| ([a.min(b), a.max(b)], at));
     let mut edges: Vec<([u32; 2], u32)> = (0..).zip(triangles).flat_map(edges).collect();
@@ -61,14 +52,13 @@ fn across_edges(triangles: &[[u32; 3]]) -> Csr {
 
 /// Computes the probability of each candidate face: TriConv layers over its prior, then a sigmoid.
 ///
-/// The paper's softmax over all triangles would leave none above one half.
+/// A softmax over all triangles, as in the paper, would leave none above one half.
 ///
 /// # Shapes
 /// - `points`: n x 3, the samples, in units of their edges
-/// - `triangles`: n_triangles x 3, corners ascending by original vertex
-/// - `graph`: from [`triangle_graph`]
-/// - `prior`: n_triangles x 1
-/// - returns n_triangles x 1, each in 0..=1
+/// - `triangles`: corners ascending by original vertex
+/// - `graph`: G_tri
+/// - `prior` and the result: n_triangles x 1
 ///
 /// ```
 /// use neural_mesh::{autodiff::{Tape, Value}, linalg::Matrix, model::{Weights, face_classifier, triangle_graph}};
@@ -97,10 +87,7 @@ pub fn face_classifier(
 }
 
 impl<T> FaceClassifier<T> {
-    /// Applies `f(name, tensor)` to every tensor in a fixed order; names begin with `name`.
-    ///
-    /// # Errors
-    /// The first error of `f`.
+    /// Applies `f(name, tensor)` to every tensor in a fixed order, until `f` fails; names begin with `name`.
     ///
     /// ```
     /// use neural_mesh::model::Architecture;

@@ -1,7 +1,6 @@
 //! The network's unit of length: the mean edge length of its graph.
 //!
-//! The paper scales meshes to a bounding box with diagonal 1, so that refinement shrinks what a vertex sees and a
-//! network suits one density only.
+//! The paper's unit is the diagonal of the bounding box.
 
 use crate::linalg::Csr;
 use glam::DVec3;
@@ -18,13 +17,10 @@ pub struct EdgeFrame {
 impl EdgeFrame {
     /// Returns the frame with the mean of `points` at the origin and mean edge length 1.
     ///
-    /// Edges without length leave the scale at 1.
+    /// The scale is 1 if all edges have length 0.
     ///
     /// # Shapes
-    /// - `points`: n x 3, `graph`: n x n, symmetric; loops do not count
-    ///
-    /// # Panics
-    /// Unless `graph` has one row per point.
+    /// - `graph`: n x n, symmetric; loops are ignored
     pub fn of<P: Copy + Into<[f32; 3]>>(points: &[P], graph: &Csr) -> Self {
         assert_eq!(points.len(), graph.n_rows(), "one row per point");
         let at = |v: usize| DVec3::from(points[v].into().map(f64::from));
@@ -32,7 +28,7 @@ impl EdgeFrame {
         for i in 0..points.len() {
             let p = at(i);
             sum += p;
-            // Rows ascend: each edge is visited once, at its smaller end.
+            // Rows ascend. Each edge is visited once, at its smaller end.
             for &j in graph.row(i).iter().rev().take_while(|&&j| j as usize > i) {
                 lengths += p.distance(at(j as usize));
                 n_edges += 1;
@@ -42,7 +38,7 @@ impl EdgeFrame {
         Self { centre, scale: if lengths > 0.0 { f64::from(n_edges) / lengths } else { 1.0 } }
     }
 
-    /// Transforms points into this frame, n x 3.
+    /// Transforms points into this frame.
     pub fn apply<P: Copy + Into<[f32; 3]>>(&self, points: &[P]) -> Vec<[f32; 3]> {
         let centre = DVec3::from(self.centre);
         let moved = |&p: &P| ((DVec3::from(p.into().map(f64::from)) - centre) * self.scale).as_vec3().to_array();
@@ -50,14 +46,10 @@ impl EdgeFrame {
     }
 }
 
-/// Moves the mean of points to the origin and scales the edges of `graph` to mean length 1; see [`EdgeFrame`].
+/// Moves the mean of points to the origin and scales the edges of `graph` to mean length 1.
 ///
 /// # Shapes
-/// - `points` and the result: n x 3
 /// - `graph`: n x n, symmetric
-///
-/// # Panics
-/// Unless `graph` has one row per point.
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, model::in_edge_lengths};

@@ -4,22 +4,19 @@ use super::{EdgePredictor, FaceClassifier, PointSampler};
 use crate::autodiff::{Tensors, WeightsError};
 use std::convert::Infallible;
 
-/// The network; `T` is a shape, a matrix, or a value on a tape.
+/// The paper's network; `T` is a shape, a matrix, or a value on a tape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Network<T> {
-    /// Sec. 3.1.
+    /// Point Sampler, Sec. 3.1.
     pub point_sampler: PointSampler<T>,
-    /// Sec. 3.2.
+    /// Edge Predictor, Sec. 3.2.
     pub edge_predictor: EdgePredictor<T>,
-    /// Sec. 3.3.
+    /// Face Classifier, Sec. 3.3.
     pub face_classifier: FaceClassifier<T>,
 }
 
 impl<T> Network<T> {
-    /// Applies `f(name, tensor)` to every tensor in a fixed order.
-    ///
-    /// # Errors
-    /// The first error of `f`.
+    /// Applies `f(name, tensor)` to every tensor in a fixed order, until `f` fails.
     pub fn try_map<U, E>(&self, mut f: impl FnMut(&str, &T) -> Result<U, E>) -> Result<Network<U>, E> {
         Ok(Network {
             point_sampler: self.point_sampler.try_map("point_sampler", &mut f)?,
@@ -92,7 +89,6 @@ mod tests {
         matrices
     }
 
-    /// Builds the network from values in the order of its traversal.
     fn of_values(weights: &Weights, values: &[Value]) -> Network<Value> {
         let mut next = values.iter();
         weights.tensors().map(|_, _| next.next().unwrap().clone())

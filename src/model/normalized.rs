@@ -1,12 +1,8 @@
-//! Normalised frame in which trainings store their data; the network itself uses
-//! [`in_edge_lengths`](super::in_edge_lengths).
+//! Normalised frame of training data.
 
 /// Moves the mean of points to the origin and scales their bounding box to diagonal 1.
 ///
 /// Coincident points become the origin.
-///
-/// # Shapes
-/// - `points` and the result: n x 3
 ///
 /// ```
 /// use neural_mesh::model::normalized;

@@ -1,4 +1,4 @@
-//! Point Sampler, Sec. 3.1: a score for every vertex, and the multinomial distribution of the scores.
+//! Point Sampler, Sec. 3.1.
 
 use super::dev_conv::dev_conv_with_normals;
 use super::{Affine, DevConv, dev_conv};
@@ -6,24 +6,23 @@ use crate::autodiff::{Tape, Value};
 use crate::linalg::{Csr, Matrix};
 use std::sync::Arc;
 
-/// Stacked DevConv layers and a linear map to one score, with an optional hidden layer in between.
+/// DevConv layers, an optional hidden layer, and a linear map to one score.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointSampler<T> {
-    /// The layers, the first over positions, or positions and normals.
+    /// The layers; the first acts on positions, or on positions and normals.
     pub dev_convs: Vec<DevConv<T>>,
-    /// Hidden layer with ReLU. DevConv has no bias; without this layer scores grow in proportion to their input and
-    /// never level off.
+    /// Hidden layer with ReLU; without one, scores are proportional to the input.
     pub hidden: Option<Affine<T>>,
     /// Map to the score.
     pub score: Affine<T>,
 }
 
-/// The Point Sampler's view of the vertices.
+/// Inputs of the Point Sampler per vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct Vertices<'a> {
     /// n x 3, from [`in_edge_lengths`](super::in_edge_lengths).
     pub points: &'a Value,
-    /// n x 3, unit vectors, zero if missing; used only by networks with 6 inputs.
+    /// n x 3, unit vectors, zero if missing; only for networks with 6 inputs.
     pub normals: Option<&'a Value>,
 }
 
@@ -69,11 +68,7 @@ pub fn point_sampler(tape: &mut Tape, net: &PointSampler<Value>, vertices: Verti
     }
 }
 
-/// Computes the softmax of the scores: the probabilities of a multinomial distribution over the mesh.
-///
-/// # Shapes
-/// - `scores`: n x 1
-/// - returns n x 1
+/// Computes the softmax of the scores, n x 1: the probabilities of a multinomial distribution over the mesh.
 ///
 /// ```
 /// use neural_mesh::{autodiff::{Tape, Value}, linalg::Matrix, model::inclusion_probabilities};
@@ -85,10 +80,7 @@ pub fn inclusion_probabilities(tape: &mut Tape, scores: &Value) -> Value {
 }
 
 impl<T> PointSampler<T> {
-    /// Applies `f(name, tensor)` to every tensor in a fixed order; names begin with `name`.
-    ///
-    /// # Errors
-    /// The first error of `f`.
+    /// Applies `f(name, tensor)` to every tensor in a fixed order, until `f` fails; names begin with `name`.
     ///
     /// ```
     /// use neural_mesh::model::Architecture;

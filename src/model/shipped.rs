@@ -1,7 +1,4 @@
-//! The shipped weights, embedded as files and read on first use.
-//!
-//! Files of `Weights::to_bytes` are read here without a JSON parser: the header holds the sizes as one string without
-//! escapes, and the tensors follow in the order of their names. `docs/training.md` says how they were trained.
+//! The shipped weights, embedded as files and read on first use without a JSON parser.
 
 use super::{Architecture, Network, Weights};
 use crate::linalg::Matrix;
@@ -15,7 +12,7 @@ static DEFAULT: LazyLock<Weights> = LazyLock::new(|| shipped(DEFAULT_FILE));
 impl Weights {
     /// Returns the default network, whose scores steer the closed assembly.
     ///
-    /// A small Point Sampler over positions and normals; the other stages have width 1 and are untrained.
+    /// Only its Point Sampler, over positions and normals, is trained.
     ///
     /// ```
     /// use neural_mesh::model::Weights;
@@ -30,7 +27,7 @@ pub(super) fn shipped(file: &[u8]) -> Weights {
     own_file(file).expect("weights that ship are weights")
 }
 
-/// Reads a file written by this program; `None` for others.
+/// Reads a file of `Weights::to_bytes`; returns `None` for other files.
 fn own_file(bytes: &[u8]) -> Option<Weights> {
     let (length, rest) = bytes.split_first_chunk()?;
     let (header, data) = rest.split_at_checked(usize::try_from(u64::from_le_bytes(*length)).ok()?)?;
@@ -50,7 +47,7 @@ fn own_file(bytes: &[u8]) -> Option<Weights> {
     Some(Weights::from_tensors(architecture, tensors).ok()?.with_objective_of(text))
 }
 
-/// Returns the first entry of each tensor; tensors follow in the order of their names.
+/// Returns the index of each tensor's first entry; tensors follow in the order of their names.
 fn starts(shapes: &Network<[usize; 2]>) -> BTreeMap<String, usize> {
     let mut sizes = BTreeMap::new();
     shapes.map(|name, [n_rows, n_cols]| sizes.insert(name.to_string(), n_rows * n_cols));

@@ -1,4 +1,4 @@
-//! The weights of the paper's network that ship: 60 KB, for builds that have them.
+//! The shipped weights of the paper's network (60 KB).
 
 use std::sync::LazyLock;
 
@@ -10,8 +10,7 @@ pub(super) const PAPER_OPEN_FILE: &[u8] = include_bytes!("../../weights/paper-op
 static PAPER_OPEN: LazyLock<Weights> = LazyLock::new(|| shipped(PAPER_OPEN_FILE));
 
 impl Weights {
-    /// The paper's network, trained on meshes that anyone may use, for the paper's assembly and for clouds of
-    /// points where the caller gives no weights.
+    /// Returns the paper's network, trained on freely licensed meshes.
     ///
     /// ```
     /// use neural_mesh::model::Weights;
@@ -22,7 +21,6 @@ impl Weights {
     }
 }
 
-/// Returns the default weights of the paper's assembly.
 pub(crate) fn paper_weights() -> Option<&'static Weights> {
     Some(Weights::shipped_paper_open())
 }

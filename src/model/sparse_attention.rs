@@ -1,10 +1,10 @@
-//! Sparse attention, Eq. (2) of Sec. 3.2: attention of each sample to its neighbours.
+//! Sparse attention, Eq. (2) of Sec. 3.2.
 
 use crate::autodiff::{Tape, Value};
 use crate::linalg::Csr;
 use std::sync::Arc;
 
-/// The linear maps of queries and keys, without bias as in the paper; one row per input.
+/// The linear maps of queries and keys, one row per input; without bias as in the paper.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SparseAttention<T> {
     /// `W_q`, n_in x width.
@@ -13,12 +13,10 @@ pub struct SparseAttention<T> {
     pub key: T,
 }
 
-/// Computes `S[i, j] = softmax_{j in N_ext(i)} (<q_i, k_j> - |k_j|^2 / 2)` with `q_i = W_q f_i`, `k_j = W_k f_j`, Eq.
-/// (2).
+/// Computes `S[i, j] = softmax_{j in N_ext(i)} (<q_i, k_j> - |k_j|^2 / 2)` with `q_i = W_q f_i`, `k_j = W_k f_j`, Eq. (2).
 ///
-/// Each row of S is a distribution over a sample's neighbours; the paper's print mixes up row and column indices. The
-/// paper lacks the term `|k_j|^2 / 2`: samples with long keys then attract all attention. With it, the distance `|q_i -
-/// k_j|` decides, and a sample can attend to itself.
+/// The paper lacks the term `|k_j|^2 / 2`, so samples with long keys attract all attention; its print also mixes up rows and
+/// columns.
 ///
 /// # Shapes
 /// - `features`: n x n_in, `graph`: n x n

@@ -1,11 +1,11 @@
-//! TriConv, Eqs. (4) and (5) of Sec. 3.3: position of a triangle among its neighbours.
+//! TriConv, Eqs. (4) and (5) of Sec. 3.3.
 
 use super::Affine;
 use crate::autodiff::{Tape, Value};
 use crate::linalg::Csr;
 use std::sync::Arc;
 
-/// The perceptron of a TriConv: `hidden` acts on differences, then ReLU, then `output`.
+/// Perceptron of a TriConv: `hidden`, ReLU, `output`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TriConv<T> {
     /// 9 + n_in to width.
@@ -14,17 +14,14 @@ pub struct TriConv<T> {
     pub output: Affine<T>,
 }
 
-/// Computes `[t_min | t_max | b]` of each triangle; `r_{n,m}` of Eq. (4) is the difference of two such rows.
+/// Computes `[t_min | t_max | b]` of each triangle, Eq. (4).
 ///
-/// `t_min` and `t_max` are the least and largest coordinates of `x_i - x_j`, `x_i - x_k`, `x_j - x_k`, which depend on
-/// the order of the corners: ascending by original vertex. `b` is the barycenter.
+/// `t_min` and `t_max` are the least and largest coordinates of `x_i - x_j`, `x_i - x_k`, `x_j - x_k`; `b` is the
+/// barycenter. Corners ascend by original vertex.
 ///
 /// # Shapes
-/// - `points`: n x 3, `triangles`: n_triangles x 3
+/// - `points`: n x 3
 /// - returns n_triangles x 9
-///
-/// # Panics
-/// If a corner is not a point.
 ///
 /// ```
 /// use neural_mesh::{autodiff::{Tape, Value}, linalg::Matrix, model::triangle_positions};
@@ -37,10 +34,7 @@ pub fn triangle_positions(tape: &mut Tape, points: &Value, triangles: &[[u32; 3]
     tape.triple_extremes(points, triangles)
 }
 
-/// Computes `f_n = sum_{k in N(n)} MLP([r_{n,k} | f_n - f_k])`, Eq. (5).
-///
-/// The first layer acts on differences of `[position | feature]`: one product per triangle. The last commutes with the
-/// sum. An addition and a ReLU remain per pair. Taking features by value frees their memory early in inference.
+/// Computes `f_n = sum_{k in N(n)} MLP([r_{n,k} | f_n - f_k])`, Eq. (5); `r` is the difference of two positions.
 ///
 /// # Shapes
 /// - `positions`: n x 9, from [`triangle_positions`]
@@ -79,23 +73,14 @@ pub fn tri_conv(
     tape.pair_relu_product([&mapped, &layer.hidden.bias], graph, output)
 }
 
-/// Consecutive layers and the linear map after them.
 #[derive(Clone, Copy)]
 pub(super) struct Layers<'a> {
-    /// Each over the features of the previous one.
     pub tri_convs: &'a [TriConv<Value>],
     /// width to n_out.
     pub last: &'a Affine<Value>,
 }
 
 /// Applies consecutive layers like [`tri_conv`], and a linear map to the last features.
-///
-/// The output map of a layer and the feature part of the next layer's hidden map are both linear, so they are
-/// multiplied beforehand: one product per triangle and pair of layers, and no features in between.
-///
-/// # Shapes
-/// - `positions`: n x 9, `features`: n x n_in, `graph`: n x n, as for [`tri_conv`]
-/// - returns n x n_out
 pub(super) fn tri_convs(tape: &mut Tape, net: Layers, positions: &Value, features: &Value, graph: &Arc<Csr>) -> Value {
     let Layers { tri_convs, last } = net;
     let Some((mut layer, later)) = tri_convs.split_first() else {
@@ -114,13 +99,11 @@ pub(super) fn tri_convs(tape: &mut Tape, net: Layers, positions: &Value, feature
     tape.plus_row(&result, &last.bias)
 }
 
-/// Splits a matrix after `n_first` rows.
 fn halves(tape: &mut Tape, weights: &Value, n_first: usize) -> [Value; 2] {
     let (n_first, n_rows) = (n_first as u32, weights.matrix().n_rows() as u32);
     [0..n_first, n_first..n_rows].map(|rows| tape.gather(weights, &rows.collect::<Vec<_>>()))
 }
 
-/// Returns weights and bias of a map followed by one without bias.
 fn both_maps(tape: &mut Tape, first: &Affine<Value>, second: &Value) -> [Value; 2] {
     [&first.weights, &first.bias].map(|rows| tape.product(rows, second))
 }
@@ -160,7 +143,7 @@ mod tests {
             let last = if layers.is_empty() { affine(1, 3, 20) } else { last.clone() };
             let expected = tape.affine(&features, &last.weights, &last.bias);
             let result = tri_convs(tape, Layers { tri_convs: &layers, last: &last }, &positions, &prior, &graph);
-            // Relative to the largest: cancelled sums keep the rounding of their terms.
+            // Tolerance relative to the largest value: cancelled sums keep the rounding of their terms.
             let largest = expected.matrix().data().iter().fold(0.0, |largest: f32, x| largest.max(x.abs()));
             let [result, expected] =
                 [result, expected].map(|value| value.matrix().data().iter().map(|x| x / largest).collect::<Vec<_>>());

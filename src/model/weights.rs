@@ -1,14 +1,14 @@
-//! Weights of the network, drawn from a seed or built from tensors; `weights_file` reads and writes them.
+//! Weights of the network.
 
 use super::{Architecture, Network};
 use crate::autodiff::{Tape, Tensors, Value, WeightsError};
 use crate::linalg::Matrix;
 use std::sync::Arc;
 
-/// Neighbours of a candidate that first weights are drawn for where candidates are joined across edges.
+/// Expected neighbours of a candidate joined across edges, for the scale of initial weights.
 const ACROSS_EDGES: usize = 9;
 
-/// Finite weights whose shapes are those of their architecture.
+/// Finite weights whose shapes match their architecture.
 ///
 /// ```
 /// use neural_mesh::model::Weights;
@@ -20,24 +20,20 @@ const ACROSS_EDGES: usize = 9;
 pub struct Weights {
     architecture: Architecture,
     tensors: Network<Arc<Matrix>>,
-    /// Objective of their training, if known.
     objective: Option<String>,
 }
 
-/// Prefix of the word for the objective in the architecture text.
 pub(super) const OBJECTIVE: &str = "objective=";
 
 impl Weights {
-    /// Draws weights of the default sizes, ready for training; see [`Weights::random_of`].
+    /// Draws weights of the default sizes; see [`Weights::random_of`].
     pub fn random(seed: u64) -> Self {
         Self::random_of(Architecture::default(), seed)
     }
 
-    /// Draws uniform weights with variance `2 / n_in` (He et al. 2015, for layers before a ReLU) and zero biases.
+    /// Draws uniform weights with variance `2 / n_in` (He et al. 2015) and zero biases.
     ///
-    /// The last layer of a TriConv sums non-negative values over neighbours, so its weights are divided by their
-    /// number. The classifier's last layer is scaled to a tenth: a sigmoid that starts near 0 or 1 has hardly any
-    /// gradient.
+    /// The last maps of a TriConv and of the classifier get smaller weights.
     pub fn random_of(architecture: Architecture, seed: u64) -> Self {
         let n_neighbours = match architecture.face_knn {
             0 => ACROSS_EDGES,
@@ -53,10 +49,10 @@ impl Weights {
         Self { architecture, tensors: looking_at_itself(tensors), objective: None }
     }
 
-    /// Builds weights from tensors, checking shapes and numbers.
+    /// Builds weights from tensors.
     ///
     /// # Errors
-    /// [`WeightsError`] names the first faulty tensor.
+    /// [`WeightsError`] names the first tensor of wrong shape or not finite.
     ///
     /// ```
     /// use neural_mesh::model::Weights;
@@ -94,12 +90,12 @@ impl Weights {
         &self.tensors
     }
 
-    /// Returns the objective of their training, if the file names it.
+    /// Returns the objective of the training, if the file names it.
     pub fn objective(&self) -> Option<&str> {
         self.objective.as_deref()
     }
 
-    /// Returns the weights with the name of their objective, to be stored in their file.
+    /// Sets the name of the objective.
     ///
     /// ```
     /// use neural_mesh::model::Weights;
@@ -110,7 +106,6 @@ impl Weights {
         Self { objective: Some(objective.split_whitespace().collect::<Vec<_>>().join("-")), ..self }
     }
 
-    /// Returns the weights with the objective named in an architecture text, if any.
     pub(super) fn with_objective_of(self, text: &str) -> Self {
         match text.split_whitespace().find_map(|word| word.strip_prefix(OBJECTIVE)) {
             Some(objective) => self.learned(objective),
@@ -118,7 +113,7 @@ impl Weights {
         }
     }
 
-    /// Returns the network for inference, with shared matrices.
+    /// Returns the network for inference; matrices are shared.
     pub fn constants(&self) -> Network<Value> {
         self.tensors.map(|_, matrix| Value::constant(matrix.clone()))
     }
@@ -129,8 +124,7 @@ impl Weights {
     }
 }
 
-/// Sets the attention's keys to its queries: samples attend to similar ones, themselves first, and A_s starts as the
-/// original connectivity.
+/// Sets the attention's keys to its queries, so that each sample attends most to itself.
 fn looking_at_itself(mut tensors: Network<Arc<Matrix>>) -> Network<Arc<Matrix>> {
     let attention = &mut tensors.edge_predictor.attention;
     attention.key = attention.query.clone();

@@ -5,10 +5,10 @@ use super::{Architecture, Weights, WeightsError};
 use crate::autodiff::{Tensors, architecture_text};
 
 impl Weights {
-    /// Reads a safetensors file, checking sizes, shapes and numbers, ignoring other tensors.
+    /// Reads a safetensors file, ignoring other tensors.
     ///
     /// # Errors
-    /// [`WeightsError`] names the first fault.
+    /// [`WeightsError`] names the first fault of sizes, shapes or numbers.
     ///
     /// ```
     /// use neural_mesh::model::Weights;
@@ -23,14 +23,13 @@ impl Weights {
         Ok(Self::from_named(architecture, &tensors)?.with_objective_of(&text))
     }
 
-    /// Writes a safetensors file of `f32` tensors with the sizes in the metadata; equal weights give equal bytes.
+    /// Writes a safetensors file with the sizes in the metadata; equal weights give equal bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
         self.tensors().named().to_bytes(&text(self))
     }
 }
 
-/// Returns the sizes as `name=size` words, and the objective as one more word: two metadata entries would have no fixed
-/// order.
+/// Returns the sizes as `name=size` words, then the objective.
 fn text(weights: &Weights) -> String {
     let sizes = weights.architecture().sizes().map(|(name, size)| format!("{name}={size}")).join(" ");
     weights.objective().map_or(sizes.clone(), |objective| format!("{sizes} {OBJECTIVE}{objective}"))
@@ -61,7 +60,6 @@ mod tests {
         Weights::random_of(sizes, 1)
     }
 
-    /// Returns the bytes of `weights` after a change of its tensors.
     fn bytes_with(weights: &Weights, change: impl Fn(&str, &Matrix) -> Matrix) -> Vec<u8> {
         weights.tensors().named().map(|name, matrix| Arc::new(change(name, matrix))).to_bytes(&text(weights))
     }

@@ -1,4 +1,4 @@
-//! The smallest result whose distance from the original is proved to be small enough.
+//! The smallest result within a proved distance.
 
 use std::borrow::Cow;
 use std::cell::Cell;
@@ -13,24 +13,25 @@ use crate::simplify::{
 
 use super::part::Search;
 
-/// Sizes tried from one collapse; refining a size costs as much as the collapse.
+/// Sizes tried from one collapse.
+// Refining one size costs as much as the collapse.
 const SIZES: usize = 3;
 /// Factor between the largest and smallest size of the first trial.
 const SPAN: f64 = 20.0;
 /// Factor between sizes around a predicted one.
 const NEAR: f64 = 1.1;
-/// Range and default of the power of the vertex count by which distances fall.
+/// Range of the power of the vertex count by which distances fall.
 const POWERS: [f64; 2] = [0.5, 3.0];
 const USUAL_POWER: f64 = 1.0;
 /// Largest number of collapses.
 const MOST_ROUNDS: usize = 7;
-/// Factor to the largest rejected size at which the search ends: distances of neighbouring sizes fluctuate by more. With
-/// `NEAR`, the next three sizes are within 1.024.
+/// Factor to the largest rejected size at which the search ends.
+// Distances of neighbouring sizes fluctuate by more. With `NEAR`, the next three sizes are within 1.024.
 const CLOSE: f64 = 1.05;
 /// Share of the error below which the smallest accepted result reopens the search for smaller sizes, once.
 const SPARE: f64 = 0.9;
-/// Budget of triangles and boxes for all proofs of a search: per face of the original, and at least. Five benchmark meshes
-/// at 0.3 % take 158 to 434 per face in 10 to 14 proofs.
+/// Budget of visited triangles and boxes for all proofs of a search: per face of the original, and at least.
+// Five benchmark meshes at 0.3 % take 158 to 434 per face in 10 to 14 proofs.
 const MOST_LOOKS: [u64; 2] = [1000, 4_000_000];
 /// Share of a run in its time with proofs.
 const OF_RUN: f32 = 0.4;
@@ -41,23 +42,20 @@ const OF_RUN: f32 = 0.4;
 pub struct Bounded {
     /// Result; its outcome says whether the distance is proved.
     pub simplified: Simplified,
-    /// Bounds of its two-sided largest distance from the original; the upper one meets the request if the outcome is
-    /// [`Outcome::Reached`].
+    /// Bounds of the two-sided largest distance between result and original.
     pub distance: CertifiedDistance,
     /// Number of results made.
     pub n_tries: usize,
-    /// Whether proofs ran out of budget, as among needles; a smaller result may exist.
+    /// True if proofs ran out of budget; a smaller result may exist.
     pub ended_early: bool,
 }
 
 /// Finds the smallest result whose two-sided largest distance from the mesh is proved to be at most `error`.
 ///
-/// `error` is in the unit of the mesh; the target of `options` is ignored. Components farther than `error` from the rest are
-/// not dropped for their price. Components below `prune_below` and hidden ones to be dropped are removed first; the distance
-/// is that from the rest.
-///
-/// Distances do not fall strictly with size, so a smaller mesh may exist. If no result is proved, returns the nearest, with
-/// [`Outcome::Stopped`].
+/// `error` is in the unit of the mesh; the target of `options` is ignored. Only components within `error` of the rest are
+/// dropped to save vertices. Components below `prune_below` and hidden ones to be dropped are removed first, and the
+/// distance is measured from the rest. A smaller mesh may exist, since distances do not fall strictly with size. If no
+/// result is proved, returns the nearest with [`Outcome::Stopped`].
 ///
 /// # Errors
 /// As [`simplify_input`](crate::simplify::simplify_input); [`SimplifyError::BadError`] if `error` is negative or not a
@@ -84,7 +82,7 @@ pub fn simplify_to_error(
     }
     let pruned = prune(Pulse::NONE, input, options);
     let original = Original::of(input, pruned.as_ref())?;
-    // Rounding by placement in single precision, on both sides.
+    // Placing both meshes in the scene rounds positions to single precision.
     let rounding = 2.0 * original.rounding();
     let bound = (error - rounding).max(0.0);
     let options = &Options { prune_within: options.prune_within.min(bound), ..options.clone() };
@@ -109,7 +107,7 @@ pub fn simplify_to_error(
     Ok(Bounded { simplified, distance, n_tries, ended_early: prover.is_any_open.get() })
 }
 
-/// Returns the mesh at its own size when no smaller result holds the error, with vertices in place if that is nearer.
+/// Returns the mesh at its own size, with unmoved vertices if that is nearer.
 fn nearest(
     original: &Original,
     error: f64,
@@ -122,7 +120,7 @@ fn nearest(
         Ok::<_, SimplifyError>((result, distance))
     };
     let moved = whole(false)?;
-    // A mirrored result has its own positions.
+    // A mirrored result has its own positions, so vertices cannot stay unmoved.
     if moved.1.upper <= error || options.subset || options.symmetric.is_some() {
         return Ok(moved);
     }
@@ -136,7 +134,7 @@ fn measured(original: &Original, simplified: &Simplified, error: f64) -> Certifi
     if original.faces().len() == simplified.faces().len() && triangles(original) == triangles(simplified) {
         return CertifiedDistance { lower: 0.0, upper: 0.0, diagonal: original.diagonal() };
     }
-    // Below half of the error the exact distance does not matter, and takes long on flat surfaces.
+    // Below half of the error the exact distance does not matter, and it takes long on flat surfaces.
     let asked = DistanceTolerance { enough: 0.5 * error, ..DistanceTolerance::default() };
     let unknown = CertifiedDistance { lower: 0.0, upper: f64::INFINITY, diagonal: original.diagonal() };
     certified_distance(original, simplified, &asked).unwrap_or(unknown)
@@ -170,10 +168,8 @@ fn in_words(distance: f64, diagonal: f64) -> String {
     format!("{} ({} % of the diagonal)", digits(distance), digits(100.0 * distance / diagonal.max(f64::MIN_POSITIVE)))
 }
 
-/// Makes results with these falling vertex counts from one collapse.
 type Levels<'a> = dyn FnMut(&[usize]) -> Made + 'a;
 
-/// Results, or the reason for none.
 type Made = Result<Vec<Simplified>, SimplifyError>;
 
 fn at_sizes(
@@ -187,7 +183,7 @@ fn at_sizes(
     simplify_to_sizes(input, weights, options, &sizes, progress)
 }
 
-/// Finds the smallest result within the error; also returns the number of results made.
+/// Finds the smallest result within the error, and the number of results made.
 fn smallest_that_holds(prover: &Prover, levels: &mut Levels) -> Result<(Option<Simplified>, usize), SimplifyError> {
     let mut range = Range {
         too_few: 0,
@@ -218,7 +214,7 @@ fn smallest_that_holds(prover: &Prover, levels: &mut Levels) -> Result<(Option<S
             range.enough = sizes[n_hold - 1];
             best = results.pop();
         }
-        // A constraint keeps the result larger than the size, so smaller sizes are useless.
+        // A constraint keeps the result larger than the requested size, so smaller sizes are useless.
         if best.as_ref().is_some_and(|best: &Simplified| best.mesh.positions().len() > range.enough) {
             break;
         }
@@ -240,7 +236,7 @@ fn holding(results: &[Simplified], mut holds: impl FnMut(&Simplified) -> bool) -
     low
 }
 
-/// The original as a viewer sees it.
+/// The original, placed in its scene.
 struct Original<'a> {
     view: Cow<'a, TriMesh>,
     scene: Option<&'a UnitedMesh>,
@@ -249,7 +245,6 @@ struct Original<'a> {
 }
 
 impl<'a> Original<'a> {
-    /// Takes the input, or its rest after pruning.
     fn of(input: &Input<'a>, pruned: Option<&'a PrunedMesh>) -> Result<Self, SimplifyError> {
         let mesh = pruned.map_or(input.mesh, |pruned| &pruned.mesh);
         let (scene, n_vertices) = (input.scene, mesh.positions().len());
@@ -264,7 +259,6 @@ impl<'a> Original<'a> {
         Ok(Self { view, scene, n_vertices })
     }
 
-    /// Places a result as a viewer sees it.
     fn view_of<'b>(&self, result: &'b Simplified) -> Cow<'b, TriMesh> {
         match self.scene {
             Some(scene) => Cow::Owned(scene.view(&result.mesh, &result.attributes).mesh),
@@ -272,14 +266,14 @@ impl<'a> Original<'a> {
         }
     }
 
-    /// Returns the largest rounding by placement in a scene.
+    /// Returns the largest rounding of a position by placement in a scene.
     fn rounding(&self) -> f64 {
         let reach = self.view.positions().as_flattened().iter().fold(0.0f32, |most, x| most.max(x.abs()));
         if self.scene.is_some() { 3f64.sqrt() * f64::from(f32::EPSILON) * f64::from(reach) } else { 0.0 }
     }
 }
 
-/// Widens bounds by rounding; distance 0 of the same surface stays.
+/// Widens bounds by rounding; an upper bound of 0 stays.
 fn widened(distance: CertifiedDistance, rounding: f64) -> CertifiedDistance {
     match distance.upper {
         0.0 => distance,
@@ -287,13 +281,10 @@ fn widened(distance: CertifiedDistance, rounding: f64) -> CertifiedDistance {
     }
 }
 
-/// The prover of one search's results.
 struct Prover<'a> {
     original: &'a Original<'a>,
     error: f64,
-    /// Remaining budget of triangles and boxes.
     left: Cell<u64>,
-    /// Whether the budget left some result undecided.
     is_any_open: Cell<bool>,
 }
 
@@ -303,7 +294,7 @@ impl<'a> Prover<'a> {
         Self { original, error, left: Cell::new(most), is_any_open: Cell::new(false) }
     }
 
-    /// Returns a lower bound of the distance if it is proved to be within the error; running out of budget proves nothing.
+    /// Returns a lower bound of the distance if the distance is proved to be within the error.
     fn distance(&self, simplified: &Simplified) -> Option<f64> {
         let asked = DistanceTolerance { enough: self.error, too_much: self.error, gap: 0.0 };
         let (distance, n_looks) = certified_distance_with_budget(
@@ -319,13 +310,12 @@ impl<'a> Prover<'a> {
     }
 }
 
-/// The interval of vertex counts: the largest rejected, the smallest accepted.
+/// The interval of vertex counts between the largest rejected and the smallest accepted.
 struct Range {
     too_few: usize,
     enough: usize,
-    /// Accepted sizes, and their distances relative to the error.
     holding: Vec<(usize, f64)>,
-    /// Whether the last sizes were predicted; if they did not enclose the result, the next are not.
+    /// True if the last sizes were predicted; the next ones are then not.
     were_foretold: bool,
     was_reopened: bool,
 }
@@ -368,7 +358,6 @@ impl Range {
         sizes
     }
 
-    /// Predicts the size at the error from the power law of the accepted ones.
     fn foretold(&self) -> Option<f64> {
         let mut holding: Vec<(usize, f64)> = self.holding.iter().copied().filter(|&(_, share)| share > 0.0).collect();
         holding.sort_by_key(|&(size, _)| size);
@@ -411,7 +400,7 @@ mod tests {
     #[test]
     fn a_scene_is_proved_where_a_viewer_sees_it() {
         use crate::mesh::{Attributes, ScenePiece};
-        // One sphere, ten times as large at its second place.
+        // The scene shows one sphere twice; the second one is ten times as large.
         let (mesh, attributes) = (shapes::icosphere(4), Attributes::default());
         let places = [(1.0, 0.0), (10.0, 30.0)].map(|(scale, x)| {
             glam::DMat4::from_translation(glam::DVec3::new(x, 0.0, 0.0))
@@ -447,7 +436,7 @@ mod tests {
 
     #[test]
     fn what_is_not_held_is_said() {
-        // Nearly its own mirror image: what is exactly one differs from it.
+        // The mesh is nearly its own mirror image, so an exactly symmetric result differs from it.
         let (mut positions, faces) = shapes::icosphere(3).into_parts();
         positions.iter_mut().filter(|position| position[0] > 0.0).flatten().for_each(|x| *x *= 1.0 + 4e-5);
         let mesh = TriMesh::new(positions, faces).unwrap();

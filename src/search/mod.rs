@@ -1,6 +1,4 @@
 //! Searches for the smallest mesh within a proved distance, or the largest within a number of bytes.
-//!
-//! The simplifier takes a number of vertices; these functions find it by trials.
 
 mod error;
 mod part;

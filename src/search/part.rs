@@ -4,11 +4,10 @@ use std::ops::ControlFlow;
 
 use crate::simplify::{Event, Listener, SimplifyError};
 
-/// Number of runs after which a search is half done. Searches of three to eight equal runs then show 0.41 to 0.65 at half of
-/// their time.
+/// Number of runs after which a search counts as half done.
+// Searches of three to eight equal runs then show 0.41 to 0.65 at half of their time.
 const HALF: f32 = 2.2;
 
-/// The progress of a search.
 pub(super) struct Search<'a, 'b> {
     listener: &'a mut Listener<'b>,
     /// Finished runs with their checks.
@@ -18,7 +17,6 @@ pub(super) struct Search<'a, 'b> {
 }
 
 impl<'a, 'b> Search<'a, 'b> {
-    /// Starts a search whose runs take the share `of_run` of the time.
     pub fn new(listener: &'a mut Listener<'b>, of_run: f32) -> Self {
         Self { listener, n_over: 0, of_run }
     }

@@ -1,4 +1,4 @@
-//! The largest result that fits into a number of bytes.
+//! The largest result within a number of bytes.
 
 use crate::model::Weights;
 use crate::simplify::{Input, Listener, Options, Outcome, Simplified, SimplifyError, Target, simplify_input};
@@ -16,9 +16,10 @@ const MOST_MISSES: usize = 5;
 /// Share of a run in its time with writing.
 const OF_RUN: f32 = 0.9;
 
-/// Finds a result that takes at most `n_bytes` when written and nearly fills them; `bytes_of` returns the size of a result.
+/// Finds a result that takes at most `n_bytes` when written and nearly fills them.
 ///
-/// The target of `options` is ignored. If no result fits, returns the smallest one with [`Outcome::Stopped`].
+/// `bytes_of` returns the size of a result. The target of `options` is ignored. If no result fits, returns the smallest one
+/// with [`Outcome::Stopped`].
 ///
 /// # Errors
 /// As [`simplify_input`], and those of `bytes_of`.

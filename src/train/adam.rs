@@ -1,4 +1,4 @@
-//! Adam (Kingma and Ba 2015), Algorithm 1, with bias correction, and gradient clipping.
+//! Adam (Kingma and Ba 2015), Algorithm 1, and gradient clipping.
 
 use super::Settings;
 use crate::autodiff::Tensors;
@@ -29,7 +29,7 @@ impl Moments {
 /// `m = b1 m + (1 - b1) g`, `v = b2 v + (1 - b2) g^2`, `w -= rate * (m / (1 - b1^t)) / (sqrt(v / (1 - b2^t)) + e)`.
 ///
 /// # Panics
-/// Unless `tensors`, `gradients` and `moments` have the same sizes.
+/// Unless all arguments have the same sizes.
 ///
 /// ```
 /// use neural_mesh::{autodiff::Tensors, linalg::Matrix, train::{Moments, Settings, adam_step}};
@@ -67,13 +67,12 @@ pub fn adam_step(
     })
 }
 
-/// Returns the Euclidean norm of the gradients over all tensors.
 pub(super) fn gradient_norm(gradients: &Tensors<Matrix>) -> f64 {
     let squares = gradients.iter().map(|(_, matrix)| matrix.data().iter().map(|&g| f64::from(g).powi(2)).sum::<f64>());
     squares.sum::<f64>().sqrt()
 }
 
-/// Scales the gradients to the norm `limit` if `norm` is larger; 0 is no limit.
+/// Scales the gradients to the norm `limit` if `norm` is larger; 0 means no limit.
 pub(super) fn clip_gradients(gradients: Tensors<Matrix>, norm: f64, limit: f64) -> Tensors<Matrix> {
     if limit == 0.0 || norm <= limit {
         return gradients;

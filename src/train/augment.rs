@@ -8,9 +8,6 @@ use glam::{DMat3, DQuat, DVec3};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 /// Changes a mesh as the settings say, and moves it to mean 0 and bounding box diagonal 1.
-///
-/// # Errors
-/// [`InvalidMesh`] if coordinates leave the range of `f32`.
 pub(super) fn augment_mesh(
     mesh: &TriMesh,
     settings: &Settings,
@@ -25,7 +22,7 @@ pub(super) fn augment_mesh(
     TriMesh::new(normalized(&positions), mesh.faces().to_vec())
 }
 
-/// Draws a uniform rotation: a uniform point on the sphere of unit quaternions.
+/// Draws a uniform point on the sphere of unit quaternions.
 fn random_rotation(random: &mut Xoshiro256PlusPlus) -> DQuat {
     let ([x, y], [z, w]) = (normal_pair(random), normal_pair(random));
     let length = (x * x + y * y + z * z + w * w).sqrt();
@@ -48,7 +45,6 @@ fn add_noise(
     positions
 }
 
-/// Returns the mean edge length of the faces; inner edges count twice.
 fn mean_edge_length(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> f64 {
     let point = |v: u32| DVec3::from_array(positions[v as usize].map(f64::from));
     let edges = faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
@@ -66,7 +62,6 @@ mod tests {
         augment_mesh(mesh, &settings, &mut Xoshiro256PlusPlus::seed_from_u64(seed)).unwrap()
     }
 
-    /// Returns the edge lengths of the first faces, relative to the first edge.
     fn proportions(mesh: &TriMesh) -> Vec<f64> {
         let lengths = |faces: &[[u32; 3]]| mean_edge_length(mesh.positions(), faces);
         mesh.faces().chunks(1).map(|face| lengths(face) / lengths(&mesh.faces()[..1])).collect()

@@ -1,6 +1,4 @@
-//! The step of the objective "bending": learns scores that follow the bending of the surface.
-//!
-//! It is a start for the objective "shape", whose measured gradients are noisy.
+//! Step of the objective "bending": learns scores that follow the surface's bending.
 
 use super::scored_mesh::score_mesh;
 use super::{Settings, StepResult, TrainingItem};
@@ -37,7 +35,7 @@ mod tests {
 
     #[test]
     fn the_error_has_its_golden_value_and_gradient() {
-        // Differences 1 and 3 with areas 3 and 1: mean 1.5.
+        // Differences 1 and 3 with areas 3 and 1 have mean 1.5.
         let (error, gradient) = squared_error(&[2.0, 3.0], &[1.0, 0.0], &[3.0, 1.0]);
         assert_eq!((error, gradient), (0.75 * 0.25 + 0.25 * 2.25, vec![-0.75, 0.75]));
     }

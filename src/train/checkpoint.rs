@@ -1,4 +1,4 @@
-//! Checkpoint of a training in one safetensors file: weights, optimiser moments, random state, position and origin.
+//! Checkpoint of a training in one safetensors file.
 
 use super::data::DataFile;
 use super::loss_watch::LossWatch;
@@ -15,52 +15,39 @@ use std::sync::Arc;
 
 const STATE_KEY: &str = "training";
 
-/// The inputs of a training.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Origin {
-    /// Version of the program.
     pub version: String,
-    /// The settings, as TOML.
     pub settings: String,
-    /// The data set.
     pub files: Vec<DataFile>,
     /// SHA-256 of the initial weights, if given.
     pub init: Option<String>,
 }
 
-/// The progress of a training.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Position {
-    /// Epochs done.
     pub epoch: usize,
-    /// Order of this epoch's meshes; empty before it begins.
+    /// Order of the meshes in this epoch; empty before the epoch begins.
     pub order: Vec<u32>,
-    /// Meshes done in this order.
     pub n_done: usize,
-    /// Steps over all epochs, skipped ones included.
+    /// Number of steps over all epochs, skipped ones included.
     pub step: u64,
-    /// CheckpointState of the random generator.
     pub random: Xoshiro256PlusPlus,
     /// Names of the terms; empty before the first step.
     pub names: Vec<String>,
-    /// Sums of the terms over this epoch.
     pub sums: Vec<f64>,
-    /// Steps in these sums.
     pub n_summed: usize,
-    /// Running mean of the totals.
     pub watch: LossWatch,
-    /// Smallest validation total so far, or training total if there is no validation.
+    /// Smallest validation total so far, or training total without validation.
     pub best: Option<f64>,
     /// Lengths of the tables of steps and epochs, in bytes.
     pub n_bytes: [u64; 2],
 }
 
-/// The full state of a training.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Checkpoint {
     pub origin: Origin,
     pub position: Position,
-    /// Weights of the trained network.
     pub tensors: Tensors<Arc<Matrix>>,
     pub moments: Moments,
 }

@@ -1,21 +1,19 @@
-//! CSV tables (RFC 4180) that grow row by row and can be cut back to an earlier length.
+//! CSV tables (RFC 4180) that grow row by row.
 
 use super::TrainError;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// A table file locked by this process.
 #[derive(Debug)]
 pub(super) struct CsvTable {
     file: File,
     path: PathBuf,
-    /// Length in bytes.
     pub n_bytes: u64,
 }
 
 impl CsvTable {
-    /// Opens or creates a table and cuts it to a length in bytes.
+    /// Opens or creates a table and truncates it to a length in bytes.
     pub fn open(path: &Path, n_bytes: u64) -> Result<Self, TrainError> {
         let file = OpenOptions::new().create(true).read(true).write(true).truncate(false).open(path);
         let mut file = file.map_err(|error| problem(path, &error))?;
@@ -38,7 +36,7 @@ impl CsvTable {
         Ok(Self { file, path: path.into(), n_bytes })
     }
 
-    /// Appends a row of fields that are quoted where necessary.
+    /// Appends a row; the caller quotes fields.
     pub fn push(&mut self, fields: &[String]) -> Result<(), TrainError> {
         let row = fields.join(",") + "\n";
         self.file.write_all(row.as_bytes()).map_err(|error| problem(&self.path, &error))?;
@@ -46,7 +44,7 @@ impl CsvTable {
         Ok(())
     }
 
-    /// Flushes the rows to disk, so that no checkpoint is ahead of its tables.
+    /// Flushes the rows to disk.
     pub fn sync(&self) -> Result<(), TrainError> {
         self.file.sync_data().map_err(|error| problem(&self.path, &error))
     }

@@ -1,4 +1,4 @@
-//! The data set: all mesh files of a folder, cleaned and divided into training and validation.
+//! The data set of a training.
 
 use super::{Settings, TrainError};
 use crate::io::{Format, can_read, read_path};
@@ -13,13 +13,13 @@ use std::path::{Path, PathBuf};
 /// A mesh of the data set.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrainingMesh {
-    /// Name of its file.
+    /// Name of the file.
     pub name: String,
     /// The cleaned mesh, with mean 0 and bounding box diagonal 1.
     pub mesh: TriMesh,
 }
 
-/// A mesh file with its checksum, to detect changed data.
+/// A mesh file with its checksum, which detects changed data.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct DataFile {
@@ -32,9 +32,9 @@ pub struct DataFile {
 /// The meshes of a folder.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DataSet {
-    /// For training.
+    /// Meshes for training.
     pub training: Vec<TrainingMesh>,
-    /// For validation, selected by the beginnings of their names.
+    /// Meshes for validation, selected by the beginnings of their names.
     pub validation: Vec<TrainingMesh>,
     /// Unused files with the reason.
     pub left_out: Vec<(String, String)>,
@@ -45,7 +45,7 @@ pub struct DataSet {
 /// Reads every mesh file in a folder, in the order of their names, ignoring other formats.
 ///
 /// # Errors
-/// [`TrainError::File`] if the folder cannot be read or no mesh is left for training.
+/// [`TrainError::File`] if the folder cannot be read or has no mesh for training.
 ///
 /// ```
 /// use neural_mesh::train::{Settings, read_data};
@@ -74,7 +74,6 @@ pub fn read_data(folder: &Path, settings: &Settings) -> Result<DataSet, TrainErr
     Ok(data)
 }
 
-/// Describes the first file that differs between two data sets; `None` if none does.
 pub(super) fn find_changed_file(before: &[DataFile], now: &[DataFile]) -> Option<String> {
     let named = |files: &[DataFile], name: &str| files.iter().find(|file| file.name == name).cloned();
     let lost = before.iter().find_map(|old| match named(now, &old.name) {
@@ -86,7 +85,6 @@ pub(super) fn find_changed_file(before: &[DataFile], now: &[DataFile]) -> Option
     lost.or_else(|| added().map(|new| format!("the data's file {} is new", new.name)))
 }
 
-/// Returns the data set as a table: file, use, vertices, faces, checksum.
 pub(super) fn data_table(data: &DataSet) -> String {
     let mut rows = vec!["file,use,vertices,faces,sha256".to_string()];
     for file in &data.files {
@@ -116,7 +114,6 @@ fn mesh_files(folder: &Path) -> Result<Vec<PathBuf>, TrainError> {
     Ok(paths)
 }
 
-/// Reads a file's checksum, and its mesh or the reason why it is unusable.
 fn read_file(path: &Path, settings: &Settings) -> Result<(DataFile, Result<TriMesh, String>), TrainError> {
     let bytes = std::fs::read(path).map_err(|error| TrainError::file(path, format!("cannot be read: {error}")))?;
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -132,7 +129,6 @@ fn read_mesh(path: &Path, max_vertices: usize) -> Result<TriMesh, String> {
     }
 }
 
-/// Moves a mesh to mean 0 and bounding box diagonal 1.
 fn to_unit_frame(mesh: TriMesh) -> Result<TriMesh, InvalidMesh> {
     let (positions, faces) = mesh.into_parts();
     TriMesh::new(normalized(&positions), faces)

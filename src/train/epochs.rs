@@ -10,13 +10,11 @@ use super::{Settings, StepFunction, StepResult, TrainError, TrainingItem, Traini
 
 /// Trains until all epochs are done or `progress` asks to stop.
 ///
-/// Each epoch visits the meshes once in random order, one Adam step each, then measures the validation. CsvTable go to
-/// `steps.csv` and `epochs.csv`, weights to `best.safetensors` and `last.safetensors`. Resumed from any checkpoint,
-/// `step` gives the same bits.
+/// Each epoch visits the meshes once in random order, one Adam step each, then measures the validation. Writes `steps.csv`,
+/// `epochs.csv`, `best.safetensors` and `last.safetensors`.
 ///
 /// # Errors
-/// [`TrainError::Diverged`] if a loss or gradient is not finite or explodes; the last checkpoint is untouched.
-/// [`TrainError::File`] if a file cannot be written, [`TrainError::Step`] if the terms change their names.
+/// [`TrainError::Diverged`] if a loss or gradient is not finite or explodes; [`TrainError::File`], [`TrainError::Step`].
 ///
 /// ```
 /// use neural_mesh::train::{Ending, TrainRequest, Wish, open, step_function, train};
@@ -77,7 +75,6 @@ fn check_mesh_was_used(run: &TrainingRun) -> Result<(), TrainError> {
     }
 }
 
-/// Makes the step of the next mesh and reports it.
 fn train_on_mesh(
     run: &mut TrainingRun,
     step: &StepFunction,
@@ -100,7 +97,7 @@ fn train_on_mesh(
     Ok(if matches!(wish, Wish::Stop | Wish::Abandon) { Ending::Stopped } else { Ending::Finished })
 }
 
-/// The terms of a step, or the reason why it was skipped.
+/// Terms of a step, or the reason why it was skipped.
 type StepOutcome = Result<Vec<(&'static str, f64)>, String>;
 
 fn make_step(run: &mut TrainingRun, mesh: &TrainingMesh, step: &StepFunction) -> Result<StepOutcome, TrainError> {
@@ -136,7 +133,6 @@ fn learning_rate(settings: &Settings, epoch: usize) -> f64 {
     settings.learning_rate * settings.learning_rate_decay.powi(epoch as i32)
 }
 
-/// Adds a step to its epoch's sums and to the table.
 fn note_step(
     run: &mut TrainingRun,
     item: &TrainingItem,
@@ -154,7 +150,6 @@ fn note_step(
     run.steps.push(&row)
 }
 
-/// Takes names and columns of the terms from the first step; later steps must match.
 fn name_terms(run: &mut TrainingRun, found: &StepResult) -> Result<(), TrainError> {
     let position = &mut run.state.position;
     let names: Vec<String> = found.terms.iter().map(|(name, _)| name.to_string()).collect();
@@ -180,7 +175,6 @@ fn columns(names: &[String], before: &[&str], prefix: &str, after: &[&str]) -> V
     fixed(before).into_iter().chain(names).chain(fixed(after)).collect()
 }
 
-/// Records an epoch, writes its weights if they are the best so far, and advances to the next.
 fn end_epoch(run: &mut TrainingRun, validation: Option<&[f64]>) -> Result<TrainEvent<'static>, TrainError> {
     let position = &mut run.state.position;
     let training: Vec<f64> = position.sums.iter().map(|sum| sum / position.n_summed as f64).collect();
@@ -203,7 +197,6 @@ fn end_epoch(run: &mut TrainingRun, validation: Option<&[f64]>) -> Result<TrainE
     })
 }
 
-/// Adds an epoch to the table: terms and totals of training and validation; empty fields without validation.
 fn note_epoch(run: &mut TrainingRun, training: &[f64], validation: Option<&[f64]>) -> Result<(), TrainError> {
     let position = &run.state.position;
     if position.epoch == 0 {

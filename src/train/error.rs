@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-/// The reason why a training cannot begin or continue.
+/// Reason why a training cannot begin or continue.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum TrainError {
@@ -26,7 +26,7 @@ pub enum TrainError {
         /// The term or tensor, and its fault.
         what: String,
     },
-    /// The step function breaks its contract; the text says how.
+    /// The step function breaks its contract.
     Step(String),
 }
 

@@ -1,6 +1,6 @@
-//! Events of a training, the caller's answers, and how a training ends.
+//! Events of a training, and the caller's answers.
 
-/// An event that is reported to the caller.
+/// An event of a training.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum TrainEvent<'a> {
@@ -17,7 +17,7 @@ pub enum TrainEvent<'a> {
     },
     /// A mesh was skipped.
     PassedOver {
-        /// Name of its file.
+        /// Name of the mesh's file.
         mesh: &'a str,
         /// Reason.
         why: &'a str,
@@ -26,7 +26,7 @@ pub enum TrainEvent<'a> {
     Validated {
         /// Epochs done before this one.
         epoch: usize,
-        /// Meshes measured after this epoch, at all ratios.
+        /// Meshes measured after this epoch.
         n_done: usize,
         /// Meshes of the validation.
         n_meshes: usize,
@@ -35,11 +35,11 @@ pub enum TrainEvent<'a> {
     Epoch {
         /// Epochs done, this one included.
         n_done: usize,
-        /// Mean total of its steps.
+        /// Mean total of the epoch's steps.
         training: f64,
-        /// Mean total of the validation, if there is one.
+        /// Mean total of the validation, if any.
         validation: Option<f64>,
-        /// Whether its weights are the best so far.
+        /// True if the weights are the best so far.
         is_best: bool,
     },
 }
@@ -62,6 +62,6 @@ pub enum Wish {
 pub enum Ending {
     /// All epochs are done.
     Finished,
-    /// The caller stopped it.
+    /// The caller stopped the training.
     Stopped,
 }

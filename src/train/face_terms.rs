@@ -1,4 +1,4 @@
-//! Loss terms of the face probabilities, Eqs. (7) to (10), from a mesh and its samples.
+//! Loss terms of the face probabilities, Eqs. (7) to (10).
 
 use super::Settings;
 use super::sampled_mesh::{CandidateGraph, SampledMesh};
@@ -13,17 +13,12 @@ use rand_xoshiro::rand_core::Rng;
 /// Surface points per sample at which the coverage is measured.
 const POINTS_PER_SAMPLE: usize = 4;
 
-/// The inputs of the terms.
 pub(super) struct FaceContext<'a> {
-    /// The original.
     pub mesh: &'a TriMesh,
-    /// The samples.
     pub drawn: &'a SampledMesh,
-    /// The faces with probabilities.
     pub candidates: &'a CandidateGraph,
 }
 
-/// Computes the terms that have a weight in the settings.
 pub(super) fn face_terms(
     faces: &FaceContext,
     probabilities: &[f32],
@@ -49,14 +44,12 @@ pub(super) fn face_terms(
     loss::face_terms(&judged, &face_geometry(&judged, &objective), &objective, probabilities)
 }
 
-/// Returns whether any term over faces has a weight.
 pub(super) fn has_face_terms(settings: &Settings) -> bool {
     let FaceObjective { forward, reverse, coverage, closure, collision, crossing, overlap, agreement, .. } =
         objective(settings);
     [forward, reverse, coverage, closure, collision, crossing, overlap, agreement].iter().any(|&weight| weight != 0.0)
 }
 
-/// Returns the weights of the terms; additions to the paper have none if the printed losses are chosen.
 fn objective(settings: &Settings) -> FaceObjective {
     let (literal, trained) = if settings.literal { (1.0, 0.0) } else { (0.0, 1.0) };
     FaceObjective {

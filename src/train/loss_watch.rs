@@ -8,7 +8,6 @@ const PATIENCE: u64 = 20;
 /// Share of the newest total in the running mean.
 const FORGETTING: f64 = 0.02;
 
-/// The running mean of the totals.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct LossWatch {
     mean: f64,

@@ -1,9 +1,7 @@
-//! The step of measured objectives: learns the vertex importance that gives the closed assembly's best result.
+//! Step of measured objectives, which learns the best vertex importance for the closed assembly.
 //!
-//! Nothing is relaxed: results and errors are the real ones. The gradient to the scores is estimated by simultaneous
-//! perturbation (Spall 1992): the surface is divided into cells, each cell's scores are moved up or down at random, and
-//! both sides are measured. Where errors have a location, each cell is credited with the change inside it, so one pair
-//! of runs informs hundreds of cells.
+//! Simultaneous perturbation (Spall 1992) estimates the gradient to the scores: the scores of each cell of the surface move
+//! up or down at random, both results are measured, and each cell is credited with the change inside it.
 
 use super::random::{random_below, uniform};
 use super::scored_mesh::score_mesh;
@@ -21,16 +19,16 @@ use std::collections::VecDeque;
 
 /// Fewest output vertices of a useful step.
 const MIN_OUTPUT_VERTICES: usize = 50;
-/// Prior value of an output vertex, in the logarithm of an error times the number of vertices: errors are assumed
-/// inversely proportional to that number.
+/// Prior value of an output vertex: minus the derivative of an error's logarithm to the logarithm of the vertex count.
+// Errors are assumed inversely proportional to the number of vertices.
 const PRIOR_WORTH: f64 = 1.0;
-/// Weight of the prior against the cells' measurements, as a share of all output vertices.
+/// Weight of the prior relative to the cells' measurements, as a share of all output vertices.
 const PRIOR_WEIGHT: f64 = 0.2;
 
 /// Computes the objective's terms and their estimated gradient.
 ///
 /// # Errors
-/// The reason why this mesh is unsuitable, in a few words.
+/// The reason why this mesh is unsuitable.
 pub fn measured_step(
     objective: &dyn Objective,
     weights: &Weights,
@@ -50,28 +48,24 @@ pub fn measured_step(
     Ok(StepResult { terms, gradients: scored.backward(gradient.into_iter().map(|g| g as f32).collect()) })
 }
 
-/// The estimated value and gradient of an objective of the closed assembly's results.
+/// Estimated value and gradient of an objective of the closed assembly's results.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Estimate {
-    /// The minimised terms by name, averaged over the probes.
+    /// Minimised terms by name, averaged over the probes.
     pub terms: Vec<(&'static str, f64)>,
-    /// Gradient of the sum of the terms to the scores, n_vertices: the mean over the probes.
+    /// Gradient of the sum of the terms to the scores, n_vertices.
     pub gradient: Vec<f64>,
-    /// Variance of that mean, n_vertices; 0 with a single probe.
+    /// Variance of the gradient over the probes, n_vertices; 0 with a single probe.
     pub variance: Vec<f64>,
 }
 
 /// Estimates the gradient of an objective of results with `n_output` vertices to the vertex scores.
 ///
-/// Scores are logarithms of importance. Simultaneous perturbation (Spall 1992), controlled by the settings `probes`,
-/// `probe_cell` and `probe_step`.
-///
-/// # Shapes
-/// - `scores`: n_vertices
+/// Scores are logarithms of importance. The settings `probes`, `probe_cell` and `probe_step` control the estimate.
 ///
 /// # Errors
-/// The reason why a result cannot be made or judged, in a few words.
+/// The reason why a result cannot be made or judged.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, train::{Settings, ShapeObjective, estimate_gradient}};
@@ -113,14 +107,12 @@ fn run_probes(
     Ok(average_probes(&found, mesh.positions().len()))
 }
 
-/// Returns a separate generator for a probe.
 fn branch_generator(random: &mut Xoshiro256PlusPlus) -> Xoshiro256PlusPlus {
     let own = random.clone();
     random.jump();
     own
 }
 
-/// Averages the terms and gradients of all probes.
 fn average_probes(found: &[ProbeResult], n: usize) -> Estimate {
     let share = 1.0 / found.len().max(1) as f64;
     let mut gradient = vec![0.0f64; n];
@@ -141,17 +133,14 @@ struct Prober<'a> {
     mesh: &'a TriMesh,
     rings: &'a Csr,
     areas: &'a [f64],
-    /// From the unperturbed scores, n_vertices.
+    /// Importance from the unperturbed scores, n_vertices.
     importance: &'a [f32],
     n_output: usize,
     settings: &'a Settings,
 }
 
-/// The outcome of one pair of runs.
 struct ProbeResult {
-    /// Terms of both runs together.
     terms: Vec<(&'static str, f64)>,
-    /// Gradient to the scores, n_vertices.
     gradient: Vec<f64>,
 }
 
@@ -195,27 +184,25 @@ impl Prober<'_> {
             Blame::Vertices(shares) => {
                 cells.iter().zip(shares).for_each(|(&cell, share)| changes[cell as usize] += share)
             }
-            // An undivided error says nothing about the value of a vertex.
+            // A single error has no location, so only the prior tells the value of a vertex.
             Blame::Everywhere(all) => return (vec![*all; signs.len()], PRIOR_WORTH * n_terms as f64),
         }
         let worth = vertex_worth(&changes, counts, signs, n_terms);
         (changes, worth)
     }
 
-    /// Simplifies with the scores moved.
     fn simplify_moved(&self, moves: &[f32]) -> Result<WeightedResult, String> {
         let importance: Vec<f32> = self.importance.iter().zip(moves).map(|(factor, by)| factor * by.exp()).collect();
         let (importance, parts) = (Importance::Given(&importance), Refinements::default());
         simplify_with_importance(self.mesh, self.n_output, importance, &parts).map_err(|error| error.to_string())
     }
 
-    /// Returns each input vertex's share of the output vertices, n_vertices.
     fn output_shares(&self, result: &WeightedResult) -> Vec<f64> {
         share_by_area(&vec![1.0; result.mesh.positions().len()], &result.vertex_of, self.areas)
     }
 }
 
-/// Divides each group's value among its members by area; 0 in groups without area.
+/// Divides each group's value among its members by area.
 fn share_by_area(values: &[f64], groups: &[u32], areas: &[f64]) -> Vec<f64> {
     let mut totals = vec![0.0f64; values.len()];
     groups.iter().zip(areas).for_each(|(&group, area)| totals[group as usize] += area);
@@ -226,16 +213,16 @@ fn share_by_area(values: &[f64], groups: &[u32], areas: &[f64]) -> Vec<f64> {
     groups.iter().zip(areas).map(share).collect()
 }
 
-/// Returns the value of an output vertex, by which cells pay for the vertices that they attract.
+/// Returns the value of an output vertex, by which cells pay for the vertices that they gain.
 ///
-/// The number of output vertices is fixed: raising all cells together must change nothing, which determines the value.
+/// The number of output vertices is fixed, so raising all cells together must change nothing.
 fn vertex_worth(changes: &[f64], counts: &[f64], signs: &[f32], n_terms: usize) -> f64 {
     let usual = PRIOR_WORTH * n_terms as f64;
     let along = |values: &[f64]| values.iter().zip(signs).map(|(x, &sign)| x * f64::from(sign)).sum::<f64>();
     ((usual * PRIOR_WEIGHT - along(changes)) / (PRIOR_WEIGHT + along(counts).max(0.0))).clamp(0.0, 3.0 * usual)
 }
 
-/// Divides the vertices into cells that grow over the edges from random seeds; unreached vertices join cell 0.
+/// Divides the vertices into cells that grow over the edges from random seeds.
 fn cells(rings: &Csr, n_cells: usize, random: &mut Xoshiro256PlusPlus) -> Vec<u32> {
     const NONE: u32 = u32::MAX;
     let mut cells = vec![NONE; rings.n_rows()];
@@ -278,7 +265,7 @@ mod tests {
         let found = [1.0, 3.0, 8.0].map(|g| ProbeResult { terms: vec![("a", g)], gradient: vec![g, 1.0] });
         let Estimate { terms, gradient, variance } = average_probes(&found, 2);
         assert!((terms[0].1 - 4.0).abs() < 1e-12 && (gradient[0] - 4.0).abs() < 1e-12);
-        // Squares 9, 1, 16 over 3 x 2.
+        // Variance of the mean: squares 9, 1, 16 over 3 x 2.
         assert!((variance[0] - 26.0 / 6.0).abs() < 1e-12 && variance[1] < 1e-24, "{variance:?}");
     }
 
@@ -295,7 +282,7 @@ mod tests {
 
     #[test]
     fn the_gradient_asks_for_more_where_errors_are() {
-        // A sphere with one rough cap; with uniform scores the errors are there.
+        // A sphere with one rough cap: with uniform scores the errors are largest on the cap.
         let sphere = shapes::icosphere(5);
         let rough = |p: &[f32; 3]| {
             let wave = if p[2] > 0.6 { 1.0 + 0.02 * (25.0 * p[0]).sin() * (25.0 * p[1]).sin() } else { 1.0 };
@@ -304,7 +291,7 @@ mod tests {
         let mesh = TriMesh::new(sphere.positions().iter().map(rough).collect(), sphere.faces().to_vec()).unwrap();
         let settings = Settings::from_toml("objective = \"shape\"").unwrap();
         let areas = vertex_areas(&mesh);
-        // Scores opposite to the good ones.
+        // Scores that are low on the cap, the opposite of good ones.
         let scores: Vec<f32> = mesh.positions().iter().map(|p| if p[2] > 0.6 { -3.0 } else { 0.0 }).collect();
         let rings = edge_graph(&mesh);
         let importance = importance_of_scores(&scores, &areas);

@@ -1,7 +1,6 @@
-//! Training: data set, Adam, epochs, and checkpoints from which a resumed training gives the same bits.
+//! Training: data set, Adam, epochs, and checkpoints.
 //!
-//! A [`StepFunction`] computes each step; `objective` selects it. There is no clock here: the caller receives every
-//! step and decides when to write a checkpoint.
+//! A [`StepFunction`] computes each step; `objective` selects it. The caller decides when to write a checkpoint.
 
 mod adam;
 mod augment;

@@ -6,7 +6,7 @@ use super::paper_step::paper_step;
 use super::uniform_step::uniform_step;
 use super::{Objective, Settings, ShapeObjective, StepFunction, TrainError, step_from_network};
 
-/// Value of the setting `objective` for a custom step from [`step_from_objective`].
+/// Value of the setting `objective` for a custom step.
 pub const OWN_OBJECTIVE: &str = "own";
 
 /// The values of the setting `objective`, with descriptions.
@@ -40,7 +40,7 @@ pub fn step_function(settings: &Settings) -> Result<Box<StepFunction<'static>>, 
     }
 }
 
-/// Returns the step that learns the vertex importance which minimises an objective of the closed assembly's results.
+/// Returns the step that learns the vertex importance for an objective.
 ///
 /// ```
 /// use neural_mesh::train::{ShapeObjective, step_from_objective};

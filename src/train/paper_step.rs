@@ -1,7 +1,6 @@
-//! The step of the objective "paper": the network of Secs. 3.1 to 3.3 on one mesh, judged by the losses of Sec. 3.4.
+//! Step of the objective "paper": the network of Secs. 3.1 to 3.3 with the losses of Sec. 3.4.
 //!
-//! The Point Sampler learns from its own term alone; samples, candidates and their graph are drawn and then held, so
-//! that the gradient reaches Edge Predictor and Face Classifier through the probabilities of the faces.
+//! The Point Sampler learns from its own terms only. Samples and candidates are constants for the gradient.
 
 use super::face_terms::{FaceContext, face_terms, has_face_terms};
 use super::patch::cut_patch;
@@ -19,10 +18,9 @@ use crate::simplify::{cloud_graph, scattered_samples};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::Rng;
 
-/// Fewer samples than this make no surface to learn from.
+/// Fewest samples of a useful step.
 const LEAST_SAMPLES: usize = 16;
 
-/// One step: its terms, each times its weight in the settings, and the gradient of their sum.
 pub(super) fn paper_step(
     weights: &Weights,
     item: &TrainingItem,
@@ -60,7 +58,6 @@ fn unknown_normals(mesh: &TriMesh) -> Vec<[f32; 3]> {
     vec![[0.0; 3]; mesh.positions().len()]
 }
 
-/// The gradient of the weighted sum of terms to a column of values.
 fn gradient(values: &Value, terms: &[NamedTerm]) -> Matrix {
     let n = values.matrix().n_rows();
     Matrix::new(n, 1, total(terms, n).gradient)

@@ -1,4 +1,4 @@
-//! Connected patches of a mesh, which bound the cost of a step at a large ratio.
+//! Connected patches of a mesh, which bound the cost of a step.
 
 use super::random::random_below;
 use super::{Settings, TrainingItem};
@@ -32,8 +32,6 @@ pub fn cut_patch(item: &TrainingItem, settings: &Settings, random: &mut Xoshiro2
 }
 
 /// Returns the faces between the first `n_vertices` vertices reached over the edges from `start`.
-///
-/// The whole mesh if it is no larger; `None` if no face is left. `rings` are the edges of the mesh.
 fn patch(mesh: &TriMesh, rings: &Csr, n_vertices: usize, start: u32) -> Option<TriMesh> {
     let n = mesh.positions().len();
     if n_vertices >= n {

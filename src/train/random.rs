@@ -1,4 +1,4 @@
-//! Random numbers of a training, all from one generator whose state the checkpoint stores.
+//! Random numbers of a training.
 //!
 //! ```
 //! use neural_mesh::train::random::{random_below, shuffle_indices, uniform};
@@ -21,7 +21,6 @@ pub fn random_below(random: &mut Xoshiro256PlusPlus, n: usize) -> usize {
     ((uniform(random) * n as f64) as usize).min(n - 1)
 }
 
-/// Draws a number between `low` and `high`, uniform on a logarithmic scale.
 pub(super) fn log_uniform(random: &mut Xoshiro256PlusPlus, low: f64, high: f64) -> f64 {
     (low.ln() + uniform(random) * (high.ln() - low.ln())).exp().clamp(low, high)
 }

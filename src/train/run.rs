@@ -14,7 +14,7 @@ use rand_xoshiro::rand_core::SeedableRng;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Prefix of temporary files, left behind if the program is killed.
+/// Prefix of temporary files, which remain if the program is killed.
 const TEMPORARY: &str = ".neural-mesh-";
 
 /// The inputs of a training.
@@ -27,15 +27,15 @@ pub struct TrainRequest<'a> {
     pub folder: &'a Path,
     /// Settings as TOML; `None` for the defaults, or for those of the checkpoint.
     pub settings: Option<&'a str>,
-    /// Objective in place of the settings'; [`OWN_OBJECTIVE`] for a custom step.
+    /// Objective instead of the settings'; [`OWN_OBJECTIVE`] for a custom step.
     pub objective: Option<&'a str>,
-    /// Number of epochs in place of the settings'.
+    /// Number of epochs instead of the settings'.
     pub epochs: Option<usize>,
-    /// Whether to resume from the checkpoint, if there is one.
+    /// True to resume from the checkpoint, if there is one.
     pub resume: bool,
     /// Bytes of a weights file to start from, which also sets the sizes of the network.
     pub init: Option<&'a [u8]>,
-    /// A network other than the paper's, with a custom step; with `init` its tensors are those of that file.
+    /// A network other than the paper's, with a custom step.
     pub network: Option<&'a OwnNetwork>,
 }
 
@@ -44,12 +44,12 @@ pub struct TrainRequest<'a> {
 pub struct OwnNetwork {
     /// Initial weights.
     pub tensors: Tensors<Arc<Matrix>>,
-    /// Metadata of its weights files, read by [`architecture_text`](crate::autodiff::architecture_text).
+    /// Metadata of the weights files, read by [`architecture_text`](crate::autodiff::architecture_text).
     pub about: String,
 }
 
 impl<'a> TrainRequest<'a> {
-    /// Creates a new training of the meshes in `data`, in `folder`, with default settings.
+    /// Creates a request for a new training with default settings.
     pub fn new(data: &'a Path, folder: &'a Path) -> Self {
         Self { data, folder, settings: None, objective: None, epochs: None, resume: false, init: None, network: None }
     }
@@ -64,7 +64,6 @@ pub struct TrainingRun {
     pub data: DataSet,
     /// The folder for all output.
     pub folder: PathBuf,
-    /// Metadata of the weights file of a custom network.
     about: Option<String>,
     pub(super) state: Checkpoint,
     pub(super) steps: CsvTable,
@@ -74,8 +73,7 @@ pub struct TrainingRun {
 /// Opens a training: reads settings, data and checkpoint, and writes `config.toml` and `data.csv`.
 ///
 /// # Errors
-/// [`TrainError`] for faults of settings, data or folder. A folder with a training is refused unless `resume`, a
-/// checkpoint made with other settings, data or program always.
+/// [`TrainError`] for faults of settings, data or folder, and for a checkpoint made with other inputs.
 ///
 /// ```
 /// use neural_mesh::train::{TrainRequest, open};
@@ -95,7 +93,7 @@ pub fn open(request: &TrainRequest) -> Result<TrainingRun, TrainError> {
     } else {
         begin_training(request, &checkpoint)?
     };
-    // Locked from here on: nothing of a training that is still running is touched.
+    // The tables are locked from here on, so files of a running training are not touched.
     let [steps, epochs] = state.position.n_bytes;
     let steps = CsvTable::open(&request.folder.join("steps.csv"), steps)?;
     let epochs = CsvTable::open(&request.folder.join("epochs.csv"), epochs)?;
@@ -111,7 +109,7 @@ pub fn open(request: &TrainRequest) -> Result<TrainingRun, TrainError> {
 }
 
 impl TrainingRun {
-    /// Returns the epochs done and the steps done in this one.
+    /// Returns the numbers of finished epochs and of finished steps in this epoch.
     pub fn position(&self) -> (usize, usize) {
         (self.state.position.epoch, self.state.position.n_done)
     }
@@ -121,7 +119,6 @@ impl TrainingRun {
         &self.state.tensors
     }
 
-    /// Writes the checkpoint and the weights; the tables reach the disk first.
     pub(super) fn save(&mut self) -> Result<(), TrainError> {
         self.steps.sync()?;
         self.epochs.sync()?;
@@ -136,7 +133,6 @@ impl TrainingRun {
         write_path(&path, &bytes, true).map_err(|error| TrainError::file(&path, error))
     }
 
-    /// Returns the weights file; that of the paper's network names its objective.
     fn weights_file(&self) -> Result<Vec<u8>, WeightsError> {
         let (settings, tensors) = (&self.settings, &self.state.tensors);
         match &self.about {
@@ -146,7 +142,6 @@ impl TrainingRun {
     }
 }
 
-/// Starts a new training and writes its initial checkpoint before any other file.
 fn begin_training(request: &TrainRequest, checkpoint: &Path) -> Result<(Checkpoint, Settings, DataSet), TrainError> {
     check_is_empty(request.folder)?;
     let settings = apply_overrides(request, Settings::from_toml(request.settings.unwrap_or_default())?)?;
@@ -178,7 +173,6 @@ fn begin_training(request: &TrainRequest, checkpoint: &Path) -> Result<(Checkpoi
     Ok((state, settings, data))
 }
 
-/// Reads a weights file into settings with its sizes, and its tensors.
 fn read_initial_weights(bytes: &[u8], settings: &Settings) -> Result<(Settings, Tensors<Arc<Matrix>>), TrainError> {
     let weights = Weights::from_bytes(bytes).map_err(|error| TrainError::Settings(error.to_string()))?;
     Ok((settings.with_architecture(weights.architecture())?, weights.tensors().named()))
@@ -204,7 +198,6 @@ fn start_position(seed: u64) -> Position {
     }
 }
 
-/// Resumes a training, if nothing but the number of epochs has changed.
 fn resume_training(request: &TrainRequest, checkpoint: &Path) -> Result<(Checkpoint, Settings, DataSet), TrainError> {
     let paper_shapes =
         |origin: &Origin| Settings::from_toml(&origin.settings).map(|s| s.architecture().shapes().named());
@@ -242,13 +235,11 @@ fn resume_training(request: &TrainRequest, checkpoint: &Path) -> Result<(Checkpo
     Ok((state, settings, data))
 }
 
-/// Applies the request's overrides to the settings.
 fn apply_overrides(request: &TrainRequest, settings: Settings) -> Result<Settings, TrainError> {
     let settings = request.objective.map_or(Ok(settings.clone()), |objective| settings.with_objective(objective))?;
     request.epochs.map_or(Ok(settings.clone()), |epochs| settings.with_epochs(epochs))
 }
 
-/// Returns an error unless the folder is empty but for temporary files.
 fn check_is_empty(folder: &Path) -> Result<(), TrainError> {
     let Ok(entries) = std::fs::read_dir(folder) else { return Ok(()) };
     let names = entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned());
@@ -269,7 +260,6 @@ fn remove_leftovers(folder: &Path) {
     }
 }
 
-/// Returns the settings with the version and initial weights as comments.
 fn config(origin: &Origin, settings: &Settings) -> String {
     let init = origin.init.as_ref().map(|sha256| format!("# Started from the weights file with SHA-256 {sha256}.\n"));
     format!("# Used by neural-mesh {}.\n{}\n{}", origin.version, init.unwrap_or_default(), settings.to_toml())

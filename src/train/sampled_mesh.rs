@@ -1,4 +1,4 @@
-//! Samples drawn from a mesh, and their candidate faces with probabilities (Secs. 3.2, 3.3).
+//! Samples drawn from a mesh, and their candidate faces (Secs. 3.2, 3.3).
 
 use super::scored_mesh::constant;
 use crate::autodiff::{Tape, Value};
@@ -12,17 +12,16 @@ use crate::simplify::paper::{Quotient, assign_to_samples, quotient};
 use crate::simplify::region_graph;
 use std::sync::Arc;
 
-/// The samples of a mesh and their connections through it.
 pub(super) struct SampledMesh {
-    /// Frame in which the network sees the samples.
+    /// Frame of the network's coordinates.
     pub frame: EdgeFrame,
     /// The samples in that frame, n_samples x 3.
     pub points: Vec<[f32; 3]>,
-    /// A of Eq. (3): which of their regions touch.
+    /// A of Eq. (3): samples whose regions touch.
     pub edges: Csr,
-    /// The triangles that the mesh spans between their regions.
+    /// Triangles that the mesh spans between the regions.
     pub spanned: Vec<[u32; 3]>,
-    /// Whether only A_s decides which triangles are candidates.
+    /// True if A_s alone decides which triangles are candidates.
     as_cloud: bool,
 }
 
@@ -43,17 +42,14 @@ pub(super) fn connect_samples(
     SampledMesh { points: frame.apply(&sampled), frame, edges, spanned, as_cloud }
 }
 
-/// The candidate faces with their graphs.
 pub(super) struct CandidateGraph {
-    /// The candidates.
     pub faces: CandidateFaces,
     /// G_ext, which the candidates' entries index.
     pub extended: Arc<Csr>,
-    /// Nearest candidates of each.
+    /// G_tri.
     pub neighbours: Arc<Csr>,
 }
 
-/// Runs the Edge Predictor and the Face Classifier on the tape; returns the probabilities and their candidates.
 pub(super) fn classify_faces(
     tape: &mut Tape,
     net: &Network<Value>,

@@ -1,5 +1,4 @@
-//! Loss terms of the Point Sampler: coverage of the vertices by its samples, Eq. (6), and what else they should
-//! preserve.
+//! Loss terms of the Point Sampler: Eq. (6) and additions.
 
 use super::Settings;
 use super::random::random_below;
@@ -17,20 +16,17 @@ use rand_xoshiro::rand_core::Rng;
 
 /// Vertices per step at which the terms are measured.
 const QUERIES: usize = 1024;
-/// Neighbours considered per query: a multiple of the vertices per sample, with a minimum and a maximum.
+/// Neighbours per query: factor to the vertices per sample, minimum, maximum.
 const NEIGHBOURS: (f64, f64, f64) = (5.0, 8.0, 128.0);
 
-/// The vertices of a mesh as the Point Sampler sees them.
 pub(super) struct SamplerInput<'a> {
     /// n x 3, in edge lengths.
     pub points: &'a [[f32; 3]],
     /// n x 3, unit vectors.
     pub normals: &'a [[f32; 3]],
-    /// n x n, the edges.
     pub rings: &'a Csr,
 }
 
-/// Computes the terms of the scores that have a weight in the settings.
 pub(super) fn sampler_terms(
     surface: &SamplerInput,
     scores: &[f32],
@@ -67,13 +63,12 @@ pub(super) fn sampler_terms(
     ])
 }
 
-/// Computes the terms whose weight is not 0.
 fn compute_weighted<const N: usize>(terms: [(&'static str, f64, &dyn Fn() -> Term); N]) -> Vec<NamedTerm> {
     let of_weight = terms.into_iter().filter(|(_, weight, _)| *weight != 0.0);
     of_weight.map(|(name, weight, term)| NamedTerm { name, weight, term: term() }).collect()
 }
 
-/// Computes Eq. (6) as printed: distances weighted with the softmax probabilities of a sample.
+/// Computes Eq. (6) as printed.
 fn printed_chamfer(points: &[[f32; 3]], scores: &[f32], n_samples: usize, seed: u64) -> Term {
     let mut tape = Tape::default();
     let drawn_from = tape.parameter(Matrix::new(scores.len(), 1, scores.to_vec()));

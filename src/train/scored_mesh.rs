@@ -1,4 +1,4 @@
-//! The Point Sampler on a mesh, recorded on a tape: the start of every objective that learns scores.
+//! The Point Sampler on a mesh, recorded on a tape.
 
 use super::network_gradients;
 use crate::autodiff::{Tape, Tensors, Value};
@@ -8,11 +8,8 @@ use crate::model::{Network, Vertices, Weights, in_edge_lengths, point_sampler};
 use crate::simplify::{edge_graph, vertex_normals};
 use std::sync::Arc;
 
-/// The scores of a mesh's vertices and their origin.
 pub(super) struct ScoredMesh {
-    /// Records the operations from the parameters.
     pub tape: Tape,
-    /// The parameters.
     pub net: Network<Value>,
     /// n x n, the edges or another graph.
     pub rings: Arc<Csr>,
@@ -20,7 +17,6 @@ pub(super) struct ScoredMesh {
     pub points: Vec<[f32; 3]>,
     /// n x 3, unit vectors; zero if unknown.
     pub normals: Vec<[f32; 3]>,
-    /// n x 1.
     pub scores: Value,
 }
 
@@ -28,10 +24,6 @@ pub(super) fn score_mesh(weights: &Weights, mesh: &TriMesh) -> ScoredMesh {
     score_points(weights, mesh.positions(), vertex_normals(mesh), edge_graph(mesh))
 }
 
-/// Scores points by their neighbours in a graph.
-///
-/// # Shapes
-/// - `positions`: n x 3, `normals`: n x 3, unit vectors, or zero if unknown; `rings`: n x n
 pub(super) fn score_points(
     weights: &Weights,
     positions: &[[f32; 3]],
@@ -49,14 +41,12 @@ pub(super) fn score_points(
 }
 
 impl ScoredMesh {
-    /// Returns the gradients of all tensors from that of the scores, n.
     pub fn backward(&self, gradient: Vec<f32>) -> Tensors<Matrix> {
         let gradient = Matrix::new(gradient.len(), 1, gradient);
         network_gradients(&self.net, &self.tape.backward(&[(&self.scores, gradient)]))
     }
 }
 
-/// Returns points without gradient.
 pub(super) fn constant(points: &[[f32; 3]]) -> Value {
     Value::constant(Matrix::from_points(points))
 }

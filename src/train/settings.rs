@@ -1,4 +1,4 @@
-//! Settings of a training: one flat TOML, with defaults and comments in `settings.toml`.
+//! Settings of a training.
 
 use super::TrainError;
 use crate::io::one_line;
@@ -70,7 +70,6 @@ pub struct Settings {
     pub face_classifier_width: usize,
     pub face_candidates: usize,
     pub face_knn: usize,
-    /// All as TOML values, for [`Settings::to_toml`] and [`Settings::difference`].
     #[serde(skip)]
     table: Table,
 }
@@ -79,7 +78,7 @@ impl Settings {
     /// Reads settings, using defaults for missing ones.
     ///
     /// # Errors
-    /// [`TrainError::Settings`] names a setting that is unknown, of the wrong kind or out of range.
+    /// [`TrainError::Settings`] names an unknown, mistyped or out-of-range setting.
     pub fn from_toml(text: &str) -> Result<Self, TrainError> {
         let mut table = parse_table(DEFAULT_SETTINGS)?;
         for (name, value) in parse_table(text)? {
@@ -124,12 +123,11 @@ impl Settings {
     /// Returns the settings with another number of epochs.
     ///
     /// # Errors
-    /// [`TrainError::Settings`] if it is 0.
+    /// [`TrainError::Settings`] if the number is 0.
     pub fn with_epochs(&self, epochs: usize) -> Result<Self, TrainError> {
         self.with_values([("epochs", epochs)])
     }
 
-    /// Returns the settings with another objective; its name is checked when a step is made.
     pub(super) fn with_objective(&self, objective: &str) -> Result<Self, TrainError> {
         let mut table = self.table.clone();
         table.insert("objective".into(), Value::String(objective.into()));
@@ -201,7 +199,6 @@ impl Settings {
         self.check_sizes()
     }
 
-    /// Returns the settings that must be positive, by name.
     fn positive_settings(&self) -> [(&'static str, f64); 7] {
         [
             ("learning_rate", self.learning_rate),
@@ -214,7 +211,6 @@ impl Settings {
         ]
     }
 
-    /// Returns the settings that must not be negative, by name.
     fn non_negative_settings(&self) -> [(&'static str, f64); 17] {
         [
             ("gradient_clip", self.gradient_clip),

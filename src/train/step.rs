@@ -13,7 +13,7 @@ use std::sync::Arc;
 pub struct TrainingItem {
     /// Name of the mesh's file.
     pub name: String,
-    /// The mesh, changed as the settings say, with mean 0 and bounding box diagonal 1.
+    /// The augmented mesh, with mean 0 and bounding box diagonal 1.
     pub mesh: TriMesh,
     /// Share of the vertices to keep, above 0 and at most 1.
     pub ratio: f64,
@@ -22,17 +22,15 @@ pub struct TrainingItem {
 /// The loss terms of a step and the gradient of their sum.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepResult {
-    /// Weighted terms by name, with the same names in the same order at every step.
+    /// Weighted terms by name, with equal names and order at every step.
     pub terms: Vec<(&'static str, f64)>,
     /// Gradient of every tensor.
     pub gradients: Tensors<Matrix>,
 }
 
-/// A function that computes one step from tensors, item, settings and random state, with the same bits on any number of
-/// threads.
+/// A function that computes one step from tensors, item, settings and random state.
 ///
-/// Tensors and gradients are in the network's order. An error gives the reason why the mesh is skipped, in a few words.
-/// [`step_from_network`] wraps a function of the paper's network.
+/// Results must have the same bits on any number of threads. An error is the reason why the mesh is skipped.
 pub type StepFunction<'a> =
     dyn Fn(&Tensors<Arc<Matrix>>, &TrainingItem, &Settings, &mut Xoshiro256PlusPlus) -> Result<StepResult, String> + 'a;
 
@@ -55,7 +53,7 @@ pub fn step_from_network<'a>(
 }
 
 impl StepResult {
-    /// Returns the sum of the terms, which is minimised.
+    /// Returns the minimised sum of the terms.
     pub fn total(&self) -> f64 {
         self.terms.iter().map(|(_, value)| value).sum()
     }

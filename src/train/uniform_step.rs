@@ -1,4 +1,4 @@
-//! The step of the objective "uniform": makes all scores equal. It tests a machine, a data set and the loop.
+//! Step of the objective "uniform", which makes all scores equal.
 
 use super::{Settings, StepResult, TrainingItem, network_gradients};
 use crate::autodiff::{Tape, Value};

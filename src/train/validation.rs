@@ -1,17 +1,15 @@
-//! Validation: the step function on unchanged meshes that are never trained on, at fixed ratios.
+//! Validation: the step function on unchanged meshes at fixed ratios.
 
 use super::event::{TrainEvent, Wish};
 use super::{StepFunction, StepResult, TrainError, TrainingItem, TrainingRun};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 
-/// The result of a validation.
 pub(super) enum Validation {
     /// Means of the terms over all meshes and ratios.
     Means(Vec<f64>),
     /// No mesh could be measured.
     Nothing,
-    /// The caller asked to stop.
     Stopped,
 }
 
@@ -40,7 +38,6 @@ pub(super) fn measure_validation(
     })
 }
 
-/// Measures a mesh at all validation ratios, skipping those at which it is unusable.
 fn measure_mesh(run: &TrainingRun, at: usize, step: &StepFunction) -> Result<Vec<StepResult>, TrainError> {
     let mesh = &run.data.validation[at];
     let random = Xoshiro256PlusPlus::seed_from_u64(run.settings.seed.wrapping_add(at as u64));

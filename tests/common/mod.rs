@@ -1,4 +1,4 @@
-//! Helpers for whole-mesh tests: expectations on results, and random closed meshes of very uneven sampling.
+//! Helpers for whole-mesh tests.
 #![allow(dead_code, reason = "not every set of features uses all")]
 
 use std::collections::HashSet;
@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-/// Expects a closed, manifold, consistently oriented mesh without unused vertices or repeated positions.
+// Expects a closed, manifold, consistently oriented mesh without unused vertices or repeated positions.
 #[track_caller]
 pub fn assert_closed_manifold(mesh: &TriMesh) {
     let topology = topology(mesh);
@@ -18,7 +18,7 @@ pub fn assert_closed_manifold(mesh: &TriMesh) {
     assert_eq!(repeated_positions(mesh), 0, "positions that more than one vertex has");
 }
 
-/// Expects a manifold, consistently oriented mesh, with or without boundaries.
+// Expects a manifold, consistently oriented mesh, with or without boundaries.
 #[track_caller]
 pub fn assert_manifold(mesh: &TriMesh) {
     let topology = topology(mesh);
@@ -27,13 +27,13 @@ pub fn assert_manifold(mesh: &TriMesh) {
     assert_eq!(repeated_positions(mesh), 0, "positions that more than one vertex has");
 }
 
-/// Returns a value with some fields changed.
+// Returns a value with some fields changed.
 pub fn changed<T>(mut it: T, change: impl FnOnce(&mut T)) -> T {
     change(&mut it);
     it
 }
 
-/// Expects the same numbers of components, holes and handles.
+// Expects equal numbers of components, holes and handles.
 #[track_caller]
 pub fn assert_same_topology(original: &TriMesh, simplified: &TriMesh) {
     let figures = |mesh| {
@@ -43,7 +43,7 @@ pub fn assert_same_topology(original: &TriMesh, simplified: &TriMesh) {
     assert_eq!(figures(original), figures(simplified), "closed, components, genus, boundary loops");
 }
 
-/// Expects a Hausdorff distance of at most a share of the original's diagonal.
+// Expects a Hausdorff distance of at most a share of the original's diagonal.
 #[track_caller]
 pub fn assert_close(original: &TriMesh, simplified: &TriMesh, fraction: f64) {
     let surfaces = [original, simplified].map(|mesh| Surface::new(mesh, 2000, 0));
@@ -52,13 +52,13 @@ pub fn assert_close(original: &TriMesh, simplified: &TriMesh, fraction: f64) {
     assert!(share <= fraction, "{share} of the diagonal apart, {fraction} allowed");
 }
 
-/// Counts vertices at the position of an earlier vertex.
+// Counts vertices at the position of an earlier vertex.
 pub fn repeated_positions(mesh: &TriMesh) -> usize {
     let bits = |p: &[f32; 3]| p.map(|x| (x + 0.0).to_bits());
     mesh.positions().len() - mesh.positions().iter().map(bits).collect::<HashSet<_>>().len()
 }
 
-/// Generates closed manifold meshes of genus 0 and 1 with up to about a thousand faces, randomly refined, shaken and stretched.
+// Generates closed manifold meshes of genus 0 and 1 with up to about a thousand faces and very uneven sampling.
 pub fn uneven_closed_mesh() -> impl Strategy<Value = TriMesh> {
     let stretch = prop::array::uniform3(-1.5f64..1.5);
     (0..6usize, any::<u64>(), 0..400usize, 0.0..0.3f64, stretch).prop_map(|(base, seed, splits, shake, stretch)| {
@@ -79,7 +79,7 @@ fn base_mesh(which: usize) -> TriMesh {
     }
 }
 
-/// Halves longest edges of random faces, mostly of faces that were just split.
+// Halves longest edges of random faces, mostly of faces that were just split.
 fn split_around(mesh: &TriMesh, splits: usize, rng: &mut Xoshiro256PlusPlus) -> TriMesh {
     let mut positions = mesh.positions().to_vec();
     let mut faces = mesh.faces().to_vec();
@@ -105,7 +105,6 @@ fn longest_edge(positions: &[[f32; 3]], [a, b, c]: [u32; 3]) -> [u32; 2] {
     longer(longer([a, b], [b, c]), [c, a])
 }
 
-/// Splits the faces at an edge; the new halves are appended.
 fn split_edge(faces: &mut Vec<[u32; 3]>, [a, b]: [u32; 2], middle: u32) {
     let (over, mut kept): (Vec<[u32; 3]>, Vec<_>) =
         faces.iter().copied().partition(|face| face.contains(&a) && face.contains(&b));
@@ -116,7 +115,7 @@ fn split_edge(faces: &mut Vec<[u32; 3]>, [a, b]: [u32; 2], middle: u32) {
     *faces = kept;
 }
 
-/// Moves each vertex by up to a share of its shortest edge.
+// Moves each vertex by up to a share of its shortest edge.
 fn shaken(mesh: &TriMesh, share: f64, rng: &mut Xoshiro256PlusPlus) -> TriMesh {
     let mut shortest = vec![f32::INFINITY; mesh.positions().len()];
     for &[a, b, c] in mesh.faces() {

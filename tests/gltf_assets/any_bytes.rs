@@ -1,4 +1,4 @@
-//! Assets whose bytes or numbers are spoilt: an asset that can be written and opened again, or one line.
+//! Assets with spoilt bytes or numbers give an error of one line, or can be written and opened again.
 
 use neural_mesh::io::{Asset, Format};
 use proptest::prelude::*;
@@ -7,7 +7,6 @@ use serde_json::Value;
 use super::builder::{Builder, nothing, reopen, unchanged};
 use super::{skinned, two_materials};
 
-/// Opens, writes and opens again.
 fn check(bytes: &[u8]) {
     let asset = match Asset::from_bytes(bytes, &nothing) {
         Ok(asset) => asset,
@@ -25,7 +24,7 @@ fn asset(which: usize) -> Builder {
     if which == 0 { skinned() } else { two_materials() }
 }
 
-/// Puts a number or a word at the place of the `at`-th value of a document.
+// Puts a value at the `at`-th value of a document.
 fn spoil(value: &mut Value, at: &mut usize, with: &Value) {
     match value {
         Value::Array(values) => values.iter_mut().for_each(|value| spoil(value, at, with)),
@@ -56,7 +55,8 @@ proptest! {
     fn spoilt_compression(spots in prop::collection::vec((any::<prop::sample::Index>(), prop::sample::select(b"0123456789\x00\xff".to_vec())), 1..4)) {
         let mut bytes = super::compressed("EXT_meshopt_compression");
         for (spot, byte) in spots {
-            // The descriptions of the views and the compressed bytes; what stands before is spoilt elsewhere.
+            // Only the descriptions of the views and the compressed bytes are spoilt here; earlier bytes are spoilt
+            // elsewhere.
             let at = bytes.len() / 3 + spot.index(bytes.len() - bytes.len() / 3);
             bytes[at] = byte;
         }

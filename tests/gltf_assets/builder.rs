@@ -12,7 +12,6 @@ pub const UNSIGNED_SHORT: u32 = 5123;
 pub const UNSIGNED_INT: u32 = 5125;
 pub const FLOAT: u32 = 5126;
 
-/// A document and its one buffer.
 pub struct Builder {
     pub document: Value,
     pub buffer: Vec<u8>,
@@ -37,7 +36,7 @@ impl Builder {
         held.len() - 1
     }
 
-    /// A view of these bytes, at a multiple of four.
+    // Adds a view of these bytes, at a multiple of four.
     pub fn view(&mut self, bytes: &[u8]) -> usize {
         self.buffer.resize(self.buffer.len().next_multiple_of(4), 0);
         let offset = self.buffer.len();
@@ -50,20 +49,18 @@ impl Builder {
         self.push("accessors", json!({"bufferView": view, "componentType": component, "count": count, "type": shape}))
     }
 
-    /// Rows of single precision.
     pub fn floats<const N: usize>(&mut self, rows: &[[f32; N]]) -> usize {
         let bytes: Vec<u8> = rows.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
         self.accessor(&bytes, FLOAT, ["SCALAR", "VEC2", "VEC3", "VEC4"][N - 1], rows.len())
     }
 
-    /// Positions, with the range that the specification asks for.
+    // Adds an accessor of positions, with the range that the specification requires.
     pub fn positions(&mut self, rows: &[[f32; 3]]) -> usize {
         let accessor = self.floats(rows);
         self.bound(accessor, &rows.iter().map(|row| row.map(f64::from)).collect::<Vec<_>>());
         accessor
     }
 
-    /// Says the range of an accessor.
     pub fn bound<const N: usize>(&mut self, accessor: usize, rows: &[[f64; N]]) {
         for (name, fold) in [("min", f64::min as fn(f64, f64) -> f64), ("max", f64::max)] {
             let extremes = (0..N).map(|axis| rows.iter().map(|row| row[axis]).reduce(fold).unwrap());
@@ -80,7 +77,7 @@ impl Builder {
         self.push("meshes", json!({"name": "shape", "primitives": primitives}))
     }
 
-    /// The document with the length of its buffer.
+    // Returns the document with the length of its buffer.
     pub fn finished(&self) -> Value {
         let mut document = self.document.clone();
         if !self.buffer.is_empty() {
@@ -107,11 +104,11 @@ impl Builder {
     }
 }
 
-/// A square of two triangles with a vertex in each corner, counterclockwise.
+// A square of two triangles with a vertex in each corner, counterclockwise.
 pub const SQUARE: [[f32; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
 pub const SQUARE_FACES: [u16; 6] = [0, 1, 2, 0, 2, 3];
 
-/// Asks for nothing beside the file.
+// Fails for every file that an asset requests.
 pub fn nothing(uri: &str) -> Result<Vec<u8>, ReadError> {
     Err(ReadError::file(format!("asked for {uri}"), ""))
 }
@@ -120,12 +117,12 @@ pub fn open(bytes: &[u8]) -> Asset {
     Asset::from_bytes(bytes, &nothing).unwrap()
 }
 
-/// The parts as they are.
+// Returns the components as they are.
 pub fn unchanged(asset: &Asset) -> Vec<SimplifiedPart> {
     asset.parts().iter().map(SimplifiedPart::from_part).collect()
 }
 
-/// What can be seen of a part: of each face its primitive, and of each corner the position and all that it carries.
+// Returns the primitive of each face of a mesh, with the position and values of each corner.
 pub fn seen(part: &AssetPart) -> Vec<(u32, Vec<Vec<f32>>)> {
     let mesh = &part.mesh;
     let corner = |face: usize, corner: usize| {
@@ -139,7 +136,7 @@ pub fn seen(part: &AssetPart) -> Vec<(u32, Vec<Vec<f32>>)> {
     (0..mesh.faces.len()).map(face).collect()
 }
 
-/// The JSON of a file.
+// Returns the JSON of a file.
 pub fn document(bytes: &[u8]) -> Value {
     let json = match bytes.starts_with(b"glTF") {
         true => &bytes[20..20 + u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize],
@@ -148,7 +145,7 @@ pub fn document(bytes: &[u8]) -> Value {
     serde_json::from_slice(json).unwrap()
 }
 
-/// Opens files that belong together; the first one is the asset.
+// Opens files that belong together; the first one is the asset.
 pub fn reopen(files: &[OutputFile]) -> Asset {
     let fetch = |uri: &str| {
         let name = uri.replace("%20", " ");
@@ -158,15 +155,14 @@ pub fn reopen(files: &[OutputFile]) -> Asset {
     Asset::from_bytes(&files[0].bytes, &fetch).unwrap()
 }
 
-/// Keeps files where `scripts/validate_gltf` finds them.
+// Keeps files for `scripts/validate_gltf`.
 pub fn keep(name: &str, files: &[OutputFile]) {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("gltf_assets").join(name);
     std::fs::create_dir_all(&folder).unwrap();
     neural_mesh::io::write_files(&folder, files, true).unwrap();
 }
 
-/// Writes an asset as it is in both formats, and opens it again: all parts look the same, and what is no geometry is as
-/// it was. Gives the document of the GLB.
+// Writes an unchanged asset in both formats and expects the same contents; returns the document of the GLB.
 pub fn round_trip(name: &str, bytes: &[u8]) -> Value {
     let asset = open(bytes);
     keep(name, &[OutputFile { path: "input.glb".into(), bytes: bytes.to_vec() }]);
@@ -187,7 +183,7 @@ pub fn round_trip(name: &str, bytes: &[u8]) -> Value {
     document(&asset.write(&unchanged(&asset), Format::Glb, "same.glb").unwrap()[0].bytes)
 }
 
-/// Takes away what describes geometry, and the numbers of accessors and views.
+// Removes the geometry, and the numbers of accessors and views.
 fn forget_geometry(document: &mut Value) {
     let members = document.as_object_mut().unwrap();
     for name in ["accessors", "bufferViews", "buffers", "extensionsUsed", "extensionsRequired"] {

@@ -1,6 +1,4 @@
-//! glTF assets in and out: whatever hangs on a mesh comes back with it.
-//!
-//! What the tests read and write stays in the target folder, where `scripts/validate_gltf` takes it from.
+//! glTF assets in and out; `scripts/validate_gltf` checks the files that remain in the target folder.
 
 mod any_bytes;
 mod builder;
@@ -16,7 +14,7 @@ fn channel<'a>(asset: &'a Asset, part: usize, name: &str) -> &'a Channel {
     asset.parts()[part].mesh.attributes.channels.iter().find(|channel| channel.name == name).unwrap()
 }
 
-/// Two squares side by side, bent by two joints, of which one turns.
+// Builds two adjacent squares, bent by two joints, of which one turns.
 fn skinned() -> Builder {
     let mut asset = Builder::new();
     let positions: Vec<[f32; 3]> = (0..6).map(|i| [(i / 2) as f32, (i % 2) as f32, 0.0]).collect();
@@ -63,7 +61,7 @@ fn skins_and_animations() {
     assert_eq!((component("JOINTS_0"), component("WEIGHTS_0")), (&json!(UNSIGNED_BYTE), &json!(FLOAT)));
 }
 
-/// From the fifth vertex to the sixth in each pose of the first part.
+// Returns the edge from the fifth vertex to the sixth in each pose.
 fn last_edges(asset: &Asset) -> Vec<[f32; 3]> {
     let poses = asset.poses().unwrap().remove(0);
     assert!(poses.iter().all(|pose| (pose.role, pose.width, pose.values.len()) == (Role::MorphPosition, 3, 18)));
@@ -78,7 +76,7 @@ fn poses_of_a_skin_are_those_of_its_animation_or_bent_at_random() {
     assert_eq!(edges.len(), 12);
     for (k, [x, y, z]) in edges.into_iter().enumerate() {
         let share = (k as f32 + 0.5) / 12.0;
-        // Halfway between two rotations on their chord.
+        // Halfway between two rotations, interpolation is along the chord.
         let turn = 2.0 * (0.6 * share).atan2(1.0 - share + 0.8 * share);
         assert!(((-x).atan2(y) - turn).abs() < 1e-4 && z.abs() < 1e-4, "{k}: {x} {y} {z}");
     }
@@ -90,7 +88,7 @@ fn poses_of_a_skin_are_those_of_its_animation_or_bent_at_random() {
     asset.document["skins"][0]["inverseBindMatrices"] = 99.into();
     let refused = open(&asset.glb()).poses().unwrap_err().to_string();
     assert!(refused.contains("accessor 99") && !refused.contains('\n'), "{refused}");
-    // A tree that bites its tail.
+    // The node is its own grandchild.
     asset.document["nodes"][2]["children"] = json!([1]);
     asset.document["skins"][0].as_object_mut().unwrap().remove("inverseBindMatrices");
     if let Ok(asset) = Asset::from_bytes(&asset.glb(), &nothing) {
@@ -98,7 +96,7 @@ fn poses_of_a_skin_are_those_of_its_animation_or_bent_at_random() {
     }
 }
 
-/// Writes an asset and what became of it; then that must come back as it is.
+// Writes an asset and its repaired form; the latter must come back as it is.
 fn round_trip_mended(name: &str, bytes: &[u8]) -> Value {
     let asset = open(bytes);
     keep(name, &[OutputFile { path: "original.glb".into(), bytes: bytes.to_vec() }]);
@@ -124,8 +122,7 @@ fn weights_are_mended() {
     }
 }
 
-/// Positions of a square, a target that is sparse, one that is dense, and an animation of their weights.
-/// A square with two morph targets, of which one is sparse, and an animation of their weights.
+// Builds a square with a dense and a sparse morph target, and an animation of their weights.
 fn morphed() -> Builder {
     let mut asset = Builder::new();
     let position = asset.positions(&SQUARE);
@@ -165,7 +162,7 @@ fn morph_targets() {
     assert!(document["accessors"][targets[1]["POSITION"].as_u64().unwrap() as usize].get("max").is_some());
 }
 
-/// Two primitives over one set of vertices, with colours of three and four numbers, and an instance twice as large.
+// Builds two primitives over one set of vertices, and an instance twice as large.
 fn two_materials() -> Builder {
     let mut asset = Builder::new();
     let position = asset.positions(&SQUARE);
@@ -291,7 +288,7 @@ fn quantized_attributes_become_floats() {
             .iter()
             .all(|it| it["type"] == "SCALAR" || it["componentType"] == FLOAT)
     );
-    // Points that stay quantized still need the extension.
+    // Points stay quantized and still need the extension.
     asset.document["meshes"][0]["primitives"]
         .as_array_mut()
         .unwrap()
@@ -300,7 +297,7 @@ fn quantized_attributes_become_floats() {
     assert_eq!(document["extensionsRequired"], json!(["KHR_mesh_quantization"]));
 }
 
-/// A square whose positions and indices are compressed; a second buffer stands in for readers that cannot decompress.
+// Builds a square with compressed positions and indices; a second buffer serves readers that cannot decompress.
 #[cfg(feature = "meshopt")]
 fn compressed(name: &str) -> Vec<u8> {
     let mut asset = Builder::new();
@@ -339,13 +336,13 @@ fn compressed_buffers() {
         assert_eq!(document.get("extensionsRequired"), None);
         assert_eq!(document["buffers"].as_array().unwrap().len(), 1);
         assert!(!document.to_string().contains("meshopt"));
-        // The plain reader sees the same.
+        // The plain reader reads the same mesh.
         let mesh = neural_mesh::io::read(&bytes, None).unwrap();
         assert_eq!((mesh.positions.len(), mesh.faces.len()), (4, 2));
     }
 }
 
-/// A GLB of another document over the buffer of an asset.
+// Returns a GLB of another document over the buffer of an asset.
 #[cfg(feature = "meshopt")]
 fn with_document(asset: &Builder, document: &Value) -> Vec<u8> {
     let mut json = serde_json::to_vec(document).unwrap();
@@ -398,7 +395,6 @@ fn values_that_are_no_numbers() {
     assert_eq!(document["accessors"][odd]["componentType"], UNSIGNED_SHORT);
 }
 
-/// Four images: beside the asset, missing, outside, and in a view of the buffer.
 #[test]
 fn images_beside_missing_outside_and_inside() {
     let folder = tempfile::tempdir().unwrap();
@@ -487,7 +483,7 @@ fn strange_extensions_keep_their_numbers() {
     assert_eq!(document["accessors"].as_array().unwrap()[..=shape].len(), shape + 1);
     let view = document["accessors"][shape]["bufferView"].as_u64().unwrap() as usize;
     assert_eq!(document["bufferViews"][view]["byteLength"], 12);
-    // A known one does not.
+    // A known extension does not do that.
     asset.document["extensions"] = json!({"KHR_lights_punctual": {"lights": [{"type": "point"}]}});
     asset.document["extensionsUsed"] = json!(["KHR_lights_punctual"]);
     let lean = round_trip("known", &asset.glb());
@@ -502,14 +498,14 @@ fn compressed_by_draco_is_read_from_a_plain_copy_or_refused_by_name() {
         Ok(asset) => assert!(cfg!(feature = "draco") && asset.parts().len() == 1),
         Err(error) => assert!(error.to_string().contains("needs the extension KHR_draco_mesh_compression"), "{error}"),
     }
-    // Also where the list is wrong, and nothing else holds the positions.
+    // The asset is also rejected if the list is wrong and nothing else holds the positions.
     let mut alone = two_materials();
     alone.document["meshes"][0]["primitives"][0]["extensions"] =
         json!({"KHR_draco_mesh_compression": {"bufferView": 0}});
     alone.document["accessors"][0].as_object_mut().unwrap().remove("bufferView");
     let error = Asset::from_bytes(&alone.glb(), &nothing).unwrap_err().to_string();
     assert!(error.contains("KHR_draco") || error.contains("compressed by Draco"), "{error}");
-    // Where it only offers a second way, its copy of the geometry goes with the geometry.
+    // If Draco is only optional, its copy of the geometry is removed with the geometry.
     asset.document["extensionsRequired"] = json!([]);
     asset.document["extensionsUsed"] = json!(["KHR_draco_mesh_compression"]);
     let view = asset.view(b"draco");
@@ -520,7 +516,6 @@ fn compressed_by_draco_is_read_from_a_plain_copy_or_refused_by_name() {
     assert!(!document(&files[0].bytes).to_string().contains("draco"));
 }
 
-/// A seam: two vertices of the file at one position. Welded, it is one vertex with two wedges; written, two again.
 #[test]
 fn a_seam_is_welded_and_comes_back() {
     let mut asset = Builder::new();
@@ -553,7 +548,7 @@ fn levels_of_detail_in_one_file() {
         let again = reopen(&files);
         let counts: Vec<usize> = again.parts().iter().map(|part| part.mesh.faces.len()).collect();
         assert_eq!(counts, [fine[0].faces.len(), 1], "{name}");
-        // Whoever does not know of levels draws the finest alone.
+        // Readers without levels of detail draw only the finest level.
         let whole = neural_mesh::io::read(&files[0].bytes, None).unwrap();
         assert_eq!(whole.faces.len(), neural_mesh::io::read(&asset.glb(), None).unwrap().faces.len());
     }

@@ -1,4 +1,4 @@
-//! glTF in small numbers and compressed: everything comes back within its step, and meshes stay the meshes that they are.
+//! Quantized and compressed glTF: values come back within one step.
 
 use neural_mesh::io::{Asset, Format, PackOptions, SceneOptions, SimplifiedPart};
 use neural_mesh::mesh::{RawMesh, Role};
@@ -7,7 +7,7 @@ use serde_json::json;
 use super::builder::*;
 use super::{morphed, skinned};
 
-/// A wave of 12 x 12 squares with all that vertices carry, in a node that is turned and drawn large.
+// Builds a wave of 12 x 12 squares with all attributes, in a node that is turned and scaled.
 fn wave() -> Builder {
     let mut asset = Builder::new();
     let at = |i: usize| [(i % 13) as f32 / 12.0, (i / 13) as f32 / 12.0];
@@ -38,7 +38,7 @@ fn wave() -> Builder {
     asset
 }
 
-/// The asset as it is, packed and opened again.
+// Returns the unchanged asset, packed and opened again.
 fn packed(name: &str, asset: &Asset, compress: bool) -> Asset {
     let parts = unchanged(asset);
     let (packing, notes) = asset.packing(&[&parts], &PackOptions { bits: 14, compress });
@@ -55,12 +55,12 @@ fn ways() -> &'static [bool] {
     if cfg!(feature = "meshopt") { &[false, true] } else { &[false] }
 }
 
-/// The scene as one mesh.
+// Returns the scene as one mesh.
 fn scene(asset: &Asset) -> RawMesh {
     asset.scene_mesh(&asset.parts().iter().map(|part| part.mesh.clone()).collect::<Vec<_>>()).unwrap()
 }
 
-/// Position of each corner, and where it is.
+// Returns the position of each corner, with the corner's wedge.
 fn corners(mesh: &RawMesh) -> Vec<([f64; 3], u32)> {
     let rows = mesh.faces.iter().flatten().zip(mesh.attributes.wedges.iter().flatten());
     rows.map(|(&v, &wedge)| (mesh.positions[v as usize], wedge)).collect()
@@ -90,7 +90,7 @@ fn everything_comes_back_within_its_step() {
                 let other = mesh.attributes.channels.iter().find(|other| other.name == channel.name).unwrap();
                 let most = match (channel.role, channel.name.as_str()) {
                     (Role::Normal | Role::Tangent, _) => 0.02,
-                    // Three textures wide and drawn twice as large: 14 bits.
+                    // The texture coordinates are three wide and drawn twice as large: 14 bits.
                     (_, "TEXCOORD_0") => 6.0 / 16_383.0,
                     (_, "TEXCOORD_1") => 1.0 / 65_535.0,
                     (Role::Colour, _) => 0.5001 / 255.0,
@@ -122,7 +122,7 @@ fn poses_of_a_packed_skin_are_those_of_the_skin() {
         let unit = size(&before) / size(&after);
         let (old, new) = (before.poses().unwrap(), after.poses().unwrap());
         for (old, new) in old[0].iter().zip(&new[0]) {
-            // Vertices may stand in another order.
+            // Vertices may be in another order.
             for row in new.values.chunks_exact(3) {
                 let row: Vec<f32> = row.iter().map(|x| (f64::from(*x) * unit) as f32).collect();
                 assert!(old.values.chunks_exact(3).any(|old| farthest(old, &row) < 0.01), "{row:?} {:?}", old.values);

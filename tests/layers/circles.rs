@@ -1,32 +1,27 @@
-//! No two files import each other, directly or in a cycle.
+//! Import cycles between files.
 //!
-//! A file imports the file that its path names, and the one that defines the item, even through `pub use`. Re-exports are no
-//! imports, and neither are uses between a parent module and its children.
-//! its children are one thing in several files, and hold together by nature.
+//! A file imports the file that its path names and the one that defines the item. Re-exports do not count, nor do uses
+//! between a parent module and its children.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Source, sources};
 
-/// Most re-exports that are followed for one name.
+// Limit of followed re-exports for one name.
 const DEEPEST: usize = 8;
 
-/// Path of a module from the root.
 type Path = Vec<String>;
 
-/// The files of a package by module.
 struct Tree<'a> {
     files: BTreeMap<Path, &'a Source>,
-    /// Names that each module introduces, with their paths.
+    // Names that each module introduces, with their paths.
     uses: BTreeMap<Path, Vec<Use>>,
 }
 
-/// One name of a `use`.
 #[derive(Clone, Debug, PartialEq)]
 struct Use {
     path: Path,
     name: String,
-    /// Whether it is public.
     is_public: bool,
 }
 
@@ -38,7 +33,7 @@ impl<'a> Tree<'a> {
         Self { files, uses }
     }
 
-    /// Returns the modules whose files define what a module names.
+    // Returns the modules whose files define what a module names.
     fn imports(&self, module: &Path) -> BTreeSet<Path> {
         let stated = self.uses[module].iter().filter(|import| !import.is_public).map(|import| import.path.clone());
         let inline = inline_paths(&without_uses(&self.files[module].code));
@@ -46,7 +41,7 @@ impl<'a> Tree<'a> {
         found.filter(|other| !module.starts_with(other)).collect()
     }
 
-    /// Returns the modules behind `path` as seen from `module`: the one named and the one that defines it.
+    // Returns the modules behind `path` as seen from `module`: the one named and the one that defines the item.
     fn named(&self, module: &Path, path: &[String], depth: usize) -> Vec<Path> {
         let Some((mut at, rest)) = self.start(module, path) else { return Vec::new() };
         for (i, name) in rest.iter().enumerate() {
@@ -63,7 +58,7 @@ impl<'a> Tree<'a> {
         vec![at]
     }
 
-    /// Returns the module where a path starts, and the names after it.
+    // Returns the module where a path starts, and the names after it.
     fn start<'p>(&self, module: &Path, path: &'p [String]) -> Option<(Path, &'p [String])> {
         let n_up = path.iter().take_while(|name| *name == "super").count();
         match path.first()?.as_str() {
@@ -79,7 +74,6 @@ impl<'a> Tree<'a> {
         self.files.contains_key(&child).then_some(child)
     }
 
-    /// Lists the imports that form cycles.
     fn circles(&self) -> Vec<String> {
         let imports: BTreeMap<&Path, BTreeSet<Path>> =
             self.files.keys().map(|module| (module, self.imports(module))).collect();
@@ -93,7 +87,6 @@ impl<'a> Tree<'a> {
     }
 }
 
-/// Returns all modules that one imports, directly or indirectly.
 fn reached(imports: &BTreeMap<&Path, BTreeSet<Path>>, from: &Path) -> BTreeSet<Path> {
     let mut reached = BTreeSet::new();
     let mut pending = vec![from.clone()];
@@ -104,21 +97,20 @@ fn reached(imports: &BTreeMap<&Path, BTreeSet<Path>>, from: &Path) -> BTreeSet<P
     reached
 }
 
-/// Returns the module of a file: `src/io/gltf/schema.rs` is `io::gltf::schema`; the root file has no name.
+// Returns the module of a file: `src/io/gltf/schema.rs` is `io::gltf::schema`; the root file has no name.
 fn module_of(file: &str, folder: &str) -> Path {
     let names = file.trim_start_matches(folder).trim_start_matches('/').trim_end_matches(".rs");
     let names = names.split('/').filter(|name| !["mod", "lib", "main"].contains(name));
     names.map(String::from).collect()
 }
 
-/// Returns begin and end of the `use` items of code.
+// Returns begin and end of the `use` items of code.
 fn use_items(code: &str) -> Vec<(usize, usize)> {
     let is_start = |at: usize| code[..at].chars().next_back().is_none_or(|before| before.is_whitespace());
     let begins = code.match_indices("use ").map(|(at, _)| at).filter(|&at| is_start(at));
     begins.filter_map(|at| Some((at, at + code[at..].find(';')?))).collect()
 }
 
-/// Lists every name that `use` items introduce.
 fn uses(code: &str) -> Vec<Use> {
     let mut found = Vec::new();
     for (begin, end) in use_items(code) {
@@ -132,7 +124,7 @@ fn uses(code: &str) -> Vec<Use> {
     found
 }
 
-/// Expands a tree such as `a::{b, c::d as e}` into paths with their names.
+// Expands a tree such as `a::{b, c::d as e}` into paths with their names.
 fn flatten(tree: &str, before: &[String], found: &mut Vec<(Path, String)>) {
     let tree = tree.trim();
     if let Some(list) = tree.strip_prefix('{') {
@@ -153,7 +145,7 @@ fn flatten(tree: &str, before: &[String], found: &mut Vec<(Path, String)>) {
     found.push((path, name));
 }
 
-/// Splits a list at its commas, outside of braces.
+// Splits a list at its commas, outside of braces.
 fn split_list(list: &str) -> Vec<String> {
     let mut parts = vec![String::new()];
     let mut depth = 0;
@@ -175,7 +167,7 @@ fn without_uses(code: &str) -> String {
     left
 }
 
-/// Lists the paths of two or more names in code.
+// Lists the paths of two or more names in code.
 fn inline_paths(code: &str) -> Vec<Path> {
     let is_part = |letter: char| letter.is_alphanumeric() || letter == '_' || letter == ':';
     let words = code.split(|letter: char| !is_part(letter));

@@ -2,10 +2,10 @@
 
 use super::{Source, sources};
 
-/// Lines of the longest function, from `fn` to its closing brace, without comments.
+// Lines of the longest function, from `fn` to its closing brace, without comments.
 const MOST_LINES: usize = 40;
 
-/// Returns the functions of formatted code without comments: first line, name, number of lines that are not empty.
+// Returns the functions of formatted code without comments: first line, name, number of lines that are not empty.
 fn lengths(code: &str) -> Vec<(usize, String, usize)> {
     let lines: Vec<&str> = code.lines().collect();
     let begins = lines.iter().enumerate().filter_map(|(at, line)| Some((at, named(line)?)));
@@ -20,7 +20,6 @@ fn lengths(code: &str) -> Vec<(usize, String, usize)> {
     begins.filter_map(|(at, name)| Some((at + 1, name, length(at)?))).collect()
 }
 
-/// Returns the name of the function that starts on a line.
 fn named(line: &str) -> Option<String> {
     let (before, after) = line.split_once("fn ")?;
     let is_qualifier =
@@ -44,7 +43,7 @@ fn no_function_is_longer_than_forty_lines() {
     let n_functions: usize = all.iter().map(|source| lengths(&source.code).len()).sum();
     assert!(n_functions > 1000, "only {n_functions} functions were found: the code is read wrong");
     assert_eq!(all.iter().flat_map(too_long).collect::<Vec<_>>(), Vec::<String>::new());
-    // For `scripts/build_page`.
+    // `scripts/build_page` reads this line.
     let library = all.iter().filter(|source| source.path.starts_with("src/"));
     let functions = library.flat_map(|source| lengths(&source.code).into_iter().map(|of| (of.2, of.1, &source.path)));
     if let Some((n_lines, name, path)) = functions.max() {

@@ -1,35 +1,33 @@
 //! Lists of words for the rules of `words.rs`, separated by blanks.
 
-/// Type names that may occur twice in a crate, each with the reason.
+// Type names that may occur twice in a crate, each with the reason.
 pub const SAME_NAMES: &[(&str, &str)] = &[];
 
-/// Irregular past forms; regular ones end in `ed`.
+// Irregular past forms.
 pub const PAST_FORMS: &str = "\
     begun bent born bought broken brought built caught chosen dealt done drawn fallen felt fled flown foretold found \
     frozen given gone grown heard held hidden kept known laid led left lost made meant met paid risen said seen sent \
     shaken shown shrunk sold sought spent spoken spun stood struck stuck sunk swept swung taken thought thrown told \
     torn undone unwritten won worn wound woven written";
 
-/// Words in `ed` that are no past forms.
+// Words in `ed` that are no past forms.
 pub const ED_VERBS: &str = "\
     bed bleed breed embed exceed feed heed need proceed red reed seed shed speed succeed wed weed";
 
-/// Prepositions.
 pub const PREPOSITIONS: &str = "\
     about above across after against along alongside amid among around as at before behind below beneath beside \
     besides between beyond by down during from in inside into near of off on onto out outside over per since than \
     through throughout to toward towards under until up upon via with within without";
 
-/// Adverbs and pronouns.
 pub const ADVERBS: &str = "\
     again also anew apart aside away both each else here how instead nothing only others ours rather same so \
     something still such theirs then there thus together what whatever where wherever whether which why yet";
 
-/// First words after which a past form is fine, as in `is_kept`.
+// First words after which a past form is allowed, as in `is_kept`.
 pub const PREFIXES: &str = "\
     as can from has into is may needs to try with";
 
-/// Words in `s` that are no verbs.
+// Words in `s` that are no verbs.
 pub const NOUNS: &str = "\
     access across address afterwards always analysis areas arguments as atlas attributes axes axis barycenters basis \
     besides bias bodies boundaries boxes buckets buffers bus bytes candidates canvas cases channels charts checksums \
@@ -44,25 +42,24 @@ pub const NOUNS: &str = "\
     tori triangles triples twins unless us values various vertices voices voxels was wedges weights whereas whose \
     words yes";
 
-/// Words in `s` that are nouns before one of [`AFTER_NOUNS`], and verbs elsewhere.
+// Words in `s` that are nouns before one of [`AFTER_NOUNS`], and verbs elsewhere.
 pub const NOUNS_OR_VERBS: &str = "\
     bends blocks bounds changes clusters collapses colors copies costs counts covers cuts ends estimates faces flips \
     halves indexes joins labels limits lists marks merges meshes moves names notes numbers orders packs patches \
     places points prices projects ranges ranks records reports samples scales scores shapes shares sizes splits \
     steps stores sums tests traces turns views walks weighs";
 
-/// Words that follow a noun.
 pub const AFTER_NOUNS: &str = "\
     and are around as at between by for from in of on or per that to were where which whose with within";
 
-/// Verbs with which no function doc should begin.
+// Verbs with which no function doc should begin.
 pub const WEAK_VERBS: &str = "\
     does has hears is";
 
-/// Words with which docs of types, fields and constants do not begin.
+// Words with which docs of types, fields and constants do not begin.
 pub const NO_FIRST_WORDS: &str = "as how of so that those what whatever where which whoever why";
 
-/// Phrases of the old language, with what to write instead.
+// Phrases to avoid, with their replacements.
 pub const PHRASES: &[(&str, &str)] = &[
     ("so many", "the number"),
     ("anew", "again"),

@@ -19,24 +19,21 @@ pub struct EdgePredictorPass {
     edges: Edges,
 }
 
-/// The gradients of a loss over S and A_s.
+/// Gradients of a loss over S and A_s.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EdgePredictorGradients {
-    /// To every tensor.
+    /// Gradient to every tensor.
     pub tensors: EdgePredictor<Matrix>,
-    /// To the positions of the samples, n x 3.
+    /// Gradient to the positions of the samples.
     pub points: Vec<[f32; 3]>,
 }
 
 /// Predicts the edges of the extended graph and records the operations.
 ///
 /// # Shapes
-/// - `points`: n x 3, the samples, in units of their edges
+/// - `points`: the samples, in units of their edges
 /// - `graph`: n x n, from [`extended_graph`](crate::model::extended_graph), symmetric
-/// - `original`: n x n, which samples the mesh joins, symmetric
-///
-/// # Panics
-/// Unless graphs have one row per sample.
+/// - `original`: n x n, samples joined by the mesh, symmetric
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, model::{Weights, edge_predictor_backward, edge_predictor_forward}};
@@ -63,10 +60,7 @@ pub fn edge_predictor_forward(
     EdgePredictorPass { attention, adjacency, tape, net, points, edges }
 }
 
-/// Computes gradients from those of S and A_s, n_entries each; see [`edge_predictor_forward`].
-///
-/// # Panics
-/// Unless there is one gradient per entry.
+/// Computes the gradients of [`edge_predictor_forward`] from those of S and A_s.
 pub fn edge_predictor_backward(
     pass: &EdgePredictorPass,
     gradient_of_attention: &[f32],

@@ -18,27 +18,24 @@ pub struct FaceClassifierPass {
     result: Value,
 }
 
-/// The gradients of a loss over the probabilities.
+/// Gradients of a loss over the probabilities.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FaceClassifierGradients {
-    /// To every tensor.
+    /// Gradient to every tensor.
     pub tensors: FaceClassifier<Matrix>,
-    /// To the positions of the samples, n x 3.
+    /// Gradient to the positions of the samples.
     pub points: Vec<[f32; 3]>,
-    /// To the prior, n_triangles.
+    /// Gradient to the prior.
     pub prior: Vec<f32>,
 }
 
 /// Classifies triangles and records the operations.
 ///
 /// # Shapes
-/// - `points`: n x 3, the samples, in units of their edges
-/// - `triangles`: n_triangles x 3, corners ascending by original vertex
-/// - `graph`: n_triangles x n_triangles, from [`triangle_graph`](crate::model::triangle_graph)
+/// - `points`: the samples, in units of their edges
+/// - `triangles`: corners ascending by original vertex
+/// - `graph`: from [`triangle_graph`](crate::model::triangle_graph)
 /// - `prior`: n_triangles
-///
-/// # Panics
-/// If the shapes do not match, or a corner is not a point.
 ///
 /// ```
 /// use neural_mesh::model::{Weights, face_classifier_backward, face_classifier_forward, triangle_graph};
@@ -65,10 +62,7 @@ pub fn face_classifier_forward(
     FaceClassifierPass { probabilities: numbers(&result), tape, net, points, prior, result }
 }
 
-/// Computes gradients from those of the probabilities, n_triangles; see [`face_classifier_forward`].
-///
-/// # Panics
-/// Unless there is one gradient per triangle.
+/// Computes the gradients of [`face_classifier_forward`] from those of the probabilities.
 pub fn face_classifier_backward(
     pass: &FaceClassifierPass,
     gradient_of_probabilities: &[f32],

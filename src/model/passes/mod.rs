@@ -1,8 +1,6 @@
-//! Forward and backward passes of each stage and of the whole network, over plain slices.
+//! Forward and backward passes of each stage and of the whole network, over slices.
 //!
-//! A forward function returns results with the data for the backward function, which turns their gradients into those
-//! of every tensor and of the positions. Graphs and candidates are constants. Inference alone is cheaper with
-//! `inference`.
+//! A backward function turns gradients of results into those of tensors and positions; graphs and candidates are constants.
 
 mod edge_predictor;
 mod face_classifier;
@@ -19,7 +17,6 @@ pub use whole::{Connectivity, NetworkGradients, NetworkPass, Outputs, network_ba
 use crate::autodiff::{Gradients, Value};
 use crate::linalg::Matrix;
 
-/// Returns the gradient of positions, n x 3.
 fn gradient_of_points(gradients: &Gradients, points: &Value) -> Vec<[f32; 3]> {
     gradients.or_zero(points).data().as_chunks().0.to_vec()
 }
@@ -85,8 +82,7 @@ mod tests {
         a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum()
     }
 
-    /// Panics unless most entries of the gradient match central differences of `loss`; kinks spoil some, a wrong
-    /// gradient most.
+    /// Panics unless most entries of the gradient match central differences of `loss`.
     fn assert_gradient(x: &[f32], gradient: &[f32], loss: impl Fn(&[f32]) -> f64) {
         let scale = gradient.iter().fold(0.0, |most: f32, g| most.max(g.abs()));
         let error = |at: usize| {

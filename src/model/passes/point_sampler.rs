@@ -18,26 +18,23 @@ pub struct PointSamplerPass {
     result: Value,
 }
 
-/// The gradients of a loss over the scores.
+/// Gradients of a loss over the scores.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointSamplerGradients {
-    /// To every tensor.
+    /// Gradient to every tensor.
     pub tensors: PointSampler<Matrix>,
-    /// To the positions, n x 3.
+    /// Gradient to the positions.
     pub points: Vec<[f32; 3]>,
-    /// To the normals, n x 3; empty without normals.
+    /// Gradient to the normals; empty without normals.
     pub normals: Vec<[f32; 3]>,
 }
 
 /// Scores every vertex like [`vertex_scores`](crate::model::vertex_scores) and records the operations.
 ///
 /// # Shapes
-/// - `points`: n x 3, from [`in_edge_lengths`](crate::model::in_edge_lengths)
-/// - `normals`: n x 3, unit vectors, for networks that use them
+/// - `points`: from [`in_edge_lengths`](crate::model::in_edge_lengths)
+/// - `normals`: unit vectors, for networks that use them
 /// - `rings`: n x n, the edges of the mesh
-///
-/// # Panics
-/// Unless `rings` has one row per point.
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, model::{Weights, in_edge_lengths, point_sampler_backward, point_sampler_forward}};
@@ -64,10 +61,7 @@ pub fn point_sampler_forward(
     PointSamplerPass { scores: numbers(&result), tape, net, points, normals, result }
 }
 
-/// Computes gradients from those of the scores, n; see [`point_sampler_forward`].
-///
-/// # Panics
-/// Unless there is one gradient per score.
+/// Computes the gradients of [`point_sampler_forward`] from those of the scores.
 pub fn point_sampler_backward(pass: &PointSamplerPass, gradient_of_scores: &[f32]) -> PointSamplerGradients {
     let gradients = pass.tape.backward(&[(&pass.result, column(gradient_of_scores))]);
     let Ok(tensors) = pass.net.try_map("", &mut |_, value| Ok::<_, Infallible>(gradients.or_zero(value)));

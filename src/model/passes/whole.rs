@@ -1,4 +1,4 @@
-//! The three stages as one function of weights and positions, with gradients.
+//! The whole network as one function of weights and positions, with gradients.
 
 use super::{column, gradient_of_points, numbers};
 use crate::autodiff::{Tape, Value};
@@ -6,12 +6,12 @@ use crate::linalg::{Csr, Matrix};
 use crate::model::{CandidateFaces, Network, Vertices, Weights, edge_predictor, face_classifier, point_sampler, prior};
 use std::sync::Arc;
 
-/// The discrete choices from mesh to candidate faces, constant for gradients.
+/// Discrete choices from mesh to candidate faces, constant for gradients.
 #[derive(Clone, Debug)]
 pub struct Connectivity {
     /// The edges of the mesh, n x n.
     pub rings: Arc<Csr>,
-    /// Unit normals of its vertices, n x 3, for networks that use them.
+    /// Unit normals of the vertices, for networks that use them.
     pub normals: Option<Vec<[f32; 3]>>,
     /// The sampled vertices, n_samples.
     pub samples: Vec<u32>,
@@ -21,11 +21,11 @@ pub struct Connectivity {
     pub graph: Arc<Csr>,
     /// The candidate faces, over samples.
     pub candidates: CandidateFaces,
-    /// G_tri, n_candidates x n_candidates, from [`triangle_graph`](crate::model::triangle_graph).
+    /// G_tri, from [`triangle_graph`](crate::model::triangle_graph).
     pub triangle_graph: Arc<Csr>,
 }
 
-/// The network's outputs, or the gradients of a loss to them; empty gradients are zeros.
+/// Outputs of the network, or gradients of a loss to them; empty gradients are zeros.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outputs {
     /// One score per vertex of the mesh, Sec. 3.1.
@@ -47,21 +47,20 @@ pub struct NetworkPass {
     tape: Tape,
     net: Network<Value>,
     points: Value,
-    /// In the order of the fields of [`Outputs`].
     results: [Value; 5],
 }
 
-/// The gradients of a loss over the outputs.
+/// Gradients of a loss over the outputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NetworkGradients {
-    /// To every tensor.
+    /// Gradient to every tensor.
     pub tensors: Network<Matrix>,
-    /// To the positions of the mesh, n x 3.
+    /// Gradient to the positions of the mesh.
     pub points: Vec<[f32; 3]>,
 }
 
 impl Network<Matrix> {
-    /// Returns all entries of all tensors in one list, in the order of [`Network::map`].
+    /// Returns the entries of all tensors in one list.
     ///
     /// ```
     /// use neural_mesh::model::Weights;
@@ -79,10 +78,7 @@ impl Network<Matrix> {
 /// Runs the whole network over the vertices of a mesh and records the operations.
 ///
 /// # Shapes
-/// - `points`: n x 3, all vertices of the mesh, from [`in_edge_lengths`](crate::model::in_edge_lengths)
-///
-/// # Panics
-/// If the shapes of points and connectivity do not match.
+/// - `points`: from [`in_edge_lengths`](crate::model::in_edge_lengths)
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, model};
@@ -122,10 +118,7 @@ fn results(tape: &mut Tape, net: &Network<Value>, points: &Value, connectivity: 
     [scores, edges.attention, edges.adjacency, prior, probabilities]
 }
 
-/// Computes gradients from those of the outputs, where empty lists are zeros; see [`network_forward`].
-///
-/// # Panics
-/// If a list that is not empty has another length than its output.
+/// Computes the gradients of [`network_forward`] from those of the outputs.
 pub fn network_backward(pass: &NetworkPass, gradient: &Outputs) -> NetworkGradients {
     let Outputs { scores, attention, adjacency, prior, probabilities } = gradient;
     let lists = [scores, attention, adjacency, prior, probabilities];

@@ -4,14 +4,14 @@ use super::{Blame, Objective, Verdict};
 use crate::mesh::TriMesh;
 use crate::simplify::WeightedResult;
 
-/// Errors of a result by a custom function: at least 0, smaller is better, in any unit.
+/// Errors of a result by a custom function: at least 0, smaller is better.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Errors {
-    /// At each vertex of the original, n_vertices, to be summed; vertices learn from nearby errors.
+    /// Errors at each vertex of the original, n_vertices.
     Vertices(Vec<f64>),
-    /// At each face of the original, n_faces, to be summed.
+    /// Errors at each face of the original, n_faces.
     Faces(Vec<f64>),
-    /// A single error of the whole result; without locations, more results are needed.
+    /// A single error of the whole result, which needs more probes.
     Whole(f64),
 }
 
@@ -47,7 +47,6 @@ impl<F: Fn(&TriMesh, &WeightedResult) -> Result<Errors, String> + Sync> Objectiv
     }
 }
 
-/// Returns the sum of errors that fit the mesh.
 fn check_errors(errors: &Errors, original: &TriMesh) -> Result<f64, String> {
     let (values, expected): (&[f64], _) = match errors {
         Errors::Vertices(values) => (values, original.positions().len()),
@@ -81,7 +80,7 @@ mod tests {
     fn errors_have_their_golden_shares() {
         let vertices =
             judge_errors(Errors::Vertices(vec![3.0, 1.0, 0.0, 1.0]), Errors::Vertices(vec![1.0, 1.0, 1.0, 0.0]));
-        // Sums 5 and 3, mean 4.
+        // Sums 5 and 3 have mean 4.
         let blame = Blame::Vertices(vec![0.5, 0.0, -0.25, 0.25]);
         assert_eq!(vertices.unwrap(), Verdict { terms: vec![("objective", 4.0f64.ln())], blame });
         let whole = judge_errors(Errors::Whole(5.0), Errors::Whole(3.0)).unwrap();

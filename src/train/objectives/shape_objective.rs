@@ -1,11 +1,11 @@
-//! The objective "shape": logarithms of mean distance, normal error and largest distance (`loss::log_errors`).
+//! The objective "shape", by `loss::log_errors`.
 
 use super::{Blame, Objective, Verdict};
 use crate::loss::{error_shares, error_sums, log_errors, point_errors};
 use crate::mesh::TriMesh;
 use crate::simplify::WeightedResult;
 
-/// The default objective of the closed assembly.
+/// Objective of distance, normals and largest distance, the default of the closed assembly.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ShapeObjective;
 
