@@ -2,12 +2,10 @@
 
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
-/// Returns whether two triangles intersect beyond their boundaries: one passes through the other, or they overlap in a
-/// plane.
+/// Returns whether two triangles intersect beyond their boundaries or overlap in a plane.
 ///
-/// Touching is not crossing, be it in common vertices and edges or where a corner or edge just reaches the other. So the
-/// answer is right for neighbours in a mesh. A triangle without area crosses nothing. Decided by exact signs of determinants
-/// (Shewchuk 1997).
+/// Decided by exact signs of determinants (Shewchuk 1997). Touching is no intersection, nor are common vertices and
+/// edges. A triangle without area intersects nothing.
 ///
 /// ```
 /// use neural_mesh::geometry::crossing::triangles_cross;
@@ -28,10 +26,9 @@ pub fn triangles_cross(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
     has_passing_edge(a, sides_of_b, b) || has_passing_edge(b, sides_of_a, a)
 }
 
-/// Returns whether an edge of `a` passes through the plane of `b` inside `b`, not at a corner.
+/// Returns whether an edge of `a` passes through the inside of `b`, not at a corner.
 ///
-/// Exact, as [`triangles_cross`]. Triangles that share an edge never cross; if they share a corner only its opposite edge
-/// can.
+/// Exact, as [`triangles_cross`]. Triangles that share an edge never cross.
 ///
 /// ```
 /// use neural_mesh::geometry::crossing::edge_passes_through;
@@ -43,7 +40,7 @@ pub fn triangles_cross(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
 /// ```
 pub fn edge_passes_through(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
     let sides_of_b = a.map(|p| side(b, p));
-    // Else a touches b at most, or has no area.
+    // Otherwise a only touches b, or has no area.
     let a_is_crossed = || !are_on_one_side(b.map(|p| side(a, p)));
     !are_on_one_side(sides_of_b) && has_passing_edge(a, sides_of_b, b) && a_is_crossed()
 }
@@ -52,7 +49,7 @@ fn are_on_one_side(sides: [i8; 3]) -> bool {
     sides.iter().all(|&s| s >= 0) || sides.iter().all(|&s| s <= 0)
 }
 
-/// Returns whether an edge of `a` whose ends lie on different sides of the plane of `b` meets `b` elsewhere than at a
+/// Returns whether an edge of `a` with ends on different sides of the plane of `b` meets `b` elsewhere than at a
 /// corner.
 fn has_passing_edge(a: [[f32; 3]; 3], sides: [i8; 3], b: [[f32; 3]; 3]) -> bool {
     [(0, 1), (1, 2), (2, 0)].into_iter().any(|(i, j)| {
@@ -75,9 +72,9 @@ fn overlap_in_plane(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
     !keeps_apart(a, b) && !keeps_apart(b, a)
 }
 
-/// Returns the side of the triangle's plane on which a point lies, 0 on it.
+/// Returns the side of the triangle's plane on which a point is, 0 on the plane.
 fn side(triangle: [[f32; 3]; 3], p: [f32; 3]) -> i8 {
-    // Neighbours share corners, and without rounding a zero takes longest.
+    // Neighbours share corners, and the exact test of a zero is the slowest.
     if triangle.contains(&p) {
         return 0;
     }

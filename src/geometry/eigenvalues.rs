@@ -2,7 +2,7 @@
 
 /// Returns the eigenvalues of the symmetric matrix with upper triangle xx, xy, xz, yy, yz, zz, ascending.
 ///
-/// By the cosine form of the cubic's roots (Smith 1961); the error is a few roundings of the largest.
+/// Uses the cosine form of the cubic's roots (Smith 1961).
 ///
 /// ```
 /// use neural_mesh::geometry::eigenvalues;

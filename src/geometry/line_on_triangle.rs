@@ -1,12 +1,12 @@
-//! Intersection of a line with the plane of a triangle.
+//! Intersects a line with the plane of a triangle.
 
 use glam::DVec3;
 
 /// Intersects the line through `from` along `direction` with the plane of a triangle.
 ///
-/// Returns the weights of the second and third corner, and the distance along the line in lengths of `direction`, negative
-/// behind; not finite if line and plane are parallel. Inside the triangle both weights are at least 0 and their sum at most
-/// 1 (Möller and Trumbore 1997, "Fast, minimum storage ray/triangle intersection").
+/// Returns the weights of the second and third corner, and the signed distance in lengths of `direction`; not finite if
+/// line and plane are parallel. Inside the triangle both weights are at least 0 and their sum at most 1 (Möller and
+/// Trumbore 1997, "Fast, minimum storage ray/triangle intersection").
 ///
 /// ```
 /// use glam::DVec3;

@@ -1,6 +1,4 @@
-//! Points, triangles and quadrics as coordinates; knows no indices and no meshes.
-//!
-//! Machinery behind the modules that users call.
+//! Points, triangles and quadrics as coordinates, without indices or meshes.
 
 pub mod crossing;
 mod eigenvalues;

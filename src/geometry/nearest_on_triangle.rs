@@ -1,11 +1,11 @@
-//! The closest point on one triangle in double precision, safe for slivers.
+//! The closest point on one triangle in double precision, robust for thin triangles.
 
 use glam::DVec3;
 
 /// Returns barycentric weights of the point of triangle `a b c` closest to `p`, each in 0..=1, with sum 1.
 ///
-/// A degenerate triangle counts as its edges. After Ericson, "Real-Time Collision Detection", Sec. 5.1.5, but edge by edge
-/// where the triangle is too thin for the region tests.
+/// After Ericson, "Real-Time Collision Detection", Sec. 5.1.5. For a degenerate triangle, the closest point on its
+/// edges.
 ///
 /// ```
 /// use neural_mesh::geometry::nearest_on_triangle::nearest_weights_f64;
@@ -51,7 +51,6 @@ pub fn nearest_weights_f64(p: DVec3, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
     [1.0 - v - w, v, w]
 }
 
-/// Returns the weights of the closest point on the three edges.
 fn nearest_on_edges(p: DVec3, corners: [DVec3; 3]) -> [f64; 3] {
     let on_edge = |i: usize, j: usize| {
         let edge = corners[j] - corners[i];

@@ -1,18 +1,19 @@
-//! Triangulation of one polygon in space without holes, by ear clipping on its plane.
+//! Triangulates one polygon in space without holes, by ear clipping in its plane.
 //!
-//! Every corner stays in some triangle, collinear ones too: dropping them would open cracks to the neighbouring faces.
+//! Every corner stays in some triangle, even if collinear, since dropping it would open a crack to the neighbouring
+//! faces.
 
 use glam::{DVec2, DVec3};
 
 use super::polygon_grid::CornerGrid;
 
-/// Tests allowed per corner and in total; after that a polygon is finished without checking for crossings.
+/// Tests allowed per corner and in total; after these, ears are clipped without tests.
 const TESTS: (usize, usize) = (2048, 1 << 29);
 
 /// Triangulates the simple polygon `corners` (n_corners x 3) into n_corners - 2 triangles of indices.
 ///
-/// Exact for concave polygons; keeps the winding. A polygon without area or with self-intersections gives some triangles
-/// over its corners. The time is bounded by a multiple of n_corners.
+/// Exact for concave polygons; keeps the winding. A polygon without area or with self-intersections gives some
+/// triangles over its corners.
 ///
 /// ```
 /// use neural_mesh::geometry::polygon::triangulate;
@@ -59,9 +60,8 @@ struct Ears {
     points: Vec<DVec2>,
     next: Vec<u32>,
     previous: Vec<u32>,
-    /// Corners that were reflex at the start; only they can lie inside an ear.
+    /// Corners that were reflex at the start; only they can be inside an ear.
     reflex: CornerGrid,
-    /// Whether the corner is still in the ring.
     alive: Vec<bool>,
     tests_left: usize,
 }
@@ -107,8 +107,7 @@ impl Ears {
         (0..self.points.len() as u32).filter(|&corner| self.alive[corner as usize])
     }
 
-    /// Tests every corner, and the neighbours of each cut again at the end of the queue, so triangles do not fan out of one
-    /// corner.
+    /// Tests every corner once, and the neighbours of each clipped corner again at the end of the queue.
     fn clip_round(&mut self, n_triangles: usize, triangles: &mut Vec<[u32; 3]>) {
         let mut queue: Vec<u32> = self.ring().collect();
         let mut turn = vec![0; self.points.len()];
@@ -128,7 +127,7 @@ impl Ears {
         }
     }
 
-    /// Returns whether `corner` is convex and no other corner lies in its triangle; always true when no tests are left.
+    /// Returns whether `corner` is convex and no other corner is in its triangle; always true when no tests are left.
     fn is_ear(&mut self, corner: u32) -> bool {
         if self.tests_left == 0 {
             return true;
@@ -149,7 +148,6 @@ impl Ears {
         !blocked
     }
 
-    /// Removes `corner` from the ring and returns its ear.
     fn cut(&mut self, corner: u32) -> [u32; 3] {
         let ear @ [before, _, after] = self.ear(corner);
         self.next[before as usize] = after;

@@ -2,7 +2,6 @@
 
 use glam::DVec2;
 
-/// Largest number of cells per side.
 const MOST: usize = 1024;
 /// Margin around a cell, relative to its size; more than rounding moves a corner.
 const MARGIN: f64 = 1e-6;
@@ -10,12 +9,10 @@ const MARGIN: f64 = 1e-6;
 /// Corners sorted into cells that hold one each on average.
 pub(super) struct CornerGrid {
     low: DVec2,
-    /// Size of a cell.
     side: DVec2,
     n_side: usize,
     /// Start of each cell's corners, and their total.
     starts: Vec<u32>,
-    /// Corners by cell.
     corners: Vec<u32>,
 }
 
@@ -39,7 +36,6 @@ impl CornerGrid {
         grid
     }
 
-    /// Returns column and row of a point, clamped to the grid.
     fn cell_coordinates(&self, p: DVec2) -> [usize; 2] {
         let place = (p - self.low) / self.side;
         [place.x, place.y].map(|x| (x as usize).min(self.n_side - 1))
@@ -50,8 +46,7 @@ impl CornerGrid {
         row * self.n_side + column
     }
 
-    /// Returns whether any corner near a counter-clockwise triangle is `wanted`, and the number of cells and corners
-    /// examined.
+    /// Returns whether any corner near a counter-clockwise triangle is `wanted`, and the number of tests.
     pub fn any_near(&self, [a, b, c]: [DVec2; 3], mut wanted: impl FnMut(u32) -> bool) -> (bool, usize) {
         let margin = self.side * MARGIN;
         let ([first_column, first_row], [last_column, last_row]) =
@@ -76,11 +71,11 @@ impl CornerGrid {
         (false, n_looks)
     }
 
-    /// Returns whether the cell whose lowest point is `low` lies to the right of an edge.
+    /// Returns whether the cell whose lowest point is `low` is to the right of an edge.
     fn is_beyond(&self, (p, q): (DVec2, DVec2), low: DVec2) -> bool {
         let (along, margin) = (q - p, self.side * MARGIN);
         let (low, high) = (low - margin, low + self.side + margin);
-        // The corner of the cell that lies farthest to the left.
+        // The corner of the cell that is farthest to the left.
         let corner = DVec2::new(if along.y < 0.0 { high.x } else { low.x }, if along.x > 0.0 { high.y } else { low.y });
         along.perp_dot(corner - p) < 0.0
     }
@@ -118,7 +113,7 @@ mod tests {
         let small = [DVec2::new(50.2, 50.2), DVec2::new(50.8, 50.2), DVec2::new(50.2, 50.8)];
         let diagonal = [DVec2::new(0.2, 0.1), DVec2::new(99.2, 99.1), DVec2::new(50.2, 50.3)];
         assert!(grid.any_near(small, |_| false).1 < 20);
-        // All cells are passed, few looked into.
+        // All cells are visited, but few corners.
         assert!(grid.any_near(diagonal, |_| false).1 < 10_800);
     }
 }

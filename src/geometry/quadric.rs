@@ -1,4 +1,4 @@
-//! The quadric error of Garland and Heckbert (1997): a weighted sum of squared distances to planes.
+//! The quadric error of Garland and Heckbert (1997).
 
 use std::ops::{Add, AddAssign, Mul, Sub, SubAssign};
 
@@ -22,7 +22,7 @@ pub struct Quadric {
 }
 
 impl Quadric {
-    /// Ratio of determinant to cubed trace below which A counts as singular: rounding in doubles.
+    /// Ratio of determinant to cubed trace below which A counts as singular.
     pub const SINGULAR: f64 = 1e-11;
 
     /// Makes the form `(x - p)' A (x - p)`, zero at `p`, with A's upper triangle `a`.
@@ -102,7 +102,6 @@ impl Quadric {
         self.adjugate().map(|(adjugate, determinant)| adjugate.map(|x| x / determinant))
     }
 
-    /// Returns A's adjugate (upper triangle) and determinant, unless A is singular.
     #[inline]
     fn adjugate(&self) -> Option<([f64; 6], f64)> {
         let [xx, xy, xz, yy, yz, zz] = self.a;
@@ -116,7 +115,6 @@ impl Quadric {
     }
 }
 
-/// Multiplies the symmetric matrix with upper triangle `a` by `x`.
 fn times(a: &[f64; 6], x: DVec3) -> DVec3 {
     DVec3::new(
         a[0] * x.x + a[1] * x.y + a[2] * x.z,

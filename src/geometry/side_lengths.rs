@@ -1,8 +1,6 @@
 //! Measures of a triangle given by the lengths of its sides.
 
-/// Returns the area of a triangle with these sides, or 0 if there is none.
-///
-/// Exact to a few roundings (Kahan's form of Heron's formula).
+/// Returns the area of a triangle by its side lengths (Kahan's form of Heron's formula), or 0 if there is none.
 ///
 /// ```
 /// assert_eq!(neural_mesh::geometry::side_lengths::area([3.0, 4.0, 5.0]), 6.0);

@@ -14,8 +14,6 @@ pub fn area_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
 }
 
 /// Squared length of a normal, over the fourth power of the longer of two edges, below which it is rounding.
-///
-/// Eight roundings of a coordinate, squared.
 const LEAST_AREA: f32 = 1e-12;
 
 /// Returns whether the area normal of a triangle is more than rounding.
@@ -39,8 +37,8 @@ pub fn area_normal_f64([a, b, c]: [DVec3; 3]) -> DVec3 {
 
 /// Returns barycentric weights of the point of triangle `a b c` closest to `p`, each in 0..=1, with sum 1.
 ///
-/// For a triangle without area it is some point of the triangle, not always the closest. After Ericson, "Real-Time Collision
-/// Detection", Sec. 5.1.5.
+/// After Ericson, "Real-Time Collision Detection", Sec. 5.1.5. For a triangle without area, the weights of some point
+/// of it.
 ///
 /// ```
 /// use neural_mesh::geometry::triangle::nearest_weights;
@@ -82,7 +80,6 @@ pub fn nearest_weights(p: Vec3, [a, b, c]: [Vec3; 3]) -> [f32; 3] {
     [1.0 - v - w, v, w]
 }
 
-/// Divides, or returns 0 for an edge without length.
 fn ratio(part: f32, whole: f32) -> f32 {
     if whole > 0.0 { part / whole } else { 0.0 }
 }

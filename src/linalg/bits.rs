@@ -1,5 +1,4 @@
-//! Golden hashes of results per instruction set, in `tests/golden/bits.csv`; they tie a result's version to its bits.
-//! Tests only.
+//! Golden hashes of results per instruction set (`tests/golden/bits.csv`), for tests only.
 
 #[cfg(test)]
 pub(crate) mod golden {
@@ -9,11 +8,10 @@ pub(crate) mod golden {
 
     use super::super::Isa;
 
-    /// Names the instruction set that a test process must use.
+    /// Environment variable that names the instruction set of a test process.
     const ISA_VARIABLE: &str = "NEURAL_MESH_TEST_INSTRUCTIONS";
-    /// Set to `write`, adds the missing hashes to the file.
+    /// Environment variable; if `write`, missing hashes are added to the file.
     const WRITE_VARIABLE: &str = "NEURAL_MESH_GOLDEN";
-    /// Prefix of a hash in a process's output.
     const HASH_PREFIX: &str = "golden hash: ";
 
     static FORCED_ISA: OnceLock<Isa> = OnceLock::new();
@@ -25,7 +23,7 @@ pub(crate) mod golden {
     /// Results by name, each a hash of its bits.
     pub(crate) type Results = Vec<(String, u64)>;
 
-    /// One entry of the golden file: its name, version, the constant that holds the version, and the test.
+    /// One entry of the golden file: name, version, the constant that holds the version, and the test.
     pub(crate) struct GoldenCheck {
         pub part: &'static str,
         pub version: u32,
@@ -53,7 +51,6 @@ pub(crate) mod golden {
         }
     }
 
-    /// Returns the hashes from a process with this instruction set.
     fn run_in_process(golden: &GoldenCheck, isa: Isa) -> Vec<(String, String)> {
         let mut test = Command::new(std::env::current_exe().unwrap());
         test.args([golden.test, "--exact", "--nocapture"]).env(ISA_VARIABLE, isa.name());
@@ -104,7 +101,7 @@ pub(crate) mod golden {
         text.lines().skip(1).map(row).collect()
     }
 
-    /// Adds rows to the file and removes those of the part's other versions.
+    /// Adds rows to the file and removes those of other versions.
     fn write(part: &str, version: u32, new: Vec<[String; 5]>) {
         static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
         let _alone = ONE_AT_A_TIME.lock();

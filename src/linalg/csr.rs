@@ -1,4 +1,4 @@
-//! Compressed sparse rows: the columns named by each row. Square ones serve as graphs; values are kept separately.
+//! Compressed sparse rows, which also serve as graphs.
 
 use rayon::prelude::*;
 use std::ops::Range;
@@ -19,15 +19,15 @@ pub struct Csr {
     n_cols: usize,
 }
 
-/// Rows that one task builds.
+/// Rows per task.
 const BLOCK: usize = 1024;
 
-/// Why offsets and columns do not make a [`Csr`].
+/// Reasons why offsets and columns do not make a [`Csr`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InvalidCsr {
-    /// Offsets do not begin at 0, fall, or do not end at the number of entries.
+    /// Offsets do not begin at 0, decrease, or do not end at the number of entries.
     BadOffsets,
-    /// A column of the row does not exist, repeats, or precedes a smaller one.
+    /// Columns of the row are out of range, repeated or not ascending.
     BadRow {
         /// Index of the row.
         row: usize,
@@ -90,10 +90,10 @@ impl Csr {
         Self { offsets, columns, n_cols }
     }
 
-    /// Builds rows in parallel: `add_columns(row, columns)` appends the columns of a row, in any order; repeats are left out.
+    /// Builds rows in parallel: `add_columns(row, columns)` appends the columns of a row in any order.
     ///
     /// # Panics
-    /// When a column does not exist, or there are more than `u32` counts.
+    /// If a column is out of range, or there are more than 2^32 - 1 entries.
     ///
     /// ```
     /// use neural_mesh::linalg::Csr;
@@ -126,9 +126,7 @@ impl Csr {
         Self { offsets, columns, n_cols }
     }
 
-    /// The symmetric graph over `n` nodes where `neighbours(i)` are those of node i, in any order, each once.
-    ///
-    /// Visiting the nodes in order sorts the rows, since each row collects the nodes that name it.
+    /// Builds the symmetric graph over `n` nodes with the `neighbours` of each, in any order, each once.
     ///
     /// ```
     /// use neural_mesh::linalg::Csr;
@@ -257,7 +255,6 @@ impl Csr {
     }
 }
 
-/// Sorts each row, removes repeats and closes the gaps.
 fn sort_rows(offsets: &mut [u32], columns: &mut Vec<u32>) {
     let mut rest = columns.as_mut_slice();
     let mut blocks = Vec::new();

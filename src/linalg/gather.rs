@@ -1,4 +1,4 @@
-//! Rows picked by index, singly or in triples: positions of samples, and the rows of triangles in Eq. (4).
+//! Rows picked by index, singly or in triples.
 
 use super::Matrix;
 use rayon::prelude::*;
@@ -40,7 +40,7 @@ pub fn gather_backward(n_rows: usize, indices: &[u32], gradient: &Matrix) -> Mat
     to_x
 }
 
-/// Computes `[least | largest | mean]` of triples of rows i, j, k, column by column.
+/// Computes `[least | largest | mean]` of triples of rows i, j, k, column by column, for Eq. (4).
 ///
 /// Least and largest are taken of the differences `x_i - x_j`, `x_i - x_k`, `x_j - x_k`, the mean of the three rows.
 ///

@@ -1,4 +1,4 @@
-//! Column maxima over groups of equally many rows, also of an affine map that is never stored whole.
+//! Column maxima over groups of equally many rows.
 
 use super::Matrix;
 use super::isa::{Isa, RowKernel, multiply_add};
@@ -8,7 +8,7 @@ use std::ops::Range;
 /// Column maxima of groups of rows, with the rows that attain them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroupMax {
-    /// n_groups x n_cols.
+    /// Maxima, n_groups x n_cols.
     pub largest: Matrix,
     /// Row of each maximum, the first of equal ones; n_groups x n_cols, row-major.
     pub rows: Vec<u32>,
@@ -31,7 +31,7 @@ pub fn group_max(x: &Matrix, group: usize) -> GroupMax {
     split_places(&both, group)
 }
 
-/// Computes the derivative of [`group_max`] to `x`, which has `n_rows` rows; each maximum's row gets all of it.
+/// Computes the derivative of [`group_max`] to `x`, which has `n_rows` rows; it goes to each maximum's row.
 pub fn group_max_backward(n_rows: usize, rows: &[u32], gradient: &Matrix) -> Matrix {
     let n_cols = gradient.n_cols();
     let mut to_x = Matrix::zeros(n_rows, n_cols);
@@ -63,7 +63,7 @@ fn group_max_affine_on(isa: Isa, x: &Matrix, layer: [&Matrix; 2], group: usize) 
     isa.compute_matrix(&LargestAffineKernel { x, layer, group }, n_groups(x, group), 2 * n_out)
 }
 
-/// Computes the derivatives of [`group_max_affine`] to x, weights and bias; each column's gradient goes to one row.
+/// Computes the derivatives of [`group_max_affine`] to x, weights and bias.
 pub fn group_max_affine_backward(x: &Matrix, weights: &Matrix, rows: &[u32], gradient: &Matrix) -> [Matrix; 3] {
     let isa = Isa::best();
     let [n_in, n_out] = weights.shape();
@@ -80,7 +80,7 @@ fn n_groups(x: &Matrix, group: usize) -> usize {
     x.n_rows() / group
 }
 
-/// Splits maxima from their places within the groups, which `f32` holds exactly.
+/// Splits maxima from their places within the groups.
 fn split_places(both: &Matrix, group: usize) -> GroupMax {
     let n_cols = both.n_cols() / 2;
     let (mut largest, mut rows) = (Vec::with_capacity(both.data().len() / 2), Vec::new());

@@ -1,10 +1,8 @@
 //! Instruction sets of the processor, and kernels that compute rows of a result with them, in parallel.
 //!
-//! The one file with `unsafe`. Without run-time dispatch the kernels run about six times slower, because a build for
-//! every x86-64 processor may only use SSE2. Why it is sound: a function compiled for instructions that the processor
-//! lacks must not be called; an [`Isa`] other than the portable one is made only after `is_x86_feature_detected!` has
-//! seen every feature that the matching function enables, and its field is private. Where the compiler's own target has
-//! vectors and fused products (NEON), portable code has them too.
+//! The one file with `unsafe`: without run-time dispatch the kernels are about six times slower. It is sound because an
+//! [`Isa`] other than the portable one is made only after `is_x86_feature_detected!` has found every feature that the
+//! matching function enables, and its field is private.
 #![allow(unsafe_code)]
 
 use super::{Csr, Matrix};
@@ -24,24 +22,22 @@ enum IsaLevel {
     Avx512,
 }
 
-/// A kernel that computes rows of a result independently.
 pub(crate) trait RowKernel: Sync {
     /// Computes `rows` into `out`, which holds exactly those rows, zeroed.
     ///
-    /// With `FMA`, fused products are one instruction (otherwise a slow call). Must be `#[inline(always)]`, and so must
-    /// the loops it calls: only inlined code is compiled for the chosen instructions.
+    /// With `FMA`, fused products are one instruction. Must be `#[inline(always)]`, and so must its callees: only
+    /// inlined code is compiled for the chosen instructions.
     fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]);
 }
 
-/// A task to compile for each instruction set. Must be `#[inline(always)]`, and so must its callees.
+/// A task to compile for each instruction set; it and its callees must be `#[inline(always)]`.
 pub(crate) trait Work {
     type Output;
 
     fn run(self) -> Self::Output;
 }
 
-/// Columns per step in wide results: the compiler keeps local arrays of this fixed length in registers, for any vector
-/// length.
+/// Columns per step in wide results: local arrays of this length stay in registers.
 pub(crate) const WIDE: usize = 64;
 
 /// Columns per step in the remainder of [`WIDE`].
@@ -51,7 +47,7 @@ pub(crate) const NARROW: usize = 16;
 pub(crate) trait ColumnKernel: Sync {
     fn width(&self) -> usize;
 
-    /// Computes COLS columns of `row` from `col` on into `out`, zeroed. Must be `#[inline(always)]`.
+    /// Computes COLS columns of `row` from `col` on into `out`, zeroed; must be `#[inline(always)]`.
     fn columns<const COLS: usize, const FMA: bool>(&self, row: usize, col: usize, out: &mut [f32; COLS]);
 }
 
@@ -109,7 +105,7 @@ impl Isa {
         Self(IsaLevel::Portable)
     }
 
-    /// Returns all sets of this processor, for tests that compare them.
+    /// Returns all sets of this processor.
     #[cfg(test)]
     pub(crate) fn available() -> Vec<Self> {
         let best = Self::detect();
@@ -120,7 +116,6 @@ impl Isa {
         if best == Self(IsaLevel::Portable) { vec![best] } else { vec![Self(IsaLevel::Portable), best] }
     }
 
-    /// Returns the name in the golden hashes.
     #[cfg(test)]
     pub(crate) fn name(self) -> &'static str {
         match self.0 {

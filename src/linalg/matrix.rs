@@ -78,7 +78,7 @@ impl Matrix {
         &self.data[row * self.n_cols..][..self.n_cols]
     }
 
-    /// Returns COLS entries of a row from `col` on as an array, whose length the compiler knows.
+    /// Returns COLS entries of a row from `col` on as an array.
     #[inline(always)]
     pub(crate) fn window<const COLS: usize>(&self, row: usize, col: usize) -> &[f32; COLS] {
         window(&self.data, row * self.n_cols + col)
@@ -90,7 +90,6 @@ impl Matrix {
     }
 }
 
-/// Returns COLS values from `at` on as an array.
 #[inline(always)]
 pub(crate) fn window<const COLS: usize>(values: &[f32], at: usize) -> &[f32; COLS] {
     values[at..].first_chunk().expect("a window inside of the values")

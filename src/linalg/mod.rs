@@ -1,9 +1,7 @@
 //! Matrices, sparse rows and kernels over them, each kernel with its derivative.
 //!
-//! Each output row is computed by one thread in a fixed order, so results have the same bits on any number of threads
-//! (of one instruction set). Functions panic if shapes do not match or an index is out of range.
-//!
-//! Support code for the main modules; see the front page of the crate.
+//! Results have the same bits on any number of threads (of one instruction set). Functions panic if shapes do not match
+//! or an index is out of range.
 
 mod bits;
 mod csr;
@@ -45,7 +43,6 @@ mod tests {
     use super::test_values::{ragged_graph, random};
     use super::*;
 
-    /// Computes every derivative over 500 rows.
     fn all_derivatives() -> Vec<Vec<f32>> {
         let n = 500;
         let (graph, u, g) = (ragged_graph(n), random(n, 37, 1), random(n, 37, 2));

@@ -1,13 +1,11 @@
-//! Largest difference to a neighbour per column: `max_j (u_i - u_j) = u_i - min_j u_j`.
-//!
-//! The core of DevConv, Eq. (1), after its linear map: exact, with one product per vertex and none per edge.
+//! Largest difference to a neighbour per column, the core of DevConv (Eq. 1) after its linear map.
 
 use super::isa::{ColumnKernel, Isa, RowKernel, relu};
 use super::product::multiply_rows;
 use super::{Csr, Matrix};
 use std::ops::Range;
 
-/// Computes `y_i = max_j (u_i - u_j)` over the neighbours j; zero without neighbours.
+/// Computes `y_i = max_j (u_i - u_j) = u_i - min_j u_j` over the neighbours j; zero without neighbours.
 ///
 /// # Shapes
 /// - `u`: n x width
@@ -59,8 +57,7 @@ fn product_on(isa: Isa, u: &Matrix, graph: &Csr, weights: &Matrix) -> Matrix {
 
 /// Computes the derivative of [`neighbour_max`] to `u`.
 ///
-/// The gradient goes to `u_i` and, negated, to the neighbour with the maximum, the first of equal ones. Contributions
-/// from several rows are added in row order.
+/// The gradient goes to `u_i` and, negated, to the neighbour with the maximum, the first of equal ones.
 ///
 /// ```
 /// use neural_mesh::linalg::{Csr, Matrix, neighbour_max_backward};
@@ -141,14 +138,13 @@ impl RowKernel for NeighbourMaxProductKernel<'_> {
     }
 }
 
-/// Returns the smaller number; `f32::min` costs more because of NaN. (Not for running minima: the compiler makes a
-/// conditional store of it, for which the next load waits.)
+/// Returns the smaller number; `f32::min` costs more because of NaN.
 #[inline(always)]
 fn smaller(a: f32, b: f32) -> f32 {
     if b < a { b } else { a }
 }
 
-/// A kernel that finds the place of each entry's smallest neighbour in its row of the graph, as a small integer.
+/// A kernel that finds the place of each entry's smallest neighbour in its row of the graph.
 struct WinnerKernel<'a> {
     u: &'a Matrix,
     graph: &'a Csr,
@@ -244,7 +240,6 @@ mod tests {
         assert_eq!(neighbour_max_backward(&u, &graph, &gradient).data(), expected);
     }
 
-    /// Finds winners row by row and column by column, the first of equal ones.
     fn naive_backward(u: &Matrix, graph: &Csr, gradient: &Matrix) -> Matrix {
         let mut to_u = Matrix::zeros(u.n_rows(), u.n_cols());
         for i in (0..u.n_rows()).filter(|&i| !graph.row(i).is_empty()) {

@@ -1,4 +1,4 @@
-//! Dot products along the edges of a graph and the softmax over each row: attention, Eq. (2).
+//! Attention, Eq. (2): dot products along the edges of a graph and the softmax over each row.
 
 use super::isa::{ColumnKernel, Isa, NARROW, RowKernel, multiply_add};
 use super::{Csr, Matrix};

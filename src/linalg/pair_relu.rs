@@ -1,7 +1,7 @@
 //! The sum over neighbours of `ReLU(u_n - u_k + bias)`: the hidden layer of TriConv, Eq. (5), factorised.
 //!
-//! A perceptron with one hidden layer, applied to differences and summed, needs no product per pair: its first layer
-//! acts on each triangle before the difference, its last layer commutes with the sum.
+//! The first layer acts on each triangle before the difference, and the last commutes with the sum, so no pair needs a
+//! product.
 
 use super::isa::{ColumnKernel, Isa, RowKernel, relu};
 use super::matrix::window;
@@ -31,9 +31,7 @@ fn pair_relu_on(isa: Isa, sums: PairReluKernel) -> Matrix {
     isa.compute_matrix(&sums, n_rows, n_cols)
 }
 
-/// Computes `y w + m output_bias` for `y` of [`pair_relu`], which is never stored whole; m counts the neighbours.
-///
-/// So it sums a perceptron with one hidden layer over the neighbours.
+/// Computes `y w + m output_bias` for `y` of [`pair_relu`]; m counts the neighbours.
 ///
 /// # Shapes
 /// - `u`, `bias`, `graph`: as for [`pair_relu`]
@@ -91,9 +89,9 @@ fn product_on(isa: Isa, kernel: &PairReluProductKernel) -> Matrix {
 /// The derivatives of [`pair_relu`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct PairReluGradients {
-    /// To `u`, n x width.
+    /// Derivative to `u`, n x width.
     pub u: Matrix,
-    /// To the bias, 1 x width.
+    /// Derivative to the bias, 1 x width.
     pub bias: Matrix,
 }
 
@@ -133,7 +131,6 @@ impl<'a> PairReluKernel<'a> {
         Self { u, bias, graph }
     }
 
-    /// Returns COLS entries of `u_n + bias`.
     #[inline(always)]
     fn own<const COLS: usize>(&self, n: usize, col: usize) -> [f32; COLS] {
         let mut own = *self.u.window::<COLS>(n, col);
@@ -175,7 +172,6 @@ impl ColumnKernel for PairReluKernel<'_> {
 }
 
 struct PairReluProductKernel<'a> {
-    /// Columns to the left of the sums.
     left: Option<&'a Matrix>,
     sums: PairReluKernel<'a>,
     weights: &'a Matrix,
@@ -198,7 +194,6 @@ impl RowKernel for PairReluProductKernel<'_> {
     }
 }
 
-/// Joins these rows of `left` with the rows of `right`.
 fn side_by_side(left: &Matrix, rows: Range<usize>, right: &[f32]) -> Vec<f32> {
     let width = right.len() / rows.len().max(1);
     let mut joined = Vec::with_capacity(right.len() + rows.len() * left.n_cols());
@@ -209,7 +204,7 @@ fn side_by_side(left: &Matrix, rows: Range<usize>, right: &[f32]) -> Vec<f32> {
     joined
 }
 
-/// The kernel for the gradient of `u_n` as the first of pairs: its gradient times the number of active neighbours.
+/// The kernel for the gradient of `u_n` as the first of pairs.
 struct FirstGradientKernel<'a> {
     sums: PairReluKernel<'a>,
     gradient: &'a Matrix,
@@ -242,7 +237,6 @@ struct TotalGradientKernel<'a> {
     sums: PairReluKernel<'a>,
     incoming: &'a Csr,
     gradient: &'a Matrix,
-    /// From [`FirstGradientKernel`].
     as_first: &'a Matrix,
 }
 

@@ -1,6 +1,4 @@
 //! The product of features and weights, and its derivatives.
-//!
-//! One register tile serves all three products.
 
 use super::Matrix;
 use super::isa::{Isa, NARROW, RowKernel, multiply_add};
@@ -189,11 +187,10 @@ fn transpose(rows: &[f32], n_in: usize) -> Vec<f32> {
     (0..n_in).flat_map(|col| rows.iter().skip(col).step_by(n_in)).copied().collect()
 }
 
-/// Rows of a tile. With [`NARROW`] columns the sums fill twelve of AVX2's sixteen registers, which keeps both product
-/// units busy and leaves room for factors.
+/// Rows of a tile; with [`NARROW`] columns the sums fill twelve of AVX2's sixteen registers.
 const TILE: usize = 6;
 
-/// Multiplies `left`, n x n_inner, by `right`, n_inner x n_out, into `out`; every sum runs in order, whatever its tile.
+/// Multiplies `left`, n x n_inner, by `right`, n_inner x n_out, into `out`; every sum runs in order.
 #[inline(always)]
 fn multiply<const FMA: bool>(left: &[f32], shape: [usize; 2], right: &[f32], out: &mut [f32]) {
     let [n_inner, n_out] = shape;
@@ -209,7 +206,7 @@ fn multiply<const FMA: bool>(left: &[f32], shape: [usize; 2], right: &[f32], out
     }
 }
 
-/// Computes all rows of COLS columns, few enough that this strip of `right` stays in the caches.
+/// Computes all rows of COLS columns, so that this strip of `right` stays in the caches.
 #[inline(always)]
 fn columns<const FMA: bool, const COLS: usize>(left: &[f32], shape: [usize; 2], right: &[f32], out: &mut [f32]) {
     let n = left.len() / shape[0];
@@ -225,7 +222,6 @@ fn columns<const FMA: bool, const COLS: usize>(left: &[f32], shape: [usize; 2], 
     }
 }
 
-/// Computes ROWS x COLS entries of the product from row `first` on.
 #[inline(always)]
 fn tile<const FMA: bool, const ROWS: usize, const COLS: usize>(
     first: usize,

@@ -1,6 +1,4 @@
 //! A DevConv over positions and normals and two layers after it, row by row, storing nothing in between.
-//!
-//! With few columns and inputs, mapping every neighbour again costs less than storing the mapped rows.
 
 use super::isa::{ColumnKernel, Isa, RowKernel, multiply_add, relu};
 use super::product::multiply_rows;
@@ -8,8 +6,10 @@ use super::two_layers::layers;
 use super::{Csr, Matrix};
 use std::ops::Range;
 
-/// Computes [`two_layers`](super::two_layers) of [`neighbour_max_product_relu`](super::neighbour_max_product_relu) of
-/// `[a | b] theta`.
+/// Computes a DevConv of `[a | b]` and two layers after it, row by row.
+///
+/// The result is [`two_layers`](super::two_layers) of [`neighbour_max_product_relu`](super::neighbour_max_product_relu)
+/// of `[a | b] theta`.
 ///
 /// # Shapes
 /// - `a`, `b`: n x 3
@@ -42,15 +42,11 @@ pub struct Stars<'a, P, F> {
     pub x: [&'a [P]; 2],
     /// Number of stars.
     pub n: usize,
-    /// Returns the node of a star and its neighbours.
+    /// Function that returns the node of a star and its neighbours.
     pub star: F,
 }
 
-/// Computes [`scored_dev_conv`] for some nodes of a graph.
-///
-/// # Shapes
-/// - `dev_conv` and `layers`: as for [`scored_dev_conv`]
-/// - returns n x n_out, one row per star
+/// Computes [`scored_dev_conv`] for some nodes of a graph; returns n x n_out, one row per star.
 pub fn scored_stars<'g, P, F>(stars: &Stars<P, F>, dev_conv: [&Matrix; 2], layers: [[&Matrix; 2]; 2]) -> Matrix
 where
     P: Copy + Into<[f32; 3]> + Sync,

@@ -6,8 +6,6 @@ use std::ops::Range;
 
 /// Computes `A_s[i, j] = sum_{k, l} S[i, k] A[k, l] S[j, l]` for every entry (i, j) of `graph`.
 ///
-/// Each pair is computed once and copied to its mirror image.
-///
 /// # Shapes
 /// - `graph`: the pattern of S and of the result, symmetric, n x n
 /// - `s`: one value per entry of `graph`
@@ -66,7 +64,6 @@ fn check_shapes(s: &[f32], graph: &Csr, adjacency: &Csr) {
     debug_assert!(graph.is_symmetric() && adjacency.is_symmetric(), "symmetric graphs");
 }
 
-/// Computes the entries on and above the diagonal; zeros elsewhere.
 fn upper_half(s: &[f32], graph: &Csr, adjacency: &Csr) -> Vec<f32> {
     compute_rows(graph, |scratch, row, out| {
         for (s, &k) in s[graph.range(row)].iter().zip(graph.row(row)) {
@@ -101,10 +98,8 @@ impl Scratch {
     }
 }
 
-/// Rows per task.
 const BLOCK: usize = 256;
 
-/// Computes the entries of each row with `row_values(scratch, row, out)`, rows in parallel.
 fn compute_rows(graph: &Csr, row_values: impl Fn(&mut Scratch, usize, &mut [f32]) + Sync) -> Vec<f32> {
     let mut values = vec![0.0; graph.n_entries()];
     let mut rest = values.as_mut_slice();
@@ -162,7 +157,6 @@ mod tests {
         assert_close(&some.iter().map(|&at| result[at]).collect::<Vec<_>>(), &naive, 1e-5);
     }
 
-    /// Returns random values on a symmetric graph with loops, and another graph over the same nodes.
     fn example(n: usize) -> (Csr, Csr, Vec<f32>, Vec<f32>) {
         let graph = Csr::from_edges(n, ragged_graph(n).entries().collect::<Vec<_>>()).with_loops();
         let adjacency = Csr::from_edges(n, (0..n as u32 - 1).map(|i| [i, (i * i + 3) % n as u32]).collect::<Vec<_>>());

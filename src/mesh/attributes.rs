@@ -1,10 +1,9 @@
-//! Attributes of corners and faces: texture coordinates, normals, colours, skins, materials.
+//! Attributes of corners and faces, such as texture coordinates, normals and materials.
 //!
-//! Corners with the same values share a *wedge* (Hoppe 1999, "New quadric metric for simplifying meshes with appearance
-//! attributes"). Most vertices have one wedge; at a seam they have more. So a seam is no boundary: faces on both sides share
-//! vertices.
+//! Corners with equal values share a *wedge* (Hoppe 1999, "New quadric metric for simplifying meshes with appearance
+//! attributes"). Faces on both sides of a seam share vertices, so a seam is no boundary.
 
-/// The meaning of a channel; it decides how values are blended and compared.
+/// The meaning of a channel, which decides how values are blended and compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Role {
@@ -16,28 +15,28 @@ pub enum Role {
     Uv,
     /// Colours in the file's colour space, width 3 or 4.
     Colour,
-    /// Skin: all joint indices first, then as many weights.
+    /// Skin: all joint indices, then as many weights.
     Skin,
     /// Displacement of the position by a morph target, width 3.
     MorphPosition,
     /// Change of the normal or tangent by a morph target, width 3.
     MorphDirection,
-    /// Any other number; may be blended.
+    /// Any other number that may be blended.
     Other,
-    /// A whole number that names something, as in a segmentation; copied from the nearest vertex, never blended.
+    /// A whole number that names something; copied from the nearest vertex, never blended.
     Label,
 }
 
 /// A named array of values, one row per wedge.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// Name in the file, such as `TEXCOORD_0` or `confidence`.
+    /// Name in the file, such as `TEXCOORD_0`.
     pub name: String,
     /// Meaning of the values.
     pub role: Role,
     /// Numbers per wedge.
     pub width: usize,
-    /// The values, n_wedges x width.
+    /// Values, n_wedges x width.
     pub values: Vec<f32>,
 }
 
@@ -55,7 +54,7 @@ pub struct Attributes {
     pub wedges: Vec<[u32; 3]>,
     /// Channels, indexed by wedge.
     pub channels: Vec<Channel>,
-    /// Material, primitive or group of each face, n_faces; empty if all faces belong to group 0.
+    /// Material, primitive or group of each face, n_faces; empty if all are 0.
     pub groups: Vec<u32>,
 }
 
@@ -63,7 +62,7 @@ impl Attributes {
     /// Attributes of a bare mesh.
     pub const NONE: &'static Self = &Self { wedges: Vec::new(), channels: Vec::new(), groups: Vec::new() };
 
-    /// Returns whether there are neither channels nor groups.
+    /// Returns whether neither channels nor groups exist.
     pub fn is_empty(&self) -> bool {
         self.channels.is_empty() && self.groups.is_empty()
     }
@@ -88,7 +87,7 @@ impl Attributes {
         self
     }
 
-    /// Returns the number of wedges that the channels hold.
+    /// Returns the number of wedges.
     pub fn n_wedges(&self) -> usize {
         self.channels.first().map_or(0, |channel| channel.values.len() / channel.width.max(1))
     }
@@ -106,7 +105,7 @@ impl Attributes {
             && (self.groups.is_empty() || self.groups.len() == n_faces)
     }
 
-    /// Selects faces in the given order; `None` if a row is missing or a wedge does not exist.
+    /// Selects faces in the given order; `None` if a row or wedge does not exist.
     pub fn select_faces(self, faces: &[u32]) -> Option<Self> {
         let fit = self.channels.is_empty() == self.wedges.is_empty();
         let wedges = select_rows(&self.wedges, faces).filter(|wedges| fit && self.has_values_for(wedges))?;

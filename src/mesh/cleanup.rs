@@ -1,17 +1,17 @@
-//! Cleans a mesh as read into a valid one; the only place that decides which faces survive.
+//! Cleans a mesh as read from a file into a valid one.
 //!
-//! The policy, in this order; everything is counted:
-//! 1. A face with a vertex index out of range, or
-//! 2. with a corner that is not finite, is dropped.
-//! 3. Vertices at equal positions (-0 equals 0) are welded, unless the options forbid it. Positions are compared in single
-//!    precision about a local origin. A mesh that would lose a component by that is an error.
-//! 4. A face that uses a vertex twice, before or after welding, is dropped.
-//! 5. Of faces with the same three vertices the first is kept, and a second one as a wall between closed bodies: without it
-//!    an edge with an even number of faces would have an odd number above one.
-//! 6. Unused vertices are dropped.
+//! The steps, in this order:
+//! 1. Drops faces with a vertex index out of range.
+//! 2. Drops faces with a corner that is not finite.
+//! 3. Welds vertices at equal positions (-0 equals 0), unless the options forbid it. Positions are compared in single
+//!    precision about a local origin.
+//! 4. Drops faces that use a vertex twice, before or after welding.
+//! 5. Drops all but the first of the faces with the same three vertices. A second one stays as a wall between closed
+//!    bodies, where an edge would otherwise have an odd number of faces above one.
+//! 6. Drops unused vertices.
 //!
-//! Faces of zero area with three different vertices are kept, since they hold the surface together. Winding and non-manifold
-//! edges are left to the algorithms.
+//! Faces of zero area with three different vertices stay, since they hold the surface together. Winding and
+//! non-manifold edges stay as they are.
 
 use super::first_equal::first_equal;
 use super::precision::{LostComponent, find_lost_component};
@@ -23,7 +23,7 @@ use super::{Attributes, Frame, InvalidMesh, RawMesh, TriMesh};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct CleanOptions {
-    /// Whether vertices at exactly equal positions are welded.
+    /// True if vertices at exactly equal positions are welded.
     pub weld: bool,
 }
 
@@ -45,7 +45,7 @@ pub struct CleanCounts {
     pub degenerate_faces: usize,
     /// Faces dropped because an earlier one has the same three vertices.
     pub duplicate_faces: usize,
-    /// Faces with a corner that is infinite or not a number.
+    /// Faces with a corner that is not finite.
     pub non_finite_faces: usize,
     /// Faces with a vertex index out of range.
     pub out_of_range_faces: usize,
@@ -77,7 +77,7 @@ pub struct Cleaned {
     pub counts: CleanCounts,
     /// Raw vertex of each vertex, n_vertices.
     pub source: Vec<u32>,
-    /// Attributes of the remaining faces.
+    /// Attributes of the mesh.
     pub attributes: Attributes,
 }
 
@@ -85,7 +85,7 @@ pub struct Cleaned {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum CleanError {
-    /// There was no face, or none survived.
+    /// No face was read, or none is left.
     NoFaces {
         /// Vertices as read.
         n_vertices: usize,
@@ -96,9 +96,9 @@ pub enum CleanError {
     },
     /// More vertices or faces than `u32` indices reach.
     TooLarge,
-    /// The attributes do not have one row per face, or name values that do not exist.
+    /// The attributes do not have one row per face, or refer to values that do not exist.
     UnfitAttributes,
-    /// A component is so far from the others, or so small, that single precision about one origin loses it.
+    /// Single precision about one origin cannot hold a component that is too small or too far from the others.
     TooCoarse {
         /// A vertex of the component.
         vertex: usize,
@@ -157,9 +157,9 @@ impl std::fmt::Display for CleanCounts {
     }
 }
 
-/// Cleans a mesh by the policy of this module.
+/// Cleans a mesh by the steps of this module.
 ///
-/// Coordinates in single precision are kept; doubles are moved to a local origin, which the frame holds.
+/// Coordinates in double precision are moved to a local origin, which the frame holds.
 ///
 /// # Errors
 /// [`CleanError`] if no face is left or single precision cannot hold the mesh.
@@ -210,7 +210,6 @@ pub fn clean(raw: RawMesh, options: &CleanOptions) -> Result<Cleaned, CleanError
     Ok(Cleaned { mesh, frame, counts, source, attributes })
 }
 
-/// The remaining faces and, if attributes need them, their original indices.
 struct FaceList {
     corners: Vec<[u32; 3]>,
     numbers: Option<Vec<u32>>,
@@ -234,7 +233,7 @@ impl FaceList {
     }
 }
 
-/// Applies steps 1 and 2, and the first half of 4.
+/// Applies steps 1, 2 and the first half of 4.
 fn drop_broken_faces(positions: &[[f64; 3]], faces: &mut FaceList, counts: &mut CleanCounts) {
     let n_vertices = positions.len();
     let all_finite = positions.iter().flatten().all(|x| x.is_finite());
@@ -266,7 +265,8 @@ fn used_vertices(faces: &[[u32; 3]], n_vertices: usize) -> Vec<bool> {
 
 /// Returns a local origin near the centre of the used vertices.
 ///
-/// Its coordinates are multiples of a power of two above the extent: zero near the origin, and short enough for exact sums.
+/// Its coordinates are multiples of a power of two above the extent, so that sums are exact; near the origin it is
+/// zero.
 pub(super) fn local_origin(positions: &[[f64; 3]], used: &[bool]) -> [f64; 3] {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for (position, _) in positions.iter().zip(used).filter(|(_, used)| **used) {
@@ -278,7 +278,6 @@ pub(super) fn local_origin(positions: &[[f64; 3]], used: &[bool]) -> [f64; 3] {
     origin_within(low, high)
 }
 
-/// Returns the local origin of a bounding box.
 pub(crate) fn origin_within(low: [f64; 3], high: [f64; 3]) -> [f64; 3] {
     // Halves first: the extent of coordinates near the largest double would overflow.
     let half = (0..3).map(|axis| high[axis] / 2.0 - low[axis] / 2.0).fold(0.0, f64::max);
@@ -291,7 +290,7 @@ pub(crate) fn origin_within(low: [f64; 3], high: [f64; 3]) -> [f64; 3] {
     })
 }
 
-/// Converts to single precision about the local origin, n_vertices x 3, without negative zeros.
+/// Converts to single precision about the local origin, without negative zeros.
 pub(super) fn to_local(positions: &[[f64; 3]], used: &[bool], frame: &Frame) -> Result<Vec<[f32; 3]>, CleanError> {
     let local: Vec<[f32; 3]> = positions.iter().map(|&p| frame.to_local(p)).collect();
     let outside = |(p, used): (&[f32; 3], &bool)| *used && p.iter().any(|x| !x.is_finite());
@@ -301,7 +300,7 @@ pub(super) fn to_local(positions: &[[f64; 3]], used: &[bool], frame: &Frame) -> 
     }
 }
 
-/// Applies step 3: faces use the first vertex at each position. Returns whether any two vertices, used or not, coincide.
+/// Applies step 3; returns whether any two vertices, used or not, are at one position.
 fn weld(
     positions: Vec<[f64; 3]>,
     local: &[[f32; 3]],
@@ -326,7 +325,9 @@ fn weld(
     Ok(repeated)
 }
 
-/// Applies step 5 until nothing changes: dropping a flap may make another wall superfluous.
+/// Applies step 5 until nothing changes.
+///
+/// Dropping one face may make another wall superfluous.
 fn drop_duplicate_faces(local: &[[f32; 3]], faces: &mut FaceList, counts: &mut CleanCounts) {
     loop {
         let repeated = superfluous_faces(local, &faces.corners, repeated_faces(&faces.corners, local.len()));

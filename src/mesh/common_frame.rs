@@ -1,4 +1,4 @@
-//! Meshes moved to a common local origin, for comparison.
+//! Moves meshes to a common local origin, for comparison.
 
 use super::{Frame, InvalidMesh, TriMesh};
 

@@ -2,7 +2,7 @@
 
 use super::{InvalidMesh, TriMesh};
 
-/// Builds a mesh of these faces and the vertices they use, in their order.
+/// Builds a mesh from some faces and the vertices they use, in their order.
 ///
 /// # Shapes
 /// - `positions`: n x 3; `faces`: n_faces x 3

@@ -1,4 +1,4 @@
-//! Edges of a mesh, each listed once with its faces.
+//! Lists the edges of a mesh with their faces.
 
 use super::TriMesh;
 use super::half_edges::for_each_edge;
@@ -8,16 +8,16 @@ use super::half_edges::for_each_edge;
 pub struct Edge {
     /// Vertices, the smaller first.
     pub ends: [u32; 2],
-    /// Faces that traverse it from the smaller vertex to the larger.
+    /// Number of faces that traverse the edge from the smaller vertex to the larger.
     pub up: u32,
-    /// Faces that traverse it the other way.
+    /// Number of faces that traverse it in the other direction.
     pub down: u32,
     /// The first of its faces.
     pub face: u32,
 }
 
 impl Edge {
-    /// Returns the number of faces: one at a boundary, two inside a manifold.
+    /// Returns the number of faces: 1 at a boundary, 2 inside a manifold.
     pub fn n_faces(&self) -> u32 {
         self.up + self.down
     }

@@ -7,17 +7,18 @@ use super::half_edges::{for_each_edge, next};
 use super::{Attributes, Channel, Role, TriMesh};
 use crate::geometry::triangle::unit_normal;
 
-/// Least angle between two faces, in radians, at which their corners show how they are shaded; less is rounding of normals.
+/// Smallest distance between the unit normals of two faces at which their shading can be told apart.
 const BENT: f32 = 0.004;
-/// Largest deviation of a flat corner's normal from its face's, as a share of the angle to the next face. Smooth shading
-/// deviates by about half.
+/// Largest deviation of a flat corner's normal from the face's, as a share of the distance between the faces' normals.
+///
+/// With smooth shading the share is about one half.
 const NEAR: f32 = 0.25;
-/// Least share of flat corners in a flat-shaded mesh.
+/// Smallest share of flat corners in a flat-shaded mesh.
 const NEARLY_ALL: f64 = 0.95;
 
 /// Returns whether the corner normals are those of the faces.
 ///
-/// A mesh without normals, or with all faces in one plane, is not flat-shaded.
+/// False for a mesh without normals or with all faces in one plane.
 ///
 /// ```
 /// use neural_mesh::mesh::{Attributes, is_shaded_flat, shapes};
@@ -48,9 +49,9 @@ pub fn is_shaded_flat(mesh: &TriMesh, attributes: &Attributes) -> bool {
     n_bent > 0 && n_flat as f64 >= NEARLY_ALL * n_bent as f64
 }
 
-/// Returns the attributes with face normals in place of the present normals.
+/// Returns the attributes with normals replaced by face normals, in a channel called `name`.
 ///
-/// Corners of a vertex share a wedge if their faces are coplanar. `name` is the name of the new channel.
+/// Corners of a vertex share a wedge if their faces are coplanar.
 pub fn with_flat_normals(mesh: &TriMesh, attributes: &Attributes, name: &str) -> Attributes {
     let others: Vec<&Channel> = attributes.channels.iter().filter(|channel| channel.role != Role::Normal).collect();
     let mut channels: Vec<Channel> =
@@ -99,7 +100,7 @@ mod tests {
             assert!(!is_shaded_flat(&mesh, &smooth));
             let mut flat = with_flat_normals(&mesh, &smooth, "NORMAL");
             assert!(is_shaded_flat(&mesh, &flat) && flat.is_valid_for(mesh.faces().len()));
-            // As bytes hold them.
+            // Bytes, as files store normals.
             let normals = flat.channels.iter_mut().flat_map(|channel| &mut channel.values);
             normals.for_each(|x| *x = (*x * 32767.0).round() / 32767.0);
             assert!(is_shaded_flat(&mesh, &flat));

@@ -1,4 +1,4 @@
-//! Fallible allocation for data whose size a file decides: too little memory is an error, not an abort.
+//! Allocation that reports too little memory as an error instead of aborting.
 
 use std::cell::Cell;
 use std::collections::TryReserveError;
@@ -7,7 +7,7 @@ thread_local! {
     static IS_FALLIBLE: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Returns whether this thread is inside [`with_fallible_allocation`], where an allocator may refuse instead of aborting.
+/// Returns whether this thread is inside [`with_fallible_allocation`].
 ///
 /// ```
 /// use neural_mesh::mesh::fallible_allocation::{with_fallible_allocation, is_allocation_fallible};
@@ -17,7 +17,7 @@ pub fn is_allocation_fallible() -> bool {
     IS_FALLIBLE.try_with(Cell::get).unwrap_or(false)
 }
 
-/// Runs `work`, which allocates by `try_reserve` and can handle a refusal.
+/// Runs `work`, which allocates by `try_reserve` and handles its errors.
 ///
 /// ```
 /// use neural_mesh::mesh::fallible_allocation::with_fallible_allocation;
@@ -34,7 +34,7 @@ pub fn with_fallible_allocation<T>(work: impl FnOnce() -> T) -> T {
 /// Reserves space for `n` more elements.
 ///
 /// # Errors
-/// [`TryReserveError`] if there is not enough memory.
+/// [`TryReserveError`] if the memory is too small.
 ///
 /// ```
 /// use neural_mesh::mesh::fallible_allocation::make_room;

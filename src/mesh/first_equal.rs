@@ -1,11 +1,11 @@
-//! Equal items, found with one flat hash table of `u32`; the core of welding and of the search for repeated faces.
+//! Finds equal items with one flat hash table; used to weld vertices and to find repeated faces.
 
-/// Items hashed together, so that their cache misses overlap.
+/// Items that are hashed together, so that their cache misses overlap.
 const BATCH: usize = 32;
 
-/// Returns for each item the first one equal to it, n_items, and whether any two are equal.
+/// Returns the first equal item of each item, n_items, and whether any two are equal.
 ///
-/// `key` gives the three words that decide equality.
+/// Items are equal if the three words of `key` are.
 pub fn first_equal(n_items: usize, key: impl Fn(usize) -> [u32; 3]) -> (Vec<u32>, bool) {
     const FREE: u32 = u32::MAX;
     let n_slots = (n_items + n_items / 2).next_power_of_two().max(BATCH);

@@ -1,4 +1,4 @@
-//! Positions on a regular grid, so that files can store them as small whole numbers.
+//! Rounds positions to a regular grid, so that files can store them as small whole numbers.
 
 use rustc_hash::FxHashMap;
 
@@ -7,14 +7,14 @@ use super::has_area;
 /// The points `origin + step * [i, j, k]` for whole numbers i, j, k.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PositionGrid {
-    /// The grid point 0, 0, 0.
+    /// Point 0, 0, 0.
     pub origin: [f64; 3],
-    /// Distance between neighbouring grid points along each axis, above 0.
+    /// Distance between neighbouring points along each axis, above 0.
     pub step: f64,
 }
 
 impl PositionGrid {
-    /// Builds a grid over the bounding box of points: its longest side has `2^bits - 1` steps.
+    /// Builds a grid over the bounding box of points, whose longest side has `2^bits - 1` steps.
     ///
     /// `None` if the box has no extent or `f32` cannot hold the step.
     ///
@@ -32,29 +32,31 @@ impl PositionGrid {
         let side = |axis: usize| f64::from(high[axis]) - f64::from(low[axis]);
         let longest = side(0).max(side(1)).max(side(2));
         let step = (longest / f64::from((1u32 << bits) - 1)) as f32;
-        // The next larger number, so that the last point is not left out.
+        // The next larger number, so that the grid reaches the last point.
         let step = if f64::from(step) * f64::from((1u32 << bits) - 1) < longest { step.next_up() } else { step };
         let is_usable = step.is_normal() && low.iter().all(|x| x.is_finite());
         is_usable.then(|| Self { origin: low.map(in_few_digits), step: in_few_digits(step) })
     }
 
-    /// Returns the numbers of the nearest grid point.
+    /// Returns the indices of the nearest grid point.
     pub fn round(&self, point: [f64; 3]) -> [i64; 3] {
-        // Casts of floats stop at the ends of the range.
+        // A cast from float to integer saturates.
         std::array::from_fn(|axis| ((point[axis] - self.origin[axis]) / self.step).round() as i64)
     }
 
-    /// Returns the grid point of these numbers.
+    /// Returns the grid point with these indices.
     pub fn point(&self, numbers: [i64; 3]) -> [f64; 3] {
         std::array::from_fn(|axis| self.origin[axis] + self.step * numbers[axis] as f64)
     }
 
-    /// Returns the largest distance that rounding moves a point.
+    /// Returns the largest distance by which rounding moves a point.
     pub fn rounding(&self) -> f64 {
         0.5 * 3f64.sqrt() * self.step
     }
 
-    /// Returns whether rounding keeps distinct vertices apart and gives no face zero area.
+    /// Returns whether rounding keeps distinct vertices apart and every face's area above zero.
+    ///
+    /// Faces that have no area before rounding are not tested.
     pub fn preserves(&self, positions: &[[f32; 3]], faces: &[[u32; 3]]) -> bool {
         let numbers: Vec<[i64; 3]> = positions.iter().map(|p| self.round(p.map(f64::from))).collect();
         let mut first: FxHashMap<[i64; 3], [f32; 3]> = FxHashMap::default();
@@ -85,7 +87,7 @@ pub fn longest_side(points: impl Iterator<Item = [f64; 3]>) -> f64 {
     (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max)
 }
 
-/// Returns the double with the fewest digits that rounds to this `f32`.
+/// Returns the double with the fewest decimal digits that rounds to `x`.
 fn in_few_digits(x: f32) -> f64 {
     x.to_string().parse().unwrap_or(f64::from(x))
 }
@@ -120,7 +122,7 @@ mod tests {
         assert!(!grid.preserves(&near, &[[0, 1, 2], [0, 2, 3]]));
         let flat = [square[0], square[1], square[2], [0.5, 0.04, 0.0]];
         assert!(!grid.preserves(&flat, &[[0, 1, 2], [0, 1, 3]]));
-        // What had no area before, and equal positions, are as they were.
+        // Faces without area and equal positions do not count.
         assert!(grid.preserves(&[square[0], square[1], square[0]], &[[0, 1, 2]]));
     }
 }

@@ -1,13 +1,11 @@
-//! Half-edges of plain face lists: every edge with its half-edges, and the twin of each.
+//! Half-edges of face lists, and the twin of each.
 //!
 //! A half-edge is a side of a face. Its index is that of the corner where it starts: `3 * face + corner`.
 
-/// A half-edge and the larger end of its edge.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct HalfEdge {
-    /// The larger vertex of its edge.
+    /// Larger vertex of the edge.
     pub end: u32,
-    /// Index, `3 * face + corner`.
     pub half_edge: u32,
 }
 
@@ -16,21 +14,21 @@ impl HalfEdge {
         self.half_edge / 3
     }
 
-    /// Returns whether it runs from the smaller vertex to the larger.
+    /// Returns whether the half-edge runs from the smaller vertex to the larger.
     pub(crate) fn runs_up(self, faces: &[[u32; 3]]) -> bool {
         start(faces, self.half_edge) != self.end
     }
 }
 
-/// Marks a half-edge without a twin.
 pub(crate) const NO_TWIN: u32 = u32::MAX;
 
-/// Returns the vertex where a half-edge starts.
 pub(crate) fn start(faces: &[[u32; 3]], half_edge: u32) -> u32 {
     faces.as_flattened()[half_edge as usize]
 }
 
-/// Returns the next half-edge of the face; as a corner, the one where this half-edge ends.
+/// Returns the next half-edge of the same face.
+///
+/// As a corner, it is the one where `half_edge` ends.
 pub(crate) fn next(half_edge: u32) -> u32 {
     if half_edge % 3 == 2 { half_edge - 2 } else { half_edge + 1 }
 }
@@ -49,7 +47,7 @@ pub(crate) fn for_each_edge(n_vertices: usize, faces: &[[u32; 3]], mut visit: im
     }
 }
 
-/// Returns the twin of each half-edge whose edge has exactly two; [`NO_TWIN`] for all others.
+/// Returns the twin of each half-edge, or [`NO_TWIN`] if its edge has not exactly two half-edges.
 pub(crate) fn twins(n_vertices: usize, faces: &[[u32; 3]]) -> Vec<u32> {
     let mut twins = vec![NO_TWIN; 3 * faces.len()];
     for_each_edge(n_vertices, faces, |_, edge| {
@@ -61,7 +59,7 @@ pub(crate) fn twins(n_vertices: usize, faces: &[[u32; 3]]) -> Vec<u32> {
     twins
 }
 
-/// Sorts the half-edges by the smaller vertex of their edge, then by index; also returns where each vertex's bucket ends.
+/// Sorts the half-edges by the smaller vertex of their edge; also returns where each vertex's half-edges end.
 fn buckets(n_vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<HalfEdge>) {
     let mut ends = vec![0u32; n_vertices];
     for [a, b] in sides(faces) {

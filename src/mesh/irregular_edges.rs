@@ -1,8 +1,8 @@
-//! Edges that are not shared by exactly two consistently wound faces.
+//! Finds edges that are not shared by exactly two consistently wound faces.
 
 use super::{TriMesh, edges};
 
-/// Irregular edges by kind, each as its two vertices, the smaller first; ascending.
+/// Irregular edges by kind, ascending; each is two vertices, the smaller first.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct IrregularEdges {
     /// Edges with one face.

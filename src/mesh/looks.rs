@@ -1,4 +1,4 @@
-//! Material appearance as files state it: base colours, finish and textures.
+//! Appearance of materials: base colours, surface properties and textures.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ pub enum Wrap {
     /// The texture repeats.
     #[default]
     Repeat,
-    /// The colours of its border continue.
+    /// The border colours continue.
     Clamp,
     /// The texture repeats, mirrored every other time.
     Mirror,
@@ -20,14 +20,16 @@ pub enum Wrap {
 pub struct BaseTexture {
     /// Bytes of a PNG, JPEG, WebP or KTX2 file; shared between materials.
     pub image: Arc<[u8]>,
-    /// Name of the channel with its coordinates; empty means the first channel of texture coordinates.
+    /// Name of the channel of its coordinates; the first such channel if empty.
     pub channel: String,
     /// Behaviour outside 0..1 along u and v.
     pub wrap: [Wrap; 2],
 }
 
 impl BaseTexture {
-    /// Makes a repeating texture on the first texture coordinates from the bytes of a PNG, JPEG, WebP or KTX2 file.
+    /// Makes a repeating texture on the first texture coordinates.
+    ///
+    /// `image` holds the bytes of a PNG, JPEG, WebP or KTX2 file.
     pub fn new(image: Arc<[u8]>) -> Self {
         Self { image, channel: String::new(), wrap: [Wrap::Repeat; 2] }
     }
@@ -37,21 +39,21 @@ impl BaseTexture {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Look {
-    /// Base colour, linear red, green, blue in 0..=1; multiplies the texture.
+    /// Base colour in linear RGB, 0..=1; multiplies the texture.
     pub colour: [f32; 3],
     /// Base colour texture.
     pub texture: Option<BaseTexture>,
-    /// Whether vertex colours multiply the base colour.
+    /// True if vertex colours multiply the base colour.
     pub with_corners: bool,
     /// Other surface properties.
     pub finish: Finish,
 }
 
-/// Surface properties of a material apart from its base colour.
+/// Surface properties of a material other than its base colour.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Finish {
-    /// Emitted light, linear red, green, blue in 0..=1; multiplies its texture.
+    /// Emitted light in linear RGB, 0..=1; multiplies its texture.
     pub emission: [f32; 3],
     /// Texture of the emitted light, sRGB.
     pub emission_texture: Option<BaseTexture>,
@@ -61,13 +63,13 @@ pub struct Finish {
     pub roughness_texture: Option<BaseTexture>,
     /// Metalness, 0 or 1 for pure materials; multiplies the blue channel of its texture.
     pub metal: f32,
-    /// Texture of the metalness; in glTF that of the roughness.
+    /// Texture of the metalness; in glTF also that of the roughness.
     pub metal_texture: Option<BaseTexture>,
     /// Tangent-space normal map (MikkTSpace, green upwards).
     pub normal_texture: Option<BaseTexture>,
     /// Factor of the normal map's first two components.
     pub normal_scale: f32,
-    /// Whether the material is opaque.
+    /// True if the material is opaque.
     pub is_opaque: bool,
 }
 
@@ -97,11 +99,11 @@ impl Default for Finish {
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Looks {
-    /// Appearance by group index ([`Attributes::group`](super::Attributes::group)); white beyond the last.
+    /// Appearance by group index; white beyond the last.
     pub of_groups: Vec<Look>,
-    /// Whether v points up from the texture's lower edge, as in OBJ; otherwise down from the upper edge, as in glTF.
+    /// True if v points up from the texture's lower edge, as in OBJ; in glTF it points down from the upper edge.
     pub v_is_up: bool,
-    /// Whether vertex colours are linear, as in glTF; otherwise sRGB, as in PLY and OBJ.
+    /// True if vertex colours are linear, as in glTF; in PLY and OBJ they are sRGB.
     pub linear_colours: bool,
 }
 

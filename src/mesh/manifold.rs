@@ -1,8 +1,8 @@
-//! Converts any set of triangles into an oriented manifold: touching sheets are separated, windings made to agree.
+//! Converts any set of triangles into an oriented manifold.
 //!
-//! Each vertex is split into its fans of faces joined over edges. At an edge with more than two faces, pairs that continue
-//! each other best stay joined; a face left over gets a boundary. If both pairs would meet at both ends of the edge, they
-//! are paired otherwise, at last by body. No position changes and no face is lost.
+//! Each vertex is split into its fans of faces joined over edges. At an edge with more than two faces, the pairs that
+//! continue each other best stay joined; a single remaining face gets a boundary. Pairs that meet again at both ends of
+//! an edge are changed. Windings are made to agree. No position changes and no face is lost.
 
 use std::borrow::Cow;
 
@@ -16,26 +16,27 @@ use super::pulse::Pulse;
 use super::surroundings::{Surroundings, corners_at};
 use super::union_find::UnionFind;
 
-/// Largest number of rounds that change pairs; after that all remaining edges are separated. Two thousand random voxel sets
-/// needed at most four.
+/// Largest number of rounds that change pairs; then all remaining edges are separated.
+///
+/// Two thousand random voxel sets needed at most four.
 const MOST_ROUNDS: usize = 32;
 
-/// A manifold with the input's faces, its one-rings, and the origin of its vertices.
+/// A manifold made of the input's faces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Manifold<'a> {
-    /// Faces, n_faces x 3, in the input's order, some reversed. Borrowed if nothing changed.
+    /// Faces in the input's order, n_faces x 3, some reversed; borrowed if nothing changed.
     pub faces: Cow<'a, [[u32; 3]]>,
     /// One-rings of all vertices.
     pub rings: OneRings,
-    /// Input vertex of each vertex beyond the input's.
+    /// Input vertex of each added vertex; added vertices follow the input's.
     pub copies: Vec<u32>,
-    /// Faces reversed because they opposed the majority of their component.
+    /// Number of faces reversed because they opposed the majority of their component.
     pub turned_faces: usize,
 }
 
 /// Separates `faces` (n_faces x 3, distinct corners, indices of `positions`) into a manifold.
 ///
-/// A one-sided surface (a Klein bottle) stays joined; `rings.is_oriented()` is then false.
+/// A one-sided surface stays joined; `rings.is_oriented()` is then false.
 ///
 /// ```
 /// // Two triangles that touch in vertex 0 alone.
@@ -47,7 +48,6 @@ pub fn manifold<'a>(positions: &[[f32; 3]], faces: &'a [[u32; 3]]) -> Manifold<'
     manifold_with(Pulse::NONE, positions, faces)
 }
 
-/// Builds the manifold as [`manifold`], reporting progress to `pulse`.
 pub(crate) fn manifold_with<'a>(pulse: Pulse, positions: &[[f32; 3]], faces: &'a [[u32; 3]]) -> Manifold<'a> {
     let mut faces = Cow::Borrowed(faces);
     let mut copies = Vec::new();
@@ -93,15 +93,14 @@ fn split_sheets(positions: &[[f32; 3]], faces: &mut [[u32; 3]], meeting: &Meetin
     around.numbers.iter().zip(&around.faces).for_each(|(&f, face)| faces[f as usize] = *face);
 }
 
-/// Separates pairs that meet at both ends of an edge: at one end, faces reached from each other around the vertex become
-/// partners.
+/// Pairs the faces at one edge per vertex again: faces connected around the vertex become partners.
 fn change_partners(faces: &[[u32; 3]], vertices: &[u32], partners: &mut Partners) {
     let mut is_chosen = FxHashSet::default();
     for corners in corners_at(faces, vertices).chunk_by(|a, b| a.0 == b.0) {
         let spokes = spokes(faces, corners);
         let halves = spokes.chunk_by(|a, b| a.0 == b.0).filter(|spoke| spoke.len() > 2);
         let mut halves = halves.map(|spoke| halves_over(faces, corners, spoke));
-        // One edge: what this does to the others is seen in the next round.
+        // Changes one edge per vertex; the next round sees the effect on the others.
         let Some(halves) = halves.find(|halves| halves.iter().all(|(half, _)| !is_chosen.contains(half))) else {
             continue;
         };
@@ -118,7 +117,7 @@ fn change_partners(faces: &[[u32; 3]], vertices: &[u32], partners: &mut Partners
     }
 }
 
-/// Matches the faces at edges with more than two: first within a body and in opposite directions, then the rest.
+/// Matches the faces at edges with more than two, first within a body and in opposite directions.
 fn join_bodies(n_vertices: usize, around: &Surroundings, vertices: &[u32], partners: &mut Partners) {
     let (faces, cluster) = (&around.faces, |face: u32| around.clusters[face as usize]);
     let mut bodies = UnionFind::new(around.n_clusters);
@@ -151,7 +150,9 @@ fn join_bodies(n_vertices: usize, around: &Surroundings, vertices: &[u32], partn
     }
 }
 
-/// Matches the faces at edges with more than two: first within a body and in opposite directions, then the rest.
+/// Gives every fan at a vertex, except the first, a copy of the vertex.
+///
+/// Without `partners`, edges with more than two faces join nothing.
 fn split_fans(
     n_vertices: usize,
     faces: &mut [[u32; 3]],
@@ -181,13 +182,12 @@ fn split_fans(
     }
 }
 
-/// Joins the corners at one vertex over two-face edges, or not at all if that makes one fan of faces back to back.
+/// Joins the corners at one vertex over two-face edges, or joins none if all would become one fan.
 fn parted_fans(faces: &[[u32; 3]], corners: &[(u32, u32)]) -> UnionFind {
     let fans = joined_fans(faces, corners, &Partners::default());
     if fans.n_sets() > 1 { fans } else { UnionFind::new(corners.len()) }
 }
 
-/// Joins the corners at one vertex over two-face edges and between partners.
 fn joined_fans(faces: &[[u32; 3]], corners: &[(u32, u32)], partners: &Partners) -> UnionFind {
     let mut fans = UnionFind::new(corners.len());
     for spoke in spokes(faces, corners).chunk_by(|a, b| a.0 == b.0) {
@@ -207,7 +207,7 @@ fn joined_fans(faces: &[[u32; 3]], corners: &[(u32, u32)], partners: &Partners) 
     fans
 }
 
-/// Lists the neighbours of the vertex of these corners, each with its corner's index; ascending.
+/// Lists the neighbours of a vertex, each with the index of a corner, ascending.
 fn spokes(faces: &[[u32; 3]], corners: &[(u32, u32)]) -> Vec<(u32, u32)> {
     let others = |&(vertex, corner): &(u32, u32)| faces[corner as usize / 3].into_iter().filter(move |&w| w != vertex);
     let mut spokes: Vec<(u32, u32)> =
@@ -216,7 +216,7 @@ fn spokes(faces: &[[u32; 3]], corners: &[(u32, u32)]) -> Vec<(u32, u32)> {
     spokes
 }
 
-/// Lists the half-edges from the vertex to one neighbour, each with its corner's index; ascending.
+/// Lists the half-edges between a vertex and one neighbour, each with its corner's index, ascending.
 fn halves_over(faces: &[[u32; 3]], corners: &[(u32, u32)], spoke: &[(u32, u32)]) -> Vec<(u32, u32)> {
     let half = |&(neighbour, i): &(u32, u32)| (half_edge(faces, corners[i as usize].1, neighbour), i);
     let mut halves: Vec<(u32, u32)> = spoke.iter().map(half).collect();
@@ -320,7 +320,7 @@ mod tests {
     fn boxes_that_share_an_edge_come_apart_closed() {
         let mesh = shapes::cuboid([1.0; 3], 1);
         let (positions, faces) = (mesh.positions(), mesh.faces());
-        // The second one lies beyond the edge where x and y are largest.
+        // The second point is beyond the edge where x and y are largest.
         let at = |p: &[f32; 3]| [p[0] + 1.0, p[1] + 1.0, p[2]];
         let low = |p: &[f32; 3]| p.map(|x| (4.0 * x).round() as i32);
         let mut all = positions.to_vec();

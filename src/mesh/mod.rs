@@ -1,4 +1,4 @@
-//! Triangle meshes that are valid by construction, and queries about them. Knows no files and no network.
+//! Triangle meshes that are valid by construction, and queries about them; independent of files and networks.
 
 mod area;
 mod attributes;

@@ -1,8 +1,8 @@
-//! Pairs the faces at edges with more than two: the floor beneath a wall, the two sides of a doubled sheet.
+//! Pairs the faces at edges with more than two faces.
 //!
-//! Cutting every such edge (Gueziec, Taubin, Lazarus and Horn, "Cutting and stitching", 2001) tears surfaces apart. Here the
-//! faces that continue each other best stay joined, unless that makes a two-sided surface one-sided. An even number of faces
-//! leaves none over, so closed surfaces stay closed.
+//! Cutting every such edge (Gueziec, Taubin, Lazarus and Horn, "Cutting and stitching", 2001) tears surfaces apart.
+//! Here the faces that continue each other best stay joined, unless that makes a two-sided surface one-sided. An even
+//! number of faces is paired completely, so closed surfaces stay closed.
 
 use std::f32::consts::PI;
 
@@ -13,15 +13,15 @@ use super::half_edges::{HalfEdge, for_each_edge, next, start};
 use super::surroundings::Surroundings;
 use super::windings::Windings;
 
-/// Extra angle, in radians, charged to a pair of faces with inconsistent winding.
+/// Extra angle, in radians, for a pair of faces with inconsistent winding.
 const DISAGREEMENT: f32 = 0.5 * PI;
-/// Largest number of faces of an edge that are compared pairwise; thousands at one edge would fill the memory.
+/// Largest number of faces at an edge that are compared pairwise; more are split into groups to bound the memory.
 const MOST_FACES: usize = 128;
 
 /// Partner of each half-edge at an edge with more than two faces.
 pub(super) type Partners = FxHashMap<u32, u32>;
 
-/// Matches the half-edges at all edges with more than two faces; of an odd number one stays alone.
+/// Matches the half-edges at all edges with more than two faces; one of an odd number may stay unmatched.
 pub(super) fn partners(positions: &[[f32; 3]], around: &Surroundings) -> Partners {
     let (faces, cluster) = (&around.faces, |face: u32| around.clusters[face as usize]);
     let mut sides = Windings::new(around.n_clusters);
@@ -49,7 +49,7 @@ pub(super) fn partners(positions: &[[f32; 3]], around: &Surroundings) -> Partner
 
 struct EdgeFace {
     half: u32,
-    /// Whether the face traverses the edge from its lower end up.
+    /// True if the face traverses the edge from its smaller vertex to its larger.
     is_along: bool,
     tip: u32,
     /// Unit vector from the edge into the face, or zero.
@@ -66,7 +66,7 @@ impl EdgeFace {
         Self { half: half.half_edge, is_along: half.runs_up(faces), tip: across, direction }
     }
 
-    /// Returns the angle by which the surface bends between two faces, plus a penalty for inconsistent winding.
+    /// Returns the bending angle between two faces, plus [`DISAGREEMENT`] for inconsistent winding.
     fn bend(&self, other: &Self) -> f32 {
         let bend = PI - self.direction.angle_between(other.direction);
         let bend = if bend.is_finite() { bend } else { PI };
@@ -76,8 +76,9 @@ impl EdgeFace {
 
 /// Matches half-edges, least bend first, each at most once.
 ///
-/// If both directions are equally frequent, as on closed bodies, opposite ones match first; then pairs that keep the surface
-/// two-sided; of an even number finally any. Coincident faces (walls between bodies) match first, never each other.
+/// Coincident faces (walls between bodies) match first, never each other. If both directions are equally frequent, as
+/// on closed bodies, opposite directions match first. Then pairs match that keep the surface two-sided, and for an even
+/// number finally any.
 fn match_half_edges(fan: &[EdgeFace], mut joined: impl FnMut(&EdgeFace, &EdgeFace) -> bool) -> Vec<[u32; 2]> {
     let pairs = (0..fan.len()).flat_map(|i| (0..i).map(move |j| [j, i]));
     let mut pairs: Vec<(f32, [usize; 2])> = pairs.map(|[j, i]| (fan[j].bend(&fan[i]), [j, i])).collect();

@@ -1,7 +1,7 @@
 //! Ordered neighbours of every vertex of a manifold.
 //!
-//! Every boundary loop gets a ghost vertex, joined to all its vertices. Each ring then is a cycle and each edge has two
-//! faces, so proofs for closed surfaces hold for open ones.
+//! Every boundary loop gets a ghost vertex, joined to all its vertices. Each ring then is a cycle, and each edge has
+//! two faces.
 
 use std::ops::Range;
 
@@ -11,13 +11,13 @@ use rustc_hash::FxHashMap;
 use super::pulse::Pulse;
 use super::thread_ranges::thread_ranges;
 
-/// Rings longer than this are ordered with a hash map instead of by scanning.
+/// Rings longer than this are ordered with a hash map.
 const LONG_RING: usize = 64;
 
 /// The neighbours of every vertex in cyclic order, as compressed rows.
 ///
-/// Consecutive neighbours (also the last and the first) span a face with the vertex. Index `n_vertices + loop` is the ghost
-/// vertex of a boundary loop; it is last in the rings of boundary vertices.
+/// A vertex spans a face with every two consecutive neighbours, also with the last and the first. Index `n_vertices +
+/// loop` is the ghost vertex of a boundary loop, last in the rings of boundary vertices.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct OneRings {
     offsets: Vec<u32>,
@@ -33,7 +33,6 @@ pub struct NotManifold {
     pub vertices: Vec<u32>,
 }
 
-/// Vertices that prevent one-rings, and vertices with inconsistent winding.
 #[derive(Debug)]
 pub(super) struct MeetingSheets {
     /// Vertices whose faces do not form one fan, ascending.
@@ -67,7 +66,6 @@ impl OneRings {
             .map_err(|meeting| NotManifold { vertices: meeting.vertices })
     }
 
-    /// Orders neighbours as [`OneRings::new`], reporting progress to `pulse`.
     pub(super) fn new_with_pulse(pulse: Pulse, n_vertices: usize, faces: &[[u32; 3]]) -> Result<Self, MeetingSheets> {
         let rows = |share| RingRows::new(pulse, share, faces);
         let shares: Vec<RingRows> = thread_ranges(n_vertices).into_par_iter().map(rows).collect();
@@ -86,7 +84,7 @@ impl OneRings {
         Ok(rings)
     }
 
-    /// Returns the neighbours of `vertex` in cyclic order; empty if no face uses it.
+    /// Returns the neighbours of a vertex in cyclic order; empty for an unused vertex.
     pub fn ring(&self, vertex: u32) -> &[u32] {
         &self.neighbors[self.range(vertex)]
     }
@@ -100,7 +98,7 @@ impl OneRings {
         self.offsets.len() - 1
     }
 
-    /// Returns the number of boundary loops, each of which has one ghost vertex.
+    /// Returns the number of ghost vertices, one per boundary loop.
     pub fn n_ghosts(&self) -> usize {
         self.n_ghosts
     }
@@ -110,19 +108,20 @@ impl OneRings {
         self.oriented
     }
 
-    /// Returns the ghost vertex of a boundary vertex, `None` inside.
+    /// Returns the ghost vertex of a boundary vertex, `None` for other vertices.
     pub fn ghost(&self, vertex: u32) -> Option<u32> {
         self.ring(vertex).last().copied().filter(|&last| last as usize >= self.n_vertices())
     }
 
-    /// Returns one face per boundary edge that joins it to its ghost vertex, wound like its neighbour if the winding is
-    /// consistent.
+    /// Returns one face per boundary edge, which joins the edge to its ghost vertex.
+    ///
+    /// If the winding is consistent, these faces follow it.
     pub fn ghost_faces(&self) -> Vec<[u32; 3]> {
         let boundary = (0..self.n_vertices() as u32).filter_map(|v| self.ghost(v).map(|ghost| (v, ghost)));
         if self.oriented {
             return boundary.map(|(v, ghost)| [self.ring(v)[0], v, ghost]).collect();
         }
-        // Rings may have either direction, so the first neighbours of two vertices may give the same edge twice.
+        // Without consistent winding, both neighbours are listed and one of the two copies of an edge is kept.
         let both = boundary.flat_map(|(v, ghost)| self.boundary_neighbors(v).map(|w| [w, v, ghost]));
         both.filter(|[w, v, _]| w > v).collect()
     }
@@ -132,7 +131,6 @@ impl OneRings {
         [ring[0], ring[ring.len() - 2]]
     }
 
-    /// Replaces the `u32::MAX` in the rings of boundary vertices by ghost vertices.
     fn number_boundary_loops(&mut self, open: &[u32]) {
         let n_vertices = self.n_vertices();
         for &start in open {
@@ -190,7 +188,6 @@ struct RingRows {
     neighbors: Vec<u32>,
     /// Boundary vertices; their rings end with `u32::MAX` in place of the ghost vertex.
     open: Vec<u32>,
-    /// Vertices whose faces do not form one fan.
     bad: Vec<u32>,
     /// Vertices with an edge that had to be reversed.
     opposed: Vec<u32>,
@@ -222,7 +219,7 @@ impl RingRows {
         self
     }
 
-    /// Appends the ring of the next vertex, `v`, from its opposite edges.
+    /// Appends the ring of the next vertex from its opposite edges.
     fn push(&mut self, v: u32, fan: &mut [[u32; 2]]) {
         self.offsets.push(self.neighbors.len() as u32);
         if self.extend_closed(fan) {
@@ -244,7 +241,7 @@ impl RingRows {
         }
     }
 
-    /// Appends the ring of a short, closed, consistent fan, as nearly all are; returns false for others.
+    /// Appends the ring of a short, closed, consistent fan; returns false for others.
     fn extend_closed(&mut self, fan: &[[u32; 2]]) -> bool {
         match fan.len() {
             3 => self.extend_cycle::<3>(fan),
@@ -264,7 +261,7 @@ impl RingRows {
     }
 }
 
-/// Returns the vertices of N edges if these form one cycle head to tail; branch-free.
+/// Returns the vertices of N edges if these form one cycle; branch-free.
 #[inline(always)]
 fn cycle<const N: usize>(edges: &[[u32; 2]; N]) -> Option<[u32; N]> {
     let [first, mut tail] = edges[0];
@@ -273,7 +270,7 @@ fn cycle<const N: usize>(edges: &[[u32; 2]; N]) -> Option<[u32; N]> {
     for here in &mut ring[1..] {
         *here = tail;
         is_cycle &= tail != first;
-        // No edge continues: u32::MAX, which is no vertex.
+        // If no edge continues, `next` stays u32::MAX, which is no vertex.
         tail = edges[1..].iter().fold(u32::MAX, |next, &[a, b]| if a == *here { b } else { next });
     }
     is_cycle &= tail == first;
@@ -299,7 +296,7 @@ fn order_fan(fan: &mut [[u32; 2]], oriented: &mut bool) -> Option<bool> {
     complete.then_some(false)
 }
 
-/// Returns whether faces form one fan around a vertex; orders their opposite edges where possible.
+/// Returns whether faces form one fan around a vertex; reorders their opposite edges.
 pub(super) fn is_one_fan(fan: &mut [[u32; 2]]) -> bool {
     order_fan(fan, &mut true).is_some()
 }
@@ -338,7 +335,7 @@ fn grow_fan(fan: &mut [[u32; 2]], n_ordered: usize, oriented: &mut bool) -> Opti
     Some(fan.len())
 }
 
-/// Extends as [`grow_fan`], in linear time for vertices with very many faces.
+/// Extends as [`grow_fan`], in linear time.
 fn grow_long_fan(fan: &mut [[u32; 2]], n_ordered: usize, oriented: &mut bool) -> Option<usize> {
     let mut places: FxHashMap<u32, [usize; 2]> = FxHashMap::default();
     for (i, pair) in fan.iter().enumerate().skip(n_ordered) {
@@ -474,7 +471,7 @@ mod tests {
             let (mut oriented, mut oriented_hashed) = (true, true);
             let n = grow_fan(&mut scanned, 1, &mut oriented);
             let n_hashed = grow_long_fan(&mut hashed, 1, &mut oriented_hashed);
-            // Where a vertex has more than two edges, scanning may end before it sees that.
+            // The scan may end before it sees that a vertex has more than two edges.
             if let (Some(n), Some(n_hashed)) = (n, n_hashed) {
                 assert_eq!((n, oriented, &scanned[..n]), (n_hashed, oriented_hashed, &hashed[..n]), "{fan:?}");
             }

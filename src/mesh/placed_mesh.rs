@@ -1,4 +1,4 @@
-//! Scene meshes transformed into one raw mesh.
+//! Transforms the meshes of a scene and merges them into one raw mesh.
 
 use glam::{DMat3, DMat4, Vec3};
 
@@ -7,16 +7,16 @@ use super::{Attributes, Channel, RawMesh, Role};
 
 pub(crate) struct PlacedMesh<'a> {
     pub mesh: &'a RawMesh,
-    /// Transform from its coordinates to the common ones.
+    /// Transform from the mesh's coordinates to the common ones.
     pub transform: DMat4,
-    /// Common index of its first group.
+    /// Common index of the mesh's first group.
     pub first_group: u32,
 }
 
-/// Merges meshes in common coordinates, with all channels whose role `is_carried` accepts.
+/// Merges meshes in common coordinates, with the channels whose role `is_carried` accepts.
 ///
-/// A missing channel is filled with zeros, a missing colour with white. Directions are transformed; faces of mirrored meshes
-/// are reversed.
+/// Zeros replace a missing channel, white a missing colour. Directions are transformed; faces of mirrored meshes are
+/// reversed.
 pub(crate) fn merge_placed_meshes(meshes: &[PlacedMesh], is_carried: impl Fn(Role) -> bool) -> RawMesh {
     let mut channels = all_channels(meshes.iter().map(|placed| &placed.mesh.attributes));
     channels.retain(|channel| is_carried(channel.role));
@@ -32,7 +32,7 @@ fn add(all: &mut RawMesh, PlacedMesh { mesh, transform, first_group }: &PlacedMe
     let is_mirrored = transform.determinant() < 0.0;
     let turn = |[a, b, c]: [u32; 3]| if is_mirrored { [a, c, b] } else { [a, b, c] };
     all.positions.extend(mesh.positions.iter().map(|&p| transform.transform_point3(p.into()).to_array()));
-    // Corners out of range stay so.
+    // Indices out of range stay out of range, so that cleaning drops their faces.
     let at = |v: u32| if v as usize >= mesh.positions.len() { u32::MAX } else { first as u32 + v };
     all.faces.extend(mesh.faces.iter().map(|face| turn(face.map(at))));
     all.dropped_faces += mesh.dropped_faces;
@@ -53,7 +53,6 @@ fn add(all: &mut RawMesh, PlacedMesh { mesh, transform, first_group }: &PlacedMe
     }
 }
 
-/// Transforms the vectors of a channel from row `from` on.
 fn turn_directions(channel: &mut Channel, from: usize, transform: DMat4) {
     let linear = DMat3::from_mat4(transform);
     let turned = match channel.role {

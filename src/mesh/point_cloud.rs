@@ -1,4 +1,4 @@
-//! Point clouds without repeats, near a local origin.
+//! Point clouds without repeated points, near a local origin.
 
 use super::cleanup::{CleanError, local_origin, to_local};
 use super::first_equal::first_equal;
@@ -13,7 +13,7 @@ pub struct PointCloud {
     pub frame: Frame,
     /// File vertex of each point, n.
     pub source: Vec<u32>,
-    /// Number of points dropped because they repeat an earlier position.
+    /// Number of points dropped because an earlier one has their position.
     pub repeated: usize,
     /// Number of points dropped because they are not finite.
     pub non_finite: usize,
@@ -21,8 +21,10 @@ pub struct PointCloud {
 
 /// Takes the vertices of a mesh as a cloud and ignores its faces.
 ///
+/// An empty cloud is no error.
+///
 /// # Errors
-/// [`CleanError::TooLarge`] and [`CleanError::TooFar`], as for meshes. An empty cloud is no error.
+/// [`CleanError::TooLarge`] and [`CleanError::TooFar`].
 ///
 /// ```
 /// use neural_mesh::mesh::{RawMesh, point_cloud};

@@ -1,8 +1,8 @@
-//! Polygons of a file: stored as fans while reading, triangulated once all positions are known.
+//! Polygons of a file, stored as fans and triangulated once all positions are known.
 
 use crate::geometry::polygon::triangulate;
 
-/// The record of which triangle runs belong to one polygon.
+/// A record of the runs of triangles that came from one polygon.
 ///
 /// ```
 /// use neural_mesh::mesh::Fans;
@@ -19,7 +19,7 @@ pub struct Fans {
 }
 
 impl Fans {
-    /// Appends the fan of the polygon `corners` (vertex indices) to `faces`; returns false below three corners.
+    /// Appends the fan of a polygon's vertices to `faces`; returns false below three corners.
     pub fn push(&mut self, corners: &[u32], faces: &mut Vec<[u32; 3]>) -> bool {
         let &[first, ref rest @ ..] = corners else { return false };
         if corners.len() > 3 {
@@ -31,13 +31,13 @@ impl Fans {
 
     /// Replaces each fan in `faces` by a triangulation that is correct for concave polygons.
     ///
-    /// A polygon with a missing or non-finite corner becomes the fan around that corner, so that cleanup drops all of it.
+    /// A polygon with a missing or non-finite corner becomes the fan around that corner, so that cleanup drops all its
+    /// triangles.
     pub fn triangulate(self, positions: &[[f64; 3]], faces: &mut [[u32; 3]]) {
         self.triangulate_with(|vertex| positions.get(vertex as usize).copied(), faces);
     }
 
-    /// Triangulates as [`triangulate`](Self::triangulate) for corners that are no vertex indices, such as wedges; `position` locates a
-    /// corner.
+    /// Triangulates fans whose corners are no vertex indices, such as wedges; `position` locates a corner.
     pub fn triangulate_with(self, position: impl Fn(u32) -> Option<[f64; 3]>, faces: &mut [[u32; 3]]) {
         let (mut corners, mut points) = (Vec::new(), Vec::new());
         for (start, n_triangles) in self.runs {

@@ -1,24 +1,23 @@
-//! Test whether single precision about one origin can hold a mesh of doubles.
+//! Tests whether single precision about one origin can hold a mesh of doubles.
 //!
-//! Vertices that coincide in single precision are usually noise, but not in a component that is hardly larger than the
-//! spacing of `f32` numbers around it.
+//! Vertices that coincide in single precision are usually noise. In a component hardly larger than the spacing of `f32`
+//! numbers they are damage.
 
 use rustc_hash::FxHashMap;
 
 use super::union_find::UnionFind;
 
-/// Least size of a component, in steps of single precision, for coinciding vertices to be noise.
+/// Smallest size, in steps of single precision, of a component whose coinciding vertices are noise.
 const STEPS: f64 = 4096.0;
-/// Least size of a component, in steps; below, its shape changes.
+/// Smallest size of a component, in steps; below, its shape changes.
 const FEWEST: f64 = 8.0;
 
 /// A component that single precision cannot hold.
 pub(super) struct LostComponent {
-    /// One of its vertices.
     pub vertex: usize,
     /// Diagonal of its bounding box.
     pub size: f64,
-    /// Spacing of `f32` numbers at the component.
+    /// Spacing of `f32` numbers there.
     pub step: f64,
 }
 
@@ -60,7 +59,7 @@ fn is_short(positions: &[[f64; 3]], local: &[[f32; 3]], face: &[u32; 3]) -> bool
     side(0).max(side(1)).max(side(2)) < FEWEST * f64::from(reach * f32::EPSILON)
 }
 
-/// Returns for each vertex the first at the same position (-0 equals 0), n_vertices.
+/// Returns the first vertex at the position of each vertex (-0 equals 0), n_vertices.
 fn equal_positions(positions: &[[f64; 3]]) -> Vec<u32> {
     let mut first = FxHashMap::default();
     let key = |p: &[f64; 3]| p.map(|x| (x + 0.0).to_bits());
@@ -70,7 +69,7 @@ fn equal_positions(positions: &[[f64; 3]]) -> Vec<u32> {
 /// Components of faces joined over vertices at equal positions.
 struct PositionComponents {
     component_of_face: Vec<u32>,
-    /// Faces by component, and where each component begins, n_components + 1.
+    /// Faces by component; `begins` holds each component's start, n_components + 1.
     order: Vec<u32>,
     begins: Vec<usize>,
     count: u32,
@@ -110,7 +109,6 @@ impl PositionComponents {
         vertices.any(|vertex| *first.entry(single[vertex]).or_insert(exact[vertex]) != exact[vertex])
     }
 
-    /// Measures a component and the spacing of numbers there.
     fn measure(&self, component: u32, positions: &[[f64; 3]], local: &[[f32; 3]], faces: &[[u32; 3]]) -> LostComponent {
         let (mut low, mut high, mut reach, mut first) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3], 0.0f64, u32::MAX);
         for &vertex in self.faces(component, faces).flatten() {
@@ -127,7 +125,7 @@ impl PositionComponents {
     }
 }
 
-/// Counts the non-degenerate faces of each component after vertices were welded by `first`.
+/// Counts the non-degenerate faces of each component after welding by `first`.
 fn count_faces(components: &PositionComponents, first: &[u32], faces: &[[u32; 3]]) -> Vec<usize> {
     let mut left = vec![0; components.count as usize];
     for (face, &component) in faces.iter().zip(&components.component_of_face) {

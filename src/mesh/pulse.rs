@@ -1,7 +1,6 @@
-//! Beats from long loops, by which a listener learns their progress and can end them.
+//! Reports the progress of long loops to a listener, which can end them.
 //!
-//! A listener ends the work by unwinding, which `simplify::progress` catches: a `Result` through every kernel and rayon
-//! iterator would burden all runs for the few that are stopped.
+//! A listener ends the work by unwinding, which `simplify::progress` catches.
 
 use std::ops::Range;
 
@@ -9,19 +8,18 @@ use rayon::prelude::*;
 
 /// Least rows per rayon task; below, scheduling would cost more than the work.
 pub(crate) const PARALLEL: usize = 4096;
-/// Items between two beats, a few milliseconds of work on one thread.
+/// Items between two reports, a few milliseconds of work on one thread.
 const CHUNK: usize = 1 << 16;
 
-/// An optional listener that receives the number of items done since the last beat.
+/// An optional listener that receives the number of items done since its last call.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Pulse<'a> {
     listener: Option<&'a (dyn Fn(usize) + Sync)>,
-    /// Whether items are not counted.
+    /// True if the listener receives 0 in place of the number of items.
     is_silent: bool,
 }
 
 impl<'a> Pulse<'a> {
-    /// A pulse without a listener.
     pub const NONE: Self = Self { listener: None, is_silent: false };
 
     /// Creates a pulse for a listener, which may end the work by unwinding.
@@ -29,12 +27,11 @@ impl<'a> Pulse<'a> {
         Self { listener: Some(listener), is_silent: false }
     }
 
-    /// Stops counting items unless `counts`: for loops that every thread runs over the same items.
+    /// Stops counting items unless `counts`; for loops that every thread runs over the same items.
     pub fn counting_if(self, counts: bool) -> Self {
         Self { is_silent: self.is_silent || !counts, ..self }
     }
 
-    /// Reports `n_items` done since the last beat.
     #[inline]
     pub fn beat(self, n_items: usize) {
         if let Some(listener) = self.listener {
@@ -42,19 +39,19 @@ impl<'a> Pulse<'a> {
         }
     }
 
-    /// Splits items into chunks, with a beat before each and after the last.
+    /// Splits items into chunks and reports before each and after the last.
     #[inline]
     pub fn chunks<T>(self, items: &[T]) -> impl Iterator<Item = &[T]> {
         self.ranges(0..items.len()).map(|range| &items[range])
     }
 
-    /// Splits a range into chunks, with a beat before each and after the last.
+    /// Splits a range into chunks and reports before each and after the last.
     #[inline]
     pub fn ranges(self, range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
         self.ranges_of_size(CHUNK, range)
     }
 
-    /// Splits a range into chunks of the given size, with a beat before each and after the last.
+    /// Splits a range into chunks of the given size and reports before each and after the last.
     #[inline]
     pub fn ranges_of_size(self, chunk: usize, range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
         let (mut begin, mut n_before) = (range.start, 0);
@@ -66,7 +63,6 @@ impl<'a> Pulse<'a> {
         })
     }
 
-    /// Maps items in parallel.
     pub fn map<T: Sync, R: Send>(self, items: &[T], of: impl Fn(&T) -> R + Sync) -> Vec<R> {
         let mut all = Vec::with_capacity(items.len());
         for items in self.chunks(items) {
@@ -75,7 +71,6 @@ impl<'a> Pulse<'a> {
         all
     }
 
-    /// Maps the numbers below `n` in parallel.
     pub fn map_numbers<R: Send>(self, n: usize, of: impl Fn(usize) -> R + Sync) -> Vec<R> {
         let mut all = Vec::with_capacity(n);
         for numbers in self.ranges(0..n) {

@@ -1,10 +1,10 @@
-//! A mesh as read from a file: parsed, not checked.
+//! A mesh as read from a file: parsed, but not checked.
 
 use super::Attributes;
 
-/// Vertices and triangles as read: indices may be out of range, coordinates NaN, positions repeated.
+/// Vertices and triangles as read; indices may be out of range, coordinates NaN, positions repeated.
 ///
-/// Readers triangulate polygons; `cleanup` handles all other flaws.
+/// Readers triangulate polygons; [`cleanup`](super::cleanup) removes all other flaws.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct RawMesh {
@@ -12,7 +12,7 @@ pub struct RawMesh {
     pub positions: Vec<[f64; 3]>,
     /// Vertex indices of the triangles, n_faces x 3.
     pub faces: Vec<[u32; 3]>,
-    /// Whether the file stored more precision than `f32`; results are then written as doubles.
+    /// True if the file stored more precision than `f32`; results are then written as doubles.
     pub double: bool,
     /// Faces of the file with fewer than three corners.
     pub dropped_faces: usize,
@@ -46,7 +46,7 @@ impl RawMesh {
 pub struct Frame {
     /// Local origin in the file's coordinates.
     pub origin: [f64; 3],
-    /// Whether the file holds doubles; otherwise coordinates are rounded to `f32` when written.
+    /// True if the file holds doubles; otherwise written coordinates are rounded to `f32`.
     pub double: bool,
 }
 
@@ -56,7 +56,7 @@ impl Frame {
         std::array::from_fn(|axis| (position[axis] - self.origin[axis]) as f32 + 0.0)
     }
 
-    /// Converts a local position to the file's coordinates, rounded as they are written.
+    /// Converts a local position to the file's coordinates, rounded as the file stores them.
     pub fn to_file(&self, local: [f32; 3]) -> [f64; 3] {
         std::array::from_fn(|axis| {
             let exact = self.origin[axis] + f64::from(local[axis]);

@@ -1,4 +1,4 @@
-//! Faces with the same three vertices as an earlier one, and those of them that close a surface.
+//! Finds faces with the same three vertices as an earlier one, and those of them that close a surface.
 
 use glam::DVec3;
 use rustc_hash::FxHashMap;
@@ -9,15 +9,15 @@ use super::first_equal::first_equal;
 use super::pulse::Pulse;
 use super::union_find::UnionFind;
 
-/// Largest area of a flap, as a share of the whole area, at which both its sides are dropped.
+/// Largest area of a flap, relative to the whole area, at which both its sides are dropped.
 const SMALL: f64 = 1e-4;
 /// Mark of a vertex where at least two faces set the same bit.
 const SUSPECT: u32 = u32::MAX;
 
 /// Returns the faces that repeat an earlier one, ascending; vertex indices are below `n_vertices`.
 ///
-/// Each face sets one of 32 bits at its lowest vertex, chosen by the other two. Only faces at vertices with a repeated bit
-/// are looked up, usually a tenth to three tenths.
+/// Each face sets one of 32 bits at its lowest vertex, chosen by the other two. Only faces at vertices with a repeated
+/// bit are compared.
 pub(super) fn repeated_faces(faces: &[[u32; 3]], n_vertices: usize) -> Vec<u32> {
     let mut marks = vec![0u32; n_vertices];
     let mut any = false;
@@ -38,10 +38,10 @@ pub(super) fn repeated_faces(faces: &[[u32; 3]], n_vertices: usize) -> Vec<u32> 
     suspects.iter().zip(0..).filter(|&(_, i)| first[i as usize] != i).map(|(&face, _)| face).collect()
 }
 
-/// Returns the repeated faces that nothing needs, ascending, and both faces of small flaps on a body.
+/// Returns the superfluous faces among `repeated`, ascending, and both faces of small flaps on a body.
 ///
-/// Connected repeated faces stay if one of their edges has an even number of faces with them and an odd number above one
-/// without: closed bodies that touch in a face. Of each face, only as many copies stay as keep that number even.
+/// Connected repeated faces stay if an edge has an even number of faces with them and an odd number above one without
+/// them: closed bodies touch there in a face. Of each face, only as many copies stay as keep that number even.
 pub(super) fn superfluous_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], repeated: Vec<u32>) -> Vec<u32> {
     if repeated.is_empty() {
         return repeated;
@@ -77,7 +77,7 @@ pub(super) fn superfluous_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], repe
     superfluous
 }
 
-/// Removes pairs of coincident faces that bound no body from `edges`, flaps from the rim; returns them, the repeat last.
+/// Removes pairs of coincident faces that bound no body from `edges`, from the rim inward; returns the pairs.
 fn flaps(faces: &[[u32; 3]], kept: &[u32], edges: &mut FxHashMap<[u32; 2], RepeatedEdge>) -> Vec<[u32; 2]> {
     let mut same: FxHashMap<[u32; 3], Vec<u32>> =
         kept.iter().map(|&face| (sort_corners(faces[face as usize]), Vec::new())).collect();
@@ -102,7 +102,7 @@ fn flaps(faces: &[[u32; 3]], kept: &[u32], edges: &mut FxHashMap<[u32; 2], Repea
     flaps
 }
 
-/// Returns both sides of small flaps attached to other faces, and the second side of all others.
+/// Returns both sides of small flaps attached to other faces, and the second side of all other flaps.
 fn superfluous_of_flaps(
     positions: &[[f32; 3]],
     faces: &[[u32; 3]],
@@ -131,21 +131,20 @@ fn superfluous_of_flaps(
     flaps.iter().zip(flap).flat_map(|(pair, flap)| if goes(flap) { &pair[..] } else { &pair[1..] }).copied().collect()
 }
 
-/// Face counts of an edge of repeated faces: all faces, repeated ones, and the index of one of these.
 struct RepeatedEdge {
     n_faces: usize,
     n_repeated: usize,
     place: u32,
 }
 
-/// Picks one of each odd group of faces with the same vertices, if possible wound against the first such face.
+/// Picks one of each odd group of faces with the same vertices, preferably one wound against the first such face.
 fn pick_odd_copies(faces: &[[u32; 3]], some: impl Iterator<Item = u32>) -> Vec<u32> {
     let mut same: FxHashMap<[u32; 3], Vec<u32>> = FxHashMap::default();
     some.for_each(|face| same.entry(sort_corners(faces[face as usize])).or_default().push(face));
     same.retain(|_, same| same.len() % 2 == 1);
     let mut kept = Vec::new();
     for &face in faces {
-        // The first of all, which repeats none.
+        // The first face over these vertices.
         let Some(same) = same.remove(&sort_corners(face)) else { continue };
         let against = same.iter().find(|&&other| is_even(faces[other as usize]) != is_even(face));
         kept.extend(against.or(same.first()));
@@ -203,7 +202,7 @@ mod tests {
         let bodies = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3], [1, 2, 0], [1, 0, 4], [2, 1, 4], [0, 2, 4]];
         assert_eq!(repeated_faces(&bodies, 5), [4]);
         assert!(superfluous(&curve(5), &bodies).is_empty());
-        // A third and a fourth one in the other direction: two of the four stay.
+        // With a third and a fourth face in the other direction, two of the four stay.
         let more = [&bodies[..], &[[0, 2, 1], [1, 2, 0]]].concat();
         assert_eq!(superfluous(&curve(5), &more).len(), 2);
     }

@@ -1,11 +1,11 @@
-//! Feature edges: seams, where attributes are discontinuous, and creases, where the surface bends sharply.
+//! Finds feature edges: seams, where attributes are discontinuous, and creases, where the surface bends sharply.
 
 use glam::{Vec2, Vec3};
 
 use super::half_edges::{HalfEdge, for_each_edge, next, start};
 use super::{Attributes, Channel, Role, TriMesh};
 
-/// Least angle between corner normals, in degrees, that makes an edge hard; less is the rounding of facets.
+/// Least angle between corner normals, in degrees, at a hard edge; smaller angles come from rounded normals.
 const HARD: f32 = 15.0;
 /// Relative tolerance of texture coordinates and other values.
 const SAME: f32 = 1e-5;
@@ -19,20 +19,20 @@ const SAME_COLOUR: f32 = 1.0 / 64.0;
 pub struct FeatureEdge {
     /// Vertices, ascending.
     pub ends: [u32; 2],
-    /// Distance that its curve may move at a low price, in the unit of the mesh. At 0 the curve only loses vertices.
+    /// Distance that the seam may move at a low price, in the unit of the mesh; at 0 it only loses vertices.
     pub slack: f32,
-    /// Whether the normals on its two sides differ. False at seams of texture coordinates or materials alone.
+    /// True if the normals on its two sides differ, false for seams of texture coordinates or materials alone.
     pub is_hard: bool,
 }
 
 /// Lists the edges, ascending, between faces of different groups or with different attributes along the edge.
 ///
-/// With more than two faces, an edge counts if two of them match no other face. Normals differ from 15 degrees on, colours
-/// from 1/64; joints and morph targets never do.
+/// An edge with more than two faces counts if two of them match no other face. Normals differ from 15 degrees on,
+/// colours from 1/64; joints and morph targets never differ.
 ///
-/// The slack is above 0 only where nothing but texture coordinates and normals is discontinuous. It is the distance over
-/// which these change by `seam_error`: texture coordinates in shares of the texture's side, normals by their difference
-/// times the distance over the mesh's diagonal.
+/// The slack is above 0 only where nothing but texture coordinates and normals is discontinuous. Over this distance
+/// they change by `seam_error`. Texture coordinates are measured in shares of the texture's side, normals by their
+/// difference times the distance over the mesh's diagonal.
 ///
 /// ```
 /// use neural_mesh::mesh::{Attributes, TriMesh, seams};
@@ -54,7 +54,8 @@ pub fn seams(mesh: &TriMesh, attributes: &Attributes, seam_error: f32) -> Vec<Fe
         if faces[1..].iter().all(|face| join(&faces[0], face)) {
             return;
         }
-        // How more than two faces pair up is unknown here: two that match no other face make a seam, one alone is a boundary.
+        // With more than two faces, a face that matches no other is one side of a seam. A single such face is a
+        // boundary.
         let goes_on = |x: &HalfEdge| faces.iter().any(|y| x.half_edge != y.half_edge && join(x, y));
         let mut alone = faces.iter().filter(|face| !goes_on(face)).map(|face| face.half_edge);
         let Some(first) = alone.next() else { return };
@@ -73,7 +74,7 @@ fn seam(mesh: &TriMesh, attributes: &Attributes, pair: [u32; 2], seam_error: f32
     (slack, !carries_same(mesh, attributes, pair, |role| role == Role::Normal))
 }
 
-/// Lists the edges between two faces whose normals differ by more than `degrees`; vertices and edges ascending.
+/// Lists the edges between two faces whose normals differ by more than `degrees`, ascending.
 ///
 /// ```
 /// use neural_mesh::mesh::{creases, shapes};
@@ -124,7 +125,6 @@ fn bend(mesh: &TriMesh, attributes: &Attributes, [first, second]: [u32; 2]) -> f
     at_end(first).max(at_end(next(first)))
 }
 
-/// Returns the distance on the surface over which texture coordinates change by `seam_error`.
 fn slack_of_texture(mesh: &TriMesh, attributes: &Attributes, half_edges: [u32; 2], seam_error: f32) -> f32 {
     let ends = half_edges.map(|half_edge| [half_edge, next(half_edge)]);
     let channels = attributes.channels.iter().filter(|channel| channel.role == Role::Uv);
@@ -141,7 +141,7 @@ fn slack_of_texture(mesh: &TriMesh, attributes: &Attributes, half_edges: [u32; 2
     if on_texture > 0.0 { seam_error * on_surface / on_texture } else { on_surface }
 }
 
-/// Returns whether two faces share group and attributes, in the roles that count, along an edge.
+/// Returns whether two faces share group and attributes along an edge, for the roles that `counts` accepts.
 fn joins(mesh: &TriMesh, attributes: &Attributes, pair: [u32; 2], counts: impl Fn(Role) -> bool) -> bool {
     attributes.group(pair[0] / 3) == attributes.group(pair[1] / 3) && carries_same(mesh, attributes, pair, counts)
 }
@@ -159,7 +159,7 @@ fn carries_same(
     [first, next(first)].into_iter().all(same_wedge)
 }
 
-/// Returns the corner across an edge at the vertex of `corner`; `half_edge` is the other side.
+/// Returns the corner at the vertex of `corner` on the other side of an edge, given by its half-edge.
 fn partner(mesh: &TriMesh, corner: u32, half_edge: u32) -> u32 {
     let vertex = |corner: u32| start(mesh.faces(), corner);
     [half_edge, next(half_edge)].into_iter().find(|&other| vertex(other) == vertex(corner)).unwrap_or(corner)
@@ -169,14 +169,13 @@ fn wedge(attributes: &Attributes, corner: u32) -> u32 {
     attributes.wedges.as_flattened().get(corner as usize).copied().unwrap_or(0)
 }
 
-/// Returns whether two wedges have equal values in the roles that count.
 fn has_same_values(attributes: &Attributes, x: u32, y: u32, counts: &impl Fn(Role) -> bool) -> bool {
     let same_in =
         |channel: &Channel| !counts(channel.role) || same_values(channel.role, channel.value(x), channel.value(y));
     x == y || attributes.channels.iter().all(same_in)
 }
 
-/// Returns whether two values of this role make no seam.
+/// Returns whether two values of a role are close enough to make no seam.
 pub(crate) fn same_values(role: Role, x: &[f32], y: &[f32]) -> bool {
     let within = |most: &dyn Fn(f32, f32) -> f32| {
         x.iter().zip(y).all(|(&x, &y)| (x.is_nan() && y.is_nan()) || x == y || (x - y).abs() <= most(x, y))

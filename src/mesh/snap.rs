@@ -2,10 +2,10 @@
 
 use std::collections::HashMap;
 
-/// Moves each vertex onto the nearest fixed vertex closer than `distance`, if there is one; returns the number moved.
+/// Moves each vertex onto the nearest fixed vertex closer than `distance`; returns the number of moved vertices.
 ///
-/// Vertices are visited in order and fixed if no fixed vertex is near, so chains do not collapse. Ties go to the earliest.
-/// Vertices that are not finite are skipped; a distance that is not above 0 moves nothing. `positions`: n_vertices x 3.
+/// Vertices are visited in order; a vertex without a fixed vertex near it becomes fixed. Ties go to the earliest.
+/// Vertices that are not finite are skipped. A distance that is not above 0 moves nothing.
 ///
 /// ```
 /// let mut positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.001, 0.0, 0.0]];
@@ -37,7 +37,9 @@ pub fn snap(positions: &mut [[f64; 3]], distance: f64) -> usize {
     n_moved
 }
 
-/// Returns the cell of a coordinate; cells are twice as wide as the distance. Floats, because integers have less range.
+/// Returns the cell of a coordinate; cells are twice as wide as the distance.
+///
+/// Cells are floats, since integers have less range.
 fn cell(x: f64, distance: f64) -> u64 {
     // Adding zero turns -0 into 0.
     ((x / (2.0 * distance)).floor() + 0.0).to_bits()
@@ -103,7 +105,7 @@ mod tests {
             let mut positions = original;
             assert_eq!(snap(&mut positions, distance), 0, "{distance}");
         }
-        // Large numbers, whose neighbours are farther apart than the cells.
+        // Neighbouring numbers of this size are farther apart than the cells.
         let mut far: Vec<[f64; 3]> = (0..100).map(|i| [1e17 + 16.0 * f64::from(i), 0.0, 0.0]).collect();
         assert_eq!(snap(&mut far, 17.0), 50);
     }

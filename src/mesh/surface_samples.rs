@@ -1,4 +1,4 @@
-//! Points spread evenly over a surface.
+//! Draws points evenly over a surface.
 
 use glam::DVec3;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -24,9 +24,10 @@ impl SurfaceSample {
     }
 }
 
-/// Draws `n_samples` points by area: one from each of as many strips of equal area.
+/// Draws `n_samples` points by area, one from each of as many strips of equal area.
 ///
-/// The strips follow the order of the faces. A surface of zero area is sampled by face; a mesh without faces has no samples.
+/// Strips follow the order of the faces. A surface without area is sampled by face; a mesh without faces has no
+/// samples.
 ///
 /// ```
 /// use neural_mesh::mesh::{TriMesh, surface_samples::surface_samples};

@@ -9,13 +9,11 @@ use super::union_find::UnionFind;
 pub(super) struct Surroundings {
     /// Index of each face in the mesh, n_faces, ascending.
     pub numbers: Vec<u32>,
-    /// Vertex indices, n_faces x 3.
     pub faces: Vec<[u32; 3]>,
-    /// Cluster of each face, below `n_clusters`: faces of one cluster are connected and consistently wound.
+    /// Cluster of each face, below `n_clusters`; faces of one cluster are connected and consistently wound.
     pub clusters: Vec<u32>,
-    /// Upper bound of the cluster numbers.
     pub n_clusters: usize,
-    /// Vertices all of whose faces are included, ascending.
+    /// Vertices with all their faces included, ascending.
     vertices: Vec<u32>,
 }
 
@@ -50,7 +48,7 @@ impl Surroundings {
         Self { n_clusters: n_vertices + faces.len(), numbers, faces, clusters, vertices }
     }
 
-    /// Returns the vertices whose faces do not form one fan now, ascending; `new` vertices follow those of the mesh.
+    /// Returns the vertices whose faces do not form one fan, ascending; `new` vertices follow those of the mesh.
     pub(super) fn find_meeting_sheets(&self, new: Range<u32>) -> Vec<u32> {
         let vertices: Vec<u32> = self.vertices.iter().copied().chain(new).collect();
         let opposite = |&(_, corner): &(u32, u32)| {

@@ -1,4 +1,4 @@
-//! Vertex ranges per thread, for work whose result does not depend on where a range ends.
+//! Vertex ranges per thread, for work whose result does not depend on the ranges.
 
 use std::ops::Range;
 
@@ -6,18 +6,18 @@ use rayon::prelude::*;
 
 use super::pulse::Pulse;
 
-/// Least vertices per thread for which another thread pays.
+/// Least vertices per thread.
 const LEAST: usize = 20_000;
 /// Items per task.
 const CHUNK: usize = 8192;
 
-/// Splits `0..n_vertices` into consecutive ranges, one per thread if each has enough to do; at least one.
+/// Splits `0..n_vertices` into at least one consecutive range, at most one per thread.
 pub(crate) fn thread_ranges(n_vertices: usize) -> Vec<Range<usize>> {
     let n = rayon::current_num_threads().min(n_vertices / LEAST).max(1);
     (0..n).map(|i| n_vertices * i / n..n_vertices * (i + 1) / n).collect()
 }
 
-/// Splits `rows` by `shares`; the rows of `vertex` end at `end(vertex)`.
+/// Splits `rows` by `shares`; the rows of a vertex end at `end(vertex)`.
 pub(crate) fn split_rows<'a, T>(
     shares: &[Range<usize>],
     mut rows: &'a mut [T],
@@ -34,7 +34,7 @@ pub(crate) fn split_rows<'a, T>(
     parts
 }
 
-/// Adds the value `of` each face to the rows of its three corners (numbered 0, 1, 2).
+/// Adds the value `of` each face to the rows of its three corners (0, 1, 2).
 ///
 /// Every vertex receives its faces in order, on any number of threads.
 pub(crate) fn add_faces<T: Send, F>(
@@ -63,7 +63,6 @@ pub(crate) fn add_faces<T: Send, F>(
     });
 }
 
-/// Returns the indices of the wanted items, ascending.
 pub(crate) fn indices_where<T: Sync>(
     pulse: Pulse,
     items: &[T],

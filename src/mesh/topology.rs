@@ -11,13 +11,13 @@ use super::windings::Windings;
 pub struct Topology {
     /// Vertices, used or not.
     pub vertices: usize,
-    /// Vertices that no face uses.
+    /// Vertices without faces.
     pub unreferenced_vertices: usize,
     /// Edges.
     pub edges: usize,
     /// Faces.
     pub faces: usize,
-    /// Whether there are faces and no edge has only one.
+    /// True if the mesh has faces and no boundary edge.
     pub closed: bool,
     /// Edges with one face.
     pub boundary_edges: usize,
@@ -25,17 +25,17 @@ pub struct Topology {
     pub boundary_loops: usize,
     /// Edges with more than two faces.
     pub non_manifold_edges: usize,
-    /// Vertices whose faces form several fans; faces that share an edge at the vertex are in one fan.
+    /// Vertices whose faces form several fans; faces joined over edges at the vertex are one fan.
     pub non_manifold_vertices: usize,
     /// Edges with two faces that traverse them in the same direction.
     pub inconsistent_edges: usize,
-    /// Whether reversing faces can make the winding consistent across all two-face edges.
+    /// True if reversing faces can make the winding consistent across all two-face edges.
     pub orientable: bool,
     /// Components of faces joined over edges.
     pub components: usize,
     /// Euler characteristic: used vertices - edges + faces.
     pub euler: i64,
-    /// Handles, summed over components, with boundaries filled and vertices split into fans; only for orientable meshes
+    /// Handles of all components, with boundaries filled and vertices split into fans; only for orientable meshes
     /// without non-manifold edges.
     pub genus: Option<usize>,
 }
@@ -62,12 +62,10 @@ pub fn topology(mesh: &TriMesh) -> Topology {
     patches.count_topology()
 }
 
-/// The topology of patches that make up a mesh.
 #[derive(Debug, Default)]
 pub(crate) struct TopologyPatches(TopologyPatch);
 
 impl TopologyPatches {
-    /// Adds a patch.
     pub fn add(&mut self, patch: TopologyPatch) {
         let all = &mut self.0;
         let (fans, components, sides) = (all.open_fans.len() as u32, all.n_open_components, all.n_open_sides);
@@ -139,7 +137,6 @@ impl OpenElements {
     }
 }
 
-/// Counts the boundary curves of joined fans.
 fn n_curves(curves: &[[u32; 2]], fans: &mut UnionFind) -> usize {
     let curves: Vec<[u32; 2]> = curves.iter().map(|curve| curve.map(|fan| fans.find(fan))).collect();
     curves_through(&curves).1.n_sets()
@@ -304,7 +301,7 @@ mod tests {
 
     #[test]
     fn holes_that_meet_in_a_vertex_are_two_loops() {
-        // A ring of six faces around vertex 0 without two opposite ones: the boundary passes 0 twice.
+        // A ring of six faces around vertex 0 without two opposite ones; the boundary passes 0 twice.
         let fan = mesh(7, &[[0, 1, 2], [0, 2, 3], [0, 4, 5], [0, 5, 6]]);
         let topology = topology(&fan);
         assert_eq!((topology.non_manifold_vertices, topology.boundary_loops, topology.components), (1, 2, 2));

@@ -1,4 +1,4 @@
-//! Topology of a subset of a mesh's faces; everything at vertices shared with other subsets stays open.
+//! Topology of a subset of a mesh's faces; elements at vertices shared with other subsets stay open.
 
 use rustc_hash::FxHashMap;
 
@@ -7,16 +7,15 @@ use super::half_edges::{HalfEdge, for_each_edge, next, start};
 use super::union_find::UnionFind;
 use super::windings::Windings;
 
-/// Key of a position, by which subsets recognise a shared vertex.
 pub(crate) type PositionKey = [u32; 3];
 
-/// The topology of some faces: counts of closed components, fans and sides; open ones are numbered from 0.
+/// The topology of some faces: counts of closed components, fans and sides, and open ones numbered from 0.
 ///
 /// A fan is a set of corners at one vertex joined over edges.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TopologyPatch {
     pub closed: TopologyCounts,
-    /// Whether some faces cannot be oriented consistently.
+    /// True if some faces cannot be oriented consistently.
     pub is_one_sided: bool,
     pub n_open_components: u32,
     pub n_open_sides: u32,
@@ -35,12 +34,11 @@ pub(crate) struct TopologyCounts {
     pub unreferenced_vertices: usize,
     pub non_manifold_vertices: usize,
     pub faces: usize,
-    /// Edges with an unshared end; of these, those with one face, with more than two, and with two of inconsistent winding.
+    /// Edges with an unshared end; of these, those with one face, more than two, and two of inconsistent winding.
     pub edges: usize,
     pub boundary_edges: usize,
     pub non_manifold_edges: usize,
     pub inconsistent_edges: usize,
-    /// Components, fans and boundary loops.
     pub components: usize,
     pub fans: usize,
     pub loops: usize,
@@ -65,13 +63,11 @@ impl std::ops::AddAssign for TopologyCounts {
 /// A half-edge between two shared vertices.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct OpenEdge {
-    /// Positions of its start and end.
     pub ends: [PositionKey; 2],
-    /// Fans at its start and end.
     pub fans: [u32; 2],
     pub component: u32,
     pub side: u32,
-    /// Whether the face is reversed against the first of its side.
+    /// True if the face is reversed against the first of its side.
     pub is_turned: bool,
 }
 
@@ -81,7 +77,7 @@ impl OpenEdge {
         [a.min(b), a.max(b)]
     }
 
-    /// Returns its fans at the start and the end of `other`.
+    /// Returns the edge's fans at the start and the end of `other`.
     pub fn fans_along(&self, other: &Self) -> [u32; 2] {
         let [a, b] = self.fans;
         if self.ends == other.ends { [a, b] } else { [b, a] }
@@ -93,7 +89,7 @@ pub(crate) fn position_key(position: [f32; 3]) -> PositionKey {
 }
 
 impl TopologyPatch {
-    /// Joins the faces of a mesh; `is_shared` tells which vertices have faces elsewhere.
+    /// Joins the faces of a mesh; `is_shared` accepts vertices with faces elsewhere.
     pub fn new(mesh: &TriMesh, is_shared: impl Fn(u32) -> bool) -> Self {
         let mut links = Links::new(mesh);
         for_each_edge(mesh.positions().len(), mesh.faces(), |[a, b], half_edges| {
@@ -111,7 +107,7 @@ impl TopologyPatch {
     }
 }
 
-/// Returns the fans at the ends of boundary edges, ascending, and the boundary curves as sets of their indices.
+/// Returns the fans at boundary edges, ascending, and the boundary curves as sets of their indices.
 pub(super) fn curves_through(ends: &[[u32; 2]]) -> (Vec<u32>, UnionFind) {
     let mut fans: Vec<u32> = ends.as_flattened().to_vec();
     fans.sort_unstable();
@@ -127,7 +123,7 @@ pub(super) fn curves_through(ends: &[[u32; 2]]) -> (Vec<u32>, UnionFind) {
 struct Links<'a> {
     mesh: &'a TriMesh,
     faces: UnionFind,
-    /// Corners (`3 * face + corner`) of one vertex joined over edges: the fans.
+    /// Fans: corners (`3 * face + corner`) of one vertex joined over edges.
     corners: UnionFind,
     counts: TopologyCounts,
     boundary: Vec<u32>,
@@ -168,7 +164,7 @@ impl<'a> Links<'a> {
         }
     }
 
-    /// Counts fans and vertices; returns the numbers of open fans by their first corners.
+    /// Counts fans and vertices; returns the number of each open fan by its first corner.
     fn open_fans(&mut self, patch: &mut TopologyPatch, is_shared: &impl Fn(u32) -> bool) -> FxHashMap<u32, u32> {
         let (mut fans, mut open) = (vec![0u32; self.mesh.positions().len()], FxHashMap::default());
         for corner in 0..3 * self.mesh.faces().len() as u32 {
@@ -208,7 +204,6 @@ impl<'a> Links<'a> {
         patch.closed.loops = curves.n_sets() - first_of.len();
     }
 
-    /// Lists the open half-edges and numbers their components and sides.
     fn list_open(mut self, patch: &mut TopologyPatch, fans: &FxHashMap<u32, u32>) {
         let is_needed = self.counts.inconsistent_edges > 0 || !self.open.is_empty();
         let mut sides = Windings::new(if is_needed { self.mesh.faces().len() } else { 0 });

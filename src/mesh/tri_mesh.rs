@@ -1,4 +1,4 @@
-//! The triangle mesh that every algorithm takes, valid by construction.
+//! The triangle mesh that every algorithm takes.
 
 /// A triangle mesh with indices in range, finite coordinates and three different corners per face.
 ///
@@ -20,7 +20,7 @@ pub struct TriMesh {
 pub enum InvalidMesh {
     /// More vertices or faces than `u32` indices reach.
     TooLarge,
-    /// A coordinate of this vertex is infinite or not a number.
+    /// A coordinate of this vertex is not finite.
     NotFinite {
         /// Index of the vertex.
         vertex: usize,
@@ -55,7 +55,7 @@ impl std::fmt::Display for InvalidMesh {
 impl std::error::Error for InvalidMesh {}
 
 impl TriMesh {
-    /// Checks positions (n_vertices x 3) and faces (n_faces x 3) and builds a mesh.
+    /// Builds a mesh from positions (n_vertices x 3) and faces (n_faces x 3).
     ///
     /// # Errors
     /// [`InvalidMesh`] names the first vertex or face that is wrong.
@@ -112,7 +112,7 @@ impl TriMesh {
     }
 }
 
-/// Returns whether all faces have three different vertices in range; one pass without branches.
+/// Returns whether all faces have three different vertices in range; branch-free.
 pub(super) fn are_sound(faces: &[[u32; 3]], n_vertices: usize) -> bool {
     let n_vertices = u32::try_from(n_vertices).unwrap_or(u32::MAX);
     let wrong = |&[a, b, c]: &[u32; 3]| {

@@ -85,7 +85,7 @@ mod tests {
 
     #[test]
     fn faces_are_joined_over_the_edges_that_are_wanted() {
-        // Three at one edge, and one that touches the first at a vertex.
+        // Three faces at one edge, and one that touches the first at a vertex.
         let faces = [[0, 1, 2], [1, 0, 3], [0, 1, 4], [2, 5, 6]];
         let sets = |is_wanted: fn(usize) -> bool| join_faces(7, &faces, is_wanted).number_sets(Pulse::NONE).0;
         assert_eq!(sets(|_| true), [0, 0, 0, 1]);

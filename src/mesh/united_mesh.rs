@@ -4,7 +4,7 @@ use glam::{DMat4, DVec3};
 
 use super::{Attributes, Channel, Role, TriMesh, compact};
 
-/// Largest number of faces in a scene view; beyond, each piece is shown at its largest instance alone.
+/// Largest number of faces in a scene view; beyond, each piece is shown at its largest instance only.
 const MOST_VIEWED: usize = 1 << 24;
 
 /// A mesh to be united with others.
@@ -14,26 +14,27 @@ pub struct ScenePiece<'a> {
     pub mesh: &'a TriMesh,
     /// Its attributes.
     pub attributes: &'a Attributes,
-    /// Scale relative to the others; rounded to a power of two, so that coordinates stay exact.
+    /// Scale relative to the other pieces; rounded to a power of two, so that coordinates stay exact.
     pub scale: f64,
-    /// Transforms from its coordinates to the scene's, one per instance.
+    /// Transforms of its instances to the scene's coordinates.
     pub places: &'a [DMat4],
 }
 
-/// Scaled meshes side by side in one; they share no vertices.
+/// Scaled meshes in one; they share no vertices.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnitedMesh {
     /// All faces and vertices.
     pub mesh: TriMesh,
-    /// Attributes: all channels, filled with zeros (colours with white) where a mesh lacks one, and groups that no two
-    /// meshes share.
+    /// Attributes, with all channels of all meshes and separate groups per mesh.
+    ///
+    /// Zeros replace a missing channel, white a missing colour.
     pub attributes: Attributes,
     /// First group of each mesh, and one past the last.
     first_groups: Vec<u32>,
     channels: Vec<Vec<String>>,
     scales: Vec<f32>,
     has_groups: Vec<bool>,
-    /// Transforms of each mesh's instances from united coordinates to the scene centred at its middle.
+    /// Transforms of each mesh's instances from united coordinates to the centred scene.
     places: Vec<Vec<DMat4>>,
     diagonal: f64,
 }
@@ -43,7 +44,7 @@ pub struct UnitedMesh {
 pub struct SceneView {
     /// All instances, with the scene's middle as origin.
     pub mesh: TriMesh,
-    /// UnitedMesh face of each face, n_faces.
+    /// United face of each face, n_faces.
     pub faces: Vec<u32>,
 }
 
@@ -124,7 +125,7 @@ impl UnitedMesh {
         &self.places[piece]
     }
 
-    /// Returns the largest factor by which lengths of a piece grow in the scene, 0 without instances.
+    /// Returns the largest stretch of a piece's coordinate axes in the scene, 0 without instances.
     pub fn stretch(&self, piece: usize) -> f64 {
         let columns = |place: &DMat4| [place.x_axis, place.y_axis, place.z_axis].map(|column| column.length());
         self.places[piece].iter().flat_map(columns).fold(0.0, f64::max)
@@ -135,7 +136,7 @@ impl UnitedMesh {
         self.diagonal
     }
 
-    /// Returns the piece that a group of faces belongs to.
+    /// Returns the piece that a group belongs to.
     pub fn piece_of_group(&self, group: u32) -> usize {
         (self.first_groups.partition_point(|&first| first <= group) - 1).min(self.scales.len() - 1)
     }
@@ -223,7 +224,7 @@ fn channel_names(piece: &ScenePiece) -> Vec<String> {
     piece.attributes.channels.iter().map(|channel| channel.name.clone()).collect()
 }
 
-/// Returns the instance transforms of each piece, only the largest if all would show too many faces.
+/// Returns the instance transforms of each piece, only the largest if all have too many faces.
 fn places(pieces: &[ScenePiece], scales: &[f32]) -> Vec<Vec<DMat4>> {
     let n_viewed: usize = pieces.iter().map(|piece| piece.places.len().saturating_mul(piece.mesh.faces().len())).sum();
     let of_piece = |(piece, &scale): (&ScenePiece, &f32)| {
@@ -290,9 +291,9 @@ pub(super) fn all_channels<'a>(pieces: impl Iterator<Item = &'a Attributes>) -> 
     channels
 }
 
-/// Appends a mesh's values to a channel, zeros (colours: white) if it has none.
+/// Appends a mesh's values to a channel, or zeros (white for colours) if it has none.
 ///
-/// Joints and weights of a skin each start their half of a row.
+/// The joints and the weights of a skin each fill their half of a row.
 pub(super) fn extend(channel: &mut Channel, attributes: &Attributes, n_wedges: usize, scale: f32) {
     let (first, width) = (channel.values.len(), channel.width.max(1));
     let missing = if channel.role == Role::Colour { 1.0 } else { 0.0 };

@@ -1,4 +1,4 @@
-//! Consistent, outward winding for surfaces without one.
+//! Makes the winding of a surface consistent and outward.
 
 use std::collections::VecDeque;
 
@@ -6,10 +6,11 @@ use glam::DVec3;
 
 use super::half_edges::{NO_TWIN, twins};
 
-/// Reverses faces until neighbours across two-face edges agree where possible, and every component looks outward.
+/// Reverses faces so that neighbours across two-face edges agree where possible and every component faces outward.
 ///
-/// Winding spreads breadth first from the first face of a component. The component is then reversed if its faces span a
-/// negative volume with the mean of their corners. One-sided surfaces, such as a Moebius strip, keep some disagreeing edges.
+/// Winding spreads breadth first from the first face of a component. The component is reversed if its faces span a
+/// negative volume with the mean of their corners. One-sided surfaces, such as a Moebius strip, keep some disagreeing
+/// edges.
 ///
 /// # Shapes
 /// - `positions`: n x 3, `faces`: n_faces x 3, each with three different corners below n
@@ -63,7 +64,6 @@ fn wind_component(first: usize, twins: &[u32], wound: &mut [[u32; 3]], is_reache
     component
 }
 
-/// Returns whether two faces traverse an edge in the same direction.
 fn runs_along(face: [u32; 3], other: [u32; 3]) -> bool {
     let edges = edges_of(other);
     edges_of(face).iter().any(|edge| edges.contains(edge))

@@ -1,14 +1,11 @@
 //! Chamfer distance between two point sets, squared: the paper's CD (Sec. 4.1).
-//!
-//! Between samples of surfaces it also measures their spacing; [`surface_distance`](super::surface_distance) is zero
-//! between a surface and itself.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::spatial::nearest_to;
 
-/// Points per rayon task; sums are added in task order, so thread counts do not change them.
+/// Points per rayon task.
 const CHUNK: usize = 512;
 
 /// Mean squared distances between two point sets, in squared units of the points.

@@ -4,15 +4,13 @@ use rayon::prelude::*;
 
 use crate::spatial::{nearest_to, point_curvature};
 
-/// Points per rayon task; sums are added in task order, so thread counts do not change them.
+/// Points per rayon task.
 const CHUNK: usize = 512;
 
 /// Measures `mean_a (k(a) - k(a'))^2 + mean_b (k(b) - k(b'))^2`; `None` if a set is empty.
 ///
-/// `a'` is the nearest point of the other set, `k` the [`point_curvature`] of a point within its own set.
-///
-/// # Shapes
-/// - `a`: n_a x 3, `b`: n_b x 3, finite
+/// `a'` is the nearest point of the other set, `k` the [`point_curvature`] of a point within its own set. `a`: n_a x 3,
+/// `b`: n_b x 3, finite.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, metrics::curvature_error};
@@ -60,7 +58,6 @@ mod tests {
         assert_eq!(curvature_error(&ridge(0.5), &ridge(2.0)), Some(errors[1]));
     }
 
-    /// Two values against one: (1 - 3)^2 and (4 - 3)^2 one way, (3 - 4)^2 the other.
     #[test]
     fn partners_by_hand() {
         assert_eq!(mean_squared_difference(&[1.0, 4.0], &[3.0], &[0, 0]), 2.5);

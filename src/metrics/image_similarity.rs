@@ -1,13 +1,13 @@
-//! Similarity of images: SSIM, PSNR and overlap of silhouettes, from plain buffers.
+//! Similarity of images: SSIM, PSNR and overlap of silhouettes.
 
 /// Side of an SSIM window in pixels.
 const WINDOW: usize = 8;
 
 /// Returns the structural similarity of two grey images, 1 if equal.
 ///
-/// The mean over windows of 8 x 8 pixels, four apart, of Wang et al. 2004, "Image quality assessment: from error
-/// visibility to structural similarity", Eq. (13), with their constants. `None` if the sizes differ, are no multiple of
-/// `width`, or hold no window.
+/// Mean over windows of 8 x 8 pixels, four apart, of Eq. (13) in Wang et al. 2004, "Image quality assessment: from
+/// error visibility to structural similarity". `None` if the sizes differ, are no multiple of `width`, or hold no
+/// window.
 ///
 /// ```
 /// use neural_mesh::metrics::ssim;
@@ -89,7 +89,6 @@ mod tests {
         assert!(decibels[0].is_infinite() && decibels[2] < decibels[1], "{decibels:?}");
     }
 
-    /// Between two uniform greys only the means differ.
     #[test]
     fn flat_greys_by_hand() {
         let [dark, light] = [100u8, 120].map(|grey| vec![grey; 64]);

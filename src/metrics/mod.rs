@@ -1,4 +1,4 @@
-//! Measurements of a simplified mesh against its original; nothing here depends on how it was made.
+//! Measurements of a simplified mesh against its original, independent of the simplifier.
 
 mod certified_distance;
 mod chamfer;

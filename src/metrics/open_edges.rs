@@ -1,4 +1,4 @@
-//! Edges without exactly two faces: the paper's WA (Sec. 4.1), and those not explained by the original's boundary.
+//! Edges without exactly two faces: the paper's WA (Sec. 4.1), and those away from the original's boundary.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -6,11 +6,9 @@ use rayon::prelude::*;
 use crate::mesh::{Edge, TriMesh, edges};
 use crate::spatial::NearestOnTriangles;
 
-/// Largest distance between an edge and the boundary it counts to, in lengths of the edge or mean edge lengths,
-/// whichever is less.
+/// Largest distance between an edge and its boundary, in lengths of the edge or mean edge lengths, whichever is less.
 ///
-/// Samples lie up to about one edge inside the boundary. The edge's own length limits the search, or a long edge would
-/// hide holes far from any boundary. One-face holes next to a boundary go unseen.
+/// The edge's own length is a limit, since a long edge would hide holes far from any boundary.
 const REACH: f64 = 1.0;
 
 /// Counts of the edges of a simplified mesh.
@@ -21,7 +19,7 @@ pub struct OpenEdges {
     pub edges: usize,
     /// Edges with one, three or more faces.
     pub without_two_faces: usize,
-    /// Edges without two faces that do not lie on a boundary of the original.
+    /// Edges without two faces that are not on a boundary of the original.
     pub open: usize,
 }
 
@@ -31,7 +29,7 @@ impl OpenEdges {
         self.percent(self.without_two_faces)
     }
 
-    /// Returns the percentage of edges that are open and not on a boundary of the original, 0 without edges.
+    /// Returns the percentage of [`open`](Self::open) edges, 0 without edges.
     pub fn open_percent(&self) -> f64 {
         self.percent(self.open)
     }
@@ -43,8 +41,8 @@ impl OpenEdges {
 
 /// Counts the edges of `simplified` without two faces, and those away from the boundary of `original`.
 ///
-/// An edge with one face lies on the boundary if its ends and midpoint are within its own length, and within the mean
-/// edge length, of the original's boundary edges. Edges with three or more faces never do.
+/// An edge with one face is on the boundary if its ends and midpoint are within its own length, and within the mean
+/// edge length, of the original's boundary edges. Edges with three or more faces never are.
 ///
 /// ```
 /// use neural_mesh::{mesh::TriMesh, metrics::open_edges};
@@ -139,7 +137,6 @@ mod tests {
         assert_eq!(open_edges(&fan, &fan), OpenEdges { edges: 7, without_two_faces: 7, open: 1 });
     }
 
-    /// A cube open on top. A side missing in the result has edges as long as its distance to the boundary.
     #[test]
     fn long_edges_hide_no_holes_far_from_the_boundary() {
         let fine = shapes::cuboid([1.0; 3], 16);

@@ -1,4 +1,4 @@
-//! Distances to show as colours on a mesh, at its vertices or at several points per face.
+//! Distances for colouring a mesh, at its vertices or at several points per face.
 
 use rayon::prelude::*;
 
@@ -7,7 +7,7 @@ use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::TriMesh;
 use crate::spatial::NearestOnTriangles;
 
-/// Most painted points on a mesh of few, large faces.
+/// Most coloured points on a mesh.
 const MOST_POINTS: usize = 120_000;
 
 const MOST_STEPS: usize = 8;
@@ -19,15 +19,14 @@ pub struct ColourScale {
     pub p95: f32,
     /// The 99th percentile.
     pub p99: f32,
-    /// The largest distance.
+    /// Largest distance.
     pub max: f32,
 }
 
-/// A mesh with the points at which it is painted.
+/// A mesh with the points at which it is coloured.
 pub struct PaintedMesh<'a> {
     mesh: &'a TriMesh,
-    /// Steps along each side between painted points; 1 paints the vertices only. More steps show faces whose middle is
-    /// far from the original while their corners are close.
+    /// Steps along each side between points; 1 means the vertices only.
     pub steps: usize,
 }
 
@@ -44,7 +43,7 @@ impl<'a> PaintedMesh<'a> {
         Self { mesh, steps: choose_steps(mesh) }
     }
 
-    /// Returns the distance of each painted point to another surface, in the mesh's unit.
+    /// Returns the distance of each point to another surface, in the mesh's unit.
     ///
     /// # Shapes
     /// n_vertices, or n_faces x points per face, row by row from the first corner (the order of `refine.js`).
@@ -56,8 +55,7 @@ impl<'a> PaintedMesh<'a> {
         distances(&points, other)
     }
 
-    /// Returns the share of the area that each painted point represents, in the order of [`Self::distances_to`]; they
-    /// sum to 1.
+    /// Returns the share of the area that each point represents, in the order of [`Self::distances_to`]; the sum is 1.
     pub fn shares(&self) -> Vec<f64> {
         match self.steps {
             1 => vertex_shares(self.mesh),
@@ -75,12 +73,11 @@ fn vertices(mesh: &TriMesh) -> Vec<[f64; 3]> {
     mesh.positions().iter().map(|position| position.map(f64::from)).collect()
 }
 
-/// Builds the tree that finds closest points on the surface of a mesh.
+/// Builds the tree that finds closest points on a mesh.
 pub fn closest_point_tree(mesh: &TriMesh) -> NearestOnTriangles {
     NearestOnTriangles::new(&triangles(mesh))
 }
 
-/// Returns the most steps that stay within [`MOST_POINTS`], 1 if none do.
 fn choose_steps(mesh: &TriMesh) -> usize {
     let fit = |steps: &usize| mesh.faces().len() * points_per_face(*steps) <= MOST_POINTS;
     (2..=MOST_STEPS).rev().find(fit).unwrap_or(1)
@@ -90,7 +87,6 @@ fn points_per_face(steps: usize) -> usize {
     (steps + 1) * (steps + 2) / 2
 }
 
-/// Returns evenly spread points of every face, row by row from the first corner.
 fn face_points(mesh: &TriMesh, steps: usize) -> Vec<[f64; 3]> {
     let mut points = Vec::with_capacity(mesh.faces().len() * points_per_face(steps));
     for face in mesh.faces() {
@@ -105,7 +101,6 @@ fn face_points(mesh: &TriMesh, steps: usize) -> Vec<[f64; 3]> {
     points
 }
 
-/// Returns the share of the area at each vertex: a third of each face around it, n_vertices.
 fn vertex_shares(mesh: &TriMesh) -> Vec<f64> {
     let mut shares = vec![0.0; mesh.positions().len()];
     for (face, share) in mesh.faces().iter().zip(face_shares(mesh)) {
@@ -128,7 +123,7 @@ fn face_shares(mesh: &TriMesh) -> Vec<f64> {
     areas.iter().map(|area| if total > 0.0 { area / total } else { even }).collect()
 }
 
-/// Returns the colour scale for distances, each with the share of area that it represents.
+/// Returns the colour scale for pairs of a distance and its share of the area.
 ///
 /// ```
 /// use neural_mesh::metrics::colour_scale;
@@ -198,7 +193,7 @@ mod tests {
         let [corners, inside] =
             [1, 8].map(|steps| PaintedMesh { mesh: &coarse, steps }.distances_to(&closest_point_tree(&fine)));
         let largest = |distances: Vec<f32>| distances.into_iter().fold(0.0, f32::max);
-        // The centre of an icosahedron's face lies 1 - 0.795 below the sphere.
+        // The centre of an icosahedron's face is 1 - 0.795 below the sphere.
         let (corners, inside) = (largest(corners), largest(inside));
         assert!(corners < 1e-3 && inside > 0.18 && inside < 0.206, "{corners} {inside}");
     }

@@ -1,4 +1,4 @@
-//! A fast two-sided distance between two meshes, for a program that has just simplified one into the other.
+//! A fast two-sided distance between two meshes.
 //!
 //! Fewer figures than [`surface_distance`](super::surface_distance), at a fraction of its time.
 
@@ -13,25 +13,24 @@ use crate::spatial::FaceTree;
 use super::certified_distance::largest_distance_from_faces;
 use super::search_budget::affordable_count;
 
-/// Samples per rayon task; sums are added in task order, so thread counts do not change them.
+/// Samples per rayon task.
 const CHUNK: usize = 256;
-/// Probe points count if at least at this share of the largest sample distance.
+/// Share of the largest sample distance below which vertices and edge midpoints are ignored.
 const PROBE_SHARE: f64 = 0.7;
 /// Farthest points around which the largest distance is searched.
 const N_FARTHEST: usize = 16;
-/// Faces before and after such a point along the curve that are searched.
+/// Faces searched before and after such a point along the curve.
 const NEIGHBOURHOOD: usize = 4;
-/// The search for the largest distance ends at this relative gap, or after `MAX_TESTS` triangles.
+/// Relative gap at which the search for the largest distance ends; `MAX_TESTS` bounds its triangles.
 const GAP: f64 = 0.02;
 const MAX_TESTS: u64 = 40_000;
-/// Budget of triangles and boxes visited per direction, in total and per point; larger of the two.
+/// Largest number of triangles and boxes visited per direction, in total and per point; the larger counts.
 ///
-/// Only large intersecting faces, which cost thousands per point, exceed it; fewer points are used then.
+/// Only large intersecting faces exceed it; fewer points are used then.
 const MAX_LOOKS: f64 = 1e7;
 const USUAL_LOOKS: f64 = 100.0;
 const AREAS_CHUNK: usize = 4096;
-/// Steps of a low-discrepancy sequence in the unit square (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom
-/// Sequences").
+/// Steps of a low-discrepancy sequence (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences").
 const R2_STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
 
 /// A two-sided distance between two surfaces, in the mesh's unit.
@@ -40,13 +39,11 @@ const R2_STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
 pub struct QuickDistance {
     /// Mean of the mean distances in both directions.
     pub mean: f64,
-    /// Largest distance found in either direction, a lower bound of the true one. Samples, vertices and the
-    /// surroundings of the farthest points are searched.
+    /// Largest distance found in either direction, a lower bound of the true one.
     pub max: f64,
     /// Diagonal of the original's bounding box.
     pub diagonal: f64,
-    /// Samples behind the mean on the surface with fewer; fewer than requested only where large faces intersect
-    /// heavily.
+    /// Samples used on the surface with fewer; fewer than requested where large faces intersect heavily.
     pub n_samples: usize,
 }
 
@@ -151,7 +148,7 @@ pub(super) fn one_way_distance(
     let measure_chunk = |samples: &[CurveSample]| Isa::best().run(SampleDistances { samples, tree: other });
     let mut found: Vec<FaceDistance> = samples.par_chunks(CHUNK).flat_map_iter(measure_chunk).collect();
     let mean = found.iter().map(|found| found.distance2.sqrt()).sum::<f64>() / samples.len() as f64;
-    // Probe points well below the farthest sample cannot raise the maximum much: skip them.
+    // Points well below the farthest sample cannot raise the maximum much: skip them.
     let far = PROBE_SHARE * PROBE_SHARE * largest_distance2(&found);
     let mut probe_points = probe_points(meshes, own.order());
     let n_affordable = affordable_count(probe_points.len(), most(probe_points.len()), |i| {
@@ -175,7 +172,6 @@ fn largest_distance2(found: &[FaceDistance]) -> f64 {
     found.iter().map(|found| found.distance2).fold(0.0, f64::max)
 }
 
-/// Returns the faces around the farthest points, each once.
 fn faces_near_farthest(mut found: Vec<FaceDistance>, order: &[u32]) -> Vec<u32> {
     let by_distance =
         |a: &FaceDistance, b: &FaceDistance| b.distance2.total_cmp(&a.distance2).then(a.place.cmp(&b.place));
@@ -190,7 +186,7 @@ fn faces_near_farthest(mut found: Vec<FaceDistance>, order: &[u32]) -> Vec<u32> 
     places.into_iter().map(|place| order[place]).collect()
 }
 
-/// A vertex or edge midpoint to be measured besides the samples.
+/// A vertex or edge midpoint that is measured in addition to the samples.
 ///
 /// `place` is its face's place along the curve; `at` is the corner, or 3 plus the side whose midpoint it is.
 #[derive(Clone, Copy)]
@@ -208,8 +204,9 @@ impl ProbePoint {
     }
 }
 
-/// Returns all vertices in curve order, and edge midpoints of the mesh with fewer faces: its edges cut across curved
-/// regions.
+/// Returns all vertices in curve order, and edge midpoints of the mesh with fewer faces.
+///
+/// Edges of the coarser mesh cut across curved regions.
 fn probe_points([mesh, other]: [&TriMesh; 2], order: &[u32]) -> Vec<ProbePoint> {
     // Midpoints of the finer mesh's edges would cost more than they find.
     let with_middles = mesh.faces().len() <= other.faces().len();
@@ -236,7 +233,7 @@ pub(super) struct CurveSample {
     place: usize,
 }
 
-/// Draws samples by area in curve order, so that neighbours in the list are close in space; by face if none has area.
+/// Draws samples by area in curve order, or by face if none has area.
 pub(super) fn curve_samples(mesh: &TriMesh, order: &[u32], n_samples: usize, seed: u64) -> Vec<CurveSample> {
     let mut areas: Vec<f64> = vec![0.0; order.len()];
     let tasks = areas.par_chunks_mut(AREAS_CHUNK).zip(order.par_chunks(AREAS_CHUNK));
@@ -278,7 +275,6 @@ pub(super) fn vertex_point(mesh: &TriMesh, vertex: u32) -> DVec3 {
     DVec3::new(x.into(), y.into(), z.into())
 }
 
-/// The task of computing doubled face areas.
 struct FaceAreas<'a> {
     mesh: &'a TriMesh,
     faces: &'a [u32],
@@ -296,7 +292,6 @@ impl Work for FaceAreas<'_> {
     }
 }
 
-/// A squared distance and the place of its face along the curve.
 struct FaceDistance {
     place: usize,
     distance2: f64,
@@ -324,7 +319,7 @@ impl Work for SampleDistances<'_> {
     }
 }
 
-/// The task of finding probe points farther than `far` (squared).
+/// The task of finding points farther than `far` (squared).
 struct FarProbes<'a> {
     mesh: &'a TriMesh,
     order: &'a [u32],
@@ -390,7 +385,6 @@ mod tests {
         assert!((quick.mean - 0.5 * (mean(&a, &b) + mean(&b, &a))).abs() < 1e-12, "{quick:?}");
     }
 
-    /// Two triangles, the second nine times as large, and one without area between them.
     #[test]
     fn faces_get_samples_by_area_and_all_of_them_evenly() {
         let positions = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [10.0, 0.0], [13.0, 0.0], [10.0, 3.0], [5.0, 0.0]];
@@ -407,7 +401,7 @@ mod tests {
         assert_eq!(curve_samples(&flat, &[0, 1], 10, 0).iter().filter(|sample| sample.place == 1).count(), 5);
     }
 
-    /// One vertex of many is pulled out: samples lie on its faces, but not at the tip.
+    /// One vertex of many is pulled out: samples are on its faces, but not at the tip.
     #[test]
     fn the_largest_distance_is_found_between_samples() {
         let (mut positions, faces) = shapes::icosphere(5).into_parts();
@@ -418,7 +412,6 @@ mod tests {
         assert!((quick.max - 0.5).abs() < 2e-3, "{quick:?}");
     }
 
-    /// Each search visits much of the mesh: fewer samples are used, and the figures still hold.
     #[test]
     fn large_faces_across_each_other_get_fewer_samples() {
         let (sphere, n) = (shapes::icosphere(5), 10_242);

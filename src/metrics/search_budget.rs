@@ -1,15 +1,13 @@
 //! Work limits for measurements, counted in triangles and boxes visited, so that all machines stop at the same place.
-//!
-//! A closest-point search usually visits two dozen; among large intersecting faces it may visit most of the mesh.
 
 use rayon::prelude::*;
 
-/// Searches run first to estimate the cost of the others.
+/// Searches that estimate the cost of the others.
 const PROBES: usize = 64;
 /// Items in the first round, and the most in any round.
 const ROUND: [u64; 2] = [64, 16_384];
 
-/// Returns how many of `n` searches fit into a budget of `most` visits, judged by a few of them.
+/// Returns the number of `n` searches that fit a budget of `most` visits, estimated from a few.
 ///
 /// `looks(i)` counts the visits of search `i`.
 pub(super) fn affordable_count(n: usize, most: f64, looks: impl Fn(usize) -> u32) -> usize {
@@ -20,7 +18,7 @@ pub(super) fn affordable_count(n: usize, most: f64, looks: impl Fn(usize) -> u32
 
 /// Runs `find` for `n` items in parallel; returns `None` once the total cost exceeds `most`.
 ///
-/// `find` returns a result and its cost. The costliest item so far limits the length of the next round.
+/// `find` returns a result and its cost.
 pub(super) fn run_within_budget<T: Send>(
     n: usize,
     most: u64,

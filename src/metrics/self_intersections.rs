@@ -1,4 +1,4 @@
-//! Faces of a mesh that intersect other faces of it.
+//! Faces of a mesh that intersect other faces.
 
 use rayon::prelude::*;
 
@@ -8,13 +8,12 @@ use crate::geometry::crossing::triangles_cross;
 use crate::mesh::TriMesh;
 use crate::spatial::NearestOnTriangles;
 
-/// Budget of face pairs tested: a fixed amount, plus an amount per face. Two dozen per face are usual; needles that
-/// share a corner need all pairs.
+/// Largest number of face pairs tested: a fixed number, plus a number per face.
 const MAX_PAIRS: [u64; 2] = [20_000_000, 100];
 
 /// Returns the faces that intersect another face, in order.
 ///
-/// Neighbours count only if they share more than corners and edges. See [`triangles_cross`] for the definition.
+/// Neighbours count only if they share more than corners and edges; see [`triangles_cross`].
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, metrics::self_intersecting_faces};
@@ -31,7 +30,6 @@ pub(super) fn n_self_intersecting_faces(mesh: &TriMesh) -> Option<usize> {
     find_crossing(mesh, most).map(|faces| faces.len())
 }
 
-/// Returns the intersecting faces; `None` if more than `most` pairs would be tested.
 fn find_crossing(mesh: &TriMesh, most: u64) -> Option<Vec<u32>> {
     let triangles = triangles(mesh);
     let tree = NearestOnTriangles::new(&triangles);

@@ -8,12 +8,12 @@ use super::quick_distance::{
 use crate::mesh::TriMesh;
 use crate::spatial::{Bounds, FaceTree};
 
-/// Fewest samples per block; with fewer, few vertices can be skipped as closer than the farthest.
+/// Fewest samples per block.
 const MIN_SAMPLES: usize = 512;
 
-/// The distance between a simplified mesh and an original of which one block is in memory at a time.
+/// The distance between a simplified mesh and an original with one block in memory at a time.
 ///
-/// Measure and add every block, then those again that [`Self::may_hold_nearer`] names.
+/// Measure and add every block, then again those that [`Self::may_hold_nearer`] accepts.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, metrics::{StreamedDistance, quick_distance}};
@@ -34,7 +34,7 @@ pub struct StreamedDistance<'a> {
     seed: u64,
     /// Squared distance of each point to the nearest face measured so far.
     nearest2: Vec<f64>,
-    /// Squared distance to a block's box within which points are looked up in the first round.
+    /// Squared distance to a block's box within which points are measured in the first round.
     near2: f64,
     bounds: Bounds,
     /// Area measured so far; `sum` is the area-weighted sum of mean distances from it.
@@ -46,7 +46,7 @@ pub struct StreamedDistance<'a> {
 /// The distances from and to one block of the original.
 pub struct BlockDistances {
     bounds: Bounds,
-    /// The block's area and the distances from it; `None` in the second round.
+    /// Area of the block and distances from it; `None` in the second round.
     forward: Option<(f64, OneWayDistance)>,
     /// Points with a closer face in this block, and their new squared distances.
     nearer: Vec<(usize, f64)>,
@@ -85,7 +85,7 @@ impl<'a> StreamedDistance<'a> {
         })
     }
 
-    /// Measures a block with at least one face, and from the points near its box.
+    /// Measures a block with at least one face.
     pub fn measure(&self, piece: &TriMesh) -> BlockDistances {
         let (own, bounds) = (face_tree(piece), Bounds::from_points(piece.positions()));
         let forward = one_way_distance([piece, self.simplified], [&own, &self.tree], self.samples_per_block, self.seed);
@@ -98,7 +98,7 @@ impl<'a> StreamedDistance<'a> {
         (0..self.points.len()).any(|i| self.may_be_nearer(bounds, i))
     }
 
-    /// Measures from the points that may be closer to this block than to any other.
+    /// Measures a block again, from the points that may be closer to it than to any other.
     pub fn measure_again(&self, piece: &TriMesh) -> BlockDistances {
         let bounds = Bounds::from_points(piece.positions());
         let nearer = self.find_nearer(&face_tree(piece), |i| self.may_be_nearer(&bounds, i));
@@ -118,7 +118,7 @@ impl<'a> StreamedDistance<'a> {
         }
     }
 
-    /// Returns the distance to all blocks added.
+    /// Returns the distance to all added blocks.
     pub fn finish(self) -> QuickDistance {
         let samples = self.nearest2[..self.n_samples].iter();
         let backward = samples.map(|d2| d2.sqrt()).sum::<f64>() / self.n_samples as f64;
@@ -137,7 +137,6 @@ impl<'a> StreamedDistance<'a> {
         self.near2 < from_box && from_box < self.nearest2[i]
     }
 
-    /// Returns the wanted points whose closest face so far lies in `tree`, with squared distances.
     fn find_nearer(&self, tree: &FaceTree, is_wanted: impl Fn(usize) -> bool) -> Vec<(usize, f64)> {
         let mut last = None;
         let mut nearest = |i: usize| {
@@ -190,7 +189,7 @@ mod tests {
             let moved = coarse.positions().iter().map(|p| [p[0] + x, p[1], p[2]]).collect();
             TriMesh::new(moved, coarse.faces().to_vec()).unwrap()
         };
-        // The last one is farther away than its edges are long: it needs the second round.
+        // The last one is farther away than its edges are long, so it needs the second round.
         for simplified in [moved(0.0), moved(0.05), moved(3.0)] {
             let whole = quick_distance(&fine, &simplified, 20_000, 3).unwrap();
             for n in [1, 7, 40] {

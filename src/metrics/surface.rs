@@ -11,17 +11,17 @@ use crate::spatial::NearestOnTriangles;
 pub struct Surface {
     /// Points spread over the surface by area, n_samples.
     pub samples: Vec<DVec3>,
-    /// The vertices used by faces; samples miss the tips of spikes.
+    /// Vertices used by faces.
     pub vertices: Vec<DVec3>,
     /// Face of each sample, n_samples.
     pub sample_faces: Vec<u32>,
     /// Unit normal of each face, n_faces; zero without area.
     pub normals: Vec<DVec3>,
-    /// Tree that finds closest points; triangle indices are face indices.
+    /// Tree for closest points; triangle indices are face indices.
     pub nearest: NearestOnTriangles,
-    /// Area, in squared units of the mesh.
+    /// Area in squared units of the mesh.
     pub area: f64,
-    /// Diagonal of the bounding box, in the mesh's unit.
+    /// Diagonal of the bounding box in the mesh's unit.
     pub diagonal: f64,
 }
 
@@ -41,7 +41,6 @@ impl Surface {
     }
 }
 
-/// Returns the corners of all faces, n_faces x 3 x 3.
 pub(super) fn triangles(mesh: &TriMesh) -> Vec<[[f32; 3]; 3]> {
     mesh.faces().iter().map(|face| face.map(|v| mesh.positions()[v as usize])).collect()
 }
@@ -61,7 +60,6 @@ fn used_vertices(mesh: &TriMesh) -> Vec<DVec3> {
     used.map(|(p, _)| DVec3::from_array(p.map(f64::from))).collect()
 }
 
-/// Returns the diagonal of the box around the vertices used by faces, 0 without faces.
 fn diagonal(mesh: &TriMesh) -> f64 {
     let corners =
         || mesh.faces().iter().flatten().map(|&v| DVec3::from_array(mesh.positions()[v as usize].map(f64::from)));

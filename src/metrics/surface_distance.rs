@@ -1,7 +1,4 @@
 //! Two-sided distance between surfaces in position and normal, from samples of both and from all vertices.
-//!
-//! It complements the paper's CD (Sec. 4.1), which at 50 thousand samples measures their spacing. The mean of `1 -
-//! |n.n'|` is the paper's NE; the mean of `1 - n.n'` also detects flipped faces.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -9,10 +6,11 @@ use rayon::prelude::*;
 use super::Surface;
 use super::search_budget::affordable_count;
 
-/// Samples per rayon task; sums are added in task order, so thread counts do not change them.
+/// Samples per rayon task.
 const CHUNK: usize = 512;
-/// Budget of triangles and boxes visited by all samples or all vertices of a surface, in total and per point; the
-/// larger counts. Where heavily intersecting faces exceed it, an evenly spread subset is measured.
+/// Largest number of triangles and boxes visited, in total and per point; the larger counts.
+///
+/// Heavily intersecting faces exceed it; then an evenly spread subset is measured.
 const MAX_LOOKS: [f64; 2] = [4e6, 120.0];
 
 /// Distances from the samples of one surface to another, in the mesh's unit.
@@ -41,16 +39,16 @@ pub struct SurfaceDistance {
     pub forward: OneSidedDistance,
     /// From the simplified mesh to the original.
     pub backward: OneSidedDistance,
-    /// Combination of both: means, the root mean square for `rms`, the maximum for `max` (Hausdorff).
+    /// Both directions combined: means, the root mean square for `rms`, the maximum for `max` (Hausdorff).
     pub both: OneSidedDistance,
-    /// Diagonal of the original's bounding box, the usual divisor.
+    /// Diagonal of the original's bounding box.
     pub diagonal: f64,
 }
 
 /// Measures the two-sided distance; `None` if a surface has no faces or no samples.
 ///
-/// Heavily intersecting large faces limit the number of samples and vertices used. Faces without area have no normal
-/// and count for the distance only.
+/// Faces without area have no normal and count for the distance only. Heavily intersecting large faces limit the number
+/// of samples.
 ///
 /// ```
 /// use neural_mesh::{mesh::TriMesh, metrics::{Surface, surface_distance}};
@@ -117,7 +115,6 @@ fn farthest_vertex(from: &Surface, to: &Surface) -> f64 {
     vertices.par_iter().map(|&v| distance2(&from.vertices[v])).reduce(|| 0.0, f64::max).sqrt()
 }
 
-/// Returns the indices of all points, or of an evenly spread subset within the budget.
 fn affordable_subset(points: &[DVec3], to: &Surface) -> Vec<usize> {
     let n = points.len();
     let most = MAX_LOOKS[0].max(MAX_LOOKS[1] * n as f64);
@@ -196,7 +193,6 @@ mod tests {
         assert!(distance.both.unsigned_normal_error.abs() < 1e-9);
     }
 
-    /// A square against itself tilted by 60 degrees about its lower side.
     #[test]
     fn a_tilt_shows_in_both_normal_errors() {
         let square = |y: f32, z: f32| {
@@ -209,7 +205,6 @@ mod tests {
         assert!((distance.both.normal_angle.to_degrees() - 60.0).abs() < 1e-4, "{distance:?}");
     }
 
-    /// Each search visits much of the mesh: fewer samples are used, and the figures still hold.
     #[test]
     fn large_faces_across_each_other_get_fewer_samples() {
         let (sphere, n) = (shapes::icosphere(4), 2562);

@@ -6,14 +6,14 @@ use super::surface::triangles;
 use crate::geometry::side_lengths::area;
 use crate::mesh::TriMesh;
 
-/// Smallest angle below which a face is a sliver, in degrees.
+/// Smallest angle, in degrees, below which a face is a sliver.
 const SLIVER: f64 = 1.0;
 
 /// Shape figures over all faces of a mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct TriangleQuality {
-    /// Smallest of all angles, in degrees; 60 at most.
+    /// Smallest of all angles, in degrees; at most 60.
     pub smallest_angle: f64,
     /// Mean over the faces of the smallest angle, in degrees.
     pub mean_smallest_angle: f64,
@@ -56,7 +56,6 @@ fn smallest_angle([a, b, c]: [f64; 3]) -> f64 {
     (4.0 * area([a, b, c])).atan2(b * b + c * c - a * a).to_degrees()
 }
 
-/// Returns the aspect ratio, infinite without area.
 fn aspect([a, b, c]: [f64; 3]) -> f64 {
     let doubled = 2.0 * area([a, b, c]);
     if doubled > 0.0 { c * c / doubled * 0.75f64.sqrt() } else { f64::INFINITY }

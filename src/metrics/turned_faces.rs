@@ -7,7 +7,7 @@ use super::search_budget::run_within_budget;
 use super::surface::triangles;
 use crate::mesh::TriMesh;
 
-/// Barycentric weights of a face's test points: the centroid and one towards each corner.
+/// Barycentric weights of a face's test points: the centroid and one toward each corner.
 const TEST_POINTS: [[f64; 3]; 4] = [
     [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0],
     [2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0],
@@ -15,18 +15,17 @@ const TEST_POINTS: [[f64; 3]; 4] = [
     [1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0],
 ];
 
-/// Extra distance within which a face of agreeing orientation is accepted, as a share of the longest edge.
+/// Extra distance at which a face of agreeing orientation is accepted, as a share of the longest edge.
 const SLACK: f64 = 0.25;
 
-/// Budget of triangles and boxes visited: a fixed amount, plus an amount per face.
+/// Largest number of triangles and boxes visited: a fixed number, plus a number per face.
 const MAX_LOOKS: [u64; 2] = [5_000_000, 300];
 
 /// Returns the faces of the simplified mesh that are turned against the original surface, in order.
 ///
-/// A face is turned if, at its centroid and three more inner points, no original face of agreeing orientation (normals
-/// less than a right angle apart) is almost as near as the nearest one: at most a quarter of the longest edge farther.
-/// This slack accepts thin sheets, whose other side may be nearer; foldovers on thinner sheets go unseen. Faces without
-/// area are not judged.
+/// A face is turned if, at its centroid and three more inner points, the nearest original face opposes it. Another
+/// original face at most a quarter of the longest edge farther, with a normal less than a right angle apart, excuses
+/// it. So thin sheets are accepted, and foldovers on thinner sheets are not found. Faces without area are not tested.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, metrics::{Surface, turned_faces}};
@@ -43,7 +42,6 @@ pub(super) fn n_turned_faces(original: &Surface, simplified: &TriMesh) -> Option
     find_turned(original, simplified, most).map(|faces| faces.len())
 }
 
-/// Returns the turned faces; `None` if more than `most` triangles and boxes would be visited.
 fn find_turned(original: &Surface, simplified: &TriMesh, most: u64) -> Option<Vec<u32>> {
     let triangles = triangles(simplified);
     let turned =
@@ -66,8 +64,7 @@ fn is_turned(original: &Surface, [a, b, c]: [DVec3; 3]) -> (bool, u64) {
     (is_turned, n_looks)
 }
 
-/// Returns whether no face oriented like `normal` is almost as near to `p` as the nearest one, and the number of
-/// visits.
+/// Returns whether no face oriented like `normal` is almost as near to `p` as the nearest one, and the visits.
 fn is_opposed(original: &Surface, p: DVec3, normal: DVec3, slack: f64) -> (bool, u64) {
     let agrees = |face: u32| original.normals[face as usize].dot(normal) > 0.0;
     let (nearest, n_looks) = original.nearest.nearest_with_cost(p);
@@ -110,7 +107,6 @@ mod tests {
         assert!(!folded.is_empty() && folded.len() <= 3, "{folded:?}");
     }
 
-    /// Inside out, each face searches all of its whole length.
     #[test]
     fn what_takes_too_long_to_find_is_not_known() {
         let sphere = shapes::icosphere(3);

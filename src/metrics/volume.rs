@@ -6,10 +6,9 @@ use super::surface::triangles;
 use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::{TriMesh, edges};
 
-/// Returns the enclosed volume in cubic units, negative if faces look inward; `None` if the faces enclose none.
+/// Returns the enclosed volume in cubic units, negative if faces face inward; `None` if they enclose none.
 ///
-/// Faces enclose a volume if every edge has as many faces in one direction as in the other; the sum of the cones from a
-/// point to the faces then does not depend on that point. Bodies may share an edge.
+/// Faces enclose a volume if every edge has as many faces in one direction as in the other.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, metrics::volume};
@@ -46,7 +45,6 @@ mod tests {
         assert!((volume(far, sphere.faces().to_vec()) - inside).abs() < 1e-3);
     }
 
-    /// A fin's third face at an edge leaves the volume undefined: it would depend on the reference point.
     #[test]
     fn bodies_that_share_an_edge_have_a_volume_and_bodies_with_a_fin_have_none() {
         let pair = shapes::tetrahedra_sharing_edge();
@@ -58,7 +56,7 @@ mod tests {
         faces.push([0, 1, 4]);
         let fin = TriMesh::new(positions.clone(), faces.clone()).unwrap();
         assert_eq!(volume(&fin), None);
-        // Closed by a flipped copy, the fin has no inside and changes nothing.
+        // Closed by a flipped copy, the fin encloses nothing and changes nothing.
         faces.push([1, 0, 4]);
         let folded = TriMesh::new(positions, faces).unwrap();
         assert!((volume(&folded).unwrap() - each).abs() < 1e-6);

@@ -1,7 +1,7 @@
-//! Bodies: for each component, the faces between its solid cells and the rest.
+//! Bodies: the faces of each component between its solid cells and the other cells.
 //!
-//! The outside is the cell whose faces span the most negative volume. All other cells are solid, except cavities: if all
-//! faces at the outside are wound one way, cells whose faces are all wound the opposite way.
+//! The outside is the cell whose faces span the most negative volume. All other cells are solid, except cavities. A
+//! cavity exists if all faces at the outside are wound one way and all faces of a cell the opposite way.
 
 use glam::DVec3;
 
@@ -12,24 +12,22 @@ use super::faces::{FaceOrigin, RepairFaces};
 const STRAY: f64 = 0.01;
 /// Area over holes, relative to the old area, above which a body may be a sheet.
 const MOSTLY_NEW: f64 = 0.5;
-/// Volume of such a body, relative to the filled area to the power 3/2, below which it is a sheet. A half ball has 0.38, a
-/// pipe as long as wide 0.2.
+/// Volume of such a body, relative to the filled area to the power 3/2, below which it is a sheet.
+///
+/// A half ball has 0.38, a pipe as long as wide 0.2.
 const SHEET: f64 = 0.1;
 /// Volume relative to area to the power 3/2 below which a body is rounding; a ball has 0.094.
 const NOTHING: f64 = 1e-7;
 
-/// The hull of a solid.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Body {
-    /// Faces, and whether each must be reversed to look outward.
+    /// Faces, and whether each must be reversed to face outward.
     pub hull: Vec<(u32, bool)>,
     /// Winding of the outer faces: 1 outward, -1 inward, 0 mixed.
     pub winding: i8,
-    /// Volume within the outer faces.
     pub volume: f64,
 }
 
-/// The figures of a cell.
 #[derive(Clone, Copy, Default)]
 struct CellFigures {
     component: u32,
@@ -40,7 +38,7 @@ struct CellFigures {
 }
 
 impl CellFigures {
-    /// Returns 1 if its faces are wound into it, -1 out of it, 0 if mixed.
+    /// Returns 1 if the faces are wound into the cell, -1 out of it, 0 if mixed.
     fn winding(&self) -> i8 {
         let [into, out] = self.wound;
         let stray = STRAY * (into + out);
@@ -48,7 +46,7 @@ impl CellFigures {
     }
 }
 
-/// Returns the bodies of all components that enclose something; `parted` faces are separated by sheets (`cells`).
+/// Returns the bodies of all components that enclose something; `parted` faces are separated by sheets.
 pub(super) fn bodies(faces: &RepairFaces, parted: &[bool]) -> Vec<Body> {
     let cells = cells(faces, parted);
     let (component, n_components, sides) = (cells.component, cells.n_components, cells.of_sides);
@@ -64,7 +62,7 @@ pub(super) fn bodies(faces: &RepairFaces, parted: &[bool]) -> Vec<Body> {
     let is_solid = |number: u32| {
         let cell = &all[number as usize];
         let outside = outside[cell.component as usize];
-        // A cavity only if winding is clear: all faces outside one way, all of this cell the other.
+        // A cavity only if the winding is clear: all faces outside one way, all of this cell the other.
         let opposite = all[outside as usize].winding();
         number != outside && (opposite == 0 || cell.winding() != opposite)
     };
@@ -89,7 +87,7 @@ fn measure_cells(faces: &RepairFaces, component: &[u32], sides: &[[u32; 2]], n_c
     let mut origins: Vec<Option<DVec3>> = vec![None; faces.len()];
     for ((face, &component), &[front, back]) in faces.numbers().zip(component).zip(sides) {
         let points = faces.points(face);
-        // Any point of the component will do; one nearby keeps digits.
+        // Any point of the component will do; a near one keeps digits.
         let origin = *origins[component as usize].get_or_insert(points[0]);
         let (normal, is_new) = (faces.normal(face), faces.origins[face as usize] == FaceOrigin::New);
         let volume = (points[0] - origin).dot(normal) / 6.0;
@@ -107,7 +105,7 @@ fn measure_cells(faces: &RepairFaces, component: &[u32], sides: &[[u32; 2]], n_c
     all
 }
 
-/// Returns whether a body is more than rounding, and more than a covered sheet.
+/// Returns whether a body is more than rounding, and more than a sheet whose boundary was filled.
 fn encloses(faces: &RepairFaces, body: &Body) -> bool {
     let [new, old] = super::fill::areas(faces, body.hull.iter().map(|(face, _)| *face));
     // A sheet whose filled boundary covers it: mostly new area, hardly any volume.

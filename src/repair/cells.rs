@@ -1,11 +1,9 @@
-//! Cells: the regions into which faces divide space, found by which sides of faces see each other around edges.
+//! Cells: the regions into which faces divide space.
 //!
-//! Around an edge, the side of a face sees the next face by angle; such sides bound one cell (Attene 2018, Sec. 3.3; Zhou,
-//! Grinspun, Zorin and Jacobson 2016, "Mesh arrangements for solid geometry", Sec. 3). Where surfaces intersect away from
-//! edges, angles connect inside and outside; such components are cut into sheets (`mesh::manifold`), whose cells are used.
-//!
-//! However angles are rounded, the faces between some cells and the others are even in number at every edge, half of them
-//! wound each way. So any choice of cells is closed.
+//! Around an edge, a side of a face and the next side by angle bound one cell (Attene 2018, Sec. 3.3; Zhou, Grinspun,
+//! Zorin and Jacobson 2016, "Mesh arrangements for solid geometry", Sec. 3). Where surfaces intersect away from edges,
+//! angles connect inside and outside; such components are cut into sheets (`mesh::manifold`), whose cells are used. Any
+//! choice of cells has a closed boundary, however angles are rounded.
 
 use glam::DVec3;
 
@@ -16,22 +14,19 @@ use crate::mesh::union_find::UnionFind;
 
 use super::faces::RepairFaces;
 
-/// The cells of some faces.
 pub(super) struct Cells {
-    /// Cell that each side looks into, n_faces x 2, first the side of the normal.
+    /// Cell at each side, n_faces x 2, first the side of the normal.
     pub of_sides: Vec<[u32; 2]>,
-    /// Number of cells.
     pub n: usize,
-    /// Component of each face: joined over edges and sides that see each other.
+    /// Component of each face; faces are joined over edges.
     pub component: Vec<u32>,
-    /// Number of components.
     pub n_components: usize,
 }
 
-/// Finds the cells of faces. Both sides of a face with an open edge look into one cell.
+/// Finds the cells of faces; both sides of a face with an open edge are in one cell.
 ///
-/// All faces at an edge are `parted` or none. If they are, sides are joined as the cut into a manifold joins faces, not by
-/// angle.
+/// The faces at an edge are all `parted` or none. Sides of parted faces are joined as the cut into a manifold joins the
+/// faces, not by angle.
 pub(super) fn cells(faces: &RepairFaces, parted: &[bool]) -> Cells {
     let mut sides = UnionFind::new(2 * faces.len());
     let mut components = UnionFind::new(faces.len());
@@ -59,7 +54,6 @@ pub(super) fn cells(faces: &RepairFaces, parted: &[bool]) -> Cells {
     Cells { of_sides: of_side.chunks_exact(2).map(|sides| [sides[0], sides[1]]).collect(), n, component, n_components }
 }
 
-/// Joins sides and faces as the cut into a manifold joins them.
 fn join_sheets(faces: &RepairFaces, some: &[u32], sides: &mut UnionFind, components: &mut UnionFind) {
     let corners: Vec<[u32; 3]> = some.iter().map(|&face| faces.corners[face as usize]).collect();
     let cut = manifold(faces.positions, &corners);
@@ -69,7 +63,7 @@ fn join_sheets(faces: &RepairFaces, some: &[u32], sides: &mut UnionFind, compone
     let is_turned = |i: usize| vertex_of(cut.faces[i][1]) != corners[i][1];
     for (half, &twin) in twins(n_vertices + cut.copies.len(), &cut.faces).iter().enumerate() {
         let face = some[half / 3];
-        // A boundary of the cut: one goes around it from one side to the other.
+        // A boundary of the cut: a path around it leads from one side to the other.
         if twin == NO_TWIN {
             sides.union(2 * face, 2 * face + 1);
             continue;
@@ -84,10 +78,10 @@ fn join_sheets(faces: &RepairFaces, some: &[u32], sides: &mut UnionFind, compone
     }
 }
 
-/// Share of a component's area with one cell on both sides above which it leaks.
+/// Share of a component's area with one cell on both sides, above which it leaks.
 const LEAK: f64 = 0.05;
 
-/// Marks the faces of components that leak: much of them has one cell on both sides, so angles say little about the inside.
+/// Marks the faces of components that leak, where angles say little about the inside.
 pub(super) fn find_leaks(faces: &RepairFaces) -> Vec<bool> {
     let cells = cells(faces, &vec![false; faces.len()]);
     let mut areas = vec![[0.0; 2]; cells.n_components];
@@ -143,9 +137,9 @@ mod tests {
     #[test]
     fn cells_of_known_meshes() {
         assert_eq!(count(&shapes::icosphere(2)), 2);
-        // An open surface has one room on both its sides, a surface with one side no other.
+        // Both sides of an open surface, or of a one-sided one, are in one cell.
         assert_eq!((count(&shapes::grid(3, 3)), count(&shapes::klein_bottle(16, 8))), (1, 1));
-        // Two tetrahedra on one edge: their insides, and the outside, which is one.
+        // Two tetrahedra at one edge: two insides and one outside.
         assert_eq!(count(&shapes::tetrahedra_sharing_edge()), 3);
     }
 
@@ -180,7 +174,7 @@ mod tests {
 
     #[test]
     fn crossed_sheets_leak() {
-        // Two tetrahedra on one edge, each across the other: around the edge their faces alternate.
+        // Two tetrahedra at one edge that intersect: around the edge their faces alternate.
         let tips = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.7, 0.7, 0.0], [-0.7, 0.7, 0.0]];
         let positions: Vec<[f32; 3]> = [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]].into_iter().chain(tips).collect();
         let body = |a, b| [[0, 1, a], [1, 0, b], [0, a, b], [1, b, a]];

@@ -1,4 +1,4 @@
-//! Components of faces joined over edges, whatever their number of faces.
+//! Components of faces joined over edges with any number of faces.
 
 use glam::DVec3;
 
@@ -7,12 +7,11 @@ use crate::mesh::union_find::join_faces;
 
 use super::faces::RepairFaces;
 
-/// Returns the component of each face, numbered by first faces, and their number.
+/// Returns the component of each face, numbered by first faces, and the number of components.
 pub(super) fn components(faces: &RepairFaces) -> (Vec<u32>, usize) {
     components_over_edges(faces, |_| true)
 }
 
-/// Joins faces over the edges whose number of faces `is_wanted` accepts.
 pub(super) fn components_over_edges(faces: &RepairFaces, is_wanted: impl Fn(usize) -> bool) -> (Vec<u32>, usize) {
     join_faces(faces.positions.len(), &faces.corners, is_wanted).number_sets(Pulse::NONE)
 }
@@ -29,7 +28,7 @@ pub(super) fn drop_small(faces: &mut RepairFaces, least: f64) -> usize {
             (*low, *high) = (low.min(point), high.max(point));
         }
     }
-    // Something is always left: the largest area stays, the first of equals.
+    // One component always stays: the largest by area, the first of equals.
     let largest = (0..n).max_by(|&a, &b| areas[a].total_cmp(&areas[b]).then(b.cmp(&a)));
     let is_kept =
         |component: usize| Some(component) == largest || (boxes[component].1 - boxes[component].0).length() >= least;

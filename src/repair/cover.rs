@@ -1,9 +1,9 @@
-//! Triangulations of one loop of edges in space, without new vertices.
+//! Triangulates one loop of edges in space, without new vertices.
 //!
-//! Up to a few hundred edges, dynamic programming in O(n^3) minimises the largest bend, then the area (Barequet and Sharir
-//! 1995, "Filling gaps in the boundary of a polyhedron"; Liepa 2003, "Filling holes in meshes", Sec. 3). Longer loops are
-//! triangulated in their plane if they are flat. Otherwise ears are clipped, short and flat ones first, in O(n log n) until
-//! few edges are left.
+//! Up to a few hundred edges, dynamic programming in O(n^3) minimises the largest bend, then the area (Barequet and
+//! Sharir 1995, "Filling gaps in the boundary of a polyhedron"; Liepa 2003, "Filling holes in meshes", Sec. 3). Longer
+//! loops are triangulated in their plane if they are flat. Otherwise ears are clipped in O(n log n), short and flat
+//! ones first, until few edges are left.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -15,22 +15,21 @@ use crate::geometry::triangle::area_normal_f64;
 
 /// Step to which bends (1 minus the cosine) are rounded; within a step, area decides.
 const BEND_STEP: f64 = 1.0 / 256.0;
-/// Penalty of an edge that the mesh has already, above any bend: it would get four faces.
+/// Penalty, above any bend, of an edge that the mesh already has.
 const KNOWN_EDGE: f64 = 4.0;
 /// Largest distance from the plane of a flat loop, relative to its size.
 const FLAT: f64 = 0.05;
 
-/// A loop and its surroundings.
 pub(super) struct Outline<'a> {
     /// Vertices, n x 3.
     pub points: Vec<DVec3>,
-    /// Unit normals of the faces at its edges, n x 3, or zero; edge `i` runs from vertex `i` to the next.
+    /// Unit normals, or zero, of the faces at its edges, n x 3; edge `i` runs from vertex `i` to the next.
     pub normals: Vec<DVec3>,
     /// Returns whether the mesh has an edge between two vertices of the loop.
     pub is_edge: &'a (dyn Fn(u32, u32) -> bool + Sync),
 }
 
-/// Triangulates a loop into n - 2 triangles of its vertices, wound against it; optimally up to `n_best` edges.
+/// Triangulates a loop into n - 2 triangles wound against it; optimally up to `n_best` edges.
 pub(super) fn cover(outline: &Outline, n_best: usize) -> Vec<[u32; 3]> {
     let n = outline.points.len() as u32;
     if n as usize <= n_best.max(3) {
@@ -44,7 +43,6 @@ pub(super) fn cover(outline: &Outline, n_best: usize) -> Vec<[u32; 3]> {
     LoopEars::new(outline).clip(n_best.max(3))
 }
 
-/// Returns whether a loop lies near a plane.
 fn is_flat(points: &[DVec3]) -> bool {
     let middle = points.iter().sum::<DVec3>() / points.len() as f64;
     let spokes = || points.iter().map(|&p| p - middle);
@@ -67,12 +65,11 @@ fn bend(a: DVec3, b: DVec3) -> f64 {
 /// The cost of a sub-loop's triangulation and its first triangle.
 #[derive(Clone, Copy)]
 struct PartialCover {
-    /// Largest bend.
     bend: f64,
     area: f64,
     /// Third corner of the triangle at its edge.
     third: u32,
-    /// Normal beyond that edge, of that triangle or of the mesh.
+    /// Normal across that edge, of that triangle or of the mesh.
     normal: DVec3,
 }
 
@@ -111,7 +108,6 @@ fn best_cover(outline: &Outline, ring: &[u32], normals: &[DVec3]) -> Vec<[u32; 3
     collect_triangles(n, ring, &covers)
 }
 
-/// Collects the triangles of the chosen sub-loops.
 fn collect_triangles(n: usize, ring: &[u32], covers: &[PartialCover]) -> Vec<[u32; 3]> {
     let mut triangles = Vec::with_capacity(n - 2);
     let mut left = vec![(0, n - 1)];
@@ -119,7 +115,7 @@ fn collect_triangles(n: usize, ring: &[u32], covers: &[PartialCover]) -> Vec<[u3
         if k - i < 2 {
             continue;
         }
-        // Where no triangle is better than none, as among endless areas, any will do.
+        // With infinite areas no triangle is better than none; then any will do.
         let third = covers[i * n + k].third as usize;
         let j = if (i + 1..k).contains(&third) { third } else { i + 1 };
         triangles.push([ring[i], ring[k], ring[j]]);
@@ -128,12 +124,11 @@ fn collect_triangles(n: usize, ring: &[u32], covers: &[PartialCover]) -> Vec<[u3
     triangles
 }
 
-/// A ring of vertices from which ears are clipped.
 struct LoopEars<'a> {
     outline: &'a Outline<'a>,
     next: Vec<u32>,
     previous: Vec<u32>,
-    /// Unit normal beyond the edge from each vertex to the next.
+    /// Unit normal across the edge from each vertex to the next.
     normals: Vec<DVec3>,
     /// Version of the ear at each vertex; `u32::MAX` if clipped.
     changes: Vec<u32>,
@@ -155,7 +150,7 @@ impl<'a> LoopEars<'a> {
         normal_over(self.ear(vertex).map(|i| self.outline.points[i as usize])).normalize_or_zero()
     }
 
-    /// Returns the squared length of the edge that clipping leaves, increased by bend; as bits, which sort alike.
+    /// Returns the squared length of the edge that clipping leaves, increased by bend, as sortable bits.
     fn cost(&self, vertex: u32) -> u64 {
         let [before, _, after] = self.ear(vertex);
         let normal = self.normal(vertex);
@@ -179,7 +174,7 @@ impl<'a> LoopEars<'a> {
             }
             let [before, _, after] = self.ear(vertex);
             triangles.push([before, after, vertex]);
-            // The clipped triangle is what lies beyond the new edge.
+            // The clipped triangle is now the face across the new edge.
             self.normals[before as usize] = self.normal(vertex);
             self.next[before as usize] = after;
             self.previous[after as usize] = before;
@@ -190,7 +185,7 @@ impl<'a> LoopEars<'a> {
                 queue.push(Reverse((self.cost(changed), changed, self.changes[changed as usize])));
             }
         }
-        // Short enough for the optimum now.
+        // The rest is short enough for the optimum.
         let ring: Vec<u32> = (0..self.next.len() as u32).filter(|&v| self.changes[v as usize] != u32::MAX).collect();
         let normals: Vec<DVec3> = ring.iter().map(|&v| self.normals[v as usize]).collect();
         triangles.extend(best_cover(self.outline, &ring, &normals));
@@ -301,7 +296,7 @@ mod tests {
 
     #[test]
     fn a_long_loop_that_lies_in_no_plane_is_covered_by_little_more_than_its_surface() {
-        // On a saddle, whose area between the loop is known by its height.
+        // A saddle, whose area within the loop is known from its height.
         let saddle = ring(5000, |t| [t.cos(), t.sin(), 0.5 * (2.0 * t).cos()]);
         assert!(!is_flat(&saddle));
         let triangles = cover(&outline(saddle.clone()), BEST);

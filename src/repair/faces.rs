@@ -7,7 +7,6 @@ use crate::mesh::{Attributes, Role, TriMesh, compact};
 
 use super::{RepairCounts, Repaired};
 
-/// The origin of a face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FaceOrigin {
     /// Input face with its winding.
@@ -27,16 +26,13 @@ pub(super) struct RepairFaces<'a> {
     pub corners: Vec<[u32; 3]>,
     /// Wedges of the faces, n_faces x 3; empty without channels.
     wedges: Vec<[u32; 3]>,
-    /// Groups, n_faces; empty if all are equal.
     groups: Vec<u32>,
-    /// Origin of each face, n_faces.
     pub origins: Vec<FaceOrigin>,
     /// Input face of each face, n_faces; `u32::MAX` over a hole.
     pub sources: Vec<u32>,
 }
 
 impl<'a> RepairFaces<'a> {
-    /// Takes the faces of a mesh.
     pub fn new(mesh: &'a TriMesh, attributes: &Attributes) -> Self {
         Self {
             positions: mesh.positions(),
@@ -56,7 +52,6 @@ impl<'a> RepairFaces<'a> {
         DVec3::from(self.positions[vertex as usize].map(f64::from))
     }
 
-    /// Returns the corners of a face as points.
     pub fn points(&self, face: u32) -> [DVec3; 3] {
         self.corners[face as usize].map(|vertex| self.position(vertex))
     }
@@ -80,7 +75,6 @@ impl<'a> RepairFaces<'a> {
         self.groups.get(face as usize).copied().unwrap_or(0)
     }
 
-    /// Reverses a face.
     pub fn turn(&mut self, face: u32) {
         let face = face as usize;
         self.corners[face].swap(1, 2);
@@ -94,7 +88,6 @@ impl<'a> RepairFaces<'a> {
         };
     }
 
-    /// Adds a face over a hole.
     pub fn push(&mut self, corners: [u32; 3], wedges: [u32; 3], group: u32) {
         if !self.wedges.is_empty() {
             self.wedges.push(wedges);
@@ -107,7 +100,6 @@ impl<'a> RepairFaces<'a> {
         self.sources.push(u32::MAX);
     }
 
-    /// Keeps the faces that `is_wanted` accepts.
     pub fn retain(&mut self, is_wanted: impl Fn(u32) -> bool) {
         fn retain_rows<T: Copy>(rows: &mut Vec<T>, is_wanted: &impl Fn(u32) -> bool) {
             let mut number = 0..;
@@ -120,7 +112,6 @@ impl<'a> RepairFaces<'a> {
         retain_rows(&mut self.sources, &is_wanted);
     }
 
-    /// Returns the indices of the faces.
     pub fn numbers(&self) -> std::ops::Range<u32> {
         0..self.corners.len() as u32
     }
@@ -132,14 +123,14 @@ impl<'a> RepairFaces<'a> {
         let n_turned = self.origins.iter().filter(|made| **made == FaceOrigin::Turned).count();
         let counts = RepairCounts { faces_added: self.len() - n_read, faces_turned: n_turned, ..counts };
         attributes.wedges = self.wedges.clone();
-        // Needs the reversed faces' new normals, so before positions are compacted.
+        // Before positions are compacted, since it needs the reversed faces' new normals.
         self.turn_normals(&mut attributes);
         attributes.groups = self.groups;
         let (mesh, sources) = compact(self.positions, self.corners).unwrap_or_default();
         Repaired { mesh, attributes, sources, counts }
     }
 
-    /// Gives reversed faces the opposite of corner normals that look to the other side.
+    /// Reverses the corner normals of reversed faces that face the other side.
     fn turn_normals(&self, attributes: &mut Attributes) {
         let Some(normals) = attributes.channels.iter().find(|channel| channel.role == Role::Normal) else { return };
         let mut wedges = attributes.wedges.clone();

@@ -1,4 +1,4 @@
-//! Hole filling: boundary loops are closed by faces that continue the surface around them.
+//! Fills holes: closes boundary loops by faces that continue the surface around them.
 
 use std::cmp::Reverse;
 
@@ -14,9 +14,9 @@ use super::faces::{FaceOrigin, RepairFaces};
 use super::loops::{Rim, loops};
 use super::{RepairCounts, Repaired};
 
-/// Edges up to which loops are triangulated optimally: the largest value whose total number of steps is affordable.
+/// Edges up to which loops are triangulated optimally; the largest value whose number of steps is affordable is used.
 const BEST: [usize; 4] = [256, 128, 64, 32];
-/// Steps of the dynamic programming in all: a few seconds on one core.
+/// Largest number of steps of the dynamic programming: a few seconds on one core.
 const STEPS: usize = 1 << 27;
 
 #[derive(Clone, Copy, Debug)]
@@ -27,11 +27,10 @@ pub(super) struct Holes {
 
 /// Closes each boundary loop that has at most `most_edges` edges.
 ///
-/// The boundary is that of the manifold which the faces are cut into: at an edge with three faces, two continue each other
-/// and the third ends. If there is a boundary, all
-/// faces are first wound consistently; new faces follow. Each corner gets the
-/// attributes of a neighbour, and all faces over a hole the most frequent group around it. Longer loops, and the boundary of
-/// a single face, stay open.
+/// The boundary is that of the manifold into which the faces are cut: at an edge with three faces, two continue each
+/// other and the third ends. If there is a boundary, all faces are first wound consistently. Each corner gets the
+/// attributes of a neighbour, and all faces over a hole the most frequent group around it. Longer loops, and the
+/// boundary of a single face, stay open.
 ///
 /// ```
 /// use neural_mesh::mesh::{Attributes, shapes, topology};
@@ -57,14 +56,13 @@ pub fn fill_some_holes(
     faces.into_repaired(attributes, counts)
 }
 
-/// Closes the wanted loops with at most `most_edges` edges.
 pub(super) fn fill(faces: &mut RepairFaces, most_edges: usize, is_wanted: impl Fn(&[Rim]) -> bool) -> Holes {
     let loops: Vec<Vec<Rim>> = loops(faces).into_iter().filter(|rims| is_wanted(rims)).collect();
     // The boundary of a lone triangle: filling would only double it.
     let is_single = |rims: &[Rim]| rims.len() == 3 && rims.iter().all(|rim| rim.face() == rims[0].face());
     let n_loops = loops.len();
     let holes: Vec<Vec<Rim>> = loops.into_iter().filter(|rims| rims.len() <= most_edges && !is_single(rims)).collect();
-    // Covers avoid these: an edge made twice would get four faces.
+    // The covers avoid these edges: an edge made twice would get four faces.
     let known = edges_between(faces, holes.iter().flatten().map(|rim| rim.vertex));
     let lengths: Vec<usize> = holes.iter().map(Vec::len).collect();
     let n_best = n_best(&lengths);
@@ -109,7 +107,7 @@ fn triangles_over(faces: &RepairFaces, rims: &[Rim], known: &FxHashSet<[u32; 2]>
         known.contains(&[a.min(b), a.max(b)])
     };
     let normal = |rim: &Rim| {
-        // Normals as the cover sees them: on the side of the loop's direction.
+        // Normals for the cover, on the side of the loop's direction.
         let normal = faces.normal(rim.face()).normalize_or_zero();
         if rim.is_along(faces) { normal } else { -normal }
     };
@@ -118,7 +116,9 @@ fn triangles_over(faces: &RepairFaces, rims: &[Rim], known: &FxHashSet<[u32; 2]>
     cover(&Outline { points, normals, is_edge: &is_edge }, n_best)
 }
 
-/// Returns the wedge for a corner of a new face: that of the face across one of its sides, else of the next along the loop.
+/// Returns the wedge for a corner of a new face, from a face at one of the corner's loop edges.
+///
+/// The face across a side of the triangle is preferred.
 fn wedge_beside(faces: &RepairFaces, rims: &[Rim], triangle: [u32; 3], i: u32) -> u32 {
     let n = rims.len() as u32;
     let before = (i + n - 1) % n;
@@ -127,7 +127,6 @@ fn wedge_beside(faces: &RepairFaces, rims: &[Rim], triangle: [u32; 3], i: u32) -
     faces.wedge_at(rim.face(), rims[i as usize].vertex)
 }
 
-/// Returns the most frequent number, the least of equals.
 fn most_common(numbers: impl Iterator<Item = u32>) -> u32 {
     let mut counts: FxHashMap<u32, usize> = FxHashMap::default();
     numbers.for_each(|number| *counts.entry(number).or_default() += 1);
@@ -162,7 +161,7 @@ mod tests {
         fn whatever_is_cut_out_is_closed_again(gone in prop::collection::vec(any::<usize>(), 0..200), which in 0usize..3) {
             let mesh = [shapes::icosphere(2), shapes::torus(16, 8, 2.0, 0.7), shapes::cuboid([1.0, 2.0, 3.0], 4)][which].clone();
             let filled = fill_holes(&remove_faces(&mesh, &gone), Attributes::NONE, usize::MAX);
-            // A single face that is left alone has a border, along which others may lie.
+            // A single face that is left open has a boundary, at which others may end.
             let n_odd = edges(&filled.mesh).iter().filter(|edge| (edge.up + edge.down) % 2 == 1).count();
             prop_assert!(n_odd <= 3 * filled.counts.holes_left);
             prop_assert!(n_odd > 0 || fill_holes(&filled.mesh, Attributes::NONE, usize::MAX).counts == RepairCounts::default());

@@ -1,8 +1,8 @@
-//! Fins: sheets attached to a surface that end in the open.
+//! Fins: sheets attached to a surface that end in a boundary.
 //!
-//! Edges with more than two faces divide a surface into patches. A patch is a fin if its boundary runs from such edges into
-//! the open, or if a disc over the open boundary would be no smaller than half of it, and if it is not the larger half of
-//! its component. The smallest fins are dropped first; the patches they were attached to then merge.
+//! Edges with more than two faces divide a surface into patches. A fin is a patch at such an edge with less than half
+//! of its component's area. Its boundary meets such an edge, or a disc over the boundary would have more than half of
+//! its area. The smallest fins are dropped first; the patches next to them then merge.
 
 use std::f64::consts::PI;
 
@@ -33,14 +33,13 @@ pub(super) fn drop_fins(faces: &mut RepairFaces) -> usize {
 
 /// The patches between edges with more than two faces.
 struct SheetPatches {
-    /// Patch of each face.
     of_face: Vec<u32>,
     areas: Vec<f64>,
     /// Length of the open boundary.
     open: Vec<f64>,
-    /// Whether the open boundary meets edges with more than two faces.
+    /// True if the open boundary meets edges with more than two faces.
     is_mixed: Vec<bool>,
-    /// SheetPatches at the same edges.
+    /// Patches at the same edges.
     beside: FxHashMap<u32, Vec<u32>>,
 }
 
@@ -71,7 +70,7 @@ impl SheetPatches {
             }
         });
         at_edges.sort_unstable();
-        // A vertex of both kinds of boundary: the sheet grows out of a junction.
+        // A vertex of both kinds of boundary: the sheet starts at an edge with more than two faces.
         in_open.retain(|place| at_edges.binary_search(place).is_ok());
         in_open.iter().for_each(|&(_, one)| patches.is_mixed[one as usize] = true);
         patches.beside.values_mut().for_each(|beside| {
@@ -81,7 +80,6 @@ impl SheetPatches {
         patches
     }
 
-    /// Returns whether a patch is a fin of a component with this area.
     fn is_fin(&self, patch: u32, area_of_component: f64) -> bool {
         let at = patch as usize;
         // Area of a disc with the open boundary as its circumference.
@@ -104,7 +102,7 @@ fn fins(faces: &RepairFaces) -> (Vec<u32>, Vec<u32>) {
     let mut found: Vec<u32> = (0..component_of.len() as u32)
         .filter(|&patch| patches.is_fin(patch, areas[component_of[patch as usize]]))
         .collect();
-    // Small fins first: without them a larger neighbour may be a surface.
+    // Small fins first: without them a larger neighbour may be part of a surface.
     found.sort_by(|&a, &b| patches.areas[a as usize].total_cmp(&patches.areas[b as usize]).then(a.cmp(&b)));
     let mut is_blocked = vec![false; component_of.len()];
     found.retain(|&fin| {

@@ -9,12 +9,10 @@ use crate::mesh::manifold;
 
 use super::faces::RepairFaces;
 
-/// An edge of a boundary loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Rim {
-    /// Vertex where it starts in the direction of the loop.
+    /// Vertex where the edge starts in the direction of the loop.
     pub vertex: u32,
-    /// Half-edge, `3 * face + corner`.
     pub half_edge: u32,
 }
 
@@ -23,16 +21,15 @@ impl Rim {
         self.half_edge / 3
     }
 
-    /// Returns whether the loop and the face traverse it in the same direction.
+    /// Returns whether the loop and the face traverse the edge in the same direction.
     pub fn is_along(self, faces: &RepairFaces) -> bool {
         start(&faces.corners, self.half_edge) == self.vertex
     }
 }
 
-/// Finds the boundary loops of the manifold which the faces are cut into.
+/// Finds the boundary loops of the manifold into which the faces are cut.
 ///
-/// Each has at least three edges and passes no vertex twice. Faces are reversed as the cut reverses them, and loops run as
-/// their faces do.
+/// Each has at least three edges and passes no vertex twice. Faces are reversed as in the cut.
 pub(super) fn loops(faces: &mut RepairFaces) -> Vec<Vec<Rim>> {
     let cut = manifold(faces.positions, &faces.corners);
     if cut.rings.n_ghosts() == 0 {
@@ -83,7 +80,6 @@ fn walks(corners: &[[u32; 3]], twins: &[u32], n_vertices: usize) -> Vec<Vec<(u32
     walks
 }
 
-/// Splits a walk into loops that pass each vertex once.
 fn split_into_simple_loops(walk: Vec<Rim>) -> Vec<Vec<Rim>> {
     let mut loops = Vec::new();
     let mut path: Vec<Rim> = Vec::new();
@@ -91,7 +87,7 @@ fn split_into_simple_loops(walk: Vec<Rim>) -> Vec<Vec<Rim>> {
     for rim in walk {
         match place_of.entry(rim.vertex) {
             Entry::Occupied(place) => {
-                // The walk is back at a vertex: what lies between is a loop of its own.
+                // The walk is back at a vertex: the edges since then are a loop of their own.
                 let cut = path.split_off(*place.get());
                 cut.iter().for_each(|rim| _ = place_of.remove(&rim.vertex));
                 loops.push(cut);

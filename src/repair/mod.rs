@@ -39,13 +39,13 @@ pub struct RepairCounts {
     pub holes_filled: usize,
     /// Boundary loops left open: too long, or the boundary of a single face.
     pub holes_left: usize,
-    /// Faces over holes that are in the result.
+    /// New faces over holes.
     pub faces_added: usize,
-    /// Input faces that are not in the result.
+    /// Input faces that were dropped.
     pub faces_removed: usize,
-    /// Input faces that are reversed in the result.
+    /// Input faces that were reversed.
     pub faces_turned: usize,
-    /// Components of which nothing is left.
+    /// Components that were dropped.
     pub components_dropped: usize,
     /// Components split off others.
     pub components_added: usize,
@@ -59,7 +59,7 @@ pub struct RepairCounts {
 pub struct Repaired {
     /// The mesh; each vertex is one of the input.
     pub mesh: TriMesh,
-    /// Its attributes.
+    /// Attributes of the mesh.
     pub attributes: Attributes,
     /// Input vertex of each vertex, n_vertices.
     pub sources: Vec<u32>,

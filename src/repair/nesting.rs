@@ -1,18 +1,17 @@
-//! Nested bodies: cavities, or hidden and dropped.
+//! Nested bodies: cavities, or hidden bodies, which are dropped.
 //!
-//! A body within solid is a cavity if it was wound inward throughout; otherwise it is hidden and dropped. In a file that is
-//! inside out as a whole, by volume, inward is the other way. A body within a cavity, or outside, is solid whatever its
-//! winding. Intersecting bodies are solid, but a shell wound as a cavity and mostly within stays one.
+//! A body within solid is a cavity if its faces are wound inward; otherwise it is hidden. If the whole file is inside
+//! out, by volume, inward is the other way. A body within a cavity, or outside, is solid whatever its winding.
+//! Intersecting bodies are solid, except a shell wound as a cavity and mostly within solid.
 
 use super::bodies::Body;
 use super::faces::RepairFaces;
 use super::rays::Rays;
 
-/// Largest number of sampled points per body.
 const SAMPLES: usize = 64;
 /// Least share of samples within solid for an intersecting shell to be a cavity.
 const MOSTLY: f64 = 0.5;
-/// Barycentric weights of a sample: generic, so that rays rarely meet edges.
+/// Barycentric weights of a sample, chosen so that rays rarely meet edges.
 const WITHIN: [f64; 3] = [0.4637, 0.3391, 0.1972];
 
 /// Reverses cavities and drops bodies hidden in solid.
@@ -20,14 +19,14 @@ pub(super) fn nest(faces: &RepairFaces, bodies: &mut Vec<Body>) {
     if bodies.len() < 2 {
         return;
     }
-    // A body can only lie in larger ones, whose fates are known by then.
+    // A body can only be inside larger ones, whose results are known by then.
     bodies.sort_by(|a, b| b.volume.total_cmp(&a.volume));
     let body_of: Vec<u32> = (0..).zip(&*bodies).flat_map(|(i, body)| body.hull.iter().map(move |_| i)).collect();
     let rays = Rays::new(bodies.iter().flat_map(|body| body.hull.iter()).map(|&hull| triangle(faces, hull)).collect());
     // A file that is inside out as a whole has its solid wound inward.
     let outward: f64 = bodies.iter().map(|body| body.volume * f64::from(body.winding)).sum();
     let inward = if outward < 0.0 { 1 } else { -1 };
-    // 1 for what is wound outward, -1 for a cavity, 0 for what goes.
+    // 1 for a body wound outward, -1 for a cavity, 0 for a dropped body.
     let mut fates = vec![1i32; bodies.len()];
     for number in 0..bodies.len() {
         let within = share_in_solid(faces, &bodies[number], &rays, &mut |triangle| {
@@ -46,13 +45,12 @@ pub(super) fn nest(faces: &RepairFaces, bodies: &mut Vec<Body>) {
     bodies.retain(|_| fates.next() != Some(0));
 }
 
-/// Returns the corners of a hull face, outward.
 fn triangle(faces: &RepairFaces, (face, turn): (u32, bool)) -> [[f32; 3]; 3] {
     let [a, b, c] = faces.corners[face as usize].map(|v| faces.positions[v as usize]);
     if turn { [a, c, b] } else { [a, b, c] }
 }
 
-/// Returns the share of a body that lies in the solid of others; `counts` weighs a triangle.
+/// Returns the share of a body that is in the solid of others; `counts` weighs a triangle.
 fn share_in_solid(faces: &RepairFaces, body: &Body, rays: &Rays, counts: &mut dyn FnMut(u32) -> i32) -> f64 {
     let step = body.hull.len().div_ceil(SAMPLES);
     let (mut n_looks, mut n_within) = (0, 0);
@@ -115,7 +113,7 @@ mod tests {
     fn shells_within_shells() {
         assert!(is(nest_spheres(&[(2.0, 0.0), (-1.0, 0.0)]), 7.0, 2));
         assert!(is(nest_spheres(&[(2.0, 0.0), (1.0, 0.0)]), 8.0, 1));
-        // Inside out as a whole.
+        // The whole file is inside out.
         assert!(is(nest_spheres(&[(-2.0, 0.0), (1.0, 0.0)]), 7.0, 2));
         assert!(is(nest_spheres(&[(-2.0, 0.0), (-1.0, 0.0)]), 8.0, 1));
         // A ball in a cavity, with a cavity of its own.
@@ -127,7 +125,7 @@ mod tests {
     fn bodies_side_by_side_and_across_each_other_stay() {
         assert!(is(nest_spheres(&[(1.0, 0.0), (-1.0, 5.0)]), 2.0, 2));
         assert!(is(nest_spheres(&[(1.0, 0.0), (1.0, 1.0)]), 2.0, 2));
-        // Mostly within one that is inside out, in a file that is not.
+        // Mostly within a body that is inside out, in a file that is not.
         assert!(is(nest_spheres(&[(4.0, 20.0), (-2.0, 0.0), (1.0, 1.8)]), 64.0 + 8.0 + 1.0, 3));
     }
 }

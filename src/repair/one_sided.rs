@@ -1,11 +1,12 @@
-//! One-sided surfaces, such as a Klein bottle, cut open.
+//! Cuts one-sided surfaces, such as a Klein bottle, open.
 
 use crate::mesh::half_edges::{NO_TWIN, start, twins};
 
 use super::faces::RepairFaces;
 
-/// Drops a face at each two-face edge where windings cannot agree; returns their number. The rest is two-sided, with a
-/// boundary.
+/// Drops a face at each two-face edge where windings cannot agree; returns their number.
+///
+/// The result is two-sided, with a boundary.
 pub(super) fn cut_one_sided(faces: &mut RepairFaces) -> usize {
     let twins = twins(faces.positions.len(), &faces.corners);
     let sides = sides(&faces.corners, &twins);

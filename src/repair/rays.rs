@@ -4,7 +4,6 @@ use glam::{DVec2, DVec3};
 
 use crate::spatial::{Bounds, NearestOnTriangles};
 
-/// Triangles in a search tree.
 pub(super) struct Rays {
     tree: NearestOnTriangles,
     triangles: Vec<[[f32; 3]; 3]>,
@@ -12,18 +11,16 @@ pub(super) struct Rays {
 }
 
 impl Rays {
-    /// Builds the tree over triangles, n x 3 x 3.
     pub fn new(triangles: Vec<[[f32; 3]; 3]>) -> Self {
         let bounds = Bounds::from_points(triangles.as_flattened());
         Self { tree: NearestOnTriangles::new(&triangles), triangles, bounds }
     }
 
-    /// Finds the triangles that a ray from a point toward larger coordinates crosses: 1 if it leaves their body, -1 if it
-    /// enters.
+    /// Finds the triangles that a ray from a point toward larger coordinates crosses; `None` if it meets an edge.
     ///
-    /// `None` if it meets an edge.
+    /// The sign is 1 if the ray leaves the triangle's body, -1 if it enters.
     pub fn find_crossings(&self, from: [f32; 3], axis: usize) -> Option<Vec<(u32, i32)>> {
-        // A degenerate triangle from the point to the far side of the box is the ray.
+        // The ray, as a degenerate triangle from the point to the far side of the box.
         let mut end = from;
         end[axis] = self.bounds.high[axis].max(from[axis]);
         let mut near = Vec::new();
@@ -51,7 +48,7 @@ fn crossing(corners: [[f32; 3]; 3], from: [f32; 3], axis: usize) -> Option<i32> 
     match (any_left && any_right, sides.contains(&0.0)) {
         (true, _) => return Some(0),
         (false, true) if any_left || any_right => return None,
-        // Seen edge on, it cannot be crossed.
+        // A triangle parallel to the ray cannot be crossed.
         (false, true) => return Some(0),
         _ => {}
     }

@@ -1,27 +1,26 @@
-//! Faces with the same three vertices.
+//! Drops faces with the same three vertices as others.
 
 use rustc_hash::FxHashMap;
 
 use super::components::components;
 use super::faces::RepairFaces;
 
-/// Share of a component's area above which faces present both ways are its surface, stated for either side, not walls.
+/// Share of a component's area above which faces present in both directions are its surface, not walls.
 const TWO_SIDED: f64 = 0.5;
 
 /// Counts of the faces over three vertices.
 #[derive(Clone, Copy, Default)]
 struct SameFaces {
-    /// Faces with an even permutation of the ascending vertices, and with an odd one.
+    /// Faces with an even permutation of the ascending vertices (`n_down`: odd).
     n_up: usize,
     n_down: usize,
-    /// The first of them.
     first: u32,
 }
 
 /// Drops faces that repeat others; returns their number.
 ///
-/// Of faces wound both ways in equal number, such as a wall between two bodies, all are dropped: they enclose nothing. One
-/// stays if such faces make up most of a component, and of all others.
+/// Faces in equal number in both directions, such as a wall between two bodies, are all dropped, unless they are most
+/// of a component. Otherwise one stays.
 pub(super) fn drop_repeated(faces: &mut RepairFaces) -> usize {
     let (same, all) = same_faces(faces);
     let is_pair = |face: u32| same[all[face as usize] as usize].is_balanced();
@@ -30,7 +29,7 @@ pub(super) fn drop_repeated(faces: &mut RepairFaces) -> usize {
     for face in faces.numbers() {
         areas[component[face as usize] as usize][usize::from(is_pair(face))] += faces.area(face);
     }
-    // A whole surface stated for both sides is kept once; a wall is not.
+    // A surface given in both directions is kept once; a wall is not.
     let is_two_sided = |[single, paired]: [f64; 2]| paired > TWO_SIDED * (single + paired);
     drop_where(faces, |face| {
         let same = same[all[face as usize] as usize];
@@ -39,10 +38,10 @@ pub(super) fn drop_repeated(faces: &mut RepairFaces) -> usize {
     })
 }
 
-/// Drops pairs of opposite faces over the same vertices; the rest encloses the same volume.
+/// Drops pairs of opposite faces over the same vertices; returns their number.
 pub(super) fn drop_opposite(faces: &mut RepairFaces) -> usize {
     let (same, all) = same_faces(faces);
-    // As many of each direction as cancel out.
+    // The number of faces of each direction that cancel out.
     let mut left: Vec<[usize; 2]> = same.iter().map(|same| [same.n_up.min(same.n_down); 2]).collect();
     let goes = |face: u32| {
         let left = &mut left[all[face as usize] as usize][usize::from(is_up(faces.corners[face as usize]))];

@@ -1,4 +1,4 @@
-//! Printable meshes: closed, wound outward, without hidden or thin faces.
+//! Printable meshes: closed, wound outward, without hidden faces.
 
 use rustc_hash::FxHashSet;
 
@@ -17,16 +17,16 @@ use super::repeated::{drop_opposite, drop_repeated};
 use super::touching::separate_touching;
 use super::{NothingSolid, RepairCounts, Repaired};
 
-/// Largest number of rounds of cutting and filling: filling may make a surface one-sided again.
+/// Largest number of rounds of cutting and filling; filling may make a surface one-sided again.
 const MOST_ROUNDS: usize = 4;
 
-/// Least share of the area that must remain: of sheets stated for both sides only slivers would.
+/// Least share of the area that must remain; sheets given in both directions leave only slivers.
 const LEAST_LEFT: f64 = 0.01;
 
-/// Makes a mesh the surface of a solid: every edge has two faces, all wound outward.
+/// Makes a mesh the surface of a solid, with two faces at every edge, all wound outward.
 ///
-/// Drops components whose bounding box has a diagonal below `least_size`, fins, sheets, inner walls, and shells within solid
-/// unless their winding makes them cavities (see `nesting`). Fills all holes. Intersecting surfaces stay as they are.
+/// Drops components whose bounding box has a diagonal below `least_size`, fins, sheets, inner walls, and hidden shells
+/// (see `nesting`). Fills all holes. Intersecting surfaces stay as they are.
 ///
 /// # Errors
 /// [`NothingSolid`] if less than a hundredth of the area is left.
@@ -84,7 +84,7 @@ fn close_holes(faces: &mut RepairFaces) -> usize {
         if open.is_empty() && n_changed == 0 {
             break;
         }
-        // Only loops at truly open edges: the cut also parts closed surfaces.
+        // Only loops at truly open edges: the cut also separates closed surfaces.
         let filled = fill(faces, usize::MAX, |rims| {
             let ends = rims.iter().zip(rims.iter().cycle().skip(1)).map(|(a, b)| [a.vertex, b.vertex]);
             ends.into_iter().any(|[a, b]| open.contains(&[a.min(b), a.max(b)]))
@@ -94,7 +94,7 @@ fn close_holes(faces: &mut RepairFaces) -> usize {
     n_filled
 }
 
-/// Marks the faces whose cells angles cannot tell; fills the holes of their sheets.
+/// Marks the faces of leaking components, whose cells angles cannot tell apart; fills the holes of their sheets.
 fn mark_sheet_components(faces: &mut RepairFaces, n_filled: &mut usize) -> Vec<bool> {
     // Angles fail where surfaces intersect away from edges.
     let leaks = find_leaks(faces);
@@ -118,11 +118,10 @@ fn open_edges(faces: &RepairFaces) -> FxHashSet<[u32; 2]> {
     open
 }
 
-/// Counts the changes to components and faces; a solid has no open holes.
 fn counts(mesh: &TriMesh, faces: &RepairFaces, n_filled: usize) -> RepairCounts {
     let before = RepairFaces::new(mesh, Attributes::NONE);
     let (component, n_before) = components(&before);
-    // Faces of each component that are left, as they were and turned.
+    // Remaining faces of each component, as read and reversed.
     let mut left = vec![[0usize; 2]; n_before];
     for (&source, made) in faces.sources.iter().zip(&faces.origins) {
         if let Some(&component) = component.get(source as usize) {
@@ -209,7 +208,7 @@ mod tests {
     #[test]
     fn a_surface_with_one_side_is_cut_open_and_closed() {
         assert!(is_solid(&solid(&shapes::klein_bottle(40, 20)).mesh));
-        // A torus, cut across and joined again mirrored: a bottle that is round in section.
+        // A torus, cut across and joined again mirrored: a Klein bottle with a round section.
         let (around, tube) = (40u32, 20u32);
         let torus = shapes::torus(around, tube, 2.0, 0.7);
         let mirrored = |v: u32| v / tube * tube + (tube - v % tube) % tube;
@@ -225,7 +224,6 @@ mod tests {
         assert!(crate::metrics::volume(&repaired.mesh).unwrap() > 0.0);
     }
 
-    /// A plate stated for both sides, its quads split along different diagonals above and below, and a separate crumb.
     #[test]
     fn a_crumb_beside_a_sheet_with_two_sides_is_nothing() {
         let n = 6u32;

@@ -1,7 +1,7 @@
-//! Separation of touching bodies by a hair.
+//! Separates touching bodies slightly.
 //!
-//! At edges with four faces and vertices with two fans, each sheet gets its own vertices, some millionths of the size
-//! further inside. Otherwise programs that weld by absolute distance would join them again.
+//! At edges with four faces and vertices with two fans, each sheet gets its own vertices, moved inward by some
+//! millionths of the size. Otherwise programs that weld by absolute distance would join the bodies again.
 
 use glam::DVec3;
 
@@ -26,7 +26,7 @@ pub(super) fn separate_touching(repaired: Repaired) -> Repaired {
     is_split[mesh.positions().len()..].fill(true);
     cut.copies.iter().for_each(|&vertex| is_split[vertex as usize] = true);
     let faces = cut.faces.into_owned();
-    // Area-weighted normals of the split vertices alone: only these move.
+    // Area-weighted normals of the split vertices: only these move.
     let mut outward = vec![DVec3::ZERO; positions.len()];
     for face in faces.iter().filter(|face| face.iter().any(|&v| is_split[v as usize])) {
         let normal = area_normal_f64(face.map(|v| DVec3::from(positions[v as usize].map(f64::from))));

@@ -18,7 +18,7 @@ impl Bounds {
         points.iter().fold(Self::EMPTY, |bounds, &p| bounds.union(&Self { low: p, high: p }))
     }
 
-    /// Returns the smallest box around two.
+    /// Returns the smallest box around two boxes.
     pub fn union(&self, other: &Self) -> Self {
         // One instruction each; `f32::min` also handles NaN.
         let smaller = |x: f32, y: f32| if y < x { y } else { x };

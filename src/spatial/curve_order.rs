@@ -1,36 +1,33 @@
-//! Points and triangles sorted along Morton's space-filling curve, so that neighbours in the order are near in space.
+//! Sorts points and triangles along Morton's space-filling curve, so that neighbours in the order are near in space.
 
 use rayon::prelude::*;
 
 /// Bits per coordinate of a cell.
 const BITS: u32 = 10;
-/// Items in one cell above which the cell is subdivided.
+/// Number of items above which a cell is subdivided.
 const CROWD: usize = 256;
-/// Cells along the longest side.
 const CELLS: f32 = (1 << BITS) as f32;
-/// Items per task.
 const CHUNK: usize = 4096;
-/// Items sorted between two beats.
+/// Items sorted between two calls of `beat`.
 const BETWEEN_BEATS: usize = 1 << 18;
-/// Largest number of subdivisions.
 const DEPTH: usize = 12;
 
 type BoxCorners = ([f32; 3], [f32; 3]);
 
-/// Sorts the indices `0..n` of finite points along the curve; calls `beat` every few milliseconds.
+/// Sorts the indices `0..n` of finite points along the curve, calling `beat` every few milliseconds.
 pub(crate) fn curve_order(n: usize, point: impl Fn(u32) -> [f32; 3] + Sync, beat: impl Fn() + Sync) -> Vec<u32> {
     let mut order: Vec<u32> = (0..n as u32).collect();
     arrange(&mut order, &point, &beat, 0);
     order
 }
 
-/// Sorts triangles (n_faces x 3, indices of finite positions within the bounds) along the curve; returns n_faces indices.
+/// Sorts triangles (n_faces x 3) along the curve; returns n_faces indices.
 pub(super) fn curve_order_of_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], (low, high): BoxCorners) -> Vec<u32> {
     let extent = extent(low, high);
     if extent.is_nan() || extent <= 0.0 {
         return (0..faces.len() as u32).collect();
     }
-    // A sum of three corners that is too large for a float only spoils the order.
+    // An overflow of this sum only spoils the order.
     let per_sum = CELLS / 3.0 / extent;
     let start = low.map(|low| low * (CELLS / extent));
     let mut keys = vec![0; faces.len()];
@@ -52,7 +49,7 @@ pub(super) fn curve_order_of_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], (
     order
 }
 
-/// Sorts along the curve through the bounding box of the middles, and recursively in crowded cells.
+/// Sorts along the curve through the bounding box of the points, and again within crowded cells.
 fn arrange(order: &mut [u32], middle: &(impl Fn(u32) -> [f32; 3] + Sync), beat: &(impl Fn() + Sync), depth: usize) {
     let (low, high) = bounds(order, middle);
     let extent = extent(low, high);
@@ -72,7 +69,6 @@ fn arrange(order: &mut [u32], middle: &(impl Fn(u32) -> [f32; 3] + Sync), beat: 
     sort_by_keys(order, keys, middle, beat, depth);
 }
 
-/// Sorts items by their keys, and crowded cells recursively.
 fn sort_by_keys(
     order: &mut [u32],
     keys: Vec<u64>,
@@ -104,7 +100,9 @@ fn cell_key([x, y, z]: [u32; 3], item: u32) -> u64 {
     u64::from(spread(x) | spread(y) << 1 | spread(z) << 2) << 32 | u64::from(item)
 }
 
-/// Rounds to the nearest cell without a conversion: the lowest bits of a float whose unit is one are the number.
+/// Rounds to the nearest cell.
+///
+/// The lowest bits of a float whose last bit is worth one are its whole number.
 #[inline(always)]
 fn nearest_cell(x: f32) -> u32 {
     const LAST: f32 = CELLS - 1.0;
@@ -119,7 +117,7 @@ fn extent(low: [f32; 3], high: [f32; 3]) -> f32 {
 
 /// Returns the bounding box of points; low is above high without points.
 pub(super) fn bounds_of_points(points: &[[f32; 3]]) -> BoxCorners {
-    // Several boxes side by side: none has to wait for the one before.
+    // Several independent boxes: no comparison waits for the one before.
     const LANES: usize = 8;
     let (mut low, mut high) = ([[f32::INFINITY; 3]; LANES], [[f32::NEG_INFINITY; 3]; LANES]);
     for points in points.chunks(LANES) {

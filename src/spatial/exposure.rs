@@ -1,5 +1,6 @@
-//! Visual importance of components: views from many directions with two layers, the visible component and the next one
-//! behind it.
+//! Visual importance of components, from views in many directions.
+//!
+//! Each pixel holds the visible component and the next one behind it.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -8,16 +9,16 @@ use crate::geometry::triangle::unit_normal;
 
 use super::parallel_views::{axis, project, rasterize, to_pixels};
 
-/// Number of view axes, each seen from both ends.
+/// Number of view axes, each viewed from both ends.
 const AXES: usize = 13;
-/// Pixels per triangle, and the limits of a view's side. At 256 a thousandth of a solid's area is about twenty pixels.
+/// Pixels per triangle, and the range of a view's side in pixels.
 const PIXELS: f64 = 2.0;
 const SIDE: [f64; 2] = [256.0, 768.0];
 /// Least cosine between normals of surfaces that look alike: 30 degrees.
 const ALIKE: f32 = 0.866;
 const NONE: u32 = u32::MAX;
 
-/// Component and material of each face.
+/// The component and material of each face.
 #[derive(Clone, Copy, Debug)]
 pub struct Labels<'a> {
     /// Component of each face, n_faces, below `n_components`.
@@ -28,22 +29,21 @@ pub struct Labels<'a> {
     pub n_components: usize,
 }
 
-/// The visible change when a component is removed, as shares of the pixels that the whole mesh covers, largest over the
-/// views.
+/// The visible change when a component is removed, as the largest share of covered pixels in any view.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Exposure {
-    /// Pixels that show the background, or a surface that is farther away than the tolerance, of another material or
+    /// Share of pixels that then show the background, or a surface too far behind or of another material or
     /// orientation.
     pub changed: f32,
-    /// Pixels that show a back side.
+    /// Share of pixels that then show a back side.
     pub opened: f32,
-    /// Pixels that show another material.
+    /// Share of pixels that then show another material.
     pub recoloured: f32,
-    /// Components visible in its place where nothing changes, ascending.
+    /// Components that replace it where nothing visible changes, ascending.
     pub stand_ins: Vec<u32>,
 }
 
-/// Returns for each component what changes in views without it.
+/// Returns the visible change of removing each component.
 ///
 /// Surfaces at most `tolerance` apart, in the unit of the positions (n x 3, finite), look the same.
 ///
@@ -92,7 +92,6 @@ struct DepthLayers {
 
 const EMPTY: DepthLayers = DepthLayers { depths: [f32::INFINITY; 2], faces: [NONE; 2] };
 
-/// Triangles in units of pixels.
 struct PixelScene<'a> {
     positions: &'a [Vec3],
     faces: &'a [[u32; 3]],
@@ -116,7 +115,6 @@ impl PixelScene<'_> {
         merge(self.exposures_of(&near, along), self.exposures_of(&far, -along))
     }
 
-    /// Inserts a surface at its depth into the layers of a pixel.
     fn insert_surface(&self, pixel: &mut DepthLayers, face: u32, depth: f32) {
         let component = |face: u32| self.labels.components[face as usize];
         let is_of_first = pixel.faces[0] != NONE && component(face) == component(pixel.faces[0]);
@@ -158,7 +156,6 @@ impl PixelScene<'_> {
         all
     }
 
-    /// Returns whether the second layer of a pixel looks like the first.
     fn looks_alike(&self, DepthLayers { depths, faces: [first, second] }: &DepthLayers, along: Vec3) -> bool {
         if *second == NONE {
             return false;

@@ -1,9 +1,8 @@
 //! A quickly built tree for closest points on indexed triangles, best if queries are fewer than triangles.
 //!
-//! Triangles are sorted along a space-filling curve and packed eight to a node, level by level (a packed R-tree, Kamel and
-//! Faloutsos 1993). Boxes are stored in steps of a 254th of their node, so a node is one cache line. Of many thin triangles
-//! the pieces are packed; if nearly all are thin, boxes are oriented along them.
-//! [`NearestOnTriangles`](super::NearestOnTriangles) takes several times as long to build.
+//! Triangles are sorted along a space-filling curve and packed eight to a node, level by level (a packed R-tree, Kamel
+//! and Faloutsos 1993). Boxes are stored in steps of a 254th of their node, so that a node is one cache line. Thin
+//! triangles are cut into pieces; if nearly all are thin, oriented boxes replace the nodes.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -18,22 +17,21 @@ use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 const WIDTH: usize = 8;
 /// Least share of additional pieces for which thin triangles are cut.
 const NEEDLES: f64 = 0.05;
-/// Nodes per task.
 const CHUNK: usize = 512;
-/// Capacity of the queue: all children but one per level, for the levels of 32-bit indices, and one more node's children.
+/// Capacity of the queue: all children but one per level of 32-bit indices, and one more node's children.
 const WAITING: usize = (WIDTH - 1) * 11 + 1 + WIDTH;
 /// Steps across a node; one less than a byte holds, for rounding.
 const STEPS: f32 = 254.0;
 
-/// The least float whose lowest bit is worth one.
+/// The smallest float whose last bit is worth one.
 const UNITS: f32 = 8_388_608.0;
 
 /// The work of a search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SearchCost {
-    /// Triangles, or pieces, tested.
+    /// Number of triangles, or pieces, tested.
     pub triangles: u32,
-    /// Groups of boxes tested.
+    /// Number of groups of boxes tested.
     pub boxes: u32,
 }
 
@@ -46,7 +44,7 @@ impl SearchCost {
 
 /// A tree over the triangles of a mesh.
 ///
-/// Of triangles at exactly the same distance the first wins, as in [`NearestOnTriangles`](super::NearestOnTriangles).
+/// Of triangles at exactly the same distance the first is returned.
 ///
 /// ```
 /// use neural_mesh::spatial::FaceTree;
@@ -59,15 +57,14 @@ pub struct FaceTree<'a> {
     faces: &'a [[u32; 3]],
     /// Triangles along the curve, n_faces.
     order: Vec<u32>,
-    /// Triangle of each piece along the curve, n_pieces, if they are cut.
+    /// Triangle of each piece along the curve, n_pieces, if triangles are cut.
     pieces: Option<Vec<u32>>,
     /// Position of each triangle, or one of its pieces, along the curve, n_faces.
     places: Vec<u32>,
-    /// Oriented boxes, if nearly all triangles are needles; then there are no nodes.
+    /// Oriented boxes that replace the nodes if nearly all triangles are needles.
     needles: Option<NeedleTree>,
     /// Nodes by level, from those over triangles up to the single root.
     levels: Vec<Vec<PackedNode>>,
-    /// Scaled bounding box.
     whole: BoxCorners,
     /// Power of two that scales coordinates to -1..1, so that no square under- or overflows.
     scale: f64,
@@ -112,7 +109,6 @@ struct BestFace {
 }
 
 impl BestFace {
-    /// Starts without a triangle, limited to this squared distance.
     #[inline(always)]
     fn with_limit(distance2: f64, p: DVec3) -> Self {
         Self { face: u32::MAX, distance2, limit: limit(distance2, p), looks: SearchCost::default() }
@@ -167,8 +163,9 @@ impl<'a> FaceTree<'a> {
         self.find_near(p, guess, f64::NEG_INFINITY)
     }
 
-    /// Returns the closest triangle, or any within `enough` (squared), and its squared distance; starts at the triangle
-    /// `guess`.
+    /// Returns the closest triangle, or any within `enough` (squared), and its squared distance.
+    ///
+    /// The search starts at the triangle `guess`.
     ///
     /// ```
     /// use neural_mesh::spatial::FaceTree;
@@ -183,9 +180,7 @@ impl<'a> FaceTree<'a> {
         self.find_near_with_cost(p, guess, enough).map(|(face, distance2, _)| (face, distance2))
     }
 
-    /// Searches as [`find_near`](Self::find_near), and returns the work done.
-    ///
-    /// About two dozen tests on most surfaces; a large share of all where large faces intersect.
+    /// Searches as [`find_near`](Self::find_near), and also returns the work done.
     #[inline(always)]
     pub fn find_near_with_cost(&self, p: DVec3, guess: Option<u32>, enough: f64) -> Option<(u32, f64, SearchCost)> {
         let scale2 = self.scale * self.scale;
@@ -228,7 +223,7 @@ impl<'a> FaceTree<'a> {
         let mut best = none;
         let guess = guess.filter(|&face| (face as usize) < self.faces.len());
         if enough >= 0.0 && self.needles.is_none() {
-            // First try without anything farther than `enough`.
+            // First search only within `enough`.
             best.limit = limit(enough, p);
             self.search((p, enough), guess, accept, &mut best);
             if best.distance2 > enough {
@@ -255,7 +250,7 @@ impl<'a> FaceTree<'a> {
         }
     }
 
-    /// Builds the lowest nodes with their boxes, over the triangles or over this number of additional pieces.
+    /// Builds the lowest nodes with their boxes, over the triangles or their pieces.
     fn over_triangles(&mut self, cuts: f64) -> Vec<(PackedNode, BoxCorners)> {
         if cuts <= NEEDLES * self.order.len() as f64 {
             let node = |faces: &[u32]| node_over(faces.iter().map(|&face| self.bounds(face)));
@@ -292,7 +287,6 @@ impl<'a> FaceTree<'a> {
         union(union((a, a), (b, b)), (c, c))
     }
 
-    /// Tests the needles that may be nearer.
     #[inline(never)]
     fn visit_needles(
         &self,
@@ -316,7 +310,6 @@ impl<'a> FaceTree<'a> {
         places
     }
 
-    /// Visits nodes that may hold a nearer triangle, from the root.
     #[inline(always)]
     fn descend(&self, search: Query, accept: &impl Fn(u32) -> bool, best: &mut BestFace) {
         let root = PendingNode { distance: 0.0, above: self.levels.len() as u32, node: 0 };
@@ -324,7 +317,7 @@ impl<'a> FaceTree<'a> {
         self.visit(&mut queue, search, accept, best);
     }
 
-    /// Visits nodes from the one over this position up to the root, so near triangles are found without the upper levels.
+    /// Visits nodes from the one at `place` up to the root, so that near triangles need no upper levels.
     #[inline(always)]
     fn climb(&self, place: u32, (p, enough): Query, accept: &impl Fn(u32) -> bool, best: &mut BestFace) {
         let point = p.as_vec3().to_array();
@@ -347,7 +340,6 @@ impl<'a> FaceTree<'a> {
         }
     }
 
-    /// Visits the queued nodes that may hold a nearer triangle.
     #[inline(always)]
     fn visit(&self, queue: &mut Queue, (p, enough): Query, accept: &impl Fn(u32) -> bool, best: &mut BestFace) {
         let point = p.as_vec3().to_array();
@@ -439,13 +431,12 @@ const EMPTY: BoxCorners = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
 
 #[inline(always)]
 fn union(a: BoxCorners, b: BoxCorners) -> BoxCorners {
-    // Plain comparisons: `min` and `max` cost three instructions for their care of NaN.
+    // Plain comparisons: `min` and `max` cost three instructions because they handle NaN.
     let low = |k: usize| if b.0[k] < a.0[k] { b.0[k] } else { a.0[k] };
     let high = |k: usize| if b.1[k] > a.1[k] { b.1[k] } else { a.1[k] };
     ([low(0), low(1), low(2)], [high(0), high(1), high(2)])
 }
 
-/// Builds the node over at most [`WIDTH`] children; also returns its box.
 #[inline(always)]
 fn node_over(children: impl ExactSizeIterator<Item = BoxCorners>) -> (PackedNode, BoxCorners) {
     let mut boxes = [EMPTY; WIDTH];
@@ -469,7 +460,9 @@ fn node_over(children: impl ExactSizeIterator<Item = BoxCorners>) -> (PackedNode
     (node, whole)
 }
 
-/// Rounds to 0..=255 without a conversion: the lowest bits of a float whose unit is one are the number.
+/// Rounds to 0..=255.
+///
+/// The lowest bits of a float whose last bit is worth one are its whole number.
 #[inline(always)]
 fn nearest_byte(x: f32) -> u8 {
     let x = if x > 0.0 { x } else { 0.0 };

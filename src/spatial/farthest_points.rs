@@ -1,15 +1,16 @@
 //! Farthest point sampling (Gonzalez 1985; Eldar et al. 1997): each sample is the point farthest from those before.
 //!
-//! Distances are straight lines. A tree over the points knows the farthest point of each node, so that a new sample
-//! visits only the nodes in which it can be the nearest one.
+//! Distances are Euclidean. A tree stores the farthest point of each node, so that a new sample visits only the nodes
+//! where it can be the nearest sample.
 
 use super::{Bounds, coherent_order};
 
-/// Largest number of points that are not split further.
+/// Largest number of points in a leaf.
 const LEAF: usize = 32;
 
-/// Picks `k` points, `first` first, each the farthest from those before it; of equally far ones any, but always the
-/// same. Ends early when every point lies at the position of a sample.
+/// Picks `k` points, starting with `first`, each the farthest from those before it.
+///
+/// Ends early when every point is at the position of a sample. Ties are broken deterministically.
 ///
 /// # Shapes
 /// - `points`: n x 3, finite; `first` below n
@@ -25,14 +26,14 @@ pub fn farthest_points(points: &[[f32; 3]], k: usize, first: u32) -> Vec<u32> {
     farthest_latent_points(points, &[], k, first)
 }
 
-/// Picks `k` points as [`farthest_points`] does, by the distance of rows that hold a position and other numbers beside it.
+/// Picks `k` points as [`farthest_points`], by the distance of rows of a position and its latent numbers.
 ///
 /// # Shapes
 /// - `points`: n x 3, `latent`: n x width, row-major, both finite; `first` below n
 /// - returns at most min(k, n) indices, in the order of the picks
 ///
 /// # Panics
-/// When `latent` is not a row per point.
+/// If `latent` does not have one row per point.
 ///
 /// ```
 /// use neural_mesh::spatial::farthest_latent_points;
@@ -65,18 +66,18 @@ struct Node {
     bounds: Bounds,
     begin: usize,
     end: usize,
-    /// Index of the first child, the second behind it; none for a leaf.
+    /// Index of the first child, followed by the second; `None` for a leaf.
     children: Option<usize>,
-    /// Largest squared distance of a point to its nearest sample, and where that point stands.
+    /// Largest squared distance of a point to its nearest sample; `farthest` is that point.
     far2: f64,
     farthest: usize,
 }
 
-/// Points in an order in which near ones stand near each other, with their distances to the samples.
+/// Points in an order that keeps near points together, with their distances to the samples.
 struct Field {
     order: Vec<u32>,
     points: Vec<[f32; 3]>,
-    /// What stands beside each position, n x width.
+    /// Latent numbers of each point, n x width.
     latent: Vec<f32>,
     width: usize,
     distance2: Vec<f64>,
@@ -102,8 +103,9 @@ impl Field {
         Self { order, distance2: vec![f64::INFINITY; points.len()], points, latent, width, nodes }
     }
 
-    /// Makes `p` and what stands beside it a sample to the points of a node. Positions alone lie no farther apart than rows
-    /// do, so a node whose box is too far away has no nearer row.
+    /// Updates the distances in a node for a new sample.
+    ///
+    /// Positions are no farther apart than rows, so a node whose box is too far away has no nearer row.
     fn sample(&mut self, p: [f32; 3], beside: &[f32], at: usize) {
         if gap2(&self.nodes[at].bounds, p) >= self.nodes[at].far2 {
             return;
@@ -134,7 +136,7 @@ fn node(points: &[[f32; 3]], begin: usize, end: usize) -> Node {
     Node { bounds, begin, end, children: None, far2: f64::INFINITY, farthest: begin }
 }
 
-/// Squared distance from `p` to a box.
+/// Returns the squared distance from `p` to a box.
 fn gap2(bounds: &Bounds, p: [f32; 3]) -> f64 {
     squared_distance(p, std::array::from_fn(|axis| p[axis].clamp(bounds.low[axis], bounds.high[axis])))
 }
@@ -152,14 +154,14 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// How far each sample was from those before it, by looking at all of them.
+    /// Returns the distance of each sample to those before it, by comparing all pairs.
     fn reaches(points: &[[f32; 3]], samples: &[u32]) -> Vec<f64> {
         let distance2 = |a: u32, b: u32| squared_distance(points[a as usize], points[b as usize]);
         let reach = |i: usize| (0..i).map(|j| distance2(samples[i], samples[j])).fold(f64::INFINITY, f64::min);
         (0..samples.len()).map(reach).collect()
     }
 
-    /// The same reaches, from a search over all points for each sample.
+    /// Returns these distances, from a search over all points for each sample.
     fn naive_reaches(points: &[[f32; 3]], k: usize, first: usize) -> Vec<f64> {
         let mut distance2 = vec![f64::INFINITY; points.len()];
         let mut next = first;

@@ -1,16 +1,14 @@
-//! The k nearest other points of every point of a set (the k-nn graphs of Secs. 3.2 and 3.3).
+//! Finds the k nearest other points of every point of a set (the k-nn graphs of Secs. 3.2 and 3.3).
 //!
-//! A k-d tree split at medians by rank, so that any number of equal points is as good as others, with queries in
-//! the tree's order. Which of equally near points are taken does not depend on the tree: the first by index.
+//! A k-d tree is split at medians by rank, so that equal points do no harm.
 
 use rayon::prelude::*;
 
-/// Finds the nearest other points of every point, nearest first, of equally near ones the lower index first.
+/// Finds the `k` nearest other points of every point, nearest first; ties go to the lower index.
 ///
 /// # Shapes
 /// - `points`: n x 3, finite
-/// - returns n x min(k, n - 1) indices, row-major; a point's own index is not among its neighbours, but other points
-///   at the same position are
+/// - returns n x min(k, n - 1) indices, row-major; never a point's own index, but other points at its position
 ///
 /// ```
 /// use neural_mesh::spatial::nearest_neighbours;
@@ -43,9 +41,9 @@ pub fn nearest_neighbours(points: &[[f32; 3]], k: usize) -> Vec<u32> {
     result
 }
 
-/// Finds the points nearest to each query, nearest first, of equally near ones the lower index first.
+/// Finds the `k` points nearest to each query, nearest first; ties go to the lower index.
 ///
-/// Unlike in [`nearest_neighbours`] a query need not be a point, and a point at its position counts.
+/// A point at the position of a query counts.
 ///
 /// # Shapes
 /// - `points`: n x 3, `queries`: n_queries x 3, finite
@@ -73,10 +71,9 @@ pub fn nearest_to(points: &[[f32; 3]], queries: &[[f32; 3]], k: usize) -> Vec<u3
     indices
 }
 
-/// Orders points so that near ones stand near each other: what is computed from neighbours then finds them in the
-/// cache.
+/// Orders points so that near points are close together in memory.
 ///
-/// The order of the leaves of a k-d tree, by index inside of each.
+/// The order is that of the leaves of a k-d tree, by index within each leaf.
 ///
 /// # Shapes
 /// - `points`: n x 3, finite
@@ -92,10 +89,9 @@ pub fn coherent_order(points: &[[f32; 3]]) -> Vec<u32> {
     Tree::new(points).order
 }
 
-/// Queries per task.
 const QUERIES: usize = 256;
 
-/// Largest number of points that are not split further.
+/// Largest number of points in a leaf.
 const LEAF: usize = 32;
 
 /// Points in an order in which every node is a range, halved by rank along its longest side.
@@ -107,7 +103,7 @@ struct Tree {
     splits: Vec<(u8, f32)>,
 }
 
-/// Where to search from, and the place in the tree's order of a point that does not count.
+/// The point to search from, and the tree position of a point that does not count.
 struct Query {
     point: [f32; 3],
     skipped: usize,
@@ -150,21 +146,22 @@ impl Tree {
         Self { order, coordinates, splits }
     }
 
-    /// The query from a point of the tree, which does not find itself.
+    /// Returns the query of a point of the tree, which skips that point.
     fn query_at(&self, place: usize) -> Query {
         Query { point: [0, 1, 2].map(|axis: usize| self.coordinates[axis][place]), skipped: place }
     }
 
-    /// Puts the nearest points of the query into `nearest`; none of them is farther than `bound` (squared).
+    /// Stores the nearest points of the query in `nearest`; none of them is farther than `bound` (squared).
     fn search(&self, nearest: &mut Nearest, query: &Query, bound: f32) {
         nearest.clear(bound);
         self.visit(nearest, query, Node::root(self.order.len()), [0.0; 3]);
     }
 
     /// Offers the points of `node` that can be among the nearest of the query.
-    /// `gap` is how far the query lies outside of the node along each axis.
+    ///
+    /// `gap` is the distance of the query outside the node along each axis.
     fn visit(&self, nearest: &mut Nearest, query: &Query, node: Node, gap: [f32; 3]) {
-        // The same sums of squares as for points, so that rounding never prunes a point that ties.
+        // Computed as for points, so that rounding never prunes a point that ties.
         if squared(gap) > nearest.worst {
             return;
         }
@@ -202,10 +199,10 @@ fn squared([x, y, z]: [f32; 3]) -> f32 {
     x * x + y * y + z * z
 }
 
-/// Most points of a node whose halves are not split by two threads.
+/// Largest node that is built on one thread.
 const ALONE: usize = 4096;
 
-/// Orders the points of a node as its leaves do; notes down index, axis and coordinate of every split.
+/// Orders the points of a node; records index, axis and coordinate of every split.
 fn split(points: &[[f32; 3]], order: &mut [u32], node: Node, splits: &mut Vec<(usize, u8, f32)>) {
     if node.is_leaf() {
         return order.sort_unstable();
@@ -240,10 +237,11 @@ fn longest_axis(points: &[[f32; 3]], order: &[u32]) -> usize {
     (1..3).fold(0, |best, axis| if extent(axis) > extent(best) { axis } else { best })
 }
 
-/// A squared distance that none of the nearest of a query exceeds, from those of the query before it, which stands next
-/// to it in the tree: they and that query are more than k points, this one left out.
+/// Returns an upper bound of the squared distance of the query's k nearest points.
+///
+/// The query before this one and its nearest points are more than k points, without the query itself.
 fn bound(points: &[[f32; 3]], query: &Query, before: [f32; 3], nearest: &Nearest) -> f32 {
-    // As the leaves compute it, so that rounding never leaves out a point that ties.
+    // Computed as in the leaves, so that rounding never leaves out a point that ties.
     let distance = |[x, y, z]: [f32; 3]| {
         let [px, py, pz] = query.point;
         squared([x - px, y - py, z - pz])
@@ -253,9 +251,8 @@ fn bound(points: &[[f32; 3]], query: &Query, before: [f32; 3], nearest: &Nearest
 
 /// The k best so far, ascending.
 struct Nearest {
-    /// The squared distance above its index: bits of numbers that are not negative have the order of the numbers.
+    /// Squared distance (high half) and index (low half); the bits of numbers of at least 0 sort as the numbers.
     keys: Vec<u64>,
-    /// No farther point is of interest.
     worst: f32,
 }
 
@@ -314,7 +311,7 @@ mod tests {
         (0..points.len()).flat_map(row).collect()
     }
 
-    /// The same by sorting all points for each query.
+    /// Returns the nearest points by sorting all points for each query.
     fn brute_force_to(points: &[[f32; 3]], queries: &[[f32; 3]], k: usize) -> Vec<u32> {
         let row = |q: &[f32; 3]| {
             let distance = |p: &[f32; 3]| squared([0, 1, 2].map(|axis| p[axis] - q[axis]));

@@ -1,6 +1,4 @@
-//! Spatial searches: nearest neighbours, farthest points, closest points on triangles, rays and views. Knows no meshes.
-//!
-//! Machinery behind the modules that users call.
+//! Spatial searches: nearest neighbours, farthest points, closest points on triangles, rays and views.
 
 mod bounds;
 mod curve_order;

@@ -1,6 +1,6 @@
-//! The first crossing of a line with triangles, in both directions from a point.
+//! Finds the first crossing of a line with triangles, in both directions from a point.
 //!
-//! Triangles are slightly enlarged in double precision, so that no line slips between two of them.
+//! Triangles are slightly enlarged, so that no line passes between two of them.
 
 use glam::DVec3;
 
@@ -12,15 +12,12 @@ use super::triangle_tree::{NO_CHILD, TriangleNode};
 
 /// Margin around a triangle, relative to its size.
 const WIDER: f64 = 1e-6;
-/// Margin around boxes, for coordinates of at most 1; more than single precision rounds.
+/// Margin around boxes for coordinates of at most 1; more than single precision rounds.
 const MARGIN: f32 = 1e-6;
 
-/// A line in tree coordinates and its best crossing.
 struct QueryLine {
     from: DVec3,
-    /// Unit direction.
     along: DVec3,
-    /// Point and inverse direction in single precision.
     from32: [f32; 3],
     inverse: [f32; 3],
     /// Distance of the nearest crossing, or the limit of the search.
@@ -31,8 +28,8 @@ struct QueryLine {
 impl NearestOnTriangles {
     /// Returns the crossing nearest to `p` of the line along `direction` with the triangles that `accept` allows.
     ///
-    /// `None` if there is none within `reach` on either side, or the direction has no length. At equal distances the first
-    /// triangle wins.
+    /// `None` if there is none within `reach` on either side, or the direction has no length. Ties go to the first
+    /// triangle.
     ///
     /// ```
     /// use neural_mesh::spatial::NearestOnTriangles;
@@ -59,7 +56,6 @@ impl NearestOnTriangles {
         [outer, inner].into_iter().flatten().min_by(order)
     }
 
-    /// Searches the triangles that are not inner ones.
     fn outer_crossing_along(&self, p: DVec3, along: DVec3, reach: f64, accept: &dyn Fn(u32) -> bool) -> Option<Hit> {
         let from = p * self.scale;
         let inverse = along.as_vec3().recip().to_array();
@@ -106,21 +102,19 @@ impl NearestOnTriangles {
 }
 
 impl QueryLine {
-    /// Returns whether the line within its reach meets a box.
     fn enters(&self, node: &TriangleNode, child: usize) -> bool {
         let reach = self.reach as f32 + MARGIN;
         let (mut begin, mut end) = (-reach, reach);
         for axis in 0..3 {
             let low = (node.low[axis][child] - MARGIN - self.from32[axis]) * self.inverse[axis];
             let high = (node.high[axis][child] + MARGIN - self.from32[axis]) * self.inverse[axis];
-            // NaN, from 0 times infinity, bounds nothing.
+            // NaN, from 0 times infinity, does not bound anything.
             begin = begin.max(low.min(high));
             end = end.min(low.max(high));
         }
         begin <= end
     }
 
-    /// Takes the crossing with a triangle if it is the nearest.
     fn meet(&mut self, corners: &[[f32; 3]; 3], triangle: u32) {
         let [a, b, c] = corners.map(|corner| DVec3::from(corner.map(f64::from)));
         let [v, w, far] = line_on_triangle(self.from, self.along, [a, b, c]);

@@ -8,16 +8,16 @@ use super::triangle_pieces;
 use super::triangle_tree::{NO_CHILD, TriangleNode, TriangleTree};
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 
-/// Ratio of a triangle's largest coordinate to that of all below which single precision cannot resolve it.
+/// Ratio of a triangle's largest coordinate to that of all, below which single precision cannot resolve it.
 const INNER: f32 = 1.0 / 16_777_216.0;
-/// Ratio of largest coordinate to distance below which triangles are equally far in double precision.
+/// Ratio of largest coordinate to distance, below which triangles are equally far in double precision.
 const FAR: f64 = 1e-18;
-/// Largest number of small triangles that need no unit of their own.
+/// Largest number of small triangles that need no scale of their own.
 const MOST_UNSPLIT: usize = 16;
 
 /// Triangles prepared for closest-point queries.
 ///
-/// Answers do not depend on threads or on the order of queries: of triangles at exactly the same distance the first wins.
+/// Answers do not depend on the order of queries: of triangles at exactly the same distance the first is returned.
 ///
 /// ```
 /// use neural_mesh::spatial::NearestOnTriangles;
@@ -27,21 +27,19 @@ const MOST_UNSPLIT: usize = 16;
 /// assert_eq!((hit.triangle, hit.distance2), (0, 4.0));
 /// ```
 pub struct NearestOnTriangles {
-    /// Tree over the scaled triangles.
     pub(super) tree: TriangleTree,
-    /// Oriented boxes, if nearly all triangles are needles; then the tree has no nodes.
+    /// Oriented boxes that replace the nodes if nearly all triangles are needles.
     pub(super) needles: Option<NeedleTree>,
     /// Power of two that scales coordinates to -1..1, so that no square under- or overflows.
     pub(super) scale: f64,
-    /// Triangles too close to the origin for boxes in that unit.
+    /// Triangles too close to the origin for boxes in that scale.
     pub(super) inner: Option<Box<InnerTriangles>>,
 }
 
-/// Small triangles around the origin, with their own unit.
+/// Small triangles around the origin, with their own scale.
 pub(super) struct InnerTriangles {
     pub(super) surface: NearestOnTriangles,
     triangles: Vec<[[f32; 3]; 3]>,
-    /// Original index of each.
     pub(super) triangle_idx: Vec<u32>,
     /// Largest coordinate.
     most: f64,
@@ -64,7 +62,7 @@ pub struct Hit {
 struct BestHit {
     hit: Hit,
     limit: f32,
-    /// Whether any hit ends the search.
+    /// True if any hit ends the search.
     is_any: bool,
     /// Triangles and nodes tested.
     n_looks: u32,
@@ -89,7 +87,6 @@ impl NearestOnTriangles {
         nearest
     }
 
-    /// Builds the tree over triangles with this largest coordinate.
     fn with_one_unit(triangles: &[[[f32; 3]; 3]], most: f32) -> Self {
         let scale = if most > 0.0 { 0.5f64.powi(f64::from(most).log2().ceil() as i32) } else { 1.0 };
         let scaled: Vec<_> = triangles.iter().map(|corners| corners.map(|corner| to_scale(corner, scale))).collect();
@@ -107,8 +104,6 @@ impl NearestOnTriangles {
     }
 
     /// Searches as [`nearest`](Self::nearest), and returns the number of triangles and boxes tested.
-    ///
-    /// About two dozen on most surfaces; a large share of all where large triangles intersect.
     pub fn nearest_with_cost(&self, p: DVec3) -> (Option<Hit>, u32) {
         self.search(p, f64::INFINITY, |_| true, false)
     }
@@ -118,7 +113,7 @@ impl NearestOnTriangles {
         self.search(p, f64::INFINITY, accept, false).0
     }
 
-    /// Returns whether a triangle that `accept` allows lies within `reach`.
+    /// Returns whether a triangle that `accept` allows is within `reach`.
     ///
     /// ```
     /// use neural_mesh::spatial::NearestOnTriangles;
@@ -131,13 +126,13 @@ impl NearestOnTriangles {
         self.is_any_within_with_cost(p, reach, accept).0
     }
 
-    /// Tests as [`is_any_within`](Self::is_any_within), and returns the number of triangles and boxes tested.
+    /// Searches as [`is_any_within`](Self::is_any_within), and returns the number of triangles and boxes tested.
     pub fn is_any_within_with_cost(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> (bool, u32) {
         let (hit, n_looks) = self.search(p, reach, accept, true);
         (hit.is_some(), n_looks)
     }
 
-    /// Returns the closest point, within `reach`, of the triangles that `accept` allows.
+    /// Returns the closest point within `reach` of the triangles that `accept` allows.
     ///
     /// ```
     /// use neural_mesh::spatial::NearestOnTriangles;
@@ -149,7 +144,6 @@ impl NearestOnTriangles {
         self.search(p, reach, accept, false).0
     }
 
-    /// Searches within `reach` for the closest accepted triangle, or for any.
     fn search(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool, is_any: bool) -> (Option<Hit>, u32) {
         let (outer, n_looks) = self.search_outer(p, reach, &accept, is_any);
         let Some(inner) = self.inner.as_ref().filter(|_| !is_any || outer.is_none()) else { return (outer, n_looks) };
@@ -159,7 +153,6 @@ impl NearestOnTriangles {
         ([outer, nearer].into_iter().flatten().min_by(by_distance), n_looks + n_more)
     }
 
-    /// Searches the triangles that are not inner ones.
     fn search_outer(&self, p: DVec3, reach: f64, accept: &impl Fn(u32) -> bool, is_any: bool) -> (Option<Hit>, u32) {
         let (p, reach) = (p * self.scale, reach * self.scale);
         let none = Hit { triangle: u32::MAX, weights: [0.0; 3], point: p, distance2: reach * reach };
@@ -173,7 +166,7 @@ impl NearestOnTriangles {
         ((best.hit.triangle != u32::MAX).then_some(Hit { point, distance2, ..best.hit }), best.n_looks)
     }
 
-    /// Calls `visit` for every triangle that meets one with these corners, and for some near it; possibly repeatedly.
+    /// Calls `visit`, possibly repeatedly, for every triangle that meets the triangle `corners`, and for some near it.
     pub fn visit_touching(&self, corners: &[[f32; 3]; 3], mut visit: impl FnMut(u32)) {
         let scaled = corners.map(|corner| to_scale(corner, self.scale));
         if let Some(needles) = &self.needles {
@@ -183,13 +176,12 @@ impl NearestOnTriangles {
             self.tree.visit_overlaps(&Bounds::from_points(&scaled), &mut visit);
         }
         if let Some(inner) = &self.inner {
-            // A pointer, as a generic would recurse per unit.
+            // A pointer, as a generic would recurse per scale.
             let visit: &mut dyn FnMut(u32) = &mut |i: u32| visit(inner.triangle_idx[i as usize]);
             inner.surface.visit_touching(corners, visit);
         }
     }
 
-    /// Tests the needles that may be nearer.
     fn visit_needles(&self, needles: &NeedleTree, p: DVec3, accept: &impl Fn(u32) -> bool, best: &mut BestHit) {
         let n_boxes = needles.visit_near(p, best.hit.distance2, |leaf| {
             let accepted = leaf.iter().map(|&i| i as usize).filter(|&i| accept(self.tree.triangle_idx[i]));
@@ -230,7 +222,7 @@ impl NearestOnTriangles {
 }
 
 impl InnerTriangles {
-    /// Searches these triangles within `reach`; from very far away the first one is the answer.
+    /// Searches these triangles within `reach`; very far away, all distances are equal and the first one is the answer.
     fn search(&self, p: DVec3, reach: f64, accept: &dyn Fn(u32) -> bool, is_any: bool) -> (Option<Hit>, u32) {
         let outside = (p.abs() - DVec3::splat(self.most)).max(DVec3::ZERO).length();
         if outside > reach {
@@ -241,14 +233,13 @@ impl InnerTriangles {
             let first = (0..self.triangle_idx.len() as u32).find(|&i| is_accepted(i));
             (first.map(|first| hit_triangle(&self.triangles[first as usize], first, p)), 1)
         } else {
-            // Rounding may make a square a little larger in this unit.
+            // Rounding may make a square a little larger in this scale.
             self.surface.search(p, reach * (1.0 + 1e-12), is_accepted, is_any)
         };
         (hit.map(|hit| Hit { triangle: self.triangle_idx[hit.triangle as usize], ..hit }), n_looks)
     }
 }
 
-/// Returns the closest point of one triangle.
 #[inline(always)]
 fn hit_triangle(corners: &[[f32; 3]; 3], triangle: u32, p: DVec3) -> Hit {
     let corners = corners.map(|c| DVec3::from_array(c.map(f64::from)));
@@ -266,14 +257,13 @@ fn to_scale(point: [f32; 3], scale: f64) -> [f32; 3] {
     point.map(|x| (f64::from(x) * scale) as f32)
 }
 
-/// Returns the squared `f32` distance beyond which a box can be skipped; boxes lie in -1..1.
+/// Returns the squared `f32` distance beyond which a box in -1..1 can be skipped.
 pub(super) fn limit(distance2: f64, p: DVec3) -> f32 {
     let rounding = p.abs().max_element().max(1.0) * 4e-7;
     let reach = distance2.sqrt() + rounding;
     (reach * reach * (1.0 + 1e-6)) as f32
 }
 
-/// Returns squared distances from `p` to the four boxes of a node.
 fn box_distances(node: &TriangleNode, p: [f32; 3]) -> [f32; 4] {
     let mut distances = [0.0; 4];
     for (axis, p) in p.into_iter().enumerate() {
@@ -285,7 +275,6 @@ fn box_distances(node: &TriangleNode, p: [f32; 3]) -> [f32; 4] {
     distances
 }
 
-/// Sorts the children by distance.
 fn sort_by_distance(distances: &[f32; 4]) -> [usize; 4] {
     let mut order = [0, 1, 2, 3];
     let mut sort = |i: usize, j: usize| {
@@ -362,7 +351,6 @@ mod tests {
         }
     }
 
-    /// Sizes of all magnitudes around the origin, as in a damaged file: each unit has its own boxes.
     #[test]
     fn sizes_of_every_magnitude_are_told_apart() {
         let mut triangles = random_triangles(400, 1.0, 0.0);
@@ -385,7 +373,7 @@ mod tests {
             let hit = surface.nearest(p).unwrap();
             let (distance2, _) = naive(&triangles, p);
             let (found, expected) = (hit.distance2.sqrt(), distance2.sqrt());
-            // In the unit of all, single precision ends there.
+            // In the common scale, single precision ends there.
             let least = 2f64.powi(-148) * f64::from(largest(triangles.as_flattened()));
             assert!((found - expected).abs() <= 1e-15 * expected + least, "{p} {hit:?} {expected}");
         }

@@ -1,7 +1,7 @@
 //! A tree of oriented boxes for thin triangles, which axis-parallel boxes cannot separate in a fan.
 //!
-//! Boxes follow the principal axes of their corners (Gottschalk, Lin and Manocha 1996, "OBBTree"). A node is halved at the
-//! median centroid along its widest axis, so that halves of a fan are fans. Double precision, coordinates of at most one.
+//! Boxes follow the principal axes of their corners (Gottschalk, Lin and Manocha 1996, "OBBTree"). A node is halved at
+//! the median centroid along its widest axis.
 
 use glam::DVec3;
 
@@ -9,11 +9,11 @@ use crate::geometry::triangle::area_normal_f64;
 
 /// Most triangles in a leaf.
 const LEAF: usize = 4;
-/// Margin of boxes; more than rounding of coordinates of about one.
+/// Margin of boxes; more than the rounding of coordinates of about one.
 const MARGIN: f64 = 1e-13;
 /// Relative slack of squared distances; more than rounding.
 const SLACK: f64 = 1e-9;
-/// Jacobi sweeps; they converge quadratically.
+/// Number of Jacobi sweeps.
 const SWEEPS: usize = 5;
 /// Items above which a node is built on several threads.
 const PARALLEL: usize = 4096;
@@ -21,22 +21,19 @@ const PARALLEL: usize = 4096;
 const WAITING: usize = 40;
 
 pub(super) struct NeedleTree {
-    /// Each node is followed by its first half, then its second.
+    /// Nodes, each followed by its first half, then its second.
     nodes: Vec<NeedleNode>,
-    /// Triangles in the order of the leaves.
     triangles: Vec<u32>,
 }
 
-/// An oriented box and its contents.
 #[derive(Clone, Copy, Default)]
 struct NeedleNode {
     middle: DVec3,
     axes: [DVec3; 3],
-    /// Half of each side.
     half: DVec3,
     /// First triangle of a leaf, or node of the second half.
     first: u32,
-    /// Triangles of a leaf, 0 for inner nodes.
+    /// Number of triangles of a leaf, 0 for inner nodes.
     len: u32,
 }
 
@@ -119,7 +116,6 @@ impl NeedleTree {
 }
 
 impl NeedleNode {
-    /// Returns the squared distance of a point.
     #[inline(always)]
     fn distance2(&self, p: DVec3) -> f64 {
         let from_middle = p - self.middle;
@@ -144,7 +140,7 @@ fn n_nodes(n: usize) -> usize {
     if n <= LEAF { 1 } else { 1 + n_nodes(n / 2) + n_nodes(n - n / 2) }
 }
 
-/// Builds the nodes over items that start at these indices of all nodes and items.
+/// Builds the nodes over items; `at` and `start` are the indices of the first node and item.
 fn grow(nodes: &mut [NeedleNode], items: &mut [NeedleItem], [at, start]: [usize; 2]) {
     let Some((own, below)) = nodes.split_first_mut() else { return };
     *own = fit_box(items);
@@ -171,14 +167,12 @@ fn grow(nodes: &mut [NeedleNode], items: &mut [NeedleItem], [at, start]: [usize;
     }
 }
 
-/// Returns the axis along which centroids spread most.
 fn widest_axis(items: &[NeedleItem]) -> usize {
     let low = items.iter().map(|item| item.centroid).fold(DVec3::INFINITY, DVec3::min);
     let high = items.iter().map(|item| item.centroid).fold(DVec3::NEG_INFINITY, DVec3::max);
     (high - low).max_position()
 }
 
-/// Builds the box of items along their principal axes.
 fn fit_box(items: &[NeedleItem]) -> NeedleNode {
     let corners = || items.iter().flat_map(|item| item.corners);
     let mean = corners().sum::<DVec3>() / (3 * items.len()) as f64;

@@ -1,6 +1,6 @@
-//! Occlusion tests: whether a ray meets any triangle.
+//! Tests whether a ray meets any triangle.
 //!
-//! Boxes and triangles are slightly enlarged, so that no ray slips through an edge.
+//! Boxes and triangles are slightly enlarged, so that no ray passes through an edge.
 
 use glam::{DVec3, Vec3};
 
@@ -27,7 +27,7 @@ const WAITING: usize = 256;
 pub struct Occluders {
     tree: TriangleTree,
     middle: DVec3,
-    /// Scale from triangle to tree units, in which all fits into -1..1.
+    /// Scale to tree units, in which all coordinates are in -1..1.
     factor: f64,
 }
 
@@ -80,12 +80,10 @@ impl Occluders {
     }
 }
 
-/// A ray in tree units.
 struct Ray {
     from: DVec3,
     direction: DVec3,
     start: f64,
-    /// Origin in single precision.
     near: Vec3,
     /// Inverse of the direction's components, large where they vanish.
     slope: Vec3,
@@ -97,7 +95,6 @@ impl Ray {
         Self { from, direction, start, near: from.as_vec3(), slope: slope.into() }
     }
 
-    /// Returns which boxes of a node the ray meets.
     #[inline(always)]
     fn meets_boxes(&self, node: &TriangleNode) -> [bool; 4] {
         let (mut enter, mut leave) = ([0.0f32; 4], [f32::INFINITY; 4]);
@@ -112,7 +109,6 @@ impl Ray {
         std::array::from_fn(|child| enter[child] <= leave[child] * (1.0 + 1e-5))
     }
 
-    /// Returns whether the ray meets a triangle.
     fn meets(&self, corners: &[[f32; 3]; 3]) -> bool {
         let corners = corners.map(|corner| DVec3::from(corner.map(f64::from)));
         let [v, w, far] = line_on_triangle(self.from, self.direction, corners);
@@ -166,7 +162,7 @@ mod tests {
         let triangles: Vec<[[f32; 3]; 3]> =
             sphere.faces().iter().map(|face| face.map(|v| sphere.positions()[v as usize])).collect();
         let occluders = Occluders::new(&triangles);
-        // Toward each vertex, and each middle of an edge.
+        // Directions toward each vertex and each edge's middle.
         let points = |[a, b, c]: [[f32; 3]; 3]| {
             let [a, b, c] = [a, b, c].map(|p| DVec3::from(p.map(f64::from)));
             [a, 0.5 * (a + b), 0.5 * (b + c)]

@@ -1,21 +1,19 @@
-//! Visibility of triangles in parallel projections from many directions, seen from both ends of each axis.
-//!
-//! A pixel is a ray from outside, thirty times cheaper than one through a tree.
+//! Visibility of triangles in parallel projections from many directions.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-/// Pixels per triangle, which makes time proportional to triangles, and the limits of a view's side.
+/// Pixels per triangle, and the range of a view's side in pixels.
 const PIXELS: f64 = 2.0;
 const SIDE: [f64; 2] = [48.0, 1536.0];
 /// Width in pixels from which rows are clipped at the triangle's sides.
 const WIDE: f32 = 8.0;
-/// Rounding of a side, in pixels relative to its slope: forty times the rounding of positions in the largest view.
+/// Rounding error of a side in pixels, relative to its slope: forty times that of positions in the largest view.
 const ROUNDING: f32 = 0.02;
 /// Golden ratio, which spreads axes evenly.
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
-/// Returns whether each triangle is visible in some pixel of views along `n_axes` axes from both ends, n_faces.
+/// Returns whether each triangle is visible in views along `n_axes` axes from both ends, n_faces.
 ///
 /// Small visible triangles may be missed next to others. Positions (n x 3) are finite.
 ///
@@ -62,14 +60,13 @@ pub(super) fn axis(number: usize, n_axes: usize) -> Vec3 {
 struct Pixel {
     near: f32,
     far: f32,
-    /// Their triangles; `u32::MAX` for none.
+    /// Triangles of these surfaces; `u32::MAX` for none.
     first: u32,
     last: u32,
 }
 
 const EMPTY: Pixel = Pixel { near: f32::INFINITY, far: f32::NEG_INFINITY, first: u32::MAX, last: u32::MAX };
 
-/// A projection along an axis.
 struct ParallelView {
     side: usize,
     /// Right, up and view direction.
@@ -77,7 +74,7 @@ struct ParallelView {
     pixels: Vec<Pixel>,
 }
 
-/// Calls `visit` with index and depth of each pixel whose centre, at whole numbers, lies in a projected triangle.
+/// Calls `visit` with index and depth of each pixel whose centre, at whole numbers, is in a projected triangle.
 ///
 /// Views have `side` pixels per side.
 pub(super) fn rasterize(side: usize, [a, b, c]: [Vec3; 3], mut visit: impl FnMut(usize, f32)) {
@@ -113,20 +110,19 @@ fn sides([to_b, to_c]: [Vec3; 2]) -> [TriangleSide; 3] {
     [TriangleSide::new(0.0, to_b, size(to_b)), TriangleSide::new(0.0, to_c, size(to_c)), third]
 }
 
-/// A side of a triangle, where a weight is 0. It bounds rows, since most pixels in a long triangle's box are outside.
+/// A side of a triangle, where a weight is 0; bounds the pixels of a row that are tested.
 struct TriangleSide {
     /// Crossing with the first corner's row, relative to that corner, and its shift per row.
     start: f32,
     step: f32,
-    /// Margin above rounding.
     margin: f32,
-    /// Whether the triangle lies to its right, or to its left; neither if it is parallel to rows.
+    /// True if the triangle is to the right of this side; `is_right`: to the left; both false parallel to rows.
     is_left: bool,
     is_right: bool,
 }
 
 impl TriangleSide {
-    /// Makes the side of a weight with this value at the first corner and this slope, a sum of terms of this size.
+    /// Makes the side of a weight from its value at the first corner, its slope, and the sum of its terms.
     fn new(at_first: f32, slope: Vec3, size: f32) -> Self {
         let step = -slope.y / slope.x;
         let margin = 1.0 + ROUNDING * size / slope.x.abs();
@@ -135,7 +131,7 @@ impl TriangleSide {
         Self { start: -at_first / slope.x, step, margin, is_left, is_right }
     }
 
-    /// Clips a row to what may lie in the triangle with this first corner.
+    /// Clips a row to the pixels that may be in the triangle with this first corner.
     #[inline(always)]
     fn cut(&self, [left, right]: [f32; 2], first: Vec3, y: f32) -> [f32; 2] {
         let x = first.x + self.start + self.step * (y - first.y);
@@ -171,7 +167,6 @@ impl ParallelView {
         seen
     }
 
-    /// Draws a triangle over the pixels whose centres it contains.
     fn draw(&mut self, face: u32, corners: [Vec3; 3]) {
         let pixels = &mut self.pixels;
         rasterize(self.side, corners, |at, depth| {
@@ -205,7 +200,7 @@ mod tests {
         let (outer, inner) = seen.split_at(sphere.faces().len());
         assert!(inner.iter().all(|seen| !seen));
         assert!(outer.iter().filter(|seen| **seen).count() > outer.len() * 95 / 100);
-        // Without the faces above a height, inner ones show.
+        // Without the faces above a height, inner ones are visible.
         let open: Vec<[u32; 3]> =
             faces.into_iter().filter(|face| face[0] >= n || positions[face[0] as usize][2] < 0.8).collect();
         let seen = visible_faces(&positions, &open, 16);
@@ -220,7 +215,7 @@ mod tests {
         view.draw(0, [corner(0.0, 0.0, 1.0), corner(8.0, 0.0, 1.0), corner(0.0, 8.0, 1.0)]);
         let drawn = |view: &ParallelView, face: u32| view.pixels.iter().filter(|pixel| pixel.first == face).count();
         assert_eq!(drawn(&view, 0), 45);
-        // Tilted, wound the other way, in front of it at the left alone.
+        // A tilted triangle, wound the other way, that is in front only at the left.
         view.draw(1, [corner(0.0, 0.0, -1.0), corner(0.0, 8.0, -1.0), corner(8.0, 0.0, 3.0)]);
         assert_eq!((drawn(&view, 1), drawn(&view, 0)), (9 + 8 + 7 + 6, 15));
         assert_eq!(view.pixels.iter().filter(|pixel| pixel.last == 1).count(), 4 + 3 + 2 + 1);

@@ -1,17 +1,17 @@
-//! Curvature of a set of points, from the flatness of each neighbourhood (Pauly et al. 2002; Potamias et al. 2022).
+//! Curvature of a point set from the flatness of each neighbourhood (Pauly et al. 2002; Potamias et al. 2022).
 
 use super::knn::nearest_neighbours;
 use crate::geometry::eigenvalues;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Neighbours of a point that determine its curvature.
+/// Number of neighbours that determine the curvature of a point.
 const NEIGHBOURS: usize = 10;
 
-/// Computes the curvature of each point: the least eigenvalue's share in the covariance of the point and its 10 nearest.
+/// Computes the curvature of each point from the covariance of the point and its 10 nearest.
 ///
-/// `kappa = l0 / (l0 + l1 + l2)`, smoothed over the same points with a Gaussian whose deviation is their mean distance.
-/// Without unit and independent of scale: 0 in a plane, 1/3 for isotropic points.
+/// `kappa = l0 / (l0 + l1 + l2)` of the ascending eigenvalues, smoothed over the same points with a Gaussian whose
+/// deviation is their mean distance. Independent of scale: 0 in a plane, 1/3 for isotropic points.
 ///
 /// # Shapes
 /// - `points`: n x 3, finite
@@ -80,7 +80,7 @@ mod tests {
         let [coarse, dense] = [200, 3200].map(|n| point_curvature(&sphere(n, 1.0)));
         let mean = |all: &[f32]| all.iter().sum::<f32>() / all.len() as f32;
         assert!(coarse.iter().all(|kappa| (kappa / mean(&coarse) - 1.0).abs() < 0.5));
-        // The height of a cap is as its squared width: variance of heights over that of widths falls like 1 / n.
+        // The height of a cap grows as its squared width, so the share of the variance of heights falls as 1 / n.
         assert!((10.0..24.0).contains(&(mean(&coarse) / mean(&dense))), "{}", mean(&coarse) / mean(&dense));
     }
 

@@ -16,7 +16,7 @@ pub struct PointGrid {
 }
 
 impl PointGrid {
-    /// Sorts points (n x 3, finite) into cells of this side, best about the later distances.
+    /// Sorts points (n x 3, finite) into cells; `side` is best about the later search distance.
     ///
     /// A side that is not positive counts as 1.
     pub fn new(points: &[[f64; 3]], side: f64) -> Self {
@@ -28,7 +28,7 @@ impl PointGrid {
         Self { side, points: points.to_vec(), cells }
     }
 
-    /// Returns the points at most `reach` from `p`, ascending; visits all cells in reach.
+    /// Returns the points at most `reach` from `p`, ascending.
     pub fn find_within(&self, p: [f64; 3], reach: f64) -> Vec<u32> {
         let low = cell(p.map(|x| x - reach), self.side);
         let high = cell(p.map(|x| x + reach), self.side);
@@ -47,7 +47,6 @@ impl PointGrid {
     }
 }
 
-/// Returns the cell of a point; points beyond the range share the last.
 fn cell(p: [f64; 3], side: f64) -> [i64; 3] {
     p.map(|x| (x / side).floor() as i64)
 }

@@ -1,19 +1,15 @@
-//! Thin triangles cut into pieces with tight boxes.
-//!
-//! After the early split clipping of Ernst and Greiner (2007). Only boxes are cut: each piece still means its whole
-//! triangle.
+//! Cuts the boxes of thin triangles into tighter ones, after the early split clipping of Ernst and Greiner (2007).
 
 use super::Bounds;
 
 /// Most pieces of one triangle.
 const MOST: f32 = 32.0;
-/// Longest box side below which a triangle is not cut, for coordinates of about 1: single precision could not resolve the
-/// pieces.
+/// Longest box side below which a triangle is not cut, for coordinates of about 1.
 const LEAST: f32 = 1.5e-5;
-/// Pieces that may be added whatever the number of triangles; beyond, half the number of triangles.
+/// Number of pieces that may be added to any mesh; larger meshes may add half their number of triangles.
 const FREE: usize = 400_000;
 
-/// Additional pieces below which boxes of pieces suffice, so triangles do not count as needles.
+/// Number of additional pieces below which triangles do not count as needles.
 const MANY: f64 = 100_000.0;
 
 /// Returns whether most triangles are needles and need too many cuts.
@@ -35,7 +31,6 @@ pub(super) fn boxes(triangles: &[[[f32; 3]; 3]]) -> Vec<(Bounds, u32)> {
     boxes
 }
 
-/// Returns the number of cuts that a triangle needs.
 pub(super) fn wanted_cuts(corners: &[[f32; 3]; 3]) -> f32 {
     wanted_pieces(corners) - 1.0
 }
@@ -49,7 +44,7 @@ fn wanted_pieces(corners: &[[f32; 3]; 3]) -> f32 {
     let [a, b, c] = corners.map(glam::Vec3::from_array);
     let doubled_area = (b - a).cross(c - a).length();
     let emptiness = bounds.half_area() / doubled_area;
-    // A triangle without area has an infinitely empty box, or none at all (a line along an axis, a point).
+    // A triangle without area has an infinitely empty box, or no box area at all (a line along an axis, a point).
     if emptiness.is_nan() { 1.0 } else { (0.25 * emptiness.sqrt()).floor().clamp(1.0, MOST) }
 }
 
@@ -63,13 +58,12 @@ fn pieces(corners: &[[f32; 3]; 3], n: usize) -> impl Iterator<Item = Bounds> {
     (0..n).map(move |i| if n == 1 { whole } else { slab(&corners, axis, cut(i), cut(i + 1)) })
 }
 
-/// Returns the box of the slice between two planes across an axis.
 fn slab(corners: &[[f32; 3]; 3], axis: usize, low: f32, high: f32) -> Bounds {
     let mut bounds = Bounds::EMPTY;
     for (i, j) in [(0, 1), (1, 2), (2, 0)] {
         let (p, q) = (corners[i], corners[j]);
         let along = q[axis] - p[axis];
-        // Parameters of the edge within the slab; all of it if it is parallel to the planes.
+        // Parameters of the edge within the slab; all of the edge if it is parallel to the planes.
         let ends = if along == 0.0 { [0.0, 1.0] } else { [low, high].map(|at| (at - p[axis]) / along) };
         let [from, to] = if ends[0] <= ends[1] { ends } else { [ends[1], ends[0]] };
         if to < 0.0 || from > 1.0 || (along == 0.0 && !(low..=high).contains(&p[axis])) {

@@ -1,6 +1,4 @@
-//! A tree of boxes over triangles, four children wide, for closest-point and overlap queries.
-//!
-//! Split by the surface area heuristic over 16 bins of the longest axis; the same tree on any number of threads.
+//! A tree of boxes over triangles, four children wide, split by the surface area heuristic.
 
 use glam::Vec3A;
 use rayon::prelude::*;
@@ -12,7 +10,7 @@ use super::triangle_pieces::boxes;
 const LEAF: usize = 4;
 /// Bins per split, at most one per box.
 const BINS: usize = 16;
-/// Depth beyond which ranges are halved, which bounds the depth for any input.
+/// Depth beyond which ranges are halved.
 const DEPTH: usize = 40;
 /// Items above which ranges are built on several threads.
 const PARALLEL: usize = 8192;
@@ -24,7 +22,7 @@ pub(super) struct TriangleNode {
     pub(super) high: [[f32; 4]; 3],
     /// Index of the child node, or of a leaf's first triangle.
     pub(super) first: [u32; 4],
-    /// Triangles of a leaf; 0 for an inner node, [`NO_CHILD`] for none.
+    /// Number of triangles of a leaf; 0 for an inner node, [`NO_CHILD`] for none.
     pub(super) len: [u8; 4],
 }
 
@@ -38,7 +36,6 @@ impl TriangleNode {
         self.len[child] = len;
     }
 
-    /// Returns whether each child's box meets a box.
     fn overlaps(&self, bounds: &Bounds) -> [bool; 4] {
         let mut overlaps = [true; 4];
         for axis in 0..3 {
@@ -50,7 +47,6 @@ impl TriangleNode {
         overlaps
     }
 
-    /// Shifts the indices of child nodes.
     fn with_shift(mut self, shift: u32) -> Self {
         for (first, &len) in self.first.iter_mut().zip(&self.len) {
             *first += if len == 0 { shift } else { 0 };
@@ -59,13 +55,12 @@ impl TriangleNode {
     }
 }
 
-/// Marks a missing child.
 pub(super) const NO_CHILD: u8 = u8::MAX;
 
 const NO_CHILDREN: TriangleNode =
     TriangleNode { low: [[f32::INFINITY; 4]; 3], high: [[f32::NEG_INFINITY; 4]; 3], first: [0; 4], len: [NO_CHILD; 4] };
 
-/// The tree, with triangle corners in the order of its leaves; a triangle in several pieces is repeated.
+/// A tree with triangle corners in the order of its leaves; a triangle in several pieces is repeated.
 pub(super) struct TriangleTree {
     /// Nodes, the root first; empty without triangles.
     pub(super) nodes: Vec<TriangleNode>,
@@ -74,7 +69,6 @@ pub(super) struct TriangleTree {
     pub(super) triangle_idx: Vec<u32>,
 }
 
-/// A box compared in all coordinates at once.
 #[derive(Clone, Copy)]
 struct WideBounds {
     low: Vec3A,
@@ -88,7 +82,6 @@ impl WideBounds {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
-    /// Returns half the surface area, 0 for the empty box.
     fn half_area(&self) -> f32 {
         let [x, y, z] = (self.high - self.low).max(Vec3A::ZERO).to_array();
         x * y + y * z + z * x
@@ -126,7 +119,7 @@ impl TriangleTree {
         Self { nodes: Vec::new(), triangle_idx: (0..corners.len() as u32).collect(), corners }
     }
 
-    /// Calls `visit` for every triangle whose box meets `bounds`, once per piece that is met.
+    /// Calls `visit` for every triangle whose box meets `bounds`, once per piece.
     pub(super) fn visit_overlaps(&self, bounds: &Bounds, visit: &mut impl FnMut(u32)) {
         if !self.nodes.is_empty() {
             self.visit_node(0, bounds, visit);
@@ -172,7 +165,6 @@ fn grow_in_parallel(items: &mut [BoxItem], first: usize, depth: usize) -> Vec<Tr
     nodes
 }
 
-/// Appends the node over `items` and everything below it.
 fn grow(nodes: &mut Vec<TriangleNode>, items: &mut [BoxItem], first: usize, depth: usize) {
     let own = nodes.len();
     nodes.push(NO_CHILDREN);
@@ -234,7 +226,6 @@ fn split(items: &mut [BoxItem], depth: usize) -> usize {
     if middle == 0 || middle == items.len() { items.len() / 2 } else { middle }
 }
 
-/// Returns the smallest and largest doubled middles.
 fn middles(items: &[BoxItem]) -> (Vec3A, Vec3A) {
     let unbounded = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);
     items
@@ -243,7 +234,6 @@ fn middles(items: &[BoxItem]) -> (Vec3A, Vec3A) {
         .fold(unbounded, |(low, high), middle| (low.min(middle), high.max(middle)))
 }
 
-/// Returns the bin of an item along an axis with `scale` bins per unit.
 fn bin_of(item: &BoxItem, axis: usize, low: f32, scale: f32, n_bins: usize) -> usize {
     (((item.middle(axis) - low) * scale) as usize).min(n_bins - 1)
 }
@@ -267,7 +257,6 @@ fn cheapest_cut(items: &[BoxItem], low: Vec3A, high: Vec3A, n_bins: usize) -> Op
     cuts.min_by(|x, y| x.1.total_cmp(y.1)).map(|(cut, _)| (axis, cut))
 }
 
-/// Returns for each bin the cost of cutting before it.
 fn costs(bins: &[Bin]) -> [f32; BINS] {
     let mut costs = [0.0; BINS];
     let add = |side: &mut Bin, bin: &Bin| {
@@ -285,7 +274,6 @@ fn costs(bins: &[Bin]) -> [f32; BINS] {
     costs
 }
 
-/// Moves the items with the property to the front; returns their number.
 fn partition(items: &mut [BoxItem], belongs: impl Fn(&BoxItem) -> bool) -> usize {
     let mut front = 0;
     for i in 0..items.len() {

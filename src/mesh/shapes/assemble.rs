@@ -2,7 +2,7 @@
 
 use crate::mesh::TriMesh;
 
-/// The way the last row of a sheet meets the first.
+/// The joint between the last row of a sheet and the first.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Join {
     /// Not joined: a boundary.
@@ -63,7 +63,6 @@ pub(super) fn loft(rings: &[Vec<[f64; 3]>]) -> TriMesh {
     build(rings.iter().flatten().copied(), faces)
 }
 
-/// Triangulates a convex polygon of n corners in a zigzag.
 fn lid(n: u32) -> impl Iterator<Item = [u32; 3]> {
     (0..n.saturating_sub(2)).map(move |i| {
         let (low, high) = (i / 2, n - 1 - i / 2);
@@ -82,7 +81,6 @@ pub(super) fn unite(meshes: impl IntoIterator<Item = TriMesh>) -> TriMesh {
     TriMesh::new(positions, faces).unwrap_or_default()
 }
 
-/// Maps every point of a mesh by `to`; reverses the faces if `mirrored`.
 pub(super) fn map_points(mesh: &TriMesh, mirrored: bool, to: impl Fn([f64; 3]) -> [f64; 3]) -> TriMesh {
     let turn = |&[a, b, c]: &[u32; 3]| if mirrored { [a, c, b] } else { [a, b, c] };
     let faces = mesh.faces().iter().map(turn).collect();

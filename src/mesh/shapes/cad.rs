@@ -1,13 +1,13 @@
-//! Machine shapes: few large flat faces next to fillets and threads of many small ones.
+//! Machine shapes with large flat faces next to many small ones on fillets and threads.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use super::assemble::{build, loft, quad};
 use crate::mesh::TriMesh;
 
-/// Builds a plate of 2 x 1 x 0.1 whose edges have fillets of `radius` (below 0.05) with `n` segments per quarter turn.
+/// Builds a plate of 2 x 1 x 0.1 whose edges have fillets of `radius` (below 0.05).
 ///
-/// The flat sides have vertices on their rims only; face areas differ by the square of `n / radius`.
+/// Fillets have `n` segments per quarter turn. The flat sides have vertices on their rims only.
 ///
 /// ```
 /// let mesh = neural_mesh::mesh::shapes::plate(8, 0.01);
@@ -22,7 +22,7 @@ pub fn plate(n: u32, radius: f64) -> TriMesh {
     loft(&rings)
 }
 
-/// Returns the outline of the plate at height z: a rectangle with corners rounded by three times the radius, grown by `out`.
+/// Returns the plate's outline at height z: a rectangle with corners of three times the radius, grown by `out`.
 fn outline(n: u32, out: f64, z: f64, radius: f64) -> Vec<[f64; 3]> {
     let corners = [(1.0, 0.5, 0.0), (-1.0, 0.5, 1.0), (-1.0, -0.5, 2.0), (1.0, -0.5, 3.0)];
     let turn = 3.0 * radius;
@@ -65,13 +65,12 @@ fn ridge(phase: f64) -> f64 {
     ((triangle - 0.2) / 0.6).clamp(0.0, 1.0)
 }
 
-/// Returns the radius of a hexagon with corners at 1.3.
 fn hexagon(u: f64) -> f64 {
     let within = (u * 6.0).fract() - 0.5;
     1.3 * (TAU / 12.0).cos() / (within * TAU / 6.0).cos()
 }
 
-/// Builds a closed sheet of 1 x 1 with gentle waves: two sides of n x n quads a `thickness` apart, joined by a rim.
+/// Builds a wavy closed sheet of 1 x 1: two sides of n x n quads `thickness` apart, joined by a rim.
 ///
 /// ```
 /// let mesh = neural_mesh::mesh::shapes::thin_sheet(10, 0.001);

@@ -1,6 +1,6 @@
 //! Small named test meshes: spheres and boxes, machine shapes, open and singular surfaces.
 //!
-//! Faces of closed shapes look outward. A size that is not finite gives the empty mesh.
+//! Faces of closed shapes face outward. A size that is not finite gives the empty mesh.
 
 mod assemble;
 mod cad;

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::assemble::{Join, sheet};
 use crate::mesh::TriMesh;
 
-/// Builds the unit square in the plane z = 0 as n_x x n_y quads (at least 3 each way), facing up.
+/// Builds the unit square in the plane z = 0 as n_x x n_y quads (at least 3 each), facing up.
 ///
 /// ```
 /// assert_eq!(neural_mesh::mesh::shapes::grid(4, 3).positions().len(), 20);

@@ -1,11 +1,11 @@
-//! Singular surfaces: four faces at an edge, two fans at a vertex, one side only.
+//! Singular surfaces: edges with four faces, vertices with two fans, one-sided surfaces.
 
 use std::f64::consts::{PI, TAU};
 
 use super::assemble::{Join, build, sheet};
 use crate::mesh::TriMesh;
 
-/// Builds two tetrahedra with one common edge, which has four faces.
+/// Builds two tetrahedra with one common edge.
 ///
 /// ```
 /// assert_eq!(neural_mesh::mesh::shapes::tetrahedra_sharing_edge().positions().len(), 6);
@@ -30,7 +30,7 @@ fn tetrahedron_faces([a, b, c, d]: [u32; 4]) -> [[u32; 3]; 4] {
     [[a, c, b], [a, b, d], [b, c, d], [c, a, d]]
 }
 
-/// Builds a Moebius strip: one side, one boundary, n_around x n_across quads.
+/// Builds a Moebius strip of n_around x n_across quads.
 ///
 /// ```
 /// assert_eq!(neural_mesh::mesh::shapes::moebius_strip(20, 3).faces().len(), 120);
@@ -43,7 +43,7 @@ pub fn moebius_strip(n_around: u32, n_across: u32) -> TriMesh {
     })
 }
 
-/// Builds a Klein bottle, which intersects itself along a circle, n_around x n_tube quads.
+/// Builds a Klein bottle of n_around x n_tube quads, which intersects itself along a circle.
 ///
 /// ```
 /// assert_eq!(neural_mesh::mesh::shapes::klein_bottle(20, 8).faces().len(), 320);

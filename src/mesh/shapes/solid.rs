@@ -71,7 +71,6 @@ pub fn icosphere(level: u32) -> TriMesh {
     build(points.into_iter().map(|p| p.to_array()), faces)
 }
 
-/// Returns the triangles of mutually nearest points, facing outward.
 fn triangles_of_neighbours(points: &[DVec3]) -> Vec<[u32; 3]> {
     let n = points.len();
     let near = |i: usize, j: usize| points[i].dot(points[j]) > 0.4;
@@ -100,7 +99,7 @@ fn cut_in_four(points: &mut Vec<DVec3>, faces: &[[u32; 3]]) -> Vec<[u32; 3]> {
     faces.iter().flat_map(&mut cut).collect()
 }
 
-/// Builds a torus around the z axis, n_around x n_tube quads, with the radii of its centre circle and its tube.
+/// Builds a torus around the z axis, n_around x n_tube quads, with the radii of its centre circle and tube.
 ///
 /// ```
 /// assert_eq!(neural_mesh::mesh::shapes::torus(16, 8, 1.0, 0.3).positions().len(), 128);
@@ -112,7 +111,7 @@ pub fn torus(n_around: u32, n_tube: u32, radius: f64, tube: f64) -> TriMesh {
     })
 }
 
-/// Builds a wavy sphere whose edges are `unevenness` times longer at its upper pole than at its lower one.
+/// Builds a wavy sphere whose edges are `unevenness` times longer at the upper pole than at the lower.
 ///
 /// ```
 /// let mesh = neural_mesh::mesh::shapes::wavy_sphere(3, 10.0);

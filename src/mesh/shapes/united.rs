@@ -16,7 +16,7 @@ pub fn touching_spheres(level: u32) -> TriMesh {
     unite([sphere, other])
 }
 
-/// Builds a chain of tori that do not touch, every other one turned by a quarter.
+/// Builds a chain of `n` tori that do not touch.
 ///
 /// ```
 /// assert_eq!(neural_mesh::mesh::shapes::chain_of_tori(3).faces().len(), 3 * 2048);

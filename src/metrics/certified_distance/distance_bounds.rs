@@ -5,29 +5,26 @@
 pub struct DistanceTolerance {
     /// Accepted excess of the upper bound over the lower, as a share of the lower.
     pub gap: f64,
-    /// Distance below which the upper bound need not be any tighter.
+    /// Distance below which the upper bound need not be tighter.
     pub enough: f64,
-    /// Distance above which the search ends: if the lower bound exceeds it, the upper bound becomes infinite.
+    /// Distance at which the search ends; if the lower bound exceeds it, the upper bound becomes infinite.
     pub too_much: f64,
 }
 
 impl Default for DistanceTolerance {
-    /// Returns a gap of one percent, whatever the distance.
     fn default() -> Self {
         Self { gap: 0.01, enough: 0.0, too_much: f64::INFINITY }
     }
 }
 
-/// Current bounds of the largest distance.
 pub(super) struct DistanceBounds {
     pub lower: f64,
-    /// Upper bound over everything that needs no further cut.
+    /// Upper bound over all polygons that need no further cut.
     pub upper: f64,
     pub tolerance: DistanceTolerance,
 }
 
 impl DistanceBounds {
-    /// Returns whether a polygon with this upper bound need not be cut.
     pub(super) fn is_tight_enough(&self, upper: f64) -> bool {
         upper <= self.tolerance.enough.max(self.lower * (1.0 + self.tolerance.gap))
     }

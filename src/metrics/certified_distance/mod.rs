@@ -1,11 +1,10 @@
 //! Proved bounds of the largest distance between two surfaces, by branch and bound.
 //!
 //! The distance to a triangle is convex, so over a convex polygon it is largest at a corner. The largest distance from
-//! a polygon to a surface is thus at most `min over faces F of max over corners v of d(v, F)`, where the faces closest
-//! to the corners serve as F. Each corner's own distance is a lower bound. Polygons whose bounds are too far apart are
-//! cut, largest upper bound first (after Tang, Lee and Kim 2009, "Interactive Hausdorff distance computation for
-//! general polygonal models"). Unlike there, cuts follow the planes through the closest face's sides: about one polygon
-//! per pair of faces above each other, 4 to 160 times faster on three meshes.
+//! a polygon to a surface is thus at most `min over faces F of max over corners v of d(v, F)`; the faces closest to the
+//! corners serve as F. Each corner's own distance is a lower bound. Polygons whose bounds are too far apart are cut,
+//! largest upper bound first (after Tang, Lee and Kim 2009, "Interactive Hausdorff distance computation for general
+//! polygonal models"). Here cuts follow the planes through the closest face's sides.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -24,19 +23,20 @@ use polygon::PolygonCorner;
 use search::{FacePart, SearchItem, tighten_bounds};
 use target_surface::TargetSurface;
 
-/// Budget of triangles and boxes visited per direction: a number per face of both meshes, plus a fixed one. Two dozen
-/// per face are usual; heavily intersecting faces exceed it, and the bounds stay apart.
+/// Largest number of triangles and boxes visited per direction: per face of both meshes, plus a fixed number.
+///
+/// Two dozen per face are usual; heavily intersecting faces exceed it, and the bounds stay apart.
 const MAX_LOOKS: [u64; 2] = [150, 1_500_000];
-/// Distances below this share of the diagonal are not resolved.
+/// Share of the diagonal below which distances are not resolved.
 const SMALLEST: f64 = 1e-7;
 
 /// Bounds of the two-sided largest distance, in the mesh's unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct CertifiedDistance {
-    /// Some point is at least this far from the other surface.
+    /// Lower bound: some point is at least this far from the other surface.
     pub lower: f64,
-    /// No point is farther.
+    /// Upper bound: no point is farther.
     pub upper: f64,
     /// Diagonal of the original's bounding box.
     pub diagonal: f64,
@@ -60,7 +60,7 @@ pub fn certified_distance(
     certified_distance_with_budget(original, simplified, tolerance, u64::MAX).0
 }
 
-/// Bounds the distance within a budget of `most` visits per direction, and returns the visits of both.
+/// Bounds the distance within `most` visits per direction; also returns the number of visits.
 pub(crate) fn certified_distance_with_budget(
     original: &TriMesh,
     simplified: &TriMesh,
@@ -113,9 +113,9 @@ pub fn largest_distance(original: &TriMesh, simplified: &TriMesh) -> Option<f64>
     bounds.is_tight_enough(upper).then_some(upper)
 }
 
-/// Returns the largest distance from some faces of one mesh to another, at least `lower`.
+/// Returns the largest distance, at least `lower`, from some faces of one mesh to another.
 ///
-/// The result is within `gap` of the true one, unless that takes more than `most_tests` triangles.
+/// Accurate to `gap`, unless that takes more than `most_tests` triangles.
 pub(super) fn largest_distance_from_faces(
     [from, to]: [&TriMesh; 2],
     faces: &[u32],
@@ -136,7 +136,6 @@ pub(super) fn largest_distance_from_faces(
     bounds.lower
 }
 
-/// Returns a distance that no two points of the meshes exceed.
 fn farthest_apart(a: &TriMesh, b: &TriMesh) -> f64 {
     let both = spatial::Bounds::from_points(a.positions()).union(&spatial::Bounds::from_points(b.positions()));
     let [low, high] = [both.low, both.high].map(|corner| DVec3::from(corner.map(f64::from)));
@@ -146,7 +145,7 @@ fn farthest_apart(a: &TriMesh, b: &TriMesh) -> f64 {
 struct DirectedSearch<'a> {
     from: &'a TriMesh,
     target: &'a TargetSurface<'a>,
-    /// Distances at the vertices, n_vertices; fewer if the budget is exceeded or a vertex is too far.
+    /// Distances at the vertices, n_vertices; fewer if the search stopped early.
     corners: Vec<PolygonCorner>,
 }
 
@@ -214,7 +213,7 @@ mod tests {
 
     #[test]
     fn a_known_distance_is_found_between_the_corners() {
-        // A square, and the same square with its centre pushed up; the centre is no vertex of the first.
+        // A square, and the same square with its centre pushed up; the first has no vertex at the centre.
         let flat = TriMesh::new(
             vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]],
             vec![[0, 1, 2], [0, 2, 3]],
@@ -254,7 +253,7 @@ mod tests {
         let (is_known, lower, _) = bounded(10);
         assert!(!is_known && lower > 0.0 && lower <= exact.upper);
         assert!(farthest_apart(&a, &b) >= exact.lower);
-        // Enough for the vertices, not for the faces.
+        // Enough for the vertices, but not for the faces.
         let (is_known, lower, upper) = bounded(2_000_000);
         assert!(is_known && lower <= exact.upper && upper >= exact.lower, "{lower} {upper} {exact:?}");
         let largest = largest_distance_from_faces([&a, &b], &[0, 1, 2], &tree, [0.0, 0.01], 1);
@@ -277,7 +276,7 @@ mod tests {
             ..DistanceTolerance::default()
         };
         assert_eq!(certified_distance(&a, &b, &beyond).unwrap().upper, f64::INFINITY);
-        // Some vertices are enough, but not those without faces.
+        // A few vertices end the search, but not those without faces.
         let looks = |tolerance: &DistanceTolerance| certified_distance_with_budget(&a, &b, tolerance, u64::MAX).1;
         assert!(looks(&beyond) < looks(&within) / 3, "{} {}", looks(&beyond), looks(&within));
         let mut positions = b.positions().to_vec();

@@ -27,12 +27,10 @@ pub(super) fn largest_corner_distance(corners: &[PolygonCorner]) -> f64 {
     corners.iter().map(|corner| corner.distance).fold(0.0, f64::max)
 }
 
-/// Returns the distance from a corner to the one farthest from it.
 pub(super) fn radius_from(corners: &[PolygonCorner], from: &PolygonCorner) -> f64 {
     corners.iter().map(|corner| corner.point.distance_squared(from.point)).fold(0.0, f64::max).sqrt()
 }
 
-/// Returns the plane that bisects the longest line between two corners.
 pub(super) fn bisecting_plane(corners: &[PolygonCorner]) -> CutPlane {
     let pairs = (0..corners.len()).flat_map(|i| (0..i).map(move |j| [corners[i].point, corners[j].point]));
     let length2 = |[a, b]: &[DVec3; 2]| a.distance_squared(*b);
@@ -40,7 +38,7 @@ pub(super) fn bisecting_plane(corners: &[PolygonCorner]) -> CutPlane {
     CutPlane { point: 0.5 * (a + b), normal: (b - a).normalize_or_zero() }
 }
 
-/// Splits a polygon at a plane; `None` if a side would be too thin. `corner_at` measures new corners.
+/// Splits a polygon at a plane; `None` if a side would be too thin.
 pub(super) fn split_polygon(
     corners: &[PolygonCorner],
     plane: &CutPlane,
@@ -89,7 +87,7 @@ mod tests {
         let slanted = plane([0.5, 0.5, 0.0], [0.8, 0.6, 0.0]);
         let [above, below] = split_polygon(&square, &slanted, corner).unwrap();
         assert!((area(&above) + area(&below) - 2.0).abs() < 1e-12 && (above.len(), below.len()) == (4, 4));
-        // Through two corners: no new ones.
+        // A cut through two corners makes no new ones.
         let diagonal = plane([0.0; 3], [1.0, -2.0, 0.0]);
         let [above, below] = split_polygon(&square, &diagonal, |_| unreachable!("no new corner")).unwrap();
         assert_eq!((above.len(), below.len(), area(&above)), (3, 3, 1.0));

@@ -8,19 +8,17 @@ use super::distance_bounds::DistanceBounds;
 use super::polygon::{PolygonCorner, bisecting_plane, largest_corner_distance, middle, split_polygon};
 use super::target_surface::TargetSurface;
 
-/// Polygons cut in parallel. Larger rounds cut polygons that a raised lower bound makes needless.
+/// Largest number of polygons cut in parallel.
 const MAX_BATCH: usize = 256;
-/// Cuts after which one bisects the polygon, so that it shrinks whatever the planes are.
+/// Number of cuts after which one bisects the polygon, so that it shrinks in any case.
 const BISECT_EVERY: u32 = 5;
 const SEARCHES_PER_CUT: u64 = 10;
 pub(super) struct SearchItem {
     pub upper: f64,
     pub part: FacePart,
-    /// Cuts since the whole face.
     pub n_cuts: u32,
 }
 
-/// A whole face, or the corners of a polygon within it.
 pub(super) enum FacePart {
     Face(u32),
     Piece(Vec<PolygonCorner>),
@@ -49,7 +47,6 @@ impl Eq for SearchItem {}
 #[derive(Default)]
 struct CutResult {
     lower: f64,
-    /// Upper bound over the polygons that need no further cut.
     upper: f64,
     waiting: Vec<SearchItem>,
 }
@@ -110,8 +107,7 @@ impl TargetSurface<'_> {
         found
     }
 
-    /// Splits a polygon along the sides of `face`; if none passes through, at the bisector to another face, or in the
-    /// middle.
+    /// Splits a polygon along the sides of `face`, else at the bisector to another face, else in the middle.
     fn parts(
         &self,
         corners: Vec<PolygonCorner>,

@@ -12,25 +12,24 @@ use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::TriMesh;
 use crate::spatial::{FaceTree, SearchCost};
 
-/// Squared length below which the sum or difference of two unit normals has no direction.
+/// Squared length below which the difference of two unit normals has no direction.
 const NO_DIRECTION: f64 = 1e-12;
-/// Vertices measured per round at most, before the budget is checked.
+/// Largest number of vertices per round; the budget is checked between rounds.
 const MAX_BATCH: usize = 2048;
-/// Visits always granted to a round: enough for a full round on most surfaces.
+/// Visits always granted to a round.
 const MIN_LOOKS_PER_ROUND: u64 = 1_000_000;
-/// Items started per round at least, whatever they cost.
+/// Smallest number of items per round.
 const MIN_BATCH: usize = 16;
-/// Consecutive vertices searched one from another's face.
+/// Number of consecutive vertices that are searched one from another's face.
 const CHAIN: usize = 32;
 
-/// The surface that distances are measured to, with the budget of its searches.
 pub(super) struct TargetSurface<'a> {
     mesh: &'a TriMesh,
     tree: &'a FaceTree<'a>,
-    /// Triangles and boxes visited, and their limit; checked between rounds, whose searches do not depend on it.
+    /// Triangles and boxes visited, and their limit.
     n_looks: AtomicU64,
     most_looks: u64,
-    /// Whether boxes count as visits.
+    /// True if boxes count as visits.
     with_boxes: bool,
     n_searches: AtomicU64,
 }
@@ -53,14 +52,14 @@ impl<'a> TargetSurface<'a> {
         self.n_looks() >= self.most_looks
     }
 
-    /// Returns how many items of `n_searches` each fit the remaining budget, `most` at most.
+    /// Returns the number of items, at most `most`, with `n_searches` each, that fit the remaining budget.
     pub(super) fn batch_size(&self, most: usize, n_searches: u64) -> usize {
         let each = self.n_looks() / self.n_searches.load(Ordering::Relaxed).max(1);
         let left = self.most_looks.saturating_sub(self.n_looks()).max(MIN_LOOKS_PER_ROUND);
         (left / (n_searches * each).max(1)).clamp(MIN_BATCH as u64, most as u64) as usize
     }
 
-    /// Measures a point; a good `guess` of its closest face makes that faster.
+    /// Measures the distance at a point; a good `guess` of its closest face saves time.
     pub(super) fn corner(&self, point: DVec3, guess: Option<u32>) -> PolygonCorner {
         let found = self.tree.find_near_with_cost(point, guess, f64::NEG_INFINITY);
         let (face, distance2, looks) = found.unwrap_or((0, f64::INFINITY, SearchCost::default()));
@@ -70,7 +69,7 @@ impl<'a> TargetSurface<'a> {
         PolygonCorner { point, distance: distance2.sqrt(), face }
     }
 
-    /// Measures a point by one face; the distance is at most `enough`, or exact.
+    /// Measures the distance at a point by one face; the result is at most `enough`, or exact.
     pub(super) fn corner_from_face(&self, face: u32, point: DVec3, enough: f64) -> PolygonCorner {
         let corner = PolygonCorner { point, distance: self.distance_to(face, point), face };
         if corner.distance <= enough { corner } else { self.corner(point, Some(face)) }
@@ -106,7 +105,7 @@ impl<'a> TargetSurface<'a> {
 
     /// Returns an upper bound of the distance over a polygon, no tighter than `is_tight` demands.
     ///
-    /// Each corner gives two bounds: through its closest face, and through the way to the corner.
+    /// Each corner gives two bounds: through its closest face, and its own distance plus the polygon's radius from it.
     pub(super) fn upper_bound(&self, corners: &[PolygonCorner], is_tight: impl Fn(f64) -> bool) -> f64 {
         let mut upper = f64::INFINITY;
         for (i, corner) in corners.iter().enumerate() {
@@ -137,10 +136,7 @@ impl<'a> TargetSurface<'a> {
         (a * weights[0] + b * weights[1] + c * weights[2]).distance(point)
     }
 
-    /// Returns the planes through the sides of a face, at right angles to it: its points are the closest between them,
-    /// on a flat surface.
-    ///
-    /// (Planes halfway to the neighbours' normals save one cut in twenty and cost the search for the neighbours.)
+    /// Returns the planes through the sides of a face, perpendicular to it.
     pub(super) fn side_planes(&self, face: u32) -> [CutPlane; 3] {
         let [a, b, c] = self.triangle(face);
         let normal = self.normal(face);
@@ -149,7 +145,7 @@ impl<'a> TargetSurface<'a> {
         [wall(a, b), wall(b, c), wall(c, a)]
     }
 
-    /// Returns the plane of equal distance to `face` and to the closest face of the corner that leaves it most.
+    /// Returns the plane of equal distance to `face` and to another face, closest to the corner farthest from `face`.
     pub(super) fn bisector(&self, corners: &[PolygonCorner], face: u32) -> Option<CutPlane> {
         let gained = |corner: &PolygonCorner| self.distance(corner, face) - corner.distance;
         let apart = corners.iter().filter(|corner| corner.face != face);

@@ -1,10 +1,10 @@
 //! Options of a comparison.
 
-/// Number and placement of the samples of a comparison.
+/// Options of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct CompareOptions {
-    /// Samples on each surface; 50 thousand by default, as in the paper.
+    /// Samples on each surface, by default 50 thousand as in the paper.
     pub samples: usize,
     /// Seed of the original's samples; the simplified mesh uses the next one.
     pub seed: u64,

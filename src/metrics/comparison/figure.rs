@@ -1,16 +1,16 @@
-//! One named figure of a comparison.
+//! A named figure of a comparison.
 
 /// A value with its name and unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Figure {
-    /// Name in snake case; it never changes.
+    /// Name in snake case; fixed.
     pub name: &'static str,
-    /// Unit such as "% of diagonal" or "degrees"; empty for plain numbers.
+    /// Unit such as "% of diagonal"; empty for plain numbers.
     pub unit: &'static str,
     /// Meaning in a few words.
     pub about: &'static str,
-    /// The value; `None` if it cannot be measured or was not requested.
+    /// Value; `None` if it cannot be measured.
     pub value: Option<f64>,
 }
 

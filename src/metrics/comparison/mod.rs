@@ -1,4 +1,4 @@
-//! Comparison of a simplified mesh with its original, as one flat list of named figures.
+//! Compares a simplified mesh with its original, as a list of named figures.
 //!
 //! Names and order are fixed, so that figures can be columns of a table.
 
@@ -15,7 +15,7 @@ pub use compare_options::CompareOptions;
 pub use figure::Figure;
 pub use reference_mesh::ReferenceMesh;
 
-/// Measures a simplified mesh against its original: always the same figures in the same order.
+/// Measures a simplified mesh against its original; always returns the same figures in the same order.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, metrics::{CompareOptions, ReferenceMesh, compare}};

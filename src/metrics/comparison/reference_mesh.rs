@@ -4,14 +4,13 @@ use super::compare_options::CompareOptions;
 use crate::mesh::{Topology, TriMesh, topology};
 use crate::metrics::{Surface, volume};
 
-/// An original mesh, prepared to measure many simplified meshes against it.
+/// An original mesh, prepared for measuring many simplified meshes.
 pub struct ReferenceMesh {
     pub(super) mesh: TriMesh,
     pub(super) options: CompareOptions,
     pub(super) surface: Surface,
     pub(super) topology: Topology,
     pub(super) volume: Option<f64>,
-    /// Factor of all coordinates before anything is measured.
     scale: f64,
 }
 
@@ -31,7 +30,7 @@ impl ReferenceMesh {
         }
     }
 
-    /// Returns a mesh scaled as for measuring: very small and very large originals come to about unit size, exactly.
+    /// Returns a mesh scaled by the power of two that brings a very small or large original to about unit size.
     ///
     /// ```
     /// use neural_mesh::{mesh::{TriMesh, shapes}, metrics::{CompareOptions, ReferenceMesh}};
@@ -46,7 +45,7 @@ impl ReferenceMesh {
 
 /// Returns a power of two that brings a very small or very large mesh to about unit size, else 1.
 ///
-/// Squares and fourth powers are computed in single precision in places; they must not overflow.
+/// Fourth powers of coordinates in single precision must not overflow.
 fn scale_to_one(mesh: &TriMesh) -> f64 {
     let size = mesh.positions().as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()));
     let is_usual = size == 0.0 || (1e-6..=1e6).contains(&size);
