@@ -4,8 +4,8 @@ use robust::{Coord, Coord3D, orient2d, orient3d};
 
 /// Returns whether two triangles intersect beyond their boundaries or overlap in a plane.
 ///
-/// Decided by exact signs of determinants (Shewchuk 1997). Touching is no intersection, nor are common vertices and
-/// edges. A triangle without area intersects nothing.
+/// Exact (Shewchuk 1997). Touching is no intersection, nor are common vertices and edges. A triangle without area
+/// intersects nothing.
 ///
 /// ```
 /// use neural_mesh::geometry::crossing::triangles_cross;
@@ -26,9 +26,9 @@ pub fn triangles_cross(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
     has_passing_edge(a, sides_of_b, b) || has_passing_edge(b, sides_of_a, a)
 }
 
-/// Returns whether an edge of `a` passes through the inside of `b`, not at a corner.
+/// Returns whether an edge of `a` passes through the inside of `b`.
 ///
-/// Exact, as [`triangles_cross`]. Triangles that share an edge never cross.
+/// Exact, as [`triangles_cross`].
 ///
 /// ```
 /// use neural_mesh::geometry::crossing::edge_passes_through;
@@ -49,8 +49,7 @@ fn are_on_one_side(sides: [i8; 3]) -> bool {
     sides.iter().all(|&s| s >= 0) || sides.iter().all(|&s| s <= 0)
 }
 
-/// Returns whether an edge of `a` with ends on different sides of the plane of `b` meets `b` elsewhere than at a
-/// corner.
+/// Returns whether an edge of `a` with ends on different sides of `b` meets `b` elsewhere than at a corner.
 fn has_passing_edge(a: [[f32; 3]; 3], sides: [i8; 3], b: [[f32; 3]; 3]) -> bool {
     [(0, 1), (1, 2), (2, 0)].into_iter().any(|(i, j)| {
         sides[i] * sides[j] < 0 && {
@@ -60,7 +59,7 @@ fn has_passing_edge(a: [[f32; 3]; 3], sides: [i8; 3], b: [[f32; 3]; 3]) -> bool 
     })
 }
 
-/// Returns whether two coplanar triangles have common inner points: no edge of either separates them.
+/// Returns whether two coplanar triangles have common inner points.
 fn overlap_in_plane(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
     let Some(dropped) = (0..3).find(|&axis| turn(a, axis) != 0 && turn(b, axis) != 0) else { return false };
     let keeps_apart = |a: [[f32; 3]; 3], b: [[f32; 3]; 3]| {
@@ -72,7 +71,7 @@ fn overlap_in_plane(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
     !keeps_apart(a, b) && !keeps_apart(b, a)
 }
 
-/// Returns the side of the triangle's plane on which a point is, 0 on the plane.
+/// Returns the side of the triangle's plane on which a point is, 0 on it.
 fn side(triangle: [[f32; 3]; 3], p: [f32; 3]) -> i8 {
     // Neighbours share corners, and the exact test of a zero is the slowest.
     if triangle.contains(&p) {
@@ -83,7 +82,7 @@ fn side(triangle: [[f32; 3]; 3], p: [f32; 3]) -> i8 {
     sign(orient3d(a, b, c, coord(p)))
 }
 
-/// Returns the orientation of three points seen along an axis, 0 if collinear.
+/// Returns the orientation of three points seen along an axis.
 fn turn(points: [[f32; 3]; 3], axis: usize) -> i8 {
     let [a, b, c] = points.map(|p| Coord { x: p[(axis + 1) % 3], y: p[(axis + 2) % 3] });
     sign(orient2d(a, b, c))

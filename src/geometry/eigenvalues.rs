@@ -1,6 +1,6 @@
-//! Eigenvalues of symmetric 3 x 3 matrices in closed form.
+//! Eigenvalues of symmetric 3 x 3 matrices.
 
-/// Returns the eigenvalues of the symmetric matrix with upper triangle xx, xy, xz, yy, yz, zz, ascending.
+/// Returns the ascending eigenvalues of the symmetric matrix with upper triangle xx, xy, xz, yy, yz, zz.
 ///
 /// Uses the cosine form of the cubic's roots (Smith 1961).
 ///

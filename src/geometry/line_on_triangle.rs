@@ -5,8 +5,7 @@ use glam::DVec3;
 /// Intersects the line through `from` along `direction` with the plane of a triangle.
 ///
 /// Returns the weights of the second and third corner, and the signed distance in lengths of `direction`; not finite if
-/// line and plane are parallel. Inside the triangle both weights are at least 0 and their sum at most 1 (Möller and
-/// Trumbore 1997, "Fast, minimum storage ray/triangle intersection").
+/// line and plane are parallel (Möller and Trumbore 1997, "Fast, minimum storage ray/triangle intersection").
 ///
 /// ```
 /// use glam::DVec3;

@@ -1,11 +1,10 @@
-//! The closest point on one triangle in double precision, robust for thin triangles.
+//! The closest point on one triangle in double precision, also for thin triangles.
 
 use glam::DVec3;
 
-/// Returns barycentric weights of the point of triangle `a b c` closest to `p`, each in 0..=1, with sum 1.
+/// Returns barycentric weights of the point of triangle `a b c` closest to `p`.
 ///
-/// After Ericson, "Real-Time Collision Detection", Sec. 5.1.5. For a degenerate triangle, the closest point on its
-/// edges.
+/// After Ericson, "Real-Time Collision Detection", Sec. 5.1.5. Degenerate triangles count as their edges.
 ///
 /// ```
 /// use neural_mesh::geometry::nearest_on_triangle::nearest_weights_f64;

@@ -1,19 +1,17 @@
 //! Triangulates one polygon in space without holes, by ear clipping in its plane.
 //!
-//! Every corner stays in some triangle, even if collinear, since dropping it would open a crack to the neighbouring
-//! faces.
+//! Every corner stays in some triangle, since dropping it would open a crack.
 
 use glam::{DVec2, DVec3};
 
 use super::polygon_grid::CornerGrid;
 
-/// Tests allowed per corner and in total; after these, ears are clipped without tests.
+/// Tests per corner and in total; after these, ears are clipped without tests.
 const TESTS: (usize, usize) = (2048, 1 << 29);
 
 /// Triangulates the simple polygon `corners` (n_corners x 3) into n_corners - 2 triangles of indices.
 ///
-/// Exact for concave polygons; keeps the winding. A polygon without area or with self-intersections gives some
-/// triangles over its corners.
+/// Exact for concave polygons; keeps the winding. A self-intersecting polygon gives some triangles over its corners.
 ///
 /// ```
 /// use neural_mesh::geometry::polygon::triangulate;
@@ -29,14 +27,14 @@ pub fn triangulate(corners: &[[f64; 3]]) -> Vec<[u32; 3]> {
     }
 }
 
-/// Splits along the diagonal from corner 0, unless that reverses a triangle and the other diagonal does not.
+/// Splits along the diagonal from corner 0, unless only the other diagonal reverses no triangle.
 fn split_quad(corners: &[[f64; 3]]) -> [[u32; 3]; 2] {
     let [a, b, c, d] = std::array::from_fn(|i| DVec3::from(corners[i]));
     let agree = |p: DVec3, q: DVec3, r: DVec3, s: DVec3| (q - p).cross(r - p).dot((r - p).cross(s - p)) >= 0.0;
     if !agree(a, b, c, d) && agree(b, c, d, a) { [[1, 2, 3], [1, 3, 0]] } else { [[0, 1, 2], [0, 2, 3]] }
 }
 
-/// Projects the corners to the plane of their largest projected area, counter-clockwise, n_corners x 2.
+/// Projects the corners to the plane of their largest projected area, counter-clockwise.
 fn project(corners: &[[f64; 3]]) -> Vec<DVec2> {
     let first = DVec3::from(corners[0]);
     let spokes = || corners.iter().map(|&p| DVec3::from(p) - first);
@@ -55,7 +53,6 @@ fn project(corners: &[[f64; 3]]) -> Vec<DVec2> {
         .collect()
 }
 
-/// The state of ear clipping: a ring of corners that loses one per triangle.
 struct Ears {
     points: Vec<DVec2>,
     next: Vec<u32>,
@@ -107,7 +104,7 @@ impl Ears {
         (0..self.points.len() as u32).filter(|&corner| self.alive[corner as usize])
     }
 
-    /// Tests every corner once, and the neighbours of each clipped corner again at the end of the queue.
+    /// Tests every corner once, and the neighbours of each clipped corner again.
     fn clip_round(&mut self, n_triangles: usize, triangles: &mut Vec<[u32; 3]>) {
         let mut queue: Vec<u32> = self.ring().collect();
         let mut turn = vec![0; self.points.len()];
@@ -127,7 +124,7 @@ impl Ears {
         }
     }
 
-    /// Returns whether `corner` is convex and no other corner is in its triangle; always true when no tests are left.
+    /// Returns whether `corner` is convex and no other corner is in its triangle.
     fn is_ear(&mut self, corner: u32) -> bool {
         if self.tests_left == 0 {
             return true;
@@ -168,7 +165,7 @@ mod tests {
         triangulate(corners).into_iter().map(normal).collect()
     }
 
-    /// Returns whether all triangles face the same way and have the area of the polygon.
+    /// Returns whether all triangles face the same way and cover the polygon's area.
     fn covers(corners: &[[f64; 3]]) -> bool {
         let normals = normals(corners);
         let total: DVec3 = normals.iter().sum();

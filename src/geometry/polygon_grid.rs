@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 const MOST: usize = 1024;
-/// Margin around a cell, relative to its size; more than rounding moves a corner.
+/// Margin around a cell, relative to its size.
 const MARGIN: f64 = 1e-6;
 
 /// Corners sorted into cells that hold one each on average.
@@ -11,7 +11,6 @@ pub(super) struct CornerGrid {
     low: DVec2,
     side: DVec2,
     n_side: usize,
-    /// Start of each cell's corners, and their total.
     starts: Vec<u32>,
     corners: Vec<u32>,
 }
@@ -71,7 +70,7 @@ impl CornerGrid {
         (false, n_looks)
     }
 
-    /// Returns whether the cell whose lowest point is `low` is to the right of an edge.
+    /// Returns whether the cell with the low corner `low` is to the right of an edge.
     fn is_beyond(&self, (p, q): (DVec2, DVec2), low: DVec2) -> bool {
         let (along, margin) = (q - p, self.side * MARGIN);
         let (low, high) = (low - margin, low + self.side + margin);

@@ -4,7 +4,7 @@ use std::ops::{Add, AddAssign, Mul, Sub, SubAssign};
 
 use glam::{DVec3, Vec3};
 
-/// A quadratic form `x -> x'Ax - 2 b'x + c`: a weighted sum of squared distances to planes and points.
+/// A quadratic form `x -> x'Ax - 2 b'x + c` that sums weighted squared distances to planes and points.
 ///
 /// ```
 /// use neural_mesh::geometry::Quadric;
@@ -13,7 +13,7 @@ use glam::{DVec3, Vec3};
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Quadric {
-    /// Upper triangle of the symmetric A: xx, xy, xz, yy, yz, zz.
+    /// Upper triangle of A: xx, xy, xz, yy, yz, zz.
     pub a: [f64; 6],
     /// The vector b.
     pub b: DVec3,
@@ -22,10 +22,10 @@ pub struct Quadric {
 }
 
 impl Quadric {
-    /// Ratio of determinant to cubed trace below which A counts as singular.
+    /// Ratio of determinant to cubed trace below which A is singular.
     pub const SINGULAR: f64 = 1e-11;
 
-    /// Makes the form `(x - p)' A (x - p)`, zero at `p`, with A's upper triangle `a`.
+    /// Makes the form `(x - p)' A (x - p)` with A's upper triangle `a`.
     pub fn with_minimum(a: [f32; 6], p: Vec3) -> Self {
         let a = a.map(f64::from);
         let p = p.as_dvec3();
@@ -33,7 +33,7 @@ impl Quadric {
         Self { a, b, c: b.dot(p) }
     }
 
-    /// Makes the squared distance to the plane through `p` with this unit normal, times `weight`.
+    /// Makes the squared distance to a plane through `p`, times `weight`.
     ///
     /// ```
     /// use neural_mesh::geometry::Quadric;
@@ -47,12 +47,12 @@ impl Quadric {
         Self { a, b: normal * (weight * height), c: weight * height * height }
     }
 
-    /// Returns the value at `x`, never below zero.
+    /// Returns the value at `x`, at least 0.
     pub fn value(&self, x: DVec3) -> f64 {
         (times(&self.a, x).dot(x) - 2.0 * self.b.dot(x) + self.c).max(0.0)
     }
 
-    /// Converts to coordinates with their origin at `origin`.
+    /// Moves the origin of the coordinates.
     ///
     /// ```
     /// use neural_mesh::geometry::Quadric;
@@ -64,7 +64,7 @@ impl Quadric {
         Self { a: self.a, b: self.b - there, c: self.c + (there - self.b * 2.0).dot(origin) }
     }
 
-    /// Returns the sum of A's eigenvalues: the total weight of the planes.
+    /// Returns A's trace: the total weight of the planes.
     pub fn trace(&self) -> f64 {
         self.a[0] + self.a[3] + self.a[5]
     }

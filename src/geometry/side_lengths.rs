@@ -1,6 +1,6 @@
-//! Measures of a triangle given by the lengths of its sides.
+//! Measures of a triangle given by its side lengths.
 
-/// Returns the area of a triangle by its side lengths (Kahan's form of Heron's formula), or 0 if there is none.
+/// Returns the area (Kahan's form of Heron's formula), or 0 if there is no such triangle.
 ///
 /// ```
 /// assert_eq!(neural_mesh::geometry::side_lengths::area([3.0, 4.0, 5.0]), 6.0);

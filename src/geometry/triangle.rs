@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-/// Returns the normal of triangle `a b c` with twice the area as length; zero without area.
+/// Returns the normal of triangle `a b c` with twice the area as length.
 ///
 /// ```
 /// use neural_mesh::geometry::triangle::area_normal;
@@ -13,7 +13,7 @@ pub fn area_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
     (b - a).cross(c - a)
 }
 
-/// Squared length of a normal, over the fourth power of the longer of two edges, below which it is rounding.
+/// Squared length of a normal, over the fourth power of an edge length, below which it is rounding.
 const LEAST_AREA: f32 = 1e-12;
 
 /// Returns whether the area normal of a triangle is more than rounding.
@@ -23,7 +23,7 @@ pub(crate) fn has_area(area_normal: Vec3, [a, b, c]: [Vec3; 3]) -> bool {
     area_normal.length_squared() > LEAST_AREA * scale * scale
 }
 
-/// Returns the unit normal of a triangle, zero if it has (nearly) no area.
+/// Returns the unit normal of a triangle, zero if it has almost no area.
 #[inline]
 pub(crate) fn unit_normal(corners: [Vec3; 3]) -> Vec3 {
     let normal = area_normal(corners);
@@ -35,10 +35,9 @@ pub fn area_normal_f64([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
-/// Returns barycentric weights of the point of triangle `a b c` closest to `p`, each in 0..=1, with sum 1.
+/// Returns barycentric weights of the point of triangle `a b c` closest to `p`.
 ///
-/// After Ericson, "Real-Time Collision Detection", Sec. 5.1.5. For a triangle without area, the weights of some point
-/// of it.
+/// After Ericson, "Real-Time Collision Detection", Sec. 5.1.5; imprecise for a triangle without area.
 ///
 /// ```
 /// use neural_mesh::geometry::triangle::nearest_weights;

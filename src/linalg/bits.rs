@@ -1,4 +1,4 @@
-//! Golden hashes of results per instruction set (`tests/golden/bits.csv`), for tests only.
+//! Golden hashes of results per instruction set (`tests/golden/bits.csv`), for tests.
 
 #[cfg(test)]
 pub(crate) mod golden {
@@ -10,7 +10,7 @@ pub(crate) mod golden {
 
     /// Environment variable that names the instruction set of a test process.
     const ISA_VARIABLE: &str = "NEURAL_MESH_TEST_INSTRUCTIONS";
-    /// Environment variable; if `write`, missing hashes are added to the file.
+    /// Environment variable; `write` adds missing hashes to the file.
     const WRITE_VARIABLE: &str = "NEURAL_MESH_GOLDEN";
     const HASH_PREFIX: &str = "golden hash: ";
 
@@ -20,19 +20,19 @@ pub(crate) mod golden {
         FORCED_ISA.get().copied()
     }
 
-    /// Results by name, each a hash of its bits.
+    /// Results by name, as hashes of their bits.
     pub(crate) type Results = Vec<(String, u64)>;
 
-    /// One entry of the golden file: name, version, the constant that holds the version, and the test.
+    /// An entry of the golden file, the constant that holds its version, and its test.
     pub(crate) struct GoldenCheck {
         pub part: &'static str,
         pub version: u32,
         pub constant: &'static str,
-        /// Path of the test that calls [`check`]; it is run in one process per instruction set.
+        /// Path of the test that calls [`check`], run in one process per instruction set.
         pub test: &'static str,
     }
 
-    /// Panics if results of this version differ in bits from the file, on any instruction set of this processor.
+    /// Panics if results differ in bits from the file, on any instruction set of this processor.
     pub(crate) fn check(golden: &GoldenCheck, results: fn() -> Results) {
         if let Ok(name) = std::env::var(ISA_VARIABLE) {
             let isa = Isa::available().into_iter().find(|isa| isa.name() == name);

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 /// A pattern of compressed sparse rows, each ascending and without repeats.
 ///
-/// Row `i` holds `columns[offsets[i]..offsets[i + 1]]`. Values, if any, are a separate slice with one number per entry.
+/// Row `i` holds `columns[offsets[i]..offsets[i + 1]]`; values are kept separately, one per entry.
 ///
 /// ```
 /// use neural_mesh::linalg::Csr;
@@ -19,17 +19,16 @@ pub struct Csr {
     n_cols: usize,
 }
 
-/// Rows per task.
 const BLOCK: usize = 1024;
 
-/// Reasons why offsets and columns do not make a [`Csr`].
+/// Reasons why offsets and columns make no [`Csr`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InvalidCsr {
-    /// Offsets do not begin at 0, decrease, or do not end at the number of entries.
+    /// Offsets do not rise from 0 to the number of entries.
     BadOffsets,
     /// Columns of the row are out of range, repeated or not ascending.
     BadRow {
-        /// Index of the row.
+        /// The row's index.
         row: usize,
     },
 }
@@ -46,7 +45,7 @@ impl std::fmt::Display for InvalidCsr {
 impl std::error::Error for InvalidCsr {}
 
 impl Csr {
-    /// Builds rows from offsets (n_rows + 1) and columns (n_entries), checking both.
+    /// Builds rows from offsets (n_rows + 1) and columns (n_entries).
     ///
     /// # Errors
     /// [`InvalidCsr`] names the first bad row.
@@ -90,7 +89,7 @@ impl Csr {
         Self { offsets, columns, n_cols }
     }
 
-    /// Builds rows in parallel: `add_columns(row, columns)` appends the columns of a row in any order.
+    /// Builds rows in parallel; `add_columns(row, columns)` appends the columns of a row in any order.
     ///
     /// # Panics
     /// If a column is out of range, or there are more than 2^32 - 1 entries.
@@ -126,7 +125,7 @@ impl Csr {
         Self { offsets, columns, n_cols }
     }
 
-    /// Builds the symmetric graph over `n` nodes with the `neighbours` of each, in any order, each once.
+    /// Builds the symmetric graph over `n` nodes with the `neighbours` of each, in any order.
     ///
     /// ```
     /// use neural_mesh::linalg::Csr;
@@ -208,19 +207,19 @@ impl Csr {
         &self.columns[self.range(row)]
     }
 
-    /// Returns the range of a row's entries among all entries.
+    /// Returns the range of a row's entries.
     #[inline]
     pub fn range(&self, row: usize) -> Range<usize> {
         self.offsets[row] as usize..self.offsets[row + 1] as usize
     }
 
-    /// Returns the range of several rows' entries among all entries.
+    /// Returns the range of several rows' entries.
     #[inline]
     pub fn rows_range(&self, rows: Range<usize>) -> Range<usize> {
         self.offsets[rows.start] as usize..self.offsets[rows.end] as usize
     }
 
-    /// Returns the index of entry (`row`, `col`) among all entries, `None` if absent.
+    /// Returns the index of entry (`row`, `col`), `None` if absent.
     pub fn position(&self, row: usize, col: u32) -> Option<usize> {
         Some(self.range(row).start + self.row(row).binary_search(&col).ok()?)
     }
@@ -230,7 +229,7 @@ impl Csr {
         (0..self.n_rows()).flat_map(|row| self.row(row).iter().map(move |&col| [row as u32, col]))
     }
 
-    /// Returns the transposed rows, and the original index of each of their entries.
+    /// Returns the transposed rows, and the original index of each entry.
     pub fn transpose(&self) -> (Self, Vec<u32>) {
         let mut offsets = vec![0u32; self.n_cols + 1];
         self.columns.iter().for_each(|&col| offsets[col as usize + 1] += 1);

@@ -1,12 +1,11 @@
-//! Rows picked by index, singly or in triples.
+//! Picks rows by index, singly or in triples.
 
 use super::Matrix;
 use rayon::prelude::*;
 
-/// Fewest triples per task.
 const MIN_TRIPLES: usize = 1024;
 
-/// Picks rows by index: row n of the result is row `indices[n]` of `x`.
+/// Picks rows: row n of the result is row `indices[n]` of `x`.
 ///
 /// # Shapes
 /// - `x`: n_rows x n_cols
@@ -22,7 +21,7 @@ pub fn gather(x: &Matrix, indices: &[u32]) -> Matrix {
     Matrix::new(indices.len(), x.n_cols(), picked.collect())
 }
 
-/// Computes the derivative of [`gather`] to `x`, n_rows x n_cols; repeated indices add up.
+/// Computes the derivative of [`gather`] to `x`, n_rows x n_cols.
 ///
 /// ```
 /// use neural_mesh::linalg::{Matrix, gather_backward};
@@ -40,9 +39,9 @@ pub fn gather_backward(n_rows: usize, indices: &[u32], gradient: &Matrix) -> Mat
     to_x
 }
 
-/// Computes `[least | largest | mean]` of triples of rows i, j, k, column by column, for Eq. (4).
+/// Computes `[least | largest | mean]` of triples of rows i, j, k, by column, for Eq. (4).
 ///
-/// Least and largest are taken of the differences `x_i - x_j`, `x_i - x_k`, `x_j - x_k`, the mean of the three rows.
+/// Least and largest are those of `x_i - x_j`, `x_i - x_k`, `x_j - x_k`, the mean that of the rows.
 ///
 /// # Shapes
 /// - `x`: n x n_cols, `triples`: n_triples x 3
@@ -70,7 +69,7 @@ pub fn triple_extremes(x: &Matrix, triples: &[[u32; 3]]) -> Matrix {
     result
 }
 
-/// Computes the derivative of [`triple_extremes`] to `x`, n x n_cols; of equal differences the first gets the gradient.
+/// Computes the derivative of [`triple_extremes`] to `x`, n x n_cols; ties go to the first difference.
 ///
 /// ```
 /// use neural_mesh::linalg::{Matrix, triple_extremes_backward};
@@ -129,7 +128,7 @@ mod tests {
         assert_close(&[forth], &[dot(&x, &gather_backward(9, &indices, &g))], 1e-6);
     }
 
-    /// Returns `<gradient, extremes>` in double precision, with one entry of `x` moved by `step`.
+    /// Returns `<gradient, extremes>` with one entry of `x` moved by `step`.
     fn loss(x: &Matrix, gradient: &Matrix, [row, col]: [usize; 2], step: f64) -> f64 {
         let at =
             |i: u32, c: usize| f64::from(x.row(i as usize)[c]) + if [i as usize, c] == [row, col] { step } else { 0.0 };

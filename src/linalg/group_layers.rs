@@ -1,4 +1,4 @@
-//! Several layers applied group by group, so that intermediate values stay in the caches.
+//! Several layers applied group by group.
 
 use super::Matrix;
 use super::isa::{Isa, RowKernel, relu};
@@ -9,7 +9,7 @@ use std::ops::Range;
 ///
 /// # Shapes
 /// - `x`: (n_groups * group) x n_in
-/// - `layers`: `[weights, bias]` of each, n_before x n_after and 1 x n_after
+/// - `layers`: `[weights, bias]`, n_before x n_after and 1 x n_after
 /// - returns n_groups x n_out
 ///
 /// ```

@@ -1,4 +1,4 @@
-//! Column maxima over groups of equally many rows.
+//! Column maxima over groups of rows.
 
 use super::Matrix;
 use super::isa::{Isa, RowKernel, multiply_add};
@@ -14,10 +14,10 @@ pub struct GroupMax {
     pub rows: Vec<u32>,
 }
 
-/// Finds the maximum of each column over groups of `group` rows.
+/// Finds column maxima over groups of `group` rows.
 ///
 /// # Shapes
-/// - `x`: (n_groups * group) x n_cols; `group` above 0
+/// - `x`: (n_groups * group) x n_cols
 /// - returns n_groups x n_cols
 ///
 /// ```
@@ -31,7 +31,7 @@ pub fn group_max(x: &Matrix, group: usize) -> GroupMax {
     split_places(&both, group)
 }
 
-/// Computes the derivative of [`group_max`] to `x`, which has `n_rows` rows; it goes to each maximum's row.
+/// Computes the derivative of [`group_max`] to `x`, which has `n_rows` rows.
 pub fn group_max_backward(n_rows: usize, rows: &[u32], gradient: &Matrix) -> Matrix {
     let n_cols = gradient.n_cols();
     let mut to_x = Matrix::zeros(n_rows, n_cols);
@@ -41,7 +41,7 @@ pub fn group_max_backward(n_rows: usize, rows: &[u32], gradient: &Matrix) -> Mat
     to_x
 }
 
-/// Computes [`group_max`] of `x w + bias`, storing one group at a time.
+/// Computes [`group_max`] of `x w + bias`.
 ///
 /// # Shapes
 /// - `x`: (n_groups * group) x n_in; `weights`: n_in x n_out; `bias`: 1 x n_out
@@ -80,7 +80,6 @@ fn n_groups(x: &Matrix, group: usize) -> usize {
     x.n_rows() / group
 }
 
-/// Splits maxima from their places within the groups.
 fn split_places(both: &Matrix, group: usize) -> GroupMax {
     let n_cols = both.n_cols() / 2;
     let (mut largest, mut rows) = (Vec::with_capacity(both.data().len() / 2), Vec::new());

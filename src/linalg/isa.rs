@@ -1,8 +1,8 @@
 //! Instruction sets of the processor, and kernels that compute rows of a result with them, in parallel.
 //!
-//! The one file with `unsafe`: without run-time dispatch the kernels are about six times slower. It is sound because an
-//! [`Isa`] other than the portable one is made only after `is_x86_feature_detected!` has found every feature that the
-//! matching function enables, and its field is private.
+//! The one file with `unsafe`: portable kernels are about six times slower. It is sound because an [`Isa`] other than
+//! the portable one is made only after `is_x86_feature_detected!` has found every feature that the matching function
+//! enables.
 #![allow(unsafe_code)]
 
 use super::{Csr, Matrix};
@@ -37,13 +37,13 @@ pub(crate) trait Work {
     fn run(self) -> Self::Output;
 }
 
-/// Columns per step in wide results: local arrays of this length stay in registers.
+/// Columns per step in wide results; local arrays of this length stay in registers.
 pub(crate) const WIDE: usize = 64;
 
 /// Columns per step in the remainder of [`WIDE`].
 pub(crate) const NARROW: usize = 16;
 
-/// A kernel that computes some columns of a row at a time, so that sums stay in registers.
+/// A kernel that computes some columns of a row at a time.
 pub(crate) trait ColumnKernel: Sync {
     fn width(&self) -> usize;
 
@@ -73,11 +73,10 @@ impl<K: ColumnKernel> RowKernel for K {
     }
 }
 
-/// Rows per task; fixed, so that thread counts change nothing.
+/// Rows per task.
 const BLOCK: usize = 64;
 
 impl Isa {
-    /// Returns the best set of this processor.
     pub(crate) fn best() -> Self {
         #[cfg(test)]
         if let Some(forced) = super::golden::forced_isa() {
@@ -105,7 +104,6 @@ impl Isa {
         Self(IsaLevel::Portable)
     }
 
-    /// Returns all sets of this processor.
     #[cfg(test)]
     pub(crate) fn available() -> Vec<Self> {
         let best = Self::detect();
@@ -127,7 +125,6 @@ impl Isa {
         }
     }
 
-    /// Runs a task compiled for these instructions.
     pub(crate) fn run<W: Work>(self, work: W) -> W::Output {
         match self.0 {
             IsaLevel::Portable => work.run(),
@@ -152,7 +149,6 @@ impl Isa {
         }
     }
 
-    /// Computes a matrix with the kernel, rows in parallel.
     pub(crate) fn compute_matrix<K: RowKernel>(self, kernel: &K, n_rows: usize, n_cols: usize) -> Matrix {
         let mut result = Matrix::zeros(n_rows, n_cols);
         let block = if n_cols > 1024 { 1 } else { BLOCK };
@@ -163,7 +159,7 @@ impl Isa {
         result
     }
 
-    /// Computes one value per entry of `pattern`, rows in parallel.
+    /// Computes one value per entry of `pattern`.
     pub(crate) fn compute_entries<K: RowKernel>(self, kernel: &K, pattern: &Csr) -> Vec<f32> {
         let mut values = vec![0.0; pattern.n_entries()];
         let blocks = split_rows(pattern, &mut values);

@@ -1,6 +1,6 @@
-//! A dense matrix of `f32`, row-major.
+//! A dense matrix.
 
-/// A matrix, n_rows x n_cols, row-major.
+/// An `f32` matrix, n_rows x n_cols, row-major.
 ///
 /// ```
 /// use neural_mesh::linalg::Matrix;
@@ -31,7 +31,7 @@ impl Matrix {
         Self::new(points.len(), 3, points.as_flattened().to_vec())
     }
 
-    /// Wraps points as rows, n_points x 3, without copying.
+    /// Wraps points as rows without copying.
     pub fn from_owned_points(points: Vec<[f32; 3]>) -> Self {
         Self::new(points.len(), 3, points.into_flattened())
     }
@@ -78,7 +78,7 @@ impl Matrix {
         &self.data[row * self.n_cols..][..self.n_cols]
     }
 
-    /// Returns COLS entries of a row from `col` on as an array.
+    /// Returns COLS entries of a row from `col` on.
     #[inline(always)]
     pub(crate) fn window<const COLS: usize>(&self, row: usize, col: usize) -> &[f32; COLS] {
         window(&self.data, row * self.n_cols + col)

@@ -1,6 +1,6 @@
-//! Matrices, sparse rows and kernels over them, each kernel with its derivative.
+//! Matrices, sparse rows and kernels over them, with derivatives.
 //!
-//! Results have the same bits on any number of threads (of one instruction set). Functions panic if shapes do not match
+//! Results have the same bits on any number of threads of one instruction set. Functions panic if shapes do not match
 //! or an index is out of range.
 
 mod bits;

@@ -1,4 +1,4 @@
-//! Largest difference to a neighbour per column, the core of DevConv (Eq. 1) after its linear map.
+//! Largest difference to a neighbour: the core of DevConv (Eq. 1) after its linear map.
 
 use super::isa::{ColumnKernel, Isa, RowKernel, relu};
 use super::product::multiply_rows;
@@ -27,7 +27,7 @@ fn neighbour_max_on(isa: Isa, u: &Matrix, graph: &Csr) -> Matrix {
     isa.compute_matrix(&NeighbourMaxKernel { u, graph }, u.n_rows(), u.n_cols())
 }
 
-/// Computes `max(y w, 0)` for `y` of [`neighbour_max`], which is never stored whole.
+/// Computes `max(y w, 0)` for `y` of [`neighbour_max`].
 ///
 /// # Shapes
 /// - `u`, `graph`: as for [`neighbour_max`]
@@ -55,9 +55,7 @@ fn product_on(isa: Isa, u: &Matrix, graph: &Csr, weights: &Matrix) -> Matrix {
     )
 }
 
-/// Computes the derivative of [`neighbour_max`] to `u`.
-///
-/// The gradient goes to `u_i` and, negated, to the neighbour with the maximum, the first of equal ones.
+/// Computes the derivative of [`neighbour_max`] to `u`; ties go to the first neighbour.
 ///
 /// ```
 /// use neural_mesh::linalg::{Csr, Matrix, neighbour_max_backward};
@@ -138,13 +136,13 @@ impl RowKernel for NeighbourMaxProductKernel<'_> {
     }
 }
 
-/// Returns the smaller number; `f32::min` costs more because of NaN.
+/// Returns the smaller number; `f32::min` is slower because of NaN.
 #[inline(always)]
 fn smaller(a: f32, b: f32) -> f32 {
     if b < a { b } else { a }
 }
 
-/// A kernel that finds the place of each entry's smallest neighbour in its row of the graph.
+/// The place of each entry's smallest neighbour in its row of the graph.
 struct WinnerKernel<'a> {
     u: &'a Matrix,
     graph: &'a Csr,
@@ -174,7 +172,6 @@ impl ColumnKernel for WinnerKernel<'_> {
 struct NeighbourMaxBackwardKernel<'a> {
     graph: &'a Csr,
     incoming: &'a Csr,
-    /// Index in `graph` of each entry of `incoming`.
     origin: &'a [u32],
     winners: &'a Matrix,
     gradient: &'a Matrix,

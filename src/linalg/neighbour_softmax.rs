@@ -1,4 +1,4 @@
-//! Attention, Eq. (2): dot products along the edges of a graph and the softmax over each row.
+//! Attention, Eq. (2): dot products along edges and the softmax over each row.
 
 use super::isa::{ColumnKernel, Isa, NARROW, RowKernel, multiply_add};
 use super::{Csr, Matrix};
@@ -47,10 +47,7 @@ fn dots_backward_on(isa: Isa, q: &Matrix, k: &Matrix, graph: &Csr, gradient: &[f
     [isa.compute_matrix(&to_q, q.n_rows(), q.n_cols()), isa.compute_matrix(&to_k, k.n_rows(), k.n_cols())]
 }
 
-/// Computes the softmax of `values` over each row of the graph.
-///
-/// # Shapes
-/// - `values` and the result: one per entry of `graph`
+/// Computes the softmax over each row of the graph, with one value per entry.
 ///
 /// ```
 /// use neural_mesh::linalg::{Csr, neighbour_softmax};

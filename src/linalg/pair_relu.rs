@@ -1,7 +1,6 @@
 //! The sum over neighbours of `ReLU(u_n - u_k + bias)`: the hidden layer of TriConv, Eq. (5), factorised.
 //!
-//! The first layer acts on each triangle before the difference, and the last commutes with the sum, so no pair needs a
-//! product.
+//! The first layer acts on each triangle before the difference, and the last commutes with the sum.
 
 use super::isa::{ColumnKernel, Isa, RowKernel, relu};
 use super::matrix::window;
@@ -31,7 +30,7 @@ fn pair_relu_on(isa: Isa, sums: PairReluKernel) -> Matrix {
     isa.compute_matrix(&sums, n_rows, n_cols)
 }
 
-/// Computes `y w + m output_bias` for `y` of [`pair_relu`]; m counts the neighbours.
+/// Computes `y w + m output_bias` for `y` of [`pair_relu`] and m neighbours.
 ///
 /// # Shapes
 /// - `u`, `bias`, `graph`: as for [`pair_relu`]
@@ -50,11 +49,10 @@ pub fn pair_relu_product(u: &Matrix, bias: &[f32], graph: &Csr, weights: &Matrix
     product_on(Isa::best(), &kernel)
 }
 
-/// Computes `[x | y] w + m output_bias`, like [`pair_relu_product`] with additional columns x.
+/// Computes [`pair_relu_product`] of `[x | y]` with additional columns x.
 ///
 /// # Shapes
 /// - `left`: x, n x n_left
-/// - `u`, `bias`, `graph`: as for [`pair_relu`]
 /// - `weights`: (n_left + width) x n_out, `output_bias`: 1 x n_out
 /// - returns n x n_out
 ///
@@ -95,7 +93,7 @@ pub struct PairReluGradients {
     pub bias: Matrix,
 }
 
-/// Computes the derivatives of [`pair_relu`] to `u` and the bias; a pair at exactly zero contributes none.
+/// Computes the derivatives of [`pair_relu`]; a pair at exactly zero contributes none.
 ///
 /// ```
 /// use neural_mesh::linalg::{Csr, Matrix, pair_relu_backward};
@@ -204,7 +202,7 @@ fn side_by_side(left: &Matrix, rows: Range<usize>, right: &[f32]) -> Vec<f32> {
     joined
 }
 
-/// The kernel for the gradient of `u_n` as the first of pairs.
+/// The gradient of `u_n` as the first of pairs.
 struct FirstGradientKernel<'a> {
     sums: PairReluKernel<'a>,
     gradient: &'a Matrix,
@@ -232,7 +230,7 @@ impl ColumnKernel for FirstGradientKernel<'_> {
     }
 }
 
-/// The kernel for the total gradient of `u_k`: as first minus as second of pairs.
+/// The gradient of `u_k`: as first minus as second of pairs.
 struct TotalGradientKernel<'a> {
     sums: PairReluKernel<'a>,
     incoming: &'a Csr,

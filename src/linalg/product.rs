@@ -1,4 +1,4 @@
-//! The product of features and weights, and its derivatives.
+//! The product of features and weights.
 
 use super::Matrix;
 use super::isa::{Isa, NARROW, RowKernel, multiply_add};
@@ -9,8 +9,8 @@ use std::ops::Range;
 ///
 /// # Shapes
 /// - `x`: n x n_in
-/// - `weights`: n_in x n_out, one row per input
-/// - `bias`: n_out, or empty for none
+/// - `weights`: n_in x n_out
+/// - `bias`: n_out, or empty
 /// - returns n x n_out
 ///
 /// ```
@@ -39,7 +39,7 @@ pub fn concat_product(a: &Matrix, b: &Matrix, weights: &Matrix) -> Matrix {
     concat_product_on(Isa::best(), a, b, weights)
 }
 
-/// Computes the derivative of `x w` to `x`, n x n_in: `gradient` times the transposed weights.
+/// Computes the derivative of `x w` to `x`, n x n_in.
 ///
 /// ```
 /// use neural_mesh::linalg::{Matrix, product_input_backward};
@@ -50,7 +50,7 @@ pub fn product_input_backward(gradient: &Matrix, weights: &Matrix) -> Matrix {
     product(gradient, &weights.transpose(), &[])
 }
 
-/// Computes the derivative of `x w` to `w`, n_in x n_out: the transposed `x` times `gradient`.
+/// Computes the derivative of `x w` to `w`, n_in x n_out.
 ///
 /// ```
 /// use neural_mesh::linalg::{Matrix, product_weights_backward};
@@ -103,7 +103,7 @@ impl RowKernel for Product<'_> {
     }
 }
 
-/// Adds a bias to rows, one number per column or empty for none.
+/// Adds a bias to rows, one number per column or empty.
 #[inline(always)]
 pub(super) fn add_bias(rows: &mut [f32], bias: &[f32]) {
     for row in rows.chunks_exact_mut(bias.len().max(1)) {
@@ -190,7 +190,7 @@ fn transpose(rows: &[f32], n_in: usize) -> Vec<f32> {
 /// Rows of a tile; with [`NARROW`] columns the sums fill twelve of AVX2's sixteen registers.
 const TILE: usize = 6;
 
-/// Multiplies `left`, n x n_inner, by `right`, n_inner x n_out, into `out`; every sum runs in order.
+/// Multiplies `left`, n x n_inner, by `right`, n_inner x n_out, into `out`.
 #[inline(always)]
 fn multiply<const FMA: bool>(left: &[f32], shape: [usize; 2], right: &[f32], out: &mut [f32]) {
     let [n_inner, n_out] = shape;

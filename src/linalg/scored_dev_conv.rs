@@ -1,4 +1,4 @@
-//! A DevConv over positions and normals and two layers after it, row by row, storing nothing in between.
+//! A DevConv over positions and normals and two layers after it, row by row.
 
 use super::isa::{ColumnKernel, Isa, RowKernel, multiply_add, relu};
 use super::product::multiply_rows;
@@ -6,10 +6,9 @@ use super::two_layers::layers;
 use super::{Csr, Matrix};
 use std::ops::Range;
 
-/// Computes a DevConv of `[a | b]` and two layers after it, row by row.
+/// Computes [`two_layers`](super::two_layers) of a DevConv, row by row.
 ///
-/// The result is [`two_layers`](super::two_layers) of [`neighbour_max_product_relu`](super::neighbour_max_product_relu)
-/// of `[a | b] theta`.
+/// The DevConv is [`neighbour_max_product_relu`](super::neighbour_max_product_relu) of `[a | b] theta`.
 ///
 /// # Shapes
 /// - `a`, `b`: n x 3
@@ -35,7 +34,7 @@ pub fn scored_dev_conv(x: [&Matrix; 2], graph: &Csr, dev_conv: [&Matrix; 2], lay
     score_on(Isa::best(), &Stars { x, n, star: |i| (i, graph.row(i)) }, dev_conv, layers)
 }
 
-/// Nodes with their neighbours, and two rows of numbers per node of the graph.
+/// Nodes with their neighbours.
 #[derive(Clone, Copy, Debug)]
 pub struct Stars<'a, P, F> {
     /// Two rows of three numbers per node of the graph.
@@ -46,7 +45,7 @@ pub struct Stars<'a, P, F> {
     pub star: F,
 }
 
-/// Computes [`scored_dev_conv`] for some nodes of a graph; returns n x n_out, one row per star.
+/// Computes [`scored_dev_conv`] for some nodes of a graph; returns n x n_out.
 pub fn scored_stars<'g, P, F>(stars: &Stars<P, F>, dev_conv: [&Matrix; 2], layers: [[&Matrix; 2]; 2]) -> Matrix
 where
     P: Copy + Into<[f32; 3]> + Sync,
@@ -95,7 +94,7 @@ where
     }
 }
 
-/// The kernel of `max_j (u_i - u_j)` with `u = [a | b] theta`, computing each `u_j` on demand.
+/// The kernel of `max_j (u_i - u_j)` with `u = [a | b] theta`, computing `u_j` on demand.
 struct StarMaxKernel<'a, P, F> {
     stars: &'a Stars<'a, P, F>,
     theta: &'a Matrix,

@@ -1,4 +1,4 @@
-//! `S A S^T` on a fixed pattern, Eq. (3): how strongly attention joins two nodes through original edges.
+//! `S A S^T` on a fixed pattern, Eq. (3): attention between two nodes through original edges.
 
 use super::Csr;
 use rayon::prelude::*;
@@ -8,9 +8,8 @@ use std::ops::Range;
 ///
 /// # Shapes
 /// - `graph`: the pattern of S and of the result, symmetric, n x n
-/// - `s`: one value per entry of `graph`
+/// - `s` and the result: one value per entry of `graph`
 /// - `adjacency`: A, zeros and ones, symmetric, n x n
-/// - returns one value per entry of `graph`
 ///
 /// ```
 /// use neural_mesh::linalg::{Csr, sparse_product};
@@ -78,7 +77,7 @@ fn upper_half(s: &[f32], graph: &Csr, adjacency: &Csr) -> Vec<f32> {
     })
 }
 
-/// A sparse row stored densely, with the columns to clear.
+/// A sparse row stored densely.
 struct Scratch {
     sums: Vec<f32>,
     touched: Vec<u32>,

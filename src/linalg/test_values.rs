@@ -10,7 +10,7 @@ pub(crate) fn random(n_rows: usize, n_cols: usize, seed: u64) -> Matrix {
     Matrix::from_fn(n_rows, n_cols, |_, _| (rng.next_u64() >> 40) as f32 / (1u64 << 23) as f32 - 1.0)
 }
 
-/// Returns a graph with an empty row, rows of different lengths, and one-way edges.
+/// Returns a graph with rows of different lengths and one-way edges.
 pub(crate) fn ragged_graph(n: usize) -> Csr {
     let entries = (0..n as u32).flat_map(|i| (0..i % 5).map(move |k| [i, (i * 7 + k * k * 3 + 1) % n as u32]));
     Csr::from_entries(n, n, entries.filter(|[i, j]| i != j))
@@ -25,7 +25,7 @@ pub(crate) fn assert_close(a: &[f32], b: &[f32], tolerance: f32) {
     }
 }
 
-/// Panics unless `gradient` holds the slopes of `loss`, computed in double precision, at `x`.
+/// Panics unless `gradient` holds the slopes of `loss` at `x`.
 pub(crate) fn assert_slopes(gradient: &[f32], x: &[f32], loss: impl Fn(&[f64]) -> f64) {
     let x: Vec<f64> = x.iter().map(|&x| f64::from(x)).collect();
     let slope = |at: usize| {

@@ -1,4 +1,4 @@
-//! Two affine maps with a ReLU between them, row by row, storing nothing in between.
+//! Two affine maps with a ReLU between them, row by row.
 
 use super::Matrix;
 use super::isa::{Isa, RowKernel, relu};

@@ -1,8 +1,8 @@
-//! An exact test of a triangle's area against zero.
+//! Exact test of a triangle's area against zero.
 
 use robust::{Coord, orient2d};
 
-/// Returns whether three finite points are not collinear, decided without rounding.
+/// Returns whether three finite points are not collinear, exactly.
 ///
 /// ```
 /// use neural_mesh::mesh::has_area;

@@ -1,36 +1,36 @@
-//! Attributes of corners and faces, such as texture coordinates, normals and materials.
+//! Attributes of corners and faces.
 //!
 //! Corners with equal values share a *wedge* (Hoppe 1999, "New quadric metric for simplifying meshes with appearance
-//! attributes"). Faces on both sides of a seam share vertices, so a seam is no boundary.
+//! attributes"). Faces on both sides of a seam share vertices.
 
-/// The meaning of a channel, which decides how values are blended and compared.
+/// The meaning of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Role {
     /// Unit normals, width 3.
     Normal,
-    /// Unit tangents and the sign of the bitangent, width 4.
+    /// Unit tangents with the sign of the bitangent, width 4.
     Tangent,
     /// Texture coordinates, width 2.
     Uv,
     /// Colours in the file's colour space, width 3 or 4.
     Colour,
-    /// Skin: all joint indices, then as many weights.
+    /// Joint indices, then as many weights.
     Skin,
-    /// Displacement of the position by a morph target, width 3.
+    /// Displacement by a morph target, width 3.
     MorphPosition,
-    /// Change of the normal or tangent by a morph target, width 3.
+    /// Change of a normal or tangent by a morph target, width 3.
     MorphDirection,
-    /// Any other number that may be blended.
+    /// Another number that may be blended.
     Other,
-    /// A whole number that names something; copied from the nearest vertex, never blended.
+    /// A whole number that names something and is never blended.
     Label,
 }
 
 /// A named array of values, one row per wedge.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// Name in the file, such as `TEXCOORD_0`.
+    /// Name in the file.
     pub name: String,
     /// Meaning of the values.
     pub role: Role,
@@ -47,7 +47,7 @@ impl Channel {
     }
 }
 
-/// Attributes of the corners and faces of a mesh.
+/// Attributes of a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Attributes {
     /// Wedge of each corner, n_faces x 3; empty without channels.
@@ -62,7 +62,7 @@ impl Attributes {
     /// Attributes of a bare mesh.
     pub const NONE: &'static Self = &Self { wedges: Vec::new(), channels: Vec::new(), groups: Vec::new() };
 
-    /// Returns whether neither channels nor groups exist.
+    /// Returns whether there are no channels and no groups.
     pub fn is_empty(&self) -> bool {
         self.channels.is_empty() && self.groups.is_empty()
     }
@@ -92,7 +92,7 @@ impl Attributes {
         self.channels.first().map_or(0, |channel| channel.values.len() / channel.width.max(1))
     }
 
-    /// Returns the group of a face, 0 without groups.
+    /// Returns the group of a face.
     pub fn group(&self, face: u32) -> u32 {
         self.groups.get(face as usize).copied().unwrap_or(0)
     }
@@ -105,7 +105,7 @@ impl Attributes {
             && (self.groups.is_empty() || self.groups.len() == n_faces)
     }
 
-    /// Selects faces in the given order; `None` if a row or wedge does not exist.
+    /// Selects faces in the given order; `None` if a row or wedge is missing.
     pub fn select_faces(self, faces: &[u32]) -> Option<Self> {
         let fit = self.channels.is_empty() == self.wedges.is_empty();
         let wedges = select_rows(&self.wedges, faces).filter(|wedges| fit && self.has_values_for(wedges))?;

@@ -1,17 +1,15 @@
-//! Cleans a mesh as read from a file into a valid one.
+//! Cleans a mesh as read from a file into a valid one, in these steps:
 //!
-//! The steps, in this order:
 //! 1. Drops faces with a vertex index out of range.
 //! 2. Drops faces with a corner that is not finite.
 //! 3. Welds vertices at equal positions (-0 equals 0), unless the options forbid it. Positions are compared in single
 //!    precision about a local origin.
 //! 4. Drops faces that use a vertex twice, before or after welding.
 //! 5. Drops all but the first of the faces with the same three vertices. A second one stays as a wall between closed
-//!    bodies, where an edge would otherwise have an odd number of faces above one.
+//!    bodies.
 //! 6. Drops unused vertices.
 //!
-//! Faces of zero area with three different vertices stay, since they hold the surface together. Winding and
-//! non-manifold edges stay as they are.
+//! Faces of zero area with three different vertices stay, since they hold the surface together.
 
 use super::first_equal::first_equal;
 use super::precision::{LostComponent, find_lost_component};
@@ -23,7 +21,7 @@ use super::{Attributes, Frame, InvalidMesh, RawMesh, TriMesh};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct CleanOptions {
-    /// True if vertices at exactly equal positions are welded.
+    /// True if vertices at equal positions are welded.
     pub weld: bool,
 }
 
@@ -33,7 +31,7 @@ impl Default for CleanOptions {
     }
 }
 
-/// Numbers of faces and vertices that cleaning changed.
+/// Numbers of changes by cleaning.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct CleanCounts {
@@ -41,9 +39,9 @@ pub struct CleanCounts {
     pub welded_vertices: usize,
     /// Vertices that no remaining face uses.
     pub unreferenced_vertices: usize,
-    /// Faces that used a vertex twice, before or after welding.
+    /// Faces that used a vertex twice.
     pub degenerate_faces: usize,
-    /// Faces dropped because an earlier one has the same three vertices.
+    /// Faces with the same three vertices as an earlier one.
     pub duplicate_faces: usize,
     /// Faces with a corner that is not finite.
     pub non_finite_faces: usize,
@@ -69,9 +67,9 @@ impl std::ops::AddAssign for CleanCounts {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Cleaned {
-    /// The mesh: at least one face, every vertex used.
+    /// Mesh with at least one face, without unused vertices.
     pub mesh: TriMesh,
-    /// Relation of the coordinates to those of the file.
+    /// Relation of the coordinates to the file's.
     pub frame: Frame,
     /// Numbers of changes.
     pub counts: CleanCounts,
@@ -85,7 +83,7 @@ pub struct Cleaned {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum CleanError {
-    /// No face was read, or none is left.
+    /// No face is left.
     NoFaces {
         /// Vertices as read.
         n_vertices: usize,
@@ -94,17 +92,17 @@ pub enum CleanError {
         /// Reasons why faces were dropped.
         counts: CleanCounts,
     },
-    /// More vertices or faces than `u32` indices reach.
+    /// Too many vertices or faces for `u32` indices.
     TooLarge,
-    /// The attributes do not have one row per face, or refer to values that do not exist.
+    /// The attributes do not fit the faces.
     UnfitAttributes,
-    /// Single precision about one origin cannot hold a component that is too small or too far from the others.
+    /// Single precision cannot hold a component that is too small or too far from the others.
     TooCoarse {
         /// A vertex of the component.
         vertex: usize,
         /// Diagonal of the component's bounding box.
         size: f64,
-        /// Spacing of single-precision numbers at the component.
+        /// Spacing of `f32` numbers there.
         step: f64,
     },
     /// A vertex is beyond the range of `f32`.
@@ -159,7 +157,7 @@ impl std::fmt::Display for CleanCounts {
 
 /// Cleans a mesh by the steps of this module.
 ///
-/// Coordinates in double precision are moved to a local origin, which the frame holds.
+/// Doubles are moved to a local origin, which the frame holds.
 ///
 /// # Errors
 /// [`CleanError`] if no face is left or single precision cannot hold the mesh.
@@ -233,7 +231,7 @@ impl FaceList {
     }
 }
 
-/// Applies steps 1, 2 and the first half of 4.
+/// Applies steps 1 and 2, and step 4 before welding.
 fn drop_broken_faces(positions: &[[f64; 3]], faces: &mut FaceList, counts: &mut CleanCounts) {
     let n_vertices = positions.len();
     let all_finite = positions.iter().flatten().all(|x| x.is_finite());
@@ -265,8 +263,7 @@ fn used_vertices(faces: &[[u32; 3]], n_vertices: usize) -> Vec<bool> {
 
 /// Returns a local origin near the centre of the used vertices.
 ///
-/// Its coordinates are multiples of a power of two above the extent, so that sums are exact; near the origin it is
-/// zero.
+/// Its coordinates are multiples of a power of two above the extent, so that sums are exact.
 pub(super) fn local_origin(positions: &[[f64; 3]], used: &[bool]) -> [f64; 3] {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for (position, _) in positions.iter().zip(used).filter(|(_, used)| **used) {
@@ -290,7 +287,6 @@ pub(crate) fn origin_within(low: [f64; 3], high: [f64; 3]) -> [f64; 3] {
     })
 }
 
-/// Converts to single precision about the local origin, without negative zeros.
 pub(super) fn to_local(positions: &[[f64; 3]], used: &[bool], frame: &Frame) -> Result<Vec<[f32; 3]>, CleanError> {
     let local: Vec<[f32; 3]> = positions.iter().map(|&p| frame.to_local(p)).collect();
     let outside = |(p, used): (&[f32; 3], &bool)| *used && p.iter().any(|x| !x.is_finite());
@@ -300,7 +296,7 @@ pub(super) fn to_local(positions: &[[f64; 3]], used: &[bool], frame: &Frame) -> 
     }
 }
 
-/// Applies step 3; returns whether any two vertices, used or not, are at one position.
+/// Applies step 3; returns whether any two vertices have one position.
 fn weld(
     positions: Vec<[f64; 3]>,
     local: &[[f32; 3]],
@@ -325,9 +321,7 @@ fn weld(
     Ok(repeated)
 }
 
-/// Applies step 5 until nothing changes.
-///
-/// Dropping one face may make another wall superfluous.
+/// Applies step 5, which may make more walls superfluous, until nothing changes.
 fn drop_duplicate_faces(local: &[[f32; 3]], faces: &mut FaceList, counts: &mut CleanCounts) {
     loop {
         let repeated = superfluous_faces(local, &faces.corners, repeated_faces(&faces.corners, local.len()));

@@ -1,8 +1,8 @@
-//! Moves meshes to a common local origin, for comparison.
+//! Moves meshes to a common local origin.
 
 use super::{Frame, InvalidMesh, TriMesh};
 
-/// Moves meshes to one origin, the first that is not zero.
+/// Moves meshes to the first origin that is not zero.
 ///
 /// # Errors
 /// [`InvalidMesh`] if single precision cannot hold a mesh about that origin.

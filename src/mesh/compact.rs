@@ -4,9 +4,7 @@ use super::{InvalidMesh, TriMesh};
 
 /// Builds a mesh from some faces and the vertices they use, in their order.
 ///
-/// # Shapes
-/// - `positions`: n x 3; `faces`: n_faces x 3
-/// - returns the mesh and the old index of each vertex
+/// Also returns the old index of each vertex.
 ///
 /// # Errors
 /// [`InvalidMesh`] as for [`TriMesh::new`].

@@ -1,4 +1,4 @@
-//! Lists the edges of a mesh with their faces.
+//! Edges of a mesh with their faces.
 
 use super::TriMesh;
 use super::half_edges::for_each_edge;
@@ -8,22 +8,22 @@ use super::half_edges::for_each_edge;
 pub struct Edge {
     /// Vertices, the smaller first.
     pub ends: [u32; 2],
-    /// Number of faces that traverse the edge from the smaller vertex to the larger.
+    /// Number of faces that traverse it from the smaller vertex.
     pub up: u32,
-    /// Number of faces that traverse it in the other direction.
+    /// Number of faces that traverse it from the larger vertex.
     pub down: u32,
     /// The first of its faces.
     pub face: u32,
 }
 
 impl Edge {
-    /// Returns the number of faces: 1 at a boundary, 2 inside a manifold.
+    /// Returns the number of faces.
     pub fn n_faces(&self) -> u32 {
         self.up + self.down
     }
 }
 
-/// Lists the edges of a mesh, ascending by their vertices, in linear time.
+/// Lists the edges of a mesh, ascending by their vertices.
 ///
 /// ```
 /// use neural_mesh::mesh::{edges, shapes};

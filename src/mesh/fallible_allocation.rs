@@ -1,4 +1,4 @@
-//! Allocation that reports too little memory as an error instead of aborting.
+//! Allocation that reports too little memory as an error.
 
 use std::cell::Cell;
 use std::collections::TryReserveError;
@@ -17,7 +17,7 @@ pub fn is_allocation_fallible() -> bool {
     IS_FALLIBLE.try_with(Cell::get).unwrap_or(false)
 }
 
-/// Runs `work`, which allocates by `try_reserve` and handles its errors.
+/// Runs `work`, which handles errors of `try_reserve`.
 ///
 /// ```
 /// use neural_mesh::mesh::fallible_allocation::with_fallible_allocation;

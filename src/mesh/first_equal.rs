@@ -1,11 +1,9 @@
-//! Finds equal items with one flat hash table; used to weld vertices and to find repeated faces.
+//! Finds equal items with one flat hash table.
 
-/// Items that are hashed together, so that their cache misses overlap.
+/// Items hashed together, so that their cache misses overlap.
 const BATCH: usize = 32;
 
-/// Returns the first equal item of each item, n_items, and whether any two are equal.
-///
-/// Items are equal if the three words of `key` are.
+/// Returns the first item with the same `key` as each item, and whether any two are equal.
 pub fn first_equal(n_items: usize, key: impl Fn(usize) -> [u32; 3]) -> (Vec<u32>, bool) {
     const FREE: u32 = u32::MAX;
     let n_slots = (n_items + n_items / 2).next_power_of_two().max(BATCH);

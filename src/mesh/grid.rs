@@ -1,4 +1,4 @@
-//! Rounds positions to a regular grid, so that files can store them as small whole numbers.
+//! Rounds positions to a regular grid, which files store as small whole numbers.
 
 use rustc_hash::FxHashMap;
 
@@ -9,14 +9,14 @@ use super::has_area;
 pub struct PositionGrid {
     /// Point 0, 0, 0.
     pub origin: [f64; 3],
-    /// Distance between neighbouring points along each axis, above 0.
+    /// Distance between neighbouring points along an axis.
     pub step: f64,
 }
 
 impl PositionGrid {
-    /// Builds a grid over the bounding box of points, whose longest side has `2^bits - 1` steps.
+    /// Builds a grid over points, whose longest side has `2^bits - 1` steps.
     ///
-    /// `None` if the box has no extent or `f32` cannot hold the step.
+    /// `None` if the points have no extent or `f32` cannot hold the step.
     ///
     /// ```
     /// use neural_mesh::mesh::PositionGrid;
@@ -55,8 +55,6 @@ impl PositionGrid {
     }
 
     /// Returns whether rounding keeps distinct vertices apart and every face's area above zero.
-    ///
-    /// Faces that have no area before rounding are not tested.
     pub fn preserves(&self, positions: &[[f32; 3]], faces: &[[u32; 3]]) -> bool {
         let numbers: Vec<[i64; 3]> = positions.iter().map(|p| self.round(p.map(f64::from))).collect();
         let mut first: FxHashMap<[i64; 3], [f32; 3]> = FxHashMap::default();
@@ -72,7 +70,7 @@ impl PositionGrid {
     }
 }
 
-/// Returns the longest side of the points' bounding box, 0 without points.
+/// Returns the longest side of the points' bounding box.
 ///
 /// ```
 /// use neural_mesh::mesh::longest_side;

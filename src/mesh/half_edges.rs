@@ -1,4 +1,4 @@
-//! Half-edges of face lists, and the twin of each.
+//! Half-edges of face lists.
 //!
 //! A half-edge is a side of a face. Its index is that of the corner where it starts: `3 * face + corner`.
 
@@ -14,7 +14,7 @@ impl HalfEdge {
         self.half_edge / 3
     }
 
-    /// Returns whether the half-edge runs from the smaller vertex to the larger.
+    /// Returns whether it runs from the smaller vertex to the larger.
     pub(crate) fn runs_up(self, faces: &[[u32; 3]]) -> bool {
         start(faces, self.half_edge) != self.end
     }
@@ -26,16 +26,14 @@ pub(crate) fn start(faces: &[[u32; 3]], half_edge: u32) -> u32 {
     faces.as_flattened()[half_edge as usize]
 }
 
-/// Returns the next half-edge of the same face.
-///
-/// As a corner, it is the one where `half_edge` ends.
+/// Returns the next half-edge of the face, which is the corner where `half_edge` ends.
 pub(crate) fn next(half_edge: u32) -> u32 {
     if half_edge % 3 == 2 { half_edge - 2 } else { half_edge + 1 }
 }
 
-/// Calls `visit` with the ends of every edge, the smaller first, and its half-edges, in linear time.
+/// Calls `visit` with the ends of every edge, the smaller first, and its half-edges, ascending.
 ///
-/// Edges and half-edges ascend. Faces have three different corners below `n_vertices`.
+/// Faces have three different corners below `n_vertices`.
 pub(crate) fn for_each_edge(n_vertices: usize, faces: &[[u32; 3]], mut visit: impl FnMut([u32; 2], &[HalfEdge])) {
     let (ends_of_buckets, mut half_edges) = buckets(n_vertices, faces);
     let mut begin = 0;

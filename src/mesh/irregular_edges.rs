@@ -1,8 +1,8 @@
-//! Finds edges that are not shared by exactly two consistently wound faces.
+//! Edges that are not shared by exactly two consistently wound faces.
 
 use super::{TriMesh, edges};
 
-/// Irregular edges by kind, ascending; each is two vertices, the smaller first.
+/// Irregular edges by kind, each as two vertices, the smaller first; ascending.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct IrregularEdges {
     /// Edges with one face.

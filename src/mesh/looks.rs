@@ -1,4 +1,4 @@
-//! Appearance of materials: base colours, surface properties and textures.
+//! Appearance of materials.
 
 use std::sync::Arc;
 
@@ -10,26 +10,24 @@ pub enum Wrap {
     Repeat,
     /// The border colours continue.
     Clamp,
-    /// The texture repeats, mirrored every other time.
+    /// The texture repeats, every other time mirrored.
     Mirror,
 }
 
-/// A texture for the base colour or another property.
+/// A texture with its coordinates.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct BaseTexture {
-    /// Bytes of a PNG, JPEG, WebP or KTX2 file; shared between materials.
+    /// Bytes of a PNG, JPEG, WebP or KTX2 file.
     pub image: Arc<[u8]>,
     /// Name of the channel of its coordinates; the first such channel if empty.
     pub channel: String,
-    /// Behaviour outside 0..1 along u and v.
+    /// Behaviour along u and v.
     pub wrap: [Wrap; 2],
 }
 
 impl BaseTexture {
     /// Makes a repeating texture on the first texture coordinates.
-    ///
-    /// `image` holds the bytes of a PNG, JPEG, WebP or KTX2 file.
     pub fn new(image: Arc<[u8]>) -> Self {
         Self { image, channel: String::new(), wrap: [Wrap::Repeat; 2] }
     }
@@ -57,13 +55,13 @@ pub struct Finish {
     pub emission: [f32; 3],
     /// Texture of the emitted light, sRGB.
     pub emission_texture: Option<BaseTexture>,
-    /// Roughness in 0..=1; multiplies the green channel of its texture.
+    /// Roughness in 0..=1; multiplies the texture's green channel.
     pub roughness: f32,
     /// Texture of the roughness.
     pub roughness_texture: Option<BaseTexture>,
-    /// Metalness, 0 or 1 for pure materials; multiplies the blue channel of its texture.
+    /// Metalness in 0..=1; multiplies the texture's blue channel.
     pub metal: f32,
-    /// Texture of the metalness; in glTF also that of the roughness.
+    /// Texture of the metalness.
     pub metal_texture: Option<BaseTexture>,
     /// Tangent-space normal map (MikkTSpace, green upwards).
     pub normal_texture: Option<BaseTexture>,
@@ -95,13 +93,13 @@ impl Default for Finish {
     }
 }
 
-/// The appearance of all groups of a mesh.
+/// The appearance of a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Looks {
     /// Appearance by group index; white beyond the last.
     pub of_groups: Vec<Look>,
-    /// True if v points up from the texture's lower edge, as in OBJ; in glTF it points down from the upper edge.
+    /// True if v points up, as in OBJ; in glTF it points down.
     pub v_is_up: bool,
     /// True if vertex colours are linear, as in glTF; in PLY and OBJ they are sRGB.
     pub linear_colours: bool,
@@ -119,7 +117,7 @@ impl Looks {
     }
 }
 
-/// Converts a linear colour component to sRGB, both in 0..=1; inverse of [`linear_light`].
+/// Converts a linear colour component to sRGB, both in 0..=1.
 ///
 /// ```
 /// use neural_mesh::mesh::{linear_light, srgb};

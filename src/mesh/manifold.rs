@@ -2,7 +2,7 @@
 //!
 //! Each vertex is split into its fans of faces joined over edges. At an edge with more than two faces, the pairs that
 //! continue each other best stay joined; a single remaining face gets a boundary. Pairs that meet again at both ends of
-//! an edge are changed. Windings are made to agree. No position changes and no face is lost.
+//! an edge are changed. No position changes and no face is lost.
 
 use std::borrow::Cow;
 
@@ -17,24 +17,22 @@ use super::surroundings::{Surroundings, corners_at};
 use super::union_find::UnionFind;
 
 /// Largest number of rounds that change pairs; then all remaining edges are separated.
-///
-/// Two thousand random voxel sets needed at most four.
 const MOST_ROUNDS: usize = 32;
 
 /// A manifold made of the input's faces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Manifold<'a> {
-    /// Faces in the input's order, n_faces x 3, some reversed; borrowed if nothing changed.
+    /// Faces in the input's order, n_faces x 3, some reversed.
     pub faces: Cow<'a, [[u32; 3]]>,
     /// One-rings of all vertices.
     pub rings: OneRings,
     /// Input vertex of each added vertex; added vertices follow the input's.
     pub copies: Vec<u32>,
-    /// Number of faces reversed because they opposed the majority of their component.
+    /// Number of reversed faces.
     pub turned_faces: usize,
 }
 
-/// Separates `faces` (n_faces x 3, distinct corners, indices of `positions`) into a manifold.
+/// Separates `faces` (n_faces x 3, distinct corners) into a manifold.
 ///
 /// A one-sided surface stays joined; `rings.is_oriented()` is then false.
 ///
@@ -93,7 +91,7 @@ fn split_sheets(positions: &[[f32; 3]], faces: &mut [[u32; 3]], meeting: &Meetin
     around.numbers.iter().zip(&around.faces).for_each(|(&f, face)| faces[f as usize] = *face);
 }
 
-/// Pairs the faces at one edge per vertex again: faces connected around the vertex become partners.
+/// Changes the pairs at one edge per vertex, so that faces connected around the vertex become partners.
 fn change_partners(faces: &[[u32; 3]], vertices: &[u32], partners: &mut Partners) {
     let mut is_chosen = FxHashSet::default();
     for corners in corners_at(faces, vertices).chunk_by(|a, b| a.0 == b.0) {
@@ -182,7 +180,7 @@ fn split_fans(
     }
 }
 
-/// Joins the corners at one vertex over two-face edges, or joins none if all would become one fan.
+/// Joins the corners at one vertex over two-face edges, or none if all would become one fan.
 fn parted_fans(faces: &[[u32; 3]], corners: &[(u32, u32)]) -> UnionFind {
     let fans = joined_fans(faces, corners, &Partners::default());
     if fans.n_sets() > 1 { fans } else { UnionFind::new(corners.len()) }
@@ -216,7 +214,7 @@ fn spokes(faces: &[[u32; 3]], corners: &[(u32, u32)]) -> Vec<(u32, u32)> {
     spokes
 }
 
-/// Lists the half-edges between a vertex and one neighbour, each with its corner's index, ascending.
+/// Lists the half-edges between a vertex and one neighbour, each with its corner's index.
 fn halves_over(faces: &[[u32; 3]], corners: &[(u32, u32)], spoke: &[(u32, u32)]) -> Vec<(u32, u32)> {
     let half = |&(neighbour, i): &(u32, u32)| (half_edge(faces, corners[i as usize].1, neighbour), i);
     let mut halves: Vec<(u32, u32)> = spoke.iter().map(half).collect();

@@ -1,4 +1,4 @@
-//! Triangle meshes that are valid by construction, and queries about them; independent of files and networks.
+//! Valid triangle meshes, and queries about them.
 
 mod area;
 mod attributes;

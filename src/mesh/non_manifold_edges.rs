@@ -13,15 +13,14 @@ use super::half_edges::{HalfEdge, for_each_edge, next, start};
 use super::surroundings::Surroundings;
 use super::windings::Windings;
 
-/// Extra angle, in radians, for a pair of faces with inconsistent winding.
+/// Extra angle, in radians, for a pair with inconsistent winding.
 const DISAGREEMENT: f32 = 0.5 * PI;
-/// Largest number of faces at an edge that are compared pairwise; more are split into groups to bound the memory.
+/// Largest number of faces at an edge that are compared pairwise.
 const MOST_FACES: usize = 128;
 
-/// Partner of each half-edge at an edge with more than two faces.
 pub(super) type Partners = FxHashMap<u32, u32>;
 
-/// Matches the half-edges at all edges with more than two faces; one of an odd number may stay unmatched.
+/// Matches the half-edges at all edges with more than two faces.
 pub(super) fn partners(positions: &[[f32; 3]], around: &Surroundings) -> Partners {
     let (faces, cluster) = (&around.faces, |face: u32| around.clusters[face as usize]);
     let mut sides = Windings::new(around.n_clusters);
@@ -49,7 +48,7 @@ pub(super) fn partners(positions: &[[f32; 3]], around: &Surroundings) -> Partner
 
 struct EdgeFace {
     half: u32,
-    /// True if the face traverses the edge from its smaller vertex to its larger.
+    /// True if the face traverses the edge from its smaller vertex.
     is_along: bool,
     tip: u32,
     /// Unit vector from the edge into the face, or zero.
@@ -76,9 +75,8 @@ impl EdgeFace {
 
 /// Matches half-edges, least bend first, each at most once.
 ///
-/// Coincident faces (walls between bodies) match first, never each other. If both directions are equally frequent, as
-/// on closed bodies, opposite directions match first. Then pairs match that keep the surface two-sided, and for an even
-/// number finally any.
+/// Coincident faces (walls between bodies) match first, never each other. On closed bodies opposite directions match
+/// first. Then pairs match that keep the surface two-sided, and for an even number finally any.
 fn match_half_edges(fan: &[EdgeFace], mut joined: impl FnMut(&EdgeFace, &EdgeFace) -> bool) -> Vec<[u32; 2]> {
     let pairs = (0..fan.len()).flat_map(|i| (0..i).map(move |j| [j, i]));
     let mut pairs: Vec<(f32, [usize; 2])> = pairs.map(|[j, i]| (fan[j].bend(&fan[i]), [j, i])).collect();

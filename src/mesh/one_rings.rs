@@ -14,10 +14,9 @@ use super::thread_ranges::thread_ranges;
 /// Rings longer than this are ordered with a hash map.
 const LONG_RING: usize = 64;
 
-/// The neighbours of every vertex in cyclic order, as compressed rows.
+/// The neighbours of every vertex in cyclic order.
 ///
-/// A vertex spans a face with every two consecutive neighbours, also with the last and the first. Index `n_vertices +
-/// loop` is the ghost vertex of a boundary loop, last in the rings of boundary vertices.
+/// Index `n_vertices + loop` is the ghost vertex of a boundary loop, last in the rings of boundary vertices.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct OneRings {
     offsets: Vec<u32>,
@@ -35,7 +34,6 @@ pub struct NotManifold {
 
 #[derive(Debug)]
 pub(super) struct MeetingSheets {
-    /// Vertices whose faces do not form one fan, ascending.
     pub vertices: Vec<u32>,
     /// Vertices around which windings disagree, ascending.
     pub opposed: Vec<u32>,
@@ -50,7 +48,7 @@ impl std::fmt::Display for NotManifold {
 impl std::error::Error for NotManifold {}
 
 impl OneRings {
-    /// Orders the neighbours of all vertices of `faces` (n_faces x 3, indices below `n_vertices`).
+    /// Orders the neighbours of all vertices of `faces` (n_faces x 3).
     ///
     /// # Errors
     /// [`NotManifold`] lists every vertex whose faces do not form a single fan.
@@ -84,7 +82,7 @@ impl OneRings {
         Ok(rings)
     }
 
-    /// Returns the neighbours of a vertex in cyclic order; empty for an unused vertex.
+    /// Returns the neighbours of a vertex in cyclic order.
     pub fn ring(&self, vertex: u32) -> &[u32] {
         &self.neighbors[self.range(vertex)]
     }
@@ -108,14 +106,12 @@ impl OneRings {
         self.oriented
     }
 
-    /// Returns the ghost vertex of a boundary vertex, `None` for other vertices.
+    /// Returns the ghost vertex of a boundary vertex.
     pub fn ghost(&self, vertex: u32) -> Option<u32> {
         self.ring(vertex).last().copied().filter(|&last| last as usize >= self.n_vertices())
     }
 
-    /// Returns one face per boundary edge, which joins the edge to its ghost vertex.
-    ///
-    /// If the winding is consistent, these faces follow it.
+    /// Returns the face of each boundary edge with its ghost vertex, wound like the surface if that is consistent.
     pub fn ghost_faces(&self) -> Vec<[u32; 3]> {
         let boundary = (0..self.n_vertices() as u32).filter_map(|v| self.ghost(v).map(|ghost| (v, ghost)));
         if self.oriented {
@@ -219,7 +215,6 @@ impl RingRows {
         self
     }
 
-    /// Appends the ring of the next vertex from its opposite edges.
     fn push(&mut self, v: u32, fan: &mut [[u32; 2]]) {
         self.offsets.push(self.neighbors.len() as u32);
         if self.extend_closed(fan) {

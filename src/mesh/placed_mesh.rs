@@ -1,4 +1,4 @@
-//! Transforms the meshes of a scene and merges them into one raw mesh.
+//! Merges the meshes of a scene into one raw mesh.
 
 use glam::{DMat3, DMat4, Vec3};
 
@@ -7,7 +7,6 @@ use super::{Attributes, Channel, RawMesh, Role};
 
 pub(crate) struct PlacedMesh<'a> {
     pub mesh: &'a RawMesh,
-    /// Transform from the mesh's coordinates to the common ones.
     pub transform: DMat4,
     /// Common index of the mesh's first group.
     pub first_group: u32,
@@ -15,8 +14,7 @@ pub(crate) struct PlacedMesh<'a> {
 
 /// Merges meshes in common coordinates, with the channels whose role `is_carried` accepts.
 ///
-/// Zeros replace a missing channel, white a missing colour. Directions are transformed; faces of mirrored meshes are
-/// reversed.
+/// Zeros replace a missing channel, white a missing colour. Faces of mirrored meshes are reversed.
 pub(crate) fn merge_placed_meshes(meshes: &[PlacedMesh], is_carried: impl Fn(Role) -> bool) -> RawMesh {
     let mut channels = all_channels(meshes.iter().map(|placed| &placed.mesh.attributes));
     channels.retain(|channel| is_carried(channel.role));

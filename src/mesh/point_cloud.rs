@@ -1,4 +1,4 @@
-//! Point clouds without repeated points, near a local origin.
+//! Point clouds without repeated points.
 
 use super::cleanup::{CleanError, local_origin, to_local};
 use super::first_equal::first_equal;
@@ -7,21 +7,19 @@ use super::{Frame, RawMesh};
 /// Distinct finite points.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointCloud {
-    /// Points, n x 3, in the local frame.
+    /// Points in the local frame, n x 3.
     pub points: Vec<[f32; 3]>,
-    /// Relation of the coordinates to those of the file.
+    /// Relation of the coordinates to the file's.
     pub frame: Frame,
     /// File vertex of each point, n.
     pub source: Vec<u32>,
-    /// Number of points dropped because an earlier one has their position.
+    /// Number of repeated points dropped.
     pub repeated: usize,
     /// Number of points dropped because they are not finite.
     pub non_finite: usize,
 }
 
-/// Takes the vertices of a mesh as a cloud and ignores its faces.
-///
-/// An empty cloud is no error.
+/// Takes the vertices of a mesh as a cloud, which may be empty.
 ///
 /// # Errors
 /// [`CleanError::TooLarge`] and [`CleanError::TooFar`].

@@ -2,7 +2,7 @@
 
 use crate::geometry::polygon::triangulate;
 
-/// A record of the runs of triangles that came from one polygon.
+/// A record of the triangles that came from one polygon.
 ///
 /// ```
 /// use neural_mesh::mesh::Fans;
@@ -31,13 +31,13 @@ impl Fans {
 
     /// Replaces each fan in `faces` by a triangulation that is correct for concave polygons.
     ///
-    /// A polygon with a missing or non-finite corner becomes the fan around that corner, so that cleanup drops all its
+    /// A polygon with a missing or non-finite corner becomes the fan around that corner, so that cleaning drops all its
     /// triangles.
     pub fn triangulate(self, positions: &[[f64; 3]], faces: &mut [[u32; 3]]) {
         self.triangulate_with(|vertex| positions.get(vertex as usize).copied(), faces);
     }
 
-    /// Triangulates fans whose corners are no vertex indices, such as wedges; `position` locates a corner.
+    /// Triangulates fans with other corners than vertices, such as wedges; `position` locates a corner.
     pub fn triangulate_with(self, position: impl Fn(u32) -> Option<[f64; 3]>, faces: &mut [[u32; 3]]) {
         let (mut corners, mut points) = (Vec::new(), Vec::new());
         for (start, n_triangles) in self.runs {

@@ -1,15 +1,12 @@
 //! Tests whether single precision about one origin can hold a mesh of doubles.
-//!
-//! Vertices that coincide in single precision are usually noise. In a component hardly larger than the spacing of `f32`
-//! numbers they are damage.
 
 use rustc_hash::FxHashMap;
 
 use super::union_find::UnionFind;
 
-/// Smallest size, in steps of single precision, of a component whose coinciding vertices are noise.
+/// Smallest size, in steps of single precision, of a component that may lose coinciding vertices.
 const STEPS: f64 = 4096.0;
-/// Smallest size of a component, in steps; below, its shape changes.
+/// Smallest size of a component, in steps.
 const FEWEST: f64 = 8.0;
 
 /// A component that single precision cannot hold.
@@ -23,8 +20,7 @@ pub(super) struct LostComponent {
 
 /// Returns the first component that rounding `positions` to `local` (n_vertices x 3) damages.
 ///
-/// Faces have distinct corners in range and finite positions. `single` holds the first vertex at each local position,
-/// n_vertices.
+/// `single` holds the first vertex at each local position, n_vertices.
 pub(super) fn find_lost_component(
     positions: &[[f64; 3]],
     local: &[[f32; 3]],
@@ -47,7 +43,6 @@ pub(super) fn find_lost_component(
     })
 }
 
-/// Returns whether a face is hardly longer than the steps of single precision.
 fn is_short(positions: &[[f64; 3]], local: &[[f32; 3]], face: &[u32; 3]) -> bool {
     let corners = face.map(|vertex| positions[vertex as usize]);
     let reach =
@@ -59,7 +54,7 @@ fn is_short(positions: &[[f64; 3]], local: &[[f32; 3]], face: &[u32; 3]) -> bool
     side(0).max(side(1)).max(side(2)) < FEWEST * f64::from(reach * f32::EPSILON)
 }
 
-/// Returns the first vertex at the position of each vertex (-0 equals 0), n_vertices.
+/// Returns the first vertex at the position of each vertex (-0 equals 0).
 fn equal_positions(positions: &[[f64; 3]]) -> Vec<u32> {
     let mut first = FxHashMap::default();
     let key = |p: &[f64; 3]| p.map(|x| (x + 0.0).to_bits());
@@ -69,7 +64,7 @@ fn equal_positions(positions: &[[f64; 3]]) -> Vec<u32> {
 /// Components of faces joined over vertices at equal positions.
 struct PositionComponents {
     component_of_face: Vec<u32>,
-    /// Faces by component; `begins` holds each component's start, n_components + 1.
+    /// Faces by component; `begins` holds each component's start.
     order: Vec<u32>,
     begins: Vec<usize>,
     count: u32,
@@ -125,7 +120,7 @@ impl PositionComponents {
     }
 }
 
-/// Counts the non-degenerate faces of each component after welding by `first`.
+/// Counts each component's non-degenerate faces after welding by `first`.
 fn count_faces(components: &PositionComponents, first: &[u32], faces: &[[u32; 3]]) -> Vec<usize> {
     let mut left = vec![0; components.count as usize];
     for (face, &component) in faces.iter().zip(&components.component_of_face) {

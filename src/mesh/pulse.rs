@@ -1,33 +1,29 @@
-//! Reports the progress of long loops to a listener, which can end them.
-//!
-//! A listener ends the work by unwinding, which `simplify::progress` catches.
+//! Reports the progress of long loops to a listener, which can end them by unwinding.
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-/// Least rows per rayon task; below, scheduling would cost more than the work.
+/// Least rows per rayon task.
 pub(crate) const PARALLEL: usize = 4096;
-/// Items between two reports, a few milliseconds of work on one thread.
+/// Items between two reports.
 const CHUNK: usize = 1 << 16;
 
 /// An optional listener that receives the number of items done since its last call.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Pulse<'a> {
     listener: Option<&'a (dyn Fn(usize) + Sync)>,
-    /// True if the listener receives 0 in place of the number of items.
     is_silent: bool,
 }
 
 impl<'a> Pulse<'a> {
     pub const NONE: Self = Self { listener: None, is_silent: false };
 
-    /// Creates a pulse for a listener, which may end the work by unwinding.
     pub fn new(listener: &'a (dyn Fn(usize) + Sync)) -> Self {
         Self { listener: Some(listener), is_silent: false }
     }
 
-    /// Stops counting items unless `counts`; for loops that every thread runs over the same items.
+    /// Stops counting items unless `counts`, for loops that every thread runs over the same items.
     pub fn counting_if(self, counts: bool) -> Self {
         Self { is_silent: self.is_silent || !counts, ..self }
     }
@@ -45,13 +41,11 @@ impl<'a> Pulse<'a> {
         self.ranges(0..items.len()).map(|range| &items[range])
     }
 
-    /// Splits a range into chunks and reports before each and after the last.
     #[inline]
     pub fn ranges(self, range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
         self.ranges_of_size(CHUNK, range)
     }
 
-    /// Splits a range into chunks of the given size and reports before each and after the last.
     #[inline]
     pub fn ranges_of_size(self, chunk: usize, range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
         let (mut begin, mut n_before) = (range.start, 0);

@@ -1,18 +1,16 @@
-//! A mesh as read from a file: parsed, but not checked.
+//! A mesh as read from a file, not checked.
 
 use super::Attributes;
 
 /// Vertices and triangles as read; indices may be out of range, coordinates NaN, positions repeated.
-///
-/// Readers triangulate polygons; [`cleanup`](super::cleanup) removes all other flaws.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct RawMesh {
-    /// Positions, n_vertices x 3, in the file's units and frame.
+    /// Positions in the file's frame, n_vertices x 3.
     pub positions: Vec<[f64; 3]>,
-    /// Vertex indices of the triangles, n_faces x 3.
+    /// Vertex indices, n_faces x 3.
     pub faces: Vec<[u32; 3]>,
-    /// True if the file stored more precision than `f32`; results are then written as doubles.
+    /// True if the file stored more precision than `f32`.
     pub double: bool,
     /// Faces of the file with fewer than three corners.
     pub dropped_faces: usize,
@@ -26,7 +24,7 @@ impl RawMesh {
         Self { positions, faces, ..Self::default() }
     }
 
-    /// Returns the diagonal of the bounding box of all finite vertices, 0 without any.
+    /// Returns the diagonal of the bounding box of all finite vertices.
     pub fn diagonal(&self) -> f64 {
         let finite = self.positions.iter().filter(|position| position.iter().all(|x| x.is_finite()));
         let unbounded = (glam::DVec3::INFINITY, glam::DVec3::NEG_INFINITY);
@@ -36,7 +34,7 @@ impl RawMesh {
     }
 }
 
-/// The relation of the `f32` coordinates of a [`TriMesh`](super::TriMesh) to the file's: `file = origin + local`.
+/// The relation of `f32` coordinates to the file's: `file = origin + local`.
 ///
 /// ```
 /// let frame = neural_mesh::mesh::Frame { origin: [5e6, 0.0, 0.0], double: true };
@@ -51,12 +49,12 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Converts a position of the file to local coordinates, without negative zeros.
+    /// Converts a position of the file to local coordinates.
     pub fn to_local(&self, position: [f64; 3]) -> [f32; 3] {
         std::array::from_fn(|axis| (position[axis] - self.origin[axis]) as f32 + 0.0)
     }
 
-    /// Converts a local position to the file's coordinates, rounded as the file stores them.
+    /// Converts a local position to the file's coordinates, rounded as stored.
     pub fn to_file(&self, local: [f32; 3]) -> [f64; 3] {
         std::array::from_fn(|axis| {
             let exact = self.origin[axis] + f64::from(local[axis]);

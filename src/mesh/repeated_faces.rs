@@ -1,4 +1,4 @@
-//! Finds faces with the same three vertices as an earlier one, and those of them that close a surface.
+//! Finds repeated faces, and those of them that close a surface.
 
 use glam::DVec3;
 use rustc_hash::FxHashMap;
@@ -14,7 +14,7 @@ const SMALL: f64 = 1e-4;
 /// Mark of a vertex where at least two faces set the same bit.
 const SUSPECT: u32 = u32::MAX;
 
-/// Returns the faces that repeat an earlier one, ascending; vertex indices are below `n_vertices`.
+/// Returns the faces that repeat an earlier one, ascending.
 ///
 /// Each face sets one of 32 bits at its lowest vertex, chosen by the other two. Only faces at vertices with a repeated
 /// bit are compared.
@@ -41,7 +41,7 @@ pub(super) fn repeated_faces(faces: &[[u32; 3]], n_vertices: usize) -> Vec<u32> 
 /// Returns the superfluous faces among `repeated`, ascending, and both faces of small flaps on a body.
 ///
 /// Connected repeated faces stay if an edge has an even number of faces with them and an odd number above one without
-/// them: closed bodies touch there in a face. Of each face, only as many copies stay as keep that number even.
+/// them: closed bodies touch there in a face.
 pub(super) fn superfluous_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], repeated: Vec<u32>) -> Vec<u32> {
     if repeated.is_empty() {
         return repeated;
@@ -137,7 +137,7 @@ struct RepeatedEdge {
     place: u32,
 }
 
-/// Picks one of each odd group of faces with the same vertices, preferably one wound against the first such face.
+/// Picks one of each odd group of faces with the same vertices, preferably wound against the first.
 fn pick_odd_copies(faces: &[[u32; 3]], some: impl Iterator<Item = u32>) -> Vec<u32> {
     let mut same: FxHashMap<[u32; 3], Vec<u32>> = FxHashMap::default();
     some.for_each(|face| same.entry(sort_corners(faces[face as usize])).or_default().push(face));

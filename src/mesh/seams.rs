@@ -1,15 +1,14 @@
-//! Finds feature edges: seams, where attributes are discontinuous, and creases, where the surface bends sharply.
+//! Feature edges: seams, where attributes are discontinuous, and creases, where the surface bends sharply.
 
 use glam::{Vec2, Vec3};
 
 use super::half_edges::{HalfEdge, for_each_edge, next, start};
 use super::{Attributes, Channel, Role, TriMesh};
 
-/// Least angle between corner normals, in degrees, at a hard edge; smaller angles come from rounded normals.
+/// Least angle between corner normals, in degrees, at a hard edge.
 const HARD: f32 = 15.0;
 /// Relative tolerance of texture coordinates and other values.
 const SAME: f32 = 1e-5;
-/// Largest number of faces compared at an edge.
 const MOST_FACES: usize = 16;
 /// Tolerance of colours, per component.
 const SAME_COLOUR: f32 = 1.0 / 64.0;
@@ -19,20 +18,18 @@ const SAME_COLOUR: f32 = 1.0 / 64.0;
 pub struct FeatureEdge {
     /// Vertices, ascending.
     pub ends: [u32; 2],
-    /// Distance that the seam may move at a low price, in the unit of the mesh; at 0 it only loses vertices.
+    /// Distance that the seam may move at a low price, in the unit of the mesh.
     pub slack: f32,
-    /// True if the normals on its two sides differ, false for seams of texture coordinates or materials alone.
+    /// True if the normals on its two sides differ.
     pub is_hard: bool,
 }
 
 /// Lists the edges, ascending, between faces of different groups or with different attributes along the edge.
 ///
-/// An edge with more than two faces counts if two of them match no other face. Normals differ from 15 degrees on,
-/// colours from 1/64; joints and morph targets never differ.
-///
-/// The slack is above 0 only where nothing but texture coordinates and normals is discontinuous. Over this distance
-/// they change by `seam_error`. Texture coordinates are measured in shares of the texture's side, normals by their
-/// difference times the distance over the mesh's diagonal.
+/// Normals differ from 15 degrees on, colours from 1/64; joints and morph targets never differ. The slack is above 0
+/// only where nothing but texture coordinates and normals is discontinuous. Over this distance they change by
+/// `seam_error`: texture coordinates in shares of the texture's side, normals by their difference times the distance
+/// over the mesh's diagonal.
 ///
 /// ```
 /// use neural_mesh::mesh::{Attributes, TriMesh, seams};
@@ -66,7 +63,6 @@ pub fn seams(mesh: &TriMesh, attributes: &Attributes, seam_error: f32) -> Vec<Fe
     seams
 }
 
-/// Returns the slack of the seam between two faces, and whether their normals differ.
 fn seam(mesh: &TriMesh, attributes: &Attributes, pair: [u32; 2], seam_error: f32, diagonal: f32) -> (f32, bool) {
     let may_move = |role| is_texture(role) || role == Role::Normal;
     let is_soft = seam_error > 0.0 && joins(mesh, attributes, pair, |role| !may_move(role));
@@ -103,7 +99,7 @@ fn is_texture(role: Role) -> bool {
     matches!(role, Role::Uv | Role::Tangent)
 }
 
-/// Returns the distance on the surface over which discontinuous values change by `seam_error`.
+/// Returns the distance over which discontinuous values change by `seam_error`.
 fn slack(mesh: &TriMesh, attributes: &Attributes, half_edges: [u32; 2], seam_error: f32, diagonal: f32) -> f32 {
     let is_smooth = joins(mesh, attributes, half_edges, |role| role == Role::Normal);
     let of_normals = if is_smooth { f32::INFINITY } else { seam_error * diagonal / bend(mesh, attributes, half_edges) };
@@ -112,7 +108,6 @@ fn slack(mesh: &TriMesh, attributes: &Attributes, half_edges: [u32; 2], seam_err
     of_normals.min(of_texture).min(diagonal)
 }
 
-/// Returns the largest difference of the normals across an edge.
 fn bend(mesh: &TriMesh, attributes: &Attributes, [first, second]: [u32; 2]) -> f32 {
     let channels = || attributes.channels.iter().filter(|channel| channel.role == Role::Normal);
     let normals = |corner: u32| channels().map(move |channel| channel.value(wedge(attributes, corner)));
@@ -159,7 +154,7 @@ fn carries_same(
     [first, next(first)].into_iter().all(same_wedge)
 }
 
-/// Returns the corner at the vertex of `corner` on the other side of an edge, given by its half-edge.
+/// Returns the corner at the same vertex on the other side of an edge, given by its half-edge.
 fn partner(mesh: &TriMesh, corner: u32, half_edge: u32) -> u32 {
     let vertex = |corner: u32| start(mesh.faces(), corner);
     [half_edge, next(half_edge)].into_iter().find(|&other| vertex(other) == vertex(corner)).unwrap_or(corner)
@@ -175,7 +170,7 @@ fn has_same_values(attributes: &Attributes, x: u32, y: u32, counts: &impl Fn(Rol
     x == y || attributes.channels.iter().all(same_in)
 }
 
-/// Returns whether two values of a role are close enough to make no seam.
+/// Returns whether two values of a role make no seam.
 pub(crate) fn same_values(role: Role, x: &[f32], y: &[f32]) -> bool {
     let within = |most: &dyn Fn(f32, f32) -> f32| {
         x.iter().zip(y).all(|(&x, &y)| (x.is_nan() && y.is_nan()) || x == y || (x - y).abs() <= most(x, y))

@@ -1,11 +1,11 @@
-//! Snaps nearly coincident vertices together, so that cleaning welds them.
+//! Snaps nearly coincident vertices together.
 
 use std::collections::HashMap;
 
-/// Moves each vertex onto the nearest fixed vertex closer than `distance`; returns the number of moved vertices.
+/// Moves each vertex onto the nearest fixed vertex closer than `distance`; returns the number moved.
 ///
 /// Vertices are visited in order; a vertex without a fixed vertex near it becomes fixed. Ties go to the earliest.
-/// Vertices that are not finite are skipped. A distance that is not above 0 moves nothing.
+/// Vertices that are not finite are skipped.
 ///
 /// ```
 /// let mut positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.001, 0.0, 0.0]];
@@ -37,9 +37,7 @@ pub fn snap(positions: &mut [[f64; 3]], distance: f64) -> usize {
     n_moved
 }
 
-/// Returns the cell of a coordinate; cells are twice as wide as the distance.
-///
-/// Cells are floats, since integers have less range.
+/// Returns the cell of a coordinate as a float, since integers have less range.
 fn cell(x: f64, distance: f64) -> u64 {
     // Adding zero turns -0 into 0.
     ((x / (2.0 * distance)).floor() + 0.0).to_bits()

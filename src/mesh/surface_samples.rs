@@ -12,7 +12,7 @@ use crate::geometry::triangle::area_normal_f64;
 pub struct SurfaceSample {
     /// Index of the face.
     pub face: u32,
-    /// Barycentric weights, each in 0..=1, with sum 1.
+    /// Barycentric weights, with sum 1.
     pub weights: [f64; 3],
 }
 
@@ -26,8 +26,7 @@ impl SurfaceSample {
 
 /// Draws `n_samples` points by area, one from each of as many strips of equal area.
 ///
-/// Strips follow the order of the faces. A surface without area is sampled by face; a mesh without faces has no
-/// samples.
+/// Strips follow the order of the faces. A surface without area is sampled by face.
 ///
 /// ```
 /// use neural_mesh::mesh::{TriMesh, surface_samples::surface_samples};

@@ -7,20 +7,17 @@ use super::union_find::UnionFind;
 
 /// The faces at non-manifold or inconsistently wound vertices, and at their neighbours.
 pub(super) struct Surroundings {
-    /// Index of each face in the mesh, n_faces, ascending.
+    /// Index of each face in the mesh, ascending.
     pub numbers: Vec<u32>,
     pub faces: Vec<[u32; 3]>,
-    /// Cluster of each face, below `n_clusters`; faces of one cluster are connected and consistently wound.
+    /// Cluster of each face; faces of one cluster are connected and consistently wound.
     pub clusters: Vec<u32>,
     pub n_clusters: usize,
-    /// Vertices with all their faces included, ascending.
     vertices: Vec<u32>,
 }
 
 impl Surroundings {
-    /// Gathers the faces from a mesh with `n_vertices` vertices.
-    ///
-    /// All other vertices have one consistently wound fan, so their faces are connected.
+    /// Gathers the faces; all other vertices have one consistently wound fan.
     pub(super) fn new(n_vertices: usize, faces: &[[u32; 3]], meeting: &MeetingSheets) -> Self {
         let mut is_fan = vec![true; n_vertices];
         meeting.vertices.iter().chain(&meeting.opposed).for_each(|&v| is_fan[v as usize] = false);
@@ -48,7 +45,7 @@ impl Surroundings {
         Self { n_clusters: n_vertices + faces.len(), numbers, faces, clusters, vertices }
     }
 
-    /// Returns the vertices whose faces do not form one fan, ascending; `new` vertices follow those of the mesh.
+    /// Returns the vertices whose faces do not form one fan; `new` vertices follow those of the mesh.
     pub(super) fn find_meeting_sheets(&self, new: Range<u32>) -> Vec<u32> {
         let vertices: Vec<u32> = self.vertices.iter().copied().chain(new).collect();
         let opposite = |&(_, corner): &(u32, u32)| {

@@ -1,4 +1,4 @@
-//! Vertex ranges per thread, for work whose result does not depend on the ranges.
+//! Vertex ranges per thread.
 
 use std::ops::Range;
 
@@ -11,7 +11,7 @@ const LEAST: usize = 20_000;
 /// Items per task.
 const CHUNK: usize = 8192;
 
-/// Splits `0..n_vertices` into at least one consecutive range, at most one per thread.
+/// Splits `0..n_vertices` into consecutive ranges, at most one per thread.
 pub(crate) fn thread_ranges(n_vertices: usize) -> Vec<Range<usize>> {
     let n = rayon::current_num_threads().min(n_vertices / LEAST).max(1);
     (0..n).map(|i| n_vertices * i / n..n_vertices * (i + 1) / n).collect()
@@ -34,9 +34,7 @@ pub(crate) fn split_rows<'a, T>(
     parts
 }
 
-/// Adds the value `of` each face to the rows of its three corners (0, 1, 2).
-///
-/// Every vertex receives its faces in order, on any number of threads.
+/// Adds the value `of` each face to the rows of its corners, in the order of the faces.
 pub(crate) fn add_faces<T: Send, F>(
     pulse: Pulse,
     rows: &mut [T],

@@ -25,18 +25,17 @@ pub struct Topology {
     pub boundary_loops: usize,
     /// Edges with more than two faces.
     pub non_manifold_edges: usize,
-    /// Vertices whose faces form several fans; faces joined over edges at the vertex are one fan.
+    /// Vertices whose faces form several fans, joined over edges.
     pub non_manifold_vertices: usize,
     /// Edges with two faces that traverse them in the same direction.
     pub inconsistent_edges: usize,
-    /// True if reversing faces can make the winding consistent across all two-face edges.
+    /// True if reversing faces can make the winding consistent.
     pub orientable: bool,
     /// Components of faces joined over edges.
     pub components: usize,
     /// Euler characteristic: used vertices - edges + faces.
     pub euler: i64,
-    /// Handles of all components, with boundaries filled and vertices split into fans; only for orientable meshes
-    /// without non-manifold edges.
+    /// Handles, with boundaries filled; only for orientable meshes without non-manifold edges.
     pub genus: Option<usize>,
 }
 

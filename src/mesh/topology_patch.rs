@@ -9,19 +9,17 @@ use super::windings::Windings;
 
 pub(crate) type PositionKey = [u32; 3];
 
-/// The topology of some faces: counts of closed components, fans and sides, and open ones numbered from 0.
+/// The topology of some faces: counts of closed elements, and the open ones.
 ///
 /// A fan is a set of corners at one vertex joined over edges.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TopologyPatch {
     pub closed: TopologyCounts,
-    /// True if some faces cannot be oriented consistently.
     pub is_one_sided: bool,
     pub n_open_components: u32,
     pub n_open_sides: u32,
     /// Position of each open fan.
     pub open_fans: Vec<PositionKey>,
-    /// Pairs of open fans on one boundary curve.
     pub curves: Vec<[u32; 2]>,
     /// Half-edges between two shared vertices.
     pub open_edges: Vec<OpenEdge>,
@@ -123,7 +121,7 @@ pub(super) fn curves_through(ends: &[[u32; 2]]) -> (Vec<u32>, UnionFind) {
 struct Links<'a> {
     mesh: &'a TriMesh,
     faces: UnionFind,
-    /// Fans: corners (`3 * face + corner`) of one vertex joined over edges.
+    /// Fans: corners of one vertex joined over edges.
     corners: UnionFind,
     counts: TopologyCounts,
     boundary: Vec<u32>,

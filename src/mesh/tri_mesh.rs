@@ -14,18 +14,18 @@ pub struct TriMesh {
     faces: Vec<[u32; 3]>,
 }
 
-/// Reasons why vertices and faces do not make a [`TriMesh`].
+/// Reasons why vertices and faces make no [`TriMesh`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum InvalidMesh {
-    /// More vertices or faces than `u32` indices reach.
+    /// Too many vertices or faces for `u32` indices.
     TooLarge,
-    /// A coordinate of this vertex is not finite.
+    /// A coordinate is not finite.
     NotFinite {
         /// Index of the vertex.
         vertex: usize,
     },
-    /// A corner of this face is out of range.
+    /// A corner is out of range.
     OutOfRange {
         /// Index of the face.
         face: usize,
@@ -58,7 +58,7 @@ impl TriMesh {
     /// Builds a mesh from positions (n_vertices x 3) and faces (n_faces x 3).
     ///
     /// # Errors
-    /// [`InvalidMesh`] names the first vertex or face that is wrong.
+    /// [`InvalidMesh`] names the first wrong vertex or face.
     pub fn new(positions: Vec<[f32; 3]>, faces: Vec<[u32; 3]>) -> Result<Self, InvalidMesh> {
         let limit = (u32::MAX / 4) as usize;
         if positions.len() > limit || faces.len() > limit {
@@ -86,12 +86,12 @@ impl TriMesh {
         &self.positions
     }
 
-    /// Returns the vertex indices of the faces, n_faces x 3.
+    /// Returns the faces' vertex indices, n_faces x 3.
     pub fn faces(&self) -> &[[u32; 3]] {
         &self.faces
     }
 
-    /// Returns the diagonal of the bounding box of the used vertices, 0 without any.
+    /// Returns the diagonal of the used vertices' bounding box.
     ///
     /// ```
     /// assert_eq!(neural_mesh::mesh::shapes::cuboid([2.0, 3.0, 6.0], 2).diagonal(), 7.0);

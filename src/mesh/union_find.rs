@@ -1,4 +1,4 @@
-//! Disjoint sets over indices, merged toward the smaller root.
+//! Disjoint sets over indices.
 
 use super::half_edges::for_each_edge;
 use super::pulse::Pulse;
@@ -37,7 +37,7 @@ impl UnionFind {
         x != y
     }
 
-    /// Returns the set of each member, numbered in order of their first members, and the number of sets.
+    /// Returns the set of each member, numbered by first members, and the number of sets.
     pub(crate) fn number_sets(&mut self, pulse: Pulse) -> (Vec<u32>, usize) {
         let n = self.parent.len();
         let mut set_of: Vec<u32> = Vec::with_capacity(n);

@@ -1,10 +1,10 @@
-//! Several meshes united into one that is simplified as a whole, split again, and placed in a scene.
+//! Meshes united into one that is simplified as a whole and split again.
 
 use glam::{DMat4, DVec3};
 
 use super::{Attributes, Channel, Role, TriMesh, compact};
 
-/// Largest number of faces in a scene view; beyond, each piece is shown at its largest instance only.
+/// Largest number of faces in a scene view; beyond, each piece is shown once.
 const MOST_VIEWED: usize = 1 << 24;
 
 /// A mesh to be united with others.
@@ -14,18 +14,18 @@ pub struct ScenePiece<'a> {
     pub mesh: &'a TriMesh,
     /// Its attributes.
     pub attributes: &'a Attributes,
-    /// Scale relative to the other pieces; rounded to a power of two, so that coordinates stay exact.
+    /// Relative scale, rounded to a power of two, so that coordinates stay exact.
     pub scale: f64,
-    /// Transforms of its instances to the scene's coordinates.
+    /// Transforms of its instances to the scene.
     pub places: &'a [DMat4],
 }
 
-/// Scaled meshes in one; they share no vertices.
+/// Scaled meshes in one, without shared vertices.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnitedMesh {
     /// All faces and vertices.
     pub mesh: TriMesh,
-    /// Attributes, with all channels of all meshes and separate groups per mesh.
+    /// Attributes with all channels and separate groups per mesh.
     ///
     /// Zeros replace a missing channel, white a missing colour.
     pub attributes: Attributes,
@@ -34,7 +34,7 @@ pub struct UnitedMesh {
     channels: Vec<Vec<String>>,
     scales: Vec<f32>,
     has_groups: Vec<bool>,
-    /// Transforms of each mesh's instances from united coordinates to the centred scene.
+    /// Transforms of each mesh's instances to the centred scene.
     places: Vec<Vec<DMat4>>,
     diagonal: f64,
 }
@@ -42,14 +42,14 @@ pub struct UnitedMesh {
 /// The meshes of a scene at all their instances.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SceneView {
-    /// All instances, with the scene's middle as origin.
+    /// All instances about the scene's middle.
     pub mesh: TriMesh,
     /// United face of each face, n_faces.
     pub faces: Vec<u32>,
 }
 
 impl UnitedMesh {
-    /// Unites meshes with valid attributes; `None` if there are too many vertices or a scale is out of range.
+    /// Unites meshes; `None` if there are too many vertices or a scale is out of range.
     ///
     /// ```
     /// use neural_mesh::mesh::{Attributes, ScenePiece, UnitedMesh, shapes};
@@ -100,7 +100,6 @@ impl UnitedMesh {
         Some(united.center_scene())
     }
 
-    /// Moves the scene's origin to its middle, where single precision is finest.
     fn center_scene(mut self) -> Self {
         let mut bounds = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let faces = self.faces_of_pieces(&self.mesh, &self.attributes);
@@ -125,7 +124,7 @@ impl UnitedMesh {
         &self.places[piece]
     }
 
-    /// Returns the largest stretch of a piece's coordinate axes in the scene, 0 without instances.
+    /// Returns the largest stretch of a piece's axes in the scene.
     pub fn stretch(&self, piece: usize) -> f64 {
         let columns = |place: &DMat4| [place.x_axis, place.y_axis, place.z_axis].map(|column| column.length());
         self.places[piece].iter().flat_map(columns).fold(0.0, f64::max)
@@ -136,7 +135,7 @@ impl UnitedMesh {
         self.diagonal
     }
 
-    /// Returns the piece that a group belongs to.
+    /// Returns the piece of a group.
     pub fn piece_of_group(&self, group: u32) -> usize {
         (self.first_groups.partition_point(|&first| first <= group) - 1).min(self.scales.len() - 1)
     }
@@ -190,12 +189,12 @@ impl UnitedMesh {
         f64::from(self.scales[piece])
     }
 
-    /// Returns the first united group of a piece; its other groups follow in order.
+    /// Returns the first united group of a piece.
     pub fn first_group(&self, piece: usize) -> u32 {
         self.first_groups[piece]
     }
 
-    /// Splits a version of the united mesh into one mesh per piece; its groups assign faces to pieces.
+    /// Splits a version of the united mesh into pieces, to which its groups assign the faces.
     pub fn split(&self, mesh: &TriMesh, attributes: &Attributes) -> Vec<(TriMesh, Attributes)> {
         let faces = self.faces_of_pieces(mesh, attributes);
         faces.iter().enumerate().map(|(piece, faces)| self.piece(piece, faces, mesh, attributes)).collect()
@@ -244,7 +243,6 @@ fn point(mesh: &TriMesh, vertex: u32) -> DVec3 {
     DVec3::from(mesh.positions()[vertex as usize].map(f64::from))
 }
 
-/// Converts to single precision, with 0 for coordinates out of range.
 fn finite(point: DVec3) -> [f32; 3] {
     point.to_array().map(|x| if (x as f32).is_finite() { x as f32 } else { 0.0 })
 }
@@ -279,7 +277,7 @@ fn rescale(role: Role, value: &mut [f32], scale: f32) {
     }
 }
 
-/// Lists the distinct channels of all meshes without values; equal names get the largest width.
+/// Lists the distinct channels of all meshes without values.
 pub(super) fn all_channels<'a>(pieces: impl Iterator<Item = &'a Attributes>) -> Vec<Channel> {
     let mut channels: Vec<Channel> = Vec::new();
     for channel in pieces.flat_map(|piece| &piece.channels) {
@@ -292,8 +290,6 @@ pub(super) fn all_channels<'a>(pieces: impl Iterator<Item = &'a Attributes>) -> 
 }
 
 /// Appends a mesh's values to a channel, or zeros (white for colours) if it has none.
-///
-/// The joints and the weights of a skin each fill their half of a row.
 pub(super) fn extend(channel: &mut Channel, attributes: &Attributes, n_wedges: usize, scale: f32) {
     let (first, width) = (channel.values.len(), channel.width.max(1));
     let missing = if channel.role == Role::Colour { 1.0 } else { 0.0 };

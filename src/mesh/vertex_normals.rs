@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::TriMesh;
 use crate::geometry::triangle::area_normal;
 
-/// Returns area-weighted unit normals at the vertices, n_vertices x 3; zero where the sum vanishes.
+/// Returns area-weighted unit normals at the vertices, n_vertices x 3, or zero.
 ///
 /// ```
 /// use neural_mesh::mesh::{TriMesh, vertex_normals};

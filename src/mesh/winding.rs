@@ -8,13 +8,8 @@ use super::half_edges::{NO_TWIN, twins};
 
 /// Reverses faces so that neighbours across two-face edges agree where possible and every component faces outward.
 ///
-/// Winding spreads breadth first from the first face of a component. The component is reversed if its faces span a
-/// negative volume with the mean of their corners. One-sided surfaces, such as a Moebius strip, keep some disagreeing
-/// edges.
-///
-/// # Shapes
-/// - `positions`: n x 3, `faces`: n_faces x 3, each with three different corners below n
-/// - returns n_faces x 3, in the given order
+/// A component is reversed if its faces span a negative volume with the mean of their corners. One-sided surfaces keep
+/// some disagreeing edges. `faces`: n_faces x 3, three different corners each; returned in the given order.
 ///
 /// # Panics
 /// If an index is out of range.

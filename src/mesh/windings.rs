@@ -10,9 +10,7 @@ impl Windings {
         Self(UnionFind::new(2 * n_faces))
     }
 
-    /// Joins two faces with equal or opposite winding.
-    ///
-    /// Returns false, and joins nothing, if that makes the surface one-sided.
+    /// Joins two faces with equal or opposite winding; returns false if that makes the surface one-sided.
     pub(super) fn join(&mut self, [f, g]: [u32; 2], against: bool) -> bool {
         let g_beside_f = 2 * g + u32::from(against);
         if self.0.find(2 * f) == self.0.find(g_beside_f ^ 1) {

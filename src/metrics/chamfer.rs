@@ -1,19 +1,18 @@
-//! Chamfer distance between two point sets, squared: the paper's CD (Sec. 4.1).
+//! Chamfer distance between two point sets: the paper's CD (Sec. 4.1).
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::spatial::nearest_to;
 
-/// Points per rayon task.
 const CHUNK: usize = 512;
 
-/// Mean squared distances between two point sets, in squared units of the points.
+/// Mean squared distances between two point sets.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Chamfer {
-    /// Mean from the first set to its nearest points in the second.
+    /// Mean from the first set to the second.
     pub forward: f64,
-    /// Mean from the second set to its nearest points in the first.
+    /// Mean from the second set to the first.
     pub backward: f64,
 }
 
@@ -26,7 +25,7 @@ impl Chamfer {
 
 /// Measures `CD = mean_a min_b |a - b|^2 + mean_b min_a |a - b|^2`; `None` if a set is empty.
 ///
-/// Nearest points are found in single precision, distances computed in double.
+/// Nearest points are found in single precision.
 ///
 /// ```
 /// use neural_mesh::metrics::chamfer;

@@ -4,13 +4,11 @@ use rayon::prelude::*;
 
 use crate::spatial::{nearest_to, point_curvature};
 
-/// Points per rayon task.
 const CHUNK: usize = 512;
 
 /// Measures `mean_a (k(a) - k(a'))^2 + mean_b (k(b) - k(b'))^2`; `None` if a set is empty.
 ///
-/// `a'` is the nearest point of the other set, `k` the [`point_curvature`] of a point within its own set. `a`: n_a x 3,
-/// `b`: n_b x 3, finite.
+/// `a'` is the nearest point of the other set, `k` the [`point_curvature`] of a point within its own set.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, metrics::curvature_error};
@@ -39,7 +37,7 @@ fn mean_squared_difference(from: &[f32], to: &[f32], nearest: &[u32]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Returns a flat grid with a round ridge of this height along its middle.
+    /// Returns a flat grid with a ridge of this height.
     fn ridge(height: f32) -> Vec<[f32; 3]> {
         let at = |i: i32, j: i32| [i as f32, j as f32, height * (-(i * i) as f32 / 30.0).exp()];
         (-12..=12).flat_map(|i| (-12..=12).map(move |j| at(i, j))).collect()

@@ -5,9 +5,8 @@ const WINDOW: usize = 8;
 
 /// Returns the structural similarity of two grey images, 1 if equal.
 ///
-/// Mean over windows of 8 x 8 pixels, four apart, of Eq. (13) in Wang et al. 2004, "Image quality assessment: from
-/// error visibility to structural similarity". `None` if the sizes differ, are no multiple of `width`, or hold no
-/// window.
+/// Mean of Eq. (13) in Wang et al. 2004, "Image quality assessment: from error visibility to structural similarity",
+/// over windows of 8 x 8 pixels, four apart. `None` if the sizes differ or hold no window.
 ///
 /// ```
 /// use neural_mesh::metrics::ssim;

@@ -1,4 +1,4 @@
-//! Measurements of a simplified mesh against its original, independent of the simplifier.
+//! Measurements of a simplified mesh against its original.
 
 mod certified_distance;
 mod chamfer;

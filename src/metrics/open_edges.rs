@@ -1,4 +1,4 @@
-//! Edges without exactly two faces: the paper's WA (Sec. 4.1), and those away from the original's boundary.
+//! Edges without exactly two faces, among them the paper's WA (Sec. 4.1).
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -6,16 +6,14 @@ use rayon::prelude::*;
 use crate::mesh::{Edge, TriMesh, edges};
 use crate::spatial::NearestOnTriangles;
 
-/// Largest distance between an edge and its boundary, in lengths of the edge or mean edge lengths, whichever is less.
-///
-/// The edge's own length is a limit, since a long edge would hide holes far from any boundary.
+/// Largest distance between an edge and its boundary, in edge lengths or mean edge lengths, whichever is less.
 const REACH: f64 = 1.0;
 
 /// Counts of the edges of a simplified mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct OpenEdges {
-    /// Total number of edges.
+    /// All edges.
     pub edges: usize,
     /// Edges with one, three or more faces.
     pub without_two_faces: usize,
@@ -24,12 +22,12 @@ pub struct OpenEdges {
 }
 
 impl OpenEdges {
-    /// Returns the paper's WA: the percentage of edges without two faces, 0 without edges.
+    /// Returns the paper's WA: the percentage of edges without two faces.
     pub fn wa_percent(&self) -> f64 {
         self.percent(self.without_two_faces)
     }
 
-    /// Returns the percentage of [`open`](Self::open) edges, 0 without edges.
+    /// Returns the percentage of [`open`](Self::open) edges.
     pub fn open_percent(&self) -> f64 {
         self.percent(self.open)
     }
@@ -42,7 +40,7 @@ impl OpenEdges {
 /// Counts the edges of `simplified` without two faces, and those away from the boundary of `original`.
 ///
 /// An edge with one face is on the boundary if its ends and midpoint are within its own length, and within the mean
-/// edge length, of the original's boundary edges. Edges with three or more faces never are.
+/// edge length, of the original's boundary edges. Edges with more faces never are.
 ///
 /// ```
 /// use neural_mesh::{mesh::TriMesh, metrics::open_edges};
@@ -66,7 +64,7 @@ pub fn open_edges(original: &TriMesh, simplified: &TriMesh) -> OpenEdges {
     OpenEdges { edges: edges.len(), without_two_faces: irregular.len(), open }
 }
 
-/// Builds a search tree over the boundary edges, as triangles without area.
+/// Builds a search tree over the boundary edges.
 fn boundary_tree(mesh: &TriMesh) -> NearestOnTriangles {
     let boundary = edges(mesh).into_iter().filter(|edge| edge.n_faces() == 1);
     let corners: Vec<[[f32; 3]; 3]> =

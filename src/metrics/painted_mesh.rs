@@ -1,4 +1,4 @@
-//! Distances for colouring a mesh, at its vertices or at several points per face.
+//! Distances for colouring a mesh.
 
 use rayon::prelude::*;
 
@@ -7,17 +7,16 @@ use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::TriMesh;
 use crate::spatial::NearestOnTriangles;
 
-/// Most coloured points on a mesh.
 const MOST_POINTS: usize = 120_000;
 
 const MOST_STEPS: usize = 8;
 
-/// Distances at which a colour scale may end, in the mesh's unit, weighted by area.
+/// Distances at which a colour scale may end, weighted by area.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ColourScale {
-    /// The 95th percentile.
+    /// 95th percentile.
     pub p95: f32,
-    /// The 99th percentile.
+    /// 99th percentile.
     pub p99: f32,
     /// Largest distance.
     pub max: f32,
@@ -31,7 +30,7 @@ pub struct PaintedMesh<'a> {
 }
 
 impl<'a> PaintedMesh<'a> {
-    /// Chooses the points: the vertices of meshes with many faces, else up to 45 evenly spread points per face.
+    /// Chooses the vertices of meshes with many faces, else up to 45 points per face.
     ///
     /// ```
     /// use neural_mesh::{mesh::shapes, metrics::{PaintedMesh, closest_point_tree}};
@@ -55,7 +54,7 @@ impl<'a> PaintedMesh<'a> {
         distances(&points, other)
     }
 
-    /// Returns the share of the area that each point represents, in the order of [`Self::distances_to`]; the sum is 1.
+    /// Returns each point's share of the area, in the order of [`Self::distances_to`].
     pub fn shares(&self) -> Vec<f64> {
         match self.steps {
             1 => vertex_shares(self.mesh),
@@ -114,7 +113,7 @@ fn point_shares(mesh: &TriMesh, steps: usize) -> Vec<f64> {
     face_shares(mesh).iter().flat_map(|share| std::iter::repeat_n(share / n as f64, n)).collect()
 }
 
-/// Returns each face's share of the total area, n_faces; equal shares if there is no area.
+/// Returns each face's share of the area, n_faces; equal shares without area.
 fn face_shares(mesh: &TriMesh) -> Vec<f64> {
     let corner = |v: u32| mesh.positions()[v as usize].map(f64::from).into();
     let areas: Vec<f64> = mesh.faces().iter().map(|face| area_normal_f64(face.map(corner)).length()).collect();

@@ -1,6 +1,4 @@
-//! A fast two-sided distance between two meshes.
-//!
-//! Fewer figures than [`surface_distance`](super::surface_distance), at a fraction of its time.
+//! A fast two-sided distance between two meshes, with fewer figures than [`surface_distance`](super::surface_distance).
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -13,7 +11,6 @@ use crate::spatial::FaceTree;
 use super::certified_distance::largest_distance_from_faces;
 use super::search_budget::affordable_count;
 
-/// Samples per rayon task.
 const CHUNK: usize = 256;
 /// Share of the largest sample distance below which vertices and edge midpoints are ignored.
 const PROBE_SHARE: f64 = 0.7;
@@ -25,8 +22,6 @@ const NEIGHBOURHOOD: usize = 4;
 const GAP: f64 = 0.02;
 const MAX_TESTS: u64 = 40_000;
 /// Largest number of triangles and boxes visited per direction, in total and per point; the larger counts.
-///
-/// Only large intersecting faces exceed it; fewer points are used then.
 const MAX_LOOKS: f64 = 1e7;
 const USUAL_LOOKS: f64 = 100.0;
 const AREAS_CHUNK: usize = 4096;
@@ -39,18 +34,17 @@ const R2_STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
 pub struct QuickDistance {
     /// Mean of the mean distances in both directions.
     pub mean: f64,
-    /// Largest distance found in either direction, a lower bound of the true one.
+    /// Largest distance found, a lower bound of the true one.
     pub max: f64,
     /// Diagonal of the original's bounding box.
     pub diagonal: f64,
-    /// Samples used on the surface with fewer; fewer than requested where large faces intersect heavily.
+    /// Samples used per surface; fewer than requested where large faces intersect heavily.
     pub n_samples: usize,
 }
 
 /// Measures the distance with `n_samples` per surface; `None` if a mesh has no faces or `n_samples` is 0.
 ///
-/// Each surface is cut into strips of equal area along a space-filling curve, with one sample in each; `seed` moves the
-/// samples.
+/// Each surface is cut into strips of equal area, with one sample in each; `seed` moves the samples.
 ///
 /// ```
 /// use neural_mesh::{mesh::TriMesh, metrics::quick_distance};
@@ -99,7 +93,7 @@ pub fn farthest_point(original: &TriMesh, simplified: &TriMesh, n_samples: usize
     Some(farthest.0.to_array())
 }
 
-/// Returns the point of a mesh farthest from another and its squared distance, within the budget.
+/// Returns the point of a mesh farthest from another, and its squared distance.
 fn find_farthest(mesh: &TriMesh, own: &FaceTree, other: &FaceTree, n_samples: usize) -> (DVec3, f64) {
     let vertices = mesh.positions().iter().map(|p| DVec3::from(p.map(f64::from)));
     let points: Vec<DVec3> =
@@ -188,7 +182,7 @@ fn faces_near_farthest(mut found: Vec<FaceDistance>, order: &[u32]) -> Vec<u32> 
 
 /// A vertex or edge midpoint that is measured in addition to the samples.
 ///
-/// `place` is its face's place along the curve; `at` is the corner, or 3 plus the side whose midpoint it is.
+/// `place` is its face's place along the curve; `at` is the corner, or 3 plus the side.
 #[derive(Clone, Copy)]
 struct ProbePoint {
     place: u32,
@@ -204,9 +198,7 @@ impl ProbePoint {
     }
 }
 
-/// Returns all vertices in curve order, and edge midpoints of the mesh with fewer faces.
-///
-/// Edges of the coarser mesh cut across curved regions.
+/// Returns all vertices, and edge midpoints of the mesh with fewer faces, along the curve.
 fn probe_points([mesh, other]: [&TriMesh; 2], order: &[u32]) -> Vec<ProbePoint> {
     // Midpoints of the finer mesh's edges would cost more than they find.
     let with_middles = mesh.faces().len() <= other.faces().len();
@@ -233,7 +225,7 @@ pub(super) struct CurveSample {
     place: usize,
 }
 
-/// Draws samples by area in curve order, or by face if none has area.
+/// Draws samples by area along the curve, or by face if none has area.
 pub(super) fn curve_samples(mesh: &TriMesh, order: &[u32], n_samples: usize, seed: u64) -> Vec<CurveSample> {
     let mut areas: Vec<f64> = vec![0.0; order.len()];
     let tasks = areas.par_chunks_mut(AREAS_CHUNK).zip(order.par_chunks(AREAS_CHUNK));
@@ -297,7 +289,6 @@ struct FaceDistance {
     distance2: f64,
 }
 
-/// The task of measuring consecutive samples, compiled for each instruction set.
 struct SampleDistances<'a> {
     samples: &'a [CurveSample],
     tree: &'a FaceTree<'a>,
@@ -319,7 +310,6 @@ impl Work for SampleDistances<'_> {
     }
 }
 
-/// The task of finding points farther than `far` (squared).
 struct FarProbes<'a> {
     mesh: &'a TriMesh,
     order: &'a [u32],
@@ -401,7 +391,6 @@ mod tests {
         assert_eq!(curve_samples(&flat, &[0, 1], 10, 0).iter().filter(|sample| sample.place == 1).count(), 5);
     }
 
-    /// One vertex of many is pulled out: samples are on its faces, but not at the tip.
     #[test]
     fn the_largest_distance_is_found_between_samples() {
         let (mut positions, faces) = shapes::icosphere(5).into_parts();

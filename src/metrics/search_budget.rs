@@ -1,15 +1,12 @@
-//! Work limits for measurements, counted in triangles and boxes visited, so that all machines stop at the same place.
+//! Work limits for measurements, counted in triangles and boxes visited, so that all machines stop alike.
 
 use rayon::prelude::*;
 
-/// Searches that estimate the cost of the others.
 const PROBES: usize = 64;
 /// Items in the first round, and the most in any round.
 const ROUND: [u64; 2] = [64, 16_384];
 
 /// Returns the number of `n` searches that fit a budget of `most` visits, estimated from a few.
-///
-/// `looks(i)` counts the visits of search `i`.
 pub(super) fn affordable_count(n: usize, most: f64, looks: impl Fn(usize) -> u32) -> usize {
     let n_probes = PROBES.min(n);
     let each = (0..n_probes).map(|i| looks(i * n / n_probes)).map(f64::from).sum::<f64>() / n_probes as f64;
@@ -17,8 +14,6 @@ pub(super) fn affordable_count(n: usize, most: f64, looks: impl Fn(usize) -> u32
 }
 
 /// Runs `find` for `n` items in parallel; returns `None` once the total cost exceeds `most`.
-///
-/// `find` returns a result and its cost.
 pub(super) fn run_within_budget<T: Send>(
     n: usize,
     most: u64,

@@ -11,9 +11,7 @@ use crate::spatial::NearestOnTriangles;
 /// Largest number of face pairs tested: a fixed number, plus a number per face.
 const MAX_PAIRS: [u64; 2] = [20_000_000, 100];
 
-/// Returns the faces that intersect another face, in order.
-///
-/// Neighbours count only if they share more than corners and edges; see [`triangles_cross`].
+/// Returns the faces that intersect another face ([`triangles_cross`]), ascending.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, metrics::self_intersecting_faces};
@@ -24,7 +22,7 @@ pub fn self_intersecting_faces(mesh: &TriMesh) -> Vec<u32> {
     find_crossing(mesh, u64::MAX).unwrap_or_default()
 }
 
-/// Counts the self-intersecting faces; `None` if the pairs to test exceed the budget.
+/// Counts the self-intersecting faces; `None` if the tests exceed the budget.
 pub(super) fn n_self_intersecting_faces(mesh: &TriMesh) -> Option<usize> {
     let most = MAX_PAIRS[0] + MAX_PAIRS[1] * mesh.faces().len() as u64;
     find_crossing(mesh, most).map(|faces| faces.len())

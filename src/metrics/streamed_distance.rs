@@ -8,7 +8,6 @@ use super::quick_distance::{
 use crate::mesh::TriMesh;
 use crate::spatial::{Bounds, FaceTree};
 
-/// Fewest samples per block.
 const MIN_SAMPLES: usize = 512;
 
 /// The distance between a simplified mesh and an original with one block in memory at a time.
@@ -32,12 +31,12 @@ pub struct StreamedDistance<'a> {
     n_samples: usize,
     samples_per_block: usize,
     seed: u64,
-    /// Squared distance of each point to the nearest face measured so far.
+    /// Squared distance of each point to the nearest face so far.
     nearest2: Vec<f64>,
     /// Squared distance to a block's box within which points are measured in the first round.
     near2: f64,
     bounds: Bounds,
-    /// Area measured so far; `sum` is the area-weighted sum of mean distances from it.
+    /// Area so far; `sum` is the area-weighted sum of mean distances.
     area: f64,
     sum: f64,
     max: f64,
@@ -48,7 +47,7 @@ pub struct BlockDistances {
     bounds: Bounds,
     /// Area of the block and distances from it; `None` in the second round.
     forward: Option<(f64, OneWayDistance)>,
-    /// Points with a closer face in this block, and their new squared distances.
+    /// Points with a closer face in this block, and their squared distances.
     nearer: Vec<(usize, f64)>,
 }
 
@@ -93,12 +92,12 @@ impl<'a> StreamedDistance<'a> {
         BlockDistances { bounds, forward: Some((surface_area(piece), forward)), nearer }
     }
 
-    /// Returns whether a block with these `bounds` must be measured again, after all blocks were added once.
+    /// Returns whether a block must be measured again, after all blocks were added once.
     pub fn may_hold_nearer(&self, bounds: &Bounds) -> bool {
         (0..self.points.len()).any(|i| self.may_be_nearer(bounds, i))
     }
 
-    /// Measures a block again, from the points that may be closer to it than to any other.
+    /// Measures a block again, from the points that may be closest to it.
     pub fn measure_again(&self, piece: &TriMesh) -> BlockDistances {
         let bounds = Bounds::from_points(piece.positions());
         let nearer = self.find_nearer(&face_tree(piece), |i| self.may_be_nearer(&bounds, i));

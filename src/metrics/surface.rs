@@ -1,4 +1,4 @@
-//! A mesh prepared for measuring: samples, normals and a search tree.
+//! A mesh prepared for measuring.
 
 use glam::DVec3;
 
@@ -7,9 +7,9 @@ use crate::mesh::TriMesh;
 use crate::mesh::surface_samples::surface_samples;
 use crate::spatial::NearestOnTriangles;
 
-/// A surface with the data that measurements share.
+/// A surface with samples, normals and a search tree.
 pub struct Surface {
-    /// Points spread over the surface by area, n_samples.
+    /// Samples spread by area, n_samples.
     pub samples: Vec<DVec3>,
     /// Vertices used by faces.
     pub vertices: Vec<DVec3>,
@@ -17,11 +17,11 @@ pub struct Surface {
     pub sample_faces: Vec<u32>,
     /// Unit normal of each face, n_faces; zero without area.
     pub normals: Vec<DVec3>,
-    /// Tree for closest points; triangle indices are face indices.
+    /// Tree for closest points; triangles are faces.
     pub nearest: NearestOnTriangles,
-    /// Area in squared units of the mesh.
+    /// Area in squared units.
     pub area: f64,
-    /// Diagonal of the bounding box in the mesh's unit.
+    /// Diagonal of the bounding box.
     pub diagonal: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Two-sided distance between surfaces in position and normal, from samples of both and from all vertices.
+//! Two-sided distance between surfaces in position and normal.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -6,11 +6,8 @@ use rayon::prelude::*;
 use super::Surface;
 use super::search_budget::affordable_count;
 
-/// Samples per rayon task.
 const CHUNK: usize = 512;
 /// Largest number of triangles and boxes visited, in total and per point; the larger counts.
-///
-/// Heavily intersecting faces exceed it; then an evenly spread subset is measured.
 const MAX_LOOKS: [f64; 2] = [4e6, 120.0];
 
 /// Distances from the samples of one surface to another, in the mesh's unit.
@@ -23,11 +20,11 @@ pub struct OneSidedDistance {
     pub rms: f64,
     /// Largest distance over samples and vertices.
     pub max: f64,
-    /// Mean of `1 - n.n'`, 0 to 2; `n` at the sample, `n'` of the closest face.
+    /// Mean of `1 - n.n'`, 0 to 2, for normals at the sample and the closest face.
     pub normal_error: f64,
-    /// Mean of `1 - |n.n'|`, 0 to 1: the paper's NE, which ignores orientation.
+    /// Mean of `1 - |n.n'|`, 0 to 1: the paper's NE.
     pub unsigned_normal_error: f64,
-    /// Mean angle between the unoriented normals, in radians, 0 to a right angle.
+    /// Mean angle between the unoriented normals, in radians.
     pub normal_angle: f64,
 }
 
@@ -35,11 +32,11 @@ pub struct OneSidedDistance {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct SurfaceDistance {
-    /// From the original to the simplified mesh.
+    /// Original to simplified.
     pub forward: OneSidedDistance,
-    /// From the simplified mesh to the original.
+    /// Simplified to original.
     pub backward: OneSidedDistance,
-    /// Both directions combined: means, the root mean square for `rms`, the maximum for `max` (Hausdorff).
+    /// Combined: means, the root mean square for `rms`, the maximum for `max` (Hausdorff).
     pub both: OneSidedDistance,
     /// Diagonal of the original's bounding box.
     pub diagonal: f64,
@@ -47,8 +44,8 @@ pub struct SurfaceDistance {
 
 /// Measures the two-sided distance; `None` if a surface has no faces or no samples.
 ///
-/// Faces without area have no normal and count for the distance only. Heavily intersecting large faces limit the number
-/// of samples.
+/// Faces without area have no normal and count for the distance only. Heavily intersecting large faces reduce the
+/// samples.
 ///
 /// ```
 /// use neural_mesh::{mesh::TriMesh, metrics::{Surface, surface_distance}};

@@ -1,4 +1,4 @@
-//! Shape quality of triangles: smallest angles, aspect ratios, slivers.
+//! Shape quality of triangles.
 
 use glam::DVec3;
 
@@ -9,13 +9,13 @@ use crate::mesh::TriMesh;
 /// Smallest angle, in degrees, below which a face is a sliver.
 const SLIVER: f64 = 1.0;
 
-/// Shape figures over all faces of a mesh.
+/// Shape figures of all faces of a mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct TriangleQuality {
-    /// Smallest of all angles, in degrees; at most 60.
+    /// Smallest of all angles, in degrees.
     pub smallest_angle: f64,
-    /// Mean over the faces of the smallest angle, in degrees.
+    /// Mean of the faces' smallest angles, in degrees.
     pub mean_smallest_angle: f64,
     /// Median aspect ratio: longest edge over its height, scaled to 1 for equilateral faces.
     pub median_aspect: f64,
@@ -51,7 +51,7 @@ fn sides(corners: [[f32; 3]; 3]) -> [f64; 3] {
     sides
 }
 
-/// Returns the angle opposite the shortest side, in degrees; 0 without area.
+/// Returns the smallest angle, in degrees.
 fn smallest_angle([a, b, c]: [f64; 3]) -> f64 {
     (4.0 * area([a, b, c])).atan2(b * b + c * c - a * a).to_degrees()
 }

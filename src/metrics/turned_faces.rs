@@ -7,7 +7,7 @@ use super::search_budget::run_within_budget;
 use super::surface::triangles;
 use crate::mesh::TriMesh;
 
-/// Barycentric weights of a face's test points: the centroid and one toward each corner.
+/// Barycentric weights of a face's test points.
 const TEST_POINTS: [[f64; 3]; 4] = [
     [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0],
     [2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0],
@@ -21,11 +21,11 @@ const SLACK: f64 = 0.25;
 /// Largest number of triangles and boxes visited: a fixed number, plus a number per face.
 const MAX_LOOKS: [u64; 2] = [5_000_000, 300];
 
-/// Returns the faces of the simplified mesh that are turned against the original surface, in order.
+/// Returns the faces of the simplified mesh that are turned against the original surface, ascending.
 ///
-/// A face is turned if, at its centroid and three more inner points, the nearest original face opposes it. Another
-/// original face at most a quarter of the longest edge farther, with a normal less than a right angle apart, excuses
-/// it. So thin sheets are accepted, and foldovers on thinner sheets are not found. Faces without area are not tested.
+/// A face is turned if, at four inner points, the nearest original face opposes it. It is not turned if an original
+/// face at most a quarter of the longest edge farther agrees with it, as on thin sheets. Faces without area are not
+/// tested.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, metrics::{Surface, turned_faces}};
@@ -50,7 +50,6 @@ fn find_turned(original: &Surface, simplified: &TriMesh, most: u64) -> Option<Ve
     Some((0..).zip(is_turned).filter(|&(_, is_turned)| is_turned).map(|(face, _)| face).collect())
 }
 
-/// Returns whether a face is turned, and the number of visits.
 fn is_turned(original: &Surface, [a, b, c]: [DVec3; 3]) -> (bool, u64) {
     let normal = (b - a).cross(c - a);
     let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));

@@ -1,4 +1,4 @@
-//! Bodies: the faces of each component between its solid cells and the other cells.
+//! Bodies: the faces of each component between solid cells and others.
 //!
 //! The outside is the cell whose faces span the most negative volume. All other cells are solid, except cavities. A
 //! cavity exists if all faces at the outside are wound one way and all faces of a cell the opposite way.
@@ -8,20 +8,18 @@ use glam::DVec3;
 use super::cells::cells;
 use super::faces::{FaceOrigin, RepairFaces};
 
-/// Largest share of area with stray winding in a cell that counts as wound one way.
+/// Largest share of stray area in a cell that counts as wound one way.
 const STRAY: f64 = 0.01;
 /// Area over holes, relative to the old area, above which a body may be a sheet.
 const MOSTLY_NEW: f64 = 0.5;
-/// Volume of such a body, relative to the filled area to the power 3/2, below which it is a sheet.
-///
-/// A half ball has 0.38, a pipe as long as wide 0.2.
+/// Volume relative to filled area to the power 3/2, below which such a body is a sheet; a half ball has 0.38.
 const SHEET: f64 = 0.1;
-/// Volume relative to area to the power 3/2 below which a body is rounding; a ball has 0.094.
+/// Volume relative to area to the power 3/2, below which a body is rounding.
 const NOTHING: f64 = 1e-7;
 
 #[derive(Clone, Debug, Default)]
 pub(super) struct Body {
-    /// Faces, and whether each must be reversed to face outward.
+    /// Faces, and whether each must be reversed.
     pub hull: Vec<(u32, bool)>,
     /// Winding of the outer faces: 1 outward, -1 inward, 0 mixed.
     pub winding: i8,
@@ -38,7 +36,7 @@ struct CellFigures {
 }
 
 impl CellFigures {
-    /// Returns 1 if the faces are wound into the cell, -1 out of it, 0 if mixed.
+    /// Returns 1 if the faces are wound into the cell, -1 out of it, else 0.
     fn winding(&self) -> i8 {
         let [into, out] = self.wound;
         let stray = STRAY * (into + out);
@@ -105,7 +103,7 @@ fn measure_cells(faces: &RepairFaces, component: &[u32], sides: &[[u32; 2]], n_c
     all
 }
 
-/// Returns whether a body is more than rounding, and more than a sheet whose boundary was filled.
+/// Returns whether a body is more than rounding, and more than a covered sheet.
 fn encloses(faces: &RepairFaces, body: &Body) -> bool {
     let [new, old] = super::fill::areas(faces, body.hull.iter().map(|(face, _)| *face));
     // A sheet whose filled boundary covers it: mostly new area, hardly any volume.

@@ -2,8 +2,7 @@
 //!
 //! Around an edge, a side of a face and the next side by angle bound one cell (Attene 2018, Sec. 3.3; Zhou, Grinspun,
 //! Zorin and Jacobson 2016, "Mesh arrangements for solid geometry", Sec. 3). Where surfaces intersect away from edges,
-//! angles connect inside and outside; such components are cut into sheets (`mesh::manifold`), whose cells are used. Any
-//! choice of cells has a closed boundary, however angles are rounded.
+//! angles connect inside and outside; such components are cut into sheets (`mesh::manifold`), whose cells are used.
 
 use glam::DVec3;
 
@@ -18,15 +17,13 @@ pub(super) struct Cells {
     /// Cell at each side, n_faces x 2, first the side of the normal.
     pub of_sides: Vec<[u32; 2]>,
     pub n: usize,
-    /// Component of each face; faces are joined over edges.
     pub component: Vec<u32>,
     pub n_components: usize,
 }
 
 /// Finds the cells of faces; both sides of a face with an open edge are in one cell.
 ///
-/// The faces at an edge are all `parted` or none. Sides of parted faces are joined as the cut into a manifold joins the
-/// faces, not by angle.
+/// Sides of `parted` faces are joined as the cut into a manifold joins the faces, not by angle.
 pub(super) fn cells(faces: &RepairFaces, parted: &[bool]) -> Cells {
     let mut sides = UnionFind::new(2 * faces.len());
     let mut components = UnionFind::new(faces.len());
@@ -81,7 +78,7 @@ fn join_sheets(faces: &RepairFaces, some: &[u32], sides: &mut UnionFind, compone
 /// Share of a component's area with one cell on both sides, above which it leaks.
 const LEAK: f64 = 0.05;
 
-/// Marks the faces of components that leak, where angles say little about the inside.
+/// Marks the faces of leaking components, where angles say little about the inside.
 pub(super) fn find_leaks(faces: &RepairFaces) -> Vec<bool> {
     let cells = cells(faces, &vec![false; faces.len()]);
     let mut areas = vec![[0.0; 2]; cells.n_components];
@@ -92,7 +89,7 @@ pub(super) fn find_leaks(faces: &RepairFaces) -> Vec<bool> {
     cells.component.iter().map(|&component| leaks(areas[component as usize])).collect()
 }
 
-/// The sides of a face toward larger and smaller angles, looking down the edge.
+/// The sides of a face toward larger and smaller angles.
 struct SidesAtEdge {
     ahead: u32,
     behind: u32,

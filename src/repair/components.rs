@@ -1,4 +1,4 @@
-//! Components of faces joined over edges with any number of faces.
+//! Components of faces.
 
 use glam::DVec3;
 
@@ -7,7 +7,7 @@ use crate::mesh::union_find::join_faces;
 
 use super::faces::RepairFaces;
 
-/// Returns the component of each face, numbered by first faces, and the number of components.
+/// Returns the component of each face, and the number of components.
 pub(super) fn components(faces: &RepairFaces) -> (Vec<u32>, usize) {
     components_over_edges(faces, |_| true)
 }
@@ -16,7 +16,7 @@ pub(super) fn components_over_edges(faces: &RepairFaces, is_wanted: impl Fn(usiz
     join_faces(faces.positions.len(), &faces.corners, is_wanted).number_sets(Pulse::NONE)
 }
 
-/// Drops components whose bounding box has a diagonal below `least`, never the largest by area; returns their number.
+/// Drops components with a diagonal below `least`, never the largest by area; returns their number.
 pub(super) fn drop_small(faces: &mut RepairFaces, least: f64) -> usize {
     let (component, n) = components(faces);
     let mut areas = vec![0.0; n];

@@ -1,9 +1,8 @@
 //! Triangulates one loop of edges in space, without new vertices.
 //!
-//! Up to a few hundred edges, dynamic programming in O(n^3) minimises the largest bend, then the area (Barequet and
-//! Sharir 1995, "Filling gaps in the boundary of a polyhedron"; Liepa 2003, "Filling holes in meshes", Sec. 3). Longer
-//! loops are triangulated in their plane if they are flat. Otherwise ears are clipped in O(n log n), short and flat
-//! ones first, until few edges are left.
+//! Short loops: dynamic programming in O(n^3) minimises the largest bend, then the area (Barequet and Sharir 1995,
+//! "Filling gaps in the boundary of a polyhedron"; Liepa 2003, "Filling holes in meshes", Sec. 3). Longer flat loops
+//! are triangulated in their plane. From others, short and flat ears are clipped first.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -23,9 +22,9 @@ const FLAT: f64 = 0.05;
 pub(super) struct Outline<'a> {
     /// Vertices, n x 3.
     pub points: Vec<DVec3>,
-    /// Unit normals, or zero, of the faces at its edges, n x 3; edge `i` runs from vertex `i` to the next.
+    /// Unit normals, or zero, of the faces at its edges, n x 3; edge `i` starts at vertex `i`.
     pub normals: Vec<DVec3>,
-    /// Returns whether the mesh has an edge between two vertices of the loop.
+    /// Returns whether the mesh has an edge between two vertices.
     pub is_edge: &'a (dyn Fn(u32, u32) -> bool + Sync),
 }
 
@@ -73,7 +72,7 @@ struct PartialCover {
     normal: DVec3,
 }
 
-/// Triangulates a ring of vertices with the least bend, then least area; `normals` are those at its edges.
+/// Triangulates a ring with the least bend, then least area; `normals` are those at its edges.
 fn best_cover(outline: &Outline, ring: &[u32], normals: &[DVec3]) -> Vec<[u32; 3]> {
     let n = ring.len();
     let points: Vec<DVec3> = ring.iter().map(|&i| outline.points[i as usize]).collect();
@@ -150,7 +149,7 @@ impl<'a> LoopEars<'a> {
         normal_over(self.ear(vertex).map(|i| self.outline.points[i as usize])).normalize_or_zero()
     }
 
-    /// Returns the squared length of the edge that clipping leaves, increased by bend, as sortable bits.
+    /// Returns the squared length of the new edge, increased by bend, as sortable bits.
     fn cost(&self, vertex: u32) -> u64 {
         let [before, _, after] = self.ear(vertex);
         let normal = self.normal(vertex);

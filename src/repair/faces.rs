@@ -9,7 +9,7 @@ use super::{RepairCounts, Repaired};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FaceOrigin {
-    /// Input face with its winding.
+    /// Input face as read.
     AsRead,
     /// Input face, reversed.
     Turned,
@@ -17,14 +17,10 @@ pub(super) enum FaceOrigin {
     New,
 }
 
-/// A list of faces over fixed vertices.
 #[derive(Clone, Debug)]
 pub(super) struct RepairFaces<'a> {
-    /// Positions, n_vertices x 3.
     pub positions: &'a [[f32; 3]],
-    /// Vertices of the faces, n_faces x 3.
     pub corners: Vec<[u32; 3]>,
-    /// Wedges of the faces, n_faces x 3; empty without channels.
     wedges: Vec<[u32; 3]>,
     groups: Vec<u32>,
     pub origins: Vec<FaceOrigin>,
@@ -116,7 +112,7 @@ impl<'a> RepairFaces<'a> {
         0..self.corners.len() as u32
     }
 
-    /// Builds the mesh of these faces with the channels of the input's `attributes`; adds face counts to `counts`.
+    /// Builds the mesh with the channels of `attributes`; adds face counts to `counts`.
     pub fn into_repaired(self, attributes: &Attributes, counts: RepairCounts) -> Repaired {
         let mut attributes = Attributes { wedges: Vec::new(), groups: Vec::new(), ..attributes.clone() };
         let n_read = self.origins.iter().filter(|made| **made != FaceOrigin::New).count();
@@ -130,7 +126,7 @@ impl<'a> RepairFaces<'a> {
         Repaired { mesh, attributes, sources, counts }
     }
 
-    /// Reverses the corner normals of reversed faces that face the other side.
+    /// Reverses the corner normals that oppose a reversed face.
     fn turn_normals(&self, attributes: &mut Attributes) {
         let Some(normals) = attributes.channels.iter().find(|channel| channel.role == Role::Normal) else { return };
         let mut wedges = attributes.wedges.clone();

@@ -1,4 +1,4 @@
-//! Fills holes: closes boundary loops by faces that continue the surface around them.
+//! Fills holes by faces that continue the surface around them.
 
 use std::cmp::Reverse;
 
@@ -14,9 +14,9 @@ use super::faces::{FaceOrigin, RepairFaces};
 use super::loops::{Rim, loops};
 use super::{RepairCounts, Repaired};
 
-/// Edges up to which loops are triangulated optimally; the largest value whose number of steps is affordable is used.
+/// Candidates for the number of edges up to which loops are triangulated optimally.
 const BEST: [usize; 4] = [256, 128, 64, 32];
-/// Largest number of steps of the dynamic programming: a few seconds on one core.
+/// Largest number of dynamic programming steps: a few seconds on one core.
 const STEPS: usize = 1 << 27;
 
 #[derive(Clone, Copy, Debug)]
@@ -27,10 +27,9 @@ pub(super) struct Holes {
 
 /// Closes each boundary loop that has at most `most_edges` edges.
 ///
-/// The boundary is that of the manifold into which the faces are cut: at an edge with three faces, two continue each
-/// other and the third ends. If there is a boundary, all faces are first wound consistently. Each corner gets the
-/// attributes of a neighbour, and all faces over a hole the most frequent group around it. Longer loops, and the
-/// boundary of a single face, stay open.
+/// The boundary is that of the manifold into which the faces are cut. If there is one, all faces are first wound
+/// consistently. New corners get the attributes of a neighbour, and all faces over a hole the most frequent group
+/// around it. Longer loops, and the boundary of a single face, stay open.
 ///
 /// ```
 /// use neural_mesh::mesh::{Attributes, shapes, topology};
@@ -80,7 +79,6 @@ pub(super) fn fill(faces: &mut RepairFaces, most_edges: usize, is_wanted: impl F
     Holes { n_filled: holes.len(), n_left: n_loops - holes.len() }
 }
 
-/// Returns the number of edges up to which loops of these lengths are triangulated optimally.
 fn n_best(lengths: &[usize]) -> usize {
     let steps = |n_best: usize| -> usize {
         lengths.iter().map(|&n| n.min(n_best)).map(|n| n * n * n / 6).fold(0, usize::saturating_add)
@@ -116,9 +114,7 @@ fn triangles_over(faces: &RepairFaces, rims: &[Rim], known: &FxHashSet<[u32; 2]>
     cover(&Outline { points, normals, is_edge: &is_edge }, n_best)
 }
 
-/// Returns the wedge for a corner of a new face, from a face at one of the corner's loop edges.
-///
-/// The face across a side of the triangle is preferred.
+/// Returns the wedge for a corner of a new face, preferably from the face across one of its sides.
 fn wedge_beside(faces: &RepairFaces, rims: &[Rim], triangle: [u32; 3], i: u32) -> u32 {
     let n = rims.len() as u32;
     let before = (i + n - 1) % n;

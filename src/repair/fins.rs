@@ -2,7 +2,7 @@
 //!
 //! Edges with more than two faces divide a surface into patches. A fin is a patch at such an edge with less than half
 //! of its component's area. Its boundary meets such an edge, or a disc over the boundary would have more than half of
-//! its area. The smallest fins are dropped first; the patches next to them then merge.
+//! its area.
 
 use std::f64::consts::PI;
 
@@ -13,10 +13,9 @@ use crate::mesh::half_edges::for_each_edge;
 use super::components::{components, components_over_edges};
 use super::faces::RepairFaces;
 
-/// Largest number of rounds; each drops fins that are not adjacent to another dropped one.
 const MOST_ROUNDS: usize = 64;
 
-/// Drops all fins; returns the number of dropped faces.
+/// Drops all fins, the smallest first; returns the number of dropped faces.
 pub(super) fn drop_fins(faces: &mut RepairFaces) -> usize {
     let n_before = faces.len();
     for _ in 0..MOST_ROUNDS {

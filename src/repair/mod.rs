@@ -1,4 +1,4 @@
-//! Repair: fills holes, and makes a messy mesh enclose a volume.
+//! Fills holes, and makes a messy mesh enclose a volume.
 //!
 //! ```text
 //! fill_holes   boundary loops, each covered by triangles between its own vertices
@@ -9,7 +9,7 @@
 //!              nesting: a body within solid is a cavity or dropped
 //! ```
 //!
-//! Vertices stay in place, except that touching bodies are separated by a hair. Intersecting surfaces still intersect.
+//! Vertices stay in place, except that touching bodies are separated slightly. Intersecting surfaces still intersect.
 
 mod bodies;
 mod cells;
@@ -37,7 +37,7 @@ pub use solid::printable;
 pub struct RepairCounts {
     /// Boundary loops that were closed.
     pub holes_filled: usize,
-    /// Boundary loops left open: too long, or the boundary of a single face.
+    /// Boundary loops left open.
     pub holes_left: usize,
     /// New faces over holes.
     pub faces_added: usize,
@@ -57,17 +57,17 @@ pub struct RepairCounts {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Repaired {
-    /// The mesh; each vertex is one of the input.
+    /// The mesh; its vertices are input vertices.
     pub mesh: TriMesh,
     /// Attributes of the mesh.
     pub attributes: Attributes,
     /// Input vertex of each vertex, n_vertices.
     pub sources: Vec<u32>,
-    /// Numbers of changes.
+    /// Changes.
     pub counts: RepairCounts,
 }
 
-/// The error of a mesh of which nothing encloses a volume.
+/// The error of a mesh without a solid body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NothingSolid;
 

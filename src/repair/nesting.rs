@@ -1,8 +1,8 @@
 //! Nested bodies: cavities, or hidden bodies, which are dropped.
 //!
 //! A body within solid is a cavity if its faces are wound inward; otherwise it is hidden. If the whole file is inside
-//! out, by volume, inward is the other way. A body within a cavity, or outside, is solid whatever its winding.
-//! Intersecting bodies are solid, except a shell wound as a cavity and mostly within solid.
+//! out, by volume, inward is the other way. A body within a cavity, or outside, is solid. Intersecting bodies are
+//! solid, except a shell wound as a cavity and mostly within solid.
 
 use super::bodies::Body;
 use super::faces::RepairFaces;
@@ -14,7 +14,7 @@ const MOSTLY: f64 = 0.5;
 /// Barycentric weights of a sample, chosen so that rays rarely meet edges.
 const WITHIN: [f64; 3] = [0.4637, 0.3391, 0.1972];
 
-/// Reverses cavities and drops bodies hidden in solid.
+/// Reverses cavities and drops hidden bodies.
 pub(super) fn nest(faces: &RepairFaces, bodies: &mut Vec<Body>) {
     if bodies.len() < 2 {
         return;
@@ -50,7 +50,7 @@ fn triangle(faces: &RepairFaces, (face, turn): (u32, bool)) -> [[f32; 3]; 3] {
     if turn { [a, c, b] } else { [a, b, c] }
 }
 
-/// Returns the share of a body that is in the solid of others; `counts` weighs a triangle.
+/// Returns the share of a body within the solid of others; `counts` weighs a triangle.
 fn share_in_solid(faces: &RepairFaces, body: &Body, rays: &Rays, counts: &mut dyn FnMut(u32) -> i32) -> f64 {
     let step = body.hull.len().div_ceil(SAMPLES);
     let (mut n_looks, mut n_within) = (0, 0);

@@ -1,12 +1,10 @@
-//! Cuts one-sided surfaces, such as a Klein bottle, open.
+//! Cuts one-sided surfaces open, such as a Klein bottle.
 
 use crate::mesh::half_edges::{NO_TWIN, start, twins};
 
 use super::faces::RepairFaces;
 
 /// Drops a face at each two-face edge where windings cannot agree; returns their number.
-///
-/// The result is two-sided, with a boundary.
 pub(super) fn cut_one_sided(faces: &mut RepairFaces) -> usize {
     let twins = twins(faces.positions.len(), &faces.corners);
     let sides = sides(&faces.corners, &twins);
@@ -28,7 +26,7 @@ pub(super) fn cut_one_sided(faces: &mut RepairFaces) -> usize {
     n_cut
 }
 
-/// Returns whether each face is wound against the first of its component, found breadth first.
+/// Returns whether each face is wound against the first of its component.
 fn sides(corners: &[[u32; 3]], twins: &[u32]) -> Vec<bool> {
     let mut side = vec![None; corners.len()];
     let mut front = std::collections::VecDeque::new();

@@ -16,7 +16,7 @@ impl Rays {
         Self { tree: NearestOnTriangles::new(&triangles), triangles, bounds }
     }
 
-    /// Finds the triangles that a ray from a point toward larger coordinates crosses; `None` if it meets an edge.
+    /// Finds the triangles that a ray toward larger coordinates crosses; `None` if it meets an edge.
     ///
     /// The sign is 1 if the ray leaves the triangle's body, -1 if it enters.
     pub fn find_crossings(&self, from: [f32; 3], axis: usize) -> Option<Vec<(u32, i32)>> {
@@ -36,7 +36,6 @@ impl Rays {
     }
 }
 
-/// Returns 1 if a ray leaves through a triangle, -1 if it enters, 0 if it misses, `None` if it meets an edge.
 fn crossing(corners: [[f32; 3]; 3], from: [f32; 3], axis: usize) -> Option<i32> {
     let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
     let flat = |p: [f32; 3]| DVec2::new(p[u].into(), p[v].into());

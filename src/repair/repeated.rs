@@ -8,10 +8,9 @@ use super::faces::RepairFaces;
 /// Share of a component's area above which faces present in both directions are its surface, not walls.
 const TWO_SIDED: f64 = 0.5;
 
-/// Counts of the faces over three vertices.
 #[derive(Clone, Copy, Default)]
 struct SameFaces {
-    /// Faces with an even permutation of the ascending vertices (`n_down`: odd).
+    /// Faces with an even permutation of the ascending vertices; `n_down`: odd.
     n_up: usize,
     n_down: usize,
     first: u32,
@@ -19,8 +18,7 @@ struct SameFaces {
 
 /// Drops faces that repeat others; returns their number.
 ///
-/// Faces in equal number in both directions, such as a wall between two bodies, are all dropped, unless they are most
-/// of a component. Otherwise one stays.
+/// Faces in equal number in both directions are walls and all dropped, unless they are most of a component.
 pub(super) fn drop_repeated(faces: &mut RepairFaces) -> usize {
     let (same, all) = same_faces(faces);
     let is_pair = |face: u32| same[all[face as usize] as usize].is_balanced();

@@ -17,10 +17,10 @@ use super::repeated::{drop_opposite, drop_repeated};
 use super::touching::separate_touching;
 use super::{NothingSolid, RepairCounts, Repaired};
 
-/// Largest number of rounds of cutting and filling; filling may make a surface one-sided again.
+/// Largest number of rounds; filling may make a surface one-sided again.
 const MOST_ROUNDS: usize = 4;
 
-/// Least share of the area that must remain; sheets given in both directions leave only slivers.
+/// Least share of the area that must remain.
 const LEAST_LEFT: f64 = 0.01;
 
 /// Makes a mesh the surface of a solid, with two faces at every edge, all wound outward.
@@ -94,7 +94,7 @@ fn close_holes(faces: &mut RepairFaces) -> usize {
     n_filled
 }
 
-/// Marks the faces of leaking components, whose cells angles cannot tell apart; fills the holes of their sheets.
+/// Marks the faces of leaking components, and fills the holes of their sheets.
 fn mark_sheet_components(faces: &mut RepairFaces, n_filled: &mut usize) -> Vec<bool> {
     // Angles fail where surfaces intersect away from edges.
     let leaks = find_leaks(faces);
@@ -146,7 +146,7 @@ mod tests {
     use crate::mesh::{Channel, Role, edges, manifold, shapes, topology};
     use proptest::prelude::*;
 
-    /// Returns whether every edge is traversed equally often both ways and the cut into a manifold opens nothing.
+    /// Returns whether the mesh encloses a volume and its cut into a manifold opens nothing.
     fn is_solid(mesh: &TriMesh) -> bool {
         let cut = manifold(mesh.positions(), mesh.faces());
         edges(mesh).iter().all(|edge| edge.up == edge.down) && cut.rings.n_ghosts() == 0 && cut.rings.is_oriented()

@@ -1,7 +1,4 @@
-//! Separates touching bodies slightly.
-//!
-//! At edges with four faces and vertices with two fans, each sheet gets its own vertices, moved inward by some
-//! millionths of the size. Otherwise programs that weld by absolute distance would join the bodies again.
+//! Separates touching bodies slightly, since other programs would weld them again.
 
 use glam::DVec3;
 
@@ -10,10 +7,10 @@ use crate::mesh::{TriMesh, manifold};
 
 use super::Repaired;
 
-/// Step by which vertices move, relative to the diagonal or the largest coordinate: sixteen steps of single precision.
+/// Step by which vertices move, relative to the mesh's size: sixteen steps of single precision.
 const STEP: f64 = 1.0 / 1_048_576.0;
 
-/// Gives touching sheets of a solid their own vertices, each moved inward.
+/// Gives touching sheets their own vertices, each moved inward.
 pub(super) fn separate_touching(repaired: Repaired) -> Repaired {
     let mesh = &repaired.mesh;
     let cut = manifold(mesh.positions(), mesh.faces());

@@ -1,11 +1,11 @@
-//! Axis-parallel bounding boxes.
+//! Bounding boxes.
 
 /// An axis-parallel box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
-    /// Smallest coordinates.
+    /// Low corner.
     pub low: [f32; 3],
-    /// Largest coordinates.
+    /// High corner.
     pub high: [f32; 3],
 }
 
@@ -35,13 +35,12 @@ impl Bounds {
         (0..3).fold(true, |all, k| all & (self.low[k] <= other.high[k]) & (other.low[k] <= self.high[k]))
     }
 
-    /// Returns the length of the diagonal, 0 for the empty box.
+    /// Returns the diagonal, 0 for the empty box.
     pub fn diagonal(&self) -> f64 {
         let [x, y, z] = [0, 1, 2].map(|k| (f64::from(self.high[k]) - f64::from(self.low[k])).max(0.0));
         x.hypot(y).hypot(z)
     }
 
-    /// Returns half the surface area, 0 for the empty box.
     pub(super) fn half_area(&self) -> f32 {
         let [x, y, z]: [f32; 3] = std::array::from_fn(|k| (self.high[k] - self.low[k]).max(0.0));
         x * y + y * z + z * x

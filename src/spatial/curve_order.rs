@@ -1,27 +1,26 @@
-//! Sorts points and triangles along Morton's space-filling curve, so that neighbours in the order are near in space.
+//! Sorts points and triangles along Morton's space-filling curve.
 
 use rayon::prelude::*;
 
 /// Bits per coordinate of a cell.
 const BITS: u32 = 10;
-/// Number of items above which a cell is subdivided.
+/// Items above which a cell is subdivided.
 const CROWD: usize = 256;
 const CELLS: f32 = (1 << BITS) as f32;
 const CHUNK: usize = 4096;
-/// Items sorted between two calls of `beat`.
 const BETWEEN_BEATS: usize = 1 << 18;
 const DEPTH: usize = 12;
 
 type BoxCorners = ([f32; 3], [f32; 3]);
 
-/// Sorts the indices `0..n` of finite points along the curve, calling `beat` every few milliseconds.
+/// Sorts the indices `0..n` of finite points along the curve.
 pub(crate) fn curve_order(n: usize, point: impl Fn(u32) -> [f32; 3] + Sync, beat: impl Fn() + Sync) -> Vec<u32> {
     let mut order: Vec<u32> = (0..n as u32).collect();
     arrange(&mut order, &point, &beat, 0);
     order
 }
 
-/// Sorts triangles (n_faces x 3) along the curve; returns n_faces indices.
+/// Returns the triangles, sorted along the curve.
 pub(super) fn curve_order_of_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], (low, high): BoxCorners) -> Vec<u32> {
     let extent = extent(low, high);
     if extent.is_nan() || extent <= 0.0 {
@@ -49,7 +48,7 @@ pub(super) fn curve_order_of_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], (
     order
 }
 
-/// Sorts along the curve through the bounding box of the points, and again within crowded cells.
+/// Sorts along the curve, and again within crowded cells.
 fn arrange(order: &mut [u32], middle: &(impl Fn(u32) -> [f32; 3] + Sync), beat: &(impl Fn() + Sync), depth: usize) {
     let (low, high) = bounds(order, middle);
     let extent = extent(low, high);
@@ -94,15 +93,13 @@ fn beat_if(is_due: bool, beat: &impl Fn()) {
     }
 }
 
-/// Combines the position of a cell on the curve (high half) with the item (low half).
+/// Combines the cell's position on the curve (high half) and the item (low half).
 #[inline(always)]
 fn cell_key([x, y, z]: [u32; 3], item: u32) -> u64 {
     u64::from(spread(x) | spread(y) << 1 | spread(z) << 2) << 32 | u64::from(item)
 }
 
-/// Rounds to the nearest cell.
-///
-/// The lowest bits of a float whose last bit is worth one are its whole number.
+/// Rounds by the bits of a float whose last bit is worth one.
 #[inline(always)]
 fn nearest_cell(x: f32) -> u32 {
     const LAST: f32 = CELLS - 1.0;
@@ -115,7 +112,6 @@ fn extent(low: [f32; 3], high: [f32; 3]) -> f32 {
     (0..3).map(|k| high[k] / 2.0 - low[k] / 2.0).fold(0.0, f32::max) * 2.0
 }
 
-/// Returns the bounding box of points; low is above high without points.
 pub(super) fn bounds_of_points(points: &[[f32; 3]]) -> BoxCorners {
     // Several independent boxes: no comparison waits for the one before.
     const LANES: usize = 8;
@@ -151,7 +147,7 @@ fn spread(x: u32) -> u32 {
     (x | x << 2) & 0x0924_9249
 }
 
-/// Sorts keys stably by their high half, a radix digit at a time.
+/// Sorts keys by their high half, a radix digit at a time.
 fn sort_by_cell(mut keys: Vec<u64>, beat: &impl Fn()) -> Vec<u64> {
     let mut sorted = vec![0; keys.len()];
     for shift in [32, 32 + BITS, 32 + 2 * BITS] {

@@ -1,6 +1,4 @@
 //! Visual importance of components, from views in many directions.
-//!
-//! Each pixel holds the visible component and the next one behind it.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -9,12 +7,12 @@ use crate::geometry::triangle::unit_normal;
 
 use super::parallel_views::{axis, project, rasterize, to_pixels};
 
-/// Number of view axes, each viewed from both ends.
+/// View axes, each viewed from both ends.
 const AXES: usize = 13;
 /// Pixels per triangle, and the range of a view's side in pixels.
 const PIXELS: f64 = 2.0;
 const SIDE: [f64; 2] = [256.0, 768.0];
-/// Least cosine between normals of surfaces that look alike: 30 degrees.
+/// Least cosine between normals that look alike: 30 degrees.
 const ALIKE: f32 = 0.866;
 const NONE: u32 = u32::MAX;
 
@@ -29,23 +27,22 @@ pub struct Labels<'a> {
     pub n_components: usize,
 }
 
-/// The visible change when a component is removed, as the largest share of covered pixels in any view.
+/// The largest share of covered pixels, over all views, that change without a component.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Exposure {
-    /// Share of pixels that then show the background, or a surface too far behind or of another material or
-    /// orientation.
+    /// Pixels that then show the background, or a surface farther behind, of another material or orientation.
     pub changed: f32,
-    /// Share of pixels that then show a back side.
+    /// Pixels that then show a back side.
     pub opened: f32,
-    /// Share of pixels that then show another material.
+    /// Pixels that then show another material.
     pub recoloured: f32,
-    /// Components that replace it where nothing visible changes, ascending.
+    /// Components that are then visible without a change, ascending.
     pub stand_ins: Vec<u32>,
 }
 
 /// Returns the visible change of removing each component.
 ///
-/// Surfaces at most `tolerance` apart, in the unit of the positions (n x 3, finite), look the same.
+/// Surfaces at most `tolerance` apart look the same; positions (n x 3) are finite.
 ///
 /// ```
 /// use neural_mesh::spatial::{Labels, exposures};

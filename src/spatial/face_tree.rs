@@ -1,8 +1,8 @@
-//! A quickly built tree for closest points on indexed triangles, best if queries are fewer than triangles.
+//! A quickly built tree for closest points on indexed triangles, best for few queries.
 //!
-//! Triangles are sorted along a space-filling curve and packed eight to a node, level by level (a packed R-tree, Kamel
-//! and Faloutsos 1993). Boxes are stored in steps of a 254th of their node, so that a node is one cache line. Thin
-//! triangles are cut into pieces; if nearly all are thin, oriented boxes replace the nodes.
+//! A packed R-tree (Kamel and Faloutsos 1993), eight children wide, over triangles along a space-filling curve. Boxes
+//! are stored as bytes, so that a node is one cache line. Thin triangles are cut into pieces; if nearly all are thin,
+//! oriented boxes replace the nodes.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -13,38 +13,35 @@ use super::needle_tree::NeedleTree;
 use super::triangle_pieces;
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 
-/// Children of a node.
 const WIDTH: usize = 8;
 /// Least share of additional pieces for which thin triangles are cut.
 const NEEDLES: f64 = 0.05;
 const CHUNK: usize = 512;
-/// Capacity of the queue: all children but one per level of 32-bit indices, and one more node's children.
+/// Capacity of the queue for the levels of 32-bit indices.
 const WAITING: usize = (WIDTH - 1) * 11 + 1 + WIDTH;
 /// Steps across a node; one less than a byte holds, for rounding.
 const STEPS: f32 = 254.0;
 
-/// The smallest float whose last bit is worth one.
+/// Smallest float whose last bit is worth one.
 const UNITS: f32 = 8_388_608.0;
 
 /// The work of a search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SearchCost {
-    /// Number of triangles, or pieces, tested.
+    /// Triangles or pieces tested.
     pub triangles: u32,
-    /// Number of groups of boxes tested.
+    /// Groups of boxes tested.
     pub boxes: u32,
 }
 
 impl SearchCost {
-    /// Returns the number of triangles and boxes.
+    /// Returns the sum of both.
     pub fn total(self) -> u32 {
         self.triangles + self.boxes
     }
 }
 
-/// A tree over the triangles of a mesh.
-///
-/// Of triangles at exactly the same distance the first is returned.
+/// A tree over the triangles of a mesh; ties go to the first triangle.
 ///
 /// ```
 /// use neural_mesh::spatial::FaceTree;
@@ -55,24 +52,23 @@ impl SearchCost {
 pub struct FaceTree<'a> {
     positions: &'a [[f32; 3]],
     faces: &'a [[u32; 3]],
-    /// Triangles along the curve, n_faces.
     order: Vec<u32>,
     /// Triangle of each piece along the curve, n_pieces, if triangles are cut.
     pieces: Option<Vec<u32>>,
-    /// Position of each triangle, or one of its pieces, along the curve, n_faces.
+    /// Position of each triangle along the curve, n_faces.
     places: Vec<u32>,
-    /// Oriented boxes that replace the nodes if nearly all triangles are needles.
+    /// Oriented boxes that replace the nodes if nearly all triangles are thin.
     needles: Option<NeedleTree>,
-    /// Nodes by level, from those over triangles up to the single root.
+    /// Nodes by level, the root last.
     levels: Vec<Vec<PackedNode>>,
     whole: BoxCorners,
     /// Power of two that scales coordinates to -1..1, so that no square under- or overflows.
     scale: f64,
-    /// Two single-precision powers of two whose product is the scale.
+    /// Two single-precision factors of the scale.
     factors: [f32; 2],
 }
 
-/// The boxes of at most eight children by coordinate, in steps from the lowest corner.
+/// The boxes of at most eight children, in steps from the lowest corner.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
 struct PackedNode {
@@ -82,7 +78,6 @@ struct PackedNode {
     high: [[u8; WIDTH]; 3],
 }
 
-/// A node to be visited: squared distance of its box, the level above it, and its index.
 #[derive(Clone, Copy)]
 struct PendingNode {
     distance: f32,
@@ -93,7 +88,6 @@ struct PendingNode {
 /// A point, and the squared distance at which any triangle is near enough.
 type Query = (DVec3, f64);
 
-/// Nodes to be visited, the next one last.
 struct Queue {
     waiting: [PendingNode; WAITING],
     n_waiting: usize,
@@ -116,7 +110,7 @@ impl BestFace {
 }
 
 impl<'a> FaceTree<'a> {
-    /// Builds the tree over triangles (n_faces x 3, indices of positions) with finite corners.
+    /// Builds the tree over finite triangles, n_faces x 3.
     pub fn new(positions: &'a [[f32; 3]], faces: &'a [[u32; 3]]) -> Self {
         let mut tree = Self::without_nodes(positions, faces);
         let wanted = |&face: &u32| f64::from(triangle_pieces::wanted_cuts(&tree.corners(face)));
@@ -155,17 +149,13 @@ impl<'a> FaceTree<'a> {
         self.nearest_from(p, None)
     }
 
-    /// Returns the closest triangle, starting the search at the triangle `guess`.
-    ///
-    /// Fast if the guess is near, as for consecutive points on a curve.
+    /// Returns the closest triangle; fast if the triangle `guess` is near.
     #[inline(always)]
     pub fn nearest_from(&self, p: DVec3, guess: Option<u32>) -> Option<(u32, f64)> {
         self.find_near(p, guess, f64::NEG_INFINITY)
     }
 
     /// Returns the closest triangle, or any within `enough` (squared), and its squared distance.
-    ///
-    /// The search starts at the triangle `guess`.
     ///
     /// ```
     /// use neural_mesh::spatial::FaceTree;
@@ -180,14 +170,14 @@ impl<'a> FaceTree<'a> {
         self.find_near_with_cost(p, guess, enough).map(|(face, distance2, _)| (face, distance2))
     }
 
-    /// Searches as [`find_near`](Self::find_near), and also returns the work done.
+    /// Searches as [`find_near`](Self::find_near), and also returns the work.
     #[inline(always)]
     pub fn find_near_with_cost(&self, p: DVec3, guess: Option<u32>, enough: f64) -> Option<(u32, f64, SearchCost)> {
         let scale2 = self.scale * self.scale;
         self.best(p, guess, enough * scale2, &|_| true).map(|best| (best.face, best.distance2 / scale2, best.looks))
     }
 
-    /// Returns the closest triangle that `accept` allows within `reach`, and its squared distance.
+    /// Returns the closest triangle within `reach` that `accept` allows, and its squared distance.
     ///
     /// ```
     /// use neural_mesh::spatial::FaceTree;
@@ -203,7 +193,7 @@ impl<'a> FaceTree<'a> {
         (best.face != u32::MAX).then(|| (best.face, best.distance2 / (self.scale * self.scale)))
     }
 
-    /// Returns the triangles in their order along the curve.
+    /// Returns the triangles along the curve.
     pub fn order(&self) -> &[u32] {
         &self.order
     }
@@ -215,7 +205,6 @@ impl<'a> FaceTree<'a> {
         side(0).hypot(side(1)).hypot(side(2)) / self.scale
     }
 
-    /// Returns the closest triangle, or any within `enough` (squared), in scaled coordinates.
     #[inline(always)]
     fn best(&self, p: DVec3, guess: Option<u32>, enough: f64, accept: &impl Fn(u32) -> bool) -> Option<BestFace> {
         let p = p * self.scale;
@@ -236,7 +225,6 @@ impl<'a> FaceTree<'a> {
         (best.face != u32::MAX).then_some(best)
     }
 
-    /// Improves `best` by a nearer triangle; stops at one that is near enough.
     #[inline(always)]
     fn search(&self, (p, enough): Query, guess: Option<u32>, accept: &impl Fn(u32) -> bool, best: &mut BestFace) {
         match (&self.needles, guess) {
@@ -250,7 +238,7 @@ impl<'a> FaceTree<'a> {
         }
     }
 
-    /// Builds the lowest nodes with their boxes, over the triangles or their pieces.
+    /// Builds the lowest nodes, over the triangles or their pieces.
     fn over_triangles(&mut self, cuts: f64) -> Vec<(PackedNode, BoxCorners)> {
         if cuts <= NEEDLES * self.order.len() as f64 {
             let node = |faces: &[u32]| node_over(faces.iter().map(|&face| self.bounds(face)));
@@ -317,7 +305,7 @@ impl<'a> FaceTree<'a> {
         self.visit(&mut queue, search, accept, best);
     }
 
-    /// Visits nodes from the one at `place` up to the root, so that near triangles need no upper levels.
+    /// Visits nodes from the one at `place` up to the root.
     #[inline(always)]
     fn climb(&self, place: u32, (p, enough): Query, accept: &impl Fn(u32) -> bool, best: &mut BestFace) {
         let point = p.as_vec3().to_array();
@@ -385,7 +373,6 @@ impl<'a> FaceTree<'a> {
         }
     }
 
-    /// Tests the triangles of a node that may be nearer, that of the nearest box first.
     #[inline(always)]
     fn test_faces(
         &self,
@@ -460,9 +447,7 @@ fn node_over(children: impl ExactSizeIterator<Item = BoxCorners>) -> (PackedNode
     (node, whole)
 }
 
-/// Rounds to 0..=255.
-///
-/// The lowest bits of a float whose last bit is worth one are its whole number.
+/// Rounds to 0..=255 by the bits of a float whose last bit is worth one.
 #[inline(always)]
 fn nearest_byte(x: f32) -> u8 {
     let x = if x > 0.0 { x } else { 0.0 };
@@ -471,7 +456,7 @@ fn nearest_byte(x: f32) -> u8 {
 }
 
 impl PackedNode {
-    /// Returns lower bounds of the squared distances of the children.
+    /// Returns lower bounds of the children's squared distances.
     #[inline(always)]
     fn distances(&self, p: [f32; 3]) -> [f32; WIDTH] {
         let mut distances = [0.0; WIDTH];

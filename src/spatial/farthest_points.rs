@@ -1,16 +1,14 @@
-//! Farthest point sampling (Gonzalez 1985; Eldar et al. 1997): each sample is the point farthest from those before.
+//! Farthest point sampling (Gonzalez 1985; Eldar et al. 1997).
 //!
-//! Distances are Euclidean. A tree stores the farthest point of each node, so that a new sample visits only the nodes
-//! where it can be the nearest sample.
+//! A tree stores the farthest point of each node, so that a new sample visits only the nodes it can change.
 
 use super::{Bounds, coherent_order};
 
-/// Largest number of points in a leaf.
 const LEAF: usize = 32;
 
 /// Picks `k` points, starting with `first`, each the farthest from those before it.
 ///
-/// Ends early when every point is at the position of a sample. Ties are broken deterministically.
+/// Ends early when every point is at the position of a sample.
 ///
 /// # Shapes
 /// - `points`: n x 3, finite; `first` below n
@@ -26,11 +24,10 @@ pub fn farthest_points(points: &[[f32; 3]], k: usize, first: u32) -> Vec<u32> {
     farthest_latent_points(points, &[], k, first)
 }
 
-/// Picks `k` points as [`farthest_points`], by the distance of rows of a position and its latent numbers.
+/// Picks points as [`farthest_points`], by the distance of rows of a position and latent numbers.
 ///
 /// # Shapes
-/// - `points`: n x 3, `latent`: n x width, row-major, both finite; `first` below n
-/// - returns at most min(k, n) indices, in the order of the picks
+/// - `points`: n x 3, `latent`: n x width, row-major, both finite
 ///
 /// # Panics
 /// If `latent` does not have one row per point.
@@ -61,23 +58,21 @@ pub fn farthest_latent_points(points: &[[f32; 3]], latent: &[f32], k: usize, fir
     samples
 }
 
-/// A range of the ordered points.
 struct Node {
     bounds: Bounds,
     begin: usize,
     end: usize,
-    /// Index of the first child, followed by the second; `None` for a leaf.
+    /// Index of the first child, followed by the second.
     children: Option<usize>,
     /// Largest squared distance of a point to its nearest sample; `farthest` is that point.
     far2: f64,
     farthest: usize,
 }
 
-/// Points in an order that keeps near points together, with their distances to the samples.
+/// Ordered points with their distances to the samples.
 struct Field {
     order: Vec<u32>,
     points: Vec<[f32; 3]>,
-    /// Latent numbers of each point, n x width.
     latent: Vec<f32>,
     width: usize,
     distance2: Vec<f64>,
@@ -105,7 +100,7 @@ impl Field {
 
     /// Updates the distances in a node for a new sample.
     ///
-    /// Positions are no farther apart than rows, so a node whose box is too far away has no nearer row.
+    /// A node whose box is too far away in position is too far in all dimensions.
     fn sample(&mut self, p: [f32; 3], beside: &[f32], at: usize) {
         if gap2(&self.nodes[at].bounds, p) >= self.nodes[at].far2 {
             return;
@@ -136,7 +131,7 @@ fn node(points: &[[f32; 3]], begin: usize, end: usize) -> Node {
     Node { bounds, begin, end, children: None, far2: f64::INFINITY, farthest: begin }
 }
 
-/// Returns the squared distance from `p` to a box.
+/// Returns the squared distance to a box.
 fn gap2(bounds: &Bounds, p: [f32; 3]) -> f64 {
     squared_distance(p, std::array::from_fn(|axis| p[axis].clamp(bounds.low[axis], bounds.high[axis])))
 }
@@ -154,14 +149,14 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Returns the distance of each sample to those before it, by comparing all pairs.
+    /// Returns the distance of each sample to those before it.
     fn reaches(points: &[[f32; 3]], samples: &[u32]) -> Vec<f64> {
         let distance2 = |a: u32, b: u32| squared_distance(points[a as usize], points[b as usize]);
         let reach = |i: usize| (0..i).map(|j| distance2(samples[i], samples[j])).fold(f64::INFINITY, f64::min);
         (0..samples.len()).map(reach).collect()
     }
 
-    /// Returns these distances, from a search over all points for each sample.
+    /// Returns these distances by searching all points for each sample.
     fn naive_reaches(points: &[[f32; 3]], k: usize, first: usize) -> Vec<f64> {
         let mut distance2 = vec![f64::INFINITY; points.len()];
         let mut next = first;

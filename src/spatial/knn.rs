@@ -1,6 +1,4 @@
-//! Finds the k nearest other points of every point of a set (the k-nn graphs of Secs. 3.2 and 3.3).
-//!
-//! A k-d tree is split at medians by rank, so that equal points do no harm.
+//! Finds the k nearest points (the k-nn graphs of Secs. 3.2 and 3.3) by a k-d tree.
 
 use rayon::prelude::*;
 
@@ -8,7 +6,7 @@ use rayon::prelude::*;
 ///
 /// # Shapes
 /// - `points`: n x 3, finite
-/// - returns n x min(k, n - 1) indices, row-major; never a point's own index, but other points at its position
+/// - returns n x min(k, n - 1) indices, row-major, without a point's own
 ///
 /// ```
 /// use neural_mesh::spatial::nearest_neighbours;
@@ -43,8 +41,6 @@ pub fn nearest_neighbours(points: &[[f32; 3]], k: usize) -> Vec<u32> {
 
 /// Finds the `k` points nearest to each query, nearest first; ties go to the lower index.
 ///
-/// A point at the position of a query counts.
-///
 /// # Shapes
 /// - `points`: n x 3, `queries`: n_queries x 3, finite
 /// - returns n_queries x min(k, n) indices, row-major
@@ -71,13 +67,9 @@ pub fn nearest_to(points: &[[f32; 3]], queries: &[[f32; 3]], k: usize) -> Vec<u3
     indices
 }
 
-/// Orders points so that near points are close together in memory.
+/// Orders points (n x 3, finite) so that near points are close together in memory.
 ///
-/// The order is that of the leaves of a k-d tree, by index within each leaf.
-///
-/// # Shapes
-/// - `points`: n x 3, finite
-/// - returns each of the n indices once
+/// Returns each of the n indices once, in the order of the leaves of a k-d tree.
 ///
 /// ```
 /// use neural_mesh::spatial::coherent_order;
@@ -91,19 +83,17 @@ pub fn coherent_order(points: &[[f32; 3]]) -> Vec<u32> {
 
 const QUERIES: usize = 256;
 
-/// Largest number of points in a leaf.
 const LEAF: usize = 32;
 
-/// Points in an order in which every node is a range, halved by rank along its longest side.
+/// Points in an order in which every node is a range, halved along its longest side.
 struct Tree {
     order: Vec<u32>,
-    /// Coordinates in that order, one array per axis.
+    /// Coordinates in that order, by axis.
     coordinates: [Vec<f32>; 3],
-    /// Axis and coordinate of the split of each inner node.
     splits: Vec<(u8, f32)>,
 }
 
-/// The point to search from, and the tree position of a point that does not count.
+/// A point, and the tree position of a point that does not count.
 struct Query {
     point: [f32; 3],
     skipped: usize,
@@ -146,18 +136,17 @@ impl Tree {
         Self { order, coordinates, splits }
     }
 
-    /// Returns the query of a point of the tree, which skips that point.
     fn query_at(&self, place: usize) -> Query {
         Query { point: [0, 1, 2].map(|axis: usize| self.coordinates[axis][place]), skipped: place }
     }
 
-    /// Stores the nearest points of the query in `nearest`; none of them is farther than `bound` (squared).
+    /// Stores the nearest points of the query within `bound` (squared).
     fn search(&self, nearest: &mut Nearest, query: &Query, bound: f32) {
         nearest.clear(bound);
         self.visit(nearest, query, Node::root(self.order.len()), [0.0; 3]);
     }
 
-    /// Offers the points of `node` that can be among the nearest of the query.
+    /// Offers the points of `node` that can be among the nearest.
     ///
     /// `gap` is the distance of the query outside the node along each axis.
     fn visit(&self, nearest: &mut Nearest, query: &Query, node: Node, gap: [f32; 3]) {
@@ -237,9 +226,7 @@ fn longest_axis(points: &[[f32; 3]], order: &[u32]) -> usize {
     (1..3).fold(0, |best, axis| if extent(axis) > extent(best) { axis } else { best })
 }
 
-/// Returns an upper bound of the squared distance of the query's k nearest points.
-///
-/// The query before this one and its nearest points are more than k points, without the query itself.
+/// Returns a squared distance within which the query has k points: the previous query and its nearest.
 fn bound(points: &[[f32; 3]], query: &Query, before: [f32; 3], nearest: &Nearest) -> f32 {
     // Computed as in the leaves, so that rounding never leaves out a point that ties.
     let distance = |[x, y, z]: [f32; 3]| {
@@ -249,9 +236,8 @@ fn bound(points: &[[f32; 3]], query: &Query, before: [f32; 3], nearest: &Nearest
     nearest.indices().map(|i| distance(points[i as usize])).fold(distance(before), f32::max)
 }
 
-/// The k best so far, ascending.
 struct Nearest {
-    /// Squared distance (high half) and index (low half); the bits of numbers of at least 0 sort as the numbers.
+    /// Squared distance (high half) and index (low half), ascending.
     keys: Vec<u64>,
     worst: f32,
 }
@@ -311,7 +297,7 @@ mod tests {
         (0..points.len()).flat_map(row).collect()
     }
 
-    /// Returns the nearest points by sorting all points for each query.
+    /// Finds the nearest points by sorting all.
     fn brute_force_to(points: &[[f32; 3]], queries: &[[f32; 3]], k: usize) -> Vec<u32> {
         let row = |q: &[f32; 3]| {
             let distance = |p: &[f32; 3]| squared([0, 1, 2].map(|axis| p[axis] - q[axis]));

@@ -1,6 +1,4 @@
 //! Finds the first crossing of a line with triangles, in both directions from a point.
-//!
-//! Triangles are slightly enlarged, so that no line passes between two of them.
 
 use glam::DVec3;
 
@@ -10,9 +8,9 @@ use super::nearest_on_triangles::{Hit, NearestOnTriangles};
 use super::needle_tree::NeedleTree;
 use super::triangle_tree::{NO_CHILD, TriangleNode};
 
-/// Margin around a triangle, relative to its size.
+/// Margin around a triangle, relative to its size, so that no line passes between two.
 const WIDER: f64 = 1e-6;
-/// Margin around boxes for coordinates of at most 1; more than single precision rounds.
+/// Margin around boxes for coordinates of at most 1.
 const MARGIN: f32 = 1e-6;
 
 struct QueryLine {
@@ -28,8 +26,7 @@ struct QueryLine {
 impl NearestOnTriangles {
     /// Returns the crossing nearest to `p` of the line along `direction` with the triangles that `accept` allows.
     ///
-    /// `None` if there is none within `reach` on either side, or the direction has no length. Ties go to the first
-    /// triangle.
+    /// `None` if there is none within `reach`, or the direction has no length. Ties go to the first triangle.
     ///
     /// ```
     /// use neural_mesh::spatial::NearestOnTriangles;
@@ -43,7 +40,7 @@ impl NearestOnTriangles {
         self.crossing_along_unit(p, direction.try_normalize()?, reach, &accept)
     }
 
-    /// Searches along a unit direction; `accept` is a pointer, as a generic would recurse per scale.
+    /// Searches along a unit direction; `accept` is a pointer, as a generic would recurse.
     fn crossing_along_unit(&self, p: DVec3, along: DVec3, reach: f64, accept: &dyn Fn(u32) -> bool) -> Option<Hit> {
         let outer = self.outer_crossing_along(p, along, reach, accept);
         let inner = self.inner.as_ref().and_then(|inner| {

@@ -1,4 +1,4 @@
-//! Closest points on a set of triangles by a tree of boxes, exact up to double rounding.
+//! Closest points on a set of triangles, exact up to double rounding.
 
 use glam::DVec3;
 
@@ -10,14 +10,12 @@ use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 
 /// Ratio of a triangle's largest coordinate to that of all, below which single precision cannot resolve it.
 const INNER: f32 = 1.0 / 16_777_216.0;
-/// Ratio of largest coordinate to distance, below which triangles are equally far in double precision.
+/// Ratio of largest coordinate to distance, below which triangles are equally far.
 const FAR: f64 = 1e-18;
-/// Largest number of small triangles that need no scale of their own.
+/// Largest number of small triangles without a scale of their own.
 const MOST_UNSPLIT: usize = 16;
 
-/// Triangles prepared for closest-point queries.
-///
-/// Answers do not depend on the order of queries: of triangles at exactly the same distance the first is returned.
+/// Triangles prepared for closest-point queries; ties go to the first triangle.
 ///
 /// ```
 /// use neural_mesh::spatial::NearestOnTriangles;
@@ -28,7 +26,7 @@ const MOST_UNSPLIT: usize = 16;
 /// ```
 pub struct NearestOnTriangles {
     pub(super) tree: TriangleTree,
-    /// Oriented boxes that replace the nodes if nearly all triangles are needles.
+    /// Oriented boxes that replace the nodes if nearly all triangles are thin.
     pub(super) needles: Option<NeedleTree>,
     /// Power of two that scales coordinates to -1..1, so that no square under- or overflows.
     pub(super) scale: f64,
@@ -36,21 +34,19 @@ pub struct NearestOnTriangles {
     pub(super) inner: Option<Box<InnerTriangles>>,
 }
 
-/// Small triangles around the origin, with their own scale.
 pub(super) struct InnerTriangles {
     pub(super) surface: NearestOnTriangles,
     triangles: Vec<[[f32; 3]; 3]>,
     pub(super) triangle_idx: Vec<u32>,
-    /// Largest coordinate.
     most: f64,
 }
 
 /// The closest point on the triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// Index of the triangle.
+    /// The triangle's index.
     pub triangle: u32,
-    /// Barycentric weights of the point.
+    /// Barycentric weights.
     pub weights: [f64; 3],
     /// The point.
     pub point: DVec3,
@@ -64,12 +60,11 @@ struct BestHit {
     limit: f32,
     /// True if any hit ends the search.
     is_any: bool,
-    /// Triangles and nodes tested.
     n_looks: u32,
 }
 
 impl NearestOnTriangles {
-    /// Builds the tree over triangles given by finite corners, n_triangles x 3 x 3.
+    /// Builds the tree over finite triangles, n_triangles x 3 x 3.
     pub fn new(triangles: &[[[f32; 3]; 3]]) -> Self {
         let most = largest(triangles.as_flattened());
         let is_inner = |&i: &u32| largest(&triangles[i as usize]) <= most * INNER;
@@ -98,12 +93,12 @@ impl NearestOnTriangles {
         Self { tree: TriangleTree::new(&scaled), needles: None, scale, inner: None }
     }
 
-    /// Returns the closest point of all triangles; `None` without triangles.
+    /// Returns the closest point; `None` without triangles.
     pub fn nearest(&self, p: DVec3) -> Option<Hit> {
         self.nearest_with_cost(p).0
     }
 
-    /// Searches as [`nearest`](Self::nearest), and returns the number of triangles and boxes tested.
+    /// Searches as [`nearest`](Self::nearest), and also counts the triangles and boxes tested.
     pub fn nearest_with_cost(&self, p: DVec3) -> (Option<Hit>, u32) {
         self.search(p, f64::INFINITY, |_| true, false)
     }
@@ -126,7 +121,7 @@ impl NearestOnTriangles {
         self.is_any_within_with_cost(p, reach, accept).0
     }
 
-    /// Searches as [`is_any_within`](Self::is_any_within), and returns the number of triangles and boxes tested.
+    /// Tests as [`is_any_within`](Self::is_any_within), and also counts the triangles and boxes tested.
     pub fn is_any_within_with_cost(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> (bool, u32) {
         let (hit, n_looks) = self.search(p, reach, accept, true);
         (hit.is_some(), n_looks)
@@ -166,7 +161,7 @@ impl NearestOnTriangles {
         ((best.hit.triangle != u32::MAX).then_some(Hit { point, distance2, ..best.hit }), best.n_looks)
     }
 
-    /// Calls `visit`, possibly repeatedly, for every triangle that meets the triangle `corners`, and for some near it.
+    /// Calls `visit`, possibly repeatedly, for every triangle that meets a triangle, and for some near it.
     pub fn visit_touching(&self, corners: &[[f32; 3]; 3], mut visit: impl FnMut(u32)) {
         let scaled = corners.map(|corner| to_scale(corner, self.scale));
         if let Some(needles) = &self.needles {
@@ -222,7 +217,7 @@ impl NearestOnTriangles {
 }
 
 impl InnerTriangles {
-    /// Searches these triangles within `reach`; very far away, all distances are equal and the first one is the answer.
+    /// Searches these triangles within `reach`; very far away, all are equally far and the first one is returned.
     fn search(&self, p: DVec3, reach: f64, accept: &dyn Fn(u32) -> bool, is_any: bool) -> (Option<Hit>, u32) {
         let outside = (p.abs() - DVec3::splat(self.most)).max(DVec3::ZERO).length();
         if outside > reach {
@@ -248,7 +243,6 @@ fn hit_triangle(corners: &[[f32; 3]; 3], triangle: u32, p: DVec3) -> Hit {
     Hit { triangle, weights, point, distance2: p.distance_squared(point) }
 }
 
-/// Returns the largest absolute coordinate.
 fn largest(points: &[[f32; 3]]) -> f32 {
     points.as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()))
 }
@@ -257,7 +251,7 @@ fn to_scale(point: [f32; 3], scale: f64) -> [f32; 3] {
     point.map(|x| (f64::from(x) * scale) as f32)
 }
 
-/// Returns the squared `f32` distance beyond which a box in -1..1 can be skipped.
+/// Returns the squared distance beyond which a box in -1..1 can be skipped.
 pub(super) fn limit(distance2: f64, p: DVec3) -> f32 {
     let rounding = p.abs().max_element().max(1.0) * 4e-7;
     let reach = distance2.sqrt() + rounding;

@@ -1,23 +1,21 @@
 //! A tree of oriented boxes for thin triangles, which axis-parallel boxes cannot separate in a fan.
 //!
-//! Boxes follow the principal axes of their corners (Gottschalk, Lin and Manocha 1996, "OBBTree"). A node is halved at
-//! the median centroid along its widest axis.
+//! Boxes follow the principal axes of their corners (Gottschalk, Lin and Manocha 1996, "OBBTree"); nodes are halved at
+//! the median centroid.
 
 use glam::DVec3;
 
 use crate::geometry::triangle::area_normal_f64;
 
-/// Most triangles in a leaf.
 const LEAF: usize = 4;
-/// Margin of boxes; more than the rounding of coordinates of about one.
+/// Margin of boxes; more than rounding.
 const MARGIN: f64 = 1e-13;
 /// Relative slack of squared distances; more than rounding.
 const SLACK: f64 = 1e-9;
-/// Number of Jacobi sweeps.
 const SWEEPS: usize = 5;
 /// Items above which a node is built on several threads.
 const PARALLEL: usize = 4096;
-/// Capacity of the stack: one node per level of 32-bit indices.
+/// Capacity of the stack for the levels of 32-bit indices.
 const WAITING: usize = 40;
 
 pub(super) struct NeedleTree {
@@ -33,7 +31,7 @@ struct NeedleNode {
     half: DVec3,
     /// First triangle of a leaf, or node of the second half.
     first: u32,
-    /// Number of triangles of a leaf, 0 for inner nodes.
+    /// Triangles of a leaf, 0 for inner nodes.
     len: u32,
 }
 
@@ -84,7 +82,7 @@ impl NeedleTree {
         n_looks
     }
 
-    /// Visits leaves whose box a triangle may meet; returns the number of boxes tested.
+    /// Visits leaves whose box a triangle may meet.
     pub(super) fn visit_touching(&self, corners: [DVec3; 3], mut visit: impl FnMut(&[u32])) -> u32 {
         let [a, b, c] = corners;
         let normal = area_normal_f64(corners);
@@ -140,7 +138,6 @@ fn n_nodes(n: usize) -> usize {
     if n <= LEAF { 1 } else { 1 + n_nodes(n / 2) + n_nodes(n - n / 2) }
 }
 
-/// Builds the nodes over items; `at` and `start` are the indices of the first node and item.
 fn grow(nodes: &mut [NeedleNode], items: &mut [NeedleItem], [at, start]: [usize; 2]) {
     let Some((own, below)) = nodes.split_first_mut() else { return };
     *own = fit_box(items);

@@ -1,6 +1,4 @@
 //! Tests whether a ray meets any triangle.
-//!
-//! Boxes and triangles are slightly enlarged, so that no ray passes through an edge.
 
 use glam::{DVec3, Vec3};
 
@@ -8,7 +6,7 @@ use crate::geometry::line_on_triangle::line_on_triangle;
 
 use super::triangle_tree::{NO_CHILD, TriangleNode, TriangleTree};
 
-/// Margin of triangles, in barycentric weights.
+/// Margin of triangles, in barycentric weights, so that no ray passes through an edge.
 const MARGIN: f64 = 1e-4;
 /// Margin of boxes, in tree units.
 const BOX_MARGIN: f32 = 1e-6;
@@ -27,12 +25,12 @@ const WAITING: usize = 256;
 pub struct Occluders {
     tree: TriangleTree,
     middle: DVec3,
-    /// Scale to tree units, in which all coordinates are in -1..1.
+    /// Scale to tree units, in -1..1.
     factor: f64,
 }
 
 impl Occluders {
-    /// Builds the tree over triangles given by finite corners, n_triangles x 3 x 3.
+    /// Builds the tree over finite triangles, n_triangles x 3 x 3.
     pub fn new(triangles: &[[[f32; 3]; 3]]) -> Self {
         let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let (low, high) = triangles.as_flattened().iter().fold(none, |(low, high), corner| {
@@ -46,7 +44,7 @@ impl Occluders {
         Self { tree: TriangleTree::new(&scaled), middle, factor }
     }
 
-    /// Returns whether a ray meets a triangle at a distance of at least `start`.
+    /// Returns whether a ray meets a triangle at distance `start` or more.
     pub fn is_blocked(&self, from: DVec3, direction: DVec3, start: f64) -> bool {
         let direction = direction.normalize_or_zero();
         if self.tree.nodes.is_empty() || direction == DVec3::ZERO {
@@ -121,7 +119,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Returns whether a long segment crosses a triangle well inside it; `None` near its edges.
+    /// Returns whether a long segment crosses a triangle; `None` near its edges.
     fn naive(corners: [[f32; 3]; 3], from: DVec3, direction: DVec3) -> Option<bool> {
         let [a, b, c] = corners.map(|corner| DVec3::from(corner.map(f64::from)));
         let normal = (b - a).cross(c - a);

@@ -6,16 +6,16 @@ use rayon::prelude::*;
 /// Pixels per triangle, and the range of a view's side in pixels.
 const PIXELS: f64 = 2.0;
 const SIDE: [f64; 2] = [48.0, 1536.0];
-/// Width in pixels from which rows are clipped at the triangle's sides.
+/// Width in pixels from which rows are clipped at the sides.
 const WIDE: f32 = 8.0;
-/// Rounding error of a side in pixels, relative to its slope: forty times that of positions in the largest view.
+/// Rounding error of a side in pixels, relative to its slope.
 const ROUNDING: f32 = 0.02;
 /// Golden ratio, which spreads axes evenly.
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
 /// Returns whether each triangle is visible in views along `n_axes` axes from both ends, n_faces.
 ///
-/// Small visible triangles may be missed next to others. Positions (n x 3) are finite.
+/// Small visible triangles may be missed. Positions (n x 3) are finite.
 ///
 /// ```
 /// use neural_mesh::spatial::visible_faces;
@@ -34,7 +34,7 @@ pub fn visible_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], n_axes: usize) 
     })
 }
 
-/// Scales positions to pixels about the middle of their box, so that they fit any view; also returns the scale.
+/// Scales positions to pixels about their middle, so that they fit any view; also returns the scale.
 pub(super) fn to_pixels(positions: &[[f32; 3]], side: usize) -> (Vec<Vec3>, f64) {
     let point = |p: &[f32; 3]| DVec3::from(p.map(f64::from));
     let (low, high) = positions
@@ -55,12 +55,11 @@ pub(super) fn axis(number: usize, n_axes: usize) -> Vec3 {
     DVec3::new(radius * angle.cos(), radius * angle.sin(), height).as_vec3()
 }
 
-/// The nearest and farthest surface at a pixel.
 #[derive(Clone, Copy)]
 struct Pixel {
     near: f32,
     far: f32,
-    /// Triangles of these surfaces; `u32::MAX` for none.
+    /// Triangles of both surfaces; `u32::MAX` for none.
     first: u32,
     last: u32,
 }
@@ -74,9 +73,7 @@ struct ParallelView {
     pixels: Vec<Pixel>,
 }
 
-/// Calls `visit` with index and depth of each pixel whose centre, at whole numbers, is in a projected triangle.
-///
-/// Views have `side` pixels per side.
+/// Calls `visit` with index and depth of each pixel whose centre is in a projected triangle.
 pub(super) fn rasterize(side: usize, [a, b, c]: [Vec3; 3], mut visit: impl FnMut(usize, f32)) {
     let area = (b - a).truncate().perp_dot((c - a).truncate());
     let (low, high) = (a.min(b).min(c), a.max(b).max(c));
@@ -103,20 +100,19 @@ pub(super) fn rasterize(side: usize, [a, b, c]: [Vec3; 3], mut visit: impl FnMut
     }
 }
 
-/// Returns the sides of a triangle from the slopes of the second and third corner's weights.
 fn sides([to_b, to_c]: [Vec3; 2]) -> [TriangleSide; 3] {
     let size = |to: Vec3| to.x.abs() + to.y.abs();
     let third = TriangleSide::new(1.0, -to_b - to_c, size(to_b) + size(to_c));
     [TriangleSide::new(0.0, to_b, size(to_b)), TriangleSide::new(0.0, to_c, size(to_c)), third]
 }
 
-/// A side of a triangle, where a weight is 0; bounds the pixels of a row that are tested.
+/// A side of a triangle, where a barycentric weight is 0; clips rows.
 struct TriangleSide {
     /// Crossing with the first corner's row, relative to that corner, and its shift per row.
     start: f32,
     step: f32,
     margin: f32,
-    /// True if the triangle is to the right of this side; `is_right`: to the left; both false parallel to rows.
+    /// True if the triangle is to the right of this side; both false if it is parallel to rows.
     is_left: bool,
     is_right: bool,
 }
@@ -131,7 +127,7 @@ impl TriangleSide {
         Self { start: -at_first / slope.x, step, margin, is_left, is_right }
     }
 
-    /// Clips a row to the pixels that may be in the triangle with this first corner.
+    /// Clips a row to the pixels that may be in the triangle.
     #[inline(always)]
     fn cut(&self, [left, right]: [f32; 2], first: Vec3, y: f32) -> [f32; 2] {
         let x = first.x + self.start + self.step * (y - first.y);
@@ -142,7 +138,7 @@ impl TriangleSide {
     }
 }
 
-/// Projects scaled positions to a view: right, up and depth.
+/// Projects scaled positions to right, up and depth.
 pub(super) fn project(positions: &[Vec3], side: usize, [right, up, along]: [Vec3; 3]) -> Vec<Vec3> {
     let half = 0.5 * (side - 1) as f32;
     positions.iter().map(|p| Vec3::new(p.dot(right) + half, p.dot(up) + half, p.dot(along))).collect()

@@ -1,21 +1,21 @@
-//! Curvature of a point set from the flatness of each neighbourhood (Pauly et al. 2002; Potamias et al. 2022).
+//! Curvature of points from the flatness of their neighbourhoods (Pauly et al. 2002; Potamias et al. 2022).
 
 use super::knn::nearest_neighbours;
 use crate::geometry::eigenvalues;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Number of neighbours that determine the curvature of a point.
+/// Neighbours that determine the curvature of a point.
 const NEIGHBOURS: usize = 10;
 
 /// Computes the curvature of each point from the covariance of the point and its 10 nearest.
 ///
-/// `kappa = l0 / (l0 + l1 + l2)` of the ascending eigenvalues, smoothed over the same points with a Gaussian whose
+/// `kappa = l0 / (l0 + l1 + l2)` of the ascending eigenvalues, smoothed over these points with a Gaussian whose
 /// deviation is their mean distance. Independent of scale: 0 in a plane, 1/3 for isotropic points.
 ///
 /// # Shapes
 /// - `points`: n x 3, finite
-/// - returns n numbers in 0..=1/3; 0 for a point without neighbours
+/// - returns n numbers in 0..=1/3; 0 without neighbours
 ///
 /// ```
 /// use neural_mesh::spatial::point_curvature;
@@ -38,7 +38,7 @@ fn offsets(points: &[[f32; 3]], i: usize, row: &[u32]) -> Vec<DVec3> {
     row.iter().map(|&j| at(j as usize) - at(i)).collect()
 }
 
-/// Returns `l0 / (l0 + l1 + l2)` of the covariance of point `i` and its neighbours.
+/// Returns `l0 / (l0 + l1 + l2)` of point `i` and its neighbours.
 fn flatness(points: &[[f32; 3]], i: usize, row: &[u32]) -> f64 {
     let others = offsets(points, i, row);
     let mean = others.iter().sum::<DVec3>() / (others.len() + 1) as f64;

@@ -1,4 +1,4 @@
-//! A uniform grid of points for searches within a distance.
+//! A grid of points for searches within a distance.
 
 use rustc_hash::FxHashMap;
 
@@ -16,7 +16,7 @@ pub struct PointGrid {
 }
 
 impl PointGrid {
-    /// Sorts points (n x 3, finite) into cells; `side` is best about the later search distance.
+    /// Sorts points (n x 3, finite) into cells; `side` is best about the search distance.
     ///
     /// A side that is not positive counts as 1.
     pub fn new(points: &[[f64; 3]], side: f64) -> Self {

@@ -6,7 +6,6 @@ use rayon::prelude::*;
 use super::Bounds;
 use super::triangle_pieces::boxes;
 
-/// Most triangles in a leaf.
 const LEAF: usize = 4;
 /// Bins per split, at most one per box.
 const BINS: usize = 16;
@@ -15,14 +14,14 @@ const DEPTH: usize = 40;
 /// Items above which ranges are built on several threads.
 const PARALLEL: usize = 8192;
 
-/// Up to four children with their boxes, by coordinate so that all four are tested at once.
+/// Up to four children with their boxes, by coordinate so that all are tested at once.
 #[derive(Clone, Copy)]
 pub(super) struct TriangleNode {
     pub(super) low: [[f32; 4]; 3],
     pub(super) high: [[f32; 4]; 3],
     /// Index of the child node, or of a leaf's first triangle.
     pub(super) first: [u32; 4],
-    /// Number of triangles of a leaf; 0 for an inner node, [`NO_CHILD`] for none.
+    /// Triangles of a leaf; 0 for an inner node, [`NO_CHILD`] for none.
     pub(super) len: [u8; 4],
 }
 
@@ -60,12 +59,11 @@ pub(super) const NO_CHILD: u8 = u8::MAX;
 const NO_CHILDREN: TriangleNode =
     TriangleNode { low: [[f32::INFINITY; 4]; 3], high: [[f32::NEG_INFINITY; 4]; 3], first: [0; 4], len: [NO_CHILD; 4] };
 
-/// A tree with triangle corners in the order of its leaves; a triangle in several pieces is repeated.
+/// A tree with triangle corners in the order of its leaves; triangles in several pieces are repeated.
 pub(super) struct TriangleTree {
-    /// Nodes, the root first; empty without triangles.
+    /// Nodes, the root first.
     pub(super) nodes: Vec<TriangleNode>,
     pub(super) corners: Vec<[[f32; 3]; 3]>,
-    /// Original index of each triangle.
     pub(super) triangle_idx: Vec<u32>,
 }
 
@@ -114,7 +112,7 @@ impl TriangleTree {
         Self { nodes, corners, triangle_idx }
     }
 
-    /// Holds triangles without nodes, for a tree of another kind.
+    /// Holds triangles without nodes, for another kind of tree.
     pub(super) fn without_nodes(corners: Vec<[[f32; 3]; 3]>) -> Self {
         Self { nodes: Vec::new(), triangle_idx: (0..corners.len() as u32).collect(), corners }
     }
@@ -145,7 +143,7 @@ impl TriangleTree {
     }
 }
 
-/// Builds the nodes over `items`, the root first; `first` is the index of the first item in the whole.
+/// Builds the nodes over `items`, the root first; `first` is the index of the first item.
 fn grow_in_parallel(items: &mut [BoxItem], first: usize, depth: usize) -> Vec<TriangleNode> {
     let mut nodes = Vec::new();
     if items.len() <= PARALLEL {
@@ -180,7 +178,6 @@ fn grow(nodes: &mut Vec<TriangleNode>, items: &mut [BoxItem], first: usize, dept
     }
 }
 
-/// Returns the non-empty groups, each with the index of its first item.
 fn with_starts(parts: [&mut [BoxItem]; 4], first: usize) -> Vec<(usize, &mut [BoxItem])> {
     let mut end = first;
     let mut with_start = |part: &'_ mut [BoxItem]| {
@@ -238,7 +235,7 @@ fn bin_of(item: &BoxItem, axis: usize, low: f32, scale: f32, n_bins: usize) -> u
     (((item.middle(axis) - low) * scale) as usize).min(n_bins - 1)
 }
 
-/// Returns the longest axis and the bin where the sum of area times count is least; `None` if all middles coincide.
+/// Returns the axis and bin where the sum of area times count is least.
 fn cheapest_cut(items: &[BoxItem], low: Vec3A, high: Vec3A, n_bins: usize) -> Option<(usize, usize)> {
     let axis = (0..3).max_by(|&i, &j| (high[i] - low[i]).total_cmp(&(high[j] - low[j])))?;
     let scale = n_bins as f32 / (high[axis] - low[axis]);

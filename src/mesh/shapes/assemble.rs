@@ -1,4 +1,4 @@
-//! Building blocks of shapes: sheets of quads, lofted rings, unions.
+//! Building blocks of shapes.
 
 use crate::mesh::TriMesh;
 
@@ -45,9 +45,7 @@ pub(super) fn quad([a, b, c, d]: [u32; 4], from_first: bool) -> [[u32; 3]; 2] {
     if from_first { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
 }
 
-/// Builds a closed tube through rings of equal length and triangulates its ends.
-///
-/// Rings are counter-clockwise seen from the end of the tube; the first and last are convex.
+/// Builds a closed tube through rings of equal length, counter-clockwise seen from the end of the tube.
 pub(super) fn loft(rings: &[Vec<[f64; 3]>]) -> TriMesh {
     let n = rings.first().map_or(0, Vec::len) as u32;
     let mut faces = Vec::new();

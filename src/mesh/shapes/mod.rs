@@ -1,4 +1,4 @@
-//! Small named test meshes: spheres and boxes, machine shapes, open and singular surfaces.
+//! Small named test meshes.
 //!
 //! Faces of closed shapes face outward. A size that is not finite gives the empty mesh.
 

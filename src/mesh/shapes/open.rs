@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::assemble::{Join, sheet};
 use crate::mesh::TriMesh;
 
-/// Builds the unit square in the plane z = 0 as n_x x n_y quads (at least 3 each), facing up.
+/// Builds the unit square as n_x x n_y quads (at least 3 each), facing up.
 ///
 /// ```
 /// assert_eq!(neural_mesh::mesh::shapes::grid(4, 3).positions().len(), 20);
@@ -14,7 +14,7 @@ pub fn grid(n_x: u32, n_y: u32) -> TriMesh {
     sheet([n_x, n_y], [Join::Open, Join::Open], |u, v| [u, v, 0.0])
 }
 
-/// Builds the side of a cylinder of radius 1 and height 2, n_around x n_up quads, facing outward.
+/// Builds the side of a cylinder as n_around x n_up quads, facing outward.
 ///
 /// ```
 /// assert_eq!(neural_mesh::mesh::shapes::open_cylinder(12, 3).faces().len(), 72);

@@ -1,4 +1,4 @@
-//! Singular surfaces: edges with four faces, vertices with two fans, one-sided surfaces.
+//! Surfaces with singular edges or vertices, and one-sided surfaces.
 
 use std::f64::consts::{PI, TAU};
 
@@ -43,7 +43,7 @@ pub fn moebius_strip(n_around: u32, n_across: u32) -> TriMesh {
     })
 }
 
-/// Builds a Klein bottle of n_around x n_tube quads, which intersects itself along a circle.
+/// Builds a Klein bottle of n_around x n_tube quads.
 ///
 /// ```
 /// assert_eq!(neural_mesh::mesh::shapes::klein_bottle(20, 8).faces().len(), 320);

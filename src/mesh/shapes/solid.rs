@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::assemble::{Join, build, map_points, sheet};
 use crate::mesh::TriMesh;
 
-/// Builds the corner of the unit cube: four vertices, four faces, volume 1/6.
+/// Builds the corner of the unit cube.
 ///
 /// ```
 /// assert_eq!(neural_mesh::mesh::shapes::tetrahedron().faces().len(), 4);
@@ -18,7 +18,7 @@ pub fn tetrahedron() -> TriMesh {
     build(corners, vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
 }
 
-/// Builds a box from the origin to `size`, each side a grid of n x n quads.
+/// Builds a box from the origin to `size`, with n x n quads per side.
 ///
 /// ```
 /// let mesh = neural_mesh::mesh::shapes::cuboid([1.0, 1.0, 1.0], 2);
@@ -51,7 +51,7 @@ pub fn cuboid(size: [f64; 3], n: u32) -> TriMesh {
     build(places.into_iter().map(point), faces)
 }
 
-/// Builds the unit sphere from an icosahedron subdivided `level` times: 20 x 4^level faces.
+/// Builds the unit sphere with 20 x 4^level faces.
 ///
 /// ```
 /// assert_eq!(neural_mesh::mesh::shapes::icosphere(2).faces().len(), 320);
@@ -99,7 +99,7 @@ fn cut_in_four(points: &mut Vec<DVec3>, faces: &[[u32; 3]]) -> Vec<[u32; 3]> {
     faces.iter().flat_map(&mut cut).collect()
 }
 
-/// Builds a torus around the z axis, n_around x n_tube quads, with the radii of its centre circle and tube.
+/// Builds a torus around the z axis of n_around x n_tube quads.
 ///
 /// ```
 /// assert_eq!(neural_mesh::mesh::shapes::torus(16, 8, 1.0, 0.3).positions().len(), 128);

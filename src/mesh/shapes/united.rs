@@ -4,7 +4,7 @@ use super::assemble::{map_points, unite};
 use super::solid::{cuboid, icosphere, torus};
 use crate::mesh::TriMesh;
 
-/// Builds two unit spheres that touch in one point, where each has its own vertex.
+/// Builds two unit spheres that touch in one point.
 ///
 /// ```
 /// assert_eq!(neural_mesh::mesh::shapes::touching_spheres(1).positions().len(), 84);
@@ -34,7 +34,7 @@ pub fn chain_of_tori(n: u32) -> TriMesh {
     unite((0..n).map(place))
 }
 
-/// Builds `n` separate boxes in rows of ten, with edge lengths from 0.01 to 0.9.
+/// Builds `n` separate boxes with edge lengths from 0.01 to 0.9.
 ///
 /// ```
 /// assert_eq!(neural_mesh::mesh::shapes::many_boxes(94).faces().len(), 94 * 12);

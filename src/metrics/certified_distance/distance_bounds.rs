@@ -1,13 +1,13 @@
-//! Current bounds of the largest distance, and their tolerance.
+//! Bounds of the largest distance, and their tolerance.
 
-/// Tolerance of the bounds of a [`CertifiedDistance`](super::CertifiedDistance).
+/// Tolerance of a [`CertifiedDistance`](super::CertifiedDistance).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DistanceTolerance {
-    /// Accepted excess of the upper bound over the lower, as a share of the lower.
+    /// Accepted excess of the upper bound, as a share of the lower.
     pub gap: f64,
     /// Distance below which the upper bound need not be tighter.
     pub enough: f64,
-    /// Distance at which the search ends; if the lower bound exceeds it, the upper bound becomes infinite.
+    /// Distance at which the search ends; the upper bound is then infinite.
     pub too_much: f64,
 }
 

@@ -1,10 +1,9 @@
 //! Proved bounds of the largest distance between two surfaces, by branch and bound.
 //!
 //! The distance to a triangle is convex, so over a convex polygon it is largest at a corner. The largest distance from
-//! a polygon to a surface is thus at most `min over faces F of max over corners v of d(v, F)`; the faces closest to the
-//! corners serve as F. Each corner's own distance is a lower bound. Polygons whose bounds are too far apart are cut,
-//! largest upper bound first (after Tang, Lee and Kim 2009, "Interactive Hausdorff distance computation for general
-//! polygonal models"). Here cuts follow the planes through the closest face's sides.
+//! a polygon to a surface is thus at most `min over faces F of max over corners v of d(v, F)`. Each corner's own
+//! distance is a lower bound. Polygons whose bounds are too far apart are cut, largest upper bound first (after Tang,
+//! Lee and Kim 2009, "Interactive Hausdorff distance computation for general polygonal models").
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -23,20 +22,18 @@ use polygon::PolygonCorner;
 use search::{FacePart, SearchItem, tighten_bounds};
 use target_surface::TargetSurface;
 
-/// Largest number of triangles and boxes visited per direction: per face of both meshes, plus a fixed number.
-///
-/// Two dozen per face are usual; heavily intersecting faces exceed it, and the bounds stay apart.
+/// Largest number of triangles and boxes visited per direction: per face, plus a fixed number.
 const MAX_LOOKS: [u64; 2] = [150, 1_500_000];
 /// Share of the diagonal below which distances are not resolved.
 const SMALLEST: f64 = 1e-7;
 
-/// Bounds of the two-sided largest distance, in the mesh's unit.
+/// Bounds of the Hausdorff distance, in the mesh's unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct CertifiedDistance {
-    /// Lower bound: some point is at least this far from the other surface.
+    /// Lower bound, attained by some point.
     pub lower: f64,
-    /// Upper bound: no point is farther.
+    /// Upper bound for all points.
     pub upper: f64,
     /// Diagonal of the original's bounding box.
     pub diagonal: f64,
@@ -44,8 +41,7 @@ pub struct CertifiedDistance {
 
 /// Bounds the Hausdorff distance; `None` if a mesh has no faces.
 ///
-/// The bounds hold up to rounding in double precision. Below 1e-7 of the diagonal, or where the search exceeds its
-/// budget, they may be farther apart than the tolerance.
+/// The bounds may be farther apart than the tolerance if the search exceeds its budget, or below 1e-7 of the diagonal.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, metrics::{DistanceTolerance, certified_distance}};
@@ -145,7 +141,7 @@ fn farthest_apart(a: &TriMesh, b: &TriMesh) -> f64 {
 struct DirectedSearch<'a> {
     from: &'a TriMesh,
     target: &'a TargetSurface<'a>,
-    /// Distances at the vertices, n_vertices; fewer if the search stopped early.
+    /// Distances at the vertices; fewer if the search stopped early.
     corners: Vec<PolygonCorner>,
 }
 

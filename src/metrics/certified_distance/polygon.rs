@@ -1,11 +1,11 @@
-//! A convex polygon within a face, with the distance measured at each corner.
+//! Convex polygons within a face.
 
 use glam::DVec3;
 
-/// Least thickness on both sides of a cut, as a share of the polygon's size.
+/// Least thickness on both sides of a cut, relative to the polygon's size.
 const MIN_THICKNESS: f64 = 1e-6;
 
-/// A corner with an upper bound of its distance to the target surface, and the face that gives it.
+/// A corner with an upper bound of its distance, and the face that gives it.
 #[derive(Clone, Copy)]
 pub(super) struct PolygonCorner {
     pub point: DVec3,

@@ -1,4 +1,4 @@
-//! Branch and bound: polygons wait in order of their upper bounds, and the farthest are cut.
+//! Branch and bound over polygons, those with the largest upper bounds first.
 
 use std::collections::BinaryHeap;
 
@@ -8,9 +8,8 @@ use super::distance_bounds::DistanceBounds;
 use super::polygon::{PolygonCorner, bisecting_plane, largest_corner_distance, middle, split_polygon};
 use super::target_surface::TargetSurface;
 
-/// Largest number of polygons cut in parallel.
 const MAX_BATCH: usize = 256;
-/// Number of cuts after which one bisects the polygon, so that it shrinks in any case.
+/// Cuts after which one bisects the polygon, so that it shrinks.
 const BISECT_EVERY: u32 = 5;
 const SEARCHES_PER_CUT: u64 = 10;
 pub(super) struct SearchItem {
@@ -51,7 +50,6 @@ struct CutResult {
     waiting: Vec<SearchItem>,
 }
 
-/// Tightens the bounds by cutting the waiting polygons, largest upper bound first.
 pub(super) fn tighten_bounds(
     mut waiting: BinaryHeap<SearchItem>,
     corners_of: &(dyn Fn(u32) -> [PolygonCorner; 3] + Sync),

@@ -1,4 +1,4 @@
-//! The surface that distances are measured to, and the planes between its faces.
+//! The surface that distances are measured to.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -14,22 +14,18 @@ use crate::spatial::{FaceTree, SearchCost};
 
 /// Squared length below which the difference of two unit normals has no direction.
 const NO_DIRECTION: f64 = 1e-12;
-/// Largest number of vertices per round; the budget is checked between rounds.
+/// Vertices per round; the budget is checked between rounds.
 const MAX_BATCH: usize = 2048;
-/// Visits always granted to a round.
 const MIN_LOOKS_PER_ROUND: u64 = 1_000_000;
-/// Smallest number of items per round.
 const MIN_BATCH: usize = 16;
-/// Number of consecutive vertices that are searched one from another's face.
+/// Vertices in a chain, searched one from another's face.
 const CHAIN: usize = 32;
 
 pub(super) struct TargetSurface<'a> {
     mesh: &'a TriMesh,
     tree: &'a FaceTree<'a>,
-    /// Triangles and boxes visited, and their limit.
     n_looks: AtomicU64,
     most_looks: u64,
-    /// True if boxes count as visits.
     with_boxes: bool,
     n_searches: AtomicU64,
 }
@@ -52,14 +48,14 @@ impl<'a> TargetSurface<'a> {
         self.n_looks() >= self.most_looks
     }
 
-    /// Returns the number of items, at most `most`, with `n_searches` each, that fit the remaining budget.
+    /// Returns the number of items, with `n_searches` each, that fit the remaining budget.
     pub(super) fn batch_size(&self, most: usize, n_searches: u64) -> usize {
         let each = self.n_looks() / self.n_searches.load(Ordering::Relaxed).max(1);
         let left = self.most_looks.saturating_sub(self.n_looks()).max(MIN_LOOKS_PER_ROUND);
         (left / (n_searches * each).max(1)).clamp(MIN_BATCH as u64, most as u64) as usize
     }
 
-    /// Measures the distance at a point; a good `guess` of its closest face saves time.
+    /// Measures a point; a good `guess` of its closest face saves time.
     pub(super) fn corner(&self, point: DVec3, guess: Option<u32>) -> PolygonCorner {
         let found = self.tree.find_near_with_cost(point, guess, f64::NEG_INFINITY);
         let (face, distance2, looks) = found.unwrap_or((0, f64::INFINITY, SearchCost::default()));
@@ -69,13 +65,13 @@ impl<'a> TargetSurface<'a> {
         PolygonCorner { point, distance: distance2.sqrt(), face }
     }
 
-    /// Measures the distance at a point by one face; the result is at most `enough`, or exact.
+    /// Measures a point by one face; the distance is at most `enough`, or exact.
     pub(super) fn corner_from_face(&self, face: u32, point: DVec3, enough: f64) -> PolygonCorner {
         let corner = PolygonCorner { point, distance: self.distance_to(face, point), face };
         if corner.distance <= enough { corner } else { self.corner(point, Some(face)) }
     }
 
-    /// Measures the vertices of a mesh; stops early if the budget is spent or a used vertex is too far.
+    /// Measures the vertices of a mesh; stops early if the budget is spent or a vertex is too far.
     pub(super) fn vertex_corners(&self, from: &TriMesh, bounds: &DistanceBounds) -> Vec<PolygonCorner> {
         let mut corners: Vec<PolygonCorner> = Vec::with_capacity(from.positions().len());
         let mut is_used = vec![false; from.positions().len()];
@@ -93,7 +89,6 @@ impl<'a> TargetSurface<'a> {
         corners
     }
 
-    /// Measures points, each starting from the closest face of the previous one.
     fn chained_corners(&self, points: &[[f32; 3]]) -> impl Iterator<Item = PolygonCorner> {
         let mut last = None;
         points.iter().map(move |p| {
@@ -105,7 +100,7 @@ impl<'a> TargetSurface<'a> {
 
     /// Returns an upper bound of the distance over a polygon, no tighter than `is_tight` demands.
     ///
-    /// Each corner gives two bounds: through its closest face, and its own distance plus the polygon's radius from it.
+    /// Each corner gives two: through its closest face, and its distance plus the polygon's radius from it.
     pub(super) fn upper_bound(&self, corners: &[PolygonCorner], is_tight: impl Fn(f64) -> bool) -> f64 {
         let mut upper = f64::INFINITY;
         for (i, corner) in corners.iter().enumerate() {
@@ -121,7 +116,6 @@ impl<'a> TargetSurface<'a> {
         upper
     }
 
-    /// Returns the largest distance between the polygon and one face; a corner attains it.
     pub(super) fn distance_from_face(&self, corners: &[PolygonCorner], face: u32) -> f64 {
         corners.iter().map(|corner| self.distance(corner, face)).fold(0.0, f64::max)
     }
@@ -145,7 +139,7 @@ impl<'a> TargetSurface<'a> {
         [wall(a, b), wall(b, c), wall(c, a)]
     }
 
-    /// Returns the plane of equal distance to `face` and to another face, closest to the corner farthest from `face`.
+    /// Returns the plane of equal distance to `face` and to another face, near the corner farthest from `face`.
     pub(super) fn bisector(&self, corners: &[PolygonCorner], face: u32) -> Option<CutPlane> {
         let gained = |corner: &PolygonCorner| self.distance(corner, face) - corner.distance;
         let apart = corners.iter().filter(|corner| corner.face != face);

@@ -4,13 +4,13 @@
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Figure {
-    /// Name in snake case; fixed.
+    /// Name in snake case.
     pub name: &'static str,
     /// Unit such as "% of diagonal"; empty for plain numbers.
     pub unit: &'static str,
     /// Meaning in a few words.
     pub about: &'static str,
-    /// Value; `None` if it cannot be measured.
+    /// Value; `None` if unknown.
     pub value: Option<f64>,
 }
 

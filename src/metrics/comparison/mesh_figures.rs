@@ -1,4 +1,4 @@
-//! Figures of the mesh itself: size, edges, topology, triangles.
+//! Figures of the mesh: size, edges, topology, triangles.
 
 use super::figure::Figure;
 use super::reference_mesh::ReferenceMesh;
@@ -9,7 +9,6 @@ fn count(n: usize) -> Option<f64> {
     Some(n as f64)
 }
 
-/// Returns the size of the simplified mesh.
 pub fn sizes(simplified: &TriMesh) -> [Figure; 2] {
     [
         Figure::new("vertices", "vertices", "vertices of the simplified mesh", count(simplified.positions().len())),
@@ -17,7 +16,6 @@ pub fn sizes(simplified: &TriMesh) -> [Figure; 2] {
     ]
 }
 
-/// Returns the figures of irregular edges and self-intersections.
 pub fn edges(original: &ReferenceMesh, simplified: &TriMesh, found: &Topology) -> [Figure; 7] {
     let edges = open_edges(&original.mesh, simplified);
     let crossed = n_self_intersecting_faces(simplified).map(|n| n as f64);
@@ -40,7 +38,6 @@ pub fn edges(original: &ReferenceMesh, simplified: &TriMesh, found: &Topology) -
     ]
 }
 
-/// Returns the differences from the original in components, genus, area and volume.
 pub fn topology(original: &ReferenceMesh, simplified: &TriMesh, surface: &Surface, found: &Topology) -> [Figure; 4] {
     let more = |a: usize, b: usize| a as f64 - b as f64;
     let genus = found.genus.zip(original.topology.genus).map(|(a, b)| more(a, b));
@@ -57,7 +54,6 @@ pub fn topology(original: &ReferenceMesh, simplified: &TriMesh, surface: &Surfac
     ]
 }
 
-/// Returns the shape figures of the triangles.
 pub fn triangles(simplified: &TriMesh) -> [Figure; 4] {
     let quality = triangle_quality(simplified);
     let mean = "mean over the faces of the smallest angle";

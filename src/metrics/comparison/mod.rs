@@ -1,6 +1,4 @@
 //! Compares a simplified mesh with its original, as a list of named figures.
-//!
-//! Names and order are fixed, so that figures can be columns of a table.
 
 mod compare_options;
 mod figure;
@@ -15,7 +13,7 @@ pub use compare_options::CompareOptions;
 pub use figure::Figure;
 pub use reference_mesh::ReferenceMesh;
 
-/// Measures a simplified mesh against its original; always returns the same figures in the same order.
+/// Measures a simplified mesh against its original; returns the same figures in the same order.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, metrics::{CompareOptions, ReferenceMesh, compare}};

@@ -1,10 +1,10 @@
-//! The original of a comparison, prepared once for many simplified meshes.
+//! The original of a comparison.
 
 use super::compare_options::CompareOptions;
 use crate::mesh::{Topology, TriMesh, topology};
 use crate::metrics::{Surface, volume};
 
-/// An original mesh, prepared for measuring many simplified meshes.
+/// An original, prepared for measuring many simplified meshes.
 pub struct ReferenceMesh {
     pub(super) mesh: TriMesh,
     pub(super) options: CompareOptions,
@@ -30,7 +30,7 @@ impl ReferenceMesh {
         }
     }
 
-    /// Returns a mesh scaled by the power of two that brings a very small or large original to about unit size.
+    /// Returns a mesh scaled by the power of two that brings the original to about unit size.
     ///
     /// ```
     /// use neural_mesh::{mesh::{TriMesh, shapes}, metrics::{CompareOptions, ReferenceMesh}};
@@ -44,8 +44,6 @@ impl ReferenceMesh {
 }
 
 /// Returns a power of two that brings a very small or very large mesh to about unit size, else 1.
-///
-/// Fourth powers of coordinates in single precision must not overflow.
 fn scale_to_one(mesh: &TriMesh) -> f64 {
     let size = mesh.positions().as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()));
     let is_usual = size == 0.0 || (1e-6..=1e6).contains(&size);

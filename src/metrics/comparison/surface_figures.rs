@@ -1,11 +1,11 @@
-//! Figures of position and orientation of the surfaces.
+//! Figures of the surfaces' position and orientation.
 
 use super::figure::Figure;
 use super::reference_mesh::ReferenceMesh;
 use crate::mesh::TriMesh;
 use crate::metrics::{Surface, chamfer, curvature_error, largest_distance, n_turned_faces, surface_distance};
 
-/// Returns the figures of distance, normals and curvature; `surface` holds the samples of `simplified`.
+/// Returns the figures of distance, normals and curvature.
 pub fn figures(original: &ReferenceMesh, simplified: &TriMesh, surface: &Surface) -> [Figure; 9] {
     let share = 100.0 / original.surface.diagonal;
     let chamfer = chamfer(&original.surface.samples, &surface.samples).map(|cd| cd.sum() * (0.01 * share).powi(2));
