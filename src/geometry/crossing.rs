@@ -49,7 +49,7 @@ fn are_on_one_side(sides: [i8; 3]) -> bool {
     sides.iter().all(|&s| s >= 0) || sides.iter().all(|&s| s <= 0)
 }
 
-/// Returns whether an edge of `a` with ends on different sides of `b` meets `b` elsewhere than at a corner.
+/// Returns whether an edge of `a` passes through `b` elsewhere than at a corner.
 fn has_passing_edge(a: [[f32; 3]; 3], sides: [i8; 3], b: [[f32; 3]; 3]) -> bool {
     [(0, 1), (1, 2), (2, 0)].into_iter().any(|(i, j)| {
         sides[i] * sides[j] < 0 && {
@@ -59,7 +59,6 @@ fn has_passing_edge(a: [[f32; 3]; 3], sides: [i8; 3], b: [[f32; 3]; 3]) -> bool 
     })
 }
 
-/// Returns whether two coplanar triangles have common inner points.
 fn overlap_in_plane(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
     let Some(dropped) = (0..3).find(|&axis| turn(a, axis) != 0 && turn(b, axis) != 0) else { return false };
     let keeps_apart = |a: [[f32; 3]; 3], b: [[f32; 3]; 3]| {
@@ -82,7 +81,6 @@ fn side(triangle: [[f32; 3]; 3], p: [f32; 3]) -> i8 {
     sign(orient3d(a, b, c, coord(p)))
 }
 
-/// Returns the orientation of three points seen along an axis.
 fn turn(points: [[f32; 3]; 3], axis: usize) -> i8 {
     let [a, b, c] = points.map(|p| Coord { x: p[(axis + 1) % 3], y: p[(axis + 2) % 3] });
     sign(orient2d(a, b, c))

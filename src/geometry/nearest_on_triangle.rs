@@ -1,4 +1,4 @@
-//! The closest point on one triangle in double precision, also for thin triangles.
+//! The closest point on one triangle in double precision.
 
 use glam::DVec3;
 

@@ -34,7 +34,7 @@ fn split_quad(corners: &[[f64; 3]]) -> [[u32; 3]; 2] {
     if !agree(a, b, c, d) && agree(b, c, d, a) { [[1, 2, 3], [1, 3, 0]] } else { [[0, 1, 2], [0, 2, 3]] }
 }
 
-/// Projects the corners to the plane of their largest projected area, counter-clockwise.
+/// Projects the corners to the plane of their largest projected area.
 fn project(corners: &[[f64; 3]]) -> Vec<DVec2> {
     let first = DVec3::from(corners[0]);
     let spokes = || corners.iter().map(|&p| DVec3::from(p) - first);
@@ -85,7 +85,6 @@ impl Ears {
         [self.previous[corner as usize], corner, self.next[corner as usize]]
     }
 
-    /// Clips rounds of ears; if a round finds none, clips the flattest corner.
     fn clip(mut self) -> Vec<[u32; 3]> {
         let n_triangles = self.points.len() - 2;
         let mut triangles = Vec::with_capacity(n_triangles);
@@ -165,7 +164,6 @@ mod tests {
         triangulate(corners).into_iter().map(normal).collect()
     }
 
-    /// Returns whether all triangles face the same way and cover the polygon's area.
     fn covers(corners: &[[f64; 3]]) -> bool {
         let normals = normals(corners);
         let total: DVec3 = normals.iter().sum();

@@ -6,7 +6,6 @@ const MOST: usize = 1024;
 /// Margin around a cell, relative to its size.
 const MARGIN: f64 = 1e-6;
 
-/// Corners sorted into cells that hold one each on average.
 pub(super) struct CornerGrid {
     low: DVec2,
     side: DVec2,
@@ -70,7 +69,6 @@ impl CornerGrid {
         (false, n_looks)
     }
 
-    /// Returns whether the cell with the low corner `low` is to the right of an edge.
     fn is_beyond(&self, (p, q): (DVec2, DVec2), low: DVec2) -> bool {
         let (along, margin) = (q - p, self.side * MARGIN);
         let (low, high) = (low - margin, low + self.side + margin);

@@ -23,7 +23,6 @@ pub(crate) mod golden {
     /// Results by name, as hashes of their bits.
     pub(crate) type Results = Vec<(String, u64)>;
 
-    /// An entry of the golden file, the constant that holds its version, and its test.
     pub(crate) struct GoldenCheck {
         pub part: &'static str,
         pub version: u32,
@@ -101,7 +100,6 @@ pub(crate) mod golden {
         text.lines().skip(1).map(row).collect()
     }
 
-    /// Adds rows to the file and removes those of other versions.
     fn write(part: &str, version: u32, new: Vec<[String; 5]>) {
         static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
         let _alone = ONE_AT_A_TIME.lock();

@@ -26,7 +26,7 @@ const BLOCK: usize = 1024;
 pub enum InvalidCsr {
     /// Offsets do not rise from 0 to the number of entries.
     BadOffsets,
-    /// Columns of the row are out of range, repeated or not ascending.
+    /// Columns of the row are out of range or not ascending.
     BadRow {
         /// The row's index.
         row: usize,
@@ -92,7 +92,7 @@ impl Csr {
     /// Builds rows in parallel; `add_columns(row, columns)` appends the columns of a row in any order.
     ///
     /// # Panics
-    /// If a column is out of range, or there are more than 2^32 - 1 entries.
+    /// If a column is out of range, or there are too many entries for `u32`.
     ///
     /// ```
     /// use neural_mesh::linalg::Csr;

@@ -41,7 +41,7 @@ pub fn gather_backward(n_rows: usize, indices: &[u32], gradient: &Matrix) -> Mat
 
 /// Computes `[least | largest | mean]` of triples of rows i, j, k, by column, for Eq. (4).
 ///
-/// Least and largest are those of `x_i - x_j`, `x_i - x_k`, `x_j - x_k`, the mean that of the rows.
+/// Least and largest are those of `x_i - x_j`, `x_i - x_k`, `x_j - x_k`.
 ///
 /// # Shapes
 /// - `x`: n x n_cols, `triples`: n_triples x 3
@@ -128,7 +128,6 @@ mod tests {
         assert_close(&[forth], &[dot(&x, &gather_backward(9, &indices, &g))], 1e-6);
     }
 
-    /// Returns `<gradient, extremes>` with one entry of `x` moved by `step`.
     fn loss(x: &Matrix, gradient: &Matrix, [row, col]: [usize; 2], step: f64) -> f64 {
         let at =
             |i: u32, c: usize| f64::from(x.row(i as usize)[c]) + if [i as usize, c] == [row, col] { step } else { 0.0 };

@@ -73,7 +73,6 @@ impl<K: ColumnKernel> RowKernel for K {
     }
 }
 
-/// Rows per task.
 const BLOCK: usize = 64;
 
 impl Isa {
@@ -159,7 +158,6 @@ impl Isa {
         result
     }
 
-    /// Computes one value per entry of `pattern`.
     pub(crate) fn compute_entries<K: RowKernel>(self, kernel: &K, pattern: &Csr) -> Vec<f32> {
         let mut values = vec![0.0; pattern.n_entries()];
         let blocks = split_rows(pattern, &mut values);

@@ -1,4 +1,4 @@
-//! Largest difference to a neighbour: the core of DevConv (Eq. 1) after its linear map.
+//! Largest difference to a neighbour: the core of DevConv (Eq. 1).
 
 use super::isa::{ColumnKernel, Isa, RowKernel, relu};
 use super::product::multiply_rows;
@@ -142,7 +142,6 @@ fn smaller(a: f32, b: f32) -> f32 {
     if b < a { b } else { a }
 }
 
-/// The place of each entry's smallest neighbour in its row of the graph.
 struct WinnerKernel<'a> {
     u: &'a Matrix,
     graph: &'a Csr,

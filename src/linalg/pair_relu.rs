@@ -202,7 +202,6 @@ fn side_by_side(left: &Matrix, rows: Range<usize>, right: &[f32]) -> Vec<f32> {
     joined
 }
 
-/// The gradient of `u_n` as the first of pairs.
 struct FirstGradientKernel<'a> {
     sums: PairReluKernel<'a>,
     gradient: &'a Matrix,

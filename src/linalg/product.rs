@@ -103,7 +103,6 @@ impl RowKernel for Product<'_> {
     }
 }
 
-/// Adds a bias to rows, one number per column or empty.
 #[inline(always)]
 pub(super) fn add_bias(rows: &mut [f32], bias: &[f32]) {
     for row in rows.chunks_exact_mut(bias.len().max(1)) {
@@ -161,7 +160,6 @@ fn dots<const FMA: bool>(rows: &[f32], column: &[f32], out: &mut [f32]) {
     }
 }
 
-/// Rows summed per task; the sums are added in order.
 const ROWS_PER_SUM: usize = 256;
 
 struct WeightsBackward<'a> {
@@ -190,7 +188,6 @@ fn transpose(rows: &[f32], n_in: usize) -> Vec<f32> {
 /// Rows of a tile; with [`NARROW`] columns the sums fill twelve of AVX2's sixteen registers.
 const TILE: usize = 6;
 
-/// Multiplies `left`, n x n_inner, by `right`, n_inner x n_out, into `out`.
 #[inline(always)]
 fn multiply<const FMA: bool>(left: &[f32], shape: [usize; 2], right: &[f32], out: &mut [f32]) {
     let [n_inner, n_out] = shape;

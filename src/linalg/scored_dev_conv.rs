@@ -94,7 +94,6 @@ where
     }
 }
 
-/// The kernel of `max_j (u_i - u_j)` with `u = [a | b] theta`, computing `u_j` on demand.
 struct StarMaxKernel<'a, P, F> {
     stars: &'a Stars<'a, P, F>,
     theta: &'a Matrix,

@@ -77,7 +77,6 @@ fn upper_half(s: &[f32], graph: &Csr, adjacency: &Csr) -> Vec<f32> {
     })
 }
 
-/// A sparse row stored densely.
 struct Scratch {
     sums: Vec<f32>,
     touched: Vec<u32>,

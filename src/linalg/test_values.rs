@@ -4,13 +4,11 @@ use super::{Csr, Matrix};
 use rand_xoshiro::SplitMix64;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-/// Returns random entries in -1..1.
 pub(crate) fn random(n_rows: usize, n_cols: usize, seed: u64) -> Matrix {
     let mut rng = SplitMix64::seed_from_u64(seed);
     Matrix::from_fn(n_rows, n_cols, |_, _| (rng.next_u64() >> 40) as f32 / (1u64 << 23) as f32 - 1.0)
 }
 
-/// Returns a graph with rows of different lengths and one-way edges.
 pub(crate) fn ragged_graph(n: usize) -> Csr {
     let entries = (0..n as u32).flat_map(|i| (0..i % 5).map(move |k| [i, (i * 7 + k * k * 3 + 1) % n as u32]));
     Csr::from_entries(n, n, entries.filter(|[i, j]| i != j))

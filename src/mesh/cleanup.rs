@@ -2,14 +2,14 @@
 //!
 //! 1. Drops faces with a vertex index out of range.
 //! 2. Drops faces with a corner that is not finite.
-//! 3. Welds vertices at equal positions (-0 equals 0), unless the options forbid it. Positions are compared in single
-//!    precision about a local origin.
+//! 3. Welds vertices at equal positions, in single precision about a local origin (-0 equals 0), unless the options
+//!    forbid it.
 //! 4. Drops faces that use a vertex twice, before or after welding.
 //! 5. Drops all but the first of the faces with the same three vertices. A second one stays as a wall between closed
 //!    bodies.
 //! 6. Drops unused vertices.
 //!
-//! Faces of zero area with three different vertices stay, since they hold the surface together.
+//! Faces of zero area stay, since they hold the surface together.
 
 use super::first_equal::first_equal;
 use super::precision::{LostComponent, find_lost_component};
@@ -41,13 +41,13 @@ pub struct CleanCounts {
     pub unreferenced_vertices: usize,
     /// Faces that used a vertex twice.
     pub degenerate_faces: usize,
-    /// Faces with the same three vertices as an earlier one.
+    /// Repeated faces.
     pub duplicate_faces: usize,
     /// Faces with a corner that is not finite.
     pub non_finite_faces: usize,
     /// Faces with a vertex index out of range.
     pub out_of_range_faces: usize,
-    /// Faces of the file with fewer than three corners.
+    /// Faces with fewer than three corners.
     pub dropped_faces: usize,
 }
 
@@ -67,7 +67,7 @@ impl std::ops::AddAssign for CleanCounts {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Cleaned {
-    /// Mesh with at least one face, without unused vertices.
+    /// Mesh with at least one face.
     pub mesh: TriMesh,
     /// Relation of the coordinates to the file's.
     pub frame: Frame,
@@ -98,9 +98,9 @@ pub enum CleanError {
     UnfitAttributes,
     /// Single precision cannot hold a component that is too small or too far from the others.
     TooCoarse {
-        /// A vertex of the component.
+        /// A vertex of it.
         vertex: usize,
-        /// Diagonal of the component's bounding box.
+        /// Diagonal of its bounding box.
         size: f64,
         /// Spacing of `f32` numbers there.
         step: f64,
@@ -261,9 +261,9 @@ fn used_vertices(faces: &[[u32; 3]], n_vertices: usize) -> Vec<bool> {
     used
 }
 
-/// Returns a local origin near the centre of the used vertices.
+/// Returns a local origin near the centre of the used vertices, as multiples of a power of two.
 ///
-/// Its coordinates are multiples of a power of two above the extent, so that sums are exact.
+/// Sums with such an origin are exact.
 pub(super) fn local_origin(positions: &[[f64; 3]], used: &[bool]) -> [f64; 3] {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for (position, _) in positions.iter().zip(used).filter(|(_, used)| **used) {
@@ -321,7 +321,7 @@ fn weld(
     Ok(repeated)
 }
 
-/// Applies step 5, which may make more walls superfluous, until nothing changes.
+/// Applies step 5 until nothing changes.
 fn drop_duplicate_faces(local: &[[f32; 3]], faces: &mut FaceList, counts: &mut CleanCounts) {
     loop {
         let repeated = superfluous_faces(local, &faces.corners, repeated_faces(&faces.corners, local.len()));
@@ -335,7 +335,7 @@ fn drop_duplicate_faces(local: &[[f32; 3]], faces: &mut FaceList, counts: &mut C
     }
 }
 
-/// Applies step 6; returns the remaining positions and their old indices.
+/// Applies step 6.
 fn drop_unused_vertices(local: Vec<[f32; 3]>, faces: &mut [[u32; 3]], used: &[bool]) -> (Vec<[f32; 3]>, Vec<u32>) {
     if used.iter().all(|used| *used) {
         let source = (0..local.len() as u32).collect();

@@ -2,9 +2,7 @@
 
 use super::{InvalidMesh, TriMesh};
 
-/// Builds a mesh from some faces and the vertices they use, in their order.
-///
-/// Also returns the old index of each vertex.
+/// Builds a mesh from some faces and their vertices; also returns the old index of each vertex.
 ///
 /// # Errors
 /// [`InvalidMesh`] as for [`TriMesh::new`].

@@ -7,17 +7,14 @@ use super::half_edges::{for_each_edge, next};
 use super::{Attributes, Channel, Role, TriMesh};
 use crate::geometry::triangle::unit_normal;
 
-/// Least distance between two faces' unit normals at which shading is visible.
+/// Least difference of two faces' unit normals at which shading is visible.
 const BENT: f32 = 0.004;
-/// Largest deviation of a flat corner's normal, relative to the distance between the faces' normals; smooth corners
-/// have one half.
+/// Largest deviation of a flat corner's normal, relative to the difference of the faces' normals.
 const NEAR: f32 = 0.25;
 /// Smallest share of flat corners in a flat-shaded mesh.
 const NEARLY_ALL: f64 = 0.95;
 
-/// Returns whether the corner normals are those of the faces.
-///
-/// False without normals or with all faces in one plane.
+/// Returns whether the corner normals are those of the faces, false without normals or in one plane.
 ///
 /// ```
 /// use neural_mesh::mesh::{Attributes, is_shaded_flat, shapes};
@@ -48,7 +45,7 @@ pub fn is_shaded_flat(mesh: &TriMesh, attributes: &Attributes) -> bool {
     n_bent > 0 && n_flat as f64 >= NEARLY_ALL * n_bent as f64
 }
 
-/// Returns the attributes with face normals as normals, in a channel called `name`.
+/// Returns the attributes with face normals in a channel called `name`.
 ///
 /// Corners of a vertex share a wedge if their faces are coplanar.
 pub fn with_flat_normals(mesh: &TriMesh, attributes: &Attributes, name: &str) -> Attributes {

@@ -54,7 +54,7 @@ impl PositionGrid {
         0.5 * 3f64.sqrt() * self.step
     }
 
-    /// Returns whether rounding keeps distinct vertices apart and every face's area above zero.
+    /// Returns whether rounding keeps vertices apart and every face's area above zero.
     pub fn preserves(&self, positions: &[[f32; 3]], faces: &[[u32; 3]]) -> bool {
         let numbers: Vec<[i64; 3]> = positions.iter().map(|p| self.round(p.map(f64::from))).collect();
         let mut first: FxHashMap<[i64; 3], [f32; 3]> = FxHashMap::default();
@@ -85,7 +85,7 @@ pub fn longest_side(points: impl Iterator<Item = [f64; 3]>) -> f64 {
     (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max)
 }
 
-/// Returns the double with the fewest decimal digits that rounds to `x`.
+/// Returns the double with the fewest digits that rounds to `x`.
 fn in_few_digits(x: f32) -> f64 {
     x.to_string().parse().unwrap_or(f64::from(x))
 }

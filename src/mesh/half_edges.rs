@@ -1,6 +1,6 @@
-//! Half-edges of face lists.
+//! Half-edges: the sides of faces.
 //!
-//! A half-edge is a side of a face. Its index is that of the corner where it starts: `3 * face + corner`.
+//! Its index is that of the corner where it starts: `3 * face + corner`.
 
 #[derive(Clone, Copy, Default)]
 pub(crate) struct HalfEdge {
@@ -26,14 +26,12 @@ pub(crate) fn start(faces: &[[u32; 3]], half_edge: u32) -> u32 {
     faces.as_flattened()[half_edge as usize]
 }
 
-/// Returns the next half-edge of the face, which is the corner where `half_edge` ends.
+/// Returns the next half-edge of the face.
 pub(crate) fn next(half_edge: u32) -> u32 {
     if half_edge % 3 == 2 { half_edge - 2 } else { half_edge + 1 }
 }
 
 /// Calls `visit` with the ends of every edge, the smaller first, and its half-edges, ascending.
-///
-/// Faces have three different corners below `n_vertices`.
 pub(crate) fn for_each_edge(n_vertices: usize, faces: &[[u32; 3]], mut visit: impl FnMut([u32; 2], &[HalfEdge])) {
     let (ends_of_buckets, mut half_edges) = buckets(n_vertices, faces);
     let mut begin = 0;
@@ -45,7 +43,7 @@ pub(crate) fn for_each_edge(n_vertices: usize, faces: &[[u32; 3]], mut visit: im
     }
 }
 
-/// Returns the twin of each half-edge, or [`NO_TWIN`] if its edge has not exactly two half-edges.
+/// Returns the twin of each half-edge, or [`NO_TWIN`] unless its edge has two half-edges.
 pub(crate) fn twins(n_vertices: usize, faces: &[[u32; 3]]) -> Vec<u32> {
     let mut twins = vec![NO_TWIN; 3 * faces.len()];
     for_each_edge(n_vertices, faces, |_, edge| {
@@ -57,7 +55,6 @@ pub(crate) fn twins(n_vertices: usize, faces: &[[u32; 3]]) -> Vec<u32> {
     twins
 }
 
-/// Sorts the half-edges by the smaller vertex of their edge; also returns where each vertex's half-edges end.
 fn buckets(n_vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<HalfEdge>) {
     let mut ends = vec![0u32; n_vertices];
     for [a, b] in sides(faces) {

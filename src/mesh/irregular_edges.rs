@@ -2,7 +2,7 @@
 
 use super::{TriMesh, edges};
 
-/// Irregular edges by kind, each as two vertices, the smaller first; ascending.
+/// Irregular edges by kind, each as two vertices, the smaller first.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct IrregularEdges {
     /// Edges with one face.

@@ -20,7 +20,7 @@ pub enum Wrap {
 pub struct BaseTexture {
     /// Bytes of a PNG, JPEG, WebP or KTX2 file.
     pub image: Arc<[u8]>,
-    /// Name of the channel of its coordinates; the first such channel if empty.
+    /// Name of the channel of its coordinates; empty means the first.
     pub channel: String,
     /// Behaviour along u and v.
     pub wrap: [Wrap; 2],
@@ -99,9 +99,9 @@ impl Default for Finish {
 pub struct Looks {
     /// Appearance by group index; white beyond the last.
     pub of_groups: Vec<Look>,
-    /// True if v points up, as in OBJ; in glTF it points down.
+    /// True if v points up, as in OBJ, not down, as in glTF.
     pub v_is_up: bool,
-    /// True if vertex colours are linear, as in glTF; in PLY and OBJ they are sRGB.
+    /// True if vertex colours are linear, as in glTF, not sRGB, as in PLY and OBJ.
     pub linear_colours: bool,
 }
 
@@ -111,7 +111,7 @@ impl Looks {
         Self { of_groups, ..Self::default() }
     }
 
-    /// Returns whether every group is white and has no texture.
+    /// Returns whether every group is white and without texture.
     pub fn is_plain(&self) -> bool {
         self.of_groups.iter().all(|look| look.texture.is_none() && look.colour == [1.0; 3])
     }

@@ -1,8 +1,8 @@
 //! Converts any set of triangles into an oriented manifold.
 //!
 //! Each vertex is split into its fans of faces joined over edges. At an edge with more than two faces, the pairs that
-//! continue each other best stay joined; a single remaining face gets a boundary. Pairs that meet again at both ends of
-//! an edge are changed. No position changes and no face is lost.
+//! continue each other best stay joined; a single remaining face gets a boundary. No position changes and no face is
+//! lost.
 
 use std::borrow::Cow;
 
@@ -16,7 +16,7 @@ use super::pulse::Pulse;
 use super::surroundings::{Surroundings, corners_at};
 use super::union_find::UnionFind;
 
-/// Largest number of rounds that change pairs; then all remaining edges are separated.
+/// Largest number of rounds that change pairs.
 const MOST_ROUNDS: usize = 32;
 
 /// A manifold made of the input's faces.
@@ -26,7 +26,7 @@ pub struct Manifold<'a> {
     pub faces: Cow<'a, [[u32; 3]]>,
     /// One-rings of all vertices.
     pub rings: OneRings,
-    /// Input vertex of each added vertex; added vertices follow the input's.
+    /// Input vertex of each added vertex.
     pub copies: Vec<u32>,
     /// Number of reversed faces.
     pub turned_faces: usize,
@@ -115,7 +115,7 @@ fn change_partners(faces: &[[u32; 3]], vertices: &[u32], partners: &mut Partners
     }
 }
 
-/// Matches the faces at edges with more than two, first within a body and in opposite directions.
+/// Matches the faces at edges with more than two, first within a body.
 fn join_bodies(n_vertices: usize, around: &Surroundings, vertices: &[u32], partners: &mut Partners) {
     let (faces, cluster) = (&around.faces, |face: u32| around.clusters[face as usize]);
     let mut bodies = UnionFind::new(around.n_clusters);
@@ -149,8 +149,6 @@ fn join_bodies(n_vertices: usize, around: &Surroundings, vertices: &[u32], partn
 }
 
 /// Gives every fan at a vertex, except the first, a copy of the vertex.
-///
-/// Without `partners`, edges with more than two faces join nothing.
 fn split_fans(
     n_vertices: usize,
     faces: &mut [[u32; 3]],
@@ -205,7 +203,7 @@ fn joined_fans(faces: &[[u32; 3]], corners: &[(u32, u32)], partners: &Partners) 
     fans
 }
 
-/// Lists the neighbours of a vertex, each with the index of a corner, ascending.
+/// Lists the neighbours of a vertex, each with the index of a corner.
 fn spokes(faces: &[[u32; 3]], corners: &[(u32, u32)]) -> Vec<(u32, u32)> {
     let others = |&(vertex, corner): &(u32, u32)| faces[corner as usize / 3].into_iter().filter(move |&w| w != vertex);
     let mut spokes: Vec<(u32, u32)> =
@@ -214,7 +212,6 @@ fn spokes(faces: &[[u32; 3]], corners: &[(u32, u32)]) -> Vec<(u32, u32)> {
     spokes
 }
 
-/// Lists the half-edges between a vertex and one neighbour, each with its corner's index.
 fn halves_over(faces: &[[u32; 3]], corners: &[(u32, u32)], spoke: &[(u32, u32)]) -> Vec<(u32, u32)> {
     let half = |&(neighbour, i): &(u32, u32)| (half_edge(faces, corners[i as usize].1, neighbour), i);
     let mut halves: Vec<(u32, u32)> = spoke.iter().map(half).collect();
@@ -226,7 +223,7 @@ fn half_edge(faces: &[[u32; 3]], corner: u32, other: u32) -> u32 {
     if start(faces, next(corner)) == other { corner } else { next(next(corner)) }
 }
 
-/// Reverses the minority of faces in each component so that neighbours agree; returns their number.
+/// Reverses the minority of faces in each component; returns their number.
 fn orient(n_vertices: usize, faces: &mut [[u32; 3]]) -> usize {
     let twins = twins(n_vertices, faces);
     let mut side = vec![None; faces.len()];
@@ -249,7 +246,6 @@ fn orient(n_vertices: usize, faces: &mut [[u32; 3]]) -> usize {
     turned
 }
 
-/// Collects the component of `seed` and marks the faces wound against it.
 fn spread_side(seed: usize, faces: &[[u32; 3]], twins: &[u32], side: &mut [Option<bool>], component: &mut Vec<u32>) {
     side[seed] = Some(false);
     component.clear();

@@ -48,10 +48,8 @@ pub(super) fn partners(positions: &[[f32; 3]], around: &Surroundings) -> Partner
 
 struct EdgeFace {
     half: u32,
-    /// True if the face traverses the edge from its smaller vertex.
     is_along: bool,
     tip: u32,
-    /// Unit vector from the edge into the face, or zero.
     direction: Vec3,
 }
 
@@ -65,7 +63,7 @@ impl EdgeFace {
         Self { half: half.half_edge, is_along: half.runs_up(faces), tip: across, direction }
     }
 
-    /// Returns the bending angle between two faces, plus [`DISAGREEMENT`] for inconsistent winding.
+    /// Returns the bending angle between two faces, plus a penalty for inconsistent winding.
     fn bend(&self, other: &Self) -> f32 {
         let bend = PI - self.direction.angle_between(other.direction);
         let bend = if bend.is_finite() { bend } else { PI };

@@ -1,7 +1,6 @@
 //! Ordered neighbours of every vertex of a manifold.
 //!
-//! Every boundary loop gets a ghost vertex, joined to all its vertices. Each ring then is a cycle, and each edge has
-//! two faces.
+//! Every boundary loop gets a ghost vertex, joined to all its vertices, so that each ring is a cycle.
 
 use std::ops::Range;
 
@@ -16,7 +15,7 @@ const LONG_RING: usize = 64;
 
 /// The neighbours of every vertex in cyclic order.
 ///
-/// Index `n_vertices + loop` is the ghost vertex of a boundary loop, last in the rings of boundary vertices.
+/// Index `n_vertices + loop` is the ghost vertex of a boundary loop, last in a ring.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct OneRings {
     offsets: Vec<u32>,
@@ -25,7 +24,7 @@ pub struct OneRings {
     oriented: bool,
 }
 
-/// The error of a surface with vertices whose faces form more than one fan.
+/// The error of vertices whose faces form more than one fan.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NotManifold {
     /// Vertex indices, ascending.
@@ -96,7 +95,7 @@ impl OneRings {
         self.offsets.len() - 1
     }
 
-    /// Returns the number of ghost vertices, one per boundary loop.
+    /// Returns the number of ghost vertices.
     pub fn n_ghosts(&self) -> usize {
         self.n_ghosts
     }
@@ -111,7 +110,7 @@ impl OneRings {
         self.ring(vertex).last().copied().filter(|&last| last as usize >= self.n_vertices())
     }
 
-    /// Returns the face of each boundary edge with its ghost vertex, wound like the surface if that is consistent.
+    /// Returns the face of each boundary edge with its ghost vertex.
     pub fn ghost_faces(&self) -> Vec<[u32; 3]> {
         let boundary = (0..self.n_vertices() as u32).filter_map(|v| self.ghost(v).map(|ghost| (v, ghost)));
         if self.oriented {
@@ -147,7 +146,6 @@ impl OneRings {
     }
 }
 
-/// Lists the edges opposite to each vertex of `share` as row ends and pairs.
 fn opposite_edges(pulse: Pulse, share: Range<usize>, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<[u32; 2]>) {
     let pulse = pulse.counting_if(share.start == 0);
     let own = |v: u32| (v as usize).wrapping_sub(share.start);
@@ -182,10 +180,9 @@ fn opposite_edges(pulse: Pulse, share: Range<usize>, faces: &[[u32; 3]]) -> (Vec
 struct RingRows {
     offsets: Vec<u32>,
     neighbors: Vec<u32>,
-    /// Boundary vertices; their rings end with `u32::MAX` in place of the ghost vertex.
+    /// Boundary vertices, whose rings end with `u32::MAX` in place of the ghost vertex.
     open: Vec<u32>,
     bad: Vec<u32>,
-    /// Vertices with an edge that had to be reversed.
     opposed: Vec<u32>,
 }
 
@@ -236,7 +233,6 @@ impl RingRows {
         }
     }
 
-    /// Appends the ring of a short, closed, consistent fan; returns false for others.
     fn extend_closed(&mut self, fan: &[[u32; 2]]) -> bool {
         match fan.len() {
             3 => self.extend_cycle::<3>(fan),
@@ -256,7 +252,7 @@ impl RingRows {
     }
 }
 
-/// Returns the vertices of N edges if these form one cycle; branch-free.
+/// Returns the vertices of N edges if these form one cycle.
 #[inline(always)]
 fn cycle<const N: usize>(edges: &[[u32; 2]; N]) -> Option<[u32; N]> {
     let [first, mut tail] = edges[0];
@@ -272,9 +268,9 @@ fn cycle<const N: usize>(edges: &[[u32; 2]; N]) -> Option<[u32; N]> {
     is_cycle.then_some(ring)
 }
 
-/// Orders the opposite edges of one vertex head to tail.
+/// Orders the opposite edges of one vertex head to tail; clears `oriented` if an edge was reversed.
 ///
-/// Returns whether the fan is closed, `None` if there is more than one. Clears `oriented` if an edge was reversed.
+/// Returns whether the fan is closed, `None` if there is more than one.
 fn order_fan(fan: &mut [[u32; 2]], oriented: &mut bool) -> Option<bool> {
     if fan.is_empty() {
         return Some(true);
@@ -291,7 +287,7 @@ fn order_fan(fan: &mut [[u32; 2]], oriented: &mut bool) -> Option<bool> {
     complete.then_some(false)
 }
 
-/// Returns whether faces form one fan around a vertex; reorders their opposite edges.
+/// Returns whether faces form one fan around a vertex.
 pub(super) fn is_one_fan(fan: &mut [[u32; 2]]) -> bool {
     order_fan(fan, &mut true).is_some()
 }
@@ -330,7 +326,6 @@ fn grow_fan(fan: &mut [[u32; 2]], n_ordered: usize, oriented: &mut bool) -> Opti
     Some(fan.len())
 }
 
-/// Extends as [`grow_fan`], in linear time.
 fn grow_long_fan(fan: &mut [[u32; 2]], n_ordered: usize, oriented: &mut bool) -> Option<usize> {
     let mut places: FxHashMap<u32, [usize; 2]> = FxHashMap::default();
     for (i, pair) in fan.iter().enumerate().skip(n_ordered) {

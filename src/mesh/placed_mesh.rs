@@ -14,7 +14,7 @@ pub(crate) struct PlacedMesh<'a> {
 
 /// Merges meshes in common coordinates, with the channels whose role `is_carried` accepts.
 ///
-/// Zeros replace a missing channel, white a missing colour. Faces of mirrored meshes are reversed.
+/// Zeros replace a missing channel, white a missing colour.
 pub(crate) fn merge_placed_meshes(meshes: &[PlacedMesh], is_carried: impl Fn(Role) -> bool) -> RawMesh {
     let mut channels = all_channels(meshes.iter().map(|placed| &placed.mesh.attributes));
     channels.retain(|channel| is_carried(channel.role));

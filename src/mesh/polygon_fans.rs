@@ -1,4 +1,4 @@
-//! Polygons of a file, stored as fans and triangulated once all positions are known.
+//! Polygons of a file, stored as fans and triangulated at the end.
 
 use crate::geometry::polygon::triangulate;
 
@@ -14,7 +14,6 @@ use crate::geometry::polygon::triangulate;
 /// ```
 #[derive(Debug, Default)]
 pub struct Fans {
-    /// First triangle and number of triangles of each polygon with more than three corners.
     runs: Vec<(usize, usize)>,
 }
 
@@ -31,13 +30,12 @@ impl Fans {
 
     /// Replaces each fan in `faces` by a triangulation that is correct for concave polygons.
     ///
-    /// A polygon with a missing or non-finite corner becomes the fan around that corner, so that cleaning drops all its
-    /// triangles.
+    /// A fan around a missing or non-finite corner replaces the polygon, so that cleaning drops it.
     pub fn triangulate(self, positions: &[[f64; 3]], faces: &mut [[u32; 3]]) {
         self.triangulate_with(|vertex| positions.get(vertex as usize).copied(), faces);
     }
 
-    /// Triangulates fans with other corners than vertices, such as wedges; `position` locates a corner.
+    /// Triangulates fans of other corners than vertices; `position` locates a corner.
     pub fn triangulate_with(self, position: impl Fn(u32) -> Option<[f64; 3]>, faces: &mut [[u32; 3]]) {
         let (mut corners, mut points) = (Vec::new(), Vec::new());
         for (start, n_triangles) in self.runs {

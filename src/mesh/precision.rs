@@ -4,12 +4,11 @@ use rustc_hash::FxHashMap;
 
 use super::union_find::UnionFind;
 
-/// Smallest size, in steps of single precision, of a component that may lose coinciding vertices.
+/// Smallest size, in steps of single precision, of a component whose vertices may coincide.
 const STEPS: f64 = 4096.0;
 /// Smallest size of a component, in steps.
 const FEWEST: f64 = 8.0;
 
-/// A component that single precision cannot hold.
 pub(super) struct LostComponent {
     pub vertex: usize,
     /// Diagonal of its bounding box.
@@ -18,7 +17,7 @@ pub(super) struct LostComponent {
     pub step: f64,
 }
 
-/// Returns the first component that rounding `positions` to `local` (n_vertices x 3) damages.
+/// Returns the first component that rounding `positions` to `local` damages.
 ///
 /// `single` holds the first vertex at each local position, n_vertices.
 pub(super) fn find_lost_component(
@@ -54,17 +53,14 @@ fn is_short(positions: &[[f64; 3]], local: &[[f32; 3]], face: &[u32; 3]) -> bool
     side(0).max(side(1)).max(side(2)) < FEWEST * f64::from(reach * f32::EPSILON)
 }
 
-/// Returns the first vertex at the position of each vertex (-0 equals 0).
 fn equal_positions(positions: &[[f64; 3]]) -> Vec<u32> {
     let mut first = FxHashMap::default();
     let key = |p: &[f64; 3]| p.map(|x| (x + 0.0).to_bits());
     positions.iter().zip(0..).map(|(position, vertex)| *first.entry(key(position)).or_insert(vertex)).collect()
 }
 
-/// Components of faces joined over vertices at equal positions.
 struct PositionComponents {
     component_of_face: Vec<u32>,
-    /// Faces by component; `begins` holds each component's start.
     order: Vec<u32>,
     begins: Vec<usize>,
     count: u32,
@@ -120,7 +116,6 @@ impl PositionComponents {
     }
 }
 
-/// Counts each component's non-degenerate faces after welding by `first`.
 fn count_faces(components: &PositionComponents, first: &[u32], faces: &[[u32; 3]]) -> Vec<usize> {
     let mut left = vec![0; components.count as usize];
     for (face, &component) in faces.iter().zip(&components.component_of_face) {

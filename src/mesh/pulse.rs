@@ -4,9 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-/// Least rows per rayon task.
 pub(crate) const PARALLEL: usize = 4096;
-/// Items between two reports.
 const CHUNK: usize = 1 << 16;
 
 /// An optional listener that receives the number of items done since its last call.
@@ -23,7 +21,7 @@ impl<'a> Pulse<'a> {
         Self { listener: Some(listener), is_silent: false }
     }
 
-    /// Stops counting items unless `counts`, for loops that every thread runs over the same items.
+    /// Stops counting items unless `counts`.
     pub fn counting_if(self, counts: bool) -> Self {
         Self { is_silent: self.is_silent || !counts, ..self }
     }

@@ -11,13 +11,12 @@ use super::union_find::UnionFind;
 
 /// Largest area of a flap, relative to the whole area, at which both its sides are dropped.
 const SMALL: f64 = 1e-4;
-/// Mark of a vertex where at least two faces set the same bit.
+/// Mark of a vertex with a repeated bit.
 const SUSPECT: u32 = u32::MAX;
 
 /// Returns the faces that repeat an earlier one, ascending.
 ///
-/// Each face sets one of 32 bits at its lowest vertex, chosen by the other two. Only faces at vertices with a repeated
-/// bit are compared.
+/// Each face sets one of 32 bits at its lowest vertex; only faces at vertices with a repeated bit are compared.
 pub(super) fn repeated_faces(faces: &[[u32; 3]], n_vertices: usize) -> Vec<u32> {
     let mut marks = vec![0u32; n_vertices];
     let mut any = false;
@@ -77,7 +76,7 @@ pub(super) fn superfluous_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], repe
     superfluous
 }
 
-/// Removes pairs of coincident faces that bound no body from `edges`, from the rim inward; returns the pairs.
+/// Removes pairs of coincident faces that bound no body from `edges`, from the rim inward.
 fn flaps(faces: &[[u32; 3]], kept: &[u32], edges: &mut FxHashMap<[u32; 2], RepeatedEdge>) -> Vec<[u32; 2]> {
     let mut same: FxHashMap<[u32; 3], Vec<u32>> =
         kept.iter().map(|&face| (sort_corners(faces[face as usize]), Vec::new())).collect();
@@ -102,7 +101,7 @@ fn flaps(faces: &[[u32; 3]], kept: &[u32], edges: &mut FxHashMap<[u32; 2], Repea
     flaps
 }
 
-/// Returns both sides of small flaps attached to other faces, and the second side of all other flaps.
+/// Returns both sides of small flaps attached to other faces, and the second side of others.
 fn superfluous_of_flaps(
     positions: &[[f32; 3]],
     faces: &[[u32; 3]],
@@ -137,7 +136,7 @@ struct RepeatedEdge {
     place: u32,
 }
 
-/// Picks one of each odd group of faces with the same vertices, preferably wound against the first.
+/// Picks one of each odd group of faces with the same vertices.
 fn pick_odd_copies(faces: &[[u32; 3]], some: impl Iterator<Item = u32>) -> Vec<u32> {
     let mut same: FxHashMap<[u32; 3], Vec<u32>> = FxHashMap::default();
     some.for_each(|face| same.entry(sort_corners(faces[face as usize])).or_default().push(face));
@@ -152,7 +151,6 @@ fn pick_odd_copies(faces: &[[u32; 3]], some: impl Iterator<Item = u32>) -> Vec<u
     kept
 }
 
-/// Returns whether the vertices are an even permutation of ascending order.
 fn is_even([a, b, c]: [u32; 3]) -> bool {
     [a < b, b < c, c < a].iter().filter(|ascends| **ascends).count() == 2
 }

@@ -1,4 +1,4 @@
-//! Feature edges: seams, where attributes are discontinuous, and creases, where the surface bends sharply.
+//! Feature edges: seams, where attributes are discontinuous, and creases.
 
 use glam::{Vec2, Vec3};
 
@@ -7,10 +7,8 @@ use super::{Attributes, Channel, Role, TriMesh};
 
 /// Least angle between corner normals, in degrees, at a hard edge.
 const HARD: f32 = 15.0;
-/// Relative tolerance of texture coordinates and other values.
 const SAME: f32 = 1e-5;
 const MOST_FACES: usize = 16;
-/// Tolerance of colours, per component.
 const SAME_COLOUR: f32 = 1.0 / 64.0;
 
 /// A seam and its constraints.
@@ -99,7 +97,7 @@ fn is_texture(role: Role) -> bool {
     matches!(role, Role::Uv | Role::Tangent)
 }
 
-/// Returns the distance over which discontinuous values change by `seam_error`.
+/// Returns the distance over which values change by `seam_error`.
 fn slack(mesh: &TriMesh, attributes: &Attributes, half_edges: [u32; 2], seam_error: f32, diagonal: f32) -> f32 {
     let is_smooth = joins(mesh, attributes, half_edges, |role| role == Role::Normal);
     let of_normals = if is_smooth { f32::INFINITY } else { seam_error * diagonal / bend(mesh, attributes, half_edges) };
@@ -136,7 +134,7 @@ fn slack_of_texture(mesh: &TriMesh, attributes: &Attributes, half_edges: [u32; 2
     if on_texture > 0.0 { seam_error * on_surface / on_texture } else { on_surface }
 }
 
-/// Returns whether two faces share group and attributes along an edge, for the roles that `counts` accepts.
+/// Returns whether two faces share group and attributes along an edge.
 fn joins(mesh: &TriMesh, attributes: &Attributes, pair: [u32; 2], counts: impl Fn(Role) -> bool) -> bool {
     attributes.group(pair[0] / 3) == attributes.group(pair[1] / 3) && carries_same(mesh, attributes, pair, counts)
 }
@@ -154,7 +152,7 @@ fn carries_same(
     [first, next(first)].into_iter().all(same_wedge)
 }
 
-/// Returns the corner at the same vertex on the other side of an edge, given by its half-edge.
+/// Returns the corner at the same vertex on the other side of an edge.
 fn partner(mesh: &TriMesh, corner: u32, half_edge: u32) -> u32 {
     let vertex = |corner: u32| start(mesh.faces(), corner);
     [half_edge, next(half_edge)].into_iter().find(|&other| vertex(other) == vertex(corner)).unwrap_or(corner)

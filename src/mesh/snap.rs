@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 /// Moves each vertex onto the nearest fixed vertex closer than `distance`; returns the number moved.
 ///
-/// Vertices are visited in order; a vertex without a fixed vertex near it becomes fixed. Ties go to the earliest.
-/// Vertices that are not finite are skipped.
+/// Vertices are visited in order; a vertex without a fixed vertex near it becomes fixed. Vertices that are not finite
+/// are skipped.
 ///
 /// ```
 /// let mut positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.001, 0.0, 0.0]];
@@ -37,7 +37,7 @@ pub fn snap(positions: &mut [[f64; 3]], distance: f64) -> usize {
     n_moved
 }
 
-/// Returns the cell of a coordinate as a float, since integers have less range.
+/// Returns the cell of a coordinate, as a float, since integers have less range.
 fn cell(x: f64, distance: f64) -> u64 {
     // Adding zero turns -0 into 0.
     ((x / (2.0 * distance)).floor() + 0.0).to_bits()

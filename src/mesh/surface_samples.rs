@@ -26,7 +26,7 @@ impl SurfaceSample {
 
 /// Draws `n_samples` points by area, one from each of as many strips of equal area.
 ///
-/// Strips follow the order of the faces. A surface without area is sampled by face.
+/// Strips follow the order of the faces.
 ///
 /// ```
 /// use neural_mesh::mesh::{TriMesh, surface_samples::surface_samples};
@@ -61,7 +61,7 @@ fn areas_up_to(mesh: &TriMesh) -> Vec<f64> {
     (0..mesh.faces().len()).map(&mut add).collect()
 }
 
-/// Maps two uniform numbers in 0..1 to uniform barycentric weights.
+/// Maps two uniform numbers to uniform barycentric weights.
 fn uniform_weights(x: f64, y: f64) -> [f64; 3] {
     let root = x.sqrt();
     let v = root * (1.0 - y);

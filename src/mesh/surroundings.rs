@@ -1,4 +1,4 @@
-//! Faces around the vertices where sheets meet, and their connectivity through the rest of the mesh.
+//! Faces around the vertices where sheets meet.
 
 use std::ops::Range;
 
@@ -17,7 +17,6 @@ pub(super) struct Surroundings {
 }
 
 impl Surroundings {
-    /// Gathers the faces; all other vertices have one consistently wound fan.
     pub(super) fn new(n_vertices: usize, faces: &[[u32; 3]], meeting: &MeetingSheets) -> Self {
         let mut is_fan = vec![true; n_vertices];
         meeting.vertices.iter().chain(&meeting.opposed).for_each(|&v| is_fan[v as usize] = false);
@@ -45,7 +44,7 @@ impl Surroundings {
         Self { n_clusters: n_vertices + faces.len(), numbers, faces, clusters, vertices }
     }
 
-    /// Returns the vertices whose faces do not form one fan; `new` vertices follow those of the mesh.
+    /// Returns the vertices whose faces do not form one fan; `new` vertices follow the mesh's.
     pub(super) fn find_meeting_sheets(&self, new: Range<u32>) -> Vec<u32> {
         let vertices: Vec<u32> = self.vertices.iter().copied().chain(new).collect();
         let opposite = |&(_, corner): &(u32, u32)| {
@@ -68,7 +67,7 @@ impl Surroundings {
     }
 }
 
-/// Lists the corners (`3 * face + corner`) at `vertices` (ascending) as (vertex, corner), ascending.
+/// Lists the corners at `vertices` (ascending) as (vertex, corner), ascending.
 pub(super) fn corners_at(faces: &[[u32; 3]], vertices: &[u32]) -> Vec<(u32, u32)> {
     let mut is_one = vec![false; vertices.last().map_or(0, |&last| last as usize + 1)];
     vertices.iter().for_each(|&v| is_one[v as usize] = true);

@@ -6,9 +6,7 @@ use rayon::prelude::*;
 
 use super::pulse::Pulse;
 
-/// Least vertices per thread.
 const LEAST: usize = 20_000;
-/// Items per task.
 const CHUNK: usize = 8192;
 
 /// Splits `0..n_vertices` into consecutive ranges, at most one per thread.
@@ -34,7 +32,7 @@ pub(crate) fn split_rows<'a, T>(
     parts
 }
 
-/// Adds the value `of` each face to the rows of its corners, in the order of the faces.
+/// Adds the value `of` each face to the rows of its corners, in order.
 pub(crate) fn add_faces<T: Send, F>(
     pulse: Pulse,
     rows: &mut [T],

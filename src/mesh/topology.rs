@@ -1,4 +1,4 @@
-//! Topology of a mesh: closed or not, manifold or not, its components, holes and handles.
+//! Topology of a mesh: its components, holes and handles.
 
 use super::TriMesh;
 use super::topology_patch::{OpenEdge, PositionKey, TopologyCounts, TopologyPatch, curves_through};
@@ -82,7 +82,7 @@ impl TopologyPatches {
         }));
     }
 
-    /// Joins open elements over shared edges and returns the figures of all faces.
+    /// Joins open elements over shared edges and counts all.
     pub fn count_topology(self) -> Topology {
         let TopologyPatch { mut closed, is_one_sided, open_fans, mut open_edges, .. } = self.0;
         open_edges.sort_unstable_by_key(OpenEdge::places);
@@ -141,7 +141,6 @@ fn n_curves(curves: &[[u32; 2]], fans: &mut UnionFind) -> usize {
     curves_through(&curves).1.n_sets()
 }
 
-/// Counts the distinct positions of fans, and those with several fans.
 fn shared_vertices(open_fans: &[PositionKey], fans: &mut UnionFind) -> (usize, usize) {
     let mut at: Vec<(PositionKey, u32)> = open_fans.iter().copied().zip((0..).map(|fan| fans.find(fan))).collect();
     at.sort_unstable();

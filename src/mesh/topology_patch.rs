@@ -1,4 +1,4 @@
-//! Topology of a subset of a mesh's faces; elements at vertices shared with other subsets stay open.
+//! Topology of a subset of a mesh's faces, open at vertices shared with other subsets.
 
 use rustc_hash::FxHashMap;
 
@@ -58,7 +58,6 @@ impl std::ops::AddAssign for TopologyCounts {
     }
 }
 
-/// A half-edge between two shared vertices.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct OpenEdge {
     pub ends: [PositionKey; 2],
@@ -75,7 +74,6 @@ impl OpenEdge {
         [a.min(b), a.max(b)]
     }
 
-    /// Returns the edge's fans at the start and the end of `other`.
     pub fn fans_along(&self, other: &Self) -> [u32; 2] {
         let [a, b] = self.fans;
         if self.ends == other.ends { [a, b] } else { [b, a] }
@@ -121,7 +119,6 @@ pub(super) fn curves_through(ends: &[[u32; 2]]) -> (Vec<u32>, UnionFind) {
 struct Links<'a> {
     mesh: &'a TriMesh,
     faces: UnionFind,
-    /// Fans: corners of one vertex joined over edges.
     corners: UnionFind,
     counts: TopologyCounts,
     boundary: Vec<u32>,
@@ -186,7 +183,7 @@ impl<'a> Links<'a> {
         open
     }
 
-    /// Counts boundary curves, which pass a vertex once per fan, and lists those through open fans.
+    /// Counts boundary curves, and lists those through open fans.
     fn trace_boundary(&mut self, patch: &mut TopologyPatch, open: &FxHashMap<u32, u32>) {
         let mut ends: Vec<[u32; 2]> = Vec::with_capacity(self.boundary.len());
         for &half_edge in &self.boundary {
@@ -225,7 +222,7 @@ impl<'a> Links<'a> {
         patch.closed.components = self.faces.n_sets() - components.len();
     }
 
-    /// Joins sides over closed two-face edges; returns whether all can be oriented consistently.
+    /// Joins sides over closed edges; returns whether all can be oriented consistently.
     fn turn(&self, sides: &mut Windings) -> bool {
         let mut waits = vec![false; 3 * self.mesh.faces().len()];
         self.open.iter().for_each(|&half_edge| waits[half_edge as usize] = true);

@@ -112,7 +112,7 @@ impl TriMesh {
     }
 }
 
-/// Returns whether all faces have three different vertices in range; branch-free.
+/// Returns whether all faces have three different vertices in range.
 pub(super) fn are_sound(faces: &[[u32; 3]], n_vertices: usize) -> bool {
     let n_vertices = u32::try_from(n_vertices).unwrap_or(u32::MAX);
     let wrong = |&[a, b, c]: &[u32; 3]| {

@@ -14,7 +14,7 @@ pub struct ScenePiece<'a> {
     pub mesh: &'a TriMesh,
     /// Its attributes.
     pub attributes: &'a Attributes,
-    /// Relative scale, rounded to a power of two, so that coordinates stay exact.
+    /// Relative scale, rounded to a power of two.
     pub scale: f64,
     /// Transforms of its instances to the scene.
     pub places: &'a [DMat4],
@@ -26,15 +26,11 @@ pub struct UnitedMesh {
     /// All faces and vertices.
     pub mesh: TriMesh,
     /// Attributes with all channels and separate groups per mesh.
-    ///
-    /// Zeros replace a missing channel, white a missing colour.
     pub attributes: Attributes,
-    /// First group of each mesh, and one past the last.
     first_groups: Vec<u32>,
     channels: Vec<Vec<String>>,
     scales: Vec<f32>,
     has_groups: Vec<bool>,
-    /// Transforms of each mesh's instances to the centred scene.
     places: Vec<Vec<DMat4>>,
     diagonal: f64,
 }
@@ -119,7 +115,7 @@ impl UnitedMesh {
         self
     }
 
-    /// Returns the transforms of a piece's instances from united coordinates to the centred scene.
+    /// Returns the transforms of a piece's instances to the centred scene.
     pub fn places(&self, piece: usize) -> &[DMat4] {
         &self.places[piece]
     }
@@ -140,7 +136,7 @@ impl UnitedMesh {
         (self.first_groups.partition_point(|&first| first <= group) - 1).min(self.scales.len() - 1)
     }
 
-    /// Places a version of the united mesh in the scene; its groups assign faces to pieces.
+    /// Places a version of the united mesh in the scene.
     ///
     /// ```
     /// use glam::{DMat4, DVec3};
@@ -194,7 +190,7 @@ impl UnitedMesh {
         self.first_groups[piece]
     }
 
-    /// Splits a version of the united mesh into pieces, to which its groups assign the faces.
+    /// Splits a version of the united mesh into pieces by its groups.
     pub fn split(&self, mesh: &TriMesh, attributes: &Attributes) -> Vec<(TriMesh, Attributes)> {
         let faces = self.faces_of_pieces(mesh, attributes);
         faces.iter().enumerate().map(|(piece, faces)| self.piece(piece, faces, mesh, attributes)).collect()
@@ -223,7 +219,7 @@ fn channel_names(piece: &ScenePiece) -> Vec<String> {
     piece.attributes.channels.iter().map(|channel| channel.name.clone()).collect()
 }
 
-/// Returns the instance transforms of each piece, only the largest if all have too many faces.
+/// Returns the instances of each piece, only the largest if all have too many faces.
 fn places(pieces: &[ScenePiece], scales: &[f32]) -> Vec<Vec<DMat4>> {
     let n_viewed: usize = pieces.iter().map(|piece| piece.places.len().saturating_mul(piece.mesh.faces().len())).sum();
     let of_piece = |(piece, &scale): (&ScenePiece, &f32)| {

@@ -6,10 +6,10 @@ use glam::DVec3;
 
 use super::half_edges::{NO_TWIN, twins};
 
-/// Reverses faces so that neighbours across two-face edges agree where possible and every component faces outward.
+/// Reverses faces so that neighbours agree where possible and every component faces outward.
 ///
-/// A component is reversed if its faces span a negative volume with the mean of their corners. One-sided surfaces keep
-/// some disagreeing edges. `faces`: n_faces x 3, three different corners each; returned in the given order.
+/// A component is reversed if its faces span a negative volume with the mean of their corners. `faces`: n_faces x 3,
+/// three different corners each.
 ///
 /// # Panics
 /// If an index is out of range.
@@ -39,7 +39,6 @@ fn edges_of([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
     [[a, b], [b, c], [c, a]]
 }
 
-/// Reverses the faces connected to `first` to agree with it; returns them.
 fn wind_component(first: usize, twins: &[u32], wound: &mut [[u32; 3]], is_reached: &mut [bool]) -> Vec<usize> {
     let mut component = Vec::new();
     let mut queue = VecDeque::from([first]);

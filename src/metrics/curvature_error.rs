@@ -37,7 +37,6 @@ fn mean_squared_difference(from: &[f32], to: &[f32], nearest: &[u32]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Returns a flat grid with a ridge of this height.
     fn ridge(height: f32) -> Vec<[f32; 3]> {
         let at = |i: i32, j: i32| [i as f32, j as f32, height * (-(i * i) as f32 / 30.0).exp()];
         (-12..=12).flat_map(|i| (-12..=12).map(move |j| at(i, j))).collect()

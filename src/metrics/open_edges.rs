@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::mesh::{Edge, TriMesh, edges};
 use crate::spatial::NearestOnTriangles;
 
-/// Largest distance between an edge and its boundary, in edge lengths or mean edge lengths, whichever is less.
+/// Largest distance between an edge and its boundary, in edge lengths or mean edge lengths.
 const REACH: f64 = 1.0;
 
 /// Counts of the edges of a simplified mesh.
@@ -64,7 +64,6 @@ pub fn open_edges(original: &TriMesh, simplified: &TriMesh) -> OpenEdges {
     OpenEdges { edges: edges.len(), without_two_faces: irregular.len(), open }
 }
 
-/// Builds a search tree over the boundary edges.
 fn boundary_tree(mesh: &TriMesh) -> NearestOnTriangles {
     let boundary = edges(mesh).into_iter().filter(|edge| edge.n_faces() == 1);
     let corners: Vec<[[f32; 3]; 3]> =

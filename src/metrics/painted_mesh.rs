@@ -113,7 +113,6 @@ fn point_shares(mesh: &TriMesh, steps: usize) -> Vec<f64> {
     face_shares(mesh).iter().flat_map(|share| std::iter::repeat_n(share / n as f64, n)).collect()
 }
 
-/// Returns each face's share of the area, n_faces; equal shares without area.
 fn face_shares(mesh: &TriMesh) -> Vec<f64> {
     let corner = |v: u32| mesh.positions()[v as usize].map(f64::from).into();
     let areas: Vec<f64> = mesh.faces().iter().map(|face| area_normal_f64(face.map(corner)).length()).collect();

@@ -18,10 +18,10 @@ const PROBE_SHARE: f64 = 0.7;
 const N_FARTHEST: usize = 16;
 /// Faces searched before and after such a point along the curve.
 const NEIGHBOURHOOD: usize = 4;
-/// Relative gap at which the search for the largest distance ends; `MAX_TESTS` bounds its triangles.
+/// Relative gap at which the search for the largest distance ends.
 const GAP: f64 = 0.02;
 const MAX_TESTS: u64 = 40_000;
-/// Largest number of triangles and boxes visited per direction, in total and per point; the larger counts.
+/// Largest number of triangles and boxes visited per direction, in total and per point.
 const MAX_LOOKS: f64 = 1e7;
 const USUAL_LOOKS: f64 = 100.0;
 const AREAS_CHUNK: usize = 4096;
@@ -93,7 +93,6 @@ pub fn farthest_point(original: &TriMesh, simplified: &TriMesh, n_samples: usize
     Some(farthest.0.to_array())
 }
 
-/// Returns the point of a mesh farthest from another, and its squared distance.
 fn find_farthest(mesh: &TriMesh, own: &FaceTree, other: &FaceTree, n_samples: usize) -> (DVec3, f64) {
     let vertices = mesh.positions().iter().map(|p| DVec3::from(p.map(f64::from)));
     let points: Vec<DVec3> =
@@ -124,7 +123,7 @@ pub(super) struct OneWayDistance {
     n_samples: usize,
 }
 
-/// Measures from the first mesh to the second; `own` is the tree of the first, `other` of the second.
+/// Measures from the first mesh to the second; `own` is the tree of the first.
 pub(super) fn one_way_distance(
     meshes: [&TriMesh; 2],
     [own, other]: [&FaceTree; 2],
@@ -182,7 +181,7 @@ fn faces_near_farthest(mut found: Vec<FaceDistance>, order: &[u32]) -> Vec<u32> 
 
 /// A vertex or edge midpoint that is measured in addition to the samples.
 ///
-/// `place` is its face's place along the curve; `at` is the corner, or 3 plus the side.
+/// `at` is the corner, or 3 plus the side.
 #[derive(Clone, Copy)]
 struct ProbePoint {
     place: u32,
@@ -219,7 +218,6 @@ fn probe_points([mesh, other]: [&TriMesh; 2], order: &[u32]) -> Vec<ProbePoint> 
     probe_points
 }
 
-/// A sample point and its face's place along the curve.
 pub(super) struct CurveSample {
     pub point: DVec3,
     place: usize,

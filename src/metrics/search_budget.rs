@@ -1,9 +1,8 @@
-//! Work limits for measurements, counted in triangles and boxes visited, so that all machines stop alike.
+//! Work limits for measurements, counted in triangles and boxes visited.
 
 use rayon::prelude::*;
 
 const PROBES: usize = 64;
-/// Items in the first round, and the most in any round.
 const ROUND: [u64; 2] = [64, 16_384];
 
 /// Returns the number of `n` searches that fit a budget of `most` visits, estimated from a few.

@@ -45,7 +45,6 @@ pub struct StreamedDistance<'a> {
 /// The distances from and to one block of the original.
 pub struct BlockDistances {
     bounds: Bounds,
-    /// Area of the block and distances from it; `None` in the second round.
     forward: Option<(f64, OneWayDistance)>,
     /// Points with a closer face in this block, and their squared distances.
     nearer: Vec<(usize, f64)>,

@@ -51,7 +51,6 @@ fn sides(corners: [[f32; 3]; 3]) -> [f64; 3] {
     sides
 }
 
-/// Returns the smallest angle, in degrees.
 fn smallest_angle([a, b, c]: [f64; 3]) -> f64 {
     (4.0 * area([a, b, c])).atan2(b * b + c * c - a * a).to_degrees()
 }

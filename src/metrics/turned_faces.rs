@@ -7,7 +7,6 @@ use super::search_budget::run_within_budget;
 use super::surface::triangles;
 use crate::mesh::TriMesh;
 
-/// Barycentric weights of a face's test points.
 const TEST_POINTS: [[f64; 3]; 4] = [
     [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0],
     [2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0],

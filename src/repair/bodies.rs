@@ -29,7 +29,6 @@ pub(super) struct Body {
 #[derive(Clone, Copy, Default)]
 struct CellFigures {
     component: u32,
-    /// Volume spanned by its faces, negative for an outside.
     volume: f64,
     /// Area of its old faces by winding: normals into the cell, and out of it.
     wound: [f64; 2],

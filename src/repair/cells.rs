@@ -89,7 +89,6 @@ pub(super) fn find_leaks(faces: &RepairFaces) -> Vec<bool> {
     cells.component.iter().map(|&component| leaks(areas[component as usize])).collect()
 }
 
-/// The sides of a face toward larger and smaller angles.
 struct SidesAtEdge {
     ahead: u32,
     behind: u32,
@@ -103,7 +102,6 @@ impl SidesAtEdge {
     }
 }
 
-/// Sorts the faces at an edge by angle; ties keep their order.
 fn sort_by_angle(faces: &RepairFaces, [low, high]: [u32; 2], around: &[HalfEdge]) -> Vec<SidesAtEdge> {
     let (from, along) = (faces.position(low), (faces.position(high) - faces.position(low)).normalize_or_zero());
     let tip = |half: &HalfEdge| faces.position(start(&faces.corners, next(next(half.half_edge)))) - from;

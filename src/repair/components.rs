@@ -7,7 +7,6 @@ use crate::mesh::union_find::join_faces;
 
 use super::faces::RepairFaces;
 
-/// Returns the component of each face, and the number of components.
 pub(super) fn components(faces: &RepairFaces) -> (Vec<u32>, usize) {
     components_over_edges(faces, |_| true)
 }

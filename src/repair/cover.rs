@@ -51,12 +51,12 @@ fn is_flat(points: &[DVec3]) -> bool {
     normal != DVec3::ZERO && spokes().all(|p| p.dot(normal).abs() <= FLAT * size)
 }
 
-/// Returns the normal over three vertices in loop order, which is wound against the loop; length twice the area.
+/// Returns the normal over three vertices in loop order, wound against the loop, with twice the area as length.
 fn normal_over([a, b, c]: [DVec3; 3]) -> DVec3 {
     area_normal_f64([a, c, b])
 }
 
-/// Returns the bend between two unit normals, 0 to 2; 1 if one is zero.
+/// Returns the bend between two unit normals, 0 to 2.
 fn bend(a: DVec3, b: DVec3) -> f64 {
     1.0 - a.dot(b)
 }
@@ -66,9 +66,7 @@ fn bend(a: DVec3, b: DVec3) -> f64 {
 struct PartialCover {
     bend: f64,
     area: f64,
-    /// Third corner of the triangle at its edge.
     third: u32,
-    /// Normal across that edge, of that triangle or of the mesh.
     normal: DVec3,
 }
 
@@ -160,7 +158,6 @@ impl<'a> LoopEars<'a> {
         (length2 * (1.0 + bent * bent * bent * bent)).to_bits()
     }
 
-    /// Clips ears until `n_best` vertices are left, and triangulates the rest optimally.
     fn clip(mut self, n_best: usize) -> Vec<[u32; 3]> {
         let mut n_left = self.next.len();
         let mut queue: BinaryHeap<Reverse<(u64, u32, u32)>> =

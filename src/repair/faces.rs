@@ -1,4 +1,4 @@
-//! The faces of a mesh during repair, with their attributes and origins.
+//! The faces of a mesh during repair.
 
 use glam::DVec3;
 
@@ -52,7 +52,6 @@ impl<'a> RepairFaces<'a> {
         self.corners[face as usize].map(|vertex| self.position(vertex))
     }
 
-    /// Returns the normal of a face, with twice its area as length.
     pub fn normal(&self, face: u32) -> DVec3 {
         area_normal_f64(self.points(face))
     }
@@ -61,7 +60,6 @@ impl<'a> RepairFaces<'a> {
         0.5 * self.normal(face).length()
     }
 
-    /// Returns the wedge of a face at one of its vertices, 0 without wedges.
     pub fn wedge_at(&self, face: u32, vertex: u32) -> u32 {
         let place = self.corners[face as usize].iter().position(|&v| v == vertex).unwrap_or(0);
         self.wedges.get(face as usize).map_or(0, |wedges| wedges[place])

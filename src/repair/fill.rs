@@ -98,7 +98,6 @@ fn edges_between(faces: &RepairFaces, vertices: impl Iterator<Item = u32>) -> Fx
     edges
 }
 
-/// Triangulates a hole; triangles are indices of its loop.
 fn triangles_over(faces: &RepairFaces, rims: &[Rim], known: &FxHashSet<[u32; 2]>, n_best: usize) -> Vec<[u32; 3]> {
     let is_edge = |i: u32, k: u32| {
         let [a, b] = [i, k].map(|i| rims[i as usize].vertex);
@@ -129,7 +128,6 @@ fn most_common(numbers: impl Iterator<Item = u32>) -> u32 {
     counts.into_iter().max_by_key(|&(number, n)| (n, Reverse(number))).map_or(0, |(number, _)| number)
 }
 
-/// Sums the areas of the faces over holes, and of the others.
 pub(super) fn areas(faces: &RepairFaces, some: impl Iterator<Item = u32>) -> [f64; 2] {
     some.fold([0.0; 2], |mut sums, face| {
         sums[usize::from(faces.origins[face as usize] != FaceOrigin::New)] += faces.area(face);

@@ -1,8 +1,8 @@
 //! Fins: sheets attached to a surface that end in a boundary.
 //!
 //! Edges with more than two faces divide a surface into patches. A fin is a patch at such an edge with less than half
-//! of its component's area. Its boundary meets such an edge, or a disc over the boundary would have more than half of
-//! its area.
+//! of its component's area. Its open boundary meets such an edge, or a disc over the boundary would have more than half
+//! of its area.
 
 use std::f64::consts::PI;
 
@@ -30,15 +30,12 @@ pub(super) fn drop_fins(faces: &mut RepairFaces) -> usize {
     n_before - faces.len()
 }
 
-/// The patches between edges with more than two faces.
 struct SheetPatches {
     of_face: Vec<u32>,
     areas: Vec<f64>,
-    /// Length of the open boundary.
     open: Vec<f64>,
     /// True if the open boundary meets edges with more than two faces.
     is_mixed: Vec<bool>,
-    /// Patches at the same edges.
     beside: FxHashMap<u32, Vec<u32>>,
 }
 

@@ -11,7 +11,7 @@ use super::faces::RepairFaces;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Rim {
-    /// Vertex where the edge starts in the direction of the loop.
+    /// Vertex where the edge starts in the loop.
     pub vertex: u32,
     pub half_edge: u32,
 }

@@ -26,7 +26,6 @@ pub(super) fn cut_one_sided(faces: &mut RepairFaces) -> usize {
     n_cut
 }
 
-/// Returns whether each face is wound against the first of its component.
 fn sides(corners: &[[u32; 3]], twins: &[u32]) -> Vec<bool> {
     let mut side = vec![None; corners.len()];
     let mut front = std::collections::VecDeque::new();

@@ -10,7 +10,6 @@ const TWO_SIDED: f64 = 0.5;
 
 #[derive(Clone, Copy, Default)]
 struct SameFaces {
-    /// Faces with an even permutation of the ascending vertices; `n_down`: odd.
     n_up: usize,
     n_down: usize,
     first: u32,
@@ -61,7 +60,6 @@ fn is_up([a, b, c]: [u32; 3]) -> bool {
     [a < b, b < c, c < a].iter().filter(|rises| **rises).count() == 2
 }
 
-/// Collects faces over the same vertices; also returns the set of each face.
 fn same_faces(faces: &RepairFaces) -> (Vec<SameFaces>, Vec<u32>) {
     let mut number: FxHashMap<[u32; 3], u32> = FxHashMap::default();
     let mut same: Vec<SameFaces> = Vec::new();

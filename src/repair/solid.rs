@@ -146,7 +146,6 @@ mod tests {
     use crate::mesh::{Channel, Role, edges, manifold, shapes, topology};
     use proptest::prelude::*;
 
-    /// Returns whether the mesh encloses a volume and its cut into a manifold opens nothing.
     fn is_solid(mesh: &TriMesh) -> bool {
         let cut = manifold(mesh.positions(), mesh.faces());
         edges(mesh).iter().all(|edge| edge.up == edge.down) && cut.rings.n_ghosts() == 0 && cut.rings.is_oriented()

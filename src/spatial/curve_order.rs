@@ -2,9 +2,7 @@
 
 use rayon::prelude::*;
 
-/// Bits per coordinate of a cell.
 const BITS: u32 = 10;
-/// Items above which a cell is subdivided.
 const CROWD: usize = 256;
 const CELLS: f32 = (1 << BITS) as f32;
 const CHUNK: usize = 4096;
@@ -48,7 +46,6 @@ pub(super) fn curve_order_of_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], (
     order
 }
 
-/// Sorts along the curve, and again within crowded cells.
 fn arrange(order: &mut [u32], middle: &(impl Fn(u32) -> [f32; 3] + Sync), beat: &(impl Fn() + Sync), depth: usize) {
     let (low, high) = bounds(order, middle);
     let extent = extent(low, high);
@@ -139,7 +136,6 @@ fn bounds(order: &[u32], middle: &(impl Fn(u32) -> [f32; 3] + Sync)) -> BoxCorne
     order.par_iter().with_min_len(CHUNK).map(point).reduce(none, both)
 }
 
-/// Spreads the lowest [`BITS`] bits, two zeros before each.
 fn spread(x: u32) -> u32 {
     let x = (x | x << 16) & 0x0300_00ff;
     let x = (x | x << 8) & 0x0300_f00f;

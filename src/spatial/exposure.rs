@@ -80,7 +80,6 @@ fn merge(mut all: Vec<Exposure>, others: Vec<Exposure>) -> Vec<Exposure> {
     all
 }
 
-/// The nearest surface at a pixel, and the nearest of another component.
 #[derive(Clone, Copy)]
 struct DepthLayers {
     depths: [f32; 2],

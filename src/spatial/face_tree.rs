@@ -1,8 +1,8 @@
 //! A quickly built tree for closest points on indexed triangles, best for few queries.
 //!
-//! A packed R-tree (Kamel and Faloutsos 1993), eight children wide, over triangles along a space-filling curve. Boxes
-//! are stored as bytes, so that a node is one cache line. Thin triangles are cut into pieces; if nearly all are thin,
-//! oriented boxes replace the nodes.
+//! A packed R-tree (Kamel and Faloutsos 1993) over triangles along a space-filling curve. A node has eight boxes in
+//! bytes and is one cache line. Thin triangles are cut into pieces; if nearly all are thin, oriented boxes replace the
+//! nodes.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -14,15 +14,13 @@ use super::triangle_pieces;
 use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 
 const WIDTH: usize = 8;
-/// Least share of additional pieces for which thin triangles are cut.
+/// Least share of additional pieces at which thin triangles are cut.
 const NEEDLES: f64 = 0.05;
 const CHUNK: usize = 512;
-/// Capacity of the queue for the levels of 32-bit indices.
 const WAITING: usize = (WIDTH - 1) * 11 + 1 + WIDTH;
 /// Steps across a node; one less than a byte holds, for rounding.
 const STEPS: f32 = 254.0;
 
-/// Smallest float whose last bit is worth one.
 const UNITS: f32 = 8_388_608.0;
 
 /// The work of a search.
@@ -53,22 +51,21 @@ pub struct FaceTree<'a> {
     positions: &'a [[f32; 3]],
     faces: &'a [[u32; 3]],
     order: Vec<u32>,
-    /// Triangle of each piece along the curve, n_pieces, if triangles are cut.
+    /// Triangle of each piece along the curve, if triangles are cut.
     pieces: Option<Vec<u32>>,
-    /// Position of each triangle along the curve, n_faces.
+    /// Position of each triangle along the curve.
     places: Vec<u32>,
-    /// Oriented boxes that replace the nodes if nearly all triangles are thin.
+    /// Oriented boxes that replace the nodes.
     needles: Option<NeedleTree>,
     /// Nodes by level, the root last.
     levels: Vec<Vec<PackedNode>>,
     whole: BoxCorners,
-    /// Power of two that scales coordinates to -1..1, so that no square under- or overflows.
+    /// Power of two that scales coordinates to -1..1.
     scale: f64,
-    /// Two single-precision factors of the scale.
     factors: [f32; 2],
 }
 
-/// The boxes of at most eight children, in steps from the lowest corner.
+/// The boxes of at most eight children.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
 struct PackedNode {
@@ -238,7 +235,6 @@ impl<'a> FaceTree<'a> {
         }
     }
 
-    /// Builds the lowest nodes, over the triangles or their pieces.
     fn over_triangles(&mut self, cuts: f64) -> Vec<(PackedNode, BoxCorners)> {
         if cuts <= NEEDLES * self.order.len() as f64 {
             let node = |faces: &[u32]| node_over(faces.iter().map(|&face| self.bounds(face)));
@@ -347,7 +343,7 @@ impl<'a> FaceTree<'a> {
         }
     }
 
-    /// Queues the children of a node within the limit, except `visited`, the nearest last.
+    /// Queues the children of a node within the limit, the nearest last.
     #[inline(always)]
     fn put_children(
         &self,
@@ -447,7 +443,6 @@ fn node_over(children: impl ExactSizeIterator<Item = BoxCorners>) -> (PackedNode
     (node, whole)
 }
 
-/// Rounds to 0..=255 by the bits of a float whose last bit is worth one.
 #[inline(always)]
 fn nearest_byte(x: f32) -> u8 {
     let x = if x > 0.0 { x } else { 0.0 };

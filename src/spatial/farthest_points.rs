@@ -1,6 +1,6 @@
 //! Farthest point sampling (Gonzalez 1985; Eldar et al. 1997).
 //!
-//! A tree stores the farthest point of each node, so that a new sample visits only the nodes it can change.
+//! A tree stores the farthest point of each node, so that a sample visits only nodes it can change.
 
 use super::{Bounds, coherent_order};
 
@@ -62,14 +62,12 @@ struct Node {
     bounds: Bounds,
     begin: usize,
     end: usize,
-    /// Index of the first child, followed by the second.
     children: Option<usize>,
     /// Largest squared distance of a point to its nearest sample; `farthest` is that point.
     far2: f64,
     farthest: usize,
 }
 
-/// Ordered points with their distances to the samples.
 struct Field {
     order: Vec<u32>,
     points: Vec<[f32; 3]>,
@@ -98,9 +96,7 @@ impl Field {
         Self { order, distance2: vec![f64::INFINITY; points.len()], points, latent, width, nodes }
     }
 
-    /// Updates the distances in a node for a new sample.
-    ///
-    /// A node whose box is too far away in position is too far in all dimensions.
+    /// Updates the distances in a node for a new sample, unless its box is too far away.
     fn sample(&mut self, p: [f32; 3], beside: &[f32], at: usize) {
         if gap2(&self.nodes[at].bounds, p) >= self.nodes[at].far2 {
             return;
@@ -131,7 +127,6 @@ fn node(points: &[[f32; 3]], begin: usize, end: usize) -> Node {
     Node { bounds, begin, end, children: None, far2: f64::INFINITY, farthest: begin }
 }
 
-/// Returns the squared distance to a box.
 fn gap2(bounds: &Bounds, p: [f32; 3]) -> f64 {
     squared_distance(p, std::array::from_fn(|axis| p[axis].clamp(bounds.low[axis], bounds.high[axis])))
 }
@@ -149,14 +144,12 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Returns the distance of each sample to those before it.
     fn reaches(points: &[[f32; 3]], samples: &[u32]) -> Vec<f64> {
         let distance2 = |a: u32, b: u32| squared_distance(points[a as usize], points[b as usize]);
         let reach = |i: usize| (0..i).map(|j| distance2(samples[i], samples[j])).fold(f64::INFINITY, f64::min);
         (0..samples.len()).map(reach).collect()
     }
 
-    /// Returns these distances by searching all points for each sample.
     fn naive_reaches(points: &[[f32; 3]], k: usize, first: usize) -> Vec<f64> {
         let mut distance2 = vec![f64::INFINITY; points.len()];
         let mut next = first;

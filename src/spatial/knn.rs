@@ -88,12 +88,10 @@ const LEAF: usize = 32;
 /// Points in an order in which every node is a range, halved along its longest side.
 struct Tree {
     order: Vec<u32>,
-    /// Coordinates in that order, by axis.
     coordinates: [Vec<f32>; 3],
     splits: Vec<(u8, f32)>,
 }
 
-/// A point, and the tree position of a point that does not count.
 struct Query {
     point: [f32; 3],
     skipped: usize,
@@ -140,15 +138,13 @@ impl Tree {
         Query { point: [0, 1, 2].map(|axis: usize| self.coordinates[axis][place]), skipped: place }
     }
 
-    /// Stores the nearest points of the query within `bound` (squared).
+    /// Stores the nearest points within `bound` (squared).
     fn search(&self, nearest: &mut Nearest, query: &Query, bound: f32) {
         nearest.clear(bound);
         self.visit(nearest, query, Node::root(self.order.len()), [0.0; 3]);
     }
 
-    /// Offers the points of `node` that can be among the nearest.
-    ///
-    /// `gap` is the distance of the query outside the node along each axis.
+    /// Offers the points of `node` that can be among the nearest; `gap` is its distance along each axis.
     fn visit(&self, nearest: &mut Nearest, query: &Query, node: Node, gap: [f32; 3]) {
         // Computed as for points, so that rounding never prunes a point that ties.
         if squared(gap) > nearest.worst {
@@ -188,10 +184,9 @@ fn squared([x, y, z]: [f32; 3]) -> f32 {
     x * x + y * y + z * z
 }
 
-/// Largest node that is built on one thread.
 const ALONE: usize = 4096;
 
-/// Orders the points of a node; records index, axis and coordinate of every split.
+/// Orders the points of a node and records every split.
 fn split(points: &[[f32; 3]], order: &mut [u32], node: Node, splits: &mut Vec<(usize, u8, f32)>) {
     if node.is_leaf() {
         return order.sort_unstable();
@@ -297,7 +292,6 @@ mod tests {
         (0..points.len()).flat_map(row).collect()
     }
 
-    /// Finds the nearest points by sorting all.
     fn brute_force_to(points: &[[f32; 3]], queries: &[[f32; 3]], k: usize) -> Vec<u32> {
         let row = |q: &[f32; 3]| {
             let distance = |p: &[f32; 3]| squared([0, 1, 2].map(|axis| p[axis] - q[axis]));

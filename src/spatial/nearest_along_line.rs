@@ -1,4 +1,4 @@
-//! Finds the first crossing of a line with triangles, in both directions from a point.
+//! Finds the first crossing of a line with triangles.
 
 use glam::DVec3;
 
@@ -10,7 +10,6 @@ use super::triangle_tree::{NO_CHILD, TriangleNode};
 
 /// Margin around a triangle, relative to its size, so that no line passes between two.
 const WIDER: f64 = 1e-6;
-/// Margin around boxes for coordinates of at most 1.
 const MARGIN: f32 = 1e-6;
 
 struct QueryLine {

@@ -12,7 +12,6 @@ use crate::geometry::nearest_on_triangle::nearest_weights_f64;
 const INNER: f32 = 1.0 / 16_777_216.0;
 /// Ratio of largest coordinate to distance, below which triangles are equally far.
 const FAR: f64 = 1e-18;
-/// Largest number of small triangles without a scale of their own.
 const MOST_UNSPLIT: usize = 16;
 
 /// Triangles prepared for closest-point queries; ties go to the first triangle.
@@ -26,11 +25,11 @@ const MOST_UNSPLIT: usize = 16;
 /// ```
 pub struct NearestOnTriangles {
     pub(super) tree: TriangleTree,
-    /// Oriented boxes that replace the nodes if nearly all triangles are thin.
+    /// Oriented boxes that replace the nodes.
     pub(super) needles: Option<NeedleTree>,
-    /// Power of two that scales coordinates to -1..1, so that no square under- or overflows.
+    /// Power of two that scales coordinates to -1..1.
     pub(super) scale: f64,
-    /// Triangles too close to the origin for boxes in that scale.
+    /// Triangles too close to the origin for that scale.
     pub(super) inner: Option<Box<InnerTriangles>>,
 }
 
@@ -58,7 +57,6 @@ pub struct Hit {
 struct BestHit {
     hit: Hit,
     limit: f32,
-    /// True if any hit ends the search.
     is_any: bool,
     n_looks: u32,
 }
@@ -217,7 +215,7 @@ impl NearestOnTriangles {
 }
 
 impl InnerTriangles {
-    /// Searches these triangles within `reach`; very far away, all are equally far and the first one is returned.
+    /// Searches these triangles within `reach`; very far away, the first one is returned.
     fn search(&self, p: DVec3, reach: f64, accept: &dyn Fn(u32) -> bool, is_any: bool) -> (Option<Hit>, u32) {
         let outside = (p.abs() - DVec3::splat(self.most)).max(DVec3::ZERO).length();
         if outside > reach {

@@ -8,14 +8,10 @@ use glam::DVec3;
 use crate::geometry::triangle::area_normal_f64;
 
 const LEAF: usize = 4;
-/// Margin of boxes; more than rounding.
 const MARGIN: f64 = 1e-13;
-/// Relative slack of squared distances; more than rounding.
 const SLACK: f64 = 1e-9;
 const SWEEPS: usize = 5;
-/// Items above which a node is built on several threads.
 const PARALLEL: usize = 4096;
-/// Capacity of the stack for the levels of 32-bit indices.
 const WAITING: usize = 40;
 
 pub(super) struct NeedleTree {
@@ -43,7 +39,7 @@ struct NeedleItem {
 }
 
 impl NeedleTree {
-    /// Builds the tree over triangles with coordinates of at most about one.
+    /// Builds the tree over triangles with coordinates of about one at most.
     pub(super) fn new(triangles: impl Iterator<Item = [[f32; 3]; 3]>) -> Self {
         let item = |(corners, triangle): ([[f32; 3]; 3], u32)| {
             let corners = corners.map(|corner| DVec3::from(corner.map(f64::from)));
@@ -191,7 +187,6 @@ fn fit_box(items: &[NeedleItem]) -> NeedleNode {
     NeedleNode { middle, axes, half: 0.5 * (high - low) + DVec3::splat(MARGIN), ..NeedleNode::default() }
 }
 
-/// Returns the eigenvectors of a symmetric matrix by Jacobi rotations.
 fn principal_axes(mut matrix: [[f64; 3]; 3]) -> [DVec3; 3] {
     let mut axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     for (p, q) in [(0, 1), (0, 2), (1, 2)].repeat(SWEEPS) {

@@ -8,9 +8,7 @@ use super::triangle_tree::{NO_CHILD, TriangleNode, TriangleTree};
 
 /// Margin of triangles, in barycentric weights, so that no ray passes through an edge.
 const MARGIN: f64 = 1e-4;
-/// Margin of boxes, in tree units.
 const BOX_MARGIN: f32 = 1e-6;
-/// Capacity of the stack: three nodes per level.
 const WAITING: usize = 256;
 
 /// Triangles prepared for occlusion tests.
@@ -25,7 +23,6 @@ const WAITING: usize = 256;
 pub struct Occluders {
     tree: TriangleTree,
     middle: DVec3,
-    /// Scale to tree units, in -1..1.
     factor: f64,
 }
 
@@ -83,7 +80,6 @@ struct Ray {
     direction: DVec3,
     start: f64,
     near: Vec3,
-    /// Inverse of the direction's components, large where they vanish.
     slope: Vec3,
 }
 
@@ -119,7 +115,6 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Returns whether a long segment crosses a triangle; `None` near its edges.
     fn naive(corners: [[f32; 3]; 3], from: DVec3, direction: DVec3) -> Option<bool> {
         let [a, b, c] = corners.map(|corner| DVec3::from(corner.map(f64::from)));
         let normal = (b - a).cross(c - a);

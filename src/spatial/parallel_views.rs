@@ -6,7 +6,7 @@ use rayon::prelude::*;
 /// Pixels per triangle, and the range of a view's side in pixels.
 const PIXELS: f64 = 2.0;
 const SIDE: [f64; 2] = [48.0, 1536.0];
-/// Width in pixels from which rows are clipped at the sides.
+/// Width in pixels from which rows are clipped.
 const WIDE: f32 = 8.0;
 /// Rounding error of a side in pixels, relative to its slope.
 const ROUNDING: f32 = 0.02;
@@ -34,7 +34,7 @@ pub fn visible_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], n_axes: usize) 
     })
 }
 
-/// Scales positions to pixels about their middle, so that they fit any view; also returns the scale.
+/// Scales positions to pixels so that they fit any view; also returns the scale.
 pub(super) fn to_pixels(positions: &[[f32; 3]], side: usize) -> (Vec<Vec3>, f64) {
     let point = |p: &[f32; 3]| DVec3::from(p.map(f64::from));
     let (low, high) = positions
@@ -47,7 +47,6 @@ pub(super) fn to_pixels(positions: &[[f32; 3]], side: usize) -> (Vec<Vec3>, f64)
     (scaled, scale)
 }
 
-/// Returns one of the axes, evenly spread over half a sphere.
 pub(super) fn axis(number: usize, n_axes: usize) -> Vec3 {
     let height = (number as f64 + 0.5) / n_axes as f64;
     let angle = std::f64::consts::TAU * (number as f64 * GOLDEN + 0.1);
@@ -59,7 +58,6 @@ pub(super) fn axis(number: usize, n_axes: usize) -> Vec3 {
 struct Pixel {
     near: f32,
     far: f32,
-    /// Triangles of both surfaces; `u32::MAX` for none.
     first: u32,
     last: u32,
 }
@@ -68,12 +66,11 @@ const EMPTY: Pixel = Pixel { near: f32::INFINITY, far: f32::NEG_INFINITY, first:
 
 struct ParallelView {
     side: usize,
-    /// Right, up and view direction.
     frame: [Vec3; 3],
     pixels: Vec<Pixel>,
 }
 
-/// Calls `visit` with index and depth of each pixel whose centre is in a projected triangle.
+/// Calls `visit` with index and depth of each pixel whose centre is in a triangle.
 pub(super) fn rasterize(side: usize, [a, b, c]: [Vec3; 3], mut visit: impl FnMut(usize, f32)) {
     let area = (b - a).truncate().perp_dot((c - a).truncate());
     let (low, high) = (a.min(b).min(c), a.max(b).max(c));
@@ -112,13 +109,12 @@ struct TriangleSide {
     start: f32,
     step: f32,
     margin: f32,
-    /// True if the triangle is to the right of this side; both false if it is parallel to rows.
+    /// True if the triangle is to the right of this side.
     is_left: bool,
     is_right: bool,
 }
 
 impl TriangleSide {
-    /// Makes the side of a weight from its value at the first corner, its slope, and the sum of its terms.
     fn new(at_first: f32, slope: Vec3, size: f32) -> Self {
         let step = -slope.y / slope.x;
         let margin = 1.0 + ROUNDING * size / slope.x.abs();
@@ -127,7 +123,6 @@ impl TriangleSide {
         Self { start: -at_first / slope.x, step, margin, is_left, is_right }
     }
 
-    /// Clips a row to the pixels that may be in the triangle.
     #[inline(always)]
     fn cut(&self, [left, right]: [f32; 2], first: Vec3, y: f32) -> [f32; 2] {
         let x = first.x + self.start + self.step * (y - first.y);

@@ -1,11 +1,10 @@
-//! Curvature of points from the flatness of their neighbourhoods (Pauly et al. 2002; Potamias et al. 2022).
+//! Curvature of points (Pauly et al. 2002; Potamias et al. 2022).
 
 use super::knn::nearest_neighbours;
 use crate::geometry::eigenvalues;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Neighbours that determine the curvature of a point.
 const NEIGHBOURS: usize = 10;
 
 /// Computes the curvature of each point from the covariance of the point and its 10 nearest.
@@ -52,7 +51,6 @@ fn flatness(points: &[[f32; 3]], i: usize, row: &[u32]) -> f64 {
     if trace > 0.0 { (least / trace).clamp(0.0, 1.0 / 3.0) } else { 0.0 }
 }
 
-/// Averages `raw` over point `i` and its neighbours with Gaussian weights.
 fn smooth(points: &[[f32; 3]], raw: &[f64], i: usize, row: &[u32]) -> f64 {
     let distances: Vec<f64> = offsets(points, i, row).into_iter().map(DVec3::length).collect();
     let deviation = distances.iter().sum::<f64>() / distances.len() as f64;

@@ -17,8 +17,6 @@ pub struct PointGrid {
 
 impl PointGrid {
     /// Sorts points (n x 3, finite) into cells; `side` is best about the search distance.
-    ///
-    /// A side that is not positive counts as 1.
     pub fn new(points: &[[f64; 3]], side: f64) -> Self {
         let side = if side > 0.0 && side.is_finite() { side } else { 1.0 };
         let mut cells: FxHashMap<[i64; 3], Vec<u32>> = FxHashMap::default();

@@ -8,10 +8,9 @@ const LEAST: f32 = 1.5e-5;
 /// Pieces that may be added to any mesh; larger meshes may add half their triangles.
 const FREE: usize = 400_000;
 
-/// Additional pieces below which triangles do not count as needles.
+/// Additional pieces below which triangles are not thin.
 const MANY: f64 = 100_000.0;
 
-/// Returns whether most triangles are thin and need too many cuts.
 pub(super) fn are_needles(wanted_cuts: f64, n_triangles: usize) -> bool {
     wanted_cuts > MANY.max(n_triangles as f64)
 }
@@ -34,7 +33,7 @@ pub(super) fn wanted_cuts(corners: &[[f32; 3]; 3]) -> f32 {
     wanted_pieces(corners) - 1.0
 }
 
-/// Returns a whole number of pieces that grows with the emptiness of the box.
+/// Returns a number of pieces that grows with the emptiness of the box.
 fn wanted_pieces(corners: &[[f32; 3]; 3]) -> f32 {
     let bounds @ Bounds { low, high } = Bounds::from_points(corners);
     if (0..3).all(|axis| high[axis] - low[axis] < LEAST) {
@@ -47,7 +46,7 @@ fn wanted_pieces(corners: &[[f32; 3]; 3]) -> f32 {
     if emptiness.is_nan() { 1.0 } else { (0.25 * emptiness.sqrt()).floor().clamp(1.0, MOST) }
 }
 
-/// Returns the boxes of `n` slices of a triangle, equally thick along its longest axis.
+/// Returns the boxes of `n` slices of a triangle along its longest axis.
 fn pieces(corners: &[[f32; 3]; 3], n: usize) -> impl Iterator<Item = Bounds> {
     let whole = Bounds::from_points(corners);
     let side = move |axis: usize| whole.high[axis] - whole.low[axis];

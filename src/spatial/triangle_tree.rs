@@ -1,4 +1,4 @@
-//! A tree of boxes over triangles, four children wide, split by the surface area heuristic.
+//! A tree of boxes over triangles, split by the surface area heuristic.
 
 use glam::Vec3A;
 use rayon::prelude::*;
@@ -7,14 +7,11 @@ use super::Bounds;
 use super::triangle_pieces::boxes;
 
 const LEAF: usize = 4;
-/// Bins per split, at most one per box.
 const BINS: usize = 16;
-/// Depth beyond which ranges are halved.
 const DEPTH: usize = 40;
-/// Items above which ranges are built on several threads.
 const PARALLEL: usize = 8192;
 
-/// Up to four children with their boxes, by coordinate so that all are tested at once.
+/// Up to four children with their boxes, by coordinate.
 #[derive(Clone, Copy)]
 pub(super) struct TriangleNode {
     pub(super) low: [[f32; 4]; 3],
@@ -61,7 +58,6 @@ const NO_CHILDREN: TriangleNode =
 
 /// A tree with triangle corners in the order of its leaves; triangles in several pieces are repeated.
 pub(super) struct TriangleTree {
-    /// Nodes, the root first.
     pub(super) nodes: Vec<TriangleNode>,
     pub(super) corners: Vec<[[f32; 3]; 3]>,
     pub(super) triangle_idx: Vec<u32>,
@@ -97,7 +93,6 @@ impl BoxItem {
         Self { bounds: WideBounds { low: low.into(), high: high.into() }, triangle }
     }
 
-    /// Returns twice the middle of the box along an axis.
     fn middle(&self, axis: usize) -> f32 {
         self.bounds.low[axis] + self.bounds.high[axis]
     }
@@ -112,7 +107,6 @@ impl TriangleTree {
         Self { nodes, corners, triangle_idx }
     }
 
-    /// Holds triangles without nodes, for another kind of tree.
     pub(super) fn without_nodes(corners: Vec<[[f32; 3]; 3]>) -> Self {
         Self { nodes: Vec::new(), triangle_idx: (0..corners.len() as u32).collect(), corners }
     }
@@ -143,7 +137,7 @@ impl TriangleTree {
     }
 }
 
-/// Builds the nodes over `items`, the root first; `first` is the index of the first item.
+/// Builds the nodes over `items`, the root first.
 fn grow_in_parallel(items: &mut [BoxItem], first: usize, depth: usize) -> Vec<TriangleNode> {
     let mut nodes = Vec::new();
     if items.len() <= PARALLEL {
@@ -191,7 +185,7 @@ fn bounds_of(items: &[BoxItem]) -> WideBounds {
     items.iter().fold(WideBounds::EMPTY, |bounds, item| bounds.union(&item.bounds))
 }
 
-/// Splits the items in two and both halves again, unless they fit a leaf.
+/// Splits the items in four, unless they fit a leaf.
 fn quarters(items: &mut [BoxItem], depth: usize) -> [&mut [BoxItem]; 4] {
     let middle = |items: &mut [BoxItem], depth| if items.len() <= LEAF { 0 } else { split(items, depth) };
     let half = middle(items, depth);

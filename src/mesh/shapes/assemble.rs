@@ -2,7 +2,6 @@
 
 use crate::mesh::TriMesh;
 
-/// The joint between the last row of a sheet and the first.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Join {
     /// Not joined: a boundary.
@@ -13,7 +12,6 @@ pub(super) enum Join {
     Twisted,
 }
 
-/// Builds a mesh, empty if the positions are not finite.
 pub(super) fn build(positions: impl IntoIterator<Item = [f64; 3]>, faces: Vec<[u32; 3]>) -> TriMesh {
     let positions = positions.into_iter().map(|p| p.map(|x| x as f32)).collect();
     TriMesh::new(positions, faces).unwrap_or_default()
@@ -45,7 +43,7 @@ pub(super) fn quad([a, b, c, d]: [u32; 4], from_first: bool) -> [[u32; 3]; 2] {
     if from_first { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
 }
 
-/// Builds a closed tube through rings of equal length, counter-clockwise seen from the end of the tube.
+/// Builds a closed tube through rings of equal length, counter-clockwise seen from its end.
 pub(super) fn loft(rings: &[Vec<[f64; 3]>]) -> TriMesh {
     let n = rings.first().map_or(0, Vec::len) as u32;
     let mut faces = Vec::new();

@@ -5,9 +5,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use super::assemble::{build, loft, quad};
 use crate::mesh::TriMesh;
 
-/// Builds a plate of 2 x 1 x 0.1 with fillets of `radius` (below 0.05).
-///
-/// Fillets have `n` segments per quarter turn; the flat sides have vertices on their rims only.
+/// Builds a plate of 2 x 1 x 0.1 with fillets of `radius` (below 0.05), in `n` segments per quarter turn.
 ///
 /// ```
 /// let mesh = neural_mesh::mesh::shapes::plate(8, 0.01);
@@ -22,7 +20,6 @@ pub fn plate(n: u32, radius: f64) -> TriMesh {
     loft(&rings)
 }
 
-/// Returns the plate's outline at height z, grown by `out`.
 fn outline(n: u32, out: f64, z: f64, radius: f64) -> Vec<[f64; 3]> {
     let corners = [(1.0, 0.5, 0.0), (-1.0, 0.5, 1.0), (-1.0, -0.5, 2.0), (1.0, -0.5, 3.0)];
     let turn = 3.0 * radius;
@@ -36,7 +33,7 @@ fn outline(n: u32, out: f64, z: f64, radius: f64) -> Vec<[f64; 3]> {
     corners.into_iter().flat_map(arc).collect()
 }
 
-/// Builds a bolt with a hexagonal head and a thread of `n` segments per turn.
+/// Builds a bolt with a thread of `n` segments per turn.
 ///
 /// ```
 /// let mesh = neural_mesh::mesh::shapes::bolt(24);
@@ -59,7 +56,6 @@ pub fn bolt(n: u32) -> TriMesh {
     loft(&rings)
 }
 
-/// Returns a wave of period 1 between 0 and 1 with flat crests.
 fn ridge(phase: f64) -> f64 {
     let triangle = 2.0 * (phase - phase.floor() - 0.5).abs();
     ((triangle - 0.2) / 0.6).clamp(0.0, 1.0)

@@ -111,7 +111,7 @@ pub fn torus(n_around: u32, n_tube: u32, radius: f64, tube: f64) -> TriMesh {
     })
 }
 
-/// Builds a wavy sphere whose edges are `unevenness` times longer at the upper pole than at the lower.
+/// Builds a wavy sphere whose edges grow by the factor `unevenness` between the poles.
 ///
 /// ```
 /// let mesh = neural_mesh::mesh::shapes::wavy_sphere(3, 10.0);

@@ -141,7 +141,6 @@ fn farthest_apart(a: &TriMesh, b: &TriMesh) -> f64 {
 struct DirectedSearch<'a> {
     from: &'a TriMesh,
     target: &'a TargetSurface<'a>,
-    /// Distances at the vertices; fewer if the search stopped early.
     corners: Vec<PolygonCorner>,
 }
 

@@ -1,4 +1,4 @@
-//! Branch and bound over polygons, those with the largest upper bounds first.
+//! Branch and bound over polygons, the largest upper bounds first.
 
 use std::collections::BinaryHeap;
 

@@ -14,11 +14,9 @@ use crate::spatial::{FaceTree, SearchCost};
 
 /// Squared length below which the difference of two unit normals has no direction.
 const NO_DIRECTION: f64 = 1e-12;
-/// Vertices per round; the budget is checked between rounds.
 const MAX_BATCH: usize = 2048;
 const MIN_LOOKS_PER_ROUND: u64 = 1_000_000;
 const MIN_BATCH: usize = 16;
-/// Vertices in a chain, searched one from another's face.
 const CHAIN: usize = 32;
 
 pub(super) struct TargetSurface<'a> {
@@ -31,7 +29,6 @@ pub(super) struct TargetSurface<'a> {
 }
 
 impl<'a> TargetSurface<'a> {
-    /// Creates a surface with a budget of `most_looks` visits, which the last round may exceed.
     pub(super) fn new(mesh: &'a TriMesh, tree: &'a FaceTree<'a>, most_looks: u64) -> Self {
         Self { mesh, tree, n_looks: AtomicU64::new(0), most_looks, with_boxes: true, n_searches: AtomicU64::new(0) }
     }
@@ -55,7 +52,6 @@ impl<'a> TargetSurface<'a> {
         (left / (n_searches * each).max(1)).clamp(MIN_BATCH as u64, most as u64) as usize
     }
 
-    /// Measures a point; a good `guess` of its closest face saves time.
     pub(super) fn corner(&self, point: DVec3, guess: Option<u32>) -> PolygonCorner {
         let found = self.tree.find_near_with_cost(point, guess, f64::NEG_INFINITY);
         let (face, distance2, looks) = found.unwrap_or((0, f64::INFINITY, SearchCost::default()));
@@ -99,8 +95,6 @@ impl<'a> TargetSurface<'a> {
     }
 
     /// Returns an upper bound of the distance over a polygon, no tighter than `is_tight` demands.
-    ///
-    /// Each corner gives two: through its closest face, and its distance plus the polygon's radius from it.
     pub(super) fn upper_bound(&self, corners: &[PolygonCorner], is_tight: impl Fn(f64) -> bool) -> f64 {
         let mut upper = f64::INFINITY;
         for (i, corner) in corners.iter().enumerate() {
@@ -139,7 +133,7 @@ impl<'a> TargetSurface<'a> {
         [wall(a, b), wall(b, c), wall(c, a)]
     }
 
-    /// Returns the plane of equal distance to `face` and to another face, near the corner farthest from `face`.
+    /// Returns the plane of equal distance to `face` and to another face.
     pub(super) fn bisector(&self, corners: &[PolygonCorner], face: u32) -> Option<CutPlane> {
         let gained = |corner: &PolygonCorner| self.distance(corner, face) - corner.distance;
         let apart = corners.iter().filter(|corner| corner.face != face);
