@@ -70,7 +70,6 @@ fn overlap_in_plane(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
     !keeps_apart(a, b) && !keeps_apart(b, a)
 }
 
-/// Returns the side of the triangle's plane on which a point is, 0 on it.
 fn side(triangle: [[f32; 3]; 3], p: [f32; 3]) -> i8 {
     // Neighbours share corners, and the exact test of a zero is the slowest.
     if triangle.contains(&p) {

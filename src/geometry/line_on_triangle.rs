@@ -1,4 +1,4 @@
-//! Intersects a line with the plane of a triangle.
+//! Lines and triangles.
 
 use glam::DVec3;
 

@@ -1,4 +1,4 @@
-//! Points, triangles and quadrics as coordinates, without indices or meshes.
+//! Points, triangles and quadrics as coordinates.
 
 pub mod crossing;
 mod eigenvalues;

@@ -75,7 +75,6 @@ impl Ears {
         ears
     }
 
-    /// Returns twice the signed area of the ear at `corner`.
     fn turn(&self, corner: u32) -> f64 {
         let [a, b, c] = self.ear(corner).map(|i| self.points[i as usize]);
         (b - a).perp_dot(c - a)
@@ -103,7 +102,6 @@ impl Ears {
         (0..self.points.len() as u32).filter(|&corner| self.alive[corner as usize])
     }
 
-    /// Tests every corner once, and the neighbours of each clipped corner again.
     fn clip_round(&mut self, n_triangles: usize, triangles: &mut Vec<[u32; 3]>) {
         let mut queue: Vec<u32> = self.ring().collect();
         let mut turn = vec![0; self.points.len()];

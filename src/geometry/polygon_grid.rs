@@ -1,4 +1,4 @@
-//! A grid over the corners of a polygon, for finding those inside a triangle.
+//! A grid over the corners of a polygon.
 
 use glam::DVec2;
 

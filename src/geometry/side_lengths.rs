@@ -1,4 +1,4 @@
-//! Measures of a triangle given by its side lengths.
+//! Measures of triangles given by side lengths.
 
 /// Returns the area (Kahan's form of Heron's formula), or 0 if there is no such triangle.
 ///

@@ -1,4 +1,4 @@
-//! Measures of one triangle and the closest point on it.
+//! Measures of one triangle.
 
 use glam::{DVec3, Vec3};
 
@@ -13,10 +13,10 @@ pub fn area_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
     (b - a).cross(c - a)
 }
 
-/// Squared length of a normal, over the fourth power of an edge length, below which it is rounding.
+/// Squared length of a normal, over the fourth power of an edge length, below which the area is rounding error.
 const LEAST_AREA: f32 = 1e-12;
 
-/// Returns whether the area normal of a triangle is more than rounding.
+/// Returns whether the area normal of a triangle is more than rounding error.
 #[inline]
 pub(crate) fn has_area(area_normal: Vec3, [a, b, c]: [Vec3; 3]) -> bool {
     let scale = a.distance_squared(b).max(a.distance_squared(c));

@@ -112,7 +112,6 @@ pub(crate) mod golden {
         std::fs::write(path(), format!("part,version,instructions,result,hash\n{}", lines.concat())).unwrap();
     }
 
-    /// A hash of bits (FNV-1a).
     #[derive(Clone, Copy)]
     pub(crate) struct Hash(u64);
 

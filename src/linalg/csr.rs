@@ -1,4 +1,4 @@
-//! Compressed sparse rows, which also serve as graphs.
+//! Compressed sparse rows.
 
 use rayon::prelude::*;
 use std::ops::Range;

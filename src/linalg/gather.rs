@@ -1,4 +1,4 @@
-//! Picks rows by index, singly or in triples.
+//! Picks rows by index.
 
 use super::Matrix;
 use rayon::prelude::*;

@@ -1,8 +1,8 @@
 //! Instruction sets of the processor, and kernels that compute rows of a result with them, in parallel.
 //!
-//! The one file with `unsafe`: portable kernels are about six times slower. It is sound because an [`Isa`] other than
-//! the portable one is made only after `is_x86_feature_detected!` has found every feature that the matching function
-//! enables.
+//! The one file with `unsafe`: portable kernels are about six times slower. The `unsafe` code is sound: an [`Isa`]
+//! other than the portable one is made only after `is_x86_feature_detected!` has found every feature that the matching
+//! function enables.
 #![allow(unsafe_code)]
 
 use super::{Csr, Matrix};
@@ -25,8 +25,8 @@ enum IsaLevel {
 pub(crate) trait RowKernel: Sync {
     /// Computes `rows` into `out`, which holds exactly those rows, zeroed.
     ///
-    /// With `FMA`, fused products are one instruction. Must be `#[inline(always)]`, and so must its callees: only
-    /// inlined code is compiled for the chosen instructions.
+    /// With `FMA`, fused products are one instruction. Implementations and callees must be `#[inline(always)]`, since
+    /// only inlined code is compiled for the chosen instructions.
     fn compute<const FMA: bool>(&self, rows: Range<usize>, out: &mut [f32]);
 }
 

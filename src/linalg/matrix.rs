@@ -78,7 +78,6 @@ impl Matrix {
         &self.data[row * self.n_cols..][..self.n_cols]
     }
 
-    /// Returns COLS entries of a row from `col` on.
     #[inline(always)]
     pub(crate) fn window<const COLS: usize>(&self, row: usize, col: usize) -> &[f32; COLS] {
         window(&self.data, row * self.n_cols + col)

@@ -8,9 +8,8 @@ use std::ops::Range;
 /// Computes `y_i = max_j (u_i - u_j) = u_i - min_j u_j` over the neighbours j; zero without neighbours.
 ///
 /// # Shapes
-/// - `u`: n x width
-/// - `graph`: n rows, columns below n
-/// - returns n x width
+/// - `u` and the result: n x width
+/// - `graph`: n x n
 ///
 /// ```
 /// use neural_mesh::linalg::{Csr, Matrix, neighbour_max};

@@ -1,4 +1,4 @@
-//! Attention, Eq. (2): dot products along edges and the softmax over each row.
+//! Attention, Eq. (2).
 
 use super::isa::{ColumnKernel, Isa, NARROW, RowKernel, multiply_add};
 use super::{Csr, Matrix};

@@ -11,9 +11,8 @@ use std::ops::Range;
 /// Computes `y_n = sum_k max(u_n - u_k + bias, 0)` over the neighbours k.
 ///
 /// # Shapes
-/// - `u`: n x width, `bias`: width
-/// - `graph`: n rows, columns below n
-/// - returns n x width
+/// - `u` and the result: n x width; `bias`: width
+/// - `graph`: n x n
 ///
 /// ```
 /// use neural_mesh::linalg::{Csr, Matrix, pair_relu};

@@ -8,8 +8,7 @@ use std::ops::Range;
 /// Computes `x w + bias`.
 ///
 /// # Shapes
-/// - `x`: n x n_in
-/// - `weights`: n_in x n_out
+/// - `x`: n x n_in; `weights`: n_in x n_out
 /// - `bias`: n_out, or empty
 /// - returns n x n_out
 ///
@@ -128,7 +127,6 @@ impl RowKernel for ConcatProduct<'_> {
     }
 }
 
-/// Multiplies rows, n x n_in, by weights, n_in x n_out, into `out`.
 #[inline(always)]
 pub(super) fn multiply_rows<const FMA: bool>(rows: &[f32], weights: &Matrix, out: &mut [f32]) {
     let [n_in, n_out] = weights.shape();

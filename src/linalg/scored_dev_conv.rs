@@ -1,4 +1,4 @@
-//! A DevConv over positions and normals and two layers after it, row by row.
+//! A DevConv over positions and normals and two layers after it.
 
 use super::isa::{ColumnKernel, Isa, RowKernel, multiply_add, relu};
 use super::product::multiply_rows;
@@ -11,8 +11,7 @@ use std::ops::Range;
 /// The DevConv is [`neighbour_max_product_relu`](super::neighbour_max_product_relu) of `[a | b] theta`.
 ///
 /// # Shapes
-/// - `a`, `b`: n x 3
-/// - `graph`: n rows, columns below n
+/// - `a`, `b`: n x 3; `graph`: n x n
 /// - `[theta, phi]`: 6 x width and width x n_in
 /// - `first`, `second`: as for [`two_layers`](super::two_layers)
 /// - returns n x n_out

@@ -1,4 +1,4 @@
-//! `S A S^T` on a fixed pattern, Eq. (3): attention between two nodes through original edges.
+//! `S A S^T` on a fixed pattern, Eq. (3).
 
 use super::Csr;
 use rayon::prelude::*;

@@ -1,4 +1,4 @@
-//! Two affine maps with a ReLU between them, row by row.
+//! Two affine maps with a ReLU between them.
 
 use super::Matrix;
 use super::isa::{Isa, RowKernel, relu};
@@ -44,7 +44,6 @@ impl RowKernel for TwoLayers<'_> {
     }
 }
 
-/// Applies both layers to rows, n x n_in, into `out`.
 #[inline(always)]
 pub(super) fn layers<const FMA: bool>(rows: &[f32], first: [&Matrix; 2], second: [&Matrix; 2], out: &mut [f32]) {
     let [n_in, n_hidden] = first[0].shape();

@@ -1,4 +1,4 @@
-//! Exact test of a triangle's area against zero.
+//! Triangles without area.
 
 use robust::{Coord, orient2d};
 

@@ -41,7 +41,7 @@ pub struct CleanCounts {
     pub unreferenced_vertices: usize,
     /// Faces that used a vertex twice.
     pub degenerate_faces: usize,
-    /// Repeated faces.
+    /// Faces that repeat an earlier one.
     pub duplicate_faces: usize,
     /// Faces with a corner that is not finite.
     pub non_finite_faces: usize,
@@ -98,11 +98,11 @@ pub enum CleanError {
     UnfitAttributes,
     /// Single precision cannot hold a component that is too small or too far from the others.
     TooCoarse {
-        /// A vertex of it.
+        /// A vertex of the component.
         vertex: usize,
-        /// Diagonal of its bounding box.
+        /// Diagonal of the component.
         size: f64,
-        /// Spacing of `f32` numbers there.
+        /// Spacing of `f32` numbers at the component.
         step: f64,
     },
     /// A vertex is beyond the range of `f32`.
@@ -246,7 +246,6 @@ fn drop_broken_faces(positions: &[[f64; 3]], faces: &mut FaceList, counts: &mut 
     drop_degenerate_faces(faces, counts);
 }
 
-/// Applies step 4.
 fn drop_degenerate_faces(faces: &mut FaceList, counts: &mut CleanCounts) {
     let before = faces.len();
     faces.retain(|&[a, b, c]| a != b && b != c && c != a);
@@ -261,9 +260,7 @@ fn used_vertices(faces: &[[u32; 3]], n_vertices: usize) -> Vec<bool> {
     used
 }
 
-/// Returns a local origin near the centre of the used vertices, as multiples of a power of two.
-///
-/// Sums with such an origin are exact.
+/// Returns a local origin near the centre of the used vertices, with which sums are exact.
 pub(super) fn local_origin(positions: &[[f64; 3]], used: &[bool]) -> [f64; 3] {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for (position, _) in positions.iter().zip(used).filter(|(_, used)| **used) {

@@ -8,11 +8,11 @@ use super::half_edges::for_each_edge;
 pub struct Edge {
     /// Vertices, the smaller first.
     pub ends: [u32; 2],
-    /// Number of faces that traverse it from the smaller vertex.
+    /// Faces that traverse the edge from the smaller vertex.
     pub up: u32,
-    /// Number of faces that traverse it from the larger vertex.
+    /// Faces that traverse the edge from the larger vertex.
     pub down: u32,
-    /// The first of its faces.
+    /// First face.
     pub face: u32,
 }
 
@@ -23,7 +23,7 @@ impl Edge {
     }
 }
 
-/// Lists the edges of a mesh, ascending by their vertices.
+/// Lists the edges of a mesh, ascending.
 ///
 /// ```
 /// use neural_mesh::mesh::{edges, shapes};

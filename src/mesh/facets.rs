@@ -1,4 +1,4 @@
-//! Flat-shaded meshes, whose corner normals are those of their faces.
+//! Flat-shaded meshes.
 
 use glam::Vec3;
 use rustc_hash::FxHashMap;

@@ -1,6 +1,5 @@
-//! Finds equal items with one flat hash table.
+//! Finds equal items.
 
-/// Items hashed together, so that their cache misses overlap.
 const BATCH: usize = 32;
 
 /// Returns the first item with the same `key` as each item, and whether any two are equal.

@@ -1,4 +1,4 @@
-//! Rounds positions to a regular grid, which files store as small whole numbers.
+//! Rounds positions to a regular grid.
 
 use rustc_hash::FxHashMap;
 
@@ -49,7 +49,7 @@ impl PositionGrid {
         std::array::from_fn(|axis| self.origin[axis] + self.step * numbers[axis] as f64)
     }
 
-    /// Returns the largest distance by which rounding moves a point.
+    /// Returns the largest distance that rounding moves a point.
     pub fn rounding(&self) -> f64 {
         0.5 * 3f64.sqrt() * self.step
     }

@@ -1,6 +1,6 @@
-//! Half-edges: the sides of faces.
+//! Half-edges, the sides of faces.
 //!
-//! Its index is that of the corner where it starts: `3 * face + corner`.
+//! The index of a half-edge is that of the corner where it starts: `3 * face + corner`.
 
 #[derive(Clone, Copy, Default)]
 pub(crate) struct HalfEdge {
@@ -14,7 +14,7 @@ impl HalfEdge {
         self.half_edge / 3
     }
 
-    /// Returns whether it runs from the smaller vertex to the larger.
+    /// Returns whether the half-edge starts at the smaller vertex.
     pub(crate) fn runs_up(self, faces: &[[u32; 3]]) -> bool {
         start(faces, self.half_edge) != self.end
     }
@@ -43,7 +43,7 @@ pub(crate) fn for_each_edge(n_vertices: usize, faces: &[[u32; 3]], mut visit: im
     }
 }
 
-/// Returns the twin of each half-edge, or [`NO_TWIN`] unless its edge has two half-edges.
+/// Returns the twin of each half-edge; [`NO_TWIN`] unless the edge has two half-edges.
 pub(crate) fn twins(n_vertices: usize, faces: &[[u32; 3]]) -> Vec<u32> {
     let mut twins = vec![NO_TWIN; 3 * faces.len()];
     for_each_edge(n_vertices, faces, |_, edge| {

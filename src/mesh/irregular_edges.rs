@@ -1,4 +1,4 @@
-//! Edges that are not shared by exactly two consistently wound faces.
+//! Edges without two consistently wound faces.
 
 use super::{TriMesh, edges};
 

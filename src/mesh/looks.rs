@@ -20,7 +20,7 @@ pub enum Wrap {
 pub struct BaseTexture {
     /// Bytes of a PNG, JPEG, WebP or KTX2 file.
     pub image: Arc<[u8]>,
-    /// Name of the channel of its coordinates; empty means the first.
+    /// Name of the channel of coordinates; empty means the first.
     pub channel: String,
     /// Behaviour along u and v.
     pub wrap: [Wrap; 2],
@@ -51,7 +51,7 @@ pub struct Look {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Finish {
-    /// Emitted light in linear RGB, 0..=1; multiplies its texture.
+    /// Emitted light in linear RGB, 0..=1; multiplies the texture.
     pub emission: [f32; 3],
     /// Texture of the emitted light, sRGB.
     pub emission_texture: Option<BaseTexture>,

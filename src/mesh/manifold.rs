@@ -178,7 +178,7 @@ fn split_fans(
     }
 }
 
-/// Joins the corners at one vertex over two-face edges, or none if all would become one fan.
+/// Joins the corners at one vertex over two-face edges, or none if all would join.
 fn parted_fans(faces: &[[u32; 3]], corners: &[(u32, u32)]) -> UnionFind {
     let fans = joined_fans(faces, corners, &Partners::default());
     if fans.n_sets() > 1 { fans } else { UnionFind::new(corners.len()) }
@@ -203,7 +203,6 @@ fn joined_fans(faces: &[[u32; 3]], corners: &[(u32, u32)], partners: &Partners) 
     fans
 }
 
-/// Lists the neighbours of a vertex, each with the index of a corner.
 fn spokes(faces: &[[u32; 3]], corners: &[(u32, u32)]) -> Vec<(u32, u32)> {
     let others = |&(vertex, corner): &(u32, u32)| faces[corner as usize / 3].into_iter().filter(move |&w| w != vertex);
     let mut spokes: Vec<(u32, u32)> =
@@ -223,7 +222,7 @@ fn half_edge(faces: &[[u32; 3]], corner: u32, other: u32) -> u32 {
     if start(faces, next(corner)) == other { corner } else { next(next(corner)) }
 }
 
-/// Reverses the minority of faces in each component; returns their number.
+/// Reverses the minority of faces in each component; returns the number reversed.
 fn orient(n_vertices: usize, faces: &mut [[u32; 3]]) -> usize {
     let twins = twins(n_vertices, faces);
     let mut side = vec![None; faces.len()];

@@ -180,7 +180,6 @@ fn opposite_edges(pulse: Pulse, share: Range<usize>, faces: &[[u32; 3]]) -> (Vec
 struct RingRows {
     offsets: Vec<u32>,
     neighbors: Vec<u32>,
-    /// Boundary vertices, whose rings end with `u32::MAX` in place of the ghost vertex.
     open: Vec<u32>,
     bad: Vec<u32>,
     opposed: Vec<u32>,
@@ -252,7 +251,6 @@ impl RingRows {
     }
 }
 
-/// Returns the vertices of N edges if these form one cycle.
 #[inline(always)]
 fn cycle<const N: usize>(edges: &[[u32; 2]; N]) -> Option<[u32; N]> {
     let [first, mut tail] = edges[0];
@@ -268,9 +266,9 @@ fn cycle<const N: usize>(edges: &[[u32; 2]; N]) -> Option<[u32; N]> {
     is_cycle.then_some(ring)
 }
 
-/// Orders the opposite edges of one vertex head to tail; clears `oriented` if an edge was reversed.
+/// Orders the opposite edges of one vertex head to tail; returns whether the fan is closed, `None` for several fans.
 ///
-/// Returns whether the fan is closed, `None` if there is more than one.
+/// Clears `oriented` if an edge was reversed.
 fn order_fan(fan: &mut [[u32; 2]], oriented: &mut bool) -> Option<bool> {
     if fan.is_empty() {
         return Some(true);

@@ -1,4 +1,4 @@
-//! Merges the meshes of a scene into one raw mesh.
+//! Merges the meshes of a scene.
 
 use glam::{DMat3, DMat4, Vec3};
 

@@ -1,4 +1,4 @@
-//! Polygons of a file, stored as fans and triangulated at the end.
+//! Polygons of a file, stored as fans until all positions are known.
 
 use crate::geometry::polygon::triangulate;
 
@@ -30,7 +30,7 @@ impl Fans {
 
     /// Replaces each fan in `faces` by a triangulation that is correct for concave polygons.
     ///
-    /// A fan around a missing or non-finite corner replaces the polygon, so that cleaning drops it.
+    /// A polygon with a missing or non-finite corner becomes a fan around that corner.
     pub fn triangulate(self, positions: &[[f64; 3]], faces: &mut [[u32; 3]]) {
         self.triangulate_with(|vertex| positions.get(vertex as usize).copied(), faces);
     }

@@ -1,4 +1,4 @@
-//! Tests whether single precision about one origin can hold a mesh of doubles.
+//! Tests whether single precision can hold a mesh of doubles.
 
 use rustc_hash::FxHashMap;
 
@@ -11,15 +11,15 @@ const FEWEST: f64 = 8.0;
 
 pub(super) struct LostComponent {
     pub vertex: usize,
-    /// Diagonal of its bounding box.
+    /// Diagonal of the component.
     pub size: f64,
-    /// Spacing of `f32` numbers there.
+    /// Spacing of `f32` numbers at the component.
     pub step: f64,
 }
 
 /// Returns the first component that rounding `positions` to `local` damages.
 ///
-/// `single` holds the first vertex at each local position, n_vertices.
+/// `single` holds the first vertex at each local position.
 pub(super) fn find_lost_component(
     positions: &[[f64; 3]],
     local: &[[f32; 3]],

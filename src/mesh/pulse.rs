@@ -7,7 +7,7 @@ use rayon::prelude::*;
 pub(crate) const PARALLEL: usize = 4096;
 const CHUNK: usize = 1 << 16;
 
-/// An optional listener that receives the number of items done since its last call.
+/// An optional listener that receives the number of items done since the last call.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Pulse<'a> {
     listener: Option<&'a (dyn Fn(usize) + Sync)>,

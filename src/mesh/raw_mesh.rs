@@ -1,4 +1,4 @@
-//! A mesh as read from a file, not checked.
+//! A mesh as read from a file.
 
 use super::Attributes;
 

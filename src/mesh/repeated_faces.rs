@@ -1,4 +1,4 @@
-//! Finds repeated faces, and those of them that close a surface.
+//! Faces with the same three vertices.
 
 use glam::DVec3;
 use rustc_hash::FxHashMap;
@@ -9,14 +9,14 @@ use super::first_equal::first_equal;
 use super::pulse::Pulse;
 use super::union_find::UnionFind;
 
-/// Largest area of a flap, relative to the whole area, at which both its sides are dropped.
+/// Largest area of a flap, relative to the whole, at which both sides are dropped.
 const SMALL: f64 = 1e-4;
 /// Mark of a vertex with a repeated bit.
 const SUSPECT: u32 = u32::MAX;
 
 /// Returns the faces that repeat an earlier one, ascending.
 ///
-/// Each face sets one of 32 bits at its lowest vertex; only faces at vertices with a repeated bit are compared.
+/// Each face sets one of 32 bits at the lowest vertex; only faces at vertices with a repeated bit are compared.
 pub(super) fn repeated_faces(faces: &[[u32; 3]], n_vertices: usize) -> Vec<u32> {
     let mut marks = vec![0u32; n_vertices];
     let mut any = false;
@@ -136,7 +136,6 @@ struct RepeatedEdge {
     place: u32,
 }
 
-/// Picks one of each odd group of faces with the same vertices.
 fn pick_odd_copies(faces: &[[u32; 3]], some: impl Iterator<Item = u32>) -> Vec<u32> {
     let mut same: FxHashMap<[u32; 3], Vec<u32>> = FxHashMap::default();
     some.for_each(|face| same.entry(sort_corners(faces[face as usize])).or_default().push(face));

@@ -16,9 +16,9 @@ const SAME_COLOUR: f32 = 1.0 / 64.0;
 pub struct FeatureEdge {
     /// Vertices, ascending.
     pub ends: [u32; 2],
-    /// Distance that the seam may move at a low price, in the unit of the mesh.
+    /// Distance that the seam may move at a low price.
     pub slack: f32,
-    /// True if the normals on its two sides differ.
+    /// True if the normals on the two sides differ.
     pub is_hard: bool,
 }
 
@@ -134,7 +134,6 @@ fn slack_of_texture(mesh: &TriMesh, attributes: &Attributes, half_edges: [u32; 2
     if on_texture > 0.0 { seam_error * on_surface / on_texture } else { on_surface }
 }
 
-/// Returns whether two faces share group and attributes along an edge.
 fn joins(mesh: &TriMesh, attributes: &Attributes, pair: [u32; 2], counts: impl Fn(Role) -> bool) -> bool {
     attributes.group(pair[0] / 3) == attributes.group(pair[1] / 3) && carries_same(mesh, attributes, pair, counts)
 }
@@ -152,7 +151,7 @@ fn carries_same(
     [first, next(first)].into_iter().all(same_wedge)
 }
 
-/// Returns the corner at the same vertex on the other side of an edge.
+/// Returns the corner at the same vertex across an edge.
 fn partner(mesh: &TriMesh, corner: u32, half_edge: u32) -> u32 {
     let vertex = |corner: u32| start(mesh.faces(), corner);
     [half_edge, next(half_edge)].into_iter().find(|&other| vertex(other) == vertex(corner)).unwrap_or(corner)
@@ -168,7 +167,6 @@ fn has_same_values(attributes: &Attributes, x: u32, y: u32, counts: &impl Fn(Rol
     x == y || attributes.channels.iter().all(same_in)
 }
 
-/// Returns whether two values of a role make no seam.
 pub(crate) fn same_values(role: Role, x: &[f32], y: &[f32]) -> bool {
     let within = |most: &dyn Fn(f32, f32) -> f32| {
         x.iter().zip(y).all(|(&x, &y)| (x.is_nan() && y.is_nan()) || x == y || (x - y).abs() <= most(x, y))

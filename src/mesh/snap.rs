@@ -37,7 +37,7 @@ pub fn snap(positions: &mut [[f64; 3]], distance: f64) -> usize {
     n_moved
 }
 
-/// Returns the cell of a coordinate, as a float, since integers have less range.
+/// Returns the cell of a coordinate, as a float for its range.
 fn cell(x: f64, distance: f64) -> u64 {
     // Adding zero turns -0 into 0.
     ((x / (2.0 * distance)).floor() + 0.0).to_bits()

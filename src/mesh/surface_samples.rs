@@ -61,7 +61,6 @@ fn areas_up_to(mesh: &TriMesh) -> Vec<f64> {
     (0..mesh.faces().len()).map(&mut add).collect()
 }
 
-/// Maps two uniform numbers to uniform barycentric weights.
 fn uniform_weights(x: f64, y: f64) -> [f64; 3] {
     let root = x.sqrt();
     let v = root * (1.0 - y);

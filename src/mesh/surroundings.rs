@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::one_rings::{MeetingSheets, is_one_fan};
 use super::union_find::UnionFind;
 
-/// The faces at non-manifold or inconsistently wound vertices, and at their neighbours.
+/// The faces at non-manifold or inconsistently wound vertices, and at neighbours of these.
 pub(super) struct Surroundings {
     /// Index of each face in the mesh, ascending.
     pub numbers: Vec<u32>,

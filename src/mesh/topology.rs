@@ -1,4 +1,4 @@
-//! Topology of a mesh: its components, holes and handles.
+//! Topology of a mesh.
 
 use super::TriMesh;
 use super::topology_patch::{OpenEdge, PositionKey, TopologyCounts, TopologyPatch, curves_through};
@@ -27,7 +27,7 @@ pub struct Topology {
     pub non_manifold_edges: usize,
     /// Vertices whose faces form several fans, joined over edges.
     pub non_manifold_vertices: usize,
-    /// Edges with two faces that traverse them in the same direction.
+    /// Two-face edges that both faces traverse in the same direction.
     pub inconsistent_edges: usize,
     /// True if reversing faces can make the winding consistent.
     pub orientable: bool,

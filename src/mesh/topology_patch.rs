@@ -1,4 +1,4 @@
-//! Topology of a subset of a mesh's faces, open at vertices shared with other subsets.
+//! Topology of a subset of a mesh's faces, open at shared vertices.
 
 use rustc_hash::FxHashMap;
 
@@ -32,7 +32,7 @@ pub(crate) struct TopologyCounts {
     pub unreferenced_vertices: usize,
     pub non_manifold_vertices: usize,
     pub faces: usize,
-    /// Edges with an unshared end; of these, those with one face, more than two, and two of inconsistent winding.
+    /// Edges with an unshared end; of these, boundary, non-manifold and inconsistently wound ones.
     pub edges: usize,
     pub boundary_edges: usize,
     pub non_manifold_edges: usize,
@@ -103,7 +103,7 @@ impl TopologyPatch {
     }
 }
 
-/// Returns the fans at boundary edges, ascending, and the boundary curves as sets of their indices.
+/// Returns the fans at boundary edges, ascending, and the boundary curves as sets of fan numbers.
 pub(super) fn curves_through(ends: &[[u32; 2]]) -> (Vec<u32>, UnionFind) {
     let mut fans: Vec<u32> = ends.as_flattened().to_vec();
     fans.sort_unstable();
@@ -159,7 +159,6 @@ impl<'a> Links<'a> {
         }
     }
 
-    /// Counts fans and vertices; returns the number of each open fan by its first corner.
     fn open_fans(&mut self, patch: &mut TopologyPatch, is_shared: &impl Fn(u32) -> bool) -> FxHashMap<u32, u32> {
         let (mut fans, mut open) = (vec![0u32; self.mesh.positions().len()], FxHashMap::default());
         for corner in 0..3 * self.mesh.faces().len() as u32 {
@@ -183,7 +182,6 @@ impl<'a> Links<'a> {
         open
     }
 
-    /// Counts boundary curves, and lists those through open fans.
     fn trace_boundary(&mut self, patch: &mut TopologyPatch, open: &FxHashMap<u32, u32>) {
         let mut ends: Vec<[u32; 2]> = Vec::with_capacity(self.boundary.len());
         for &half_edge in &self.boundary {

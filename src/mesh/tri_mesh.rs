@@ -1,4 +1,4 @@
-//! The triangle mesh that every algorithm takes.
+//! The triangle mesh.
 
 /// A triangle mesh with indices in range, finite coordinates and three different corners per face.
 ///

@@ -1,4 +1,4 @@
-//! Meshes united into one that is simplified as a whole and split again.
+//! Meshes united for simplification.
 
 use glam::{DMat4, DVec3};
 
@@ -12,11 +12,11 @@ const MOST_VIEWED: usize = 1 << 24;
 pub struct ScenePiece<'a> {
     /// The mesh.
     pub mesh: &'a TriMesh,
-    /// Its attributes.
+    /// Attributes of the mesh.
     pub attributes: &'a Attributes,
     /// Relative scale, rounded to a power of two.
     pub scale: f64,
-    /// Transforms of its instances to the scene.
+    /// Transforms of the mesh's instances to the scene.
     pub places: &'a [DMat4],
 }
 
@@ -219,7 +219,6 @@ fn channel_names(piece: &ScenePiece) -> Vec<String> {
     piece.attributes.channels.iter().map(|channel| channel.name.clone()).collect()
 }
 
-/// Returns the instances of each piece, only the largest if all have too many faces.
 fn places(pieces: &[ScenePiece], scales: &[f32]) -> Vec<Vec<DMat4>> {
     let n_viewed: usize = pieces.iter().map(|piece| piece.places.len().saturating_mul(piece.mesh.faces().len())).sum();
     let of_piece = |(piece, &scale): (&ScenePiece, &f32)| {

@@ -1,4 +1,4 @@
-//! Makes the winding of a surface consistent and outward.
+//! Consistent, outward winding.
 
 use std::collections::VecDeque;
 
@@ -67,7 +67,6 @@ fn turn(face: &mut [u32; 3]) {
     face.swap(1, 2);
 }
 
-/// Returns six times the volume between some faces and the mean of their corners.
 fn spanned_volume(positions: &[[f32; 3]], faces: &[[u32; 3]], component: &[usize]) -> f64 {
     let corners = |face: usize| faces[face].map(|v| DVec3::from(positions[v as usize].map(f64::from)));
     let sum: DVec3 = component.iter().flat_map(|&face| corners(face)).sum();

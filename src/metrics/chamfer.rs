@@ -1,4 +1,4 @@
-//! Chamfer distance between two point sets: the paper's CD (Sec. 4.1).
+//! Chamfer distance: the paper's CD (Sec. 4.1).
 
 use glam::DVec3;
 use rayon::prelude::*;

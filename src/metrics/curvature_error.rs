@@ -1,4 +1,4 @@
-//! Two-sided curvature error between point sets (Potamias et al., point-cloud simplification), as in Table 2.
+//! Curvature error between point sets (Potamias et al., point-cloud simplification), as in Table 2.
 
 use rayon::prelude::*;
 

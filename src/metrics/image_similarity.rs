@@ -1,4 +1,4 @@
-//! Similarity of images: SSIM, PSNR and overlap of silhouettes.
+//! Similarity of images.
 
 /// Side of an SSIM window in pixels.
 const WINDOW: usize = 8;

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::mesh::{Edge, TriMesh, edges};
 use crate::spatial::NearestOnTriangles;
 
-/// Largest distance between an edge and its boundary, in edge lengths or mean edge lengths.
+/// Largest distance between an edge and the boundary, in edge lengths or mean edge lengths.
 const REACH: f64 = 1.0;
 
 /// Counts of the edges of a simplified mesh.

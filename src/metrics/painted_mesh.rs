@@ -22,7 +22,7 @@ pub struct ColourScale {
     pub max: f32,
 }
 
-/// A mesh with the points at which it is coloured.
+/// A mesh with the points to be coloured.
 pub struct PaintedMesh<'a> {
     mesh: &'a TriMesh,
     /// Steps along each side between points; 1 means the vertices only.

@@ -1,4 +1,4 @@
-//! A fast two-sided distance between two meshes, with fewer figures than [`surface_distance`](super::surface_distance).
+//! A fast two-sided distance between two meshes.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -16,7 +16,7 @@ const CHUNK: usize = 256;
 const PROBE_SHARE: f64 = 0.7;
 /// Farthest points around which the largest distance is searched.
 const N_FARTHEST: usize = 16;
-/// Faces searched before and after such a point along the curve.
+/// Faces searched before and after a farthest point along the curve.
 const NEIGHBOURHOOD: usize = 4;
 /// Relative gap at which the search for the largest distance ends.
 const GAP: f64 = 0.02;
@@ -123,7 +123,6 @@ pub(super) struct OneWayDistance {
     n_samples: usize,
 }
 
-/// Measures from the first mesh to the second; `own` is the tree of the first.
 pub(super) fn one_way_distance(
     meshes: [&TriMesh; 2],
     [own, other]: [&FaceTree; 2],
@@ -247,7 +246,6 @@ pub(super) fn curve_samples(mesh: &TriMesh, order: &[u32], n_samples: usize, see
     (0..n_samples).map(draw).collect()
 }
 
-/// Maps a point of the unit square to a triangle, preserving uniformity.
 fn point_in_triangle([a, b, c]: [DVec3; 3], [x, y]: [f64; 2]) -> DVec3 {
     let root = if x > 0.0 { x.sqrt() } else { 0.0 };
     a * (1.0 - root) + b * (root * (1.0 - y)) + c * (root * y)

@@ -1,4 +1,4 @@
-//! Work limits for measurements, counted in triangles and boxes visited.
+//! Work limits for measurements.
 
 use rayon::prelude::*;
 

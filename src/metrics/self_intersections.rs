@@ -22,7 +22,6 @@ pub fn self_intersecting_faces(mesh: &TriMesh) -> Vec<u32> {
     find_crossing(mesh, u64::MAX).unwrap_or_default()
 }
 
-/// Counts the self-intersecting faces; `None` if the tests exceed the budget.
 pub(super) fn n_self_intersecting_faces(mesh: &TriMesh) -> Option<usize> {
     let most = MAX_PAIRS[0] + MAX_PAIRS[1] * mesh.faces().len() as u64;
     find_crossing(mesh, most).map(|faces| faces.len())

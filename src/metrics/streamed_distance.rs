@@ -26,7 +26,6 @@ const MIN_SAMPLES: usize = 512;
 pub struct StreamedDistance<'a> {
     simplified: &'a TriMesh,
     tree: FaceTree<'a>,
-    /// Samples of the simplified mesh, then its vertices.
     points: Vec<DVec3>,
     n_samples: usize,
     samples_per_block: usize,
@@ -46,7 +45,7 @@ pub struct StreamedDistance<'a> {
 pub struct BlockDistances {
     bounds: Bounds,
     forward: Option<(f64, OneWayDistance)>,
-    /// Points with a closer face in this block, and their squared distances.
+    /// Points with a closer face in this block, and the squared distances.
     nearer: Vec<(usize, f64)>,
 }
 

@@ -1,4 +1,4 @@
-//! Two-sided distance between surfaces in position and normal.
+//! Two-sided distance in position and normal.
 
 use glam::DVec3;
 use rayon::prelude::*;

@@ -22,9 +22,8 @@ const MAX_LOOKS: [u64; 2] = [5_000_000, 300];
 
 /// Returns the faces of the simplified mesh that are turned against the original surface, ascending.
 ///
-/// A face is turned if, at four inner points, the nearest original face opposes it. It is not turned if an original
-/// face at most a quarter of the longest edge farther agrees with it, as on thin sheets. Faces without area are not
-/// tested.
+/// A face is turned if the nearest original face opposes it at four inner points. An agreeing original face at most a
+/// quarter of the longest edge farther excludes that, as on thin sheets. Faces without area are not tested.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, metrics::{Surface, turned_faces}};
@@ -35,7 +34,6 @@ pub fn turned_faces(original: &Surface, simplified: &TriMesh) -> Vec<u32> {
     find_turned(original, simplified, u64::MAX).unwrap_or_default()
 }
 
-/// Counts the turned faces; `None` if the search exceeds the budget.
 pub(super) fn n_turned_faces(original: &Surface, simplified: &TriMesh) -> Option<usize> {
     let most = MAX_LOOKS[0] + MAX_LOOKS[1] * simplified.faces().len() as u64;
     find_turned(original, simplified, most).map(|faces| faces.len())

@@ -6,7 +6,7 @@ use super::surface::triangles;
 use crate::geometry::triangle::area_normal_f64;
 use crate::mesh::{TriMesh, edges};
 
-/// Returns the enclosed volume, negative if faces face inward; `None` if they enclose none.
+/// Returns the enclosed volume, negative if faces face inward; `None` without one.
 ///
 /// Faces enclose a volume if every edge has as many faces in one direction as in the other.
 ///

@@ -12,9 +12,9 @@ use super::faces::{FaceOrigin, RepairFaces};
 const STRAY: f64 = 0.01;
 /// Area over holes, relative to the old area, above which a body may be a sheet.
 const MOSTLY_NEW: f64 = 0.5;
-/// Volume relative to filled area to the power 3/2, below which such a body is a sheet; a half ball has 0.38.
+/// Volume relative to filled area to the power 3/2, below which a filled body is a sheet; a half ball has 0.38.
 const SHEET: f64 = 0.1;
-/// Volume relative to area to the power 3/2, below which a body is rounding.
+/// Volume relative to area to the power 3/2, below which a body is rounding error.
 const NOTHING: f64 = 1e-7;
 
 #[derive(Clone, Debug, Default)]
@@ -30,12 +30,11 @@ pub(super) struct Body {
 struct CellFigures {
     component: u32,
     volume: f64,
-    /// Area of its old faces by winding: normals into the cell, and out of it.
+    /// Area of the cell's old faces by winding: normals into the cell, and out of it.
     wound: [f64; 2],
 }
 
 impl CellFigures {
-    /// Returns 1 if the faces are wound into the cell, -1 out of it, else 0.
     fn winding(&self) -> i8 {
         let [into, out] = self.wound;
         let stray = STRAY * (into + out);
@@ -102,7 +101,6 @@ fn measure_cells(faces: &RepairFaces, component: &[u32], sides: &[[u32; 2]], n_c
     all
 }
 
-/// Returns whether a body is more than rounding, and more than a covered sheet.
 fn encloses(faces: &RepairFaces, body: &Body) -> bool {
     let [new, old] = super::fill::areas(faces, body.hull.iter().map(|(face, _)| *face));
     // A sheet whose filled boundary covers it: mostly new area, hardly any volume.

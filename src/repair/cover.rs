@@ -22,7 +22,7 @@ const FLAT: f64 = 0.05;
 pub(super) struct Outline<'a> {
     /// Vertices, n x 3.
     pub points: Vec<DVec3>,
-    /// Unit normals, or zero, of the faces at its edges, n x 3; edge `i` starts at vertex `i`.
+    /// Unit normals, or zero, of the faces at the loop's edges, n x 3; edge `i` starts at vertex `i`.
     pub normals: Vec<DVec3>,
     /// Returns whether the mesh has an edge between two vertices.
     pub is_edge: &'a (dyn Fn(u32, u32) -> bool + Sync),
@@ -56,7 +56,6 @@ fn normal_over([a, b, c]: [DVec3; 3]) -> DVec3 {
     area_normal_f64([a, c, b])
 }
 
-/// Returns the bend between two unit normals, 0 to 2.
 fn bend(a: DVec3, b: DVec3) -> f64 {
     1.0 - a.dot(b)
 }
@@ -125,9 +124,7 @@ struct LoopEars<'a> {
     outline: &'a Outline<'a>,
     next: Vec<u32>,
     previous: Vec<u32>,
-    /// Unit normal across the edge from each vertex to the next.
     normals: Vec<DVec3>,
-    /// Version of the ear at each vertex; `u32::MAX` if clipped.
     changes: Vec<u32>,
 }
 

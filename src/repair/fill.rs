@@ -1,4 +1,4 @@
-//! Fills holes by faces that continue the surface around them.
+//! Fills holes.
 
 use std::cmp::Reverse;
 
@@ -27,7 +27,7 @@ pub(super) struct Holes {
 
 /// Closes each boundary loop that has at most `most_edges` edges.
 ///
-/// The boundary is that of the manifold into which the faces are cut. If there is one, all faces are first wound
+/// The boundary is that of the manifold into which the faces are cut. A mesh with a boundary is first wound
 /// consistently. New corners get the attributes of a neighbour, and all faces over a hole the most frequent group
 /// around it. Longer loops, and the boundary of a single face, stay open.
 ///
@@ -113,7 +113,7 @@ fn triangles_over(faces: &RepairFaces, rims: &[Rim], known: &FxHashSet<[u32; 2]>
     cover(&Outline { points, normals, is_edge: &is_edge }, n_best)
 }
 
-/// Returns the wedge for a corner of a new face, preferably from the face across one of its sides.
+/// Returns the wedge for a corner of a new face, preferably from the face across one of the corner's sides.
 fn wedge_beside(faces: &RepairFaces, rims: &[Rim], triangle: [u32; 3], i: u32) -> u32 {
     let n = rims.len() as u32;
     let before = (i + n - 1) % n;

@@ -1,8 +1,8 @@
 //! Fins: sheets attached to a surface that end in a boundary.
 //!
 //! Edges with more than two faces divide a surface into patches. A fin is a patch at such an edge with less than half
-//! of its component's area. Its open boundary meets such an edge, or a disc over the boundary would have more than half
-//! of its area.
+//! of its component's area. The fin's open boundary meets such an edge, or a disc over the boundary would have more
+//! than half of the fin's area.
 
 use std::f64::consts::PI;
 
@@ -34,7 +34,6 @@ struct SheetPatches {
     of_face: Vec<u32>,
     areas: Vec<f64>,
     open: Vec<f64>,
-    /// True if the open boundary meets edges with more than two faces.
     is_mixed: Vec<bool>,
     beside: FxHashMap<u32, Vec<u32>>,
 }
@@ -85,7 +84,6 @@ impl SheetPatches {
     }
 }
 
-/// Returns the patch of each face, and the fins, no two of them adjacent.
 fn fins(faces: &RepairFaces) -> (Vec<u32>, Vec<u32>) {
     let patches = SheetPatches::new(faces);
     let (component, n_components) = components(faces);

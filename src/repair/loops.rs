@@ -1,4 +1,4 @@
-//! Boundary loops that pass through each vertex once.
+//! Boundary loops.
 
 use std::collections::hash_map::Entry;
 
@@ -29,7 +29,7 @@ impl Rim {
 
 /// Finds the boundary loops of the manifold into which the faces are cut.
 ///
-/// Each has at least three edges and passes no vertex twice. Faces are reversed as in the cut.
+/// Each loop has at least three edges and passes no vertex twice. Faces are reversed as in the cut.
 pub(super) fn loops(faces: &mut RepairFaces) -> Vec<Vec<Rim>> {
     let cut = manifold(faces.positions, &faces.corners);
     if cut.rings.n_ghosts() == 0 {
@@ -50,7 +50,6 @@ pub(super) fn loops(faces: &mut RepairFaces) -> Vec<Vec<Rim>> {
     walks.into_iter().flat_map(|walk| split_into_simple_loops(rims(walk))).filter(|rims| rims.len() > 2).collect()
 }
 
-/// Walks along the half-edges without twin, as (vertex, half-edge).
 fn walks(corners: &[[u32; 3]], twins: &[u32], n_vertices: usize) -> Vec<Vec<(u32, u32)>> {
     // The two sides that end at each vertex of the boundary.
     let mut sides = vec![[NO_TWIN; 2]; n_vertices];

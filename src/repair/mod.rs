@@ -63,7 +63,7 @@ pub struct Repaired {
     pub attributes: Attributes,
     /// Input vertex of each vertex, n_vertices.
     pub sources: Vec<u32>,
-    /// Changes.
+    /// Numbers of changes.
     pub counts: RepairCounts,
 }
 

@@ -50,7 +50,6 @@ fn triangle(faces: &RepairFaces, (face, turn): (u32, bool)) -> [[f32; 3]; 3] {
     if turn { [a, c, b] } else { [a, b, c] }
 }
 
-/// Returns the share of a body within the solid of others; `counts` weighs a triangle.
 fn share_in_solid(faces: &RepairFaces, body: &Body, rays: &Rays, counts: &mut dyn FnMut(u32) -> i32) -> f64 {
     let step = body.hull.len().div_ceil(SAMPLES);
     let (mut n_looks, mut n_within) = (0, 0);

@@ -1,4 +1,4 @@
-//! Cuts one-sided surfaces open, such as a Klein bottle.
+//! One-sided surfaces, such as a Klein bottle.
 
 use crate::mesh::half_edges::{NO_TWIN, start, twins};
 

@@ -1,4 +1,4 @@
-//! Axis-parallel rays through oriented triangles, for winding numbers of points.
+//! Axis-parallel rays for winding numbers of points.
 
 use glam::{DVec2, DVec3};
 

@@ -1,4 +1,4 @@
-//! Drops faces with the same three vertices as others.
+//! Faces with the same three vertices.
 
 use rustc_hash::FxHashMap;
 

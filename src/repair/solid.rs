@@ -1,4 +1,4 @@
-//! Printable meshes: closed, wound outward, without hidden faces.
+//! Printable meshes.
 
 use rustc_hash::FxHashSet;
 
@@ -94,7 +94,6 @@ fn close_holes(faces: &mut RepairFaces) -> usize {
     n_filled
 }
 
-/// Marks the faces of leaking components, and fills the holes of their sheets.
 fn mark_sheet_components(faces: &mut RepairFaces, n_filled: &mut usize) -> Vec<bool> {
     // Angles fail where surfaces intersect away from edges.
     let leaks = find_leaks(faces);

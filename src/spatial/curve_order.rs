@@ -90,13 +90,12 @@ fn beat_if(is_due: bool, beat: &impl Fn()) {
     }
 }
 
-/// Combines the cell's position on the curve (high half) and the item (low half).
 #[inline(always)]
 fn cell_key([x, y, z]: [u32; 3], item: u32) -> u64 {
     u64::from(spread(x) | spread(y) << 1 | spread(z) << 2) << 32 | u64::from(item)
 }
 
-/// Rounds by the bits of a float whose last bit is worth one.
+/// Rounds by adding 2^23, after which a float's lowest bits are the whole number.
 #[inline(always)]
 fn nearest_cell(x: f32) -> u32 {
     const LAST: f32 = CELLS - 1.0;
@@ -143,7 +142,6 @@ fn spread(x: u32) -> u32 {
     (x | x << 2) & 0x0924_9249
 }
 
-/// Sorts keys by their high half, a radix digit at a time.
 fn sort_by_cell(mut keys: Vec<u64>, beat: &impl Fn()) -> Vec<u64> {
     let mut sorted = vec![0; keys.len()];
     for shift in [32, 32 + BITS, 32 + 2 * BITS] {

@@ -30,13 +30,13 @@ pub struct Labels<'a> {
 /// The largest share of covered pixels, over all views, that change without a component.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Exposure {
-    /// Pixels that then show the background, or a surface farther behind, of another material or orientation.
+    /// Share that would show the background, or a surface farther behind, of another material or orientation.
     pub changed: f32,
-    /// Pixels that then show a back side.
+    /// Share that would show a back side.
     pub opened: f32,
-    /// Pixels that then show another material.
+    /// Share that would show another material.
     pub recoloured: f32,
-    /// Components that are then visible without a change, ascending.
+    /// Components that would be visible without a change, ascending.
     pub stand_ins: Vec<u32>,
 }
 

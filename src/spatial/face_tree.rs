@@ -33,7 +33,7 @@ pub struct SearchCost {
 }
 
 impl SearchCost {
-    /// Returns the sum of both.
+    /// Returns the number of tests.
     pub fn total(self) -> u32 {
         self.triangles + self.boxes
     }
@@ -51,7 +51,7 @@ pub struct FaceTree<'a> {
     positions: &'a [[f32; 3]],
     faces: &'a [[u32; 3]],
     order: Vec<u32>,
-    /// Triangle of each piece along the curve, if triangles are cut.
+    /// Triangle of each piece along the curve.
     pieces: Option<Vec<u32>>,
     /// Position of each triangle along the curve.
     places: Vec<u32>,
@@ -90,7 +90,6 @@ struct Queue {
     n_waiting: usize,
 }
 
-/// The best triangle so far, and the squared distance beyond which boxes are skipped.
 #[derive(Clone, Copy)]
 struct BestFace {
     face: u32,
@@ -301,7 +300,6 @@ impl<'a> FaceTree<'a> {
         self.visit(&mut queue, search, accept, best);
     }
 
-    /// Visits nodes from the one at `place` up to the root.
     #[inline(always)]
     fn climb(&self, place: u32, (p, enough): Query, accept: &impl Fn(u32) -> bool, best: &mut BestFace) {
         let point = p.as_vec3().to_array();
@@ -451,7 +449,6 @@ fn nearest_byte(x: f32) -> u8 {
 }
 
 impl PackedNode {
-    /// Returns lower bounds of the children's squared distances.
     #[inline(always)]
     fn distances(&self, p: [f32; 3]) -> [f32; WIDTH] {
         let mut distances = [0.0; WIDTH];

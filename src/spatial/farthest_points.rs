@@ -1,6 +1,4 @@
-//! Farthest point sampling (Gonzalez 1985; Eldar et al. 1997).
-//!
-//! A tree stores the farthest point of each node, so that a sample visits only nodes it can change.
+//! Farthest point sampling (Gonzalez 1985; Eldar et al. 1997), with a tree over the points.
 
 use super::{Bounds, coherent_order};
 
@@ -63,7 +61,7 @@ struct Node {
     begin: usize,
     end: usize,
     children: Option<usize>,
-    /// Largest squared distance of a point to its nearest sample; `farthest` is that point.
+    /// Largest squared distance of a point, `farthest`, to the nearest sample.
     far2: f64,
     farthest: usize,
 }

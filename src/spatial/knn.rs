@@ -1,4 +1,4 @@
-//! Finds the k nearest points (the k-nn graphs of Secs. 3.2 and 3.3) by a k-d tree.
+//! Nearest points by a k-d tree (the k-nn graphs of Secs. 3.2 and 3.3).
 
 use rayon::prelude::*;
 
@@ -85,7 +85,7 @@ const QUERIES: usize = 256;
 
 const LEAF: usize = 32;
 
-/// Points in an order in which every node is a range, halved along its longest side.
+/// Points in an order in which every node is a range.
 struct Tree {
     order: Vec<u32>,
     coordinates: [Vec<f32>; 3],
@@ -144,7 +144,7 @@ impl Tree {
         self.visit(nearest, query, Node::root(self.order.len()), [0.0; 3]);
     }
 
-    /// Offers the points of `node` that can be among the nearest; `gap` is its distance along each axis.
+    /// Offers the points of `node` that can be among the nearest; `gap` is the query's distance along each axis.
     fn visit(&self, nearest: &mut Nearest, query: &Query, node: Node, gap: [f32; 3]) {
         // Computed as for points, so that rounding never prunes a point that ties.
         if squared(gap) > nearest.worst {

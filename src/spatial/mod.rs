@@ -1,4 +1,4 @@
-//! Spatial searches: nearest neighbours, farthest points, closest points on triangles, rays and views.
+//! Spatial searches: closest points, nearest neighbours, rays and views.
 
 mod bounds;
 mod curve_order;

@@ -1,4 +1,4 @@
-//! Closest points on a set of triangles, exact up to double rounding.
+//! Closest points on a set of triangles.
 
 use glam::DVec3;
 
@@ -29,7 +29,7 @@ pub struct NearestOnTriangles {
     pub(super) needles: Option<NeedleTree>,
     /// Power of two that scales coordinates to -1..1.
     pub(super) scale: f64,
-    /// Triangles too close to the origin for that scale.
+    /// Triangles too close to the origin for the common scale.
     pub(super) inner: Option<Box<InnerTriangles>>,
 }
 
@@ -53,7 +53,6 @@ pub struct Hit {
     pub distance2: f64,
 }
 
-/// The best hit so far, and the squared distance beyond which boxes are skipped.
 struct BestHit {
     hit: Hit,
     limit: f32,
@@ -119,7 +118,7 @@ impl NearestOnTriangles {
         self.is_any_within_with_cost(p, reach, accept).0
     }
 
-    /// Tests as [`is_any_within`](Self::is_any_within), and also counts the triangles and boxes tested.
+    /// Returns the answer of [`is_any_within`](Self::is_any_within) and the number of triangles and boxes tested.
     pub fn is_any_within_with_cost(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> (bool, u32) {
         let (hit, n_looks) = self.search(p, reach, accept, true);
         (hit.is_some(), n_looks)

@@ -1,7 +1,6 @@
 //! A tree of oriented boxes for thin triangles, which axis-parallel boxes cannot separate in a fan.
 //!
-//! Boxes follow the principal axes of their corners (Gottschalk, Lin and Manocha 1996, "OBBTree"); nodes are halved at
-//! the median centroid.
+//! Boxes follow the principal axes of the corners (Gottschalk, Lin and Manocha 1996, "OBBTree").
 
 use glam::DVec3;
 
@@ -25,9 +24,7 @@ struct NeedleNode {
     middle: DVec3,
     axes: [DVec3; 3],
     half: DVec3,
-    /// First triangle of a leaf, or node of the second half.
     first: u32,
-    /// Triangles of a leaf, 0 for inner nodes.
     len: u32,
 }
 

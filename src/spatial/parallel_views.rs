@@ -1,4 +1,4 @@
-//! Visibility of triangles in parallel projections from many directions.
+//! Visibility of triangles in parallel projections.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -105,11 +105,10 @@ fn sides([to_b, to_c]: [Vec3; 2]) -> [TriangleSide; 3] {
 
 /// A side of a triangle, where a barycentric weight is 0; clips rows.
 struct TriangleSide {
-    /// Crossing with the first corner's row, relative to that corner, and its shift per row.
+    /// Crossing with the first corner's row, relative to that corner, and the shift per row.
     start: f32,
     step: f32,
     margin: f32,
-    /// True if the triangle is to the right of this side.
     is_left: bool,
     is_right: bool,
 }
@@ -133,7 +132,6 @@ impl TriangleSide {
     }
 }
 
-/// Projects scaled positions to right, up and depth.
 pub(super) fn project(positions: &[Vec3], side: usize, [right, up, along]: [Vec3; 3]) -> Vec<Vec3> {
     let half = 0.5 * (side - 1) as f32;
     positions.iter().map(|p| Vec3::new(p.dot(right) + half, p.dot(up) + half, p.dot(along))).collect()

@@ -37,7 +37,6 @@ fn offsets(points: &[[f32; 3]], i: usize, row: &[u32]) -> Vec<DVec3> {
     row.iter().map(|&j| at(j as usize) - at(i)).collect()
 }
 
-/// Returns `l0 / (l0 + l1 + l2)` of point `i` and its neighbours.
 fn flatness(points: &[[f32; 3]], i: usize, row: &[u32]) -> f64 {
     let others = offsets(points, i, row);
     let mean = others.iter().sum::<DVec3>() / (others.len() + 1) as f64;

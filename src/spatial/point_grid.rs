@@ -1,4 +1,4 @@
-//! A grid of points for searches within a distance.
+//! A grid of points.
 
 use rustc_hash::FxHashMap;
 

@@ -46,7 +46,6 @@ fn wanted_pieces(corners: &[[f32; 3]; 3]) -> f32 {
     if emptiness.is_nan() { 1.0 } else { (0.25 * emptiness.sqrt()).floor().clamp(1.0, MOST) }
 }
 
-/// Returns the boxes of `n` slices of a triangle along its longest axis.
 fn pieces(corners: &[[f32; 3]; 3], n: usize) -> impl Iterator<Item = Bounds> {
     let whole = Bounds::from_points(corners);
     let side = move |axis: usize| whole.high[axis] - whole.low[axis];

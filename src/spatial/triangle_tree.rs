@@ -56,7 +56,7 @@ pub(super) const NO_CHILD: u8 = u8::MAX;
 const NO_CHILDREN: TriangleNode =
     TriangleNode { low: [[f32::INFINITY; 4]; 3], high: [[f32::NEG_INFINITY; 4]; 3], first: [0; 4], len: [NO_CHILD; 4] };
 
-/// A tree with triangle corners in the order of its leaves; triangles in several pieces are repeated.
+/// A tree with triangle corners in the order of the leaves; triangles in several pieces are repeated.
 pub(super) struct TriangleTree {
     pub(super) nodes: Vec<TriangleNode>,
     pub(super) corners: Vec<[[f32; 3]; 3]>,
@@ -229,7 +229,6 @@ fn bin_of(item: &BoxItem, axis: usize, low: f32, scale: f32, n_bins: usize) -> u
     (((item.middle(axis) - low) * scale) as usize).min(n_bins - 1)
 }
 
-/// Returns the axis and bin where the sum of area times count is least.
 fn cheapest_cut(items: &[BoxItem], low: Vec3A, high: Vec3A, n_bins: usize) -> Option<(usize, usize)> {
     let axis = (0..3).max_by(|&i, &j| (high[i] - low[i]).total_cmp(&(high[j] - low[j])))?;
     let scale = n_bins as f32 / (high[axis] - low[axis]);

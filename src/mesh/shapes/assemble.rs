@@ -17,7 +17,7 @@ pub(super) fn build(positions: impl IntoIterator<Item = [f64; 3]>, faces: Vec<[u
     TriMesh::new(positions, faces).unwrap_or_default()
 }
 
-/// Builds a sheet of n_u x n_v quads, each split in two; `point` maps u, v in 0..=1.
+/// Builds a sheet of n_u x n_v quads; `point` maps u, v in 0..=1.
 ///
 /// Only the u direction may be twisted. With u to the right and v up, faces are counter-clockwise.
 pub(super) fn sheet(n: [u32; 2], joins: [Join; 2], point: impl Fn(f64, f64) -> [f64; 3]) -> TriMesh {
@@ -43,7 +43,7 @@ pub(super) fn quad([a, b, c, d]: [u32; 4], from_first: bool) -> [[u32; 3]; 2] {
     if from_first { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
 }
 
-/// Builds a closed tube through rings of equal length, counter-clockwise seen from its end.
+/// Builds a closed tube through rings of equal length, counter-clockwise seen from the end.
 pub(super) fn loft(rings: &[Vec<[f64; 3]>]) -> TriMesh {
     let n = rings.first().map_or(0, Vec::len) as u32;
     let mut faces = Vec::new();

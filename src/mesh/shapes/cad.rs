@@ -1,4 +1,4 @@
-//! Machine shapes with large flat faces next to many small ones.
+//! Machine shapes.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 

@@ -1,4 +1,4 @@
-//! Surfaces with singular edges or vertices, and one-sided surfaces.
+//! Singular and one-sided surfaces.
 
 use std::f64::consts::{PI, TAU};
 

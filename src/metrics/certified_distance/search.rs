@@ -9,7 +9,7 @@ use super::polygon::{PolygonCorner, bisecting_plane, largest_corner_distance, mi
 use super::target_surface::TargetSurface;
 
 const MAX_BATCH: usize = 256;
-/// Cuts after which one bisects the polygon, so that it shrinks.
+/// Cuts after which one bisects the polygon.
 const BISECT_EVERY: u32 = 5;
 const SEARCHES_PER_CUT: u64 = 10;
 pub(super) struct SearchItem {
@@ -73,7 +73,6 @@ pub(super) fn tighten_bounds(
 }
 
 impl TargetSurface<'_> {
-    /// Cuts a polygon, unless the face closest to its centre bounds it tightly enough.
     fn cut(
         &self,
         waiting: SearchItem,

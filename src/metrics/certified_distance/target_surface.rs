@@ -67,7 +67,6 @@ impl<'a> TargetSurface<'a> {
         if corner.distance <= enough { corner } else { self.corner(point, Some(face)) }
     }
 
-    /// Measures the vertices of a mesh; stops early if the budget is spent or a vertex is too far.
     pub(super) fn vertex_corners(&self, from: &TriMesh, bounds: &DistanceBounds) -> Vec<PolygonCorner> {
         let mut corners: Vec<PolygonCorner> = Vec::with_capacity(from.positions().len());
         let mut is_used = vec![false; from.positions().len()];
@@ -124,7 +123,6 @@ impl<'a> TargetSurface<'a> {
         (a * weights[0] + b * weights[1] + c * weights[2]).distance(point)
     }
 
-    /// Returns the planes through the sides of a face, perpendicular to it.
     pub(super) fn side_planes(&self, face: u32) -> [CutPlane; 3] {
         let [a, b, c] = self.triangle(face);
         let normal = self.normal(face);

@@ -1,4 +1,4 @@
-//! Figures of the mesh: size, edges, topology, triangles.
+//! Figures of the mesh.
 
 use super::figure::Figure;
 use super::reference_mesh::ReferenceMesh;

@@ -1,4 +1,4 @@
-//! Compares a simplified mesh with its original, as a list of named figures.
+//! Compares a simplified mesh with its original.
 
 mod compare_options;
 mod figure;

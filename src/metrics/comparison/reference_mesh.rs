@@ -43,7 +43,6 @@ impl ReferenceMesh {
     }
 }
 
-/// Returns a power of two that brings a very small or very large mesh to about unit size.
 fn scale_to_one(mesh: &TriMesh) -> f64 {
     let size = mesh.positions().as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()));
     let is_usual = size == 0.0 || (1e-6..=1e6).contains(&size);
