@@ -1,4 +1,4 @@
-//! Both assemblies as the driver runs them: from options to requests, and from outcomes to results.
+//! Runs of both assemblies: from options to requests, and from outcomes to results.
 
 use crate::mesh::pulse::Pulse;
 use crate::mesh::{Attributes, Role, TriMesh, compact, is_shaded_flat, with_flat_normals};
@@ -16,14 +16,11 @@ use super::options::{Assembly, Hidden, Options, Purpose, Refinements, Report, Sc
 use super::paper;
 use super::progress::Progress;
 
-/// Settings of a run.
 pub(super) struct Task<'a> {
     pub options: &'a Options,
-    /// Requests the derivative of the closed result.
     pub differentiable: bool,
-    /// Continues to the target size even where held vertices leave few to the rest.
+    /// Reaches the size even if held vertices leave too few for the rest.
     pub insists_on_size: bool,
-    /// Mirror data, where the mesh is one half of a symmetric one.
     pub half: Option<Half<'a>>,
 }
 
@@ -33,14 +30,13 @@ impl<'a> Task<'a> {
     }
 }
 
-/// Target sizes, each no larger than the one before.
 pub(super) struct TargetSizes<'a> {
     pub limits: &'a [Limit],
     /// Number of leading sizes at which no further component is dropped.
     pub n_settled: usize,
 }
 
-/// Simplifies a mesh to several sizes with the closed assembly; each continues the collapse of the one before.
+/// Simplifies a mesh to several sizes, each continuing the collapse of the one before.
 pub(super) fn simplify_closed(
     input: &Input,
     weights: Option<&Weights>,
@@ -48,7 +44,7 @@ pub(super) fn simplify_closed(
     sizes: &TargetSizes,
     progress: Progress,
 ) -> Result<Vec<Closed>, SimplifyError> {
-    // What the options drop in any case goes before anything is prepared.
+    // Components that the options drop in any case are removed before anything is prepared.
     let Some(pruned) = prune(progress.pulse, input, task.options) else {
         return simplify_dropping(input, weights, task, sizes, None, progress);
     };
@@ -67,8 +63,6 @@ fn simplify_pruned(
 }
 
 /// Simplifies to several sizes and drops components that cost more than a viewer would miss.
-///
-/// Where one goes, this and all further levels are made from the rest, from a saved collapse if there is one.
 fn simplify_dropping(
     input: &Input,
     weights: Option<&Weights>,
@@ -82,8 +76,8 @@ fn simplify_dropping(
     let Some(pruned) = remove_faces(input.mesh, dropped.n_components, |face| dropped.faces[face]) else {
         return Ok(made);
     };
-    // The level at which a component went is settled now: it is repeated without that component and drops no further
-    // one.
+    // At a size where a component is dropped, the rest is simplified again, from a saved collapse if there is one. It
+    // then loses no further component.
     let left = TargetSizes { limits: &sizes.limits[made.len()..], n_settled: 1 };
     made.extend(simplify_pruned(input, &pruned, |part| {
         simplify_dropping(part, weights, task, &left, saved, progress)
@@ -91,18 +85,18 @@ fn simplify_dropping(
     Ok(made)
 }
 
-/// Returns the rules for dropping components, which apply from a level on; `None` where all must stay.
+/// Returns the rules for dropping components from a level on; `None` if all must stay.
 fn drop_rules(input: &Input, options: &Options, half: Option<Half>, from_level: usize) -> Option<DropRules> {
-    // Constraints of the caller name vertices or faces that must all remain.
+    // Constraints of the caller name vertices or faces that must remain.
     let holds = options.subset || options.lock_boundaries || !input.locked.is_empty();
     let keeps = !options.prune || holds || half.is_some();
     (!keeps).then_some(DropRules { within: options.prune_within, from_level })
 }
 
-/// Chooses the source of the scores: none without effect, the network where the caller gives weights.
+/// Chooses the source of the scores: none without effect, the network if the caller gives weights.
 pub(super) fn score_source(options: &Options, aim: &Aim, weights: Option<&Weights>) -> ScoreSource {
     match options.scores {
-        // Poses and spectrum have their own distribution of vertices.
+        // Poses and spectrum distribute the vertices in their own way.
         _ if aim.strength == 0.0 || options.purpose != Purpose::Shape && weights.is_none() => ScoreSource::Geometry,
         ScoreSource::Bending if weights.is_some() => ScoreSource::Network,
         scores => scores,
@@ -123,7 +117,7 @@ pub(super) fn choose_importance<'a>(
     }
 }
 
-/// Simplifies without dropping components; stops at the level where one should go.
+/// Simplifies without dropping components; stops at the level where one should be dropped.
 fn simplify_whole<'a>(
     input: &Input,
     weights: Option<&Weights>,
@@ -133,7 +127,7 @@ fn simplify_whole<'a>(
     progress: Progress<'a>,
 ) -> Result<FinishedLevels<'a>, SimplifyError> {
     let Input { mesh, attributes, .. } = *input;
-    // Normals that follow from the faces carry no information; as hard edges they would hold everything.
+    // Normals that follow from the faces carry no information; as hard edges they would hold every edge.
     let normals = attributes.channels.iter().find(|channel| channel.role == Role::Normal);
     let mut levels = match normals.filter(|_| is_shaded_flat(mesh, attributes)) {
         None => simplify_as_shaded(input, weights, task, sizes, saved, progress)?,
@@ -163,7 +157,7 @@ fn simplify_as_shaded<'a>(
     let Task { options, differentiable, insists_on_size, half, .. } = *task;
     let Input { mesh, attributes, importance, scene, .. } = *input;
     let aim = Aim::new(options.optimize, options.effort);
-    // The one place where options become a request.
+    // The only place where options become a request.
     let scores = score_source(options, &aim, weights);
     let keep = Keep {
         edges: &kept_edges(mesh, attributes, options),
@@ -198,7 +192,7 @@ pub(super) fn simplify_by_paper(
     progress: Progress,
 ) -> Result<Simplified, SimplifyError> {
     let weights = weights.map_or_else(|| paper_weights().ok_or(SimplifyError::NoWeights), Ok)?;
-    // The network knows vertices alone; a closed surface has half as many as faces.
+    // The network knows only vertices; a closed surface has half as many as faces.
     let n_target = limit.vertices.min((limit.faces / 2).max(3));
     let Options { seed, close, place, .. } = *options;
     let run = paper::PaperRun { n_target_vertices: n_target, weights, seed, close, place };

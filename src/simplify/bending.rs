@@ -1,11 +1,11 @@
-//! Scores by a formula from the bending of the surface: the network's starting point and baseline.
+//! Scores by a formula from the bending of the surface.
 
 use crate::linalg::Csr;
 use glam::Vec3;
 
-/// Exponent of the bending in the score; importance grows with the square root.
 const EXPONENT: f32 = 0.5;
-/// Largest ratio to the mean bending, either way: importance stays within a factor of 5.5.
+/// Largest ratio to the mean bending, either way.
+// Importance stays within a factor of 5.5.
 const MOST: f32 = 30.0;
 
 /// Computes `ln(b / mean b) / 2`; `None` where nothing bends.
@@ -34,7 +34,7 @@ pub fn bending_scores(points: &[[f32; 3]], normals: &[[f32; 3]], areas: &[f64], 
         let along = |&w: &u32| apart(normals, v, w) / apart(points, v, w).max(1e-6);
         rings.row(v).iter().map(along).fold(0.0, f32::max)
     };
-    // One round of averaging damps noise of single edges.
+    // One round of averaging damps the noise of single edges.
     let raw: Vec<f64> = (0..points.len()).map(|v| f64::from(largest(v))).collect();
     let averaged = |v: usize| {
         let around = std::iter::once(v).chain(rings.row(v).iter().map(|&w| w as usize));

@@ -1,4 +1,4 @@
-//! Simplification of one block of a mesh up to a price that holds for all blocks; shared vertices stay.
+//! Simplification of one block of a mesh.
 
 use crate::mesh::{Attributes, TriMesh};
 use crate::model::Weights;
@@ -10,15 +10,13 @@ use super::limits::Limit;
 use super::options::{Options, Refinements, SimplifyError};
 use super::progress::Progress;
 
-/// Simplified block.
 pub(crate) struct SimplifiedBlock {
     pub mesh: TriMesh,
-    /// Vertices left after each round of merges, falling, with the price that it reached: squared distance times area,
-    /// in mesh units.
+    /// Number of vertices after each pass, with its price in mesh units.
     pub paid: Vec<(usize, f64)>,
 }
 
-/// Simplifies a block to about `n_vertices`, or up to a price. Locked vertices, n_input, keep every bit.
+/// Simplifies a block to about `n_vertices`, or up to a price; locked vertices keep every bit.
 pub(crate) fn simplify_block_mesh(
     mesh: &TriMesh,
     locked: &[bool],

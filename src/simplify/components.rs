@@ -1,4 +1,4 @@
-//! Connected components: dropping small or hidden ones, and counting those in their smallest form.
+//! Connected components: dropping and counting them.
 
 use crate::mesh::pulse::Pulse;
 use crate::mesh::union_find::{UnionFind, join_faces};
@@ -10,7 +10,7 @@ use super::options::{DroppedComponent, Hidden, Options, Report};
 
 const TETRAHEDRON: usize = 4;
 
-/// Counts the components of a manifold, and those that no collapse can shrink (a tetrahedron or a single triangle).
+/// Counts the components of a manifold, and those that no collapse can shrink.
 pub(super) fn count_components(pulse: Pulse, mesh: &TriMesh) -> (usize, usize) {
     let mut sets = UnionFind::new(mesh.positions().len());
     // A manifold's components share no vertex, so vertices may be joined.
@@ -27,7 +27,6 @@ pub(super) fn count_components(pulse: Pulse, mesh: &TriMesh) -> (usize, usize) {
     (n_faces.len(), n_faces.iter().filter(|&&n| n == 1 || n == TETRAHEDRON).count())
 }
 
-/// Numbers the component of every face, joined over edges; components that touch only at a vertex are separate.
 fn number_components(pulse: Pulse, mesh: &TriMesh) -> (Vec<u32>, usize) {
     pulse.beat(0);
     join_faces(mesh.positions().len(), mesh.faces(), |_| true).number_sets(pulse)
@@ -43,7 +42,7 @@ pub(crate) struct PrunedMesh {
 }
 
 impl PrunedMesh {
-    /// Adds the dropped components to a report on the remaining mesh; face indices become those of the original.
+    /// Adds the dropped components to a report; face indices become those of the original.
     pub fn add_to_report(&self, report: &mut Report) {
         report.components_pruned += self.n_dropped;
         report.components_hidden += self.n_hidden;
@@ -53,11 +52,7 @@ impl PrunedMesh {
     }
 }
 
-/// Drops components with a bounding box diagonal below `prune_below`, and hidden ones with `Hidden::Drop`; `None` if none
-/// go.
-///
-/// Sizes are those a viewer of the scene sees. The visible component with the largest area stays, and so do those with kept or locked
-/// faces.
+/// Drops components smaller than `prune_below`, and hidden ones with `Hidden::Drop`; `None` if all stay.
 pub(crate) fn prune(pulse: Pulse, input: &Input, options: &Options) -> Option<PrunedMesh> {
     let (mesh, least, drops_hidden) = (input.mesh, options.prune_below, options.hidden == Hidden::Drop);
     if !(least > 0.0 || drops_hidden) {
@@ -76,7 +71,7 @@ pub(crate) fn prune(pulse: Pulse, input: &Input, options: &Options) -> Option<Pr
     hidden.iter_mut().zip(&kept).for_each(|(hidden, kept)| *hidden &= !kept);
     let areas = areas(&view.mesh, &seen, n);
     let shown = (0..n).filter(|&c| !hidden[c]);
-    // Something always stays; ties go to the later component.
+    // The visible component with the largest area stays; of equal ones the last.
     let largest = shown.max_by(|&x, &y| areas[x].total_cmp(&areas[y]).then(x.cmp(&y)))?;
     let diagonals = diagonals(&view.mesh, &seen, n);
     let dropped: Vec<bool> = (0..n).map(|c| hidden[c] || c != largest && !kept[c] && diagonals[c] < least).collect();
@@ -118,12 +113,11 @@ pub(super) fn remove_faces(mesh: &TriMesh, n_dropped: usize, is_dropped: impl Fn
     compact(mesh.positions(), kept).ok().map(pruned)
 }
 
-/// Lists the components formed by the dropped faces, ascending by first face.
 fn dropped_components(mesh: &TriMesh, is_dropped: impl Fn(usize) -> bool) -> Vec<DroppedComponent> {
     let faces: Vec<u32> = (0u32..).take(mesh.faces().len()).filter(|&f| is_dropped(f as usize)).collect();
     let corners: Vec<[u32; 3]> = faces.iter().map(|&f| mesh.faces()[f as usize]).collect();
     let (component, n) = join_faces(mesh.positions().len(), &corners, |_| true).number_sets(Pulse::NONE);
-    // Faces come in order, so the first one met is the first of its component.
+    // Faces come in order, so the first face found is the first of its component.
     let mut dropped: Vec<Option<DroppedComponent>> = vec![None; n];
     for (&face, component) in faces.iter().zip(component) {
         dropped[component as usize].get_or_insert(DroppedComponent { face, n_faces: 0 }).n_faces += 1;

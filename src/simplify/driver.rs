@@ -1,4 +1,4 @@
-//! Driver: from the caller's mesh and options to results of either assembly.
+//! Driver of both assemblies: from the caller's mesh and options to results.
 
 use crate::model::Weights;
 
@@ -20,7 +20,7 @@ pub(super) fn run(
     listener: &mut Listener,
 ) -> Result<TracedResult, SimplifyError> {
     let options = task.options;
-    // With symmetry the paper's assembly goes the other way, to be rejected there.
+    // With symmetry the paper's assembly is rejected by the check of the other branch.
     if options.assembly == Assembly::Paper && options.symmetric.is_none() {
         return run_with_listener(listener, &PAPER, |progress| Ok((run_paper(input, weights, task, progress)?, None)));
     }
@@ -28,7 +28,6 @@ pub(super) fn run(
     levels.into_iter().next().ok_or(SimplifyError::Empty)
 }
 
-/// Simplifies to several sizes with the closed assembly, each no larger than the one before.
 pub(super) fn run_levels(
     input: &Input,
     weights: Option<&Weights>,
@@ -36,7 +35,7 @@ pub(super) fn run_levels(
     targets: &[Target],
     listener: &mut Listener,
 ) -> Result<Vec<TracedResult>, SimplifyError> {
-    // Progress shows shares of time that depend on the size of the first level.
+    // Stages take shares of time that depend on the size of the first level.
     let share = targets.first().map_or(1.0, |target| target.share_of(input.mesh));
     let stages = closed_stages(targets.len(), task.options.symmetric.is_some(), share);
     run_with_listener(listener, &stages, |progress| run_closed(input, weights, task, targets, progress))

@@ -1,4 +1,4 @@
-//! Groups of faces with a target of their own: each is simplified with its border while the rest stays, then held.
+//! Groups of faces with targets of their own.
 
 use std::ops::ControlFlow;
 
@@ -12,12 +12,12 @@ use super::driver::run;
 use super::input::Input;
 use super::options::{Event, Hidden, Listener, Options, SimplifyError, Target};
 
-/// Groups of faces with the share of their vertices to keep.
+/// Groups with the share of their vertices to keep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroupRatio {
     /// Group numbers, as in [`Attributes::group`].
     pub groups: Vec<u32>,
-    /// Share above 0 and at most 1. At 1 the faces come back unchanged.
+    /// Share above 0 and at most 1; 1 keeps the faces unchanged.
     pub ratio: f64,
 }
 
@@ -29,18 +29,18 @@ pub struct SimplifiedGroups {
     pub mesh: TriMesh,
     /// Attributes of corners and faces.
     pub attributes: Attributes,
-    /// Importance of the vertices; empty where the scores decide.
+    /// Importance of the vertices; empty if the scores decide.
     pub importance: Vec<f32>,
-    /// Marks faces of these groups, which stay from here on, n_faces.
+    /// Marks faces of these groups, which stay from now on.
     pub kept: Vec<bool>,
-    /// An input face beneath each face.
+    /// Input face beneath each face.
     pub faces: Vec<u32>,
-    /// Input vertex of each vertex, where all have one.
+    /// Input vertex of each vertex, if all have one.
     pub sources: Option<Vec<u32>>,
 }
 
 impl SimplifiedGroups {
-    /// Returns this as the input for simplifying the rest.
+    /// Returns the input for simplifying the rest.
     pub fn input<'a>(&'a self, scene: Option<&'a UnitedMesh>) -> Input<'a> {
         let Self { mesh, attributes, importance, kept, .. } = self;
         Input { scene, kept, attributes, importance, ..Input::bare(mesh) }
@@ -49,7 +49,7 @@ impl SimplifiedGroups {
 
 /// Simplifies each group to its share, in this order, while all other faces stay.
 ///
-/// Groups of share 1 are held from the beginning. The target of `options` is ignored, and no component is dropped.
+/// The target of `options` is ignored.
 ///
 /// # Errors
 /// As [`simplify_input`](super::simplify_input); [`SimplifyError::BadTarget`] for a share out of range.
@@ -95,13 +95,13 @@ pub fn simplify_groups(
         faces: (0..n_faces).collect(),
         sources: Some((0..input.mesh.positions().len() as u32).collect()),
     };
-    // Groups of share 1 are held from the beginning; each simplified group is held afterwards.
+    // Groups of share 1 are held from the beginning, the others once they are simplified.
     let mut held: FxHashSet<u32> =
         ratios.iter().filter(|of| of.ratio == 1.0).flat_map(|of| &of.groups).copied().collect();
     let smaller: Vec<&GroupRatio> = ratios.iter().filter(|of| of.ratio < 1.0).collect();
     for (number, of) in smaller.iter().enumerate() {
         let mut tell = |mut event: Event| -> ControlFlow<()> {
-            // Each group is an equal part of the run's progress.
+            // Each group is an equal share of the run's progress.
             event.total = (number as f32 + event.total) / smaller.len() as f32;
             progress(event)
         };
@@ -112,7 +112,6 @@ pub fn simplify_groups(
     Ok(now)
 }
 
-/// Simplifies one group; those in `held` and all faces that do not touch the group stay.
 fn simplify_group(
     before: SimplifiedGroups,
     (of, held): (&GroupRatio, &FxHashSet<u32>),
@@ -120,7 +119,7 @@ fn simplify_group(
     progress: &mut Listener,
 ) -> Result<SimplifiedGroups, SimplifyError> {
     let (kept, n_own) = mark_kept_faces(&before, of, held);
-    // The target is the whole mesh less what the group loses. The factor absorbs rounding of shares such as 0.1.
+    // The target is the whole mesh less what the group loses. The factor absorbs the rounding of shares such as 0.1.
     let n_gone = n_own - ((n_own as f64 * of.ratio * (1.0 + 1e-12)) as usize).min(n_own);
     let n_used = before.mesh.faces().as_flattened().iter().copied().collect::<FxHashSet<u32>>().len();
     let options = options_for_group(options, Target::Vertices((n_used - n_gone).max(1)));
@@ -140,7 +139,6 @@ fn simplify_group(
     })
 }
 
-/// Returns which faces stay while a group is simplified, and the number of its vertices, border included.
 fn mark_kept_faces(before: &SimplifiedGroups, of: &GroupRatio, held: &FxHashSet<u32>) -> (Vec<bool>, usize) {
     let faces = before.mesh.faces();
     let group = |face: usize| before.attributes.group(face as u32);
@@ -148,7 +146,7 @@ fn mark_kept_faces(before: &SimplifiedGroups, of: &GroupRatio, held: &FxHashSet<
     let mut is_touched = vec![false; before.mesh.positions().len()];
     let own = faces.iter().enumerate().filter(|(face, _)| is_own(*face));
     own.flat_map(|(_, corners)| corners).for_each(|&v| is_touched[v as usize] = true);
-    // A face next to the group shares vertices with it, so it cannot be kept.
+    // A face next to the group shares vertices with it, and so may change.
     let touches = |corners: &[u32; 3]| corners.iter().any(|&v| is_touched[v as usize]);
     let kept =
         faces.iter().enumerate().map(|(face, corners)| held.contains(&group(face)) || !touches(corners)).collect();

@@ -1,7 +1,4 @@
 //! Surfaces that are invisible from outside.
-//!
-//! Visibility is tested in rendered views from many directions (`spatial::visible_faces`). Components that appear
-//! in none are tested again with rays from their surface, which find gaps of any width.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -12,23 +9,21 @@ use crate::spatial::{Occluders, visible_faces};
 
 use super::input::Input;
 
-/// Axes of the views, for single faces and for components, which rays test again.
 const AXES: usize = 8;
 const AXES_OF_COMPONENTS: usize = 3;
-/// Rays per face of a component, and the least number for one.
+/// Rays per face of a component, and the least number.
 const RAYS: f64 = 0.25;
 const LEAST_RAYS: usize = 1024;
-/// Rays of all components together: per face of the mesh, and the least number.
+/// Rays of all components: per face, and the least number.
 const ALL_RAYS: [usize; 2] = [1, 65_536];
-/// Distance that a ray skips at its start, as a share of the diagonal: anything this close beneath a surface is
-/// visible.
+/// Length that a ray skips at its start, as a share of the diagonal.
 const MARGIN: f64 = 1e-4;
-/// Powers of the inverse of the root of x^5 = x + 1: a low-discrepancy sequence in four dimensions.
+/// Powers of the inverse of the root of x^5 = x + 1: a sequence that fills four dimensions evenly.
 ///
 /// Roberts 2018, "The unreasonable effectiveness of quasirandom sequences".
 const STEPS: [f64; 4] = [0.856_674_883_854_503, 0.733_891_856_627_126, 0.628_706_721_404_131, 0.538_597_258_071_713];
 
-/// Returns whether each face and all faces at its vertices are invisible from outside, n_faces.
+/// Returns whether each face and all faces at its vertices are invisible from outside.
 ///
 /// ```
 /// use neural_mesh::{mesh::{TriMesh, shapes}, simplify::hidden_faces};
@@ -45,7 +40,7 @@ pub fn hidden_faces(mesh: &TriMesh) -> Vec<bool> {
     mesh.faces().iter().map(|face| face.iter().all(|&v| !shows[v as usize])).collect()
 }
 
-/// Returns whether each vertex is on no visible face, n_vertices; empty where all are visible.
+/// Returns whether each vertex is on no visible face; empty if all are visible.
 pub(super) fn hidden_vertices(input: &Input) -> Vec<bool> {
     let hidden: Vec<bool> = visible_vertices(input).into_iter().map(|shows| !shows).collect();
     if hidden.contains(&true) { hidden } else { Vec::new() }
@@ -61,10 +56,10 @@ fn visible_vertices(input: &Input) -> Vec<bool> {
     shows
 }
 
-/// Returns whether each of `n` components is invisible; `component` numbers the faces.
 pub(super) fn hidden_components(mesh: &TriMesh, component: &[u32], n: usize) -> Vec<bool> {
     let mut hidden = vec![true; n];
     let seen = visible_faces(mesh.positions(), mesh.faces(), AXES_OF_COMPONENTS);
+    // Views show most components. Those that appear in none are tested with rays, which find gaps of any width.
     component.iter().zip(seen).for_each(|(&c, seen)| hidden[c as usize] &= !seen);
     if !hidden.contains(&true) {
         return hidden;
@@ -76,7 +71,7 @@ pub(super) fn hidden_components(mesh: &TriMesh, component: &[u32], n: usize) -> 
     let occluders = Occluders::new(&shown.map(|(corners, _)| *corners).collect::<Vec<_>>());
     let mut faces = vec![Vec::new(); n];
     (0..).zip(component).filter(|(_, c)| hidden[**c as usize]).for_each(|(f, &c)| faces[c as usize].push(f));
-    // One budget of rays is shared by all hidden components, so that many of them cost no more.
+    // The hidden components share one number of rays, so that many of them take no longer.
     let n_hidden = hidden.iter().filter(|hidden| **hidden).count();
     let most = (ALL_RAYS[0] * triangles.len()).max(ALL_RAYS[1]) / n_hidden;
     let start = MARGIN * mesh.diagonal();
@@ -90,7 +85,7 @@ pub(super) fn hidden_components(mesh: &TriMesh, component: &[u32], n: usize) -> 
     faces.par_iter().map(is_hidden).collect()
 }
 
-/// Returns whether one of `n_rays` rays from the triangles, spread by area, meets nothing beyond `start`.
+/// Returns whether one of `n_rays` rays from the triangles meets nothing beyond `start`.
 fn any_ray_escapes(occluders: &Occluders, triangles: &[[DVec3; 3]], n_rays: usize, start: f64) -> bool {
     let sums: Vec<f64> = triangles
         .iter()
@@ -111,7 +106,6 @@ fn any_ray_escapes(occluders: &Occluders, triangles: &[[DVec3; 3]], n_rays: usiz
     })
 }
 
-/// Maps two uniform numbers in 0..1 to a uniform direction.
 fn direction(height: f64, turn: f64) -> DVec3 {
     let height = 1.0 - 2.0 * height;
     let (radius, angle) = ((1.0 - height * height).max(0.0).sqrt(), std::f64::consts::TAU * turn);

@@ -1,4 +1,4 @@
-//! Input of a simplification: the mesh, its attributes, the importance of vertices, and what must be kept.
+//! Input of a simplification: the mesh, its attributes, and constraints.
 
 use std::borrow::Cow;
 
@@ -14,14 +14,13 @@ pub struct Input<'a> {
     pub mesh: &'a TriMesh,
     /// Attributes of corners and faces.
     pub attributes: &'a Attributes,
-    /// Factor on the area of each vertex, n_vertices, positive; empty where the scores decide.
+    /// Positive factor on the area of each vertex; empty if the scores decide.
     pub importance: &'a [f32],
-    /// Placement of the mesh in a scene, if it unites several; components, visibility and distances are judged there.
+    /// Placement of the mesh in a scene.
     pub scene: Option<&'a UnitedMesh>,
-    /// Marks faces that come back unchanged with their vertices and corner values, n_faces; empty for none (closed
-    /// assembly, not with symmetry).
+    /// Marks faces that come back unchanged; empty for none (closed assembly without symmetry).
     pub kept: &'a [bool],
-    /// Marks vertices that stay in place, n_vertices; empty for none (closed assembly, not with symmetry).
+    /// Marks vertices that stay in place; empty for none (closed assembly without symmetry).
     pub locked: &'a [bool],
 }
 
@@ -31,12 +30,11 @@ impl<'a> Input<'a> {
         Self { mesh, attributes: Attributes::NONE, importance: &[], scene: None, kept: &[], locked: &[] }
     }
 
-    /// Returns the mesh as a viewer of the scene sees it; each face of the view names a face of the mesh.
+    /// Returns the mesh as a viewer of the scene sees it.
     pub(crate) fn view(&self) -> SceneView {
         scene_view(self.scene, self.mesh, self.attributes)
     }
 
-    /// Rejects arrays whose lengths or values do not match the mesh.
     pub(super) fn check(&self) -> Result<(), SimplifyError> {
         let is_factor = |x: &f32| *x > 0.0 && x.is_finite();
         let factors_fit = self.importance.is_empty()
@@ -72,7 +70,6 @@ pub(super) struct InputSubset {
 }
 
 impl InputSubset {
-    /// Combines the rows with `mesh`, which consists of these vertices and faces.
     pub fn to_input<'a>(&'a self, mesh: &'a TriMesh, scene: Option<&'a UnitedMesh>) -> Input<'a> {
         let Self { attributes, importance, kept, locked } = self;
         Input { mesh, attributes, importance, scene, kept, locked }
@@ -95,7 +92,7 @@ fn scene_view(scene: Option<&UnitedMesh>, mesh: &TriMesh, attributes: &Attribute
 
 /// Derives vertex importance from a channel: the mean over the corners of its values (the first three of a colour).
 ///
-/// Zeros count a thousandth of the mean. `None` where a value is negative or not a number, or all are 0.
+/// Zeros count a thousandth of the mean. `None` for negative values, or if all are 0.
 ///
 /// ```
 /// use neural_mesh::{mesh::{Attributes, Channel, Role, shapes}, simplify::importance_of_channel};
@@ -134,7 +131,6 @@ pub fn importance_of_groups(mesh: &TriMesh, attributes: &Attributes, factor: imp
     means_at_vertices(mesh, of_faces, 1.0)
 }
 
-/// Averages corner values, 3 x n_faces in face order, at each vertex; `none` for a vertex without corners.
 fn means_at_vertices(mesh: &TriMesh, at_corners: impl Iterator<Item = f32>, none: f32) -> Vec<f32> {
     let mut sums = vec![(0.0f32, 0.0f32); mesh.positions().len()];
     for (&v, value) in mesh.faces().as_flattened().iter().zip(at_corners) {
@@ -148,7 +144,7 @@ pub(super) fn kept_edges(mesh: &TriMesh, attributes: &Attributes, options: &Opti
     let mut kept = seams(mesh, attributes, options.seam_error as f32);
     if let Some(degrees) = options.crease_angle {
         kept.extend(creases(mesh, degrees).into_iter().map(|ends| FeatureEdge { ends, slack: 0.0, is_hard: false }));
-        // An edge that is a seam and a crease is held as a crease: the entry without slack comes first and stays.
+        // An edge that is both seam and crease is held like a crease: the entry without slack comes first and stays.
         kept.sort_unstable_by(|x, y| x.ends.cmp(&y.ends).then(x.slack.total_cmp(&y.slack)));
         kept.dedup_by(|later, stays| {
             let is_same = later.ends == stays.ends;
@@ -159,12 +155,12 @@ pub(super) fn kept_edges(mesh: &TriMesh, attributes: &Attributes, options: &Opti
     kept
 }
 
-/// Marks vertices that must stay in place: locked ones, those of kept faces, and of locked boundaries; empty for none.
+/// Marks locked vertices, and those of kept faces and locked boundaries.
 pub(super) fn locked_vertices(input: &Input, options: &Options) -> Vec<bool> {
     if !options.lock_boundaries && input.kept.is_empty() {
         return input.locked.to_vec();
     }
-    // Non-manifold edges are locked with the boundary: they have other than two faces.
+    // Non-manifold edges are locked like boundaries: they have other than two faces.
     let mut locked = input.locked.to_vec();
     locked.resize(input.mesh.positions().len(), false);
     if options.lock_boundaries {

@@ -7,12 +7,10 @@ use super::driver::run_levels;
 use super::input::Input;
 use super::options::{Listener, Options, Simplified, SimplifyError, Target};
 
-/// Simplifies to the target of `options` and on to the `further` targets, each no larger than the one before.
-///
-/// The levels share one collapse, so further ones cost little.
+/// Simplifies to the target of `options` and to `further` targets, each no larger than the one before.
 ///
 /// # Errors
-/// As [`simplify_input`](super::simplify_input); [`SimplifyError::BadTarget`] where a target grows, or with the paper's
+/// As [`simplify_input`](super::simplify_input); [`SimplifyError::BadTarget`] if a target grows, or with the paper's
 /// assembly.
 ///
 /// ```

@@ -4,12 +4,11 @@ use crate::mesh::TriMesh;
 
 use super::options::{Assembly, Options, SimplifyError, Target};
 
-/// Stopping criterion of the collapse.
 #[derive(Clone, Copy)]
 pub(super) struct Limit {
     pub vertices: usize,
     pub faces: usize,
-    /// Price above which no merge is made: squared distance times area, on the surface of unit size.
+    /// Price above which no merge is made, at unit size.
     pub price: f32,
 }
 
@@ -20,7 +19,6 @@ impl Limit {
         Self { vertices, faces: usize::MAX, price: f32::INFINITY }
     }
 
-    /// Returns the approximate number of vertices left; a closed surface has half as many vertices as faces.
     pub fn size(self) -> usize {
         self.vertices.min(self.faces / 2 + 2)
     }
@@ -38,7 +36,7 @@ impl Limit {
 pub(super) fn resolve_limit(mesh: &TriMesh, options: &Options) -> Result<Limit, SimplifyError> {
     match options.target {
         Target::Ratio(ratio) if ratio > 0.0 && ratio <= 1.0 => {
-            // Rounded down: the result is never larger than the share asked for.
+            // Rounded down, so that the result is never larger than the requested share.
             let vertices = ((mesh.positions().len() as f64 * ratio) as usize).max(1);
             Ok(Limit::of_vertices(vertices))
         }
@@ -48,7 +46,6 @@ pub(super) fn resolve_limit(mesh: &TriMesh, options: &Options) -> Result<Limit, 
     }
 }
 
-/// Resolves targets of levels of detail, each no larger than the one before.
 pub(super) fn resolve_levels(
     mesh: &TriMesh,
     targets: &[Target],

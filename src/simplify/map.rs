@@ -1,4 +1,4 @@
-//! Correspondence between input and output: vertices both ways, output corners to points of the input.
+//! Correspondence between input and output.
 
 use glam::Vec3;
 
@@ -9,13 +9,13 @@ use super::options::Map;
 
 const NONE: u32 = u32::MAX;
 
-/// Finds the nearest of the input vertices merged into each output vertex; `NONE` if there is none.
+/// Finds the nearest of the input vertices merged into each output vertex, if there is one.
 pub(super) fn nearest_inputs(mesh: &TriMesh, lighter: &TriMesh, outputs: &[u32]) -> Vec<u32> {
     let mut nearest = vec![(f32::INFINITY, NONE); lighter.positions().len()];
     for (v, &x) in (0u32..).zip(outputs) {
         let [p, q] = [mesh.positions()[v as usize], lighter.positions()[x as usize]].map(Vec3::from);
         let distance = p.distance_squared(q);
-        // A distance that is not finite still claims an empty place.
+        // The first distance always counts, even if it is not finite.
         if distance < nearest[x as usize].0 || nearest[x as usize].1 == NONE {
             nearest[x as usize] = (distance, v);
         }
@@ -39,7 +39,7 @@ pub(super) fn widen_pruned(map: &mut Map, mesh: &TriMesh, PrunedMesh { sources, 
     map.corner_faces.iter_mut().flatten().for_each(|f| *f = faces[*f as usize]);
 }
 
-/// Extends the map to a mesh with more vertices; `sources` are the vertices of the map in it.
+/// Extends the map to a mesh in which `sources` are its input vertices.
 pub(super) fn widen_vertices(map: &mut Map, sources: &[u32], n_vertices: usize) {
     let mut outputs = vec![NONE; n_vertices];
     sources.iter().zip(&map.output_vertices).for_each(|(&v, &x)| outputs[v as usize] = x);

@@ -1,6 +1,4 @@
 //! Surfaces from point clouds by the Edge Predictor and the Face Classifier (Secs. 3.2 and 3.3).
-//!
-//! The k-nn graph of the cloud takes the place of the mesh, also for A of Eq. (3). The result need not be closed.
 
 use std::sync::Arc;
 
@@ -11,32 +9,31 @@ use crate::linalg::Csr;
 use crate::mesh::{TriMesh, compact, orient_outward};
 use crate::model::{Weights, extended_graph, in_edge_lengths, predict_edges, predict_faces, vertex_scores};
 
-/// Neighbours per point: the mean valence of a triangle mesh. Clouds of twelve training meshes: with 5 the result is 29
-/// % farther from the original, with 8 37 % (nine of them).
+/// Neighbours per point: the mean valence of a triangle mesh.
+// Clouds of twelve training meshes: with 5 the result is 29 % farther from the original, with 8 37 % (nine of them).
 const NEIGHBOURS: usize = 6;
 
 /// Mesh over points of a cloud.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct MeshedPoints {
-    /// Mesh with at most two faces per edge, wound consistently where possible.
+    /// Mesh with at most two faces per edge.
     pub mesh: TriMesh,
     /// Point of the cloud at each vertex, ascending.
     pub source_points: Vec<u32>,
-    /// Sampled points that ended on no face.
+    /// Number of sampled points on no face.
     pub unused_points: usize,
 }
 
-/// Meshes `n_vertices` points of a cloud, or all of it if it has no more, at their positions.
+/// Meshes `n_vertices` points of a cloud, or all if it has no more, at their positions.
 ///
-/// The Point Sampler's scores choose the vertices, spread along the graph. A network that uses normals gets zeros.
+/// The Point Sampler's scores choose the points.
 ///
 /// # Shapes
 /// - `points`: n x 3, finite
 ///
 /// # Errors
-/// [`SimplifyError::TooFewPoints`] for fewer than three points or vertices, [`SimplifyError::NothingKept`] where no
-/// face has a probability above one half, [`SimplifyError::Interrupted`] when `progress` breaks.
+/// [`SimplifyError::TooFewPoints`], [`SimplifyError::NothingKept`] or [`SimplifyError::Interrupted`].
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, model::Weights, simplify::{SimplifyError, mesh_points}};
@@ -70,7 +67,7 @@ fn mesh_cloud(
 ) -> Result<MeshedPoints, SimplifyError> {
     progress.enter("scores", 1)?;
     let graph = Arc::new(cloud_graph(points));
-    // Points in units of edge lengths, as the network expects.
+    // The network expects points in units of edge lengths.
     let cloud = in_edge_lengths(points, &graph);
     let samples = draw_samples(&cloud, &graph, n_samples, weights, seed);
     progress.enter("assign", 1)?;
@@ -78,7 +75,7 @@ fn mesh_cloud(
     let original = Arc::new(region_graph(&graph, &assignment, samples.len()));
     progress.enter("edges", 1)?;
     let sampled: Vec<[f32; 3]> = samples.iter().map(|&at| cloud[at as usize]).collect();
-    // Samples have longer edges, so they are scaled again.
+    // Edges between samples are longer, so the units change.
     let sampled = in_edge_lengths(&sampled, &original);
     let edges = predict_edges(weights, &sampled, &original);
     progress.enter("faces", 1)?;
@@ -100,7 +97,7 @@ pub fn cloud_graph(points: &[[f32; 3]]) -> Csr {
 }
 
 fn draw_samples(cloud: &[[f32; 3]], graph: &Arc<Csr>, n: usize, weights: &Weights, seed: u64) -> Vec<u32> {
-    // All points are wanted: no scores are needed.
+    // All points are wanted, so no scores are needed.
     if n == cloud.len() {
         return (0..n as u32).collect();
     }

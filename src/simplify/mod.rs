@@ -55,12 +55,11 @@ pub use with_importance::{WeightedResult, simplify_with_importance};
 
 /// Simplifies `mesh` to the target of `options`; `progress` receives every stage and can stop the run.
 ///
-/// Without `weights`, [`ScoreSource::Network`] uses [`Weights::shipped_default`] and the paper's assembly those of the
-/// feature `paper`.
+/// Without `weights` the networks use shipped ones.
 ///
 /// # Errors
-/// [`SimplifyError`]: nothing to simplify, options out of range, or stopped by `progress`. An unreachable target is no
-/// error: the result is as small as possible, and `report.outcome` says which constraint stopped it.
+/// [`SimplifyError`] for an empty mesh or bad options, or if `progress` stops the run. An unreachable target is no
+/// error: `report.outcome` names the obstacle.
 ///
 /// ```
 /// use std::ops::ControlFlow;
@@ -84,14 +83,12 @@ pub fn simplify(
     simplify_input(&Input::bare(mesh), weights, options, progress)
 }
 
-/// Simplifies a mesh with its attributes: texture coordinates, normals, materials and skins come back with the result.
+/// Simplifies a mesh with its attributes: texture coordinates, normals, materials and skins.
 ///
-/// No face of the result mixes two groups or the two sides of a seam. Corner values come from the closest point of the
-/// original on the corner's side; texture coordinates, colours and normals are then fitted by least squares. The
-/// paper's assembly returns no attributes.
+/// No face of the result mixes two groups or the two sides of a seam.
 ///
 /// # Errors
-/// As [`simplify`]; [`SimplifyError::BadInput`] where attributes or importance do not match the mesh.
+/// As [`simplify`]; [`SimplifyError::BadInput`] if the input does not match the mesh.
 ///
 /// ```
 /// use std::ops::ControlFlow;
@@ -117,8 +114,7 @@ pub fn simplify_input(
     run(input, weights, &task, progress).map(|(simplified, _)| simplified)
 }
 
-/// Simplifies as [`simplify_input`] does, and reaches the size even where locked vertices leave few to the rest: the caller bounds the
-/// distance.
+/// Simplifies to the size even if locked vertices leave few to the rest.
 pub(crate) fn simplify_insisting(
     input: &Input,
     options: &Options,
@@ -128,8 +124,7 @@ pub(crate) fn simplify_insisting(
     run(input, None, &task, progress).map(|(simplified, _)| simplified)
 }
 
-/// Simplifies as [`simplify`] does and also returns how the result depends on the input positions. Takes longer; the
-/// result is bit for bit that of [`simplify`].
+/// Simplifies as [`simplify`] does, and also returns how the result depends on the input positions.
 ///
 /// # Errors
 /// As [`simplify`].

@@ -7,7 +7,7 @@ use crate::model::{Weights, surface_scores};
 use glam::Vec3;
 use std::sync::Arc;
 
-/// Scores every vertex of a mesh; vertices with larger scores are sampled sooner. Only differences matter.
+/// Scores the vertices of a mesh; those with larger scores are sampled sooner.
 ///
 /// ```
 /// use neural_mesh::{mesh::TriMesh, model::Weights, simplify::network_scores};
@@ -19,7 +19,7 @@ pub fn network_scores(mesh: &TriMesh, weights: &Weights) -> Vec<f32> {
     surface_scores(weights, mesh.positions(), &vertex_normals(mesh), &rings)
 }
 
-/// Sums a third of the area of each face at its vertices, n_vertices.
+/// Sums a third of the area of each face at its vertices.
 ///
 /// ```
 /// use neural_mesh::{mesh::TriMesh, simplify::vertex_areas};
@@ -35,7 +35,7 @@ pub fn vertex_areas(mesh: &TriMesh) -> Vec<f64> {
     areas
 }
 
-/// Builds the graph of a mesh's edges, n_vertices x n_vertices: the neighbourhoods of the Point Sampler.
+/// Builds the graph of a mesh's edges, n_vertices x n_vertices.
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, simplify::edge_graph};

@@ -1,4 +1,4 @@
-//! Options, results and errors of the simplifier: plain data without an algorithm.
+//! Options, results and errors of the simplifier.
 
 use std::ops::ControlFlow;
 
@@ -16,8 +16,7 @@ pub enum Target {
 }
 
 impl Target {
-    /// Returns the approximate share of the mesh that remains: of its faces for [`Target::Faces`], else of its
-    /// vertices.
+    /// Returns about the share of the mesh that remains: of its faces for [`Target::Faces`], else of its vertices.
     ///
     /// ```
     /// use neural_mesh::{mesh::shapes, simplify::Target};
@@ -37,14 +36,16 @@ impl Target {
 /// Method that builds the surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Assembly {
-    /// Closed where the input is closed: collapse, flips, fit.
+    /// Edge collapse, flips and fit; closed if the input is closed.
     #[default]
     Closed,
-    /// The paper's (Sec. 4): faces with p > 0.5, at most two per edge, vertices at input positions.
+    /// The paper's (Sec. 4): faces of probability above 0.5 over input vertices.
     Paper,
 }
 
 /// Settings of one simplification; [`Options::new`] sets the defaults.
+///
+/// The paper's assembly uses only `target`, `seed`, `close` and `place`; the closed assembly ignores the last three.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Options {
@@ -52,46 +53,42 @@ pub struct Options {
     pub target: Target,
     /// Method that builds the surface.
     pub assembly: Assembly,
-    /// Source of the scores (closed assembly only; the paper's always uses its network).
+    /// Source of the scores.
     pub scores: ScoreSource,
-    /// Error measure to optimise (closed assembly only).
+    /// Error measure to optimise.
     pub optimize: Optimize,
-    /// Time budget (closed assembly only).
+    /// Time budget.
     pub effort: Effort,
-    /// Seed of the sampling (paper's assembly only).
+    /// Seed of the sampling.
     pub seed: u64,
-    /// Drops components whose vertices are better spent elsewhere (closed assembly only). Has no effect with
-    /// `lock_boundaries`, `subset` or `symmetric`, nor at the size of the input.
+    /// Drops components whose vertices are better spent elsewhere.
     pub prune: bool,
-    /// Largest distance to the rest at which `prune` may drop a component, in mesh units. Where finite, components may
-    /// lose their shape up to it.
+    /// Largest distance to the rest, in mesh units, at which `prune` may drop a component. A finite value also allows
+    /// deformations up to it.
     pub prune_within: f64,
-    /// Drops components whose bounding box has a smaller diagonal, in mesh units; the largest by area stays (closed
-    /// assembly only). 0 drops none.
+    /// Diagonal of the bounding box, in mesh units, below which components are dropped. The largest component stays.
     pub prune_below: f64,
-    /// Treatment of surfaces that are invisible from outside (closed assembly only).
+    /// Treatment of surfaces that are invisible from outside.
     pub hidden: Hidden,
-    /// Keeps boundary vertices and edges bit for bit (closed assembly only).
+    /// Keeps boundary vertices and edges bit for bit.
     pub lock_boundaries: bool,
-    /// Restricts output vertices to positions of input vertices (closed assembly; always so in the paper's).
+    /// Restricts output vertices to positions of input vertices.
     pub subset: bool,
-    /// Closes the holes that the network leaves (paper's assembly only).
+    /// Closes the holes that the network leaves.
     pub close: bool,
-    /// Samples once more by the errors of the first samples' regions, and moves vertices to the minimum of their region's
-    /// quadric (paper's assembly only).
+    /// Samples again by the errors of regions, and moves vertices to the minimum of their region's quadric.
     pub place: bool,
-    /// Distance that texture seams may move at a low price, as a share of the texture's side (closed assembly only). At
-    /// 0 seams are held like creases.
+    /// Distance that texture seams may move at a low price, over the texture's side; 0 holds seams.
     pub seam_error: f64,
-    /// Use of the result (closed assembly only).
+    /// Use of the result.
     pub purpose: Purpose,
-    /// Least angle between face normals, in degrees, at which an edge is kept as a crease (closed assembly only).
+    /// Least angle between face normals, in degrees, of edges that are kept as creases.
     pub crease_angle: Option<f32>,
-    /// Returns a [`Map`] between input and output (closed assembly only).
+    /// Returns a [`Map`] between input and output.
     pub map: bool,
-    /// Makes the result its own mirror image; the input must be one (closed assembly only).
+    /// Makes the result its own mirror image, as the input must be.
     pub symmetric: Option<Symmetry>,
-    /// Rounding of the written coordinates: no two vertices of the result share a rounded position.
+    /// Rounding of the written coordinates, which must differ between vertices.
     pub frame: Frame,
 }
 
@@ -99,35 +96,34 @@ pub struct Options {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Purpose {
-    /// The shape in its present pose.
+    /// Shape in its present pose.
     #[default]
     Shape,
-    /// All poses given by the input's morph targets, each alone; without targets, unknown poses in which every place
-    /// may bend alike.
+    /// Shape in all poses given by morph targets, or else in unknown poses.
     Poses,
-    /// The eigenfunctions of the Laplacian (metric LE): faces of similar areas.
+    /// Eigenfunctions of the Laplacian (metric LE): faces of similar areas.
     Spectrum,
 }
 
-/// Treatment of surfaces that are invisible from outside ([`hidden_faces`](super::hidden_faces)).
+/// Treatment of surfaces that are invisible from outside.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Hidden {
-    /// Treats hidden surfaces like visible ones.
+    /// Hidden surfaces count like visible ones.
     #[default]
     Keep,
-    /// Weights hidden surfaces by a thousandth: they keep about a tenth of their vertices.
+    /// Hidden surfaces count a thousandth, and keep about a tenth of their vertices.
     Cheap,
-    /// Drops components that are hidden as a whole. Distances are then measured to what remains.
+    /// Components that are hidden as a whole are dropped.
     Drop,
 }
 
-/// Default seam slack: 16 texels of a texture with 1024 texels a side. On five textured models at four ratios 8 texels
-/// give a 1 % larger mean distance, unlimited slack an equal one.
+/// Default of [`Options::seam_error`]: 16 of 1024 texels.
+// On five textured models at four ratios 8 texels give a 1 % larger mean distance, unlimited slack an equal one.
 pub const SEAM_ERROR: f64 = 16.0 / 1024.0;
 
 impl Options {
-    /// Returns the defaults: closed assembly, scores by bending, seed 0, coordinates written as `f32`.
+    /// Returns the defaults: closed assembly, scores by bending, seed 0, coordinates as `f32`.
     pub fn new(target: Target) -> Self {
         Self {
             target,
@@ -169,7 +165,7 @@ impl Axis {
     /// All axes in order.
     pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
-    /// Returns the index of the coordinate: 0, 1 or 2.
+    /// Returns the coordinate's index.
     pub fn index(self) -> usize {
         self as usize
     }
@@ -181,12 +177,12 @@ impl std::fmt::Display for Axis {
     }
 }
 
-/// Axis-aligned plane about which a mesh is its own mirror image.
+/// Axis-aligned plane about which a mesh is symmetric.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MirrorPlane {
     /// Axis perpendicular to the plane.
     pub axis: Axis,
-    /// Coordinate of the plane in the file; the local coordinate is this minus the frame's origin.
+    /// Coordinate of the plane in the file.
     pub at: f64,
 }
 
@@ -200,7 +196,7 @@ impl std::fmt::Display for MirrorPlane {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Symmetry {
-    /// Best fit among the planes across the three axes, through 0 and through the centre of the bounding box.
+    /// Best fit among the planes across the axes, through 0 and the box's centre.
     Best,
     /// Better one of the two planes across this axis.
     Across(Axis),
@@ -208,14 +204,13 @@ pub enum Symmetry {
     Plane(MirrorPlane),
 }
 
-/// Switches of the steps after the collapse, for measuring their effect. [`simplify`](super::simplify) runs all of
-/// them.
+/// Switches of the steps after the collapse, for measurements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Refinements {
-    /// Flips edges whose other diagonal is nearer to the original.
+    /// Runs edge flips.
     pub flips: bool,
-    /// Moves vertices toward the original.
+    /// Runs the fit.
     pub fit: bool,
 }
 
@@ -226,52 +221,52 @@ impl Default for Refinements {
     }
 }
 
-/// Source of the scores, which say where the result keeps more vertices.
+/// Source of the scores; the result has more vertices where scores are larger.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ScoreSource {
-    /// A formula that favours places where the surface bends; the network where weights are given.
+    /// Formula that favours bent regions; the network if weights are given.
     #[default]
     Bending,
     /// The network's Point Sampler.
     Network,
-    /// None: every vertex counts by its area. No weights are used.
+    /// No scores: every vertex counts by its area.
     Geometry,
 }
 
-/// Error measure to optimise and its trade-offs (`docs/measured/benchmark.md`).
+/// Error measure to optimise (`docs/measured/benchmark.md`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Optimize {
-    /// A good value of every measure.
+    /// All measures.
     #[default]
     Balanced,
-    /// Mean distance. Vertices count by their area, without scores; takes longer.
+    /// Mean distance; takes longer.
     Mean,
-    /// Largest distance. Places that bend keep more vertices; the mean distance grows.
+    /// Largest distance, at the cost of the mean.
     Max,
-    /// Normals, and so the shading. Trades as `Max` does.
+    /// Normals, and so shading, at the cost of the mean distance.
     Normals,
 }
 
-/// Time budget: three points of one curve, time against distance (`docs/measured/benchmark.md`).
+/// Time budget (`docs/measured/benchmark.md`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Effort {
-    /// Collapse alone: vertices keep the positions of their merges.
+    /// Collapse without flips and fit.
     Fast,
     /// Default trade-off.
     #[default]
     Standard,
-    /// More sample points of the original, and more steps toward them.
+    /// More sample points, and more steps of the fit.
     Best,
 }
 
-/// Result of the size target.
+/// Outcome for the requested size.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// Size reached, at most one vertex or face below the target (a face where parity forbids the target).
+    /// Size reached, or at most one vertex or face less.
     Reached,
-    /// Result larger than the target; the text names the constraint. For a search: the limit is not met.
+    /// Result larger than the target, or beyond a search's limit; the text names the constraint.
     Stopped(String),
 }
 
@@ -279,13 +274,13 @@ pub enum Outcome {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Report {
-    /// Result of the size target.
+    /// Outcome for the requested size.
     pub outcome: Outcome,
     /// Source of the scores.
     pub scores: ScoreSource,
-    /// Components of the result in their smallest form: tetrahedra or single triangles.
+    /// Components in their smallest form: tetrahedra or single triangles.
     pub components_at_minimum: usize,
-    /// Set where a smaller result would deform a component too far.
+    /// True if a smaller result would deform a component too far.
     pub components_keep_shape: bool,
     /// Number of dropped components.
     pub components_pruned: usize,
@@ -293,21 +288,21 @@ pub struct Report {
     pub components_hidden: usize,
     /// Dropped components, ascending by their first face.
     pub dropped: Vec<DroppedComponent>,
-    /// Input edges that had to remain edges: seams and creases.
+    /// Number of input edges that had to stay.
     pub kept_edges: usize,
-    /// Input vertices that had to stay in place.
+    /// Number of input vertices that had to stay.
     pub locked_vertices: usize,
-    /// Number of vertices and edges split because more than one sheet meets there.
+    /// Number of vertices and edges split where several sheets meet.
     pub split_vertices: usize,
     /// Number of flipped edges.
     pub flipped_edges: usize,
-    /// Output vertices moved because their written positions coincided.
+    /// Number of output vertices moved because their positions coincided.
     pub separated_vertices: usize,
-    /// Mirror plane of a symmetric result. All counts are then those of one half.
+    /// Mirror plane of a symmetric result; counts are those of one half.
     pub mirror: Option<MirrorPlane>,
 }
 
-/// Input component that the result lacks.
+/// Dropped input component.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct DroppedComponent {
@@ -323,88 +318,85 @@ pub struct DroppedComponent {
 pub struct Simplified {
     /// Simplified mesh.
     pub mesh: TriMesh,
-    /// Attributes of corners and faces; empty where the input has none, and with the paper's assembly.
+    /// Attributes of corners and faces; empty with the paper's assembly.
     pub attributes: Attributes,
-    /// Input vertex at the position of each output vertex, where all output vertices have one (paper's assembly,
-    /// subset, or unchanged mesh).
+    /// Input vertex at the position of each output vertex, if all have one.
     pub source_vertices: Option<Vec<u32>>,
-    /// Correspondence with the input, where [`Options::map`] is set.
+    /// Correspondence with the input, if requested.
     pub map: Option<Map>,
     /// Statistics of the run.
     pub report: Report,
 }
 
-/// Correspondence between a result and its input, for transferring user data.
+/// Correspondence between a result and its input.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Map {
-    /// Output vertex into which each input vertex was merged, n_input; `u32::MAX` where dropped or on no face.
+    /// Output vertex into which each input vertex was merged; `u32::MAX` if dropped.
     pub output_vertices: Vec<u32>,
-    /// Nearest of the input vertices merged into each output vertex, n_output.
+    /// Nearest input vertex merged into each output vertex.
     pub input_vertices: Vec<u32>,
-    /// Input face beneath each output corner, n_faces x 3; on the corner's side of seams.
+    /// Input face beneath each output corner, on its side of seams.
     pub corner_faces: Vec<[u32; 3]>,
-    /// Barycentric weights on that face, n_faces x 3 x 3; each triple is at least 0 and sums to 1.
+    /// Barycentric weights on that face.
     pub corner_weights: Vec<[[f32; 3]; 3]>,
 }
 
-/// Progress of a run: a stage begins or advances.
+/// Progress of a run.
 ///
-/// Events come one at a time from whichever thread is working: every few milliseconds in the closed assembly, at the
-/// beginning of each stage in the paper's.
+/// Any thread may report, one at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Event {
     /// Name of the stage.
     pub stage: &'static str,
-    /// Completed share of the stage, in 0..=1; starts at 0 and never falls.
+    /// Completed share of the stage, in 0..=1; never falls.
     pub done: f32,
-    /// Completed share of the run, in 0..=1, by typical times on a large mesh; never falls.
+    /// Completed share of the run, in 0..=1; never falls.
     pub total: f32,
 }
 
 /// Progress callback; `ControlFlow::Break` stops the run.
 ///
-/// The closed assembly stops within about a tenth of a second, the paper's at the end of its stage. Builds with `panic
-/// = "abort"` always stop at the end of a stage.
+/// The closed assembly stops within about a tenth of a second, the paper's at the end of its stage.
 pub type Listener<'a> = dyn FnMut(Event) -> ControlFlow<()> + Send + 'a;
 
-/// Reason for a missing result.
+/// Reason why there is no result.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SimplifyError {
-    /// The mesh has no face.
+    /// Mesh without faces.
     Empty,
-    /// Fewer than three points, given or requested.
+    /// Too few points for a surface.
     TooFewPoints(usize),
-    /// The target is not a size: zero, not a number, or a ratio above 1.
+    /// Target that is no size: zero, not a number, or a ratio above 1.
     BadTarget(Target),
-    /// The largest allowed distance is negative or not a number.
+    /// Distance limit that is negative or not a number.
     BadError(f64),
-    /// Attributes do not have one row per face, or importance not one positive factor per vertex.
+    /// Attributes or importance of wrong length, or factors that are not positive.
     BadInput,
-    /// The mesh is not its own mirror image.
+    /// Mesh that is not symmetric.
     NotSymmetric {
         /// Best plane tried.
         plane: MirrorPlane,
         /// Number of vertices without an image.
         vertices: usize,
-        /// Number of faces without an image, counted where all vertices have one.
+        /// Number of faces without an image.
         faces: usize,
     },
-    /// This many faces lie in the mirror plane and belong to neither side.
+    /// Number of faces in the mirror plane.
     InMirrorPlane(usize),
     /// Option that cannot be combined with symmetry.
     NotWithSymmetry(&'static str),
-    /// Importance is not one positive factor per vertex, or some vertex is on no face.
+    /// Factors of wrong number or not positive, or a vertex on no face.
     BadImportance,
-    /// The paper's assembly has no weights: neither the caller's nor shipped ones.
+    /// No weights for the paper's assembly.
     NoWeights,
-    /// No face has a probability above one half.
+    /// No face with a probability above one half.
     NothingKept,
-    /// Result coordinates exceed `f32`.
+    /// Result coordinates beyond `f32`.
     Overflow,
-    /// The progress callback stopped the run.
+    /// Run stopped by the progress callback.
     Interrupted,
 }
 

@@ -1,12 +1,7 @@
-//! Progress events of a run and its interruption.
+//! Progress events of a run, and its interruption.
 //!
-//! A run enters its stages one by one; in between, long loops beat ([`Pulse`]) with the number of items done. A beat
-//! calls the listener unless another thread is doing so.
-//!
-//! Once the listener asks to stop, the next beat on any thread ends the work by `resume_unwind` with a payload of our
-//! own, which runs no panic hook. It is caught where the run began and becomes [`SimplifyError::Interrupted`]; other
-//! panics continue. A `Result` in every loop and kernel would cost every run. All data of a run are its own, so nothing
-//! broken survives. With `panic = "abort"` the run stops at its next stage.
+//! Long loops beat ([`Pulse`]), and a beat may call the listener. If it stops the run, the next beat on any thread
+//! unwinds to the start of the run.
 
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -17,7 +12,6 @@ use crate::mesh::pulse::Pulse;
 
 use super::options::{Event, Listener, SimplifyError};
 
-/// Stage with its expected duration.
 #[derive(Clone, Copy)]
 pub(super) struct Stage {
     name: &'static str,
@@ -29,8 +23,8 @@ const fn stage(name: &'static str, share: f32, passes: f32) -> Stage {
     Stage { name, share, passes }
 }
 
-/// Stages of the closed assembly, with their shares of the time at [`RATIOS`] for a scan of 871 thousand faces on one
-/// thread.
+// Stages of the closed assembly with their shares of the time at `RATIOS`, for a scan of 871 thousand faces on one
+// thread.
 const CLOSED: [(Stage, [f32; 3]); 6] = [
     (stage("surface", 0.0, 5.0), [0.075, 0.06, 0.05]),
     (stage("scores", 0.0, 1.2), [0.015, 0.013, 0.01]),
@@ -40,19 +34,18 @@ const CLOSED: [(Stage, [f32; 3]); 6] = [
     (stage("finish", 0.0, 5.0), [0.03, 0.017, 0.045]),
 ];
 
-/// Ratios at which the shares were measured; others are interpolated.
 const RATIOS: [f32; 3] = [0.02, 0.1, 0.5];
 
-/// First stage that further levels of detail repeat, and the time of a repetition over that of the first level.
+/// First stage that further levels repeat, and the time of a repetition over that of the first level.
 const OF_LEVEL: usize = 2;
 const OF_FURTHER: f32 = 0.3;
 
-/// Stage before all others of a mirrored result. It takes 6.3 times as long as all others for a vase of 12 thousand
-/// faces, 1.7 times for suzanne (ratio 0.1, one thread).
+// First stage of a mirrored result. It takes 6.3 times as long as all others for a vase of 12 thousand faces, 1.7 times
+// for suzanne (ratio 0.1, one thread).
 const SYMMETRY: Stage = stage("symmetry", 4.0, 1.0);
 
-/// Stages of the paper's assembly, which beat only at their beginnings. Shares: means of victoria0 of TOSCA at ratios of 0.05
-/// and 0.2 on one thread.
+// Stages of the paper's assembly, which beat only at their beginnings. Shares are means of victoria0 of TOSCA at ratios
+// of 0.05 and 0.2 on one thread.
 pub(super) const PAPER: [Stage; 6] = [
     stage("scores", 0.37, 1.0),
     stage("sample", 0.14, 1.0),
@@ -62,10 +55,9 @@ pub(super) const PAPER: [Stage; 6] = [
     stage("assemble", 0.01, 1.0),
 ];
 
-/// Stages of meshing a cloud: those of the paper's assembly, with the sampling part of the scores.
 pub(super) const POINTS: [Stage; 5] = [PAPER[0], PAPER[2], PAPER[3], PAPER[4], PAPER[5]];
 
-/// Lists the stages of `n_levels` levels in one run; `ratio` is the share of vertices of the first.
+/// Lists the stages of `n_levels` levels; `ratio` is the first level's share of the vertices.
 pub(super) fn closed_stages(n_levels: usize, is_mirrored: bool, ratio: f64) -> Vec<Stage> {
     let at = |&(stage, shares): &(Stage, [f32; 3])| Stage { share: interpolate_share(ratio as f32, shares), ..stage };
     let further = |stage: Stage| Stage { share: stage.share * OF_FURTHER, ..stage };
@@ -81,7 +73,6 @@ fn interpolate_share(ratio: f32, shares: [f32; 3]) -> f32 {
     shares[i] + (shares[i + 1] - shares[i]) * t.clamp(0.0, 1.0)
 }
 
-/// Handle by which a run reports its progress.
 #[derive(Clone, Copy)]
 pub(super) struct Progress<'a> {
     enters: &'a dyn Fn(&'static str, usize) -> Result<(), SimplifyError>,
@@ -91,7 +82,7 @@ pub(super) struct Progress<'a> {
 impl Progress<'_> {
     pub const SILENT: Self = Self { enters: &|_, _| Ok(()), pulse: Pulse::NONE };
 
-    /// Enters a stage with its number of faces, merges or points; does nothing if already there.
+    /// Enters a stage with its number of items; does nothing if already there.
     pub fn enter(self, stage: &'static str, size: usize) -> Result<(), SimplifyError> {
         (self.enters)(stage, size)
     }
@@ -100,7 +91,7 @@ impl Progress<'_> {
 /// Runs `work` through these stages and reports to a listener.
 ///
 /// # Errors
-/// Those of `work`; [`SimplifyError::Interrupted`] where the listener asked to stop.
+/// Those of `work`; [`SimplifyError::Interrupted`] if the listener stopped the run.
 pub(super) fn run_with_listener<T>(
     listener: &mut Listener,
     stages: &[Stage],
@@ -109,7 +100,8 @@ pub(super) fn run_with_listener<T>(
     let reporter = ProgressReporter::new(listener, stages);
     let (enters, beats) = (|stage, size| reporter.enter(stage, size), |n| reporter.beat(n));
     let progress = Progress { enters: &enters, pulse: Pulse::new(&beats) };
-    // Only our own payload is an interruption.
+    // Panics other than our own payload continue. Unwinding runs no panic hook, and costs less than a `Result` in every
+    // loop.
     match catch_unwind(AssertUnwindSafe(|| work(progress))) {
         Ok(result) => result,
         Err(payload) if payload.is::<Stopped>() => Err(SimplifyError::Interrupted),
@@ -119,7 +111,6 @@ pub(super) fn run_with_listener<T>(
 
 struct Stopped;
 
-/// Listener shared by all threads of a run.
 struct ProgressReporter<'a> {
     state: Mutex<ReporterState<'a>>,
     stops: AtomicBool,
@@ -151,14 +142,14 @@ impl<'a> ProgressReporter<'a> {
     }
 
     fn beat(&self, n_items: usize) {
-        // Busy threads only count; whoever gets the lock reports for all.
+        // The thread that gets the lock reports for all; the others only count.
         let n_done = self.n_done.fetch_add(n_items, Relaxed) + n_items;
         if !self.stops.load(Relaxed)
             && let Ok(state) = self.state.try_lock()
         {
             self.tell(state, |state| state.move_on(n_done));
         }
-        // Also threads that did not report unwind at their next beat.
+        // Threads that did not report unwind at their next beat.
         if cfg!(panic = "unwind") && self.stops.load(Relaxed) {
             resume_unwind(Box::new(Stopped));
         }
@@ -178,7 +169,7 @@ impl<'a> ProgressReporter<'a> {
 impl ReporterState<'_> {
     fn begin(&mut self, name: &'static str, size: usize) -> ControlFlow<()> {
         let first = self.stage.map_or(0, |(_, at)| at + 1);
-        // Stages may be skipped but not repeated; an unknown one stays where it is.
+        // Stages may be skipped but not repeated; an unknown stage leaves the place as it is.
         let ahead = self.stages.iter().skip(first).position(|stage| stage.name == name);
         let at = ahead.map_or(first.saturating_sub(1), |ahead| first + ahead);
         self.stage = Some((name, at));
@@ -209,7 +200,6 @@ mod tests {
         ControlFlow::Continue(())
     }
 
-    /// Collects all events of some work; asserts that they never fall.
     fn collect_events(work: impl FnOnce(&mut Listener)) -> Vec<Event> {
         let mut events: Vec<Event> = Vec::new();
         work(&mut |event| {

@@ -1,16 +1,11 @@
-//! Derivative of a result with respect to the positions of the input, so that losses on the result reach the input.
+//! Derivative of a result with respect to the input positions.
 
 use super::closed::Derivative;
 
 /// Dependence of a result on the input positions, at fixed connectivity.
 ///
-/// All choices are constant: merges, the branch of each clamp, which point of the original belongs to which output
-/// face, which vertices the fit moved. Differentiated are the plane quadrics with their areas, normals and boundaries,
-/// the placement of each merge, and each step of the fit. Displacements by rounding to `f32`, by foldover repair and by
-/// separating vertices are constant.
-///
-/// Where a flat region fits its planes exactly, the length of the fit's step has a kink and the gradient is one-sided.
-/// With the paper's assembly, or where the mesh is unchanged, output vertices are input vertices.
+/// Quadrics, placements and steps of the fit are differentiated. All choices, and displacements by rounding and
+/// repairs, are constant. If a flat region fits its planes exactly, the gradient is one-sided.
 pub struct Record {
     n_input: usize,
     n_output: usize,
@@ -18,7 +13,6 @@ pub struct Record {
 }
 
 enum Dependence {
-    /// Input vertex of each output vertex.
     Selected(Vec<u32>),
     Closed(Box<Derivative>),
 }
@@ -42,21 +36,18 @@ impl Record {
         self.n_output
     }
 
-    /// Returns the output vertex of each input vertex; `None` where it was dropped.
+    /// Returns the output vertex of each input vertex; `None` if it was dropped.
     pub fn output_vertices(&self) -> Vec<Option<u32>> {
         let mut outputs = vec![None; self.n_input];
         match &self.dependence {
             Dependence::Selected(sources) => (0..).zip(sources).for_each(|(x, &v)| outputs[v as usize] = Some(x)),
-            // Copies of split vertices come later and overwrite: any of their output vertices will do.
+            // Copies of split vertices come later and overwrite, since any of their output vertices will do.
             Dependence::Closed(derivative) => derivative.assignment().for_each(|(v, x)| outputs[v as usize] = Some(x)),
         }
         outputs
     }
 
     /// Computes the output vertices (n_output x 3) for given input vertices (n_input x 3), at fixed connectivity.
-    ///
-    /// At the simplified input this gives the result. Farther from it, it approximates a new simplification less and
-    /// less.
     ///
     /// # Panics
     /// If there is not one position per input vertex.
@@ -66,7 +57,7 @@ impl Record {
         singles(&self.positions_in_doubles(&doubles(input)))
     }
 
-    /// Computes [`Record::positions`] in double precision, smooth enough for second differences.
+    /// Computes [`Record::positions`] in double precision.
     ///
     /// # Panics
     /// As [`Record::positions`].
@@ -98,10 +89,7 @@ impl Record {
         }
     }
 
-    /// Returns the gradient with respect to the input vertices (n_input x 3).
-    ///
-    /// Multiplies that with respect to the output vertices (n_output x 3) by the Jacobian of
-    /// [`Record::positions`] at `input`.
+    /// Converts a gradient by output vertices (n_output x 3) to one by input vertices (n_input x 3).
     ///
     /// # Panics
     /// If there is not one position per input vertex and one gradient per output vertex.

@@ -1,12 +1,11 @@
-//! Vertex sampling by scores without replacement, Sec. 3.1, by the Gumbel-top-k trick.
+//! Vertex sampling by scores without replacement (Sec. 3.1).
 
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 /// Draws k different vertices, one by one, with probabilities proportional to `exp(score)` among the remaining ones.
 ///
-/// This is the paper's multinomial without replacement: each score gets Gumbel noise, and the k largest sums win (Kool
-/// et al. 2019). Linear in the number of vertices; deterministic in the seed.
+/// The k largest sums of score and Gumbel noise win (Kool et al. 2019).
 ///
 /// # Shapes
 /// - `scores`: n
@@ -21,7 +20,7 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 pub fn gumbel_top_k(scores: &[f32], k: usize, seed: u64) -> Vec<u32> {
     let mut keys = gumbel_keys(scores, seed);
     let k = k.min(keys.len());
-    // Selection instead of sorting keeps this linear; ties go by vertex.
+    // Selection takes linear time, sorting would not; ties go by vertex.
     if k < keys.len() {
         keys.select_nth_unstable_by(k, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     }
@@ -35,7 +34,7 @@ pub(super) fn gumbel_keys(scores: &[f32], seed: u64) -> Vec<(f64, u32)> {
     scores.iter().zip(0..).map(|(&score, vertex)| (f64::from(score) + gumbel(rng.next_u64()), vertex)).collect()
 }
 
-/// Returns standard Gumbel noise; the uniform number behind it is neither 0 nor 1.
+/// Returns standard Gumbel noise.
 fn gumbel(bits: u64) -> f64 {
     let uniform = ((bits >> 12) as f64 + 0.5) / (1u64 << 52) as f64;
     -(-uniform.ln()).ln()

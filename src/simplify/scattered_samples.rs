@@ -1,9 +1,4 @@
-//! Sampling of vertices from their scores that keeps samples apart, Sec. 3.1: the multinomial's density in blue noise.
-//!
-//! Independent draws clump and leave gaps, whatever their probabilities are. Here vertices are visited in the order of
-//! [`gumbel_top_k`](super::gumbel_top_k), and one becomes a sample where no sample lies within a reach that shrinks from
-//! round to round (dart throwing, Cook 1986; McCool and Fiume 1992). The metric is one in which samples of the wanted density lie
-//! equally far apart.
+//! Sampling of vertices by scores that keeps samples apart (Sec. 3.1).
 
 use super::sample_vertices::gumbel_keys;
 use crate::linalg::Csr;
@@ -11,28 +6,27 @@ use rayon::prelude::*;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Largest distance of a score from the mean of all scores; larger ones are cut.
-///
-/// It bounds the density at 400 times the mean for
-/// networks in training; the shipped weights stay within 3 on twelve training meshes.
+/// Largest distance of a score from the mean of all scores.
+// The density stays below 400 times the mean for networks in training; the shipped weights stay within 3 on twelve
+// training meshes.
 const MOST_SCORE: f64 = 6.0;
 
 /// First reach over the distance between neighbours in the densest arrangement of k samples.
-///
-/// Above 1, so that the first round leaves some of the k to the next.
+// Above 1, so that the first round leaves some of the samples to the next.
 const FIRST_REACH: f64 = 1.2;
 
-/// Reach of a round over that of the round before.
+/// Ratio of successive reaches.
 const SHRINKING: f64 = 0.92;
 
-/// Rounds after which the remaining samples are taken in order: only vertices at one position are that near.
+/// Rounds after which the remaining samples are taken in order.
+// Only vertices at one position are that near.
 const MOST_ROUNDS: usize = 128;
 
-/// Draws k different vertices with a density proportional to `exp(score)` per vertex, kept apart from each other.
+/// Draws k different vertices with a density proportional to `exp(score)`, kept apart from each other.
 ///
-/// Distances run along the edges; one of length l counts `l sqrt(exp(score) / area)`, the area about a vertex from its
-/// edges, the mean of both ends. No vertex is much farther from its nearest sample than samples are from each other. Every
-/// component gets a sample as long as there are k.
+/// Dart throwing (Cook 1986; McCool and Fiume 1992): in the order of [`gumbel_top_k`](super::gumbel_top_k), a vertex
+/// becomes a sample if no sample is within a reach, which shrinks from round to round. Distances run along the edges,
+/// stretched by `sqrt(exp(score) / area)`. Every component gets a sample if k suffices.
 ///
 /// # Shapes
 /// - `points`: n x 3, `rings`: n x n, the edges
@@ -40,7 +34,7 @@ const MOST_ROUNDS: usize = 128;
 /// - returns min(k, n) vertices, ascending
 ///
 /// # Panics
-/// When the three differ in n.
+/// If the three differ in n.
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, simplify::scattered_samples};
@@ -80,7 +74,6 @@ pub fn scattered_samples(points: &[[f32; 3]], rings: &Csr, scores: &[f32], k: us
     samples
 }
 
-/// Splits vertices, given in the order of their keys, into the first of each component, at most k, and the others.
 fn first_of_components(rings: &Csr, waiting: Vec<u32>, k: usize) -> (Vec<u32>, Vec<u32>) {
     let (mut is_reached, mut front) = (vec![false; rings.n_rows()], Vec::new());
     let mut begins_component = |vertex: u32| {
@@ -103,20 +96,18 @@ fn first_of_components(rings: &Csr, waiting: Vec<u32>, k: usize) -> (Vec<u32>, V
     (first, others)
 }
 
-/// Returns the reach of the first round, in the metric, in which the area of a vertex is `exp(score)`.
 fn first_reach(scores: &[f64], k: usize) -> f64 {
     let area: f64 = scores.iter().map(|score| score.exp()).sum();
-    // In the densest arrangement, of triangles, a sample has sqrt(3) / 2 of its squared distance for itself.
+    // In the densest arrangement, of triangles, each sample has an area of sqrt(3) / 2 of its squared distance.
     FIRST_REACH * (2.0 / 3f64.sqrt() * area / k.max(1) as f64).sqrt()
 }
 
-/// Returns the scores about their mean, cut at [`MOST_SCORE`].
 fn centre_scores(scores: &[f32]) -> Vec<f64> {
     let mean = scores.iter().map(|&s| f64::from(s)).sum::<f64>() / scores.len().max(1) as f64;
     scores.iter().map(|&score| (f64::from(score) - mean).clamp(-MOST_SCORE, MOST_SCORE)).collect()
 }
 
-/// Returns `sqrt(exp(score) / area)` of each vertex, the area as the mean squared edge; 0 where there is no area.
+/// Returns `sqrt(exp(score) / area)` of each vertex, with the mean squared edge as area.
 fn stretches(points: &[[f32; 3]], rings: &Csr, scores: &[f64]) -> Vec<f64> {
     let stretch = |(v, &score): (usize, &f64)| {
         let ring = rings.row(v);
@@ -130,19 +121,15 @@ fn distance2(p: [f32; 3], q: [f32; 3]) -> f64 {
     (0..3).map(|axis| f64::from(p[axis] - q[axis]).powi(2)).sum()
 }
 
-/// Distances to the samples so far, where they are below the reach.
 struct DistanceField<'a> {
     rings: &'a Csr,
-    /// Length of each entry of `rings`, in the metric.
     lengths: Vec<f64>,
-    /// From each vertex to the nearest sample; infinite where that is beyond every reach so far.
     distance: Vec<f64>,
-    /// Vertices that a sample claims next; kept for its memory.
     front: BinaryHeap<Reverse<(u64, u32)>>,
 }
 
 impl<'a> DistanceField<'a> {
-    /// Returns the field before the first sample; `stretch` is the metric over Euclidean length at each vertex.
+    /// Builds the field without samples; `stretch` is the factor on lengths at each vertex.
     fn new(points: &[[f32; 3]], rings: &'a Csr, stretch: &[f64]) -> Self {
         let length = |v: usize, w: usize| 0.5 * (stretch[v] + stretch[w]) * distance2(points[v], points[w]).sqrt();
         let of_vertex = |v: usize| rings.row(v).iter().map(move |&w| length(v, w as usize));
@@ -150,7 +137,7 @@ impl<'a> DistanceField<'a> {
         Self { rings, lengths, distance: vec![f64::INFINITY; points.len()], front: BinaryHeap::new() }
     }
 
-    /// Makes a vertex a sample, and lets it claim what lies within reach and nearer to it than to the others.
+    /// Adds a sample and updates the distances within reach.
     fn plant(&mut self, sample: u32, reach: f64) {
         let Self { rings, lengths, distance, front } = self;
         distance[sample as usize] = 0.0;
@@ -177,7 +164,6 @@ mod tests {
     use crate::mesh::shapes;
     use crate::simplify::{edge_graph, gumbel_top_k};
 
-    /// Mean squared distance from the vertices to the nearest sample.
     fn spread(points: &[[f32; 3]], samples: &[u32]) -> f64 {
         let nearest =
             |p: &[f32; 3]| samples.iter().map(|&s| distance2(*p, points[s as usize])).fold(f64::MAX, f64::min);

@@ -1,4 +1,4 @@
-//! Removal of unused vertices, and results mapped back to all vertices.
+//! Removal of unused vertices, and results mapped back.
 
 use std::borrow::Cow;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -12,7 +12,6 @@ use super::closed::Derivative;
 use super::map;
 use super::options::{Simplified, SimplifyError};
 
-/// Mesh without unused vertices.
 pub(super) struct UsedMesh<'a> {
     pub mesh: Cow<'a, TriMesh>,
     pub sources: Option<Vec<u32>>,

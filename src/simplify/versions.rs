@@ -1,6 +1,6 @@
-//! Versions of the assemblies' results; measurements are stamped with them.
+//! Versions of the assemblies' results.
 
-/// Version of the closed assembly; it changes whenever the same input, options and seed give other bits.
+/// Version of the closed assembly; changes whenever a result has other bits.
 ///
 /// ```
 /// assert!(neural_mesh::simplify::CLOSED_VERSION >= 1);
@@ -8,9 +8,6 @@
 pub const CLOSED_VERSION: u32 = 9;
 
 /// Version of constraints and attributes in the closed assembly.
-///
-/// It changes with the bits of results with seams, hard edges, creases, material borders or locked vertices. Results of
-/// bare meshes have [`CLOSED_VERSION`] alone.
 ///
 /// ```
 /// assert!(neural_mesh::simplify::CARRIED_VERSION >= 1);

@@ -1,4 +1,4 @@
-//! The closed assembly under a given importance, with or without its later steps: for training and measurements.
+//! The closed assembly under a given importance, for training.
 
 use crate::mesh::{Frame, TriMesh};
 
@@ -7,24 +7,20 @@ use super::limits::Limit;
 use super::options::{Refinements, SimplifyError};
 use super::progress::Progress;
 
-/// Result of simplifying under an importance.
+/// Result of [`simplify_with_importance`].
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct WeightedResult {
     /// Simplified mesh.
     pub mesh: TriMesh,
-    /// Output vertex of each input vertex, n_input.
+    /// Output vertex of each input vertex.
     pub vertex_of: Vec<u32>,
 }
 
-/// Simplifies `mesh` to `n_vertices` with vertices weighted by area times importance, and with the given steps.
-///
-/// # Shapes
-/// - `importance`, if given: n_input positive factors; only their ratios matter
+/// Simplifies `mesh` to `n_vertices` with vertices weighted by area times importance.
 ///
 /// # Errors
-/// [`SimplifyError::BadImportance`] where factors do not fit or a vertex is on no face; [`SimplifyError::Overflow`] as
-/// in [`simplify`](super::simplify).
+/// [`SimplifyError::BadImportance`] if factors do not fit or a vertex is on no face; [`SimplifyError::Overflow`].
 ///
 /// ```
 /// use neural_mesh::{mesh::shapes, simplify::{Importance, Refinements, simplify_with_importance}};
@@ -43,7 +39,7 @@ pub fn simplify_with_importance(
     let n = mesh.positions().len();
     let mut used = vec![false; n];
     mesh.faces().as_flattened().iter().for_each(|&v| used[v as usize] = true);
-    // Unused vertices would have an importance without an area.
+    // Unused vertices would have an importance but no area.
     if n == 0 || !is_importance(importance, n) || used.contains(&false) {
         return Err(SimplifyError::BadImportance);
     }

@@ -1,6 +1,4 @@
-//! Bounds on the deformation of components, which keep a pane or a box recognisable.
-//!
-//! A bare surface is simplified to any size; the collapse of an asset stops before it ruins a component.
+//! Largest deformation of each component of an asset, so that panes and boxes stay recognisable.
 
 use glam::{DVec3, Vec3};
 
@@ -8,13 +6,14 @@ use super::dropping::vertex_components;
 use super::original::Original;
 use super::request::Keep;
 
-/// Largest deformation, over the component's diagonal and over that of the whole. A corner of a cube moves 0.2 of the
-/// diagonal, a vertex of a sphere of forty 0.02.
+/// Largest deformation, over the diagonals of the component and of the whole.
+// A corner of a cube moves 0.2 of the diagonal, a vertex of a sphere of forty 0.02.
 const MOST_DISTANCE: [f64; 2] = [0.03, 0.01];
-/// Size over the whole below which a component may lose its shape: a thousandth of the pixels.
+/// Diagonal, over that of the whole, below which a component may deform freely.
+// Such a component covers a thousandth of the pixels.
 const LEAST_SIZE: f64 = 0.03;
 
-/// Returns the allowed deformation at each vertex, n_vertices; empty for one component or a bare mesh.
+/// Returns the allowed deformation at each vertex, n_vertices; empty for no limit.
 pub fn ceilings(original: &Original, keep: &Keep) -> Vec<f32> {
     let surface = &original.surface;
     if keep.half.is_some() || !keep.is_asset() {
@@ -25,12 +24,12 @@ pub fn ceilings(original: &Original, keep: &Keep) -> Vec<f32> {
         return Vec::new();
     }
     let mut sums = vec![Extent::default(); n];
-    // One pass over the faces gives the box of every component.
+    // One pass over the faces finds the bounding box of every component.
     for (face, f) in surface.faces.iter().zip(0..) {
         let corners = face.map(|v| surface.positions[v as usize]);
         sums[of_vertex[face[0] as usize] as usize].add(corners, f);
     }
-    // Sizes are those a viewer sees: components may occur several times in a scene, at several scales.
+    // Sizes are those in the scene, where a component may occur several times at several scales.
     let stretch = |extent: &Extent| keep.scene.map_or(1.0, |scene| scene.stretch(keep.piece_of(extent.face)));
     // The diagonal of all that a viewer sees.
     let whole = match keep.scene {
@@ -40,7 +39,7 @@ pub fn ceilings(original: &Original, keep: &Keep) -> Vec<f32> {
     let allowed = keep.allowed_distance * f64::from(surface.length(1.0));
     let ceiling = |extent: &Extent| {
         let size = extent.size();
-        // Dust may lose its shape: it is too small to see.
+        // Components that are too small to see may lose their shape.
         if size * stretch(extent) < LEAST_SIZE * whole {
             return f32::INFINITY;
         }

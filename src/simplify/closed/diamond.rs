@@ -1,4 +1,4 @@
-//! Two faces over an edge, and their flip.
+//! Two faces over an edge, which a flip replaces.
 
 use super::faces_around::FacesAround;
 
@@ -10,7 +10,6 @@ pub struct Diamond {
 }
 
 impl Diamond {
-    /// Returns the faces; each begins with the edge.
     pub fn pair(&self) -> [[u32; 3]; 2] {
         let [a, b, c, d] = self.corners;
         [[a, b, c], [b, a, d]]

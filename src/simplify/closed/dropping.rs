@@ -1,9 +1,4 @@
 //! Choice of components to drop because their vertices are better spent elsewhere.
-//!
-//! Dropping is priced like a merge: area times squared distance to what stays, per vertex freed. A component goes if
-//! that is below the price of the last merges when the others have all freed vertices. A component of an asset stays if
-//! it is farther away than a multiple of the result's error, the last of its group, large in a view, or covers an
-//! opening.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
@@ -24,19 +19,20 @@ use super::request::{DropRules, VisualProperties};
 
 const POINTS: usize = 64;
 const POINTS_OF_ALL: usize = 4096;
-/// Largest distance of a dropped component to what stays, over the result's mean distance.
+/// Largest distance of a dropped component to the rest, over the mean distance.
 const MOST_DISTANCE: f64 = 8.0;
-/// Largest share of a view's pixels that one dropped component may change, and all of them.
+/// Largest share of a view's pixels that one dropped component, and all, may change.
 const LARGE: [f32; 2] = [1e-3, 1e-2];
-/// Largest share of pixels in which another material may appear: letters are read.
+/// Largest share of pixels in which another material may appear.
+// Lettering is small, and conspicuous if it is missing.
 const RECOLOURED: f32 = 1e-3;
-/// Largest share of pixels in which a back side may appear: holes are conspicuous.
+/// Largest share of pixels in which a back side may appear.
+// Holes are conspicuous.
 const OPENING: f32 = 2.5e-4;
 
 pub struct VertexCost<'a> {
     pub paid: &'a [(usize, f32)],
     pub limit: Limit,
-    /// Set where components must go to reach the size: all are at their smallest.
     pub must_fit: bool,
 }
 
@@ -46,10 +42,9 @@ impl<'a> VertexCost<'a> {
     }
 
     /// Estimates the price of merges down to this many vertices.
-    ///
-    /// Beyond the recorded passes, the value of one more vertex falls as n^-3.
     fn price_at(&self, vertices: usize) -> f64 {
-        // Prices rise in general, but single passes may be cheaper than the one before.
+        // Prices rise from pass to pass, with exceptions: the largest one counts. Above the recorded sizes the value of
+        // a vertex falls as n^-3.
         let seen = self.paid.iter().take_while(|(left, _)| *left >= vertices).map(|(_, price)| f64::from(*price));
         let first = self.paid.first().map(|&(left, price)| f64::from(price) * (left as f64 / vertices as f64).powi(3));
         seen.reduce(f64::max).or(first).unwrap_or_default()
@@ -61,7 +56,7 @@ pub struct DroppedFaces {
     pub n_components: usize,
 }
 
-/// Chooses components to drop so that others get their vertices; `None` where all stay.
+/// Chooses components to drop so that the others get their vertices; `None` if all stay.
 pub fn choose_dropped(
     original: &Original,
     output: &Output,
@@ -73,13 +68,15 @@ pub fn choose_dropped(
     if n < 2 {
         return None;
     }
-    // Components are those of the output: collapse and prepare never join or split any.
+    // Components of the output are those of the original: no earlier step joins or splits any.
     let component = |v: u32| component_of_vertex[output.vertex_of[v as usize] as usize];
     let of_faces: Vec<u32> = original.surface.faces.iter().map(|face| component(face[0])).collect();
     let placing = PlacedComponents::new(original, shown.scene, shown.attributes, &of_faces, n);
     let seen = SeenFaces::new(&placing, output, &component_of_vertex);
     let mut components = Components::new(&placing, &seen, shown);
     component_of_vertex.iter().for_each(|&component| components.all[component as usize].n_vertices += 1);
+    // The price per freed vertex, area times squared distance to the rest, must be below that of the last merges, and a
+    // viewer must not miss the component.
     components.find_losses(cost);
     let is_dropped = components.choose(cost, rules.within);
     let n_components = is_dropped.iter().filter(|dropped| **dropped).count();
@@ -87,12 +84,11 @@ pub fn choose_dropped(
     (n_components > 0).then(|| DroppedFaces { faces: faces(), n_components })
 }
 
-/// Numbers the component of each output vertex; empty for a single component. Also returns their number.
 pub fn components_of(output: &Output) -> (Vec<u32>, usize) {
     vertex_components(output.positions.len(), output.faces())
 }
 
-/// Numbers the component of each vertex; empty for a single component. Also returns their number.
+/// Numbers the component of each vertex, empty for a single one; also returns their number.
 pub fn vertex_components(n_vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, usize) {
     let mut sets = UnionFind::new(n_vertices);
     for &[a, b, c] in faces {
@@ -105,14 +101,12 @@ pub fn vertex_components(n_vertices: usize, faces: &[[u32; 3]]) -> (Vec<u32>, us
     sets.number_sets(Pulse::NONE)
 }
 
-/// Components of a surface as placed in a scene.
 struct PlacedComponents<'a> {
     original: &'a Original<'a>,
     attributes: Option<&'a Attributes>,
-    /// Faces of the original by component, and the end of each component's range.
     faces: Vec<u32>,
     ends: Vec<usize>,
-    /// Transforms from the unit surface to the scene for each component, largest first; none if it is not shown.
+    /// Transforms of each component to the scene, largest first.
     places: Vec<Vec<DMat4>>,
     of_faces: &'a [u32],
 }
@@ -147,7 +141,6 @@ impl<'a> PlacedComponents<'a> {
         &self.faces[start..self.ends[component]]
     }
 
-    /// Returns whether a component has a locked vertex, as those with kept faces have.
     fn is_locked(&self, component: usize) -> bool {
         let Original { surface, pins, .. } = self.original;
         self.faces(component).iter().any(|&face| surface.faces[face as usize].iter().any(|&v| pins.is_locked(v)))
@@ -215,25 +208,23 @@ impl SeenFaces {
 struct Component {
     n_vertices: usize,
     n_faces: usize,
-    /// Weighted area of the original, including components that this one replaces.
+    /// Weighted area, with that of components that this one replaces.
     area: f64,
     size2: f64,
     groups: Vec<u32>,
-    /// Area times the squared distance to what would remain without it.
     loss: f64,
-    /// Nearest component, which would replace it.
+    /// Nearest larger component, which would replace this one; else itself.
     stand_in: usize,
 }
 
-/// Components with a search structure for their neighbours.
 struct Components<'a> {
     all: Vec<Component>,
     rank: Vec<usize>,
     placing: &'a PlacedComponents<'a>,
-    /// Search tree over the placed output faces, and the component of each.
+    /// Tree over the placed output faces, and the component of each.
     tree: FaceTree<'a>,
     of_seen: &'a [u32],
-    /// Ratio of collapse prices, lengths to the fourth power, to those of the scene.
+    /// Factor from prices of the collapse to prices in the scene.
     unit_of_prices: f64,
     is_painted: bool,
     is_asset: bool,
@@ -253,7 +244,7 @@ impl<'a> Components<'a> {
     fn new(placing: &'a PlacedComponents<'a>, seen: &'a SeenFaces, shown: &VisualProperties) -> Self {
         let mut all = sums(placing, shown);
         all.iter_mut().zip(&seen.n_faces).for_each(|(component, n_faces)| component.n_faces = *n_faces);
-        // Only larger components can replace smaller ones, so replacements never form cycles.
+        // Only larger components replace smaller ones, so replacements form no cycle.
         let mut by_area: Vec<usize> = (0..all.len()).collect();
         by_area.sort_by(|&x, &y| all[x].area.total_cmp(&all[y].area).then(x.cmp(&y)));
         let mut rank = vec![0; all.len()];
@@ -276,19 +267,16 @@ impl<'a> Components<'a> {
         }
     }
 
-    /// Returns an upper bound on the price of a dropped component; infinite where some must go.
     fn most_price(&self, cost: &VertexCost) -> f64 {
         if cost.must_fit { f64::INFINITY } else { self.unit_of_prices * cost.price_at(self.n_asked(cost.limit)) }
     }
 
-    /// Converts the target to vertices; a target of faces counts as an equal share of vertices.
     fn n_asked(&self, limit: Limit) -> usize {
         let n_whole: usize = self.all.iter().map(|it| it.n_vertices).sum();
         let of_faces = n_whole as f64 * limit.faces as f64 / self.n_output_faces().max(1) as f64;
         n_whole.min(limit.vertices).min(of_faces as usize)
     }
 
-    /// Finds the larger component nearest to a point; returns its squared distance and number.
     fn nearest(&self, component: usize, point: DVec3) -> Option<(f64, usize)> {
         let rank = self.rank[component];
         let is_larger = |face: u32| self.rank[self.of_seen[face as usize] as usize] > rank;
@@ -296,9 +284,10 @@ impl<'a> Components<'a> {
         Some((distance2, self.of_seen[face as usize] as usize))
     }
 
-    /// Estimates a component's loss from sample points, and the larger component nearest to most of them.
+    /// Estimates a component's loss from samples, and the larger component nearest to most of them.
     ///
-    /// Infinite if it is locked, not shown, or has no larger neighbour; stops at `most` per vertex.
+    /// Infinite for a component that is locked, not shown, or the largest; stops once the loss reaches `most` per
+    /// vertex.
     fn loss(&self, component: usize, most: f64) -> (f64, usize) {
         // Locked vertices must stay, so their component does.
         if self.placing.is_locked(component) {
@@ -316,7 +305,7 @@ impl<'a> Components<'a> {
             let Some((distance2, other)) = self.nearest(component, corners.iter().sum::<DVec3>() / 3.0) else {
                 return (f64::INFINITY, component);
             };
-            // Something that looks different is no replacement: count it as far away as the component is large.
+            // A component that looks different is no replacement: its distance is at least half the diagonal.
             let looks_same = !self.is_painted && own.groups.len() == 1 && own.groups == self.all[other].groups;
             let least = if looks_same { 0.0 } else { 0.25 * own.size2 };
             sum += area_normal_f64(corners).length() * distance2.max(least);
@@ -347,9 +336,8 @@ impl<'a> Components<'a> {
         if areas > 0.0 { sum / areas } else { 0.0 }
     }
 
-    /// Returns whether all corners of a component are within a distance of a larger one.
     fn is_within(&self, component: usize, within: f64) -> bool {
-        // Corners bound the distance of flat faces.
+        // On flat faces the corners are farthest.
         let is_near = |point: DVec3| self.nearest(component, point).is_some_and(|(d2, _)| d2 <= within * within);
         within.is_infinite()
             || self
@@ -382,7 +370,7 @@ impl<'a> Components<'a> {
             // Where components must go to reach the size, price is no obstacle.
             let share = |n: usize, limit: usize| n as f64 / limit as f64;
             let size = share(n_vertices, cost.limit.vertices).max(share(n_faces, cost.limit.faces));
-            // With every component dropped, the others gain vertices, so the price to beat falls.
+            // Each dropped component frees vertices for the others, so the price to beat falls.
             let n_of_others = asked + (n_whole - n_vertices);
             let is_worth = f64::from_bits(bits) >= unit * cost.price_at(n_of_others);
             if is_worth && (size <= 1.0 || !cost.must_fit) {
@@ -407,11 +395,10 @@ impl<'a> Components<'a> {
     }
 }
 
-/// Conditions that keep components at any price.
+/// Conditions under which a component stays whatever its price.
 struct DropGuard {
     within: f64,
     exposures: Option<Vec<Exposure>>,
-    /// Changed and recoloured pixels of all dropped components: sums of their largest shares.
     changed: [f32; 2],
     stands_in: Vec<bool>,
     in_groups: BTreeMap<u32, usize>,
@@ -433,7 +420,7 @@ impl DropGuard {
     }
 
     fn try_drop(&mut self, components: &Components, i: usize) -> bool {
-        // The last faces of a material must not vanish from a scene.
+        // The last faces of a material must stay.
         let is_last = |group: &u32| self.in_groups.get(group).is_some_and(|n| *n < 2);
         if components.all[i].groups.iter().any(is_last) || !components.is_within(i, self.within) {
             return false;
@@ -441,7 +428,7 @@ impl DropGuard {
         if !components.is_asset {
             return true;
         }
-        // Rendering is slowest and often not reached.
+        // Views are rendered last, since they take longest.
         let exposures = self.exposures.get_or_insert_with(|| components.placing.exposures(self.within));
         let Exposure { changed, opened, recoloured, stand_ins } = &mut exposures[i];
         // Many small losses add up, so their sum is bounded as well.
@@ -451,7 +438,7 @@ impl DropGuard {
             return false;
         }
         self.changed = all;
-        // What a viewer sees instead must stay from now on.
+        // Components that appear in place of this one must stay from now on.
         std::mem::take(stand_ins).into_iter().for_each(|stand_in| self.stands_in[stand_in as usize] = true);
         for group in &components.all[i].groups {
             self.in_groups.entry(*group).and_modify(|n| *n -= 1);
@@ -462,7 +449,7 @@ impl DropGuard {
 
 fn sums(placing: &PlacedComponents, shown: &VisualProperties) -> Vec<Component> {
     let surface = &placing.original.surface;
-    // Areas count by importance only where the caller or visibility set it.
+    // Importance weights the areas only if the caller or visibility set it.
     let factor = |v: &u32| surface.importance.get(*v as usize).copied().unwrap_or(1.0);
     let counts = |face: &[u32; 3]| if shown.is_weighed { face.iter().map(factor).sum::<f32>() / 3.0 } else { 1.0 };
     let of_component = |component: usize| {
@@ -508,10 +495,8 @@ mod tests {
     use crate::mesh::{TriMesh, shapes};
     use crate::simplify::closed::pins::Pins;
 
-    /// Radius of the large sphere in the output; it was 1.
     const SHRUNK: f32 = 0.4;
 
-    /// A sphere of radius 1, and spheres of radius `r` with 12 vertices at each `x` of `places`.
     fn spheres(places: &[f32], r: f32) -> TriMesh {
         let (large, small) = (shapes::icosphere(3), shapes::icosphere(0));
         let (mut positions, mut faces) = (large.positions().to_vec(), large.faces().to_vec());
@@ -523,7 +508,6 @@ mod tests {
         TriMesh::new(positions, faces).unwrap()
     }
 
-    /// Drops from a mesh whose large sphere shrank, where merges cost `paid`, nothing farther than `within`.
     fn drop_from(mesh: &TriMesh, paid: f64, within: f64, attributes: Option<&Attributes>) -> Option<DroppedFaces> {
         let original = Original::bare(mesh);
         let surface = &original.surface;
@@ -548,7 +532,6 @@ mod tests {
         )
     }
 
-    /// Finds the price from which a small sphere is dropped, in mesh units.
     fn price(mesh: &TriMesh, attributes: Option<&Attributes>) -> f64 {
         let goes = |paid: f64| drop_from(mesh, paid, f64::INFINITY, attributes).is_some();
         let (mut low, mut high) = (1e-30f64, 1e3f64);

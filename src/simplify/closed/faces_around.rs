@@ -6,7 +6,8 @@ use rustc_hash::FxHashMap;
 use crate::mesh::pulse::Pulse;
 use crate::mesh::thread_ranges::{add_faces, split_rows, thread_ranges};
 
-/// Valence above which edges are in a hash map: a fan asks for each edge of its hub.
+/// Valence above which a vertex's edges are in a hash map.
+// In a fan every edge of the hub is looked up, which would be quadratic in a list.
 const MOST_SEARCHED: usize = 64;
 
 pub fn smallest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
@@ -17,15 +18,15 @@ pub fn smallest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
     }
 }
 
-/// Faces around each vertex as compressed rows, with changes.
+/// Faces around each vertex: compressed rows, and rows of changed vertices.
 pub struct FacesAround {
     starts: Vec<u32>,
     rows: Vec<FaceCorner>,
     changed: FxHashMap<u32, Vec<FaceCorner>>,
-    /// Face along each directed edge from a high-valence vertex, the first in its row.
     from_hubs: FxHashMap<[u32; 2], u32>,
 }
 
+/// Face at a vertex, and the vertex that follows in it.
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
 pub struct FaceCorner {
     pub face: u32,
@@ -52,7 +53,6 @@ impl FacesAround {
         around
     }
 
-    /// Returns whether a vertex had high valence at construction.
     fn is_hub(&self, vertex: u32) -> bool {
         (self.starts[vertex as usize + 1] - self.starts[vertex as usize]) as usize > MOST_SEARCHED
     }
@@ -85,7 +85,7 @@ impl FacesAround {
         faces
     }
 
-    /// Finds the face with the directed edge from `u` to `v`; swapped, the face across.
+    /// Finds the face with the directed edge from `u` to `v`.
     #[inline]
     pub fn face_along(&self, u: u32, v: u32) -> Option<u32> {
         let row = self.corners(u);
@@ -166,7 +166,6 @@ mod tests {
         }
     }
 
-    /// Includes duplicate faces and flips.
     #[test]
     fn edges_of_a_hub_are_those_of_its_row() {
         let n = 3 * MOST_SEARCHED as u32;

@@ -1,7 +1,4 @@
-//! Vertex importance from scores: factors on the quadrics.
-//!
-//! Plain quadrics minimise squared distance. A result that looks right needs more vertices where the surface bends; a
-//! formula or the Point Sampler (Sec. 3.1) says how many.
+//! Vertex importance, a factor on quadrics: from a formula, the Point Sampler (Sec. 3.1) or the caller.
 
 use std::sync::Arc;
 
@@ -11,20 +8,19 @@ use crate::linalg::{Csr, Stars};
 use crate::mesh::pulse::Pulse;
 use crate::model::{Weights, star_scores, surface_scores};
 
-/// Largest difference of a score from the mean; importance stays within 33 times the mean. The shipped weights stay
-/// within 2.
+// Largest difference of a score from the mean: importance stays within 33 times the mean. Shipped weights stay within
+// 2.
 const MOST_SCORE: f32 = 3.5;
-/// Vertices sampled for the mean edge length: 12,000 edges estimate it within 1 %.
+// Vertices sampled for the mean edge length: 12,000 edges estimate it within 1 %.
 const MEASURED: usize = 2048;
-/// Bending where nothing bends: normals within two degrees.
+/// Least bending that counts: normals within two degrees.
 const LEAST_BENDING: f32 = 1e-3;
-/// Vertices scored between two beats, about ten milliseconds on one thread.
 const TOGETHER: usize = 1 << 14;
 
-/// Importance of hidden vertices: errors fall as n^-2, so they keep a tenth of their vertices.
+// Factor on hidden vertices: errors fall as n^-2, so they keep a tenth of their vertices.
 pub const HIDDEN: f32 = 1e-3;
 
-/// Multiplies a surface's quadrics by importance; `strength` scales the scores, and hidden vertices count little.
+/// Multiplies a surface's quadrics by importance; `strength` scales the scores.
 pub fn weigh(surface: &mut Surface, importance: Importance, strength: f32, hidden: &[bool]) {
     let mut factors = match importance {
         // Equal factors leave the quadrics as they are.
@@ -47,11 +43,9 @@ pub fn weigh(surface: &mut Surface, importance: Importance, strength: f32, hidde
     surface.weigh(factors);
 }
 
-/// Computes scores by bending, n_vertices: half the logarithm of the share of a vertex' planes that is not along its
-/// normal.
-///
-/// Sixteen meshes: a power of 0.3 of the bending raises the mean distance by 1 %, lowers the largest by 9 % and normal
-/// errors by 8 %.
+/// Computes half the logarithm of the share of each vertex's planes that is not along its normal.
+// Sixteen meshes: a power of 0.3 of the bending raises the mean distance by 1 %, lowers the largest by 9 % and normal
+// errors by 8 %.
 fn bending_scores(surface: &Surface) -> Vec<f32> {
     let score = |v: usize| {
         // The quadratic form along the normal, over its trace.
@@ -68,12 +62,12 @@ fn scale_scores(mut scores: Vec<f32>, strength: f32) -> Vec<f32> {
     scores
 }
 
-/// Scores all vertices one-ring by one-ring, n_vertices; `None` for a network that sees farther.
+/// Scores all vertices one-ring by one-ring; `None` for a network that sees farther.
 fn star_scores_of(surface: &Surface, weights: &Weights) -> Option<Vec<f32>> {
     let edge_length = mean_edge_length(surface);
     let n_vertices = surface.n_vertices();
     let mut scores = Vec::with_capacity(n_vertices);
-    // A network that sees one-rings alone needs no graph in memory.
+    // A network that sees only one-rings needs no graph in memory.
     for numbers in surface.pulse.ranges_of_size(TOGETHER, 0..n_vertices) {
         let star = |i: usize| (numbers.start + i, surface.neighbors((numbers.start + i) as u32));
         let stars = Stars { x: [&surface.positions, &surface.normals], n: numbers.len(), star };

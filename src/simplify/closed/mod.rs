@@ -1,7 +1,4 @@
-//! The closed assembly: prepare, collapse, refine; closed inputs give closed results.
-//!
-//! [`Original`](original::Original) answers all queries about the input; [`Output`](output::Output) is created by the
-//! collapse and updated by every later step.
+//! The closed assembly: prepare, collapse, refine. Closed inputs give closed results.
 
 mod aim;
 mod attributes;
@@ -50,8 +47,9 @@ pub(super) use request::{ClosedRequest, DropRules, Half, Keep};
 pub(super) use result::Closed;
 pub(super) use saved_collapse::SavedCollapse;
 
-/// Input vertices per output vertex above which flips run; elsewhere the collapse found good diagonals. Nineteen
-/// meshes, ratios 0.01 to 0.05: the mean distance is 0.7 % larger at 30, 2.6 % without flips.
+/// Input vertices per output vertex from which flips run.
+// Below, the collapse finds good diagonals. Nineteen meshes, ratios 0.01 to 0.05: the mean distance is 0.7 % larger at
+// 30, 2.6 % without flips.
 const COARSE: usize = 15;
 
 pub(super) struct FinishedLevels<'a> {
@@ -71,7 +69,7 @@ pub(super) fn simplify_levels<'a>(
     let mut levels = FinishedLevels { made: Vec::with_capacity(limits.len()), dropped: None, saved: None };
     let Some(&first) = limits.first() else { return Ok(levels) };
     let (base, collapse) = start_or_continue(mesh, request, first, saved, progress)?;
-    // Ceilings already keep the surface near, and a price or an insisted size overrules the check.
+    // Ceilings already bound the distance, and a price or an insisted size overrules the check.
     let may_ruin = request.price.is_none() && !request.insists_on_size && !collapse.has_ceilings();
     let ruin_check = may_ruin.then(|| RuinCheck::new(&collapse, limits)).flatten();
     let mut collapse = Some(with_copy_if_dropping(collapse, request, limits.len()));
@@ -86,8 +84,8 @@ pub(super) fn simplify_levels<'a>(
         // Only the first level has a history: later ones find it taken.
         let trace = start_trace(running.history.take());
         let output = base.output(&running);
-        // A level is checked for components to drop before it is refined; if some go, the caller repeats it without
-        // them.
+        // A level is checked for components to drop before it is refined. If some go, the caller repeats the level
+        // without them.
         if let Some(rules) = request.keep.drop.filter(|rules| levels.made.len() >= rules.from_level) {
             let cost = VertexCost::new(&running, limit, end);
             levels.dropped =
@@ -108,7 +106,6 @@ pub(super) fn simplify_levels<'a>(
     Ok(levels)
 }
 
-/// Starts a collapse, or continues one that was begun with more components.
 fn start_or_continue<'a, 'p: 'a>(
     mesh: &'a TriMesh,
     request: &ClosedRequest,
@@ -129,7 +126,7 @@ fn with_copy_if_dropping<'a>(collapse: Collapse<'a>, request: &ClosedRequest, n_
     if may_drop && !request.differentiable { collapse.with_copy() } else { collapse }
 }
 
-/// Runs a collapse to a limit, or to an earlier end where held vertices would ruin the rest.
+/// Runs a collapse to a limit, or to an earlier end if held vertices would ruin the rest.
 fn run<'a>(
     base: &CollapseBase,
     mut collapse: Collapse<'a>,
@@ -144,19 +141,16 @@ fn run<'a>(
     repeated.unwrap_or((collapse, end))
 }
 
-/// Original with the link between its vertices and those of the collapse.
 struct CollapseBase<'a> {
     original: Original<'a>,
-    /// Collapse vertex of each surface vertex; empty where they are equal.
     collapse_vertices: Vec<u32>,
 }
 
 impl CollapseBase<'_> {
-    /// Returns the state of the collapse as an output over this surface.
     fn output(&self, collapse: &Collapse) -> Output {
         let mut output = collapse.output();
         if !self.collapse_vertices.is_empty() {
-            // The collapse numbers vertices of all components, this surface only those that remain.
+            // The collapse numbers the vertices of all components, this surface only those that remain.
             let mut of_surface = vec![0; output.vertex_of.len()];
             (0u32..).zip(&self.collapse_vertices).for_each(|(own, &v)| of_surface[v as usize] = own);
             output.pins.renumber_origins(|v| of_surface[v as usize]);
@@ -176,7 +170,6 @@ impl CollapseBase<'_> {
         }
     }
 
-    /// Returns a price of 1 in mesh units as a price on the surface of unit size.
     fn unit_of_prices(&self) -> f64 {
         f64::from(self.original.surface.length(1.0)).powi(4)
     }
@@ -222,7 +215,6 @@ fn start<'a, 'p: 'a>(
     Ok((CollapseBase { original, collapse_vertices: Vec::new() }, collapse))
 }
 
-/// Turns the output of a collapse into a result: flips, fit, foldover repair, attributes.
 fn refine(
     base: &CollapseBase,
     request: &ClosedRequest,
@@ -237,7 +229,7 @@ fn refine(
     // Flips and fit share the points: each assignment starts from the faces of the last one.
     let mut points = Points::new(&original.surface, output.positions.len(), request.aim);
     progress.enter("flips", points.len())?;
-    // The collapse leaves good diagonals unless it went far.
+    // The collapse leaves good diagonals unless the result is coarse.
     let is_coarse = COARSE * output.positions.len() <= original.surface.n_vertices();
     // Wedges follow from the collapse's faces, so they are recorded before any flip.
     attributes.into_iter().for_each(|attributes| output.record_attributes(original, attributes));
@@ -270,9 +262,9 @@ fn refine(
     Ok(closed)
 }
 
-/// Rounds positions to local coordinates; separates duplicates and widens degenerate faces.
+/// Rounds positions to local coordinates and repairs the effects of rounding.
 ///
-/// Returns positions, n_vertices x 3, flipped edges and moved vertices.
+/// Returns the positions, and the numbers of flipped edges and moved vertices.
 fn round_positions(
     original: &Original,
     output: &mut Output,
@@ -291,7 +283,6 @@ fn round_positions(
     (positions, [n_flipped, n_separated])
 }
 
-/// Returns whether a mesh already is an oriented manifold without duplicate positions.
 pub(super) fn is_sound(mesh: &TriMesh, frame: &Frame) -> bool {
     let topology = topology(mesh);
     topology.non_manifold_edges + topology.non_manifold_vertices + topology.inconsistent_edges == 0

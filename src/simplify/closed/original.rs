@@ -1,8 +1,6 @@
-//! The input as the closed assembly sees it, with closest-point queries.
+//! The input of the closed assembly, with searches for closest points.
 //!
-//! Three searches: a walk over edges from a vertex nearby, fast but approximate; all faces in the regions of some
-//! output vertices, exact; and a search that crosses no seam. Regions give the starting points, so no search tree is
-//! needed.
+//! A search starts from the region of an output vertex, the input vertices merged into it. So no search tree is needed.
 
 use glam::Vec3;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -16,12 +14,13 @@ use super::pins::Pins;
 use super::prepare::feature_edges::FeatureEdges;
 use super::prepare::surface::Surface;
 
-/// Sample points per region in foldover repair. Nineteen meshes: 4 or 16 change the largest distance by 0.7 %.
+// Sample points per region in foldover repair. Nineteen meshes: 4 or 16 change the largest distance by 0.7 %.
 const POINTS: usize = 8;
-/// Squared distance over the smallest so far up to which the seam-bound search continues. Texture errors are 1.3 %
-/// larger at 1, 0.2 % smaller at 3.
+/// Squared distance over the smallest so far up to which the search between seams continues.
+// Texture errors are 1.3 % larger at 1, 0.2 % smaller at 3.
 const SLACK: f32 = 1.5;
-/// Largest number of faces the seam-bound search continues from: each step scans all visited faces.
+/// Most faces from which the search between seams continues.
+// Each step scans all visited faces.
 const MOST_STEPS: usize = 256;
 
 pub struct Original<'a> {
@@ -38,6 +37,7 @@ impl<'a> Original<'a> {
         Self { mesh, surface: Surface::new(mesh, crate::mesh::pulse::Pulse::NONE), features, pins }
     }
 
+    /// Finds the nearest surface vertex in the region of each wanted output vertex.
     pub fn anchors(&self, positions: &[Vec3], vertex_of: &[u32], wanted: &[bool]) -> Vec<u32> {
         let mut best = vec![(f32::INFINITY, 0); positions.len()];
         // One pass over all vertices: each competes for the output vertex of its region.
@@ -69,7 +69,6 @@ impl<'a> Original<'a> {
         closest
     }
 
-    /// Walks over edges from `start` to a vertex with no neighbour nearer to `point`.
     fn vertex_near(&self, point: Vec3, start: u32) -> u32 {
         let distance = |v: u32| self.surface.positions[v as usize].distance_squared(point);
         let (mut v, mut least) = (start, distance(start));
@@ -87,6 +86,7 @@ impl<'a> Original<'a> {
         }
     }
 
+    /// Lists the other two corners of each face around a vertex.
     fn sides(&self, v: u32) -> impl Iterator<Item = [u32; 2]> {
         // At a boundary the ring is open: its last and first neighbours share no face.
         let ring = self.surface.neighbors(v);
@@ -94,7 +94,7 @@ impl<'a> Original<'a> {
         (0..n_faces).map(|i| [ring[i], ring[if i + 1 == ring.len() { 0 } else { i + 1 }]])
     }
 
-    /// Returns the area normal of a face at `v`; where the surface is not oriented, on the vertex normal's side.
+    /// Returns the area normal of a face; where the surface is not oriented, on the side of the normal at `v`.
     fn normal_at(&self, v: u32, corners: [Vec3; 3]) -> Vec3 {
         let normal = area_normal(corners);
         // Only surfaces without a consistent winding need the vertex normal.
@@ -102,7 +102,7 @@ impl<'a> Original<'a> {
         if is_opposed { -normal } else { normal }
     }
 
-    /// Collects the regions of the wanted output vertices; `vertex_of` names the output vertex of each vertex.
+    /// Collects the regions of the wanted output vertices; `vertex_of` maps vertices to output vertices.
     pub fn regions(&self, vertex_of: &[u32], wanted: &[bool]) -> Regions {
         let mut regions: FxHashMap<u32, Region> = FxHashMap::default();
         let wanted = |v: &u32| wanted[vertex_of[*v as usize] as usize];
@@ -143,8 +143,7 @@ impl<'a> Original<'a> {
     }
 }
 
-/// Regions of the original, by output vertex. Distances are to faces: with long faces the nearest vertex can be far
-/// away.
+// Distances are to faces, because the nearest vertex of a long face can be far away.
 pub struct Regions(FxHashMap<u32, Region>);
 
 impl Regions {
@@ -179,7 +178,6 @@ impl Regions {
 #[derive(Clone, Copy)]
 pub struct ClosestPoint {
     pub point: Vec3,
-    /// Normal of its face, not normalised.
     pub normal: Vec3,
     pub distance: f32,
 }
@@ -213,7 +211,6 @@ impl RegionFace {
         (self.corners[0] + self.corners[1] + self.corners[2]) / 3.0
     }
 
-    /// Returns whether bounding box and plane admit a point of the face within the distance.
     fn may_be_within(&self, distance: f32, point: Vec3) -> bool {
         let [low, high] = self.bounds;
         // Both tests are lower bounds of the squared distance.
@@ -225,13 +222,14 @@ impl RegionFace {
     }
 }
 
-/// Point of the original: a face and weights of its mesh corners.
+/// Point of the original: a face, and weights of its corners in the mesh.
 #[derive(Clone, Copy)]
 pub struct SurfacePoint {
     pub face: u32,
     pub weights: [f32; 3],
 }
 
+/// Search for closest points that does not cross seams.
 pub struct SidesOfSeams<'a> {
     surface: &'a Surface<'a>,
     orders: Vec<[u8; 3]>,
@@ -240,14 +238,11 @@ pub struct SidesOfSeams<'a> {
 }
 
 impl SidesOfSeams<'_> {
-    /// Replaces the edges that searches do not cross; each has its smaller vertex first.
     pub fn with_seams(self, seams: impl Iterator<Item = [u32; 2]>) -> Self {
         Self { seams: seams.collect(), ..self }
     }
 
     /// Finds the closest point by a best-first search from the faces `starts`.
-    ///
-    /// It continues from faces slightly farther than the best, since one corner can be nearest on several faces.
     pub fn closest_point(&self, p: Vec3, starts: &[u32]) -> SurfacePoint {
         // Few faces are visited, so a list is faster than a set.
         let mut met: Vec<u32> = Vec::new();
@@ -265,12 +260,13 @@ impl SidesOfSeams<'_> {
             }
         };
         starts.iter().for_each(|&face| meet(face, &mut open, &mut best));
+        // Faces slightly farther than the best are expanded too, since one corner can be nearest on several faces.
         for _ in 0..MOST_STEPS {
             // Best-first: always continue from the nearest open face.
             let nearest = (0..open.len()).min_by(|&i, &j| open[i].0.total_cmp(&open[j].0));
             let Some(next) = nearest else { break };
             let (distance, place) = open.swap_remove(next);
-            // Zero distance cannot improve, and distances that are not numbers cannot be compared.
+            // Zero cannot improve, and distances that are not numbers cannot be compared.
             if best.0 == 0.0 || distance.is_nan() || distance > SLACK * best.0 {
                 break;
             }
@@ -279,10 +275,9 @@ impl SidesOfSeams<'_> {
         best.1
     }
 
-    /// Returns the squared distance of a point to a face, and the closest point.
     fn nearest(&self, p: Vec3, face: u32) -> (f32, SurfacePoint) {
         let corners = self.surface.faces[face as usize].map(|v| self.surface.positions[v as usize]);
-        // In double precision, or thin faces would give arbitrary weights.
+        // In double precision, since thin faces would give arbitrary weights.
         let weights = nearest_weights_f64(p.as_dvec3(), corners.map(Vec3::as_dvec3)).map(|w| w as f32);
         let point = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
         let mut of_mesh = [0.0; 3];

@@ -17,17 +17,15 @@ use super::prepare::surface::Surface;
 pub struct Output {
     pub positions: Vec<Vec3>,
     faces: Vec<[u32; 3]>,
-    /// Intended unit normals of the faces, n_faces x 3; zero if unknown.
+    /// Intended unit normals of the faces; zero if unknown.
     intended: Vec<Vec3>,
     around: FacesAround,
     pub pins: Pins,
-    /// Output vertex of each surface vertex.
     pub vertex_of: Vec<u32>,
     corners: Option<ResultCorners>,
 }
 
 impl Output {
-    /// Wraps the state of a collapse; intended normals are the present ones.
     pub fn new(pulse: Pulse, positions: Vec<Vec3>, faces: Vec<[u32; 3]>, pins: Pins, vertex_of: Vec<u32>) -> Self {
         let intended = pulse.map(&faces, |face| unit_normal(face.map(|v| positions[v as usize])));
         let around = FacesAround::new(pulse, positions.len(), &faces);
@@ -39,7 +37,7 @@ impl Output {
         self.corners = Some(ResultCorners::new(original, attributes, &self.vertex_of, &self.faces, &self.around));
     }
 
-    /// Computes the final attributes and the original point at each corner; `None` if none were recorded.
+    /// Computes the final attributes and the original point at each corner, if attributes were recorded.
     pub fn take_attributes(&mut self, original: &Original, attributes: &Attributes) -> Option<(Attributes, CornerMap)> {
         let corners = self.corners.take()?;
         Some(corners.attributes(original, attributes, &self.positions, &self.pins))
@@ -74,11 +72,8 @@ impl Output {
         &self.around
     }
 
-    /// Returns whether a diamond must not be flipped.
-    ///
-    /// Its edge is a seam or kept, or both ends of the new one are on
-    /// the mirror plane.
     pub fn is_held(&self, Diamond { faces, corners: [a, b, c, d] }: &Diamond) -> bool {
+        // The edge is a seam or kept, or the new edge would join two vertices on the mirror plane.
         let is_seam = |corners: &ResultCorners| corners.is_seam(&self.faces, *faces, [*a, *b]);
         self.pins.are_on_cut(*c, *d) || self.pins.hold_edge(*a, *b) || self.corners.as_ref().is_some_and(is_seam)
     }
@@ -100,14 +95,15 @@ impl Output {
 
     fn swap_diagonal(&mut self, diamond: &Diamond) {
         let [f, g] = diamond.faces.map(|f| f as usize);
-        // Wedges are updated first, while the faces still are what they were.
+        // Wedges are updated first: they are found by the corners of the old faces.
         self.corners.iter_mut().for_each(|corners| corners.flip(&self.faces, diamond.faces, diamond.corners));
         [self.faces[f], self.faces[g]] = diamond.flipped_faces();
-        // Both new faces cover the region of both old ones, so they share its intended direction.
+        // Both new faces cover the region of both old ones, so they share the mean intended direction.
         self.intended[f] = (self.intended[f] + self.intended[g]).normalize_or_zero();
         self.intended[g] = self.intended[f];
     }
 
+    /// Moves a vertex of a subset to the surface vertex `origin`.
     pub fn stand_on(&mut self, v: u32, origin: u32, surface: &Surface) {
         self.positions[v as usize] = surface.positions[origin as usize];
         self.pins.set_origin(v, origin);

@@ -1,6 +1,4 @@
-//! Pinned vertices: locked ones, those of a subset, and those on the mirror plane, which stay on it.
-//!
-//! Pins are carried from the surface over the collapse to the output.
+//! Pinned vertices: locked ones, those of a subset, and those on the mirror plane.
 
 use glam::DVec3;
 
@@ -10,7 +8,6 @@ use super::request::{Half, Keep};
 #[derive(Clone, Debug, Default)]
 pub struct Pins {
     locked: Vec<bool>,
-    /// Set where edges between locked vertices must stay.
     holds_edges: bool,
     subset: bool,
     /// Surface vertex beneath each vertex; empty over the surface itself.
@@ -79,9 +76,8 @@ impl Pins {
         self.subset
     }
 
-    /// Returns whether duplicate positions may be separated here: not in a subset, and in mirrored halves only
-    /// together.
     pub fn let_duplicates_move(&self) -> bool {
+        // A subset has fixed positions, and mirrored halves are separated together with their images.
         !self.subset && self.plane.is_none()
     }
 
@@ -93,7 +89,6 @@ impl Pins {
         self.plane.as_ref().is_some_and(|plane| plane.has(v))
     }
 
-    /// Returns whether both vertices are on the mirror plane; only cut edges may join them.
     pub fn are_on_cut(&self, u: u32, v: u32) -> bool {
         self.is_on_cut(u) && self.is_on_cut(v)
     }
@@ -110,7 +105,7 @@ impl Pins {
         self.origin[v as usize] = origin;
     }
 
-    /// Merges the pins of `v` into those of `u`; `goes_to_v` tells whether `u` then moved to `v`.
+    /// Merges the pins of `v` into those of `u`; `goes_to_v` is true if `u` moved to `v`.
     pub fn merge(&mut self, u: u32, v: u32, goes_to_v: bool) {
         self.locked[u as usize] |= self.locked[v as usize];
         if goes_to_v {
@@ -127,7 +122,7 @@ impl Pins {
 /// Vertices that must stay on the mirror plane.
 ///
 /// A half and its image form a manifold if only cut edges join two of these vertices, no face joins three, and each is
-/// on a cut edge. Merges and flips preserve this.
+/// on a cut edge.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PlaneVertices {
     axis: usize,
@@ -138,7 +133,7 @@ pub struct PlaneVertices {
 impl PlaneVertices {
     pub fn from_half(surface: &Surface, half: &Half) -> Self {
         let flag = |v: u32| half.on_plane[surface.source(v) as usize];
-        // At a boundary vertex the first and last neighbour are along the boundary.
+        // The first and the last neighbour of a boundary vertex are along the boundary.
         let meets_cut = |v: u32| match surface.rings.ring(v) {
             [first, .., last, _ghost] => flag(*first) || flag(*last),
             _ => false,
@@ -160,7 +155,6 @@ impl PlaneVertices {
         self.axis
     }
 
-    /// Returns whether a vertex is on the plane; ghost vertices never are.
     pub fn has(&self, v: u32) -> bool {
         self.is_on.get(v as usize).copied().unwrap_or(false)
     }
@@ -176,7 +170,7 @@ impl PlaneVertices {
         self.is_on[u as usize] |= self.is_on[v as usize];
     }
 
-    /// Returns whether merging `u` and `v` would join two plane vertices that are not yet neighbours.
+    /// Returns whether a merge would join two plane vertices that are no neighbours yet.
     pub fn would_bridge(&self, [u, v]: [u32; 2], [of_u, of_v]: [&[u32]; 2]) -> bool {
         // A plane vertex off the cut gains the other end's plane neighbours.
         let new_neighbour = |w: &u32, p: u32, of_p: &[u32]| self.has(*w) && *w != p && !of_p.contains(w);
@@ -187,7 +181,7 @@ impl PlaneVertices {
         }
     }
 
-    /// Returns whether merging `u` and `v` would leave a face entirely on the plane; neighbours are in order.
+    /// Returns whether a merge would leave a face entirely on the plane; neighbours are in order.
     pub fn would_lay_flat(&self, [u, v]: [u32; 2], [of_u, of_v]: [&[u32]; 2]) -> bool {
         // Consecutive neighbours form a face with the merged vertex.
         let (on_plane, ring) = match (self.has(u), self.has(v)) {
@@ -218,13 +212,14 @@ impl PlaneVertices {
     /// Constrains the solutions of per-vertex systems (upper triangle and right side) to the plane.
     pub fn confine(&self, systems: &mut [[f32; 9]]) {
         for system in systems.iter_mut().zip(&self.is_on).filter_map(|(system, on)| on.then_some(system)) {
-            // Decoupled from the axis and with a zero right side, the solution has no component along it.
+            // Without coupling to the axis and with a zero right side, the solution has no component along it.
             let [xx, xy, xz, yy, yz, zz, ..] = *system;
             system[..6].copy_from_slice(&self.without_slant([xx, xy, xz, yy, yz, zz]));
             system[6 + self.axis] = 0.0;
         }
     }
 
+    /// Returns the sum of a plane vertex's quadric and its image.
     pub fn with_image(&self, quadric: [f32; 6]) -> [f32; 6] {
         self.without_slant(quadric.map(|x| 2.0 * x))
     }

@@ -1,4 +1,4 @@
-//! Requests to the closed assembly: plain data, resolved by the driver in advance.
+//! Requests to the closed assembly.
 
 use crate::mesh::{Attributes, FeatureEdge, Frame, Role, UnitedMesh};
 use crate::model::Weights;
@@ -6,28 +6,25 @@ use crate::simplify::options::{Options, Purpose, Refinements};
 
 use super::aim::Aim;
 
-/// Request to the closed assembly.
 pub struct ClosedRequest<'a> {
     pub importance: Importance<'a>,
-    /// Marks hidden mesh vertices, which count little; empty for none.
     pub hidden: &'a [bool],
     pub aim: Aim,
     pub refinements: Refinements,
     pub frame: Frame,
     pub differentiable: bool,
     pub keep: Keep<'a>,
-    /// Continues to the target size even where held vertices leave few to the rest.
+    /// Reaches the size even if held vertices leave too few for the rest.
     pub insists_on_size: bool,
-    /// Largest price of a merge, squared distance times area in mesh units; replaces the size limit.
+    /// Largest price of a merge, in mesh units; replaces the size limit.
     pub price: Option<f64>,
 }
 
-/// Visual properties by which components are judged.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct VisualProperties<'a> {
     pub attributes: Option<&'a Attributes>,
     pub scene: Option<&'a UnitedMesh>,
-    /// Set where areas count by importance: given by the caller, or hidden vertices.
+    /// True if areas are weighted by the caller or by visibility.
     pub is_weighed: bool,
 }
 
@@ -49,10 +46,9 @@ impl<'a> ClosedRequest<'a> {
 
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Keep<'a> {
-    /// Feature edges over mesh vertices: seams and creases, ascending.
     pub edges: &'a [FeatureEdge],
     pub locked: &'a [bool],
-    /// Marks faces that come back unchanged; empty for none. Their vertices are locked.
+    /// Marks faces that come back unchanged; empty for none.
     pub kept: &'a [bool],
     pub subset: bool,
     pub purpose: Purpose,
@@ -65,15 +61,13 @@ pub struct Keep<'a> {
 }
 
 impl<'a> Keep<'a> {
-    /// Derives the constraints that follow from options and kept faces alone.
     pub fn from_options(options: &Options, kept: &'a [bool]) -> Self {
-        // An infinite limit allows dropping, but no deformation.
+        // An infinite limit allows components to be dropped, but not to be deformed.
         let allowed_distance = if options.prune_within.is_finite() { options.prune_within } else { 0.0 };
         let Options { subset, purpose, map, .. } = *options;
         Self { kept, subset, purpose, map, allowed_distance, ..Self::default() }
     }
 
-    /// Returns whether the mesh is an asset: part of a scene, or with attributes.
     pub fn is_asset(&self) -> bool {
         self.scene.is_some() || self.attributes.is_some()
     }
@@ -91,7 +85,6 @@ impl<'a> Keep<'a> {
 
 #[derive(Clone, Copy, Debug)]
 pub struct DropRules {
-    /// Largest distance from the remaining components, in scene units.
     pub within: f64,
     pub from_level: usize,
 }

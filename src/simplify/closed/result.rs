@@ -1,4 +1,4 @@
-//! Results of the closed assembly, from outputs to what the caller gets.
+//! Results of the closed assembly.
 
 use glam::Vec3;
 
@@ -21,18 +21,17 @@ pub struct Closed {
     pub vertex_of: Vec<u32>,
     pub source_vertices: Option<Vec<u32>>,
     pub derivative: Option<Derivative>,
-    /// Vertices left after each pass with its price: squared distance times area, in mesh units.
+    /// Number of vertices after each pass, with its price in mesh units.
     pub paid: Vec<(usize, f64)>,
-    /// Marks output vertices on the mirror plane; empty without one.
     pub on_plane: Vec<bool>,
     pub kept: Vec<KeptFace>,
 }
 
 impl Closed {
-    /// Builds the result from an output with its final local positions, n_vertices x 3.
+    /// Builds the result from an output and its local positions.
     ///
     /// # Errors
-    /// [`SimplifyError::Overflow`] where a position is not finite.
+    /// [`SimplifyError::Overflow`] if a position is not finite.
     pub fn new(
         original: &Original,
         output: Output,
@@ -43,7 +42,7 @@ impl Closed {
         pulse.beat(0);
         let kept = find_kept(original, &output, is_kept);
         let (faces, pins, mut vertex_of) = output.into_parts();
-        // Copies of split vertices come last and are unknown to the caller.
+        // Copies of split vertices come last, and the caller does not know them.
         vertex_of.truncate(original.mesh.positions().len());
         pulse.beat(0);
         let mesh = TriMesh::new(positions, faces).map_err(|_| SimplifyError::Overflow)?;
@@ -89,13 +88,13 @@ impl Closed {
     }
 }
 
-/// Converts output positions to local coordinates, n_vertices x 3; pinned vertices keep every bit.
+/// Converts output positions to local coordinates; pinned vertices keep every bit.
 pub fn local_positions(original: &Original, output: &Output) -> Vec<[f32; 3]> {
     let Original { mesh, surface, .. } = original;
     let local = |p: &Vec3| surface.scale.restore(p.as_dvec3());
     let mut positions: Vec<[f32; 3]> = surface.pulse.map(&output.positions, local);
     let pins = &output.pins;
-    // The way to unit size and back rounds; pinned vertices take the mesh's own numbers.
+    // Conversion to unit size and back rounds, so pinned vertices take the mesh's own numbers.
     for (x, &v) in (0u32..).zip(pins.origins()).filter(|(x, _)| pins.is_subset() || pins.is_locked(*x)) {
         positions[x as usize] = mesh.positions()[surface.source(v) as usize];
     }

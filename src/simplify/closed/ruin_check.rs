@@ -1,7 +1,4 @@
-//! Early end of a collapse whose held vertices leave too few for the rest of the surface.
-//!
-//! Held vertices never merge. Where the others move over four times as far from the original as with nothing held, the
-//! collapse is repeated to the smallest size at which they do not.
+//! Early end of a collapse whose held vertices leave too few for the rest.
 
 use glam::Vec3;
 
@@ -12,41 +9,41 @@ use super::collapse::{Collapse, End};
 use super::original::Original;
 use super::output::Output;
 
-/// The check runs when at least one vertex in `MANY` is held: half of the vertices double the distance.
+/// The check runs when at least one vertex in `MANY` is held.
+// With half of the vertices held the distance doubles.
 const MANY: usize = 2;
-/// Largest distance before refinement, over that with nothing held. Refinement lowers 3.9 to between 2.7 and 3.8 for
-/// charts of thirty faces.
+/// Largest distance before refinement, over that with nothing held.
+// Refinement lowers 3.9 to between 2.7 and 3.8 for charts of thirty faces.
 const MOST: f64 = 4.2;
-/// Mean distance that is always acceptable on a surface of unit size.
+/// Mean distance at unit size that is always acceptable.
 const NEAR: f64 = 1e-4;
 const STEP: f64 = 1.25;
 const POINTS: usize = 4096;
 
-/// Initial state of a collapse that may have to be repeated.
 pub struct RuinCheck<'a>(Collapse<'a>);
 
 impl<'a> RuinCheck<'a> {
-    /// Copies the collapse; `None` where too little is held to ruin the surface at any of these sizes.
     pub fn new(collapse: &Collapse<'a>, limits: &[Limit]) -> Option<Self> {
         let least = limits.iter().map(|limit| limit.size()).min()?;
         (MANY * collapse.n_held() >= least).then(|| Self(collapse.clone().without_progress()))
     }
 
-    /// Repeats a collapse that ruined the surface and ends it earlier; `None` where it did not.
+    /// Repeats a collapse that ruined the surface and ends it earlier; `None` if it did not.
     pub fn repeat_if_ruined(
         &self,
         ended: &Collapse,
         limit: Limit,
         distance: impl Fn(&Collapse) -> f64,
     ) -> Option<(Collapse<'a>, End)> {
-        // Enough free vertices are left: no distance needs to be measured.
+        // With enough free vertices no distance needs to be measured.
         if MANY * ended.n_held() < ended.size().0 {
             return None;
         }
-        // The reference is a collapse to the same size with nothing held.
+        // The surface may end up to four times as far from the original as in a collapse to the same size with nothing
+        // held.
         let mut bare = self.0.clone().without_constraints();
         bare.run(limit);
-        // Distances too small to see are acceptable however large the ratio.
+        // Invisible distances are acceptable whatever their ratio.
         let most = (MOST * distance(&bare)).max(NEAR);
         if distance(ended) <= most {
             return None;
@@ -59,12 +56,12 @@ impl<'a> RuinCheck<'a> {
         Some((collapse, end))
     }
 
-    /// Finds the last acceptable size above `least` by collapsing step by step.
+    /// Finds the last acceptable size above `least` step by step.
     fn last_good_size(&self, least: usize, is_well: impl Fn(&Collapse) -> bool) -> Limit {
         let mut collapse = self.0.clone();
         let mut last = collapse.size().0;
         loop {
-            // Only free vertices shrink from size to size.
+            // Only the number of free vertices shrinks from size to size.
             let n_held = collapse.n_held().min(last);
             let next = n_held + ((last - n_held) as f64 / STEP) as usize;
             collapse.run(Limit::of_vertices(next));
@@ -77,7 +74,7 @@ impl<'a> RuinCheck<'a> {
     }
 }
 
-/// Estimates the mean distance from the original to an output, on the surface of unit size.
+/// Estimates the mean distance from the original to an output, at unit size.
 pub fn distance(original: &Original, output: &Output) -> f64 {
     let tree = output.tree();
     let surface = &original.surface;

@@ -1,4 +1,4 @@
-//! Saved state of a collapse, to continue it without dropped components.
+//! Saved collapse, to continue without dropped components.
 
 use crate::mesh::TriMesh;
 use crate::simplify::limits::Limit;
@@ -13,16 +13,14 @@ use super::prepare::prepare_at_scale;
 use super::prepare::surface::Normalisation;
 use super::request::ClosedRequest;
 
-/// Collapse from which the dropped components were removed.
 pub struct SavedCollapse<'a> {
     collapse: Collapse<'a>,
     scale: Normalisation,
-    /// Vertices of the collapse at the corners of each remaining face.
     corners: Vec<[u32; 3]>,
 }
 
 impl<'a> SavedCollapse<'a> {
-    /// Removes dropped components from a copied collapse; `None` where it is below the limit already.
+    /// Removes components from a copied collapse; `None` if it is below the limit already.
     pub(super) fn from_copy(
         dropped: &DroppedFaces,
         base: &CollapseBase,
@@ -42,14 +40,13 @@ impl<'a> SavedCollapse<'a> {
             let faces = (0u32..).zip(&dropped.faces).filter(move |(_, is_dropped)| **is_dropped == goes);
             faces.map(|(face, _)| corners_of(face))
         };
-        // The copy loses the components and must still have merges to make.
+        // The copy loses the components, and is of use only if merges remain.
         let collapse = copy.remove_components(of_state(true).flatten());
         let is_far = collapse.merges_to(limit) > 0;
         is_far.then(|| Self { collapse, scale: surface.scale, corners: of_state(false).collect() })
     }
 
-    /// Attaches the collapse to the mesh without the dropped components; `None` where non-manifold vertices split
-    /// differently now.
+    /// Attaches the collapse to the remaining mesh; `None` if non-manifold vertices split differently.
     pub(super) fn attach<'b>(
         self,
         mesh: &'b TriMesh,
@@ -66,11 +63,10 @@ impl<'a> SavedCollapse<'a> {
         Ok(Some((CollapseBase { original, collapse_vertices }, self.collapse)))
     }
 
-    /// Maps each vertex of the surface to one of the collapse; `None` where this is ambiguous.
     fn vertices(&self, Original { mesh, surface, .. }: &Original) -> Option<Vec<u32>> {
         const NONE: u32 = u32::MAX;
         let mut vertices = vec![NONE; surface.n_vertices()];
-        // Each corner of the new surface finds its old vertex; a vertex with two old ones was split differently.
+        // Each corner of the new surface finds its old vertex. A vertex with two old ones was split differently.
         for ((face, corners), begun) in surface.faces.iter().zip(mesh.faces()).zip(&self.corners) {
             for &v in face {
                 let at = corners.iter().position(|&corner| corner == surface.source(v))?;

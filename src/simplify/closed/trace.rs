@@ -1,4 +1,4 @@
-//! Record of a run's choices, from which its derivative is computed.
+//! Record of a run's choices, for its derivative.
 
 use super::collapse::CollapseEvent;
 use super::refine::sample_points::{Density, Match};

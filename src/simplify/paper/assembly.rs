@@ -7,8 +7,7 @@ use glam::DVec3;
 
 /// Chooses the candidates with p > 0.5 that are among the best two on all three of their edges.
 ///
-/// The best are found among the candidates with p > 0.5, of equally likely ones the first. Every edge of the result has
-/// at most two faces.
+/// Of equally likely candidates the first is better.
 ///
 /// # Shapes
 /// - `n_entries`: number of entries of G_ext
@@ -37,8 +36,7 @@ pub fn choose_faces(faces: &PredictedFaces, n_entries: usize) -> Vec<usize> {
     ranked
 }
 
-/// Turns a triangle like the original surface: as the faces it comes from, where there are such and they agree, else
-/// like the normals of its three regions.
+/// Turns a triangle like the faces it comes from, or else like the normals of its three regions.
 ///
 /// # Shapes
 /// - `positions`: n_samples x 3

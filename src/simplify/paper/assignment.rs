@@ -1,10 +1,10 @@
-//! The assignment: each vertex belongs to its nearest sample along the surface.
+//! Assignment of each vertex to its nearest sample along the surface.
 
 use crate::linalg::Csr;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Marks vertices that no sample can be reached from.
+/// Mark of vertices that no sample reaches.
 pub const NO_SAMPLE: u32 = u32::MAX;
 
 /// Finds for every vertex the sample that is nearest along the edges of the mesh.
@@ -12,10 +12,9 @@ pub const NO_SAMPLE: u32 = u32::MAX;
 /// One search from all samples at once (Dijkstra), O(n log n).
 ///
 /// # Ties
-/// The length of a path is added up from its sample on, edge by edge, in double precision. The distance of a vertex is the
-/// least length of all paths to it. An edge is tight where the distance of its start plus its length, rounded, is the distance
-/// of its end. A vertex belongs to the first sample that a path of tight edges leads from. The order in which edges are
-/// visited decides nothing.
+/// Lengths are summed from the sample on, in double precision. An edge is tight if the distance of its start plus its
+/// length, rounded, is the distance of its end. A vertex belongs to the first sample from which a path of tight edges
+/// leads.
 ///
 /// # Shapes
 /// - `positions`: n x 3, `rings`: n x n
@@ -23,7 +22,7 @@ pub const NO_SAMPLE: u32 = u32::MAX;
 /// - returns n indices into `samples`, [`NO_SAMPLE`] where the component has none
 ///
 /// # Panics
-/// When a sample is no vertex.
+/// If a sample is no vertex.
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, simplify::paper::{NO_SAMPLE, assign_to_samples}};
@@ -59,7 +58,7 @@ fn edge_length(positions: &[[f32; 3]], a: u32, b: u32) -> f64 {
     a.distance(b)
 }
 
-/// A distance with the order of its number.
+/// Distance with a total order.
 #[derive(Clone, Copy, PartialEq)]
 struct Distance(f64);
 
@@ -82,7 +81,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Distances by relaxing all edges until nothing changes, then the first samples along tight edges in the same way.
+    /// Relaxes all edges until nothing changes, first for distances, then for samples along tight edges.
     fn naive(positions: &[[f32; 3]], rings: &Csr, samples: &[u32]) -> Vec<u32> {
         let (mut distances, mut first) = (vec![f64::INFINITY; positions.len()], vec![NO_SAMPLE; positions.len()]);
         for (&vertex, sample) in samples.iter().zip(0..) {
@@ -122,8 +121,8 @@ mod tests {
         }
     }
 
-    /// Found by cases drawn at random: the paths from both samples to the middle have equal edges in different orders, whose
-    /// sums differ in the last bit. One edge farther on both sums round to the same number.
+    // Two paths have equal edges in different orders, so their sums differ in the last bit; one edge farther on they
+    // round to one number.
     #[test]
     fn a_path_that_is_longer_by_a_rounding_decides_nothing_farther_on() {
         let xy = [[-5, -2], [-2, -1], [-1, 0], [0, 0], [2, 1], [3, 1], [4, 1], [5, 2]];

@@ -1,17 +1,17 @@
-//! Closes the holes that the network left: what it chose becomes a surface that ends where the mesh does.
+//! Closing of the holes that the network left.
 
 use super::NO_SAMPLE;
 use crate::mesh::half_edges::for_each_edge;
 use crate::mesh::{Attributes, TriMesh};
 use crate::repair::fill_some_holes;
 
-/// Rounds, at most: loops that touch are filled one by one, and what is left of them may be found whole the next time.
+/// Most rounds: where loops touch, one round may leave holes for the next.
 const ROUNDS: usize = 4;
 
-/// The faces of a result, with others over its holes; corners are samples, as before.
+/// Fills the holes of a result; corners are samples, as before.
 ///
-/// Where the mesh itself ends, so does the result: a loop stays open of which at least half of the edges run between samples whose
-/// regions the boundary of the mesh crosses. A face that shares no edge with another is no surface, and goes.
+/// A loop stays open if at least half of its edges join samples whose regions the boundary of the mesh crosses. A face
+/// that shares no edge is dropped.
 ///
 /// # Shapes
 /// - `samples`: n_samples vertices of the mesh; `assignment`: n_vertices indices into them, or [`NO_SAMPLE`]
@@ -44,7 +44,7 @@ pub fn closed(mesh: &TriMesh, samples: &[u32], assignment: &[u32], faces: Vec<[u
     faces
 }
 
-/// The faces without those among the new ones that would be a third at an edge: two holes were given the same one.
+/// Removes new faces that would be the third one at an edge.
 fn without_third(n_vertices: usize, faces: Vec<[u32; 3]>, n_before: usize) -> Vec<[u32; 3]> {
     let mut goes = vec![false; faces.len()];
     for_each_edge(n_vertices, &faces, |_, half_edges| {
@@ -55,7 +55,7 @@ fn without_third(n_vertices: usize, faces: Vec<[u32; 3]>, n_before: usize) -> Ve
     faces.into_iter().filter(|_| goes.next() == Some(false)).collect()
 }
 
-/// Whether the mesh ends in the region of a vertex that is a sample, n_vertices.
+/// Marks samples in whose region the mesh has a boundary, n_vertices.
 fn ends_in_region(mesh: &TriMesh, samples: &[u32], assignment: &[u32]) -> Vec<bool> {
     let n = mesh.positions().len();
     let mut ends = vec![false; n];
@@ -68,7 +68,7 @@ fn ends_in_region(mesh: &TriMesh, samples: &[u32], assignment: &[u32]) -> Vec<bo
     ends
 }
 
-/// The faces that share an edge with another.
+/// Removes faces that share no edge with another.
 fn without_lone(n_vertices: usize, faces: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
     let mut is_joined = vec![false; faces.len()];
     for_each_edge(n_vertices, &faces, |_, half_edges| {
@@ -89,7 +89,7 @@ mod tests {
         (0..mesh.positions().len() as u32).collect()
     }
 
-    /// The faces but every so many.
+    /// Lists the faces except every `every`-th.
     fn holed(mesh: &TriMesh, every: usize) -> Vec<[u32; 3]> {
         let numbered = mesh.faces().iter().enumerate();
         numbered.filter(|(at, _)| at % every != 0).map(|(_, face)| *face).collect()

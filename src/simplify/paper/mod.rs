@@ -1,7 +1,4 @@
-//! The paper's pipeline from end to end: sample, connect, classify, assemble (Secs. 3.1 to 3.3 and 4).
-//!
-//! Vertices stay where they were in the input, unless they are placed afterwards. Nothing here promises a closed surface; what
-//! closes it comes after the network.
+//! The paper's pipeline: sample, connect, classify, assemble (Secs. 3.1 to 3.3 and 4). The result need not be closed.
 
 mod assembly;
 mod assignment;
@@ -24,42 +21,38 @@ use crate::model::{
 };
 use std::sync::Arc;
 
-/// A simplified mesh over vertices of the input.
+/// Simplified mesh over vertices of the input.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PaperResult {
-    /// The sampled vertices of the input, ascending; some may be on no face.
+    /// Sampled vertices of the input, ascending; some may be on no face.
     pub vertices: Vec<u32>,
-    /// Their positions: those of the input, unless they were placed.
+    /// Positions of these vertices: those of the input, unless they were placed.
     pub positions: Vec<[f32; 3]>,
-    /// n_faces x 3 vertices of the input, each edge on at most two faces.
+    /// Vertices of the input at the corners, n_faces x 3; each edge has at most two faces.
     pub faces: Vec<[u32; 3]>,
 }
 
-/// One simplification by the paper's assembly.
 #[derive(Clone, Copy)]
 pub(super) struct PaperRun<'a> {
-    /// Vertices to keep.
     pub n_target_vertices: usize,
-    /// The network.
     pub weights: &'a Weights,
-    /// Seed of the samples.
     pub seed: u64,
     /// Closes the holes that the network leaves.
     pub close: bool,
-    /// Samples once more by the errors of regions, and places vertices at the minimum of their region's quadric.
+    /// Samples again by the errors of regions, and moves vertices to the minimum of their region's quadric.
     pub place: bool,
 }
 
-/// What the stages before the assembly found.
+/// Results of the stages before the assembly.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PaperStages {
-    /// One score per input vertex.
+    /// Score of each input vertex.
     pub scores: Vec<f32>,
-    /// The sampled vertices of the input, ascending.
+    /// Sampled vertices of the input, ascending.
     pub samples: Vec<u32>,
-    /// For each input vertex its sample, or [`NO_SAMPLE`].
+    /// Sample of each input vertex, or [`NO_SAMPLE`].
     pub assignment: Vec<u32>,
-    /// The mesh between the regions of the samples.
+    /// Mesh between the regions of the samples.
     pub quotient: Quotient,
     /// G_ext, S and A_s.
     pub edges: PredictedEdges,
@@ -70,8 +63,7 @@ pub struct PaperStages {
 /// Simplifies a mesh as the paper does: `n_target_vertices` of its vertices stay, at their positions.
 ///
 /// # Errors
-/// [`SimplifyError::Empty`] for a mesh without faces, [`SimplifyError::NothingKept`] where no face is above one half,
-/// [`SimplifyError::Interrupted`] when `progress` breaks.
+/// [`SimplifyError::Empty`], [`SimplifyError::NothingKept`] or [`SimplifyError::Interrupted`].
 ///
 /// ```
 /// use neural_mesh::{mesh::TriMesh, model::Weights, simplify::{SimplifyError, paper::simplify_paper}};
@@ -94,7 +86,7 @@ pub fn simplify_paper(
     run_with_listener(progress, &PAPER, |progress| simplified(mesh, &run, progress))
 }
 
-/// Simplifies as [`simplify_paper`] does, within a run; then closes holes and places vertices where that is asked for.
+/// Simplifies as [`simplify_paper`] does, within a run; then closes holes and places vertices on request.
 pub(super) fn simplified(mesh: &TriMesh, run: &PaperRun, progress: Progress) -> Result<PaperResult, SimplifyError> {
     let stages = stages(mesh, run, progress)?;
     progress.enter("assemble", 1)?;
@@ -116,7 +108,7 @@ pub(super) fn simplified(mesh: &TriMesh, run: &PaperRun, progress: Progress) -> 
 /// Runs the stages before the assembly; see [`simplify_paper`].
 ///
 /// # Errors
-/// [`SimplifyError::Empty`] for a mesh without faces, [`SimplifyError::Interrupted`] when `progress` breaks.
+/// [`SimplifyError::Empty`] or [`SimplifyError::Interrupted`].
 ///
 /// ```
 /// use neural_mesh::{mesh::TriMesh, model::Weights, simplify::paper::paper_stages};
@@ -184,7 +176,6 @@ mod tests {
     use std::f32::consts::TAU;
     use std::ops::ControlFlow;
 
-    /// A torus of n x m quads, each cut in two.
     fn torus(n: u32, m: u32) -> TriMesh {
         let point = |i: u32| {
             let (u, v) = ((i / m) as f32 / n as f32 * TAU, (i % m) as f32 / m as f32 * TAU);

@@ -1,8 +1,5 @@
-//! Places vertices at the minimum of their region's quadric, and derives scores from the error that remains there.
-//!
-//! An option: the printed method keeps vertices where they are.
-//!
-//! A region's quadric sums squared distances to the planes of its faces (Garland and Heckbert 1997).
+//! Placement of vertices at the minimum of their region's quadric (Garland and Heckbert 1997), an addition to the
+//! paper.
 
 use super::NO_SAMPLE;
 use crate::geometry::Quadric;
@@ -12,19 +9,19 @@ use crate::mesh::half_edges::for_each_edge;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Pull of a vertex to its old position, as a share of its quadric's trace: along what is flat it stays where it was.
+/// Pull of a vertex to its old position, over its quadric's trace.
 const PULL: f64 = 1e-3;
 
-/// Weight of a boundary's lines relative to the planes of faces, so that the boundary keeps its shape.
+/// Weight of a boundary's lines relative to the planes of faces.
 const BOUNDARY: f64 = 10.0;
 
-/// Least remaining error that counts, as a share of the mean: flat regions are as good as those of that error.
+/// Least remaining error that counts, over the mean.
 const LEAST_ERROR: f64 = 0.1;
 
-/// Rounds in which vertices go back where faces around them have turned over.
+/// Rounds in which vertices of turned faces go back.
 const ROUNDS: usize = 4;
 
-/// The quadric of each region, about its sample, n_samples.
+/// Quadric of each region, about its sample.
 pub(super) struct RegionQuadrics<'a> {
     positions: &'a [[f32; 3]],
     samples: &'a [u32],
@@ -61,12 +58,11 @@ impl<'a> RegionQuadrics<'a> {
 
     /// Adds a third of the logarithm of each region's remaining error to the scores of its vertices.
     ///
-    /// On a surface of curvature c, a region of width h leaves an error that goes with c^2 h^6. Samples whose density changes
-    /// by the cube root of it come to have equal errors.
-    ///
     /// # Shapes
     /// - `assignment`, `scores` and the result: n_vertices
     pub(super) fn scores(&self, assignment: &[u32], scores: &[f32]) -> Vec<f32> {
+        // At curvature c a region of width h leaves an error of about c^2 h^6. So a density changed by the cube root of
+        // the error makes errors equal.
         let error = |quadric: &Quadric| quadric.value(minimum(quadric));
         let errors: Vec<f64> = self.quadrics.par_iter().map(error).collect();
         let mean = errors.iter().sum::<f64>() / errors.len().max(1) as f64;
@@ -81,7 +77,7 @@ impl<'a> RegionQuadrics<'a> {
         assignment.iter().zip(scores).map(of_vertex).collect()
     }
 
-    /// Moves every sample to the minimum of its quadric, but where faces around it would turn over.
+    /// Moves every sample to the minimum of its quadric, unless faces around it would turn over.
     ///
     /// # Shapes
     /// - `faces`: n_faces x 3 vertices of the mesh that are samples
@@ -102,7 +98,7 @@ impl<'a> RegionQuadrics<'a> {
     }
 }
 
-/// Returns the minimum of a quadric about the origin, pulled to it; the origin where there is none.
+/// Returns the minimum of a quadric, pulled to the origin; the origin if there is none.
 fn minimum(quadric: &Quadric) -> DVec3 {
     let pulled = quadric.with_point(DVec3::ZERO, PULL * quadric.trace());
     pulled.minimum().map_or(DVec3::ZERO, |(x, _)| x)
@@ -126,7 +122,7 @@ mod tests {
     use super::*;
     use crate::mesh::shapes;
 
-    /// A cube whose sides are grids, and samples near its corners, each with the region nearest to it.
+    /// Assigns each vertex to the nearest of some samples.
     fn grid_and_regions(mesh: &TriMesh, samples: &[u32]) -> Vec<u32> {
         let distance2 = |v: u32, s: u32| point(mesh.positions(), v).distance_squared(point(mesh.positions(), s));
         let nearest =
@@ -148,7 +144,7 @@ mod tests {
         assert!(DVec3::from(placed[0].map(f64::from)).length() < 0.01, "{placed:?}");
     }
 
-    /// The three planes of the corner at the origin, seen from (1, 0, 0).
+    /// Sums the three planes of the corner at the origin, seen from (1, 0, 0).
     fn of_corner() -> Quadric {
         [DVec3::X, DVec3::Y, DVec3::Z]
             .into_iter()

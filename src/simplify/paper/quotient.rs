@@ -1,31 +1,31 @@
-//! What the mesh says of its samples once every vertex belongs to one: edges, triangles and normals between regions.
+//! Edges, triangles and normals between the regions of the samples.
 
 use super::NO_SAMPLE;
 use crate::geometry::triangle::area_normal_f64;
 use crate::linalg::Csr;
 use glam::DVec3;
 
-/// The mesh seen through its assignment.
+/// Relations between the regions of an assignment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quotient {
-    /// n_samples x n_samples: which regions an edge of the mesh joins.
+    /// Regions joined by an edge of the mesh, n_samples x n_samples.
     pub edges: Csr,
-    /// Triangles that faces of the mesh span between three regions, each ascending, the list sorted, without repeats.
+    /// Triangles that faces of the mesh span between three regions, each ascending, sorted, without repeats.
     pub triangles: Vec<[u32; 3]>,
-    /// For each triangle how many more faces turn like its ascending corners than against them.
+    /// For each triangle, number of faces that turn like its ascending corners, less those that turn against them.
     pub turns: Vec<i32>,
-    /// For each sample the sum of the area normals of the faces at its region, each face a third per corner.
+    /// Sum of the area normals of the faces at each sample's region, a third per corner.
     pub normals: Vec<DVec3>,
 }
 
-/// Reads edges, triangles and normals between regions off the mesh.
+/// Finds edges, triangles and normals between the regions.
 ///
 /// # Shapes
 /// - `positions`: n x 3, `faces`: n_faces x 3
 /// - `assignment`: n samples, below `n_samples` or [`NO_SAMPLE`]
 ///
 /// # Panics
-/// When an index is out of range.
+/// If an index is out of range.
 ///
 /// ```
 /// use neural_mesh::simplify::paper::quotient;
@@ -55,7 +55,7 @@ pub fn quotient(positions: &[[f32; 3]], faces: &[[u32; 3]], assignment: &[u32], 
     Quotient { edges, triangles, turns, normals }
 }
 
-/// Three different corners in ascending order, and 1 where that turns the same way, -1 where not.
+/// Sorts three different corners; also returns 1 if that keeps their direction, else -1.
 fn ascending([a, b, c]: [u32; 3]) -> Option<([u32; 3], i32)> {
     if a == b || b == c || c == a {
         return None;

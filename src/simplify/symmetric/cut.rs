@@ -1,4 +1,4 @@
-//! Cutting a mesh along the mirror plane and keeping the half above it.
+//! The half of a mesh above the mirror plane.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -23,10 +23,10 @@ enum PlaneSide {
     Below,
 }
 
-/// Cuts a mesh with its attributes and its importance (n_vertices, or empty).
+/// Cuts a mesh along the plane and keeps the half above it.
 ///
 /// # Errors
-/// [`SimplifyError::InMirrorPlane`] where faces lie in the plane; [`SimplifyError::Empty`] where nothing lies above it.
+/// [`SimplifyError::InMirrorPlane`] if faces are in the plane; [`SimplifyError::Empty`] if nothing is above it.
 pub(super) fn cut(
     (mesh, attributes, importance): (&TriMesh, Attributes, &[f32]),
     plane: &ImagePlane,
@@ -39,7 +39,7 @@ pub(super) fn cut(
         0 => {}
         n => return Err(SimplifyError::InMirrorPlane(n)),
     }
-    // The share of the way at which an edge crosses the plane, from its heights.
+    // The share of an edge's length at which the edge crosses the plane.
     let crossing = |a: u32, b: u32| {
         let [x, y] = [a, b].map(|v| plane.height(mesh.positions()[v as usize]).abs());
         let crosses = [PlaneSide::Above, PlaneSide::Below]
@@ -75,8 +75,7 @@ struct Sheet {
 }
 
 impl Sheet {
-    /// Cuts each face where `split` says, a share of the way from the edge's smaller vertex, and drops corners that are
-    /// not kept.
+    /// Cuts edges at the share that `split` returns, from the smaller vertex, and drops corners that are not kept.
     fn refine(&mut self, split: &dyn Fn(u32, u32) -> Option<f32>, is_kept: &dyn Fn(u32) -> bool) {
         let before = std::mem::take(&mut self.faces);
         let rows = std::mem::take(&mut self.attributes.wedges);
@@ -129,7 +128,7 @@ impl Sheet {
         if self.attributes.channels.is_empty() {
             return (vertex, 0);
         }
-        // Wedges are split apart from vertices: a seam keeps two values at the new vertex.
+        // Wedges are split separately: at a seam the new vertex has two values.
         let wedge = *wedges.entry([a.1, b.1]).or_insert_with(|| {
             self.attributes.channels.iter_mut().for_each(|channel| add_between(channel, [a.1, b.1], t));
             self.attributes.n_wedges() as u32 - 1
@@ -137,7 +136,6 @@ impl Sheet {
         (vertex, wedge)
     }
 
-    /// Splits interior edges with both ends on the plane: such an edge would coincide with its image.
     fn split_bridges(&mut self, on_plane: &[bool]) -> Result<(), SimplifyError> {
         let mesh = TriMesh::new(self.positions.clone(), self.faces.clone()).map_err(|_| SimplifyError::Overflow)?;
         let bridges = edges(&mesh).into_iter().filter(|edge| edge.n_faces() > 1);
@@ -149,14 +147,13 @@ impl Sheet {
         Ok(())
     }
 
-    /// Removes the vertices below the plane and moves all others to positions with exact images.
     fn into_half(self, plane: &ImagePlane, on_plane: &[bool]) -> Result<HalfMesh, SimplifyError> {
         if self.faces.is_empty() {
             return Err(SimplifyError::Empty);
         }
         let (mesh, sources) = compact(&self.positions, self.faces).map_err(|_| SimplifyError::Overflow)?;
         let flags: Vec<bool> = sources.iter().map(|&v| on_plane[v as usize]).collect();
-        // A vertex belongs to the cut only if it has a boundary edge there.
+        // A vertex is on the cut only if it has a boundary edge there.
         let along_cut = edges(&mesh).into_iter().filter(|edge| edge.n_faces() == 1);
         let mut on_plane = vec![false; flags.len()];
         let along_cut = along_cut.filter(|edge| edge.ends.iter().all(|&v| flags[v as usize]));

@@ -1,4 +1,4 @@
-//! Attributes of both halves on the corners of one: the values of each corner, followed by those of its image.
+//! Attributes of both halves on the corners of one.
 
 use rustc_hash::FxHashMap;
 
@@ -8,7 +8,7 @@ use super::mirror_pairs::MirrorPairs;
 
 pub(super) type GroupPairs = Vec<[u32; 2]>;
 
-/// Doubles all channels: once for the corner, once for its image. Groups become numbers of pairs.
+/// Doubles all channels: for the corner and for its image. Groups become numbers of pairs.
 pub(super) fn double_attributes(attributes: &Attributes, pairs: &MirrorPairs) -> (Attributes, GroupPairs) {
     // The face at the image of a face's first corner.
     let image_face = |f: usize| pairs.corners[3 * f] / 3;
@@ -18,7 +18,7 @@ pub(super) fn double_attributes(attributes: &Attributes, pairs: &MirrorPairs) ->
     let mut wedge_pairs = PairNumbers::default();
     let corner = |wedges: &[[u32; 3]], c: u32| wedges[c as usize / 3][c as usize % 3];
     let images = pairs.corners.chunks_exact(3);
-    // Wedges become pairs of own and image wedge: a seam of either side splits them.
+    // Wedges become pairs of own and image wedge, so a seam on either side splits them.
     let wedges = attributes.wedges.iter().zip(images).map(|(own, images)| {
         std::array::from_fn(|k| wedge_pairs.number([own[k], corner(&attributes.wedges, images[k])]))
     });
@@ -36,7 +36,7 @@ pub(super) fn double_attributes(attributes: &Attributes, pairs: &MirrorPairs) ->
     (Attributes { wedges, channels: channels.collect(), groups }, group_pairs.rows)
 }
 
-/// Adds a channel that tells whether a wedge on the plane and its image are one: 1, or 0 at a seam along the plane.
+/// Adds a channel that is 0 if a wedge on the plane differs from its image, else 1.
 pub(super) fn add_joints(attributes: &mut Attributes, faces: &[[u32; 3]], on_plane: &[bool]) {
     if attributes.channels.is_empty() {
         return;
@@ -53,7 +53,6 @@ pub(super) fn add_joints(attributes: &mut Attributes, faces: &[[u32; 3]], on_pla
     attributes.channels.push(Channel { name: "joints".into(), role: Role::Other, width: 1, values });
 }
 
-/// Pairs numbered in order of first use.
 #[derive(Default)]
 struct PairNumbers {
     rows: Vec<[u32; 2]>,

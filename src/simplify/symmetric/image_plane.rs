@@ -1,19 +1,15 @@
 //! Mirror planes and exact images in them.
-//!
-//! About 0 an image is a change of sign. Elsewhere the plane and the coordinate across it lie on a grid as fine as
-//! single precision at the ends of the mesh, so that images are exact.
 
 use crate::mesh::{Frame, TriMesh};
 use crate::simplify::Axis;
 use crate::simplify::options::{MirrorPlane, Symmetry};
 use crate::spatial::nearest_to;
 
-/// Largest distance between a vertex and another's image, over the diagonal. Of 25 training meshes five are symmetric
-/// at this and at 1e-3, four at 1e-5, three at 1e-6.
+/// Largest distance between a vertex and another's image, over the diagonal.
+// Of 25 training meshes five are symmetric at this and at 1e-3, four at 1e-5, three at 1e-6.
 const SAME: f64 = 1e-4;
 const SAMPLES: usize = 4096;
 
-/// Mirror plane in the coordinates of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ImagePlane {
     pub axis: usize,
@@ -22,9 +18,9 @@ pub(super) struct ImagePlane {
 }
 
 impl ImagePlane {
-    /// Snaps a plane to the grid; coordinates of the mesh along the axis are at most `reach`.
+    /// Snaps a plane to a grid that reaches to coordinates of size `reach`.
     fn new(axis: usize, at: f64, reach: f64) -> Self {
-        // A grid of two bits less than single precision at the farthest coordinate.
+        // On a grid of two bits less than single precision at the farthest coordinate, images are exact.
         let step = (reach.max(at.abs()).max(f64::from(f32::MIN_POSITIVE)).log2().floor() - 21.0).exp2();
         Self { axis, at: ((at / step).round() * step) as f32, step }
     }
@@ -33,14 +29,14 @@ impl ImagePlane {
         f64::from(p[self.axis]) - f64::from(self.at)
     }
 
-    /// Returns the image of a point; exact for points snapped by [`Self::snap`].
+    /// Returns the image of a point; exact for points from [`Self::snap`].
     pub fn image(&self, mut p: [f32; 3]) -> [f32; 3] {
         p[self.axis] = (2.0 * f64::from(self.at) - f64::from(p[self.axis])) as f32;
         p
     }
 
     pub fn snap(&self, mut p: [f32; 3], on_plane: bool) -> [f32; 3] {
-        // Off the plane a vertex stays at least a step above it, or it would meet its image.
+        // A vertex off the plane stays at least a step above it, so that it does not meet its image.
         let height = self.height(p).max(self.step);
         p[self.axis] = match on_plane {
             true => self.at,
@@ -59,7 +55,7 @@ impl ImagePlane {
     }
 }
 
-/// Finds the candidate planes in which most vertices have an image, or returns the given one.
+/// Finds the candidate planes in which most vertices have an image.
 pub(super) fn find_planes(mesh: &TriMesh, symmetry: Symmetry, frame: &Frame) -> Vec<ImagePlane> {
     let across = |axis: Axis| candidates(mesh, axis.index(), frame);
     let mut planes: Vec<ImagePlane> = match symmetry {
@@ -71,7 +67,6 @@ pub(super) fn find_planes(mesh: &TriMesh, symmetry: Symmetry, frame: &Frame) -> 
             vec![ImagePlane::new(axis, at - frame.origin[axis], low.abs().max(high.abs()))]
         }
     };
-    // Several planes may fit equally well: all are tried.
     let count_imaged = count_imaged(mesh, &planes);
     let most = count_imaged.iter().max();
     let mut are_best = count_imaged.iter().map(|n| Some(n) == most);

@@ -1,4 +1,4 @@
-//! Joining a half and its image along the vertices on the plane.
+//! Joining a half and its image.
 
 use crate::mesh::{Attributes, Channel, Frame, TriMesh};
 use crate::simplify::SimplifyError;
@@ -47,14 +47,14 @@ fn reverse_winding([a, b, c]: [u32; 3]) -> [u32; 3] {
     [a, c, b]
 }
 
-/// Splits doubled attributes between the halves; wedges that are one on the plane take the mean of both.
+/// Splits doubled attributes between the halves; shared wedges on the plane take the mean of both.
 fn split_attributes(attributes: Attributes, mesh: &TriMesh, on_plane: &[bool], pairs: &GroupPairs) -> Attributes {
     let of_side = |side: usize| attributes.groups.iter().map(move |&pair| pairs[pair as usize][side]);
     let groups = of_side(0).chain(of_side(1)).collect();
     let Some((joints, twofold)) = attributes.channels.split_last() else {
         return Attributes { groups, ..Attributes::default() };
     };
-    // The last channel tells where own and image wedges are one.
+    // The last channel marks where own and image wedges are one.
     let (own, images) = twofold.split_at(twofold.len() / 2);
     let n_wedges = attributes.n_wedges() as u32;
     let mut is_one = vec![false; n_wedges as usize];
@@ -73,7 +73,6 @@ fn split_attributes(attributes: Attributes, mesh: &TriMesh, on_plane: &[bool], p
     Attributes { wedges, channels, groups }
 }
 
-/// Returns the wedge values of one half, then those of the other that are not shared.
 fn join_channel(own: &Channel, image: &Channel, is_one: &[bool]) -> Channel {
     let mut values = Vec::with_capacity(2 * own.values.len());
     for (wedge, &is_one) in (0u32..).zip(is_one) {

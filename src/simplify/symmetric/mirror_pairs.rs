@@ -9,10 +9,9 @@ use crate::spatial::nearest_to;
 use super::image_plane::{ImagePlane, is_within, tolerance};
 use super::unpaired_faces::{ascending, count_unpaired};
 
-/// Mirror images of all vertices and corners.
 pub(super) struct MirrorPairs {
     pub vertices: Vec<u32>,
-    /// Corner at the image of each corner (`3 * face + corner`).
+    /// Corner (`3 * face + corner`) at the image of each corner.
     pub corners: Vec<u32>,
 }
 
@@ -31,7 +30,7 @@ impl MirrorPairs {
         if n_alone > 0 {
             return Err(refused(n_alone, 0));
         }
-        // Vertices first: without their images, faces have none either.
+        // Vertices are checked first: without their images, faces have none.
         let n_alone = count_unpaired(mesh, plane, &vertices, tolerance);
         if n_alone > 0 {
             return Err(refused(0, n_alone));
@@ -46,7 +45,6 @@ struct Images<'a> {
     mesh: &'a TriMesh,
     vertices: &'a [u32],
     faces: FxHashMap<[u32; 3], u32>,
-    /// Half-edge (`3 * face + corner`) between two vertices, the first of several.
     half_edges: FxHashMap<[u32; 2], u32>,
     corner_at: Vec<u32>,
 }
@@ -55,7 +53,7 @@ impl<'a> Images<'a> {
     fn new(mesh: &'a TriMesh, vertices: &'a [u32]) -> Self {
         let (mut faces, mut half_edges) = (FxHashMap::default(), FxHashMap::default());
         let mut corner_at = vec![0; mesh.positions().len()];
-        // In reverse, so that the first of several faces wins.
+        // In reverse order, so that the first of several faces stays.
         for (f, face) in (0..mesh.faces().len() as u32).zip(mesh.faces()).rev() {
             faces.insert(ascending(*face), f);
             for k in 0..3 {

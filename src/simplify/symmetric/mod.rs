@@ -1,7 +1,4 @@
-//! Mirrored results of symmetric meshes: one half is simplified, open along the plane, and joined with its image.
-//!
-//! No edge but those of the cut joins two vertices on the plane, so manifold halves make a manifold. Positions and
-//! faces are exact images; each half keeps its own attributes.
+//! Symmetric results: one half is simplified, open along the plane, and joined with its image.
 
 mod cut;
 mod doubled_attributes;
@@ -27,7 +24,7 @@ use image_plane::ImagePlane;
 use joined_halves::SimplifiedHalf;
 use mirror_pairs::MirrorPairs;
 
-/// Simplifies a symmetric mesh to several sizes, each no larger than the one before, with one collapse of a half.
+/// Simplifies a symmetric mesh to several sizes with one collapse of a half.
 pub(super) fn simplify_symmetric(
     input: &Input,
     weights: Option<&Weights>,
@@ -49,20 +46,20 @@ pub(super) fn simplify_symmetric(
     doubled_attributes::add_joints(&mut half.attributes, half.mesh.faces(), &half.on_plane);
     let mut of_half = Input::bare(&half.mesh);
     (of_half.attributes, of_half.importance) = (&half.attributes, &half.importance);
-    // Sizes are those of the whole: the collapse counts both halves.
+    // Sizes are those of the whole mesh: the collapse counts both halves.
     let task = Task { half: Some(Half { axis: plane.axis, on_plane: &half.on_plane }), ..*task };
     let halves = simplify_closed(&of_half, weights, &task, &TargetSizes { limits: &limits, n_settled: 0 }, progress)?;
     halves.into_iter().map(|half| join_halves(half, &plane, &groups, task.options)).collect()
 }
 
-/// Finds the first candidate plane about which the mesh is symmetric, with all mirror images.
+/// Finds the first candidate plane about which the mesh is symmetric.
 fn find_mirror_plane(
     mesh: &TriMesh,
     symmetry: Symmetry,
     frame: &Frame,
 ) -> Result<(ImagePlane, MirrorPairs), SimplifyError> {
     let mut refused = None;
-    // The first plane that works; its error is reported if none does.
+    // If no plane works, the error of the first one is reported.
     for plane in image_plane::find_planes(mesh, symmetry, frame) {
         match MirrorPairs::new(mesh, &plane, frame) {
             Ok(pairs) => return Ok((plane, pairs)),
@@ -101,7 +98,7 @@ fn join_halves(
     let Closed { mesh, attributes, report, on_plane, .. } = half;
     let half = SimplifiedHalf { mesh: &mesh, attributes, on_plane: &on_plane };
     let (mesh, attributes, separated_vertices) = joined_halves::join_half(half, plane, groups, &options.frame)?;
-    // Most counts are of one half; those of the whole mesh are taken again.
+    // Most counts are those of one half; components and duplicates are counted in the whole mesh.
     let report = Report {
         separated_vertices,
         components_at_minimum: count_components(Pulse::NONE, &mesh).1,

@@ -1,7 +1,4 @@
-//! Faces without a mirror image, in a mesh whose vertices all have one.
-//!
-//! Quads and polygons may be cut in different ways. Unmatched faces must together cover the region that their images
-//! cover, and a boundary must be the image of a boundary.
+//! Faces without a mirror image.
 
 use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -12,7 +9,7 @@ use crate::spatial::FaceTree;
 
 use super::image_plane::ImagePlane;
 
-/// Counts faces or boundary edges without an image within `tolerance`; `vertices` holds the image of each vertex.
+/// Counts faces or boundary edges without an image; `vertices` holds the image of each vertex.
 pub(super) fn count_unpaired(mesh: &TriMesh, plane: &ImagePlane, vertices: &[u32], tolerance: f64) -> usize {
     let places = WeldedFaces::new(mesh, vertices);
     let images = ImagePoints { positions: mesh.positions(), plane, tolerance };
@@ -43,10 +40,11 @@ impl WeldedFaces {
 
     /// Finds the faces without an image, neither a single face nor several together.
     fn unpaired_faces(&self) -> Vec<u32> {
+        // The two sides may cut a quad or polygon differently, so faces may match only together.
         let known: FxHashSet<[u32; 3]> = self.faces.iter().copied().map(ascending).collect();
         let is_other = |f: &u32| !known.contains(&ascending(self.images[*f as usize]));
         let mut others: Vec<u32> = (0..self.faces.len() as u32).filter(is_other).collect();
-        // Where unmatched faces and their images cover one region, each edge around it occurs once among each.
+        // If unmatched faces and their images cover one region, each edge around it occurs once among each.
         let mut odd = FxHashSet::default();
         for &f in &others {
             for edge in edges_of(self.faces[f as usize]).into_iter().chain(edges_of(self.images[f as usize])) {
@@ -55,7 +53,7 @@ impl WeldedFaces {
                 }
             }
         }
-        // An image all of whose edges exist crosses no diagonal: it is a missing face.
+        // An image whose edges all exist crosses no diagonal, so a face is missing there.
         let is_edge: FxHashSet<[u32; 2]> = match others[..] {
             [] => FxHashSet::default(),
             _ => self.faces.iter().flat_map(|&face| edges_of(face)).collect(),
@@ -92,14 +90,13 @@ struct ImagePoints<'a> {
 }
 
 impl ImagePoints<'_> {
-    /// Counts the selected triangles whose centroid has its image on no triangle.
     fn count_off(&self, triangles: &[[u32; 3]], some: &[u32]) -> usize {
         if some.is_empty() {
             return 0;
         }
         let tree = FaceTree::new(self.positions, triangles);
         let is_off = |number: &&u32| {
-            // One point per triangle suffices: unmatched faces together cover what their images cover.
+            // One point per triangle suffices, since unmatched faces together cover what their images cover.
             let triangle = triangles[**number as usize];
             let corners = triangle.map(|v| DVec3::from(self.plane.image(self.positions[v as usize]).map(f64::from)));
             let middle = corners.iter().sum::<DVec3>() / 3.0;

@@ -1,8 +1,8 @@
-//! Blending of corner values according to their role.
+//! Blending of corner values by role.
 
 use crate::mesh::Role;
 
-/// Length of a mean of unit vectors below which its direction is rounding.
+/// Length of a mean of unit vectors below which its direction is noise.
 const LEAST_LENGTH: f32 = 1e-6;
 
 pub fn blend(role: Role, corners: [&[f32]; 3], weights: [f32; 3], out: &mut [f32]) {
@@ -25,7 +25,7 @@ pub fn blend(role: Role, corners: [&[f32]; 3], weights: [f32; 3], out: &mut [f32
 
 fn blend_numbers(corners: [&[f32]; 3], weights: [f32; 3], out: &mut [f32]) {
     for (i, out) in out.iter_mut().enumerate() {
-        // Values of weight 0 must not count, even if they are not numbers.
+        // Values of weight 0 must not count, since they may not be numbers.
         let terms = (0..3).filter(|&k| weights[k] > 0.0).map(|k| weights[k] * corners[k][i]);
         *out = terms.sum();
     }
@@ -44,7 +44,7 @@ fn heaviest(weights: [f32; 3]) -> usize {
     (0..3).max_by(|&i, &j| weights[i].total_cmp(&weights[j])).unwrap_or(0)
 }
 
-/// Sums the weights of each joint and keeps the heaviest, with the total unchanged.
+/// Sums the weights of each joint and keeps the heaviest; the total stays.
 fn blend_joints(corners: [&[f32]; 3], weights: [f32; 3], out: &mut [f32]) {
     let n = out.len() / 2;
     let mut joints: Vec<(f32, f32)> = Vec::new();
@@ -56,7 +56,6 @@ fn blend_joints(corners: [&[f32]; 3], weights: [f32; 3], out: &mut [f32]) {
             }
         }
     }
-    // The total weight is preserved when light joints are dropped.
     let whole: f32 = joints.iter().map(|(_, weight)| weight).sum();
     joints.sort_by(|x, y| y.1.total_cmp(&x.1).then(x.0.total_cmp(&y.0)));
     joints.retain(|(_, weight)| *weight > 0.0);

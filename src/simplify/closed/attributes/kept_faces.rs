@@ -1,7 +1,4 @@
-//! Faces that come back unchanged.
-//!
-//! Their vertices are locked and their edges held, so each is a face of the result; its corners get the values of the
-//! mesh, bit for bit.
+//! Faces that come back unchanged with their corner values.
 
 use std::collections::hash_map::Entry;
 
@@ -16,11 +13,10 @@ use crate::simplify::closed::output::Output;
 pub struct KeptFace {
     pub face: u32,
     pub source: u32,
-    /// Corner of the mesh face at each corner.
     pub corners: [u8; 3],
 }
 
-/// Finds the kept faces of a mesh in the output; `is_kept` marks mesh faces, or is empty.
+/// Finds the kept faces in the output; `is_kept` marks mesh faces, or is empty.
 pub fn find_kept(original: &Original, output: &Output, is_kept: &[bool]) -> Vec<KeptFace> {
     let surface = &original.surface;
     let became = |face: u32| surface.faces[face as usize].map(|v| output.vertex_of[v as usize]);
@@ -31,7 +27,7 @@ pub fn find_kept(original: &Original, output: &Output, is_kept: &[bool]) -> Vec<
         return Vec::new();
     }
     let found = |(face, &corners): (u32, &[u32; 3])| {
-        // A face of a one-sided surface may have been reached from its other side.
+        // On a one-sided surface the face may have been reached from its other side.
         let [a, b, c] = corners;
         let source = source_of.get(&smallest_first([a, b, c])).or_else(|| source_of.get(&smallest_first([a, c, b])))?;
         let of_mesh = original.mesh.faces()[*source as usize];
@@ -46,9 +42,7 @@ pub fn find_kept(original: &Original, output: &Output, is_kept: &[bool]) -> Vec<
     (0u32..).zip(output.faces()).filter_map(found).collect()
 }
 
-/// Gives the corners of kept faces their values in the mesh, `own`.
-///
-/// Their wedge follows; it is split where kept corners disagree.
+/// Gives corners of kept faces their values in the mesh, `own`; splits wedges where these differ.
 pub fn restore(carried: &mut Attributes, own: &Attributes, kept: &[KeptFace]) {
     if own.channels.is_empty() || carried.channels.is_empty() {
         return;
@@ -59,7 +53,7 @@ pub fn restore(carried: &mut Attributes, own: &Attributes, kept: &[KeptFace]) {
     for &KeptFace { face, source, corners } in kept {
         for (wedge, corner) in carried.wedges[face as usize].iter_mut().zip(corners) {
             let own_wedge = own.wedges[source as usize][usize::from(corner)];
-            // The first value claims the wedge, equal ones share it, others get a new wedge.
+            // The first value takes the wedge, equal values share it, others get a new wedge.
             match source_of.entry(*wedge) {
                 Entry::Vacant(free) => _ = free.insert(own_wedge),
                 Entry::Occupied(taken) if are_alike(own, *taken.get(), own_wedge) => {}

@@ -1,8 +1,6 @@
-//! Least-squares fit of corner normals to the shading of the original.
+//! Least-squares fit of corner normals to the original's shading.
 //!
-//! A renderer normalises the blend `b` of three unit normals. With the original's normal `n`, the fit minimises the sum
-//! of `|b - |b| n|^2` over points of all faces. Each damped step (`values`) aims at the last `|b| n` and ends with unit
-//! length.
+//! Minimises `|b - |b| n|^2` over the faces, for the blend `b` of three unit normals and the original's normal `n`.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -11,27 +9,24 @@ use crate::mesh::{Channel, Role};
 
 use super::values::{Fit, QUADRATURE, STEPS, System};
 
-/// Length of a blend below which its corners cancel out.
+/// Length of a blend below which its normals cancel out.
 const LEAST_LENGTH: f32 = 1e-6;
-/// Rounds that turn normals back to their faces.
 const TURNS: usize = 8;
-/// Cosine between a normal that was turned back and its face.
+/// Cosine between a normal after its turn and the face.
 const LEAST_COSINE: f32 = 0.02;
 
-/// Fits the channel of normals over the faces.
-///
-/// `nearest` has the values at the closest points, `original` those of the mesh at its `wedges`.
+/// Fits normals over the faces, from the values at the `nearest` points.
 pub fn fit_normals(fit: &Fit, nearest: Channel, original: &Channel, wedges: &[[u32; 3]]) -> Channel {
     let target = fit.target_values(original, wedges);
     if nearest.width != 3 || nearest.values.iter().chain(&target).any(|x| !x.is_finite()) {
         return nearest;
     }
-    // Here every normal is its own unknown: wedges that share one were joined before.
+    // Every normal is its own unknown: wedges that share one were joined before.
     let one: Vec<u32> = (0..fit.wedges.vertices.len() as u32).collect();
     let mut system = System { diagonal: fit.diagonal(&one), target: target.clone(), one };
     let mut values = nearest.values.clone();
     for _ in 0..STEPS {
-        // The target's length follows the blend, or corners would be pulled to a wrong length.
+        // The target's length follows the blend, or corners would be pulled to another length.
         scale_to_blends(&mut system.target, &target, &values, fit.wedges.of_faces);
         fit.step(&mut values, &nearest, &system);
         normalise_rows(&mut values, &nearest.values);
@@ -65,13 +60,11 @@ fn normalise_rows(values: &mut [f32], nearest: &[f32]) {
 }
 
 /// Turns normals that oppose a face of their wedge back by the smallest angle.
-///
-/// A normal that no small turn brings back becomes its nearest value.
 fn turn_back(values: &mut [f32], nearest: &[f32], of_faces: &[[u32; 3]], area_normals: &[Vec3]) {
     for _ in 0..TURNS {
         let mut is_turned = false;
         for_each_turned(values, nearest, of_faces, area_normals, |normal, wedge, face| {
-            // Along the face's normal only, to a small angle above the face.
+            // Only along the face's normal, to a small angle above the face.
             let turned = normal + face * (row(nearest, wedge).dot(face).min(LEAST_COSINE) - normal.dot(face));
             is_turned = true;
             turned.try_normalize().unwrap_or(normal)
@@ -80,10 +73,10 @@ fn turn_back(values: &mut [f32], nearest: &[f32], of_faces: &[[u32; 3]], area_no
             return;
         }
     }
+    // Normals that no small turn brings back become their nearest values.
     for_each_turned(values, nearest, of_faces, area_normals, |_, wedge, _| row(nearest, wedge));
 }
 
-/// Replaces normals that oppose a face of their wedge although their nearest value does not.
 fn for_each_turned(
     values: &mut [f32],
     nearest: &[f32],
@@ -95,7 +88,7 @@ fn for_each_turned(
         let face = face.normalize_or_zero();
         for &wedge in wedges {
             let normal = row(values, wedge);
-            // Where the nearest value opposes the face too, the original is like that.
+            // If the nearest value opposes the face as well, so does the original.
             if normal.dot(face) <= 0.0 && row(nearest, wedge).dot(face) > 0.0 {
                 values[3 * wedge as usize..][..3].copy_from_slice(&replace(normal, wedge, face).to_array());
             }
@@ -107,7 +100,7 @@ fn row(values: &[f32], wedge: u32) -> Vec3 {
     Vec3::from_slice(&values[3 * wedge as usize..][..3])
 }
 
-/// Turns tangents perpendicular to their normals, keeping unit length and sign.
+/// Makes tangents perpendicular to their normals, keeping unit length and sign.
 pub fn straighten_tangents(channels: &mut [Channel], may_change: impl Fn(&usize) -> bool) {
     let is_normal = |channel: &&Channel| channel.role == Role::Normal && channel.width == 3;
     let Some(normals) = channels.iter().find(is_normal) else { return };

@@ -1,9 +1,7 @@
 //! Corners of the result: shared values and their origin on the original.
 //!
-//! Every output face comes from one input face, with corners in its three regions, and takes its group and its side of
-//! every seam. Faces around a vertex that meet over edges other than seams share a wedge, with the values at the
-//! closest point on its side. Texture coordinates and colours are then fitted (`values`). Wedges that no hard edge
-//! separates share one normal, looked up and fitted across other seams (`normals`).
+//! Every output face takes its group and its sides of seams from one input face. Faces around a vertex that meet at
+//! edges other than seams share a wedge.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -22,17 +20,15 @@ use super::values::{Fit, ResultWedges};
 const NONE: u32 = u32::MAX;
 
 pub struct ResultCorners {
-    /// Wedge of each corner, n_faces x 3; updated by flips.
     wedges: Vec<[u32; 3]>,
     origins: Vec<Vec<u32>>,
     vertices: Vec<u32>,
-    /// Number of each wedge's normal, shared by wedges that no hard edge separates.
+    /// Normal of each wedge, shared by wedges that no hard edge separates.
     normals: Vec<u32>,
 }
 
 impl ResultCorners {
-    /// Builds the corners of the collapse's output, whose faces begin with their smallest vertices; `vertex_of` names
-    /// the output vertex of each surface vertex.
+    /// Builds the corners of the collapse's output; `vertex_of` maps surface vertices to output vertices.
     pub fn new(
         original: &Original,
         attributes: &Attributes,
@@ -58,7 +54,7 @@ impl ResultCorners {
                 if !seams.contains(&edge) && group(f) == group(g) {
                     corners.iter().for_each(|[x, y]| _ = sets.union(*x, *y));
                 }
-                // Texture seams and material borders do not separate normals.
+                // Normals continue across texture seams and material borders.
                 if !hard.contains(&edge) {
                     corners.iter().for_each(|[x, y]| _ = smooth.union(*x, *y));
                 }
@@ -104,7 +100,7 @@ impl ResultCorners {
         [a, b].into_iter().any(|v| self.wedge_at(faces, f, v) != self.wedge_at(faces, g, v))
     }
 
-    /// Updates the wedges for a flip of `a b c` and `b a d` to `c d b` and `d c a`; precedes the update of the faces.
+    /// Updates the wedges for a flip of `a b c` and `b a d`, before the faces change.
     pub fn flip(&mut self, faces: &[[u32; 3]], [f, g]: [u32; 2], [a, b, c, d]: [u32; 4]) {
         let [wa, wb, wc] = [a, b, c].map(|v| self.wedge_at(faces, f, v));
         let wd = self.wedge_at(faces, g, d);
@@ -116,9 +112,6 @@ impl ResultCorners {
         self.wedges[f as usize][corner]
     }
 
-    /// Computes the final attributes for output vertices at `positions`.
-    ///
-    /// Pinned vertices and subsets keep the original's values.
     pub fn attributes(
         self,
         original: &Original,
@@ -126,13 +119,13 @@ impl ResultCorners {
         positions: &[Vec3],
         pins: &Pins,
     ) -> (Attributes, CornerMap) {
-        // Without groups all faces are alike and none are stored.
+        // Without groups none are stored.
         let groups = if attributes.groups.is_empty() { Vec::new() } else { self.groups(attributes) };
         let sides = original.sides_of_seams();
-        // The closest point gives values for all channels and the start of the fit.
+        // The closest points give values for all channels, and the start of the fit.
         let places = closest_points(&sides, &self.vertices, &self.origins, positions);
         let of_output = ResultWedges { of_faces: &self.wedges, vertices: &self.vertices, places: &places };
-        // Only values that a face interpolates are fitted; normals follow separately.
+        // Only values that a face interpolates are fitted; normals are fitted separately.
         let is_fitted = |channel: &Channel| matches!(channel.role, Role::Uv | Role::Colour | Role::MorphPosition);
         let fit = || Fit::new(&sides, of_output, positions, pins);
         let fit = (!pins.is_subset() && attributes.channels.iter().any(is_fitted)).then(fit);
@@ -146,11 +139,11 @@ impl ResultCorners {
         let mut channels: Vec<Channel> = attributes.channels.iter().map(channel).collect();
         drop(fit);
         if !pins.is_subset() && attributes.channels.iter().any(|channel| channel.role == Role::Normal) {
-            // Their search crosses texture seams and stops at hard edges.
+            // The search for normals crosses texture seams and stops at hard edges.
             let sides = sides.with_seams(original.features.hard_edges());
             self.fit_normals(&mut channels, attributes, &sides, positions, pins);
         }
-        // The map to the input names the same points.
+        // The map to the input contains the same points.
         let at_corners = self.wedges.iter().map(|wedges| wedges.map(|wedge| places[wedge as usize]));
         let (faces, weights) = at_corners.map(|at| (at.map(|p| p.face), at.map(|p| p.weights))).unzip();
         let wedges = if channels.is_empty() { Vec::new() } else { self.wedges };
@@ -166,7 +159,7 @@ impl ResultCorners {
         pins: &Pins,
     ) {
         let n_normals = self.normals.iter().max().map_or(0, |&most| most as usize + 1);
-        // Normals get wedges of their own: the union of those that share one.
+        // Wedges that share a normal are joined for this fit.
         let (mut origins, mut vertices) = (vec![Vec::new(); n_normals], vec![NONE; n_normals]);
         for (wedge, &normal) in self.normals.iter().enumerate() {
             origins[normal as usize].extend(&self.origins[wedge]);
@@ -207,11 +200,9 @@ impl ResultCorners {
 
 pub struct CornerMap {
     pub faces: Vec<[u32; 3]>,
-    /// Barycentric weights, n_faces x 3 x 3.
     pub weights: Vec<[[f32; 3]; 3]>,
 }
 
-/// Finds the input face of each output face: its corners became the output face's corners.
 fn find_source_faces(original: &Original, vertex_of: &[u32], faces: &[[u32; 3]]) -> Vec<u32> {
     // Output faces by their corners.
     let number: FxHashMap<[u32; 3], u32> = faces.iter().copied().zip(0..).collect();
@@ -230,7 +221,7 @@ fn find_source_faces(original: &Original, vertex_of: &[u32], faces: &[[u32; 3]])
     source_faces
 }
 
-/// Finds the closest original point to each wedge's vertex, on the wedge's side of seams.
+/// Finds the closest original point to each wedge, on its side of seams.
 fn closest_points(
     sides: &SidesOfSeams,
     vertices: &[u32],

@@ -1,7 +1,4 @@
-//! Least-squares fit of corner values to the original.
-//!
-//! The value at the closest point is right at the vertex alone; the fit minimises the squared difference over the
-//! faces, at quadrature points on each face's side of the seams.
+//! Least-squares fit of corner values to the original, at quadrature points on each face's side of the seams.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -15,8 +12,8 @@ use super::blend::blend;
 
 /// Quadrature points as barycentric weights, with their weights.
 ///
-/// They are exact for polynomials of degree four (Dunavant 1985,
-/// "High degree efficient symmetrical Gaussian quadrature rules for the triangle").
+/// Exact for degree four (Dunavant 1985, "High degree efficient symmetrical Gaussian quadrature rules for the
+/// triangle").
 pub(super) const QUADRATURE: [([f32; 3], f32); 6] = [
     ([0.108_103, 0.445_948_5, 0.445_948_5], 0.223_382),
     ([0.445_948_5, 0.108_103, 0.445_948_5], 0.223_382),
@@ -25,44 +22,38 @@ pub(super) const QUADRATURE: [([f32; 3], f32); 6] = [
     ([0.091_576, 0.816_848, 0.091_576], 0.109_952),
     ([0.091_576, 0.091_576, 0.816_848], 0.109_952),
 ];
-/// Weight of the value at the closest point, which makes the system regular. Twelve textured meshes: texture
-/// coordinates are 0.6 % farther at 0.08.
+/// Weight of the value at the closest point.
+// Twelve textured meshes: texture coordinates are 0.6 % farther at 0.08.
 const STAY: f32 = 0.02;
-/// Steps toward the minimum; all together leave 0.6 % of the error. 6 steps are 0.05 % worse, 24 no better.
+// Steps toward the minimum: together they leave 0.6 % of the error. 6 steps are 0.05 % worse, 24 no better.
 pub(super) const STEPS: usize = 12;
-/// Weight of a wedge below which its values stay: its inverse times any value must be finite.
+// Least weight of a wedge that is fitted: its inverse times any value must be finite.
 const LEAST: f32 = 1e-30;
-/// Damping of Jacobi's step. Eigenvalues over the diagonal are between 1/2 and 2 (Wathen 1987): at most 0.65 of an
-/// error remains.
+// Damping of Jacobi's step. Eigenvalues over the diagonal are between 1/2 and 2 (Wathen 1987): at most 0.65 of an error
+// remains.
 const DAMPED: f32 = 0.7;
 
-/// ResultWedges of a result.
+/// Wedges of the result with their points on the original.
 #[derive(Clone, Copy)]
 pub struct ResultWedges<'a> {
-    /// Wedges of the faces' corners, n_faces x 3.
     pub of_faces: &'a [[u32; 3]],
     pub vertices: &'a [u32],
-    /// Original point of each wedge.
     pub places: &'a [SurfacePoint],
 }
 
-/// Output faces with their quadrature points on the original.
 pub struct Fit<'a> {
     pub(super) wedges: ResultWedges<'a>,
     points: Vec<[SurfacePoint; QUADRATURE.len()]>,
-    /// Area normals of the faces, twice the area long.
     pub(super) area_normals: Vec<Vec3>,
-    /// Twice the areas of the faces.
     areas: Vec<f32>,
     pins: &'a Pins,
 }
 
 impl<'a> Fit<'a> {
-    /// Finds the original points at all quadrature points; output vertices are at `positions`.
     pub fn new(original: &SidesOfSeams, wedges: ResultWedges<'a>, positions: &[Vec3], pins: &'a Pins) -> Self {
         let corners = |of: &[u32; 3]| of.map(|wedge| positions[wedges.vertices[wedge as usize] as usize]);
         let look_up = |of: &[u32; 3]| {
-            // The search starts at the faces of the corners, so it stays on their side of the seams.
+            // The search starts at the faces of the corners, and so on their side of the seams.
             let starts = of.map(|wedge| wedges.places[wedge as usize].face);
             let [a, b, c] = corners(of);
             QUADRATURE.map(|(at, _)| original.closest_point(a * at[0] + b * at[1] + c * at[2], &starts))
@@ -73,9 +64,7 @@ impl<'a> Fit<'a> {
         Self { wedges, points, area_normals, areas, pins }
     }
 
-    /// Fits a channel over the faces; unchanged if some value is not a number.
-    ///
-    /// `nearest` has the values at the closest points, `original` those of the mesh at its `wedges`.
+    /// Fits a channel over the faces, from the values at the `nearest` points; unchanged if some value is not a number.
     pub fn values(&self, nearest: Channel, original: &Channel, wedges: &[[u32; 3]]) -> Channel {
         let target = self.target_values(original, wedges);
         if nearest.values.iter().chain(&target).any(|x| !x.is_finite()) {
@@ -105,7 +94,7 @@ impl<'a> Fit<'a> {
     /// Maps each wedge to the first one of equal values at its vertex.
     fn shared_wedges(&self, channel: &Channel) -> Vec<u32> {
         let mut order: Vec<u32> = (0..self.wedges.vertices.len() as u32).collect();
-        // Wedges grouped by vertex; within a group the first of equal values represents them.
+        // Wedges are grouped by vertex; in a group the first wedge of equal values represents them.
         order.sort_by_key(|&wedge| self.wedges.vertices[wedge as usize]);
         let mut one = vec![0; order.len()];
         for around in order.chunk_by(|&w, &x| self.wedges.vertices[w as usize] == self.wedges.vertices[x as usize]) {
@@ -130,7 +119,7 @@ impl<'a> Fit<'a> {
 
     pub(super) fn step(&self, values: &mut [f32], nearest: &Channel, System { target, one, diagonal }: &System) {
         let width = nearest.width;
-        // The residual starts with the pull to the nearest values, then each quadrature point adds its miss.
+        // The residual is the pull to the nearest values, and what every quadrature point misses.
         let mut rest: Vec<f32> = values.iter().zip(&nearest.values).map(|(now, before)| before - now).collect();
         rest.chunks_exact_mut(width)
             .zip(diagonal)
@@ -162,9 +151,7 @@ impl<'a> Fit<'a> {
 }
 
 pub(super) struct System {
-    /// Original values at the quadrature points, n_faces x 6 x width.
     pub target: Vec<f32>,
-    /// First wedge of equal values at each wedge's vertex.
     pub one: Vec<u32>,
     pub diagonal: Vec<f32>,
 }
@@ -172,7 +159,7 @@ pub(super) struct System {
 fn keep_within(values: &mut [f32], original: &Channel) {
     let width = original.width;
     for i in 0..width {
-        // Least squares overshoots; colours must not leave their range.
+        // Least squares overshoots, and colours must stay in their range.
         let of_original = original.values.iter().skip(i).step_by(width).filter(|x| x.is_finite());
         let (low, high) =
             of_original.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), &x| (low.min(x), high.max(x)));

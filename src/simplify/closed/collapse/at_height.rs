@@ -4,12 +4,12 @@ use glam::{DMat2, DVec2, DVec3};
 
 use super::pair::{MergedVertex, Pair, Placement};
 
-/// Least determinant over the squared trace: the rounding of single precision. 1e-10 and 1e-6 change no mirrored
-/// result.
+/// Least determinant over the squared trace: the rounding of single precision.
+// 1e-10 and 1e-6 change no mirrored result.
 const LEAST_DETERMINANT: f64 = 1e-8;
 
 impl Pair {
-    /// Returns the merged vertex at this height along an axis, where at least one end is.
+    /// Places the merged vertex at a fixed coordinate along an axis.
     pub fn placement_at(&self, axis: usize, height: f64) -> MergedVertex {
         match self.minimum_at(axis, height).filter(|(x, _)| self.is_within_reach(*x)) {
             Some((offset, price)) => MergedVertex { place: Placement::Minimum, offset, price },

@@ -1,8 +1,7 @@
 //! Attribute quadrics (Hoppe 1999, "New quadric metric for simplifying meshes with appearance attributes").
 //!
-//! On a face a value is a linear function `g.x + d`. A vertex at `x` with value `s` costs `w (g.x + d - s)^2`. The best
-//! `s` is the mean of a region's functions at `x`; the remaining cost is a quadric of `x` made of sums. Colours at
-//! seams and normals at hard edges have none: each side would need its own values.
+//! On a face a value is a linear function `g.x + d`. A vertex at `x` with value `s` costs `w (g.x + d - s)^2`. For the
+//! best `s`, the weighted mean, the cost is a quadric of `x`.
 
 use std::ops::Range;
 
@@ -13,17 +12,17 @@ use crate::mesh::{Attributes, Channel, Role};
 
 use crate::simplify::closed::original::Original;
 
-/// Number of values: red, green, blue, opacity, and three of a normal.
+/// Number of values: red, green, blue, opacity, and a normal.
 const MOST: usize = 7;
-/// Ranges of the colour and of the normal among the values.
 const KINDS: [Range<usize>; 2] = [0..4, 4..MOST];
-/// Length on a surface of unit size that costs as much as a change from dark to bright. Twelve painted meshes: at 0.005
-/// the surface is 16 % nearer and colours 4 % farther.
+/// Length, at unit size, that costs as much as a change from dark to bright.
+// Twelve painted meshes: at 0.005 the surface is 16 % nearer and colours 4 % farther.
 const LENGTH: f64 = 0.01;
-/// Length on a surface of unit size that costs as much as a change of a normal's component by 1. Fourteen meshes: at
-/// 0.003 normals gain 18 % and the surface loses 10 %, at 0.006 20 and 18 %.
+/// Length, at unit size, that costs as much as a change of a normal's component by 1.
+// Fourteen meshes: at 0.003 normals gain 18 % and the surface loses 10 %, at 0.006 20 and 18 %.
 const NORMAL_LENGTH: f64 = 0.005;
-/// Squared sine of a corner angle below which a face is too thin for gradients. 1e-8 or 1e-4 change nothing by 0.1 %.
+/// Squared sine of a corner angle below which a face has no gradients.
+// 1e-8 or 1e-4 change nothing by 0.1 %.
 const THIN: f64 = 1e-6;
 
 #[derive(Clone, Copy, Default)]
@@ -31,12 +30,11 @@ pub(super) struct AttributeQuadric {
     weights: [f64; 2],
     gradients: [DVec3; MOST],
     values: [f64; MOST],
-    /// Sum of `w (g.x + d)^2` over faces and values.
     squares: Quadric,
 }
 
 impl AttributeQuadric {
-    /// Adds a face by its weight and, for each value of this kind, gradient and value at the vertex.
+    /// Adds a face by its weight, with gradient and value at the vertex of each value.
     fn add(&mut self, kind: usize, weight: f64, functions: impl Iterator<Item = (DVec3, f64)>) {
         self.weights[kind] += weight;
         for (k, (gradient, value)) in KINDS[kind].clone().zip(functions) {
@@ -46,7 +44,7 @@ impl AttributeQuadric {
         }
     }
 
-    /// Adds two regions about the first vertex; the second vertex is at `other`.
+    /// Adds two regions about the first vertex; the second is at `other`.
     pub fn sum_with(&self, second: &Self, other: DVec3) -> Self {
         // Both sums must be about the same point before they add up.
         let second = second.shift_origin(-other);
@@ -58,7 +56,6 @@ impl AttributeQuadric {
         }
     }
 
-    /// Moves the reference point.
     pub fn shift_origin(&self, origin: DVec3) -> Self {
         let values = std::array::from_fn(|k| self.values[k] + self.gradients[k].dot(origin));
         Self { values, squares: self.squares.with_origin(origin), ..*self }
@@ -66,7 +63,7 @@ impl AttributeQuadric {
 
     /// Returns the cost of the best values as a quadric of the position.
     pub fn cost(&self) -> Quadric {
-        // Variance: the sum of squares less the square of the mean, per value.
+        // The remaining cost is the variance: the sum of squares less the square of the mean, per value.
         let mut cost = self.squares;
         for (kind, weight) in KINDS.into_iter().zip(self.weights).filter(|(_, weight)| *weight > 0.0) {
             cost = kind.fold(cost, |rest, k| rest - square(self.gradients[k], self.values[k], 1.0 / weight));
@@ -83,7 +80,6 @@ fn square(gradient: DVec3, value: f64, weight: f64) -> Quadric {
     Quadric { a, b: gradient * (-weight * value), c: weight * value * value }
 }
 
-/// Sums the quadrics of colours and normals at the vertices; empty if there are neither.
 pub fn sum_attribute_quadrics(original: &Original, attributes: &Attributes) -> AttributeQuadrics {
     let counted = CountedChannels::new(original, attributes);
     if counted.channels.iter().all(Option::is_none) {
@@ -112,12 +108,12 @@ pub fn sum_attribute_quadrics(original: &Original, attributes: &Attributes) -> A
 
 struct CountedChannels<'a> {
     channels: [Option<&'a Channel>; 2],
-    /// Marks vertices on edges that separate values, by kind.
     at_seam: [Vec<bool>; 2],
 }
 
 impl<'a> CountedChannels<'a> {
     fn new(original: &Original, attributes: &'a Attributes) -> Self {
+        // At seams and hard edges each side would need its own values, so vertices there get no quadrics.
         let channel = |role: Role| attributes.channels.iter().find(|channel| channel.role == role);
         let ends_of = |edges: &mut dyn Iterator<Item = [u32; 2]>| {
             let mut touched = vec![false; original.surface.n_vertices()];
@@ -138,7 +134,6 @@ impl<'a> CountedChannels<'a> {
     }
 }
 
-/// Converts a value to its equivalent length; 0 if not a number.
 fn length(kind: usize, number: f32) -> f64 {
     match (number.is_nan(), kind) {
         (true, _) => 0.0,
@@ -159,7 +154,7 @@ impl AttributeQuadrics {
         self.0.get(v as usize).is_some_and(|quadric| quadric.weights != [0.0; 2])
     }
 
-    /// Returns the attribute cost of merging two vertices, about the first; the second is at `other`.
+    /// Returns the cost of a merge about the first vertex; the second is at `other`.
     pub(super) fn price(&self, [u, v]: [u32; 2], other: DVec3) -> Quadric {
         self.0[u as usize].sum_with(&self.0[v as usize], other).cost()
     }
@@ -174,13 +169,11 @@ impl AttributeQuadrics {
 /// Barycentric weights of a face as linear functions.
 struct LinearWeights {
     area: f64,
-    /// Gradients of the first two weights; both are 0 at the third corner.
     gradients: [DVec3; 2],
     origin: DVec3,
 }
 
 impl LinearWeights {
-    /// Computes the weights of a triangle; `None` if it is too thin.
     fn new([a, b, origin]: [DVec3; 3]) -> Option<Self> {
         let (u, v) = (a - origin, b - origin);
         let normal = u.cross(v);

@@ -1,8 +1,8 @@
-//! Cheapest edge of a vertex, packed into one number.
+//! Price and edge packed into one number.
 
 use super::corner_table::renumber_corner;
 
-/// Cheapest edge of a vertex: price bits above the edge number, so that the least number is the cheapest edge.
+/// Cheapest edge of a vertex: price bits above the edge number, so that the least number is cheapest.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Cheapest(pub u64);
 
@@ -17,7 +17,6 @@ impl Cheapest {
         }
     }
 
-    /// Packs an edge; [`Self::NONE`] if the price is not finite.
     #[inline(always)]
     pub fn new(price: f32, edge: u32) -> Self {
         if price < f32::INFINITY {
@@ -32,7 +31,6 @@ impl Cheapest {
         if self == Self::NONE { f32::INFINITY } else { f32::from_bits((self.0 >> 32) as u32) }
     }
 
-    /// Returns the edge: the number of a corner opposite it.
     #[inline(always)]
     pub fn edge(self) -> u32 {
         self.0 as u32

@@ -2,7 +2,6 @@
 
 use rayon::prelude::*;
 
-/// Rows per task.
 const TOGETHER: usize = 1 << 14;
 
 pub(super) struct Compaction {
@@ -21,6 +20,7 @@ impl Compaction {
             }
             n_left
         };
+        // Each task counts its own rows; the offsets of the tasks are added afterwards.
         let of_tasks: Vec<u32> = n_before[1..].par_chunks_mut(TOGETHER).enumerate().map(count).collect();
         let firsts: Vec<u32> = of_tasks.iter().scan(0, |sum, n| Some(std::mem::replace(sum, *sum + n))).collect();
         let add = |(counts, first): (&mut [u32], u32)| counts.iter_mut().for_each(|count| *count += first);
@@ -37,7 +37,7 @@ impl Compaction {
         &self.n_before
     }
 
-    /// Moves the remaining rows to the front in order, each mapped by `change`.
+    /// Moves the remaining rows to the front, each mapped by `change`.
     pub fn move_together<T: Copy + Send>(&self, rows: &mut [T], change: impl Fn(T) -> T + Sync) {
         let within = |(task, rows): (usize, &mut [T])| {
             let n_before = &self.n_before[task * TOGETHER..][..rows.len() + 1];
@@ -48,6 +48,7 @@ impl Compaction {
             }
         };
         rows.par_chunks_mut(TOGETHER).enumerate().for_each(within);
+        // Each task moved rows within its own range; now the ranges are joined.
         for from in (0..rows.len()).step_by(TOGETHER) {
             let [to, end] = [from, rows.len().min(from + TOGETHER)].map(|row| self.n_before[row] as usize);
             rows.copy_within(from..from + end - to, to);

@@ -1,4 +1,4 @@
-//! A closed complex during its collapse: vertices, corners and statistics.
+//! State of a collapse.
 
 use glam::Vec3;
 
@@ -21,20 +21,21 @@ use super::history::CollapseEvent;
 use super::pair::{CollapseVertex, add_pull};
 use super::poses::Poses;
 
-/// Corner of a removed vertex.
+/// Value of `corner` in a removed vertex.
 pub(super) const GONE: u32 = u32::MAX - 1;
 
-/// The vertices are compacted when at least one in this many is gone.
 const LEAST_GONE: usize = 8;
 
-/// Closed complex during its collapse; constraints refer to vertices by surface numbers.
+/// State of a collapse on a closed complex.
+///
+/// A vertex has an index in `nodes`, which compaction changes, and a fixed number on the surface, its `id`.
 #[derive(Clone)]
 pub struct Collapse<'a> {
     pub(super) nodes: Vec<CollapseVertex>,
     pub(super) corners: CornerTable,
-    /// Surface vertex that each surface vertex was merged into, itself while it lives.
+    /// Surface vertex into which each one was merged; itself if it remains.
     pub(super) merged: Vec<u32>,
-    /// Number of nodes without ghost vertices.
+    /// Number of nodes before the ghost vertices.
     pub(super) n_inner: usize,
     pub(super) n_vertices: usize,
     pub(super) n_faces: usize,
@@ -42,16 +43,16 @@ pub struct Collapse<'a> {
     pub(super) cheapest: Vec<Cheapest>,
     pub(super) n_tested: u32,
     pub(super) stars: [EndRing; 2],
-    /// Remaining deformation allowed at each surface vertex; empty for any.
+    /// Deformation still allowed at each surface vertex; empty for no limit.
     pub(super) ceilings: Vec<f32>,
     pub(super) ceiling_met: bool,
     pub(super) turn_forbidden: bool,
-    /// Vertices left after each pass that merged some, with its price.
+    /// Number of vertices after each pass, and the pass's highest price.
     pub(super) paid: Vec<(usize, f32)>,
     pub(super) attributes: AttributeQuadrics,
     pub(super) poses: Poses,
     pub(super) constraints: Option<Constraints>,
-    /// Marks surface vertices at which prices depend on more than planes; empty for none.
+    /// Marks surface vertices whose prices depend on more than planes.
     pub(super) is_special: Vec<bool>,
     pub(super) copy: OwnCopy<'a>,
     pub history: Option<Vec<CollapseEvent>>,
@@ -66,21 +67,15 @@ pub(super) enum OwnCopy<'a> {
     Kept(Box<Collapse<'a>>),
 }
 
-/// Reason for the end of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
     Reached,
-    /// No edge passes the link condition: components are at their smallest.
     Smallest,
-    /// No edge passes the link condition in a half of a mirrored mesh.
     SmallestMirrored,
-    /// All possible merges would turn a face.
     WouldTurn,
-    /// All possible merges would deform their component too far.
     LosesShape,
-    /// Constraints leave no possible merge.
     Held,
-    /// Held vertices would ruin the rest: number of held and of all vertices.
+    /// Numbers of held and of all vertices: the others are too few for the shape.
     WouldRuin(usize, usize),
 }
 
@@ -103,12 +98,13 @@ impl End {
 }
 
 pub fn merges_to(limit: Limit, n_vertices: usize, n_faces: usize) -> usize {
+    // A merge removes one vertex and, except at a boundary, two faces.
     n_vertices.saturating_sub(limit.vertices).max(n_faces.saturating_sub(limit.faces).div_ceil(2))
 }
 
-/// Builds the corner table of a surface closed by ghost vertices, with its vertices in this order.
+/// Builds the corner table of a closed surface; node `i` is vertex `order[i]`.
 fn corners_in_order(surface: &Surface, order: &[u32]) -> CornerTable {
-    // Faces name vertices by their rank along the curve; ghost vertices keep their numbers behind them.
+    // Surface vertices get their rank along the curve. Ghost vertices follow them and keep their numbers.
     let mut rank = vec![0; order.len()];
     (0u32..).zip(order).for_each(|(i, &v)| rank[v as usize] = i);
     let n_ghosts = surface.rings.n_ghosts();
@@ -161,12 +157,10 @@ impl<'a> Collapse<'a> {
         }
     }
 
-    /// Sets ceilings on the deformation at each vertex, n_vertices; empty for none.
     pub fn with_ceilings(self, ceilings: Vec<f32>) -> Self {
         Self { ceilings, ..self }
     }
 
-    /// Sets constraints, quadrics of attributes and poses, and a history to fill.
     pub fn with_constraints(
         self,
         constraints: Option<Constraints>,
@@ -175,7 +169,7 @@ impl<'a> Collapse<'a> {
         history: Option<Vec<CollapseEvent>>,
     ) -> Self {
         let mut collapse = Self { constraints, attributes, poses, history, ..self };
-        // Vertices with special prices are marked once, so that pricing skips all lookups elsewhere.
+        // Vertices with special prices are marked once, so that pricing skips all lookups at the others.
         if collapse.constraints.is_some() || !collapse.attributes.is_empty() || !collapse.poses.is_empty() {
             let has_more = |v| !collapse.poses.is_empty() || collapse.attributes.count_at(v);
             let is_special = |v| has_more(v) || collapse.constraints.as_ref().is_some_and(|it| it.touches(v));
@@ -188,6 +182,7 @@ impl<'a> Collapse<'a> {
     }
 
     pub fn free(self) {
+        // Freeing the memory of millions of vertices takes a while, so it is split into steps with beats between them.
         let Self { nodes, corners, pulse, .. } = self;
         pulse.beat(0);
         drop(nodes);
@@ -226,12 +221,12 @@ impl<'a> Collapse<'a> {
     }
 
     pub(super) fn compact(&mut self) {
-        // Moving everything pays only if enough is gone.
+        // Moving all rows pays only if enough vertices were removed.
         if (self.n_inner - self.n_vertices) * LEAST_GONE <= self.nodes.len() {
             return;
         }
         let vertices = Compaction::new(self.nodes.len(), |v| self.nodes[v].corner != GONE);
-        // Faces move first, since vertices and cheapest edges refer to their corners.
+        // Faces move first, since vertices and cheapest edges refer to corners.
         let faces = self.corners.compact(vertices.numbers());
         let faces = faces.numbers();
         let with_corner = |node: CollapseVertex| match node.corner {
@@ -258,12 +253,10 @@ impl<'a> Collapse<'a> {
         n_vertices <= limit.vertices && n_faces <= limit.faces
     }
 
-    /// Returns the vertices left after each pass with its price: squared distance times area at unit size.
     pub fn prices_paid(&self) -> &[(usize, f32)] {
         &self.paid
     }
 
-    /// Returns whether ceilings limit the deformation; held vertices then cannot ruin the rest.
     pub fn has_ceilings(&self) -> bool {
         !self.ceilings.is_empty()
     }
@@ -271,6 +264,7 @@ impl<'a> Collapse<'a> {
     pub fn n_held(&self) -> usize {
         let Some(constraints) = &self.constraints else { return 0 };
         let n = self.living().filter(|&v| constraints.is_held(self.nodes[v as usize].id)).count();
+        // In a mirrored mesh every held vertex counts twice.
         if self.plane().is_some() { 2 * n } else { n }
     }
 
@@ -282,14 +276,15 @@ impl<'a> Collapse<'a> {
         Self { pulse: self.pulse.counting_if(false), ..self }
     }
 
+    /// Returns the numbers of vertices and faces, in a mirrored half those of the whole mesh.
     pub fn size(&self) -> (usize, usize) {
+        // Vertices on the mirror plane belong to both halves.
         match self.plane() {
             None => (self.n_vertices, self.n_faces),
             Some(plane) => (2 * self.n_vertices - plane.len(), 2 * self.n_faces),
         }
     }
 
-    /// Estimates the merges needed to reach a limit; boundary merges remove one face, others two.
     pub fn merges_to(&self, limit: Limit) -> usize {
         let (n_vertices, n_faces) = self.size();
         let least = merges_to(limit, n_vertices, n_faces);

@@ -1,8 +1,4 @@
-//! Constraints of a collapse besides topology: feature curves and pinned vertices.
-//!
-//! A vertex of a held curve merges only along it, endpoints and branch points are fixed, and no face between two curves
-//! vanishes. Curves with slack, texture seams, only have a price: the squared distance from their original place, cheap
-//! within the slack.
+//! Constraints of a collapse other than topology: held curves, seams, which only raise prices, and pins.
 
 use glam::DVec3;
 use rustc_hash::FxHashMap;
@@ -13,8 +9,8 @@ use crate::simplify::closed::pins::Pins;
 
 use super::pair::{MergedVertex, Pair, Placement};
 
-/// Price of moving a seam within its slack, over that of a held curve. Five textured models: at 0.03 the mean distance
-/// is 8 % smaller and pictures lose 0.3 dB, at 0.3 it is 12 % larger.
+/// Factor on the price of moving a seam within its slack.
+// Five textured models: at 0.03 the mean distance is 8 % smaller and pictures lose 0.3 dB, at 0.3 it is 12 % larger.
 const SEAM_PRICE: f64 = 0.1;
 
 #[derive(Clone)]
@@ -25,7 +21,6 @@ pub struct Constraints {
 
 #[derive(Clone, Default)]
 struct Curve {
-    /// Neighbours along curves.
     along: Vec<u32>,
     planes: Quadric,
     slack: f64,
@@ -43,7 +38,7 @@ impl Constraints {
         }
         for (&edge, &slack) in original.features.edges.iter().zip(&original.features.slack) {
             for v in edge {
-                // Each edge gives both ends its plane, and the slack in the same weight.
+                // Each edge adds its plane to both ends, and its squared slack with the same weight.
                 let planes = original.surface.plane_on_edge(edge, v);
                 let weight = planes.trace();
                 curve(v, &|curve| {
@@ -53,7 +48,7 @@ impl Constraints {
                 });
             }
         }
-        // Planes leave an end free along its curve, so it is also pulled to its position.
+        // Planes do not hold an end along its curve, so the end is also pulled to its position.
         for v in original.features.curve_ends() {
             let place = original.surface.positions[v as usize].as_dvec3();
             curve(v, &|curve| {
@@ -85,13 +80,12 @@ impl Constraints {
         curve_neighbours(self.curves.get(&v).filter(|curve| curve.is_held))
     }
 
-    /// Sums the planes on the curves of two vertices about `origin`; zero if no curve is held.
     pub fn planes_on_held_curves(&self, vertices: [u32; 2], origin: DVec3) -> Quadric {
         let curves = self.curves_at(vertices);
         if are_held(curves) { planes(curves, origin) } else { Quadric::default() }
     }
 
-    /// Finds the merged vertex of `u`, at `origin`, and `v`, relative to `u`; `None` if forbidden.
+    /// Places the merged vertex relative to the first one, at `origin`; `None` if the merge is forbidden.
     pub fn placement(&self, vertices: [u32; 2], origin: DVec3, pair: &Pair) -> Option<MergedVertex> {
         // Curves with slack never forbid a merge: they only raise its price.
         let curves = self.curves_at(vertices);
@@ -104,14 +98,14 @@ impl Constraints {
 
     fn held_placement(&self, [u, v]: [u32; 2], curves: [Option<&Curve>; 2], pair: &Pair) -> Option<MergedVertex> {
         let [of_u, of_v] = curves.map(curve_neighbours);
-        // Vertices of two curves, or not adjacent along one, must not merge.
+        // Two curve vertices merge only if they are neighbours along a curve.
         if !of_u.is_empty() && !of_v.is_empty() && !of_u.contains(&v) {
             return None;
         }
-        // Endpoints and branch points have other than two neighbours along curves: they stay in place.
+        // Endpoints and branch points have one or more than two neighbours along curves: they stay in place.
         let stays = |w: u32, along: &[u32]| self.pins.is_locked(w) || !matches!(along.len(), 0 | 2);
         let stay = [stays(u, of_u), stays(v, of_v)];
-        // Adjacent branch points are an exception, or junctions of short curves would block everything.
+        // Adjacent branch points may merge, or junctions of short curves would block the collapse.
         if stay == [true; 2] && self.are_branch_points([u, v]) && of_u.contains(&v) {
             return Some(best_end(pair));
         }
@@ -123,7 +117,7 @@ impl Constraints {
         let height = self.pins.plane().and_then(|plane| plane.height(u, v, pair.other()));
         match stay {
             [true, true] => None,
-            // A fixed end off the mirror plane cannot take in an end that must stay on it.
+            // A fixed end off the mirror plane cannot absorb an end that must stay on it.
             [true, false] if height.is_some_and(|_| !self.pins.is_on_cut(u)) => None,
             [false, true] if height.is_some_and(|_| !self.pins.is_on_cut(v)) => None,
             [true, false] => Some(pair.place_at(Placement::Kept)),
@@ -144,7 +138,7 @@ impl Constraints {
     pub fn survive_merge(&self, u: u32, v: u32, opposite: [u32; 2]) -> bool {
         let curves = self.curves_at([u, v]);
         let [of_u, of_v] = curves.map(curve_neighbours);
-        // A face whose other two edges are on held curves would take both curves with it.
+        // A face with its other two edges on held curves would take both curves with it.
         let is_lost =
             |w: &u32| of_u.contains(w) && of_v.contains(w) && (are_held(curves) || are_held(self.curves_at([*w; 2])));
         !opposite.iter().any(is_lost)
@@ -190,16 +184,14 @@ fn planes(curves: [Option<&Curve>; 2], origin: DVec3) -> Quadric {
     curves.into_iter().flatten().fold(Quadric::default(), |sum, curve| sum + curve.planes.with_origin(origin))
 }
 
-/// Prices leaving the curves by a move to `offset` from `origin`; 0 without slack.
-///
-/// A tenth of the squared distance counts up to the slack, all of it beyond.
+/// Returns the price of moving a vertex off its seams, from `origin` by `offset`.
 fn price_of_curves(curves: [Option<&Curve>; 2], origin: DVec3, offset: DVec3) -> f64 {
-    // Without slack the curve is free of charge here: held ones are in the quadric.
+    // Curves without slack are held, and their planes are part of the pair's quadric.
     let slack: f64 = curves.into_iter().flatten().map(|curve| curve.slack).sum();
     if slack == 0.0 {
         return 0.0;
     }
-    // Cheap up to the slack, full price beyond: one convex function.
+    // Within the slack a tenth of the squared distance counts, beyond it all: a convex function.
     let squares = planes(curves, origin).value(offset);
     SEAM_PRICE * squares + (1.0 - SEAM_PRICE) * (squares - slack).max(0.0)
 }

@@ -1,25 +1,22 @@
-//! Corner table of a closed complex: the vertex at each corner, and the corner across the opposite edge.
-//!
-//! A face takes four slots, so that the next corner needs no division. Faces may be wound inconsistently.
+//! Corner table: the vertex at each corner, and the corner across the opposite edge.
 
 use std::ops::Range;
 
 use super::compaction::Compaction;
 
-/// Missing vertex or corner.
 pub(super) const NONE: u32 = u32::MAX;
-/// Valence from which edges are matched by sorting.
 const MANY: usize = 32;
 
 #[derive(Clone, Default)]
 pub(super) struct CornerTable {
-    /// Vertex at each corner, n_faces x 4; [`NONE`] for removed faces and in every last slot.
+    /// Vertex at each corner, n_faces x 4; [`NONE`] in every last slot and in removed faces.
     vertices: Vec<u32>,
     across: Vec<u32>,
 }
 
 #[inline(always)]
 pub(super) fn next(corner: u32) -> u32 {
+    // A face takes four slots, so that this needs no division.
     corner + 1 - 3 * ((corner & 2) >> 1)
 }
 
@@ -30,11 +27,11 @@ pub(super) fn previous(corner: u32) -> u32 {
 
 #[inline(always)]
 pub(super) fn third(one: u32, other: u32) -> u32 {
-    // The three numbers within a face add up to 3.
+    // The three corner numbers within a face, 0 to 2, add up to 3.
     3 * (one & !3) + 3 - one - other
 }
 
-/// Step of a walk around a vertex: a face, entered across the edge to a neighbour.
+/// Face in a walk around a vertex: the vertex's corner, and the corner at the far end of the edge just crossed.
 #[derive(Clone, Copy)]
 pub(super) struct CornerStep {
     pub at: u32,
@@ -61,7 +58,7 @@ impl Iterator for VertexWalk<'_> {
     #[inline(always)]
     fn next(&mut self) -> Option<CornerStep> {
         let step = self.next?;
-        // The next face is across the edge from the vertex to the last neighbour.
+        // The next face is across the edge opposite `from`.
         let opposite = self.corners.corner_across(step.from);
         let at = self.corners.corner_at(opposite, self.vertex);
         self.next = (at != self.end).then(|| CornerStep { at, from: third(opposite, at) });
@@ -70,7 +67,7 @@ impl Iterator for VertexWalk<'_> {
 }
 
 impl CornerTable {
-    /// Builds the table of faces, two at every edge; sorts them by their smallest vertices.
+    /// Builds the table of a closed complex; sorts the faces by their smallest vertices.
     pub fn new(n_vertices: usize, faces: impl Iterator<Item = [u32; 3]> + Clone) -> Self {
         let smallest = |[a, b, c]: [u32; 3]| a.min(b).min(c) as usize;
         // Counting sort of the faces by their smallest vertex.
@@ -84,7 +81,7 @@ impl CornerTable {
             *place += 4;
         }
         let mut table = Self { across: vec![NONE; vertices.len()], vertices };
-        // The table first links the corners opposite the edges of each smaller end into a list.
+        // Corners whose opposite edges have one smaller end form a linked list, stored in `across` for now.
         let mut firsts = vec![NONE; n_vertices];
         for c in 0..table.vertices.len() as u32 {
             if c & 3 != 3 {
@@ -92,7 +89,7 @@ impl CornerTable {
                 table.across[c as usize] = std::mem::replace(first, c);
             }
         }
-        // Each list is then matched by the larger ends of its edges.
+        // Within each list, corners with one larger end are then matched.
         let mut edges = Vec::new();
         for mut c in firsts {
             edges.clear();
@@ -109,7 +106,6 @@ impl CornerTable {
         (0..self.vertices.len() as u32).filter(|&c| self.vertices[c as usize] != NONE)
     }
 
-    /// Returns the number of face slots, removed faces included.
     pub fn n_faces(&self) -> usize {
         self.vertices.len() / 4
     }
@@ -134,7 +130,7 @@ impl CornerTable {
         self.across[corner as usize]
     }
 
-    /// Returns the existing faces in a range: first corner, vertices, and corners across the edges.
+    /// Returns the remaining faces in a range: first corner, vertices, corners across.
     #[inline(always)]
     pub fn faces_in(&self, numbers: Range<usize>) -> impl Iterator<Item = (u32, [u32; 3], [u32; 3])> {
         let firsts = (4 * numbers.start as u32..).step_by(4);
@@ -144,13 +140,12 @@ impl CornerTable {
         faces.map(|(first, (&[a, b, c, _], &[d, e, f, _]))| (first, [a, b, c], [d, e, f]))
     }
 
-    /// Returns the number of the edge opposite a corner: the smaller one of its two opposite corners.
+    /// Returns the number of the edge opposite a corner: the smaller opposite corner.
     #[inline(always)]
     pub fn number_of_edge(&self, corner: u32) -> u32 {
         corner.min(self.corner_across(corner))
     }
 
-    /// Returns the corner at `vertex` in the face of another corner.
     #[inline(always)]
     pub fn corner_at(&self, corner: u32, vertex: u32) -> u32 {
         let next = next(corner);
@@ -167,9 +162,9 @@ impl CornerTable {
         self.vertices[corner as usize] = vertex;
     }
 
-    /// Removes the face of a corner, whose other two corners became one vertex, and joins the faces across its edges.
+    /// Removes the face of `corner`, whose opposite edge collapsed; joins the faces across its other edges.
     ///
-    /// Returns corners at the corner's vertex and at the merged one.
+    /// Returns corners at the vertex of `corner` and at the merged vertex.
     #[inline(always)]
     pub fn close(&mut self, corner: u32) -> [u32; 2] {
         // The two neighbours of the removed face become neighbours of each other.
@@ -191,7 +186,7 @@ impl CornerTable {
         });
     }
 
-    /// Compacts the remaining faces and renumbers their vertices; returns the new face numbers.
+    /// Compacts the faces and renumbers their vertices; returns the new face numbers.
     pub fn compact(&mut self, numbers: &[u32]) -> Compaction {
         let vertices = self.vertices.as_chunks_mut::<4>().0;
         let faces = Compaction::new(vertices.len(), |face| vertices[face][0] != NONE);
@@ -221,9 +216,9 @@ pub(super) fn renumber_corner(faces: &[u32], corner: u32) -> u32 {
     4 * faces[corner as usize / 4] + (corner & 3)
 }
 
-/// Matches edges of one vertex, given as pairs of other end and opposite corner; each end occurs twice.
+/// Matches a vertex's edges, pairs of other end and opposite corner; each end occurs twice.
 fn match_edges(edges: &mut [(u32, u32)], across: &mut [u32]) {
-    // Sorting makes partners adjacent, which keeps the search below linear at hubs.
+    // Sorting makes partners adjacent, which keeps the search below linear at vertices of high valence.
     if edges.len() > MANY {
         edges.sort_unstable();
     }

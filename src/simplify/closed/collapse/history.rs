@@ -1,4 +1,4 @@
-//! History of a collapse, from which its derivative is computed.
+//! History of a collapse, for its derivative.
 
 use glam::Vec3;
 
@@ -6,7 +6,6 @@ use crate::simplify::closed::prepare::surface::folds_around;
 
 use super::pair::Placement;
 
-/// Ghost vertex in the ring of a [`Renewal`].
 pub const GHOST: u32 = u32::MAX;
 
 #[derive(Clone, Debug, PartialEq)]
@@ -29,12 +28,12 @@ pub struct Renewal {
     pub ring: Vec<u32>,
     pub folds: Vec<u32>,
     pub importance: f32,
-    /// Additional pull to the present position, relative to the squared weight.
+    /// Factor of the pull that grows with the squared weight.
     pub bend: f32,
 }
 
 impl Renewal {
-    /// Records a vertex with its ring; `place` returns the position of each neighbour, `None` for a ghost vertex.
+    /// Records a vertex; `place` returns neighbours' positions, `None` for ghost vertices.
     pub fn new(
         vertex: u32,
         ring: Vec<u32>,

@@ -1,21 +1,21 @@
-//! Copy of a collapse in progress, to continue without components that are dropped later.
+//! Copy of a collapse, to continue without components that are dropped later.
 
 use crate::simplify::limits::Limit;
 
 use super::complex::{Collapse, GONE, OwnCopy};
 use super::corner_table::NONE;
 
-/// Vertices over the target at which the copy is made: enough where three quarters are dropped.
+/// Size at which the copy is made, over the target.
+// The copy is large enough where components with three quarters of the vertices are dropped.
 const KEPT_AT: f64 = 4.0;
 
 impl<'a> Collapse<'a> {
-    /// Sets the collapse to copy itself before it reaches the next limit.
     pub fn with_copy(self) -> Self {
         Self { copy: OwnCopy::Wanted, ..self }
     }
 
     pub(super) fn keep_copy(&mut self, limit: Limit) {
-        // One component cannot lose another, so it needs no copy.
+        // A single component is never dropped, so it needs no copy.
         if matches!(self.copy, OwnCopy::Wanted) && self.has_reached(limit.times(KEPT_AT)) {
             self.copy = OwnCopy::Unwanted;
             if !self.is_one_component() {
@@ -25,6 +25,7 @@ impl<'a> Collapse<'a> {
     }
 
     fn is_one_component(&self) -> bool {
+        // Counts the vertices that are connected with the first one.
         let mut pending: Vec<u32> = self.living().take(1).collect();
         let mut is_met = vec![false; self.nodes.len()];
         pending.iter().for_each(|&v| is_met[v as usize] = true);
@@ -62,13 +63,13 @@ impl<'a> Collapse<'a> {
             }
             stays
         });
-        // A ghost vertex without faces must not be the start of a walk.
+        // A walk must not start at a ghost vertex without faces.
         let ghosts = self.nodes[n_inner..].iter_mut();
         ghosts.filter(|ghost| ghost.degree == 0).for_each(|ghost| ghost.corner = NONE);
         let living: Vec<u32> = self.living().collect();
         let is_removed = |&v: &u32| is_gone[self.nodes[v as usize].id as usize];
         let (gone, left): (Vec<u32>, Vec<u32>) = living.into_iter().partition(is_removed);
-        // Removed vertices are never looked up again; any living one will do.
+        // Removed vertices are never looked up again, so any remaining one serves as their target.
         let left = left.first().map(|&v| self.nodes[v as usize].id);
         for &v in &gone {
             let id = self.nodes[v as usize].id;
@@ -76,7 +77,7 @@ impl<'a> Collapse<'a> {
             self.nodes[v as usize].corner = GONE;
         }
         (self.n_vertices, self.n_faces) = (self.n_vertices - gone.len(), n_faces);
-        // Prices of the larger mesh say nothing about the rest.
+        // Prices paid by the larger mesh do not apply to the rest.
         self.paid.clear();
         self
     }

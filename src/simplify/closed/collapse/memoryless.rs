@@ -1,8 +1,5 @@
-//! Memoryless quadrics (Lindstrom and Turk 1999, "Evaluation of memoryless simplification"), summed over present faces
-//! before each pass.
-//!
-//! Quadrics that remember the original keep planes of faces long gone and choose worse edges. Only held curves remember
-//! (`constraints`), since their drift shows.
+//! Memoryless quadrics (Lindstrom and Turk 1999, "Evaluation of memoryless simplification"): sums over the present
+//! faces.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -17,7 +14,6 @@ use super::pair::{CollapseVertex, add_growing_pull, add_pull};
 
 const TOGETHER: usize = 1024;
 
-/// Summation of planes around some vertices, compiled for the instruction set at hand.
 struct Summing<'a, 'b> {
     collapse: &'a Collapse<'b>,
     planes: &'a mut [[f32; 6]],
@@ -36,7 +32,7 @@ impl Work for Summing<'_, '_> {
 }
 
 impl Collapse<'_> {
-    /// Recomputes the quadrics of vertices that the last pass changed; returns these.
+    /// Recomputes the quadrics of the vertices that changed in the last pass; returns these.
     pub(super) fn renew(&mut self) -> Vec<u32> {
         let pass = self.pass;
         // A vertex is stale if it or a neighbour was merged in the last pass.
@@ -49,7 +45,7 @@ impl Collapse<'_> {
         });
         for (&v, planes) in stale.iter().zip(&planes) {
             let node = &mut self.nodes[v as usize];
-            // Importance multiplies the planes, the pull comes on top.
+            // Importance multiplies the planes; the pull is added afterwards.
             node.planes = add_growing_pull(planes.map(|entry| entry * node.importance), self.poses.bend());
         }
         if !self.poses.is_empty() {
@@ -104,7 +100,7 @@ impl Collapse<'_> {
     #[inline(always)]
     fn planes_of(&self, v: u32) -> [f32; 6] {
         let CollapseVertex { position, corner, degree, .. } = self.nodes[v as usize];
-        // The common case is one walk without allocations; folds and constraints take the slow way.
+        // The common case is one walk without allocations. Folds and constraints take the general sum.
         if self.constraints.is_none() && degree > 0 {
             let place = |corner: u32| {
                 let w = self.corners.vertex(corner);
@@ -116,7 +112,7 @@ impl Collapse<'_> {
                 fan.add([before, here]);
                 before = here;
             }
-            // Only where two faces oppose each other a fold can be found.
+            // Without opposing faces there is no fold.
             if !fan.may_fold() {
                 return fan.planes;
             }
@@ -124,11 +120,10 @@ impl Collapse<'_> {
         self.planes_of_fold(v)
     }
 
-    /// Sums the planes around a vertex that may be on a fold or is constrained.
     #[inline(never)]
     fn planes_of_fold(&self, v: u32) -> [f32; 6] {
         let node = &self.nodes[v as usize];
-        // Edges of the cut are no boundary of the whole mesh, so they get no lines.
+        // Edges along the cut of a half are no boundary of the whole mesh, so they get no lines.
         let pins = self.constraints.as_ref().map(|constraints| &constraints.pins);
         let mut ring = Vec::with_capacity(node.degree as usize);
         for w in self.neighbors(v) {
@@ -150,7 +145,6 @@ impl Collapse<'_> {
 #[derive(Default)]
 struct Fan {
     planes: [f32; 6],
-    /// Normals of the first and the latest face; zero beyond a boundary.
     first: Option<Vec3>,
     last: Vec3,
     turns_back: bool,
@@ -160,7 +154,7 @@ impl Fan {
     /// Adds a face by its other two corners, relative to the vertex; `None` is a ghost vertex.
     #[inline(always)]
     fn add(&mut self, corners: [Option<Vec3>; 2]) {
-        // A ghost vertex is the outside: edges next to it are boundary edges.
+        // A ghost vertex is the outside: an edge next to it is a boundary edge.
         let mut normal = Vec3::ZERO;
         match corners {
             [Some(p), Some(q)] => {

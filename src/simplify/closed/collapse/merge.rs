@@ -1,4 +1,4 @@
-//! Merging the ends of an edge: price, validity, and the update of the complex.
+//! Merges: validity, and the update of the complex.
 
 use glam::{DVec3, Vec3};
 
@@ -9,11 +9,10 @@ use super::end_ring::EndRing;
 use super::history::{CollapseEvent, Merge};
 use super::pair::{Changed, CollapseVertex, MergedVertex, Pair};
 
-/// Least cosine between a face's normals before and after a merge. Nineteen meshes, ratios 0.01 to 0.05: at 0 and at
-/// 0.4 the largest distance is 2 to 3 % larger.
+/// Least cosine between a face's normals before and after a merge.
+// Nineteen meshes, ratios 0.01 to 0.05: at 0 and at 0.4 the largest distance is 2 to 3 % larger.
 const LEAST_COSINE: f32 = 0.2;
-/// Largest number of neighbours of both ends; each test walks around both. Benchmark meshes stay below a hundredth of
-/// it.
+// Most neighbours of both ends, around which each test walks. Benchmark meshes stay below a hundredth of this.
 const MOST_NEIGHBORS: u32 = 4096;
 
 #[inline(always)]
@@ -51,7 +50,6 @@ impl Collapse<'_> {
         merged.map_or(f32::INFINITY, |merged| merged.price as f32)
     }
 
-    /// Finds the merged vertex relative to `u`; `None` if they must not merge.
     #[inline(always)]
     fn placement(&self, u: u32, v: u32, pair: &Pair) -> Option<MergedVertex> {
         match &self.constraints {
@@ -62,7 +60,7 @@ impl Collapse<'_> {
         }
     }
 
-    /// Merges the other end of the edge opposite `corner` into `u`, if topology, constraints and faces allow it.
+    /// Merges the other end of the edge opposite `corner` into `u`; returns false if a test forbids it.
     #[inline(always)]
     pub(super) fn try_merge(&mut self, u: u32, corner: u32) -> bool {
         // The buffers are taken out so that the methods may borrow the collapse.
@@ -83,7 +81,7 @@ impl Collapse<'_> {
         if self.breaks_constraints([u, v], opposite, stars) {
             return false;
         }
-        // The position is rounded here, before it is tested: what is tested is what is stored.
+        // The position is rounded before the tests, so that they judge what is stored.
         let x = (self.nodes[u as usize].position.as_dvec3() + merged.offset).as_vec3();
         if self.turns_over([u, v], stars, x) || self.turns_over_in_poses([u, v], stars, &pair, merged.offset) {
             self.turn_forbidden = true;
@@ -108,7 +106,7 @@ impl Collapse<'_> {
 
     #[inline(always)]
     fn carry_over(&mut self, [u, v]: [u32; 2], pair: &Pair, merged: &MergedVertex, x: Vec3, ceiling: f32) {
-        // All data keyed by surface number merge here; the topology follows in `merge`.
+        // Data by surface number are merged here, the topology in `merge`.
         let [kept, gone] = [u, v].map(|w| self.nodes[w as usize]);
         let (ids, place) = ([kept.id, gone.id], merged.place);
         let event = CollapseEvent::Merge(Merge { kept: kept.id, gone: gone.id, place });
@@ -129,14 +127,14 @@ impl Collapse<'_> {
 
     #[inline(always)]
     fn link_allows(&mut self, [u, v]: [u32; 2], corner: u32, stars: &mut [EndRing; 2]) -> Option<[u32; 2]> {
-        // A vertex of three faces would be left with two if one of them went.
+        // An opposite vertex loses a face and must keep three.
         let opposite = [corner, self.corners.corner_across(corner)].map(|c| self.corners.vertex(c));
         let degrees = [u, v].map(|w| self.nodes[w as usize].degree);
         let is_larger = |w: &u32| self.nodes[*w as usize].degree > 3;
         if degrees == [3, 3] || degrees[0] + degrees[1] > MOST_NEIGHBORS || !opposite.iter().all(is_larger) {
             return None;
         }
-        // The neighbours of one end are stamped, those of the other counted if stamped.
+        // The neighbours of the first end are stamped; stamped neighbours of the second end are shared.
         self.n_tested += 1;
         for (end, star) in stars.iter_mut().enumerate() {
             star.gather(&self.corners, [u, v][end], corner);
@@ -151,7 +149,6 @@ impl Collapse<'_> {
         (n_shared == 2 && !bridges()).then_some(opposite)
     }
 
-    /// Returns whether a face around the edge would turn or lose its area with the ends at `x`.
     #[inline(always)]
     fn turns_over(&self, ends: [u32; 2], stars: &[EndRing; 2], x: Vec3) -> bool {
         let place = |w: u32| (!self.is_ghost(w)).then(|| self.nodes[w as usize].position);
@@ -159,7 +156,7 @@ impl Collapse<'_> {
             || turns_over_where(ends[1], &stars[1].ring[1..], x, place)
     }
 
-    /// Returns whether a face would turn in another pose; the first end moves by `offset` here.
+    /// Returns whether a face would turn in another pose if the first end moved by `offset` in this one.
     #[inline(never)]
     fn turns_over_in_poses(&self, ends: [u32; 2], stars: &[EndRing; 2], pair: &Pair, offset: DVec3) -> bool {
         (0..self.poses.n_poses()).any(|k| {
@@ -185,10 +182,10 @@ impl Collapse<'_> {
         let [kept, gone] = self.ids([u, v]);
         self.merged[gone as usize] = kept;
         self.n_vertices -= 1;
-        // Both ends had each other and share the two opposite vertices.
+        // Neither end counts the other any more, and the two opposite vertices were counted twice.
         self.nodes[u as usize].degree = self.nodes[u as usize].degree + self.nodes[v as usize].degree - 4;
         self.nodes[v as usize].corner = GONE;
-        // Neighbours have changed faces: their quadrics are stale and their failed edges may work now.
+        // Faces of the neighbours changed: their quadrics are stale, and edges that failed may work now.
         for &w in stars.iter().flat_map(|star| &star.ring) {
             let node = &mut self.nodes[w as usize];
             (node.changed, node.wait) = (node.changed.with_neighbour_change(self.pass), 0.0);
@@ -198,9 +195,7 @@ impl Collapse<'_> {
     }
 }
 
-/// Returns whether a face at `v` would turn or lose its area if `v` moved to `x`.
-///
-/// `place` maps vertices to positions, ghost vertices to `None`.
+/// Returns whether a face at `v` would turn or lose its area if `v` moved to `x`; `place` returns positions.
 #[inline(always)]
 fn turns_over_where(v: u32, neighbors: &[u32], x: Vec3, place: impl Fn(u32) -> Option<Vec3>) -> bool {
     let Some(p) = place(v) else { return false };
@@ -208,7 +203,7 @@ fn turns_over_where(v: u32, neighbors: &[u32], x: Vec3, place: impl Fn(u32) -> O
     for &w in neighbors {
         let here = place(w);
         if let (Some(q), Some(r)) = (before, here) {
-            // A degenerate face may become anything; others keep their direction and an area.
+            // A degenerate face may turn freely; others keep their direction and an area.
             let (old, new) = (area_normal([p, q, r]), area_normal([x, q, r]));
             let along = old.dot(new);
             let least = LEAST_COSINE * LEAST_COSINE * old.length_squared() * new.length_squared();

@@ -1,7 +1,4 @@
 //! Collapse of one half of a mirrored mesh; sizes are those of the whole.
-//!
-//! A merge within the cut removes one vertex of the whole, any other two. So the collapse stops one vertex early and
-//! merges within the cut if one is still too many.
 
 use crate::simplify::closed::pins::PlaneVertices;
 use crate::simplify::limits::Limit;
@@ -24,7 +21,8 @@ impl Collapse<'_> {
     }
 
     pub(super) fn run_half(&mut self, limit: Limit) -> End {
-        // One vertex more than asked for, so that the last merge can be chosen by its size.
+        // A merge along the cut removes one vertex of the whole mesh, any other merge two. So the collapse stops one
+        // vertex early, and merges along the cut if one vertex is still too many.
         let nearly =
             Limit { vertices: limit.vertices.saturating_add(1), faces: limit.faces.saturating_add(2), ..limit };
         let end = self.run_to(nearly);
@@ -43,7 +41,7 @@ impl Collapse<'_> {
             let is_along = |edge: &(f32, u32)| self.corners.edge(edge.1).into_iter().all(is_on);
             edges.extend(self.edges_at(u).into_iter().filter(is_along).map(|(price, edge)| (price, edge, u)));
         }
-        // The first edge that passes all tests is taken.
+        // The cheapest edge that passes all tests is taken.
         edges.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
         _ = edges.into_iter().any(|(_, edge, u)| self.try_merge(u, edge));
     }

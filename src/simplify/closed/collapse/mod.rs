@@ -1,8 +1,7 @@
 //! Edge collapse by memoryless quadrics (Garland and Heckbert 1997; Lindstrom and Turk 1999) on a closed complex.
 //!
-//! Ghost vertices, which never move, close the boundaries, so the link condition of closed surfaces (Dey et al. 1999)
-//! preserves the topology: the ends of an edge share exactly the two opposite vertices. For locality a vertex fills one
-//! cache line, and all lie along a space-filling curve.
+//! Ghost vertices close the boundaries. So the link condition of closed surfaces (Dey et al. 1999) preserves the
+//! topology: both ends of an edge share exactly the two opposite vertices.
 
 mod at_height;
 mod attribute_quadrics;
@@ -183,7 +182,6 @@ mod tests {
         }
     }
 
-    /// A fan of faces, closed by a second one where it goes all the way around.
     fn fan(n: u32, is_closed: bool) -> TriMesh {
         let turn = std::f32::consts::TAU * if is_closed { 1.0 } else { 0.9 };
         let rim = |i: u32| {

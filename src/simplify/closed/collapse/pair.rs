@@ -1,6 +1,4 @@
-//! Vertices of a collapse, and the placement and price of a merged pair.
-//!
-//! Several edges are priced side by side with one order of operations, so a price does not depend on its neighbours.
+//! Vertices of a collapse, and placement and price of a merged pair.
 
 use std::ops::{Add, Div, Mul, Sub};
 
@@ -10,41 +8,40 @@ use crate::geometry::Quadric;
 
 use super::corner_table::NONE;
 
-/// Edges priced side by side: one register of 256 bits.
+/// Edges priced at once: one register of 256 bits.
 pub(super) const WIDTH: usize = 8;
 
-/// Largest distance of a merged vertex from the middle of its edge, in edge lengths. Sixteen meshes: 1 or 4 change the
-/// largest distance by 1 %.
+/// Largest distance of a merged vertex from the edge's middle, in edge lengths.
+// Sixteen meshes: 1 or 4 change the largest distance by 1 %.
 const REACH: f64 = 2.0;
-/// Least pivot over the trace, eight roundings: below, a direction has no minimum. At 1e-7 the largest distance is 1.4
-/// % larger.
+/// Least pivot over the trace; below, a direction has no minimum.
+// Eight roundings of single precision. At 1e-7 the largest distance is 1.4 % larger.
 const LEAST_PIVOT: f32 = 1e-6;
 
-/// Weight of the distance to the vertex, which planes do not determine on flat surfaces. Sixteen meshes: at 1e-5 the
-/// mean distance is 1.6 % larger, at 1e-7 0.2 % smaller.
+/// Weight of the pull to a vertex's position, over that of its planes.
+// On flat surfaces planes do not determine the position. Sixteen meshes: at 1e-5 the mean distance is 1.6 % larger, at
+// 1e-7 0.2 % smaller.
 pub const PULL: f32 = 1e-6;
 
-/// Vertex with its quadric; one cache line.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 pub(super) struct CollapseVertex {
     pub position: Vec3,
-    /// Upper triangle of the plane quadric: `d -> d'Ad` for the offset `d` from the vertex.
+    /// Plane quadric, an upper triangle: `d -> d'Ad` for the offset `d` from the vertex.
     pub planes: [f32; 6],
     pub importance: f32,
-    /// One of its corners; [`NONE`] without faces.
     pub corner: u32,
     pub degree: u32,
     /// Number on the surface; [`NONE`] for a ghost vertex.
     pub id: u32,
     pub changed: Changed,
-    /// Last link test that marked it.
+    /// Last link test that marked the vertex.
     pub seen: u32,
-    /// Price of the next edge to try after cheaper ones failed; 0 if none failed.
+    /// Price of the next edge to try after cheaper ones failed; else 0.
     pub wait: f32,
 }
 
-/// Time of a vertex's last change: the pass, and whether it merged or only a neighbour did.
+/// Pass of a vertex's last change, and whether it merged itself.
 #[derive(Clone, Copy, Default, PartialEq)]
 pub(super) struct Changed(u32);
 
@@ -90,16 +87,15 @@ impl CollapseVertex {
     }
 }
 
-/// Adds a small pull to the vertex, which its planes do not determine on flat surfaces.
 #[inline(always)]
 pub(super) fn add_pull(planes: [f32; 6]) -> [f32; 6] {
     add_growing_pull(planes, 0.0)
 }
 
-/// Adds a pull to the vertex that also grows with the weight of its planes.
+/// Adds a small pull to the position, and one that grows with the squared weight.
 #[inline(always)]
 pub(super) fn add_growing_pull(mut planes: [f32; 6], bend: f32) -> [f32; 6] {
-    // A share of the weight, and one that grows with it.
+    // One term is proportional to the weight of the planes, the other to its square.
     let weight = planes[0] + planes[3] + planes[5];
     let pull = (PULL + bend * weight) * weight;
     [0, 3, 5].into_iter().for_each(|diagonal| planes[diagonal] += pull);
@@ -108,20 +104,15 @@ pub(super) fn add_growing_pull(mut planes: [f32; 6], bend: f32) -> [f32; 6] {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Placement {
-    /// Minimum of the summed quadrics.
     Minimum,
-    /// Position of the vertex that stays.
     Kept,
-    /// Position of the vertex that goes.
     Gone,
-    /// Middle of the edge.
     Middle,
 }
 
 #[derive(Clone, Copy)]
 pub struct MergedVertex {
     pub place: Placement,
-    /// Position relative to the first end of the edge.
     pub offset: DVec3,
     pub price: f64,
 }
@@ -135,7 +126,7 @@ pub struct Pair {
 impl Pair {
     #[inline(always)]
     pub(super) fn new(u: &CollapseVertex, v: &CollapseVertex) -> Self {
-        // Everything is relative to `u`: differences of positions are nearly exact in single precision.
+        // Coordinates are relative to `u`: differences of positions are nearly exact in single precision.
         let other = (v.position - u.position).as_dvec3();
         Self { sum: u.quadric() + v.quadric().with_origin(-other), other }
     }
@@ -145,7 +136,6 @@ impl Pair {
         Self { sum, other }
     }
 
-    /// Returns the position of the other end relative to the first.
     pub fn other(&self) -> DVec3 {
         self.other
     }
@@ -191,7 +181,6 @@ impl Pair {
     }
 }
 
-/// Numbers of several edges, one per lane.
 #[derive(Clone, Copy)]
 struct Lanes([f32; WIDTH]);
 
@@ -243,7 +232,6 @@ fn dot(x: [Lanes; 3], y: [Lanes; 3]) -> Lanes {
     x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
 }
 
-/// Coordinates and plane quadrics of eight vertices, by column.
 struct EndColumns {
     position: [Lanes; 3],
     planes: [Lanes; 6],
@@ -340,14 +328,15 @@ impl PairLanes {
 
     /// Computes the minima relative to the first ends, and their values.
     ///
-    /// A = LDL' loses no more than the rounding of A; a determinant would lose everything on nearly flat surfaces. Ly =
-    /// b, Dz = y, L'x = z; directions without a pivot stay 0.
+    /// Solves `A x = b` with `A = L D L'`: `L y = b`, `D z = y`, `L' x = z`. Directions without a pivot stay 0.
     #[inline(always)]
     fn minima(&self) -> ([Lanes; 3], Lanes) {
+        // The factorisation loses no more than the rounding of A; a determinant would lose everything on nearly flat
+        // surfaces.
         let Self { a: [xx, xy, xz, yy, yz, zz], b, c, .. } = *self;
         let all = Lanes::all;
         let least_pivot = all(LEAST_PIVOT) * (xx + yy + zz);
-        // The inverse of a pivot, 0 where rounding leaves no information.
+        // Inverts a pivot; gives 0 where rounding leaves no information.
         let over = |pivot: Lanes| {
             let over = all(1.0) / pivot;
             let is_pivot = pivot - least_pivot;
@@ -381,16 +370,16 @@ impl PairLanes {
     }
 }
 
-/// Computes the prices of [`Pair::placement`] for eight edges, all cases for all lanes.
-///
-/// Loops over arrays, since closures in array methods are not always vectorised.
+/// Computes the prices of [`Pair::placement`] for eight edges.
 #[inline(always)]
 pub(super) fn prices(ends: [[&CollapseVertex; WIDTH]; 2]) -> [f32; WIDTH] {
+    // All lanes have one order of operations, so a price does not depend on the other edges. Loops over arrays are used
+    // because closures in array methods are not always vectorised.
     let pairs = PairLanes::new(ends);
     let (x, lowest) = pairs.minima();
     let (other, half) = (pairs.other, Lanes::all(0.5));
     let from_middle = [x[0] - other[0] * half, x[1] - other[1] * half, x[2] - other[2] * half];
-    // Nonnegative where the minimum is within reach of the edge.
+    // Not negative where the minimum is within reach of the edge.
     let within = Lanes::all(REACH as f32 * REACH as f32) * dot(other, other) - dot(from_middle, from_middle);
     let best_others = pairs.best_others();
     let mut prices = best_others.0;

@@ -1,8 +1,4 @@
-//! Order of the collapse: passes, each over present prices.
-//!
-//! Before a pass every edge is priced once. The pass visits, in memory order, the vertices with the cheapest edges, as
-//! many as merges remain, and merges each unless an end was merged in this pass. So prices are of the present surface
-//! without a queue. The last passes go in the order of price.
+//! Passes of a collapse: merges at the cheapest prices of the present surface.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
@@ -18,25 +14,24 @@ use super::cheapest::Cheapest;
 use super::complex::{Collapse, End, GONE};
 use super::pair::{Changed, CollapseVertex, WIDTH, prices};
 
-/// Vertices per pass over the remaining merges. Thirteen meshes: at 1.5 the mean distance is 24 % larger, at 0.6 equal,
-/// in more passes.
+/// Vertices visited by a pass, per remaining merge.
+// Thirteen meshes: at 1.5 the mean distance is 24 % larger, at 0.6 equal, in more passes.
 const SHARE: f64 = 1.0;
-/// `SHARE` of the last passes, where cheap edges share ends. 2 and 6 change the mean distance by 0.5 %.
+/// `SHARE` of the last passes.
+// Cheap edges share ends there. 2 and 6 change the mean distance by 0.5 %.
 const SHARE_OF_LAST: f64 = 3.5;
-/// Share of the merges made in the order of price. The mean distance is 9 % larger at 0.05 and equal at 0.002.
+/// Share of the merges made in the order of price.
+// The mean distance is 9 % larger at 0.05 and equal at 0.002.
 const LAST: f64 = 0.01;
-/// Least number of vertices per pass, if as many merges remain.
 const LEAST: usize = 64;
-/// Growth of a pass after one without a merge.
+/// Factor on the visited vertices after a pass without a merge.
 const RISE: usize = 8;
-/// Number of passes without a merge in a row after which all edges are tried.
+/// Consecutive passes without a merge after which all edges are tried.
 const MOST_IN_VAIN: i32 = 3;
-/// Tolerance of a repeated price: an edge is tried again only if it is cheaper by more.
+/// Share of a vertex's waiting price below which its edges have failed already.
 const SLACK: f32 = 0.999;
-/// Faces per task of pricing.
 const TOGETHER: usize = 1 << 13;
 const BATCH: usize = 128;
-/// Vertices visited between two beats, a few milliseconds.
 const BETWEEN_BEATS: usize = 4096;
 
 #[derive(Clone, Copy)]
@@ -50,7 +45,7 @@ struct Pricing<'a, 'b> {
     collapse: &'a Collapse<'b>,
     /// Range of faces; an edge belongs to the face with its smaller corner.
     faces: Range<usize>,
-    /// Marks vertices whose cheapest edge must be found; empty for all.
+    /// Marks vertices without a known cheapest edge; empty for all.
     is_unknown: &'a [bool],
     cheapest: &'a [AtomicU64],
     is_alone: bool,
@@ -76,7 +71,7 @@ impl Work for Pricing<'_, '_> {
                 // Each edge is priced from the face whose corner gives its number.
                 let number = first + k as u32;
                 edges[n] = PricedEdge { ends, number };
-                // Branch-free: whether an edge counts is unpredictable.
+                // No branch: it would be mispredicted too often.
                 let is_own = !self.collapse.is_ghost(ends[0].max(ends[1]));
                 n += usize::from((number < across[k]) & is_own & !self.are_known(ends));
             }
@@ -155,30 +150,30 @@ impl Work for Visits<'_, '_> {
 }
 
 impl Collapse<'_> {
-    /// Collapses the cheapest edges until the limit, or until no edge can go.
+    /// Collapses the cheapest edges until the limit, or until no merge is possible.
     pub fn run(&mut self, limit: Limit) -> End {
         if self.plane().is_some() { self.run_half(limit) } else { self.run_to(limit) }
     }
 
-    /// Runs passes to the limit, regardless of mirrored sizes.
     pub(super) fn run_to(&mut self, limit: Limit) -> End {
         let n_all = self.merges_to(limit);
         let mut n_in_vain = 0;
         while !self.has_reached(limit) {
-            // The copy must be made before the pass that changes the state.
+            // The copy for dropped components must be made before the pass that goes below its size.
             self.keep_copy(limit);
             self.begin_pass();
-            // Passes without a merge take ever more vertices; after some, all edges are tried once more before giving
-            // up.
+            // After several passes without a merge, all edges are tried once more before the run ends.
             if n_in_vain >= MOST_IN_VAIN {
                 self.try_all_again();
             }
-            // The last merges go in the order of price, all others in that of memory, which is faster.
+            // A pass visits the vertices with the cheapest edges, about as many as merges remain, and merges each along
+            // its edge unless an end was merged in this pass. The last merges go in the order of price, the others in
+            // that of memory, which is faster.
             let is_last = self.merges_to(limit) as f64 <= LAST * n_all as f64;
             let (candidates, most) = self.candidates(limit, n_in_vain, is_last);
             let before = self.n_vertices;
             Isa::best().run(Visits { collapse: self, candidates: &candidates, most, limit });
-            // The highest price of a successful pass is what vertices cost at that size.
+            // The highest price of a pass with merges is what a vertex costs at that size.
             if self.n_vertices < before {
                 let highest = candidates.iter().map(|candidate| candidate.price).fold(0.0, f32::max);
                 self.paid.push((self.n_vertices, highest));
@@ -194,7 +189,7 @@ impl Collapse<'_> {
 
     fn end_without_edges(&self, limit: Limit) -> End {
         match (&self.constraints, self.turn_forbidden) {
-            // The order ranks the reasons: the constraint that the caller can change comes first.
+            // The order ranks the reasons: constraints that the caller can change come first.
             _ if limit.price < f32::INFINITY => End::Reached,
             _ if self.ceiling_met => End::LosesShape,
             (Some(constraints), _) if constraints.hold_more_than_plane() => End::Held,
@@ -221,7 +216,7 @@ impl Collapse<'_> {
         let to_do = self.merges_to(limit);
         let share = if is_last { SHARE_OF_LAST } else { SHARE };
         let n = ((to_do as f64 * share) as usize).max(LEAST.min(to_do)).saturating_mul(RISE.pow(n_in_vain as u32));
-        // An edge that failed waits at the price of its vertex's next one.
+        // A vertex whose cheaper edges failed counts at the price of its next edge.
         let price = |(cheapest, node): (&Cheapest, &CollapseVertex)| cheapest.price().max(node.wait);
         let priced = self.cheapest.par_iter().zip(&self.nodes).with_min_len(PARALLEL);
         let prices: Vec<f32> = priced.map(price).collect();
@@ -258,7 +253,7 @@ impl Collapse<'_> {
         self.cheapest = cheapest.into_iter().map(|cheapest| Cheapest(cheapest.into_inner())).collect();
     }
 
-    /// Marks these vertices and their neighbours; empty if they are most.
+    /// Marks these vertices and their neighbours; empty, for all, if they are many.
     fn mark_neighbourhood(&self, vertices: &[u32]) -> Vec<bool> {
         if vertices.len() * 4 > self.n_inner {
             return Vec::new();
@@ -271,13 +266,12 @@ impl Collapse<'_> {
         is_beside
     }
 
-    /// Returns whether an edge's price depends on more than the planes of its ends.
     #[inline(always)]
     fn is_special_edge(&self, ends: [u32; 2]) -> bool {
         !self.is_special.is_empty() && self.ids(ends).into_iter().any(|id| self.is_special[id as usize])
     }
 
-    /// Merges a vertex with its cheapest neighbour, or with the next one that costs at most `most`.
+    /// Merges a vertex along its cheapest edge, or along the next one of price up to `most`.
     #[inline(always)]
     fn visit(&mut self, &Candidate { vertex, edge, .. }: &Candidate, most: f32) {
         if self.was_merged(vertex) {
@@ -285,14 +279,13 @@ impl Collapse<'_> {
         }
         let is_first = self.nodes[vertex as usize].wait == 0.0;
         let is_taken = || self.corners.edge(edge).into_iter().any(|v| self.was_merged(v));
-        // If the neighbour was merged in this pass, its price is stale: the vertex waits for the next pass.
+        // If an end was merged in this pass, the price is stale: the vertex waits for the next pass.
         if is_first && (is_taken() || self.try_merge(vertex, edge)) {
             return;
         }
         self.try_others(vertex, is_first.then_some(edge), most);
     }
 
-    /// Returns whether a vertex was merged in this pass, or its corner is gone.
     #[inline(always)]
     fn was_merged(&self, v: u32) -> bool {
         self.nodes.get(v as usize).is_none_or(|node| node.changed == Changed::from_merge(self.pass))
@@ -300,7 +293,7 @@ impl Collapse<'_> {
 
     #[inline(never)]
     fn try_others(&mut self, v: u32, tried: Option<u32>, most: f32) {
-        // Edges below `least` already failed at this state of the neighbourhood.
+        // Cheaper edges already failed, and nothing changed around them since.
         let least = SLACK * self.nodes[v as usize].wait;
         let edges = self.edges_at(v);
         let others = edges.into_iter().filter(|&(price, edge)| price >= least && Some(edge) != tried);
@@ -314,7 +307,7 @@ impl Collapse<'_> {
                 return;
             }
         }
-        // A change nearby may have freed the edges that failed.
+        // A change nearby may have made the failed edges possible.
         let node = &mut self.nodes[v as usize];
         node.wait = if node.changed.is_in(self.pass) { 0.0 } else { next };
     }
@@ -334,7 +327,6 @@ impl Collapse<'_> {
     }
 }
 
-/// Returns the n-th smallest finite price; the largest if there are fewer.
 fn nth_price(prices: &[f32], n: usize) -> f32 {
     let mut finite: Vec<f32> = prices.iter().copied().filter(|price| *price < f32::INFINITY).collect();
     match finite.len() {

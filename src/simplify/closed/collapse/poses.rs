@@ -1,11 +1,5 @@
-//! Quadrics of other poses of the mesh.
-//!
-//! A flat surface has zero quadrics however far it bends later, so the quadrics of all poses are added (DeCoro and
-//! Rusinkiewicz 2005, "Pose-independent simplification of articulated meshes"; Mohr and Gleicher 2003, "Deformation
-//! sensitive decimation"). Near an edge each pose is a rotation about its middle, so its cost is a quadric here.
-//!
-//! If poses are unknown, every place may bend alike. A face of size h misses a bent surface by h squared, so a vertex
-//! is pulled to its position by a weight that grows with its area.
+//! Quadrics summed over poses of the mesh (DeCoro and Rusinkiewicz 2005, "Pose-independent simplification of
+//! articulated meshes"; Mohr and Gleicher 2003, "Deformation sensitive decimation").
 
 use glam::{DMat3, DQuat, DVec3, Mat3, Quat, Vec3};
 
@@ -15,19 +9,19 @@ use crate::simplify::closed::original::Original;
 use crate::simplify::closed::request::Keep;
 use crate::simplify::options::Purpose;
 
-/// Pull for unknown poses, per share of the surface. Six bodies: half or twice as much changes the mean distance by 1
-/// %.
+/// Pull to the position for unknown poses, per share of the surface.
+// Six bodies: half or twice as much changes the mean distance by 1 %.
 const BEND: f64 = 10.0;
-/// Pull for the spectrum; linear functions on faces of size h err by h squared. LE over QEM's for eight meshes at ratio
-/// 0.05: 0.84 at 10, 0.83 here, 0.85 at 100.
+/// Pull to the position for the spectrum, per share of the surface.
+// Linear functions on faces of size h err by h squared. LE over QEM's for eight meshes at ratio 0.05: 0.84 at 10, 0.83
+// here, 0.85 at 100.
 const EVEN: f64 = 30.0;
-/// Steps toward the best rotation; each squares the error.
 const STEPS: usize = 12;
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Posed {
     pub position: Vec3,
-    /// Rotation of the surface around it from here to the pose.
+    /// Rotation of the neighbourhood from the present pose to this one.
     turn: Quat,
     pub planes: [f32; 6],
 }
@@ -36,11 +30,10 @@ pub(super) struct Posed {
 pub struct Poses {
     n_poses: usize,
     posed: Vec<Posed>,
-    /// Pull to the present position relative to the squared weight; 0 if poses are known or irrelevant.
     bend: f32,
 }
 
-/// Builds one pose per morph target over the surface vertices, with zero planes.
+/// Builds one pose per morph target at each surface vertex, without planes.
 fn poses_of_targets(original: &Original, attributes: &Attributes) -> Poses {
     let targets: Vec<&Channel> =
         attributes.channels.iter().filter(|channel| channel.role == Role::MorphPosition).collect();
@@ -82,7 +75,8 @@ impl Poses {
                     _ => return Self::default(),
                 };
                 let surface = &original.surface;
-                // The pull is relative to the total weight, so that it depends on the share of the surface.
+                // For unknown poses vertices are pulled to their positions, more strongly where areas are large. The
+                // pull is relative to the total weight, so that it depends on the share of the surface.
                 let weight: f64 = (0..surface.n_vertices()).map(|v| surface.weight(v)).sum();
                 let bend = if weight > 0.0 { (strength / weight) as f32 } else { 0.0 };
                 Self { bend, ..Self::default() }
@@ -110,7 +104,7 @@ impl Poses {
         self.n_poses
     }
 
-    /// Averages the cost of merging two vertices over all poses; it is `here` in this one.
+    /// Averages the cost of a merge over all poses; in the present one it is `here`.
     #[inline(never)]
     pub(super) fn mean_price(&self, [u, v]: [u32; 2], other: DVec3, here: Quadric) -> Quadric {
         let pairs = self.vertex_poses(u).iter().zip(self.vertex_poses(v));
@@ -122,21 +116,21 @@ impl Poses {
         (0..self.n_poses).for_each(|k| self.vertex_poses_mut(u)[k] = self.merge_in_pose(k, [u, v], other, step));
     }
 
-    /// Returns the merged vertex in a pose where `u` moves by `step` here and `v` is at `other`.
+    /// Returns the merged vertex in pose `k`, if in the present pose `u` moves by `step` and `v` is at `other`.
     pub(super) fn merge_in_pose(&self, k: usize, vertices: [u32; 2], other: DVec3, step: DVec3) -> Posed {
         let [u, v] = vertices.map(|w| self.vertex_poses(w)[k]);
-        // The merged vertex keeps its offset from the middle, turned as both ends are.
+        // The merged vertex keeps its offset from the edge's middle, rotated like both ends.
         let turn = mean_turn([&u, &v]);
         let middle = 0.5 * (u.position + v.position).as_dvec3();
         Posed { position: (middle + turn * (step - 0.5 * other)).as_vec3(), turn: turn.as_quat(), ..u }
     }
 }
 
-/// Returns the cost of a merge in a pose as a quadric here, about the first vertex.
 fn price_in([u, v]: [&Posed; 2], other: DVec3) -> Quadric {
     let quadric = |posed: &Posed| Quadric { a: posed.planes.map(f64::from), ..Quadric::default() };
     let to_other = (v.position - u.position).as_dvec3();
-    // The quadric of the pose is pulled back through the rotation about the middles.
+    // Around an edge the pose is a rotation about the edge's middle, which carries the quadric back to the present
+    // pose.
     let turn = DMat3::from_quat(mean_turn([u, v]));
     let sum = quadric(u) + quadric(v).with_origin(-to_other);
     turn_form(&sum.with_origin(0.5 * to_other - turn * (0.5 * other)), &turn)

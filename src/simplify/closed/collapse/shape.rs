@@ -1,4 +1,4 @@
-//! Shape of components: deformation of the surface by one merge.
+//! Deformation of the surface by a merge.
 
 use glam::Vec3;
 
@@ -7,11 +7,11 @@ use crate::geometry::triangle::nearest_point;
 use super::complex::Collapse;
 use super::end_ring::EndRing;
 
-/// Share of a ceiling below which distances are not measured exactly.
+/// Share of a ceiling below which distances are not measured.
 const NEGLIGIBLE: f32 = 0.02;
 
 impl Collapse<'_> {
-    /// Returns the deformation still allowed after the ends moved to `x`; below 0 if too far.
+    /// Returns the deformation still allowed after the ends moved to `x`; negative if too far.
     #[inline(always)]
     pub(super) fn ceiling_after(&self, ends: [u32; 2], stars: &[EndRing; 2], x: Vec3) -> f32 {
         if self.ceilings.is_empty() {
@@ -22,12 +22,12 @@ impl Collapse<'_> {
         if ceiling == f32::INFINITY { ceiling } else { ceiling - self.distance_of_merge(ends, stars, x, ceiling) }
     }
 
-    /// Measures the distance between the faces around an edge before and after; stops above `most`.
+    /// Measures the distance between the faces before and after a merge; stops above `most`.
     #[inline(never)]
     fn distance_of_merge(&self, ends: [u32; 2], stars: &[EndRing; 2], x: Vec3, most: f32) -> f32 {
         let place = |w: u32| (!self.is_ghost(w)).then(|| self.nodes[w as usize].position);
         let [u, v] = ends.map(|w| self.nodes[w as usize].position);
-        // Faces that stay, before and after, and the two that go.
+        // Faces that stay, before and after, and the two that vanish.
         let (mut before, mut after) = (Vec::with_capacity(16), Vec::with_capacity(16));
         for (here, star) in [u, v].into_iter().zip(stars) {
             for pair in star.ring[1..].windows(2) {
@@ -49,14 +49,14 @@ impl Collapse<'_> {
         let middle = |[p, q, r]: [Vec3; 3]| (p + q + r) / 3.0;
         farthest.look(&after, before.iter().map(|&face| middle(face)));
         farthest.look(&before, after.iter().map(|&face| middle(face)));
-        // And from the new surface back: midpoints of the new edges.
+        // The way back: midpoints of the new edges against the old faces.
         let rings = stars.iter().flat_map(|star| &star.ring[1..]);
         farthest.look(&before, rings.filter_map(|&w| Some(0.5 * (x + place(w)?))));
         farthest.distance2.sqrt()
     }
 
-    /// Measures the held curves through the ends: they separate what a viewer distinguishes, such as panes or tiles.
     fn look_along_curves(&self, farthest: &mut Farthest, ends: [u32; 2], stars: &[EndRing; 2], x: Vec3) {
+        // Curves separate regions that a viewer distinguishes, such as panes or tiles.
         let Some(constraints) = &self.constraints else { return };
         let (mut before, mut after) = (Vec::new(), Vec::new());
         for (end, star) in ends.into_iter().zip(stars) {
@@ -78,10 +78,8 @@ impl Collapse<'_> {
     }
 }
 
-/// Largest squared distance of points from triangles, up to a bound.
 struct Farthest {
     distance2: f32,
-    /// Bound above which the search stops.
     most2: f32,
 }
 
@@ -89,7 +87,7 @@ impl Farthest {
     /// Measures more points; triangle `i` is probably nearest to point `i`.
     fn look(&mut self, triangles: &[[Vec3; 3]], points: impl Iterator<Item = Vec3>) {
         for (i, point) in points.enumerate() {
-            // The merge is already forbidden.
+            // Beyond the bound the merge is forbidden anyway.
             if self.distance2 > self.most2 {
                 return;
             }

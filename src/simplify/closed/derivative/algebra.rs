@@ -1,10 +1,10 @@
-//! Dense 3 x 3 algebra in double precision with derivatives.
+//! Algebra of 3 x 3 matrices with derivatives.
 
 use std::ops::{Add, AddAssign};
 
 use glam::{DMat3, DVec3};
 
-/// Quadratic form `x'Ax - 2 b'x`, smallest where `A x = b`; or a gradient with respect to it.
+/// Quadratic form `x'Ax - 2 b'x`, smallest where `A x = b`; or its gradient.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Form {
     pub a: DMat3,
@@ -36,15 +36,13 @@ pub(super) fn trace(a: &DMat3) -> f64 {
     a.x_axis.x + a.y_axis.y + a.z_axis.z
 }
 
-/// Returns `a + weight tr(a) I`.
 pub(super) fn stiffen(a: &DMat3, weight: f64) -> DMat3 {
     *a + DMat3::IDENTITY * (weight * trace(a))
 }
 
-/// Solves `a x = b` for a symmetric positive definite `a`; zero if it is not.
-///
-/// Uses `L D L'`: cofactors would lose the tiny eigenvalues of nearly flat regions.
+/// Solves `a x = b` for a positive definite `a`; else returns zero.
 pub(super) fn solve(a: &DMat3, b: DVec3) -> DVec3 {
+    // `L D L'`, since cofactors would lose the tiny eigenvalues of nearly flat regions.
     let d0 = a.x_axis.x;
     let (l10, l20) = (a.x_axis.y / d0, a.x_axis.z / d0);
     let d1 = a.y_axis.y - l10 * a.x_axis.y;
@@ -54,31 +52,30 @@ pub(super) fn solve(a: &DMat3, b: DVec3) -> DVec3 {
     let z = (b.z - l20 * b.x - l21 * y1) / d2;
     let y = y1 / d1 - l21 * z;
     let x = b.x / d0 - l10 * y - l20 * z;
-    // Singular systems give zero.
     let is_definite = d0 > 0.0 && d1 > 0.0 && d2 > 0.0;
     let solution = DVec3::new(x, y, z);
     if is_definite && solution.is_finite() { solution } else { DVec3::ZERO }
 }
 
-/// Returns the derivative of `x = solve(a, b)` with respect to the form `(a, b)`.
+/// Returns the gradient of `x = solve(a, b)` with respect to `(a, b)`.
 pub(super) fn solve_backward(a: &DMat3, x: DVec3, gradient: DVec3) -> Form {
     let to_b = solve(a, gradient);
     Form { a: (outer(to_b, x) + outer(x, to_b)) * -0.5, b: to_b }
 }
 
-/// Returns the derivative of [`stiffen`] with respect to its matrix.
 pub(super) fn stiffen_backward(gradient: &DMat3, weight: f64) -> DMat3 {
+    // The map is linear and symmetric, so it is its own adjoint.
     stiffen(gradient, weight)
 }
 
-/// Returns the derivative of the area normal `(b - a) x (c - a)` with respect to its corners.
+/// Returns the gradient of the area normal `(b - a) x (c - a)` with respect to the corners.
 pub(super) fn area_normal_backward([a, b, c]: [DVec3; 3], gradient: DVec3) -> [DVec3; 3] {
     let to_b = (c - a).cross(gradient);
     let to_c = gradient.cross(b - a);
     [-to_b - to_c, to_b, to_c]
 }
 
-/// Returns the derivative of `v / |v|` with respect to `v`; zero at zero.
+/// Returns the gradient of `v / |v|`; zero at zero.
 pub(super) fn unit_backward(v: DVec3, gradient: DVec3) -> DVec3 {
     let length = v.length();
     if length > 0.0 {

@@ -1,7 +1,6 @@
 //! One fit step as a function of input positions and output vertices, with derivative.
 //!
-//! Face and place of each point, weights of faces and the set of moved vertices are constant. (Heights are minimal at
-//! the place.) All else is differentiated, including the common step length.
+//! Face and place of each point, weights of faces and the set of moved vertices are constant.
 
 use glam::{DMat3, DVec3};
 
@@ -47,7 +46,6 @@ impl FitStep<'_> {
     pub fn forward(&self) -> Vec<DVec3> {
         let solved = self.solve(&self.normals());
         let length = solved.length();
-        // Vertices that stayed in the recorded step stay here.
         let moves = self.output.iter().zip(&solved.directions).zip(&self.step.moved);
         moves.map(|((&x, &d), &moved)| if moved { x + d * length } else { x }).collect()
     }
@@ -58,7 +56,7 @@ impl FitStep<'_> {
         let solved = self.solve(&normals);
         let length = solved.length();
         let moving = |v: usize| if self.step.moved[v] { gradient[v] } else { DVec3::ZERO };
-        // In reverse order of `forward`: step length, directions, systems, rows, positions.
+        // In the reverse order of `forward`: step length, directions, systems, rows, positions.
         let to_length: f64 = (0..gradient.len()).map(|v| moving(v).dot(solved.directions[v])).sum();
         let curvature = solved.curvature.max(f64::MIN_POSITIVE);
         let to_slope = to_length / curvature;
@@ -79,7 +77,6 @@ impl FitStep<'_> {
         self.output_faces.iter().map(|face| area_normal_f64(corners(face))).collect()
     }
 
-    /// Returns the weight of a point per length of its face's area normal.
     fn share(&self, m: &Match) -> f64 {
         0.5 * f64::from(self.step.counts[m.projection.face as usize]) / f64::from(self.step.density.per_face())
     }
@@ -108,7 +105,6 @@ impl FitStep<'_> {
             }
         }
         let stay = f64::from(self.step.stay);
-        // Directions first: slope and curvature of the common step depend on all of them.
         let direction = |system: &Form| solve(&stiffen(&system.a, stay), system.b);
         let directions: Vec<DVec3> = systems.iter().map(direction).collect();
         let (mut slope, mut curvature) = (0.0, 0.0);
@@ -144,7 +140,7 @@ impl FitStep<'_> {
     }
 }
 
-/// Gradient with respect to a row; the normal's without what changes its length.
+/// Gradient with respect to a row; that of the normal is not yet projected to unit length.
 #[derive(Default)]
 struct ToRow {
     area: f64,
@@ -157,7 +153,6 @@ impl MatchRow {
         self.normal.dot(self.move_place(directions))
     }
 
-    /// Returns the vector by which the corners' directions move the point's place.
     fn move_place(&self, directions: &[DVec3]) -> DVec3 {
         self.corners.iter().map(|&(v, share)| directions[v] * share).sum()
     }

@@ -1,7 +1,6 @@
 //! The closed result as a smooth function of the input positions, at fixed connectivity.
 //!
-//! Every output vertex is a minimum of summed plane quadrics ([`union_tree`]), moved by the steps of the fit
-//! ([`fit_step`]), recomputed in double precision from recorded choices. All other displacements are constant offsets.
+//! Output vertices are minima of summed plane quadrics ([`union_tree`]), moved by the steps of the fit ([`fit_step`]).
 
 mod algebra;
 mod fit_step;
@@ -18,7 +17,6 @@ use fit_step::FitStep;
 use plane_sums::{PlaneSums, Planes};
 use union_tree::{GrownTree, UnionTree};
 
-/// Closed result as a function of the input positions.
 pub(in crate::simplify) struct Derivative {
     scale: Normalisation,
     sources: Vec<u32>,
@@ -31,7 +29,6 @@ pub(in crate::simplify) struct Derivative {
     offsets: Vec<DVec3>,
 }
 
-/// Function at one place with all intermediate results.
 struct Evaluation {
     input: Vec<DVec3>,
     planes: PlaneSums,
@@ -63,14 +60,13 @@ impl Derivative {
             steps,
             offsets: Vec::new(),
         };
-        // What the function does not explain at the input is kept as a constant offset.
+        // The difference to the result at the input is kept as a constant offset.
         let smooth = derivative.evaluate(positions);
         let offset = |(&p, x): (&[f32; 3], &DVec3)| scale.to_unit(p) - *x;
         derivative.offsets = output.iter().zip(smooth.output()).map(offset).collect();
         derivative
     }
 
-    /// Extends the function to a larger mesh; `sources` are this one's vertices in it.
     pub fn extend_to(mut self, sources: &[u32]) -> Self {
         self.sources.iter_mut().for_each(|v| *v = sources[*v as usize]);
         self
@@ -85,7 +81,6 @@ impl Derivative {
         state.output().iter().zip(&self.offsets).map(|(&x, &offset)| self.scale.restore_exactly(x + offset)).collect()
     }
 
-    /// Computes gradients with respect to input vertices from those with respect to output vertices.
     pub fn backward(&self, input: &[[f64; 3]], gradient: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let gradient: Vec<DVec3> = gradient.iter().map(|&g| DVec3::from(g)).collect();
         let to_surface = self.back(&self.evaluate(gather(&self.scale, input, &self.sources)), gradient);
@@ -106,10 +101,9 @@ impl Derivative {
         Evaluation { input, planes, tree, stages }
     }
 
-    /// Computes gradients with respect to surface vertices; normalisation cancels, since both sides scale alike.
     fn back(&self, at: &Evaluation, mut gradient: Vec<DVec3>) -> Vec<DVec3> {
         let mut to_input = vec![DVec3::ZERO; at.input.len()];
-        // Reverse mode: fit steps from the last to the first, then the tree, then the planes.
+        // Reverse mode: the steps of the fit from last to first, then the tree, then the planes.
         for (step, before) in self.steps.iter().zip(&at.stages).rev() {
             gradient = self.fit_step(step, &at.input, before).backward(&gradient, &mut to_input);
         }
@@ -194,7 +188,6 @@ mod tests {
         mesh.positions().iter().map(|p| p.map(f64::from)).collect()
     }
 
-    /// The mesh with every vertex moved a little: where flat regions fit exactly, the fit has a kink.
     fn shake(mesh: &TriMesh) -> TriMesh {
         let moves = directions(mesh.positions().len(), 3);
         let moved = |(p, d): (&[f32; 3], DVec3)| (glam::Vec3::from(*p) + d.as_vec3() * 1e-3).to_array();

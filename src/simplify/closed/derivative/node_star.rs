@@ -1,4 +1,4 @@
-//! Quadric of the planes around a node as a function of its neighbours' places, in double precision, with derivative.
+//! Quadric of the planes around a node as a function of its neighbours' places.
 
 use glam::{DMat3, DVec3};
 
@@ -7,18 +7,16 @@ use super::plane_sums::{line, line_backward, plane, plane_backward};
 use crate::geometry::triangle::area_normal_f64;
 use crate::simplify::closed::collapse::{PULL, Renewal};
 
-/// Faces, boundary edges and folds around a node.
 pub(super) struct NodeStar {
     centre: usize,
     faces: Vec<[usize; 2]>,
     lines: Vec<usize>,
     importance: f64,
-    /// Additional pull to its place, relative to the squared weight.
     bend: f64,
 }
 
 impl NodeStar {
-    /// Builds the star of a recomputed vertex; `node_of` names the nodes of vertices at that time.
+    /// Builds the star of a recomputed vertex; `node_of` maps vertices to nodes.
     pub fn new(Renewal { vertex, ring, folds, importance, bend }: &Renewal, node_of: &[usize]) -> Self {
         let nodes: Vec<Option<usize>> = ring.iter().map(|&w| node_of.get(w as usize).copied()).collect();
         let mut faces = Vec::with_capacity(nodes.len());
@@ -54,7 +52,7 @@ impl NodeStar {
     pub fn backward(&self, places: &[DVec3], &Form { a, b }: &Form, to_places: &mut [DVec3]) {
         let centre = places[self.centre];
         to_places[self.centre] += self.matrix(places) * b;
-        // `b = A c`, symmetrised, since only the symmetric part of the matrix exists.
+        // `b = A c`; only the symmetric part of the matrix counts.
         let to_matrix = a + (outer(b, centre) + outer(centre, b)) * 0.5;
         // The pull depends on the trace, once linearly and once squared.
         let slope = f64::from(PULL) + 2.0 * self.bend * trace(&self.planes(places));

@@ -1,4 +1,4 @@
-//! Plane quadrics of the input as a function of positions, in double precision, with derivative.
+//! Plane quadrics of the input as a function of positions.
 
 use glam::{DMat3, DVec3};
 
@@ -6,13 +6,11 @@ use super::algebra::{area_normal_backward, outer, trace};
 use crate::geometry::triangle::area_normal_f64;
 use crate::simplify::closed::prepare::surface::{BOUNDARY_WEIGHT, Surface, least_weight};
 
-/// Faces and boundary edges with their weights.
 pub(super) struct Planes {
     pub faces: Vec<[u32; 3]>,
     boundaries: Vec<[u32; 2]>,
     weightless: Vec<u32>,
     support: f64,
-    /// Factors on the planes, n_vertices; empty for 1.
     importance: Vec<f64>,
 }
 
@@ -25,7 +23,7 @@ impl Planes {
     pub fn new(surface: &Surface, positions: &[DVec3]) -> Self {
         let boundaries = surface.rings.ghost_faces().into_iter().map(|[w, v, _]| [w, v]).collect();
         let faces = surface.faces.to_vec();
-        // Weights without support decide which vertices need it.
+        // The weights without support decide which vertices need it.
         let bare = Self { faces, boundaries, weightless: Vec::new(), support: 0.0, importance: Vec::new() };
         let weights: Vec<f64> = bare.gather(positions).matrices.iter().map(trace).collect();
         let support = least_weight(weights.iter().sum(), weights.len());
@@ -52,7 +50,7 @@ impl Planes {
         PlaneSums { normals, matrices }
     }
 
-    /// Adds gradients with respect to positions, from symmetric ones with respect to the matrices.
+    /// Adds gradients with respect to positions, from those with respect to the matrices.
     pub fn backward(&self, positions: &[DVec3], at: &PlaneSums, gradient: &[DMat3], to_positions: &mut [DVec3]) {
         let factor = |v: u32| self.importance.get(v as usize).copied().unwrap_or(1.0);
         let gradient = |v: u32| gradient[v as usize] * factor(v);
@@ -77,7 +75,7 @@ pub(super) fn plane(normal: DVec3) -> DMat3 {
     if double_area > 0.0 { outer(normal, normal) * (1.0 / (6.0 * double_area)) } else { DMat3::ZERO }
 }
 
-/// Returns the quadric of the line along a boundary edge, `e'e I - e e'` times its weight.
+/// Returns the quadric of the line along a boundary edge, `e'e I - e e'`, weighted.
 pub(super) fn line(edge: DVec3) -> DMat3 {
     (DMat3::IDENTITY * edge.length_squared() - outer(edge, edge)) * f64::from(BOUNDARY_WEIGHT)
 }

@@ -1,7 +1,4 @@
-//! Vertices of the collapse as a tree: input vertices and their unions, placed by quadrics.
-//!
-//! A quadric sums planes around a node, at its neighbours' places when it was computed; the first are those of the
-//! input.
+//! Vertices of the collapse as a tree: input vertices and their unions.
 
 use glam::{DMat3, DVec3};
 
@@ -9,14 +6,12 @@ use super::algebra::{Form, outer, solve, solve_backward, stiffen, stiffen_backwa
 use super::node_star::NodeStar;
 use crate::simplify::closed::collapse::{CollapseEvent, PULL, Placement};
 
-/// Input vertices and their unions.
 pub(super) struct UnionTree {
     steps: Vec<TreeStep>,
     /// Node of each output vertex: an input vertex, or n_input plus the number of a union.
     roots: Vec<u32>,
 }
 
-/// Step of the collapse.
 enum TreeStep {
     Union { nodes: [usize; 2], quadrics: [usize; 2], place: Placement },
     Star(NodeStar),
@@ -28,7 +23,7 @@ pub(super) struct GrownTree {
 }
 
 impl UnionTree {
-    /// Builds the tree of a history; `output_of` names the output vertex of each input vertex.
+    /// Builds the tree of a history; `output_of` maps input to output vertices.
     pub fn new(history: &[CollapseEvent], output_of: &[u32]) -> Self {
         let n_input = output_of.len();
         // Current node and quadric of every collapse vertex.
@@ -39,7 +34,7 @@ impl UnionTree {
         for event in history {
             match event {
                 CollapseEvent::Merge(merge) => {
-                    // A merge takes the current quadrics of both; a renewal replaces one.
+                    // A merge uses the current quadrics of both vertices; a renewal replaces one quadric.
                     let both = [merge.kept, merge.gone].map(|r| r as usize);
                     let (nodes, quadrics) = (both.map(|r| node_of[r]), both.map(|r| quadric_of[r]));
                     steps.push(TreeStep::Union { nodes, quadrics, place: merge.place });
@@ -112,8 +107,6 @@ impl UnionTree {
         (0..positions.len()).map(to_matrix).collect()
     }
 
-    /// Passes gradients from unions and stars down, newest first; returns those with respect to the input's quadrics,
-    /// n_input.
     fn steps_backward(&self, at: &GrownTree, to_places: &mut [DVec3], n_input: usize) -> Vec<Form> {
         let mut to_quadrics = vec![Form::ZERO; at.quadrics.len()];
         let (mut node, mut quadric) = (at.places.len(), at.quadrics.len());

@@ -1,6 +1,4 @@
 //! Feature edges: seams and creases.
-//!
-//! They form curves, which the collapse holds in place or moves at a price.
 
 use rustc_hash::FxHashMap;
 
@@ -10,9 +8,8 @@ use super::surface::Surface;
 
 #[derive(Default)]
 pub struct FeatureEdges {
-    /// Edges, the smaller vertex first, without duplicates.
     pub edges: Vec<[u32; 2]>,
-    /// Distance that each may move at a low price, on the surface of unit size; 0 if held.
+    /// Distance that each edge may move at a low price, at unit size; 0 if it is held.
     pub slack: Vec<f32>,
     is_hard: Vec<bool>,
 }
@@ -70,14 +67,13 @@ fn edges_between(edges: impl Iterator<Item = [u32; 2]>, vertex_of: &[u32]) -> Ve
     edges
 }
 
-/// Finds the surface edges over these mesh edges; each must have two sides.
 fn on_copies(surface: &Surface, kept: &[FeatureEdge]) -> Vec<FeatureEdge> {
     let wanted: FxHashMap<[u32; 2], &FeatureEdge> = kept.iter().map(|edge| (edge.ends, edge)).collect();
     let mut touched = vec![false; surface.n_vertices()];
     kept.iter().flat_map(|edge| edge.ends).for_each(|v| touched[v as usize] = true);
     let kept = |[a, b]: [u32; 2]| {
         let [s, t] = [a, b].map(|v| surface.source(v));
-        // A cheap flag avoids a hash lookup for most edges.
+        // The flag saves a lookup for most edges.
         let is_touched = touched[s as usize] && touched[t as usize];
         let edge = is_touched.then(|| wanted.get(&[s.min(t), s.max(t)])).flatten()?;
         Some(FeatureEdge { ends: [a.min(b), a.max(b)], ..**edge })
@@ -85,7 +81,7 @@ fn on_copies(surface: &Surface, kept: &[FeatureEdge]) -> Vec<FeatureEdge> {
     let sides = surface.faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
     let mut found: Vec<FeatureEdge> = sides.filter_map(kept).collect();
     found.sort_unstable_by_key(|edge| edge.ends);
-    // An edge that was cut open has one side per copy and became a boundary.
+    // An edge that was cut open became a boundary: each copy has one side.
     let with_two_sides = found.chunk_by(|x, y| x.ends == y.ends).filter(|sides| sides.len() == 2);
     with_two_sides.map(|sides| sides[0]).collect()
 }

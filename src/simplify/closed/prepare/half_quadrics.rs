@@ -1,11 +1,11 @@
-//! Preparation of one half of a symmetric mesh: plane vertices count as in the whole mesh.
+//! Quadrics of a half of a symmetric mesh: as in the whole mesh.
 
 use crate::simplify::closed::pins::PlaneVertices;
 
 use super::surface::{Surface, add, plane_of};
 
 pub fn complete(surface: &mut Surface, plane: &PlaneVertices) {
-    // The cut itself gets no boundary lines: in the whole mesh it is no boundary.
+    // The cut gets no boundary lines: in the whole mesh it is no boundary.
     let mut sums = vec![[0.0f32; 6]; if plane.len() > 0 { surface.n_vertices() } else { 0 }];
     for face in surface.faces.iter().filter(|face| face.iter().any(|&v| plane.has(v))) {
         if let Some((_, quadric)) = plane_of(face.map(|v| surface.positions[v as usize])) {
@@ -21,7 +21,7 @@ pub fn complete(surface: &mut Surface, plane: &PlaneVertices) {
     }
     add_boundaries(surface, plane, &mut sums);
     for v in of_cut {
-        // A vertex without area keeps its floor.
+        // A vertex without area keeps its least weight.
         let weight = sums[v][0] + sums[v][3] + sums[v][5];
         if weight > 0.0 {
             surface.quadrics[v] = sums[v];

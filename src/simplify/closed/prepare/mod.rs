@@ -1,4 +1,4 @@
-//! Preparation of the input: a surface of unit size, feature edges, and pins.
+//! Preparation of the input: surface, feature edges and pins.
 
 pub mod feature_edges;
 mod half_quadrics;

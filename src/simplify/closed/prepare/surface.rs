@@ -12,35 +12,33 @@ use crate::mesh::pulse::{PARALLEL, Pulse};
 use crate::mesh::thread_ranges::{split_rows, thread_ranges};
 use crate::mesh::{Manifold, OneRings, TriMesh, manifold_with};
 
-/// Weight of the squared distance to the line along a boundary edge. Twelve open meshes: the mean distance is 1.0 %
-/// smaller at 0.3, with the largest 3 % larger, and 1.5 % larger at 10.
+/// Weight of the squared distance to the line along a boundary edge.
+// Twelve open meshes: the mean distance is 1.0 % smaller at 0.3, with the largest 3 % larger, and 1.5 % larger at 10.
 pub const BOUNDARY_WEIGHT: f32 = 3.0;
-/// Weight of the plane that supports a held edge. Twelve meshes with creases: at 0.1 the mean distance is 1.4 % smaller
-/// and the largest 3 % larger.
+/// Weight of the plane that supports a held edge.
+// Twelve meshes with creases: at 0.1 the mean distance is 1.4 % smaller and the largest 3 % larger.
 const EDGE_WEIGHT: f32 = 0.3;
-/// Weight over the mean below which a vertex gets a floor along each axis. At 1e-5 no result of 64 differs.
+/// Least weight of a vertex over the mean.
+// At 1e-5 no result of 64 differs.
 const LIGHT: f64 = 1e-4;
 
-/// Least cosine between a normal and the opposite of its neighbour's at a fold. Without folds a thin sheet at 0.05
-/// deviates by 0.14 of the diagonal, with them by 0.06.
+/// Least cosine between a normal and the opposite of its neighbour's at a fold.
+// Without folds a thin sheet at 0.05 deviates by 0.14 of the diagonal, with them by 0.06.
 const FOLD: f32 = 0.5;
 
-/// Normals or quadrics processed between two beats, about five milliseconds.
 const TOGETHER: usize = 1 << 20;
 
 pub struct Surface<'a> {
-    /// Normalised positions, n_vertices x 3; copies of split vertices come last.
+    /// Normalised positions; copies of split vertices come last.
     pub positions: Vec<Vec3>,
     pub faces: Cow<'a, [[u32; 3]]>,
     pub rings: OneRings,
-    /// Unit vertex normals, n_vertices x 3; zero without area.
     pub normals: Vec<Vec3>,
-    /// Upper triangles of the plane quadrics; the trace is about area times importance.
+    /// Plane quadrics, upper triangles; the trace is about area times importance.
     pub quadrics: Vec<[f32; 6]>,
     pub importance: Vec<f32>,
     pub scale: Normalisation,
     pub pulse: Pulse<'a>,
-    /// Vertices of which the split-off ones are copies.
     copies: Vec<u32>,
 }
 
@@ -101,7 +99,7 @@ impl<'a> Surface<'a> {
         let Manifold { faces, rings, copies, .. } = manifold_with(pulse, mesh.positions(), mesh.faces());
         pulse.beat(0);
         let mut positions = pulse.map(mesh.positions(), |&p| scale.normalise(p));
-        // Copies start where their vertex is; the collapse moves them independently.
+        // Copies start at the position of their vertex.
         positions.extend(copies.iter().map(|&v| scale.normalise(mesh.positions()[v as usize])));
         let (normals, mut quadrics) = face_sums(pulse, &positions, &faces);
         add_boundary_lines(&positions, &rings, &mut quadrics);
@@ -109,7 +107,7 @@ impl<'a> Surface<'a> {
         Self { positions, faces, rings, normals, quadrics, importance: Vec::new(), scale, pulse, copies }
     }
 
-    /// Adds a plane along each of these edges and across the surface, which holds their curves.
+    /// Adds to both ends of each edge a plane through the edge, perpendicular to the surface.
     pub fn support_edges(&mut self, edges: impl Iterator<Item = [u32; 2]>) {
         for edge in edges {
             let plane = self.plane_on(edge, EDGE_WEIGHT);
@@ -122,7 +120,6 @@ impl<'a> Surface<'a> {
         Quadric::with_minimum(self.plane_on(edge, weight), self.positions[edge[0] as usize])
     }
 
-    /// Returns the supporting plane of an edge, times `weight` and its squared length, as an upper triangle.
     fn plane_on(&self, [a, b]: [u32; 2], weight: f32) -> [f32; 6] {
         let edge = self.positions[b as usize] - self.positions[a as usize];
         // The plane contains the edge and the mean normal of its ends.
@@ -130,7 +127,6 @@ impl<'a> Surface<'a> {
         outer(across, weight * edge.length_squared())
     }
 
-    /// Returns the quadric of the line along a boundary edge, as an upper triangle.
     pub fn line_along_boundary(&self, [a, b]: [u32; 2]) -> [f32; 6] {
         line_along(self.positions[b as usize] - self.positions[a as usize])
     }
@@ -165,7 +161,6 @@ impl<'a> Surface<'a> {
         self.positions.len()
     }
 
-    /// Returns the weight of a vertex: area and boundary lines, times importance.
     pub fn weight(&self, vertex: usize) -> f64 {
         let quadric = self.quadrics[vertex];
         f64::from(quadric[0] + quadric[3] + quadric[5])
@@ -180,7 +175,7 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// Sums unit vertex normals and plane quadrics, a third of each face per corner, in the order of the faces.
+/// Sums unit vertex normals and plane quadrics, a third of each face per corner.
 fn face_sums(pulse: Pulse, positions: &[Vec3], faces: &[[u32; 3]]) -> (Vec<Vec3>, Vec<[f32; 6]>) {
     let mut normals = vec![Vec3::ZERO; positions.len()];
     let mut quadrics = vec![[0.0; 6]; positions.len()];
@@ -233,11 +228,11 @@ pub fn plane_of(corners: [Vec3; 3]) -> Option<(Vec3, [f32; 6])> {
     (double_area > 0.0).then(|| (normal, outer(normal, 1.0 / (6.0 * double_area))))
 }
 
-/// Adds lines along boundary edges; supporting planes would lean where the surface is rough.
 fn add_boundary_lines(positions: &[Vec3], rings: &OneRings, quadrics: &mut [[f32; 6]]) {
     if rings.n_ghosts() == 0 {
         return;
     }
+    // Supporting planes in place of lines would lean where the surface is rough.
     // A ghost face has one real edge: the boundary's.
     for [w, v, _] in rings.ghost_faces() {
         let line = line_along(positions[w as usize] - positions[v as usize]);
@@ -245,7 +240,7 @@ fn add_boundary_lines(positions: &[Vec3], rings: &OneRings, quadrics: &mut [[f32
     }
 }
 
-/// Returns the weighted squared distance to the line along an edge, as an upper triangle.
+/// Returns the weighted squared distance to the line along an edge.
 #[inline(always)]
 pub fn line_along(edge: Vec3) -> [f32; 6] {
     // Squared distance from the line: `|e|^2 |x|^2 - (e.x)^2`.
@@ -258,7 +253,6 @@ pub fn line_along(edge: Vec3) -> [f32; 6] {
 pub enum Neighbour {
     Ghost,
     At(Vec3),
-    /// Vertex at this position along the cut of a half, which is no boundary.
     AlongCut(Vec3),
 }
 
@@ -296,7 +290,7 @@ pub fn planes_around(centre: Vec3, ring: impl DoubleEndedIterator<Item = Neighbo
         (before, last) = (here, normal);
     }
     has_folds |= first.is_some_and(|first| last.dot(first) < 0.0);
-    // Folds are rare, so their test on normals runs only where two faces oppose each other.
+    // Folds are rare, so they are searched only if two faces oppose each other.
     if has_folds {
         let places: Vec<Option<Vec3>> = ring.map(Neighbour::position).collect();
         for end in folds_around(centre, places.iter().copied()).filter_map(|i| places[i]) {
@@ -306,7 +300,7 @@ pub fn planes_around(centre: Vec3, ring: impl DoubleEndedIterator<Item = Neighbo
     sum
 }
 
-/// Finds the neighbours along folds: rims of thin sheets, whose opposite faces do not determine the rim.
+/// Finds the neighbours along folds: rims of thin sheets, which opposite faces do not determine.
 pub fn folds_around(centre: Vec3, ring: impl Iterator<Item = Option<Vec3>>) -> impl Iterator<Item = usize> {
     let places: Vec<Option<Vec3>> = ring.collect();
     let n = places.len();
@@ -316,7 +310,7 @@ pub fn folds_around(centre: Vec3, ring: impl Iterator<Item = Option<Vec3>>) -> i
     };
     let normals: Vec<Vec3> = (0..n).map(normal).collect();
     let is_fold = move |&i: &usize| {
-        // Faces that oppose each other within an angle, compared without square roots.
+        // Compared without square roots.
         let [one, other] = [normals[i], normals[(i + 1) % n]];
         let along = one.dot(other);
         along < 0.0 && along * along > FOLD * FOLD * one.length_squared() * other.length_squared()
@@ -326,11 +320,11 @@ pub fn folds_around(centre: Vec3, ring: impl Iterator<Item = Option<Vec3>>) -> i
 
 fn support_weightless(pulse: Pulse, quadrics: &mut [[f32; 6]]) {
     let weight = |q: &[f32; 6]| q[0] + q[3] + q[5];
-    // Chunks are independent of the number of threads.
+    // Chunks do not depend on the number of threads.
     let sum = |chunk: &[[f32; 6]]| chunk.iter().map(|q| f64::from(weight(q))).sum();
     let sums: Vec<f64> = quadrics.par_chunks(PARALLEL).map(sum).collect();
     pulse.beat(0);
-    // The floor adds to the diagonal alone: it pulls to the vertex in every direction.
+    // Light vertices get the least weight on the diagonal alone: a pull to the vertex in every direction.
     let floor = least_weight(sums.iter().sum(), quadrics.len()) as f32;
     let too_light = quadrics.par_iter_mut().with_min_len(PARALLEL).filter(|q| weight(q) < floor);
     too_light.for_each(|q| [0, 3, 5].into_iter().for_each(|diagonal| q[diagonal] += floor));

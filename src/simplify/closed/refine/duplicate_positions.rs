@@ -1,4 +1,4 @@
-//! Separation of vertices whose rounded positions coincide: welding the file must not change the mesh.
+//! Separation of vertices whose rounded positions coincide, so that welding does not change the mesh.
 
 use std::hash::BuildHasher;
 
@@ -11,19 +11,16 @@ use crate::mesh::pulse::Pulse;
 use crate::simplify::closed::pins::Pins;
 use crate::spatial::Bounds;
 
-/// Bits per vertex in the hash table of possible duplicates; at most one vertex in 16 collides by chance.
+// Bits per vertex in the table of possible duplicates: at most one vertex in 16 collides by chance.
 const BITS: usize = 16;
-/// Vertices hashed together; their bit numbers fill 128 KiB.
+// Vertices hashed together: their bit numbers fill 128 KiB.
 const BATCH: usize = 16_384;
-/// Largest visible step, in roundings at half the longest side of the box.
-///
-/// An axis with larger steps than this many times the smallest is left out.
+/// Largest visible step, in roundings at half the longest side; also the largest ratio between steps.
 const SMALL: f32 = 64.0;
 
-/// Separates vertices with equal written positions by the smallest visible steps; returns the number moved. Locked
-/// vertices stay.
+/// Separates vertices with equal written positions by the smallest visible steps; returns the number moved.
 pub fn separate(pulse: Pulse, positions: &mut [[f32; 3]], pins: &Pins, frame: &Frame) -> usize {
-    // The common case, no duplicates, needs one pass over a bit table and no hash map.
+    // Without duplicates, the common case, one pass over a table of bits suffices.
     if !pins.let_duplicates_move() || are_apart(pulse, positions, frame) {
         return 0;
     }
@@ -50,9 +47,7 @@ pub fn separate(pulse: Pulse, positions: &mut [[f32; 3]], pins: &Pins, frame: &F
     n_moved
 }
 
-/// Separates the vertices of a mirrored half from each other and from their images.
-///
-/// `placed` moves a position to the nearest one allowed for a vertex.
+/// Separates the vertices of a half from each other and from their images; `placed` corrects a position.
 pub fn separate_twins(
     positions: &mut [[f32; 3]],
     image: &dyn Fn([f32; 3]) -> [f32; 3],
@@ -73,7 +68,7 @@ pub fn separate_twins(
         loop {
             let offset = grid_place(number, steps);
             let place = placed(v, std::array::from_fn(|axis| position[axis] + offset[axis]));
-            // A vertex and its image claim both positions; on the plane they are one.
+            // A vertex off the plane claims two positions, its own and its image's.
             let keys = [place, image(place)].map(|p| key(frame, p));
             let is_alone = keys[0] != keys[1] || place == image(place);
             if is_alone && place.iter().all(|x| x.is_finite()) && !keys.iter().any(|key| taken.contains(key)) {
@@ -89,7 +84,7 @@ pub fn separate_twins(
 }
 
 pub fn are_apart(pulse: Pulse, positions: &[[f32; 3]], frame: &Frame) -> bool {
-    // Two bit sets: seen once, seen twice. Only vertices at bits seen twice are compared exactly.
+    // Bits seen once, and bits seen twice. Only vertices at the latter are compared exactly.
     let n_bits = (BITS * positions.len()).next_power_of_two().max(64);
     let bit_of = |key: [u64; 3]| (FxBuildHasher.hash_one(key) >> 8) as usize & (n_bits - 1);
     let (mut once, mut twice) = (vec![0u64; n_bits / 64], vec![0u64; n_bits / 64]);
@@ -113,12 +108,11 @@ pub fn are_apart(pulse: Pulse, positions: &[[f32; 3]], frame: &Frame) -> bool {
     any == 0 || keys.all(|key| !is_doubtful(key) || taken.insert(key))
 }
 
-/// Returns the bits of the written position; -0 equals 0.
 pub(super) fn key(frame: &Frame, local: [f32; 3]) -> [u64; 3] {
     frame.to_file(local).map(|x| (x + 0.0).to_bits())
 }
 
-/// Takes the first free position on a growing grid around `position`, skipping the first `n_tried`.
+/// Takes the first free position on a growing grid, skipping the first `n_tried`.
 fn free_place(
     position: [f32; 3],
     steps: [f32; 3],
@@ -148,9 +142,7 @@ impl<'a> VisibleSteps<'a> {
         Self { frame, visible: SMALL * f32::EPSILON * (high / 2.0 - low / 2.0).max_element() }
     }
 
-    /// Returns the steps that change the written position on each axis.
-    ///
-    /// They follow the largest coordinate unless that is large for the mesh.
+    /// Returns the steps that change the written position: all as large as the largest, unless that is visible.
     pub(super) fn steps_at(&self, position: [f32; 3]) -> [f32; 3] {
         let of_file = if self.frame.double { f64::EPSILON } else { f64::from(f32::EPSILON) };
         let written = self.frame.to_file(position);
@@ -164,7 +156,7 @@ impl<'a> VisibleSteps<'a> {
     }
 }
 
-/// Returns a position of a grid, numbered such that the first n fill a cube (Morton order with folded signs).
+/// Returns a position of a grid, numbered such that the first n fill a cube (Morton order).
 pub(super) fn grid_place(number: u32, steps: [f32; 3]) -> [f32; 3] {
     let least = steps.into_iter().fold(f32::INFINITY, f32::min);
     let is_fine = steps.map(|step| step <= SMALL * least);
@@ -175,7 +167,7 @@ pub(super) fn grid_place(number: u32, steps: [f32; 3]) -> [f32; 3] {
             return 0.0;
         }
         let bits = (first_bit..u32::BITS).step_by(n_fine as usize).filter(|bit| number >> bit & 1 == 1);
-        // Every axis takes each n-th bit; even numbers go one way, odd ones the other.
+        // Of n axes each takes every n-th bit; odd numbers go up, even ones down.
         let folded: u32 = bits.map(|bit| 1 << (bit / n_fine)).sum();
         first_bit += 1;
         let size = folded.div_ceil(2) as f32 * steps[axis];

@@ -1,4 +1,4 @@
-//! Output faces as seen from sample points: the face of a point, its weights and height.
+//! Projection of sample points onto output faces.
 
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
@@ -8,20 +8,20 @@ use glam::Vec3;
 
 use crate::simplify::closed::output::Output;
 
-/// Least cosine between the normals of point and face; below, a walk crossed a crease. Nineteen meshes: the mean
-/// distance is 0.3 % larger at 0.6.
+/// Least cosine between the normals of a point and its face.
+// Below, a walk crossed a crease. Nineteen meshes: the mean distance is 0.3 % larger at 0.6.
 const AGREES: f32 = 0.8;
-/// Longest walk in edges. 6 and 24 change nothing by 0.3 %.
+/// Longest walk in edges.
+// 6 and 24 change nothing by 0.3 %.
 const MOST_STEPS: usize = 12;
 const NONE: u32 = u32::MAX;
-/// Adjacent face not yet looked up.
 const UNKNOWN: u32 = u32::MAX - 1;
 
+/// Face with the gradients of its first two barycentric weights.
 #[repr(align(64))]
 pub struct Facet {
     gradients: [Vec3; 2],
     pub normal: Vec3,
-    /// Third corner, where the first two weights and the height are 0.
     origin: Vec3,
     /// Faces across the edges opposite the corners, cached; `NONE` at a boundary.
     beyond: [AtomicU32; 3],
@@ -30,7 +30,7 @@ pub struct Facet {
 #[derive(Clone, Copy, Default)]
 pub struct Projection {
     pub face: u32,
-    /// Barycentric weights of approximately the closest point, nonnegative, with sum 1.
+    /// Barycentric weights of about the closest point; at least 0, with sum 1.
     pub weights: [f32; 3],
     pub height: f32,
 }
@@ -72,7 +72,7 @@ impl<'a> Facets<'a> {
         self.facets[face as usize].normal
     }
 
-    /// Returns a face at the edge between the regions of a point's vertices; `None` if there is none.
+    /// Returns a face at the edge between the regions of a point's vertices.
     pub fn face_between(&self, [a, b, c]: [u32; 3]) -> Option<u32> {
         // Two different vertices of the three name the edge between their regions.
         let [u, v] = if a != b { [a, b] } else { [b, c] };
@@ -83,7 +83,6 @@ impl<'a> Facets<'a> {
         }
     }
 
-    /// Returns a face at a vertex; the first of all if it has none.
     pub fn face_at(&self, vertex: u32) -> u32 {
         self.output.faces_around().corners(vertex).first().map_or(0, |corner| corner.face)
     }
@@ -93,16 +92,16 @@ impl<'a> Facets<'a> {
     }
 
     /// Moves over edges from the start `faces` until each point is over its face or the edge just crossed.
-    ///
-    /// All points advance together, so that none waits for another's memory.
     pub fn walk(&self, points: &[Vec3], faces: &mut [u32]) {
+        // All points advance together, so that none waits for another's memory.
         // `from` prevents walking back and forth over one edge.
         let mut from = vec![NONE; points.len()];
         let mut toward = vec![0u8; points.len()];
         let mut walking: Vec<usize> = (0..points.len()).collect();
         for _ in 0..MOST_STEPS {
             let mut n_outside = 0;
-            // Compaction without a branch: the next slot is written always and kept if the point is outside.
+            // Compaction without a branch: every point is written to the next slot, which is kept if the point is
+            // outside.
             for k in 0..walking.len() {
                 let i = walking[k];
                 let [u, v, w] = self.facets[faces[i] as usize].weights(points[i]);
@@ -115,7 +114,7 @@ impl<'a> Facets<'a> {
             walking.truncate(n_outside);
             walking.retain(|&i| {
                 let beyond = self.face_across(faces[i], usize::from(toward[i]));
-                // A step back to the last face means that the point is outside of both, over their edge.
+                // A step back means that the point is outside of both faces, over their edge.
                 let goes = beyond != from[i] && beyond != NONE;
                 if goes {
                     (from[i], faces[i]) = (faces[i], beyond);
@@ -125,18 +124,16 @@ impl<'a> Facets<'a> {
         }
     }
 
-    /// Projects a point onto the face found by its walk.
-    ///
-    /// If the normals disagree, the nearest face around `vertex` with an agreeing normal is used.
+    /// Projects a point onto the face of its walk, or onto a face at `vertex` with a similar normal.
     pub fn project(&self, point: Vec3, normal: Vec3, face: u32, vertex: u32) -> Option<Projection> {
         let facet = &self.facets[face as usize];
         let alike = facet.normal.dot(normal);
-        // Walks cross creases of thin sheets and arrive on the wrong side.
+        // Walks over the crease of a thin sheet end on the wrong side.
         let agrees = alike > 0.0 && alike * alike >= AGREES * AGREES * normal.length_squared();
         if !agrees {
             return self.nearest_around(point, normal, vertex);
         }
-        // Clamping is not the exact closest point, but close for points that nearly lie over the face.
+        // Clamped weights are close to the closest point for points nearly over the face.
         let within = facet.weights(point).map(|w| w.max(0.0));
         let inverse = 1.0 / (within[0] + within[1] + within[2]);
         Some(Projection { face, weights: within.map(|w| w * inverse), height: facet.height(point) })

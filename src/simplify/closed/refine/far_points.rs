@@ -1,6 +1,4 @@
 //! Attraction of faces by points that remain far from them after the fit.
-//!
-//! The fit sees heights above planes. A point beyond the end of a face, at a tip that was cut off, has hardly any.
 
 use glam::Vec3;
 
@@ -10,10 +8,11 @@ use crate::simplify::closed::output::Output;
 use super::facets::{Facets, Projection};
 use super::sample_points::Points;
 
-/// Distance over the root mean square of all heights from which a point attracts. At 5 the largest distance is 2 %
-/// larger.
+/// Distance over the root mean square height from which a point attracts.
+// At 5 the largest distance is 2 % larger.
 const FAR: f32 = 4.0;
-/// Share of that distance at which a point is left, so that small changes do not bring it back.
+/// Distance that remains after the attraction, over that from which a point attracts.
+// Below 1, so that small changes do not bring the point back.
 const LEFT: f32 = 0.9;
 
 struct FarPoint {
@@ -22,24 +21,24 @@ struct FarPoint {
     foot: Projection,
 }
 
-/// Computes the steps of the vertices toward far points, farthest first; each vertex follows at most one point.
+/// Computes the steps of the vertices toward far points; each vertex follows at most one point.
 pub fn draw(points: &mut Points, facets: &Facets) -> Vec<Vec3> {
     let output = facets.output;
     let mut matches = Vec::new();
     points.place(facets, |found| matches.extend(found.iter().flatten().copied()));
-    // Far is relative to the usual height.
+    // A distance is far in relation to the usual height.
     let [squares, area] = matches.iter().fold([0.0f64; 2], |[squares, area], m| {
         let height = f64::from(m.projection.height);
         [squares + f64::from(m.area) * height * height, area + f64::from(m.area)]
     });
     let far = FAR * (squares / area.max(f64::MIN_POSITIVE)).sqrt() as f32;
-    // Only points high above their face or projected to its border can be far.
+    // Only points high above their face, or projected to its border, can be far.
     let may_be_far = |foot: &Projection| foot.height.abs() > far || foot.weights.contains(&0.0);
     let suspects = matches.iter().filter(|m| may_be_far(&m.projection));
     let mut found: Vec<FarPoint> =
         suspects.map(|m| nearest(output, points.position(m.point), m.projection.face)).collect();
     found.retain(|point| point.distance > far);
-    // Sorted by distance, the farthest points choose first.
+    // The farthest points choose their faces first.
     found.sort_by(|a, b| b.distance.total_cmp(&a.distance));
     let mut steps = vec![Vec3::ZERO; output.positions.len()];
     for FarPoint { distance, way, foot } in found {
@@ -47,7 +46,7 @@ pub fn draw(points: &mut Points, facets: &Facets) -> Vec<Vec3> {
         if corners.iter().any(|&v| steps[v as usize] != Vec3::ZERO) {
             continue;
         }
-        // The least-squares moves of the corners that take the foot this far.
+        // Least-squares moves of the corners that carry the closest point this far.
         let squared: f32 = foot.weights.iter().map(|w| w * w).sum();
         let share = (1.0 - LEFT * far / distance) / squared;
         corners.iter().zip(foot.weights).for_each(|(&v, weight)| steps[v as usize] = way * (share * weight));
@@ -57,7 +56,7 @@ pub fn draw(points: &mut Points, facets: &Facets) -> Vec<Vec3> {
 
 fn nearest(output: &Output, point: Vec3, face: u32) -> FarPoint {
     let mut nearest = FarPoint { distance: f32::INFINITY, way: Vec3::ZERO, foot: Projection::default() };
-    // The face of a match is only where a walk ended; a neighbour may be closer.
+    // A walk ends at some face near the point; an adjacent one may be nearer.
     for face in output.face(face).into_iter().flat_map(|v| output.faces_around().faces(v)) {
         let corners = output.triangle(face);
         let weights = nearest_weights(point, corners);

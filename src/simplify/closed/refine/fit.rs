@@ -1,9 +1,4 @@
 //! Least-squares fit of the output vertices to the original surface.
-//!
-//! The minimum of tangent planes lies inside a curved surface. So sample points of the original are assigned to output
-//! faces, and vertices move to minimise the weighted squared heights: each along the solution of its own 3 x 3 system,
-//! all by one common step length. Steps that turn a face, do not pay or go far are dropped; boundary vertices stay,
-//! since heights do not show where the surface ends.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -21,33 +16,35 @@ use super::far_points;
 use super::sample_points::{Match, Points};
 use super::strays;
 
-/// Weight of a vertex's own position; points say little along the surface. Sixteen meshes: at 0.001 the largest
-/// distance is 2.5 % larger; at 0.004 the mean is 0.4 % larger.
+/// Weight of a vertex's own position, over the trace of its system.
+// Points say little along the surface. Sixteen meshes: at 0.001 the largest distance is 2.5 % larger; at 0.004 the mean
+// is 0.4 % larger.
 const STAY: f32 = 0.002;
-/// `STAY` with held curves, which vertices would leave along the surface. Twelve meshes with creases: at 0.002 the
-/// largest distance is 13 % larger, at 0.02 the mean 0.7 %.
+// `STAY` with held curves, which vertices would leave along the surface. Twelve meshes with creases: at 0.002 the
+// largest distance is 13 % larger, at 0.02 the mean 0.7 %.
 const STAY_BY_CURVES: f32 = 0.01;
-/// Longest step over the root of a third of the area around a vertex. Nineteen meshes: at 1.4 the largest distance is
-/// 10 % larger.
+/// Longest step over the root of a third of the area around a vertex.
+// Nineteen meshes: at 1.4 the largest distance is 10 % larger.
 const FARTHEST: f32 = 0.7;
-/// Least cosine between a face's normals before and after a step. The mean distance is 0.4 % larger at 0.9.
+/// Least cosine between a face's normals before and after a step.
+// The mean distance is 0.4 % larger at 0.9.
 const LEAST_COSINE: f32 = 0.7;
-/// Least cosine between a face's normal and its intended one: a guard, which changes no result of 121.
+/// Least cosine between a face's normal and its intended one.
+// A guard, which changes no result of 121.
 const LEAST_INTENDED: f32 = 0.2;
 
-/// Moves the output vertices toward the original in several steps; records the steps in `trace`.
 pub fn fit(original: &Original, points: &mut Points, output: &mut Output, trace: &mut Option<Trace>) {
-    // With held curves one step only: each moves vertices along the surface, off their curves.
+    // With held curves one step only: every step moves vertices off their curves.
     let n_steps = if !original.features.has_held() { points.n_steps() } else { 1 };
     let start = output.positions.clone();
     for n_before in 0..n_steps {
-        // Three points a face are worth their time only after the first, largest step.
+        // Three points per face pay only after the first, largest step.
         if n_before > 0 {
             points.multiply();
         }
         step(original, points, output, &start, trace.as_mut());
     }
-    // Heights do not see tips that were cut off; far points attract the faces there.
+    // A point beyond a face, at a tip that was cut off, has hardly any height. So far points attract faces.
     for _ in 0..points.aim().far_rounds {
         let pulse = points.pulse().counting_if(false);
         let facets = Facets::new(pulse, output);
@@ -58,11 +55,13 @@ pub fn fit(original: &Original, points: &mut Points, output: &mut Output, trace:
 }
 
 fn step(original: &Original, points: &mut Points, output: &mut Output, start: &[Vec3], trace: Option<&mut Trace>) {
+    // Sample points of the original are assigned to output faces. Then vertices move to minimise the weighted squared
+    // heights of the points: each along the solution of its own 3 x 3 system, all by one common step length.
     let pulse = points.pulse().counting_if(false);
     let facets = Facets::new(pulse, output);
     // Matches are kept only for the derivative.
     let mut matches = trace.as_ref().map(|_| Vec::new());
-    // The sums grow in chunks: clearing millions of them at once would miss beats.
+    // The sums grow in chunks, since clearing millions of them at once would delay the progress.
     let mut sums = Vec::with_capacity(output.faces().len());
     pulse.ranges(0..output.faces().len()).for_each(|faces| sums.resize(faces.end, FaceSums::default()));
     points.place(&facets, |found| {
@@ -72,41 +71,37 @@ fn step(original: &Original, points: &mut Points, output: &mut Output, start: &[
     pulse.beat(0);
     let square = mean_square(&sums);
     pulse.beat(0);
-    // The weights of the faces follow from the heights of this step, so outliers are found again each time.
+    // Weights follow from the heights of this step, so outliers are found again in each step.
     let counts = counts(pulse, &sums, points.aim().full_weight, square);
     pulse.beat(0);
-    // Held curves need a stronger weight of position, which points along the surface cannot provide.
     let stay = if !original.features.has_held() { STAY } else { STAY_BY_CURVES };
     let weighed = WeightedSums { sums: &sums, counts: &counts, thinning: points.thinning(), stay };
     let mut steps = solve(pulse, &facets, &weighed);
-    // Above a spike there are no points, so heights cannot stop a vertex: its own distance does.
+    // Above a spike there are no points, so heights do not stop its vertex; its distance to the original does.
     strays::take_back(original, &facets, start, &mut steps, square.sqrt());
     let boundary = boundary_vertices(pulse, points, output);
     let after = take_steps(pulse, &facets, &steps, &boundary);
-    // The memory is freed in two steps: for millions of faces this takes a while.
+    // The memory is freed in two steps, since freeing millions of faces takes a while.
     drop(facets);
     pulse.beat(0);
     drop(sums);
     pulse.beat(0);
     if let (Some(trace), Some(matches)) = (trace, matches) {
-        // The derivative needs to know which vertices moved, not why others stayed.
+        // The derivative needs to know which vertices moved, but not why others stayed.
         let moved = after.iter().zip(&output.positions).map(|(p, q)| p != q).collect();
         trace.steps.push(TracedStep { density: points.density(), matches, counts, moved, stay });
     }
     output.positions.copy_from_slice(&after);
 }
 
-/// Area-weighted sums over the points of a face.
 #[derive(Clone, Copy, Default)]
 struct FaceSums {
     weights: [f32; 3],
     heights: [f32; 3],
-    /// Sums of products of weights: 00, 11, 22, 01, 12, 20.
     products: [f32; 6],
     squares: f32,
 }
 
-/// Sums over all faces with the weight of each face.
 struct WeightedSums<'a> {
     sums: &'a [FaceSums],
     counts: &'a [f32],
@@ -115,7 +110,7 @@ struct WeightedSums<'a> {
 }
 
 fn add_all(sums: &mut [FaceSums], found: &[Option<Match>]) {
-    // Each thread owns a range of faces and scans all matches, so sums have one order.
+    // Each thread owns a range of faces and scans all matches, so every sum has one order.
     let shares = thread_ranges(sums.len());
     let parts: Vec<_> = shares.iter().zip(split_rows(&shares, sums, |f| f + 1)).collect();
     parts.into_par_iter().for_each(|(share, sums)| {
@@ -154,20 +149,20 @@ impl FaceSums {
 }
 
 fn mean_square(sums: &[FaceSums]) -> f32 {
-    // In double precision, or millions of small terms would be lost.
+    // In single precision millions of small terms would be lost.
     let [squares, area] = sums
         .iter()
         .fold([0.0f64; 2], |[squares, area], sum| [squares + f64::from(sum.squares), area + f64::from(sum.area())]);
     (squares / area.max(f64::MIN_POSITIVE)) as f32
 }
 
-/// Computes the weight of each face's points: about the inverse of their height, so that heights, not their squares,
-/// are minimised.
+/// Returns the weight of each face's points, about the inverse of their height.
 fn counts(pulse: Pulse, sums: &[FaceSums], full_weight: f32, mean: f32) -> Vec<f32> {
     let count = |sum: &FaceSums| {
-        // Iteratively reweighted least squares: weights from the last heights.
+        // Iteratively reweighted least squares: with weights from the last heights, heights and not their squares are
+        // minimised.
         let count = 1.0 / (sum.squares / (sum.area() * mean) + full_weight).sqrt();
-        // Without points or heights any weight will do.
+        // A face without points or heights has no effect.
         if count.is_finite() { count } else { 1.0 }
     };
     pulse.map(sums, count)
@@ -179,9 +174,8 @@ fn counts(pulse: Pulse, sums: &[FaceSums], full_weight: f32, mean: f32) -> Vec<f
 fn solve(pulse: Pulse, facets: &Facets, weighed: &WeightedSums) -> Vec<Vec3> {
     let WeightedSums { sums, counts, thinning, .. } = *weighed;
     let faces = facets.output.faces();
-    // Directions come from each vertex alone, the length from all together.
     let directions = directions(pulse, facets, weighed);
-    // One line search for all vertices together: lengths of their own would fight over shared faces.
+    // One length for all vertices: separate lengths would interfere at shared faces.
     let change = |f: usize| {
         let normal = facets.normal(f as u32);
         let rises = faces[f].map(|v| normal.dot(directions[v as usize]));
@@ -190,7 +184,7 @@ fn solve(pulse: Pulse, facets: &Facets, weighed: &WeightedSums) -> Vec<Vec3> {
     let changes: Vec<[f32; 2]> = pulse.map_numbers(sums.len(), change);
     pulse.beat(0);
     let total = |k: usize| changes.iter().map(|change| f64::from(change[k])).sum::<f64>();
-    // The best common length is where the summed parabola is lowest.
+    // The best length is where the sum of all parabolas is lowest.
     let total = [total(0), total(1)];
     // Per vertex: slope, curvature and area of its share of the points.
     let mut gains = vec![[0.0f32; 3]; directions.len()];
@@ -208,7 +202,7 @@ fn solve(pulse: Pulse, facets: &Facets, weighed: &WeightedSums) -> Vec<Vec3> {
     let length = (total[0] / total[1].max(f64::MIN_POSITIVE)) as f32;
     let step = |(d, [slope, curvature, area]): (&Vec3, [f32; 3])| {
         let step = *d * length;
-        // Far steps would leave the region in which heights were measured.
+        // Long steps would leave the region in which heights were measured.
         let is_near = step.length_squared() <= FARTHEST * FARTHEST * thinning * area;
         if is_near && 2.0 * slope > length * curvature { step } else { Vec3::ZERO }
     };
@@ -218,7 +212,7 @@ fn solve(pulse: Pulse, facets: &Facets, weighed: &WeightedSums) -> Vec<Vec3> {
 fn directions(pulse: Pulse, facets: &Facets, WeightedSums { sums, counts, stay, .. }: &WeightedSums) -> Vec<Vec3> {
     let output = facets.output;
     let mut systems = vec![[0.0f32; 9]; output.positions.len()];
-    // The weight of a face multiplies matrix and right side alike.
+    // The weight of a face multiplies matrix and right side.
     let planes = |f: usize| {
         let normal = facets.normal(f as u32);
         (normal * counts[f], outer(normal, counts[f]), &sums[f])
@@ -227,17 +221,16 @@ fn directions(pulse: Pulse, facets: &Facets, WeightedSums { sums, counts, stay, 
         system[..6].iter_mut().zip(outer).for_each(|(entry, x)| *entry += sum.weights[corner] * x);
         system[6..].iter_mut().zip(normal.to_array()).for_each(|(entry, x)| *entry += sum.heights[corner] * x);
     });
-    // On the mirror plane of a half, the solution has no component across it.
+    // In a half, solutions have no component across the mirror plane.
     output.pins.plane().into_iter().for_each(|plane| plane.confine(&mut systems));
     systems.par_iter().map(|system| solve_block(system, *stay)).collect()
 }
 
-/// Solves `(A + stay tr(A) I) x = b`, A as an upper triangle; zero if there is no solution.
-///
-/// Uses `L D L'`: cofactors would lose the small weight of the position.
+/// Solves `(A + stay tr(A) I) x = b`, A as an upper triangle; zero without a solution.
 fn solve_block(system: &[f32; 9], stay: f32) -> Vec3 {
     let [xx, xy, xz, yy, yz, zz, bx, by, bz] = *system;
-    // Relative to the trace, the weight of position is independent of scale.
+    // Relative to the trace, the weight of the position does not depend on scale. `L D L'` is used since cofactors
+    // would lose that weight.
     let stay = stay * (xx + yy + zz);
     let (d0, yy, zz) = (xx + stay, yy + stay, zz + stay);
     let (l10, l20) = (xy / d0, xz / d0);
@@ -255,15 +248,15 @@ fn solve_block(system: &[f32; 9], stay: f32) -> Vec3 {
 fn take_steps(pulse: Pulse, facets: &Facets, steps: &[Vec3], boundary: &[u32]) -> Vec<Vec3> {
     let output = facets.output;
     let mut after: Vec<Vec3> = output.positions.par_iter().zip(steps).map(|(p, step)| *p + *step).collect();
-    // Locked and boundary vertices never move.
+    // Heights do not show where the surface ends, so boundary vertices stay, like locked ones.
     let stay = output.pins.locked_vertices().chain(boundary.iter().copied());
     stay.for_each(|v| after[v as usize] = output.positions[v as usize]);
-    // Taking a corner back can turn other faces, so this repeats until none is turned.
+    // A corner that returns can turn other faces, so this repeats until no face is turned.
     let mut turned = indices_where(pulse, output.faces(), |f, _| turns(facets, f, &after));
     while !turned.is_empty() {
         let mut back = Vec::new();
         for v in turned.iter().flat_map(|&f| output.face(f)) {
-            // All three corners go back: which of them turned the face is not known.
+            // All three corners return, since it is not known which of them turned the face.
             let (now, before) = (&mut after[v as usize], output.positions[v as usize]);
             if *now != before {
                 *now = before;
@@ -291,7 +284,7 @@ fn boundary_vertices(pulse: Pulse, points: &Points, output: &Output) -> Vec<u32>
     vertices
 }
 
-/// Returns whether a face would turn too far, from its present normal or from the one that the collapse gave it.
+/// Returns whether a face would turn too far from its present or intended normal.
 fn turns(facets: &Facets, f: u32, after: &[Vec3]) -> bool {
     let normal = area_normal(facets.output.face(f).map(|v| after[v as usize]));
     let below = |unit: Vec3, least: f32| {

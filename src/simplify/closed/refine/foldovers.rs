@@ -1,8 +1,4 @@
-//! Foldover repair: flips the longest edge of a face turned against the original, or moves one of its corners.
-//!
-//! No merge or fit step turns a face far, but turns add up. A folded face opposes the mean normal around it, which is
-//! cheap to search; thin sheets have such faces too, so the original's normal nearby decides. On coarse results leaning
-//! faces are flipped as well: an edge can span a hollow that no earlier step sees.
+//! Foldover repair: flips the longest edge of a face turned against the original, or moves a corner.
 
 use glam::Vec3;
 use rustc_hash::FxHashSet;
@@ -14,30 +10,34 @@ use crate::simplify::closed::diamond::{Diamond, diamonds};
 use crate::simplify::closed::original::{Original, Regions};
 use crate::simplify::closed::output::Output;
 
-/// Rounds over the remaining foldovers. Of 57 results the second and third round change 13, three more one.
+// Rounds over the remaining foldovers. Of 57 results the second and third round change 13, three more one.
 const ROUNDS: usize = 3;
-/// Largest growth of the local distance to the original that a repair may cause. Of 16 foldovers 8 remain at 1, 4 here
-/// and at 3.
+/// Largest growth of the local distance that a repair may cause.
+// Of 16 foldovers 8 remain at 1, 4 here and at 3.
 const MOST_LOSS: f32 = 1.5;
-/// `MOST_LOSS` for a leaning face, whose repair must pay. The largest distance is 0.6 % larger at 0.35.
+// `MOST_LOSS` of a leaning face, which is no foldover: its repair must pay. The largest distance is 0.6 % larger at
+// 0.35.
 const LEANING_LOSS: f32 = 0.7;
-/// Cosine between a face and the original below which it leans. The largest distance is 0.9 % larger at 0.
+/// Cosine between a face and the original below which the face leans.
+// The largest distance is 0.9 % larger at 0.
 const LEANING: f32 = 0.3;
-/// Longest move of a corner over its shortest edge. Of 57 results one differs at 0.4, four at 1.5.
+/// Longest move of a corner over its shortest edge.
+// Of 57 results one differs at 0.4, four at 1.5.
 const MOST_WAY: f32 = 0.75;
-/// Largest valence that is repaired: a hub would dominate the time. Of 57 results two differ at 12.
+// Largest valence that is repaired: higher ones would dominate the time. Of 57 results two differ at 12.
 const MOST_FACES: usize = 24;
-/// Distance that counts as rounding, on a surface of about unit size: eight roundings of a coordinate.
+/// Distance that counts as rounding at unit size.
 const ROUNDING: f32 = 1e-6;
 
 /// Repairs foldovers by flips, then by moving corners; returns the number of flips.
 pub fn repair(original: &Original, output: &mut Output, is_coarse: bool) -> usize {
+    // On coarse results leaning faces are repaired too: an edge may span a hollow that no earlier step saw.
     let least = if is_coarse { LEANING } else { 0.0 };
     let folded = folded_faces(original, output, least);
     if folded.is_empty() {
         return 0;
     }
-    // Regions are collected only around folded faces: most results have few.
+    // Regions are collected only around folded faces, since most results have few.
     let regions = original.regions(&output.vertex_of, &mark(output, &neighbourhood(&folded, output)));
     let (n_flipped, mut folded) = flip_folded(&regions, output, folded, least);
     // Corners are moved only for faces that are turned, not for leaning ones.
@@ -54,16 +54,18 @@ pub fn repair(original: &Original, output: &mut Output, is_coarse: bool) -> usiz
 
 /// Finds the faces that oppose their surroundings and the original beneath them.
 fn folded_faces(original: &Original, output: &Output, least: f32) -> Vec<u32> {
+    // No merge and no step of the fit turns a face far, but turns add up. Opposing the mean normal is cheap to test.
+    // Faces of thin sheets do so too, so the original decides.
     let mut folded = against_their_surroundings(original.surface.pulse, output, least);
     if folded.is_empty() {
         return folded;
     }
-    // The walk needs a start near each face: the region vertex closest to its first corner.
+    // Each walk starts at the region vertex closest to the face's first corner.
     let first: Vec<u32> = folded.iter().map(|&f| output.face(f)[0]).collect();
     let starts = original.anchors(&output.positions, &output.vertex_of, &mark(output, &first));
     folded.retain(|&f| {
         let corners = output.triangle(f);
-        // The original's normal beneath the centroid decides, found by a short walk.
+        // The normal of the original beneath the centroid decides.
         let centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
         let start = starts[output.face(f)[0] as usize];
         turns(original.closest_near(centroid, start).normal, area_normal(corners), least)
@@ -117,7 +119,6 @@ fn mark(output: &Output, vertices: &[u32]) -> Vec<bool> {
     marked
 }
 
-/// Returns the corners of some faces and of the faces across their edges.
 fn neighbourhood(of: &[u32], output: &Output) -> Vec<u32> {
     let mut vertices = Vec::with_capacity(6 * of.len());
     for &f in of {
@@ -140,17 +141,17 @@ fn ring(output: &Output, vertices: &[u32]) -> Vec<u32> {
 /// Finds a position for a corner of a turned face with fewer turned faces around it.
 fn better_corner(view: &RepairView, f: u32) -> Option<(u32, Vec3)> {
     let RepairView { output, .. } = view;
-    // Pinned vertices stay, and hubs would take too long.
+    // Pinned vertices stay, and vertices of high valence would take too long.
     let is_movable = |v: &u32| !output.pins.has(*v) && output.faces_around().corners(*v).len() <= MOST_FACES / 2;
     output.face(f).into_iter().filter(is_movable).find_map(|v| {
         let here = output.positions[v as usize];
         let star = MovableStar::new(view, v);
-        // A place must repair at least one face and must not be far.
+        // A position must repair at least one face and be near.
         let n_here = star.n_turned(here);
         let mut better: Vec<(usize, Vec3)> = star.other_places(here).map(|place| (star.n_turned(place), place)).into();
         let reach = MOST_WAY * star.shortest_edge(here);
         better.retain(|(n, place)| *n < n_here && here.distance(*place) <= reach);
-        // The distance test is the most expensive, so it comes last and in order of benefit.
+        // The distance test takes longest, so it comes last and in the order of benefit.
         better.sort_by_key(|(n, _)| *n);
         better.into_iter().find(|(_, place)| star.keeps_near([here, *place])).map(|(_, place)| (v, place))
     })
@@ -175,7 +176,6 @@ impl<'a> MovableStar<'a> {
         Self { view, own, ring: ring(view.output, &[v]), sides }
     }
 
-    /// Returns other positions for the vertex: closest on the original, and the centre of its neighbours.
     fn other_places(&self, here: Vec3) -> [Vec3; 3] {
         // Each neighbour occurs twice among the sides, once per adjacent face.
         let amid = self.sides.iter().flatten().sum::<Vec3>() / (2 * self.sides.len()) as f32;
@@ -192,7 +192,6 @@ impl<'a> MovableStar<'a> {
     }
 
     fn keeps_near(&self, from_to: [Vec3; 2]) -> bool {
-        // Centroids and edge middles represent the patch.
         let inner = |[v, p, q]: [Vec3; 3]| [(v + p + q) / 3.0, (v + p) * 0.5];
         let patches = from_to.map(|vertex| FacePatch {
             faces: self.faces_with(vertex).collect(),
@@ -225,11 +224,11 @@ fn against_their_surroundings(pulse: Pulse, output: &Output, least: f32) -> Vec<
     })
 }
 
-/// Returns the faces, of the folded ones and those at touched vertices, that are folded now.
+/// Returns which of the folded faces, and of the faces at touched vertices, are folded now.
 fn find_still_folded(output: &Output, mut folded: Vec<u32>, touched: &FxHashSet<u32>, least: f32) -> Vec<u32> {
     let normal = |f: u32| area_normal(output.triangle(f));
     let mean = |v: u32| output.faces_around().faces(v).map(normal).sum::<Vec3>();
-    // A flip may have folded faces that were fine.
+    // A flip may have folded other faces.
     folded.extend(touched.iter().flat_map(|&v| output.faces_around().faces(v)));
     folded.sort_unstable();
     folded.dedup();
@@ -240,14 +239,11 @@ fn find_still_folded(output: &Output, mut folded: Vec<u32>, touched: &FxHashSet<
 struct RepairView<'a> {
     regions: &'a Regions,
     output: &'a Output,
-    /// Cosine between a face and the original below which it counts as turned.
     least: f32,
 }
 
-/// Surroundings of a turned face.
 struct TurnedFace {
     near: Vec<u32>,
-    /// Largest growth of the local distance that a repair may cause.
     most_loss: f32,
 }
 
@@ -266,19 +262,18 @@ impl RepairView<'_> {
         turns(own, original, self.least)
     }
 
-    /// Returns the surroundings of face `f`, if it is turned and all its regions are known.
     fn surroundings_if_turned(&self, f: u32) -> Option<TurnedFace> {
         let near = neighbourhood(&[f], self.output);
         if !near.iter().all(|&v| self.regions.has(v)) {
             return None;
         }
         let [own, original] = self.normals(self.output.triangle(f), &near);
-        // A face that truly opposes the original may cost more than one that leans.
+        // The repair of a foldover may cost more than that of a leaning face.
         let most_loss = if own.dot(original) <= 0.0 { MOST_LOSS } else { LEANING_LOSS };
         turns(own, original, self.least).then_some(TurnedFace { near, most_loss })
     }
 
-    /// Finds the longest edge of a turned face whose flip repairs it; no vertex may be touched.
+    /// Finds the longest edge whose flip repairs a turned face; no vertex may be touched.
     fn find_flip(&self, f: u32, touched: &FxHashSet<u32>) -> Option<Diamond> {
         let turned = self.surroundings_if_turned(f)?;
         let length = |diamond: &Diamond| {
@@ -286,7 +281,7 @@ impl RepairView<'_> {
             a.distance_squared(b)
         };
         let mut edges: Vec<Diamond> = diamonds(self.output.faces(), self.output.faces_around(), f).collect();
-        // The longest edge most often spans what the face misses.
+        // The longest edge is the most likely one to span what the face misses.
         edges.sort_by(|x, y| length(y).total_cmp(&length(x)));
         edges.into_iter().find(|diamond| {
             let is_free = self.is_free(diamond) && !diamond.corners.iter().any(|v| touched.contains(v));
@@ -314,10 +309,9 @@ impl RepairView<'_> {
         self.keeps_near(&patches, [&turned.near, &diamond.corners], &diamond.faces, turned.most_loss)
     }
 
-    /// Returns whether replacing the first patch, made of faces `own`, by the second keeps the local distance within
-    /// `most_loss`.
+    /// Returns whether replacing the first patch by the second multiplies the local distance by at most `most_loss`.
     ///
-    /// Distances are to the regions of `near`, and from points in the regions of `about`.
+    /// `own` are the first patch's faces. Distances are to the regions of `near`, and from points in those of `about`.
     fn keeps_near(&self, patches: &[FacePatch; 2], [near, about]: [&[u32]; 2], own: &[u32], most_loss: f32) -> bool {
         let [mut before, mut after] = [0, 1].map(|i| {
             // From the patch to the original.
@@ -326,7 +320,7 @@ impl RepairView<'_> {
         });
         // And from the original to the patch, unless another face is closer.
         let others = self.faces_at(about, own);
-        // Points of the original count only if the second patch is farther from them, and no other face is nearer.
+        // Only points of the original from which the second patch is farther count, unless another face is nearer.
         for point in self.regions.points(about) {
             let [was, is] = [0, 1].map(|i| distance(point, &patches[i].faces));
             if is > was + ROUNDING {

@@ -1,5 +1,4 @@
-//! Steps after the collapse: flips, fit, nested components, foldover repair, and repair of rounding: degenerate faces
-//! and duplicate positions.
+//! Steps after the collapse: flips, fit, nested components, foldover repair, and repair of rounding.
 
 pub mod duplicate_positions;
 mod facets;

@@ -1,8 +1,4 @@
-//! Components close within others: faces that would pass through another component are moved back.
-//!
-//! The fit sees one surface at a time; where two are closer than its error, their faces cross. A face on the wrong
-//! side, by the original, is moved back to half the original gap. Of the two, the one that shrinks its component moves,
-//! so the visible one stays. No move turns a face, and each reduces the crossings.
+//! Nested components: faces that pass through another component are moved back.
 
 use std::sync::OnceLock;
 
@@ -18,19 +14,19 @@ use crate::spatial::{Hit, NearestOnTriangles};
 
 /// Least cosine between the direction to another component and its normal for a clear side.
 const CLEAR: f32 = 0.5;
-/// Least cosine between nested surfaces; components that pass through each other meet at larger angles.
+/// Least cosine between nested surfaces.
+// Components that pass through each other on purpose meet at larger angles.
 const ALONG: f32 = 0.8;
-/// Distance on the surface of unit size up to which components touch.
+/// Distance at unit size up to which components touch.
 const TOUCHING: f32 = 1e-5;
-/// Longest move of a point over the longest edge of its face.
 const FARTHEST: f32 = 0.1;
 const ROUNDS: usize = 20;
-/// Face pairs tested: a base number and one per face. Needles that share a corner ask for all pairs.
+/// Most face pairs tested: a base number, and one per face.
+// Thousands of needles that share a corner would be tested in all pairs.
 const LOOKS: [usize; 2] = [100_000, 200];
-/// Tests charged for placing a crossing face: five searches from each of seven points.
+/// Tests charged for a crossing face: five searches from seven points.
 const LOOKS_OF_CROSSING: usize = 35;
 const TOGETHER: usize = 256;
-/// Barycentric weights of the points at which the side of a face is determined.
 const POINTS: [[f32; 3]; 7] = [
     [1.0, 0.0, 0.0],
     [0.0, 1.0, 0.0],
@@ -50,22 +46,20 @@ struct Crossing {
 
 type Moves = [(u32, Vec3); 3];
 
-/// Moves crossing faces of nested components back; `piece_of` names the scene piece of an original face.
-///
-/// Components of different pieces do not share a space and are not compared.
+/// Moves crossing faces of nested components back; `piece_of` returns the scene piece of an original face.
 pub fn move_back(original: &Original, output: &mut Output, piece_of: impl Fn(u32) -> usize) {
+    // The fit sees one surface at a time: where two are closer than its error, their faces cross.
     let (component_of, n_components) = components_of(output);
     if n_components < 2 || output.pins.is_subset() || output.pins.plane().is_some() {
         return;
     }
     let pulse = original.surface.pulse.counting_if(false);
-    // Components share a space only within one piece of the scene.
+    // Components are compared only within one piece of the scene.
     let middles = middles(output, &component_of, n_components);
     let mut piece = vec![0; n_components];
     for (face, f) in original.surface.faces.iter().zip(0..) {
         piece[component_of[output.vertex_of[face[0] as usize] as usize] as usize] = piece_of(f);
     }
-    // A budget of tests bounds the time where thousands of needles share a corner.
     let mut n_looks = LOOKS[0] + LOOKS[1] * output.faces().len();
     let mut faces: Vec<u32> = (0..output.faces().len() as u32).collect();
     let mut before = None;
@@ -80,19 +74,19 @@ pub fn move_back(original: &Original, output: &mut Output, piece_of: impl Fn(u32
         let of_faces = output.faces().iter().map(|face| component_of[face[0] as usize]);
         let now = ComponentTrees::new(of_faces, n_components);
         let nested = NestedComponents { before, output, now: &now, component_of: &component_of, middles: &middles };
-        // All moves of a round are found on the same positions; each is made only if it still reduces crossings.
+        // All moves of a round are found for the same positions, so each is made only if it still reduces the
+        // crossings.
         let moves: Vec<Option<Moves>> = pulse.map(&crossings, |crossing| nested.deepest(crossing));
         let n_moved = moves.iter().flatten().filter(|moves| try_moves(output, &tree, moves, &mut n_looks)).count();
         if n_moved == 0 {
             break;
         }
-        // In the next round only the neighbourhood of moved faces can be different.
+        // In the next round only the neighbourhood of moved faces can differ.
         let corners = crossings.iter().flat_map(|crossing| output.face(crossing.face));
         faces = output.faces_around().faces_of_all(corners);
     }
 }
 
-/// Finds which of these faces cross other components, once per component, within the budget.
 fn crossings(
     output: &Output,
     tree: &NearestOnTriangles,
@@ -107,7 +101,7 @@ fn crossings(
         let (own, along, here) = (component(face), normal(face), output.coordinates(face));
         tree.visit_touching(&here, |other| {
             n += 1;
-            // Other components in the same space, nearly parallel: steep crossings are intended.
+            // Crossings of steep angles are intended, as are those of other scene pieces.
             let is_beside = component(other) != own && piece[component(other) as usize] == piece[own as usize];
             let may = is_beside && along.dot(normal(other)).abs() > ALONG;
             if may && triangles_cross(here, output.coordinates(other)) {
@@ -115,7 +109,7 @@ fn crossings(
             }
         });
         crossed.sort_unstable();
-        // One crossing per component suffices: the search finds the rest of it.
+        // One crossing per component suffices: the search for the closest point finds the rest.
         crossed.dedup_by_key(|crossing| crossing.component);
         (crossed, n)
     };
@@ -125,7 +119,7 @@ fn crossings(
             break;
         }
         for (crossed, n) in faces.par_iter().map(crossed).collect::<Vec<_>>() {
-            // Charged in order, after the parallel tests, so that the budget is deterministic.
+            // The budget is charged in order, after the parallel tests, so that it is deterministic.
             *n_looks = n_looks.saturating_sub(n + LOOKS_OF_CROSSING * crossed.len());
             all.extend(crossed);
         }
@@ -133,7 +127,7 @@ fn crossings(
     all
 }
 
-/// Original components. All faces are searched: with long faces a walk can end far away.
+// All faces are searched: with long faces a walk can end far away.
 struct OriginalComponents<'a> {
     original: &'a Original<'a>,
     trees: ComponentTrees,
@@ -170,7 +164,7 @@ impl<'a> OriginalComponents<'a> {
     }
 }
 
-/// Search trees per component: where components overlap, one tree over all would visit them all.
+// Where components overlap, one tree over all would visit all of them.
 struct ComponentTrees {
     faces: Vec<Vec<u32>>,
     trees: Vec<OnceLock<NearestOnTriangles>>,
@@ -207,14 +201,13 @@ struct NestedComponents<'a> {
 }
 
 impl NestedComponents<'_> {
-    /// Finds the move at the point of a crossing face that is deepest on the wrong side.
+    /// Finds the move at the point of a face that is deepest on the wrong side.
     fn deepest(&self, crossing: &Crossing) -> Option<Moves> {
         let moves = POINTS.iter().filter_map(|&weights| self.moves(crossing, weights));
         moves.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, moves)| moves)
     }
 
-    /// Returns the depth of a point on the wrong side of the other component, and the move back; `None` on the correct
-    /// side.
+    /// Returns the depth of a point on the wrong side of the other component, and the move back.
     fn moves(&self, crossing: &Crossing, weights: [f32; 3]) -> Option<(f32, Moves)> {
         let output = self.output;
         let here = output.triangle(crossing.face);
@@ -227,19 +220,19 @@ impl NestedComponents<'_> {
         let height = (place - foot).dot(normal);
         // The correct side comes from the original, the present side from the output.
         let (side, gap) = self.side(crossing, place)?;
-        // Present and original side agree: this point is right.
+        // The side is right if it is that of the original.
         if height * side > 0.0 {
             return None;
         }
         // Half the original gap is the target: a full one would move faces that are fine.
         let step = normal * (side * 0.5 * gap.min(reach) - height);
-        // A step longer than the sum of both distances to the original would spoil what is right.
+        // A step longer than both distances to the original together would spoil what is right.
         let both_off =
             || Some(self.distance_to_original(place, crossing.face)? + self.distance_to_original(foot, hit.triangle)?);
         if step.length() > FARTHEST * reach || step.length() > both_off()? {
             return None;
         }
-        // The face that moves toward its own component's centre moves: what shows outside stays.
+        // The face moves that shrinks its component, so that the visible component stays.
         let shrinks = |f: u32, step: Vec3| step.dot(self.middles[self.component(f) as usize] - place) > 0.0;
         let moves = if shrinks(crossing.face, step) {
             self.corner_moves(crossing.face, weights, step)
@@ -259,20 +252,19 @@ impl NestedComponents<'_> {
         self.component_of[self.output.face(f)[0] as usize]
     }
 
-    /// Returns on which side of the other component the original has a point, 1 or -1, and how far; `None` if unclear.
+    /// Returns the side, 1 or -1, on which the original has a point, and the distance; `None` if unclear.
     fn side(&self, crossing: &Crossing, place: Vec3) -> Option<(f32, f32)> {
-        // From the point to its own original, from there to the other's.
+        // From the point to its own component of the original, and from there to the other component.
         let here = self.before.nearest(place, self.output.face(crossing.face)[0])?;
         let there = self.before.nearest(here.point, self.output.face(crossing.other)[0])?;
         let height = (here.point - there.point).dot(there.normal);
-        // Only surfaces that run along each other are nested; others intersect on purpose.
+        // Only nearly parallel surfaces are nested; others intersect on purpose.
         let are_along = here.normal.dot(there.normal).abs() > ALONG;
         let is_clear = are_along && there.distance > TOUCHING && height.abs() > CLEAR * there.distance;
         is_clear.then(|| (height.signum(), height.abs()))
     }
 
-    /// Computes the least-squares moves of a face's corners that move a point of it by `step`; `None` if a corner is
-    /// pinned.
+    /// Computes the least-squares moves of a face's corners that move its point by `step`.
     fn corner_moves(&self, face: u32, weights: [f32; 3], step: Vec3) -> Option<Moves> {
         let corners = self.output.face(face);
         // The minimum-norm moves of the corners that give the point this step.
@@ -287,7 +279,7 @@ fn try_moves(output: &mut Output, tree: &NearestOnTriangles, moves: &Moves, n_lo
     let faces = output.faces_around().faces_of_all(moved);
     let before = n_crossed(output, tree, &faces, n_looks);
     let places = moves.map(|(v, _)| output.positions[v as usize]);
-    // Made first, then tested in place, and taken back if they do not pay.
+    // The moves are made, tested, and taken back if they turn a face or do not reduce the crossings.
     moves.iter().for_each(|(v, step)| output.positions[*v as usize] += *step);
     let turns = |f: &u32| unit_normal(output.triangle(*f)).dot(output.intended_normal(*f)) <= 0.0;
     let pays = before > 0 && !faces.iter().any(turns) && n_crossed(output, tree, &faces, n_looks) < before;

@@ -1,4 +1,4 @@
-//! Sample points of the original, one or three per face, and their assignment to output faces.
+//! Sample points of the original and their assignment to output faces.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -11,26 +11,23 @@ use crate::simplify::closed::prepare::surface::Surface;
 
 use super::facets::{Facets, Projection};
 
-/// Points assigned by one thread in a row: they fill the first cache. It affects only where walks begin.
+// Points assigned by one thread in a row: they fill the first cache. The number affects only where walks begin.
 const CHUNK: usize = 512;
-/// Points assigned before they are handed on: 1 MiB of positions, enough work for 64 threads.
+// Points assigned before they are passed on: 1 MiB of positions, enough work for 64 threads.
 const BATCH: usize = 64 * CHUNK;
-/// Vertices for which the last face is remembered; walks begin there.
 const REMEMBERED: usize = 128;
 const NONE: u32 = u32::MAX;
 
 #[derive(Clone, Copy)]
 pub struct Match {
-    /// Number of the point among all points of the [`Density`].
     pub point: u32,
     pub area: f32,
     pub projection: Projection,
 }
 
-/// Number of sample points per face of the original.
+/// Number of sample points per face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Density {
-    /// Centroid.
     One,
     /// Points (2/3, 1/6, 1/6), exact for squares (Strang and Fix 1973).
     Three,
@@ -69,7 +66,7 @@ impl<'a> Points<'a> {
     /// Chooses the points for this many output vertices, at most one per face.
     pub fn new(surface: &'a Surface<'a>, n_output: usize, aim: Aim) -> Self {
         let n_faces = surface.faces.len();
-        // Near the input's size one point a face and one step suffice: there is little to gain.
+        // Near the size of the input there is little to gain, so one point a face and one step suffice.
         let most = aim.points_per_vertex * n_output;
         let n_steps = if n_faces < aim.few_faces * n_output { 1 } else { aim.steps };
         Self { surface, density: Density::One, most, n_steps, aim, faces: vec![NONE; most.min(n_faces)] }
@@ -77,7 +74,7 @@ impl<'a> Points<'a> {
 
     /// Places three points on each face, if that many are allowed, and keeps the centroids' faces.
     pub fn multiply(&mut self) {
-        // Where one point a face already exceeds the limit, three would only be thinned again.
+        // If one point a face already exceeds the limit, three would only be thinned out.
         let one = self.faces.len();
         if self.density == Density::Three || one < self.surface.faces.len() {
             return;
@@ -91,12 +88,12 @@ impl<'a> Points<'a> {
         self.faces = self.surface.pulse.counting_if(false).map_numbers(n_points, face);
     }
 
-    /// Assigns all points to output faces and passes them on in batches, in order.
+    /// Assigns all points to output faces and passes them on in batches.
     pub fn place(&mut self, facets: &Facets, mut hand_on: impl FnMut(&[Option<Match>])) {
         if facets.is_empty() {
             return;
         }
-        // Batches keep points and positions in the cache between placing and summing.
+        // Batches keep points and positions in the cache between assignment and summing.
         let n_points = self.faces.len();
         let stride = self.stride(n_points);
         let mut faces = std::mem::take(&mut self.faces);
@@ -131,11 +128,10 @@ impl<'a> Points<'a> {
         }
     }
 
-    /// Chooses start faces for unassigned points: where regions meet, or inside a region its last such face.
+    /// Chooses start faces for unassigned points: between regions, or else the region's last one.
     fn begin(&self, facets: &Facets, points: &[u32], faces: &mut [u32]) {
         let mut last = [(NONE, NONE); REMEMBERED];
         for (&point, face) in points.iter().zip(faces).filter(|(_, face)| **face == NONE) {
-            // The edge between two regions is the best guess; inside a region any face of its vertex will do.
             let vertices = self.corners(point).map(|v| facets.output.vertex_of[v as usize]);
             let last = &mut last[vertices[0] as usize % REMEMBERED];
             *face = match facets.face_between(vertices) {
@@ -159,7 +155,6 @@ impl<'a> Points<'a> {
         self.surface.faces.len() * self.density.per_face() as usize
     }
 
-    /// Returns the stride among the points of all faces, as a multiple of 2^-32.
     fn stride(&self, n_points: usize) -> u64 {
         // Fixed-point arithmetic spreads the points evenly without rounding errors.
         ((self.n_all() as u64) << 32) / n_points.max(1) as u64
@@ -205,7 +200,6 @@ impl<'a> Points<'a> {
     }
 }
 
-/// Returns the number of the i-th sampled point among those of all faces.
 fn nth(i: u64, stride: u64) -> u32 {
     ((i * stride) >> 32) as u32
 }

@@ -1,7 +1,4 @@
 //! Rejection of fit steps that lead far off the original.
-//!
-//! At a tip a vertex can go far beyond the surface while every height falls, since there are no points above its spike.
-//! So the distance of vertices that rise above their faces is tested.
 
 use glam::Vec3;
 
@@ -10,10 +7,11 @@ use crate::simplify::closed::original::Original;
 
 use super::facets::Facets;
 
-/// Largest distance after a step over the root mean square of all heights. Without this the largest distance is 25 %
-/// larger.
+/// Largest distance after a step over the root mean square height.
+// Without this check the largest distance is 25 % larger.
 const ASTRAY: f32 = 5.0;
-/// Rise above an adjacent face, in that unit, from which a vertex is tested. At 2 the largest distance is 1 % larger.
+/// Rise above an adjacent face, over the root mean square height, from which a vertex is tested.
+// At 2 the largest distance is 1 % larger.
 const SUSPECT: f32 = 1.5;
 
 /// Cancels steps that lead far off the original; `start` are the positions before the fit.
@@ -22,7 +20,7 @@ pub fn take_back(original: &Original, facets: &Facets, start: &[Vec3], steps: &m
     let output = facets.output;
     let places: Vec<Vec3> = output.positions.iter().zip(&*steps).map(|(p, step)| *p + *step).collect();
     let is_suspect = |v: usize| {
-        // A vertex that stayed within the heights of its faces cannot have left the surface.
+        // A vertex that rose little above its faces cannot have left the surface.
         let way = places[v] - start[v];
         steps[v] != Vec3::ZERO
             && output.faces_around().faces(v as u32).any(|f| facets.normal(f).dot(way).abs() > SUSPECT * usual_height)
@@ -31,7 +29,7 @@ pub fn take_back(original: &Original, facets: &Facets, start: &[Vec3], steps: &m
     if !suspects.contains(&true) {
         return;
     }
-    // The search starts at the closest vertex of its own region, not of another sheet.
+    // The search starts in the vertex's own region, not on another sheet.
     let anchors = original.anchors(&places, &output.vertex_of, &suspects);
     for v in (0..steps.len()).filter(|&v| suspects[v]) {
         if original.closest_near(places[v], anchors[v]).distance > ASTRAY * usual_height {

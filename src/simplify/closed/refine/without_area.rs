@@ -1,7 +1,4 @@
 //! Repair of faces that lose their area to the rounding of the file.
-//!
-//! Their longest edge is flipped, or a corner moves by the smallest step that helps; in a subset, to another mesh
-//! vertex nearby.
 
 use glam::{DVec3, Vec3};
 use rustc_hash::FxHashSet;
@@ -15,12 +12,11 @@ use crate::simplify::closed::diamond::{Diamond, diamonds};
 use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
 
-/// Largest sum of valences at a flip, half of it at a moved vertex: hubs would dominate the time.
+/// Largest sum of valences at a flip; half of it at a moved vertex.
+// Vertices of high valence would dominate the time.
 const MOST_CORNERS: usize = 64;
-/// Positions tried for a vertex: two steps to each side.
 const MOST_PLACES: u32 = 125;
 
-/// Output faces with their written coordinates.
 struct WrittenFaces<'a> {
     positions: &'a [[f32; 3]],
     frame: &'a Frame,
@@ -40,8 +36,7 @@ impl WrittenFaces<'_> {
     }
 
     fn without_area(&self, pulse: Pulse, faces: &[[u32; 3]]) -> Vec<u32> {
-        // If the file resolves what single precision around the origin does, local coordinates prove the area of most
-        // faces.
+        // If the file is as fine as single precision about the origin, local coordinates prove the area of most faces.
         let is_fine = self.frame.double || self.frame.origin == [0.0; 3];
         let is_wide = |face: &[u32; 3]| {
             let corners = face.map(|v| Vec3::from(self.positions[v as usize]));
@@ -51,9 +46,7 @@ impl WrittenFaces<'_> {
     }
 }
 
-/// Flips edges of degenerate faces where both new faces have area and face as the neighbour did.
-///
-/// Returns the number of flips, and whether no face is degenerate any more.
+/// Flips edges of degenerate faces; returns the number of flips, and whether no degenerate face remains.
 pub fn flip(pulse: Pulse, output: &mut Output, positions: &[[f32; 3]], frame: &Frame) -> (usize, bool) {
     let written = WrittenFaces { positions, frame };
     let flat = written.without_area(pulse, output.faces());
@@ -73,7 +66,6 @@ fn find_flip(written: &WrittenFaces, output: &Output, f: u32) -> Option<Diamond>
         let [a, b, _] = written.corners([diamond.corners[0], diamond.corners[1], diamond.corners[2]]);
         DVec3::from(a).distance_squared(DVec3::from(b))
     };
-    // Both new faces must have area and look as the neighbour across the edge did.
     let helps = |diamond: &Diamond| {
         let [_, _, c, d] = diamond.corners;
         let n_corners: usize = diamond.corners.iter().map(|&v| around.corners(v).len()).sum();
@@ -89,7 +81,7 @@ fn find_flip(written: &WrittenFaces, output: &Output, f: u32) -> Option<Diamond>
     edges.first().copied()
 }
 
-/// Moves corners of degenerate faces to the nearest free position that repairs them; returns the number of moves.
+/// Moves corners of degenerate faces to the nearest free position that helps; returns the number of moves.
 pub fn widen(original: &Original, output: &mut Output, positions: &mut [[f32; 3]], frame: &Frame) -> usize {
     if output.pins.plane().is_some() {
         return 0;
@@ -129,7 +121,7 @@ pub fn widen(original: &Original, output: &mut Output, positions: &mut [[f32; 3]
     n_moved
 }
 
-/// Local position for a vertex, with the surface vertex there in a subset.
+/// Local position; in a subset, with the surface vertex there.
 type FreePlace = ([f32; 3], Option<u32>);
 
 fn steps_from(here: [f32; 3], steps: [f32; 3]) -> impl Iterator<Item = FreePlace> {
@@ -153,7 +145,7 @@ fn looks_as_before(output: &Output, positions: &[[f32; 3]], frame: &Frame, v: u3
         output.face(f).map(|w| frame.to_file(if w == v { place } else { positions[w as usize] }))
     };
     output.faces_around().faces(v).all(|f| {
-        // Faces that were degenerate have no direction to keep.
+        // Degenerate faces have no direction to keep.
         let (before, now) = (corners(f, positions[v as usize]), corners(f, place));
         has_area(now) && (!has_area(before) || normal(now).dot(normal(before)) > 0.0)
     })
