@@ -96,7 +96,7 @@ pub fn simplify_block(
 ) -> Result<Block, SimplifyError> {
     let asked = (block.target_vertices(share), Some(price));
     let piece = simplify_block_mesh(&block.mesh, &block.shared, asked, weights, options)?;
-    // Shared vertices are found by position: a vertex at which faces of a block touch alone becomes several vertices.
+    // Shared vertices are found by position: a vertex whose faces form several fans becomes several vertices.
     let places =
         block.mesh.positions().iter().zip(&block.shared).filter(|(_, shared)| **shared).map(|(&p, _)| position_key(p));
     let places: FxHashSet<PositionKey> = places.collect();

@@ -85,7 +85,7 @@ impl OutOfCoreResult {
             return Ok(None);
         };
         let mut boxes = vec![Bounds::EMPTY; n];
-        // The second reading visits only blocks that may have a nearer point than the first found.
+        // The second reading visits only blocks that may be nearer than the distances of the first.
         for again in [false, true] {
             let shown: Vec<usize> =
                 (0..n).filter(|&number| !again || distance.may_hold_nearer(&boxes[number])).collect();

@@ -31,8 +31,8 @@ const MAX_TRIES: usize = 8;
 pub struct IndexOptions {
     /// Most faces of the result.
     pub n_faces: usize,
-    /// Largest distance from the original, attributes included, as a share of the extent; 1 is no bound without
-    /// attributes.
+    /// Largest distance from the original, attributes included, as a share of the extent. Without weighted attributes,
+    /// 1 or more is no bound.
     pub error: f64,
     /// True if distances are in the unit of the positions.
     pub is_absolute: bool,

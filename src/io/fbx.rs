@@ -23,7 +23,7 @@ use corners::{FbxMesh, convert_mesh};
 
 pub(super) const CAN_READ: bool = true;
 
-/// Largest memory per byte of a file, and memory that is always allowed.
+/// Limits of memory in bytes: the first per byte of the file, the second in any case.
 const MEMORY: (usize, usize) = (200, 64 << 20);
 
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ReadError> {

@@ -15,7 +15,7 @@ pub enum JobError {
     Document(String),
     /// Result that cannot be written.
     Output(String),
-    /// End by the listener.
+    /// Run ended by the listener.
     Interrupted,
 }
 

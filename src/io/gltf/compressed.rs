@@ -11,7 +11,7 @@ use super::REMEDY;
 use super::buffers::AssetBuffers;
 use crate::io::ReadError;
 
-/// Largest expansion per compressed byte, and bytes always allowed.
+/// Limits of unpacked bytes: the first per compressed byte, the second in any case.
 const GROWTH: (usize, usize) = (64, 1 << 26);
 
 #[derive(Deserialize)]

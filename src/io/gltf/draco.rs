@@ -9,7 +9,7 @@ use crate::io::ReadError;
 use crate::io::memory::reserve;
 use crate::io::one_line::one_line;
 
-/// Largest expansion per compressed byte, and bytes always allowed.
+/// Limits of unpacked bytes: the first per compressed byte, the second in any case.
 const GROWTH: (usize, usize) = (256, 1 << 26);
 
 pub(super) fn decompress(root: &mut Root, buffers: &AssetBuffers) -> Result<(), ReadError> {

@@ -9,7 +9,7 @@ use crate::io::ReadError;
 use crate::io::far_from_origin::is_far_from_origin;
 use crate::mesh::{Looks, PlacedMesh, RawMesh, merge_placed_meshes};
 
-/// Allowed vertices and faces per byte of the asset, and the number always allowed.
+/// Limits of vertices and faces: the first per byte of the asset, the second in any case.
 const REPEATS: (usize, usize) = (256, 1 << 22);
 const MOST: usize = 1 << 26;
 

@@ -22,7 +22,7 @@ use super::simplified_part::SimplifiedPart;
 use crate::io::{Format, ImageConverter, OutputFile, Packing, WriteError};
 use crate::mesh::{Attributes, Channel, PositionGrid, Role};
 
-/// Allowed size of kept views per byte read, and bytes always allowed.
+/// Limits of bytes in kept views: the first per byte read, the second in any case.
 const REPEATS: (usize, usize) = (16, 1 << 26);
 
 /// Options for writing a scene.
