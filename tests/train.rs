@@ -293,9 +293,9 @@ fn fine_tuning_starts_from_weights_and_takes_their_sizes() {
     let mut request = TrainRequest::new(&data, &run);
     (request.epochs, request.resume, request.init) = (Some(1), true, Some(init.as_slice()));
     let mut run = open(&request).unwrap();
-    assert_eq!(run.tensors(), &weights.tensors().named());
+    assert_eq!(run.tensors(), &weights.tensors().named_tensors());
     train(&mut run, &step, &mut go_on).unwrap();
-    assert_ne!(run.tensors(), &weights.tensors().named());
+    assert_ne!(run.tensors(), &weights.tensors().named_tensors());
     drop(run);
     request.init = Some(&other);
     let error = open(&request).unwrap_err();

@@ -63,7 +63,7 @@ fn read_weights(py: Python, bytes: &[u8]) -> PyResult<Parts> {
 #[pyfunction]
 fn weights_bytes(py: Python, given: WeightArrays, objective: Option<&str>) -> PyResult<Py<PyBytes>> {
     let weights = given.weights()?;
-    let weights = objective.into_iter().fold(weights, |weights, objective| weights.learned(objective));
+    let weights = objective.into_iter().fold(weights, |weights, objective| weights.with_objective(objective));
     Ok(PyBytes::new(py, &weights.to_bytes()).unbind())
 }
 

@@ -85,7 +85,7 @@ impl Tape {
     }
 
     /// Stacks two matrices, the rows of `a` above those of `b`.
-    pub fn stacked(&mut self, a: &Value, b: &Value) -> Value {
+    pub fn stack_rows(&mut self, a: &Value, b: &Value) -> Value {
         let [n_a, n_b] = [a, b].map(|value| value.matrix.n_rows());
         let result = stack_rows([&a.matrix, &b.matrix]);
         self.record(result, [a, b], move |gradient, [to_a, to_b]| {
@@ -214,7 +214,7 @@ mod tests {
     fn gradients_of_rows_by_index() {
         let inputs = [random(12, 3, 1)];
         check_gradients(&inputs, |tape, v| tape.gather(&v[0], &[3, 3, 0, 11, 3]));
-        check_gradients(&[random(4, 3, 1), random(2, 3, 2)], |tape, v| tape.stacked(&v[0], &v[1]));
+        check_gradients(&[random(4, 3, 1), random(2, 3, 2)], |tape, v| tape.stack_rows(&v[0], &v[1]));
         check_gradients(&[random(4, 3, 1), random(4, 3, 2)], |tape, v| tape.plus(&v[0], &v[1]));
         check_gradients(&inputs, |tape, v| tape.triple_extremes(&v[0], &[[0, 1, 2], [2, 7, 11], [2, 0, 3]]));
     }

@@ -85,7 +85,7 @@ impl<T> Tensors<T> {
     }
 
     /// Returns the tensor with a name, or [`WeightsError::Missing`].
-    pub fn named(&self, name: &str) -> Result<&T, WeightsError> {
+    pub fn find_tensor(&self, name: &str) -> Result<&T, WeightsError> {
         self.get(name).ok_or_else(|| WeightsError::Missing(name.into()))
     }
 }
@@ -140,7 +140,7 @@ impl Tensors<Arc<Matrix>> {
     /// assert_eq!(Tensors::default().check_shapes(&shapes), Err(WeightsError::Missing("weights".into())));
     /// ```
     pub fn check_shapes(&self, shapes: &Tensors<[usize; 2]>) -> Result<Self, WeightsError> {
-        shapes.try_map(|name, &expected| match self.named(name)? {
+        shapes.try_map(|name, &expected| match self.find_tensor(name)? {
             matrix if matrix.shape() != expected => {
                 Err(WeightsError::WrongShape { name: name.into(), expected, found: matrix.shape().to_vec() })
             }

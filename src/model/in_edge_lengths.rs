@@ -21,7 +21,7 @@ impl EdgeFrame {
     ///
     /// # Shapes
     /// - `graph`: n x n, symmetric; loops are ignored
-    pub fn of<P: Copy + Into<[f32; 3]>>(points: &[P], graph: &Csr) -> Self {
+    pub fn new<P: Copy + Into<[f32; 3]>>(points: &[P], graph: &Csr) -> Self {
         assert_eq!(points.len(), graph.n_rows(), "one row per point");
         let at = |v: usize| DVec3::from(points[v].into().map(f64::from));
         let (mut sum, mut lengths, mut n_edges) = (DVec3::ZERO, 0.0, 0);
@@ -58,7 +58,7 @@ impl EdgeFrame {
 /// assert_eq!(points, [[-0.6, -0.8, 0.0], [0.0; 3], [0.6, 0.8, 0.0]]);
 /// ```
 pub fn in_edge_lengths<P: Copy + Into<[f32; 3]>>(points: &[P], graph: &Csr) -> Vec<[f32; 3]> {
-    EdgeFrame::of(points, graph).apply(points)
+    EdgeFrame::new(points, graph).apply(points)
 }
 
 #[cfg(test)]

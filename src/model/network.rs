@@ -44,8 +44,8 @@ impl<T> Network<T> {
     ///
     /// # Errors
     /// [`WeightsError::Missing`] names the first missing tensor.
-    pub fn of<U: Clone>(&self, tensors: &Tensors<U>) -> Result<Network<U>, WeightsError> {
-        self.try_map(|name, _| tensors.named(name).cloned())
+    pub fn with_tensors<U: Clone>(&self, tensors: &Tensors<U>) -> Result<Network<U>, WeightsError> {
+        self.try_map(|name, _| tensors.find_tensor(name).cloned())
     }
 }
 
@@ -55,9 +55,9 @@ impl<T: Clone> Network<T> {
     /// ```
     /// use neural_mesh::model::Architecture;
     /// let shapes = Architecture::default().shapes();
-    /// assert_eq!(shapes.of(&shapes.named()), Ok(shapes));
+    /// assert_eq!(shapes.with_tensors(&shapes.named_tensors()), Ok(shapes));
     /// ```
-    pub fn named(&self) -> Tensors<T> {
+    pub fn named_tensors(&self) -> Tensors<T> {
         let mut tensors = Tensors::default();
         self.map(|name, tensor| tensors.push(name, tensor.clone()));
         tensors
@@ -89,7 +89,7 @@ mod tests {
         matrices
     }
 
-    fn of_values(weights: &Weights, values: &[Value]) -> Network<Value> {
+    fn network_of_values(weights: &Weights, values: &[Value]) -> Network<Value> {
         let mut next = values.iter();
         weights.tensors().map(|_, _| next.next().unwrap().clone())
     }
@@ -108,7 +108,7 @@ mod tests {
             check_gradients(&[matrices(&weights), of_vertices].concat(), |tape, values| {
                 let (tensors, [points, normals]) = values.split_last_chunk().unwrap();
                 let vertices = Vertices { points, normals: Some(normals) };
-                point_sampler(tape, &of_values(&weights, tensors).point_sampler, vertices, &rings)
+                point_sampler(tape, &network_of_values(&weights, tensors).point_sampler, vertices, &rings)
             });
         }
     }
@@ -121,7 +121,7 @@ mod tests {
         let candidates = candidate_faces(&graph, &vec![1.0; graph.n_entries()], &[]);
         let triangles = Arc::new(triangle_graph(&points, &candidates.triangles, SIZES.face_knn));
         check_gradients(&matrices(&weights), |tape, values| {
-            let net = of_values(&weights, values);
+            let net = network_of_values(&weights, values);
             let samples = Value::constant(Matrix::from_points(&points));
             let edges = edge_predictor(tape, &net.edge_predictor, &samples, &graph, &original);
             let prior = prior(tape, &edges.adjacency, &candidates);

@@ -7,7 +7,7 @@ use std::sync::{Arc, LazyLock};
 
 const DEFAULT_FILE: &[u8] = include_bytes!("../../weights/default.safetensors");
 
-static DEFAULT: LazyLock<Weights> = LazyLock::new(|| shipped(DEFAULT_FILE));
+static DEFAULT: LazyLock<Weights> = LazyLock::new(|| read_shipped(DEFAULT_FILE));
 
 impl Weights {
     /// Returns the default network, whose scores steer the closed assembly.
@@ -23,7 +23,7 @@ impl Weights {
     }
 }
 
-pub(super) fn shipped(file: &[u8]) -> Weights {
+pub(super) fn read_shipped(file: &[u8]) -> Weights {
     own_file(file).expect("weights that ship are weights")
 }
 
@@ -71,7 +71,7 @@ mod tests {
     #[cfg(feature = "weights")]
     #[test]
     fn what_ships_is_what_the_file_holds_bit_for_bit() {
-        assert_eq!(shipped(DEFAULT_FILE).to_bytes(), Weights::from_bytes(DEFAULT_FILE).unwrap().to_bytes());
+        assert_eq!(read_shipped(DEFAULT_FILE).to_bytes(), Weights::from_bytes(DEFAULT_FILE).unwrap().to_bytes());
     }
 
     #[test]

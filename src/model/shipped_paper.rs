@@ -3,11 +3,11 @@
 use std::sync::LazyLock;
 
 use super::Weights;
-use super::shipped::shipped;
+use super::shipped::read_shipped;
 
 pub(super) const PAPER_OPEN_FILE: &[u8] = include_bytes!("../../weights/paper-open.safetensors");
 
-static PAPER_OPEN: LazyLock<Weights> = LazyLock::new(|| shipped(PAPER_OPEN_FILE));
+static PAPER_OPEN: LazyLock<Weights> = LazyLock::new(|| read_shipped(PAPER_OPEN_FILE));
 
 impl Weights {
     /// Returns the paper's network, trained on freely licensed meshes.
@@ -37,6 +37,6 @@ mod tests {
     #[cfg(feature = "weights")]
     #[test]
     fn what_ships_is_what_the_file_holds_bit_for_bit() {
-        assert_eq!(shipped(PAPER_OPEN_FILE).to_bytes(), Weights::from_bytes(PAPER_OPEN_FILE).unwrap().to_bytes());
+        assert_eq!(read_shipped(PAPER_OPEN_FILE).to_bytes(), Weights::from_bytes(PAPER_OPEN_FILE).unwrap().to_bytes());
     }
 }

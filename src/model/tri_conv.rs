@@ -90,7 +90,7 @@ pub(super) fn tri_convs(tape: &mut Tape, net: Layers, positions: &Value, feature
     for next in later {
         let [on_positions, on_features] = halves(tape, &next.hidden.weights, positions.matrix().n_cols());
         let [weights, bias] = both_maps(tape, &layer.output, &on_features);
-        let weights = tape.stacked(&on_positions, &weights);
+        let weights = tape.stack_rows(&on_positions, &weights);
         mapped = tape.concat_pair_relu_product(positions, [&mapped, &layer.hidden.bias], graph, [&weights, &bias]);
         layer = next;
     }

@@ -44,8 +44,8 @@ impl Weights {
             "face_classifier.output.weights" => 0.1,
             _ => 1.0,
         };
-        let drawn = architecture.shapes().named().draw_scaled(seed, share);
-        let tensors = architecture.shapes().of(&drawn).expect("all that were drawn");
+        let drawn = architecture.shapes().named_tensors().draw_scaled(seed, share);
+        let tensors = architecture.shapes().with_tensors(&drawn).expect("all that were drawn");
         Self { architecture, tensors: looking_at_itself(tensors), objective: None }
     }
 
@@ -61,7 +61,7 @@ impl Weights {
     /// assert_eq!(same, Ok(weights));
     /// ```
     pub fn from_tensors(architecture: Architecture, tensors: Network<Arc<Matrix>>) -> Result<Self, WeightsError> {
-        Self::from_named(architecture, &tensors.named())
+        Self::from_named(architecture, &tensors.named_tensors())
     }
 
     /// Builds weights from named tensors in any order, ignoring others.
@@ -72,11 +72,11 @@ impl Weights {
     /// ```
     /// use neural_mesh::model::Weights;
     /// let weights = Weights::random(7);
-    /// assert_eq!(Weights::from_named(*weights.architecture(), &weights.tensors().named()), Ok(weights));
+    /// assert_eq!(Weights::from_named(*weights.architecture(), &weights.tensors().named_tensors()), Ok(weights));
     /// ```
     pub fn from_named(architecture: Architecture, tensors: &Tensors<Arc<Matrix>>) -> Result<Self, WeightsError> {
         let shapes = architecture.shapes();
-        let tensors = shapes.of(&tensors.check_shapes(&shapes.named())?)?;
+        let tensors = shapes.with_tensors(&tensors.check_shapes(&shapes.named_tensors())?)?;
         Ok(Self { architecture, tensors, objective: None })
     }
 
@@ -99,16 +99,16 @@ impl Weights {
     ///
     /// ```
     /// use neural_mesh::model::Weights;
-    /// let weights = Weights::random(7).learned("shape");
+    /// let weights = Weights::random(7).with_objective("shape");
     /// assert_eq!(Weights::from_bytes(&weights.to_bytes()).unwrap().objective(), Some("shape"));
     /// ```
-    pub fn learned(self, objective: &str) -> Self {
+    pub fn with_objective(self, objective: &str) -> Self {
         Self { objective: Some(objective.split_whitespace().collect::<Vec<_>>().join("-")), ..self }
     }
 
     pub(super) fn with_objective_of(self, text: &str) -> Self {
         match text.split_whitespace().find_map(|word| word.strip_prefix(OBJECTIVE)) {
-            Some(objective) => self.learned(objective),
+            Some(objective) => self.with_objective(objective),
             None => self,
         }
     }

@@ -19,13 +19,13 @@ impl Weights {
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, WeightsError> {
         let text = architecture_text(bytes)?;
         let architecture = Architecture::from_text(&text).map_err(WeightsError::BadArchitecture)?;
-        let tensors = Tensors::from_bytes(bytes, &architecture.shapes().named())?;
+        let tensors = Tensors::from_bytes(bytes, &architecture.shapes().named_tensors())?;
         Ok(Self::from_named(architecture, &tensors)?.with_objective_of(&text))
     }
 
     /// Writes a safetensors file with the sizes in the metadata; equal weights give equal bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
-        self.tensors().named().to_bytes(&text(self))
+        self.tensors().named_tensors().to_bytes(&text(self))
     }
 }
 
@@ -61,7 +61,7 @@ mod tests {
     }
 
     fn bytes_with(weights: &Weights, change: impl Fn(&str, &Matrix) -> Matrix) -> Vec<u8> {
-        weights.tensors().named().map(|name, matrix| Arc::new(change(name, matrix))).to_bytes(&text(weights))
+        weights.tensors().named_tensors().map(|name, matrix| Arc::new(change(name, matrix))).to_bytes(&text(weights))
     }
 
     #[test]

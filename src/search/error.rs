@@ -11,7 +11,7 @@ use crate::simplify::{
     Input, Listener, Options, Outcome, PrunedMesh, Simplified, SimplifyError, Target, prune, simplify_to_sizes,
 };
 
-use super::part::Search;
+use super::progress::Search;
 
 /// Sizes tried from one collapse.
 // Refining one size costs as much as the collapse.
@@ -81,7 +81,7 @@ pub fn simplify_to_error(
         return Err(SimplifyError::BadError(error));
     }
     let pruned = prune(Pulse::NONE, input, options);
-    let original = Original::of(input, pruned.as_ref())?;
+    let original = PlacedOriginal::from_input(input, pruned.as_ref())?;
     // Placing both meshes in the scene rounds positions to single precision.
     let rounding = 2.0 * original.rounding();
     let bound = (error - rounding).max(0.0);
@@ -97,26 +97,26 @@ pub fn simplify_to_error(
     let (best, n_tries) = smallest_that_holds(&prover, &mut |sizes| levels(sizes, false))?;
     let (mut simplified, distance) = match best {
         Some(best) => {
-            let sharp = measured(&original, &best, bound);
+            let sharp = bound_distance(&original, &best, bound);
             (best, CertifiedDistance { upper: sharp.upper.min(bound), ..sharp })
         }
         None => nearest(&original, bound, options, &mut levels)?,
     };
-    let distance = widened(distance, rounding);
+    let distance = widen_bounds(distance, rounding);
     simplified.report.outcome = outcome(&distance, error);
     Ok(Bounded { simplified, distance, n_tries, ended_early: prover.is_any_open.get() })
 }
 
 /// Returns the mesh at its own size, with unmoved vertices if that is nearer.
 fn nearest(
-    original: &Original,
+    original: &PlacedOriginal,
     error: f64,
     options: &Options,
-    levels: &mut dyn FnMut(&[usize], bool) -> Made,
+    levels: &mut dyn FnMut(&[usize], bool) -> LevelResults,
 ) -> Result<(Simplified, CertifiedDistance), SimplifyError> {
     let mut whole = |in_place: bool| {
         let result = levels(&[original.n_vertices], in_place)?.pop().ok_or(SimplifyError::Empty)?;
-        let distance = measured(original, &result, error);
+        let distance = bound_distance(original, &result, error);
         Ok::<_, SimplifyError>((result, distance))
     };
     let moved = whole(false)?;
@@ -129,7 +129,7 @@ fn nearest(
 }
 
 /// Bounds the distance of a result that should be within `error`.
-fn measured(original: &Original, simplified: &Simplified, error: f64) -> CertifiedDistance {
+fn bound_distance(original: &PlacedOriginal, simplified: &Simplified, error: f64) -> CertifiedDistance {
     let (original, simplified) = (&*original.view, &*original.view_of(simplified));
     if original.faces().len() == simplified.faces().len() && triangles(original) == triangles(simplified) {
         return CertifiedDistance { lower: 0.0, upper: 0.0, diagonal: original.diagonal() };
@@ -168,9 +168,9 @@ fn in_words(distance: f64, diagonal: f64) -> String {
     format!("{} ({} % of the diagonal)", digits(distance), digits(100.0 * distance / diagonal.max(f64::MIN_POSITIVE)))
 }
 
-type Levels<'a> = dyn FnMut(&[usize]) -> Made + 'a;
+type MakeLevels<'a> = dyn FnMut(&[usize]) -> LevelResults + 'a;
 
-type Made = Result<Vec<Simplified>, SimplifyError>;
+type LevelResults = Result<Vec<Simplified>, SimplifyError>;
 
 fn at_sizes(
     input: &Input,
@@ -184,12 +184,12 @@ fn at_sizes(
 }
 
 /// Finds the smallest result within the error, and the number of results made.
-fn smallest_that_holds(prover: &Prover, levels: &mut Levels) -> Result<(Option<Simplified>, usize), SimplifyError> {
+fn smallest_that_holds(prover: &Prover, levels: &mut MakeLevels) -> Result<(Option<Simplified>, usize), SimplifyError> {
     let mut range = Range {
         too_few: 0,
         enough: prover.original.n_vertices,
         holding: Vec::new(),
-        were_foretold: false,
+        were_predicted: false,
         was_reopened: false,
     };
     let (mut best, mut n_tries) = (None, 0);
@@ -237,15 +237,15 @@ fn holding(results: &[Simplified], mut holds: impl FnMut(&Simplified) -> bool) -
 }
 
 /// The original, placed in its scene.
-struct Original<'a> {
+struct PlacedOriginal<'a> {
     view: Cow<'a, TriMesh>,
     scene: Option<&'a UnitedMesh>,
     /// Vertices of the mesh that is simplified.
     n_vertices: usize,
 }
 
-impl<'a> Original<'a> {
-    fn of(input: &Input<'a>, pruned: Option<&'a PrunedMesh>) -> Result<Self, SimplifyError> {
+impl<'a> PlacedOriginal<'a> {
+    fn from_input(input: &Input<'a>, pruned: Option<&'a PrunedMesh>) -> Result<Self, SimplifyError> {
         let mesh = pruned.map_or(input.mesh, |pruned| &pruned.mesh);
         let (scene, n_vertices) = (input.scene, mesh.positions().len());
         let view = match (scene, pruned) {
@@ -274,7 +274,7 @@ impl<'a> Original<'a> {
 }
 
 /// Widens bounds by rounding; an upper bound of 0 stays.
-fn widened(distance: CertifiedDistance, rounding: f64) -> CertifiedDistance {
+fn widen_bounds(distance: CertifiedDistance, rounding: f64) -> CertifiedDistance {
     match distance.upper {
         0.0 => distance,
         upper => CertifiedDistance { lower: (distance.lower - rounding).max(0.0), upper: upper + rounding, ..distance },
@@ -282,14 +282,14 @@ fn widened(distance: CertifiedDistance, rounding: f64) -> CertifiedDistance {
 }
 
 struct Prover<'a> {
-    original: &'a Original<'a>,
+    original: &'a PlacedOriginal<'a>,
     error: f64,
     left: Cell<u64>,
     is_any_open: Cell<bool>,
 }
 
 impl<'a> Prover<'a> {
-    fn new(original: &'a Original<'a>, error: f64) -> Self {
+    fn new(original: &'a PlacedOriginal<'a>, error: f64) -> Self {
         let most = MOST_LOOKS[0] * original.view.faces().len() as u64 + MOST_LOOKS[1];
         Self { original, error, left: Cell::new(most), is_any_open: Cell::new(false) }
     }
@@ -316,7 +316,7 @@ struct Range {
     enough: usize,
     holding: Vec<(usize, f64)>,
     /// True if the last sizes were predicted; the next ones are then not.
-    were_foretold: bool,
+    were_predicted: bool,
     was_reopened: bool,
 }
 
@@ -330,7 +330,7 @@ impl Range {
         let spares = |&(size, share): &(usize, f64)| size == self.enough && share < SPARE;
         let reopens = !self.was_reopened && self.holding.iter().any(spares);
         if reopens {
-            (self.was_reopened, self.were_foretold) = (true, false);
+            (self.was_reopened, self.were_predicted) = (true, false);
             self.too_few = (self.enough as f64 / NEAR.powi(SIZES as i32 + 1)) as usize;
         }
         reopens
@@ -340,11 +340,11 @@ impl Range {
     fn sizes(&mut self) -> Vec<usize> {
         let high = self.enough as f64;
         let low = if self.too_few > 0 { self.too_few as f64 } else { (high / SPAN).max(1.0) };
-        let foretold = self.foretold().filter(|_| !self.were_foretold && high > low * NEAR * NEAR);
-        self.were_foretold = foretold.is_some();
-        let sizes = match foretold {
-            Some(foretold) => {
-                let middle = foretold.clamp(low * NEAR, high / NEAR);
+        let predicted = self.predict_size().filter(|_| !self.were_predicted && high > low * NEAR * NEAR);
+        self.were_predicted = predicted.is_some();
+        let sizes = match predicted {
+            Some(predicted) => {
+                let middle = predicted.clamp(low * NEAR, high / NEAR);
                 vec![middle * NEAR, middle, middle / NEAR]
             }
             None => {
@@ -358,7 +358,7 @@ impl Range {
         sizes
     }
 
-    fn foretold(&self) -> Option<f64> {
+    fn predict_size(&self) -> Option<f64> {
         let mut holding: Vec<(usize, f64)> = self.holding.iter().copied().filter(|&(_, share)| share > 0.0).collect();
         holding.sort_by_key(|&(size, _)| size);
         let &(size, share) = holding.first()?;
@@ -378,7 +378,7 @@ mod tests {
     use crate::metrics::{Surface, surface_distance};
     use crate::simplify::{Axis, Symmetry, simplify_input};
 
-    fn found(mesh: &TriMesh, error: f64) -> Bounded {
+    fn simplify_within(mesh: &TriMesh, error: f64) -> Bounded {
         let options = Options::new(Target::Ratio(1.0));
         simplify_to_error(&Input::bare(mesh), None, &options, error, &mut |_| ControlFlow::Continue(())).unwrap()
     }
@@ -388,7 +388,7 @@ mod tests {
         let mesh = shapes::wavy_sphere(4, 4.0);
         let mut last = usize::MAX;
         for error in [0.015, 0.05, 0.2] {
-            let Bounded { simplified, distance, .. } = found(&mesh, error);
+            let Bounded { simplified, distance, .. } = simplify_within(&mesh, error);
             let sampled = surface_distance(&Surface::new(&mesh, 20_000, 0), &Surface::new(&simplified.mesh, 20_000, 0));
             assert!(sampled.unwrap().both.max <= error && distance.upper <= error, "{distance:?}");
             assert!(distance.lower > 0.5 * error, "{distance:?}");
@@ -426,7 +426,7 @@ mod tests {
         let options = Options::new(Target::Vertices(shapes::icosphere(2).positions().len()));
         let input = Input::bare(&fine);
         let coarse = simplify_input(&input, None, &options, &mut |_| ControlFlow::Continue(())).unwrap();
-        let original = Original::of(&input, None).unwrap();
+        let original = PlacedOriginal::from_input(&input, None).unwrap();
         let prover = |left| Prover { left: Cell::new(left), ..Prover::new(&original, 0.2) };
         let (enough, few) = (prover(10_000_000), prover(1000));
         assert!(enough.distance(&coarse).is_some() && enough.left.get() < 10_000_000 && enough.left.get() > 9_000_000);
@@ -454,7 +454,7 @@ mod tests {
     fn a_coarse_klein_bottle_stays_in_place_where_it_would_move_too_far() {
         let bottle = shapes::klein_bottle(6, 4);
         for error in [0.0, 1e-9, 1e-3] {
-            let Bounded { simplified, distance, .. } = found(&bottle, error);
+            let Bounded { simplified, distance, .. } = simplify_within(&bottle, error);
             assert_eq!(simplified.report.outcome, Outcome::Reached, "{error}");
             assert!(distance.upper <= error, "{error} {distance:?}");
         }
@@ -473,7 +473,7 @@ mod tests {
         for mesh in &meshes {
             for percent in [0.0, 1e-6, 0.1, 2.0] {
                 let error = 0.01 * percent * mesh.diagonal();
-                let Bounded { simplified, distance, .. } = found(mesh, error);
+                let Bounded { simplified, distance, .. } = simplify_within(mesh, error);
                 let surfaces = [mesh, &simplified.mesh].map(|mesh| Surface::new(mesh, 3000, 0));
                 let sampled = surface_distance(&surfaces[0], &surfaces[1]).unwrap().both.max;
                 let is_held = simplified.report.outcome == Outcome::Reached;
@@ -493,8 +493,8 @@ mod tests {
     #[test]
     fn no_error_at_all_leaves_flat_parts_or_the_whole() {
         let sphere = shapes::icosphere(3);
-        assert_eq!(found(&sphere, 0.0).simplified.mesh, sphere);
-        let cube = found(&shapes::cuboid([1.0; 3], 8), 2e-3);
+        assert_eq!(simplify_within(&sphere, 0.0).simplified.mesh, sphere);
+        let cube = simplify_within(&shapes::cuboid([1.0; 3], 8), 2e-3);
         assert!(cube.simplified.mesh.positions().len() < 60, "{}", cube.simplified.mesh.positions().len());
     }
 }

@@ -1,7 +1,7 @@
 //! Searches for the smallest mesh within a proved distance, or the largest within a number of bytes.
 
 mod error;
-mod part;
+mod progress;
 mod size;
 
 pub use error::{Bounded, simplify_to_error};

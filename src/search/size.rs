@@ -3,7 +3,7 @@
 use crate::model::Weights;
 use crate::simplify::{Input, Listener, Options, Outcome, Simplified, SimplifyError, Target, simplify_input};
 
-use super::part::Search;
+use super::progress::Search;
 
 /// Largest number of results.
 const MOST_TRIES: usize = 8;
@@ -97,7 +97,7 @@ mod tests {
 
     use crate::mesh::shapes;
 
-    fn found(more: usize, n_bytes: usize) -> (Simplified, usize) {
+    fn simplify_to_bytes(more: usize, n_bytes: usize) -> (Simplified, usize) {
         let mesh = shapes::icosphere(4);
         let bytes_of = |result: &Simplified| Ok::<_, SimplifyError>(more + 26 * result.mesh.faces().len());
         let (options, go_on) = (Options::new(Target::Ratio(1.0)), &mut |_| ControlFlow::Continue(()));
@@ -108,16 +108,16 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_said() {
-        let (result, n) = found(0, 100);
+        let (result, n) = simplify_to_bytes(0, 100);
         let Outcome::Stopped(why) = &result.report.outcome else { panic!("{n}") };
         assert!(n > 100 && why.starts_with(&format!("the smallest result takes {n} bytes: ")), "{why}");
-        assert!(matches!(found(50_000, 50_000).0.report.outcome, Outcome::Stopped(_)));
+        assert!(matches!(simplify_to_bytes(50_000, 50_000).0.report.outcome, Outcome::Stopped(_)));
     }
 
     #[test]
     fn what_fits_is_found_beside_much_that_no_size_changes() {
         for (more, n_bytes) in [(0, 20_000), (100_000, 102_000), (1_000_000, 1_000_500), (0, usize::MAX)] {
-            let (result, n) = found(more, n_bytes);
+            let (result, n) = simplify_to_bytes(more, n_bytes);
             assert_eq!(result.report.outcome, Outcome::Reached, "{more} {n_bytes} {n}");
             assert!(n <= n_bytes);
         }

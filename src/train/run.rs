@@ -137,7 +137,9 @@ impl TrainingRun {
         let (settings, tensors) = (&self.settings, &self.state.tensors);
         match &self.about {
             Some(about) => Ok(tensors.to_bytes(about)),
-            None => Ok(Weights::from_named(settings.architecture(), tensors)?.learned(&settings.objective).to_bytes()),
+            None => Ok(Weights::from_named(settings.architecture(), tensors)?
+                .with_objective(&settings.objective)
+                .to_bytes()),
         }
     }
 }
@@ -150,7 +152,7 @@ fn begin_training(request: &TrainRequest, checkpoint: &Path) -> Result<(Checkpoi
         (None, Some(bytes)) => read_initial_weights(bytes, &settings)?,
         (None, None) => {
             let weights = Weights::random_of(settings.architecture(), settings.seed);
-            (settings, weights.tensors().named())
+            (settings, weights.tensors().named_tensors())
         }
     };
     // Settings are checked before anything is written.
@@ -175,7 +177,7 @@ fn begin_training(request: &TrainRequest, checkpoint: &Path) -> Result<(Checkpoi
 
 fn read_initial_weights(bytes: &[u8], settings: &Settings) -> Result<(Settings, Tensors<Arc<Matrix>>), TrainError> {
     let weights = Weights::from_bytes(bytes).map_err(|error| TrainError::Settings(error.to_string()))?;
-    Ok((settings.with_architecture(weights.architecture())?, weights.tensors().named()))
+    Ok((settings.with_architecture(weights.architecture())?, weights.tensors().named_tensors()))
 }
 
 fn shapes(tensors: &Tensors<Arc<Matrix>>) -> Tensors<[usize; 2]> {
@@ -200,7 +202,7 @@ fn start_position(seed: u64) -> Position {
 
 fn resume_training(request: &TrainRequest, checkpoint: &Path) -> Result<(Checkpoint, Settings, DataSet), TrainError> {
     let paper_shapes =
-        |origin: &Origin| Settings::from_toml(&origin.settings).map(|s| s.architecture().shapes().named());
+        |origin: &Origin| Settings::from_toml(&origin.settings).map(|s| s.architecture().shapes().named_tensors());
     let mut state = read_checkpoint(checkpoint, |origin| match request.network {
         Some(network) => Ok(shapes(&network.tensors)),
         None => paper_shapes(origin),

@@ -38,7 +38,7 @@ pub(super) fn connect_samples(
         quotient(mesh.positions(), mesh.faces(), &assignment, samples.len());
     let edges = if as_cloud { region_graph(rings, &assignment, samples.len()) } else { edges };
     let sampled: Vec<[f32; 3]> = samples.iter().map(|&v| mesh.positions()[v as usize]).collect();
-    let frame = EdgeFrame::of(&sampled, &edges);
+    let frame = EdgeFrame::new(&sampled, &edges);
     SampledMesh { points: frame.apply(&sampled), frame, edges, spanned, as_cloud }
 }
 

@@ -39,7 +39,7 @@ pub type StepFunction<'a> =
 /// ```
 /// use neural_mesh::{model::Weights, train::{TrainingItem, Settings, StepResult, step_from_network}};
 /// let _step = step_from_network(|weights: &Weights, _: &TrainingItem, _: &Settings, _: &mut _| {
-///     let gradients = weights.tensors().named().map(|_, matrix| matrix.as_ref().clone());
+///     let gradients = weights.tensors().named_tensors().map(|_, matrix| matrix.as_ref().clone());
 ///     Ok(StepResult { terms: vec![("length", 1.0)], gradients })
 /// });
 /// ```
@@ -71,5 +71,5 @@ impl StepResult {
 /// assert_eq!(gradients.get("point_sampler.score.weights").unwrap(), &Matrix::zeros(32, 1));
 /// ```
 pub fn network_gradients(parameters: &Network<Value>, gradients: &Gradients) -> Tensors<Matrix> {
-    parameters.named().gradients(gradients)
+    parameters.named_tensors().gradients(gradients)
 }

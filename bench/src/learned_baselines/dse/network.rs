@@ -56,7 +56,7 @@ impl<T: Clone> Dse<T> {
 }
 
 fn point_network<T: Clone>(tensors: &Tensors<T>, network: &str) -> Result<PointNetwork<T>, WeightsError> {
-    let named = |name: &str| tensors.named(&format!("{network}.{name}")).cloned();
+    let named = |name: &str| tensors.find_tensor(&format!("{network}.{name}")).cloned();
     let layer = |name: &str| Ok([named(&format!("{name}.weights"))?, named(&format!("{name}.bias"))?]);
     let layers =
         |name: &str, n: usize| (0..n).map(|i| layer(&format!("{name}_{i}"))).collect::<Result<_, WeightsError>>();

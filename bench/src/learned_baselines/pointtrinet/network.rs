@@ -72,7 +72,7 @@ impl<T: Clone> PointTriNet<T> {
     /// ```
     pub fn from_tensors(tensors: &Tensors<T>) -> Result<Self, WeightsError> {
         let layer = |name: &str, i: usize| -> Result<Layer<T>, WeightsError> {
-            let named = |of: &str| tensors.named(&format!("{name}_{i}.{of}")).cloned();
+            let named = |of: &str| tensors.find_tensor(&format!("{name}_{i}.{of}")).cloned();
             Ok([named("weights")?, named("bias")?])
         };
         let [points, triangles, decision, edge_points, score] =
@@ -81,7 +81,7 @@ impl<T: Clone> PointTriNet<T> {
             classifier: Classifier { points: points?, triangles: triangles?, decision: decision? },
             proposals: Proposals {
                 points: edge_points?,
-                pooled: tensors.named("proposals.pooled")?.clone(),
+                pooled: tensors.find_tensor("proposals.pooled")?.clone(),
                 score: score?,
             },
         })

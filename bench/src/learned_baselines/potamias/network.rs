@@ -62,7 +62,7 @@ impl<T: Clone> Potamias<T> {
     /// assert_eq!(Potamias::from_tensors(&shapes(1.0)).unwrap().layers.len(), 3);
     /// ```
     pub fn from_tensors(tensors: &Tensors<T>) -> Result<Self, WeightsError> {
-        let named = |name: &str| tensors.named(name).cloned();
+        let named = |name: &str| tensors.find_tensor(name).cloned();
         let layer = |i: usize| {
             let of_layer = |name: &str| named(&format!("projection_{i}.{name}"));
             let mixes = i > 0;

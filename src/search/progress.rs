@@ -26,7 +26,7 @@ impl<'a, 'b> Search<'a, 'b> {
         let before = self.n_over as f32;
         self.n_over += 1;
         let (listener, of_run) = (&mut *self.listener, self.of_run);
-        move |event| listener(Event { total: done(before + of_run * event.total), ..event })
+        move |event| listener(Event { total: share_done(before + of_run * event.total), ..event })
     }
 
     /// Announces that the results of a run are checked.
@@ -34,7 +34,7 @@ impl<'a, 'b> Search<'a, 'b> {
     /// # Errors
     /// [`SimplifyError::Interrupted`] if the listener ends the search.
     pub fn look(&mut self, stage: &'static str) -> Result<(), SimplifyError> {
-        let total = done(self.n_over as f32 - 1.0 + self.of_run);
+        let total = share_done(self.n_over as f32 - 1.0 + self.of_run);
         match (self.listener)(Event { stage, done: 0.0, total }) {
             ControlFlow::Continue(()) => Ok(()),
             ControlFlow::Break(()) => Err(SimplifyError::Interrupted),
@@ -42,7 +42,7 @@ impl<'a, 'b> Search<'a, 'b> {
     }
 }
 
-fn done(n_runs: f32) -> f32 {
+fn share_done(n_runs: f32) -> f32 {
     n_runs / (n_runs + HALF)
 }
 
