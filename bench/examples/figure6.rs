@@ -1,5 +1,4 @@
-//! The paper's Figure 6: geodesic and biharmonic distances from a point on a mesh and on simplified versions, with
-//! errors.
+//! The paper's Figure 6: geodesic and biharmonic distances on a mesh and its simplified versions.
 //!
 //! `cargo run --release -p neural-mesh-bench --example figure6 -- MESH PAPER_WEIGHTS OUT.png`
 
@@ -18,22 +17,18 @@ use neural_mesh::simplify::{Assembly, Options, Target, simplify};
 use neural_mesh_bench::along_surface::{Eigenpairs, HeatMethod, IntrinsicOptions, Judge, Laplacian};
 use neural_mesh_bench::baselines::{Baseline, Size, simplify_by};
 
-/// Number of eigenpairs for the biharmonic distances.
 const EIGENPAIRS: usize = 200;
-/// Number of lines of equal distance.
+// Lines of equal distance in a picture.
 const LINES: usize = 20;
 
-/// Fraction of the vertices to keep.
 const RATIO: f64 = 0.1;
-/// Height of a panel in pixels.
 const HEIGHT: usize = 300;
 
 type Failure = Box<dyn Error>;
 
-/// Kinds of distances.
 const KINDS: [&str; 2] = ["geodesic", "biharmonic"];
 
-/// A mesh with the distances of each kind from the source, one per vertex, not finite where unreachable.
+// Distances are per kind, one number per vertex; not finite where unreachable.
 struct Measured {
     name: &'static str,
     mesh: TriMesh,
@@ -58,13 +53,12 @@ fn main() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Turns the mesh so that its z axis, up in TOSCA, is up in pictures.
 fn upright(mesh: &TriMesh) -> Result<TriMesh, Failure> {
+    // The z axis is up in TOSCA, the y axis in pictures.
     let positions = mesh.positions().iter().map(|&[x, y, z]| [y, z, x]).collect();
     Ok(TriMesh::new(positions, mesh.faces().to_vec())?)
 }
 
-/// Simplifies the mesh by our default, by the paper's assembly, and by QEM at our number of faces.
 fn results(mesh: &TriMesh, weights: &Weights) -> Result<Vec<(&'static str, TriMesh)>, Failure> {
     let ours = simplified(mesh, Assembly::Closed, None)?;
     let paper = simplified(mesh, Assembly::Paper, Some(weights))?;
@@ -79,7 +73,6 @@ fn simplified(mesh: &TriMesh, assembly: Assembly, weights: Option<&Weights>) -> 
     Ok(simplify(mesh, weights, &options, &mut |_| ControlFlow::Continue(()))?.mesh)
 }
 
-/// Returns the errors of geodesic and biharmonic distances in percent of the largest.
 fn errors(judge: &Judge, mesh: &TriMesh) -> Result<[f64; 2], Failure> {
     let figures = judge.figures(mesh, mesh.positions().len());
     let value = |name: &str| figures.iter().find(|figure| figure.name == name)?.value;
@@ -92,7 +85,6 @@ fn point(p: &[f32; 3]) -> DVec3 {
     DVec3::from_array(p.map(f64::from))
 }
 
-/// Returns the vertex farthest from the middle of the bounding box.
 fn end_of(mesh: &TriMesh) -> u32 {
     let points: Vec<DVec3> = mesh.positions().iter().map(point).collect();
     let [low, high] = [DVec3::min, DVec3::max].map(|end| points.iter().copied().reduce(end).unwrap_or_default());
@@ -101,7 +93,6 @@ fn end_of(mesh: &TriMesh) -> u32 {
     end.unwrap_or_default() as u32
 }
 
-/// Measures the distances from the vertex nearest to a point.
 fn measured(name: &'static str, mesh: TriMesh, place: [f32; 3]) -> Result<Measured, Failure> {
     let laplacian = Laplacian::new(&mesh).ok_or("the mesh has no area")?;
     let to_place = |&at: &usize| {
@@ -126,8 +117,8 @@ fn measured(name: &'static str, mesh: TriMesh, place: [f32; 3]) -> Result<Measur
     Ok(Measured { name, distances: [geodesic, biharmonic].map(at_vertices), mesh })
 }
 
-/// Draws one kind of distance on all meshes, with colours up to the largest one on the original.
 fn row(meshes: &[Measured], errors: &[[f64; 2]], kind: usize) -> Image {
+    // Colours end at the original's largest distance.
     let on_original = meshes[0].distances[kind].iter().copied();
     let end = on_original.filter(|distance| distance.is_finite()).fold(f64::MIN_POSITIVE, f64::max);
     let error = |at: usize| match at {
@@ -145,13 +136,11 @@ fn row(meshes: &[Measured], errors: &[[f64; 2]], kind: usize) -> Image {
     render_painted(&painted, &Scale { end, lines: LINES }, &options)
 }
 
-/// Puts one picture above another of the same width.
 fn stacked(upper: &Image, lower: &Image) -> Image {
     let rgba = [upper.rgba.as_slice(), &lower.rgba].concat();
     Image { width: upper.width, height: upper.height + lower.height, rgba }
 }
 
-/// Prints the errors as a table.
 fn print_errors(meshes: &[Measured], errors: &[[f64; 2]]) {
     println!("| mesh | vertices | faces | geodesic error, % | biharmonic error, % |\n|---|---|---|---|---|");
     for (Measured { name, mesh, .. }, [geodesic, biharmonic]) in meshes[1..].iter().zip(errors) {

@@ -1,4 +1,4 @@
-//! Simplifies a mesh and writes its metrics and samples for comparison with other tools by `scripts/agreement`.
+//! Simplifies a mesh and writes its metrics and samples for `scripts/agreement`.
 //!
 //! `cargo run --release -p neural-mesh-bench --example measure -- MESH OUT_DIR`
 
@@ -12,9 +12,7 @@ use neural_mesh::metrics::{CompareOptions, Surface, self_intersecting_faces, sur
 use neural_mesh::simplify::{Options, Target, simplify};
 use neural_mesh_bench::along_surface::{Eigenpairs, HeatMethod, IntrinsicOptions, Judge, Laplacian};
 
-/// Number of eigenpairs written.
 const PAIRS: usize = 200;
-/// Samples per surface.
 const SAMPLES: usize = 50_000;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -46,7 +44,6 @@ fn json(value: Option<f64>) -> String {
     value.map_or("null".into(), |value| format!("{value:?}"))
 }
 
-/// Returns the samples of both surfaces and their distances to the other one.
 fn distances(original: &TriMesh, simplified: &TriMesh) -> Result<Vec<(String, String)>, Box<dyn Error>> {
     let [original, simplified] = [(original, 0), (simplified, 1)].map(|(mesh, seed)| Surface::new(mesh, SAMPLES, seed));
     let distance = surface_distance(&original, &simplified).ok_or("one of the meshes has no faces")?;
@@ -59,7 +56,6 @@ fn distances(original: &TriMesh, simplified: &TriMesh) -> Result<Vec<(String, St
     ])
 }
 
-/// Returns eigenvalues, and distances from the first used vertex.
 fn along_surface(mesh: &TriMesh) -> Result<Vec<(String, String)>, Box<dyn Error>> {
     let laplacian = Laplacian::new(mesh).ok_or("the mesh has no area")?;
     let heat = HeatMethod::new(&laplacian).ok_or("the Laplacian cannot be factored")?;

@@ -1,5 +1,4 @@
-//! Measures neural-mesh and other methods: evaluations on any meshes, and the pages of `docs/measured`. Never
-//! published.
+//! Measures neural-mesh and other methods, and makes the pages of `docs/measured`.
 
 pub mod along_surface;
 #[cfg(test)]

@@ -8,7 +8,6 @@ use proptest::prelude::*;
 const BY_FACES: [Baseline; 4] =
     [Baseline::Qem, Baseline::Meshoptimizer, Baseline::MeshoptimizerUpdate, Baseline::MeshoptimizerSloppy];
 
-/// Returns the size of a sphere-like surface with this many vertices.
 fn size(vertices: usize) -> Size {
     Size { vertices, faces: (2 * vertices).saturating_sub(4) }
 }
@@ -19,7 +18,6 @@ fn by(baseline: Baseline, mesh: &TriMesh, size: Size) -> TriMesh {
     lighter
 }
 
-/// Returns the mean two-sided distance.
 fn distance(original: &TriMesh, lighter: &TriMesh) -> f64 {
     let [original, lighter] = [original, lighter].map(|mesh| Surface::new(mesh, 4000, 0));
     surface_distance(&original, &lighter).unwrap().both.mean
@@ -146,7 +144,7 @@ fn a_mesh_without_faces_is_named() {
     }
 }
 
-/// Runs every method at sizes from zero to more than the mesh has; each gives a mesh or an error.
+// Each size gives a mesh or an error.
 fn run_all(mesh: &TriMesh) {
     let n = mesh.positions().len();
     for (baseline, n) in

@@ -1,4 +1,4 @@
-//! `neural-mesh-bench evaluate`: rows, failing methods, resumed and rejected runs, and output files.
+//! `neural-mesh-bench evaluate`: rows, failures, resumed runs and output files.
 
 use std::path::Path;
 
@@ -7,7 +7,6 @@ use neural_mesh::io::{Format, write};
 use neural_mesh::mesh::{Frame, TriMesh, shapes};
 use serde_json::Value;
 
-/// Makes a folder with small meshes in `data`.
 fn prepared(meshes: &[(&str, TriMesh)]) -> tempfile::TempDir {
     let folder = folder();
     std::fs::create_dir(folder.path().join("data")).unwrap();
@@ -22,18 +21,15 @@ fn ball() -> (&'static str, TriMesh) {
     ("ball.ply", shapes::icosphere(3))
 }
 
-/// Returns the arguments of a quick evaluation into `run`.
 fn evaluation<'a>(run: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     let quick = ["evaluate", "--data", "data", "--out", run, "--repeat", "1", "--samples", "1000", "--threads", "1"];
     [&quick, more].concat()
 }
 
-/// Reads the rows of an evaluation.
 fn rows(folder: &Path, run: &str) -> Vec<Value> {
     json(&folder.join(run).join("rows.json")).as_array().unwrap().clone()
 }
 
-/// Reads `rows.csv` without the seconds in its 12th column.
 fn timeless(folder: &Path, run: &str) -> Vec<Vec<String>> {
     let text = std::fs::read_to_string(folder.join(run).join("rows.csv")).unwrap();
     let rows = text.lines().map(|line| line.split(',').map(String::from).collect::<Vec<_>>());
@@ -133,13 +129,13 @@ fn killed_and_resumed_it_has_the_same_rows_and_redoes_nothing() {
     let whole = run(folder.path(), &evaluation("whole", &more));
     assert_eq!(whole.code, Some(0), "{}", whole.words);
     let log = folder.path().join("log");
-    // before each evaluation with work to do it is tried at 0.5
+    // Each evaluation with work to do first tries the tool at 0.5.
     let n_runs = || std::fs::read_to_string(&log).unwrap().lines().filter(|ratio| *ratio != "0.5").count();
     assert_eq!(n_runs(), 12);
     std::fs::remove_file(&log).unwrap();
     let resuming = evaluation("killed", &[&more[..], &["--resume"]].concat());
     let mut n_killed = 0;
-    // number of rows in the table, of 37, and milliseconds before the kill
+    // Each pair is a number of rows in the table, of 37, and milliseconds before the kill.
     let table = folder.path().join("killed/rows.csv");
     for (n_rows, milliseconds) in [(0, 20), (2, 0), (11, 9), (20, 3)] {
         let child = program(folder.path(), &resuming).spawn().unwrap();
@@ -175,10 +171,10 @@ fn a_tool_ends_when_the_evaluation_is_killed() {
     wait_until(|| !ids().split_whitespace().any(runs));
 }
 
-/// Returns whether a process runs; an ended one may be listed until its parent collects it.
 fn runs(id: &str) -> bool {
     let is_known = std::process::Command::new("kill").args(["-0", id]).output().unwrap().status.success();
     let status = std::fs::read_to_string(format!("/proc/{id}/stat")).unwrap_or_default();
+    // An ended process may be listed until its parent collects it.
     is_known && !status.contains(") Z")
 }
 
@@ -259,7 +255,7 @@ fn a_wrong_tool_is_said_before_anything_runs() {
         }
         assert!(!folder.path().join("new").exists() && files(&folder.path().join("empty")).is_empty());
     }
-    // only the other tool was tried
+    // Only the other tool was tried.
     assert_eq!(n_lines(&folder.path().join("log")), 2 * cases.len());
 }
 
@@ -282,7 +278,7 @@ fn a_corrected_tool_is_measured_again_and_nothing_else() {
     assert_eq!(evaluated(fails, &[]).code, Some(0));
     let [before, log] = ["run/rows.csv", "log"].map(|name| std::fs::read_to_string(folder.path().join(name)).unwrap());
     assert_eq!(before.matches("exit code 4").count(), 2);
-    // a wrong one leaves everything unchanged
+    // A wrong command leaves everything unchanged.
     assert_eq!(evaluated("sh -c 'exit 5' {in} {out}", &["--resume"]).code, Some(1));
     assert_eq!(std::fs::read_to_string(folder.path().join("run/rows.csv")).unwrap(), before);
     let done = evaluated("cp {in} {out}", &["--resume"]);
@@ -295,7 +291,7 @@ fn a_corrected_tool_is_measured_again_and_nothing_else() {
     let mine: Vec<&Value> = rows.iter().filter(|row| row["method"] == "mine").collect();
     assert_eq!((rows.len(), mine.iter().filter(|row| row["error"] == "").count(), mine.len()), (9, 2, 3));
     assert_eq!(std::fs::read_to_string(folder.path().join("log")).unwrap(), log, "the other tool had nothing to do");
-    // now it has results of its command
+    // Now the tool has results of its command.
     let refused = evaluated(fails, &["--resume"]);
     let line = the_line(&refused);
     assert!(

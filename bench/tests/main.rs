@@ -1,4 +1,4 @@
-//! All integration tests in one program, because each further one would be linked again with everything.
+//! All integration tests in one program.
 
 mod baselines;
 #[path = "../../cli/tests/common/mod.rs"]

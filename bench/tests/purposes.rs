@@ -1,4 +1,4 @@
-//! Results optimised for the spectrum keep it better than results optimised for shape.
+//! Results optimised for the spectrum keep it better.
 
 use std::ops::ControlFlow;
 

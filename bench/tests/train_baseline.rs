@@ -1,4 +1,4 @@
-//! `neural-mesh-bench train-baseline`: weights for `evaluate`, equal after a stop; rejected input.
+//! `neural-mesh-bench train-baseline`: weights for `evaluate`, and rejected input.
 
 use crate::common::*;
 use neural_mesh::io::{Format, write};
@@ -6,7 +6,6 @@ use neural_mesh::mesh::{Frame, shapes};
 
 const SETTINGS: &str = "validation = []\nratio_min = 0.1\nratio_max = 0.2\nmax_samples = 100\nlearning_rate = 0.001\n";
 
-/// Makes a folder with small meshes in `data` and settings in `small.toml`.
 fn prepared() -> tempfile::TempDir {
     let folder = folder();
     std::fs::create_dir(folder.path().join("data")).unwrap();

@@ -1,4 +1,4 @@
-//! Figures within the surface: eigenpairs of the Laplacian and distances along it.
+//! Errors of eigenpairs and of distances along the surface.
 
 use glam::DVec3;
 
@@ -9,26 +9,21 @@ use super::spectrum::{ValueTransfer, spectrum_error};
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::metrics::{Figure, closest_point_tree};
 
-/// An original prepared for these figures.
 pub struct IntrinsicFigures {
     judging: IntrinsicOptions,
-    /// Surface of the original; absent where nothing is to be measured or it has no area.
     original: Option<IntrinsicSurface>,
     source: DVec3,
 }
 
-/// An original, a simplified mesh, and the transfer of values between them.
 struct Pair<'a> {
     original: &'a IntrinsicSurface,
     simplified: IntrinsicSurface,
     transfer: ValueTransfer,
     n_pairs: usize,
-    /// Indices of the vertices where distances start.
     sources: [u32; 2],
 }
 
 impl IntrinsicFigures {
-    /// Prepares an original with `n_vertices` used vertices.
     pub fn new(mesh: &TriMesh, judging: &IntrinsicOptions, n_vertices: usize) -> Self {
         let original = IntrinsicSurface::new(mesh, judging, n_vertices);
         let source =
@@ -36,13 +31,11 @@ impl IntrinsicFigures {
         Self { judging: *judging, original, source }
     }
 
-    /// Returns the number of eigenpairs compared with a mesh whose target was `n_asked` vertices.
     pub fn eigenpairs(&self, n_asked: usize) -> usize {
         let known = self.original.as_ref().and_then(|intrinsic| intrinsic.pairs.as_ref());
         known.map_or(0, |pairs| pairs.values.len().min(n_asked / 4))
     }
 
-    /// Measures the errors of eigenpairs (the paper's LE), geodesic and biharmonic distances.
     pub fn figures(&self, simplified: &TriMesh, n_asked: usize) -> [Figure; 5] {
         let pair = self.make_pair(simplified, n_asked);
         let spectrum = pair.as_ref().and_then(|pair| {
@@ -76,14 +69,13 @@ impl IntrinsicFigures {
         let second = IntrinsicSurface::new(simplified, &self.judging, 4 * n_pairs)?;
         let transfer =
             ValueTransfer::new(&first.points, simplified, &second.laplacian, &closest_point_tree(simplified))?;
-        // both start at about the same point; the simplified mesh decides, because it has fewer vertices
+        // The simplified mesh chooses the start, because its vertices are sparser.
         let source = second.nearest(self.source);
         let sources = [first.nearest(second.points[source as usize]), source];
         Some(Pair { original: first, simplified: second, transfer, n_pairs, sources })
     }
 }
 
-/// Returns the start point of the options, by default the point farthest from the box's centre.
 fn choose_source(mesh: &TriMesh, judging: &IntrinsicOptions, points: &[DVec3]) -> DVec3 {
     let is_used = |v: &u32| mesh.faces().as_flattened().contains(v);
     let chosen = judging.source.filter(is_used).and_then(|v| mesh.positions().get(v as usize));
@@ -109,20 +101,18 @@ fn biharmonic_error(pair: &Pair) -> Option<f64> {
     error_percent(pair, &distances, &mask_other_components(others, &pair.simplified.laplacian, pair.sources[1]))
 }
 
-/// Replaces distances on other components by infinity, because eigenfunctions are constant there.
 fn mask_other_components(distances: Vec<f64>, laplacian: &Laplacian, source: u32) -> Vec<f64> {
     let here = laplacian.component[source as usize];
     let reached = |(distance, &component): (f64, &u32)| if component == here { distance } else { f64::INFINITY };
     distances.into_iter().zip(&laplacian.component).map(reached).collect()
 }
 
-/// Returns the mean error over the source's component in percent of its largest distance; unreachable points count
-/// fully.
 fn error_percent(pair: &Pair, distances: &[f64], on_simplified: &[f64]) -> Option<f64> {
     let Laplacian { mass, component, .. } = &pair.original.laplacian;
     let transferred = pair.transfer.values(on_simplified);
     let here: Vec<usize> = (0..mass.len()).filter(|&i| component[i] == component[pair.sources[0] as usize]).collect();
     let largest = here.iter().map(|&i| distances[i]).fold(0.0, f64::max);
+    // Unreachable points count with the largest distance.
     let error = |&i: &usize| mass[i] * (transferred[i] - distances[i]).abs().min(largest);
     let area: f64 = here.iter().map(|&i| mass[i]).sum();
     (largest > 0.0).then(|| 100.0 * here.iter().map(error).sum::<f64>() / area / largest)
@@ -170,7 +160,7 @@ mod tests {
         }
     }
 
-    /// Half a sphere must not be compared by fewer eigenfunctions than the whole one.
+    // A result that lost half of the sphere is compared by as many eigenfunctions as a whole one.
     #[test]
     fn lost_vertices_do_not_make_the_spectrum_better() {
         let sphere = shapes::icosphere(4);
@@ -185,7 +175,7 @@ mod tests {
         for figure in 0..3 {
             assert!(errors[0][figure] < errors[1][figure] && errors[1][figure] < errors[2][figure], "{errors:?}");
         }
-        // of 40 functions one face has three
+        // A single face has only three of the 40 eigenfunctions.
         assert!(errors[3][0] > 1.8 && errors[3][1] > 92.0 && errors[3][2] > 92.0, "{errors:?}");
         assert_eq!((judge.eigenpairs(162), judge.eigenpairs(100_000)), (40, 100));
     }

@@ -1,4 +1,4 @@
-//! A surface with its Laplacian and the solvers for it.
+//! A surface with its Laplacian and solvers.
 
 use glam::DVec3;
 
@@ -7,18 +7,14 @@ use crate::along_surface::spectrum::HeatMethod;
 use crate::along_surface::{Eigenpairs, Laplacian};
 use neural_mesh::mesh::TriMesh;
 
-/// A surface with its Laplacian and the solvers for it.
 pub struct IntrinsicSurface {
     pub laplacian: Laplacian,
-    /// Positions of the used vertices, n.
     pub points: Vec<DVec3>,
     pub heat: Option<HeatMethod>,
     pub pairs: Option<Eigenpairs>,
 }
 
 impl IntrinsicSurface {
-    /// Prepares a surface, with eigenpairs for a target of `n_asked` vertices; `None` for nothing to measure or no
-    /// area.
     pub fn new(mesh: &TriMesh, judging: &IntrinsicOptions, n_asked: usize) -> Option<Self> {
         if judging.eigenpairs == 0 && !judging.geodesics {
             return None;
@@ -34,7 +30,6 @@ impl IntrinsicSurface {
         })
     }
 
-    /// Returns the index of the vertex nearest to a point.
     pub fn nearest(&self, p: DVec3) -> u32 {
         let distance = |&i: &u32| self.points[i as usize].distance_squared(p);
         (0..self.points.len() as u32).min_by(|i, j| distance(i).total_cmp(&distance(j))).unwrap_or(0)

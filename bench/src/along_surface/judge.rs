@@ -1,28 +1,28 @@
-//! All figures of a simplified mesh: those of the library and those along the surface.
+//! All figures of a simplified mesh.
 
 use neural_mesh::mesh::{TriMesh, topology};
 use neural_mesh::metrics::{CompareOptions, Figure, ReferenceMesh, compare};
 
 use super::figures::IntrinsicFigures;
 
-/// Largest number of eigenpairs that the paper compares.
+// Largest number of eigenpairs that the paper compares.
 const EIGENPAIRS: usize = 200;
-/// Figure before those along the surface in all tables.
+// Name of the figure before those along the surface.
 const BEFORE: &str = "curvature_error";
 
-/// The figures to measure along the surface.
+/// Options of the figures along the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct IntrinsicOptions {
-    /// Largest number of eigenpairs; 0 skips LE and biharmonic distances, the most expensive figures.
+    /// Largest number of eigenpairs; 0 skips the figures that need them.
     pub eigenpairs: usize,
-    /// Whether to measure distances along the surface.
+    /// True to measure geodesic distances.
     pub geodesics: bool,
-    /// Vertex of the original where distances start; by default the one farthest from the box's centre.
+    /// Vertex where distances start; by default the one farthest from the box's centre.
     pub source: Option<u32>,
 }
 
 impl IntrinsicOptions {
-    /// No figure.
+    /// No figures along the surface.
     pub const NONE: Self = Self { eigenpairs: 0, geodesics: false, source: None };
 }
 
@@ -32,7 +32,7 @@ impl Default for IntrinsicOptions {
     }
 }
 
-/// An original, prepared to judge many simplified meshes.
+/// An original, prepared to judge simplified meshes.
 pub struct Judge {
     original: ReferenceMesh,
     along: IntrinsicFigures,
@@ -47,17 +47,14 @@ impl Judge {
         Self { along: IntrinsicFigures::new(&original.to_unit_size(mesh), along, n_vertices), original }
     }
 
-    /// Returns the number of eigenpairs compared with a mesh whose target was `n_asked` vertices.
+    /// Returns the number of eigenpairs compared at a target of `n_asked` vertices.
     ///
     /// It is at most a quarter of the target and of the original's used vertices.
     pub fn eigenpairs(&self, n_asked: usize) -> usize {
         self.along.eigenpairs(n_asked)
     }
 
-    /// Measures a simplified mesh; always the same figures in the same order.
-    ///
-    /// The target `n_asked` decides the number of eigenpairs, so that methods which lost vertices are not judged by
-    /// fewer.
+    /// Measures a simplified mesh; the figures and their order are always the same.
     ///
     /// ```
     /// use neural_mesh::{mesh::shapes, metrics::CompareOptions};
@@ -68,6 +65,7 @@ impl Judge {
     /// assert!(error.value.unwrap() < 5.0);
     /// ```
     pub fn figures(&self, simplified: &TriMesh, n_asked: usize) -> Vec<Figure> {
+        // The target sets the number of eigenpairs, so that lost vertices do not lower it.
         let mut figures = compare(&self.original, simplified);
         let at = figures.iter().position(|figure| figure.name == BEFORE).map_or(figures.len(), |at| at + 1);
         figures.splice(at..at, self.along.figures(&self.original.to_unit_size(simplified), n_asked));

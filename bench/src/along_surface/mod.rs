@@ -1,5 +1,4 @@
-//! Intrinsic geometry of surfaces with sparse solvers: eigenpairs, geodesic distances, and the errors of simplified
-//! meshes.
+//! Errors of eigenpairs and distances along a surface.
 
 mod figures;
 mod intrinsic_surface;

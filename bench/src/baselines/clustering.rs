@@ -1,6 +1,4 @@
-//! Vertex clustering in a uniform grid (Rossignac and Borrel 1993).
-//!
-//! Each cell's vertex is the minimum of its quadric within the cell (Lindstrom 2000), which keeps edges and corners.
+//! Vertex clustering in a uniform grid (Rossignac and Borrel 1993), with quadrics in the cells (Lindstrom 2000).
 
 use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -10,14 +8,12 @@ use super::planes::{face_plane, to_double};
 use neural_mesh::geometry::Quadric;
 use neural_mesh::mesh::{TriMesh, compact};
 
-/// Binary logarithm of the largest resolution.
+// Binary logarithm of the largest resolution.
 const FINEST: f64 = 20.0;
-/// Limit of bisections of the resolution.
 const TRIES: usize = 24;
-/// Pull toward the mean relative to the quadric's trace, for directions that planes leave open.
+// Pull toward the cell's mean, as a fraction of the quadric's trace.
 const PULL: f64 = 1e-4;
 
-/// Simplifies with the cell size whose result is nearest to `n_vertices` vertices.
 pub(super) fn cluster_vertices(mesh: &TriMesh, n_vertices: usize) -> Result<TriMesh, BaselineError> {
     let positions = to_double(mesh.positions());
     let (clusters, faces) = best_clusters(&positions, mesh.faces(), n_vertices).ok_or(BaselineError::NothingLeft)?;
@@ -31,7 +27,6 @@ struct Clusters {
     of_vertex: Vec<u32>,
 }
 
-/// Bisects the resolution; `None` where no resolution leaves a face.
 fn best_clusters(positions: &[DVec3], faces: &[[u32; 3]], n_vertices: usize) -> Option<(Clusters, Vec<[u32; 3]>)> {
     let mut best: Option<(usize, Clusters, Vec<[u32; 3]>)> = None;
     let [mut coarse, mut fine] = [0.0, FINEST];
@@ -44,7 +39,7 @@ fn best_clusters(positions: &[DVec3], faces: &[[u32; 3]], n_vertices: usize) -> 
         if n > 0 && best.as_ref().is_none_or(|best| miss < best.0) {
             best = Some((miss, clusters, left));
         }
-        // the first try is the finest: when it has too few vertices, coarser ones have fewer
+        // The first try is the finest grid; if it has too few vertices, coarser ones have fewer.
         if miss == 0 || (tried == 0 && n < n_vertices) {
             break;
         }
@@ -71,7 +66,6 @@ fn assign_cells(positions: &[DVec3], resolution: f64) -> Clusters {
     Clusters { cells, side, of_vertex }
 }
 
-/// Returns the faces with corners in three cells, without duplicates of the same orientation.
 fn clustered_faces(faces: &[[u32; 3]], clusters: &Clusters) -> Vec<[u32; 3]> {
     let mut seen = FxHashSet::default();
     let clustered = faces.iter().map(|face| face.map(|v| clusters.of_vertex[v as usize]));

@@ -1,8 +1,8 @@
-//! The errors of a method.
+//! Errors of baseline methods.
 
 use neural_mesh::mesh::InvalidMesh;
 
-/// The reason why a method made no mesh.
+/// Reason why a method made no mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BaselineError {
@@ -10,7 +10,7 @@ pub enum BaselineError {
     Empty,
     /// The result has no face.
     NothingLeft,
-    /// The result is no valid mesh, for example because a coordinate is too large.
+    /// The result is no valid mesh.
     Invalid(InvalidMesh),
 }
 

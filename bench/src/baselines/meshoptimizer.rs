@@ -1,17 +1,14 @@
-//! meshoptimizer's three simplifiers through the crate `meshopt`, without options or error limit.
+//! meshoptimizer's three simplifiers, without options or error limit.
 
 use meshopt::{SimplifyOptions, VertexDataAdapter, simplify_sloppy, simplify_with_update, typed_to_bytes};
 
 use super::BaselineError;
 use neural_mesh::mesh::{TriMesh, compact};
 
-/// Error limit relative to the mesh's extent that no result reaches.
+// Results never exceed this error.
 const NO_LIMIT: f32 = 1e10;
 
-/// Runs meshoptimizer's `simplify` alone, for timing; it may stop above `n_faces` because of the topology.
-///
-/// # Shapes
-/// - returns at most `mesh.faces().len()` faces
+/// Returns the faces of meshoptimizer's `simplify`, which may stop above `n_faces`.
 ///
 /// ```
 /// use neural_mesh_bench::baselines::meshoptimizer_faces;
@@ -25,12 +22,10 @@ pub fn meshoptimizer_faces(mesh: &TriMesh, n_faces: usize) -> Vec<[u32; 3]> {
     left.as_chunks().0.to_vec()
 }
 
-/// Simplifies by `simplify`: collapses onto input vertices.
 pub(super) fn simplify(mesh: &TriMesh, n_faces: usize) -> Result<TriMesh, BaselineError> {
     Ok(compact(mesh.positions(), meshoptimizer_faces(mesh, n_faces))?.0)
 }
 
-/// Simplifies by `simplifyWithUpdate`: remaining vertices move to the least error.
 pub(super) fn simplify_updating(mesh: &TriMesh, n_faces: usize) -> Result<TriMesh, BaselineError> {
     let mut positions = mesh.positions().to_vec();
     let mut indices = mesh.faces().as_flattened().to_vec();
@@ -41,7 +36,6 @@ pub(super) fn simplify_updating(mesh: &TriMesh, n_faces: usize) -> Result<TriMes
     Ok(compact(&positions, indices[..n_left].as_chunks().0.to_vec())?.0)
 }
 
-/// Simplifies by `simplifySloppy`: clusters vertices in a grid without regard to topology.
 pub(super) fn simplify_in_grid(mesh: &TriMesh, n_faces: usize) -> Result<TriMesh, BaselineError> {
     let Some(vertices) = vertex_adapter(mesh) else { return Err(BaselineError::NothingLeft) };
     let left = simplify_sloppy(mesh.faces().as_flattened(), &vertices, n_indices(mesh, n_faces), NO_LIMIT, None);
@@ -52,7 +46,6 @@ fn vertex_adapter(mesh: &TriMesh) -> Option<VertexDataAdapter<'_>> {
     VertexDataAdapter::new(typed_to_bytes(mesh.positions()), size_of::<[f32; 3]>(), 0).ok()
 }
 
-/// Limits the target to the mesh's indices, as meshoptimizer requires.
 fn n_indices(mesh: &TriMesh, n_faces: usize) -> usize {
     3 * n_faces.min(mesh.faces().len())
 }

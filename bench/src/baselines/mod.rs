@@ -1,4 +1,4 @@
-//! Competing methods behind one interface, one file or folder per method, without networks or metrics.
+//! Competing methods behind one interface.
 
 mod ball_pivoting;
 mod clustering;
@@ -20,19 +20,19 @@ pub use meshoptimizer::meshoptimizer_faces;
 /// A competing method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Baseline {
-    /// Edge collapse by quadrics with optimal placement (Garland and Heckbert 1997).
+    /// Edge collapse (Garland and Heckbert 1997).
     Qem,
-    /// meshoptimizer's `simplify`, without options or error limit.
+    /// meshoptimizer's `simplify`.
     Meshoptimizer,
     /// meshoptimizer's `simplifyWithUpdate`, which also moves remaining vertices.
     MeshoptimizerUpdate,
     /// meshoptimizer's `simplifySloppy`, which ignores the topology.
     MeshoptimizerSloppy,
-    /// Vertex clustering in a uniform grid (Rossignac and Borrel 1993).
+    /// Vertex clustering (Rossignac and Borrel 1993).
     Clustering,
-    /// Farthest points (Eldar et al. 1997), meshed by ball pivoting (Bernardini et al. 1999).
+    /// Farthest points (Eldar et al. 1997) and ball pivoting.
     FarthestBallPivoting,
-    /// Vertices drawn with equal probability, meshed by ball pivoting.
+    /// Uniformly drawn vertices and ball pivoting.
     UniformBallPivoting,
 }
 
@@ -77,7 +77,7 @@ impl Baseline {
     }
 }
 
-/// The target size; QEM and meshoptimizer's simplifiers use the faces, others the vertices.
+/// Target size; QEM and meshoptimizer use the faces, the others the vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
     /// Number of vertices.
@@ -86,13 +86,12 @@ pub struct Size {
     pub faces: usize,
 }
 
-/// Simplifies a mesh by one of the methods.
+/// Simplifies a mesh by one of the methods; the seed draws points.
 ///
-/// The seed chooses sampled points. Edge collapse and sampling stop above the target only where they get stuck;
-/// clustering comes as near as a grid does. The result has no unused vertices.
+/// Results may miss the target size where a method gets stuck.
 ///
 /// # Errors
-/// [`BaselineError::Empty`] for a mesh without faces, [`BaselineError::NothingLeft`] for a result without faces.
+/// [`BaselineError::Empty`] for an input without faces, [`BaselineError::NothingLeft`] for such a result.
 ///
 /// ```
 /// use neural_mesh_bench::baselines::{Baseline, Size, simplify_by};

@@ -20,12 +20,12 @@ pub(super) fn uniform_ball_pivoting(mesh: &TriMesh, n_vertices: usize, seed: u64
     mesh_samples(&mesh, uniform_points(mesh.positions().len(), n_vertices, seed))
 }
 
-/// Draws min(k, n) distinct numbers below n (Fisher and Yates).
 fn uniform_points(n: usize, k: usize, seed: u64) -> Vec<u32> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+    // The first k places of a shuffle (Fisher and Yates).
     let mut points: Vec<u32> = (0..n as u32).collect();
     for i in 0..k.min(n) {
-        // the top half of the product is below n - i and the same on every machine
+        // The top half of the product is below n - i, and the same on every machine.
         let offset = (u128::from(rng.next_u64()) * (n - i) as u128) >> 64;
         points.swap(i, i + offset as usize);
     }

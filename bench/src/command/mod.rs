@@ -58,7 +58,6 @@ pub fn run() -> ExitCode {
     finish(done)
 }
 
-/// Converts an error with all its causes.
 fn with_causes(done: Result<()>) -> Result<(), Failure> {
     done.map_err(|error| Failure::Failed(format!("{error:#}")))
 }

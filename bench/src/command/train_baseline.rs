@@ -1,5 +1,4 @@
-//! `neural-mesh-bench train-baseline`: trains weights of a learned method of others, with the options of `neural-mesh
-//! train`.
+//! `neural-mesh-bench train-baseline`: trains a learned method of others.
 
 use clap::Args;
 use neural_mesh::train::Settings;
@@ -39,7 +38,6 @@ pub fn run(args: &TrainBaselineArgs) -> Result<(), Failure> {
     run_for(&args.train, Some(&other))
 }
 
-/// Returns the initial weights: those of `--init`, else random ones by the settings' seed.
 fn first_weights(args: &TrainBaselineArgs) -> Result<LearnedWeights, Failure> {
     if let Some(path) = &args.train.init {
         let weights = LearnedWeights::from_bytes(&files::read(path)?).map_err(|error| Failure::in_file(path, error))?;

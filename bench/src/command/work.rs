@@ -1,4 +1,4 @@
-//! The process that does one job of an evaluation, so that a method that hangs or crashes affects nothing else.
+//! A process for one job of an evaluation, whose crash affects nothing else.
 
 use std::io::{BufRead, Read};
 
@@ -12,11 +12,10 @@ pub fn worker() -> Result<Worker> {
     Ok(Worker { program, arguments: vec!["work".into()] })
 }
 
-/// Runs the job on standard input; exits with all children when that closes.
 pub fn run_job() -> Result<()> {
     let mut line = String::new();
     std::io::stdin().lock().read_line(&mut line)?;
-    // standard input closes when the caller stops waiting
+    // Standard input closes when the caller stops waiting; then this process ends with its children.
     std::thread::spawn(|| {
         let _ = std::io::stdin().read_to_end(&mut Vec::new());
         if getpgrp() == getpid() {

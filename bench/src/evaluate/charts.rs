@@ -1,37 +1,37 @@
-//! The lines to plot from a table of results: a line of medians per method.
+//! Charts of a table: a line of medians per method.
 
 use super::run::median;
 use super::summary::{Value, distinct, methods, ratios, select_rows, values};
 use super::{ResultRow, Table};
 
-/// A chart of lines on two logarithmic axes.
+/// A chart of lines on logarithmic axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
     /// File name without extension.
     pub name: &'static str,
-    /// Title above the chart.
+    /// Title.
     pub title: &'static str,
-    /// Label of the horizontal axis.
+    /// Horizontal axis label.
     pub x: &'static str,
-    /// Label of the vertical axis.
+    /// Vertical axis label.
     pub y: &'static str,
-    /// Lines of the methods that have points.
+    /// Lines of the methods with points.
     pub lines: Vec<MethodLine>,
 }
 
 /// The line of one method.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MethodLine {
-    /// Name of the method.
+    /// Method.
     pub method: String,
-    /// Points from left to right with positive coordinates.
+    /// Points from left to right.
     pub points: Vec<(f64, f64)>,
 }
 
 const DISTANCE: &str = "mean distance, % of the bounding box's diagonal";
 const SECONDS: &str = "seconds";
 
-/// Returns the charts of a table that have points: error by size, time by input size, error by time.
+/// Returns the charts that have points.
 ///
 /// ```
 /// use neural_mesh_bench::evaluate::{Table, charts};

@@ -1,4 +1,4 @@
-//! Time of a method: processor time on one thread where the system counts it, else elapsed time.
+//! Time of a method: processor time where the system counts it, else elapsed time.
 
 use std::time::{Duration, Instant};
 
@@ -9,12 +9,10 @@ pub(super) struct Moment {
 }
 
 impl Moment {
-    /// Returns the present moment.
     pub fn now() -> Self {
         Self { thread: thread_time(), wall: Instant::now() }
     }
 
-    /// Returns the seconds since this moment; on one thread, which must be the same, those of processor time.
     pub fn seconds(self, n_threads: usize) -> f64 {
         let (wall, now) = (self.wall.elapsed(), thread_time());
         let thread = self.thread.zip(now).filter(|_| n_threads == 1).map(|(then, now)| now.saturating_sub(then));
@@ -22,9 +20,8 @@ impl Moment {
     }
 }
 
-/// Returns this thread's processor time as Linux counts it; `None` elsewhere.
 fn thread_time() -> Option<Duration> {
-    // the system updates the count when it looks for another thread to run
+    // The system updates the count when it looks for another thread to run.
     std::thread::yield_now();
     let counts = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     counts.split_whitespace().next()?.parse().ok().map(Duration::from_nanos)

@@ -1,5 +1,4 @@
-//! One case (a mesh, a ratio, a seed): the methods run in turns, so that a slow spell of the machine affects all of
-//! them.
+//! One case (mesh, ratio, seed), whose methods run in turns.
 
 use std::ops::ControlFlow;
 
@@ -10,13 +9,9 @@ use crate::baselines::Size;
 use neural_mesh::mesh::TriMesh;
 
 pub(super) struct MethodOutcome {
-    /// Target size.
     pub size: Size,
-    /// Seconds of each run.
     pub seconds: Vec<f64>,
-    /// Scope of the seconds.
     pub timed: Option<TimedScope>,
-    /// The result, or the reason for the failure.
     pub result: Result<TriMesh, String>,
 }
 
@@ -24,14 +19,12 @@ pub(super) struct ContestCase<'a> {
     pub mesh: &'a TriMesh,
     pub ratio: f64,
     pub seed: u64,
-    /// Our first method; the others get its number of faces as their target.
+    // Our first method, whose number of faces is the target of the others.
     pub leader: Option<&'a Method>,
-    /// Number of faces of its result, if known.
     pub n_faces: Option<usize>,
 }
 
 impl ContestCase<'_> {
-    /// Returns the target size; without a known number of faces they get the same ratio as the vertices.
     fn size(&self, n_faces: Option<usize>) -> Size {
         let share = |n: usize| ((n as f64 * self.ratio) as usize).max(1);
         let faces = n_faces.unwrap_or_else(|| share(self.mesh.faces().len()));
@@ -39,9 +32,7 @@ impl ContestCase<'_> {
     }
 }
 
-/// Runs each method `repeats` times in turns, a failed one only once; returns the outcomes in the order of the methods.
-///
-/// `wait` is called with the running method; `None` when it breaks.
+/// Runs each method `repeats` times in turns; `None` where `wait` breaks.
 pub(super) fn run_case(
     engine: &Engine,
     case: &ContestCase,
@@ -51,10 +42,11 @@ pub(super) fn run_case(
 ) -> Option<Vec<MethodOutcome>> {
     let mut n_faces = case.n_faces;
     let mut outcomes: Vec<Option<MethodOutcome>> = methods.iter().map(|_| None).collect();
+    // Turns let a slow spell of the machine affect all methods.
     for round in 0..repeats.max(1) {
         for at in leader_first(methods, case.leader) {
             let outcome = &mut outcomes[at];
-            // a failed method keeps its first error
+            // A failed method keeps its first error.
             if matches!(outcome, Some(MethodOutcome { result: Err(_), .. })) {
                 continue;
             }
@@ -68,7 +60,7 @@ pub(super) fn run_case(
                         Some(MethodOutcome { size, seconds: Vec::new(), timed: None, result: Err(join_lines(&why)) });
                 }
                 Ok(done) => {
-                    // the target of all methods that follow
+                    // The leader's number of faces is the target of all methods that follow.
                     if case.leader == Some(method) {
                         n_faces = Some(done.mesh.faces().len());
                     }

@@ -1,4 +1,4 @@
-//! Runs of methods in ways that can be stopped, and their times.
+//! Runs of methods that can be stopped.
 
 use std::ffi::OsString;
 use std::ops::ControlFlow;
@@ -22,20 +22,18 @@ use neural_mesh::mesh::TriMesh;
 pub struct Worker {
     /// Path of the program.
     pub program: PathBuf,
-    /// Its arguments.
+    /// Arguments.
     pub arguments: Vec<OsString>,
 }
 
 pub(super) struct Engine<'a> {
-    /// Worker for our own methods; without one they run in this process and cannot be stopped.
+    // Without a worker our own methods run in this process and cannot be stopped.
     pub worker: Option<&'a Worker>,
     pub time_limit: Duration,
     pub threads: usize,
-    /// Weights of the closed and of the paper's assembly.
+    // Weights of the closed and the paper's assembly.
     pub weights: [Option<&'a Path>; 2],
-    /// Weights of learned baselines that replace the shipped ones.
     pub learned: &'a [LearnedFile],
-    /// Private folder with the present mesh.
     pub scratch: &'a Path,
 }
 
@@ -49,20 +47,18 @@ pub(super) struct RunTarget {
 pub(super) struct RunResult {
     pub mesh: TriMesh,
     pub seconds: f64,
-    /// Scope of the seconds.
     pub timed: TimedScope,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TimedScope {
-    /// The method, with the mesh in memory.
+    // The method alone, with the mesh in memory.
     Method,
-    /// The whole process, with its start, reading and writing.
+    // The whole process, with start, reading and writing.
     Process,
 }
 
 impl TimedScope {
-    /// Returns the name in the table.
     pub fn name(self) -> &'static str {
         match self {
             Self::Method => "method",
@@ -72,7 +68,6 @@ impl TimedScope {
 }
 
 impl Engine<'_> {
-    /// Writes the mesh to the files that the methods read.
     pub fn prepare(&self, mesh: &TriMesh, methods: &[Method]) -> Result<(), String> {
         let tools = methods.iter().filter_map(|method| if let Method::Tool(tool) = method { Some(tool) } else { None });
         let mut endings: Vec<&str> = tools.filter_map(|tool| tool.ending("in")).chain(["ply"]).collect();
@@ -81,7 +76,6 @@ impl Engine<'_> {
         endings.into_iter().try_for_each(|ending| job::write_mesh(&self.input().with_extension(ending), mesh))
     }
 
-    /// Simplifies the present mesh once.
     pub fn run(
         &self,
         method: &Method,
@@ -153,7 +147,7 @@ impl Engine<'_> {
         target: &RunTarget,
         wait: &mut dyn FnMut() -> ControlFlow<()>,
     ) -> Result<RunResult, RunFailure> {
-        // a folder of its own: changes to these files do not affect other methods
+        // Each tool has a folder of its own, so that changes to its files do not affect other methods.
         let folder =
             self.copy_input_for(tool).map_err(|error| RunFailure::Failed(format!("a place for it: {error}")))?;
         let [input, output] = ["original", "result"].map(|name| folder.path().join(name));

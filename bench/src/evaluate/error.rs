@@ -1,28 +1,27 @@
-//! Errors of an evaluation, one line each. A failing method is no error but a row.
+//! Errors of an evaluation.
 
 use std::path::{Path, PathBuf};
 
-/// An error that prevents or ends an evaluation.
+/// An error that ends an evaluation; a failing method is a row instead.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum EvaluateError {
-    /// An unknown setting or one out of range, named in the text.
+    /// An unknown setting or one out of range.
     Settings(String),
     /// A problem with a file or folder.
     File {
-        /// Path of the file or folder.
+        /// Path.
         path: PathBuf,
-        /// The problem and its remedy.
+        /// Problem and remedy.
         what: String,
     },
-    /// A tool that failed on a small mesh, with its failure.
+    /// A failing tool.
     Tool(String),
-    /// Rows with other settings, with the difference.
+    /// Rows measured with other settings.
     Differs(String),
 }
 
 impl EvaluateError {
-    /// Makes an error about a file.
     pub(super) fn file(path: &Path, what: impl std::fmt::Display) -> Self {
         Self::File { path: path.into(), what: what.to_string() }
     }

@@ -1,4 +1,4 @@
-//! The folder of an evaluation: settings and rows, so that a table only holds rows measured alike.
+//! The folder of an evaluation.
 
 use std::path::{Path, PathBuf};
 
@@ -7,31 +7,26 @@ use super::settings::Origin;
 use super::{EvaluateError, ResultRow, Table, Tool};
 use neural_mesh::io::write_path;
 
-/// Prefix of the temporary files of a run.
 const TEMPORARY: &str = ".neural-mesh-";
 
 pub(super) const ROWS: &str = "rows.csv";
 pub(super) const SETTINGS: &str = "settings.json";
 
 pub(super) struct FolderState {
-    /// Rows to keep.
     pub table: Table,
     holds_evaluation: bool,
-    /// Tools whose command has changed, with the old one; none of them had a result.
+    // Tools whose command changed, with the old one; none had a result.
     corrected: Vec<Tool>,
 }
 
 impl FolderState {
-    /// Returns whether a row is of a failed tool whose command has changed.
     fn is_outdated(&self, row: &ResultRow) -> bool {
-        // an unreadable mesh is not the tool's fault
+        // An unreadable mesh is not the tool's fault.
         row.vertices_in > 0 && self.corrected.iter().any(|tool| tool.name == row.method)
     }
 }
 
-/// Reads a folder and checks that it can take more rows: it is new or empty, or `resume` is set and all settings agree.
-///
-/// A tool without results may have another command; its rows are dropped.
+/// Reads a folder and checks that it is new or empty, or that `resume` is set and all settings agree.
 pub(super) fn inspect_folder(folder: &Path, origin: &Origin, resume: bool) -> Result<FolderState, EvaluateError> {
     let settings = folder.join(SETTINGS);
     let mut found = FolderState { table: Table::default(), holds_evaluation: settings.exists(), corrected: Vec::new() };
@@ -78,7 +73,7 @@ pub(super) fn open_folder(
     }
     let mut rows = RowsFile::open(&folder.join(ROWS), figures)?;
     remove_leftovers(folder);
-    // rows of a corrected tool go only if the locked table still has no result of it
+    // Rows of a corrected tool are removed only if the locked table still has no result of it.
     if !found.corrected.is_empty() {
         check_failed(&found.corrected, &rows.table)?;
         rows.remove(|row| found.is_outdated(row))?;
@@ -107,7 +102,6 @@ pub(super) fn scratch_in(folder: &Path) -> Result<tempfile::TempDir, EvaluateErr
     made.map_err(|error| EvaluateError::file(folder, format!("cannot be written to: {error}: check the disk")))
 }
 
-/// Rejects a folder with anything but leftovers of a killed run.
 fn check_is_empty(folder: &Path) -> Result<(), EvaluateError> {
     let other = entries(folder).into_iter().find(|path| !is_temporary(path));
     other.map_or(Ok(()), |path| {
@@ -119,7 +113,7 @@ fn check_is_empty(folder: &Path) -> Result<(), EvaluateError> {
 
 fn remove_leftovers(folder: &Path) {
     for path in entries(folder).into_iter().filter(|path| is_temporary(path)) {
-        // a leftover that cannot be removed does no harm
+        // A leftover that cannot be removed does no harm.
         let _ = if path.is_dir() { std::fs::remove_dir_all(path) } else { std::fs::remove_file(path) };
     }
 }

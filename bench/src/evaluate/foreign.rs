@@ -1,4 +1,4 @@
-//! One run of an external program: its command, number of threads, and result.
+//! One run of an external program.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use neural_mesh::io::read_path;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 
-/// Environment variables for the number of threads: OpenMP, rayon, OpenBLAS, MKL, Accelerate, numexpr, Julia.
+// OpenMP, rayon, OpenBLAS, MKL, Accelerate, numexpr and Julia read these.
 const THREADS: [&str; 7] = [
     "OMP_NUM_THREADS",
     "RAYON_NUM_THREADS",
@@ -23,21 +23,17 @@ const THREADS: [&str; 7] = [
     "JULIA_NUM_THREADS",
 ];
 
-/// Prefix of the line with which a program reports its own time.
+// A program reports its time in a line with this prefix.
 const SECONDS: &str = "seconds: ";
 
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct ForeignRun {
-    /// Program and arguments.
     pub words: Vec<String>,
-    /// Number of threads to use.
     pub threads: usize,
-    /// File for its standard output.
     pub out: PathBuf,
 }
 
 impl ForeignRun {
-    /// Returns the command, ready to run.
     pub fn command(&self) -> Result<Command, String> {
         let (program, arguments) = self.words.split_first().ok_or("the command is empty")?;
         let mut command = Command::new(program);
@@ -46,7 +42,6 @@ impl ForeignRun {
     }
 }
 
-/// Runs the program and returns the seconds of the whole process.
 pub(super) fn run_foreign(foreign: &ForeignRun) -> Result<f64, String> {
     let mut command = foreign.command()?;
     let out = File::create(&foreign.out).map_err(|error| format!("{}: {error}", foreign.out.display()))?;
@@ -57,13 +52,11 @@ pub(super) fn run_foreign(foreign: &ForeignRun) -> Result<f64, String> {
     if status.success() { Ok(seconds) } else { Err(describe_status(status)) }
 }
 
-/// Returns the seconds that a program reports: its last line of the form `seconds: 0.25`.
 pub(super) fn reported_seconds(out: &str) -> Option<f64> {
     let reported = out.lines().rev().find_map(|line| line.trim().strip_prefix(SECONDS));
     reported?.trim().parse().ok().filter(|seconds: &f64| seconds.is_finite() && *seconds >= 0.0)
 }
 
-/// Reads and cleans the program's result, in file coordinates.
 pub(super) fn read_result(path: &Path) -> Result<TriMesh, String> {
     if !path.exists() {
         return Err("left no result".into());

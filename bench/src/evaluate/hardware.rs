@@ -1,6 +1,5 @@
 //! The machine's processor and cores.
 
-/// Returns the processor's model, or its architecture if unknown.
 pub(super) fn cpu_model() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));

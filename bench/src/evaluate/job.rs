@@ -1,5 +1,4 @@
-//! One run of a method of this package. Like an external program, it can run in another process as a line of JSON, so
-//! that a method that hangs or crashes affects nothing else.
+//! One run of a method of this package, here or in another process.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -18,16 +17,13 @@ use neural_mesh::simplify::{Assembly, Effort, Optimize, Options, ScoreSource, Ta
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Job {
-    /// Mesh file written by [`write_mesh`].
     pub input: PathBuf,
-    /// File for the result.
     pub output: PathBuf,
-    /// Name of the method.
     pub method: String,
     pub vertices: usize,
     pub faces: usize,
     pub seed: u64,
-    /// File of the network's weights; shipped weights if absent.
+    /// Weights file; shipped weights if `None`.
     pub weights: Option<PathBuf>,
     pub threads: usize,
 }
@@ -38,7 +34,7 @@ pub(super) enum Work {
     Foreign(ForeignRun),
 }
 
-/// Runs work given as a line of JSON and returns the answer as JSON; for a [`Worker`](super::Worker) process.
+/// Runs work given as a line of JSON and returns the answer as JSON.
 ///
 /// ```
 /// let answer = neural_mesh_bench::evaluate::answer_job("no work");
@@ -53,9 +49,7 @@ pub fn answer_job(line: &str) -> String {
     serde_json::to_string(&done).unwrap_or_default()
 }
 
-/// Runs a job and returns the seconds of the method alone, after loading mesh, weights and threads.
-///
-/// On one thread this is processor time.
+/// Runs a job and returns the seconds of the method alone.
 pub(super) fn run_job(job: &Job) -> Result<f64, String> {
     let mesh = read_mesh(&job.input)?;
     let method = Method::from_name(&job.method).ok_or_else(|| format!("unknown method {}", job.method))?;
@@ -110,8 +104,8 @@ struct JobWeights {
     learned: Option<LearnedWeights>,
 }
 
-/// Loads the weights of a job, and parses all shipped ones before the clock starts.
 fn load_weights(method: &Method, path: Option<&Path>) -> Result<JobWeights, String> {
+    // All shipped weights are parsed before the clock starts.
     let _ = (Weights::shipped_default(), Weights::shipped_paper_open());
     LearnedBaseline::ALL.into_iter().for_each(|baseline| _ = LearnedWeights::shipped(baseline));
     let Some(path) = path else { return Ok(JobWeights::default()) };
@@ -132,7 +126,6 @@ pub(super) fn write_mesh(path: &Path, mesh: &TriMesh) -> Result<(), String> {
     write_path(path, &bytes, true).map_err(|error| format!("{}: {error}", path.display()))
 }
 
-/// Reads a mesh written by [`write_mesh`], without cleaning.
 pub(super) fn read_mesh(path: &Path) -> Result<TriMesh, String> {
     let raw = read_path(path, None).map_err(|error| error.to_string())?;
     let positions = raw.positions.into_iter().map(|position| position.map(|x| x as f32)).collect();

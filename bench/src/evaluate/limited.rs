@@ -1,4 +1,4 @@
-//! Processes with a time limit; those that exceed it are killed with their children.
+//! Processes with a time limit, killed with their children.
 
 use std::fs::File;
 use std::io::Write;
@@ -9,36 +9,29 @@ use std::time::{Duration, Instant};
 
 use process_wrap::std::{ChildWrapper, CommandWrap};
 
-/// Longest interval between two checks of a process.
 const LONGEST_WAIT: Duration = Duration::from_millis(20);
-/// Interval between checks as a fraction of the elapsed time.
+// Interval between checks as a fraction of the elapsed time.
 const WAIT_FRACTION: f64 = 0.01;
 
 const OUT: &str = "stdout";
 const WORDS: &str = "stderr";
 
-/// Characters of output kept with a failure.
+// Characters of output kept with a failure.
 const MAX_OUTPUT: usize = 300;
 
 #[derive(Debug)]
 pub(super) struct FinishedProcess {
-    /// Seconds from start to end.
     pub seconds: f64,
-    /// Its standard output.
     pub out: String,
 }
 
-/// The reason why a process did not succeed.
 #[derive(Debug, PartialEq)]
 pub(super) enum RunFailure {
     Stopped,
-    /// It could not be started, failed, or exceeded the limit, as the text says.
     Failed(String),
 }
 
-/// Runs a process with a line on its standard input, which stays open until its end as a sign that the caller waits.
-///
-/// `scratch` holds its output. `wait` is called regularly and can stop the run.
+/// Runs a process with `line` on its standard input; `wait` is called regularly and can stop it.
 pub(super) fn run_limited(
     mut command: Command,
     line: &str,
@@ -54,14 +47,15 @@ pub(super) fn run_limited(
     let began = Instant::now();
     let child = wrap_in_group(command).spawn();
     let mut child = child.map_err(|error| RunFailure::Failed(format!("{program} cannot be started: {error}")))?;
+    // Standard input stays open until the end, as a sign that the caller waits.
     let mut stdin = child.stdin().take();
     if let Some(stdin) = &mut stdin {
-        // a program that does not read its input is fine
+        // A program that does not read its input is fine.
         let _ = writeln!(stdin, "{line}");
     }
     let ended = wait_for_end(child.as_mut(), began, limit, wait);
     let seconds = began.elapsed().as_secs_f64();
-    // its children must not outlive it, even after success
+    // Its children must not outlive it, even after success.
     let _ = child.start_kill();
     let _ = child.wait();
     let status = ended.map_err(|unfinished| unfinished.unwrap_or_else(|| time_limit_failure(limit)))?;
@@ -81,7 +75,6 @@ fn wrap_in_group(command: Command) -> CommandWrap {
     command
 }
 
-/// Waits for the end of a process; an error of `None` when it exceeds the limit.
 fn wait_for_end(
     child: &mut dyn ChildWrapper,
     began: Instant,
@@ -95,6 +88,7 @@ fn wait_for_end(
             return Ok(status);
         }
         let elapsed = began.elapsed();
+        // An error of `None` means the time limit.
         if elapsed >= limit {
             return Err(None);
         }
@@ -114,7 +108,6 @@ fn time_limit_failure(limit: Duration) -> RunFailure {
     RunFailure::Failed(format!("took longer than the time limit of {} s", limit.as_secs_f64()))
 }
 
-/// Describes how a process ended: `exit code 3`, or the signal.
 pub(super) fn describe_status(status: ExitStatus) -> String {
     match status.code() {
         Some(code) => format!("ended with exit code {code}"),
@@ -122,12 +115,10 @@ pub(super) fn describe_status(status: ExitStatus) -> String {
     }
 }
 
-/// Returns the file with the standard error of the last process in a scratch folder.
 pub(super) fn stderr_path(scratch: &Path) -> PathBuf {
     scratch.join(WORDS)
 }
 
-/// Appends the end of a process's output to a failure, taken from the first of these files that is not empty.
 pub(super) fn append_last_output(failure: &str, files: &[&Path]) -> String {
     let read = |file: &&Path| join_lines(&String::from_utf8_lossy(&std::fs::read(file).unwrap_or_default()));
     let said = files.iter().map(read);
@@ -162,7 +153,7 @@ mod tests {
     fn what_takes_too_long_is_killed_with_its_children() {
         let folder = tempfile::tempdir().unwrap();
         let [alive, go, mark] = ["alive", "go", "mark"].map(|name| folder.path().join(name));
-        // A child that outlives its parent would leave a mark when asked to.
+        // A child that outlives its parent leaves the file `mark` once the file `go` exists.
         let child = "touch alive; while [ ! -e go ]; do sleep 0.02; done; touch mark";
         let script = format!("cd '{}'; ({child}) & sleep 6000", folder.path().display());
         // On a busy machine a short time may not be enough to start the child.

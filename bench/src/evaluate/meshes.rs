@@ -1,4 +1,4 @@
-//! The mesh files of a folder with checksums, which show whether the data changed.
+//! Mesh files of a folder, with checksums.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,6 @@ use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 
 #[derive(Clone, Debug)]
 pub(super) struct MeshFile {
-    /// File name.
     pub name: String,
     pub path: PathBuf,
 }

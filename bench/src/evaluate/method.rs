@@ -1,4 +1,4 @@
-//! The compared methods by name: ours, the baselines and tools.
+//! The compared methods by name.
 
 use super::{EvaluateError, Tool};
 use crate::baselines::Baseline;
@@ -8,33 +8,33 @@ use crate::learned_baselines::LearnedBaseline;
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Method {
-    /// Our default: closed assembly, scores by a formula.
+    /// Closed assembly with default options.
     Closed,
-    /// Closed assembly with the scores of a network.
+    /// Closed assembly with a network's scores.
     Network,
-    /// Closed assembly without scores: vertices count by their area.
+    /// Closed assembly without scores.
     Geometry,
-    /// Closed assembly, optimised for the mean distance.
+    /// Closed assembly optimised for the mean distance.
     Mean,
-    /// Closed assembly, optimised for the largest distance.
+    /// Closed assembly optimised for the largest distance.
     Max,
-    /// Closed assembly, optimised for normals.
+    /// Closed assembly optimised for normals.
     Normals,
-    /// Closed assembly with effort `fast`: the collapse alone.
+    /// Closed assembly with effort `fast`.
     Fast,
     /// Closed assembly with effort `best`.
     Best,
-    /// Closed assembly with effort `best`, optimised for the mean distance.
+    /// Effort `best`, optimised for the mean distance.
     BestMean,
     /// The paper's assembly.
     Paper,
-    /// The paper's assembly with its holes closed.
+    /// The paper's assembly with holes closed.
     PaperClosed,
-    /// The paper's assembly with its holes closed and its vertices placed.
+    /// The paper's assembly, closed, with vertices placed.
     PaperPlaced,
-    /// Another method of this package.
+    /// A baseline.
     Baseline(Baseline),
-    /// A learned method of this package.
+    /// A learned baseline.
     Learned(LearnedBaseline),
     /// An external program.
     Tool(Tool),
@@ -68,7 +68,7 @@ impl Method {
         OURS.iter().map(|&(name, _)| name).chain(baselines).chain(learned).collect()
     }
 
-    /// Returns the method of a name; `None` for tools and unknown names.
+    /// Returns the method of a name, except tools.
     ///
     /// ```
     /// use neural_mesh_bench::evaluate::Method;
@@ -99,7 +99,7 @@ impl Method {
         matches!(self, Self::Paper | Self::PaperClosed | Self::PaperPlaced)
     }
 
-    /// Returns whether the method is one of ours.
+    /// Returns whether the method is ours.
     ///
     /// ```
     /// use neural_mesh_bench::evaluate::Method;
@@ -110,8 +110,7 @@ impl Method {
     }
 }
 
-/// Returns the methods of these names in order, each once; `all` means every named method. Unnamed tools come
-/// last.
+/// Returns the methods of these names, each once; `all` means every named method.
 pub(super) fn choose_methods(names: &[String], tools: &[Tool]) -> Result<Vec<Method>, EvaluateError> {
     check_tools(tools)?;
     let tool = |name: &str| tools.iter().find(|tool| tool.name == name).cloned().map(Method::Tool);

@@ -1,4 +1,4 @@
-//! A table of results as numbers to sort and plot: a summary per ratio and method, failures, and a point per mesh.
+//! Summaries of a table of results.
 
 use std::collections::HashMap;
 
@@ -11,9 +11,8 @@ use super::summary::{
 };
 use super::{ResultRow, Table};
 
-/// Limit of all points' values; beyond it meshes are left out.
+// Limits of values and meshes; meshes beyond them are left out.
 const MOST_VALUES: usize = 3_000_000;
-/// Limit of the meshes that have points.
 const MOST_MESHES: usize = 20_000;
 
 /// The summary of a table.
@@ -23,13 +22,13 @@ pub struct Overview {
     pub facts: Facts,
     /// Reference method of the quotients.
     pub relative_to: Option<String>,
-    /// Names of the methods.
+    /// Methods.
     pub methods: Vec<String>,
-    /// Ratios in ascending order.
+    /// Ratios, ascending.
     pub ratios: Vec<f64>,
-    /// Figures that have values, sizes and seconds first.
+    /// Figures with values, sizes and seconds first.
     pub columns: Vec<Column>,
-    /// Summary of each method, n_ratios x n_methods.
+    /// Summaries, n_ratios x n_methods.
     pub standings: Vec<Vec<MethodSummary>>,
     /// Cases without a result.
     pub failures: Vec<Failures>,
@@ -38,11 +37,11 @@ pub struct Overview {
 /// A column of the summary.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Column {
-    /// Name of the figure, as in the table.
+    /// Name of the figure in the table.
     pub name: String,
-    /// Unit of the figure.
+    /// Unit.
     pub unit: String,
-    /// Description of the figure.
+    /// Description.
     pub about: String,
     #[serde(skip)]
     value: Value,
@@ -53,24 +52,24 @@ pub struct Column {
 pub struct MethodSummary {
     /// Cases with a result.
     pub results: usize,
-    /// Cases whose mesh could be read.
+    /// Cases with a readable mesh.
     pub cases: usize,
-    /// Cases where the reference method has a result as well.
+    /// Cases with results of both methods.
     pub both: usize,
     /// Summary of each column.
     pub cells: Vec<FigureSummary>,
 }
 
-/// A figure of a method at a ratio over meshes and seeds; empty where no case has a value.
+/// A figure of a method at a ratio.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FigureSummary {
-    /// Mean over the cases with a value.
+    /// Mean of the values.
     pub mean: Option<f64>,
-    /// Median over the cases with a value.
+    /// Median of the values.
     pub median: Option<f64>,
-    /// Number of cases with a value.
+    /// Number of values.
     pub n: usize,
-    /// Median of the quotients over the reference method in the same case.
+    /// Median of the quotients over the reference method.
     pub quotient: Option<f64>,
     /// Number of quotients.
     pub n_quotients: usize,
@@ -79,17 +78,17 @@ pub struct FigureSummary {
 /// Cases that failed for the same reason.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Failures {
-    /// Name of the method; `all` for unreadable meshes.
+    /// Method; `all` for unreadable meshes.
     pub method: String,
     /// Number of cases.
     pub cases: usize,
     /// First of these cases.
     pub first: String,
-    /// Reason of the failure.
+    /// Reason.
     pub why: String,
 }
 
-/// Summarises a table. The reference method is `relative_to`, by default `qem` if evaluated.
+/// Summarises a table; the reference method is `relative_to`, by default `qem`.
 ///
 /// ```
 /// use neural_mesh_bench::evaluate::{ResultRow, Table, overview};
@@ -169,18 +168,18 @@ pub(super) fn failures(table: &Table) -> Vec<Failures> {
     reasons.into_iter().map(failures).collect()
 }
 
-/// Every figure of every mesh as the median over the seeds.
+/// Every figure of every mesh: medians over the seeds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Points<'a> {
     /// Name, vertices and faces of each mesh.
     pub meshes: Vec<(&'a str, usize, usize)>,
-    /// Number of meshes left out because there are too many.
+    /// Meshes left out.
     pub n_left_out: usize,
-    /// For each column n_ratios x n_methods x n_meshes values, row by row.
+    /// Values per column, n_ratios x n_methods x n_meshes.
     pub values: Vec<Vec<Option<f32>>>,
 }
 
-/// Returns the points of a table with its overview.
+/// Returns the points of a table.
 ///
 /// ```
 /// use neural_mesh_bench::evaluate::{ResultRow, Table, overview, points};

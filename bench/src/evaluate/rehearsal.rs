@@ -1,4 +1,4 @@
-//! A trial of each tool on a small mesh before the evaluation, so that a wrong command shows at once.
+//! A trial of each tool on a small mesh.
 
 use std::ops::ControlFlow;
 
@@ -10,10 +10,7 @@ use neural_mesh::mesh::shapes;
 
 const RATIO: f64 = 0.5;
 
-/// Runs each tool once on a ball at half of its vertices; breaks when `wait`, called with the running tool, does.
-///
-/// # Errors
-/// [`EvaluateError::Tool`] for the first one that fails, takes too long, or leaves no mesh.
+/// Runs each tool once on a ball; breaks when `wait` does.
 pub(super) fn try_each(
     engine: &Engine,
     tools: &[&Tool],

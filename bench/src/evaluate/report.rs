@@ -1,4 +1,4 @@
-//! The output made from rows at any time: tables and JSON.
+//! Tables and JSON, made from rows.
 
 use std::path::Path;
 
@@ -11,10 +11,10 @@ use super::summary::{default_reference, methods};
 use super::tables::make_page;
 use super::{EvaluateError, ResultRow, Table};
 
-/// Writes `tables.md` and `rows.json` next to the rows of an evaluation, finished or not, and returns the rows.
+/// Writes `tables.md` and `rows.json` next to the rows of an evaluation, and returns the rows.
 ///
 /// # Errors
-/// [`EvaluateError`] where the folder holds no rows, or `relative_to` names no method that has some.
+/// [`EvaluateError`] where the folder or the method `relative_to` has no rows.
 ///
 /// ```
 /// let folder = tempfile::tempdir().unwrap();

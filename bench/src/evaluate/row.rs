@@ -1,60 +1,60 @@
-//! One row of the table: a mesh, a ratio, a method, a seed, and the outcome.
+//! One row of the table.
 
-/// The outcome of one case and method with its conditions; without a result there is an `error`.
+/// Outcome of a method in one case.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ResultRow {
-    /// Name of the mesh file.
+    /// Mesh file.
     pub mesh: String,
-    /// Target as a fraction of the vertices.
+    /// Target ratio of vertices.
     pub ratio: f64,
-    /// Seed of the sampling.
+    /// Seed.
     pub seed: u64,
-    /// Name of the method.
+    /// Method.
     pub method: String,
-    /// Reason for the failure; empty where there is a result.
+    /// Reason of a failure, or empty.
     pub error: String,
-    /// Vertices of the cleaned mesh; 0 where it could not be read.
+    /// Vertices of the mesh; 0 if unreadable.
     pub vertices_in: usize,
     /// Faces of the cleaned mesh.
     pub faces_in: usize,
-    /// Target number of vertices.
+    /// Target vertices.
     pub vertices_asked: usize,
-    /// Target number of faces.
+    /// Target faces.
     pub faces_asked: usize,
     /// Vertices of the result.
     pub vertices_out: usize,
     /// Faces of the result.
     pub faces_out: usize,
-    /// Median over the runs.
+    /// Median time of the runs.
     pub seconds: Option<f64>,
-    /// Conditions of the measurement.
+    /// Conditions.
     pub conditions: Conditions,
-    /// Figures in the order of the table's columns.
+    /// Figures in the table's order.
     pub figures: Vec<Option<f64>>,
 }
 
-/// The conditions of a measurement: settings, program and machine.
+/// Settings, program and machine of a measurement.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Conditions {
-    /// Scope of the seconds: `method` with the mesh in memory (also where a tool reports them), or the whole `process`.
+    /// Timed scope: `method`, with the mesh in memory, or the whole `process`.
     pub timed: String,
-    /// Number of timed runs.
+    /// Timed runs.
     pub runs: usize,
     /// Threads per method.
     pub threads: usize,
     /// Time limit of a run in seconds.
     pub time_limit: f64,
-    /// Samples on each surface.
+    /// Samples per surface.
     pub samples: usize,
-    /// Largest number of eigenpairs of the Laplacian; 0 where the spectrum is not measured.
+    /// Most eigenpairs of the Laplacian.
     pub eigenpairs: usize,
-    /// First digits of the weights' SHA-256; empty for methods without weights.
+    /// First digits of the weights' SHA-256.
     pub weights: String,
     /// Version of this program.
     pub version: String,
-    /// Model of the processor.
+    /// Processor.
     pub cpu: String,
-    /// Number of cores available to the program.
+    /// Available cores.
     pub cores: usize,
 }
 
@@ -87,7 +87,6 @@ pub(super) fn columns(figures: &[String]) -> Vec<String> {
     COLUMNS.iter().map(|name| name.to_string()).chain(figures.iter().cloned()).collect()
 }
 
-/// Returns the figures among the columns; `None` where they are not those of a table of rows.
 pub(super) fn figure_names(columns: &[String]) -> Option<Vec<String>> {
     let is_table = columns.len() >= COLUMNS.len() && columns.iter().zip(COLUMNS).all(|(name, known)| name == known);
     is_table.then(|| columns[COLUMNS.len()..].to_vec())
@@ -167,7 +166,6 @@ fn number(value: Option<f64>) -> String {
     value.filter(|value| value.is_finite()).map_or(String::new(), |value| value.to_string())
 }
 
-/// Parses an optional number; `None` for other text.
 fn value(field: &str) -> Option<Option<f64>> {
     if field.is_empty() { Some(None) } else { field.parse().ok().map(Some) }
 }

@@ -1,4 +1,4 @@
-//! The table of rows on disk as CSV: rows are added whole, and a row cut by a kill is dropped.
+//! The table of rows as a CSV file.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Seek, SeekFrom, Write};
@@ -13,12 +13,12 @@ use neural_mesh::io::write_path;
 pub struct Table {
     /// Names of the figures.
     pub figures: Vec<String>,
-    /// The rows in the order of measurement.
+    /// Rows in the order of measurement.
     pub rows: Vec<ResultRow>,
 }
 
 impl Table {
-    /// Returns a figure of a row by name; `None` where the row has no value or the table no such figure.
+    /// Returns a figure of a row by name.
     ///
     /// ```
     /// use neural_mesh_bench::evaluate::{ResultRow, Table};
@@ -35,14 +35,12 @@ impl Table {
 pub(super) struct RowsFile {
     file: File,
     path: PathBuf,
-    /// Earlier files that this one replaced, locked as long as it is.
+    // Replaced files, open for their locks.
     replaced: Vec<File>,
-    /// All rows of the file.
     pub table: Table,
 }
 
 impl RowsFile {
-    /// Opens or creates the table and locks it.
     pub fn open(path: &Path, figures: &[String]) -> Result<Self, EvaluateError> {
         let problem = |error: std::io::Error| EvaluateError::file(path, format!("cannot be written: {error}"));
         let mut file =
@@ -50,7 +48,7 @@ impl RowsFile {
         file.try_lock().map_err(|error| EvaluateError::file(path, lock_problem(&error)))?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(problem)?;
-        // a kill may have left the beginning of a row
+        // A kill may have left the beginning of a row.
         let n_whole = bytes.iter().rposition(|&byte| byte == b'\n').map_or(0, |at| at + 1);
         file.set_len(n_whole as u64).map_err(problem)?;
         file.seek(SeekFrom::Start(n_whole as u64)).map_err(problem)?;
@@ -68,14 +66,12 @@ impl RowsFile {
         Ok(rows)
     }
 
-    /// Appends rows in one write and syncs the disk.
     pub fn push(&mut self, rows: Vec<ResultRow>) -> Result<(), EvaluateError> {
         self.write(&rows.iter().map(ResultRow::fields).collect::<Vec<_>>())?;
         self.table.rows.extend(rows);
         Ok(())
     }
 
-    /// Removes rows by replacing the file; the table stays locked throughout.
     pub fn remove(&mut self, goes: impl Fn(&ResultRow) -> bool) -> Result<(), EvaluateError> {
         let mut table = std::mem::take(&mut self.table);
         table.rows.retain(|row| !goes(row));
@@ -83,7 +79,7 @@ impl RowsFile {
             std::iter::once(columns(&table.figures)).chain(table.rows.iter().map(ResultRow::fields)).collect();
         let bytes = self.bytes(&records)?;
         write_path(&self.path, &bytes, true).map_err(|error| EvaluateError::file(&self.path, error))?;
-        // the new file is locked before the old lock is dropped
+        // The new file is locked while the old lock still holds.
         let Self { file, table, .. } = Self::open(&self.path, &table.figures)?;
         self.replaced.push(std::mem::replace(&mut self.file, file));
         self.table = table;

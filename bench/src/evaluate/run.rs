@@ -1,4 +1,4 @@
-//! An evaluation from beginning to end: meshes, cases, methods, figures, rows.
+//! An evaluation from beginning to end.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ use neural_mesh::mesh::{TriMesh, shapes};
 use neural_mesh::metrics::{CompareOptions, Figure};
 use neural_mesh::model::Weights;
 
-/// The input of an evaluation.
+/// Input of an evaluation.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Request {
@@ -30,24 +30,22 @@ pub struct Request {
     pub data: PathBuf,
     /// Folder of the output, created if missing.
     pub folder: PathBuf,
-    /// Methods, ratios and other settings.
+    /// Settings.
     pub settings: Settings,
-    /// Weights file of the closed assembly; shipped weights if absent.
+    /// Weights of the closed assembly; shipped if `None`.
     pub weights: Option<PathBuf>,
-    /// Weights file of the paper's assembly; shipped weights if absent.
+    /// Weights of the paper's assembly; shipped if `None`.
     pub paper_weights: Option<PathBuf>,
-    /// Weights files of learned baselines, each marked with its method; shipped weights if absent.
+    /// Weights of learned baselines; others are shipped.
     pub learned_weights: Vec<PathBuf>,
-    /// Whether to continue with the present rows.
+    /// True to continue with the present rows.
     pub resume: bool,
-    /// Worker process for the methods of this package.
-    ///
-    /// Without it they run in this process: the time limit holds for tools only, and a crash ends the evaluation.
+    /// Worker process; without it our methods have no time limit.
     pub worker: Option<Worker>,
 }
 
 impl Request {
-    /// Makes a new evaluation of the meshes in `data` into `folder` with default settings, without a worker.
+    /// Makes a request with default settings.
     pub fn new(data: impl Into<PathBuf>, folder: impl Into<PathBuf>) -> Self {
         Self {
             data: data.into(),
@@ -66,31 +64,31 @@ impl Request {
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub enum Event<'a> {
-    /// A tool is being tried on a small mesh; reported repeatedly.
+    /// A tool is tried on a small mesh.
     Trying(&'a Tool),
     /// A case begins.
     Case {
-        /// Name of the mesh file.
+        /// Mesh file.
         mesh: &'a str,
-        /// Target as a fraction of the vertices.
+        /// Target ratio of vertices.
         ratio: f64,
-        /// Seed of the sampling.
+        /// Seed.
         seed: u64,
-        /// Number of cases before this one, earlier runs included.
+        /// Cases before this one, earlier runs included.
         n_done: usize,
-        /// Number of all cases.
+        /// All cases.
         n_cases: usize,
     },
-    /// A method is running; reported repeatedly.
+    /// A method runs; reported repeatedly.
     Running {
-        /// The method.
+        /// Method.
         method: &'a Method,
         /// Index of its run, from 0.
         round: usize,
     },
-    /// All methods have run; their results are being measured.
+    /// Results are being measured.
     Judging,
-    /// A row was added to the table.
+    /// A row was added.
     Row(&'a ResultRow),
 }
 
@@ -99,20 +97,18 @@ pub enum Event<'a> {
 pub enum Ending {
     /// All rows are there.
     Finished,
-    /// The caller stopped it; the rows so far are saved.
+    /// The caller stopped it; finished rows are saved.
     Stopped,
-    /// The caller stopped it while tools were tried; the folder is unchanged.
+    /// The caller stopped it while tools were tried.
     NotBegun,
 }
 
 /// Measures every method at every ratio on every mesh and appends the rows to `rows.csv` case by case.
 ///
-/// `report` can stop it; stopped or killed, it loses only the present case. Tools without rows are tried first, and
-/// meshes of the worst cases are saved.
+/// A kill loses only the present case. `report` can stop the run.
 ///
 /// # Errors
-/// [`EvaluateError`] about settings, data, folder or a tool. A failing method or an unreadable mesh is a row with its
-/// error.
+/// [`EvaluateError`] about settings, data, folder or a tool.
 ///
 /// ```
 /// use neural_mesh_bench::evaluate::{Request, evaluate};
@@ -151,7 +147,7 @@ pub fn evaluate(request: &Request, report: &mut dyn FnMut(Event) -> ControlFlow<
             return Ok(Ending::Stopped);
         }
     }
-    // a kill after the last row may have left meshes to remove
+    // A kill after the last row may have left meshes to remove.
     run.store.remove_others();
     Ok(Ending::Finished)
 }
@@ -164,13 +160,13 @@ fn unfinished_tools<'a>(request: &Request, methods: &'a [Method], files: &[MeshF
     tools.filter(|tool| n_rows(tool) < n_cases).collect()
 }
 
-/// Tries tools in a system folder, because the folder of the evaluation must stay unchanged.
 fn try_tools(
     request: &Request,
     tools: &[&Tool],
     report: &mut dyn FnMut(Event) -> ControlFlow<()>,
 ) -> Result<ControlFlow<()>, EvaluateError> {
     let problem = |error| EvaluateError::Tool(format!("a place to try tools cannot be had: {error}: check TMPDIR"));
+    // Tools are tried in a system folder, because that of the evaluation must stay unchanged.
     let place = tempfile::tempdir().map_err(problem)?;
     try_each(&make_engine(request, &[], place.path()), tools, &mut |tool| report(Event::Trying(tool)))
 }
@@ -187,7 +183,6 @@ fn make_engine<'a>(request: &'a Request, learned: &'a [LearnedFile], scratch: &'
     }
 }
 
-/// Returns the figures of every row, without values.
 pub(super) fn empty_figures() -> Vec<Figure> {
     let mesh = shapes::icosphere(0);
     let mut judging = CompareOptions::default();
@@ -195,9 +190,9 @@ pub(super) fn empty_figures() -> Vec<Figure> {
     all_figures(&Judge::new(&mesh, &judging, &IntrinsicOptions::NONE), &mesh, 0, None)
 }
 
-/// Returns the figures of a result except its size, which has its own columns.
 fn all_figures(judge: &Judge, result: &TriMesh, n_asked: usize, looks: Option<&Appearance>) -> Vec<Figure> {
     let mut figures = judge.figures(result, n_asked);
+    // The size has its own columns.
     figures.retain(|figure| !["vertices", "faces"].contains(&figure.name));
     figures.extend(appearance::figures(looks));
     figures
@@ -264,7 +259,7 @@ impl EvaluationRun<'_> {
             let Some(judged) = self.run_case(trial, prepared, &missing, report) else {
                 return Ok(ControlFlow::Break(()));
             };
-            // before the rows: a kill between the two repeats the case
+            // Meshes are saved before the rows, so that a kill between the two repeats the case.
             if let Ok(PreparedMesh { mesh, .. }) = prepared {
                 self.save_worst(trial, mesh, &judged)?;
             }
@@ -306,7 +301,6 @@ impl EvaluationRun<'_> {
         self.store.save(&self.rows.table, &rows, original, &results)
     }
 
-    /// Returns the rows of a case; `None` where `report` stopped it.
     fn run_case(
         &self,
         trial: &Trial,
@@ -332,7 +326,7 @@ impl EvaluationRun<'_> {
                 return Some(methods.iter().map(row).collect());
             }
         };
-        // an earlier run may have the leader's result already
+        // An earlier run may have the leader's result already.
         let leader = self.methods.iter().find(|method| method.is_ours());
         let known = leader.and_then(|leader| trial.row(&self.rows.table, leader)).filter(|row| row.error.is_empty());
         let n_faces = known.map(|row| row.faces_out);
@@ -406,7 +400,7 @@ impl EvaluationRun<'_> {
     }
 }
 
-/// Returns the median, for an even number the mean of the middle two; `None` for no values.
+/// Returns the median; for an even number the mean of the middle two.
 ///
 /// ```
 /// assert_eq!(neural_mesh_bench::evaluate::median(vec![3.0, 1.0, 2.0, 9.0]), Some(2.5));

@@ -1,4 +1,4 @@
-//! Settings of an evaluation, saved next to the rows so that one table holds rows measured alike.
+//! Settings of an evaluation.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -12,31 +12,31 @@ use super::{EvaluateError, Method, Tool};
 use crate::learned_baselines::{LearnedBaseline, LearnedWeights};
 use neural_mesh::model::Weights;
 
-/// The settings of an evaluation.
+/// Settings of an evaluation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Settings {
     /// Names of methods; `all` means every one.
     pub methods: Vec<String>,
-    /// External programs; those not among the methods take part too.
+    /// External programs, which all take part.
     pub tools: Vec<Tool>,
-    /// Targets as fractions of the vertices, above 0 and at most 1.
+    /// Target ratios, above 0 and at most 1.
     pub ratios: Vec<f64>,
-    /// Seeds of the sampling.
+    /// Seeds.
     pub seeds: Vec<u64>,
-    /// Timed runs of each method per case, at least 1; the median counts.
+    /// Timed runs per case, at least 1.
     pub repeats: usize,
     /// Time limit of a run in seconds.
     pub time_limit: f64,
     /// Threads per method.
     pub threads: usize,
-    /// Samples on each surface.
+    /// Samples per surface.
     pub samples: usize,
-    /// Whether to measure the spectrum (the paper's LE), which costs more than all other figures.
+    /// True to measure the paper's LE.
     pub spectrum: bool,
-    /// Whether to compare pictures.
+    /// True to compare pictures.
     pub appearance: bool,
-    /// Prefixes of the mesh file names that take part; all if empty.
+    /// Prefixes of mesh files; empty for all.
     pub only: Vec<String>,
 }
 
@@ -59,10 +59,10 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Checks the settings and returns the methods in the order of the tables.
+    /// Checks the settings and returns the methods.
     ///
     /// # Errors
-    /// [`EvaluateError::Settings`] names the unknown method or the number out of range.
+    /// [`EvaluateError::Settings`] for an unknown method or a number out of range.
     ///
     /// ```
     /// use neural_mesh_bench::evaluate::Settings;
@@ -90,23 +90,21 @@ impl Settings {
     }
 }
 
-/// Everything that determines the rows, except the machine.
+// Everything that determines the rows, except the machine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Origin {
-    /// Version of the program.
     pub version: String,
     pub settings: Settings,
-    /// SHA-256 of the weights of the closed and the paper's assembly.
+    // SHA-256 of the weights of the closed and the paper's assembly.
     pub weights: [String; 2],
-    /// SHA-256 of the weights of learned baselines by name.
+    // SHA-256 of learned weights by method.
     #[serde(default)]
     pub learned: BTreeMap<String, String>,
-    /// SHA-256 of the mesh files by name.
+    // SHA-256 of the mesh files by name.
     pub meshes: BTreeMap<String, String>,
 }
 
 impl Origin {
-    /// Describes the first difference to another origin; `None` if there is none.
     pub fn difference(&self, now: &Self) -> Option<String> {
         if self.version != now.version {
             return Some(format!("version {} of the program, this is {}", self.version, now.version));
@@ -122,12 +120,9 @@ impl Origin {
         differing_field(&self.settings, &now.settings).or_else(|| self.changed_file(now))
     }
 
-    /// Returns this origin with the present commands of its tools, and the tools whose command has changed, with the
-    /// old one.
-    ///
-    /// Commands are only replaced where names and order of the tools agree.
     pub fn with_commands_of(&self, now: &Self) -> (Self, Vec<Tool>) {
         let names = |origin: &Self| origin.settings.tools.iter().map(|tool| tool.name.clone()).collect::<Vec<_>>();
+        // Commands are replaced only if names and order of the tools agree.
         let mut corrected = self.clone();
         let mut changed = Vec::new();
         if names(self) == names(now) {
@@ -161,7 +156,7 @@ pub(super) fn weights_name(path: Option<&PathBuf>, shipped: &Weights) -> Result<
     let Some(path) = path else { return Ok(sha256(&shipped.to_bytes())) };
     let bytes = std::fs::read(path)
         .map_err(|error| EvaluateError::file(path, format!("cannot be read: {error}: check the path")))?;
-    // rejects an invalid network before any work
+    // An invalid network is rejected before any work.
     Weights::from_bytes(&bytes).map_err(|error| EvaluateError::file(path, error))?;
     Ok(sha256(&bytes))
 }
@@ -173,7 +168,6 @@ pub(super) struct LearnedFile {
     pub sha256: String,
 }
 
-/// Reads weights files of learned baselines, at most one per method.
 pub(super) fn learned_files(paths: &[PathBuf]) -> Result<Vec<LearnedFile>, EvaluateError> {
     let mut files: Vec<LearnedFile> = Vec::new();
     for path in paths {

@@ -1,4 +1,4 @@
-//! Summaries of rows: means and medians over meshes and seeds, and quotients over a reference method.
+//! Means, medians and quotients of rows.
 
 use std::collections::HashMap;
 
@@ -8,20 +8,20 @@ use super::{ResultRow, Table};
 
 const DEFAULT_REFERENCE: &str = "qem";
 
-/// The conditions of the rows of a table.
+/// Conditions of a table's rows.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Facts {
     /// Number of readable meshes.
     pub meshes: usize,
-    /// Seeds of the sampling.
+    /// Seeds.
     pub seeds: Vec<u64>,
-    /// Samples on each surface.
+    /// Samples per surface.
     pub samples: Vec<usize>,
-    /// Timed runs per method and case.
+    /// Timed runs per case.
     pub runs: usize,
     /// Versions of this program.
     pub versions: Vec<String>,
-    /// Processors, their cores, and threads per method.
+    /// Processors, cores and threads.
     pub machines: Vec<String>,
     /// Methods whose whole process was timed.
     pub processes: Vec<String>,
@@ -54,12 +54,11 @@ pub(super) enum Value {
     Seconds,
     Vertices,
     Faces,
-    /// Faces of the result, in percent of the input's.
+    /// Faces in percent of the input's.
     ShareOfFaces,
 }
 
 impl Value {
-    /// Returns the value of a row, if it has one.
     pub fn get(self, row: &ResultRow) -> Option<f64> {
         let has_result = row.error.is_empty();
         match self {

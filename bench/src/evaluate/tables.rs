@@ -1,4 +1,4 @@
-//! The rows as Markdown tables: the paper's Table 1, other figures, and failures.
+//! The rows as Markdown tables.
 
 use std::fmt::Write;
 
@@ -8,7 +8,7 @@ use super::summary::{self, Facts, Value, facts, mean, methods, n_results, ratios
 use super::{ResultRow, Table};
 use neural_mesh::metrics::Figure;
 
-/// A column: title, figure, and the factor for reading.
+// Title, figure and factor of a column.
 type TableColumn = (&'static str, &'static str, f64);
 
 const PAPER: [TableColumn; 4] = [
@@ -28,7 +28,7 @@ const MORE: [TableColumn; 7] = [
     ("curvature", "curvature_error", 1.0),
 ];
 
-/// Results above this multiple of the target, in vertices and faces, count as too large.
+// Results above this multiple of the target count as too large.
 const LARGER: f64 = 1.1;
 
 struct ShownColumn {
@@ -149,9 +149,9 @@ fn write_quotients(page: &mut String, table: &Table, ratio: f64, columns: &[Show
     }
 }
 
-/// Formats `28 of 30, 3 larger`: results, readable cases, and results that are too large.
 fn format_results(rows: &[&ResultRow]) -> String {
     let n_cases = rows.iter().filter(|row| row.vertices_in > 0).count();
+    // Results of readable cases, and those that are too large: `28 of 30, 3 larger`.
     let larger = Some(count_too_large(rows)).filter(|n| *n > 0).map(|n| format!(", {n} larger")).unwrap_or_default();
     format!("{} of {n_cases}{larger}", n_results(rows))
 }
@@ -164,12 +164,10 @@ fn count_too_large(rows: &[&ResultRow]) -> usize {
     rows.iter().filter(larger).count()
 }
 
-/// Returns whether most of a method's results are not too large.
 fn is_ranked(rows: &[&ResultRow]) -> bool {
     2 * count_too_large(rows) <= n_results(rows)
 }
 
-/// Returns the least mean among the ranked methods; `None` for sizes.
 fn best_mean(table: &Table, ratio: f64, value: Value) -> Option<f64> {
     if matches!(value, Value::Vertices | Value::Faces) {
         return None;

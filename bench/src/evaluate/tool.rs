@@ -1,4 +1,4 @@
-//! An external program as a method: a name and a command line with placeholders for files and sizes.
+//! An external program as a method.
 
 use std::path::Path;
 
@@ -7,22 +7,21 @@ use serde::{Deserialize, Serialize};
 use super::EvaluateError;
 use crate::baselines::Size;
 
-/// Extensions allowed in a placeholder such as `{in.obj}`; without one it is `ply`.
+// Extensions allowed in placeholders such as `{in.obj}`; `{in}` means `ply`.
 const ENDINGS: [&str; 4] = ["ply", "obj", "stl", "off"];
 
-/// An external program that reads and writes a mesh file.
+/// An external program with mesh files as input and output.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tool {
-    /// Name in tables and arguments: letters, digits, `-`, `_` and `.`.
+    /// Name: letters, digits, `-`, `_` and `.`.
     pub name: String,
-    /// Command line, split as in a shell, which does not run it.
+    /// Command line, split as in a shell.
     pub command: String,
 }
 
 pub(super) struct Placeholders<'a> {
-    /// Path of the input mesh without extension.
+    // Paths are without extensions.
     pub input: &'a Path,
-    /// Path of the result without extension.
     pub output: &'a Path,
     pub ratio: f64,
     pub size: Size,
@@ -32,7 +31,7 @@ impl Tool {
     /// Parses `NAME=command {in} {out} {ratio}`.
     ///
     /// # Errors
-    /// [`EvaluateError::Settings`] for an invalid name, open quotes, or a missing placeholder of a file.
+    /// [`EvaluateError::Settings`] for an invalid name, open quotes, or a missing `{in}` or `{out}`.
     ///
     /// ```
     /// use neural_mesh_bench::evaluate::Tool;
@@ -56,7 +55,6 @@ impl Tool {
         Ok(tool)
     }
 
-    /// Returns the extension of the file for `in` or `out`; `None` where the command lacks the placeholder.
     pub(super) fn ending(&self, name: &str) -> Option<&'static str> {
         let asks = |ending: &&str| self.command.contains(&format!("{{{name}.{ending}}}"));
         let plain = self.command.contains(&format!("{{{name}}}")).then_some("ply");

@@ -1,7 +1,4 @@
-//! The worst cases of each method with their meshes.
-//!
-//! A case is ranked by its distance over the least of the other methods, which no later case changes. So saved meshes
-//! follow from the rows alone, also after a kill: they are written before their rows, and others removed after.
+//! The worst cases of each method with their meshes, ranked by distance over the least of the other methods.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -13,9 +10,9 @@ use super::{EvaluateError, ResultRow, Table};
 use neural_mesh::mesh::TriMesh;
 
 const CASES: usize = 3;
-/// Largest number of faces of an original; a page of 30 MB holds no more.
+// A page of 30 MB holds no more faces.
 const MOST_FACES: usize = 1_000_000;
-/// Position step of the page in percent of the diagonal; smaller distances are equal there.
+// A position step of the page in percent of the diagonal; smaller distances count as equal.
 const LEAST: f64 = 100.0 / 65_535.0;
 
 pub(super) const WORST: &str = "worst";
@@ -23,17 +20,17 @@ pub(super) const WORST: &str = "worst";
 /// A case among a method's worst.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorstCase {
-    /// Name of the mesh file.
+    /// Mesh file.
     pub mesh: String,
-    /// Target as a fraction of the vertices.
+    /// Target ratio of vertices.
     pub ratio: f64,
-    /// Seed of the sampling.
+    /// Seed.
     pub seed: u64,
-    /// Name of the method.
+    /// Method.
     pub method: String,
     /// Mean distance in percent of the diagonal.
     pub distance: f64,
-    /// Distance over the least distance of the other methods; `None` where no other has a result.
+    /// Distance over the least of the other methods.
     pub quotient: Option<f64>,
 }
 
@@ -43,7 +40,7 @@ impl WorstCase {
         read_mesh(&self.path(folder)).ok()
     }
 
-    /// Reads the saved and cleaned original.
+    /// Reads the saved original.
     pub fn original(&self, folder: &Path) -> Option<TriMesh> {
         read_mesh(&original_path(folder, &self.mesh)).ok()
     }
@@ -53,7 +50,6 @@ impl WorstCase {
         mesh_path(folder, &format!("result {method} {ratio} {seed} {mesh}"))
     }
 
-    /// Orders cases by badness, then by name.
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
         let badness = |worst: &Self| (worst.quotient.unwrap_or(-1.0), worst.distance);
         let ((a, b), (c, d)) = (badness(self), badness(other));
@@ -66,12 +62,12 @@ fn original_path(folder: &Path, mesh: &str) -> PathBuf {
     mesh_path(folder, &format!("original {mesh}"))
 }
 
-/// Returns the path of a mesh, named by a checksum because mesh names may be too long.
 fn mesh_path(folder: &Path, what: &str) -> PathBuf {
+    // A checksum names the file, because mesh names may be too long.
     folder.join(WORST).join(format!("{}.ply.gz", &sha256(what.as_bytes())[..16]))
 }
 
-/// Returns the worst cases with saved meshes, grouped by method, the worst first.
+/// Returns the worst cases with saved meshes, by method.
 ///
 /// ```
 /// use neural_mesh_bench::evaluate::{Table, worst_cases};
@@ -87,7 +83,6 @@ pub(super) struct WorstCaseStore {
 }
 
 impl WorstCaseStore {
-    /// Loads the cases of a folder whose meshes exist.
     pub fn new(folder: &Path, table: &Table) -> Self {
         let mut store = Self { folder: folder.into(), ranks: BTreeMap::new() };
         let mut cases: BTreeMap<(&str, u64, u64), Vec<&ResultRow>> = BTreeMap::new();
@@ -103,7 +98,6 @@ impl WorstCaseStore {
         store
     }
 
-    /// Saves the meshes of a case that is among a method's worst, given all its rows and the new results.
     pub fn save(
         &mut self,
         table: &Table,
@@ -116,7 +110,7 @@ impl WorstCaseStore {
         }
         for case in score_cases(table, rows) {
             let result = results.iter().find(|(method, _)| *method == case.method);
-            // the mesh of an earlier row exists or was removed on purpose
+            // The mesh of an earlier row exists, or was removed on purpose.
             if result.is_none() && !case.path(&self.folder).exists() {
                 continue;
             }
@@ -143,11 +137,11 @@ impl WorstCaseStore {
         ranks.retain(|known| known.path(&self.folder) != case.path(&self.folder));
         let at = ranks.partition_point(|known| known.cmp(&case).is_gt());
         ranks.insert(at, case);
+        // No later case changes a quotient, so the saved meshes follow from the rows alone, also after a kill.
         ranks.truncate(CASES);
         at < CASES
     }
 
-    /// Removes the meshes of all other cases.
     pub fn remove_others(&self) {
         let cases = || self.ranks.values().flatten();
         let originals = cases().map(|case| original_path(&self.folder, &case.mesh));
@@ -155,7 +149,7 @@ impl WorstCaseStore {
         let entries = std::fs::read_dir(self.folder.join(WORST));
         for path in entries.into_iter().flatten().flatten().map(|entry| entry.path()) {
             if !wanted.contains(&path) {
-                // a file that cannot be removed does no harm
+                // A file that cannot be removed does no harm.
                 let _ = std::fs::remove_file(path);
             }
         }
@@ -213,7 +207,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (mut table, original, result) = (table(), shapes::icosphere(2), shapes::icosphere(1));
         for (mesh, distance) in [1.0, 8.0, 3.0, 1e-9, 9.0, 2.0].into_iter().enumerate() {
-            // each case as if the evaluation had been killed before it
+            // A new store for each case behaves as after a kill.
             let mut store = WorstCaseStore::new(folder.path(), &table);
             let rows = [row(mesh, "a", Some(distance)), row(mesh, "b", Some(1.0)), row(mesh, "c", None)];
             let results = [("a", &result), ("b", &result)];
@@ -223,7 +217,7 @@ mod tests {
         }
         let worst = worst_cases(folder.path(), &table);
         assert_eq!(names(&worst, "a"), ["4.ply", "1.ply", "2.ply"]);
-        // below a step of the page all distances are equal
+        // Below a step of the page all distances are equal.
         assert_eq!(names(&worst, "b"), ["3.ply", "0.ply", "5.ply"]);
         assert_eq!(worst.iter().find(|case| case.method == "b").unwrap().quotient, Some(1.0 / LEAST));
         assert_eq!(n_files(folder.path()), 6 + 6);

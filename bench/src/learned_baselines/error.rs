@@ -1,14 +1,14 @@
-//! The errors of learned methods.
+//! Errors of learned methods.
 
 use neural_mesh::mesh::InvalidMesh;
 
-/// The reason why a learned method made no mesh.
+/// Reason why a learned method made no mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LearnedBaselineError {
     /// The result has no face.
     NothingLeft,
-    /// The result is no valid mesh, for example because a coordinate is too large.
+    /// The result is no valid mesh.
     Invalid(InvalidMesh),
 }
 

@@ -1,7 +1,4 @@
-//! Learned methods of others: networks, losses, training steps and inference, one folder per method.
-//!
-//! Their networks of named tensors are trained by `neural_mesh::train`; `evaluate` compares their results with other
-//! methods.
+//! Learned methods of others, one folder per method.
 
 pub mod dse;
 mod error;
@@ -22,11 +19,11 @@ pub use weights::LearnedWeights;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum LearnedBaseline {
-    /// Farthest points and Delaunay triangulations of learned logarithmic maps (Rakotosaona et al. 2021).
+    /// Delaunay surface elements (Rakotosaona et al. 2021).
     Dse,
-    /// Points drawn in a latent space and moved (Potamias, Bouritsas and Zafeiriou 2022), meshed by ball pivoting.
+    /// Points drawn in a latent space (Potamias, Bouritsas and Zafeiriou 2022).
     Potamias,
-    /// Triangles over points, classified and proposed in turns (Sharp and Ovsjanikov 2020).
+    /// Triangles proposed in rounds (Sharp and Ovsjanikov 2020).
     PointTriNet,
 }
 
@@ -34,7 +31,7 @@ impl LearnedBaseline {
     /// All learned methods.
     pub const ALL: [Self; 3] = [Self::Dse, Self::Potamias, Self::PointTriNet];
 
-    /// Returns the name in tables and arguments, and of the training objective.
+    /// Returns the name in tables and arguments.
     ///
     /// ```
     /// assert_eq!(neural_mesh_bench::learned_baselines::LearnedBaseline::Potamias.name(), "potamias");
@@ -58,7 +55,7 @@ impl LearnedBaseline {
         Self::ALL.into_iter().find(|baseline| baseline.name() == name)
     }
 
-    /// Returns the shapes of the network's tensors; `width_share` in (0, 1] scales the widths.
+    /// Returns the shapes of the tensors; `width_share` is in (0, 1].
     ///
     /// ```
     /// use neural_mesh_bench::learned_baselines::LearnedBaseline;
@@ -73,7 +70,7 @@ impl LearnedBaseline {
         }
     }
 
-    /// Returns random initial tensors for a training.
+    /// Returns random initial tensors.
     pub fn initial_tensors(self, width_share: f64, seed: u64) -> Tensors<Arc<Matrix>> {
         match self {
             Self::Dse => dse::initial_tensors(width_share, seed),
@@ -83,7 +80,7 @@ impl LearnedBaseline {
     }
 }
 
-/// Simplifies a mesh to at most `n_vertices` by the method of these weights; the seed chooses the first point.
+/// Simplifies a mesh to at most `n_vertices`; the seed chooses the first point.
 ///
 /// # Errors
 /// [`LearnedBaselineError`] where the result has no face or is no mesh.
@@ -113,10 +110,6 @@ fn scale_width(width: usize, share: f64) -> usize {
     ((width as f64 * share).round() as usize).max(1)
 }
 
-/// Removes unused vertices and chooses the point to draw first by the seed.
-///
-/// # Errors
-/// [`LearnedBaselineError::NothingLeft`] for a mesh without faces.
 fn compact_with_first_point(mesh: &TriMesh, seed: u64) -> Result<(TriMesh, u32), LearnedBaselineError> {
     let (mesh, _) = compact(mesh.positions(), mesh.faces().to_vec())?;
     match mesh.positions().len() as u64 {

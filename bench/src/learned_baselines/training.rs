@@ -1,4 +1,4 @@
-//! Training of learned methods with the library's loop.
+//! Training of learned methods.
 
 use neural_mesh::train::{OwnNetwork, StepFunction};
 
@@ -19,7 +19,7 @@ impl LearnedBaseline {
 }
 
 impl LearnedWeights {
-    /// Returns the network with these weights as the start of a training.
+    /// Returns the network as the start of a training.
     pub fn network(&self) -> OwnNetwork {
         OwnNetwork { tensors: self.tensors().clone(), about: self.metadata() }
     }
@@ -36,7 +36,6 @@ pub(super) mod tests {
     use rand_xoshiro::rand_core::SeedableRng;
     use std::sync::Arc;
 
-    /// Trains twelve steps on one sphere and returns them.
     pub fn train_twelve_steps(baseline: LearnedBaseline, mut tensors: Tensors<Arc<Matrix>>) -> Vec<StepResult> {
         let settings = Settings::from_toml(&format!("objective = \"{}\"", baseline.name())).unwrap();
         let item = TrainingItem { name: "sphere".into(), mesh: shapes::wavy_sphere(4, 5.0), ratio: 0.1 };

@@ -1,4 +1,4 @@
-//! Weights of learned methods: random, read, written, shipped.
+//! Weights of learned methods.
 
 use super::LearnedBaseline;
 use neural_mesh::autodiff::{Tensors, WeightsError, architecture_text};
@@ -15,7 +15,7 @@ static POTAMIAS: LazyLock<LearnedWeights> = LazyLock::new(|| parse_shipped(POTAM
 
 static POINTTRINET: LazyLock<LearnedWeights> = LazyLock::new(|| parse_shipped(POINTTRINET_FILE));
 
-/// The weights of a method: finite, with the shapes of its network.
+/// Finite weights with the shapes of a network.
 ///
 /// ```
 /// use neural_mesh_bench::learned_baselines::{LearnedBaseline, LearnedWeights};
@@ -30,12 +30,12 @@ pub struct LearnedWeights {
 }
 
 impl LearnedWeights {
-    /// Returns random initial weights; `width_share` is in (0, 1].
+    /// Returns random weights; `width_share` is in (0, 1].
     pub fn random(baseline: LearnedBaseline, width_share: f64, seed: u64) -> Self {
         Self { baseline, width_share, tensors: baseline.initial_tensors(width_share, seed) }
     }
 
-    /// Makes weights of tensors after checking shapes and numbers.
+    /// Makes weights of tensors.
     ///
     /// # Errors
     /// [`WeightsError`] names the first wrong tensor.
@@ -47,7 +47,7 @@ impl LearnedWeights {
         Ok(Self { baseline, width_share, tensors: tensors.check_shapes(&baseline.shapes(width_share))? })
     }
 
-    /// Reads a safetensors file and checks method, sizes, shapes and numbers.
+    /// Reads a safetensors file.
     ///
     /// # Errors
     /// [`WeightsError`] names the first fault.
@@ -62,7 +62,7 @@ impl LearnedWeights {
         Self::from_tensors(baseline, width_share, &Tensors::from_bytes(bytes, &baseline.shapes(width_share))?)
     }
 
-    /// Writes a safetensors file with method and sizes in its metadata; equal weights give equal bytes.
+    /// Writes a safetensors file.
     pub fn to_bytes(&self) -> Vec<u8> {
         self.tensors.to_bytes(&self.metadata())
     }

@@ -1,4 +1,4 @@
-//! The simplifiers of CGAL as tools of an evaluation: a small C++ program, built at first use.
+//! CGAL's simplifiers as tools, in a small C++ program.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -8,16 +8,12 @@ use anyhow::{Context, Result, ensure};
 
 const SOURCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/cgal/collapse.cpp");
 
-/// Debian's folder of Eigen, which CGAL needs.
+// Debian's folder of Eigen, which CGAL needs.
 const EIGEN: &str = "/usr/include/eigen3";
 
-/// Tool names: QEM with optimal placement, and Lindstrom-Turk.
+// Names of QEM with optimal placement and of Lindstrom-Turk.
 pub const NAMES: [&str; 2] = ["cgal-qem", "cgal-lt"];
 
-/// Builds the program in `folder` and returns its tools.
-///
-/// # Errors
-/// Where the build fails: it needs a C++ compiler and CGAL (Debian: libcgal-dev, libeigen3-dev).
 pub fn build_tools(folder: &Path) -> Result<Vec<Tool>> {
     let program = build_program(folder)?;
     let tool = |name: &str| {

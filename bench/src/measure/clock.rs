@@ -1,4 +1,4 @@
-//! Clocks and memory counters of a thread, a child process and this process.
+//! Clocks and memory counters.
 
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ use nix::time::ClockId;
 #[derive(Clone, Copy, Debug)]
 pub struct Seconds {
     pub wall: f64,
-    /// Processor time of the calling thread; other load on the machine hardly changes it.
+    // Processor time of the calling thread.
     pub thread: f64,
 }
 
@@ -46,7 +46,6 @@ pub fn reset_peak() -> Result<()> {
     std::fs::write("/proc/self/clear_refs", "5").context("the peak of memory cannot be reset")
 }
 
-/// Returns the most bytes resident since [`reset_peak`].
 pub fn peak_bytes() -> Result<u64> {
     let status = std::fs::read_to_string("/proc/self/status")?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).context("no VmHWM in /proc/self/status")?;
@@ -54,7 +53,7 @@ pub fn peak_bytes() -> Result<u64> {
     Ok(1024 * kib.parse::<u64>().with_context(|| format!("VmHWM: {kib}"))?)
 }
 
-/// Formats median, least and largest as `0.98 (0.70 to 1.20)`; a dash for no values.
+/// Formats median, least and largest as `0.98 (0.70 to 1.20)`.
 pub fn format_spread(values: &[f64]) -> String {
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
     let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);

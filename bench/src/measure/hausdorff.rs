@@ -1,4 +1,4 @@
-//! The largest distance between two meshes, the same on all pages.
+//! Largest distance between two meshes.
 
 use anyhow::{Context, Result};
 use neural_mesh::mesh::TriMesh;

@@ -7,7 +7,6 @@ pub fn table<H: AsRef<str>>(head: &[H], rows: &[Vec<String>]) -> String {
     [line(&head.join(" | ")), rule].into_iter().chain(rows.iter().map(|row| line(&row.join(" | ")))).collect()
 }
 
-/// Formats a number with two decimals, from 100 on with none; a dash for `None`.
 pub fn number(value: Option<f64>) -> String {
     value.map_or("-".into(), |value| if value.abs() >= 100.0 { format!("{value:.0}") } else { format!("{value:.2}") })
 }

@@ -1,4 +1,4 @@
-//! Mesh files, read and cleaned, and a test mesh of any size.
+//! Mesh files, and a test mesh of any size.
 
 use std::path::{Path, PathBuf};
 
@@ -28,9 +28,9 @@ pub fn mesh_files(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// Makes a bumpy torus of about `n_faces` faces with about equal edges.
+/// Makes a bumpy torus of about `n_faces` faces.
 pub fn bumpy_torus(n_faces: usize) -> TriMesh {
-    // Three times as far around as through the tube.
+    // The torus has three times as many steps around as through its tube.
     let n_tube = (n_faces as f64 / 6.0).sqrt().round().max(3.0);
     let torus = shapes::torus((3.0 * n_tube) as u32, n_tube as u32, 1.0, 1.0 / 3.0);
     let (positions, faces) = torus.into_parts();

@@ -1,7 +1,4 @@
-//! Makes the pages of `docs/measured` and the README's table in one resumable command, and lists pages of another
-//! version.
-//!
-//! Comparisons of methods come from `evaluate`; everything else that the pages need is measured here.
+//! Makes the pages of `docs/measured` and the README's table.
 
 mod cgal;
 mod clock;
@@ -38,7 +35,6 @@ pub fn run(MeasureArgs { data, work, only }: MeasureArgs) -> Result<()> {
     pages::make_pages(data, &work, &only)
 }
 
-/// Prints the pages of another version; an error if there are any.
 pub fn print_stale() -> Result<()> {
     let pages = versions::stale_pages(root())?;
     pages.iter().for_each(|page| println!("{page}"));

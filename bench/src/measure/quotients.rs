@@ -1,4 +1,4 @@
-//! Quotients of an evaluation's figures to those of a reference method; medians over seeds, sizes and meshes.
+//! Quotients of figures over a reference method's.
 
 use crate::evaluate::{ResultRow, Table, median};
 
@@ -22,8 +22,8 @@ impl Figure {
         }
     }
 
-    /// Returns the figure of a row, at least the noise of single precision or of the clock.
     fn value(self, table: &Table, row: &ResultRow) -> Option<f64> {
+        // Smaller values are noise of single precision or of the clock.
         let (value, noise) = match self {
             Self::Distance => (table.figure(row, "distance_mean"), 1e-5),
             Self::Largest => (table.figure(row, "distance_max"), 1e-5),
@@ -53,7 +53,6 @@ impl Quotients<'_> {
         self.meshes().into_iter().filter_map(of_mesh).collect()
     }
 
-    /// Returns the median over the seeds of one mesh's quotients.
     fn mesh_quotient(&self, mesh: &str, method: &str, figure: Figure, ratio: f64) -> Option<f64> {
         let is_case = |row: &&ResultRow| row.mesh == mesh && row.ratio == ratio && row.error.is_empty();
         let rows = self.table.rows.iter().filter(|row| is_case(row) && row.method == method);

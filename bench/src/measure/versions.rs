@@ -1,4 +1,4 @@
-//! Versions of the library in the stamps of pages: a comment for this program and a line for readers.
+//! Versions of the library in the stamps of pages.
 
 use std::path::Path;
 
@@ -6,11 +6,11 @@ use anyhow::{Context, Result};
 use neural_mesh::simplify::{CARRIED_VERSION, CLOSED_VERSION, PAPER_VERSION};
 use neural_mesh::train;
 
-/// A part of the library with a version of its own.
+// A part of the library with a version of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subsystem {
     Closed,
-    /// Attributes, files and all else around the closed assembly.
+    // Attributes, files and all else around the closed assembly.
     Carried,
     Paper,
     Training,
@@ -54,7 +54,6 @@ pub fn stamp(subsystems: &[Subsystem]) -> String {
     words.join(", ")
 }
 
-/// Describes versions in words: `version 1 of the closed assembly and version 1 of the training`.
 pub fn describe_versions(subsystems: &[Subsystem]) -> String {
     let words: Vec<String> = subsystems
         .iter()
@@ -63,14 +62,14 @@ pub fn describe_versions(subsystems: &[Subsystem]) -> String {
     words.join(" and ")
 }
 
-/// Stamp of a page that depends on no version.
+// The stamp of a page that depends on no version.
 const NONE: &str = "none";
 
-/// Start of the README's table; its stamp follows.
+// Start of the README's table; its stamp follows.
 pub const TABLE_BEGINS: &str = "<!-- neural-mesh-bench measure: ";
 pub const TABLE_ENDS: &str = "<!-- /neural-mesh-bench measure -->";
 
-/// Lists the pages whose stamp is missing or outdated, README included, each with the reason.
+/// Lists the pages whose stamp is missing or outdated.
 pub fn stale_pages(root: &Path) -> Result<Vec<String>> {
     let folder = root.join("docs/measured");
     let entries = std::fs::read_dir(&folder).with_context(|| folder.display().to_string())?;
@@ -89,7 +88,6 @@ pub fn stale_pages(root: &Path) -> Result<Vec<String>> {
     Ok(stale)
 }
 
-/// Returns the fault of the first stamp in `text`; `None` if it is current.
 fn stamp_fault(text: &str, begins: &str) -> Option<String> {
     let at = text.find(begins).map(|at| at + begins.len());
     let Some(found) = at.and_then(|at| text[at..].split_once(" -->")).map(|(stamp, _)| stamp) else {

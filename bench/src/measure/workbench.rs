@@ -1,4 +1,4 @@
-//! Mesh folders, and a folder of finished measurements, so that none is made twice.
+//! Mesh folders and finished measurements.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,6 @@ use crate::command::worker;
 use crate::measure::meshes::mesh_files;
 use crate::measure::versions::{Subsystem, stamp};
 
-/// Mesh folders, and the measurements made with the present versions.
 pub struct Bench {
     data: PathBuf,
     all_versions: PathBuf,
@@ -21,7 +20,6 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// Opens the measurements for the present versions of `subsystems`.
     pub fn new(data: PathBuf, all: &Path, subsystems: &[Subsystem]) -> Result<Self> {
         let work = all.join(stamp(subsystems).replace(", ", "-").replace(' ', ""));
         std::fs::create_dir_all(&work).with_context(|| work.display().to_string())?;
@@ -53,7 +51,7 @@ impl Bench {
         measure: impl FnOnce() -> Result<T>,
     ) -> Result<T> {
         let path = self.work.join(name).with_extension("json");
-        // a finished measurement is never repeated
+        // A finished measurement is never repeated.
         if path.exists() {
             let text = std::fs::read_to_string(&path)?;
             return serde_json::from_str(&text).with_context(|| format!("{}: remove it", path.display()));

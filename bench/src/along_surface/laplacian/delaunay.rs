@@ -1,17 +1,15 @@
-//! Intrinsic Delaunay triangulation by edge flips, which makes all weights of the Laplacian positive (Bobenko and
-//! Springborn 2007).
+//! Intrinsic Delaunay triangulation by edge flips (Bobenko and Springborn 2007).
 
 use std::collections::VecDeque;
 
 use super::glued_triangles::{GluedTriangles, next};
 use neural_mesh::geometry::side_lengths::{area, opposite_cotangent};
 
-/// Least cotangent sum of an edge to keep, so that rounding does not flip forth and back.
+// An edge with a lower sum of cotangents is flipped; the slack prevents endless flips by rounding.
 const SLACK: f64 = -1e-8;
-/// Limit of flips per half-edge; a few tenths are usual.
+// Limit of flips per half-edge; a few tenths are usual.
 const MOST_FLIPS: usize = 50;
 
-/// Flips every edge whose opposite angles exceed a straight one together, up to a limit for rounding.
 pub fn flip_to_delaunay(surface: &mut GluedTriangles) {
     let n = surface.twin.len();
     let first_of_edge = |&half_edge: &usize| half_edge < surface.twin[half_edge] as usize;
@@ -38,7 +36,7 @@ fn flip(surface: &mut GluedTriangles, half_edge: usize) -> bool {
     let (twin_ahead, twin_behind) = (next(twin), next(next(twin)));
     let sides_of = |first: usize, second: usize| [length, surface.length[first], surface.length[second]];
     let makes_triangles = area(sides_of(twin_behind, ahead)) > 0.0 && area(sides_of(behind, twin_ahead)) > 0.0;
-    // both sides in one face, or no triangles on the other diagonal
+    // An edge stays if it has one face on both sides, or if a new face would have no area.
     if half_edge / 3 == twin / 3 || !makes_triangles {
         return false;
     }
@@ -49,9 +47,8 @@ fn flip(surface: &mut GluedTriangles, half_edge: usize) -> bool {
     true
 }
 
-/// Returns the other diagonal of two flattened triangles, given by the common side and the two that follow.
 fn other_diagonal([a, b, c]: [f64; 3], [_, d, e]: [f64; 3]) -> f64 {
-    // from the start of the first triangle's side, where c and d meet
+    // The origin is the start of the common side, where c and d meet.
     let (above_x, above_y) = ((a * a + c * c - b * b) / (2.0 * a), 2.0 * area([a, b, c]) / a);
     let (below_x, below_y) = ((a * a + d * d - e * e) / (2.0 * a), 2.0 * area([a, d, e]) / a);
     (above_x - below_x).hypot(above_y + below_y)

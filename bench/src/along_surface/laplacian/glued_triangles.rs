@@ -1,35 +1,29 @@
 //! Triangles with side lengths only, glued along their sides.
 
-/// Triangles glued along their sides; half-edge `3 * face + side` runs from one corner to the next.
+// The half-edge `3 * face + side` starts at the corner `side` of its face.
 #[derive(Clone, Debug, Default)]
 pub struct GluedTriangles {
-    /// Start vertex of each half-edge, 3 n_faces.
     pub start: Vec<u32>,
-    /// Opposite half-edge of the neighbour, 3 n_faces.
     pub twin: Vec<u32>,
-    /// Length of each half-edge, 3 n_faces.
     pub length: Vec<f64>,
 }
 
 impl GluedTriangles {
-    /// Returns the start and end of a half-edge.
     pub fn ends(&self, half_edge: usize) -> [u32; 2] {
         [self.start[half_edge], self.start[next(half_edge)]]
     }
 
-    /// Returns the lengths of a half-edge and of the next two around its face.
     pub fn sides(&self, half_edge: usize) -> [f64; 3] {
         let second = next(half_edge);
         [half_edge, second, next(second)].map(|side| self.length[side])
     }
 
-    /// Returns the mean side length; 0 without faces.
     pub fn mean_length(&self) -> f64 {
         self.length.iter().sum::<f64>() / self.length.len().max(1) as f64
     }
 
-    /// Lengthens all sides until every triangle inequality holds by `share` of the mean length (Sharp and Crane 2020,
-    /// Sec. 4.5).
+    /// Lengthens all sides equally until every triangle inequality holds by `share` of the mean length (Sharp and Crane
+    /// 2020, Sec. 4.5).
     pub fn mollify(&mut self, share: f64) {
         let least = share * self.mean_length();
         let missing = |half_edge: usize| {
@@ -41,7 +35,6 @@ impl GluedTriangles {
     }
 }
 
-/// Returns the next half-edge around the face.
 pub fn next(half_edge: usize) -> usize {
     if half_edge % 3 == 2 { half_edge - 2 } else { half_edge + 1 }
 }

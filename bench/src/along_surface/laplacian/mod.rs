@@ -1,8 +1,5 @@
-//! The cotangent Laplacian of any mesh with lumped barycentric masses (Sharp and Crane 2020, "A Laplacian for
-//! Nonmanifold Triangle Meshes").
-//!
-//! The tufted cover closes the surface, mollification gives triangles area, and intrinsic flips make weights positive.
-//! Boundaries are natural (Neumann).
+//! The cotangent Laplacian of any mesh with lumped masses (Sharp and Crane 2020, "A Laplacian for Nonmanifold Triangle
+//! Meshes").
 
 mod delaunay;
 mod glued_triangles;
@@ -15,13 +12,11 @@ use neural_mesh::mesh::TriMesh;
 
 pub use glued_triangles::GluedTriangles;
 
-/// Slack of the triangle inequalities as a fraction of the mean edge length.
 const MOLLIFICATION: f64 = 1e-5;
 
-/// The positive semidefinite Laplacian `L` and masses `M` of the used vertices.
+/// The Laplacian `(L u)_i = sum_j w_ij (u_i - u_j)` and the masses `M` of the used vertices.
 ///
-/// `(L u)_i = sum_j w_ij (u_i - u_j)` integrates `-div grad u` around vertex i over the area `mass[i]`. Eigenvalues of
-/// `L u = lambda M u` are in inverse squares of the mesh's unit.
+/// Boundaries are natural (Neumann). Eigenvalues of `L u = lambda M u` are in inverse squares of the mesh's unit.
 ///
 /// ```
 /// use neural_mesh::mesh::shapes;
@@ -32,21 +27,22 @@ const MOLLIFICATION: f64 = 1e-5;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Laplacian {
-    /// Used vertices of the mesh in ascending order, n.
+    /// Used vertices of the mesh, ascending, n.
     pub vertices: Vec<u32>,
-    /// Pairs `i < j` of indices into `vertices` in ascending order, and their weight `w_ij`.
+    /// Pairs `i < j` of indices into `vertices`, ascending, with weight `w_ij`.
     pub edges: Vec<([u32; 2], f64)>,
-    /// Positive area around each vertex, n.
+    /// Area around each vertex, n; positive.
     pub mass: Vec<f64>,
-    /// Component of each vertex, named by its first vertex, n.
+    /// First vertex of each vertex's component, n.
     pub component: Vec<u32>,
-    /// Surface of two copies of each face after the flips, with indices into `vertices`.
+    // Two copies of each face after the flips, with indices into `vertices`.
     pub(super) surface: GluedTriangles,
 }
 
 impl Laplacian {
     /// Builds the Laplacian; `None` where no face has area.
     pub fn new(mesh: &TriMesh) -> Option<Self> {
+        // The cover closes the surface, mollification gives triangles area, and flips make the weights positive.
         let mut surface = tufted::tufted_cover(mesh);
         surface.mollify(MOLLIFICATION);
         if surface.mean_length() <= 0.0 || !surface.mean_length().is_finite() {
@@ -75,16 +71,16 @@ fn edges(surface: &GluedTriangles) -> Vec<([u32; 2], f64)> {
         ([a.min(b), a.max(b)], 0.25 * opposite_cotangent(surface.sides(half_edge)))
     };
     let mut parts: Vec<_> = (0..surface.twin.len()).map(weight).filter(|([a, b], _)| a != b).collect();
-    // stable, so that the order of sums is fixed
+    // A stable sort fixes the order of the sums.
     parts.par_sort_by_key(|(ends, _)| *ends);
     let sum = |parts: &[([u32; 2], f64)]| (parts[0].0, parts.iter().map(|(_, weight)| weight).sum());
     parts.chunk_by(|a, b| a.0 == b.0).map(sum).collect()
 }
 
-/// Sums a third of each face, halved because of the two copies.
 fn vertex_masses(surface: &GluedTriangles, n_vertices: usize) -> Vec<f64> {
     let mut mass = vec![0.0; n_vertices];
     for face in 0..surface.twin.len() / 3 {
+        // A corner has a third of the face, halved because each face has two copies.
         let share = area(surface.sides(3 * face)) / 6.0;
         surface.start[3 * face..3 * face + 3].iter().for_each(|&v| mass[v as usize] += share);
     }
@@ -100,7 +96,6 @@ fn components(n_vertices: usize, edges: &[([u32; 2], f64)]) -> Vec<u32> {
     (0..n_vertices as u32).map(|v| root_of(&mut root, v)).collect()
 }
 
-/// Finds the first vertex of the component of `v`, halving the path.
 fn root_of(root: &mut [u32], mut v: u32) -> u32 {
     while root[v as usize] != v {
         root[v as usize] = root[root[v as usize] as usize];

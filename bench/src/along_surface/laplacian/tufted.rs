@@ -1,17 +1,12 @@
-//! The tufted cover: two copies of each face, glued so that every side has exactly one neighbour (Sharp and Crane 2020,
-//! Sec. 3).
-//!
-//! It is closed, oriented and edge-manifold for every mesh.
+//! The tufted cover: two copies of each face, every side with one neighbour (Sharp and Crane 2020, Sec. 3).
 
 use glam::DVec3;
 
 use super::glued_triangles::GluedTriangles;
 use neural_mesh::mesh::TriMesh;
 
-/// Builds the tufted cover from copies `2 face` as given and `2 face + 1` reversed.
-///
-/// Facing copies around an edge are glued; at a boundary these are both sides of one face.
 pub fn tufted_cover(mesh: &TriMesh) -> GluedTriangles {
+    // Copy `2 face` is the face as given, copy `2 face + 1` its reverse.
     let n_half_edges = 6 * mesh.faces().len();
     let mut cover =
         GluedTriangles { start: starts(mesh), twin: vec![0; n_half_edges], length: vec![0.0; n_half_edges] };
@@ -19,6 +14,7 @@ pub fn tufted_cover(mesh: &TriMesh) -> GluedTriangles {
         let [from, to] = ends.map(|end| point(mesh, end));
         let length = from.distance(to);
         let order = sort_by_angle(mesh, [from, to], half_edges);
+        // Facing copies of neighbouring faces are glued; at a boundary both copies of one face.
         for (at, &side) in order.iter().enumerate() {
             let (here, there) = (ascending_copy(mesh, side), descending_copy(mesh, order[(at + 1) % order.len()]));
             (cover.twin[here], cover.twin[there]) = (there as u32, here as u32);
@@ -28,7 +24,7 @@ pub fn tufted_cover(mesh: &TriMesh) -> GluedTriangles {
     cover
 }
 
-/// A half-edge of the mesh with the larger end of its edge.
+// A half-edge and the larger end of its edge.
 #[derive(Clone, Copy)]
 struct HalfEdge {
     end: u32,
@@ -41,7 +37,6 @@ impl HalfEdge {
     }
 }
 
-/// Calls `visit` with the ends of every edge, smaller first, and its half-edges in ascending order.
 fn for_each_edge(faces: &[[u32; 3]], mut visit: impl FnMut([u32; 2], &[HalfEdge])) {
     let ends = |half_edge: u32| [start(faces, half_edge), start(faces, next(half_edge))];
     let low = |h: &HalfEdge| ends(h.half_edge).into_iter().fold(h.end, u32::min);
@@ -103,7 +98,7 @@ mod tests {
     use super::*;
     use neural_mesh::mesh::shapes;
 
-    /// Checks that every side has one neighbour with the same ends in opposite direction.
+    // Every side has one neighbour with the same ends in opposite direction.
     fn check(mesh: &TriMesh) {
         let cover = tufted_cover(mesh);
         for (here, &there) in cover.twin.iter().enumerate() {
@@ -133,7 +128,7 @@ mod tests {
         assert!((0..cover.twin.len()).all(|half_edge| copy(half_edge) == copy(cover.twin[half_edge] as usize)));
     }
 
-    /// Four faces around an edge like the arms of a cross: each side is glued to the next arm.
+    // Four faces meet at an edge like the arms of a cross; each is glued to the next one.
     #[test]
     fn around_an_edge_of_many_faces_neighbours_are_glued() {
         let arms = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]].map(|[x, y]| [x, y, 0.0]);

@@ -3,9 +3,10 @@
 use super::Eigenpairs;
 
 impl Eigenpairs {
-    /// Returns biharmonic distances from the vertex with index `source` to all others, in the mesh's unit, n.
+    /// Returns the biharmonic distances from vertex `source` in the mesh's unit, n.
     ///
-    /// The root of the sum over `n_pairs` eigenpairs with non-zero eigenvalue of `(u_k(x) - u_k(y))^2 / lambda_k^2`.
+    /// The square is `sum_k (u_k(x) - u_k(y))^2 / lambda_k^2` over those of the first `n_pairs` eigenpairs with
+    /// `lambda_k > 0`.
     ///
     /// ```
     /// use neural_mesh::mesh::shapes;
@@ -16,7 +17,7 @@ impl Eigenpairs {
     /// ```
     ///
     /// # Panics
-    /// When `source` is not below n.
+    /// If `source` is not below n.
     pub fn biharmonic_distances(&self, source: u32, n_pairs: usize) -> Vec<f64> {
         let mut squares = vec![0.0; self.first_functions(0).nrows()];
         for pair in 0..n_pairs.min(self.values.len()) {
@@ -30,7 +31,7 @@ impl Eigenpairs {
         squares.into_iter().map(f64::sqrt).collect()
     }
 
-    /// Returns whether an eigenvalue is zero up to rounding, so that its function is constant on each component.
+    /// Returns whether an eigenvalue is zero up to rounding.
     pub fn is_constant(&self, pair: usize) -> bool {
         self.values[pair] <= 1e-6 * self.spacing()
     }
@@ -46,7 +47,7 @@ mod tests {
     fn naive(laplacian: &Laplacian, source: usize) -> Vec<f64> {
         let n = laplacian.mass.len();
         let total: f64 = laplacian.mass.iter().sum();
-        // L + m m^T / total is regular and agrees with L on functions of mean zero
+        // The matrix `L + m m^T / total` is regular and agrees with L on functions of mean zero.
         let mut matrix = Mat::from_fn(n, n, |i, j| laplacian.mass[i] * laplacian.mass[j] / total);
         for &([i, j], weight) in &laplacian.edges {
             let (i, j) = (i as usize, j as usize);

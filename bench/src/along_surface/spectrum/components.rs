@@ -1,17 +1,14 @@
-//! The connected components of a Laplacian, whose eigenpairs together are the surface's.
+//! Connected components of a Laplacian.
 
 use rustc_hash::FxHashMap;
 
 use crate::along_surface::laplacian::Laplacian;
 
-/// A connected component of a Laplacian.
 #[derive(Default)]
 pub struct Component {
-    /// Indices into [`Laplacian::vertices`] in ascending order, n.
+    // Indices into `Laplacian::vertices`, ascending, n.
     pub places: Vec<u32>,
-    /// Area around each vertex, n.
     pub mass: Vec<f64>,
-    /// Pairs of vertices and their weight.
     pub edges: Vec<([u32; 2], f64)>,
 }
 
@@ -21,7 +18,6 @@ impl Component {
     }
 }
 
-/// Splits a Laplacian into components, the largest area first.
 pub fn components(laplacian: &Laplacian) -> Vec<Component> {
     let mut components: Vec<Component> = Vec::new();
     let mut at: FxHashMap<u32, usize> = FxHashMap::default();
@@ -39,7 +35,7 @@ pub fn components(laplacian: &Laplacian) -> Vec<Component> {
         let component = &mut components[at[&laplacian.component[ends[0] as usize]]];
         component.edges.push((ends.map(|end| within[end as usize]), weight));
     }
-    // stable: components of equal area stay in order
+    // A stable sort keeps components of equal area in order.
     components.sort_by(|a, b| b.area().total_cmp(&a.area()));
     components
 }

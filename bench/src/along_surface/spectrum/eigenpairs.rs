@@ -1,4 +1,4 @@
-//! The lowest eigenpairs of a surface's Laplacian.
+//! The lowest eigenpairs of a Laplacian.
 
 use faer::{Mat, MatMut, MatRef, Side};
 use rayon::prelude::*;
@@ -8,23 +8,22 @@ use super::factor::Factor;
 use super::lanczos;
 use crate::along_surface::laplacian::Laplacian;
 
-/// Components with so few vertices, or fewer than three times the pairs, are solved as dense matrices.
+// Components with at most this many vertices are solved as dense matrices.
 const DENSE: usize = 400;
 
 /// The lowest eigenpairs of `L u = lambda M u`.
 #[derive(Clone, Debug)]
 pub struct Eigenpairs {
-    /// Eigenvalues in inverse squares of the mesh's unit, ascending and non-negative, n_pairs.
+    /// Eigenvalues, ascending and non-negative, n_pairs.
     pub values: Vec<f64>,
-    /// Eigenfunctions as columns, orthonormal under the masses, n x n_pairs.
+    // Columns, orthonormal under the masses, n x n_pairs.
     functions: Mat<f64>,
 }
 
 impl Eigenpairs {
     /// Computes the `n_pairs` lowest eigenpairs, at most n; `None` where the solver fails.
     ///
-    /// Each component is solved by block Lanczos over a sparse Cholesky factor, which may miss multiplicities above
-    /// eight.
+    /// Multiplicities above eight may be missed.
     ///
     /// ```
     /// use neural_mesh::mesh::shapes;
@@ -36,10 +35,10 @@ impl Eigenpairs {
     pub fn compute_lowest(laplacian: &Laplacian, n_pairs: usize) -> Option<Self> {
         let n = laplacian.mass.len();
         let mut components = components(laplacian);
-        // each component has one constant function: more components are not needed
+        // Each component has one constant function, so `n_pairs` components suffice.
         components.truncate(n_pairs);
         let solved = solve_components(&components, n_pairs.min(n))?;
-        // a single component keeps its functions as they are
+        // A single component's functions need no merging.
         if let [whole] = &solved[..] {
             return Some(whole.clone());
         }
@@ -55,7 +54,7 @@ impl Eigenpairs {
         })
     }
 
-    /// Returns an eigenfunction at the vertices of the Laplacian, n.
+    /// Returns an eigenfunction at the vertices, n.
     pub fn function(&self, pair: usize) -> &[f64] {
         self.functions.col_as_slice(pair)
     }
@@ -64,22 +63,22 @@ impl Eigenpairs {
         self.functions.subcols(0, n_pairs)
     }
 
-    /// Returns the mean distance of eigenvalues, which are evenly spaced by Weyl's law; 0 for a single one.
+    /// Returns the mean spacing of the eigenvalues.
     pub fn spacing(&self) -> f64 {
         self.values.last().map_or(0.0, |last| last / (self.values.len() - 1).max(1) as f64)
     }
 }
 
-/// Solves each component for enough eigenpairs to contain the `n_pairs` lowest of all.
 fn solve_components(components: &[Component], n_pairs: usize) -> Option<Vec<Eigenpairs>> {
     let area: f64 = components.iter().map(Component::area).sum();
-    // by Weyl's law a component has its share by area,
+    // By Weyl's law a component's number of eigenvalues is proportional to its area.
     let first = |component: &Component| (1 + (n_pairs as f64 * component.area() / area).ceil() as usize).min(n_pairs);
-    // and with as many components as pairs the constants suffice
+    // With at least as many components as pairs, their constant functions suffice.
     let first = |component: &Component| if components.len() >= n_pairs { 1 } else { first(component) };
     let mut solved: Vec<Eigenpairs> =
         components.par_iter().map(|component| solve_component(component, first(component))).collect::<Option<_>>()?;
     loop {
+        // Components are solved for more pairs until the lowest of all are certainly among them.
         let chosen = select_lowest(&solved, n_pairs);
         let is_full = chosen.len() == n_pairs;
         let highest =
@@ -87,7 +86,7 @@ fn solve_components(components: &[Component], n_pairs: usize) -> Option<Vec<Eige
         let more = |(component, pairs): (&Component, &mut Eigenpairs)| {
             let known = pairs.values.len();
             let is_short = known < component.places.len().min(n_pairs) && pairs.values[known - 1] < highest;
-            // its highest known value is still among the lowest of all: there may be more
+            // Its highest known value is still among the lowest of all, so it may have more of them.
             if is_short {
                 *pairs = solve_component(component, (2 * known).min(n_pairs))?;
             }
@@ -126,8 +125,8 @@ fn solve_component(component: &Component, n_pairs: usize) -> Option<Eigenpairs> 
     Some(Eigenpairs { values, functions })
 }
 
-/// Solves by all eigenpairs of `M^-1/2 L M^-1/2`.
 fn solve_dense(component: &Component, roots: &[f64], n_pairs: usize) -> Option<(Vec<f64>, Mat<f64>)> {
+    // The matrix is `M^-1/2 L M^-1/2`.
     let mut matrix = Mat::<f64>::zeros(roots.len(), roots.len());
     for &([i, j], weight) in &component.edges {
         let (i, j) = (i as usize, j as usize);
@@ -140,10 +139,10 @@ fn solve_dense(component: &Component, roots: &[f64], n_pairs: usize) -> Option<(
     Some((values, eigen.U().subcols(0, n_pairs).to_owned()))
 }
 
-/// Solves by the largest eigenpairs of `M^1/2 (L + s M)^-1 M^1/2`, with s about the first eigenvalue.
 fn solve_sparse(component: &Component, roots: &[f64], n_pairs: usize) -> Option<(Vec<f64>, Mat<f64>)> {
     let shift = 4.0 * std::f64::consts::PI / component.area();
     let factor = Factor::new(&component.mass, &component.edges, 1.0, shift)?;
+    // The lowest pairs are the largest of `M^1/2 (L + s M)^-1 M^1/2`.
     let apply = |mut block: MatMut<'_, f64>| {
         scale_rows(block.as_mut(), roots);
         factor.solve_in_place(block.as_mut());
@@ -168,7 +167,7 @@ mod tests {
         Eigenpairs::compute_lowest(&Laplacian::new(mesh).unwrap(), n_pairs).unwrap()
     }
 
-    /// Eigenvalues are l (l + 1), each 2 l + 1 times.
+    // Eigenvalues are l (l + 1), each 2 l + 1 times.
     #[test]
     fn eigenvalues_of_the_sphere() {
         let values = lowest(&shapes::icosphere(4), 49).values;
@@ -178,7 +177,7 @@ mod tests {
         }
     }
 
-    /// Eigenvalues are pi^2 (i^2 + j^2) for Neumann conditions.
+    // With Neumann conditions the eigenvalues are pi^2 (i^2 + j^2).
     #[test]
     fn eigenvalues_of_the_square() {
         let values = lowest(&shapes::grid(40, 40), 20).values;
@@ -221,7 +220,7 @@ mod tests {
         assert!(dense.iter().zip(&sparse).all(|(a, b)| (a - b).abs() < 1e-7 * (a + 1.0)), "{dense:?} {sparse:?}");
     }
 
-    /// Twenty equal spheres have each eigenvalue of one sphere twenty times.
+    // Twenty equal spheres have each eigenvalue of one sphere twenty times.
     #[test]
     fn equal_pieces_have_equal_eigenvalues_each() {
         let sphere = shapes::icosphere(3);

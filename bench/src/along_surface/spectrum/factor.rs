@@ -1,19 +1,18 @@
-//! Sparse Cholesky factors of Laplacian and mass matrices with faer.
+//! Sparse Cholesky factors.
 
 use faer::prelude::Solve;
 use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{Mat, MatMut, Side};
 
-/// The factor of `a L + b M`.
 pub struct Factor {
     llt: Llt<u32, f64>,
 }
 
 impl Factor {
-    /// Computes the factor of `a L + b M` with positive `a` and `b`; `None` where rounding makes it indefinite.
     pub fn new(mass: &[f64], edges: &[([u32; 2], f64)], a: f64, b: f64) -> Option<Self> {
         let n = mass.len();
+        // The matrix is `a L + b M`; rounding may make it indefinite, then there is no factor.
         let mut diagonal: Vec<f64> = mass.iter().map(|mass| b * mass).collect();
         let mut entries = Vec::with_capacity(n + edges.len());
         for &([i, j], weight) in edges {
@@ -27,14 +26,12 @@ impl Factor {
         Llt::try_new_with_symbolic(symbolic, matrix.as_ref(), Side::Lower).ok().map(|llt| Self { llt })
     }
 
-    /// Replaces right-hand sides, one per column, by their solutions on two threads.
     pub fn solve_in_place(&self, columns: MatMut<'_, f64>) {
         let half = columns.ncols() / 2;
         let (some, others) = columns.split_at_col_mut(half);
         rayon::join(|| self.llt.solve_in_place(some), || self.llt.solve_in_place(others));
     }
 
-    /// Solves for one right-hand side.
     pub fn solve(&self, right: &[f64]) -> Vec<f64> {
         let mut column = Mat::from_fn(right.len(), 1, |i, _| right[i]);
         self.solve_in_place(column.as_mut());

@@ -1,29 +1,24 @@
 //! Geodesic distances by the heat method (Crane, Weischedel and Wardetzky 2013, "Geodesics in Heat").
-//!
-//! It runs on the intrinsic Delaunay triangles of the [`Laplacian`]. Distances are smoothed over about one edge length.
 
 use super::factor::Factor;
 use super::longest_path::longest_path;
 use crate::along_surface::laplacian::{GluedTriangles, Laplacian};
 use neural_mesh::geometry::side_lengths::area;
 
-/// Shift against singularity as a fraction of the usual first eigenvalue.
+// Shift against singularity, as a fraction of the usual first eigenvalue.
 const SHIFT: f64 = 1e-7;
 
-/// Largest number of decays by e along the longest path; e^-500 is still a number, with a reserve of two fifths.
+// Heat falls by at most this many factors of e along the longest path; e^-500 is still a normal number.
 const MOST_FALLS: f64 = 500.0;
 
-/// A surface prepared for distances from any vertex.
+/// A surface prepared for geodesic distances, which are smoothed over about an edge length.
 pub struct HeatMethod {
-    /// Factor of one short step of heat flow.
     flow: Factor,
     poisson: Factor,
 }
 
 impl HeatMethod {
     /// Computes both factors; `None` where rounding makes one indefinite.
-    ///
-    /// The time step is the squared mean edge length, on long surfaces the square of a 500th of their length.
     ///
     /// ```
     /// use neural_mesh::mesh::shapes;
@@ -34,22 +29,24 @@ impl HeatMethod {
     /// assert!(distances[0] == 0.0 && (farthest - std::f64::consts::PI).abs() < 0.1);
     /// ```
     pub fn new(laplacian: &Laplacian) -> Option<Self> {
+        // The usual time step is the squared edge length; on long surfaces heat would underflow with it.
         let time = laplacian.surface.mean_length().max(longest_path(laplacian) / MOST_FALLS).powi(2);
         let shift = SHIFT * 4.0 * std::f64::consts::PI / laplacian.mass.iter().sum::<f64>();
         let factor = |a: f64, b: f64| Factor::new(&laplacian.mass, &laplacian.edges, a, b);
         Some(Self { flow: factor(time, 1.0)?, poisson: factor(1.0, shift)? })
     }
 
-    /// Returns the distances from the vertex with index `source` in the mesh's unit, infinite on other components, n.
+    /// Returns the distances from vertex `source` in the mesh's unit, n; infinite on other components.
     ///
-    /// `laplacian` must be the one it was made of.
+    /// The `laplacian` must be that of [`HeatMethod::new`].
     ///
     /// # Panics
-    /// When `source` is not below n.
+    /// If `source` is not below n.
     pub fn distances(&self, laplacian: &Laplacian, source: u32) -> Vec<f64> {
         let mut spot = vec![0.0; laplacian.mass.len()];
         spot[source as usize] = 1.0;
         let heat = self.flow.solve(&spot);
+        // The gradient of the distances is the unit field away from the heat.
         let distances = self.poisson.solve(&divergence(&laplacian.surface, &heat));
         let start = distances[source as usize];
         let here = laplacian.component[source as usize];
@@ -60,26 +57,25 @@ impl HeatMethod {
     }
 }
 
-/// Integrates the divergence of the unit field away from the heat around each vertex, n.
 fn divergence(surface: &GluedTriangles, heat: &[f64]) -> Vec<f64> {
     let mut sums = vec![0.0; heat.len()];
     for face in 0..surface.start.len() / 3 {
         let corners = [0, 1, 2].map(|k| surface.start[3 * face + k] as usize);
         let flows = flows(surface.sides(3 * face), corners.map(|v| heat[v]));
-        // half of each copy of the face
+        // Each face has two copies, which count half.
         (0..3).for_each(|k| sums[corners[k]] += 0.5 * flows[k]);
     }
     sums
 }
 
-/// Returns the flow into each corner of a flattened triangle from the unit field against the gradient of `values`.
 fn flows(sides: [f64; 3], [u, v, w]: [f64; 3]) -> [f64; 3] {
     let [a, b, c] = sides;
+    // The flattened triangle has the corners (0, 0), (a, 0) and (x, y).
     let (x, y) = ((a * a + c * c - b * b) / (2.0 * a), 2.0 * area(sides) / a);
     let along = (v - u) / a;
     let across = (w - u - along * x) / y;
     let length = along.hypot(across);
-    // without a gradient there is no direction
+    // Without a gradient there is no direction.
     if length == 0.0 || !length.is_finite() {
         return [0.0; 3];
     }
@@ -114,7 +110,7 @@ mod tests {
         assert!(error(&shapes::icosphere(5), |p, q| p.normalize().dot(q.normalize()).clamp(-1.0, 1.0).acos()) < 0.01);
     }
 
-    /// A tube of 5000 edges; without the longer time step heat would underflow after 700.
+    // A tube of 5000 edges: without the longer time step heat would underflow after 700.
     #[test]
     fn heat_arrives_at_the_end_of_a_long_tube() {
         let (n_around, n_up) = (6, 5000);

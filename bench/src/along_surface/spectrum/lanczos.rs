@@ -1,7 +1,4 @@
-//! Largest eigenpairs of a symmetric operator by block Lanczos with full reorthogonalisation (Golub and Underwood
-//! 1977).
-//!
-//! A block finds multiple eigenvalues, up to its width and usually beyond.
+//! Largest eigenpairs by block Lanczos with full reorthogonalisation (Golub and Underwood 1977).
 
 use std::ops::Range;
 
@@ -12,33 +9,31 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use super::slabs::Slabs;
 
 const WIDTH: usize = 8;
-/// Largest residual relative to the eigenvalue.
+// Largest residual of a converged pair relative to its eigenvalue.
 const TOLERANCE: f64 = 1e-8;
-/// Largest number of basis columns per eigenpair; two are usual.
+// Most basis columns per eigenpair; two are usual.
 const MOST: usize = 5;
-/// Additional columns, because few eigenpairs need more each.
+// Additional columns, because few eigenpairs need more each.
 const SPARE: usize = 512;
 const GROWTH: usize = 16;
 
 struct Krylov {
-    /// Orthonormal columns, n rows; `len` and one more block are filled.
+    // Orthonormal columns; `len` and one more block are filled.
     basis: Slabs,
-    /// Projected operator, lower triangle, capacity x capacity.
+    // The projected operator, lower triangle.
     projected: Mat<f64>,
     len: usize,
     rng: Xoshiro256PlusPlus,
 }
 
-/// Computes the `n_pairs` largest eigenvalues, descending, with orthonormal eigenvectors, n x n_pairs.
-///
-/// `apply` replaces a block of columns by its products. `None` where the basis would exceed its limit or the space.
+/// Computes the `n_pairs` largest eigenpairs, values descending; `apply` multiplies a block of columns in place.
 pub fn largest_eigenpairs(n: usize, n_pairs: usize, apply: impl Fn(MatMut<'_, f64>)) -> Option<(Vec<f64>, Mat<f64>)> {
     let capacity = (MOST * n_pairs + SPARE).min(n.saturating_sub(WIDTH)) / WIDTH * WIDTH;
     let mut krylov = Krylov::new(n, capacity + WIDTH);
     let mut next_look = n_pairs + n_pairs / 2;
     while krylov.len < capacity {
         let last = krylov.step(&apply);
-        // converged pairs are looked for now and then, because the dense solve is expensive
+        // Converged pairs are searched only now and then, because the dense solve is expensive.
         if krylov.len >= next_look {
             if let Some(found) = krylov.ritz_pairs(n_pairs, last.as_ref()) {
                 return Some(found);
@@ -58,7 +53,6 @@ impl Krylov {
         krylov
     }
 
-    /// Appends the last block to the basis and computes the next one; returns the triangle that links them.
     fn step(&mut self, apply: &impl Fn(MatMut<'_, f64>)) -> Mat<f64> {
         let (from, to) = (self.len, self.len + WIDTH);
         if self.basis.n_columns() < to + WIDTH {
@@ -68,7 +62,7 @@ impl Krylov {
         apply(block.as_mut());
         let mut block = Slabs::from_matrix(block.as_ref());
         self.len = to;
-        // in exact arithmetic only the last two blocks matter; `push` removes rounding from the others
+        // In exact arithmetic only the last two blocks matter; `push` removes rounding from the others.
         let near = from.saturating_sub(WIDTH);
         let inside = project_out(&self.basis, near..to, &mut block);
         self.projected.submatrix_mut(from, from, WIDTH, WIDTH).copy_from(inside.subrows(from - near, WIDTH));
@@ -77,7 +71,6 @@ impl Krylov {
         link
     }
 
-    /// Orthonormalises a block and puts it after the basis; returns the triangle R of block = Q R.
     fn push(&mut self, mut block: Slabs) -> Mat<f64> {
         let first = self.orthonormalise(&mut block);
         project_out(&self.basis, 0..self.len, &mut block);
@@ -86,9 +79,8 @@ impl Krylov {
         second * first
     }
 
-    /// Orthonormalises the columns of a block, with random ones for dependent columns; returns the triangle R of block
-    /// = Q R.
     fn orthonormalise(&mut self, block: &mut Slabs) -> Mat<f64> {
+        // The result is the triangle R of block = Q R.
         let mut triangle = Mat::zeros(WIDTH, WIDTH);
         for j in 0..WIDTH {
             let mut column = block.columns(j..j + 1);
@@ -99,6 +91,7 @@ impl Krylov {
                 triangle[(j, j)] = left;
                 inside += project_out(block, 0..j, &mut column);
             } else {
+                // A dependent column is replaced by a random one.
                 column = self.random_column();
                 (0..2).for_each(|_| drop(project_out(block, 0..j, &mut column)));
             }
@@ -108,7 +101,6 @@ impl Krylov {
         triangle
     }
 
-    /// Draws a direction orthogonal to the basis.
     fn random_column(&mut self) -> Slabs {
         let uniform = |rng: &mut Xoshiro256PlusPlus| (rng.next_u64() >> 11) as f64 / (1u64 << 52) as f64 - 1.0;
         let column = Mat::from_fn(self.basis.n_rows(), 1, |_, _| uniform(&mut self.rng));
@@ -117,7 +109,6 @@ impl Krylov {
         column
     }
 
-    /// Returns the largest eigenpairs once all are accurate.
     fn ritz_pairs(&self, n_pairs: usize, link: MatRef<'_, f64>) -> Option<(Vec<f64>, Mat<f64>)> {
         let projected = self.projected.submatrix(0, 0, self.len, self.len);
         let eigen = projected.self_adjoint_eigen(Side::Lower).ok()?;
@@ -136,7 +127,6 @@ impl Krylov {
     }
 }
 
-/// Removes the span of some orthonormal columns from a block; returns the coefficients.
 fn project_out(basis: &Slabs, columns: Range<usize>, block: &mut Slabs) -> Mat<f64> {
     let inside = basis.inner_products(columns.clone(), block);
     block.subtract(basis, columns, inside.as_ref());

@@ -5,8 +5,7 @@ use std::collections::BinaryHeap;
 
 use crate::along_surface::laplacian::{GluedTriangles, Laplacian};
 
-/// Estimates the longest shortest path along edges within a component, at least half of it, by two sweeps (Dijkstra
-/// 1959).
+/// Estimates the longest shortest path by two sweeps, at least half of it (Dijkstra 1959).
 pub fn longest_path(laplacian: &Laplacian) -> f64 {
     let links = VertexLinks::new(&laplacian.surface, laplacian.mass.len());
     let first: Vec<u32> =
@@ -25,7 +24,6 @@ pub fn longest_path(laplacian: &Laplacian) -> f64 {
 
 struct VertexLinks<'a> {
     surface: &'a GluedTriangles,
-    /// Offsets into `half_edges` by vertex, n + 1.
     starts: Vec<u32>,
     half_edges: Vec<u32>,
 }
@@ -43,7 +41,7 @@ impl<'a> VertexLinks<'a> {
     fn path_lengths(&self, from: &[u32]) -> Vec<f64> {
         let mut ways = vec![f64::INFINITY; self.starts.len() - 1];
         from.iter().for_each(|&v| ways[v as usize] = 0.0);
-        // lengths are non-negative, so their bits have the same order
+        // Bits of non-negative numbers sort like the numbers.
         let mut front: BinaryHeap<Reverse<(u64, u32)>> = from.iter().map(|&v| Reverse((0, v))).collect();
         while let Some(Reverse((bits, v))) = front.pop() {
             let way = f64::from_bits(bits);

@@ -6,29 +6,25 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
-/// Rows of a slab, which then fits the nearest cache.
+// A slab of these rows fits the nearest cache.
 const ROWS: usize = 1024;
 
-/// A matrix in slabs of rows.
 pub struct Slabs {
     slabs: Vec<Mat<f64>>,
 }
 
 impl Slabs {
-    /// Makes a zero matrix, n x n_columns.
     pub fn zeros(n: usize, n_columns: usize) -> Self {
         let rows = |start: usize| ROWS.min(n - start);
         Self { slabs: (0..n).step_by(ROWS).map(|start| Mat::zeros(rows(start), n_columns)).collect() }
     }
 
-    /// Cuts a matrix into slabs.
     pub fn from_matrix(whole: MatRef<'_, f64>) -> Self {
         let mut slabs = Self::zeros(whole.nrows(), whole.ncols());
         slabs.for_each_slab(|rows, slab| slab.copy_from(whole.subrows(rows.start, rows.len())));
         slabs
     }
 
-    /// Joins the slabs, n x n_columns.
     pub fn to_matrix(&self) -> Mat<f64> {
         let mut whole = Mat::zeros(self.n_rows(), self.n_columns());
         let mut rest = whole.as_mut();
@@ -48,25 +44,21 @@ impl Slabs {
         self.slabs.first().map_or(0, Mat::ncols)
     }
 
-    /// Appends zero columns.
     pub fn widen(&mut self, n_columns: usize) {
         self.slabs.par_iter_mut().for_each(|slab| slab.resize_with(slab.nrows(), n_columns, |_, _| 0.0));
     }
 
-    /// Copies some columns.
     pub fn columns(&self, columns: Range<usize>) -> Self {
         Self {
             slabs: self.slabs.par_iter().map(|slab| slab.subcols(columns.start, columns.len()).to_owned()).collect(),
         }
     }
 
-    /// Overwrites the columns from `start` on.
     pub fn put(&mut self, start: usize, other: &Self) {
         let both = self.slabs.par_iter_mut().zip(&other.slabs);
         both.for_each(|(slab, other)| slab.subcols_mut(start, other.ncols()).copy_from(other));
     }
 
-    /// Returns inner products of some columns (rows of the result) with those of another.
     pub fn inner_products(&self, columns: Range<usize>, other: &Self) -> Mat<f64> {
         let product = |(slab, other): (&Mat<f64>, &Mat<f64>)| {
             let mut part = Mat::zeros(columns.len(), other.ncols());
@@ -78,7 +70,6 @@ impl Slabs {
         parts.into_iter().fold(Mat::zeros(columns.len(), other.n_columns()), |sum, part| sum + part)
     }
 
-    /// Subtracts combinations of some columns of `basis`, with coefficients columns x own columns.
     pub fn subtract(&mut self, basis: &Self, columns: Range<usize>, shares: MatRef<'_, f64>) {
         let both = self.slabs.par_iter_mut().zip(&basis.slabs);
         both.for_each(|(slab, basis)| {
@@ -86,7 +77,6 @@ impl Slabs {
         });
     }
 
-    /// Returns combinations of the first columns, n x columns of the coefficients.
     pub fn combine(&self, shares: MatRef<'_, f64>) -> Self {
         let mixed = |slab: &Mat<f64>| slab.subcols(0, shares.nrows()) * shares;
         Self { slabs: self.slabs.par_iter().map(mixed).collect() }

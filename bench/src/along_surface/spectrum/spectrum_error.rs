@@ -1,6 +1,4 @@
 //! Errors of a simplified mesh's eigenpairs: the paper's LE (Sec. 4.1), made precise.
-//!
-//! Transferred eigenfunctions have mean square 1; signs and bases of nearly equal eigenvalues are fitted.
 
 use std::ops::Range;
 
@@ -11,21 +9,20 @@ use rayon::prelude::*;
 use super::eigenpairs::Eigenpairs;
 use super::value_transfer::ValueTransfer;
 
-/// Distance of eigenvalues that count as equal, as a fraction of their mean spacing.
+// Eigenvalues nearer than this fraction of their mean spacing count as equal.
 const SAME: f64 = 0.1;
 
-/// The errors over eigenpairs; missing pairs of the simplified mesh count fully.
+// Missing pairs of the simplified mesh count fully.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpectrumError {
-    /// Mean squared error of the eigenfunctions with mean square 1; 2 for no fit.
+    // The mean squared error of eigenfunctions of mean square 1; 2 for no fit.
     pub functions: f64,
-    /// Mean fraction of a transferred eigenfunction outside the original's span, 0 to 1, independent of their order.
+    // The mean fraction of an eigenfunction outside the original's span, 0 to 1.
     pub span: f64,
-    /// Mean relative error of the eigenvalues; 1 for missing ones.
+    // The mean relative error of the eigenvalues; 1 for missing ones.
     pub values: f64,
 }
 
-/// Measures the first `n_pairs` eigenpairs; `mass` is the original's.
 pub fn spectrum_error(
     mass: &[f64],
     original: &Eigenpairs,
@@ -49,13 +46,11 @@ pub fn spectrum_error(
     }
 }
 
-/// Extends a mean over `n_found` errors to `n_pairs` with the value `missing`.
 fn extend_mean(mean: f64, n_found: usize, n_pairs: usize, missing: f64) -> f64 {
     let found = n_found as f64 / n_pairs.max(1) as f64;
     found * mean + (1.0 - found) * missing
 }
 
-/// Returns inner products of the original's functions (rows) with transferred ones (columns), scaled to mean square 1.
 fn inner_products(mass: &[f64], original: &Eigenpairs, carried: &[Vec<f64>], scale: f64) -> Mat<f64> {
     let n_pairs = carried.len();
     let theirs = Mat::from_fn(mass.len(), n_pairs, |i, pair| scale * mass[i] * carried[pair][i]);
@@ -64,10 +59,10 @@ fn inner_products(mass: &[f64], original: &Eigenpairs, carried: &[Vec<f64>], sca
     inner
 }
 
-/// Returns the mean squared error after the best rotation within each group (Procrustes: Schoenemann 1966).
 fn functions_error(groups: &[Range<usize>], squares: &[f64], inner: &Mat<f64>) -> f64 {
     let of_group = |group: &Range<usize>| {
         let block = inner.submatrix(group.start, group.start, group.len(), group.len());
+        // The best rotation within the group (Procrustes: Schoenemann 1966) fits signs and bases.
         let best: f64 = block.singular_values().map_or(0.0, |values| values.iter().sum());
         group.len() as f64 + squares[group.clone()].iter().sum::<f64>() - 2.0 * best
     };
@@ -108,7 +103,7 @@ mod tests {
         assert!(groups(&[], 0.1).is_empty());
     }
 
-    /// A turn of 30 degrees is free within a group and counts fully across groups.
+    // A turn of 30 degrees is free within a group and counts fully across groups.
     #[test]
     fn turns_within_a_group_are_free() {
         let (sin, cos) = 30f64.to_radians().sin_cos();

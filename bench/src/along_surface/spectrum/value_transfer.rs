@@ -1,4 +1,4 @@
-//! Transfer of values from a simplified mesh to the original's vertices by closest points.
+//! Transfer of values to the original's vertices by closest points.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -7,16 +7,13 @@ use crate::along_surface::laplacian::Laplacian;
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::spatial::NearestOnTriangles;
 
-/// The closest point on the simplified mesh for each vertex of the original.
 pub struct ValueTransfer {
-    /// Corners as indices into the simplified mesh's [`Laplacian::vertices`], n x 3.
+    // Indices into the simplified mesh's `Laplacian::vertices`, n x 3.
     corners: Vec<[u32; 3]>,
-    /// Barycentric weights of the closest point, n x 3.
     weights: Vec<[f64; 3]>,
 }
 
 impl ValueTransfer {
-    /// Finds the closest points; `None` where the simplified mesh has no faces.
     pub fn new(
         points: &[DVec3],
         simplified: &TriMesh,
@@ -32,7 +29,6 @@ impl ValueTransfer {
         Some(Self { corners, weights })
     }
 
-    /// Returns the transferred values, n.
     pub fn values(&self, on_simplified: &[f64]) -> Vec<f64> {
         let value = |(corners, weights): (&[u32; 3], &[f64; 3])| {
             let parts = (0..3).filter(|&k| weights[k] > 0.0);

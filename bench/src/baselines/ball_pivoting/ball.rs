@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use neural_mesh::spatial::PointGrid;
 
-/// Depth in the ball, as a fraction of the radius, up to which a point counts as on it.
+// A point this fraction of the radius inside still counts as on the ball.
 const ON_THE_BALL: f64 = 1e-4;
 
 pub(super) struct Ball<'a> {
@@ -24,17 +24,15 @@ impl<'a> Ball<'a> {
         self.points[v as usize]
     }
 
-    /// Returns all points within reach of a ball that touches `p`.
     pub(super) fn points_near(&self, p: DVec3) -> Vec<u32> {
         self.grid.find_within(p.to_array(), 2.0 * self.radius)
     }
 
-    /// Returns the center of the ball resting on the front of a face; `None` if the face is too large or against a
-    /// corner's normal.
     pub(super) fn center(&self, face: [u32; 3]) -> Option<DVec3> {
         let [a, b, c] = face.map(|v| self.point(v));
         let (ab, ac) = (b - a, c - a);
         let normal = ab.cross(ac);
+        // The ball rests on the front, which no corner's normal may oppose.
         let has_no_side = normal == DVec3::ZERO || !normal.is_finite();
         if has_no_side || face.iter().any(|&v| normal.dot(self.normals[v as usize]) < 0.0) {
             return None;
@@ -45,7 +43,6 @@ impl<'a> Ball<'a> {
         (height2 >= 0.0).then(|| a + to_middle + normal.normalize_or_zero() * height2.sqrt())
     }
 
-    /// Returns whether none of the points `near`, apart from the face's corners, is inside the ball.
     pub(super) fn is_empty(&self, center: DVec3, face: [u32; 3], near: &[u32]) -> bool {
         let inside = (1.0 - ON_THE_BALL) * self.radius;
         let is_inside = |&v: &u32| self.point(v).distance_squared(center) < inside * inside && !face.contains(&v);

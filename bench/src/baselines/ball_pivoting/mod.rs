@@ -1,7 +1,4 @@
-//! Ball pivoting: triangles where a ball rests on three points with normals (Bernardini et al. 1999).
-//!
-//! A ball starts on three points and rolls over open edges; larger balls continue where smaller ones fell through, and
-//! the rest stays open.
+//! Ball pivoting: triangles where a ball rests on three points (Bernardini et al. 1999).
 
 mod ball;
 mod rolling;
@@ -17,20 +14,17 @@ use rolling::{add_face, reopen_edges, roll};
 use seed::find_seed;
 use sheet::Sheet;
 
-/// Radii over the average nearest-point distance, as in Open3D and MeshLab.
+// Multiples of the average nearest-point distance, as in Open3D and MeshLab.
 const RADII: [f64; 4] = [1.0, 1.5, 2.0, 4.0];
 
-/// Meshes points by balls of several sizes.
-///
-/// Faces are oriented by their corners' normals, and no edge has more than two. The time is quadratic in the points per
-/// ball.
+/// Meshes points by balls of several sizes; no edge has more than two faces.
 ///
 /// # Shapes
 /// - `points`, `normals`: n x 3, finite; normals of any length
 /// - returns n_faces x 3
 ///
 /// # Panics
-/// When there is not one normal per point.
+/// If there is not one normal per point.
 ///
 /// ```
 /// use neural_mesh_bench::baselines::ball_pivoting;
@@ -44,7 +38,7 @@ pub fn ball_pivoting(points: &[[f32; 3]], normals: &[[f32; 3]]) -> Vec<[u32; 3]>
     let Some(spacing) = average_spacing(&points) else { return Vec::new() };
     for radius in RADII.map(|multiple| multiple * spacing) {
         let ball = Ball::new(&points, &normals, radius);
-        // first over the edges that smaller balls left open, then from new seeds
+        // Each ball first rolls over edges that smaller balls left open, then starts from new seeds.
         let front = reopen_edges(&ball, &sheet);
         roll(&ball, &mut sheet, front);
         for v in 0..points.len() as u32 {
@@ -57,7 +51,6 @@ pub fn ball_pivoting(points: &[[f32; 3]], normals: &[[f32; 3]]) -> Vec<[u32; 3]>
     sheet.into_faces()
 }
 
-/// Returns the mean nearest-point distance; `None` where all points coincide.
 fn average_spacing(points: &[DVec3]) -> Option<f64> {
     let single: Vec<[f32; 3]> = points.iter().map(|p| p.as_vec3().to_array()).collect();
     let nearest = nearest_neighbours(&single, 1);

@@ -8,10 +8,10 @@ use glam::DVec3;
 use super::ball::Ball;
 use super::sheet::Sheet;
 
-/// Backward turns below this angle in radians are rounding of a ball on four or more points.
+// Backward turns below this angle in radians count as rounding.
 const BACKWARD: f64 = 1e-3;
 
-/// An edge to roll over, with its face on the left.
+// The face is on the left of the edge.
 pub(super) struct OpenEdge {
     edge: [u32; 2],
     opposite: u32,
@@ -48,7 +48,6 @@ fn open_edges(sheet: &Sheet, RestingBall { face: [a, b, c], center }: RestingBal
     })
 }
 
-/// Returns the open edges of faces on which this ball rests without a point inside.
 pub(super) fn reopen_edges(ball: &Ball, sheet: &Sheet) -> VecDeque<OpenEdge> {
     let at_boundary =
         sheet.faces().iter().filter(|&&[a, b, c]| [[a, b], [b, c], [c, a]].iter().any(|&e| sheet.is_open(e)));
@@ -60,7 +59,6 @@ pub(super) fn reopen_edges(ball: &Ball, sheet: &Sheet) -> VecDeque<OpenEdge> {
     rests.flat_map(|rest| open_edges(sheet, rest)).collect()
 }
 
-/// Returns the first rest of the ball when it rolls over an edge.
 fn pivot(ball: &Ball, sheet: &Sheet, open: &OpenEdge) -> Option<RestingBall> {
     let [a, b] = open.edge;
     let middle = ball.point(a).midpoint(ball.point(b));
@@ -73,11 +71,11 @@ fn pivot(ball: &Ball, sheet: &Sheet, open: &OpenEdge) -> Option<RestingBall> {
         Some((pivot_angle(axis, open.center - middle, center - middle), RestingBall { face, center }))
     };
     let mut rests: Vec<(f64, RestingBall)> = near.iter().filter_map(rest).collect();
+    // The ball stops at the first rest of its way.
     rests.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.face.cmp(&y.1.face)));
     rests.into_iter().map(|(_, rest)| rest).find(|rest| ball.is_empty(rest.center, rest.face, &near))
 }
 
-/// Returns the angle about `axis` between two directions, in 0..2 pi.
 fn pivot_angle(axis: DVec3, from: DVec3, to: DVec3) -> f64 {
     let angle = axis.dot(from.cross(to)).atan2(from.dot(to)).rem_euclid(TAU);
     if angle > TAU - BACKWARD { 0.0 } else { angle }

@@ -1,13 +1,11 @@
-//! First face of a component: three points on which the ball rests.
+//! First faces of components.
 
 use super::ball::Ball;
 use super::rolling::RestingBall;
 use super::sheet::Sheet;
 
-/// Nearest points tried for a first face.
 const SEED_POINTS: usize = 32;
 
-/// Finds a ball at rest on a free point and two other free points.
 pub(super) fn find_seed(ball: &Ball, sheet: &Sheet, v: u32) -> Option<RestingBall> {
     if !sheet.is_free(v) {
         return None;

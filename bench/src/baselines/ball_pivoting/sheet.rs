@@ -2,11 +2,10 @@
 
 use rustc_hash::FxHashSet;
 
-/// Faces without common directed edges, so that no edge has more than two.
+// No directed edge is in two faces, so that no edge has more than two.
 pub(super) struct Sheet {
     faces: Vec<[u32; 3]>,
     edges: FxHashSet<[u32; 2]>,
-    /// Number of faces at each vertex, and of open edges.
     n_faces: Vec<u32>,
     n_open: Vec<u32>,
 }
@@ -33,7 +32,6 @@ impl Sheet {
         self.edges.contains(&[a, b]) && !self.edges.contains(&[b, a])
     }
 
-    /// Returns whether a face fits: its edges are free and no corner is surrounded.
     pub(super) fn can_take(&self, [a, b, c]: [u32; 3]) -> bool {
         let has_room = |v: u32| self.is_free(v) || self.n_open[v as usize] > 0;
         [a, b, c].into_iter().all(has_room) && ![[a, b], [b, c], [c, a]].iter().any(|edge| self.edges.contains(edge))

@@ -1,7 +1,4 @@
-//! Edge collapse by quadric error with optimal placement (Garland and Heckbert 1997), as in Open3D.
-//!
-//! Planes of faces and perpendicular planes at open edges are weighted by area; singular quadrics fall back to ends and
-//! middle. Collapses that turn a face are rejected; topology is not checked.
+//! Edge collapse by quadrics (Garland and Heckbert 1997), as in Open3D; the topology is not checked.
 
 mod quadrics;
 mod surface;
@@ -19,7 +16,7 @@ pub(super) fn qem(mesh: &TriMesh, n_faces: usize) -> Result<TriMesh, BaselineErr
         edges(mesh).into_iter().map(|edge| Reverse(surface.price_collapse(edge.ends))).collect();
     while surface.n_faces > n_faces {
         let Some(Reverse(candidate)) = queue.pop() else { break };
-        // outdated candidates were priced before one of their ends changed
+        // Candidates are outdated if an end changed after pricing.
         if surface.is_current(&candidate) && !surface.flips_face(&candidate) {
             surface.collapse(&candidate);
             let kept = candidate.edge[0];

@@ -1,14 +1,13 @@
-//! Quadrics of a mesh's vertices.
+//! Vertex quadrics from faces and open edges.
 
 use crate::baselines::planes::{face_plane, to_double};
 use neural_mesh::geometry::Quadric;
 use neural_mesh::geometry::triangle::area_normal_f64;
 use neural_mesh::mesh::{TriMesh, edges};
 
-/// Weight of planes at open edges relative to their faces, as in Open3D.
+// Weight of planes at open edges relative to that of faces, as in Open3D.
 const BOUNDARY_WEIGHT: f64 = 1.0;
 
-/// Sums the quadric of each vertex from its faces and open edges.
 pub(super) fn quadrics(mesh: &TriMesh) -> Vec<Quadric> {
     let positions = to_double(mesh.positions());
     let mut quadrics = vec![Quadric::default(); positions.len()];

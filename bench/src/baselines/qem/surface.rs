@@ -1,4 +1,4 @@
-//! A mesh during edge collapse, and its candidates.
+//! A mesh during edge collapse.
 
 use std::cmp::Ordering;
 
@@ -11,12 +11,12 @@ use neural_mesh::geometry::Quadric;
 use neural_mesh::geometry::triangle::area_normal_f64;
 use neural_mesh::mesh::{TriMesh, compact};
 
-/// A priced collapse of an edge's second end into its first.
+// The collapse moves the edge's second end into its first.
 #[derive(Clone, Copy)]
 pub(super) struct CollapseCandidate {
     cost: f64,
     pub(super) edge: [u32; 2],
-    /// Change counts of both ends at pricing time.
+    // Change counts of both ends when priced.
     changes: [u32; 2],
     place: DVec3,
 }
@@ -45,7 +45,6 @@ pub(super) struct CollapsingMesh {
     positions: Vec<DVec3>,
     quadrics: Vec<Quadric>,
     faces: Vec<[u32; 3]>,
-    /// Remaining faces of each vertex; empty for removed vertices.
     faces_of: Vec<Vec<u32>>,
     changes: Vec<u32>,
     pub(super) n_faces: usize,
@@ -76,7 +75,6 @@ impl CollapsingMesh {
         candidate.edge.map(|v| self.changes[v as usize]) == candidate.changes
     }
 
-    /// Returns whether a remaining face would turn over.
     pub(super) fn flips_face(&self, candidate: &CollapseCandidate) -> bool {
         let turns = |&f: &u32| {
             let face = self.faces[f as usize];
@@ -120,7 +118,6 @@ impl CollapsingMesh {
     }
 }
 
-/// Returns the cheapest of both ends and the middle, with its cost.
 fn best_candidate_point(quadric: &Quadric, [a, b]: [DVec3; 2]) -> (DVec3, f64) {
     let places = [a, b, a.midpoint(b)].map(|place| (place, quadric.value(place)));
     let better = |best: (DVec3, f64), other: (DVec3, f64)| if other.1 < best.1 { other } else { best };

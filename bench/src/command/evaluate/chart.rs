@@ -9,7 +9,7 @@ use neural_mesh_cli::shared::Failure;
 
 const SIZE: (u32, u32) = (1000, 620);
 
-/// Colours of the methods, distinct also for the colour-blind (after Okabe and Ito).
+// Colours are distinct also for the colour-blind (after Okabe and Ito).
 const COLOURS: [RGBColor; 11] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -67,7 +67,6 @@ fn bounds(chart: &Chart, coordinate: impl Fn(&(f64, f64)) -> f64) -> (f64, f64) 
     (low / 1.3, high * 1.3)
 }
 
-/// Returns the corner where the legend hides the fewest points.
 fn emptiest_corner(chart: &Chart, x: (f64, f64), y: (f64, f64)) -> SeriesLabelPosition {
     let middle = |(low, high): (f64, f64)| (low * high).sqrt();
     let points = || chart.lines.iter().flat_map(|line| &line.points);

@@ -95,7 +95,7 @@ fn publish(folder: &Path, args: &EvaluateArgs) -> Result<(), Failure> {
     let table = write_report(folder, args.relative_to.as_deref()).map_err(to_failure)?;
     for chart in charts(&table) {
         let path = folder.join(chart.name).with_extension("svg");
-        // a chart that cannot be drawn does not fail the evaluation
+        // A chart that cannot be drawn does not fail the evaluation.
         match draw_chart(&chart).and_then(|picture| files::prepare(&path, picture.as_bytes(), true)) {
             Ok(pending) => files::place(vec![pending])?,
             Err(failure) => complain(&Failure::Failed(format!("{} was not drawn: {failure}", name(&path)))),

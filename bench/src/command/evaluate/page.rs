@@ -1,4 +1,4 @@
-//! An evaluation as one self-contained HTML file: tables, points to plot, and the worst cases with their meshes.
+//! An evaluation as one self-contained HTML file.
 
 mod points;
 mod worst;
@@ -12,16 +12,14 @@ use super::chart::colour;
 use neural_mesh_cli::shared::page::{fill_page, island, json_island};
 use worst::WorstCases;
 
-/// Page without data; `scripts/viewer` makes it from `cli/viewer`.
+// A page without data, made by `scripts/viewer`.
 const REPORT: &str = include_str!("../../../../cli/viewer/dist/report.html");
 
-/// Largest size of a page in bytes.
 const MOST_BYTES: usize = 29_000_000;
 
-/// Largest number of failures in a page; `tables.md` has all.
+// A page shows at most these; `tables.md` has all failures.
 const MOST_FAILURES: usize = 500;
 
-/// Makes the page of an evaluation, finished or not, with as many worst cases as fit.
 pub fn make_page(folder: &Path, table: &Table, relative_to: Option<&str>) -> String {
     let mut overview = overview(table, relative_to);
     let n_failures = overview.failures.len();
@@ -82,7 +80,7 @@ mod tests {
     fn names_cannot_leave_their_place() {
         let page = html("<b>x</script><!-- data --><img src=x onerror=alert(1)>&amp;");
         assert!(!page.contains("<img src=x"));
-        // faces, vertices, the share of faces, the distance
+        // Columns are faces, vertices, the share of faces, and the distance.
         let n_columns = 4;
         assert_eq!(page.matches("</script>").count(), REPORT.matches("</script>").count() + 1 + n_columns);
         assert!(page.contains("<title>script&gt;&lt;!-- data"));

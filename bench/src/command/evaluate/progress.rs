@@ -1,4 +1,4 @@
-//! Progress of an evaluation: a bar on a terminal, and a line for every mesh and failure.
+//! Progress of an evaluation: a bar, and a line for every mesh and failure.
 
 use std::time::{Duration, Instant};
 
@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use neural_mesh_cli::shared::{Voice, plain};
 
-/// Shortest interval between updates of the bar while a method runs.
+// Shortest interval between updates of the bar.
 const PATIENCE: Duration = Duration::from_millis(200);
 
 pub struct EvaluateProgress {

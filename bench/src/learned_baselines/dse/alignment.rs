@@ -1,22 +1,19 @@
-//! Alignment of neighbouring maps: each map becomes the mean of those of its points.
+//! Alignment of neighbouring logarithmic maps.
 
 use super::{Patch, Turn};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-/// Fewest common points of two patches, a third of a patch as in the paper's program.
+// Fewest common points of two patches, a third of a patch as in the paper's program.
 const LEAST_COMMON: usize = 8;
-/// Smallest weight of a point, far out in its map; from the paper's program.
+// Smallest weight of a point, from the paper's program.
 const LEAST_WEIGHT: f64 = 0.2;
-/// Points farther from the median than this fraction of the patch's radius are left out; the paper's program clusters
-/// them.
+// Points farther from the median than this fraction of the patch's radius are left out.
 const OUTLIER: f64 = 0.25;
 
 type WeightedPoint = ([f64; 2], f64);
 
-/// Replaces each map by the mean of itself and the maps of its points, after aligning them by common points.
-///
-/// Points near the origin of their map have more weight.
+/// Replaces each map by the mean of itself and the aligned maps of its points.
 ///
 /// # Shapes
 /// - `patches`: one per point of the cloud, in order
@@ -54,13 +51,11 @@ fn mean_map(patch: &Patch, patches: &[Patch]) -> Vec<[f64; 2]> {
     places.iter().map(|places| mean_without_outliers(places, OUTLIER * radius)).collect()
 }
 
-/// Returns the weights of the patch's points, smaller farther out.
 fn weights(patch: &Patch) -> Vec<f64> {
     let unit = (2.0 * patch.radius()).max(1e-30);
     patch.map.iter().map(|at| (1.0 - at[0].hypot(at[1]) / unit).powi(2).max(LEAST_WEIGHT)).collect()
 }
 
-/// Returns the common points of the other map after the best rigid motion.
 fn align_points(patch: &Patch, other: &Patch, common: &[[usize; 2]]) -> Vec<[f64; 2]> {
     let pairs: Vec<[[f64; 2]; 2]> = common.iter().map(|&[here, there]| [patch.map[here], other.map[there]]).collect();
     let mean = |of: usize| [0, 1].map(|axis| pairs.iter().map(|pair| pair[of][axis]).sum::<f64>() / pairs.len() as f64);
@@ -71,7 +66,6 @@ fn align_points(patch: &Patch, other: &Patch, common: &[[usize; 2]]) -> Vec<[f64
     moved.map(|at| [at[0] + here[0], at[1] + here[1]]).collect()
 }
 
-/// Returns the weighted mean of the points within `most` of their weighted median, or of all if there are none.
 fn mean_without_outliers(places: &[WeightedPoint], most: f64) -> [f64; 2] {
     let median = [0, 1].map(|axis| weighted_median(places, axis));
     let is_near = |&&(at, _): &&WeightedPoint| (at[0] - median[0]).hypot(at[1] - median[1]) <= most;
@@ -111,7 +105,7 @@ mod tests {
             let pairs = found.iter().zip(&patches).flat_map(|(a, b)| a.map.iter().zip(&b.map));
             pairs.map(|(a, b)| distance(*a, *b)).fold(0.0, f64::max)
         };
-        // corners occur in few other patches, with similar maps
+        // Corners occur in few other patches, with similar maps.
         assert!(largest(&align_maps(&patches)) < 1e-6);
         let mut wrong = patches.clone();
         wrong[40].map[5][0] += 0.1;

@@ -1,8 +1,7 @@
-//! Exact logarithmic maps on the mesh from which the points were drawn: the targets of the networks.
+//! Exact logarithmic maps on the mesh, the targets of the networks.
 //!
-//! A front walks over vertices by distance. It carries distances through unfolded triangles (Kimmel and Sethian 1998;
-//! Novotni and Klein 2002) and steps in transported tangent planes (Schmidt, Grimm and Wyvill 2006). Where the distance
-//! is much longer than the sum of steps, the position moves out to it.
+//! Distances follow Kimmel and Sethian (1998) and Novotni and Klein (2002), steps follow Schmidt, Grimm and Wyvill
+//! (2006).
 
 use super::Patch;
 use glam::DVec3;
@@ -12,10 +11,10 @@ use rustc_hash::FxHashMap;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Ratio of distance to step sum above which the path is a detour. On a sphere patches of usual size stay below it.
+// Ratio of distance to step sum above which a path is a detour.
 const DETOUR: f64 = 1.1;
 
-/// A surface to walk on from vertex to vertex.
+/// A surface to walk on.
 pub struct WalkSurface {
     positions: Vec<DVec3>,
     normals: Vec<DVec3>,
@@ -27,14 +26,14 @@ pub struct WalkSurface {
 #[derive(Clone, Copy)]
 struct FrontVertex {
     distance: f64,
-    /// Position in the map and first tangent axis, once the front has passed.
+    // Position in the map and first tangent axis, once the front has passed.
     passed: Option<([f64; 2], DVec3)>,
 }
 
 struct Front<'a> {
     surface: &'a WalkSurface,
     reached: FxHashMap<u32, FrontVertex>,
-    /// Vertices by distance, whose bits sort like non-negative numbers.
+    // Vertices by distance, whose bits sort like non-negative numbers.
     waiting: BinaryHeap<Reverse<(u64, u32)>>,
 }
 
@@ -71,18 +70,18 @@ impl WalkSurface {
         if normal == DVec3::ZERO { DVec3::X } else { normal.any_orthonormal_vector() }
     }
 
-    /// Transports an axis of the tangent plane at `from` to `to`, turned as the normals turn.
     fn transport(&self, axis: DVec3, from: u32, to: u32) -> DVec3 {
         let [n, m] = [from, to].map(|v| self.normals[v as usize]);
+        // The axis turns as the normal turns from one end to the other.
         let sum = 1.0 + n.dot(m);
         let carried = if sum > 1e-6 { axis - (n + m) * (m.dot(axis) / sum) } else { axis - m * m.dot(axis) };
         carried.normalize_or(axis)
     }
 
-    /// Returns the step along an edge, averaged over the tangent planes of both ends, with the edge's length.
     fn step(&self, from: u32, axis: DVec3, to: u32) -> [f64; 2] {
         let edge = self.positions[to as usize] - self.positions[from as usize];
         let carried = self.transport(axis, from, to);
+        // The step is averaged over the tangent planes of both ends, with the edge's length.
         let seen = |axis: DVec3, v: u32| [axis.dot(edge), self.normals[v as usize].cross(axis).dot(edge)];
         let [a, b] = [seen(axis, from), seen(carried, to)];
         let both = [a[0] + b[0], a[1] + b[1]];
@@ -90,12 +89,10 @@ impl WalkSurface {
         if length > 0.0 { both.map(|x| x * edge.length() / length) } else { [0.0; 2] }
     }
 
-    /// Returns the first `n` wanted vertices on a walk from `source`, with their positions in its logarithmic map.
-    ///
-    /// There are fewer where the component has fewer; the source is not among them.
+    /// Returns the first `n` wanted vertices on a walk from `source` and their positions in its logarithmic map.
     ///
     /// # Panics
-    /// When the source does not exist.
+    /// If `source` does not exist.
     ///
     /// ```
     /// use neural_mesh_bench::learned_baselines::dse::WalkSurface;
@@ -141,12 +138,11 @@ impl Front<'_> {
         known.passed.map(|(at, axis)| (known.distance, at, axis))
     }
 
-    /// Passes a vertex, reaches its neighbours, and returns its position, moved out to its distance after a detour.
     fn pass(&mut self, v: u32) -> [f64; 2] {
         let (at, axis) = self.average_position(v);
         let distance = self.reached.get(&v).map_or(0.0, |known| known.distance);
         self.reached.insert(v, FrontVertex { distance, passed: Some((at, axis)) });
-        // every face at v offers a path over v and one through its opposite edge
+        // Every face at v offers a path over v and one through its opposite edge.
         let faces: Vec<[u32; 3]> = self.surface.faces_around(v).collect();
         for face in faces {
             for i in 0..3 {
@@ -157,12 +153,12 @@ impl Front<'_> {
             }
         }
         let length = at[0].hypot(at[1]);
+        // After a detour the position moves out to the distance.
         if distance > DETOUR * length && length > 0.0 { at.map(|x| x * distance / length) } else { at }
     }
 
-    /// Returns the mean position from the passed neighbours, weighted by inverse length, and the axis from the shortest
-    /// path.
     fn average_position(&self, v: u32) -> ([f64; 2], DVec3) {
+        // The position is a mean weighted by inverse length; the axis comes along the shortest path.
         let (mut sum, mut weights) = ([0.0; 2], 0.0);
         let (mut shortest, mut axis_here) = (f64::INFINITY, self.surface.first_axis(v));
         for p in self.surface.faces_around(v).flatten().filter(|&p| p != v) {
@@ -178,9 +174,9 @@ impl Front<'_> {
         (if weights > 0.0 { sum.map(|x| x / weights) } else { [0.0; 2] }, axis_here)
     }
 
-    /// Returns the shorter path to `to` over the passed vertex `v` or through the edge from `v` to `beside`.
     fn path_length(&self, to: u32, v: u32, beside: u32) -> f64 {
         let Some((at_v, ..)) = self.passed_vertex(v) else { return f64::INFINITY };
+        // The path leads over the vertex `v`, or through the edge from `v` to the other vertex.
         let over = at_v + self.surface.edge_length(v, to);
         let Some((at_beside, ..)) = self.passed_vertex(beside) else { return over };
         let [base, a, b] = [[v, beside], [v, to], [beside, to]].map(|[p, q]| self.surface.edge_length(p, q));
@@ -188,10 +184,7 @@ impl Front<'_> {
     }
 }
 
-/// Returns the distance of a triangle's tip from a source in its plane beyond its base; `None` where the line misses
-/// the base.
-///
-/// `distances` are those of the source from the ends of the base.
+/// Returns the distance of a triangle's tip from a source beyond its base, at `distances` from the base's ends.
 fn unfold_distance(distances: [f64; 2], base: f64, sides: [f64; 2]) -> Option<f64> {
     let placed = |[p, q]: [f64; 2]| {
         let x = (p * p - q * q + base * base) / (2.0 * base);
@@ -200,14 +193,15 @@ fn unfold_distance(distances: [f64; 2], base: f64, sides: [f64; 2]) -> Option<f6
     let ([x, below], [tip_x, above]) = (placed(distances), placed(sides));
     let crossing = x + (tip_x - x) * below / (below + above);
     let crosses = base > 0.0 && below > 0.0 && above > 0.0 && (0.0..=base).contains(&crossing);
+    // The line from the source may miss the base.
     crosses.then(|| (tip_x - x).hypot(above + below))
 }
 
-/// Returns the patches of samples with exact maps: each sample with its `kept` nearest others along the surface.
+/// Returns the patches of samples with exact maps: each sample with its `kept` nearest others.
 ///
 /// # Shapes
-/// - `samples`: n distinct vertices; patches name samples by their index
-/// - returns n patches, shorter where a component has fewer samples
+/// - `samples`: n distinct vertices; patches hold indices of samples
+/// - returns n patches, shorter in small components
 ///
 /// ```
 /// use neural_mesh_bench::learned_baselines::dse::exact_patches;
@@ -220,7 +214,7 @@ pub fn exact_patches(mesh: &TriMesh, samples: &[u32], kept: usize) -> Vec<Patch>
     exact_patches_around(&WalkSurface::new(mesh), samples, &all, kept)
 }
 
-/// Returns the patches of the samples `centres`.
+/// Returns the exact patches of the samples `centres`.
 pub fn exact_patches_around(surface: &WalkSurface, samples: &[u32], centres: &[u32], kept: usize) -> Vec<Patch> {
     let mut sample_at = vec![u32::MAX; surface.positions.len()];
     samples.iter().zip(0..).for_each(|(&v, sample)| sample_at[v as usize] = sample);
@@ -281,7 +275,7 @@ mod tests {
             };
             let found = surface.logarithmic_map(source, 150, |_| true);
             assert!(error(&found, expected) < 0.01, "{}", error(&found, expected));
-            // two fifths of the sphere
+            // 1000 vertices are two fifths of the sphere.
             let far = surface.logarithmic_map(source, 1000, |_| true);
             assert!(error(&far, expected) < 0.1, "{}", error(&far, expected));
         }
@@ -289,7 +283,7 @@ mod tests {
 
     #[test]
     fn ways_go_around_a_slit() {
-        // A plane without the triangles at a part of its middle line: from one side to the other around the end.
+        // A plane without the triangles at a part of its middle line; the path leads around the end of the slit.
         let grid = shapes::grid(20, 20);
         let is_cut = |&v: &u32| v / 21 == 10 && v % 21 > 4;
         let faces = grid.faces().iter().filter(|face| !face.iter().any(is_cut)).copied().collect();
@@ -297,7 +291,7 @@ mod tests {
         let (from, to, unit) = (8 * 21 + 14, 12 * 21 + 14, grid.positions()[1][1]);
         let found = WalkSurface::new(&slit).logarithmic_map(from, 1, |v| v == to);
         let length = found[0].1[0].hypot(found[0].1[1]) / f64::from(unit);
-        // past the last vertices next to the cut: 2 |(1, 9)| + 2 |(1, 1)|
+        // The path passes the last vertices next to the cut: 2 |(1, 9)| + 2 |(1, 1)|.
         assert!((20.9..21.2).contains(&length), "{length}");
     }
 

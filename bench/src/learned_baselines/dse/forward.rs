@@ -3,13 +3,10 @@
 use super::{JoinedLayers, PointNetwork};
 use neural_mesh::autodiff::{Tape, Value};
 
-/// Applies a network to patches of equal size whose own points come first.
-///
-/// Pointwise layers and a maximum over the patch, then two stages over positions and pooled features; the first one
-/// moves the positions.
+/// Applies a network to patches of equal size.
 ///
 /// # Shapes
-/// - `places`: (n_patches * group) x 3 with each patch's own point at the origin
+/// - `places`: (n_patches * group) x 3, each patch's own point first and at the origin
 /// - returns (n_patches * group) x n_out
 ///
 /// ```
@@ -37,7 +34,6 @@ pub fn forward(tape: &mut Tape, net: &PointNetwork<Value>, places: &Value, group
     apply_joined(tape, &net.fine, [&coarse, &distances], &pooled, group)
 }
 
-/// Applies joined layers; the pooled features are multiplied once per patch instead of once per point.
 fn apply_joined(
     tape: &mut Tape,
     net: &JoinedLayers<Value>,
@@ -46,6 +42,7 @@ fn apply_joined(
     group: usize,
 ) -> Value {
     let patch_of: Vec<u32> = (0..places.matrix().n_rows()).map(|row| (row / group) as u32).collect();
+    // Pooled features are multiplied once per patch instead of once per point.
     let of_points = tape.concat_product(places, distances, &net.of_point);
     let of_patches = tape.affine(pooled, &net.of_patch[0], &net.of_patch[1]);
     let of_patches = tape.gather(&of_patches, &patch_of);

@@ -1,4 +1,4 @@
-//! Patches of a cloud as predicted by the networks.
+//! Patches of a cloud, predicted by the networks.
 
 use super::{Dse, KEPT, Neighbourhoods, Patch, PatchFrame, forward};
 use neural_mesh::autodiff::{Tape, Tensors, Value};
@@ -8,13 +8,13 @@ use std::sync::Arc;
 
 const BATCH: usize = 64;
 
-/// Returns the patch of each point: the [`KEPT`] most likely candidates, or fewer, with their predicted map.
+/// Returns the predicted patch of each point with at most [`KEPT`] others.
 ///
 /// # Shapes
-/// - `points`: n x 3, finite; `tensors`: with the [`shapes`](super::shapes) of some width share
+/// - `points`: n x 3, finite
 ///
 /// # Panics
-/// When tensors are missing or have other shapes.
+/// If tensors are missing or have wrong shapes.
 ///
 /// ```
 /// use neural_mesh_bench::learned_baselines::dse::{initial_tensors, learned_patches};
@@ -48,9 +48,9 @@ fn predict_batch(net: &Dse<Value>, around: &Neighbourhoods, centres: &[u32]) -> 
     kept.into_iter().zip(map.matrix().data().chunks_exact(2 * group).zip(&frames)).map(patch).collect()
 }
 
-/// Returns the own point and the candidates with the largest logits, nearest first among equal ones.
 fn most_likely(candidates: &[u32], logits: &[f32]) -> Vec<u32> {
     let mut others: Vec<usize> = (1..candidates.len()).collect();
+    // The sort is stable: among equal logits the nearest point comes first.
     others.sort_by(|&a, &b| logits[b].total_cmp(&logits[a]));
     others.truncate(KEPT);
     std::iter::once(0).chain(others).map(|at| candidates[at]).collect()

@@ -1,4 +1,4 @@
-//! Losses of both networks with gradients.
+//! Losses of both networks.
 
 use super::Turn;
 use neural_mesh::linalg::Matrix;
@@ -6,15 +6,13 @@ use neural_mesh::linalg::Matrix;
 /// A loss and its gradient.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loss {
-    /// Value of the loss.
+    /// Value.
     pub value: f64,
     /// Derivative by the input, of its shape.
     pub gradient: Matrix,
 }
 
 /// Computes the mean cross entropy of the neighbour classification.
-///
-/// Unlike the squared error of the paper's program, its gradient does not vanish for confident errors.
 ///
 /// # Shapes
 /// - `logits`: (n_patches * group) x 1, `are_neighbours` one each; the first of each group is skipped
@@ -27,13 +25,14 @@ pub struct Loss {
 /// assert_eq!(loss.gradient.data(), [0.0, -0.25, 0.25]);
 /// ```
 pub fn neighbour_loss(logits: &Matrix, are_neighbours: &[bool], group: usize) -> Loss {
+    // The squared error of the paper's program has no gradient for confident errors.
     let n_counted = (logits.n_rows() - logits.n_rows() / group).max(1) as f64;
     let (mut value, mut gradient) = (0.0, Matrix::zeros(logits.n_rows(), 1));
     let rows = logits.data().iter().zip(are_neighbours).zip(gradient.data_mut());
     for (_, ((&logit, &is_neighbour), to)) in rows.enumerate().filter(|(row, _)| row % group != 0) {
         let logit = f64::from(logit);
         let against = if is_neighbour { -logit } else { logit };
-        // ln(1 + exp(x)) without overflow
+        // This is ln(1 + exp(x)) without overflow.
         value += against.max(0.0) + (-against.abs()).exp().ln_1p();
         let probability = 1.0 / (1.0 + (-logit).exp());
         *to = ((probability - f64::from(u8::from(is_neighbour))) / n_counted) as f32;
@@ -42,8 +41,6 @@ pub fn neighbour_loss(logits: &Matrix, are_neighbours: &[bool], group: usize) ->
 }
 
 /// Computes the mean of `|T x - y|^2 + (|x| - |y|)^2` with the best rotation or reflection T of each patch.
-///
-/// The gradient treats T as constant, because the sum is stationary in it.
 ///
 /// # Shapes
 /// - `map`: (n_patches * group) x 2, `exact` one each
@@ -61,6 +58,7 @@ pub fn map_loss(map: &Matrix, exact: &[[f64; 2]], group: usize) -> Loss {
     let place = |row: usize| [0, 1].map(|axis: usize| f64::from(map.row(row)[axis]));
     for begin in (0..map.n_rows()).step_by(group) {
         let rows = begin..begin + group;
+        // The sum is stationary in the turn, so the gradient treats it as constant.
         let turn = Turn::fit(rows.clone().map(|row| (place(row), exact[row], 1.0)));
         for row in rows {
             let (x, y) = (place(row), turn.unapply(exact[row]));

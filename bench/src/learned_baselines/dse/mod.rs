@@ -1,9 +1,7 @@
-//! Surfaces from points: "Learning Delaunay Surface Elements for Mesh Reconstruction" (Rakotosaona, Guerrero, Aigerman,
-//! Mitra, Ovsjanikov, CVPR 2021).
+//! Surfaces from points: "Learning Delaunay Surface Elements for Mesh Reconstruction" (Rakotosaona et al., CVPR 2021).
 //!
-//! One network selects geodesic neighbours of every point, another predicts their logarithmic map. Neighbouring maps
-//! are aligned, and their Delaunay triangles at each point vote for the surface. Exact maps are the targets and an
-//! alternative.
+//! One network selects neighbours of every point, another predicts their logarithmic map. Delaunay triangles of the
+//! maps vote for the surface.
 
 mod alignment;
 mod exact_map;
@@ -47,16 +45,16 @@ pub use turn::Turn;
 pub use umbrella::umbrella;
 pub use votes::count_votes;
 
-/// The source of the logarithmic maps.
+/// Source of the logarithmic maps.
 #[derive(Clone, Copy, Debug)]
 pub enum Maps<'a> {
-    /// Networks with these tensors, which see points alone.
+    /// Networks with these tensors.
     Learned(&'a Tensors<Arc<Matrix>>),
     /// Exact maps on the mesh.
     Exact,
 }
 
-/// Draws farthest points of a mesh and meshes them; faces are oriented by the mesh's normals.
+/// Draws farthest points of a mesh and meshes them.
 ///
 /// # Errors
 /// [`LearnedBaselineError`] where no face is left.
@@ -88,7 +86,7 @@ fn orient_face([a, b, c]: [u32; 3], points: &[[f32; 3]], normals: &[Vec3]) -> [u
     if side < 0.0 { [a, c, b] } else { [a, b, c] }
 }
 
-/// Compares the networks with NumPy (`bench/tests/golden/dse.py`) and gradients with differences.
+// Networks are compared with NumPy (`bench/tests/golden/dse.py`), gradients with differences.
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -97,7 +95,7 @@ mod tests {
     use neural_mesh::linalg::Matrix;
     use std::sync::Arc;
 
-    /// Width share: 16 wide after the pooling, before it the minimum.
+    // Layers are 16 wide after the pooling, and have the minimum before it.
     const SHARE: f64 = 1.0 / 64.0;
     const GROUP: usize = 5;
 

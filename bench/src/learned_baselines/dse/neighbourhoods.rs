@@ -1,14 +1,14 @@
-//! Neighbourhoods of points in local frames, the input of the networks.
+//! Neighbourhoods in local frames, the input of the networks.
 
 use super::{CANDIDATES, KEPT};
 use glam::{DMat3, DVec3, Vec3};
 use neural_mesh::linalg::Matrix;
 use neural_mesh::spatial::nearest_neighbours;
 
-/// Sweeps of Jacobi rotations; after five, symmetric 3 x 3 matrices are diagonal up to rounding.
+// Sweeps of Jacobi rotations; after five, 3 x 3 matrices are diagonal up to rounding.
 const SWEEPS: usize = 6;
 
-/// The candidates of all points of a cloud.
+/// Candidates of all points of a cloud.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Neighbourhoods<'a> {
     points: &'a [[f32; 3]],
@@ -20,14 +20,14 @@ pub struct Neighbourhoods<'a> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PatchFrame {
     origin: DVec3,
-    /// Directions of largest, middle and smallest spread, as rows.
+    // Directions of largest, middle and smallest spread.
     axes: [DVec3; 3],
-    /// Diagonal of the candidates' box in these axes; above 0.
+    /// Diagonal of the candidates' box; above 0.
     pub unit: f64,
 }
 
 impl<'a> Neighbourhoods<'a> {
-    /// Finds the neighbourhoods of a cloud: [`CANDIDATES`] points each, or all others.
+    /// Finds the [`CANDIDATES`] nearest points of each point, or all others.
     ///
     /// # Shapes
     /// - `points`: n x 3, finite
@@ -42,7 +42,7 @@ impl<'a> Neighbourhoods<'a> {
         Self { points, nearest: nearest_neighbours(points, CANDIDATES), k }
     }
 
-    /// Returns the number of points per neighbourhood, including its own.
+    /// Returns the points per neighbourhood.
     pub fn group(&self) -> usize {
         self.k + 1
     }
@@ -53,15 +53,14 @@ impl<'a> Neighbourhoods<'a> {
         std::iter::once(centre).chain(nearest.iter().copied()).collect()
     }
 
-    /// Returns the frame of a point: position, principal axes of its nearest points, and size of its neighbourhood.
-    ///
-    /// The third moment decides the signs. The paper's program turns patches at random instead.
+    /// Returns the frame of a point: position, principal axes and size of its neighbourhood.
     pub fn frame(&self, centre: u32) -> PatchFrame {
         let at = |v: u32| Vec3::from(self.points[v as usize]).as_dvec3();
         let candidates = self.candidates(centre);
         let offsets: Vec<DVec3> = candidates.iter().map(|&v| at(v) - at(centre)).collect();
         let near = &offsets[..offsets.len().min(KEPT + 1)];
         let mut axes = principal_axes(near);
+        // The third moment decides the signs; the paper's program turns patches at random instead.
         for axis in &mut axes {
             let lean: f64 = near.iter().map(|offset| axis.dot(*offset).powi(3)).sum();
             *axis = if lean < 0.0 { -*axis } else { *axis };
@@ -73,7 +72,7 @@ impl<'a> Neighbourhoods<'a> {
         PatchFrame { origin: at(centre), axes, unit: if diagonal > 0.0 { diagonal } else { 1.0 } }
     }
 
-    /// Returns the coordinates of points in a frame, 3 numbers each.
+    /// Returns the coordinates of points in a frame.
     pub fn coordinates<'b>(&'b self, points: &'b [u32], frame: PatchFrame) -> impl Iterator<Item = f32> + 'b {
         points.iter().flat_map(move |&v| {
             let offset = (Vec3::from(self.points[v as usize]).as_dvec3() - frame.origin) / frame.unit;
@@ -81,7 +80,7 @@ impl<'a> Neighbourhoods<'a> {
         })
     }
 
-    /// Returns the coordinates of the points of neighbourhoods of equal size: (n * group) x 3.
+    /// Returns the coordinates of neighbourhoods, (n * group) x 3.
     pub fn places(&self, patches: &[Vec<u32>], frames: &[PatchFrame]) -> Matrix {
         let entries: Vec<f32> =
             patches.iter().zip(frames).flat_map(|(patch, &frame)| self.coordinates(patch, frame)).collect();
@@ -89,11 +88,11 @@ impl<'a> Neighbourhoods<'a> {
     }
 }
 
-/// Returns the eigenvectors of the offsets' covariance, largest eigenvalue first (Jacobi 1846).
 fn principal_axes(offsets: &[DVec3]) -> [DVec3; 3] {
     let mean = offsets.iter().sum::<DVec3>() / offsets.len().max(1) as f64;
     let outer = |d: DVec3| DMat3::from_cols(d * d.x, d * d.y, d * d.z);
     let mut moments = offsets.iter().fold(DMat3::ZERO, |sum, &offset| sum + outer(offset - mean));
+    // Rotations diagonalise the covariance (Jacobi 1846).
     let mut axes = DMat3::IDENTITY;
     for _ in 0..SWEEPS {
         for [p, q] in [[0, 1], [0, 2], [1, 2]] {

@@ -5,34 +5,34 @@ use neural_mesh::autodiff::{Tensors, WeightsError};
 use neural_mesh::linalg::Matrix;
 use std::sync::Arc;
 
-/// Both networks: `T` is a shape, a stored matrix, or a value on a tape.
+/// Both networks; `T` is a shape, a matrix or a value on a tape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dse<T> {
-    /// Classifier of geodesic neighbours: one logit per point.
+    /// Network of one logit per point.
     pub classifier: PointNetwork<T>,
-    /// Map to the plane: two numbers per point.
+    /// Network of two coordinates per point.
     pub map: PointNetwork<T>,
 }
 
-/// A network over the points of a patch, after PointNet (Qi et al. 2017).
+/// A network over a patch (PointNet, Qi et al. 2017).
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointNetwork<T> {
-    /// Layers of each point before the pooling, as `[weights, bias]`.
+    /// Layers of each point, as `[weights, bias]`.
     pub pointwise: Vec<[T; 2]>,
     /// Layers of the pooled features.
     pub pooled: Vec<[T; 2]>,
-    /// Stage from positions and pooled features to three numbers per point.
+    /// Stage to three numbers per point.
     pub coarse: JoinedLayers<T>,
-    /// Stage from these numbers and the pooled features to the output.
+    /// Stage to the output.
     pub fine: JoinedLayers<T>,
 }
 
-/// Layers of each point together with its patch's pooled features.
+/// Layers of points and pooled features.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JoinedLayers<T> {
-    /// Weights of a position and its distance from the first point's, 4 x width.
+    /// Weights of a point, 4 x width.
     pub of_point: T,
-    /// Weights and bias of the pooled features, n_pooled x width and 1 x width.
+    /// Weights and bias of pooled features, n_pooled x width.
     pub of_patch: [T; 2],
     /// Hidden layer, width x width.
     pub hidden: [T; 2],

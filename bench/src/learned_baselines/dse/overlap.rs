@@ -1,14 +1,13 @@
-//! Overlap test of two triangles that cover the same part of a surface.
+//! Overlap of two triangles on a surface.
 
 use glam::DVec3;
 
-/// Cosine of 30 degrees, the angle at a shared edge below which triangles are folded.
+// Cosine of 30 degrees, the angle at a shared edge below which triangles are folded.
 const FOLDED: f64 = 0.866;
-/// Crossings nearer to the ends of an edge than this fraction of its length are touches.
+// Crossings nearer to an edge's ends than this fraction of its length are touches.
 const TOUCH: f64 = 1e-3;
 
-/// Returns whether triangles overlap: folded at a shared edge, or with edges that pass within a distance away from
-/// their ends.
+/// Returns whether triangles overlap: folded at a shared edge, or with edges that pass closer than `within`.
 ///
 /// ```
 /// use neural_mesh_bench::learned_baselines::dse::are_overlapping;
@@ -32,7 +31,6 @@ pub fn are_overlapping(points: &[[f32; 3]], [a, b]: [[u32; 3]; 2], within: f64) 
     pairs.filter(|&(e, f)| apart(e, f)).any(|(e, f)| segments_cross(e.map(at), f.map(at), within))
 }
 
-/// Returns whether the tips of two triangles are in nearly the same direction from their edge.
 fn is_folded([from, to]: [DVec3; 2], tips: [DVec3; 2]) -> bool {
     let along = (to - from).normalize_or_zero();
     let [p, q] = tips.map(|tip| (tip - from) - along * along.dot(tip - from));
@@ -43,7 +41,7 @@ fn segments_cross([a, b]: [DVec3; 2], [c, d]: [DVec3; 2], within: f64) -> bool {
     let (u, v, w) = (b - a, d - c, a - c);
     let (uu, uv, vv) = (u.length_squared(), u.dot(v), v.length_squared());
     let determinant = uu * vv - uv * uv;
-    // parallel segments do not cross
+    // Parallel segments do not cross.
     if determinant <= 1e-12 * uu * vv {
         return false;
     }

@@ -1,12 +1,11 @@
-//! A point with its geodesic neighbours and their logarithmic map.
+//! A point's neighbours and their logarithmic map.
 
-/// A point of a cloud, points around it, and their logarithmic map.
+/// A point of a cloud, its geodesic neighbours and their logarithmic map.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Patch {
     /// Indices of points, the patch's own first.
     pub points: Vec<u32>,
-    /// Positions in the plane: geodesic distance and initial direction from the own point at the origin, or near it if
-    /// predicted.
+    /// Positions in the plane: geodesic distance and initial direction.
     pub map: Vec<[f64; 2]>,
 }
 

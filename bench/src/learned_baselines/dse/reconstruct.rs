@@ -1,12 +1,9 @@
-//! Surface through the points of a cloud from the maps of their patches.
+//! Surface from the maps of patches.
 
 use super::{Patch, align_maps, count_votes, select_triangles};
 use neural_mesh::mesh::orient_outward;
 
-/// Meshes points by their patches: aligns maps, collects the triangles around each point, and takes those that fit by
-/// votes.
-///
-/// Faces are wound consistently where possible, and outward.
+/// Meshes points by their patches: aligns maps, counts votes and selects triangles.
 ///
 /// # Shapes
 /// - `points`: n x 3, finite; `patches`: one per point, in order

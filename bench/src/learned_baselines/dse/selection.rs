@@ -5,9 +5,9 @@ use glam::Vec3;
 use neural_mesh::spatial::nearest_neighbours;
 use rustc_hash::FxHashMap;
 
-/// Nearest points of each corner whose triangles are checked; from the paper's program.
+// Nearest points of each corner whose triangles are checked; from the paper's program.
 const NEAR: usize = 5;
-/// Overlap distance as a fraction of the mean nearest-point distance; from the paper's program.
+// Overlap distance as a fraction of the mean nearest-point distance; from the paper's program.
 const CLOSE: f64 = 0.3;
 
 struct SelectedTriangles<'a> {
@@ -19,12 +19,10 @@ struct SelectedTriangles<'a> {
     edges: FxHashMap<[u32; 2], u8>,
 }
 
-/// Selects triangles by votes, then by shortest longest edge, skipping those that overlap or give an edge a third face.
-///
-/// Vertices may still have two fans, as in the paper's program.
+/// Selects triangles by votes, then by shortest longest edge, without overlaps or edges of three faces.
 ///
 /// # Shapes
-/// - `points`: n x 3; `voted`: distinct triangles with distinct corners and 1 to 3 votes
+/// - `points`: n x 3; `voted`: distinct triangles with 1 to 3 votes
 ///
 /// ```
 /// use neural_mesh_bench::learned_baselines::dse::select_triangles;

@@ -2,17 +2,15 @@
 
 use crate::learned_baselines::scale_width;
 
-/// Nearest points among which the classifier chooses; 120 in the paper.
+/// Candidates per point; 120 in the paper.
 pub const CANDIDATES: usize = 60;
 /// Points of a patch besides its own; 30 in the paper.
 pub const KEPT: usize = 24;
 
-/// Smallest width before the pooling, where layers cost little.
+// Smallest width before the pooling, where layers cost little.
 const LEAST_BEFORE_POOLING: usize = 32;
 
-/// Layer widths of one of the two networks, which differ in the output only.
-///
-/// Full widths are those of the paper's program; the shipped weights have an eighth.
+/// Layer widths of one network.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Widths {
     /// Pointwise layers before the pooling.
@@ -24,7 +22,7 @@ pub struct Widths {
 }
 
 impl Widths {
-    /// Scales the full widths by a factor in (0, 1].
+    /// Scales the widths of the paper's program by a factor in (0, 1].
     ///
     /// ```
     /// use neural_mesh_bench::learned_baselines::dse::Widths;

@@ -1,6 +1,4 @@
-//! Training step of the objective "dse": patches of a cloud drawn from a mesh, compared with exact logarithmic maps.
-//!
-//! The map network gets the exact neighbours, so that both networks learn independently.
+//! Training step of the objective "dse".
 
 use super::{
     CANDIDATES, Dse, KEPT, Loss, Neighbourhoods, Patch, PatchFrame, WalkSurface, exact_patches_around, forward,
@@ -14,9 +12,9 @@ use neural_mesh::train::{Settings, StepResult, TrainingItem, cut_patch};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::sync::Arc;
 
-/// Patches per step, as in the paper's program.
+// Patches per step, as in the paper's program.
 const PATCHES: usize = 64;
-/// Weight of the map's loss, which makes it initially as large as the classifier's; no tensor has both.
+// Weight of the map's loss, which makes it initially as large as the classifier's.
 const MAP: f64 = 10.0;
 
 struct PatchBatch<'a> {
@@ -46,6 +44,7 @@ pub fn dse_step(
     let parameters = tensors.parameters(&mut tape);
     let net = Dse::from_tensors(&parameters).map_err(|error| error.to_string())?;
     let (logits, of_logits) = batch.classify(&mut tape, &net);
+    // The map network gets the exact neighbours, so that both networks learn independently.
     let (map, of_map) = batch.predict_map(&mut tape, &net);
     let gradients = tape.backward(&[(&logits, of_logits.gradient), (&map, of_map.gradient)]);
     let terms = vec![("neighbours", of_logits.value), ("map", of_map.value)];
@@ -63,7 +62,7 @@ impl<'a> PatchBatch<'a> {
         let mut drawn = shuffle_indices(random, points.len());
         drawn.truncate(PATCHES);
         let mut exact = exact_patches_around(surface, samples, &drawn, KEPT);
-        // the networks take groups of equal size
+        // The networks take groups of equal size.
         exact.retain(|patch| patch.points.len() == KEPT + 1);
         if exact.is_empty() {
             return Err(format!("has no component with more than {KEPT} of the samples drawn"));

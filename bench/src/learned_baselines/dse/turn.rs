@@ -1,18 +1,16 @@
-//! The best rotation or reflection between point sets of the plane (orthogonal Procrustes, Schönemann 1966).
+//! Best rotation or reflection of the plane (orthogonal Procrustes, Schönemann 1966).
 
-/// A rotation of the plane, optionally after a reflection.
+/// A rotation, optionally after a reflection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turn {
     /// Cosine and sine of the angle.
     pub cos_sin: [f64; 2],
-    /// Whether the second coordinate is negated first.
+    /// True to negate the second coordinate first.
     pub reflects: bool,
 }
 
 impl Turn {
     /// Returns the turn that minimises the weighted sum of `|turned x - y|^2` over pairs (x, y, weight).
-    ///
-    /// Reflections are allowed, because a cloud without normals has no sides; among equal results a rotation wins.
     ///
     /// ```
     /// use neural_mesh_bench::learned_baselines::dse::Turn;
@@ -30,6 +28,7 @@ impl Turn {
             reflection[1] += weight * (x[0] * y[1] + x[1] * y[0]);
         }
         let length = |v: [f64; 2]| v[0].hypot(v[1]);
+        // A cloud without normals has no sides, so reflections are allowed; among equal results a rotation wins.
         let reflects = length(reflection) > length(rotation);
         let best = if reflects { reflection } else { rotation };
         let cos_sin = if length(best) > 0.0 { best.map(|x| x / length(best)) } else { [1.0, 0.0] };

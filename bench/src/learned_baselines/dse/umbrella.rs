@@ -1,11 +1,9 @@
-//! The Delaunay triangles around a patch's own point.
+//! Delaunay triangles around a patch's own point.
 
 use super::Patch;
 use spade::{DelaunayTriangulation, Point2, Triangulation};
 
-/// Returns the triangles at the patch's own point in the Delaunay triangulation of its map, corners in ascending order.
-///
-/// Of coincident points only the first counts; collinear points have no triangles.
+/// Returns the Delaunay triangles at the patch's own point, corners ascending.
 ///
 /// ```
 /// use neural_mesh_bench::learned_baselines::dse::{Patch, umbrella};
@@ -19,7 +17,7 @@ pub fn umbrella(patch: &Patch) -> Vec<[u32; 3]> {
     let mut triangulation: DelaunayTriangulation<Point2<f64>> = DelaunayTriangulation::new();
     let mut points = Vec::with_capacity(patch.points.len());
     for (&point, at) in patch.points.iter().zip(&patch.map) {
-        // invalid and nearly coincident points are no corners
+        // Invalid and nearly coincident points are no corners.
         let placed = triangulation.insert(Point2::new(at[0] / unit, at[1] / unit));
         if placed.is_ok_and(|vertex| vertex.index() == points.len()) {
             points.push(point);

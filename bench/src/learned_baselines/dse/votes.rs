@@ -4,7 +4,7 @@ use super::{Patch, umbrella};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-/// Returns for each triangle the number of corners whose umbrella contains it, 1 to 3; sorted by corners.
+/// Returns each triangle with its votes: the corners whose umbrella contains it, 1 to 3.
 ///
 /// ```
 /// use neural_mesh::mesh::shapes;

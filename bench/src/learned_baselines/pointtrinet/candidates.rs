@@ -1,11 +1,11 @@
-//! Candidate triangles with their probabilities.
+//! Candidate triangles and their probabilities.
 
 use neural_mesh::spatial::nearest_neighbours;
 
-/// Candidates per vertex kept after a round.
+// Candidates kept after a round, as a multiple of the number of vertices.
 const PER_VERTEX: usize = 12;
 
-/// Distinct candidates with ascending corners, sorted by corners.
+/// Distinct candidates, sorted, with ascending corners.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Candidates {
     /// Corners, n x 3.
@@ -15,7 +15,7 @@ pub struct Candidates {
 }
 
 impl Candidates {
-    /// Returns the first candidates: each vertex with its two nearest, probability one half.
+    /// Returns the first candidates: each vertex with its two nearest.
     ///
     /// ```
     /// use neural_mesh_bench::learned_baselines::pointtrinet::Candidates;
@@ -35,7 +35,7 @@ impl Candidates {
         Self::from_pairs((0..).zip(near.as_chunks().0).map(seed).collect())
     }
 
-    /// Adds candidates, keeping each triangle's largest probability and the 12 most likely per vertex.
+    /// Adds candidates and keeps the `12 n_vertices` most likely ones.
     pub fn add(&self, new: impl IntoIterator<Item = ([u32; 3], f32)>, n_vertices: usize) -> Self {
         let own = self.triangles.iter().copied().zip(self.probabilities.iter().copied());
         let all = Self::from_pairs(own.chain(new).collect());

@@ -1,13 +1,11 @@
-//! The classification network: the probability that a triangle belongs to the surface.
+//! The classification network.
 
 use super::network::{Classifier, Layer};
 use super::patches::{CandidateNeighbourhoods, point_features, triangle_features};
 use neural_mesh::autodiff::{Tape, Value};
 use neural_mesh::linalg::Matrix;
 
-/// Returns the probability of each query from its 64 nearest points and triangles.
-///
-/// Two MLPs with maxima and a third one over both, without the dropout and clamping of the authors' code.
+/// Returns the probability that each query belongs to the surface.
 ///
 /// # Shapes
 /// - `queries`: indices of n candidates
@@ -22,6 +20,7 @@ pub fn classifier(
         |&q: &u32| (neighbourhoods.candidates.triangles[q as usize], neighbourhoods.nearest_points(q as usize));
     let points = point_features(neighbourhoods.vertices, &queries.iter().map(of_query).collect::<Vec<_>>());
     let triangles = triangle_features(neighbourhoods, queries);
+    // Unlike in the authors' code, there is no dropout or clamping.
     let points = pool(tape, points, &net.points, queries.len());
     let triangles = pool(tape, triangles, &net.triangles, queries.len());
     let (first, others) = net.decision.split_first().expect("layers of the decision");

@@ -1,16 +1,15 @@
-//! Coordinates of points in the frame of a triangle.
+//! Coordinates in the frame of a triangle.
 
 use glam::Vec3;
 
-/// Added to divisors, in units of the triangle.
+// Added to divisors, in units of the triangle.
 const LEAST: f32 = 1e-6;
-/// Limit of barycentric coordinates, which grow without bound for thin triangles.
+// Limit of barycentric coordinates, which grow without bound for thin triangles.
 const FARTHEST: f32 = 5.0;
-/// Limit of coordinates in units of the triangle.
+// Limit of coordinates in units of the triangle.
 const LARGEST: f32 = 1e9;
 
-/// A frame at the barycenter of a triangle: x along the first edge, z along the normal, unit the corners' mean
-/// distance.
+/// A frame at a triangle's barycenter: x along the first edge, z along the normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocalFrame {
     barycenter: Vec3,
@@ -21,11 +20,12 @@ pub struct LocalFrame {
 }
 
 impl LocalFrame {
-    /// Makes the frame of a triangle; without area, coordinates along missing axes are zero.
+    /// Makes the frame of a triangle.
     pub fn new(corners: [[f32; 3]; 3]) -> Self {
         let corners = corners.map(Vec3::from_array);
         let barycenter = (corners[0] + corners[1] + corners[2]) / 3.0;
         let radius = corners.iter().map(|corner| corner.distance(barycenter)).sum::<f32>() / 3.0;
+        // The unit is the mean distance of the corners; without area, coordinates along missing axes are zero.
         let per_unit = if radius > f32::MIN_POSITIVE { 1.0 / radius } else { 0.0 };
         let corners = corners.map(|corner| (corner - barycenter) * per_unit);
         let area_normal = 0.5 * (corners[1] - corners[0]).cross(corners[2] - corners[0]);
@@ -36,7 +36,7 @@ impl LocalFrame {
         Self { barycenter, per_unit, corners, axes: [x, unit(z.cross(x)), z], area }
     }
 
-    /// Returns x, y, z in the frame and the barycentric coordinates u, v, w of the projected point, limited to -5..5.
+    /// Returns x, y, z in the frame and the barycentric coordinates u, v, w.
     ///
     /// ```
     /// use neural_mesh_bench::learned_baselines::pointtrinet::LocalFrame;
@@ -46,11 +46,11 @@ impl LocalFrame {
     /// ```
     pub fn coordinates(&self, point: [f32; 3]) -> [f32; 6] {
         let p = (Vec3::from_array(point) - self.barycenter) * self.per_unit;
-        // keeps products finite for nearly vanishing triangles
+        // Products stay finite for nearly vanishing triangles.
         let p = p.clamp(Vec3::splat(-LARGEST), Vec3::splat(LARGEST));
         let [x, y, z] = self.axes;
         let corners = self.corners.map(|corner| corner - p);
-        // the component along z vanishes in the product with z
+        // The component along z vanishes in the product with z.
         let share = |a: Vec3, b: Vec3| ((0.5 * z.dot(a.cross(b)) + LEAST / 3.0) / self.area).clamp(-FARTHEST, FARTHEST);
         let [a, b, c] = corners;
         [x.dot(p), y.dot(p), z.dot(p), share(b, c), share(c, a), share(a, b)]

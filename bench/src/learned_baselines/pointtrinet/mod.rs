@@ -1,7 +1,6 @@
 //! Triangles over points: "PointTriNet: Learned Triangulation of 3D Point Sets" (Sharp and Ovsjanikov, ECCV 2020).
 //!
-//! One network classifies triangles, another proposes the next ones, for several rounds. Training minimises expected
-//! distances, overlaps and open sides. Encodings are those of the authors' code.
+//! One network classifies triangles, another proposes the next ones.
 
 mod candidates;
 mod classifier;

@@ -5,24 +5,24 @@ use neural_mesh::autodiff::{Tensors, WeightsError};
 use neural_mesh::linalg::Matrix;
 use std::sync::Arc;
 
-/// The weights, n_in x n_out, and bias, 1 x n_out, of a layer.
+/// Weights, n_in x n_out, and bias, 1 x n_out.
 pub type Layer<T> = [T; 2];
 
-/// Both networks: `T` is a shape, a stored matrix, or a value on a tape.
+/// Both networks; `T` is a shape, a matrix or a value on a tape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointTriNet<T> {
     /// Network that classifies triangles.
     pub classifier: Classifier<T>,
-    /// Network that proposes new triangles.
+    /// Network that proposes triangles.
     pub proposals: Proposals<T>,
 }
 
 /// The classification network.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Classifier<T> {
-    /// Layers of the nearest points, 6-64-128-1024, before a maximum.
+    /// Layers of points, 6-64-128-1024, before a maximum.
     pub points: Vec<Layer<T>>,
-    /// Layers of the nearest triangles, 13-64-128-1024, before a maximum.
+    /// Layers of triangles, 13-64-128-1024, before a maximum.
     pub triangles: Vec<Layer<T>>,
     /// Layers of both maxima, 2048-512-256-1.
     pub decision: Vec<Layer<T>>,
@@ -31,11 +31,11 @@ pub struct Classifier<T> {
 /// The proposal network.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Proposals<T> {
-    /// Layers of the nearest points, 6-64-64-128, before a maximum.
+    /// Layers of points, 6-64-64-128, before a maximum.
     pub points: Vec<Layer<T>>,
-    /// Rows of `score`'s first layer for the maximum, 128 x 128, applied once per edge.
+    /// Rows of `score` for the maximum, 128 x 128.
     pub pooled: T,
-    /// Layers of each point with the maximum, 134-128-64-64-1; the first one holds the point's rows, 6 x 128.
+    /// Layers of a point with the maximum, 134-128-64-64-1.
     pub score: Vec<Layer<T>>,
 }
 
@@ -49,7 +49,6 @@ const DECISION: [usize; 2] = [512, 256];
 const PROPOSALS_POOLED: [usize; 3] = [64, 64, 128];
 const SCORE: [usize; 3] = [128, 64, 64];
 
-/// Names of the layer sequences and their lengths.
 const ROWS: [(&str, usize); 5] = [
     ("classifier.points", 3),
     ("classifier.triangles", 3),
@@ -113,7 +112,7 @@ pub fn shapes(width_share: f64) -> Tensors<[usize; 2]> {
     shapes
 }
 
-/// Returns random initial tensors, with last layers at a tenth, for probabilities near one half.
+/// Returns random initial tensors for probabilities near one half.
 pub fn initial_tensors(width_share: f64, seed: u64) -> Tensors<Arc<Matrix>> {
     let is_last = |name: &str| matches!(name, "classifier.decision_2.weights" | "proposals.score_3.weights");
     shapes(width_share).draw_scaled(seed, |name| if is_last(name) { 0.1 } else { 1.0 })

@@ -1,4 +1,4 @@
-//! The overlap loss of the likely triangles.
+//! The overlap loss.
 
 use super::TriangleSample;
 use super::patches::corners;
@@ -7,14 +7,11 @@ use neural_mesh::geometry::triangle::area_normal_f64;
 use neural_mesh::loss::Term;
 use rayon::prelude::*;
 
-/// Height of the kernel as a fraction of the distance to the nearest edge.
+// Height of the kernel as a fraction of the distance to the nearest edge.
 const HEIGHT: f64 = 0.5;
 const LEAST: f64 = 1e-8;
 
 /// Computes `mean over samples of (s - 1)^2 + (m - 1)^2` with sum s and maximum m of `p_t k_t` over all triangles.
-///
-/// The kernel `k_t = max(0, 1 - h / (0.5 e))` falls with the height h over the triangle, faster near an edge (distance
-/// e).
 ///
 /// # Shapes
 /// - `samples`: n, drawn by area times probability; treated as constant
@@ -65,7 +62,7 @@ fn sample_loss(over: &[(u32, f64)], probabilities: &[f32]) -> (f64, Vec<(u32, f6
     ((sum - 1.0).powi(2) + (largest.0 - 1.0).powi(2), over.iter().enumerate().map(slope).collect())
 }
 
-/// The prism over a triangle: its normal and the inward normals of its edges, if it has area.
+// The normal and the inward normals of the edges, if the triangle has area.
 struct TrianglePrism {
     corners: [DVec3; 3],
     sides: Option<[DVec3; 4]>,
@@ -87,6 +84,7 @@ impl TrianglePrism {
         if inside < 0.0 {
             return 0.0;
         }
+        // The kernel is `k_t = max(0, 1 - h / (0.5 e))` at height h and distance e from the nearest edge.
         let height = normal.dot(p - self.corners[0]).abs();
         (1.0 - height / (HEIGHT * inside + LEAST)).max(0.0)
     }

@@ -1,4 +1,4 @@
-//! Features of the points and triangles nearest to a triangle.
+//! Features of a triangle's nearest points and triangles.
 
 use super::network::{POINT_NUMBERS, TRIANGLE_NUMBERS};
 use super::{Candidates, LocalFrame};
@@ -9,14 +9,14 @@ use rayon::prelude::*;
 /// Nearest points and nearest triangles per triangle.
 pub const NEIGHBOURS: usize = 64;
 
-/// The nearest points and triangles of all candidates, by barycenter.
+/// Nearest points and triangles of all candidates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CandidateNeighbourhoods<'a> {
-    /// n_vertices x 3.
+    /// Vertices, n_vertices x 3.
     pub vertices: &'a [[f32; 3]],
     /// Candidates, n.
     pub candidates: &'a Candidates,
-    /// Nearest points, n x `n_points`, including the triangle's corners.
+    /// Nearest points, n x `n_points`.
     pub points: Vec<u32>,
     /// Points per candidate: 64, or all.
     pub n_points: usize,
@@ -28,9 +28,6 @@ pub struct CandidateNeighbourhoods<'a> {
 
 impl<'a> CandidateNeighbourhoods<'a> {
     /// Finds the neighbourhoods of all candidates.
-    ///
-    /// # Shapes
-    /// - `vertices`: n_vertices x 3, finite
     pub fn new(vertices: &'a [[f32; 3]], candidates: &'a Candidates) -> Self {
         let triangles = &candidates.triangles;
         let barycenter = |&triangle: &[u32; 3]| {
@@ -62,7 +59,7 @@ impl<'a> CandidateNeighbourhoods<'a> {
 /// Computes the features of points in the frames of their triangles.
 ///
 /// # Shapes
-/// - `queries`: n triangles, whose corner order decides the frame, with k points each
+/// - `queries`: n triangles with k points each; the corner order decides the frame
 /// - returns (n * k) x 6, see [`LocalFrame::coordinates`]
 pub fn point_features(vertices: &[[f32; 3]], queries: &[([u32; 3], &[u32])]) -> Matrix {
     let k = queries.first().map_or(0, |(_, points)| points.len());
@@ -76,11 +73,11 @@ pub fn point_features(vertices: &[[f32; 3]], queries: &[([u32; 3], &[u32])]) -> 
     Matrix::new(queries.len() * k, POINT_NUMBERS, features)
 }
 
-/// Computes the features of triangles: least and largest coordinates of their corners, and their probability.
+/// Computes the features of triangles near each query.
 ///
 /// # Shapes
 /// - `queries`: n candidates
-/// - returns (n * n_triangles) x 13
+/// - returns (n * n_triangles) x 13: least and largest coordinates of the corners, probability
 pub fn triangle_features(neighbourhoods: &CandidateNeighbourhoods, queries: &[u32]) -> Matrix {
     let (vertices, candidates, k) = (neighbourhoods.vertices, neighbourhoods.candidates, neighbourhoods.n_triangles);
     let mut features = vec![0.0; queries.len() * k * TRIANGLE_NUMBERS];

@@ -1,4 +1,4 @@
-//! The loss between proposed and classified probabilities of a triangle.
+//! The loss between proposed and classified probabilities.
 
 use super::{Candidates, Proposal};
 use neural_mesh::loss::Term;
@@ -6,7 +6,7 @@ use neural_mesh::loss::Term;
 /// Computes the mean of `(p - q)^2 / 2` over triangles that are candidates (probability p) and proposals (largest q).
 ///
 /// # Shapes
-/// - returns the loss and its gradient by the probability of each proposal; p is constant
+/// - returns the loss and its gradient by q; p is constant
 ///
 /// ```
 /// use neural_mesh_bench::learned_baselines::pointtrinet::{Candidates, Proposal, proposal_match};
@@ -32,7 +32,7 @@ pub fn proposal_match(candidates: &Candidates, proposals: &[Proposal]) -> Term {
     Term { value: shared.iter().map(|(_, difference)| difference * difference / 2.0).sum::<f64>() / scale, gradient }
 }
 
-/// Added to the number of triangles, which may be 0.
+// Added to the number of triangles, which may be 0.
 const LEAST: f64 = 1e-3;
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The proposal network: new triangles over the edges of a triangle.
+//! The proposal network.
 
 use super::classifier::{layers, pool};
 use super::network::Proposals;
@@ -9,7 +9,7 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 
 const PER_EDGE: usize = 4;
-/// Added to the weights of the draw, so that any point is possible.
+// Added to the weights of the draw, so that any point is possible.
 const LEAST: f32 = 1e-4;
 
 /// A triangle proposed by an edge.
@@ -17,17 +17,15 @@ const LEAST: f32 = 1e-4;
 pub struct Proposal {
     /// Corners in ascending order.
     pub triangle: [u32; 3],
-    /// Probability of the point times that of the proposing triangle.
+    /// Probability of the point times that of the triangle.
     pub probability: f32,
-    /// Index of the proposing triangle among the queries.
+    /// Proposing triangle among the queries.
     pub query: u32,
     /// Row of the point in [`point_probabilities`].
     pub row: u32,
 }
 
 /// Returns the probability of each near point as third corner over each edge.
-///
-/// An MLP over each of the 64 points, their maximum, and an MLP over each point with it.
 ///
 /// # Shapes
 /// - `queries`: indices of n candidates
@@ -59,19 +57,19 @@ fn rotations([a, b, c]: [u32; 3]) -> [[u32; 3]; 3] {
     [[a, b, c], [b, c, a], [c, a, b]]
 }
 
-/// The randomness of proposals.
+/// Randomness of proposals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Draw {
     /// Seed of the draws.
     pub seed: u64,
-    /// Fraction of uniform draws: 0, or 0.25 in training.
+    /// Fraction of uniform draws.
     pub random_share: f32,
 }
 
 /// Draws four distinct points per edge by probability, without the triangle's own corners.
 ///
 /// # Shapes
-/// - `of_queries`: n, probability of each query; `of_points`: from [`point_probabilities`]
+/// - `of_queries`: n; `of_points`: from [`point_probabilities`]
 /// - returns the proposals by query and edge
 pub fn proposals(
     neighbourhoods: &CandidateNeighbourhoods,
@@ -98,7 +96,6 @@ pub fn proposals(
     (0..3 * queries.len()).into_par_iter().map(|edge| (edge, edge / 3)).flat_map_iter(of_edge).collect()
 }
 
-/// Draws indices by weight without replacement: the largest `ln(u) / w` (Efraimidis and Spirakis 2006).
 fn draw_points(
     near: &[u32],
     own: [u32; 3],
@@ -112,6 +109,7 @@ fn draw_points(
         let uniform = ((random.next_u64() >> 11) as f64 + 0.5) / (1u64 << 53) as f64;
         if !own.contains(point) {
             let weight = random_share * mean + (1.0 - random_share) * (p + LEAST);
+            // The largest keys are a weighted draw without replacement (Efraimidis and Spirakis 2006).
             keys.push((uniform.ln() / f64::from(weight), place));
         }
     }

@@ -1,4 +1,4 @@
-//! The rounds: classify, keep likely candidates, propose new ones.
+//! The rounds: classify candidates, propose new ones.
 
 use super::classifier::classifier;
 use super::patches::CandidateNeighbourhoods;
@@ -8,17 +8,16 @@ use neural_mesh::autodiff::{Tape, Value};
 
 /// Number of rounds; the last one only classifies.
 pub const ROUNDS: usize = 5;
-/// Probability above which a triangle is a face.
+// Triangles with a higher probability are faces.
 const THRESHOLD: f32 = 0.9;
-/// Queries per batch, which bounds the memory.
+// Queries per batch, which bounds the memory.
 const CHUNK: usize = 1024;
 
-/// Triangulates points: returns the triangles with probability above 0.9 after five rounds.
+/// Returns the triangles with probability above 0.9 after five rounds.
 ///
 /// # Shapes
-/// - `vertices`: n x 3, finite
-/// - `net`: constants
-/// - returns n_faces x 3 with ascending corners, because the networks know no orientation
+/// - `vertices`: n x 3, finite; `net`: constants
+/// - returns n_faces x 3 with ascending corners
 ///
 /// ```
 /// use neural_mesh_bench::learned_baselines::pointtrinet::{PointTriNet, initial_tensors, triangulate};
@@ -40,11 +39,11 @@ pub fn triangulate(net: &PointTriNet<Value>, vertices: &[[f32; 3]], seed: u64) -
     faces
 }
 
-/// Returns the candidates of the last round with their previous probabilities.
+/// Returns the candidates before the last classification.
 pub fn last_candidates(net: &PointTriNet<Value>, vertices: &[[f32; 3]], draw: Draw) -> Candidates {
     let mut candidates = Candidates::seeds(vertices);
     for round in 1..ROUNDS as u64 {
-        // spaced so that every edge of every round has its own seed
+        // Seeds are spaced so that every edge of every round has its own.
         let seed = draw.seed.wrapping_add(round << 40);
         candidates = run_round(net, vertices, candidates, Draw { seed, ..draw });
     }

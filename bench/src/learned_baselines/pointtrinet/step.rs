@@ -1,7 +1,4 @@
-//! Training step of the objective "pointtrinet": a patch of a surface triangulated by both networks, without a known
-//! triangulation.
-//!
-//! As in the paper, gradients pass through the last round only; earlier rounds provide its candidates.
+//! Training step of the objective "pointtrinet".
 
 use super::{
     CandidateNeighbourhoods, Candidates, Draw, PointTriNet, Proposal, SurfacePoint, classifier, last_candidates,
@@ -24,14 +21,13 @@ use std::sync::Arc;
 const PATCH_VERTICES: usize = 256;
 const PATCH_SURFACE: usize = 1024;
 const PATCH_SHARE: f64 = 0.25;
-/// Step through the surface points that are compared with triangles.
+// Step through the surface points that are compared with triangles.
 const SURFACE_STRIDE: usize = 10;
 const SAMPLES: usize = 1000;
-/// Weight of the overlap loss; the others have 1.
+// Weight of the overlap loss; the others have 1.
 const OVERLAP: f64 = 0.01;
-/// Fraction of uniform draws in proposals.
 const RANDOM_SHARE: f32 = 0.25;
-/// Step through the candidates that propose in the learning round; enough information at a quarter of the time.
+// Step through the candidates that propose in the learning round.
 const PROPOSING_STRIDE: usize = 4;
 
 /// Takes one training step on one patch.
@@ -49,6 +45,7 @@ pub fn pointtrinet_step(
     let mut tape = Tape::default();
     let parameters = tensors.parameters(&mut tape);
     let net = PointTriNet::from_tensors(&parameters).map_err(missing)?;
+    // As in the paper, gradients pass through the last round only.
     let last = LastRound::run(&mut tape, &net, &patch, candidates, Draw { seed: random.next_u64(), ..draw });
     let terms = last.terms(&patch, random);
     let [to_queries, to_points] = last.gradients(&terms);
@@ -62,14 +59,11 @@ pub fn pointtrinet_step(
 struct SurfacePatch {
     vertices: Vec<[f32; 3]>,
     surface: Vec<SurfacePoint>,
-    /// Mean distance of the surface points from their mean.
+    // Mean distance of the surface points from their mean.
     length: f64,
 }
 
 impl SurfacePatch {
-    /// Takes the points nearest to a random surface point.
-    ///
-    /// Half of the patches have random vertices, as in the paper, the others farthest points.
     fn draw(mesh: &TriMesh, random: &mut Xoshiro256PlusPlus) -> Option<Self> {
         let [n_vertices, n_surface] = [PATCH_VERTICES, PATCH_SURFACE].map(|n| (n as f64 / PATCH_SHARE) as usize);
         let surface = surface_points(mesh, n_surface, random.next_u64());
@@ -77,6 +71,7 @@ impl SurfacePatch {
         let dense = |n: usize, seed: u64| -> Vec<[f32; 3]> {
             surface_samples(mesh, n, seed).iter().map(|sample| sample.point(mesh).as_vec3().to_array()).collect()
         };
+        // Half of the patches have random vertices, as in the paper, the others farthest points.
         let all = match uniform(random) < 0.5 {
             true => dense(n_vertices, random.next_u64()),
             false => {
@@ -136,12 +131,12 @@ impl LastRound {
         Self { candidates, probabilities, of_points, queries, proposals }
     }
 
-    /// Returns the weighted losses by name; the last gradient is by the proposals, the others by the candidates.
     fn terms(&self, patch: &SurfacePatch, random: &mut Xoshiro256PlusPlus) -> [(&'static str, Term); 5] {
         let Candidates { triangles, probabilities: p } = &self.candidates;
         let (vertices, length) = (&patch.vertices, patch.length);
         let points: Vec<[f32; 3]> = patch.surface.iter().step_by(SURFACE_STRIDE).map(|at| at.point).collect();
         let everywhere = triangle_samples(vertices, triangles, &vec![1.0; p.len()], SAMPLES, random.next_u64());
+        // The last loss has a gradient by the proposals, the others by the candidates.
         let where_likely = triangle_samples(vertices, triangles, p, SAMPLES, random.next_u64());
         [
             ("surface_to_triangles", surface_to_triangles(&points, vertices, triangles, p, length)),
@@ -152,7 +147,6 @@ impl LastRound {
         ]
     }
 
-    /// Returns the gradients by the probabilities of candidates and points, whose product is that of a proposal.
     fn gradients(&self, terms: &[(&'static str, Term); 5]) -> [Matrix; 2] {
         let [.., (_, matched)] = terms;
         let mut to_candidates = vec![0.0; self.candidates.probabilities.len()];
@@ -160,6 +154,7 @@ impl LastRound {
             to_candidates.iter_mut().zip(&term.gradient).for_each(|(sum, g)| *sum += g);
         }
         let mut to_points = vec![0.0; self.of_points.matrix().n_rows()];
+        // The probability of a proposal is the product of a candidate's and a point's.
         for (proposal, gradient) in self.proposals.iter().zip(&matched.gradient) {
             let (row, query) = (proposal.row as usize, self.queries[proposal.query as usize] as usize);
             to_points[row] += gradient * self.candidates.probabilities[query];
@@ -190,7 +185,7 @@ mod tests {
         Xoshiro256PlusPlus::seed_from_u64(0)
     }
 
-    /// Trains with constant candidates, because whole steps change them and their losses may rise.
+    // Candidates are constant, because whole steps change them and their losses may rise.
     #[test]
     fn steps_on_held_candidates_lower_the_loss() {
         let settings = Settings::from_toml("").unwrap();

@@ -1,4 +1,4 @@
-//! Expected distance of the surface from the likely triangles.
+//! Expected distance of the surface from the triangles.
 
 use super::patches::corners;
 use glam::Vec3;
@@ -6,12 +6,10 @@ use neural_mesh::geometry::triangle::nearest_point;
 use neural_mesh::loss::Term;
 use rayon::prelude::*;
 
-/// Nearest triangles considered for a surface point.
+// Nearest triangles considered for a surface point.
 const NEAREST: usize = 32;
 
 /// Computes the expected distance of surface points from the nearest kept triangle, each kept with its probability.
-///
-/// `sum over k of d_k p_k product over j < k of (1 - p_j)` over the 32 nearest; `length` where none is kept.
 ///
 /// # Shapes
 /// - `surface`: n x 3; `probabilities`: n_triangles
@@ -56,10 +54,11 @@ fn nearest_triangles(point: [f32; 3], vertices: &[[f32; 3]], triangles: &[[u32; 
     all
 }
 
-/// Returns the expected distance and its slopes by `e' = p d + (1 - p) e` from the farthest to the nearest triangle.
 fn expected_distance(nearest: &[(f32, u32)], probabilities: &[f32], length: f64) -> (f64, Vec<(u32, f64)>) {
     let p = |triangle: u32| f64::from(probabilities[triangle as usize]);
     let mut slopes: Vec<(u32, f64)> = Vec::with_capacity(nearest.len());
+    // `sum over k of d_k p_k product over j < k of (1 - p_j)` is `e' = p d + (1 - p) e` from the farthest triangle on;
+    // `length` counts where no triangle is kept.
     let mut beyond = length;
     for &(distance, triangle) in nearest.iter().rev() {
         slopes.push((triangle, f64::from(distance) - beyond));

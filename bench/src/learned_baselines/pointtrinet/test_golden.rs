@@ -1,5 +1,4 @@
-//! Comparisons of the networks with NumPy (`bench/tests/golden/pointtrinet.py`) and of gradients with differences;
-//! shared test data.
+//! Comparisons of the networks with NumPy (`bench/tests/golden/pointtrinet.py`).
 
 use super::*;
 use crate::linalg::test_values::random;
@@ -110,7 +109,7 @@ fn weighted_sum(outputs: &[Value; 2]) -> (f64, [Matrix; 2]) {
     (outputs.iter().zip(&weights).map(products).sum(), weights)
 }
 
-/// Checks each tensor along its gradient with steps short enough to cross few kinks; zero biases would be kinks.
+// Steps along each gradient are short enough to cross few kinks; zero biases would be kinks.
 #[test]
 fn gradients_of_both_networks() {
     let tensors = tensors();

@@ -1,4 +1,4 @@
-//! Random points on candidate triangles for the losses.
+//! Random points on candidate triangles.
 
 use super::patches::corners;
 use glam::DVec3;
@@ -11,11 +11,11 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 pub struct TriangleSample {
     /// Index of the triangle.
     pub triangle: u32,
-    /// Position of the point.
+    /// Position.
     pub point: [f32; 3],
 }
 
-/// Draws `n` points on triangles by area times weight; none where their sum is zero.
+/// Draws `n` points on triangles by area times weight.
 ///
 /// # Shapes
 /// - `weights`: n_triangles, non-negative
@@ -63,7 +63,7 @@ mod tests {
     #[test]
     fn triangles_get_samples_by_area_and_weight() {
         let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 3.0]];
-        // areas 1 : 3, weights 3 : 2
+        // Areas are 1 : 3, weights 3 : 2.
         let samples = triangle_samples(&points, &[[0, 1, 2], [0, 1, 3]], &[0.75, 0.5], 3000, 1);
         let on_first = samples.iter().filter(|sample| sample.triangle == 0).count();
         assert!((900..1100).contains(&on_first), "{on_first}");

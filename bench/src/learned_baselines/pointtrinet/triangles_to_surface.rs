@@ -1,14 +1,14 @@
-//! Expected distance of the likely triangles from the surface.
+//! Expected distance of the triangles from the surface.
 
 use super::TriangleSample;
 use glam::DVec3;
 use neural_mesh::loss::Term;
 use neural_mesh::spatial::nearest_to;
 
-/// A point of the surface with its normal.
+/// A surface point with its normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// Position of the point.
+    /// Position.
     pub point: [f32; 3],
     /// Unit normal.
     pub normal: [f32; 3],
@@ -19,7 +19,7 @@ pub struct SurfacePoint {
 /// # Shapes
 /// - `samples`: n, drawn by area; p is the probability of their triangle
 /// - `length`: unit of length, about the size of the patch, above 0
-/// - returns the mean in this unit and its gradient by the probabilities
+/// - returns the mean in this unit and its gradient by p
 ///
 /// ```
 /// use neural_mesh_bench::learned_baselines::pointtrinet::{SurfacePoint, TriangleSample, triangles_to_surface};

@@ -1,12 +1,8 @@
-//! The watertightness loss: sides without exactly one neighbour.
+//! The watertightness loss.
 
 use neural_mesh::loss::Term;
 
-/// Computes the expected number of open sides over the expected number of sides, each triangle kept with its
-/// probability.
-///
-/// `1 - 2 sum over edges of P_e(2) / sum over sides of p`, where P_e(2) is the probability of exactly two triangles at
-/// an edge.
+/// Computes the expected share of open sides, each triangle kept with its probability.
 ///
 /// # Shapes
 /// - `triangles`: n x 3, distinct; `probabilities`: n
@@ -20,6 +16,8 @@ use neural_mesh::loss::Term;
 /// ```
 pub fn watertightness(triangles: &[[u32; 3]], probabilities: &[f32]) -> Term {
     let p = |t: u32| f64::from(probabilities[t as usize]);
+    // The share is `1 - 2 sum over edges of P_e(2) / sum over sides of p`, with the probability P_e(2) of exactly two
+    // triangles at an edge.
     let mut closed = 0.0;
     let mut to_closed = vec![0.0f64; probabilities.len()];
     for edge in sides(triangles).chunk_by(|a, b| a.0 == b.0) {
@@ -31,15 +29,14 @@ pub fn watertightness(triangles: &[[u32; 3]], probabilities: &[f32]) -> Term {
     let n_sides = 3.0 * probabilities.iter().map(|&p| f64::from(p)).sum::<f64>();
     let scale = n_sides + LEAST;
     let value = (n_sides - closed) / scale;
-    // each probability counts at three sides
+    // Each probability counts at three sides.
     let slope = |to_closed: &f64| ((3.0 - to_closed - 3.0 * value) / scale) as f32;
     Term { value, gradient: to_closed.iter().map(slope).collect() }
 }
 
-/// Added to the number of sides, which may be 0.
+// Added to the number of sides, which may be 0.
 const LEAST: f64 = 1e-4;
 
-/// Returns the sides of all triangles as edges, lower corner first, with the triangle; sorted by edge.
 fn sides(triangles: &[[u32; 3]]) -> Vec<([u32; 2], u32)> {
     let of_triangle =
         |(&[a, b, c], t): (&[u32; 3], u32)| [[a, b], [b, c], [c, a]].map(|[v, w]| ([v.min(w), v.max(w)], t));
@@ -55,7 +52,7 @@ fn exactly_two(p: &[f64]) -> (f64, Vec<f64>) {
     }
     let mut after = [1.0, 0.0, 0.0];
     let mut slopes = vec![0.0; p.len()];
-    // the others are those before and those after
+    // The other triangles are those before and those after.
     for (i, &p) in p.iter().enumerate().rev() {
         let ([none, one, two], [no, once, twice]) = (before[i], after);
         let others = [none * once + one * no, none * twice + one * once + two * no];
@@ -65,9 +62,9 @@ fn exactly_two(p: &[f64]) -> (f64, Vec<f64>) {
     (before[p.len()][2], slopes)
 }
 
-/// Updates the probabilities of none, one and two kept by one more of probability p.
 fn add_one([none, one, two]: [f64; 3], p: f64) -> [f64; 3] {
     let q = 1.0 - p;
+    // These are the probabilities of none, one and two kept.
     [none * q, one * q + none * p, two * q + one * p]
 }
 

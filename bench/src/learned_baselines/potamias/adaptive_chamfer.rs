@@ -1,11 +1,9 @@
-//! The adaptive Chamfer distance, in which input points of high curvature have more weight.
+//! The adaptive Chamfer distance, weighted by curvature.
 
 use super::PointLoss;
 use neural_mesh::spatial::nearest_to;
 
-/// Returns the weights of points by curvature: half uniform, half proportional to it, with mean 1.
-///
-/// The paper weighs the direction from input to samples by curvature; the proportion is ours.
+/// Returns the weights of points: half uniform, half proportional to curvature, with mean 1.
 ///
 /// ```
 /// use neural_mesh_bench::learned_baselines::potamias::adaptive_weights;
@@ -13,6 +11,7 @@ use neural_mesh::spatial::nearest_to;
 /// assert_eq!(adaptive_weights(&[0.0; 2]), [1.0; 2]);
 /// ```
 pub fn adaptive_weights(curvature: &[f64]) -> Vec<f64> {
+    // The paper weighs points by curvature; the proportion is ours.
     let mean = curvature.iter().sum::<f64>() / curvature.len() as f64;
     curvature.iter().map(|kappa| if mean > 0.0 { 0.5 + 0.5 * kappa / mean } else { 1.0 }).collect()
 }

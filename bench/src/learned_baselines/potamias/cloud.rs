@@ -1,20 +1,20 @@
-//! A normalised point cloud with its neighbourhood graph.
+//! A normalised point cloud.
 
 use neural_mesh::linalg::Csr;
 use neural_mesh::spatial::nearest_neighbours;
 use std::sync::Arc;
 
-/// Neighbours per point: the paper's number for the refinement, here also for the projection.
+/// Neighbours per point, as in the paper's refinement.
 pub const NEIGHBOURS: usize = 15;
 
-/// Centred points in units of their mean neighbour distance, with a neighbourhood graph.
+/// Centred points in units of their mean neighbour distance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cloud {
     /// Normalised points, n x 3.
     pub points: Vec<[f32; 3]>,
-    /// Nearest neighbours of each point, n x n.
+    /// Nearest neighbours, n x n.
     pub graph: Arc<Csr>,
-    /// Mean distance of each point to its neighbours, n.
+    /// Mean distance to the neighbours, n.
     pub radii: Vec<f32>,
     origin: [f64; 3],
     unit: f64,

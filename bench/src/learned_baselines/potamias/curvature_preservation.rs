@@ -1,4 +1,4 @@
-//! The curvature-preservation loss between samples and input.
+//! The curvature-preservation loss.
 
 use super::PointLoss;
 use glam::{DMat3, DVec3};
@@ -6,14 +6,10 @@ use neural_mesh::geometry::eigenvalues;
 use neural_mesh::spatial::nearest_neighbours;
 use rayon::prelude::*;
 
-/// Neighbours of a curvature estimate, as in the measure of Table 2.
+// Neighbours of a curvature estimate, as in the measure of the paper's Table 2.
 const NEIGHBOURS: usize = 10;
 
-/// Returns the curvature of each point (surface variation, Pauly et al. 2002, over 10 neighbours), averaged over the
-/// same points.
-///
-/// Unlike [`point_curvature`](neural_mesh::spatial::point_curvature) the mean has no Gaussian weights, which keeps the
-/// gradient local.
+/// Returns the curvature of each point (surface variation, Pauly et al. 2002), averaged over its 10 neighbours.
 ///
 /// # Shapes
 /// - `points`: n x 3, finite
@@ -28,9 +24,7 @@ pub fn mean_curvature(points: &[[f32; 3]]) -> Vec<f64> {
     PointStars::new(points).means()
 }
 
-/// Computes `1/n sum_s (K(s) - k_s)^2` for samples with mean curvature K and the input's curvature k, and its gradient.
-///
-/// Neighbours of samples and targets are treated as constant.
+/// Computes `1/n sum_s (K(s) - k_s)^2` with mean curvatures K of samples and wanted ones k, and its gradient.
 ///
 /// # Shapes
 /// - `samples`: n x 3; `wanted`: n
@@ -46,6 +40,7 @@ pub fn curvature_preservation(samples: &[[f32; 3]], wanted: &[f64]) -> PointLoss
     let stars = PointStars::new(samples);
     let differences: Vec<f64> = stars.means().iter().zip(wanted).map(|(found, wanted)| found - wanted).collect();
     let value = differences.iter().map(|d| d * d).sum::<f64>() / n;
+    // Neighbours are treated as constant.
     let mut to_kappa = vec![0.0; samples.len()];
     for (s, difference) in differences.iter().enumerate() {
         let members = stars.members(s);
@@ -95,20 +90,18 @@ impl<'a> PointStars<'a> {
         (0..self.points.len()).map(mean).collect()
     }
 
-    /// Returns the derivative of a point's own curvature by each member: `2 ((v . d) v - kappa d) / trace`.
-    ///
-    /// v is the unit eigenvector of the least eigenvalue, d the member's offset.
     fn slopes(&self, s: usize) -> Vec<(usize, DVec3)> {
         let spread = self.spread(s);
         let covariance = covariance(&spread);
         let trace = trace(&covariance);
+        // The slope by a member at offset d is `2 ((v . d) v - kappa d) / trace`, with the unit eigenvector v of the
+        // least eigenvalue.
         let (kappa, v) = (kappa(&covariance), flattest(&covariance));
         let slope = |d: DVec3| if trace > 0.0 { 2.0 * (v.dot(d) * v - kappa * d) / trace } else { DVec3::ZERO };
         self.members(s).into_iter().zip(spread).map(|(m, d)| (m, slope(d))).collect()
     }
 }
 
-/// Returns the sums of products xx, xy, xz, yy, yz, zz.
 fn covariance(spread: &[DVec3]) -> [f64; 6] {
     let mut sums = [0.0; 6];
     for d in spread {
@@ -127,7 +120,6 @@ fn kappa(covariance: &[f64; 6]) -> f64 {
     if trace > 0.0 { (eigenvalues(*covariance)[0] / trace).clamp(0.0, 1.0 / 3.0) } else { 0.0 }
 }
 
-/// Returns a unit eigenvector of the least eigenvalue; zero where it is not unique.
 fn flattest(covariance: &[f64; 6]) -> DVec3 {
     let [xx, xy, xz, yy, yz, zz] = *covariance;
     let least = eigenvalues(*covariance)[0];
@@ -136,6 +128,7 @@ fn flattest(covariance: &[f64; 6]) -> DVec3 {
         DVec3::new(xy, yy - least, yz),
         DVec3::new(xz, yz, zz - least),
     );
+    // All cross products vanish where the eigenvector is not unique; the result is then zero.
     let crossed = [rest.x_axis.cross(rest.y_axis), rest.y_axis.cross(rest.z_axis), rest.z_axis.cross(rest.x_axis)];
     let longest = crossed.into_iter().max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
     longest.unwrap_or_default().normalize_or_zero()
@@ -168,7 +161,7 @@ mod tests {
         let samples = sheet(25);
         let wanted: Vec<f64> = (0..25).map(|i| f64::from(i) / 200.0).collect();
         let neighbours = nearest_neighbours(&samples, NEIGHBOURS);
-        // the loss with constant neighbours in double precision
+        // The loss has constant neighbours and double precision.
         let loss = |x: &[f64]| {
             let place = |m: usize| DVec3::from_slice(&x[3 * m..]);
             let of_star = |s: usize| {
@@ -185,7 +178,7 @@ mod tests {
         let found = curvature_preservation(&samples, &wanted);
         let flat: Vec<f64> = samples.iter().flatten().map(|&x| f64::from(x)).collect();
         assert!((found.value - loss(&flat)).abs() < 1e-12);
-        // scaled, so that differences exceed the rounding
+        // The loss is scaled, so that differences exceed the rounding.
         let gradient: Vec<f32> = found.gradient.iter().flatten().map(|&g| (1e3 * g) as f32).collect();
         assert_slopes(&gradient, samples.as_flattened(), |x| 1e3 * loss(x));
     }

@@ -1,30 +1,29 @@
-//! The latent likeness loss: distances in latent space follow differences of curvature.
+//! The latent likeness loss.
 
 use neural_mesh::linalg::Matrix;
 
-/// Scale of the root of a curvature, so that differences are about 1.
+// Scale of a curvature's root, so that differences are about 1.
 const SCALE: f64 = 10.0;
-/// Added to squared distances, so that equal rows have a slope.
+// Added to squared distances, so that equal rows have a slope.
 const LEAST: f64 = 1e-6;
 
 /// Computes `mean of (|z_i - z_j| - t_ij)^2`, `t_ij = 10 |sqrt(k_i) - sqrt(k_j)|`, and its gradient by the latent rows.
 ///
-/// The pairs are each point and those `offsets` later. The loss is ours: farthest points pass no gradient, and without
-/// it they were worse than positions alone.
-///
 /// # Shapes
 /// - `latent`: n x n_latent; `curvature`: n, non-negative
+/// - `offsets`: pairs are each point and the ones that many places later
 ///
 /// ```
 /// use neural_mesh::linalg::Matrix;
 /// use neural_mesh_bench::learned_baselines::potamias::latent_likeness;
 /// let rows = Matrix::new(2, 1, vec![0.0, 3.0]);
 /// let (value, gradient) = latent_likeness(&rows, &[0.0, 0.01], &[1]);
-// 3 apart, target 1, from either side
+/// // The rows are 3 apart, the target is 1, from either side.
 /// assert!((value - 4.0).abs() < 1e-4 && (gradient.data()[1] - 4.0).abs() < 1e-4);
 /// ```
 pub fn latent_likeness(latent: &Matrix, curvature: &[f64], offsets: &[usize]) -> (f64, Matrix) {
     let [n, width] = latent.shape();
+    // The loss is ours, because farthest points pass no gradient.
     let share = 1.0 / (n * offsets.len()).max(1) as f64;
     let (mut value, mut gradient) = (0.0, vec![0.0f64; n * width]);
     for (i, offset) in offsets.iter().flat_map(|&offset| (0..n).map(move |i| (i, offset))) {

@@ -1,8 +1,7 @@
 //! Simplified point clouds: "Revisiting Point Cloud Simplification: A Learnable Feature Preserving Approach" (Potamias,
 //! Bouritsas, Zafeiriou, ECCV 2022).
 //!
-//! A network projects points into a latent space, farthest points are drawn there, and attention over 15 neighbours
-//! moves them. Layers and widths are those of the Point Sampler; the text at hand gives none.
+//! Layers and widths are those of the Point Sampler; the text at hand gives none.
 
 mod adaptive_chamfer;
 mod cloud;
@@ -35,20 +34,19 @@ pub use step::potamias_step;
 /// A loss of points and its gradient.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointLoss {
-    /// Value of the loss.
+    /// Value.
     pub value: f64,
     /// Derivative by each point, n x 3.
     pub gradient: Vec<[f64; 3]>,
 }
 
-/// Simplifies a cloud to `n` points, which may differ from the input's; returns all where it has no more.
+/// Simplifies a cloud to at most `n` points, which may differ from the input's.
 ///
 /// # Shapes
 /// - `points`: n_points x 3, finite; `first`: index of the point drawn first
-/// - `tensors`: with the [`shapes`] of some width share
 ///
 /// # Panics
-/// When tensors are missing or have other shapes, or `first` does not exist.
+/// If tensors are missing or have wrong shapes, or `first` does not exist.
 ///
 /// ```
 /// use neural_mesh_bench::learned_baselines::{LearnedBaseline, LearnedWeights, potamias::simplify_points};
@@ -66,7 +64,6 @@ pub fn simplify_points(points: &[[f32; 3]], n: usize, first: u32, tensors: &Tens
     cloud.to_input(&refinement.points())
 }
 
-/// Simplifies the vertices of a mesh and meshes them by ball pivoting with normals of the nearest vertices.
 pub(super) fn simplify(
     mesh: &TriMesh,
     n_vertices: usize,
@@ -83,13 +80,13 @@ pub(super) fn simplify(
 
 #[cfg(test)]
 mod tests {
-    //! Compares the network with NumPy (`bench/tests/golden/potamias.py`), and its gradients with differences.
+    // Networks are compared with NumPy (`bench/tests/golden/potamias.py`), gradients with differences.
 
     use super::*;
     use crate::autodiff::test_gradients::check_gradients;
     use neural_mesh::autodiff::Value;
 
-    /// Width share: 4 wide with one latent number.
+    // Layers are 4 wide, with one latent number.
     const SHARE: f64 = 1.0 / 16.0;
     const SAMPLES: [u32; 3] = [2, 5, 13];
 
@@ -163,7 +160,7 @@ mod tests {
         let [here, there] = [sphere.positions(), &moved].map(|points| simplify_points(points, 60, 5, &tensors));
         let back = there.iter().map(|p| [p[0] - 8.0, p[1] + 16.0, p[2] - 32.0].map(|x| 0.25 * x));
         let near = here.iter().zip(back).filter(|(a, b)| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-4)).count();
-        // rounding may change a choice
+        // Rounding may change a choice.
         assert!(near > 54, "{near}");
     }
 

@@ -7,10 +7,10 @@ use std::sync::Arc;
 
 const WIDTH: usize = 64;
 const LAYERS: usize = 3;
-/// Full latent width besides the position; small, so that farthest points are cheap.
+// Full latent width; small, so that farthest points are cheap.
 const LATENT: usize = 16;
 
-/// The network: `T` is a shape, a stored matrix, or a value on a tape.
+/// The network; `T` is a shape, a matrix or a value on a tape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Potamias<T> {
     /// Layers of the projection.
@@ -21,27 +21,27 @@ pub struct Potamias<T> {
     pub refinement: RefinementWeights<T>,
 }
 
-/// A projection layer over the neighbourhood of a point.
+/// A projection layer over a point's neighbourhood.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProjectionLayer<T> {
     /// Weights of differences, n_in x width.
     pub theta: T,
     /// Weights of their maximum, width x width.
     pub phi: T,
-    /// Weights of input and layer output, (n_in + width) x width; none in the first layer, which ignores position.
+    /// Weights of input and output; none in the first layer.
     pub mixed: Option<T>,
     /// Bias, 1 x width.
     pub bias: Option<T>,
 }
 
-/// The attention of a sample over its neighbours.
+/// Attention of a sample over its neighbours.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RefinementWeights<T> {
     /// Weights of the sample, n_latent x width.
     pub own: T,
     /// Weights of a neighbour, n_latent x width.
     pub near: T,
-    /// Weights of the neighbour's offset and the sampling density, 4 x width.
+    /// Weights of offset and density, 4 x width.
     pub offset: T,
     /// Bias, 1 x width.
     pub bias: T,
@@ -110,7 +110,8 @@ pub fn shapes(width_share: f64) -> Tensors<[usize; 2]> {
     shapes
 }
 
-/// Returns random initial tensors, with a tenth of the usual size where they move samples.
+/// Returns random initial tensors.
 pub fn initial_tensors(width_share: f64, seed: u64) -> Tensors<Arc<Matrix>> {
+    // Samples move little at first.
     shapes(width_share).draw_scaled(seed, |name| if name == "refinement.moved" { 0.1 } else { 1.0 })
 }

@@ -1,14 +1,10 @@
-//! The projection network: from a point's neighbourhood to its latent row.
+//! The projection into the latent space.
 
 use super::{Cloud, Potamias};
 use neural_mesh::autodiff::{Tape, Value};
 use neural_mesh::linalg::Matrix;
 
 /// Projects each point to its latent row.
-///
-/// The first layer sees differences of positions, as DevConv: `f_i = ReLU(W_phi max_j W_theta (x_i - x_j))`. Others see
-/// differences of features and keep their input: `f_i' = ReLU(W [f_i | ReLU(W_phi max_j W_theta (f_i - f_j))] + b)`.
-/// The last map is linear.
 ///
 /// # Shapes
 /// - returns n x n_latent
@@ -21,6 +17,8 @@ use neural_mesh::linalg::Matrix;
 /// assert_eq!(projection(&mut Tape::default(), &net, &cloud).matrix().shape(), [162, 16]);
 /// ```
 pub fn projection(tape: &mut Tape, net: &Potamias<Value>, cloud: &Cloud) -> Value {
+    // The first layer sees positions, as DevConv: `f_i = ReLU(W_phi max_j W_theta (x_i - x_j))`. The others see
+    // features: `f_i' = ReLU(W [f_i | ReLU(W_phi max_j W_theta (f_i - f_j))] + b)`. The last map is linear.
     let mut features = Value::constant(Matrix::from_points(&cloud.points));
     for layer in &net.layers {
         let mapped = tape.product(&features, &layer.theta);

@@ -1,4 +1,4 @@
-//! The attention-based refinement (AttRef): samples move by attention over their nearest input points.
+//! The attention-based refinement of samples (AttRef).
 
 use super::{Cloud, Potamias};
 use neural_mesh::autodiff::{Tape, Value};
@@ -8,26 +8,21 @@ use std::sync::Arc;
 /// Samples and their displacements.
 #[derive(Clone, Debug)]
 pub struct Refinement {
-    /// Samples before the move in normalised coordinates, n x 3.
+    /// Normalised samples before the move, n x 3.
     pub from: Vec<[f32; 3]>,
-    /// Unit of each displacement: mean distance to the neighbours, n.
+    /// Units of the displacements, n: mean distances to the neighbours.
     pub radii: Vec<f32>,
     /// Displacements in these units, n x 3.
     pub displacement: Value,
 }
 
-/// Moves each sample by attention over its 15 nearest points:
-///
-/// `h_ij = ReLU(W_o z_i + W_n z_j + W_r [(x_j - x_i) / r_i | c] + b)`,
-/// `d_i = r_i sum_j softmax_j(w_a . h_ij) W_m h_ij`.
-///
-/// The root c of the sampled fraction is ours: one network serves all ratios.
+/// Moves each sample by attention over its 15 nearest points.
 ///
 /// # Shapes
-/// - `latent`: n_points x n_latent, z; `samples`: indices of points
+/// - `latent`: n_points x n_latent; `samples`: indices of points
 ///
 /// # Panics
-/// When a sample does not exist.
+/// If a sample does not exist.
 ///
 /// ```
 /// use neural_mesh::autodiff::Tape;
@@ -48,6 +43,7 @@ pub fn refinement(
     let graph = neighbourhoods(&cloud.graph, samples);
     let [rows, columns]: [Vec<u32>; 2] = [0, 1].map(|side| graph.entries().map(|entry| entry[side]).collect());
     let radii: Vec<f32> = samples.iter().map(|&s| cloud.radii[s as usize]).collect();
+    // Hidden rows are `h_ij = ReLU(W_o z_i + W_n z_j + W_r [(x_j - x_i) / r_i | c] + b)`.
     let of_samples = tape.gather(latent, samples);
     let own = tape.product(&of_samples, &net.own);
     let own = tape.gather(&own, &rows);
@@ -58,6 +54,7 @@ pub fn refinement(
     let both = tape.plus(&own, &near);
     let hidden = tape.plus(&both, &place);
     let hidden = tape.relu(&hidden);
+    // Displacements are `d_i = r_i sum_j softmax_j(w_a . h_ij) W_m h_ij`.
     let logits = tape.product(&hidden, &net.attention);
     let attention = tape.neighbour_softmax(&logits, &graph);
     let moves = tape.product(&hidden, &net.moved);
@@ -71,8 +68,8 @@ fn neighbourhoods(graph: &Csr, samples: &[u32]) -> Arc<Csr> {
     Csr::from_entries(samples.len(), graph.n_cols(), entries).into()
 }
 
-/// Returns `[(x_j - x_i) / r_i | c]` for every entry, n_entries x 4.
 fn offsets(cloud: &Cloud, samples: &[u32], graph: &Csr) -> Matrix {
+    // The root c of the sampled fraction is ours: one network serves all ratios.
     let closeness = (samples.len() as f32 / cloud.points.len() as f32).sqrt();
     let offset = |[row, j]: [u32; 2]| {
         let s = samples[row as usize] as usize;
@@ -84,7 +81,7 @@ fn offsets(cloud: &Cloud, samples: &[u32], graph: &Csr) -> Matrix {
 }
 
 impl Refinement {
-    /// Returns the moved samples in normalised coordinates, n x 3.
+    /// Returns the moved samples, normalised, n x 3.
     pub fn points(&self) -> Vec<[f32; 3]> {
         let moves = self.displacement.matrix();
         let moved =
@@ -92,7 +89,7 @@ impl Refinement {
         self.from.iter().enumerate().map(moved).collect()
     }
 
-    /// Converts a gradient by the points to one by the displacements, n x 3.
+    /// Converts a gradient by points to one by displacements.
     pub fn backward(&self, gradient: &[[f64; 3]]) -> Matrix {
         let of_row = |(g, &radius): (&[f64; 3], &f32)| g.map(|g| (g * f64::from(radius)) as f32);
         Matrix::from_owned_points(gradient.iter().zip(&self.radii).map(of_row).collect())

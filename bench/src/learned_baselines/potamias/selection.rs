@@ -1,17 +1,14 @@
-//! Selection of farthest points in the latent space.
+//! Farthest points in the latent space.
 
 use super::Cloud;
 use neural_mesh::linalg::Matrix;
 use neural_mesh::spatial::farthest_latent_points;
 
-/// Weight of latent features against positions. On six validation meshes 1 lowered the curvature error by 11 % and
-/// raised the Chamfer distance by 15 %; 2 gave 17 % and 43 %.
+// Weight of latent features against positions. On six validation meshes 1 lowered the curvature error by 11 % and
+// raised the Chamfer distance by 15 %; 2 gave 17 % and 43 %.
 const UNLIKENESS: f64 = 1.0;
 
 /// Draws `n` farthest points in the latent space from `first` on; returns them in ascending order.
-///
-/// A latent row is the position in units of the samples' distance, and the features scaled to deviation `UNLIKENESS`.
-/// No gradient passes.
 ///
 /// # Shapes
 /// - `latent`: n_points x n_latent; `first`: index of a point
@@ -24,6 +21,7 @@ const UNLIKENESS: f64 = 1.0;
 /// ```
 pub fn selection(cloud: &Cloud, latent: &Matrix, n: usize, first: u32) -> Vec<u32> {
     let n_points = cloud.points.len();
+    // A latent row is the position in units of the samples' distance, and the features scaled to one deviation.
     let closeness = (n as f64 / n_points as f64).sqrt() as f32;
     let places: Vec<[f32; 3]> = cloud.points.iter().map(|p| p.map(|x| closeness * x)).collect();
     let scale = (UNLIKENESS / deviation(latent)) as f32;
@@ -68,7 +66,7 @@ mod tests {
         let latent = Matrix::from_fn(cloud.points.len(), 1, |i, _| sign(i));
         let samples = selection(&cloud, &latent, 300, 0);
         let rough = samples.iter().filter(|&&s| is_rough(s as usize)).count();
-        // a quarter of the sphere
+        // The rough points are a quarter of the sphere.
         assert!(rough > 120, "{rough}");
     }
 

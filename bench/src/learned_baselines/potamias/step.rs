@@ -1,8 +1,4 @@
-//! Training step of the objective "potamias": a simplified cloud with adaptive Chamfer distance and curvature
-//! preservation.
-//!
-//! The selection is constant; gradients reach all tensors through the refinement, and the projection through the latent
-//! likeness.
+//! Training step of the objective "potamias".
 
 use super::{
     Cloud, PointLoss, Potamias, adaptive_chamfer, adaptive_weights, curvature_preservation, latent_likeness,
@@ -16,15 +12,15 @@ use neural_mesh::train::{Settings, StepResult, TrainingItem, cut_patch};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::sync::Arc;
 
-/// Fewest samples of a step, needed for curvature neighbourhoods.
+// Curvature neighbourhoods need this many samples.
 const LEAST_SAMPLES: usize = 16;
-/// Weight of the curvature loss, with which both losses fall; the text at hand does not give the paper's.
+// Weight of the curvature loss, with which both losses fall; the text at hand does not give the paper's.
 const CURVATURE: f64 = 10.0;
-/// Weight of the latent likeness, whose gradient is the largest.
+// Weight of the latent likeness, whose gradient is the largest.
 const LIKENESS: f64 = 0.1;
 const PARTNERS: usize = 4;
 
-/// Takes one training step, with distances in units of the samples' so that all ratios weigh alike.
+/// Takes one training step.
 pub fn potamias_step(
     tensors: &Tensors<Arc<Matrix>>,
     item: &TrainingItem,
@@ -47,7 +43,7 @@ pub fn potamias_step(
     let curvature = mean_curvature(&cloud.points);
     let [chamfer, kept] = losses(&refined.points(), &cloud, &curvature, item.ratio);
     let of_points = refined.backward(&add_gradients(&chamfer, &kept));
-    // farthest points pass no gradient, so the latent space has a loss of its own
+    // Farthest points pass no gradient, so the latent space has a loss of its own.
     let offsets: Vec<usize> = (0..PARTNERS).map(|_| 1 + random_below(random, n - 1)).collect();
     let (likeness, mut of_latent) = latent_likeness(latent.matrix(), &curvature, &offsets);
     of_latent.data_mut().iter_mut().for_each(|g| *g *= LIKENESS as f32);
@@ -61,6 +57,7 @@ fn losses(samples: &[[f32; 3]], cloud: &Cloud, curvature: &[f64], ratio: f64) ->
     let wanted: Vec<f64> = nearest.iter().map(|&at| curvature[at as usize]).collect();
     let chamfer = adaptive_chamfer(samples, &cloud.points, &adaptive_weights(curvature));
     let kept = curvature_preservation(samples, &wanted);
+    // Squared distances of samples grow as 1 / ratio; so all ratios weigh alike.
     [scale_loss(chamfer, ratio), scale_loss(kept, CURVATURE)]
 }
 

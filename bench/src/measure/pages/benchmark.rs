@@ -1,4 +1,4 @@
-//! The benchmark against meshoptimizer's `simplify` at the same number of faces, and the README's table.
+//! The benchmark against meshoptimizer's `simplify`, and the README's table.
 
 use std::collections::BTreeMap;
 
@@ -17,14 +17,13 @@ use crate::measure::root;
 use crate::measure::versions::{Subsystem, TABLE_BEGINS, TABLE_ENDS, stamp};
 use crate::measure::workbench::Bench;
 
-/// Method that all others are divided by.
 pub const REFERENCE: &str = "meshopt";
 
 const THEIRS: (&str, &str) = (REFERENCE, "meshoptimizer, `simplify`");
 const EFFORTS: [&str; 3] = ["fast", METHODS[0].0, "best"];
 const CURVE: &str = "docs/pictures/time-and-distance.svg";
 
-/// Limit of a run in seconds.
+// Time limit of a run in seconds.
 const TIME_LIMIT: f64 = 3600.0;
 
 const METHODS: [(&str, &str); 11] = [
@@ -72,7 +71,7 @@ pub fn evaluate_all(bench: &Bench) -> Result<Table> {
     Ok(table)
 }
 
-/// Number of faces of each mesh, and whether it is closed and manifold.
+// Number of faces of each mesh, and whether it is closed and manifold.
 type Inputs = BTreeMap<String, (usize, bool)>;
 
 fn inspect_inputs(bench: &Bench) -> Result<Inputs> {
@@ -123,7 +122,6 @@ fn median_tables(quotients: &Quotients) -> String {
     text
 }
 
-/// A mesh with more faces is large.
 const LARGE: usize = 50_000;
 
 fn large_mesh_rows(rows: &Table, inputs: &Inputs) -> Vec<ResultRow> {

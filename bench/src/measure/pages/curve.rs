@@ -1,4 +1,4 @@
-//! Time against distance as a picture: a labelled point for every method.
+//! Time against distance as a picture.
 
 use std::fmt::Display;
 
@@ -7,16 +7,15 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 const SIZE: (u32, u32) = (860, 460);
-/// Colours of ours and others', distinct also for the colour-blind (after Okabe and Ito).
+// Colours of ours and others', distinct also for the colour-blind (after Okabe and Ito).
 const COLOURS: [RGBColor; 2] = [RGBColor(0, 114, 178), RGBColor(120, 120, 120)];
 
-/// From this fraction of the width on, names are left of their points.
+// From this fraction of the width on, names are left of their points.
 const LEFT_FROM: f64 = 0.7;
 
 pub struct CurvePoint {
     pub name: String,
     pub is_ours: bool,
-    /// Quotients of time and distance.
     pub place: (f64, f64),
 }
 

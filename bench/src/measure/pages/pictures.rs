@@ -1,4 +1,4 @@
-//! Pictures of meshes before and after, by neural-mesh and meshoptimizer; the paper's Figure 6.
+//! Pictures of meshes before and after.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -18,7 +18,7 @@ use crate::measure::meshes::{load, name};
 use crate::measure::root;
 use crate::measure::workbench::Bench;
 
-/// Mesh sets, meshes and ratios; all licences allow their pictures.
+// All licences allow pictures of these meshes.
 const MESHES: [(&str, &str, f64); 6] = [
     ("test", "spot", 0.2),
     ("test", "nefertiti", 0.05),
@@ -27,7 +27,6 @@ const MESHES: [(&str, &str, f64); 6] = [
     ("train", "csg_engine_block", 0.1),
     ("train", "proc_gyroid_ball", 0.05),
 ];
-/// Picture of the README, made by its first command.
 const README: &str = "docs/pictures/spot.png";
 const HEIGHT: usize = 440;
 const SAMPLES: usize = 100_000;

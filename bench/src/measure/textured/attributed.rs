@@ -1,5 +1,4 @@
-//! meshoptimizer's `simplifyWithAttributes`, called as in gltfpack: vertices split where attributes differ, seams kept,
-//! no error limit.
+//! meshoptimizer's `simplifyWithAttributes`, called as in gltfpack.
 
 use std::collections::HashMap;
 
@@ -9,12 +8,12 @@ use neural_mesh::mesh::{Attributes, Channel, Role, compact};
 
 use super::AttributedMesh;
 
-/// Weights of attributes relative to the position, whose unit is the mesh's extent.
+// Weights of attributes relative to the position, whose unit is the mesh's extent.
 #[derive(Clone, Copy)]
 pub enum Weighting {
-    /// Weights of gltfpack: normals 0.5 per component, colours 1, texture coordinates 0.
+    // Weights of gltfpack: normals 0.5 per component, colours 1, texture coordinates 0.
     Gltfpack,
-    /// Weights of gltfpack, and texture coordinates 1 per component.
+    // Weights of gltfpack, and texture coordinates 1 per component.
     WithUvs,
 }
 
@@ -52,7 +51,6 @@ pub fn simplify_weighted(original: &AttributedMesh, n_faces: usize, weighting: W
     split.unite(original, indices.as_chunks().0)
 }
 
-/// A vertex of the split mesh: the vertex of the original, its wedge and its group.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 struct SplitCorner {
     vertex: u32,
@@ -101,7 +99,6 @@ impl SplitMesh {
     }
 }
 
-/// Returns the weights of the attributes' components, and these components for each corner, n_corners x n_weights.
 fn weighted_values(attributes: &Attributes, corners: &[SplitCorner], weighting: Weighting) -> (Vec<f32>, Vec<f32>) {
     let channels = attributes.channels.iter().filter(|channel| weighting.weight(channel.role) > 0.0);
     let channels: Vec<&Channel> = channels.collect();

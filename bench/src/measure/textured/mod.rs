@@ -1,5 +1,4 @@
-//! Textured models against meshoptimizer with attributes, at the same number of faces: distance and likeness of
-//! pictures.
+//! Textured models against meshoptimizer.
 
 mod attributed;
 mod model;
@@ -26,24 +25,22 @@ struct AttributedMesh {
     attributes: Attributes,
 }
 
-/// One model at one ratio; in arrays ours first, then meshoptimizer by each weighting.
+// In arrays, ours comes first, then meshoptimizer by each weighting.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ModelComparison {
     pub ratio: f64,
     pub faces: [usize; 3],
-    /// Two-sided mean distances as fractions of the diagonal.
+    // Two-sided means as fractions of the diagonal.
     pub distances: [f64; 3],
-    /// PSNR against the original's pictures, in decibels.
+    // PSNR against the original's pictures, in decibels.
     pub likeness: [f64; 3],
 }
 
 impl ModelComparison {
-    /// Returns our distance over the better one of meshoptimizer's.
     pub fn quotient(&self) -> f64 {
         self.distances[0] / self.distances[1].min(self.distances[2])
     }
 
-    /// Returns our PSNR minus the better one of meshoptimizer's.
     pub fn gain(&self) -> f64 {
         self.likeness[0] - self.likeness[1].max(self.likeness[2])
     }
@@ -78,7 +75,6 @@ fn simplify_ours(original: &AttributedMesh, ratio: f64) -> Result<AttributedMesh
     Ok(AttributedMesh { mesh: result.mesh, attributes: result.attributes })
 }
 
-/// Returns the PSNR of each contestant's pictures against the original's over all views, in decibels.
 fn picture_likeness(model: &Model, contestants: &[AttributedMesh; 3]) -> Result<[f64; 3]> {
     let meshes_in_order = || std::iter::once(&model.attributed).chain(contestants);
     let coats: Vec<Option<Coat>> =

@@ -1,4 +1,4 @@
-//! A textured model from a file: mesh, attributes and materials.
+//! A textured model from a file.
 
 use std::path::Path;
 

@@ -1,20 +1,19 @@
-//! Values of figures packed as integers, as `points.js` of the page reads them.
+//! Figures packed as integers for `points.js` of the page.
 
 use neural_mesh_cli::shared::page::Packed;
 
-/// Dropped low bits of a number; 12 bits of its mantissa stay, more than three digits.
+// Without these low bits, 12 bits of the mantissa stay.
 const DROPPED: u32 = 11;
 
-/// Packs values: 0 for none, else one more than the first 21 bits.
 pub fn pack_values(values: &[Option<f32>]) -> String {
     let mut packed = Packed::default();
     values.iter().for_each(|value| {
+        // A missing value is written as 0, another one as its first 21 bits plus 1.
         packed.push(value.filter(|value| value.is_finite()).map_or(0, |value| 1 + round_bits(value)))
     });
     packed.text()
 }
 
-/// Rounds to the nearest number that stays finite and drops the low bits.
 fn round_bits(value: f32) -> u32 {
     let up = value.to_bits() + (1 << (DROPPED - 1));
     (if f32::from_bits(up).is_finite() { up } else { value.to_bits() }) >> DROPPED

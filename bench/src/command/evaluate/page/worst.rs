@@ -1,4 +1,4 @@
-//! The worst cases of an evaluation with their meshes, packed for the page in order of rank.
+//! The worst cases and their meshes, packed for the page.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -14,10 +14,9 @@ use neural_mesh_cli::shared::page::{Distances, Layout, SurfaceData, island, scal
 
 #[derive(Default)]
 pub struct WorstCases {
-    /// Each case, with the indices of its surfaces where they fit.
     pub cases: Vec<Value>,
     pub surfaces: Vec<Layout>,
-    /// First view direction of each surface; `None` for results.
+    // First view direction of each surface; `None` for results.
     pub eyes: Vec<Option<[f32; 3]>>,
     pub islands: Vec<String>,
 }
@@ -26,7 +25,6 @@ struct Original {
     mesh: TriMesh,
     near: NearestOnTriangles,
     data: SurfaceData,
-    /// Index among the surfaces, once added.
     number: Option<usize>,
 }
 
@@ -63,11 +61,10 @@ fn open_original(mesh: TriMesh) -> Original {
 }
 
 impl WorstCases {
-    /// Adds the meshes of a case and returns their description; `None` where they do not fit.
     fn add(&mut self, original: &mut Original, result: &TriMesh, left: &mut usize) -> Option<Value> {
         let data = surface(result);
         let of_meshes = data.text.len() + if original.number.is_none() { original.data.text.len() } else { 0 };
-        // a case that cannot fit need not be measured
+        // A case that cannot fit need not be measured.
         left.checked_sub(of_meshes)?;
         let distances = Distances::new((&original.mesh, &original.near), (result, &closest_point_tree(result)));
         let scale = scale(&original.mesh, [(result, &distances)]);
@@ -80,7 +77,7 @@ impl WorstCases {
         if original.number.is_none() {
             islands.push(island(&format!("surface-{of_original}"), &original.data.text));
         }
-        // the description of two surfaces and a case takes less than this
+        // The description of two surfaces and a case takes fewer than 2000 bytes.
         *left = left.checked_sub(islands.iter().map(String::len).sum::<usize>() + 2000)?;
         self.islands.extend(islands);
         if original.number.is_none() {

@@ -1,4 +1,4 @@
-//! The smallest meshes proved to be within a distance, by neural-mesh and by meshoptimizer.
+//! The smallest meshes proved to be within a distance.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -29,9 +29,8 @@ const MESHES: [(&str, &str); 10] = [
     ("test", "nefertiti"),
     ("test", "spot"),
 ];
-/// Limits of the largest distance in percent of the diagonal.
+// Limits of the largest distance in percent of the diagonal.
 const ERRORS: [f64; 2] = [1.0, 0.25];
-/// Samples per surface that search for a distance above the proof.
 const SAMPLES: usize = 200_000;
 
 #[derive(Serialize, Deserialize)]
@@ -114,7 +113,6 @@ fn measure(name: &str, path: &Path, asked: f64) -> Result<CertainCase> {
     })
 }
 
-/// Bisects for meshoptimizer's result with the fewest faces that is proved to be within `error`.
 fn fewest_faces(mesh: &TriMesh, error: f64) -> Result<usize> {
     let asked = DistanceTolerance { enough: error, too_much: error, gap: 0.0 };
     let (mut too_few, mut enough) = (0usize, mesh.faces().len());

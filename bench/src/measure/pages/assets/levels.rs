@@ -1,4 +1,4 @@
-//! Levels of detail from one collapse against a run for each.
+//! Levels of detail from one collapse against single runs.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -16,7 +16,6 @@ use crate::measure::meshes::{load, name};
 use crate::measure::workbench::Bench;
 
 const LEVELS: [f64; 4] = [0.5, 0.25, 0.1, 0.05];
-/// Meshes with more faces are measured.
 const ABOVE: usize = 50_000;
 const SAMPLES: usize = 50_000;
 const ROUNDS: usize = 3;

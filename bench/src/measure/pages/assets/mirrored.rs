@@ -23,13 +23,13 @@ struct MirroredCase {
     mesh: String,
     vertices: usize,
     plane: String,
-    /// Quotients of mean and largest distance over the plain result, at each ratio.
+    // Mean and largest distance over the plain result's, at each ratio.
     quotients: [[f64; 2]; 3],
 }
 
 pub fn section(bench: &Bench) -> Result<String> {
     let mut meshes = bench.meshes("train")?;
-    // poses of a class share their connectivity; the first one is symmetric
+    // Poses of a class share their connectivity; the first one is symmetric.
     meshes.extend(bench.meshes("tosca")?.into_iter().filter(|path| name(path).ends_with('0')));
     let mut rows: Vec<MirroredCase> = Vec::new();
     for path in meshes {
@@ -75,7 +75,7 @@ fn measure(path: &Path) -> Result<Option<MirroredCase>> {
         let plain = Options::new(Target::Ratio(ratio));
         let mut mirrored = plain.clone();
         mirrored.symmetric = Some(Symmetry::Best);
-        // most meshes have no mirror plane
+        // Most meshes have no mirror plane.
         let Ok(ours) = simplify(&mesh, None, &mirrored, &mut |_| ControlFlow::Continue(())) else { return Ok(None) };
         let Some(plane) = ours.report.mirror else { return Ok(None) };
         row.plane = format!("{} = {:.4}", plane.axis, plane.at).trim_end_matches('0').trim_end_matches('.').to_owned();

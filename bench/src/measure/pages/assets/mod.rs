@@ -1,4 +1,4 @@
-//! Measurements of asset features: textures, machine parts, certain distances, levels of detail, mirroring.
+//! Measurements of asset features.
 
 mod certain;
 mod levels;
@@ -13,7 +13,6 @@ use crate::measure::markdown::{number, table};
 use crate::measure::quotients::{Figure, Quotients};
 use crate::measure::workbench::Bench;
 
-/// Name prefixes of the training meshes that are machine parts.
 const PARTS: [&str; 6] = ["csg_", "jaco_", "so101_", "soarm_", "wingnut", "hammer"];
 
 pub fn page(bench: &Bench) -> Result<String> {

@@ -13,7 +13,7 @@ use crate::measure::root;
 use crate::measure::textured::{HEIGHT, ModelComparison, SAMPLES, compare_model};
 use crate::measure::workbench::Bench;
 
-/// Models made by `scripts/textured_models.py`.
+// Models made by `scripts/textured_models.py`.
 const MADE: [&str; 4] = ["planet", "vase", "terrain", "statue"];
 
 pub fn section(bench: &Bench) -> Result<String> {

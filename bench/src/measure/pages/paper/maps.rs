@@ -1,4 +1,4 @@
-//! What learning loses: Delaunay surface elements of learned maps beside those of exact ones.
+//! Costs of learning: Delaunay surface elements of learned and of exact maps.
 
 use std::path::Path;
 
@@ -14,17 +14,17 @@ use crate::measure::markdown::{number, table};
 use crate::measure::meshes::{load, name};
 use crate::measure::workbench::Bench;
 
-/// Samples that distances are measured from.
+// Samples per surface for the distances.
 const SAMPLES: usize = 20_000;
-/// Every so many meshes of the classes.
+// Step through the meshes of the classes.
 const EVERY: usize = 3;
 
-/// A mesh at a ratio with learned and with exact maps.
+// A mesh at a ratio; in arrays the learned maps come first, then the exact ones.
 #[derive(Serialize, Deserialize)]
 struct Measured {
-    /// Mean distances, in percent of the diagonal.
+    // Mean distances in percent of the diagonal.
     distances: [f64; 2],
-    /// Edges without two faces, in percent.
+    // Edges without two faces in percent.
     edges: [f64; 2],
     seconds: [f64; 2],
 }

@@ -1,19 +1,18 @@
-//! The paper's own numbers (Tables 1 and 2 of Potamias et al. 2022) beside ours, where units agree: as they are; elsewhere over
-//! those of one method.
+//! The paper's numbers (Tables 1 and 2 of Potamias et al. 2022) next to ours.
 
 use crate::evaluate::{ResultRow, Table};
 
 use super::super::RATIOS;
 use crate::measure::markdown::{number, table};
 
-/// CD, WA in percent, LE, NE, seconds for 20 meshes.
+// CD, WA in percent, LE, NE, and seconds for 20 meshes.
 type Cells = [f64; 5];
 
-/// A row of the paper's Table 1.
+// A row of the paper's Table 1.
 struct Printed {
-    /// Its name here.
+    // Name of the method here.
     method: &'static str,
-    /// At each of the ratios.
+    // Cells at each of the ratios.
     cells: [Cells; 4],
 }
 
@@ -65,12 +64,12 @@ const TABLE_1: [Printed; 5] = [
     },
 ];
 
-/// Meshes that the printed times are of.
+// Number of meshes in the printed times.
 const TIMED: f64 = 20.0;
-/// The ratio, by its place, at which methods are put in order.
+// Index of the ratio at which methods are put in order.
 const ORDERED_AT: usize = 1;
 
-/// The paper's numbers beside those of a table of rows.
+/// Formats the paper's numbers next to those of a table of rows.
 pub fn beside(rows: &Table) -> String {
     let head = ["ratio", "method", "CD over `qem`'s", "WA, %", "LE", "NE, radians", "s for 20 meshes"];
     let lines = (0..RATIOS.len()).flat_map(|at| TABLE_1.iter().map(move |printed| (at, printed)));
@@ -98,7 +97,6 @@ fn line(rows: &Table, at: usize, printed: &Printed) -> Vec<String> {
     [RATIOS[at].to_string(), format!("`{}`", printed.method)].into_iter().chain(cells).collect()
 }
 
-/// The methods in order of a column.
 fn order(rows: &Table, (name, column): (&str, usize)) -> Vec<String> {
     let here = |printed: &Printed| ours(rows, RATIOS[ORDERED_AT], printed.method)[column].unwrap_or(f64::INFINITY);
     let sorted = |value: &dyn Fn(&Printed) -> f64| {
@@ -109,9 +107,9 @@ fn order(rows: &Table, (name, column): (&str, usize)) -> Vec<String> {
     vec![name.into(), sorted(&here), sorted(&|printed| printed.cells[ORDERED_AT][column])]
 }
 
-/// The columns of Table 1 of a method at a ratio: means over its results.
 fn ours(rows: &Table, ratio: f64, method: &str) -> [Option<f64>; 5] {
     let of: Vec<&ResultRow> = rows.rows.iter().filter(|row| row.method == method && row.ratio == ratio).collect();
+    // Columns of Table 1 are means over the results.
     let mean = |values: Vec<f64>| (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64);
     let figure = |name: &str| mean(of.iter().filter_map(|row| rows.figure(row, name)).collect());
     [
@@ -123,8 +121,7 @@ fn ours(rows: &Table, ratio: f64, method: &str) -> [Option<f64>; 5] {
     ]
 }
 
-/// The paper's Table 2 over its row of uniform sampling, by our names: CD and curvature error at 0.05, 0.2 and 0.8, without noise and
-/// with.
+// CD and curvature error of the paper's Table 2 at 0.05, 0.2 and 0.8, without noise and with.
 #[allow(clippy::approx_constant)] // one printed figure is 3.14
 pub const TABLE_2: [(&str, [[f64; 6]; 2]); 4] = [
     ("farthest points", [[4.02, 3.42, 0.81, 2.99, 0.01, 2.21], [7.31, 4.79, 3.47, 4.35, 2.11, 4.07]]),

@@ -1,4 +1,4 @@
-//! The paper's Table 2: drawn vertices, or points made of them, against all vertices of the input, with noise and without.
+//! The paper's Table 2: drawn points against all vertices of the input, with noise and without.
 
 use std::path::Path;
 
@@ -22,12 +22,11 @@ use crate::measure::meshes::{load, name};
 use crate::measure::workbench::Bench;
 
 const RATIOS: [f64; 3] = [0.05, 0.2, 0.8];
-/// Standard deviations of the noise, in percent of the diagonal.
+// Standard deviations in percent of the diagonal.
 const NOISE: [f64; 3] = [0.0, 0.5, 1.0];
-/// Every so many meshes of the classes.
+// Step through the meshes of the classes.
 const EVERY: usize = 3;
 
-/// A way to draw vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum Sampler {
     WithReplacement,
@@ -62,7 +61,7 @@ impl Sampler {
         }
     }
 
-    /// Draws `n` vertices, those drawn twice once; `potamias` moves what it draws.
+    /// Draws `n` vertices, each once; `potamias` moves them.
     fn draw(self, mesh: &TriMesh, n: usize, weights: &Weights) -> Vec<[f32; 3]> {
         let even = || vec![0.0; mesh.positions().len()];
         let drawn = match self {
@@ -81,7 +80,7 @@ impl Sampler {
     }
 }
 
-/// Vertices drawn by their scores, apart from each other along the edges, as the paper's assembly draws them.
+/// Draws vertices by score and apart from each other, as the paper's assembly does.
 fn apart(mesh: &TriMesh, scores: &[f32], n: usize) -> Vec<u32> {
     let rings = edge_graph(mesh);
     scattered_samples(&in_edge_lengths(mesh.positions(), &rings), &rings, scores, n, 0)
@@ -95,13 +94,12 @@ fn with_replacement(n_vertices: usize, n: usize) -> Vec<u32> {
     drawn
 }
 
-/// One draw.
 #[derive(Serialize, Deserialize)]
 struct Drawn {
     sampler: Sampler,
     ratio: f64,
     noise: f64,
-    /// In squared diagonals.
+    // In squared diagonals.
     chamfer: f64,
     curvature: f64,
     seconds: f64,
@@ -159,7 +157,7 @@ fn double(points: &[[f32; 3]]) -> Vec<DVec3> {
     points.iter().map(|&p| DVec3::from(Vec3::from(p))).collect()
 }
 
-/// The mesh with normal noise on every coordinate, `sigma` in diagonals of the bounding box.
+/// Adds normal noise to every coordinate, `sigma` in diagonals of the bounding box.
 fn with_noise(mesh: &TriMesh, sigma: f64) -> TriMesh {
     let scale = sigma * mesh.diagonal();
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(0x6e6f_6973_6521);
@@ -167,13 +165,13 @@ fn with_noise(mesh: &TriMesh, sigma: f64) -> TriMesh {
     TriMesh::new(moved.collect(), mesh.faces().to_vec()).unwrap_or_else(|_| mesh.clone())
 }
 
-/// A standard normal number (Box and Muller 1958).
+/// Draws a standard normal number (Box and Muller 1958).
 fn normal(rng: &mut Xoshiro256PlusPlus) -> f64 {
     let radius = (-2.0 * (1.0 - unit(rng)).ln()).sqrt();
     radius * (std::f64::consts::TAU * unit(rng)).cos()
 }
 
-/// A number in 0..1.
+/// Draws a number in 0..1.
 fn unit(rng: &mut Xoshiro256PlusPlus) -> f64 {
     (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64
 }
@@ -205,7 +203,7 @@ fn section(drawn: &[Drawn], noise: f64) -> String {
     format!("\n### Noise {noise} %\n\n{}", table(&head, &Sampler::ALL.iter().map(line).collect::<Vec<_>>()))
 }
 
-/// A column of the paper's Table 2 over that of uniform sampling; `None` for what it does not have.
+/// Returns a column of the paper's Table 2 over that of uniform sampling; `None` where it has none.
 fn printed(sampler: Sampler, noise: f64, ratio: f64, column: usize) -> Option<f64> {
     let [of_noise, at] =
         [[NOISE[0], NOISE[2]].iter().position(|&own| own == noise)?, RATIOS.iter().position(|&own| own == ratio)?];
@@ -224,7 +222,7 @@ mod tests {
     #[test]
     fn with_replacement_a_share_is_drawn_twice() {
         let drawn = with_replacement(10_000, 10_000);
-        // 1 - 1 / e of them.
+        // A share of 1 - 1 / e is drawn.
         assert!((6_200..=6_450).contains(&drawn.len()), "{}", drawn.len());
     }
 

@@ -1,4 +1,4 @@
-//! Effects of scores and stages of the closed assembly: other scores, and one stage left out at a time.
+//! Effects of scores and stages of the closed assembly.
 
 mod shuffled;
 
@@ -19,10 +19,9 @@ use crate::measure::meshes::{load, name};
 use crate::measure::quotients::{Figure, Quotients};
 use crate::measure::workbench::Bench;
 
-/// Name of the full assembly, which the others are divided by.
+// The full assembly, by which the others are divided.
 const WHOLE: &str = "whole";
 const SAMPLES: usize = 50_000;
-/// Names of the figures in `evaluate`.
 const FIGURES: [&str; 3] = ["distance_mean", "distance_max", "normal_error_signed"];
 
 const SCORES: [(&str, &str); 3] =

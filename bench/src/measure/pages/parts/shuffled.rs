@@ -1,4 +1,4 @@
-//! Untrained weights with the statistics of trained ones: the same numbers in random order.
+//! Trained weights in random order.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use neural_mesh::model::Weights;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-/// Permutes the entries of every tensor (Fisher and Yates) by `seed`.
+/// Permutes the entries of every tensor (Fisher and Yates).
 pub fn shuffle_weights(weights: &Weights, seed: u64) -> Result<Weights> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     let tensors = weights.tensors().map(|_, tensor| {

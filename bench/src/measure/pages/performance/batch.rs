@@ -1,4 +1,4 @@
-//! A folder in one batch against one single-threaded process per mesh.
+//! A folder in one batch against one process per mesh.
 
 use std::process::Command;
 
@@ -13,7 +13,7 @@ const ROUNDS: usize = 3;
 
 pub fn section(bench: &Bench) -> Result<String> {
     let meshes = bench.meshes("train")?;
-    // meshes per second: in one batch, one by one
+    // Rates are in meshes per second: in one batch, one by one.
     let rounds: Vec<[f64; 2]> = bench.measure_once("batch", || {
         let (program, folder) = (build_program()?, bench.scratch("batch")?);
         let simplify = |arguments: &mut dyn FnMut(&mut Command)| {

@@ -15,17 +15,16 @@ use crate::measure::meshes::{load, name};
 use crate::measure::workbench::Bench;
 
 const RATIOS: [f64; 2] = [0.1, 0.5];
-/// Samples per surface in the program.
 const SAMPLES: usize = 8_000;
-/// Samples per surface of the distance it is compared with.
+// Samples per surface of the reference.
 const MANY: usize = 300_000;
-/// Means below this fraction of the diagonal are skipped as noise.
+// Means below this fraction of the diagonal are skipped as noise.
 const NOISE: f64 = 1e-6;
 
-/// A largest distance from this fraction of the certified one on counts as correct.
+// A quotient of largest and certified distance from here on counts as correct.
 const RIGHT: f64 = 0.97;
 
-/// Ratio, deviation of the mean in percent, largest distance over the certified one, nanoseconds per input face.
+// Ratio, deviation of the mean in percent, largest distance over the certified one, nanoseconds per input face.
 type CheckCase = (f64, f64, f64, f64);
 
 pub fn section(bench: &Bench) -> Result<String> {

@@ -1,4 +1,4 @@
-//! Times of reading, cleaning and writing mesh files on one thread.
+//! Times of reading, cleaning and writing mesh files.
 
 use crate::evaluate::median;
 use anyhow::{Context, Result};
@@ -21,7 +21,7 @@ const ROUNDS: usize = 5;
 struct FormatTimes {
     format: String,
     size: f64,
-    /// Nanoseconds per face: reading, cleaning, writing.
+    // Nanoseconds per face: reading, cleaning, writing.
     times: [f64; 3],
 }
 

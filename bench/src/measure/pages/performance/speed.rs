@@ -1,4 +1,4 @@
-//! Time against meshoptimizer's `simplify` on large benchmark meshes, and by stage.
+//! Time against meshoptimizer's `simplify`, and by stage.
 
 use std::ops::ControlFlow;
 
@@ -16,19 +16,16 @@ use crate::measure::markdown::{count, number, table};
 use crate::measure::meshes::{load, name};
 use crate::measure::workbench::Bench;
 
-/// Meshes with more faces are measured.
 const ABOVE: usize = 50_000;
-/// Rounds; each method runs once per round.
 const ROUNDS: usize = 3;
 
-/// One mesh at one ratio: medians over the rounds.
 #[derive(Serialize, Deserialize)]
 struct SpeedCase {
     mesh: String,
     faces: usize,
     ratio: f64,
     theirs: f64,
-    /// Quotients over meshoptimizer: the default on one thread, without scores, the default on two threads.
+    // Quotients over meshoptimizer: the default on one thread, without scores, the default on two threads.
     quotients: [f64; 3],
     stages: Vec<(String, f64)>,
 }
@@ -92,9 +89,9 @@ fn stage_times(mesh: &TriMesh, options: &Options) -> Result<Vec<(String, f64)>> 
     entered.push(("end", thread_time()));
     let mut stages: Vec<(String, f64)> = Vec::new();
     for pair in entered.windows(2) {
-        // on several threads any of them may report, each with its own clock
+        // On several threads any of them may report, each with its own clock.
         let seconds = pair[1].1.saturating_sub(pair[0].1).as_secs_f64();
-        // a stage reports repeatedly while it runs
+        // A stage reports repeatedly while it runs.
         match stages.iter_mut().find(|stage| stage.0 == pair[0].0) {
             Some(stage) => stage.1 += seconds,
             None => stages.push((pair[0].0.into(), seconds)),

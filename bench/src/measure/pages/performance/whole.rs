@@ -1,4 +1,4 @@
-//! The whole program from file to file against a small program around meshoptimizer, without weld, cleanup and check.
+//! The whole program against a small one around meshoptimizer.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
