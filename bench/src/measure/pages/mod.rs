@@ -1,4 +1,4 @@
-//! The pages of `docs/measured`, one file for each: its measurements and its text.
+//! The pages of `docs/measured`, one file for each.
 
 mod assets;
 mod benchmark;
@@ -21,15 +21,14 @@ use crate::measure::workbench::Bench;
 
 pub use performance::{MeshoptimizerArgs, run_meshoptimizer};
 
-/// Ratios of all pages that name no others.
+// Ratios of all pages that name no others.
 const RATIOS: [f64; 4] = [0.05, 0.1, 0.2, 0.5];
 
 struct Page {
     name: &'static str,
     title: &'static str,
-    /// Parts of the library that its figures depend on.
+    // The figures depend on these parts of the library.
     subsystems: &'static [Subsystem],
-    /// Function that measures and returns the text below the title.
     make: fn(&Bench) -> Result<String>,
 }
 
@@ -78,7 +77,7 @@ pub fn make_pages(data: PathBuf, work: &Path, only: &[String]) -> Result<()> {
     std::fs::create_dir_all(&folder)?;
     let mut failed = Vec::new();
     for page in PAGES.iter().filter(|page| only.is_empty() || only.iter().any(|name| name == page.name)) {
-        // a page that fails does not prevent the others
+        // A page that fails does not prevent the others.
         match Bench::new(data.clone(), work, page.subsystems).and_then(|bench| (page.make)(&bench)) {
             Ok(body) => {
                 let text = format!("{}{body}", format_head(page.title, page.subsystems, page.name));

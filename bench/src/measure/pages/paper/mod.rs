@@ -13,7 +13,7 @@ use super::RATIOS;
 use crate::measure::root;
 use crate::measure::workbench::Bench;
 
-/// The classes of TOSCA that the weights have not seen.
+// TOSCA's classes that the weights have not seen.
 pub const CLASSES: [&str; 4] = ["cat", "gorilla", "victoria", "wolf"];
 pub const METHODS: [&str; 10] = [
     "paper",
@@ -27,7 +27,7 @@ pub const METHODS: [&str; 10] = [
     "farthest-bpa",
     "uniform-bpa",
 ];
-/// The meshes of `test` with at most 41 thousand faces, by their first letters: `pointtrinet` takes minutes for more.
+// First letters of the meshes of `test` with at most 41 thousand faces; `pointtrinet` takes minutes for more.
 const OF_TEST: [&str; 20] = [
     "eight",
     "suzanne",
@@ -50,15 +50,15 @@ const OF_TEST: [&str; 20] = [
     "beetle",
     "elephant",
 ];
-/// Where the order of the methods is not that of the print, and why.
+// Differences of the methods' order to that of the print, with reasons.
 const ORDER: &str = "\nThe order of WA is that of the print; in two columns it differs.\n\n\
     - **CD:** `dse` and `potamias` change places at 0.05 (by a hair) and 0.1; our `dse` has an eighth of the widths.\n\
     - **time:** `qem` in Rust takes a tenth of the printed seconds. `pointtrinet` has a quarter of the widths and one thread.\n\n\
     The paper says that its method is better than the three learned ones in WA and time at every ratio, in CD from 0.1 on. \
     Here `paper` is before them in all three at every ratio.\n";
-/// What stands over the tables of Table 1, below what their cells and columns are.
+// Title above the tables of Table 1.
 const OF_RATIOS: &str = "### As in the paper's Table 1";
-/// Seconds that a run may take.
+// Time limit of a run in seconds.
 const TIME_LIMIT: f64 = 1800.0;
 
 pub fn page(bench: &Bench) -> Result<String> {
@@ -74,7 +74,7 @@ pub fn page(bench: &Bench) -> Result<String> {
     ))
 }
 
-/// What an evaluation of the classes asks for.
+/// Returns the settings of an evaluation of the classes.
 pub fn settings(methods: &[&str]) -> Settings {
     Settings {
         methods: methods.iter().map(|name| name.to_string()).collect(),
@@ -86,14 +86,14 @@ pub fn settings(methods: &[&str]) -> Settings {
     }
 }
 
-/// What the evaluation of all methods asks for, the spectrum too.
+/// Returns the settings of the evaluation of all methods, with the spectrum.
 pub fn with_spectrum() -> Settings {
     let mut settings = settings(&METHODS);
     settings.spectrum = true;
     settings
 }
 
-/// Weights that have learned from TOSCA.
+/// Returns the path of the weights trained on TOSCA.
 pub fn weights() -> PathBuf {
     root().join("weights/paper-tosca.safetensors")
 }
@@ -111,19 +111,18 @@ fn of_test(bench: &Bench) -> Result<String> {
     Ok(tables[tables.find(OF_RATIOS).context("the tables have no ratios")?..].to_owned())
 }
 
-/// The tables that `evaluate` makes of a run, their titles one level down.
 fn table_1(bench: &Bench, run: &str) -> Result<String> {
     let folder = bench.evaluation_folder(run);
     write_report(&folder, Some("qem"))?;
     let text = std::fs::read_to_string(folder.join("tables.md"))?;
+    // Only the first section of the page that `evaluate` writes is shown.
     let (_, body) = text.split_once("# Evaluation\n\n").context("the tables have no title")?;
     let (body, _) = body.split_once("\n## More of the same").context("the tables have no second part")?;
     Ok(shortened(body))
 }
 
-/// The lines of the tables: titles one level down, without the list of columns; of what cells are the first
-/// sentence; what stands over every table of quotients said once.
 fn shortened(body: &str) -> String {
+    // Titles go one level down; the list of columns and repeated notes on quotients are left out.
     let mut n_quotients = 0;
     let mut keeps = |line: &str| {
         n_quotients += usize::from(line.starts_with("Relative to"));

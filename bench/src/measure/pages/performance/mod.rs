@@ -1,4 +1,4 @@
-//! Costs of simplification: against meshoptimizer, by stage, by mesh size, for files, batches and the whole program.
+//! Time and memory of simplification.
 
 mod batch;
 mod check;

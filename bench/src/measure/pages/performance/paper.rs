@@ -15,7 +15,7 @@ const RATIOS: [f64; 3] = [0.05, 0.1, 0.2];
 const EVERY: usize = 8;
 
 pub fn section(bench: &Bench) -> Result<String> {
-    // for each mesh the seconds at each ratio, on one thread and on two
+    // Each mesh has the seconds at each ratio, on one thread and on two.
     let mut all: Vec<Vec<[f64; 2]>> = Vec::new();
     for path in bench.meshes("tosca")?.iter().step_by(EVERY) {
         all.push(bench.measure_once(&format!("paper-speed/{}", name(path)), || measure(path))?);
