@@ -1,4 +1,4 @@
-//! Candidate faces and their prior, Sec. 3.2: the triangles of the predicted adjacency.
+//! Candidate faces, Sec. 3.2.
 
 use crate::autodiff::{Tape, Value};
 use crate::linalg::Csr;
@@ -11,13 +11,12 @@ use std::sync::Arc;
 pub struct CandidateFaces {
     /// n_candidates x 3 samples, each triangle ascending.
     pub triangles: Vec<[u32; 3]>,
-    /// Index of the edges ij, ik, jk of each triangle among the entries of G_ext, n_candidates x 3.
+    /// Entries of G_ext that hold the edges ij, ik, jk of each triangle.
     pub entries: Arc<[[u32; 3]]>,
 }
 
 impl CandidateFaces {
-    /// Returns the `n` candidates with the largest prior, of equal ones the first, and those of the original surface; for
-    /// candidates from [`candidate_faces`].
+    /// Returns the `n` candidates with the largest prior, and those of the original surface.
     ///
     /// # Shapes
     /// - `adjacency`: A_s, one value per entry of G_ext
@@ -38,12 +37,13 @@ impl CandidateFaces {
         let priors: Vec<f32> = self.entries.par_iter().map(prior).collect();
         let mut descending = priors.clone();
         let least = *descending.select_nth_unstable_by(n, |a, b| b.total_cmp(a)).1;
-        // Of those that are as likely as the first one left out, the first fill what is left.
+        // `least` is the prior of the first candidate left out. Candidates of exactly this prior fill the remaining places
+        // in order.
         let mut n_equal = n - priors.iter().filter(|&&prior| prior > least).count();
         let mut kept = Vec::with_capacity(n + original.len());
         let mut spanned = original.iter().peekable();
         for (at, (&prior, triangle)) in priors.iter().zip(&self.triangles).enumerate() {
-            // Both lists are sorted, so that one walk along the two finds the triangles of the surface.
+            // Both lists are sorted: one walk along both finds the triangles of the surface.
             while spanned.next_if(|spanned| *spanned < triangle).is_some() {}
             let is_spanned = spanned.next_if_eq(&triangle).is_some();
             let is_equal = prior == least && n_equal > 0;
@@ -55,11 +55,10 @@ impl CandidateFaces {
         self.select(kept.into_iter())
     }
 
-    /// Joins every candidate with those that share an edge with it.
+    /// Joins every candidate with those that share an edge with it: G_tri.
     ///
     /// # Shapes
     /// - `n_entries`: number of entries of G_ext
-    /// - returns n_candidates x n_candidates, symmetric
     ///
     /// ```
     /// use neural_mesh::{linalg::Csr, model::candidate_faces};
@@ -68,7 +67,7 @@ impl CandidateFaces {
     /// assert_eq!(strip.across_edges(14), Csr::from_edges(3, [[0, 1], [1, 2]]));
     /// ```
     pub fn across_edges(&self, n_entries: usize) -> Csr {
-        // Which candidates have an edge, for all edges one after the other.
+        // A counting sort lists the candidates at each edge, one edge after the other.
         let mut ends = vec![0u32; n_entries + 1];
         self.entries.as_flattened().iter().for_each(|&entry| ends[entry as usize + 1] += 1);
         (0..n_entries).for_each(|entry| ends[entry + 1] += ends[entry]);
@@ -83,7 +82,7 @@ impl CandidateFaces {
             let start = if entry == 0 { 0 } else { ends[entry as usize - 1] };
             &at_edges[start as usize..ends[entry as usize] as usize]
         };
-        // Two triangles share at most one edge, so that no neighbour comes twice.
+        // Two triangles share at most one edge, so no neighbour occurs twice.
         Csr::from_rows(self.entries.len(), self.entries.len(), |at, neighbours| {
             let others = self.entries[at].into_iter().flat_map(at_edge);
             neighbours.extend(others.filter(|&&other| other != at as u32));
@@ -97,13 +96,9 @@ impl CandidateFaces {
         }
     }
 
-    /// Sorts candidates that come from [`candidate_faces`] so that near ones stand near each other: the classifier visits the
-    /// neighbours of each, and there are many.
-    ///
-    /// # Panics
-    /// If a corner is not in `points`.
+    /// Sorts the candidates of [`candidate_faces`] so that near ones are near each other in memory.
     pub fn in_coherent_order(&self, points: &[[f32; 3]]) -> Self {
-        // In lexicographic order the candidates of a first corner follow each other: these groups are what is sorted.
+        // Candidates in lexicographic order are grouped by first corner. The groups are sorted, not the single candidates.
         let mut ends = vec![0; points.len()];
         self.triangles.iter().for_each(|triangle| ends[triangle[0] as usize] += 1);
         let mut n_before = 0;
@@ -117,10 +112,7 @@ impl CandidateFaces {
     }
 }
 
-/// Returns the barycenter of each triangle, n_triangles x 3.
-///
-/// # Panics
-/// If a corner is not in `points`.
+/// Returns the barycenter of each triangle.
 ///
 /// ```
 /// use neural_mesh::model::barycenters;
@@ -134,13 +126,12 @@ pub fn barycenters(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]>
     triangles.iter().map(barycenter).collect()
 }
 
-/// Finds the triangles whose three edges have positive A_s, and adds those of the original; in lexicographic order.
+/// Finds the triangles whose three edges have positive A_s, and adds the original's; in lexicographic order.
 ///
 /// # Shapes
-/// - `graph`: n x n, the extended graph, symmetric
+/// - `graph`: G_ext, symmetric
 /// - `adjacency`: A_s, one value per entry of `graph`
-/// - `original`: n_original x 3, triangles that the mesh spans between regions, sorted, each ascending, with edges in
-///   `graph`
+/// - `original`: triangles that the mesh spans between regions, sorted, each ascending, with edges in `graph`
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, model::candidate_faces};
@@ -165,10 +156,9 @@ pub fn candidate_faces(graph: &Csr, adjacency: &[f32], original: &[[u32; 3]]) ->
     }
 }
 
-/// Samples whose candidates one task looks for.
 const ROWS: usize = 256;
 
-/// Adds the candidates whose first corner is `i`, with the places of their edges.
+/// Adds the candidates whose first corner is `i`.
 fn add_candidates(
     graph: &Csr,
     adjacency: &[f32],
@@ -183,7 +173,7 @@ fn add_candidates(
     for (n, &j) in of_i.iter().enumerate() {
         let (of_j, start_j) = later(graph, j);
         let is_joined = adjacency[start_i + n] > 0.0;
-        // Both rows ascend: one walk along the two finds what they have in common.
+        // Both rows ascend: one walk along both finds their common neighbours.
         let mut at = 0;
         for (m, &k) in of_i.iter().enumerate().skip(n + 1) {
             while at < of_j.len() && of_j[at] < k {
@@ -203,7 +193,7 @@ fn add_candidates(
     }
 }
 
-/// Entries of row `i` right of the diagonal, and the place of the first.
+/// Returns the entries of row `i` right of the diagonal, and the index of the first.
 fn later(graph: &Csr, i: u32) -> (&[u32], usize) {
     let row = graph.row(i as usize);
     let skipped = row.partition_point(|&j| j <= i);
@@ -255,7 +245,6 @@ mod tests {
         assert_eq!(candidate_faces(&graph, &adjacency, &[]).triangles, expected);
     }
 
-    /// A band whose nodes are joined with those 1, 2, 5 and 6 farther on.
     fn dense_graph() -> Csr {
         Csr::from_edges(30, (0..30).flat_map(|i| [1, 2, 5, 6].map(|step| [i, (i + step) % 30])))
     }

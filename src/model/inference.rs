@@ -1,4 +1,4 @@
-//! The three stages over plain slices, without gradients.
+//! The three stages over slices, without gradients.
 
 use super::{
     Architecture, CandidateFaces, Vertices, Weights, candidate_faces, edge_predictor, extended_graph, face_classifier,
@@ -11,13 +11,9 @@ use std::sync::Arc;
 /// Scores every vertex with the Point Sampler, Sec. 3.1; higher scores are sampled sooner.
 ///
 /// # Shapes
-/// - `points`: n x 3, from [`in_edge_lengths`](super::in_edge_lengths)
-/// - `normals`: n x 3, unit vectors, for networks that use them
+/// - `points`: from [`in_edge_lengths`](super::in_edge_lengths)
+/// - `normals`: unit vectors, for networks that use them
 /// - `rings`: n x n, the edges of the mesh
-/// - returns n scores
-///
-/// # Panics
-/// Unless `rings` has one row per point.
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, model::{Weights, in_edge_lengths, vertex_scores}};
@@ -34,15 +30,11 @@ pub fn vertex_scores(
     scores(weights, Matrix::from_points(points), normals.map(Matrix::from_points), rings)
 }
 
-/// Scores every vertex of a surface of any scale: [`vertex_scores`] in edge lengths.
+/// Scores every vertex of a surface of any scale with [`vertex_scores`].
 ///
 /// # Shapes
-/// - `positions`: n x 3, `normals`: n x 3, unit vectors
+/// - `normals`: unit vectors
 /// - `rings`: n x n, the edges of the mesh
-/// - returns n scores
-///
-/// # Panics
-/// Unless `rings` has one row per point.
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, model::{Weights, surface_scores}};
@@ -70,15 +62,11 @@ fn scores(weights: &Weights, points: Matrix, normals: Option<Matrix>, rings: &Ar
 
 /// Scores some vertices like [`surface_scores`], from their neighbours alone.
 ///
-/// `None` unless the network has a single DevConv layer, a hidden layer, and normals as input.
+/// Returns `None` unless the network has one DevConv layer, a hidden layer, and normals as input.
 ///
 /// # Shapes
-/// - `stars`: the vertices, over positions and unit normals, n_vertices x 3 each
-/// - `edge_length`: the mean length of all edges, above 0
-/// - returns a score per star
-///
-/// # Panics
-/// If a star names a missing vertex.
+/// - `stars`: vertices over positions and unit normals
+/// - `edge_length`: mean length of all edges, above 0
 pub(crate) fn star_scores<'g, P, F>(weights: &Weights, stars: &Stars<P, F>, edge_length: f32) -> Option<Vec<f32>>
 where
     P: Copy + Into<[f32; 3]> + Sync,
@@ -90,7 +78,7 @@ where
     if theta.n_rows() != 6 {
         return None;
     }
-    // Only differences of positions count, so the unit can be folded into the weights.
+    // DevConv uses only differences of positions, so the unit of length can be multiplied into the weights.
     let unit = |row: usize| if row < 3 { 1.0 / edge_length } else { 1.0 };
     let theta = Matrix::from_fn(6, theta.n_cols(), |row, col| theta.row(row)[col] * unit(row));
     let layers = [[&hidden.weights, &hidden.bias], [&net.score.weights, &net.score.bias]];
@@ -111,15 +99,11 @@ pub struct PredictedEdges {
 
 /// Extends the connectivity of the samples and predicts its edges, Sec. 3.2.
 ///
-/// Every sample is its own neighbour: its attention to itself decides how much A_s follows the original connectivity.
-/// Without that, A_s is blurred and original edges cannot be identified.
+/// Every sample is its own neighbour in G_ext; otherwise A_s is blurred.
 ///
 /// # Shapes
-/// - `points`: n x 3, the samples, from [`in_edge_lengths`](super::in_edge_lengths) over `original`
-/// - `original`: n x n, which samples the mesh joins, symmetric
-///
-/// # Panics
-/// Unless `original` has one row per sample.
+/// - `points`: the samples, from [`in_edge_lengths`](super::in_edge_lengths) over `original`
+/// - `original`: n x n, samples joined by the mesh, symmetric
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, model::{Weights, predict_edges}};
@@ -139,22 +123,18 @@ pub fn predict_edges(weights: &Weights, points: &[[f32; 3]], original: &Arc<Csr>
 /// Candidate faces with their priors and probabilities.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PredictedFaces {
-    /// The candidates.
+    /// The candidate faces.
     pub candidates: CandidateFaces,
-    /// p_init of each.
+    /// p_init of each candidate.
     pub prior: Vec<f32>,
-    /// Probability of each, in 0..=1.
+    /// Probability of each candidate, in 0..=1.
     pub probabilities: Vec<f32>,
 }
 
-/// Chooses the candidates that the Face Classifier judges, and joins them with their neighbours, as the sizes say.
-///
-/// Near candidates stand near each other in the result: the classifier visits the neighbours of each, and there are many.
+/// Chooses the candidates that the Face Classifier judges; returns them with G_tri.
 ///
 /// # Shapes
-/// - `points`: n x 3, the samples
 /// - `graph`, `adjacency`, `original`: as for [`candidate_faces`]
-/// - returns the candidates, and G_tri, n_candidates x n_candidates
 pub(crate) fn choose_candidates(
     sizes: &Architecture,
     points: &[[f32; 3]],
@@ -176,8 +156,8 @@ pub(crate) fn choose_candidates(
 /// Finds candidate faces and classifies them, Secs. 3.2 and 3.3.
 ///
 /// # Shapes
-/// - `points`: n x 3, the samples, in units of their edges, in the order of their original indices
-/// - `original`: n_original x 3, triangles that the mesh spans between regions, sorted, each ascending
+/// - `points`: the samples, in units of their edges, ordered by original vertex
+/// - `original`: as for [`candidate_faces`]
 ///
 /// ```
 /// use neural_mesh::{linalg::Csr, model::{Weights, predict_edges, predict_faces}};

@@ -1,8 +1,8 @@
-//! The paper's network, one file per named part.
+//! The paper's network, one file per stage or layer.
 //!
-//! Each stage is a function over a [`Tape`](crate::autodiff::Tape): inference with constant weights, training with
-//! parameters. Functions over plain slices with gradients end in `_forward` and `_backward`. Positions are those of
-//! [`in_edge_lengths`].
+//! Each stage is a function over a [`Tape`](crate::autodiff::Tape). Functions over slices with gradients end in `_forward`
+//! and `_backward`. Positions come from [`in_edge_lengths`]. Functions panic if shapes do not match or an index is out of
+//! range.
 
 mod affine;
 mod architecture;
@@ -43,7 +43,7 @@ pub(crate) use inference::choose_candidates;
 pub(crate) use inference::star_scores;
 pub use inference::{PredictedEdges, PredictedFaces, predict_edges, predict_faces, surface_scores, vertex_scores};
 pub use network::Network;
-pub use normalized::normalized;
+pub use normalized::normalize_points;
 pub use passes::{
     Connectivity, EdgePredictorGradients, EdgePredictorPass, FaceClassifierGradients, FaceClassifierPass,
     NetworkGradients, NetworkPass, Outputs, PointSamplerGradients, PointSamplerPass, edge_predictor_backward,

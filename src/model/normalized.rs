@@ -5,11 +5,11 @@
 /// Coincident points become the origin.
 ///
 /// ```
-/// use neural_mesh::model::normalized;
-/// let points = normalized(&[[10.0, 0.0, 0.0], [13.0, 4.0, 0.0]]);
+/// use neural_mesh::model::normalize_points;
+/// let points = normalize_points(&[[10.0, 0.0, 0.0], [13.0, 4.0, 0.0]]);
 /// assert_eq!(points, [[-0.3, -0.4, 0.0], [0.3, 0.4, 0.0]]);
 /// ```
-pub fn normalized(points: &[[f32; 3]]) -> Vec<[f32; 3]> {
+pub fn normalize_points(points: &[[f32; 3]]) -> Vec<[f32; 3]> {
     let mut sum = [0.0f64; 3];
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for point in points {
@@ -31,7 +31,7 @@ mod tests {
 
     #[test]
     fn points_without_extent_become_the_origin() {
-        assert_eq!(normalized(&[[7.0, 8.0, 9.0]; 3]), [[0.0; 3]; 3]);
-        assert!(normalized(&[]).is_empty());
+        assert_eq!(normalize_points(&[[7.0, 8.0, 9.0]; 3]), [[0.0; 3]; 3]);
+        assert!(normalize_points(&[]).is_empty());
     }
 }

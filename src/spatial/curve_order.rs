@@ -9,7 +9,8 @@ const CHUNK: usize = 4096;
 const BETWEEN_BEATS: usize = 1 << 18;
 const DEPTH: usize = 12;
 
-type BoxCorners = ([f32; 3], [f32; 3]);
+/// Lowest and highest corner of an axis-aligned box.
+pub(super) type BoxCorners = ([f32; 3], [f32; 3]);
 
 /// Sorts the indices `0..n` of finite points along the curve.
 pub(crate) fn curve_order(n: usize, point: impl Fn(u32) -> [f32; 3] + Sync, beat: impl Fn() + Sync) -> Vec<u32> {

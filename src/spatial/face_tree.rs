@@ -7,7 +7,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::curve_order::{bounds_of_points, curve_order, curve_order_of_faces};
+use super::curve_order::{BoxCorners, bounds_of_points, curve_order, curve_order_of_faces};
 use super::nearest_on_triangles::limit;
 use super::needle_tree::NeedleTree;
 use super::triangle_pieces;
@@ -83,7 +83,7 @@ struct PendingNode {
 }
 
 /// A point, and the squared distance at which any triangle is near enough.
-type Query = (DVec3, f64);
+type FaceQuery = (DVec3, f64);
 
 struct Queue {
     waiting: [PendingNode; WAITING],
@@ -222,7 +222,7 @@ impl<'a> FaceTree<'a> {
     }
 
     #[inline(always)]
-    fn search(&self, (p, enough): Query, guess: Option<u32>, accept: &impl Fn(u32) -> bool, best: &mut BestFace) {
+    fn search(&self, (p, enough): FaceQuery, guess: Option<u32>, accept: &impl Fn(u32) -> bool, best: &mut BestFace) {
         match (&self.needles, guess) {
             (Some(needles), guess) => {
                 guess.into_iter().filter(|&face| accept(face)).for_each(|face| self.test_face(face, p, best));
@@ -274,7 +274,7 @@ impl<'a> FaceTree<'a> {
     fn visit_needles(
         &self,
         needles: &NeedleTree,
-        (p, enough): Query,
+        (p, enough): FaceQuery,
         accept: &impl Fn(u32) -> bool,
         best: &mut BestFace,
     ) {
@@ -294,14 +294,14 @@ impl<'a> FaceTree<'a> {
     }
 
     #[inline(always)]
-    fn descend(&self, search: Query, accept: &impl Fn(u32) -> bool, best: &mut BestFace) {
+    fn descend(&self, search: FaceQuery, accept: &impl Fn(u32) -> bool, best: &mut BestFace) {
         let root = PendingNode { distance: 0.0, above: self.levels.len() as u32, node: 0 };
         let mut queue = Queue { waiting: [root; WAITING], n_waiting: 1 };
         self.visit(&mut queue, search, accept, best);
     }
 
     #[inline(always)]
-    fn climb(&self, place: u32, (p, enough): Query, accept: &impl Fn(u32) -> bool, best: &mut BestFace) {
+    fn climb(&self, place: u32, (p, enough): FaceQuery, accept: &impl Fn(u32) -> bool, best: &mut BestFace) {
         let point = p.as_vec3().to_array();
         let mut visited = place as usize / WIDTH;
         best.looks.boxes += 1;
@@ -323,7 +323,7 @@ impl<'a> FaceTree<'a> {
     }
 
     #[inline(always)]
-    fn visit(&self, queue: &mut Queue, (p, enough): Query, accept: &impl Fn(u32) -> bool, best: &mut BestFace) {
+    fn visit(&self, queue: &mut Queue, (p, enough): FaceQuery, accept: &impl Fn(u32) -> bool, best: &mut BestFace) {
         let point = p.as_vec3().to_array();
         while queue.n_waiting > 0 && best.distance2 > enough {
             queue.n_waiting -= 1;
@@ -405,8 +405,6 @@ impl<'a> FaceTree<'a> {
         }
     }
 }
-
-type BoxCorners = ([f32; 3], [f32; 3]);
 
 const EMPTY: BoxCorners = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
 

@@ -56,7 +56,7 @@ pub fn farthest_latent_points(points: &[[f32; 3]], latent: &[f32], k: usize, fir
     samples
 }
 
-struct Node {
+struct PointRange {
     bounds: Bounds,
     begin: usize,
     end: usize,
@@ -72,7 +72,7 @@ struct Field {
     latent: Vec<f32>,
     width: usize,
     distance2: Vec<f64>,
-    nodes: Vec<Node>,
+    nodes: Vec<PointRange>,
 }
 
 impl Field {
@@ -120,9 +120,9 @@ impl Field {
     }
 }
 
-fn node(points: &[[f32; 3]], begin: usize, end: usize) -> Node {
+fn node(points: &[[f32; 3]], begin: usize, end: usize) -> PointRange {
     let bounds = Bounds::from_points(&points[begin..end]);
-    Node { bounds, begin, end, children: None, far2: f64::INFINITY, farthest: begin }
+    PointRange { bounds, begin, end, children: None, far2: f64::INFINITY, farthest: begin }
 }
 
 fn gap2(bounds: &Bounds, p: [f32; 3]) -> f64 {

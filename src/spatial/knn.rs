@@ -60,7 +60,7 @@ pub fn nearest_to(points: &[[f32; 3]], queries: &[[f32; 3]], k: usize) -> Vec<u3
     indices.par_chunks_mut(QUERIES * k).zip(queries.par_chunks(QUERIES)).for_each(|(rows, queries)| {
         let mut nearest = Nearest::new(k);
         for (row, &point) in rows.chunks_exact_mut(k).zip(queries) {
-            tree.search(&mut nearest, &Query { point, skipped: usize::MAX }, f32::INFINITY);
+            tree.search(&mut nearest, &NeighbourQuery { point, skipped: usize::MAX }, f32::INFINITY);
             nearest.write(row);
         }
     });
@@ -92,20 +92,20 @@ struct Tree {
     splits: Vec<(u8, f32)>,
 }
 
-struct Query {
+struct NeighbourQuery {
     point: [f32; 3],
     skipped: usize,
 }
 
 /// A range of the tree's order; the children of node `i` are `2 i + 1` and `2 i + 2`.
 #[derive(Clone, Copy)]
-struct Node {
+struct KdNode {
     index: usize,
     begin: usize,
     end: usize,
 }
 
-impl Node {
+impl KdNode {
     fn root(n_points: usize) -> Self {
         Self { index: 0, begin: 0, end: n_points }
     }
@@ -127,27 +127,27 @@ impl Tree {
     fn new(points: &[[f32; 3]]) -> Self {
         let mut order: Vec<u32> = (0..points.len() as u32).collect();
         let mut found = Vec::new();
-        split(points, &mut order, Node::root(points.len()), &mut found);
+        split(points, &mut order, KdNode::root(points.len()), &mut found);
         let mut splits = vec![(0, 0.0); found.iter().map(|split| split.0 + 1).max().unwrap_or(0)];
         found.into_iter().for_each(|(node, axis, at)| splits[node] = (axis, at));
         let coordinates = [0, 1, 2].map(|axis| order.iter().map(|&i| points[i as usize][axis]).collect());
         Self { order, coordinates, splits }
     }
 
-    fn query_at(&self, place: usize) -> Query {
-        Query { point: [0, 1, 2].map(|axis: usize| self.coordinates[axis][place]), skipped: place }
+    fn query_at(&self, place: usize) -> NeighbourQuery {
+        NeighbourQuery { point: [0, 1, 2].map(|axis: usize| self.coordinates[axis][place]), skipped: place }
     }
 
     /// Stores the nearest points within `bound` (squared).
-    fn search(&self, nearest: &mut Nearest, query: &Query, bound: f32) {
+    fn search(&self, nearest: &mut Nearest, query: &NeighbourQuery, bound: f32) {
         nearest.clear(bound);
-        self.visit(nearest, query, Node::root(self.order.len()), [0.0; 3]);
+        self.visit(nearest, query, KdNode::root(self.order.len()), [0.0; 3]);
     }
 
     /// Offers the points of `node` that can be among the nearest; `gap` is the query's distance along each axis.
-    fn visit(&self, nearest: &mut Nearest, query: &Query, node: Node, gap: [f32; 3]) {
+    fn visit(&self, nearest: &mut Nearest, query: &NeighbourQuery, node: KdNode, gap: [f32; 3]) {
         // Computed as for points, so that rounding never prunes a point that ties.
-        if squared(gap) > nearest.worst {
+        if squared_length(gap) > nearest.worst {
             return;
         }
         if node.is_leaf() {
@@ -163,14 +163,14 @@ impl Tree {
         self.visit(nearest, query, far, far_gap);
     }
 
-    fn offer_leaf(&self, nearest: &mut Nearest, query: &Query, node: Node) {
+    fn offer_leaf(&self, nearest: &mut Nearest, query: &NeighbourQuery, node: KdNode) {
         let [x, y, z] = &self.coordinates;
         let [px, py, pz] = query.point;
         let mut distances = [0.0f32; LEAF];
         let leaf = node.begin..node.end;
         let coordinates = x[leaf.clone()].iter().zip(&y[leaf.clone()]).zip(&z[leaf.clone()]);
         for (distance, ((x, y), z)) in distances.iter_mut().zip(coordinates) {
-            *distance = squared([x - px, y - py, z - pz]);
+            *distance = squared_length([x - px, y - py, z - pz]);
         }
         for (distance, at) in distances.iter().zip(leaf) {
             if *distance <= nearest.worst && at != query.skipped {
@@ -180,14 +180,14 @@ impl Tree {
     }
 }
 
-fn squared([x, y, z]: [f32; 3]) -> f32 {
+fn squared_length([x, y, z]: [f32; 3]) -> f32 {
     x * x + y * y + z * z
 }
 
 const ALONE: usize = 4096;
 
 /// Orders the points of a node and records every split.
-fn split(points: &[[f32; 3]], order: &mut [u32], node: Node, splits: &mut Vec<(usize, u8, f32)>) {
+fn split(points: &[[f32; 3]], order: &mut [u32], node: KdNode, splits: &mut Vec<(usize, u8, f32)>) {
     if node.is_leaf() {
         return order.sort_unstable();
     }
@@ -222,11 +222,11 @@ fn longest_axis(points: &[[f32; 3]], order: &[u32]) -> usize {
 }
 
 /// Returns a squared distance within which the query has k points: the previous query and its nearest.
-fn bound(points: &[[f32; 3]], query: &Query, before: [f32; 3], nearest: &Nearest) -> f32 {
+fn bound(points: &[[f32; 3]], query: &NeighbourQuery, before: [f32; 3], nearest: &Nearest) -> f32 {
     // Computed as in the leaves, so that rounding never leaves out a point that ties.
     let distance = |[x, y, z]: [f32; 3]| {
         let [px, py, pz] = query.point;
-        squared([x - px, y - py, z - pz])
+        squared_length([x - px, y - py, z - pz])
     };
     nearest.indices().map(|i| distance(points[i as usize])).fold(distance(before), f32::max)
 }
@@ -283,7 +283,7 @@ mod tests {
             let p = points[i];
             let mut others: Vec<(f32, u32)> = (0..points.len())
                 .filter(|&j| j != i)
-                .map(|j| (squared([0, 1, 2].map(|axis| points[j][axis] - p[axis])), j as u32))
+                .map(|j| (squared_length([0, 1, 2].map(|axis| points[j][axis] - p[axis])), j as u32))
                 .collect();
             others.sort_by(|a, b| a.partial_cmp(b).unwrap());
             others.truncate(k);
@@ -294,7 +294,7 @@ mod tests {
 
     fn brute_force_to(points: &[[f32; 3]], queries: &[[f32; 3]], k: usize) -> Vec<u32> {
         let row = |q: &[f32; 3]| {
-            let distance = |p: &[f32; 3]| squared([0, 1, 2].map(|axis| p[axis] - q[axis]));
+            let distance = |p: &[f32; 3]| squared_length([0, 1, 2].map(|axis| p[axis] - q[axis]));
             let mut all: Vec<(f32, u32)> = points.iter().map(distance).zip(0..).collect();
             all.sort_by(|a, b| a.partial_cmp(b).unwrap());
             all.into_iter().take(k).map(|(_, j)| j).collect::<Vec<_>>()

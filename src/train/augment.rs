@@ -3,7 +3,7 @@
 use super::Settings;
 use super::random::{normal_pair, uniform};
 use crate::mesh::{InvalidMesh, TriMesh};
-use crate::model::normalized;
+use crate::model::normalize_points;
 use glam::{DMat3, DQuat, DVec3};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -19,7 +19,7 @@ pub(super) fn augment_mesh(
     let moved = mesh.positions().iter().map(|&p| change * DVec3::from_array(p.map(f64::from)));
     let positions: Vec<[f32; 3]> = moved.map(|p| p.to_array().map(|x| x as f32)).collect();
     let positions = add_noise(positions, mesh.faces(), settings.noise, random);
-    TriMesh::new(normalized(&positions), mesh.faces().to_vec())
+    TriMesh::new(normalize_points(&positions), mesh.faces().to_vec())
 }
 
 /// Draws a uniform point on the sphere of unit quaternions.
@@ -76,7 +76,7 @@ mod tests {
     fn without_changes_only_the_frame_changes() {
         let mesh = shapes::torus(12, 8, 2.0, 0.5);
         let same = change_mesh(&mesh, "rotation = false\nscale = 0\nnoise = 0", 1);
-        assert_eq!(same.positions(), normalized(mesh.positions()));
+        assert_eq!(same.positions(), normalize_points(mesh.positions()));
         assert_eq!(same.faces(), mesh.faces());
     }
 
@@ -85,7 +85,7 @@ mod tests {
         let mesh = shapes::torus(12, 8, 2.0, 0.5);
         let turned = change_mesh(&mesh, "rotation = true\nscale = 0\nnoise = 0", 2);
         assert!(largest_change(&mesh, &turned) < 1e-4);
-        assert!((normalized(mesh.positions())[0][2] - turned.positions()[0][2]).abs() > 1e-3);
+        assert!((normalize_points(mesh.positions())[0][2] - turned.positions()[0][2]).abs() > 1e-3);
         assert!(largest_change(&mesh, &change_mesh(&mesh, "rotation = false\nscale = 0.3", 3)) > 0.02);
         assert!(largest_change(&mesh, &change_mesh(&mesh, "rotation = false\nscale = 0\nnoise = 0.3", 3)) > 0.02);
     }

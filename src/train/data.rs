@@ -4,7 +4,7 @@ use super::{Settings, TrainError};
 use crate::io::{Format, can_read, read_path};
 use crate::mesh::cleanup::{CleanOptions, clean};
 use crate::mesh::{InvalidMesh, TriMesh};
-use crate::model::normalized;
+use crate::model::normalize_points;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -131,7 +131,7 @@ fn read_mesh(path: &Path, max_vertices: usize) -> Result<TriMesh, String> {
 
 fn to_unit_frame(mesh: TriMesh) -> Result<TriMesh, InvalidMesh> {
     let (positions, faces) = mesh.into_parts();
-    TriMesh::new(normalized(&positions), faces)
+    TriMesh::new(normalize_points(&positions), faces)
 }
 
 fn is_for_validation(name: &str, settings: &Settings) -> bool {

@@ -12,7 +12,7 @@ use crate::mesh::TriMesh;
 use super::faces_around::FacesAround;
 use super::pins::Pins;
 use super::prepare::feature_edges::FeatureEdges;
-use super::prepare::surface::Surface;
+use super::prepare::surface::PreparedSurface;
 
 // Sample points per region in foldover repair. Nineteen meshes: 4 or 16 change the largest distance by 0.7 %.
 const POINTS: usize = 8;
@@ -25,7 +25,7 @@ const MOST_STEPS: usize = 256;
 
 pub struct Original<'a> {
     pub mesh: &'a TriMesh,
-    pub surface: Surface<'a>,
+    pub surface: PreparedSurface<'a>,
     pub features: FeatureEdges,
     pub pins: Pins,
 }
@@ -34,7 +34,7 @@ impl<'a> Original<'a> {
     #[cfg(test)]
     pub fn bare(mesh: &'a TriMesh) -> Self {
         let (features, pins) = (FeatureEdges::default(), Pins::default());
-        Self { mesh, surface: Surface::new(mesh, crate::mesh::pulse::Pulse::NONE), features, pins }
+        Self { mesh, surface: PreparedSurface::new(mesh, crate::mesh::pulse::Pulse::NONE), features, pins }
     }
 
     /// Finds the nearest surface vertex in the region of each wanted output vertex.
@@ -231,7 +231,7 @@ pub struct SurfacePoint {
 
 /// Search for closest points that does not cross seams.
 pub struct SidesOfSeams<'a> {
-    surface: &'a Surface<'a>,
+    surface: &'a PreparedSurface<'a>,
     orders: Vec<[u8; 3]>,
     seams: FxHashSet<[u32; 2]>,
     around: FacesAround,

@@ -12,7 +12,7 @@ use super::diamond::Diamond;
 use super::faces_around::FacesAround;
 use super::original::Original;
 use super::pins::Pins;
-use super::prepare::surface::Surface;
+use super::prepare::surface::PreparedSurface;
 
 pub struct Output {
     pub positions: Vec<Vec3>,
@@ -104,7 +104,7 @@ impl Output {
     }
 
     /// Moves a vertex of a subset to the surface vertex `origin`.
-    pub fn stand_on(&mut self, v: u32, origin: u32, surface: &Surface) {
+    pub fn stand_on(&mut self, v: u32, origin: u32, surface: &PreparedSurface) {
         self.positions[v as usize] = surface.positions[origin as usize];
         self.pins.set_origin(v, origin);
     }

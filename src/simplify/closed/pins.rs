@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::prepare::surface::Surface;
+use super::prepare::surface::PreparedSurface;
 use super::request::{Half, Keep};
 
 #[derive(Clone, Debug, Default)]
@@ -16,7 +16,7 @@ pub struct Pins {
 }
 
 impl Pins {
-    pub fn new(surface: &Surface, keep: &Keep) -> Self {
+    pub fn new(surface: &PreparedSurface, keep: &Keep) -> Self {
         let is_locked = |v: u32| keep.locked[v as usize];
         let locked = if keep.locked.is_empty() { Vec::new() } else { surface.sources().map(is_locked).collect() };
         let plane = keep.half.map(|half| PlaneVertices::from_half(surface, &half));
@@ -131,7 +131,7 @@ pub struct PlaneVertices {
 }
 
 impl PlaneVertices {
-    pub fn from_half(surface: &Surface, half: &Half) -> Self {
+    pub fn from_half(surface: &PreparedSurface, half: &Half) -> Self {
         let flag = |v: u32| half.on_plane[surface.source(v) as usize];
         // The first and the last neighbour of a boundary vertex are along the boundary.
         let meets_cut = |v: u32| match surface.rings.ring(v) {

@@ -6,7 +6,7 @@ use crate::mesh::pulse::Pulse;
 use crate::mesh::thread_ranges::indices_where;
 use crate::simplify::closed::faces_around::smallest_first;
 use crate::simplify::closed::output::Output;
-use crate::simplify::closed::prepare::surface::Surface;
+use crate::simplify::closed::prepare::surface::PreparedSurface;
 use crate::simplify::limits::Limit;
 use crate::simplify::options::Outcome;
 use crate::spatial::curve_order;
@@ -103,7 +103,7 @@ pub fn merges_to(limit: Limit, n_vertices: usize, n_faces: usize) -> usize {
 }
 
 /// Builds the corner table of a closed surface; node `i` is vertex `order[i]`.
-fn corners_in_order(surface: &Surface, order: &[u32]) -> CornerTable {
+fn corners_in_order(surface: &PreparedSurface, order: &[u32]) -> CornerTable {
     // Surface vertices get their rank along the curve. Ghost vertices follow them and keep their numbers.
     let mut rank = vec![0; order.len()];
     (0u32..).zip(order).for_each(|(i, &v)| rank[v as usize] = i);
@@ -114,7 +114,7 @@ fn corners_in_order(surface: &Surface, order: &[u32]) -> CornerTable {
 }
 
 impl<'a> Collapse<'a> {
-    pub fn new(pulse: Pulse<'a>, surface: &Surface) -> Self {
+    pub fn new(pulse: Pulse<'a>, surface: &PreparedSurface) -> Self {
         let n_inner = surface.n_vertices();
         // Neighbours in space become neighbours in memory.
         let order = curve_order(n_inner, |v| surface.positions[v as usize].to_array(), || pulse.beat(0));

@@ -88,10 +88,10 @@ mod tests {
     use crate::mesh::pulse::Pulse;
     use crate::mesh::{TriMesh, shapes};
     use crate::simplify::closed::collapse::{Collapse, End};
-    use crate::simplify::closed::prepare::surface::Surface;
+    use crate::simplify::closed::prepare::surface::PreparedSurface;
     use crate::simplify::limits::Limit;
 
-    fn collapse<'a>(surface: &Surface<'a>) -> Collapse<'a> {
+    fn collapse<'a>(surface: &PreparedSurface<'a>) -> Collapse<'a> {
         Collapse::new(Pulse::NONE, surface)
     }
 
@@ -107,7 +107,7 @@ mod tests {
     #[test]
     fn a_copy_goes_on_without_a_component_to_the_size_asked_for() {
         let (mesh, n) = sphere_and_cylinder();
-        let surface = Surface::new(&mesh, Pulse::NONE);
+        let surface = PreparedSurface::new(&mesh, Pulse::NONE);
         let mut whole = collapse(&surface).with_copy();
         let limit = Limit::of_vertices(300);
         assert_eq!(whole.run(limit), End::Reached);
@@ -126,7 +126,7 @@ mod tests {
     #[test]
     fn without_the_sphere_the_cylinder_keeps_its_boundaries() {
         let (mesh, n) = sphere_and_cylinder();
-        let surface = Surface::new(&mesh, Pulse::NONE);
+        let surface = PreparedSurface::new(&mesh, Pulse::NONE);
         let mut rest = collapse(&surface).remove_components(0..n as u32);
         assert_eq!(rest.size(), (mesh.positions().len() - n, mesh.faces().len() - 5120));
         assert_eq!(rest.run(Limit::of_vertices(100)), End::Reached);

@@ -36,18 +36,18 @@ mod tests {
     use crate::simplify::closed::Keep;
     use crate::simplify::closed::output::Output;
     use crate::simplify::closed::prepare::prepare;
-    use crate::simplify::closed::prepare::surface::Surface;
+    use crate::simplify::closed::prepare::surface::PreparedSurface;
     use crate::simplify::limits::Limit;
     use attribute_quadrics::AttributeQuadrics;
     use glam::Vec3;
 
-    fn begin(mesh: &TriMesh) -> (Surface<'_>, Collapse<'static>) {
-        let surface = Surface::new(mesh, Pulse::NONE);
+    fn begin(mesh: &TriMesh) -> (PreparedSurface<'_>, Collapse<'static>) {
+        let surface = PreparedSurface::new(mesh, Pulse::NONE);
         let collapse = Collapse::new(Pulse::NONE, &surface);
         (surface, collapse)
     }
 
-    fn collapse_to(mesh: &TriMesh, vertices: usize) -> (Surface<'_>, End, Output) {
+    fn collapse_to(mesh: &TriMesh, vertices: usize) -> (PreparedSurface<'_>, End, Output) {
         let (surface, mut collapse) = begin(mesh);
         let end = collapse.run(Limit::of_vertices(vertices));
         let output = collapse.output();
@@ -102,7 +102,7 @@ mod tests {
         assert_eq!(output.faces().len(), 100);
     }
 
-    fn error(surface: &Surface, collapse: &Collapse) -> f64 {
+    fn error(surface: &PreparedSurface, collapse: &Collapse) -> f64 {
         let output = collapse.output();
         let tree = output.tree();
         surface.positions.iter().map(|p| tree.nearest(p.as_dvec3()).map_or(f64::INFINITY, |hit| hit.distance2)).sum()

@@ -395,9 +395,9 @@ mod tests {
     use super::*;
     use crate::mesh::pulse::Pulse;
     use crate::mesh::shapes;
-    use crate::simplify::closed::prepare::surface::Surface;
+    use crate::simplify::closed::prepare::surface::PreparedSurface;
 
-    fn nodes(surface: &Surface) -> Vec<CollapseVertex> {
+    fn nodes(surface: &PreparedSurface) -> Vec<CollapseVertex> {
         let node =
             |v: u32| CollapseVertex::new(surface.positions[v as usize], add_pull(surface.quadrics[v as usize]), 1.0, v);
         (0..surface.n_vertices() as u32).map(node).collect()
@@ -406,7 +406,7 @@ mod tests {
     #[test]
     fn prices_are_what_the_placement_costs() {
         for mesh in [shapes::wavy_sphere(3, 10.0), shapes::cuboid([1.0; 3], 4), shapes::thin_sheet(9, 1e-3)] {
-            let surface = Surface::new(&mesh, Pulse::NONE);
+            let surface = PreparedSurface::new(&mesh, Pulse::NONE);
             let nodes = nodes(&surface);
             let edges: Vec<[u32; 2]> = surface.faces.iter().map(|&[a, b, _]| [a, b]).collect();
             let scale: f32 = nodes.iter().map(CollapseVertex::area).sum();

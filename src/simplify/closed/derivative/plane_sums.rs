@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 
 use super::algebra::{area_normal_backward, outer, trace};
 use crate::geometry::triangle::area_normal_f64;
-use crate::simplify::closed::prepare::surface::{BOUNDARY_WEIGHT, Surface, least_weight};
+use crate::simplify::closed::prepare::surface::{BOUNDARY_WEIGHT, PreparedSurface, least_weight};
 
 pub(super) struct Planes {
     pub faces: Vec<[u32; 3]>,
@@ -20,7 +20,7 @@ pub(super) struct PlaneSums {
 }
 
 impl Planes {
-    pub fn new(surface: &Surface, positions: &[DVec3]) -> Self {
+    pub fn new(surface: &PreparedSurface, positions: &[DVec3]) -> Self {
         let boundaries = surface.rings.ghost_faces().into_iter().map(|[w, v, _]| [w, v]).collect();
         let faces = surface.faces.to_vec();
         // The weights without support decide which vertices need it.

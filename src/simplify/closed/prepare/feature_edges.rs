@@ -4,7 +4,7 @@ use rustc_hash::FxHashMap;
 
 use crate::mesh::FeatureEdge;
 
-use super::surface::Surface;
+use super::surface::PreparedSurface;
 
 #[derive(Default)]
 pub struct FeatureEdges {
@@ -15,7 +15,7 @@ pub struct FeatureEdges {
 }
 
 impl FeatureEdges {
-    pub fn new(surface: &Surface, kept: &[FeatureEdge]) -> Self {
+    pub fn new(surface: &PreparedSurface, kept: &[FeatureEdge]) -> Self {
         // Without copies surface and mesh have equal vertices.
         let has_copies = surface.n_split() > 0 && !kept.is_empty();
         let kept = if has_copies { on_copies(surface, kept) } else { kept.to_vec() };
@@ -67,7 +67,7 @@ fn edges_between(edges: impl Iterator<Item = [u32; 2]>, vertex_of: &[u32]) -> Ve
     edges
 }
 
-fn on_copies(surface: &Surface, kept: &[FeatureEdge]) -> Vec<FeatureEdge> {
+fn on_copies(surface: &PreparedSurface, kept: &[FeatureEdge]) -> Vec<FeatureEdge> {
     let wanted: FxHashMap<[u32; 2], &FeatureEdge> = kept.iter().map(|edge| (edge.ends, edge)).collect();
     let mut touched = vec![false; surface.n_vertices()];
     kept.iter().flat_map(|edge| edge.ends).for_each(|v| touched[v as usize] = true);

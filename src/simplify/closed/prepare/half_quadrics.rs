@@ -2,9 +2,9 @@
 
 use crate::simplify::closed::pins::PlaneVertices;
 
-use super::surface::{Surface, add, plane_of};
+use super::surface::{PreparedSurface, add, plane_of};
 
-pub fn complete(surface: &mut Surface, plane: &PlaneVertices) {
+pub fn complete(surface: &mut PreparedSurface, plane: &PlaneVertices) {
     // The cut gets no boundary lines: in the whole mesh it is no boundary.
     let mut sums = vec![[0.0f32; 6]; if plane.len() > 0 { surface.n_vertices() } else { 0 }];
     for face in surface.faces.iter().filter(|face| face.iter().any(|&v| plane.has(v))) {
@@ -29,7 +29,7 @@ pub fn complete(surface: &mut Surface, plane: &PlaneVertices) {
     }
 }
 
-fn add_boundaries(surface: &Surface, plane: &PlaneVertices, sums: &mut [[f32; 6]]) {
+fn add_boundaries(surface: &PreparedSurface, plane: &PlaneVertices, sums: &mut [[f32; 6]]) {
     let boundaries = if sums.is_empty() { Vec::new() } else { surface.rings.ghost_faces() };
     for [a, b, _] in boundaries.into_iter().filter(|&[a, b, _]| plane.has(a) != plane.has(b)) {
         let v = if plane.has(a) { a } else { b };
@@ -54,7 +54,8 @@ mod tests {
         let (half, sources) = crate::mesh::compact(whole.positions(), faces).unwrap();
         let on_plane: Vec<bool> = half.positions().iter().map(|p| p[0].abs() < 1e-6).collect();
         assert_eq!(on_plane.iter().filter(|&&on| on).count(), 24);
-        let (mut surface, of_whole) = (Surface::new(&half, Pulse::NONE), Surface::new(&whole, Pulse::NONE));
+        let (mut surface, of_whole) =
+            (PreparedSurface::new(&half, Pulse::NONE), PreparedSurface::new(&whole, Pulse::NONE));
         let plane = PlaneVertices::from_half(&surface, &Half { axis: 0, on_plane: &on_plane });
         complete(&mut surface, &plane);
         // The halves are normalised by different powers of two.

@@ -11,17 +11,17 @@ use super::original::Original;
 use super::pins::Pins;
 use super::request::Keep;
 use feature_edges::FeatureEdges;
-use surface::{Normalisation, Surface};
+use surface::{Normalisation, PreparedSurface};
 
 pub fn prepare<'a>(mesh: &'a TriMesh, keep: &Keep, pulse: Pulse<'a>) -> Original<'a> {
-    prepare_surface(mesh, Surface::new(mesh, pulse), keep)
+    prepare_surface(mesh, PreparedSurface::new(mesh, pulse), keep)
 }
 
 pub fn prepare_at_scale<'a>(mesh: &'a TriMesh, scale: Normalisation, keep: &Keep, pulse: Pulse<'a>) -> Original<'a> {
-    prepare_surface(mesh, Surface::at_scale(mesh, scale, pulse), keep)
+    prepare_surface(mesh, PreparedSurface::at_scale(mesh, scale, pulse), keep)
 }
 
-fn prepare_surface<'a>(mesh: &'a TriMesh, mut surface: Surface<'a>, keep: &Keep) -> Original<'a> {
+fn prepare_surface<'a>(mesh: &'a TriMesh, mut surface: PreparedSurface<'a>, keep: &Keep) -> Original<'a> {
     let features = FeatureEdges::new(&surface, keep.edges);
     let pins = Pins::new(&surface, keep);
     surface.support_edges(features.held_edges());

@@ -28,7 +28,7 @@ const FOLD: f32 = 0.5;
 
 const TOGETHER: usize = 1 << 20;
 
-pub struct Surface<'a> {
+pub struct PreparedSurface<'a> {
     /// Normalised positions; copies of split vertices come last.
     pub positions: Vec<Vec3>,
     pub faces: Cow<'a, [[u32; 3]]>,
@@ -90,7 +90,7 @@ impl Normalisation {
     }
 }
 
-impl<'a> Surface<'a> {
+impl<'a> PreparedSurface<'a> {
     pub fn new(mesh: &'a TriMesh, pulse: Pulse<'a>) -> Self {
         Self::at_scale(mesh, Normalisation::from_positions(mesh.positions()), pulse)
     }
@@ -352,14 +352,14 @@ mod tests {
     use super::*;
     use crate::mesh::shapes;
 
-    fn area(surface: &Surface) -> f32 {
+    fn area(surface: &PreparedSurface) -> f32 {
         surface.faces.iter().map(|f| 0.5 * area_normal(f.map(|v| surface.positions[v as usize])).length()).sum()
     }
 
     #[test]
     fn quadrics_weigh_the_area_and_normals_are_unit() {
         for mesh in [shapes::wavy_sphere(3, 5.0), shapes::torus(20, 8, 3.0, 1.0), shapes::cuboid([1e-3; 3], 3)] {
-            let surface = Surface::new(&mesh, Pulse::NONE);
+            let surface = PreparedSurface::new(&mesh, Pulse::NONE);
             let weight: f64 = (0..surface.n_vertices()).map(|v| surface.weight(v)).sum();
             assert!((weight / f64::from(area(&surface)) - 1.0).abs() < 1e-3);
             assert!(surface.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-5));
@@ -372,7 +372,7 @@ mod tests {
             let unit = shapes::icosphere(2);
             let places = unit.positions().iter().map(|p| p.map(|x| x * size + shift)).collect();
             let mesh = TriMesh::new(places, unit.faces().to_vec()).unwrap();
-            let surface = Surface::new(&mesh, Pulse::NONE);
+            let surface = PreparedSurface::new(&mesh, Pulse::NONE);
             assert!(surface.positions.iter().all(|p| (0.2..0.8).contains(&p.length())));
             let near = |p: f32, q: f32| (p - q).abs() <= 4.0 * f32::EPSILON * (size + shift);
             for (p, local) in surface.positions.iter().zip(mesh.positions()) {
@@ -388,7 +388,7 @@ mod tests {
         for flat in [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]] {
             let places = unit.positions().iter().map(|p| std::array::from_fn(|k| p[k] * flat[k])).collect();
             let mesh = TriMesh::new(places, unit.faces().to_vec()).unwrap();
-            let surface = Surface::new(&mesh, Pulse::NONE);
+            let surface = PreparedSurface::new(&mesh, Pulse::NONE);
             assert!((0..surface.n_vertices()).all(|v| surface.weight(v) > 0.0));
             assert!(surface.positions.iter().chain(&surface.normals).all(|p| p.is_finite()));
         }
@@ -397,7 +397,7 @@ mod tests {
     #[test]
     fn split_vertices_know_where_they_come_from() {
         let mesh = shapes::tetrahedra_sharing_vertex();
-        let surface = Surface::new(&mesh, Pulse::NONE);
+        let surface = PreparedSurface::new(&mesh, Pulse::NONE);
         assert_eq!((surface.n_split(), surface.n_vertices()), (1, 8));
         let last = surface.sources().last().unwrap() as usize;
         assert_eq!(surface.positions[7], surface.positions[last]);

@@ -74,7 +74,7 @@ mod tests {
     use crate::mesh::pulse::Pulse;
     use crate::mesh::{TriMesh, shapes};
     use crate::simplify::closed::aim::Aim;
-    use crate::simplify::closed::prepare::surface::Surface;
+    use crate::simplify::closed::prepare::surface::PreparedSurface;
 
     #[test]
     fn a_tip_that_was_cut_off_draws_the_vertex_below_it() {
@@ -82,7 +82,7 @@ mod tests {
         let tipped = |v: usize, p: &[f32; 3]| if v == 0 { p.map(|x| 1.4 * x) } else { *p };
         let positions = fine.positions().iter().enumerate().map(|(v, p)| tipped(v, p)).collect();
         let tipped = TriMesh::new(positions, fine.faces().to_vec()).unwrap();
-        let surface = Surface::new(&tipped, Pulse::NONE);
+        let surface = PreparedSurface::new(&tipped, Pulse::NONE);
         // Subdivision appends vertices, so a finer sphere begins with those of the coarser one.
         let mut positions = surface.positions[..coarse.positions().len()].to_vec();
         positions[0] /= 1.4;

@@ -142,9 +142,9 @@ mod tests {
     use crate::mesh::pulse::Pulse;
     use crate::mesh::{TriMesh, shapes};
     use crate::simplify::closed::aim::Aim;
-    use crate::simplify::closed::prepare::surface::Surface;
+    use crate::simplify::closed::prepare::surface::PreparedSurface;
 
-    fn points<'a>(surface: &'a Surface<'a>) -> Points<'a> {
+    fn points<'a>(surface: &'a PreparedSurface<'a>) -> Points<'a> {
         Points::new(surface, usize::MAX / 64, Aim::default())
     }
 
@@ -155,7 +155,7 @@ mod tests {
         TriMesh::new(places, flat.faces().to_vec()).unwrap()
     }
 
-    fn faces_over(surface: &Surface, vertices: &[u32], faces: Vec<[u32; 3]>) -> Output {
+    fn faces_over(surface: &PreparedSurface, vertices: &[u32], faces: Vec<[u32; 3]>) -> Output {
         let positions = vertices.iter().map(|&v| surface.positions[v as usize]).collect();
         Output::from_original(&surface.positions, positions, faces)
     }
@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn a_diagonal_across_the_ridge_turns_to_run_along_it() {
         let roof = roof();
-        let surface = Surface::new(&roof, Pulse::NONE);
+        let surface = PreparedSurface::new(&roof, Pulse::NONE);
         let [left, right, back, front] = [8, 17 * 16 + 8, 17 * 8 + 16, 17 * 8];
         let two_faces = |corners: [u32; 4]| faces_over(&surface, &corners, vec![[0, 1, 2], [1, 0, 3]]);
         let mut output = two_faces([left, right, back, front]);
@@ -175,7 +175,7 @@ mod tests {
     #[test]
     fn a_diagonal_that_exists_is_not_made_twice() {
         let roof = roof();
-        let surface = Surface::new(&roof, Pulse::NONE);
+        let surface = PreparedSurface::new(&roof, Pulse::NONE);
         let corners = [8, 17 * 16 + 8, 17 * 8 + 16, 17 * 8, 17 * 4];
         let mut output = faces_over(&surface, &corners, vec![[0, 1, 2], [1, 0, 3], [2, 3, 4]]);
         assert_eq!(flip(&mut points(&surface), &mut output), 0);

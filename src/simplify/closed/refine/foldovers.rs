@@ -352,7 +352,7 @@ fn distance(point: Vec3, faces: &[[Vec3; 3]]) -> f32 {
 mod tests {
     use super::*;
     use crate::mesh::{TriMesh, shapes};
-    use crate::simplify::closed::prepare::surface::Surface;
+    use crate::simplify::closed::prepare::surface::PreparedSurface;
 
     fn roof(slope: f32) -> TriMesh {
         let flat = shapes::grid(16, 16);
@@ -365,7 +365,7 @@ mod tests {
     const BACK: u32 = 17 * 8 + 16;
     const FRONT: u32 = 17 * 8;
 
-    fn coarse(surface: &Surface, corners: [u32; 4]) -> Output {
+    fn coarse(surface: &PreparedSurface, corners: [u32; 4]) -> Output {
         let positions = corners.map(|v| surface.positions[v as usize]).to_vec();
         Output::from_original(&surface.positions, positions, vec![[0, 1, 2], [1, 0, 3]])
     }

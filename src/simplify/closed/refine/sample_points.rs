@@ -7,7 +7,7 @@ use crate::geometry::triangle::area_normal;
 use crate::mesh::pulse::Pulse;
 
 use crate::simplify::closed::aim::Aim;
-use crate::simplify::closed::prepare::surface::Surface;
+use crate::simplify::closed::prepare::surface::PreparedSurface;
 
 use super::facets::{Facets, Projection};
 
@@ -54,7 +54,7 @@ impl Density {
 }
 
 pub struct Points<'a> {
-    surface: &'a Surface<'a>,
+    surface: &'a PreparedSurface<'a>,
     density: Density,
     most: usize,
     n_steps: usize,
@@ -64,7 +64,7 @@ pub struct Points<'a> {
 
 impl<'a> Points<'a> {
     /// Chooses the points for this many output vertices, at most one per face.
-    pub fn new(surface: &'a Surface<'a>, n_output: usize, aim: Aim) -> Self {
+    pub fn new(surface: &'a PreparedSurface<'a>, n_output: usize, aim: Aim) -> Self {
         let n_faces = surface.faces.len();
         // Near the size of the input there is little to gain, so one point a face and one step suffice.
         let most = aim.points_per_vertex * n_output;
@@ -214,7 +214,7 @@ mod tests {
     #[test]
     fn points_belong_to_the_faces_that_a_search_of_all_finds() {
         let mesh = shapes::wavy_sphere(4, 3.0);
-        let surface = Surface::new(&mesh, Pulse::NONE);
+        let surface = PreparedSurface::new(&mesh, Pulse::NONE);
         let coarse = shapes::icosphere(2);
         // Subdivision appends vertices, so a finer sphere begins with those of the coarser one.
         let positions = surface.positions[..coarse.positions().len()].to_vec();
