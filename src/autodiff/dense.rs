@@ -37,6 +37,7 @@ impl Tape {
         let result = linalg::two_layers(&x.matrix, first.map(Value::matrix), second.map(Value::matrix));
         let [x_kept, w_kept, b_kept, last_kept] = [x, w, b, last_w].map(|value| value.matrix.clone());
         self.record(result, [x, w, b, last_w, last_b], move |gradient, [to_x, to_w, to_b, to_last_w, to_last_b]| {
+            // The hidden layer is computed again, so the tape does not store it.
             let mut hidden = product(&x_kept, &w_kept, b_kept.data());
             hidden.data_mut().iter_mut().for_each(|y| *y = y.max(0.0));
             let to_hidden = product_input_backward(gradient, &last_kept);
@@ -156,6 +157,7 @@ impl Tape {
 }
 
 fn softmax(x: &[f32]) -> Vec<f32> {
+    // Subtracting the largest entry keeps the exponentials finite.
     let largest = x.iter().copied().fold(f32::NEG_INFINITY, f32::max);
     let mut result: Vec<f32> = x.iter().map(|x| (x - largest).exp()).collect();
     let sum: f64 = result.iter().map(|&y| f64::from(y)).sum();

@@ -36,6 +36,7 @@ impl Tape {
         let inputs = [a, b, theta, phi, first[0], first[1], second[0], second[1]];
         let (kept, graph) = (inputs.map(|input| input.matrix.clone()), graph.clone());
         self.record(result, inputs, move |gradient, needed| {
+            // A second tape repeats the chain, with parameters where a gradient is needed.
             let mut tape = Tape::default();
             let mut again = |i: usize| match needed[i] {
                 true => tape.parameter(kept[i].clone()),
@@ -56,6 +57,7 @@ impl Tape {
         let result = column(closeness(&q.matrix, &k.matrix, graph));
         let (q_kept, k_kept, graph) = (q.matrix.clone(), k.matrix.clone(), graph.clone());
         self.record(result, [q, k], move |gradient, _| {
+            // The derivative to q_i is the sum of g (k_j - q_i) over the entries (i, j), and to k_j the sum of g (q_i - k_j).
             let [mut to_q, mut to_k] = linalg::neighbour_dots_backward(&q_kept, &k_kept, &graph, gradient.data());
             let (mut of_rows, mut of_columns) = (vec![0.0; graph.n_rows()], vec![0.0; graph.n_rows()]);
             for ([i, j], g) in graph.entries().zip(gradient.data()) {

@@ -99,6 +99,7 @@ impl Tape {
                 accumulate(&mut gradients[node], gradient.clone());
             }
         }
+        // Operations are visited from last to first, so the gradient of each result is complete before it is passed on.
         for (at, node) in self.nodes.iter().enumerate().rev() {
             let Some(backward) = &node.backward else { continue };
             let Some(gradient) = gradients[at].take() else { continue };

@@ -40,6 +40,7 @@ type CountProbabilities = [f64; 3];
 
 /// Returns the probability that an edge has a wrong number of faces, and its derivative to each p.
 fn wrong_number(p: &[f64], at_boundary: bool) -> (f64, Vec<f64>) {
+    // Distributions over the faces before and after face i give the derivative to its probability without a division.
     let mut before = vec![[1.0, 0.0, 0.0]];
     before.extend(p.iter().scan([1.0, 0.0, 0.0], |counts, &p| {
         *counts = add_face(*counts, p);

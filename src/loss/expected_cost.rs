@@ -51,12 +51,14 @@ pub(super) fn expected_cost(rows: &OptionRows, probabilities: &[f32]) -> Term {
 }
 
 fn row_cost(slopes: &mut [f64], options: &[u32], costs: &[f64], none: f64, probabilities: &[f32]) -> f64 {
+    // From last to first: `rest` is the expected cost if no earlier option is kept.
     let mut rest = none;
     for ((slope, &option), cost) in slopes.iter_mut().zip(options).zip(costs).rev() {
         let p = f64::from(probabilities[option as usize]);
         *slope = cost - rest;
         rest = p * cost + (1.0 - p) * rest;
     }
+    // From first to last: `none_before` is the probability that no earlier option is kept.
     let mut none_before = 1.0;
     for (slope, &option) in slopes.iter_mut().zip(options) {
         *slope *= none_before;

@@ -54,6 +54,7 @@ pub fn simplify_to_size<E: From<SimplifyError>>(
         search.look("bytes")?;
         let n = bytes_of(&result)?;
         let is_last = n <= n_bytes && (vertices == n_all || n as f64 >= FULL * n_bytes as f64);
+        // A constraint kept more vertices than requested, so smaller targets are useless.
         let is_held = n > n_bytes && result.mesh.positions().len() > vertices;
         *(if n <= n_bytes { &mut fits } else { &mut too_large }) = Some((result, n));
         if is_last || is_held {
@@ -62,6 +63,7 @@ pub fn simplify_to_size<E: From<SimplifyError>>(
         let size = |known: &Option<(Simplified, usize)>| {
             known.as_ref().map(|(result, n)| (result.mesh.positions().len() as f64, *n as f64))
         };
+        // The guess aims at the middle between `FULL` and the limit.
         let next = next_guess(size(&fits), size(&too_large), n_bytes as f64 * (0.5 + 0.5 * FULL));
         let is_hopeless = fits.is_none() && n_before + 1 >= MOST_MISSES;
         vertices = if is_hopeless { 1 } else { (next as usize).clamp(1, n_all) };

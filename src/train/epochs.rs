@@ -104,6 +104,7 @@ fn make_step(run: &mut TrainingRun, mesh: &TrainingMesh, step: &StepFunction) ->
     let (settings, state) = (&run.settings, &mut run.state);
     state.position.step += 1;
     let random = &mut state.position.random;
+    // The step number and the random state advance even if the mesh is skipped.
     let ratio = log_uniform(random, settings.ratio_min, settings.ratio_max);
     let item = match augment_mesh(&mesh.mesh, settings, random) {
         Ok(changed) => TrainingItem { name: mesh.name.clone(), mesh: changed, ratio },
@@ -114,6 +115,7 @@ fn make_step(run: &mut TrainingRun, mesh: &TrainingMesh, step: &StepFunction) ->
         Err(why) => return Ok(Err(why)),
     };
     let diverged = |number: u64, what: String| TrainError::Diverged { step: number, mesh: mesh.name.clone(), what };
+    // A loss that is not finite or explodes ends the training before the weights change.
     if let Some(what) = state.position.watch.find_trouble(&found, settings.explosion) {
         return Err(diverged(state.position.step, what));
     }

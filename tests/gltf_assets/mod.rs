@@ -88,7 +88,7 @@ fn poses_of_a_skin_are_those_of_its_animation_or_bent_at_random() {
     asset.document["skins"][0]["inverseBindMatrices"] = 99.into();
     let refused = open(&asset.glb()).poses().unwrap_err().to_string();
     assert!(refused.contains("accessor 99") && !refused.contains('\n'), "{refused}");
-    // The node is its own grandchild.
+    // The nodes form a cycle.
     asset.document["nodes"][2]["children"] = json!([1]);
     asset.document["skins"][0].as_object_mut().unwrap().remove("inverseBindMatrices");
     if let Ok(asset) = Asset::from_bytes(&asset.glb(), &nothing) {
@@ -483,7 +483,7 @@ fn strange_extensions_keep_their_numbers() {
     assert_eq!(document["accessors"].as_array().unwrap()[..=shape].len(), shape + 1);
     let view = document["accessors"][shape]["bufferView"].as_u64().unwrap() as usize;
     assert_eq!(document["bufferViews"][view]["byteLength"], 12);
-    // A known extension does not do that.
+    // With known extensions only, views without use are removed.
     asset.document["extensions"] = json!({"KHR_lights_punctual": {"lights": [{"type": "point"}]}});
     asset.document["extensionsUsed"] = json!(["KHR_lights_punctual"]);
     let lean = round_trip("known", &asset.glb());
