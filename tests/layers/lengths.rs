@@ -43,12 +43,6 @@ fn no_function_is_longer_than_forty_lines() {
     let n_functions: usize = all.iter().map(|source| lengths(&source.code).len()).sum();
     assert!(n_functions > 1000, "only {n_functions} functions were found: the code is read wrong");
     assert_eq!(all.iter().flat_map(too_long).collect::<Vec<_>>(), Vec::<String>::new());
-    // `scripts/build_page` reads this line.
-    let library = all.iter().filter(|source| source.path.starts_with("src/"));
-    let functions = library.flat_map(|source| lengths(&source.code).into_iter().map(|of| (of.2, of.1, &source.path)));
-    if let Some((n_lines, name, path)) = functions.max() {
-        println!("longest function: {n_lines} lines, `{name}` in `{path}`");
-    }
 }
 
 #[test]

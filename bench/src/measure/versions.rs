@@ -69,6 +69,9 @@ const NONE: &str = "none";
 pub const TABLE_BEGINS: &str = "<!-- neural-mesh-bench measure: ";
 pub const TABLE_ENDS: &str = "<!-- /neural-mesh-bench measure -->";
 
+/// Start of a section that another script makes; its stamp follows.
+pub const KEPT: &str = "<!-- kept by measure: ";
+
 /// Lists the pages whose stamp is missing or outdated.
 pub fn stale_pages(root: &Path) -> Result<Vec<String>> {
     let folder = root.join("docs/measured");
@@ -81,7 +84,8 @@ pub fn stale_pages(root: &Path) -> Result<Vec<String>> {
     for page in pages {
         let text = std::fs::read_to_string(&page)?;
         let begins = if page.ends_with("README.md") && page.parent() == Some(root) { TABLE_BEGINS } else { "<!-- " };
-        if let Some(why) = stamp_fault(&text, begins) {
+        let kept = text.match_indices(KEPT).filter_map(|(at, _)| stamp_fault(&text[at..], KEPT));
+        for why in stamp_fault(&text, begins).into_iter().chain(kept) {
             stale.push(format!("{}: {why}", page.strip_prefix(root)?.display()));
         }
     }
@@ -110,6 +114,7 @@ mod tests {
         assert_eq!(stamp_fault("<!-- none -->", "<!-- "), None);
         assert_eq!(stamp_fault("# A\n", "<!-- ").unwrap(), "has no stamp");
         assert_eq!(stamp_fault("<!-- words -->", "<!-- ").unwrap(), "is of words");
+        assert_eq!(stamp_fault(&format!("{KEPT}paper 0 -->"), KEPT).unwrap(), "is of paper 0");
     }
 
     #[test]

@@ -7,8 +7,7 @@ use anyhow::{Context, Result};
 use neural_mesh::io::write_path;
 use neural_mesh::mesh::topology;
 
-use super::RATIOS;
-use super::curve;
+use super::{RATIOS, curve, write_csv};
 use crate::measure::cgal;
 use crate::measure::markdown::{count, number, table};
 use crate::measure::meshes::{load, name};
@@ -49,13 +48,16 @@ pub fn page(bench: &Bench) -> Result<String> {
     let quotients = Quotients { table: &rows, over: REFERENCE };
     write_path(&root().join(CURVE), curve::draw_curve(&curve_points(&quotients))?.as_bytes(), true)?;
     let large = Table { rows: large_mesh_rows(&rows, &inputs), figures: rows.figures.clone() };
+    let large = Quotients { table: &large, over: REFERENCE };
     let sections = [
-        median_tables(&quotients),
-        large_meshes(&Quotients { table: &large, over: REFERENCE }),
-        "## Topology\n\n".to_owned() + &topology_table(&rows, &inputs),
-        tables_by_mesh(&quotients, &inputs),
+        all_ratios(&quotients),
+        by_ratio(&quotients),
+        large_meshes(&large),
+        topology_section(&rows, &inputs)?,
+        files(&quotients, &large, &inputs)?,
         failures(&rows),
     ];
+    let sections: Vec<String> = sections.into_iter().filter(|section| !section.is_empty()).collect();
     Ok(intro(&rows, &inputs) + &sections.join("\n"))
 }
 
@@ -114,12 +116,34 @@ fn curve_points(quotients: &Quotients) -> Vec<curve::CurvePoint> {
     METHODS.iter().chain([&THEIRS]).filter_map(point).collect()
 }
 
-fn median_tables(quotients: &Quotients) -> String {
-    let mut text = format!("## All ratios\n\n{}", table_by_figure(quotients, &RATIOS));
-    for ratio in RATIOS {
-        text += &format!("\n## Ratio {ratio}\n\n{}", table_by_figure(quotients, &[ratio]));
-    }
-    text
+fn all_ratios(quotients: &Quotients) -> String {
+    let mut head = vec![format!("over `{REFERENCE}`: median")];
+    Figure::ALL.iter().for_each(|figure| head.extend([figure.title().to_owned(), "worst mesh".into()]));
+    let row = |&(method, about): &(&str, &str)| {
+        let cells = Figure::ALL.iter().flat_map(|&figure| {
+            let [median, mesh, worst] = median_and_worst(quotients, method, figure, &RATIOS);
+            [median, format!("{mesh} {worst}")]
+        });
+        [about.to_owned()].into_iter().chain(cells).collect()
+    };
+    format!("## All ratios\n\n{}", table(&head, &METHODS.iter().map(row).collect::<Vec<_>>()))
+}
+
+fn median_and_worst(quotients: &Quotients, method: &str, figure: Figure, ratios: &[f64]) -> [String; 3] {
+    let worst = quotients.worst(method, figure, ratios);
+    let [mesh, worst] = worst.map_or(["-".into(), "-".into()], |worst| [worst.mesh, number(Some(worst.quotient))]);
+    [number(quotients.median(method, figure, ratios)), mesh, worst]
+}
+
+fn by_ratio(quotients: &Quotients) -> String {
+    const FIGURES: [Figure; 2] = [Figure::Distance, Figure::Largest];
+    let mut head = vec![format!("over `{REFERENCE}`: median")];
+    head.extend(FIGURES.iter().flat_map(|figure| RATIOS.map(|ratio| format!("{} at {ratio}", figure.title()))));
+    let row = |&(method, about): &(&str, &str)| {
+        let medians = |&figure: &Figure| RATIOS.map(|ratio| number(quotients.median(method, figure, &[ratio])));
+        [about.to_owned()].into_iter().chain(FIGURES.iter().flat_map(medians)).collect()
+    };
+    format!("## By ratio\n\n{}", table(&head, &METHODS.iter().map(row).collect::<Vec<_>>()))
 }
 
 const LARGE: usize = 50_000;
@@ -131,28 +155,20 @@ fn large_mesh_rows(rows: &Table, inputs: &Inputs) -> Vec<ResultRow> {
 
 fn large_meshes(quotients: &Quotients) -> String {
     let n = quotients.meshes().len();
+    let mut head = vec![format!("over `{REFERENCE}`: median")];
+    head.extend(Figure::ALL.map(|figure| figure.title().to_owned()));
+    let row = |&(method, about): &(&str, &str)| {
+        let medians = Figure::ALL.map(|figure| number(quotients.median(method, figure, &RATIOS)));
+        [about.to_owned()].into_iter().chain(medians).collect()
+    };
     format!(
         "## Meshes above {} faces\n\n{n} of them, all ratios.\n\n{}",
         count(LARGE),
-        table_by_figure(quotients, &RATIOS)
+        table(&head, &METHODS.iter().map(row).collect::<Vec<_>>())
     )
 }
 
-fn table_by_figure(quotients: &Quotients, ratios: &[f64]) -> String {
-    let mut head = vec![format!("over `{REFERENCE}`: median")];
-    Figure::ALL.iter().for_each(|figure| head.extend([figure.title().to_owned(), "worst mesh".into()]));
-    let cells = |method: &str, figure: Figure| {
-        let worst = quotients.worst(method, figure, ratios);
-        let worst = worst.map_or("-".into(), |worst| format!("{} {}", worst.mesh, number(Some(worst.quotient))));
-        [number(quotients.median(method, figure, ratios)), worst]
-    };
-    let row = |&(method, about): &(&str, &str)| {
-        [about.to_owned()].into_iter().chain(Figure::ALL.iter().flat_map(|&figure| cells(method, figure))).collect()
-    };
-    table(&head, &METHODS.iter().map(row).collect::<Vec<_>>())
-}
-
-fn topology_table(rows: &Table, inputs: &Inputs) -> String {
+fn topology_section(rows: &Table, inputs: &Inputs) -> Result<String> {
     let head = [
         "results of closed manifold inputs",
         "closed",
@@ -180,7 +196,11 @@ fn topology_table(rows: &Table, inputs: &Inputs) -> String {
             sum("self_intersecting_faces"),
         ]
     };
-    table(&head, &METHODS.iter().chain([&THEIRS]).map(line).collect::<Vec<_>>())
+    let all: Vec<Vec<String>> = METHODS.iter().chain([&THEIRS]).map(line).collect();
+    let of_page = METHODS.iter().filter(|method| README_METHODS.contains(&method.0));
+    let of_page: Vec<Vec<String>> = of_page.chain([&THEIRS]).map(line).collect();
+    let link = write_csv("benchmark-topology", &head, &all)?;
+    Ok(format!("## Topology\n\nAll methods: {link}.\n\n{}", table(&head, &of_page)))
 }
 
 fn are_zero(rows: &Table, row: &ResultRow, figures: &[&str]) -> bool {
@@ -192,28 +212,49 @@ fn closed_results<'a>(rows: &'a Table, inputs: &'a Inputs, method: &'a str) -> i
     rows.rows.iter().filter(move |row| row.method == method && row.error.is_empty()).filter(is_closed)
 }
 
-fn tables_by_mesh(quotients: &Quotients, inputs: &Inputs) -> String {
-    let mut text = String::from("## Every mesh\n\nMedians over the four ratios; for neural-mesh each ratio as well.\n");
-    let mut head: Vec<String> = ["mesh", "faces"].map(String::from).into();
-    head.extend(RATIOS.map(|ratio| format!("neural-mesh at {ratio}")));
-    head.extend(METHODS.iter().map(|method| method.1.to_owned()));
-    for figure in Figure::ALL {
-        let line = |mesh: String| {
-            let mut cells = vec![mesh.clone(), inputs.get(&mesh).map_or("-".into(), |input| count(input.0))];
-            let of = |method: &str, ratios: &[f64]| number(quotients.median_of_mesh(&mesh, method, figure, ratios));
-            cells.extend(RATIOS.map(|ratio| of(METHODS[0].0, &[ratio])));
-            cells.extend(METHODS.iter().map(|method| of(method.0, &RATIOS)));
-            cells
-        };
-        let lines: Vec<_> = quotients.meshes().into_iter().map(line).collect();
-        text += &format!("\n### {}\n\n{}", capitalize(figure.title()), table(&head, &lines));
-    }
-    text
+fn files(quotients: &Quotients, large: &Quotients, inputs: &Inputs) -> Result<String> {
+    Ok(format!(
+        "## Every figure\n\n- {}: each method at each ratio, with the worst mesh.\n- {}: each mesh; medians over the four ratios, for \
+         neural-mesh each ratio as well.\n",
+        write_ratios(quotients, large)?,
+        write_meshes(quotients, inputs)?
+    ))
 }
 
-fn capitalize(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+fn write_ratios(quotients: &Quotients, large: &Quotients) -> Result<String> {
+    let mut head: Vec<String> = ["meshes", "ratio", "method"].map(String::from).into();
+    head.extend(Figure::ALL.iter().flat_map(|figure| [figure.title(), "worst mesh", "worst"].map(String::from)));
+    let (all, above) = ("all".to_owned(), format!("above {LARGE} faces"));
+    let mut sets = vec![(&all, "all".to_owned(), quotients, RATIOS.to_vec())];
+    sets.extend(RATIOS.map(|ratio| (&all, ratio.to_string(), quotients, vec![ratio])));
+    sets.push((&above, "all".into(), large, RATIOS.to_vec()));
+    let mut rows = Vec::new();
+    for (meshes, ratio, of, ratios) in &sets {
+        for (method, about) in METHODS {
+            let mut row = vec![(*meshes).clone(), ratio.clone(), about.to_owned()];
+            row.extend(Figure::ALL.iter().flat_map(|&figure| median_and_worst(of, method, figure, ratios)));
+            rows.push(row);
+        }
+    }
+    write_csv("benchmark-ratios", &head, &rows)
+}
+
+fn write_meshes(quotients: &Quotients, inputs: &Inputs) -> Result<String> {
+    let mut head: Vec<String> = ["figure", "mesh", "faces"].map(String::from).into();
+    head.extend(RATIOS.map(|ratio| format!("neural-mesh at {ratio}")));
+    head.extend(METHODS.iter().map(|method| method.1.to_owned()));
+    let mut rows = Vec::new();
+    for figure in Figure::ALL {
+        for mesh in quotients.meshes() {
+            let n_faces = inputs.get(&mesh).map_or("-".into(), |input| input.0.to_string());
+            let of = |method: &str, ratios: &[f64]| number(quotients.median_of_mesh(&mesh, method, figure, ratios));
+            let mut row = vec![figure.title().to_owned(), mesh.clone(), n_faces];
+            row.extend(RATIOS.map(|ratio| of(METHODS[0].0, &[ratio])));
+            row.extend(METHODS.iter().map(|method| of(method.0, &RATIOS)));
+            rows.push(row);
+        }
+    }
+    write_csv("benchmark-meshes", &head, &rows)
 }
 
 fn failures(rows: &Table) -> String {

@@ -15,8 +15,9 @@ use std::process::Command;
 use anyhow::{Context, Result, ensure};
 use neural_mesh::io::write_path;
 
+use crate::measure::markdown::csv;
 use crate::measure::root;
-use crate::measure::versions::{Subsystem, describe_versions, stamp};
+use crate::measure::versions::{KEPT, Subsystem, describe_versions, stamp};
 use crate::measure::workbench::Bench;
 
 pub use performance::{MeshoptimizerArgs, run_meshoptimizer};
@@ -39,7 +40,7 @@ fn build_program() -> Result<PathBuf> {
     Ok(root().join("target/release/neural-mesh"))
 }
 
-const PAGES: [Page; 7] = [
+const PAGES: [Page; 6] = [
     Page { name: "benchmark", title: "Benchmark", subsystems: &[Subsystem::Closed], make: benchmark::page },
     Page {
         name: "performance",
@@ -47,16 +48,10 @@ const PAGES: [Page; 7] = [
         subsystems: &[Subsystem::Closed, Subsystem::Paper],
         make: performance::page,
     },
-    Page {
-        name: "parts",
-        title: "Scores and stages of the closed assembly",
-        subsystems: &[Subsystem::Closed],
-        make: parts::page,
-    },
     Page { name: "paper", title: "The paper's tables", subsystems: &[Subsystem::Paper], make: paper::page },
     Page {
         name: "weights",
-        title: "Weights",
+        title: "Scores, stages and weights",
         subsystems: &[Subsystem::Closed, Subsystem::Paper, Subsystem::Training],
         make: weights::page,
     },
@@ -80,8 +75,10 @@ pub fn make_pages(data: PathBuf, work: &Path, only: &[String]) -> Result<()> {
         // A page that fails does not prevent the others.
         match Bench::new(data.clone(), work, page.subsystems).and_then(|bench| (page.make)(&bench)) {
             Ok(body) => {
-                let text = format!("{}{body}", format_head(page.title, page.subsystems, page.name));
-                write_path(&folder.join(page.name).with_extension("md"), text.as_bytes(), true)?;
+                let path = folder.join(page.name).with_extension("md");
+                let text =
+                    format!("{}{body}{}", format_head(page.title, page.subsystems, page.name), kept_sections(&path));
+                write_path(&path, text.as_bytes(), true)?;
                 eprintln!("wrote docs/measured/{}.md", page.name);
             }
             Err(error) => failed.push(format!("{}: {error:#}", page.name)),
@@ -90,6 +87,18 @@ pub fn make_pages(data: PathBuf, work: &Path, only: &[String]) -> Result<()> {
     write_path(&folder.join("README.md"), format_index().as_bytes(), true)?;
     ensure!(failed.is_empty(), "not all pages are made:\n{}", failed.join("\n"));
     Ok(())
+}
+
+/// Returns the last sections of a page, which other scripts make.
+fn kept_sections(path: &Path) -> String {
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    text.find(KEPT).map_or(String::new(), |at| format!("\n{}", &text[at..]))
+}
+
+/// Writes `docs/measured/NAME.csv` and returns a link to it.
+fn write_csv<H: AsRef<str>>(name: &str, head: &[H], rows: &[Vec<String>]) -> Result<String> {
+    write_path(&root().join("docs/measured").join(name).with_extension("csv"), csv(head, rows).as_bytes(), true)?;
+    Ok(format!("[{name}.csv]({name}.csv)"))
 }
 
 fn format_head(title: &str, subsystems: &[Subsystem], name: &str) -> String {
@@ -108,16 +117,25 @@ fn format_index() -> String {
         format!("- {title}: not made yet, `neural-mesh-bench measure --only {name}`\n")
     };
     let lines: String = PAGES.iter().map(line).collect();
-    let others = [
-        "- [Scenes](scenes.md), by `scripts/scenes`\n",
-        "- [In the browser](web.md), by `scripts/web` and the tests of the package\n",
-        "- [Build and shape](build.md), by `scripts/build_page`\n",
-    ];
-    let lines = lines + &others.concat();
     format!(
         "# Measured\n\n<!-- {} -->\nAll figures are those of the present code. One command makes the pages, and can be stopped and \
          resumed:\n\n```\ncargo run --release -p neural-mesh-bench -- measure --data MESHES\n```\n\n`MESHES` holds the folders `train`, \
          `test` and `tosca`. `scripts/stale_pages` lists pages of another version.\n\n{lines}",
         stamp(&Subsystem::ALL)
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sections_of_other_scripts_are_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let page = folder.path().join("page.md");
+        let kept = format!("{KEPT}none -->\n## Other\n");
+        std::fs::write(&page, format!("# Page\n\n{kept}")).unwrap();
+        assert_eq!(kept_sections(&page), format!("\n{kept}"));
+        assert_eq!(kept_sections(&folder.path().join("none.md")), "");
+    }
 }

@@ -1,62 +1,32 @@
-//! The shipped weights: contents, training and results.
+//! Results of the shipped weights, and effects of scores and stages.
 
 use crate::evaluate::{ResultRow, Table};
 use anyhow::Result;
 
-use super::{RATIOS, benchmark, paper};
+use super::{RATIOS, benchmark, paper, parts};
 use crate::measure::markdown::{number, table};
 use crate::measure::quotients::{Figure, Quotients};
+use crate::measure::versions::Subsystem;
 use crate::measure::workbench::Bench;
 
-const DEFAULT: &str = "\
-All can be made again with `neural-mesh train` ([training.md](../training.md)). They have the repository's licence, except \
-`paper-tosca` ([its own](../../weights/LICENSE-paper-tosca.md)).
+const INTRO: &str =
+    "The weights that ship, and how they are made: [training.md](../training.md#weights-that-ship).\n\n";
 
-## `default`: scores for the closed assembly
+const DEFAULT: &str = "
+## `default`
 
-| | |
-|---|---|
-| network | Point Sampler: one DevConv over positions and normals, 16 wide, a hidden layer of 16, one score |
-| file | `weights/default.safetensors`, 4 KB, embedded in the library |
-| data | 139 open meshes (humans, animals, statues, household things, robot and CAD parts, procedural shapes): 116 to train, 23 of ten families to validate |
-| loss | first a formula for the surface's bending, then the measured errors of results |
-
-The last weights of the second run are shipped:
-
-```
-neural-mesh train --data TRAIN --out A --config weights/default-1.toml
-neural-mesh train --data TRAIN --out B --config weights/default-2.toml --init A/last.safetensors
-```
-
-The closed assembly with these scores over the same without scores, on [the benchmark](benchmark.md): medians of quotients.
+The closed assembly with the scores of these weights over the same without scores, on [the benchmark](benchmark.md): medians of \
+quotients.
 
 ";
 
 const PAPER: &str = "
-Effects of the formula, of shuffled weights and of each stage: [parts.md](parts.md).
-
-## `paper-open` and `paper-tosca`: the network of the paper
-
-| | `paper-open` | `paper-tosca` |
-|---|---|---|
-| network | three stages, 32 wide, 14,658 parameters | the same |
-| file | `weights/paper-open.safetensors`, 60 KB, embedded; used by `--assembly paper` and `mesh-points` where no weights are given | `weights/paper-tosca.safetensors`, for research use, not in the published crate |
-| data | as above | TOSCA without cat, gorilla, victoria, wolf: 50 meshes |
-
-The first two commands make `paper-open`; in the second run every second step is on a cloud. The third makes `paper-tosca`.
-
-```
-neural-mesh train --data TRAIN --out A --config weights/paper-open.toml
-neural-mesh train --data TRAIN --out B --config weights/paper-open-2.toml --init A/last.safetensors
-neural-mesh train --data TOSCA --out RUN --config weights/paper-tosca.toml
-```
-
-Each file holds the last weights of its run; nothing is selected by the meshes below. The paper's assembly keeps vertices where \
-they were, so it cannot reach the normals of QEM, which moves them.
+## `paper-open` and `paper-tosca`
 
 Means over the meshes of [paper.md](paper.md) for the paper's assembly with both, and for the closed assembly, which uses no \
 network. CD is in 1e-6 of the squared diagonal, NE the mean of 1 - |n.n'|, WA the edges without two faces in percent, and *open* \
-those of them off the original's boundary.
+those of them off the original's boundary. The paper's assembly keeps vertices where they were, so it cannot reach the normals of \
+QEM, which moves them.
 
 ";
 
@@ -67,7 +37,8 @@ pub fn page(bench: &Bench) -> Result<String> {
     let tosca = bench.evaluate_set("weights-tosca", "tosca", paper::settings(&["paper"]), Some(paper::weights()))?;
     let lines =
         [("paper-open", "paper", &open), ("paper-tosca", "paper", &tosca), ("closed assembly", "closed", &open)];
-    Ok(format!("{DEFAULT}{}{PAPER}{}", network_table(&rows), tosca_table(&lines)))
+    let scores = parts::sections(&bench.for_subsystems(&[Subsystem::Closed])?)?;
+    Ok(format!("{INTRO}{scores}{DEFAULT}{}{PAPER}{}", network_table(&rows), tosca_table(&lines)))
 }
 
 fn network_table(rows: &Table) -> String {

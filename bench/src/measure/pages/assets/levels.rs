@@ -10,6 +10,8 @@ use neural_mesh::metrics::{Surface, surface_distance};
 use neural_mesh::simplify::{Input, Options, Target, simplify, simplify_levels_of_detail};
 use serde::{Deserialize, Serialize};
 
+use super::super::write_csv;
+use super::spread_rows;
 use crate::measure::clock::measure_time;
 use crate::measure::markdown::{count, number, table};
 use crate::measure::meshes::{load, name};
@@ -35,21 +37,25 @@ pub fn section(bench: &Bench) -> Result<String> {
         rows.extend(bench.measure_once::<Option<LevelsCase>>(&format!("levels/{}", name(&path)), || measure(&path))?);
     }
     let line = |row: &LevelsCase| {
-        let mut cells = vec![row.mesh.clone(), count(row.faces), format!("{:.3}", row.seconds), number(Some(row.time))];
+        let mut cells =
+            vec![row.mesh.clone(), row.faces.to_string(), format!("{:.3}", row.seconds), number(Some(row.time))];
         cells.extend(row.distances.map(|distance| number(Some(distance))));
         cells
     };
-    let mut lines: Vec<Vec<String>> = rows.iter().map(line).collect();
-    let middle = |value: &dyn Fn(&LevelsCase) -> f64| number(median(rows.iter().map(value).collect()));
-    let mut last = vec!["median".to_owned(), String::new(), String::new(), middle(&|row| row.time)];
-    last.extend((0..LEVELS.len()).map(|at| middle(&|row| row.distances[at])));
-    lines.push(last);
+    let lines: Vec<Vec<String>> = rows.iter().map(line).collect();
     let mut head: Vec<String> = ["mesh", "faces", "four runs, s", "time"].map(String::from).into();
     head.extend(LEVELS.map(|ratio| format!("mean distance at {ratio}")));
+    let link = write_csv("assets-levels", &head, &lines)?;
+    let mut columns = vec![rows.iter().map(|row| row.time).collect()];
+    columns.extend((0..LEVELS.len()).map(|at| rows.iter().map(|row| row.distances[at]).collect()));
+    head.drain(1..3);
+    head[0].clear();
     Ok(format!(
         "## Levels of detail\n\nQuotients of `--lods 0.5,0.25,0.1,0.05`, which makes all levels in one collapse, over four runs with \
-         `--ratio`; below 1 is better. One thread, in turns, medians of {ROUNDS} rounds.\n\n{}",
-        table(&head, &lines)
+         `--ratio`; below 1 is better. {} meshes above {} faces, one thread, in turns, medians of {ROUNDS} rounds. Each mesh: {link}.\n\n{}",
+        rows.len(),
+        count(ABOVE),
+        table(&head, &spread_rows(&columns))
     ))
 }
 

@@ -3,13 +3,14 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use crate::evaluate::median;
 use anyhow::{Context, Result};
 use neural_mesh::mesh::TriMesh;
 use neural_mesh::metrics::{Surface, surface_distance};
 use neural_mesh::simplify::{Options, Symmetry, Target, simplify};
 use serde::{Deserialize, Serialize};
 
+use super::super::write_csv;
+use super::spread_rows;
 use crate::measure::hausdorff::hausdorff_distance;
 use crate::measure::markdown::{count, number, table};
 use crate::measure::meshes::{load, name};
@@ -38,27 +39,26 @@ pub fn section(bench: &Bench) -> Result<String> {
         );
     }
     let line = |row: &MirroredCase| {
-        let mut cells = vec![row.mesh.clone(), count(row.vertices), row.plane.clone()];
+        let mut cells = vec![row.mesh.clone(), row.vertices.to_string(), row.plane.clone()];
         cells.extend((0..2).flat_map(|figure| row.quotients.map(|of| number(Some(of[figure])))));
         cells
     };
-    let mut lines: Vec<Vec<String>> = rows.iter().map(line).collect();
-    let middle =
-        |ratio: usize, figure: usize| number(median(rows.iter().map(|row| row.quotients[ratio][figure]).collect()));
-    let mut last = vec!["median".to_owned(), String::new(), String::new()];
-    last.extend(
-        (0..2).flat_map(|figure| (0..RATIOS.len()).map(move |ratio| (ratio, figure))).map(|(r, f)| middle(r, f)),
-    );
-    lines.push(last);
+    let lines: Vec<Vec<String>> = rows.iter().map(line).collect();
     let mut head: Vec<String> = ["mesh", "vertices", "plane"].map(String::from).into();
     head.extend(["mean", "largest"].iter().flat_map(|figure| RATIOS.map(|ratio| format!("{figure} at {ratio}"))));
+    let link = write_csv("assets-mirrored", &head, &lines)?;
+    let places = (0..2).flat_map(|figure| (0..RATIOS.len()).map(move |ratio| (ratio, figure)));
+    let column = |(ratio, figure): (usize, usize)| rows.iter().map(|row| row.quotients[ratio][figure]).collect();
+    let columns: Vec<Vec<f64>> = places.map(column).collect();
+    head.drain(1..3);
+    head[0].clear();
     Ok(format!(
         "## Mirrored\n\nQuotients of `--symmetric` over plain results with the same number of vertices: mean distances from {} samples on \
          each surface, and largest distances. The {} meshes are those of the training set and of TOSCA's first poses that have a mirror \
-         plane across an axis.\n\n{}",
+         plane across an axis. Each mesh: {link}.\n\n{}",
         count(SAMPLES),
         rows.len(),
-        table(&head, &lines)
+        table(&head, &spread_rows(&columns))
     ))
 }
 

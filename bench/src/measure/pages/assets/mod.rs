@@ -5,10 +5,10 @@ mod levels;
 mod mirrored;
 mod textures;
 
-use crate::evaluate::Settings;
+use crate::evaluate::{Settings, median};
 use anyhow::Result;
 
-use super::RATIOS;
+use super::{RATIOS, write_csv};
 use crate::measure::markdown::{number, table};
 use crate::measure::quotients::{Figure, Quotients};
 use crate::measure::workbench::Bench;
@@ -48,14 +48,32 @@ fn parts_of_machines(bench: &Bench) -> Result<String> {
         }
         cells
     };
-    let mut lines: Vec<Vec<String>> = quotients.meshes().into_iter().map(line).collect();
-    let mut all = vec!["median of all".to_owned()];
-    figures.iter().for_each(|&figure| all.extend([number(quotients.median("closed", figure, &RATIOS)), String::new()]));
-    lines.push(all);
+    let lines: Vec<Vec<String>> = quotients.meshes().into_iter().map(line).collect();
+    let link = write_csv("assets-machine-parts", &head, &lines)?;
+    let head = ["", "mean distance", "largest distance", "normal error"];
+    let row = |name: &str, value: &dyn Fn(Figure) -> Option<f64>| {
+        [name.to_owned()].into_iter().chain(figures.map(|figure| number(value(figure)))).collect::<Vec<String>>()
+    };
+    let rows = [
+        row("median", &|figure| quotients.median("closed", figure, &RATIOS)),
+        row("worst", &|figure| quotients.worst("closed", figure, &RATIOS).map(|worst| worst.quotient)),
+    ];
     Ok(format!(
         "## Machine parts\n\nQuotients over meshoptimizer's `simplify` at the same number of faces, for the {} training meshes that are \
-         machine parts: the median over the ratios 0.05, 0.1, 0.2 and 0.5, and the worst of the four.\n\n{}",
-        lines.len() - 1,
-        table(&head, &lines)
+         machine parts and the ratios 0.05, 0.1, 0.2 and 0.5. Each part: {link}.\n\n{}",
+        lines.len(),
+        table(&head, &rows)
     ))
+}
+
+/// Formats one row each for the median, least and largest value of every column.
+fn spread_rows(columns: &[Vec<f64>]) -> [Vec<String>; 3] {
+    let row = |name: &str, of: &dyn Fn(&[f64]) -> Option<f64>| {
+        [name.to_owned()].into_iter().chain(columns.iter().map(|column| number(of(column)))).collect()
+    };
+    [
+        row("median", &|column| median(column.to_vec())),
+        row("least", &|column| column.iter().copied().reduce(f64::min)),
+        row("largest", &|column| column.iter().copied().reduce(f64::max)),
+    ]
 }

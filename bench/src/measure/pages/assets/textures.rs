@@ -6,7 +6,7 @@ use std::process::Command;
 use crate::evaluate::median;
 use anyhow::{Context, Result, ensure};
 
-use super::super::RATIOS;
+use super::super::{RATIOS, write_csv};
 use crate::measure::markdown::{number, table};
 use crate::measure::meshes::name;
 use crate::measure::root;
@@ -31,9 +31,9 @@ pub fn section(bench: &Bench) -> Result<String> {
          texture coordinate. Where one number stands for both, the better one counts. Vertices are split where attributes differ; seams are \
          kept. Distance is the two-sided mean from {SAMPLES} samples on each surface; PSNR is that of textured pictures, {HEIGHT} pixels \
          high, from six sides.\n\nSpot is by Keenan Crane (CC0), the duck is a glTF sample of Khronos, and `scripts/textured_models.py` \
-         makes the others.\n\n{}\n{}",
-        summary(&rows),
-        every_case(&rows)
+         makes the others. Each model: {}.\n\n{}",
+        write_cases(&rows)?,
+        summary(&rows)
     ))
 }
 
@@ -67,19 +67,24 @@ fn summary(rows: &[(String, ModelComparison)]) -> String {
     table(&head, &lines)
 }
 
-fn every_case(rows: &[(String, ModelComparison)]) -> String {
+/// Writes each case, with the figures of neural-mesh and of both weightings of meshoptimizer.
+fn write_cases(rows: &[(String, ModelComparison)]) -> Result<String> {
+    const METHODS: [&str; 3] = ["neural-mesh", "meshoptimizer normals", "meshoptimizer uv"];
     let line = |(name, row): &(String, ModelComparison)| {
-        vec![
-            name.clone(),
-            row.ratio.to_string(),
-            row.faces.map(|n| n.to_string()).join(" / "),
-            row.distances.map(|distance| format!("{:.3}", 1e3 * distance)).join(" / "),
-            number(Some(row.quotient())),
-            row.likeness.map(|decibels| format!("{decibels:.2}")).join(" / "),
-            format!("{:+.2}", row.gain()),
-        ]
+        let mut cells = vec![name.clone(), row.ratio.to_string()];
+        cells.extend(row.faces.map(|n| n.to_string()));
+        cells.extend(row.distances.map(|distance| format!("{:.3}", 1e3 * distance)));
+        cells.push(number(Some(row.quotient())));
+        cells.extend(row.likeness.map(|decibels| format!("{decibels:.2}")));
+        cells.push(format!("{:+.2}", row.gain()));
+        cells
     };
-    let head =
-        ["model", "ratio", "faces", "distance, 1/1000 of the diagonal", "ours / theirs", "PSNR, dB", "ours - theirs"];
-    format!("Ours / *normals* / *uv*:\n\n{}", table(&head, &rows.iter().map(line).collect::<Vec<_>>()))
+    let of_methods = |figure: &str| METHODS.map(|method| format!("{figure}: {method}"));
+    let mut head: Vec<String> = ["model", "ratio"].map(String::from).into();
+    head.extend(of_methods("faces"));
+    head.extend(of_methods("distance in 1/1000 of the diagonal"));
+    head.push("distance: quotient".into());
+    head.extend(of_methods("PSNR in dB"));
+    head.push("PSNR: difference".into());
+    write_csv("assets-textured", &head, &rows.iter().map(line).collect::<Vec<_>>())
 }

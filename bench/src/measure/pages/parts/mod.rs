@@ -11,7 +11,7 @@ use neural_mesh::model::Weights;
 use neural_mesh::simplify::{Importance, Refinements, simplify_with_importance};
 use serde::{Deserialize, Serialize};
 
-use super::RATIOS;
+use super::{RATIOS, write_csv};
 use crate::measure::clock::measure_time;
 use crate::measure::hausdorff::hausdorff_distance;
 use crate::measure::markdown::{number, table};
@@ -36,7 +36,7 @@ struct AblationResult {
     figures: [f64; 3],
 }
 
-pub fn page(bench: &Bench) -> Result<String> {
+pub fn sections(bench: &Bench) -> Result<String> {
     let mut rows = Vec::new();
     for path in bench.meshes("test")? {
         let measured = bench.measure_once(&format!("parts/{}", name(&path)), || measure(&path))?;
@@ -45,9 +45,11 @@ pub fn page(bench: &Bench) -> Result<String> {
     let n_meshes = rows.iter().filter(|row| row.method == WHOLE).count() / RATIOS.len();
     let rows = Table { figures: FIGURES.map(String::from).into(), rows };
     let quotients = Quotients { table: &rows, over: WHOLE };
+    let link = write_csv("weights-scores", &csv_head(), &csv_rows(&quotients))?;
     Ok(format!(
         "{n_meshes} benchmark meshes at every ratio, one seed. Cells are medians of quotients over the full assembly; above 1 is \
-         worse. Figures are those of [the benchmark](benchmark.md); time is processor time on one thread.\n\n## Scores\n\n\
+         worse. Figures are those of [the benchmark](benchmark.md); time is processor time on one thread. Each ratio: {link}.\n\n\
+         ## Scores\n\n\
          By default a formula gives each vertex its importance. It is replaced by uniform importance (`--scores geometry`), by \
          the shipped network (`--scores network`), and by that network with shuffled weights.\n\n{}\n\
          ## Stages left out\n\n*Flips* replace edges by the other diagonal where that is nearer to the original. *Fit* moves \
@@ -96,18 +98,38 @@ fn measure(path: &Path) -> Result<Vec<AblationResult>> {
 }
 
 fn format_table(quotients: &Quotients, cases: &[(&str, &str)]) -> String {
+    let mut head = vec!["over the full assembly".to_owned()];
+    Figure::ALL.iter().for_each(|figure| head.extend([figure.title().to_owned(), "worst mesh".into()]));
+    let line = |&(method, about): &(&str, &str)| {
+        let cells = Figure::ALL.iter().flat_map(|&figure| {
+            let [mesh, worst] = worst_mesh(quotients, method, figure);
+            [number(quotients.median(method, figure, &RATIOS)), format!("{mesh} {worst}")]
+        });
+        [about.to_owned()].into_iter().chain(cells).collect()
+    };
+    table(&head, &cases.iter().map(line).collect::<Vec<_>>())
+}
+
+fn worst_mesh(quotients: &Quotients, method: &str, figure: Figure) -> [String; 2] {
+    let worst = quotients.worst(method, figure, &RATIOS);
+    worst.map_or(["-".into(), "-".into()], |worst| [worst.mesh, number(Some(worst.quotient))])
+}
+
+fn csv_head() -> Vec<String> {
     let mut head: Vec<String> = ["over the full assembly", "figure"].map(String::from).into();
     head.extend(RATIOS.map(|ratio| ratio.to_string()));
-    head.extend(["all", "worst mesh"].map(String::from));
+    head.extend(["all", "worst mesh", "worst"].map(String::from));
+    head
+}
+
+fn csv_rows(quotients: &Quotients) -> Vec<Vec<String>> {
     let line = |&(method, about): &(&str, &str), figure: Figure| {
         let of = |ratios: &[f64]| number(quotients.median(method, figure, ratios));
-        let worst = quotients.worst(method, figure, &RATIOS);
-        let worst = worst.map_or("-".into(), |worst| format!("{} {}", worst.mesh, number(Some(worst.quotient))));
         let mut cells = vec![about.to_owned(), figure.title().to_owned()];
         cells.extend(RATIOS.map(|ratio| of(&[ratio])));
-        cells.extend([of(&RATIOS), worst]);
+        cells.push(of(&RATIOS));
+        cells.extend(worst_mesh(quotients, method, figure));
         cells
     };
-    let lines: Vec<_> = cases.iter().flat_map(|case| Figure::ALL.map(|figure| line(case, figure))).collect();
-    table(&head, &lines)
+    SCORES.iter().chain(&LEFT_OUT).flat_map(|case| Figure::ALL.map(|figure| line(case, figure))).collect()
 }
