@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
-RECIPES = DOCS / "guide" / "one_import.md"
+RECIPES = DOCS / "python.md"
 
 
 def followed(page: str) -> None:

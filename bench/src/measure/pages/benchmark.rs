@@ -41,6 +41,10 @@ const METHODS: [(&str, &str); 11] = [
 
 const README_METHODS: [&str; 6] = ["closed", "fast", "best", "meshopt-update", "cgal-qem", "cgal-lt"];
 
+fn readme_methods() -> impl Iterator<Item = &'static (&'static str, &'static str)> {
+    METHODS.iter().filter(|method| README_METHODS.contains(&method.0))
+}
+
 pub fn page(bench: &Bench) -> Result<String> {
     let rows = evaluate_all(bench)?;
     let inputs = bench.measure_once("benchmark-inputs", || inspect_inputs(bench))?;
@@ -143,7 +147,7 @@ fn by_ratio(quotients: &Quotients) -> String {
         let medians = |&figure: &Figure| RATIOS.map(|ratio| number(quotients.median(method, figure, &[ratio])));
         [about.to_owned()].into_iter().chain(FIGURES.iter().flat_map(medians)).collect()
     };
-    format!("## By ratio\n\n{}", table(&head, &METHODS.iter().map(row).collect::<Vec<_>>()))
+    format!("## By ratio\n\n{}", table(&head, &readme_methods().map(row).collect::<Vec<_>>()))
 }
 
 const LARGE: usize = 50_000;
@@ -164,7 +168,7 @@ fn large_meshes(quotients: &Quotients) -> String {
     format!(
         "## Meshes above {} faces\n\n{n} of them, all ratios.\n\n{}",
         count(LARGE),
-        table(&head, &METHODS.iter().map(row).collect::<Vec<_>>())
+        table(&head, &readme_methods().map(row).collect::<Vec<_>>())
     )
 }
 
@@ -197,8 +201,7 @@ fn topology_section(rows: &Table, inputs: &Inputs) -> Result<String> {
         ]
     };
     let all: Vec<Vec<String>> = METHODS.iter().chain([&THEIRS]).map(line).collect();
-    let of_page = METHODS.iter().filter(|method| README_METHODS.contains(&method.0));
-    let of_page: Vec<Vec<String>> = of_page.chain([&THEIRS]).map(line).collect();
+    let of_page: Vec<Vec<String>> = readme_methods().chain([&THEIRS]).map(line).collect();
     let link = write_csv("benchmark-topology", &head, &all)?;
     Ok(format!("## Topology\n\nAll methods: {link}.\n\n{}", table(&head, &of_page)))
 }
@@ -295,8 +298,7 @@ fn readme_table(rows: &Table, inputs: &Inputs) -> String {
         let share = format!("{n_whole} of {}", rows_of.len());
         [about.to_owned()].into_iter().chain(figures).chain([share]).collect()
     };
-    let of_readme = METHODS.iter().filter(|method| README_METHODS.contains(&method.0));
-    table(&head, &of_readme.chain([&THEIRS]).map(line).collect::<Vec<_>>())
+    table(&head, &readme_methods().chain([&THEIRS]).map(line).collect::<Vec<_>>())
 }
 
 #[cfg(test)]

@@ -84,7 +84,6 @@ pub fn make_pages(data: PathBuf, work: &Path, only: &[String]) -> Result<()> {
             Err(error) => failed.push(format!("{}: {error:#}", page.name)),
         }
     }
-    write_path(&folder.join("README.md"), format_index().as_bytes(), true)?;
     ensure!(failed.is_empty(), "not all pages are made:\n{}", failed.join("\n"));
     Ok(())
 }
@@ -106,22 +105,6 @@ fn format_head(title: &str, subsystems: &[Subsystem], name: &str) -> String {
         "# {title}\n\n<!-- {} -->\n*Measured with {}, by `neural-mesh-bench measure --only {name}`.*\n\n",
         stamp(subsystems),
         describe_versions(subsystems)
-    )
-}
-
-fn format_index() -> String {
-    let line = |Page { title, name, .. }: &Page| {
-        if root().join("docs/measured").join(name).with_extension("md").exists() {
-            return format!("- [{title}]({name}.md)\n");
-        }
-        format!("- {title}: not made yet, `neural-mesh-bench measure --only {name}`\n")
-    };
-    let lines: String = PAGES.iter().map(line).collect();
-    format!(
-        "# Measured\n\n<!-- {} -->\nAll figures are those of the present code. One command makes the pages, and can be stopped and \
-         resumed:\n\n```\ncargo run --release -p neural-mesh-bench -- measure --data MESHES\n```\n\n`MESHES` holds the folders `train`, \
-         `test` and `tosca`. `scripts/stale_pages` lists pages of another version.\n\n{lines}",
-        stamp(&Subsystem::ALL)
     )
 }
 

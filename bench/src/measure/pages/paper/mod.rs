@@ -64,7 +64,7 @@ const TIME_LIMIT: f64 = 1800.0;
 pub fn page(bench: &Bench) -> Result<String> {
     Ok(format!(
         "The cats, gorillas, victorias and wolves of TOSCA (Bronstein, Bronstein and Kimmel 2008): classes that the weights of `paper`, \
-         `weights/paper-tosca.safetensors`, have not seen. The closed assembly on these meshes: [weights.md](weights.md), Figure 6: [pictures.md](pictures.md). Methods: [evaluate.md](../evaluate.md); figures: [metrics.md](../metrics.md), CD in 1e-6 of the squared diagonal.\n\n## Table 1: simplified meshes\n\n{}\n\
+         `weights/paper-tosca.safetensors`, have not seen. The closed assembly on these meshes: [weights.md](weights.md), Figure 6: [pictures.md](pictures.md). Methods and figures: [evaluate.md](../evaluate.md), CD in 1e-6 of the squared diagonal.\n\n## Table 1: simplified meshes\n\n{}\n\
          ## Table 1 of other meshes\n\nThe meshes of `test` with at most 41 thousand faces, `paper` with the weights that ship, as above.\n\n{}\n\
          ## Learned and exact maps\n\n{}\n## Table 2: samplers\n\n{}",
         of_tosca(bench)?,
