@@ -263,7 +263,9 @@ fn a_mesh_that_is_not_valid_cannot_be_built() {
 
 #[test]
 fn every_invariant_names_a_test_that_exists() {
-    let text = std::fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let mut text = std::fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    // The published crate has no docs.
+    text += &std::fs::read_to_string(root().join("docs/closed.md")).unwrap_or_default();
     let named: Vec<(&str, &str)> = text.split('`').filter_map(|span| span.split_once(".rs::")).collect();
     assert!(!named.is_empty());
     for (file, test) in named {
