@@ -146,14 +146,18 @@ pub fn candidate_faces(graph: &Csr, adjacency: &[f32], original: &[[u32; 3]]) ->
     let of_rows = |rows: &[u32]| {
         let mut found = Vec::new();
         rows.iter().for_each(|&row| add_candidates(graph, adjacency, original, row, &mut found));
+        found.shrink_to_fit();
         found
     };
     let found: Vec<Vec<([u32; 3], [u32; 3])>> = rows.par_chunks(ROWS).map(of_rows).collect();
-    let found = || found.iter().flatten();
-    CandidateFaces {
-        triangles: found().map(|candidate| candidate.0).collect(),
-        entries: found().map(|candidate| candidate.1).collect(),
+    let n = found.iter().map(Vec::len).sum();
+    let (mut triangles, mut entries) = (Vec::with_capacity(n), Vec::with_capacity(n));
+    // Each task's list is freed once it is read: there are many candidates before the cut.
+    for (triangle, of_edges) in found.into_iter().flatten() {
+        triangles.push(triangle);
+        entries.push(of_edges);
     }
+    CandidateFaces { triangles, entries: entries.into() }
 }
 
 const ROWS: usize = 256;

@@ -1,11 +1,13 @@
 //! The three stages over slices, without gradients.
 
+use super::tiles::{TILE, compute_in_tiles};
 use super::{
     Architecture, CandidateFaces, Vertices, Weights, candidate_faces, edge_predictor, extended_graph, face_classifier,
     in_edge_lengths, point_sampler, prior, triangle_graph,
 };
 use crate::autodiff::{Tape, Value};
 use crate::linalg::{Csr, Matrix, Stars, scored_stars};
+use crate::spatial::coherent_order;
 use std::sync::Arc;
 
 /// Scores every vertex with the Point Sampler, Sec. 3.1; higher scores are sampled sooner.
@@ -27,7 +29,12 @@ pub fn vertex_scores(
     normals: Option<&[[f32; 3]]>,
     rings: &Arc<Csr>,
 ) -> Vec<f32> {
-    scores(weights, Matrix::from_points(points), normals.map(Matrix::from_points), rings)
+    let score = |some: &[u32], rings: &Arc<Csr>| {
+        let gather = |rows: &[[f32; 3]]| Matrix::from_owned_points(some.iter().map(|&v| rows[v as usize]).collect());
+        scores(weights, gather(points), normals.map(gather), rings)
+    };
+    let n_hops = weights.architecture().point_sampler_layers;
+    compute_in_tiles(rings, || coherent_order(points), (TILE, n_hops), score)
 }
 
 /// Scores every vertex of a surface of any scale with [`vertex_scores`].
@@ -175,12 +182,19 @@ pub fn predict_faces(
 ) -> PredictedFaces {
     let predicted = (&*edges.graph, edges.adjacency.as_slice());
     let (candidates, graph) = choose_candidates(weights.architecture(), points, predicted, original);
-    let tape = &mut Tape::default();
     let adjacency = Value::constant(Matrix::new(edges.adjacency.len(), 1, edges.adjacency.clone()));
-    let prior = prior(tape, &adjacency, &candidates);
+    let prior = prior(&mut Tape::default(), &adjacency, &candidates).matrix().data().to_vec();
     let net = weights.constants().face_classifier;
     let points = Value::constant(Matrix::from_points(points));
-    let probabilities = face_classifier(tape, &net, &points, &candidates.triangles, &graph, &prior);
-    let [prior, probabilities] = [prior, probabilities].map(|values| values.matrix().data().to_vec());
+    let classify = |some: &[u32], graph: &Arc<Csr>| {
+        let triangles: Vec<[u32; 3]> = some.iter().map(|&at| candidates.triangles[at as usize]).collect();
+        let prior = some.iter().map(|&at| prior[at as usize]).collect();
+        let prior = Value::constant(Matrix::new(some.len(), 1, prior));
+        let probabilities = face_classifier(&mut Tape::default(), &net, &points, &triangles, graph, &prior);
+        probabilities.matrix().data().to_vec()
+    };
+    // The candidates are in coherent order already.
+    let order = || (0..candidates.triangles.len() as u32).collect();
+    let probabilities = compute_in_tiles(&graph, order, (TILE, net.tri_convs.len()), classify);
     PredictedFaces { candidates, prior, probabilities }
 }

@@ -24,6 +24,7 @@ mod shipped_paper;
 #[path = "no_shipped_paper.rs"]
 mod shipped_paper;
 mod sparse_attention;
+mod tiles;
 mod tri_conv;
 mod weights;
 #[cfg(feature = "weights")]

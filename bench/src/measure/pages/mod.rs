@@ -40,15 +40,22 @@ fn build_program() -> Result<PathBuf> {
     Ok(root().join("target/release/neural-mesh"))
 }
 
-const PAGES: [Page; 6] = [
+const PAGES: [Page; 8] = [
     Page { name: "benchmark", title: "Benchmark", subsystems: &[Subsystem::Closed], make: benchmark::page },
-    Page {
-        name: "performance",
-        title: "Time and memory",
-        subsystems: &[Subsystem::Closed, Subsystem::Paper],
-        make: performance::page,
-    },
+    Page { name: "performance", title: "Time and memory", subsystems: &[Subsystem::Closed], make: performance::page },
     Page { name: "paper", title: "The paper's tables", subsystems: &[Subsystem::Paper], make: paper::page },
+    Page {
+        name: "paper_cost",
+        title: "Time and memory of the paper's assembly",
+        subsystems: &[Subsystem::Paper],
+        make: paper::cost::page,
+    },
+    Page {
+        name: "paper_sizes",
+        title: "Sizes of the paper's network",
+        subsystems: &[Subsystem::Paper, Subsystem::Training],
+        make: paper::sizes::page,
+    },
     Page {
         name: "weights",
         title: "Scores, stages and weights",

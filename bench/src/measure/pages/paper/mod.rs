@@ -1,8 +1,10 @@
 //! The paper's tables: Table 1, simplified meshes; Table 2, samplers.
 
+pub mod cost;
 mod maps;
 mod print;
 mod samplers;
+pub mod sizes;
 
 use std::path::PathBuf;
 

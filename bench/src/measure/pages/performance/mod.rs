@@ -4,7 +4,6 @@ mod batch;
 mod check;
 mod files;
 mod growth;
-mod paper;
 mod speed;
 mod whole;
 
@@ -26,7 +25,6 @@ pub fn page(bench: &Bench) -> Result<String> {
         batch::section(bench)?,
         files::section(bench)?,
         check::section(bench)?,
-        paper::section(bench)?,
     ];
     Ok(INTRO.to_owned() + &sections.join("\n"))
 }
