@@ -90,6 +90,16 @@ def add_keys(body, positions, n_keys):
     blocks["Key6"].driver_add("value").driver.expression = "0.25"
 
 
+def make_material(name, roughness):
+    """Returns a material, its node tree and the input for its base color."""
+    material = bpy.data.materials.new(name)
+    if not material.use_nodes:
+        material.use_nodes = True
+    shader = next(node for node in material.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
+    shader.inputs["Roughness"].default_value = roughness
+    return material, material.node_tree, shader.inputs["Base Color"]
+
+
 def make_grid(n):
     """Returns positions and triangles of a wavy square of n x n vertices."""
     x, y = np.meshgrid(np.linspace(-1, 1, n), np.linspace(-1, 1, n))

@@ -18,7 +18,7 @@ from blender.job import Job
 from blender.operators import OBJECT_OT_neural_mesh_simplify
 from blender.panel import VIEW3D_PT_neural_mesh
 from blender.settings import Carrying, Sizing, copy_settings
-from conftest import add_character, add_sphere, is_closed, make_grid, move_by_key, positions_of, select
+from conftest import add_character, add_sphere, is_closed, make_grid, make_material, move_by_key, positions_of, select
 
 
 def run(**options):
@@ -192,6 +192,27 @@ def test_texture_seam_stays():
     assert is_closed(mesh)
 
 
+def find_uv_splits(mesh):
+    """Returns the edges, by their vertices, at which the texture coordinates of two faces differ."""
+    sides, uv = {}, mesh.uv_layers[0].uv
+    for polygon in mesh.polygons:
+        corners = list(polygon.loop_indices)
+        for pair in zip(corners, corners[1:] + corners[:1]):
+            ends = sorted((mesh.loops[corner].vertex_index, tuple(np.round(uv[corner].vector, 3))) for corner in pair)
+            sides.setdefault(tuple(vertex for vertex, _ in ends), set()).add(tuple(place for _, place in ends))
+    return {edge for edge, places in sides.items() if len(places) > 1}
+
+
+@pytest.mark.parametrize("is_marked", [False, True])
+def test_edges_are_seams_where_the_original_has_seams(is_marked):
+    mesh = add_sphere().data
+    mesh.edges[0].use_seam = is_marked
+    run(ratio=0.3)
+    seams = {tuple(sorted(edge.vertices)) for edge in mesh.edges if edge.use_seam}
+    assert seams == (find_uv_splits(mesh) if is_marked else set())
+    assert find_uv_splits(mesh)
+
+
 def test_materials_flat_faces_and_attributes_stay():
     sphere = add_sphere()
     mesh = sphere.data
@@ -355,15 +376,10 @@ def test_linked_meshes_are_refused(tmp_path):
 
 def paint(item):
     """Gives an object a material whose color is the position and whose roughness is a quarter."""
-    material = bpy.data.materials.new("Paint")
-    if not material.use_nodes:
-        material.use_nodes = True
-    tree = material.node_tree
-    shader = next(node for node in tree.nodes if node.type == "BSDF_PRINCIPLED")
-    shader.inputs["Roughness"].default_value = 0.25
-    shader.inputs["Metallic"].default_value = 1
+    material, tree, color = make_material("Paint", roughness=0.25)
+    color.node.inputs["Metallic"].default_value = 1
     coordinates = tree.nodes.new("ShaderNodeTexCoord")
-    tree.links.new(coordinates.outputs["Object"], shader.inputs["Base Color"])
+    tree.links.new(coordinates.outputs["Object"], color)
     item.data.materials.append(material)
 
 
