@@ -68,8 +68,9 @@ const char *nm_last_error(void);
 //
 // The result has at most `target_index_count` indices if it is then within `target_error` of the original, else as few
 // as that error allows. The error is relative to the longest side of the box around the vertices; 1 or more sets no
-// bound. Vertices do not move. `result_error`, unless null, receives the error; without it and without a bound, no
-// distance is measured, which is faster. Returns `NM_FAILED` on failure.
+// bound. Vertices do not move. Triangles with two corners in one place vanish, and neighbours are wound alike.
+// `result_error`, unless null, receives the error; without it and without a bound, no distance is measured, which is
+// faster. Returns `NM_FAILED` on failure.
 //
 // # Safety
 // Each array has as many values as its count says; `vertex_positions_stride` is in bytes.

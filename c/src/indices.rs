@@ -110,8 +110,9 @@ impl Call {
 ///
 /// The result has at most `target_index_count` indices if it is then within `target_error` of the original, else as few
 /// as that error allows. The error is relative to the longest side of the box around the vertices; 1 or more sets no
-/// bound. Vertices do not move. `result_error`, unless null, receives the error; without it and without a bound, no
-/// distance is measured, which is faster. Returns `NM_FAILED` on failure.
+/// bound. Vertices do not move. Triangles with two corners in one place vanish, and neighbours are wound alike.
+/// `result_error`, unless null, receives the error; without it and without a bound, no distance is measured, which is
+/// faster. Returns `NM_FAILED` on failure.
 ///
 /// # Safety
 /// Each array has as many values as its count says; `vertex_positions_stride` is in bytes.
@@ -128,25 +129,27 @@ pub unsafe extern "C" fn nm_simplify(
     options: u32,
     result_error: *mut f32,
 ) -> usize {
-    let call = Call {
-        indices,
-        index_count,
-        positions: vertex_positions,
-        vertex_count,
-        positions_stride: vertex_positions_stride,
-        attributes: null(),
-        attributes_stride: 0,
-        weights: null(),
-        attribute_count: 0,
-        locks: null(),
-        target_index_count,
-        target_error,
-        options,
-        destination,
-        moved: (null_mut(), null_mut()),
-        result_error,
-    };
-    run_guarded(NM_FAILED, || call.run())
+    let (attributes, weights, locks) = (null(), null(), null());
+    // SAFETY: what the header requires of that function, it requires of this one; absent arrays are not read.
+    unsafe {
+        nm_simplify_with_attributes(
+            destination,
+            indices,
+            index_count,
+            vertex_positions,
+            vertex_count,
+            vertex_positions_stride,
+            attributes,
+            0,
+            weights,
+            0,
+            locks,
+            target_index_count,
+            target_error,
+            options,
+            result_error,
+        )
+    }
 }
 
 /// Simplifies as `nm_simplify` does, and counts attributes in the error.

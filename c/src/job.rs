@@ -217,8 +217,9 @@ pub unsafe extern "C" fn nm_job_run(job: *const NmJob) -> *mut NmResult {
 
 fn run_job(options: &NamedOptions, source: MeshSource, mut watcher: Watcher) -> Result<NmResult, CallError> {
     let arguments = options.to_arguments()?;
-    let format = arguments.format.as_deref().map_or(Some(Format::Ply), Format::from_name);
-    let mut job = arguments.job_as(format.ok_or_else(|| CallError::new("format", "is not known"))?)?;
+    let format = arguments.format.as_deref().unwrap_or("ply");
+    let unknown = || CallError::new("format", format!("{format}: choose from {}", Format::NAMES.join(", ")));
+    let mut job = arguments.job_as(Format::from_name(format).ok_or_else(unknown)?)?;
     watcher.begin(JobStage::Read);
     let document = match source {
         MeshSource::None => return Err(CallError("no mesh: read one first".into())),

@@ -141,6 +141,8 @@ static void test_errors(void) {
     nm_job *job = nm_job_new();
     CHECK(!nm_job_set(job, "ration", "0.1") && !nm_job_set(job, NULL, "1") && !nm_job_set(job, "threads", "0"));
     CHECK(!nm_job_set(NULL, "ratio", "0.1") && !nm_job_read_file(job, "nowhere.ply") && !nm_job_read_bytes(job, NULL, 5, NULL));
+    CHECK(nm_job_read_arrays(job, positions, VERTICES, stride, indices, INDICES) && nm_job_set(job, "format", "doc"));
+    CHECK(nm_job_run(job) == NULL && strncmp(nm_last_error(), "format: doc: choose from ", 24) == 0);
     CHECK(nm_job_run(NULL) == NULL && nm_result_levels(NULL) == 0 && nm_result_report(NULL) == NULL);
     CHECK(nm_abi_version() == NM_ABI_VERSION && strlen(nm_last_error()) == 0 + strlen(nm_last_error()));
     nm_job_free(job);

@@ -348,4 +348,34 @@ mod tests {
         assert_eq!(simplify(&buffers, &near).indices.len(), 6);
         assert_eq!(simplify(&buffers, &IndexOptions { is_sparse: true, ..near }).indices.len(), 8);
     }
+    #[test]
+    fn faces_that_are_turned_over_or_join_two_positions_do_not_stop_it() {
+        let strip = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.5, 1.0, 0.0], [1.5, 1.0, 0.0]];
+        // The middle one of three is turned over; the result faces one way.
+        let turned = Buffers::new(vec![[0, 1, 3], [1, 3, 4], [1, 2, 4]], strip);
+        let result = simplify(&turned, &IndexOptions::new(2, 1e-3));
+        let doubled_area = |&[a, b, c]: &[u32; 3]| {
+            let [a, b, c] = [a, b, c].map(|v| turned.positions[v as usize]);
+            (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])
+        };
+        let doubled_areas: Vec<f32> = result.indices.iter().map(doubled_area).collect();
+        assert!(doubled_areas.len() == 2 && doubled_areas.iter().all(|area| *area > 0.0));
+        assert!(doubled_areas.iter().sum::<f32>() == 3.0 && result.error.is_some_and(|error| error < 1e-9));
+        let flat = vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0; 3]];
+        let flat = Buffers::new(vec![[0, 1, 2], [2, 1, 3]], flat);
+        assert!(simplify(&flat, &IndexOptions::new(0, 1.0)).indices.is_empty());
+    }
+
+    #[test]
+    fn a_seam_between_equal_attributes_costs_no_error() {
+        // Rows of x = 0, 1 and 4 with an attribute that is linear between them, and a seam along y = 1.
+        let rows = [(0.0, 0.0), (1.0, 1.0), (4.0, 2.0)];
+        let row = |(x, _): (f32, f32)| [0.0, 1.0, 1.0, 2.0].map(|y| [x, y, 0.0]);
+        let faces = [[0, 1, 4], [4, 1, 5], [2, 3, 6], [6, 3, 7], [4, 5, 8], [8, 5, 9], [6, 7, 10], [10, 7, 11]];
+        let mut seamed = Buffers::new(faces.to_vec(), rows.into_iter().flat_map(row).collect());
+        seamed.attributes = rows.into_iter().flat_map(|(_, value)| [value; 4]).collect();
+        seamed.weights = vec![1.0];
+        let result = simplify(&seamed, &IndexOptions { lock_borders: true, ..IndexOptions::new(4, 2.0) });
+        assert!(result.indices.len() == 6 && result.error.is_some_and(|error| error < 1e-6));
+    }
 }
