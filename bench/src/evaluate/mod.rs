@@ -36,5 +36,6 @@ pub use rows_file::Table;
 pub use run::{Ending, Event, Request, evaluate, median};
 pub use settings::Settings;
 pub use summary::Facts;
+pub(crate) use tables::format_number;
 pub use tool::Tool;
 pub use worst::{WorstCase, worst_cases};

@@ -192,7 +192,8 @@ fn format_count(n_values: usize, n_results: usize) -> String {
     if (1..n_results).contains(&n_values) { format!(" ({n_values})") } else { String::new() }
 }
 
-fn format_number(value: Option<f64>) -> String {
+/// Formats a number with three digits.
+pub(crate) fn format_number(value: Option<f64>) -> String {
     let Some(value) = value else { return "-".into() };
     let size = value.abs();
     if size == 0.0 {

@@ -63,7 +63,7 @@ impl Bench {
         Ok(measured)
     }
 
-    pub fn evaluation_folder(&self, name: &str) -> PathBuf {
+    fn evaluation_folder(&self, name: &str) -> PathBuf {
         self.work.join(name)
     }
 

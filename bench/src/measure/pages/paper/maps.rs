@@ -40,7 +40,8 @@ pub fn section(bench: &Bench) -> Result<String> {
     let rows = RATIOS.into_iter().map(|ratio| Ok(row(ratio, &at(ratio)?))).collect::<Result<Vec<_>>>()?;
     let head = ["ratio", "distance, %", "WA, %", "s"].map(String::from);
     Ok(format!(
-        "`dse` with the maps that it learned, and with exact ones, which see the mesh: means over {} of the meshes, *learned / exact*.\n\n{}",
+        "`dse` unfolds each neighbourhood by a learned map. An exact map, computed from the mesh, shows the cost of learning. Cells are \
+         means over {} of the meshes of TOSCA, *learned / exact*.\n\n{}",
         chosen.len(),
         table(&head, &rows)
     ))

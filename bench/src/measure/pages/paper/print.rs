@@ -75,11 +75,12 @@ pub fn beside(rows: &Table) -> String {
     let lines = (0..RATIOS.len()).flat_map(|at| TABLE_1.iter().map(move |printed| (at, printed)));
     let lines: Vec<Vec<String>> = lines.map(|(at, printed)| line(rows, at, printed)).collect();
     format!(
-        "Means, *here / printed*. Of its unit of CD the paper says nothing, so CD stands over that of `qem`; its NE is as large as the \
-         mean angle between the normals, which stands here. Its times are of another machine.\n\n{}\n\
-         At a ratio of 0.1, the least first:\n\n{}",
+        "### Next to the paper's figures\n\n\
+         Cells are means, *here / in the paper*. The paper gives no unit of CD, so CD is divided by that of `qem`. The printed NE has \
+         the size of the mean angle between the normals in radians; that angle is compared. The paper's times are from another machine.\n\n{}\n\
+         Methods at a ratio of 0.1, the least figure first:\n\n{}",
         table(&head, &lines),
-        table(&["", "here", "printed"], &[("CD", 0), ("WA", 1), ("time", 4)].map(|of| order(rows, of)))
+        table(&["figure", "here", "in the paper"], &[("CD", 0), ("WA", 1), ("time", 4)].map(|of| order(rows, of)))
     )
 }
 

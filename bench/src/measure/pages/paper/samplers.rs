@@ -19,11 +19,14 @@ use super::{CLASSES, weights};
 use crate::measure::clock::measure_time;
 use crate::measure::markdown::{number, table};
 use crate::measure::meshes::{load, name};
+use crate::measure::pages::write_csv;
 use crate::measure::workbench::Bench;
 
 const RATIOS: [f64; 3] = [0.05, 0.2, 0.8];
 // Standard deviations in percent of the diagonal.
 const NOISE: [f64; 3] = [0.0, 0.5, 1.0];
+// Those with figures in the paper, which the page shows.
+const SHOWN: [f64; 2] = [NOISE[0], NOISE[2]];
 // Step through the meshes of the classes.
 const EVERY: usize = 3;
 
@@ -114,15 +117,16 @@ pub fn table_2(bench: &Bench) -> Result<String> {
         drawn.extend(bench.measure_once::<Vec<Drawn>>(&format!("table-2/{}", name(path)), || of_mesh(path))?);
         n_meshes += 1;
     }
-    let sections: String = NOISE.iter().map(|&noise| section(&drawn, noise)).collect();
+    let link = write_csv("paper-samplers", &CSV_HEAD, &csv_rows(&drawn))?;
+    let sections: String = SHOWN.iter().map(|&noise| section(&drawn, noise)).collect();
     Ok(format!(
-        "The drawn vertices as a set of points against all vertices of the input without noise: means over {n_meshes} of the meshes; in \
-         brackets over those of uniform sampling with replacement, where vertices drawn twice count once, and the same of the print, \
-         whose noise is of one unit.\n\n\
-         - *CD*: mean squared distance to the nearest point of the other set, both ways added, 1e-6 of the squared diagonal.\n\
-         - *curvature*: mean squared difference of the smoothed surface variation at nearest points, both ways added, 1e-4.\n\
-         - *ms*: scores and drawing, of the processor on one thread.\n\n\
-         `potamias` is the learned point-cloud simplification of Potamias et al. (2022), whose points are moved; its weights have seen no \
+        "The drawn vertices are compared, as a set of points, with all vertices of the input without noise. Cells are means over \
+         {n_meshes} of the meshes of TOSCA, divided by those of uniform sampling with replacement, where a vertex drawn twice counts once: *here / in \
+         the paper*. The paper's figures with noise are next to those at 1 %. Undivided figures, and those with noise of 0.5 %: {link}.\n\n\
+         - *CD*: mean squared distance to the nearest point of the other set, both ways added.\n\
+         - *curvature*: mean squared difference of the smoothed surface variation at nearest points, both ways added.\n\
+         - *ms*: processor time on one thread of scores and drawing.\n\n\
+         `potamias` is the learned point-cloud simplification of Potamias et al. (2022), which moves its points; its weights have seen no \
          mesh of TOSCA.\n{sections}"
     ))
 }
@@ -176,37 +180,78 @@ fn unit(rng: &mut Xoshiro256PlusPlus) -> f64 {
     (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64
 }
 
+// A figure of a sampler: mean, over that of uniform sampling, the same of the paper.
+type Compared = [Option<f64>; 3];
+
+fn compare(drawn: &[Drawn], (sampler, ratio, noise): (Sampler, f64, f64)) -> [Compared; 2] {
+    let at = |sampler: Sampler, figure: fn(&Drawn) -> f64| mean(drawn, (sampler, ratio, noise), figure);
+    let figures: [fn(&Drawn) -> f64; 2] = [|drawn| 1e6 * drawn.chamfer, |drawn| 1e4 * drawn.curvature];
+    [0, 1].map(|column| {
+        let own = at(sampler, figures[column]);
+        let over = own.zip(at(Sampler::WithReplacement, figures[column])).map(|(own, other)| own / other);
+        [own, over, printed(sampler, noise, ratio, column)]
+    })
+}
+
+fn mean(drawn: &[Drawn], case: (Sampler, f64, f64), figure: fn(&Drawn) -> f64) -> Option<f64> {
+    let is_case = |drawn: &&Drawn| (drawn.sampler, drawn.ratio, drawn.noise) == case;
+    let values: Vec<f64> = drawn.iter().filter(is_case).map(figure).collect();
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+fn milliseconds(drawn: &[Drawn], case: (Sampler, f64, f64)) -> String {
+    number(mean(drawn, case, |drawn| 1e3 * drawn.seconds))
+}
+
 fn section(drawn: &[Drawn], noise: f64) -> String {
     let mut head = vec!["sampler".to_owned()];
-    for ratio in RATIOS {
-        head.extend([format!("CD at {ratio}"), "curvature".into(), "ms".into()]);
-    }
-    let mean = |sampler: Sampler, ratio: f64, figure: fn(&Drawn) -> f64| {
-        let is_case = |drawn: &&Drawn| (drawn.sampler, drawn.ratio, drawn.noise) == (sampler, ratio, noise);
-        let values: Vec<f64> = drawn.iter().filter(is_case).map(figure).collect();
-        (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
-    };
+    RATIOS.iter().for_each(|ratio| head.extend([format!("CD at {ratio}"), "curvature".into()]));
+    head.push(format!("ms at {}", RATIOS[1]));
     let line = |&sampler: &Sampler| {
         let mut cells = vec![sampler.name().to_owned()];
         for ratio in RATIOS {
-            let compared = |scale: f64, figure: fn(&Drawn) -> f64, column: usize| {
-                let own = mean(sampler, ratio, figure);
-                let over = own.zip(mean(Sampler::WithReplacement, ratio, figure)).map(|(own, other)| own / other);
-                let print = printed(sampler, noise, ratio, column).map(|print| format!("; print {print:.2}"));
-                format!("{} ({}{})", number(own.map(|own| scale * own)), number(over), print.unwrap_or_default())
-            };
-            let ms = number(mean(sampler, ratio, |drawn| 1e3 * drawn.seconds));
-            cells.extend([compared(1e6, |drawn| drawn.chamfer, 0), compared(1e4, |drawn| drawn.curvature, 1), ms]);
+            let compared = compare(drawn, (sampler, ratio, noise));
+            cells.extend(compared.map(|[_, over, print]| format!("{} / {}", number(over), number(print))));
         }
+        cells.push(milliseconds(drawn, (sampler, RATIOS[1], noise)));
         cells
     };
-    format!("\n### Noise {noise} %\n\n{}", table(&head, &Sampler::ALL.iter().map(line).collect::<Vec<_>>()))
+    let others = Sampler::ALL.iter().filter(|&&sampler| sampler != Sampler::WithReplacement);
+    format!("\n### Noise {noise} %\n\n{}", table(&head, &others.map(line).collect::<Vec<_>>()))
+}
+
+const CSV_HEAD: [&str; 10] = [
+    "noise %",
+    "sampler",
+    "ratio",
+    "CD in 1e-6",
+    "CD / uniform",
+    "CD / uniform in the paper",
+    "curvature in 1e-4",
+    "curvature / uniform",
+    "curvature / uniform in the paper",
+    "ms",
+];
+
+fn csv_rows(drawn: &[Drawn]) -> Vec<Vec<String>> {
+    let mut rows = Vec::new();
+    for noise in NOISE {
+        for sampler in Sampler::ALL {
+            for ratio in RATIOS {
+                let case = (sampler, ratio, noise);
+                let mut row = vec![noise.to_string(), sampler.name().into(), ratio.to_string()];
+                row.extend(compare(drawn, case).concat().into_iter().map(number));
+                row.push(milliseconds(drawn, case));
+                rows.push(row);
+            }
+        }
+    }
+    rows
 }
 
 /// Returns a column of the paper's Table 2 over that of uniform sampling; `None` where it has none.
 fn printed(sampler: Sampler, noise: f64, ratio: f64, column: usize) -> Option<f64> {
-    let [of_noise, at] =
-        [[NOISE[0], NOISE[2]].iter().position(|&own| own == noise)?, RATIOS.iter().position(|&own| own == ratio)?];
+    let [of_noise, at] = [SHOWN.iter().position(|&own| own == noise)?, RATIOS.iter().position(|&own| own == ratio)?];
     let of = |sampler: Sampler| {
         let row = TABLE_2.iter().find(|(name, _)| *name == sampler.name())?;
         Some(row.1[of_noise][2 * at + column])
@@ -239,7 +284,11 @@ mod tests {
     fn figures_stand_over_those_of_uniform_sampling() {
         let drawn =
             |sampler, chamfer| Drawn { sampler, ratio: 0.2, noise: 0.0, chamfer, curvature: 1e-4, seconds: 0.002 };
-        let text = section(&[drawn(Sampler::WithReplacement, 4e-6), drawn(Sampler::Network, 2e-6)], 0.0);
-        assert!(text.contains("| network | - (-; print 0.76) | - (-; print 0.92) | - | 2.00 (0.50; print 0.66) | 1.00 (1.00; print 0.92) | 2.00 |"), "{text}");
+        let both = [drawn(Sampler::WithReplacement, 4e-6), drawn(Sampler::Network, 2e-6)];
+        let text = section(&both, 0.0);
+        assert!(text.contains("| network | - / 0.76 | - / 0.92 | 0.50 / 0.66 | 1.00 / 0.92 | - / 0.21 |"), "{text}");
+        let rows = csv_rows(&both);
+        assert_eq!(rows[16], ["0", "network", "0.2", "2.00", "0.50", "0.66", "1.00", "1.00", "0.92", "2.00"]);
+        assert_eq!(rows.len(), NOISE.len() * Sampler::ALL.len() * RATIOS.len());
     }
 }
