@@ -60,7 +60,7 @@ def read_task(context, item, options):
     else:
         source = convert.read_mesh(item, item.data, options.keep_shading)
     if not np.isfinite(source.positions).all():
-        raise Refusal(f"{item.name} has vertices at positions that are no numbers")
+        raise Refusal(f"{item.name} has vertices at positions that are not finite")
     if len(source.triangles) == 0:
         raise Refusal(f"{item.name} has no faces once its modifiers are applied")
     return Task(

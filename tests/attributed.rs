@@ -297,7 +297,7 @@ fn a_seam_makes_no_vertices() {
     let model = from_text(&format!("{QUAD}f 1/1 2/2 3/3 4/4\nf 2/5 5/1 3/3\n"));
     assert_eq!((model.cleaned.mesh.positions().len(), model.cleaned.attributes.n_wedges()), (5, 6));
     let ply = written(&model, Format::PlyAscii);
-    assert_eq!(ply.notes, ["ply holds one row of values for each vertex: 1 vertices are repeated at seams"]);
+    assert_eq!(ply.notes, ["ply stores one set of values per vertex: 1 vertices are duplicated at seams"]);
     let back = opened(read_attributed(&ply.bytes, None).unwrap(), true);
     assert_eq!(back.cleaned.counts.welded_vertices, 1);
     assert_eq!(corners(&back.cleaned, &[Role::Uv]), corners(&model.cleaned, &[Role::Uv]));
@@ -313,11 +313,11 @@ fn colours_come_back_in_the_kind_that_they_were() {
         let model = from_text(&text);
         assert_eq!(self::text(&written(&model, Format::PlyAscii)), text);
         let obj = written(&model, Format::Obj);
-        assert_eq!(obj.notes, ["obj has no place for quality: dropped"]);
+        assert_eq!(obj.notes, ["obj cannot store quality: dropped"]);
         let back = from_text(&self::text(&obj));
         assert_eq!(corners(&back.cleaned, &[Role::Colour]), corners(&model.cleaned, &[Role::Colour]));
         let stl = written(&model, Format::Stl);
-        assert_eq!(stl.notes, ["stl holds geometry alone: colour, quality dropped"]);
+        assert_eq!(stl.notes, ["stl stores only geometry: colour, quality dropped"]);
     }
 }
 
@@ -401,7 +401,7 @@ fn libraries_and_textures_lie_beside_the_output_as_they_lay_beside_the_input() {
     let model = opened_path(&folder.path().join("in/mesh.obj"));
     let written = written(&model, Format::Obj);
     assert_eq!(places(&written), ["textures/my skin.png", "textures/bump.png", "sub/a b.mtl"]);
-    assert_eq!(written.notes, ["\"none.png\" is missing: the name stays"]);
+    assert_eq!(written.notes, ["\"none.png\" is missing: the result still names this file"]);
     assert_eq!(written.companion_files[2].bytes, mtl.as_bytes());
     assert!(text(&written).starts_with("mtllib sub/a b.mtl\n"));
     let out = folder.path().join("out");

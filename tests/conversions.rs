@@ -171,7 +171,11 @@ fn a_texture_that_gltf_does_not_hold_is_said() {
         folder(&[("a.mtl", LIBRARY.as_bytes()), ("maps/tiles.png", b"not a picture"), ("roof.obj", ROOF.as_bytes())]);
     let obj = cleaned(read_attributed_path(&source.path().join("roof.obj"), None).unwrap());
     let glb = written(&obj, Format::Glb);
-    assert!(glb.notes.iter().any(|note| note.contains("PNG, JPEG, WebP or KTX2: that of tiles")), "{:?}", glb.notes);
+    assert!(
+        glb.notes.iter().any(|note| note.contains("PNG, JPEG, WebP or KTX2: a texture of tiles")),
+        "{:?}",
+        glb.notes
+    );
     assert!(Asset::from_bytes(&glb.bytes, &|_| panic!()).unwrap().looks().0[0][0].texture.is_none());
 }
 

@@ -93,6 +93,6 @@ fn purposes_and_symmetry_are_refused_together() {
             (options.purpose, options.symmetric) = (purpose, symmetric);
         });
         let error = simplified(&mesh, &attributes, &options).unwrap_err();
-        assert_eq!(error, SimplifyError::NotWithSymmetry("a purpose beside the shape"));
+        assert_eq!(error, SimplifyError::NotWithSymmetry("a purpose other than shape"));
     }
 }

@@ -270,12 +270,15 @@ impl Watch for Watcher<'_> {
 impl NmResult {
     fn find_level(&self, level: usize) -> Result<&Simplified, CallError> {
         let n = self.outcome.results.len();
-        self.outcome.results.get(level).ok_or_else(|| CallError::new("level", format!("{level}: there are {n}")))
+        self.outcome
+            .results
+            .get(level)
+            .ok_or_else(|| CallError::new("level", format!("{level}: there are only {n} levels")))
     }
 
     fn find_file(&self, level: usize) -> Result<&Files, CallError> {
         let n = self.files.len();
-        self.files.get(level).ok_or_else(|| CallError::new("level", format!("{level}: there are {n} files")))
+        self.files.get(level).ok_or_else(|| CallError::new("level", format!("{level}: there are only {n} files")))
     }
 }
 

@@ -52,10 +52,11 @@ pub struct SimplifyArgs {
     /// File or folder for the result; - for standard output
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
-    /// Share of the vertices to keep: 0.1 or 10%. NAME=R sets the share of one named piece
+    /// Share of the vertices to keep: 0.1 or 10%. NAME=R sets the share of one named object or material
     #[arg(long, value_name = "[NAME=]R", value_parser = ratio_of, allow_hyphen_values = true,
-        long_help = "Share of the vertices to keep: 0.1 or 10%. NAME=R sets the share of a node, mesh, object, group or material; it may \
-        be repeated, and combined with a target for the whole mesh. Without a target for the whole, the rest keeps its vertices")]
+        long_help = "Share of the vertices to keep: 0.1 or 10%. NAME=R sets the share of a node, mesh, object, group \
+        or material; repeat it for several names. The rest gets the target of the whole mesh; without one, it keeps \
+        its vertices")]
     pub ratio: Vec<RatioOf>,
     /// Number of faces to keep: 5000, 10k, 1.5M or 10%
     #[arg(long, value_name = "N", value_parser = count, allow_hyphen_values = true, conflicts_with_all = ["error", "size", "lods"])]
@@ -65,8 +66,8 @@ pub struct SimplifyArgs {
     pub vertices: Option<Count>,
     /// Largest distance to the original, in units of the mesh or with % of its diagonal; finds the smallest mesh
     #[arg(long, value_name = "E", allow_hyphen_values = true, conflicts_with_all = ["size", "lods"],
-        long_help = "Largest distance to the original, in both directions and proved, in units of the mesh or with % of its \
-        bounding-box diagonal; finds the smallest mesh")]
+        long_help = "Largest distance to the original, in both directions and proved, in units of the mesh or with % \
+        of its bounding-box diagonal; finds the smallest mesh within it")]
     pub error: Option<String>,
     /// Largest file size, such as 500kB or 2MB; finds the largest mesh that fits
     #[arg(long, value_name = "BYTES", conflicts_with = "lods")]
@@ -77,8 +78,9 @@ pub struct SimplifyArgs {
         value_name = "R,R",
         value_delimiter = ',',
         allow_hyphen_values = true,
-        long_help = "Levels of detail as falling shares of the vertices, such as 50%,25%,10%. {level} in OUT stands for the number \
-        of the level, else the files end in -lod0, -lod1 and so on. A glTF scene becomes one file (MSFT_lod)"
+        long_help = "Levels of detail as falling shares of the vertices, such as 50%,25%,10%. The number of the level \
+        replaces {level} in OUT; otherwise the file names end in -lod0, -lod1 and so on. A glTF scene becomes one \
+        file with all levels (MSFT_lod)"
     )]
     pub lods: Vec<String>,
     /// Unit of --lods: vertices or faces, as shares or as numbers such as 20k,5k, or proved largest distances such as
@@ -89,8 +91,9 @@ pub struct SimplifyArgs {
     #[arg(
         long,
         value_name = "FORMAT",
-        long_help = "Format of the result where the name of OUT has no known ending, else of the input: obj, ply, ply-ascii, stl, \
-        stl-ascii, off, gltf, glb. Standard output has the format of the input by default"
+        long_help = "Format of the result: obj, ply, ply-ascii, stl, stl-ascii, off, gltf, glb. If the name of OUT \
+        has a known ending, that ending decides, and --format is the format of IN. Standard output has the format of \
+        the input by default"
     )]
     pub format: Option<String>,
     /// Replace existing files
@@ -119,7 +122,7 @@ pub struct SimplifyArgs {
     /// Keep the boundary exactly, so that neighbouring tiles still fit
     #[arg(long, alias = "lock-borders", help_heading = KEEP)]
     pub lock_boundaries: bool,
-    /// Keep all components, even where their vertices would serve better elsewhere
+    /// Keep all components, even if their vertices would reduce the distance more elsewhere
     #[arg(long, help_heading = KEEP)]
     pub keep_components: bool,
     /// Keep a node, mesh, object, group or material unchanged; may be repeated
@@ -158,11 +161,11 @@ pub struct SimplifyArgs {
     #[arg(long, value_name = "EDGES", value_parser = whole::<usize>(0, u64::MAX), num_args = 0..=1, require_equals = true,
         conflicts_with = "symmetric", help_heading = REPAIR)]
     pub fill_holes: Option<Option<usize>>,
-    /// Make a printable solid; drops pieces smaller than SIZE [default: 1%]
+    /// Make a printable solid; drops components smaller than SIZE [default: 1%]
     #[arg(long, value_name = "SIZE", num_args = 0..=1, require_equals = true, conflicts_with_all = ["fill_holes", "symmetric", "no_weld"],
         help_heading = REPAIR,
-        long_help = "Make a printable solid: closes holes, turns faces outward, and removes fins, inner walls, inner shells and pieces \
-        smaller than SIZE, in units of the mesh or with % of its diagonal [default: 1%]")]
+        long_help = "Make a printable solid: closes holes, turns faces outward, and removes fins, inner walls, inner \
+        shells and components smaller than SIZE, in units of the mesh or with % of its diagonal [default: 1%]")]
     pub printable: Option<Option<String>>,
     /// Merge vertices closer than DISTANCE, in units of the mesh or with % of its diagonal
     #[arg(long, value_name = "DISTANCE", allow_hyphen_values = true, conflicts_with = "no_weld", help_heading = REPAIR)]
@@ -206,10 +209,10 @@ pub struct SimplifyArgs {
     /// Method that builds the surface
     #[arg(long, value_enum, default_value = "closed", help_heading = QUALITY, hide_short_help = true)]
     pub assembly: AssemblyArg,
-    /// Close the holes that --assembly paper leaves
+    /// With --assembly paper: close the holes of the result
     #[arg(long, help_heading = QUALITY, hide_short_help = true)]
     pub close: bool,
-    /// Sample --assembly paper once more by the error of regions, and move vertices where that error is least
+    /// With --assembly paper: sample again, denser where the error is large, and move vertices to reduce the error
     #[arg(long, help_heading = QUALITY, hide_short_help = true)]
     pub place: bool,
     /// Seed of the sampling of --assembly paper; equal seeds give equal meshes
@@ -240,7 +243,7 @@ pub struct SimplifyArgs {
     /// Print what limits the result: kept edges, locked vertices, components
     #[arg(long, help_heading = REPORTS)]
     pub explain: bool,
-    /// Write as JSON which output vertex each input vertex became, and the source of each corner
+    /// Write a JSON file that maps input vertices to output vertices, and output corners to input faces
     #[arg(long, value_name = "FILE.json", help_heading = REPORTS, hide_short_help = true)]
     pub map: Option<PathBuf>,
     /// Print errors only
@@ -324,7 +327,7 @@ pub enum OptimizeArg {
     Balanced,
     /// Mean distance; uses no network, takes longer
     Mean,
-    /// Largest distance; takes longer, the mean grows
+    /// Largest distance; takes longer, and the mean distance grows
     Max,
     /// Normals, which decide the shading; the mean distance grows
     Normals,
@@ -346,16 +349,16 @@ pub enum EffortArg {
 pub enum PurposeArg {
     /// The shape as it is
     Shape,
-    /// Animation: also keeps poses close, those of morph targets and skin, or any
+    /// Animation: poses also stay close, those of morph targets and skin, or any pose without them
     Poses,
-    /// The spectrum of the Laplacian, for vibrations, geodesics or matching; faces of similar areas
+    /// Spectrum of the Laplacian (vibrations, geodesics, matching): faces of similar areas
     Spectrum,
 }
 
 /// Treatment of surfaces that are invisible from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum HiddenArg {
-    /// Treated like the rest
+    /// Simplified like visible surfaces
     Keep,
     /// Weighted a thousandth; keeps a tenth of its vertices
     Cheap,
@@ -433,9 +436,9 @@ pub struct InfoArgs {
 }
 
 const LIMITS_NOTES: &str = "\
-Simplifies the mesh level by level, with the options given here, and writes no mesh. The line `limit` gives the reason why it gets no \
-smaller, the lines `try` name options that would help. Exit codes: 0 success, 1 problem with the input, the disk or standard \
-output, 2 wrong usage, 130 interrupted.";
+Simplifies the mesh level by level, with the options given here, and writes no mesh. The line `limit` says why the \
+mesh cannot get smaller; the lines `try` name options that would help. Exit codes: 0 success, \
+1 problem with the input, the disk or standard output, 2 wrong usage, 130 interrupted.";
 
 /// Arguments of `limits`.
 #[derive(Debug, Parser)]
@@ -462,7 +465,7 @@ pub struct LimitsArgs {
     /// Do not merge vertices at equal positions
     #[arg(long)]
     pub no_weld: bool,
-    /// Format to plan for, which decides what a result must carry [default: that of the input]
+    /// Format of the planned result, which decides the attributes to keep [default: format of the input]
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<String>,
     /// Threads to use [default: one per core]; does not change the result

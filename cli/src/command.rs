@@ -19,7 +19,7 @@ pub struct Args {
 pub enum Command {
     /// Simplify a mesh
     Simplify(Box<SimplifyArgs>),
-    /// Mesh a point cloud with a trained network
+    /// Make a mesh from a point cloud with a trained network
     MeshPoints(MeshPointsArgs),
     /// Describe a mesh: counts, bounds, topology, attributes
     Info(InfoArgs),

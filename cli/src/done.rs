@@ -45,7 +45,7 @@ impl Done {
         for path in beside {
             let place = files::in_own_folder(&path);
             if self.pending.iter().any(|pending| pending.is_at(&place)) {
-                let what = "the mesh itself needs a file of this name: choose another name for the result";
+                let what = "a texture or material file of the mesh has this name: choose another name for the result";
                 return Err(Failure::in_file(&path, what));
             }
         }

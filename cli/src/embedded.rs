@@ -321,7 +321,7 @@ mod tests {
         assert!(positions.iter().filter(|p| p[0] > 0.0).count() > positions.len() * 3 / 4);
         let none = vec![0.0; mesh.mesh.positions.len()];
         let failure = run(r#"{"ratio": 0.1}"#, Some(InputMesh::Mesh(Box::new(mesh), Some(none)))).err().unwrap();
-        assert_eq!(failure.to_string(), "importance: needs numbers of at least 0, not all of them 0");
+        assert_eq!(failure.to_string(), "importance: give numbers of at least 0, with one above 0");
     }
 
     #[test]

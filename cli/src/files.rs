@@ -45,7 +45,7 @@ pub fn check_places<'a>(paths: impl IntoIterator<Item = &'a Path>, force: bool) 
         let place = destination(path)?;
         // Links are resolved here, since two names may lead to one file.
         if places.contains(&place) {
-            let what = format!("{}: is also the file of another result: give each its own file", path.display());
+            let what = format!("{}: is the file of two results: give each result its own file", path.display());
             return Err(Failure::Usage(what));
         }
         places.push(place);
@@ -142,7 +142,10 @@ fn place_one(pending: Pending) -> Result<(), Failure> {
     let placed = if force { temporary.persist(&place) } else { temporary.persist_noclobber(&place) };
     placed.map(drop).map_err(|error| match error.error.kind() {
         std::io::ErrorKind::AlreadyExists => exists(&name),
-        _ => Failure::in_file(&name, format!("cannot be put in place: {}: check the folder", error.error)),
+        _ => Failure::in_file(
+            &name,
+            format!("cannot be renamed from its temporary name: {}: check the folder", error.error),
+        ),
     })
 }
 

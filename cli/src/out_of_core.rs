@@ -102,7 +102,7 @@ fn check(request: &Request, pieces: &Pieces) -> Result<(), Failure> {
     let more = pieces.other_content().filter(|_| request.job.ignore.is_empty() && !request.job.format.is_bare());
     let refused = |more| {
         let what = format!(
-            "{whole}, and in blocks it would lose its {more}: {REMEDY}, or accept it with --ignore uv,normals,colors,materials"
+            "{whole}, and simplification in blocks would drop its {more}: {REMEDY}, or accept that with --ignore uv,normals,colors,materials"
         );
         Failure::in_file(&request.source.path, what)
     };

@@ -19,13 +19,16 @@ pub fn read_weights(path: Option<&Path>, assembly: Assembly) -> Result<Option<We
     let Some(path) = path else { return Ok(None) };
     let weights = Weights::from_bytes(&files::read(path)?).map_err(|error| Failure::in_file(path, error))?;
     let instead = match (weights.objective(), assembly) {
-        (Some("paper"), Assembly::Closed) => "--assembly paper alone: add it",
+        (Some("paper"), Assembly::Closed) => "--assembly paper: add that option",
         // Weights without an objective, or of the trial objective, suit both assemblies.
         (None | Some("paper" | "uniform"), _) | (_, Assembly::Closed) => return Ok(Some(weights)),
-        (_, Assembly::Paper) => "--assembly closed alone: leave --assembly paper out",
+        (_, Assembly::Paper) => "--assembly closed: leave --assembly paper out",
     };
     let learned = weights.objective().unwrap_or_default();
-    Err(Failure::in_file(path, format!("learned the objective \"{learned}\", for {instead}, or leave --weights out")))
+    Err(Failure::in_file(
+        path,
+        format!("was trained with the objective \"{learned}\" and works only with {instead}, or leave --weights out"),
+    ))
 }
 
 pub fn read(source: &Source) -> Result<RawMesh, Failure> {

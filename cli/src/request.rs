@@ -43,7 +43,7 @@ pub struct Request {
 }
 
 /// Advice for an input of unknown format, where OUT has a known ending and where not.
-const NAMED_OUTPUT: &str = "--format sets the format of IN where the name of OUT has a known ending";
+const NAMED_OUTPUT: &str = "--format sets the format of IN if the name of OUT has a known ending";
 const UNNAMED_OUTPUT: &str = "--format is for the output";
 
 /// Name of files that levels share, if the file name is only the placeholder.
@@ -201,7 +201,7 @@ pub fn arguments(args: &SimplifyArgs) -> Result<Arguments, Failure> {
     let whole: Vec<f64> = args.ratio.iter().filter(|of| of.name.is_none()).map(|of| of.share).collect();
     // clap cannot distinguish a second size of the whole from further named shares.
     if whole.len() > 1 {
-        let what = "--ratio cannot be used with a second one: give one size of the whole, and others as NAME=R";
+        let what = "--ratio is given twice for the whole mesh: give it once, and others as NAME=R";
         return Err(Failure::Usage(what.into()));
     }
     Ok(Arguments {

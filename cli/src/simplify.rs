@@ -37,7 +37,8 @@ pub fn check_places(request: &Request) -> Result<(), Failure> {
 /// Runs `work` on `n_threads` threads, or on one per core.
 pub fn in_pool(n_threads: Option<usize>, work: impl FnOnce() -> Result<(), Failure> + Send) -> Result<(), Failure> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads.unwrap_or(0)).build();
-    let pool = pool.map_err(|error| Failure::Failed(format!("threads cannot be started: {error}: ask for fewer")))?;
+    let pool =
+        pool.map_err(|error| Failure::Failed(format!("threads cannot be started: {error}: use fewer threads")))?;
     pool.install(work)
 }
 
@@ -62,7 +63,7 @@ pub fn check_target(request: &Request, report: &JobReport) -> Result<(), Failure
         Some(outcome) if request.strict => {
             let written = request.output.as_deref().map_or("standard output".into(), name);
             let is_written =
-                if request.stays_in_memory { "the result" } else { &format!("{written}: is written, but") };
+                if request.stays_in_memory { "the result" } else { &format!("{written}: the result is written, but") };
             Err(Failure::Unmet(format!("{is_written} {outcome}")))
         }
         _ => Ok(()),
@@ -125,7 +126,7 @@ fn prepare_meshes(made: Vec<Files>, request: &Request, report: &mut JobReport) -
         // Standard output takes one mesh and no further files.
         let Some(path) = paths.next() else {
             let n = files.beside.len();
-            let what = format!("{n} files next to the mesh are not written to standard output");
+            let what = format!("{n} material or texture files are left out: standard output takes only the mesh");
             report.notes.extend((n > 0).then_some(what));
             done.bytes = Some(files.bytes);
             continue;

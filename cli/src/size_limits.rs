@@ -172,12 +172,12 @@ impl SizeLimits {
         lines.extend(self.levels.iter().map(|row| row.words(&format!("{} %", row.percent))));
         lines.push(self.smallest.words("smallest"));
         let named = self.levels.iter().map(|row| (format!("at {} %", row.percent), row));
-        for (size, row) in named.chain([("at last".into(), &self.smallest)]).filter(|(_, row)| !row.dropped.is_empty())
+        for (size, row) in named.chain([("smallest".into(), &self.smallest)]).filter(|(_, row)| !row.dropped.is_empty())
         {
             lines.push(format!("dropped   {size}: {}", names_of(&row.dropped, usize::MAX)));
         }
         lines.extend(report.levels.last().into_iter().flat_map(|last| limit_lines(&last.output)));
-        lines.extend(stop_reason(&self.outcome).map(|why| format!("limit     it gets no smaller: {why}")));
+        lines.extend(stop_reason(&self.outcome).map(|why| format!("limit     the mesh cannot get smaller: {why}")));
         lines.extend(self.free.iter().map(|how| format!("try       {how}")));
         lines
     }

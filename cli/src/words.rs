@@ -83,10 +83,10 @@ pub fn notes(report: &JobReport, cleaned: &str) -> Vec<String> {
         // The input has fewer components where its sheets were separated; the total would then confuse.
         let shape = input.shape.filter(|shape| shape.components > output.components_pruned);
         let all = shape.map(|shape| format!(" of {}", shape.components)).unwrap_or_default();
-        let how = ". --keep-components keeps all but those below --prune";
+        let how = ". --keep-components keeps all except those smaller than --prune";
         let n = output.components_pruned - output.components_hidden;
         notes.push(format!(
-            "dropped   {n}{all} components as too small to matter: {}{how}",
+            "dropped   {n}{all} components, too small to matter: {}{how}",
             names_of(&output.dropped, MOST_NAMES)
         ));
     }
@@ -167,7 +167,7 @@ pub fn explain_lines(report: &JobReport) -> Vec<String> {
         lines.push(format!("dropped   {}", names_of(&output.dropped, usize::MAX)));
     }
     if lines.is_empty() {
-        lines.push("limit     none but the shape".into());
+        lines.push("limit     only the shape: no edge or vertex is kept".into());
     }
     let asked = match (stop_reason(&report.outcome), &report.target) {
         (None, TargetWords::Error(_) | TargetWords::ErrorPercent(_) | TargetWords::LodsError(_)) => {
@@ -232,7 +232,7 @@ pub fn distance(distance: &DistanceFigures) -> String {
 }
 
 pub fn farthest(distance: &DistanceFigures) -> String {
-    format!("ring: largest distance, {} % of the diagonal", figures(distance.max_percent))
+    format!("ring: place of the largest distance, {} % of the diagonal", figures(distance.max_percent))
 }
 
 pub fn time(seconds: &Seconds) -> String {

@@ -80,7 +80,11 @@ fn a_size_that_images_exceed_is_refused_before_anything_is_written() {
     let refused = run(folder.path(), &words);
     assert_eq!((refused.code, files(folder.path())), (Some(1), vec!["a.glb".to_string()]), "{}", refused.words);
     let line = the_line(&refused);
-    assert!(line.contains("--size 100000: the file takes ") && line.contains(" of them images: "), "{line}");
+    assert!(
+        line.contains("--size 100000: one face for each material already takes ")
+            && line.contains(" of them for images: "),
+        "{line}"
+    );
     let side = advised(&line, "--textures ");
     let smaller = run(folder.path(), &[&words[..], &["--textures", &side]].concat());
     assert_eq!(smaller.code, Some(0), "{side}: {}", smaller.words);
@@ -167,7 +171,7 @@ fn refusals_say_what_is_accepted() {
             "leave it out, the closed assembly leaves no holes",
             &[&["a.obj", "-o", "b.ply"]],
         ),
-        (&["a.obj", "-o", "b.fbx"], "choose glb, which holds as much", &[&["a.obj", "-o", "b.glb"]]),
+        (&["a.obj", "-o", "b.fbx"], "choose glb, which stores the same content", &[&["a.obj", "-o", "b.glb"]]),
         (&["a.obj", "-o", "a.obj"], "replace it with --force", &[&["a.obj", "-o", "a.obj", "--force"]]),
         (&["a.obj", "-o", "b.vrm"], "end the name in .glb", &[&["a.obj", "-o", "b.glb"]]),
     ];

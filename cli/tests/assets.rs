@@ -79,7 +79,7 @@ fn what_the_result_does_not_need_holds_nothing_back() {
     assert!(!text.contains("vt "), "{text}");
     assert_eq!(outcome(&["-o", "a.stl", "--seam-error", "0"]), (true, 0));
     let notes = json(&folder.path().join("r.json"))["notes"].to_string();
-    assert!(notes.contains("stl holds geometry alone: uv dropped"), "{notes}");
+    assert!(notes.contains("stl stores only geometry: uv dropped"), "{notes}");
 }
 
 #[test]
@@ -128,7 +128,7 @@ fn a_texture_that_cannot_be_drawn_is_said() {
     let folder = folder();
     textured(folder.path());
     let run = simplified(folder.path(), &["-o", "out.obj", "--vertices", "60", "--picture", "out.png"]);
-    assert!(said(&run).contains("a texture is left out: it is no PNG, JPEG or WebP"), "{}", said(&run));
+    assert!(said(&run).contains("a texture is left out: it is not PNG, JPEG or WebP"), "{}", said(&run));
 }
 
 #[test]

@@ -307,15 +307,15 @@ fn a_webp_is_baked_and_what_cannot_be_decoded_is_refused() {
     let webp = encode_webp(&green).unwrap();
     let ktx2 = [&b"\xabKTX 20\xbb\r\n\x1a\n"[..], &[0; 68]].concat();
     let unread = if cfg!(feature = "ktx2") {
-        "is no whole KTX2 of ETC1S, UASTC or RGBA8: give it as PNG, JPEG or WebP"
+        "is not a complete KTX2 of ETC1S, UASTC or RGBA8: give it as PNG, JPEG or WebP"
     } else {
         "is KTX2: build with `--features ktx2`, or give it as PNG, JPEG or WebP"
     };
     let words = ["simplify", "a.obj", "-o", "b.glb", "--ratio", "1", "--bake", "64", "--force"];
     for (image, why) in [
         (&ktx2[..], unread),
-        (&webp[..webp.len() / 2], "is no whole WebP: save it again"),
-        (b"GIF89a", "is no PNG, JPEG or WebP: convert it to one of these"),
+        (&webp[..webp.len() / 2], "is not a complete WebP: save it again"),
+        (b"GIF89a", "is not PNG, JPEG or WebP: convert it to one of these"),
     ] {
         std::fs::write(folder.path().join("a.webp"), image).unwrap();
         let run = run(folder.path(), &words);

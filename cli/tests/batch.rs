@@ -73,7 +73,7 @@ fn a_size_in_other_words_is_the_same_batch() {
         assert_eq!(batch(out, same, &["--resume"]).code, Some(0));
         let refused = batch(out, other, &["--resume"]);
         assert!(
-            refused.code == Some(1) && the_line(&refused).contains("belongs to another batch"),
+            refused.code == Some(1) && the_line(&refused).contains("belongs to a batch with other options"),
             "{}",
             refused.words
         );
@@ -521,7 +521,7 @@ fn a_value_apart_from_its_option_and_a_mesh_for_a_folder_are_refused() {
         let words = [&["simplify", "in/a.ply", "-o", "out.ply"], more].concat();
         let refused = run(folder.path(), &words);
         assert_eq!(refused.code, Some(2), "{}", refused.words);
-        assert!(the_line(&refused).contains("write optional values after =, as in --prune=1%"), "{}", refused.words);
+        assert!(the_line(&refused).contains("write it after =, as in --prune=1%"), "{}", refused.words);
     }
     let refused = run(folder.path(), &["simplify", "in", "-o", "out.ply", "--ratio", "0.5"]);
     assert!(

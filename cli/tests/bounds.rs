@@ -52,15 +52,15 @@ fn a_bound_that_is_not_held_is_written_and_said_by_the_exit_code() {
     let folder = folder();
     put(&folder.path().join("in.ply"), &nearly_mirrored());
     let cases = [
-        (&["--error", "1e-6", "--symmetric=x"][..], "no result is proved to lie within 0.00000100 ("),
-        (&["--error", "0", "--symmetric=x"], "no result is proved to lie within 0 (0 % of the diagonal)"),
+        (&["--error", "1e-6", "--symmetric=x"][..], "no result is proved to be within 0.00000100 ("),
+        (&["--error", "0", "--symmetric=x"], "no result is proved to be within 0 (0 % of the diagonal)"),
         (&["--size", "200"], "the smallest result takes "),
     ];
     for (bound, why) in cases {
         let (run, outcome) = simplified(folder.path(), bound);
         assert_eq!(run.code, Some(3), "{}", run.words);
         assert!(outcome.starts_with(&format!("stopped: {why}")), "{outcome}");
-        assert_eq!(the_line(&run), format!("neural-mesh: out.ply: is written, but {outcome}"));
+        assert_eq!(the_line(&run), format!("neural-mesh: out.ply: the result is written, but {outcome}"));
         assert!(String::from_utf8(run.out).unwrap().contains(&format!("stopped   {why}")));
         assert!(info(folder.path(), "out.ply")["vertices"].as_u64().unwrap() > 3);
         let (quiet, _) = simplified(folder.path(), &[bound, &["--quiet"]].concat());
@@ -101,8 +101,9 @@ fn a_bound_is_held_on_standard_output_too() {
     assert_eq!((held.code, short.code), (Some(0), Some(3)));
     assert!(held.out.len() <= 2000 && short.out.len() > 100);
     assert!(
-        the_line(&short)
-            .starts_with("neural-mesh: standard output: is written, but stopped: the smallest result takes ")
+        the_line(&short).starts_with(
+            "neural-mesh: standard output: the result is written, but stopped: the smallest result takes "
+        )
     );
 }
 

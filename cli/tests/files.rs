@@ -184,7 +184,7 @@ fn one_file(folder: &std::path::Path, arguments: &[&str]) {
     let before = files(folder);
     let run = run(folder, arguments);
     assert_eq!(run.code, Some(2), "{arguments:?} {}", run.words);
-    assert!(the_line(&run).contains("give each its own file"), "{}", run.words);
+    assert!(the_line(&run).contains("give each result its own file"), "{}", run.words);
     assert_eq!(files(folder), before);
 }
 

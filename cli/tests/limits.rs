@@ -67,7 +67,7 @@ fn the_table_is_for_people_and_standard_input_is_taken() {
     assert_eq!(run.code, Some(0), "{}", run.words);
     let said = String::from_utf8(run.out).unwrap();
     assert!(said.starts_with("standard input: 6 vertices, 8 faces, components: 1, closed\nsize "), "{said}");
-    assert!(said.contains("\nsmallest") && said.contains("\nlimit     it gets no smaller: "), "{said}");
+    assert!(said.contains("\nsmallest") && said.contains("\nlimit     the mesh cannot get smaller: "), "{said}");
     assert_eq!(crate::common::run(folder.path(), &["limits", "missing.ply"]).code, Some(1));
     assert_eq!(crate::common::run(folder.path(), &["limits"]).code, Some(2));
 }

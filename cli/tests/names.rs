@@ -261,7 +261,7 @@ fn shares_that_cannot_be_are_one_line() {
             "--ratio top: the mesh has no such material, group or object; it has: left, right",
         ),
         (&["--ratio", "left=50"], "did you mean 50%?"),
-        (&["--ratio", "50%", "--ratio", "20%"], "--ratio cannot be used with a second one"),
+        (&["--ratio", "50%", "--ratio", "20%"], "--ratio is given twice for the whole mesh"),
         (&["--ratio", "50%", "--faces", "20"], "--ratio cannot be used with --faces"),
         (&["--ratio", "left=50%", "--error", "1%"], "--ratio NAME=R cannot be used with --error"),
         (&["--ratio", "left=50%", "--symmetric"], "--ratio NAME=R cannot be used with --symmetric"),

@@ -111,7 +111,7 @@ fn parts_that_single_precision_loses_are_refused() {
             continue;
         }
         let line = the_line(&run);
-        assert!(run.code == Some(1) && line.contains("as files of their own"), "{line}");
+        assert!(run.code == Some(1) && line.contains("as separate files"), "{line}");
         assert_eq!(files(folder.path()), Vec::<String>::new());
     }
 }

@@ -66,7 +66,7 @@ fn a_scene_of_several_files_needs_its_path() {
     let text = br#"{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 4, "uri": "a.bin"}]}"#;
     let run = run_with_input(folder.path(), &["simplify", "-", "-o", "a.glb", "--ratio", "50%"], text);
     assert_eq!(run.code, Some(1));
-    assert!(the_line(&run).contains("\"a.bin\" is a file of its own: read the asset by its path"), "{}", run.words);
+    assert!(the_line(&run).contains("\"a.bin\" is a separate file: read the asset by its path"), "{}", run.words);
 }
 
 fn simplified(folder: &Path, glb: &[u8], more: &[&str]) -> Value {
@@ -157,7 +157,7 @@ fn gltf_of_version_1_is_refused_by_its_version() {
             let run = run(folder.path(), command);
             assert_eq!(run.code, Some(1));
             assert!(
-                the_line(&run).contains("glTF 1.0 is not read, glTF 2.0 is: convert it to 2.0 first"),
+                the_line(&run).contains("glTF 1.0 cannot be read, only glTF 2.0: convert it to 2.0 first"),
                 "{}",
                 run.words
             );

@@ -180,12 +180,12 @@ fn content_that_is_not_known_says_what_can_be_read_and_which_format_is_meant() {
     let more = more.into_iter().filter(|(_, format)| io::can_read(*format)).map(|(name, _)| name);
     let names: Vec<&str> = ["OBJ", "PLY", "STL", "OFF", "glTF", "GLB", "VRM"].into_iter().chain(more).collect();
     let (last, others) = names.split_last().unwrap();
-    let all = format!("a.dat: the content is of no known format: give {} or {last}", others.join(", "));
+    let all = format!("a.dat: the content has no known format: give {} or {last}", others.join(", "));
     for (words, more) in [
         (&["simplify", "a.dat", "-o", "-", "--ratio", "1"][..], "; --format is for the output"),
         (
             &["simplify", "a.dat", "-o", "b.ply", "--ratio", "1"],
-            "; --format sets the format of IN where the name of OUT has a known ending",
+            "; --format sets the format of IN if the name of OUT has a known ending",
         ),
         (&["info", "a.dat"], "; --format sets the format"),
         (&["compare", "a.dat", "a.dat"], ""),

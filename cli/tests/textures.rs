@@ -155,7 +155,7 @@ fn what_is_no_image_stays_with_a_note_and_formats_without_textures_are_refused()
     std::fs::write(folder.path().join("maps/skin.png"), b"not looked into").unwrap();
     std::fs::create_dir(folder.path().join("out")).unwrap();
     let run = simplified(folder.path(), "plate.obj", "out/plate.obj", &[]);
-    let note = "an image keeps its size: it is no PNG, JPEG or WebP";
+    let note = "an image keeps its size: it is not PNG, JPEG or WebP";
     assert!(String::from_utf8(run.out).unwrap().contains(note));
     assert_eq!(std::fs::read(folder.path().join("out/maps/skin.png")).unwrap(), b"not looked into");
     for (output, more, why) in [

@@ -55,7 +55,11 @@ fn it_says_what_it_learns_and_its_weights_are_for_one_assembly() {
         assert_eq!(simplify(assembly).code, Some(0), "{assembly}");
         let refused = simplify(other);
         assert_eq!(refused.code, Some(1));
-        assert!(refused.words.contains(&format!("learned the objective \"{objective}\"")), "{}", refused.words);
+        assert!(
+            refused.words.contains(&format!("was trained with the objective \"{objective}\"")),
+            "{}",
+            refused.words
+        );
     }
     let unknown = run(folder.path(), &training("new", &["--objective", "nonsense"]));
     assert!(unknown.code == Some(1) && unknown.words.contains("must be one of"), "{}", unknown.words);
@@ -120,7 +124,7 @@ fn a_training_without_curves_is_a_training() {
     std::fs::create_dir(folder.path().join("run/curves.svg")).unwrap();
     let done = run(folder.path(), &training("run", &["--epochs", "2", "--resume"]));
     assert_eq!(done.code, Some(0), "{}", done.words);
-    assert!(the_line(&done).contains("without its curves"), "{}", done.words);
+    assert!(the_line(&done).contains("but its curves are not drawn"), "{}", done.words);
 }
 
 #[test]

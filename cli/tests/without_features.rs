@@ -90,7 +90,7 @@ fn formats_that_a_build_lacks_are_refused_with_what_to_do() {
     fs::write(folder.path().join("a.3mf"), b"PK\x03\x04 3D/a.model").unwrap();
     let refused = run(folder.path(), &["simplify", "a.obj", "-o", "b.fbx", "--ratio", "0.5"]);
     assert_eq!(refused.code, Some(2));
-    assert!(the_line(&refused).contains("fbx is read, not written: choose glb"), "{}", refused.words);
+    assert!(the_line(&refused).contains("fbx can be read but not written: choose glb"), "{}", refused.words);
     if cfg!(not(feature = "3mf")) {
         let refused = run(folder.path(), &["simplify", "a.obj", "-o", "b.3mf", "--ratio", "0.5"]);
         assert_eq!(refused.code, Some(2));

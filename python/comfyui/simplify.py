@@ -21,22 +21,22 @@ class SimplifyMesh:
     CATEGORY = "3d"
     FUNCTION = "simplify"
     RETURN_TYPES = ("MESH",)
-    DESCRIPTION = "Makes a mesh lighter. A closed mesh stays closed; texture coordinates and colours come along."
+    DESCRIPTION = "Reduces the vertices of a mesh. A closed mesh stays closed; texture coordinates and colours are kept."
 
     @classmethod
     def INPUT_TYPES(cls) -> dict[str, Any]:
         return {
             "required": {
                 "mesh": ("MESH",),
-                "faces": ("INT", {"default": 50_000, "min": 0, "max": 100_000_000, "tooltip": "Faces that stay; 0 to go by ratio."}),
-                "ratio": ("FLOAT", {"default": 0.1, "min": 0.0001, "max": 1.0, "step": 0.01, "tooltip": "Share of the vertices that stays, if faces is 0."}),
+                "faces": ("INT", {"default": 50_000, "min": 0, "max": 100_000_000, "tooltip": "Number of faces to keep; 0 uses the ratio."}),
+                "ratio": ("FLOAT", {"default": 0.1, "min": 0.0001, "max": 1.0, "step": 0.01, "tooltip": "Share of the vertices to keep, if faces is 0."}),
             },
             "optional": {
                 "optimize": (["balanced", "mean", "max", "normals"], {"default": "balanced"}),
                 "fill_holes": ("BOOLEAN", {"default": False, "tooltip": "Close holes first."}),
-                "printable": ("BOOLEAN", {"default": False, "tooltip": "Make a solid of a messy mesh first."}),
-                "lock_boundaries": ("BOOLEAN", {"default": False, "tooltip": "Keep open edges bit for bit."}),
-                "keep_components": ("BOOLEAN", {"default": False, "tooltip": "Keep small parts that cost more than they show."}),
+                "printable": ("BOOLEAN", {"default": False, "tooltip": "Make a printable solid first."}),
+                "lock_boundaries": ("BOOLEAN", {"default": False, "tooltip": "Keep the boundary exactly."}),
+                "keep_components": ("BOOLEAN", {"default": False, "tooltip": "Keep all components, also small ones."}),
                 "seed": ("INT", {"default": 0, "min": 0, "max": 0xFFFFFFFF}),
             },
         }
@@ -78,7 +78,7 @@ def _batch(mesh: Any, items: list[dict[str, Any]]) -> Any:
     lengths = {name: torch.tensor([len(item[name]) for item in items]) for name in ("vertices", "faces")}
     is_uneven = any(len(set(lengths[name].tolist())) > 1 for name in lengths)
     if is_uneven and not hasattr(mesh, "vertex_counts"):
-        raise nm.NeuralMeshError("meshes of a batch come to different lengths, which this ComfyUI cannot hold: give one at a time")
+        raise nm.NeuralMeshError("meshes of a batch get different sizes, which this ComfyUI cannot store: give one mesh at a time")
     if hasattr(mesh, "vertex_counts"):
         result.vertex_counts, result.face_counts = (lengths["vertices"], lengths["faces"]) if is_uneven else (None, None)
     return result

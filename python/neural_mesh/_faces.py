@@ -19,7 +19,7 @@ def carried(source: Given, report: Report, way: Map | None) -> tuple[dict[str, N
         return {}, ""
     names = ", ".join(source.of_faces)
     if way is None:
-        return {}, f"lost: values of faces ({names}): levels of detail have none"
+        return {}, f"lost: values of faces ({names}): levels of detail cannot carry them"
     left = find_clean_faces(source.arrays[0], source.arrays[1], report["input"]["faces"])
     if left is None:
         return {}, f"lost: values of faces ({names}): too many faces were cleaned"

@@ -65,7 +65,7 @@ class Given:
 
     def dirt_of(self, cleaned: Mapping[str, int]) -> list[str]:
         """What was wrong with the input, in words."""
-        words = {"non_finite_faces": "with coordinates that are no numbers", "out_of_range_faces": "with indices of no vertex"}
+        words = {"non_finite_faces": "with coordinates that are not finite", "out_of_range_faces": "with indices out of range"}
         dirt = [f"{cleaned[what]} faces {word} were left out" for what, word in words.items() if cleaned.get(what)]
         if self.arrays is not None and cleaned.get("out_of_range_faces"):
             vertices, faces = self.arrays[:2]
@@ -77,7 +77,7 @@ class Given:
         """Raises where faces would be left out."""
         dirt = self.dirt_of(cleaned)
         if dirt:
-            raise NeuralMeshError("; ".join(dirt).replace("were left out", "are there"))
+            raise NeuralMeshError("; ".join(dirt).replace("were left out", "are in the mesh"))
 
     def alike(self, array: NDArray[Any]) -> Any:
         return alike(self.like, array)
@@ -124,7 +124,7 @@ def given(mesh: Any, attributes: Mapping[str, ArrayLike] | None, groups: Any, on
     file = _file_of(mesh)
     if file is not None:
         if attributes is not None or not (groups is None or isinstance(groups, str) and groups == "auto"):
-            raise OptionError("attributes and groups: a file has its own: leave them out; groups=None lets go of its groups")
+            raise OptionError("attributes and groups: a file has its own: leave both out; groups=None discards the groups of the file")
         file.ignores_groups = groups is None
         return file
     taken = _taken(mesh)
@@ -171,7 +171,7 @@ def _choose_groups(taken: dict[str, Any], groups: Any) -> None:
     elif isinstance(groups, str):
         if groups not in of_faces:
             known = ", ".join(of_faces) or "none"
-            raise OptionError(f"groups={groups!r}: no such values of faces: choose from {known}")
+            raise OptionError(f"groups={groups!r}: there are no such face values: choose from {known}")
         chosen = of_faces.pop(groups)
     taken["groups"], taken["of_faces"] = chosen, of_faces
 
@@ -232,7 +232,7 @@ def _taken(mesh: Any) -> dict[str, Any]:
     if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
         return {"vertices": mesh.vertices, "faces": mesh.faces}
     raise NeuralMeshError(
-        f"{type(mesh).__name__}: no mesh: give a file, (vertices, faces), or a mesh of trimesh, Open3D or pyvista"
+        f"{type(mesh).__name__}: not a mesh: give a file, (vertices, faces), or a mesh of trimesh, Open3D or pyvista"
     )
 
 
@@ -344,7 +344,7 @@ def _groups(groups: ArrayLike | None, n_faces: int) -> tuple[NDArray[np.uint32] 
 
 def _of_trimesh(mesh: Any) -> dict[str, Any]:
     if not hasattr(mesh, "faces"):
-        raise NeuralMeshError(f"trimesh.{type(mesh).__name__}: no mesh: give a Trimesh or a Scene")
+        raise NeuralMeshError(f"trimesh.{type(mesh).__name__}: not a mesh: give a Trimesh or a Scene")
     attributes = {name: values for name, values in mesh.vertex_attributes.items() if np.asarray(values).ndim in (1, 2)}
     of_faces = {name: np.asarray(values) for name, values in mesh.face_attributes.items()}
     visual = mesh.visual
@@ -381,7 +381,7 @@ def _of_open3d(mesh: Any) -> dict[str, Any]:
     if isinstance(mesh, o3d.t.geometry.TriangleMesh):
         return _of_open3d_tensors(mesh)
     if not isinstance(mesh, o3d.geometry.TriangleMesh):
-        raise NeuralMeshError(f"open3d {type(mesh).__name__}: no triangle mesh")
+        raise NeuralMeshError(f"open3d {type(mesh).__name__}: not a triangle mesh")
     faces = np.asarray(mesh.triangles)
     attributes: dict[str, Any] = {}
     if mesh.has_vertex_colors():
@@ -458,7 +458,7 @@ def _of_pyvista(mesh: Any) -> dict[str, Any]:
     import pyvista as pv
 
     if not isinstance(mesh, pv.PolyData):
-        raise NeuralMeshError(f"pyvista.{type(mesh).__name__}: no surface: give PolyData, such as mesh.extract_surface()")
+        raise NeuralMeshError(f"pyvista.{type(mesh).__name__}: not a surface: give PolyData, such as mesh.extract_surface()")
     surface = mesh if mesh.is_all_triangles else mesh.triangulate()
     data = surface.point_data
     roles = {data.active_texture_coordinates_name: "uv", data.active_normals_name: "normals"}

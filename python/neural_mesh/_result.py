@@ -103,7 +103,7 @@ class Light(Generic[M]):
     def corners(self, name: str) -> NDArray[Any]:
         """The values of an attribute at the corners of the faces, n_faces x 3 x width."""
         if self.wedges is None:
-            raise NeuralMeshError(f"{name}: the mesh carries nothing")
+            raise NeuralMeshError(f"{name}: the mesh has no such attribute")
         corners: NDArray[Any] = self.attributes[name][self.wedges]
         return corners
 

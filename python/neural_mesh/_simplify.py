@@ -197,7 +197,7 @@ def _check_file(source: Given, threads: int | None) -> None:
 
 def _factors(factors: ArrayLike, source: Given) -> NDArray[np.float32]:
     if source.arrays is None:
-        raise _native.OptionError("importance: for a file give the name of an attribute, or of a part and its factor")
+        raise _native.OptionError("importance: for a file give the name of an attribute, or NAME=FACTOR")
     values = np.ascontiguousarray(factors, dtype=np.float32).reshape(-1)
     if len(values) != len(source.arrays[0]):
         raise _native.OptionError(f"importance: {len(values)} numbers for {len(source.arrays[0])} vertices: give one for each")
@@ -281,7 +281,7 @@ def _tell(lights: Sequence[Light[Any]], source: Given, options: Mapping[str, Any
     pruned = first.report["output"]["components_pruned"]
     dirt = source.dirt_of(first.cleaned)
     if pruned and not options["prune"] and options["hidden"] != "drop":
-        dirt.append(f"{pruned} components went: keep_components=True keeps all")
+        dirt.append(f"{pruned} components were dropped: keep_components=True keeps all")
     if dirt and options["on_dirty"] == "raise":
         raise _native.NeuralMeshError("; ".join(dirt))
     words = dirt if options["on_dirty"] == "warn" else []

@@ -116,7 +116,7 @@ class _Worker:
         falls = _Falls(self._out, item["name"])
         try:
             if falls.begin() >= _MOST_FALLS:
-                raise NeuralMeshError(f"takes its worker down: {_MOST_FALLS} times")
+                raise NeuralMeshError(f"crashed its worker {_MOST_FALLS} times: leave the mesh out")
             self._simplify(item, row, began)
         except Exception as error:  # noqa: BLE001  whatever it is, it is a row
             row["outcome"] = "failed: " + (" ".join(str(error).split()) or type(error).__name__)
@@ -127,7 +127,7 @@ class _Worker:
     def _simplify(self, item: Mapping[str, str], row: dict[str, Any], began: float) -> None:
         def in_time(done: float, stage: str) -> None:
             if time.perf_counter() - began > self._timeout:
-                raise TimeoutError(f"more than {self._timeout:g} seconds: give more, or leave the mesh out")
+                raise TimeoutError(f"took more than {self._timeout:g} seconds: raise the timeout, or leave the mesh out")
 
         with tempfile.TemporaryDirectory() as folder:
             source = _fetched(item["path"], folder)

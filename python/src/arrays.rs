@@ -63,7 +63,7 @@ pub fn indices_below<const N: usize>(array: &PyReadonlyArray2<i64>, n: usize, wh
     }
     let is_bad = |&index: &i64| !(0..n as i64).contains(&index);
     match given.iter().enumerate().find_map(|(at, row)| row.iter().find(|index| is_bad(index)).map(|&bad| (at, bad))) {
-        Some((at, bad)) => Err(invalid_array(format!("{what}: row {at} names {bad}, and there are {n}"))),
+        Some((at, bad)) => Err(invalid_array(format!("{what}: row {at} names {bad}, but there are only {n}"))),
         None => Ok(given.iter().map(|row: &[i64; N]| row.map(|index| index as u32)).collect()),
     }
 }

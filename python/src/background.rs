@@ -72,7 +72,7 @@ pub fn run_in_background<T: Send + 'static>(
     }
     let n_threads = n_threads.unwrap_or(0);
     let pool = take_pool(n_threads);
-    let pool = pool.map_err(|error| invalid_array(format!("threads cannot be started: {error}: ask for fewer")))?;
+    let pool = pool.map_err(|error| invalid_array(format!("threads cannot be started: {error}: use fewer threads")))?;
     let (ear, (sender, receiver)) =
         (Ear { is_unwanted: Arc::default(), last: Arc::new(Mutex::new((0.0, "read"))) }, channel());
     let (of_work, back) = (ear.clone(), pool.clone());

@@ -52,7 +52,7 @@ impl Raised {
 impl Judge {
     fn errors(&self, name: &str, ratio: f64, original: &TriMesh, result: &WeightedResult) -> Result<Errors, String> {
         if self.ear.go_on().is_break() || self.raised.is_there() {
-            return Err("is not wanted any more".into());
+            return Err("is cancelled".into());
         }
         // Python cannot be attached while it shuts down.
         let called = Python::try_attach(|py| self.call(py, name, ratio, original, result));
@@ -67,8 +67,8 @@ impl Judge {
             n if n == n_faces => Ok(Errors::Faces(values)),
             n => {
                 let due = format!("one number, {n_vertices} (vertices) or {n_faces} (faces of the original)");
-                self.raised.keep(invalid_array(format!("the objective gave {n} numbers: give {due}")));
-                Err("the objective gave what it may not".into())
+                self.raised.keep(invalid_array(format!("the objective returned {n} numbers: return {due}")));
+                Err("the objective returned a wrong number of values".into())
             }
         }
     }

@@ -77,6 +77,6 @@ def test_attributes_of_a_kind_come_once() -> None:
 def test_bare_meshes_carry_nothing() -> None:
     light = nm.simplify(torus(20, 12), ratio=0.5)
     assert light.wedges is None and not light.attributes and light.groups is None
-    with pytest.raises(nm.NeuralMeshError, match="carries nothing"):
+    with pytest.raises(nm.NeuralMeshError, match="the mesh has no such attribute"):
         light.corners("uv")
     assert light.split()[2] == {}

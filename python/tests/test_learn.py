@@ -70,7 +70,7 @@ def test_whole_numbers_and_objectives_by_name_do_too(tmp_path):
 
 def test_what_cannot_be_trained_is_one_line(tmp_path):
     meshes = _meshes()
-    with pytest.raises(nm.NeuralMeshError, match="the objective gave 7 numbers: give one number"):
+    with pytest.raises(nm.NeuralMeshError, match="the objective returned 7 numbers: return one number"):
         nm.train(meshes, lambda *_: np.ones(7), out=tmp_path / "a", settings=_QUICK)
     with pytest.raises(nm.NeuralMeshError, match="must be one of"):
         nm.train(meshes, "nonsense", out=tmp_path / "b", settings=_QUICK)
@@ -89,6 +89,6 @@ def test_weights_of_the_paper_are_refused_where_they_learned_nothing_for(tmp_pat
     small = {"point_sampler_layers": 1, "point_sampler_width": 4, "edge_predictor_width": 4, "attention_width": 4,
              "face_classifier_layers": 1, "face_classifier_width": 4, "edge_knn": 5, "face_knn": 5}  # fmt: skip
     file = nm.train(_meshes(), "paper", out=tmp_path, epochs=1, init=None, settings={**_QUICK, **small})
-    with pytest.raises(nm.NeuralMeshError, match='learned the objective "paper"'):
+    with pytest.raises(nm.NeuralMeshError, match='was trained with the objective "paper"'):
         nm.simplify(WAVY, ratio=0.2, weights=file)
     assert nm.simplify(WAVY, ratio=0.5, weights=file, assembly="paper").faces.shape[1] == 3

@@ -407,7 +407,7 @@ def test_what_is_wrong_is_said(tmp_path: Path) -> None:
         (r"points: row 4 .*not finite", lambda: sampler(nan, edges)),
         (r"edges: .*give n x 2", lambda: sampler(points, edges.T)),
         (r"edges: .*whole numbers", lambda: sampler(points, edges.float())),
-        (rf"edges: row 0 names {n}, and there are {n}", lambda: sampler(points, torch.tensor([[0, n]]))),
+        (rf"edges: row 0 names {n}, but there are only {n}", lambda: sampler(points, torch.tensor([[0, n]]))),
         (r"edges: row 1 names -1", lambda: sampler(points, torch.tensor([[0, 1], [-1, 0]]))),
         (r"normals: 62 rows for 63 points", lambda: sampler(points, edges, normals[1:])),
         (r"graph: .*row by row", lambda: predictor(points, edges, graph.flip(0))),

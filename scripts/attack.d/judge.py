@@ -47,7 +47,7 @@ def of_run(subject, done):
 def may_not_be_refused(subject, done):
     """A mesh without the symmetry asked for may be refused, one that bounds no solid, and one whose file exceeds the bytes asked for with
     hardly a face."""
-    least = re.search(r"--size (\d+): the file takes (\d+) bytes with a face", done.words)
+    least = re.search(r"--size (\d+): one face for each material already takes (\d+) bytes", done.words)
     is_too_large = least is not None and int(least[2]) > int(least[1]) == int(value_of(done.options, "--size"))
     return (subject.mirrored or not is_mirrored(done)) and not asks(done, "--printable") and not is_too_large
 

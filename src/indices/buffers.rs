@@ -33,7 +33,7 @@ impl Buffers {
     pub fn check(&self) -> Result<(), IndexError> {
         let (n, width) = (self.positions.len(), self.weights.len());
         if let Some(bad) = self.indices.as_flattened().iter().find(|&&v| v as usize >= n) {
-            return Err(IndexError::Buffers(format!("indices name vertex {bad}, and there are {n}")));
+            return Err(IndexError::Buffers(format!("indices name vertex {bad}, but there are only {n} vertices")));
         }
         if self.positions.as_flattened().iter().any(|x| !x.is_finite()) {
             return Err(IndexError::Buffers("positions: a number is not finite".into()));

@@ -17,7 +17,7 @@ use super::{
 };
 use crate::mesh::{Attributes, Channel, Frame, Role, TriMesh};
 
-const BASE_ONLY: &str = "gltf takes names, colours (Kd, Ke), roughness, metal and textures (map_Kd, map_Ke, norm) from a library: the rest is left out";
+const BASE_ONLY: &str = "gltf takes names, colours (Kd, Ke), roughness, metal and textures (map_Kd, map_Ke, norm) from a material library: its other properties are left out";
 
 /// Mesh to be written, with its attributes.
 #[derive(Clone, Debug)]
@@ -237,7 +237,7 @@ fn for_ply(
     // PLY groups faces by numbers only.
     let named = |group: &Group| group.object.is_some() || group.name.is_some() || group.smoothing.is_some();
     if extra.groups.iter().any(named) {
-        notes.push("ply holds no objects, groups and smoothing groups: dropped".into());
+        notes.push("ply cannot store objects, groups or smoothing groups: they are dropped".into());
     }
     // Without materials there is nothing to number.
     if extra.materials().is_empty() {
@@ -248,7 +248,7 @@ fn for_ply(
     libraries.textures.extend(MaterialLibrary::from_looks(&extra, name, finder).textures);
     // A PLY cannot name libraries; only their textures stay.
     finder.files.retain(|file| libraries.textures.iter().any(|(_, place)| file.path == std::path::Path::new(place)));
-    notes.push("ply holds no materials: faces carry their number, comments name their textures".into());
+    notes.push("ply cannot store materials: faces carry material numbers, and comments name the textures".into());
     let extra = with_material_numbers(extra, &libraries);
     if comment_textures(&extra).nth(1).is_some() { with_texture_coordinates_of_faces(extra, attributes) } else { extra }
 }
@@ -294,9 +294,9 @@ pub fn describe_losses(format: Format, attributes: &Attributes, extra: &Extra) -
     if format == Format::ThreeMf {
         let has_texture = extra.looks.iter().any(|(_, look)| look.texture.is_some());
         let has_more = has_texture || !extra.material_libraries.is_empty();
-        dropped.extend(has_more.then_some("all of materials but names and colours (Kd)"));
+        dropped.extend(has_more.then_some("material properties other than names and colours (Kd)"));
         return (!dropped.is_empty())
-            .then(|| format!("3mf holds geometry, names and colours: {} dropped", dropped.join(", ")));
+            .then(|| format!("3mf stores only geometry, names and colours: {} dropped", dropped.join(", ")));
     }
     if !format.is_bare() {
         return None;
@@ -308,5 +308,5 @@ pub fn describe_losses(format: Format, attributes: &Attributes, extra: &Extra) -
     if !extra.material_libraries.is_empty() || !extra.looks.is_empty() {
         dropped.push("materials");
     }
-    (!dropped.is_empty()).then(|| format!("{} holds geometry alone: {} dropped", format.name(), dropped.join(", ")))
+    (!dropped.is_empty()).then(|| format!("{} stores only geometry: {} dropped", format.name(), dropped.join(", ")))
 }

@@ -115,14 +115,20 @@ impl<'a> FileFinder<'a> {
             (Err(_), _) if inner.is_none() && !self.allow_outside => Err(FileProblem::Outside),
             (found, _) => found.map(|found| (found, inner)),
         };
-        let ((source, bytes), inner) = found.map_err(|problem| format!("{problem}: the name stays"))?;
+        let ((source, bytes), inner) =
+            found.map_err(|problem| format!("{problem}: the result still names this file"))?;
         // A file from outside cannot keep its path, which would leave the output folder.
         let is_renamed = inner.is_none();
         // A file from outside is placed next to the output.
         let output_path = inner
             .or_else(|| folder.relative_path(&source))
             .or_else(|| Some(self.free_path(source.file_name()?.as_ref(), &bytes)));
-        Ok(CompanionFile { output_path: output_path.ok_or("is no file: the name stays")?, source, is_renamed, bytes })
+        Ok(CompanionFile {
+            output_path: output_path.ok_or("is no file: the result still names it")?,
+            source,
+            is_renamed,
+            bytes,
+        })
     }
 
     fn read(&mut self, folder: &Folder, path: &Path) -> Result<(PathBuf, Arc<[u8]>), FileProblem> {

@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::Format;
 
-pub(super) const UNKNOWN: &str = "the content is of no known format";
+pub(super) const UNKNOWN: &str = "the content has no known format";
 
 /// Location in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -149,8 +149,9 @@ fn list_losses(scene: &Scene, n_not_finite: usize) -> Vec<String> {
     ];
     let dropped: Vec<&str> = dropped.iter().filter(|(n, _)| *n > 0).map(|(_, what)| *what).collect();
     let dropped = (!dropped.is_empty()).then(|| format!("of the fbx are dropped: {}", dropped.join(", ")));
-    let mended = (n_not_finite > 0)
-        .then(|| format!("{n_not_finite} numbers of texture coordinates, normals or colours are not finite: zeros"));
+    let mended = (n_not_finite > 0).then(|| {
+        format!("{n_not_finite} numbers of texture coordinates, normals or colours are not finite: they become 0")
+    });
     dropped.into_iter().chain(mended).collect()
 }
 

@@ -39,7 +39,7 @@ fn decompress_within(bytes: &[u8], most: usize) -> Result<Vec<u8>, ReadError> {
         // A small file could otherwise fill the memory.
         if out.len() > most {
             let what = format!("the gzip data unpacks to more than {most} bytes");
-            return Err(ReadError::file(what, "unpack the file first if it is genuine"));
+            return Err(ReadError::file(what, "if you trust the file, unpack it first"));
         }
         rest = decoder.into_inner();
     }

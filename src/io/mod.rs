@@ -148,7 +148,7 @@ fn read_attributed_with(
 }
 
 fn refuse_external_file(uri: &str) -> Result<Vec<u8>, ReadError> {
-    let what = format!("the buffer {uri:?} is a file of its own");
+    let what = format!("the buffer {uri:?} is a separate file");
     Err(ReadError::file(what, "read the asset by its path or export it as GLB"))
 }
 
@@ -207,7 +207,7 @@ pub fn can_read(format: Format) -> bool {
     }
 }
 
-const FBX_READ_ONLY: &str = "fbx is read, not written: choose glb, which holds as much";
+const FBX_READ_ONLY: &str = "fbx can be read but not written: choose glb, which stores the same content";
 
 /// Returns why this build cannot write `format`, or `None` if it can.
 ///

@@ -186,8 +186,9 @@ impl<'a> ObjReader<'a> {
             .map(|values| replace_non_finite(values))
             .sum();
         if not_finite > 0 {
-            notes
-                .push(format!("{not_finite} numbers of texture coordinates, normals or colours are not finite: zeros"));
+            notes.push(format!(
+                "{not_finite} numbers of texture coordinates, normals or colours are not finite: they become 0"
+            ));
         }
         if !self.colours.is_empty() {
             self.colours.resize(3 * self.mesh.positions.len(), 1.0);

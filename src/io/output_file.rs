@@ -38,7 +38,7 @@ pub fn write_files(folder: &Path, files: &[OutputFile], force: bool) -> Result<(
     }
     for (number, file) in files.iter().enumerate() {
         if files[..number].iter().any(|other| other.path == file.path) {
-            let what = format!("{} would be two files: choose another name", file.path.display());
+            let what = format!("two files would have the name {}: choose another name", file.path.display());
             return Err(WriteError { what });
         }
     }

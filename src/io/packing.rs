@@ -57,6 +57,6 @@ pub(super) fn grid_for(meshes: &[LevelMesh], bits: u32) -> Option<PositionGrid> 
 pub(super) fn unpacked_words() -> String {
     let most = PackOptions::MOST_BITS;
     format!(
-        "stay in single precision: on a grid of {most} bits it would be another mesh, or something else counts on them"
+        "are not quantised: a grid of {most} bits would merge vertices or flatten faces, or other data needs exact positions"
     )
 }

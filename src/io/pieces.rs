@@ -56,7 +56,7 @@ impl Pieces {
             Some(Format::Obj) => Some(obj::scan(path)?),
             _ => None,
         };
-        let what = "only binary PLY and STL and OBJ are read in pieces";
+        let what = "only OBJ and binary PLY and STL can be read in blocks";
         let kind = kind.ok_or_else(|| ReadError::file(what, "convert the mesh or allow more memory"))?;
         Ok(Self { path: path.into(), kind })
     }
@@ -146,7 +146,7 @@ impl Pieces {
     fn positions(&self, frame: &Frame) -> Result<Vec<[f32; 3]>, ReadError> {
         let mut positions = Vec::new();
         let n = usize::try_from(self.n_memory_bytes() / 12).unwrap_or(usize::MAX);
-        let what = "its vertices take more memory than there is";
+        let what = "its vertices need more memory than is available";
         make_room(&mut positions, n).map_err(|_| ReadError::file(what, "allow more memory or convert it to STL"))?;
         self.each_position(&mut |p| positions.push(frame.to_local(p)))?;
         Ok(positions)
@@ -264,7 +264,7 @@ mod tests {
         ] {
             let (_folder, path) = write_file(name, bytes);
             let error = Pieces::open(&path).unwrap_err().to_string();
-            assert!(error.contains("only binary PLY and STL and OBJ"), "{name}: {error}");
+            assert!(error.contains("only OBJ and binary PLY and STL"), "{name}: {error}");
         }
     }
 

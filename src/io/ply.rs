@@ -31,7 +31,7 @@ pub(super) fn read_attributed(bytes: &[u8]) -> Result<ReadMesh, ReadError> {
     // Two tables of vertices would need their columns merged; such files are rare.
     if is_repeated("vertex") || is_repeated("face") {
         let mesh = read_geometry(bytes, &header)?;
-        let notes = vec!["vertices or faces come in two tables: all but their geometry is dropped".into()];
+        let notes = vec!["the file has two tables of vertices or of faces: only the geometry is kept".into()];
         let extra = Extra { comments: header.comments, ..Extra::default() };
         return Ok(ReadMesh { mesh, extra, notes, format: None });
     }

@@ -40,7 +40,7 @@ fn read_lines(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     }
     // A zero byte means binary data: no line of it would be worth an error.
     if bytes.contains(&0) {
-        return Err(ReadError::file("the content is of no known format", REMEDY));
+        return Err(ReadError::file("the content has no known format", REMEDY));
     }
     // Separators become blanks, so that the cursor needs no mode for them.
     let commas_as_blanks: Vec<u8> =

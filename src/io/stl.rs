@@ -153,7 +153,7 @@ fn single_positions(content: &Content) -> Result<Vec<[f32; 3]>, WriteError> {
         return Ok(positions);
     }
     Err(WriteError {
-        what: "coordinates beyond the range of single precision, which is all STL holds: write PLY".into(),
+        what: "coordinates beyond the range of single precision, the only precision of STL: write PLY".into(),
     })
 }
 

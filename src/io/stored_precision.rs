@@ -24,22 +24,22 @@ pub(super) fn check_precision(content: &Content, format: Format) -> Result<(), W
     let (n_together, n_flat) = (count_merged_vertices(content, &stored), count_flattened_faces(content, &stored));
     let what = match (n_together, n_flat) {
         (0, 0) if format.is_single_precision() && is_coarse(content, &stored) => {
-            "edges are shorter than the steps of numbers".into()
+            "edges are shorter than the rounding".into()
         }
         (0, 0) => return Ok(()),
-        (n, 0) => format!("{n} vertices fall together"),
+        (n, 0) => format!("{n} vertices become equal"),
         (0, n) => format!("{n} faces lose their area"),
-        (n, m) => format!("{n} vertices fall together and {m} faces lose their area"),
+        (n, m) => format!("{n} vertices become equal and {m} faces lose their area"),
     };
     let name = format.name();
     let what = match format {
         _ if format.is_single_precision() => format!(
-            "{what} in single precision, which is all {name} holds: write ply, obj or glb, or move the mesh to the origin"
+            "{what} in single precision, the only precision of {name}: write ply, obj or glb, or move the mesh to the origin"
         ),
         Format::Gltf | Format::Glb => format!(
-            "{what} in single precision, which is all {name} holds around an origin: write ply or obj, or move the mesh to the origin"
+            "{what} in single precision, which {name} uses around an origin: write ply or obj, or move the mesh to the origin"
         ),
-        _ => format!("{what} in double precision, so far out the mesh lies: move it to the origin"),
+        _ => format!("{what} even in double precision: the mesh is too far from the origin: move it there"),
     };
     Err(WriteError { what })
 }
@@ -66,7 +66,7 @@ pub(super) fn describe_rounding(content: &Content, format: Format) -> Option<Str
     let most = stored.iter().enumerate().map(error).fold(0.0, f64::max);
     let name = format.name();
     (most > WORTH_A_NOTE * content.diagonal())
-        .then(|| format!("{name} holds single precision: vertices are rounded by up to {most:.1e}"))
+        .then(|| format!("{name} stores single precision: vertices are rounded by up to {most:.1e}"))
 }
 
 fn is_coarse(content: &Content, stored: &[[f64; 3]]) -> bool {

@@ -96,7 +96,7 @@ impl<'a> Models<'a> {
         let mut ids: Vec<u32> = document.objects.values().filter(|it| !it.faces.is_empty()).map(|it| it.id).collect();
         ids.sort_unstable();
         if !ids.is_empty() {
-            self.notes.push("the 3mf builds nothing: its objects are read as they stand".into());
+            self.notes.push("the 3mf has no build items: all its objects are read".into());
         }
         Ok(ids.into_iter().map(|object| Reference { path: None, object, transform: DMat4::IDENTITY }).collect())
     }
@@ -165,7 +165,7 @@ impl<'a> Models<'a> {
         } else if has_too_many_groups(parts.groups.len(), mesh.faces.len()) {
             mesh.attributes.groups.clear();
             self.notes.push(format!(
-                "{} materials for {} faces are no groups: dropped",
+                "{} materials for {} faces are too many for groups: dropped",
                 parts.groups.len(),
                 mesh.faces.len()
             ));
@@ -183,7 +183,7 @@ impl<'a> Models<'a> {
         // Writers need a unit that 3MF knows.
         let is_known = units::is_known(&unit);
         if !is_known {
-            self.notes.push(format!("the unit {unit:?} is none of 3mf: dropped"));
+            self.notes.push(format!("3mf has no unit {unit:?}: dropped"));
         }
         is_known.then_some(unit)
     }
@@ -359,7 +359,7 @@ mod tests {
             (whole.clone(), r#"<item objectid="3" transform="1 0 0"/>"#, "a transform needs twelve numbers"),
             (whole.clone(), r#"<item objectid="3" p:path="/a.model"/>"#, "there is no part \"a.model\""),
             (whole.replace("</mesh>", ""), item, "no valid XML"),
-            (format!("{whole}{whole}"), item, "object 3 stands there twice"),
+            (format!("{whole}{whole}"), item, "object 3 is defined twice"),
         ];
         for (resources, build, expected) in cases {
             let error = read_model(&resources, build).unwrap_err().to_string();

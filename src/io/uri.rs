@@ -10,7 +10,7 @@ pub(super) fn fetch(folder: &Folder, uri: &str) -> Result<Vec<u8>, ReadError> {
     let found = path_inside(uri).ok_or(FileProblem::Outside);
     let found = found.and_then(|path| folder.read(&folder.resolve(&path, false)?));
     let refusal = |problem| {
-        ReadError::file(format!("the buffer {uri:?} {problem}"), "put the file beside the asset or export it as GLB")
+        ReadError::file(format!("the buffer {uri:?} {problem}"), "put the file next to the asset or export it as GLB")
     };
     found.map(|bytes| bytes.to_vec()).map_err(refusal)
 }

@@ -41,7 +41,7 @@ impl<'a> Content<'a> {
         // Exact positions come from callers, so they are checked; those of a mesh are finite.
         let finite = positions.iter().flatten().all(|x| x.is_finite());
         if positions.len() != mesh.positions().len() || !finite {
-            let what = "there is not one finite position for each vertex: give the mesh's own";
+            let what = "positions: give one finite position for each vertex";
             return Err(WriteError { what: what.into() });
         }
         let double = positions.iter().flatten().any(|&x| is_double(x));
@@ -54,7 +54,7 @@ impl<'a> Content<'a> {
         kept: Vec<Option<[f64; 3]>>,
     ) -> Result<Self, WriteError> {
         if kept.len() != mesh.positions().len() || !kept.iter().flatten().flatten().all(|x| x.is_finite()) {
-            let what = "the positions that stay are not one or none for each vertex, finite: give the mesh's own";
+            let what = "exact positions: give one finite position or none for each vertex";
             return Err(WriteError { what: what.into() });
         }
         // Doubles are needed if either the frame or an exact position needs them.

@@ -266,7 +266,7 @@ impl Arguments {
                 Err(options_error("give a size: --ratio, --vertices, --faces, --error, --size or --lods"))
             }
             (Some("--ratio"), Some(other)) => {
-                let what = "give one size of the whole, and others as NAME=R";
+                let what = "give one size for the whole mesh, and others as NAME=R";
                 Err(options_error(format!("--ratio cannot be used with {other}: {what}")))
             }
             (Some(one), Some(other)) => Err(conflict_error(one, other)),

@@ -9,7 +9,7 @@ use super::request::Job;
 /// Returns the importance of each vertex, from numbers, an attribute, or a name and its factor; empty if not set.
 pub(super) fn importance(document: &Document, job: &Job) -> Result<Vec<f32>, JobError> {
     if let Some(given) = document.importance() {
-        let refused = || JobError::Options("importance: needs numbers of at least 0, not all of them 0".into());
+        let refused = || JobError::Options("importance: give numbers of at least 0, with one above 0".into());
         return given.ok_or_else(refused);
     }
     let Some(name) = &job.importance else { return Ok(Vec::new()) };
@@ -23,7 +23,9 @@ pub(super) fn importance(document: &Document, job: &Job) -> Result<Vec<f32>, Job
     };
     let factors = importance_of_channel(document.mesh(), attributes, channel);
     factors.ok_or_else(|| {
-        JobError::Options(format!("--importance {name}: needs numbers of at least 0, not all of them 0"))
+        JobError::Options(format!(
+            "--importance {name}: the attribute must have numbers of at least 0, with one above 0"
+        ))
     })
 }
 

@@ -126,8 +126,7 @@ impl std::fmt::Display for CleanError {
             Self::UnfitAttributes => write!(f, "the attributes do not match the faces: give one row for each face"),
             Self::TooCoarse { vertex, size, step } => write!(
                 f,
-                "the part at vertex {vertex} is {size:.2e} across, too small for the steps of single precision where it lies \
-                 ({step:.1e}): give parts that lie far apart, or differ much in size, as files of their own"
+                "the component at vertex {vertex} is {size:.2e} across, but single precision rounds by {step:.1e} at its position: save distant components, and components of very different sizes, as separate files"
             ),
             Self::TooFar { vertex } => {
                 write!(f, "vertex {vertex} lies beyond the range of single precision (3.4e38): scale the mesh")

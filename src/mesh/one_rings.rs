@@ -40,7 +40,7 @@ pub(super) struct MeetingSheets {
 
 impl std::fmt::Display for NotManifold {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "more than one sheet meets at {} vertices: split them first", self.vertices.len())
+        write!(f, "the faces of {} vertices form more than one fan: split these vertices first", self.vertices.len())
     }
 }
 

@@ -148,7 +148,7 @@ impl Architecture {
                 .parse()
                 .ok()
                 .filter(|&size| is_size(name, size))
-                .ok_or(format!("`{name}={value}` is not one of the sizes that it can be"))?;
+                .ok_or(format!("`{name}={value}` is not an allowed size"))?;
         }
         Ok(sizes)
     }

@@ -83,14 +83,14 @@ pub fn decode_image(bytes: &[u8]) -> Option<Image> {
 ///
 /// ```
 /// use neural_mesh::picture::image_problem;
-/// assert_eq!(image_problem(b"GIF89a"), "is no PNG, JPEG or WebP: convert it to one of these");
-/// assert_eq!(image_problem(b"\xff\xd8\xff\xe0"), "is no whole JPEG: save it again");
+/// assert_eq!(image_problem(b"GIF89a"), "is not PNG, JPEG or WebP: convert it to one of these");
+/// assert_eq!(image_problem(b"\xff\xd8\xff\xe0"), "is not a complete JPEG: save it again");
 /// ```
 pub fn image_problem(bytes: &[u8]) -> String {
     match ImageFormat::from_signature(bytes) {
         Some(ImageFormat::Ktx2) => ktx2::PROBLEM.into(),
-        Some(format) => format!("is no whole {}: save it again", format.name()),
-        None => "is no PNG, JPEG or WebP: convert it to one of these".into(),
+        Some(format) => format!("is not a complete {}: save it again", format.name()),
+        None => "is not PNG, JPEG or WebP: convert it to one of these".into(),
     }
 }
 

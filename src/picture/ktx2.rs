@@ -11,7 +11,7 @@ use ruzstd::decoding::StreamingDecoder;
 use super::Image;
 use super::pixels::{add_opacity, check_size};
 
-pub(super) const PROBLEM: &str = "is no whole KTX2 of ETC1S, UASTC or RGBA8: give it as PNG, JPEG or WebP";
+pub(super) const PROBLEM: &str = "is not a complete KTX2 of ETC1S, UASTC or RGBA8: give it as PNG, JPEG or WebP";
 
 const MAGIC: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
 // Header and first entry of the level index.

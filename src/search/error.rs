@@ -155,7 +155,7 @@ fn outcome(found: &CertifiedDistance, error: f64) -> Outcome {
     }
     let [asked, upper, lower] = [error, found.upper, found.lower].map(|distance| in_words(distance, found.diagonal));
     Outcome::Stopped(format!(
-        "no result is proved to lie within {asked} of the original: the distance of this one is from {lower} to {upper}"
+        "no result is proved to be within {asked} of the original: the distance of this result is between {lower} and {upper}"
     ))
 }
 
@@ -446,7 +446,7 @@ mod tests {
             simplify_to_error(&Input::bare(&mesh), None, &options, 1e-6, go_on).unwrap();
         assert!(distance.lower > 1e-6, "{distance:?}");
         let Outcome::Stopped(why) = &simplified.report.outcome else { panic!("{distance:?}") };
-        let asked = "no result is proved to lie within 0.00000100 (0.0000289 % of the diagonal) of the original";
+        let asked = "no result is proved to be within 0.00000100 (0.0000289 % of the diagonal) of the original";
         assert!(why.starts_with(asked) && why.contains(&in_words(distance.upper, distance.diagonal)), "{why}");
     }
 

@@ -433,7 +433,7 @@ impl std::fmt::Display for SimplifyError {
             }
             Self::NoWeights => write!(
                 f,
-                "the paper's assembly needs weights, and this build has none: give weights or use the closed one"
+                "the paper's assembly needs weights, and this build has none: give weights or use the closed assembly"
             ),
             Self::NothingKept => write!(f, "the network kept no faces: these weights do not fit this mesh"),
             Self::Overflow => write!(f, "coordinates near the limit of 32-bit floats: scale the mesh down first"),

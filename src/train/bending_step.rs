@@ -15,7 +15,7 @@ pub(super) fn bending_step(
 ) -> Result<StepResult, String> {
     let mesh = &item.mesh;
     let (scored, areas) = (score_mesh(weights, mesh), vertex_areas(mesh));
-    let wanted = bending_scores(&scored.points, &scored.normals, &areas, &scored.rings).ok_or("is flat all over")?;
+    let wanted = bending_scores(&scored.points, &scored.normals, &areas, &scored.rings).ok_or("is flat everywhere")?;
     let (error, gradient) = squared_error(scored.scores.matrix().data(), &wanted, &areas);
     Ok(StepResult { terms: vec![("teacher", error)], gradients: scored.backward(gradient) })
 }

@@ -70,7 +70,7 @@ fn begin_epoch(run: &mut TrainingRun) {
 
 fn check_mesh_was_used(run: &TrainingRun) -> Result<(), TrainError> {
     match run.state.position.n_summed {
-        0 => Err(TrainError::Step("no mesh of this epoch could be used: look at the reasons given for each".into())),
+        0 => Err(TrainError::Step("no mesh of this epoch could be used: see the reason for each mesh".into())),
         _ => Ok(()),
     }
 }
@@ -168,7 +168,11 @@ fn name_terms(run: &mut TrainingRun, found: &StepResult) -> Result<(), TrainErro
     if position.names == names {
         return Ok(());
     }
-    Err(TrainError::Step(format!("its terms are {}, they were {}", names.join(", "), position.names.join(", "))))
+    Err(TrainError::Step(format!(
+        "its loss has the terms {}, earlier steps had {}",
+        names.join(", "),
+        position.names.join(", ")
+    )))
 }
 
 fn columns(names: &[String], before: &[&str], prefix: &str, after: &[&str]) -> Vec<String> {

@@ -11,10 +11,10 @@ pub const OWN_OBJECTIVE: &str = "own";
 
 /// The values of the setting `objective`, with descriptions.
 pub const OBJECTIVES: [(&str, &str); 4] = [
-    ("bending", "how much the surface bends: scores for the closed assembly"),
-    ("paper", "the paper's network by its losses, for --assembly paper and mesh-points"),
-    ("shape", "distance, normals and largest distance of results: scores for the closed assembly"),
-    ("uniform", "equal scores, which try out a machine and a data set"),
+    ("bending", "scores for the closed assembly from the bending of the surface"),
+    ("paper", "the paper's network with the paper's losses, for --assembly paper and mesh-points"),
+    ("shape", "scores for the closed assembly from distance, normals and largest distance of results"),
+    ("uniform", "equal scores, to test a machine and a data set"),
 ];
 
 /// Returns the step function named by the setting `objective`.

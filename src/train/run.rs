@@ -221,16 +221,18 @@ fn resume_training(request: &TrainRequest, checkpoint: &Path) -> Result<(Checkpo
     let data = read_data(request.data, &settings)?;
     let version = env!("CARGO_PKG_VERSION");
     let differences = [
-        (origin.version != version).then(|| format!("version {} of the program, this is {version}", origin.version)),
+        (origin.version != version)
+            .then(|| format!("version {} of the program made it, this is version {version}", origin.version)),
         before.difference(&settings),
-        init.map(|_| "other weights to start from".to_string()),
+        init.map(|_| "it started from other weights".to_string()),
         find_changed_file(&origin.files, &data.files),
     ];
     if let Some(difference) = differences.into_iter().flatten().next() {
         return Err(TrainError::Differs(difference));
     }
     if settings.epochs < state.position.epoch {
-        let what = format!("`epochs` is {}, but {} are done: ask for more", settings.epochs, state.position.epoch);
+        let what =
+            format!("`epochs` is {}, but {} are done: give a larger number", settings.epochs, state.position.epoch);
         return Err(TrainError::Settings(what));
     }
     state.origin.settings = settings.to_toml();

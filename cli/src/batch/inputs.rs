@@ -25,11 +25,12 @@ pub fn check(args: &SimplifyArgs) -> Result<(), Failure> {
     let is_value = |text: &str| text.ends_with('%') || text.parse::<f64>().is_ok();
     let stray = args.inputs.iter().find(|path| !path.exists() && path.to_str().is_some_and(is_value));
     if let Some(stray) = stray {
-        let what = "no such mesh: write optional values after =, as in --prune=1%, and % without a space";
+        let what =
+            "no such file: if it is the value of an option, write it after =, as in --prune=1%, and % without a space";
         return Err(Failure::Usage(format!("{}: {what}", stray.display())));
     }
     if Format::from_path(&args.output).is_some() && !args.output.is_dir() {
-        let what = "is the name of a mesh file, but several meshes need a folder: give a folder to -o, or one mesh";
+        let what = "is a file name, but several meshes need a folder: give a folder to -o, or only one mesh";
         return Err(Failure::Usage(format!("{}: {what}", args.output.display())));
     }
     Ok(())
@@ -73,7 +74,7 @@ fn read_list(list: &Path) -> Result<Vec<PathBuf>, Failure> {
     let paths: Vec<PathBuf> =
         text.lines().map(str::trim_end).filter(|line| !line.is_empty()).map(PathBuf::from).collect();
     match paths.iter().find(|path| is_stream(path)) {
-        Some(_) => Err(Failure::in_file(list, "names standard input: give files")),
+        Some(_) => Err(Failure::in_file(list, "means standard input, which a list cannot name: give files")),
         None => Ok(paths),
     }
 }

@@ -68,8 +68,10 @@ impl ManifestRow {
     /// Takes over the result of an earlier run; returns whether existing result files belong to that run.
     fn go_on(&mut self, old: &Self, folders: &BatchFolders, manifest: &Path) -> Result<bool, Failure> {
         if old.request != self.request {
-            let what =
-                format!("belongs to another batch ({}): use the same options, or choose another folder", old.request);
+            let what = format!(
+                "belongs to a batch with other options ({}): use those options, or choose another folder",
+                old.request
+            );
             return Err(Failure::in_file(manifest, what));
         }
         if old.is_done() && folders.files_of_row(old).iter().all(|path| path.is_file()) {

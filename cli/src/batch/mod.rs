@@ -79,7 +79,9 @@ fn open_side_folders(args: &SimplifyArgs) -> Result<Vec<(PathBuf, &'static str)>
 fn check_arguments(args: &SimplifyArgs) -> Result<(Option<Format>, Job), Failure> {
     let usage = |what: &str| Err(Failure::Usage(what.into()));
     if args.json || args.map.is_some() || args.explain {
-        return usage("--json, --map and --explain are for a single mesh: a batch has its manifest.csv");
+        return usage(
+            "--json, --map and --explain are for a single mesh: leave them out, and see manifest.csv of the batch",
+        );
     }
     if [&args.report, &args.picture].into_iter().flatten().any(|folder| is_stream(folder)) {
         return usage("a batch writes a report and a picture for each mesh: give a folder to --report and --picture");
@@ -277,12 +279,15 @@ impl Batch {
         voice.say(&format!("time      {seconds:.3} s"));
         match (ends.failed, ends.stopped) {
             (0, n) if n > 0 && strict(&self.args) => {
-                let what = "meshes missed the target: their rows say why";
+                let what = "meshes missed the target: manifest.csv gives the reasons";
                 Err(Failure::Unmet(format!("{}: {n} {what}", self.manifest.path().display())))
             }
             (0, _) => Ok(()),
-            (1, _) => Err(Failure::in_file(self.manifest.path(), "1 mesh failed: its row says why")),
-            (n, _) => Err(Failure::in_file(self.manifest.path(), format!("{n} meshes failed: their rows say why"))),
+            (1, _) => Err(Failure::in_file(self.manifest.path(), "1 mesh failed: manifest.csv gives the reason")),
+            (n, _) => Err(Failure::in_file(
+                self.manifest.path(),
+                format!("{n} meshes failed: manifest.csv gives the reasons"),
+            )),
         }
     }
 }

@@ -66,7 +66,7 @@ fn fit_all(images: &[Arc<[u8]>], most_bytes: usize) -> (Vec<Option<FittedImage>>
     }
     if n_bytes(&fitted) > most_bytes {
         fitted = vec![(); images.len()].into_iter().map(|()| None).collect();
-        notes.push(format!("{} textures are too many for a page: it shows none", images.len()));
+        notes.push(format!("{} textures are too many for a page: the page shows no textures", images.len()));
     }
     (fitted, notes)
 }

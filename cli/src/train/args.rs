@@ -7,14 +7,14 @@ use clap::Parser;
 use crate::numbers::{n_threads, whole};
 
 const TRAIN_NOTES: &str = "\
-RUN is created and holds config.toml (the settings used), data.csv (the meshes with their checksums), steps.csv and \
+The program creates RUN with config.toml (the settings used), data.csv (the meshes with their checksums), steps.csv and \
 epochs.csv (the losses), best.safetensors and last.safetensors (weights for --weights), checkpoint.safetensors (for \
---resume), curves.svg (the losses as a picture). docs/training.md explains them and every setting.
+--resume), curves.svg (the losses as a picture). docs/training.md explains these files and all settings.
 
-A training killed at any moment continues with the same command and --resume, and ends in the same bits as one \
-that was not. Ctrl-C stops it after the current step, with a checkpoint. With --resume, --epochs may ask for more.
+A training killed at any moment continues with the same command plus --resume, and ends with exactly the weights of \
+an uninterrupted one. Ctrl-C stops it after the current step, with a checkpoint. With --resume, --epochs may be larger.
 
-Exit codes: 0 done, 1 the input, the disk or a loss that is not finite, 2 usage, 130 interrupted.";
+Exit codes: 0 success, 1 problem with the input or the disk, or a loss that is not finite, 2 wrong usage, 130 interrupted.";
 
 /// Learn weights from a folder of meshes
 #[derive(Debug, Parser)]

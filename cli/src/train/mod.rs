@@ -40,9 +40,10 @@ pub fn run_for(args: &TrainArgs, other: Option<&OtherNetwork>) -> Result<(), Fai
             stopping::watch_for_a_good_end();
             in_pool(args.threads, || learn((args, other), data, out))
         }
-        _ => {
-            Err(Failure::Usage("--data and --out are needed: give a folder of meshes and one for the training".into()))
-        }
+        _ => Err(Failure::Usage(
+            "--data and --out are missing: give a folder of meshes to --data, and a folder for the results to --out"
+                .into(),
+        )),
     }
 }
 
@@ -69,7 +70,7 @@ fn learn((args, other): (&TrainArgs, Option<&OtherNetwork>), data: &Path, out: &
         Ending::Finished => {
             // The weights are saved, so a failed picture does not make the training fail.
             if let Err(failure) = plot(out, voice(args)) {
-                complain(&Failure::Failed(format!("the training is done, without its curves: {failure}")));
+                complain(&Failure::Failed(format!("the training is done, but its curves are not drawn: {failure}")));
             }
             Ok(())
         }
@@ -96,7 +97,7 @@ fn to_failure(error: TrainError, args: &TrainArgs) -> Failure {
 fn interruption(run: &TrainingRun) -> Failure {
     let (epochs, steps) = run.position();
     let place = format!("{epochs} epochs and {steps} steps are done");
-    Failure::Stopped(format!("interrupted: {place} and kept in {}: continue with --resume", name(&run.folder)))
+    Failure::Stopped(format!("interrupted: {place} and saved in {}: continue with --resume", name(&run.folder)))
 }
 
 fn say_what_is_there(run: &TrainingRun, voice: Voice) {
@@ -117,7 +118,7 @@ fn why_for_validation(run: &TrainingRun) -> String {
     let is_of = |beginning: &&String| run.data.validation.iter().any(|mesh| mesh.name.starts_with(beginning.as_str()));
     let found: Vec<&str> = run.settings.validation.iter().filter(is_of).map(String::as_str).collect();
     match found.is_empty() {
-        true => ": no name begins like one of the setting `validation`".into(),
+        true => ": no mesh name begins with an entry of the setting `validation`".into(),
         false => format!(", whose names begin with {}: the setting `validation`", found.join(", ")),
     }
 }

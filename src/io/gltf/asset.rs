@@ -198,9 +198,7 @@ fn fetch_images(
     let mut images: Vec<OutputFile> = Vec::new();
     for uri in root.images.iter().filter_map(|image| image.uri.as_deref()).filter(|uri| !uri.starts_with("data:")) {
         let Some(path) = path_inside(uri) else {
-            notes.push(format!(
-                "the image {uri:?} does not lie in the folder of the asset: the reference stays as it is"
-            ));
+            notes.push(format!("the image {uri:?} is outside the folder of the asset: the result still refers to it"));
             continue;
         };
         // Several images may name one file.
@@ -209,7 +207,7 @@ fn fetch_images(
         }
         match load_uri(uri, fetch) {
             Ok(bytes) => images.push(OutputFile { path, bytes }),
-            Err(_) => notes.push(format!("the image {uri:?} is missing: the reference stays as it is")),
+            Err(_) => notes.push(format!("the image {uri:?} is missing: the result still refers to it")),
         }
     }
     notes.dedup();

@@ -101,7 +101,7 @@ impl Asset {
         // Transforms are checked on the raw document, where every use of a texture is found.
         let described = self.document.get("materials").and_then(Value::as_array).into_iter().flatten();
         if described.map(material_transforms).any(|known| known.is_none()) {
-            reader.note("textures that turn, or of which one moves otherwise than another (KHR_texture_transform), are drawn unmoved");
+            reader.note("texture transforms (KHR_texture_transform) that rotate, or differ within a material, are ignored when drawing");
         }
         let looks: Vec<Look> = materials.iter().map(|material| reader.look(material)).collect();
         let of_part = |&mesh: &usize| {
@@ -169,7 +169,7 @@ impl<'a> LookReader<'a> {
     fn texture(&mut self, used: &TextureUse) -> Option<BaseTexture> {
         let texture = self.textures.get(used.index)?.as_ref();
         let Some(source) = texture.and_then(TextureData::image) else {
-            self.note("a texture names no image: drawn without it");
+            self.note("a texture names no image: it is not drawn");
             return None;
         };
         let sampler = texture.and_then(|texture| self.samplers.get(texture.sampler?));
@@ -185,7 +185,7 @@ impl<'a> LookReader<'a> {
         }
         let bytes = self.asset.bytes_of_image(index).map(Arc::from);
         if bytes.is_none() {
-            self.note("the bytes of a texture cannot be had: drawn without it");
+            self.note("the bytes of a texture are missing: it is not drawn");
         }
         if let Some(slot) = self.bytes.get_mut(index) {
             *slot = Some(bytes.clone());

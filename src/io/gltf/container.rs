@@ -67,7 +67,7 @@ fn has_only_compressed_views(root: &Root, buffer: usize) -> bool {
 
 fn old_version_error(version: &str) -> ReadError {
     let remedy = "convert it to 2.0 first, as with `npx gltf-pipeline -i OLD -o NEW.glb`";
-    ReadError::file(format!("glTF {version} is not read, glTF 2.0 is"), remedy)
+    ReadError::file(format!("glTF {version} cannot be read, only glTF 2.0"), remedy)
 }
 
 fn refuse_version_1(json: &[u8]) -> Result<(), ReadError> {

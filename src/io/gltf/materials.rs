@@ -54,7 +54,9 @@ impl<'a> MaterialWriter<'a> {
         if rough == metal {
             self.put(draft, base, "metallicRoughnessTexture", rough.as_ref(), name);
         } else {
-            self.notes.push(format!("gltf holds roughness and metal in one texture: those of {name} are left out"));
+            self.notes.push(format!(
+                "gltf stores roughness and metal in one texture: the two textures of {name} are left out"
+            ));
         }
         if *emission != [0.0; 3] {
             material["emissiveFactor"] = emission.to_vec().into();
@@ -84,7 +86,9 @@ impl<'a> MaterialWriter<'a> {
             return Some(index.clone());
         }
         let Some((image, kind)) = self.image(draft, &texture.image, used) else {
-            self.notes.push(format!("gltf holds textures as PNG, JPEG, WebP or KTX2: that of {material} is left out"));
+            self.notes.push(format!(
+                "gltf stores textures as PNG, JPEG, WebP or KTX2: a texture of {material} in another format is left out"
+            ));
             return None;
         };
         let [s, t] = texture.wrap.map(wrap_number);

@@ -98,7 +98,9 @@ fn write_with_looks(
     }
     // glTF has no empty arrays, so an empty mesh cannot be written.
     if !part.is_mesh() || part.faces.is_empty() || !origin.iter().all(|x| x.is_finite()) {
-        return Err(WriteError { what: "glTF holds no empty or broken mesh: give faces over finite positions".into() });
+        return Err(WriteError {
+            what: "glTF cannot store an empty or broken mesh: give faces and finite positions".into(),
+        });
     }
     // Names come first: attributes are found by them below.
     let mut notes = rename_channels(&mut part);
@@ -242,13 +244,13 @@ fn rename_channels(part: &mut SimplifiedPart) -> Vec<String> {
             (Role::Uv, 2) => format!("TEXCOORD_{}", next(0)),
             (Role::Colour, 3 | 4) => format!("COLOR_{}", next(1)),
             (Role::Skin | Role::MorphPosition | Role::MorphDirection, _) | (_, 0 | 5..) => {
-                notes.push(format!("glTF does not hold {} of a mesh without a scene: it is left out", channel.name));
+                notes.push(format!("glTF cannot store {} of a mesh without a scene: it is left out", channel.name));
                 continue;
             }
             _ => custom_name(&channel.name),
         };
         if kept.iter().any(|other| other.name == name) {
-            notes.push(format!("glTF holds {name} only once: a second one is left out"));
+            notes.push(format!("glTF stores {name} only once: a second channel is left out"));
         } else {
             kept.push(Channel { name, ..channel });
         }

@@ -198,7 +198,8 @@ impl Asset {
 
     fn check(&self, lighter: &[SimplifiedPart]) -> Result<(), WriteError> {
         if lighter.len() != self.parts().len() {
-            let what = format!("{} parts for {}: give one for each", lighter.len(), self.parts().len());
+            let what =
+                format!("{} meshes for {} meshes of the scene: give one for each", lighter.len(), self.parts().len());
             return Err(WriteError { what });
         }
         self.parts().iter().zip(lighter).try_for_each(|(part, lighter)| lighter.check(part))
@@ -238,7 +239,8 @@ impl Asset {
         let groups = faces_by_group(lighter);
         // A face cannot join a primitive of lines or points.
         if let Some(group) = groups.keys().find(|&&group| !is_rewritten(group as usize)) {
-            let what = format!("{}: primitive {group} has no triangles: keep the groups of the faces", part.name);
+            let what =
+                format!("{}: primitive {group} has no triangles: give each face the group of its original", part.name);
             return Err(WriteError { what });
         }
         let Some(Value::Array(old)) = written.get_mut("primitives").map(Value::take) else { return Ok(written) };

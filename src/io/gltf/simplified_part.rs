@@ -61,9 +61,11 @@ impl SimplifiedPart {
             // Skins and morph targets are required by nodes and animations; other channels may be dropped.
             let needed = held.name == SKIN || held.name.starts_with(TARGET);
             match self.channel(&held.name) {
-                None if needed => return problem(&format!("lacks the channel {}: hand it back", held.name)),
+                None if needed => {
+                    return problem(&format!("the channel {} is missing: keep it in the result", held.name));
+                }
                 Some(channel) if channel.width != held.width => {
-                    return problem(&format!("the channel {} has another width: hand it back as it came", held.name));
+                    return problem(&format!("the channel {} has another width: keep its width", held.name));
                 }
                 _ => {}
             }

@@ -13,7 +13,7 @@ use crate::io::extra::{Extra, Group, ReadMesh};
 use crate::io::far_from_origin::is_far_from_origin;
 use crate::mesh::{Channel, PlacedMesh, RawMesh, Role, merge_placed_meshes, srgb};
 
-const LEFT: &str = "tangents, skins and morph targets belong to the scene: left out";
+const LEFT: &str = "tangents, skins and morph targets are left out: only a scene keeps them";
 
 /// Reads a glTF as one mesh, or its geometry alone if the rest is broken.
 pub(in crate::io) fn read_attributed(
@@ -25,7 +25,7 @@ pub(in crate::io) fn read_attributed(
         Ok(asset) => asset,
         Err(error) => {
             let mesh = super::read(bytes, fetch)?;
-            let notes = vec![format!("geometry alone: {}", ReadError { format: None, ..error })];
+            let notes = vec![format!("only the geometry is read: {}", ReadError { format: None, ..error })];
             return Ok(ReadMesh { mesh, notes, ..ReadMesh::default() });
         }
     };

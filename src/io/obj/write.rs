@@ -64,10 +64,10 @@ fn push_vertices(out: &mut Vec<u8>, content: &Content, attributes: &Attributes, 
             n_lost += usize::from(channel.value(first) != channel.value(wedge));
         }
         if n_lost > 0 {
-            notes.push(format!("obj holds one colour for each vertex: those of {n_lost} corners are dropped"));
+            notes.push(format!("obj stores one colour per vertex: the colours of {n_lost} corners are dropped"));
         }
         if channel.width > 3 {
-            notes.push("obj holds no alpha of colours: dropped".into());
+            notes.push("obj cannot store alpha of colours: it is dropped".into());
         }
     }
     for (vertex, wedge) in wedge_of.iter().enumerate() {
@@ -177,5 +177,5 @@ fn describe_lost_channels(attributes: &Attributes) -> Option<String> {
         .filter(|channel| !written.contains(&Some(&channel.name)))
         .map(|channel| channel.name.as_str())
         .collect();
-    (!names.is_empty()).then(|| format!("obj has no place for {}: dropped", names.join(", ")))
+    (!names.is_empty()).then(|| format!("obj cannot store {}: dropped", names.join(", ")))
 }

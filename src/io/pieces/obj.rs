@@ -89,7 +89,7 @@ fn each_line(
         // Without a line end, reading goes on up to a bound.
         let Some(end) = end else {
             if bytes.len() > LONGEST_LINE {
-                return Err(ReadError::file("a line has no end", REMEDY));
+                return Err(ReadError::file("a line is too long", REMEDY));
             }
             continue;
         };

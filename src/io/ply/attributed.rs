@@ -106,7 +106,7 @@ impl PlyReader {
         // Later fits need finite values.
         let n_not_finite = replace_non_finite(&mut values);
         if n_not_finite > 0 {
-            self.notes.push(format!("{n_not_finite} values of {} are not finite: zeros", plan.name));
+            self.notes.push(format!("{n_not_finite} values of {} are not finite: they become 0", plan.name));
         }
         // Labels are stored as singles, which hold whole numbers only up to 2^24.
         if plan.role == Role::Label && values.iter().any(|value| value.abs() >= (1 << 24) as f32) {
@@ -280,7 +280,10 @@ impl NumberedGroups {
         let n_groups = self.groups.len();
         if self.too_many || has_too_many_groups(n_groups, self.of_faces.len()) {
             let names: Vec<&str> = self.columns.iter().map(|column| column.name.as_str()).collect();
-            notes.push(format!("the numbers {} of the faces differ too often to be groups: dropped", names.join(", ")));
+            notes.push(format!(
+                "the face property {} differs on too many faces to be a group: dropped",
+                names.join(", ")
+            ));
             *self = Self::default();
         }
     }

@@ -59,7 +59,7 @@ pub(in crate::io) fn write_attributed(
     let rows = VertexRows::from_wedges(content, attributes, &columns.of_vertices);
     let n_repeated = rows.sources.len() - content.n_vertices();
     if n_repeated > 0 {
-        notes.push(format!("ply holds one row of values for each vertex: {n_repeated} vertices are repeated at seams"));
+        notes.push(format!("ply stores one set of values per vertex: {n_repeated} vertices are duplicated at seams"));
     }
     let mut out = write_full_header(content, extra, &columns, rows.sources.len(), as_text).into_bytes();
     let mut writer = ValueWriter { out: &mut out, as_text };

@@ -134,7 +134,7 @@ impl Parser {
         let name = attribute(element, "name").map(Cow::into_owned).filter(|name| !name.trim().is_empty());
         self.object = id;
         let before = self.document.objects.insert(id, Object { id, name, property, ..Object::default() });
-        if before.is_some() { Err(element_error(&format!("object {id} stands there twice"))) } else { Ok(()) }
+        if before.is_some() { Err(element_error(&format!("object {id} is defined twice"))) } else { Ok(()) }
     }
 
     fn vertex(&mut self, element: &BytesStart) -> Result<(), ReadError> {
@@ -244,7 +244,7 @@ fn parse_matrix(text: &str) -> Result<DMat4, ReadError> {
 
 fn parse_index(element: &BytesStart, name: &str) -> Result<Option<u32>, ReadError> {
     let parsed =
-        |text: Cow<str>| text.trim().parse().map_err(|_| element_error(&format!("{name} {text:?} is no index")));
+        |text: Cow<str>| text.trim().parse().map_err(|_| element_error(&format!("{name} {text:?} is not an index")));
     attribute(element, name).map(parsed).transpose()
 }
 

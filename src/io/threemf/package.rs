@@ -68,7 +68,7 @@ impl<'a> Package<'a> {
         // The size is checked before the error of reading: an oversized part may be damaged as well.
         if bytes.len() > self.left {
             let what = format!("the zip data unpacks to more than {} bytes", self.most);
-            return Err(ReadError::file(what, "unpack the file and pack it again if it is genuine"));
+            return Err(ReadError::file(what, "if you trust the file, unpack it and pack it again"));
         }
         self.left -= bytes.len();
         read.map_err(|error| damaged(one_line(&error.to_string())))?;

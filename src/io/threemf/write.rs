@@ -238,7 +238,7 @@ impl FacePaint<'_> {
         let has_both = |&face: &u32| self.material(face).is_some() && self.colours(face).is_some();
         let n_both = (0..content.faces.len() as u32).filter(has_both).count();
         (n_both > 0).then(|| {
-            format!("3mf gives a face its material or its colours: materials of {n_both} coloured faces are dropped")
+            format!("3mf stores either a material or colours for a face: the materials of {n_both} coloured faces are dropped")
         })
     }
 

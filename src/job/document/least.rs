@@ -47,7 +47,7 @@ impl Document {
             None => "allow more bytes".into(),
         };
         let what = format!(
-            "--size {n_bytes}: the file takes {n_least} bytes with a face for each material, {n_images} of them images: {advice}"
+            "--size {n_bytes}: one face for each material already takes {n_least} bytes, {n_images} of them for images: {advice}"
         );
         Err(JobError::Document(what))
     }

@@ -116,8 +116,7 @@ impl Document {
         }
         let ignores = |what| job.ignore.contains(&what);
         if matches!(self.kind, Kind::Scene { .. }) && ignores(Ignored::Materials) {
-            let what =
-                "--ignore materials: the primitives of a scene stay apart: leave materials out, or write obj or ply";
+            let what = "--ignore materials: the primitives of a scene cannot be merged: leave materials out, or write obj or ply";
             return Err(JobError::Options(what.into()));
         }
         let keeps = |role| match role {
@@ -162,7 +161,7 @@ impl Document {
     fn check_printable(&self, job: &Job) -> Result<(), JobError> {
         let of_scene = |kind: &Kind| matches!(kind, Kind::Scene { pieces, .. } if pieces.iter().flatten().count() > 1);
         if of_scene(&self.kind) {
-            let what = "--printable: a scene of several meshes is no one solid: write stl, ply or obj";
+            let what = "--printable: a scene of several meshes is not one solid: write stl, ply or obj";
             return Err(JobError::Options(what.into()));
         }
         let bends = |role| matches!(role, Role::Skin | Role::MorphPosition);

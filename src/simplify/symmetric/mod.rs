@@ -80,7 +80,7 @@ fn check(input: &Input, task: &Task) -> Result<(), SimplifyError> {
         ("pruning", options.prune_below > 0.0),
         ("hidden components dropped or cheap", options.hidden != Hidden::Keep),
         ("a map", options.map),
-        ("a purpose beside the shape", options.purpose != Purpose::Shape),
+        ("a purpose other than shape", options.purpose != Purpose::Shape),
         ("a record", task.differentiable),
     ];
     match refused.into_iter().find(|(_, is_asked)| *is_asked) {

@@ -54,10 +54,10 @@ fn check_errors(errors: &Errors, original: &TriMesh) -> Result<f64, String> {
         Errors::Whole(value) => (std::slice::from_ref(value), 1),
     };
     if values.len() != expected {
-        return Err(format!("the objective gave {} errors where {expected} were due", values.len()));
+        return Err(format!("the objective returned {} errors instead of {expected}", values.len()));
     }
     match values.iter().find(|value| !value.is_finite() || **value < 0.0) {
-        Some(value) => Err(format!("the objective gave the error {value}: give numbers of at least 0")),
+        Some(value) => Err(format!("the objective returned the error {value}: give numbers of at least 0")),
         None => Ok(values.iter().sum()),
     }
 }
@@ -92,7 +92,7 @@ mod tests {
     fn what_is_no_error_is_refused() {
         for bad in [Errors::Whole(f64::NAN), Errors::Whole(-1.0), Errors::Vertices(vec![1.0; 3]), Errors::Faces(vec![])]
         {
-            assert!(judge_errors(bad, Errors::Whole(1.0)).unwrap_err().starts_with("the objective gave"));
+            assert!(judge_errors(bad, Errors::Whole(1.0)).unwrap_err().starts_with("the objective returned"));
         }
     }
 }

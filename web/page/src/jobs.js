@@ -76,7 +76,7 @@ async function settle(job, progress) {
   const { signal } = job.controller;
   try {
     const value = await job.run({ signal, progress });
-    // What came too late is not wanted any more.
+    // What came too late is cancelled.
     signal.throwIfAborted();
     return { value };
   } catch (error) {

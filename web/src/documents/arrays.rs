@@ -66,7 +66,7 @@ impl Arrays {
         read.mesh.attributes = Attributes { wedges, channels, groups };
         let n = u32::try_from(n_vertices).unwrap_or(u32::MAX);
         if let Some(bad) = read.mesh.faces.as_flattened().iter().find(|&&v| v >= n) {
-            return Err(Refusal::new(format!("faces name vertex {bad}, and there are {n_vertices}")));
+            return Err(Refusal::new(format!("faces name vertex {bad}, but there are only {n_vertices} vertices")));
         }
         Ok((read, importance))
     }

@@ -23,7 +23,7 @@ and worst (meshes of the worst cases). docs/evaluate.md explains them.
 
 Each tool is first tried on a small mesh. If evaluate is killed, only the current case is lost, and the same command with --resume \
 continues; a tool without results may then have another command. A method that fails or takes too long becomes a row with its error. \
-Exit codes: 0 done, 1 the input, a tool, the disk or standard output failed, 2 usage, 130 interrupted.";
+Exit codes: 0 done, 1 the input, a tool, the disk or standard output failed, 2 wrong usage, 130 interrupted.";
 
 /// Measure methods at several sizes on a folder of meshes: tables, plots
 #[derive(Debug, Parser)]

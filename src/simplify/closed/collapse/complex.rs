@@ -89,9 +89,11 @@ impl End {
             }
             Self::Held => Outcome::Stopped("kept edges or locked vertices allow no further merge".into()),
             Self::WouldRuin(held, all) => Outcome::Stopped(format!(
-                "{held} of {all} vertices are on kept or locked edges, and the others are needed for the shape"
+                "{held} of {all} vertices are on kept or locked edges, and merging the others would damage the shape"
             )),
-            Self::LosesShape => Outcome::Stopped("with fewer vertices components would lose their shape".into()),
+            Self::LosesShape => Outcome::Stopped(
+                "further merges would change the shape of components too much or break another constraint".into(),
+            ),
             Self::WouldTurn => Outcome::Stopped("every remaining merge would flip a face".into()),
         }
     }
