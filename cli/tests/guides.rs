@@ -47,15 +47,11 @@ fn for_artists() {
 }
 
 #[test]
-fn for_people_with_a_scan() {
+fn for_people_with_a_scan_or_something_to_print() {
     let work = followed("scan.md");
     holds(&work, &["filled.ply", "exact.json", "five.ply", "scan.html", "reports/holes.ply.json", "surface.ply"]);
+    holds(&work, &["solid.stl", "part.3mf", "edges.stl", "part.html", "front.png"]);
     assert!(fs::metadata(work.path().join("small.ply")).unwrap().len() <= 200_000);
-}
-
-#[test]
-fn for_people_with_parts_to_print() {
-    holds(&followed("print.md"), &["solid.stl", "part.3mf", "edges.stl", "part.html", "front.png"]);
 }
 
 #[cfg(feature = "train")]
