@@ -39,7 +39,7 @@ def make_levels(context, tasks, options):
     collection = make_collection(original)
     original[PROPERTY] = 0
     original.id_properties_ui(PROPERTY).update(
-        min=-1, max=len(tasks) - 1, description="Level of detail that shows; -1 shows the original"
+        min=-1, max=len(tasks) - 1, description="Visible level of detail; -1 shows the original"
     )
     for level, task in enumerate(tasks):
         task.owner = copy_object(original, task.name)

@@ -52,7 +52,7 @@ class RunsInBackground:
         """Shows the progress, stops at Esc, and puts the result in place at the end."""
         if event.type == "ESC":
             self.cancel(context)
-            self.report({"INFO"}, "Stopped: nothing has changed")
+            self.report({"INFO"}, "Stopped: no object has changed")
             return {"CANCELLED"}
         if event.type != "TIMER" or self.job.is_running:
             context.window_manager.progress_update(100 * self.job.progress)
@@ -93,11 +93,11 @@ class RunsInBackground:
                 self.report({"WARNING"}, f"{task.name}: {task.outcome}")
         bound = [name for task in tasks for name in scene.find_bound_modifiers(task.owner)]
         if bound:
-            self.report({"WARNING"}, f"Bind again: {', '.join(bound)}")
+            self.report({"WARNING"}, f"Bind these modifiers again: {', '.join(bound)}")
 
 
 class OBJECT_OT_neural_mesh_simplify(RunsInBackground, Carrying, Sizing, Operator):
-    """Make the selected meshes lighter: faces are shared out among them by how much each needs"""
+    """Simplify the selected meshes: meshes with more detail get more faces"""
 
     bl_idname = "object.neural_mesh_simplify"
     bl_label = "Simplify"

@@ -18,7 +18,7 @@ BOUND_MODIFIERS = ("HOOK", "MESH_DEFORM", "SURFACE_DEFORM", "LAPLACIANDEFORM")
 def find_objects(context):
     """Returns the selected mesh objects, one for each mesh."""
     if context.mode != "OBJECT":
-        raise Refusal("Simplifying works in Object Mode: leave the present mode first")
+        raise Refusal("Simplify works only in Object Mode: switch to Object Mode first")
     objects = [item for item in context.selected_objects if item.type == "MESH"]
     if not objects:
         raise Refusal("No mesh is selected: select at least one mesh object")
@@ -35,7 +35,7 @@ def check_object(item, applies_modifiers):
         if item.data.shape_keys:
             raise Refusal(f"{item.name} has shape keys: its modifiers cannot be applied: turn Apply Modifiers off")
         if item.data.users > 1:
-            raise Refusal(f"{item.name} shares its mesh: make it single-user before modifiers are applied")
+            raise Refusal(f"{item.name} shares its mesh with other objects: make it single-user to apply modifiers")
     elif any(modifier.type == "MULTIRES" for modifier in item.modifiers):
         raise Refusal(f"{item.name} has a Multiresolution modifier: apply it first, or turn Apply Modifiers on")
 
@@ -62,7 +62,7 @@ def read_task(context, item, options):
     if not np.isfinite(source.positions).all():
         raise Refusal(f"{item.name} has vertices at positions that are not finite")
     if len(source.triangles) == 0:
-        raise Refusal(f"{item.name} has no faces once its modifiers are applied")
+        raise Refusal(f"{item.name} has no faces after its modifiers are applied")
     return Task(
         owner=item,
         name=item.name,
@@ -120,10 +120,10 @@ def plan_sizes(tasks, options):
     is_percent = options.size_by == "ERROR_PERCENT"
     error = options.error_percent / 100 * measure_diagonal(tasks) if is_percent else options.error_units
     if error <= 0:
-        raise Refusal("The error is 0: give a distance above it")
+        raise Refusal("The error is 0: give a distance above 0")
     for task in tasks:
         if task.scale <= 0:
-            raise Refusal(f"{task.name} is scaled to nothing")
+            raise Refusal(f"{task.name} has a scale of 0: set another scale")
         task.size = {"error": error / task.scale}
     return None
 

@@ -6,8 +6,8 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, St
 from bpy.types import PropertyGroup
 
 SIZES = (
-    ("RATIO", "Ratio", "Share of the triangles that stays"),
-    ("FACES", "Faces", "Number of triangles that stay, of all selected objects together"),
+    ("RATIO", "Ratio", "Share of the triangles to keep"),
+    ("FACES", "Faces", "Number of triangles to keep, for all selected objects together"),
     ("ERROR_PERCENT", "Error in %", "Fewest triangles within a proved distance, in percent of the diagonal of the selection"),
     ("ERROR_UNITS", "Error", "Fewest triangles within a proved distance, in units of the scene"),
 )
@@ -16,35 +16,35 @@ SIZES = (
 class Carrying:
     """Properties of everything that makes lighter meshes."""
 
-    importance_group: StringProperty(name="Importance", description="Vertex group whose vertices count up to ten times as much")
-    protection_group: StringProperty(name="Protection", description="Vertex group whose vertices count up to a thousand times as much")
+    importance_group: StringProperty(name="Importance", description="Vertex group whose vertices get up to ten times the weight")
+    protection_group: StringProperty(name="Protection", description="Vertex group whose vertices get up to a thousand times the weight")
     apply_modifiers: BoolProperty(
         name="Apply Modifiers",
-        description="Simplify the mesh that the modifiers make, all but armatures; otherwise they stay on the simplified mesh",
+        description="Apply all modifiers except armatures before simplifying; otherwise the simplified mesh keeps the modifiers",
     )
     merge_equal: BoolProperty(
         name="Merge Equal Vertices",
-        description="Make one vertex of those that have equal positions, shape keys and weights",
+        description="Merge vertices that have equal positions, shape keys and weights",
         default=True,
     )
     keep_components: BoolProperty(
-        name="Keep All Components", description="Drop no separate piece, however small it is", default=True
+        name="Keep All Components", description="Keep all components, even very small ones", default=True
     )
     keep_shading: BoolProperty(
         name="Keep Shading",
-        description="Set custom normals by which smooth faces are shaded as the original's; otherwise Blender makes normals of the lighter mesh",
+        description="Set custom normals that shade smooth faces like the original; otherwise Blender computes normals from the simplified mesh",
         default=True,
     )
     bake: BoolProperty(
         name="Bake Material",
-        description="Bake color, roughness, metalness and normals of the original to a new material with textures of its own",
+        description="Bake color, roughness, metalness and normals of the original into the textures of a new material",
     )
     bake_size: IntProperty(name="Texture Size", description="Pixels on each side of baked textures", default=1024, min=16, max=16384)
     bends: BoolProperty(
-        name="Will Bend", description="Stay nearer to the original in other poses and shape keys, and less near at rest"
+        name="Will Bend", description="Stay closer to the original in other poses and shape keys, and less close at rest"
     )
     error_colors: BoolProperty(
-        name="Error Colors", description="Color each vertex by its distance from the original, blue to red"
+        name="Error Colors", description="Color each vertex by its distance to the original, from blue to red"
     )
 
 
@@ -53,9 +53,9 @@ class Sizing:
 
     size_by: EnumProperty(name="Size", items=SIZES, default="RATIO")
     ratio: FloatProperty(
-        name="Ratio", description="Share of the triangles that stays", default=0.5, min=0.0001, max=1.0, precision=3
+        name="Ratio", description="Share of the triangles to keep", default=0.5, min=0.0001, max=1.0, precision=3
     )
-    faces: IntProperty(name="Faces", description="Number of triangles that stay", default=5000, min=1)
+    faces: IntProperty(name="Faces", description="Number of triangles to keep", default=5000, min=1)
     error_percent: FloatProperty(
         name="Error", description="Largest distance in percent of the diagonal", default=0.5, min=0.0001, max=100.0, precision=3
     )
@@ -68,7 +68,7 @@ class Levels:
     """Properties of levels of detail."""
 
     ratios: StringProperty(
-        name="Ratios", description="Shares of the triangles, one for each level, with commas between", default="1, 0.5, 0.25, 0.1"
+        name="Ratios", description="Shares of the triangles, one for each level, separated by commas", default="1, 0.5, 0.25, 0.1"
     )
 
 

@@ -616,7 +616,7 @@ def test_escape_stops_the_work_and_leaves_the_mesh():
     assert modal("TIMER", context) == {"RUNNING_MODAL"}
     assert modal("ESC", context) == {"CANCELLED"}
     assert not operator.job.is_running and "progress_end" in context.events
-    assert reports == [({"INFO"}, "Stopped: nothing has changed")]
+    assert reports == [({"INFO"}, "Stopped: no object has changed")]
 
 
 def test_escape_stops_a_simplification():

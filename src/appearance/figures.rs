@@ -18,9 +18,9 @@ pub fn figures(appearance: Option<&Appearance>) -> [Figure; 4] {
         Figure { name, unit, about, value }
     };
     [
-        figure("ssim", "", "structural similarity of shaded pictures, 1 where they are equal", |a| a.ssim),
+        figure("ssim", "", "structural similarity of shaded pictures, 1 for equal pictures", |a| a.ssim),
         figure("normals_ssim", "", "structural similarity of pictures of the normals", |a| a.normals_ssim),
         figure("psnr", "dB", "peak signal-to-noise ratio of shaded pictures", |a| a.psnr),
-        figure("silhouette_iou", "", "shared over united area of the silhouettes", |a| a.silhouette_iou),
+        figure("silhouette_iou", "", "intersection over union of the silhouettes", |a| a.silhouette_iou),
     ]
 }

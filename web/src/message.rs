@@ -22,7 +22,7 @@ impl<'a> Message<'a> {
     pub fn read(bytes: &'a [u8]) -> Result<Self, Refusal> {
         parts(bytes)
             .map(|parts| Self { parts })
-            .ok_or_else(|| Refusal::new("the request is no message: build package and module together"))
+            .ok_or_else(|| Refusal::new("the request is not a message: build the package and the module together"))
     }
 
     /// Returns a part by its number.

@@ -78,7 +78,7 @@ fn format_head(table: &Table) -> String {
             let _ = writeln!(head, "- *{title}* (`{name}`): {}", describe_figure(figure, *scale));
         }
     }
-    let _ = writeln!(head, "- *time* (`seconds`): of the method alone, with the mesh in memory");
+    let _ = writeln!(head, "- *time* (`seconds`): of the method alone, without reading and writing files");
     if !processes.is_empty() {
         let _ = writeln!(head, "  ({processes}: the whole process, with reading and writing)");
     }

@@ -7,10 +7,10 @@ const TICKS = [0, 0.25, 0.5, 0.75, 1];
 
 /** What lies beyond each end. */
 const BEYOND = {
-  p95: '5 % of the surfaces lie beyond and have the last colour.',
-  p99: '1 % of the surfaces lies beyond and has the last colour.',
+  p95: '5 % of the surfaces are farther and have the last colour.',
+  p99: '1 % of the surfaces is farther and has the last colour.',
   max: 'The largest distance.',
-  own: 'Distances beyond have the last colour.',
+  own: 'Larger distances have the last colour.',
 };
 
 /**

@@ -39,7 +39,7 @@ function writeWords({ original, results, settings, program, figures }) {
 
 /** What a caption says of the cover of a mesh, where textures are shown. */
 function wordsOfCover(cover) {
-  if (!cover) return 'no texture, no colours: plain';
+  if (!cover) return 'plain: no texture and no colours';
   return cover.borrowed ? 'texture of the original' : '';
 }
 

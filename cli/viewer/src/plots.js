@@ -66,7 +66,7 @@ function fill(state) {
   const figure = columns[choice.column];
   const share = 'faces of the result, % of the input’s';
   document.getElementById('how-plots').textContent = `Lines join the medians at the ratios, dots are the meshes at ratio ${ratios[choice.ratio]}; `
-    + `point at one to see its name.${state.left_out ? ` ${number(state.left_out)} more meshes have no dot, as there are too many.` : ''}`;
+    + `point at one to see its name.${state.left_out ? ` ${number(state.left_out)} more meshes have no dot, because the plot shows a limited number.` : ''}`;
   const captions = [`${spoken(figure.name)} over size`, 'seconds over size of the input', `${spoken(figure.name)} over seconds`];
   captions.forEach((caption, i) => { document.getElementById(`caption-${i}`).textContent = caption; });
   plots[0].canvas.closest('figure').hidden = choice.column === size;

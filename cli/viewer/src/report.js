@@ -39,11 +39,11 @@ function writeWords({ overview: { facts, columns, relative_to: other } }) {
   at('facts').textContent = `${count(meshes)} ${meshes === 1 ? 'mesh' : 'meshes'}, ${seeds.length > 1 ? 'seeds' : 'seed'} ${seeds.join(', ')}`;
   fillMeanings(at('meanings'), columns);
   at('settings').textContent = `neural-mesh ${versions.join(', ')}. ${samples.map(count).join(', ')} samples on each surface. Times: `
-    + `median of ${runs} ${runs === 1 ? 'run' : 'runs'} on ${machines.join('; ')}, of the method alone, with the mesh in memory`
-    + (processes.length > 0 ? `; of ${processes.join(', ')} the whole process, with reading and writing.` : '.');
-  at('how-cells').textContent = 'Click a column to sort by it. Each number is over meshes and seeds; a small number beside it says of how many '
-    + 'results, where some have no value.'
-    + (other ? ` Quotients to ${other} are taken case by case where both have a result; the median is shown.` : '');
+    + `median of ${runs} ${runs === 1 ? 'run' : 'runs'} on ${machines.join('; ')}, of the method alone, without reading and writing files`
+    + (processes.length > 0 ? `; of ${processes.join(', ')} of the whole process, with reading and writing.` : '.');
+  at('how-cells').textContent = 'Click a column to sort by it. Each number summarises all meshes and seeds; a small number next to it counts '
+    + 'the results with a value, if some have none.'
+    + (other ? ` Quotients to ${other} are computed for each case in which both have a result; the table shows the median.` : '');
 }
 
 function wireChoices({ columns, ratios, relative_to: other }, choice, update) {

@@ -62,6 +62,6 @@ export function fillFailures({ failures }, nMore) {
   const rows = failures.map(({ method, cases, first, why }) => [
     { value: method, text: method }, { value: cases, text: number(cases) }, { value: first, text: first }, { value: why, text: why },
   ]);
-  const columns = [{ title: 'method', isWord: true }, { title: 'cases' }, { title: 'the first', isWord: true }, { title: 'why', isWord: true }];
+  const columns = [{ title: 'method', isWord: true }, { title: 'cases' }, { title: 'first case', isWord: true }, { title: 'why', isWord: true }];
   fillSorted(at('failures'), columns, rows);
 }

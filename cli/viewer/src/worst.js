@@ -20,8 +20,8 @@ export function makeWorst({ overview: { methods }, worst: cases, surfaces, eyes 
   at('worst-section').hidden = worst.length === 0;
   if (worst.length === 0) return null;
   const shown = worst.filter((one) => one.shown);
-  at('how-worst').textContent = 'The cases in which the mean distance of a method is farthest above the least of the other methods’, three for each.'
-    + (shown.length < worst.length ? ' Those without a button are too large for this page.' : '');
+  at('how-worst').textContent = 'For each method, the three cases in which its mean distance exceeds the best other method most.'
+    + (shown.length < worst.length ? ' Meshes without a button are too large for this page.' : '');
   at('meshes').hidden = shown.length === 0;
   const show = shown.length > 0 ? makeMeshes(shown, surfaces, eyes) : null;
   fillTable(worst, (one) => attempt(show.show(shown.indexOf(one))));
@@ -33,7 +33,7 @@ function fillTable(worst, choose) {
   const columns = [
     { title: 'method', isWord: true }, { title: 'mesh', isWord: true }, { title: 'ratio' }, ...(hasSeeds ? [{ title: 'seed' }] : []),
     { title: 'distance', unit: '%', about: 'mean distance, in percent of the diagonal' },
-    { title: '× the least', about: 'mean distance divided by the least of the other methods in this case' },
+    { title: '× best other', about: 'mean distance divided by the best mean distance of another method' },
   ];
   const rows = worst.map((one) => [
     { value: one.method, text: one.method },

@@ -20,8 +20,8 @@ pub fn edges(original: &ReferenceMesh, simplified: &TriMesh, found: &Topology) -
     let edges = open_edges(&original.mesh, simplified);
     let crossed = n_self_intersecting_faces(simplified).map(|n| n as f64);
     let wa = "edges with one, three or more faces (the paper's WA)";
-    let opened = "those of them that do not lie on a boundary of the original";
-    let fans = "vertices whose faces do not hang together over edges";
+    let opened = "edges with one, three or more faces, except on boundaries of the original";
+    let fans = "vertices whose faces form more than one fan";
     [
         Figure::new("edges_without_two_faces", "% of edges", wa, Some(edges.wa_percent())),
         Figure::new("open_edges", "% of edges", opened, Some(edges.open_percent())),
@@ -30,11 +30,11 @@ pub fn edges(original: &ReferenceMesh, simplified: &TriMesh, found: &Topology) -
         Figure::new(
             "flipped_edges",
             "edges",
-            "edges whose two faces disagree on the side",
+            "edges whose two faces have opposite winding",
             count(found.inconsistent_edges),
         ),
         Figure::new("non_manifold_vertices", "vertices", fans, count(found.non_manifold_vertices)),
-        Figure::new("self_intersecting_faces", "faces", "faces that cross another face", crossed),
+        Figure::new("self_intersecting_faces", "faces", "faces that intersect another face", crossed),
     ]
 }
 
@@ -47,19 +47,29 @@ pub fn topology(original: &ReferenceMesh, simplified: &TriMesh, surface: &Surfac
     let area = Some(change((surface.area, original.surface.area)));
     let unit = "% of the original's";
     [
-        Figure::new("components_added", "pieces", "pieces more than the original has", pieces),
-        Figure::new("genus_added", "handles", "handles more than the original has", genus),
-        Figure::new("area_change", unit, "area more than the original has", area),
-        Figure::new("volume_change", unit, "volume more than the original has, where both are closed", volume),
+        Figure::new(
+            "components_added",
+            "components",
+            "components of the result minus components of the original",
+            pieces,
+        ),
+        Figure::new("genus_added", "handles", "handles (genus) of the result minus handles of the original", genus),
+        Figure::new("area_change", unit, "area of the result minus area of the original", area),
+        Figure::new(
+            "volume_change",
+            unit,
+            "volume of the result minus volume of the original, if both are closed",
+            volume,
+        ),
     ]
 }
 
 pub fn triangles(simplified: &TriMesh) -> [Figure; 4] {
     let quality = triangle_quality(simplified);
-    let mean = "mean over the faces of the smallest angle";
-    let aspect = "median over the faces of the longest edge over its height, 1 for equilateral ones";
+    let mean = "mean of the smallest angle of each face";
+    let aspect = "median aspect ratio of the faces: longest edge over its height, 1 for an equilateral face";
     [
-        Figure::new("smallest_angle", "degrees", "smallest of all angles", quality.map(|q| q.smallest_angle)),
+        Figure::new("smallest_angle", "degrees", "smallest angle of any face", quality.map(|q| q.smallest_angle)),
         Figure::new("smallest_angle_mean", "degrees", mean, quality.map(|q| q.mean_smallest_angle)),
         Figure::new("aspect_median", "", aspect, quality.map(|q| q.median_aspect)),
         Figure::new("slivers", "faces", "faces with an angle below one degree", quality.map(|q| q.slivers as f64)),

@@ -10,11 +10,11 @@ export function check(holds, name, expected) {
 }
 
 function checkStride(stride, least, name) {
-  check(Number.isInteger(stride) && stride >= least, name, `${stride} is no whole number of at least ${least}`);
+  check(Number.isInteger(stride) && stride >= least, name, `${stride} is not a whole number of at least ${least}`);
 }
 
 function checkRows(array, stride, nVertices, name) {
-  check(array.length === stride * nVertices, name, `${array.length} numbers are not ${stride} for each of ${nVertices} vertices`);
+  check(array.length === stride * nVertices, name, `${array.length} numbers: give ${stride} for each of ${nVertices} vertices`);
 }
 
 /** Checks indices that need not be triangles. */
@@ -24,20 +24,20 @@ export function checkIndexType(indices) {
 
 export function checkIndices(indices) {
   checkIndexType(indices);
-  check(indices.length % 3 === 0, 'indices', `${indices.length} is no multiple of 3`);
+  check(indices.length % 3 === 0, 'indices', `${indices.length} is not a multiple of 3`);
 }
 
 /** Returns the number of vertices. */
 export function checkPositions(positions, stride) {
   check(positions instanceof Float32Array, 'vertex_positions', 'give a Float32Array');
   checkStride(stride, 3, 'vertex_positions_stride');
-  check(positions.length % stride === 0, 'vertex_positions', `${positions.length} numbers are no multiple of the stride ${stride}`);
+  check(positions.length % stride === 0, 'vertex_positions', `${positions.length} numbers are not a multiple of the stride ${stride}`);
   return positions.length / stride;
 }
 
 export function checkTarget(target, nIndices) {
   check(target >= 0 && target <= nIndices, 'target_index_count', `${target} is not between 0 and ${nIndices}`);
-  check(target % 3 === 0, 'target_index_count', `${target} is no multiple of 3`);
+  check(target % 3 === 0, 'target_index_count', `${target} is not a multiple of 3`);
 }
 
 export function checkError(error) {
@@ -50,7 +50,7 @@ export function checkAttributes(attributes, stride, weights, nVertices) {
   checkRows(attributes, stride, nVertices, 'vertex_attributes');
   check(Array.isArray(weights), 'attribute_weights', 'give an array of numbers');
   check(weights.length <= stride, 'attribute_weights', `${weights.length} are more than the stride ${stride}`);
-  check(weights.every((weight) => weight >= 0), 'attribute_weights', 'each is at least 0');
+  check(weights.every((weight) => weight >= 0), 'attribute_weights', 'give weights of at least 0');
 }
 
 export function checkColors(colors, stride, nVertices) {

@@ -34,7 +34,7 @@ function meshesOf(document) {
     const triangles = primitives.filter(isOfTriangles);
     if (triangles.length < primitives.length) {
       const others = primitives.length - triangles.length;
-      document.getLogger().warn(`neuralSimplify: ${others} primitives of "${mesh.getName()}" are no triangles and stay`);
+      document.getLogger().warn(`neuralSimplify: ${others} primitives of "${mesh.getName()}" are not triangles and stay unchanged`);
     }
     const parts = triangles.map(readPart);
     return { mesh, parts, nFaces: parts.reduce((sum, { indices }) => sum + indices.length / 3, 0) };

@@ -8,7 +8,7 @@
 export function readGoal({ ratio, faces, error = Infinity, lockBorder = false, move = true }) {
   const isCount = Number.isInteger(faces) && faces >= 0;
   if (ratio !== undefined && !(ratio >= 0 && ratio <= 1)) throw new RangeError(`ratio: ${ratio} is not between 0 and 1`);
-  if (faces !== undefined && !isCount) throw new RangeError(`faces: ${faces} is no whole number of at least 0`);
+  if (faces !== undefined && !isCount) throw new RangeError(`faces: ${faces} is not a whole number of at least 0`);
   if (!(error >= 0)) throw new RangeError(`error: ${error} is not at least 0`);
   if (ratio !== undefined && faces !== undefined) throw new TypeError('ratio and faces: give one of them');
   if (ratio === undefined && faces === undefined && error === Infinity) throw new TypeError('give ratio, faces or error');

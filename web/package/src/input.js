@@ -49,7 +49,7 @@ export function readArrays(input) {
 }
 
 function rows(array, width, name) {
-  if (array.length % width !== 0) throw new RangeError(`${name}: ${array.length} numbers are no multiple of ${width}`);
+  if (array.length % width !== 0) throw new RangeError(`${name}: ${array.length} numbers are not a multiple of ${width}`);
   return array.length / width;
 }
 

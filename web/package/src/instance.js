@@ -53,5 +53,5 @@ function answerOrLine(exports, request) {
 
 /** The line for a program that ended in the middle. */
 export function trapLine({ message }) {
-  return `the program ended in the middle: ${message}; memory may be short, else it is a fault of the program`;
+  return `the program failed: ${message}: use a smaller mesh if memory is short, or report the error`;
 }

@@ -41,7 +41,7 @@ export function unpackMessage(message) {
   const parts = readParts(message);
   const array = (number, type = Uint8Array) => {
     const part = parts[number];
-    if (!(number > 0) || !part) throw broken(`it names part ${number} of ${parts.length}`);
+    if (!(number > 0) || !part) throw broken(`it names part ${number}, but there are only ${parts.length}`);
     if (part.length % type.BYTES_PER_ELEMENT !== 0) throw broken(`part ${number} has ${part.length} bytes`);
     return new type(part.slice().buffer);
   };
@@ -52,7 +52,7 @@ export function unpackMessage(message) {
 function readParts(message) {
   const header = new DataView(message.buffer, message.byteOffset, message.byteLength);
   const nParts = message.length < 4 ? 0 : header.getUint32(0, true);
-  if (nParts === 0 || message.length < headerBytes(nParts)) throw broken(`${message.length} bytes are no message`);
+  if (nParts === 0 || message.length < headerBytes(nParts)) throw broken(`${message.length} bytes are too few for a message`);
   let at = headerBytes(nParts);
   return Array.from({ length: nParts }, (_, i) => {
     const nBytes = header.getUint32(4 + 4 * i, true);

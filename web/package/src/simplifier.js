@@ -149,7 +149,7 @@ function indicesRequest(
 /** Indices as the program takes them. */
 function wideIndices(indices, nVertices) {
   for (let i = 0; i < indices.length; i++) {
-    check(indices[i] >= 0 && indices[i] < nVertices, 'indices', `${indices[i]} at ${i} is no vertex: there are ${nVertices}`);
+    check(indices[i] >= 0 && indices[i] < nVertices, 'indices', `index ${i} names vertex ${indices[i]}, but there are only ${nVertices} vertices`);
   }
   return indices instanceof Uint32Array ? indices : Uint32Array.from(indices);
 }

@@ -26,7 +26,7 @@ export async function simplifyModifier(geometry, options = {}) {
 function checkGeometry(geometry) {
   if (!geometry?.isBufferGeometry) throw new TypeError('geometry: give a BufferGeometry');
   if (!geometry.attributes.position) throw new TypeError('geometry: it has no attribute "position"');
-  if (geometry.isInstancedBufferGeometry) throw new TypeError('geometry: give a BufferGeometry that is drawn once');
+  if (geometry.isInstancedBufferGeometry) throw new TypeError('geometry: give a BufferGeometry without instancing');
 }
 
 /** For each vertex the first one that is equal in all attributes and morph targets. */

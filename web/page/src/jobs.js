@@ -28,7 +28,7 @@ function makeJob(job) {
 export function drop(jobs, isUnwanted) {
   const dropped = jobs.waiting.filter(isUnwanted);
   jobs.waiting = jobs.waiting.filter((job) => !dropped.includes(job));
-  for (const job of dropped) job.reject(new DOMException('not wanted any more', 'AbortError'));
+  for (const job of dropped) job.reject(new DOMException('cancelled', 'AbortError'));
 }
 
 /** Ends what runs and gives up what waits, of the jobs that are meant. */

@@ -71,8 +71,8 @@ function makeStage(app) {
 async function open(app, files) {
   const meshes = meshesAmong(files);
   if (meshes.length === 0) {
-    const none = 'None of these files is a mesh: OBJ, PLY, STL, OFF, glTF, GLB and 3MF are read.';
-    warn(files.length === 0 ? 'There is no file in what was dropped.' : none);
+    const none = 'None of these files is a mesh: choose OBJ, PLY, STL, OFF, glTF, GLB or 3MF.';
+    warn(files.length === 0 ? 'You dropped no file: drop a mesh file or a folder.' : none);
     return;
   }
   at('others').hidden = meshes.length === 1;
@@ -231,7 +231,7 @@ async function download(app, ending) {
 
 /** Ends all work at once; what is there stays. */
 function stop(app) {
-  app.idle = app.session ? 'Stopped. What is ready stays; choose a size to go on.' : 'Stopped.';
+  app.idle = app.session ? 'Stopped. Finished results stay; choose a size to continue.' : 'Stopped.';
   cancel(app.jobs);
 }
 
