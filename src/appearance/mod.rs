@@ -2,8 +2,8 @@
 
 mod figures;
 
-use crate::metrics::{psnr, silhouette_iou, ssim};
-use crate::picture::{Image, MeshView, ShadedMesh, view_shaded};
+use crate::metrics::{flip, psnr, silhouette_iou, ssim};
+use crate::picture::{Image, ShadedMesh, view_shaded};
 
 pub use figures::figures;
 
@@ -18,6 +18,8 @@ pub const VIEWS: [[f32; 2]; 6] =
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Appearance {
+    /// FLIP error of the shaded pictures, 0 for equal ones, at most 1.
+    pub flip: f64,
     /// Structural similarity of the shaded pictures in grey, 1 for equal ones.
     pub ssim: f64,
     /// Structural similarity of pictures of normals, mean over three components.
@@ -34,7 +36,7 @@ pub struct Appearance {
 /// use neural_mesh::{appearance::appearance, mesh::shapes};
 /// let sphere = shapes::icosphere(3);
 /// let same = appearance(&sphere, &sphere, 64).unwrap();
-/// assert_eq!((same.ssim, same.silhouette_iou, same.psnr), (1.0, 1.0, f64::INFINITY));
+/// assert_eq!((same.flip, same.ssim, same.silhouette_iou, same.psnr), (0.0, 1.0, 1.0, f64::INFINITY));
 /// let coarse = appearance(&sphere, &shapes::icosphere(1), 64).unwrap();
 /// assert!(coarse.ssim < 1.0 && coarse.silhouette_iou < 1.0 && coarse.psnr < 60.0);
 /// ```
@@ -53,13 +55,16 @@ pub fn appearance<'a>(
         // The camera fits the original, so that equal pixels show equal places.
         let views = view_shaded(&meshes, direction, height);
         let [first, second] = views.as_slice() else { return None };
+        let [a, b] = [&first.shaded, &second.shaded].map(colours);
+        sum.flip += flip(first.shaded.width, &a, &b)?;
         sum.ssim += channels_ssim(&first.shaded, &second.shaded, &[luma])?;
         sum.normals_ssim += channels_ssim(&first.normals, &second.normals, &[|p| p[0], |p| p[1], |p| p[2]])?;
         sum.silhouette_iou += silhouette_iou(&first.covered, &second.covered)?;
-        pixels.iter_mut().zip([first, second]).for_each(|(all, view)| all.extend(colours(view)));
+        pixels.iter_mut().zip([a, b]).for_each(|(all, colours)| all.extend(colours.into_flattened()));
     }
     let n = VIEWS.len() as f64;
     Some(Appearance {
+        flip: sum.flip / n,
         ssim: sum.ssim / n,
         normals_ssim: sum.normals_ssim / n,
         psnr: psnr(&pixels[0], &pixels[1])?,
@@ -80,8 +85,8 @@ fn luma([red, green, blue, _]: [u8; 4]) -> u8 {
     ((299 * u32::from(red) + 587 * u32::from(green) + 114 * u32::from(blue) + 500) / 1000) as u8
 }
 
-fn colours(view: &MeshView) -> impl Iterator<Item = u8> {
-    view.shaded.rgba.chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]])
+fn colours(image: &Image) -> Vec<[u8; 3]> {
+    image.rgba.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect()
 }
 
 #[cfg(test)]
@@ -97,7 +102,7 @@ mod tests {
         let [fine, middle, coarse] = [3, 2, 1].map(of);
         let ordered = |value: fn(&Appearance) -> f64| value(&fine) > value(&middle) && value(&middle) > value(&coarse);
         assert!(
-            ordered(|a| a.ssim) && ordered(|a| a.normals_ssim) && ordered(|a| a.psnr),
+            ordered(|a| a.ssim) && ordered(|a| -a.flip) && ordered(|a| a.normals_ssim) && ordered(|a| a.psnr),
             "{fine:?} {middle:?} {coarse:?}"
         );
         assert!(ordered(|a| a.silhouette_iou), "{fine:?} {middle:?} {coarse:?}");

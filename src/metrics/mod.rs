@@ -4,6 +4,7 @@ mod certified_distance;
 mod chamfer;
 mod comparison;
 mod curvature_error;
+mod flip;
 mod image_similarity;
 mod open_edges;
 mod painted_mesh;
@@ -22,6 +23,7 @@ pub use certified_distance::{CertifiedDistance, DistanceTolerance, certified_dis
 pub use chamfer::{Chamfer, chamfer};
 pub use comparison::{CompareOptions, Figure, ReferenceMesh, compare};
 pub use curvature_error::curvature_error;
+pub use flip::flip;
 pub use image_similarity::{psnr, silhouette_iou, ssim};
 pub use open_edges::{OpenEdges, open_edges};
 pub use painted_mesh::{ColourScale, PaintedMesh, closest_point_tree, colour_scale};

@@ -9,8 +9,8 @@ use crate::words::{group_digits, shorten};
 /// Measures that are missing where they take too long.
 const BOUNDED: [&str; 3] = ["distance_max", "turned_faces", "self_intersecting_faces"];
 
-/// Measures shown by default; `ssim` and `psnr` need `--appearance`.
-const FIRST: [&str; 12] = [
+/// Measures shown by default; `flip`, `ssim` and `psnr` need `--appearance`.
+const FIRST: [&str; 13] = [
     "vertices",
     "faces",
     "distance_mean",
@@ -21,6 +21,7 @@ const FIRST: [&str; 12] = [
     "self_intersecting_faces",
     "components_added",
     "volume_change",
+    "flip",
     "ssim",
     "psnr",
 ];
