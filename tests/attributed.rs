@@ -424,7 +424,7 @@ fn what_lies_outside_is_read_only_where_that_is_allowed() {
 
     let closed = written(&model, Format::Obj);
     assert_eq!((places(&closed), &closed.companion_files[0].bytes[..]), (vec!["a.mtl"], mtl.as_bytes()));
-    assert_eq!(closed.notes.iter().filter(|note| note.contains("lies outside the folder")).count(), 3);
+    assert_eq!(closed.notes.iter().filter(|note| note.contains("is outside the folder")).count(), 3);
     assert!(text(&closed).starts_with("mtllib a.mtl\nmtllib ../out.mtl\n"));
 
     let open = written_as(&model, Format::Obj, true);

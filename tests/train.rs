@@ -215,7 +215,7 @@ fn what_has_changed_is_named() {
     let folder = folder();
     train(&mut opened(folder.path(), "run", Some(SETTINGS), false).unwrap(), &step, &mut go_on).unwrap();
     let refused = |settings, resume| opened(folder.path(), "run", settings, resume).unwrap_err().to_string();
-    assert!(refused(Some(SETTINGS), false).contains("holds a training already"));
+    assert!(refused(Some(SETTINGS), false).contains("already contains a training"));
     let noisier = SETTINGS.replace("noise = 0.1", "noise = 0.2");
     assert!(refused(Some(&noisier), true).contains("`noise` was 0.1 and is 0.2 now"));
     put(folder.path(), "ball.ply", &shapes::icosphere(2));

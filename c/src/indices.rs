@@ -91,7 +91,7 @@ impl Call {
     fn read_options(&self) -> Result<IndexOptions, CallError> {
         let Self { options: bits, target_error: error, .. } = *self;
         if bits & !KNOWN_OPTIONS != 0 {
-            return Err(CallError::new("options", format!("{bits:#x}: some bits are no option")));
+            return Err(CallError::new("options", format!("{bits:#x}: unknown option bits")));
         }
         if error.is_nan() || error < 0.0 {
             return Err(CallError::new("target_error", format!("{error}: give 0 or more")));

@@ -86,7 +86,7 @@ pub fn read_text(name: &str, from: *const c_char) -> Result<String, CallError> {
     }
     // SAFETY: the caller has text there that ends with a zero.
     let text = unsafe { CStr::from_ptr(from) };
-    text.to_str().map(str::to_string).map_err(|_| CallError::new(name, "is no UTF-8"))
+    text.to_str().map(str::to_string).map_err(|_| CallError::new(name, "is not UTF-8"))
 }
 
 pub fn read_bytes(name: &str, from: *const c_void, n: usize) -> Result<Vec<u8>, CallError> {

@@ -41,7 +41,7 @@ pub fn follow(request: &mut Request, format: Option<Format>) -> Result<(), Failu
 fn check_vrm(document: &Document, request: &Request) -> Result<(), Failure> {
     match request.output.as_deref().filter(|path| is_vrm(path)) {
         Some(path) if !document.has_extension("VRM") && !document.has_extension("VRMC_vrm") => {
-            Err(Failure::Usage(format!("{}: the mesh is no VRM: end the name in .glb", path.display())))
+            Err(Failure::Usage(format!("{}: the mesh is not a VRM scene: end the name in .glb", path.display())))
         }
         _ => Ok(()),
     }

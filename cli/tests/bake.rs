@@ -255,8 +255,8 @@ fn what_cannot_be_baked_is_refused_in_one_line() {
     for (input, output, size, code, words) in [
         ("a.obj", "b.glb", "0", 2, "--bake 0: give a whole number from 16 to 8192"),
         ("a.obj", "b.glb", "8193", 2, "--bake 8193: give a whole number from 16 to 8192"),
-        ("gone.obj", "b.ply", "64", 2, "--bake 64: ply holds no textures: write glb, gltf or obj"),
-        ("gone.obj", "b.stl", "64", 2, "--bake 64: stl holds no textures: write glb, gltf or obj"),
+        ("gone.obj", "b.ply", "64", 2, "--bake 64: ply cannot store textures: write glb, gltf or obj"),
+        ("gone.obj", "b.stl", "64", 2, "--bake 64: stl cannot store textures: write glb, gltf or obj"),
         ("bent.gltf", "b.glb", "64", 2, "--bake: a mesh with a skin or morph targets has more than one shape"),
     ] {
         let refused = run(folder.path(), &["simplify", input, "-o", output, "--ratio", "0.5", "--bake", size]);
@@ -290,7 +290,7 @@ fn a_batch_bakes_each_mesh_and_says_which_format_holds_none() {
     assert_eq!(run(folder.path(), &asked).code, Some(1));
     let out = folder.path().join("out");
     let rows = std::fs::read_to_string(out.join("manifest.csv")).unwrap();
-    assert!(rows.contains("--bake 64") && rows.contains("off holds no textures"), "{rows}");
+    assert!(rows.contains("--bake 64") && rows.contains("off cannot store textures"), "{rows}");
     assert!(dressed(&out.join("sheet.obj")).looks.of_groups[0].texture.is_some());
     let bad = ["simplify", "in", "-o", "out2", "--ratio", "0.1", "--bake", "9"];
     assert_eq!(run(folder.path(), &bad).code, Some(2));

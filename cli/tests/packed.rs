@@ -92,7 +92,7 @@ fn what_cannot_be_packed_is_refused() {
     let folder = folder();
     let spot = shipped("spot.ply");
     for (output, more, why) in [
-        ("a.ply", "--quiet", "ply is no glTF: write glb or gltf"),
+        ("a.ply", "--quiet", "ply is not glTF: write glb or gltf"),
         ("a.glb", "--lock-boundaries", "cannot be used with"),
         ("a.glb", "--symmetric", "cannot be used with"),
     ] {

@@ -141,7 +141,7 @@ fn what_is_no_vrm_does_not_get_the_name_of_one() {
     for name in ["a.obj", "a.glb"] {
         let run = run(folder.path(), &["simplify", name, "-o", "b.vrm", "--ratio", "50%"]);
         assert_eq!(run.code, Some(2));
-        assert_eq!(the_line(&run), "neural-mesh: b.vrm: the mesh is no VRM: end the name in .glb");
+        assert_eq!(the_line(&run), "neural-mesh: b.vrm: the mesh is not a VRM scene: end the name in .glb");
     }
 }
 

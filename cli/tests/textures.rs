@@ -159,7 +159,7 @@ fn what_is_no_image_stays_with_a_note_and_formats_without_textures_are_refused()
     assert!(String::from_utf8(run.out).unwrap().contains(note));
     assert_eq!(std::fs::read(folder.path().join("out/maps/skin.png")).unwrap(), b"not looked into");
     for (output, more, why) in [
-        ("a.stl", &["--textures", "64"][..], "--textures: stl holds no textures: write glb, gltf, obj or ply"),
+        ("a.stl", &["--textures", "64"][..], "--textures: stl cannot store textures: write glb, gltf, obj or ply"),
         ("a.glb", &["--textures", "64", "--bake", "64"], "cannot be used with"),
         ("a.glb", &["--textures", "9000"], "give a whole number from 16 to 8192"),
     ] {

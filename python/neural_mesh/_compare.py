@@ -22,13 +22,13 @@ class Comparison:
     """Figures of results beside their original."""
 
     results: tuple[Mapping[str, float | None], ...]
-    """For each result its figures by name; `None` where one cannot be measured."""
+    """Figures by name, for each result; `None` for a figure that cannot be measured."""
     units: Mapping[str, str]
     """The unit of each figure."""
     about: Mapping[str, str]
-    """What each figure is."""
+    """The meaning of each figure."""
     page: str | None = field(repr=False)
-    """A page of HTML that shows the meshes in 3-D and asks for nothing outside itself, where one was asked for."""
+    """The HTML page that shows the meshes in 3-D without network access, if requested."""
 
     def __getitem__(self, name: str) -> float | None:
         """A figure of the only result, or of the first."""

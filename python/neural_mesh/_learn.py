@@ -28,14 +28,14 @@ class Sample:
     name: str
     """Of the mesh, or of its file."""
     ratio: float
-    """The share of the vertices that stays."""
+    """Share of the vertices to keep."""
     vertex_of: NDArray[np.int32] | None = None
-    """Of a result: for each vertex of the original the vertex that stands for it."""
+    """For a result: result vertex of each vertex of the original."""
 
 
 Objective = Callable[[Sample, Sample], Any]
-"""What is wrong with a result: `objective(original, result)`, a number of at least 0, or one for each vertex or face of the original,
-whose sum counts. With places the gradients are less noisy."""
+"""Error of a result: `objective(original, result)` returns a number of at least 0, or one per vertex or face of the original, which are summed.
+One per vertex or face makes the gradients less noisy."""
 
 TrainProgress = Callable[[str, int, int, int, Mapping[str, float]], object]
 

@@ -27,7 +27,7 @@ class Record:
     faces: Any
     """The faces of the result, n x 3, of the kind of array that was given."""
     output_vertices: NDArray[np.int32]
-    """For each vertex given the vertex of the result that it went to; -1 where it went nowhere."""
+    """Result vertex of each input vertex; -1 for an input vertex without one."""
 
     def __init__(self, vertices: Any, faces: Any, options: Mapping[str, Any], progress: Progress | None = None) -> None:
         source = given((vertices, faces), None, None)

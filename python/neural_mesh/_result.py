@@ -21,13 +21,13 @@ class Map:
     """Where a result comes from, for data that the caller carries over."""
 
     output_vertices: NDArray[np.int32]
-    """For each vertex given the vertex of the result that it went into; -1 where it went nowhere."""
+    """Result vertex of each input vertex; -1 for an input vertex without one."""
     input_vertices: NDArray[np.int32]
-    """For each vertex of the result the nearest of the given ones that went into it; -1 where there is none."""
+    """Closest input vertex that was merged into each result vertex; -1 for a result vertex without one."""
     corner_faces: NDArray[np.int32]
-    """For each corner of the result's faces (n_faces x 3) the face, of those that were left after cleaning, that it stands on."""
+    """Cleaned input face that each corner of the result's faces is on, n_faces x 3."""
     corner_weights: NDArray[np.float32]
-    """The weights of that face's corners, n_faces x 3 x 3; each three are at least 0, their sum 1."""
+    """Barycentric weights of each corner on its input face, n_faces x 3 x 3; the three are at least 0 and sum to 1."""
 
 
 class NeuralMeshWarning(UserWarning):
@@ -46,21 +46,21 @@ class Light(Generic[M]):
     """Values by name; the row `wedges[f, i]` belongs to corner `i` of face `f`. Without seams there is a row for each vertex. Names are
     those given; what a file carries is called `uv`, `normals`, `colors` and `tangents`, whatever the file calls it."""
     wedges: NDArray[np.int32] | None
-    """The row of `attributes` of each corner, n_faces x 3; `None` where nothing is carried."""
+    """Row of `attributes` of each corner, n_faces x 3; `None` without attributes."""
     groups: NDArray[Any] | None
-    """The group of each face, n_faces, as given or as the file has them; `None` where there are none."""
+    """Group of each face, n_faces, as in the input; `None` without groups."""
     group_names: Mapping[int, str]
     """Names of materials, groups and objects of a file, by group."""
     face_attributes: Mapping[str, NDArray[Any]]
-    """Values of faces by name, n_faces or n_faces x k: each face has those of the given face that it lies on."""
+    """Values of faces by name, n_faces or n_faces x k; each face takes those of the input face below it."""
     report: Report
-    """What was done, as `neural-mesh simplify --report` writes it; `report_schema()` says what is there."""
+    """The report, as `neural-mesh simplify --report` writes it; `report_schema()` describes it."""
     map: Map | None
-    """Where the result comes from, if `map=True` asked for that."""
+    """The map from input to result, with `map=True`."""
     sources: NDArray[np.int32] | None
-    """The given vertex that each vertex is, where each is one (`subset=True`, the paper's assembly, or nothing was to do)."""
+    """Input vertex of each result vertex, if every vertex is one (`subset=True`, the paper's assembly, or no change)."""
     paths: tuple[str, ...]
-    """Files that were written."""
+    """Paths of the written files."""
     mesh: M = field(repr=False)
     """The result in the type of mesh that was given: trimesh, Open3D, pyvista, or the pair of arrays."""
 

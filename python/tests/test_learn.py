@@ -80,7 +80,7 @@ def test_what_cannot_be_trained_is_one_line(tmp_path):
         nm.train({"mesh-0": torus(8, 8)}, _inner, out=tmp_path / "f", settings=_QUICK)
     with pytest.raises(nm.NeuralMeshError, match="without folders"):
         nm.train({"../x": WAVY}, _inner, out=tmp_path / "d")
-    with pytest.raises(nm.NeuralMeshError, match="holds a training already"):
+    with pytest.raises(nm.NeuralMeshError, match="already contains a training"):
         for _ in range(2):
             nm.train(tmp_path / "b/meshes", _inner, out=tmp_path / "e", epochs=1, settings=_QUICK)
 

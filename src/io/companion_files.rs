@@ -124,7 +124,7 @@ impl<'a> FileFinder<'a> {
             .or_else(|| folder.relative_path(&source))
             .or_else(|| Some(self.free_path(source.file_name()?.as_ref(), &bytes)));
         Ok(CompanionFile {
-            output_path: output_path.ok_or("is no file: the result still names it")?,
+            output_path: output_path.ok_or("is not a file: the result still names it")?,
             source,
             is_renamed,
             bytes,

@@ -118,9 +118,9 @@ pub(super) enum FileProblem {
 impl std::fmt::Display for FileProblem {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Outside => write!(f, "lies outside the folder of the asset and is not read"),
+            Self::Outside => write!(f, "is outside the folder of the asset and is not read"),
             Self::Missing => write!(f, "is missing"),
-            Self::NotAFile => write!(f, "is no file"),
+            Self::NotAFile => write!(f, "is not a file"),
             Self::Unreadable(error) => write!(f, "cannot be read ({error})"),
         }
     }

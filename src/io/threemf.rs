@@ -371,7 +371,7 @@ mod tests {
             error.contains("needs the extension \"http://schemas.microsoft.com/3dmanufacturing/slice/2015/06\""),
             "{error}"
         );
-        assert!(read_attributed(&package(&[])).unwrap_err().what.contains("holds no 3D model"));
+        assert!(read_attributed(&package(&[])).unwrap_err().what.contains("contains no 3D model"));
     }
 
     #[test]

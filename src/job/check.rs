@@ -29,14 +29,14 @@ impl Job {
         let is_gltf = matches!(format, Format::Glb | Format::Gltf);
         let what = match self.bake {
             Some(size) if !is_gltf && format != Format::Obj => {
-                format!("--bake {size}: {name} holds no textures: write glb, gltf or obj")
+                format!("--bake {size}: {name} cannot store textures: write glb, gltf or obj")
             }
-            _ if self.compress.is_some() && !is_gltf => format!("--compress: {name} is no glTF: write glb or gltf"),
+            _ if self.compress.is_some() && !is_gltf => format!("--compress: {name} is not glTF: write glb or gltf"),
             _ if self.textures.is_some()
                 && !is_gltf
                 && !matches!(format, Format::Obj | Format::Ply | Format::PlyAscii) =>
             {
-                format!("--textures: {name} holds no textures: write glb, gltf, obj or ply")
+                format!("--textures: {name} cannot store textures: write glb, gltf, obj or ply")
             }
             _ => return Ok(()),
         };
@@ -162,8 +162,8 @@ mod tests {
     #[test]
     fn what_the_format_has_no_place_for_is_refused() {
         let packed = error_message(|job| job.compress = Some(PackOptions { bits: 14, compress: false }));
-        assert_eq!(packed, "--compress: obj is no glTF: write glb or gltf");
+        assert_eq!(packed, "--compress: obj is not glTF: write glb or gltf");
         let textures = error_message(|job| (job.format, job.textures) = (Format::Stl, Some(512)));
-        assert_eq!(textures, "--textures: stl holds no textures: write glb, gltf, obj or ply");
+        assert_eq!(textures, "--textures: stl cannot store textures: write glb, gltf, obj or ply");
     }
 }

@@ -150,7 +150,7 @@ impl Csr {
                 *slot += 1;
             }
         }
-        assert!(next[..n] == offsets[1..], "neighbours that name each other");
+        assert!(next[..n] == offsets[1..], "the graph must be symmetric");
         Self { offsets, columns, n_cols: n }
     }
 

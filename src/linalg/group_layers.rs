@@ -65,7 +65,7 @@ fn check_shapes(x: &Matrix, layers: &[[&Matrix; 2]], group: usize) -> [usize; 2]
         assert_eq!(
             [weights.n_rows(), bias.data().len()],
             [n_in, weights.n_cols()],
-            "each layer takes what the last gives"
+            "sizes of consecutive layers must match"
         );
         weights.n_cols()
     });

@@ -59,7 +59,7 @@ pub fn group_max_affine(x: &Matrix, layer: [&Matrix; 2], group: usize) -> GroupM
 
 fn group_max_affine_on(isa: Isa, x: &Matrix, layer: [&Matrix; 2], group: usize) -> Matrix {
     let [n_in, n_out] = layer[0].shape();
-    assert_eq!([x.n_cols(), n_out], [n_in, layer[1].data().len()], "a layer that takes x");
+    assert_eq!([x.n_cols(), n_out], [n_in, layer[1].data().len()], "sizes of x and of the layer must match");
     isa.compute_matrix(&LargestAffineKernel { x, layer, group }, n_groups(x, group), 2 * n_out)
 }
 

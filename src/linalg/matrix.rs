@@ -91,7 +91,7 @@ impl Matrix {
 
 #[inline(always)]
 pub(crate) fn window<const COLS: usize>(values: &[f32], at: usize) -> &[f32; COLS] {
-    values[at..].first_chunk().expect("a window inside of the values")
+    values[at..].first_chunk().expect("the window must be inside the values")
 }
 
 #[cfg(test)]

@@ -46,7 +46,7 @@ pub fn neighbour_max_product_relu(u: &Matrix, graph: &Csr, weights: &Matrix) -> 
 
 fn product_on(isa: Isa, u: &Matrix, graph: &Csr, weights: &Matrix) -> Matrix {
     assert_eq!([graph.n_rows(), graph.n_cols()], [u.n_rows(); 2], "one graph node per row");
-    assert_eq!(u.n_cols(), weights.n_rows(), "columns of u and rows of weights");
+    assert_eq!(u.n_cols(), weights.n_rows(), "weights need as many rows as u has columns");
     isa.compute_matrix(
         &NeighbourMaxProductKernel { largest: NeighbourMaxKernel { u, graph }, weights },
         u.n_rows(),

@@ -77,8 +77,8 @@ pub fn concat_pair_relu_product(
 fn product_on(isa: Isa, kernel: &PairReluProductKernel) -> Matrix {
     let (n_rows, [n_in, n_out]) = (kernel.sums.u.n_rows(), kernel.weights.shape());
     let n_left = kernel.left.map_or(0, Matrix::n_cols);
-    assert!(kernel.left.is_none_or(|left| left.n_rows() == n_rows), "as many rows on both sides");
-    assert_eq!(n_left + kernel.sums.u.n_cols(), n_in, "columns of u, and of what is beside it, and rows of weights");
+    assert!(kernel.left.is_none_or(|left| left.n_rows() == n_rows), "both matrices need equal numbers of rows");
+    assert_eq!(n_left + kernel.sums.u.n_cols(), n_in, "weights need as many rows as left and u have columns");
     assert_eq!(kernel.output_bias.len(), n_out, "one output bias per column");
     isa.compute_matrix(kernel, n_rows, n_out)
 }

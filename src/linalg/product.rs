@@ -65,19 +65,19 @@ pub(crate) fn column_sums(m: &Matrix) -> Matrix {
 }
 
 fn product_on(isa: Isa, x: &Matrix, weights: &Matrix, bias: &[f32]) -> Matrix {
-    assert_eq!(x.n_cols(), weights.n_rows(), "columns of x and rows of weights");
+    assert_eq!(x.n_cols(), weights.n_rows(), "weights need as many rows as x has columns");
     assert!(bias.is_empty() || bias.len() == weights.n_cols(), "one bias per column");
     isa.compute_matrix(&Product { x, weights, bias }, x.n_rows(), weights.n_cols())
 }
 
 fn concat_product_on(isa: Isa, a: &Matrix, b: &Matrix, weights: &Matrix) -> Matrix {
-    assert_eq!(a.n_rows(), b.n_rows(), "as many rows on both sides");
-    assert_eq!(a.n_cols() + b.n_cols(), weights.n_rows(), "columns of both and rows of weights");
+    assert_eq!(a.n_rows(), b.n_rows(), "both matrices need equal numbers of rows");
+    assert_eq!(a.n_cols() + b.n_cols(), weights.n_rows(), "weights need as many rows as both matrices have columns");
     isa.compute_matrix(&ConcatProduct { a, b, weights }, a.n_rows(), weights.n_cols())
 }
 
 fn weights_backward_on(isa: Isa, x: &Matrix, gradient: &Matrix) -> Matrix {
-    assert_eq!(x.n_rows(), gradient.n_rows(), "rows of x and of the gradient");
+    assert_eq!(x.n_rows(), gradient.n_rows(), "the gradient needs as many rows as x");
     let [n_in, n_out] = [x.n_cols(), gradient.n_cols()];
     let parts = isa.compute_matrix(&WeightsBackward { x, gradient }, x.n_rows().div_ceil(ROWS_PER_SUM), n_in * n_out);
     let mut sum = vec![0.0; n_in * n_out];

@@ -63,8 +63,8 @@ where
     P: Copy + Into<[f32; 3]> + Sync,
     F: Fn(usize) -> (usize, &'g [u32]) + Sync,
 {
-    assert_eq!([theta.n_rows(), phi.n_rows()], [6, theta.n_cols()], "theta takes both parts to phi");
-    assert_eq!(first[0].shape(), [phi.n_cols(), second[0].n_rows()], "the layers follow each other");
+    assert_eq!([theta.n_rows(), phi.n_rows()], [6, theta.n_cols()], "sizes of theta and phi must match");
+    assert_eq!(first[0].shape(), [phi.n_cols(), second[0].n_rows()], "sizes of consecutive layers must match");
     assert_eq!([first[1].n_cols(), second[1].n_cols()], [first[0].n_cols(), second[0].n_cols()], "one bias per column");
     let kernel = ScoredDevConvKernel { largest: StarMaxKernel { stars, theta }, phi, first, second };
     isa.compute_matrix(&kernel, stars.n, second[0].n_cols())

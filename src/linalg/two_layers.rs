@@ -25,7 +25,7 @@ pub fn two_layers(x: &Matrix, first: [&Matrix; 2], second: [&Matrix; 2]) -> Matr
 
 fn two_layers_on(isa: Isa, x: &Matrix, first: [&Matrix; 2], second: [&Matrix; 2]) -> Matrix {
     let [n_hidden, n_out] = second[0].shape();
-    assert_eq!(first[0].shape(), [x.n_cols(), n_hidden], "the first layer takes x to the second");
+    assert_eq!(first[0].shape(), [x.n_cols(), n_hidden], "sizes of x and of the layers must match");
     assert_eq!([first[1].shape(), second[1].shape()], [[1, n_hidden], [1, n_out]], "one bias per column");
     isa.compute_matrix(&TwoLayers { x, first, second }, x.n_rows(), n_out)
 }

@@ -129,7 +129,7 @@ impl std::fmt::Display for CleanError {
                 "the component at vertex {vertex} is {size:.2e} across, but single precision rounds by {step:.1e} at its position: save distant components, and components of very different sizes, as separate files"
             ),
             Self::TooFar { vertex } => {
-                write!(f, "vertex {vertex} lies beyond the range of single precision (3.4e38): scale the mesh")
+                write!(f, "vertex {vertex} is beyond the range of single precision (3.4e38): scale the mesh")
             }
         }
     }

@@ -24,7 +24,7 @@ impl Weights {
 }
 
 pub(super) fn read_shipped(file: &[u8]) -> Weights {
-    own_file(file).expect("weights that ship are weights")
+    own_file(file).expect("shipped weights are valid")
 }
 
 /// Reads a file of `Weights::to_bytes`; returns `None` for other files.

@@ -60,7 +60,7 @@ pub fn adam_step(
     });
     let mut directions = direction.iter();
     tensors.map(|_, matrix| {
-        let (_, direction) = directions.next().expect("as many directions as tensors");
+        let (_, direction) = directions.next().expect("one direction per tensor");
         let moved = |(&w, &d): (&f32, &f32)| (f64::from(w) - learning_rate * f64::from(d)) as f32;
         let data = matrix.data().iter().zip(direction.data()).map(moved).collect();
         Arc::new(Matrix::new(matrix.n_rows(), matrix.n_cols(), data))

@@ -74,7 +74,7 @@ pub(super) fn read_checkpoint(
     let bytes = std::fs::read(path).map_err(|error| TrainError::file(path, format!("cannot be read: {error}")))?;
     let (_, metadata) = SafeTensors::read_metadata(&bytes).map_err(|error| broken(error.to_string()))?;
     let state = metadata.metadata().as_ref().and_then(|entries| entries.get(STATE_KEY));
-    let state = state.ok_or_else(|| broken("it holds no training state".into()))?;
+    let state = state.ok_or_else(|| broken("it contains no training state".into()))?;
     let CheckpointState { origin, position, adam_steps } =
         serde_json::from_str(state).map_err(|error| broken(error.to_string()))?;
     let shapes = shapes(&origin)?;

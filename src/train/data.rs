@@ -68,7 +68,7 @@ pub fn read_data(folder: &Path, settings: &Settings) -> Result<DataSet, TrainErr
     }
     if data.training.is_empty() {
         let first = data.left_out.first().map(|(name, why)| format!(" (the first of those left out: {name}: {why})"));
-        let what = format!("holds no mesh to train on{}: give a folder of mesh files", first.unwrap_or_default());
+        let what = format!("contains no mesh to train on{}: give a folder of mesh files", first.unwrap_or_default());
         return Err(TrainError::file(folder, what));
     }
     Ok(data)

@@ -86,7 +86,7 @@ pub fn open(request: &TrainRequest) -> Result<TrainingRun, TrainError> {
     let checkpoint = request.folder.join("checkpoint.safetensors");
     let (state, settings, data) = if checkpoint.exists() {
         if !request.resume {
-            let what = "holds a training already: continue with --resume, or choose another folder";
+            let what = "already contains a training: continue with --resume, or choose another folder";
             return Err(TrainError::file(request.folder, what));
         }
         resume_training(request, &checkpoint)?
@@ -249,7 +249,7 @@ fn check_is_empty(folder: &Path) -> Result<(), TrainError> {
     let names = entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned());
     match names.into_iter().find(|name| !name.starts_with(TEMPORARY)) {
         Some(name) => {
-            let what = format!("holds {name} but no checkpoint: choose another folder or empty it");
+            let what = format!("contains {name} but no checkpoint: choose another folder or empty this one");
             Err(TrainError::file(folder, what))
         }
         None => Ok(()),

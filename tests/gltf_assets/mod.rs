@@ -448,7 +448,7 @@ fn buffers_outside_are_not_read() {
         asset.document["buffers"] = json!([{"uri": uri, "byteLength": 64}]);
         std::fs::write(inner.join("a.gltf"), asset.document.to_string()).unwrap();
         let error = Asset::read_path(&inner.join("a.gltf")).unwrap_err().to_string();
-        assert!(error.contains("lies outside the folder") && !error.contains('\n'), "{error}");
+        assert!(error.contains("is outside the folder") && !error.contains('\n'), "{error}");
     }
 }
 

@@ -34,7 +34,7 @@ pub(super) fn inspect_folder(folder: &Path, origin: &Origin, resume: bool) -> Re
         return check_is_empty(folder).map(|()| found);
     }
     if !resume {
-        let what = "holds an evaluation already: continue with --resume, or choose another folder";
+        let what = "already contains an evaluation: continue with --resume, or choose another folder";
         return Err(EvaluateError::file(folder, what));
     }
     let (before, corrected) = read_origin(&settings)?.with_commands_of(origin);
@@ -106,7 +106,7 @@ fn check_is_empty(folder: &Path) -> Result<(), EvaluateError> {
     let other = entries(folder).into_iter().find(|path| !is_temporary(path));
     other.map_or(Ok(()), |path| {
         let name = path.file_name().unwrap_or_default().display();
-        let what = format!("holds {name} but no evaluation: choose another folder or empty it");
+        let what = format!("contains {name} but no evaluation: choose another folder or empty this one");
         Err(EvaluateError::file(folder, what))
     })
 }

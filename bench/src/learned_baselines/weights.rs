@@ -101,7 +101,7 @@ fn is_share(share: f64) -> bool {
 }
 
 fn parse_shipped(file: &[u8]) -> LearnedWeights {
-    LearnedWeights::from_bytes(file).expect("weights that ship are weights")
+    LearnedWeights::from_bytes(file).expect("shipped weights are valid")
 }
 
 #[cfg(test)]

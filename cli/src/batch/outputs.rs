@@ -80,7 +80,7 @@ pub fn prepare_path(folder: &Path, below: &Path) -> Result<PathBuf, Failure> {
     let mut path = folder.to_path_buf();
     let names = below.components().all(|part| matches!(part, Component::Normal(_)));
     if !names || below.file_name().is_none() {
-        return Err(Failure::in_file(below, "lies outside the output folder: rename the mesh"));
+        return Err(Failure::in_file(below, "would be outside the output folder: rename the mesh"));
     }
     for part in below.parent().into_iter().flat_map(Path::components) {
         path.push(part);

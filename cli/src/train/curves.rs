@@ -94,7 +94,7 @@ fn curves(table: &str) -> Result<Vec<Curve>, String> {
             curves.push(Curve { name: name.into(), is_validation, points });
         }
     }
-    if curves.is_empty() { Err("holds no losses yet: wait for the first epoch".into()) } else { Ok(curves) }
+    if curves.is_empty() { Err("contains no losses yet: wait for the first epoch".into()) } else { Ok(curves) }
 }
 
 fn epochs(curves: &[Curve]) -> Range<f64> {

@@ -23,7 +23,7 @@ pub(super) fn decompress(root: &mut Root, buffers: &AssetBuffers) -> Result<(), 
         };
         // An attribute with neither copy would silently become zeros.
         if let Some(name) = find_missing(primitive, draco, accessors) {
-            return Err(broken(&format!("it holds no {name}")));
+            return Err(broken(&format!("it contains no {name}")));
         }
         let view = draco.buffer_view.and_then(|view| buffer_views.get(view)).ok_or_else(|| broken("no buffer view"))?;
         let bytes = buffers.get(view.buffer).and_then(|bytes| bytes.get(view.byte_offset..)?.get(..view.byte_length));

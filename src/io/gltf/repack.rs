@@ -42,7 +42,7 @@ pub(super) fn pack(draft: &mut Draft, limit: usize) -> Result<Vec<u8>, WriteErro
     let views = draft.document.get_mut("bufferViews").and_then(Value::as_array_mut);
     for (at, (view, bytes)) in views.into_iter().flatten().zip(&draft.views).enumerate() {
         let bytes = bytes.as_deref().ok_or_else(|| WriteError {
-            what: format!("buffer view {at} lies outside its buffer: export the asset again"),
+            what: format!("buffer view {at} ends beyond its buffer: export the asset again"),
         })?;
         let offset = *known.entry((bytes.as_ptr(), bytes.len())).or_insert_with(|| {
             buffer.resize(buffer.len().next_multiple_of(ALIGNMENT), 0);
@@ -228,6 +228,6 @@ mod tests {
         assert!(pack(&mut draft(), 10).is_err());
         let mut broken = draft();
         broken.views[1] = None;
-        assert!(pack(&mut broken, 1000).unwrap_err().what.starts_with("buffer view 1 lies outside"));
+        assert!(pack(&mut broken, 1000).unwrap_err().what.starts_with("buffer view 1 ends beyond"));
     }
 }

@@ -192,7 +192,7 @@ impl Asset {
             Format::Glb => Ok(BufferPlace::Glb),
             Format::Gltf if self.is_embedded => Ok(BufferPlace::Embedded),
             Format::Gltf => Ok(BufferPlace::Beside),
-            _ => Err(WriteError { what: format!("{} holds no scene: choose gltf or glb", format.name()) }),
+            _ => Err(WriteError { what: format!("{} cannot store a scene: choose gltf or glb", format.name()) }),
         }
     }
 

@@ -49,7 +49,9 @@ impl<'a> Package<'a> {
         let named = related.filter(|name| self.index(name).is_some());
         let is_model = |name: &&str| name.to_ascii_lowercase().ends_with(".model");
         let found = named.or_else(|| self.archive.file_names().find(is_model).map(String::from));
-        found.ok_or_else(|| ReadError::file("the archive holds no 3D model", "give a 3MF file, or unpack the archive"))
+        found.ok_or_else(|| {
+            ReadError::file("the archive contains no 3D model", "give a 3MF file, or unpack the archive")
+        })
     }
 
     pub fn text(&mut self, name: &str) -> Result<String, ReadError> {

@@ -39,7 +39,7 @@ pub(in crate::io::gltf) fn pack_compressed(draft: &mut Draft, limit: usize) -> R
     let views = draft.document.get_mut("bufferViews").and_then(Value::as_array_mut);
     for (at, ((view, bytes), stream)) in views.into_iter().flatten().zip(&draft.views).zip(&streams).enumerate() {
         let bytes = bytes.as_deref().ok_or_else(|| WriteError {
-            what: format!("buffer view {at} lies outside its buffer: export the asset again"),
+            what: format!("buffer view {at} ends beyond its buffer: export the asset again"),
         })?;
         let packed = stream
             .as_ref()
