@@ -31,7 +31,7 @@ impl Subsystem {
     fn label(self) -> &'static str {
         match self {
             Self::Closed => "the closed assembly",
-            Self::Carried => "what it carries",
+            Self::Carried => "attributes and files",
             Self::Paper => "the paper's assembly",
             Self::Training => "the training",
         }

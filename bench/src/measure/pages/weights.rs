@@ -9,24 +9,23 @@ use crate::measure::quotients::{Figure, Quotients};
 use crate::measure::versions::Subsystem;
 use crate::measure::workbench::Bench;
 
-const INTRO: &str =
-    "The weights that ship, and how they are made: [training.md](../training.md#weights-that-ship).\n\n";
+const INTRO: &str = "[training.md](../training.md#weights-that-ship) describes the weights and their training.\n\n";
 
 const DEFAULT: &str = "
 ## `default`
 
-The closed assembly with the scores of these weights over the same without scores, on [the benchmark](benchmark.md): medians of \
-quotients.
+Figures of the closed assembly with the scores of these weights, divided by those without scores, on [the \
+benchmark](benchmark.md): medians.
 
 ";
 
 const PAPER: &str = "
 ## `paper-open` and `paper-tosca`
 
-Means over the meshes of [paper.md](paper.md) for the paper's assembly with both, and for the closed assembly, which uses no \
-network. CD is in 1e-6 of the squared diagonal, NE the mean of 1 - |n.n'|, WA the edges without two faces in percent, and *open* \
-those of them off the original's boundary. The paper's assembly keeps vertices where they were, so it cannot reach the normals of \
-QEM, which moves them.
+Means over the meshes of [paper.md](paper.md) for the paper's assembly with either file of weights, and for the \
+closed assembly without a network. CD is in 1e-6 of the squared diagonal, NE the mean of 1 - |n.n'|, WA the edges without two faces in percent, and \
+*open* the same without edges on the original's boundary. The paper's assembly does not move vertices, \
+which limits its normals.
 
 ";
 

@@ -89,7 +89,7 @@ pub fn section(bench: &Bench) -> Result<String> {
         .iter()
         .fold((f64::INFINITY, 0.0), |(least, most): (f64, f64), &quotient| (least.min(quotient), most.max(quotient)));
     Ok(format!(
-        "## Certain distances\n\n`--error` finds the smallest mesh whose largest distance from the original is proved to be within a \
+        "## Proved distances\n\n`--error` finds the smallest mesh whose largest distance from the original is proved to be within a \
          limit. For {} meshes and the limits 1 % and 0.25 % of the diagonal, the largest of {} samples on each surface exceeds the limit \
          in {n_over} of {} results. meshoptimizer's smallest mesh with such a proof is found by bisection over its `simplify`. Faces \
          over its faces: {}, from {} to {} (median, least, largest). Each result: {link}.\n",

@@ -53,7 +53,8 @@ pub fn section(bench: &Bench) -> Result<String> {
     head.drain(1..3);
     head[0].clear();
     Ok(format!(
-        "## Mirrored\n\nQuotients of `--symmetric` over plain results with the same number of vertices: mean distances from {} samples on \
+        "## Mirrored\n\nQuotients of `--symmetric` over results without this option with the same number of \
+         vertices: mean distances from {} samples on \
          each surface, and largest distances. The {} meshes are those of the training set and of TOSCA's first poses that have a mirror \
          plane across an axis. Each mesh: {link}.\n\n{}",
         count(SAMPLES),

@@ -26,9 +26,9 @@ pub fn section(bench: &Bench) -> Result<String> {
         rows.extend(of.into_iter().map(|row| (name(&path), row)));
     }
     Ok(format!(
-        "## Textured models\n\nneural-mesh against meshoptimizer's `simplifyWithAttributes` at the same number of faces. Two weightings are \
-         compared: *normals* is that of gltfpack (0.5 per component of a normal, 1 of a colour, 0 of texture coordinates); *uv* adds 1 per \
-         texture coordinate. Where one number stands for both, the better one counts. Vertices are split where attributes differ; seams are \
+        "## Textured models\n\nneural-mesh is compared with meshoptimizer's `simplifyWithAttributes` at the same \
+         number of faces, with two weightings of attributes: *normals* is that of gltfpack (0.5 per component of a normal, 1 of a colour, 0 of texture coordinates); *uv* \
+         adds 1 per texture coordinate. The table takes the better result of the two. Vertices are split where attributes differ; seams are \
          kept. Distance is the two-sided mean from {SAMPLES} samples on each surface; PSNR is that of textured pictures, {HEIGHT} pixels \
          high, from six sides.\n\nSpot is by Keenan Crane (CC0), the duck is a glTF sample of Khronos, and `scripts/textured_models.py` \
          makes the others. Each model: {}.\n\n{}",
@@ -63,7 +63,7 @@ fn summary(rows: &[(String, ModelComparison)]) -> String {
     let at = |ratio: f64| rows.iter().map(|row| &row.1).filter(|row| row.ratio == ratio).collect();
     let mut lines: Vec<Vec<String>> = RATIOS.iter().map(|&ratio| line(ratio.to_string(), at(ratio))).collect();
     lines.push(line("all".into(), rows.iter().map(|row| &row.1).collect()));
-    let head = ["ratio", "distance, ours / theirs: median", "PSNR, ours - theirs, dB: median", "PSNR better on"];
+    let head = ["ratio", "distance, quotient: median", "PSNR, difference in dB: median", "PSNR better on"];
     table(&head, &lines)
 }
 

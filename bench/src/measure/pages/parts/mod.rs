@@ -50,9 +50,10 @@ pub fn sections(bench: &Bench) -> Result<String> {
         "{n_meshes} benchmark meshes at every ratio, one seed. Cells are medians of quotients over the full assembly; above 1 is \
          worse. Figures are those of [the benchmark](benchmark.md); time is processor time on one thread. Each ratio: {link}.\n\n\
          ## Scores\n\n\
-         By default a formula gives each vertex its importance. It is replaced by uniform importance (`--scores geometry`), by \
-         the shipped network (`--scores network`), and by that network with shuffled weights.\n\n{}\n\
-         ## Stages left out\n\n*Flips* replace edges by the other diagonal where that is nearer to the original. *Fit* moves \
+         By default a formula determines the importance of each vertex. Here uniform importance (`--scores \
+         geometry`), the shipped network (`--scores network`) and the same network with shuffled weights replace \
+         the formula.\n\n{}\n\
+         ## Stages left out\n\n*Flips* replace edges by the other diagonal if that is closer to the original. *Fit* moves \
          vertices toward the surface.\n\n{}",
         format_table(&quotients, &SCORES),
         format_table(&quotients, &LEFT_OUT)

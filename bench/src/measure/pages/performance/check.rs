@@ -44,7 +44,7 @@ pub fn section(bench: &Bench) -> Result<String> {
         "time, ns per face",
     ];
     Ok(format!(
-        "## The check\n\nThe distance that `simplify` prints comes from {} samples on each surface (`metrics::quick_distance`). It is \
+        "## Accuracy of printed distances\n\nThe distance that `simplify` prints comes from {} samples on each surface (`metrics::quick_distance`). It is \
          compared with {} samples on the benchmark meshes, on one thread:\n\n{}",
         count(SAMPLES),
         count(MANY),

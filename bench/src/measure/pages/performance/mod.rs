@@ -14,8 +14,8 @@ use crate::measure::workbench::Bench;
 
 pub use whole::{MeshoptimizerArgs, run_meshoptimizer};
 
-const INTRO: &str = "Times on one thread are processor time. Times on two threads are wall-clock time, which other work on the \
-machine disturbs. Compared methods run in turns. Nanoseconds are per face of the input.\n\n";
+const INTRO: &str = "Times on one thread are processor time. Times on two threads are wall-clock time and vary \
+with other load. Compared methods run in turns. Nanoseconds are per face of the input.\n\n";
 
 pub fn page(bench: &Bench) -> Result<String> {
     let sections = [

@@ -114,7 +114,7 @@ fn table_by_ratio(cases: &[SpeedCase]) -> String {
     lines.push(line("all".into(), &RATIOS));
     let head = ["ratio", "one thread", "one thread, `--scores geometry`", "two threads"];
     format!(
-        "## Against meshoptimizer\n\nTime over that of meshoptimizer's single-threaded `simplify` at the same number of faces, on the {} \
+        "## Against meshoptimizer\n\nTime divided by that of meshoptimizer's single-threaded `simplify` at the same number of faces, on the {} \
          benchmark meshes above {} faces. Median (least to largest) over the meshes; each is the median of {ROUNDS} rounds.\n\n{}",
         meshes.len(),
         count(ABOVE),

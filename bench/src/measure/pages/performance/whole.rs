@@ -53,8 +53,9 @@ pub fn section(bench: &Bench) -> Result<String> {
     let mut lines: Vec<Vec<String>> = RATIOS.iter().map(|&ratio| line(ratio.to_string(), &[ratio])).collect();
     lines.push(line("all".into(), &RATIOS));
     Ok(format!(
-        "## The whole program\n\n`neural-mesh simplify` with its defaults on all threads, from file to file, over a small program around \
-         meshoptimizer. That program reads and writes with the same code, but neither cleans nor checks. The {} PLY files of the \
+        "## The whole program\n\n`neural-mesh simplify` with its defaults on all threads, from file to file: time \
+         divided by that of a small program around meshoptimizer, which reads and writes with the same code, \
+         without cleanup and check. The {} PLY files of the \
          benchmark above {} faces; median (least to largest) of medians of {ROUNDS} rounds.\n\n{}",
         quotients.len() / RATIOS.len(),
         count(ABOVE),
