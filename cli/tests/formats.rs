@@ -53,7 +53,7 @@ fn table() -> Vec<(String, Vec<Pair>)> {
     let cells = |line: &str| -> Vec<String> {
         line.trim().trim_matches('|').split('|').map(|cell| cell.trim().to_string()).collect()
     };
-    let from = text.lines().position(|line| line.starts_with("| goes along to")).expect("the table of what goes along");
+    let from = text.lines().position(|line| line.starts_with("| carried to")).expect("the table of carried attributes");
     let heads = cells(text.lines().nth(from).unwrap());
     let rows = text.lines().skip(from + 2).take_while(|line| line.starts_with('|'));
     let row = |line: &str| {
