@@ -13,7 +13,7 @@ pub struct BlockPrices {
     /// Shared vertices of the block, which stay.
     pub n_shared: usize,
     /// Pairs of the number of remaining vertices, falling, and the price of the last merge.
-    pub paid: Vec<(usize, f64)>,
+    pub pass_prices: Vec<(usize, f64)>,
 }
 
 /// Simplifies a block to a share of its vertices plus the shared ones, and returns the prices paid.
@@ -29,21 +29,21 @@ pub fn sample_block(
     let n_vertices = block.mesh.positions().len();
     let asked = (block.target_vertices(share), None);
     let piece = simplify_block_mesh(&block.mesh, &block.shared, asked, weights, options)?;
-    Ok(BlockPrices { n_vertices, n_shared: block.n_shared(), paid: piece.paid })
+    Ok(BlockPrices { n_vertices, n_shared: block.n_shared(), pass_prices: piece.pass_prices })
 }
 
 impl BlockPrices {
     /// Wraps the prices from another process.
-    pub fn new(n_vertices: usize, n_shared: usize, paid: Vec<(usize, f64)>) -> Self {
-        Self { n_vertices, n_shared, paid }
+    pub fn new(n_vertices: usize, n_shared: usize, pass_prices: Vec<(usize, f64)>) -> Self {
+        Self { n_vertices, n_shared, pass_prices }
     }
 
     /// Returns the number of vertices after all merges up to a price.
     fn vertices_left(&self, price: f64) -> usize {
-        let paid = self.paid.partition_point(|(_, most)| *most <= price);
-        match paid.checked_sub(1) {
-            Some(last) => self.paid[last].0,
-            None => self.paid.first().map_or(self.n_vertices, |first| first.0),
+        let pass_prices = self.pass_prices.partition_point(|(_, most)| *most <= price);
+        match pass_prices.checked_sub(1) {
+            Some(last) => self.pass_prices[last].0,
+            None => self.pass_prices.first().map_or(self.n_vertices, |first| first.0),
         }
     }
 }
@@ -51,7 +51,7 @@ impl BlockPrices {
 /// Returns the least price at which these blocks keep at most a share of their vertices plus the shared ones.
 pub fn price_for(samples: &[BlockPrices], share: f64) -> f64 {
     let wanted: f64 = samples.iter().map(|of| share * of.n_vertices as f64 + of.n_shared as f64).sum();
-    let mut prices: Vec<f64> = samples.iter().flat_map(|sample| &sample.paid).map(|(_, price)| *price).collect();
+    let mut prices: Vec<f64> = samples.iter().flat_map(|sample| &sample.pass_prices).map(|(_, price)| *price).collect();
     prices.sort_unstable_by(f64::total_cmp);
     let left = |price: f64| samples.iter().map(|sample| sample.vertices_left(price)).sum::<usize>() as f64;
     let at = prices.partition_point(|&price| left(price) > wanted);
@@ -67,7 +67,7 @@ mod tests {
         let sample = |factor: f64| BlockPrices {
             n_vertices: 1000,
             n_shared: 0,
-            paid: (1..=9).map(|i| (1000 - 100 * i, factor * i as f64)).collect(),
+            pass_prices: (1..=9).map(|i| (1000 - 100 * i, factor * i as f64)).collect(),
         };
         let samples = [sample(1.0), sample(3.0)];
         let price = price_for(&samples, 0.5);

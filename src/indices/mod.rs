@@ -13,7 +13,7 @@ use std::ops::ControlFlow;
 
 use crate::search::simplify_to_error;
 use crate::simplify::{
-    Listener, Options, Purpose, Simplified, SimplifyError, Target, simplify_input, simplify_insisting,
+    Listener, Options, Purpose, Simplified, SimplifyError, Target, simplify_forcing_size, simplify_input,
 };
 
 use distance::measure_distance;
@@ -197,7 +197,7 @@ fn simplify_at_scale(
         let (made, error) = simplify_within(&surface, inner, scale.max_error, listener)?;
         (made, Some(error))
     } else {
-        let made = simplify_insisting(&surface.to_input(), &inner, listener)?;
+        let made = simplify_forcing_size(&surface.to_input(), &inner, listener)?;
         let error = options.measures_error.then(|| measure_distance(&surface, &made));
         (made, error)
     };
@@ -225,7 +225,7 @@ fn simplify_within(
 ) -> Result<(Simplified, f64), IndexError> {
     let input = surface.to_input();
     let simplify_to = |target: Target, listener: &mut Listener| -> Result<(Simplified, f64), IndexError> {
-        let made = simplify_insisting(&input, &Options { target, ..options.clone() }, listener)?;
+        let made = simplify_forcing_size(&input, &Options { target, ..options.clone() }, listener)?;
         let distance = measure_distance(surface, &made);
         Ok((made, distance))
     };

@@ -5,7 +5,8 @@ use crate::mesh::{Attributes, Role, TriMesh, compact, is_shaded_flat, with_flat_
 use crate::model::{Weights, paper_weights};
 
 use super::closed::{
-    Aim, Closed, ClosedRequest, DropRules, FinishedLevels, Half, Importance, Keep, SavedCollapse, simplify_levels,
+    ClosedRequest, ClosedResult, DropRules, FinishedLevels, Half, Importance, Requirements, SavedCollapse,
+    StageSettings, simplify_levels,
 };
 use super::components::{PrunedMesh, prune, remove_faces};
 use super::hidden::hidden_vertices;
@@ -20,20 +21,20 @@ pub(super) struct Task<'a> {
     pub options: &'a Options,
     pub differentiable: bool,
     /// Reaches the size even if held vertices leave too few for the rest.
-    pub insists_on_size: bool,
+    pub forces_size: bool,
     pub half: Option<Half<'a>>,
 }
 
 impl<'a> Task<'a> {
     pub fn new(options: &'a Options) -> Self {
-        Self { options, differentiable: false, insists_on_size: false, half: None }
+        Self { options, differentiable: false, forces_size: false, half: None }
     }
 }
 
 pub(super) struct TargetSizes<'a> {
     pub limits: &'a [Limit],
     /// Number of leading sizes at which no further component is dropped.
-    pub n_settled: usize,
+    pub n_without_dropping: usize,
 }
 
 /// Simplifies a mesh to several sizes, each continuing the collapse of the one before.
@@ -43,22 +44,22 @@ pub(super) fn simplify_closed(
     task: &Task,
     sizes: &TargetSizes,
     progress: Progress,
-) -> Result<Vec<Closed>, SimplifyError> {
+) -> Result<Vec<ClosedResult>, SimplifyError> {
     // Components that the options drop in any case are removed before anything is prepared.
     let Some(pruned) = prune(progress.pulse, input, task.options) else {
         return simplify_dropping(input, weights, task, sizes, None, progress);
     };
-    simplify_pruned(input, &pruned, |part| simplify_dropping(part, weights, task, sizes, None, progress))
+    simplify_pruned(input, &pruned, |rest| simplify_dropping(rest, weights, task, sizes, None, progress))
 }
 
 fn simplify_pruned(
     input: &Input,
     pruned: &PrunedMesh,
-    make: impl FnOnce(&Input) -> Result<Vec<Closed>, SimplifyError>,
-) -> Result<Vec<Closed>, SimplifyError> {
-    let part = input.select(&pruned.sources, &pruned.faces)?;
-    let mut levels = make(&part.to_input(&pruned.mesh, input.scene))?;
-    levels.iter_mut().for_each(|closed| closed.widen(input.mesh, pruned));
+    make: impl FnOnce(&Input) -> Result<Vec<ClosedResult>, SimplifyError>,
+) -> Result<Vec<ClosedResult>, SimplifyError> {
+    let rest = input.select(&pruned.sources, &pruned.faces)?;
+    let mut levels = make(&rest.to_input(&pruned.mesh, input.scene))?;
+    levels.iter_mut().for_each(|closed| closed.renumber(input.mesh, pruned));
     Ok(levels)
 }
 
@@ -70,34 +71,36 @@ fn simplify_dropping(
     sizes: &TargetSizes,
     saved: Option<SavedCollapse>,
     progress: Progress,
-) -> Result<Vec<Closed>, SimplifyError> {
-    let FinishedLevels { mut made, dropped, saved } = simplify_whole(input, weights, task, sizes, saved, progress)?;
-    let Some(dropped) = dropped else { return Ok(made) };
+) -> Result<Vec<ClosedResult>, SimplifyError> {
+    let FinishedLevels { mut results, dropped, saved } = simplify_whole(input, weights, task, sizes, saved, progress)?;
+    let Some(dropped) = dropped else { return Ok(results) };
     let Some(pruned) = remove_faces(input.mesh, dropped.n_components, |face| dropped.faces[face]) else {
-        return Ok(made);
+        return Ok(results);
     };
     // At a size where a component is dropped, the rest is simplified again, from a saved collapse if there is one. It
     // then loses no further component.
-    let left = TargetSizes { limits: &sizes.limits[made.len()..], n_settled: 1 };
-    made.extend(simplify_pruned(input, &pruned, |part| {
-        simplify_dropping(part, weights, task, &left, saved, progress)
+    let remaining = TargetSizes { limits: &sizes.limits[results.len()..], n_without_dropping: 1 };
+    results.extend(simplify_pruned(input, &pruned, |rest| {
+        simplify_dropping(rest, weights, task, &remaining, saved, progress)
     })?);
-    Ok(made)
+    Ok(results)
 }
 
 /// Returns the rules for dropping components from a level on; `None` if all must stay.
 fn drop_rules(input: &Input, options: &Options, half: Option<Half>, from_level: usize) -> Option<DropRules> {
     // Constraints of the caller name vertices or faces that must remain.
-    let holds = options.subset || options.lock_boundaries || !input.locked.is_empty();
-    let keeps = !options.prune || holds || half.is_some();
-    (!keeps).then_some(DropRules { within: options.prune_within, from_level })
+    let is_constrained = options.subset || options.lock_boundaries || !input.locked.is_empty();
+    let keeps_all = !options.prune || is_constrained || half.is_some();
+    (!keeps_all).then_some(DropRules { within: options.prune_within, from_level })
 }
 
 /// Chooses the source of the scores: none without effect, the network if the caller gives weights.
-pub(super) fn score_source(options: &Options, aim: &Aim, weights: Option<&Weights>) -> ScoreSource {
+pub(super) fn score_source(options: &Options, settings: &StageSettings, weights: Option<&Weights>) -> ScoreSource {
     match options.scores {
         // Poses and spectrum distribute the vertices in their own way.
-        _ if aim.strength == 0.0 || options.purpose != Purpose::Shape && weights.is_none() => ScoreSource::Geometry,
+        _ if settings.strength == 0.0 || options.purpose != Purpose::Shape && weights.is_none() => {
+            ScoreSource::Geometry
+        }
         ScoreSource::Bending if weights.is_some() => ScoreSource::Network,
         scores => scores,
     }
@@ -130,23 +133,23 @@ fn simplify_whole<'a>(
     // Normals that follow from the faces carry no information; as hard edges they would hold every edge.
     let normals = attributes.channels.iter().find(|channel| channel.role == Role::Normal);
     let mut levels = match normals.filter(|_| is_shaded_flat(mesh, attributes)) {
-        None => simplify_as_shaded(input, weights, task, sizes, saved, progress)?,
+        None => simplify_with_given_normals(input, weights, task, sizes, saved, progress)?,
         Some(normals) => {
             let others = attributes.clone().keep_roles(|role| role != Role::Normal, true);
             let input = Input { attributes: &others, ..*input };
-            let mut levels = simplify_as_shaded(&input, weights, task, sizes, saved, progress)?;
-            for closed in &mut levels.made {
+            let mut levels = simplify_with_given_normals(&input, weights, task, sizes, saved, progress)?;
+            for closed in &mut levels.results {
                 closed.attributes = with_flat_normals(&closed.mesh, &closed.attributes, &normals.name);
             }
             levels
         }
     };
     // Kept faces get all their values back, normals included.
-    levels.made.iter_mut().for_each(|closed| closed.restore_kept(attributes));
+    levels.results.iter_mut().for_each(|closed| closed.restore_kept(attributes));
     Ok(levels)
 }
 
-fn simplify_as_shaded<'a>(
+fn simplify_with_given_normals<'a>(
     input: &Input,
     weights: Option<&Weights>,
     task: &Task,
@@ -154,33 +157,33 @@ fn simplify_as_shaded<'a>(
     saved: Option<SavedCollapse<'a>>,
     progress: Progress<'a>,
 ) -> Result<FinishedLevels<'a>, SimplifyError> {
-    let Task { options, differentiable, insists_on_size, half, .. } = *task;
+    let Task { options, differentiable, forces_size, half, .. } = *task;
     let Input { mesh, attributes, importance, scene, .. } = *input;
-    let aim = Aim::new(options.optimize, options.effort);
+    let settings = StageSettings::new(options.optimize, options.effort);
     // The only place where options become a request.
-    let scores = score_source(options, &aim, weights);
-    let keep = Keep {
+    let scores = score_source(options, &settings, weights);
+    let requirements = Requirements {
         edges: &kept_edges(mesh, attributes, options),
         locked: &locked_vertices(input, options),
         attributes: Some(attributes).filter(|attributes| !attributes.is_empty()),
         scene,
-        drop: drop_rules(input, options, half, sizes.n_settled),
+        drop: drop_rules(input, options, half, sizes.n_without_dropping),
         half,
-        ..Keep::from_options(options, input.kept)
+        ..Requirements::from_options(options, input.kept)
     };
     let request = ClosedRequest {
         importance: choose_importance(importance, scores, weights),
         hidden: &if options.hidden == Hidden::Cheap { hidden_vertices(input) } else { Vec::new() },
-        aim,
+        settings,
         refinements: Refinements::default(),
         frame: options.frame,
         differentiable,
-        keep,
-        insists_on_size,
+        requirements,
+        forces_size,
         price: None,
     };
     let mut levels = simplify_levels(mesh, &request, sizes.limits, saved, progress)?;
-    levels.made.iter_mut().for_each(|closed| closed.report.scores = scores);
+    levels.results.iter_mut().for_each(|closed| closed.report.scores = scores);
     Ok(levels)
 }
 
@@ -196,7 +199,7 @@ pub(super) fn simplify_by_paper(
     let n_target = limit.vertices.min((limit.faces / 2).max(3));
     let Options { seed, close, place, .. } = *options;
     let run = paper::PaperRun { n_target_vertices: n_target, weights, seed, close, place };
-    let result = paper::simplified(mesh, &run, progress)?;
+    let result = paper::simplify_in_run(mesh, &run, progress)?;
     let mut positions = mesh.positions().to_vec();
     result.vertices.iter().zip(&result.positions).for_each(|(&v, &position)| positions[v as usize] = position);
     let (mesh, kept) = compact(&positions, result.faces).map_err(|_| SimplifyError::Overflow)?;
@@ -221,11 +224,11 @@ pub(super) fn pruned_result(pulse: Pulse, input: &Input, options: &Options) -> R
     let Some(pruned) = prune(pulse, input, options) else {
         return Ok(unchanged_result(pulse, input, options));
     };
-    let part = input.select(&pruned.sources, &pruned.faces)?;
-    let mut result = unchanged_result(pulse, &part.to_input(&pruned.mesh, input.scene), options);
+    let rest = input.select(&pruned.sources, &pruned.faces)?;
+    let mut result = unchanged_result(pulse, &rest.to_input(&pruned.mesh, input.scene), options);
     // Report and map name the vertices and faces of the caller's mesh.
     pruned.add_to_report(&mut result.report);
-    result.map.iter_mut().for_each(|map| map::widen_pruned(map, input.mesh, &pruned));
+    result.map.iter_mut().for_each(|map| map::renumber_pruned_map(map, input.mesh, &pruned));
     result.source_vertices = Some(pruned.sources);
     Ok(result)
 }

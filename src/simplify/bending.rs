@@ -6,7 +6,7 @@ use glam::Vec3;
 const EXPONENT: f32 = 0.5;
 /// Largest ratio to the mean bending, either way.
 // Importance stays within a factor of 5.5.
-const MOST: f32 = 30.0;
+const MOST_RATIO: f32 = 30.0;
 
 /// Computes `ln(b / mean b) / 2`; `None` where nothing bends.
 ///
@@ -29,21 +29,21 @@ const MOST: f32 = 30.0;
 /// assert_eq!(bending_scores(&points, &vertex_normals(&flat), &vertex_areas(&flat), &rings), None);
 /// ```
 pub fn bending_scores(points: &[[f32; 3]], normals: &[[f32; 3]], areas: &[f64], rings: &Csr) -> Option<Vec<f32>> {
-    let apart = |rows: &[[f32; 3]], v: usize, w: u32| Vec3::from(rows[v]).distance(rows[w as usize].into());
-    let largest = |v: usize| {
-        let along = |&w: &u32| apart(normals, v, w) / apart(points, v, w).max(1e-6);
+    let distance = |rows: &[[f32; 3]], v: usize, w: u32| Vec3::from(rows[v]).distance(rows[w as usize].into());
+    let largest_bend = |v: usize| {
+        let along = |&w: &u32| distance(normals, v, w) / distance(points, v, w).max(1e-6);
         rings.row(v).iter().map(along).fold(0.0, f32::max)
     };
     // One round of averaging damps the noise of single edges.
-    let raw: Vec<f64> = (0..points.len()).map(|v| f64::from(largest(v))).collect();
-    let averaged = |v: usize| {
+    let raw: Vec<f64> = (0..points.len()).map(|v| f64::from(largest_bend(v))).collect();
+    let average = |v: usize| {
         let around = std::iter::once(v).chain(rings.row(v).iter().map(|&w| w as usize));
         let (sum, area) = around.fold((0.0, 0.0), |(sum, area), w| (sum + areas[w] * raw[w], area + areas[w]));
         if area > 0.0 { sum / area } else { raw[v] }
     };
-    let smooth: Vec<f64> = (0..points.len()).map(averaged).collect();
+    let smooth: Vec<f64> = (0..points.len()).map(average).collect();
     let mean = smooth.iter().zip(areas).map(|(b, area)| b * area).sum::<f64>() / areas.iter().sum::<f64>();
-    let log = |b: &f64| EXPONENT * ((b / mean) as f32).clamp(1.0 / MOST, MOST).ln();
+    let log = |b: &f64| EXPONENT * ((b / mean) as f32).clamp(1.0 / MOST_RATIO, MOST_RATIO).ln();
     (mean > 0.0 && mean.is_finite()).then(|| smooth.iter().map(log).collect())
 }
 
@@ -60,7 +60,7 @@ mod tests {
         let wanted = bending_scores(mesh.positions(), &normals, &areas, &rings).unwrap();
         let middle = mesh.positions().iter().position(|p| p[0] == 0.5 && p[1] == 0.5).unwrap();
         let corner = mesh.positions().iter().position(|p| *p == [0.0; 3]).unwrap();
-        assert_eq!(wanted[middle], EXPONENT * (1.0 / MOST).ln());
+        assert_eq!(wanted[middle], EXPONENT * (1.0 / MOST_RATIO).ln());
         assert!(wanted[corner] > 0.2);
         let flat = shapes::grid(5, 5);
         let (normals, areas, rings) = (vertex_normals(&flat), vertex_areas(&flat), edge_graph(&flat));

@@ -7,7 +7,7 @@ use super::closed::{Derivative, is_sound};
 use super::input::Input;
 use super::limits::{Limit, resolve_levels, resolve_limit};
 use super::options::{Assembly, Listener, Simplified, SimplifyError, Target};
-use super::progress::{PAPER, Progress, closed_stages, run_with_listener};
+use super::progress::{PAPER_STAGES, Progress, closed_stages, run_with_listener};
 use super::symmetric;
 use super::used_mesh::UsedMesh;
 
@@ -22,7 +22,9 @@ pub(super) fn run(
     let options = task.options;
     // With symmetry the paper's assembly is rejected by the check of the other branch.
     if options.assembly == Assembly::Paper && options.symmetric.is_none() {
-        return run_with_listener(listener, &PAPER, |progress| Ok((run_paper(input, weights, task, progress)?, None)));
+        return run_with_listener(listener, &PAPER_STAGES, |progress| {
+            Ok((run_paper(input, weights, task, progress)?, None))
+        });
     }
     let levels = run_levels(input, weights, task, &[options.target], listener)?;
     levels.into_iter().next().ok_or(SimplifyError::Empty)
@@ -66,13 +68,13 @@ fn run_closed(
     let n_unchanged = if n_met > 0 && is_sound(&used.mesh, &options.frame) { n_met } else { 0 };
     // Repairs of an unsound mesh split vertices; none is then merged away to make up for them.
     limits[n_unchanged..n_met.max(n_unchanged)].fill(Limit::NONE);
-    let same = || Ok((pruned_result(progress.pulse, &input, options)?, None));
-    let same: Vec<TracedResult> = (0..n_unchanged).map(|_| same()).collect::<Result<_, _>>()?;
-    let sizes = TargetSizes { limits: &limits[n_unchanged..], n_settled: 0 };
-    let lighter = simplify_closed(&input, weights, task, &sizes, progress)?;
-    let levels = same.into_iter().chain(lighter.into_iter().map(|closed| closed.into_result()));
-    let widen = |derivative| used.widen_derivative(derivative);
-    Ok(levels.map(|(simplified, derivative)| (used.widen(simplified), derivative.map(widen))).collect())
+    let unchanged = || Ok((pruned_result(progress.pulse, &input, options)?, None));
+    let unchanged: Vec<TracedResult> = (0..n_unchanged).map(|_| unchanged()).collect::<Result<_, _>>()?;
+    let sizes = TargetSizes { limits: &limits[n_unchanged..], n_without_dropping: 0 };
+    let simplified_levels = simplify_closed(&input, weights, task, &sizes, progress)?;
+    let levels = unchanged.into_iter().chain(simplified_levels.into_iter().map(|closed| closed.into_result()));
+    let renumber = |derivative| used.renumber_derivative(derivative);
+    Ok(levels.map(|(simplified, derivative)| (used.renumber(simplified), derivative.map(renumber))).collect())
 }
 
 fn run_paper(
@@ -90,5 +92,5 @@ fn run_paper(
     } else {
         simplify_by_paper(&used.mesh, weights, options, limit, progress)?
     };
-    Ok(used.widen(simplified))
+    Ok(used.renumber(simplified))
 }

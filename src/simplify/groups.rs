@@ -87,7 +87,7 @@ pub fn simplify_groups(
         return Err(SimplifyError::BadTarget(Target::Ratio(refused.ratio)));
     }
     let n_faces = input.mesh.faces().len() as u32;
-    let mut now = SimplifiedGroups {
+    let mut current = SimplifiedGroups {
         mesh: input.mesh.clone(),
         attributes: input.attributes.clone(),
         importance: input.importance.to_vec(),
@@ -96,35 +96,37 @@ pub fn simplify_groups(
         sources: Some((0..input.mesh.positions().len() as u32).collect()),
     };
     // Groups of share 1 are held from the beginning, the others once they are simplified.
-    let mut held: FxHashSet<u32> =
+    let mut kept_groups: FxHashSet<u32> =
         ratios.iter().filter(|of| of.ratio == 1.0).flat_map(|of| &of.groups).copied().collect();
     let smaller: Vec<&GroupRatio> = ratios.iter().filter(|of| of.ratio < 1.0).collect();
     for (number, of) in smaller.iter().enumerate() {
-        let mut tell = |mut event: Event| -> ControlFlow<()> {
+        let mut report = |mut event: Event| -> ControlFlow<()> {
             // Each group is an equal share of the run's progress.
             event.total = (number as f32 + event.total) / smaller.len() as f32;
             progress(event)
         };
-        now = simplify_group(now, (of, &held), (weights, options, input.scene), &mut tell)?;
-        held.extend(&of.groups);
+        current = simplify_group(current, (of, &kept_groups), (weights, options, input.scene), &mut report)?;
+        kept_groups.extend(&of.groups);
     }
-    now.kept = (0..now.mesh.faces().len() as u32).map(|face| held.contains(&now.attributes.group(face))).collect();
-    Ok(now)
+    current.kept = (0..current.mesh.faces().len() as u32)
+        .map(|face| kept_groups.contains(&current.attributes.group(face)))
+        .collect();
+    Ok(current)
 }
 
 fn simplify_group(
     before: SimplifiedGroups,
-    (of, held): (&GroupRatio, &FxHashSet<u32>),
+    (of, kept_groups): (&GroupRatio, &FxHashSet<u32>),
     (weights, options, scene): (Option<&Weights>, &Options, Option<&UnitedMesh>),
     progress: &mut Listener,
 ) -> Result<SimplifiedGroups, SimplifyError> {
-    let (kept, n_own) = mark_kept_faces(&before, of, held);
+    let (kept, n_own) = mark_kept_faces(&before, of, kept_groups);
     // The target is the whole mesh less what the group loses. The factor absorbs the rounding of shares such as 0.1.
-    let n_gone = n_own - ((n_own as f64 * of.ratio * (1.0 + 1e-12)) as usize).min(n_own);
+    let n_removed = n_own - ((n_own as f64 * of.ratio * (1.0 + 1e-12)) as usize).min(n_own);
     let n_used = before.mesh.faces().as_flattened().iter().copied().collect::<FxHashSet<u32>>().len();
-    let options = options_for_group(options, Target::Vertices((n_used - n_gone).max(1)));
+    let options = options_for_group(options, Target::Vertices((n_used - n_removed).max(1)));
     let input = Input { kept: &kept, ..before.input(scene) };
-    let (result, _) = run(&input, weights, &Task { insists_on_size: true, ..Task::new(&options) }, progress)?;
+    let (result, _) = run(&input, weights, &Task { forces_size: true, ..Task::new(&options) }, progress)?;
     // Importance and origins follow the map from group to group.
     let map = result.map.unwrap_or_default();
     let importance = map.input_vertices.iter().filter_map(|&v| before.importance.get(v as usize).copied()).collect();
@@ -139,17 +141,20 @@ fn simplify_group(
     })
 }
 
-fn mark_kept_faces(before: &SimplifiedGroups, of: &GroupRatio, held: &FxHashSet<u32>) -> (Vec<bool>, usize) {
+fn mark_kept_faces(before: &SimplifiedGroups, of: &GroupRatio, kept_groups: &FxHashSet<u32>) -> (Vec<bool>, usize) {
     let faces = before.mesh.faces();
     let group = |face: usize| before.attributes.group(face as u32);
-    let is_own = |face: usize| of.groups.contains(&group(face)) && !held.contains(&group(face));
+    let is_own = |face: usize| of.groups.contains(&group(face)) && !kept_groups.contains(&group(face));
     let mut is_touched = vec![false; before.mesh.positions().len()];
     let own = faces.iter().enumerate().filter(|(face, _)| is_own(*face));
     own.flat_map(|(_, corners)| corners).for_each(|&v| is_touched[v as usize] = true);
     // A face next to the group shares vertices with it, and so may change.
     let touches = |corners: &[u32; 3]| corners.iter().any(|&v| is_touched[v as usize]);
-    let kept =
-        faces.iter().enumerate().map(|(face, corners)| held.contains(&group(face)) || !touches(corners)).collect();
+    let kept = faces
+        .iter()
+        .enumerate()
+        .map(|(face, corners)| kept_groups.contains(&group(face)) || !touches(corners))
+        .collect();
     (kept, is_touched.iter().filter(|is_touched| **is_touched).count())
 }
 

@@ -36,24 +36,24 @@ const STEPS: [f64; 4] = [0.856_674_883_854_503, 0.733_891_856_627_126, 0.628_706
 /// assert!(hidden[..320].iter().all(|hidden| !hidden) && hidden[320..].iter().all(|hidden| *hidden));
 /// ```
 pub fn hidden_faces(mesh: &TriMesh) -> Vec<bool> {
-    let shows = visible_vertices(&Input::bare(mesh));
-    mesh.faces().iter().map(|face| face.iter().all(|&v| !shows[v as usize])).collect()
+    let is_visible = visible_vertices(&Input::bare(mesh));
+    mesh.faces().iter().map(|face| face.iter().all(|&v| !is_visible[v as usize])).collect()
 }
 
 /// Returns whether each vertex is on no visible face; empty if all are visible.
 pub(super) fn hidden_vertices(input: &Input) -> Vec<bool> {
-    let hidden: Vec<bool> = visible_vertices(input).into_iter().map(|shows| !shows).collect();
+    let hidden: Vec<bool> = visible_vertices(input).into_iter().map(|is_visible| !is_visible).collect();
     if hidden.contains(&true) { hidden } else { Vec::new() }
 }
 
 fn visible_vertices(input: &Input) -> Vec<bool> {
     let view = input.view();
-    let mut shows = vec![false; input.mesh.positions().len()];
+    let mut is_visible = vec![false; input.mesh.positions().len()];
     let seen = visible_faces(view.mesh.positions(), view.mesh.faces(), AXES);
     for (&face, _) in view.faces.iter().zip(seen).filter(|(_, seen)| *seen) {
-        input.mesh.faces()[face as usize].iter().for_each(|&v| shows[v as usize] = true);
+        input.mesh.faces()[face as usize].iter().for_each(|&v| is_visible[v as usize] = true);
     }
-    shows
+    is_visible
 }
 
 pub(super) fn hidden_components(mesh: &TriMesh, component: &[u32], n: usize) -> Vec<bool> {
@@ -73,11 +73,11 @@ pub(super) fn hidden_components(mesh: &TriMesh, component: &[u32], n: usize) -> 
     (0..).zip(component).filter(|(_, c)| hidden[**c as usize]).for_each(|(f, &c)| faces[c as usize].push(f));
     // The hidden components share one number of rays, so that many of them take no longer.
     let n_hidden = hidden.iter().filter(|hidden| **hidden).count();
-    let most = (ALL_RAYS[0] * triangles.len()).max(ALL_RAYS[1]) / n_hidden;
+    let most_rays = (ALL_RAYS[0] * triangles.len()).max(ALL_RAYS[1]) / n_hidden;
     let start = MARGIN * mesh.diagonal();
     let is_hidden = |faces: &Vec<u32>| {
         // Rays by size, within the budget.
-        let n_rays = ((RAYS * faces.len() as f64) as usize).max(LEAST_RAYS).min(most.max(64));
+        let n_rays = ((RAYS * faces.len() as f64) as usize).max(LEAST_RAYS).min(most_rays.max(64));
         let corners = |face: u32| triangles[face as usize].map(|corner| DVec3::from(corner.map(f64::from)));
         !faces.is_empty()
             && !any_ray_escapes(&occluders, &faces.iter().map(|&face| corners(face)).collect::<Vec<_>>(), n_rays, start)

@@ -33,7 +33,7 @@ pub fn simplify_levels_of_detail(
     progress: &mut Listener,
 ) -> Result<Vec<Simplified>, SimplifyError> {
     let targets: Vec<Target> = [options.target].iter().chain(further).copied().collect();
-    of_task(input, weights, &Task::new(options), &targets, progress)
+    simplify_task_levels(input, weights, &Task::new(options), &targets, progress)
 }
 
 /// Simplifies to each of these sizes with one collapse; ignores the target of `options`.
@@ -44,10 +44,10 @@ pub(crate) fn simplify_to_sizes(
     targets: &[Target],
     progress: &mut Listener,
 ) -> Result<Vec<Simplified>, SimplifyError> {
-    of_task(input, weights, &Task::new(options), targets, progress)
+    simplify_task_levels(input, weights, &Task::new(options), targets, progress)
 }
 
-fn of_task(
+fn simplify_task_levels(
     input: &Input,
     weights: Option<&Weights>,
     task: &Task,

@@ -13,9 +13,9 @@ pub(super) struct Limit {
 }
 
 impl Limit {
-    pub const NONE: Self = Self::of_vertices(u32::MAX as usize);
+    pub const NONE: Self = Self::from_vertices(u32::MAX as usize);
 
-    pub const fn of_vertices(vertices: usize) -> Self {
+    pub const fn from_vertices(vertices: usize) -> Self {
         Self { vertices, faces: usize::MAX, price: f32::INFINITY }
     }
 
@@ -23,7 +23,7 @@ impl Limit {
         self.vertices.min(self.faces / 2 + 2)
     }
 
-    pub fn times(self, factor: f64) -> Self {
+    pub fn scale(self, factor: f64) -> Self {
         let times = |n: usize| (n as f64 * factor) as usize;
         Self { vertices: times(self.vertices), faces: times(self.faces), ..self }
     }
@@ -38,10 +38,10 @@ pub(super) fn resolve_limit(mesh: &TriMesh, options: &Options) -> Result<Limit, 
         Target::Ratio(ratio) if ratio > 0.0 && ratio <= 1.0 => {
             // Rounded down, so that the result is never larger than the requested share.
             let vertices = ((mesh.positions().len() as f64 * ratio) as usize).max(1);
-            Ok(Limit::of_vertices(vertices))
+            Ok(Limit::from_vertices(vertices))
         }
-        Target::Vertices(vertices) if vertices > 0 => Ok(Limit::of_vertices(vertices)),
-        Target::Faces(faces) if faces > 0 => Ok(Limit { faces, ..Limit::of_vertices(usize::MAX) }),
+        Target::Vertices(vertices) if vertices > 0 => Ok(Limit::from_vertices(vertices)),
+        Target::Faces(faces) if faces > 0 => Ok(Limit { faces, ..Limit::from_vertices(usize::MAX) }),
         _ => Err(SimplifyError::BadTarget(options.target)),
     }
 }

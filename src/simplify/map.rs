@@ -10,10 +10,10 @@ use super::options::Map;
 const NONE: u32 = u32::MAX;
 
 /// Finds the nearest of the input vertices merged into each output vertex, if there is one.
-pub(super) fn nearest_inputs(mesh: &TriMesh, lighter: &TriMesh, outputs: &[u32]) -> Vec<u32> {
-    let mut nearest = vec![(f32::INFINITY, NONE); lighter.positions().len()];
+pub(super) fn nearest_inputs(mesh: &TriMesh, simplified: &TriMesh, outputs: &[u32]) -> Vec<u32> {
+    let mut nearest = vec![(f32::INFINITY, NONE); simplified.positions().len()];
     for (v, &x) in (0u32..).zip(outputs) {
-        let [p, q] = [mesh.positions()[v as usize], lighter.positions()[x as usize]].map(Vec3::from);
+        let [p, q] = [mesh.positions()[v as usize], simplified.positions()[x as usize]].map(Vec3::from);
         let distance = p.distance_squared(q);
         // The first distance always counts, even if it is not finite.
         if distance < nearest[x as usize].0 || nearest[x as usize].1 == NONE {
@@ -34,13 +34,13 @@ pub(super) fn identity_map(mesh: &TriMesh) -> Map {
     }
 }
 
-pub(super) fn widen_pruned(map: &mut Map, mesh: &TriMesh, PrunedMesh { sources, faces, .. }: &PrunedMesh) {
-    widen_vertices(map, sources, mesh.positions().len());
+pub(super) fn renumber_pruned_map(map: &mut Map, mesh: &TriMesh, PrunedMesh { sources, faces, .. }: &PrunedMesh) {
+    renumber_map(map, sources, mesh.positions().len());
     map.corner_faces.iter_mut().flatten().for_each(|f| *f = faces[*f as usize]);
 }
 
 /// Extends the map to a mesh in which `sources` are its input vertices.
-pub(super) fn widen_vertices(map: &mut Map, sources: &[u32], n_vertices: usize) {
+pub(super) fn renumber_map(map: &mut Map, sources: &[u32], n_vertices: usize) {
     let mut outputs = vec![NONE; n_vertices];
     sources.iter().zip(&map.output_vertices).for_each(|(&v, &x)| outputs[v as usize] = x);
     map.output_vertices = outputs;

@@ -115,12 +115,12 @@ pub fn simplify_input(
 }
 
 /// Simplifies to the size even if locked vertices leave few to the rest.
-pub(crate) fn simplify_insisting(
+pub(crate) fn simplify_forcing_size(
     input: &Input,
     options: &Options,
     progress: &mut Listener,
 ) -> Result<Simplified, SimplifyError> {
-    let task = Task { insists_on_size: true, ..Task::new(options) };
+    let task = Task { forces_size: true, ..Task::new(options) };
     run(input, None, &task, progress).map(|(simplified, _)| simplified)
 }
 

@@ -23,9 +23,9 @@ const fn stage(name: &'static str, share: f32, passes: f32) -> Stage {
     Stage { name, share, passes }
 }
 
-// Stages of the closed assembly with their shares of the time at `RATIOS`, for a scan of 871 thousand faces on one
-// thread.
-const CLOSED: [(Stage, [f32; 3]); 6] = [
+// Stages of the closed assembly with their shares of the time at `MEASURED_RATIOS`, for a scan of 871 thousand faces on
+// one thread.
+const CLOSED_STAGES: [(Stage, [f32; 3]); 6] = [
     (stage("surface", 0.0, 5.0), [0.075, 0.06, 0.05]),
     (stage("scores", 0.0, 1.2), [0.015, 0.013, 0.01]),
     (stage("collapse", 0.0, 1.0), [0.77, 0.67, 0.665]),
@@ -34,11 +34,11 @@ const CLOSED: [(Stage, [f32; 3]); 6] = [
     (stage("finish", 0.0, 5.0), [0.03, 0.017, 0.045]),
 ];
 
-const RATIOS: [f32; 3] = [0.02, 0.1, 0.5];
+const MEASURED_RATIOS: [f32; 3] = [0.02, 0.1, 0.5];
 
 /// First stage that further levels repeat, and the time of a repetition over that of the first level.
-const OF_LEVEL: usize = 2;
-const OF_FURTHER: f32 = 0.3;
+const FIRST_STAGE_OF_LEVEL: usize = 2;
+const FURTHER_LEVEL_TIME: f32 = 0.3;
 
 // First stage of a mirrored result. It takes 6.3 times as long as all others for a vase of 12 thousand faces, 1.7 times
 // for suzanne (ratio 0.1, one thread).
@@ -46,7 +46,7 @@ const SYMMETRY: Stage = stage("symmetry", 4.0, 1.0);
 
 // Stages of the paper's assembly, which beat only at their beginnings. Shares are means of victoria0 of TOSCA at ratios
 // of 0.05 and 0.2 on one thread.
-pub(super) const PAPER: [Stage; 6] = [
+pub(super) const PAPER_STAGES: [Stage; 6] = [
     stage("scores", 0.37, 1.0),
     stage("sample", 0.14, 1.0),
     stage("assign", 0.12, 1.0),
@@ -55,36 +55,39 @@ pub(super) const PAPER: [Stage; 6] = [
     stage("assemble", 0.01, 1.0),
 ];
 
-pub(super) const POINTS: [Stage; 5] = [PAPER[0], PAPER[2], PAPER[3], PAPER[4], PAPER[5]];
+pub(super) const POINTS: [Stage; 5] =
+    [PAPER_STAGES[0], PAPER_STAGES[2], PAPER_STAGES[3], PAPER_STAGES[4], PAPER_STAGES[5]];
 
 /// Lists the stages of `n_levels` levels; `ratio` is the first level's share of the vertices.
 pub(super) fn closed_stages(n_levels: usize, is_mirrored: bool, ratio: f64) -> Vec<Stage> {
     let at = |&(stage, shares): &(Stage, [f32; 3])| Stage { share: interpolate_share(ratio as f32, shares), ..stage };
-    let further = |stage: Stage| Stage { share: stage.share * OF_FURTHER, ..stage };
-    let first: Vec<Stage> = CLOSED.iter().map(at).collect();
-    let further: Vec<Stage> = (1..n_levels).flat_map(|_| first[OF_LEVEL..].iter().copied().map(further)).collect();
+    let further = |stage: Stage| Stage { share: stage.share * FURTHER_LEVEL_TIME, ..stage };
+    let first: Vec<Stage> = CLOSED_STAGES.iter().map(at).collect();
+    let further: Vec<Stage> =
+        (1..n_levels).flat_map(|_| first[FIRST_STAGE_OF_LEVEL..].iter().copied().map(further)).collect();
     is_mirrored.then_some(SYMMETRY).into_iter().chain(first).chain(further).collect()
 }
 
 fn interpolate_share(ratio: f32, shares: [f32; 3]) -> f32 {
     // The measured interval that contains the ratio, or is nearest to it.
-    let i = usize::from(ratio > RATIOS[1]);
-    let t = (ratio / RATIOS[i]).max(f32::MIN_POSITIVE).ln() / (RATIOS[i + 1] / RATIOS[i]).ln();
+    let i = usize::from(ratio > MEASURED_RATIOS[1]);
+    let t =
+        (ratio / MEASURED_RATIOS[i]).max(f32::MIN_POSITIVE).ln() / (MEASURED_RATIOS[i + 1] / MEASURED_RATIOS[i]).ln();
     shares[i] + (shares[i + 1] - shares[i]) * t.clamp(0.0, 1.0)
 }
 
 #[derive(Clone, Copy)]
 pub(super) struct Progress<'a> {
-    enters: &'a dyn Fn(&'static str, usize) -> Result<(), SimplifyError>,
+    enter_stage: &'a dyn Fn(&'static str, usize) -> Result<(), SimplifyError>,
     pub pulse: Pulse<'a>,
 }
 
 impl Progress<'_> {
-    pub const SILENT: Self = Self { enters: &|_, _| Ok(()), pulse: Pulse::NONE };
+    pub const SILENT: Self = Self { enter_stage: &|_, _| Ok(()), pulse: Pulse::NONE };
 
     /// Enters a stage with its number of items; does nothing if already there.
     pub fn enter(self, stage: &'static str, size: usize) -> Result<(), SimplifyError> {
-        (self.enters)(stage, size)
+        (self.enter_stage)(stage, size)
     }
 }
 
@@ -98,8 +101,8 @@ pub(super) fn run_with_listener<T>(
     work: impl FnOnce(Progress) -> Result<T, SimplifyError>,
 ) -> Result<T, SimplifyError> {
     let reporter = ProgressReporter::new(listener, stages);
-    let (enters, beats) = (|stage, size| reporter.enter(stage, size), |n| reporter.beat(n));
-    let progress = Progress { enters: &enters, pulse: Pulse::new(&beats) };
+    let (enter_stage, beats) = (|stage, size| reporter.enter(stage, size), |n| reporter.beat(n));
+    let progress = Progress { enter_stage: &enter_stage, pulse: Pulse::new(&beats) };
     // Panics other than our own payload continue. Unwinding runs no panic hook, and costs less than a `Result` in every
     // loop.
     match catch_unwind(AssertUnwindSafe(|| work(progress))) {
@@ -136,7 +139,7 @@ impl<'a> ProgressReporter<'a> {
         let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         if state.stage.is_none_or(|(name, _)| name != stage) && !self.stops.load(Relaxed) {
             self.n_done.store(0, Relaxed);
-            self.tell(state, |state| state.begin(stage, size));
+            self.update(state, |state| state.begin(stage, size));
         }
         if self.stops.load(Relaxed) { Err(SimplifyError::Interrupted) } else { Ok(()) }
     }
@@ -147,7 +150,7 @@ impl<'a> ProgressReporter<'a> {
         if !self.stops.load(Relaxed)
             && let Ok(state) = self.state.try_lock()
         {
-            self.tell(state, |state| state.move_on(n_done));
+            self.update(state, |state| state.advance(n_done));
         }
         // Threads that did not report unwind at their next beat.
         if cfg!(panic = "unwind") && self.stops.load(Relaxed) {
@@ -155,12 +158,12 @@ impl<'a> ProgressReporter<'a> {
         }
     }
 
-    fn tell(
+    fn update(
         &self,
         mut state: MutexGuard<ReporterState<'a>>,
-        how: impl FnOnce(&mut ReporterState<'a>) -> ControlFlow<()>,
+        change: impl FnOnce(&mut ReporterState<'a>) -> ControlFlow<()>,
     ) {
-        if how(&mut state).is_break() {
+        if change(&mut state).is_break() {
             self.stops.store(true, Relaxed);
         }
     }
@@ -175,10 +178,10 @@ impl ReporterState<'_> {
         self.stage = Some((name, at));
         self.n_items = self.stages.get(at).map_or(1.0, |stage| stage.passes * size as f32).max(1.0);
         self.done = 0.0;
-        self.move_on(0)
+        self.advance(0)
     }
 
-    fn move_on(&mut self, n_done: usize) -> ControlFlow<()> {
+    fn advance(&mut self, n_done: usize) -> ControlFlow<()> {
         let Some((stage, at)) = self.stage else { return ControlFlow::Continue(()) };
         self.done = (n_done as f32 / self.n_items).min(1.0).max(self.done);
         let share = |stages: &[Stage]| stages.iter().map(|stage| stage.share).sum::<f32>();
@@ -226,7 +229,7 @@ mod tests {
             let options = Options::new(Target::Ratio(ratio));
             let run = |listener: &mut Listener| _ = pool.install(|| simplify(&mesh, None, &options, listener)).unwrap();
             let events = collect_events(run);
-            assert_eq!(stages(&events), CLOSED.map(|(stage, _)| stage.name));
+            assert_eq!(stages(&events), CLOSED_STAGES.map(|(stage, _)| stage.name));
             assert!(events.last().unwrap().total > 0.95, "{:?}", events.last());
             for stage in ["surface", "collapse", "fit"] {
                 let of_stage: Vec<&Event> = events.iter().filter(|event| event.stage == stage).collect();

@@ -54,7 +54,7 @@ impl Record {
     ///
     /// See [`simplify_recorded`](super::simplify_recorded) for an example.
     pub fn positions(&self, input: &[[f32; 3]]) -> Vec<[f32; 3]> {
-        singles(&self.positions_in_doubles(&doubles(input)))
+        to_singles(&self.positions_in_doubles(&to_doubles(input)))
     }
 
     /// Computes [`Record::positions`] in double precision.
@@ -96,7 +96,7 @@ impl Record {
     ///
     /// See [`simplify_recorded`](super::simplify_recorded) for an example.
     pub fn backward(&self, input: &[[f32; 3]], gradient: &[[f32; 3]]) -> Vec<[f32; 3]> {
-        singles(&self.backward_in_doubles(&doubles(input), &doubles(gradient)))
+        to_singles(&self.backward_in_doubles(&to_doubles(input), &to_doubles(gradient)))
     }
 
     /// Computes [`Record::backward`] in double precision.
@@ -126,10 +126,10 @@ fn scatter_gradient(n_input: usize, sources: &[u32], gradient: &[[f64; 3]]) -> V
     to_input
 }
 
-fn doubles(points: &[[f32; 3]]) -> Vec<[f64; 3]> {
+fn to_doubles(points: &[[f32; 3]]) -> Vec<[f64; 3]> {
     points.iter().map(|p| p.map(f64::from)).collect()
 }
 
-fn singles(points: &[[f64; 3]]) -> Vec<[f32; 3]> {
+fn to_singles(points: &[[f64; 3]]) -> Vec<[f32; 3]> {
     points.iter().map(|p| p.map(|x| x as f32)).collect()
 }

@@ -24,7 +24,7 @@ const MOST_ROUNDS: usize = 128;
 
 /// Draws k different vertices with a density proportional to `exp(score)`, kept apart from each other.
 ///
-/// Dart throwing (Cook 1986; McCool and Fiume 1992): in the order of [`gumbel_top_k`](super::gumbel_top_k), a vertex
+/// Dart throwing (Cook 1986; McCool and Fiume 1992): in the order list [`gumbel_top_k`](super::gumbel_top_k), a vertex
 /// becomes a sample if no sample is within a reach, which shrinks from round to round. Distances run along the edges,
 /// stretched by `sqrt(exp(score) / area)`. Every component gets a sample if k suffices.
 ///
@@ -52,15 +52,15 @@ pub fn scattered_samples(points: &[[f32; 3]], rings: &Csr, scores: &[f32], k: us
     let waiting: Vec<u32> = keys.into_iter().map(|(_, vertex)| vertex).collect();
     let mut field = DistanceField::new(points, rings, &stretches(points, rings, &scores));
     let mut reach = first_reach(&scores, k);
-    let (mut samples, mut waiting) = first_of_components(rings, waiting, k);
-    samples.iter().for_each(|&sample| field.plant(sample, reach));
+    let (mut samples, mut waiting) = split_first_of_components(rings, waiting, k);
+    samples.iter().for_each(|&sample| field.add_sample(sample, reach));
     for _ in 0..MOST_ROUNDS {
         // Vertices that are left out now may be far enough for the shorter reach of the next round.
         waiting.retain(|&vertex| {
             let is_sample = samples.len() < k && field.distance[vertex as usize] >= reach;
             if is_sample {
                 samples.push(vertex);
-                field.plant(vertex, reach);
+                field.add_sample(vertex, reach);
             }
             !is_sample
         });
@@ -74,7 +74,7 @@ pub fn scattered_samples(points: &[[f32; 3]], rings: &Csr, scores: &[f32], k: us
     samples
 }
 
-fn first_of_components(rings: &Csr, waiting: Vec<u32>, k: usize) -> (Vec<u32>, Vec<u32>) {
+fn split_first_of_components(rings: &Csr, waiting: Vec<u32>, k: usize) -> (Vec<u32>, Vec<u32>) {
     let (mut is_reached, mut front) = (vec![false; rings.n_rows()], Vec::new());
     let mut begins_component = |vertex: u32| {
         if is_reached[vertex as usize] {
@@ -90,8 +90,8 @@ fn first_of_components(rings: &Csr, waiting: Vec<u32>, k: usize) -> (Vec<u32>, V
     };
     let (mut first, mut others) = (Vec::new(), Vec::with_capacity(waiting.len()));
     for vertex in waiting {
-        let of = if first.len() < k && begins_component(vertex) { &mut first } else { &mut others };
-        of.push(vertex);
+        let list = if first.len() < k && begins_component(vertex) { &mut first } else { &mut others };
+        list.push(vertex);
     }
     (first, others)
 }
@@ -138,7 +138,7 @@ impl<'a> DistanceField<'a> {
     }
 
     /// Adds a sample and updates the distances within reach.
-    fn plant(&mut self, sample: u32, reach: f64) {
+    fn add_sample(&mut self, sample: u32, reach: f64) {
         let Self { rings, lengths, distance, front } = self;
         distance[sample as usize] = 0.0;
         front.push(Reverse((0, sample)));

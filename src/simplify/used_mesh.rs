@@ -15,7 +15,7 @@ use super::options::{Simplified, SimplifyError};
 pub(super) struct UsedMesh<'a> {
     pub mesh: Cow<'a, TriMesh>,
     pub sources: Option<Vec<u32>>,
-    n_before: usize,
+    n_input: usize,
 }
 
 impl<'a> UsedMesh<'a> {
@@ -27,28 +27,28 @@ impl<'a> UsedMesh<'a> {
         if mesh.faces().is_empty() {
             return Err(SimplifyError::Empty);
         }
-        let n_before = mesh.positions().len();
+        let n_input = mesh.positions().len();
         // Marks commute, so threads may set them in any order.
-        let used: Vec<AtomicBool> = (0..n_before).map(|_| AtomicBool::new(false)).collect();
+        let used: Vec<AtomicBool> = (0..n_input).map(|_| AtomicBool::new(false)).collect();
         let mark = |face: &[u32; 3]| face.iter().for_each(|&v| used[v as usize].store(true, Relaxed));
         for faces in pulse.chunks(mesh.faces()) {
             faces.par_iter().with_min_len(PARALLEL).for_each(mark);
         }
         if used.into_iter().all(AtomicBool::into_inner) {
-            return Ok(Self { mesh: Cow::Borrowed(mesh), sources: None, n_before });
+            return Ok(Self { mesh: Cow::Borrowed(mesh), sources: None, n_input });
         }
         let (mesh, sources) = compact(mesh.positions(), mesh.faces().to_vec()).map_err(|_| SimplifyError::Overflow)?;
-        Ok(Self { mesh: Cow::Owned(mesh), sources: Some(sources), n_before })
+        Ok(Self { mesh: Cow::Owned(mesh), sources: Some(sources), n_input })
     }
 
-    pub fn widen(&self, mut simplified: Simplified) -> Simplified {
+    pub fn renumber(&self, mut simplified: Simplified) -> Simplified {
         let Some(sources) = &self.sources else { return simplified };
-        simplified.map.iter_mut().for_each(|map| map::widen_vertices(map, sources, self.n_before));
+        simplified.map.iter_mut().for_each(|map| map::renumber_map(map, sources, self.n_input));
         simplified.source_vertices.iter_mut().flatten().for_each(|v| *v = sources[*v as usize]);
         simplified
     }
 
-    pub fn widen_derivative(&self, derivative: Derivative) -> Derivative {
+    pub fn renumber_derivative(&self, derivative: Derivative) -> Derivative {
         match &self.sources {
             Some(sources) => derivative.extend_to(sources),
             None => derivative,

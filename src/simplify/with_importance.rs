@@ -2,7 +2,7 @@
 
 use crate::mesh::{Frame, TriMesh};
 
-use super::closed::{Aim, ClosedRequest, Importance, Keep, simplify_levels};
+use super::closed::{ClosedRequest, Importance, Requirements, StageSettings, simplify_levels};
 use super::limits::Limit;
 use super::options::{Refinements, SimplifyError};
 use super::progress::Progress;
@@ -26,9 +26,10 @@ pub struct WeightedResult {
 /// use neural_mesh::{mesh::shapes, simplify::{Importance, Refinements, simplify_with_importance}};
 /// let sphere = shapes::icosphere(4);
 /// let north: Vec<f32> = sphere.positions().iter().map(|p| if p[2] > 0.0 { 16.0 } else { 1.0 }).collect();
-/// let lighter = simplify_with_importance(&sphere, 200, Importance::Given(&north), &Refinements::default()).unwrap().mesh;
-/// let n_north = lighter.positions().iter().filter(|p| p[2] > 0.0).count();
-/// assert!(lighter.positions().len() == 200 && n_north > 110);
+/// let result = simplify_with_importance(&sphere, 200, Importance::Given(&north), &Refinements::default()).unwrap();
+/// let simplified = result.mesh;
+/// let n_north = simplified.positions().iter().filter(|p| p[2] > 0.0).count();
+/// assert!(simplified.positions().len() == 200 && n_north > 110);
 /// ```
 pub fn simplify_with_importance(
     mesh: &TriMesh,
@@ -43,20 +44,20 @@ pub fn simplify_with_importance(
     if n == 0 || !is_importance(importance, n) || used.contains(&false) {
         return Err(SimplifyError::BadImportance);
     }
-    let limit = Limit::of_vertices(n_vertices.max(1));
+    let limit = Limit::from_vertices(n_vertices.max(1));
     let request = ClosedRequest {
         importance,
         hidden: &[],
-        aim: Aim::default(),
+        settings: StageSettings::default(),
         refinements: *refinements,
         frame: Frame::default(),
         differentiable: false,
-        keep: Keep::default(),
-        insists_on_size: false,
+        requirements: Requirements::default(),
+        forces_size: false,
         price: None,
     };
     let levels = simplify_levels(mesh, &request, &[limit], None, Progress::SILENT)?;
-    let closed = levels.made.into_iter().next().ok_or(SimplifyError::Empty)?;
+    let closed = levels.results.into_iter().next().ok_or(SimplifyError::Empty)?;
     Ok(WeightedResult { mesh: closed.mesh, vertex_of: closed.vertex_of })
 }
 

@@ -37,7 +37,7 @@ pub struct Exposure {
     /// Share that would show another material.
     pub recoloured: f32,
     /// Components that would be visible without a change, ascending.
-    pub stand_ins: Vec<u32>,
+    pub replacements: Vec<u32>,
 }
 
 /// Returns the visible change of removing each component.
@@ -52,7 +52,7 @@ pub struct Exposure {
 /// let labels = Labels { components: &[0, 0, 1, 1], materials: &[0; 4], n_components: 2 };
 /// let exposures = exposures(&positions, &faces, labels, 0.1);
 /// assert_eq!(exposures[0].opened, 0.0);
-/// assert_eq!(exposures[0].stand_ins, [1]);
+/// assert_eq!(exposures[0].replacements, [1]);
 /// ```
 pub fn exposures(positions: &[[f32; 3]], faces: &[[u32; 3]], labels: Labels, tolerance: f64) -> Vec<Exposure> {
     let side = (PIXELS * faces.len() as f64).sqrt().clamp(SIDE[0], SIDE[1]) as usize;
@@ -64,8 +64,8 @@ pub fn exposures(positions: &[[f32; 3]], faces: &[[u32; 3]], labels: Labels, tol
     let none = || vec![Exposure::default(); labels.n_components];
     let mut all = (0..AXES).into_par_iter().map(of_axis).reduce(none, merge);
     for exposure in &mut all {
-        exposure.stand_ins.sort_unstable();
-        exposure.stand_ins.dedup();
+        exposure.replacements.sort_unstable();
+        exposure.replacements.dedup();
     }
     all
 }
@@ -75,7 +75,7 @@ fn merge(mut all: Vec<Exposure>, others: Vec<Exposure>) -> Vec<Exposure> {
         exposure.changed = exposure.changed.max(other.changed);
         exposure.opened = exposure.opened.max(other.opened);
         exposure.recoloured = exposure.recoloured.max(other.recoloured);
-        exposure.stand_ins.extend(other.stand_ins);
+        exposure.replacements.extend(other.replacements);
     }
     all
 }
@@ -140,14 +140,15 @@ impl PixelScene<'_> {
             let material = |face: u32| self.labels.materials[face as usize];
             counts[component][2] += u32::from(second != NONE && material(first) != material(second));
             if !changes {
-                let (stand_ins, stand_in) = (&mut all[component].stand_ins, self.labels.components[second as usize]);
-                stand_ins.extend((stand_ins.last() != Some(&stand_in)).then_some(stand_in));
+                let (replacements, replacement) =
+                    (&mut all[component].replacements, self.labels.components[second as usize]);
+                replacements.extend((replacements.last() != Some(&replacement)).then_some(replacement));
             }
         }
         for (exposure, counts) in all.iter_mut().zip(counts) {
             [exposure.changed, exposure.opened, exposure.recoloured] = counts.map(|n| n as f32 / n_covered);
-            exposure.stand_ins.sort_unstable();
-            exposure.stand_ins.dedup();
+            exposure.replacements.sort_unstable();
+            exposure.replacements.dedup();
         }
         all
     }
@@ -211,7 +212,7 @@ mod tests {
         let sphere = shapes::icosphere(3);
         let meshes = [scale_mesh(&sphere, 1.001), sphere.clone()];
         let found = exposures_of(&meshes, 0.02);
-        assert!(found[0].changed < 0.05 && found[0].stand_ins == [1] && found[1].changed == 0.0, "{found:?}");
+        assert!(found[0].changed < 0.05 && found[0].replacements == [1] && found[1].changed == 0.0, "{found:?}");
         assert_eq!(found[0].recoloured, 0.0);
         assert!(exposures_of(&meshes, 1e-5)[0].changed > 0.5);
     }

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 
 use super::dropping::vertex_components;
 use super::original::Original;
-use super::request::Keep;
+use super::request::Requirements;
 
 /// Largest deformation, over the diagonals of the component and of the whole.
 // A corner of a cube moves 0.2 of the diagonal, a vertex of a sphere of forty 0.02.
@@ -14,9 +14,9 @@ const MOST_DISTANCE: [f64; 2] = [0.03, 0.01];
 const LEAST_SIZE: f64 = 0.03;
 
 /// Returns the allowed deformation at each vertex, n_vertices; empty for no limit.
-pub fn ceilings(original: &Original, keep: &Keep) -> Vec<f32> {
+pub fn find_ceilings(original: &Original, requirements: &Requirements) -> Vec<f32> {
     let surface = &original.surface;
-    if keep.half.is_some() || !keep.is_asset() {
+    if requirements.half.is_some() || !requirements.is_asset() {
         return Vec::new();
     }
     let (of_vertex, n) = vertex_components(surface.n_vertices(), &surface.faces);
@@ -30,13 +30,15 @@ pub fn ceilings(original: &Original, keep: &Keep) -> Vec<f32> {
         sums[of_vertex[face[0] as usize] as usize].add(corners, f);
     }
     // Sizes are those in the scene, where a component may occur several times at several scales.
-    let stretch = |extent: &Extent| keep.scene.map_or(1.0, |scene| scene.stretch(keep.piece_of(extent.face)));
+    let stretch = |extent: &Extent| {
+        requirements.scene.map_or(1.0, |scene| scene.stretch(requirements.piece_of_face(extent.face)))
+    };
     // The diagonal of all that a viewer sees.
-    let whole = match keep.scene {
+    let whole = match requirements.scene {
         Some(scene) => scene.diagonal() * f64::from(surface.length(1.0)),
         None => f64::from(surface.length(original.mesh.diagonal() as f32)),
     };
-    let allowed = keep.allowed_distance * f64::from(surface.length(1.0));
+    let allowed = requirements.allowed_distance * f64::from(surface.length(1.0));
     let ceiling = |extent: &Extent| {
         let size = extent.size();
         // Components that are too small to see may lose their shape.
@@ -85,15 +87,15 @@ mod tests {
     #[test]
     fn one_surface_has_none_and_dust_beside_a_large_one_neither() {
         let attributes = Attributes { groups: vec![0; 400], ..Attributes::default() };
-        let keep = Keep { attributes: Some(&attributes), ..Keep::default() };
-        assert!(ceilings(&Original::bare(&shapes::icosphere(2)), &keep).is_empty());
+        let requirements = Requirements { attributes: Some(&attributes), ..Requirements::default() };
+        assert!(find_ceilings(&Original::bare(&shapes::icosphere(2)), &requirements).is_empty());
         let (large, n) = (shapes::icosphere(2), shapes::icosphere(2).positions().len());
         for (side, has_ceiling) in [(0.2, true), (0.01, false)] {
             let small = shapes::cuboid([side; 3], 1);
             let positions = large.positions().iter().chain(small.positions()).copied().collect();
             let faces = small.faces().iter().map(|face| face.map(|v| v + n as u32));
             let mesh = TriMesh::new(positions, large.faces().iter().copied().chain(faces).collect()).unwrap();
-            let found = ceilings(&Original::bare(&mesh), &keep);
+            let found = find_ceilings(&Original::bare(&mesh), &requirements);
             assert!(found[..n].iter().all(|ceiling| ceiling.is_finite()));
             assert!(found[n..].iter().all(|ceiling| ceiling.is_finite() == has_ceiling), "{side}");
         }

@@ -10,7 +10,7 @@ pub struct Diamond {
 }
 
 impl Diamond {
-    pub fn pair(&self) -> [[u32; 3]; 2] {
+    pub fn present_faces(&self) -> [[u32; 3]; 2] {
         let [a, b, c, d] = self.corners;
         [[a, b, c], [b, a, d]]
     }
@@ -42,7 +42,10 @@ mod tests {
         let around = FacesAround::new(Pulse::NONE, 5, &faces);
         let found: Vec<Diamond> = diamonds(&faces, &around, 0).collect();
         assert_eq!(found.iter().map(|diamond| diamond.corners).collect::<Vec<_>>(), [[0, 1, 2, 3], [1, 2, 0, 4]]);
-        assert_eq!((found[0].pair(), found[0].flipped_faces()), ([[0, 1, 2], [1, 0, 3]], [[2, 3, 1], [3, 2, 0]]));
+        assert_eq!(
+            (found[0].present_faces(), found[0].flipped_faces()),
+            ([[0, 1, 2], [1, 0, 3]], [[2, 3, 1], [3, 2, 0]])
+        );
         let flipped = found[0].flipped_faces();
         let twice = diamonds(&flipped, &FacesAround::new(Pulse::NONE, 4, &flipped), 0)
             .next()

@@ -12,41 +12,47 @@ use crate::mesh::{Attributes, Role, UnitedMesh};
 use crate::simplify::limits::Limit;
 use crate::spatial::{Exposure, FaceTree, Labels, exposures};
 
-use super::collapse::{Collapse, End};
+use super::collapse::{Collapse, CollapseEnd};
 use super::original::Original;
 use super::output::Output;
 use super::request::{DropRules, VisualProperties};
 
-const POINTS: usize = 64;
-const POINTS_OF_ALL: usize = 4096;
+const POINTS_PER_COMPONENT: usize = 64;
+const POINTS_OF_WHOLE: usize = 4096;
 /// Largest distance of a dropped component to the rest, over the mean distance.
 const MOST_DISTANCE: f64 = 8.0;
 /// Largest share of a view's pixels that one dropped component, and all, may change.
-const LARGE: [f32; 2] = [1e-3, 1e-2];
+const MOST_CHANGED: [f32; 2] = [1e-3, 1e-2];
 /// Largest share of pixels in which another material may appear.
 // Lettering is small, and conspicuous if it is missing.
-const RECOLOURED: f32 = 1e-3;
+const MOST_RECOLOURED: f32 = 1e-3;
 /// Largest share of pixels in which a back side may appear.
 // Holes are conspicuous.
-const OPENING: f32 = 2.5e-4;
+const MOST_OPENED: f32 = 2.5e-4;
 
 pub struct VertexCost<'a> {
-    pub paid: &'a [(usize, f32)],
+    pub pass_prices: &'a [(usize, f32)],
     pub limit: Limit,
     pub must_fit: bool,
 }
 
 impl<'a> VertexCost<'a> {
-    pub fn new(collapse: &'a Collapse, limit: Limit, end: End) -> Self {
-        Self { paid: collapse.prices_paid(), limit, must_fit: matches!(end, End::Smallest | End::LosesShape) }
+    pub fn new(collapse: &'a Collapse, limit: Limit, end: CollapseEnd) -> Self {
+        Self {
+            pass_prices: collapse.pass_prices(),
+            limit,
+            must_fit: matches!(end, CollapseEnd::Smallest | CollapseEnd::LosesShape),
+        }
     }
 
     /// Estimates the price of merges down to this many vertices.
     fn price_at(&self, vertices: usize) -> f64 {
         // Prices rise from pass to pass, with exceptions: the largest one counts. Above the recorded sizes the value of
         // a vertex falls as n^-3.
-        let seen = self.paid.iter().take_while(|(left, _)| *left >= vertices).map(|(_, price)| f64::from(*price));
-        let first = self.paid.first().map(|&(left, price)| f64::from(price) * (left as f64 / vertices as f64).powi(3));
+        let seen =
+            self.pass_prices.iter().take_while(|(left, _)| *left >= vertices).map(|(_, price)| f64::from(*price));
+        let first =
+            self.pass_prices.first().map(|&(left, price)| f64::from(price) * (left as f64 / vertices as f64).powi(3));
         seen.reduce(f64::max).or(first).unwrap_or_default()
     }
 }
@@ -62,29 +68,29 @@ pub fn choose_dropped(
     output: &Output,
     cost: &VertexCost,
     rules: &DropRules,
-    shown: &VisualProperties,
+    visual: &VisualProperties,
 ) -> Option<DroppedFaces> {
-    let (component_of_vertex, n) = components_of(output);
+    let (component_of_vertex, n) = output_components(output);
     if n < 2 {
         return None;
     }
     // Components of the output are those of the original: no earlier step joins or splits any.
     let component = |v: u32| component_of_vertex[output.vertex_of[v as usize] as usize];
-    let of_faces: Vec<u32> = original.surface.faces.iter().map(|face| component(face[0])).collect();
-    let placing = PlacedComponents::new(original, shown.scene, shown.attributes, &of_faces, n);
-    let seen = SeenFaces::new(&placing, output, &component_of_vertex);
-    let mut components = Components::new(&placing, &seen, shown);
+    let component_of_face: Vec<u32> = original.surface.faces.iter().map(|face| component(face[0])).collect();
+    let placed = PlacedComponents::new(original, visual.scene, visual.attributes, &component_of_face, n);
+    let seen = PlacedOutput::new(&placed, output, &component_of_vertex);
+    let mut components = Components::new(&placed, &seen, visual);
     component_of_vertex.iter().for_each(|&component| components.all[component as usize].n_vertices += 1);
     // The price per freed vertex, area times squared distance to the rest, must be below that of the last merges, and a
     // viewer must not miss the component.
     components.find_losses(cost);
     let is_dropped = components.choose(cost, rules.within);
     let n_components = is_dropped.iter().filter(|dropped| **dropped).count();
-    let faces = || of_faces.iter().map(|&component| is_dropped[component as usize]).collect();
+    let faces = || component_of_face.iter().map(|&component| is_dropped[component as usize]).collect();
     (n_components > 0).then(|| DroppedFaces { faces: faces(), n_components })
 }
 
-pub fn components_of(output: &Output) -> (Vec<u32>, usize) {
+pub fn output_components(output: &Output) -> (Vec<u32>, usize) {
     vertex_components(output.positions.len(), output.faces())
 }
 
@@ -107,8 +113,8 @@ struct PlacedComponents<'a> {
     faces: Vec<u32>,
     ends: Vec<usize>,
     /// Transforms of each component to the scene, largest first.
-    places: Vec<Vec<DMat4>>,
-    of_faces: &'a [u32],
+    transforms: Vec<Vec<DMat4>>,
+    component_of_face: &'a [u32],
 }
 
 impl<'a> PlacedComponents<'a> {
@@ -116,24 +122,26 @@ impl<'a> PlacedComponents<'a> {
         original: &'a Original,
         scene: Option<&UnitedMesh>,
         attributes: Option<&'a Attributes>,
-        of_faces: &'a [u32],
+        component_of_face: &'a [u32],
         n: usize,
     ) -> Self {
         // Faces are grouped once, since every component is sampled several times.
-        let (faces, ends) = by_component(of_faces, n);
+        let (faces, ends) = group_by_component(component_of_face, n);
         let to_mesh = original.surface.scale.to_local();
-        let places = |component: usize| {
+        let transforms = |component: usize| {
             let first = faces[if component == 0 { 0 } else { ends[component - 1] }];
             let (Some(scene), Some(attributes)) = (scene, attributes) else { return vec![to_mesh] };
-            let places =
-                scene.places(scene.piece_of_group(attributes.group(first))).iter().map(|place| *place * to_mesh);
-            let mut places: Vec<DMat4> = places.collect();
+            let transforms = scene
+                .places(scene.piece_of_group(attributes.group(first)))
+                .iter()
+                .map(|transform| *transform * to_mesh);
+            let mut transforms: Vec<DMat4> = transforms.collect();
             // Losses are judged at the largest placement, where they show most.
-            places.sort_by(|a, b| b.determinant().abs().total_cmp(&a.determinant().abs()));
-            places
+            transforms.sort_by(|a, b| b.determinant().abs().total_cmp(&a.determinant().abs()));
+            transforms
         };
-        let places = (0..n).map(places).collect();
-        Self { original, attributes, faces, ends, places, of_faces }
+        let transforms = (0..n).map(transforms).collect();
+        Self { original, attributes, faces, ends, transforms, component_of_face }
     }
 
     fn faces(&self, component: usize) -> &[u32] {
@@ -147,11 +155,11 @@ impl<'a> PlacedComponents<'a> {
     }
 
     fn corners(&self, face: u32) -> Option<[DVec3; 3]> {
-        let place = self.places[self.of_faces[face as usize] as usize].first()?;
+        let transform = self.transforms[self.component_of_face[face as usize] as usize].first()?;
         let positions = &self.original.surface.positions;
         Some(
             self.original.surface.faces[face as usize]
-                .map(|v| place.transform_point3(positions[v as usize].as_dvec3())),
+                .map(|v| transform.transform_point3(positions[v as usize].as_dvec3())),
         )
     }
 
@@ -163,38 +171,39 @@ impl<'a> PlacedComponents<'a> {
     fn exposures(&self, tolerance: f64) -> Vec<Exposure> {
         let surface = &self.original.surface;
         let (mut positions, mut components, mut materials) = (Vec::new(), Vec::new(), Vec::new());
-        for (component, places) in self.places.iter().enumerate() {
-            for (place, &face) in places.iter().flat_map(|place| self.faces(component).iter().map(move |f| (place, f)))
+        for (component, transforms) in self.transforms.iter().enumerate() {
+            for (transform, &face) in
+                transforms.iter().flat_map(|transform| self.faces(component).iter().map(move |f| (transform, f)))
             {
                 // All placements are rendered: a component may be hidden in one and visible in another.
-                let corner = |v: u32| place.transform_point3(surface.positions[v as usize].as_dvec3()).as_vec3();
+                let corner = |v: u32| transform.transform_point3(surface.positions[v as usize].as_dvec3()).as_vec3();
                 positions.extend(surface.faces[face as usize].map(|v| corner(v).to_array()));
                 components.push(component as u32);
                 materials.push(self.group(face));
             }
         }
         let faces: Vec<[u32; 3]> = (0..components.len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
-        let labels = Labels { components: &components, materials: &materials, n_components: self.places.len() };
+        let labels = Labels { components: &components, materials: &materials, n_components: self.transforms.len() };
         exposures(&positions, &faces, labels, tolerance)
     }
 }
 
-struct SeenFaces {
+struct PlacedOutput {
     positions: Vec<[f32; 3]>,
     faces: Vec<[u32; 3]>,
     components: Vec<u32>,
     n_faces: Vec<usize>,
 }
 
-impl SeenFaces {
-    fn new(placing: &PlacedComponents, output: &Output, component_of_vertex: &[u32]) -> Self {
+impl PlacedOutput {
+    fn new(placed: &PlacedComponents, output: &Output, component_of_vertex: &[u32]) -> Self {
         let (mut positions, mut components) = (Vec::new(), Vec::new());
-        let mut n_faces = vec![0; placing.places.len()];
+        let mut n_faces = vec![0; placed.transforms.len()];
         for face in output.faces() {
             let component = component_of_vertex[face[0] as usize];
             n_faces[component as usize] += 1;
-            for place in &placing.places[component as usize] {
-                let corner = |v: u32| place.transform_point3(output.positions[v as usize].as_dvec3());
+            for transform in &placed.transforms[component as usize] {
+                let corner = |v: u32| transform.transform_point3(output.positions[v as usize].as_dvec3());
                 positions.extend(face.map(|v| corner(v).as_vec3().to_array()));
                 components.push(component);
             }
@@ -214,16 +223,16 @@ struct Component {
     groups: Vec<u32>,
     loss: f64,
     /// Nearest larger component, which would replace this one; else itself.
-    stand_in: usize,
+    replacement: usize,
 }
 
 struct Components<'a> {
     all: Vec<Component>,
     rank: Vec<usize>,
-    placing: &'a PlacedComponents<'a>,
+    placed: &'a PlacedComponents<'a>,
     /// Tree over the placed output faces, and the component of each.
     tree: FaceTree<'a>,
-    of_seen: &'a [u32],
+    component_of_output_face: &'a [u32],
     /// Factor from prices of the collapse to prices in the scene.
     unit_of_prices: f64,
     is_painted: bool,
@@ -231,7 +240,7 @@ struct Components<'a> {
 }
 
 impl Component {
-    fn stand_in_for(&mut self, other: &Self) {
+    fn take_over(&mut self, other: &Self) {
         // A component without area has no visible loss.
         if self.area > 0.0 {
             self.loss *= (self.area + other.area) / self.area;
@@ -241,62 +250,76 @@ impl Component {
 }
 
 impl<'a> Components<'a> {
-    fn new(placing: &'a PlacedComponents<'a>, seen: &'a SeenFaces, shown: &VisualProperties) -> Self {
-        let mut all = sums(placing, shown);
+    fn new(placed: &'a PlacedComponents<'a>, seen: &'a PlacedOutput, visual: &VisualProperties) -> Self {
+        let mut all = measure_components(placed, visual);
         all.iter_mut().zip(&seen.n_faces).for_each(|(component, n_faces)| component.n_faces = *n_faces);
         // Only larger components replace smaller ones, so replacements form no cycle.
         let mut by_area: Vec<usize> = (0..all.len()).collect();
         by_area.sort_by(|&x, &y| all[x].area.total_cmp(&all[y].area).then(x.cmp(&y)));
         let mut rank = vec![0; all.len()];
-        by_area.iter().enumerate().for_each(|(place, &component)| rank[component] = place);
-        let shows = |role: Role| matches!(role, Role::Uv | Role::Colour);
-        let is_painted =
-            shown.attributes.is_some_and(|attributes| attributes.channels.iter().any(|channel| shows(channel.role)));
-        let is_asset = shown.scene.is_some() || shown.attributes.is_some();
+        by_area.iter().enumerate().for_each(|(transform, &component)| rank[component] = transform);
+        let is_paint = |role: Role| matches!(role, Role::Uv | Role::Colour);
+        let is_painted = visual
+            .attributes
+            .is_some_and(|attributes| attributes.channels.iter().any(|channel| is_paint(channel.role)));
+        let is_asset = visual.scene.is_some() || visual.attributes.is_some();
         let tree = FaceTree::new(&seen.positions, &seen.faces);
         // Prices are squared distances times area, so the unit is the fourth power of a length.
-        let unit_of_prices = placing.original.surface.scale.to_local().determinant().abs().cbrt().powi(4);
-        Self { all, rank, placing, tree, of_seen: &seen.components, unit_of_prices, is_painted, is_asset }
+        let unit_of_prices = placed.original.surface.scale.to_local().determinant().abs().cbrt().powi(4);
+        Self {
+            all,
+            rank,
+            placed,
+            tree,
+            component_of_output_face: &seen.components,
+            unit_of_prices,
+            is_painted,
+            is_asset,
+        }
     }
 
     fn find_losses(&mut self, cost: &VertexCost) {
         // Most components cost more than any could be worth; their sampling stops early.
         let most = self.most_price(cost);
         for component in 0..self.all.len() {
-            (self.all[component].loss, self.all[component].stand_in) = self.loss(component, most);
+            (self.all[component].loss, self.all[component].replacement) = self.estimate_loss(component, most);
         }
     }
 
     fn most_price(&self, cost: &VertexCost) -> f64 {
-        if cost.must_fit { f64::INFINITY } else { self.unit_of_prices * cost.price_at(self.n_asked(cost.limit)) }
+        if cost.must_fit {
+            f64::INFINITY
+        } else {
+            self.unit_of_prices * cost.price_at(self.n_target_vertices(cost.limit))
+        }
     }
 
-    fn n_asked(&self, limit: Limit) -> usize {
+    fn n_target_vertices(&self, limit: Limit) -> usize {
         let n_whole: usize = self.all.iter().map(|it| it.n_vertices).sum();
-        let of_faces = n_whole as f64 * limit.faces as f64 / self.n_output_faces().max(1) as f64;
-        n_whole.min(limit.vertices).min(of_faces as usize)
+        let component_of_face = n_whole as f64 * limit.faces as f64 / self.n_output_faces().max(1) as f64;
+        n_whole.min(limit.vertices).min(component_of_face as usize)
     }
 
     fn nearest(&self, component: usize, point: DVec3) -> Option<(f64, usize)> {
         let rank = self.rank[component];
-        let is_larger = |face: u32| self.rank[self.of_seen[face as usize] as usize] > rank;
+        let is_larger = |face: u32| self.rank[self.component_of_output_face[face as usize] as usize] > rank;
         let (face, distance2) = self.tree.nearest_of(point, f64::INFINITY, is_larger)?;
-        Some((distance2, self.of_seen[face as usize] as usize))
+        Some((distance2, self.component_of_output_face[face as usize] as usize))
     }
 
     /// Estimates a component's loss from samples, and the larger component nearest to most of them.
     ///
     /// Infinite for a component that is locked, not shown, or the largest; stops once the loss reaches `most` per
     /// vertex.
-    fn loss(&self, component: usize, most: f64) -> (f64, usize) {
+    fn estimate_loss(&self, component: usize, most: f64) -> (f64, usize) {
         // Locked vertices must stay, so their component does.
-        if self.placing.is_locked(component) {
+        if self.placed.is_locked(component) {
             return (f64::INFINITY, component);
         }
-        let faces = self.placing.faces(component);
+        let faces = self.placed.faces(component);
         let own = &self.all[component];
-        let some = faces.iter().step_by(faces.len().div_ceil(POINTS).max(1));
-        let Some(points) = some.map(|&face| self.placing.corners(face)).collect::<Option<Vec<_>>>() else {
+        let some = faces.iter().step_by(faces.len().div_ceil(POINTS_PER_COMPONENT).max(1));
+        let Some(points) = some.map(|&face| self.placed.corners(face)).collect::<Option<Vec<_>>>() else {
             return (f64::INFINITY, component);
         };
         let areas: f64 = points.iter().map(|&corners| area_normal_f64(corners).length()).sum();
@@ -322,12 +345,12 @@ impl<'a> Components<'a> {
         (if areas > 0.0 { own.area * sum / areas } else { 0.0 }, most)
     }
 
-    fn error(&self) -> f64 {
-        let n_faces = self.placing.of_faces.len() as u32;
+    fn mean_error(&self) -> f64 {
+        let n_faces = self.placed.component_of_face.len() as u32;
         // A sample of the faces suffices for a mean.
-        let faces = (0..n_faces).step_by((n_faces as usize).div_ceil(POINTS_OF_ALL).max(1));
+        let faces = (0..n_faces).step_by((n_faces as usize).div_ceil(POINTS_OF_WHOLE).max(1));
         let (mut sum, mut areas) = (0.0, 0.0);
-        for corners in faces.filter_map(|face| self.placing.corners(face)) {
+        for corners in faces.filter_map(|face| self.placed.corners(face)) {
             let area = area_normal_f64(corners).length();
             let centre = corners.iter().sum::<DVec3>() / 3.0;
             sum += area * self.tree.nearest(centre).map_or(0.0, |(_, distance2)| distance2.sqrt());
@@ -340,13 +363,7 @@ impl<'a> Components<'a> {
         // On flat faces the corners are farthest.
         let is_near = |point: DVec3| self.nearest(component, point).is_some_and(|(d2, _)| d2 <= within * within);
         within.is_infinite()
-            || self
-                .placing
-                .faces(component)
-                .iter()
-                .filter_map(|&face| self.placing.corners(face))
-                .flatten()
-                .all(is_near)
+            || self.placed.faces(component).iter().filter_map(|&face| self.placed.corners(face)).flatten().all(is_near)
     }
 
     fn choose(mut self, cost: &VertexCost, within: f64) -> Vec<bool> {
@@ -355,14 +372,14 @@ impl<'a> Components<'a> {
         let mut is_dropped = vec![false; self.all.len()];
         let n_whole: usize = self.all.iter().map(|it| it.n_vertices).sum();
         let (mut n_vertices, mut n_faces) = (n_whole, self.n_output_faces());
-        let asked = self.n_asked(cost.limit);
+        let asked = self.n_target_vertices(cost.limit);
         let mut guard: Option<DropGuard> = None;
         // A heap by price: the bits of a positive number are in its order.
         let mut queue: BinaryHeap<Reverse<(u64, usize)>> =
             self.all.iter().enumerate().map(|(i, it)| Reverse((price(it), i))).collect();
         while let Some(Reverse((bits, i))) = queue.pop() {
             let it = self.all[i].clone();
-            let is_largest = it.stand_in == i;
+            let is_largest = it.replacement == i;
             // Entries go out of date when their component takes over the area of another.
             if is_dropped[i] || bits != price(&it) || is_largest {
                 continue;
@@ -372,8 +389,8 @@ impl<'a> Components<'a> {
             let size = share(n_vertices, cost.limit.vertices).max(share(n_faces, cost.limit.faces));
             // Each dropped component frees vertices for the others, so the price to beat falls.
             let n_of_others = asked + (n_whole - n_vertices);
-            let is_worth = f64::from_bits(bits) >= unit * cost.price_at(n_of_others);
-            if is_worth && (size <= 1.0 || !cost.must_fit) {
+            let is_worth_its_vertices = f64::from_bits(bits) >= unit * cost.price_at(n_of_others);
+            if is_worth_its_vertices && (size <= 1.0 || !cost.must_fit) {
                 break;
             }
             // Views are rendered at most once, and only if some component is cheap enough.
@@ -384,8 +401,8 @@ impl<'a> Components<'a> {
             (n_vertices, n_faces) = (n_vertices - it.n_vertices, n_faces - it.n_faces);
             // The loss of the replacement grows by the area that it takes over, so that chains of similar components
             // end.
-            self.all[it.stand_in].stand_in_for(&it);
-            queue.push(Reverse((price(&self.all[it.stand_in]), it.stand_in)));
+            self.all[it.replacement].take_over(&it);
+            queue.push(Reverse((price(&self.all[it.replacement]), it.replacement)));
         }
         is_dropped
     }
@@ -400,18 +417,18 @@ struct DropGuard {
     within: f64,
     exposures: Option<Vec<Exposure>>,
     changed: [f32; 2],
-    stands_in: Vec<bool>,
+    is_replacement: Vec<bool>,
     in_groups: BTreeMap<u32, usize>,
 }
 
 impl DropGuard {
     fn new(components: &Components, within: f64) -> Self {
         let mut guard =
-            Self { within, exposures: None, changed: [0.0; 2], stands_in: Vec::new(), in_groups: BTreeMap::new() };
+            Self { within, exposures: None, changed: [0.0; 2], is_replacement: Vec::new(), in_groups: BTreeMap::new() };
         if components.is_asset {
             // A component farther away than a multiple of the error would be missed.
-            guard.within = within.min(MOST_DISTANCE * components.error());
-            guard.stands_in = vec![false; components.all.len()];
+            guard.within = within.min(MOST_DISTANCE * components.mean_error());
+            guard.is_replacement = vec![false; components.all.len()];
             for &group in components.all.iter().flat_map(|it| &it.groups) {
                 *guard.in_groups.entry(group).or_default() += 1;
             }
@@ -429,17 +446,20 @@ impl DropGuard {
             return true;
         }
         // Views are rendered last, since they take longest.
-        let exposures = self.exposures.get_or_insert_with(|| components.placing.exposures(self.within));
-        let Exposure { changed, opened, recoloured, stand_ins } = &mut exposures[i];
+        let exposures = self.exposures.get_or_insert_with(|| components.placed.exposures(self.within));
+        let Exposure { changed, opened, recoloured, replacements } = &mut exposures[i];
         // Many small losses add up, so their sum is bounded as well.
         let all = [self.changed[0] + *changed, self.changed[1] + *recoloured];
-        let is_missed = *changed > LARGE[0] || *opened > OPENING || all[0] > LARGE[1] || all[1] > RECOLOURED;
-        if is_missed || self.stands_in[i] {
+        let is_missed =
+            *changed > MOST_CHANGED[0] || *opened > MOST_OPENED || all[0] > MOST_CHANGED[1] || all[1] > MOST_RECOLOURED;
+        if is_missed || self.is_replacement[i] {
             return false;
         }
         self.changed = all;
         // Components that appear in place of this one must stay from now on.
-        std::mem::take(stand_ins).into_iter().for_each(|stand_in| self.stands_in[stand_in as usize] = true);
+        std::mem::take(replacements)
+            .into_iter()
+            .for_each(|replacement| self.is_replacement[replacement as usize] = true);
         for group in &components.all[i].groups {
             self.in_groups.entry(*group).and_modify(|n| *n -= 1);
         }
@@ -447,19 +467,20 @@ impl DropGuard {
     }
 }
 
-fn sums(placing: &PlacedComponents, shown: &VisualProperties) -> Vec<Component> {
-    let surface = &placing.original.surface;
+fn measure_components(placed: &PlacedComponents, visual: &VisualProperties) -> Vec<Component> {
+    let surface = &placed.original.surface;
     // Importance weights the areas only if the caller or visibility set it.
     let factor = |v: &u32| surface.importance.get(*v as usize).copied().unwrap_or(1.0);
-    let counts = |face: &[u32; 3]| if shown.is_weighed { face.iter().map(factor).sum::<f32>() / 3.0 } else { 1.0 };
+    let face_weight =
+        |face: &[u32; 3]| if visual.is_weighed { face.iter().map(factor).sum::<f32>() / 3.0 } else { 1.0 };
     let of_component = |component: usize| {
         let (mut area, mut low, mut high) = (0.0, DVec3::INFINITY, DVec3::NEG_INFINITY);
         let mut groups = Vec::new();
-        for &face in placing.faces(component) {
-            let group = placing.group(face);
+        for &face in placed.faces(component) {
+            let group = placed.group(face);
             groups.extend((groups.last() != Some(&group)).then_some(group));
-            let Some(corners) = placing.corners(face) else { continue };
-            let weight = counts(&surface.faces[face as usize]);
+            let Some(corners) = placed.corners(face) else { continue };
+            let weight = face_weight(&surface.faces[face as usize]);
             area += 0.5 * area_normal_f64(corners).length() * f64::from(weight);
             low = corners.into_iter().fold(low, DVec3::min);
             high = corners.into_iter().fold(high, DVec3::max);
@@ -467,22 +488,22 @@ fn sums(placing: &PlacedComponents, shown: &VisualProperties) -> Vec<Component> 
         groups.sort_unstable();
         groups.dedup();
         let size2 = low.distance_squared(high);
-        Component { n_vertices: 0, n_faces: 0, area, size2, groups, loss: 0.0, stand_in: component }
+        Component { n_vertices: 0, n_faces: 0, area, size2, groups, loss: 0.0, replacement: component }
     };
-    (0..placing.places.len()).map(of_component).collect()
+    (0..placed.transforms.len()).map(of_component).collect()
 }
 
-fn by_component(of_faces: &[u32], n: usize) -> (Vec<u32>, Vec<usize>) {
+fn group_by_component(component_of_face: &[u32], n: usize) -> (Vec<u32>, Vec<usize>) {
     let mut ends = vec![0; n];
-    of_faces.iter().for_each(|&component| ends[component as usize] += 1);
+    component_of_face.iter().for_each(|&component| ends[component as usize] += 1);
     let mut sum = 0;
     ends.iter_mut().for_each(|end| {
         sum += *end;
         *end = sum;
     });
     let mut starts: Vec<usize> = std::iter::once(0).chain(ends.iter().copied()).collect();
-    let mut faces = vec![0; of_faces.len()];
-    for (f, &component) in (0..).zip(of_faces) {
+    let mut faces = vec![0; component_of_face.len()];
+    for (f, &component) in (0..).zip(component_of_face) {
         faces[starts[component as usize]] = f;
         starts[component as usize] += 1;
     }
@@ -497,10 +518,10 @@ mod tests {
 
     const SHRUNK: f32 = 0.4;
 
-    fn spheres(places: &[f32], r: f32) -> TriMesh {
+    fn spheres(transforms: &[f32], r: f32) -> TriMesh {
         let (large, small) = (shapes::icosphere(3), shapes::icosphere(0));
         let (mut positions, mut faces) = (large.positions().to_vec(), large.faces().to_vec());
-        for x in places {
+        for x in transforms {
             let n = positions.len() as u32;
             positions.extend(small.positions().iter().map(|p| [r * p[0] + x, r * p[1], r * p[2]]));
             faces.extend(small.faces().iter().map(|face| face.map(|v| v + n)));
@@ -508,7 +529,12 @@ mod tests {
         TriMesh::new(positions, faces).unwrap()
     }
 
-    fn drop_from(mesh: &TriMesh, paid: f64, within: f64, attributes: Option<&Attributes>) -> Option<DroppedFaces> {
+    fn drop_from(
+        mesh: &TriMesh,
+        pass_prices: f64,
+        within: f64,
+        attributes: Option<&Attributes>,
+    ) -> Option<DroppedFaces> {
         let original = Original::bare(mesh);
         let surface = &original.surface;
         let n_large = shapes::icosphere(3).positions().len();
@@ -518,8 +544,8 @@ mod tests {
         let vertex_of = (0..surface.n_vertices() as u32).collect();
         let output = Output::new(Pulse::NONE, positions, surface.faces.to_vec(), Pins::default(), vertex_of);
         let n = mesh.positions().len();
-        let paid = [(n + 50, paid as f32)];
-        let cost = VertexCost { paid: &paid, limit: Limit::of_vertices(n), must_fit: false };
+        let pass_prices = [(n + 50, pass_prices as f32)];
+        let cost = VertexCost { pass_prices: &pass_prices, limit: Limit::from_vertices(n), must_fit: false };
         let rules = DropRules { within, from_level: 0 };
         let alike = Attributes { groups: vec![0; surface.faces.len()], ..Attributes::default() };
         let attributes = Some(attributes.unwrap_or(&alike));
@@ -533,7 +559,7 @@ mod tests {
     }
 
     fn price(mesh: &TriMesh, attributes: Option<&Attributes>) -> f64 {
-        let goes = |paid: f64| drop_from(mesh, paid, f64::INFINITY, attributes).is_some();
+        let goes = |pass_prices: f64| drop_from(mesh, pass_prices, f64::INFINITY, attributes).is_some();
         let (mut low, mut high) = (1e-30f64, 1e3f64);
         assert!(!goes(low) && goes(high));
         while high / low > 1.001 {
@@ -560,7 +586,7 @@ mod tests {
             let groups = (0..mesh.faces().len()).map(|f| if f < n { 1 } else { other }).collect();
             Attributes { groups, ..Attributes::default() }
         };
-        let [one, two] = [&[0.41][..], &[0.41, -0.41]].map(|places| spheres(places, 0.02));
+        let [one, two] = [&[0.41][..], &[0.41, -0.41]].map(|transforms| spheres(transforms, 0.02));
         assert!(drop_from(&one, 1e3, f64::INFINITY, Some(&groups(&one, 1))).is_some());
         assert!(drop_from(&one, 1e3, f64::INFINITY, Some(&groups(&one, 2))).is_none());
         let [same, other] = [1, 2].map(|group| price(&two, Some(&groups(&two, group))));

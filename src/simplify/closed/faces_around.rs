@@ -23,7 +23,7 @@ pub struct FacesAround {
     starts: Vec<u32>,
     rows: Vec<FaceCorner>,
     changed: FxHashMap<u32, Vec<FaceCorner>>,
-    from_hubs: FxHashMap<[u32; 2], u32>,
+    hub_edges: FxHashMap<[u32; 2], u32>,
 }
 
 /// Face at a vertex, and the vertex that follows in it.
@@ -44,12 +44,12 @@ impl FacesAround {
         let parts: Vec<_> = shares.iter().zip(split_rows(&shares, &mut rows, |v| starts[v + 1] as usize)).collect();
         parts.into_par_iter().for_each(|(share, rows)| fill(pulse, rows, &starts[share.clone()], share.start, faces));
         // A long row would be scanned for each of its edges; few vertices need the hash map.
-        let mut around = Self { starts, rows, changed: FxHashMap::default(), from_hubs: FxHashMap::default() };
+        let mut around = Self { starts, rows, changed: FxHashMap::default(), hub_edges: FxHashMap::default() };
         (0..n_vertices as u32)
             .filter(|&v| around.is_hub(v))
             .collect::<Vec<_>>()
             .into_iter()
-            .for_each(|v| around.index(v));
+            .for_each(|v| around.index_hub(v));
         around
     }
 
@@ -57,10 +57,10 @@ impl FacesAround {
         (self.starts[vertex as usize + 1] - self.starts[vertex as usize]) as usize > MOST_SEARCHED
     }
 
-    fn index(&mut self, vertex: u32) {
+    fn index_hub(&mut self, vertex: u32) {
         for i in self.starts[vertex as usize]..self.starts[vertex as usize + 1] {
             let FaceCorner { face, next } = self.rows[i as usize];
-            self.from_hubs.entry([vertex, next]).or_insert(face);
+            self.hub_edges.entry([vertex, next]).or_insert(face);
         }
     }
 
@@ -90,24 +90,24 @@ impl FacesAround {
     pub fn face_along(&self, u: u32, v: u32) -> Option<u32> {
         let row = self.corners(u);
         if row.len() > MOST_SEARCHED && self.is_hub(u) {
-            return self.from_hubs.get(&[u, v]).copied();
+            return self.hub_edges.get(&[u, v]).copied();
         }
         find_next(row, v)
     }
 
-    pub fn joins(&self, u: u32, v: u32) -> bool {
+    pub fn has_edge(&self, u: u32, v: u32) -> bool {
         self.face_along(u, v).or_else(|| self.face_along(v, u)).is_some()
     }
 
-    pub fn replace(&mut self, f: u32, before: [u32; 3], now: [u32; 3]) {
+    pub fn replace_face(&mut self, f: u32, before: [u32; 3], now: [u32; 3]) {
         let [a, b, c] = before;
         for (v, next) in [(a, b), (b, c), (c, a)] {
             // Rows are replaced as a whole: flips are few, and untouched rows stay in one array.
             let row: Vec<FaceCorner> = self.corners(v).iter().copied().filter(|corner| corner.face != f).collect();
             if self.is_hub(v) {
                 match find_next(&row, next) {
-                    Some(other) => self.from_hubs.insert([v, next], other),
-                    None => self.from_hubs.remove(&[v, next]),
+                    Some(other) => self.hub_edges.insert([v, next], other),
+                    None => self.hub_edges.remove(&[v, next]),
                 };
             }
             self.changed.insert(v, row);
@@ -116,7 +116,7 @@ impl FacesAround {
         for (v, next) in [(a, b), (b, c), (c, a)] {
             let row = [self.corners(v), &[FaceCorner { face: f, next }]].concat();
             if self.is_hub(v) {
-                self.from_hubs.entry([v, next]).or_insert(f);
+                self.hub_edges.entry([v, next]).or_insert(f);
             }
             self.changed.insert(v, row);
         }
@@ -151,9 +151,9 @@ mod tests {
     fn a_flipped_edge_is_found_as_if_sorted_anew() {
         let mut faces = vec![[0, 1, 2], [1, 0, 3], [2, 1, 4]];
         let mut around = FacesAround::new(Pulse::NONE, 5, &faces);
-        assert_eq!((around.face_along(1, 0), around.joins(2, 3)), (Some(1), false));
+        assert_eq!((around.face_along(1, 0), around.has_edge(2, 3)), (Some(1), false));
         for (f, now) in [(0u32, [2, 3, 1]), (1, [3, 2, 0])] {
-            around.replace(f, std::mem::replace(&mut faces[f as usize], now), now);
+            around.replace_face(f, std::mem::replace(&mut faces[f as usize], now), now);
         }
         let anew = FacesAround::new(Pulse::NONE, 5, &faces);
         for v in 0..5 {
@@ -176,7 +176,7 @@ mod tests {
         for f in [6usize, 6, 20, 40, n as usize] {
             let [a, b, c] = faces[f];
             let now = [a, c, (b + 50) % n + 1];
-            around.replace(f as u32, std::mem::replace(&mut faces[f], now), now);
+            around.replace_face(f as u32, std::mem::replace(&mut faces[f], now), now);
             for v in 0..=n {
                 assert_eq!(around.face_along(0, v), find_next(around.corners(0), v), "{f} {v}");
             }

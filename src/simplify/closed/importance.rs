@@ -12,13 +12,13 @@ use crate::model::{Weights, star_scores, surface_scores};
 // 2.
 const MOST_SCORE: f32 = 3.5;
 // Vertices sampled for the mean edge length: 12,000 edges estimate it within 1 %.
-const MEASURED: usize = 2048;
+const MEASURED_VERTICES: usize = 2048;
 /// Least bending that counts: normals within two degrees.
 const LEAST_BENDING: f32 = 1e-3;
-const TOGETHER: usize = 1 << 14;
+const CHUNK: usize = 1 << 14;
 
 // Factor on hidden vertices: errors fall as n^-2, so they keep a tenth of their vertices.
-pub const HIDDEN: f32 = 1e-3;
+pub const HIDDEN_FACTOR: f32 = 1e-3;
 
 /// Multiplies a surface's quadrics by importance; `strength` scales the scores.
 pub fn weigh(surface: &mut PreparedSurface, importance: Importance, strength: f32, hidden: &[bool]) {
@@ -26,19 +26,21 @@ pub fn weigh(surface: &mut PreparedSurface, importance: Importance, strength: f3
         // Equal factors leave the quadrics as they are.
         Importance::Even if hidden.is_empty() => return,
         Importance::Even => vec![1.0; surface.n_vertices()],
-        Importance::Bending => {
-            importance_with(surface.pulse, &scale_scores(bending_scores(surface), strength), &areas(surface))
-        }
+        Importance::Bending => importance_with_pulse(
+            surface.pulse,
+            &scale_scores(bending_scores(surface), strength),
+            &vertex_weights(surface),
+        ),
         Importance::Network(weights) => {
-            let scores = star_scores_of(surface, weights).unwrap_or_else(|| scores(surface, weights));
-            importance_with(surface.pulse, &scale_scores(scores, strength), &areas(surface))
+            let scores = score_stars(surface, weights).unwrap_or_else(|| score_with_graph(surface, weights));
+            importance_with_pulse(surface.pulse, &scale_scores(scores, strength), &vertex_weights(surface))
         }
         Importance::Given(factors) => surface.sources().map(|v| factors[v as usize]).collect(),
     };
     surface.pulse.beat(0);
     if !hidden.is_empty() {
         let of_hidden = factors.iter_mut().zip(surface.sources()).filter(|(_, v)| hidden[*v as usize]);
-        of_hidden.for_each(|(factor, _)| *factor *= HIDDEN);
+        of_hidden.for_each(|(factor, _)| *factor *= HIDDEN_FACTOR);
     }
     surface.weigh(factors);
 }
@@ -63,12 +65,12 @@ fn scale_scores(mut scores: Vec<f32>, strength: f32) -> Vec<f32> {
 }
 
 /// Scores all vertices one-ring by one-ring; `None` for a network that sees farther.
-fn star_scores_of(surface: &PreparedSurface, weights: &Weights) -> Option<Vec<f32>> {
+fn score_stars(surface: &PreparedSurface, weights: &Weights) -> Option<Vec<f32>> {
     let edge_length = mean_edge_length(surface);
     let n_vertices = surface.n_vertices();
     let mut scores = Vec::with_capacity(n_vertices);
     // A network that sees only one-rings needs no graph in memory.
-    for numbers in surface.pulse.ranges_of_size(TOGETHER, 0..n_vertices) {
+    for numbers in surface.pulse.ranges_of_size(CHUNK, 0..n_vertices) {
         let star = |i: usize| (numbers.start + i, surface.neighbors((numbers.start + i) as u32));
         let stars = Stars { x: [&surface.positions, &surface.normals], n: numbers.len(), star };
         scores.extend(star_scores(weights, &stars, edge_length)?);
@@ -79,7 +81,7 @@ fn star_scores_of(surface: &PreparedSurface, weights: &Weights) -> Option<Vec<f3
 fn mean_edge_length(surface: &PreparedSurface) -> f32 {
     let (mut sum, mut n_edges) = (0.0, 0u32);
     // A sample suffices: the mean only scales the network's input.
-    for v in (0..surface.n_vertices()).step_by(surface.n_vertices() / MEASURED + 1) {
+    for v in (0..surface.n_vertices()).step_by(surface.n_vertices() / MEASURED_VERTICES + 1) {
         for &w in surface.neighbors(v as u32) {
             sum += f64::from(surface.positions[v].distance(surface.positions[w as usize]));
             n_edges += 1;
@@ -88,12 +90,12 @@ fn mean_edge_length(surface: &PreparedSurface) -> f32 {
     if sum > 0.0 { (sum / f64::from(n_edges)) as f32 } else { 1.0 }
 }
 
-fn scores(surface: &PreparedSurface, weights: &Weights) -> Vec<f32> {
-    let rings = Arc::new(edges(surface));
+fn score_with_graph(surface: &PreparedSurface, weights: &Weights) -> Vec<f32> {
+    let rings = Arc::new(surface_graph(surface));
     surface_scores(weights, &surface.positions, &surface.normals, &rings)
 }
 
-fn edges(surface: &PreparedSurface) -> Csr {
+fn surface_graph(surface: &PreparedSurface) -> Csr {
     Csr::from_neighbours(surface.n_vertices(), |v| surface.neighbors(v as u32))
 }
 
@@ -111,10 +113,10 @@ fn edges(surface: &PreparedSurface) -> Csr {
 /// assert!((factors[1] / factors[0] - 2.0_f32.exp()).abs() < 1e-5);
 /// ```
 pub fn importance_of_scores(scores: &[f32], areas: &[f64]) -> Vec<f32> {
-    importance_with(Pulse::NONE, scores, areas)
+    importance_with_pulse(Pulse::NONE, scores, areas)
 }
 
-fn importance_with(pulse: Pulse, scores: &[f32], areas: &[f64]) -> Vec<f32> {
+fn importance_with_pulse(pulse: Pulse, scores: &[f32], areas: &[f64]) -> Vec<f32> {
     let total: f64 = areas.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let finite = |s: f32| if s.is_finite() { s } else { 0.0 };
     // The mean by area, so that dense regions do not shift it.
@@ -122,7 +124,7 @@ fn importance_with(pulse: Pulse, scores: &[f32], areas: &[f64]) -> Vec<f32> {
     pulse.counting_if(false).map(scores, |&s| (finite(s) - mean as f32).clamp(-MOST_SCORE, MOST_SCORE).exp())
 }
 
-fn areas(surface: &PreparedSurface) -> Vec<f64> {
+fn vertex_weights(surface: &PreparedSurface) -> Vec<f64> {
     (0..surface.n_vertices()).map(|v| surface.weight(v)).collect()
 }
 
@@ -136,9 +138,9 @@ mod tests {
     fn scores_are_those_of_the_mesh() {
         let mesh = shapes::wavy_sphere(3, 5.0);
         let surface = PreparedSurface::new(&mesh, Pulse::NONE);
-        assert_eq!(edges(&surface), edge_graph(&mesh));
+        assert_eq!(surface_graph(&surface), edge_graph(&mesh));
         let weights = Weights::random(1);
-        for (own, of_mesh) in scores(&surface, &weights).iter().zip(network_scores(&mesh, &weights)) {
+        for (own, of_mesh) in score_with_graph(&surface, &weights).iter().zip(network_scores(&mesh, &weights)) {
             assert!((own - of_mesh).abs() < 1e-3, "{own} {of_mesh}");
         }
     }
@@ -148,11 +150,11 @@ mod tests {
         for mesh in [shapes::wavy_sphere(3, 5.0), shapes::grid(9, 7)] {
             let surface = PreparedSurface::new(&mesh, Pulse::NONE);
             let weights = Weights::shipped_default();
-            let own = star_scores_of(&surface, weights).unwrap();
-            for (score, of_mesh) in own.iter().zip(scores(&surface, weights)) {
+            let own = score_stars(&surface, weights).unwrap();
+            for (score, of_mesh) in own.iter().zip(network_scores(&mesh, weights)) {
                 assert!((score - of_mesh).abs() < 1e-2, "{score} {of_mesh}");
             }
-            assert_eq!(star_scores_of(&surface, &Weights::random(1)), None);
+            assert_eq!(score_stars(&surface, &Weights::random(1)), None);
         }
     }
 
@@ -179,12 +181,16 @@ mod tests {
         assert!((0..36).all(|v| heavy.weight(v) == 2.0 * plain.weight(v)));
         let (mut half, hidden) = (PreparedSurface::new(&mesh, Pulse::NONE), [[false; 18], [true; 18]].concat());
         weigh(&mut half, Importance::Even, 0.7, &hidden);
-        assert!((0..36).all(|v| half.importance[v] == if v < 18 { 1.0 } else { HIDDEN }));
-        let even = importance_of_scores(&[7.0; 36], &areas(&plain));
+        assert!((0..36).all(|v| half.importance[v] == if v < 18 { 1.0 } else { HIDDEN_FACTOR }));
+        let even = importance_of_scores(&[7.0; 36], &vertex_weights(&plain));
         assert!(even.iter().all(|factor| (factor - 1.0).abs() < 1e-5));
         let spread: Vec<f32> = (0..36).map(|v| if v == 0 { 100.0 } else { 0.0 }).collect();
-        assert!(importance_of_scores(&spread, &areas(&plain))[0] <= MOST_SCORE.exp());
+        assert!(importance_of_scores(&spread, &vertex_weights(&plain))[0] <= MOST_SCORE.exp());
         let wild: Vec<f32> = (0..36).map(|v| [1.0, f32::NAN, f32::INFINITY][v % 3]).collect();
-        assert!(importance_of_scores(&wild, &areas(&plain)).iter().all(|factor| factor.is_finite() && *factor > 0.0));
+        assert!(
+            importance_of_scores(&wild, &vertex_weights(&plain))
+                .iter()
+                .all(|factor| factor.is_finite() && *factor > 0.0)
+        );
     }
 }

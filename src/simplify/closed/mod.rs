@@ -1,10 +1,10 @@
 //! The closed assembly: prepare, collapse, refine. Closed inputs give closed results.
 
-mod aim;
 mod attributes;
 mod ceilings;
 mod collapse;
 mod derivative;
+mod deviation_check;
 mod diamond;
 mod dropping;
 mod faces_around;
@@ -16,8 +16,8 @@ mod prepare;
 mod refine;
 mod request;
 mod result;
-mod ruin_check;
 mod saved_collapse;
+mod stage_settings;
 mod trace;
 
 use crate::mesh::pulse::Pulse;
@@ -26,34 +26,34 @@ use crate::mesh::{Attributes, Frame, TriMesh, topology};
 use super::limits::Limit;
 use super::options::{Report, SimplifyError};
 use super::progress::Progress;
-use collapse::{Collapse, Constraints, End, Poses, merges_to, sum_attribute_quadrics};
+use collapse::{Collapse, CollapseEnd, Constraints, Poses, merges_to, sum_attribute_quadrics};
+use deviation_check::DeviationCheck;
 use dropping::VertexCost;
 use original::Original;
 use output::Output;
 use prepare::prepare;
-use refine::sample_points::Points;
-use refine::{duplicate_positions, fit, flips, foldovers, nested, without_area};
-use ruin_check::RuinCheck;
+use refine::sample_points::SamplePoints;
+use refine::{degenerate_faces, duplicate_positions, fit, flips, foldovers, nested};
 use trace::Trace;
 
-pub(super) use aim::Aim;
 pub(super) use attributes::blend::blend;
 pub(super) use derivative::Derivative;
 pub(super) use dropping::DroppedFaces;
 pub use importance::importance_of_scores;
-pub(super) use refine::duplicate_positions::separate_twins;
+pub(super) use refine::duplicate_positions::separate_mirrored;
 pub use request::Importance;
-pub(super) use request::{ClosedRequest, DropRules, Half, Keep};
-pub(super) use result::Closed;
+pub(super) use request::{ClosedRequest, DropRules, Half, Requirements};
+pub(super) use result::ClosedResult;
 pub(super) use saved_collapse::SavedCollapse;
+pub(super) use stage_settings::StageSettings;
 
 /// Input vertices per output vertex from which flips run.
 // Below, the collapse finds good diagonals. Nineteen meshes, ratios 0.01 to 0.05: the mean distance is 0.7 % larger at
 // 30, 2.6 % without flips.
-const COARSE: usize = 15;
+const COARSE_RATIO: usize = 15;
 
 pub(super) struct FinishedLevels<'a> {
-    pub made: Vec<Closed>,
+    pub results: Vec<ClosedResult>,
     pub dropped: Option<DroppedFaces>,
     pub saved: Option<SavedCollapse<'a>>,
 }
@@ -66,27 +66,27 @@ pub(super) fn simplify_levels<'a>(
     saved: Option<SavedCollapse<'a>>,
     progress: Progress<'a>,
 ) -> Result<FinishedLevels<'a>, SimplifyError> {
-    let mut levels = FinishedLevels { made: Vec::with_capacity(limits.len()), dropped: None, saved: None };
+    let mut levels = FinishedLevels { results: Vec::with_capacity(limits.len()), dropped: None, saved: None };
     let Some(&first) = limits.first() else { return Ok(levels) };
     let (base, collapse) = start_or_continue(mesh, request, first, saved, progress)?;
     // Ceilings already bound the distance, and a price or an insisted size overrules the check.
-    let may_ruin = request.price.is_none() && !request.insists_on_size && !collapse.has_ceilings();
-    let ruin_check = may_ruin.then(|| RuinCheck::new(&collapse, limits)).flatten();
+    let checks_deviation = request.price.is_none() && !request.forces_size && !collapse.has_ceilings();
+    let deviation_check = checks_deviation.then(|| DeviationCheck::new(&collapse, limits)).flatten();
     let mut collapse = Some(with_copy_if_dropping(collapse, request, limits.len()));
     for &limit in limits {
         // The last level takes the collapse itself, not a copy, to save memory.
         let Some(running) = collapse.take() else { break };
         // The first level has entered this stage in `start`.
-        if !levels.made.is_empty() {
+        if !levels.results.is_empty() {
             progress.enter("collapse", running.merges_to(limit))?;
         }
-        let (mut running, end) = run(&base, running, ruin_check.as_ref(), request, limit);
+        let (mut running, end) = run(&base, running, deviation_check.as_ref(), request, limit);
         // Only the first level has a history: later ones find it taken.
         let trace = start_trace(running.history.take());
         let output = base.output(&running);
         // A level is checked for components to drop before it is refined. If some go, the caller repeats the level
         // without them.
-        if let Some(rules) = request.keep.drop.filter(|rules| levels.made.len() >= rules.from_level) {
+        if let Some(rules) = request.requirements.drop.filter(|rules| levels.results.len() >= rules.from_level) {
             let cost = VertexCost::new(&running, limit, end);
             levels.dropped =
                 dropping::choose_dropped(&base.original, &output, &cost, &rules, &request.visual_properties());
@@ -96,12 +96,12 @@ pub(super) fn simplify_levels<'a>(
                 return Ok(levels);
             }
         }
-        let paid = base.prices_paid(&running);
-        match levels.made.len() + 1 < limits.len() {
+        let pass_prices = base.pass_prices(&running);
+        match levels.results.len() + 1 < limits.len() {
             true => collapse = Some(running),
-            false => running.free(),
+            false => running.free_memory(),
         }
-        levels.made.push(refine(&base, request, output, end, trace, progress)?.with_prices(paid));
+        levels.results.push(refine(&base, request, output, end, trace, progress)?.with_prices(pass_prices));
     }
     Ok(levels)
 }
@@ -114,15 +114,15 @@ fn start_or_continue<'a, 'p: 'a>(
     progress: Progress<'p>,
 ) -> Result<(CollapseBase<'a>, Collapse<'p>), SimplifyError> {
     if let Some(saved) = saved
-        && let Some(gone_on) = saved.attach(mesh, request, limit, progress)?
+        && let Some(continued) = saved.attach(mesh, request, limit, progress)?
     {
-        return Ok(gone_on);
+        return Ok(continued);
     }
     start(mesh, request, limit, progress)
 }
 
 fn with_copy_if_dropping<'a>(collapse: Collapse<'a>, request: &ClosedRequest, n_levels: usize) -> Collapse<'a> {
-    let may_drop = request.keep.drop.is_some_and(|rules| rules.from_level < n_levels);
+    let may_drop = request.requirements.drop.is_some_and(|rules| rules.from_level < n_levels);
     if may_drop && !request.differentiable { collapse.with_copy() } else { collapse }
 }
 
@@ -130,14 +130,14 @@ fn with_copy_if_dropping<'a>(collapse: Collapse<'a>, request: &ClosedRequest, n_
 fn run<'a>(
     base: &CollapseBase,
     mut collapse: Collapse<'a>,
-    ruin_check: Option<&RuinCheck<'a>>,
+    deviation_check: Option<&DeviationCheck<'a>>,
     request: &ClosedRequest,
     limit: Limit,
-) -> (Collapse<'a>, End) {
+) -> (Collapse<'a>, CollapseEnd) {
     let end = collapse.run(base.limit(request.price, limit));
     // Distances are measured on the output over this surface, also where the collapse is an older one.
-    let distance = |of: &Collapse| ruin_check::distance(&base.original, &base.output(of));
-    let repeated = ruin_check.and_then(|it| it.repeat_if_ruined(&collapse, limit, distance));
+    let distance = |of: &Collapse| deviation_check::distance(&base.original, &base.output(of));
+    let repeated = deviation_check.and_then(|it| it.repeat_if_too_far(&collapse, limit, distance));
     repeated.unwrap_or((collapse, end))
 }
 
@@ -159,10 +159,10 @@ impl CollapseBase<'_> {
         output
     }
 
-    fn report(&self, Keep { edges, locked, .. }: &Keep, end: End, plain: Report) -> Report {
+    fn report(&self, Requirements { edges, locked, .. }: &Requirements, end: CollapseEnd, plain: Report) -> Report {
         Report {
             outcome: end.outcome(),
-            components_keep_shape: end == End::LosesShape,
+            components_keep_shape: end == CollapseEnd::LosesShape,
             split_vertices: self.original.surface.n_split(),
             kept_edges: edges.len(),
             locked_vertices: locked.iter().filter(|&&locked| locked).count(),
@@ -174,14 +174,14 @@ impl CollapseBase<'_> {
         f64::from(self.original.surface.length(1.0)).powi(4)
     }
 
-    fn prices_paid(&self, collapse: &Collapse) -> Vec<(usize, f64)> {
+    fn pass_prices(&self, collapse: &Collapse) -> Vec<(usize, f64)> {
         let unit = self.unit_of_prices();
-        collapse.prices_paid().iter().map(|&(n, price)| (n, f64::from(price) / unit)).collect()
+        collapse.pass_prices().iter().map(|&(n, price)| (n, f64::from(price) / unit)).collect()
     }
 
     fn limit(&self, price: Option<f64>, limit: Limit) -> Limit {
-        let up_to = |price| Limit { price: (price * self.unit_of_prices()) as f32, ..Limit::of_vertices(0) };
-        price.map_or(limit, up_to)
+        let with_price = |price| Limit { price: (price * self.unit_of_prices()) as f32, ..Limit::from_vertices(0) };
+        price.map_or(limit, with_price)
     }
 }
 
@@ -195,20 +195,21 @@ fn start<'a, 'p: 'a>(
     limit: Limit,
     progress: Progress<'p>,
 ) -> Result<(CollapseBase<'a>, Collapse<'p>), SimplifyError> {
-    let (n_faces, keep) = (mesh.faces().len(), &request.keep);
+    let (n_faces, requirements) = (mesh.faces().len(), &request.requirements);
     progress.enter("surface", n_faces)?;
-    let mut original = prepare(mesh, keep, progress.pulse);
+    let mut original = prepare(mesh, requirements, progress.pulse);
     progress.enter("scores", n_faces)?;
     // Importance must precede the collapse, which copies the quadrics.
-    importance::weigh(&mut original.surface, request.importance, request.aim.strength, request.hidden);
+    importance::weigh(&mut original.surface, request.importance, request.settings.strength, request.hidden);
     progress.enter("collapse", merges_to(limit, original.surface.n_vertices(), n_faces))?;
     // Without constraints the collapse takes its fast paths.
     let constrains = !original.features.is_empty() || !original.pins.is_empty();
     let constraints = constrains.then(|| Constraints::new(&original));
     // Everything that adds to prices is set before the first pass.
-    let attributes = keep.attributes.map(|it| sum_attribute_quadrics(&original, it)).unwrap_or_default();
-    let poses = Poses::new(&original, keep);
-    let collapse = Collapse::new(progress.pulse, &original.surface).with_ceilings(ceilings::ceilings(&original, keep));
+    let attributes = requirements.attributes.map(|it| sum_attribute_quadrics(&original, it)).unwrap_or_default();
+    let poses = Poses::new(&original, requirements);
+    let collapse = Collapse::new(progress.pulse, &original.surface)
+        .with_ceilings(ceilings::find_ceilings(&original, requirements));
     let collapse = collapse.with_constraints(constraints, attributes, poses, request.differentiable.then(Vec::new));
     // Only the collapse reads the quadrics.
     original.surface.quadrics = Vec::new();
@@ -219,28 +220,28 @@ fn refine(
     base: &CollapseBase,
     request: &ClosedRequest,
     mut output: Output,
-    end: End,
+    end: CollapseEnd,
     mut trace: Option<Trace>,
     progress: Progress,
-) -> Result<Closed, SimplifyError> {
+) -> Result<ClosedResult, SimplifyError> {
     let original = &base.original;
-    let Keep { attributes, map, .. } = request.keep;
+    let Requirements { attributes, map, .. } = request.requirements;
     let attributes = attributes.or(map.then_some(Attributes::NONE));
     // Flips and fit share the points: each assignment starts from the faces of the last one.
-    let mut points = Points::new(&original.surface, output.positions.len(), request.aim);
+    let mut points = SamplePoints::new(&original.surface, output.positions.len(), request.settings);
     progress.enter("flips", points.len())?;
     // The collapse leaves good diagonals unless the result is coarse.
-    let is_coarse = COARSE * output.positions.len() <= original.surface.n_vertices();
+    let is_coarse = COARSE_RATIO * output.positions.len() <= original.surface.n_vertices();
     // Wedges follow from the collapse's faces, so they are recorded before any flip.
     attributes.into_iter().for_each(|attributes| output.record_attributes(original, attributes));
     let is_whole = output.positions.len() == original.surface.n_vertices();
-    let mut n_flipped = if is_coarse && request.flips() { flips::flip(&mut points, &mut output) } else { 0 };
+    let mut n_flipped = if is_coarse && request.runs_flips() { flips::flip(&mut points, &mut output) } else { 0 };
     progress.enter("fit", points.len())?;
     trace.iter_mut().for_each(|trace| trace.faces = output.faces().to_vec());
     // A mesh at its own size is not fitted: its vertices already lie on the original.
-    if request.fits() && !is_whole {
+    if request.runs_fit() && !is_whole {
         fit::fit(original, &mut points, &mut output, &mut trace);
-        nested::move_back(original, &mut output, |face| request.keep.piece_of(face));
+        nested::separate_nested(original, &mut output, |face| request.requirements.piece_of_face(face));
     }
     progress.enter("finish", output.faces().len())?;
     // Foldovers come after all moves of vertices, duplicates last: they depend on the rounded positions.
@@ -248,16 +249,16 @@ fn refine(
     let (positions, [n_flat, n_separated]) = round_positions(original, &mut output, request, progress.pulse);
     n_flipped += n_flat;
     // Attributes come last: they are looked up and fitted at the final positions.
-    let carried = attributes.and_then(|attributes| output.take_attributes(original, attributes));
-    let (attributes, corner_map) = carried.unzip();
+    let corner_values = attributes.and_then(|attributes| output.take_attributes(original, attributes));
+    let (attributes, corner_map) = corner_values.unzip();
     let derivative = trace.map(|trace| Derivative::new(original, trace, &output.vertex_of, &positions));
-    let mut closed = Closed::new(original, output, positions, request.keep.kept)?;
+    let mut closed = ClosedResult::new(original, output, positions, request.requirements.kept)?;
     (closed.attributes, closed.derivative) = (attributes.unwrap_or_default(), derivative);
     closed.map = corner_map.filter(|_| map).map(|corners| closed.build_map(original.mesh, corners));
     closed.report = Report {
         flipped_edges: n_flipped,
         separated_vertices: n_separated,
-        ..base.report(&request.keep, end, closed.report)
+        ..base.report(&request.requirements, end, closed.report)
     };
     Ok(closed)
 }
@@ -274,11 +275,11 @@ fn round_positions(
     let is_whole = output.positions.len() == original.surface.n_vertices();
     let mut positions = result::local_positions(original, output);
     let (n_flipped, are_wide) =
-        if is_whole { (0, true) } else { without_area::flip(pulse, output, &positions, &request.frame) };
+        if is_whole { (0, true) } else { degenerate_faces::flip(pulse, output, &positions, &request.frame) };
     // Moving a vertex off a duplicate may flatten a face, so widening follows.
     let n_separated = duplicate_positions::separate(pulse, &mut positions, &output.pins, &request.frame);
     if !are_wide || n_separated > 0 {
-        without_area::widen(original, output, &mut positions, &request.frame);
+        degenerate_faces::widen(original, output, &mut positions, &request.frame);
     }
     (positions, [n_flipped, n_separated])
 }

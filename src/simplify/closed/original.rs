@@ -15,10 +15,10 @@ use super::prepare::feature_edges::FeatureEdges;
 use super::prepare::surface::PreparedSurface;
 
 // Sample points per region in foldover repair. Nineteen meshes: 4 or 16 change the largest distance by 0.7 %.
-const POINTS: usize = 8;
+const POINTS_PER_REGION: usize = 8;
 /// Squared distance over the smallest so far up to which the search between seams continues.
 // Texture errors are 1.3 % larger at 1, 0.2 % smaller at 3.
-const SLACK: f32 = 1.5;
+const SEARCH_SLACK: f32 = 1.5;
 /// Most faces from which the search between seams continues.
 // Each step scans all visited faces.
 const MOST_STEPS: usize = 256;
@@ -38,7 +38,7 @@ impl<'a> Original<'a> {
     }
 
     /// Finds the nearest surface vertex in the region of each wanted output vertex.
-    pub fn anchors(&self, positions: &[Vec3], vertex_of: &[u32], wanted: &[bool]) -> Vec<u32> {
+    pub fn nearest_in_regions(&self, positions: &[Vec3], vertex_of: &[u32], wanted: &[bool]) -> Vec<u32> {
         let mut best = vec![(f32::INFINITY, 0); positions.len()];
         // One pass over all vertices: each competes for the output vertex of its region.
         for numbers in self.surface.pulse.ranges(0..vertex_of.len()) {
@@ -54,22 +54,22 @@ impl<'a> Original<'a> {
     }
 
     /// Finds the closest point on the faces around the vertex where a walk from `start` ends.
-    pub fn closest_near(&self, point: Vec3, start: u32) -> ClosestPoint {
+    pub fn closest_point_from(&self, point: Vec3, start: u32) -> ClosestPoint {
         // The walk ends at a local minimum, which is good enough near the surface.
-        let v = self.vertex_near(point, start);
+        let v = self.walk_to_nearest(point, start);
         let mut closest = ClosestPoint { point, normal: Vec3::ZERO, distance: f32::INFINITY };
-        for [p, q] in self.sides(v) {
+        for [p, q] in self.opposite_edges(v) {
             let corners = [v, p, q].map(|w| self.surface.positions[w as usize]);
             let there = nearest_point(point, corners);
             let distance = there.distance(point);
             if distance < closest.distance {
-                closest = ClosestPoint { point: there, normal: self.normal_at(v, corners), distance };
+                closest = ClosestPoint { point: there, normal: self.face_normal_at(v, corners), distance };
             }
         }
         closest
     }
 
-    fn vertex_near(&self, point: Vec3, start: u32) -> u32 {
+    fn walk_to_nearest(&self, point: Vec3, start: u32) -> u32 {
         let distance = |v: u32| self.surface.positions[v as usize].distance_squared(point);
         let (mut v, mut least) = (start, distance(start));
         loop {
@@ -87,7 +87,7 @@ impl<'a> Original<'a> {
     }
 
     /// Lists the other two corners of each face around a vertex.
-    fn sides(&self, v: u32) -> impl Iterator<Item = [u32; 2]> {
+    fn opposite_edges(&self, v: u32) -> impl Iterator<Item = [u32; 2]> {
         // At a boundary the ring is open: its last and first neighbours share no face.
         let ring = self.surface.neighbors(v);
         let n_faces = if self.surface.rings.ghost(v).is_none() { ring.len() } else { ring.len() - 1 };
@@ -95,7 +95,7 @@ impl<'a> Original<'a> {
     }
 
     /// Returns the area normal of a face; where the surface is not oriented, on the side of the normal at `v`.
-    fn normal_at(&self, v: u32, corners: [Vec3; 3]) -> Vec3 {
+    fn face_normal_at(&self, v: u32, corners: [Vec3; 3]) -> Vec3 {
         let normal = area_normal(corners);
         // Only surfaces without a consistent winding need the vertex normal.
         let is_opposed = !self.surface.rings.is_oriented() && normal.dot(self.surface.normals[v as usize]) < 0.0;
@@ -103,7 +103,7 @@ impl<'a> Original<'a> {
     }
 
     /// Collects the regions of the wanted output vertices; `vertex_of` maps vertices to output vertices.
-    pub fn regions(&self, vertex_of: &[u32], wanted: &[bool]) -> Regions {
+    pub fn collect_regions(&self, vertex_of: &[u32], wanted: &[bool]) -> Regions {
         let mut regions: FxHashMap<u32, Region> = FxHashMap::default();
         let wanted = |v: &u32| wanted[vertex_of[*v as usize] as usize];
         let numbers = self.surface.pulse.ranges(0..vertex_of.len());
@@ -113,9 +113,9 @@ impl<'a> Original<'a> {
             region.points.push(self.surface.positions[v as usize]);
             // A face is recorded once per region, at its first corner there.
             let is_first = |w: &u32| *w > v || vertex_of[*w as usize] != output;
-            for [p, q] in self.sides(v).filter(|side| side.iter().all(is_first)) {
+            for [p, q] in self.opposite_edges(v).filter(|side| side.iter().all(is_first)) {
                 let corners = [v, p, q].map(|w| self.surface.positions[w as usize]);
-                let face = RegionFace::new(corners, self.normal_at(v, corners));
+                let face = RegionFace::new(corners, self.face_normal_at(v, corners));
                 region.points.push(face.centroid());
                 // Degenerate faces have no normal, and their edges belong to other faces.
                 region.faces.extend(Some(face).filter(|face| face.normal != Vec3::ZERO));
@@ -125,8 +125,8 @@ impl<'a> Original<'a> {
         Regions(regions)
     }
 
-    pub fn sides_of_seams(&self) -> SidesOfSeams<'_> {
-        SidesOfSeams {
+    pub fn seam_bounded_search(&self) -> SeamBoundedSearch<'_> {
+        SeamBoundedSearch {
             surface: &self.surface,
             orders: self.corner_orders(),
             seams: self.features.edges.iter().copied().collect(),
@@ -147,7 +147,7 @@ impl<'a> Original<'a> {
 pub struct Regions(FxHashMap<u32, Region>);
 
 impl Regions {
-    pub fn has(&self, vertex: u32) -> bool {
+    pub fn contains(&self, vertex: u32) -> bool {
         self.0.contains_key(&vertex)
     }
 
@@ -196,7 +196,7 @@ struct RegionFace {
 
 impl Region {
     fn thin_out(&mut self) {
-        let step = self.points.len().div_ceil(POINTS).max(1);
+        let step = self.points.len().div_ceil(POINTS_PER_REGION).max(1);
         self.points = self.points.iter().copied().step_by(step).collect();
     }
 }
@@ -230,14 +230,14 @@ pub struct SurfacePoint {
 }
 
 /// Search for closest points that does not cross seams.
-pub struct SidesOfSeams<'a> {
+pub struct SeamBoundedSearch<'a> {
     surface: &'a PreparedSurface<'a>,
     orders: Vec<[u8; 3]>,
     seams: FxHashSet<[u32; 2]>,
     around: FacesAround,
 }
 
-impl SidesOfSeams<'_> {
+impl SeamBoundedSearch<'_> {
     pub fn with_seams(self, seams: impl Iterator<Item = [u32; 2]>) -> Self {
         Self { seams: seams.collect(), ..self }
     }
@@ -245,13 +245,13 @@ impl SidesOfSeams<'_> {
     /// Finds the closest point by a best-first search from the faces `starts`.
     pub fn closest_point(&self, p: Vec3, starts: &[u32]) -> SurfacePoint {
         // Few faces are visited, so a list is faster than a set.
-        let mut met: Vec<u32> = Vec::new();
+        let mut visited: Vec<u32> = Vec::new();
         let mut open: Vec<(f32, SurfacePoint)> = Vec::new();
         let mut best =
             (f32::INFINITY, SurfacePoint { face: starts.first().copied().unwrap_or(0), weights: [1.0 / 3.0; 3] });
-        let mut meet = |face: u32, open: &mut Vec<(f32, SurfacePoint)>, best: &mut (f32, SurfacePoint)| {
-            if !met.contains(&face) {
-                met.push(face);
+        let mut visit = |face: u32, open: &mut Vec<(f32, SurfacePoint)>, best: &mut (f32, SurfacePoint)| {
+            if !visited.contains(&face) {
+                visited.push(face);
                 let here = self.nearest(p, face);
                 open.push(here);
                 if here.0 < best.0 {
@@ -259,18 +259,18 @@ impl SidesOfSeams<'_> {
                 }
             }
         };
-        starts.iter().for_each(|&face| meet(face, &mut open, &mut best));
+        starts.iter().for_each(|&face| visit(face, &mut open, &mut best));
         // Faces slightly farther than the best are expanded too, since one corner can be nearest on several faces.
         for _ in 0..MOST_STEPS {
             // Best-first: always continue from the nearest open face.
             let nearest = (0..open.len()).min_by(|&i, &j| open[i].0.total_cmp(&open[j].0));
             let Some(next) = nearest else { break };
-            let (distance, place) = open.swap_remove(next);
+            let (distance, surface_point) = open.swap_remove(next);
             // Zero cannot improve, and distances that are not numbers cannot be compared.
-            if best.0 == 0.0 || distance.is_nan() || distance > SLACK * best.0 {
+            if best.0 == 0.0 || distance.is_nan() || distance > SEARCH_SLACK * best.0 {
                 break;
             }
-            self.adjacent_faces(place.face).for_each(|face| meet(face, &mut open, &mut best));
+            self.adjacent_faces(surface_point.face).for_each(|face| visit(face, &mut open, &mut best));
         }
         best.1
     }
@@ -304,8 +304,8 @@ mod tests {
         let surface = &original.surface;
         let n = surface.n_vertices();
         let vertex_of: Vec<u32> = (0..n as u32).map(|v| v % 7).collect();
-        let regions = original.regions(&vertex_of, &[true, true, false, true, false, false, false]);
-        assert!(regions.has(3) && !regions.has(2));
+        let regions = original.collect_regions(&vertex_of, &[true, true, false, true, false, false, false]);
+        assert!(regions.contains(3) && !regions.contains(2));
         let near = [0, 3];
         let corners = |face: &[u32; 3]| face.map(|v| surface.positions[v as usize]);
         for v in (0..n).step_by(41) {
@@ -320,7 +320,7 @@ mod tests {
             assert!(closest.normal.dot(point) > 0.0);
         }
         let points: Vec<Vec3> = regions.points(&near).collect();
-        assert!(!points.is_empty() && points.len() <= 2 * POINTS);
+        assert!(!points.is_empty() && points.len() <= 2 * POINTS_PER_REGION);
     }
 
     #[test]
@@ -333,7 +333,7 @@ mod tests {
             let face = surface.faces.iter().find(|face| face.contains(&v)).unwrap();
             let centroid = corners(face).iter().sum::<Vec3>() / 3.0;
             let start = surface.neighbors(surface.neighbors(v)[0])[0];
-            let (found, naive) = (original.closest_near(centroid, start).normal, area_normal(corners(face)));
+            let (found, naive) = (original.closest_point_from(centroid, start).normal, area_normal(corners(face)));
             assert!(found.distance(naive) <= 1e-3 * naive.length(), "{found} {naive}");
         }
     }

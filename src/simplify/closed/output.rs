@@ -18,7 +18,7 @@ pub struct Output {
     pub positions: Vec<Vec3>,
     faces: Vec<[u32; 3]>,
     /// Intended unit normals of the faces; zero if unknown.
-    intended: Vec<Vec3>,
+    intended_normals: Vec<Vec3>,
     around: FacesAround,
     pub pins: Pins,
     pub vertex_of: Vec<u32>,
@@ -27,9 +27,9 @@ pub struct Output {
 
 impl Output {
     pub fn new(pulse: Pulse, positions: Vec<Vec3>, faces: Vec<[u32; 3]>, pins: Pins, vertex_of: Vec<u32>) -> Self {
-        let intended = pulse.map(&faces, |face| unit_normal(face.map(|v| positions[v as usize])));
+        let intended_normals = pulse.map(&faces, |face| unit_normal(face.map(|v| positions[v as usize])));
         let around = FacesAround::new(pulse, positions.len(), &faces);
-        Self { positions, faces, intended, around, pins, vertex_of, corners: None }
+        Self { positions, faces, intended_normals, around, pins, vertex_of, corners: None }
     }
 
     /// Records the attributes of the corners; must precede the first flip.
@@ -65,24 +65,24 @@ impl Output {
     }
 
     pub fn intended_normal(&self, f: u32) -> Vec3 {
-        self.intended[f as usize]
+        self.intended_normals[f as usize]
     }
 
     pub fn faces_around(&self) -> &FacesAround {
         &self.around
     }
 
-    pub fn is_held(&self, Diamond { faces, corners: [a, b, c, d] }: &Diamond) -> bool {
+    pub fn is_flip_forbidden(&self, Diamond { faces, corners: [a, b, c, d] }: &Diamond) -> bool {
         // The edge is a seam or kept, or the new edge would join two vertices on the mirror plane.
         let is_seam = |corners: &ResultCorners| corners.is_seam(&self.faces, *faces, [*a, *b]);
-        self.pins.are_on_cut(*c, *d) || self.pins.hold_edge(*a, *b) || self.corners.as_ref().is_some_and(is_seam)
+        self.pins.are_on_cut(*c, *d) || self.pins.locks_edge(*a, *b) || self.corners.as_ref().is_some_and(is_seam)
     }
 
     pub fn flip(&mut self, diamond: &Diamond) {
         let before = diamond.faces.map(|f| self.face(f));
         self.swap_diagonal(diamond);
         for (f, before) in diamond.faces.into_iter().zip(before) {
-            self.around.replace(f, before, self.faces[f as usize]);
+            self.around.replace_face(f, before, self.faces[f as usize]);
         }
     }
 
@@ -99,12 +99,12 @@ impl Output {
         self.corners.iter_mut().for_each(|corners| corners.flip(&self.faces, diamond.faces, diamond.corners));
         [self.faces[f], self.faces[g]] = diamond.flipped_faces();
         // Both new faces cover the region of both old ones, so they share the mean intended direction.
-        self.intended[f] = (self.intended[f] + self.intended[g]).normalize_or_zero();
-        self.intended[g] = self.intended[f];
+        self.intended_normals[f] = (self.intended_normals[f] + self.intended_normals[g]).normalize_or_zero();
+        self.intended_normals[g] = self.intended_normals[f];
     }
 
     /// Moves a vertex of a subset to the surface vertex `origin`.
-    pub fn stand_on(&mut self, v: u32, origin: u32, surface: &PreparedSurface) {
+    pub fn move_to_surface_vertex(&mut self, v: u32, origin: u32, surface: &PreparedSurface) {
         self.positions[v as usize] = surface.positions[origin as usize];
         self.pins.set_origin(v, origin);
     }

@@ -3,12 +3,12 @@
 use glam::DVec3;
 
 use super::prepare::surface::PreparedSurface;
-use super::request::{Half, Keep};
+use super::request::{Half, Requirements};
 
 #[derive(Clone, Debug, Default)]
 pub struct Pins {
     locked: Vec<bool>,
-    holds_edges: bool,
+    locks_edges: bool,
     subset: bool,
     /// Surface vertex beneath each vertex; empty over the surface itself.
     origin: Vec<u32>,
@@ -16,15 +16,22 @@ pub struct Pins {
 }
 
 impl Pins {
-    pub fn new(surface: &PreparedSurface, keep: &Keep) -> Self {
-        let is_locked = |v: u32| keep.locked[v as usize];
-        let locked = if keep.locked.is_empty() { Vec::new() } else { surface.sources().map(is_locked).collect() };
-        let plane = keep.half.map(|half| PlaneVertices::from_half(surface, &half));
-        Self { locked, holds_edges: !keep.kept.is_empty(), subset: keep.subset, origin: Vec::new(), plane }
+    pub fn new(surface: &PreparedSurface, requirements: &Requirements) -> Self {
+        let is_locked = |v: u32| requirements.locked[v as usize];
+        let locked =
+            if requirements.locked.is_empty() { Vec::new() } else { surface.sources().map(is_locked).collect() };
+        let plane = requirements.half.map(|half| PlaneVertices::from_half(surface, &half));
+        Self {
+            locked,
+            locks_edges: !requirements.kept.is_empty(),
+            subset: requirements.subset,
+            origin: Vec::new(),
+            plane,
+        }
     }
 
     #[cfg(test)]
-    pub fn of_a_subset() -> Self {
+    pub fn new_subset() -> Self {
         Self { subset: true, ..Self::default() }
     }
 
@@ -32,11 +39,11 @@ impl Pins {
         self.locked.is_empty() && !self.subset && self.plane.is_none()
     }
 
-    pub fn hold_more_than_plane(&self) -> bool {
+    pub fn has_more_than_plane(&self) -> bool {
         self.subset || self.plane.is_none() || self.locked.contains(&true)
     }
 
-    pub fn on_own_vertices(&self, n_vertices: usize) -> Self {
+    pub fn with_surface_origins(&self, n_vertices: usize) -> Self {
         let vertices = 0..n_vertices as u32;
         let locked = vertices.clone().map(|v| self.is_locked(v)).collect();
         Self { locked, origin: vertices.collect(), ..self.clone() }
@@ -46,13 +53,13 @@ impl Pins {
         Self { locked: vec![false; self.locked.len()], ..self }
     }
 
-    pub fn of_living(&self, living: &[u32]) -> Self {
+    pub fn select(&self, remaining: &[u32]) -> Self {
         Self {
-            locked: living.iter().map(|&v| self.is_locked(v)).collect(),
-            holds_edges: self.holds_edges,
+            locked: remaining.iter().map(|&v| self.is_locked(v)).collect(),
+            locks_edges: self.locks_edges,
             subset: self.subset,
-            origin: living.iter().map(|&v| self.origin[v as usize]).collect(),
-            plane: self.plane.as_ref().map(|plane| plane.of_living(living)),
+            origin: remaining.iter().map(|&v| self.origin[v as usize]).collect(),
+            plane: self.plane.as_ref().map(|plane| plane.select(remaining)),
         }
     }
 
@@ -64,11 +71,11 @@ impl Pins {
         self.locked.get(v as usize).is_some_and(|&locked| locked)
     }
 
-    pub fn hold_edge(&self, u: u32, v: u32) -> bool {
-        self.holds_edges && self.is_locked(u) && self.is_locked(v)
+    pub fn locks_edge(&self, u: u32, v: u32) -> bool {
+        self.locks_edges && self.is_locked(u) && self.is_locked(v)
     }
 
-    pub fn has(&self, v: u32) -> bool {
+    pub fn is_pinned(&self, v: u32) -> bool {
         self.is_locked(v) || self.is_on_cut(v)
     }
 
@@ -76,7 +83,7 @@ impl Pins {
         self.subset
     }
 
-    pub fn let_duplicates_move(&self) -> bool {
+    pub fn may_separate(&self) -> bool {
         // A subset has fixed positions, and mirrored halves are separated together with their images.
         !self.subset && self.plane.is_none()
     }
@@ -86,7 +93,7 @@ impl Pins {
     }
 
     pub fn is_on_cut(&self, v: u32) -> bool {
-        self.plane.as_ref().is_some_and(|plane| plane.has(v))
+        self.plane.as_ref().is_some_and(|plane| plane.contains(v))
     }
 
     pub fn are_on_cut(&self, u: u32, v: u32) -> bool {
@@ -105,10 +112,10 @@ impl Pins {
         self.origin[v as usize] = origin;
     }
 
-    /// Merges the pins of `v` into those of `u`; `goes_to_v` is true if `u` moved to `v`.
-    pub fn merge(&mut self, u: u32, v: u32, goes_to_v: bool) {
+    /// Merges the pins of `v` into those of `u`; `is_moved_to_v` is true if `u` moved to `v`.
+    pub fn merge(&mut self, u: u32, v: u32, is_moved_to_v: bool) {
         self.locked[u as usize] |= self.locked[v as usize];
-        if goes_to_v {
+        if is_moved_to_v {
             self.origin[u as usize] = self.origin[v as usize];
         }
         self.plane.iter_mut().for_each(|plane| plane.merge(u, v));
@@ -142,8 +149,8 @@ impl PlaneVertices {
         Self::new(half.axis, (0..surface.n_vertices() as u32).map(is_on).collect())
     }
 
-    fn of_living(&self, living: &[u32]) -> Self {
-        Self::new(self.axis, living.iter().map(|&v| self.has(v)).collect())
+    fn select(&self, remaining: &[u32]) -> Self {
+        Self::new(self.axis, remaining.iter().map(|&v| self.contains(v)).collect())
     }
 
     fn new(axis: usize, is_on: Vec<bool>) -> Self {
@@ -155,7 +162,7 @@ impl PlaneVertices {
         self.axis
     }
 
-    pub fn has(&self, v: u32) -> bool {
+    pub fn contains(&self, v: u32) -> bool {
         self.is_on.get(v as usize).copied().unwrap_or(false)
     }
 
@@ -165,7 +172,7 @@ impl PlaneVertices {
 
     fn merge(&mut self, u: u32, v: u32) {
         // Two plane vertices become one, otherwise the number stays.
-        let both = self.has(u) && self.has(v);
+        let both = self.contains(u) && self.contains(v);
         self.n_on -= usize::from(both);
         self.is_on[u as usize] |= self.is_on[v as usize];
     }
@@ -173,8 +180,8 @@ impl PlaneVertices {
     /// Returns whether a merge would join two plane vertices that are no neighbours yet.
     pub fn would_bridge(&self, [u, v]: [u32; 2], [of_u, of_v]: [&[u32]; 2]) -> bool {
         // A plane vertex off the cut gains the other end's plane neighbours.
-        let new_neighbour = |w: &u32, p: u32, of_p: &[u32]| self.has(*w) && *w != p && !of_p.contains(w);
-        match (self.has(u), self.has(v)) {
+        let new_neighbour = |w: &u32, p: u32, of_p: &[u32]| self.contains(*w) && *w != p && !of_p.contains(w);
+        match (self.contains(u), self.contains(v)) {
             (true, false) => of_v.iter().any(|w| new_neighbour(w, u, of_u)),
             (false, true) => of_u.iter().any(|w| new_neighbour(w, v, of_v)),
             _ => false,
@@ -182,27 +189,27 @@ impl PlaneVertices {
     }
 
     /// Returns whether a merge would leave a face entirely on the plane; neighbours are in order.
-    pub fn would_lay_flat(&self, [u, v]: [u32; 2], [of_u, of_v]: [&[u32]; 2]) -> bool {
+    pub fn would_put_face_on_plane(&self, [u, v]: [u32; 2], [of_u, of_v]: [&[u32]; 2]) -> bool {
         // Consecutive neighbours form a face with the merged vertex.
-        let (on_plane, ring) = match (self.has(u), self.has(v)) {
+        let (on_plane, ring) = match (self.contains(u), self.contains(v)) {
             (true, false) => (u, of_v),
             (false, true) => (v, of_u),
             _ => return false,
         };
-        let lies_there = |&w: &u32| w != on_plane && self.has(w);
-        ring.iter().zip(ring.iter().cycle().skip(1)).any(|(w, next)| lies_there(w) && lies_there(next))
+        let is_on_plane = |&w: &u32| w != on_plane && self.contains(w);
+        ring.iter().zip(ring.iter().cycle().skip(1)).any(|(w, next)| is_on_plane(w) && is_on_plane(next))
     }
 
     /// Returns whether a merge would remove the last cut edge between two boundaries.
     pub fn would_end_cut(&self, [u, v]: [u32; 2], [of_u, of_v]: [&[u32]; 2]) -> bool {
         // The cut continues if either end has another plane neighbour.
-        let goes_on = |ring: &[u32], other: u32| ring.iter().any(|&w| w != other && self.has(w));
-        self.has(u) && self.has(v) && !goes_on(of_u, v) && !goes_on(of_v, u)
+        let continues = |ring: &[u32], other: u32| ring.iter().any(|&w| w != other && self.contains(w));
+        self.contains(u) && self.contains(v) && !continues(of_u, v) && !continues(of_v, u)
     }
 
     /// Returns the fixed coordinate of the merged vertex, relative to `u`; `None` if it is free.
-    pub fn height(&self, u: u32, v: u32, other: DVec3) -> Option<f64> {
-        match (self.has(u), self.has(v)) {
+    pub fn fixed_coordinate(&self, u: u32, v: u32, other: DVec3) -> Option<f64> {
+        match (self.contains(u), self.contains(v)) {
             (false, false) => None,
             (true, _) => Some(0.0),
             (false, true) => Some(other[self.axis]),
@@ -210,21 +217,21 @@ impl PlaneVertices {
     }
 
     /// Constrains the solutions of per-vertex systems (upper triangle and right side) to the plane.
-    pub fn confine(&self, systems: &mut [[f32; 9]]) {
+    pub fn confine_to_plane(&self, systems: &mut [[f32; 9]]) {
         for system in systems.iter_mut().zip(&self.is_on).filter_map(|(system, on)| on.then_some(system)) {
             // Without coupling to the axis and with a zero right side, the solution has no component along it.
             let [xx, xy, xz, yy, yz, zz, ..] = *system;
-            system[..6].copy_from_slice(&self.without_slant([xx, xy, xz, yy, yz, zz]));
+            system[..6].copy_from_slice(&self.without_axis_coupling([xx, xy, xz, yy, yz, zz]));
             system[6 + self.axis] = 0.0;
         }
     }
 
     /// Returns the sum of a plane vertex's quadric and its image.
     pub fn with_image(&self, quadric: [f32; 6]) -> [f32; 6] {
-        self.without_slant(quadric.map(|x| 2.0 * x))
+        self.without_axis_coupling(quadric.map(|x| 2.0 * x))
     }
 
-    fn without_slant(&self, mut a: [f32; 6]) -> [f32; 6] {
+    fn without_axis_coupling(&self, mut a: [f32; 6]) -> [f32; 6] {
         let slanted = [[1, 2], [1, 4], [2, 4]][self.axis];
         slanted.into_iter().for_each(|entry| a[entry] = 0.0);
         a

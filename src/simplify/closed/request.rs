@@ -4,18 +4,18 @@ use crate::mesh::{Attributes, FeatureEdge, Frame, Role, UnitedMesh};
 use crate::model::Weights;
 use crate::simplify::options::{Options, Purpose, Refinements};
 
-use super::aim::Aim;
+use super::stage_settings::StageSettings;
 
 pub struct ClosedRequest<'a> {
     pub importance: Importance<'a>,
     pub hidden: &'a [bool],
-    pub aim: Aim,
+    pub settings: StageSettings,
     pub refinements: Refinements,
     pub frame: Frame,
     pub differentiable: bool,
-    pub keep: Keep<'a>,
+    pub requirements: Requirements<'a>,
     /// Reaches the size even if held vertices leave too few for the rest.
-    pub insists_on_size: bool,
+    pub forces_size: bool,
     /// Largest price of a merge, in mesh units; replaces the size limit.
     pub price: Option<f64>,
 }
@@ -29,23 +29,23 @@ pub struct VisualProperties<'a> {
 }
 
 impl<'a> ClosedRequest<'a> {
-    pub fn flips(&self) -> bool {
-        self.refinements.flips && self.aim.steps > 0
+    pub fn runs_flips(&self) -> bool {
+        self.refinements.flips && self.settings.steps > 0
     }
 
-    pub fn fits(&self) -> bool {
-        self.refinements.fit && self.aim.steps > 0 && !self.keep.subset
+    pub fn runs_fit(&self) -> bool {
+        self.refinements.fit && self.settings.steps > 0 && !self.requirements.subset
     }
 
     pub fn visual_properties(&self) -> VisualProperties<'a> {
         // Scores of a formula or network are not the caller's judgement of what matters.
         let is_weighed = matches!(self.importance, Importance::Given(_)) || !self.hidden.is_empty();
-        VisualProperties { attributes: self.keep.attributes, scene: self.keep.scene, is_weighed }
+        VisualProperties { attributes: self.requirements.attributes, scene: self.requirements.scene, is_weighed }
     }
 }
 
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Keep<'a> {
+pub struct Requirements<'a> {
     pub edges: &'a [FeatureEdge],
     pub locked: &'a [bool],
     /// Marks faces that come back unchanged; empty for none.
@@ -60,7 +60,7 @@ pub struct Keep<'a> {
     pub half: Option<Half<'a>>,
 }
 
-impl<'a> Keep<'a> {
+impl<'a> Requirements<'a> {
     pub fn from_options(options: &Options, kept: &'a [bool]) -> Self {
         // An infinite limit allows components to be dropped, but not to be deformed.
         let allowed_distance = if options.prune_within.is_finite() { options.prune_within } else { 0.0 };
@@ -72,7 +72,7 @@ impl<'a> Keep<'a> {
         self.scene.is_some() || self.attributes.is_some()
     }
 
-    pub fn piece_of(&self, face: u32) -> usize {
+    pub fn piece_of_face(&self, face: u32) -> usize {
         let of = |scene: &UnitedMesh| scene.piece_of_group(self.attributes.unwrap_or(Attributes::NONE).group(face));
         self.scene.map_or(0, of)
     }

@@ -7,13 +7,13 @@ use crate::simplify::components::PrunedMesh;
 use crate::simplify::map;
 use crate::simplify::options::{Map, Report, Simplified, SimplifyError};
 
-use super::attributes::kept_faces::{KeptFace, find_kept, restore};
+use super::attributes::kept_faces::{KeptFace, find_kept, restore_values};
 use super::attributes::result_corners::CornerMap;
 use super::derivative::Derivative;
 use super::original::Original;
 use super::output::Output;
 
-pub struct Closed {
+pub struct ClosedResult {
     pub mesh: TriMesh,
     pub attributes: Attributes,
     pub report: Report,
@@ -22,12 +22,12 @@ pub struct Closed {
     pub source_vertices: Option<Vec<u32>>,
     pub derivative: Option<Derivative>,
     /// Number of vertices after each pass, with its price in mesh units.
-    pub paid: Vec<(usize, f64)>,
+    pub pass_prices: Vec<(usize, f64)>,
     pub on_plane: Vec<bool>,
     pub kept: Vec<KeptFace>,
 }
 
-impl Closed {
+impl ClosedResult {
     /// Builds the result from an output and its local positions.
     ///
     /// # Errors
@@ -54,19 +54,19 @@ impl Closed {
             vertex_of,
             source_vertices: pins.is_subset().then(sources),
             derivative: None,
-            paid: Vec::new(),
+            pass_prices: Vec::new(),
             on_plane: pins.into_plane_flags(),
             kept,
             mesh,
         })
     }
 
-    pub fn with_prices(self, paid: Vec<(usize, f64)>) -> Self {
-        Self { paid, ..self }
+    pub fn with_prices(self, pass_prices: Vec<(usize, f64)>) -> Self {
+        Self { pass_prices, ..self }
     }
 
-    pub fn restore_kept(&mut self, own: &Attributes) {
-        restore(&mut self.attributes, own, &self.kept);
+    pub fn restore_kept(&mut self, input_attributes: &Attributes) {
+        restore_values(&mut self.attributes, input_attributes, &self.kept);
     }
 
     pub fn build_map(&self, mesh: &TriMesh, corners: CornerMap) -> Map {
@@ -75,9 +75,9 @@ impl Closed {
         Map { output_vertices, input_vertices, corner_faces: corners.faces, corner_weights: corners.weights }
     }
 
-    pub fn widen(&mut self, mesh: &TriMesh, pruned: &PrunedMesh) {
+    pub fn renumber(&mut self, mesh: &TriMesh, pruned: &PrunedMesh) {
         pruned.add_to_report(&mut self.report);
-        self.map.iter_mut().for_each(|map| map::widen_pruned(map, mesh, pruned));
+        self.map.iter_mut().for_each(|map| map::renumber_pruned_map(map, mesh, pruned));
         self.source_vertices.iter_mut().flatten().for_each(|v| *v = pruned.sources[*v as usize]);
         self.derivative = self.derivative.take().map(|derivative| derivative.extend_to(&pruned.sources));
     }

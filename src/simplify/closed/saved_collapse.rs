@@ -36,14 +36,14 @@ impl<'a> SavedCollapse<'a> {
                 base.collapse_vertices.get(v as usize).copied().unwrap_or(v)
             })
         };
-        let of_state = |goes: bool| {
-            let faces = (0u32..).zip(&dropped.faces).filter(move |(_, is_dropped)| **is_dropped == goes);
+        let corners_of_faces = |is_gone: bool| {
+            let faces = (0u32..).zip(&dropped.faces).filter(move |(_, is_dropped)| **is_dropped == is_gone);
             faces.map(|(face, _)| corners_of(face))
         };
         // The copy loses the components, and is of use only if merges remain.
-        let collapse = copy.remove_components(of_state(true).flatten());
-        let is_far = collapse.merges_to(limit) > 0;
-        is_far.then(|| Self { collapse, scale: surface.scale, corners: of_state(false).collect() })
+        let collapse = copy.remove_components(corners_of_faces(true).flatten());
+        let has_merges_left = collapse.merges_to(limit) > 0;
+        has_merges_left.then(|| Self { collapse, scale: surface.scale, corners: corners_of_faces(false).collect() })
     }
 
     /// Attaches the collapse to the remaining mesh; `None` if non-manifold vertices split differently.
@@ -55,7 +55,7 @@ impl<'a> SavedCollapse<'a> {
         progress: Progress<'b>,
     ) -> Result<Option<(CollapseBase<'b>, Collapse<'a>)>, SimplifyError> {
         progress.enter("surface", mesh.faces().len())?;
-        let mut original = prepare_at_scale(mesh, self.scale, &request.keep, progress.pulse);
+        let mut original = prepare_at_scale(mesh, self.scale, &request.requirements, progress.pulse);
         // Only a new collapse reads the quadrics.
         original.surface.quadrics = Vec::new();
         let Some(collapse_vertices) = self.vertices(&original) else { return Ok(None) };
@@ -67,11 +67,11 @@ impl<'a> SavedCollapse<'a> {
         const NONE: u32 = u32::MAX;
         let mut vertices = vec![NONE; surface.n_vertices()];
         // Each corner of the new surface finds its old vertex. A vertex with two old ones was split differently.
-        for ((face, corners), begun) in surface.faces.iter().zip(mesh.faces()).zip(&self.corners) {
+        for ((face, corners), saved_corners) in surface.faces.iter().zip(mesh.faces()).zip(&self.corners) {
             for &v in face {
                 let at = corners.iter().position(|&corner| corner == surface.source(v))?;
-                let before = std::mem::replace(&mut vertices[v as usize], begun[at]);
-                if before != NONE && before != begun[at] {
+                let before = std::mem::replace(&mut vertices[v as usize], saved_corners[at]);
+                if before != NONE && before != saved_corners[at] {
                     return None;
                 }
             }

@@ -13,7 +13,7 @@ pub struct Trace {
 pub struct TracedStep {
     pub density: Density,
     pub matches: Vec<Match>,
-    pub counts: Vec<f32>,
+    pub face_weights: Vec<f32>,
     pub moved: Vec<bool>,
     pub stay: f32,
 }

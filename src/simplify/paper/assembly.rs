@@ -43,21 +43,21 @@ pub fn choose_faces(faces: &PredictedFaces, n_entries: usize) -> Vec<usize> {
 /// - `triangle`: samples, ascending
 ///
 /// ```
-/// use neural_mesh::simplify::paper::{oriented, quotient};
+/// use neural_mesh::simplify::paper::{orient_triangle, quotient};
 /// let positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 /// let between = quotient(&positions, &[[0, 2, 1]], &[0, 1, 2], 3);
-/// assert_eq!(oriented([0, 1, 2], &positions, &between), [0, 2, 1]);
+/// assert_eq!(orient_triangle([0, 1, 2], &positions, &between), [0, 2, 1]);
 /// ```
-pub fn oriented(triangle: [u32; 3], positions: &[[f32; 3]], quotient: &Quotient) -> [u32; 3] {
+pub fn orient_triangle(triangle: [u32; 3], positions: &[[f32; 3]], quotient: &Quotient) -> [u32; 3] {
     let [i, j, k] = triangle;
-    let inherited = quotient.triangles.binary_search(&triangle).map_or(0, |at| quotient.turns[at]);
+    let inherited = quotient.triangles.binary_search(&triangle).map_or(0, |at| quotient.windings[at]);
     let is_against = match inherited {
         0 => {
             let normal = area_normal_f64(triangle.map(|v| DVec3::from(positions[v as usize].map(f64::from))));
             let nearby: DVec3 = triangle.iter().map(|&v| quotient.normals[v as usize]).sum();
             normal.dot(nearby) < 0.0
         }
-        turns => turns < 0,
+        windings => windings < 0,
     };
     if is_against { [i, k, j] } else { triangle }
 }
@@ -102,10 +102,10 @@ mod tests {
     fn triangles_turn_like_the_original() {
         let positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]];
         let downward = quotient(&positions, &[[0, 2, 1], [1, 2, 3]], &[0, 1, 2, 3], 4);
-        assert_eq!(oriented([0, 1, 2], &positions, &downward), [0, 2, 1]);
-        assert_eq!(oriented([1, 2, 3], &positions, &downward), [1, 2, 3]);
+        assert_eq!(orient_triangle([0, 1, 2], &positions, &downward), [0, 2, 1]);
+        assert_eq!(orient_triangle([1, 2, 3], &positions, &downward), [1, 2, 3]);
         let downward = quotient(&positions, &[[0, 2, 1], [1, 2, 3], [0, 2, 3]], &[0, 1, 2, 3], 4);
         // Not a triangle of the mesh; the faces around point down on the whole.
-        assert_eq!(oriented([0, 1, 3], &positions, &downward), [0, 3, 1]);
+        assert_eq!(orient_triangle([0, 1, 3], &positions, &downward), [0, 3, 1]);
     }
 }

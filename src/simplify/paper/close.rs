@@ -18,19 +18,19 @@ const ROUNDS: usize = 4;
 /// - `faces`: n_faces x 3 vertices of the mesh that are samples; returns the same
 ///
 /// ```
-/// use neural_mesh::{mesh::shapes, simplify::paper::closed};
+/// use neural_mesh::{mesh::shapes, simplify::paper::close_holes};
 /// let sphere = shapes::icosphere(2);
 /// let all: Vec<u32> = (0..162).collect();
-/// assert_eq!(closed(&sphere, &all, &all, sphere.faces()[3..].to_vec()).len(), 320);
+/// assert_eq!(close_holes(&sphere, &all, &all, sphere.faces()[3..].to_vec()).len(), 320);
 /// ```
-pub fn closed(mesh: &TriMesh, samples: &[u32], assignment: &[u32], faces: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
-    let ends = ends_in_region(mesh, samples, assignment);
+pub fn close_holes(mesh: &TriMesh, samples: &[u32], assignment: &[u32], faces: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
+    let ends = mark_boundary_regions(mesh, samples, assignment);
     let is_hole = |of: &[u32]| {
         let next = of.iter().cycle().skip(1);
         let n_ends = of.iter().zip(next).filter(|(a, b)| ends[**a as usize] && ends[**b as usize]).count();
         2 * n_ends < of.len()
     };
-    let mut faces = without_lone(mesh.positions().len(), faces);
+    let mut faces = drop_lone_faces(mesh.positions().len(), faces);
     for _ in 0..ROUNDS {
         let Ok(open) = TriMesh::new(mesh.positions().to_vec(), faces.clone()) else { break };
         let filled = fill_some_holes(&open, Attributes::NONE, usize::MAX, is_hole);
@@ -39,24 +39,24 @@ pub fn closed(mesh: &TriMesh, samples: &[u32], assignment: &[u32], faces: Vec<[u
         }
         let n_before = faces.len();
         faces = filled.mesh.faces().iter().map(|face| face.map(|v| filled.sources[v as usize])).collect();
-        faces = without_third(mesh.positions().len(), faces, n_before);
+        faces = drop_third_faces(mesh.positions().len(), faces, n_before);
     }
     faces
 }
 
 /// Removes new faces that would be the third one at an edge.
-fn without_third(n_vertices: usize, faces: Vec<[u32; 3]>, n_before: usize) -> Vec<[u32; 3]> {
-    let mut goes = vec![false; faces.len()];
+fn drop_third_faces(n_vertices: usize, faces: Vec<[u32; 3]>, n_before: usize) -> Vec<[u32; 3]> {
+    let mut is_dropped = vec![false; faces.len()];
     for_each_edge(n_vertices, &faces, |_, half_edges| {
         let later = half_edges.iter().skip(2).map(|side| side.half_edge as usize / 3);
-        later.filter(|&face| face >= n_before).for_each(|face| goes[face] = true);
+        later.filter(|&face| face >= n_before).for_each(|face| is_dropped[face] = true);
     });
-    let mut goes = goes.into_iter();
-    faces.into_iter().filter(|_| goes.next() == Some(false)).collect()
+    let mut is_dropped = is_dropped.into_iter();
+    faces.into_iter().filter(|_| is_dropped.next() == Some(false)).collect()
 }
 
 /// Marks samples in whose region the mesh has a boundary, n_vertices.
-fn ends_in_region(mesh: &TriMesh, samples: &[u32], assignment: &[u32]) -> Vec<bool> {
+fn mark_boundary_regions(mesh: &TriMesh, samples: &[u32], assignment: &[u32]) -> Vec<bool> {
     let n = mesh.positions().len();
     let mut ends = vec![false; n];
     for_each_edge(n, mesh.faces(), |edge, half_edges| {
@@ -69,7 +69,7 @@ fn ends_in_region(mesh: &TriMesh, samples: &[u32], assignment: &[u32]) -> Vec<bo
 }
 
 /// Removes faces that share no edge with another.
-fn without_lone(n_vertices: usize, faces: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
+fn drop_lone_faces(n_vertices: usize, faces: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
     let mut is_joined = vec![false; faces.len()];
     for_each_edge(n_vertices, &faces, |_, half_edges| {
         if half_edges.len() > 1 {
@@ -90,7 +90,7 @@ mod tests {
     }
 
     /// Lists the faces except every `every`-th.
-    fn holed(mesh: &TriMesh, every: usize) -> Vec<[u32; 3]> {
+    fn punched_torus(mesh: &TriMesh, every: usize) -> Vec<[u32; 3]> {
         let numbered = mesh.faces().iter().enumerate();
         numbered.filter(|(at, _)| at % every != 0).map(|(_, face)| *face).collect()
     }
@@ -99,7 +99,7 @@ mod tests {
     fn a_torus_full_of_holes_is_closed_again_over_the_same_vertices() {
         let torus = shapes::torus(24, 12, 2.0, 1.0);
         for every in [3, 5, 17] {
-            let faces = closed(&torus, &all(&torus), &all(&torus), holed(&torus, every));
+            let faces = close_holes(&torus, &all(&torus), &all(&torus), punched_torus(&torus, every));
             let mesh = TriMesh::new(torus.positions().to_vec(), faces).unwrap();
             // Where holes meet all over, a few edges may wait for a face that no round finds.
             let open = topology(&mesh).boundary_edges;
@@ -110,7 +110,7 @@ mod tests {
     #[test]
     fn where_the_mesh_ends_the_result_does() {
         let tube = shapes::open_cylinder(24, 10);
-        let faces = closed(&tube, &all(&tube), &all(&tube), holed(&tube, 11));
+        let faces = close_holes(&tube, &all(&tube), &all(&tube), punched_torus(&tube, 11));
         let mesh = TriMesh::new(tube.positions().to_vec(), faces).unwrap();
         // A face that is missing at an end leaves a notch there.
         let open = topology(&mesh).boundary_edges;
@@ -120,13 +120,13 @@ mod tests {
     #[test]
     fn of_three_faces_at_an_edge_the_newest_goes() {
         let fan = vec![[0, 1, 2], [1, 0, 3], [0, 1, 4]];
-        assert_eq!(without_third(5, fan.clone(), 2), fan[..2]);
-        assert_eq!(without_third(5, fan.clone(), 3), fan);
+        assert_eq!(drop_third_faces(5, fan.clone(), 2), fan[..2]);
+        assert_eq!(drop_third_faces(5, fan.clone(), 3), fan);
     }
 
     #[test]
     fn a_lone_face_goes() {
         let (strip, lone) = (vec![[0, 1, 2], [1, 3, 2]], [4, 5, 6]);
-        assert_eq!(without_lone(7, [strip.clone(), vec![lone]].concat()), strip);
+        assert_eq!(drop_lone_faces(7, [strip.clone(), vec![lone]].concat()), strip);
     }
 }

@@ -6,14 +6,14 @@ mod close;
 mod place;
 mod quotient;
 
-pub use assembly::{choose_faces, oriented};
+pub use assembly::{choose_faces, orient_triangle};
 pub use assignment::{NO_SAMPLE, assign_to_samples};
-pub use close::closed;
+pub use close::close_holes;
 pub use quotient::{Quotient, quotient};
 
 use self::place::RegionQuadrics;
 use super::network_scores::edge_graph;
-use super::progress::{PAPER, Progress, run_with_listener};
+use super::progress::{PAPER_STAGES, Progress, run_with_listener};
 use super::{Listener, SimplifyError, scattered_samples, vertex_normals};
 use crate::mesh::TriMesh;
 use crate::model::{
@@ -83,12 +83,16 @@ pub fn simplify_paper(
     progress: &mut Listener,
 ) -> Result<PaperResult, SimplifyError> {
     let run = PaperRun { n_target_vertices, weights, seed, close: false, place: false };
-    run_with_listener(progress, &PAPER, |progress| simplified(mesh, &run, progress))
+    run_with_listener(progress, &PAPER_STAGES, |progress| simplify_in_run(mesh, &run, progress))
 }
 
 /// Simplifies as [`simplify_paper`] does, within a run; then closes holes and places vertices on request.
-pub(super) fn simplified(mesh: &TriMesh, run: &PaperRun, progress: Progress) -> Result<PaperResult, SimplifyError> {
-    let stages = stages(mesh, run, progress)?;
+pub(super) fn simplify_in_run(
+    mesh: &TriMesh,
+    run: &PaperRun,
+    progress: Progress,
+) -> Result<PaperResult, SimplifyError> {
+    let stages = run_stages(mesh, run, progress)?;
     progress.enter("assemble", 1)?;
     let samples = &stages.samples;
     let mut faces = assemble(&gather(mesh.positions(), samples), &stages);
@@ -96,7 +100,7 @@ pub(super) fn simplified(mesh: &TriMesh, run: &PaperRun, progress: Progress) -> 
         return Err(SimplifyError::NothingKept);
     }
     if run.close {
-        faces = closed(mesh, samples, &stages.assignment, faces);
+        faces = close_holes(mesh, samples, &stages.assignment, faces);
     }
     let positions = match run.place {
         true => RegionQuadrics::new(mesh, samples, &stages.assignment).place_samples(&faces),
@@ -125,10 +129,10 @@ pub fn paper_stages(
     progress: &mut Listener,
 ) -> Result<PaperStages, SimplifyError> {
     let run = PaperRun { n_target_vertices, weights, seed, close: false, place: false };
-    run_with_listener(progress, &PAPER, |progress| stages(mesh, &run, progress))
+    run_with_listener(progress, &PAPER_STAGES, |progress| run_stages(mesh, &run, progress))
 }
 
-fn stages(mesh: &TriMesh, run: &PaperRun, progress: Progress) -> Result<PaperStages, SimplifyError> {
+fn run_stages(mesh: &TriMesh, run: &PaperRun, progress: Progress) -> Result<PaperStages, SimplifyError> {
     let &PaperRun { n_target_vertices, weights, seed, .. } = run;
     if mesh.faces().is_empty() {
         return Err(SimplifyError::Empty);
@@ -160,7 +164,7 @@ fn stages(mesh: &TriMesh, run: &PaperRun, progress: Progress) -> Result<PaperSta
 fn assemble(sampled: &[[f32; 3]], stages: &PaperStages) -> Vec<[u32; 3]> {
     let chosen = choose_faces(&stages.faces, stages.edges.graph.n_entries());
     let triangles = chosen.iter().map(|&at| stages.faces.candidates.triangles[at]);
-    let turned = triangles.map(|triangle| oriented(triangle, sampled, &stages.quotient));
+    let turned = triangles.map(|triangle| orient_triangle(triangle, sampled, &stages.quotient));
     turned.map(|face| face.map(|sample| stages.samples[sample as usize])).collect()
 }
 
@@ -254,7 +258,9 @@ mod tests {
         let mean = |place| {
             let weights = Weights::shipped_paper_open();
             let run = PaperRun { n_target_vertices: 400, weights, seed: 0, close: true, place };
-            let result = run_with_listener(&mut go_on, &PAPER, |progress| simplified(&mesh, &run, progress)).unwrap();
+            let result =
+                run_with_listener(&mut go_on, &PAPER_STAGES, |progress| simplify_in_run(&mesh, &run, progress))
+                    .unwrap();
             assert_eq!((result.vertices.len(), result.positions.len()), (400, 400));
             let mut positions = mesh.positions().to_vec();
             result.vertices.iter().zip(&result.positions).for_each(|(&v, &p)| positions[v as usize] = p);

@@ -50,7 +50,7 @@ impl<'a> RegionQuadrics<'a> {
         for_each_edge(positions.len(), mesh.faces(), |ends, sides| {
             if let [_] = sides {
                 let [a, b] = ends.map(|v| point(positions, v));
-                ends.iter().for_each(|&v| add(v, &|origin| of_line(a - origin, b - origin)));
+                ends.iter().for_each(|&v| add(v, &|origin| line_quadric(a - origin, b - origin)));
             }
         });
         Self { positions, samples, quadrics }
@@ -105,7 +105,7 @@ fn minimum(quadric: &Quadric) -> DVec3 {
 }
 
 /// Returns the squared distance to the line through two points, times their squared distance and [`BOUNDARY`].
-fn of_line(a: DVec3, b: DVec3) -> Quadric {
+fn line_quadric(a: DVec3, b: DVec3) -> Quadric {
     let direction = (b - a).normalize_or_zero();
     let weight = BOUNDARY * a.distance_squared(b);
     // The squared distance to a line is that to two planes through it, at right angles.
@@ -139,13 +139,13 @@ mod tests {
         )
         .unwrap();
         let regions = RegionQuadrics::new(&mesh, &[1], &[0, 0, 0, 0]);
-        let planes = RegionQuadrics { quadrics: vec![of_corner()], ..regions };
+        let planes = RegionQuadrics { quadrics: vec![corner_quadrics()], ..regions };
         let placed = planes.place_samples(&[]);
         assert!(DVec3::from(placed[0].map(f64::from)).length() < 0.01, "{placed:?}");
     }
 
     /// Sums the three planes of the corner at the origin, seen from (1, 0, 0).
-    fn of_corner() -> Quadric {
+    fn corner_quadrics() -> Quadric {
         [DVec3::X, DVec3::Y, DVec3::Z]
             .into_iter()
             .fold(Quadric::default(), |sum, normal| sum + Quadric::from_plane(normal, DVec3::NEG_X, 1.0))

@@ -13,7 +13,7 @@ pub struct Quotient {
     /// Triangles that faces of the mesh span between three regions, each ascending, sorted, without repeats.
     pub triangles: Vec<[u32; 3]>,
     /// For each triangle, number of faces that turn like its ascending corners, less those that turn against them.
-    pub turns: Vec<i32>,
+    pub windings: Vec<i32>,
     /// Sum of the area normals of the faces at each sample's region, a third per corner.
     pub normals: Vec<DVec3>,
 }
@@ -32,7 +32,7 @@ pub struct Quotient {
 /// let positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]];
 /// let between = quotient(&positions, &[[0, 1, 2], [1, 3, 2]], &[0, 2, 1, 1], 3);
 /// // The second face lies in two regions only; the first turns against its samples' order.
-/// assert_eq!((between.triangles, between.turns), (vec![[0, 1, 2]], vec![-1]));
+/// assert_eq!((between.triangles, between.windings), (vec![[0, 1, 2]], vec![-1]));
 /// ```
 pub fn quotient(positions: &[[f32; 3]], faces: &[[u32; 3]], assignment: &[u32], n_samples: usize) -> Quotient {
     let regions = |face: &[u32; 3]| face.map(|v| assignment[v as usize]);
@@ -42,21 +42,22 @@ pub fn quotient(positions: &[[f32; 3]], faces: &[[u32; 3]], assignment: &[u32], 
         [[a, b], [b, c], [c, a]]
     });
     let edges = Csr::from_edges(n_samples, pairs);
-    let mut spanned: Vec<([u32; 3], i32)> = reached.clone().filter_map(|face| ascending(regions(face))).collect();
+    let mut spanned: Vec<([u32; 3], i32)> =
+        reached.clone().filter_map(|face| sort_with_winding(regions(face))).collect();
     spanned.sort_unstable();
     let copies = || spanned.chunk_by(|a, b| a.0 == b.0);
     let triangles = copies().map(|copies| copies[0].0).collect();
-    let turns = copies().map(|copies| copies.iter().map(|(_, turn)| turn).sum()).collect();
+    let windings = copies().map(|copies| copies.iter().map(|(_, turn)| turn).sum()).collect();
     let mut normals = vec![DVec3::ZERO; n_samples];
     for face in reached {
         let normal = area_normal_f64(face.map(|v| DVec3::from(positions[v as usize].map(f64::from))));
         regions(face).iter().for_each(|&sample| normals[sample as usize] += normal / 3.0);
     }
-    Quotient { edges, triangles, turns, normals }
+    Quotient { edges, triangles, windings, normals }
 }
 
 /// Sorts three different corners; also returns 1 if that keeps their direction, else -1.
-fn ascending([a, b, c]: [u32; 3]) -> Option<([u32; 3], i32)> {
+fn sort_with_winding([a, b, c]: [u32; 3]) -> Option<([u32; 3], i32)> {
     if a == b || b == c || c == a {
         return None;
     }
@@ -76,7 +77,7 @@ mod tests {
         let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
         let all = quotient(&positions, &faces, &[0, 1, 2, 3], 4);
         assert_eq!(all.triangles, [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]);
-        assert_eq!(all.turns, [-1, 1, -1, 1]);
+        assert_eq!(all.windings, [-1, 1, -1, 1]);
         assert_eq!(all.edges.n_entries(), 12);
         assert!(all.normals[3].dot(DVec3::ONE) < 0.34 && all.normals.iter().sum::<DVec3>().length() < 1e-12);
     }
@@ -86,7 +87,7 @@ mod tests {
         // Two faces of a thin sheet land on the same three samples from both sides.
         let positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
         let sheet = quotient(&positions, &[[0, 1, 2], [3, 5, 4]], &[0, 1, 2, 0, 1, 2], 3);
-        assert_eq!((sheet.triangles, sheet.turns), (vec![[0, 1, 2]], vec![0]));
+        assert_eq!((sheet.triangles, sheet.windings), (vec![[0, 1, 2]], vec![0]));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use crate::mesh::{Attributes, Channel, Frame, TriMesh};
 use crate::simplify::SimplifyError;
-use crate::simplify::closed::{blend, separate_twins};
+use crate::simplify::closed::{blend, separate_mirrored};
 
 use super::doubled_attributes::GroupPairs;
 use super::image_plane::ImagePlane;
@@ -24,7 +24,7 @@ pub(super) fn join_half(
     let placed = |v: usize, p: [f32; 3]| plane.snap(p, on_plane[v]);
     let mut positions: Vec<[f32; 3]> = mesh.positions().iter().enumerate().map(|(v, &p)| placed(v, p)).collect();
     // Duplicates are separated in half and image together, before the image is made.
-    let n_moved = separate_twins(&mut positions, &|p| plane.image(p), &placed, frame);
+    let n_moved = separate_mirrored(&mut positions, &|p| plane.image(p), &placed, frame);
     let mut next = positions.len() as u32;
     // Vertices on the plane are their own images.
     let images: Vec<u32> = (0..next).map(|v| if on_plane[v as usize] { v } else { take_number(&mut next) }).collect();

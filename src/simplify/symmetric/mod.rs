@@ -12,7 +12,7 @@ use crate::mesh::{Frame, TriMesh};
 use crate::model::Weights;
 
 use super::assemblies::{TargetSizes, Task, simplify_closed};
-use super::closed::{Closed, Half};
+use super::closed::{ClosedResult, Half};
 use super::components::count_components;
 use super::input::Input;
 use super::limits::resolve_levels;
@@ -48,7 +48,8 @@ pub(super) fn simplify_symmetric(
     (of_half.attributes, of_half.importance) = (&half.attributes, &half.importance);
     // Sizes are those of the whole mesh: the collapse counts both halves.
     let task = Task { half: Some(Half { axis: plane.axis, on_plane: &half.on_plane }), ..*task };
-    let halves = simplify_closed(&of_half, weights, &task, &TargetSizes { limits: &limits, n_settled: 0 }, progress)?;
+    let halves =
+        simplify_closed(&of_half, weights, &task, &TargetSizes { limits: &limits, n_without_dropping: 0 }, progress)?;
     halves.into_iter().map(|half| join_halves(half, &plane, &groups, task.options)).collect()
 }
 
@@ -90,12 +91,12 @@ fn check(input: &Input, task: &Task) -> Result<(), SimplifyError> {
 }
 
 fn join_halves(
-    half: Closed,
+    half: ClosedResult,
     plane: &ImagePlane,
     groups: &GroupPairs,
     options: &Options,
 ) -> Result<Simplified, SimplifyError> {
-    let Closed { mesh, attributes, report, on_plane, .. } = half;
+    let ClosedResult { mesh, attributes, report, on_plane, .. } = half;
     let half = SimplifiedHalf { mesh: &mesh, attributes, on_plane: &on_plane };
     let (mesh, attributes, separated_vertices) = joined_halves::join_half(half, plane, groups, &options.frame)?;
     // Most counts are those of one half; components and duplicates are counted in the whole mesh.

@@ -19,10 +19,10 @@ pub struct KeptFace {
 /// Finds the kept faces in the output; `is_kept` marks mesh faces, or is empty.
 pub fn find_kept(original: &Original, output: &Output, is_kept: &[bool]) -> Vec<KeptFace> {
     let surface = &original.surface;
-    let became = |face: u32| surface.faces[face as usize].map(|v| output.vertex_of[v as usize]);
+    let output_corners = |face: u32| surface.faces[face as usize].map(|v| output.vertex_of[v as usize]);
     let kept = (0u32..).zip(is_kept).filter(|(_, is_kept)| **is_kept);
     let source_of: FxHashMap<[u32; 3], u32> =
-        kept.map(|(source, _)| (smallest_first(became(source)), source)).collect();
+        kept.map(|(source, _)| (smallest_first(output_corners(source)), source)).collect();
     if source_of.is_empty() {
         return Vec::new();
     }
@@ -31,7 +31,7 @@ pub fn find_kept(original: &Original, output: &Output, is_kept: &[bool]) -> Vec<
         let [a, b, c] = corners;
         let source = source_of.get(&smallest_first([a, b, c])).or_else(|| source_of.get(&smallest_first([a, c, b])))?;
         let of_mesh = original.mesh.faces()[*source as usize];
-        let now = became(*source);
+        let now = output_corners(*source);
         let corner = |v: u32| {
             let copy = now.iter().position(|&w| w == v).unwrap_or(0);
             let vertex = surface.source(surface.faces[*source as usize][copy]);
@@ -43,7 +43,7 @@ pub fn find_kept(original: &Original, output: &Output, is_kept: &[bool]) -> Vec<
 }
 
 /// Gives corners of kept faces their values in the mesh, `own`; splits wedges where these differ.
-pub fn restore(carried: &mut Attributes, own: &Attributes, kept: &[KeptFace]) {
+pub fn restore_values(carried: &mut Attributes, own: &Attributes, kept: &[KeptFace]) {
     if own.channels.is_empty() || carried.channels.is_empty() {
         return;
     }
@@ -96,7 +96,7 @@ mod tests {
         let mut carried = single_channel(vec![[0, 1, 3], [0, 3, 1], [0, 3, 4]], vec![1.0, 2.0, 3.0, 4.0, 5.0]);
         let kept = [(0, 0, [0, 1, 2]), (1, 1, [0, 1, 2])];
         let kept = kept.map(|(face, source, corners)| KeptFace { face, source, corners });
-        restore(&mut carried, &own, &kept);
+        restore_values(&mut carried, &own, &kept);
         let values = |face: usize| carried.wedges[face].map(|wedge| carried.channels[0].value(wedge)[0]);
         assert_eq!([values(0), values(1), values(2)], [[10.0, 11.0, 12.0], [13.0, 12.0, 11.0], [10.0, 12.0, 5.0]]);
         assert!(carried.is_valid_for(3));
@@ -105,7 +105,7 @@ mod tests {
     #[test]
     fn what_carries_nothing_stays_so() {
         let mut carried = Attributes::default();
-        restore(&mut carried, &Attributes::default(), &[KeptFace { face: 0, source: 0, corners: [0, 1, 2] }]);
+        restore_values(&mut carried, &Attributes::default(), &[KeptFace { face: 0, source: 0, corners: [0, 1, 2] }]);
         assert_eq!(carried, Attributes::default());
     }
 }

@@ -7,37 +7,37 @@ use rayon::prelude::*;
 
 use crate::mesh::{Channel, Role};
 
-use super::values::{Fit, QUADRATURE, STEPS, System};
+use super::values::{FitSystem, QUADRATURE, STEPS, ValueFit};
 
 /// Length of a blend below which its normals cancel out.
 const LEAST_LENGTH: f32 = 1e-6;
-const TURNS: usize = 8;
+const MOST_TURNS: usize = 8;
 /// Cosine between a normal after its turn and the face.
 const LEAST_COSINE: f32 = 0.02;
 
 /// Fits normals over the faces, from the values at the `nearest` points.
-pub fn fit_normals(fit: &Fit, nearest: Channel, original: &Channel, wedges: &[[u32; 3]]) -> Channel {
+pub fn fit_normals(fit: &ValueFit, nearest: Channel, original: &Channel, wedges: &[[u32; 3]]) -> Channel {
     let target = fit.target_values(original, wedges);
     if nearest.width != 3 || nearest.values.iter().chain(&target).any(|x| !x.is_finite()) {
         return nearest;
     }
     // Every normal is its own unknown: wedges that share one were joined before.
-    let one: Vec<u32> = (0..fit.wedges.vertices.len() as u32).collect();
-    let mut system = System { diagonal: fit.diagonal(&one), target: target.clone(), one };
+    let representative: Vec<u32> = (0..fit.wedges.vertices.len() as u32).collect();
+    let mut system = FitSystem { diagonal: fit.diagonal(&representative), target: target.clone(), representative };
     let mut values = nearest.values.clone();
     for _ in 0..STEPS {
         // The target's length follows the blend, or corners would be pulled to another length.
-        scale_to_blends(&mut system.target, &target, &values, fit.wedges.of_faces);
+        scale_to_blends(&mut system.target, &target, &values, fit.wedges.face_wedges);
         fit.step(&mut values, &nearest, &system);
         normalise_rows(&mut values, &nearest.values);
     }
-    turn_back(&mut values, &nearest.values, fit.wedges.of_faces, &fit.area_normals);
+    turn_normals_back(&mut values, &nearest.values, fit.wedges.face_wedges, &fit.area_normals);
     Channel { values, ..nearest }
 }
 
-fn scale_to_blends(scaled: &mut [f32], target: &[f32], values: &[f32], of_faces: &[[u32; 3]]) {
+fn scale_to_blends(scaled: &mut [f32], target: &[f32], values: &[f32], face_wedges: &[[u32; 3]]) {
     let n = 3 * QUADRATURE.len();
-    let faces = scaled.par_chunks_exact_mut(n).zip(target.par_chunks_exact(n)).zip(of_faces);
+    let faces = scaled.par_chunks_exact_mut(n).zip(target.par_chunks_exact(n)).zip(face_wedges);
     faces.for_each(|((scaled, target), wedges)| {
         let corners = wedges.map(|wedge| row(values, wedge));
         for ((at, _), (scaled, target)) in QUADRATURE.iter().zip(scaled.chunks_exact_mut(3).zip(target.chunks_exact(3)))
@@ -60,10 +60,10 @@ fn normalise_rows(values: &mut [f32], nearest: &[f32]) {
 }
 
 /// Turns normals that oppose a face of their wedge back by the smallest angle.
-fn turn_back(values: &mut [f32], nearest: &[f32], of_faces: &[[u32; 3]], area_normals: &[Vec3]) {
-    for _ in 0..TURNS {
+fn turn_normals_back(values: &mut [f32], nearest: &[f32], face_wedges: &[[u32; 3]], area_normals: &[Vec3]) {
+    for _ in 0..MOST_TURNS {
         let mut is_turned = false;
-        for_each_turned(values, nearest, of_faces, area_normals, |normal, wedge, face| {
+        for_each_opposing(values, nearest, face_wedges, area_normals, |normal, wedge, face| {
             // Only along the face's normal, to a small angle above the face.
             let turned = normal + face * (row(nearest, wedge).dot(face).min(LEAST_COSINE) - normal.dot(face));
             is_turned = true;
@@ -74,17 +74,17 @@ fn turn_back(values: &mut [f32], nearest: &[f32], of_faces: &[[u32; 3]], area_no
         }
     }
     // Normals that no small turn brings back become their nearest values.
-    for_each_turned(values, nearest, of_faces, area_normals, |_, wedge, _| row(nearest, wedge));
+    for_each_opposing(values, nearest, face_wedges, area_normals, |_, wedge, _| row(nearest, wedge));
 }
 
-fn for_each_turned(
+fn for_each_opposing(
     values: &mut [f32],
     nearest: &[f32],
-    of_faces: &[[u32; 3]],
+    face_wedges: &[[u32; 3]],
     area_normals: &[Vec3],
     mut replace: impl FnMut(Vec3, u32, Vec3) -> Vec3,
 ) {
-    for (wedges, face) in of_faces.iter().zip(area_normals) {
+    for (wedges, face) in face_wedges.iter().zip(area_normals) {
         let face = face.normalize_or_zero();
         for &wedge in wedges {
             let normal = row(values, wedge);
@@ -139,7 +139,7 @@ mod tests {
     fn a_normal_that_looks_away_from_a_face_is_turned_back_as_little_as_that_takes() {
         let nearest = [0.0, 0.0, 1.0].repeat(3);
         let mut values = [[0.0, 0.6, 0.8], [0.0, 1.0, -0.01], [0.6, 0.0, 0.8]].concat();
-        turn_back(&mut values, &nearest, &[[0, 1, 2]], &[3.0 * Vec3::Z]);
+        turn_normals_back(&mut values, &nearest, &[[0, 1, 2]], &[3.0 * Vec3::Z]);
         assert_eq!([row(&values, 0), row(&values, 2)], [[0.0, 0.6, 0.8].into(), [0.6, 0.0, 0.8].into()]);
         let turned = row(&values, 1);
         assert!(
@@ -152,7 +152,7 @@ mod tests {
     fn a_normal_that_no_small_turn_brings_back_gets_its_nearest_value() {
         let (nearest, steep) = ([0.0, 0.0, 1.0].repeat(3), Vec3::new(0.0, 1.0, 0.001));
         let mut values = [0.0, 0.0, -1.0].repeat(3);
-        turn_back(&mut values, &nearest, &[[0, 1, 2], [0, 2, 1]], &[steep, Vec3::new(0.0, -1.0, 0.001)]);
+        turn_normals_back(&mut values, &nearest, &[[0, 1, 2], [0, 2, 1]], &[steep, Vec3::new(0.0, -1.0, 0.001)]);
         assert_eq!(values, nearest);
     }
 

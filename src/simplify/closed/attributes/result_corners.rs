@@ -10,12 +10,12 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::mesh::union_find::UnionFind;
 use crate::mesh::{Attributes, Channel, Role};
 use crate::simplify::closed::faces_around::{FacesAround, smallest_first};
-use crate::simplify::closed::original::{Original, SidesOfSeams, SurfacePoint};
+use crate::simplify::closed::original::{Original, SeamBoundedSearch, SurfacePoint};
 use crate::simplify::closed::pins::Pins;
 
 use super::blend::blend;
 use super::normals::{fit_normals, straighten_tangents};
-use super::values::{Fit, ResultWedges};
+use super::values::{ResultWedges, ValueFit};
 
 const NONE: u32 = u32::MAX;
 
@@ -121,16 +121,17 @@ impl ResultCorners {
     ) -> (Attributes, CornerMap) {
         // Without groups none are stored.
         let groups = if attributes.groups.is_empty() { Vec::new() } else { self.groups(attributes) };
-        let sides = original.sides_of_seams();
+        let sides = original.seam_bounded_search();
         // The closest points give values for all channels, and the start of the fit.
-        let places = closest_points(&sides, &self.vertices, &self.origins, positions);
-        let of_output = ResultWedges { of_faces: &self.wedges, vertices: &self.vertices, places: &places };
+        let surface_points = closest_points(&sides, &self.vertices, &self.origins, positions);
+        let of_output =
+            ResultWedges { face_wedges: &self.wedges, vertices: &self.vertices, surface_points: &surface_points };
         // Only values that a face interpolates are fitted; normals are fitted separately.
         let is_fitted = |channel: &Channel| matches!(channel.role, Role::Uv | Role::Colour | Role::MorphPosition);
-        let fit = || Fit::new(&sides, of_output, positions, pins);
+        let fit = || ValueFit::new(&sides, of_output, positions, pins);
         let fit = (!pins.is_subset() && attributes.channels.iter().any(is_fitted)).then(fit);
         let channel = |channel: &Channel| {
-            let nearest = interpolate_channel(channel, &attributes.wedges, &places);
+            let nearest = interpolate_channel(channel, &attributes.wedges, &surface_points);
             match &fit {
                 Some(fit) if is_fitted(channel) => fit.values(nearest, channel, &attributes.wedges),
                 _ => nearest,
@@ -144,7 +145,7 @@ impl ResultCorners {
             self.fit_normals(&mut channels, attributes, &sides, positions, pins);
         }
         // The map to the input contains the same points.
-        let at_corners = self.wedges.iter().map(|wedges| wedges.map(|wedge| places[wedge as usize]));
+        let at_corners = self.wedges.iter().map(|wedges| wedges.map(|wedge| surface_points[wedge as usize]));
         let (faces, weights) = at_corners.map(|at| (at.map(|p| p.face), at.map(|p| p.weights))).unzip();
         let wedges = if channels.is_empty() { Vec::new() } else { self.wedges };
         (Attributes { wedges, channels, groups }, CornerMap { faces, weights })
@@ -154,7 +155,7 @@ impl ResultCorners {
         &self,
         channels: &mut [Channel],
         attributes: &Attributes,
-        sides: &SidesOfSeams,
+        sides: &SeamBoundedSearch,
         positions: &[Vec3],
         pins: &Pins,
     ) {
@@ -165,12 +166,12 @@ impl ResultCorners {
             origins[normal as usize].extend(&self.origins[wedge]);
             vertices[normal as usize] = self.vertices[wedge];
         }
-        let of_faces: Vec<[u32; 3]> =
+        let face_wedges: Vec<[u32; 3]> =
             self.wedges.iter().map(|wedges| wedges.map(|w| self.normals[w as usize])).collect();
-        let places = closest_points(sides, &vertices, &origins, positions);
-        let fit = Fit::new(
+        let surface_points = closest_points(sides, &vertices, &origins, positions);
+        let fit = ValueFit::new(
             sides,
-            ResultWedges { of_faces: &of_faces, vertices: &vertices, places: &places },
+            ResultWedges { face_wedges: &face_wedges, vertices: &vertices, surface_points: &surface_points },
             positions,
             pins,
         );
@@ -180,7 +181,7 @@ impl ResultCorners {
         for (original, channel) in
             of_original.filter(|(original, _)| original.role == Role::Normal && original.width == 3)
         {
-            let nearest = interpolate_channel(original, &attributes.wedges, &places);
+            let nearest = interpolate_channel(original, &attributes.wedges, &surface_points);
             let fitted = fit_normals(&fit, nearest, original, &attributes.wedges);
             for wedge in (0..self.normals.len()).filter(may_change) {
                 channel.values[3 * wedge..][..3].copy_from_slice(fitted.value(self.normals[wedge]));
@@ -223,7 +224,7 @@ fn find_source_faces(original: &Original, vertex_of: &[u32], faces: &[[u32; 3]])
 
 /// Finds the closest original point to each wedge, on its side of seams.
 fn closest_points(
-    sides: &SidesOfSeams,
+    sides: &SeamBoundedSearch,
     vertices: &[u32],
     origins: &[Vec<u32>],
     positions: &[Vec3],
@@ -232,10 +233,10 @@ fn closest_points(
     vertices.par_iter().zip(origins).map(closest).collect()
 }
 
-fn interpolate_channel(channel: &Channel, wedges: &[[u32; 3]], places: &[SurfacePoint]) -> Channel {
+fn interpolate_channel(channel: &Channel, wedges: &[[u32; 3]], surface_points: &[SurfacePoint]) -> Channel {
     let width = channel.width;
-    let mut values = vec![0.0; places.len() * width];
-    values.par_chunks_mut(width).zip(places).for_each(|(out, place)| {
+    let mut values = vec![0.0; surface_points.len() * width];
+    values.par_chunks_mut(width).zip(surface_points).for_each(|(out, place)| {
         let corners = wedges[place.face as usize].map(|wedge| channel.value(wedge));
         blend(channel.role, corners, place.weights, out);
     });

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::geometry::triangle::area_normal;
 use crate::mesh::{Channel, same_values};
-use crate::simplify::closed::original::{SidesOfSeams, SurfacePoint};
+use crate::simplify::closed::original::{SeamBoundedSearch, SurfacePoint};
 use crate::simplify::closed::pins::Pins;
 
 use super::blend::blend;
@@ -24,24 +24,24 @@ pub(super) const QUADRATURE: [([f32; 3], f32); 6] = [
 ];
 /// Weight of the value at the closest point.
 // Twelve textured meshes: texture coordinates are 0.6 % farther at 0.08.
-const STAY: f32 = 0.02;
+const NEAREST_WEIGHT: f32 = 0.02;
 // Steps toward the minimum: together they leave 0.6 % of the error. 6 steps are 0.05 % worse, 24 no better.
 pub(super) const STEPS: usize = 12;
 // Least weight of a wedge that is fitted: its inverse times any value must be finite.
-const LEAST: f32 = 1e-30;
+const LEAST_WEIGHT: f32 = 1e-30;
 // Damping of Jacobi's step. Eigenvalues over the diagonal are between 1/2 and 2 (Wathen 1987): at most 0.65 of an error
 // remains.
-const DAMPED: f32 = 0.7;
+const DAMPING: f32 = 0.7;
 
 /// Wedges of the result with their points on the original.
 #[derive(Clone, Copy)]
 pub struct ResultWedges<'a> {
-    pub of_faces: &'a [[u32; 3]],
+    pub face_wedges: &'a [[u32; 3]],
     pub vertices: &'a [u32],
-    pub places: &'a [SurfacePoint],
+    pub surface_points: &'a [SurfacePoint],
 }
 
-pub struct Fit<'a> {
+pub struct ValueFit<'a> {
     pub(super) wedges: ResultWedges<'a>,
     points: Vec<[SurfacePoint; QUADRATURE.len()]>,
     pub(super) area_normals: Vec<Vec3>,
@@ -49,17 +49,17 @@ pub struct Fit<'a> {
     pins: &'a Pins,
 }
 
-impl<'a> Fit<'a> {
-    pub fn new(original: &SidesOfSeams, wedges: ResultWedges<'a>, positions: &[Vec3], pins: &'a Pins) -> Self {
+impl<'a> ValueFit<'a> {
+    pub fn new(original: &SeamBoundedSearch, wedges: ResultWedges<'a>, positions: &[Vec3], pins: &'a Pins) -> Self {
         let corners = |of: &[u32; 3]| of.map(|wedge| positions[wedges.vertices[wedge as usize] as usize]);
         let look_up = |of: &[u32; 3]| {
             // The search starts at the faces of the corners, and so on their side of the seams.
-            let starts = of.map(|wedge| wedges.places[wedge as usize].face);
+            let starts = of.map(|wedge| wedges.surface_points[wedge as usize].face);
             let [a, b, c] = corners(of);
             QUADRATURE.map(|(at, _)| original.closest_point(a * at[0] + b * at[1] + c * at[2], &starts))
         };
-        let points = wedges.of_faces.par_iter().map(look_up).collect();
-        let area_normals: Vec<Vec3> = wedges.of_faces.iter().map(|of| area_normal(corners(of))).collect();
+        let points = wedges.face_wedges.par_iter().map(look_up).collect();
+        let area_normals: Vec<Vec3> = wedges.face_wedges.iter().map(|of| area_normal(corners(of))).collect();
         let areas = area_normals.iter().map(|normal| normal.length()).collect();
         Self { wedges, points, area_normals, areas, pins }
     }
@@ -70,21 +70,21 @@ impl<'a> Fit<'a> {
         if nearest.values.iter().chain(&target).any(|x| !x.is_finite()) {
             return nearest;
         }
-        let one = self.shared_wedges(&nearest);
+        let representative = self.shared_wedges(&nearest);
         let mut values = nearest.values.clone();
-        let system = System { diagonal: self.diagonal(&one), target, one };
+        let system = FitSystem { diagonal: self.diagonal(&representative), target, representative };
         for _ in 0..STEPS {
             self.step(&mut values, &nearest, &system);
         }
-        keep_within(&mut values, original);
+        clamp_to_range(&mut values, original);
         Channel { values, ..nearest }
     }
 
     /// Evaluates the original at the quadrature points, n_faces x 6 x width.
     pub(super) fn target_values(&self, original: &Channel, wedges: &[[u32; 3]]) -> Vec<f32> {
         let mut target = vec![0.0; self.points.len() * QUADRATURE.len() * original.width];
-        let places = self.points.as_flattened().par_iter();
-        target.par_chunks_exact_mut(original.width).zip(places).for_each(|(out, place)| {
+        let surface_points = self.points.as_flattened().par_iter();
+        target.par_chunks_exact_mut(original.width).zip(surface_points).for_each(|(out, place)| {
             let corners = wedges[place.face as usize].map(|wedge| original.value(wedge));
             blend(original.role, corners, place.weights, out);
         });
@@ -96,67 +96,76 @@ impl<'a> Fit<'a> {
         let mut order: Vec<u32> = (0..self.wedges.vertices.len() as u32).collect();
         // Wedges are grouped by vertex; in a group the first wedge of equal values represents them.
         order.sort_by_key(|&wedge| self.wedges.vertices[wedge as usize]);
-        let mut one = vec![0; order.len()];
+        let mut representative = vec![0; order.len()];
         for around in order.chunk_by(|&w, &x| self.wedges.vertices[w as usize] == self.wedges.vertices[x as usize]) {
             for (n_before, &wedge) in around.iter().enumerate() {
                 let is_same = |other: u32| same_values(channel.role, channel.value(wedge), channel.value(other));
                 let mut before = around[..n_before].iter().copied();
-                one[wedge as usize] = before.find(|&w| one[w as usize] == w && is_same(w)).unwrap_or(wedge);
+                representative[wedge as usize] =
+                    before.find(|&w| representative[w as usize] == w && is_same(w)).unwrap_or(wedge);
             }
         }
-        one
+        representative
     }
 
-    pub(super) fn diagonal(&self, one: &[u32]) -> Vec<f32> {
-        let mut diagonal = vec![0.0; one.len()];
-        for (wedges, area) in self.wedges.of_faces.iter().zip(&self.areas) {
+    pub(super) fn diagonal(&self, representative: &[u32]) -> Vec<f32> {
+        let mut diagonal = vec![0.0; representative.len()];
+        for (wedges, area) in self.wedges.face_wedges.iter().zip(&self.areas) {
             for (at, weight) in QUADRATURE {
-                (0..3).for_each(|k| diagonal[one[wedges[k] as usize] as usize] += area * weight * at[k] * at[k]);
+                (0..3).for_each(|k| {
+                    diagonal[representative[wedges[k] as usize] as usize] += area * weight * at[k] * at[k]
+                });
             }
         }
         diagonal
     }
 
-    pub(super) fn step(&self, values: &mut [f32], nearest: &Channel, System { target, one, diagonal }: &System) {
+    pub(super) fn step(
+        &self,
+        values: &mut [f32],
+        nearest: &Channel,
+        FitSystem { target, representative, diagonal }: &FitSystem,
+    ) {
         let width = nearest.width;
         // The residual is the pull to the nearest values, and what every quadrature point misses.
-        let mut rest: Vec<f32> = values.iter().zip(&nearest.values).map(|(now, before)| before - now).collect();
-        rest.chunks_exact_mut(width)
+        let mut residual: Vec<f32> = values.iter().zip(&nearest.values).map(|(now, before)| before - now).collect();
+        residual
+            .chunks_exact_mut(width)
             .zip(diagonal)
-            .for_each(|(row, weight)| row.iter_mut().for_each(|x| *x *= STAY * weight));
+            .for_each(|(row, weight)| row.iter_mut().for_each(|x| *x *= NEAREST_WEIGHT * weight));
         let target = target.chunks_exact(QUADRATURE.len() * width);
-        for ((wedges, area), target) in self.wedges.of_faces.iter().zip(&self.areas).zip(target) {
-            let rows = wedges.map(|wedge| one[wedge as usize] as usize * width);
+        for ((wedges, area), target) in self.wedges.face_wedges.iter().zip(&self.areas).zip(target) {
+            let rows = wedges.map(|wedge| representative[wedge as usize] as usize * width);
             for ((at, weight), target) in QUADRATURE.into_iter().zip(target.chunks_exact(width)) {
                 for (i, target) in target.iter().enumerate() {
                     let now: f32 = (0..3).map(|k| at[k] * values[rows[k] + i]).sum();
                     let missing = area * weight * (target - now);
-                    (0..3).for_each(|k| rest[rows[k] + i] += at[k] * missing);
+                    (0..3).for_each(|k| residual[rows[k] + i] += at[k] * missing);
                 }
             }
         }
         // Shared values are updated at their first wedge and copied to the others.
-        for wedge in 0..one.len() {
-            let first = one[wedge] as usize;
-            if !self.pins.has(self.wedges.vertices[wedge]) && diagonal[first] > LEAST && first == wedge {
-                let length = DAMPED / (diagonal[first] * (1.0 + STAY));
-                (0..width).for_each(|i| values[wedge * width + i] += length * rest[wedge * width + i]);
+        for wedge in 0..representative.len() {
+            let first = representative[wedge] as usize;
+            if !self.pins.is_pinned(self.wedges.vertices[wedge]) && diagonal[first] > LEAST_WEIGHT && first == wedge {
+                let length = DAMPING / (diagonal[first] * (1.0 + NEAREST_WEIGHT));
+                (0..width).for_each(|i| values[wedge * width + i] += length * residual[wedge * width + i]);
             }
         }
-        (0..one.len()).filter(|&wedge| one[wedge] as usize != wedge).for_each(|wedge| {
-            let first = one[wedge] as usize * width;
+        (0..representative.len()).filter(|&wedge| representative[wedge] as usize != wedge).for_each(|wedge| {
+            let first = representative[wedge] as usize * width;
             values.copy_within(first..first + width, wedge * width);
         });
     }
 }
 
-pub(super) struct System {
+pub(super) struct FitSystem {
     pub target: Vec<f32>,
-    pub one: Vec<u32>,
+    pub representative: Vec<u32>,
     pub diagonal: Vec<f32>,
 }
 
-fn keep_within(values: &mut [f32], original: &Channel) {
+fn clamp_to_range(values: &mut [f32], original: &Channel) {
     let width = original.width;
     for i in 0..width {
         // Least squares overshoots, and colours must stay in their range.

@@ -35,7 +35,7 @@ impl Pair {
     }
 
     fn best_at(&self, axis: usize, height: f64) -> MergedVertex {
-        let places = [Placement::Kept, Placement::Gone, Placement::Middle].map(|place| self.place_at(place));
+        let places = [Placement::KeptEnd, Placement::RemovedEnd, Placement::Middle].map(|place| self.place_at(place));
         let fit = places.into_iter().filter(|merged| merged.offset[axis] == height);
         fit.min_by(|x, y| x.price.total_cmp(&y.price)).unwrap_or(places[0])
     }
@@ -63,7 +63,7 @@ mod tests {
     #[test]
     fn where_there_is_no_minimum_it_is_an_end_on_the_plane() {
         let pair = Pair::from_sum(Quadric::default(), DVec3::new(0.5, 1.0, 0.0));
-        assert_eq!(pair.placement_at(0, 0.0).place, Placement::Kept);
-        assert_eq!(pair.placement_at(0, 0.5).place, Placement::Gone);
+        assert_eq!(pair.placement_at(0, 0.0).place, Placement::KeptEnd);
+        assert_eq!(pair.placement_at(0, 0.5).place, Placement::RemovedEnd);
     }
 }

@@ -13,8 +13,8 @@ use crate::mesh::{Attributes, Channel, Role};
 use crate::simplify::closed::original::Original;
 
 /// Number of values: red, green, blue, opacity, and a normal.
-const MOST: usize = 7;
-const KINDS: [Range<usize>; 2] = [0..4, 4..MOST];
+const N_VALUES: usize = 7;
+const KINDS: [Range<usize>; 2] = [0..4, 4..N_VALUES];
 /// Length, at unit size, that costs as much as a change from dark to bright.
 // Twelve painted meshes: at 0.005 the surface is 16 % nearer and colours 4 % farther.
 const LENGTH: f64 = 0.01;
@@ -28,8 +28,8 @@ const THIN: f64 = 1e-6;
 #[derive(Clone, Copy, Default)]
 pub(super) struct AttributeQuadric {
     weights: [f64; 2],
-    gradients: [DVec3; MOST],
-    values: [f64; MOST],
+    gradients: [DVec3; N_VALUES],
+    values: [f64; N_VALUES],
     squares: Quadric,
 }
 
@@ -150,7 +150,7 @@ impl AttributeQuadrics {
         self.0.is_empty()
     }
 
-    pub(super) fn count_at(&self, v: u32) -> bool {
+    pub(super) fn has_quadric_at(&self, v: u32) -> bool {
         self.0.get(v as usize).is_some_and(|quadric| quadric.weights != [0.0; 2])
     }
 
@@ -180,8 +180,8 @@ impl LinearWeights {
         // Gradients of barycentric weights lie in the plane, perpendicular to the opposite edge.
         let squared = normal.length_squared();
         let gradients = [v.cross(normal) / squared, normal.cross(u) / squared];
-        let is_firm = squared > THIN * u.length_squared() * v.length_squared();
-        is_firm.then_some(Self { area: 0.5 * squared.sqrt(), gradients, origin })
+        let has_gradients = squared > THIN * u.length_squared() * v.length_squared();
+        has_gradients.then_some(Self { area: 0.5 * squared.sqrt(), gradients, origin })
     }
 
     /// Returns the gradient of a value given at the corners, and the value at `x`.

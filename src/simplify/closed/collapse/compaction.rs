@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-const TOGETHER: usize = 1 << 14;
+const CHUNK: usize = 1 << 14;
 
 pub(super) struct Compaction {
     /// Number of remaining rows before each, n_rows + 1.
@@ -10,21 +10,21 @@ pub(super) struct Compaction {
 }
 
 impl Compaction {
-    pub fn new(n: usize, is_left: impl Fn(usize) -> bool + Sync) -> Self {
+    pub fn new(n: usize, is_kept: impl Fn(usize) -> bool + Sync) -> Self {
         let mut n_before = vec![0; n + 1];
         let count = |(task, counts): (usize, &mut [u32])| {
             let mut n_left = 0;
-            for (row, count) in (task * TOGETHER..).zip(counts) {
-                n_left += u32::from(is_left(row));
+            for (row, count) in (task * CHUNK..).zip(counts) {
+                n_left += u32::from(is_kept(row));
                 *count = n_left;
             }
             n_left
         };
         // Each task counts its own rows; the offsets of the tasks are added afterwards.
-        let of_tasks: Vec<u32> = n_before[1..].par_chunks_mut(TOGETHER).enumerate().map(count).collect();
-        let firsts: Vec<u32> = of_tasks.iter().scan(0, |sum, n| Some(std::mem::replace(sum, *sum + n))).collect();
+        let task_counts: Vec<u32> = n_before[1..].par_chunks_mut(CHUNK).enumerate().map(count).collect();
+        let firsts: Vec<u32> = task_counts.iter().scan(0, |sum, n| Some(std::mem::replace(sum, *sum + n))).collect();
         let add = |(counts, first): (&mut [u32], u32)| counts.iter_mut().for_each(|count| *count += first);
-        n_before[1..].par_chunks_mut(TOGETHER).zip(firsts).for_each(add);
+        n_before[1..].par_chunks_mut(CHUNK).zip(firsts).for_each(add);
         Self { n_before }
     }
 
@@ -38,19 +38,19 @@ impl Compaction {
     }
 
     /// Moves the remaining rows to the front, each mapped by `change`.
-    pub fn move_together<T: Copy + Send>(&self, rows: &mut [T], change: impl Fn(T) -> T + Sync) {
-        let within = |(task, rows): (usize, &mut [T])| {
-            let n_before = &self.n_before[task * TOGETHER..][..rows.len() + 1];
+    pub fn compact_rows<T: Copy + Send>(&self, rows: &mut [T], change: impl Fn(T) -> T + Sync) {
+        let compact_chunk = |(task, rows): (usize, &mut [T])| {
+            let n_before = &self.n_before[task * CHUNK..][..rows.len() + 1];
             for from in 0..rows.len() {
                 if n_before[from] < n_before[from + 1] {
                     rows[(n_before[from] - n_before[0]) as usize] = change(rows[from]);
                 }
             }
         };
-        rows.par_chunks_mut(TOGETHER).enumerate().for_each(within);
+        rows.par_chunks_mut(CHUNK).enumerate().for_each(compact_chunk);
         // Each task moved rows within its own range; now the ranges are joined.
-        for from in (0..rows.len()).step_by(TOGETHER) {
-            let [to, end] = [from, rows.len().min(from + TOGETHER)].map(|row| self.n_before[row] as usize);
+        for from in (0..rows.len()).step_by(CHUNK) {
+            let [to, end] = [from, rows.len().min(from + CHUNK)].map(|row| self.n_before[row] as usize);
             rows.copy_within(from..from + end - to, to);
         }
     }
@@ -62,13 +62,13 @@ mod tests {
 
     #[test]
     fn rows_that_are_left_move_together_in_their_order() {
-        for n in [0, 1, 7, TOGETHER, TOGETHER + 1, 5 * TOGETHER + 3] {
-            for is_left in [|_| true, |_| false, |row: usize| row * row % 7 < 3, |row| row > TOGETHER] {
-                let left = Compaction::new(n, is_left);
+        for n in [0, 1, 7, CHUNK, CHUNK + 1, 5 * CHUNK + 3] {
+            for is_kept in [|_| true, |_| false, |row: usize| row * row % 7 < 3, |row| row > CHUNK] {
+                let left = Compaction::new(n, is_kept);
                 let mut rows: Vec<usize> = (0..n).collect();
-                left.move_together(&mut rows, |row| 2 * row);
+                left.compact_rows(&mut rows, |row| 2 * row);
                 rows.truncate(left.len());
-                assert_eq!(rows, (0..n).filter(|&row| is_left(row)).map(|row| 2 * row).collect::<Vec<_>>());
+                assert_eq!(rows, (0..n).filter(|&row| is_kept(row)).map(|row| 2 * row).collect::<Vec<_>>());
                 let moved = rows.iter().map(|row| left.numbers()[row / 2] as usize);
                 assert!(moved.eq(0..rows.len()));
             }

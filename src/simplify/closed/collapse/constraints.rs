@@ -21,7 +21,7 @@ pub struct Constraints {
 
 #[derive(Clone, Default)]
 struct Curve {
-    along: Vec<u32>,
+    neighbours: Vec<u32>,
     planes: Quadric,
     slack: f64,
     is_held: bool,
@@ -33,8 +33,8 @@ impl Constraints {
         let mut curve = |v: u32, change: &dyn Fn(&mut Curve)| change(curves.entry(v).or_default());
         // Every curve vertex knows its neighbours along curves; branch points have more than two.
         for &[a, b] in &original.features.edges {
-            curve(a, &|curve| curve.along.push(b));
-            curve(b, &|curve| curve.along.push(a));
+            curve(a, &|curve| curve.neighbours.push(b));
+            curve(b, &|curve| curve.neighbours.push(a));
         }
         for (&edge, &slack) in original.features.edges.iter().zip(&original.features.slack) {
             for v in edge {
@@ -56,15 +56,15 @@ impl Constraints {
                 curve.slack *= 2.0;
             });
         }
-        Self { curves, pins: original.pins.on_own_vertices(original.surface.n_vertices()) }
+        Self { curves, pins: original.pins.with_surface_origins(original.surface.n_vertices()) }
     }
 
-    pub(super) fn touches(&self, v: u32) -> bool {
-        self.pins.is_subset() || self.pins.has(v) || self.curves.contains_key(&v)
+    pub(super) fn affects(&self, v: u32) -> bool {
+        self.pins.is_subset() || self.pins.is_pinned(v) || self.curves.contains_key(&v)
     }
 
-    pub fn hold_more_than_plane(&self) -> bool {
-        !self.curves.is_empty() || self.pins.hold_more_than_plane()
+    pub fn has_more_than_plane(&self) -> bool {
+        !self.curves.is_empty() || self.pins.has_more_than_plane()
     }
 
     pub fn without_curves(self) -> Option<Self> {
@@ -114,14 +114,14 @@ impl Constraints {
 
     fn place_merged(&self, [u, v]: [u32; 2], stay: [bool; 2], pair: &Pair) -> Option<MergedVertex> {
         // On the mirror plane one coordinate is fixed.
-        let height = self.pins.plane().and_then(|plane| plane.height(u, v, pair.other()));
+        let height = self.pins.plane().and_then(|plane| plane.fixed_coordinate(u, v, pair.other()));
         match stay {
             [true, true] => None,
             // A fixed end off the mirror plane cannot absorb an end that must stay on it.
             [true, false] if height.is_some_and(|_| !self.pins.is_on_cut(u)) => None,
             [false, true] if height.is_some_and(|_| !self.pins.is_on_cut(v)) => None,
-            [true, false] => Some(pair.place_at(Placement::Kept)),
-            [false, true] => Some(pair.place_at(Placement::Gone)),
+            [true, false] => Some(pair.place_at(Placement::KeptEnd)),
+            [false, true] => Some(pair.place_at(Placement::RemovedEnd)),
             [false, false] if self.pins.is_subset() => Some(best_end(pair)),
             [false, false] => match (height, self.pins.plane()) {
                 (Some(height), Some(plane)) => Some(pair.placement_at(plane.axis(), height)),
@@ -131,11 +131,11 @@ impl Constraints {
     }
 
     fn are_branch_points(&self, vertices: [u32; 2]) -> bool {
-        vertices.into_iter().all(|v| curve_neighbours(self.curves.get(&v)).len() > 2 && !self.pins.has(v))
+        vertices.into_iter().all(|v| curve_neighbours(self.curves.get(&v)).len() > 2 && !self.pins.is_pinned(v))
     }
 
     /// Returns whether held curves survive a merge that removes the faces at `opposite`.
-    pub fn survive_merge(&self, u: u32, v: u32, opposite: [u32; 2]) -> bool {
+    pub fn survives_merge(&self, u: u32, v: u32, opposite: [u32; 2]) -> bool {
         let curves = self.curves_at([u, v]);
         let [of_u, of_v] = curves.map(curve_neighbours);
         // A face with its other two edges on held curves would take both curves with it.
@@ -145,14 +145,14 @@ impl Constraints {
     }
 
     pub fn merge(&mut self, u: u32, v: u32, place: Placement) {
-        self.pins.merge(u, v, place == Placement::Gone);
+        self.pins.merge(u, v, place == Placement::RemovedEnd);
         // The neighbours of `v` along curves become those of `u`.
         let Some(of_v) = self.curves.remove(&v) else { return };
-        for &w in &of_v.along {
+        for &w in &of_v.neighbours {
             if let Some(curve) = self.curves.get_mut(&w) {
-                curve.along.retain(|&x| x != v && x != u);
+                curve.neighbours.retain(|&x| x != v && x != u);
                 if w != u {
-                    curve.along.push(u);
+                    curve.neighbours.push(u);
                 }
             }
         }
@@ -160,9 +160,9 @@ impl Constraints {
         curve.planes += of_v.planes;
         curve.slack += of_v.slack;
         curve.is_held |= of_v.is_held;
-        for w in of_v.along {
-            if w != u && !curve.along.contains(&w) {
-                curve.along.push(w);
+        for w in of_v.neighbours {
+            if w != u && !curve.neighbours.contains(&w) {
+                curve.neighbours.push(w);
             }
         }
     }
@@ -173,7 +173,7 @@ impl Constraints {
 }
 
 fn curve_neighbours(curve: Option<&Curve>) -> &[u32] {
-    curve.map_or(&[], |curve| &curve.along)
+    curve.map_or(&[], |curve| &curve.neighbours)
 }
 
 fn are_held(curves: [Option<&Curve>; 2]) -> bool {
@@ -197,6 +197,6 @@ fn price_of_curves(curves: [Option<&Curve>; 2], origin: DVec3, offset: DVec3) ->
 }
 
 fn best_end(pair: &Pair) -> MergedVertex {
-    let [kept, gone] = [Placement::Kept, Placement::Gone].map(|place| pair.place_at(place));
-    if gone.price < kept.price { gone } else { kept }
+    let [kept, removed] = [Placement::KeptEnd, Placement::RemovedEnd].map(|place| pair.place_at(place));
+    if removed.price < kept.price { removed } else { kept }
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::compaction::Compaction;
 
 pub(super) const NONE: u32 = u32::MAX;
-const MANY: usize = 32;
+const SORTED_FROM: usize = 32;
 
 #[derive(Clone, Default)]
 pub(super) struct CornerTable {
@@ -26,9 +26,9 @@ pub(super) fn previous(corner: u32) -> u32 {
 }
 
 #[inline(always)]
-pub(super) fn third(one: u32, other: u32) -> u32 {
+pub(super) fn third_corner(first: u32, other: u32) -> u32 {
     // The three corner numbers within a face, 0 to 2, add up to 3.
-    3 * (one & !3) + 3 - one - other
+    3 * (first & !3) + 3 - first - other
 }
 
 /// Face in a walk around a vertex: the vertex's corner, and the corner at the far end of the edge just crossed.
@@ -41,7 +41,7 @@ pub(super) struct CornerStep {
 impl CornerStep {
     #[inline(always)]
     pub fn opposite(self) -> u32 {
-        third(self.at, self.from)
+        third_corner(self.at, self.from)
     }
 }
 
@@ -61,7 +61,7 @@ impl Iterator for VertexWalk<'_> {
         // The next face is across the edge opposite `from`.
         let opposite = self.corners.corner_across(step.from);
         let at = self.corners.corner_at(opposite, self.vertex);
-        self.next = (at != self.end).then(|| CornerStep { at, from: third(opposite, at) });
+        self.next = (at != self.end).then(|| CornerStep { at, from: third_corner(opposite, at) });
         Some(step)
     }
 }
@@ -102,7 +102,7 @@ impl CornerTable {
         table
     }
 
-    pub fn all(&self) -> impl Iterator<Item = u32> {
+    pub fn corners(&self) -> impl Iterator<Item = u32> {
         (0..self.vertices.len() as u32).filter(|&c| self.vertices[c as usize] != NONE)
     }
 
@@ -166,15 +166,15 @@ impl CornerTable {
     ///
     /// Returns corners at the vertex of `corner` and at the merged vertex.
     #[inline(always)]
-    pub fn close(&mut self, corner: u32) -> [u32; 2] {
+    pub fn remove_face(&mut self, corner: u32) -> [u32; 2] {
         // The two neighbours of the removed face become neighbours of each other.
         let apex = self.vertex(corner);
-        let [one, other] = [next(corner), previous(corner)].map(|c| self.corner_across(c));
-        (self.across[one as usize], self.across[other as usize]) = (other, one);
+        let [first, other] = [next(corner), previous(corner)].map(|c| self.corner_across(c));
+        (self.across[first as usize], self.across[other as usize]) = (other, first);
         let face = (corner & !3) as usize;
         self.vertices[face..face + 3].fill(NONE);
-        let at_apex = self.corner_at(one, apex);
-        [at_apex, third(one, at_apex)]
+        let at_apex = self.corner_at(first, apex);
+        [at_apex, third_corner(first, at_apex)]
     }
 
     pub fn retain(&mut self, mut stays: impl FnMut([u32; 3]) -> bool) {
@@ -195,12 +195,12 @@ impl CornerTable {
             let [a, b, c] = [a, b, c].map(|v| numbers[v as usize]);
             [a, b, c, NONE]
         };
-        faces.move_together(vertices, renumbered);
+        faces.compact_rows(vertices, renumbered);
         let moved = |[a, b, c, _]: [u32; 4]| {
             let [a, b, c] = [a, b, c].map(|corner| renumber_corner(faces.numbers(), corner));
             [a, b, c, NONE]
         };
-        faces.move_together(self.across.as_chunks_mut::<4>().0, moved);
+        faces.compact_rows(self.across.as_chunks_mut::<4>().0, moved);
         self.vertices.truncate(4 * faces.len());
         self.across.truncate(4 * faces.len());
         faces
@@ -219,7 +219,7 @@ pub(super) fn renumber_corner(faces: &[u32], corner: u32) -> u32 {
 /// Matches a vertex's edges, pairs of other end and opposite corner; each end occurs twice.
 fn match_edges(edges: &mut [(u32, u32)], across: &mut [u32]) {
     // Sorting makes partners adjacent, which keeps the search below linear at vertices of high valence.
-    if edges.len() > MANY {
+    if edges.len() > SORTED_FROM {
         edges.sort_unstable();
     }
     let mut rest = edges;
@@ -255,7 +255,7 @@ mod tests {
         let fan = TriMesh::new((0..101).map(|i| [i as f32, (i * i) as f32, 0.0]).collect(), fan).unwrap();
         for mesh in [shapes::icosphere(2), shapes::open_cylinder(7, 4), shapes::klein_bottle(8, 6), fan] {
             let (rings, corners) = close_mesh(&mesh);
-            for c in corners.all() {
+            for c in corners.corners() {
                 let across = corners.corner_across(c);
                 assert_eq!((corners.corner_across(across), corners.ends(across)), (c, corners.ends(c)));
                 assert_eq!(corners.number_of_edge(c), corners.number_of_edge(across));
@@ -284,16 +284,19 @@ mod tests {
         // A bipyramid over a square, whose edge from 1 to 2 collapses.
         let faces = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1], [5, 2, 1], [5, 3, 2], [5, 4, 3], [5, 1, 4]];
         let mut corners = CornerTable::new(6, faces.into_iter());
-        for c in corners.all().filter(|&c| corners.vertex(c) == 2).collect::<Vec<u32>>() {
+        for c in corners.corners().filter(|&c| corners.vertex(c) == 2).collect::<Vec<u32>>() {
             corners.set_vertex(c, 1);
         }
         for (corner, apex) in [(0, 0), (16, 5)] {
-            assert_eq!((corners.vertex(corner), corners.close(corner).map(|c| corners.vertex(c))), (apex, [apex, 1]));
+            assert_eq!(
+                (corners.vertex(corner), corners.remove_face(corner).map(|c| corners.vertex(c))),
+                (apex, [apex, 1])
+            );
         }
         corners.compact(&[0, 1, 2, 2, 3, 4]);
         let left: Vec<[u32; 3]> = corners.faces().collect();
         assert_eq!(left, [[0, 1, 2], [0, 2, 3], [0, 3, 1], [4, 1, 3], [4, 2, 1], [4, 3, 2]]);
         let again = CornerTable::new(5, left.into_iter());
-        assert!(again.all().all(|c| again.corner_across(c) == corners.corner_across(c)));
+        assert!(again.corners().all(|c| again.corner_across(c) == corners.corner_across(c)));
     }
 }

@@ -1,6 +1,6 @@
 //! One-rings of the ends of an edge.
 
-use super::corner_table::{CornerStep, CornerTable, third};
+use super::corner_table::{CornerStep, CornerTable, third_corner};
 
 #[derive(Clone, Default)]
 pub(super) struct EndRing {
@@ -15,7 +15,7 @@ impl EndRing {
         self.ring.clear();
         self.corners.clear();
         let at = corners.corner_at(corner, end);
-        for step in corners.walk_around(CornerStep { at, from: third(corner, at) }) {
+        for step in corners.walk_around(CornerStep { at, from: third_corner(corner, at) }) {
             self.ring.push(corners.vertex(step.from));
             self.corners.push(step.at);
         }

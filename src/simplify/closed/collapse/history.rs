@@ -17,7 +17,7 @@ pub enum CollapseEvent {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Merge {
     pub kept: u32,
-    pub gone: u32,
+    pub removed: u32,
     pub place: Placement,
 }
 
@@ -29,7 +29,7 @@ pub struct Renewal {
     pub folds: Vec<u32>,
     pub importance: f32,
     /// Factor of the pull that grows with the squared weight.
-    pub bend: f32,
+    pub growing_pull: f32,
 }
 
 impl Renewal {
@@ -39,9 +39,9 @@ impl Renewal {
         ring: Vec<u32>,
         position: Vec3,
         place: impl Fn(usize) -> Option<Vec3>,
-        [importance, bend]: [f32; 2],
+        [importance, growing_pull]: [f32; 2],
     ) -> Self {
         let folds = folds_around(position, (0..ring.len()).map(place)).map(|i| ring[i]).collect();
-        Self { vertex, ring, folds, importance, bend }
+        Self { vertex, ring, folds, importance, growing_pull }
     }
 }

@@ -2,31 +2,31 @@
 
 use crate::simplify::limits::Limit;
 
-use super::complex::{Collapse, GONE, OwnCopy};
 use super::corner_table::NONE;
+use super::state::{Collapse, CopyState, REMOVED};
 
 /// Size at which the copy is made, over the target.
 // The copy is large enough where components with three quarters of the vertices are dropped.
-const KEPT_AT: f64 = 4.0;
+const COPY_RATIO: f64 = 4.0;
 
 impl<'a> Collapse<'a> {
     pub fn with_copy(self) -> Self {
-        Self { copy: OwnCopy::Wanted, ..self }
+        Self { copy: CopyState::Wanted, ..self }
     }
 
-    pub(super) fn keep_copy(&mut self, limit: Limit) {
+    pub(super) fn make_copy_if_due(&mut self, limit: Limit) {
         // A single component is never dropped, so it needs no copy.
-        if matches!(self.copy, OwnCopy::Wanted) && self.has_reached(limit.times(KEPT_AT)) {
-            self.copy = OwnCopy::Unwanted;
+        if matches!(self.copy, CopyState::Wanted) && self.has_reached(limit.scale(COPY_RATIO)) {
+            self.copy = CopyState::Unwanted;
             if !self.is_one_component() {
-                self.copy = OwnCopy::Kept(Box::new(self.clone()));
+                self.copy = CopyState::Kept(Box::new(self.clone()));
             }
         }
     }
 
     fn is_one_component(&self) -> bool {
         // Counts the vertices that are connected with the first one.
-        let mut pending: Vec<u32> = self.living().take(1).collect();
+        let mut pending: Vec<u32> = self.remaining().take(1).collect();
         let mut is_met = vec![false; self.nodes.len()];
         pending.iter().for_each(|&v| is_met[v as usize] = true);
         let mut n_met = 0;
@@ -43,20 +43,22 @@ impl<'a> Collapse<'a> {
 
     pub fn take_copy(&mut self) -> Option<Self> {
         match std::mem::take(&mut self.copy) {
-            OwnCopy::Kept(copy) => Some(*copy),
-            OwnCopy::Unwanted | OwnCopy::Wanted => None,
+            CopyState::Kept(copy) => Some(*copy),
+            CopyState::Unwanted | CopyState::Wanted => None,
         }
     }
 
     pub fn remove_components(mut self, vertices: impl Iterator<Item = u32>) -> Self {
-        let mut is_gone = vec![false; self.merged.len()];
-        vertices.for_each(|v| is_gone[self.final_vertex(v) as usize] = true);
+        let mut removed_ids = vec![false; self.merged.len()];
+        vertices.for_each(|v| removed_ids[self.final_vertex(v) as usize] = true);
         let (nodes, n_inner) = (&mut self.nodes, self.n_inner);
         let mut n_faces = 0;
         self.corners.retain(|face| {
             // Faces at ghost vertices go with their component but are not counted.
             let ghost = face.into_iter().find(|&v| v as usize >= n_inner);
-            let stays = face.into_iter().all(|v| !is_gone.get(nodes[v as usize].id as usize).is_some_and(|gone| *gone));
+            let stays = face
+                .into_iter()
+                .all(|v| !removed_ids.get(nodes[v as usize].id as usize).is_some_and(|removed| *removed));
             n_faces += usize::from(stays && ghost.is_none());
             if let (false, Some(ghost)) = (stays, ghost) {
                 nodes[ghost as usize].degree -= 1;
@@ -66,19 +68,19 @@ impl<'a> Collapse<'a> {
         // A walk must not start at a ghost vertex without faces.
         let ghosts = self.nodes[n_inner..].iter_mut();
         ghosts.filter(|ghost| ghost.degree == 0).for_each(|ghost| ghost.corner = NONE);
-        let living: Vec<u32> = self.living().collect();
-        let is_removed = |&v: &u32| is_gone[self.nodes[v as usize].id as usize];
-        let (gone, left): (Vec<u32>, Vec<u32>) = living.into_iter().partition(is_removed);
+        let remaining: Vec<u32> = self.remaining().collect();
+        let is_removed = |&v: &u32| removed_ids[self.nodes[v as usize].id as usize];
+        let (removed, left): (Vec<u32>, Vec<u32>) = remaining.into_iter().partition(is_removed);
         // Removed vertices are never looked up again, so any remaining one serves as their target.
         let left = left.first().map(|&v| self.nodes[v as usize].id);
-        for &v in &gone {
+        for &v in &removed {
             let id = self.nodes[v as usize].id;
             self.merged[id as usize] = left.unwrap_or(id);
-            self.nodes[v as usize].corner = GONE;
+            self.nodes[v as usize].corner = REMOVED;
         }
-        (self.n_vertices, self.n_faces) = (self.n_vertices - gone.len(), n_faces);
+        (self.n_vertices, self.n_faces) = (self.n_vertices - removed.len(), n_faces);
         // Prices paid by the larger mesh do not apply to the rest.
-        self.paid.clear();
+        self.pass_prices.clear();
         self
     }
 }
@@ -87,7 +89,7 @@ impl<'a> Collapse<'a> {
 mod tests {
     use crate::mesh::pulse::Pulse;
     use crate::mesh::{TriMesh, shapes};
-    use crate::simplify::closed::collapse::{Collapse, End};
+    use crate::simplify::closed::collapse::{Collapse, CollapseEnd};
     use crate::simplify::closed::prepare::surface::PreparedSurface;
     use crate::simplify::limits::Limit;
 
@@ -109,13 +111,13 @@ mod tests {
         let (mesh, n) = sphere_and_cylinder();
         let surface = PreparedSurface::new(&mesh, Pulse::NONE);
         let mut whole = collapse(&surface).with_copy();
-        let limit = Limit::of_vertices(300);
-        assert_eq!(whole.run(limit), End::Reached);
+        let limit = Limit::from_vertices(300);
+        assert_eq!(whole.run(limit), CollapseEnd::Reached);
         let copy = whole.take_copy().unwrap();
         assert!(whole.take_copy().is_none() && copy.size().0 > 600);
         let mut rest = copy.remove_components(n as u32..mesh.positions().len() as u32);
         assert_eq!(rest.merges_to(limit), rest.size().0 - 300);
-        assert_eq!(rest.run(limit), End::Reached);
+        assert_eq!(rest.run(limit), CollapseEnd::Reached);
         let output = rest.output();
         assert_eq!((output.positions.len(), output.faces().len()), (300, 596));
         assert!(output.positions.iter().all(|p| surface.scale.restore(p.as_dvec3())[0] < 2.0));
@@ -129,7 +131,7 @@ mod tests {
         let surface = PreparedSurface::new(&mesh, Pulse::NONE);
         let mut rest = collapse(&surface).remove_components(0..n as u32);
         assert_eq!(rest.size(), (mesh.positions().len() - n, mesh.faces().len() - 5120));
-        assert_eq!(rest.run(Limit::of_vertices(100)), End::Reached);
+        assert_eq!(rest.run(Limit::from_vertices(100)), CollapseEnd::Reached);
         assert_eq!(rest.output().faces().len(), rest.size().1);
     }
 }

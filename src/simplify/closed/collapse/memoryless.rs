@@ -7,52 +7,52 @@ use rayon::prelude::*;
 use crate::linalg::{Isa, Work};
 use crate::simplify::closed::prepare::surface::{Neighbour, add, line_along, plane_of, planes_around};
 
-use super::complex::Collapse;
 use super::corner_table::{CornerStep, next};
 use super::history::{CollapseEvent, GHOST, Renewal};
 use super::pair::{CollapseVertex, add_growing_pull, add_pull};
+use super::state::Collapse;
 
-const TOGETHER: usize = 1024;
+const CHUNK: usize = 1024;
 
-struct Summing<'a, 'b> {
+struct PlaneSumTask<'a, 'b> {
     collapse: &'a Collapse<'b>,
     planes: &'a mut [[f32; 6]],
     vertices: &'a [u32],
 }
 
-impl Work for Summing<'_, '_> {
+impl Work for PlaneSumTask<'_, '_> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
         for (planes, &v) in self.planes.iter_mut().zip(self.vertices) {
-            *planes = self.collapse.planes_of(v);
+            *planes = self.collapse.sum_planes(v);
         }
     }
 }
 
 impl Collapse<'_> {
     /// Recomputes the quadrics of the vertices that changed in the last pass; returns these.
-    pub(super) fn renew(&mut self) -> Vec<u32> {
+    pub(super) fn renew_quadrics(&mut self) -> Vec<u32> {
         let pass = self.pass;
         // A vertex is stale if it or a neighbour was merged in the last pass.
         let is_stale = |&v: &u32| self.nodes[v as usize].changed.is_in(pass);
-        let stale: Vec<u32> = self.living().filter(is_stale).collect();
+        let stale: Vec<u32> = self.remaining().filter(is_stale).collect();
         let mut planes = vec![[0.0; 6]; stale.len()];
-        planes.par_chunks_mut(TOGETHER).zip(stale.par_chunks(TOGETHER)).for_each(|(planes, stale)| {
+        planes.par_chunks_mut(CHUNK).zip(stale.par_chunks(CHUNK)).for_each(|(planes, stale)| {
             self.pulse.beat(0);
-            Isa::best().run(Summing { collapse: self, planes, vertices: stale });
+            Isa::best().run(PlaneSumTask { collapse: self, planes, vertices: stale });
         });
         for (&v, planes) in stale.iter().zip(&planes) {
             let node = &mut self.nodes[v as usize];
             // Importance multiplies the planes; the pull is added afterwards.
-            node.planes = add_growing_pull(planes.map(|entry| entry * node.importance), self.poses.bend());
+            node.planes = add_growing_pull(planes.map(|entry| entry * node.importance), self.poses.growing_pull());
         }
         if !self.poses.is_empty() {
             stale.iter().for_each(|&v| self.renew_poses(v));
         }
         if self.history.is_some() {
-            stale.iter().for_each(|&v| self.write_down(v));
+            stale.iter().for_each(|&v| self.record_renewal(v));
         }
         stale
     }
@@ -88,17 +88,17 @@ impl Collapse<'_> {
         }
     }
 
-    fn write_down(&mut self, v: u32) {
+    fn record_renewal(&mut self, v: u32) {
         let CollapseVertex { id, importance, position, .. } = self.nodes[v as usize];
         let ring = self.ring(v);
         let place = |i: usize| (!self.is_ghost(ring[i])).then(|| self.nodes[ring[i] as usize].position);
         let ids = ring.iter().map(|&w| if self.is_ghost(w) { GHOST } else { self.nodes[w as usize].id });
-        let renewal = Renewal::new(id, ids.collect(), position, place, [importance, self.poses.bend()]);
+        let renewal = Renewal::new(id, ids.collect(), position, place, [importance, self.poses.growing_pull()]);
         self.history.get_or_insert_default().push(CollapseEvent::Renewal(renewal));
     }
 
     #[inline(always)]
-    fn planes_of(&self, v: u32) -> [f32; 6] {
+    fn sum_planes(&self, v: u32) -> [f32; 6] {
         let CollapseVertex { position, corner, degree, .. } = self.nodes[v as usize];
         // The common case is one walk without allocations. Folds and constraints take the general sum.
         if self.constraints.is_none() && degree > 0 {
@@ -117,11 +117,11 @@ impl Collapse<'_> {
                 return fan.planes;
             }
         }
-        self.planes_of_fold(v)
+        self.sum_planes_with_folds(v)
     }
 
     #[inline(never)]
-    fn planes_of_fold(&self, v: u32) -> [f32; 6] {
+    fn sum_planes_with_folds(&self, v: u32) -> [f32; 6] {
         let node = &self.nodes[v as usize];
         // Edges along the cut of a half are no boundary of the whole mesh, so they get no lines.
         let pins = self.constraints.as_ref().map(|constraints| &constraints.pins);
@@ -135,7 +135,7 @@ impl Collapse<'_> {
             });
         }
         let planes = planes_around(node.position, ring.iter().copied());
-        match pins.and_then(|pins| pins.plane()).filter(|plane| plane.has(node.id)) {
+        match pins.and_then(|pins| pins.plane()).filter(|plane| plane.contains(node.id)) {
             Some(plane) => plane.with_image(planes),
             None => planes,
         }
@@ -147,7 +147,7 @@ struct Fan {
     planes: [f32; 6],
     first: Option<Vec3>,
     last: Vec3,
-    turns_back: bool,
+    has_opposed_faces: bool,
 }
 
 impl Fan {
@@ -166,13 +166,13 @@ impl Fan {
             [Some(end), None] | [None, Some(end)] => add(&mut self.planes, &line_along(end)),
             [None, None] => {}
         }
-        self.turns_back |= self.last.dot(normal) < 0.0;
+        self.has_opposed_faces |= self.last.dot(normal) < 0.0;
         self.first = self.first.or(Some(normal));
         self.last = normal;
     }
 
     #[inline(always)]
     fn may_fold(&self) -> bool {
-        self.turns_back || self.first.is_some_and(|first| self.last.dot(first) < 0.0)
+        self.has_opposed_faces || self.first.is_some_and(|first| self.last.dot(first) < 0.0)
     }
 }

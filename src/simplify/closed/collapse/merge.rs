@@ -4,10 +4,10 @@ use glam::{DVec3, Vec3};
 
 use crate::geometry::triangle::{area_normal, has_area};
 
-use super::complex::{Collapse, GONE};
 use super::end_ring::EndRing;
 use super::history::{CollapseEvent, Merge};
-use super::pair::{Changed, CollapseVertex, MergedVertex, Pair};
+use super::pair::{CollapseVertex, LastChange, MergedVertex, Pair};
+use super::state::{Collapse, REMOVED};
 
 /// Least cosine between a face's normals before and after a merge.
 // Nineteen meshes, ratios 0.01 to 0.05: at 0 and at 0.4 the largest distance is 2 to 3 % larger.
@@ -64,69 +64,71 @@ impl Collapse<'_> {
     #[inline(always)]
     pub(super) fn try_merge(&mut self, u: u32, corner: u32) -> bool {
         // The buffers are taken out so that the methods may borrow the collapse.
-        let mut stars = std::mem::take(&mut self.stars);
-        let done = self.try_merge_with(u, corner, &mut stars);
-        self.stars = stars;
+        let mut end_rings = std::mem::take(&mut self.end_rings);
+        let done = self.try_merge_with(u, corner, &mut end_rings);
+        self.end_rings = end_rings;
         done
     }
 
     #[inline(always)]
-    fn try_merge_with(&mut self, u: u32, corner: u32, stars: &mut [EndRing; 2]) -> bool {
+    fn try_merge_with(&mut self, u: u32, corner: u32, end_rings: &mut [EndRing; 2]) -> bool {
         let ends = self.corners.edge(corner);
         let v = if ends[0] == u { ends[1] } else { ends[0] };
         // From cheap to expensive: link condition, placement, constraints, turned faces, shape of the component.
-        let Some(opposite) = self.link_allows([u, v], corner, stars) else { return false };
+        let Some(opposite) = self.check_link([u, v], corner, end_rings) else { return false };
         let pair = self.pair(u, v);
         let Some(merged) = self.placement(u, v, &pair) else { return false };
-        if self.breaks_constraints([u, v], opposite, stars) {
+        if self.breaks_constraints([u, v], opposite, end_rings) {
             return false;
         }
         // The position is rounded before the tests, so that they judge what is stored.
         let x = (self.nodes[u as usize].position.as_dvec3() + merged.offset).as_vec3();
-        if self.turns_over([u, v], stars, x) || self.turns_over_in_poses([u, v], stars, &pair, merged.offset) {
-            self.turn_forbidden = true;
+        if self.would_turn_face([u, v], end_rings, x)
+            || self.would_turn_face_in_poses([u, v], end_rings, &pair, merged.offset)
+        {
+            self.was_turn_forbidden = true;
             return false;
         }
-        let ceiling = self.ceiling_after([u, v], stars, x);
+        let ceiling = self.ceiling_after([u, v], end_rings, x);
         if ceiling < 0.0 {
-            self.ceiling_met = true;
+            self.was_ceiling_met = true;
             return false;
         }
-        self.carry_over([u, v], &pair, &merged, x, ceiling);
-        self.merge([u, v], corner, stars);
+        self.merge_vertex_data([u, v], &pair, &merged, x, ceiling);
+        self.merge_topology([u, v], corner, end_rings);
         true
     }
 
     #[inline(always)]
-    fn breaks_constraints(&self, ends: [u32; 2], opposite: [u32; 2], stars: &[EndRing; 2]) -> bool {
+    fn breaks_constraints(&self, ends: [u32; 2], opposite: [u32; 2], end_rings: &[EndRing; 2]) -> bool {
         let Some(constraints) = &self.constraints else { return false };
         let [u, v] = self.ids(ends);
-        !constraints.survive_merge(u, v, self.ids(opposite)) || self.would_break_whole([u, v], stars)
+        !constraints.survives_merge(u, v, self.ids(opposite)) || self.would_break_whole([u, v], end_rings)
     }
 
     #[inline(always)]
-    fn carry_over(&mut self, [u, v]: [u32; 2], pair: &Pair, merged: &MergedVertex, x: Vec3, ceiling: f32) {
+    fn merge_vertex_data(&mut self, [u, v]: [u32; 2], pair: &Pair, merged: &MergedVertex, x: Vec3, ceiling: f32) {
         // Data by surface number are merged here, the topology in `merge`.
-        let [kept, gone] = [u, v].map(|w| self.nodes[w as usize]);
-        let (ids, place) = ([kept.id, gone.id], merged.place);
-        let event = CollapseEvent::Merge(Merge { kept: kept.id, gone: gone.id, place });
+        let [kept, removed] = [u, v].map(|w| self.nodes[w as usize]);
+        let (ids, place) = ([kept.id, removed.id], merged.place);
+        let event = CollapseEvent::Merge(Merge { kept: kept.id, removed: removed.id, place });
         self.history.iter_mut().for_each(|history| history.push(event.clone()));
-        self.constraints.iter_mut().for_each(|constraints| constraints.merge(kept.id, gone.id, place));
+        self.constraints.iter_mut().for_each(|constraints| constraints.merge(kept.id, removed.id, place));
         let step = (x - kept.position).as_dvec3();
         self.attributes.merge(ids, pair.other(), step);
         if !self.poses.is_empty() {
             self.poses.merge(ids, pair.other(), step);
         }
         if !self.is_special.is_empty() {
-            self.is_special[kept.id as usize] |= self.is_special[gone.id as usize];
+            self.is_special[kept.id as usize] |= self.is_special[removed.id as usize];
         }
         let node = &mut self.nodes[u as usize];
-        (node.position, node.importance) = (x, mean_importance([&kept, &gone]));
+        (node.position, node.importance) = (x, mean_importance([&kept, &removed]));
         self.ceilings.get_mut(kept.id as usize).into_iter().for_each(|of_u| *of_u = ceiling);
     }
 
     #[inline(always)]
-    fn link_allows(&mut self, [u, v]: [u32; 2], corner: u32, stars: &mut [EndRing; 2]) -> Option<[u32; 2]> {
+    fn check_link(&mut self, [u, v]: [u32; 2], corner: u32, end_rings: &mut [EndRing; 2]) -> Option<[u32; 2]> {
         // An opposite vertex loses a face and must keep three.
         let opposite = [corner, self.corners.corner_across(corner)].map(|c| self.corners.vertex(c));
         let degrees = [u, v].map(|w| self.nodes[w as usize].degree);
@@ -135,69 +137,69 @@ impl Collapse<'_> {
             return None;
         }
         // The neighbours of the first end are stamped; stamped neighbours of the second end are shared.
-        self.n_tested += 1;
-        for (end, star) in stars.iter_mut().enumerate() {
+        self.n_link_tests += 1;
+        for (end, star) in end_rings.iter_mut().enumerate() {
             star.gather(&self.corners, [u, v][end], corner);
         }
-        for &w in &stars[0].ring {
-            self.nodes[w as usize].seen = self.n_tested;
+        for &w in &end_rings[0].ring {
+            self.nodes[w as usize].seen = self.n_link_tests;
         }
-        let n_shared = stars[1].ring.iter().filter(|&&w| self.nodes[w as usize].seen == self.n_tested).count();
+        let n_shared = end_rings[1].ring.iter().filter(|&&w| self.nodes[w as usize].seen == self.n_link_tests).count();
         let has_ghost = |ring: &[u32]| ring.iter().any(|&w| self.is_ghost(w));
         // An inner edge between two boundary vertices would pinch the surface.
-        let bridges = || stars.iter().all(|star| has_ghost(&star.ring)) && !has_ghost(&opposite);
+        let bridges = || end_rings.iter().all(|star| has_ghost(&star.ring)) && !has_ghost(&opposite);
         (n_shared == 2 && !bridges()).then_some(opposite)
     }
 
     #[inline(always)]
-    fn turns_over(&self, ends: [u32; 2], stars: &[EndRing; 2], x: Vec3) -> bool {
+    fn would_turn_face(&self, ends: [u32; 2], end_rings: &[EndRing; 2], x: Vec3) -> bool {
         let place = |w: u32| (!self.is_ghost(w)).then(|| self.nodes[w as usize].position);
-        turns_over_where(ends[0], &stars[0].ring[1..], x, place)
-            || turns_over_where(ends[1], &stars[1].ring[1..], x, place)
+        would_turn_face_at(ends[0], &end_rings[0].ring[1..], x, place)
+            || would_turn_face_at(ends[1], &end_rings[1].ring[1..], x, place)
     }
 
     /// Returns whether a face would turn in another pose if the first end moved by `offset` in this one.
     #[inline(never)]
-    fn turns_over_in_poses(&self, ends: [u32; 2], stars: &[EndRing; 2], pair: &Pair, offset: DVec3) -> bool {
+    fn would_turn_face_in_poses(&self, ends: [u32; 2], end_rings: &[EndRing; 2], pair: &Pair, offset: DVec3) -> bool {
         (0..self.poses.n_poses()).any(|k| {
             let x = self.poses.merge_in_pose(k, self.ids(ends), pair.other(), offset).position;
             let place =
                 |w: u32| (!self.is_ghost(w)).then(|| self.poses.vertex_poses(self.nodes[w as usize].id)[k].position);
-            ends.into_iter().zip(stars).any(|(v, star)| turns_over_where(v, &star.ring[1..], x, place))
+            ends.into_iter().zip(end_rings).any(|(v, star)| would_turn_face_at(v, &star.ring[1..], x, place))
         })
     }
 
     #[inline(always)]
-    fn merge(&mut self, [u, v]: [u32; 2], corner: u32, stars: &[EndRing; 2]) {
+    fn merge_topology(&mut self, [u, v]: [u32; 2], corner: u32, end_rings: &[EndRing; 2]) {
         // All corners of `v` move to `u`, then the two faces of the edge close.
-        stars[1].corners.iter().for_each(|&c| self.corners.set_vertex(c, u));
+        end_rings[1].corners.iter().for_each(|&c| self.corners.set_vertex(c, u));
         for corner in [corner, self.corners.corner_across(corner)] {
             let w = self.corners.vertex(corner);
             self.n_faces -= usize::from(!self.is_ghost(w));
-            let [at_w, at_u] = self.corners.close(corner);
+            let [at_w, at_u] = self.corners.remove_face(corner);
             let opposite = &mut self.nodes[w as usize];
             (opposite.corner, opposite.degree) = (at_w, opposite.degree - 1);
             self.nodes[u as usize].corner = at_u;
         }
-        let [kept, gone] = self.ids([u, v]);
-        self.merged[gone as usize] = kept;
+        let [kept, removed] = self.ids([u, v]);
+        self.merged[removed as usize] = kept;
         self.n_vertices -= 1;
         // Neither end counts the other any more, and the two opposite vertices were counted twice.
         self.nodes[u as usize].degree = self.nodes[u as usize].degree + self.nodes[v as usize].degree - 4;
-        self.nodes[v as usize].corner = GONE;
+        self.nodes[v as usize].corner = REMOVED;
         // Faces of the neighbours changed: their quadrics are stale, and edges that failed may work now.
-        for &w in stars.iter().flat_map(|star| &star.ring) {
+        for &w in end_rings.iter().flat_map(|star| &star.ring) {
             let node = &mut self.nodes[w as usize];
             (node.changed, node.wait) = (node.changed.with_neighbour_change(self.pass), 0.0);
         }
-        self.nodes[u as usize].changed = Changed::from_merge(self.pass);
-        self.nodes[v as usize].changed = Changed::from_merge(self.pass);
+        self.nodes[u as usize].changed = LastChange::from_merge(self.pass);
+        self.nodes[v as usize].changed = LastChange::from_merge(self.pass);
     }
 }
 
 /// Returns whether a face at `v` would turn or lose its area if `v` moved to `x`; `place` returns positions.
 #[inline(always)]
-fn turns_over_where(v: u32, neighbors: &[u32], x: Vec3, place: impl Fn(u32) -> Option<Vec3>) -> bool {
+fn would_turn_face_at(v: u32, neighbors: &[u32], x: Vec3, place: impl Fn(u32) -> Option<Vec3>) -> bool {
     let Some(p) = place(v) else { return false };
     let mut before: Option<Vec3> = None;
     for &w in neighbors {

@@ -5,11 +5,11 @@
 
 mod at_height;
 mod attribute_quadrics;
-mod cheapest;
+mod cheapest_edge;
 mod compaction;
-mod complex;
 mod constraints;
 mod corner_table;
+mod deformation;
 mod end_ring;
 mod history;
 mod kept_copy;
@@ -19,21 +19,21 @@ mod mirrored_half;
 mod pair;
 mod passes;
 mod poses;
-mod shape;
+mod state;
 
 pub use attribute_quadrics::sum_attribute_quadrics;
-pub use complex::{Collapse, End, merges_to};
 pub use constraints::Constraints;
 pub use history::{CollapseEvent, Renewal};
 pub use pair::{PULL, Placement};
 pub use poses::Poses;
+pub use state::{Collapse, CollapseEnd, merges_to};
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::mesh::pulse::Pulse;
     use crate::mesh::{Attributes, Channel, FeatureEdge, Role, TriMesh, compact, seams, shapes, topology};
-    use crate::simplify::closed::Keep;
+    use crate::simplify::closed::Requirements;
     use crate::simplify::closed::output::Output;
     use crate::simplify::closed::prepare::prepare;
     use crate::simplify::closed::prepare::surface::PreparedSurface;
@@ -47,16 +47,16 @@ mod tests {
         (surface, collapse)
     }
 
-    fn collapse_to(mesh: &TriMesh, vertices: usize) -> (PreparedSurface<'_>, End, Output) {
+    fn collapse_to(mesh: &TriMesh, vertices: usize) -> (PreparedSurface<'_>, CollapseEnd, Output) {
         let (surface, mut collapse) = begin(mesh);
-        let end = collapse.run(Limit::of_vertices(vertices));
+        let end = collapse.run(Limit::from_vertices(vertices));
         let output = collapse.output();
         (surface, end, output)
     }
 
     fn assert_corners_stay(mesh: &TriMesh, corners: &[[f32; 3]]) {
         let (surface, end, output) = collapse_to(mesh, corners.len());
-        assert_eq!((end, output.positions.len()), (End::Reached, corners.len()));
+        assert_eq!((end, output.positions.len()), (CollapseEnd::Reached, corners.len()));
         let left: Vec<[f32; 3]> = output.positions.iter().map(|p| surface.scale.restore(p.as_dvec3())).collect();
         for &corner in corners {
             let nearest = left.iter().map(|&p| Vec3::from(p).distance(corner.into())).fold(f32::INFINITY, f32::min);
@@ -83,11 +83,11 @@ mod tests {
         let mesh = TriMesh::new(places.collect(), tetrahedra.collect()).unwrap();
         for shape in [&mesh, &shapes::tetrahedron()] {
             let (_, end, output) = collapse_to(shape, 1);
-            assert_eq!((end, output.faces().len()), (End::Smallest, shape.faces().len()));
+            assert_eq!((end, output.faces().len()), (CollapseEnd::Smallest, shape.faces().len()));
         }
         for shape in [shapes::icosphere(2), shapes::cuboid([1.0; 3], 3)] {
             let (_, end, output) = collapse_to(&shape, 1);
-            assert!(end != End::Reached && output.positions.len() <= 8, "{end:?}");
+            assert!(end != CollapseEnd::Reached && output.positions.len() <= 8, "{end:?}");
         }
     }
 
@@ -112,7 +112,7 @@ mod tests {
         while collapse.n_vertices > vertices {
             collapse.begin_pass();
             let of = |u: u32| collapse.edges_at(u).into_iter().map(move |(price, edge)| (price, u, edge));
-            let mut edges: Vec<(f32, u32, u32)> = collapse.living().flat_map(of).collect();
+            let mut edges: Vec<(f32, u32, u32)> = collapse.remaining().flat_map(of).collect();
             edges.sort_by(|x, y| x.0.total_cmp(&y.0));
             assert!(edges.iter().any(|&(_, u, edge)| collapse.try_merge(u, edge)));
         }
@@ -122,7 +122,7 @@ mod tests {
     fn passes_are_nearly_as_good_as_pricing_all_edges_each_time() {
         for mesh in [shapes::wavy_sphere(3, 10.0), shapes::open_cylinder(20, 12)] {
             let ((surface, mut in_passes), mut naive) = (begin(&mesh), begin(&mesh).1);
-            in_passes.run(Limit::of_vertices(60));
+            in_passes.run(Limit::from_vertices(60));
             naive_run(&mut naive, 60);
             let (in_passes, naive) = (error(&surface, &in_passes), error(&surface, &naive));
             assert!(in_passes < 1.6 * naive + 1e-12, "{in_passes} {naive}");
@@ -134,9 +134,9 @@ mod tests {
         for mesh in [shapes::wavy_sphere(4, 10.0), shapes::open_cylinder(40, 30)] {
             let (_, mut collapse) = begin(&mesh);
             for vertices in [mesh.positions().len(), 1000, 990, 985, 400] {
-                collapse.run(Limit::of_vertices(vertices));
+                collapse.run(Limit::from_vertices(vertices));
                 collapse.begin_pass();
-                for u in collapse.living() {
+                for u in collapse.remaining() {
                     let least = collapse.edges_at(u).first().map_or(f32::INFINITY, |edge| edge.0);
                     let known = collapse.cheapest[u as usize].price();
                     assert!((known - least).abs() <= 1e-3 * least + 1e-10, "{vertices} {u}: {known} {least}");
@@ -166,18 +166,21 @@ mod tests {
     #[test]
     fn prices_that_are_known_are_those_that_would_be_paid_where_charts_go() {
         let (mesh, edges) = charted_torus();
-        let original = prepare(&mesh, &Keep { edges: &edges, ..Keep::default() }, Pulse::NONE);
+        let original = prepare(&mesh, &Requirements { edges: &edges, ..Requirements::default() }, Pulse::NONE);
         for vertices in [400, 150, 60] {
             let collapse = Collapse::new(Pulse::NONE, &original.surface);
             let constraints = Some(Constraints::new(&original));
             let mut collapse =
                 collapse.with_constraints(constraints, AttributeQuadrics::default(), Poses::default(), None);
-            assert_eq!(collapse.run(Limit::of_vertices(vertices)), End::Reached);
+            assert_eq!(collapse.run(Limit::from_vertices(vertices)), CollapseEnd::Reached);
             collapse.begin_pass();
-            for u in collapse.living() {
-                let paid = collapse.edges_at(u).first().map_or(f32::INFINITY, |edge| edge.0);
+            for u in collapse.remaining() {
+                let pass_prices = collapse.edges_at(u).first().map_or(f32::INFINITY, |edge| edge.0);
                 let known = collapse.cheapest[u as usize].price();
-                assert!(known == paid || (known - paid).abs() <= 1e-3 * paid, "{vertices} {u}: {known} {paid}");
+                assert!(
+                    known == pass_prices || (known - pass_prices).abs() <= 1e-3 * pass_prices,
+                    "{vertices} {u}: {known} {pass_prices}"
+                );
             }
         }
     }
@@ -202,7 +205,7 @@ mod tests {
         for (n, is_closed) in [(5000, false), (5000, true), (70_000, false)] {
             let mesh = fan(n, is_closed);
             let (_, end, output) = collapse_to(&mesh, mesh.positions().len() / 10);
-            assert_eq!((end, output.positions.len()), (End::Reached, mesh.positions().len() / 10));
+            assert_eq!((end, output.positions.len()), (CollapseEnd::Reached, mesh.positions().len() / 10));
             let faces = output.faces().to_vec();
             let lighter = TriMesh::new(output.positions.iter().map(|p| p.to_array()).collect(), faces).unwrap();
             let (before, after) = (topology(&mesh), topology(&lighter));

@@ -34,7 +34,7 @@ pub(super) struct CollapseVertex {
     pub degree: u32,
     /// Number on the surface; [`NONE`] for a ghost vertex.
     pub id: u32,
-    pub changed: Changed,
+    pub changed: LastChange,
     /// Last link test that marked the vertex.
     pub seen: u32,
     /// Price of the next edge to try after cheaper ones failed; else 0.
@@ -43,9 +43,9 @@ pub(super) struct CollapseVertex {
 
 /// Pass of a vertex's last change, and whether it merged itself.
 #[derive(Clone, Copy, Default, PartialEq)]
-pub(super) struct Changed(u32);
+pub(super) struct LastChange(u32);
 
-impl Changed {
+impl LastChange {
     pub fn from_merge(pass: u32) -> Self {
         Self(2 * pass + 1)
     }
@@ -62,7 +62,7 @@ impl Changed {
 
 impl CollapseVertex {
     pub fn new(position: Vec3, planes: [f32; 6], importance: f32, id: u32) -> Self {
-        let (changed, seen, wait) = (Changed::default(), 0, 0.0);
+        let (changed, seen, wait) = (LastChange::default(), 0, 0.0);
         Self { position, planes, importance, corner: NONE, degree: 0, id, changed, seen, wait }
     }
 
@@ -71,7 +71,7 @@ impl CollapseVertex {
     }
 
     #[inline(always)]
-    fn head(&self) -> [f32; WIDTH] {
+    fn first_eight(&self) -> [f32; WIDTH] {
         let (Vec3 { x, y, z }, [xx, xy, xz, yy, yz, _]) = (self.position, self.planes);
         [x, y, z, xx, xy, xz, yy, yz]
     }
@@ -94,10 +94,10 @@ pub(super) fn add_pull(planes: [f32; 6]) -> [f32; 6] {
 
 /// Adds a small pull to the position, and one that grows with the squared weight.
 #[inline(always)]
-pub(super) fn add_growing_pull(mut planes: [f32; 6], bend: f32) -> [f32; 6] {
+pub(super) fn add_growing_pull(mut planes: [f32; 6], growing_pull: f32) -> [f32; 6] {
     // One term is proportional to the weight of the planes, the other to its square.
     let weight = planes[0] + planes[3] + planes[5];
-    let pull = (PULL + bend * weight) * weight;
+    let pull = (PULL + growing_pull * weight) * weight;
     [0, 3, 5].into_iter().for_each(|diagonal| planes[diagonal] += pull);
     planes
 }
@@ -105,8 +105,8 @@ pub(super) fn add_growing_pull(mut planes: [f32; 6], bend: f32) -> [f32; 6] {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Placement {
     Minimum,
-    Kept,
-    Gone,
+    KeptEnd,
+    RemovedEnd,
     Middle,
 }
 
@@ -151,11 +151,11 @@ impl Pair {
     }
 
     #[inline(always)]
-    fn best_other(&self) -> MergedVertex {
-        let [kept, gone, middle] =
-            [Placement::Kept, Placement::Gone, Placement::Middle].map(|place| self.place_at(place));
+    fn best_without_minimum(&self) -> MergedVertex {
+        let [kept, removed, middle] =
+            [Placement::KeptEnd, Placement::RemovedEnd, Placement::Middle].map(|place| self.place_at(place));
         // Ties go to the vertex that stays, then to the other end.
-        let best = if gone.price < kept.price { gone } else { kept };
+        let best = if removed.price < kept.price { removed } else { kept };
         if middle.price < best.price { middle } else { best }
     }
 
@@ -163,8 +163,8 @@ impl Pair {
     pub fn place_at(&self, place: Placement) -> MergedVertex {
         // Along the edge the quadric is a parabola in `t`.
         let t = match place {
-            Placement::Kept => 0.0,
-            Placement::Gone => 1.0,
+            Placement::KeptEnd => 0.0,
+            Placement::RemovedEnd => 1.0,
             Placement::Middle | Placement::Minimum => 0.5,
         };
         let Pair { sum, other } = self;
@@ -176,7 +176,7 @@ impl Pair {
     pub fn placement(&self) -> MergedVertex {
         match self.minimum_within_reach() {
             Some((offset, price)) => MergedVertex { place: Placement::Minimum, offset, price },
-            None => self.best_other(),
+            None => self.best_without_minimum(),
         }
     }
 }
@@ -241,8 +241,16 @@ impl EndColumns {
     #[inline(always)]
     fn new(nodes: [&CollapseVertex; WIDTH]) -> Self {
         let [a, b, c, d, e, f, g, h] = nodes;
-        let [x, y, z, xx, xy, xz, yy, yz] =
-            transpose([a.head(), b.head(), c.head(), d.head(), e.head(), f.head(), g.head(), h.head()]);
+        let [x, y, z, xx, xy, xz, yy, yz] = transpose([
+            a.first_eight(),
+            b.first_eight(),
+            c.first_eight(),
+            d.first_eight(),
+            e.first_eight(),
+            f.first_eight(),
+            g.first_eight(),
+            h.first_eight(),
+        ]);
         // The ninth number does not fit into the transposed block.
         let mut zz = [0.0; WIDTH];
         for (zz, node) in zz.iter_mut().zip(nodes) {
@@ -360,13 +368,13 @@ impl PairLanes {
     }
 
     #[inline(always)]
-    fn best_others(&self) -> Lanes {
+    fn best_without_minima(&self) -> Lanes {
         let Self { a, b, c, other } = self;
         // The parabola along the edge at t = 0, 1 and 1/2.
         let (curvature, slope) = (dot(times(a, *other), *other), dot(*b, *other));
-        let gone = curvature - Lanes::all(2.0) * slope + *c;
+        let removed = curvature - Lanes::all(2.0) * slope + *c;
         let middle = Lanes::all(0.25) * curvature - slope + *c;
-        c.min(gone).min(middle)
+        c.min(removed).min(middle)
     }
 }
 
@@ -381,8 +389,8 @@ pub(super) fn prices(ends: [[&CollapseVertex; WIDTH]; 2]) -> [f32; WIDTH] {
     let from_middle = [x[0] - other[0] * half, x[1] - other[1] * half, x[2] - other[2] * half];
     // Not negative where the minimum is within reach of the edge.
     let within = Lanes::all(REACH as f32 * REACH as f32) * dot(other, other) - dot(from_middle, from_middle);
-    let best_others = pairs.best_others();
-    let mut prices = best_others.0;
+    let best_without_minima = pairs.best_without_minima();
+    let mut prices = best_without_minima.0;
     // A select instead of a branch, for all lanes.
     for (price, (within, lowest)) in prices.iter_mut().zip(within.0.into_iter().zip(lowest.0)) {
         *price = if within >= 0.0 { lowest } else { *price };

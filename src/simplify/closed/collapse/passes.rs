@@ -10,27 +10,27 @@ use crate::mesh::pulse::PARALLEL;
 use crate::mesh::thread_ranges::indices_where;
 use crate::simplify::limits::Limit;
 
-use super::cheapest::Cheapest;
-use super::complex::{Collapse, End, GONE};
-use super::pair::{Changed, CollapseVertex, WIDTH, prices};
+use super::cheapest_edge::CheapestEdge;
+use super::pair::{CollapseVertex, LastChange, WIDTH, prices};
+use super::state::{Collapse, CollapseEnd, REMOVED};
 
 /// Vertices visited by a pass, per remaining merge.
 // Thirteen meshes: at 1.5 the mean distance is 24 % larger, at 0.6 equal, in more passes.
-const SHARE: f64 = 1.0;
-/// `SHARE` of the last passes.
+const VISITS_PER_MERGE: f64 = 1.0;
+/// `VISITS_PER_MERGE` of the last passes.
 // Cheap edges share ends there. 2 and 6 change the mean distance by 0.5 %.
-const SHARE_OF_LAST: f64 = 3.5;
+const LAST_VISITS_PER_MERGE: f64 = 3.5;
 /// Share of the merges made in the order of price.
 // The mean distance is 9 % larger at 0.05 and equal at 0.002.
-const LAST: f64 = 0.01;
-const LEAST: usize = 64;
+const LAST_SHARE: f64 = 0.01;
+const LEAST_VISITS: usize = 64;
 /// Factor on the visited vertices after a pass without a merge.
-const RISE: usize = 8;
+const VISIT_GROWTH: usize = 8;
 /// Consecutive passes without a merge after which all edges are tried.
-const MOST_IN_VAIN: i32 = 3;
+const MOST_IDLE_PASSES: i32 = 3;
 /// Share of a vertex's waiting price below which its edges have failed already.
-const SLACK: f32 = 0.999;
-const TOGETHER: usize = 1 << 13;
+const WAIT_SLACK: f32 = 0.999;
+const CHUNK: usize = 1 << 13;
 const BATCH: usize = 128;
 const BETWEEN_BEATS: usize = 4096;
 
@@ -48,7 +48,7 @@ struct Pricing<'a, 'b> {
     /// Marks vertices without a known cheapest edge; empty for all.
     is_unknown: &'a [bool],
     cheapest: &'a [AtomicU64],
-    is_alone: bool,
+    is_single_threaded: bool,
 }
 
 #[derive(Clone, Copy, Default)]
@@ -101,21 +101,21 @@ impl Pricing<'_, '_> {
                 (ends[0][i], ends[1][i]) = (node(edge, 0), node(edge, 1));
             }
             for (edge, price) in edges.iter().zip(prices(ends)) {
-                self.offer(edge, price);
+                self.update_cheapest(edge, price);
             }
         }
     }
 
     #[inline(always)]
-    fn offer(&self, edge: &PricedEdge, plain: f32) {
+    fn update_cheapest(&self, edge: &PricedEdge, plain: f32) {
         // Eight plain prices are computed at once; constraints, attributes and poses replace a few.
         let is_special = self.collapse.is_special_edge(edge.ends);
         let price = if is_special { self.collapse.constrained_price(edge.ends[0], edge.ends[1]) } else { plain };
-        let known = Cheapest::new(price, edge.number);
+        let known = CheapestEdge::new(price, edge.number);
         for v in edge.ends {
             let cheapest = &self.cheapest[v as usize];
             // A plain store is cheaper than an atomic minimum, and one thread needs no more.
-            if self.is_alone {
+            if self.is_single_threaded {
                 cheapest.store(cheapest.load(Relaxed).min(known.0), Relaxed);
             } else {
                 cheapest.fetch_min(known.0, Relaxed);
@@ -127,7 +127,7 @@ impl Pricing<'_, '_> {
 struct Visits<'a, 'b> {
     collapse: &'a mut Collapse<'b>,
     candidates: &'a [Candidate],
-    most: f32,
+    most_price: f32,
     limit: Limit,
 }
 
@@ -142,7 +142,7 @@ impl Work for Visits<'_, '_> {
                 if self.collapse.has_reached(self.limit) {
                     break;
                 }
-                self.collapse.visit(candidate, self.most);
+                self.collapse.visit(candidate, self.most_price);
             }
             self.collapse.pulse.beat(n_before - self.collapse.n_vertices);
         }
@@ -151,106 +151,114 @@ impl Work for Visits<'_, '_> {
 
 impl Collapse<'_> {
     /// Collapses the cheapest edges until the limit, or until no merge is possible.
-    pub fn run(&mut self, limit: Limit) -> End {
+    pub fn run(&mut self, limit: Limit) -> CollapseEnd {
         if self.plane().is_some() { self.run_half(limit) } else { self.run_to(limit) }
     }
 
-    pub(super) fn run_to(&mut self, limit: Limit) -> End {
+    pub(super) fn run_to(&mut self, limit: Limit) -> CollapseEnd {
         let n_all = self.merges_to(limit);
-        let mut n_in_vain = 0;
+        let mut n_idle_passes = 0;
         while !self.has_reached(limit) {
             // The copy for dropped components must be made before the pass that goes below its size.
-            self.keep_copy(limit);
+            self.make_copy_if_due(limit);
             self.begin_pass();
             // After several passes without a merge, all edges are tried once more before the run ends.
-            if n_in_vain >= MOST_IN_VAIN {
-                self.try_all_again();
+            if n_idle_passes >= MOST_IDLE_PASSES {
+                self.reset_failed_merges();
             }
             // A pass visits the vertices with the cheapest edges, about as many as merges remain, and merges each along
             // its edge unless an end was merged in this pass. The last merges go in the order of price, the others in
             // that of memory, which is faster.
-            let is_last = self.merges_to(limit) as f64 <= LAST * n_all as f64;
-            let (candidates, most) = self.candidates(limit, n_in_vain, is_last);
+            let is_last = self.merges_to(limit) as f64 <= LAST_SHARE * n_all as f64;
+            let (candidates, most_price) = self.candidates(limit, n_idle_passes, is_last);
             let before = self.n_vertices;
-            Isa::best().run(Visits { collapse: self, candidates: &candidates, most, limit });
+            Isa::best().run(Visits { collapse: self, candidates: &candidates, most_price, limit });
             // The highest price of a pass with merges is what a vertex costs at that size.
             if self.n_vertices < before {
                 let highest = candidates.iter().map(|candidate| candidate.price).fold(0.0, f32::max);
-                self.paid.push((self.n_vertices, highest));
-                n_in_vain = 0;
-            } else if n_in_vain >= MOST_IN_VAIN {
-                return self.end_without_edges(limit);
+                self.pass_prices.push((self.n_vertices, highest));
+                n_idle_passes = 0;
+            } else if n_idle_passes >= MOST_IDLE_PASSES {
+                return self.end_reason(limit);
             } else {
-                n_in_vain += 1;
+                n_idle_passes += 1;
             }
         }
-        End::Reached
+        CollapseEnd::Reached
     }
 
-    fn end_without_edges(&self, limit: Limit) -> End {
-        match (&self.constraints, self.turn_forbidden) {
+    fn end_reason(&self, limit: Limit) -> CollapseEnd {
+        match (&self.constraints, self.was_turn_forbidden) {
             // The order ranks the reasons: constraints that the caller can change come first.
-            _ if limit.price < f32::INFINITY => End::Reached,
-            _ if self.ceiling_met => End::LosesShape,
-            (Some(constraints), _) if constraints.hold_more_than_plane() => End::Held,
-            (_, true) => End::WouldTurn,
-            (Some(_), _) => End::SmallestMirrored,
-            _ => End::Smallest,
+            _ if limit.price < f32::INFINITY => CollapseEnd::Reached,
+            _ if self.was_ceiling_met => CollapseEnd::LosesShape,
+            (Some(constraints), _) if constraints.has_more_than_plane() => CollapseEnd::Held,
+            (_, true) => CollapseEnd::WouldTurn,
+            (Some(_), _) => CollapseEnd::SmallestMirrored,
+            _ => CollapseEnd::Smallest,
         }
     }
 
     pub(super) fn begin_pass(&mut self) {
         self.compact();
-        let stale = self.renew();
+        let stale = self.renew_quadrics();
         self.pass += 1;
         self.price(&stale);
     }
 
-    fn try_all_again(&mut self) {
+    fn reset_failed_merges(&mut self) {
         self.nodes.iter_mut().for_each(|node| node.wait = 0.0);
-        (self.turn_forbidden, self.ceiling_met) = (false, false);
+        (self.was_turn_forbidden, self.was_ceiling_met) = (false, false);
     }
 
-    fn candidates(&self, limit: Limit, n_in_vain: i32, is_last: bool) -> (Vec<Candidate>, f32) {
+    fn candidates(&self, limit: Limit, n_idle_passes: i32, is_last: bool) -> (Vec<Candidate>, f32) {
         // Every vertex offers its cheapest edge, so there are more candidates than disjoint edges.
-        let to_do = self.merges_to(limit);
-        let share = if is_last { SHARE_OF_LAST } else { SHARE };
-        let n = ((to_do as f64 * share) as usize).max(LEAST.min(to_do)).saturating_mul(RISE.pow(n_in_vain as u32));
+        let n_merges = self.merges_to(limit);
+        let share = if is_last { LAST_VISITS_PER_MERGE } else { VISITS_PER_MERGE };
+        let n = ((n_merges as f64 * share) as usize)
+            .max(LEAST_VISITS.min(n_merges))
+            .saturating_mul(VISIT_GROWTH.pow(n_idle_passes as u32));
         // A vertex whose cheaper edges failed counts at the price of its next edge.
-        let price = |(cheapest, node): (&Cheapest, &CollapseVertex)| cheapest.price().max(node.wait);
+        let price = |(cheapest, node): (&CheapestEdge, &CollapseVertex)| cheapest.price().max(node.wait);
         let priced = self.cheapest.par_iter().zip(&self.nodes).with_min_len(PARALLEL);
         let prices: Vec<f32> = priced.map(price).collect();
         // The threshold admits as many vertices as merges remain.
-        let most = if n_in_vain >= MOST_IN_VAIN { f32::MAX } else { nth_price(&prices, n) };
-        let most = most.min(limit.price);
+        let most_price = if n_idle_passes >= MOST_IDLE_PASSES { f32::MAX } else { nth_price(&prices, n) };
+        let most_price = most_price.min(limit.price);
         let pulse = self.pulse.counting_if(false);
-        let taken = indices_where(pulse, &prices, |_, price| *price <= most);
+        let taken = indices_where(pulse, &prices, |_, price| *price <= most_price);
         let edge = |vertex: u32| self.cheapest[vertex as usize].edge();
         let candidate = |&vertex: &u32| Candidate { price: prices[vertex as usize], vertex, edge: edge(vertex) };
         let mut candidates = pulse.map(&taken, candidate);
         if is_last {
             candidates.sort_unstable_by(|x, y| x.price.total_cmp(&y.price).then(x.vertex.cmp(&y.vertex)));
         }
-        (candidates, most)
+        (candidates, most_price)
     }
 
     fn price(&mut self, stale: &[u32]) {
         // Prices change only at vertices whose quadrics changed, and at their neighbours.
         let is_unknown = if self.cheapest.is_empty() { Vec::new() } else { self.mark_neighbourhood(stale) };
         let mut known = std::mem::take(&mut self.cheapest);
-        known.resize(self.n_inner, Cheapest::NONE);
-        let is_known = |v: usize| is_unknown.get(v).is_some_and(|unknown| !unknown) && self.nodes[v].corner != GONE;
-        let so_far = |(v, known): (usize, Cheapest)| AtomicU64::new(if is_known(v) { known.0 } else { u64::MAX });
+        known.resize(self.n_inner, CheapestEdge::NONE);
+        let is_known = |v: usize| is_unknown.get(v).is_some_and(|unknown| !unknown) && self.nodes[v].corner != REMOVED;
+        let so_far = |(v, known): (usize, CheapestEdge)| AtomicU64::new(if is_known(v) { known.0 } else { u64::MAX });
         let cheapest: Vec<AtomicU64> = known.into_iter().enumerate().map(so_far).collect();
         let n_faces = self.corners.n_faces();
-        let chunks = (0..n_faces).step_by(TOGETHER).map(|first| first..(first + TOGETHER).min(n_faces));
+        let chunks = (0..n_faces).step_by(CHUNK).map(|first| first..(first + CHUNK).min(n_faces));
         // Minima commute, so the result does not depend on the threads.
-        let is_alone = rayon::current_num_threads() == 1;
+        let is_single_threaded = rayon::current_num_threads() == 1;
         chunks.collect::<Vec<_>>().into_par_iter().for_each(|faces| {
             self.pulse.beat(0);
-            Isa::best().run(Pricing { collapse: self, faces, is_unknown: &is_unknown, cheapest: &cheapest, is_alone });
+            Isa::best().run(Pricing {
+                collapse: self,
+                faces,
+                is_unknown: &is_unknown,
+                cheapest: &cheapest,
+                is_single_threaded,
+            });
         });
-        self.cheapest = cheapest.into_iter().map(|cheapest| Cheapest(cheapest.into_inner())).collect();
+        self.cheapest = cheapest.into_iter().map(|cheapest| CheapestEdge(cheapest.into_inner())).collect();
     }
 
     /// Marks these vertices and their neighbours; empty, for all, if they are many.
@@ -258,12 +266,12 @@ impl Collapse<'_> {
         if vertices.len() * 4 > self.n_inner {
             return Vec::new();
         }
-        let mut is_beside = vec![false; self.nodes.len()];
+        let mut is_near = vec![false; self.nodes.len()];
         for &v in vertices {
-            is_beside[v as usize] = true;
-            self.neighbors(v).for_each(|w| is_beside[w as usize] = true);
+            is_near[v as usize] = true;
+            self.neighbors(v).for_each(|w| is_near[w as usize] = true);
         }
-        is_beside
+        is_near
     }
 
     #[inline(always)]
@@ -271,9 +279,9 @@ impl Collapse<'_> {
         !self.is_special.is_empty() && self.ids(ends).into_iter().any(|id| self.is_special[id as usize])
     }
 
-    /// Merges a vertex along its cheapest edge, or along the next one of price up to `most`.
+    /// Merges a vertex along its cheapest edge, or along the next one of price up to `most_price`.
     #[inline(always)]
-    fn visit(&mut self, &Candidate { vertex, edge, .. }: &Candidate, most: f32) {
+    fn visit(&mut self, &Candidate { vertex, edge, .. }: &Candidate, most_price: f32) {
         if self.was_merged(vertex) {
             return;
         }
@@ -283,23 +291,23 @@ impl Collapse<'_> {
         if is_first && (is_taken() || self.try_merge(vertex, edge)) {
             return;
         }
-        self.try_others(vertex, is_first.then_some(edge), most);
+        self.try_others(vertex, is_first.then_some(edge), most_price);
     }
 
     #[inline(always)]
     fn was_merged(&self, v: u32) -> bool {
-        self.nodes.get(v as usize).is_none_or(|node| node.changed == Changed::from_merge(self.pass))
+        self.nodes.get(v as usize).is_none_or(|node| node.changed == LastChange::from_merge(self.pass))
     }
 
     #[inline(never)]
-    fn try_others(&mut self, v: u32, tried: Option<u32>, most: f32) {
+    fn try_others(&mut self, v: u32, tried: Option<u32>, most_price: f32) {
         // Cheaper edges already failed, and nothing changed around them since.
-        let least = SLACK * self.nodes[v as usize].wait;
+        let least = WAIT_SLACK * self.nodes[v as usize].wait;
         let edges = self.edges_at(v);
         let others = edges.into_iter().filter(|&(price, edge)| price >= least && Some(edge) != tried);
         let mut next = f32::INFINITY;
         for (price, edge) in others {
-            if price > most {
+            if price > most_price {
                 next = price;
                 break;
             }

@@ -6,31 +6,31 @@ use glam::{DMat3, DQuat, DVec3, Mat3, Quat, Vec3};
 use crate::geometry::Quadric;
 use crate::mesh::{Attributes, Channel, Role};
 use crate::simplify::closed::original::Original;
-use crate::simplify::closed::request::Keep;
+use crate::simplify::closed::request::Requirements;
 use crate::simplify::options::Purpose;
 
 /// Pull to the position for unknown poses, per share of the surface.
 // Six bodies: half or twice as much changes the mean distance by 1 %.
-const BEND: f64 = 10.0;
+const UNKNOWN_POSE_PULL: f64 = 10.0;
 /// Pull to the position for the spectrum, per share of the surface.
 // Linear functions on faces of size h err by h squared. LE over QEM's for eight meshes at ratio 0.05: 0.84 at 10, 0.83
 // here, 0.85 at 100.
-const EVEN: f64 = 30.0;
+const SPECTRUM_PULL: f64 = 30.0;
 const STEPS: usize = 12;
 
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Posed {
+pub(super) struct PosedVertex {
     pub position: Vec3,
     /// Rotation of the neighbourhood from the present pose to this one.
-    turn: Quat,
+    rotation: Quat,
     pub planes: [f32; 6],
 }
 
 #[derive(Clone, Default)]
 pub struct Poses {
     n_poses: usize,
-    posed: Vec<Posed>,
-    bend: f32,
+    posed: Vec<PosedVertex>,
+    growing_pull: f32,
 }
 
 /// Builds one pose per morph target at each surface vertex, without planes.
@@ -58,45 +58,45 @@ fn poses_of_targets(original: &Original, attributes: &Attributes) -> Poses {
     let posed = (0..n_vertices).flat_map(|v| places.iter().map(move |places| (v, places)));
     let posed = posed.map(|(v, places)| {
         // The rotation of each neighbourhood relates positions here to those in the pose.
-        let turn = turn_at(v, surface.neighbors(v), &surface.positions, places);
-        Posed { position: places[v as usize], turn, planes: [0.0; 6] }
+        let rotation = find_rotation(v, surface.neighbors(v), &surface.positions, places);
+        PosedVertex { position: places[v as usize], rotation, planes: [0.0; 6] }
     });
-    Poses { n_poses: targets.len(), posed: posed.collect(), bend: 0.0 }
+    Poses { n_poses: targets.len(), posed: posed.collect(), growing_pull: 0.0 }
 }
 
 impl Poses {
-    pub fn new(original: &Original, keep: &Keep) -> Self {
-        match keep.pose_attributes() {
+    pub fn new(original: &Original, requirements: &Requirements) -> Self {
+        match requirements.pose_attributes() {
             Some(attributes) => poses_of_targets(original, attributes),
             None => {
-                let strength = match keep.purpose {
-                    Purpose::Poses => BEND,
-                    Purpose::Spectrum => EVEN,
+                let strength = match requirements.purpose {
+                    Purpose::Poses => UNKNOWN_POSE_PULL,
+                    Purpose::Spectrum => SPECTRUM_PULL,
                     _ => return Self::default(),
                 };
                 let surface = &original.surface;
                 // For unknown poses vertices are pulled to their positions, more strongly where areas are large. The
                 // pull is relative to the total weight, so that it depends on the share of the surface.
                 let weight: f64 = (0..surface.n_vertices()).map(|v| surface.weight(v)).sum();
-                let bend = if weight > 0.0 { (strength / weight) as f32 } else { 0.0 };
-                Self { bend, ..Self::default() }
+                let growing_pull = if weight > 0.0 { (strength / weight) as f32 } else { 0.0 };
+                Self { growing_pull, ..Self::default() }
             }
         }
     }
 
-    pub(super) fn bend(&self) -> f32 {
-        self.bend
+    pub(super) fn growing_pull(&self) -> f32 {
+        self.growing_pull
     }
 
     pub fn is_empty(&self) -> bool {
         self.n_poses == 0
     }
 
-    pub(super) fn vertex_poses(&self, v: u32) -> &[Posed] {
+    pub(super) fn vertex_poses(&self, v: u32) -> &[PosedVertex] {
         &self.posed[v as usize * self.n_poses..][..self.n_poses]
     }
 
-    pub(super) fn vertex_poses_mut(&mut self, v: u32) -> &mut [Posed] {
+    pub(super) fn vertex_poses_mut(&mut self, v: u32) -> &mut [PosedVertex] {
         &mut self.posed[v as usize * self.n_poses..][..self.n_poses]
     }
 
@@ -117,35 +117,39 @@ impl Poses {
     }
 
     /// Returns the merged vertex in pose `k`, if in the present pose `u` moves by `step` and `v` is at `other`.
-    pub(super) fn merge_in_pose(&self, k: usize, vertices: [u32; 2], other: DVec3, step: DVec3) -> Posed {
+    pub(super) fn merge_in_pose(&self, k: usize, vertices: [u32; 2], other: DVec3, step: DVec3) -> PosedVertex {
         let [u, v] = vertices.map(|w| self.vertex_poses(w)[k]);
         // The merged vertex keeps its offset from the edge's middle, rotated like both ends.
-        let turn = mean_turn([&u, &v]);
+        let rotation = mean_rotation([&u, &v]);
         let middle = 0.5 * (u.position + v.position).as_dvec3();
-        Posed { position: (middle + turn * (step - 0.5 * other)).as_vec3(), turn: turn.as_quat(), ..u }
+        PosedVertex {
+            position: (middle + rotation * (step - 0.5 * other)).as_vec3(),
+            rotation: rotation.as_quat(),
+            ..u
+        }
     }
 }
 
-fn price_in([u, v]: [&Posed; 2], other: DVec3) -> Quadric {
-    let quadric = |posed: &Posed| Quadric { a: posed.planes.map(f64::from), ..Quadric::default() };
+fn price_in([u, v]: [&PosedVertex; 2], other: DVec3) -> Quadric {
+    let quadric = |posed: &PosedVertex| Quadric { a: posed.planes.map(f64::from), ..Quadric::default() };
     let to_other = (v.position - u.position).as_dvec3();
     // Around an edge the pose is a rotation about the edge's middle, which carries the quadric back to the present
     // pose.
-    let turn = DMat3::from_quat(mean_turn([u, v]));
+    let rotation = DMat3::from_quat(mean_rotation([u, v]));
     let sum = quadric(u) + quadric(v).with_origin(-to_other);
-    turn_form(&sum.with_origin(0.5 * to_other - turn * (0.5 * other)), &turn)
+    rotate_quadric(&sum.with_origin(0.5 * to_other - rotation * (0.5 * other)), &rotation)
 }
 
-fn turn_form(form: &Quadric, turn: &DMat3) -> Quadric {
+fn rotate_quadric(form: &Quadric, rotation: &DMat3) -> Quadric {
     let [xx, xy, xz, yy, yz, zz] = form.a;
     let a = DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz]);
-    let a = turn.transpose() * a * *turn;
+    let a = rotation.transpose() * a * *rotation;
     let a = [a.x_axis.x, a.y_axis.x, a.z_axis.x, a.y_axis.y, a.z_axis.y, a.z_axis.z];
-    Quadric { a, b: turn.transpose() * form.b, c: form.c }
+    Quadric { a, b: rotation.transpose() * form.b, c: form.c }
 }
 
-fn mean_turn([u, v]: [&Posed; 2]) -> DQuat {
-    let (u, v) = (u.turn.as_dquat(), v.turn.as_dquat());
+fn mean_rotation([u, v]: [&PosedVertex; 2]) -> DQuat {
+    let (u, v) = (u.rotation.as_dquat(), v.rotation.as_dquat());
     // A quaternion and its negative are one rotation.
     let sum = if u.dot(v) < 0.0 { u - v } else { u + v };
     if sum.length_squared() > 0.0 { sum.normalize() } else { u }
@@ -154,7 +158,7 @@ fn mean_turn([u, v]: [&Posed; 2]) -> DQuat {
 /// Finds the rotation that best maps edges and normal to the pose.
 ///
 /// Müller et al. 2016, "A robust method to extract the rotational part of deformations".
-fn turn_at(v: u32, neighbors: &[u32], here: &[Vec3], there: &[Vec3]) -> Quat {
+fn find_rotation(v: u32, neighbors: &[u32], here: &[Vec3], there: &[Vec3]) -> Quat {
     let edges =
         |places: &[Vec3]| -> Vec<Vec3> { neighbors.iter().map(|&w| places[w as usize] - places[v as usize]).collect() };
     let normal = |edges: &[Vec3]| edges.windows(2).map(|pair| pair[0].cross(pair[1])).sum::<Vec3>().normalize_or_zero();
@@ -166,9 +170,9 @@ fn turn_at(v: u32, neighbors: &[u32], here: &[Vec3], there: &[Vec3]) -> Quat {
     let size: f32 = here.iter().map(|edge| edge.length_squared()).sum();
     let sum = sum + size * outer(of_there, of_here);
     // A good start keeps the iteration away from the opposite rotation.
-    let mut turn = first_turn([of_here, of_there], here.first().zip(there.first()));
+    let mut rotation = initial_rotation([of_here, of_there], here.first().zip(there.first()));
     for _ in 0..STEPS {
-        let now = Mat3::from_quat(turn);
+        let now = Mat3::from_quat(rotation);
         let axes = [(now.x_axis, sum.x_axis), (now.y_axis, sum.y_axis), (now.z_axis, sum.z_axis)];
         let torque: Vec3 = axes.iter().map(|(now, sum)| now.cross(*sum)).sum();
         // Torque over stiffness, as for a rigid body with springs at its axes.
@@ -178,12 +182,12 @@ fn turn_at(v: u32, neighbors: &[u32], here: &[Vec3], there: &[Vec3]) -> Quat {
         if !(angle > 1e-6 && angle.is_finite()) {
             break;
         }
-        turn = (Quat::from_axis_angle(step / angle, angle) * turn).normalize();
+        rotation = (Quat::from_axis_angle(step / angle, angle) * rotation).normalize();
     }
-    turn
+    rotation
 }
 
-fn first_turn([here, there]: [Vec3; 2], edges: Option<(&Vec3, &Vec3)>) -> Quat {
+fn initial_rotation([here, there]: [Vec3; 2], edges: Option<(&Vec3, &Vec3)>) -> Quat {
     let frame = |normal: Vec3, edge: Vec3| {
         let along = edge.reject_from_normalized(normal).normalize_or_zero();
         (along != Vec3::ZERO).then(|| Mat3::from_cols(along, normal.cross(along), normal))
@@ -197,25 +201,25 @@ mod tests {
     use super::*;
     use crate::mesh::shapes;
 
-    fn posed_vertex(position: [f32; 3], normals: &[[f32; 3]], turn: Quat) -> Posed {
+    fn posed_vertex(position: [f32; 3], normals: &[[f32; 3]], rotation: Quat) -> PosedVertex {
         let mut planes = [0.0; 6];
         for &[x, y, z] in normals {
             planes.iter_mut().zip([x * x, x * y, x * z, y * y, y * z, z * z]).for_each(|(sum, entry)| *sum += entry);
         }
-        Posed { position: position.into(), turn, planes }
+        PosedVertex { position: position.into(), rotation, planes }
     }
 
     #[test]
     fn what_a_merge_costs_in_a_pose_is_the_squared_distance_from_its_planes_there() {
-        let turn = Quat::from_rotation_y(0.7) * Quat::from_rotation_x(-0.4);
+        let rotation = Quat::from_rotation_y(0.7) * Quat::from_rotation_x(-0.4);
         let of_u = [[1.0, 0.0, 0.0], [0.6, 0.8, 0.0]];
         let of_v = [[0.0, 0.6, 0.8]];
-        let (u, v) = (posed_vertex([1.0, 2.0, 3.0], &of_u, turn), posed_vertex([1.5, 2.5, 2.0], &of_v, turn));
+        let (u, v) = (posed_vertex([1.0, 2.0, 3.0], &of_u, rotation), posed_vertex([1.5, 2.5, 2.0], &of_v, rotation));
         let other = DVec3::new(0.3, -0.5, 1.0);
         for x in [DVec3::ZERO, other, DVec3::new(0.4, 0.1, -0.7)] {
             let middle = 0.5 * (u.position + v.position).as_dvec3();
-            let there = middle + turn.as_dquat() * (x - 0.5 * other);
-            let squares = |posed: &Posed, normals: &[[f32; 3]]| -> f64 {
+            let there = middle + rotation.as_dquat() * (x - 0.5 * other);
+            let squares = |posed: &PosedVertex, normals: &[[f32; 3]]| -> f64 {
                 let height = |n: &[f32; 3]| Vec3::from(*n).as_dvec3().dot(there - posed.position.as_dvec3());
                 normals.iter().map(|n| height(n).powi(2)).sum()
             };
@@ -232,8 +236,8 @@ mod tests {
         for rotation in [Quat::from_rotation_z(3.0), Quat::from_rotation_x(1.2) * Quat::from_rotation_y(-2.0)] {
             let there: Vec<Vec3> = surface.positions.iter().map(|&p| rotation * p + Vec3::ONE).collect();
             for v in 0..surface.n_vertices() as u32 {
-                let turn = turn_at(v, surface.neighbors(v), &surface.positions, &there);
-                assert!(turn.dot(rotation).abs() > 1.0 - 1e-5, "{v}: {turn} {rotation}");
+                let found = find_rotation(v, surface.neighbors(v), &surface.positions, &there);
+                assert!(found.dot(rotation).abs() > 1.0 - 1e-5, "{v}: {found} {rotation}");
             }
         }
     }
@@ -248,7 +252,7 @@ mod tests {
         let attributes = Attributes { wedges: mesh.faces().to_vec(), channels: vec![target], groups: Vec::new() };
         let original = Original::bare(&mesh);
         let mut poses = poses_of_targets(&original, &attributes);
-        let turned: Vec<Posed> = (0..mesh.positions().len() as u32).map(|v| poses.vertex_poses(v)[0]).collect();
+        let turned: Vec<PosedVertex> = (0..mesh.positions().len() as u32).map(|v| poses.vertex_poses(v)[0]).collect();
         let (u, v) = (7, original.surface.neighbors(7)[0]);
         let other = (original.surface.positions[v as usize] - original.surface.positions[u as usize]).as_dvec3();
         let step = DVec3::new(0.01, 0.02, -0.01);

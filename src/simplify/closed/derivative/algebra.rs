@@ -6,23 +6,23 @@ use glam::{DMat3, DVec3};
 
 /// Quadratic form `x'Ax - 2 b'x`, smallest where `A x = b`; or its gradient.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Form {
+pub(super) struct QuadraticForm {
     pub a: DMat3,
     pub b: DVec3,
 }
 
-impl Form {
+impl QuadraticForm {
     pub const ZERO: Self = Self { a: DMat3::ZERO, b: DVec3::ZERO };
 }
 
-impl Add for Form {
+impl Add for QuadraticForm {
     type Output = Self;
     fn add(self, other: Self) -> Self {
         Self { a: self.a + other.a, b: self.b + other.b }
     }
 }
 
-impl AddAssign for Form {
+impl AddAssign for QuadraticForm {
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
@@ -58,9 +58,9 @@ pub(super) fn solve(a: &DMat3, b: DVec3) -> DVec3 {
 }
 
 /// Returns the gradient of `x = solve(a, b)` with respect to `(a, b)`.
-pub(super) fn solve_backward(a: &DMat3, x: DVec3, gradient: DVec3) -> Form {
+pub(super) fn solve_backward(a: &DMat3, x: DVec3, gradient: DVec3) -> QuadraticForm {
     let to_b = solve(a, gradient);
-    Form { a: (outer(to_b, x) + outer(x, to_b)) * -0.5, b: to_b }
+    QuadraticForm { a: (outer(to_b, x) + outer(x, to_b)) * -0.5, b: to_b }
 }
 
 pub(super) fn stiffen_backward(gradient: &DMat3, weight: f64) -> DMat3 {

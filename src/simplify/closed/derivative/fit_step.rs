@@ -5,7 +5,7 @@
 use glam::{DMat3, DVec3};
 
 use super::algebra::{
-    Form, area_normal_backward, outer, solve, solve_backward, stiffen, stiffen_backward, unit_backward,
+    QuadraticForm, area_normal_backward, outer, solve, solve_backward, stiffen, stiffen_backward, unit_backward,
 };
 use crate::geometry::triangle::area_normal_f64;
 use crate::simplify::closed::refine::sample_points::Match;
@@ -27,8 +27,8 @@ struct MatchRow {
     height: f64,
 }
 
-struct Solved {
-    systems: Vec<Form>,
+struct SolvedStep {
+    systems: Vec<QuadraticForm>,
     directions: Vec<DVec3>,
     /// Sums over the rows of `area height rise` and `area rise^2`.
     slope: f64,
@@ -36,7 +36,7 @@ struct Solved {
     stay: f64,
 }
 
-impl Solved {
+impl SolvedStep {
     fn length(&self) -> f64 {
         self.slope / self.curvature.max(f64::MIN_POSITIVE)
     }
@@ -63,9 +63,10 @@ impl FitStep<'_> {
         let to_curvature = -to_length * length / curvature;
         let mut to_directions: Vec<DVec3> = (0..gradient.len()).map(|v| moving(v) * length).collect();
         let rows: Vec<MatchRow> = self.step.matches.iter().map(|m| self.row(m, &normals)).collect();
-        let mut to_rows: Vec<ToRow> =
+        let mut to_rows: Vec<RowGradient> =
             rows.iter().map(|row| row.length_backward(&solved, [to_slope, to_curvature], &mut to_directions)).collect();
-        let to_systems: Vec<Form> = (0..gradient.len()).map(|v| solved.system_backward(v, to_directions[v])).collect();
+        let to_systems: Vec<QuadraticForm> =
+            (0..gradient.len()).map(|v| solved.system_backward(v, to_directions[v])).collect();
         rows.iter().zip(&mut to_rows).for_each(|(row, to)| row.systems_backward(&to_systems, to));
         let mut to_output = gradient.to_vec();
         self.rows_backward(&rows, &to_rows, to_input, &mut to_output);
@@ -78,7 +79,7 @@ impl FitStep<'_> {
     }
 
     fn share(&self, m: &Match) -> f64 {
-        0.5 * f64::from(self.step.counts[m.projection.face as usize]) / f64::from(self.step.density.per_face())
+        0.5 * f64::from(self.step.face_weights[m.projection.face as usize]) / f64::from(self.step.density.per_face())
     }
 
     fn row(&self, m: &Match, normals: &[DVec3]) -> MatchRow {
@@ -94,18 +95,18 @@ impl FitStep<'_> {
         MatchRow { corners, area, gap, normal, height: normal.dot(gap) }
     }
 
-    fn solve(&self, normals: &[DVec3]) -> Solved {
+    fn solve(&self, normals: &[DVec3]) -> SolvedStep {
         let rows = || self.step.matches.iter().map(|m| self.row(m, normals));
-        let mut systems = vec![Form::ZERO; self.output.len()];
+        let mut systems = vec![QuadraticForm::ZERO; self.output.len()];
         for row in rows() {
-            let whole = Form { a: outer(row.normal, row.normal), b: row.normal * row.height };
+            let whole = QuadraticForm { a: outer(row.normal, row.normal), b: row.normal * row.height };
             for (v, share) in row.corners {
                 let weight = row.area * share;
-                systems[v] += Form { a: whole.a * weight, b: whole.b * weight };
+                systems[v] += QuadraticForm { a: whole.a * weight, b: whole.b * weight };
             }
         }
         let stay = f64::from(self.step.stay);
-        let direction = |system: &Form| solve(&stiffen(&system.a, stay), system.b);
+        let direction = |system: &QuadraticForm| solve(&stiffen(&system.a, stay), system.b);
         let directions: Vec<DVec3> = systems.iter().map(direction).collect();
         let (mut slope, mut curvature) = (0.0, 0.0);
         for row in rows() {
@@ -113,10 +114,16 @@ impl FitStep<'_> {
             slope += row.area * row.height * rise;
             curvature += row.area * rise * rise;
         }
-        Solved { systems, directions, slope, curvature, stay }
+        SolvedStep { systems, directions, slope, curvature, stay }
     }
 
-    fn rows_backward(&self, rows: &[MatchRow], to_rows: &[ToRow], to_input: &mut [DVec3], to_output: &mut [DVec3]) {
+    fn rows_backward(
+        &self,
+        rows: &[MatchRow],
+        to_rows: &[RowGradient],
+        to_input: &mut [DVec3],
+        to_output: &mut [DVec3],
+    ) {
         let mut to_units = vec![DVec3::ZERO; self.output_faces.len()];
         for ((m, row), to) in self.step.matches.iter().zip(rows).zip(to_rows) {
             // Heights depend on normals and gaps, areas on the input face.
@@ -142,7 +149,7 @@ impl FitStep<'_> {
 
 /// Gradient with respect to a row; that of the normal is not yet projected to unit length.
 #[derive(Default)]
-struct ToRow {
+struct RowGradient {
     area: f64,
     height: f64,
     normal: DVec3,
@@ -150,36 +157,35 @@ struct ToRow {
 
 impl MatchRow {
     fn rise(&self, directions: &[DVec3]) -> f64 {
-        self.normal.dot(self.move_place(directions))
+        self.normal.dot(self.interpolate(directions))
     }
 
-    fn move_place(&self, directions: &[DVec3]) -> DVec3 {
+    fn interpolate(&self, directions: &[DVec3]) -> DVec3 {
         self.corners.iter().map(|&(v, share)| directions[v] * share).sum()
     }
 
     fn length_backward(
         &self,
-        solved: &Solved,
+        solved: &SolvedStep,
         [to_slope, to_curvature]: [f64; 2],
         to_directions: &mut [DVec3],
-    ) -> ToRow {
-        let carried = self.move_place(&solved.directions);
+    ) -> RowGradient {
+        let carried = self.interpolate(&solved.directions);
         let rise = self.normal.dot(carried);
         // Chain rule through slope and curvature, both sums over the rows.
         let to_rise = self.area * (to_slope * self.height + 2.0 * to_curvature * rise);
         self.corners.iter().for_each(|&(v, share)| to_directions[v] += self.normal * (to_rise * share));
-        ToRow {
+        RowGradient {
             area: to_slope * self.height * rise + to_curvature * rise * rise,
             height: to_slope * self.area * rise,
             normal: carried * to_rise,
         }
     }
 
-    fn systems_backward(&self, to_systems: &[Form], to: &mut ToRow) {
-        let whole = self
-            .corners
-            .iter()
-            .fold(Form::ZERO, |sum, &(v, share)| sum + Form { a: to_systems[v].a * share, b: to_systems[v].b * share });
+    fn systems_backward(&self, to_systems: &[QuadraticForm], to: &mut RowGradient) {
+        let whole = self.corners.iter().fold(QuadraticForm::ZERO, |sum, &(v, share)| {
+            sum + QuadraticForm { a: to_systems[v].a * share, b: to_systems[v].b * share }
+        });
         let along = whole.a * self.normal;
         to.area += self.normal.dot(along) + self.height * whole.b.dot(self.normal);
         to.height += self.area * whole.b.dot(self.normal);
@@ -187,10 +193,10 @@ impl MatchRow {
     }
 }
 
-impl Solved {
-    fn system_backward(&self, v: usize, gradient: DVec3) -> Form {
+impl SolvedStep {
+    fn system_backward(&self, v: usize, gradient: DVec3) -> QuadraticForm {
         let matrix: DMat3 = stiffen(&self.systems[v].a, self.stay);
-        let Form { a, b } = solve_backward(&matrix, self.directions[v], gradient);
-        Form { a: stiffen_backward(&a, self.stay), b }
+        let QuadraticForm { a, b } = solve_backward(&matrix, self.directions[v], gradient);
+        QuadraticForm { a: stiffen_backward(&a, self.stay), b }
     }
 }

@@ -15,7 +15,7 @@ use crate::simplify::closed::prepare::surface::Normalisation;
 use crate::simplify::closed::trace::{Trace, TracedStep};
 use fit_step::FitStep;
 use plane_sums::{PlaneSums, Planes};
-use union_tree::{GrownTree, UnionTree};
+use union_tree::{EvaluatedTree, UnionTree};
 
 pub(in crate::simplify) struct Derivative {
     scale: Normalisation,
@@ -32,7 +32,7 @@ pub(in crate::simplify) struct Derivative {
 struct Evaluation {
     input: Vec<DVec3>,
     planes: PlaneSums,
-    tree: GrownTree,
+    tree: EvaluatedTree,
     stages: Vec<Vec<DVec3>>,
 }
 
@@ -83,7 +83,7 @@ impl Derivative {
 
     pub fn backward(&self, input: &[[f64; 3]], gradient: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let gradient: Vec<DVec3> = gradient.iter().map(|&g| DVec3::from(g)).collect();
-        let to_surface = self.back(&self.evaluate(gather(&self.scale, input, &self.sources)), gradient);
+        let to_surface = self.backward_from(&self.evaluate(gather(&self.scale, input, &self.sources)), gradient);
         let mut to_input = vec![DVec3::ZERO; input.len()];
         self.sources.iter().zip(to_surface).for_each(|(&v, g)| to_input[v as usize] += g);
         to_input.into_iter().map(|g| g.to_array()).collect()
@@ -91,7 +91,7 @@ impl Derivative {
 
     fn evaluate(&self, input: Vec<DVec3>) -> Evaluation {
         let planes = self.planes.gather(&input);
-        let tree = self.tree.grow(&input, &planes.matrices);
+        let tree = self.tree.evaluate(&input, &planes.matrices);
         let mut stages = vec![self.tree.outputs(&tree)];
         for step in &self.steps {
             let last = stages.last().map_or(&[][..], |last| last);
@@ -101,7 +101,7 @@ impl Derivative {
         Evaluation { input, planes, tree, stages }
     }
 
-    fn back(&self, at: &Evaluation, mut gradient: Vec<DVec3>) -> Vec<DVec3> {
+    fn backward_from(&self, at: &Evaluation, mut gradient: Vec<DVec3>) -> Vec<DVec3> {
         let mut to_input = vec![DVec3::ZERO; at.input.len()];
         // Reverse mode: the steps of the fit from last to first, then the tree, then the planes.
         for (step, before) in self.steps.iter().zip(&at.stages).rev() {
@@ -123,31 +123,31 @@ fn gather(scale: &Normalisation, input: &[[f64; 3]], sources: &[u32]) -> Vec<DVe
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Closed, simplify_levels};
+    use super::super::{ClosedResult, simplify_levels};
     use super::*;
     use crate::linalg::test_values::random;
     use crate::mesh::{Frame, TriMesh, shapes};
-    use crate::simplify::closed::aim::Aim;
-    use crate::simplify::closed::request::{ClosedRequest, Importance, Keep};
+    use crate::simplify::closed::request::{ClosedRequest, Importance, Requirements};
+    use crate::simplify::closed::stage_settings::StageSettings;
     use crate::simplify::limits::Limit;
     use crate::simplify::options::{Purpose, Refinements};
     use crate::simplify::progress::Progress;
 
-    fn run(mesh: &TriMesh, vertices: usize, purpose: Purpose) -> (Closed, Derivative) {
-        let limit = Limit::of_vertices(vertices);
+    fn run(mesh: &TriMesh, vertices: usize, purpose: Purpose) -> (ClosedResult, Derivative) {
+        let limit = Limit::from_vertices(vertices);
         let factors: Vec<f32> = (0..mesh.positions().len()).map(|v| 1.0 + (v % 3) as f32).collect();
         let request = ClosedRequest {
             importance: Importance::Given(&factors),
             hidden: &[],
-            aim: Aim::default(),
+            settings: StageSettings::default(),
             refinements: Refinements::default(),
             frame: Frame::default(),
             differentiable: true,
-            keep: Keep { purpose, ..Keep::default() },
-            insists_on_size: false,
+            requirements: Requirements { purpose, ..Requirements::default() },
+            forces_size: false,
             price: None,
         };
-        let levels = simplify_levels(mesh, &request, &[limit], None, Progress::SILENT).unwrap().made;
+        let levels = simplify_levels(mesh, &request, &[limit], None, Progress::SILENT).unwrap().results;
         let mut closed = levels.into_iter().next().unwrap();
         let derivative = closed.derivative.take().unwrap();
         (closed, derivative)
@@ -201,7 +201,7 @@ mod tests {
             let (closed, derivative) = run(&mesh, n, purpose);
             let input = gather(&derivative.scale, &in_doubles(&mesh), &derivative.sources);
             let g = directions(closed.mesh.positions().len(), 7);
-            let gradient = derivative.back(&derivative.evaluate(input.clone()), g.clone());
+            let gradient = derivative.backward_from(&derivative.evaluate(input.clone()), g.clone());
             for seed in 0..3 {
                 let along = directions(input.len(), seed);
                 let loss = |step: f64| {

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::algebra::{Form, area_normal_backward, outer, stiffen, stiffen_backward, trace};
+use super::algebra::{QuadraticForm, area_normal_backward, outer, stiffen, stiffen_backward, trace};
 use super::plane_sums::{line, line_backward, plane, plane_backward};
 use crate::geometry::triangle::area_normal_f64;
 use crate::simplify::closed::collapse::{PULL, Renewal};
@@ -12,12 +12,12 @@ pub(super) struct NodeStar {
     faces: Vec<[usize; 2]>,
     lines: Vec<usize>,
     importance: f64,
-    bend: f64,
+    growing_pull: f64,
 }
 
 impl NodeStar {
     /// Builds the star of a recomputed vertex; `node_of` maps vertices to nodes.
-    pub fn new(Renewal { vertex, ring, folds, importance, bend }: &Renewal, node_of: &[usize]) -> Self {
+    pub fn new(Renewal { vertex, ring, folds, importance, growing_pull }: &Renewal, node_of: &[usize]) -> Self {
         let nodes: Vec<Option<usize>> = ring.iter().map(|&w| node_of.get(w as usize).copied()).collect();
         let mut faces = Vec::with_capacity(nodes.len());
         let mut lines: Vec<usize> = folds.iter().map(|&w| node_of[w as usize]).collect();
@@ -28,8 +28,8 @@ impl NodeStar {
                 (None, None) => {}
             }
         }
-        let [importance, bend] = [*importance, *bend].map(f64::from);
-        Self { centre: node_of[*vertex as usize], faces, lines, importance, bend }
+        let [importance, growing_pull] = [*importance, *growing_pull].map(f64::from);
+        Self { centre: node_of[*vertex as usize], faces, lines, importance, growing_pull }
     }
 
     fn planes(&self, places: &[DVec3]) -> DMat3 {
@@ -41,21 +41,21 @@ impl NodeStar {
 
     fn matrix(&self, places: &[DVec3]) -> DMat3 {
         let planes = self.planes(places);
-        stiffen(&planes, f64::from(PULL) + self.bend * trace(&planes))
+        stiffen(&planes, f64::from(PULL) + self.growing_pull * trace(&planes))
     }
 
-    pub fn quadric(&self, places: &[DVec3]) -> Form {
+    pub fn quadric(&self, places: &[DVec3]) -> QuadraticForm {
         let a = self.matrix(places);
-        Form { a, b: a * places[self.centre] }
+        QuadraticForm { a, b: a * places[self.centre] }
     }
 
-    pub fn backward(&self, places: &[DVec3], &Form { a, b }: &Form, to_places: &mut [DVec3]) {
+    pub fn backward(&self, places: &[DVec3], &QuadraticForm { a, b }: &QuadraticForm, to_places: &mut [DVec3]) {
         let centre = places[self.centre];
         to_places[self.centre] += self.matrix(places) * b;
         // `b = A c`; only the symmetric part of the matrix counts.
         let to_matrix = a + (outer(b, centre) + outer(centre, b)) * 0.5;
         // The pull depends on the trace, once linearly and once squared.
-        let slope = f64::from(PULL) + 2.0 * self.bend * trace(&self.planes(places));
+        let slope = f64::from(PULL) + 2.0 * self.growing_pull * trace(&self.planes(places));
         let to_matrix = stiffen_backward(&to_matrix, slope) * self.importance;
         for &[p, q] in &self.faces {
             let corners = [centre, places[p], places[q]];

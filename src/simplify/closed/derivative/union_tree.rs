@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::algebra::{Form, outer, solve, solve_backward, stiffen, stiffen_backward};
+use super::algebra::{QuadraticForm, outer, solve, solve_backward, stiffen, stiffen_backward};
 use super::node_star::NodeStar;
 use crate::simplify::closed::collapse::{CollapseEvent, PULL, Placement};
 
@@ -17,8 +17,8 @@ enum TreeStep {
     Star(NodeStar),
 }
 
-pub(super) struct GrownTree {
-    quadrics: Vec<Form>,
+pub(super) struct EvaluatedTree {
+    quadrics: Vec<QuadraticForm>,
     places: Vec<DVec3>,
 }
 
@@ -35,7 +35,7 @@ impl UnionTree {
             match event {
                 CollapseEvent::Merge(merge) => {
                     // A merge uses the current quadrics of both vertices; a renewal replaces one quadric.
-                    let both = [merge.kept, merge.gone].map(|r| r as usize);
+                    let both = [merge.kept, merge.removed].map(|r| r as usize);
                     let (nodes, quadrics) = (both.map(|r| node_of[r]), both.map(|r| quadric_of[r]));
                     steps.push(TreeStep::Union { nodes, quadrics, place: merge.place });
                     node_of[both[0]] = n_nodes;
@@ -57,39 +57,39 @@ impl UnionTree {
         Self { steps, roots }
     }
 
-    pub fn grow(&self, positions: &[DVec3], matrices: &[DMat3]) -> GrownTree {
+    pub fn evaluate(&self, positions: &[DVec3], matrices: &[DMat3]) -> EvaluatedTree {
         let form = |(&p, matrix): (&DVec3, &DMat3)| {
             let a = stiffen(matrix, f64::from(PULL));
-            Form { a, b: a * p }
+            QuadraticForm { a, b: a * p }
         };
-        let mut quadrics: Vec<Form> = positions.iter().zip(matrices).map(form).collect();
+        let mut quadrics: Vec<QuadraticForm> = positions.iter().zip(matrices).map(form).collect();
         let mut places = positions.to_vec();
         for step in &self.steps {
             match step {
                 TreeStep::Star(star) => quadrics.push(star.quadric(&places)),
-                TreeStep::Union { nodes: [kept, gone], quadrics: [of_kept, of_gone], place } => {
+                TreeStep::Union { nodes: [kept, removed], quadrics: [of_kept, of_gone], place } => {
                     places.push(match place {
                         Placement::Minimum => {
                             let form = quadrics[*of_kept] + quadrics[*of_gone];
                             solve(&form.a, form.b)
                         }
-                        Placement::Kept => places[*kept],
-                        Placement::Gone => places[*gone],
-                        Placement::Middle => (places[*kept] + places[*gone]) * 0.5,
+                        Placement::KeptEnd => places[*kept],
+                        Placement::RemovedEnd => places[*removed],
+                        Placement::Middle => (places[*kept] + places[*removed]) * 0.5,
                     })
                 }
             }
         }
-        GrownTree { quadrics, places }
+        EvaluatedTree { quadrics, places }
     }
 
-    pub fn outputs(&self, at: &GrownTree) -> Vec<DVec3> {
+    pub fn outputs(&self, at: &EvaluatedTree) -> Vec<DVec3> {
         self.roots.iter().map(|&node| at.places[node as usize]).collect()
     }
 
     pub fn backward(
         &self,
-        at: &GrownTree,
+        at: &EvaluatedTree,
         positions: &[DVec3],
         gradient: &[DVec3],
         to_positions: &mut [DVec3],
@@ -99,7 +99,7 @@ impl UnionTree {
         let to_forms = self.steps_backward(at, &mut to_places, positions.len());
         // `b = A p` at the input, so gradients of `b` reach both matrix and position.
         let to_matrix = |v: usize| {
-            let Form { a, b } = to_forms[v];
+            let QuadraticForm { a, b } = to_forms[v];
             to_positions[v] += at.quadrics[v].a * b + to_places[v];
             let p = positions[v];
             stiffen_backward(&(a + (outer(b, p) + outer(p, b)) * 0.5), f64::from(PULL))
@@ -107,8 +107,8 @@ impl UnionTree {
         (0..positions.len()).map(to_matrix).collect()
     }
 
-    fn steps_backward(&self, at: &GrownTree, to_places: &mut [DVec3], n_input: usize) -> Vec<Form> {
-        let mut to_quadrics = vec![Form::ZERO; at.quadrics.len()];
+    fn steps_backward(&self, at: &EvaluatedTree, to_places: &mut [DVec3], n_input: usize) -> Vec<QuadraticForm> {
+        let mut to_quadrics = vec![QuadraticForm::ZERO; at.quadrics.len()];
         let (mut node, mut quadric) = (at.places.len(), at.quadrics.len());
         for step in self.steps.iter().rev() {
             match step {
@@ -116,7 +116,7 @@ impl UnionTree {
                     quadric -= 1;
                     star.backward(&at.places, &to_quadrics[quadric], to_places);
                 }
-                TreeStep::Union { nodes: [kept, gone], quadrics, place } => {
+                TreeStep::Union { nodes: [kept, removed], quadrics, place } => {
                     node -= 1;
                     let to_place = to_places[node];
                     match place {
@@ -125,10 +125,10 @@ impl UnionTree {
                             let to_form = solve_backward(&form.a, at.places[node], to_place);
                             quadrics.iter().for_each(|&quadric| to_quadrics[quadric] += to_form);
                         }
-                        Placement::Kept => to_places[*kept] += to_place,
-                        Placement::Gone => to_places[*gone] += to_place,
+                        Placement::KeptEnd => to_places[*kept] += to_place,
+                        Placement::RemovedEnd => to_places[*removed] += to_place,
                         Placement::Middle => {
-                            [kept, gone].into_iter().for_each(|&child| to_places[child] += to_place * 0.5)
+                            [kept, removed].into_iter().for_each(|&child| to_places[child] += to_place * 0.5)
                         }
                     }
                 }

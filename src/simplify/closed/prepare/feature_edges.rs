@@ -18,14 +18,14 @@ impl FeatureEdges {
     pub fn new(surface: &PreparedSurface, kept: &[FeatureEdge]) -> Self {
         // Without copies surface and mesh have equal vertices.
         let has_copies = surface.n_split() > 0 && !kept.is_empty();
-        let kept = if has_copies { on_copies(surface, kept) } else { kept.to_vec() };
+        let kept = if has_copies { map_to_copies(surface, kept) } else { kept.to_vec() };
         let edges: Vec<[u32; 2]> = kept.iter().map(|edge| edge.ends).collect();
         let slack = kept.iter().map(|edge| surface.length(edge.slack)).collect();
         let is_hard = kept.iter().map(|edge| edge.is_hard).collect();
         Self { edges, slack, is_hard }
     }
 
-    pub fn has_held(&self) -> bool {
+    pub fn has_held_edges(&self) -> bool {
         self.held_edges().next().is_some()
     }
 
@@ -67,7 +67,7 @@ fn edges_between(edges: impl Iterator<Item = [u32; 2]>, vertex_of: &[u32]) -> Ve
     edges
 }
 
-fn on_copies(surface: &PreparedSurface, kept: &[FeatureEdge]) -> Vec<FeatureEdge> {
+fn map_to_copies(surface: &PreparedSurface, kept: &[FeatureEdge]) -> Vec<FeatureEdge> {
     let wanted: FxHashMap<[u32; 2], &FeatureEdge> = kept.iter().map(|edge| (edge.ends, edge)).collect();
     let mut touched = vec![false; surface.n_vertices()];
     kept.iter().flat_map(|edge| edge.ends).for_each(|v| touched[v as usize] = true);

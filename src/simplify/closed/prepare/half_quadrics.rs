@@ -7,14 +7,14 @@ use super::surface::{PreparedSurface, add, plane_of};
 pub fn complete(surface: &mut PreparedSurface, plane: &PlaneVertices) {
     // The cut gets no boundary lines: in the whole mesh it is no boundary.
     let mut sums = vec![[0.0f32; 6]; if plane.len() > 0 { surface.n_vertices() } else { 0 }];
-    for face in surface.faces.iter().filter(|face| face.iter().any(|&v| plane.has(v))) {
+    for face in surface.faces.iter().filter(|face| face.iter().any(|&v| plane.contains(v))) {
         if let Some((_, quadric)) = plane_of(face.map(|v| surface.positions[v as usize])) {
             let quadric = plane.with_image(quadric);
-            let corners = face.iter().filter(|&&v| plane.has(v));
+            let corners = face.iter().filter(|&&v| plane.contains(v));
             corners.for_each(|&v| add(&mut sums[v as usize], &quadric));
         }
     }
-    let of_cut: Vec<usize> = (0..sums.len()).filter(|&v| plane.has(v as u32)).collect();
+    let of_cut: Vec<usize> = (0..sums.len()).filter(|&v| plane.contains(v as u32)).collect();
     for &v in &of_cut {
         surface.normals[v][plane.axis()] = 0.0;
         surface.normals[v] = surface.normals[v].normalize_or_zero();
@@ -31,8 +31,8 @@ pub fn complete(surface: &mut PreparedSurface, plane: &PlaneVertices) {
 
 fn add_boundaries(surface: &PreparedSurface, plane: &PlaneVertices, sums: &mut [[f32; 6]]) {
     let boundaries = if sums.is_empty() { Vec::new() } else { surface.rings.ghost_faces() };
-    for [a, b, _] in boundaries.into_iter().filter(|&[a, b, _]| plane.has(a) != plane.has(b)) {
-        let v = if plane.has(a) { a } else { b };
+    for [a, b, _] in boundaries.into_iter().filter(|&[a, b, _]| plane.contains(a) != plane.contains(b)) {
+        let v = if plane.contains(a) { a } else { b };
         let line = plane.with_image(surface.line_along_boundary([a, b]));
         add(&mut sums[v as usize], &line);
     }

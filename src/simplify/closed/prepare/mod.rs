@@ -9,21 +9,30 @@ use crate::mesh::pulse::Pulse;
 
 use super::original::Original;
 use super::pins::Pins;
-use super::request::Keep;
+use super::request::Requirements;
 use feature_edges::FeatureEdges;
 use surface::{Normalisation, PreparedSurface};
 
-pub fn prepare<'a>(mesh: &'a TriMesh, keep: &Keep, pulse: Pulse<'a>) -> Original<'a> {
-    prepare_surface(mesh, PreparedSurface::new(mesh, pulse), keep)
+pub fn prepare<'a>(mesh: &'a TriMesh, requirements: &Requirements, pulse: Pulse<'a>) -> Original<'a> {
+    prepare_surface(mesh, PreparedSurface::new(mesh, pulse), requirements)
 }
 
-pub fn prepare_at_scale<'a>(mesh: &'a TriMesh, scale: Normalisation, keep: &Keep, pulse: Pulse<'a>) -> Original<'a> {
-    prepare_surface(mesh, PreparedSurface::at_scale(mesh, scale, pulse), keep)
+pub fn prepare_at_scale<'a>(
+    mesh: &'a TriMesh,
+    scale: Normalisation,
+    requirements: &Requirements,
+    pulse: Pulse<'a>,
+) -> Original<'a> {
+    prepare_surface(mesh, PreparedSurface::at_scale(mesh, scale, pulse), requirements)
 }
 
-fn prepare_surface<'a>(mesh: &'a TriMesh, mut surface: PreparedSurface<'a>, keep: &Keep) -> Original<'a> {
-    let features = FeatureEdges::new(&surface, keep.edges);
-    let pins = Pins::new(&surface, keep);
+fn prepare_surface<'a>(
+    mesh: &'a TriMesh,
+    mut surface: PreparedSurface<'a>,
+    requirements: &Requirements,
+) -> Original<'a> {
+    let features = FeatureEdges::new(&surface, requirements.edges);
+    let pins = Pins::new(&surface, requirements);
     surface.support_edges(features.held_edges());
     pins.plane().into_iter().for_each(|plane| half_quadrics::complete(&mut surface, plane));
     Original { mesh, surface, features, pins }

@@ -20,13 +20,13 @@ pub const BOUNDARY_WEIGHT: f32 = 3.0;
 const EDGE_WEIGHT: f32 = 0.3;
 /// Least weight of a vertex over the mean.
 // At 1e-5 no result of 64 differs.
-const LIGHT: f64 = 1e-4;
+const LEAST_VERTEX_WEIGHT: f64 = 1e-4;
 
 /// Least cosine between a normal and the opposite of its neighbour's at a fold.
 // Without folds a thin sheet at 0.05 deviates by 0.14 of the diagonal, with them by 0.06.
-const FOLD: f32 = 0.5;
+const LEAST_FOLD_COSINE: f32 = 0.5;
 
-const TOGETHER: usize = 1 << 20;
+const CHUNK: usize = 1 << 20;
 
 pub struct PreparedSurface<'a> {
     /// Normalised positions; copies of split vertices come last.
@@ -101,7 +101,7 @@ impl<'a> PreparedSurface<'a> {
         let mut positions = pulse.map(mesh.positions(), |&p| scale.normalise(p));
         // Copies start at the position of their vertex.
         positions.extend(copies.iter().map(|&v| scale.normalise(mesh.positions()[v as usize])));
-        let (normals, mut quadrics) = face_sums(pulse, &positions, &faces);
+        let (normals, mut quadrics) = sum_faces(pulse, &positions, &faces);
         add_boundary_lines(&positions, &rings, &mut quadrics);
         support_weightless(pulse, &mut quadrics);
         Self { positions, faces, rings, normals, quadrics, importance: Vec::new(), scale, pulse, copies }
@@ -133,7 +133,7 @@ impl<'a> PreparedSurface<'a> {
 
     pub fn weigh(&mut self, importance: Vec<f32>) {
         let weigh = |(quadric, factor): (&mut [f32; 6], &f32)| quadric.iter_mut().for_each(|entry| *entry *= factor);
-        for (quadrics, importance) in self.quadrics.chunks_mut(TOGETHER).zip(importance.chunks(TOGETHER)) {
+        for (quadrics, importance) in self.quadrics.chunks_mut(CHUNK).zip(importance.chunks(CHUNK)) {
             self.pulse.beat(0);
             quadrics.par_iter_mut().zip(importance).with_min_len(PARALLEL).for_each(weigh);
         }
@@ -176,7 +176,7 @@ impl<'a> PreparedSurface<'a> {
 }
 
 /// Sums unit vertex normals and plane quadrics, a third of each face per corner.
-fn face_sums(pulse: Pulse, positions: &[Vec3], faces: &[[u32; 3]]) -> (Vec<Vec3>, Vec<[f32; 6]>) {
+fn sum_faces(pulse: Pulse, positions: &[Vec3], faces: &[[u32; 3]]) -> (Vec<Vec3>, Vec<[f32; 6]>) {
     let mut normals = vec![Vec3::ZERO; positions.len()];
     let mut quadrics = vec![[0.0; 6]; positions.len()];
     // Each thread owns a range of vertices and scans all faces.
@@ -189,7 +189,7 @@ fn face_sums(pulse: Pulse, positions: &[Vec3], faces: &[[u32; 3]]) -> (Vec<Vec3>
         for faces in pulse.chunks(faces) {
             add_faces(positions, faces, share, normals, quadrics);
         }
-        for normals in normals.chunks_mut(TOGETHER) {
+        for normals in normals.chunks_mut(CHUNK) {
             pulse.beat(0);
             normals.iter_mut().for_each(|n| *n = n.normalize_or_zero());
         }
@@ -313,7 +313,8 @@ pub fn folds_around(centre: Vec3, ring: impl Iterator<Item = Option<Vec3>>) -> i
         // Compared without square roots.
         let [one, other] = [normals[i], normals[(i + 1) % n]];
         let along = one.dot(other);
-        along < 0.0 && along * along > FOLD * FOLD * one.length_squared() * other.length_squared()
+        along < 0.0
+            && along * along > LEAST_FOLD_COSINE * LEAST_FOLD_COSINE * one.length_squared() * other.length_squared()
     };
     (0..n).filter(is_fold)
 }
@@ -331,7 +332,7 @@ fn support_weightless(pulse: Pulse, quadrics: &mut [[f32; 6]]) {
 }
 
 pub fn least_weight(total: f64, n_vertices: usize) -> f64 {
-    (LIGHT * total / n_vertices as f64).max(1e-20)
+    (LEAST_VERTEX_WEIGHT * total / n_vertices as f64).max(1e-20)
 }
 
 #[inline(always)]

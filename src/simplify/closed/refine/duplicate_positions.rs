@@ -21,20 +21,20 @@ const SMALL: f32 = 64.0;
 /// Separates vertices with equal written positions by the smallest visible steps; returns the number moved.
 pub fn separate(pulse: Pulse, positions: &mut [[f32; 3]], pins: &Pins, frame: &Frame) -> usize {
     // Without duplicates, the common case, one pass over a table of bits suffices.
-    if !pins.let_duplicates_move() || are_apart(pulse, positions, frame) {
+    if !pins.may_separate() || are_apart(pulse, positions, frame) {
         return 0;
     }
     let mut taken: FxHashSet<[u64; 3]> = FxHashSet::default();
     taken.reserve(positions.len());
     // Locked vertices claim their positions first, since they cannot give way.
-    taken.extend(pins.locked_vertices().map(|v| key(frame, positions[v as usize])));
+    taken.extend(pins.locked_vertices().map(|v| written_key(frame, positions[v as usize])));
     let mut n_tried: FxHashMap<[u64; 3], u32> = FxHashMap::default();
     let (steps, mut n_moved) = (VisibleSteps::new(positions, frame), 0);
     for (_, position) in (0..).zip(positions).filter(|(v, _)| !pins.is_locked(*v)) {
         // The first vertex at a position keeps it.
-        let written = key(frame, *position);
+        let written = written_key(frame, *position);
         if !taken.insert(written) {
-            *position = free_place(
+            *position = take_free_position(
                 *position,
                 steps.steps_at(*position),
                 frame,
@@ -48,7 +48,7 @@ pub fn separate(pulse: Pulse, positions: &mut [[f32; 3]], pins: &Pins, frame: &F
 }
 
 /// Separates the vertices of a half from each other and from their images; `placed` corrects a position.
-pub fn separate_twins(
+pub fn separate_mirrored(
     positions: &mut [[f32; 3]],
     image: &dyn Fn([f32; 3]) -> [f32; 3],
     placed: &dyn Fn(usize, [f32; 3]) -> [f32; 3],
@@ -66,10 +66,10 @@ pub fn separate_twins(
         let steps = steps.steps_at(position);
         let mut number = 0;
         loop {
-            let offset = grid_place(number, steps);
+            let offset = grid_offset(number, steps);
             let place = placed(v, std::array::from_fn(|axis| position[axis] + offset[axis]));
             // A vertex off the plane claims two positions, its own and its image's.
-            let keys = [place, image(place)].map(|p| key(frame, p));
+            let keys = [place, image(place)].map(|p| written_key(frame, p));
             let is_alone = keys[0] != keys[1] || place == image(place);
             if is_alone && place.iter().all(|x| x.is_finite()) && !keys.iter().any(|key| taken.contains(key)) {
                 taken.extend(keys);
@@ -91,7 +91,7 @@ pub fn are_apart(pulse: Pulse, positions: &[[f32; 3]], frame: &Frame) -> bool {
     let (mut any, mut bits) = (0, Vec::new());
     for positions in positions.chunks(BATCH) {
         pulse.beat(positions.len());
-        positions.par_iter().map(|&position| bit_of(key(frame, position))).collect_into_vec(&mut bits);
+        positions.par_iter().map(|&position| bit_of(written_key(frame, position))).collect_into_vec(&mut bits);
         for bit in &bits {
             let mask = 1 << (bit % 64);
             any |= once[bit / 64] & mask;
@@ -104,16 +104,16 @@ pub fn are_apart(pulse: Pulse, positions: &[[f32; 3]], frame: &Frame) -> bool {
         let bit = bit_of(key);
         twice[bit / 64] >> (bit % 64) & 1 == 1
     };
-    let mut keys = positions.iter().map(|&position| key(frame, position));
+    let mut keys = positions.iter().map(|&position| written_key(frame, position));
     any == 0 || keys.all(|key| !is_doubtful(key) || taken.insert(key))
 }
 
-pub(super) fn key(frame: &Frame, local: [f32; 3]) -> [u64; 3] {
+pub(super) fn written_key(frame: &Frame, local: [f32; 3]) -> [u64; 3] {
     frame.to_file(local).map(|x| (x + 0.0).to_bits())
 }
 
 /// Takes the first free position on a growing grid, skipping the first `n_tried`.
-fn free_place(
+fn take_free_position(
     position: [f32; 3],
     steps: [f32; 3],
     frame: &Frame,
@@ -122,9 +122,9 @@ fn free_place(
 ) -> [f32; 3] {
     loop {
         *n_tried += 1;
-        let offset = grid_place(*n_tried, steps);
+        let offset = grid_offset(*n_tried, steps);
         let candidate = std::array::from_fn(|axis| position[axis] + offset[axis]);
-        if candidate.iter().all(|x| x.is_finite()) && taken.insert(key(frame, candidate)) {
+        if candidate.iter().all(|x| x.is_finite()) && taken.insert(written_key(frame, candidate)) {
             return candidate;
         }
     }
@@ -157,7 +157,7 @@ impl<'a> VisibleSteps<'a> {
 }
 
 /// Returns a position of a grid, numbered such that the first n fill a cube (Morton order).
-pub(super) fn grid_place(number: u32, steps: [f32; 3]) -> [f32; 3] {
+pub(super) fn grid_offset(number: u32, steps: [f32; 3]) -> [f32; 3] {
     let least = steps.into_iter().fold(f32::INFINITY, f32::min);
     let is_fine = steps.map(|step| step <= SMALL * least);
     let n_fine = is_fine.iter().filter(|fine| **fine).count() as u32;
@@ -236,7 +236,7 @@ mod tests {
         let frame = Frame { origin: [5e9, -3.0, 0.0], double: true };
         let mut positions = [[1e-12, 0.0, 0.0]; 9];
         separate(Pulse::NONE, &mut positions, &Pins::default(), &frame);
-        let distinct: FxHashSet<[u64; 3]> = positions.iter().map(|p| key(&frame, *p)).collect();
+        let distinct: FxHashSet<[u64; 3]> = positions.iter().map(|p| written_key(&frame, *p)).collect();
         assert_eq!(distinct.len(), 9);
     }
 }

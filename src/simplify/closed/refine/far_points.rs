@@ -6,26 +6,26 @@ use crate::geometry::triangle::nearest_weights;
 use crate::simplify::closed::output::Output;
 
 use super::facets::{Facets, Projection};
-use super::sample_points::Points;
+use super::sample_points::SamplePoints;
 
 /// Distance over the root mean square height from which a point attracts.
 // At 5 the largest distance is 2 % larger.
 const FAR: f32 = 4.0;
 /// Distance that remains after the attraction, over that from which a point attracts.
 // Below 1, so that small changes do not bring the point back.
-const LEFT: f32 = 0.9;
+const REMAINING: f32 = 0.9;
 
 struct FarPoint {
     distance: f32,
-    way: Vec3,
+    offset: Vec3,
     foot: Projection,
 }
 
 /// Computes the steps of the vertices toward far points; each vertex follows at most one point.
-pub fn draw(points: &mut Points, facets: &Facets) -> Vec<Vec3> {
+pub fn attraction_steps(points: &mut SamplePoints, facets: &Facets) -> Vec<Vec3> {
     let output = facets.output;
     let mut matches = Vec::new();
-    points.place(facets, |found| matches.extend(found.iter().flatten().copied()));
+    points.assign(facets, |found| matches.extend(found.iter().flatten().copied()));
     // A distance is far in relation to the usual height.
     let [squares, area] = matches.iter().fold([0.0f64; 2], |[squares, area], m| {
         let height = f64::from(m.projection.height);
@@ -36,33 +36,33 @@ pub fn draw(points: &mut Points, facets: &Facets) -> Vec<Vec3> {
     let may_be_far = |foot: &Projection| foot.height.abs() > far || foot.weights.contains(&0.0);
     let suspects = matches.iter().filter(|m| may_be_far(&m.projection));
     let mut found: Vec<FarPoint> =
-        suspects.map(|m| nearest(output, points.position(m.point), m.projection.face)).collect();
+        suspects.map(|m| nearest_foot(output, points.position(m.point), m.projection.face)).collect();
     found.retain(|point| point.distance > far);
     // The farthest points choose their faces first.
     found.sort_by(|a, b| b.distance.total_cmp(&a.distance));
     let mut steps = vec![Vec3::ZERO; output.positions.len()];
-    for FarPoint { distance, way, foot } in found {
+    for FarPoint { distance, offset, foot } in found {
         let corners = output.face(foot.face);
         if corners.iter().any(|&v| steps[v as usize] != Vec3::ZERO) {
             continue;
         }
         // Least-squares moves of the corners that carry the closest point this far.
         let squared: f32 = foot.weights.iter().map(|w| w * w).sum();
-        let share = (1.0 - LEFT * far / distance) / squared;
-        corners.iter().zip(foot.weights).for_each(|(&v, weight)| steps[v as usize] = way * (share * weight));
+        let share = (1.0 - REMAINING * far / distance) / squared;
+        corners.iter().zip(foot.weights).for_each(|(&v, weight)| steps[v as usize] = offset * (share * weight));
     }
     steps
 }
 
-fn nearest(output: &Output, point: Vec3, face: u32) -> FarPoint {
-    let mut nearest = FarPoint { distance: f32::INFINITY, way: Vec3::ZERO, foot: Projection::default() };
+fn nearest_foot(output: &Output, point: Vec3, face: u32) -> FarPoint {
+    let mut nearest = FarPoint { distance: f32::INFINITY, offset: Vec3::ZERO, foot: Projection::default() };
     // A walk ends at some face near the point; an adjacent one may be nearer.
     for face in output.face(face).into_iter().flat_map(|v| output.faces_around().faces(v)) {
         let corners = output.triangle(face);
         let weights = nearest_weights(point, corners);
-        let way = point - (corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2]);
-        if way.length() < nearest.distance {
-            nearest = FarPoint { distance: way.length(), way, foot: Projection { face, weights, height: 0.0 } };
+        let offset = point - (corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2]);
+        if offset.length() < nearest.distance {
+            nearest = FarPoint { distance: offset.length(), offset, foot: Projection { face, weights, height: 0.0 } };
         }
     }
     nearest
@@ -73,8 +73,8 @@ mod tests {
     use super::*;
     use crate::mesh::pulse::Pulse;
     use crate::mesh::{TriMesh, shapes};
-    use crate::simplify::closed::aim::Aim;
     use crate::simplify::closed::prepare::surface::PreparedSurface;
+    use crate::simplify::closed::stage_settings::StageSettings;
 
     #[test]
     fn a_tip_that_was_cut_off_draws_the_vertex_below_it() {
@@ -88,8 +88,11 @@ mod tests {
         positions[0] /= 1.4;
         let tip = surface.positions[0] - positions[0];
         let output = Output::from_original(&surface.positions, positions, coarse.faces().to_vec());
-        let aim = Aim { points_per_vertex: 200, ..Aim::default() };
-        let steps = draw(&mut Points::new(&surface, coarse.positions().len(), aim), &Facets::new(Pulse::NONE, &output));
+        let settings = StageSettings { points_per_vertex: 200, ..StageSettings::default() };
+        let steps = attraction_steps(
+            &mut SamplePoints::new(&surface, coarse.positions().len(), settings),
+            &Facets::new(Pulse::NONE, &output),
+        );
         let along = steps[0].dot(tip) / tip.length_squared();
         assert!((0.1..1.0).contains(&along), "{along}");
         assert!(steps[1..].iter().all(|step| step.length() < 0.3 * steps[0].length()));

@@ -13,19 +13,19 @@ use crate::simplify::closed::trace::{Trace, TracedStep};
 
 use super::facets::{Facets, Projection};
 use super::far_points;
-use super::sample_points::{Match, Points};
+use super::sample_points::{Match, SamplePoints};
 use super::strays;
 
 /// Weight of a vertex's own position, over the trace of its system.
 // Points say little along the surface. Sixteen meshes: at 0.001 the largest distance is 2.5 % larger; at 0.004 the mean
 // is 0.4 % larger.
-const STAY: f32 = 0.002;
-// `STAY` with held curves, which vertices would leave along the surface. Twelve meshes with creases: at 0.002 the
-// largest distance is 13 % larger, at 0.02 the mean 0.7 %.
-const STAY_BY_CURVES: f32 = 0.01;
+const POSITION_WEIGHT: f32 = 0.002;
+// `POSITION_WEIGHT` with held curves, which vertices would leave along the surface. Twelve meshes with creases: at 0.002
+// the largest distance is 13 % larger, at 0.02 the mean 0.7 %.
+const POSITION_WEIGHT_BY_CURVES: f32 = 0.01;
 /// Longest step over the root of a third of the area around a vertex.
 // Nineteen meshes: at 1.4 the largest distance is 10 % larger.
-const FARTHEST: f32 = 0.7;
+const LONGEST_STEP: f32 = 0.7;
 /// Least cosine between a face's normals before and after a step.
 // The mean distance is 0.4 % larger at 0.9.
 const LEAST_COSINE: f32 = 0.7;
@@ -33,28 +33,34 @@ const LEAST_COSINE: f32 = 0.7;
 // A guard, which changes no result of 121.
 const LEAST_INTENDED: f32 = 0.2;
 
-pub fn fit(original: &Original, points: &mut Points, output: &mut Output, trace: &mut Option<Trace>) {
+pub fn fit(original: &Original, points: &mut SamplePoints, output: &mut Output, trace: &mut Option<Trace>) {
     // With held curves one step only: every step moves vertices off their curves.
-    let n_steps = if !original.features.has_held() { points.n_steps() } else { 1 };
+    let n_steps = if !original.features.has_held_edges() { points.n_steps() } else { 1 };
     let start = output.positions.clone();
     for n_before in 0..n_steps {
         // Three points per face pay only after the first, largest step.
         if n_before > 0 {
-            points.multiply();
+            points.use_three_per_face();
         }
         step(original, points, output, &start, trace.as_mut());
     }
     // A point beyond a face, at a tip that was cut off, has hardly any height. So far points attract faces.
-    for _ in 0..points.aim().far_rounds {
+    for _ in 0..points.settings().far_rounds {
         let pulse = points.pulse().counting_if(false);
         let facets = Facets::new(pulse, output);
-        let steps = far_points::draw(points, &facets);
+        let steps = far_points::attraction_steps(points, &facets);
         let boundary = boundary_vertices(pulse, points, output);
         output.positions = take_steps(pulse, &facets, &steps, &boundary);
     }
 }
 
-fn step(original: &Original, points: &mut Points, output: &mut Output, start: &[Vec3], trace: Option<&mut Trace>) {
+fn step(
+    original: &Original,
+    points: &mut SamplePoints,
+    output: &mut Output,
+    start: &[Vec3],
+    trace: Option<&mut Trace>,
+) {
     // Sample points of the original are assigned to output faces. Then vertices move to minimise the weighted squared
     // heights of the points: each along the solution of its own 3 x 3 system, all by one common step length.
     let pulse = points.pulse().counting_if(false);
@@ -64,7 +70,7 @@ fn step(original: &Original, points: &mut Points, output: &mut Output, start: &[
     // The sums grow in chunks, since clearing millions of them at once would delay the progress.
     let mut sums = Vec::with_capacity(output.faces().len());
     pulse.ranges(0..output.faces().len()).for_each(|faces| sums.resize(faces.end, FaceSums::default()));
-    points.place(&facets, |found| {
+    points.assign(&facets, |found| {
         add_all(&mut sums, found);
         matches.iter_mut().for_each(|matches| matches.extend(found.iter().flatten()));
     });
@@ -72,13 +78,13 @@ fn step(original: &Original, points: &mut Points, output: &mut Output, start: &[
     let square = mean_square(&sums);
     pulse.beat(0);
     // Weights follow from the heights of this step, so outliers are found again in each step.
-    let counts = counts(pulse, &sums, points.aim().full_weight, square);
+    let face_weights = face_weights(pulse, &sums, points.settings().full_weight, square);
     pulse.beat(0);
-    let stay = if !original.features.has_held() { STAY } else { STAY_BY_CURVES };
-    let weighed = WeightedSums { sums: &sums, counts: &counts, thinning: points.thinning(), stay };
+    let stay = if !original.features.has_held_edges() { POSITION_WEIGHT } else { POSITION_WEIGHT_BY_CURVES };
+    let weighed = WeightedSums { sums: &sums, face_weights: &face_weights, thinning: points.thinning(), stay };
     let mut steps = solve(pulse, &facets, &weighed);
     // Above a spike there are no points, so heights do not stop its vertex; its distance to the original does.
-    strays::take_back(original, &facets, start, &mut steps, square.sqrt());
+    strays::cancel_stray_steps(original, &facets, start, &mut steps, square.sqrt());
     let boundary = boundary_vertices(pulse, points, output);
     let after = take_steps(pulse, &facets, &steps, &boundary);
     // The memory is freed in two steps, since freeing millions of faces takes a while.
@@ -89,7 +95,7 @@ fn step(original: &Original, points: &mut Points, output: &mut Output, start: &[
     if let (Some(trace), Some(matches)) = (trace, matches) {
         // The derivative needs to know which vertices moved, but not why others stayed.
         let moved = after.iter().zip(&output.positions).map(|(p, q)| p != q).collect();
-        trace.steps.push(TracedStep { density: points.density(), matches, counts, moved, stay });
+        trace.steps.push(TracedStep { density: points.density(), matches, face_weights, moved, stay });
     }
     output.positions.copy_from_slice(&after);
 }
@@ -104,7 +110,7 @@ struct FaceSums {
 
 struct WeightedSums<'a> {
     sums: &'a [FaceSums],
-    counts: &'a [f32],
+    face_weights: &'a [f32],
     thinning: f32,
     stay: f32,
 }
@@ -157,7 +163,7 @@ fn mean_square(sums: &[FaceSums]) -> f32 {
 }
 
 /// Returns the weight of each face's points, about the inverse of their height.
-fn counts(pulse: Pulse, sums: &[FaceSums], full_weight: f32, mean: f32) -> Vec<f32> {
+fn face_weights(pulse: Pulse, sums: &[FaceSums], full_weight: f32, mean: f32) -> Vec<f32> {
     let count = |sum: &FaceSums| {
         // Iteratively reweighted least squares: with weights from the last heights, heights and not their squares are
         // minimised.
@@ -172,14 +178,14 @@ fn counts(pulse: Pulse, sums: &[FaceSums], full_weight: f32, mean: f32) -> Vec<f
 ///
 /// J holds weights times normals, h heights, S the weights of positions.
 fn solve(pulse: Pulse, facets: &Facets, weighed: &WeightedSums) -> Vec<Vec3> {
-    let WeightedSums { sums, counts, thinning, .. } = *weighed;
+    let WeightedSums { sums, face_weights, thinning, .. } = *weighed;
     let faces = facets.output.faces();
     let directions = directions(pulse, facets, weighed);
     // One length for all vertices: separate lengths would interfere at shared faces.
     let change = |f: usize| {
         let normal = facets.normal(f as u32);
         let rises = faces[f].map(|v| normal.dot(directions[v as usize]));
-        sums[f].slope_and_curvature(rises).map(|change| counts[f] * change)
+        sums[f].slope_and_curvature(rises).map(|change| face_weights[f] * change)
     };
     let changes: Vec<[f32; 2]> = pulse.map_numbers(sums.len(), change);
     pulse.beat(0);
@@ -203,26 +209,30 @@ fn solve(pulse: Pulse, facets: &Facets, weighed: &WeightedSums) -> Vec<Vec3> {
     let step = |(d, [slope, curvature, area]): (&Vec3, [f32; 3])| {
         let step = *d * length;
         // Long steps would leave the region in which heights were measured.
-        let is_near = step.length_squared() <= FARTHEST * FARTHEST * thinning * area;
+        let is_near = step.length_squared() <= LONGEST_STEP * LONGEST_STEP * thinning * area;
         if is_near && 2.0 * slope > length * curvature { step } else { Vec3::ZERO }
     };
     directions.par_iter().zip(gains).map(step).collect()
 }
 
-fn directions(pulse: Pulse, facets: &Facets, WeightedSums { sums, counts, stay, .. }: &WeightedSums) -> Vec<Vec3> {
+fn directions(
+    pulse: Pulse,
+    facets: &Facets,
+    WeightedSums { sums, face_weights, stay, .. }: &WeightedSums,
+) -> Vec<Vec3> {
     let output = facets.output;
     let mut systems = vec![[0.0f32; 9]; output.positions.len()];
     // The weight of a face multiplies matrix and right side.
     let planes = |f: usize| {
         let normal = facets.normal(f as u32);
-        (normal * counts[f], outer(normal, counts[f]), &sums[f])
+        (normal * face_weights[f], outer(normal, face_weights[f]), &sums[f])
     };
     add_faces(pulse, &mut systems, output.faces(), planes, |system, (normal, outer, sum), corner| {
         system[..6].iter_mut().zip(outer).for_each(|(entry, x)| *entry += sum.weights[corner] * x);
         system[6..].iter_mut().zip(normal.to_array()).for_each(|(entry, x)| *entry += sum.heights[corner] * x);
     });
     // In a half, solutions have no component across the mirror plane.
-    output.pins.plane().into_iter().for_each(|plane| plane.confine(&mut systems));
+    output.pins.plane().into_iter().for_each(|plane| plane.confine_to_plane(&mut systems));
     systems.par_iter().map(|system| solve_block(system, *stay)).collect()
 }
 
@@ -252,7 +262,7 @@ fn take_steps(pulse: Pulse, facets: &Facets, steps: &[Vec3], boundary: &[u32]) -
     let stay = output.pins.locked_vertices().chain(boundary.iter().copied());
     stay.for_each(|v| after[v as usize] = output.positions[v as usize]);
     // A corner that returns can turn other faces, so this repeats until no face is turned.
-    let mut turned = indices_where(pulse, output.faces(), |f, _| turns(facets, f, &after));
+    let mut turned = indices_where(pulse, output.faces(), |f, _| is_turned_too_far(facets, f, &after));
     while !turned.is_empty() {
         let mut back = Vec::new();
         for v in turned.iter().flat_map(|&f| output.face(f)) {
@@ -263,13 +273,16 @@ fn take_steps(pulse: Pulse, facets: &Facets, steps: &[Vec3], boundary: &[u32]) -
                 back.push(v);
             }
         }
-        turned =
-            back.iter().flat_map(|&v| output.faces_around().faces(v)).filter(|&f| turns(facets, f, &after)).collect();
+        turned = back
+            .iter()
+            .flat_map(|&v| output.faces_around().faces(v))
+            .filter(|&f| is_turned_too_far(facets, f, &after))
+            .collect();
     }
     after
 }
 
-fn boundary_vertices(pulse: Pulse, points: &Points, output: &Output) -> Vec<u32> {
+fn boundary_vertices(pulse: Pulse, points: &SamplePoints, output: &Output) -> Vec<u32> {
     if !points.have_boundary() {
         return Vec::new();
     }
@@ -285,7 +298,7 @@ fn boundary_vertices(pulse: Pulse, points: &Points, output: &Output) -> Vec<u32>
 }
 
 /// Returns whether a face would turn too far from its present or intended normal.
-fn turns(facets: &Facets, f: u32, after: &[Vec3]) -> bool {
+fn is_turned_too_far(facets: &Facets, f: u32, after: &[Vec3]) -> bool {
     let normal = area_normal(facets.output.face(f).map(|v| after[v as usize]));
     let below = |unit: Vec3, least: f32| {
         let along = unit.dot(normal);
@@ -298,7 +311,7 @@ fn turns(facets: &Facets, f: u32, after: &[Vec3]) -> bool {
 mod tests {
     use super::*;
     use crate::mesh::{TriMesh, shapes};
-    use crate::simplify::closed::aim::Aim;
+    use crate::simplify::closed::stage_settings::StageSettings;
 
     fn fit_coarse(fine: &TriMesh, coarse: &TriMesh, n_steps: usize) -> (Vec<Vec3>, Vec<Vec3>) {
         let original = Original::bare(fine);
@@ -307,7 +320,7 @@ mod tests {
             |p: &[f32; 3]| fine.positions().iter().position(|q| Vec3::from(*q).distance((*p).into()) < 1e-5).unwrap();
         let before: Vec<Vec3> = coarse.positions().iter().map(|p| surface.positions[of(p)]).collect();
         let mut output = Output::from_original(&surface.positions, before.clone(), coarse.faces().to_vec());
-        let mut points = Points::new(surface, before.len(), Aim::default());
+        let mut points = SamplePoints::new(surface, before.len(), StageSettings::default());
         for _ in 0..n_steps {
             step(&original, &mut points, &mut output, &before, None);
         }

@@ -8,11 +8,11 @@ use crate::simplify::closed::diamond::{Diamond, diamonds};
 use crate::simplify::closed::output::Output;
 
 use super::facets::{Facet, Facets};
-use super::sample_points::{Match, Points};
+use super::sample_points::{Match, SamplePoints};
 
 /// Largest ratio of summed squared heights after and before a flip.
 // Nineteen meshes, ratios 0.01 to 0.05: the mean distance is 1.0 % larger at 0.4.
-const GAIN: f32 = 0.6;
+const MOST_ERROR_RATIO: f32 = 0.6;
 /// Least squared heights of two faces, over the mean of a face.
 // The mean distance is 0.3 % larger at 0, equal at 0.5.
 const LEAST_ERROR: f32 = 0.25;
@@ -24,17 +24,18 @@ const LEAST_COSINE: f32 = 0.5;
 const FLAT: f32 = 0.998;
 
 /// Flips edges by descending gain, each face at most once; returns their number.
-pub fn flip(points: &mut Points, output: &mut Output) -> usize {
+pub fn flip(points: &mut SamplePoints, output: &mut Output) -> usize {
     let mut touched = vec![false; output.faces().len()];
     // Two flips must not create one edge twice.
-    let mut made: FxHashSet<[u32; 2]> = FxHashSet::default();
-    let mut chosen = worthwhile(points, output);
+    let mut new_edges: FxHashSet<[u32; 2]> = FxHashSet::default();
+    let mut chosen = rank_flips(points, output);
     // All gains were measured on the unflipped mesh, so they are invalid at faces that changed.
     chosen.retain(|diamond| {
         let [f, g] = diamond.faces.map(|f| f as usize);
         let [_, _, c, d] = diamond.corners;
-        let is_free = !output.is_held(diamond) && !touched[f] && !touched[g] && !output.faces_around().joins(c, d);
-        let is_flipped = is_free && made.insert([c.min(d), c.max(d)]);
+        let is_free =
+            !output.is_flip_forbidden(diamond) && !touched[f] && !touched[g] && !output.faces_around().has_edge(c, d);
+        let is_flipped = is_free && new_edges.insert([c.min(d), c.max(d)]);
         if is_flipped {
             (touched[f], touched[g]) = (true, true);
         }
@@ -44,10 +45,10 @@ pub fn flip(points: &mut Points, output: &mut Output) -> usize {
     chosen.len()
 }
 
-fn worthwhile(points: &mut Points, output: &Output) -> Vec<Diamond> {
+fn rank_flips(points: &mut SamplePoints, output: &Output) -> Vec<Diamond> {
     let pulse = points.pulse().counting_if(false);
     let facets = Facets::new(pulse, output);
-    let weighed = PointsOfFaces::new(points, &facets);
+    let weighed = FacePoints::new(points, &facets);
     let rate = |f: u32| {
         // Each diamond is rated once, from its face of smaller number.
         let later = diamonds(output.faces(), output.faces_around(), f).filter(move |diamond| diamond.faces[1] > f);
@@ -67,21 +68,21 @@ struct WeightedPoint {
     area: f32,
 }
 
-struct PointsOfFaces {
+struct FacePoints {
     starts: Vec<u32>,
     points: Vec<WeightedPoint>,
     errors: Vec<f32>,
     least_error: f32,
 }
 
-impl PointsOfFaces {
-    fn new(points: &mut Points, facets: &Facets) -> Self {
+impl FacePoints {
+    fn new(points: &mut SamplePoints, facets: &Facets) -> Self {
         let n_faces = facets.output.faces().len();
         let mut starts = vec![0u32; n_faces + 2];
         let mut errors = vec![0.0; n_faces];
         // Counting sort of the points by face.
         let mut found: Vec<(u32, u32, f32)> = Vec::new();
-        points.place(facets, |matches| {
+        points.assign(facets, |matches| {
             for Match { point, area, projection } in matches.iter().flatten() {
                 starts[projection.face as usize + 2] += 1;
                 errors[projection.face as usize] += area * projection.height * projection.height;
@@ -119,9 +120,9 @@ impl PointsOfFaces {
         }
         // New faces must agree with the old ones and with their intended direction.
         let intended = diamond.faces.map(|f| facets.output.intended_normal(f));
-        let like = |n: Vec3, m: Vec3| n.dot(m) > LEAST_COSINE;
+        let agree = |n: Vec3, m: Vec3| n.dot(m) > LEAST_COSINE;
         let new = diamond.flipped_faces().map(|face| Facet::new(face.map(|v| facets.output.positions[v as usize])));
-        if new.iter().any(|n| old.iter().chain(&intended).any(|m| !like(n.normal, *m))) {
+        if new.iter().any(|n| old.iter().chain(&intended).any(|m| !agree(n.normal, *m))) {
             return None;
         }
         let points = diamond.faces.iter().flat_map(|&f| self.face_points(f));
@@ -132,7 +133,7 @@ impl PointsOfFaces {
             point.area * height * height
         });
         let after: f32 = heights.sum();
-        (after < GAIN * before).then_some(before - after)
+        (after < MOST_ERROR_RATIO * before).then_some(before - after)
     }
 }
 
@@ -141,11 +142,11 @@ mod tests {
     use super::*;
     use crate::mesh::pulse::Pulse;
     use crate::mesh::{TriMesh, shapes};
-    use crate::simplify::closed::aim::Aim;
     use crate::simplify::closed::prepare::surface::PreparedSurface;
+    use crate::simplify::closed::stage_settings::StageSettings;
 
-    fn points<'a>(surface: &'a PreparedSurface<'a>) -> Points<'a> {
-        Points::new(surface, usize::MAX / 64, Aim::default())
+    fn points<'a>(surface: &'a PreparedSurface<'a>) -> SamplePoints<'a> {
+        SamplePoints::new(surface, usize::MAX / 64, StageSettings::default())
     }
 
     fn roof() -> TriMesh {

@@ -14,16 +14,16 @@ use crate::simplify::closed::output::Output;
 const ROUNDS: usize = 3;
 /// Largest growth of the local distance that a repair may cause.
 // Of 16 foldovers 8 remain at 1, 4 here and at 3.
-const MOST_LOSS: f32 = 1.5;
-// `MOST_LOSS` of a leaning face, which is no foldover: its repair must pay. The largest distance is 0.6 % larger at
+const MOST_GROWTH: f32 = 1.5;
+// `MOST_GROWTH` of a leaning face, which is no foldover: its repair must pay. The largest distance is 0.6 % larger at
 // 0.35.
-const LEANING_LOSS: f32 = 0.7;
+const LEANING_GROWTH: f32 = 0.7;
 /// Cosine between a face and the original below which the face leans.
 // The largest distance is 0.9 % larger at 0.
 const LEANING: f32 = 0.3;
 /// Longest move of a corner over its shortest edge.
 // Of 57 results one differs at 0.4, four at 1.5.
-const MOST_WAY: f32 = 0.75;
+const LONGEST_MOVE: f32 = 0.75;
 // Largest valence that is repaired: higher ones would dominate the time. Of 57 results two differ at 12.
 const MOST_FACES: usize = 24;
 /// Distance that counts as rounding at unit size.
@@ -33,49 +33,49 @@ const ROUNDING: f32 = 1e-6;
 pub fn repair(original: &Original, output: &mut Output, is_coarse: bool) -> usize {
     // On coarse results leaning faces are repaired too: an edge may span a hollow that no earlier step saw.
     let least = if is_coarse { LEANING } else { 0.0 };
-    let folded = folded_faces(original, output, least);
-    if folded.is_empty() {
+    let foldovers = find_foldovers(original, output, least);
+    if foldovers.is_empty() {
         return 0;
     }
     // Regions are collected only around folded faces, since most results have few.
-    let regions = original.regions(&output.vertex_of, &mark(output, &neighbourhood(&folded, output)));
-    let (n_flipped, mut folded) = flip_folded(&regions, output, folded, least);
+    let regions = original.collect_regions(&output.vertex_of, &mark(output, &neighbourhood(&foldovers, output)));
+    let (n_flipped, mut foldovers) = flip_foldovers(&regions, output, foldovers, least);
     // Corners are moved only for faces that are turned, not for leaning ones.
     let is_stuck = |&f: &u32| {
         RepairView { regions: &regions, output, least: 0.0 }.surroundings_if_turned(f).is_some()
-            && opposes_all(output, f)
+            && opposes_all_neighbors(output, f)
     };
-    folded.retain(is_stuck);
-    if !folded.is_empty() {
-        move_corners(original, output, &folded);
+    foldovers.retain(is_stuck);
+    if !foldovers.is_empty() {
+        move_corners(original, output, &foldovers);
     }
     n_flipped
 }
 
 /// Finds the faces that oppose their surroundings and the original beneath them.
-fn folded_faces(original: &Original, output: &Output, least: f32) -> Vec<u32> {
+fn find_foldovers(original: &Original, output: &Output, least: f32) -> Vec<u32> {
     // No merge and no step of the fit turns a face far, but turns add up. Opposing the mean normal is cheap to test.
     // Faces of thin sheets do so too, so the original decides.
-    let mut folded = against_their_surroundings(original.surface.pulse, output, least);
-    if folded.is_empty() {
-        return folded;
+    let mut foldovers = find_opposed_faces(original.surface.pulse, output, least);
+    if foldovers.is_empty() {
+        return foldovers;
     }
     // Each walk starts at the region vertex closest to the face's first corner.
-    let first: Vec<u32> = folded.iter().map(|&f| output.face(f)[0]).collect();
-    let starts = original.anchors(&output.positions, &output.vertex_of, &mark(output, &first));
-    folded.retain(|&f| {
+    let first: Vec<u32> = foldovers.iter().map(|&f| output.face(f)[0]).collect();
+    let starts = original.nearest_in_regions(&output.positions, &output.vertex_of, &mark(output, &first));
+    foldovers.retain(|&f| {
         let corners = output.triangle(f);
         // The normal of the original beneath the centroid decides.
         let centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
         let start = starts[output.face(f)[0] as usize];
-        turns(original.closest_near(centroid, start).normal, area_normal(corners), least)
+        are_opposed(original.closest_point_from(centroid, start).normal, area_normal(corners), least)
     });
-    folded
+    foldovers
 }
 
-fn flip_folded(regions: &Regions, output: &mut Output, mut folded: Vec<u32>, least: f32) -> (usize, Vec<u32>) {
+fn flip_foldovers(regions: &Regions, output: &mut Output, mut foldovers: Vec<u32>, least: f32) -> (usize, Vec<u32>) {
     let mut n_flipped = 0;
-    let mut due = folded.clone();
+    let mut due = foldovers.clone();
     for _ in 0..ROUNDS {
         // Diamonds of one round must not touch, since each was judged without the others.
         let mut touched: FxHashSet<u32> = FxHashSet::default();
@@ -89,18 +89,18 @@ fn flip_folded(regions: &Regions, output: &mut Output, mut folded: Vec<u32>, lea
         if touched.is_empty() {
             break;
         }
-        folded = find_still_folded(output, folded, &touched, least);
+        foldovers = find_remaining_foldovers(output, foldovers, &touched, least);
         // Only faces near a change can behave differently.
         let is_near = |f: &&u32| neighbourhood(&[**f], output).iter().any(|v| touched.contains(v));
-        due = folded.iter().filter(is_near).copied().collect();
+        due = foldovers.iter().filter(is_near).copied().collect();
     }
-    (n_flipped, folded)
+    (n_flipped, foldovers)
 }
 
-fn move_corners(original: &Original, output: &mut Output, folded: &[u32]) {
-    let rings: Vec<u32> = folded.iter().flat_map(|&f| ring(output, &output.face(f))).collect();
-    let regions = original.regions(&output.vertex_of, &mark(output, &rings));
-    for &f in folded {
+fn move_corners(original: &Original, output: &mut Output, foldovers: &[u32]) {
+    let rings: Vec<u32> = foldovers.iter().flat_map(|&f| ring(output, &output.face(f))).collect();
+    let regions = original.collect_regions(&output.vertex_of, &mark(output, &rings));
+    for &f in foldovers {
         if let Some((v, place)) = better_corner(&RepairView { regions: &regions, output, least: 0.0 }, f) {
             output.positions[v as usize] = place;
         }
@@ -108,7 +108,7 @@ fn move_corners(original: &Original, output: &mut Output, folded: &[u32]) {
 }
 
 /// Returns whether the cosine between two vectors is not positive, or below `least`.
-fn turns(a: Vec3, b: Vec3, least: f32) -> bool {
+fn are_opposed(a: Vec3, b: Vec3, least: f32) -> bool {
     let along = a.dot(b);
     along <= 0.0 || along * along < least * least * a.length_squared() * b.length_squared()
 }
@@ -123,8 +123,8 @@ fn neighbourhood(of: &[u32], output: &Output) -> Vec<u32> {
     let mut vertices = Vec::with_capacity(6 * of.len());
     for &f in of {
         let [a, b, c] = output.face(f);
-        let beyond = [(b, a), (c, b), (a, c)].into_iter().filter_map(|(u, v)| output.faces_around().face_along(u, v));
-        let opposite = beyond.flat_map(|g| output.face(g)).filter(|v| ![a, b, c].contains(v));
+        let across = [(b, a), (c, b), (a, c)].into_iter().filter_map(|(u, v)| output.faces_around().face_along(u, v));
+        let opposite = across.flat_map(|g| output.face(g)).filter(|v| ![a, b, c].contains(v));
         vertices.extend([a, b, c].into_iter().chain(opposite));
     }
     vertices
@@ -142,18 +142,19 @@ fn ring(output: &Output, vertices: &[u32]) -> Vec<u32> {
 fn better_corner(view: &RepairView, f: u32) -> Option<(u32, Vec3)> {
     let RepairView { output, .. } = view;
     // Pinned vertices stay, and vertices of high valence would take too long.
-    let is_movable = |v: &u32| !output.pins.has(*v) && output.faces_around().corners(*v).len() <= MOST_FACES / 2;
+    let is_movable = |v: &u32| !output.pins.is_pinned(*v) && output.faces_around().corners(*v).len() <= MOST_FACES / 2;
     output.face(f).into_iter().filter(is_movable).find_map(|v| {
         let here = output.positions[v as usize];
         let star = MovableStar::new(view, v);
         // A position must repair at least one face and be near.
         let n_here = star.n_turned(here);
-        let mut better: Vec<(usize, Vec3)> = star.other_places(here).map(|place| (star.n_turned(place), place)).into();
-        let reach = MOST_WAY * star.shortest_edge(here);
+        let mut better: Vec<(usize, Vec3)> =
+            star.candidate_positions(here).map(|place| (star.n_turned(place), place)).into();
+        let reach = LONGEST_MOVE * star.shortest_edge(here);
         better.retain(|(n, place)| *n < n_here && here.distance(*place) <= reach);
         // The distance test takes longest, so it comes last and in the order of benefit.
         better.sort_by_key(|(n, _)| *n);
-        better.into_iter().find(|(_, place)| star.keeps_near([here, *place])).map(|(_, place)| (v, place))
+        better.into_iter().find(|(_, place)| star.stays_near_original([here, *place])).map(|(_, place)| (v, place))
     })
 }
 
@@ -176,11 +177,11 @@ impl<'a> MovableStar<'a> {
         Self { view, own, ring: ring(view.output, &[v]), sides }
     }
 
-    fn other_places(&self, here: Vec3) -> [Vec3; 3] {
+    fn candidate_positions(&self, here: Vec3) -> [Vec3; 3] {
         // Each neighbour occurs twice among the sides, once per adjacent face.
-        let amid = self.sides.iter().flatten().sum::<Vec3>() / (2 * self.sides.len()) as f32;
+        let centroid = self.sides.iter().flatten().sum::<Vec3>() / (2 * self.sides.len()) as f32;
         let on_original = |p: Vec3| self.view.regions.closest_point(p, &self.ring).point;
-        [on_original(here), on_original(amid), amid]
+        [on_original(here), on_original(centroid), centroid]
     }
 
     fn shortest_edge(&self, here: Vec3) -> f32 {
@@ -191,13 +192,13 @@ impl<'a> MovableStar<'a> {
         self.faces_with(vertex).filter(|&corners| self.view.is_turned(corners, &self.ring)).count()
     }
 
-    fn keeps_near(&self, from_to: [Vec3; 2]) -> bool {
+    fn stays_near_original(&self, from_to: [Vec3; 2]) -> bool {
         let inner = |[v, p, q]: [Vec3; 3]| [(v + p + q) / 3.0, (v + p) * 0.5];
         let patches = from_to.map(|vertex| FacePatch {
             faces: self.faces_with(vertex).collect(),
             inner: self.faces_with(vertex).flat_map(inner).collect(),
         });
-        self.view.keeps_near(&patches, [&self.ring, &self.ring], &self.own, MOST_LOSS)
+        self.view.stays_near_original(&patches, [&self.ring, &self.ring], &self.own, MOST_GROWTH)
     }
 
     fn faces_with(&self, vertex: Vec3) -> impl Iterator<Item = [Vec3; 3]> {
@@ -205,35 +206,40 @@ impl<'a> MovableStar<'a> {
     }
 }
 
-fn opposes_all(output: &Output, f: u32) -> bool {
+fn opposes_all_neighbors(output: &Output, f: u32) -> bool {
     let face = output.face(f);
     let normal = |f: u32| area_normal(output.triangle(f));
-    let beside = |g: u32| g != f && output.face(g).iter().filter(|v| face.contains(v)).count() == 2;
-    let mut neighbors = face.iter().flat_map(|&v| output.faces_around().faces(v)).filter(|&g| beside(g));
+    let is_adjacent = |g: u32| g != f && output.face(g).iter().filter(|v| face.contains(v)).count() == 2;
+    let mut neighbors = face.iter().flat_map(|&v| output.faces_around().faces(v)).filter(|&g| is_adjacent(g));
     neighbors.all(|g| normal(g).dot(normal(f)) < 0.0)
 }
 
-fn against_their_surroundings(pulse: Pulse, output: &Output, least: f32) -> Vec<u32> {
+fn find_opposed_faces(pulse: Pulse, output: &Output, least: f32) -> Vec<u32> {
     let normal = |f: usize| area_normal(output.triangle(f as u32));
     let mut means = vec![Vec3::ZERO; output.positions.len()];
     // Area normals weight the mean by area.
     add_faces(pulse, &mut means, output.faces(), normal, |mean, normal, _| *mean += normal);
     indices_where(pulse, output.faces(), |f, face| {
         let normal = normal(f as usize);
-        face.iter().any(|&v| turns(normal, means[v as usize], least))
+        face.iter().any(|&v| are_opposed(normal, means[v as usize], least))
     })
 }
 
 /// Returns which of the folded faces, and of the faces at touched vertices, are folded now.
-fn find_still_folded(output: &Output, mut folded: Vec<u32>, touched: &FxHashSet<u32>, least: f32) -> Vec<u32> {
+fn find_remaining_foldovers(
+    output: &Output,
+    mut foldovers: Vec<u32>,
+    touched: &FxHashSet<u32>,
+    least: f32,
+) -> Vec<u32> {
     let normal = |f: u32| area_normal(output.triangle(f));
     let mean = |v: u32| output.faces_around().faces(v).map(normal).sum::<Vec3>();
     // A flip may have folded other faces.
-    folded.extend(touched.iter().flat_map(|&v| output.faces_around().faces(v)));
-    folded.sort_unstable();
-    folded.dedup();
-    folded.retain(|&f| output.face(f).iter().any(|&v| turns(normal(f), mean(v), least)));
-    folded
+    foldovers.extend(touched.iter().flat_map(|&v| output.faces_around().faces(v)));
+    foldovers.sort_unstable();
+    foldovers.dedup();
+    foldovers.retain(|&f| output.face(f).iter().any(|&v| are_opposed(normal(f), mean(v), least)));
+    foldovers
 }
 
 struct RepairView<'a> {
@@ -244,7 +250,7 @@ struct RepairView<'a> {
 
 struct TurnedFace {
     near: Vec<u32>,
-    most_loss: f32,
+    most_growth: f32,
 }
 
 impl RepairView<'_> {
@@ -259,18 +265,18 @@ impl RepairView<'_> {
 
     fn is_turned(&self, corners: [Vec3; 3], near: &[u32]) -> bool {
         let [own, original] = self.normals(corners, near);
-        turns(own, original, self.least)
+        are_opposed(own, original, self.least)
     }
 
     fn surroundings_if_turned(&self, f: u32) -> Option<TurnedFace> {
         let near = neighbourhood(&[f], self.output);
-        if !near.iter().all(|&v| self.regions.has(v)) {
+        if !near.iter().all(|&v| self.regions.contains(v)) {
             return None;
         }
         let [own, original] = self.normals(self.output.triangle(f), &near);
         // The repair of a foldover may cost more than that of a leaning face.
-        let most_loss = if own.dot(original) <= 0.0 { MOST_LOSS } else { LEANING_LOSS };
-        turns(own, original, self.least).then_some(TurnedFace { near, most_loss })
+        let most_growth = if own.dot(original) <= 0.0 { MOST_GROWTH } else { LEANING_GROWTH };
+        are_opposed(own, original, self.least).then_some(TurnedFace { near, most_growth })
     }
 
     /// Finds the longest edge whose flip repairs a turned face; no vertex may be touched.
@@ -285,9 +291,9 @@ impl RepairView<'_> {
         edges.sort_by(|x, y| length(y).total_cmp(&length(x)));
         edges.into_iter().find(|diamond| {
             let is_free = self.is_free(diamond) && !diamond.corners.iter().any(|v| touched.contains(v));
-            let look_right =
+            let are_unturned =
                 || !diamond.flipped_faces().iter().any(|&face| self.is_turned(self.corners(face), &turned.near));
-            is_free && look_right() && self.may_flip(diamond, &turned)
+            is_free && are_unturned() && self.may_flip(diamond, &turned)
         })
     }
 
@@ -295,24 +301,30 @@ impl RepairView<'_> {
         let around = self.output.faces_around();
         let [_, _, c, d] = diamond.corners;
         let n_faces: usize = diamond.corners.iter().map(|&v| around.corners(v).len()).sum();
-        n_faces <= 4 * MOST_FACES && !around.joins(c, d) && !self.output.is_held(diamond)
+        n_faces <= 4 * MOST_FACES && !around.has_edge(c, d) && !self.output.is_flip_forbidden(diamond)
     }
 
     fn may_flip(&self, diamond: &Diamond, turned: &TurnedFace) -> bool {
-        let patches = [diamond.pair(), diamond.flipped_faces()].map(|pair| {
+        let patches = [diamond.present_faces(), diamond.flipped_faces()].map(|pair| {
             let [[u, v, p], [_, _, q]] = pair.map(|face| self.corners(face));
             FacePatch {
                 faces: vec![[u, v, p], [v, u, q]],
                 inner: vec![(u + v + p) / 3.0, (u + v + q) / 3.0, (u + v) * 0.5],
             }
         });
-        self.keeps_near(&patches, [&turned.near, &diamond.corners], &diamond.faces, turned.most_loss)
+        self.stays_near_original(&patches, [&turned.near, &diamond.corners], &diamond.faces, turned.most_growth)
     }
 
-    /// Returns whether replacing the first patch by the second multiplies the local distance by at most `most_loss`.
+    /// Returns whether replacing the first patch by the second multiplies the local distance by at most `most_growth`.
     ///
     /// `own` are the first patch's faces. Distances are to the regions of `near`, and from points in those of `about`.
-    fn keeps_near(&self, patches: &[FacePatch; 2], [near, about]: [&[u32]; 2], own: &[u32], most_loss: f32) -> bool {
+    fn stays_near_original(
+        &self,
+        patches: &[FacePatch; 2],
+        [near, about]: [&[u32]; 2],
+        own: &[u32],
+        most_growth: f32,
+    ) -> bool {
         let [mut before, mut after] = [0, 1].map(|i| {
             // From the patch to the original.
             let distances = patches[i].inner.iter().map(|&p| self.regions.closest_point(p, near).distance);
@@ -324,12 +336,12 @@ impl RepairView<'_> {
         for point in self.regions.points(about) {
             let [was, is] = [0, 1].map(|i| distance(point, &patches[i].faces));
             if is > was + ROUNDING {
-                let beside = distance(point, &others);
-                before = before.max(was.min(beside));
-                after = after.max(is.min(beside));
+                let other_distance = distance(point, &others);
+                before = before.max(was.min(other_distance));
+                after = after.max(is.min(other_distance));
             }
         }
-        after <= most_loss * before + ROUNDING
+        after <= most_growth * before + ROUNDING
     }
 
     fn faces_at(&self, vertices: &[u32], without: &[u32]) -> Vec<[Vec3; 3]> {
@@ -376,9 +388,9 @@ mod tests {
         let original = Original::bare(&roof);
         let may_flip = |corners: [u32; 4]| {
             let output = coarse(&original.surface, corners);
-            let regions = original.regions(&output.vertex_of, &[true; 4]);
+            let regions = original.collect_regions(&output.vertex_of, &[true; 4]);
             let view = RepairView { regions: &regions, output: &output, least: 0.0 };
-            let turned = TurnedFace { near: vec![0, 1, 2, 3], most_loss: MOST_LOSS };
+            let turned = TurnedFace { near: vec![0, 1, 2, 3], most_growth: MOST_GROWTH };
             view.may_flip(&Diamond { faces: [0, 1], corners: [0, 1, 2, 3] }, &turned)
         };
         assert!(!may_flip([FRONT, BACK, LEFT, RIGHT]));

@@ -1,5 +1,6 @@
 //! Steps after the collapse: flips, fit, nested components, foldover repair, and repair of rounding.
 
+pub mod degenerate_faces;
 pub mod duplicate_positions;
 mod facets;
 mod far_points;
@@ -9,4 +10,3 @@ pub mod foldovers;
 pub mod nested;
 pub mod sample_points;
 mod strays;
-pub mod without_area;

@@ -7,26 +7,26 @@ use rayon::prelude::*;
 
 use crate::geometry::crossing::triangles_cross;
 use crate::geometry::triangle::unit_normal;
-use crate::simplify::closed::dropping::{components_of, vertex_components};
+use crate::simplify::closed::dropping::{output_components, vertex_components};
 use crate::simplify::closed::original::Original;
 use crate::simplify::closed::output::Output;
 use crate::spatial::{Hit, NearestOnTriangles};
 
 /// Least cosine between the direction to another component and its normal for a clear side.
-const CLEAR: f32 = 0.5;
+const LEAST_SIDE_COSINE: f32 = 0.5;
 /// Least cosine between nested surfaces.
 // Components that pass through each other on purpose meet at larger angles.
-const ALONG: f32 = 0.8;
+const LEAST_NESTING_COSINE: f32 = 0.8;
 /// Distance at unit size up to which components touch.
 const TOUCHING: f32 = 1e-5;
-const FARTHEST: f32 = 0.1;
+const LONGEST_STEP: f32 = 0.1;
 const ROUNDS: usize = 20;
 /// Most face pairs tested: a base number, and one per face.
 // Thousands of needles that share a corner would be tested in all pairs.
-const LOOKS: [usize; 2] = [100_000, 200];
+const MOST_TESTS: [usize; 2] = [100_000, 200];
 /// Tests charged for a crossing face: five searches from seven points.
-const LOOKS_OF_CROSSING: usize = 35;
-const TOGETHER: usize = 256;
+const TESTS_PER_CROSSING: usize = 35;
+const CHUNK: usize = 256;
 const POINTS: [[f32; 3]; 7] = [
     [1.0, 0.0, 0.0],
     [0.0, 1.0, 0.0],
@@ -47,9 +47,9 @@ struct Crossing {
 type Moves = [(u32, Vec3); 3];
 
 /// Moves crossing faces of nested components back; `piece_of` returns the scene piece of an original face.
-pub fn move_back(original: &Original, output: &mut Output, piece_of: impl Fn(u32) -> usize) {
+pub fn separate_nested(original: &Original, output: &mut Output, piece_of: impl Fn(u32) -> usize) {
     // The fit sees one surface at a time: where two are closer than its error, their faces cross.
-    let (component_of, n_components) = components_of(output);
+    let (component_of, n_components) = output_components(output);
     if n_components < 2 || output.pins.is_subset() || output.pins.plane().is_some() {
         return;
     }
@@ -60,12 +60,12 @@ pub fn move_back(original: &Original, output: &mut Output, piece_of: impl Fn(u32
     for (face, f) in original.surface.faces.iter().zip(0..) {
         piece[component_of[output.vertex_of[face[0] as usize] as usize] as usize] = piece_of(f);
     }
-    let mut n_looks = LOOKS[0] + LOOKS[1] * output.faces().len();
+    let mut n_tests_left = MOST_TESTS[0] + MOST_TESTS[1] * output.faces().len();
     let mut faces: Vec<u32> = (0..output.faces().len() as u32).collect();
     let mut before = None;
     for _ in 0..ROUNDS {
         let tree = output.tree();
-        let crossings = crossings(output, &tree, (&component_of, &piece), &faces, &mut n_looks);
+        let crossings = find_crossings(output, &tree, (&component_of, &piece), &faces, &mut n_tests_left);
         if crossings.is_empty() {
             break;
         }
@@ -76,8 +76,8 @@ pub fn move_back(original: &Original, output: &mut Output, piece_of: impl Fn(u32
         let nested = NestedComponents { before, output, now: &now, component_of: &component_of, middles: &middles };
         // All moves of a round are found for the same positions, so each is made only if it still reduces the
         // crossings.
-        let moves: Vec<Option<Moves>> = pulse.map(&crossings, |crossing| nested.deepest(crossing));
-        let n_moved = moves.iter().flatten().filter(|moves| try_moves(output, &tree, moves, &mut n_looks)).count();
+        let moves: Vec<Option<Moves>> = pulse.map(&crossings, |crossing| nested.deepest_move(crossing));
+        let n_moved = moves.iter().flatten().filter(|moves| try_moves(output, &tree, moves, &mut n_tests_left)).count();
         if n_moved == 0 {
             break;
         }
@@ -87,12 +87,12 @@ pub fn move_back(original: &Original, output: &mut Output, piece_of: impl Fn(u32
     }
 }
 
-fn crossings(
+fn find_crossings(
     output: &Output,
     tree: &NearestOnTriangles,
     (component_of, piece): (&[u32], &[usize]),
     faces: &[u32],
-    n_looks: &mut usize,
+    n_tests_left: &mut usize,
 ) -> Vec<Crossing> {
     let component = |f: u32| component_of[output.face(f)[0] as usize];
     let normal = |f: u32| unit_normal(output.triangle(f));
@@ -103,8 +103,8 @@ fn crossings(
             n += 1;
             // Crossings of steep angles are intended, as are those of other scene pieces.
             let is_beside = component(other) != own && piece[component(other) as usize] == piece[own as usize];
-            let may = is_beside && along.dot(normal(other)).abs() > ALONG;
-            if may && triangles_cross(here, output.coordinates(other)) {
+            let may_cross = is_beside && along.dot(normal(other)).abs() > LEAST_NESTING_COSINE;
+            if may_cross && triangles_cross(here, output.coordinates(other)) {
                 crossed.push(Crossing { face, component: component(other), other });
             }
         });
@@ -114,13 +114,13 @@ fn crossings(
         (crossed, n)
     };
     let mut all = Vec::new();
-    for faces in faces.chunks(TOGETHER) {
-        if *n_looks == 0 {
+    for faces in faces.chunks(CHUNK) {
+        if *n_tests_left == 0 {
             break;
         }
         for (crossed, n) in faces.par_iter().map(crossed).collect::<Vec<_>>() {
             // The budget is charged in order, after the parallel tests, so that it is deterministic.
-            *n_looks = n_looks.saturating_sub(n + LOOKS_OF_CROSSING * crossed.len());
+            *n_tests_left = n_tests_left.saturating_sub(n + TESTS_PER_CROSSING * crossed.len());
             all.extend(crossed);
         }
     }
@@ -146,11 +146,11 @@ impl<'a> OriginalComponents<'a> {
         let (of_vertex, n) = vertex_components(surface.positions.len(), &surface.faces);
         let component = |v: u32| of_vertex.get(v as usize).copied().unwrap_or_default();
         let all = vec![true; output.positions.len()];
-        let anchors = original.anchors(&output.positions, &output.vertex_of, &all);
+        let nearest_in_regions = original.nearest_in_regions(&output.positions, &output.vertex_of, &all);
         Self {
             original,
             trees: ComponentTrees::new(surface.faces.iter().map(|face| component(face[0])), n),
-            component_before: anchors.into_iter().map(component).collect(),
+            component_before: nearest_in_regions.into_iter().map(component).collect(),
         }
     }
 
@@ -202,7 +202,7 @@ struct NestedComponents<'a> {
 
 impl NestedComponents<'_> {
     /// Finds the move at the point of a face that is deepest on the wrong side.
-    fn deepest(&self, crossing: &Crossing) -> Option<Moves> {
+    fn deepest_move(&self, crossing: &Crossing) -> Option<Moves> {
         let moves = POINTS.iter().filter_map(|&weights| self.moves(crossing, weights));
         moves.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, moves)| moves)
     }
@@ -229,7 +229,7 @@ impl NestedComponents<'_> {
         // A step longer than both distances to the original together would spoil what is right.
         let both_off =
             || Some(self.distance_to_original(place, crossing.face)? + self.distance_to_original(foot, hit.triangle)?);
-        if step.length() > FARTHEST * reach || step.length() > both_off()? {
+        if step.length() > LONGEST_STEP * reach || step.length() > both_off()? {
             return None;
         }
         // The face moves that shrinks its component, so that the visible component stays.
@@ -259,8 +259,8 @@ impl NestedComponents<'_> {
         let there = self.before.nearest(here.point, self.output.face(crossing.other)[0])?;
         let height = (here.point - there.point).dot(there.normal);
         // Only nearly parallel surfaces are nested; others intersect on purpose.
-        let are_along = here.normal.dot(there.normal).abs() > ALONG;
-        let is_clear = are_along && there.distance > TOUCHING && height.abs() > CLEAR * there.distance;
+        let are_parallel = here.normal.dot(there.normal).abs() > LEAST_NESTING_COSINE;
+        let is_clear = are_parallel && there.distance > TOUCHING && height.abs() > LEAST_SIDE_COSINE * there.distance;
         is_clear.then(|| (height.signum(), height.abs()))
     }
 
@@ -269,36 +269,37 @@ impl NestedComponents<'_> {
         let corners = self.output.face(face);
         // The minimum-norm moves of the corners that give the point this step.
         let step = step / Vec3::from(weights).length_squared();
-        let is_free = |v: &u32| !self.output.pins.has(*v);
+        let is_free = |v: &u32| !self.output.pins.is_pinned(*v);
         corners.iter().all(is_free).then(|| [0, 1, 2].map(|i| (corners[i], step * weights[i])))
     }
 }
 
-fn try_moves(output: &mut Output, tree: &NearestOnTriangles, moves: &Moves, n_looks: &mut usize) -> bool {
+fn try_moves(output: &mut Output, tree: &NearestOnTriangles, moves: &Moves, n_tests_left: &mut usize) -> bool {
     let moved = moves.iter().filter(|(_, step)| *step != Vec3::ZERO).map(|(v, _)| *v);
     let faces = output.faces_around().faces_of_all(moved);
-    let before = n_crossed(output, tree, &faces, n_looks);
+    let before = n_crossed(output, tree, &faces, n_tests_left);
     let places = moves.map(|(v, _)| output.positions[v as usize]);
     // The moves are made, tested, and taken back if they turn a face or do not reduce the crossings.
     moves.iter().for_each(|(v, step)| output.positions[*v as usize] += *step);
     let turns = |f: &u32| unit_normal(output.triangle(*f)).dot(output.intended_normal(*f)) <= 0.0;
-    let pays = before > 0 && !faces.iter().any(turns) && n_crossed(output, tree, &faces, n_looks) < before;
-    let is_made = pays && *n_looks > 0;
+    let reduces_crossings =
+        before > 0 && !faces.iter().any(turns) && n_crossed(output, tree, &faces, n_tests_left) < before;
+    let is_made = reduces_crossings && *n_tests_left > 0;
     if !is_made {
         moves.iter().zip(places).for_each(|((v, _), place)| output.positions[*v as usize] = place);
     }
     is_made
 }
 
-fn n_crossed(output: &Output, tree: &NearestOnTriangles, faces: &[u32], n_looks: &mut usize) -> usize {
+fn n_crossed(output: &Output, tree: &NearestOnTriangles, faces: &[u32], n_tests_left: &mut usize) -> usize {
     let mut n = 0;
     for &f in faces {
-        if *n_looks == 0 {
+        if *n_tests_left == 0 {
             break;
         }
         let here = output.coordinates(f);
         tree.visit_touching(&here, |other| {
-            *n_looks = n_looks.saturating_sub(1);
+            *n_tests_left = n_tests_left.saturating_sub(1);
             n += usize::from(other != f && triangles_cross(here, output.coordinates(other)));
         });
     }
@@ -356,7 +357,7 @@ mod tests {
                 (n..2 * n).filter(is_out).count()
             };
             let before = outside(&output);
-            move_back(&original, &mut output, |_| 0);
+            separate_nested(&original, &mut output, |_| 0);
             assert!(before > n / 2 && outside(&output) == 0, "{before} {}", outside(&output));
             assert_eq!(output.positions[..n], places[..n]);
         }
@@ -374,7 +375,7 @@ mod tests {
             let original = Original::bare(&mesh);
             let places = original.surface.positions.clone();
             let mut output = Output::from_original(&places, places.clone(), faces.clone());
-            move_back(&original, &mut output, |_| 0);
+            separate_nested(&original, &mut output, |_| 0);
             assert_eq!(output.positions, places);
         }
     }

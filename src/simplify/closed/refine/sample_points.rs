@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use crate::geometry::triangle::area_normal;
 use crate::mesh::pulse::Pulse;
 
-use crate::simplify::closed::aim::Aim;
 use crate::simplify::closed::prepare::surface::PreparedSurface;
+use crate::simplify::closed::stage_settings::StageSettings;
 
 use super::facets::{Facets, Projection};
 
@@ -53,27 +53,27 @@ impl Density {
     }
 }
 
-pub struct Points<'a> {
+pub struct SamplePoints<'a> {
     surface: &'a PreparedSurface<'a>,
     density: Density,
     most: usize,
     n_steps: usize,
-    aim: Aim,
+    settings: StageSettings,
     faces: Vec<u32>,
 }
 
-impl<'a> Points<'a> {
+impl<'a> SamplePoints<'a> {
     /// Chooses the points for this many output vertices, at most one per face.
-    pub fn new(surface: &'a PreparedSurface<'a>, n_output: usize, aim: Aim) -> Self {
+    pub fn new(surface: &'a PreparedSurface<'a>, n_output: usize, settings: StageSettings) -> Self {
         let n_faces = surface.faces.len();
         // Near the size of the input there is little to gain, so one point a face and one step suffice.
-        let most = aim.points_per_vertex * n_output;
-        let n_steps = if n_faces < aim.few_faces * n_output { 1 } else { aim.steps };
-        Self { surface, density: Density::One, most, n_steps, aim, faces: vec![NONE; most.min(n_faces)] }
+        let most = settings.points_per_vertex * n_output;
+        let n_steps = if n_faces < settings.few_faces * n_output { 1 } else { settings.steps };
+        Self { surface, density: Density::One, most, n_steps, settings, faces: vec![NONE; most.min(n_faces)] }
     }
 
     /// Places three points on each face, if that many are allowed, and keeps the centroids' faces.
-    pub fn multiply(&mut self) {
+    pub fn use_three_per_face(&mut self) {
         // If one point a face already exceeds the limit, three would only be thinned out.
         let one = self.faces.len();
         if self.density == Density::Three || one < self.surface.faces.len() {
@@ -89,7 +89,7 @@ impl<'a> Points<'a> {
     }
 
     /// Assigns all points to output faces and passes them on in batches.
-    pub fn place(&mut self, facets: &Facets, mut hand_on: impl FnMut(&[Option<Match>])) {
+    pub fn assign(&mut self, facets: &Facets, mut receive: impl FnMut(&[Option<Match>])) {
         if facets.is_empty() {
             return;
         }
@@ -104,17 +104,17 @@ impl<'a> Points<'a> {
             chunks.for_each(|(chunk, (faces, found))| {
                 let first = (batch * BATCH + chunk * CHUNK) as u64;
                 let points = (first..first + faces.len() as u64).map(|i| nth(i, stride));
-                self.place_run(facets, points.collect(), faces, found);
+                self.assign_run(facets, points.collect(), faces, found);
             });
-            hand_on(found);
+            receive(found);
             self.surface.pulse.beat(found.len());
         }
         self.faces = faces;
     }
 
-    fn place_run(&self, facets: &Facets, points: Vec<u32>, faces: &mut [u32], found: &mut [Option<Match>]) {
+    fn assign_run(&self, facets: &Facets, points: Vec<u32>, faces: &mut [u32], found: &mut [Option<Match>]) {
         // All points of a run walk together before they are projected.
-        self.begin(facets, &points, faces);
+        self.choose_start_faces(facets, &points, faces);
         let corners = |point: u32| self.corners(point).map(|v| self.surface.positions[v as usize]);
         let share = 0.5 / self.density.per_face() as f32;
         let places: Vec<Vec3> = points.iter().map(|&point| self.position(point)).collect();
@@ -129,7 +129,7 @@ impl<'a> Points<'a> {
     }
 
     /// Chooses start faces for unassigned points: between regions, or else the region's last one.
-    fn begin(&self, facets: &Facets, points: &[u32], faces: &mut [u32]) {
+    fn choose_start_faces(&self, facets: &Facets, points: &[u32], faces: &mut [u32]) {
         let mut last = [(NONE, NONE); REMEMBERED];
         for (&point, face) in points.iter().zip(faces).filter(|(_, face)| **face == NONE) {
             let vertices = self.corners(point).map(|v| facets.output.vertex_of[v as usize]);
@@ -168,8 +168,8 @@ impl<'a> Points<'a> {
         self.n_steps
     }
 
-    pub fn aim(&self) -> Aim {
-        self.aim
+    pub fn settings(&self) -> StageSettings {
+        self.settings
     }
 
     pub fn thinning(&self) -> f32 {
@@ -221,11 +221,11 @@ mod tests {
         let output = Output::from_original(&surface.positions, positions.clone(), coarse.faces().to_vec());
         let facets = Facets::new(Pulse::NONE, &output);
         let (mut points, points_of_all) = (
-            Points::new(&surface, surface.faces.len(), Aim::default()),
-            Points::new(&surface, surface.faces.len(), Aim::default()),
+            SamplePoints::new(&surface, surface.faces.len(), StageSettings::default()),
+            SamplePoints::new(&surface, surface.faces.len(), StageSettings::default()),
         );
         let (mut n_found, mut n_like_naive) = (0, 0);
-        points.place(&facets, |matches| {
+        points.assign(&facets, |matches| {
             for m in matches.iter().flatten() {
                 let corners = |f: &[u32; 3]| f.map(|v| positions[v as usize]);
                 let at = points_of_all.position(m.point);

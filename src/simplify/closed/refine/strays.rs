@@ -9,30 +9,33 @@ use super::facets::Facets;
 
 /// Largest distance after a step over the root mean square height.
 // Without this check the largest distance is 25 % larger.
-const ASTRAY: f32 = 5.0;
+const FARTHEST: f32 = 5.0;
 /// Rise above an adjacent face, over the root mean square height, from which a vertex is tested.
 // At 2 the largest distance is 1 % larger.
-const SUSPECT: f32 = 1.5;
+const LEAST_RISE: f32 = 1.5;
 
 /// Cancels steps that lead far off the original; `start` are the positions before the fit.
-pub fn take_back(original: &Original, facets: &Facets, start: &[Vec3], steps: &mut [Vec3], usual_height: f32) {
+pub fn cancel_stray_steps(original: &Original, facets: &Facets, start: &[Vec3], steps: &mut [Vec3], usual_height: f32) {
     let pulse: Pulse = original.surface.pulse.counting_if(false);
     let output = facets.output;
     let places: Vec<Vec3> = output.positions.iter().zip(&*steps).map(|(p, step)| *p + *step).collect();
     let is_suspect = |v: usize| {
         // A vertex that rose little above its faces cannot have left the surface.
-        let way = places[v] - start[v];
+        let rise = places[v] - start[v];
         steps[v] != Vec3::ZERO
-            && output.faces_around().faces(v as u32).any(|f| facets.normal(f).dot(way).abs() > SUSPECT * usual_height)
+            && output
+                .faces_around()
+                .faces(v as u32)
+                .any(|f| facets.normal(f).dot(rise).abs() > LEAST_RISE * usual_height)
     };
     let suspects: Vec<bool> = pulse.map_numbers(steps.len(), is_suspect);
     if !suspects.contains(&true) {
         return;
     }
     // The search starts in the vertex's own region, not on another sheet.
-    let anchors = original.anchors(&places, &output.vertex_of, &suspects);
+    let nearest_in_regions = original.nearest_in_regions(&places, &output.vertex_of, &suspects);
     for v in (0..steps.len()).filter(|&v| suspects[v]) {
-        if original.closest_near(places[v], anchors[v]).distance > ASTRAY * usual_height {
+        if original.closest_point_from(places[v], nearest_in_regions[v]).distance > FARTHEST * usual_height {
             steps[v] = Vec3::ZERO;
         }
     }
@@ -57,7 +60,7 @@ mod tests {
         steps[1] = start[1].any_orthogonal_vector() * 0.05;
         steps[2] = start[2] * 0.02;
         let before = steps.clone();
-        take_back(&original, &facets, &start, &mut steps, 0.01 * start[0].length());
+        cancel_stray_steps(&original, &facets, &start, &mut steps, 0.01 * start[0].length());
         assert_eq!(steps[0], Vec3::ZERO);
         assert_eq!(steps[1..], before[1..]);
     }

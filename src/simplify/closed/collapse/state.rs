@@ -12,7 +12,7 @@ use crate::simplify::options::Outcome;
 use crate::spatial::curve_order;
 
 use super::attribute_quadrics::AttributeQuadrics;
-use super::cheapest::Cheapest;
+use super::cheapest_edge::CheapestEdge;
 use super::compaction::Compaction;
 use super::constraints::Constraints;
 use super::corner_table::{CornerTable, NONE, renumber_corner};
@@ -22,9 +22,9 @@ use super::pair::{CollapseVertex, add_pull};
 use super::poses::Poses;
 
 /// Value of `corner` in a removed vertex.
-pub(super) const GONE: u32 = u32::MAX - 1;
+pub(super) const REMOVED: u32 = u32::MAX - 1;
 
-const LEAST_GONE: usize = 8;
+const LEAST_REMOVED: usize = 8;
 
 /// State of a collapse on a closed complex.
 ///
@@ -40,27 +40,27 @@ pub struct Collapse<'a> {
     pub(super) n_vertices: usize,
     pub(super) n_faces: usize,
     pub(super) pass: u32,
-    pub(super) cheapest: Vec<Cheapest>,
-    pub(super) n_tested: u32,
-    pub(super) stars: [EndRing; 2],
+    pub(super) cheapest: Vec<CheapestEdge>,
+    pub(super) n_link_tests: u32,
+    pub(super) end_rings: [EndRing; 2],
     /// Deformation still allowed at each surface vertex; empty for no limit.
     pub(super) ceilings: Vec<f32>,
-    pub(super) ceiling_met: bool,
-    pub(super) turn_forbidden: bool,
+    pub(super) was_ceiling_met: bool,
+    pub(super) was_turn_forbidden: bool,
     /// Number of vertices after each pass, and the pass's highest price.
-    pub(super) paid: Vec<(usize, f32)>,
+    pub(super) pass_prices: Vec<(usize, f32)>,
     pub(super) attributes: AttributeQuadrics,
     pub(super) poses: Poses,
     pub(super) constraints: Option<Constraints>,
     /// Marks surface vertices whose prices depend on more than planes.
     pub(super) is_special: Vec<bool>,
-    pub(super) copy: OwnCopy<'a>,
+    pub(super) copy: CopyState<'a>,
     pub history: Option<Vec<CollapseEvent>>,
     pub(super) pulse: Pulse<'a>,
 }
 
 #[derive(Clone, Default)]
-pub(super) enum OwnCopy<'a> {
+pub(super) enum CopyState<'a> {
     #[default]
     Unwanted,
     Wanted,
@@ -68,7 +68,7 @@ pub(super) enum OwnCopy<'a> {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum End {
+pub enum CollapseEnd {
     Reached,
     Smallest,
     SmallestMirrored,
@@ -76,10 +76,10 @@ pub enum End {
     LosesShape,
     Held,
     /// Numbers of held and of all vertices: the others are too few for the shape.
-    WouldRuin(usize, usize),
+    TooFewFree(usize, usize),
 }
 
-impl End {
+impl CollapseEnd {
     pub fn outcome(self) -> Outcome {
         match self {
             Self::Reached => Outcome::Reached,
@@ -88,7 +88,7 @@ impl End {
                 Outcome::Stopped("every component is as small as its topology and the mirror plane allow".into())
             }
             Self::Held => Outcome::Stopped("kept edges or locked vertices allow no further merge".into()),
-            Self::WouldRuin(held, all) => Outcome::Stopped(format!(
+            Self::TooFewFree(held, all) => Outcome::Stopped(format!(
                 "{held} of {all} vertices are on kept or locked edges, and merging the others would damage the shape"
             )),
             Self::LosesShape => Outcome::Stopped(
@@ -129,7 +129,7 @@ impl<'a> Collapse<'a> {
         let mut nodes: Vec<CollapseVertex> = pulse.counting_if(false).map(&order, node);
         nodes.extend((0..surface.rings.n_ghosts()).map(|_| CollapseVertex::ghost()));
         // Any corner of a vertex serves as the start of walks around it.
-        for c in corners.all() {
+        for c in corners.corners() {
             let node = &mut nodes[corners.vertex(c) as usize];
             (node.corner, node.degree) = (c, node.degree + 1);
         }
@@ -143,17 +143,17 @@ impl<'a> Collapse<'a> {
             n_faces: surface.faces.len(),
             pass: 1,
             cheapest: Vec::new(),
-            n_tested: 0,
-            stars: Default::default(),
+            n_link_tests: 0,
+            end_rings: Default::default(),
             ceilings: Vec::new(),
-            ceiling_met: false,
-            turn_forbidden: false,
-            paid: Vec::new(),
+            was_ceiling_met: false,
+            was_turn_forbidden: false,
+            pass_prices: Vec::new(),
             attributes: AttributeQuadrics::default(),
             poses: Poses::default(),
             constraints: None,
             is_special: Vec::new(),
-            copy: OwnCopy::Unwanted,
+            copy: CopyState::Unwanted,
             history: None,
             pulse,
         }
@@ -173,8 +173,8 @@ impl<'a> Collapse<'a> {
         let mut collapse = Self { constraints, attributes, poses, history, ..self };
         // Vertices with special prices are marked once, so that pricing skips all lookups at the others.
         if collapse.constraints.is_some() || !collapse.attributes.is_empty() || !collapse.poses.is_empty() {
-            let has_more = |v| !collapse.poses.is_empty() || collapse.attributes.count_at(v);
-            let is_special = |v| has_more(v) || collapse.constraints.as_ref().is_some_and(|it| it.touches(v));
+            let has_more = |v| !collapse.poses.is_empty() || collapse.attributes.has_quadric_at(v);
+            let is_special = |v| has_more(v) || collapse.constraints.as_ref().is_some_and(|it| it.affects(v));
             collapse.is_special = (0..collapse.merged.len() as u32).map(is_special).collect();
         }
         if !collapse.poses.is_empty() {
@@ -183,7 +183,7 @@ impl<'a> Collapse<'a> {
         collapse
     }
 
-    pub fn free(self) {
+    pub fn free_memory(self) {
         // Freeing the memory of millions of vertices takes a while, so it is split into steps with beats between them.
         let Self { nodes, corners, pulse, .. } = self;
         pulse.beat(0);
@@ -197,11 +197,11 @@ impl<'a> Collapse<'a> {
     pub fn output(&self) -> Output {
         let pulse = self.pulse.counting_if(false);
         // The output keeps the order of surface vertices, whatever order the collapse has in memory.
-        let living = indices_where(pulse, &self.merged, |v, &merged| v == merged);
+        let remaining = indices_where(pulse, &self.merged, |v, &merged| v == merged);
         let mut number = vec![NONE; self.merged.len()];
-        (0u32..).zip(&living).for_each(|(i, &v)| number[v as usize] = i);
-        let mut positions = vec![Vec3::ZERO; living.len()];
-        for node in self.nodes[..self.n_inner].iter().filter(|node| node.corner != GONE) {
+        (0u32..).zip(&remaining).for_each(|(i, &v)| number[v as usize] = i);
+        let mut positions = vec![Vec3::ZERO; remaining.len()];
+        for node in self.nodes[..self.n_inner].iter().filter(|node| node.corner != REMOVED) {
             positions[number[node.id as usize] as usize] = node.position;
         }
         pulse.beat(0);
@@ -211,7 +211,7 @@ impl<'a> Collapse<'a> {
         let faces: Vec<[u32; 3]> = self.corners.faces().filter(is_own).map(by_number).collect();
         pulse.beat(0);
         let vertex_of = pulse.map_numbers(self.merged.len(), |v| number[self.final_vertex(v as u32) as usize]);
-        let pins = self.constraints.as_ref().map(|constraints| constraints.pins.of_living(&living));
+        let pins = self.constraints.as_ref().map(|constraints| constraints.pins.select(&remaining));
         Output::new(pulse, positions, faces, pins.unwrap_or_default(), vertex_of)
     }
 
@@ -224,10 +224,10 @@ impl<'a> Collapse<'a> {
 
     pub(super) fn compact(&mut self) {
         // Moving all rows pays only if enough vertices were removed.
-        if (self.n_inner - self.n_vertices) * LEAST_GONE <= self.nodes.len() {
+        if (self.n_inner - self.n_vertices) * LEAST_REMOVED <= self.nodes.len() {
             return;
         }
-        let vertices = Compaction::new(self.nodes.len(), |v| self.nodes[v].corner != GONE);
+        let vertices = Compaction::new(self.nodes.len(), |v| self.nodes[v].corner != REMOVED);
         // Faces move first, since vertices and cheapest edges refer to corners.
         let faces = self.corners.compact(vertices.numbers());
         let faces = faces.numbers();
@@ -235,15 +235,15 @@ impl<'a> Collapse<'a> {
             NONE => node,
             corner => CollapseVertex { corner: renumber_corner(faces, corner), ..node },
         };
-        vertices.move_together(&mut self.nodes, with_corner);
+        vertices.compact_rows(&mut self.nodes, with_corner);
         self.nodes.truncate(vertices.len());
-        vertices.move_together(&mut self.cheapest, |cheapest| cheapest.renumber(faces));
+        vertices.compact_rows(&mut self.cheapest, |cheapest| cheapest.renumber(faces));
         self.cheapest.truncate(self.n_vertices);
         self.n_inner = self.n_vertices;
     }
 
-    pub(super) fn living(&self) -> impl Iterator<Item = u32> {
-        (0..self.n_inner as u32).filter(|&v| self.nodes[v as usize].corner != GONE)
+    pub(super) fn remaining(&self) -> impl Iterator<Item = u32> {
+        (0..self.n_inner as u32).filter(|&v| self.nodes[v as usize].corner != REMOVED)
     }
 
     pub(super) fn is_ghost(&self, v: u32) -> bool {
@@ -255,8 +255,8 @@ impl<'a> Collapse<'a> {
         n_vertices <= limit.vertices && n_faces <= limit.faces
     }
 
-    pub fn prices_paid(&self) -> &[(usize, f32)] {
-        &self.paid
+    pub fn pass_prices(&self) -> &[(usize, f32)] {
+        &self.pass_prices
     }
 
     pub fn has_ceilings(&self) -> bool {
@@ -265,7 +265,7 @@ impl<'a> Collapse<'a> {
 
     pub fn n_held(&self) -> usize {
         let Some(constraints) = &self.constraints else { return 0 };
-        let n = self.living().filter(|&v| constraints.is_held(self.nodes[v as usize].id)).count();
+        let n = self.remaining().filter(|&v| constraints.is_held(self.nodes[v as usize].id)).count();
         // In a mirrored mesh every held vertex counts twice.
         if self.plane().is_some() { 2 * n } else { n }
     }

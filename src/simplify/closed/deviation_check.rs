@@ -5,46 +5,46 @@ use glam::Vec3;
 use crate::geometry::triangle::area_normal;
 use crate::simplify::limits::Limit;
 
-use super::collapse::{Collapse, End};
+use super::collapse::{Collapse, CollapseEnd};
 use super::original::Original;
 use super::output::Output;
 
-/// The check runs when at least one vertex in `MANY` is held.
+/// The check runs when at least one vertex in `CHECKED_ONE_IN` is held.
 // With half of the vertices held the distance doubles.
-const MANY: usize = 2;
+const CHECKED_ONE_IN: usize = 2;
 /// Largest distance before refinement, over that with nothing held.
 // Refinement lowers 3.9 to between 2.7 and 3.8 for charts of thirty faces.
-const MOST: f64 = 4.2;
+const MOST_GROWTH: f64 = 4.2;
 /// Mean distance at unit size that is always acceptable.
-const NEAR: f64 = 1e-4;
+const NEGLIGIBLE: f64 = 1e-4;
 const STEP: f64 = 1.25;
 const POINTS: usize = 4096;
 
-pub struct RuinCheck<'a>(Collapse<'a>);
+pub struct DeviationCheck<'a>(Collapse<'a>);
 
-impl<'a> RuinCheck<'a> {
+impl<'a> DeviationCheck<'a> {
     pub fn new(collapse: &Collapse<'a>, limits: &[Limit]) -> Option<Self> {
         let least = limits.iter().map(|limit| limit.size()).min()?;
-        (MANY * collapse.n_held() >= least).then(|| Self(collapse.clone().without_progress()))
+        (CHECKED_ONE_IN * collapse.n_held() >= least).then(|| Self(collapse.clone().without_progress()))
     }
 
     /// Repeats a collapse that ruined the surface and ends it earlier; `None` if it did not.
-    pub fn repeat_if_ruined(
+    pub fn repeat_if_too_far(
         &self,
         ended: &Collapse,
         limit: Limit,
         distance: impl Fn(&Collapse) -> f64,
-    ) -> Option<(Collapse<'a>, End)> {
+    ) -> Option<(Collapse<'a>, CollapseEnd)> {
         // With enough free vertices no distance needs to be measured.
-        if MANY * ended.n_held() < ended.size().0 {
+        if CHECKED_ONE_IN * ended.n_held() < ended.size().0 {
             return None;
         }
         // The surface may end up to four times as far from the original as in a collapse to the same size with nothing
         // held.
-        let mut bare = self.0.clone().without_constraints();
-        bare.run(limit);
+        let mut unconstrained = self.0.clone().without_constraints();
+        unconstrained.run(limit);
         // Invisible distances are acceptable whatever their ratio.
-        let most = (MOST * distance(&bare)).max(NEAR);
+        let most = (MOST_GROWTH * distance(&unconstrained)).max(NEGLIGIBLE);
         if distance(ended) <= most {
             return None;
         }
@@ -52,22 +52,22 @@ impl<'a> RuinCheck<'a> {
         // Each trial continues the one before, so the search costs one collapse and its distances.
         let mut collapse = self.0.clone();
         collapse.run(last);
-        let end = End::WouldRuin(collapse.n_held(), collapse.size().0);
+        let end = CollapseEnd::TooFewFree(collapse.n_held(), collapse.size().0);
         Some((collapse, end))
     }
 
     /// Finds the last acceptable size above `least` step by step.
-    fn last_good_size(&self, least: usize, is_well: impl Fn(&Collapse) -> bool) -> Limit {
+    fn last_good_size(&self, least: usize, is_good: impl Fn(&Collapse) -> bool) -> Limit {
         let mut collapse = self.0.clone();
         let mut last = collapse.size().0;
         loop {
             // Only the number of free vertices shrinks from size to size.
             let n_held = collapse.n_held().min(last);
             let next = n_held + ((last - n_held) as f64 / STEP) as usize;
-            collapse.run(Limit::of_vertices(next));
+            collapse.run(Limit::from_vertices(next));
             let (size, _) = collapse.size();
-            if size <= least || size >= last || !is_well(&collapse) {
-                return Limit::of_vertices(last);
+            if size <= least || size >= last || !is_good(&collapse) {
+                return Limit::from_vertices(last);
             }
             last = size;
         }

@@ -5,7 +5,7 @@ use crate::simplify::options::{Effort, Optimize};
 // Twelve meshes: with `Mean` the mean distance is 6 % smaller, the largest 11 % larger, in 1.3 of the time. Others:
 // `docs/measured/benchmark.md`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Aim {
+pub struct StageSettings {
     // Factor on the scores: from 0.6 to 1 the mean distance grows by 4 %, normal errors fall by 9 %.
     pub strength: f32,
     // Most sample points per output vertex: at 14 the mean distance is 1.4 % larger.
@@ -24,13 +24,13 @@ pub struct Aim {
     pub far_rounds: usize,
 }
 
-impl Default for Aim {
+impl Default for StageSettings {
     fn default() -> Self {
         Self { strength: 0.7, points_per_vertex: 28, few_faces: 8, steps: 2, full_weight: 0.3, far_rounds: 0 }
     }
 }
 
-impl Aim {
+impl StageSettings {
     pub fn new(optimize: Optimize, effort: Effort) -> Self {
         let standard = Self::standard(optimize);
         match effort {

@@ -4,8 +4,8 @@ use glam::Vec3;
 
 use crate::geometry::triangle::nearest_point;
 
-use super::complex::Collapse;
 use super::end_ring::EndRing;
+use super::state::Collapse;
 
 /// Share of a ceiling below which distances are not measured.
 const NEGLIGIBLE: f32 = 0.02;
@@ -13,23 +13,23 @@ const NEGLIGIBLE: f32 = 0.02;
 impl Collapse<'_> {
     /// Returns the deformation still allowed after the ends moved to `x`; negative if too far.
     #[inline(always)]
-    pub(super) fn ceiling_after(&self, ends: [u32; 2], stars: &[EndRing; 2], x: Vec3) -> f32 {
+    pub(super) fn ceiling_after(&self, ends: [u32; 2], end_rings: &[EndRing; 2], x: Vec3) -> f32 {
         if self.ceilings.is_empty() {
             return f32::INFINITY;
         }
         // The stricter end decides; infinite ceilings skip the measurement.
         let ceiling = self.ids(ends).into_iter().map(|v| self.ceilings[v as usize]).fold(f32::INFINITY, f32::min);
-        if ceiling == f32::INFINITY { ceiling } else { ceiling - self.distance_of_merge(ends, stars, x, ceiling) }
+        if ceiling == f32::INFINITY { ceiling } else { ceiling - self.distance_of_merge(ends, end_rings, x, ceiling) }
     }
 
     /// Measures the distance between the faces before and after a merge; stops above `most`.
     #[inline(never)]
-    fn distance_of_merge(&self, ends: [u32; 2], stars: &[EndRing; 2], x: Vec3, most: f32) -> f32 {
+    fn distance_of_merge(&self, ends: [u32; 2], end_rings: &[EndRing; 2], x: Vec3, most: f32) -> f32 {
         let place = |w: u32| (!self.is_ghost(w)).then(|| self.nodes[w as usize].position);
         let [u, v] = ends.map(|w| self.nodes[w as usize].position);
         // Faces that stay, before and after, and the two that vanish.
         let (mut before, mut after) = (Vec::with_capacity(16), Vec::with_capacity(16));
-        for (here, star) in [u, v].into_iter().zip(stars) {
+        for (here, star) in [u, v].into_iter().zip(end_rings) {
             for pair in star.ring[1..].windows(2) {
                 if let (Some(q), Some(r)) = (place(pair[0]), place(pair[1])) {
                     before.push([here, q, r]);
@@ -37,29 +37,29 @@ impl Collapse<'_> {
                 }
             }
         }
-        let ring = &stars[0].ring;
+        let ring = &end_rings[0].ring;
         let opposite = [ring[1], ring[ring.len() - 1]];
         before.extend(opposite.into_iter().filter_map(|w| Some([u, v, place(w)?])));
         // Starting above zero saves exact distances that are negligible for the ceiling.
         let mut farthest = Farthest { distance2: (NEGLIGIBLE * most).powi(2), most2: most * most };
-        self.look_along_curves(&mut farthest, ends, stars, x);
+        self.measure_along_curves(&mut farthest, ends, end_rings, x);
         // The removed vertices themselves are usually farthest.
-        farthest.look(&after, [u, v].into_iter());
+        farthest.measure(&after, [u, v].into_iter());
         // Corners may stay near while a face between them vanishes or an opening is covered.
         let middle = |[p, q, r]: [Vec3; 3]| (p + q + r) / 3.0;
-        farthest.look(&after, before.iter().map(|&face| middle(face)));
-        farthest.look(&before, after.iter().map(|&face| middle(face)));
+        farthest.measure(&after, before.iter().map(|&face| middle(face)));
+        farthest.measure(&before, after.iter().map(|&face| middle(face)));
         // The way back: midpoints of the new edges against the old faces.
-        let rings = stars.iter().flat_map(|star| &star.ring[1..]);
-        farthest.look(&before, rings.filter_map(|&w| Some(0.5 * (x + place(w)?))));
+        let rings = end_rings.iter().flat_map(|star| &star.ring[1..]);
+        farthest.measure(&before, rings.filter_map(|&w| Some(0.5 * (x + place(w)?))));
         farthest.distance2.sqrt()
     }
 
-    fn look_along_curves(&self, farthest: &mut Farthest, ends: [u32; 2], stars: &[EndRing; 2], x: Vec3) {
+    fn measure_along_curves(&self, farthest: &mut Farthest, ends: [u32; 2], end_rings: &[EndRing; 2], x: Vec3) {
         // Curves separate regions that a viewer distinguishes, such as panes or tiles.
         let Some(constraints) = &self.constraints else { return };
         let (mut before, mut after) = (Vec::new(), Vec::new());
-        for (end, star) in ends.into_iter().zip(stars) {
+        for (end, star) in ends.into_iter().zip(end_rings) {
             let here = self.nodes[end as usize].position;
             let along = constraints.held_neighbours(self.nodes[end as usize].id);
             for &w in star.ring.iter().filter(|&&w| !self.is_ghost(w) && along.contains(&self.nodes[w as usize].id)) {
@@ -72,8 +72,8 @@ impl Collapse<'_> {
         }
         if !after.is_empty() {
             let middle = |[p, q, _]: [Vec3; 3]| 0.5 * (p + q);
-            farthest.look(&after, before.iter().flat_map(|&curve| [curve[0], middle(curve)]));
-            farthest.look(&before, after.iter().map(|&curve| middle(curve)));
+            farthest.measure(&after, before.iter().flat_map(|&curve| [curve[0], middle(curve)]));
+            farthest.measure(&before, after.iter().map(|&curve| middle(curve)));
         }
     }
 }
@@ -85,7 +85,7 @@ struct Farthest {
 
 impl Farthest {
     /// Measures more points; triangle `i` is probably nearest to point `i`.
-    fn look(&mut self, triangles: &[[Vec3; 3]], points: impl Iterator<Item = Vec3>) {
+    fn measure(&mut self, triangles: &[[Vec3; 3]], points: impl Iterator<Item = Vec3>) {
         for (i, point) in points.enumerate() {
             // Beyond the bound the merge is forbidden anyway.
             if self.distance2 > self.most2 {

@@ -4,9 +4,9 @@ use super::corner_table::renumber_corner;
 
 /// Cheapest edge of a vertex: price bits above the edge number, so that the least number is cheapest.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Cheapest(pub u64);
+pub(super) struct CheapestEdge(pub u64);
 
-impl Cheapest {
+impl CheapestEdge {
     pub const NONE: Self = Self(u64::MAX);
 
     pub fn renumber(self, faces: &[u32]) -> Self {
