@@ -11,60 +11,60 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use neural_mesh::mesh::fallible_allocation::is_allocation_fallible;
 
 /// Smallest counted block, in bytes: smaller ones take little next to a mesh's arrays.
-const COUNTED: usize = 1 << 16;
+const MIN_COUNTED_BYTES: usize = 1 << 16;
 
 /// Bytes in counted blocks.
-static TAKEN: AtomicUsize = AtomicUsize::new(0);
-static MOST: AtomicUsize = AtomicUsize::new(usize::MAX);
+static RESERVED_BYTES: AtomicUsize = AtomicUsize::new(0);
+static BYTE_LIMIT: AtomicUsize = AtomicUsize::new(usize::MAX);
 /// Handler that ends the program, given the unavailable number of bytes.
-static END: OnceLock<fn(usize) -> !> = OnceLock::new();
+static OUT_OF_MEMORY_HANDLER: OnceLock<fn(usize) -> !> = OnceLock::new();
 
 /// Sets the handler for failed allocations; before, the standard library handles them.
-pub fn end_by(end: fn(usize) -> !) {
-    let _ = END.set(end);
+pub fn set_out_of_memory_handler(end: fn(usize) -> !) {
+    let _ = OUT_OF_MEMORY_HANDLER.set(end);
 }
 
-pub fn bound(most: usize) {
-    MOST.store(most, Relaxed);
+pub fn set_limit(n_bytes: usize) {
+    BYTE_LIMIT.store(n_bytes, Relaxed);
 }
 
-pub fn most() -> usize {
-    MOST.load(Relaxed)
+pub fn limit() -> usize {
+    BYTE_LIMIT.load(Relaxed)
 }
 
 /// System allocator with an upper bound; ends the program when memory runs out.
-pub struct Bounded;
+pub struct BoundedAllocator;
 
-fn counted_size(size: usize) -> usize {
-    if size < COUNTED { 0 } else { size }
+fn counted_bytes(size: usize) -> usize {
+    if size < MIN_COUNTED_BYTES { 0 } else { size }
 }
 
 /// Reserves `size` bytes and returns whether they fit under the bound.
-fn take(size: usize) -> bool {
-    let size = counted_size(size);
-    let fits = size == 0 || TAKEN.fetch_add(size, Relaxed).saturating_add(size) <= most();
+fn reserve(size: usize) -> bool {
+    let size = counted_bytes(size);
+    let fits = size == 0 || RESERVED_BYTES.fetch_add(size, Relaxed).saturating_add(size) <= limit();
     if !fits {
-        give(size);
+        release(size);
     }
     fits
 }
 
-fn give(size: usize) {
-    if counted_size(size) > 0 {
-        TAKEN.fetch_sub(size, Relaxed);
+fn release(size: usize) {
+    if counted_bytes(size) > 0 {
+        RESERVED_BYTES.fetch_sub(size, Relaxed);
     }
 }
 
 /// Returns a block from the system. Without one, returns null to callers that can handle it, else ends the program.
 fn allocate(size: usize, from_system: impl FnOnce() -> *mut u8) -> *mut u8 {
-    if take(size) {
+    if reserve(size) {
         let block = from_system();
         if !block.is_null() {
             return block;
         }
-        give(size);
+        release(size);
     }
-    match END.get() {
+    match OUT_OF_MEMORY_HANDLER.get() {
         Some(end) if !is_allocation_fallible() => end(size),
         _ => null_mut(),
     }
@@ -72,7 +72,7 @@ fn allocate(size: usize, from_system: impl FnOnce() -> *mut u8) -> *mut u8 {
 
 // SAFETY: every call is forwarded unchanged to the system's allocator, and so is its result; null means that nothing was
 // allocated. A call that fails ends the process and never unwinds.
-unsafe impl GlobalAlloc for Bounded {
+unsafe impl GlobalAlloc for BoundedAllocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         allocate(layout.size(), || unsafe { System.alloc(layout) })
     }
@@ -83,15 +83,15 @@ unsafe impl GlobalAlloc for Bounded {
 
     unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
         unsafe { System.dealloc(block, layout) };
-        give(layout.size());
+        release(layout.size());
     }
 
     unsafe fn realloc(&self, block: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        give(layout.size());
+        release(layout.size());
         let moved = allocate(size, || unsafe { System.realloc(block, layout, size) });
         if moved.is_null() {
             // The old block stays valid when the move fails, so it counts again.
-            TAKEN.fetch_add(counted_size(layout.size()), Relaxed);
+            RESERVED_BYTES.fetch_add(counted_bytes(layout.size()), Relaxed);
         }
         moved
     }

@@ -5,7 +5,10 @@ use std::path::{Path, PathBuf};
 use clap::{ArgAction, ArgGroup, Parser, ValueEnum};
 use neural_mesh::job::{Count, RatioOf, count, ratio_of, share};
 
-use crate::numbers::{GIB, MOST_SAMPLES, n_threads, number, seed, texels, view, whole};
+use crate::numbers::{
+    GIB_RANGE, MAX_SAMPLES, number_parser, parse_seed, parse_texels, parse_thread_count, parse_view,
+    whole_number_parser,
+};
 
 const SHORT_NOTES: &str = "\
 Formats: OBJ, PLY, STL, OFF, glTF, GLB, VRM, 3MF, each also as .gz; FBX is read only. Texture coordinates, normals, \
@@ -31,12 +34,12 @@ target, 130 interrupted. If a constraint stops the simplification early, the mes
 (\"outcome\": \"stopped: ...\"). The exit code is then 0, or 3 with --strict. A missed bound of --error or --size always gives 3.";
 
 /// Headings of the help, in the order of the groups.
-const KEEP: &str = "What to keep";
-const REPAIR: &str = "Repair before simplifying";
-const TEXTURES: &str = "glTF and textures";
-const QUALITY: &str = "Quality";
-const REPORTS: &str = "Reports and pictures";
-const RUNNING: &str = "Batches, threads and memory";
+const KEEP_HEADING: &str = "What to keep";
+const REPAIR_HEADING: &str = "Repair before simplifying";
+const TEXTURES_HEADING: &str = "glTF and textures";
+const QUALITY_HEADING: &str = "Quality";
+const REPORTS_HEADING: &str = "Reports and pictures";
+const RUNNING_HEADING: &str = "Batches, threads and memory";
 
 /// Arguments of `simplify`: `--help` shows those that most people need, `--help-all` all of them.
 #[derive(Debug, Parser)]
@@ -113,154 +116,154 @@ pub struct SimplifyArgs {
     help_all: Option<bool>,
 
     /// Keep edges where faces meet at more than 30 degrees
-    #[arg(long, help_heading = KEEP)]
+    #[arg(long, help_heading = KEEP_HEADING)]
     pub keep_features: bool,
     /// Keep edges where faces meet at more than DEGREES
-    #[arg(long, value_name = "DEGREES", value_parser = number("degrees from 0 to 180", |x| (0.0..=180.0).contains(&x)),
-        allow_negative_numbers = true, conflicts_with = "keep_features", help_heading = KEEP, hide_short_help = true)]
+    #[arg(long, value_name = "DEGREES", value_parser = number_parser("degrees from 0 to 180", |x| (0.0..=180.0).contains(&x)),
+        allow_negative_numbers = true, conflicts_with = "keep_features", help_heading = KEEP_HEADING, hide_short_help = true)]
     pub crease_angle: Option<f64>,
     /// Keep the boundary exactly, so that neighbouring tiles still fit
-    #[arg(long, alias = "lock-borders", help_heading = KEEP)]
+    #[arg(long, alias = "lock-borders", help_heading = KEEP_HEADING)]
     pub lock_boundaries: bool,
     /// Keep all components, even if their vertices would reduce the distance more elsewhere
-    #[arg(long, help_heading = KEEP)]
+    #[arg(long, help_heading = KEEP_HEADING)]
     pub keep_components: bool,
     /// Keep a node, mesh, object, group or material unchanged; may be repeated
-    #[arg(long, value_name = "NAME", conflicts_with_all = ["printable", "fill_holes", "weld", "bake"], help_heading = KEEP)]
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["printable", "fill_holes", "weld", "bake"], help_heading = KEEP_HEADING)]
     pub keep: Vec<String>,
     /// Make the result exactly mirror-symmetric: x, y, z or x=0.5 [default: the best plane]
-    #[arg(long, value_name = "PLANE", num_args = 0..=1, require_equals = true, help_heading = KEEP,
+    #[arg(long, value_name = "PLANE", num_args = 0..=1, require_equals = true, help_heading = KEEP_HEADING,
         long_help = "Make the result exactly mirror-symmetric; the input must be nearly so. The plane is x, y or z (through 0 or the \
         middle), or a plane like x=0.5 [default: the plane that fits best]")]
     pub symmetric: Option<Option<String>>,
     /// Do not move vertices: the result uses vertices of the input
-    #[arg(long, help_heading = KEEP)]
+    #[arg(long, help_heading = KEEP_HEADING)]
     pub subset: bool,
     /// Discard attributes, so that they cannot limit the result: uv, normals, colors, materials
-    #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',', help_heading = KEEP, hide_short_help = true)]
+    #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',', help_heading = KEEP_HEADING, hide_short_help = true)]
     pub ignore: Vec<IgnoreArg>,
     /// Distance that texture seams may move, in texels of the largest colour texture [default: 1/64 of its side]
-    #[arg(long, value_name = "TEXELS", value_parser = number("texels, 0 or more", |x| x >= 0.0), allow_negative_numbers = true,
-        help_heading = KEEP, hide_short_help = true,
+    #[arg(long, value_name = "TEXELS", value_parser = number_parser("texels, 0 or more", |x| x >= 0.0), allow_negative_numbers = true,
+        help_heading = KEEP_HEADING, hide_short_help = true,
         long_help = "Distance that texture seams may move at a low price, in texels of the largest colour texture (1024 a side without \
         one); 0 treats seams like creases [default: 1/64 of the side]")]
     pub seam_error: Option<f64>,
     /// Weight of each vertex: the name of a numeric vertex attribute, or NAME=FACTOR for the faces of a node, mesh, material,
     /// group or object
-    #[arg(long, value_name = "NAME", help_heading = KEEP, hide_short_help = true)]
+    #[arg(long, value_name = "NAME", help_heading = KEEP_HEADING, hide_short_help = true)]
     pub importance: Option<String>,
     /// Drop components smaller than SIZE, in units of the mesh or with % of its diagonal; without SIZE, smaller than the bound of
     /// --error. Dropped components do not count for the bound
-    #[arg(long, value_name = "SIZE", num_args = 0..=1, require_equals = true, help_heading = KEEP, hide_short_help = true)]
+    #[arg(long, value_name = "SIZE", num_args = 0..=1, require_equals = true, help_heading = KEEP_HEADING, hide_short_help = true)]
     pub prune: Option<Option<String>>,
     /// Treatment of surfaces that are invisible from outside
-    #[arg(long, value_enum, default_value = "keep", help_heading = KEEP, hide_short_help = true)]
+    #[arg(long, value_enum, default_value = "keep", help_heading = KEEP_HEADING, hide_short_help = true)]
     pub hidden: HiddenArg,
 
     /// Close holes with at most EDGES boundary edges [default: all holes]
-    #[arg(long, value_name = "EDGES", value_parser = whole::<usize>(0, u64::MAX), num_args = 0..=1, require_equals = true,
-        conflicts_with = "symmetric", help_heading = REPAIR)]
+    #[arg(long, value_name = "EDGES", value_parser = whole_number_parser::<usize>(0, u64::MAX), num_args = 0..=1, require_equals = true,
+        conflicts_with = "symmetric", help_heading = REPAIR_HEADING)]
     pub fill_holes: Option<Option<usize>>,
     /// Make a printable solid; drops components smaller than SIZE [default: 1%]
     #[arg(long, value_name = "SIZE", num_args = 0..=1, require_equals = true, conflicts_with_all = ["fill_holes", "symmetric", "no_weld"],
-        help_heading = REPAIR,
+        help_heading = REPAIR_HEADING,
         long_help = "Make a printable solid: closes holes, turns faces outward, and removes fins, inner walls, inner \
         shells and components smaller than SIZE, in units of the mesh or with % of its diagonal [default: 1%]")]
     pub printable: Option<Option<String>>,
     /// Merge vertices closer than DISTANCE, in units of the mesh or with % of its diagonal
-    #[arg(long, value_name = "DISTANCE", allow_hyphen_values = true, conflicts_with = "no_weld", help_heading = REPAIR)]
+    #[arg(long, value_name = "DISTANCE", allow_hyphen_values = true, conflicts_with = "no_weld", help_heading = REPAIR_HEADING)]
     pub weld: Option<String>,
     /// Do not merge vertices at equal positions
-    #[arg(long, help_heading = REPAIR, hide_short_help = true)]
+    #[arg(long, help_heading = REPAIR_HEADING, hide_short_help = true)]
     pub no_weld: bool,
 
     /// Bake the look of the original into new textures of SIZE x SIZE texels; for glb, gltf, obj
-    #[arg(long, value_name = "SIZE", value_parser = texels, allow_negative_numbers = true, help_heading = TEXTURES,
+    #[arg(long, value_name = "SIZE", value_parser = parse_texels, allow_negative_numbers = true, help_heading = TEXTURES_HEADING,
         conflicts_with_all = ["size", "lods", "ignore"],
         long_help = "Simplify the shape alone, unwrap the result, and bake the look of the original into textures of SIZE x SIZE \
         texels, with a normal map; writes glb, gltf or obj")]
     pub bake: Option<usize>,
     /// Write a compressed glTF, as gltfpack does; =quantize only quantises it
     #[arg(long, value_enum, value_name = "HOW", num_args = 0..=1, require_equals = true, default_missing_value = "meshopt",
-        conflicts_with_all = ["symmetric", "lock_boundaries", "subset"], help_heading = TEXTURES, hide_possible_values = true,
+        conflicts_with_all = ["symmetric", "lock_boundaries", "subset"], help_heading = TEXTURES_HEADING, hide_possible_values = true,
         long_help = "Write a glTF as gltfpack does: quantised (KHR_mesh_quantization) and compressed (EXT_meshopt_compression); \
         =quantize only quantises it")]
     pub compress: Option<CompressArg>,
     /// Shrink textures whose longer side exceeds SIZE texels; others stay unchanged
-    #[arg(long, value_name = "SIZE", value_parser = texels, allow_negative_numbers = true, conflicts_with = "bake", help_heading = TEXTURES)]
+    #[arg(long, value_name = "SIZE", value_parser = parse_texels, allow_negative_numbers = true, conflicts_with = "bake", help_heading = TEXTURES_HEADING)]
     pub textures: Option<usize>,
     /// Also read materials and textures that lie outside the folder of the mesh
-    #[arg(long, help_heading = TEXTURES, hide_short_help = true)]
+    #[arg(long, help_heading = TEXTURES_HEADING, hide_short_help = true)]
     pub allow_outside: bool,
 
     /// Measure to favour: mean distance, largest distance, or normals (shading)
-    #[arg(long, value_enum, default_value = "balanced", help_heading = QUALITY)]
+    #[arg(long, value_enum, default_value = "balanced", help_heading = QUALITY_HEADING)]
     pub optimize: OptimizeArg,
     /// Time to spend
-    #[arg(long, value_enum, default_value = "standard", help_heading = QUALITY)]
+    #[arg(long, value_enum, default_value = "standard", help_heading = QUALITY_HEADING)]
     pub effort: EffortArg,
     /// Source of the scores, which say where vertices are needed [default: bending]
-    #[arg(long, value_enum, help_heading = QUALITY,
+    #[arg(long, value_enum, help_heading = QUALITY_HEADING,
         long_help = "Source of the scores, which say where vertices are needed [default: bending, with --weights network]")]
     pub scores: Option<ScoresArg>,
     /// Weights of a trained network (safetensors) [default: those of the program]
-    #[arg(long, value_name = "FILE", help_heading = QUALITY, hide_short_help = true)]
+    #[arg(long, value_name = "FILE", help_heading = QUALITY_HEADING, hide_short_help = true)]
     pub weights: Option<PathBuf>,
     /// Method that builds the surface
-    #[arg(long, value_enum, default_value = "closed", help_heading = QUALITY, hide_short_help = true)]
+    #[arg(long, value_enum, default_value = "closed", help_heading = QUALITY_HEADING, hide_short_help = true)]
     pub assembly: AssemblyArg,
     /// With --assembly paper: close the holes of the result
-    #[arg(long, help_heading = QUALITY, hide_short_help = true)]
+    #[arg(long, help_heading = QUALITY_HEADING, hide_short_help = true)]
     pub close: bool,
     /// With --assembly paper: sample again, denser where the error is large, and move vertices to reduce the error
-    #[arg(long, help_heading = QUALITY, hide_short_help = true)]
+    #[arg(long, help_heading = QUALITY_HEADING, hide_short_help = true)]
     pub place: bool,
     /// Seed of the sampling of --assembly paper; equal seeds give equal meshes
-    #[arg(long, value_name = "N", default_value = "0", value_parser = seed, allow_negative_numbers = true, help_heading = QUALITY,
+    #[arg(long, value_name = "N", default_value = "0", value_parser = parse_seed, allow_negative_numbers = true, help_heading = QUALITY_HEADING,
         hide_short_help = true)]
     pub seed: u64,
     /// Do not measure the distance to the original
-    #[arg(long, help_heading = QUALITY, hide_short_help = true)]
+    #[arg(long, help_heading = QUALITY_HEADING, hide_short_help = true)]
     pub no_check: bool,
 
     /// Write a report as JSON; - for standard output. In a batch, a folder
-    #[arg(long, value_name = "FILE.json", help_heading = REPORTS)]
+    #[arg(long, value_name = "FILE.json", help_heading = REPORTS_HEADING)]
     pub report: Option<PathBuf>,
     /// Print the report as JSON to standard output
-    #[arg(long, conflicts_with = "report", help_heading = REPORTS)]
+    #[arg(long, conflicts_with = "report", help_heading = REPORTS_HEADING)]
     pub json: bool,
     /// Draw original and result side by side, and mark the largest distance
-    #[arg(long, value_name = "FILE.png", help_heading = REPORTS)]
+    #[arg(long, value_name = "FILE.png", help_heading = REPORTS_HEADING)]
     pub picture: Option<PathBuf>,
     /// Direction of the picture: front, back, left, right, top, bottom, or degrees around and above, like 30,20
     /// [default: a direction that shows much]
-    #[arg(long, value_name = "VIEW", value_parser = view, allow_hyphen_values = true, requires = "picture", help_heading = REPORTS,
+    #[arg(long, value_name = "VIEW", value_parser = parse_view, allow_hyphen_values = true, requires = "picture", help_heading = REPORTS_HEADING,
         hide_short_help = true)]
     pub view: Option<[f32; 2]>,
     /// Draw edges over textures and colours
-    #[arg(long, requires = "picture", help_heading = REPORTS, hide_short_help = true)]
+    #[arg(long, requires = "picture", help_heading = REPORTS_HEADING, hide_short_help = true)]
     pub wires: bool,
     /// Print what limits the result: kept edges, locked vertices, components
-    #[arg(long, help_heading = REPORTS)]
+    #[arg(long, help_heading = REPORTS_HEADING)]
     pub explain: bool,
     /// Write a JSON file that maps input vertices to output vertices, and output corners to input faces
-    #[arg(long, value_name = "FILE.json", help_heading = REPORTS, hide_short_help = true)]
+    #[arg(long, value_name = "FILE.json", help_heading = REPORTS_HEADING, hide_short_help = true)]
     pub map: Option<PathBuf>,
     /// Print errors only
-    #[arg(short, long, help_heading = REPORTS)]
+    #[arg(short, long, help_heading = REPORTS_HEADING)]
     pub quiet: bool,
 
     /// Continue a batch: skip meshes that are done
-    #[arg(long, help_heading = RUNNING)]
+    #[arg(long, help_heading = RUNNING_HEADING)]
     pub resume: bool,
     /// File with the meshes of a batch, one per line; - for standard input
-    #[arg(long, value_name = "FILE", conflicts_with = "inputs", help_heading = RUNNING, hide_short_help = true)]
+    #[arg(long, value_name = "FILE", conflicts_with = "inputs", help_heading = RUNNING_HEADING, hide_short_help = true)]
     pub list: Option<PathBuf>,
     /// Threads to use [default: one per core]; does not change the result
-    #[arg(long, value_name = "N", value_parser = n_threads, allow_negative_numbers = true, help_heading = RUNNING)]
+    #[arg(long, value_name = "N", value_parser = parse_thread_count, allow_negative_numbers = true, help_heading = RUNNING_HEADING)]
     pub threads: Option<usize>,
     /// Memory to use [default: what is free]; larger PLY, STL and OBJ are simplified in blocks
-    #[arg(long, value_name = "GIB", value_parser = number(GIB, |gib| gib > 0.0), allow_negative_numbers = true, help_heading = RUNNING,
+    #[arg(long, value_name = "GIB", value_parser = number_parser(GIB_RANGE, |gib| gib > 0.0), allow_negative_numbers = true, help_heading = RUNNING_HEADING,
         long_help = "Memory to use, for all meshes of a batch together [default: what is free; half of it for a batch]. A single \
         binary PLY, STL or OBJ that needs more is simplified in blocks, without its attributes")]
     pub memory: Option<f64>,
@@ -391,10 +394,10 @@ pub struct MeshPointsArgs {
     #[arg(long, value_name = "FILE")]
     pub weights: Option<PathBuf>,
     /// Seed of the sampling; equal seeds give equal meshes
-    #[arg(long, value_name = "N", default_value = "0", value_parser = seed, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value = "0", value_parser = parse_seed, allow_negative_numbers = true)]
     pub seed: u64,
     /// Threads to use [default: one per core]; does not change the result
-    #[arg(long, value_name = "N", value_parser = n_threads, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = parse_thread_count, allow_negative_numbers = true)]
     pub threads: Option<usize>,
     /// Format of the result where the name of OUT has no known ending: obj, ply, ply-ascii, stl, stl-ascii, off
     #[arg(long, value_name = "FORMAT")]
@@ -431,7 +434,7 @@ pub struct InfoArgs {
     #[arg(long)]
     pub json: bool,
     /// Memory to use [default: what is free]; larger PLY (binary), STL and OBJ are read in blocks
-    #[arg(long, value_name = "GIB", value_parser = number(GIB, |gib| gib > 0.0), allow_negative_numbers = true, conflicts_with = "no_weld")]
+    #[arg(long, value_name = "GIB", value_parser = number_parser(GIB_RANGE, |gib| gib > 0.0), allow_negative_numbers = true, conflicts_with = "no_weld")]
     pub memory: Option<f64>,
 }
 
@@ -469,7 +472,7 @@ pub struct LimitsArgs {
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<String>,
     /// Threads to use [default: one per core]; does not change the result
-    #[arg(long, value_name = "N", value_parser = n_threads, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = parse_thread_count, allow_negative_numbers = true)]
     pub threads: Option<usize>,
     /// Print JSON
     #[arg(long)]
@@ -502,10 +505,10 @@ pub struct CompareArgs {
     #[arg(long, value_name = "FILE.json")]
     pub json: Option<PathBuf>,
     /// Samples on each surface, for distances and normals
-    #[arg(long, value_name = "N", default_value = "50000", value_parser = whole::<usize>(1, MOST_SAMPLES), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value = "50000", value_parser = whole_number_parser::<usize>(1, MAX_SAMPLES), allow_negative_numbers = true)]
     pub samples: usize,
     /// Seed of the samples; equal seeds give equal results
-    #[arg(long, value_name = "N", default_value = "0", value_parser = seed, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value = "0", value_parser = parse_seed, allow_negative_numbers = true)]
     pub seed: u64,
     /// Show all measures instead of the ten most used
     #[arg(long)]
@@ -514,7 +517,7 @@ pub struct CompareArgs {
     #[arg(long)]
     pub appearance: bool,
     /// Threads to use [default: one per core]; does not change the result
-    #[arg(long, value_name = "N", value_parser = n_threads, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = parse_thread_count, allow_negative_numbers = true)]
     pub threads: Option<usize>,
     /// Do not merge vertices at equal positions
     #[arg(long)]

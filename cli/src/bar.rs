@@ -7,14 +7,14 @@ use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
-use crate::plain::plain;
+use crate::escapes::escape_controls;
 
-const PATIENCE: Duration = Duration::from_secs(1);
+const SHOW_DELAY: Duration = Duration::from_secs(1);
 /// Shortest time between two lines without a terminal; later a tenth of the elapsed time.
-const BETWEEN_LINES: Duration = Duration::from_secs(5);
+const LINE_INTERVAL: Duration = Duration::from_secs(5);
 const STEPS: f64 = 1000.0;
 /// Smallest finished share with an estimate of the remaining time.
-const LEAST_KNOWN: f32 = 0.02;
+const MIN_ESTIMATED_SHARE: f32 = 0.02;
 
 /// Progress bar that appears after a second.
 pub struct Bar(ProgressBar);
@@ -24,13 +24,13 @@ impl Bar {
         let bar = ProgressBar::with_draw_target(Some(STEPS as u64), ProgressDrawTarget::hidden());
         let style = ProgressStyle::with_template("[{bar:30}] {percent:>3} % {msg}, {passed}{left}");
         if let Ok(style) = style {
-            let passed = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
-                let _ = write!(out, "{}", in_words(state.elapsed()));
+            let elapsed = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
+                let _ = write!(out, "{}", format_duration(state.elapsed()));
             };
-            let left = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
-                let _ = out.write_str(&to_go(state.elapsed(), state.fraction()));
+            let remaining = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
+                let _ = out.write_str(&describe_remaining_time(state.elapsed(), state.fraction()));
             };
-            bar.set_style(style.with_key("passed", passed).with_key("left", left).progress_chars("=> "));
+            bar.set_style(style.with_key("passed", elapsed).with_key("left", remaining).progress_chars("=> "));
         }
         if !quiet {
             show_later(bar.clone());
@@ -39,13 +39,13 @@ impl Bar {
     }
 
     /// Shows the current activity and the finished share, 0 to 1.
-    pub fn show(&self, what: impl Into<Cow<'static, str>>, done: f64) {
-        self.0.set_message(what);
+    pub fn show(&self, activity: impl Into<Cow<'static, str>>, done: f64) {
+        self.0.set_message(activity);
         self.0.set_position((STEPS * done.clamp(0.0, 1.0)) as u64);
     }
 
-    pub fn suspend(&self, say: impl FnOnce()) {
-        self.0.suspend(say);
+    pub fn suspend(&self, print: impl FnOnce()) {
+        self.0.suspend(print);
     }
 }
 
@@ -57,7 +57,7 @@ impl Drop for Bar {
 
 fn show_later(bar: ProgressBar) {
     std::thread::spawn(move || {
-        std::thread::sleep(PATIENCE);
+        std::thread::sleep(SHOW_DELAY);
         // Short work shows no bar.
         if bar.is_finished() {
             return;
@@ -66,38 +66,39 @@ fn show_later(bar: ProgressBar) {
             bar.set_draw_target(ProgressDrawTarget::stderr());
             bar.enable_steady_tick(Duration::from_millis(100));
         } else {
-            say_lines(&bar);
+            print_lines(&bar);
         }
     });
 }
 
-fn say_lines(bar: &ProgressBar) {
+fn print_lines(bar: &ProgressBar) {
     let began = Instant::now();
-    let mut next = BETWEEN_LINES;
+    let mut next = LINE_INTERVAL;
     while !bar.is_finished() {
-        std::thread::sleep(PATIENCE);
-        let passed = began.elapsed();
-        if passed >= next && !bar.is_finished() {
+        std::thread::sleep(SHOW_DELAY);
+        let elapsed = began.elapsed();
+        if elapsed >= next && !bar.is_finished() {
             // Lines become rarer as the run gets longer.
-            next = passed + BETWEEN_LINES.max(passed / 10);
+            next = elapsed + LINE_INTERVAL.max(elapsed / 10);
             let done = bar.position() as f32 / STEPS as f32;
-            let mut line = format!("progress  {:.0} % {}", 100.0 * done, plain(&bar.message()));
-            let _ = write!(line, ", {}{}", in_words(bar.elapsed()), to_go(bar.elapsed(), done));
+            let mut line = format!("progress  {:.0} % {}", 100.0 * done, escape_controls(&bar.message()));
+            let _ =
+                write!(line, ", {}{}", format_duration(bar.elapsed()), describe_remaining_time(bar.elapsed(), done));
             let _ = writeln!(std::io::stderr(), "{line}");
         }
     }
 }
 
-/// Returns text such as `, about 20 seconds left`, or nothing below [`LEAST_KNOWN`].
-fn to_go(passed: Duration, done: f32) -> String {
-    if done < LEAST_KNOWN {
+/// Returns text such as `, about 20 seconds left`, or nothing below [`MIN_ESTIMATED_SHARE`].
+fn describe_remaining_time(elapsed: Duration, done: f32) -> String {
+    if done < MIN_ESTIMATED_SHARE {
         return String::new();
     }
-    let left = passed.as_secs_f64() * (1.0 / f64::from(done) - 1.0);
-    format!(", about {} left", in_words(Duration::from_secs_f64(left)))
+    let remaining = elapsed.as_secs_f64() * (1.0 / f64::from(done) - 1.0);
+    format!(", about {} left", format_duration(Duration::from_secs_f64(remaining)))
 }
 
-fn in_words(time: Duration) -> String {
+fn format_duration(time: Duration) -> String {
     HumanDuration(Duration::from_secs(time.as_secs())).to_string()
 }
 
@@ -106,10 +107,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_time_to_go_follows_from_what_is_done() {
+    fn the_remaining_time_follows_from_the_finished_share() {
         let minute = Duration::from_secs(60);
-        assert_eq!(to_go(minute, 0.25), ", about 3 minutes left");
-        assert_eq!(to_go(minute, 0.75), ", about 20 seconds left");
-        assert_eq!(to_go(minute, 0.001), "");
+        assert_eq!(describe_remaining_time(minute, 0.25), ", about 3 minutes left");
+        assert_eq!(describe_remaining_time(minute, 0.75), ", about 20 seconds left");
+        assert_eq!(describe_remaining_time(minute, 0.001), "");
     }
 }

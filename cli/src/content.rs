@@ -28,7 +28,7 @@ impl Content {
 
     /// Returns the bytes of standard input or a pipe once; `None` for regular files.
     pub fn take(&self, path: &Path) -> Option<Result<Vec<u8>, Failure>> {
-        match comes_once(path) {
+        match is_read_once(path) {
             true => self.inspect(path).bytes.lock().ok().and_then(|mut bytes| bytes.take()),
             false => None,
         }
@@ -36,7 +36,7 @@ impl Content {
 
     fn inspect(&self, path: &Path) -> &ContentInfo {
         self.info.get_or_init(|| {
-            if !comes_once(path) {
+            if !is_read_once(path) {
                 return ContentInfo { is_gltf: io::is_gltf_path(path), bytes: Mutex::default() };
             }
             // A stream can be read only once, so its bytes are kept for the parser.
@@ -49,7 +49,7 @@ impl Content {
     }
 }
 
-fn comes_once(path: &Path) -> bool {
+fn is_read_once(path: &Path) -> bool {
     is_stream(path) || std::fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
 }
 

@@ -5,24 +5,24 @@ use neural_mesh::job::Document;
 
 use crate::failure::Failure;
 use crate::names::{is_vrm, single_file_format};
-use crate::read::{asset, parse_source};
+use crate::read::{parse_source, read_asset};
 use crate::request::Request;
 
 /// Reads and cleans the input of a request; a glTF written as glTF stays a scene.
 ///
 /// An open output format becomes that of the input.
 pub fn open(request: &mut Request) -> Result<Document, Failure> {
-    if request.follows_input && request.source.is_gltf() {
+    if request.takes_input_format && request.source.is_gltf() {
         // The result becomes a GLB, since standard output takes a single file.
-        follow(request, Some(Format::Gltf))?;
+        set_input_format(request, Some(Format::Gltf))?;
     }
     // A glTF written as glTF stays a scene; all else becomes one mesh.
-    let document = if !request.follows_input && request.source.is_scene(request.job.format) {
-        Document::from_asset(asset(&request.source)?, &request.job)
+    let document = if !request.takes_input_format && request.source.is_scene(request.job.format) {
+        Document::from_asset(read_asset(&request.source)?, &request.job)
     } else {
         let read = parse_source(&request.source, io::read_attributed, io::read_attributed_path)?;
-        if request.follows_input {
-            follow(request, read.format)?;
+        if request.takes_input_format {
+            set_input_format(request, read.format)?;
         }
         Document::from_mesh(read, &request.job)
     };
@@ -31,8 +31,8 @@ pub fn open(request: &mut Request) -> Result<Document, Failure> {
     Ok(document)
 }
 
-pub fn follow(request: &mut Request, format: Option<Format>) -> Result<(), Failure> {
-    (request.job.format, request.follows_input) = (single_file_format(format), false);
+pub fn set_input_format(request: &mut Request, format: Option<Format>) -> Result<(), Failure> {
+    (request.job.format, request.takes_input_format) = (single_file_format(format), false);
     request.name_files();
     request.job.check_format().map_err(|error| request.failure(error))
 }

@@ -4,24 +4,24 @@ use neural_mesh::job::{Document, JobOutcome, JobReport, PlacedSurface};
 use neural_mesh::metrics::farthest_point;
 use neural_mesh::picture::{Coat, CornerNormals, PictureOptions, ShadedMesh, encode_png, render_shaded};
 
-use crate::failure::{Failure, name};
-use crate::files::{self, Pending};
+use crate::failure::{Failure, display_path};
+use crate::files::{self, PendingFile};
+use crate::messages;
 use crate::request::Request;
-use crate::words;
 
 const SAMPLES: usize = 20_000;
 /// Largest distance that counts as rounding, in percent of the diagonal; it gets no ring.
-const NOTHING: f64 = 1e-4;
+const ROUNDING_PERCENT: f64 = 1e-4;
 
 pub struct PicturedMesh<'a> {
-    seen: PlacedSurface<'a>,
+    surface: PlacedSurface<'a>,
     coat: Option<Coat>,
     normals: Option<CornerNormals>,
 }
 
 impl PicturedMesh<'_> {
     fn to_shaded(&self) -> ShadedMesh<'_> {
-        ShadedMesh { coat: self.coat.as_ref(), normals: self.normals.as_ref(), ..ShadedMesh::bare(&self.seen.mesh) }
+        ShadedMesh { coat: self.coat.as_ref(), normals: self.normals.as_ref(), ..ShadedMesh::bare(&self.surface.mesh) }
     }
 }
 
@@ -37,13 +37,14 @@ pub fn prepare_picture<'a>(
     let [before, after] =
         document.place_surfaces(result).map_err(|error| Failure::in_file(&request.source.path, error))?;
     let (coat, not_drawn) = Coat::new(&before.attributes, &looks);
-    let fresh: Vec<String> = missing.into_iter().chain(not_drawn).filter(|note| !notes.contains(note)).collect();
-    notes.extend(fresh);
-    let worn = baked.map_or((&*after.attributes, &looks), |baked| (&baked.attributes, &baked.looks));
-    let (coat_after, normals_after) = (Coat::new(worn.0, worn.1).0, CornerNormals::new(worn.0));
+    let new_notes: Vec<String> = missing.into_iter().chain(not_drawn).filter(|note| !notes.contains(note)).collect();
+    notes.extend(new_notes);
+    let (attributes, looks_after) =
+        baked.map_or((&*after.attributes, &looks), |baked| (&baked.attributes, &baked.looks));
+    let (coat_after, normals_after) = (Coat::new(attributes, looks_after).0, CornerNormals::new(attributes));
     let normals = CornerNormals::new(&before.attributes);
-    let after = PicturedMesh { seen: after, coat: coat_after, normals: normals_after };
-    Ok(Some([PicturedMesh { seen: before, coat, normals }, after]))
+    let after = PicturedMesh { surface: after, coat: coat_after, normals: normals_after };
+    Ok(Some([PicturedMesh { surface: before, coat, normals }, after]))
 }
 
 /// Draws the requested picture into a temporary file, with a ring at the largest distance.
@@ -53,16 +54,20 @@ pub fn draw_picture(
     request: &Request,
     pictured: Option<&[PicturedMesh; 2]>,
     report: &JobReport,
-) -> Result<Option<Pending>, Failure> {
+) -> Result<Option<PendingFile>, Failure> {
     let (Some(path), Some(pictured)) = (&request.picture, pictured) else { return Ok(None) };
     let meshes = pictured.each_ref().map(PicturedMesh::to_shaded);
     let [before, after] = meshes.map(|shaded| shaded.mesh);
-    let largest = report.distance.filter(|distance| distance.max_percent > NOTHING);
+    let largest = report.distance.filter(|distance| distance.max_percent > ROUNDING_PERCENT);
     let farthest = largest.and_then(|distance| Some((distance, farthest_point(before, after, SAMPLES)?)));
-    let ringed = farthest.map_or(String::new(), |(distance, _)| format!("\n{}", words::farthest(&distance)));
+    let ringed = farthest.map_or(String::new(), |(distance, _)| format!("\n{}", messages::ring_caption(&distance)));
     let captions = vec![
-        format!("{}\n{}", words::shorten(&name(&request.source.path)), words::counts(&report.input)),
-        format!("simplified\n{}{ringed}", words::counts(&report.output.size)),
+        format!(
+            "{}\n{}",
+            messages::shorten_path(&display_path(&request.source.path)),
+            messages::format_size(&report.input)
+        ),
+        format!("simplified\n{}{ringed}", messages::format_size(&report.output.size)),
     ];
     let edges = request.wires || meshes.iter().all(|shaded| shaded.coat.is_none());
     let marks = farthest.map(|(_, place)| place).into_iter().collect();
@@ -70,5 +75,5 @@ pub fn draw_picture(
     (options.captions, options.edges) = (captions, edges);
     (options.marks, options.view) = (marks, request.view);
     let image = render_shaded(&meshes, &options);
-    files::prepare(path, &encode_png(&image), request.force).map(Some)
+    files::prepare_file(path, &encode_png(&image), request.force).map(Some)
 }

@@ -11,20 +11,20 @@ use neural_mesh::mesh::RawMesh;
 use neural_mesh::simplify::{Listener, Record, Simplified, simplify_recorded};
 use serde::Deserialize;
 
-use crate::failure::name;
+use crate::failure::display_path;
 use crate::files;
 use crate::names::MeshPaths;
 use crate::progress::Progress;
 use crate::read::{self, read_weights};
 use crate::request::Request;
-use crate::simplify::{check_places, check_target, simplify_document};
+use crate::simplify::{check_outputs, check_target, simplify_document};
 use crate::{batch, compare, document, mesh_points};
 
 pub use crate::args::{CompareArgs, MeshPointsArgs};
-pub use crate::compare::Compared;
+pub use crate::compare::ComparisonOutput;
 pub use crate::failure::Failure;
-pub use crate::mesh_points::PointsMeshed;
-pub use crate::numbers::MOST_SAMPLES;
+pub use crate::mesh_points::MeshPointsOutput;
+pub use crate::numbers::MAX_SAMPLES;
 
 /// Files of a request.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -88,38 +88,38 @@ pub struct MemoryResult {
 
 /// Simplifies the given mesh, or the input file, as `neural-mesh simplify` does.
 ///
-/// `is_wanted` is called before files are moved into place.
+/// `check_cancelled` is called before files are moved into place.
 ///
 /// # Errors
-/// [`Failure`], as in the program; [`Failure::Interrupted`] if the listener or `is_wanted` stops the run.
+/// [`Failure`], as in the program; [`Failure::Interrupted`] if the listener or `check_cancelled` stops the run.
 pub fn simplify(
     arguments: Arguments,
     files: &Files,
     given: Option<InputMesh>,
     listener: Box<Listener<'static>>,
-    is_wanted: &dyn Fn() -> ControlFlow<()>,
+    check_cancelled: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<Outcome, Failure> {
     let mut request = request(arguments, files, given.is_some())?;
     // A mesh in memory has no file, and so no scene.
-    request.source.as_one |= matches!(given, Some(InputMesh::Mesh(..)));
+    request.source.joins_scene |= matches!(given, Some(InputMesh::Mesh(..)));
     let weights = read_weights(request.weights.as_deref(), request.job.options.assembly)?;
     let mut progress = Progress::with_listener(listener);
     progress.begin(JobStage::Read);
     let document = open_document(given, &mut request)?;
-    let (done, results) = simplify_document(&document, &request, weights.as_ref(), &mut progress)?;
-    if is_wanted().is_break() {
+    let (mut run, results) = simplify_document(&document, &request, weights.as_ref(), &mut progress)?;
+    if check_cancelled().is_break() {
         return Err(Failure::Interrupted);
     }
     // From here on, files are written.
-    let mut done = done;
-    let bytes = done.bytes.take();
-    let (report, cleaned) = done.put()?;
-    let kept = |simplified: Simplified| {
+
+    let bytes = run.bytes.take();
+    let (report, cleaned) = run.place_results()?;
+    let to_memory_result = |simplified: Simplified| {
         let exact = document.exact_positions(&simplified, &request.job);
         MemoryResult { simplified, exact }
     };
     Ok(Outcome {
-        results: results.into_iter().map(kept).collect(),
+        results: results.into_iter().map(to_memory_result).collect(),
         report: serde_json::to_value(&report).map_err(|error| Failure::in_file(&request.source.path, error))?,
         cleaned,
         file_vertices: document.file_vertices().map(<[u32]>::to_vec),
@@ -137,8 +137,8 @@ fn open_document(given: Option<InputMesh>, request: &mut Request) -> Result<Docu
             Ok(document.with_importance(factors))
         }
         Some(InputMesh::File(bytes, name)) => {
-            if request.follows_input {
-                document::follow(request, Format::from_content(&bytes).or_else(|| Format::from_name(&name)))?;
+            if request.takes_input_format {
+                document::set_input_format(request, Format::from_content(&bytes).or_else(|| Format::from_name(&name)))?;
             }
             let folder = Folder::in_memory(std::iter::empty::<(String, Vec<u8>)>());
             let document = Document::from_bytes_in(&bytes, &name, &folder, &request.job);
@@ -195,7 +195,7 @@ pub fn record(
 fn request(mut arguments: Arguments, files: &Files, is_given: bool) -> Result<Request, Failure> {
     let input = files.input.as_deref().filter(|_| !is_given).unwrap_or(Path::new("mesh"));
     let output = files.out.as_deref().unwrap_or(Path::new("-"));
-    if !is_given && batch::are_many(input) {
+    if !is_given && batch::names_several_meshes(input) {
         return Err(Failure::Usage("a folder, a pattern or several meshes: give one mesh at a time".into()));
     }
     if is_given && output.is_dir() {
@@ -211,15 +211,17 @@ fn request(mut arguments: Arguments, files: &Files, is_given: bool) -> Result<Re
     (request.weights, request.force) = (files.weights.clone(), files.force);
     (request.picture, request.report) = (files.picture.clone(), files.report.clone());
     request.job.shapes = request.report.is_some();
-    if let Some(path) =
-        [&request.report, &request.picture].into_iter().flatten().find(|path| name(path) == name(Path::new("-")))
+    if let Some(path) = [&request.report, &request.picture]
+        .into_iter()
+        .flatten()
+        .find(|path| display_path(path) == display_path(Path::new("-")))
     {
         return Err(Failure::Usage(format!(
             "{}: standard output is not available here: give the name of a file",
             path.display()
         )));
     }
-    check_places(&request)?;
+    check_outputs(&request)?;
     Ok(request)
 }
 
@@ -233,17 +235,17 @@ pub fn compare(
     args: &CompareArgs,
     given: Vec<Option<ReadMesh>>,
     writes: bool,
-    is_wanted: &dyn Fn() -> ControlFlow<()>,
-) -> Result<Compared, Failure> {
-    compare::check(args)?;
-    let place = args.html.as_deref().filter(|_| writes);
-    files::check_places(place, args.force)?;
+    check_cancelled: &dyn Fn() -> ControlFlow<()>,
+) -> Result<ComparisonOutput, Failure> {
+    compare::check_args(args)?;
+    let page_path = args.html.as_deref().filter(|_| writes);
+    files::check_output_paths(page_path, args.force)?;
     let compared = compare::compare_in_memory(args, given)?;
-    if is_wanted().is_break() {
+    if check_cancelled().is_break() {
         return Err(Failure::Interrupted);
     }
-    if let (Some(path), Some(page)) = (place, &compared.page) {
-        files::place(vec![files::prepare(path, page.as_bytes(), args.force)?])?;
+    if let (Some(path), Some(page)) = (page_path, &compared.page) {
+        files::place_files(vec![files::prepare_file(path, page.as_bytes(), args.force)?])?;
     }
     Ok(compared)
 }
@@ -256,13 +258,13 @@ pub fn mesh_points(
     args: MeshPointsArgs,
     given: Option<RawMesh>,
     listener: Box<Listener<'static>>,
-    is_wanted: &dyn Fn() -> ControlFlow<()>,
-) -> Result<PointsMeshed, Failure> {
+    check_cancelled: &dyn Fn() -> ControlFlow<()>,
+) -> Result<MeshPointsOutput, Failure> {
     let mut meshed = mesh_points::mesh_in_memory(args, given, Progress::with_listener(listener))?;
-    if is_wanted().is_break() {
+    if check_cancelled().is_break() {
         return Err(Failure::Interrupted);
     }
-    files::place(std::mem::take(&mut meshed.pending))?;
+    files::place_files(std::mem::take(&mut meshed.pending))?;
     Ok(meshed)
 }
 
@@ -297,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mesh_in_memory_stays_there() {
+    fn a_mesh_in_memory_writes_no_file() {
         let outcome = run(r#"{"faces": 500, "no_check": true}"#, input(false)).unwrap();
         assert_eq!((outcome.results[0].simplified.mesh.faces().len(), outcome.paths.len()), (500, 0));
         assert!(outcome.results[0].exact.is_none() && outcome.unmet.is_none());
@@ -305,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn vertices_that_stay_keep_their_doubles() {
+    fn kept_vertices_keep_their_double_precision() {
         let before = mesh(true).mesh.positions;
         let outcome = run(r#"{"ratio": 0.2, "subset": true}"#, input(true)).unwrap();
         let after = outcome.results[0].exact.as_ref().unwrap();
@@ -313,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn what_counts_more_gets_more_vertices() {
+    fn important_regions_get_more_vertices() {
         let mesh = mesh(false);
         let factors = mesh.mesh.positions.iter().map(|p| if p[0] > 0.0 { 50.0 } else { 0.0 }).collect();
         let outcome = run(r#"{"ratio": 0.1}"#, Some(InputMesh::Mesh(Box::new(mesh.clone()), Some(factors)))).unwrap();
@@ -325,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn a_record_gives_its_result_again() {
+    fn a_record_reproduces_its_result() {
         let raw = mesh(true).mesh;
         let positions = raw.positions.clone();
         let recorded = record(
@@ -354,15 +356,15 @@ mod tests {
     }
 
     #[test]
-    fn a_file_in_memory_comes_back_as_one() {
+    fn a_file_in_memory_becomes_a_file_in_memory() {
         let silent = || Box::new(|_| ControlFlow::Continue(()));
         let go_on = || ControlFlow::Continue(());
         let run =
             |json: &str, files: Files, given| simplify(parse_arguments(json), &files, given, silent(), &go_on).unwrap();
         let as_bytes = |format: &str| Files { bytes: true, format: Some(format.into()), ..Files::default() };
         let scene = run(r#"{"ratio": 1}"#, as_bytes("glb"), input(false)).bytes.unwrap();
-        let light = run(r#"{"faces": 500}"#, as_bytes("glb"), Some(InputMesh::File(scene.clone(), String::new())));
-        assert!(light.bytes.unwrap().starts_with(b"glTF") && light.paths.is_empty());
+        let simplified = run(r#"{"faces": 500}"#, as_bytes("glb"), Some(InputMesh::File(scene.clone(), String::new())));
+        assert!(simplified.bytes.unwrap().starts_with(b"glTF") && simplified.paths.is_empty());
         let arrays = run(r#"{"faces": 500}"#, Files::default(), Some(InputMesh::File(scene, String::new())));
         assert_eq!((arrays.results[0].simplified.mesh.faces().len(), arrays.bytes), (500, None));
     }
@@ -375,15 +377,15 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_wanted_any_more_is_not_written() {
+    fn a_cancelled_run_writes_nothing() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("x.ply");
-        let (asked, files) =
+        let (arguments, files) =
             (parse_arguments(r#"{"ratio": 0.2}"#), Files { out: Some(path.clone()), ..Files::default() });
         let go_on = || Box::new(|_| ControlFlow::Continue(()));
-        let stopped = simplify(asked.clone(), &files, input(false), go_on(), &|| ControlFlow::Break(()));
+        let stopped = simplify(arguments.clone(), &files, input(false), go_on(), &|| ControlFlow::Break(()));
         assert!(matches!(stopped, Err(Failure::Interrupted)) && !path.exists());
-        let written = simplify(asked, &files, input(false), go_on(), &|| ControlFlow::Continue(())).unwrap();
+        let written = simplify(arguments, &files, input(false), go_on(), &|| ControlFlow::Continue(())).unwrap();
         assert!(path.exists() && written.paths == [path]);
     }
 }

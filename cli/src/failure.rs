@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use neural_mesh::simplify::SimplifyError;
 
-use crate::plain::plain;
+use crate::escapes::escape_controls;
 
 /// Error that ends the program; its text says what failed, where, and what to do.
 #[derive(Debug)]
@@ -28,7 +28,7 @@ pub enum Failure {
 impl Failure {
     /// Creates the error for a file.
     pub fn in_file(path: &Path, what: impl fmt::Display) -> Self {
-        Self::Failed(format!("{}: {what}", name(path)))
+        Self::Failed(format!("{}: {what}", display_path(path)))
     }
 
     /// Converts an error of the simplification.
@@ -64,7 +64,7 @@ impl fmt::Display for Failure {
         match self {
             // Messages of libraries may hold line breaks, and file names anything; an error is one line.
             Self::Failed(text) | Self::Usage(text) | Self::Unmet(text) | Self::Stopped(text) => {
-                f.write_str(&plain(&text.replace(['\n', '\r'], " ")))
+                f.write_str(&escape_controls(&text.replace(['\n', '\r'], " ")))
             }
             Self::Reported => write!(f, "some files failed: the lines above say why"),
             Self::Interrupted => write!(f, "interrupted: nothing was written"),
@@ -73,6 +73,6 @@ impl fmt::Display for Failure {
 }
 
 /// Returns the name of a path for messages.
-pub fn name(path: &Path) -> String {
+pub fn display_path(path: &Path) -> String {
     if path.as_os_str() == "-" { "standard input".into() } else { path.display().to_string() }
 }

@@ -13,14 +13,14 @@ use neural_mesh::spatial::Bounds;
 use serde::Serialize;
 
 use crate::args::InfoArgs;
-use crate::failure::{Failure, name};
-use crate::memory::{self, bytes_of};
-use crate::names::{check_stdin, format_of};
-use crate::plain::plain_json;
+use crate::escapes::escape_controls_in_json;
+use crate::failure::{Failure, display_path};
+use crate::memory::{self, gib_to_bytes};
+use crate::messages::{MessageStream, group_digits, print_error};
+use crate::names::{check_stdin, parse_format};
 use crate::read::{self, clean_mesh, parse_source};
 use crate::request::Source;
 use crate::scene_info::SceneInfo;
-use crate::words::{Voice, complain, group_digits};
 
 #[derive(Debug, Serialize)]
 struct Info {
@@ -48,45 +48,45 @@ struct Info {
     scene: Option<SceneInfo>,
 }
 
-const UNKNOWN: &str = "--format sets the format";
+const FORMAT_ADVICE: &str = "--format sets the format";
 
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
-    let format = args.format.as_deref().map(format_of).transpose()?;
+    let format = args.format.as_deref().map(parse_format).transpose()?;
     check_stdin(args.inputs.iter().map(PathBuf::as_path))?;
-    memory::bound(args.memory);
-    let (mut n_said, mut all_said) = (0, Ok(()));
+    memory::limit_memory(args.memory);
+    let (mut n_printed, mut result) = (0, Ok(()));
     for path in &args.inputs {
-        let source = Source::new(path.clone(), format, !args.no_weld).with_remedy(UNKNOWN);
+        let source = Source::new(path.clone(), format, !args.no_weld).with_remedy(FORMAT_ADVICE);
         match describe(&source, args) {
             Ok(lines) => {
-                let gap = (n_said > 0 && !args.json).then(String::new);
-                gap.iter().chain(&lines).for_each(|line| Voice::Out.say(line));
-                n_said += 1;
+                let gap = (n_printed > 0 && !args.json).then(String::new);
+                gap.iter().chain(&lines).for_each(|line| MessageStream::Out.print_line(line));
+                n_printed += 1;
             }
             Err(failure) => {
-                complain(&failure);
-                all_said = Err(Failure::Reported);
+                print_error(&failure);
+                result = Err(Failure::Reported);
             }
         }
     }
-    all_said
+    result
 }
 
 fn describe(source: &Source, args: &InfoArgs) -> Result<Vec<String>, Failure> {
-    let (info, counts) = match read::in_pieces(&source.path, args.memory.map(bytes_of), None) {
-        Some((pieces, most)) => in_pieces(source, &pieces, most)?,
-        None => whole(source)?,
+    let (info, counts) = match read::open_in_pieces(&source.path, args.memory.map(gib_to_bytes), None) {
+        Some((pieces, most)) => describe_in_pieces(source, &pieces, most)?,
+        None => describe_whole(source)?,
     };
     if args.json {
         let json = serde_json::to_string(&info).map_err(|error| Failure::in_file(&source.path, error))?;
-        return Ok(vec![plain_json(&json)]);
+        return Ok(vec![escape_controls_in_json(&json)]);
     }
-    Ok(lines(&info, &counts.to_string()))
+    Ok(info_lines(&info, &counts.to_string()))
 }
 
-fn whole(source: &Source) -> Result<(Info, CleanCounts), Failure> {
+fn describe_whole(source: &Source) -> Result<(Info, CleanCounts), Failure> {
     let (read, scene) = if source.is_gltf() { read_scene(source)? } else { (read_mesh(source)?, None) };
-    let carries = carries(&read.mesh.attributes);
+    let carries = list_attributes(&read.mesh.attributes);
     let cleaned = clean_mesh(read.mesh, source)?;
     let bounds = Bounds::from_points(cleaned.mesh.positions());
     let info = collect_info(&source.path, &topology(&cleaned.mesh), (bounds, &cleaned.frame), &cleaned.counts);
@@ -98,25 +98,25 @@ fn read_mesh(source: &Source) -> Result<ReadMesh, Failure> {
 }
 
 fn read_scene(source: &Source) -> Result<(ReadMesh, Option<SceneInfo>), Failure> {
-    let failed = |error: ReadError| Failure::in_file(&source.path, error);
+    let to_failure = |error: ReadError| Failure::in_file(&source.path, error);
     let (read, asset) = match source.content.take(&source.path).transpose()? {
         Some(bytes) => (io::read_attributed(&bytes, source.format), Asset::from_stream(&bytes)),
         None => (io::read_attributed_path(&source.path, source.format), Asset::read_path(&source.path)),
     };
-    Ok((read.map_err(failed)?, Some(SceneInfo::new(&asset.map_err(failed)?, source.weld))))
+    Ok((read.map_err(to_failure)?, Some(SceneInfo::new(&asset.map_err(to_failure)?, source.weld))))
 }
 
-fn in_pieces(source: &Source, pieces: &Pieces, most: u64) -> Result<(Info, CleanCounts), Failure> {
+fn describe_in_pieces(source: &Source, pieces: &Pieces, most: u64) -> Result<(Info, CleanCounts), Failure> {
     let folder = std::env::temp_dir();
     let room = WorkingSpace { n_bytes: most, folder: &folder };
-    let found = describe_pieces(pieces, &room, &mut |_| ControlFlow::Continue(()));
+    let description = describe_pieces(pieces, &room, &mut |_| ControlFlow::Continue(()));
     let FileDescription { topology, bounds, frame, counts, .. } =
-        found.map_err(|error| Failure::in_file(&source.path, error))?;
+        description.map_err(|error| Failure::in_file(&source.path, error))?;
     let carries = pieces.other_content().into_iter().collect();
     Ok((Info { carries, ..collect_info(&source.path, &topology, (bounds, &frame), &counts) }, counts))
 }
 
-fn carries(attributes: &Attributes) -> Vec<String> {
+fn list_attributes(attributes: &Attributes) -> Vec<String> {
     let named = |channel: &Channel| match channel.role {
         Role::Normal => "normals".into(),
         Role::Tangent => "tangents".into(),
@@ -139,7 +139,7 @@ fn carries(attributes: &Attributes) -> Vec<String> {
 
 fn collect_info(path: &Path, figures: &Topology, (bounds, frame): (Bounds, &Frame), counts: &CleanCounts) -> Info {
     Info {
-        file: name(path),
+        file: display_path(path),
         vertices: figures.vertices,
         edges: figures.edges,
         faces: figures.faces,
@@ -165,9 +165,9 @@ fn is_manifold(figures: &Topology) -> bool {
     figures.non_manifold_edges == 0 && figures.non_manifold_vertices == 0
 }
 
-fn lines(info: &Info, cleaned: &str) -> Vec<String> {
+fn info_lines(info: &Info, cleaned: &str) -> Vec<String> {
     let [vertices, edges, faces] = [info.vertices, info.edges, info.faces].map(group_digits);
-    let [low, high] = bounds_in_words(info.bounds);
+    let [low, high] = format_bounds(info.bounds);
     let genus = info.genus.map_or("not defined".into(), |genus| genus.to_string());
     let mut lines = vec![
         format!("{}: {vertices} vertices, {edges} edges, {faces} faces", info.file),
@@ -184,7 +184,7 @@ fn lines(info: &Info, cleaned: &str) -> Vec<String> {
 }
 
 /// Formats bounds with the decimals of single precision.
-fn bounds_in_words([low, high]: [[f64; 3]; 2]) -> [String; 2] {
+fn format_bounds([low, high]: [[f64; 3]; 2]) -> [String; 2] {
     let extent = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max);
     let decimals = if extent > 0.0 { (6.0 - extent.log10().floor()).clamp(0.0, 17.0) as usize } else { 6 };
     [low, high].map(|corner| corner.map(|x| format!("{x:.decimals$}")).join(" "))

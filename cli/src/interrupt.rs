@@ -6,12 +6,12 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use tempfile::NamedTempFile;
 
 use crate::failure::Failure;
-use crate::words::complain;
+use crate::messages::print_error;
 
 static TEMPORARY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 /// Handles Ctrl-C and termination: they end the program with `ending`.
-pub fn watch(ending: Failure) {
+pub fn handle_signals(ending: Failure) {
     // Systems without signals can simplify without the handler.
     let _ = ctrlc::set_handler(move || {
         // The lock is held until the end, so that no file is moved into place any more.
@@ -19,7 +19,7 @@ pub fn watch(ending: Failure) {
         for file in files.iter() {
             let _ = std::fs::remove_file(file);
         }
-        complain(&ending);
+        print_error(&ending);
         std::process::exit(130);
     });
 }
@@ -30,7 +30,7 @@ pub fn remove_temporaries() {
     files.iter().flat_map(|files| files.iter()).for_each(|file| drop(std::fs::remove_file(file)));
 }
 
-pub fn with_temporary(make: impl FnOnce() -> std::io::Result<NamedTempFile>) -> std::io::Result<NamedTempFile> {
+pub fn register_temporary(make: impl FnOnce() -> std::io::Result<NamedTempFile>) -> std::io::Result<NamedTempFile> {
     let mut files = lock_temporaries();
     let file = make()?;
     files.push(file.path().to_path_buf());

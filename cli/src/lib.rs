@@ -6,28 +6,29 @@ mod allocator;
 mod args;
 mod bar;
 mod batch;
-mod closed;
+mod closed_stdout;
 mod command;
 mod compare;
 mod content;
 mod document;
-mod done;
 mod drawing;
 pub mod embedded;
+mod escapes;
 mod failure;
 mod files;
+mod finished_run;
 mod info;
 mod interrupt;
 mod memory;
 mod mesh_points;
+mod messages;
 #[cfg(not(feature = "train"))]
-mod missing;
+mod missing_feature;
 mod names;
 mod numbers;
 mod out_of_core;
 mod out_of_memory;
 mod page;
-mod plain;
 mod plan;
 mod progress;
 mod read;
@@ -44,31 +45,30 @@ mod train;
 #[path = "no_train.rs"]
 mod train;
 mod usage;
-mod words;
 
 use std::borrow::Cow;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser};
 
-pub use allocator::Bounded;
+pub use allocator::BoundedAllocator;
 use command::{Args, Command};
+use escapes::escape_controls;
 use failure::Failure;
-use plain::plain;
-use words::Voice;
+use messages::MessageStream;
 
 /// Runs the command line and returns the exit code.
 pub fn run() -> ExitCode {
-    allocator::end_by(out_of_memory::end);
-    memory::bound(None);
-    memory::keep_freed();
+    allocator::set_out_of_memory_handler(out_of_memory::end_program);
+    memory::limit_memory(None);
+    memory::retain_freed_blocks();
     let args = match Args::try_parse() {
         Ok(args) => args,
-        Err(answer) => return print_answer(&answer),
+        Err(answer) => return print_help_or_error(&answer),
     };
-    let done = match args.command {
-        Command::Simplify(args) if batch::is_meant(&args) => batch::run(*args),
-        Command::Simplify(args) => request::resolve(*args).and_then(simplify::run),
+    let result = match args.command {
+        Command::Simplify(args) if batch::is_batch(&args) => batch::run(*args),
+        Command::Simplify(args) => request::resolve_request(*args).and_then(simplify::run),
         Command::MeshPoints(args) => mesh_points::run(args),
         Command::Info(args) => info::run(&args),
         Command::Limits(args) => size_limits::run(&args),
@@ -76,7 +76,11 @@ pub fn run() -> ExitCode {
         Command::Train(args) => train::run(&args),
     };
     // A failed write to standard output outranks a missed target.
-    finish(if let Ok(()) | Err(Failure::Unmet(_)) = done { words::check_written().and(done) } else { done })
+    finish(if let Ok(()) | Err(Failure::Unmet(_)) = result {
+        messages::check_stdout_written().and(result)
+    } else {
+        result
+    })
 }
 
 /// Returns the command line definition, for completions and man pages.
@@ -85,30 +89,31 @@ pub fn command_line() -> clap::Command {
     Args::command()
 }
 
-fn finish(done: Result<(), Failure>) -> ExitCode {
-    match done {
+fn finish(result: Result<(), Failure>) -> ExitCode {
+    match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure::Reported) => Failure::Reported.exit_code(),
         Err(failure) => {
-            words::complain(&failure);
+            messages::print_error(&failure);
             failure.exit_code()
         }
     }
 }
 
-fn print_answer(answer: &clap::Error) -> ExitCode {
+fn print_help_or_error(answer: &clap::Error) -> ExitCode {
     if !answer.use_stderr() {
         // The empty writes detect a standard output that is closed or full.
-        let said = words::write_stdout(b"").and_then(|()| answer.print()).and_then(|()| words::write_stdout(b""));
-        return finish(said.map_err(|error| words::stdout_failure(&error)));
+        let written =
+            messages::write_stdout(b"").and_then(|()| answer.print()).and_then(|()| messages::write_stdout(b""));
+        return finish(written.map_err(|error| messages::stdout_failure(&error)));
     }
-    if let Some(failure) = usage::refused_value(answer) {
+    if let Some(failure) = usage::rejected_value(answer) {
         return finish(Err(failure));
     }
-    match std::env::args_os().all(|word| matches!(plain(&word.to_string_lossy()), Cow::Borrowed(_))) {
+    match std::env::args_os().all(|word| matches!(escape_controls(&word.to_string_lossy()), Cow::Borrowed(_))) {
         true => drop(answer.print()),
         // Without colours, since their escape codes would be spelled out too.
-        false => answer.to_string().lines().for_each(|line| Voice::Err.say(line)),
+        false => answer.to_string().lines().for_each(|line| MessageStream::Err.print_line(line)),
     }
     ExitCode::from(u8::try_from(answer.exit_code()).unwrap_or(2))
 }

@@ -2,10 +2,10 @@
 
 use std::process::ExitCode;
 
-use neural_mesh_cli::Bounded;
+use neural_mesh_cli::BoundedAllocator;
 
 #[global_allocator]
-static BOUNDED: Bounded = Bounded;
+static ALLOCATOR: BoundedAllocator = BoundedAllocator;
 
 fn main() -> ExitCode {
     neural_mesh_cli::run()

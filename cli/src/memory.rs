@@ -8,69 +8,69 @@ use neural_mesh::mesh::fallible_allocation::make_room;
 
 use crate::allocator;
 
-const BASE: u64 = 8 << 20;
+const BASE_BYTES: u64 = 8 << 20;
 /// Bytes per baked texel, with image and file of two textures at once.
-const TEXEL: u64 = 32;
+const TEXEL_BYTES: u64 = 32;
 /// Bound in bytes where the system does not report free memory.
-const FALLBACK: u64 = 4 << 30;
+const FALLBACK_BYTES: u64 = 4 << 30;
 /// Size in bytes of the block whose release makes glibc keep blocks up to that size.
-const LARGEST: usize = (32 << 20) - (1 << 16);
+const RETAINED_BYTES: usize = (32 << 20) - (1 << 16);
 
 /// Makes glibc reuse freed large arrays instead of returning them to the system (`mallopt(3)`, `M_MMAP_THRESHOLD`).
-pub fn keep_freed() {
+pub fn retain_freed_blocks() {
     let mut block = Vec::<u8>::new();
-    let _ = make_room(&mut block, LARGEST);
+    let _ = make_room(&mut block, RETAINED_BYTES);
     drop(std::hint::black_box(block));
 }
 
 /// Bounds the memory of the program to `gib`, or to what is free now.
-pub fn bound(gib: Option<f64>) {
+pub fn limit_memory(gib: Option<f64>) {
     // Where the system reports no free memory, the memory stays unbounded.
-    let most = gib.map(bytes_of).or_else(free);
-    most.into_iter().for_each(|most| allocator::bound(usize::try_from(most).unwrap_or(usize::MAX)));
+    let n_bytes = gib.map(gib_to_bytes).or_else(free_bytes);
+    n_bytes.into_iter().for_each(|n_bytes| allocator::set_limit(usize::try_from(n_bytes).unwrap_or(usize::MAX)));
 }
 
-pub fn bytes_of(gib: f64) -> u64 {
+pub fn gib_to_bytes(gib: f64) -> u64 {
     (gib * f64::from(1 << 30)) as u64
 }
 
 /// Estimates an upper bound of a run's memory, in bytes.
 ///
 /// A face takes about 250 bytes in memory, and 20 (binary PLY, glTF) or 40 (STL, text) in files.
-pub fn estimate(path: &Path, bake: Option<usize>) -> u64 {
+pub fn estimate_bytes(path: &Path, bake: Option<usize>) -> u64 {
     let bytes = std::fs::metadata(path).map_or(0, |found| found.len());
     let factor = match Format::from_path(path) {
         Some(Format::Ply | Format::Gltf | Format::Glb) => 14,
         _ => 7,
     };
     // Compressed meshes grow about fivefold, the XML of 3MF tenfold.
-    let packing = match (Format::without_gz(path), Format::from_path(path)) {
+    let expansion = match (Format::without_gz(path), Format::from_path(path)) {
         (_, Some(Format::ThreeMf)) => 10,
         (Cow::Owned(_), _) => 5,
         _ => 1,
     };
-    let textures = bake.map_or(0, |size| TEXEL * (size as u64).pow(2));
-    BASE + factor * packing * bytes + textures
+    let textures = bake.map_or(0, |size| TEXEL_BYTES * (size as u64).pow(2));
+    BASE_BYTES + factor * expansion * bytes + textures
 }
 
-fn free() -> Option<u64> {
-    let told = read_meminfo()?;
-    Some(kibibytes(&told, "MemAvailable:")? + kibibytes(&told, "SwapFree:").unwrap_or(0))
+fn free_bytes() -> Option<u64> {
+    let meminfo = read_meminfo()?;
+    Some(read_kibibytes(&meminfo, "MemAvailable:")? + read_kibibytes(&meminfo, "SwapFree:").unwrap_or(0))
 }
 
-pub fn available() -> Option<u64> {
-    kibibytes(&read_meminfo()?, "MemAvailable:")
+pub fn available_bytes() -> Option<u64> {
+    read_kibibytes(&read_meminfo()?, "MemAvailable:")
 }
 
-pub fn default_bound() -> u64 {
-    available().unwrap_or(FALLBACK) / 2
+pub fn default_limit() -> u64 {
+    available_bytes().unwrap_or(FALLBACK_BYTES) / 2
 }
 
 fn read_meminfo() -> Option<String> {
     std::fs::read_to_string("/proc/meminfo").ok()
 }
 
-fn kibibytes(told: &str, name: &str) -> Option<u64> {
-    let line = told.lines().find_map(|line| line.strip_prefix(name))?;
+fn read_kibibytes(meminfo: &str, name: &str) -> Option<u64> {
+    let line = meminfo.lines().find_map(|line| line.strip_prefix(name))?;
     line.trim().trim_end_matches("kB").trim().parse::<u64>().ok().map(|kib| 1024 * kib)
 }

@@ -12,14 +12,14 @@ use serde::Serialize;
 
 use crate::args::MeshPointsArgs;
 use crate::failure::Failure;
-use crate::files::{self, Pending};
+use crate::files::{self, PendingFile};
 use crate::interrupt;
-use crate::names::{check_stdout, format_of, is_stream, output_format};
+use crate::messages::{MessageStream, group_digits};
+use crate::names::{check_stdout, is_stream, output_format, parse_format};
 use crate::plan::Plan;
 use crate::progress::Progress;
 use crate::read::read_weights;
 use crate::simplify::in_pool;
-use crate::words::{Voice, group_digits};
 
 const COSTS: [(JobStage, f64); 3] = [(JobStage::Read, 0.03), (JobStage::Simplify, 0.95), (JobStage::Write, 0.02)];
 
@@ -53,16 +53,16 @@ struct Report {
 }
 
 pub fn run(args: MeshPointsArgs) -> Result<(), Failure> {
-    let request = resolve(args)?;
+    let request = resolve_request(args)?;
     let results = [Some(&request.args.output), request.args.report.as_ref()].into_iter().flatten();
-    let files_to_be = results.map(PathBuf::as_path).filter(|path| !is_stream(path));
-    files::check_places(files_to_be, request.args.force)?;
-    interrupt::watch(Failure::Interrupted);
+    let output_files = results.map(PathBuf::as_path).filter(|path| !is_stream(path));
+    files::check_output_paths(output_files, request.args.force)?;
+    interrupt::handle_signals(Failure::Interrupted);
     in_pool(request.args.threads, || run_in_pool(&request))
 }
 
-fn resolve(args: MeshPointsArgs) -> Result<MeshPointsRequest, Failure> {
-    let given = args.format.as_deref().map(format_of).transpose()?;
+fn resolve_request(args: MeshPointsArgs) -> Result<MeshPointsRequest, Failure> {
+    let given = args.format.as_deref().map(parse_format).transpose()?;
     let format = output_format(&args.output, given)?;
     check_stdout(is_stream(&args.output), reports_to_stdout(&args))?;
     Ok(MeshPointsRequest { args, format })
@@ -86,8 +86,8 @@ fn run_in_pool(request: &MeshPointsRequest) -> Result<(), Failure> {
     drop(progress);
     let for_stdout = is_stream(&args.output).then_some(bytes).or(json);
     for_stdout.iter().try_for_each(|bytes| files::write_to_stdout(bytes))?;
-    files::place(pending)?;
-    say(args, &report);
+    files::place_files(pending)?;
+    print_report(args, &report);
     Ok(())
 }
 
@@ -95,8 +95,8 @@ pub fn mesh_in_memory(
     args: MeshPointsArgs,
     raw: Option<RawMesh>,
     mut progress: Progress,
-) -> Result<PointsMeshed, Failure> {
-    let request = resolve(args)?;
+) -> Result<MeshPointsOutput, Failure> {
+    let request = resolve_request(args)?;
     let began = Instant::now();
     let read = || {
         io::read_points(&files::read(&request.args.input)?)
@@ -112,13 +112,13 @@ pub fn mesh_in_memory(
     let report = serde_json::to_string(&report).map_err(|error| Failure::in_file(&request.args.input, error))?;
     let exact = meshed.exact_positions();
     let MeshedCloud { cloud, result, .. } = meshed;
-    let of_file = |&point: &u32| cloud.source.get(point as usize).copied().unwrap_or(point);
-    let sources = result.source_points.iter().map(of_file).collect();
-    Ok(PointsMeshed { mesh: result.mesh, exact, sources, report, pending })
+    let to_input_point = |&point: &u32| cloud.source.get(point as usize).copied().unwrap_or(point);
+    let sources = result.source_points.iter().map(to_input_point).collect();
+    Ok(MeshPointsOutput { mesh: result.mesh, exact, sources, report, pending })
 }
 
 /// Meshed cloud for another program.
-pub struct PointsMeshed {
+pub struct MeshPointsOutput {
     /// Mesh in local coordinates.
     pub mesh: TriMesh,
     /// Vertex positions, n x 3, if the cloud has double precision.
@@ -128,7 +128,7 @@ pub struct PointsMeshed {
     /// Report, as `--report` writes it.
     pub report: String,
     /// Files to move into place.
-    pub pending: Vec<Pending>,
+    pub pending: Vec<PendingFile>,
 }
 
 struct MeshedCloud {
@@ -162,8 +162,8 @@ fn mesh_cloud(
     progress: &mut Progress,
 ) -> Result<MeshedPoints, Failure> {
     let n_points = cloud.points.len();
-    let of_ratio = args.ratio.map(|ratio| (n_points as f64 * ratio) as usize);
-    let n_vertices = args.vertices.map(|count| count.resolve(n_points)).or(of_ratio).unwrap_or(n_points);
+    let n_of_ratio = args.ratio.map(|ratio| (n_points as f64 * ratio) as usize);
+    let n_vertices = args.vertices.map(|count| count.resolve(n_points)).or(n_of_ratio).unwrap_or(n_points);
     let result = mesh_points(&cloud.points, n_vertices, weights, args.seed, &mut |event| progress.event(event));
     result.map_err(|error| match error {
         SimplifyError::Interrupted => Failure::Interrupted,
@@ -171,7 +171,7 @@ fn mesh_cloud(
     })
 }
 
-fn prepare_output(request: &MeshPointsRequest, meshed: &MeshedCloud) -> Result<(Vec<u8>, Vec<Pending>), Failure> {
+fn prepare_output(request: &MeshPointsRequest, meshed: &MeshedCloud) -> Result<(Vec<u8>, Vec<PendingFile>), Failure> {
     let MeshPointsRequest { args, format, .. } = request;
     let MeshedCloud { cloud, result, .. } = meshed;
     let bytes = match meshed.exact_positions() {
@@ -180,53 +180,53 @@ fn prepare_output(request: &MeshPointsRequest, meshed: &MeshedCloud) -> Result<(
     };
     let bytes = bytes.map_err(|error| Failure::in_file(&args.output, error))?;
     let is_file = !is_stream(&args.output);
-    let pending = is_file.then(|| files::prepare(&args.output, &bytes, args.force)).transpose()?;
+    let pending = is_file.then(|| files::prepare_file(&args.output, &bytes, args.force)).transpose()?;
     Ok((bytes, pending.into_iter().collect()))
 }
 
 fn create_report(args: &MeshPointsArgs, MeshedCloud { cloud, result, .. }: &MeshedCloud, seconds: f64) -> Report {
-    let found = topology(&result.mesh);
+    let topology = topology(&result.mesh);
     Report {
         points: cloud.points.len(),
         repeated_points: cloud.repeated,
         non_finite_points: cloud.non_finite,
-        vertices: found.vertices,
-        faces: found.faces,
+        vertices: topology.vertices,
+        faces: topology.faces,
         unused_points: result.unused_points,
-        closed: found.closed,
-        holes: found.boundary_loops,
-        boundary_edges: found.boundary_edges,
-        non_manifold_edges: found.non_manifold_edges,
-        non_manifold_vertices: found.non_manifold_vertices,
-        inconsistent_edges: found.inconsistent_edges,
-        components: found.components,
+        closed: topology.closed,
+        holes: topology.boundary_loops,
+        boundary_edges: topology.boundary_edges,
+        non_manifold_edges: topology.non_manifold_edges,
+        non_manifold_vertices: topology.non_manifold_vertices,
+        inconsistent_edges: topology.inconsistent_edges,
+        components: topology.components,
         seed: args.seed,
         threads: rayon::current_num_threads(),
         seconds,
     }
 }
 
-fn say(args: &MeshPointsArgs, report: &Report) {
+fn print_report(args: &MeshPointsArgs, report: &Report) {
     // Messages must not mix with a mesh or a report on standard output.
     let voice = match (args.quiet, is_stream(&args.output) || reports_to_stdout(args)) {
-        (true, _) => Voice::Quiet,
-        (false, false) => Voice::Out,
-        (false, true) => Voice::Err,
+        (true, _) => MessageStream::Quiet,
+        (false, false) => MessageStream::Out,
+        (false, true) => MessageStream::Err,
     };
     let [points, vertices, faces] = [report.points, report.vertices, report.faces].map(group_digits);
     if report.repeated_points + report.non_finite_points > 0 {
         let [repeated, non_finite] = [report.repeated_points, report.non_finite_points].map(group_digits);
-        voice.say(&format!("left out  {repeated} repeated points, {non_finite} non-finite points"));
+        voice.print_line(&format!("left out  {repeated} repeated points, {non_finite} non-finite points"));
     }
     if report.unused_points > 0 {
-        voice.say(&format!("unused    {} points are not used by any face", group_digits(report.unused_points)));
+        voice.print_line(&format!("unused    {} points are not used by any face", group_digits(report.unused_points)));
     }
-    voice.say(&format!("size      {points} points -> {vertices} vertices, {faces} faces"));
-    voice.say(&surface(report));
-    voice.say(&format!("time      {:.3} s", report.seconds));
+    voice.print_line(&format!("size      {points} points -> {vertices} vertices, {faces} faces"));
+    voice.print_line(&surface_line(report));
+    voice.print_line(&format!("time      {:.3} s", report.seconds));
 }
 
-fn surface(report: &Report) -> String {
+fn surface_line(report: &Report) -> String {
     let [holes, boundary, edges, components] =
         [report.holes, report.boundary_edges, report.non_manifold_edges, report.components].map(group_digits);
     let holes = if report.closed { "closed".into() } else { format!("{holes} holes ({boundary} boundary edges)") };

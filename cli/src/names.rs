@@ -7,7 +7,7 @@ use neural_mesh::io::{Format, can_read, is_gltf_path, write_obstacle};
 use crate::failure::Failure;
 
 /// Lists the formats that this build reads, such as `give OBJ, PLY or STL`.
-pub fn readable() -> String {
+pub fn list_readable_formats() -> String {
     let named = [
         ("OBJ", Format::Obj),
         ("PLY", Format::Ply),
@@ -20,10 +20,10 @@ pub fn readable() -> String {
         ("FBX", Format::Fbx),
     ];
     let read = named.into_iter().filter(|(_, format)| can_read(*format)).map(|(name, _)| name.to_string());
-    format!("give {}", alternatives(read))
+    format!("give {}", join_alternatives(read))
 }
 
-fn alternatives(names: impl Iterator<Item = String>) -> String {
+fn join_alternatives(names: impl Iterator<Item = String>) -> String {
     let names: Vec<String> = names.collect();
     match names.split_last() {
         Some((last, others)) if !others.is_empty() => format!("{} or {last}", others.join(", ")),
@@ -46,42 +46,42 @@ pub struct Destination {
     pub path: PathBuf,
     pub format: Format,
     /// True if the format is that of the input, known after reading.
-    pub follows_input: bool,
+    pub takes_input_format: bool,
 }
 
 pub fn is_stream(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-pub const LEVEL: &str = "{level}";
+pub const LEVEL_PLACEHOLDER: &str = "{level}";
 
-pub fn names_level(path: &Path) -> bool {
-    path.file_name().is_some_and(|name| name.to_string_lossy().contains(LEVEL))
+pub fn has_level_placeholder(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name.to_string_lossy().contains(LEVEL_PLACEHOLDER))
 }
 
 /// Adds the placeholder if it is missing: `spot.obj.gz` becomes `spot-lod{level}.obj.gz`.
-pub fn with_level(path: &Path) -> PathBuf {
-    if names_level(path) {
+pub fn with_level_placeholder(path: &Path) -> PathBuf {
+    if has_level_placeholder(path) {
         return path.into();
     }
     let mut name = Format::without_gz(path).file_stem().unwrap_or_default().to_os_string();
     let ending = path.file_name().unwrap_or_default().as_encoded_bytes().get(name.len()..).unwrap_or_default();
-    name.push(format!("-lod{LEVEL}{}", String::from_utf8_lossy(ending)));
+    name.push(format!("-lod{LEVEL_PLACEHOLDER}{}", String::from_utf8_lossy(ending)));
     path.with_file_name(name)
 }
 
 /// Returns the name without ending and placeholder, or `None` if nothing remains.
-pub fn without_level(path: &Path) -> Option<String> {
-    let stem = Format::without_gz(path).file_stem()?.to_string_lossy().replace(LEVEL, "");
+pub fn stem_without_level(path: &Path) -> Option<String> {
+    let stem = Format::without_gz(path).file_stem()?.to_string_lossy().replace(LEVEL_PLACEHOLDER, "");
     let name = stem.trim_matches(['-', '_', '.', ' ']);
     (!name.is_empty()).then(|| name.into())
 }
 
 pub fn level_paths(path: &Path, n_levels: usize) -> Vec<PathBuf> {
-    let has_levels = n_levels > 0 && names_level(path);
+    let has_levels = n_levels > 0 && has_level_placeholder(path);
     let Some(name) = path.file_name().filter(|_| has_levels) else { return vec![path.into()] };
     let name = name.to_string_lossy();
-    (0..n_levels).map(|level| path.with_file_name(name.replace(LEVEL, &level.to_string()))).collect()
+    (0..n_levels).map(|level| path.with_file_name(name.replace(LEVEL_PLACEHOLDER, &level.to_string()))).collect()
 }
 
 pub fn check_stdin<'a>(inputs: impl Iterator<Item = &'a Path>) -> Result<(), Failure> {
@@ -99,34 +99,34 @@ pub fn check_stdout(takes_mesh: bool, takes_report: bool) -> Result<(), Failure>
     Ok(())
 }
 
-pub fn format_of(name: &str) -> Result<Format, Failure> {
+pub fn parse_format(name: &str) -> Result<Format, Failure> {
     let unknown = || format!("--format {name}: unknown format: choose from {}", Format::NAMES.join(", "));
     Format::from_name(name).ok_or_else(|| Failure::Usage(unknown()))
 }
 
-pub fn format_by_name(path: &Path) -> Option<Format> {
+pub fn format_from_path(path: &Path) -> Option<Format> {
     if is_stream(path) { None } else { Format::from_path(path) }
 }
 
 /// Resolves the output of one mesh; standard output gets the input's format by default.
-pub fn destination(place: &MeshPaths) -> Result<Destination, Failure> {
-    let given = place.format.map(format_of).transpose()?;
-    let MeshPaths { input, output, .. } = *place;
+pub fn resolve_destination(paths: &MeshPaths) -> Result<Destination, Failure> {
+    let given = paths.format.map(parse_format).transpose()?;
+    let MeshPaths { input, output, .. } = *paths;
     // The format of a stream is known only after it is read.
     if is_stream(output) && given.is_none() {
-        let (format, follows_input) = (single_file_format(guess_format(input)), guess_format(input).is_none());
-        return Ok(Destination { path: output.to_path_buf(), format, follows_input });
+        let (format, takes_input_format) = (single_file_format(guess_format(input)), guess_format(input).is_none());
+        return Ok(Destination { path: output.to_path_buf(), format, takes_input_format });
     }
-    let path = if output.is_dir() { in_folder(output, input, given)? } else { output.to_path_buf() };
-    Ok(Destination { format: output_format(&path, given)?, path, follows_input: false })
+    let path = if output.is_dir() { path_in_folder(output, input, given)? } else { output.to_path_buf() };
+    Ok(Destination { format: output_format(&path, given)?, path, takes_input_format: false })
 }
 
 /// Returns the format by the name, or GLB for a glTF's content.
 pub fn guess_format(path: &Path) -> Option<Format> {
-    format_by_name(path).or_else(|| (!is_stream(path) && is_gltf_path(path)).then_some(Format::Glb))
+    format_from_path(path).or_else(|| (!is_stream(path) && is_gltf_path(path)).then_some(Format::Glb))
 }
 
-fn in_folder(folder: &Path, input: &Path, given: Option<Format>) -> Result<PathBuf, Failure> {
+fn path_in_folder(folder: &Path, input: &Path, given: Option<Format>) -> Result<PathBuf, Failure> {
     match input.file_name() {
         Some(name) if !is_stream(input) => {
             Ok(folder
@@ -142,15 +142,15 @@ fn in_folder(folder: &Path, input: &Path, given: Option<Format>) -> Result<PathB
 /// Replaces the ending by that of a format, without compression; a VRM keeps its ending.
 pub fn with_ending(name: &Path, format: Format) -> PathBuf {
     let name = Format::without_gz(name);
-    if format == Format::Glb && is_vrm(&name) { name.into_owned() } else { name.with_extension(ending(format)) }
+    if format == Format::Glb && is_vrm(&name) { name.into_owned() } else { name.with_extension(file_ending(format)) }
 }
 
 pub fn is_vrm(path: &Path) -> bool {
     Format::without_gz(path).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("vrm"))
 }
 
-pub fn ending(format: Format) -> &'static str {
-    family(format).name()
+pub fn file_ending(format: Format) -> &'static str {
+    binary_variant(format).name()
 }
 
 /// Returns the input's format if it fits into one file, else a similar one, else PLY.
@@ -167,12 +167,12 @@ pub fn result_format(read: Format) -> Format {
 
 /// Chooses the output format by the name, else by `--format`, and rejects contradictions.
 pub fn output_format(output: &Path, given: Option<Format>) -> Result<Format, Failure> {
-    let format = format_by_name(output).or(given).ok_or_else(|| unknown_format(output))?;
+    let format = format_from_path(output).or(given).ok_or_else(|| unknown_format(output))?;
     // `--format ply-ascii -o x.ply` means the text variant of the format in the name.
-    writable(given.filter(|given| family(*given) == family(format)).unwrap_or(format))
+    check_writable(given.filter(|given| binary_variant(*given) == binary_variant(format)).unwrap_or(format))
 }
 
-pub fn writable(format: Format) -> Result<Format, Failure> {
+pub fn check_writable(format: Format) -> Result<Format, Failure> {
     write_obstacle(format).map_or(Ok(format), |what| Err(Failure::Usage(format!("{}: {what}", format.name()))))
 }
 
@@ -185,14 +185,14 @@ fn unknown_format(output: &Path) -> Failure {
         _ if ends_as_folder => format!("{}: there is no such folder: create it first", output.display()),
         _ => {
             let endings = Format::NAMES.into_iter().filter(is_written).filter(|name| !name.contains('-'));
-            let endings = alternatives(endings.map(|name| format!(".{name}")));
+            let endings = join_alternatives(endings.map(|name| format!(".{name}")));
             let how = format!("end the name in {endings}, or give --format, one of");
             format!("{}: the format is not known: {how} {names}", output.display())
         }
     })
 }
 
-fn family(format: Format) -> Format {
+fn binary_variant(format: Format) -> Format {
     match format {
         Format::PlyAscii => Format::Ply,
         Format::StlAscii => Format::Stl,

@@ -3,7 +3,7 @@
 use clap::Parser;
 
 use crate::failure::Failure;
-use crate::missing::{AnyArgs, refusal};
+use crate::missing_feature::{AnyArgs, missing_feature_failure};
 
 /// Learn weights from a folder of meshes (needs the feature train)
 #[derive(Debug, Parser)]
@@ -13,5 +13,5 @@ pub struct TrainArgs {
 }
 
 pub fn run(_: &TrainArgs) -> Result<(), Failure> {
-    Err(refusal("train"))
+    Err(missing_feature_failure("train"))
 }

@@ -15,61 +15,61 @@ use neural_mesh::metrics::QuickDistance;
 use neural_mesh::model::Weights;
 use neural_mesh::simplify::{Assembly, Hidden, Purpose, SimplifyError, Target};
 
-use crate::done::Done;
 use crate::failure::Failure;
 use crate::files;
+use crate::finished_run::FinishedRun;
 use crate::plan::Plan;
 use crate::progress::Progress;
-use crate::read::in_pieces;
+use crate::read::open_in_pieces;
 use crate::request::Request;
 
 const REMEDY: &str = "allow more with --memory";
 /// Memory in addition to the blocks, in bytes.
-const BESIDE: u64 = 16 << 20;
+const OVERHEAD_BYTES: u64 = 16 << 20;
 /// Costs per face of simplifying in blocks and of measuring, in ns, for 100 million faces.
-const SIMPLIFY: f64 = 740.0;
-const CHECK: f64 = 460.0;
+const SIMPLIFY_COST: f64 = 740.0;
+const CHECK_COST: f64 = 460.0;
 
 /// Simplifies a mesh that needs more memory than allowed; `None` if it fits.
 pub fn simplify_in_blocks(
     request: &Request,
     weights: Option<&Weights>,
     progress: &mut Progress,
-) -> Result<Option<Done>, Failure> {
+) -> Result<Option<FinishedRun>, Failure> {
     let path = &request.source.path;
     let began = Instant::now();
-    let Some((pieces, n_bytes)) = in_pieces(path, request.memory, request.job.bake) else { return Ok(None) };
-    check(request, &pieces)?;
+    let Some((pieces, n_bytes)) = open_in_pieces(path, request.memory, request.job.bake) else { return Ok(None) };
+    check_options(request, &pieces)?;
     // Blocks are stored next to the output, on the disk that must have room anyway.
     let folder = request.output.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
-    let room = WorkingSpace { n_bytes: n_bytes.saturating_sub(BESIDE), folder };
+    let room = WorkingSpace { n_bytes: n_bytes.saturating_sub(OVERHEAD_BYTES), folder };
     let mut options = request.job.options.clone();
     options.target = request.job.target(usize::try_from(pieces.n_faces()).unwrap_or(usize::MAX));
-    let check = if request.job.check { CHECK } else { 0.0 };
-    progress.follow(Plan::new(&[(JobStage::Simplify, SIMPLIFY), (JobStage::Check, check)]));
-    let refused = |error| match error {
+    let check_cost = if request.job.check { CHECK_COST } else { 0.0 };
+    progress.set_plan(Plan::new(&[(JobStage::Simplify, SIMPLIFY_COST), (JobStage::Check, check_cost)]));
+    let to_failure = |error| match error {
         OutOfCoreError::Simplify(SimplifyError::Interrupted) => Failure::Interrupted,
         error => Failure::in_file(path, error),
     };
-    let found = simplify_pieces(&pieces, weights, &options, &room, &mut show_step(progress, JobStage::Simplify));
-    let found = found.map_err(refused)?;
+    let result = simplify_pieces(&pieces, weights, &options, &room, &mut show_step(progress, JobStage::Simplify));
+    let result = result.map_err(to_failure)?;
     let mut seconds = Seconds { simplify: began.elapsed().as_secs_f64(), ..Seconds::default() };
     let began = Instant::now();
     let n_samples = if request.job.check { SAMPLES } else { 0 };
-    let distance = found.distance(n_samples, 0, &mut show_step(progress, JobStage::Check)).map_err(refused)?;
+    let distance = result.distance(n_samples, 0, &mut show_step(progress, JobStage::Check)).map_err(to_failure)?;
     seconds.check = began.elapsed().as_secs_f64();
-    prepare_output(request, found, (options.target, distance), seconds).map(Some)
+    prepare_output(request, result, (options.target, distance), seconds).map(Some)
 }
 
-fn show_step(progress: &mut Progress, part: JobStage) -> impl FnMut(f64) -> ControlFlow<()> + Send {
+fn show_step(progress: &mut Progress, step: JobStage) -> impl FnMut(f64) -> ControlFlow<()> + Send {
     move |done| {
-        progress.move_on(part, done);
+        progress.show_step_done(step, done);
         ControlFlow::Continue(())
     }
 }
 
 /// Rejects options that need attributes or the whole mesh at once.
-fn check(request: &Request, pieces: &Pieces) -> Result<(), Failure> {
+fn check_options(request: &Request, pieces: &Pieces) -> Result<(), Failure> {
     let options = &request.job.options;
     let named = [
         ("--error", matches!(request.job.goal, Goal::Error(_))),
@@ -92,54 +92,54 @@ fn check(request: &Request, pieces: &Pieces) -> Result<(), Failure> {
         ("--for", options.purpose != Purpose::Shape),
         ("--no-weld or --weld", !request.job.weld || request.job.weld_near.is_some()),
     ];
-    let whole = "the mesh needs more memory than allowed";
-    if let Some((name, _)) = named.into_iter().find(|(_, is_asked)| *is_asked) {
+    let problem = "the mesh needs more memory than allowed";
+    if let Some((name, _)) = named.into_iter().find(|(_, is_requested)| *is_requested) {
         return Err(Failure::in_file(
             &request.source.path,
-            format!("{whole}, and {name} does not work in blocks: {REMEDY}"),
+            format!("{problem}, and {name} does not work in blocks: {REMEDY}"),
         ));
     }
-    let more = pieces.other_content().filter(|_| request.job.ignore.is_empty() && !request.job.format.is_bare());
-    let refused = |more| {
+    let content = pieces.other_content().filter(|_| request.job.ignore.is_empty() && !request.job.format.is_bare());
+    let loses_content = |content| {
         let what = format!(
-            "{whole}, and simplification in blocks would drop its {more}: {REMEDY}, or accept that with --ignore uv,normals,colors,materials"
+            "{problem}, and simplification in blocks would drop its {content}: {REMEDY}, or accept that with --ignore uv,normals,colors,materials"
         );
         Failure::in_file(&request.source.path, what)
     };
-    more.map_or(Ok(()), |more| Err(refused(more)))
+    content.map_or(Ok(()), |content| Err(loses_content(content)))
 }
 
 fn prepare_output(
     request: &Request,
-    found: OutOfCoreResult,
+    result: OutOfCoreResult,
     (target, distance): (Target, Option<QuickDistance>),
     mut seconds: Seconds,
-) -> Result<Done, Failure> {
+) -> Result<FinishedRun, Failure> {
     let began = Instant::now();
     let extra = Extra::default();
-    let model = Model::new(&found.simplified.mesh, found.frame, Attributes::NONE, &extra);
+    let model = Model::new(&result.simplified.mesh, result.frame, Attributes::NONE, &extra);
     let path = request.output.as_deref();
-    let shown = path.unwrap_or(Path::new("standard output"));
+    let shown_path = path.unwrap_or(Path::new("standard output"));
     let written = io::write_attributed(&model, &WriteOptions::new(request.job.format, "mesh"));
-    let written = written.map_err(|error| Failure::in_file(shown, error))?;
+    let written = written.map_err(|error| Failure::in_file(shown_path, error))?;
     let mut pending: Vec<_> =
-        path.map(|path| files::prepare(path, &written.bytes, request.force)).transpose()?.into_iter().collect();
+        path.map(|path| files::prepare_file(path, &written.bytes, request.force)).transpose()?.into_iter().collect();
     let bytes = path.is_none().then_some(written.bytes);
     seconds.write = began.elapsed().as_secs_f64();
-    let in_blocks = format!("simplified in {} blocks to save memory", found.n_blocks);
+    let in_blocks = format!("simplified in {} blocks to save memory", result.n_blocks);
     let notes = written.notes.into_iter().chain([in_blocks]).collect();
-    let mut report = JobReport { notes, seconds, ..create_report(request, &found, target) };
+    let mut report = JobReport { notes, seconds, ..create_report(request, &result, target) };
     report.output.vertices_written = written.n_vertices;
     report.distance = distance.as_ref().map(DistanceFigures::new);
     let json = files::prepare_json(request.report.as_deref(), &report, request.force, &mut pending)?;
-    let cleaned = found.counts.to_string();
-    Ok(Done { report, cleaned, bytes: bytes.or(json), pending, beside: None, force: request.force })
+    let cleaned = result.counts.to_string();
+    Ok(FinishedRun { report, cleaned, bytes: bytes.or(json), pending, extra_files: None, force: request.force })
 }
 
-fn create_report(request: &Request, found: &OutOfCoreResult, target: Target) -> JobReport {
-    let simplified = &found.simplified;
+fn create_report(request: &Request, result: &OutOfCoreResult, target: Target) -> JobReport {
+    let simplified = &result.simplified;
     JobReport {
-        input: Size { vertices: found.n_vertices, faces: found.n_faces, shape: None },
+        input: Size { vertices: result.n_vertices, faces: result.n_faces, shape: None },
         output: OutputFigures::new(Size::measure(&simplified.mesh, request.report.is_some()), &simplified.report),
         target: target_words(&request.job.goal, target),
         outcome: outcome_words(&simplified.report.outcome),
@@ -147,7 +147,7 @@ fn create_report(request: &Request, found: &OutOfCoreResult, target: Target) -> 
         seed: request.job.options.seed,
         threads: rayon::current_num_threads(),
         seconds: Seconds::default(),
-        cleaned: (&found.counts).into(),
+        cleaned: (&result.counts).into(),
         repaired: None,
         baked: None,
         named: Vec::new(),

@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::SeqCst};
 
 use crate::{allocator, interrupt};
 
-const REMEMBERED: usize = 1024;
-const NONE: usize = usize::MAX;
+const MAX_RUNNING: usize = 1024;
+const NO_MESH: usize = usize::MAX;
 
 struct RecordedBatch {
     path: PathBuf,
@@ -17,25 +17,25 @@ struct RecordedBatch {
 }
 
 static BATCH: OnceLock<RecordedBatch> = OnceLock::new();
-static RUNNING: [AtomicUsize; REMEMBERED] = [const { AtomicUsize::new(NONE) }; REMEMBERED];
+static RUNNING: [AtomicUsize; MAX_RUNNING] = [const { AtomicUsize::new(NO_MESH) }; MAX_RUNNING];
 
 /// Registers a batch: when memory runs out, the meshes in progress are written to `path`.
 ///
 /// Each line has the number of meshes in progress, the memory bound in bytes, and a name.
-pub fn remember(path: PathBuf, names: Vec<String>) {
+pub fn register_batch(path: PathBuf, names: Vec<String>) {
     let _ = BATCH.set(RecordedBatch { path, names });
 }
 
-pub fn track<T>(mesh: usize, work: impl FnOnce() -> T) -> T {
-    let is_free = |slot: &&AtomicUsize| slot.compare_exchange(NONE, mesh, SeqCst, SeqCst).is_ok();
+pub fn track_mesh<T>(mesh: usize, work: impl FnOnce() -> T) -> T {
+    let is_free = |slot: &&AtomicUsize| slot.compare_exchange(NO_MESH, mesh, SeqCst, SeqCst).is_ok();
     let slot = RUNNING.iter().find(is_free);
-    let done = work();
-    slot.into_iter().for_each(|slot| slot.store(NONE, SeqCst));
-    done
+    let result = work();
+    slot.into_iter().for_each(|slot| slot.store(NO_MESH, SeqCst));
+    result
 }
 
 /// Ends the program from within the allocator, with one line and exit code 1.
-pub fn end(n_bytes: usize) -> ! {
+pub fn end_program(n_bytes: usize) -> ! {
     thread_local! {
         static IS_ENDING: Cell<bool> = const { Cell::new(false) };
     }
@@ -55,15 +55,15 @@ pub fn end(n_bytes: usize) -> ! {
         "neural-mesh: out of memory: {n_bytes} more bytes are not available: use a smaller mesh, fewer --threads, or more --memory"
     );
     interrupt::remove_temporaries();
-    write_down();
+    record_running_meshes();
     std::process::exit(1);
 }
 
-fn write_down() {
+fn record_running_meshes() {
     let Some(RecordedBatch { path, names }) = BATCH.get() else { return };
     let Ok(mut file) = std::fs::OpenOptions::new().create(true).append(true).open(path) else { return };
     let running = || RUNNING.iter().filter_map(|slot| names.get(slot.load(SeqCst)));
     for name in running() {
-        let _ = writeln!(file, "{} {} {name}", running().count(), allocator::most());
+        let _ = writeln!(file, "{} {} {name}", running().count(), allocator::limit());
     }
 }

@@ -7,8 +7,8 @@ use neural_mesh::simplify::{Assembly, Target};
 
 use crate::request::Request;
 
-pub const fn describe_step(part: JobStage) -> &'static str {
-    match part {
+pub const fn describe_step(step: JobStage) -> &'static str {
+    match step {
         JobStage::Read => "reading",
         JobStage::Simplify => "simplifying",
         JobStage::Bake => "baking textures",
@@ -33,62 +33,62 @@ pub fn describe_stage(stage: &str) -> &'static str {
 
 /// Ratios of the measured costs, which are in ns per face of a torus of four million faces, on one thread.
 const RATIOS: [f64; 3] = [0.02, 0.1, 0.5];
-const USUAL_SHARE: f64 = 0.1;
-const SIMPLIFY: [f64; 3] = [1300.0, 4500.0, 9300.0];
-const CHECK: [f64; 3] = [900.0, 1600.0, 2900.0];
+const USUAL_RATIO: f64 = 0.1;
+const SIMPLIFY_COSTS: [f64; 3] = [1300.0, 4500.0, 9300.0];
+const CHECK_COSTS: [f64; 3] = [900.0, 1600.0, 2900.0];
 /// Cost of each further level of detail, relative to the first.
-const OF_FURTHER: f64 = 0.2;
-const PAPER: f64 = 30_000.0;
+const FURTHER_LEVEL_COST: f64 = 0.2;
+const PAPER_COST: f64 = 30_000.0;
 /// Typical runs of a search, and their share of the time if distances are proved.
-const RUNS: f64 = 3.0;
-const PROVED: f64 = 0.4;
-const WRITE: f64 = 150.0;
-const BAKE: f64 = 50_000.0;
-const PICTURE: f64 = 600.0;
+const SEARCH_RUNS: f64 = 3.0;
+const SEARCH_SHARE: f64 = 0.4;
+const WRITE_COST: f64 = 150.0;
+const BAKE_COST: f64 = 50_000.0;
+const PICTURE_COST: f64 = 600.0;
 
 #[derive(Clone, Debug)]
 pub struct Plan(Vec<(JobStage, f64)>);
 
 impl Plan {
-    pub fn new(parts: &[(JobStage, f64)]) -> Self {
-        Self(parts.to_vec())
+    pub fn new(steps: &[(JobStage, f64)]) -> Self {
+        Self(steps.to_vec())
     }
 
     pub fn estimate(request: &Request, mesh: Option<&TriMesh>) -> Self {
         let n_levels = request.job.goal.n_levels().map_or(1.0, |n| n as f64);
-        let ratio = share(request, mesh).unwrap_or(USUAL_SHARE).clamp(0.0, 1.0);
-        let once = match request.job.options.assembly {
-            Assembly::Paper => PAPER,
-            Assembly::Closed => interpolate(ratio, SIMPLIFY) * (1.0 + OF_FURTHER * (n_levels - 1.0)),
+        let ratio = expected_ratio(request, mesh).unwrap_or(USUAL_RATIO).clamp(0.0, 1.0);
+        let single_run = match request.job.options.assembly {
+            Assembly::Paper => PAPER_COST,
+            Assembly::Closed => interpolate(ratio, SIMPLIFY_COSTS) * (1.0 + FURTHER_LEVEL_COST * (n_levels - 1.0)),
         };
         // A search repeats the run several times, and proofs take most of its time.
         let simplify = match request.job.goal {
-            Goal::Error(_) => once * RUNS / PROVED,
-            Goal::ErrorLevels(_) => n_levels * interpolate(ratio, SIMPLIFY) * RUNS / PROVED,
-            Goal::Size(_) => once * RUNS,
-            _ => once,
+            Goal::Error(_) => single_run * SEARCH_RUNS / SEARCH_SHARE,
+            Goal::ErrorLevels(_) => n_levels * interpolate(ratio, SIMPLIFY_COSTS) * SEARCH_RUNS / SEARCH_SHARE,
+            Goal::Size(_) => single_run * SEARCH_RUNS,
+            _ => single_run,
         };
-        let given = |is_asked: bool, cost: f64| if is_asked { cost } else { 0.0 };
+        let cost_if = |is_requested: bool, cost: f64| if is_requested { cost } else { 0.0 };
         Self::new(&[
             (JobStage::Read, reading_cost(request)),
             (JobStage::Simplify, simplify),
-            (JobStage::Bake, given(request.job.bake.is_some(), BAKE * ratio)),
-            (JobStage::Check, given(request.job.check, n_levels * interpolate(ratio, CHECK))),
-            (JobStage::Write, WRITE * ratio),
-            (JobStage::Picture, given(request.picture.is_some(), PICTURE)),
+            (JobStage::Bake, cost_if(request.job.bake.is_some(), BAKE_COST * ratio)),
+            (JobStage::Check, cost_if(request.job.check, n_levels * interpolate(ratio, CHECK_COSTS))),
+            (JobStage::Write, WRITE_COST * ratio),
+            (JobStage::Picture, cost_if(request.picture.is_some(), PICTURE_COST)),
         ])
     }
 
-    /// Returns the finished share of the run when `of_part` of a step is done; 0 for steps outside the plan.
-    pub fn share_done(&self, part: JobStage, of_part: f64) -> f64 {
+    /// Returns the finished share of the run when `step_share` of a step is done; 0 for steps outside the plan.
+    pub fn share_done(&self, step: JobStage, step_share: f64) -> f64 {
         let all: f64 = self.0.iter().map(|(_, cost)| cost).sum();
-        let Some(at) = self.0.iter().position(|(other, _)| *other == part) else { return 0.0 };
+        let Some(at) = self.0.iter().position(|(other, _)| *other == step) else { return 0.0 };
         let before: f64 = self.0[..at].iter().map(|(_, cost)| cost).sum();
-        (before + self.0[at].1 * of_part.clamp(0.0, 1.0)) / all.max(f64::MIN_POSITIVE)
+        (before + self.0[at].1 * step_share.clamp(0.0, 1.0)) / all.max(f64::MIN_POSITIVE)
     }
 }
 
-fn share(request: &Request, mesh: Option<&TriMesh>) -> Option<f64> {
+fn expected_ratio(request: &Request, mesh: Option<&TriMesh>) -> Option<f64> {
     match (&request.job.goal, request.job.options.target) {
         (Goal::Error(_) | Goal::ErrorLevels(_) | Goal::Size(_), _) => None,
         (Goal::ShareOfFaces(share), _) => Some(*share),
@@ -118,7 +118,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn parts_share_the_run_by_their_costs() {
+    fn steps_share_the_run_by_their_costs() {
         let plan = Plan::new(&[
             (JobStage::Read, 1.0),
             (JobStage::Simplify, 6.0),
@@ -132,11 +132,11 @@ mod tests {
             (JobStage::Check, 0.5),
             (JobStage::Write, 2.0),
         ];
-        assert_eq!(done.map(|(part, of_part)| plan.share_done(part, of_part)), [0.05, 0.1, 0.7, 0.7, 1.0]);
+        assert_eq!(done.map(|(step, step_share)| plan.share_done(step, step_share)), [0.05, 0.1, 0.7, 0.7, 1.0]);
     }
 
     #[test]
-    fn costs_lie_between_those_measured() {
+    fn costs_are_interpolated_between_measured_ratios() {
         assert_eq!(
             [0.001, 0.02, 0.1, 0.5, 1.0].map(|ratio| interpolate(ratio, [1.0, 3.0, 4.0])),
             [1.0, 1.0, 3.0, 4.0, 4.0]

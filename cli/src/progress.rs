@@ -10,7 +10,7 @@ use neural_mesh::simplify::{Event, Listener};
 use crate::bar::Bar;
 use crate::plan::{Plan, describe_stage, describe_step};
 
-const STEPS: f64 = 500.0;
+const BAR_STEPS: f64 = 500.0;
 
 pub struct Progress {
     bar: Bar,
@@ -18,18 +18,18 @@ pub struct Progress {
     /// Words and position of the bar; the position, in steps, never falls.
     shown: Cell<(&'static str, u64)>,
     stages: Vec<(&'static str, f64)>,
-    parts: Vec<(JobStage, f64)>,
+    steps: Vec<(JobStage, f64)>,
     current: Option<(&'static str, Instant)>,
-    current_part: Option<(JobStage, Instant)>,
+    current_step: Option<(JobStage, Instant)>,
     listener: Option<Box<Listener<'static>>>,
 }
 
 impl Progress {
     pub fn new(quiet: bool, plan: Plan) -> Self {
         let (plan, shown) = (RefCell::new(plan), Cell::default());
-        let (stages, parts) = (Vec::new(), Vec::new());
-        let (current, current_part, listener) = (None, None, None);
-        Self { bar: Bar::new(quiet), plan, shown, stages, parts, current, current_part, listener }
+        let (stages, steps) = (Vec::new(), Vec::new());
+        let (current, current_step, listener) = (None, None, None);
+        Self { bar: Bar::new(quiet), plan, shown, stages, steps, current, current_step, listener }
     }
 
     pub fn silent() -> Self {
@@ -41,56 +41,56 @@ impl Progress {
         Self { listener: Some(listener), ..Self::silent() }
     }
 
-    pub fn follow(&self, plan: Plan) {
+    pub fn set_plan(&self, plan: Plan) {
         self.plan.replace(plan);
     }
 
-    pub fn move_on(&self, part: JobStage, done: f64) {
-        self.show_at(part, describe_step(part), done);
+    pub fn show_step_done(&self, step: JobStage, done: f64) {
+        self.show_at(step, describe_step(step), done);
     }
 
-    pub fn suspend(&self, say: impl FnOnce()) {
-        self.bar.suspend(say);
+    pub fn suspend(&self, print: impl FnOnce()) {
+        self.bar.suspend(print);
     }
 
-    fn show_at(&self, part: JobStage, words: &'static str, of_part: f64) {
+    fn show_at(&self, step: JobStage, activity: &'static str, step_share: f64) {
         let (_, before) = self.shown.get();
         // A new plan may put the same work at a smaller share, and the bar must not move back.
-        let steps = ((STEPS * self.plan.borrow().share_done(part, of_part)) as u64).max(before);
-        if self.shown.replace((words, steps)) != (words, steps) {
-            self.bar.show(words, steps as f64 / STEPS);
+        let steps = ((BAR_STEPS * self.plan.borrow().share_done(step, step_share)) as u64).max(before);
+        if self.shown.replace((activity, steps)) != (activity, steps) {
+            self.bar.show(activity, steps as f64 / BAR_STEPS);
         }
     }
 
     /// Ends the run; returns the seconds of its steps and stages, in order of first appearance.
     pub fn seconds(&mut self) -> Seconds {
-        self.end_part();
+        self.end_step();
         let stages = self.stages.iter().map(|(stage, seconds)| (stage.to_string(), (*seconds).into())).collect();
-        let of = |part| self.parts.iter().find(|(other, _)| *other == part).map(|(_, seconds)| *seconds);
+        let seconds_of = |step| self.steps.iter().find(|(other, _)| *other == step).map(|(_, seconds)| *seconds);
         let [read, simplify, write, check] = [JobStage::Read, JobStage::Simplify, JobStage::Write, JobStage::Check]
-            .map(|part| of(part).unwrap_or_default());
-        Seconds { read, simplify, write, check, bake: of(JobStage::Bake), stages }
+            .map(|step| seconds_of(step).unwrap_or_default());
+        Seconds { read, simplify, write, check, bake: seconds_of(JobStage::Bake), stages }
     }
 
-    fn end_part(&mut self) {
+    fn end_step(&mut self) {
         self.end_stage();
-        if let Some((part, began)) = self.current_part.take() {
-            add(&mut self.parts, part, began);
+        if let Some((step, began)) = self.current_step.take() {
+            add_seconds(&mut self.steps, step, began);
         }
     }
 
     fn end_stage(&mut self) {
         if let Some((stage, began)) = self.current.take() {
-            add(&mut self.stages, stage, began);
+            add_seconds(&mut self.stages, stage, began);
         }
     }
 }
 
 impl Watch for Progress {
-    fn begin(&mut self, part: JobStage) {
-        self.end_part();
-        self.current_part = Some((part, Instant::now()));
-        self.move_on(part, 0.0);
+    fn begin(&mut self, step: JobStage) {
+        self.end_step();
+        self.current_step = Some((step, Instant::now()));
+        self.show_step_done(step, 0.0);
     }
 
     fn event(&mut self, event: Event) -> ControlFlow<()> {
@@ -103,10 +103,10 @@ impl Watch for Progress {
     }
 }
 
-fn add<T: PartialEq>(seconds: &mut Vec<(T, f64)>, of: T, began: Instant) {
-    let more = began.elapsed().as_secs_f64();
-    match seconds.iter_mut().find(|(other, _)| *other == of) {
-        Some((_, total)) => *total += more,
-        None => seconds.push((of, more)),
+fn add_seconds<T: PartialEq>(seconds: &mut Vec<(T, f64)>, key: T, began: Instant) {
+    let elapsed = began.elapsed().as_secs_f64();
+    match seconds.iter_mut().find(|(other, _)| *other == key) {
+        Some((_, total)) => *total += elapsed,
+        None => seconds.push((key, elapsed)),
     }
 }

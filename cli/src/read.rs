@@ -10,7 +10,7 @@ use neural_mesh::simplify::Assembly;
 
 use crate::failure::Failure;
 use crate::files;
-use crate::memory::estimate;
+use crate::memory::estimate_bytes;
 use crate::names::is_stream;
 use crate::request::Source;
 
@@ -18,7 +18,7 @@ use crate::request::Source;
 pub fn read_weights(path: Option<&Path>, assembly: Assembly) -> Result<Option<Weights>, Failure> {
     let Some(path) = path else { return Ok(None) };
     let weights = Weights::from_bytes(&files::read(path)?).map_err(|error| Failure::in_file(path, error))?;
-    let instead = match (weights.objective(), assembly) {
+    let usage = match (weights.objective(), assembly) {
         (Some("paper"), Assembly::Closed) => "--assembly paper: add that option",
         // Weights without an objective, or of the trial objective, suit both assemblies.
         (None | Some("paper" | "uniform"), _) | (_, Assembly::Closed) => return Ok(Some(weights)),
@@ -27,15 +27,15 @@ pub fn read_weights(path: Option<&Path>, assembly: Assembly) -> Result<Option<We
     let learned = weights.objective().unwrap_or_default();
     Err(Failure::in_file(
         path,
-        format!("was trained with the objective \"{learned}\" and works only with {instead}, or leave --weights out"),
+        format!("was trained with the objective \"{learned}\" and works only with {usage}, or leave --weights out"),
     ))
 }
 
-pub fn read(source: &Source) -> Result<RawMesh, Failure> {
+pub fn read_mesh(source: &Source) -> Result<RawMesh, Failure> {
     parse_source(source, io::read, io::read_path)
 }
 
-pub fn asset(source: &Source) -> Result<Asset, Failure> {
+pub fn read_asset(source: &Source) -> Result<Asset, Failure> {
     let asset = match source.content.take(&source.path).transpose()? {
         Some(bytes) => Asset::from_stream(&bytes),
         None => Asset::read_path(&source.path),
@@ -64,8 +64,8 @@ pub fn parse_source<T>(
 }
 
 /// Opens a mesh file in pieces, with the allowed bytes, if it needs more memory than allowed.
-pub fn in_pieces(path: &Path, allowed: Option<u64>, bake: Option<usize>) -> Option<(Pieces, u64)> {
-    let most = allowed.filter(|most| !is_stream(path) && estimate(path, bake) > *most)?;
+pub fn open_in_pieces(path: &Path, allowed: Option<u64>, bake: Option<usize>) -> Option<(Pieces, u64)> {
+    let most = allowed.filter(|most| !is_stream(path) && estimate_bytes(path, bake) > *most)?;
     Some((Pieces::open(path).ok()?, most))
 }
 

@@ -11,8 +11,8 @@ use crate::content::Content;
 use crate::failure::Failure;
 use crate::memory;
 use crate::names::{
-    Destination, LEVEL, MeshPaths, check_stdout, destination, format_by_name, format_of, is_stream, level_paths,
-    names_level, readable, with_level, without_level,
+    Destination, LEVEL_PLACEHOLDER, MeshPaths, check_stdout, format_from_path, has_level_placeholder, is_stream,
+    level_paths, list_readable_formats, parse_format, resolve_destination, stem_without_level, with_level_placeholder,
 };
 
 #[derive(Debug)]
@@ -23,7 +23,7 @@ pub struct Request {
     /// Output file; `None` for standard output.
     pub output: Option<PathBuf>,
     /// True if the format is that of the input, known after reading.
-    pub follows_input: bool,
+    pub takes_input_format: bool,
     /// True if the mesh is returned to another program and not written.
     pub stays_in_memory: bool,
     /// Memory bound in bytes, if the caller set one.
@@ -43,11 +43,11 @@ pub struct Request {
 }
 
 /// Advice for an input of unknown format, where OUT has a known ending and where not.
-const NAMED_OUTPUT: &str = "--format sets the format of IN if the name of OUT has a known ending";
-const UNNAMED_OUTPUT: &str = "--format is for the output";
+const ADVICE_FOR_NAMED_OUTPUT: &str = "--format sets the format of IN if the name of OUT has a known ending";
+const ADVICE_FOR_UNNAMED_OUTPUT: &str = "--format is for the output";
 
 /// Name of files that levels share, if the file name is only the placeholder.
-const SHARED: &str = "levels";
+const SHARED_NAME: &str = "levels";
 
 impl Request {
     pub fn reports_to_stdout(&self) -> bool {
@@ -75,12 +75,12 @@ impl Request {
         let Some(path) = &self.output else { return Vec::new() };
         let Some(n_levels) = self.job.goal.n_levels() else { return vec![path.clone()] };
         let is_scene = self.source.is_scene(self.job.format);
-        level_paths(&if is_scene { path.clone() } else { with_level(path) }, n_levels)
+        level_paths(&if is_scene { path.clone() } else { with_level_placeholder(path) }, n_levels)
     }
 
     fn shared_name(&self) -> Option<String> {
         let (path, _) = (self.output.as_deref()?, self.job.goal.n_levels()?);
-        Some(without_level(path).unwrap_or_else(|| SHARED.into()))
+        Some(stem_without_level(path).unwrap_or_else(|| SHARED_NAME.into()))
     }
 }
 
@@ -93,16 +93,16 @@ pub struct Source {
     pub last_resort: Option<Format>,
     pub weld: bool,
     /// True if a scene becomes one mesh in any format.
-    pub as_one: bool,
+    pub joins_scene: bool,
     pub remedy: String,
     pub content: Content,
 }
 
 impl Source {
     pub fn new(path: PathBuf, given: Option<Format>, weld: bool) -> Self {
-        let format = given.filter(|_| format_by_name(&path).is_none());
+        let format = given.filter(|_| format_from_path(&path).is_none());
         let content = Content::default();
-        Self { path, format, last_resort: None, weld, as_one: false, remedy: readable(), content }
+        Self { path, format, last_resort: None, weld, joins_scene: false, remedy: list_readable_formats(), content }
     }
 
     /// Returns whether the source is a glTF scene that stays a scene in the output format.
@@ -113,7 +113,7 @@ impl Source {
     /// Returns whether the source is a glTF that is not joined into one mesh.
     pub fn is_gltf(&self) -> bool {
         let may_be = self.format.is_none_or(|format| matches!(format, Format::Gltf | Format::Glb));
-        may_be && !self.as_one && self.content.is_gltf(&self.path)
+        may_be && !self.joins_scene && self.content.is_gltf(&self.path)
     }
 
     /// Creates a source read as `given` only if neither name nor content show the format.
@@ -122,28 +122,28 @@ impl Source {
     }
 
     pub fn with_remedy(self, remedy: &str) -> Self {
-        Self { remedy: format!("{}; {remedy}", readable()), ..self }
+        Self { remedy: format!("{}; {remedy}", list_readable_formats()), ..self }
     }
 
-    pub fn with_as_one(self, as_one: bool) -> Self {
-        Self { as_one, ..self }
+    pub fn with_joined_scene(self, joins_scene: bool) -> Self {
+        Self { joins_scene, ..self }
     }
 }
 
 impl Request {
-    pub fn new(place: &MeshPaths, arguments: &Arguments) -> Result<Self, Failure> {
-        let Destination { path: output, format, follows_input } = destination(place)?;
-        let mut job = job(arguments, (!follows_input).then_some(format))?;
+    pub fn new(paths: &MeshPaths, arguments: &Arguments) -> Result<Self, Failure> {
+        let Destination { path: output, format, takes_input_format } = resolve_destination(paths)?;
+        let mut job = create_job(arguments, (!takes_input_format).then_some(format))?;
         job.format = format;
         let mut request = Self {
-            source: source(place, !arguments.no_weld)?.with_as_one(arguments.bake.is_some()),
+            source: input_source(paths, !arguments.no_weld)?.with_joined_scene(arguments.bake.is_some()),
             strict: job.goal.is_bound(),
             job,
             memory: None,
             map: None,
             explain: false,
             output: (!is_stream(&output)).then_some(output),
-            follows_input,
+            takes_input_format,
             stays_in_memory: false,
             weights: None,
             n_threads: None,
@@ -155,19 +155,19 @@ impl Request {
             force: false,
         };
         request.name_files();
-        check_level(&request)?;
+        check_level_placeholder(&request)?;
         Ok(request)
     }
 }
 
-pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
-    check_single(&args)?;
+pub fn resolve_request(args: SimplifyArgs) -> Result<Request, Failure> {
+    check_single_mesh(&args)?;
     let input = args.inputs.first().map_or(Path::new(""), PathBuf::as_path);
-    let place = MeshPaths { input, output: &args.output, format: args.format.as_deref() };
-    let bare = Request::new(&place, &arguments(&args)?)?;
+    let paths = MeshPaths { input, output: &args.output, format: args.format.as_deref() };
+    let base = Request::new(&paths, &to_arguments(&args)?)?;
     let mut request = Request {
-        strict: args.strict || bare.strict,
-        memory: args.memory.map(memory::bytes_of),
+        strict: args.strict || base.strict,
+        memory: args.memory.map(memory::gib_to_bytes),
         map: args.map,
         explain: args.explain,
         weights: args.weights,
@@ -178,7 +178,7 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
         wires: args.wires,
         quiet: args.quiet,
         force: args.force,
-        ..bare
+        ..base
     };
     request.job.shapes = request.report.is_some();
     check_streams(&request)?;
@@ -186,14 +186,14 @@ pub fn resolve(args: SimplifyArgs) -> Result<Request, Failure> {
 }
 
 /// Creates the job; `None` means that the output format is not known yet.
-pub fn job(arguments: &Arguments, format: Option<Format>) -> Result<Job, Failure> {
-    let failed = |error: JobError| Failure::Usage(error.to_string());
-    let job = arguments.job_as(format.unwrap_or(Format::Glb)).map_err(failed)?;
-    format.map_or(Ok(()), |_| job.check_format()).map_err(failed)?;
+pub fn create_job(arguments: &Arguments, format: Option<Format>) -> Result<Job, Failure> {
+    let to_failure = |error: JobError| Failure::Usage(error.to_string());
+    let job = arguments.job_as(format.unwrap_or(Format::Glb)).map_err(to_failure)?;
+    format.map_or(Ok(()), |_| job.check_format()).map_err(to_failure)?;
     Ok(job)
 }
 
-pub fn arguments(args: &SimplifyArgs) -> Result<Arguments, Failure> {
+pub fn to_arguments(args: &SimplifyArgs) -> Result<Arguments, Failure> {
     let number = |count: Count| OptionValue::Text(count.to_string());
     let text = |text: &String| OptionValue::Text(text.clone());
     let optional =
@@ -212,27 +212,27 @@ pub fn arguments(args: &SimplifyArgs) -> Result<Arguments, Failure> {
         error: args.error.as_ref().map(text),
         size: args.size.as_ref().map(text),
         lods: args.lods.iter().map(text).collect(),
-        lods_by: args.lods_by.as_ref().map(name_of),
+        lods_by: args.lods_by.as_ref().map(option_name),
         symmetric: optional(&args.symmetric),
         prune: optional(&args.prune),
         fill_holes: args
             .fill_holes
             .map(|most| most.map_or(OptionValue::Flag(true), |most| OptionValue::Text(most.to_string()))),
         printable: optional(&args.printable),
-        compress: args.compress.as_ref().map(|how| OptionValue::Text(name_of(how))),
+        compress: args.compress.as_ref().map(|how| OptionValue::Text(option_name(how))),
         weld: args.weld.as_ref().map(text),
-        ..plain_arguments(args)
+        ..copied_arguments(args)
     })
 }
 
-fn plain_arguments(args: &SimplifyArgs) -> Arguments {
+fn copied_arguments(args: &SimplifyArgs) -> Arguments {
     Arguments {
-        assembly: Some(name_of(&args.assembly)),
-        scores: args.scores.as_ref().map(name_of),
-        optimize: Some(name_of(&args.optimize)),
-        effort: Some(name_of(&args.effort)),
-        hidden: Some(name_of(&args.hidden)),
-        purpose: Some(name_of(&args.purpose)),
+        assembly: Some(option_name(&args.assembly)),
+        scores: args.scores.as_ref().map(option_name),
+        optimize: Some(option_name(&args.optimize)),
+        effort: Some(option_name(&args.effort)),
+        hidden: Some(option_name(&args.hidden)),
+        purpose: Some(option_name(&args.purpose)),
         seed: args.seed,
         lock_boundaries: args.lock_boundaries,
         subset: args.subset,
@@ -242,7 +242,7 @@ fn plain_arguments(args: &SimplifyArgs) -> Arguments {
         keep_features: args.keep_features,
         crease_angle: args.crease_angle,
         seam_error: args.seam_error,
-        ignore: args.ignore.iter().map(name_of).collect(),
+        ignore: args.ignore.iter().map(option_name).collect(),
         keep: args.keep.clone(),
         importance: args.importance.clone(),
         map: args.map.is_some(),
@@ -256,39 +256,39 @@ fn plain_arguments(args: &SimplifyArgs) -> Arguments {
     }
 }
 
-fn name_of(value: &impl ValueEnum) -> String {
+fn option_name(value: &impl ValueEnum) -> String {
     value.to_possible_value().map_or_else(String::new, |value| value.get_name().into())
 }
 
 /// Returns the source; `--format` is for the input only if OUT has a known ending.
-fn source(place: &MeshPaths, weld: bool) -> Result<Source, Failure> {
-    let format = place.format.map(format_of).transpose()?;
-    let path = place.input.to_path_buf();
-    Ok(match format_by_name(place.output).filter(|_| !place.output.is_dir()) {
-        Some(_) => Source::new(path, format, weld).with_remedy(NAMED_OUTPUT),
-        None => Source::by_content(path, format, weld).with_remedy(UNNAMED_OUTPUT),
+fn input_source(paths: &MeshPaths, weld: bool) -> Result<Source, Failure> {
+    let format = paths.format.map(parse_format).transpose()?;
+    let path = paths.input.to_path_buf();
+    Ok(match format_from_path(paths.output).filter(|_| !paths.output.is_dir()) {
+        Some(_) => Source::new(path, format, weld).with_remedy(ADVICE_FOR_NAMED_OUTPUT),
+        None => Source::by_content(path, format, weld).with_remedy(ADVICE_FOR_UNNAMED_OUTPUT),
     })
 }
 
-fn check_single(args: &SimplifyArgs) -> Result<(), Failure> {
+fn check_single_mesh(args: &SimplifyArgs) -> Result<(), Failure> {
     if args.resume {
         return Err(Failure::Usage("--resume is for batches: give a folder, a pattern or --list".into()));
     }
-    memory::bound(args.memory);
+    memory::limit_memory(args.memory);
     Ok(())
 }
 
 /// Returns whether a missed target changes the exit code: always for bounds, else with `--strict`.
-pub fn strict(args: &SimplifyArgs) -> bool {
+pub fn is_strict(args: &SimplifyArgs) -> bool {
     args.strict || args.error.is_some() || args.size.is_some() || args.lods_by == Some(LodsByArg::Error)
 }
 
-fn check_level(request: &Request) -> Result<(), Failure> {
+fn check_level_placeholder(request: &Request) -> Result<(), Failure> {
     match (&request.output, &request.job.goal) {
         (_, Goal::Levels(_) | Goal::ErrorLevels(_)) | (None, _) => Ok(()),
-        (Some(path), _) if !names_level(path) => Ok(()),
+        (Some(path), _) if !has_level_placeholder(path) => Ok(()),
         (Some(path), _) => {
-            let what = format!("{}: {LEVEL} is for levels of detail: add --lods", path.display());
+            let what = format!("{}: {LEVEL_PLACEHOLDER} is for levels of detail: add --lods", path.display());
             Err(Failure::Usage(what))
         }
     }

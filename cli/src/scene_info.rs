@@ -6,9 +6,9 @@ use neural_mesh::mesh::topology;
 use neural_mesh::picture::{ImageFormat, image_size};
 use serde::Serialize;
 
-use crate::words::group_digits;
+use crate::messages::group_digits;
 
-const MOST: usize = 8;
+const MAX_ENTRIES: usize = 8;
 
 #[derive(Debug, Serialize)]
 pub struct SceneInfo {
@@ -64,7 +64,7 @@ impl SceneInfo {
     pub fn new(asset: &Asset, weld: bool) -> Self {
         let contents = asset.contents();
         let parts = asset.parts().iter().zip(&contents.nodes_of_parts);
-        let meshes = parts.map(|(part, nodes)| mesh(part, nodes, weld)).collect();
+        let meshes = parts.map(|(part, nodes)| describe_mesh(part, nodes, weld)).collect();
         let AssetContents { generator, materials, extensions_used, extensions_required, .. } = contents;
         Self {
             generator,
@@ -72,7 +72,7 @@ impl SceneInfo {
             nodes: contents.n_nodes,
             meshes,
             materials,
-            images: contents.images.into_iter().enumerate().map(|(at, name)| image(asset, at, name)).collect(),
+            images: contents.images.into_iter().enumerate().map(|(at, name)| describe_image(asset, at, name)).collect(),
             skins: contents.skins.into_iter().map(|(name, joints)| SkinInfo { name, joints }).collect(),
             animations: contents
                 .animations
@@ -96,9 +96,9 @@ impl SceneInfo {
             false => name.clone(),
         });
         let mut lines = vec![format!("scene       {}", self.counts())];
-        lines.extend(entry_lines("mesh", meshes.into_iter().map(MeshInfo::words)));
+        lines.extend(entry_lines("mesh", meshes.into_iter().map(MeshInfo::to_words)));
         lines.extend(names_line("materials", self.materials.iter().cloned()));
-        lines.extend(entry_lines("image", images.into_iter().map(ImageInfo::words)));
+        lines.extend(entry_lines("image", images.into_iter().map(ImageInfo::to_words)));
         lines.extend(names_line("skins", skins));
         lines.extend(names_line("animations", animations));
         lines.extend(names_line("extensions", extensions));
@@ -131,7 +131,7 @@ fn format_count(n: usize, what: &str) -> String {
 }
 
 impl MeshInfo {
-    fn words(&self) -> String {
+    fn to_words(&self) -> String {
         let [vertices, faces] = [self.vertices, self.faces].map(group_digits);
         let (components, nodes) = (format_count(self.components, "component"), format_count(self.nodes.len(), "node"));
         format!("{}: {vertices} vertices, {faces} faces, {components}, at {nodes}", self.name)
@@ -139,7 +139,7 @@ impl MeshInfo {
 }
 
 impl ImageInfo {
-    fn words(&self) -> String {
+    fn to_words(&self) -> String {
         let Self { name, format, width, height, bytes } = self;
         let Some(bytes) = bytes else { return format!("{name}: missing") };
         let size = width.zip(*height).map(|(width, height)| format!("{width} x {height}, ")).unwrap_or_default();
@@ -147,7 +147,7 @@ impl ImageInfo {
     }
 }
 
-fn mesh(part: &AssetPart, nodes: &[String], weld: bool) -> MeshInfo {
+fn describe_mesh(part: &AssetPart, nodes: &[String], weld: bool) -> MeshInfo {
     let mut options = CleanOptions::default();
     options.weld = weld;
     let figures = clean(part.mesh.clone(), &options).ok().map(|cleaned| topology(&cleaned.mesh));
@@ -157,7 +157,7 @@ fn mesh(part: &AssetPart, nodes: &[String], weld: bool) -> MeshInfo {
     MeshInfo { name, vertices, faces, components, materials, nodes: nodes.to_vec() }
 }
 
-fn image(asset: &Asset, at: usize, name: String) -> ImageInfo {
+fn describe_image(asset: &Asset, at: usize, name: String) -> ImageInfo {
     let bytes = asset.image(at);
     let size = bytes.as_deref().and_then(image_size);
     let format = bytes.as_deref().and_then(ImageFormat::from_signature).map(ImageFormat::name);
@@ -166,14 +166,14 @@ fn image(asset: &Asset, at: usize, name: String) -> ImageInfo {
 }
 
 fn entry_lines(label: &str, words: impl ExactSizeIterator<Item = String>) -> Vec<String> {
-    let more = words.len().saturating_sub(MOST);
-    let first = words.take(MOST).map(|words| format!("{label:<12}{words}"));
+    let more = words.len().saturating_sub(MAX_ENTRIES);
+    let first = words.take(MAX_ENTRIES).map(|words| format!("{label:<12}{words}"));
     first.chain((more > 0).then(|| format!("{:12}and {} more: --json lists them", "", group_digits(more)))).collect()
 }
 
 fn names_line(label: &str, names: impl ExactSizeIterator<Item = String>) -> Option<String> {
-    let more = names.len().saturating_sub(MOST);
-    let first: Vec<String> = names.take(MOST).collect();
+    let more = names.len().saturating_sub(MAX_ENTRIES);
+    let first: Vec<String> = names.take(MAX_ENTRIES).collect();
     let rest = if more > 0 { format!(" and {} more: --json lists them", group_digits(more)) } else { String::new() };
     (!first.is_empty()).then(|| format!("{label:<12}{}{rest}", first.join(", ")))
 }

@@ -1,31 +1,31 @@
 //! Items shared with `neural-mesh-bench`.
 
-pub use crate::failure::{Failure, name};
-pub use crate::plain::plain;
-pub use crate::words::{Voice, complain};
+pub use crate::escapes::escape_controls;
+pub use crate::failure::{Failure, display_path};
+pub use crate::messages::{MessageStream, print_error};
 
 use std::process::ExitCode;
 
-use crate::words;
+use crate::messages;
 
 /// Prints an error, including failed writes to standard output, and returns the exit code.
-pub fn finish(done: Result<(), Failure>) -> ExitCode {
-    crate::finish(done.and_then(|()| words::check_written()))
+pub fn finish(result: Result<(), Failure>) -> ExitCode {
+    crate::finish(result.and_then(|()| messages::check_stdout_written()))
 }
 
 /// Prints help, version, or an argument error, and returns the exit code.
-pub fn print_answer(answer: &clap::Error) -> ExitCode {
-    crate::print_answer(answer)
+pub fn print_help_or_error(answer: &clap::Error) -> ExitCode {
+    crate::print_help_or_error(answer)
 }
 
 pub mod numbers {
-    pub use crate::numbers::{n_threads, number, seed, whole};
+    pub use crate::numbers::{number_parser, parse_seed, parse_thread_count, whole_number_parser};
     pub use neural_mesh::job::share;
 }
 
 /// Files that appear complete or not at all.
 pub mod files {
-    pub use crate::files::{Pending, place, prepare, read};
+    pub use crate::files::{PendingFile, place_files, prepare_file, read};
 }
 
 /// The command `train` for networks other than the paper's.
@@ -36,12 +36,12 @@ pub mod train {
 
 /// Ctrl-C for work that ends cleanly.
 pub mod stopping {
-    pub use crate::stopping::{is_stopping, watch_for_a_good_end};
+    pub use crate::stopping::{handle_stop_signals, is_stop_requested};
 }
 
 pub mod page {
     pub use crate::page::packed::Packed;
-    pub use crate::page::pairs::{Distances, scale, surface};
-    pub use crate::page::surface_data::{Layout, SurfaceData};
-    pub use crate::page::{fill_page, island, json_island};
+    pub use crate::page::pairs::{Distances, common_colour_scale, pack_surface};
+    pub use crate::page::surface_data::{SurfaceData, SurfaceLayout};
+    pub use crate::page::{data_script, fill_page, json_script};
 }

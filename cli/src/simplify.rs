@@ -8,30 +8,30 @@ use neural_mesh::model::Weights;
 use neural_mesh::simplify::Simplified;
 
 use crate::document;
-use crate::done::Done;
 use crate::drawing::{draw_picture, prepare_picture};
-use crate::failure::{Failure, name};
-use crate::files::{self, Pending};
+use crate::failure::{Failure, display_path};
+use crate::files::{self, PendingFile};
+use crate::finished_run::FinishedRun;
 use crate::interrupt;
+use crate::messages::{self, MessageStream};
 use crate::names::is_stream;
 use crate::out_of_core;
 use crate::plan::Plan;
 use crate::progress::Progress;
 use crate::read::read_weights;
 use crate::request::Request;
-use crate::words::{self, Voice};
 
 pub fn run(request: Request) -> Result<(), Failure> {
-    check_places(&request)?;
-    interrupt::watch(Failure::Interrupted);
+    check_outputs(&request)?;
+    interrupt::handle_signals(Failure::Interrupted);
     in_pool(request.n_threads, || run_in_pool(request))
 }
 
-pub fn check_places(request: &Request) -> Result<(), Failure> {
+pub fn check_outputs(request: &Request) -> Result<(), Failure> {
     let results = [&request.report, &request.picture, &request.map];
     let results = results.into_iter().flatten().filter(|path| !is_stream(path)).cloned();
     let paths: Vec<PathBuf> = request.outputs().into_iter().chain(results).collect();
-    files::check_places(paths.iter().map(PathBuf::as_path), request.force)
+    files::check_output_paths(paths.iter().map(PathBuf::as_path), request.force)
 }
 
 /// Runs `work` on `n_threads` threads, or on one per core.
@@ -46,13 +46,13 @@ fn run_in_pool(mut request: Request) -> Result<(), Failure> {
     let mut progress = Progress::new(request.quiet, Plan::estimate(&request, None));
     let weights = read_weights(request.weights.as_deref(), request.job.options.assembly)?;
     // A mesh that needs more memory than allowed is simplified in blocks, without attributes.
-    let done = match out_of_core::simplify_in_blocks(&request, weights.as_ref(), &mut progress)? {
-        Some(done) => done,
+    let run = match out_of_core::simplify_in_blocks(&request, weights.as_ref(), &mut progress)? {
+        Some(run) => run,
         None => simplify_file(&mut request, weights.as_ref(), &mut progress)?,
     };
     drop(progress);
-    let (report, cleaned) = done.put()?;
-    say(&request, &report, &cleaned);
+    let (report, cleaned) = run.place_results()?;
+    print_result(&request, &report, &cleaned);
     check_target(&request, &report)
 }
 
@@ -61,9 +61,9 @@ pub fn check_target(request: &Request, report: &JobReport) -> Result<(), Failure
     let mut outcomes = std::iter::once(&report.outcome).chain(report.levels.iter().map(|level| &level.outcome));
     match outcomes.find(|outcome| *outcome != REACHED) {
         Some(outcome) if request.strict => {
-            let written = request.output.as_deref().map_or("standard output".into(), name);
+            let name = request.output.as_deref().map_or("standard output".into(), display_path);
             let is_written =
-                if request.stays_in_memory { "the result" } else { &format!("{written}: the result is written, but") };
+                if request.stays_in_memory { "the result" } else { &format!("{name}: the result is written, but") };
             Err(Failure::Unmet(format!("{is_written} {outcome}")))
         }
         _ => Ok(()),
@@ -74,10 +74,10 @@ pub fn simplify_file(
     request: &mut Request,
     weights: Option<&Weights>,
     progress: &mut Progress,
-) -> Result<Done, Failure> {
+) -> Result<FinishedRun, Failure> {
     progress.begin(JobStage::Read);
     let document = document::open(request)?;
-    simplify_document(&document, request, weights, progress).map(|(done, _)| done)
+    simplify_document(&document, request, weights, progress).map(|(run, _)| run)
 }
 
 /// Simplifies an open document and prepares all files.
@@ -86,15 +86,16 @@ pub fn simplify_document(
     request: &Request,
     weights: Option<&Weights>,
     progress: &mut Progress,
-) -> Result<(Done, Vec<Simplified>), Failure> {
-    progress.follow(Plan::estimate(request, Some(document.mesh())));
-    let failed = |error| request.failure(error);
-    let mut outcome = job::run(document, &request.job, weights, progress).map_err(failed)?;
+) -> Result<(FinishedRun, Vec<Simplified>), Failure> {
+    progress.set_plan(Plan::estimate(request, Some(document.mesh())));
+    let to_failure = |error| request.failure(error);
+    let mut outcome = job::run(document, &request.job, weights, progress).map_err(to_failure)?;
     // Files are only prepared here and moved into place together at the end, so that an error leaves none behind.
     progress.begin(JobStage::Write);
     let mut files = PreparedFiles::default();
     if !request.stays_in_memory {
-        files = prepare_meshes(outcome.write(document, &request.job).map_err(failed)?, request, &mut outcome.report)?;
+        files =
+            prepare_meshes(outcome.write(document, &request.job).map_err(to_failure)?, request, &mut outcome.report)?;
     }
     progress.begin(JobStage::Picture);
     let pictured = prepare_picture(request, document, &mut outcome)?;
@@ -106,79 +107,82 @@ pub fn simplify_document(
     let first = results.first().ok_or_else(|| Failure::in_file(&request.source.path, "no result was made"))?;
     files.pending.extend(prepare_map(request, document, first)?);
     let json = files::prepare_json(request.report.as_deref(), &report, request.force, &mut files.pending)?;
-    let PreparedFiles { bytes, pending, beside } = files;
+    let PreparedFiles { bytes, pending, extra_files } = files;
     let cleaned = document.counts.to_string();
-    let done = Done { report, cleaned, bytes: bytes.or(json), pending, beside, force: request.force };
-    Ok((done, results))
+    let run = FinishedRun { report, cleaned, bytes: bytes.or(json), pending, extra_files, force: request.force };
+    Ok((run, results))
 }
 
 #[derive(Default)]
 struct PreparedFiles {
     bytes: Option<Vec<u8>>,
-    pending: Vec<Pending>,
-    beside: Option<(PathBuf, Vec<OutputFile>)>,
+    pending: Vec<PendingFile>,
+    extra_files: Option<(PathBuf, Vec<OutputFile>)>,
 }
 
-fn prepare_meshes(made: Vec<Files>, request: &Request, report: &mut JobReport) -> Result<PreparedFiles, Failure> {
-    let mut done = PreparedFiles::default();
+fn prepare_meshes(written: Vec<Files>, request: &Request, report: &mut JobReport) -> Result<PreparedFiles, Failure> {
+    let mut prepared = PreparedFiles::default();
     let mut paths = request.outputs().into_iter();
-    for files in made {
+    for files in written {
         // Standard output takes one mesh and no further files.
         let Some(path) = paths.next() else {
             let n = files.beside.len();
             let what = format!("{n} material or texture files are left out: standard output takes only the mesh");
             report.notes.extend((n > 0).then_some(what));
-            done.bytes = Some(files.bytes);
+            prepared.bytes = Some(files.bytes);
             continue;
         };
-        done.pending.push(files::prepare(&path, &files.bytes, request.force)?);
+        prepared.pending.push(files::prepare_file(&path, &files.bytes, request.force)?);
         let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
-        let (_, beside) = done.beside.get_or_insert((folder, Vec::new()));
+        let (_, extra_files) = prepared.extra_files.get_or_insert((folder, Vec::new()));
         // Levels share textures, and each is written once.
-        let fresh = files.beside.into_iter().filter(|file| beside.iter().all(|other| other.path != file.path));
-        beside.extend(fresh.collect::<Vec<_>>());
+        let new_files = files.beside.into_iter().filter(|file| extra_files.iter().all(|other| other.path != file.path));
+        extra_files.extend(new_files.collect::<Vec<_>>());
     }
-    Ok(done)
+    Ok(prepared)
 }
 
-fn prepare_map(request: &Request, document: &Document, result: &Simplified) -> Result<Option<Pending>, Failure> {
+fn prepare_map(request: &Request, document: &Document, result: &Simplified) -> Result<Option<PendingFile>, Failure> {
     let (Some(path), Some(map)) = (&request.map, &result.map) else { return Ok(None) };
     let file = MapFile::new(map, document.file_vertices());
     let json = serde_json::to_vec(&file).map_err(|error| Failure::in_file(path, error))?;
-    files::prepare(path, &json, request.force).map(Some)
+    files::prepare_file(path, &json, request.force).map(Some)
 }
 
-fn say(request: &Request, report: &JobReport, cleaned: &str) {
+fn print_result(request: &Request, report: &JobReport, cleaned: &str) {
     // Messages must not mix with a mesh or a report on standard output.
     let voice = match request.output {
-        _ if request.quiet => Voice::Quiet,
-        Some(_) if !request.reports_to_stdout() => Voice::Out,
-        _ => Voice::Err,
+        _ if request.quiet => MessageStream::Quiet,
+        Some(_) if !request.reports_to_stdout() => MessageStream::Out,
+        _ => MessageStream::Err,
     };
-    words::notes(report, cleaned).iter().for_each(|line| voice.say(line));
+    messages::note_lines(report, cleaned).iter().for_each(|line| voice.print_line(line));
     if request.explain {
-        words::explain_lines(report).iter().for_each(|line| voice.say(line));
+        messages::explain_lines(report).iter().for_each(|line| voice.print_line(line));
     }
     match &report.levels[..] {
         [] => {
-            voice.say(&words::size(&report.input, &report.output.size));
-            bytes(request).iter().for_each(|bytes| voice.say(&words::bytes(*bytes)));
-            words::written_line(&report.output).iter().for_each(|line| voice.say(line));
-            report.certified.iter().for_each(|distance| voice.say(&words::certified_line(distance)));
-            report.distance.iter().for_each(|distance| voice.say(&words::distance(distance)));
+            voice.print_line(&messages::size_line(&report.input, &report.output.size));
+            file_sizes(request).iter().for_each(|bytes| voice.print_line(&messages::file_line(*bytes)));
+            messages::written_line(&report.output).iter().for_each(|line| voice.print_line(line));
+            report.certified.iter().for_each(|distance| voice.print_line(&messages::certified_line(distance)));
+            report.distance.iter().for_each(|distance| voice.print_line(&messages::distance_line(distance)));
         }
-        levels => levels.iter().enumerate().for_each(|(i, level)| voice.say(&words::level(i, &report.input, level))),
+        levels => levels
+            .iter()
+            .enumerate()
+            .for_each(|(i, level)| voice.print_line(&messages::level_line(i, &report.input, level))),
     }
-    voice.say(&words::time(&report.seconds));
+    voice.print_line(&messages::time_line(&report.seconds));
 }
 
 /// Returns the file sizes of input and result, if each is one file.
-fn bytes(request: &Request) -> Option<[u64; 2]> {
+fn file_sizes(request: &Request) -> Option<[u64; 2]> {
     let (input, result) = (&request.source.path, request.output.as_deref()?);
     // A .gltf has most of its data in other files, so its size would mislead.
     if [Format::from_path(input), Some(request.job.format)].contains(&Some(Format::Gltf)) {
         return None;
     }
-    let of = |path: &Path| std::fs::metadata(path).ok().filter(|found| found.is_file()).map(|found| found.len());
-    Some([of(input)?, of(result)?])
+    let size_of = |path: &Path| std::fs::metadata(path).ok().filter(|found| found.is_file()).map(|found| found.len());
+    Some([size_of(input)?, size_of(result)?])
 }

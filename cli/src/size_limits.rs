@@ -13,18 +13,18 @@ use serde::Serialize;
 
 use crate::args::{LimitsArgs, SimplifyArgs};
 use crate::document;
-use crate::failure::{Failure, name};
+use crate::escapes::escape_controls_in_json;
+use crate::failure::{Failure, display_path};
 use crate::interrupt;
-use crate::plain::plain_json;
+use crate::messages::{MessageStream, group_digits, limit_lines, list_names};
 use crate::plan::Plan;
 use crate::progress::Progress;
-use crate::request::{Request, resolve};
+use crate::request::{Request, resolve_request};
 use crate::simplify::{in_pool, simplify_document};
-use crate::words::{Voice, group_digits, limit_lines, names_of};
 
-const SHARES: [f64; 6] = [0.5, 0.25, 0.1, 0.05, 0.02, 0.01];
+const TRIED_SHARES: [f64; 6] = [0.5, 0.25, 0.1, 0.05, 0.02, 0.01];
 /// Vertices of the smallest possible surface.
-const LEAST: usize = 3;
+const MIN_VERTICES: usize = 3;
 
 #[derive(Debug, Serialize)]
 struct SizeLimits {
@@ -36,7 +36,8 @@ struct SizeLimits {
     levels: Vec<SizeRow>,
     smallest: SizeRow,
     outcome: String,
-    held: LimitCounts,
+    #[serde(rename = "held")]
+    limits: LimitCounts,
     /// Options that would allow a smaller mesh, one line each.
     free: Vec<String>,
 }
@@ -64,31 +65,31 @@ struct LimitCounts {
 }
 
 pub fn run(args: &LimitsArgs) -> Result<(), Failure> {
-    interrupt::watch(Failure::Interrupted);
+    interrupt::handle_signals(Failure::Interrupted);
     in_pool(args.threads, || describe(args))
 }
 
 fn describe(args: &LimitsArgs) -> Result<(), Failure> {
-    let mut request = request(args)?;
+    let mut request = create_request(args)?;
     let mut progress = Progress::new(args.quiet, Plan::estimate(&request, None));
     progress.begin(JobStage::Read);
     let document = document::open(&mut request)?;
-    let sizes = sizes(document.mesh().positions().len());
+    let sizes = level_sizes(document.mesh().positions().len());
     let targets = sizes.iter().map(|count| LevelSize::Vertices(*count)).collect();
     request.job.goal = Goal::Levels(targets);
-    let (done, results) = simplify_document(&document, &request, None, &mut progress)?;
+    let (run, results) = simplify_document(&document, &request, None, &mut progress)?;
     drop(progress);
-    let limits = SizeLimits::new(&document, &request, &done.report, &results, &sizes)?;
+    let limits = SizeLimits::new(&document, &request, &run.report, &results, &sizes)?;
     if args.json {
         let json = serde_json::to_string(&limits).map_err(|error| Failure::in_file(&request.source.path, error))?;
-        Voice::Out.say(&plain_json(&json));
+        MessageStream::Out.print_line(&escape_controls_in_json(&json));
     } else {
-        limits.lines(&done.report).iter().for_each(|line| Voice::Out.say(line));
+        limits.to_lines(&run.report).iter().for_each(|line| MessageStream::Out.print_line(line));
     }
     Ok(())
 }
 
-fn request(args: &LimitsArgs) -> Result<Request, Failure> {
+fn create_request(args: &LimitsArgs) -> Result<Request, Failure> {
     let mut words: Vec<OsString> = ["simplify", "-o", "-", "--lods", "50%"].map(OsString::from).into();
     let flags = [
         ("--no-weld", args.no_weld),
@@ -104,17 +105,17 @@ fn request(args: &LimitsArgs) -> Result<Request, Failure> {
     words.extend(["--".into(), args.input.clone().into_os_string()]);
     // The words pass the parser of `simplify`, so that options have the same checks and defaults.
     let parsed = SimplifyArgs::try_parse_from(words).map_err(|error| Failure::Usage(error.to_string()))?;
-    let mut request = resolve(parsed)?;
+    let mut request = resolve_request(parsed)?;
     // The mesh is not written.
     (request.job.shapes, request.stays_in_memory) = (true, true);
     Ok(request)
 }
 
 /// Returns the sizes to try: several ratios, and the smallest surface.
-fn sizes(n_vertices: usize) -> Vec<Count> {
-    let is_more = |share: &f64| (share * n_vertices as f64) as usize > LEAST;
-    let shares = SHARES.into_iter().filter(is_more).map(Count::Share);
-    shares.chain([Count::Number(LEAST)]).collect()
+fn level_sizes(n_vertices: usize) -> Vec<Count> {
+    let is_more = |share: &f64| (share * n_vertices as f64) as usize > MIN_VERTICES;
+    let shares = TRIED_SHARES.into_iter().filter(is_more).map(Count::Share);
+    shares.chain([Count::Number(MIN_VERTICES)]).collect()
 }
 
 impl SizeLimits {
@@ -126,30 +127,30 @@ impl SizeLimits {
         sizes: &[Count],
     ) -> Result<Self, Failure> {
         // A component counts for the first level that dropped it.
-        let mut gone = HashSet::new();
+        let mut dropped_faces = HashSet::new();
         let mut rows: Vec<SizeRow> = Vec::new();
         for ((level, result), size) in report.levels.iter().zip(results).zip(sizes) {
             let is_new: Vec<bool> =
-                result.report.dropped.iter().map(|&DroppedComponent { face, .. }| gone.insert(face)).collect();
+                result.report.dropped.iter().map(|&DroppedComponent { face, .. }| dropped_faces.insert(face)).collect();
             rows.push(SizeRow::new(level, *size, report.input.vertices, &is_new));
         }
-        let none = || Failure::in_file(&request.source.path, "no result was made");
-        let (last, smallest) = report.levels.last().zip(rows.pop()).ok_or_else(none)?;
+        let no_result = || Failure::in_file(&request.source.path, "no result was made");
+        let (last, smallest) = report.levels.last().zip(rows.pop()).ok_or_else(no_result)?;
         let n_reached = report.levels.iter().take_while(|level| stop_reason(&level.outcome).is_none()).count();
         let output = &last.output;
         // Components dropped at levels that were not reached count for the smallest mesh.
-        let (levels, beyond) = split(rows, n_reached);
+        let (levels, beyond) = split_rows(rows, n_reached);
         let dropped = beyond.into_iter().flat_map(|row| row.dropped).chain(smallest.dropped).collect();
         Ok(Self {
-            file: name(&request.source.path),
+            file: display_path(&request.source.path),
             vertices: report.input.vertices,
             faces: report.input.faces,
-            components: shape(&report.input, |shape| shape.components),
-            boundary_edges: shape(&report.input, |shape| shape.boundary_edges),
+            components: shape_count(&report.input, |shape| shape.components),
+            boundary_edges: shape_count(&report.input, |shape| shape.boundary_edges),
             levels,
             smallest: SizeRow { dropped, ..smallest },
             outcome: last.outcome.clone(),
-            held: LimitCounts {
+            limits: LimitCounts {
                 kept_edges: output.kept_edges,
                 locked_vertices: output.locked_vertices,
                 components_at_minimum: output.components_at_minimum,
@@ -159,7 +160,7 @@ impl SizeLimits {
         })
     }
 
-    fn lines(&self, report: &JobReport) -> Vec<String> {
+    fn to_lines(&self, report: &JobReport) -> Vec<String> {
         let [vertices, faces, components] = [self.vertices, self.faces, self.components].map(group_digits);
         let boundary = match self.boundary_edges {
             0 => "closed".into(),
@@ -169,12 +170,12 @@ impl SizeLimits {
             format!("{}: {vertices} vertices, {faces} faces, components: {components}, {boundary}", self.file),
             format!("{:<10}{:>12}{:>12}{:>12}{:>12}{:>12}", "size", "vertices", "faces", "components", "mean", "max"),
         ];
-        lines.extend(self.levels.iter().map(|row| row.words(&format!("{} %", row.percent))));
-        lines.push(self.smallest.words("smallest"));
+        lines.extend(self.levels.iter().map(|row| row.line(&format!("{} %", row.percent))));
+        lines.push(self.smallest.line("smallest"));
         let named = self.levels.iter().map(|row| (format!("at {} %", row.percent), row));
         for (size, row) in named.chain([("smallest".into(), &self.smallest)]).filter(|(_, row)| !row.dropped.is_empty())
         {
-            lines.push(format!("dropped   {size}: {}", names_of(&row.dropped, usize::MAX)));
+            lines.push(format!("dropped   {size}: {}", list_names(&row.dropped, usize::MAX)));
         }
         lines.extend(report.levels.last().into_iter().flat_map(|last| limit_lines(&last.output)));
         lines.extend(stop_reason(&self.outcome).map(|why| format!("limit     the mesh cannot get smaller: {why}")));
@@ -183,7 +184,7 @@ impl SizeLimits {
     }
 }
 
-fn split(mut rows: Vec<SizeRow>, n: usize) -> (Vec<SizeRow>, Vec<SizeRow>) {
+fn split_rows(mut rows: Vec<SizeRow>, n: usize) -> (Vec<SizeRow>, Vec<SizeRow>) {
     let beyond = rows.split_off(n.min(rows.len()));
     (rows, beyond)
 }
@@ -200,22 +201,22 @@ impl SizeRow {
             percent: percent(share),
             vertices,
             faces,
-            components: shape(&level.output.size, |shape| shape.components),
+            components: shape_count(&level.output.size, |shape| shape.components),
             mean_percent: level.distance.map(|distance| distance.mean_percent),
             max_percent: level.distance.map(|distance| distance.max_percent),
             dropped: dropped.map(|(component, _)| component.clone()).collect(),
         }
     }
 
-    fn words(&self, size: &str) -> String {
+    fn line(&self, size: &str) -> String {
         let [vertices, faces, components] = [self.vertices, self.faces, self.components].map(group_digits);
-        let far = |percent: Option<f64>| percent.map_or("-".into(), |percent| format!("{percent:.3} %"));
-        let [mean, max] = [self.mean_percent, self.max_percent].map(far);
+        let format_distance = |percent: Option<f64>| percent.map_or("-".into(), |percent| format!("{percent:.3} %"));
+        let [mean, max] = [self.mean_percent, self.max_percent].map(format_distance);
         format!("{size:<10}{vertices:>12}{faces:>12}{components:>12}{mean:>12}{max:>12}")
     }
 }
 
-fn shape(size: &Size, figure: impl Fn(&Shape) -> usize) -> usize {
+fn shape_count(size: &Size, figure: impl Fn(&Shape) -> usize) -> usize {
     size.shape.as_ref().map_or(0, figure)
 }
 
@@ -225,11 +226,11 @@ mod tests {
 
     #[test]
     fn sizes_fall_down_to_the_smallest_surface() {
-        assert_eq!(sizes(100_000).len(), 7);
+        assert_eq!(level_sizes(100_000).len(), 7);
         assert_eq!(
-            sizes(100),
+            level_sizes(100),
             [Count::Share(0.5), Count::Share(0.25), Count::Share(0.1), Count::Share(0.05), Count::Number(3)]
         );
-        assert_eq!(sizes(4), [Count::Number(3)]);
+        assert_eq!(level_sizes(4), [Count::Number(3)]);
     }
 }

@@ -3,22 +3,22 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::failure::Failure;
-use crate::words::complain;
+use crate::messages::print_error;
 
-static STOP: AtomicBool = AtomicBool::new(false);
+static STOP_REQUESTED: AtomicBool = AtomicBool::new(false);
 
-/// Handles Ctrl-C and termination: the first sets [`is_stopping`], the second ends the program.
-pub fn watch_for_a_good_end() {
+/// Handles Ctrl-C and termination: the first sets [`is_stop_requested`], the second ends the program.
+pub fn handle_stop_signals() {
     let _ = ctrlc::set_handler(|| {
         // The second signal does not wait for a clean end.
-        if STOP.swap(true, Ordering::SeqCst) {
-            complain(&Failure::Stopped("interrupted twice: continue with --resume".into()));
+        if STOP_REQUESTED.swap(true, Ordering::SeqCst) {
+            print_error(&Failure::Stopped("interrupted twice: continue with --resume".into()));
             std::process::exit(130);
         }
     });
 }
 
 /// Returns whether Ctrl-C or termination was received.
-pub fn is_stopping() -> bool {
-    STOP.load(Ordering::SeqCst)
+pub fn is_stop_requested() -> bool {
+    STOP_REQUESTED.load(Ordering::SeqCst)
 }

@@ -7,13 +7,13 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use crate::failure::Failure;
 
 /// Returns an error such as `--ratio 50: give a share ...` for a rejected value.
-pub fn refused_value(error: &clap::Error) -> Option<Failure> {
+pub fn rejected_value(error: &clap::Error) -> Option<Failure> {
     let why = error.source().filter(|_| error.kind() == ErrorKind::ValueValidation)?;
-    let said = |kind| match error.get(kind) {
+    let context = |kind| match error.get(kind) {
         Some(ContextValue::String(text)) => text.as_str(),
         _ => "",
     };
     // clap names the option as in the usage: `--fill-holes[=<EDGES>]`.
-    let option = said(ContextKind::InvalidArg).split([' ', '=', '[', '<']).next().unwrap_or_default();
-    Some(Failure::Usage(format!("{option} {}: {why}", said(ContextKind::InvalidValue))))
+    let option = context(ContextKind::InvalidArg).split([' ', '=', '[', '<']).next().unwrap_or_default();
+    Some(Failure::Usage(format!("{option} {}: {why}", context(ContextKind::InvalidValue))))
 }

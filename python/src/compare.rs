@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use neural_mesh_cli::embedded::{self, CompareArgs, MOST_SAMPLES};
+use neural_mesh_cli::embedded::{self, CompareArgs, MAX_SAMPLES};
 use pyo3::prelude::*;
 
 use crate::background::run_in_background;
@@ -29,8 +29,8 @@ pub fn compare(
     force: bool,
     threads: Option<usize>,
 ) -> PyResult<(String, Option<String>)> {
-    if !(1..=MOST_SAMPLES).contains(&(samples as u64)) {
-        return Err(option_refused(format!("samples={samples}: give a whole number from 1 to {MOST_SAMPLES}")));
+    if !(1..=MAX_SAMPLES).contains(&(samples as u64)) {
+        return Err(option_refused(format!("samples={samples}: give a whole number from 1 to {MAX_SAMPLES}")));
     }
     let read = |mesh: Option<MeshArrays>| mesh.map(|mesh| mesh.read()).transpose();
     let given = meshes.into_iter().map(read).collect::<PyResult<Vec<_>>>()?;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use neural_mesh::job::{count, share};
-use neural_mesh_cli::embedded::{self, MeshPointsArgs, PointsMeshed};
+use neural_mesh_cli::embedded::{self, MeshPointsArgs, MeshPointsOutput};
 use pyo3::prelude::*;
 
 use crate::arrays::{array, indices, triples};
@@ -74,7 +74,7 @@ pub fn mesh_points(
 }
 
 impl Meshed {
-    fn new(py: Python, meshed: PointsMeshed) -> PyResult<Self> {
+    fn new(py: Python, meshed: MeshPointsOutput) -> PyResult<Self> {
         let (positions, faces) = meshed.mesh.into_parts();
         Ok(Self {
             vertices: match meshed.exact {

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
-use neural_mesh_cli::shared::{Failure, finish, print_answer};
+use neural_mesh_cli::shared::{Failure, finish, print_help_or_error};
 
 use crate::measure::{self, MeasureArgs, MeshoptimizerArgs};
 use evaluate::EvaluateArgs;
@@ -45,9 +45,9 @@ enum Command {
 pub fn run() -> ExitCode {
     let args = match Args::try_parse() {
         Ok(args) => args,
-        Err(answer) => return print_answer(&answer),
+        Err(error) => return print_help_or_error(&error),
     };
-    let done = match args.command {
+    let result = match args.command {
         Command::Evaluate(args) => evaluate::run(&args),
         Command::TrainBaseline(args) => train_baseline::run(&args),
         Command::Measure(args) => with_causes(measure::run(args)),
@@ -55,9 +55,9 @@ pub fn run() -> ExitCode {
         Command::Work => with_causes(work::run_job()),
         Command::WholeOther(args) => with_causes(measure::run_meshoptimizer(&args)),
     };
-    finish(done)
+    finish(result)
 }
 
-fn with_causes(done: Result<()>) -> Result<(), Failure> {
-    done.map_err(|error| Failure::Failed(format!("{error:#}")))
+fn with_causes(result: Result<()>) -> Result<(), Failure> {
+    result.map_err(|error| Failure::Failed(format!("{error:#}")))
 }

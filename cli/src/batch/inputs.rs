@@ -5,15 +5,15 @@ use std::path::{Component, Path, PathBuf};
 use neural_mesh::io::{Format, can_read};
 
 use crate::args::SimplifyArgs;
-use crate::failure::{Failure, name};
+use crate::failure::{Failure, display_path};
 use crate::files;
-use crate::names::{is_stream, readable};
+use crate::names::{is_stream, list_readable_formats};
 
 #[derive(Debug, PartialEq)]
 pub struct Input {
     pub path: PathBuf,
     /// Path relative to the common folder of all inputs, without `..`.
-    pub below: PathBuf,
+    pub relative_path: PathBuf,
 }
 
 pub fn is_pattern(path: &Path) -> bool {
@@ -21,7 +21,7 @@ pub fn is_pattern(path: &Path) -> bool {
 }
 
 /// Rejects option values among the meshes, and a mesh file as the output folder.
-pub fn check(args: &SimplifyArgs) -> Result<(), Failure> {
+pub fn check_arguments(args: &SimplifyArgs) -> Result<(), Failure> {
     let is_value = |text: &str| text.ends_with('%') || text.parse::<f64>().is_ok();
     let stray = args.inputs.iter().find(|path| !path.exists() && path.to_str().is_some_and(is_value));
     if let Some(stray) = stray {
@@ -37,31 +37,31 @@ pub fn check(args: &SimplifyArgs) -> Result<(), Failure> {
 }
 
 /// Finds all meshes, each once, ordered by path.
-pub fn find(args: &SimplifyArgs) -> Result<Vec<Input>, Failure> {
-    let asked = match &args.list {
+pub fn find_meshes(args: &SimplifyArgs) -> Result<Vec<Input>, Failure> {
+    let given = match &args.list {
         Some(list) => read_list(list)?,
         None => args.inputs.clone(),
     };
-    let out = normal(&args.output);
+    let out = normalize_path(&args.output);
     let mut paths = Vec::new();
-    for path in &asked {
+    for path in &given {
         match path {
-            _ if path.is_dir() => walk(path, &out, &mut paths)?,
+            _ if path.is_dir() => collect_meshes(path, &out, &mut paths)?,
             _ if is_pattern(path) => match_pattern(path, &out, &mut paths)?,
             _ => paths.push(path.clone()),
         }
     }
     // Results are placed relative to the only given folder, else to the deepest common folder.
-    let root = match asked.as_slice() {
-        [only] if only.is_dir() => normal(only),
+    let root = match given.as_slice() {
+        [only] if only.is_dir() => normalize_path(only),
         _ => common_folder(&paths),
     };
-    let mut inputs: Vec<Input> = paths.into_iter().map(|path| input(path, &root)).collect();
-    inputs.sort_by(|a, b| a.below.cmp(&b.below));
-    inputs.dedup_by(|a, b| a.below == b.below);
+    let mut inputs: Vec<Input> = paths.into_iter().map(|path| create_input(path, &root)).collect();
+    inputs.sort_by(|a, b| a.relative_path.cmp(&b.relative_path));
+    inputs.dedup_by(|a, b| a.relative_path == b.relative_path);
     if inputs.is_empty() {
-        let asked: Vec<String> = asked.iter().map(|path| name(path)).collect();
-        let what = format!("{}: no mesh files found: {}", asked.join(", "), readable());
+        let given: Vec<String> = given.iter().map(|path| display_path(path)).collect();
+        let what = format!("{}: no mesh files found: {}", given.join(", "), list_readable_formats());
         return Err(Failure::Failed(what));
     }
     Ok(inputs)
@@ -80,7 +80,7 @@ fn read_list(list: &Path) -> Result<Vec<PathBuf>, Failure> {
 }
 
 /// Collects the mesh files of a folder and its subfolders, without hidden ones, OUTDIR, and links to folders.
-fn walk(folder: &Path, out: &Path, found: &mut Vec<PathBuf>) -> Result<(), Failure> {
+fn collect_meshes(folder: &Path, out: &Path, found: &mut Vec<PathBuf>) -> Result<(), Failure> {
     let problem = |error| Failure::in_file(folder, format!("cannot be read: {error}: check the folder"));
     for entry in std::fs::read_dir(folder).map_err(problem)? {
         let entry = entry.map_err(problem)?;
@@ -91,7 +91,7 @@ fn walk(folder: &Path, out: &Path, found: &mut Vec<PathBuf>) -> Result<(), Failu
         }
         // Links to folders are no folders here, and results of an earlier run in OUTDIR are no input.
         match kind.is_dir() {
-            true if normal(&path) != out => walk(&path, out, found)?,
+            true if normalize_path(&path) != out => collect_meshes(&path, out, found)?,
             false if is_mesh(&path) => found.push(path),
             _ => {}
         }
@@ -100,10 +100,11 @@ fn walk(folder: &Path, out: &Path, found: &mut Vec<PathBuf>) -> Result<(), Failu
 }
 
 fn match_pattern(pattern: &Path, out: &Path, found: &mut Vec<PathBuf>) -> Result<(), Failure> {
-    let problem =
-        |error: &dyn std::fmt::Display| Failure::Usage(format!("{}: {error}: correct the pattern", name(pattern)));
+    let problem = |error: &dyn std::fmt::Display| {
+        Failure::Usage(format!("{}: {error}: correct the pattern", display_path(pattern)))
+    };
     let paths = glob::glob(&pattern.to_string_lossy()).map_err(|error| problem(&error))?;
-    let paths = paths.flatten().filter(|path| is_mesh(path) && !normal(path).starts_with(out));
+    let paths = paths.flatten().filter(|path| is_mesh(path) && !normalize_path(path).starts_with(out));
     found.extend(paths);
     Ok(())
 }
@@ -112,30 +113,31 @@ fn is_mesh(path: &Path) -> bool {
     Format::from_path(path).is_some_and(can_read) && path.is_file()
 }
 
-fn input(path: PathBuf, root: &Path) -> Input {
-    let absolute = normal(&path);
-    let below = absolute.strip_prefix(root).unwrap_or(&absolute);
-    let below = below.components().filter(|part| matches!(part, Component::Normal(_))).collect();
-    Input { path, below }
+fn create_input(path: PathBuf, root: &Path) -> Input {
+    let absolute = normalize_path(&path);
+    let relative_path = absolute.strip_prefix(root).unwrap_or(&absolute);
+    let relative_path =
+        relative_path.components().filter(|component| matches!(component, Component::Normal(_))).collect();
+    Input { path, relative_path }
 }
 
 fn common_folder(paths: &[PathBuf]) -> PathBuf {
-    let folder = |path: &PathBuf| normal(path).parent().map(Path::to_path_buf).unwrap_or_default();
-    let both = |a: PathBuf, b: PathBuf| -> PathBuf {
+    let folder = |path: &PathBuf| normalize_path(path).parent().map(Path::to_path_buf).unwrap_or_default();
+    let common = |a: PathBuf, b: PathBuf| -> PathBuf {
         a.components().zip(b.components()).take_while(|(a, b)| a == b).map(|(a, _)| a).collect()
     };
-    paths.iter().map(folder).reduce(both).unwrap_or_default()
+    paths.iter().map(folder).reduce(common).unwrap_or_default()
 }
 
 /// Returns the absolute path without `.` and `..`, from the names alone.
-fn normal(path: &Path) -> PathBuf {
+fn normalize_path(path: &Path) -> PathBuf {
     let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
     let mut normal = PathBuf::new();
-    for part in absolute.components() {
-        match part {
+    for component in absolute.components() {
+        match component {
             Component::ParentDir => drop(normal.pop()),
             Component::CurDir => {}
-            part => normal.push(part),
+            component => normal.push(component),
         }
     }
     normal
@@ -146,11 +148,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_hold_names_alone() {
-        for (path, root, below) in
+    fn relative_paths_have_no_parent_folders() {
+        for (path, root, relative_path) in
             [("/a/b/c.ply", "/a", "b/c.ply"), ("/a/../x/c.ply", "/a", "x/c.ply"), ("/x/c.ply", "/", "x/c.ply")]
         {
-            assert_eq!(input(path.into(), Path::new(root)).below, Path::new(below), "{path}");
+            assert_eq!(create_input(path.into(), Path::new(root)).relative_path, Path::new(relative_path), "{path}");
         }
     }
 

@@ -9,13 +9,13 @@ use crate::failure::Failure;
 ///
 /// # Errors
 /// If another batch holds the lock, or the disk does not support locks.
-pub fn lock(folder: &Path) -> Result<File, Failure> {
+pub fn lock_folder(folder: &Path) -> Result<File, Failure> {
     let problem = |error| {
         Failure::in_file(folder, format!("cannot be locked against other batches: {error}: choose another folder"))
     };
-    let held = open(folder).map_err(problem)?;
-    match held.try_lock() {
-        Ok(()) => Ok(held),
+    let file = open(folder).map_err(problem)?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
         Err(TryLockError::WouldBlock) => Err(Failure::in_file(
             folder,
             "another batch writes into this folder: wait for its end, or choose another folder",
@@ -31,7 +31,7 @@ fn open(folder: &Path) -> std::io::Result<File> {
 
 #[cfg(not(unix))]
 fn open(folder: &Path) -> std::io::Result<File> {
-    File::options().create(true).truncate(false).write(true).open(folder.join(NAME))
+    File::options().create(true).truncate(false).write(true).open(folder.join(LOCK_FILE))
 }
 
-pub const NAME: &str = "manifest.lock";
+pub const LOCK_FILE: &str = "manifest.lock";

@@ -14,9 +14,9 @@ use crate::files;
 use crate::names::level_paths;
 use neural_mesh::job::{JobReport, Level, REACHED};
 
-pub const NAME: &str = "manifest.csv";
+pub const MANIFEST_FILE: &str = "manifest.csv";
 /// Shortest time between two writes; a killed batch repeats the meshes since the last one.
-const PATIENCE: Duration = Duration::from_secs(1);
+const WRITE_INTERVAL: Duration = Duration::from_secs(1);
 const PENDING: &str = "pending";
 const FAILED: &str = "failed: ";
 
@@ -41,13 +41,13 @@ pub struct ManifestRow {
 }
 
 impl ManifestRow {
-    pub fn all(inputs: &[Input], outputs: &[PathBuf], request: &str) -> Vec<Self> {
+    pub fn create_all(inputs: &[Input], outputs: &[PathBuf], request: &str) -> Vec<Self> {
         inputs.iter().zip(outputs).map(|(input, output)| Self::pending(input, output, request)).collect()
     }
 
     fn pending(input: &Input, output: &Path, request: &str) -> Self {
         Self {
-            name: spell_path(&input.below),
+            name: spell_path(&input.relative_path),
             output: spell_path(output),
             vertices: None,
             faces: None,
@@ -66,7 +66,7 @@ impl ManifestRow {
     }
 
     /// Takes over the result of an earlier run; returns whether existing result files belong to that run.
-    fn go_on(&mut self, old: &Self, folders: &BatchFolders, manifest: &Path) -> Result<bool, Failure> {
+    fn resume_from(&mut self, old: &Self, folders: &BatchFolders, manifest: &Path) -> Result<bool, Failure> {
         if old.request != self.request {
             let what = format!(
                 "belongs to a batch with other options ({}): use those options, or choose another folder",
@@ -81,9 +81,9 @@ impl ManifestRow {
         Ok((old.outcome == PENDING || old.is_done()) && old.output == self.output)
     }
 
-    fn fill(&mut self, done: Result<JobReport, Failure>, seconds: f64) {
+    fn fill(&mut self, result: Result<JobReport, Failure>, seconds: f64) {
         self.seconds = Some(seconds);
-        match done {
+        match result {
             Err(failure) => self.outcome = format!("{FAILED}{failure}"),
             Ok(JobReport { input, output, outcome, distance, levels, .. }) => {
                 (self.vertices, self.faces) = (Some(input.vertices), Some(input.faces));
@@ -93,8 +93,8 @@ impl ManifestRow {
                 self.output_faces = join_numbers(levels.iter().map(|level| Some(level.output.size.faces)));
                 self.mean_percent = join_numbers(levels.iter().map(|level| Some(level.distance?.mean_percent)));
                 self.max_percent = join_numbers(levels.iter().map(|level| Some(level.distance?.max_percent)));
-                let short = levels.iter().map(|level| &level.outcome).find(|outcome| *outcome != REACHED);
-                self.outcome = short.map_or(REACHED, String::as_str).into();
+                let unmet = levels.iter().map(|level| &level.outcome).find(|outcome| *outcome != REACHED);
+                self.outcome = unmet.map_or(REACHED, String::as_str).into();
             }
         }
     }
@@ -116,19 +116,19 @@ pub struct BatchFolders {
 impl BatchFolders {
     fn files_of_row(&self, row: &ManifestRow) -> Vec<PathBuf> {
         let side_files =
-            self.side_folders.iter().map(|(folder, ending)| folder.join(with_more(&parse_path(&row.name), ending)));
+            self.side_folders.iter().map(|(folder, ending)| folder.join(append_ending(&parse_path(&row.name), ending)));
         level_paths(&self.folder.join(parse_path(&row.output)), self.n_levels).into_iter().chain(side_files).collect()
     }
 }
 
 /// Appends an ending to the whole name: `a/b.ply` and `.json` give `a/b.ply.json`.
-pub fn with_more(path: &Path, ending: &str) -> PathBuf {
+pub fn append_ending(path: &Path, ending: &str) -> PathBuf {
     let mut name = path.as_os_str().to_os_string();
     name.push(ending);
     name.into()
 }
 
-pub struct Ends {
+pub struct OutcomeCounts {
     pub reached: usize,
     pub stopped: usize,
     pub failed: usize,
@@ -139,7 +139,7 @@ pub struct Manifest {
     folders: BatchFolders,
     rows: Mutex<Rows>,
     may_replace: Vec<bool>,
-    waiting: Vec<usize>,
+    pending_meshes: Vec<usize>,
 }
 
 struct Rows {
@@ -154,8 +154,8 @@ impl Manifest {
         mut rows: Vec<ManifestRow>,
         [resume, force]: [bool; 2],
     ) -> Result<Self, Failure> {
-        let path = folders.folder.join(NAME);
-        let known = if resume && path.exists() { read(&path)? } else { HashMap::new() };
+        let path = folders.folder.join(MANIFEST_FILE);
+        let old_rows = if resume && path.exists() { read_rows(&path)? } else { HashMap::new() };
         if !resume && !force {
             let outputs = rows.iter().flat_map(|row| folders.files_of_row(row));
             refuse_existing(std::iter::once(path.clone()).chain(outputs))?;
@@ -163,20 +163,25 @@ impl Manifest {
         // Files of an earlier run of this batch may be replaced, other files only with --force.
         let mut may_replace = vec![force; rows.len()];
         for (row, may_replace) in rows.iter_mut().zip(&mut may_replace) {
-            if let Some(old) = known.get(&row.name) {
-                *may_replace |= row.go_on(old, &folders, &path)?;
+            if let Some(old) = old_rows.get(&row.name) {
+                *may_replace |= row.resume_from(old, &folders, &path)?;
             }
         }
-        let waiting = (0..rows.len()).filter(|&i| rows[i].outcome == PENDING).collect();
+        let pending_meshes = (0..rows.len()).filter(|&i| rows[i].outcome == PENDING).collect();
         for (row, _) in rows.iter_mut().zip(&may_replace).filter(|(row, may)| row.outcome == PENDING && !**may) {
             if let Some(output) = folders.files_of_row(row).into_iter().find(|path| path.symlink_metadata().is_ok()) {
                 // The mesh fails, unless the file turns out to be its result from a run that was killed before it wrote
                 // the row.
-                row.outcome = format!("{FAILED}{}", exists(&output));
+                row.outcome = format!("{FAILED}{}", already_exists(&output));
             }
         }
-        let manifest =
-            Self { path, folders, rows: Mutex::new(Rows { rows, written: Instant::now() }), may_replace, waiting };
+        let manifest = Self {
+            path,
+            folders,
+            rows: Mutex::new(Rows { rows, written: Instant::now() }),
+            may_replace,
+            pending_meshes,
+        };
         manifest.save()?;
         Ok(manifest)
     }
@@ -185,8 +190,8 @@ impl Manifest {
         &self.path
     }
 
-    pub fn waiting(&self) -> &[usize] {
-        &self.waiting
+    pub fn pending_meshes(&self) -> &[usize] {
+        &self.pending_meshes
     }
 
     pub fn names(&self) -> Vec<String> {
@@ -214,26 +219,26 @@ impl Manifest {
         self.may_replace[i]
     }
 
-    pub fn give_up(&mut self, i: usize, why: Failure) -> Result<(), Failure> {
-        self.waiting.retain(|&waiting| waiting != i);
-        self.set(i, Err(why), 0.0)
+    pub fn fail_mesh(&mut self, i: usize, why: Failure) -> Result<(), Failure> {
+        self.pending_meshes.retain(|&pending_meshes| pending_meshes != i);
+        self.set_result(i, Err(why), 0.0)
     }
 
-    pub fn set(&self, i: usize, done: Result<JobReport, Failure>, seconds: f64) -> Result<(), Failure> {
+    pub fn set_result(&self, i: usize, result: Result<JobReport, Failure>, seconds: f64) -> Result<(), Failure> {
         let mut locked = self.lock_rows();
-        locked.rows[i].fill(done, seconds);
-        if locked.written.elapsed() > PATIENCE { self.write(&mut locked) } else { Ok(()) }
+        locked.rows[i].fill(result, seconds);
+        if locked.written.elapsed() > WRITE_INTERVAL { self.write(&mut locked) } else { Ok(()) }
     }
 
     pub fn save(&self) -> Result<(), Failure> {
         self.write(&mut self.lock_rows())
     }
 
-    pub fn ends(&self) -> Ends {
+    pub fn count_outcomes(&self) -> OutcomeCounts {
         let rows = &self.lock_rows().rows;
         let count = |is: &dyn Fn(&ManifestRow) -> bool| rows.iter().filter(|row| is(row)).count();
         let (reached, failed) = (count(&|row| row.outcome == REACHED), count(&|row| !row.is_done()));
-        Ends { reached, failed, stopped: rows.len() - reached - failed }
+        OutcomeCounts { reached, failed, stopped: rows.len() - reached - failed }
     }
 
     fn write(&self, locked: &mut Rows) -> Result<(), Failure> {
@@ -242,7 +247,7 @@ impl Manifest {
         let mut writer = csv::Writer::from_writer(Vec::new());
         locked.rows.iter().try_for_each(|row| writer.serialize(row)).map_err(|error| problem(&error))?;
         let bytes = writer.into_inner().map_err(|error| problem(&error))?;
-        files::place(vec![files::prepare(&self.path, &bytes, true)?])?;
+        files::place_files(vec![files::prepare_file(&self.path, &bytes, true)?])?;
         locked.written = Instant::now();
         Ok(())
     }
@@ -252,7 +257,7 @@ impl Manifest {
     }
 }
 
-fn read(path: &Path) -> Result<HashMap<String, ManifestRow>, Failure> {
+fn read_rows(path: &Path) -> Result<HashMap<String, ManifestRow>, Failure> {
     let problem =
         |error| Failure::in_file(path, format!("is not the manifest of a batch: {error}: choose another folder"));
     let rows = csv::Reader::from_path(path).map_err(problem)?.into_deserialize();
@@ -261,11 +266,11 @@ fn read(path: &Path) -> Result<HashMap<String, ManifestRow>, Failure> {
 
 fn refuse_existing(mut paths: impl Iterator<Item = PathBuf>) -> Result<(), Failure> {
     match paths.find(|path| path.symlink_metadata().is_ok()) {
-        Some(path) => Err(exists(&path)),
+        Some(path) => Err(already_exists(&path)),
         None => Ok(()),
     }
 }
 
-fn exists(path: &Path) -> Failure {
+fn already_exists(path: &Path) -> Failure {
     Failure::in_file(path, "exists already: continue with --resume, replace with --force, or choose another folder")
 }

@@ -1,11 +1,11 @@
 //! `neural-mesh simplify` on many meshes: a file and a manifest row for each.
 
+mod extra_files;
 mod inputs;
 mod lock;
 mod manifest;
 mod outputs;
 mod path_text;
-mod places;
 mod schedule;
 mod unfinished;
 
@@ -21,48 +21,48 @@ use neural_mesh::model::Weights;
 use crate::args::{PurposeArg, SimplifyArgs};
 use crate::bar::Bar;
 use crate::failure::Failure;
-use crate::names::{format_of, is_stream, level_paths, writable};
+use crate::messages::MessageStream;
+use crate::names::{check_writable, is_stream, level_paths, parse_format};
 use crate::progress::Progress;
-use crate::request::{self, Request, Source, strict};
-use crate::words::Voice;
+use crate::request::{self, Request, Source, is_strict};
 use crate::{files, interrupt, memory, read, simplify};
+use extra_files::ExtraFiles;
 use inputs::Input;
-use manifest::{BatchFolders, Manifest, ManifestRow, with_more};
+use manifest::{BatchFolders, Manifest, ManifestRow, append_ending};
 use neural_mesh::job::{Job, JobReport, RatioOf};
-use places::Places;
 
-const REPORT: &str = ".json";
-const PICTURE: &str = ".png";
+const REPORT_ENDING: &str = ".json";
+const PICTURE_ENDING: &str = ".png";
 
 /// Returns whether the arguments mean a batch: a list, several meshes, a folder or a pattern.
-pub fn is_meant(args: &SimplifyArgs) -> bool {
-    args.list.is_some() || args.inputs.len() > 1 || args.inputs.iter().any(|path| are_many(path))
+pub fn is_batch(args: &SimplifyArgs) -> bool {
+    args.list.is_some() || args.inputs.len() > 1 || args.inputs.iter().any(|path| names_several_meshes(path))
 }
 
-pub fn are_many(path: &Path) -> bool {
+pub fn names_several_meshes(path: &Path) -> bool {
     path.is_dir() || inputs::is_pattern(path)
 }
 
 pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
     let (format, job) = check_arguments(&args)?;
-    let inputs = inputs::find(&args)?;
-    let folder = outputs::open(&args.output)?;
-    // The folder stays locked until the batch ends.
-    let _lock = lock::lock(&folder)?;
-    outputs::prepare_path(&folder, Path::new(manifest::NAME))?;
-    let names = outputs::names(&inputs, format);
+    let inputs = inputs::find_meshes(&args)?;
+    let folder = outputs::create_folder(&args.output)?;
+    // The folder stays locked until the batch counts.
+    let _lock = lock::lock_folder(&folder)?;
+    outputs::prepare_path(&folder, Path::new(manifest::MANIFEST_FILE))?;
+    let names = outputs::choose_names(&inputs, format);
     let names = if args.lods.is_empty() { names } else { outputs::with_level_placeholders(&inputs, names, format) };
-    let rows = ManifestRow::all(&inputs, &names, &request_words(&args));
-    let place =
+    let rows = ManifestRow::create_all(&inputs, &names, &spell_options(&args));
+    let folders =
         BatchFolders { folder: folder.clone(), n_levels: args.lods.len(), side_folders: open_side_folders(&args)? };
     // Every mesh has a row from the start, so that a killed batch can be resumed.
-    let mut manifest = Manifest::open(place, rows, [args.resume, args.force])?;
-    interrupt::watch(Failure::Stopped("interrupted: continue with --resume".into()));
-    let alone = unfinished::find_unfinished(&folder, &mut manifest, args.resume)?;
+    let mut manifest = Manifest::open(folders, rows, [args.resume, args.force])?;
+    interrupt::handle_signals(Failure::Stopped("interrupted: continue with --resume".into()));
+    let run_alone = unfinished::find_unfinished(&folder, &mut manifest, args.resume)?;
     let weights = read::read_weights(args.weights.as_deref(), job.options.assembly)?;
-    let places = Places::new(folder.clone(), &manifest.outputs(), args.force);
+    let extra_files = ExtraFiles::new(folder.clone(), &manifest.outputs(), args.force);
     let progress = Mutex::new(BatchProgress { bar: Bar::new(args.quiet), n_meshes: 0, cost: 0.0 });
-    let batch = Batch { progress, args, job, folder, format, inputs, manifest, places, alone, weights };
+    let batch = Batch { progress, args, job, folder, format, inputs, manifest, extra_files, run_alone, weights };
     let began = Instant::now();
     let written = batch.simplify_all().and_then(|()| batch.manifest.save());
     written?;
@@ -70,9 +70,9 @@ pub fn run(args: SimplifyArgs) -> Result<(), Failure> {
 }
 
 fn open_side_folders(args: &SimplifyArgs) -> Result<Vec<(PathBuf, &'static str)>, Failure> {
-    let folders = [(&args.report, REPORT), (&args.picture, PICTURE)].into_iter();
+    let folders = [(&args.report, REPORT_ENDING), (&args.picture, PICTURE_ENDING)].into_iter();
     let open = |(folder, ending): (&Option<PathBuf>, _)| Some((folder.as_deref()?.to_path_buf(), ending));
-    folders.filter_map(open).map(|(folder, ending)| Ok((outputs::open(&folder)?, ending))).collect()
+    folders.filter_map(open).map(|(folder, ending)| Ok((outputs::create_folder(&folder)?, ending))).collect()
 }
 
 /// Rejects options that a batch cannot use; returns the common format, if any, and the job.
@@ -91,16 +91,16 @@ fn check_arguments(args: &SimplifyArgs) -> Result<(Option<Format>, Job), Failure
             "a batch reads files and writes to a folder: give -o OUTDIR, and --list - for names on standard input",
         );
     }
-    inputs::check(args)?;
-    memory::bound(args.memory);
-    let job = request::job(&request::arguments(args)?, None)?;
-    Ok((args.format.as_deref().map(|name| writable(format_of(name)?)).transpose()?, job))
+    inputs::check_arguments(args)?;
+    memory::limit_memory(args.memory);
+    let job = request::create_job(&request::to_arguments(args)?, None)?;
+    Ok((args.format.as_deref().map(|name| check_writable(parse_format(name)?)).transpose()?, job))
 }
 
 /// Spells out the options for the manifest; a resumed batch must have the same.
-fn request_words(args: &SimplifyArgs) -> String {
+fn spell_options(args: &SimplifyArgs) -> String {
     let mut words = [
-        size_words(args),
+        spell_target(args),
         format!("--assembly {:?} --optimize {:?} --effort {:?}", args.assembly, args.optimize, args.effort),
         format!("--hidden {:?} --seed {}", args.hidden, args.seed),
     ]
@@ -110,10 +110,10 @@ fn request_words(args: &SimplifyArgs) -> String {
         args.scores.map(|scores| format!(" --scores {scores:?}").to_ascii_lowercase()),
         args.weights.as_ref().map(|path| format!(" --weights {}", path.display())),
         args.format.as_ref().map(|format| format!(" --format {format}")),
-        args.prune.as_ref().map(|size| option_words("--prune", size.as_ref())),
+        args.prune.as_ref().map(|size| spell_option("--prune", size.as_ref())),
         args.keep_components.then(|| " --keep-components".into()),
-        args.fill_holes.map(|most| option_words("--fill-holes", most)),
-        args.printable.as_ref().map(|size| option_words("--printable", size.as_ref())),
+        args.fill_holes.map(|most| spell_option("--fill-holes", most)),
+        args.printable.as_ref().map(|size| spell_option("--printable", size.as_ref())),
         args.bake.map(|size| format!(" --bake {size}")),
         args.compress.map(|how| format!(" --compress={how:?}").to_ascii_lowercase()),
         args.textures.map(|side| format!(" --textures {side}")),
@@ -129,7 +129,7 @@ fn request_words(args: &SimplifyArgs) -> String {
         (args.purpose != PurposeArg::Shape).then(|| format!(" --for {:?}", args.purpose).to_ascii_lowercase()),
         args.seam_error.map(|texels| format!(" --seam-error {texels}")),
         (!args.ignore.is_empty()).then(|| format!(" --ignore {:?}", args.ignore).to_ascii_lowercase()),
-        args.symmetric.as_ref().map(|plane| option_words("--symmetric", plane.as_ref())),
+        args.symmetric.as_ref().map(|plane| spell_option("--symmetric", plane.as_ref())),
         args.importance.as_ref().map(|name| format!(" --importance {name}")),
         (!args.keep.is_empty()).then(|| format!(" --keep {:?}", args.keep)),
         args.allow_outside.then(|| " --allow-outside".into()),
@@ -138,11 +138,11 @@ fn request_words(args: &SimplifyArgs) -> String {
     words
 }
 
-fn size_words(args: &SimplifyArgs) -> String {
+fn spell_target(args: &SimplifyArgs) -> String {
     let sizes = [
         (!args.ratio.is_empty()).then(|| {
-            let named = |of: &RatioOf| of.name.as_ref().map_or_else(String::new, |name| format!("{name}="));
-            let words = args.ratio.iter().map(|of| format!("--ratio {}{}", named(of), of.share));
+            let prefix = |of: &RatioOf| of.name.as_ref().map_or_else(String::new, |name| format!("{name}="));
+            let words = args.ratio.iter().map(|of| format!("--ratio {}{}", prefix(of), of.share));
             words.collect::<Vec<_>>().join(" ")
         }),
         args.vertices.map(|n| format!("--vertices {n}")),
@@ -155,7 +155,7 @@ fn size_words(args: &SimplifyArgs) -> String {
     sizes.into_iter().flatten().collect::<Vec<_>>().join(" ")
 }
 
-fn option_words(option: &str, value: Option<impl std::fmt::Display>) -> String {
+fn spell_option(option: &str, value: Option<impl std::fmt::Display>) -> String {
     value.map_or(format!(" {option}"), |value| format!(" {option}={value}"))
 }
 
@@ -166,7 +166,7 @@ struct BatchProgress {
 }
 
 impl BatchProgress {
-    fn one_more(&mut self, share: f64, n_all: usize) {
+    fn count_mesh(&mut self, share: f64, n_all: usize) {
         (self.n_meshes, self.cost) = (self.n_meshes + 1, self.cost + share);
         self.bar.show(format!("{} of {n_all} meshes", self.n_meshes), self.cost);
     }
@@ -179,38 +179,40 @@ struct Batch {
     format: Option<Format>,
     inputs: Vec<Input>,
     manifest: Manifest,
-    places: Places,
+    extra_files: ExtraFiles,
     /// Meshes to run alone, since an earlier run ran out of memory.
-    alone: Vec<usize>,
+    run_alone: Vec<usize>,
     weights: Option<Weights>,
     progress: Mutex<BatchProgress>,
 }
 
 impl Batch {
     fn simplify_all(&self) -> Result<(), Failure> {
-        let waiting = self.manifest.waiting();
-        let bound = self.args.memory.map_or_else(memory::default_bound, memory::bytes_of);
+        let pending = self.manifest.pending_meshes();
+        let bound = self.args.memory.map_or_else(memory::default_limit, memory::gib_to_bytes);
         let sizes: HashMap<usize, u64> =
-            waiting.iter().map(|&i| (i, memory::estimate(&self.inputs[i].path, self.args.bake))).collect();
+            pending.iter().map(|&i| (i, memory::estimate_bytes(&self.inputs[i].path, self.args.bake))).collect();
         let all: f64 = sizes.values().map(|&size| size as f64).sum();
         // An infinite cost makes the schedule run a mesh alone.
-        let cost = |i: usize| if self.alone.contains(&i) { u64::MAX } else { sizes[&i] };
-        let costs = waiting.iter().map(|&i| (i, cost(i))).collect();
+        let cost = |i: usize| if self.run_alone.contains(&i) { u64::MAX } else { sizes[&i] };
+        let costs = pending.iter().map(|&i| (i, cost(i))).collect();
         let share = |i: usize| sizes[&i] as f64 / all;
-        schedule::run(costs, bound, self.args.threads, &|i| self.simplify_into_row(i, share(i), waiting.len()))
+        schedule::run_jobs(costs, bound, self.args.threads, &|i| self.simplify_into_row(i, share(i), pending.len()))
     }
 
     fn simplify_into_row(&self, i: usize, share: f64, n_meshes: usize) -> Result<(), Failure> {
         let began = Instant::now();
         // A panic in one mesh must not end the batch.
-        let done = crate::out_of_memory::track(i, || catch_unwind(AssertUnwindSafe(|| self.simplify_one(i))));
-        let done = done.unwrap_or_else(|_| Err(Failure::Failed("internal error: please report it".into())));
-        if let Err(failure) = &done {
+        let result = crate::out_of_memory::track_mesh(i, || catch_unwind(AssertUnwindSafe(|| self.simplify_one(i))));
+        let result = result.unwrap_or_else(|_| Err(Failure::Failed("internal error: please report it".into())));
+        if let Err(failure) = &result {
             let line = format!("failed    {}: {failure}", self.manifest.name(i));
-            self.lock_progress().bar.suspend(|| if self.args.quiet { Voice::Quiet } else { Voice::Err }.say(&line));
+            self.lock_progress()
+                .bar
+                .suspend(|| if self.args.quiet { MessageStream::Quiet } else { MessageStream::Err }.print_line(&line));
         }
-        self.lock_progress().one_more(share, n_meshes);
-        self.manifest.set(i, done, began.elapsed().as_secs_f64())
+        self.lock_progress().count_mesh(share, n_meshes);
+        self.manifest.set_result(i, result, began.elapsed().as_secs_f64())
     }
 
     fn lock_progress(&self) -> MutexGuard<'_, BatchProgress> {
@@ -221,22 +223,24 @@ impl Batch {
         let below = self.manifest.output(i);
         let output = outputs::prepare_path(&self.folder, &below)?;
         // An existing file may be the result of an earlier run, so it does not count as an obstacle here.
-        level_paths(&output, self.args.lods.len()).iter().try_for_each(|path| files::check_place(path, true))?;
+        level_paths(&output, self.args.lods.len()).iter().try_for_each(|path| files::check_output_path(path, true))?;
         let mut request = self.request(&self.inputs[i], output, self.manifest.may_replace(i))?;
-        let done = simplify::simplify_file(&mut request, self.weights.as_ref(), &mut Progress::silent())?;
-        let done = done.put_by(&|_, beside| self.places.write_beside(&below, beside), files::place_or_find)?;
-        Ok(done.0)
+        let run = simplify::simplify_file(&mut request, self.weights.as_ref(), &mut Progress::silent())?;
+        let (report, _) =
+            run.place_results_with(&|_, files| self.extra_files.write(&below, files), files::place_missing_files)?;
+        Ok(report)
     }
 
     fn request(&self, input: &Input, output: PathBuf, force: bool) -> Result<Request, Failure> {
-        let format = self.format.unwrap_or_else(|| outputs::format_for(input));
+        let format = self.format.unwrap_or_else(|| outputs::default_format(input));
         let mut job = self.job.clone();
         job.format = format;
         job.check_format().map_err(|error| Failure::Usage(error.to_string()))?;
         let mut request = Request {
-            source: Source::new(input.path.clone(), None, !self.args.no_weld).with_as_one(self.args.bake.is_some()),
+            source: Source::new(input.path.clone(), None, !self.args.no_weld)
+                .with_joined_scene(self.args.bake.is_some()),
             job,
-            follows_input: false,
+            takes_input_format: false,
             stays_in_memory: false,
             output: Some(output),
             memory: None,
@@ -244,8 +248,8 @@ impl Batch {
             explain: false,
             weights: None,
             n_threads: None,
-            report: self.side_file(input, REPORT)?,
-            picture: self.side_file(input, PICTURE)?,
+            report: self.side_file(input, REPORT_ENDING)?,
+            picture: self.side_file(input, PICTURE_ENDING)?,
             view: self.args.view,
             wires: self.args.wires,
             quiet: true,
@@ -259,26 +263,26 @@ impl Batch {
 
     fn side_file(&self, input: &Input, ending: &str) -> Result<Option<PathBuf>, Failure> {
         let folders = &self.manifest.folders().side_folders;
-        let place = folders
+        let path = folders
             .iter()
             .find(|(_, its)| *its == ending)
-            .map(|(folder, _)| outputs::prepare_path(folder, &with_more(&input.below, ending)));
-        place.transpose()
+            .map(|(folder, _)| outputs::prepare_path(folder, &append_ending(&input.relative_path, ending)));
+        path.transpose()
     }
 
     fn report_end(&self, seconds: f64) -> Result<(), Failure> {
-        let ends = self.manifest.ends();
-        let voice = if self.args.quiet { Voice::Quiet } else { Voice::Out };
-        voice.say(&format!(
+        let counts = self.manifest.count_outcomes();
+        let voice = if self.args.quiet { MessageStream::Quiet } else { MessageStream::Out };
+        voice.print_line(&format!(
             "meshes    {}: {} reached the target, {} stopped before it, {} failed",
             self.inputs.len(),
-            ends.reached,
-            ends.stopped,
-            ends.failed
+            counts.reached,
+            counts.stopped,
+            counts.failed
         ));
-        voice.say(&format!("time      {seconds:.3} s"));
-        match (ends.failed, ends.stopped) {
-            (0, n) if n > 0 && strict(&self.args) => {
+        voice.print_line(&format!("time      {seconds:.3} s"));
+        match (counts.failed, counts.stopped) {
+            (0, n) if n > 0 && is_strict(&self.args) => {
                 let what = "meshes missed the target: manifest.csv gives the reasons";
                 Err(Failure::Unmet(format!("{}: {n} {what}", self.manifest.path().display())))
             }

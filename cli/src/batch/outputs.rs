@@ -9,10 +9,10 @@ use neural_mesh::io::Format;
 use super::inputs::Input;
 use super::path_text::spell_path;
 use crate::failure::Failure;
-use crate::names::{ending, guess_format, result_format, with_ending, with_level};
+use crate::names::{file_ending, guess_format, result_format, with_ending, with_level_placeholder};
 use crate::request::Source;
 
-pub fn open(folder: &Path) -> Result<PathBuf, Failure> {
+pub fn create_folder(folder: &Path) -> Result<PathBuf, Failure> {
     let problem = |error| Failure::in_file(folder, format!("cannot be the output folder: {error}: choose another"));
     std::fs::create_dir_all(folder).map_err(problem)?;
     folder.canonicalize().map_err(problem)
@@ -21,16 +21,16 @@ pub fn open(folder: &Path) -> Result<PathBuf, Failure> {
 /// Returns a distinct path in OUTDIR for each mesh, ignoring case.
 ///
 /// Meshes that would share a name keep their old ending before the new one (`a.obj.ply`), with a number if needed.
-pub fn names(inputs: &[Input], format: Option<Format>) -> Vec<PathBuf> {
+pub fn choose_names(inputs: &[Input], format: Option<Format>) -> Vec<PathBuf> {
     let own: Vec<PathBuf> = inputs.iter().map(|input| own_name(input, format)).collect();
     // Some disks ignore case, so names that differ only in case count as equal.
-    let mut wishes = HashMap::<String, usize>::new();
+    let mut counts = HashMap::<String, usize>::new();
     for name in &own {
-        *wishes.entry(case_folded(name)).or_default() += 1;
+        *counts.entry(fold_case(name)).or_default() += 1;
     }
-    let is_shared = |name: &Path| wishes.get(&case_folded(name)).is_some_and(|&n| n > 1);
+    let is_shared = |name: &Path| counts.get(&fold_case(name)).is_some_and(|&n| n > 1);
     // Unshared names are taken first; meshes that would share a name all get a longer one.
-    let mut taken: HashSet<String> = own.iter().filter(|name| !is_shared(name)).map(|name| case_folded(name)).collect();
+    let mut taken: HashSet<String> = own.iter().filter(|name| !is_shared(name)).map(|name| fold_case(name)).collect();
     let name =
         |(input, own): (&Input, PathBuf)| if is_shared(&own) { free_name(input, format, &mut taken) } else { own };
     inputs.iter().zip(own).map(name).collect()
@@ -38,28 +38,32 @@ pub fn names(inputs: &[Input], format: Option<Format>) -> Vec<PathBuf> {
 
 /// Adds the placeholder of levels where levels are separate files.
 pub fn with_level_placeholders(inputs: &[Input], names: Vec<PathBuf>, format: Option<Format>) -> Vec<PathBuf> {
-    let of_levels = |(input, name): (&Input, PathBuf)| {
+    let with_placeholder = |(input, name): (&Input, PathBuf)| {
         let source = Source::new(input.path.clone(), None, true);
-        if source.is_scene(format.unwrap_or_else(|| format_for(input))) { name } else { with_level(&name) }
+        if source.is_scene(format.unwrap_or_else(|| default_format(input))) {
+            name
+        } else {
+            with_level_placeholder(&name)
+        }
     };
-    inputs.iter().zip(names).map(of_levels).collect()
+    inputs.iter().zip(names).map(with_placeholder).collect()
 }
 
 fn own_name(input: &Input, format: Option<Format>) -> PathBuf {
-    with_ending(&input.below, format.unwrap_or_else(|| format_for(input)))
+    with_ending(&input.relative_path, format.unwrap_or_else(|| default_format(input)))
 }
 
 fn free_name(input: &Input, format: Option<Format>, taken: &mut HashSet<String>) -> PathBuf {
     let mut number = 1;
     loop {
-        let mut name = OsString::from(input.below.file_name().unwrap_or_default());
+        let mut name = OsString::from(input.relative_path.file_name().unwrap_or_default());
         if number > 1 {
             name.push(format!("-{number}"));
         }
         name.push(".");
-        name.push(ending(format.unwrap_or_else(|| format_for(input))));
-        let path = input.below.with_file_name(name);
-        if taken.insert(case_folded(&path)) {
+        name.push(file_ending(format.unwrap_or_else(|| default_format(input))));
+        let path = input.relative_path.with_file_name(name);
+        if taken.insert(fold_case(&path)) {
             return path;
         }
         number += 1;
@@ -67,30 +71,30 @@ fn free_name(input: &Input, format: Option<Format>, taken: &mut HashSet<String>)
 }
 
 /// Returns the path in lower case, since some disks ignore case.
-pub fn case_folded(path: &Path) -> String {
+pub fn fold_case(path: &Path) -> String {
     spell_path(path).to_lowercase()
 }
 
-pub fn format_for(input: &Input) -> Format {
+pub fn default_format(input: &Input) -> Format {
     guess_format(&input.path).map_or(Format::Ply, result_format)
 }
 
 /// Creates the folders of a result and returns its path; rejects links, which could lead out of OUTDIR.
-pub fn prepare_path(folder: &Path, below: &Path) -> Result<PathBuf, Failure> {
+pub fn prepare_path(folder: &Path, relative_path: &Path) -> Result<PathBuf, Failure> {
     let mut path = folder.to_path_buf();
-    let names = below.components().all(|part| matches!(part, Component::Normal(_)));
-    if !names || below.file_name().is_none() {
-        return Err(Failure::in_file(below, "would be outside the output folder: rename the mesh"));
+    let is_plain = relative_path.components().all(|component| matches!(component, Component::Normal(_)));
+    if !is_plain || relative_path.file_name().is_none() {
+        return Err(Failure::in_file(relative_path, "would be outside the output folder: rename the mesh"));
     }
-    for part in below.parent().into_iter().flat_map(Path::components) {
-        path.push(part);
+    for component in relative_path.parent().into_iter().flat_map(Path::components) {
+        path.push(component);
         match std::fs::symlink_metadata(&path) {
             Ok(found) if found.is_dir() => {}
             Ok(_) => return Err(Failure::in_file(&path, "is not a folder: move it away")),
             Err(_) => make_folder(&path)?,
         }
     }
-    path.push(below.file_name().unwrap_or_default());
+    path.push(relative_path.file_name().unwrap_or_default());
     match std::fs::symlink_metadata(&path) {
         Ok(found) if found.is_symlink() => Err(Failure::in_file(&path, "is a link: move it away")),
         _ => Ok(path),
@@ -111,29 +115,29 @@ fn make_folder(path: &Path) -> Result<(), Failure> {
 mod tests {
     use super::*;
 
-    fn names_of(paths: &[&str], format: Option<Format>) -> Vec<String> {
-        let input = |path: &&str| Input { path: path.into(), below: path.into() };
+    fn chosen_names(paths: &[&str], format: Option<Format>) -> Vec<String> {
+        let input = |path: &&str| Input { path: path.into(), relative_path: path.into() };
         let inputs: Vec<Input> = paths.iter().map(input).collect();
-        names(&inputs, format).iter().map(|name| name.to_string_lossy().into_owned()).collect()
+        choose_names(&inputs, format).iter().map(|name| name.to_string_lossy().into_owned()).collect()
     }
 
     #[test]
-    fn names_are_kept_where_nothing_shares_them() {
-        assert_eq!(names_of(&["a.obj", "a.ply", "b/a.glb"], None), ["a.obj", "a.ply", "b/a.glb"]);
-        assert_eq!(names_of(&["a.obj", "b.stl"], Some(Format::PlyAscii)), ["a.ply", "b.ply"]);
+    fn unshared_names_are_kept() {
+        assert_eq!(chosen_names(&["a.obj", "a.ply", "b/a.glb"], None), ["a.obj", "a.ply", "b/a.glb"]);
+        assert_eq!(chosen_names(&["a.obj", "b.stl"], Some(Format::PlyAscii)), ["a.ply", "b.ply"]);
     }
 
     #[test]
     fn shared_names_keep_their_old_ending() {
-        assert_eq!(names_of(&["a.obj", "a.ply"], Some(Format::Ply)), ["a.obj.ply", "a.ply.ply"]);
-        assert_eq!(names_of(&["A.ply", "a.ply"], None), ["A.ply.ply", "a.ply-2.ply"]);
+        assert_eq!(chosen_names(&["a.obj", "a.ply"], Some(Format::Ply)), ["a.obj.ply", "a.ply.ply"]);
+        assert_eq!(chosen_names(&["A.ply", "a.ply"], None), ["A.ply.ply", "a.ply-2.ply"]);
         // A third mesh has the name that one of the two would get.
-        let three = names_of(&["a.obj", "a.obj.ply", "a.ply"], Some(Format::Ply));
+        let three = chosen_names(&["a.obj", "a.obj.ply", "a.ply"], Some(Format::Ply));
         assert_eq!(three, ["a.obj-2.ply", "a.obj.ply", "a.ply.ply"]);
     }
 
     #[test]
-    fn nothing_leads_out() {
+    fn paths_outside_the_folder_are_rejected() {
         let folder = tempfile::tempdir().unwrap();
         for path in ["../a.ply", "/a.ply", "b/../../a.ply", ""] {
             assert!(prepare_path(folder.path(), Path::new(path)).is_err(), "{path}");

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 
 /// Formats a path with `/` between names; invalid UTF-8 bytes become `\xff`, backslashes double.
 pub fn spell_path(path: &Path) -> String {
-    let names: Vec<String> = path.iter().map(spelled_name).collect();
+    let names: Vec<String> = path.iter().map(spell_name).collect();
     names.join("/")
 }
 
-fn spelled_name(name: &OsStr) -> String {
+fn spell_name(name: &OsStr) -> String {
     let mut text = String::new();
     for chunk in name.as_encoded_bytes().utf8_chunks() {
         text += &chunk.valid().replace('\\', r"\\");
@@ -45,7 +45,7 @@ mod tests {
     use std::os::unix::ffi::OsStrExt;
 
     #[test]
-    fn any_path_comes_back_and_no_two_are_spelled_alike() {
+    fn paths_are_restored_and_no_two_have_one_text() {
         let names: [&[u8]; 9] = [
             b"a.ply",
             b"deep/er/b.ply",
@@ -66,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_never_spelled_is_some_path() {
+    fn any_text_parses_without_a_panic() {
         for text in ["\\", "a\\", "\\x", "\\x4", "\\xgg", "\\xä", "\\\\\\"] {
             parse_path(text);
         }

@@ -5,11 +5,11 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use crate::failure::Failure;
 use crate::simplify::in_pool;
 
-struct State {
+struct ScheduleState {
     /// Jobs with their costs, the largest last.
     waiting: Vec<(usize, u64)>,
     n_running: usize,
-    taken: u64,
+    running_cost: u64,
     failure: Option<Failure>,
 }
 
@@ -19,7 +19,7 @@ struct State {
 ///
 /// # Errors
 /// The first error of a job; no job starts after it.
-pub fn run(
+pub fn run_jobs(
     costs: Vec<(usize, u64)>,
     bound: u64,
     n_threads: Option<usize>,
@@ -34,51 +34,51 @@ pub fn run(
     let n_threads = n_threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
     let n_workers = n_threads.min(small.len());
     let threads_each = n_threads / n_workers.max(1);
-    let state = Mutex::new(State { waiting: small, n_running: 0, taken: 0, failure: None });
+    let state = Mutex::new(ScheduleState { waiting: small, n_running: 0, running_cost: 0, failure: None });
     let changed = Condvar::new();
     std::thread::scope(|scope| {
         for _ in 0..n_workers {
             scope.spawn(|| {
-                while let Some((job, cost)) = next(&state, &changed, bound) {
-                    let done = in_pool(Some(threads_each), || work(job));
-                    end(&state, cost, done);
+                while let Some((job, cost)) = next_job(&state, &changed, bound) {
+                    let result = in_pool(Some(threads_each), || work(job));
+                    end_job(&state, cost, result);
                     changed.notify_all();
                 }
             });
         }
     });
-    lock(&state).failure.take().map_or(Ok(()), Err)
+    lock_state(&state).failure.take().map_or(Ok(()), Err)
 }
 
 /// Waits for the largest job that fits next to the running ones; `None` when no job is left.
-fn next(state: &Mutex<State>, changed: &Condvar, bound: u64) -> Option<(usize, u64)> {
-    let mut locked = lock(state);
+fn next_job(state: &Mutex<ScheduleState>, changed: &Condvar, bound: u64) -> Option<(usize, u64)> {
+    let mut locked = lock_state(state);
     loop {
         if locked.waiting.is_empty() || locked.failure.is_some() {
             return None;
         }
-        let room = bound.saturating_sub(locked.taken);
+        let room = bound.saturating_sub(locked.running_cost);
         let fits = locked.waiting.iter().rposition(|&(_, cost)| cost <= room);
         if let Some(at) = fits.or((locked.n_running == 0).then_some(0)) {
             let (job, cost) = locked.waiting.remove(at);
             locked.n_running += 1;
-            locked.taken += cost;
+            locked.running_cost += cost;
             return Some((job, cost));
         }
         locked = changed.wait(locked).unwrap_or_else(PoisonError::into_inner);
     }
 }
 
-fn end(state: &Mutex<State>, cost: u64, done: Result<(), Failure>) {
-    let mut locked = lock(state);
+fn end_job(state: &Mutex<ScheduleState>, cost: u64, result: Result<(), Failure>) {
+    let mut locked = lock_state(state);
     locked.n_running -= 1;
-    locked.taken -= cost;
-    if let Err(failure) = done {
+    locked.running_cost -= cost;
+    if let Err(failure) = result {
         locked.failure.get_or_insert(failure);
     }
 }
 
-fn lock(state: &Mutex<State>) -> MutexGuard<'_, State> {
+fn lock_state(state: &Mutex<ScheduleState>) -> MutexGuard<'_, ScheduleState> {
     state.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -88,12 +88,12 @@ mod tests {
     use std::sync::atomic::{AtomicU64, Ordering};
 
     #[test]
-    fn everything_is_done_once_and_within_the_bound() {
+    fn each_job_runs_once_and_within_the_bound() {
         let (taken, most) = (AtomicU64::new(0), AtomicU64::new(0));
         let done = Mutex::new(Vec::new());
         let costs: Vec<(usize, u64)> = (0..40).map(|i| (i, 1 + (i as u64 * 7) % 30)).collect();
         let cost = costs.clone();
-        run(costs, 40, Some(8), &|i| {
+        run_jobs(costs, 40, Some(8), &|i| {
             let own = cost[i].1;
             most.fetch_max(taken.fetch_add(own, Ordering::SeqCst) + own, Ordering::SeqCst);
             std::thread::sleep(std::time::Duration::from_millis(2));
@@ -109,9 +109,9 @@ mod tests {
     }
 
     #[test]
-    fn a_failure_ends_it() {
+    fn no_job_starts_after_a_failure() {
         let begun = AtomicU64::new(0);
-        let failed = run((0..100).map(|i| (i, 1)).collect(), 10, Some(2), &|_| {
+        let failed = run_jobs((0..100).map(|i| (i, 1)).collect(), 10, Some(2), &|_| {
             begun.fetch_add(1, Ordering::SeqCst);
             Err(Failure::Failed("the disk is full".into()))
         });

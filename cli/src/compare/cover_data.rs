@@ -46,15 +46,15 @@ pub struct CoverData {
 type Wedge = [u32; 6];
 
 impl CoverData {
-    pub fn new(mesh: &TriMesh, worn: &MeshCover, surface: &SurfaceData, gallery: &mut Gallery) -> Self {
-        let cover = &worn.cover;
+    pub fn new(mesh: &TriMesh, mesh_cover_data: &MeshCover, surface: &SurfaceData, gallery: &mut Gallery) -> Self {
+        let cover = &mesh_cover_data.cover;
         let n_faces = mesh.faces().len() as u32;
         let corners: Vec<[CoveredCorner; 3]> = (0..n_faces).map(|face| cover.corners(face)).collect();
-        let ([low_u, step_u], [low_v, step_v]) = (steps(&corners, 0), steps(&corners, 1));
+        let ([low_u, step_u], [low_v, step_v]) = (uv_steps(&corners, 0), uv_steps(&corners, 1));
         let (low, step) = ([low_u, low_v], [step_u, step_v]);
         let coloured = corners.iter().flatten().any(|corner| corner.colour != [1.0; 3]);
-        let images: Vec<usize> = cover.images.iter().map(|image| gallery.number(image)).collect();
-        let (paints, of_faces) = paints((0..n_faces).map(|face| paint(cover.texture(face), &images)));
+        let images: Vec<usize> = cover.images.iter().map(|image| gallery.index_of(image)).collect();
+        let (paints, face_paints) = number_paints((0..n_faces).map(|face| face_paint(cover.texture(face), &images)));
         let numbers = surface.numbers(mesh.positions().len());
         let wedge = |vertex: u32, corner: &CoveredCorner| {
             let uv = [0, 1].map(|axis| quantise(corner.uv[axis], low[axis], step[axis]));
@@ -62,15 +62,16 @@ impl CoverData {
             [numbers[vertex as usize], uv[0], uv[1], colour[0], colour[1], colour[2]]
         };
         let all = mesh.faces().iter().flatten().zip(corners.as_flattened());
-        let (wedges, of_corners) = number_wedges(all.map(|(&vertex, corner)| wedge(vertex, corner)));
-        let text = pack(&wedges, coloured, &of_faces, &of_corners);
-        let layout = CoverLayout { wedges: wedges.len(), low, step, coloured, paints, borrowed: worn.borrowed };
+        let (wedges, corner_wedges) = number_wedges(all.map(|(&vertex, corner)| wedge(vertex, corner)));
+        let text = pack(&wedges, coloured, &face_paints, &corner_wedges);
+        let layout =
+            CoverLayout { wedges: wedges.len(), low, step, coloured, paints, borrowed: mesh_cover_data.borrowed };
         Self { layout, text }
     }
 }
 
 /// Returns the lowest coordinate along an axis and the step length.
-fn steps(corners: &[[CoveredCorner; 3]], axis: usize) -> [f64; 2] {
+fn uv_steps(corners: &[[CoveredCorner; 3]], axis: usize) -> [f64; 2] {
     let all = || corners.iter().flatten().map(|corner| f64::from(corner.uv[axis])).filter(|x| x.is_finite());
     let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
     if low > high { [0.0, 1.0] } else { [low, ((high - low) / MOST_UV_STEPS).max(1.0 / UV_STEPS)] }
@@ -81,7 +82,7 @@ fn quantise(x: f32, low: f64, step: f64) -> u32 {
     ((f64::from(x) - low) / step).round() as u32
 }
 
-fn paint(texture: Option<(usize, [Wrap; 2])>, images: &[usize]) -> Paint {
+fn face_paint(texture: Option<(usize, [Wrap; 2])>, images: &[usize]) -> Paint {
     let name = |wrap: Wrap| match wrap {
         Wrap::Repeat => "repeat",
         Wrap::Clamp => "clamp",
@@ -91,7 +92,7 @@ fn paint(texture: Option<(usize, [Wrap; 2])>, images: &[usize]) -> Paint {
     Paint { image: image.map(|image| images[image]), wrap: wrap.unwrap_or_default().map(name) }
 }
 
-fn paints(of_faces: impl Iterator<Item = Paint>) -> (Vec<Paint>, Vec<u32>) {
+fn number_paints(face_paints: impl Iterator<Item = Paint>) -> (Vec<Paint>, Vec<u32>) {
     let mut paints = Vec::new();
     let mut number = |paint: Paint| {
         paints.iter().position(|known| *known == paint).unwrap_or_else(|| {
@@ -99,12 +100,12 @@ fn paints(of_faces: impl Iterator<Item = Paint>) -> (Vec<Paint>, Vec<u32>) {
             paints.len() - 1
         }) as u32
     };
-    let of_faces = of_faces.map(&mut number).collect();
-    (paints, of_faces)
+    let face_paints = face_paints.map(&mut number).collect();
+    (paints, face_paints)
 }
 
 /// Returns the distinct wedges in order of first use, and the wedge of each corner.
-fn number_wedges(of_corners: impl Iterator<Item = Wedge>) -> (Vec<Wedge>, Vec<u32>) {
+fn number_wedges(corner_wedges: impl Iterator<Item = Wedge>) -> (Vec<Wedge>, Vec<u32>) {
     let (mut known, mut wedges) = (HashMap::new(), Vec::new());
     let mut number = |wedge: Wedge| {
         *known.entry(wedge).or_insert_with(|| {
@@ -112,20 +113,20 @@ fn number_wedges(of_corners: impl Iterator<Item = Wedge>) -> (Vec<Wedge>, Vec<u3
             wedges.len() as u32 - 1
         })
     };
-    let of_corners = of_corners.map(&mut number).collect();
-    (wedges, of_corners)
+    let corner_wedges = corner_wedges.map(&mut number).collect();
+    (wedges, corner_wedges)
 }
 
 /// Packs numbers column by column, and corners as the distance below the next unused number.
-fn pack(wedges: &[Wedge], coloured: bool, of_faces: &[u32], of_corners: &[u32]) -> String {
+fn pack(wedges: &[Wedge], coloured: bool, face_paints: &[u32], corner_wedges: &[u32]) -> String {
     let mut packed = Packed::default();
     // Numbers of one kind in a row compress better.
     for column in 0..if coloured { 6 } else { 3 } {
         push_differences(&mut packed, wedges.iter().map(|wedge| wedge[column]));
     }
-    push_differences(&mut packed, of_faces.iter().copied());
+    push_differences(&mut packed, face_paints.iter().copied());
     let mut next = 0;
-    for &wedge in of_corners {
+    for &wedge in corner_wedges {
         packed.push(next - wedge);
         next = next.max(wedge + 1);
     }
@@ -144,7 +145,7 @@ fn push_differences(packed: &mut Packed, numbers: impl Iterator<Item = u32>) {
 mod tests {
     use super::super::mesh_cover::{mesh_cover, tests};
     use super::*;
-    use crate::page::check::unpacked;
+    use crate::page::check::unpack_numbers;
     use neural_mesh::mesh::{Attributes, Channel, Looks, Role, irregular_edges, shapes};
 
     fn data(mesh: &TriMesh, attributes: Attributes, looks: Looks) -> CoverData {
@@ -153,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn a_textured_face_comes_back() {
+    fn a_textured_face_survives_packing() {
         let mesh = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
         let found = data(&mesh, tests::triangle(), tests::textured_looks(b"image"));
         let CoverLayout { wedges, low, step, coloured, paints, borrowed } = &found.layout;
@@ -161,11 +162,11 @@ mod tests {
         assert_eq!(paints[..], [Paint { image: Some(0), wrap: ["clamp", "repeat"] }]);
         let one = UV_STEPS as u32;
         // Vertices 0 1 2; u 0 1 0; v 0 0 1; paint 0; three new corners. Differences are doubled, odd if negative.
-        assert_eq!(unpacked(&found.text), [0, 2, 2, 0, 2 * one, 2 * one - 1, 0, 0, 2 * one, 0, 0, 0, 0]);
+        assert_eq!(unpack_numbers(&found.text), [0, 2, 2, 0, 2 * one, 2 * one - 1, 0, 0, 2 * one, 0, 0, 0, 0]);
     }
 
     #[test]
-    fn corners_that_look_alike_are_one_and_strange_coordinates_do_no_harm() {
+    fn equal_corners_share_a_wedge_and_non_finite_coordinates_are_packed() {
         let mesh = shapes::icosphere(1);
         let n = mesh.positions().len();
         let values = (0..n).flat_map(|v| [0.25 * (v % 5) as f32, 0.5, 1.0]).collect();
@@ -173,7 +174,7 @@ mod tests {
         let attributes = Attributes { wedges: mesh.faces().to_vec(), channels: vec![colour], groups: Vec::new() };
         let found = data(&mesh, attributes, Looks::default());
         assert_eq!((found.layout.wedges, found.layout.coloured), (n, true));
-        assert_eq!(unpacked(&found.text).len(), 6 * n + 4 * mesh.faces().len());
+        assert_eq!(unpack_numbers(&found.text).len(), 6 * n + 4 * mesh.faces().len());
         let mut strange = tests::triangle();
         strange.channels[0].values = vec![f32::NAN, 1e30, -1e30, f32::INFINITY, 0.0, 7.0];
         let mesh = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();

@@ -7,9 +7,9 @@ use neural_mesh::picture::{Image, ImageFormat, decode_image, encode_png, image_p
 use rayon::prelude::*;
 
 /// Allowed sides in pixels, tried in turn while the total is too large.
-const SIDES: [usize; 5] = [2048, 1024, 512, 256, 128];
+const ALLOWED_SIDES: [usize; 5] = [2048, 1024, 512, 256, 128];
 /// Bound on the total size of all images in bytes, before base64.
-const MOST_BYTES: usize = 16 << 20;
+const MAX_BYTES: usize = 16 << 20;
 /// JPEG quality, 1 to 100.
 const QUALITY: u8 = 90;
 
@@ -28,7 +28,7 @@ pub struct FittedImage {
 }
 
 impl Gallery {
-    pub fn number(&mut self, image: &Arc<[u8]>) -> usize {
+    pub fn index_of(&mut self, image: &Arc<[u8]>) -> usize {
         let is_same = |known: &Arc<[u8]>| Arc::ptr_eq(known, image) || known == image;
         self.images.iter().position(is_same).unwrap_or_else(|| {
             self.images.push(image.clone());
@@ -38,19 +38,19 @@ impl Gallery {
 
     /// Returns the images at the largest allowed size (`None` if unreadable), and notes on changes.
     pub fn fit_images(&self) -> (Vec<Option<FittedImage>>, Vec<String>) {
-        fit_all(&self.images, MOST_BYTES)
+        fit_images_within(&self.images, MAX_BYTES)
     }
 }
 
-fn fit_all(images: &[Arc<[u8]>], most_bytes: usize) -> (Vec<Option<FittedImage>>, Vec<String>) {
+fn fit_images_within(images: &[Arc<[u8]>], most_bytes: usize) -> (Vec<Option<FittedImage>>, Vec<String>) {
     let each = most_bytes / images.len().max(1);
     // First all images unchanged, then each within an equal share of the bytes.
-    let attempts = std::iter::once((SIDES[0], usize::MAX)).chain(SIDES.map(|side| (side, each)));
-    let (mut fitted, mut smallest) = (Vec::new(), SIDES[0]);
+    let attempts = std::iter::once((ALLOWED_SIDES[0], usize::MAX)).chain(ALLOWED_SIDES.map(|side| (side, each)));
+    let (mut fitted, mut smallest) = (Vec::new(), ALLOWED_SIDES[0]);
     for (side, most) in attempts {
-        fitted = images.par_iter().map(|image| fit(image, side, most)).collect::<Vec<_>>();
+        fitted = images.par_iter().map(|image| fit_image(image, side, most)).collect::<Vec<_>>();
         smallest = side;
-        if n_bytes(&fitted) <= most_bytes {
+        if total_bytes(&fitted) <= most_bytes {
             break;
         }
     }
@@ -64,21 +64,21 @@ fn fit_all(images: &[Arc<[u8]>], most_bytes: usize) -> (Vec<Option<FittedImage>>
     if images.iter().zip(&fitted).any(is_changed) {
         notes.push(format!("textures are scaled down for the page: at most {smallest} pixels a side"));
     }
-    if n_bytes(&fitted) > most_bytes {
+    if total_bytes(&fitted) > most_bytes {
         fitted = vec![(); images.len()].into_iter().map(|()| None).collect();
         notes.push(format!("{} textures are too many for a page: the page shows no textures", images.len()));
     }
     (fitted, notes)
 }
 
-fn n_bytes(images: &[Option<FittedImage>]) -> usize {
+fn total_bytes(images: &[Option<FittedImage>]) -> usize {
     images.iter().flatten().map(|image| image.bytes.len()).sum()
 }
 
 /// Returns the image unchanged if it fits `side` and `most` bytes, else as a JPEG.
-fn fit(bytes: &[u8], side: usize, most: usize) -> Option<FittedImage> {
+fn fit_image(bytes: &[u8], side: usize, most: usize) -> Option<FittedImage> {
     let image = decode_image(bytes)?;
-    let smaller = || jpeg(&shrink(&image, side));
+    let smaller = || encode_jpeg(&shrink(&image, side));
     if image.width.max(image.height) > side {
         return smaller();
     }
@@ -95,7 +95,7 @@ fn fit(bytes: &[u8], side: usize, most: usize) -> Option<FittedImage> {
     Some(FittedImage { bytes, kind, width: image.width, height: image.height })
 }
 
-fn jpeg(Image { width, height, rgba }: &Image) -> Option<FittedImage> {
+fn encode_jpeg(Image { width, height, rgba }: &Image) -> Option<FittedImage> {
     let mut bytes = Vec::new();
     let sides = [*width, *height].map(|side| u16::try_from(side).ok());
     Encoder::new(&mut bytes, QUALITY).encode(rgba, sides[0]?, sides[1]?, ColorType::Rgba).ok()?;
@@ -118,11 +118,11 @@ mod tests {
     }
 
     #[test]
-    fn an_image_that_fits_goes_as_it_is_and_once() {
+    fn an_image_that_fits_is_embedded_unchanged_and_once() {
         let mut gallery = Gallery::default();
         let image = noise(8, 4);
         assert_eq!(
-            [gallery.number(&image), gallery.number(&Arc::from(&image[..])), gallery.number(&noise(4, 4))],
+            [gallery.index_of(&image), gallery.index_of(&Arc::from(&image[..])), gallery.index_of(&noise(4, 4))],
             [0, 0, 1]
         );
         let (fitted, notes) = gallery.fit_images();
@@ -133,7 +133,7 @@ mod tests {
 
     #[test]
     fn a_long_image_is_halved() {
-        let (fitted, notes) = fit_all(&[noise(4100, 10)], MOST_BYTES);
+        let (fitted, notes) = fit_images_within(&[noise(4100, 10)], MAX_BYTES);
         let image = fitted[0].as_ref().unwrap();
         assert_eq!((image.width, image.height, image.kind), (1025, 2, "image/jpeg"));
         let decoded = decode_image(&image.bytes).unwrap();
@@ -144,17 +144,17 @@ mod tests {
     #[test]
     fn all_images_together_stay_within_their_bound() {
         let images = [noise(600, 600), noise(500, 500), noise(16, 16)];
-        let (within, notes) = fit_all(&images, 100_000);
-        assert!(n_bytes(&within) <= 100_000 && within.iter().all(Option::is_some), "{}", n_bytes(&within));
+        let (within, notes) = fit_images_within(&images, 100_000);
+        assert!(total_bytes(&within) <= 100_000 && within.iter().all(Option::is_some), "{}", total_bytes(&within));
         assert_eq!(within[2].as_ref().unwrap().bytes[..], images[2][..]);
         assert!(notes[0].contains("pixels a side"), "{notes:?}");
-        let (none, notes) = fit_all(&images, 100);
+        let (none, notes) = fit_images_within(&images, 100);
         assert!(none.iter().all(Option::is_none) && notes.last().unwrap().contains("too many"));
     }
 
     #[test]
-    fn what_is_no_image_is_said() {
-        let (fitted, notes) = fit_all(&[Arc::from(&b"no image"[..])], MOST_BYTES);
+    fn an_unreadable_image_is_noted() {
+        let (fitted, notes) = fit_images_within(&[Arc::from(&b"no image"[..])], MAX_BYTES);
         assert_eq!((fitted[0].is_none(), notes.len()), (true, 1));
     }
 }

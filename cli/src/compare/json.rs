@@ -3,28 +3,28 @@
 use neural_mesh::metrics::Figure;
 use serde_json::{Map, Value, json};
 
-use super::{Comparison, MeasuredResult, Named};
+use super::{Comparison, MeasuredResult, NamedMesh};
 
-pub fn value(comparison: &Comparison) -> Value {
-    let Comparison { original, results, judging, .. } = comparison;
+pub fn to_json(comparison: &Comparison) -> Value {
+    let Comparison { original, results, options, .. } = comparison;
     let figures = results.first().map_or(&[][..], |result| &result.figures);
     json!({
         "program": concat!("neural-mesh ", env!("CARGO_PKG_VERSION")),
         "settings": {
-            "samples": judging.samples,
-            "seed": judging.seed,
+            "samples": options.samples,
+            "seed": options.seed,
         },
-        "original": size(original),
-        "figures": figures.iter().map(describe).collect::<Vec<_>>(),
-        "results": results.iter().map(result).collect::<Vec<_>>(),
+        "original": mesh_entry(original),
+        "figures": figures.iter().map(figure_entry).collect::<Vec<_>>(),
+        "results": results.iter().map(result_entry).collect::<Vec<_>>(),
     })
 }
 
-fn describe(figure: &Figure) -> Value {
+fn figure_entry(figure: &Figure) -> Value {
     json!({ "name": figure.name, "unit": figure.unit, "about": figure.about })
 }
 
-fn size(named: &Named) -> Map<String, Value> {
+fn mesh_entry(named: &NamedMesh) -> Map<String, Value> {
     let mut map = Map::new();
     map.insert("name".into(), named.name.clone().into());
     map.insert("vertices".into(), named.mesh.positions().len().into());
@@ -32,9 +32,9 @@ fn size(named: &Named) -> Map<String, Value> {
     map
 }
 
-fn result(judged: &MeasuredResult) -> Map<String, Value> {
-    let mut map = size(&judged.mesh);
-    let values: Map<_, _> = judged.figures.iter().map(|figure| (figure.name.into(), figure.value.into())).collect();
+fn result_entry(result: &MeasuredResult) -> Map<String, Value> {
+    let mut map = mesh_entry(&result.mesh);
+    let values: Map<_, _> = result.figures.iter().map(|figure| (figure.name.into(), figure.value.into())).collect();
     map.insert("values".into(), values.into());
     map
 }

@@ -21,10 +21,10 @@ pub fn only_texture(looks: &Looks) -> Option<Look> {
 }
 
 /// Returns the cover of a mesh; `None` for a plain white one.
-pub fn mesh_cover(mut attributes: Attributes, mut looks: Looks, of_original: Option<&Look>) -> Option<MeshCover> {
+pub fn mesh_cover(mut attributes: Attributes, mut looks: Looks, original_look: Option<&Look>) -> Option<MeshCover> {
     let has_uvs = attributes.channels.iter().any(|channel| channel.role == Role::Uv && channel.width == 2);
     let has_texture = looks.of_groups.iter().any(|look| look.texture.is_some());
-    let borrowed = of_original.filter(|_| has_uvs && !has_texture);
+    let borrowed = original_look.filter(|_| has_uvs && !has_texture);
     if let Some(look) = borrowed {
         attributes.groups.clear();
         looks.of_groups = vec![look.clone()];
@@ -53,7 +53,7 @@ pub mod tests {
     }
 
     #[test]
-    fn a_mesh_with_coordinates_and_no_texture_wears_the_originals() {
+    fn a_mesh_with_coordinates_and_no_texture_borrows_the_originals() {
         let look = only_texture(&textured_looks(b"image")).unwrap();
         let borrowed = mesh_cover(triangle(), Looks::default(), Some(&look)).unwrap();
         assert!(borrowed.borrowed && borrowed.cover.texture(0).is_some());
@@ -64,7 +64,7 @@ pub mod tests {
     }
 
     #[test]
-    fn of_several_textures_none_is_borrowed() {
+    fn no_texture_is_borrowed_if_the_original_has_several() {
         let two = [textured_looks(b"one").of_groups, textured_looks(b"two").of_groups].concat();
         assert_eq!(only_texture(&Looks::new(two)), None);
         let same = [textured_looks(b"one").of_groups, textured_looks(b"one").of_groups].concat();

@@ -9,11 +9,11 @@ use neural_mesh::picture::{CornerNormals, ShadedMesh};
 
 use super::mesh_cover::{MeshCover, mesh_cover, only_texture};
 use crate::args::CompareArgs;
-use crate::failure::{Failure, name};
-use crate::read::{asset, clean_mesh, parse_source, read};
+use crate::failure::{Failure, display_path};
+use crate::read::{clean_mesh, parse_source, read_asset, read_mesh};
 use crate::request::Source;
 
-pub struct Named {
+pub struct NamedMesh {
     /// File name, or the whole path if two files share the name.
     pub name: String,
     /// Cleaned mesh, around the origin that all meshes of a comparison share.
@@ -23,15 +23,15 @@ pub struct Named {
     pub notes: Vec<String>,
 }
 
-impl Named {
+impl NamedMesh {
     pub fn to_shaded(&self) -> ShadedMesh<'_> {
         ShadedMesh { normals: self.normals.as_ref(), ..ShadedMesh::bare(&self.mesh) }
     }
 }
 
-pub struct Meshes {
-    pub original: Named,
-    pub simplified: Vec<Named>,
+pub struct ComparedMeshes {
+    pub original: NamedMesh,
+    pub simplified: Vec<NamedMesh>,
     pub unread: Vec<Failure>,
 }
 
@@ -39,11 +39,11 @@ pub struct Meshes {
 ///
 /// # Errors
 /// If the original cannot be read.
-pub fn read_all(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<Meshes, Failure> {
+pub fn read_all(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<ComparedMeshes, Failure> {
     let (mut paths, mut meshes, mut unread) = (Vec::new(), Vec::new(), Vec::new());
     let mut given = given.into_iter();
     for path in args.inputs() {
-        match read_one(path, given.next().flatten(), args) {
+        match read_with_optional_looks(path, given.next().flatten(), args) {
             Ok(mesh) => {
                 paths.push(path);
                 meshes.push(mesh);
@@ -63,11 +63,11 @@ pub fn read_all(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<Mesh
     for ((mesh, (attributes, looks, notes)), name) in framed.into_iter().zip(carried).zip(short_names(&paths)) {
         let normals = if args.appearance { CornerNormals::new(&attributes) } else { None };
         let cover = mesh_cover(attributes, looks, texture.as_ref());
-        named.push(Named { name, mesh, cover, normals, notes });
+        named.push(NamedMesh { name, mesh, cover, normals, notes });
     }
     let simplified = named.split_off(1);
     let original = named.pop().ok_or_else(|| Failure::Usage("the original is missing: name its file".into()))?;
-    Ok(Meshes { original, simplified, unread })
+    Ok(ComparedMeshes { original, simplified, unread })
 }
 
 struct MeshWithLooks {
@@ -76,12 +76,16 @@ struct MeshWithLooks {
     notes: Vec<String>,
 }
 
-fn read_one(path: &Path, given: Option<ReadMesh>, args: &CompareArgs) -> Result<MeshWithLooks, Failure> {
+fn read_with_optional_looks(
+    path: &Path,
+    given: Option<ReadMesh>,
+    args: &CompareArgs,
+) -> Result<MeshWithLooks, Failure> {
     let source = Source::new(PathBuf::from(path), None, !args.no_weld);
     let (raw, looks, notes) = match given {
         Some(given) => with_looks(given),
         None if args.html.is_some() || args.appearance => read_with_looks(&source)?,
-        None => (read(&source)?, Looks::default(), Vec::new()),
+        None => (read_mesh(&source)?, Looks::default(), Vec::new()),
     };
     Ok(MeshWithLooks { cleaned: clean_mesh(raw, &source)?, looks, notes })
 }
@@ -89,7 +93,7 @@ fn read_one(path: &Path, given: Option<ReadMesh>, args: &CompareArgs) -> Result<
 /// Reads a mesh and its groups' appearance; joins the meshes of a glTF scene.
 fn read_with_looks(source: &Source) -> Result<(RawMesh, Looks, Vec<String>), Failure> {
     if source.is_gltf() {
-        let asset = asset(source)?;
+        let asset = read_asset(source)?;
         let meshes: Vec<RawMesh> = asset.parts().iter().map(|part| part.mesh.clone()).collect();
         let scene = asset.scene_mesh(&meshes).map_err(|error| Failure::in_file(&source.path, error))?;
         let (looks, missing) = asset.scene_looks();
@@ -104,11 +108,12 @@ fn with_looks(read: ReadMesh) -> (RawMesh, Looks, Vec<String>) {
 }
 
 fn short_names(paths: &[&Path]) -> Vec<String> {
-    let last = |path: &Path| path.file_name().map_or_else(|| name(path), |name| name.to_string_lossy().into_owned());
+    let last =
+        |path: &Path| path.file_name().map_or_else(|| display_path(path), |name| name.to_string_lossy().into_owned());
     let short: Vec<String> =
-        paths.iter().map(|path| if path.as_os_str() == "-" { name(path) } else { last(path) }).collect();
+        paths.iter().map(|path| if path.as_os_str() == "-" { display_path(path) } else { last(path) }).collect();
     let is_alone = |at: usize| short.iter().filter(|other| **other == short[at]).count() == 1;
-    (0..paths.len()).map(|at| if is_alone(at) { short[at].clone() } else { name(paths[at]) }).collect()
+    (0..paths.len()).map(|at| if is_alone(at) { short[at].clone() } else { display_path(paths[at]) }).collect()
 }
 
 #[cfg(test)]
@@ -116,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_of_the_same_name_are_told_apart() {
+    fn files_of_one_name_are_shown_with_their_paths() {
         let paths = ["a/x.ply", "b/x.ply", "b/y.ply", "-"].map(Path::new);
         assert_eq!(short_names(&paths), ["a/x.ply", "b/x.ply", "y.ply", "standard input"]);
     }

@@ -17,23 +17,23 @@ use neural_mesh::metrics::{CompareOptions, Figure, ReferenceMesh, compare};
 
 use crate::args::CompareArgs;
 use crate::failure::Failure;
-use crate::files::{self, Pending};
+use crate::files::{self, PendingFile};
 use crate::interrupt;
+use crate::messages::{MessageStream, print_error};
 use crate::names::{check_stdin, is_stream};
 use crate::plan::Plan;
 use crate::progress::Progress;
 use crate::simplify::in_pool;
-use crate::words::{Voice, complain};
-use meshes::{Meshes, Named, read_all};
+use meshes::{ComparedMeshes, NamedMesh, read_all};
 
 struct Comparison {
-    original: Named,
+    original: NamedMesh,
     results: Vec<MeasuredResult>,
-    judging: CompareOptions,
+    options: CompareOptions,
 }
 
 /// Comparison for another program.
-pub struct Compared {
+pub struct ComparisonOutput {
     /// JSON of `--json`.
     pub figures: String,
     /// Page of `--html`, if requested.
@@ -41,30 +41,30 @@ pub struct Compared {
 }
 
 struct MeasuredResult {
-    mesh: Named,
+    mesh: NamedMesh,
     figures: Vec<Figure>,
 }
 
-const COSTS: [f64; 2] = [0.05, 0.15];
+const READ_AND_PAGE_COSTS: [f64; 2] = [0.05, 0.15];
 
 fn plan(args: &CompareArgs) -> Plan {
-    let drawing = if args.html.is_some() { COSTS[1] } else { 0.0 };
-    Plan::new(&[(JobStage::Read, COSTS[0]), (JobStage::Check, 1.0), (JobStage::Picture, drawing)])
+    let drawing = if args.html.is_some() { READ_AND_PAGE_COSTS[1] } else { 0.0 };
+    Plan::new(&[(JobStage::Read, READ_AND_PAGE_COSTS[0]), (JobStage::Check, 1.0), (JobStage::Picture, drawing)])
 }
 
 pub fn run(args: &CompareArgs) -> Result<(), Failure> {
-    check(args)?;
-    files::check_places(results(args), args.force)?;
-    interrupt::watch(Failure::Interrupted);
+    check_args(args)?;
+    files::check_output_paths(output_paths(args), args.force)?;
+    interrupt::handle_signals(Failure::Interrupted);
     in_pool(args.threads, || run_in_pool(args))
 }
 
 fn run_in_pool(args: &CompareArgs) -> Result<(), Failure> {
     let mut progress = Progress::new(args.quiet, plan(args));
     progress.begin(JobStage::Read);
-    let Meshes { original, simplified, unread } = read_all(args, Vec::new())?;
+    let ComparedMeshes { original, simplified, unread } = read_all(args, Vec::new())?;
     let left_out = if unread.is_empty() { Ok(()) } else { Err(Failure::Reported) };
-    progress.suspend(|| unread.iter().for_each(complain));
+    progress.suspend(|| unread.iter().for_each(print_error));
     if simplified.is_empty() {
         return left_out;
     }
@@ -74,66 +74,72 @@ fn run_in_pool(args: &CompareArgs) -> Result<(), Failure> {
     drop(progress);
     // Messages must not mix with JSON on standard output.
     let voice = match json {
-        _ if args.quiet => Voice::Quiet,
-        Some(_) => Voice::Err,
-        None => Voice::Out,
+        _ if args.quiet => MessageStream::Quiet,
+        Some(_) => MessageStream::Err,
+        None => MessageStream::Out,
     };
     json.iter().try_for_each(|bytes| files::write_to_stdout(bytes))?;
-    files::place(pending)?;
-    table::lines(&comparison, args.all).iter().for_each(|line| voice.say(line));
-    notes.iter().for_each(|note| voice.say(&format!("note      {note}")));
+    files::place_files(pending)?;
+    table::format_table(&comparison, args.all).iter().for_each(|line| voice.print_line(line));
+    notes.iter().for_each(|note| voice.print_line(&format!("note      {note}")));
     left_out
 }
 
-pub fn compare_in_memory(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<Compared, Failure> {
-    let Meshes { original, simplified, unread } = read_all(args, given)?;
+pub fn compare_in_memory(args: &CompareArgs, given: Vec<Option<ReadMesh>>) -> Result<ComparisonOutput, Failure> {
+    let ComparedMeshes { original, simplified, unread } = read_all(args, given)?;
     if let Some(failure) = unread.into_iter().next() {
         return Err(failure);
     }
     let comparison = measure_results(args, original, simplified, &mut Progress::silent());
-    let figures = json::value(&comparison).to_string();
-    Ok(Compared { figures, page: args.html.is_some().then(|| page::page(&comparison).html) })
+    let figures = json::to_json(&comparison).to_string();
+    Ok(ComparisonOutput { figures, page: args.html.is_some().then(|| page::create_page(&comparison).html) })
 }
 
-fn measure_results(args: &CompareArgs, original: Named, simplified: Vec<Named>, progress: &mut Progress) -> Comparison {
+fn measure_results(
+    args: &CompareArgs,
+    original: NamedMesh,
+    simplified: Vec<NamedMesh>,
+    progress: &mut Progress,
+) -> Comparison {
     progress.begin(JobStage::Check);
-    let mut judging = CompareOptions::default();
-    (judging.samples, judging.seed) = (args.samples, args.seed);
-    let prepared = ReferenceMesh::new(&original.mesh, &judging);
+    let mut options = CompareOptions::default();
+    (options.samples, options.seed) = (args.samples, args.seed);
+    let prepared = ReferenceMesh::new(&original.mesh, &options);
     let n_results = simplified.len() as f64;
-    let judge = |(number, mesh): (usize, Named)| {
-        progress.move_on(JobStage::Check, (number as f64 + 0.5) / (n_results + 0.5));
+    let measure = |(number, mesh): (usize, NamedMesh)| {
+        progress.show_step_done(JobStage::Check, (number as f64 + 0.5) / (n_results + 0.5));
         let mut figures = compare(&prepared, &mesh.mesh);
-        let looks = args.appearance.then(|| appearance(original.to_shaded(), mesh.to_shaded(), USUAL_HEIGHT)).flatten();
-        figures.extend(appearance::figures(looks.as_ref()));
+        let similarity =
+            args.appearance.then(|| appearance(original.to_shaded(), mesh.to_shaded(), USUAL_HEIGHT)).flatten();
+        figures.extend(appearance::figures(similarity.as_ref()));
         MeasuredResult { figures, mesh }
     };
-    let results = simplified.into_iter().enumerate().map(judge).collect();
-    Comparison { original, results, judging }
+    let results = simplified.into_iter().enumerate().map(measure).collect();
+    Comparison { original, results, options }
 }
 
 struct PreparedOutputs {
-    pending: Vec<Pending>,
+    pending: Vec<PendingFile>,
     json: Option<Vec<u8>>,
     notes: Vec<String>,
 }
 
 fn prepare_outputs(args: &CompareArgs, comparison: &Comparison) -> Result<PreparedOutputs, Failure> {
     let (mut pending, mut notes) = (Vec::new(), Vec::new());
-    let json = files::prepare_json(args.json.as_deref(), &json::value(comparison), args.force, &mut pending)?;
+    let json = files::prepare_json(args.json.as_deref(), &json::to_json(comparison), args.force, &mut pending)?;
     if let Some(path) = &args.html {
-        let page = page::page(comparison);
-        pending.push(files::prepare(path, page.html.as_bytes(), args.force)?);
+        let page = page::create_page(comparison);
+        pending.push(files::prepare_file(path, page.html.as_bytes(), args.force)?);
         notes = page.notes;
     }
     Ok(PreparedOutputs { pending, json, notes })
 }
 
-fn results(args: &CompareArgs) -> impl Iterator<Item = &Path> {
+fn output_paths(args: &CompareArgs) -> impl Iterator<Item = &Path> {
     [&args.json, &args.html].into_iter().flatten().map(|path| path.as_path()).filter(|path| !is_stream(path))
 }
 
-pub fn check(args: &CompareArgs) -> Result<(), Failure> {
+pub fn check_args(args: &CompareArgs) -> Result<(), Failure> {
     check_stdin(args.inputs())?;
     if args.html.as_deref().is_some_and(is_stream) {
         return Err(Failure::Usage("--html needs the name of a file".into()));

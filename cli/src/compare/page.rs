@@ -8,11 +8,11 @@ use serde_json::{Value, json};
 
 use super::cover_data::{CoverData, CoverLayout};
 use super::images::{FittedImage, Gallery};
-use super::meshes::Named;
+use super::meshes::NamedMesh;
 use super::{Comparison, json};
-use crate::page::pairs::{Distances, scale, surface};
+use crate::page::pairs::{Distances, common_colour_scale, pack_surface};
 use crate::page::surface_data::SurfaceData;
-use crate::page::{fill_page, island, json_island};
+use crate::page::{data_script, fill_page, json_script};
 
 const VIEWER: &str = include_str!("../../viewer/dist/viewer.html");
 
@@ -22,36 +22,36 @@ pub struct Page {
     pub notes: Vec<String>,
 }
 
-pub fn page(comparison: &Comparison) -> Page {
-    let (data, notes) = data(comparison);
+pub fn create_page(comparison: &Comparison) -> Page {
+    let (data, notes) = page_data(comparison);
     Page { html: fill_page(VIEWER, &comparison.original.name, &data), notes }
 }
 
-fn data(comparison: &Comparison) -> (String, Vec<String>) {
+fn page_data(comparison: &Comparison) -> (String, Vec<String>) {
     let Comparison { original, results, .. } = comparison;
-    let meshes: Vec<&Named> = std::iter::once(original).chain(results.iter().map(|result| &result.mesh)).collect();
-    let surfaces: Vec<SurfaceData> = meshes.iter().map(|named| surface(&named.mesh)).collect();
+    let meshes: Vec<&NamedMesh> = std::iter::once(original).chain(results.iter().map(|result| &result.mesh)).collect();
+    let surfaces: Vec<SurfaceData> = meshes.iter().map(|named| pack_surface(&named.mesh)).collect();
     let pairs = distances(comparison);
-    let of_results = results.iter().map(|result| &result.mesh.mesh);
-    let scale = scale(&original.mesh, of_results.zip(&pairs));
-    let mut scripts = vec![island("surface-0", &surfaces[0].text)];
+    let result_meshes = results.iter().map(|result| &result.mesh.mesh);
+    let scale = common_colour_scale(&original.mesh, result_meshes.zip(&pairs));
+    let mut scripts = vec![data_script("surface-0", &surfaces[0].text)];
     for (at, pair) in pairs.iter().enumerate() {
         let result = &surfaces[at + 1];
-        scripts.push(island(&format!("surface-{}", at + 1), &result.text));
-        scripts.push(island(&format!("distances-{}", at + 1), &pair.pack(&surfaces[0], result, scale.max)));
+        scripts.push(data_script(&format!("surface-{}", at + 1), &result.text));
+        scripts.push(data_script(&format!("distances-{}", at + 1), &pair.pack(&surfaces[0], result, scale.max)));
     }
-    let PackedCovers { covers, images, scripts: of_covers, notes } = pack_covers(&meshes, &surfaces);
-    scripts.extend(of_covers);
+    let PackedCovers { covers, images, scripts: cover_scripts, notes } = pack_covers(&meshes, &surfaces);
+    scripts.extend(cover_scripts);
     let layouts: Vec<_> = surfaces.iter().map(|surface| &surface.layout).collect();
-    let words = json!({
-        "comparison": json::value(comparison),
+    let json = json!({
+        "comparison": json::to_json(comparison),
         "surfaces": layouts,
         "covers": covers,
         "images": images,
         "scale": { "p95": scale.p95, "p99": scale.p99, "max": scale.max },
         "eye": toward_eye(&original.mesh),
     });
-    scripts.insert(0, json_island("comparison", &words));
+    scripts.insert(0, json_script("comparison", &json));
     (scripts.concat(), notes)
 }
 
@@ -62,22 +62,23 @@ struct PackedCovers {
     notes: Vec<String>,
 }
 
-fn pack_covers(meshes: &[&Named], surfaces: &[SurfaceData]) -> PackedCovers {
+fn pack_covers(meshes: &[&NamedMesh], surfaces: &[SurfaceData]) -> PackedCovers {
     let (mut covers, mut scripts, mut gallery) = (Vec::new(), Vec::new(), Gallery::default());
     for (at, (named, surface)) in meshes.iter().zip(surfaces).enumerate() {
-        let data = named.cover.as_ref().map(|worn| CoverData::new(&named.mesh, worn, surface, &mut gallery));
-        scripts.extend(data.as_ref().map(|data| island(&format!("cover-{at}"), &data.text)));
+        let data = named.cover.as_ref().map(|cover| CoverData::new(&named.mesh, cover, surface, &mut gallery));
+        scripts.extend(data.as_ref().map(|data| data_script(&format!("cover-{at}"), &data.text)));
         covers.push(data.map(|data| data.layout));
     }
-    let note = |named: &&Named| named.notes.iter().map(|note| format!("{}: {note}", named.name)).collect::<Vec<_>>();
+    let note =
+        |named: &&NamedMesh| named.notes.iter().map(|note| format!("{}: {note}", named.name)).collect::<Vec<_>>();
     let mut notes: Vec<String> = meshes.iter().flat_map(note).collect();
-    let (fitted, of_images) = gallery.fit_images();
-    notes.extend(of_images);
+    let (fitted, image_notes) = gallery.fit_images();
+    notes.extend(image_notes);
     for (at, image) in fitted.iter().enumerate() {
-        scripts.extend(image.as_ref().map(|image| island(&format!("image-{at}"), &STANDARD.encode(&image.bytes))));
+        scripts.extend(image.as_ref().map(|image| data_script(&format!("image-{at}"), &STANDARD.encode(&image.bytes))));
     }
-    let described = |image: &FittedImage| json!({ "type": image.kind, "width": image.width, "height": image.height });
-    let images = fitted.iter().map(|image| image.as_ref().map(described)).collect();
+    let image_entry = |image: &FittedImage| json!({ "type": image.kind, "width": image.width, "height": image.height });
+    let images = fitted.iter().map(|image| image.as_ref().map(image_entry)).collect();
     PackedCovers { covers, images, scripts, notes }
 }
 
@@ -92,23 +93,24 @@ fn distances(comparison: &Comparison) -> Vec<Distances> {
 mod tests {
     use super::*;
     use crate::compare::MeasuredResult;
-    use crate::page::check::check_points_nowhere;
+    use crate::page::check::check_page_loads_nothing;
     use neural_mesh::mesh::{TriMesh, shapes};
     use neural_mesh::metrics::CompareOptions;
 
     fn html(name: &str) -> String {
-        let named = |mesh: TriMesh| Named { name: name.into(), mesh, cover: None, normals: None, notes: Vec::new() };
+        let named =
+            |mesh: TriMesh| NamedMesh { name: name.into(), mesh, cover: None, normals: None, notes: Vec::new() };
         let result = MeasuredResult { mesh: named(shapes::icosphere(1)), figures: Vec::new() };
-        page(&Comparison {
+        create_page(&Comparison {
             original: named(shapes::icosphere(2)),
             results: vec![result],
-            judging: CompareOptions::default(),
+            options: CompareOptions::default(),
         })
         .html
     }
 
     #[test]
-    fn names_cannot_leave_their_place() {
+    fn names_are_escaped() {
         let page = html("</script><!-- data --><img src=x onerror=alert(1)>&amp;");
         assert!(!page.contains("<img src=x"));
         assert_eq!(page.matches("</script>").count(), VIEWER.matches("</script>").count() + 4);
@@ -127,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_in_the_page_points_elsewhere() {
-        check_points_nowhere(&html("a.ply"));
+    fn the_page_loads_nothing() {
+        check_page_loads_nothing(&html("a.ply"));
     }
 }

@@ -2,15 +2,15 @@
 
 use neural_mesh::metrics::Figure;
 
-use super::{Comparison, MeasuredResult, Named};
-use crate::plain::plain;
-use crate::words::{group_digits, shorten};
+use super::{Comparison, MeasuredResult, NamedMesh};
+use crate::escapes::escape_controls;
+use crate::messages::{group_digits, shorten_path};
 
 /// Measures that are missing where they take too long.
-const BOUNDED: [&str; 3] = ["distance_max", "turned_faces", "self_intersecting_faces"];
+const COSTLY_FIGURES: [&str; 3] = ["distance_max", "turned_faces", "self_intersecting_faces"];
 
 /// Measures shown by default; `flip`, `ssim` and `psnr` need `--appearance`.
-const FIRST: [&str; 13] = [
+const DEFAULT_FIGURES: [&str; 13] = [
     "vertices",
     "faces",
     "distance_mean",
@@ -26,46 +26,46 @@ const FIRST: [&str; 13] = [
     "psnr",
 ];
 
-pub fn lines(comparison: &Comparison, all: bool) -> Vec<String> {
-    let Comparison { original, results, judging, .. } = comparison;
-    let samples = group_digits(judging.samples);
+pub fn format_table(comparison: &Comparison, all: bool) -> Vec<String> {
+    let Comparison { original, results, options, .. } = comparison;
+    let samples = group_digits(options.samples);
     let mut lines = vec![
-        format!("original  {}: {}", original.name, counts(original)),
-        format!("sampled   {samples} points on each surface, seed {}", judging.seed),
+        format!("original  {}: {}", original.name, format_size(original)),
+        format!("sampled   {samples} points on each surface, seed {}", options.seed),
     ];
-    lines.extend(unknown(original, results));
+    lines.extend(explain_missing(original, results));
     lines.push(String::new());
-    lines.extend(align_columns(&rows(results, all)));
+    lines.extend(align_columns(&table_rows(results, all)));
     lines
 }
 
 /// Explains missing measures; `None` if all are known.
-fn unknown(original: &Named, results: &[MeasuredResult]) -> Option<String> {
-    let have_faces = |mesh: &Named| [mesh, original].iter().all(|named| !named.mesh.faces().is_empty());
+fn explain_missing(original: &NamedMesh, results: &[MeasuredResult]) -> Option<String> {
+    let have_faces = |mesh: &NamedMesh| [mesh, original].iter().all(|named| !named.mesh.faces().is_empty());
     let lacks = |result: &&MeasuredResult| {
         let mut figures = result.figures.iter().filter(|figure| figure.value.is_none());
-        have_faces(&result.mesh) && figures.any(|figure| BOUNDED.contains(&figure.name))
+        have_faces(&result.mesh) && figures.any(|figure| COSTLY_FIGURES.contains(&figure.name))
     };
-    let name = results.iter().find(lacks).map(|result| shorten(&plain(&result.mesh.name)))?;
+    let name = results.iter().find(lacks).map(|result| shorten_path(&escape_controls(&result.mesh.name)))?;
     let why = "needle-like faces or large intersecting faces take too long to measure: samples may be fewer, and `-` means unknown";
     Some(format!("bounded   {name}: {why}"))
 }
 
-fn counts(named: &Named) -> String {
+fn format_size(named: &NamedMesh) -> String {
     format!("{} vertices, {} faces", group_digits(named.mesh.positions().len()), group_digits(named.mesh.faces().len()))
 }
 
 /// Returns a header row and rows of name, unit and values; omits measures without values.
-fn rows(results: &[MeasuredResult], all: bool) -> Vec<Vec<String>> {
+fn table_rows(results: &[MeasuredResult], all: bool) -> Vec<Vec<String>> {
     let row = |name: &str, unit: &str, of: &dyn Fn(&MeasuredResult) -> String| {
         [name.to_string(), unit.to_string()].into_iter().chain(results.iter().map(of)).collect()
     };
-    let mut rows = vec![row("figure", "unit", &|result| shorten(&plain(&result.mesh.name)))];
+    let mut rows = vec![row("figure", "unit", &|result| shorten_path(&escape_controls(&result.mesh.name)))];
     let figures = results.first().map_or(&[][..], |result| &result.figures);
     let is_known = |at: usize| results.iter().any(|result| result.figures[at].value.is_some());
-    let shown = |(at, figure): &(usize, &Figure)| is_known(*at) && (all || FIRST.contains(&figure.name));
-    for (at, Figure { name, unit, .. }) in figures.iter().enumerate().filter(shown) {
-        rows.push(row(&name.replace('_', " "), unit, &|result| number(result.figures[at].value)));
+    let is_shown = |(at, figure): &(usize, &Figure)| is_known(*at) && (all || DEFAULT_FIGURES.contains(&figure.name));
+    for (at, Figure { name, unit, .. }) in figures.iter().enumerate().filter(is_shown) {
+        rows.push(row(&name.replace('_', " "), unit, &|result| format_number(result.figures[at].value)));
     }
     rows
 }
@@ -83,7 +83,7 @@ fn align_columns(rows: &[Vec<String>]) -> Vec<String> {
 }
 
 /// Formats four significant digits, whole numbers in full, and `-` for none.
-fn number(value: Option<f64>) -> String {
+fn format_number(value: Option<f64>) -> String {
     let Some(value) = value.filter(|value| value.is_finite()) else { return "-".into() };
     let size = value.abs();
     if value.fract() == 0.0 && size < 1e15 {
@@ -103,27 +103,29 @@ mod tests {
     use neural_mesh::mesh::{TriMesh, shapes};
 
     #[test]
-    fn numbers_are_short_and_whole_ones_whole() {
+    fn numbers_have_four_digits_and_integers_all() {
         let values = [0.0, -3.0, 12345.0, 0.123456, 1.5, 98765.4321, 1.23456e-7, 3.25e9, f64::NAN];
         let shown = ["0", "-3", "12,345", "0.1235", "1.500", "98765", "1.235e-7", "3,250,000,000", "-"];
-        assert_eq!(values.map(|value| number(Some(value))), shown);
-        assert_eq!(number(None), "-");
+        assert_eq!(values.map(|value| format_number(Some(value))), shown);
+        assert_eq!(format_number(None), "-");
     }
 
     #[test]
-    fn what_would_have_taken_too_long_is_said() {
-        let named = |mesh| Named { name: "a.ply".into(), mesh, cover: None, normals: None, notes: Vec::new() };
+    fn skipped_measures_are_explained() {
+        let named = |mesh| NamedMesh { name: "a.ply".into(), mesh, cover: None, normals: None, notes: Vec::new() };
         let figure = |name, value| Figure::new(name, "", "", value);
-        let judged = |value| {
+        let result_with = |value| {
             let figures = vec![figure("genus_added", None), figure("distance_max", value)];
             MeasuredResult { mesh: named(shapes::icosphere(1)), figures }
         };
         let sphere = named(shapes::icosphere(1));
-        assert_eq!(unknown(&sphere, &[judged(Some(0.5))]), None);
+        assert_eq!(explain_missing(&sphere, &[result_with(Some(0.5))]), None);
         assert!(
-            unknown(&sphere, &[judged(Some(0.5)), judged(None)]).unwrap().starts_with("bounded   a.ply: needle-like")
+            explain_missing(&sphere, &[result_with(Some(0.5)), result_with(None)])
+                .unwrap()
+                .starts_with("bounded   a.ply: needle-like")
         );
-        assert_eq!(unknown(&named(TriMesh::default()), &[judged(None)]), None);
+        assert_eq!(explain_missing(&named(TriMesh::default()), &[result_with(None)]), None);
     }
 
     #[test]

@@ -13,7 +13,7 @@ const TITLE: &str = "<!-- title -->";
 const DATA: &str = "<!-- data -->";
 
 /// Letters per script element; a multiple of four, so that each element is valid base64.
-const LETTERS: usize = 1 << 18;
+const LETTERS_PER_SCRIPT: usize = 1 << 18;
 
 /// Fills title and data into a template.
 pub fn fill_page(page: &str, title: &str, data: &str) -> String {
@@ -23,16 +23,16 @@ pub fn fill_page(page: &str, title: &str, data: &str) -> String {
 }
 
 /// Splits packed numbers into several script elements, so that browsers stay responsive.
-pub fn island(name: &str, text: &str) -> String {
-    let part = |letters: &[u8]| {
+pub fn data_script(name: &str, text: &str) -> String {
+    let script = |letters: &[u8]| {
         let letters = String::from_utf8_lossy(letters);
         format!("<script type=\"text/plain\" data-of=\"{name}\">{letters}</script>\n")
     };
-    text.as_bytes().chunks(LETTERS).map(part).collect()
+    text.as_bytes().chunks(LETTERS_PER_SCRIPT).map(script).collect()
 }
 
 /// Embeds JSON in HTML; `<` is escaped so that no tag can start.
-pub fn json_island(id: &str, value: &Value) -> String {
+pub fn json_script(id: &str, value: &Value) -> String {
     let text = value.to_string().replace('<', "\\u003c");
     format!("<script type=\"application/json\" id=\"{id}\">{text}</script>\n")
 }

@@ -41,23 +41,23 @@ impl Packed {
 #[cfg(test)]
 pub mod tests {
     use super::*;
-    use crate::page::check::unpacked;
+    use crate::page::check::unpack_numbers;
 
     pub fn decode_difference(difference: u32, before: u32) -> u32 {
         before.wrapping_add((difference >> 1) ^ (difference & 1).wrapping_neg())
     }
 
     #[test]
-    fn numbers_come_back() {
+    fn numbers_survive_packing() {
         let numbers = [0, 1, 127, 128, 300, 65_535, 1 << 28, u32::MAX];
         let mut packed = Packed::default();
         numbers.iter().for_each(|&number| packed.push(number));
-        assert_eq!(unpacked(&packed.text()), numbers);
-        assert_eq!(unpacked(&Packed::default().text()), [0u32; 0]);
+        assert_eq!(unpack_numbers(&packed.text()), numbers);
+        assert_eq!(unpack_numbers(&Packed::default().text()), [0u32; 0]);
     }
 
     #[test]
-    fn differences_come_back() {
+    fn differences_survive_packing() {
         let numbers = [5, 5, 4, 70_000, 0, u32::MAX, 1];
         let mut packed = Packed::default();
         let mut before = 0;
@@ -66,7 +66,7 @@ pub mod tests {
             before = number;
         }
         let mut before = 0;
-        let back = unpacked(&packed.text()).into_iter().map(|difference| {
+        let back = unpack_numbers(&packed.text()).into_iter().map(|difference| {
             before = decode_difference(difference, before);
             before
         });

@@ -32,7 +32,10 @@ impl Distances {
 }
 
 /// Returns one colour scale for all pairs of an original, with equal weights.
-pub fn scale<'a>(original: &TriMesh, pairs: impl IntoIterator<Item = (&'a TriMesh, &'a Distances)>) -> ColourScale {
+pub fn common_colour_scale<'a>(
+    original: &TriMesh,
+    pairs: impl IntoIterator<Item = (&'a TriMesh, &'a Distances)>,
+) -> ColourScale {
     let shares_of_original = PaintedMesh::new(original).shares();
     let mut weighed = Vec::new();
     for (result, pair) in pairs {
@@ -43,6 +46,6 @@ pub fn scale<'a>(original: &TriMesh, pairs: impl IntoIterator<Item = (&'a TriMes
 }
 
 /// Packs a mesh with its irregular edges marked.
-pub fn surface(mesh: &TriMesh) -> SurfaceData {
+pub fn pack_surface(mesh: &TriMesh) -> SurfaceData {
     SurfaceData::new(mesh, &irregular_edges(mesh), PaintedMesh::new(mesh).steps)
 }

@@ -12,7 +12,7 @@ const STEPS: f64 = 65_535.0;
 
 /// Header of the packed numbers.
 #[derive(Clone, Debug, Serialize)]
-pub struct Layout {
+pub struct SurfaceLayout {
     vertices: usize,
     faces: usize,
     /// Numbers of marked edges: open, non-manifold, flipped.
@@ -27,7 +27,7 @@ pub struct Layout {
 /// Mesh in the form of the page.
 pub struct SurfaceData {
     /// Sizes and box.
-    pub layout: Layout,
+    pub layout: SurfaceLayout,
     /// Packed numbers: positions axis by axis, faces, marked edges.
     pub text: String,
     order: Vec<u32>,
@@ -36,7 +36,7 @@ pub struct SurfaceData {
 impl SurfaceData {
     /// Quantises and packs a mesh with `steps` distance samples along each side of a face.
     pub fn new(mesh: &TriMesh, marked: &IrregularEdges, steps: usize) -> Self {
-        let (order, number) = in_order_of_use(mesh);
+        let (order, number) = order_by_first_use(mesh);
         let (low, sides) = bounding_box(mesh.positions());
         let step = sides.into_iter().fold(0.0, f64::max) / STEPS;
         let mut packed = Packed::default();
@@ -45,7 +45,7 @@ impl SurfaceData {
         let kinds = [&marked.open, &marked.non_manifold, &marked.turned];
         kinds.iter().for_each(|edges| pack_edges(&mut packed, edges, &number));
         let (vertices, faces) = (order.len(), mesh.faces().len());
-        let layout = Layout { vertices, faces, marked: kinds.map(Vec::len), low, sides, step, steps };
+        let layout = SurfaceLayout { vertices, faces, marked: kinds.map(Vec::len), low, sides, step, steps };
         Self { layout, text: packed.text(), order }
     }
 
@@ -78,7 +78,7 @@ fn pack_roots(packed: &mut Packed, values: impl Iterator<Item = f32>, max: f32) 
 }
 
 /// Returns the vertices in order of first use, and the position of each in that order (`u32::MAX` if unused).
-fn in_order_of_use(mesh: &TriMesh) -> (Vec<u32>, Vec<u32>) {
+fn order_by_first_use(mesh: &TriMesh) -> (Vec<u32>, Vec<u32>) {
     let mut number = vec![u32::MAX; mesh.positions().len()];
     let mut order = Vec::with_capacity(number.len());
     for &vertex in mesh.faces().iter().flatten() {
@@ -103,8 +103,8 @@ fn pack_positions(packed: &mut Packed, positions: &[[f32; 3]], order: &[u32], lo
     for axis in 0..3 {
         let mut before = 0;
         for &vertex in order {
-            let along = f64::from(positions[vertex as usize][axis]) - low[axis];
-            let steps = if step > 0.0 { (along / step).round() as u32 } else { 0 };
+            let offset = f64::from(positions[vertex as usize][axis]) - low[axis];
+            let steps = if step > 0.0 { (offset / step).round() as u32 } else { 0 };
             packed.push_difference(steps, before);
             before = steps;
         }
@@ -131,7 +131,7 @@ fn pack_edges(packed: &mut Packed, edges: &[[u32; 2]], number: &[u32]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::check::unpacked;
+    use super::super::check::unpack_numbers;
     use super::super::packed::tests::decode_difference;
     use super::*;
     use neural_mesh::mesh::{irregular_edges, shapes};
@@ -146,8 +146,8 @@ mod tests {
     }
 
     fn read_back(data: &SurfaceData) -> (Vec<[f64; 3]>, Vec<u32>, Vec<Vec<u32>>) {
-        let Layout { vertices, faces, marked, low, step, .. } = &data.layout;
-        let numbers = unpacked(&data.text);
+        let SurfaceLayout { vertices, faces, marked, low, step, .. } = &data.layout;
+        let numbers = unpack_numbers(&data.text);
         let (axes, rest) = numbers.split_at(3 * vertices);
         let axes: Vec<Vec<u32>> = axes.chunks(*vertices).map(sum_differences).collect();
         let position = |i: usize| std::array::from_fn(|axis| low[axis] + step * f64::from(axes[axis][i]));
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn meshes_come_back_to_half_a_step() {
+    fn unpacked_meshes_match_to_half_a_step() {
         check(&shapes::icosphere(3));
         check(&shapes::bolt(16));
         check(&shapes::grid(7, 5));
@@ -196,14 +196,14 @@ mod tests {
     }
 
     #[test]
-    fn values_come_back_with_more_digits_where_they_are_small() {
+    fn small_values_keep_more_digits() {
         let mesh = shapes::icosphere(3);
         let data = SurfaceData::new(&mesh, &irregular_edges(&mesh), 1);
         let values: Vec<f32> = (0..mesh.positions().len()).map(|i| (i as f32 / 100.0).powi(3)).collect();
         let max = *values.last().unwrap();
         let mut packed = Packed::default();
         data.pack_values(&mut packed, &values, max);
-        let roots = sum_differences(&unpacked(&packed.text()));
+        let roots = sum_differences(&unpack_numbers(&packed.text()));
         for (root, &vertex) in roots.iter().zip(&data.order) {
             let (found, wanted) = (max * (*root as f32 / 65535.0).powi(2), values[vertex as usize]);
             let bound = max * ((wanted / max).sqrt() / 65535.0 + 1e-9) + 1e-6 * wanted;
@@ -216,6 +216,6 @@ mod tests {
         let mesh = shapes::icosphere(0);
         let mut packed = Packed::default();
         SurfaceData::new(&mesh, &irregular_edges(&mesh), 1).pack_values(&mut packed, &[0.0; 12], 0.0);
-        assert_eq!(unpacked(&packed.text()), [0; 12]);
+        assert_eq!(unpack_numbers(&packed.text()), [0; 12]);
     }
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Parser;
 
-use crate::numbers::{n_threads, whole};
+use crate::numbers::{parse_thread_count, whole_number_parser};
 
 const TRAIN_NOTES: &str = "\
 The program creates RUN with config.toml (the settings used), data.csv (the meshes with their checksums), steps.csv and \
@@ -34,7 +34,7 @@ pub struct TrainArgs {
     #[arg(long, value_name = "NAME")]
     pub objective: Option<String>,
     /// Number of epochs, overrides the settings
-    #[arg(long, value_name = "N", value_parser = whole::<usize>(1, u64::MAX), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = whole_number_parser::<usize>(1, u64::MAX), allow_negative_numbers = true)]
     pub epochs: Option<usize>,
     /// Continue from the checkpoint in RUN, or start if there is none
     #[arg(long)]
@@ -43,7 +43,7 @@ pub struct TrainArgs {
     #[arg(long, value_name = "WEIGHTS")]
     pub init: Option<PathBuf>,
     /// Threads to use [default: one per core]; does not change the result
-    #[arg(long, value_name = "N", value_parser = n_threads, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = parse_thread_count, allow_negative_numbers = true)]
     pub threads: Option<usize>,
     /// Print errors only
     #[arg(short, long)]

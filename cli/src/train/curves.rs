@@ -21,12 +21,12 @@ struct Curve {
 ///
 /// # Errors
 /// A description of the problem with the table.
-pub fn draw(table: &str) -> Result<String, String> {
-    let mut curves = curves(table)?;
+pub fn draw_curves(table: &str) -> Result<String, String> {
+    let mut curves = read_curves(table)?;
     let mut picture = String::new();
     {
         let root = SVGBackend::with_string(&mut picture, SIZE).into_drawing_area();
-        root.fill(&WHITE).map_err(problem)?;
+        root.fill(&WHITE).map_err(drawing_problem)?;
         let mut builder = ChartBuilder::on(&root);
         builder.margin(16).x_label_area_size(40).y_label_area_size(70);
         if is_logarithmic(&curves) {
@@ -34,40 +34,43 @@ pub fn draw(table: &str) -> Result<String, String> {
             curves.iter_mut().for_each(|curve| curve.points.retain(|(_, value)| *value > 0.0));
             let (epochs, (low, high)) = (epochs(&curves), bounds(&curves));
             let values = (low / 1.3..high * 1.3).log_scale();
-            fill(builder.build_cartesian_2d(epochs, values).map_err(problem)?, &curves)?;
+            draw_chart(builder.build_cartesian_2d(epochs, values).map_err(drawing_problem)?, &curves)?;
         } else {
             let (epochs, (low, high)) = (epochs(&curves), bounds(&curves));
             let margin = if high > low { 0.05 * (high - low) } else { 0.05 * high.abs() + f64::MIN_POSITIVE.sqrt() };
-            fill(builder.build_cartesian_2d(epochs, low - margin..high + margin).map_err(problem)?, &curves)?;
+            draw_chart(
+                builder.build_cartesian_2d(epochs, low - margin..high + margin).map_err(drawing_problem)?,
+                &curves,
+            )?;
         }
-        root.present().map_err(problem)?;
+        root.present().map_err(drawing_problem)?;
     }
     Ok(picture)
 }
 
-fn problem(error: impl Display) -> String {
+fn drawing_problem(error: impl Display) -> String {
     format!("cannot be drawn: {error}: check its numbers")
 }
 
-fn fill<'a, 'b: 'a, Y>(mut chart: Chart<'a, 'b, Y>, curves: &[Curve]) -> Result<(), String>
+fn draw_chart<'a, 'b: 'a, Y>(mut chart: Chart<'a, 'b, Y>, curves: &[Curve]) -> Result<(), String>
 where
     Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
 {
     let mut mesh = chart.configure_mesh();
     mesh.x_desc("epoch").y_desc("loss").y_label_formatter(&|value| format!("{value:.1e}"));
     mesh.x_label_formatter(&|epoch| if epoch.fract() == 0.0 { format!("{epoch:.0}") } else { String::new() });
-    mesh.light_line_style(BLACK.mix(0.06)).draw().map_err(problem)?;
+    mesh.light_line_style(BLACK.mix(0.06)).draw().map_err(drawing_problem)?;
     let names = names(curves);
     for curve in curves {
         let width = if curve.is_validation { 3 } else { 1 };
         let style = ShapeStyle { color: colour(&curve.name, &names), filled: true, stroke_width: width };
         let line = LineSeries::new(curve.points.iter().copied(), style).point_size(width);
         let label = format!("{}, {}", curve.name, if curve.is_validation { "validation" } else { "training" });
-        let series = chart.draw_series(line).map_err(problem)?;
+        let series = chart.draw_series(line).map_err(drawing_problem)?;
         series.label(label).legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], style));
     }
     let mut legend = chart.configure_series_labels();
-    legend.background_style(WHITE.mix(0.8)).border_style(BLACK.mix(0.3)).draw().map_err(problem)
+    legend.background_style(WHITE.mix(0.8)).border_style(BLACK.mix(0.3)).draw().map_err(drawing_problem)
 }
 
 /// Returns whether a logarithmic scale fits: no value is negative, and one is positive.
@@ -76,7 +79,7 @@ fn is_logarithmic(curves: &[Curve]) -> bool {
     low >= 0.0 && high > 0.0
 }
 
-fn curves(table: &str) -> Result<Vec<Curve>, String> {
+fn read_curves(table: &str) -> Result<Vec<Curve>, String> {
     let mut rows = table.lines().map(|row| row.split(',').collect::<Vec<_>>());
     let columns = rows.next().unwrap_or_default();
     let rows: Vec<Vec<&str>> = rows.filter(|row| row.len() == columns.len()).collect();
@@ -131,7 +134,7 @@ mod tests {
     fn every_term_has_its_curves() {
         let table = "epoch,learning_rate,steps,train_a,train_total,validation_a,validation_total\n\
             1,0.1,5,0.5,0.5,0.75,0.75\n2,0.09,5,0.25,0.25,0.5,0.5\n";
-        let picture = draw(table).unwrap();
+        let picture = draw_curves(table).unwrap();
         for words in ["<svg", "a, training", "a, validation", "total, training", "total, validation", "epoch"] {
             assert!(picture.contains(words), "{words}");
         }
@@ -140,10 +143,10 @@ mod tests {
     #[test]
     fn tables_without_losses_are_refused_and_odd_ones_drawn() {
         for table in ["", "epoch,train_a\n", "epoch,train_a\n1,nan\n", "words\n"] {
-            assert!(draw(table).is_err(), "{table}");
+            assert!(draw_curves(table).is_err(), "{table}");
         }
         for table in ["epoch,train_a,validation_a\n1,0.5,\n", "epoch,train_a\n1,0\n", "epoch,train_a\n1,1e300\n"] {
-            assert!(draw(table).is_ok(), "{table}");
+            assert!(draw_curves(table).is_ok(), "{table}");
         }
     }
 
@@ -154,10 +157,10 @@ mod tests {
 
     #[test]
     fn losses_below_zero_are_drawn_on_a_linear_scale() {
-        let below = heights(&draw("epoch,train_a\n1,-1\n2,-2\n3,-3\n").unwrap());
+        let below = heights(&draw_curves("epoch,train_a\n1,-1\n2,-2\n3,-3\n").unwrap());
         assert_eq!(below.len(), 3, "{below:?}");
         assert!(((below[1] - below[0]) - (below[2] - below[1])).abs() <= 1.0, "{below:?}");
-        let above = heights(&draw("epoch,train_a\n1,1\n2,0.1\n3,0.01\n4,0\n").unwrap());
+        let above = heights(&draw_curves("epoch,train_a\n1,1\n2,0.1\n3,0.01\n4,0\n").unwrap());
         assert_eq!(above.len(), 3, "the logarithm of 0 is left out: {above:?}");
         assert!(((above[1] - above[0]) - (above[2] - above[1])).abs() <= 1.0, "{above:?}");
     }

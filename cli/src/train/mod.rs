@@ -10,11 +10,11 @@ use neural_mesh::train::{
     Ending, OBJECTIVES, OwnNetwork, StepFunction, TrainError, TrainRequest, TrainingRun, open, step_function, train,
 };
 
-use crate::failure::{Failure, name};
+use crate::failure::{Failure, display_path};
 use crate::files;
+use crate::messages::{MessageStream, print_error};
 use crate::simplify::in_pool;
 use crate::stopping;
-use crate::words::{Voice, complain};
 pub use args::TrainArgs;
 use progress::TrainProgress;
 
@@ -35,10 +35,10 @@ pub fn run(args: &TrainArgs) -> Result<(), Failure> {
 /// Trains the paper's network or another one.
 pub fn run_for(args: &TrainArgs, other: Option<&OtherNetwork>) -> Result<(), Failure> {
     match (&args.plot, &args.data, &args.out) {
-        (Some(folder), _, _) => plot(folder, voice(args)),
+        (Some(folder), _, _) => plot(folder, message_stream(args)),
         (None, Some(data), Some(out)) => {
-            stopping::watch_for_a_good_end();
-            in_pool(args.threads, || learn((args, other), data, out))
+            stopping::handle_stop_signals();
+            in_pool(args.threads, || train_and_plot((args, other), data, out))
         }
         _ => Err(Failure::Usage(
             "--data and --out are missing: give a folder of meshes to --data, and a folder for the results to --out"
@@ -47,7 +47,7 @@ pub fn run_for(args: &TrainArgs, other: Option<&OtherNetwork>) -> Result<(), Fai
     }
 }
 
-fn learn((args, other): (&TrainArgs, Option<&OtherNetwork>), data: &Path, out: &Path) -> Result<(), Failure> {
+fn train_and_plot((args, other): (&TrainArgs, Option<&OtherNetwork>), data: &Path, out: &Path) -> Result<(), Failure> {
     let settings = args.config.as_deref().map(read_text).transpose()?;
     let init = args.init.as_deref().map(files::read).transpose()?;
     let mut request = TrainRequest::new(data, out);
@@ -62,15 +62,15 @@ fn learn((args, other): (&TrainArgs, Option<&OtherNetwork>), data: &Path, out: &
         Some(other) => (other.step)(),
         None => step_function(&run.settings).map_err(|error| to_failure(error, args))?,
     };
-    say_what_is_there(&run, voice(args));
-    let mut progress = TrainProgress::new(&run, voice(args));
+    print_run(&run, message_stream(args));
+    let mut progress = TrainProgress::new(&run, message_stream(args));
     let ending = train(&mut run, &step, &mut |event| progress.handle(event));
     drop(progress);
     match ending.map_err(|error| to_failure(error, args))? {
         Ending::Finished => {
             // The weights are saved, so a failed picture does not make the training fail.
-            if let Err(failure) = plot(out, voice(args)) {
-                complain(&Failure::Failed(format!("the training is done, but its curves are not drawn: {failure}")));
+            if let Err(failure) = plot(out, message_stream(args)) {
+                print_error(&Failure::Failed(format!("the training is done, but its curves are not drawn: {failure}")));
             }
             Ok(())
         }
@@ -78,8 +78,8 @@ fn learn((args, other): (&TrainArgs, Option<&OtherNetwork>), data: &Path, out: &
     }
 }
 
-fn voice(args: &TrainArgs) -> Voice {
-    if args.quiet { Voice::Quiet } else { Voice::Out }
+fn message_stream(args: &TrainArgs) -> MessageStream {
+    if args.quiet { MessageStream::Quiet } else { MessageStream::Out }
 }
 
 fn read_text(path: &Path) -> Result<String, Failure> {
@@ -96,39 +96,46 @@ fn to_failure(error: TrainError, args: &TrainArgs) -> Failure {
 
 fn interruption(run: &TrainingRun) -> Failure {
     let (epochs, steps) = run.position();
-    let place = format!("{epochs} epochs and {steps} steps are done");
-    Failure::Stopped(format!("interrupted: {place} and saved in {}: continue with --resume", name(&run.folder)))
+    let progress = format!("{epochs} epochs and {steps} steps are done");
+    Failure::Stopped(format!(
+        "interrupted: {progress} and saved in {}: continue with --resume",
+        display_path(&run.folder)
+    ))
 }
 
-fn say_what_is_there(run: &TrainingRun, voice: Voice) {
+fn print_run(run: &TrainingRun, voice: MessageStream) {
     for (mesh, why) in &run.data.left_out {
-        voice.say(&format!("left out  {mesh}: {why}"));
+        voice.print_line(&format!("left out  {mesh}: {why}"));
     }
     let learned = OBJECTIVES.iter().find(|(name, _)| *name == run.settings.objective);
-    learned.iter().for_each(|(name, what)| voice.say(&format!("objective {name}: {what}")));
+    learned.iter().for_each(|(name, what)| voice.print_line(&format!("objective {name}: {what}")));
     let (training, validation) = (run.data.training.len(), run.data.validation.len());
-    voice.say(&format!("meshes    {training} for training, {validation} for validation{}", why_for_validation(run)));
+    voice.print_line(&format!(
+        "meshes    {training} for training, {validation} for validation{}",
+        validation_words(run)
+    ));
     if run.position() != (0, 0) {
         let (epochs, steps) = run.position();
-        voice.say(&format!("resumed   after {epochs} epochs and {steps} steps"));
+        voice.print_line(&format!("resumed   after {epochs} epochs and {steps} steps"));
     }
 }
 
-fn why_for_validation(run: &TrainingRun) -> String {
-    let is_of = |beginning: &&String| run.data.validation.iter().any(|mesh| mesh.name.starts_with(beginning.as_str()));
-    let found: Vec<&str> = run.settings.validation.iter().filter(is_of).map(String::as_str).collect();
+fn validation_words(run: &TrainingRun) -> String {
+    let is_used =
+        |beginning: &&String| run.data.validation.iter().any(|mesh| mesh.name.starts_with(beginning.as_str()));
+    let found: Vec<&str> = run.settings.validation.iter().filter(is_used).map(String::as_str).collect();
     match found.is_empty() {
         true => ": no mesh name begins with an entry of the setting `validation`".into(),
         false => format!(", whose names begin with {}: the setting `validation`", found.join(", ")),
     }
 }
 
-fn plot(folder: &Path, voice: Voice) -> Result<(), Failure> {
+fn plot(folder: &Path, voice: MessageStream) -> Result<(), Failure> {
     let table = folder.join("epochs.csv");
     let text = read_text(&table)?;
     let path = folder.join("curves.svg");
-    let picture = curves::draw(&text).map_err(|what| Failure::in_file(&table, what))?;
-    files::place(vec![files::prepare(&path, picture.as_bytes(), true)?])?;
-    voice.say(&format!("curves    {}", path.display()));
+    let picture = curves::draw_curves(&text).map_err(|what| Failure::in_file(&table, what))?;
+    files::place_files(vec![files::prepare_file(&path, picture.as_bytes(), true)?])?;
+    voice.print_line(&format!("curves    {}", path.display()));
     Ok(())
 }

@@ -5,12 +5,12 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use neural_mesh::train::{TrainEvent, TrainingRun, Wish};
 
-use crate::stopping::is_stopping;
-use crate::words::Voice;
+use crate::messages::MessageStream;
+use crate::stopping::is_stop_requested;
 
 pub struct TrainProgress {
     bar: ProgressBar,
-    voice: Voice,
+    voice: MessageStream,
     began: Instant,
     /// Steps done before this run.
     n_before: usize,
@@ -21,9 +21,10 @@ pub struct TrainProgress {
 }
 
 impl TrainProgress {
-    pub fn new(run: &TrainingRun, voice: Voice) -> Self {
+    pub fn new(run: &TrainingRun, voice: MessageStream) -> Self {
         let (n_steps, n_epochs) = (run.data.training.len(), run.settings.epochs);
-        let target = if voice == Voice::Quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+        let target =
+            if voice == MessageStream::Quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
         let bar = ProgressBar::with_draw_target(Some((n_steps * n_epochs) as u64), target);
         if let Ok(style) = ProgressStyle::with_template("[{bar:30}] {msg}") {
             bar.set_style(style.progress_chars("=> "));
@@ -44,36 +45,39 @@ impl TrainProgress {
 
     pub fn handle(&mut self, event: TrainEvent) -> Wish {
         match event {
-            TrainEvent::Step { epoch, n_done, n_steps, terms } => self.step(epoch * n_steps + n_done, terms),
-            TrainEvent::PassedOver { mesh, why } => self.say(&format!("skipped   {mesh}: {why}")),
+            TrainEvent::Step { epoch, n_done, n_steps, terms } => self.show_step(epoch * n_steps + n_done, terms),
+            TrainEvent::PassedOver { mesh, why } => self.print_line(&format!("skipped   {mesh}: {why}")),
             TrainEvent::Validated { n_done, n_meshes, .. } => {
                 self.bar.set_message(format!("validation: {n_done} of {n_meshes} meshes"));
             }
             TrainEvent::Epoch { n_done, training, validation, is_best } => {
                 self.saved = Instant::now();
-                self.epoch(n_done, training, validation, is_best);
+                self.print_epoch(n_done, training, validation, is_best);
             }
             _ => {}
         }
-        self.wish()
+        self.next_wish()
     }
 
-    fn step(&self, n_done: usize, terms: &[(&str, f64)]) {
+    fn show_step(&self, n_done: usize, terms: &[(&str, f64)]) {
         self.bar.set_position(n_done as u64);
-        let terms: Vec<String> = terms.iter().map(|(name, value)| format!("{name} {}", figures(*value))).collect();
+        let terms: Vec<String> =
+            terms.iter().map(|(name, value)| format!("{name} {}", format_figure(*value))).collect();
         self.bar.set_message(format!("{} left, {}", self.remaining_time(n_done), terms.join(", ")));
     }
 
-    fn epoch(&self, n_done: usize, training: f64, validation: Option<f64>, is_best: bool) {
-        let validation = validation.map_or(String::new(), |total| format!(", validation {}", figures(total)));
+    fn print_epoch(&self, n_done: usize, training: f64, validation: Option<f64>, is_best: bool) {
+        let validation = validation.map_or(String::new(), |total| format!(", validation {}", format_figure(total)));
         let best = if is_best { ", the best" } else { "" };
         let (n_epochs, left) = (self.n_epochs, self.remaining_time(n_done * self.n_steps));
-        let training = figures(training);
-        self.say(&format!("epoch     {n_done} of {n_epochs}: training {training}{validation}{best}; {left} left"));
+        let training = format_figure(training);
+        self.print_line(&format!(
+            "epoch     {n_done} of {n_epochs}: training {training}{validation}{best}; {left} left"
+        ));
     }
 
-    fn wish(&mut self) -> Wish {
-        if is_stopping() {
+    fn next_wish(&mut self) -> Wish {
+        if is_stop_requested() {
             return Wish::Stop;
         }
         if self.saved.elapsed() < self.checkpoint_every {
@@ -83,8 +87,8 @@ impl TrainProgress {
         Wish::Checkpoint
     }
 
-    fn say(&self, line: &str) {
-        self.bar.suspend(|| self.voice.say(line));
+    fn print_line(&self, line: &str) {
+        self.bar.suspend(|| self.voice.print_line(line));
     }
 
     fn remaining_time(&self, n_done: usize) -> String {
@@ -101,7 +105,7 @@ impl Drop for TrainProgress {
     }
 }
 
-fn figures(value: f64) -> String {
+fn format_figure(value: f64) -> String {
     if value != 0.0 && !(1e-3..1e5).contains(&value.abs()) {
         return format!("{value:.3e}");
     }

@@ -5,7 +5,7 @@ use std::io::Read;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-pub fn check_points_nowhere(page: &str) {
+pub fn check_page_loads_nothing(page: &str) {
     for (at, scheme) in page.match_indices("http:").chain(page.match_indices("https:")) {
         let address = &page[at..page.len().min(at + 60)];
         // Names of XML namespaces are never loaded.
@@ -18,7 +18,7 @@ pub fn check_points_nowhere(page: &str) {
     assert!(page.contains("Permission is hereby granted"), "the licence of three.js is missing");
 }
 
-pub fn unpacked(text: &str) -> Vec<u32> {
+pub fn unpack_numbers(text: &str) -> Vec<u32> {
     let mut bytes = Vec::new();
     flate2::read::DeflateDecoder::new(&STANDARD.decode(text).unwrap()[..]).read_to_end(&mut bytes).unwrap();
     let mut numbers = Vec::new();

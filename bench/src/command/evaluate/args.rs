@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Parser;
 
-use neural_mesh_cli::shared::numbers::{n_threads, number, seed, share, whole};
+use neural_mesh_cli::shared::numbers::{number_parser, parse_seed, parse_thread_count, share, whole_number_parser};
 
 const EVALUATE_NOTES: &str = "\
 Methods of neural-mesh: closed (the default), network (with the scores of the network), geometry (without scores), mean, max, normals \
@@ -53,13 +53,13 @@ pub struct EvaluateArgs {
     )]
     pub ratios: Vec<f64>,
     /// Seeds of the sampling
-    #[arg(long, value_name = "N,N", value_delimiter = ',', default_value = "0", value_parser = seed, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N,N", value_delimiter = ',', default_value = "0", value_parser = parse_seed, allow_negative_numbers = true)]
     pub seeds: Vec<u64>,
     /// Timed runs of each method; the median counts
-    #[arg(long, value_name = "N", default_value = "3", value_parser = whole::<usize>(1, u64::MAX), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value = "3", value_parser = whole_number_parser::<usize>(1, u64::MAX), allow_negative_numbers = true)]
     pub repeat: usize,
     /// Time limit of a run in seconds
-    #[arg(long, value_name = "SECONDS", default_value = "600", value_parser = number("seconds above 0", |x| x > 0.0 && x <= 1e9),
+    #[arg(long, value_name = "SECONDS", default_value = "600", value_parser = number_parser("seconds above 0", |x| x > 0.0 && x <= 1e9),
         allow_negative_numbers = true)]
     pub time_limit: f64,
     /// Only meshes whose file names begin with one of these
@@ -82,10 +82,10 @@ pub struct EvaluateArgs {
     #[arg(long)]
     pub appearance: bool,
     /// Samples on each surface
-    #[arg(long, value_name = "N", default_value = "50000", value_parser = whole::<usize>(1, u64::MAX), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value = "50000", value_parser = whole_number_parser::<usize>(1, u64::MAX), allow_negative_numbers = true)]
     pub samples: usize,
     /// Threads per method [default: one per core]; times depend on it, figures do not
-    #[arg(long, value_name = "N", value_parser = n_threads, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = parse_thread_count, allow_negative_numbers = true)]
     pub threads: Option<usize>,
     /// Continue with the rows in RUN
     #[arg(long)]

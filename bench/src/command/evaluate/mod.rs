@@ -10,7 +10,7 @@ use std::path::Path;
 
 use crate::evaluate::{Ending, EvaluateError, Request, Settings, Tool, charts, evaluate, write_report};
 
-use neural_mesh_cli::shared::{Failure, Voice, complain, files, name, stopping};
+use neural_mesh_cli::shared::{Failure, MessageStream, display_path, files, print_error, stopping};
 
 use super::work::worker;
 pub use args::EvaluateArgs;
@@ -31,12 +31,12 @@ fn measure(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<(), Failure> 
     if let Some(other) = args.relative_to.as_ref().filter(|other| !methods.iter().any(|m| m.name() == other.as_str())) {
         return Err(Failure::Usage(format!("--relative-to {other}: is not among the methods: add it to --methods")));
     }
-    stopping::watch_for_a_good_end();
-    let mut progress = EvaluateProgress::new(voice(args));
-    let stop_or_go = |stopping| if stopping { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+    stopping::handle_stop_signals();
+    let mut progress = EvaluateProgress::new(message_stream(args));
+    let flow = |is_stopping| if is_stopping { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
     let ending = evaluate(&request, &mut |event| {
         progress.show_event(event);
-        stop_or_go(stopping::is_stopping())
+        flow(stopping::is_stop_requested())
     });
     drop(progress);
     let ending = ending.map_err(to_failure)?;
@@ -47,7 +47,8 @@ fn measure(args: &EvaluateArgs, data: &Path, out: &Path) -> Result<(), Failure> 
     match ending {
         Ending::Finished | Ending::NotBegun => Ok(()),
         Ending::Stopped => {
-            let what = format!("interrupted: the rows so far are kept in {}: continue with --resume", name(out));
+            let what =
+                format!("interrupted: the rows so far are kept in {}: continue with --resume", display_path(out));
             Err(Failure::Stopped(what))
         }
     }
@@ -87,8 +88,8 @@ fn to_failure(error: EvaluateError) -> Failure {
     }
 }
 
-fn voice(args: &EvaluateArgs) -> Voice {
-    if args.quiet { Voice::Quiet } else { Voice::Out }
+fn message_stream(args: &EvaluateArgs) -> MessageStream {
+    if args.quiet { MessageStream::Quiet } else { MessageStream::Out }
 }
 
 fn publish(folder: &Path, args: &EvaluateArgs) -> Result<(), Failure> {
@@ -96,15 +97,15 @@ fn publish(folder: &Path, args: &EvaluateArgs) -> Result<(), Failure> {
     for chart in charts(&table) {
         let path = folder.join(chart.name).with_extension("svg");
         // A chart that cannot be drawn does not fail the evaluation.
-        match draw_chart(&chart).and_then(|picture| files::prepare(&path, picture.as_bytes(), true)) {
-            Ok(pending) => files::place(vec![pending])?,
-            Err(failure) => complain(&Failure::Failed(format!("{} was not drawn: {failure}", name(&path)))),
+        match draw_chart(&chart).and_then(|picture| files::prepare_file(&path, picture.as_bytes(), true)) {
+            Ok(pending) => files::place_files(vec![pending])?,
+            Err(failure) => print_error(&Failure::Failed(format!("{} was not drawn: {failure}", display_path(&path)))),
         }
     }
     let path = folder.join("report.html");
     let page = page::make_page(folder, &table, args.relative_to.as_deref());
-    files::place(vec![files::prepare(&path, page.as_bytes(), true)?])?;
-    voice(args).say(&format!("tables    {}", folder.join("tables.md").display()));
-    voice(args).say(&format!("page      {}", path.display()));
+    files::place_files(vec![files::prepare_file(&path, page.as_bytes(), true)?])?;
+    message_stream(args).print_line(&format!("tables    {}", folder.join("tables.md").display()));
+    message_stream(args).print_line(&format!("page      {}", path.display()));
     Ok(())
 }

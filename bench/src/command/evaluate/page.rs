@@ -9,7 +9,7 @@ use crate::evaluate::{Table, overview, points};
 use serde_json::json;
 
 use super::chart::colour;
-use neural_mesh_cli::shared::page::{fill_page, island, json_island};
+use neural_mesh_cli::shared::page::{data_script, fill_page, json_script};
 use worst::WorstCases;
 
 // A page without data, made by `scripts/viewer`.
@@ -27,24 +27,24 @@ pub fn make_page(folder: &Path, table: &Table, relative_to: Option<&str>) -> Str
     let points = points(table, &overview);
     let meshes: Vec<_> = points.meshes.iter().map(|(name, vertices, faces)| json!([name, vertices, faces])).collect();
     let packed = points.values.iter().enumerate();
-    let mut islands: Vec<String> =
-        packed.map(|(at, values)| island(&format!("points-{at}"), &points::pack_values(values))).collect();
-    let mut words = json!({
+    let mut scripts: Vec<String> =
+        packed.map(|(at, values)| data_script(&format!("points-{at}"), &points::pack_values(values))).collect();
+    let mut data = json!({
         "overview": overview,
         "colours": (0..overview.methods.len()).map(colour).collect::<Vec<_>>(),
         "meshes": meshes,
         "left_out": points.n_left_out,
         "more_failures": n_failures - overview.failures.len(),
     });
-    let taken = REPORT.len() + islands.iter().map(String::len).sum::<usize>() + words.to_string().len();
-    let WorstCases { cases, surfaces, eyes, islands: of_meshes } =
+    let taken = REPORT.len() + scripts.iter().map(String::len).sum::<usize>() + data.to_string().len();
+    let WorstCases { cases, surfaces, eyes, scripts: mesh_scripts } =
         worst::pack_worst_cases(folder, table, MOST_BYTES.saturating_sub(taken));
-    words["worst"] = json!(cases);
-    words["surfaces"] = json!(surfaces);
-    words["eyes"] = json!(eyes);
-    islands.insert(0, json_island("evaluation", &words));
-    islands.extend(of_meshes);
-    fill_page(REPORT, &name_of(folder), &islands.concat())
+    data["worst"] = json!(cases);
+    data["surfaces"] = json!(surfaces);
+    data["eyes"] = json!(eyes);
+    scripts.insert(0, json_script("evaluation", &data));
+    scripts.extend(mesh_scripts);
+    fill_page(REPORT, &name_of(folder), &scripts.concat())
 }
 
 fn name_of(folder: &Path) -> String {
@@ -54,7 +54,7 @@ fn name_of(folder: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::check_page::check_points_nowhere;
+    use crate::check_page::check_page_loads_nothing;
     use crate::evaluate::ResultRow;
     use serde_json::Value;
 
@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn names_cannot_leave_their_place() {
+    fn names_are_escaped() {
         let page = html("<b>x</script><!-- data --><img src=x onerror=alert(1)>&amp;");
         assert!(!page.contains("<img src=x"));
         // Columns are faces, vertices, the share of faces, and the distance.
@@ -91,15 +91,15 @@ mod tests {
         let page = html("a <b> & \"c\"");
         let start = page.find("id=\"evaluation\">").unwrap() + "id=\"evaluation\">".len();
         let length = page[start..].find("</script>").unwrap();
-        let words: Value = serde_json::from_str(&page[start..start + length]).unwrap();
-        assert_eq!(words["meshes"][0], json!(["a <b> & \"c\"", 4, 4]));
-        assert_eq!(words["overview"]["standings"][0][0]["cells"][3]["median"], 0.25);
-        assert_eq!(words["overview"]["failures"][0]["why"], "a <b> & \"c\"");
-        assert_eq!(words["colours"].as_array().unwrap().len(), 2);
+        let data: Value = serde_json::from_str(&page[start..start + length]).unwrap();
+        assert_eq!(data["meshes"][0], json!(["a <b> & \"c\"", 4, 4]));
+        assert_eq!(data["overview"]["standings"][0][0]["cells"][3]["median"], 0.25);
+        assert_eq!(data["overview"]["failures"][0]["why"], "a <b> & \"c\"");
+        assert_eq!(data["colours"].as_array().unwrap().len(), 2);
     }
 
     #[test]
-    fn nothing_in_the_page_points_elsewhere() {
-        check_points_nowhere(&html("run"));
+    fn the_page_loads_nothing() {
+        check_page_loads_nothing(&html("run"));
     }
 }

@@ -5,27 +5,28 @@ use std::time::{Duration, Instant};
 use crate::evaluate::{Event, ResultRow};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use neural_mesh_cli::shared::{Voice, plain};
+use neural_mesh_cli::shared::{MessageStream, escape_controls};
 
 // Shortest interval between updates of the bar.
-const PATIENCE: Duration = Duration::from_millis(200);
+const UPDATE_INTERVAL: Duration = Duration::from_millis(200);
 
 pub struct EvaluateProgress {
     bar: ProgressBar,
-    voice: Voice,
+    stream: MessageStream,
     case: String,
     mesh: String,
     shown: Instant,
 }
 
 impl EvaluateProgress {
-    pub fn new(voice: Voice) -> Self {
-        let target = if voice == Voice::Quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+    pub fn new(stream: MessageStream) -> Self {
+        let target =
+            if stream == MessageStream::Quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
         let bar = ProgressBar::with_draw_target(Some(1), target);
         if let Ok(style) = ProgressStyle::with_template("[{bar:30}] {msg}, {elapsed}") {
             bar.set_style(style.progress_chars("=> "));
         }
-        Self { bar, voice, case: String::new(), mesh: String::new(), shown: Instant::now() }
+        Self { bar, stream, case: String::new(), mesh: String::new(), shown: Instant::now() }
     }
 
     pub fn show_event(&mut self, event: Event) {
@@ -37,10 +38,10 @@ impl EvaluateProgress {
                 self.case = format!("{mesh} at {ratio}, seed {seed}");
                 if self.mesh != mesh {
                     self.mesh = mesh.into();
-                    self.say(&format!("mesh      {mesh} ({n_done} of {n_cases} cases done)"));
+                    self.print_line(&format!("mesh      {mesh} ({n_done} of {n_cases} cases done)"));
                 }
             }
-            Event::Running { method, round } if self.shown.elapsed() > PATIENCE => {
+            Event::Running { method, round } if self.shown.elapsed() > UPDATE_INTERVAL => {
                 self.shown = Instant::now();
                 self.show(&format!("{}: {}, run {}", self.case, method.name(), round + 1));
             }
@@ -52,16 +53,16 @@ impl EvaluateProgress {
 
     fn show_failure(&self, ResultRow { mesh, ratio, method, error, .. }: &ResultRow) {
         if !error.is_empty() {
-            self.say(&format!("failed    {mesh} at {ratio}, {method}: {error}"));
+            self.print_line(&format!("failed    {mesh} at {ratio}, {method}: {error}"));
         }
     }
 
     fn show(&self, words: &str) {
-        self.bar.set_message(plain(words).into_owned());
+        self.bar.set_message(escape_controls(words).into_owned());
     }
 
-    fn say(&self, line: &str) {
-        self.bar.suspend(|| self.voice.say(line));
+    fn print_line(&self, line: &str) {
+        self.bar.suspend(|| self.stream.print_line(line));
     }
 }
 

@@ -22,16 +22,16 @@ fn round_bits(value: f32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::check_page::unpacked;
+    use crate::check_page::unpack_numbers;
 
     #[test]
     fn values_come_back_with_three_digits() {
         let values = [0.0, 1.0, -2.5, 1234.5, 1e-7, 0.999_99, f32::MAX, -f32::MAX, 1e-42];
         let packed = pack_values(&values.map(Some));
-        let back = unpacked(&packed).into_iter().map(|number| f32::from_bits((number - 1) << DROPPED));
+        let back = unpack_numbers(&packed).into_iter().map(|number| f32::from_bits((number - 1) << DROPPED));
         for (found, wanted) in back.zip(values) {
             assert!((found - wanted).abs() <= wanted.abs() / 4000.0 + 1e-41, "{found} is not {wanted}");
         }
-        assert_eq!(unpacked(&super::pack_values(&[None, Some(f32::NAN), Some(f32::INFINITY)])), [0, 0, 0]);
+        assert_eq!(unpack_numbers(&super::pack_values(&[None, Some(f32::NAN), Some(f32::INFINITY)])), [0, 0, 0]);
     }
 }

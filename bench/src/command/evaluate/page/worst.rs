@@ -10,15 +10,17 @@ use neural_mesh::picture::toward_eye;
 use neural_mesh::spatial::NearestOnTriangles;
 use serde_json::{Value, json};
 
-use neural_mesh_cli::shared::page::{Distances, Layout, SurfaceData, island, scale, surface};
+use neural_mesh_cli::shared::page::{
+    Distances, SurfaceData, SurfaceLayout, common_colour_scale, data_script, pack_surface,
+};
 
 #[derive(Default)]
 pub struct WorstCases {
     pub cases: Vec<Value>,
-    pub surfaces: Vec<Layout>,
+    pub surfaces: Vec<SurfaceLayout>,
     // First view direction of each surface; `None` for results.
     pub eyes: Vec<Option<[f32; 3]>>,
-    pub islands: Vec<String>,
+    pub scripts: Vec<String>,
 }
 
 struct Original {
@@ -35,11 +37,11 @@ pub fn pack_worst_cases(folder: &Path, table: &Table, most_bytes: usize) -> Wors
         let original = originals.entry(case.mesh.clone()).or_insert_with(|| case.original(folder).map(open_original));
         let shown = original.as_mut().and_then(|original| cases.add(original, &case.result(folder)?, &mut left));
         let WorstCase { mesh, ratio, seed, method, distance, quotient } = case;
-        let mut words = json!({
+        let mut entry = json!({
             "mesh": mesh, "ratio": ratio, "seed": seed, "method": method, "distance": distance, "quotient": quotient,
         });
-        words["shown"] = json!(shown);
-        cases.cases.push(words);
+        entry["shown"] = json!(shown);
+        cases.cases.push(entry);
     }
     cases
 }
@@ -57,39 +59,39 @@ fn sort_by_rank(worst: Vec<WorstCase>) -> Vec<WorstCase> {
 }
 
 fn open_original(mesh: TriMesh) -> Original {
-    Original { near: closest_point_tree(&mesh), data: surface(&mesh), mesh, number: None }
+    Original { near: closest_point_tree(&mesh), data: pack_surface(&mesh), mesh, number: None }
 }
 
 impl WorstCases {
     fn add(&mut self, original: &mut Original, result: &TriMesh, left: &mut usize) -> Option<Value> {
-        let data = surface(result);
-        let of_meshes = data.text.len() + if original.number.is_none() { original.data.text.len() } else { 0 };
+        let data = pack_surface(result);
+        let n_mesh_bytes = data.text.len() + if original.number.is_none() { original.data.text.len() } else { 0 };
         // A case that cannot fit need not be measured.
-        left.checked_sub(of_meshes)?;
+        left.checked_sub(n_mesh_bytes)?;
         let distances = Distances::new((&original.mesh, &original.near), (result, &closest_point_tree(result)));
-        let scale = scale(&original.mesh, [(result, &distances)]);
-        let (at, of_original) = (self.cases.len(), original.number.unwrap_or(self.surfaces.len()));
-        let of_result = self.surfaces.len() + usize::from(original.number.is_none());
-        let mut islands = vec![
-            island(&format!("surface-{of_result}"), &data.text),
-            island(&format!("distances-{at}"), &distances.pack(&original.data, &data, scale.max)),
+        let scale = common_colour_scale(&original.mesh, [(result, &distances)]);
+        let (at, original_number) = (self.cases.len(), original.number.unwrap_or(self.surfaces.len()));
+        let result_number = self.surfaces.len() + usize::from(original.number.is_none());
+        let mut scripts = vec![
+            data_script(&format!("surface-{result_number}"), &data.text),
+            data_script(&format!("distances-{at}"), &distances.pack(&original.data, &data, scale.max)),
         ];
         if original.number.is_none() {
-            islands.push(island(&format!("surface-{of_original}"), &original.data.text));
+            scripts.push(data_script(&format!("surface-{original_number}"), &original.data.text));
         }
         // The description of two surfaces and a case takes fewer than 2000 bytes.
-        *left = left.checked_sub(islands.iter().map(String::len).sum::<usize>() + 2000)?;
-        self.islands.extend(islands);
+        *left = left.checked_sub(scripts.iter().map(String::len).sum::<usize>() + 2000)?;
+        self.scripts.extend(scripts);
         if original.number.is_none() {
             self.surfaces.push(original.data.layout.clone());
             self.eyes.push(Some(toward_eye(&original.mesh)));
-            original.number = Some(of_original);
+            original.number = Some(original_number);
         }
         self.surfaces.push(data.layout);
         self.eyes.push(None);
         let scale = json!({ "p95": scale.p95, "p99": scale.p99, "max": scale.max });
         Some(
-            json!({ "original": of_original, "result": of_result, "distances": format!("distances-{at}"), "scale": scale }),
+            json!({ "original": original_number, "result": result_number, "distances": format!("distances-{at}"), "scale": scale }),
         )
     }
 }
@@ -100,7 +102,7 @@ mod tests {
     use neural_mesh::mesh::shapes;
 
     #[test]
-    fn originals_are_packed_once_and_what_does_not_fit_stays_out() {
+    fn originals_are_packed_once_and_cases_over_the_limit_are_left_out() {
         let mut cases = WorstCases::default();
         let mut sphere = open_original(shapes::icosphere(3));
         let mut torus = open_original(shapes::torus(24, 12, 2.0, 0.5));
@@ -115,10 +117,10 @@ mod tests {
             [Some((Some(0), Some(1))), Some((Some(2), Some(3))), Some((Some(0), Some(4)))]
         );
         let names =
-            |cases: &WorstCases| cases.islands.iter().filter(|text| text.contains("data-of=\"surface-")).count();
+            |cases: &WorstCases| cases.scripts.iter().filter(|text| text.contains("data-of=\"surface-")).count();
         assert_eq!((cases.surfaces.len(), names(&cases)), (5, 5));
         assert!(cases.add(&mut torus, &result, &mut 100).is_none() && cases.surfaces.len() == 5);
-        let used: usize = cases.islands.iter().map(String::len).sum();
+        let used: usize = cases.scripts.iter().map(String::len).sum();
         assert!(left + used <= 1 << 20);
     }
 

@@ -15,7 +15,7 @@ pub struct AnyArgs {
 }
 
 /// Creates the error for a command whose feature, of the same name, is missing.
-pub fn refusal(command: &str) -> Failure {
+pub fn missing_feature_failure(command: &str) -> Failure {
     Failure::Usage(format!(
         "{command}: this build lacks the feature {command}: run `cargo run --release --features {command} -- {command} ...`, or \
          install with `cargo install --path cli --features {command}`"

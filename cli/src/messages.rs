@@ -3,19 +3,19 @@
 use std::io::Write;
 use std::sync::OnceLock;
 
-use crate::closed::is_closed;
+use crate::closed_stdout::is_stdout_closed;
+use crate::escapes::escape_controls;
 use crate::failure::Failure;
-use crate::plain::plain;
 use neural_mesh::job::{
     BakeFigures, Certified, DistanceFigures, Dropped, JobReport, Level, NamedShare, OutputFigures, RepairFigures,
     Seconds, Size, TargetWords, percent, stop_reason,
 };
 
-const MOST_NAMES: usize = 4;
+const MAX_LISTED_NAMES: usize = 4;
 
 /// Destination of messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Voice {
+pub enum MessageStream {
     /// Standard output.
     Out,
     /// Standard error, if standard output takes the mesh.
@@ -24,13 +24,13 @@ pub enum Voice {
     Quiet,
 }
 
-impl Voice {
-    /// Prints a line with control characters escaped; keeps a failed write for [`check_written`].
-    pub fn say(self, line: &str) {
-        let line = plain(line);
+impl MessageStream {
+    /// Prints a line with control characters escaped; keeps a failed write for [`check_stdout_written`].
+    pub fn print_line(self, line: &str) {
+        let line = escape_controls(line);
         match self {
             Self::Out => {
-                let _ = write_stdout(format!("{line}\n").as_bytes()).map_err(|error| UNHEARD.set(error));
+                let _ = write_stdout(format!("{line}\n").as_bytes()).map_err(|error| FAILED_WRITE.set(error));
             }
             Self::Err => drop(writeln!(std::io::stderr(), "{line}")),
             Self::Quiet => {}
@@ -38,18 +38,18 @@ impl Voice {
     }
 }
 
-static UNHEARD: OnceLock<std::io::Error> = OnceLock::new();
+static FAILED_WRITE: OnceLock<std::io::Error> = OnceLock::new();
 
 /// Returns an error if a write to standard output failed.
-pub fn check_written() -> Result<(), Failure> {
-    match UNHEARD.get() {
+pub fn check_stdout_written() -> Result<(), Failure> {
+    match FAILED_WRITE.get() {
         Some(error) => Err(stdout_failure(error)),
         None => Ok(()),
     }
 }
 
 pub fn write_stdout(bytes: &[u8]) -> std::io::Result<()> {
-    if is_closed() {
+    if is_stdout_closed() {
         return Err(std::io::Error::other("is closed"));
     }
     let mut out = std::io::stdout().lock();
@@ -61,11 +61,11 @@ pub fn stdout_failure(error: &std::io::Error) -> Failure {
 }
 
 /// Prints an error on standard error.
-pub fn complain(failure: &Failure) {
+pub fn print_error(failure: &Failure) {
     let _ = writeln!(std::io::stderr(), "neural-mesh: {failure}");
 }
 
-pub fn notes(report: &JobReport, cleaned: &str) -> Vec<String> {
+pub fn note_lines(report: &JobReport, cleaned: &str) -> Vec<String> {
     let JobReport { input, output, .. } = report;
     let mut notes = Vec::new();
     if cleaned != "nothing" {
@@ -87,7 +87,7 @@ pub fn notes(report: &JobReport, cleaned: &str) -> Vec<String> {
         let n = output.components_pruned - output.components_hidden;
         notes.push(format!(
             "dropped   {n}{all} components, too small to matter: {}{how}",
-            names_of(&output.dropped, MOST_NAMES)
+            list_names(&output.dropped, MAX_LISTED_NAMES)
         ));
     }
     if output.components_at_minimum > 0 {
@@ -107,7 +107,7 @@ pub fn notes(report: &JobReport, cleaned: &str) -> Vec<String> {
 }
 
 /// Joins the names of dropped components, counts equal ones, and cuts off after `most`.
-pub fn names_of(dropped: &[Dropped], most: usize) -> String {
+pub fn list_names(dropped: &[Dropped], most: usize) -> String {
     let mut counts: Vec<(&str, usize)> = Vec::new();
     for Dropped { name, .. } in dropped {
         match counts.iter_mut().find(|(known, _)| known == name) {
@@ -115,8 +115,8 @@ pub fn names_of(dropped: &[Dropped], most: usize) -> String {
             None => counts.push((name, 1)),
         }
     }
-    let of_one = |(name, n): &(&str, usize)| if *n > 1 { format!("{n} of {name}") } else { (*name).to_owned() };
-    let mut names: Vec<String> = counts.iter().take(most).map(of_one).collect();
+    let describe = |(name, n): &(&str, usize)| if *n > 1 { format!("{n} of {name}") } else { (*name).to_owned() };
+    let mut names: Vec<String> = counts.iter().take(most).map(describe).collect();
     names.extend((counts.len() > most).then(|| format!("{} other names (--explain lists all)", counts.len() - most)));
     names.join(", ")
 }
@@ -132,9 +132,9 @@ fn repaired_line(done: &RepairFigures) -> String {
         (done.components_added, "components added"),
         (done.components_flipped, "components flipped"),
     ];
-    let parts: Vec<_> =
+    let counts: Vec<_> =
         named.iter().filter(|(n, _)| *n > 0).map(|(n, name)| format!("{name}: {}", group_digits(*n))).collect();
-    format!("repaired  {}", if parts.is_empty() { "nothing to repair".into() } else { parts.join(", ") })
+    format!("repaired  {}", if counts.is_empty() { "nothing to repair".into() } else { counts.join(", ") })
 }
 
 fn share_line(share: &NamedShare) -> String {
@@ -150,26 +150,30 @@ fn baked_line(done: &BakeFigures) -> String {
 }
 
 pub fn limit_lines(output: &OutputFigures) -> Vec<String> {
-    let held = [
+    let limits = [
         (output.kept_edges, "kept edges, such as seams, material borders and creases"),
         (output.locked_vertices, "locked vertices, on boundaries or kept faces"),
         (output.components_at_minimum, "components as small as their topology allows"),
         (output.split_vertices, "vertices added by splitting non-manifold vertices and edges"),
         (output.components_pruned, "components dropped"),
     ];
-    held.into_iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("limit     {} {what}", group_digits(n))).collect()
+    limits
+        .into_iter()
+        .filter(|(n, _)| *n > 0)
+        .map(|(n, what)| format!("limit     {} {what}", group_digits(n)))
+        .collect()
 }
 
 pub fn explain_lines(report: &JobReport) -> Vec<String> {
     let JobReport { input, output, .. } = report;
     let mut lines = limit_lines(output);
     if !output.dropped.is_empty() {
-        lines.push(format!("dropped   {}", names_of(&output.dropped, usize::MAX)));
+        lines.push(format!("dropped   {}", list_names(&output.dropped, usize::MAX)));
     }
     if lines.is_empty() {
         lines.push("limit     only the shape: no edge or vertex is kept".into());
     }
-    let asked = match (stop_reason(&report.outcome), &report.target) {
+    let result = match (stop_reason(&report.outcome), &report.target) {
         (None, TargetWords::Error(_) | TargetWords::ErrorPercent(_) | TargetWords::LodsError(_)) => {
             "within the requested distance".to_string()
         }
@@ -178,7 +182,7 @@ pub fn explain_lines(report: &JobReport) -> Vec<String> {
     };
     let [after, before] = [output.size.vertices, input.vertices].map(group_digits);
     let more = if output.size.vertices > input.vertices { ", more than before because of the splits" } else { "" };
-    lines.push(format!("result    {asked}, {after} of {before} vertices{more}"));
+    lines.push(format!("result    {result}, {after} of {before} vertices{more}"));
     lines
 }
 
@@ -188,10 +192,10 @@ pub fn written_line(output: &OutputFigures) -> Option<String> {
 }
 
 /// Formats a level: sizes, distances, and the screen coverage up to which it suffices.
-pub fn level(number: usize, input: &Size, level: &Level) -> String {
+pub fn level_line(number: usize, input: &Size, level: &Level) -> String {
     let size = &level.output.size;
     let share = 100.0 * size.vertices as f64 / input.vertices.max(1) as f64;
-    let mut line = format!("level {number}   {} ({share:.1} % of the vertices)", counts(size));
+    let mut line = format!("level {number}   {} ({share:.1} % of the vertices)", format_size(size));
     if let Some(n) = level.output.vertices_written.filter(|n| *n != size.vertices) {
         line += &format!(", {} vertices written", group_digits(n));
     }
@@ -216,26 +220,26 @@ pub fn certified_line(distance: &Certified) -> String {
 }
 
 /// Formats `size      2,930 vertices, 5,856 faces -> ...`.
-pub fn size(input: &Size, output: &Size) -> String {
+pub fn size_line(input: &Size, output: &Size) -> String {
     let share = 100.0 * output.vertices as f64 / input.vertices.max(1) as f64;
-    format!("size      {} -> {} ({share:.1} % of the vertices)", counts(input), counts(output))
+    format!("size      {} -> {} ({share:.1} % of the vertices)", format_size(input), format_size(output))
 }
 
-pub fn bytes([before, after]: [u64; 2]) -> String {
-    let megabytes = |bytes: u64| figures(bytes as f64 / 1e6);
+pub fn file_line([before, after]: [u64; 2]) -> String {
+    let megabytes = |bytes: u64| format_figure(bytes as f64 / 1e6);
     format!("file      {} MB -> {} MB", megabytes(before), megabytes(after))
 }
 
-pub fn distance(distance: &DistanceFigures) -> String {
-    let [mean, max] = [distance.mean_percent, distance.max_percent].map(figures);
+pub fn distance_line(distance: &DistanceFigures) -> String {
+    let [mean, max] = [distance.mean_percent, distance.max_percent].map(format_figure);
     format!("distance  mean {mean} %, max at least {max} % of the bounding-box diagonal")
 }
 
-pub fn farthest(distance: &DistanceFigures) -> String {
-    format!("ring: place of the largest distance, {} % of the diagonal", figures(distance.max_percent))
+pub fn ring_caption(distance: &DistanceFigures) -> String {
+    format!("ring: place of the largest distance, {} % of the diagonal", format_figure(distance.max_percent))
 }
 
-pub fn time(seconds: &Seconds) -> String {
+pub fn time_line(seconds: &Seconds) -> String {
     let Seconds { read, simplify, write, check, bake, .. } = seconds;
     let total = read + simplify + write + check + bake.unwrap_or(0.0);
     let baked = bake.map(|bake| format!("bake {bake:.3}, ")).unwrap_or_default();
@@ -244,12 +248,12 @@ pub fn time(seconds: &Seconds) -> String {
     )
 }
 
-pub fn counts(size: &Size) -> String {
+pub fn format_size(size: &Size) -> String {
     format!("{} vertices, {} faces", group_digits(size.vertices), group_digits(size.faces))
 }
 
 /// Returns the last element of a path, cut at the front if it is long.
-pub fn shorten(path: &str) -> String {
+pub fn shorten_path(path: &str) -> String {
     let name = path.rsplit(['/', '\\']).next().unwrap_or(path);
     let long = name.chars().count().saturating_sub(36);
     if long == 0 { name.into() } else { format!("...{}", name.chars().skip(long + 3).collect::<String>()) }
@@ -269,7 +273,7 @@ pub fn group_digits(number: usize) -> String {
 }
 
 /// Formats three significant digits without an exponent; numbers below 1e-5 as 0.
-fn figures(number: f64) -> String {
+fn format_figure(number: f64) -> String {
     if number < 1e-5 {
         return "0".into();
     }

@@ -6,31 +6,31 @@ use std::sync::{Mutex, PoisonError};
 
 use neural_mesh::io::OutputFile;
 
-use super::outputs::{case_folded, prepare_path};
+use super::outputs::{fold_case, prepare_path};
 use super::{lock, manifest};
-use crate::done::write_beside;
 use crate::failure::Failure;
+use crate::finished_run::write_extra_files;
 
-pub struct Places {
+pub struct ExtraFiles {
     folder: PathBuf,
     /// Results, and files of the batch itself.
     results: HashSet<String>,
     /// Folders of `results`.
     folders: HashSet<String>,
     /// Extra files already written.
-    beside: Mutex<HashSet<String>>,
+    written: Mutex<HashSet<String>>,
     force: bool,
 }
 
-impl Places {
+impl ExtraFiles {
     pub fn new(folder: PathBuf, results: &[PathBuf], force: bool) -> Self {
-        let own = [manifest::NAME, lock::NAME].map(PathBuf::from);
-        let results = || results.iter().chain(&own);
+        let batch_files = [manifest::MANIFEST_FILE, lock::LOCK_FILE].map(PathBuf::from);
+        let results = || results.iter().chain(&batch_files);
         Self {
             folder,
-            folders: results().flat_map(|path| path.ancestors().skip(1)).map(case_folded).collect(),
-            results: results().map(|path| case_folded(path)).collect(),
-            beside: Mutex::default(),
+            folders: results().flat_map(|path| path.ancestors().skip(1)).map(fold_case).collect(),
+            results: results().map(|path| fold_case(path)).collect(),
+            written: Mutex::default(),
             force,
         }
     }
@@ -40,32 +40,31 @@ impl Places {
     /// # Errors
     /// If a file would replace a result (nothing is written then) or a different file of another mesh; if writing
     /// fails.
-    pub fn write_beside(&self, result: &Path, beside: &[OutputFile]) -> Result<(), Failure> {
+    pub fn write(&self, result: &Path, files: &[OutputFile]) -> Result<(), Failure> {
         let parent = result.parent().unwrap_or(Path::new(""));
-        let below = |file: &OutputFile| parent.join(&file.path);
-        if let Some(taken) = beside.iter().map(below).find(|path| self.is_taken(path)) {
+        let relative_path = |file: &OutputFile| parent.join(&file.path);
+        if let Some(taken) = files.iter().map(relative_path).find(|path| self.is_taken(path)) {
             let what = "a file of the mesh would replace a result of the batch: rename one of them";
             return Err(Failure::in_file(&self.folder.join(taken), what));
         }
         // The lock is held during the writes, so that a second thread finds the files of the first.
-        let mut known = self.beside.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
         // Files that others refer to come first.
-        for file in beside.iter().rev() {
-            let path = prepare_path(&self.folder, &below(file))?;
-            let is_new = known.insert(case_folded(&below(file)));
+        for file in files.iter().rev() {
+            let path = prepare_path(&self.folder, &relative_path(file))?;
+            let is_new = written.insert(fold_case(&relative_path(file)));
             if !is_new && std::fs::read(&path).is_ok_and(|there| there != file.bytes) {
                 let what = "two meshes of the batch need different files of this name: rename one of them";
                 return Err(Failure::in_file(&path, what));
             }
-            write_beside(&self.folder.join(parent), std::slice::from_ref(file), self.force && is_new)?;
+            write_extra_files(&self.folder.join(parent), std::slice::from_ref(file), self.force && is_new)?;
         }
         Ok(())
     }
 
     /// Returns whether the path is a result, inside one, or a folder of one.
     fn is_taken(&self, path: &Path) -> bool {
-        self.folders.contains(&case_folded(path))
-            || path.ancestors().any(|path| self.results.contains(&case_folded(path)))
+        self.folders.contains(&fold_case(path)) || path.ancestors().any(|path| self.results.contains(&fold_case(path)))
     }
 }
 
@@ -78,12 +77,12 @@ mod tests {
     }
 
     #[test]
-    fn results_their_folders_and_the_manifest_are_taken() {
+    fn extra_files_never_replace_results_folders_or_the_manifest() {
         let folder = tempfile::tempdir().unwrap();
         let results = ["a.obj", "deep/b.ply", "c.obj"].map(PathBuf::from);
-        let places = Places::new(folder.path().into(), &results, true);
+        let extra_files = ExtraFiles::new(folder.path().into(), &results, true);
         let write =
-            |result: &str, path: &str| places.write_beside(Path::new(result), &[file("t.png", b"t"), file(path, b"x")]);
+            |result: &str, path: &str| extra_files.write(Path::new(result), &[file("t.png", b"t"), file(path, b"x")]);
         for path in ["c.obj", "C.OBJ", "c.obj/x.png", "deep", "deep/b.ply", "manifest.csv", "Manifest.CSV"] {
             assert!(write("a.obj", path).is_err(), "{path}");
         }
@@ -98,23 +97,23 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.png");
         std::fs::write(&path, "of an earlier run").unwrap();
-        let write = |places: &Places, bytes| places.write_beside(Path::new("a.obj"), &[file("t.png", bytes)]);
-        let careful = Places::new(folder.path().into(), &[], false);
-        assert!(write(&careful, b"mine").is_err());
-        let places = Places::new(folder.path().into(), &[], true);
-        assert!(write(&places, b"mine").is_ok() && write(&places, b"mine").is_ok());
-        assert!(write(&places, b"yours").is_err());
+        let write = |extra_files: &ExtraFiles, bytes| extra_files.write(Path::new("a.obj"), &[file("t.png", bytes)]);
+        let keeping = ExtraFiles::new(folder.path().into(), &[], false);
+        assert!(write(&keeping, b"mine").is_err());
+        let extra_files = ExtraFiles::new(folder.path().into(), &[], true);
+        assert!(write(&extra_files, b"mine").is_ok() && write(&extra_files, b"mine").is_ok());
+        assert!(write(&extra_files, b"yours").is_err());
         assert_eq!(std::fs::read(&path).unwrap(), b"mine");
     }
 
     #[cfg(unix)]
     #[test]
-    fn no_link_leads_to_another_place() {
+    fn links_to_other_folders_are_rejected() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::create_dir(folder.path().join("deep")).unwrap();
         std::os::unix::fs::symlink("deep", folder.path().join("maps")).unwrap();
-        let places = Places::new(folder.path().into(), &["a.obj".into(), "deep/b.ply".into()], true);
-        assert!(places.write_beside(Path::new("a.obj"), &[file("maps/b.ply", b"x")]).is_err());
+        let extra_files = ExtraFiles::new(folder.path().into(), &["a.obj".into(), "deep/b.ply".into()], true);
+        assert!(extra_files.write(Path::new("a.obj"), &[file("maps/b.ply", b"x")]).is_err());
         assert_eq!(std::fs::read_dir(folder.path().join("deep")).unwrap().count(), 0);
     }
 }
