@@ -90,13 +90,13 @@ pub struct SimplifyArgs {
     /// 0.1%,0.5% [default: vertices]
     #[arg(long, value_enum, value_name = "UNIT", requires = "lods", hide_short_help = true)]
     pub lods_by: Option<LodsByArg>,
-    /// Format of the result: obj, ply, ply-ascii, stl, stl-ascii, off, gltf, glb [default: by the name of OUT]
+    /// Format of the result if the name of OUT has no known ending: obj, ply, ply-ascii, stl, stl-ascii, off, gltf, glb
     #[arg(
         long,
         value_name = "FORMAT",
         long_help = "Format of the result: obj, ply, ply-ascii, stl, stl-ascii, off, gltf, glb. If the name of OUT \
-        has a known ending, that ending decides, and --format is the format of IN. Standard output has the format of \
-        the input by default"
+        has a known ending, that ending decides (--format ply-ascii or stl-ascii writes it as text), and --format is the format of IN. \
+        Standard output has the format of the input by default"
     )]
     pub format: Option<String>,
     /// Replace existing files
@@ -495,7 +495,7 @@ pub struct CompareArgs {
     /// Original mesh; - for standard input
     #[arg(value_name = "ORIGINAL")]
     pub original: PathBuf,
-    /// Meshes to compare with it, one column each
+    /// Meshes to compare with the original, one column each
     #[arg(value_name = "SIMPLIFIED", required = true)]
     pub simplified: Vec<PathBuf>,
     /// Write a page that shows the meshes in any browser

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-/// Replaces every character that controls a terminal by its escape, such as `\u{1b}` or `\n`.
+/// Replaces every character that controls a terminal or reorders text by its escape, such as `\u{1b}` or `\n`.
 ///
 /// Backslashes stay, so that escaping twice changes nothing.
 pub fn escape_controls(text: &str) -> Cow<'_, str> {
@@ -15,7 +15,7 @@ pub fn escape_controls(text: &str) -> Cow<'_, str> {
     Cow::Owned(text.chars().map(escaped).collect())
 }
 
-/// Replaces control characters in JSON by JSON escapes, except line breaks.
+/// Replaces characters that control a terminal or reorder text by JSON escapes, except line breaks.
 pub fn escape_controls_in_json(json: &str) -> String {
     let escaped = |letter: char| match letter {
         '\n' => "\n".to_string(),

@@ -140,7 +140,7 @@ fn repaired_line(done: &RepairFigures) -> String {
 fn share_line(share: &NamedShare) -> String {
     let NamedShare { name, ratio, faces_before, faces } = share;
     let [before, after] = [*faces_before, *faces].map(group_digits);
-    format!("share     {name}: {before} faces -> {after} faces ({} % of its vertices)", percent(*ratio))
+    format!("share     {name}: {before} faces -> {after} faces (target: {} % of its vertices)", percent(*ratio))
 }
 
 fn baked_line(done: &BakeFigures) -> String {

@@ -62,9 +62,8 @@ pub fn check_target(request: &Request, report: &JobReport) -> Result<(), Failure
     match outcomes.find(|outcome| *outcome != REACHED) {
         Some(outcome) if request.strict => {
             let name = request.output.as_deref().map_or("standard output".into(), display_path);
-            let is_written =
-                if request.stays_in_memory { "the result" } else { &format!("{name}: the result is written, but") };
-            Err(Failure::Unmet(format!("{is_written} {outcome}")))
+            let is_written = if request.stays_in_memory { "" } else { &format!("{name}: the result is written, but ") };
+            Err(Failure::Unmet(format!("{is_written}the target is not reached: simplification {outcome}")))
         }
         _ => Ok(()),
     }

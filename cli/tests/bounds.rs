@@ -60,7 +60,12 @@ fn a_bound_that_is_not_held_is_written_and_said_by_the_exit_code() {
         let (run, outcome) = simplified(folder.path(), bound);
         assert_eq!(run.code, Some(3), "{}", run.words);
         assert!(outcome.starts_with(&format!("stopped: {why}")), "{outcome}");
-        assert_eq!(the_line(&run), format!("neural-mesh: out.ply: the result is written, but {outcome}"));
+        assert_eq!(
+            the_line(&run),
+            format!(
+                "neural-mesh: out.ply: the result is written, but the target is not reached: simplification {outcome}"
+            )
+        );
         assert!(String::from_utf8(run.out).unwrap().contains(&format!("stopped   {why}")));
         assert!(info(folder.path(), "out.ply")["vertices"].as_u64().unwrap() > 3);
         let (quiet, _) = simplified(folder.path(), &[bound, &["--quiet"]].concat());
@@ -102,7 +107,7 @@ fn a_bound_is_held_on_standard_output_too() {
     assert!(held.out.len() <= 2000 && short.out.len() > 100);
     assert!(
         the_line(&short).starts_with(
-            "neural-mesh: standard output: the result is written, but stopped: the smallest result takes "
+            "neural-mesh: standard output: the result is written, but the target is not reached: simplification stopped: the smallest result takes "
         )
     );
 }

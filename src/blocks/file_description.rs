@@ -24,7 +24,7 @@ pub struct FileDescription {
     pub topology: Topology,
     /// Box around all vertices used by faces, in the coordinates of `frame`.
     pub bounds: Bounds,
-    /// Local origin and precision of the file's coordinates.
+    /// Local origin of the file's coordinates, and whether these are doubles.
     pub frame: Frame,
     /// Changes made by cleaning, without welded vertices.
     pub counts: CleanCounts,

@@ -53,7 +53,7 @@ pub struct WorkingSpace<'a> {
 pub struct OutOfCoreResult {
     /// Simplified mesh.
     pub simplified: Simplified,
-    /// Local origin and precision of the file's coordinates.
+    /// Local origin of the file's coordinates, and whether these are doubles.
     pub frame: Frame,
     /// Changes made by cleaning, without welded vertices.
     pub counts: CleanCounts,

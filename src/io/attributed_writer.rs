@@ -25,7 +25,7 @@ const BASE_ONLY: &str = "gltf takes names, colours (Kd, Ke), roughness, metal an
 pub struct Model<'a> {
     /// Surface.
     pub mesh: &'a TriMesh,
-    /// Origin and precision of the file's coordinates.
+    /// Local origin of the file's coordinates, and whether these are doubles.
     pub frame: Frame,
     /// Exact positions in the file's coordinates, n_vertices.
     pub exact: Option<Vec<Option<[f64; 3]>>>,

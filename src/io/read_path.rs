@@ -76,7 +76,9 @@ pub fn is_gltf(bytes: &[u8]) -> bool {
     matches!(format, Some(Format::Gltf | Format::Glb))
 }
 
-/// Returns whether the file at `path` is a glTF; false if it cannot be read.
+/// Returns whether the content of the file at `path` is glTF or GLB.
+///
+/// Files that cannot be read, and pipes, give false.
 ///
 /// ```
 /// use neural_mesh::io::is_gltf_path;

@@ -93,7 +93,7 @@ where
     Some(scores.into_data())
 }
 
-/// G_ext with the Edge Predictor's values.
+/// The graph G_ext of the samples, with the Edge Predictor's attention and predicted adjacency of each edge.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PredictedEdges {
     /// G_ext with loops, n x n, symmetric.

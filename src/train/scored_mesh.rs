@@ -11,9 +11,9 @@ use std::sync::Arc;
 pub(super) struct ScoredMesh {
     pub tape: Tape,
     pub net: Network<Value>,
-    /// n x n, the edges or another graph.
+    /// Adjacency, n x n: the edges of the mesh, or the k-nn graph of a point cloud.
     pub rings: Arc<Csr>,
-    /// n x 3, in edge lengths.
+    /// Positions, n x 3, in units of the mean edge length.
     pub points: Vec<[f32; 3]>,
     /// n x 3, unit vectors; zero if unknown.
     pub normals: Vec<[f32; 3]>,

@@ -13,11 +13,11 @@ use crate::finished_run::write_extra_files;
 
 pub struct ExtraFiles {
     folder: PathBuf,
-    /// Results, and files of the batch itself.
+    /// Paths of all results, the manifest and the lock, case-folded; no extra file may replace them.
     results: HashSet<String>,
-    /// Folders of `results`.
+    /// Folders that contain `results`, case-folded; no extra file may have such a path.
     folders: HashSet<String>,
-    /// Extra files already written.
+    /// Paths of extra files already written, such as textures, case-folded.
     written: Mutex<HashSet<String>>,
     force: bool,
 }

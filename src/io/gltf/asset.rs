@@ -163,7 +163,7 @@ fn read_parts(
         }
     }
     if repairs.n_not_finite > 0 {
-        notes.push(format!("vertex attributes that are not numbers become 0 (values: {})", repairs.n_not_finite));
+        notes.push(format!("{} values of vertex attributes are not finite: they become 0", repairs.n_not_finite));
     }
     Ok((meshes, parts))
 }

@@ -205,7 +205,9 @@ pub(super) fn lighter_parts(
     asset.parts().iter().zip(pieces).map(lighter).collect()
 }
 
-/// Returns the exact input positions of vertices that did not move; `None` if they are unknown.
+/// Returns for each output vertex its exact input position, or `None` if it moved.
+///
+/// There is no list if it is unknown which vertices moved.
 fn in_place(
     positions: &[[f64; 3]],
     cleaned: &Cleaned,
