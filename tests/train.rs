@@ -225,7 +225,9 @@ fn what_has_changed_is_named() {
     assert!(refused(None, true).contains("new.ply is new"));
     std::fs::remove_file(folder.path().join("data/new.ply")).unwrap();
     assert!(opened(folder.path(), "run", None, true).is_ok());
-    assert!(opened(folder.path(), "data", Some(SETTINGS), false).unwrap_err().to_string().contains("no checkpoint"));
+    assert!(
+        opened(folder.path(), "data", Some(SETTINGS), false).unwrap_err().to_string().contains("no training to resume")
+    );
 }
 
 #[test]

@@ -115,10 +115,10 @@ pub struct SimplifyArgs {
     #[arg(long, action = ArgAction::HelpLong)]
     help_all: Option<bool>,
 
-    /// Keep edges where faces meet at more than 30 degrees
+    /// Keep edges where the surface bends by more than 30 degrees
     #[arg(long, help_heading = KEEP_HEADING)]
     pub keep_features: bool,
-    /// Keep edges where faces meet at more than DEGREES
+    /// Keep edges where the surface bends by more than DEGREES
     #[arg(long, value_name = "DEGREES", value_parser = number_parser("degrees from 0 to 180", |x| (0.0..=180.0).contains(&x)),
         allow_negative_numbers = true, conflicts_with = "keep_features", help_heading = KEEP_HEADING, hide_short_help = true)]
     pub crease_angle: Option<f64>,
@@ -453,7 +453,7 @@ pub struct LimitsArgs {
     /// Keep the boundary exactly
     #[arg(long)]
     pub lock_boundaries: bool,
-    /// Keep edges where faces meet at more than 30 degrees
+    /// Keep edges where the surface bends by more than 30 degrees
     #[arg(long)]
     pub keep_features: bool,
     /// Keep all components

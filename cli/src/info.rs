@@ -215,7 +215,7 @@ fn describe_manifold(info: &Info) -> String {
         false => {
             let [edges, vertices] = [info.non_manifold_edges, info.non_manifold_vertices].map(group_digits);
             format!(
-                "no: {edges} edges with more than two faces, {vertices} vertices where surfaces only touch{winding}"
+                "no: {edges} edges with more than two faces, {vertices} vertices where surfaces touch without a common edge{winding}"
             )
         }
     }

@@ -204,7 +204,7 @@ pub fn level_line(number: usize, input: &Size, level: &Level) -> String {
         line += &format!(", distance {mean:.3} % mean, {max:.3} % max, up to {coverage:.2} of the screen");
     }
     if let Some(certified) = &level.certified {
-        line += &format!(", proved within {:.4} %", certified.upper_percent);
+        line += &format!(", largest distance proved at most {:.4} %", certified.upper_percent);
     }
     if stop_reason(&level.outcome).is_some() {
         line += &format!(", {}", level.outcome);

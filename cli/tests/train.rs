@@ -138,7 +138,7 @@ fn refusals_say_what_to_do() {
         assert!(line.contains(words), "{line}");
     };
     refused(1, &training("run", &[]), "--resume");
-    refused(1, &training("data", &[]), "no checkpoint");
+    refused(1, &training("data", &[]), "no training to resume");
     refused(1, &["train", "--data", "none", "--out", "new"], "none");
     refused(1, &["train", "--plot", "data"], "epochs.csv");
     refused(2, &training("new", &["--epochs", "0"]), "--epochs");

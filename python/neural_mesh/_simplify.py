@@ -68,7 +68,7 @@ def simplify(mesh: Any, triangles: Any = None, **options: Any) -> Light[Any]:
     - `subset`: vertices are some of the given ones, to the last bit
     - `keep`: names of a file whose faces come back as they are
     - `ratio_of`: shares of the vertices by name, beside a size of the whole
-    - `keep_features`, `crease_angle` (degrees): edges sharper than that stay edges
+    - `keep_features`, `crease_angle` (degrees): edges where the surface bends by more stay edges
     - `seam_error`: how far texture coordinates may move, in texels of 1024
     - `keep_components`, `prune`: no component goes; or those smaller than `prune` go, in the unit of the mesh or "5%" of the diagonal
     - `hidden`: what no view from outside shows: "keep", "cheap" (counts little) or "drop"

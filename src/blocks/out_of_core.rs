@@ -23,7 +23,7 @@ use crate::spatial::Bounds;
 const BYTES_PER_FACE: u64 = 260;
 /// Bytes buffered per block while the file is cut.
 const BYTES_PER_BLOCK: u64 = 100 << 10;
-/// Blocks sampled to estimate the price: one in `SAMPLE_EVERY`, at most `MAX_SAMPLES`.
+/// Blocks simplified in advance to estimate the highest price of a merge: one in `SAMPLE_EVERY`, at most `MAX_SAMPLES`.
 const MAX_SAMPLES: usize = 8;
 const SAMPLE_EVERY: usize = 8;
 /// Positions per counted position when the blocks are planned.

@@ -11,7 +11,7 @@ use crate::io::{Spool, Triangle};
 use crate::mesh::cleanup::{CleanCounts, CleanError, CleanOptions, clean};
 use crate::mesh::{PositionKey, RawMesh, TriMesh, position_key};
 
-/// Most positions of a run.
+/// Positions of a block in memory, at most; they are then appended to its spool as one run.
 const MAX_RUN_POSITIONS: usize = 2048;
 
 /// Blocks of a file, on disk.
@@ -74,10 +74,11 @@ impl SpooledBlocks {
 
     fn flush_if(&mut self, block: usize, least: usize) -> Result<()> {
         let run = &mut self.open[block];
-        // A triangle adds at most three positions; foreign positions repeat often.
+        // The run stays in memory while it has room for the three positions of another triangle.
         if run.positions.len() + 3 < least && run.used_elsewhere.len() < least {
             return Ok(());
         }
+        // Triangles of other blocks that share a corner list it once each.
         run.used_elsewhere.sort_unstable_by_key(|&p| position_key(p));
         run.used_elsewhere.dedup();
         self.spool.append(block, &run.to_bytes())?;

@@ -116,7 +116,7 @@ impl<'a> FileFinder<'a> {
             (found, _) => found.map(|found| (found, inner)),
         };
         let ((source, bytes), inner) =
-            found.map_err(|problem| format!("{problem}: the result still names this file"))?;
+            found.map_err(|problem| format!("{problem}: it is not copied, but the result refers to it"))?;
         // A file from outside cannot keep its path, which would leave the output folder.
         let is_renamed = inner.is_none();
         // A file from outside is placed next to the output.
@@ -124,7 +124,7 @@ impl<'a> FileFinder<'a> {
             .or_else(|| folder.relative_path(&source))
             .or_else(|| Some(self.free_path(source.file_name()?.as_ref(), &bytes)));
         Ok(CompanionFile {
-            output_path: output_path.ok_or("is not a file: the result still names it")?,
+            output_path: output_path.ok_or("is not a file: it is not copied, but the result refers to it")?,
             source,
             is_renamed,
             bytes,

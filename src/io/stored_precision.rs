@@ -39,7 +39,9 @@ pub(super) fn check_precision(content: &Content, format: Format) -> Result<(), W
         Format::Gltf | Format::Glb => format!(
             "{what} in single precision, which {name} uses around an origin: write ply or obj, or move the mesh to the origin"
         ),
-        _ => format!("{what} even in double precision: the mesh is too far from the origin: move it there"),
+        _ => format!(
+            "{what} even in double precision, as the mesh is too far from the origin: move the mesh to the origin"
+        ),
     };
     Err(WriteError { what })
 }

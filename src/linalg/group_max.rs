@@ -32,6 +32,8 @@ pub fn group_max(x: &Matrix, group: usize) -> GroupMax {
 }
 
 /// Computes the derivative of [`group_max`] to `x`, which has `n_rows` rows.
+///
+/// `rows` are those of its result; `gradient` is the derivative to its maxima.
 pub fn group_max_backward(n_rows: usize, rows: &[u32], gradient: &Matrix) -> Matrix {
     let n_cols = gradient.n_cols();
     let mut to_x = Matrix::zeros(n_rows, n_cols);
@@ -64,6 +66,8 @@ fn group_max_affine_on(isa: Isa, x: &Matrix, layer: [&Matrix; 2], group: usize) 
 }
 
 /// Computes the derivatives of [`group_max_affine`] to x, weights and bias.
+///
+/// `rows` are those of its result; `gradient` is the derivative to its maxima.
 pub fn group_max_affine_backward(x: &Matrix, weights: &Matrix, rows: &[u32], gradient: &Matrix) -> [Matrix; 3] {
     let isa = Isa::best();
     let [n_in, n_out] = weights.shape();

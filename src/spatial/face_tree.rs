@@ -145,7 +145,7 @@ impl<'a> FaceTree<'a> {
         self.nearest_from(p, None)
     }
 
-    /// Returns the closest triangle; fast if the triangle `guess` is near.
+    /// Returns the closest triangle and its squared distance; fast if the triangle `guess` is near.
     #[inline(always)]
     pub fn nearest_from(&self, p: DVec3, guess: Option<u32>) -> Option<(u32, f64)> {
         self.find_near(p, guess, f64::NEG_INFINITY)

@@ -61,8 +61,9 @@ struct PointRange {
     begin: usize,
     end: usize,
     children: Option<usize>,
-    /// Largest squared distance of a point, `farthest`, to the nearest sample.
+    /// Largest squared distance from a point of the range to its nearest sample.
     far2: f64,
+    /// Place of that point in the order of the field.
     farthest: usize,
 }
 

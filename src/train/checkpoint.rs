@@ -70,7 +70,9 @@ pub(super) fn read_checkpoint(
     path: &Path,
     shapes: impl FnOnce(&Origin) -> Result<Tensors<[usize; 2]>, TrainError>,
 ) -> Result<Checkpoint, TrainError> {
-    let broken = |what: String| TrainError::file(path, format!("is not a complete checkpoint ({what}): start over"));
+    let broken = |what: String| {
+        TrainError::file(path, format!("is not a complete checkpoint ({what}): train in another folder"))
+    };
     let bytes = std::fs::read(path).map_err(|error| TrainError::file(path, format!("cannot be read: {error}")))?;
     let (_, metadata) = SafeTensors::read_metadata(&bytes).map_err(|error| broken(error.to_string()))?;
     let state = metadata.metadata().as_ref().and_then(|entries| entries.get(STATE_KEY));

@@ -27,7 +27,7 @@ impl CsvTable {
         let found = file.metadata().map_err(|error| problem(path, &error))?.len();
         if found < n_bytes {
             let what = format!(
-                "has {found} bytes, fewer than the {n_bytes} of the checkpoint: put the file back or start over"
+                "has {found} bytes, fewer than the {n_bytes} of the checkpoint: put the file back or train in another folder"
             );
             return Err(TrainError::file(path, what));
         }

@@ -42,7 +42,7 @@ impl std::fmt::Display for TrainError {
             Self::Settings(what) => write!(f, "settings: {what}"),
             Self::File { path, what } => write!(f, "{}: {what}", path.display()),
             Self::Differs(what) => {
-                write!(f, "the checkpoint does not match: {what}: use the earlier setting, or start over")
+                write!(f, "the checkpoint does not match: {what}: undo this change, or train in another folder")
             }
             Self::Diverged { step, mesh, what } => {
                 write!(f, "step {step}, mesh {mesh}: {what}: lower `learning_rate`, or look at the mesh")

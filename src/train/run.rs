@@ -222,7 +222,7 @@ fn resume_training(request: &TrainRequest, checkpoint: &Path) -> Result<(Checkpo
     let version = env!("CARGO_PKG_VERSION");
     let differences = [
         (origin.version != version)
-            .then(|| format!("version {} of the program made it, this is version {version}", origin.version)),
+            .then(|| format!("it was made by version {} of neural-mesh, this is version {version}", origin.version)),
         before.difference(&settings),
         init.map(|_| "it started from other weights".to_string()),
         find_changed_file(&origin.files, &data.files),
@@ -249,7 +249,7 @@ fn check_is_empty(folder: &Path) -> Result<(), TrainError> {
     let names = entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned());
     match names.into_iter().find(|name| !name.starts_with(TEMPORARY)) {
         Some(name) => {
-            let what = format!("contains {name} but no checkpoint: choose another folder or empty this one");
+            let what = format!("contains {name} but no training to resume: choose another folder or empty this one");
             Err(TrainError::file(folder, what))
         }
         None => Ok(()),

@@ -33,7 +33,7 @@ impl std::fmt::Display for EvaluateError {
             Self::Settings(what) | Self::Tool(what) => write!(f, "{what}"),
             Self::File { path, what } => write!(f, "{}: {what}", path.display()),
             Self::Differs(what) => {
-                write!(f, "the rows do not match: {what}: use the earlier settings, or start over")
+                write!(f, "the rows do not match: {what}: undo this change, or evaluate into another folder")
             }
         }
     }

@@ -47,14 +47,14 @@ pub struct Column {
     value: Value,
 }
 
-/// The summary of a method at a ratio.
+/// The summary of a method at a ratio; a case is a mesh with a seed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MethodSummary {
     /// Cases with a result.
     pub results: usize,
-    /// Cases with a readable mesh.
+    /// Cases whose input mesh was read, with or without a result.
     pub cases: usize,
-    /// Cases with results of both methods.
+    /// Cases in which this and the reference method have a result.
     pub both: usize,
     /// Summary of each column.
     pub cells: Vec<FigureSummary>,
@@ -75,14 +75,14 @@ pub struct FigureSummary {
     pub n_quotients: usize,
 }
 
-/// Cases that failed for the same reason.
+/// Rows of the table that failed for the same reason.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Failures {
-    /// Method; `all` for unreadable meshes.
+    /// Method that failed; `all` if the input mesh could not be read.
     pub method: String,
-    /// Number of cases.
+    /// Rows of the table with this failure; an unreadable mesh has one for each method.
     pub cases: usize,
-    /// First of these cases.
+    /// Mesh, ratio and seed of the first of these rows.
     pub first: String,
     /// Reason.
     pub why: String,

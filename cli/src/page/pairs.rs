@@ -45,7 +45,7 @@ pub fn common_colour_scale<'a>(
     colour_scale(weighed)
 }
 
-/// Packs a mesh with its irregular edges marked.
+/// Packs a mesh with lists of its open, non-manifold and turned edges, which the page colours.
 pub fn pack_surface(mesh: &TriMesh) -> SurfaceData {
     SurfaceData::new(mesh, &irregular_edges(mesh), PaintedMesh::new(mesh).steps)
 }

@@ -1,6 +1,6 @@
 //! Options of a comparison.
 
-/// Options of a comparison.
+/// Number and seed of the samples for [`compare`](super::compare).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct CompareOptions {
