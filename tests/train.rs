@@ -271,7 +271,7 @@ fn meshes_that_a_step_cannot_use_are_named_and_passed_over() {
         };
     let mut named = Vec::new();
     let mut hear = |event: TrainEvent| {
-        if let TrainEvent::PassedOver { mesh, why } = event {
+        if let TrainEvent::Skipped { mesh, why } = event {
             named.push(format!("{mesh}: {why}"));
         }
         Wish::Continue

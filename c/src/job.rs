@@ -364,7 +364,7 @@ pub unsafe extern "C" fn nm_result_write(
         let folder = path.parent().unwrap_or(Path::new(""));
         let file = result.find_file(level)?;
         let mut files = vec![OutputFile { path: name.into(), bytes: file.bytes.clone() }];
-        files.extend(file.beside.iter().cloned());
+        files.extend(file.companion_files.iter().cloned());
         write_files(folder, &files, force != 0)?;
         Ok(1)
     })

@@ -2,7 +2,7 @@
 
 use neural_mesh::job::{Document, JobOutcome, JobReport, PlacedSurface};
 use neural_mesh::metrics::farthest_point;
-use neural_mesh::picture::{Coat, CornerNormals, PictureOptions, ShadedMesh, encode_png, render_shaded};
+use neural_mesh::picture::{CornerNormals, DecodedMaterials, PictureOptions, ShadedMesh, encode_png, render_shaded};
 
 use crate::failure::{Failure, display_path};
 use crate::files::{self, PendingFile};
@@ -15,13 +15,17 @@ const ROUNDING_PERCENT: f64 = 1e-4;
 
 pub struct PicturedMesh<'a> {
     surface: PlacedSurface<'a>,
-    coat: Option<Coat>,
+    materials: Option<DecodedMaterials>,
     normals: Option<CornerNormals>,
 }
 
 impl PicturedMesh<'_> {
     fn to_shaded(&self) -> ShadedMesh<'_> {
-        ShadedMesh { coat: self.coat.as_ref(), normals: self.normals.as_ref(), ..ShadedMesh::bare(&self.surface.mesh) }
+        ShadedMesh {
+            materials: self.materials.as_ref(),
+            normals: self.normals.as_ref(),
+            ..ShadedMesh::bare(&self.surface.mesh)
+        }
     }
 }
 
@@ -36,15 +40,16 @@ pub fn prepare_picture<'a>(
     let (looks, missing) = document.looks(request.job.allow_outside);
     let [before, after] =
         document.place_surfaces(result).map_err(|error| Failure::in_file(&request.source.path, error))?;
-    let (coat, not_drawn) = Coat::new(&before.attributes, &looks);
+    let (materials, not_drawn) = DecodedMaterials::new(&before.attributes, &looks);
     let new_notes: Vec<String> = missing.into_iter().chain(not_drawn).filter(|note| !notes.contains(note)).collect();
     notes.extend(new_notes);
     let (attributes, looks_after) =
         baked.map_or((&*after.attributes, &looks), |baked| (&baked.attributes, &baked.looks));
-    let (coat_after, normals_after) = (Coat::new(attributes, looks_after).0, CornerNormals::new(attributes));
+    let (materials_after, normals_after) =
+        (DecodedMaterials::new(attributes, looks_after).0, CornerNormals::new(attributes));
     let normals = CornerNormals::new(&before.attributes);
-    let after = PicturedMesh { surface: after, coat: coat_after, normals: normals_after };
-    Ok(Some([PicturedMesh { surface: before, coat, normals }, after]))
+    let after = PicturedMesh { surface: after, materials: materials_after, normals: normals_after };
+    Ok(Some([PicturedMesh { surface: before, materials, normals }, after]))
 }
 
 /// Draws the requested picture into a temporary file, with a ring at the largest distance.
@@ -69,7 +74,7 @@ pub fn draw_picture(
         ),
         format!("simplified\n{}{ringed}", messages::format_size(&report.output.size)),
     ];
-    let edges = request.wires || meshes.iter().all(|shaded| shaded.coat.is_none());
+    let edges = request.wires || meshes.iter().all(|shaded| shaded.materials.is_none());
     let marks = farthest.map(|(_, place)| place).into_iter().collect();
     let mut options = PictureOptions::default();
     (options.captions, options.edges) = (captions, edges);

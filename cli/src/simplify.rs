@@ -125,7 +125,7 @@ fn prepare_meshes(written: Vec<Files>, request: &Request, report: &mut JobReport
     for files in written {
         // Standard output takes one mesh and no further files.
         let Some(path) = paths.next() else {
-            let n = files.beside.len();
+            let n = files.companion_files.len();
             let what = format!("{n} material or texture files are left out: standard output takes only the mesh");
             report.notes.extend((n > 0).then_some(what));
             prepared.bytes = Some(files.bytes);
@@ -135,7 +135,8 @@ fn prepare_meshes(written: Vec<Files>, request: &Request, report: &mut JobReport
         let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
         let (_, extra_files) = prepared.extra_files.get_or_insert((folder, Vec::new()));
         // Levels share textures, and each is written once.
-        let new_files = files.beside.into_iter().filter(|file| extra_files.iter().all(|other| other.path != file.path));
+        let new_files =
+            files.companion_files.into_iter().filter(|file| extra_files.iter().all(|other| other.path != file.path));
         extra_files.extend(new_files.collect::<Vec<_>>());
     }
     Ok(prepared)

@@ -8,7 +8,7 @@ use neural_mesh::io::{self, Asset};
 use neural_mesh::mesh::cleanup::{CleanOptions, clean};
 use neural_mesh::mesh::{Attributes, Looks, Role, TriMesh, shapes};
 use neural_mesh::metrics::psnr;
-use neural_mesh::picture::{Coat, Image, ShadedMesh, decode_image, encode_png, encode_webp, view_shaded};
+use neural_mesh::picture::{DecodedMaterials, Image, ShadedMesh, decode_image, encode_png, encode_webp, view_shaded};
 use serde_json::json;
 
 use crate::common::{OCTAHEDRON, files, folder, json, run, the_line};
@@ -74,10 +74,10 @@ fn dressed(path: &Path) -> Dressed {
 }
 
 fn likeness(before: &Dressed, after: &Dressed) -> f64 {
-    let coats = [before, after].map(|it| Coat::new(&it.attributes, &it.looks).0.unwrap());
-    let shaded = [(&before.mesh, &coats[0]), (&after.mesh, &coats[1])].map(|(mesh, coat)| {
+    let coats = [before, after].map(|it| DecodedMaterials::new(&it.attributes, &it.looks).0.unwrap());
+    let shaded = [(&before.mesh, &coats[0]), (&after.mesh, &coats[1])].map(|(mesh, materials)| {
         let mut shaded = ShadedMesh::bare(mesh);
-        shaded.coat = Some(coat);
+        shaded.materials = Some(materials);
         shaded
     });
     let mut pixels = [Vec::new(), Vec::new()];

@@ -4,7 +4,7 @@
 
 use neural_mesh::io::{Asset, Format, SimplifiedPart, ReadError};
 use neural_mesh::mesh::cleanup::{CleanOptions, Cleaned, clean};
-use neural_mesh::picture::Cover;
+use neural_mesh::picture::SurfaceMaterials;
 
 fn nothing(_: &str) -> Result<Vec<u8>, ReadError> {
     Err(ReadError::file("no files", "none"))
@@ -46,7 +46,7 @@ fn check_scene(asset: &Asset) {
     let Ok(Cleaned { mesh, attributes, .. }) = clean(scene, &CleanOptions::default()) else { return };
     assert!(attributes.groups.iter().all(|&group| (group as usize) < looks.of_groups.len()));
     assert!(attributes.is_valid_for(mesh.faces().len()));
-    if let Some(cover) = Cover::new(&attributes, &looks) {
+    if let Some(cover) = SurfaceMaterials::new(&attributes, &looks) {
         for face in 0..mesh.faces().len() as u32 {
             let _ = (cover.texture(face), cover.corners(face));
         }

@@ -83,7 +83,7 @@ pub fn sample_block(
     let (block, options) = (block.block()?, options(share, scores, seed)?);
     let sample =
         run_in_background(py, threads, None, move |_| Ok(blocks::sample_block(&block, share, None, &options)?))?;
-    Ok((sample.n_vertices, sample.n_shared, sample.paid))
+    Ok((sample.n_vertices, sample.n_shared, sample.pass_prices))
 }
 
 /// Returns the common price for all blocks.

@@ -149,7 +149,7 @@ fn run_request(
     let mut run = open(&request).map_err(failed)?;
     let mut passed_over = None;
     let mut told = |event: TrainEvent| {
-        if let TrainEvent::PassedOver { mesh, why } = event {
+        if let TrainEvent::Skipped { mesh, why } = event {
             passed_over.get_or_insert_with(|| format!(" ({mesh}: {why})"));
         }
         told(event)

@@ -31,7 +31,7 @@ pub(super) fn look(texels: &[Texel], looks: &Looks, options: &BakeOptions) -> Lo
     Look {
         colour: linear_factor(colour, common_factor(looks, |look| look.colour)),
         texture,
-        with_corners: false,
+        uses_corner_colours: false,
         finish,
     }
 }

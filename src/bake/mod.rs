@@ -155,7 +155,7 @@ mod tests {
 
     use super::*;
     use crate::mesh::{BaseTexture, Channel, Finish, Role, Wrap, linear_light, shapes};
-    use crate::picture::{Coat, Image, decode_image, encode_png};
+    use crate::picture::{DecodedMaterials, Image, decode_image, encode_png};
 
     const OPTIONS: BakeOptions = BakeOptions { size: 128, separate_maps: false, with_tangents: true };
 
@@ -211,7 +211,10 @@ mod tests {
 
     fn seen_normals(mesh: &TriMesh, baked: &BakedMesh) -> Vec<(Vec3, Vec3)> {
         let map = baked.look.finish.normal_texture.clone();
-        let coat = Coat::of_numbers(&baked.attributes, &looks(Look { texture: map, ..Look::default() })).0.unwrap();
+        let materials =
+            DecodedMaterials::of_numbers(&baked.attributes, &looks(Look { texture: map, ..Look::default() }))
+                .0
+                .unwrap();
         let [normals, tangents] = [1, 2].map(|i| &baked.attributes.channels[i]);
         let normal = |(face, weights, at): (u32, [f32; 3], Vec3)| {
             let wedges = baked.attributes.wedges[face as usize];
@@ -220,7 +223,7 @@ mod tests {
             let term = |i: usize| Vec4::from_slice(tangents.value(wedges[i])) * weights[i];
             let tangent = term(0) + term(1) + term(2);
             let across = tangent.w.signum() * normal.cross(tangent.truncate());
-            let [x, y, z] = coat.value(face, weights, NO_STEPS).map(|x| 2.0 * x - 1.0);
+            let [x, y, z] = materials.value(face, weights, NO_STEPS).map(|x| 2.0 * x - 1.0);
             ((tangent.truncate() * x + across * y + normal * z).normalize(), at)
         };
         places(mesh).map(normal).collect()
@@ -239,10 +242,11 @@ mod tests {
             let look = Look { texture, colour: [1.0, 0.5, 0.25], ..Look::default() };
             let baked = bake_all(&mesh, &attributes, look.clone(), &mesh);
             assert_eq!((baked.n_charts, baked.look.finish.normal_texture.is_some()), (1, false));
-            let before = Coat::new(&attributes, &looks(look)).0.unwrap();
-            let after = Coat::new(&baked.attributes, &looks(baked.look)).0.unwrap();
+            let before = DecodedMaterials::new(&attributes, &looks(look)).0.unwrap();
+            let after = DecodedMaterials::new(&baked.attributes, &looks(baked.look)).0.unwrap();
             for (face, weights, _) in places(&mesh) {
-                let [before, after] = [&before, &after].map(|coat| Vec3::from(coat.value(face, weights, NO_STEPS)));
+                let [before, after] =
+                    [&before, &after].map(|materials| Vec3::from(materials.value(face, weights, NO_STEPS)));
                 assert!((before - after).abs().max_element() < 0.02, "{face} {weights:?}: {before} {after}");
             }
         }
@@ -288,7 +292,7 @@ mod tests {
         let finish = Finish { emission: [0.25, 0.5, 0.0], roughness: 0.7, metal: 0.3, ..Finish::default() };
         let look = Look { colour: [0.3, 0.6, 0.9], finish, ..Look::default() };
         let plain = bake_all(&mesh, &uvs(&mesh), look.clone(), &mesh).look;
-        assert_eq!(plain, Look { with_corners: false, ..look.clone() });
+        assert_eq!(plain, Look { uses_corner_colours: false, ..look.clone() });
         let (rough, glow) =
             (texture(32, |x, _| [9, (255.0 * x) as u8, 51]), texture(32, |_, y| [(255.0 * y) as u8; 3]));
         let metal_texture = rough.clone();
@@ -299,9 +303,9 @@ mod tests {
         let Finish { roughness_texture, metal_texture, emission_texture, .. } = packed.look.finish;
         assert!(roughness_texture == metal_texture && packed.look.colour == [0.3, 0.6, 0.9]);
         let value = |texture: Option<BaseTexture>, numbers: bool| {
-            let make = if numbers { Coat::of_numbers } else { Coat::new };
-            let coat = make(&packed.attributes, &looks(Look { texture, ..Look::default() })).0.unwrap();
-            places(&mesh).map(move |(face, weights, at)| (Vec3::from(coat.value(face, weights, NO_STEPS)), at))
+            let make = if numbers { DecodedMaterials::of_numbers } else { DecodedMaterials::new };
+            let materials = make(&packed.attributes, &looks(Look { texture, ..Look::default() })).0.unwrap();
+            places(&mesh).map(move |(face, weights, at)| (Vec3::from(materials.value(face, weights, NO_STEPS)), at))
         };
         for (value, at) in value(roughness_texture, true) {
             assert!((value.y - 0.7 * at.x).abs() < 0.02 && (value.z - 0.3 * 0.2).abs() < 0.01, "{value} {at}");
@@ -340,9 +344,9 @@ mod tests {
         let (fine, coarse) = (sides(8, 0.001).unwrap(), sides(1, 0.003).unwrap());
         let colours = of_vertices(&fine, Role::Colour, 3, |p| vec![if p[2] > 0.0 { 1.0 } else { 0.0 }; 3]);
         let baked = bake_all(&fine, &colours, Look::default(), &coarse);
-        let coat = Coat::new(&baked.attributes, &looks(baked.look)).0.unwrap();
+        let materials = DecodedMaterials::new(&baked.attributes, &looks(baked.look)).0.unwrap();
         for (face, weights, at) in places(&coarse) {
-            let found = coat.value(face, weights, NO_STEPS)[0];
+            let found = materials.value(face, weights, NO_STEPS)[0];
             assert_eq!(found, if at.z > 0.0 { 1.0 } else { 0.0 }, "{face} {at}");
         }
     }

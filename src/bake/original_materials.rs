@@ -5,19 +5,19 @@ use glam::{Vec2, Vec3, Vec4};
 use super::BakeSource;
 use super::frames::tangents;
 use crate::mesh::{Finish, Look, Looks};
-use crate::picture::{Coat, Cover};
+use crate::picture::{DecodedMaterials, SurfaceMaterials};
 
 // `None` for values that are 1 everywhere.
 pub(super) struct OriginalMaterials {
-    colour: Option<Coat>,
-    emission: Option<Coat>,
-    roughness: Option<Coat>,
-    metal: Option<Coat>,
+    colour: Option<DecodedMaterials>,
+    emission: Option<DecodedMaterials>,
+    roughness: Option<DecodedMaterials>,
+    metal: Option<DecodedMaterials>,
     directions: Option<NormalMap>,
 }
 
 struct NormalMap {
-    coat: Coat,
+    materials: DecodedMaterials,
     // Tangents that the map refers to, n_faces x 3.
     tangents: Vec<[Vec4; 3]>,
     // Scale of the first two components, per group.
@@ -56,22 +56,22 @@ impl OriginalMaterials {
         let bare = |colour: [f32; 3], texture: &Option<_>| {
             // A texture with factor zero need not be decoded.
             let texture = texture.clone().filter(|_| colour != [0.0; 3]);
-            Look { colour, texture, with_corners: false, finish: Finish::default() }
+            Look { colour, texture, uses_corner_colours: false, finish: Finish::default() }
         };
         let emission = each(&|look| bare(look.finish.emission, &look.finish.emission_texture));
         let roughness = each(&|look| bare([look.finish.roughness; 3], &look.finish.roughness_texture));
         let metal = each(&|look| bare([look.finish.metal; 3], &look.finish.metal_texture));
         let directions = each(&|look| bare([1.0; 3], &look.finish.normal_texture));
         let mut notes = Vec::new();
-        let mut noted = |(coat, more): (Option<Coat>, Vec<String>)| {
+        let mut noted = |(materials, more): (Option<DecodedMaterials>, Vec<String>)| {
             notes.extend(more.into_iter().map(|note| note.replace("drawn", "baked")));
-            coat
+            materials
         };
         let materials = Self {
-            colour: noted(Coat::new(attributes, &each(&Look::clone))),
-            emission: noted(Coat::new(attributes, &emission)),
-            roughness: noted(Coat::of_numbers(attributes, &roughness)),
-            metal: noted(Coat::of_numbers(attributes, &metal)),
+            colour: noted(DecodedMaterials::new(attributes, &each(&Look::clone))),
+            emission: noted(DecodedMaterials::new(attributes, &emission)),
+            roughness: noted(DecodedMaterials::of_numbers(attributes, &roughness)),
+            metal: noted(DecodedMaterials::of_numbers(attributes, &metal)),
             directions: NormalMap::new(original, &directions, normals, &mut noted),
         };
         // The result would look solid where the original does not.
@@ -83,8 +83,10 @@ impl OriginalMaterials {
     }
 
     pub fn sample(&self, spot: &SamplePlace) -> MaterialSample {
-        let value = |coat: &Option<Coat>| {
-            Vec3::from(coat.as_ref().map_or([1.0; 3], |coat| coat.value(spot.face, spot.weights, spot.steps)))
+        let value = |materials: &Option<DecodedMaterials>| {
+            Vec3::from(
+                materials.as_ref().map_or([1.0; 3], |materials| materials.value(spot.face, spot.weights, spot.steps)),
+            )
         };
         // Roughness is in green, metal in blue.
         let (roughness, metal) = (value(&self.roughness).y, value(&self.metal).z);
@@ -101,25 +103,25 @@ impl NormalMap {
         original: &BakeSource,
         looks: &Looks,
         normals: &[[Vec3; 3]],
-        noted: &mut impl FnMut((Option<Coat>, Vec<String>)) -> Option<Coat>,
+        noted: &mut impl FnMut((Option<DecodedMaterials>, Vec<String>)) -> Option<DecodedMaterials>,
     ) -> Option<Self> {
         looks.of_groups.iter().find(|look| look.texture.is_some())?;
-        let coat = noted(Coat::of_numbers(original.attributes, looks))?;
-        let cover = Cover::new(original.attributes, looks)?;
+        let materials = noted(DecodedMaterials::of_numbers(original.attributes, looks))?;
+        let cover = SurfaceMaterials::new(original.attributes, looks)?;
         let uv = |face: u32| cover.corners(face).map(|corner| Vec2::new(corner.uv[0], 1.0 - corner.uv[1]));
         let uvs: Vec<[Vec2; 3]> = (0..original.mesh.faces().len() as u32).map(uv).collect();
         let scales = original.looks.of_groups.iter().map(|look| look.finish.normal_scale).collect();
         let groups = original.attributes.groups.clone();
-        Some(Self { coat, tangents: tangents(original.mesh, normals, &uvs), scales, groups })
+        Some(Self { materials, tangents: tangents(original.mesh, normals, &uvs), scales, groups })
     }
 
     fn apply(&self, spot: &SamplePlace, normal: Vec3) -> Option<Vec3> {
-        if !self.coat.is_textured(spot.face) {
+        if !self.materials.is_textured(spot.face) {
             return None;
         }
         let group = self.groups.get(spot.face as usize).map_or(0, |&group| group as usize);
         let scale = self.scales.get(group).copied().unwrap_or(1.0);
-        let direction = Vec3::from(self.coat.value(spot.face, spot.weights, spot.steps)) * 2.0 - Vec3::ONE;
+        let direction = Vec3::from(self.materials.value(spot.face, spot.weights, spot.steps)) * 2.0 - Vec3::ONE;
         let [a, b, c] = self.tangents.get(spot.face as usize)?;
         let tangent = *a * spot.weights[0] + *b * spot.weights[1] + *c * spot.weights[2];
         let across = a.w.signum() * normal.cross(tangent.truncate());

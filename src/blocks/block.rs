@@ -84,8 +84,8 @@ fn plan_blocks(mesh: &TriMesh, n_blocks: usize) -> BlockPlan {
 /// let mesh = shapes::icosphere(5);
 /// let shared = mesh.positions().iter().map(|p| p[2] == 0.0).collect();
 /// let options = Options::new(Target::Ratio(0.1));
-/// let lighter = simplify_block(&Block { mesh, shared }, 0.1, 1e-9, None, &options).unwrap();
-/// assert!(lighter.mesh.positions().len() < 5000 && lighter.shared.contains(&true));
+/// let simplified_blocks = simplify_block(&Block { mesh, shared }, 0.1, 1e-9, None, &options).unwrap();
+/// assert!(simplified_blocks.mesh.positions().len() < 5000 && simplified_blocks.shared.contains(&true));
 /// ```
 pub fn simplify_block(
     block: &Block,

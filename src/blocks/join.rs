@@ -146,8 +146,9 @@ mod tests {
             for n_blocks in [3, 11, 40] {
                 for price in [0.0, 1e-9, 1e-6, 1.0] {
                     let blocks = cut_into_blocks(&mesh, n_blocks);
-                    let lighter = blocks.iter().map(|block| simplify_block(block, 0.2, price, None, &options).unwrap());
-                    let joined = join(lighter).unwrap();
+                    let simplified_blocks =
+                        blocks.iter().map(|block| simplify_block(block, 0.2, price, None, &options).unwrap());
+                    let joined = join(simplified_blocks).unwrap();
                     let (before, after) = (topology(&mesh), topology(&joined));
                     assert!(after.is_closed_manifold(), "{n_blocks} {price}: {after:?}");
                     assert_eq!(before.euler, after.euler);

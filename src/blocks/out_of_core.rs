@@ -209,10 +209,10 @@ fn simplify_with_block_size(
     let options = &Options { frame, ..options.clone() };
     let n_at_once = parallel_blocks(room);
     let blocks = Blocks { spooled: &spooled, weights, options, share };
-    let (lighter, mut totals) = blocks.simplify_all(n_at_once, &mut hear)?;
+    let (simplified_blocks, mut totals) = blocks.simplify_all(n_at_once, &mut hear)?;
     totals.counts.dropped_faces += n_broken as usize;
-    let n_blocks = lighter.len();
-    let joined = join(lighter).map_err(|_| SimplifyError::Overflow)?;
+    let n_blocks = simplified_blocks.len();
+    let joined = join(simplified_blocks).map_err(|_| SimplifyError::Overflow)?;
     if joined.faces().is_empty() {
         return Err(SimplifyError::Empty.into());
     }
@@ -268,7 +268,7 @@ impl Blocks<'_> {
         hear: &mut dyn FnMut(f64) -> Result<(), SimplifyError>,
     ) -> Result<(Vec<Block>, BlockTotals), OutOfCoreError> {
         let (price, n_blocks) = (self.price()?, self.spooled.n_blocks());
-        let (mut lighter, mut totals) = (Vec::new(), BlockTotals::default());
+        let (mut simplified_blocks, mut totals) = (Vec::new(), BlockTotals::default());
         for start in (0..n_blocks).step_by(n_at_once) {
             hear(CUT_PROGRESS + (JOINED_PROGRESS - CUT_PROGRESS) * start as f64 / n_blocks as f64)?;
             let numbers = start..(start + n_at_once).min(n_blocks);
@@ -276,10 +276,10 @@ impl Blocks<'_> {
             for made in made {
                 let (block, block_totals) = made?;
                 totals.add(block_totals);
-                lighter.extend(block);
+                simplified_blocks.extend(block);
             }
         }
-        Ok((lighter, totals))
+        Ok((simplified_blocks, totals))
     }
 
     fn read(&self, number: usize) -> Result<StoredBlock, OutOfCoreError> {
@@ -303,9 +303,9 @@ impl Blocks<'_> {
         let StoredBlock { block, n_own_vertices, counts } = self.read(number)?;
         let n_faces = block.as_ref().map_or(0, |block: &Block| block.mesh.faces().len());
         let totals = BlockTotals { counts, n_vertices: n_own_vertices, n_faces };
-        let lighter =
+        let simplified_blocks =
             block.map(|block| simplify_block(&block, self.share, price, self.weights, self.options)).transpose()?;
-        Ok((lighter, totals))
+        Ok((simplified_blocks, totals))
     }
 }
 

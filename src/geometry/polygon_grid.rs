@@ -49,24 +49,24 @@ impl CornerGrid {
         let margin = self.side * MARGIN;
         let ([first_column, first_row], [last_column, last_row]) =
             (self.cell_coordinates(a.min(b).min(c) - margin), self.cell_coordinates(a.max(b).max(c) + margin));
-        let mut n_looks = 0;
+        let mut n_visits = 0;
         for row in first_row..=last_row {
             for column in first_column..=last_column {
-                n_looks += 1;
+                n_visits += 1;
                 let low = self.low + self.side * DVec2::new(column as f64, row as f64);
                 if [(a, b), (b, c), (c, a)].into_iter().any(|edge| self.is_beyond(edge, low)) {
                     continue;
                 }
                 let cell = row * self.n_side + column;
                 for &corner in &self.corners[self.starts[cell] as usize..self.starts[cell + 1] as usize] {
-                    n_looks += 1;
+                    n_visits += 1;
                     if wanted(corner) {
-                        return (true, n_looks);
+                        return (true, n_visits);
                     }
                 }
             }
         }
-        (false, n_looks)
+        (false, n_visits)
     }
 
     fn is_beyond(&self, (p, q): (DVec2, DVec2), low: DVec2) -> bool {

@@ -288,9 +288,9 @@ fn with_material_numbers(mut extra: Extra, libraries: &Libraries) -> Extra {
 
 /// Returns a note on content that the format cannot store, or `None`.
 pub fn describe_losses(format: Format, attributes: &Attributes, extra: &Extra) -> Option<String> {
-    let is_held = |channel: &&Channel| format.holds(channel.role);
+    let is_storable = |channel: &&Channel| format.holds(channel.role);
     let mut dropped: Vec<&str> =
-        attributes.channels.iter().filter(|it| !is_held(it)).map(|channel| channel.name.as_str()).collect();
+        attributes.channels.iter().filter(|it| !is_storable(it)).map(|channel| channel.name.as_str()).collect();
     if format == Format::ThreeMf {
         let has_texture = extra.looks.iter().any(|(_, look)| look.texture.is_some());
         let has_more = has_texture || !extra.material_libraries.is_empty();

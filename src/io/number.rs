@@ -41,7 +41,7 @@ pub(super) fn parse(text: &[u8]) -> Option<Number> {
     Some(Number {
         value,
         length: length + n_exponent,
-        double: n_digits > 6 && says_more_than_single(value, last_digit),
+        double: n_digits > 6 && exceeds_single_precision(value, last_digit),
     })
 }
 
@@ -72,11 +72,11 @@ fn exponent(text: &[u8]) -> (i32, usize) {
 fn parse_any(text: &[u8], last_digit: i32) -> Option<Number> {
     let plus = usize::from(text.first() == Some(&b'+') && text.get(1) != Some(&b'-') && text.get(1) != Some(&b'+'));
     let (value, length) = fast_float2::parse_partial::<f64, _>(&text[plus..]).ok()?;
-    Some(Number { value, length: plus + length, double: says_more_than_single(value, last_digit) })
+    Some(Number { value, length: plus + length, double: exceeds_single_precision(value, last_digit) })
 }
 
 /// Returns whether a number whose last digit counts 10^last_digit cannot be the text of an `f32`.
-fn says_more_than_single(value: f64, last_digit: i32) -> bool {
+fn exceeds_single_precision(value: f64, last_digit: i32) -> bool {
     let error = (f64::from(value as f32) - value).abs();
     // The tolerance is half of the last digit, and the rounding of the value itself.
     let tolerance = || 0.5 * 10f64.powi(last_digit.clamp(-400, 400)) + value.abs() * f64::EPSILON;

@@ -120,7 +120,7 @@ impl Pieces {
         // STL has no vertices to keep in memory.
         if let PiecesKind::Stl { n_faces } = &self.kind {
             stl::each_triangle(self.open_file()?, *n_faces, |corners| {
-                pass_on(corners.map(|p| Some(frame.to_local(p.map(f64::from)))), take, &mut n_broken);
+                emit_triangle(corners.map(|p| Some(frame.to_local(p.map(f64::from)))), take, &mut n_broken);
             })?;
             return Ok(n_broken);
         }
@@ -132,7 +132,7 @@ impl Pieces {
             // The fan starts at the first corner; the reader of whole files chooses diagonals by shape.
             [first, rest @ .., _] if !rest.is_empty() => {
                 let fan = corners[1..].windows(2);
-                fan.for_each(|edge| pass_on([*first, edge[0], edge[1]].map(at), take, &mut n_broken));
+                fan.for_each(|edge| emit_triangle([*first, edge[0], edge[1]].map(at), take, &mut n_broken));
             }
             _ => n_broken += 1,
         };
@@ -157,7 +157,7 @@ impl Pieces {
     }
 }
 
-fn pass_on(corners: [Option<[f32; 3]>; 3], take: &mut dyn FnMut(Triangle), n_broken: &mut u64) {
+fn emit_triangle(corners: [Option<[f32; 3]>; 3], take: &mut dyn FnMut(Triangle), n_broken: &mut u64) {
     match corners {
         // Non-finite positions are dropped with their faces.
         [Some(a), Some(b), Some(c)] if [a, b, c].as_flattened().iter().all(|x| x.is_finite()) => take([a, b, c]),

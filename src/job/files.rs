@@ -24,7 +24,7 @@ pub struct Files {
     /// Mesh file.
     pub bytes: Vec<u8>,
     /// Companion files, such as textures.
-    pub beside: Vec<OutputFile>,
+    pub companion_files: Vec<OutputFile>,
     /// Content that the format cannot store, one line each.
     pub notes: Vec<String>,
     /// Vertices of each result in the file.
@@ -34,7 +34,8 @@ pub struct Files {
 impl Files {
     /// Returns the bytes of the mesh file and of its glTF buffers.
     pub fn n_bytes(&self) -> usize {
-        let buffers = self.beside.iter().filter(|file| file.path.extension().is_some_and(|ending| ending == "bin"));
+        let buffers =
+            self.companion_files.iter().filter(|file| file.path.extension().is_some_and(|ending| ending == "bin"));
         self.bytes.len() + buffers.map(|file| file.bytes.len()).sum::<usize>()
     }
 }

@@ -100,13 +100,13 @@ impl Job {
     }
 
     /// Returns whether some vertices are locked: at boundaries or at kept faces.
-    pub(super) fn holds_places(&self) -> bool {
+    pub(super) fn keeps_unmoved_positions(&self) -> bool {
         self.options.lock_boundaries || !self.keep.is_empty() || !self.shares.is_empty()
     }
 
     /// Returns whether some vertices must keep their exact positions.
     pub(super) fn keeps_positions(&self) -> bool {
-        self.options.subset || self.holds_places()
+        self.options.subset || self.keeps_unmoved_positions()
     }
 }
 

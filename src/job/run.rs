@@ -89,10 +89,11 @@ fn simplify_document(
         let input = document.input(&importance, &kept);
         return simplify_to_goal(document, &input, (weights, &options), job, watch);
     }
-    let (made, named) = shares::simplify_named(document, &importance, (weights, &options), job, watch)?;
-    let mut lighter = simplify_to_goal(document, &made.input(document.united_mesh()), (weights, &options), job, watch)?;
-    shares::widen(&mut lighter.results, &made);
-    Ok(SimplifiedResults { named, ..lighter })
+    let (simplified_groups, named) = shares::simplify_named(document, &importance, (weights, &options), job, watch)?;
+    let mut simplified =
+        simplify_to_goal(document, &simplified_groups.input(document.united_mesh()), (weights, &options), job, watch)?;
+    shares::renumber(&mut simplified.results, &simplified_groups);
+    Ok(SimplifiedResults { named, ..simplified })
 }
 
 fn simplify_to_goal(
@@ -102,23 +103,27 @@ fn simplify_to_goal(
     job: &Job,
     watch: &mut dyn Watch,
 ) -> Result<SimplifiedResults, JobError> {
-    let one = |result| SimplifiedResults::new(vec![result], job);
+    let single_result = |result| SimplifiedResults::new(vec![result], job);
     match &job.goal {
         Goal::Target | Goal::ShareOfFaces(_) => {
-            Ok(one(simplify_input(input, weights, options, &mut |event| watch.event(event))?))
+            Ok(single_result(simplify_input(input, weights, options, &mut |event| watch.event(event))?))
         }
         Goal::Levels(sizes) => {
             let target = |size: &LevelSize| resolve_target(size.target(document.mesh().faces().len()), document, job);
             let further: Vec<Target> = sizes.iter().skip(1).map(target).collect();
-            let tell = &mut |event| watch.event(event);
-            Ok(SimplifiedResults::new(simplify_levels_of_detail(input, weights, options, &further, tell)?, job))
+            let forward_event = &mut |event| watch.event(event);
+            Ok(SimplifiedResults::new(
+                simplify_levels_of_detail(input, weights, options, &further, forward_event)?,
+                job,
+            ))
         }
         Goal::Error(bound) => simplify_within(&[*bound], (document, input), (weights, options), job, watch),
         Goal::ErrorLevels(bounds) => simplify_within(bounds, (document, input), (weights, options), job, watch),
         Goal::Size(n_bytes) => {
             document.check_bytes(*n_bytes, job, job.names.file(0))?;
             let bytes_of = |result: &Simplified| bytes_of(document, result, job);
-            simplify_to_size(input, weights, options, *n_bytes, &bytes_of, &mut |event| watch.event(event)).map(one)
+            simplify_to_size(input, weights, options, *n_bytes, &bytes_of, &mut |event| watch.event(event))
+                .map(single_result)
         }
     }
 }
@@ -145,7 +150,7 @@ fn options_for(document: &Document, job: &Job) -> Result<Options, JobError> {
 
 // If names have shares, the rest of the input has fewer vertices, so a share must become a number.
 fn resolve_target(target: Target, document: &Document, job: &Job) -> Target {
-    if job.shares.is_empty() { target } else { shares::in_numbers(target, document.mesh().positions().len()) }
+    if job.shares.is_empty() { target } else { shares::ratio_to_count(target, document.mesh().positions().len()) }
 }
 
 fn bake_result(

@@ -10,7 +10,7 @@ use super::request::Job;
 use super::watch::Watch;
 
 /// Share of the progress bar for named faces.
-const OF_RUN: f32 = 0.5;
+const SHARE_OF_RUN: f32 = 0.5;
 
 /// Simplifies each name to its share and locks kept faces; returns the input for the rest.
 pub fn simplify_named(
@@ -30,39 +30,43 @@ pub fn simplify_named(
     let attributes = document.attributes_with_groups();
     let mut input = document.input(importance, &[]);
     input.attributes = &attributes;
-    let mut tell = |mut event: Event| {
-        event.total *= OF_RUN;
+    let mut forward_event = |mut event: Event| {
+        event.total *= SHARE_OF_RUN;
         watch.event(event)
     };
-    let made = simplify_groups(&input, weights, options, &ratios, &mut tell);
-    let mut made = made?;
+    let simplified = simplify_groups(&input, weights, options, &ratios, &mut forward_event);
+    let mut simplified = simplified?;
     let before = &attributes.groups;
     let n_of = |groups: &[u32], of: &[u32]| groups.iter().filter(|group| of.contains(group)).count();
-    let told = job.shares.iter().zip(&ratios[job.keep.len()..]).map(|((name, ratio), of)| NamedShare {
+    let named_shares = job.shares.iter().zip(&ratios[job.keep.len()..]).map(|((name, ratio), group)| NamedShare {
         name: name.clone(),
         ratio: *ratio,
-        faces_before: n_of(before, &of.groups),
-        faces: n_of(&made.attributes.groups, &of.groups),
+        faces_before: n_of(before, &group.groups),
+        faces: n_of(&simplified.attributes.groups, &group.groups),
     });
-    let told = told.collect();
+    let named_shares = named_shares.collect();
     if document.input(&[], &[]).attributes.groups.is_empty() {
-        made.attributes.groups.clear();
+        simplified.attributes.groups.clear();
     }
-    Ok((made, told))
+    Ok((simplified, named_shares))
 }
 
 /// Converts the results' vertices and faces to those of the mesh that was read.
-pub fn widen(results: &mut [Simplified], made: &SimplifiedGroups) {
+pub fn renumber(results: &mut [Simplified], simplified: &SimplifiedGroups) {
     for result in results {
-        result.report.dropped.iter_mut().for_each(|component| component.face = made.faces[component.face as usize]);
+        result
+            .report
+            .dropped
+            .iter_mut()
+            .for_each(|component| component.face = simplified.faces[component.face as usize]);
         let of_mesh = |own: Vec<u32>, sources: &Vec<u32>| own.into_iter().map(|v| sources[v as usize]).collect();
         result.source_vertices =
-            result.source_vertices.take().zip(made.sources.as_ref()).map(|(own, sources)| of_mesh(own, sources));
+            result.source_vertices.take().zip(simplified.sources.as_ref()).map(|(own, sources)| of_mesh(own, sources));
     }
 }
 
 /// Converts a share of `n_vertices` to a number.
-pub fn in_numbers(target: Target, n_vertices: usize) -> Target {
+pub fn ratio_to_count(target: Target, n_vertices: usize) -> Target {
     match target {
         Target::Ratio(ratio) => Target::Vertices(((n_vertices as f64 * ratio) as usize).max(1)),
         other => other,

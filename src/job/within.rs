@@ -27,30 +27,30 @@ pub(super) fn simplify_within(
 ) -> Result<SimplifiedResults, JobError> {
     let errors: Vec<f64> = bounds.iter().map(|bound| bound.to_absolute(document.diagonal())).collect();
     let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
-    let mut lighter = SimplifiedResults::new(Vec::new(), job);
-    lighter.pack = pack_below(least, document, job);
-    let rounding = rounding_below(least, lighter.pack.as_ref(), document, job)?;
+    let mut found_results = SimplifiedResults::new(Vec::new(), job);
+    found_results.pack = pack_below(least, document, job);
+    let rounding = rounding_below(least, found_results.pack.as_ref(), document, job)?;
     for (number, error) in errors.iter().enumerate() {
         // Each distance takes an equal share of the progress bar.
-        let mut tell = |mut event: Event| {
+        let mut forward_event = |mut event: Event| {
             event.total = (number as f32 + event.total) / errors.len() as f32;
             watch.event(event)
         };
         // The search leaves room for the rounding of the file.
-        let found = simplify_to_error(input, weights, options, error - rounding, &mut tell)?;
-        lighter.note = lighter.note.or(found.ended_early.then_some(ENDED_EARLY));
-        let (mut result, mut distance) = (found.simplified, widen_bounds(&found.distance, rounding));
+        let found = simplify_to_error(input, weights, options, error - rounding, &mut forward_event)?;
+        found_results.note = found_results.note.or(found.ended_early.then_some(ENDED_EARLY));
+        let (mut result, mut distance) = (found.simplified, add_rounding(&found.distance, rounding));
         // A result for a smaller distance is valid here too, and may be smaller if this search ended early.
-        if let (Some(last), Some(held)) = (lighter.results.last(), lighter.certified.last())
+        if let (Some(last), Some(distance_before)) = (found_results.results.last(), found_results.certified.last())
             && last.mesh.faces().len() <= result.mesh.faces().len()
             && last.report.outcome == Outcome::Reached
         {
-            (result, distance) = (last.clone(), *held);
+            (result, distance) = (last.clone(), *distance_before);
         }
-        lighter.results.push(result);
-        lighter.certified.push(distance);
+        found_results.results.push(result);
+        found_results.certified.push(distance);
     }
-    Ok(lighter)
+    Ok(found_results)
 }
 
 /// Returns the rounding of the file, which must be less than the distance.
@@ -80,7 +80,7 @@ fn pack_below(error: f64, document: &Document, job: &Job) -> Option<PackOptions>
     Some(PackOptions { bits: (asked.bits..most).find(is_small).unwrap_or(most), ..asked })
 }
 
-fn widen_bounds(distance: &CertifiedDistance, by: f64) -> CertifiedDistance {
+fn add_rounding(distance: &CertifiedDistance, by: f64) -> CertifiedDistance {
     let mut wide = *distance;
     wide.lower = (wide.lower - by).max(0.0);
     wide.upper += by;

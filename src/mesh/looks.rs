@@ -42,7 +42,7 @@ pub struct Look {
     /// Base colour texture.
     pub texture: Option<BaseTexture>,
     /// True if vertex colours multiply the base colour.
-    pub with_corners: bool,
+    pub uses_corner_colours: bool,
     /// Other surface properties.
     pub finish: Finish,
 }
@@ -73,7 +73,7 @@ pub struct Finish {
 
 impl Default for Look {
     fn default() -> Self {
-        Self { colour: [1.0; 3], texture: None, with_corners: true, finish: Finish::default() }
+        Self { colour: [1.0; 3], texture: None, uses_corner_colours: true, finish: Finish::default() }
     }
 }
 

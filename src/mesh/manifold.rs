@@ -105,7 +105,7 @@ fn change_partners(faces: &[[u32; 3]], vertices: &[u32], partners: &mut Partners
         for (half, _) in &halves {
             partners.remove(half);
         }
-        let mut fans = joined_fans(faces, corners, partners);
+        let mut fans = join_fans(faces, corners, partners);
         let mut by_fan: Vec<(u32, u32)> = halves.iter().map(|&(half, i)| (fans.find(i), half)).collect();
         by_fan.sort_unstable();
         for pair in by_fan.chunks_exact(2) {
@@ -159,8 +159,8 @@ fn split_fans(
     let mut moved = Vec::new();
     for corners in corners_at(faces, vertices).chunk_by(|a, b| a.0 == b.0) {
         let mut fans = match partners {
-            Some(partners) => joined_fans(faces, corners, partners),
-            None => parted_fans(faces, corners),
+            Some(partners) => join_fans(faces, corners, partners),
+            None => separate_fans(faces, corners),
         };
         let mut vertex_of = vec![0; corners.len()];
         for (i, &(vertex, corner)) in corners.iter().enumerate() {
@@ -179,12 +179,12 @@ fn split_fans(
 }
 
 /// Joins the corners at one vertex over two-face edges, or none if all would join.
-fn parted_fans(faces: &[[u32; 3]], corners: &[(u32, u32)]) -> UnionFind {
-    let fans = joined_fans(faces, corners, &Partners::default());
+fn separate_fans(faces: &[[u32; 3]], corners: &[(u32, u32)]) -> UnionFind {
+    let fans = join_fans(faces, corners, &Partners::default());
     if fans.n_sets() > 1 { fans } else { UnionFind::new(corners.len()) }
 }
 
-fn joined_fans(faces: &[[u32; 3]], corners: &[(u32, u32)], partners: &Partners) -> UnionFind {
+fn join_fans(faces: &[[u32; 3]], corners: &[(u32, u32)], partners: &Partners) -> UnionFind {
     let mut fans = UnionFind::new(corners.len());
     for spoke in spokes(faces, corners).chunk_by(|a, b| a.0 == b.0) {
         if let &[(_, i), (_, j)] = spoke {

@@ -57,27 +57,27 @@ pub(super) fn superfluous_faces(positions: &[[f32; 3]], faces: &[[u32; 3]], repe
     for side in faces.iter().flat_map(|&face| sides(face)) {
         edges.entry(side).and_modify(|edge| edge.n_faces += 1);
     }
-    let mut is_held = vec![false; repeated.len()];
+    let mut is_blocked = vec![false; repeated.len()];
     let would_open = |edge: &&RepeatedEdge| {
         let n_left = edge.n_faces - edge.n_repeated;
         edge.n_faces.is_multiple_of(2) && n_left % 2 == 1 && n_left > 1
     };
     for edge in edges.values().filter(would_open) {
-        is_held[patches.find(edge.place) as usize] = true;
+        is_blocked[patches.find(edge.place) as usize] = true;
     }
-    let held = (0..).zip(&repeated).filter(|&(place, _)| is_held[patches.find(place) as usize]);
-    let kept = pick_odd_copies(faces, held.map(|(_, &face)| face));
+    let blocked = (0..).zip(&repeated).filter(|&(place, _)| is_blocked[patches.find(place) as usize]);
+    let kept = pick_odd_copies(faces, blocked.map(|(_, &face)| face));
     let mut superfluous: Vec<u32> = repeated.into_iter().filter(|face| !kept.contains(face)).collect();
     for side in superfluous.iter().flat_map(|&face| sides(faces[face as usize])) {
         edges.entry(side).and_modify(|edge| edge.n_faces -= 1);
     }
-    superfluous.extend(superfluous_of_flaps(positions, faces, flaps(faces, &kept, &mut edges), &edges));
+    superfluous.extend(superfluous_in_pairs(positions, faces, find_face_pairs(faces, &kept, &mut edges), &edges));
     superfluous.sort_unstable();
     superfluous
 }
 
 /// Removes pairs of coincident faces that bound no body from `edges`, from the rim inward.
-fn flaps(faces: &[[u32; 3]], kept: &[u32], edges: &mut FxHashMap<[u32; 2], RepeatedEdge>) -> Vec<[u32; 2]> {
+fn find_face_pairs(faces: &[[u32; 3]], kept: &[u32], edges: &mut FxHashMap<[u32; 2], RepeatedEdge>) -> Vec<[u32; 2]> {
     let mut same: FxHashMap<[u32; 3], Vec<u32>> =
         kept.iter().map(|&face| (sort_corners(faces[face as usize]), Vec::new())).collect();
     for (face, &corners) in (0..).zip(faces) {
@@ -85,49 +85,54 @@ fn flaps(faces: &[[u32; 3]], kept: &[u32], edges: &mut FxHashMap<[u32; 2], Repea
     }
     let mut at_sides: FxHashMap<[u32; 2], Vec<[u32; 3]>> = FxHashMap::default();
     same.keys().for_each(|&face| sides(face).into_iter().for_each(|side| at_sides.entry(side).or_default().push(face)));
-    let mut flaps = Vec::new();
+    let mut pairs = Vec::new();
     let mut open: Vec<[u32; 3]> = same.keys().copied().collect();
     while let Some(face) = open.pop() {
         let n_own = sides(face).iter().filter(|side| edges.get(*side).is_some_and(|edge| edge.n_faces == 2)).count();
         let pair = same.get(&face).and_then(|same| <[u32; 2]>::try_from(same.as_slice()).ok());
         let Some(pair) = pair.filter(|_| n_own >= 2) else { continue };
-        flaps.push(pair);
+        pairs.push(pair);
         same.remove(&face);
         for side in sides(face) {
             edges.entry(side).and_modify(|edge| edge.n_faces -= 2);
             open.extend(at_sides.get(&side).into_iter().flatten());
         }
     }
-    flaps
+    pairs
 }
 
-/// Returns both sides of small flaps attached to other faces, and the second side of others.
-fn superfluous_of_flaps(
+/// Returns both faces of pairs in small attached patches, and the second face of other pairs.
+fn superfluous_in_pairs(
     positions: &[[f32; 3]],
     faces: &[[u32; 3]],
-    flaps: Vec<[u32; 2]>,
+    pairs: Vec<[u32; 2]>,
     edges: &FxHashMap<[u32; 2], RepeatedEdge>,
 ) -> Vec<u32> {
     let area =
         |face: [u32; 3]| area_normal_f64(face.map(|v| DVec3::from(positions[v as usize].map(f64::from)))).length();
-    let mut joined = UnionFind::new(flaps.len());
+    let mut joined = UnionFind::new(pairs.len());
     let mut first_at: FxHashMap<[u32; 2], u32> = FxHashMap::default();
-    for (number, pair) in (0..).zip(&flaps) {
+    for (number, pair) in (0..).zip(&pairs) {
         for side in sides(faces[pair[0] as usize]) {
             joined.union(number, *first_at.entry(side).or_insert(number));
         }
     }
-    let (flap, n) = joined.number_sets(Pulse::NONE);
+    let (patch, n) = joined.number_sets(Pulse::NONE);
     let mut sums = vec![(0.0, false); n];
-    for (pair, &flap) in flaps.iter().zip(&flap) {
+    for (pair, &patch) in pairs.iter().zip(&patch) {
         let face = faces[pair[0] as usize];
-        let (sum, hangs) = &mut sums[flap as usize];
+        let (sum, is_attached) = &mut sums[patch as usize];
         *sum += area(face);
-        *hangs |= sides(face).iter().any(|side| edges.get(side).is_some_and(|edge| edge.n_faces > 0));
+        *is_attached |= sides(face).iter().any(|side| edges.get(side).is_some_and(|edge| edge.n_faces > 0));
     }
-    let all: f64 = if flaps.is_empty() { 0.0 } else { faces.iter().map(|&face| area(face)).sum() };
-    let goes = |flap: u32| sums[flap as usize].1 && sums[flap as usize].0 <= SMALL * all;
-    flaps.iter().zip(flap).flat_map(|(pair, flap)| if goes(flap) { &pair[..] } else { &pair[1..] }).copied().collect()
+    let all: f64 = if pairs.is_empty() { 0.0 } else { faces.iter().map(|&face| area(face)).sum() };
+    let is_removed = |patch: u32| sums[patch as usize].1 && sums[patch as usize].0 <= SMALL * all;
+    pairs
+        .iter()
+        .zip(patch)
+        .flat_map(|(pair, patch)| if is_removed(patch) { &pair[..] } else { &pair[1..] })
+        .copied()
+        .collect()
 }
 
 struct RepeatedEdge {
@@ -207,8 +212,8 @@ mod tests {
     #[test]
     fn a_flap_goes_with_both_its_sides_where_it_is_small() {
         let body = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
-        let flap = [[0, 1, 4], [1, 0, 4], [1, 5, 4], [5, 1, 4]];
-        let faces = [&body[..], &flap[..]].concat();
+        let patch = [[0, 1, 4], [1, 0, 4], [1, 5, 4], [5, 1, 4]];
+        let faces = [&body[..], &patch[..]].concat();
         let mut positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         positions.extend([[0.5, -1e-4, 0.0], [1.0, -1e-4, 0.0]]);
         assert_eq!(superfluous(&positions, &faces), [4, 5, 6, 7]);

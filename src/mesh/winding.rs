@@ -27,7 +27,7 @@ pub fn orient_outward(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<[u32; 3
     for first in 0..faces.len() {
         if !is_reached[first] {
             let component = wind_component(first, &twins, &mut wound, &mut is_reached);
-            if spanned_volume(positions, &wound, &component) < 0.0 {
+            if signed_volume(positions, &wound, &component) < 0.0 {
                 component.iter().for_each(|&face| turn(&mut wound[face]));
             }
         }
@@ -67,7 +67,7 @@ fn turn(face: &mut [u32; 3]) {
     face.swap(1, 2);
 }
 
-fn spanned_volume(positions: &[[f32; 3]], faces: &[[u32; 3]], component: &[usize]) -> f64 {
+fn signed_volume(positions: &[[f32; 3]], faces: &[[u32; 3]], component: &[usize]) -> f64 {
     let corners = |face: usize| faces[face].map(|v| DVec3::from(positions[v as usize].map(f64::from)));
     let sum: DVec3 = component.iter().flat_map(|&face| corners(face)).sum();
     let middle = sum / (3 * component.len()) as f64;

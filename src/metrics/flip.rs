@@ -42,7 +42,7 @@ pub fn flip(width: usize, a: &[[u8; 3]], b: &[[u8; 3]]) -> Option<f64> {
     }
     let pictures =
         [a, b].map(|pixels| Picture { width, opponent: pixels.iter().map(|&pixel| to_opponent(pixel)).collect() });
-    let [filtered_a, filtered_b] = [&pictures[0], &pictures[1]].map(Picture::perceived);
+    let [filtered_a, filtered_b] = [&pictures[0], &pictures[1]].map(Picture::to_perceived_lab);
     let [features_a, features_b] = [&pictures[0], &pictures[1]].map(Picture::features);
     let largest = largest_difference();
     let pixel = |at: usize| {
@@ -62,7 +62,7 @@ struct Picture {
 
 impl Picture {
     /// Blurs as the eye does at this distance; returns Hunt-adjusted L*a*b* of each pixel.
-    fn perceived(&self) -> Vec<[f64; 3]> {
+    fn to_perceived_lab(&self) -> Vec<[f64; 3]> {
         let largest_spread = SENSITIVITY.iter().map(|channel| channel[1]).fold(0.0, f64::max);
         let radius = (3.0 * (largest_spread / (2.0 * PI * PI)).sqrt() * PIXELS_PER_DEGREE).ceil() as isize;
         let channels: [Vec<f64>; 3] = std::array::from_fn(|channel| {

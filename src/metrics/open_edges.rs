@@ -81,7 +81,7 @@ fn length(mesh: &TriMesh, edge: &Edge) -> f64 {
 }
 
 fn is_on_boundary(boundary: &NearestOnTriangles, [a, b]: [DVec3; 2], reach: f64) -> bool {
-    let is_near = |p: DVec3| boundary.is_any_within(p, reach, |_| true);
+    let is_near = |p: DVec3| boundary.is_within_distance(p, reach, |_| true);
     is_near(a) && is_near(b) && is_near(a.midpoint(b))
 }
 

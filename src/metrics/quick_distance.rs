@@ -22,8 +22,8 @@ const NEIGHBOURHOOD: usize = 4;
 const GAP: f64 = 0.02;
 const MAX_TESTS: u64 = 40_000;
 /// Largest number of triangles and boxes visited per direction, in total and per point.
-const MAX_LOOKS: f64 = 1e7;
-const USUAL_LOOKS: f64 = 100.0;
+const MAX_VISITS: f64 = 1e7;
+const USUAL_VISITS: f64 = 100.0;
 const AREAS_CHUNK: usize = 4096;
 /// Steps of a low-discrepancy sequence (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences").
 const R2_STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
@@ -98,7 +98,7 @@ fn find_farthest(mesh: &TriMesh, own: &FaceTree, other: &FaceTree, n_samples: us
     let points: Vec<DVec3> =
         curve_samples(mesh, own.order(), n_samples, 0).iter().map(|sample| sample.point).chain(vertices).collect();
     let look = |point: DVec3| other.find_near_with_cost(point, None, f64::NEG_INFINITY);
-    let most = MAX_LOOKS.max(USUAL_LOOKS * points.len() as f64);
+    let most = MAX_VISITS.max(USUAL_VISITS * points.len() as f64);
     let n = affordable_count(points.len(), most, |i| look(points[i]).map_or(0, |found| found.2.total()));
     let far = |i: usize| {
         let point = points[i * points.len() / n];
@@ -134,7 +134,7 @@ pub(super) fn one_way_distance(
     let samples = draw(n_samples);
     let looks =
         |point: DVec3, enough| other.find_near_with_cost(point, None, enough).map_or(0, |found| found.2.total());
-    let most = |n: usize| MAX_LOOKS.max(USUAL_LOOKS * n as f64);
+    let most = |n: usize| MAX_VISITS.max(USUAL_VISITS * n as f64);
     let n_affordable = affordable_count(n_samples, most(n_samples), |i| looks(samples[i].point, f64::NEG_INFINITY));
     let samples = if n_affordable < n_samples { draw(n_affordable) } else { samples };
     let measure_chunk = |samples: &[CurveSample]| Isa::best().run(SampleDistances { samples, tree: other });

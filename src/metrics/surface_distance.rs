@@ -8,7 +8,7 @@ use super::search_budget::affordable_count;
 
 const CHUNK: usize = 512;
 /// Largest number of triangles and boxes visited, in total and per point.
-const MAX_LOOKS: [f64; 2] = [4e6, 120.0];
+const MAX_VISITS: [f64; 2] = [4e6, 120.0];
 
 /// Distances from the samples of one surface to another, in the mesh's unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -114,7 +114,7 @@ fn farthest_vertex(from: &Surface, to: &Surface) -> f64 {
 
 fn affordable_subset(points: &[DVec3], to: &Surface) -> Vec<usize> {
     let n = points.len();
-    let most = MAX_LOOKS[0].max(MAX_LOOKS[1] * n as f64);
+    let most = MAX_VISITS[0].max(MAX_VISITS[1] * n as f64);
     let n_affordable = affordable_count(n, most, |i| to.nearest.nearest_with_cost(points[i]).1);
     (0..n_affordable).map(|i| i * n / n_affordable).collect()
 }

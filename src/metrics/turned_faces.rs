@@ -18,7 +18,7 @@ const TEST_POINTS: [[f64; 3]; 4] = [
 const SLACK: f64 = 0.25;
 
 /// Largest number of triangles and boxes visited: a fixed number, plus a number per face.
-const MAX_LOOKS: [u64; 2] = [5_000_000, 300];
+const MAX_VISITS: [u64; 2] = [5_000_000, 300];
 
 /// Returns the faces of the simplified mesh that are turned against the original surface, ascending.
 ///
@@ -35,7 +35,7 @@ pub fn turned_faces(original: &Surface, simplified: &TriMesh) -> Vec<u32> {
 }
 
 pub(super) fn n_turned_faces(original: &Surface, simplified: &TriMesh) -> Option<usize> {
-    let most = MAX_LOOKS[0] + MAX_LOOKS[1] * simplified.faces().len() as u64;
+    let most = MAX_VISITS[0] + MAX_VISITS[1] * simplified.faces().len() as u64;
     find_turned(original, simplified, most).map(|faces| faces.len())
 }
 
@@ -50,24 +50,24 @@ fn find_turned(original: &Surface, simplified: &TriMesh, most: u64) -> Option<Ve
 fn is_turned(original: &Surface, [a, b, c]: [DVec3; 3]) -> (bool, u64) {
     let normal = (b - a).cross(c - a);
     let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
-    let mut n_looks = 0;
+    let mut n_visits = 0;
     let mut is_opposed = |&[u, v, w]: &[f64; 3]| {
         let (is_wrong, n) = is_opposed(original, a * u + b * v + c * w, normal, SLACK * longest);
-        n_looks += n;
+        n_visits += n;
         is_wrong
     };
     let is_turned = normal.length_squared() > 0.0 && TEST_POINTS.iter().all(&mut is_opposed);
-    (is_turned, n_looks)
+    (is_turned, n_visits)
 }
 
 /// Returns whether no face oriented like `normal` is almost as near to `p` as the nearest one, and the visits.
 fn is_opposed(original: &Surface, p: DVec3, normal: DVec3, slack: f64) -> (bool, u64) {
     let agrees = |face: u32| original.normals[face as usize].dot(normal) > 0.0;
-    let (nearest, n_looks) = original.nearest.nearest_with_cost(p);
-    let Some(nearest) = nearest.filter(|nearest| !agrees(nearest.triangle)) else { return (false, n_looks.into()) };
+    let (nearest, n_visits) = original.nearest.nearest_with_cost(p);
+    let Some(nearest) = nearest.filter(|nearest| !agrees(nearest.triangle)) else { return (false, n_visits.into()) };
     let reach = nearest.distance2.sqrt() + slack;
-    let (is_any, n_more) = original.nearest.is_any_within_with_cost(p, reach, agrees);
-    (!is_any, u64::from(n_looks) + u64::from(n_more))
+    let (is_any, n_more) = original.nearest.is_within_distance_with_cost(p, reach, agrees);
+    (!is_any, u64::from(n_visits) + u64::from(n_more))
 }
 
 #[cfg(test)]

@@ -173,9 +173,9 @@ fn add_candidates(
     let from = original.partition_point(|triangle| triangle[0] < i);
     let to = from + original[from..].partition_point(|triangle| triangle[0] == i);
     let spanned = &original[from..to];
-    let (of_i, start_i) = later(graph, i);
+    let (of_i, start_i) = columns_after(graph, i);
     for (n, &j) in of_i.iter().enumerate() {
-        let (of_j, start_j) = later(graph, j);
+        let (of_j, start_j) = columns_after(graph, j);
         let is_joined = adjacency[start_i + n] > 0.0;
         // Both rows ascend: one walk along both finds their common neighbours.
         let mut at = 0;
@@ -198,7 +198,7 @@ fn add_candidates(
 }
 
 /// Returns the entries of row `i` right of the diagonal, and the index of the first.
-fn later(graph: &Csr, i: u32) -> (&[u32], usize) {
+fn columns_after(graph: &Csr, i: u32) -> (&[u32], usize) {
     let row = graph.row(i as usize);
     let skipped = row.partition_point(|&j| j <= i);
     (&row[skipped..], graph.range(i as usize).start + skipped)

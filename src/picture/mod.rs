@@ -4,7 +4,6 @@
 
 mod camera;
 mod caption;
-mod coat;
 mod corner_normals;
 mod image_file;
 #[cfg(feature = "ktx2")]
@@ -20,6 +19,7 @@ mod raster;
 mod scaled_mesh;
 mod shade;
 mod shaded_mesh;
+mod surface_materials;
 mod texture;
 mod value_paint;
 mod views;
@@ -30,11 +30,11 @@ use rayon::prelude::*;
 use crate::mesh::TriMesh;
 use shade::Shading;
 
-pub use coat::{Coat, Cover, CoveredCorner};
 pub use corner_normals::CornerNormals;
 pub use image_file::{ImageFormat, decode_image, encode_webp, image_problem, image_size};
 pub use png_file::{encode_png, encode_png_opaque};
 pub use shaded_mesh::ShadedMesh;
+pub use surface_materials::{DecodedMaterials, PaintedCorner, SurfaceMaterials};
 pub use texture::shrink;
 pub use value_paint::Scale;
 pub use views::{MeshView, view, view_shaded};
@@ -100,11 +100,12 @@ pub fn render(meshes: &[&TriMesh], options: &PictureOptions) -> Image {
 /// let ball = shapes::icosphere(2);
 /// let mut red = Look::default();
 /// red.colour = [0.8, 0.1, 0.1];
-/// let coat = picture::Coat::new(Attributes::NONE, &Looks::new(vec![red])).0.unwrap();
+/// let materials = picture::DecodedMaterials::new(Attributes::NONE, &Looks::new(vec![red])).0.unwrap();
 /// let mut options = picture::PictureOptions::default();
 /// options.height = 120;
 /// let plain = picture::ShadedMesh::bare(&ball);
-/// let image = picture::render_shaded(&[picture::ShadedMesh { coat: Some(&coat), ..plain }, plain], &options);
+/// let painted = picture::ShadedMesh { materials: Some(&materials), ..plain };
+/// let image = picture::render_shaded(&[painted, plain], &options);
 /// assert_eq!(image.height, 120);
 /// ```
 pub fn render_shaded(meshes: &[ShadedMesh], options: &PictureOptions) -> Image {

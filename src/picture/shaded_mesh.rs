@@ -3,10 +3,10 @@
 use glam::Vec3;
 
 use super::camera::Camera;
-use super::coat::Coat;
 use super::corner_normals::CornerNormals;
 use super::scaled_mesh::ScaledMesh;
 use super::shade::{ColourFunction, NormalFunction, Shading};
+use super::surface_materials::DecodedMaterials;
 use crate::mesh::TriMesh;
 
 /// Mesh to be drawn.
@@ -15,7 +15,7 @@ pub struct ShadedMesh<'a> {
     /// Surface.
     pub mesh: &'a TriMesh,
     /// Colours of the surface.
-    pub coat: Option<&'a Coat>,
+    pub materials: Option<&'a DecodedMaterials>,
     /// Stored normals; otherwise face normals are drawn.
     pub normals: Option<&'a CornerNormals>,
 }
@@ -25,10 +25,10 @@ impl<'a> ShadedMesh<'a> {
     ///
     /// ```
     /// use neural_mesh::{mesh::shapes, picture::ShadedMesh};
-    /// assert!(ShadedMesh::bare(&shapes::icosphere(1)).coat.is_none());
+    /// assert!(ShadedMesh::bare(&shapes::icosphere(1)).materials.is_none());
     /// ```
     pub fn bare(mesh: &'a TriMesh) -> Self {
-        Self { mesh, coat: None, normals: None }
+        Self { mesh, materials: None, normals: None }
     }
 
     pub(super) fn with_shading<T>(
@@ -38,8 +38,8 @@ impl<'a> ShadedMesh<'a> {
         camera: &Camera,
         draw: impl FnOnce(Shading) -> T,
     ) -> T {
-        let coat = self.coat.and_then(|coat| coat.place_on(points, shape.faces));
-        let colours = coat.as_ref().map(|coat| move |face, at| coat.colour(face, at));
+        let materials = self.materials.and_then(|materials| materials.place_on(points, shape.faces));
+        let colours = materials.as_ref().map(|materials| move |face, at| materials.colour(face, at));
         let blended = self.normals.and_then(|normals| normals.place_on(shape, points, camera));
         let normals = blended.as_ref().map(|blended| move |face, at| blended.normal(face, at));
         draw(Shading {

@@ -36,13 +36,14 @@ pub fn view(meshes: &[&TriMesh], direction: [f32; 2], height: usize) -> Vec<Mesh
 /// Draws each mesh as [`view`] does, with its colours, textures and stored normals.
 ///
 /// ```
-/// use neural_mesh::{mesh::{Attributes, Look, Looks, shapes}, picture::{Coat, ShadedMesh, view, view_shaded}};
+/// use neural_mesh::mesh::{Attributes, Look, Looks, shapes};
+/// use neural_mesh::picture::{DecodedMaterials, ShadedMesh, view, view_shaded};
 /// let ball = shapes::icosphere(2);
 /// let mut red = Look::default();
 /// red.colour = [0.8, 0.1, 0.1];
-/// let coat = Coat::new(Attributes::NONE, &Looks::new(vec![red])).0;
+/// let materials = DecodedMaterials::new(Attributes::NONE, &Looks::new(vec![red])).0;
 /// let plain = ShadedMesh::bare(&ball);
-/// let views = view_shaded(&[ShadedMesh { coat: coat.as_ref(), ..plain }, plain], [30.0, 15.0], 64);
+/// let views = view_shaded(&[ShadedMesh { materials: materials.as_ref(), ..plain }, plain], [30.0, 15.0], 64);
 /// assert_eq!(views[1], view(&[&ball], [30.0, 15.0], 64)[0]);
 /// assert_ne!(views[0].shaded, views[1].shaded);
 /// ```

@@ -72,7 +72,7 @@ pub(super) fn fill(faces: &mut RepairFaces, most_edges: usize, is_wanted: impl F
         // One group per hole, so that no seam runs across it.
         let group = most_common(rims.iter().map(|rim| faces.group(rim.face())));
         for triangle in triangles {
-            let wedges = triangle.map(|i| wedge_beside(faces, rims, triangle, i));
+            let wedges = triangle.map(|i| wedge_at_side(faces, rims, triangle, i));
             faces.push(triangle.map(|i| rims[i as usize].vertex), wedges, group);
         }
     }
@@ -114,7 +114,7 @@ fn triangles_over(faces: &RepairFaces, rims: &[Rim], known: &FxHashSet<[u32; 2]>
 }
 
 /// Returns the wedge for a corner of a new face, preferably from the face across one of the corner's sides.
-fn wedge_beside(faces: &RepairFaces, rims: &[Rim], triangle: [u32; 3], i: u32) -> u32 {
+fn wedge_at_side(faces: &RepairFaces, rims: &[Rim], triangle: [u32; 3], i: u32) -> u32 {
     let n = rims.len() as u32;
     let before = (i + n - 1) % n;
     let is_side = |place: u32| triangle.contains(&place);

@@ -52,16 +52,16 @@ fn triangle(faces: &RepairFaces, (face, turn): (u32, bool)) -> [[f32; 3]; 3] {
 
 fn share_in_solid(faces: &RepairFaces, body: &Body, rays: &Rays, counts: &mut dyn FnMut(u32) -> i32) -> f64 {
     let step = body.hull.len().div_ceil(SAMPLES);
-    let (mut n_looks, mut n_within) = (0, 0);
+    let (mut n_visits, mut n_within) = (0, 0);
     for (sample, &(face, _)) in body.hull.iter().step_by(step).enumerate() {
         let point: glam::DVec3 = faces.points(face).iter().zip(WITHIN).map(|(corner, weight)| *corner * weight).sum();
         // A ray through an edge says nothing; another sample will.
         let Some(crossed) = rays.find_crossings(point.as_vec3().to_array(), sample % 3) else { continue };
         let winding: i32 = crossed.into_iter().map(|(triangle, sign)| sign * counts(triangle)).sum();
-        n_looks += 1;
+        n_visits += 1;
         n_within += usize::from(winding > 0);
     }
-    if n_looks == 0 { 0.0 } else { n_within as f64 / n_looks as f64 }
+    if n_visits == 0 { 0.0 } else { n_within as f64 / n_visits as f64 }
 }
 
 #[cfg(test)]

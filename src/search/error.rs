@@ -32,9 +32,9 @@ const CLOSE: f64 = 1.05;
 const SPARE: f64 = 0.9;
 /// Budget of visited triangles and boxes for all proofs of a search: per face of the original, and at least.
 // Five benchmark meshes at 0.3 % take 158 to 434 per face in 10 to 14 proofs.
-const MOST_LOOKS: [u64; 2] = [1000, 4_000_000];
+const MOST_VISITS: [u64; 2] = [1000, 4_000_000];
 /// Share of a run in its time with proofs.
-const OF_RUN: f32 = 0.4;
+const SHARE_OF_RUN: f32 = 0.4;
 
 /// A result and its proved distance.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,15 +86,15 @@ pub fn simplify_to_error(
     let rounding = 2.0 * original.rounding();
     let bound = (error - rounding).max(0.0);
     let options = &Options { prune_within: options.prune_within.min(bound), ..options.clone() };
-    let mut search = Search::new(progress, OF_RUN);
+    let mut search = Search::new(progress, SHARE_OF_RUN);
     let mut levels = |sizes: &[usize], in_place: bool| {
         let options = Options { subset: in_place || options.subset, ..options.clone() };
-        let made = at_sizes(input, weights, &options, sizes, &mut search.run())?;
+        let made = simplify_to_counts(input, weights, &options, sizes, &mut search.run())?;
         search.look("proof")?;
         Ok(made)
     };
     let prover = Prover::new(&original, bound);
-    let (best, n_tries) = smallest_that_holds(&prover, &mut |sizes| levels(sizes, false))?;
+    let (best, n_tries) = smallest_within_error(&prover, &mut |sizes| levels(sizes, false))?;
     let (mut simplified, distance) = match best {
         Some(best) => {
             let sharp = bound_distance(&original, &best, bound);
@@ -102,7 +102,7 @@ pub fn simplify_to_error(
         }
         None => nearest(&original, bound, options, &mut levels)?,
     };
-    let distance = widen_bounds(distance, rounding);
+    let distance = add_rounding(distance, rounding);
     simplified.report.outcome = outcome(&distance, error);
     Ok(Bounded { simplified, distance, n_tries, ended_early: prover.is_any_open.get() })
 }
@@ -153,14 +153,15 @@ fn outcome(found: &CertifiedDistance, error: f64) -> Outcome {
     if found.upper <= error {
         return Outcome::Reached;
     }
-    let [asked, upper, lower] = [error, found.upper, found.lower].map(|distance| in_words(distance, found.diagonal));
+    let [asked, upper, lower] =
+        [error, found.upper, found.lower].map(|distance| format_distance(distance, found.diagonal));
     Outcome::Stopped(format!(
         "no result is proved to be within {asked} of the original: the distance of this result is between {lower} and {upper}"
     ))
 }
 
 /// Formats a distance to three digits, such as `0.0731 (1 % of the diagonal)`.
-fn in_words(distance: f64, diagonal: f64) -> String {
+fn format_distance(distance: f64, diagonal: f64) -> String {
     let digits = |value: f64| {
         let decimals = if value > 0.0 { (2.0 - value.log10().floor()).clamp(0.0, 17.0) as usize } else { 0 };
         format!("{value:.decimals$}")
@@ -172,7 +173,7 @@ type MakeLevels<'a> = dyn FnMut(&[usize]) -> LevelResults + 'a;
 
 type LevelResults = Result<Vec<Simplified>, SimplifyError>;
 
-fn at_sizes(
+fn simplify_to_counts(
     input: &Input,
     weights: Option<&Weights>,
     options: &Options,
@@ -184,11 +185,14 @@ fn at_sizes(
 }
 
 /// Finds the smallest result within the error, and the number of results made.
-fn smallest_that_holds(prover: &Prover, levels: &mut MakeLevels) -> Result<(Option<Simplified>, usize), SimplifyError> {
+fn smallest_within_error(
+    prover: &Prover,
+    levels: &mut MakeLevels,
+) -> Result<(Option<Simplified>, usize), SimplifyError> {
     let mut range = Range {
         too_few: 0,
         enough: prover.original.n_vertices,
-        holding: Vec::new(),
+        sizes_within_error: Vec::new(),
         were_predicted: false,
         was_reopened: false,
     };
@@ -203,9 +207,11 @@ fn smallest_that_holds(prover: &Prover, levels: &mut MakeLevels) -> Result<(Opti
         }
         let mut results = levels(&sizes)?;
         n_tries += results.len();
-        let n_hold = holding(&results, |result| {
+        let n_hold = count_within_error(&results, |result| {
             let distance = prover.distance(result);
-            range.holding.extend(distance.map(|distance| (result.mesh.positions().len(), distance / prover.error)));
+            range
+                .sizes_within_error
+                .extend(distance.map(|distance| (result.mesh.positions().len(), distance / prover.error)));
             distance.is_some()
         });
         range.too_few = sizes.get(n_hold).copied().unwrap_or(range.too_few);
@@ -223,11 +229,11 @@ fn smallest_that_holds(prover: &Prover, levels: &mut MakeLevels) -> Result<(Opti
 }
 
 /// Counts the results within the error, largest first, assuming that larger ones are within if a smaller one is.
-fn holding(results: &[Simplified], mut holds: impl FnMut(&Simplified) -> bool) -> usize {
+fn count_within_error(results: &[Simplified], mut is_within_error: impl FnMut(&Simplified) -> bool) -> usize {
     let (mut low, mut high) = (0, results.len());
     while low < high {
         let middle = low.midpoint(high);
-        if holds(&results[middle]) {
+        if is_within_error(&results[middle]) {
             low = middle + 1;
         } else {
             high = middle;
@@ -274,7 +280,7 @@ impl<'a> PlacedOriginal<'a> {
 }
 
 /// Widens bounds by rounding; an upper bound of 0 stays.
-fn widen_bounds(distance: CertifiedDistance, rounding: f64) -> CertifiedDistance {
+fn add_rounding(distance: CertifiedDistance, rounding: f64) -> CertifiedDistance {
     match distance.upper {
         0.0 => distance,
         upper => CertifiedDistance { lower: (distance.lower - rounding).max(0.0), upper: upper + rounding, ..distance },
@@ -290,20 +296,20 @@ struct Prover<'a> {
 
 impl<'a> Prover<'a> {
     fn new(original: &'a PlacedOriginal<'a>, error: f64) -> Self {
-        let most = MOST_LOOKS[0] * original.view.faces().len() as u64 + MOST_LOOKS[1];
+        let most = MOST_VISITS[0] * original.view.faces().len() as u64 + MOST_VISITS[1];
         Self { original, error, left: Cell::new(most), is_any_open: Cell::new(false) }
     }
 
     /// Returns a lower bound of the distance if the distance is proved to be within the error.
     fn distance(&self, simplified: &Simplified) -> Option<f64> {
         let asked = DistanceTolerance { enough: self.error, too_much: self.error, gap: 0.0 };
-        let (distance, n_looks) = certified_distance_with_budget(
+        let (distance, n_visits) = certified_distance_with_budget(
             &self.original.view,
             &self.original.view_of(simplified),
             &asked,
             self.left.get(),
         );
-        self.left.set(self.left.get().saturating_sub(n_looks));
+        self.left.set(self.left.get().saturating_sub(n_visits));
         let is_open = |distance: &CertifiedDistance| distance.lower <= self.error && distance.upper > self.error;
         self.is_any_open.set(self.is_any_open.get() || distance.as_ref().is_some_and(is_open));
         distance.filter(|distance| distance.upper <= self.error).map(|distance| distance.lower)
@@ -314,7 +320,7 @@ impl<'a> Prover<'a> {
 struct Range {
     too_few: usize,
     enough: usize,
-    holding: Vec<(usize, f64)>,
+    sizes_within_error: Vec<(usize, f64)>,
     /// True if the last sizes were predicted; the next ones are then not.
     were_predicted: bool,
     was_reopened: bool,
@@ -328,7 +334,7 @@ impl Range {
     /// Reopens sizes below the rejected ones, once, if the smallest accepted result is well within the error.
     fn reopens(&mut self) -> bool {
         let spares = |&(size, share): &(usize, f64)| size == self.enough && share < SPARE;
-        let reopens = !self.was_reopened && self.holding.iter().any(spares);
+        let reopens = !self.was_reopened && self.sizes_within_error.iter().any(spares);
         if reopens {
             (self.was_reopened, self.were_predicted) = (true, false);
             self.too_few = (self.enough as f64 / NEAR.powi(SIZES as i32 + 1)) as usize;
@@ -359,10 +365,11 @@ impl Range {
     }
 
     fn predict_size(&self) -> Option<f64> {
-        let mut holding: Vec<(usize, f64)> = self.holding.iter().copied().filter(|&(_, share)| share > 0.0).collect();
-        holding.sort_by_key(|&(size, _)| size);
-        let &(size, share) = holding.first()?;
-        let power = holding.get(1).map_or(USUAL_POWER, |&(larger, less)| {
+        let mut sizes_within_error: Vec<(usize, f64)> =
+            self.sizes_within_error.iter().copied().filter(|&(_, share)| share > 0.0).collect();
+        sizes_within_error.sort_by_key(|&(size, _)| size);
+        let &(size, share) = sizes_within_error.first()?;
+        let power = sizes_within_error.get(1).map_or(USUAL_POWER, |&(larger, less)| {
             (share / less).ln() / (larger as f64 / size as f64).ln().max(f64::MIN_POSITIVE)
         });
         Some(size as f64 * share.powf(1.0 / power.clamp(POWERS[0], POWERS[1])))
@@ -447,7 +454,7 @@ mod tests {
         assert!(distance.lower > 1e-6, "{distance:?}");
         let Outcome::Stopped(why) = &simplified.report.outcome else { panic!("{distance:?}") };
         let asked = "no result is proved to be within 0.00000100 (0.0000289 % of the diagonal) of the original";
-        assert!(why.starts_with(asked) && why.contains(&in_words(distance.upper, distance.diagonal)), "{why}");
+        assert!(why.starts_with(asked) && why.contains(&format_distance(distance.upper, distance.diagonal)), "{why}");
     }
 
     #[test]
@@ -485,9 +492,9 @@ mod tests {
 
     #[test]
     fn numbers_are_short() {
-        assert_eq!(in_words(0.073_123, 7.3123), "0.0731 (1.00 % of the diagonal)");
-        assert_eq!(in_words(0.0, 0.0), "0 (0 % of the diagonal)");
-        assert_eq!(in_words(1234.5, 1e7), "1234 (0.0123 % of the diagonal)");
+        assert_eq!(format_distance(0.073_123, 7.3123), "0.0731 (1.00 % of the diagonal)");
+        assert_eq!(format_distance(0.0, 0.0), "0 (0 % of the diagonal)");
+        assert_eq!(format_distance(1234.5, 1e7), "1234 (0.0123 % of the diagonal)");
     }
 
     #[test]

@@ -14,7 +14,7 @@ const FIRST: usize = 1000;
 /// Failed trials in a row after which the smallest possible result is tried.
 const MOST_MISSES: usize = 5;
 /// Share of a run in its time with writing.
-const OF_RUN: f32 = 0.9;
+const SHARE_OF_RUN: f32 = 0.9;
 
 /// Finds a result that takes at most `n_bytes` when written and nearly fills them.
 ///
@@ -47,7 +47,7 @@ pub fn simplify_to_size<E: From<SimplifyError>>(
     let mut fits: Option<(Simplified, usize)> = None;
     let mut too_large: Option<(Simplified, usize)> = None;
     let mut vertices = FIRST.min(n_all);
-    let mut search = Search::new(progress, OF_RUN);
+    let mut search = Search::new(progress, SHARE_OF_RUN);
     for n_before in 0..MOST_TRIES {
         let options = Options { target: Target::Vertices(vertices), ..options.clone() };
         let result = simplify_input(input, weights, &options, &mut search.run())?;

@@ -95,13 +95,13 @@ struct BestFace {
     face: u32,
     distance2: f64,
     limit: f32,
-    looks: SearchCost,
+    cost: SearchCost,
 }
 
 impl BestFace {
     #[inline(always)]
     fn with_limit(distance2: f64, p: DVec3) -> Self {
-        Self { face: u32::MAX, distance2, limit: limit(distance2, p), looks: SearchCost::default() }
+        Self { face: u32::MAX, distance2, limit: limit(distance2, p), cost: SearchCost::default() }
     }
 }
 
@@ -170,7 +170,7 @@ impl<'a> FaceTree<'a> {
     #[inline(always)]
     pub fn find_near_with_cost(&self, p: DVec3, guess: Option<u32>, enough: f64) -> Option<(u32, f64, SearchCost)> {
         let scale2 = self.scale * self.scale;
-        self.best(p, guess, enough * scale2, &|_| true).map(|best| (best.face, best.distance2 / scale2, best.looks))
+        self.best(p, guess, enough * scale2, &|_| true).map(|best| (best.face, best.distance2 / scale2, best.cost))
     }
 
     /// Returns the closest triangle within `reach` that `accept` allows, and its squared distance.
@@ -212,7 +212,7 @@ impl<'a> FaceTree<'a> {
             best.limit = limit(enough, p);
             self.search((p, enough), guess, accept, &mut best);
             if best.distance2 > enough {
-                best = BestFace { looks: best.looks, ..none };
+                best = BestFace { cost: best.cost, ..none };
             }
         }
         if best.distance2 > enough {
@@ -283,7 +283,7 @@ impl<'a> FaceTree<'a> {
             faces.iter().filter(|&&face| accept(face)).for_each(|&face| self.test_face(face, p, best));
             bound(best)
         });
-        best.looks.boxes += n_boxes;
+        best.cost.boxes += n_boxes;
     }
 
     fn places(&self) -> Vec<u32> {
@@ -304,7 +304,7 @@ impl<'a> FaceTree<'a> {
     fn climb(&self, place: u32, (p, enough): FaceQuery, accept: &impl Fn(u32) -> bool, best: &mut BestFace) {
         let point = p.as_vec3().to_array();
         let mut visited = place as usize / WIDTH;
-        best.looks.boxes += 1;
+        best.cost.boxes += 1;
         self.test_faces((visited * WIDTH, &self.levels[0][visited].distances(point)), p, accept, best);
         if best.distance2 <= enough {
             return;
@@ -312,7 +312,7 @@ impl<'a> FaceTree<'a> {
         let none = PendingNode { distance: 0.0, above: 0, node: 0 };
         let mut queue = Queue { waiting: [none; WAITING], n_waiting: 0 };
         for level in 1..self.levels.len() {
-            best.looks.boxes += 1;
+            best.cost.boxes += 1;
             self.put_children(&mut queue, level, visited / WIDTH, Some(visited), (point, best.limit));
             self.visit(&mut queue, (p, enough), accept, best);
             if best.distance2 <= enough {
@@ -328,7 +328,7 @@ impl<'a> FaceTree<'a> {
         while queue.n_waiting > 0 && best.distance2 > enough {
             queue.n_waiting -= 1;
             let PendingNode { distance, above, node } = queue.waiting[queue.n_waiting];
-            best.looks.boxes += 1;
+            best.cost.boxes += 1;
             if distance > best.limit {
                 continue;
             }
@@ -398,7 +398,7 @@ impl<'a> FaceTree<'a> {
         let weights = nearest_weights_f64(p, corners);
         let point = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
         let distance2 = p.distance_squared(point);
-        best.looks.triangles += 1;
+        best.cost.triangles += 1;
         if (distance2, face) < (best.distance2, best.face) {
             let limit = limit(distance2, p);
             *best = BestFace { face, distance2, limit: if limit < best.limit { limit } else { best.limit }, ..*best };
@@ -512,8 +512,8 @@ mod tests {
         let tree = FaceTree::new(&positions, &faces);
         let n_pieces = tree.pieces.as_ref().map_or(0, Vec::len);
         assert!(n_pieces > 2 * faces.len() && tree.order().len() == faces.len(), "{n_pieces}");
-        let (_, _, looks) = tree.find_near_with_cost(queries[0].into(), None, f64::NEG_INFINITY).unwrap();
-        assert!(looks.triangles < faces.len() as u32 / 4, "{looks:?}");
+        let (_, _, cost) = tree.find_near_with_cost(queries[0].into(), None, f64::NEG_INFINITY).unwrap();
+        assert!(cost.triangles < faces.len() as u32 / 4, "{cost:?}");
     }
 
     #[test]
@@ -526,8 +526,8 @@ mod tests {
         let tree = FaceTree::new(&positions, &faces);
         assert!(tree.needles.is_some() && (tree.diagonal() - 5f64.sqrt()).abs() < 0.02, "{}", tree.diagonal());
         for query in queries {
-            let (_, _, looks) = tree.find_near_with_cost(query.into(), None, f64::NEG_INFINITY).unwrap();
-            assert!(looks.total() < 400, "{query:?} {looks:?}");
+            let (_, _, cost) = tree.find_near_with_cost(query.into(), None, f64::NEG_INFINITY).unwrap();
+            assert!(cost.total() < 400, "{query:?} {cost:?}");
             let (face, distance2, _) = tree.find_near_with_cost(query.into(), None, 4.0).unwrap();
             assert!(face < 19_999 && distance2 <= 9.0);
         }

@@ -57,7 +57,7 @@ struct BestHit {
     hit: Hit,
     limit: f32,
     is_any: bool,
-    n_looks: u32,
+    n_visits: u32,
 }
 
 impl NearestOnTriangles {
@@ -111,17 +111,17 @@ impl NearestOnTriangles {
     /// use neural_mesh::spatial::NearestOnTriangles;
     /// let at = |z: f32| [[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]];
     /// let surface = NearestOnTriangles::new(&[at(0.0), at(1.0)]);
-    /// let is_any = |reach: f64| surface.is_any_within([0.2, 0.2, 0.1].into(), reach, |triangle| triangle != 0);
+    /// let is_any = |reach: f64| surface.is_within_distance([0.2, 0.2, 0.1].into(), reach, |triangle| triangle != 0);
     /// assert!(is_any(1.0) && !is_any(0.8));
     /// ```
-    pub fn is_any_within(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> bool {
-        self.is_any_within_with_cost(p, reach, accept).0
+    pub fn is_within_distance(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> bool {
+        self.is_within_distance_with_cost(p, reach, accept).0
     }
 
-    /// Returns the answer of [`is_any_within`](Self::is_any_within) and the number of triangles and boxes tested.
-    pub fn is_any_within_with_cost(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> (bool, u32) {
-        let (hit, n_looks) = self.search(p, reach, accept, true);
-        (hit.is_some(), n_looks)
+    /// Returns [`is_within_distance`](Self::is_within_distance) and the number of tested triangles and boxes.
+    pub fn is_within_distance_with_cost(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool) -> (bool, u32) {
+        let (hit, n_visits) = self.search(p, reach, accept, true);
+        (hit.is_some(), n_visits)
     }
 
     /// Returns the closest point within `reach` of the triangles that `accept` allows.
@@ -137,25 +137,25 @@ impl NearestOnTriangles {
     }
 
     fn search(&self, p: DVec3, reach: f64, accept: impl Fn(u32) -> bool, is_any: bool) -> (Option<Hit>, u32) {
-        let (outer, n_looks) = self.search_outer(p, reach, &accept, is_any);
-        let Some(inner) = self.inner.as_ref().filter(|_| !is_any || outer.is_none()) else { return (outer, n_looks) };
+        let (outer, n_visits) = self.search_outer(p, reach, &accept, is_any);
+        let Some(inner) = self.inner.as_ref().filter(|_| !is_any || outer.is_none()) else { return (outer, n_visits) };
         let reach = outer.map_or(reach, |hit| hit.distance2.sqrt());
         let (nearer, n_more) = inner.search(p, reach, &accept, is_any);
         let by_distance = |a: &Hit, b: &Hit| a.distance2.total_cmp(&b.distance2).then(a.triangle.cmp(&b.triangle));
-        ([outer, nearer].into_iter().flatten().min_by(by_distance), n_looks + n_more)
+        ([outer, nearer].into_iter().flatten().min_by(by_distance), n_visits + n_more)
     }
 
     fn search_outer(&self, p: DVec3, reach: f64, accept: &impl Fn(u32) -> bool, is_any: bool) -> (Option<Hit>, u32) {
         let (p, reach) = (p * self.scale, reach * self.scale);
         let none = Hit { triangle: u32::MAX, weights: [0.0; 3], point: p, distance2: reach * reach };
-        let mut best = BestHit { hit: none, limit: limit(reach * reach, p), is_any, n_looks: 0 };
+        let mut best = BestHit { hit: none, limit: limit(reach * reach, p), is_any, n_visits: 0 };
         match &self.needles {
             Some(needles) => self.visit_needles(needles, p, accept, &mut best),
             None if self.tree.nodes.is_empty() => {}
             None => self.descend(0, p, accept, &mut best),
         }
         let (point, distance2) = (best.hit.point / self.scale, best.hit.distance2 / (self.scale * self.scale));
-        ((best.hit.triangle != u32::MAX).then_some(Hit { point, distance2, ..best.hit }), best.n_looks)
+        ((best.hit.triangle != u32::MAX).then_some(Hit { point, distance2, ..best.hit }), best.n_visits)
     }
 
     /// Calls `visit`, possibly repeatedly, for every triangle that meets a triangle, and for some near it.
@@ -181,12 +181,12 @@ impl NearestOnTriangles {
             let is_done = best.is_any && best.hit.triangle != u32::MAX;
             if is_done { f64::NEG_INFINITY } else { best.hit.distance2 }
         });
-        best.n_looks += n_boxes;
+        best.n_visits += n_boxes;
     }
 
     fn descend(&self, node: u32, p: DVec3, accept: &impl Fn(u32) -> bool, best: &mut BestHit) {
         let node = &self.tree.nodes[node as usize];
-        best.n_looks += 1;
+        best.n_visits += 1;
         let distances = box_distances(node, p.as_vec3().to_array());
         for child in sort_by_distance(&distances) {
             if node.len[child] == NO_CHILD || distances[child] > best.limit {
@@ -204,7 +204,7 @@ impl NearestOnTriangles {
     }
 
     fn test_triangle(&self, i: usize, p: DVec3, best: &mut BestHit) {
-        best.n_looks += 1;
+        best.n_visits += 1;
         let hit = hit_triangle(&self.tree.corners[i], self.tree.triangle_idx[i], p);
         if (hit.distance2, hit.triangle) < (best.hit.distance2, best.hit.triangle) {
             best.hit = hit;
@@ -221,14 +221,14 @@ impl InnerTriangles {
             return (None, 1);
         }
         let is_accepted: &dyn Fn(u32) -> bool = &|i: u32| accept(self.triangle_idx[i as usize]);
-        let (hit, n_looks) = if outside * FAR > self.most {
+        let (hit, n_visits) = if outside * FAR > self.most {
             let first = (0..self.triangle_idx.len() as u32).find(|&i| is_accepted(i));
             (first.map(|first| hit_triangle(&self.triangles[first as usize], first, p)), 1)
         } else {
             // Rounding may make a square a little larger in this scale.
             self.surface.search(p, reach * (1.0 + 1e-12), is_accepted, is_any)
         };
-        (hit.map(|hit| Hit { triangle: self.triangle_idx[hit.triangle as usize], ..hit }), n_looks)
+        (hit.map(|hit| Hit { triangle: self.triangle_idx[hit.triangle as usize], ..hit }), n_visits)
     }
 }
 
@@ -404,9 +404,9 @@ mod tests {
         assert!(surface.needles.is_some() && surface.tree.nodes.is_empty());
         check(&fan, 0.0);
         let p = DVec3::new(0.4, 0.3, 0.25);
-        let (hit, n_looks) = surface.nearest_with_cost(p);
-        assert!((hit.unwrap().distance2 - 0.0625).abs() < 1e-12 && n_looks < 400, "{hit:?} {n_looks}");
-        assert!(surface.is_any_within(p, 0.26, |i| i < 6000) && !surface.is_any_within(p, 0.24, |_| true));
+        let (hit, n_visits) = surface.nearest_with_cost(p);
+        assert!((hit.unwrap().distance2 - 0.0625).abs() < 1e-12 && n_visits < 400, "{hit:?} {n_visits}");
+        assert!(surface.is_within_distance(p, 0.26, |i| i < 6000) && !surface.is_within_distance(p, 0.24, |_| true));
     }
 
     #[test]

@@ -54,7 +54,7 @@ impl NeedleTree {
     #[inline(always)]
     pub(super) fn visit_near(&self, p: DVec3, mut bound: f64, mut visit: impl FnMut(&[u32]) -> f64) -> u32 {
         let mut waiting = [(0.0, 0u32); WAITING];
-        let (mut n_waiting, mut n_looks) = (usize::from(!self.nodes.is_empty()), 0);
+        let (mut n_waiting, mut n_visits) = (usize::from(!self.nodes.is_empty()), 0);
         while n_waiting > 0 {
             n_waiting -= 1;
             let (distance, at) = waiting[n_waiting];
@@ -66,13 +66,13 @@ impl NeedleTree {
                 bound = visit(self.leaf_triangles(node));
                 continue;
             }
-            n_looks += 2;
+            n_visits += 2;
             let halves = [at + 1, node.first].map(|half| (self.nodes[half as usize].distance2(p), half));
             let [near, far] = if halves[1].0 < halves[0].0 { [halves[1], halves[0]] } else { halves };
             (waiting[n_waiting], waiting[n_waiting + 1]) = (far, near);
             n_waiting += 2;
         }
-        n_looks
+        n_visits
     }
 
     /// Visits leaves whose box a triangle may meet.
@@ -82,12 +82,12 @@ impl NeedleTree {
         let across = [normal, normal.cross(b - a), normal.cross(c - b), normal.cross(a - c)];
         let across = across.map(DVec3::normalize_or_zero);
         let mut waiting = [0u32; WAITING];
-        let (mut n_waiting, mut n_looks) = (usize::from(!self.nodes.is_empty()), 0);
+        let (mut n_waiting, mut n_visits) = (usize::from(!self.nodes.is_empty()), 0);
         while n_waiting > 0 {
             n_waiting -= 1;
             let at = waiting[n_waiting];
             let node = &self.nodes[at as usize];
-            n_looks += 1;
+            n_visits += 1;
             if node.is_apart(&corners, &across) {
                 continue;
             }
@@ -98,7 +98,7 @@ impl NeedleTree {
             (waiting[n_waiting], waiting[n_waiting + 1]) = (node.first, at + 1);
             n_waiting += 2;
         }
-        n_looks
+        n_visits
     }
 
     fn leaf_triangles(&self, node: &NeedleNode) -> &[u32] {
@@ -273,15 +273,15 @@ mod tests {
     fn needles_of_a_fan_are_told_apart() {
         let triangles = fan(20_000);
         let tree = NeedleTree::new(triangles.iter().copied());
-        let mut n_looks = 0;
+        let mut n_visits = 0;
         for i in 0..200 {
             let (angle, radius) = (0.0149 * f64::from(i), (f64::from(i * 37 % 200) / 200.0).sqrt());
             let p = DVec3::new(radius * angle.cos(), radius * angle.sin(), 0.01);
             let (found, n) = nearest(&tree, &triangles, p);
             assert_eq!(found, naive(&triangles, p), "{p}");
-            n_looks += n;
+            n_visits += n;
         }
-        assert!(n_looks < 200 * 400, "{n_looks}");
+        assert!(n_visits < 200 * 400, "{n_visits}");
     }
 
     #[test]

@@ -89,7 +89,7 @@ fn train_on_mesh(
     let n_done = run.state.position.n_done;
     let wish = match &made {
         Ok(terms) => progress(TrainEvent::Step { epoch, n_done, n_steps, terms }),
-        Err(why) => progress(TrainEvent::PassedOver { mesh: &mesh.name, why }),
+        Err(why) => progress(TrainEvent::Skipped { mesh: &mesh.name, why }),
     };
     if matches!(wish, Wish::Checkpoint | Wish::Stop) {
         run.save()?;

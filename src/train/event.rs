@@ -16,7 +16,7 @@ pub enum TrainEvent<'a> {
         terms: &'a [(&'static str, f64)],
     },
     /// A mesh was skipped.
-    PassedOver {
+    Skipped {
         /// Name of the mesh's file.
         mesh: &'a str,
         /// Reason.

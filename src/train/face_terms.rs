@@ -27,15 +27,16 @@ pub(super) fn face_terms(
 ) -> Vec<NamedTerm> {
     let FaceContext { mesh, drawn, candidates } = faces;
     let triangles = &candidates.faces.triangles;
-    let spanned = &drawn.spanned;
-    let labels: Vec<bool> = triangles.iter().map(|triangle| spanned.binary_search(triangle).is_ok()).collect();
+    let quotient_triangles = &drawn.quotient_triangles;
+    let labels: Vec<bool> =
+        triangles.iter().map(|triangle| quotient_triangles.binary_search(triangle).is_ok()).collect();
     let surface = surface_points(mesh, POINTS_PER_SAMPLE * drawn.points.len(), random.next_u64());
     let judged = loss::Candidates {
         points: &drawn.points,
         triangles,
         neighbours: &candidates.neighbours,
         edges: &candidates.faces.entries,
-        at_boundary: &boundary_entries(spanned, &candidates.extended),
+        at_boundary: &boundary_entries(quotient_triangles, &candidates.extended),
         labels: &labels,
         original_barycenters: &drawn.frame.apply(&barycenters(mesh.positions(), mesh.faces())),
         surface: &drawn.frame.apply(&surface),
@@ -71,9 +72,9 @@ fn surface_points(mesh: &TriMesh, n: usize, seed: u64) -> Vec<[f32; 3]> {
 }
 
 /// Returns for each entry of G_ext whether the mesh spans exactly one triangle there.
-fn boundary_entries(spanned: &[[u32; 3]], extended: &Csr) -> Vec<bool> {
+fn boundary_entries(quotient_triangles: &[[u32; 3]], extended: &Csr) -> Vec<bool> {
     let mut counts = vec![0u32; extended.n_entries()];
-    for &[i, j, k] in spanned {
+    for &[i, j, k] in quotient_triangles {
         for (from, to) in [(i, j), (i, k), (j, k)] {
             if let Some(at) = extended.position(from as usize, to) {
                 counts[at] += 1;

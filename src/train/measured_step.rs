@@ -5,7 +5,7 @@
 
 use super::random::{random_below, uniform};
 use super::scored_mesh::score_mesh;
-use super::{Blame, Objective, Settings, StepResult, TrainingItem, Verdict};
+use super::{ErrorShares, JudgedErrors, Objective, Settings, StepResult, TrainingItem};
 use crate::linalg::Csr;
 use crate::mesh::TriMesh;
 use crate::model::Weights;
@@ -152,14 +152,14 @@ impl Prober<'_> {
         let step = self.settings.probe_step as f32;
         let moved = |by: f32| -> Vec<f32> { cells.iter().map(|&cell| by * signs[cell as usize]).collect() };
         let (up, down) = (self.simplify_moved(&moved(step))?, self.simplify_moved(&moved(-step))?);
-        let Verdict { terms, blame } = self.objective.judge(self.mesh, [&up, &down])?;
+        let JudgedErrors { terms, error_shares } = self.objective.judge(self.mesh, [&up, &down])?;
         let mut counts = vec![0.0f64; n_cells];
         let [of_up, of_down] = [self.output_shares(&up), self.output_shares(&down)];
         let n_output = of_up.iter().sum::<f64>().max(1.0);
         for (&cell, (up, down)) in cells.iter().zip(of_up.iter().zip(&of_down)) {
             counts[cell as usize] += (up - down) / n_output;
         }
-        let (changes, worth) = self.cell_changes(&blame, &cells, &counts, &signs, terms.len());
+        let (changes, worth) = self.cell_changes(&error_shares, &cells, &counts, &signs, terms.len());
         let slopes: Vec<f64> = (0..n_cells)
             .map(|c| f64::from(signs[c]) * (changes[c] + worth * counts[c]) / (2.0 * f64::from(step)))
             .collect();
@@ -169,7 +169,7 @@ impl Prober<'_> {
     /// Returns each cell's change of the terms, and the value of a vertex.
     fn cell_changes(
         &self,
-        blame: &Blame,
+        error_shares: &ErrorShares,
         cells: &[u32],
         counts: &[f64],
         signs: &[f32],
@@ -177,15 +177,15 @@ impl Prober<'_> {
     ) -> (Vec<f64>, f64) {
         let mut changes = vec![0.0f64; signs.len()];
         let cell_of = |v: u32| cells[v as usize] as usize;
-        match blame {
-            Blame::Faces(shares) => {
+        match error_shares {
+            ErrorShares::Faces(shares) => {
                 self.mesh.faces().iter().zip(shares).for_each(|(face, share)| changes[cell_of(face[0])] += share);
             }
-            Blame::Vertices(shares) => {
+            ErrorShares::Vertices(shares) => {
                 cells.iter().zip(shares).for_each(|(&cell, share)| changes[cell as usize] += share)
             }
             // A single error has no location, so only the prior tells the value of a vertex.
-            Blame::Everywhere(all) => return (vec![*all; signs.len()], PRIOR_WORTH * n_terms as f64),
+            ErrorShares::Everywhere(all) => return (vec![*all; signs.len()], PRIOR_WORTH * n_terms as f64),
         }
         let worth = vertex_worth(&changes, counts, signs, n_terms);
         (changes, worth)

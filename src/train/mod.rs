@@ -36,7 +36,7 @@ pub use error::TrainError;
 pub use event::{Ending, TrainEvent, Wish};
 pub use measured_step::{Estimate, estimate_gradient};
 pub use objective::{OBJECTIVES, OWN_OBJECTIVE, step_from_objective, step_function};
-pub use objectives::{Blame, CustomObjective, Errors, Objective, ShapeObjective, Verdict};
+pub use objectives::{CustomObjective, ErrorShares, Errors, JudgedErrors, Objective, ShapeObjective};
 pub use patch::cut_patch;
 pub use run::{OwnNetwork, TrainRequest, TrainingRun, open};
 pub use settings::{DEFAULT_SETTINGS, Settings};

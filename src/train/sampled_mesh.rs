@@ -20,7 +20,7 @@ pub(super) struct SampledMesh {
     /// A of Eq. (3): samples whose regions touch.
     pub edges: Csr,
     /// Triangles that the mesh spans between the regions.
-    pub spanned: Vec<[u32; 3]>,
+    pub quotient_triangles: Vec<[u32; 3]>,
     /// True if A_s alone decides which triangles are candidates.
     as_cloud: bool,
 }
@@ -34,12 +34,12 @@ pub(super) fn connect_samples(
     as_cloud: bool,
 ) -> SampledMesh {
     let assignment = assign_to_samples(points, rings, samples);
-    let Quotient { edges, triangles: spanned, .. } =
+    let Quotient { edges, triangles: quotient_triangles, .. } =
         quotient(mesh.positions(), mesh.faces(), &assignment, samples.len());
     let edges = if as_cloud { region_graph(rings, &assignment, samples.len()) } else { edges };
     let sampled: Vec<[f32; 3]> = samples.iter().map(|&v| mesh.positions()[v as usize]).collect();
     let frame = EdgeFrame::new(&sampled, &edges);
-    SampledMesh { points: frame.apply(&sampled), frame, edges, spanned, as_cloud }
+    SampledMesh { points: frame.apply(&sampled), frame, edges, quotient_triangles, as_cloud }
 }
 
 pub(super) struct CandidateGraph {
@@ -60,7 +60,7 @@ pub(super) fn classify_faces(
     let sizes = weights.architecture();
     let extended = Arc::new(extended_graph(&drawn.points, &original, sizes.edge_knn).with_loops());
     let edges = edge_predictor(tape, &net.edge_predictor, &constant(&drawn.points), &extended, &original);
-    let given: &[[u32; 3]] = if drawn.as_cloud { &[] } else { &drawn.spanned };
+    let given: &[[u32; 3]] = if drawn.as_cloud { &[] } else { &drawn.quotient_triangles };
     let predicted = (&*extended, edges.adjacency.matrix().data());
     let (faces, neighbours) = choose_candidates(sizes, &drawn.points, predicted, given);
     let prior = prior(tape, &edges.adjacency, &faces);

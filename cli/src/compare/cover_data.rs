@@ -5,7 +5,7 @@
 use std::collections::HashMap;
 
 use neural_mesh::mesh::{TriMesh, Wrap};
-use neural_mesh::picture::CoveredCorner;
+use neural_mesh::picture::PaintedCorner;
 use serde::Serialize;
 
 use super::images::Gallery;
@@ -49,14 +49,14 @@ impl CoverData {
     pub fn new(mesh: &TriMesh, mesh_cover_data: &MeshCover, surface: &SurfaceData, gallery: &mut Gallery) -> Self {
         let cover = &mesh_cover_data.cover;
         let n_faces = mesh.faces().len() as u32;
-        let corners: Vec<[CoveredCorner; 3]> = (0..n_faces).map(|face| cover.corners(face)).collect();
+        let corners: Vec<[PaintedCorner; 3]> = (0..n_faces).map(|face| cover.corners(face)).collect();
         let ([low_u, step_u], [low_v, step_v]) = (uv_steps(&corners, 0), uv_steps(&corners, 1));
         let (low, step) = ([low_u, low_v], [step_u, step_v]);
         let coloured = corners.iter().flatten().any(|corner| corner.colour != [1.0; 3]);
         let images: Vec<usize> = cover.images.iter().map(|image| gallery.index_of(image)).collect();
         let (paints, face_paints) = number_paints((0..n_faces).map(|face| face_paint(cover.texture(face), &images)));
         let numbers = surface.numbers(mesh.positions().len());
-        let wedge = |vertex: u32, corner: &CoveredCorner| {
+        let wedge = |vertex: u32, corner: &PaintedCorner| {
             let uv = [0, 1].map(|axis| quantise(corner.uv[axis], low[axis], step[axis]));
             let colour = corner.colour.map(|x| (x.clamp(0.0, 1.0) * COLOUR_STEPS).round() as u32);
             [numbers[vertex as usize], uv[0], uv[1], colour[0], colour[1], colour[2]]
@@ -71,7 +71,7 @@ impl CoverData {
 }
 
 /// Returns the lowest coordinate along an axis and the step length.
-fn uv_steps(corners: &[[CoveredCorner; 3]], axis: usize) -> [f64; 2] {
+fn uv_steps(corners: &[[PaintedCorner; 3]], axis: usize) -> [f64; 2] {
     let all = || corners.iter().flatten().map(|corner| f64::from(corner.uv[axis])).filter(|x| x.is_finite());
     let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
     if low > high { [0.0, 1.0] } else { [low, ((high - low) / MOST_UV_STEPS).max(1.0 / UV_STEPS)] }

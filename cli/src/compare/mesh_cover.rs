@@ -1,10 +1,10 @@
 //! Covers of meshes in a comparison: own materials, or the original's texture if only that is missing.
 
 use neural_mesh::mesh::{Attributes, Look, Looks, Role};
-use neural_mesh::picture::Cover;
+use neural_mesh::picture::SurfaceMaterials;
 
 pub struct MeshCover {
-    pub cover: Cover,
+    pub cover: SurfaceMaterials,
     /// True if the texture is the original's.
     pub borrowed: bool,
 }
@@ -29,7 +29,7 @@ pub fn mesh_cover(mut attributes: Attributes, mut looks: Looks, original_look: O
         attributes.groups.clear();
         looks.of_groups = vec![look.clone()];
     }
-    Some(MeshCover { cover: Cover::new(&attributes, &looks)?, borrowed: borrowed.is_some() })
+    Some(MeshCover { cover: SurfaceMaterials::new(&attributes, &looks)?, borrowed: borrowed.is_some() })
 }
 
 #[cfg(test)]

@@ -46,7 +46,7 @@ impl TrainProgress {
     pub fn handle(&mut self, event: TrainEvent) -> Wish {
         match event {
             TrainEvent::Step { epoch, n_done, n_steps, terms } => self.show_step(epoch * n_steps + n_done, terms),
-            TrainEvent::PassedOver { mesh, why } => self.print_line(&format!("skipped   {mesh}: {why}")),
+            TrainEvent::Skipped { mesh, why } => self.print_line(&format!("skipped   {mesh}: {why}")),
             TrainEvent::Validated { n_done, n_meshes, .. } => {
                 self.bar.set_message(format!("validation: {n_done} of {n_meshes} meshes"));
             }

@@ -109,7 +109,7 @@ impl Asset {
             let of_material = |material: Option<usize>| looks.get(material?).cloned();
             let look = |primitive: &Primitive| Look {
                 // Only the first set of colours multiplies the material.
-                with_corners: primitive.attributes.contains_key("COLOR_0"),
+                uses_corner_colours: primitive.attributes.contains_key("COLOR_0"),
                 ..of_material(primitive.material).unwrap_or_default()
             };
             primitives.iter().map(look).collect()
@@ -234,7 +234,7 @@ mod tests {
             let texture = looks[0][0].texture.as_ref().unwrap();
             assert_eq!((&texture.image[..], texture.channel.as_str()), (&[1, 2, 3, 4][..], "TEXCOORD_1"));
             assert_eq!((texture.wrap, looks[0][0].colour), ([Wrap::Clamp, Wrap::Mirror], [0.5, 0.25, 1.0]));
-            assert_eq!((&looks[0][1], notes.len()), (&Look { with_corners: false, ..Look::default() }, 0));
+            assert_eq!((&looks[0][1], notes.len()), (&Look { uses_corner_colours: false, ..Look::default() }, 0));
         }
     }
 

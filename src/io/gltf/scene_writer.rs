@@ -66,8 +66,13 @@ impl Asset {
     /// let files = asset.write(&parts, Format::Glb, "same.glb").unwrap();
     /// assert_eq!((files.len(), files[0].path.to_str()), (1, Some("same.glb")));
     /// ```
-    pub fn write(&self, lighter: &[SimplifiedPart], format: Format, name: &str) -> Result<Vec<OutputFile>, WriteError> {
-        self.write_levels(&[lighter], &[], format, name)
+    pub fn write(
+        &self,
+        simplified: &[SimplifiedPart],
+        format: Format,
+        name: &str,
+    ) -> Result<Vec<OutputFile>, WriteError> {
+        self.write_levels(&[simplified], &[], format, name)
     }
 
     /// Writes levels of detail, the finest first (`MSFT_lod`); otherwise like [`write`](Self::write).
@@ -120,15 +125,15 @@ impl Asset {
         // All checks come before the first change of the draft.
         let layout = self.layout(options.format)?;
         check_levels(levels, options.coverage)?;
-        levels.iter().try_for_each(|lighter| self.check(lighter))?;
+        levels.iter().try_for_each(|simplified| self.check(simplified))?;
         let mut draft = self.draft();
         drop_compression_extensions(&mut draft.document);
         let root = &self.container.root;
         let of_uvs = |_: &Packing| UvGrids::of_asset(&self.document, root, &self.meshes, levels);
         let pack_with = ScenePacking { packing: options.packing, uvs: options.packing.map(of_uvs).unwrap_or_default() };
         let (mut coarser, mut grids) = (Vec::new(), BTreeMap::new());
-        for (level, lighter) in levels.iter().enumerate() {
-            let meshes = self.rewrite_meshes(&mut draft, lighter, &pack_with)?;
+        for (level, simplified) in levels.iter().enumerate() {
+            let meshes = self.rewrite_meshes(&mut draft, simplified, &pack_with)?;
             let mut replaced = Vec::new();
             for (part, (mesh, written)) in meshes.into_iter().enumerate() {
                 // The finest level replaces the mesh; others are added.
@@ -152,19 +157,19 @@ impl Asset {
         // Accessors are dropped last, when no more are added.
         drop_unused(&mut draft);
         drop_unused_names(&mut draft.document);
-        let limit = levels.iter().map(|lighter| self.limit(lighter)).sum();
+        let limit = levels.iter().map(|simplified| self.limit(simplified)).sum();
         let buffer = pack_as(&mut draft, limit, options.packing)?;
         files(draft.document, buffer, layout, options.name, &images)
     }
 
-    fn emptied_meshes(&self, lighter: &[SimplifiedPart]) -> Vec<usize> {
+    fn emptied_meshes(&self, simplified: &[SimplifiedPart]) -> Vec<usize> {
         // Lines and points of the mesh would still be drawn.
         let is_emptied = |(part, &mesh): (&SimplifiedPart, &usize)| {
             let described = self.container.root.meshes.get(mesh)?;
             let has_triangles = |it: &Primitive| it.triangle_positions().is_some();
             (part.faces.is_empty() && described.primitives.iter().all(has_triangles)).then_some(mesh)
         };
-        lighter.iter().zip(&self.meshes).filter_map(is_emptied).collect()
+        simplified.iter().zip(&self.meshes).filter_map(is_emptied).collect()
     }
 
     fn undo_grids(&self, draft: &mut Draft, pack_with: &ScenePacking, grids: &BTreeMap<usize, PositionGrid>) {
@@ -178,12 +183,12 @@ impl Asset {
     fn rewrite_meshes(
         &self,
         draft: &mut Draft,
-        lighter: &[SimplifiedPart],
+        simplified: &[SimplifiedPart],
         pack_with: &ScenePacking,
     ) -> Result<Vec<(usize, Value)>, WriteError> {
-        let parts = lighter.iter().enumerate();
+        let parts = simplified.iter().enumerate();
         parts
-            .map(|(part, lighter)| Ok((self.meshes[part], self.rewrite_mesh(draft, part, lighter, pack_with)?)))
+            .map(|(part, simplified)| Ok((self.meshes[part], self.rewrite_mesh(draft, part, simplified, pack_with)?)))
             .collect()
     }
 
@@ -196,13 +201,16 @@ impl Asset {
         }
     }
 
-    fn check(&self, lighter: &[SimplifiedPart]) -> Result<(), WriteError> {
-        if lighter.len() != self.parts().len() {
-            let what =
-                format!("{} meshes for {} meshes of the scene: give one for each", lighter.len(), self.parts().len());
+    fn check(&self, simplified: &[SimplifiedPart]) -> Result<(), WriteError> {
+        if simplified.len() != self.parts().len() {
+            let what = format!(
+                "{} meshes for {} meshes of the scene: give one for each",
+                simplified.len(),
+                self.parts().len()
+            );
             return Err(WriteError { what });
         }
-        self.parts().iter().zip(lighter).try_for_each(|(part, lighter)| lighter.check(part))
+        self.parts().iter().zip(simplified).try_for_each(|(part, simplified)| simplified.check(part))
     }
 
     fn draft(&self) -> Draft<'_> {
@@ -212,21 +220,21 @@ impl Asset {
         Draft { document: self.document.clone(), views }
     }
 
-    fn limit(&self, lighter: &[SimplifiedPart]) -> usize {
+    fn limit(&self, simplified: &[SimplifiedPart]) -> usize {
         let n_read = self.container.buffers.n_bytes() + self.container.n_decompressed();
         // Each corner becomes at most a vertex, with four bytes per number, and an index.
         let of_part = |part: &SimplifiedPart| {
             let width: usize = part.attributes.channels.iter().map(|channel| channel.width).sum();
             3 * part.faces.len() * 4 * (width + 4)
         };
-        REPEATS.0 * n_read + REPEATS.1 + lighter.iter().map(of_part).sum::<usize>()
+        REPEATS.0 * n_read + REPEATS.1 + simplified.iter().map(of_part).sum::<usize>()
     }
 
     fn rewrite_mesh(
         &self,
         draft: &mut Draft,
         part: usize,
-        lighter: &SimplifiedPart,
+        simplified: &SimplifiedPart,
         pack_with: &ScenePacking,
     ) -> Result<Value, WriteError> {
         let (root, mesh) = (&self.container.root, self.meshes[part]);
@@ -236,7 +244,7 @@ impl Asset {
         let is_rewritten =
             |index: usize| described.primitives.get(index).is_some_and(|it| it.triangle_positions().is_some());
         // Groups are the primitives that the faces came from.
-        let groups = faces_by_group(lighter);
+        let groups = faces_by_group(simplified);
         // A face cannot join a primitive of lines or points.
         if let Some(group) = groups.keys().find(|&&group| !is_rewritten(group as usize)) {
             let what =
@@ -252,7 +260,7 @@ impl Asset {
             let old = &described.primitives[index];
             let packing = pack_with.primitive_packing(old, grid);
             if let Some(faces) = groups.get(&(index as u32)) {
-                rewrite_primitive(draft, root, old, &mut primitive, (lighter, faces), packing);
+                rewrite_primitive(draft, root, old, &mut primitive, (simplified, faces), packing);
             } else if stub == Some(index as u32) {
                 rewrite_primitive(draft, root, old, &mut primitive, (&degenerate_part(part), &[0]), packing);
             } else if is_rewritten(index) {

@@ -8,7 +8,7 @@ use crate::mesh::{Attributes, PositionGrid, RawMesh, TriMesh, UnitedMesh};
 use crate::metrics::{QuickDistance, quick_distance};
 use crate::simplify::Simplified;
 
-use super::write::lighter_parts;
+use super::write::simplified_parts;
 use super::{Document, Kind};
 
 /// A surface with the transforms of its scene.
@@ -35,7 +35,7 @@ impl Document {
         let before = (&united.mesh, &united.attributes);
         let mut origin = None;
         let mut place = |(mesh, attributes): (&TriMesh, &Attributes)| {
-            let parts = lighter_parts(asset, united, pieces, mesh, attributes);
+            let parts = simplified_parts(asset, united, pieces, mesh, attributes);
             let meshes: Vec<RawMesh> = parts.into_iter().map(as_raw).collect();
             let mut scene = asset.scene_mesh(&meshes)?;
             if scene.faces.is_empty() {

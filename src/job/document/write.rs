@@ -45,7 +45,7 @@ impl Document {
         let Kind::Mesh { cleaned, exact: Some(positions), .. } = &self.kind else {
             return Some(result.mesh.positions().iter().map(framed).collect());
         };
-        let kept = in_place(positions, cleaned, result, job).unwrap_or_default();
+        let kept = unmoved_positions(positions, cleaned, result, job).unwrap_or_default();
         let kept = kept.into_iter().chain(std::iter::repeat(None));
         Some(
             result
@@ -68,7 +68,7 @@ impl Document {
         match &self.kind {
             Kind::Mesh { cleaned, exact, extra } => {
                 let Some(result) = results.first() else { return Ok(Files::default()) };
-                let exact = exact.as_ref().and_then(|positions| in_place(positions, cleaned, result, job));
+                let exact = exact.as_ref().and_then(|positions| unmoved_positions(positions, cleaned, result, job));
                 let attributes = baked.map_or(&result.attributes, |baked| &baked.attributes);
                 let mut model = Model::new(&result.mesh, self.frame, attributes, extra);
                 model.exact = exact;
@@ -78,9 +78,9 @@ impl Document {
                 self.mesh_files(model, *baked, &options, job)
             }
             Kind::Scene { asset, united, pieces } => {
-                let lighter =
-                    |result: &&Simplified| lighter_parts(asset, united, pieces, &result.mesh, &result.attributes);
-                let levels: Vec<Vec<SimplifiedPart>> = results.iter().map(lighter).collect();
+                let split_parts =
+                    |result: &&Simplified| simplified_parts(asset, united, pieces, &result.mesh, &result.attributes);
+                let levels: Vec<Vec<SimplifiedPart>> = results.iter().map(split_parts).collect();
                 let mut options = SceneOptions::new(job.format, file_name);
                 (options.coverage, options.packing, options.images) = (coverage, *packing, self.textures());
                 options.shared_images = job.names.shared.as_deref().filter(|_| job.names.are_several());
@@ -108,7 +108,12 @@ impl Document {
         let others = written.notes.into_iter().filter(|note| said.as_ref() != Some(note));
         let kept = self.textures.as_ref().and_then(Textures::note);
         let notes = dropped.into_iter().chain(others).chain(kept).collect();
-        Ok(Files { bytes: written.bytes, beside: written.companion_files, notes, n_vertices: vec![written.n_vertices] })
+        Ok(Files {
+            bytes: written.bytes,
+            companion_files: written.companion_files,
+            notes,
+            n_vertices: vec![written.n_vertices],
+        })
     }
 
     pub(super) fn textures(&self) -> Option<&dyn ImageConverter> {
@@ -127,7 +132,7 @@ impl Document {
                 let (frame, attributes, extra) = (self.frame, Attributes::NONE, &Extra::default());
                 let mut models = Vec::new();
                 for result in results {
-                    let exact = exact.as_ref().and_then(|positions| in_place(positions, cleaned, result, job));
+                    let exact = exact.as_ref().and_then(|positions| unmoved_positions(positions, cleaned, result, job));
                     let mut model = Model::new(&result.mesh, frame, attributes, extra);
                     model.exact = exact;
                     models.push(model);
@@ -136,9 +141,9 @@ impl Document {
                 Ok((packing, note.into_iter().collect()))
             }
             Kind::Scene { asset, united, pieces } => {
-                let lighter =
-                    |result: &&Simplified| lighter_parts(asset, united, pieces, &result.mesh, &result.attributes);
-                let levels: Vec<Vec<SimplifiedPart>> = results.iter().map(lighter).collect();
+                let split_parts =
+                    |result: &&Simplified| simplified_parts(asset, united, pieces, &result.mesh, &result.attributes);
+                let levels: Vec<Vec<SimplifiedPart>> = results.iter().map(split_parts).collect();
                 let levels: Vec<&[SimplifiedPart]> = levels.iter().map(Vec::as_slice).collect();
                 Ok(asset.packing(&levels, options))
             }
@@ -178,17 +183,17 @@ pub(super) fn scene_files(
 ) -> Result<Files, WriteError> {
     let parts: Vec<&[SimplifiedPart]> = levels.iter().map(Vec::as_slice).collect();
     let mut files = asset.write_scene(&parts, options)?;
-    let beside = files.split_off(1.min(files.len()));
+    let companion_files = files.split_off(1.min(files.len()));
     let bytes = files.pop().map(|file| file.bytes).unwrap_or_default();
     let is_merged = options.packing.is_some_and(Packing::is_compressed);
     let n_of = if is_merged { SimplifiedPart::n_merged_vertices } else { SimplifiedPart::n_written_vertices };
     let n_written = |parts: &Vec<SimplifiedPart>| parts.iter().map(n_of).sum();
     let n_vertices = levels.iter().map(|parts| Some(n_written(parts))).collect();
-    Ok(Files { bytes, beside, notes: Vec::new(), n_vertices })
+    Ok(Files { bytes, companion_files, notes: Vec::new(), n_vertices })
 }
 
 /// Splits a version of the united mesh into the parts of the asset.
-pub(super) fn lighter_parts(
+pub(super) fn simplified_parts(
     asset: &Asset,
     united: &UnitedMesh,
     pieces: &[Option<usize>],
@@ -196,19 +201,19 @@ pub(super) fn lighter_parts(
     attributes: &Attributes,
 ) -> Vec<SimplifiedPart> {
     let split = united.split(mesh, attributes);
-    let lighter = |(part, piece): (_, &Option<usize>)| match piece.and_then(|piece| split.get(piece)) {
+    let split_parts = |(part, piece): (_, &Option<usize>)| match piece.and_then(|piece| split.get(piece)) {
         Some((mesh, attributes)) => {
             SimplifiedPart::new(mesh.positions().to_vec(), mesh.faces().to_vec(), attributes.clone())
         }
         None => SimplifiedPart::from_part(part),
     };
-    asset.parts().iter().zip(pieces).map(lighter).collect()
+    asset.parts().iter().zip(pieces).map(split_parts).collect()
 }
 
 /// Returns for each output vertex its exact input position, or `None` if it moved.
 ///
 /// There is no list if it is unknown which vertices moved.
-fn in_place(
+fn unmoved_positions(
     positions: &[[f64; 3]],
     cleaned: &Cleaned,
     result: &Simplified,
@@ -226,7 +231,7 @@ fn in_place(
             sources.iter().zip(result.mesh.positions()).map(|(&vertex, place)| position(vertex, place)).collect(),
         );
     }
-    if !job.holds_places() || job.options.symmetric.is_some() {
+    if !job.keeps_unmoved_positions() || job.options.symmetric.is_some() {
         return None;
     }
     let mut vertex_at: HashMap<[u32; 3], u32> = HashMap::new();

@@ -23,7 +23,7 @@ use search::{FacePart, SearchItem, tighten_bounds};
 use target_surface::TargetSurface;
 
 /// Largest number of triangles and boxes visited per direction: per face, plus a fixed number.
-const MAX_LOOKS: [u64; 2] = [150, 1_500_000];
+const MAX_VISITS: [u64; 2] = [150, 1_500_000];
 /// Share of the diagonal below which distances are not resolved.
 const SMALLEST: f64 = 1e-7;
 
@@ -71,7 +71,7 @@ pub(crate) fn certified_distance_with_budget(
     let mut bounds = DistanceBounds { lower: 0.0, upper: 0.0, tolerance };
     let trees = [simplified, original].map(|mesh| FaceTree::new(mesh.positions(), mesh.faces()));
     let n_faces = original.faces().len() + simplified.faces().len();
-    let most = most.min(MAX_LOOKS[0] * n_faces as u64 + MAX_LOOKS[1]);
+    let most = most.min(MAX_VISITS[0] * n_faces as u64 + MAX_VISITS[1]);
     let targets = [TargetSurface::new(original, &trees[1], most), TargetSurface::new(simplified, &trees[0], most)];
     // The vertices of both raise the lower bound before either is searched.
     let directions = [simplified, original].into_iter().zip(&targets).map(|(from, target)| {
@@ -87,8 +87,8 @@ pub(crate) fn certified_distance_with_budget(
     } else {
         bounds.upper = farthest_apart(original, simplified);
     }
-    let n_looks = targets.iter().map(TargetSurface::n_looks).sum();
-    (Some(CertifiedDistance { lower: bounds.lower, upper: bounds.upper.max(bounds.lower), diagonal }), n_looks)
+    let n_visits = targets.iter().map(TargetSurface::n_visits).sum();
+    (Some(CertifiedDistance { lower: bounds.lower, upper: bounds.upper.max(bounds.lower), diagonal }), n_visits)
 }
 
 /// Returns a proved upper bound of the largest distance, within 1 % of the true one.

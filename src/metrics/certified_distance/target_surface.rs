@@ -15,48 +15,48 @@ use crate::spatial::{FaceTree, SearchCost};
 /// Squared length below which the difference of two unit normals has no direction.
 const NO_DIRECTION: f64 = 1e-12;
 const MAX_BATCH: usize = 2048;
-const MIN_LOOKS_PER_ROUND: u64 = 1_000_000;
+const MIN_VISITS_PER_ROUND: u64 = 1_000_000;
 const MIN_BATCH: usize = 16;
 const CHAIN: usize = 32;
 
 pub(super) struct TargetSurface<'a> {
     mesh: &'a TriMesh,
     tree: &'a FaceTree<'a>,
-    n_looks: AtomicU64,
-    most_looks: u64,
+    n_visits: AtomicU64,
+    most_visits: u64,
     with_boxes: bool,
     n_searches: AtomicU64,
 }
 
 impl<'a> TargetSurface<'a> {
-    pub(super) fn new(mesh: &'a TriMesh, tree: &'a FaceTree<'a>, most_looks: u64) -> Self {
-        Self { mesh, tree, n_looks: AtomicU64::new(0), most_looks, with_boxes: true, n_searches: AtomicU64::new(0) }
+    pub(super) fn new(mesh: &'a TriMesh, tree: &'a FaceTree<'a>, most_visits: u64) -> Self {
+        Self { mesh, tree, n_visits: AtomicU64::new(0), most_visits, with_boxes: true, n_searches: AtomicU64::new(0) }
     }
 
     pub(super) fn counting_triangles_only(self) -> Self {
         Self { with_boxes: false, ..self }
     }
 
-    pub(super) fn n_looks(&self) -> u64 {
-        self.n_looks.load(Ordering::Relaxed)
+    pub(super) fn n_visits(&self) -> u64 {
+        self.n_visits.load(Ordering::Relaxed)
     }
 
     pub(super) fn is_exhausted(&self) -> bool {
-        self.n_looks() >= self.most_looks
+        self.n_visits() >= self.most_visits
     }
 
     /// Returns the number of items, with `n_searches` each, that fit the remaining budget.
     pub(super) fn batch_size(&self, most: usize, n_searches: u64) -> usize {
-        let each = self.n_looks() / self.n_searches.load(Ordering::Relaxed).max(1);
-        let left = self.most_looks.saturating_sub(self.n_looks()).max(MIN_LOOKS_PER_ROUND);
+        let each = self.n_visits() / self.n_searches.load(Ordering::Relaxed).max(1);
+        let left = self.most_visits.saturating_sub(self.n_visits()).max(MIN_VISITS_PER_ROUND);
         (left / (n_searches * each).max(1)).clamp(MIN_BATCH as u64, most as u64) as usize
     }
 
     pub(super) fn corner(&self, point: DVec3, guess: Option<u32>) -> PolygonCorner {
         let found = self.tree.find_near_with_cost(point, guess, f64::NEG_INFINITY);
         let (face, distance2, looks) = found.unwrap_or((0, f64::INFINITY, SearchCost::default()));
-        let n_looks = if self.with_boxes { looks.total() } else { looks.triangles };
-        self.n_looks.fetch_add(n_looks.into(), Ordering::Relaxed);
+        let n_visits = if self.with_boxes { looks.total() } else { looks.triangles };
+        self.n_visits.fetch_add(n_visits.into(), Ordering::Relaxed);
         self.n_searches.fetch_add(1, Ordering::Relaxed);
         PolygonCorner { point, distance: distance2.sqrt(), face }
     }

@@ -1,6 +1,6 @@
 //! Objectives from any function of a mesh and its result.
 
-use super::{Blame, Objective, Verdict};
+use super::{ErrorShares, JudgedErrors, Objective};
 use crate::mesh::TriMesh;
 use crate::simplify::WeightedResult;
 
@@ -31,19 +31,19 @@ pub enum Errors {
 pub struct CustomObjective<F>(pub F);
 
 impl<F: Fn(&TriMesh, &WeightedResult) -> Result<Errors, String> + Sync> Objective for CustomObjective<F> {
-    fn judge(&self, original: &TriMesh, results: [&WeightedResult; 2]) -> Result<Verdict, String> {
+    fn judge(&self, original: &TriMesh, results: [&WeightedResult; 2]) -> Result<JudgedErrors, String> {
         let [first, second] = results.map(|result| (self.0)(original, result));
         let [first, second] = [first?, second?];
         let [a, b] = [check_errors(&first, original)?, check_errors(&second, original)?];
         // A zero error is replaced by a tiny one, so that logarithms stay finite.
         let mean = (0.5 * (a + b)).max(f64::MIN_POSITIVE);
         let shares = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b) / mean).collect();
-        let blame = match (&first, &second) {
-            (Errors::Vertices(a), Errors::Vertices(b)) => Blame::Vertices(shares(a, b)),
-            (Errors::Faces(a), Errors::Faces(b)) => Blame::Faces(shares(a, b)),
-            _ => Blame::Everywhere((a - b) / mean),
+        let error_shares = match (&first, &second) {
+            (Errors::Vertices(a), Errors::Vertices(b)) => ErrorShares::Vertices(shares(a, b)),
+            (Errors::Faces(a), Errors::Faces(b)) => ErrorShares::Faces(shares(a, b)),
+            _ => ErrorShares::Everywhere((a - b) / mean),
         };
-        Ok(Verdict { terms: vec![("objective", mean.ln())], blame })
+        Ok(JudgedErrors { terms: vec![("objective", mean.ln())], error_shares })
     }
 }
 
@@ -67,7 +67,7 @@ mod tests {
     use super::*;
     use crate::mesh::shapes;
 
-    fn judge_errors(first: Errors, second: Errors) -> Result<Verdict, String> {
+    fn judge_errors(first: Errors, second: Errors) -> Result<JudgedErrors, String> {
         let original = shapes::tetrahedron();
         let result = |n: u32| WeightedResult { mesh: original.clone(), vertex_of: vec![n; 4] };
         let given = CustomObjective(|_: &TriMesh, result: &WeightedResult| {
@@ -81,10 +81,10 @@ mod tests {
         let vertices =
             judge_errors(Errors::Vertices(vec![3.0, 1.0, 0.0, 1.0]), Errors::Vertices(vec![1.0, 1.0, 1.0, 0.0]));
         // Sums 5 and 3 have mean 4.
-        let blame = Blame::Vertices(vec![0.5, 0.0, -0.25, 0.25]);
-        assert_eq!(vertices.unwrap(), Verdict { terms: vec![("objective", 4.0f64.ln())], blame });
+        let error_shares = ErrorShares::Vertices(vec![0.5, 0.0, -0.25, 0.25]);
+        assert_eq!(vertices.unwrap(), JudgedErrors { terms: vec![("objective", 4.0f64.ln())], error_shares });
         let whole = judge_errors(Errors::Whole(5.0), Errors::Whole(3.0)).unwrap();
-        assert_eq!(whole.blame, Blame::Everywhere(0.5));
+        assert_eq!(whole.error_shares, ErrorShares::Everywhere(0.5));
         assert!(judge_errors(Errors::Whole(0.0), Errors::Whole(0.0)).unwrap().terms[0].1.is_finite());
     }
 

@@ -15,21 +15,21 @@ pub trait Objective: Sync {
     ///
     /// # Errors
     /// The reason why the mesh is skipped.
-    fn judge(&self, original: &TriMesh, results: [&WeightedResult; 2]) -> Result<Verdict, String>;
+    fn judge(&self, original: &TriMesh, results: [&WeightedResult; 2]) -> Result<JudgedErrors, String>;
 }
 
 /// The errors of two results.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Verdict {
+pub struct JudgedErrors {
     /// Minimised terms of both results together, as logarithms, with equal names and order for every mesh.
     pub terms: Vec<(&'static str, f64)>,
     /// Excess of the first result's sum of terms over the second's.
-    pub blame: Blame,
+    pub error_shares: ErrorShares,
 }
 
 /// Distribution of a difference over the original.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Blame {
+pub enum ErrorShares {
     /// Share of each face, n_faces.
     Faces(Vec<f64>),
     /// Share of each vertex, n_vertices.

@@ -1,6 +1,6 @@
 //! The objective "shape", by `loss::log_errors`.
 
-use super::{Blame, Objective, Verdict};
+use super::{ErrorShares, JudgedErrors, Objective};
 use crate::loss::{error_shares, error_sums, log_errors, point_errors};
 use crate::mesh::TriMesh;
 use crate::simplify::WeightedResult;
@@ -10,14 +10,14 @@ use crate::simplify::WeightedResult;
 pub struct ShapeObjective;
 
 impl Objective for ShapeObjective {
-    fn judge(&self, original: &TriMesh, results: [&WeightedResult; 2]) -> Result<Verdict, String> {
+    fn judge(&self, original: &TriMesh, results: [&WeightedResult; 2]) -> Result<JudgedErrors, String> {
         let corners_of_original = corners(original);
         let errors = results.map(|result| point_errors(&corners_of_original, &corners(&result.mesh)));
         let sums = error_sums([&errors[0], &errors[1]]);
         let [first, second] = errors.map(|errors| error_shares(&errors, &sums));
-        Ok(Verdict {
+        Ok(JudgedErrors {
             terms: ["distance", "normals", "peak"].into_iter().zip(log_errors(&sums)).collect(),
-            blame: Blame::Faces(first.iter().zip(second).map(|(a, b)| a - b).collect()),
+            error_shares: ErrorShares::Faces(first.iter().zip(second).map(|(a, b)| a - b).collect()),
         })
     }
 }
@@ -40,9 +40,10 @@ mod tests {
                 TriMesh::new(original.positions().iter().map(lift).collect(), original.faces().to_vec()).unwrap();
             WeightedResult { mesh, vertex_of: (0..25).collect() }
         };
-        let Verdict { terms, blame } = ShapeObjective.judge(&original, [&lifted(0.02), &lifted(0.01)]).unwrap();
+        let JudgedErrors { terms, error_shares } =
+            ShapeObjective.judge(&original, [&lifted(0.02), &lifted(0.01)]).unwrap();
         assert_eq!(terms.iter().map(|(name, _)| *name).collect::<Vec<_>>(), ["distance", "normals", "peak"]);
-        let Blame::Faces(of_faces) = blame else { panic!("{blame:?}") };
+        let ErrorShares::Faces(of_faces) = error_shares else { panic!("{error_shares:?}") };
         for (face, share) in original.faces().iter().zip(of_faces) {
             let is_lifted = face.iter().any(|&v| original.positions()[v as usize][0] > 2.0);
             assert_eq!(share > 1e-9, is_lifted, "{face:?} {share}");

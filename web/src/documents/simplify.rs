@@ -108,7 +108,7 @@ fn add_file(name: &str, made: Files, answer: &mut Answer) -> Result<Value, Refus
     let bytes =
         io::compress_by_name(name.as_ref(), &made.bytes).map_err(|error| Refusal::new(format!("{name}: {error}")))?;
     let bytes = answer.add(bytes.into_owned());
-    let beside = made.beside.into_iter().map(|file| {
+    let beside = made.companion_files.into_iter().map(|file| {
         let name = file.path.to_string_lossy().into_owned();
         json!({ "name": name, "bytes": answer.add(file.bytes) })
     });

@@ -10,7 +10,7 @@ use anyhow::{Context, Result};
 use neural_mesh::appearance::VIEWS;
 use neural_mesh::mesh::{Attributes, TriMesh};
 use neural_mesh::metrics::{Surface, psnr, surface_distance};
-use neural_mesh::picture::{Coat, CornerNormals, ShadedMesh, view_shaded};
+use neural_mesh::picture::{CornerNormals, DecodedMaterials, ShadedMesh, view_shaded};
 use neural_mesh::simplify::{Input, Options, Target, simplify_input};
 use serde::{Deserialize, Serialize};
 
@@ -77,15 +77,15 @@ fn simplify_ours(original: &AttributedMesh, ratio: f64) -> Result<AttributedMesh
 
 fn picture_likeness(model: &Model, contestants: &[AttributedMesh; 3]) -> Result<[f64; 3]> {
     let meshes_in_order = || std::iter::once(&model.attributed).chain(contestants);
-    let coats: Vec<Option<Coat>> =
-        meshes_in_order().map(|attributed| Coat::new(&attributed.attributes, &model.looks).0).collect();
+    let coats: Vec<Option<DecodedMaterials>> =
+        meshes_in_order().map(|attributed| DecodedMaterials::new(&attributed.attributes, &model.looks).0).collect();
     let normals: Vec<Option<CornerNormals>> =
         meshes_in_order().map(|attributed| CornerNormals::new(&attributed.attributes)).collect();
     let meshes: Vec<ShadedMesh> = meshes_in_order()
         .zip(coats.iter().zip(&normals))
-        .map(|(attributed, (coat, normals))| {
+        .map(|(attributed, (materials, normals))| {
             let mut shaded = ShadedMesh::bare(&attributed.mesh);
-            (shaded.coat, shaded.normals) = (coat.as_ref(), normals.as_ref());
+            (shaded.materials, shaded.normals) = (materials.as_ref(), normals.as_ref());
             shaded
         })
         .collect();

@@ -1,4 +1,4 @@
-//! Widths, layers and neighbours of the paper's network, each trained anew and judged on families held out.
+//! Widths, layers and neighbours of the paper's network, each trained again and judged on families held out.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};

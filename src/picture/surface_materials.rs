@@ -12,7 +12,7 @@ use crate::mesh::{Attributes, Channel, Look, Looks, Role, Wrap, linear_light};
 
 /// Images and colours of a surface, corner by corner; images are not decoded.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Cover {
+pub struct SurfaceMaterials {
     /// Encoded images, each once.
     pub images: Vec<Arc<[u8]>>,
     // Paint of each group; the last one, white, is for all other groups.
@@ -30,45 +30,45 @@ struct GroupPaint {
     colour: Vec3,
     // Index of the image, and its wrap modes.
     texture: Option<(usize, [Wrap; 2])>,
-    with_corners: bool,
+    uses_corner_colours: bool,
 }
 
 /// Image coordinates and colour at a corner of a face.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct CoveredCorner {
+pub struct PaintedCorner {
     /// Image coordinates, v downwards; 0 without an image.
     pub uv: [f32; 2],
     /// Factor of the image, in linear light from 0 to 1.
     pub colour: [f32; 3],
 }
 
-impl Cover {
-    /// Makes the cover of a mesh from its attributes and materials; `None` if the mesh is all white.
+impl SurfaceMaterials {
+    /// Makes the materials of a mesh from its attributes and materials; `None` if the mesh is all white.
     ///
     /// ```
     /// use neural_mesh::mesh::{Attributes, Channel, Looks, Role};
-    /// use neural_mesh::picture::Cover;
+    /// use neural_mesh::picture::SurfaceMaterials;
     /// let values = vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
     /// let colour = Channel { name: "colour".into(), role: Role::Colour, width: 3, values };
     /// let attributes = Attributes { wedges: vec![[0, 1, 2]], channels: vec![colour], groups: Vec::new() };
-    /// let cover = Cover::new(&attributes, &Looks::default()).unwrap();
-    /// assert_eq!((cover.corners(0)[1].colour, cover.texture(0)), ([0.0, 1.0, 0.0], None));
+    /// let materials = SurfaceMaterials::new(&attributes, &Looks::default()).unwrap();
+    /// assert_eq!((materials.corners(0)[1].colour, materials.texture(0)), ([0.0, 1.0, 0.0], None));
     /// ```
     pub fn new(attributes: &Attributes, looks: &Looks) -> Option<Self> {
         let mut images = Vec::new();
         let paint = |look: &Look| GroupPaint {
             colour: Vec3::from(look.colour),
             texture: look.texture.as_ref().map(|texture| (image_index(&mut images, &texture.image), texture.wrap)),
-            with_corners: look.with_corners,
+            uses_corner_colours: look.uses_corner_colours,
         };
         let mut paints: Vec<GroupPaint> = looks.of_groups.iter().map(paint).collect();
-        paints.push(GroupPaint { colour: Vec3::ONE, texture: None, with_corners: true });
+        paints.push(GroupPaint { colour: Vec3::ONE, texture: None, uses_corner_colours: true });
         let uvs = if images.is_empty() { Vec::new() } else { uvs(attributes, looks) };
         let colours = corner_colours(attributes, looks.linear_colours);
-        // A white cover would draw the same picture at more cost.
+        // White materials would draw the same picture at more cost.
         let is_white = paints.iter().all(|paint| paint.colour == Vec3::ONE) && uvs.is_empty() && colours.is_empty();
-        let cover = Self { images, paints, groups: attributes.groups.clone(), uvs, colours };
-        (!is_white).then_some(cover)
+        let materials = Self { images, paints, groups: attributes.groups.clone(), uvs, colours };
+        (!is_white).then_some(materials)
     }
 
     /// Returns the image of a face, with its wrap modes along u and v.
@@ -77,15 +77,15 @@ impl Cover {
     }
 
     /// Returns the covers of a face's corners.
-    pub fn corners(&self, face: u32) -> [CoveredCorner; 3] {
+    pub fn corners(&self, face: u32) -> [PaintedCorner; 3] {
         let paint = self.paint(face);
         let colours = self.colours_of(face).unwrap_or([Vec3::ONE; 3]);
         let uvs = self.uvs.get(face as usize).copied().unwrap_or_default();
-        std::array::from_fn(|i| CoveredCorner { uv: uvs[i].into(), colour: (paint.colour * colours[i]).into() })
+        std::array::from_fn(|i| PaintedCorner { uv: uvs[i].into(), colour: (paint.colour * colours[i]).into() })
     }
 
     fn colours_of(&self, face: u32) -> Option<[Vec3; 3]> {
-        self.colours.get(face as usize).filter(|_| self.paint(face).with_corners).copied()
+        self.colours.get(face as usize).filter(|_| self.paint(face).uses_corner_colours).copied()
     }
 
     fn paint(&self, face: u32) -> &GroupPaint {
@@ -101,38 +101,38 @@ fn image_index(images: &mut Vec<Arc<[u8]>>, image: &Arc<[u8]>) -> usize {
     })
 }
 
-/// Cover with decoded textures.
+/// Materials with decoded textures.
 #[derive(Clone, Debug)]
-pub struct Coat {
-    cover: Cover,
+pub struct DecodedMaterials {
+    materials: SurfaceMaterials,
     textures: Vec<Option<Texture>>,
 }
 
-impl Coat {
-    /// Makes the coat of a mesh, `None` if the mesh is all white; also returns problems.
+impl DecodedMaterials {
+    /// Makes the materials of a mesh, `None` if the mesh is all white; also returns problems.
     ///
     /// ```
     /// use neural_mesh::mesh::{Attributes, Channel, Looks, Role};
-    /// use neural_mesh::picture::Coat;
+    /// use neural_mesh::picture::DecodedMaterials;
     /// let values = vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
     /// let colour = Channel { name: "colour".into(), role: Role::Colour, width: 3, values };
     /// let attributes = Attributes { wedges: vec![[0, 1, 2]], channels: vec![colour], groups: Vec::new() };
-    /// assert!(Coat::new(&attributes, &Looks::default()).0.is_some());
-    /// assert!(Coat::new(&Attributes::default(), &Looks::default()).0.is_none());
+    /// assert!(DecodedMaterials::new(&attributes, &Looks::default()).0.is_some());
+    /// assert!(DecodedMaterials::new(&Attributes::default(), &Looks::default()).0.is_none());
     /// ```
     pub fn new(attributes: &Attributes, looks: &Looks) -> (Option<Self>, Vec<String>) {
         Self::decode(attributes, looks, Texture::new)
     }
 
-    /// Makes a coat whose textures are numbers from 0 to 1, such as directions or roughness.
+    /// Makes materials whose textures are numbers from 0 to 1, such as directions or roughness.
     ///
     /// ```
     /// use neural_mesh::mesh::{Attributes, Look, Looks};
-    /// use neural_mesh::picture::Coat;
+    /// use neural_mesh::picture::DecodedMaterials;
     /// let mut rough = Look::default();
     /// rough.colour = [0.5; 3];
-    /// let coat = Coat::of_numbers(Attributes::NONE, &Looks::new(vec![rough])).0.unwrap();
-    /// assert_eq!(coat.value(0, [1.0, 0.0, 0.0], [[0.0; 3]; 2]), [0.5; 3]);
+    /// let decoded = DecodedMaterials::of_numbers(Attributes::NONE, &Looks::new(vec![rough])).0.unwrap();
+    /// assert_eq!(decoded.value(0, [1.0, 0.0, 0.0], [[0.0; 3]; 2]), [0.5; 3]);
     /// ```
     pub fn of_numbers(attributes: &Attributes, looks: &Looks) -> (Option<Self>, Vec<String>) {
         Self::decode(attributes, looks, Texture::of_numbers)
@@ -143,14 +143,14 @@ impl Coat {
         looks: &Looks,
         texture: impl Fn(&Image) -> Texture,
     ) -> (Option<Self>, Vec<String>) {
-        let Some(cover) = Cover::new(attributes, looks) else { return (None, Vec::new()) };
+        let Some(materials) = SurfaceMaterials::new(attributes, looks) else { return (None, Vec::new()) };
         let decoded = |image: &Arc<[u8]>| Some(texture(&decode_image(image)?));
-        let textures: Vec<Option<Texture>> = cover.images.iter().map(decoded).collect();
+        let textures: Vec<Option<Texture>> = materials.images.iter().map(decoded).collect();
         // One note is enough for any number of broken textures.
-        let missing = cover.images.iter().zip(&textures).find(|(_, texture)| texture.is_none());
+        let missing = materials.images.iter().zip(&textures).find(|(_, texture)| texture.is_none());
         let notes = missing.map(|(image, _)| format!("a texture is left out: it {}", image_problem(image)));
         let notes = notes.into_iter().collect();
-        (Some(Self { cover, textures }), notes)
+        (Some(Self { materials, textures }), notes)
     }
 
     /// Returns the colour (linear light) or numbers of a face at barycentric weights.
@@ -162,26 +162,26 @@ impl Coat {
 
     /// Returns whether a face has a decoded texture.
     pub fn is_textured(&self, face: u32) -> bool {
-        self.cover.texture(face).is_some_and(|(image, _)| self.textures[image].is_some())
+        self.materials.texture(face).is_some_and(|(image, _)| self.textures[image].is_some())
     }
 
     fn colour_at(&self, face: u32, here: Vec3, steps: impl FnOnce() -> [Vec3; 2]) -> Vec3 {
-        let Coat { cover, textures } = self;
+        let DecodedMaterials { materials, textures } = self;
         let blend = |[a, b, c]: [Vec3; 3]| a * here.x + b * here.y + c * here.z;
-        let colour = cover.paint(face).colour * cover.colours_of(face).map_or(Vec3::ONE, blend);
-        let texture = cover.texture(face).and_then(|(image, wrap)| Some((textures[image].as_ref()?, wrap)));
+        let colour = materials.paint(face).colour * materials.colours_of(face).map_or(Vec3::ONE, blend);
+        let texture = materials.texture(face).and_then(|(image, wrap)| Some((textures[image].as_ref()?, wrap)));
         // Without a decoded texture, the factor alone is the colour.
-        let Some(((texture, wrap), uvs)) = texture.zip(cover.uvs.get(face as usize)) else { return colour };
+        let Some(((texture, wrap), uvs)) = texture.zip(materials.uvs.get(face as usize)) else { return colour };
         let uv = |weights: Vec3| uvs[0] * weights.x + uvs[1] * weights.y + uvs[2] * weights.z;
         colour * texture.colour(uv(here), steps().map(uv), wrap)
     }
 
-    /// Places the coat on a mesh of the picture; `None` for another mesh.
-    pub(super) fn place_on<'a>(&'a self, points: &'a [Vec3], faces: &'a [[u32; 3]]) -> Option<PlacedCoat<'a>> {
-        let Cover { groups, uvs, colours, .. } = &self.cover;
+    /// Places the materials on a mesh of the picture; `None` for another mesh.
+    pub(super) fn place_on<'a>(&'a self, points: &'a [Vec3], faces: &'a [[u32; 3]]) -> Option<PlacedMaterials<'a>> {
+        let SurfaceMaterials { groups, uvs, colours, .. } = &self.materials;
         // Attributes of another mesh would index out of range.
         let fits = [groups.len(), uvs.len(), colours.len()].iter().all(|&n| n == 0 || n == faces.len());
-        fits.then_some(PlacedCoat { coat: self, points, faces })
+        fits.then_some(PlacedMaterials { decoded: self, points, faces })
     }
 }
 
@@ -217,18 +217,18 @@ fn corner_colours(attributes: &Attributes, linear: bool) -> Vec<[Vec3; 3]> {
     attributes.wedges.iter().map(|wedges| wedges.map(colour)).collect()
 }
 
-pub(super) struct PlacedCoat<'a> {
-    coat: &'a Coat,
+pub(super) struct PlacedMaterials<'a> {
+    decoded: &'a DecodedMaterials,
     // Projected vertices in samples, with the inverse depth as z, n_vertices.
     points: &'a [Vec3],
     faces: &'a [[u32; 3]],
 }
 
-impl PlacedCoat<'_> {
+impl PlacedMaterials<'_> {
     /// Returns the colour of a face at a place in samples, in linear light.
     pub fn colour(&self, face: u32, at: Vec2) -> Vec3 {
         let here = self.weights(face, at);
-        self.coat.colour_at(face, here, || [Vec2::X, Vec2::Y].map(|along| self.weights(face, at + along) - here))
+        self.decoded.colour_at(face, here, || [Vec2::X, Vec2::Y].map(|along| self.weights(face, at + along) - here))
     }
 
     fn weights(&self, face: u32, at: Vec2) -> Vec3 {
@@ -255,12 +255,12 @@ mod tests {
 
     fn colour_at(v_is_up: bool, face: u32, corner: usize) -> [f32; 3] {
         let (attributes, looks) = looks(v_is_up);
-        let (coat, notes) = Coat::new(&attributes, &looks);
+        let (decoded, notes) = DecodedMaterials::new(&attributes, &looks);
         assert!(notes.is_empty());
         let points = [Vec3::new(0.0, 0.0, 1.0), Vec3::new(9000.0, 0.0, 0.5), Vec3::new(0.0, 9000.0, 0.25)];
-        let coat = coat.unwrap();
-        let worn = coat.place_on(&points, &[[0, 1, 2]; 2]).unwrap();
-        worn.colour(face, points[corner].truncate()).to_array()
+        let decoded = decoded.unwrap();
+        let placed = decoded.place_on(&points, &[[0, 1, 2]; 2]).unwrap();
+        placed.colour(face, points[corner].truncate()).to_array()
     }
 
     fn is_colour(colour: [f32; 3], wanted: [f32; 3]) -> bool {
@@ -282,8 +282,8 @@ mod tests {
     #[test]
     fn what_does_not_belong_to_the_mesh_is_not_worn() {
         let (attributes, looks) = looks(true);
-        let coat = Coat::new(&attributes, &looks).0.unwrap();
-        assert!(coat.place_on(&[], &[[0, 1, 2]; 3]).is_none());
+        let decoded = DecodedMaterials::new(&attributes, &looks).0.unwrap();
+        assert!(decoded.place_on(&[], &[[0, 1, 2]; 3]).is_none());
     }
 
     #[test]
@@ -292,7 +292,7 @@ mod tests {
         let image: Arc<[u8]> = Arc::from(&b"no image"[..]);
         looks.of_groups[0].texture.iter_mut().for_each(|texture| texture.image = image.clone());
         looks.of_groups.push(looks.of_groups[0].clone());
-        let (coat, notes) = Coat::new(&attributes, &looks);
-        assert_eq!((coat.is_some(), notes.len()), (true, 1));
+        let (decoded, notes) = DecodedMaterials::new(&attributes, &looks);
+        assert_eq!((decoded.is_some(), notes.len()), (true, 1));
     }
 }
