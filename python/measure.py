@@ -1,8 +1,8 @@
-"""Beside other packages, on one core: time, distance, holes. `python -P python/measure.py MESHES [--most-faces N] [--ratio R]`.
+"""Compares the package with others on one core: time, distance, holes. `python -P python/measure.py MESHES [--most-faces N] [--ratio R]`.
 
-For each mesh of a folder every package makes the same number of faces, three times in turn; the median counts. Times and distances
-are told as quotients to fast_simplification, medians over the meshes; holes are edges that have not two faces although all of the input
-have. Run it with nothing else to do: `taskset -c 0` holds all packages to one core.
+Every package simplifies each mesh of a folder to one number of faces, three times in turns; the median time counts. Times and distances
+are printed relative to fast_simplification, as medians over the meshes. A result has holes if the input is closed and some of its edges
+do not have two faces. Run it on an idle machine; `taskset -c 0` limits all packages to one core.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import neural_mesh as nm
 Pair = tuple[Any, Any]
 
 
-def ours(vertices: Any, faces: Any, n: int) -> Pair:
+def neural_mesh(vertices: Any, faces: Any, n: int) -> Pair:
     v, f = nm.simplify((vertices, faces), faces=n, threads=1)
     return v, f
 
@@ -81,7 +81,7 @@ def meshlib(vertices: Any, faces: Any, n: int) -> Pair:
 
 
 METHODS: dict[str, Callable[[Any, Any, int], Pair]] = {
-    "neural-mesh": ours,
+    "neural-mesh": neural_mesh,
     "fast_simplification": fast_simplification,
     "pyfqmr": pyfqmr,
     "PyMeshLab": pymeshlab,
@@ -91,19 +91,19 @@ METHODS: dict[str, Callable[[Any, Any, int], Pair]] = {
 }
 
 
-def not_two(faces: Any) -> int:
-    """Edges that have not two faces."""
+def count_unpaired_edges(faces: Any) -> int:
+    """Counts the edges that do not have two faces."""
     edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).astype(np.int64), axis=1)
     return int((np.unique(edges, axis=0, return_counts=True)[1] != 2).sum())
 
 
-def measured(path: Path, ratio: float, most_faces: int) -> dict[str, Any] | None:
-    """For each package: seconds, mean distance, whether a closed mesh got holes."""
+def measure_mesh(path: Path, ratio: float, most_faces: int) -> dict[str, Any] | None:
+    """Returns by package: seconds, mean distance, whether a closed mesh got holes, whether it was closed, and faces over those requested."""
     original = nm.simplify(path, ratio=1.0, scores="geometry")
     vertices, faces = np.ascontiguousarray(original.vertices, np.float64), np.ascontiguousarray(original.faces, np.int32)
     if len(faces) > most_faces:
         return None
-    n, is_closed, rows = int(ratio * len(faces)), not_two(faces) == 0, {}
+    n, is_closed, rows = int(ratio * len(faces)), count_unpaired_edges(faces) == 0, {}
     seconds: dict[str, list[float]] = {name: [] for name in METHODS}
     for _ in range(3):
         for name, method in METHODS.items():
@@ -115,7 +115,7 @@ def measured(path: Path, ratio: float, most_faces: int) -> dict[str, Any] | None
     for name, (v, f) in rows.items():
         f = np.asarray(f)
         distance = nm.compare((vertices, faces), (np.asarray(v, np.float64), f), samples=20_000)["distance_mean"]
-        holes = is_closed and not_two(f) > 0
+        holes = is_closed and count_unpaired_edges(f) > 0
         found[name] = (statistics.median(seconds[name]), distance, holes, is_closed, len(f) / n)
     return found
 
@@ -128,7 +128,8 @@ def main() -> None:
     args = parser.parse_args()
     found = {}
     for path in sorted(args.meshes.rglob("*.ply")):
-        row = measured(path, args.ratio, args.most_faces)
+        # `None` for a mesh with more faces than requested.
+        row = measure_mesh(path, args.ratio, args.most_faces)
         if row is not None:
             found[path.stem] = row
             print(path.stem, {name: f"{of[0]:.3f} s, {of[1]:.4f} %" for name, of in row.items()}, flush=True)

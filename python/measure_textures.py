@@ -1,7 +1,7 @@
-"""Beside other packages that take texture coordinates. `python -P python/measure_textures.py MESH.obj... [--ratio R]`.
+"""Compares textured results with those of open3d, pymeshlab, trimesh and meshlib. `python -P python/measure_textures.py MESH.obj... [--ratio R]`.
 
-Of each result: the share of the surface on which the texture is within eight texels, of 1024 a side, of where it was; the mean distance,
-both ways, over ours; edges that have not two faces, corners in one place counted as one. Packages: open3d, pymeshlab, trimesh, meshlib.
+It prints for each result: the share of the surface whose texture moved by at most eight texels (1024 a side); the mean distance, both
+ways, relative to this package; and the number of edges that do not have two faces, with corners at equal positions counted as one.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Textured = tuple[Any, Any]
 
 
 def read(path: Path) -> Textured:
-    """The triangles of an OBJ; polygons as fans."""
+    """Reads the triangles of an OBJ file; polygons become fans."""
     places: list[list[float]] = []
     coordinates: list[list[float]] = []
     corners: list[list[tuple[int, int]]] = []
@@ -42,7 +42,7 @@ def read(path: Path) -> Textured:
     return np.array(places)[index[..., 0]], np.array(coordinates)[index[..., 1]]
 
 
-def ours(path: Path, n: int) -> Textured:
+def neural_mesh(path: Path, n: int) -> Textured:
     with tempfile.TemporaryDirectory() as folder:
         nm.simplify(path, faces=n, out=Path(folder) / "light.obj")
         return read(Path(folder) / "light.obj")
@@ -95,7 +95,7 @@ def trimesh(path: Path, n: int) -> Textured | None:
 
 
 METHODS: dict[str, Callable[[Path, int], Textured | None]] = {
-    "neural-mesh": ours,
+    "neural-mesh": neural_mesh,
     "PyMeshLab": pymeshlab,
     "meshlib": meshlib,
     "Open3D": open3d,
@@ -104,7 +104,7 @@ METHODS: dict[str, Callable[[Path, int], Textured | None]] = {
 
 
 class Surface:
-    """Triangles that points are drawn from and measured to."""
+    """A textured triangle soup for sampling and closest-point queries."""
 
     def __init__(self, triangles: Any, coordinates: Any) -> None:
         import open3d as o3d
@@ -115,7 +115,7 @@ class Surface:
         self.scene.add_triangles(corners, np.arange(len(corners), dtype=np.uint32).reshape(-1, 3))
 
     def sample(self) -> tuple[Any, Any]:
-        """Points by area, and the texture there."""
+        """Returns points drawn uniformly by area, n x 3, and their texture coordinates, n x 2."""
         rng = np.random.default_rng(0)
         a, b, c = np.moveaxis(self.triangles, 1, 0)
         areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
@@ -127,29 +127,29 @@ class Surface:
         return float(self.scene.compute_distance(np.asarray(points, np.float32)).numpy().mean())
 
     def texture_at(self, points: Any) -> Any:
-        """The texture at what is nearest."""
+        """Returns the texture coordinates at the closest points of the surface, n x 2."""
         nearest = self.scene.compute_closest_points(np.asarray(points, np.float32))
         uv = nearest["primitive_uvs"].numpy()
         weights = np.c_[1 - uv.sum(1), uv][:, :, None]
         return (weights * self.coordinates[nearest["primitive_ids"].numpy()]).sum(1)
 
 
-def n_open(triangles: Any) -> int:
-    """Edges that have not two faces."""
+def count_unpaired_edges(triangles: Any) -> int:
+    """Counts the edges that do not have two faces."""
     _, corners = np.unique(np.asarray(triangles, np.float32).reshape(-1, 3), axis=0, return_inverse=True)
     faces = corners.reshape(-1, 3)
     edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
     return int((np.unique(edges, axis=0, return_counts=True)[1] != 2).sum())
 
 
-def figures(original: Surface, result: Textured | None) -> tuple[float, float, int] | None:
-    """Share of the texture that is near, mean distance, open edges; None without texture."""
+def measure_result(original: Surface, result: Textured | None) -> tuple[float, float, int] | None:
+    """Returns the share of the surface with the texture in place, the mean distance, and the unpaired edges; `None` without texture."""
     if result is None:
         return None
     light = Surface(*result)
     points, texture = light.sample()
     near = np.linalg.norm(texture - original.texture_at(points), axis=1) <= NEAR
-    return float(near.mean()), original.distance(points) + light.distance(original.sample()[0]), n_open(result[0])
+    return float(near.mean()), original.distance(points) + light.distance(original.sample()[0]), count_unpaired_edges(result[0])
 
 
 def main() -> None:
@@ -161,7 +161,7 @@ def main() -> None:
     for path in args.meshes:
         original = read(path)
         n = int(args.ratio * len(original[0]))
-        rows.append({name: figures(Surface(*original), method(path, n)) for name, method in METHODS.items()})
+        rows.append({name: measure_result(Surface(*original), method(path, n)) for name, method in METHODS.items()})
     for name in METHODS:
         found = [(row[name], row["neural-mesh"]) for row in rows]
         both = [(theirs, our) for theirs, our in found if theirs is not None and our is not None]
@@ -171,7 +171,7 @@ def main() -> None:
         near = statistics.median(theirs[0] for theirs, _ in both)
         distance = statistics.median(theirs[1] / our[1] for theirs, our in both)
         opened = sum(theirs[2] > our[2] for theirs, our in both)
-        print(f"{name}: texture near {near:.3f}, distance {distance:.2f}, more open edges than ours {opened} of {len(both)}")
+        print(f"{name}: texture near {near:.3f}, distance {distance:.2f}, more open edges than neural-mesh {opened} of {len(both)}")
 
 
 if __name__ == "__main__":

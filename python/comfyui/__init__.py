@@ -1,6 +1,6 @@
-"""A node for ComfyUI: a mesh in, a lighter mesh out, with texture coordinates, colours and normals.
+"""A ComfyUI node that simplifies meshes with their texture coordinates, colours and normals.
 
-Put this folder into `custom_nodes` and install the package `neural-mesh` beside ComfyUI's own.
+Put this folder into `custom_nodes` and install the package `neural-mesh` into ComfyUI's environment.
 """
 
 from .simplify import SimplifyMesh

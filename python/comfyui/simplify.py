@@ -1,6 +1,6 @@
-"""The node, over ComfyUI's MESH: batches of vertices (B, N, 3) and faces (B, M, 3), padded with zeros where lengths differ.
+"""Implements the node on ComfyUI's MESH: batches of vertices (B, N, 3) and faces (B, M, 3), padded with zeros.
 
-What is a vertex's (`uvs`, `vertex_colors`, `normals`, `tangents`) is simplified along; textures and materials stay as they are.
+Vertex attributes (`uvs`, `vertex_colors`, `normals`, `tangents`) are carried; textures and materials stay unchanged.
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ from typing import Any
 import neural_mesh as nm
 import torch
 
-# What a MESH has of its vertices, and what it is called here. Older ones have none of it.
-_OF_VERTICES = {"uvs": "uv", "vertex_colors": "colors", "normals": "normals", "tangents": "tangents"}
+# Vertex attributes of a MESH, with their names in neural_mesh. Older versions of MESH have none.
+_ATTRIBUTES = {"uvs": "uv", "vertex_colors": "colors", "normals": "normals", "tangents": "tangents"}
 
 
 class SimplifyMesh:
-    """Makes each mesh of a batch lighter."""
+    """The node that simplifies each mesh of a batch."""
 
     CATEGORY = "3d"
     FUNCTION = "simplify"
@@ -42,36 +42,36 @@ class SimplifyMesh:
         }
 
     def simplify(self, mesh: Any, faces: int, ratio: float, **options: Any) -> tuple[Any]:
-        """The batch with each mesh at the size asked for; one that is no larger stays."""
+        """Simplifies each mesh of the batch to the requested size; smaller meshes stay unchanged."""
         size: dict[str, Any] = {"faces": faces} if faces > 0 else {"ratio": ratio}
-        return (_batch(mesh, [_lighter(item, size, options) for item in _items(mesh)]),)
+        return (_make_batch(mesh, [_simplify_item(item, size, options) for item in _split_batch(mesh)]),)
 
 
-def _items(mesh: Any) -> list[dict[str, Any]]:
-    """The meshes of a batch, each as its tensors without padding."""
+def _split_batch(mesh: Any) -> list[dict[str, Any]]:
+    """Splits a batch into meshes, each a dictionary of tensors without padding."""
     items = []
     n_vertices, n_faces = (getattr(mesh, name, None) for name in ("vertex_counts", "face_counts"))
     for at in range(len(mesh.vertices)):
         vertices = slice(None) if n_vertices is None else slice(int(n_vertices[at]))
         item = {"vertices": mesh.vertices[at][vertices]}
         item["faces"] = mesh.faces[at][slice(None) if n_faces is None else slice(int(n_faces[at]))]
-        for name in _OF_VERTICES:
+        for name in _ATTRIBUTES:
             if getattr(mesh, name, None) is not None:
                 item[name] = getattr(mesh, name)[at][vertices]
         items.append(item)
     return items
 
 
-def _lighter(item: dict[str, Any], size: dict[str, Any], options: dict[str, Any]) -> dict[str, Any]:
-    attributes = {called: item[name] for name, called in _OF_VERTICES.items() if name in item}
+def _simplify_item(item: dict[str, Any], size: dict[str, Any], options: dict[str, Any]) -> dict[str, Any]:
+    attributes = {attribute: item[name] for name, attribute in _ATTRIBUTES.items() if name in item}
     light = nm.simplify((item["vertices"], item["faces"].long()), attributes=attributes, **size, **options)
     vertices, faces, values = light.split()
-    lighter = {"vertices": vertices, "faces": faces, **{name: values[called] for name, called in _OF_VERTICES.items() if called in values}}
+    lighter = {"vertices": vertices, "faces": faces, **{name: values[attribute] for name, attribute in _ATTRIBUTES.items() if attribute in values}}
     return {name: torch.from_numpy(array).to(item[name].device, item[name].dtype) for name, array in lighter.items()}
 
 
-def _batch(mesh: Any, items: list[dict[str, Any]]) -> Any:
-    """A MESH like the one given, of these meshes."""
+def _make_batch(mesh: Any, items: list[dict[str, Any]]) -> Any:
+    """Returns a copy of a MESH that holds these meshes."""
     result = copy.copy(mesh)
     for name in items[0]:
         setattr(result, name, torch.nn.utils.rnn.pad_sequence([item[name] for item in items], batch_first=True))

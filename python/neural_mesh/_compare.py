@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypedDict
 
 from . import _native
-from ._meshes import Given, given
-from ._options import Path, Whole, as_it_is, n_threads
+from ._meshes import MeshInput, read_input
+from ._options import Path, Whole, identity_options, n_threads
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Figures of results beside their original."""
+    """Measured differences between results and their original."""
 
     results: tuple[Mapping[str, float | None], ...]
     """Figures by name, for each result; `None` for a figure that cannot be measured."""
@@ -31,11 +31,11 @@ class Comparison:
     """The HTML page that shows the meshes in 3-D without network access, if requested."""
 
     def __getitem__(self, name: str) -> float | None:
-        """A figure of the only result, or of the first."""
+        """Returns a figure of the first result, by name."""
         return self.results[0][name]
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: the page, or a table."""
+        """Returns HTML for a notebook: the page if there is one, else a table of figures."""
         if self.page is not None:
             return f'<iframe srcdoc="{text.escape(self.page)}" style="width:100%;height:640px;border:0"></iframe>'
         rows = "".join(
@@ -45,7 +45,7 @@ class Comparison:
         return f"<table>{rows}</table>"
 
 
-class Compared(TypedDict, total=False):
+class CompareOptions(TypedDict, total=False):
     """Options of `compare` and `show`."""
 
     samples: Whole
@@ -57,23 +57,26 @@ class Compared(TypedDict, total=False):
     threads: Whole | None
 
 
-def compare(original: Any, *simplified: Any, **options: Unpack[Compared]) -> Comparison:
-    """Measures how meshes differ from the one that they were made from: distance, normals, holes, topology, triangles. Meshes are
-    what `simplify` takes, and what it gives.
+def compare(original: Any, *simplified: Any, **options: Unpack[CompareOptions]) -> Comparison:
+    """Measures how simplified meshes differ from their original: distance, normals, holes, topology and triangle shape.
 
-    - `samples`: on each surface; 50,000 where nothing is said. `seed`: of the samples
-    - `appearance`: also how alike pictures of them are
-    - `weld`: whether equal positions become one vertex first; `True` where nothing is said
-    - `html`: also the page: `True` for `Comparison.page`, a name to write it; `force` replaces one that is there
-    - `threads`: one per core where nothing is said
+    Each mesh is anything that `simplify` takes or returns.
+
+    - `samples`: sample points per surface; 50,000 by default. `seed`: seed of the samples
+    - `appearance`: also compares rendered pictures
+    - `weld`: merges vertices at equal positions first; `True` by default
+    - `html`: also makes a page: `True` fills `Comparison.page`, a path writes the file; `force` replaces an existing one
+    - `threads`: one per core by default
+
+    Raises `OptionError` for a wrong option and `NeuralMeshError` for a mesh that cannot be read.
     """
-    unknown = [name for name in options if name not in Compared.__annotations__]
+    unknown = [name for name in options if name not in CompareOptions.__annotations__]
     if unknown:
         raise _native.OptionError(f"compare: no such option: {', '.join(unknown)}")
     html, weld = options.get("html", False), bool(options.get("weld", True))
     if not simplified:
         raise _native.OptionError("compare: give the original and at least one simplified mesh")
-    meshes = [_measured(mesh) for mesh in (original, *simplified)]
+    meshes = [_load_mesh(mesh) for mesh in (original, *simplified)]
     names = ["original", *(f"result {number}" for number in range(1, len(meshes)))]
     figures, page = _native.compare(
         [mesh.path or name for mesh, name in zip(meshes, names)],
@@ -90,25 +93,25 @@ def compare(original: Any, *simplified: Any, **options: Unpack[Compared]) -> Com
     return _comparison(json.loads(figures), page)
 
 
-def show(original: Any, *simplified: Any, **options: Unpack[Compared]) -> Comparison:
-    """The page of `compare`, with its options: in a notebook it is shown."""
+def show(original: Any, *simplified: Any, **options: Unpack[CompareOptions]) -> Comparison:
+    """Compares as `compare` does and makes the 3-D page, which a notebook displays."""
     options.setdefault("html", True)
     return compare(original, *simplified, **options)
 
 
-def _measured(mesh: Any) -> Given:
-    """A mesh to be measured; the bytes of a file as the arrays that it has."""
-    source = given(mesh, None, "auto")
+def _load_mesh(mesh: Any) -> MeshInput:
+    """Reads a mesh to measure; decodes the bytes of a file into arrays."""
+    source = read_input(mesh, None, "auto")
     if source.file is None:
         return source
-    kept = _native.simplify(as_it_is(), {}, None, source.file, None, None, None).results[0]
-    return given((kept.vertices, kept.faces), None, None)
+    kept = _native.simplify(identity_options(), {}, None, source.file, None, None, None).results[0]
+    return read_input((kept.vertices, kept.faces), None, None)
 
 
-def _comparison(said: Mapping[str, Any], page: str | None) -> Comparison:
-    figures = said["figures"]
+def _comparison(document: Mapping[str, Any], page: str | None) -> Comparison:
+    figures = document["figures"]
     return Comparison(
-        results=tuple(result["values"] for result in said["results"]),
+        results=tuple(result["values"] for result in document["results"]),
         units={figure["name"]: figure["unit"] for figure in figures},
         about={figure["name"]: figure["about"] for figure in figures},
         page=page,

@@ -1,4 +1,4 @@
-"""Values of faces that hold nothing: each face of a result has those of the given face that it lies on."""
+"""Carries face values that do not constrain the simplification: each result face takes those of the closest input face."""
 
 from __future__ import annotations
 
@@ -8,30 +8,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from ._meshes import Given
+    from ._meshes import MeshInput
     from ._report import Report
     from ._result import Map
 
 
-def carried(source: Given, report: Report, way: Map | None) -> tuple[dict[str, NDArray[Any]], str]:
-    """The values of the result's faces by name; or why there are none."""
-    if not source.of_faces:
+def carry_face_values(source: MeshInput, report: Report, corner_map: Map | None) -> tuple[dict[str, NDArray[Any]], str]:
+    """Returns the values of the result's faces by name, and the reason if they are lost."""
+    if not source.face_values:
         return {}, ""
-    names = ", ".join(source.of_faces)
-    if way is None:
+    names = ", ".join(source.face_values)
+    if corner_map is None:
         return {}, f"lost: values of faces ({names}): levels of detail cannot carry them"
     left = find_clean_faces(source.arrays[0], source.arrays[1], report["input"]["faces"])
     if left is None:
         return {}, f"lost: values of faces ({names}): too many faces were cleaned"
-    faces = left[_nearest(source, left, way)] if len(way.corner_faces) else np.zeros(0, np.int64)
-    return {name: values[faces] for name, values in source.of_faces.items()}, ""
+    faces = left[_nearest_faces(source, left, corner_map)] if len(corner_map.corner_faces) else np.zeros(0, np.int64)
+    return {name: values[faces] for name, values in source.face_values.items()}, ""
 
 
 def find_clean_faces(vertices: NDArray[Any], faces: NDArray[Any], n_clean: int, weld: bool = True) -> NDArray[np.int64] | None:
-    """Returns the faces (m x 3) that cleaning has left, of which there are `n_clean`: those that `Map.corner_faces` numbers.
+    """Returns the indices of the input faces that cleaning kept, in the order in which `Map.corner_faces` numbers them.
 
-    `n_clean` is `light.report["input"]["faces"]`, and `weld` as `simplify` had it. Returns `None` where other faces were cleaned than
-    degenerate, repeated and broken ones.
+    `vertices` is n x 3, `faces` m x 3, `n_clean` is `light.report["input"]["faces"]`, and `weld` is the option given to `simplify`.
+    Returns `None` if faces were removed that are neither degenerate nor duplicates nor invalid.
     """
     if len(faces) == n_clean:
         return np.arange(n_clean)
@@ -50,11 +50,11 @@ def find_clean_faces(vertices: NDArray[Any], faces: NDArray[Any], n_clean: int, 
     return clean if len(clean) == n_clean else None
 
 
-def _nearest(source: Given, left: NDArray[np.int64], way: Map) -> NDArray[Any]:
-    """Of the faces that the corners of each face stand on the one whose middle is nearest to that of the face."""
+def _nearest_faces(source: MeshInput, left: NDArray[np.int64], corner_map: Map) -> NDArray[Any]:
+    """Returns for each result face the input face closest to its center, among those that its corners are on."""
     vertices, faces = source.arrays[0], source.arrays[1][left]
-    points = (vertices[faces[way.corner_faces]] * way.corner_weights[..., None]).sum(2)
-    middles = vertices[faces[way.corner_faces]].mean(2)
+    points = (vertices[faces[corner_map.corner_faces]] * corner_map.corner_weights[..., None]).sum(2)
+    middles = vertices[faces[corner_map.corner_faces]].mean(2)
     distances = ((middles - points.mean(1, keepdims=True)) ** 2).sum(2)
-    chosen: NDArray[Any] = np.take_along_axis(way.corner_faces, distances.argmin(1)[:, None], axis=1)[:, 0]
+    chosen: NDArray[Any] = np.take_along_axis(corner_map.corner_faces, distances.argmin(1)[:, None], axis=1)[:, 0]
     return chosen

@@ -1,4 +1,4 @@
-"""Meshes as people have them, to arrays and back: pairs of arrays, files, trimesh, Open3D, pyvista, results of ours."""
+"""Converts meshes to arrays and back: pairs of arrays, files, trimesh, Open3D, pyvista, and results of this package."""
 
 from __future__ import annotations
 
@@ -14,87 +14,88 @@ from numpy.typing import ArrayLike, NDArray
 from ._native import NeuralMeshError, OptionError
 from ._result import Light, split
 
-# What names of attributes mean, and what the compiled module calls them, so that files get the columns that others read.
+# Name and role of known attributes in the compiled module; files are then written with the columns that other programs read.
 _ROLES = {
     **dict.fromkeys(("uv", "uvs", "texcoord", "texture_coordinates"), ("uv", "uv")),
     **dict.fromkeys(("normal", "normals"), ("normal", "normal")),
     **dict.fromkeys(("tangent", "tangents"), ("tangent", "tangent")),
     **dict.fromkeys(("color", "colors", "colour", "colours"), ("colour", "colour")),
 }
-# What attributes of a file are called, by their roles.
-_CALLED = {"uv": "uv", "normal": "normals", "tangent": "tangents", "colour": "colors"}
-# Numbers of cells that pyvista's readers give to materials and groups.
-_PARTS = ("materialids", "material_ids", "materialid", "material", "groupids", "group_ids", "groupid", "groups", "group")
+# Names of a file's attributes in results, by role.
+_ROLE_NAMES = {"uv": "uv", "normal": "normals", "tangent": "tangents", "colour": "colors"}
+# Names under which pyvista's readers store materials and groups as cell data.
+_GROUP_NAMES = ("materialids", "material_ids", "materialid", "material", "groupids", "group_ids", "groupid", "groups", "group")
 
 
 @dataclass(frozen=True)
-class Name:
-    """An attribute as it was given."""
+class AttributeName:
+    """Name, type and shape of an input attribute, for restoring it in the result."""
 
     name: str
     dtype: np.dtype[Any]
     is_flat: bool
-    """Whether it is one number for each vertex, n."""
+    """Whether it has one number per vertex, shape n."""
 
 
 @dataclass
-class Given:
-    """A mesh as the compiled module takes it, and the way back."""
+class MeshInput:
+    """A mesh as the compiled module takes it, with what restores the input's types in the result."""
 
     path: str | None = None
     file: tuple[bytes, str] | None = None
-    """The bytes of a file, and its name."""
+    """Bytes and name of a file."""
     arrays: Any = None
-    """Vertices, faces, wedges, channels, groups; `None` for a file."""
-    names: dict[str, Name] = field(default_factory=dict)
-    of_faces: dict[str, NDArray[Any]] = field(default_factory=dict)
-    """Values of faces that hold nothing, by name."""
+    """Vertices, faces, wedges, channels and groups; `None` for a file."""
+    names: dict[str, AttributeName] = field(default_factory=dict)
+    face_values: dict[str, NDArray[Any]] = field(default_factory=dict)
+    """Values of faces that do not constrain the simplification, by name."""
     ignores_groups: bool = False
-    """Whether materials and groups of a file need not stay."""
+    """Whether borders of materials and groups in a file may move."""
     group_values: NDArray[Any] | None = None
-    """What the groups were called, by their numbers."""
+    """Input value of each group number."""
     like: Any = None
-    """An array of the kind that results are to be."""
+    """Input array whose type results take."""
     back: Callable[[Light[Any]], Any] = lambda light: (light.vertices, light.faces)
     scene: Callable[[bytes | None, Light[Any]], Any] | None = None
-    """The way back from the file of a scene, where one was given."""
+    """Makes a scene of the result's file, for an input scene."""
 
     @property
     def is_scene(self) -> bool:
         return self.scene is not None
 
-    def dirt_of(self, cleaned: Mapping[str, int]) -> list[str]:
-        """What was wrong with the input, in words."""
-        words = {"non_finite_faces": "with coordinates that are not finite", "out_of_range_faces": "with indices out of range"}
-        dirt = [f"{cleaned[what]} faces {word} were left out" for what, word in words.items() if cleaned.get(what)]
+    def describe_dirt(self, cleaned: Mapping[str, int]) -> list[str]:
+        """Describes the faces that were removed as invalid, one line per kind."""
+        kinds = {"non_finite_faces": "with coordinates that are not finite", "out_of_range_faces": "with indices out of range"}
+        dirt = [f"{cleaned[name]} faces {kind} were left out" for name, kind in kinds.items() if cleaned.get(name)]
         if self.arrays is not None and cleaned.get("out_of_range_faces"):
             vertices, faces = self.arrays[:2]
+            # The likely cause: an array in the numbering of OBJ files.
             if faces.min() == 1 and faces.max() == len(vertices):
                 dirt[-1] += ": indices begin at 1: subtract 1"
         return dirt
 
-    def refuse(self, cleaned: Mapping[str, int]) -> None:
-        """Raises where faces would be left out."""
-        dirt = self.dirt_of(cleaned)
+    def raise_if_dirty(self, cleaned: Mapping[str, int]) -> None:
+        """Raises `NeuralMeshError` if faces are invalid."""
+        dirt = self.describe_dirt(cleaned)
         if dirt:
             raise NeuralMeshError("; ".join(dirt).replace("were left out", "are in the mesh"))
 
-    def alike(self, array: NDArray[Any]) -> Any:
-        return alike(self.like, array)
+    def convert_like(self, array: NDArray[Any]) -> Any:
+        return convert_like(self.like, array)
 
-    def named(self, channels: Sequence[tuple[str, str, NDArray[np.float32]]]) -> dict[str, NDArray[Any]]:
-        """Channels by the names, and of the types, that were given."""
-        named: dict[str, NDArray[Any]] = {}
+    def name_channels(self, channels: Sequence[tuple[str, str, NDArray[np.float32]]]) -> dict[str, NDArray[Any]]:
+        """Returns the result's attributes under the input's names and types."""
+        attributes: dict[str, NDArray[Any]] = {}
         for name, role, values in channels:
-            called, array = self._named(name, role, values)
-            # Of several of a role the first one is called by it.
-            named[name if called in named else called] = array
-        return named
+            input_name, array = self._name_channel(name, role, values)
+            # Only the first of several channels of a role gets the role's name.
+            attributes[name if input_name in attributes else input_name] = array
+        return attributes
 
-    def _named(self, name: str, role: str, values: NDArray[np.float32]) -> tuple[str, NDArray[Any]]:
+    def _name_channel(self, name: str, role: str, values: NDArray[np.float32]) -> tuple[str, NDArray[Any]]:
         known = self.names.get(name)
         if known is None:
-            return _CALLED.get(role, name), values
+            return _ROLE_NAMES.get(role, name), values
         result: NDArray[Any] = values
         if known.dtype == np.uint8 and _role(known.name, known.dtype)[1] == "colour":
             result = np.clip(np.rint(values * 255), 0, 255)
@@ -103,107 +104,109 @@ class Given:
         result = result.astype(known.dtype, copy=False)
         return known.name, result.reshape(-1) if known.is_flat else result
 
-    def groups_of(self, groups: NDArray[np.int32] | None) -> NDArray[Any] | None:
+    def restore_groups(self, groups: NDArray[np.int32] | None) -> NDArray[Any] | None:
         if groups is None or self.group_values is None:
             return groups
         values: NDArray[Any] = self.group_values[groups]
         return values
 
-    def welded(self, of_given: NDArray[np.int32]) -> NDArray[np.int32]:
-        """Values of vertices, where those at the position of another one have its value."""
-        if self.arrays is None or not (of_given < 0).any():
-            return of_given
-        _, same = np.unique(self.arrays[0] + 0, axis=0, return_inverse=True)
-        most = np.full(int(same.max()) + 1, -1, np.int32)
-        np.maximum.at(most, same.reshape(-1), of_given)
-        return most[same.reshape(-1)]
+    def spread_to_welded(self, values: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Gives vertices with value -1 the value of a vertex at an equal position, if it has one."""
+        if self.arrays is None or not (values < 0).any():
+            return values
+        # Adding 0 makes 0 and -0 equal.
+        _, position = np.unique(self.arrays[0] + 0, axis=0, return_inverse=True)
+        largest = np.full(int(position.max()) + 1, -1, np.int32)
+        np.maximum.at(largest, position.reshape(-1), values)
+        return largest[position.reshape(-1)]
 
 
-def given(mesh: Any, attributes: Mapping[str, ArrayLike] | None, groups: Any, on_dirty: str = "ignore") -> Given:
-    """A mesh of any kind that is known."""
-    file = _file_of(mesh)
+def read_input(mesh: Any, attributes: Mapping[str, ArrayLike] | None, groups: Any, on_dirty: str = "ignore") -> MeshInput:
+    """Reads a mesh of any supported type; with `on_dirty` "raise", rejects invalid faces in arrays."""
+    file = _read_file(mesh)
     if file is not None:
         if attributes is not None or not (groups is None or isinstance(groups, str) and groups == "auto"):
             raise OptionError("attributes and groups: a file has its own: leave both out; groups=None discards the groups of the file")
         file.ignores_groups = groups is None
         return file
-    taken = _taken(mesh)
+    fields = _read_mesh(mesh)
     if attributes is not None:
-        taken["attributes"] = {**taken.get("attributes", {}), **attributes}
-    _choose_groups(taken, groups)
-    packed = _packed(**taken)
+        fields["attributes"] = {**fields.get("attributes", {}), **attributes}
+    _choose_groups(fields, groups)
+    packed = _pack_input(**fields)
     if on_dirty == "raise":
         _check(packed)
     return packed
 
 
-def _file_of(mesh: Any) -> Given | None:
-    """A file by its name, as its bytes, or open; or a scene as one."""
+def _read_file(mesh: Any) -> MeshInput | None:
+    """Reads a path, bytes, an open file, or a trimesh scene as a file; returns `None` for anything else."""
     if isinstance(mesh, (str, os.PathLike)):
-        return Given(path=_file(mesh))
+        return MeshInput(path=_file_name(mesh))
     if isinstance(mesh, (bytes, bytearray, memoryview)):
-        return Given(file=(bytes(mesh), ""))
+        return MeshInput(file=(bytes(mesh), ""))
     if callable(getattr(mesh, "read", None)):
-        said, name = mesh.read(), getattr(mesh, "name", "")
-        return Given(file=(said.encode() if isinstance(said, str) else bytes(said), name if isinstance(name, str) else ""))
+        content, name = mesh.read(), getattr(mesh, "name", "")
+        data = content.encode() if isinstance(content, str) else bytes(content)
+        return MeshInput(file=(data, name if isinstance(name, str) else ""))
     if type(mesh).__module__.partition(".")[0] == "trimesh" and hasattr(mesh, "geometry") and not hasattr(mesh, "faces"):
-        return Given(file=(bytes(mesh.export(file_type="glb")), "scene.glb"), scene=_trimesh_scene)
+        return MeshInput(file=(bytes(mesh.export(file_type="glb")), "scene.glb"), scene=_trimesh_scene)
     return None
 
 
-def _trimesh_scene(said: bytes | None, light: Light[Any]) -> Any:
-    """The scene of a file in memory, or of the one that was written."""
+def _trimesh_scene(data: bytes | None, light: Light[Any]) -> Any:
+    """Loads the resulting scene from its bytes, or from the written file without them."""
     import trimesh
 
-    if said is None:
+    if data is None:
         return trimesh.load_scene(light.paths[0])
-    return trimesh.load_scene(io.BytesIO(said), file_type="glb")
+    return trimesh.load_scene(io.BytesIO(data), file_type="glb")
 
 
-def _choose_groups(taken: dict[str, Any], groups: Any) -> None:
-    """Keeps the groups that are asked for; all other values of faces hold nothing."""
-    of_faces = dict(taken.get("of_faces") or {})
-    auto, name = taken.get("groups"), taken.pop("groups_name", None)
+def _choose_groups(fields: dict[str, Any], groups: Any) -> None:
+    """Chooses the groups whose borders stay; other face values do not constrain the simplification."""
+    face_values = dict(fields.get("face_values") or {})
+    auto, name = fields.get("groups"), fields.pop("groups_name", None)
     chosen: Any = groups
     if isinstance(groups, str) and groups == "auto":
         chosen = auto
-        of_faces.pop(name, None)
+        face_values.pop(name, None)
     elif isinstance(groups, str):
-        if groups not in of_faces:
-            known = ", ".join(of_faces) or "none"
+        if groups not in face_values:
+            known = ", ".join(face_values) or "none"
             raise OptionError(f"groups={groups!r}: there are no such face values: choose from {known}")
-        chosen = of_faces.pop(groups)
-    taken["groups"], taken["of_faces"] = chosen, of_faces
+        chosen = face_values.pop(groups)
+    fields["groups"], fields["face_values"] = chosen, face_values
 
 
-def _check(packed: Given) -> None:
-    """Refuses a mesh of which faces would be left out."""
+def _check(packed: MeshInput) -> None:
+    """Raises `NeuralMeshError` for arrays with invalid faces."""
     vertices, faces = packed.arrays[:2]
     out_of_range = (faces >= len(vertices)).any(1)
     non_finite = ~np.isfinite(vertices).all(1)
     broken = non_finite[faces[~out_of_range]].any(1)
-    packed.refuse({"non_finite_faces": int(broken.sum()), "out_of_range_faces": int(out_of_range.sum())})
+    packed.raise_if_dirty({"non_finite_faces": int(broken.sum()), "out_of_range_faces": int(out_of_range.sum())})
 
 
-def _file(path: str | os.PathLike[str]) -> str:
+def _file_name(path: str | os.PathLike[str]) -> str:
     name = os.fspath(path)
     if name.startswith("-"):
-        # Not an option.
+        # The program would read a leading `-` as an option.
         return os.path.join(".", name)
     return name
 
 
 def points_of(cloud: Any) -> tuple[str | None, NDArray[Any] | None]:
-    """A cloud as the name of its file, or as its points."""
+    """Returns a point cloud as the path of its file, or as an array of its points (n x 3)."""
     if isinstance(cloud, (str, os.PathLike)):
-        return _file(cloud), None
+        return _file_name(cloud), None
     if not (hasattr(cloud, "__array__") or hasattr(cloud, "__dlpack__") or isinstance(cloud, (list, tuple))):
         cloud = next((getattr(cloud, name) for name in ("points", "vertices") if hasattr(cloud, name)), cloud)
     return None, _positions(cloud)
 
 
-def alike(like: Any, array: NDArray[Any]) -> Any:
-    """The array as one of the kind of another: torch's on its device, jax's, or numpy's."""
+def convert_like(like: Any, array: NDArray[Any]) -> Any:
+    """Converts an array to the type of another: a torch tensor on its device, a jax array, or numpy."""
     kind = type(like).__module__.partition(".")[0]
     if kind == "torch":
         import torch
@@ -216,17 +219,17 @@ def alike(like: Any, array: NDArray[Any]) -> Any:
     return array
 
 
-def _taken(mesh: Any) -> dict[str, Any]:
-    """Arrays of a mesh, and the way back to its type."""
+def _read_mesh(mesh: Any) -> dict[str, Any]:
+    """Reads the arrays of a mesh as arguments of `_pack_input`, with the function that restores its type."""
     kind = type(mesh).__module__.partition(".")[0]
     if isinstance(mesh, Light):
-        return _of_light(mesh)
+        return _read_light(mesh)
     if kind == "trimesh":
-        return _of_trimesh(mesh)
+        return _read_trimesh(mesh)
     if kind == "open3d":
-        return _of_open3d(mesh)
+        return _read_open3d(mesh)
     if kind == "pyvista":
-        return _of_pyvista(mesh)
+        return _read_pyvista(mesh)
     if isinstance(mesh, (tuple, list)) and len(mesh) == 2:
         return {"vertices": mesh[0], "faces": mesh[1]}
     if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
@@ -236,35 +239,35 @@ def _taken(mesh: Any) -> dict[str, Any]:
     )
 
 
-def _of_light(light: Light[Any]) -> dict[str, Any]:
+def _read_light(light: Light[Any]) -> dict[str, Any]:
     attributes = {name: light.corners(name) for name in light.attributes}
     flat = {name for name, values in light.attributes.items() if values.ndim == 1}
     attributes.update({name: attributes[name][..., None] for name in flat})
-    taken = {"vertices": light.vertices, "faces": light.faces, "attributes": attributes, "groups": light.groups}
-    return {**taken, "of_faces": light.face_attributes, "flat": flat}
+    fields = {"vertices": light.vertices, "faces": light.faces, "attributes": attributes, "groups": light.groups}
+    return {**fields, "face_values": light.face_attributes, "flat": flat}
 
 
-def _packed(
+def _pack_input(
     vertices: Any,
     faces: Any,
     attributes: Mapping[str, ArrayLike] | None = None,
     groups: ArrayLike | None = None,
-    of_faces: Mapping[str, Any] | None = None,
+    face_values: Mapping[str, Any] | None = None,
     flat: Collection[str] = (),
     back: Callable[[Light[Any]], Any] | None = None,
-) -> Given:
+) -> MeshInput:
     positions, corners = _positions(vertices), _faces(faces)
     wedges, channels, names = _channels(len(positions), corners, attributes or {}, flat)
     numbers, group_values = _groups(groups, len(corners))
-    packed = Given(arrays=(positions, corners, wedges, channels, numbers), names=names, group_values=group_values, like=vertices)
-    packed.of_faces = {name: array_of(values) for name, values in (of_faces or {}).items()}
+    packed = MeshInput(arrays=(positions, corners, wedges, channels, numbers), names=names, group_values=group_values, like=vertices)
+    packed.face_values = {name: array_of(values) for name, values in (face_values or {}).items()}
     if back is not None:
         packed.back = back
     return packed
 
 
 def array_of(values: Any) -> NDArray[Any]:
-    """Anything that has an array: numpy's, what has `__array__`, what speaks DLPack; of a GPU a copy."""
+    """Converts an array-like to numpy: by `__array__` or DLPack; tensors on a GPU are copied."""
     if hasattr(values, "detach") and hasattr(values, "cpu"):
         values = values.detach().cpu()
     if not hasattr(values, "__array__") and hasattr(values, "__dlpack__"):
@@ -291,7 +294,7 @@ def _faces(values: Any) -> NDArray[np.uint32]:
     if not np.issubdtype(faces.dtype, np.integer):
         raise NeuralMeshError(f"faces: an array of {faces.dtype}: give whole numbers")
     if faces.dtype == np.int32:
-        # Negative ones name no vertex, as they should.
+        # Negative indices become out of range, and are cleaned as such.
         return np.ascontiguousarray(faces).view(np.uint32)
     if faces.dtype.itemsize > 4:
         faces = np.where((faces < 0) | (faces > 0xFFFFFFFF), 0xFFFFFFFF, faces)
@@ -300,9 +303,10 @@ def _faces(values: Any) -> NDArray[np.uint32]:
 
 def _channels(
     n_vertices: int, faces: NDArray[np.uint32], attributes: Mapping[str, ArrayLike], flat: Collection[str]
-) -> tuple[Any, Any, dict[str, Name]]:
-    """Wedges, channels and their names: a wedge for each vertex, or for each corner where some values are those of corners; those that are
-    `flat` are one number each."""
+) -> tuple[Any, Any, dict[str, AttributeName]]:
+    """Returns wedges, channels and attribute names: one wedge per vertex, or per corner if any attribute has corner values.
+
+    Attributes in `flat` have one number per row and come back without the last axis."""
     arrays = {name: array_of(values) for name, values in attributes.items()}
     if not arrays:
         return None, [], {}
@@ -313,23 +317,23 @@ def _channels(
         if name not in at_corners and (values.ndim not in (1, 2) or len(values) != n_vertices):
             shape = f"{n_vertices} (vertices) or {n_faces} x 3 (corners)"
             raise NeuralMeshError(f"{name}: an array of shape {values.shape}: give rows for {shape}")
-        called, role = _role(name, values.dtype)
+        native_name, role = _role(name, values.dtype)
         scale = 255 if role == "colour" and values.dtype == np.uint8 else 1
         rows = (values.reshape(3 * n_faces, -1) if name in at_corners else values.reshape(n_vertices, -1)).astype(np.float32) / scale
         if at_corners and name not in at_corners:
             rows = rows[np.minimum(faces, max(n_vertices - 1, 0)).reshape(-1)]
-        if called in names:
+        if native_name in names:
             raise NeuralMeshError(f"{name}: there is another attribute of that kind: give it another name")
-        channels.append((called, role, np.ascontiguousarray(rows, dtype=np.float32)))
-        names[called] = Name(name, values.dtype, values.ndim == 1 or name in flat)
+        channels.append((native_name, role, np.ascontiguousarray(rows, dtype=np.float32)))
+        names[native_name] = AttributeName(name, values.dtype, values.ndim == 1 or name in flat)
     wedges = np.arange(3 * n_faces, dtype=np.uint32).reshape(-1, 3) if at_corners else faces
     return wedges, channels, names
 
 
 def _role(name: str, dtype: np.dtype[Any]) -> tuple[str, str]:
-    """What the compiled module calls an attribute, and its role."""
-    plain = "label" if np.issubdtype(dtype, np.integer) or dtype == np.bool_ else "other"
-    return _ROLES.get(name.lower(), (name, plain))
+    """Returns an attribute's name and role in the compiled module."""
+    default = "label" if np.issubdtype(dtype, np.integer) or dtype == np.bool_ else "other"
+    return _ROLES.get(name.lower(), (name, default))
 
 
 def _groups(groups: ArrayLike | None, n_faces: int) -> tuple[NDArray[np.uint32] | None, NDArray[Any] | None]:
@@ -342,18 +346,18 @@ def _groups(groups: ArrayLike | None, n_faces: int) -> tuple[NDArray[np.uint32] 
     return np.ascontiguousarray(numbers.reshape(-1), dtype=np.uint32), group_values
 
 
-def _of_trimesh(mesh: Any) -> dict[str, Any]:
+def _read_trimesh(mesh: Any) -> dict[str, Any]:
     if not hasattr(mesh, "faces"):
         raise NeuralMeshError(f"trimesh.{type(mesh).__name__}: not a mesh: give a Trimesh or a Scene")
     attributes = {name: values for name, values in mesh.vertex_attributes.items() if np.asarray(values).ndim in (1, 2)}
-    of_faces = {name: np.asarray(values) for name, values in mesh.face_attributes.items()}
+    face_values = {name: np.asarray(values) for name, values in mesh.face_attributes.items()}
     visual = mesh.visual
     if getattr(visual, "uv", None) is not None:
         attributes["uv"] = visual.uv
     elif visual.kind == "vertex":
         attributes["colors"] = np.asarray(visual.vertex_colors)
     elif visual.kind == "face":
-        of_faces["face_colors"] = np.asarray(visual.face_colors)
+        face_values["face_colors"] = np.asarray(visual.face_colors)
 
     def back(light: Light[Any]) -> Any:
         import trimesh
@@ -372,14 +376,14 @@ def _of_trimesh(mesh: Any) -> dict[str, Any]:
         lighter.face_attributes.update(values_of_faces)
         return lighter
 
-    return {"vertices": np.asarray(mesh.vertices), "faces": np.asarray(mesh.faces), "attributes": attributes, "of_faces": of_faces, "back": back}
+    return {"vertices": np.asarray(mesh.vertices), "faces": np.asarray(mesh.faces), "attributes": attributes, "face_values": face_values, "back": back}
 
 
-def _of_open3d(mesh: Any) -> dict[str, Any]:
+def _read_open3d(mesh: Any) -> dict[str, Any]:
     import open3d as o3d
 
     if isinstance(mesh, o3d.t.geometry.TriangleMesh):
-        return _of_open3d_tensors(mesh)
+        return _read_open3d_tensors(mesh)
     if not isinstance(mesh, o3d.geometry.TriangleMesh):
         raise NeuralMeshError(f"open3d {type(mesh).__name__}: not a triangle mesh")
     faces = np.asarray(mesh.triangles)
@@ -393,7 +397,7 @@ def _of_open3d(mesh: Any) -> dict[str, Any]:
     groups = np.asarray(mesh.triangle_material_ids) if mesh.has_triangle_material_ids() else None
 
     def back(light: Light[Any]) -> Any:
-        # Colours and normals are those of vertices, texture coordinates those of corners.
+        # Open3D stores colours and normals per vertex, texture coordinates per corner.
         of_vertices = {name: values for name, values in light.attributes.items() if name != "uv"}
         vertices, corners = np.asarray(light.vertices), np.asarray(light.faces)
         if of_vertices:
@@ -415,17 +419,17 @@ def _of_open3d(mesh: Any) -> dict[str, Any]:
     return {"vertices": np.asarray(mesh.vertices), "faces": faces, "attributes": attributes, "groups": groups, "back": back}
 
 
-def _of_open3d_tensors(mesh: Any) -> dict[str, Any]:
-    """An Open3D mesh of tensors, which names its attributes."""
+def _read_open3d_tensors(mesh: Any) -> dict[str, Any]:
+    """Reads an Open3D tensor mesh, whose attributes have names."""
     import open3d as o3d
 
     cpu = mesh.cpu()
     of_vertices = {name: cpu.vertex[name].numpy() for name in cpu.vertex if name != "positions"}
-    of_faces = {name: cpu.triangle[name].numpy() for name in cpu.triangle if name not in ("indices", "texture_uvs", "normals")}
+    face_values = {name: cpu.triangle[name].numpy() for name in cpu.triangle if name not in ("indices", "texture_uvs", "normals")}
     attributes: dict[str, Any] = {name: values for name, values in of_vertices.items() if values.ndim in (1, 2)}
     if "texture_uvs" in cpu.triangle:
         attributes["uv"] = cpu.triangle["texture_uvs"].numpy()
-    ids = of_faces.get("material_ids")
+    ids = face_values.get("material_ids")
 
     def tensor(values: Any) -> Any:
         return o3d.core.Tensor.from_numpy(np.ascontiguousarray(values))
@@ -449,12 +453,12 @@ def _of_open3d_tensors(mesh: Any) -> dict[str, Any]:
             lighter.material = mesh.material
         return lighter.to(mesh.device)
 
-    taken = {"vertices": cpu.vertex["positions"].numpy(), "faces": cpu.triangle["indices"].numpy(), "attributes": attributes}
+    fields = {"vertices": cpu.vertex["positions"].numpy(), "faces": cpu.triangle["indices"].numpy(), "attributes": attributes}
     groups = None if ids is None else ids.reshape(-1)
-    return {**taken, "of_faces": of_faces, "groups": groups, "groups_name": "material_ids", "back": back}
+    return {**fields, "face_values": face_values, "groups": groups, "groups_name": "material_ids", "back": back}
 
 
-def _of_pyvista(mesh: Any) -> dict[str, Any]:
+def _read_pyvista(mesh: Any) -> dict[str, Any]:
     import pyvista as pv
 
     if not isinstance(mesh, pv.PolyData):
@@ -463,36 +467,36 @@ def _of_pyvista(mesh: Any) -> dict[str, Any]:
     data = surface.point_data
     roles = {data.active_texture_coordinates_name: "uv", data.active_normals_name: "normals"}
     attributes: dict[str, Any] = {}
-    called: dict[str, str] = {}
+    input_names: dict[str, str] = {}
     for name in data.keys():
         values = np.asarray(data[name])
         if values.ndim > 2 or not (np.issubdtype(values.dtype, np.number) or values.dtype == np.bool_):
             continue
         is_colour = values.dtype == np.uint8 and values.ndim == 2 and values.shape[1] in (3, 4)
-        role = roles.get(name) or ("colors" if is_colour and "colors" not in called else name)
-        attributes[role], called[role] = values, name
+        role = roles.get(name) or ("colors" if is_colour and "colors" not in input_names else name)
+        attributes[role], input_names[role] = values, name
     cells = {name: np.asarray(surface.cell_data[name]) for name in surface.cell_data.keys()}
-    # Normals of cells are those of the result's own.
-    of_faces = {name: values for name, values in cells.items() if name != surface.cell_data.active_normals_name}
-    is_part = {name: values.ndim == 1 and np.issubdtype(values.dtype, np.integer) for name, values in of_faces.items()}
-    part = next((name for name in of_faces if is_part[name] and name.lower() in _PARTS), None)
+    # Cell normals are left out, as the result's faces have their own.
+    face_values = {name: values for name, values in cells.items() if name != surface.cell_data.active_normals_name}
+    is_group = {name: values.ndim == 1 and np.issubdtype(values.dtype, np.integer) for name, values in face_values.items()}
+    group_name = next((name for name in face_values if is_group[name] and name.lower() in _GROUP_NAMES), None)
 
     def back(light: Light[Any]) -> Any:
         vertices, faces, values = light.split()
         lighter = pv.PolyData.from_regular_faces(vertices, faces)
         for role, array in values.items():
-            lighter.point_data[called.get(role, role)] = array
+            lighter.point_data[input_names.get(role, role)] = array
         if "uv" in values:
             lighter.point_data.active_texture_coordinates = values["uv"]
         if "normals" in values:
-            lighter.point_data.active_normals_name = called["normals"]
+            lighter.point_data.active_normals_name = input_names["normals"]
         for name, array in light.face_attributes.items():
             lighter.cell_data[name] = array
         if light.groups is not None:
-            # The name that was chosen is the one that is not among the others.
-            named = next((name for name in of_faces if name not in light.face_attributes), part or "groups")
-            lighter.cell_data[named] = light.groups
+            # The chosen groups are the one array of the input that is not among the result's face values.
+            chosen = next((name for name in face_values if name not in light.face_attributes), group_name or "groups")
+            lighter.cell_data[chosen] = light.groups
         return lighter
 
-    taken = {"vertices": np.asarray(surface.points), "faces": surface.regular_faces, "attributes": attributes, "of_faces": of_faces}
-    return {**taken, "groups": None if part is None else cells[part], "groups_name": part, "back": back}
+    fields = {"vertices": np.asarray(surface.points), "faces": surface.regular_faces, "attributes": attributes, "face_values": face_values}
+    return {**fields, "groups": None if group_name is None else cells[group_name], "groups_name": group_name, "back": back}

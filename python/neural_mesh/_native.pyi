@@ -1,4 +1,4 @@
-# The compiled module: options and arrays in, arrays out. Private; `neural_mesh` is what people import.
+# Types of the compiled module, which takes and returns options and arrays. It is private: import `neural_mesh` instead.
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, final
 
@@ -166,9 +166,9 @@ def estimate(
     threads: int | None,
 ) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]: ...
 
-# Sizes by name, tensors by name, and the objective that was learned, if known.
+# Sizes by name, tensors by name, and the trained objective, if known.
 _Weights: TypeAlias = tuple[list[tuple[str, int]], list[tuple[str, NDArray[np.float32]]], str | None]
-# Sizes and tensors, of a stage or of the whole network.
+# Sizes and tensors of a stage or of the whole network.
 _Tensors: TypeAlias = tuple[Mapping[str, int], Sequence[tuple[str, NDArray[np.float32]]]]
 
 @final

@@ -1,4 +1,4 @@
-"""Options by name: what each may be, what it is where nobody says anything, and as the compiled module takes them."""
+"""Types and defaults of the options, and their conversion for the compiled module."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Progress: TypeAlias = Callable[[float, str], object]
 
 
 class Sizes(TypedDict, total=False):
-    """What stays: exactly one of them."""
+    """Sizes of the result, of which exactly one is given."""
 
     ratio: Number | str | None
     vertices: Whole | str | None
@@ -80,51 +80,51 @@ class Options(Sizes, Shared, total=False):
 
 
 SIZES = tuple(Sizes.__annotations__)
-# Options that say where files are and what becomes of them.
+# Options about files.
 FILES = ("out", "format", "weights", "picture", "report", "strict", "force")
-# Options that say nothing to the simplifier.
+# Options that this package handles itself and does not pass to the simplifier.
 OWN = ("attributes", "groups", "importance", "on_dirty", "threads", "progress", *FILES)
-# Those that are something where nobody says anything.
+# Defaults of the options that are on or set unless given.
 DEFAULTS: dict[str, Any] = {"groups": "auto", "weld": True, "check": False, "on_dirty": "warn", "seed": 0}
-# More threads than any machine has.
+# Upper bound of `threads`, above the number of cores of any common machine.
 _MOST_THREADS = 1024
-# Options that are negated where they are given by name.
+# Options that are on by default, with their negated names in the compiled module.
 _NEGATED = {"check": "no_check", "weld": "no_weld"}
 
 
 def n_threads(threads: Any) -> int | None:
-    """A number of threads; none where there is one per core."""
+    """Returns a checked number of threads; `None` means one per core."""
     n = plain(threads)
     if n is None or (isinstance(n, int) and not isinstance(n, bool) and 1 <= n <= _MOST_THREADS):
         return n
     raise OptionError(f"threads={threads!r}: give a number from 1 to {_MOST_THREADS}")
 
 
-def as_said(options: Mapping[str, Any]) -> dict[str, Any]:
-    """All options that are given: those that are `None` or `False` are not, but for `check` and `weld`, which are on by default there."""
-    said: dict[str, Any] = {}
+def to_native(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns the options for the compiled module: without `None` and `False`, and with `check` and `weld` negated if `False`."""
+    native: dict[str, Any] = {}
     for name, value in options.items():
         if value is None or value is False and name not in _NEGATED:
             continue
         value = plain(value)
         if name in _NEGATED and isinstance(value, bool):
-            said[_NEGATED[name]] = not value
+            native[_NEGATED[name]] = not value
         elif value is not False:
-            # A word of Python itself has a `_` behind it.
-            said[name.rstrip("_")] = value
-    return said
+            # Names that are Python keywords end in `_` here.
+            native[name.rstrip("_")] = value
+    return native
 
 
-def as_it_is() -> dict[str, Any]:
-    """The options under which a mesh comes back with all that it has."""
-    return as_said({"ratio": 1.0, "check": False, "keep_components": True})
+def identity_options() -> dict[str, Any]:
+    """Returns the options under which a mesh comes back unchanged."""
+    return to_native({"ratio": 1.0, "check": False, "keep_components": True})
 
 
 def plain(value: Any) -> Any:
-    """A value of Python's own kinds."""
+    """Converts a value to Python's built-in types: numpy scalars to numbers, paths to strings, iterables to lists."""
     if isinstance(value, (str, os.PathLike)):
         return os.fspath(value)
-    # Numbers of numpy and arrays of one are none; one that is not finite is refused by its name.
+    # The compiled module rejects numbers that are not finite by their text.
     if hasattr(value, "item") and getattr(value, "size", 1) == 1:
         value = value.item()
     if isinstance(value, float) and not math.isfinite(value):

@@ -1,4 +1,4 @@
-"""`mesh_points`: a cloud of points becomes a mesh over some or all of them."""
+"""Meshes point clouds with the paper's network."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from . import _native
-from ._meshes import alike, points_of
+from ._meshes import convert_like, points_of
 from ._options import Number, Path, Progress, Whole, n_threads, plain
 from ._result import Light
 
@@ -27,8 +27,16 @@ def mesh_points(
     format: str | None = None,
     force: bool = False,
 ) -> Light[Any]:
-    """Meshes a point cloud with the network: a file, points n x 3, or what has points. `ratio` or `vertices` say how many of the
-    points become vertices, by default all. Vertices are points; the result may have holes."""
+    """Meshes a point cloud with the paper's network; every vertex is one of the points, and the result may have holes.
+
+    - `cloud`: the path of a file, an array of points (n x 3), or an object with `points` or `vertices`
+    - `ratio`, `vertices`: share or number of the points that become vertices; all by default
+    - `out`, `format`, `force`: path and format of the file to write; `force` replaces an existing one
+    - `weights`: file of a network; the shipped one by default
+    - `seed`, `threads`, `progress`: as in `simplify`
+
+    Raises `OptionError` if both sizes are given, and `NeuralMeshError` if the points cannot be read.
+    """
     if ratio is not None and vertices is not None:
         raise _native.OptionError("ratio and vertices: give one of them")
     path, points = points_of(cloud)
@@ -45,7 +53,7 @@ def mesh_points(
         threads=n_threads(threads),
         progress=progress,
     )
-    pair = (alike(cloud, meshed.vertices), alike(cloud, meshed.faces))
+    pair = (convert_like(cloud, meshed.vertices), convert_like(cloud, meshed.faces))
     report = {"outcome": "reached", **json.loads(meshed.report)}
     written = () if out is None else (os.fspath(out),)
     sources = np.asarray(meshed.sources)

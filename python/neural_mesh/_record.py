@@ -1,4 +1,4 @@
-"""`record`: a result as a function of the vertices given, for what learns through it."""
+"""Records a simplification as a differentiable function of the input vertices."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
-from ._meshes import Given, alike, array_of, given
-from ._options import Number, Path, Progress, Whole, as_said, n_threads
+from ._meshes import MeshInput, convert_like, array_of, read_input
+from ._options import Number, Path, Progress, Whole, to_native, n_threads
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -18,71 +18,72 @@ if TYPE_CHECKING:
 
 
 class Record:
-    """How a result depends on the vertices given, its connectivity as it is. `positions` takes arrays of numpy, torch and jax, and is
-    differentiable in the latter two; `pool` takes features of the vertices along.
+    """A simplification as a function of the input vertices, with fixed connectivity.
 
-    A record can be pickled: what was given goes along, and is simplified again, which gives the same.
+    `positions` maps vertices and `pool` maps vertex features, of numpy, torch or jax; both are differentiable in torch and jax. A
+    record can be pickled: the pickle holds the input, which is simplified again on loading.
     """
 
     faces: Any
-    """The faces of the result, n x 3, of the kind of array that was given."""
+    """Faces of the result, m x 3, in the array type of the input vertices."""
     output_vertices: NDArray[np.int32]
     """Result vertex of each input vertex; -1 for an input vertex without one."""
 
     def __init__(self, vertices: Any, faces: Any, options: Mapping[str, Any], progress: Progress | None = None) -> None:
-        source = given((vertices, faces), None, None)
+        source = read_input((vertices, faces), None, None)
         positions, corners = source.arrays[:2]
         threads = n_threads(options.get("threads"))
-        asked = {name: x for name, x in options.items() if name not in ("threads", "weights")}
-        # Copies: what was given may change, and torch moves the memory of tensors that go to other processes.
+        settings = {name: x for name, x in options.items() if name not in ("threads", "weights")}
+        # Copies, as the caller may change the input, and torch moves the memory of tensors that it sends to other processes.
         self._given, self._options = (positions.copy(), corners.copy()), dict(options)
-        files = as_said({"weights": options.get("weights")})
-        self._native = _native.record(as_said(asked), files, source.arrays, threads, progress)
-        self.faces = alike(vertices, self._native.faces)
-        self.output_vertices = _with_welded(source, self._native.output_vertices())
+        files = to_native({"weights": options.get("weights")})
+        self._native = _native.record(to_native(settings), files, source.arrays, threads, progress)
+        self.faces = convert_like(vertices, self._native.faces)
+        self.output_vertices = _spread_to_welded(source, self._native.output_vertices())
 
     @property
     def n_input(self) -> int:
-        """Vertices that `positions` takes."""
+        """Number of input vertices."""
         return self._native.sizes()[0]
 
     @property
     def n_output(self) -> int:
-        """Vertices of the result."""
+        """Number of result vertices."""
         return self._native.sizes()[1]
 
     def positions(self, vertices: Any) -> Any:
-        """The vertices of the result (n_output x 3) for these (n_input x 3); differentiable for tensors of torch and jax."""
-        kind = type(vertices).__module__.partition(".")[0]
-        if kind == "torch":
+        """Computes the result vertices (n_output x 3) from input vertices (n_input x 3); differentiable for torch and jax."""
+        package = type(vertices).__module__.partition(".")[0]
+        if package == "torch":
             from . import torch
 
             return torch.positions(self, vertices)
-        if kind in ("jax", "jaxlib"):
+        if package in ("jax", "jaxlib"):
             from . import jax
 
             return jax.positions(self, vertices)
         return self.forward(array_of(vertices))
 
     def forward(self, vertices: NDArray[Any]) -> NDArray[Any]:
-        """As `positions`, for arrays of numpy; computed in double precision."""
+        """Computes the result vertices for numpy arrays, in double precision."""
         result = self._native.positions(np.ascontiguousarray(vertices, np.float64))
         return result.astype(vertices.dtype if np.issubdtype(vertices.dtype, np.floating) else np.float64, copy=False)
 
     def backward(self, vertices: NDArray[Any], gradient: NDArray[Any]) -> NDArray[Any]:
-        """The gradient of a loss to the vertices given (n_input x 3) from that to the vertices of the result (n_output x 3)."""
+        """Returns the gradient of a loss by the input vertices (n_input x 3), from the one by the result vertices (n_output x 3)."""
         doubles = [np.ascontiguousarray(array, np.float64) for array in (vertices, gradient)]
         return self._native.backward(*doubles).astype(gradient.dtype, copy=False)
 
     def pool(self, features: Any) -> Any:
-        """Features of the vertices (n_input x k) as those of the result (n_output x k): the mean of those that went into each.
-        Differentiable for tensors of torch and jax. A vertex that none went into has zeros."""
-        kind = type(features).__module__.partition(".")[0]
-        if kind == "torch":
+        """Averages features of the input vertices (n_input x k) over the vertices merged into each result vertex (n_output x k).
+
+        Differentiable for torch and jax. A result vertex without input vertices gets zeros."""
+        package = type(features).__module__.partition(".")[0]
+        if package == "torch":
             from . import torch
 
             return torch.pool(self, features)
-        if kind in ("jax", "jaxlib"):
+        if package in ("jax", "jaxlib"):
             from . import jax
 
             return jax.pool(self, features)
@@ -95,14 +96,14 @@ class Record:
         return (sums / counts.reshape(-1, *[1] * (features.ndim - 1))).astype(sums.dtype, copy=False)
 
     def __reduce__(self) -> Any:
-        return _again, (*self._given, self._options, np.asarray(self._native.faces))
+        return _restore_record, (*self._given, self._options, np.asarray(self._native.faces))
 
     def __repr__(self) -> str:
         return f"Record({self.n_input} -> {self.n_output} vertices)"
 
 
-class Recorded(TypedDict, total=False):
-    """Options of `record`; exactly one of the first three says what stays."""
+class RecordOptions(TypedDict, total=False):
+    """Options of `record`, with exactly one of the sizes `ratio`, `n_vertices` and `n_faces`."""
 
     ratio: Number | str | None
     n_vertices: Whole | str | None
@@ -121,39 +122,41 @@ class Recorded(TypedDict, total=False):
 
 
 @overload
-def record(vertices: list[Any], faces: Sequence[ArrayLike], **options: Unpack[Recorded]) -> list[Record]: ...
+def record(vertices: list[Any], faces: Sequence[ArrayLike], **options: Unpack[RecordOptions]) -> list[Record]: ...
 @overload
-def record(vertices: ArrayLike, faces: ArrayLike, **options: Unpack[Recorded]) -> Record: ...
+def record(vertices: ArrayLike, faces: ArrayLike, **options: Unpack[RecordOptions]) -> Record: ...
 def record(vertices: Any, faces: Any, **options: Any) -> Any:
-    """Simplifies a mesh (vertices n x 3, faces m x 3) and records how the result depends on its vertices. Lists of meshes give a
-    list of records.
+    """Simplifies a mesh (vertices n x 3, faces m x 3) and records how the result depends on the input vertices.
 
-    Exactly one of `ratio` (a share of the vertices), `n_vertices` and `n_faces` says what stays. `optimize`, `effort`, `scores`,
-    `assembly`, `weights`, `keep_components`, `lock_boundaries`, `subset`, `seed`, `threads` and `progress` are those of `simplify`."""
-    unknown = [name for name in options if name not in Recorded.__annotations__]
+    Lists of vertices and of faces return a list of records. Exactly one size is given: `ratio` (share of the vertices), `n_vertices`
+    or `n_faces`. `optimize`, `effort`, `scores`, `assembly`, `weights`, `keep_components`, `lock_boundaries`, `subset`, `seed`,
+    `threads` and `progress` are options of `simplify`.
+
+    Raises `OptionError` for an unknown option or not exactly one size."""
+    unknown = [name for name in options if name not in RecordOptions.__annotations__]
     if unknown:
         raise _native.OptionError(f"record: no such option: {', '.join(unknown)}")
     options = dict(options)
     progress = options.pop("progress", None)
     sizes = {"ratio": "ratio", "n_vertices": "vertices", "n_faces": "faces"}
-    said = {sizes[name]: options.pop(name) for name in sizes if name in options}
-    said = {name: size for name, size in said.items() if size is not None}
-    if len(said) != 1:
+    target = {sizes[name]: options.pop(name) for name in sizes if name in options}
+    target = {name: size for name, size in target.items() if size is not None}
+    if len(target) != 1:
         raise _native.OptionError("record: give exactly one of ratio, n_vertices, n_faces")
-    options = {**said, **options}
+    options = {**target, **options}
     if isinstance(vertices, (list, tuple)) and len(vertices) > 0 and hasattr(vertices[0], "shape"):
         return [Record(v, f, options, progress) for v, f in zip(vertices, faces, strict=True)]
     return Record(vertices, faces, options, progress)
 
 
-def _again(vertices: Any, faces: Any, options: Mapping[str, Any], expected: NDArray[np.int32]) -> Record:
-    """The record as it was pickled; what another set of instructions, or another version, makes different is refused."""
-    again = Record(vertices, faces, options)
-    if not np.array_equal(again.faces, expected):
+def _restore_record(vertices: Any, faces: Any, options: Mapping[str, Any], expected: NDArray[np.int32]) -> Record:
+    """Rebuilds a pickled record; rejects it if this version or processor gives other faces."""
+    restored = Record(vertices, faces, options)
+    if not np.array_equal(restored.faces, expected):
         raise _native.NeuralMeshError("the record was made by another version or on another processor: record the mesh again")
-    return again
+    return restored
 
 
-def _with_welded(source: Given, outputs: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Vertices that were welded to another go where that one goes."""
-    return source.welded(outputs)
+def _spread_to_welded(source: MeshInput, outputs: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Gives each welded vertex the result vertex of the one it was welded to."""
+    return source.spread_to_welded(outputs)

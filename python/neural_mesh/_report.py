@@ -1,4 +1,4 @@
-"""The report of a run: what it holds, as types and as a JSON schema."""
+"""Types and JSON schema of the report of a run."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ class _Shape(TypedDict, total=False):
 
 
 class Size(_Shape):
-    """How large a mesh is; what it is as a surface where a file of the report is written."""
+    """Size of a mesh; a written report also has its topology."""
 
     vertices: int
     faces: int
 
 
 class Dropped(TypedDict):
-    """A component that was dropped: its name, as far as the file has one, and its faces."""
+    """A dropped component: its name in the file, or an empty string, and its number of faces."""
 
     name: str
     faces: int
@@ -35,7 +35,7 @@ class _Written(TypedDict, total=False):
 
 
 class Output(Size, _Written):
-    """The result, and what became of the input's components, edges and vertices on the way."""
+    """Size of the result, and counts of the components, edges and vertices that were changed or kept."""
 
     components_at_minimum: int
     components_keep_shape: bool
@@ -66,7 +66,7 @@ class Certified(TypedDict):
 
 
 class Cleaned(TypedDict):
-    """Vertices and faces that were cleaned on reading."""
+    """Numbers of vertices and faces that were removed or merged on reading."""
 
     welded_vertices: int
     unreferenced_vertices: int
@@ -78,7 +78,7 @@ class Cleaned(TypedDict):
 
 
 class Repaired(TypedDict):
-    """What a repair did before the mesh was simplified."""
+    """Counts of the repair that ran before the simplification."""
 
     holes_filled: int
     holes_left: int
@@ -91,7 +91,7 @@ class Repaired(TypedDict):
 
 
 class NamedShare(TypedDict):
-    """What became of a name that had a share of its own."""
+    """Faces before and after of a name with its own ratio (`ratio_of`)."""
 
     name: str
     ratio: float
@@ -104,7 +104,7 @@ class _Bake(TypedDict, total=False):
 
 
 class Seconds(_Bake):
-    """Seconds of wall clock, and those of the stages of `simplify` by name."""
+    """Wall-clock seconds, in total and by stage of `simplify`."""
 
     read: float
     simplify: float
@@ -113,7 +113,7 @@ class Seconds(_Bake):
     stages: dict[str, float]
 
 
-class _Asked(TypedDict, total=False):
+class _Optional(TypedDict, total=False):
     repaired: Repaired
     named: list[NamedShare]
     certified: Certified
@@ -123,8 +123,8 @@ class _Asked(TypedDict, total=False):
     free: list[str]
 
 
-class Report(_Asked):
-    """What was done, as `neural-mesh simplify --report` writes it. Fields that nobody asked for are not there."""
+class Report(_Optional):
+    """The report of a run, as `neural-mesh simplify --report` writes it; fields of unused options are absent."""
 
     input: Size
     output: Output
@@ -149,7 +149,7 @@ _PLAIN: dict[Any, dict[str, Any]] = {
 
 
 def report_schema() -> dict[str, Any]:
-    """The JSON schema (draft 2020-12) of `Light.report`."""
+    """Returns the JSON schema (draft 2020-12) of `Light.report`."""
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "Report of neural-mesh", **_schema(Report)}
 
 

@@ -1,4 +1,4 @@
-"""What a simplification gives: a lighter mesh and its story."""
+"""The result of a simplification: a lighter mesh with its report and map."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ M = TypeVar("M")
 
 @dataclass(frozen=True)
 class Map:
-    """Where a result comes from, for data that the caller carries over."""
+    """The correspondence between input and result, for carrying the caller's own data."""
 
     output_vertices: NDArray[np.int32]
     """Result vertex of each input vertex; -1 for an input vertex without one."""
@@ -31,20 +31,20 @@ class Map:
 
 
 class NeuralMeshWarning(UserWarning):
-    """A result that is not as one might think: larger than asked, of an input that had to be cleaned, or without some of its components."""
+    """Warning of a result larger than requested, of a cleaned input, or of dropped components."""
 
 
 @dataclass(frozen=True)
 class Light(Generic[M]):
-    """A lighter mesh. `v, f = light` unpacks it; `light.mesh` is of the type that was given."""
+    """A simplified mesh; `v, f = light` unpacks it, and `light.mesh` has the type of the input."""
 
     vertices: Any
-    """Positions, n x 3, of the kind of array that was given, else numpy's; `float64` where such were given, else `float32`."""
+    """Positions, n x 3, in the array type of the input, numpy for files; `float64` for `float64` input, else `float32`."""
     faces: Any
     """Vertices of the triangles, n_faces x 3, `int32`."""
     attributes: Mapping[str, NDArray[Any]]
-    """Values by name; the row `wedges[f, i]` belongs to corner `i` of face `f`. Without seams there is a row for each vertex. Names are
-    those given; what a file carries is called `uv`, `normals`, `colors` and `tangents`, whatever the file calls it."""
+    """Values by name; row `wedges[f, i]` belongs to corner `i` of face `f`. Without seams there is one row per vertex. Attributes of a
+    file are named `uv`, `normals`, `colors` and `tangents`; others keep their names."""
     wedges: NDArray[np.int32] | None
     """Row of `attributes` of each corner, n_faces x 3; `None` without attributes."""
     groups: NDArray[Any] | None
@@ -52,17 +52,17 @@ class Light(Generic[M]):
     group_names: Mapping[int, str]
     """Names of materials, groups and objects of a file, by group."""
     face_attributes: Mapping[str, NDArray[Any]]
-    """Values of faces by name, n_faces or n_faces x k; each face takes those of the input face below it."""
+    """Face values by name, n_faces or n_faces x k; each face takes those of the closest input face."""
     report: Report
     """The report, as `neural-mesh simplify --report` writes it; `report_schema()` describes it."""
     map: Map | None
-    """The map from input to result, with `map=True`."""
+    """Correspondence between input and result; `None` without `map=True`."""
     sources: NDArray[np.int32] | None
-    """Input vertex of each result vertex, if every vertex is one (`subset=True`, the paper's assembly, or no change)."""
+    """Input vertex of each result vertex, n; `None` if vertices may have moved (see `subset`)."""
     paths: tuple[str, ...]
     """Paths of the written files."""
     mesh: M = field(repr=False)
-    """The result in the type of mesh that was given: trimesh, Open3D, pyvista, or the pair of arrays."""
+    """The result in the type of the input: trimesh, Open3D, pyvista, or a pair of arrays."""
 
     def __iter__(self) -> Iterator[Any]:
         return iter((self.vertices, self.faces))
@@ -72,51 +72,54 @@ class Light(Generic[M]):
 
     @property
     def outcome(self) -> str:
-        """`reached`, or `stopped: ` and why the result is larger than asked."""
+        """Outcome: `reached`, or `stopped: ` and the reason why the result is larger than requested."""
         return self.report["outcome"]
 
     @property
     def reached(self) -> bool:
-        """Whether the result is as small, or as near, as asked."""
+        """Whether the result meets the requested size or distance."""
         return self.outcome == "reached"
 
     @property
     def cleaned(self) -> Mapping[str, int]:
-        """What was cleaned on reading, as far as there was something: `{"non_finite_faces": 3}`."""
+        """Nonzero counts of what cleaning removed or merged on reading, such as `{"non_finite_faces": 3}`."""
         counts: Mapping[str, int] = self.report["cleaned"]  # type: ignore[assignment]
-        return {what: n for what, n in counts.items() if n > 0}
+        return {name: n for name, n in counts.items() if n > 0}
 
     def save(self, path: str | os.PathLike[str], *, format: str | None = None, force: bool = False) -> str:
-        """Writes the mesh with its attributes and groups to a file of the format that its name says, or of `format`; gives its name.
-        A file that is there is replaced with `force` alone. Names of groups, materials and textures of a file are in what `out` writes."""
-        from ._simplify import written
+        """Writes the mesh with its attributes and groups to a file and returns its path.
 
-        written(self, {"out": path, "format": format, "force": force})
+        The format is `format`, or else follows from the extension. `force` replaces an existing file, which is an error otherwise. Group
+        names, materials and textures of an input file are not written: use the option `out` of `simplify` for them."""
+        from ._simplify import write_light
+
+        write_light(self, {"out": path, "format": format, "force": force})
         return os.fspath(path)
 
     def to_bytes(self, format: str) -> bytes:
-        """The bytes of the file that `save` writes: `ply`, `obj`, `glb`, `stl`, `off`, `3mf`."""
-        from ._simplify import written
+        """Returns the mesh as bytes of a file in `ply`, `obj`, `glb`, `stl`, `off` or `3mf` format."""
+        from ._simplify import write_light
 
-        return written(self, {"format": format, "bytes": True}) or b""
+        return write_light(self, {"format": format, "bytes": True}) or b""
 
     def corners(self, name: str) -> NDArray[Any]:
-        """The values of an attribute at the corners of the faces, n_faces x 3 x width."""
+        """Returns the values of an attribute at the corners of the faces, n_faces x 3 x width.
+
+        Raises `NeuralMeshError` if the mesh has no attributes."""
         if self.wedges is None:
             raise NeuralMeshError(f"{name}: the mesh has no such attribute")
         corners: NDArray[Any] = self.attributes[name][self.wedges]
         return corners
 
     def split(self) -> tuple[NDArray[Any], NDArray[np.int32], dict[str, NDArray[Any]]]:
-        """Vertices, faces and attributes by vertex, as engines want them: a vertex for each set of values, so that vertices at seams
-        come more than once."""
+        """Returns vertices (n x 3), faces (m x 3) and attributes per vertex, as rendering engines need; vertices at seams are duplicated."""
         return split(np.asarray(self.vertices), np.asarray(self.faces), self.wedges, self.attributes)
 
 
 def split(
     vertices: NDArray[Any], faces: NDArray[np.int32], wedges: NDArray[np.int32] | None, attributes: Mapping[str, NDArray[Any]]
 ) -> tuple[NDArray[Any], NDArray[np.int32], dict[str, NDArray[Any]]]:
-    """A mesh with a vertex for each pair of vertex and wedge that a corner has."""
+    """Splits vertices so that each has one row of attributes: one vertex per pair of vertex and wedge in use."""
     if wedges is None or len(faces) == 0:
         return vertices, faces, {}
     keys = faces.astype(np.int64) * (int(wedges.max()) + 1) + wedges
@@ -127,8 +130,7 @@ def split(
 
 
 class NotReachedError(NeuralMeshError):
-    """The result is not as asked: the bound of `error` or `size` is not held, or with `strict=True` the size is not reached.
-    `results` has it all the same."""
+    """Raised if a result exceeds `error` or `size`, or with `strict=True` any other size; `results` holds what was made."""
 
     def __init__(self, why: str, results: tuple[Light[Any], ...]) -> None:
         super().__init__(why)
@@ -139,5 +141,5 @@ class NotReachedError(NeuralMeshError):
 
     @property
     def result(self) -> Light[Any]:
-        """The result, or the first of the levels of detail."""
+        """The result, or the first level of detail."""
         return self.results[0]

@@ -1,4 +1,4 @@
-"""Tensors of PyTorch as arrays of numpy, on the processor, where everything is computed."""
+"""Converts PyTorch tensors to numpy arrays on the CPU, where the library computes."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from typing import Any
 
 import torch
 
-_IS_SAID = False
+_HAS_WARNED = False
 
 
 def as_numpy(tensor: Any, dtype: Any) -> Any:
-    """The numbers of a tensor as a contiguous array of this type of torch; those of a GPU are copied, which is said once."""
+    """Returns a tensor as a contiguous array of a torch dtype; warns once if it has to be copied from a GPU."""
     if tensor.device.type != "cpu":
-        _say_copied(tensor.device)
+        _warn_copied(tensor.device)
     return tensor.detach().to("cpu", dtype).contiguous().numpy()
 
 
-def _say_copied(device: Any) -> None:
-    global _IS_SAID
-    if not _IS_SAID:
-        _IS_SAID = True
+def _warn_copied(device: Any) -> None:
+    global _HAS_WARNED
+    if not _HAS_WARNED:
+        _HAS_WARNED = True
         warnings.warn(f"neural_mesh computes on the processor: tensors are copied from {device} and back", stacklevel=3)

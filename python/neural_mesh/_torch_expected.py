@@ -1,4 +1,4 @@
-"""What an objective of results is expected to be, as a function of the importance of the vertices, with its gradient, in PyTorch."""
+"""Estimates in PyTorch the expected error of a result and its gradient by the vertex scores."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import torch
 
 from . import _native
 from ._learn import Objective, judge
-from ._meshes import given
+from ._meshes import read_input
 from ._torch_arrays import as_numpy
 
 
@@ -26,19 +26,25 @@ def expected(
     threads: int | None = None,
     with_variance: bool = False,
 ) -> Any:
-    """The mean of `objective(original, result)` over results whose scores were moved up and down: a scalar, differentiable by
-    `scores` (n, logarithms of the importance of the vertices; only differences matter).
+    """Estimates the mean of `objective(original, result)` under perturbed scores: a scalar, differentiable by `scores`.
 
-    The objective need not be differentiable: cells of the surface, of about `cell` vertices of the result, are moved by `step`, up or
-    down at random, and are credited with what changes (simultaneous perturbation, Spall 1992), as in `train`. It gives a number of at
-    least 0, or one for each vertex or face of the original, whose sum counts: with places the gradient is less noisy.
-    `probes` pairs of results are made; `seed` says which, so another one for each step. `with_variance` gives the variance of each
-    entry of the gradient as well, n.
+    The gradient comes from simultaneous perturbation (Spall 1992), so the objective need not be differentiable.
+
+    - `objective`: returns a number of at least 0, or one per vertex or face of the original, which are summed with less noise
+    - `vertices`, `faces`: the original, n x 3 and m x 3
+    - `scores`: n, logarithms of vertex importance; only differences matter
+    - `ratio`: share of the vertices that results keep
+    - `probes`: pairs of results to make
+    - `cell`: result vertices per surface cell whose scores move together
+    - `step`: amount by which scores move up or down
+    - `seed`: seed of the perturbations; take a new one for each step of an optimizer
+    - `threads`: one per core by default
+    - `with_variance`: returns a pair, with the variance of each entry of the gradient (n) second
     """
-    source = given((vertices, faces), None, None)
-    moved = as_numpy(scores, torch.float32).reshape(-1)
+    source = read_input((vertices, faces), None, None)
+    score_values = as_numpy(scores, torch.float32).reshape(-1)
     settings = f"probes = {int(probes)}\nprobe_cell = {int(cell)}\nprobe_step = {float(step)!r}\n"
-    found = _native.estimate(source.arrays, moved, float(ratio), judge(objective), settings, int(seed), threads)
+    found = _native.estimate(source.arrays, score_values, float(ratio), judge(objective), settings, int(seed), threads)
     mean, gradient, variance = found
     of_scores = [torch.from_numpy(array).to(scores.device, scores.dtype).reshape(scores.shape) for array in (gradient, variance)]
     value = _Expected.apply(scores, scores.new_tensor(mean), of_scores[0])
@@ -46,7 +52,7 @@ def expected(
 
 
 class _Expected(torch.autograd.Function):
-    """A number that is known, with its gradient."""
+    """A precomputed scalar with its gradient."""
 
     @staticmethod
     def forward(ctx: Any, scores: torch.Tensor, mean: torch.Tensor, gradient: torch.Tensor) -> torch.Tensor:

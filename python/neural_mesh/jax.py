@@ -1,6 +1,6 @@
-"""Records in JAX: `positions` by `pure_callback` with a gradient of its own, `pool` for features of vertices.
+"""Differentiates records in JAX: `positions` for vertices, `pool` for vertex features.
 
-`positions` runs on the processor in double precision, and can be jitted and differentiated once. `vmap` goes one by one.
+`positions` runs on the CPU in double precision by `pure_callback`; it supports `jit` and first derivatives. `vmap` runs sequentially.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ __all__ = ["pool", "positions"]
 
 
 def positions(record: Record, vertices: Any) -> Any:
-    """The vertices of the result (n_output x 3) for these (n_input x 3), differentiable."""
+    """Computes the result vertices (n_output x 3) from input vertices (n_input x 3); differentiable."""
     if vertices.shape != (record.n_input, 3):
         raise NeuralMeshError(f"vertices: an array of shape {vertices.shape}: give {record.n_input} x 3")
     return _positions(record, vertices)
 
 
 def pool(record: Record, features: Any) -> Any:
-    """Features of vertices (n_input x k) as those of the result (n_output x k): means of those that went into each."""
+    """Averages features of the input vertices (n_input x k) over the vertices merged into each result vertex (n_output x k)."""
     kept = np.flatnonzero(record.output_vertices >= 0)
     outputs = record.output_vertices[kept]
     shares = 1.0 / np.bincount(outputs, minlength=record.n_output)[outputs]

@@ -1,9 +1,9 @@
-"""Millions of meshes by Ray: files in, files out, a row for each, whatever becomes of it.
+"""Simplifies millions of mesh files with Ray, with a manifest of one row per mesh.
 
-The rows are those of the program's `manifest.csv`. A mesh that fails is a row; one that takes too long is; one that takes its worker
-down three times is. Every file appears whole or not at all. What has a row of success, and its file, is not done again.
+The rows are those of the program's `manifest.csv`. A mesh that fails, exceeds the timeout, or crashes its worker three times gets a row
+that says so. Files are written atomically. A mesh with a row of success and an output file is not simplified again.
 
-Names may be paths or any URL of fsspec (`s3://...`), also that of the manifest.
+Meshes and outputs are paths or any URL of fsspec (`s3://...`).
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ COLUMNS = (
 )  # fmt: skip
 
 _ENDINGS = (".obj", ".ply", ".stl", ".off", ".gltf", ".glb", ".3mf")
-# Workers that a mesh may take down before it counts as failed.
-_MOST_FALLS = 3
-# Meshes that a worker is handed at once, at most: Ray takes some hundredths of a second to hand them over.
-_AT_ONCE = 16
+# Worker crashes after which a mesh counts as failed.
+_MAX_CRASHES = 3
+# Largest number of meshes per block: handing a block to a worker takes Ray some hundredths of a second.
+_MESHES_PER_BLOCK = 16
 # Seconds between two writes of the manifest.
-_PATIENCE = 1.0
+_MANIFEST_INTERVAL = 1.0
 
 
 def simplify_all(
@@ -52,49 +52,55 @@ def simplify_all(
     resume: bool = False,
     **options: Any,
 ) -> list[dict[str, Any]]:
-    """Simplifies every mesh into a file of its name below `out`, and keeps `manifest.csv` there; gives its rows in order.
+    """Simplifies every mesh into a file of its name in the folder `out`, with a manifest, and returns the manifest's rows.
 
-    `meshes` is a folder, a Parquet file with a column `path`, or names. `workers` actors of Ray with `threads` threads each take
-    them as they are free. `timeout` is in seconds for each mesh. Options are those of `simplify`; `check=True` fills the distances.
-    With `resume` what is done already stays; without, a manifest that is there is refused.
+    - `meshes`: a folder, a Parquet file with a column `path`, or a list of paths
+    - `workers`, `threads`: number of Ray actors, and threads of each
+    - `timeout`: seconds per mesh
+    - `format`: format of all results; that of the input by default
+    - `resume`: keeps finished results; without it an existing `manifest.csv` is an error
+    - `options`: those of `simplify`; `check=True` fills the distances
+
+    Raises `NeuralMeshError` if a manifest exists; errors of single meshes only show in their rows.
     """
-    found = list(_found(meshes))
+    found = list(_list_meshes(meshes))
     request = json.dumps({**options, "format": format}, sort_keys=True, default=str)
-    names = _outputs(found, format)
-    rows = {name: _row(name, output, request) for (name, _), output in zip(found, names)}
+    names = _name_outputs(found, format)
+    rows = {name: _pending_row(name, output, request) for (name, _), output in zip(found, names)}
     manifest = _join(out, "manifest.csv")
     if _exists(manifest) and not resume:
         raise NeuralMeshError(f"{manifest}: exists already: choose another folder, or go on with resume=True")
-    done = _done(manifest, out, request) if resume else {}
+    done = _read_done(manifest, out, request) if resume else {}
     rows.update({name: row for name, row in done.items() if name in rows})
     left = [{"name": name, "path": path, "output": rows[name]["output"]} for name, path in found if name not in done]
     _write_manifest(manifest, rows.values())
-    for row in _rows(left, out, request, workers, threads, timeout, options):
+    for row in _iterate_rows(left, out, request, workers, threads, timeout, options):
         rows[row["name"]] = row
-        _write_manifest(manifest, rows.values(), patience=_PATIENCE)
+        _write_manifest(manifest, rows.values(), interval=_MANIFEST_INTERVAL)
     _write_manifest(manifest, rows.values())
     _remove(_join(out, ".falls"))
     return list(rows.values())
 
 
 def each(function: Callable[[Any], Any], items: Iterable[Any]) -> list[Any]:
-    """What a function gives for each item, made by whoever in the cluster is free, again where a worker falls: for
-    `neural_mesh.blocks.simplify(mesh, ratio=0.01, each=each, threads=1)`."""
-    task = ray.remote(max_retries=-1)(_called)
+    """Maps a function over items as Ray tasks, and repeats tasks whose worker crashed.
+
+    It is meant for `neural_mesh.blocks.simplify(mesh, ratio=0.01, each=each, threads=1)`."""
+    task = ray.remote(max_retries=-1)(_call)
     return list(ray.get([task.remote(function, item) for item in items]))
 
 
-def _called(function: Callable[[Any], Any], item: Any) -> Any:
+def _call(function: Callable[[Any], Any], item: Any) -> Any:
     return function(item)
 
 
-def _rows(
+def _iterate_rows(
     left: Sequence[Mapping[str, str]], out: str, request: str, workers: int, threads: int, timeout: float, options: Mapping[str, Any]
 ) -> Iterator[dict[str, Any]]:
-    """A row for each mesh, as they come; a worker that falls is started anew, and what it was at is done again."""
+    """Yields the row of each mesh when it is done; crashed workers are restarted and repeat their mesh."""
     if not left:
         return
-    n_blocks = min(len(left), max(len(left) // _AT_ONCE, 8 * workers))
+    n_blocks = min(len(left), max(len(left) // _MESHES_PER_BLOCK, 8 * workers))
     data = ray.data.from_items([dict(item) for item in left], override_num_blocks=n_blocks)
     of_worker = {"out": out, "request": request, "threads": threads, "timeout": timeout, "options": dict(options)}
     done = data.map(
@@ -112,15 +118,15 @@ class _Worker:
         self._out, self._request, self._threads, self._timeout, self._options = out, request, threads, timeout, options
 
     def __call__(self, item: dict[str, Any]) -> dict[str, Any]:
-        row, began = _row(item["name"], item["output"], self._request), time.perf_counter()
-        falls = _Falls(self._out, item["name"])
+        row, began = _pending_row(item["name"], item["output"], self._request), time.perf_counter()
+        crashes = _CrashCounter(self._out, item["name"])
         try:
-            if falls.begin() >= _MOST_FALLS:
-                raise NeuralMeshError(f"crashed its worker {_MOST_FALLS} times: leave the mesh out")
+            if crashes.begin() >= _MAX_CRASHES:
+                raise NeuralMeshError(f"crashed its worker {_MAX_CRASHES} times: leave the mesh out")
             self._simplify(item, row, began)
-        except Exception as error:  # noqa: BLE001  whatever it is, it is a row
+        except Exception as error:  # noqa: BLE001  every failure becomes a row
             row["outcome"] = "failed: " + (" ".join(str(error).split()) or type(error).__name__)
-        falls.end()
+        crashes.end()
         row["seconds"] = time.perf_counter() - began
         return row
 
@@ -130,14 +136,14 @@ class _Worker:
                 raise TimeoutError(f"took more than {self._timeout:g} seconds: raise the timeout, or leave the mesh out")
 
         with tempfile.TemporaryDirectory() as folder:
-            source = _fetched(item["path"], folder)
-            place = os.path.join(folder, "out", posixpath.basename(item["output"]))
-            os.mkdir(os.path.dirname(place))
+            source = _fetch(item["path"], folder)
+            target_path = os.path.join(folder, "out", posixpath.basename(item["output"]))
+            os.mkdir(os.path.dirname(target_path))
             try:
-                light = simplify(source, out=place, threads=self._threads, progress=in_time, **self._options)
+                light = simplify(source, out=target_path, threads=self._threads, progress=in_time, **self._options)
             except NotReachedError as short:
                 light = short.result
-            _put(os.path.dirname(place), os.path.basename(place), _join(self._out, item["output"]))
+            _publish(os.path.dirname(target_path), os.path.basename(target_path), _join(self._out, item["output"]))
         report = light.report
         distance: Any = report["distance"] or {}
         row.update({name: report["input"][name] for name in ("vertices", "faces")})
@@ -145,8 +151,8 @@ class _Worker:
         row.update({name: distance.get(name) for name in ("mean_percent", "max_percent")}, outcome=light.outcome)
 
 
-class _Falls:
-    """How often a mesh was begun and not ended: a file of its own, so that it outlives its worker, with a line for each: its process."""
+class _CrashCounter:
+    """Counts the crashes of a mesh in a file, which outlives the worker: one line per start, deleted at the end."""
 
     def __init__(self, out: str, name: str) -> None:
         self._path = _join(out, ".falls", hashlib.sha256(name.encode()).hexdigest()[:32])
@@ -164,7 +170,7 @@ class _Falls:
             fs.rm_file(path)
 
 
-def _row(name: str, output: str, request: str) -> dict[str, Any]:
+def _pending_row(name: str, output: str, request: str) -> dict[str, Any]:
     return {**dict.fromkeys(COLUMNS), "name": name, "output": output, "outcome": "pending", "request": request}
 
 
@@ -190,8 +196,8 @@ def _remove(url: str) -> None:
         fs.rm(path, recursive=True)
 
 
-def _found(meshes: str | Iterable[str]) -> Iterator[tuple[str, str]]:
-    """Names and places of meshes; those of a folder are named by their paths below it."""
+def _list_meshes(meshes: str | Iterable[str]) -> Iterator[tuple[str, str]]:
+    """Lists names and paths of meshes; names in a folder are relative to it."""
     if not isinstance(meshes, str):
         for path in meshes:
             yield path, path
@@ -206,23 +212,23 @@ def _found(meshes: str | Iterable[str]) -> Iterator[tuple[str, str]]:
                 yield posixpath.relpath(path, folder), fs.unstrip_protocol(path) if "://" in meshes else path
 
 
-def _outputs(found: Sequence[tuple[str, str]], format: str | None) -> list[str]:
-    """Where results go, below the folder of all of them: no two to one place."""
+def _name_outputs(found: Sequence[tuple[str, str]], format: str | None) -> list[str]:
+    """Returns a unique output path for each mesh, relative to the output folder."""
     taken: set[str] = set()
     outputs = []
     for name, _ in found:
         stem, ending = posixpath.splitext(name.split("://")[-1].lstrip("/").replace("..", "_"))
-        place, number = stem + (f".{format}" if format else ending), 1
-        while place in taken:
+        target_path, number = stem + (f".{format}" if format else ending), 1
+        while target_path in taken:
             number += 1
-            place = f"{stem}-{number}" + (f".{format}" if format else ending)
-        taken.add(place)
-        outputs.append(place)
+            target_path = f"{stem}-{number}" + (f".{format}" if format else ending)
+        taken.add(target_path)
+        outputs.append(target_path)
     return outputs
 
 
-def _done(manifest: str, out: str, request: str) -> dict[str, dict[str, Any]]:
-    """Rows of what is done, as asked for now, and whose file is there."""
+def _read_done(manifest: str, out: str, request: str) -> dict[str, dict[str, Any]]:
+    """Returns the manifest's rows of success that have equal options and an output file."""
     fs, path = _fs(manifest)
     if not fs.exists(path):
         return {}
@@ -232,15 +238,15 @@ def _done(manifest: str, out: str, request: str) -> dict[str, dict[str, Any]]:
     return {row["name"]: dict(row) for row in kept if _exists(_join(out, row["output"]))}
 
 
-_WRITTEN: dict[str, float] = {}
+_LAST_WRITES: dict[str, float] = {}
 
 
-def _write_manifest(manifest: str, rows: Iterable[Mapping[str, Any]], patience: float = 0.0) -> None:
-    """The manifest as a whole, not more often than once in so many seconds."""
+def _write_manifest(manifest: str, rows: Iterable[Mapping[str, Any]], interval: float = 0.0) -> None:
+    """Writes the whole manifest, unless the last write was less than `interval` seconds ago."""
     now = time.monotonic()
-    if now - _WRITTEN.get(manifest, -1e9) < patience:
+    if now - _LAST_WRITES.get(manifest, -1e9) < interval:
         return
-    _WRITTEN[manifest] = now
+    _LAST_WRITES[manifest] = now
     text = io.StringIO()
     writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
     writer.writeheader()
@@ -249,29 +255,29 @@ def _write_manifest(manifest: str, rows: Iterable[Mapping[str, Any]], patience: 
         name = posixpath.basename(manifest)
         with open(os.path.join(folder, name), "w", newline="") as file:
             file.write(text.getvalue())
-        _put(folder, name, manifest)
+        _publish(folder, name, manifest)
 
 
-def _fetched(url: str, folder: str) -> str:
-    """The mesh as a file here."""
+def _fetch(url: str, folder: str) -> str:
+    """Returns the path of a local file; downloads a URL into the folder first."""
     if "://" not in url:
         return url
     fs, path = _fs(url)
-    place = os.path.join(folder, posixpath.basename(path))
-    fs.get_file(path, place)
-    return place
+    target_path = os.path.join(folder, posixpath.basename(path))
+    fs.get_file(path, target_path)
+    return target_path
 
 
-def _put(folder: str, name: str, url: str) -> None:
-    """The files of a folder beside the place of `name`, which comes last; each appears whole."""
+def _publish(folder: str, name: str, url: str) -> None:
+    """Copies the files of a folder next to the target URL, `name` last; each file appears atomically."""
     fs, target = _fs(url)
     fs.makedirs(posixpath.dirname(target), exist_ok=True)
     others = [other for other in os.listdir(folder) if other != name]
-    for file, place in [*((other, posixpath.join(posixpath.dirname(target), other)) for other in others), (name, target)]:
+    for file, target_path in [*((other, posixpath.join(posixpath.dirname(target), other)) for other in others), (name, target)]:
         if getattr(fs, "local_file", False) or "file" in fs.protocol:
-            beside = f"{place}.{os.getpid()}.part"
-            shutil.copyfile(os.path.join(folder, file), beside)
-            os.replace(beside, place)
+            temporary = f"{target_path}.{os.getpid()}.part"
+            shutil.copyfile(os.path.join(folder, file), temporary)
+            os.replace(temporary, target_path)
         else:
-            # Stores of objects show an upload when it is complete.
-            fs.put_file(os.path.join(folder, file), place)
+            # Object stores show an upload only when it is complete.
+            fs.put_file(os.path.join(folder, file), target_path)

@@ -1,8 +1,7 @@
-"""Records in PyTorch: `positions` as a custom operator, `pool` for features of vertices; `expected`, for importance that learns; and
-the network as modules (`Network`).
+"""Differentiates simplification in PyTorch: records (`positions`, `pool`), expected errors (`expected`), and the network (`Network`).
 
-`positions` runs on the processor, in double precision; tensors of a GPU are copied there and back, which a warning says once. It
-works under `torch.compile`: the operator is opaque, and its shape is known.
+`positions` runs on the CPU in double precision; tensors of a GPU are copied there and back, with one warning. It works under
+`torch.compile` as a custom operator.
 """
 
 from __future__ import annotations
@@ -48,35 +47,36 @@ __all__ = [
     "vertex_normals",
 ]
 
-# An operator takes tensors and numbers: records go by number. Whoever needs one holds it: the caller, and each graph for its backward.
+# Operators take tensors and numbers, so records are passed by number. The caller and each autograd graph keep their record alive.
 _NUMBERS = itertools.count(1)
 _RECORDS: weakref.WeakValueDictionary[int, Record] = weakref.WeakValueDictionary()
 
 
 def positions(record: Record | Sequence[Record], vertices: Any) -> Any:
-    """The vertices of the result (n_output x 3) for these (n_input x 3), differentiable; of lists of records and of vertices a list."""
+    """Computes the result vertices (n_output x 3) from input vertices (n_input x 3); differentiable. Lists return a list."""
     if isinstance(record, (list, tuple)):
         return [positions(one, v) for one, v in zip(record, vertices, strict=True)]
     assert isinstance(record, Record)
     if vertices.shape != (record.n_input, 3):
         raise NeuralMeshError(f"vertices: a tensor of shape {tuple(vertices.shape)}: give {record.n_input} x 3")
-    return _positions(vertices, _number(record), record.n_output)
+    return _positions(vertices, _record_number(record), record.n_output)
 
 
 def pool(record: Record | Sequence[Record], features: Any) -> Any:
-    """Features of vertices (n_input x k) as those of the result (n_output x k): means of those that went into each; of lists a
-    list."""
+    """Averages features of the input vertices (n_input x k) over the vertices merged into each result vertex (n_output x k).
+
+    Differentiable. Lists of records and features return a list."""
     if isinstance(record, (list, tuple)):
         return [pool(one, x) for one, x in zip(record, features, strict=True)]
     assert isinstance(record, Record)
-    kept, outputs, shares = _pooling(record, features.device)
+    kept, outputs, shares = _pooling_weights(record, features.device)
     shape = (record.n_output, *features.shape[1:])
     weighted = features[kept] * shares.to(features.dtype).reshape(-1, *[1] * (features.dim() - 1))
     return features.new_zeros(shape).index_add(0, outputs, weighted)
 
 
-def _number(record: Record) -> int:
-    """The number of a record in this process."""
+def _record_number(record: Record) -> int:
+    """Returns the number of a record in this process, and registers the record if it has none."""
     number: int | None = record.__dict__.get("_number")
     if number is None or _RECORDS.get(number) is not record:
         number = next(_NUMBERS)
@@ -85,8 +85,8 @@ def _number(record: Record) -> int:
     return number
 
 
-def _pooling(record: Record, device: Any) -> tuple[Any, Any, Any]:
-    """Vertices that went anywhere, where they went, and their shares there."""
+def _pooling_weights(record: Record, device: Any) -> tuple[Any, Any, Any]:
+    """Returns the input vertices that have a result vertex, these result vertices, and the weights of the mean."""
     kept = np.flatnonzero(record.output_vertices >= 0)
     outputs = record.output_vertices[kept].astype(np.int64)
     shares = 1.0 / np.bincount(outputs, minlength=record.n_output)[outputs]
@@ -115,10 +115,10 @@ def _(vertices: torch.Tensor, gradient: torch.Tensor, number: int) -> torch.Tens
     return torch.empty_like(vertices, memory_format=torch.contiguous_format)
 
 
-def _setup(ctx: Any, inputs: tuple[Any, int, int], output: Any) -> None:
+def _save_context(ctx: Any, inputs: tuple[Any, int, int], output: Any) -> None:
     vertices, ctx.number, _ = inputs
     ctx.save_for_backward(vertices)
-    # While a compiler looks there is no record to hold.
+    # While `torch.compile` traces there is no record to keep alive.
     ctx.record = _RECORDS.get(ctx.number) if isinstance(ctx.number, int) else None
 
 
@@ -127,4 +127,4 @@ def _backward(ctx: Any, gradient: Any) -> tuple[Any, None, None]:
     return _positions_backward(vertices, gradient, ctx.number), None, None
 
 
-_positions.register_autograd(_backward, setup_context=_setup)
+_positions.register_autograd(_backward, setup_context=_save_context)

@@ -1,4 +1,4 @@
-"""Meshes for the tests, made here or shipped with the project."""
+"""Test meshes, generated here or shipped with the project."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Pair = tuple[NDArray[Any], NDArray[np.int32]]
 
 
 def torus(n: int, m: int, dtype: Any = np.float32) -> Pair:
-    """A closed torus with 2 n m faces, bumpy so that it has something to lose."""
+    """Returns a closed, bumpy torus with 2 n m faces."""
     u, v = np.meshgrid(np.arange(n) * 2 * np.pi / n, np.arange(m) * 2 * np.pi / m, indexing="ij")
     r = 0.3 + 0.03 * np.sin(5 * u) * np.cos(3 * v)
     points = np.stack([(1 + r * np.cos(v)) * np.cos(u), (1 + r * np.cos(v)) * np.sin(u), r * np.sin(v)], axis=-1)
@@ -26,7 +26,7 @@ def torus(n: int, m: int, dtype: Any = np.float32) -> Pair:
 
 
 def grid(n: int) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.float64]]:
-    """A flat square with a bump, 2 n^2 faces, and texture coordinates in two charts: a seam at x = 0.5."""
+    """Returns a flat square with a bump, 2 n^2 faces, and texture coordinates in two charts with a seam at x = 0.5."""
     x, y = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1), indexing="ij")
     points = np.stack([x, y, 0.2 * np.sin(3 * x) * np.cos(4 * y)], -1).reshape(-1, 3)
     i, j = np.meshgrid(np.arange(n), np.arange(n), indexing="ij")
@@ -38,7 +38,7 @@ def grid(n: int) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.flo
 
 
 def edge_counts(faces: NDArray[Any]) -> NDArray[Any]:
-    """How many faces each edge has."""
+    """Returns the number of faces of each edge."""
     edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
     counts: NDArray[Any] = np.unique(edges, axis=0, return_counts=True)[1]
     return counts

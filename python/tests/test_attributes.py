@@ -1,4 +1,4 @@
-"""What a mesh carries comes back: seams stay seams, and values have the names and types that were given."""
+"""Attributes and groups: seams stay seams, and values keep their names and types."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ import neural_mesh as nm
 from conftest import grid, torus
 
 
-def test_texture_coordinates_of_corners_keep_their_seam() -> None:
+def test_corner_texture_coordinates_keep_seam() -> None:
     vertices, faces, uv = grid(40)
     light = nm.simplify((vertices, faces), ratio=0.1, attributes={"uv": uv})
     corners = light.corners("uv")
     chart = corners[..., 0] > 1.5
-    # No face has corners of both charts, and each lies where its chart says.
+    # Every face has all corners in one chart, at the chart's coordinates.
     assert (chart.all(1) | ~chart.any(1)).all() and 0.3 < chart.mean() < 0.7
     expected = light.vertices[light.faces][..., :2] + 2.0 * chart[..., None]
     assert np.abs(corners - expected).max() < 0.03
 
 
-def test_vertices_that_come_twice_are_a_seam_and_no_hole() -> None:
+def test_duplicate_vertices_form_seam_without_hole() -> None:
     vertices, faces, uv = grid(30)
-    # As formats without corners have it: a vertex for each set of values.
+    # Formats without corner values store one vertex per set of values.
     rows, of_corner = np.unique(np.concatenate([vertices[faces].reshape(-1, 3), uv.reshape(-1, 2)], 1), axis=0, return_inverse=True)
     split_faces = of_corner.reshape(-1, 3)
     light = nm.simplify((rows[:, :3], split_faces), ratio=0.2, attributes={"uv": rows[:, 3:]})
@@ -33,7 +33,7 @@ def test_vertices_that_come_twice_are_a_seam_and_no_hole() -> None:
     np.testing.assert_array_equal(v[f], light.vertices[light.faces])
 
 
-def test_names_types_and_shapes_come_back() -> None:
+def test_attributes_keep_names_types_and_shapes() -> None:
     vertices, faces = torus(60, 40)
     attributes = {
         "colors": (vertices * 60 + 120).astype(np.uint8),
@@ -53,7 +53,7 @@ def test_names_types_and_shapes_come_back() -> None:
     assert np.abs(colours - (light.vertices[light.faces] * 60 + 120)).max() < 8
 
 
-def test_groups_keep_their_numbers_and_their_borders() -> None:
+def test_groups_keep_numbers_and_borders() -> None:
     vertices, faces = torus(60, 40)
     groups = np.where(vertices[faces][..., 0].mean(1) > 0, 40, -3)
     light = nm.simplify((vertices, faces), ratio=0.2, groups=groups)
@@ -62,19 +62,19 @@ def test_groups_keep_their_numbers_and_their_borders() -> None:
     assert (side == light.groups).mean() > 0.97
 
 
-def test_what_is_ignored_is_not_there() -> None:
+def test_ignored_attributes_are_absent() -> None:
     vertices, faces, uv = grid(20)
     light = nm.simplify((vertices, faces), ratio=0.3, attributes={"uv": uv, "heat": vertices[:, 0]}, ignore=["uv"])
     assert list(light.attributes) == ["heat"]
 
 
-def test_attributes_of_a_kind_come_once() -> None:
+def test_duplicate_roles_are_rejected() -> None:
     vertices, faces = torus(20, 12)
     with pytest.raises(nm.NeuralMeshError, match="another attribute of that kind"):
         nm.simplify((vertices, faces), ratio=0.5, attributes={"color": vertices, "colors": vertices})
 
 
-def test_bare_meshes_carry_nothing() -> None:
+def test_bare_mesh_has_no_attributes() -> None:
     light = nm.simplify(torus(20, 12), ratio=0.5)
     assert light.wedges is None and not light.attributes and light.groups is None
     with pytest.raises(nm.NeuralMeshError, match="the mesh has no such attribute"):

@@ -1,4 +1,4 @@
-"""One mesh by many workers: whoever makes the blocks, the result has the same bits, is closed, and is near."""
+"""Simplification in blocks: the result is closed, close to the original, and independent of the workers."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from neural_mesh import blocks
 
 @pytest.fixture(scope="module")
 def mesh() -> tuple[np.ndarray, np.ndarray]:
-    """1.2 million faces, so three blocks."""
+    """Returns a mesh of 1.2 million faces, which makes three blocks."""
     vertices, faces = torus(1200, 500)
     return np.asarray(vertices, np.float32), faces
 
 
-def test_blocks_make_one_closed_mesh_that_is_near(mesh: tuple[np.ndarray, np.ndarray]) -> None:
+def test_joined_mesh_is_closed_and_close(mesh: tuple[np.ndarray, np.ndarray]) -> None:
     whole = blocks.cut(mesh)
     assert len(whole.blocks) == 3 and whole.n_vertices == len(mesh[0])
     assert sum(len(block.faces) for block in whole.blocks) == len(mesh[1])
@@ -34,7 +34,7 @@ def test_blocks_make_one_closed_mesh_that_is_near(mesh: tuple[np.ndarray, np.nda
     assert ours is not None and theirs is not None and ours <= 1.1 * theirs
 
 
-def test_it_does_not_matter_who_makes_the_blocks(mesh: tuple[np.ndarray, np.ndarray]) -> None:
+def test_result_is_independent_of_workers(mesh: tuple[np.ndarray, np.ndarray]) -> None:
     far = (np.asarray(mesh[0], np.float64) + [4e6, 0, 0], mesh[1])
     alone = blocks.simplify(far, ratio=0.01, threads=1)
     with ThreadPoolExecutor(3) as pool:
@@ -43,7 +43,7 @@ def test_it_does_not_matter_who_makes_the_blocks(mesh: tuple[np.ndarray, np.ndar
     assert alone[0].dtype == np.float64 and abs(alone[0][:, 0].mean() - 4e6) < 0.1
 
 
-def test_blocks_travel(mesh: tuple[np.ndarray, np.ndarray]) -> None:
+def test_blocks_can_be_pickled(mesh: tuple[np.ndarray, np.ndarray]) -> None:
     block = blocks.cut(mesh).blocks[0]
     again = pickle.loads(pickle.dumps(block))
     paid = blocks.sample(again, 0.01, scores="geometry")
@@ -54,7 +54,7 @@ def test_blocks_travel(mesh: tuple[np.ndarray, np.ndarray]) -> None:
     assert lighter.shared.sum() >= paid.n_shared
 
 
-def test_what_is_no_block_is_refused() -> None:
+def test_invalid_blocks_are_rejected() -> None:
     corners, face = np.zeros((3, 3), np.float32), np.array([[0, 1, 2]], np.int32)
     with pytest.raises(nm.NeuralMeshError, match="shared: 2 values"):
         blocks.join([blocks.Block(corners, face, np.zeros(2, bool))])

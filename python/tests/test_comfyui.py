@@ -1,5 +1,4 @@
-"""The node of ComfyUI, over a MESH as its public source has it: that source where NEURAL_MESH_COMFYUI names `geometry_types.py`, else
-a class with the same fields."""
+"""Tests of the ComfyUI node, with ComfyUI's MESH type if NEURAL_MESH_COMFYUI names `geometry_types.py`, else a class of equal fields."""
 
 from __future__ import annotations
 
@@ -21,7 +20,7 @@ FOLDER = Path(__file__).resolve().parents[1] / "comfyui"
 
 
 class Mesh:
-    """The fields that the node has to do with."""
+    """Stand-in for MESH with the fields that the node uses."""
 
     def __init__(self, vertices: Any, faces: Any, uvs: Any = None, vertex_colors: Any = None, texture: Any = None, **more: Any) -> None:
         self.vertices, self.faces, self.uvs, self.vertex_colors, self.texture = vertices, faces, uvs, vertex_colors, texture
@@ -30,13 +29,13 @@ class Mesh:
 
 
 class OldMesh:
-    """As it was at first."""
+    """Stand-in for the first version of MESH, without attributes."""
 
     def __init__(self, vertices: Any, faces: Any) -> None:
         self.vertices, self.faces = vertices, faces
 
 
-def loaded(name: str, path: Path, folder: Path | None = None) -> Any:
+def load_module(name: str, path: Path, folder: Path | None = None) -> Any:
     locations = [str(folder)] if folder else None
     spec = importlib.util.spec_from_file_location(name, path, submodule_search_locations=locations)
     assert spec is not None and spec.loader is not None
@@ -48,7 +47,7 @@ def loaded(name: str, path: Path, folder: Path | None = None) -> Any:
 
 @pytest.fixture(scope="module")
 def node() -> Any:
-    package = loaded("comfyui_neural_mesh", FOLDER / "__init__.py", FOLDER)
+    package = load_module("comfyui_neural_mesh", FOLDER / "__init__.py", FOLDER)
     (one,) = package.NODE_CLASS_MAPPINGS.values()
     assert set(package.NODE_CLASS_MAPPINGS) == set(package.NODE_DISPLAY_NAME_MAPPINGS)
     return one()
@@ -57,10 +56,10 @@ def node() -> Any:
 @pytest.fixture(scope="module")
 def mesh_type() -> Any:
     source = os.environ.get("NEURAL_MESH_COMFYUI")
-    return loaded("comfyui_geometry_types", Path(source)).MESH if source else Mesh
+    return load_module("comfyui_geometry_types", Path(source)).MESH if source else Mesh
 
 
-def test_a_mesh_with_texture_coordinates_and_colours(node: Any, mesh_type: Any) -> None:
+def test_node_carries_texture_coordinates_and_colours(node: Any, mesh_type: Any) -> None:
     vertices, faces, uv = grid(30)
     rows, corner = np.unique(np.concatenate([vertices[faces].reshape(-1, 3), uv.reshape(-1, 2)], 1), axis=0, return_inverse=True)
     tensor = torch.from_numpy(rows).float()
@@ -74,11 +73,11 @@ def test_a_mesh_with_texture_coordinates_and_colours(node: Any, mesh_type: Any) 
     chart = (light.uvs[0, :, :1] > 1.5).float()
     assert (light.vertices[0, :, :2] + 2 * chart - light.uvs[0]).abs().max() < 0.05
     assert (light.vertex_colors[0] - light.vertices[0].abs().clamp(0, 1)).abs().max() < 0.05
-    # What was given stays as it was.
+    # The input is unchanged.
     assert len(mesh.faces[0]) == 1800
 
 
-def test_batches_of_uneven_meshes(node: Any, mesh_type: Any) -> None:
+def test_batch_of_different_sizes(node: Any, mesh_type: Any) -> None:
     meshes = [torus(40, 30), torus(20, 12)]
     counts = [torch.tensor([len(pair[at]) for pair in meshes]) for at in (0, 1)]
     vertices, faces = (
@@ -89,7 +88,7 @@ def test_batches_of_uneven_meshes(node: Any, mesh_type: Any) -> None:
     assert light.vertices.shape == (2, 300, 3) and (light.faces[1, 120:] == 0).all()
 
 
-def test_the_first_kind_of_mesh(node: Any) -> None:
+def test_first_version_of_mesh(node: Any) -> None:
     vertices, faces = (torch.from_numpy(array)[None] for array in torus(40, 30))
     (light,) = node.simplify(OldMesh(vertices, faces), faces=500, ratio=1.0, optimize="mean", seed=3)
     assert light.faces.shape == (1, 500, 3) and vars(light).keys() == {"vertices", "faces"}
@@ -97,7 +96,7 @@ def test_the_first_kind_of_mesh(node: Any) -> None:
     assert node.simplify(both, faces=500, ratio=1.0)[0].faces.shape == (2, 500, 3)
 
 
-def test_what_the_menu_offers_is_what_simplify_takes(node: Any) -> None:
+def test_menu_matches_options_of_simplify(node: Any) -> None:
     inputs = node.INPUT_TYPES()
     offered = {**inputs["required"], **inputs["optional"]}
     defaults = {name: kind[1]["default"] for name, kind in offered.items() if name != "mesh"}

@@ -1,4 +1,4 @@
-"""Stand-ins for other packages: their signatures, and that sizes mean what they mean there."""
+"""Replacements for functions of other packages: signatures and meaning of sizes."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ def test_fast_simplification() -> None:
     assert len(f) == 1200 and v.dtype == np.float64 and f.dtype == np.int32 and (edge_counts(f) == 2).all()
     v, f, collapses = fast_simplification.simplify(points, faces, target_count=1000, return_collapses=True)
     assert len(f) == 1000 and len(collapses) == len(points) - len(v)
-    # Nothing goes into what went itself.
+    # Points merge only into points that stay.
     assert not set(collapses[:, 0]) & set(collapses[:, 1])
     for wrong, says in [({}, "must specify"), ({"target_reduction": 2}, "between 0 and 1"), ({"target_count": 99999}, "less than")]:
         with pytest.raises(ValueError, match=says):
             fast_simplification.simplify(points, faces, **wrong)
 
 
-def test_fast_simplification_keeps_borders_and_what_costs_something() -> None:
+def test_fast_simplification_keeps_borders_and_is_lossless() -> None:
     points, faces, _ = grid(20)
     v, f = fast_simplification.simplify(points, faces, 0.7, preserve_border=True)
     assert (edge_counts(f) == 1).sum() == 80

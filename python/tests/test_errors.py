@@ -1,4 +1,4 @@
-"""Whatever is wrong is one clear line."""
+"""Every error is one clear line."""
 
 from __future__ import annotations
 
@@ -49,14 +49,14 @@ MESH = torus(20, 12)
         (MESH, {"ratio": 0.5, "out": "nowhere/x.ply"}, "there is no folder"),
     ],
 )
-def test_what_is_wrong_is_said_in_one_line(mesh: Any, options: dict[str, Any], says: str) -> None:
+def test_errors_are_one_line(mesh: Any, options: dict[str, Any], says: str) -> None:
     with pytest.raises(nm.NeuralMeshError) as caught:
         nm.simplify(mesh, **options)
     text = str(caught.value)
     assert says in text and "\n" not in text and "--" not in text
 
 
-def test_errors_are_value_errors_and_tell_options_from_meshes() -> None:
+def test_errors_are_value_errors_and_option_errors() -> None:
     assert issubclass(nm.NeuralMeshError, ValueError) and issubclass(nm.OptionError, nm.NeuralMeshError)
     with pytest.raises(nm.OptionError):
         nm.simplify(MESH, ratio=7.0)
@@ -65,7 +65,7 @@ def test_errors_are_value_errors_and_tell_options_from_meshes() -> None:
     assert not isinstance(caught.value, nm.OptionError)
 
 
-def test_levels_take_no_other_size() -> None:
+def test_lods_reject_other_sizes() -> None:
     with pytest.raises(nm.OptionError, match="no such option: faces"):
         nm.lods(MESH, [0.5, 0.1], faces=3)
     with pytest.raises(nm.OptionError, match="lods: give falling shares"):

@@ -1,4 +1,4 @@
-"""Files in and out: as the program reads and writes them."""
+"""Files are read and written as by the program."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from conftest import MESHES, grid, torus
 PROGRAM = os.environ.get("NEURAL_MESH_PROGRAM", "")
 
 
-def test_a_file_as_arrays(spot: Path) -> None:
+def test_file_to_arrays(spot: Path) -> None:
     light = nm.simplify(spot, ratio=0.1)
     assert (len(light.vertices), light.report["input"]["vertices"]) == (293, 2930)
     assert light.vertices.dtype == np.float64 and light.paths == ()
 
 
-def test_a_file_to_a_file(spot: Path, tmp_path: Path) -> None:
+def test_file_to_file(spot: Path, tmp_path: Path) -> None:
     out = tmp_path / "light.glb"
     light = nm.simplify(str(spot), faces=500, out=out, report=tmp_path / "report.json", picture=tmp_path / "light.png")
     assert light.paths == (str(out),) and len(light.faces) == 500
@@ -34,7 +34,7 @@ def test_a_file_to_a_file(spot: Path, tmp_path: Path) -> None:
 
 @pytest.mark.skipif(not PROGRAM, reason="the program is not named by NEURAL_MESH_PROGRAM")
 @pytest.mark.parametrize("name", ["light.ply", "light.obj", "light.glb", "light.stl"])
-def test_bytes_are_the_programs(spot: Path, tmp_path: Path, name: str) -> None:
+def test_bytes_equal_the_program(spot: Path, tmp_path: Path, name: str) -> None:
     ours, theirs = tmp_path / name, tmp_path / "program" / name
     theirs.parent.mkdir()
     source = MESHES / "spot.obj" if (MESHES / "spot.obj").exists() else spot
@@ -43,7 +43,7 @@ def test_bytes_are_the_programs(spot: Path, tmp_path: Path, name: str) -> None:
     assert ours.read_bytes() == theirs.read_bytes()
 
 
-def test_names_that_look_like_options(spot: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_paths_that_look_like_options(spot: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     nm.simplify(spot, ratio=0.5, out="--force.ply")
     light = nm.simplify("--force.ply", ratio=0.5, out="-o.ply", report="-r.json")
@@ -52,19 +52,19 @@ def test_names_that_look_like_options(spot: Path, tmp_path: Path, monkeypatch: p
         nm.simplify(spot, ratio=0.5, out="--force.ply")
 
 
-def test_levels_as_files(spot: Path, tmp_path: Path) -> None:
+def test_lods_write_files(spot: Path, tmp_path: Path) -> None:
     levels = nm.lods(spot, [0.5, 0.1], out=tmp_path / "spot.ply")
     assert [Path(path).name for path in levels[0].paths] == ["spot-lod0.ply", "spot-lod1.ply"]
     assert len(nm.simplify(levels[0].paths[1], ratio=1.0).vertices) == len(levels[1].vertices)
 
 
-def test_a_number_of_bytes(spot: Path, tmp_path: Path) -> None:
+def test_size_in_bytes(spot: Path, tmp_path: Path) -> None:
     out = tmp_path / "small.ply"
     nm.simplify(spot, size="20kB", out=out)
     assert 19_000 < out.stat().st_size <= 20_000
 
 
-def test_arrays_to_a_file_with_what_they_carry(tmp_path: Path) -> None:
+def test_arrays_to_file_with_attributes(tmp_path: Path) -> None:
     vertices, faces, uv = grid(30)
     out = tmp_path / "grid.obj"
     colours = (np.stack([vertices[:, 0], vertices[:, 1], vertices[:, 0]], 1) * 255).astype(np.uint8)
@@ -74,7 +74,7 @@ def test_arrays_to_a_file_with_what_they_carry(tmp_path: Path) -> None:
     np.testing.assert_allclose(again.corners("uv"), light.corners("uv"), atol=1e-6)
 
 
-def test_a_scene_stays_a_scene(tmp_path: Path) -> None:
+def test_scene_stays_a_scene(tmp_path: Path) -> None:
     scene, light_scene = tmp_path / "scene.glb", tmp_path / "light.glb"
     nm.simplify(torus(60, 40), ratio=1.0, out=scene)
     light = nm.simplify(scene, ratio=0.1, out=light_scene)
@@ -82,7 +82,7 @@ def test_a_scene_stays_a_scene(tmp_path: Path) -> None:
     assert len(nm.simplify(light_scene, ratio=1.0).vertices) == 240
 
 
-def test_a_page_of_a_comparison(tmp_path: Path) -> None:
+def test_comparison_writes_page(tmp_path: Path) -> None:
     mesh = torus(40, 30)
     light = nm.simplify(mesh, ratio=0.2)
     shown = nm.show(mesh, light)
@@ -95,7 +95,7 @@ def test_a_page_of_a_comparison(tmp_path: Path) -> None:
     assert "<table>" in nm.compare(mesh, light)._repr_html_()
 
 
-def test_points_of_a_file(spot: Path, tmp_path: Path) -> None:
+def test_point_cloud_file(spot: Path, tmp_path: Path) -> None:
     out = tmp_path / "points.ply"
     light = nm.mesh_points(spot, ratio=0.5, out=out)
     assert out.exists() and len(light.faces) > 1000

@@ -1,4 +1,4 @@
-"""The guide's code runs, block after block, as a reader would type it."""
+"""The code blocks of the guides run, one after another."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ DOCS = Path(__file__).resolve().parents[2] / "docs"
 RECIPES = DOCS / "python.md"
 
 
-def followed(page: str) -> None:
-    """Runs the blocks of a page in one program, but those that need what is not installed."""
+def run_page(page: str) -> None:
+    """Runs the code blocks of a page as one program, without those whose packages are not installed."""
     blocks = re.findall(r"```python\n(.*?)```", (DOCS / page).read_text(), re.DOTALL)
     assert len(blocks) >= 2
     names: dict[str, object] = {}
@@ -27,7 +27,7 @@ def followed(page: str) -> None:
 def test_the_guide(spot: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     shutil.copy(spot, "scan.ply")
-    followed("python.md")
+    run_page("python.md")
     assert Path("light.glb").exists() and Path("page.html").exists()
 
 
@@ -37,5 +37,5 @@ def test_the_guide_for_researchers(
     monkeypatch.chdir(tmp_path)
     Path("data").mkdir()
     shutil.copy(spot, "data/spot.ply")
-    followed("guide/researcher.md")
+    run_page("guide/researcher.md")
     assert capsys.readouterr().out.startswith("200 reached")

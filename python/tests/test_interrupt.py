@@ -1,4 +1,4 @@
-"""Ctrl-C and the callback are heard within a tenth of a second, and other threads run on."""
+"""Ctrl-C and callbacks interrupt a run within a tenth of a second, and other threads keep running."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from conftest import torus
 LARGE = torus(1000, 500)
 
 
-def test_ctrl_c_is_heard_at_once() -> None:
+def test_ctrl_c_interrupts_at_once() -> None:
     sent: list[float] = []
 
     def strike(number: int, frame: FrameType | None) -> None:
@@ -30,7 +30,7 @@ def test_ctrl_c_is_heard_at_once() -> None:
             signal.setitimer(signal.ITIMER_REAL, after)
             with pytest.raises(KeyboardInterrupt):
                 nm.simplify(LARGE, ratio=0.5, optimize="mean", threads=1)
-            # From the signal to the caller: looked up every 20 ms; the handler itself runs then, so the clock begins at the timer.
+            # The time from the signal to the caller. Signals are polled every 20 ms and the handler runs only then, so the clock starts at the timer.
             delays.append(time.perf_counter() - sent[-1])
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
@@ -38,7 +38,7 @@ def test_ctrl_c_is_heard_at_once() -> None:
     assert max(delays) < 0.1
 
 
-def test_signals_come_through_while_it_works() -> None:
+def test_signals_are_handled_during_a_run() -> None:
     times: list[float] = []
     before = signal.signal(signal.SIGALRM, lambda number, frame: times.append(time.perf_counter()))
     began = time.perf_counter()
@@ -70,7 +70,7 @@ def test_progress_rises_and_an_exception_ends_the_run() -> None:
     assert time.perf_counter() - began < 1.5
 
 
-def test_other_threads_run_while_it_works() -> None:
+def test_other_threads_run_during_a_run() -> None:
     ticks: list[float] = []
     is_over = threading.Event()
 
@@ -90,7 +90,7 @@ def test_other_threads_run_while_it_works() -> None:
     assert len(within) > 10 and np.diff(within).max() < 0.5
 
 
-def test_runs_side_by_side_do_not_disturb_each_other() -> None:
+def test_concurrent_runs_are_independent() -> None:
     mesh = torus(150, 80)
     expected = nm.simplify(mesh, ratio=0.2)
     results: list[nm.Light] = []

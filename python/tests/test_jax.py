@@ -14,7 +14,7 @@ from conftest import torus  # noqa: E402
 
 
 @pytest.fixture(autouse=True)
-def in_doubles() -> Any:
+def use_double_precision() -> Any:
     with jax.enable_x64(True):
         yield
 
@@ -25,7 +25,7 @@ def mesh() -> tuple[Any, Any]:
     return jax.numpy.asarray(vertices), jax.numpy.asarray(faces)
 
 
-def test_gradients_are_slopes_also_jitted() -> None:
+def test_gradients_match_differences_also_jitted() -> None:
     from jax.test_util import check_grads
 
     vertices, faces = mesh()
@@ -40,14 +40,14 @@ def test_gradients_are_slopes_also_jitted() -> None:
     np.testing.assert_allclose(jax.jit(jax.grad(loss))(vertices), jax.grad(loss)(vertices))
 
 
-def test_the_same_as_numpy() -> None:
+def test_matches_numpy() -> None:
     vertices, faces = mesh()
     record = nm.record(vertices, faces, ratio=0.4)
     np.testing.assert_allclose(record.positions(vertices), record.positions(np.asarray(vertices)))
     np.testing.assert_allclose(record.pool(vertices), record.pool(np.asarray(vertices)))
 
 
-def test_vmap_is_one_by_one() -> None:
+def test_vmap() -> None:
     vertices, faces = mesh()
     record = nm.record(vertices, faces, ratio=0.4)
     batch = jax.numpy.stack([vertices, vertices * 2])

@@ -1,4 +1,4 @@
-"""The worked examples run, at small size."""
+"""The notebooks run at a small size."""
 
 import json
 from pathlib import Path
@@ -9,7 +9,7 @@ NOTEBOOKS = sorted((Path(__file__).resolve().parents[1] / "notebooks").glob("*.i
 
 
 @pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
-def test_it_runs(notebook, tmp_path, monkeypatch):
+def test_notebook_runs(notebook, tmp_path, monkeypatch):
     monkeypatch.setenv("NEURAL_MESH_SMALL", "1")
     monkeypatch.setenv("NEURAL_MESH_OUT", str(tmp_path))
     monkeypatch.chdir(notebook.parent)

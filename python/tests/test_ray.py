@@ -1,4 +1,4 @@
-"""Meshes by Ray: every one a row, files as without kills, nothing done twice."""
+"""Simplification with Ray: one row per mesh, files independent of crashes, no work done twice."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def cluster() -> Any:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Meshes, 3 % of them broken, some below other folders."""
+    """Returns a folder of meshes, 3 % of them broken, some in subfolders."""
     folder = tmp_path_factory.mktemp("meshes")
     (folder / "deep").mkdir()
     for number in range(N):
@@ -49,16 +49,16 @@ def results(out: Path) -> dict[str, bytes]:
     return {str(path.relative_to(out)): path.read_bytes() for path in out.rglob("*.ply")}
 
 
-def test_every_mesh_is_a_row_also_where_workers_are_killed(folder: Path, tmp_path: Path) -> None:
+def test_every_mesh_has_a_row_after_crashes(folder: Path, tmp_path: Path) -> None:
     calm = simplify_all(str(folder), str(tmp_path / "calm"), workers=2, ratio=0.2, check=True)
     is_over = threading.Event()
     killed: list[int] = []
 
     def kill() -> None:
-        """Ends a worker, by its own number, three times."""
+        """Kills three workers, each by its process id."""
         while not is_over.is_set() and len(killed) < 3:
             time.sleep(0.02)
-            at_work = under_way(tmp_path / "killed") - set(killed)
+            at_work = find_running_processes(tmp_path / "killed") - set(killed)
             if at_work:
                 victim = random.Random(len(killed)).choice(sorted(at_work))
                 os.kill(victim, signal.SIGKILL)
@@ -84,15 +84,15 @@ def test_every_mesh_is_a_row_also_where_workers_are_killed(folder: Path, tmp_pat
     assert not list((tmp_path / "killed").rglob("*.part")) and not (tmp_path / "killed" / ".falls").exists()
 
 
-def under_way(out: Path) -> set[int]:
-    """The processes of meshes that were begun and not ended."""
+def find_running_processes(out: Path) -> set[int]:
+    """Returns the process ids of unfinished meshes."""
     try:
         return {int(path.read_text().split()[-1]) for path in (out / ".falls").iterdir()}
     except (OSError, IndexError):
         return set()
 
 
-def test_what_is_done_stays_and_what_lacks_is_done(folder: Path, tmp_path: Path) -> None:
+def test_resume_does_only_missing_meshes(folder: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     names = [str(path) for path in sorted(folder.glob("*.ply"))[:6]]
     first = simplify_all(names[:4], str(out), workers=1, faces=300)
@@ -106,20 +106,20 @@ def test_what_is_done_stays_and_what_lacks_is_done(folder: Path, tmp_path: Path)
     assert len(same) == len(kept) - 1
 
 
-def test_one_mesh_is_made_by_many_workers() -> None:
+def test_blocks_on_workers() -> None:
     mesh = torus(1200, 500)
     alone, several = (blocks.simplify(mesh, ratio=0.01, each=how, threads=1) for how in (map, each))
     assert all((x == y).all() for x, y in zip(alone, several, strict=True))
 
 
-def test_a_mesh_that_takes_too_long_is_a_row(tmp_path: Path) -> None:
+def test_timeout_is_a_row(tmp_path: Path) -> None:
     place = tmp_path / "large.ply"
     nm.simplify(torus(1000, 500), ratio=1.0, out=place)
     rows = simplify_all([str(place)], str(tmp_path / "out"), workers=1, timeout=0.05, ratio=0.5)
     assert rows[0]["outcome"].startswith("failed: more than 0.05 seconds")
 
 
-def test_names_of_a_parquet_file_and_urls(folder: Path, tmp_path: Path) -> None:
+def test_parquet_file_and_urls(folder: Path, tmp_path: Path) -> None:
     pandas = pytest.importorskip("pandas")
     names = [str(path) for path in sorted(folder.glob("1*.ply"))[:3]]
     pandas.DataFrame({"path": [f"file://{name}" for name in names]}).to_parquet(tmp_path / "meshes.parquet")

@@ -1,4 +1,4 @@
-"""The guide's recipes on meshes as generators make them: voxels as quads, each with vertices of its own, floaters, shells within, holes."""
+"""The guide's recipes on meshes like those of generators: unshared vertices, floating components, inner shells, holes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from test_guide import RECIPES
 
 
 def voxel_surface(solid: Any) -> tuple[Any, Any]:
-    """The quads between voxels that are solid and those that are not, as triangles that share no vertex."""
+    """Returns the boundary of solid voxels as triangles that share no vertices."""
     padded = np.pad(solid, 1)
     corners, n = [], 0
     for axis in range(3):
@@ -34,7 +34,7 @@ def voxel_surface(solid: Any) -> tuple[Any, Any]:
 
 
 def shape(n: int) -> Any:
-    """A torus of voxels with a cave inside, and three floaters."""
+    """Returns a voxel torus with a cavity, and three floating components."""
     x, y, z = np.meshgrid(*[np.linspace(-1, 1, n)] * 3, indexing="ij")
     tube = np.hypot(np.hypot(x, y) - 0.6, z)
     solid = (tube < 0.3) & (tube > 0.12)
@@ -43,8 +43,8 @@ def shape(n: int) -> Any:
     return solid
 
 
-def around(vertices: Any) -> Any:
-    """How far points are from the middle of the tube."""
+def tube_distance(vertices: Any) -> Any:
+    """Returns the distances of points from the center line of the tube."""
     x, y, z = (np.asarray(vertices) / 36 - 1).T
     return np.hypot(np.hypot(x, y) - 0.6, z)
 
@@ -57,17 +57,17 @@ def recipes() -> dict[str, Any]:
     return names
 
 
-def test_faces_of_a_generated_mesh_are_reduced(recipes: dict[str, Any]) -> None:
+def test_reduce_generated_mesh(recipes: dict[str, Any]) -> None:
     trimesh = pytest.importorskip("trimesh")
     mesh = trimesh.Trimesh(*voxel_surface(shape(72)), process=False)
     light = recipes["reduce_faces"](mesh, max_facenum=3000)
-    # The floaters are gone, both shells are closed, and the count is held.
+    # The floating components are dropped, both shells are closed, and the size is met.
     assert light.is_watertight and 2990 <= len(light.faces) <= 3000
-    tube = around(light.vertices)
+    tube = tube_distance(light.vertices)
     assert tube.max() < 0.36 and tube.min() < 0.15
 
 
-def test_what_is_hidden_goes_and_holes_are_filled(recipes: dict[str, Any]) -> None:
+def test_drop_hidden_surfaces_and_fill_holes(recipes: dict[str, Any]) -> None:
     vertices, faces = voxel_surface(shape(72))
     x, y, z = (vertices[faces].mean(1) - 36).T / 36
     is_hole = (np.hypot(x - 0.9, y) < 0.06) & (abs(z) < 0.06)
@@ -75,5 +75,5 @@ def test_what_is_hidden_goes_and_holes_are_filled(recipes: dict[str, Any]) -> No
     v, f = recipes["postprocess_mesh"](vertices, faces[~is_hole])
     assert (edge_counts(f) == 2).all()
     assert len(v) < 0.06 * len(np.unique(vertices, axis=0))
-    # Nothing is left of the cave within.
-    assert around(v).min() > 0.2
+    # The cavity is gone.
+    assert tube_distance(v).min() > 0.2

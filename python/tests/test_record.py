@@ -1,4 +1,4 @@
-"""Records: the result again, gradients against differences, in numpy, torch and jax."""
+"""Records: values equal the result, and gradients match differences, in numpy, torch and jax."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SIZES: list[dict[str, Any]] = [{"ratio": 0.3}, {"n_vertices": 60}, {"n_faces": 2
 
 
 @pytest.mark.parametrize("size", SIZES)
-def test_a_record_is_the_result_and_its_gradient_a_slope(size: dict[str, Any]) -> None:
+def test_values_equal_result_and_gradients_match_differences(size: dict[str, Any]) -> None:
     vertices, faces = torus(24, 16, np.float64)
     record = nm.record(vertices, faces, **size)
     again = {name.removeprefix("n_"): value for name, value in size.items()}
@@ -50,7 +50,7 @@ def test_features_are_pooled() -> None:
     assert np.abs(pooled - record.positions(vertices)).mean() < 0.1
 
 
-def test_welded_vertices_go_along() -> None:
+def test_welded_vertices_share_a_result_vertex() -> None:
     vertices, faces = torus(24, 16)
     twice = np.concatenate([vertices, vertices])
     mixed = faces.copy()
@@ -59,22 +59,22 @@ def test_welded_vertices_go_along() -> None:
     np.testing.assert_array_equal(outputs[: len(vertices)], outputs[len(vertices) :])
 
 
-def in_child(record: nm.Record) -> Any:
+def read_in_child(record: nm.Record) -> Any:
     vertices, _ = torus(24, 16, np.float64)
     return record.positions(vertices)
 
 
 @pytest.mark.parametrize("method", ["fork", "spawn"])
-def test_records_go_to_other_processes(method: str) -> None:
+def test_records_are_sent_to_other_processes(method: str) -> None:
     vertices, faces = torus(24, 16, np.float64)
     record = nm.record(vertices, faces, ratio=0.3)
     with multiprocessing.get_context(method).Pool(1) as pool:
-        np.testing.assert_array_equal(pool.map(in_child, [record])[0], record.positions(vertices))
+        np.testing.assert_array_equal(pool.map(read_in_child, [record])[0], record.positions(vertices))
     again = pickle.loads(pickle.dumps(record))
     np.testing.assert_array_equal(again.output_vertices, record.output_vertices)
 
 
-def test_what_does_not_fit_is_refused() -> None:
+def test_wrong_shapes_are_rejected() -> None:
     vertices, faces = torus(24, 16)
     with pytest.raises(nm.OptionError, match="exactly one of ratio"):
         nm.record(vertices, faces)

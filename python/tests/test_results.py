@@ -1,4 +1,4 @@
-"""What one can go on with: results as input, in memory, as files; names; warnings; values of faces; the report."""
+"""Results: as input, in memory and as files; names, warnings, face values, and the report."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ import neural_mesh as nm
 from conftest import grid, torus
 
 
-def test_two_arrays_are_a_mesh_as_a_pair_is() -> None:
+def test_two_arrays_equal_a_pair() -> None:
     vertices, faces = torus(30, 20)
     np.testing.assert_array_equal(nm.simplify(vertices, faces, ratio=0.3).vertices, nm.simplify((vertices, faces), ratio=0.3).vertices)
 
 
-def test_numbers_of_vertices_survive_further_calls() -> None:
+def test_vertex_attributes_survive_repeated_calls() -> None:
     vertices, faces = torus(40, 30)
     light = nm.simplify(vertices, faces, ratio=0.5, attributes={"heat": vertices[:, 0].astype(np.float64)})
     again = nm.simplify(light, ratio=0.5)
@@ -30,7 +30,7 @@ def test_numbers_of_vertices_survive_further_calls() -> None:
 
 
 @pytest.mark.parametrize("format", ["ply", "obj", "glb", "stl", "off"])
-def test_results_are_saved_and_read_again(format: str, tmp_path: Path) -> None:
+def test_results_are_saved_and_read_back(format: str, tmp_path: Path) -> None:
     light = nm.simplify(torus(40, 30), ratio=0.2)
     said = light.to_bytes(format)
     path = light.save(tmp_path / f"light.{format}")
@@ -43,7 +43,7 @@ def test_results_are_saved_and_read_again(format: str, tmp_path: Path) -> None:
         assert len(nm.simplify(file, ratio=0.5).vertices) == len(light.vertices) // 2
 
 
-def test_attributes_have_one_name_whatever_the_file(tmp_path: Path) -> None:
+def test_attribute_names_are_independent_of_format(tmp_path: Path) -> None:
     vertices, faces, uv = grid(20)
     normals = np.tile([0.0, 0.0, 1.0], (len(vertices), 1))
     colours = np.full((len(vertices), 3), 0.5)
@@ -53,7 +53,7 @@ def test_attributes_have_one_name_whatever_the_file(tmp_path: Path) -> None:
         assert set(again.attributes) == {"uv", "normals", "colors"}, format
 
 
-def test_what_ends_far_from_its_size_warns() -> None:
+def test_missed_size_warns() -> None:
     with pytest.warns(nm.NeuralMeshWarning, match="stopped: "):
         light = nm.simplify(torus(20, 12), faces=4)
     assert not light.reached
@@ -66,7 +66,7 @@ def test_what_ends_far_from_its_size_warns() -> None:
     ("dirt", "says"),
     [("nan", "1 faces|6 faces with coordinates"), ("range", "1 faces with indices out of range"), ("one", "indices begin at 1: subtract 1")],
 )
-def test_input_that_is_cleaned_warns_or_is_refused(dirt: str, says: str) -> None:
+def test_cleaned_input_warns_or_raises(dirt: str, says: str) -> None:
     vertices, faces = torus(20, 12, np.float64)
     if dirt == "nan":
         vertices[7] = np.nan
@@ -86,7 +86,7 @@ def test_input_that_is_cleaned_warns_or_is_refused(dirt: str, says: str) -> None
         nm.simplify(vertices, faces, ratio=0.5, on_dirty="explode")  # type: ignore[call-overload]
 
 
-def test_a_file_that_is_refused_leaves_nothing_behind(tmp_path: Path) -> None:
+def test_rejected_file_writes_nothing(tmp_path: Path) -> None:
     source, out = tmp_path / "broken.obj", tmp_path / "light.obj"
     source.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 2 3 4\nf 1 3 9\n")
     with pytest.raises(nm.NeuralMeshError, match="indices out of range are in the mesh"):
@@ -97,7 +97,7 @@ def test_a_file_that_is_refused_leaves_nothing_behind(tmp_path: Path) -> None:
     assert out.exists()
 
 
-def test_options_of_numpy_and_wrong_ones() -> None:
+def test_numpy_options_and_wrong_options() -> None:
     mesh = torus(20, 12)
     expected = nm.simplify(mesh, ratio=0.5, threads=1)
     said: dict[str, Any] = {"ratio": np.float32(0.5), "threads": np.int64(1), "lock_boundaries": np.False_, "map": np.array(False)}
@@ -114,7 +114,7 @@ def test_options_of_numpy_and_wrong_ones() -> None:
     assert issubclass(nm.OptionError, nm.NeuralMeshError) and issubclass(nm.NotReachedError, nm.NeuralMeshError)
 
 
-def test_many_meshes_come_back_in_their_order() -> None:
+def test_many_meshes_keep_order() -> None:
     meshes = [torus(20 + 4 * i, 12) for i in range(6)]
     lights = nm.simplify_many(meshes, ratio=0.5, threads=2)
     assert [len(light.vertices) for light in lights] == [len(vertices) // 2 for vertices, _ in meshes]
@@ -123,19 +123,19 @@ def test_many_meshes_come_back_in_their_order() -> None:
         nm.simplify_many([meshes[0], (np.zeros((0, 3)), np.zeros((0, 3), int))], ratio=0.5)
 
 
-def test_the_report_is_what_its_schema_says() -> None:
+def test_report_matches_schema() -> None:
     schema = nm.report_schema()
     vertices, faces, uv = grid(12)
     runs = [nm.simplify(torus(20, 12), ratio=0.5), nm.simplify(torus(20, 12), error="1%"), nm.simplify(vertices, faces, faces=100, check=True)]
     runs += nm.lods(torus(20, 12), [0.5, 0.2], check=True)
     for light in runs:
-        assert not list(broken(light.report, schema)), light.report
+        assert not list(find_mismatches(light.report, schema)), light.report
 
 
-def broken(value: Any, schema: dict[str, Any], at: str = "report") -> Any:
-    """Where a value is not what a schema of this kind says."""
+def find_mismatches(value: Any, schema: dict[str, Any], at: str = "report") -> Any:
+    """Yields the places where a value violates a JSON schema."""
     if "anyOf" in schema:
-        if all(list(broken(value, each, at)) for each in schema["anyOf"]):
+        if all(list(find_mismatches(value, each, at)) for each in schema["anyOf"]):
             yield at
         return
     kinds = {"integer": int, "number": (int, float), "string": str, "boolean": bool, "null": type(None), "object": dict, "array": list}
@@ -143,7 +143,7 @@ def broken(value: Any, schema: dict[str, Any], at: str = "report") -> Any:
         yield at
     elif schema.get("type") == "array":
         for item in value:
-            yield from broken(item, schema["items"], f"{at}[]")
+            yield from find_mismatches(item, schema["items"], f"{at}[]")
     elif schema.get("type") == "object":
         more = schema["additionalProperties"]
         yield from (f"{at}.{name}" for name in schema.get("required", ()) if name not in value)
@@ -152,10 +152,10 @@ def broken(value: Any, schema: dict[str, Any], at: str = "report") -> Any:
             if known is False:
                 yield f"{at}.{name}"
             else:
-                yield from broken(item, known, f"{at}.{name}")
+                yield from find_mismatches(item, known, f"{at}.{name}")
 
 
-def test_a_scene_gives_its_arrays_where_it_is_seen(tmp_path: Path) -> None:
+def test_scene_arrays_are_in_world_coordinates(tmp_path: Path) -> None:
     trimesh = pytest.importorskip("trimesh")
     scene = trimesh.Scene()
     scene.add_geometry(trimesh.creation.icosphere(4), node_name="ball")
@@ -169,12 +169,12 @@ def test_a_scene_gives_its_arrays_where_it_is_seen(tmp_path: Path) -> None:
     assert out.exists() and isinstance(light.mesh, trimesh.Scene) and len(light.faces) == n_faces
 
 
-def test_values_of_faces_come_along_and_hold_nothing() -> None:
+def test_face_values_are_carried_without_constraint() -> None:
     trimesh = pytest.importorskip("trimesh")
     vertices, faces = torus(60, 40)
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     mesh.face_attributes["side"] = np.where(vertices[faces].mean(1)[:, 0] > 0, 1.5, -2.5)
-    # A number of its own for each face would hold all of them.
+    # As groups, one number per face would keep every face.
     mesh.face_attributes["number"] = np.arange(len(faces))
     light = nm.simplify(mesh, ratio=0.1)
     assert len(light.faces) == len(faces) // 10 and light.groups is None
@@ -189,7 +189,7 @@ def test_values_of_faces_come_along_and_hold_nothing() -> None:
         nm.simplify(mesh, ratio=0.3, groups="sides")
 
 
-def test_values_of_faces_of_a_mesh_that_is_cleaned() -> None:
+def test_face_values_of_cleaned_mesh() -> None:
     trimesh = pytest.importorskip("trimesh")
     vertices, faces = torus(30, 20)
     dirty = np.concatenate([[[0, 0, 1]], faces[:5], faces])
@@ -200,7 +200,7 @@ def test_values_of_faces_of_a_mesh_that_is_cleaned() -> None:
     assert np.abs(near).max() < 0.3
 
 
-def test_clean_faces_are_those_that_a_map_numbers() -> None:
+def test_clean_faces_match_map() -> None:
     vertices, faces = torus(30, 20)
     dirty = np.concatenate([[[0, 0, 1]], faces[:5], faces])
     for weld in (True, False):
@@ -212,7 +212,7 @@ def test_clean_faces_are_those_that_a_map_numbers() -> None:
     assert nm.find_clean_faces(vertices, dirty, 3) is None
 
 
-def test_cells_of_pyvista() -> None:
+def test_pyvista_cell_data() -> None:
     pv = pytest.importorskip("pyvista")
     mesh = pv.PolyData.from_regular_faces(*torus(60, 40))
     mesh.cell_data["vtkOriginalCellIds"] = np.arange(mesh.n_cells)
@@ -226,7 +226,7 @@ def test_cells_of_pyvista() -> None:
     assert free.groups is None and "MaterialIds" in free.mesh.cell_data
 
 
-def test_tensors_of_open3d_keep_their_material() -> None:
+def test_open3d_tensors_keep_material() -> None:
     o3d = pytest.importorskip("open3d")
     mesh = o3d.t.geometry.TriangleMesh.create_torus(1.0, 0.4, 60, 40)
     mesh.material.set_default_properties()
@@ -239,7 +239,7 @@ def test_tensors_of_open3d_keep_their_material() -> None:
     assert light.material.material_name == "defaultLit" and light.material.scalar_properties["roughness"] == 0.25
 
 
-def test_collapses_number_the_points_as_a_replay_does() -> None:
+def test_collapses_number_points_like_replay() -> None:
     from neural_mesh.compat.fast_simplification import simplify
 
     vertices, faces = torus(40, 30, np.float64)
@@ -250,7 +250,7 @@ def test_collapses_number_the_points_as_a_replay_does() -> None:
     into[collapses[:, 1]] = collapses[:, 0]
     number = (np.cumsum(stays) - 1)[into]
     assert stays.sum() == len(points) and triangles.max() < len(points)
-    # Each point given lies near the one that its number names.
+    # Each input point is close to the one that its collapse names.
     assert np.linalg.norm(points[number] - vertices, axis=1).mean() < 0.15
     assert np.array_equal(simplify(vertices, faces, 0.8)[0], points)
     assert len(simplify(vertices, faces, 0.8, agg=0)[1]) == len(faces)

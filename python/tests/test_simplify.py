@@ -1,4 +1,4 @@
-"""Arrays in, arrays out: sizes, types, options, and that the result is what the library makes."""
+"""Simplification of arrays: sizes, types, options, and equality with the library's result."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from conftest import Pair, edge_counts, grid, torus
     [({"ratio": 0.1}, 240, 480), ({"vertices": 300}, 300, 600), ({"faces": 500}, 250, 500),
      ({"ratio": "10%"}, 240, 480), ({"vertices": "12.5%"}, 300, 600), ({"faces": "0.5k"}, 250, 500), ({"faces": "10%"}, 240, 480)],
 )  # fmt: skip
-def test_sizes_say_what_stays(size: dict[str, Any], n_vertices: int, n_faces: int) -> None:
+def test_sizes(size: dict[str, Any], n_vertices: int, n_faces: int) -> None:
     light = nm.simplify(torus(60, 40), **size)
     v, f = light
     assert (len(v), len(f)) == (n_vertices, n_faces)
@@ -28,25 +28,25 @@ def test_sizes_say_what_stays(size: dict[str, Any], n_vertices: int, n_faces: in
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_numbers_keep_their_precision(dtype: Any) -> None:
+def test_precision_is_kept(dtype: Any) -> None:
     vertices, faces = torus(60, 40, dtype)
     far = vertices + np.asarray([5e6, 0, 0] if dtype == np.float64 else [0, 0, 0], dtype)
     v, f = nm.simplify((far, faces), ratio=0.2, subset=True)
     assert v.dtype == dtype and f.dtype == np.int32
-    # Each is a vertex of the input, to the last bit.
+    # Each is an exact vertex of the input.
     assert {tuple(row) for row in v} <= {tuple(row) for row in far}
 
 
-def test_sources_name_the_vertices_given() -> None:
+def test_sources_number_input_vertices() -> None:
     vertices, faces = torus(40, 30)
-    # Two vertices that no face uses come first.
+    # The first two vertices are unreferenced.
     vertices, faces = np.concatenate([np.full((2, 3), 9, np.float32), vertices]), faces + 2
     light = nm.simplify((vertices, faces), ratio=0.2, subset=True)
     assert light.sources is not None
     np.testing.assert_array_equal(vertices[light.sources], light.vertices)
 
 
-def test_bits_are_the_same_on_any_number_of_threads() -> None:
+def test_result_is_independent_of_threads() -> None:
     mesh = torus(200, 150)
     one, two = (nm.simplify(mesh, ratio=0.05, threads=n) for n in (1, 2))
     np.testing.assert_array_equal(one.vertices, two.vertices)
@@ -55,14 +55,14 @@ def test_bits_are_the_same_on_any_number_of_threads() -> None:
 
 
 @pytest.mark.parametrize("faces_dtype", [np.int64, np.uint32, np.int16, np.uint64])
-def test_faces_of_any_whole_numbers(faces_dtype: Any) -> None:
+def test_faces_of_any_integer_type(faces_dtype: Any) -> None:
     vertices, faces = torus(30, 20)
     expected = nm.simplify((vertices, faces), ratio=0.3)
     light = nm.simplify((vertices.tolist(), faces.astype(faces_dtype)), ratio=0.3)
     np.testing.assert_array_equal(light.faces, expected.faces)
 
 
-def test_arrays_need_not_be_contiguous_and_stay_as_they_are() -> None:
+def test_strided_arrays_are_read_and_unchanged() -> None:
     vertices, faces = torus(30, 20)
     expected = nm.simplify((vertices, faces), ratio=0.3)
     wide = np.zeros((len(vertices), 6), np.float32)
@@ -74,7 +74,7 @@ def test_arrays_need_not_be_contiguous_and_stay_as_they_are() -> None:
     np.testing.assert_array_equal(wide, kept)
 
 
-def test_a_distance_is_held_and_proved() -> None:
+def test_error_is_met_and_proved() -> None:
     light = nm.simplify(torus(60, 40), error="0.5%")
     assert light.report["certified"]["upper_percent"] <= 0.5
     figures = nm.compare(torus(60, 40), light, samples=20_000)
@@ -82,7 +82,7 @@ def test_a_distance_is_held_and_proved() -> None:
     assert largest is not None and largest <= light.report["certified"]["upper_percent"]
 
 
-def test_a_bound_that_is_not_held_is_an_error_with_the_result() -> None:
+def test_missed_bound_raises_with_result() -> None:
     # A torus needs more than four faces.
     vertices, faces = torus(20, 12, np.float64)
     with pytest.raises(nm.NotReachedError) as caught:
@@ -129,9 +129,9 @@ def test_symmetry_holes_and_solids() -> None:
     assert {tuple(row) for row in mirrored.vertices} == {tuple(row) for row in mirrored.vertices * [1, 1, -1]}
 
 
-def test_the_map_leads_from_vertices_given_to_those_of_the_result() -> None:
+def test_map_from_input_to_result_vertices() -> None:
     vertices, faces = torus(40, 30)
-    # Every vertex twice: the second ones are welded to the first.
+    # Every vertex is duplicated, and the copies are welded.
     twice = np.concatenate([vertices, vertices])
     mixed = faces.copy()
     mixed[::2] += len(vertices)
@@ -167,7 +167,7 @@ def test_results_can_be_simplified_and_compared() -> None:
     assert figures.units["distance_mean"] == "% of diagonal"
 
 
-def in_child(mesh: Pair) -> int:
+def simplify_in_child(mesh: Pair) -> int:
     return len(nm.simplify(mesh, faces=200).faces)
 
 
@@ -175,10 +175,10 @@ def test_forked_children_simplify() -> None:
     mesh = torus(60, 40)
     nm.simplify(mesh, ratio=0.5)
     with multiprocessing.get_context("fork").Pool(2) as pool:
-        assert pool.map(in_child, [mesh] * 4) == [200] * 4
+        assert pool.map(simplify_in_child, [mesh] * 4) == [200] * 4
 
 
-def test_points_become_a_mesh() -> None:
+def test_point_cloud() -> None:
     vertices, _ = torus(50, 30, np.float64)
     light = nm.mesh_points(vertices, ratio=0.5)
     assert len(light.faces) > 500 and light.sources is not None
@@ -186,7 +186,7 @@ def test_points_become_a_mesh() -> None:
     assert light.report["points"] == 1500
 
 
-def test_poses_that_nobody_knows() -> None:
+def test_purpose_poses() -> None:
     mesh = torus(40, 30)
     plain = nm.simplify(mesh, ratio=0.2)
     bending = nm.simplify(mesh, ratio=0.2, for_="poses")

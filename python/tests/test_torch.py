@@ -19,7 +19,7 @@ from conftest import torus  # noqa: E402
 
 def mesh(dtype: Any = None, n: int = 12, m: int = 10) -> tuple[Any, Any]:
     vertices, faces = torus(n, m, np.float64)
-    # Where flat parts fit exactly the fit has a kink: none here.
+    # The mesh has no flat regions, as the fit is not differentiable where they fit exactly.
     vertices += np.random.default_rng(3).normal(scale=2e-3, size=vertices.shape)
     return torch.from_numpy(vertices).to(dtype or torch.float64), torch.from_numpy(faces)
 
@@ -53,7 +53,7 @@ def test_gradcheck(size: dict[str, Any]) -> None:
     assert torch.autograd.gradcheck(record.pool, features)
 
 
-def test_gradients_of_single_precision_are_those_of_double() -> None:
+def test_single_precision_gradients_match_double() -> None:
     vertices, faces = mesh()
     record = nm.record(vertices, faces, ratio=0.4)
     weight = torch.randn(record.n_output, 3, dtype=torch.float64)
@@ -65,7 +65,7 @@ def test_gradients_of_single_precision_are_those_of_double() -> None:
     torch.testing.assert_close(*gradients, atol=1e-3, rtol=1e-3)
 
 
-def test_the_graph_holds_its_record() -> None:
+def test_graph_keeps_record_alive() -> None:
     vertices, faces = mesh()
     leaf = vertices.clone().requires_grad_()
     loss = nm.record(vertices, faces, ratio=0.4).positions(leaf).square().sum()
@@ -139,7 +139,7 @@ def test_records_are_pickled() -> None:
     torch.testing.assert_close(again.positions(vertices), record.positions(vertices))
 
 
-def test_a_shape_is_learned_through_the_result() -> None:
+def test_optimization_through_result() -> None:
     vertices, faces = mesh(n=20, m=12)
     record = nm.record(vertices, faces, ratio=0.3)
     goal = record.positions(vertices) * torch.tensor([1.0, 1.3, 0.8], dtype=torch.float64)
@@ -155,7 +155,7 @@ def test_a_shape_is_learned_through_the_result() -> None:
     assert losses[-1] < 0.05 * losses[0]
 
 
-def test_wrong_shapes_are_refused() -> None:
+def test_wrong_shapes_are_rejected() -> None:
     vertices, faces = mesh()
     record = nm.record(vertices, faces, ratio=0.4)
     with pytest.raises(nm.NeuralMeshError, match="give 120 x 3"):
@@ -163,7 +163,7 @@ def test_wrong_shapes_are_refused() -> None:
 
 
 @pytest.mark.skipif(not torch.cuda.is_available(), reason="there is no GPU")
-def test_tensors_of_a_gpu_are_copied_and_that_is_said() -> None:
+def test_gpu_tensors_are_copied_with_warning() -> None:
     vertices, faces = (tensor.cuda() for tensor in mesh())
     _torch_arrays._IS_SAID = False
     record = nm.record(vertices, faces, ratio=0.4)

@@ -1,4 +1,4 @@
-"""The stages of the network as modules of PyTorch: the library's values, slopes, the paper's equations, files, refusals."""
+"""PyTorch modules of the network: the library's values, gradients, the paper's equations, files, and errors."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ GOLDEN = Path(__file__).resolve().parents[2] / "tests" / "golden" / "passes.safe
 
 
 def read(path: Path) -> dict[str, Any]:
-    """The tensors of a safetensors file."""
+    """Reads the tensors of a safetensors file."""
     data = path.read_bytes()
     start = 8 + int.from_bytes(data[:8], "little")
     header = json.loads(data[8:start])
@@ -36,12 +36,12 @@ def read(path: Path) -> dict[str, Any]:
 
 
 def weights(n: int) -> Any:
-    """Gradients given, as in `tests/passes.rs`."""
+    """Returns output gradients equal to those of `tests/passes.rs`."""
     return (5 * torch.arange(n) % 11 - 5).float()
 
 
 def assert_close(found: Any, expected: Any, share: float = 1e-5) -> None:
-    """To a share of the largest number; what cancels out is rounding."""
+    """Asserts that tensors agree up to a share of the largest number, as small numbers may be rounding errors."""
     expected = expected.detach().reshape(found.shape).to(found.dtype)
     scale = float(expected.abs().max()) if expected.numel() else 0.0
     torch.testing.assert_close(found.detach(), expected, atol=share * scale + 1e-6, rtol=0)
@@ -52,7 +52,7 @@ def golden() -> dict[str, Any]:
     return read(GOLDEN)
 
 
-def of_golden(golden: dict[str, Any]) -> Any:
+def golden_stage(golden: dict[str, Any]) -> Any:
     network = nmt.Network(nmt.PointSampler(6, 2, 8, 4), nmt.EdgePredictor(8, 6, 6), nmt.FaceClassifier(2, 8, 5))
     network.load_state_dict({name[len("weights.") :]: x for name, x in golden.items() if name.startswith("weights.")})
     return network
@@ -65,8 +65,8 @@ def assert_gradients(golden: dict[str, Any], stage: Any, name: str, **inputs: An
         assert_close(leaf.grad, golden[f"gradient.{name}.{tensor}"])
 
 
-def test_the_point_sampler_is_the_librarys(golden: dict[str, Any]) -> None:
-    stage = of_golden(golden).point_sampler
+def test_point_sampler_matches_library(golden: dict[str, Any]) -> None:
+    stage = golden_stage(golden).point_sampler
     points, normals = (golden[name].requires_grad_() for name in ("points", "normals"))
     scores = stage(points, golden["edges"], normals)
     assert scores.shape == (len(points),)
@@ -75,8 +75,8 @@ def test_the_point_sampler_is_the_librarys(golden: dict[str, Any]) -> None:
     assert_gradients(golden, stage, "point_sampler", points=points, normals=normals)
 
 
-def test_the_edge_predictor_is_the_librarys(golden: dict[str, Any]) -> None:
-    stage = of_golden(golden).edge_predictor
+def test_edge_predictor_matches_library(golden: dict[str, Any]) -> None:
+    stage = golden_stage(golden).edge_predictor
     points = golden["points"].detach().requires_grad_()
     edges = stage(points, golden["edges"])
     assert torch.equal(edges.graph, golden["graph"].long())
@@ -86,8 +86,8 @@ def test_the_edge_predictor_is_the_librarys(golden: dict[str, Any]) -> None:
     assert_gradients(golden, stage, "edge_predictor", points=points)
 
 
-def test_the_face_classifier_is_the_librarys(golden: dict[str, Any]) -> None:
-    stage = of_golden(golden).face_classifier
+def test_face_classifier_matches_library(golden: dict[str, Any]) -> None:
+    stage = golden_stage(golden).face_classifier
     points, prior = golden["points"].detach().requires_grad_(), golden["prior"].reshape(-1).requires_grad_()
     probabilities = stage(points, golden["faces"], prior)
     assert_close(probabilities, golden["probabilities"])
@@ -96,7 +96,7 @@ def test_the_face_classifier_is_the_librarys(golden: dict[str, Any]) -> None:
     assert torch.equal(nmt.triangle_graph(points, golden["faces"], 5), golden["triangle_graph"].long())
 
 
-def test_what_the_stages_look_at_is_the_librarys(golden: dict[str, Any]) -> None:
+def test_stage_inputs_match_library(golden: dict[str, Any]) -> None:
     vertices, mesh = golden["vertices"], golden["mesh"]
     edges = nmt.edges_of_faces(mesh)
     assert torch.equal(edges, golden["edges"][golden["edges"][:, 0] < golden["edges"][:, 1]].long())
@@ -108,11 +108,11 @@ def test_what_the_stages_look_at_is_the_librarys(golden: dict[str, Any]) -> None
     assert_close(golden["adjacency"].reshape(-1)[candidates.entries].mean(1), golden["prior"])
 
 
-# The equations of docs/paper.md node by node, in doubles.
+# The equations of docs/paper.md, naively per node, in double precision.
 
 
 def dev_conv(x: Any, rows: list[list[int]], layer: Any) -> Any:
-    """Eq. (1)."""
+    """Computes Eq. (1)."""
     largest = [((x[i] - x[js]) @ layer["theta"]).max(0).values for i, js in enumerate(rows)]
     return (torch.stack(largest) @ layer["phi"]).relu()
 
@@ -122,7 +122,7 @@ def affine(x: Any, layer: Any) -> Any:
 
 
 def tri_conv(x: Any, rows: list[list[int]], positions: Any, layer: Any) -> Any:
-    """Eqs. (4) and (5)."""
+    """Computes Eqs. (4) and (5)."""
     seen = torch.cat([positions, x], 1)
     pairs = [affine(affine(seen[i] - seen[ks], layer["hidden"]).relu(), layer["output"]) for i, ks in enumerate(rows)]
     return torch.stack([pair.sum(0) for pair in pairs])
@@ -133,7 +133,7 @@ def rows_of(entries: Any, n: int) -> list[list[int]]:
 
 
 def tree(stage: Any) -> dict[str, Any]:
-    """Parameters in doubles, by the parts of their names."""
+    """Returns the parameters in double precision, nested by the components of their names."""
     result: dict[str, Any] = {}
     for name, parameter in stage.named_parameters():
         *path, last = name.split(".")
@@ -179,7 +179,7 @@ def naive_probabilities(of: Any, points: Any, faces: Any, prior: Any, rows: list
 
 
 def mesh() -> tuple[Any, Any, Any, Any]:
-    """Points in edge lengths, edges, normals, faces."""
+    """Returns points in edge lengths, edges, normals and faces."""
     vertices, faces = torus(9, 7, np.float64)
     vertices += np.random.default_rng(2).normal(scale=0.02, size=vertices.shape)
     points, corners = torch.from_numpy(vertices).float(), torch.from_numpy(faces)
@@ -188,7 +188,7 @@ def mesh() -> tuple[Any, Any, Any, Any]:
 
 
 @pytest.mark.parametrize("name", ["default", "paper-open", None])
-def test_the_stages_are_the_papers_equations(name: str | None) -> None:
+def test_stages_match_equations(name: str | None) -> None:
     points, edges, normals, _ = mesh()
     both = torch.cat([edges, edges.flip(1)])
     network = nmt.Network() if name is None else nmt.Network.shipped(name)
@@ -198,7 +198,7 @@ def test_the_stages_are_the_papers_equations(name: str | None) -> None:
         weight = torch.randn(found.shape, generator=generator)
         (found * weight).sum().backward()
         (expected * weight.double()).sum().backward()
-        # The library takes squared lengths from dot products in the attention, in single precision.
+        # The tolerance is for squared lengths from single-precision dot products in the library's attention.
         assert_close(found, expected, 1e-4)
         leaf_pairs = zip([*stage.parameters(), *inputs], [*leaves(of), *doubles], strict=True)
         for leaf, double in leaf_pairs:
@@ -224,8 +224,8 @@ def test_the_stages_are_the_papers_equations(name: str | None) -> None:
     check(network.face_classifier, network.face_classifier(p, faces, r, graph), [p, r], expected, of, [p2, r2])
 
 
-def assert_slopes(function: Any, leaf: Any) -> None:
-    """Most gradients are slopes, to a share of the largest: kinks nearby spoil some, a wrong gradient spoils most."""
+def assert_gradients_match_differences(function: Any, leaf: Any) -> None:
+    """Asserts that most gradients match differences; kinks spoil a few of them, a wrong gradient spoils most."""
     (gradient,) = torch.autograd.grad(function(leaf), leaf)
     scale = float(gradient.abs().max())
     errors = []
@@ -238,30 +238,30 @@ def assert_slopes(function: Any, leaf: Any) -> None:
     assert scale > 0 and np.median(errors) < 5e-3
 
 
-def test_gradients_are_slopes(golden: dict[str, Any]) -> None:
-    network, points = of_golden(golden), golden["points"].detach().requires_grad_()
+def test_gradients_match_differences(golden: dict[str, Any]) -> None:
+    network, points = golden_stage(golden), golden["points"].detach().requires_grad_()
     normals, prior = golden["normals"].detach().requires_grad_(), golden["prior"].detach().reshape(-1).requires_grad_()
     edges, graph, faces, triangles = (golden[name] for name in ("edges", "graph", "faces", "triangle_graph"))
 
     def total(values: Any) -> Any:
         return values.double() @ weights(len(values)).double()
 
-    assert_slopes(lambda x: total(network.point_sampler(x, edges, normals)), points)
-    assert_slopes(lambda x: total(network.point_sampler(points, edges, x)), normals)
-    assert_slopes(lambda x: total(network.edge_predictor(x, edges, graph).adjacency), points)
-    assert_slopes(lambda x: total(network.face_classifier(x, faces, prior, triangles)), points)
-    assert_slopes(lambda x: total(network.face_classifier(points, faces, x, triangles)), prior)
+    assert_gradients_match_differences(lambda x: total(network.point_sampler(x, edges, normals)), points)
+    assert_gradients_match_differences(lambda x: total(network.point_sampler(points, edges, x)), normals)
+    assert_gradients_match_differences(lambda x: total(network.edge_predictor(x, edges, graph).adjacency), points)
+    assert_gradients_match_differences(lambda x: total(network.face_classifier(x, faces, prior, triangles)), points)
+    assert_gradients_match_differences(lambda x: total(network.face_classifier(points, faces, x, triangles)), prior)
     theta, last = network.point_sampler.dev_conv_0.theta, network.face_classifier.output.weights
 
     def with_weights(stage: Any, name: str, x: Any, *inputs: Any) -> Any:
         return total(torch.func.functional_call(stage, {name: x}, inputs))
 
-    assert_slopes(lambda x: with_weights(network.point_sampler, "dev_conv_0.theta", x, points, edges, normals), theta)
-    assert_slopes(lambda x: with_weights(network.face_classifier, "output.weights", x, points, faces, prior, triangles), last)
+    assert_gradients_match_differences(lambda x: with_weights(network.point_sampler, "dev_conv_0.theta", x, points, edges, normals), theta)
+    assert_gradients_match_differences(lambda x: with_weights(network.face_classifier, "output.weights", x, points, faces, prior, triangles), last)
     assert torch.autograd.gradcheck(lambda x: nmt.in_edge_lengths(x, edges), points.detach().double()[:42].requires_grad_())
 
 
-def test_names_are_those_of_files(tmp_path: Path) -> None:
+def test_names_match_files(tmp_path: Path) -> None:
     for name, n_parameters in (("default", None), ("paper-open", 14_658)):
         network = nmt.Network.shipped(name)
         network.save(tmp_path / "weights.safetensors")
@@ -279,7 +279,7 @@ def test_names_are_those_of_files(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["weights.safetensors"]
 
 
-def test_what_is_trained_here_steers_simplify(tmp_path: Path) -> None:
+def test_saved_weights_work_in_simplify(tmp_path: Path) -> None:
     points, edges, normals, faces = mesh()
     stage = nmt.PointSampler.shipped("default")
     goal = points[:, 0].detach()
@@ -292,7 +292,7 @@ def test_what_is_trained_here_steers_simplify(tmp_path: Path) -> None:
         optimizer.step()
         losses.append(float(loss.detach()))
     assert losses[-1] < 0.5 * losses[0]
-    # Stages of different networks go together.
+    # Stages of different networks combine.
     nmt.Network(stage, nmt.EdgePredictor.shipped("paper-open"), nmt.FaceClassifier(1, 4, 3)).save(tmp_path / "mine.safetensors")
     again = nmt.PointSampler.from_file(tmp_path / "mine.safetensors")
     assert torch.equal(again(points, edges, normals), stage(points, edges, normals))
@@ -302,7 +302,7 @@ def test_what_is_trained_here_steers_simplify(tmp_path: Path) -> None:
     assert not np.array_equal(ours.vertices, nm.simplify((vertices, corners), ratio=0.1).vertices)
 
 
-def test_stages_learn_together() -> None:
+def test_joint_training() -> None:
     points, edges, _, faces = mesh()
     network = nmt.Network(edge_predictor=nmt.EdgePredictor(16, 8), face_classifier=nmt.FaceClassifier(2, 16))
     stages = torch.nn.ModuleList([network.edge_predictor, network.face_classifier])
@@ -324,7 +324,7 @@ def test_stages_learn_together() -> None:
     assert losses[-1] < 0.6 * losses[0]
 
 
-def test_modules_behave_as_modules() -> None:
+def test_module_interface() -> None:
     points, edges, normals, _ = mesh()
     stage = nmt.PointSampler.shipped()
     expected = stage(points, edges, normals)
@@ -388,11 +388,11 @@ def test_small_and_empty_inputs() -> None:
         prior = edges.adjacency[candidates.entries].mean(1)
         network.face_classifier(points, candidates.faces, prior).sum().backward()
         assert nmt.in_edge_lengths(points, none).isfinite().all()
-        # Nothing stands in the rows of the graph.
+        # The graph has no entries.
         assert network.edge_predictor(points, none, none).adjacency.shape == (0,)
 
 
-def test_what_is_wrong_is_said(tmp_path: Path) -> None:
+def test_errors(tmp_path: Path) -> None:
     points, edges, normals, faces = mesh()
     network = nmt.Network(nmt.PointSampler(6, 1, 4, 4))
     n, prior = len(points), torch.zeros(len(faces))

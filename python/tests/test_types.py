@@ -1,4 +1,4 @@
-"""The type that came in comes back, with what it carries; packages that are not there are left out."""
+"""Results have the type and attributes of the input; packages that are not installed are skipped."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def test_pyvista() -> None:
     assert np.abs(result.point_data["heat"] - result.points[:, 0]).max() < 0.05
 
 
-def test_anything_with_an_array() -> None:
+def test_array_likes() -> None:
     class Wrapped:
         def __init__(self, values: Any) -> None:
             self.values = values
@@ -108,7 +108,7 @@ def test_anything_with_an_array() -> None:
         np.testing.assert_array_equal(light.vertices, expected.vertices)
 
 
-def test_whatever_has_vertices_and_faces() -> None:
+def test_objects_with_vertices_and_faces() -> None:
     class Mesh:
         vertices, faces = torus(30, 20)
 

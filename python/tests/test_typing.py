@@ -1,4 +1,4 @@
-"""What a type checker says of mistakes, and of what is right."""
+"""The type checker accepts correct calls and finds mistakes."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ RIGHT = [
 ]
 
 
-def test_mistakes_are_found(tmp_path: Path) -> None:
+def test_type_checker_finds_mistakes(tmp_path: Path) -> None:
     pytest.importorskip("mypy")
     (tmp_path / "case.py").write_text("\n".join([HEAD.strip(), *MISTAKES, *RIGHT]) + "\n")
     said = subprocess.run([sys.executable, "-m", "mypy", "--strict", "case.py"], cwd=tmp_path, capture_output=True, text=True).stdout

@@ -1,1 +1,1 @@
-"""Other packages' functions by their names and with their meaning, so that a pipeline changes one import."""
+"""Replacements for functions of other packages, with their names and signatures, so that a pipeline changes one import."""

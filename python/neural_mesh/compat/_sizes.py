@@ -1,4 +1,4 @@
-"""What other packages call sizes, which say what goes, as sizes of ours, which say what stays."""
+"""Converts the sizes of other packages, which count removed faces, to numbers of remaining faces."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from .. import simplify
 
-# No component goes, which none does there, and nothing is said of what was cleaned.
+# The other packages drop no components and do not warn of cleaning.
 QUIET: dict[str, Any] = {"keep_components": True, "on_dirty": "ignore"}
 
 
-def faces_left(vertices: Any, faces: Any, n_faces: int, options: dict[str, Any]) -> tuple[NDArray[Any], NDArray[np.int32]]:
-    """The mesh with at most so many faces; as it is where it has no more. Of none asked for, none are left, as elsewhere."""
+def simplify_to_faces(vertices: Any, faces: Any, n_faces: int, options: dict[str, Any]) -> tuple[NDArray[Any], NDArray[np.int32]]:
+    """Returns vertices and faces of the mesh, simplified to at most `n_faces` faces; 0 returns an empty mesh."""
     if len(faces) <= n_faces:
         return np.array(vertices), np.array(faces, np.int32)
     if n_faces <= 0 or len(faces) == 0:
@@ -23,8 +23,8 @@ def faces_left(vertices: Any, faces: Any, n_faces: int, options: dict[str, Any])
     return np.asarray(light.vertices), np.asarray(light.faces)
 
 
-def faces_of(n_faces: int, target_reduction: float | None, target_count: int | None) -> int:
-    """How many of the faces stay; what is refused, and how, is fast_simplification's."""
+def target_faces(n_faces: int, target_reduction: float | None, target_count: int | None) -> int:
+    """Returns the number of faces to keep; raises the same errors as fast_simplification."""
     if target_reduction and target_count:
         raise ValueError("You may specify ``target_reduction`` or ``target_count``, but not both")
     if target_reduction is not None:

@@ -1,4 +1,4 @@
-"""`simplify_quadric_decimation` of Open3D's meshes, with the same meaning: as a function of a mesh."""
+"""Replaces the method `simplify_quadric_decimation` of Open3D's meshes by a function."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ __all__ = ["simplify_quadric_decimation"]
 def simplify_quadric_decimation(
     mesh: Any, target_number_of_triangles: int, maximum_error: float = math.inf, boundary_weight: float = 1.0
 ) -> Any:
-    """The mesh with so many triangles, or with more where `maximum_error` says so: a distance here, in the unit of the mesh, proved.
-    From a `boundary_weight` of ten on boundaries stay as they are; below they are kept near."""
+    """Simplifies a mesh to a number of triangles, or to more if `maximum_error` requires it.
+
+    `maximum_error` is a proved distance to the original in the unit of the mesh. A `boundary_weight` of at least 10 fixes boundaries."""
     options: dict[str, Any] = {"lock_boundaries": boundary_weight >= 10.0, **QUIET}
     light = _simplify(mesh, faces=max(int(target_number_of_triangles), 1), **options)
     if math.isfinite(maximum_error):
-        # The search gives the fewest within the bound: where that is more than asked for, the bound counts.
+        # The search finds the fewest faces within the bound; if these are more than requested, the bound decides.
         bounded = _simplify(mesh, error=float(maximum_error), **options)
         light = max(light, bounded, key=lambda result: len(result.faces))
     return light.mesh

@@ -1,6 +1,6 @@
-"""`pyfqmr.Simplify`, with the same methods and meaning.
+"""Replaces the class `pyfqmr.Simplify`.
 
-How thresholds grow (`update_rate`, `aggressiveness`, `max_iterations`, `alpha`, `K`) is a matter of that method and nothing here.
+The parameters of its thresholds (`update_rate`, `aggressiveness`, `max_iterations`, `alpha`, `K`) have no effect.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import simplify as _simplify
-from ._sizes import QUIET, faces_left
+from ._sizes import QUIET, simplify_to_faces
 
 __all__ = ["Simplify"]
 
@@ -24,7 +24,7 @@ class Simplify:
         self._faces: NDArray[Any] = np.zeros((0, 3), np.int32)
 
     def setMesh(self, vertices: Any, faces: Any, face_colors: Any = None) -> None:
-        """The mesh: vertices n x 3, faces m x 3. `face_colors` have no effect, as there."""
+        """Sets the mesh: vertices n x 3, faces m x 3 of integers. `face_colors` have no effect."""
         if not np.issubdtype(np.asarray(faces).dtype, np.integer):
             raise TypeError("faces array must be of integer type")
         self._vertices = np.array(vertices, np.float64)
@@ -43,28 +43,29 @@ class Simplify:
         K: int = 3,
         preserve_border: bool = True,
     ) -> None:
-        """Leaves `target_count` faces; with `preserve_border` the boundary stays. With `lossless` as many as lie within
-        `threshold_lossless` of the original, in the unit of the mesh."""
+        """Simplifies to `target_count` faces, or with `lossless` to the fewest within `threshold_lossless` of the original.
+
+        The threshold is in the unit of the mesh. `preserve_border` fixes the boundary."""
         options: dict[str, Any] = {"lock_boundaries": bool(preserve_border)}
         if lossless:
-            self._within(threshold_lossless, options)
+            self._simplify_within(threshold_lossless, options)
         else:
-            self._vertices, self._faces = faces_left(self._vertices, self._faces, target_count, options)
+            self._vertices, self._faces = simplify_to_faces(self._vertices, self._faces, target_count, options)
 
     def simplify_mesh_lossless(
         self, verbose: bool = True, epsilon: float = 1e-3, max_iterations: int = 9999, preserve_border: bool = False
     ) -> None:
-        """Leaves as few faces as lie within `epsilon` of the original, in the unit of the mesh."""
-        self._within(epsilon, {"lock_boundaries": bool(preserve_border)})
+        """Simplifies to the fewest faces within `epsilon` of the original, in the unit of the mesh."""
+        self._simplify_within(epsilon, {"lock_boundaries": bool(preserve_border)})
 
-    def _within(self, error: float, options: dict[str, Any]) -> None:
+    def _simplify_within(self, error: float, options: dict[str, Any]) -> None:
         if len(self._faces) == 0:
             return
         light = _simplify((self._vertices, self._faces), error=float(error), **{**QUIET, **options})
         self._vertices, self._faces = np.asarray(light.vertices), np.asarray(light.faces)
 
     def getMesh(self) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.float64]]:
-        """Vertices, faces, and unit normals of the faces."""
+        """Returns vertices (n x 3), faces (m x 3), and unit normals of the faces (m x 3)."""
         corners = self._vertices[self._faces]
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
